@@ -1,0 +1,173 @@
+// Bit strings in transmission order: bit 0 is the first on the line and the top bit of the first byte.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace biss {
+
+/// The lowest `bits` bits set; 0…64.
+constexpr std::uint64_t low_mask(unsigned bits) {
+  return bits == 0 ? 0 : ~std::uint64_t{0} >> (64U - bits);
+}
+
+/// A read-only run of bits inside bytes somebody else owns; the bytes must outlive the view.
+/// Bits are numbered from 0 in transmission order, most significant bit of a byte first.
+class BitView {
+ public:
+  constexpr BitView() = default;
+  /// All bits of `bytes`.
+  constexpr explicit BitView(std::span<const std::uint8_t> bytes)
+      : BitView(bytes, 0, bytes.size() * 8) {}
+  /// `size_bits` bits from `first_bit`; what reaches past the bytes is cut off.
+  constexpr BitView(std::span<const std::uint8_t> bytes, std::size_t first_bit,
+                    std::size_t size_bits)
+      : bytes_(bytes.data()),
+        first_bit_(std::min(first_bit, bytes.size() * 8)),
+        size_bits_(std::min(size_bits, bytes.size() * 8 - first_bit_)) {}
+
+  constexpr std::size_t size_bits() const { return size_bits_; }
+  constexpr bool empty() const { return size_bits_ == 0; }
+
+  /// \pre index < size_bits()
+  constexpr bool bit(std::size_t index) const {
+    const std::size_t at = first_bit_ + index;
+    return ((bytes_[at >> 3U] >> (7U - (at & 7U))) & 1U) != 0;
+  }
+
+  /// `count` bits from `index` as a number, first bit most significant.
+  /// \pre count is 0…64 and index + count <= size_bits()
+  constexpr std::uint64_t word(std::size_t index, unsigned count) const {
+    if (count == 0) return 0;
+    if (count <= 56) return window(index) >> (64U - count);
+    const std::uint64_t high = window(index) >> 32U;
+    const unsigned rest = count - 32U;
+    return (high << rest) | (window(index + 32U) >> (64U - rest));
+  }
+
+  /// Index of the first bit of that level at or after `from`; size_bits() when there is none.
+  constexpr std::size_t find(bool level, std::size_t from) const {
+    while (from < size_bits_) {
+      std::uint64_t ahead = window(from);
+      if (!level) ahead = ~ahead;
+      const auto run = static_cast<std::size_t>(std::countl_zero(ahead));
+      if (run < sure_bits) return std::min(from + run, size_bits_);
+      from += sure_bits;
+    }
+    return size_bits_;
+  }
+
+  /// The view from `index` on; empty when `index` is past the end.
+  constexpr BitView from(std::size_t index) const {
+    BitView rest = *this;
+    const std::size_t skip = std::min(index, size_bits_);
+    rest.first_bit_ += skip;
+    rest.size_bits_ -= skip;
+    return rest;
+  }
+
+  /// The first `count` bits, or all when there are fewer.
+  constexpr BitView first(std::size_t count) const {
+    BitView head = *this;
+    head.size_bits_ = std::min(count, size_bits_);
+    return head;
+  }
+
+ private:
+  // Any 8 bytes hold at least 57 bits from wherever in the first byte we begin.
+  static constexpr std::size_t sure_bits = 57;
+
+  // The bits from `index` on, first bit topmost; at least sure_bits of them, or all that are left.
+  // What follows the end is not defined beyond being readable.
+  constexpr std::uint64_t window(std::size_t index) const {
+    const std::size_t at = first_bit_ + index;
+    const std::size_t stored = (first_bit_ + size_bits_ + 7U) >> 3U;
+    if (stored >= 8) {
+      // Near the end read the last 8 bytes instead of stepping over it.
+      const std::size_t base = std::min(at >> 3U, stored - 8U);
+      return load(bytes_ + base) << (at - base * 8U);
+    }
+    std::uint64_t value = 0;
+    for (std::size_t i = 0; i < stored; ++i) value |= std::uint64_t{bytes_[i]} << (56U - 8U * i);
+    return value << at;
+  }
+
+  // Written as shifts so that it is constexpr; compilers make one load and one byte swap of it.
+  static constexpr std::uint64_t load(const std::uint8_t* p) {
+    return (std::uint64_t{p[0]} << 56U) | (std::uint64_t{p[1]} << 48U) |
+           (std::uint64_t{p[2]} << 40U) | (std::uint64_t{p[3]} << 32U) |
+           (std::uint64_t{p[4]} << 24U) | (std::uint64_t{p[5]} << 16U) |
+           (std::uint64_t{p[6]} << 8U) | std::uint64_t{p[7]};
+  }
+
+  const std::uint8_t* bytes_ = nullptr;
+  std::size_t first_bit_ = 0;
+  std::size_t size_bits_ = 0;
+};
+
+/// Up to `CapacityBits` bits, written from the front. Appending beyond the capacity keeps what fits
+/// and sets overflowed(); nothing is ever written outside.
+template <std::size_t CapacityBits>
+class BitBuffer {
+ public:
+  static constexpr std::size_t capacity_bits = CapacityBits;
+
+  constexpr std::size_t size_bits() const { return size_bits_; }
+  constexpr bool overflowed() const { return overflowed_; }
+  constexpr BitView view() const { return BitView(bytes_, 0, size_bits_); }
+  /// The bits as bytes, the last one filled up with zeros.
+  constexpr std::span<const std::uint8_t> bytes() const {
+    return std::span<const std::uint8_t>(bytes_).first((size_bits_ + 7U) / 8U);
+  }
+
+  constexpr void append(bool bit) {
+    if (size_bits_ == CapacityBits) {
+      overflowed_ = true;
+      return;
+    }
+    if (bit) {
+      auto& byte = bytes_[size_bits_ / 8U];
+      byte = static_cast<std::uint8_t>(byte | (0x80U >> (size_bits_ % 8U)));
+    }
+    ++size_bits_;
+  }
+
+  /// Appends the lowest `count` bits of `word`, most significant first.
+  constexpr void append(std::uint64_t word, unsigned count) {
+    for (unsigned i = count; i-- > 0;) append(((word >> i) & 1U) != 0);
+  }
+
+  constexpr void append_run(bool level, std::size_t count) {
+    for (std::size_t i = 0; i < count && !overflowed_; ++i) append(level);
+  }
+
+  /// \pre index < size_bits()
+  constexpr void flip(std::size_t index) {
+    auto& byte = bytes_[index / 8U];
+    byte = static_cast<std::uint8_t>(byte ^ (0x80U >> (index % 8U)));
+  }
+
+  constexpr void truncate(std::size_t size_bits) {
+    while (size_bits_ > size_bits) {
+      if (view().bit(size_bits_ - 1U)) flip(size_bits_ - 1U);
+      --size_bits_;
+    }
+  }
+
+  constexpr void clear() {
+    bytes_ = {};
+    size_bits_ = 0;
+    overflowed_ = false;
+  }
+
+ private:
+  std::array<std::uint8_t, (CapacityBits + 7U) / 8U> bytes_{};
+  std::size_t size_bits_ = 0;
+  bool overflowed_ = false;
+};
+
+}  // namespace biss

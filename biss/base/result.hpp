@@ -1,0 +1,49 @@
+// Result: a value or the one cause why there is none. No exceptions, no in-band error values.
+#pragma once
+
+#include <type_traits>
+#include <utility>
+
+namespace biss {
+
+/// Wraps a cause on its way into a Result: `return failure(FrameError::crc);`
+template <class E>
+struct Failure {
+  E error;
+};
+
+template <class E>
+constexpr Failure<E> failure(E error) {
+  return {error};
+}
+
+/// Either a T or an E. Both are plain data, so a Result is too and lives in registers or on the stack.
+/// Reading the wrong side is a programming error: value() needs ok(), error() needs !ok().
+template <class T, class E>
+class [[nodiscard]] Result {
+  static_assert(std::is_trivially_destructible_v<T> && std::is_trivially_destructible_v<E>);
+
+ public:
+  using value_type = T;
+  using error_type = E;
+
+  constexpr Result(const T& value) : value_(value), ok_(true) {}
+  constexpr Result(T&& value) : value_(std::move(value)), ok_(true) {}
+  constexpr Result(Failure<E> failed) : error_(failed.error), ok_(false) {}
+
+  constexpr bool ok() const { return ok_; }
+  constexpr explicit operator bool() const { return ok_; }
+  constexpr const T& value() const { return value_; }
+  constexpr const T& operator*() const { return value_; }
+  constexpr const T* operator->() const { return &value_; }
+  constexpr const E& error() const { return error_; }
+
+ private:
+  union {
+    T value_;
+    E error_;
+  };
+  bool ok_;
+};
+
+}  // namespace biss

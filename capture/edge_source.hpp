@@ -1,0 +1,58 @@
+// The one shape in which every capture that stores changes reaches the decoder: named lines and
+// blocks of edges in time order, pulled by the reader's user. Nothing is expanded into samples.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "biss/base/result.hpp"
+#include "wire/edge.hpp"
+
+namespace biss::capture {
+
+/// Why a capture could not be read (on). One enumerator a cause; capture_error_text() is the line a user sees.
+enum class CaptureCause : std::uint8_t {
+  cannot_open,        ///< missing, no permission
+  is_directory,       ///< the path names a folder
+  read_failed,        ///< the system refused to read on
+  empty,              ///< no byte, or nothing but white space
+  unknown_format,     ///< neither the extension nor the content is one we know
+  malformed,          ///< a token, number or header that the format does not allow
+  token_too_long,     ///< a token (or CSV line) longer than any valid one
+  too_many_lines,     ///< more signals than a capture may have
+  time_backwards,     ///< a time before the one already seen
+  time_out_of_range,  ///< a time beyond what 64-bit picoseconds hold
+  truncated,          ///< the file ends inside a token, a header or a row
+};
+
+/// Where and why reading stopped. `line` and `column` count from 1; `line` 0 when not in the text.
+struct CaptureError {
+  CaptureCause cause{};
+  std::uint64_t line = 0;
+  std::uint64_t column = 0;
+};
+
+/// A capture of changes, read once from front to back.
+///
+/// Edges come in time order; the first edge of a line gives its initial level. Everything read before an
+/// error has been delivered by earlier calls, so a damaged end loses only itself. Memory is bounded by the
+/// block size and the number of lines, never by the length of the file.
+class EdgeSource {
+ public:
+  virtual ~EdgeSource() = default;
+
+  /// Names of the lines, indexed by Edge::line. Known after opening and constant from then on.
+  virtual const std::vector<std::string>& lines() const = 0;
+
+  /// The next edges, valid until the next call; empty at the end of the capture. After an error or the
+  /// end every further call returns the same.
+  virtual Result<std::span<const wire::Edge>, CaptureError> next_block() = 0;
+
+  /// The last time the capture speaks of (a VCD may end with a time and no change); grows while reading.
+  virtual Picoseconds end_time() const = 0;
+};
+
+}  // namespace biss::capture
