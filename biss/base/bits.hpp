@@ -1,4 +1,5 @@
-// Bit strings in transmission order: bit 0 is the first on the line and the top bit of the first byte.
+// Bit strings in transmission order: bit 0 is the first on the line and the top bit of the first
+// byte.
 #pragma once
 
 #include <algorithm>

@@ -17,8 +17,8 @@ constexpr Failure<E> failure(E error) {
   return {error};
 }
 
-/// Either a T or an E. Both are plain data, so a Result is too and lives in registers or on the stack.
-/// Reading the wrong side is a programming error: value() needs ok(), error() needs !ok().
+/// Either a T or an E. Both are plain data, so a Result is too and lives in registers or on the
+/// stack. Reading the wrong side is a programming error: value() needs ok(), error() needs !ok().
 template <class T, class E>
 class [[nodiscard]] Result {
   static_assert(std::is_trivially_destructible_v<T> && std::is_trivially_destructible_v<E>);

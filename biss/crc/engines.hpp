@@ -1,0 +1,159 @@
+// Four ways to the same checksum. The bitwise one is the reference; the others trade memory for
+// time and are compared with it in the tests. All take the data right-aligned in a 64-bit word.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "biss/crc/spec.hpp"
+
+namespace biss {
+
+namespace crc_detail {
+
+// One step of the shift register: the next data bit enters at the top.
+constexpr std::uint32_t step(const CrcSpec& spec, std::uint32_t reg, bool bit) {
+  const bool feedback = (((reg >> (spec.width_bits - 1U)) & 1U) != 0) != bit;
+  reg = (reg << 1U) & spec.mask();
+  return feedback ? reg ^ (spec.polynomial & spec.mask()) : reg;
+}
+
+constexpr std::uint16_t finish(const CrcSpec& spec, std::uint32_t reg) {
+  return static_cast<std::uint16_t>(spec.inverted ? reg ^ spec.mask() : reg);
+}
+
+// Remainder of `byte` followed by `zero_bits` zeros, start 0: an entry of every table below.
+constexpr std::uint16_t remainder(const CrcSpec& spec, unsigned byte, unsigned byte_bits,
+                                  unsigned zero_bits) {
+  std::uint32_t reg = 0;
+  for (unsigned i = byte_bits; i-- > 0;) reg = step(spec, reg, ((byte >> i) & 1U) != 0);
+  for (unsigned i = 0; i < zero_bits; ++i) reg = step(spec, reg, false);
+  return static_cast<std::uint16_t>(reg);
+}
+
+// A start value acts as if XORed onto the first bits of the data, so tables need to know start 0
+// only. Data shorter than the register cannot take it in; the caller then goes bit by bit.
+constexpr bool start_fits(const CrcSpec& spec, unsigned bits) {
+  return spec.start == 0 || bits >= spec.width_bits;
+}
+
+constexpr std::uint64_t with_start(const CrcSpec& spec, std::uint64_t data, unsigned bits) {
+  return spec.start == 0 ? data : data ^ (std::uint64_t{spec.start} << (bits - spec.width_bits));
+}
+
+}  // namespace crc_detail
+
+/// The reference: bit by bit, no table.
+///
+/// Every engine is called the same way: `engine(data, bits)` is the CRC of the lowest `bits` (1…64)
+/// of `data`, most significant first, as transmitted (inverted when the spec says so). Bits of
+/// `data` above `bits` must be 0. Engines are plain data and may be constexpr.
+class CrcBitwise {
+ public:
+  constexpr CrcBitwise() = default;
+  constexpr explicit CrcBitwise(const CrcSpec& spec) : spec_(spec) {}
+
+  constexpr const CrcSpec& spec() const { return spec_; }
+
+  constexpr std::uint16_t operator()(std::uint64_t data, unsigned bits) const {
+    std::uint32_t reg = spec_.start;
+    for (unsigned i = bits; i-- > 0;) reg = crc_detail::step(spec_, reg, ((data >> i) & 1U) != 0);
+    return crc_detail::finish(spec_, reg);
+  }
+
+ private:
+  CrcSpec spec_;
+};
+
+/// Table of 16 (ChunkBits = 4) or 256 (ChunkBits = 8) entries, a chunk a step: 32 or 512 bytes,
+/// for flash that is small.
+template <unsigned ChunkBits>
+class CrcTable {
+  static_assert(ChunkBits == 4 || ChunkBits == 8);
+
+ public:
+  constexpr CrcTable() = default;
+  constexpr explicit CrcTable(const CrcSpec& spec) : spec_(spec) {
+    if (!spec.present()) return;
+    for (unsigned i = 0; i < table_.size(); ++i) {
+      table_[i] = crc_detail::remainder(spec, i, ChunkBits, 0);
+    }
+  }
+
+  constexpr const CrcSpec& spec() const { return spec_; }
+
+  constexpr std::uint16_t operator()(std::uint64_t data, unsigned bits) const {
+    if (!crc_detail::start_fits(spec_, bits)) return CrcBitwise(spec_)(data, bits);
+    data = crc_detail::with_start(spec_, data, bits);
+    // The register is kept left-aligned in 16 bits, so that one rule serves widths below a chunk
+    // too.
+    const unsigned up = 16U - spec_.width_bits;
+    std::uint32_t reg = 0;
+    for (unsigned left = (bits + ChunkBits - 1U) / ChunkBits * ChunkBits; left > 0;) {
+      left -= ChunkBits;
+      const auto chunk = static_cast<std::uint32_t>(data >> left) & chunk_mask;
+      reg =
+          ((reg << ChunkBits) ^ (std::uint32_t{table_[(reg >> (16U - ChunkBits)) ^ chunk]} << up)) &
+          0xFFFFU;
+    }
+    return crc_detail::finish(spec_, reg >> up);
+  }
+
+ private:
+  static constexpr std::uint32_t chunk_mask = (1U << ChunkBits) - 1U;
+
+  CrcSpec spec_;
+  std::array<std::uint16_t, std::size_t{1} << ChunkBits> table_{};
+};
+
+/// One table a byte position, 4 KiB: all look-ups are independent of one another, the fastest on a
+/// PC.
+class CrcSliced {
+ public:
+  constexpr CrcSliced() = default;
+  constexpr explicit CrcSliced(const CrcSpec& spec) : spec_(spec) {
+    if (!spec.present()) return;
+    for (unsigned slice = 0; slice < slices; ++slice) {
+      // A remainder is linear in the byte: eight of them make the other 248.
+      for (unsigned bit = 0; bit < 8; ++bit) {
+        table_[slice][1U << bit] = crc_detail::remainder(spec, 1U << bit, 8, 8 * slice);
+      }
+      for (unsigned i = 1; i < 256; ++i) {
+        const unsigned lowest = i & (~i + 1U);
+        table_[slice][i] =
+            static_cast<std::uint16_t>(table_[slice][lowest] ^ table_[slice][i ^ lowest]);
+      }
+    }
+  }
+
+  constexpr const CrcSpec& spec() const { return spec_; }
+
+  constexpr std::uint16_t operator()(std::uint64_t data, unsigned bits) const {
+    if (!crc_detail::start_fits(spec_, bits)) return CrcBitwise(spec_)(data, bits);
+    data = crc_detail::with_start(spec_, data, bits);
+    std::uint32_t reg = at(0, data) ^ at(1, data) ^ at(2, data) ^ at(3, data) ^ at(4, data);
+    if (bits > 40) reg ^= at(5, data) ^ at(6, data) ^ at(7, data);
+    return crc_detail::finish(spec_, reg);
+  }
+
+ private:
+  static constexpr unsigned slices = 8;
+
+  constexpr std::uint32_t at(unsigned slice, std::uint64_t data) const {
+    return table_[slice][(data >> (8U * slice)) & 0xFFU];
+  }
+
+  CrcSpec spec_;
+  std::array<std::array<std::uint16_t, 256>, slices> table_{};
+};
+
+/// The engine for this machine, chosen at compile time: sliced tables where memory is plenty, a
+/// table of 16 entries where it is not. BISS_SMALL asks for the small one anywhere.
+#if defined(BISS_SMALL) || (defined(__ARM_ARCH_PROFILE) && __ARM_ARCH_PROFILE == 'M')
+using CrcFast = CrcTable<4>;
+#else
+using CrcFast = CrcSliced;
+#endif
+
+}  // namespace biss

@@ -1,0 +1,94 @@
+// A FrameFormat made ready for use: the CRC engines stand beside it, nothing is computed per frame.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "biss/crc/engines.hpp"
+#include "biss/frame/format.hpp"
+#include "biss/frame/frame.hpp"
+
+namespace biss {
+
+namespace frame_detail {
+
+constexpr std::uint64_t gray_to_binary(std::uint64_t value) {
+  for (unsigned shift = 1; shift < 64; shift *= 2) value ^= value >> shift;
+  return value;
+}
+
+constexpr std::uint64_t binary_to_gray(std::uint64_t value) { return value ^ (value >> 1U); }
+
+}  // namespace frame_detail
+
+/// The values in a channel's data word.
+/// \param data the channel's data_bits right-aligned, without CRC
+constexpr Channel unpack(const ChannelFormat& format, std::uint64_t data) {
+  Channel channel;
+  if (format.position.present()) {
+    channel.position = format.position.of(data);
+  } else if (format.position_bits() != 0) {
+    std::uint64_t singleturn = format.singleturn.of(data);
+    if (format.singleturn_gray) singleturn = frame_detail::gray_to_binary(singleturn);
+    channel.position = singleturn;
+    // A shift by 64 is undefined; a multiturn value leaves at most 63 bits to the singleturn.
+    if (format.multiturn.present()) {
+      channel.position |= format.multiturn.of(data) << format.singleturn.bits;
+    }
+  }
+  channel.life_counter = static_cast<std::uint8_t>(format.life_counter.of(data));
+  channel.nE = format.error.low_active(data);
+  channel.nW = format.warning.low_active(data);
+  return channel;
+}
+
+/// The data word for a channel's values; padding is 0. The inverse of unpack().
+/// \pre position and life counter fit their fields (encode_frame() checks)
+constexpr std::uint64_t pack(const ChannelFormat& format, const Channel& channel) {
+  std::uint64_t data = format.life_counter.placed(channel.life_counter);
+  if (format.position.present()) {
+    data |= format.position.placed(channel.position);
+  } else {
+    std::uint64_t singleturn = channel.position & low_mask(format.singleturn.bits);
+    if (format.singleturn_gray) singleturn = frame_detail::binary_to_gray(singleturn);
+    data |= format.singleturn.placed(singleturn);
+    if (format.multiturn.present()) {
+      data |= format.multiturn.placed(channel.position >> format.singleturn.bits);
+    }
+  }
+  return data | format.error.placed(channel.nE) | format.warning.placed(channel.nW);
+}
+
+/// A format with its CRC engines. `Crc` is any engine of biss/crc/engines.hpp; `Channels` is how
+/// many channels it has room for, so that firmware with one channel pays for one table.
+template <class Crc = CrcFast, std::size_t Channels = max_channels>
+class FrameCodec {
+  static_assert(Channels >= 1 && Channels <= max_channels);
+
+ public:
+  /// \pre format has 1…Channels channels
+  constexpr explicit FrameCodec(const FrameFormat& format) : format_(format) {
+    for (std::size_t k = 0; k < format.channel_count; ++k) {
+      engines_[k] = Crc(format.channel_list[k].crc);
+    }
+    payload_bits_ = static_cast<std::uint16_t>(format.payload_bits());
+  }
+
+  constexpr const FrameFormat& format() const { return format_; }
+  constexpr unsigned payload_bits() const { return payload_bits_; }
+  /// CRC of channel k's data word, as transmitted. \pre the channel has a CRC
+  constexpr std::uint16_t crc(std::size_t k, std::uint64_t data) const {
+    return engines_[k](data, format_.channel_list[k].data_bits);
+  }
+
+ private:
+  FrameFormat format_;
+  std::uint16_t payload_bits_ = 0;
+  std::array<Crc, Channels> engines_{};
+};
+
+/// The codec without tables: for a few frames, or for no memory.
+using PlainCodec = FrameCodec<CrcBitwise>;
+
+}  // namespace biss

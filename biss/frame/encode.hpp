@@ -1,0 +1,62 @@
+// Frame to bits: what an encoder puts on SLO.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "biss/base/bits.hpp"
+#include "biss/base/result.hpp"
+#include "biss/frame/codec.hpp"
+#include "biss/frame/frame.hpp"
+
+namespace biss {
+
+/// Why values are no frame of a format.
+enum class EncodeError : std::uint8_t {
+  channel_count,       ///< the frame has another number of channels than the format
+  position_too_large,  ///< a position does not fit its channel
+  life_counter_too_large,
+  ack_range,   ///< ACK of 0 clocks, or more than 40 µs at 10 MHz hold
+  lead_range,  ///< more leading ones than the longest line delay makes
+};
+
+/// Everything from the first clock to STOP at the longest ACK and the longest line delay.
+inline constexpr std::size_t max_frame_bits =
+    FrameBounds{}.lead_max_clocks + FrameBounds{}.ack_max_clocks + 2 + max_payload_bits + 1;
+
+using FrameBits = BitBuffer<max_frame_bits>;
+
+/// SLO once a MA clock: `frame.lead_clocks` ones, `frame.ack_clocks` zeros, START, `frame.cds`, the
+/// channels each with its CRC, STOP. decode_frame() of these bits gives the frame back.
+/// \return the bits, or why the values do not fit
+template <class Codec>
+constexpr Result<FrameBits, EncodeError> encode_frame(const Frame& frame, const Codec& codec) {
+  const FrameFormat& format = codec.format();
+  if (frame.channel_count != format.channel_count) return failure(EncodeError::channel_count);
+  if (frame.ack_clocks == 0 || frame.ack_clocks > FrameBounds{}.ack_max_clocks) {
+    return failure(EncodeError::ack_range);
+  }
+  if (frame.lead_clocks > FrameBounds{}.lead_max_clocks) return failure(EncodeError::lead_range);
+  FrameBits bits;
+  bits.append_run(true, frame.lead_clocks);
+  bits.append_run(false, frame.ack_clocks);
+  bits.append(true);
+  bits.append(frame.cds);
+  for (std::size_t k = 0; k < format.channel_count; ++k) {
+    const ChannelFormat& channel = format.channel_list[k];
+    const Channel& values = frame.channel_list[k];
+    if ((values.position & ~low_mask(channel.position_bits())) != 0) {
+      return failure(EncodeError::position_too_large);
+    }
+    if ((values.life_counter & ~low_mask(channel.life_counter.bits)) != 0) {
+      return failure(EncodeError::life_counter_too_large);
+    }
+    const std::uint64_t data = pack(channel, values);
+    bits.append(data, channel.data_bits);
+    if (channel.crc.present()) bits.append(codec.crc(k, data), channel.crc.width_bits);
+  }
+  bits.append(false);
+  return bits;
+}
+
+}  // namespace biss

@@ -1,0 +1,99 @@
+// FrameFormat: what the bits of a single-cycle data frame mean. Data only; how the device behaves
+// in time is DeviceTiming's.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "biss/base/bits.hpp"
+#include "biss/crc/spec.hpp"
+
+namespace biss {
+
+/// BiSS addresses at most 8 slaves at once (protocol description D2).
+inline constexpr std::size_t max_channels = 8;
+inline constexpr unsigned max_channel_bits = max_data_bits + max_crc_bits;
+
+/// A run of bits in a channel's data word. `shift` counts from the last data bit (the one just
+/// before the CRC), so that a value is `(data >> shift) & low_mask(bits)`. `bits` 0: not in this
+/// channel.
+struct Field {
+  std::uint8_t shift = 0;
+  std::uint8_t bits = 0;
+
+  constexpr bool operator==(const Field&) const = default;
+  constexpr bool present() const { return bits != 0; }
+  constexpr std::uint64_t of(std::uint64_t data) const { return (data >> shift) & low_mask(bits); }
+  constexpr std::uint64_t placed(std::uint64_t value) const {
+    return (value & low_mask(bits)) << shift;
+  }
+};
+
+/// One bit that speaks of the position: nE or nW (low-active, 0 = error or warning), E or W
+/// (high-active).
+struct FlagField {
+  std::uint8_t shift = 0;
+  bool present = false;
+  bool active_high = false;
+
+  constexpr bool operator==(const FlagField&) const = default;
+  /// In the sense of nE and nW whatever the wire's polarity: false = error or warning. True when
+  /// absent.
+  constexpr bool low_active(std::uint64_t data) const {
+    return !present || (((data >> shift) & 1U) != 0) != active_high;
+  }
+  constexpr std::uint64_t placed(bool low_active_value) const {
+    if (!present) return 0;
+    return std::uint64_t{low_active_value != active_high} << shift;
+  }
+};
+
+/// One data channel: `data_bits` (1…64) before its CRC. Bits that no field claims are padding:
+/// carried, covered by the CRC, not judged.
+///
+/// The position is either `position`, or `multiturn` above `singleturn` (each may be absent).
+struct ChannelFormat {
+  std::uint8_t data_bits = 0;
+  Field position;
+  Field multiturn;
+  Field singleturn;
+  bool singleturn_gray = false;
+  FlagField error;
+  FlagField warning;
+  Field life_counter;
+  CrcSpec crc;
+
+  constexpr bool operator==(const ChannelFormat&) const = default;
+  /// Data and CRC.
+  constexpr unsigned total_bits() const { return unsigned{data_bits} + crc.width_bits; }
+  /// Width of the position, 0 when the channel carries none.
+  constexpr unsigned position_bits() const {
+    return position.present() ? position.bits : unsigned{multiturn.bits} + singleturn.bits;
+  }
+};
+
+/// The whole frame: 1…8 channels in the order on the line.
+struct FrameFormat {
+  std::array<ChannelFormat, max_channels> channel_list{};
+  std::uint8_t channel_count = 0;
+  /// CDS must read 0, as it does on a unidirectional device.
+  bool cds0 = false;
+
+  constexpr bool operator==(const FrameFormat&) const = default;
+  constexpr std::span<const ChannelFormat> channels() const {
+    return std::span<const ChannelFormat>(channel_list).first(channel_count);
+  }
+  /// Bits of all channels, CRCs included, without START, CDS and STOP.
+  constexpr unsigned payload_bits() const {
+    unsigned sum = 0;
+    for (const ChannelFormat& channel : channels()) sum += channel.total_bits();
+    return sum;
+  }
+};
+
+/// The widest payload there is.
+inline constexpr unsigned max_payload_bits = max_channels * max_channel_bits;
+
+}  // namespace biss

@@ -1,0 +1,97 @@
+// A frame's values, and every cause why there is none.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "biss/frame/format.hpp"
+
+namespace biss {
+
+/// What one channel says.
+struct Channel {
+  /// Unsigned, the channel's position_bits() wide; multiturn above singleturn. 0 when it carries
+  /// none.
+  std::uint64_t position = 0;
+  /// Sign of life, 0 when the channel carries none.
+  std::uint8_t life_counter = 0;
+  /// Low-active: false = error, the position must not be used. True when the channel has no such
+  /// bit.
+  bool nE = true;
+  /// Low-active: false = warning. True when the channel has no such bit.
+  bool nW = true;
+
+  constexpr bool operator==(const Channel&) const = default;
+};
+
+/// A frame whose structure and checksums are good.
+struct Frame {
+  std::array<Channel, max_channels> channel_list{};
+  std::uint8_t channel_count = 0;
+  bool cds = false;
+  /// The capture reached the STOP bit (which then was 0).
+  bool stop_seen = false;
+  /// Ones before ACK, and zeros of ACK, both in MA clocks.
+  std::uint16_t lead_clocks = 0;
+  std::uint16_t ack_clocks = 0;
+
+  constexpr std::span<const Channel> channels() const {
+    return std::span<const Channel>(channel_list).first(channel_count);
+  }
+  /// The position may be used: structure and CRC are good (or there would be no Frame) and no
+  /// channel reports an error. The all-zero "no data" word has a valid CRC; only nE tells.
+  constexpr bool trusted() const {
+    for (const Channel& channel : channels()) {
+      if (!channel.nE) return false;
+    }
+    return true;
+  }
+};
+
+/// Why the bits are no frame; the first that applies, in the order on the line.
+enum class FrameError : std::uint8_t {
+  no_response,     ///< SLO stayed high: nothing connected, no power, or the encoder did not answer
+  not_ready,       ///< SLO was low when the request began: still busy, or the line is stuck low
+  response_range,  ///< ACK began earlier or later than the line delay's bounds allow
+  no_start,        ///< ACK began and no START ever came
+  ack_range,       ///< START came earlier or later than the ACK bounds allow
+  truncated,       ///< the clock stopped before the last CRC bit
+  cds,             ///< CDS was 1 and the format says it must be 0
+  crc,             ///< a channel's checksum is wrong
+  stop_bit,        ///< the bit after the last CRC bit was not 0
+};
+
+inline constexpr std::size_t frame_error_count = 9;
+
+/// The name users see, the same as the enumerator's.
+constexpr std::string_view name_of(FrameError error) {
+  constexpr std::array<std::string_view, frame_error_count> names{
+      "no_response", "not_ready", "response_range", "no_start", "ack_range", "truncated",
+      "cds",         "crc",       "stop_bit"};
+  return names[static_cast<std::size_t>(error)];
+}
+
+/// The cause, and in which channel (0 where the channel does not matter).
+struct FrameFault {
+  FrameError cause{};
+  std::uint8_t channel = 0;
+
+  constexpr bool operator==(const FrameFault&) const = default;
+};
+
+/// What may come before the data. The defaults are the widest that BiSS C allows at 10 MHz.
+struct FrameBounds {
+  /// Ones before ACK as sampled: at least the LAT clock, at most LAT and 40 µs of line delay (D2).
+  std::uint16_t lead_min_clocks = 1;
+  std::uint16_t lead_max_clocks = 402;
+  /// Zeros of ACK: at least one clock, at most 40 µs of processing time (D2).
+  std::uint16_t ack_min_clocks = 1;
+  std::uint16_t ack_max_clocks = 400;
+
+  constexpr bool operator==(const FrameBounds&) const = default;
+};
+
+}  // namespace biss
