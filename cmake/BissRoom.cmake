@@ -12,8 +12,12 @@ if(BISS_COVERAGE)
   target_link_options(biss_flags INTERFACE -fprofile-instr-generate)
 endif()
 
+# A library of the given sources; without sources an interface of its headers.
 function(biss_room name)
   cmake_parse_arguments(PARSE_ARGV 1 room "" "" "SOURCES;LINKS")
+  if(room_UNPARSED_ARGUMENTS)
+    message(FATAL_ERROR "biss_room(${name}): unexpected ${room_UNPARSED_ARGUMENTS}")
+  endif()
   if(room_SOURCES)
     add_library(biss_${name} STATIC ${room_SOURCES})
     target_include_directories(biss_${name} PUBLIC ${PROJECT_SOURCE_DIR})
@@ -26,6 +30,7 @@ function(biss_room name)
   endif()
 endfunction()
 
+# The room's unit tests, one CTest a case, labelled with the room's name.
 function(biss_room_test name)
   if(NOT BISS_TESTS)
     return()
@@ -33,5 +38,22 @@ function(biss_room_test name)
   add_executable(biss_${name}_test ${ARGN})
   target_link_libraries(biss_${name}_test PRIVATE biss_${name} biss_flags GTest::gtest
                                                   GTest::gmock GTest::gtest_main)
-  gtest_discover_tests(biss_${name}_test DISCOVERY_TIMEOUT 60)
+  gtest_discover_tests(biss_${name}_test DISCOVERY_TIMEOUT 60 PROPERTIES LABELS ${name})
+endfunction()
+
+# Compiles every header of the core alone, as firmware would. Found by pattern and not listed,
+# because a header that nobody listed is the one to catch.
+function(biss_core_header_check)
+  file(GLOB_RECURSE headers CONFIGURE_DEPENDS RELATIVE "${PROJECT_SOURCE_DIR}"
+       "${PROJECT_SOURCE_DIR}/biss/*.hpp")
+  set(units "")
+  foreach(header IN LISTS headers)
+    set(unit "${PROJECT_BINARY_DIR}/header-check/${header}.cpp")
+    # Twice: the second one shows that the guard works.
+    file(CONFIGURE OUTPUT "${unit}" CONTENT "#include \"${header}\"\n#include \"${header}\"\n")
+    list(APPEND units "${unit}")
+  endforeach()
+  add_library(biss_core_headers OBJECT ${units})
+  target_link_libraries(biss_core_headers PRIVATE biss_core biss_flags)
+  target_compile_options(biss_core_headers PRIVATE -ffreestanding -fno-exceptions -fno-rtti)
 endfunction()

@@ -1,0 +1,38 @@
+# The installed package: headers of the core, biss::core for find_package(biss), and the command.
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+# Component `core` is the headers and the package files, `command` the program.
+function(biss_install)
+  set(package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/biss")
+  install(DIRECTORY "${PROJECT_SOURCE_DIR}/biss" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}"
+          COMPONENT core FILES_MATCHING PATTERN "*.hpp")
+  install(TARGETS biss_core EXPORT biss COMPONENT core)
+  install(EXPORT biss NAMESPACE biss:: FILE biss-targets.cmake DESTINATION "${package_dir}"
+          COMPONENT core)
+  configure_package_config_file("${PROJECT_SOURCE_DIR}/cmake/biss-config.cmake.in"
+                                "${PROJECT_BINARY_DIR}/package/biss-config.cmake"
+                                INSTALL_DESTINATION "${package_dir}")
+  # Before 1.0 a minor version may change the interface. Headers know no word size.
+  write_basic_package_version_file("${PROJECT_BINARY_DIR}/package/biss-config-version.cmake"
+                                   COMPATIBILITY SameMinorVersion ARCH_INDEPENDENT)
+  install(FILES "${PROJECT_BINARY_DIR}/package/biss-config.cmake"
+                "${PROJECT_BINARY_DIR}/package/biss-config-version.cmake"
+          DESTINATION "${package_dir}" COMPONENT core)
+  if(TARGET biss)
+    install(TARGETS biss RUNTIME COMPONENT command)
+  endif()
+endfunction()
+
+# Installs the core into an empty prefix, builds the project in tests/package against it and runs it.
+function(biss_package_test)
+  add_test(NAME Package.SecondProject_FindsBuildsAndRuns
+           COMMAND "${CMAKE_COMMAND}"
+                   "-DBUILD_DIR=${PROJECT_BINARY_DIR}"
+                   "-DSOURCE_DIR=${PROJECT_SOURCE_DIR}/tests/package"
+                   "-DWORK_DIR=${PROJECT_BINARY_DIR}/package-test"
+                   "-DGENERATOR=${CMAKE_GENERATOR}"
+                   "-DCOMPILER=${CMAKE_CXX_COMPILER}"
+                   "-DVERSION=${PROJECT_VERSION}"
+                   -P "${PROJECT_SOURCE_DIR}/tests/package/run.cmake")
+endfunction()

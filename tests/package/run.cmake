@@ -1,0 +1,34 @@
+# Run by CTest, see biss_package_test(). Fails with the output of the step that failed.
+
+function(step what)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE status OUTPUT_VARIABLE output
+                  ERROR_VARIABLE output)
+  if(NOT status EQUAL 0)
+    message(FATAL_ERROR "${what} failed (${status}):\n${output}")
+  endif()
+  message("${what}: ok\n${output}")
+endfunction()
+
+set(prefix "${WORK_DIR}/prefix")
+set(user "${WORK_DIR}/user")
+set(configure "${CMAKE_COMMAND}" -S "${SOURCE_DIR}" -G "${GENERATOR}"
+              "-DCMAKE_CXX_COMPILER=${COMPILER}" "-DCMAKE_PREFIX_PATH=${prefix}"
+              -DCMAKE_FIND_USE_PACKAGE_REGISTRY=OFF -DCMAKE_FIND_USE_CMAKE_SYSTEM_PATH=OFF)
+
+# Nothing of an earlier run may help this one.
+file(REMOVE_RECURSE "${WORK_DIR}")
+
+step("install" "${CMAKE_COMMAND}" --install "${BUILD_DIR}" --prefix "${prefix}" --component core)
+step("configure" ${configure} -B "${user}" "-DBISS_WANTED=${VERSION}")
+step("build" "${CMAKE_COMMAND}" --build "${user}")
+step("run" "${user}/user")
+
+# The version file says no to what this version is not.
+execute_process(COMMAND ${configure} -B "${WORK_DIR}/other-version" -DBISS_WANTED=99.0
+                RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
+if(status EQUAL 0)
+  message(FATAL_ERROR "a project asking for version 99.0 was given ${VERSION}:\n${output}")
+endif()
+if(NOT output MATCHES "compatible with requested version")
+  message(FATAL_ERROR "version 99.0 was refused, but for another reason:\n${output}")
+endif()
