@@ -1,0 +1,85 @@
+// The test layer on a microcontroller: records in a linker section, results through semihosting.
+#pragma once
+
+#include <concepts>
+#include <cstdint>
+
+#include "tests/core/compare.hpp"
+
+namespace biss::test {
+
+struct Record {
+  const char* name;
+  void (*run)();
+};
+
+/// Supplied by the firmware's runner.
+void print_seed(std::uint64_t seed);
+
+/// One failed check, printed as it is built: `file:line: FAILURE expression …`. The runner counts
+/// them and keeps quiet after the first few of a test.
+class Report {
+ public:
+  Report(const char* file, int line, const char* expression);
+  Report(const char* file, int line, const char* left, Shown a, const char* right, Shown b);
+  Report(const Report&) = delete;
+  Report& operator=(const Report&) = delete;
+  ~Report();
+
+  Report& operator<<(const char* text);
+  Report& operator<<(const Shown& value);
+  Report& operator<<(std::integral auto value) { return *this << show(value); }
+};
+
+/// Gives `return report << …;` the type void.
+struct Leave {
+  void operator=(const Report&) const {}
+};
+
+}  // namespace biss::test
+
+// `switch` keeps an `else` of the caller away from the `if` inside.
+#define BISS_CHECK_(passed, fail, ...) \
+  switch (0)                           \
+  case 0:                              \
+  default:                             \
+    if (passed)                        \
+      ;                                \
+    else                               \
+      fail ::biss::test::Report(__FILE__, __LINE__, __VA_ARGS__)
+
+#define BISS_CHECK_EQ_(left, right, fail)                                        \
+  switch (0)                                                                     \
+  case 0:                                                                        \
+  default:                                                                       \
+    if (const auto biss_pair = ::biss::test::Pair(left, right); biss_pair.equal) \
+      ;                                                                          \
+    else                                                                         \
+      fail ::biss::test::Report(__FILE__, __LINE__, #left, biss_pair.a, #right, biss_pair.b)
+
+namespace biss::test {
+
+/// Two values compared once, with what a failure shows of them.
+struct Pair {
+  template <class A, class B>
+  constexpr Pair(const A& left, const B& right)
+      : a(show(left)), b(show(right)), equal(::biss::test::equal(left, right)) {}
+
+  Shown a;
+  Shown b;
+  bool equal;
+};
+
+}  // namespace biss::test
+
+#define BISS_TEST(suite, name)                                                     \
+  static void biss_test_##suite##_##name();                                        \
+  [[gnu::used, gnu::section("biss_tests")]] static constexpr ::biss::test::Record  \
+      biss_record_##suite##_##name{#suite "." #name, &biss_test_##suite##_##name}; \
+  static void biss_test_##suite##_##name()
+
+#define BISS_EXPECT(...) BISS_CHECK_(static_cast<bool>(__VA_ARGS__), , #__VA_ARGS__)
+#define BISS_ASSERT(...) \
+  BISS_CHECK_(static_cast<bool>(__VA_ARGS__), return ::biss::test::Leave{} =, #__VA_ARGS__)
+#define BISS_EXPECT_EQ(left, right) BISS_CHECK_EQ_(left, right, )
+#define BISS_ASSERT_EQ(left, right) BISS_CHECK_EQ_(left, right, return ::biss::test::Leave{} =)
