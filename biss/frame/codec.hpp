@@ -37,7 +37,7 @@ constexpr Channel unpack(const ChannelFormat& format, std::uint64_t data) {
       channel.position |= format.multiturn.of(data) << format.singleturn.bits;
     }
   }
-  channel.life_counter = static_cast<std::uint8_t>(format.life_counter.of(data));
+  channel.life_counter = static_cast<std::uint32_t>(format.life_counter.of(data));
   channel.nE = format.error.low_active(data);
   channel.nW = format.warning.low_active(data);
   return channel;

@@ -15,6 +15,8 @@ namespace biss {
 /// BiSS addresses at most 8 slaves at once (protocol description D2).
 inline constexpr std::size_t max_channels = 8;
 inline constexpr unsigned max_channel_bits = max_data_bits + max_crc_bits;
+/// BiSS Safety's counter has 6 bits; anything up to this many is accepted.
+inline constexpr unsigned max_life_counter_bits = 32;
 
 /// A run of bits in a channel's data word. `shift` counts from the last data bit (the one just
 /// before the CRC), so that a value is `(data >> shift) & low_mask(bits)`. `bits` 0: not in this

@@ -17,7 +17,7 @@ struct Channel {
   /// none.
   std::uint64_t position = 0;
   /// Sign of life, 0 when the channel carries none.
-  std::uint8_t life_counter = 0;
+  std::uint32_t life_counter = 0;
   /// Low-active: false = error, the position must not be used. True when the channel has no such
   /// bit.
   bool nE = true;

@@ -1,0 +1,245 @@
+// The text of a frame format, read:
+//
+//   frame   = channel *( "+" channel ) *( ";" option )
+//   channel = item *( "," item )
+//   item    = "pos"N | "mt"N | "st"N [":gray"] | "pad"N | "nE" | "nW" | "E" | "W" | "lc"N
+//           | "crc"N [":" POLY [":" START]] [":plain"]
+//   option  = "cds0"
+//
+// N is decimal, POLY and START are 0x… . Items stand in the order on the line.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "biss/base/result.hpp"
+#include "biss/frame/format.hpp"
+#include "biss/frame/format_error.hpp"
+
+namespace biss {
+
+namespace frame_detail {
+
+using Parsed = Result<bool, FormatTextError>;
+
+// Reads one format. Offsets are kept from the front of a channel and turned into shifts when its
+// width is known.
+class FormatParser {
+ public:
+  constexpr explicit FormatParser(std::string_view text) : text_(text) {}
+
+  constexpr Result<FrameFormat, FormatTextError> parse() {
+    if (text_.empty()) return fail(FormatMistake::empty, 0);
+    do {
+      if (format_.channel_count == max_channels) {
+        return fail(FormatMistake::too_many_channels, at_ - 1);
+      }
+      const Parsed channel = parse_channel();
+      if (!channel.ok()) return failure(channel.error());
+    } while (take('+'));
+    while (take(';')) {
+      const std::size_t begin = at_;
+      if (!take_word("cds0") || !at_separator()) return fail(FormatMistake::unknown_option, begin);
+      if (format_.cds0) return fail(FormatMistake::option_twice, begin);
+      format_.cds0 = true;
+    }
+    if (at_ != text_.size()) return fail(FormatMistake::unexpected_character, at_);
+    return format_;
+  }
+
+ private:
+  constexpr Parsed parse_channel() {
+    channel_ = {};
+    do {
+      const Parsed item = parse_item();
+      if (!item.ok()) return item;
+    } while (take(','));
+    const auto settle = [this](auto& field, unsigned bits) {
+      field.shift = static_cast<std::uint8_t>(channel_.data_bits - field.shift - bits);
+    };
+    for (Field* field :
+         {&channel_.position, &channel_.multiturn, &channel_.singleturn, &channel_.life_counter}) {
+      if (field->present()) settle(*field, field->bits);
+    }
+    for (FlagField* flag : {&channel_.error, &channel_.warning}) {
+      if (flag->present) settle(*flag, 1);
+    }
+    format_.channel_list[format_.channel_count++] = channel_;
+    return true;
+  }
+
+  constexpr Parsed parse_item() {
+    begin_ = at_;
+    if (channel_.crc.present()) return fail(FormatMistake::data_after_crc, begin_);
+    if (take_word("pos")) return parse_position(channel_.position);
+    if (take_word("mt")) return parse_position(channel_.multiturn);
+    if (take_word("st")) return parse_position(channel_.singleturn);
+    if (take_word("pad")) return parse_run(nullptr, max_data_bits);
+    if (take_word("lc")) return parse_run(&channel_.life_counter, max_life_counter_bits);
+    if (take_word("crc")) return parse_crc();
+    if (take_word("nE")) return parse_flag(channel_.error, false);
+    if (take_word("nW")) return parse_flag(channel_.warning, false);
+    if (take_word("E")) return parse_flag(channel_.error, true);
+    if (take_word("W")) return parse_flag(channel_.warning, true);
+    return fail(FormatMistake::unknown_item, begin_);
+  }
+
+  constexpr Parsed parse_position(Field& field) {
+    const bool is_pos = &field == &channel_.position;
+    const bool has_turns = channel_.multiturn.present() || channel_.singleturn.present();
+    if (is_pos ? has_turns : channel_.position.present()) {
+      return fail(FormatMistake::position_twice, begin_);
+    }
+    const Parsed run = parse_run(&field, max_data_bits);
+    if (!run.ok() || &field != &channel_.singleturn || !take(':')) return run;
+    if (!take_word("gray") || !at_separator()) {
+      return fail(FormatMistake::unexpected_character, at_);
+    }
+    channel_.singleturn_gray = true;
+    return true;
+  }
+
+  // N bits of this item; `field` is null for padding.
+  constexpr Parsed parse_run(Field* field, unsigned limit) {
+    if (field != nullptr && field->present()) return fail(FormatMistake::item_twice, begin_);
+    const auto bits = parse_width(limit);
+    if (!bits.ok()) return failure(bits.error());
+    const Parsed room = claim(*bits);
+    if (!room.ok()) return room;
+    if (field != nullptr) {
+      field->shift = static_cast<std::uint8_t>(channel_.data_bits - *bits);
+      field->bits = static_cast<std::uint8_t>(*bits);
+    }
+    return true;
+  }
+
+  constexpr Parsed parse_flag(FlagField& flag, bool active_high) {
+    if (flag.present) {
+      const bool same = flag.active_high == active_high;
+      return fail(same ? FormatMistake::item_twice : FormatMistake::polarity_twice, begin_);
+    }
+    if (!at_separator()) return fail(FormatMistake::unexpected_character, at_);
+    const Parsed room = claim(1);
+    if (!room.ok()) return room;
+    flag = {static_cast<std::uint8_t>(channel_.data_bits - 1), true, active_high};
+    return true;
+  }
+
+  constexpr Parsed parse_crc() {
+    if (channel_.data_bits == 0) return fail(FormatMistake::no_data_before_crc, begin_);
+    const std::size_t width_at = at_;
+    const auto width = parse_width(max_data_bits);
+    if (!width.ok()) return failure(width.error());
+    if (*width < min_crc_bits || *width > max_crc_bits) {
+      return fail(FormatMistake::crc_width, width_at);
+    }
+    CrcSpec crc{default_polynomial(*width), 0, static_cast<std::uint8_t>(*width), true};
+    bool plain = take_word(":plain");
+    if (!plain && take(':')) {
+      const Parsed numbers = parse_crc_numbers(crc);
+      if (!numbers.ok()) return numbers;
+      plain = take_word(":plain");
+    }
+    if (crc.polynomial == 0) return fail(FormatMistake::polynomial_missing, width_at);
+    if (!at_separator()) return fail(FormatMistake::unexpected_character, at_);
+    crc.inverted = !plain;
+    channel_.crc = crc;
+    return true;
+  }
+
+  constexpr Parsed parse_crc_numbers(CrcSpec& crc) {
+    const std::size_t polynomial_at = at_;
+    const auto polynomial = parse_hexadecimal();
+    if (!polynomial.ok()) return failure(polynomial.error());
+    if (!is_full_form(*polynomial, crc.width_bits)) {
+      return fail(FormatMistake::polynomial_form, polynomial_at);
+    }
+    crc.polynomial = *polynomial;
+    if (text_.substr(at_).starts_with(":plain") || !take(':')) return true;
+    const std::size_t start_at = at_;
+    const auto start = parse_hexadecimal();
+    if (!start.ok()) return failure(start.error());
+    if (*start > crc.mask()) return fail(FormatMistake::start_too_large, start_at);
+    crc.start = static_cast<std::uint16_t>(*start);
+    return true;
+  }
+
+  constexpr Result<unsigned, FormatTextError> parse_width(unsigned limit) {
+    const std::size_t begin = at_;
+    unsigned value = 0;
+    while (at_ < text_.size() && text_[at_] >= '0' && text_[at_] <= '9') {
+      value = value * 10 + static_cast<unsigned>(text_[at_++] - '0');
+      if (value > limit) return fail(FormatMistake::width_too_large, begin);
+    }
+    if (at_ == begin) return fail(FormatMistake::width_missing, begin);
+    if (value == 0) return fail(FormatMistake::width_zero, begin);
+    if (!at_separator() && text_[at_] != ':') return fail(FormatMistake::unexpected_character, at_);
+    return value;
+  }
+
+  constexpr Result<std::uint32_t, FormatTextError> parse_hexadecimal() {
+    const std::size_t begin = at_;
+    if (!take_word("0x") && !take_word("0X")) return fail(FormatMistake::number_needs_0x, begin);
+    const std::size_t first = at_;
+    std::uint32_t value = 0;
+    for (; at_ < text_.size() && digit_of(text_[at_]) < 16; ++at_) {
+      if (value >= (1U << 20U)) return fail(FormatMistake::number_too_large, begin);
+      value = value * 16 + digit_of(text_[at_]);
+    }
+    if (at_ == first) return fail(FormatMistake::number_without_digits, at_);
+    return value;
+  }
+
+  static constexpr std::uint32_t digit_of(char c) {
+    if (c >= '0' && c <= '9') return static_cast<std::uint32_t>(c - '0');
+    if (c >= 'a' && c <= 'f') return static_cast<std::uint32_t>(c - 'a') + 10;
+    if (c >= 'A' && c <= 'F') return static_cast<std::uint32_t>(c - 'A') + 10;
+    return 16;
+  }
+
+  constexpr Parsed claim(unsigned bits) {
+    if (channel_.data_bits + bits > max_data_bits) {
+      return fail(FormatMistake::too_many_data_bits, begin_);
+    }
+    channel_.data_bits = static_cast<std::uint8_t>(channel_.data_bits + bits);
+    return true;
+  }
+
+  constexpr bool take(char c) {
+    if (at_ == text_.size() || text_[at_] != c) return false;
+    ++at_;
+    return true;
+  }
+
+  constexpr bool take_word(std::string_view word) {
+    if (!text_.substr(at_).starts_with(word)) return false;
+    at_ += word.size();
+    return true;
+  }
+
+  constexpr bool at_separator() const {
+    return at_ == text_.size() || text_[at_] == ',' || text_[at_] == '+' || text_[at_] == ';';
+  }
+
+  constexpr Failure<FormatTextError> fail(FormatMistake mistake, std::size_t at) const {
+    return failure(FormatTextError{mistake, at});
+  }
+
+  std::string_view text_;
+  std::size_t at_ = 0;
+  std::size_t begin_ = 0;
+  ChannelFormat channel_;
+  FrameFormat format_;
+};
+
+}  // namespace frame_detail
+
+/// Reads the text of a frame format; the grammar is at the top of this file.
+/// \return the format, or the mistake and the character it is at
+constexpr Result<FrameFormat, FormatTextError> parse_format(std::string_view text) {
+  return frame_detail::FormatParser(text).parse();
+}
+
+}  // namespace biss

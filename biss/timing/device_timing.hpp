@@ -1,0 +1,83 @@
+// DeviceTiming: how an encoder behaves in time. Apart from FrameFormat, because the same bits come
+// from devices that differ.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "biss/base/units.hpp"
+#include "biss/frame/frame.hpp"
+
+namespace biss {
+
+/// Limits of the protocol description D2, table of characteristics (row numbers are
+/// PROTOCOL 1.3's).
+inline constexpr Hertz biss_clock_min = kilohertz(80);                       // row 1
+inline constexpr Hertz biss_clock_max = megahertz(10);                       // row 1
+inline constexpr Picoseconds biss_line_delay_max = microseconds(40);         // row 7
+inline constexpr Picoseconds biss_busy_max = microseconds(40);               // row 10a
+inline constexpr std::uint8_t biss_busy_s_max_clocks = 8;                    // row 10b
+inline constexpr Picoseconds biss_static_timeout_min = nanoseconds(12'500);  // row 5
+inline constexpr Picoseconds biss_static_timeout_max = microseconds(40);     // row 5
+
+/// When SLO returns to 1 after a frame.
+enum class TimeoutRule : std::uint8_t {
+  adaptive,  ///< 1.5 MA periods after the last edge of MA, up to 3 sampling clocks of the slave
+             ///< later
+  fixed,     ///< a time after the last edge of MA ("static" in the protocol description)
+  cycle,     ///< a time after the start of the request (Renishaw)
+};
+
+struct Timeout {
+  TimeoutRule rule = TimeoutRule::fixed;
+  /// For `fixed` and `cycle` the time; for `adaptive` what may come on top of 1.5 periods.
+  Picoseconds time = biss_static_timeout_max;
+
+  constexpr bool operator==(const Timeout&) const = default;
+};
+
+/// The defaults are the widest that BiSS C allows.
+struct DeviceTiming {
+  Hertz clock_min = biss_clock_min;
+  Hertz clock_max = biss_clock_max;
+  /// From the first rising edge of MA (LAT) to START, at least. 0: not known; two clocks always
+  /// pass.
+  Picoseconds start_min{};
+  /// From the second rising edge of MA (ACK) until the encoder has its answer; START comes with the
+  /// next rising edge.
+  Picoseconds ack_max = biss_busy_max;
+  /// Clocks of ACK where the device always takes the same; 0: not fixed.
+  std::uint16_t ack_clocks = 0;
+  Timeout timeout{};
+  /// MA to SLO inside the encoder, at most.
+  Picoseconds internal_delay_max{};
+  /// From one request to the next, at least; 0: only what the frame needs.
+  Picoseconds cycle_min{};
+  /// When the position was taken, from the first rising edge of MA; all 0: at that edge.
+  Picoseconds sampling_min{};
+  Picoseconds sampling_typical{};
+  Picoseconds sampling_max{};
+
+  constexpr bool operator==(const DeviceTiming&) const = default;
+};
+
+/// ACK's bounds in clocks of this period. ACK ends on a rising edge, so its longest time is rounded
+/// up.
+struct AckBounds {
+  std::uint16_t min_clocks = 1;
+  std::uint16_t max_clocks = 400;
+};
+
+/// \pre period is positive
+constexpr AckBounds ack_bounds(const DeviceTiming& timing, Picoseconds period) {
+  if (timing.ack_clocks != 0) return {timing.ack_clocks, timing.ack_clocks};
+  constexpr std::int64_t most = FrameBounds{}.ack_max_clocks;
+  const std::int64_t longest =
+      std::clamp<std::int64_t>(clocks_to_cover(timing.ack_max, period), 1, most);
+  // LAT to START is one clock more than ACK to START.
+  const std::int64_t shortest =
+      std::clamp<std::int64_t>(clocks_to_cover(timing.start_min, period) - 1, 1, longest);
+  return {static_cast<std::uint16_t>(shortest), static_cast<std::uint16_t>(longest)};
+}
+
+}  // namespace biss
