@@ -1,0 +1,56 @@
+# The ways into the project. Each target first installs what it misses from Debian's packages, so
+# make and git are all that a machine needs beforehand.
+
+SHELL := /bin/bash
+.SHELLFLAGS := -euo pipefail -c
+.DEFAULT_GOAL := help
+
+.PHONY: help
+help:  ## this list
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+.PHONY: demo
+demo: build  ## simulate an encoder, spoil some frames, decode the capture
+	@scripts/demo
+
+.PHONY: build
+build:  ## the command: build/biss
+	@scripts/install-packages build
+	@cmake --preset release -DBISS_TESTS=OFF
+	@cmake --build --preset release
+
+.PHONY: test
+test:  ## all checks: both compilers, sanitizers, microcontroller, fuzz smoke
+	@scripts/install-packages build test fuzz firmware format
+	@scripts/test
+
+.PHONY: bench
+bench:  ## the benchmarks, at full optimisation
+	@scripts/install-packages build bench
+	@cmake --preset bench
+	@cmake --build --preset bench
+	@scripts/bench
+
+.PHONY: fuzz
+fuzz:  ## the fuzz targets, for as long as FUZZ_RUNS says
+	@scripts/install-packages build fuzz
+	@fuzz/run
+
+.PHONY: coverage
+coverage:  ## branch coverage of crc, frame, timing, turns; fails below 100 %
+	@scripts/install-packages build test coverage
+	@scripts/coverage
+
+.PHONY: firmware-sizes
+firmware-sizes:  ## flash, RAM and instructions a frame on Cortex-M0 and M4
+	@scripts/install-packages build firmware
+	@firmware/sizes
+
+.PHONY: format
+format:  ## rewrite every C++ file as .clang-format says
+	@scripts/install-packages format
+	@scripts/check-format --fix
+
+.PHONY: clean
+clean:  ## remove every build folder
+	@rm -rf build build-*/
