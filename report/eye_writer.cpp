@@ -1,0 +1,151 @@
+#include <algorithm>
+#include <vector>
+
+#include "report/text.hpp"
+#include "report/writers.hpp"
+
+namespace biss::report {
+namespace {
+
+constexpr std::string_view gap = "  ";
+constexpr std::string_view absent = "-";
+constexpr std::string_view dim = "\x1b[2m";
+constexpr std::string_view yellow = "\x1b[33m";
+constexpr std::string_view plain = "\x1b[0m";
+
+bool right_aligned(const Column& column) {
+  return column.kind != Kind::text && column.kind != Kind::bits;
+}
+
+void append_cell(std::string& out, const Cell& cell, const Column& column) {
+  const unsigned shift = column.shift;
+  switch (cell.kind()) {
+    case Kind::absent:
+      return void(out.append(absent));
+    case Kind::flag:
+      return append_number(out, cell.unsigned_value());
+    case Kind::unsigned_integer:
+      return append_fixed(out, {cell.unsigned_value()}, shift, column.places.value_or(shift));
+    case Kind::signed_integer:
+      return append_fixed(out, magnitude_of(cell.signed_value()), shift,
+                          column.places.value_or(shift));
+    case Kind::nanoseconds:
+      return append_fixed(out, magnitude_of(cell.time().count), shift + 3,
+                          column.places.value_or(shift + 3));
+    case Kind::text:
+      if (cell.text().empty()) return void(out.append(absent));
+      return append_printable(out, cell.text());
+    case Kind::bits:
+      if (cell.bits().empty()) return void(out.append(absent));
+      return append_hex(out, cell.bits());
+  }
+}
+
+void trim_end(std::string& out) {
+  while (!out.empty() && out.back() == ' ') out.pop_back();
+}
+
+// Holds the first rows back to learn the widths, then writes each as it comes. A later cell that is
+// wider widens its column from there on: rows stay aligned with their neighbours.
+class EyeWriter final : public TableWriter {
+ public:
+  EyeWriter(std::span<const Column> columns, TextSink& sink, TableOptions options)
+      : columns_(columns.begin(), columns.end()), writer_(sink), options_(options) {
+    for (Column& column : columns_) {
+      if (column.heading.empty()) column.heading = column.name;
+      const std::size_t title = std::max(display_width(column.heading), display_width(column.unit));
+      widths_.push_back(std::max<std::size_t>(title, column.width));
+    }
+  }
+
+  bool row(std::span<const Cell> cells) override {
+    if (!writer_.good()) return false;
+    if (!streaming_ && held_rows() >= options_.rows_measured) release();
+    if (streaming_) texts_.resize(columns_.size());
+    const std::size_t first = streaming_ ? 0 : texts_.size();
+    texts_.resize(first + columns_.size());
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      std::string& text = texts_[first + i];
+      text.clear();
+      append_cell(text, i < cells.size() ? cells[i] : Cell(), columns_[i]);
+      widths_[i] = std::max(widths_[i], display_width(text));
+    }
+    if (streaming_) write_line(texts_);
+    return writer_.good();
+  }
+
+  bool finish() override {
+    if (!streaming_) release();
+    return writer_.flush();
+  }
+
+ private:
+  std::size_t held_rows() const { return columns_.empty() ? 0 : texts_.size() / columns_.size(); }
+
+  void release() {
+    write_head();
+    const std::size_t rows = held_rows();
+    const std::span<const std::string> held(texts_);
+    for (std::size_t i = 0; i < rows; ++i) {
+      write_line(held.subspan(i * columns_.size(), columns_.size()));
+    }
+    texts_.clear();
+    streaming_ = true;
+  }
+
+  void write_head() {
+    write_title(&Column::heading);
+    const bool units = std::any_of(columns_.begin(), columns_.end(),
+                                   [](const Column& column) { return !column.unit.empty(); });
+    std::string& out = writer_.block();
+    if (options_.colour) out.append(dim);
+    if (units) write_title(&Column::unit);
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      if (i != 0) out.append(gap);
+      for (std::size_t n = 0; n < widths_[i]; ++n) out.append("─");
+    }
+    if (options_.colour) out.append(plain);
+    out.push_back('\n');
+    writer_.line_done();
+  }
+
+  void write_title(std::string Column::*title) {
+    std::string& out = writer_.block();
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      if (i != 0) out.append(gap);
+      append_padded(out, columns_[i].*title, widths_[i], right_aligned(columns_[i]));
+    }
+    trim_end(out);
+    out.push_back('\n');
+  }
+
+  void write_line(std::span<const std::string> texts) {
+    std::string& out = writer_.block();
+    for (std::size_t i = 0; i < texts.size(); ++i) {
+      if (i != 0) out.append(gap);
+      const bool marked = options_.colour && columns_[i].mark == Mark::status && texts[i] != "ok";
+      if (marked) out.append(yellow);
+      append_padded(out, texts[i], widths_[i], right_aligned(columns_[i]));
+      if (marked) out.append(plain);
+    }
+    trim_end(out);
+    out.push_back('\n');
+    writer_.line_done();
+  }
+
+  std::vector<Column> columns_;
+  std::vector<std::size_t> widths_;
+  std::vector<std::string> texts_;  // row by row while held back, then the one row at hand
+  BlockWriter writer_;
+  TableOptions options_;
+  bool streaming_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<TableWriter> make_eye_writer(std::span<const Column> columns, TextSink& sink,
+                                             TableOptions options) {
+  return std::make_unique<EyeWriter>(columns, sink, options);
+}
+
+}  // namespace biss::report

@@ -1,0 +1,59 @@
+#include "report/summary.hpp"
+
+#include <algorithm>
+
+#include "report/text.hpp"
+
+namespace biss::report {
+namespace {
+
+std::string printable(std::string_view text) {
+  std::string out;
+  append_printable(out, text);
+  return out;
+}
+
+}  // namespace
+
+Summary& Summary::title(std::string_view text) {
+  lines_.push_back({true, printable(text), {}, {}});
+  return *this;
+}
+
+Summary& Summary::entry(std::string_view key, std::string_view value, std::string_view note) {
+  lines_.push_back({false, printable(key), printable(value), printable(note)});
+  return *this;
+}
+
+std::string Summary::text() const {
+  std::size_t key_width = 0;
+  std::size_t value_width = 0;
+  for (const Line& line : lines_) {
+    if (line.is_title) continue;
+    key_width = std::max(key_width, display_width(line.key));
+    // A long value without a note is prose and must not push the notes of others away.
+    if (!line.note.empty()) value_width = std::max(value_width, display_width(line.value));
+  }
+  std::string out;
+  for (const Line& line : lines_) {
+    if (line.is_title) {
+      if (!out.empty()) out.push_back('\n');
+      out.append(line.key);
+    } else {
+      append_padded(out, line.key, key_width + 2, false);
+      append_padded(out, line.value, line.note.empty() ? 0 : value_width + 2, false);
+      out.append(line.note);
+    }
+    while (!out.empty() && out.back() == ' ') out.pop_back();
+    out.push_back('\n');
+  }
+  return out;
+}
+
+std::string spread(std::string_view min, std::string_view median, std::string_view max) {
+  std::string out = "(";
+  out.append(min).append(" .. ").append(median).append(" .. ").append(max).append(")");
+  return out;
+}
+
+}  // namespace biss::report

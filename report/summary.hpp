@@ -1,0 +1,38 @@
+// A short block of facts beside the data: what was measured, how much, how bad.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace biss::report {
+
+/// Lines of key, value and note in aligned columns, for eyes:
+///
+///     clock       10.000 MHz  (9.998 .. 10.000 .. 10.002)
+///     line delay  112 ns      compensated
+class Summary {
+ public:
+  /// A line of its own above what follows, a blank line before it unless it is the first.
+  Summary& title(std::string_view text);
+  /// A line; an empty key continues the one above.
+  Summary& entry(std::string_view key, std::string_view value, std::string_view note = {});
+
+  bool empty() const { return lines_.empty(); }
+  /// The block, each line ended by `\n`; control characters are replaced.
+  std::string text() const;
+
+ private:
+  struct Line {
+    bool is_title = false;
+    std::string key;
+    std::string value;
+    std::string note;
+  };
+  std::vector<Line> lines_;
+};
+
+/// The note of a spread: `(min .. median .. max)`.
+std::string spread(std::string_view min, std::string_view median, std::string_view max);
+
+}  // namespace biss::report

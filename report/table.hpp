@@ -1,0 +1,135 @@
+// A typed table: columns declared once, rows streamed through, one writer a format. The verbs make
+// the rows; nothing but this room makes text of them.
+#pragma once
+
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+
+#include "biss/base/bits.hpp"
+#include "biss/base/units.hpp"
+#include "report/sink.hpp"
+
+namespace biss::report {
+
+/// What a column holds and a cell is.
+enum class Kind : std::uint8_t {
+  absent,            ///< cells only: no value; empty in CSV, null in JSON, `-` for eyes
+  unsigned_integer,  ///< up to 2^64 - 1; decimal
+  signed_integer,    ///< decimal
+  nanoseconds,       ///< a Picoseconds, written as nanoseconds with up to three places, exact
+  text,              ///< any bytes; UTF-8 where it is to be readable
+  bits,              ///< a bit string, written as one hexadecimal number (see append_hex)
+  flag,              ///< 0 or 1
+};
+
+/// One value of a row. It owns nothing: text and bits must live until row() has returned.
+class Cell {
+ public:
+  /// Absent.
+  constexpr Cell() : number_(0) {}
+  template <std::unsigned_integral T>
+  requires(!std::same_as<T, bool>) constexpr Cell(T value)
+      : kind_(Kind::unsigned_integer), number_(value) {}
+  template <std::signed_integral T>
+  constexpr Cell(T value) : kind_(Kind::signed_integer), signed_(value) {}
+  template <std::same_as<bool> T>
+  constexpr Cell(T value) : kind_(Kind::flag), number_(value ? 1U : 0U) {}
+  constexpr Cell(Picoseconds value) : kind_(Kind::nanoseconds), signed_(value.count) {}
+  constexpr Cell(Hertz value) : kind_(Kind::unsigned_integer), number_(value.count) {}
+  constexpr Cell(std::string_view value) : kind_(Kind::text), text_(value) {}
+  constexpr Cell(const char* value) : kind_(Kind::text), text_(value) {}
+  Cell(const std::string& value) : kind_(Kind::text), text_(value) {}
+  constexpr Cell(BitView value) : kind_(Kind::bits), bits_(value) {}
+  /// Absent when there is no value.
+  template <class T>
+  constexpr Cell(const std::optional<T>& value) : Cell(value ? Cell(*value) : Cell()) {}
+
+  constexpr Kind kind() const { return kind_; }
+  /// \pre kind() is unsigned_integer or flag
+  constexpr std::uint64_t unsigned_value() const { return number_; }
+  /// \pre kind() is signed_integer
+  constexpr std::int64_t signed_value() const { return signed_; }
+  /// \pre kind() is nanoseconds
+  constexpr Picoseconds time() const { return {signed_}; }
+  /// \pre kind() is text
+  constexpr std::string_view text() const { return text_; }
+  /// \pre kind() is bits
+  constexpr BitView bits() const { return bits_; }
+
+ private:
+  Kind kind_ = Kind::absent;
+  union {
+    std::uint64_t number_;
+    std::int64_t signed_;
+    std::string_view text_;
+    BitView bits_;
+  };
+};
+
+/// What is marked on a terminal that shows colour.
+enum class Mark : std::uint8_t {
+  none,
+  status,  ///< every text other than `ok`
+};
+
+/// A column. `name` and `kind` are the contract with scripts; all else is for eyes only.
+struct Column {
+  std::string name = {};
+  Kind kind = Kind::text;
+  std::string heading = {};  ///< empty: the name
+  std::string unit = {};     ///< stands below the heading, of the value as shown
+  /// Numbers for eyes are divided by 10^shift: 6 shows hertz as MHz and nanoseconds as ms.
+  unsigned shift = 0;
+  /// Digits after the point for eyes, rounded; nullopt: 3 more than `shift` for nanoseconds (all
+  /// there is), `shift` for integers. At most 15; so is shift.
+  std::optional<unsigned> places = std::nullopt;
+  /// At least this wide, where later rows are known to be wider than the first ones.
+  unsigned width = 0;
+  Mark mark = Mark::none;
+};
+
+/// Writes rows in one format to a sink. Nothing is complete before finish().
+class TableWriter {
+ public:
+  virtual ~TableWriter() = default;
+
+  /// Takes a row, one cell a column in their order; a missing cell is absent. False as soon as the
+  /// sink has failed: the caller may stop, further rows are dropped.
+  /// \pre a cell is absent or of its column's kind
+  virtual bool row(std::span<const Cell> cells) = 0;
+
+  /// Writes what is held back. False when any of the text did not reach the sink.
+  virtual bool finish() = 0;
+};
+
+/// How a table is written.
+enum class Format : std::uint8_t {
+  table,  ///< for eyes: aligned, headed, rounded as the columns say
+  csv,    ///< RFC 4180 with `\n`, a header always, absent = empty
+  jsonl,  ///< one object a line, keys in the order of the columns, absent = null
+};
+
+/// The names of all formats as a user types them, in the order of Format.
+inline constexpr std::array<std::string_view, 3> format_names = {"table", "csv", "jsonl"};
+
+/// The format of that name; nullopt when there is none.
+std::optional<Format> format_by_name(std::string_view name);
+
+struct TableOptions {
+  bool colour = false;               ///< `table` only: the terminal shows colour and wants it
+  std::size_t rows_measured = 1000;  ///< `table` only: rows held back to find the widths
+};
+
+/// A writer of that format. The columns are copied; the sink must outlive the writer.
+std::unique_ptr<TableWriter> make_table_writer(Format format, std::span<const Column> columns,
+                                               TextSink& sink, TableOptions options = {});
+
+}  // namespace biss::report

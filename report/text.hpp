@@ -1,0 +1,62 @@
+// Numbers and strings as characters: exact, the same in every locale, safe to print.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "biss/base/bits.hpp"
+#include "biss/base/units.hpp"
+
+namespace biss::report {
+
+void append_number(std::string& out, std::uint64_t value);
+void append_number(std::string& out, std::int64_t value);
+
+/// Nanoseconds with up to three digits after the point, exact, no trailing zeros: `112`, `-0.5`.
+void append_nanoseconds(std::string& out, Picoseconds time);
+
+/// A sign and a magnitude, so that all of uint64 and int64 fit.
+struct Magnitude {
+  std::uint64_t value = 0;
+  bool negative = false;
+};
+
+/// Magnitude and sign of any int64, the lowest one too.
+constexpr Magnitude magnitude_of(std::int64_t value) {
+  const auto bits = static_cast<std::uint64_t>(value);
+  return value < 0 ? Magnitude{~bits + 1U, true} : Magnitude{bits, false};
+}
+
+/// The number divided by 10^shift with exactly `places` digits after the point, rounded half away
+/// from zero; what rounds to zero has no sign.
+/// \pre shift and places are at most 18
+void append_fixed(std::string& out, Magnitude number, unsigned shift, unsigned places);
+
+/// The bits as one hexadecimal number, upper case: the first bit on the line is the most
+/// significant one, zeros in front fill the first digit. No bits give no digits.
+void append_hex(std::string& out, BitView bits);
+
+/// One character of UTF-8.
+struct CodePoint {
+  char32_t value = 0;
+  std::size_t bytes = 1;  ///< how many to step over; 1 when not valid
+  bool valid = false;
+};
+
+/// The character at the front of `text`: overlong forms, surrogates and values past U+10FFFF are
+/// not valid. \pre text is not empty
+CodePoint front_code_point(std::string_view text);
+
+/// Appends `text` fit for a terminal: control characters and invalid UTF-8 become U+FFFD, so that a
+/// name out of a file cannot steer the terminal or break a line.
+void append_printable(std::string& out, std::string_view text);
+
+/// Columns that printable text takes: combining marks none, wide East Asian characters two.
+std::size_t display_width(std::string_view text);
+
+/// Appends `text` with spaces before (or behind) it up to `width` columns.
+void append_padded(std::string& out, std::string_view text, std::size_t width, bool right_aligned);
+
+}  // namespace biss::report
