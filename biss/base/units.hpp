@@ -1,4 +1,4 @@
-// Time and rate as types, so that a delay is never mistaken for a count of clocks.
+// Time, rate and length as types, so that a delay is never mistaken for a count of clocks.
 #pragma once
 
 #include <compare>
@@ -66,5 +66,15 @@ constexpr std::int64_t clocks_to_cover(Picoseconds duration, Picoseconds period)
   if (duration.count <= 0) return 0;
   return (duration.count + period.count - 1) / period.count;
 }
+
+/// A length in millimetres: a cable.
+struct Millimetres {
+  std::int64_t count = 0;
+
+  constexpr auto operator<=>(const Millimetres&) const = default;
+};
+
+constexpr Millimetres millimetres(std::int64_t n) { return {n}; }
+constexpr Millimetres metres(std::int64_t n) { return {n * 1'000}; }
 
 }  // namespace biss

@@ -6,7 +6,6 @@
 #include <cstdint>
 
 #include "biss/base/units.hpp"
-#include "biss/frame/frame.hpp"
 
 namespace biss {
 
@@ -19,6 +18,10 @@ inline constexpr Picoseconds biss_busy_max = microseconds(40);               // 
 inline constexpr std::uint8_t biss_busy_s_max_clocks = 8;                    // row 10b
 inline constexpr Picoseconds biss_static_timeout_min = nanoseconds(12'500);  // row 5
 inline constexpr Picoseconds biss_static_timeout_max = microseconds(40);     // row 5
+
+/// ACK at its longest: the longest processing time at the highest clock.
+inline constexpr std::uint16_t biss_ack_max_clocks =
+    static_cast<std::uint16_t>(clocks_to_cover(biss_busy_max, period_of(biss_clock_max)));
 
 /// When SLO returns to 1 after a frame.
 enum class TimeoutRule : std::uint8_t {
@@ -65,13 +68,15 @@ struct DeviceTiming {
 /// up.
 struct AckBounds {
   std::uint16_t min_clocks = 1;
-  std::uint16_t max_clocks = 400;
+  std::uint16_t max_clocks = biss_ack_max_clocks;
+
+  constexpr bool operator==(const AckBounds&) const = default;
 };
 
 /// \pre period is positive
 constexpr AckBounds ack_bounds(const DeviceTiming& timing, Picoseconds period) {
   if (timing.ack_clocks != 0) return {timing.ack_clocks, timing.ack_clocks};
-  constexpr std::int64_t most = FrameBounds{}.ack_max_clocks;
+  constexpr std::int64_t most = biss_ack_max_clocks;
   const std::int64_t longest =
       std::clamp<std::int64_t>(clocks_to_cover(timing.ack_max, period), 1, most);
   // LAT to START is one clock more than ACK to START.
