@@ -1,0 +1,67 @@
+// Real encoders as data: what their bits mean, how they behave in time, and what is not certain.
+//
+// constexpr FrameFormat format = find_encoder("resolute-26")->frame_format();
+//
+// costs firmware nothing but the format itself.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <string_view>
+
+#include "biss/catalogue/drivers.hpp"
+#include "biss/catalogue/entry.hpp"
+#include "biss/catalogue/ic_haus.hpp"
+#include "biss/catalogue/makers.hpp"
+#include "biss/catalogue/renishaw.hpp"
+#include "biss/frame/format_print.hpp"
+
+namespace biss {
+
+namespace catalogue_detail {
+
+template <std::size_t... Sizes>
+constexpr auto joined(const std::array<CatalogueEntry, Sizes>&... groups) {
+  std::array<CatalogueEntry, (Sizes + ...)> all{};
+  auto at = all.begin();
+  ((at = std::copy(groups.begin(), groups.end(), at)), ...);
+  return all;
+}
+
+}  // namespace catalogue_detail
+
+/// All entries; no two have the same name.
+inline constexpr auto catalogue =
+    catalogue_detail::joined(renishaw_encoders, ic_haus_encoders, maker_encoders, driver_encoders);
+
+/// The entry of that name, null when there is none. Names are compared exactly.
+constexpr const CatalogueEntry* find_encoder(std::string_view name) {
+  for (const CatalogueEntry& entry : catalogue) {
+    if (entry.name == name) return &entry;
+  }
+  return nullptr;
+}
+
+namespace catalogue_detail {
+
+constexpr bool canonical(const CatalogueEntry& entry) {
+  const auto format = parse_format(entry.format);
+  return format.ok() && format_text(*format).view() == entry.format;
+}
+
+constexpr bool names_differ() {
+  for (auto a = catalogue.begin(); a != catalogue.end(); ++a) {
+    for (auto b = a + 1; b != catalogue.end(); ++b) {
+      if (a->name == b->name) return false;
+    }
+  }
+  return true;
+}
+
+static_assert(std::all_of(catalogue.begin(), catalogue.end(), canonical));
+static_assert(names_differ());
+
+}  // namespace catalogue_detail
+
+}  // namespace biss

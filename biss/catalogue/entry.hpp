@@ -1,0 +1,51 @@
+// What the catalogue knows of one encoder.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <string_view>
+
+#include "biss/frame/format.hpp"
+#include "biss/frame/format_parse.hpp"
+#include "biss/timing/device_timing.hpp"
+
+namespace biss {
+
+/// One type of encoder, with one frame. All text is static.
+struct CatalogueEntry {
+  /// Lower case, what a user types.
+  std::string_view name{};
+  std::string_view vendor{};
+  std::string_view product{};
+  /// Canonical text of the frame format; it parses (proven at compile time).
+  std::string_view format{};
+  DeviceTiming timing{};
+  /// What one count is, and the range where it is known; empty when not known.
+  std::string_view resolution{};
+  /// What a user should know and no field can say; empty when there is nothing.
+  std::string_view remark{};
+  /// Where the facts are from.
+  std::string_view source{};
+  /// What is assumed, deduced or not confirmed, a sentence each; empty ones follow the last.
+  std::array<std::string_view, 4> uncertain{};
+
+  /// The format as data. \pre format is good text
+  constexpr FrameFormat frame_format() const { return parse_format(format).value(); }
+  constexpr bool certain() const { return uncertain[0].empty(); }
+};
+
+/// Sentences that apply to several entries.
+namespace doubt {
+inline constexpr std::string_view driver = "known from a driver's source, not from the maker";
+inline constexpr std::string_view clock = "the highest clock is not stated: 10 MHz assumed";
+inline constexpr std::string_view timeout = "the timeout is not stated: the longest legal assumed";
+inline constexpr std::string_view sampling_clock =
+    "adaptive timeout: the encoder's sampling clock is not stated, 1.5 periods taken";
+inline constexpr std::string_view polynomial =
+    "the maker does not name the CRC polynomial: 0x43 assumed";
+inline constexpr std::string_view flags =
+    "the two flags are not stated: nE and nW before the CRC assumed";
+inline constexpr std::string_view start = "the CRC's start value can be programmed: 0 assumed";
+}  // namespace doubt
+
+}  // namespace biss
