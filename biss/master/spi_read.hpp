@@ -1,0 +1,192 @@
+// A BiSS frame out of the bytes that an SPI peripheral clocked in.
+//
+// MA is the SPI clock, idle high (CPOL = 1); SLO is its data input, most significant bit first.
+// Both clock phases work. T is the period, d the delay from MA at the master to SLO at the master:
+//
+//          0       1       2       3       4       5      clock
+//   MA  ‾‾‾\___/‾‾‾\___/‾‾‾\___/‾‾‾\___/‾‾‾\___/‾‾‾
+//              :LAT    :ACK    :START  :CDS           the encoder changes SLO, here d = T / 4
+//   SLO ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\_______/‾‾‾‾‾‾‾X=======X
+//              ^       ^       ^       ^       ^      sample_on_rising   (CPHA = 1, mode 3): 1 1 0
+//              1 …
+//          ^       ^       ^       ^       ^          sample_on_falling  (CPHA = 0, mode 2): 1 1 0
+//          1 …
+//
+// Sample k is taken at rising edge k, or at falling edge k half a period earlier. It shows what the
+// encoder put out at rising edge j, the last one for which that had arrived. Edge 0 is LAT, edge 1
+// is ACK, so ones come up to the first sample that sees edge 1:
+//
+//   rising    ones = 2 + floor(d / T)            2 for any delay below a period
+//   falling   ones = 2 + floor(d / T + 1 / 2)    2 below half a period, 3 below one and a half, …
+//
+// A change that arrives in the very moment of sampling may be seen or not; the bounds allow both.
+// The clock must run without a gap from the first to the last bit: let DMA feed the peripheral.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+
+#include "biss/base/bits.hpp"
+#include "biss/base/result.hpp"
+#include "biss/base/units.hpp"
+#include "biss/frame/codec.hpp"
+#include "biss/frame/decode.hpp"
+#include "biss/frame/frame.hpp"
+#include "biss/timing/device_timing.hpp"
+
+namespace biss {
+
+/// The edge of MA the peripheral samples at; MA idles high.
+enum class SpiPhase : std::uint8_t {
+  sample_on_rising,   ///< CPHA = 1, SPI mode 3
+  sample_on_falling,  ///< CPHA = 0, SPI mode 2: half a period less for line and encoder
+};
+
+/// What a 1 behind STOP means. The encoder keeps SLO low until its timeout, and that does not
+/// expire while MA runs (except TimeoutRule::cycle, whose end is respected).
+enum class SpiTail : std::uint8_t {
+  must_stay_low,  ///< stop_bit: it is the rest of a frame whose START was taken too early
+  ignored,        ///< for encoders that release SLO early
+};
+
+/// From MA to SLO, both at the master: cable there and back, drivers, the encoder's own delay.
+struct LineDelay {
+  Picoseconds min{};
+  Picoseconds max = biss_line_delay_max;
+
+  constexpr bool operator==(const LineDelay&) const = default;
+};
+
+/// How the peripheral is set up. The closer the line delay is known, the more a wrong frame stands
+/// out.
+struct SpiSetup {
+  /// Of MA; positive.
+  Picoseconds period{};
+  SpiPhase phase = SpiPhase::sample_on_rising;
+  LineDelay line_delay{};
+  /// Bits in the buffer before the sample of the first clock, where a peripheral pads.
+  std::uint16_t first_bit = 0;
+  SpiTail tail = SpiTail::must_stay_low;
+
+  constexpr bool operator==(const SpiSetup&) const = default;
+};
+
+/// What may come before the data: leading ones of this phase and line delay, ACK of this device.
+/// \pre period is positive, line_delay.min <= line_delay.max, neither is negative
+constexpr FrameBounds spi_bounds(const SpiSetup& setup, const DeviceTiming& timing) {
+  constexpr std::int64_t most = FrameBounds{}.lead_max_clocks;
+  const Picoseconds early =
+      setup.phase == SpiPhase::sample_on_falling ? setup.period / 2 : Picoseconds{};
+  const std::int64_t longest =
+      std::min(2 + (setup.line_delay.max + early).count / setup.period.count, most);
+  const std::int64_t shortest = std::clamp<std::int64_t>(
+      1 + clocks_to_cover(setup.line_delay.min + early, setup.period), 2, longest);
+  const AckBounds ack = ack_bounds(timing, setup.period);
+  return {.lead_min_clocks = static_cast<std::uint16_t>(shortest),
+          .lead_max_clocks = static_cast<std::uint16_t>(longest),
+          .ack_min_clocks = ack.min_clocks,
+          .ack_max_clocks = ack.max_clocks};
+}
+
+/// Clocks of MA that reach STOP at the longest line delay and the longest ACK.
+constexpr std::size_t spi_clocks(const FrameFormat& format, const SpiSetup& setup,
+                                 const DeviceTiming& timing) {
+  const FrameBounds bounds = spi_bounds(setup, timing);
+  // START, CDS, STOP.
+  return std::size_t{bounds.lead_max_clocks} + bounds.ack_max_clocks + 3U + format.payload_bits();
+}
+
+/// Bytes to transfer for spi_clocks(), padding included.
+constexpr std::size_t spi_bytes(const FrameFormat& format, const SpiSetup& setup,
+                                const DeviceTiming& timing) {
+  return (setup.first_bit + spi_clocks(format, setup, timing) + 7U) / 8U;
+}
+
+/// Whole clocks of line delay seen in a good frame.
+/// \pre the frame came from a SpiReader
+constexpr std::uint16_t line_delay_clocks(const Frame& frame) {
+  return static_cast<std::uint16_t>(frame.lead_clocks - 2U);
+}
+
+/// What a good frame says about the line delay: at least `min`, at most `max`, a period apart (half
+/// a period where the delay cannot be negative).
+/// \pre the frame came from a SpiReader of this setup
+constexpr LineDelay observed_line_delay(const Frame& frame, const SpiSetup& setup) {
+  Picoseconds min = setup.period * line_delay_clocks(frame);
+  if (setup.phase == SpiPhase::sample_on_falling) min -= setup.period / 2;
+  return {std::max(min, Picoseconds{}), min + setup.period};
+}
+
+/// Reads the frames of one encoder on one SPI peripheral. Everything is computed once, so that the
+/// object may be constexpr and lie in flash; reading is a search, a decode and no heap.
+///
+/// `Codec` is a FrameCodec; it is kept by value.
+template <class Codec>
+class SpiReader {
+ public:
+  /// \pre those of spi_bounds()
+  constexpr SpiReader(const Codec& codec, const SpiSetup& setup, const DeviceTiming& timing)
+      : codec_(codec),
+        bounds_(spi_bounds(setup, timing)),
+        low_until_(low_until(setup, timing)),
+        first_bit_(setup.first_bit),
+        clocks_(static_cast<std::uint16_t>(spi_clocks(codec.format(), setup, timing))) {}
+
+  constexpr const Codec& codec() const { return codec_; }
+  constexpr const FrameBounds& bounds() const { return bounds_; }
+  /// As spi_clocks().
+  constexpr std::size_t clocks() const { return clocks_; }
+  /// As spi_bytes().
+  constexpr std::size_t bytes() const { return (first_bit_ + clocks_ + 7U) / 8U; }
+
+  /// Finds and reads the frame.
+  /// \param bytes what the peripheral received
+  /// \param clocks how many clocks were sent. Later bits are not looked at; clocks that the buffer
+  ///   has no bits for are taken as not sent.
+  /// \return the frame, or why there is none. Any FrameError; `truncated`: the clocks end before
+  ///   the last CRC bit, `stop_bit`: a 1 at STOP, or behind it while SLO must be low.
+  [[nodiscard]] constexpr Result<Frame, FrameFault> read(std::span<const std::uint8_t> bytes,
+                                                         std::size_t clocks) const {
+    const BitView bits(bytes, first_bit_, clocks);
+    const auto start = find_start(bits, bounds_);
+    if (!start.ok()) return failure(start.error());
+    if (!tail_is_low(bits, *start)) {
+      // An earlier cause on the line comes first.
+      const auto frame = decode_payload(bits, *start, codec_);
+      return failure(frame.ok() ? FrameFault{FrameError::stop_bit} : frame.error());
+    }
+    return decode_payload(bits, *start, codec_);
+  }
+
+  /// The same where every bit of the buffer from first_bit on is a clock.
+  [[nodiscard]] constexpr Result<Frame, FrameFault> read(
+      std::span<const std::uint8_t> bytes) const {
+    return read(bytes, std::numeric_limits<std::size_t>::max());
+  }
+
+ private:
+  static constexpr std::uint16_t low_until(const SpiSetup& setup, const DeviceTiming& timing) {
+    constexpr std::int64_t forever = std::numeric_limits<std::uint16_t>::max();
+    if (setup.tail == SpiTail::ignored) return 0;
+    if (timing.timeout.rule != TimeoutRule::cycle) return forever;
+    return static_cast<std::uint16_t>(
+        std::clamp<std::int64_t>(timing.timeout.time.count / setup.period.count, 0, forever));
+  }
+
+  constexpr bool tail_is_low(const BitView& bits, const FrameStart& start) const {
+    const std::size_t behind_stop = start.start_bit + 3U + codec_.payload_bits();
+    const BitView low = bits.first(low_until_);
+    return low.find(true, behind_stop) >= low.size_bits();
+  }
+
+  Codec codec_;
+  FrameBounds bounds_;
+  std::uint16_t low_until_;
+  std::uint16_t first_bit_;
+  std::uint16_t clocks_;
+};
+
+}  // namespace biss
