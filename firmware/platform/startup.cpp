@@ -1,0 +1,101 @@
+// Vector table, the way from reset to firmware_main(), and what a fault prints.
+#include "firmware/platform/startup.hpp"
+
+#include <cstddef>
+
+#include "firmware/platform/semihosting.hpp"
+
+extern "C" {
+extern std::uint32_t data_load[];
+extern std::uint32_t data_begin[];
+extern std::uint32_t data_end[];
+extern std::uint32_t bss_begin[];
+extern std::uint32_t bss_end[];
+
+[[noreturn]] void reset_handler();
+[[noreturn]] void fault_handler();
+[[noreturn]] void report_fault(const std::uint32_t* frame);
+void unexpected_handler();
+
+[[gnu::weak, gnu::alias("unexpected_handler")]] void systick_handler();
+[[gnu::weak, gnu::alias("unexpected_handler")]] void dma_complete_handler();
+}
+
+namespace {
+
+constexpr int status_fault = 3;
+
+union Vector {
+  const std::uint32_t* stack;
+  void (*handler)();
+};
+
+constexpr std::size_t vector_count = 17;
+
+}  // namespace
+
+extern "C" {
+
+// Order: Arm v6-M and v7-M architecture reference manuals, "The vector table".
+[[gnu::used, gnu::section(".vectors")]] const Vector vectors[vector_count] = {
+    {.stack = stack_top},
+    {.handler = reset_handler},
+    {.handler = unexpected_handler},  // NMI
+    {.handler = fault_handler},       // HardFault
+    {.handler = fault_handler},       // MemManage
+    {.handler = fault_handler},       // BusFault
+    {.handler = fault_handler},       // UsageFault
+    {.stack = nullptr},
+    {.stack = nullptr},
+    {.stack = nullptr},
+    {.stack = nullptr},
+    {.handler = unexpected_handler},  // SVCall
+    {.handler = unexpected_handler},  // DebugMonitor
+    {.stack = nullptr},
+    {.handler = unexpected_handler},  // PendSV
+    {.handler = systick_handler},
+    {.handler = dma_complete_handler},  // external interrupt 0
+};
+
+void reset_handler() {
+  const std::uint32_t* from = data_load;
+  for (std::uint32_t* to = data_begin; to != data_end;) *to++ = *from++;
+  for (std::uint32_t* to = bss_begin; to != bss_end;) *to++ = 0;
+  firmware::exit(firmware_main());
+}
+
+// A stack that ran over cannot be used to say so: take the frame's address and start a fresh one.
+[[gnu::naked]] void fault_handler() {
+  asm volatile(
+      "mrs r0, msp\n"
+      "ldr r1, =stack_top\n"
+      "mov sp, r1\n"
+      "ldr r1, =report_fault\n"
+      "bx r1\n"
+      ".ltorg\n");
+}
+
+void report_fault(const std::uint32_t* frame) {
+  firmware::write("HARD FAULT");
+  if (frame < stack_bottom) {
+    firmware::write(": stack overflow");
+  } else {
+    firmware::write(" at pc ");
+    firmware::write_hex(frame[6]);
+    firmware::write(", lr ");
+    firmware::write_hex(frame[5]);
+  }
+  firmware::write("\n");
+  firmware::exit(status_fault);
+}
+
+void unexpected_handler() {
+  std::uint32_t number = 0;
+  asm volatile("mrs %0, ipsr" : "=r"(number));
+  firmware::write("UNEXPECTED EXCEPTION ");
+  firmware::write_decimal(number);
+  firmware::write("\n");
+  firmware::exit(status_fault);
+}
+
+}  // extern "C"

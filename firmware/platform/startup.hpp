@@ -1,0 +1,18 @@
+// What an image supplies, and what the start-up code tells it about memory.
+#pragma once
+
+#include <cstdint>
+
+/// The image's entry: called once with .data and .bss ready; its result is the exit status.
+int firmware_main();
+
+/// The SysTick exception. An image that uses the timer's interrupt defines it.
+extern "C" void systick_handler();
+/// The interrupt of the DMA channel in the control-loop example (external interrupt 0).
+extern "C" void dma_complete_handler();
+
+extern "C" {
+// Set by the linker script; only their addresses mean anything.
+extern std::uint32_t stack_bottom[];
+extern std::uint32_t stack_top[];
+}

@@ -1,0 +1,79 @@
+// Runs every test of the image and prints a line each: `ok NAME` or `FAILED NAME`.
+#include <cstdint>
+
+#include "firmware/platform/semihosting.hpp"
+#include "firmware/platform/startup.hpp"
+#include "tests/core/test_target.hpp"
+
+extern "C" {
+extern const biss::test::Record __start_biss_tests[];
+extern const biss::test::Record __stop_biss_tests[];
+}
+
+namespace biss::test {
+namespace {
+
+constexpr std::uint32_t shown_failures = 10;
+std::uint32_t failures_in_test = 0;
+
+bool quiet() { return failures_in_test > shown_failures; }
+
+}  // namespace
+
+void print_seed(std::uint64_t seed) {
+  firmware::write("seed ");
+  firmware::write_hex(seed);
+  firmware::write("\n");
+}
+
+Report::Report(const char* file, int line, const char* expression) {
+  ++failures_in_test;
+  *this << file << ":" << line << ": FAILURE " << expression;
+}
+
+Report::Report(const char* file, int line, const char* left, Shown a, const char* right, Shown b)
+    : Report(file, line, left) {
+  if (a.is_number) *this << " = " << a;
+  *this << " is not " << right;
+  if (b.is_number) *this << " = " << b;
+  *this << " ";
+}
+
+Report::~Report() { *this << "\n"; }
+
+Report& Report::operator<<(const char* text) {
+  if (!quiet()) firmware::write(text);
+  return *this;
+}
+
+Report& Report::operator<<(const Shown& value) {
+  if (quiet()) return *this;
+  if (value.negative) firmware::write("-");
+  firmware::write_decimal(value.magnitude);
+  return *this;
+}
+
+}  // namespace biss::test
+
+int firmware_main() {
+  using biss::test::failures_in_test;
+  std::uint32_t passed = 0;
+  std::uint32_t failed = 0;
+  for (const auto* test = __start_biss_tests; test != __stop_biss_tests; ++test) {
+    failures_in_test = 0;
+    firmware::write("run ");
+    firmware::write(test->name);
+    firmware::write("\n");
+    test->run();
+    const bool good = failures_in_test == 0;
+    (good ? passed : failed) += 1;
+    firmware::write(good ? "ok " : "FAILED ");
+    firmware::write(test->name);
+    firmware::write("\n");
+  }
+  firmware::write_decimal(passed);
+  firmware::write(" passed, ");
+  firmware::write_decimal(failed);
+  firmware::write(" failed\n");
+  return failed == 0 && passed > 0 ? 0 : 1;
+}
