@@ -16,7 +16,7 @@ demo: build  ## simulate an encoder, spoil some frames, decode the capture
 .PHONY: build
 build:  ## the command: build/biss
 	@scripts/install-packages build
-	@cmake --preset release -DBISS_TESTS=OFF
+	@cmake --preset release -DBISS_TESTS=OFF >/dev/null
 	@cmake --build --preset release
 
 .PHONY: test
@@ -27,7 +27,7 @@ test:  ## all checks: both compilers, sanitizers, microcontroller, fuzz smoke
 .PHONY: bench
 bench:  ## the benchmarks, at full optimisation
 	@scripts/install-packages build bench
-	@cmake --preset bench
+	@cmake --preset bench >/dev/null
 	@cmake --build --preset bench
 	@scripts/bench
 

@@ -16,6 +16,7 @@ constexpr bool position_comes_back() {
   biss::Frame frame;
   frame.channel_count = 1;
   frame.channel_list[0].position = 12'345'678;
+  frame.lead_clocks = 1;
   frame.ack_clocks = 2;
   const auto bits = biss::encode_frame(frame, codec);
   if (!bits.ok()) return false;

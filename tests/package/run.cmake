@@ -6,7 +6,7 @@ function(step what)
   if(NOT status EQUAL 0)
     message(FATAL_ERROR "${what} failed (${status}):\n${output}")
   endif()
-  message("${what}: ok\n${output}")
+  message("${what}: ok")
 endfunction()
 
 set(prefix "${WORK_DIR}/prefix")
