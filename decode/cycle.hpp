@@ -1,0 +1,77 @@
+// A request cycle: what one cycle of MA was answered with, and the one cause if it is no frame.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "biss/base/bits.hpp"
+#include "biss/base/units.hpp"
+#include "biss/frame/encode.hpp"
+#include "biss/frame/frame.hpp"
+
+namespace biss::decode {
+
+/// The transmission's outcome. The names are what users and scripts see; docs/status.md explains
+/// each.
+enum class CycleStatus : std::uint8_t {
+  ok,
+  // The causes of biss::FrameError, in its order.
+  no_response,
+  not_ready,
+  response_range,
+  no_start,
+  ack_range,
+  truncated,
+  cds,
+  crc,
+  stop_bit,
+  // What only a capture can show.
+  cut_start,      ///< the capture begins inside this cycle
+  cut_end,        ///< the capture ends inside this cycle
+  ma_glitch,      ///< fewer than two rising edges of MA: a pulse, not a request
+  ma_clock,       ///< an edge of MA is missing or too many: bits cannot be counted
+  unknown_level,  ///< MA or SLO was neither 0 nor 1 where it mattered
+};
+
+inline constexpr std::size_t cycle_status_count = 15;
+
+constexpr std::string_view name_of(CycleStatus status) {
+  constexpr std::array<std::string_view, cycle_status_count> names{
+      "ok",        "no_response", "not_ready",    "response_range", "no_start",  "ack_range",
+      "truncated", "cds",         "crc",          "stop_bit",       "cut_start", "cut_end",
+      "ma_glitch", "ma_clock",    "unknown_level"};
+  return names[static_cast<std::size_t>(status)];
+}
+
+constexpr CycleStatus status_of(FrameError error) {
+  return static_cast<CycleStatus>(static_cast<unsigned>(error) + 1U);
+}
+static_assert(status_of(FrameError::stop_bit) == CycleStatus::stop_bit);
+
+/// START to STOP as received.
+using RawBits = BitBuffer<max_payload_bits + 3>;
+
+/// One row: a request cycle and all that was measured in it. What is absent could not be measured.
+struct Cycle {
+  /// The first falling edge of MA (the first edge seen when that one is before the capture).
+  Picoseconds time{};
+  CycleStatus status = CycleStatus::ok;
+  /// Filled when structure and CRC are good, which is: status ok.
+  std::optional<Frame> frame;
+  /// A channel's checksum was right; absent when its bits are not all there or it has none.
+  std::array<std::optional<bool>, max_channels> crc_ok{};
+  /// Second rising edge of MA to the first falling edge of SLO.
+  std::optional<Picoseconds> line_delay;
+  /// SLO falling to START rising, as seen at the master.
+  std::optional<Picoseconds> ack;
+  std::optional<Picoseconds> period;
+  /// Share of a period that MA is high, in thousandths.
+  std::optional<std::uint32_t> duty_per_mille;
+  std::uint32_t rising_edges = 0;
+  RawBits raw;
+};
+
+}  // namespace biss::decode

@@ -1,0 +1,82 @@
+// Minimum, median and maximum of any number of values in bounded memory.
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace biss::decode {
+
+/// Non-negative values. Minimum and maximum are always exact; the median is exact up to 65 536
+/// values and within 0.1 % beyond, where values are counted in buckets of that width.
+class Distribution {
+ public:
+  void add(std::int64_t value) {
+    value = std::max<std::int64_t>(value, 0);
+    min_ = count_ == 0 ? value : std::min(min_, value);
+    max_ = std::max(max_, value);
+    ++count_;
+    if (buckets_.empty() && values_.size() < exact_values) {
+      values_.push_back(value);
+      return;
+    }
+    if (buckets_.empty()) to_buckets();
+    ++buckets_[bucket_of(value)];
+  }
+
+  std::uint64_t count() const { return count_; }
+  /// \pre count() > 0
+  std::int64_t min() const { return min_; }
+  std::int64_t max() const { return max_; }
+  /// The lower median. \pre count() > 0
+  std::int64_t median() const {
+    const std::uint64_t rank = (count_ - 1) / 2;
+    if (buckets_.empty()) {
+      std::vector<std::int64_t> sorted = values_;
+      const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(rank);
+      std::nth_element(sorted.begin(), middle, sorted.end());
+      return *middle;
+    }
+    std::uint64_t below = 0;
+    std::size_t bucket = 0;
+    while (below + buckets_[bucket] <= rank) below += buckets_[bucket++];
+    return std::clamp(middle_of(bucket), min_, max_);
+  }
+
+ private:
+  static constexpr std::size_t exact_values = std::size_t{1} << 16U;
+  static constexpr unsigned mantissa_bits = 10;
+
+  // Values below 2^10 have a bucket each; above, every power of two has 2^9 buckets.
+  static std::size_t bucket_of(std::int64_t value) {
+    const auto v = static_cast<std::uint64_t>(value);
+    const auto width = static_cast<unsigned>(std::bit_width(v));
+    if (width <= mantissa_bits) return static_cast<std::size_t>(v);
+    const unsigned shift = width - mantissa_bits;
+    return (std::size_t{shift} << (mantissa_bits - 1)) + static_cast<std::size_t>(v >> shift);
+  }
+
+  static std::int64_t middle_of(std::size_t bucket) {
+    if (bucket < (std::size_t{1} << mantissa_bits)) return static_cast<std::int64_t>(bucket);
+    constexpr std::size_t half = std::size_t{1} << (mantissa_bits - 1);
+    const std::size_t shift = bucket / half - 1;
+    const std::size_t mantissa = bucket - shift * half;
+    return static_cast<std::int64_t>((mantissa << shift) + ((std::size_t{1} << shift) / 2));
+  }
+
+  void to_buckets() {
+    buckets_.assign(std::size_t{64} << (mantissa_bits - 1), 0);
+    for (const std::int64_t value : values_) ++buckets_[bucket_of(value)];
+    values_ = {};
+  }
+
+  std::vector<std::int64_t> values_;
+  std::vector<std::uint64_t> buckets_;
+  std::uint64_t count_ = 0;
+  std::int64_t min_ = 0;
+  std::int64_t max_ = 0;
+};
+
+}  // namespace biss::decode

@@ -1,0 +1,30 @@
+#include "decode/statistics.hpp"
+
+#include <algorithm>
+
+namespace biss::decode {
+
+void Statistics::add(const Cycle& cycle) {
+  ++cycles_;
+  ++by_status_[static_cast<std::size_t>(cycle.status)];
+  if (cycle.frame) {
+    const auto channels = cycle.frame->channels();
+    if (std::any_of(channels.begin(), channels.end(), [](auto& c) { return !c.nE; })) ++errors_;
+    if (std::any_of(channels.begin(), channels.end(), [](auto& c) { return !c.nW; })) ++warnings_;
+  }
+  // A pulse or a piece of a cycle says nothing about how the master asks.
+  const bool whole = cycle.status != CycleStatus::ma_glitch &&
+                     cycle.status != CycleStatus::cut_start && cycle.status != CycleStatus::cut_end;
+  if (!whole) {
+    if (cycle.status != CycleStatus::ma_glitch) last_time_.reset();
+    return;
+  }
+  if (last_time_) interval_.add((cycle.time - *last_time_).count);
+  last_time_ = cycle.time;
+  if (cycle.period) period_.add(cycle.period->count);
+  if (cycle.line_delay) line_delay_.add(cycle.line_delay->count);
+  if (cycle.ack) ack_.add(cycle.ack->count);
+  if (cycle.duty_per_mille) duty_.add(*cycle.duty_per_mille);
+}
+
+}  // namespace biss::decode

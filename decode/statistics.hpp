@@ -1,0 +1,46 @@
+// What a capture's rows add up to.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "decode/cycle.hpp"
+#include "decode/distribution.hpp"
+
+namespace biss::decode {
+
+/// Counts and distributions over all cycles added. Times in picoseconds, duty in thousandths.
+class Statistics {
+ public:
+  void add(const Cycle& cycle);
+
+  std::uint64_t cycles() const { return cycles_; }
+  std::uint64_t count(CycleStatus status) const {
+    return by_status_[static_cast<std::size_t>(status)];
+  }
+  /// Good frames in which a channel reported an error or a warning.
+  std::uint64_t errors() const { return errors_; }
+  std::uint64_t warnings() const { return warnings_; }
+
+  const Distribution& period() const { return period_; }
+  /// From one cycle's begin to the next one's.
+  const Distribution& interval() const { return interval_; }
+  const Distribution& line_delay() const { return line_delay_; }
+  const Distribution& ack() const { return ack_; }
+  const Distribution& duty() const { return duty_; }
+
+ private:
+  std::uint64_t cycles_ = 0;
+  std::array<std::uint64_t, cycle_status_count> by_status_{};
+  std::uint64_t errors_ = 0;
+  std::uint64_t warnings_ = 0;
+  Distribution period_;
+  Distribution interval_;
+  Distribution line_delay_;
+  Distribution ack_;
+  Distribution duty_;
+  std::optional<Picoseconds> last_time_;
+};
+
+}  // namespace biss::decode
