@@ -23,7 +23,7 @@ class Motion {
 
   std::uint64_t next() {
     const std::uint64_t now = position_;
-    if (kind_ == MotionKind::ramp) position_ = (position_ + mask_ / 1009 + 1) & mask_;
+    if (kind_ == MotionKind::ramp) position_ = (position_ + (mask_ / 1009 | 1U)) & mask_;
     if (kind_ == MotionKind::random) position_ = random_() & mask_;
     return now;
   }
