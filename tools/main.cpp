@@ -1,0 +1,10 @@
+#include "tools/output.hpp"
+#include "tools/verb.hpp"
+#include "tools/verbs.hpp"
+
+int main(int argc, char** argv) {
+  using namespace biss::tools;
+  prepare_process();
+  Command command;
+  return static_cast<int>(command.run(argc, argv));
+}
