@@ -55,6 +55,20 @@ Report& Report::operator<<(const Shown& value) {
 
 }  // namespace biss::test
 
+namespace std {
+
+// What a checked call of the library (string_view::substr) goes to without exceptions. Only test
+// images have it: in firmware it would bring in the whole of them.
+[[noreturn]] void __throw_out_of_range_fmt(const char* what, ...);
+void __throw_out_of_range_fmt(const char* what, ...) {
+  firmware::write("OUT OF RANGE: ");
+  firmware::write(what);
+  firmware::write("\n");
+  firmware::exit(1);
+}
+
+}  // namespace std
+
 int firmware_main() {
   using biss::test::failures_in_test;
   std::uint32_t passed = 0;

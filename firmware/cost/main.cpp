@@ -1,0 +1,113 @@
+// Counts the instructions and the stack of every row over many samples; each call's answer is
+// checked. Prints `row NAME|TITLE|MEAN|MOST|STACK` for firmware/sizes.
+#include <algorithm>
+#include <array>
+#include <cstdint>
+
+#include "firmware/cost/prepare.hpp"
+#include "firmware/cost/ruler.hpp"
+#include "firmware/cost/sample.hpp"
+#include "firmware/platform/semihosting.hpp"
+#include "firmware/platform/startup.hpp"
+
+namespace cost {
+
+extern "C" {
+#define BISS_ROW(name, title, sample, ...) std::uint64_t cost_##name(const Sample& s);
+#include "firmware/cost/rows.inc"
+#undef BISS_ROW
+}
+
+namespace {
+
+struct Row {
+  const char* name;
+  const char* title;
+  void (*prepare)(Sample&, prepare::Random&);
+  Run run;
+};
+
+constexpr Row rows[] = {
+#define BISS_ROW(name, title, sample, ...) {#name, title, prepare::sample, cost_##name},
+#include "firmware/cost/rows.inc"
+#undef BISS_ROW
+};
+
+constexpr std::uint32_t samples = 256;
+constexpr std::uint64_t seed = 0xB155'C057;
+constexpr std::uint32_t paint = 0xA5A5'A5A5U;
+
+struct Cost {
+  std::uint64_t sum = 0;
+  std::uint32_t most = 0;
+  std::uint32_t stack_bytes = 0;
+  bool right = true;
+};
+
+// From the caller's stack pointer down to the lowest word the call changed.
+[[gnu::noinline]] std::uint32_t stack_of_call(Run run, const Sample& sample) {
+  std::uint32_t* top = nullptr;
+  asm volatile("mov %0, sp" : "=r"(top));
+  for (volatile std::uint32_t* at = stack_bottom; at != top; ++at) *at = paint;
+  run(sample);
+  const std::uint32_t* lowest = stack_bottom;
+  while (lowest != top && *const_cast<const volatile std::uint32_t*>(lowest) == paint) ++lowest;
+  return static_cast<std::uint32_t>(top - lowest) * 4U;
+}
+
+Cost cost_of(const Row& row, const Ruler& ruler, const biss::SpiReader<Codec>& reader) {
+  Cost cost;
+  biss::test::Random random(seed);
+  Sample sample;
+  sample.reader = &reader;
+  for (std::uint32_t i = 0; i < samples; ++i) {
+    row.prepare(sample, random);
+    const Timed call = timed(row.run, sample);
+    const std::uint32_t instructions = ruler.instructions(call.ticks);
+    cost.sum += instructions;
+    cost.most = std::max(cost.most, instructions);
+    cost.right = cost.right && call.answer == sample.expected;
+    cost.stack_bytes = std::max(cost.stack_bytes, stack_of_call(row.run, sample));
+  }
+  return cost;
+}
+
+void print(const Row& row, const Cost& cost) {
+  firmware::write("row ");
+  firmware::write(row.name);
+  firmware::write("|");
+  firmware::write(row.title);
+  firmware::write("|");
+  firmware::write_decimal((cost.sum + samples / 2U) / samples);
+  firmware::write("|");
+  firmware::write_decimal(cost.most);
+  firmware::write("|");
+  firmware::write_decimal(cost.stack_bytes);
+  firmware::write(cost.right ? "\n" : "|WRONG ANSWER\n");
+}
+
+}  // namespace
+}  // namespace cost
+
+int firmware_main() {
+  using namespace cost;
+  const Ruler ruler = calibrate();
+  firmware::write("ruler ");
+  firmware::write_decimal(ruler.ticks_of_long_block - ruler.ticks_of_none);
+  firmware::write(" ticks for 8000 instructions, ");
+  firmware::write_decimal(ruler.ticks_of_none);
+  firmware::write(ruler.straight ? " for none, straight\n" : " for none, NOT STRAIGHT\n");
+  if (!ruler.straight) return 1;
+
+  // Through a volatile pointer, so that the compiler knows nothing of the format in advance.
+  const biss::FrameFormat* volatile hidden = &format;
+  const biss::SpiReader<Codec> reader(Codec(*hidden), setup, encoder.timing);
+
+  bool right = true;
+  for (const Row& row : rows) {
+    const Cost cost = cost_of(row, ruler, reader);
+    print(row, cost);
+    right = right && cost.right;
+  }
+  return right ? 0 : 1;
+}

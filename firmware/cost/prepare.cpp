@@ -1,0 +1,63 @@
+#include "firmware/cost/prepare.hpp"
+
+#include <algorithm>
+
+namespace cost::prepare {
+namespace {
+
+biss::FrameBits frame_bits(std::uint64_t position, std::uint16_t lead, std::uint16_t ack) {
+  biss::Frame frame;
+  frame.channel_count = 1;
+  frame.lead_clocks = lead;
+  frame.ack_clocks = ack;
+  frame.channel_list[0].position = position;
+  return biss::encode_frame(frame, fixed_codec).value();
+}
+
+std::uint16_t random_ack(Random& random) {
+  return static_cast<std::uint16_t>(33U + random.below(128));
+}
+
+}  // namespace
+
+void buffer(Sample& sample, Random& random) {
+  sample.expected = random.bits(26);
+  const auto lead = static_cast<std::uint16_t>(2U + random.below(7));
+  const auto bits = frame_bits(sample.expected, lead, random_ack(random));
+  sample.bytes = {};
+  std::copy(bits.bytes().begin(), bits.bytes().end(), sample.bytes.begin());
+  sample.size_bytes = static_cast<std::uint32_t>(fixed_reader<Codec>.bytes());
+}
+
+void position(Sample& sample, Random& random) {
+  sample.value = random.bits(26);
+  sample.index = random_ack(random);
+  sample.expected = 2U + sample.index + 2U + 34U + 1U;
+}
+
+void crc(Sample& sample, Random& random) {
+  sample.value = random.bits(28);
+  sample.expected = biss::CrcBitwise(biss::crc6)(sample.value, 28);
+}
+
+void ack(Sample& sample, Random& random) {
+  const std::uint32_t start = 2U + random_ack(random);
+  sample.expected = start;
+  sample.bytes = {};
+  sample.bytes[0] = 0xC0;
+  // START is behind byte 0, which therefore keeps its ones.
+  sample.bytes[start / 8U] = static_cast<std::uint8_t>(0x80U >> (start % 8U));
+  sample.size_bytes = static_cast<std::uint32_t>(sample.bytes.size());
+}
+
+void word(Sample& sample, Random& random) {
+  for (auto& byte : sample.bytes) byte = static_cast<std::uint8_t>(random.bits(8));
+  sample.size_bytes = static_cast<std::uint32_t>(sample.bytes.size());
+  sample.index = random.below(48U * 8U - 28U + 1U);
+  sample.expected = 0;
+  for (std::uint32_t i = 0; i < 28; ++i) {
+    sample.expected = sample.expected * 2U + (sample.bits().bit(sample.index + i) ? 1U : 0U);
+  }
+}
+
+}  // namespace cost::prepare

@@ -1,0 +1,22 @@
+// Makes the samples: varied input, and what the measured call has to answer.
+#pragma once
+
+#include "firmware/cost/sample.hpp"
+#include "tests/core/random.hpp"
+
+namespace cost::prepare {
+
+using Random = biss::test::Random;
+
+/// A whole SPI buffer: random position, ACK 33…160 clocks, line delay 0…6 clocks.
+void buffer(Sample& sample, Random& random);
+/// A position to encode, and the ACK in `index`.
+void position(Sample& sample, Random& random);
+/// 28 bits for a CRC.
+void crc(Sample& sample, Random& random);
+/// Two ones, 33…160 zeros, a one.
+void ack(Sample& sample, Random& random);
+/// Random bytes and an index with 28 bits behind it.
+void word(Sample& sample, Random& random);
+
+}  // namespace cost::prepare

@@ -1,0 +1,36 @@
+// A ruler for instructions: SysTick under QEMU's -icount, where every instruction takes the same
+// virtual time. How many ticks that is comes from blocks of known length in the same run.
+#pragma once
+
+#include <cstdint>
+
+#include "firmware/cost/sample.hpp"
+
+namespace cost {
+
+using Run = std::uint64_t (*)(const Sample&);
+
+/// What a call took and gave.
+struct Timed {
+  std::uint32_t ticks = 0;
+  std::uint64_t answer = 0;
+};
+
+/// Calls `run` between two looks at the clock.
+Timed timed(Run run, const Sample& sample);
+
+/// Ticks = ticks_of_none + slope * instructions; a call and its return are part of ticks_of_none.
+struct Ruler {
+  std::uint32_t ticks_of_none = 0;
+  std::uint32_t ticks_of_long_block = 0;
+  /// The other blocks come out to the instruction.
+  bool straight = false;
+
+  /// Instructions of a call that took so many ticks, rounded; call and return not counted.
+  std::uint32_t instructions(std::uint32_t ticks) const;
+};
+
+/// Starts SysTick and measures blocks of 0, 1, 10, 100, 1000, 3000 and 8000 NOPs.
+Ruler calibrate();
+
+}  // namespace cost

@@ -1,0 +1,44 @@
+// The input of one measured call, made outside of the measured time.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "biss/base/bits.hpp"
+#include "biss/catalogue/catalogue.hpp"
+#include "biss/frame/encode.hpp"
+#include "biss/master/spi_read.hpp"
+
+namespace cost {
+
+inline constexpr const biss::CatalogueEntry& encoder = *biss::find_encoder("resolute-26");
+inline constexpr biss::FrameFormat format = encoder.frame_format();
+inline constexpr biss::SpiSetup setup{.period = biss::period_of(biss::megahertz(10)),
+                                      .line_delay = {.max = biss::nanoseconds(700)}};
+
+using Codec = biss::FrameCodec<biss::CrcFast, 1>;
+using PlainCodec = biss::FrameCodec<biss::CrcBitwise, 1>;
+template <class C>
+inline constexpr biss::SpiReader<C> fixed_reader{C{format}, setup, encoder.timing};
+inline constexpr Codec fixed_codec{format};
+inline constexpr biss::CrcFast fixed_crc6{biss::crc6};
+
+struct Sample {
+  std::array<std::uint8_t, 48> bytes{};
+  std::uint32_t size_bytes = 0;
+  std::uint32_t index = 0;
+  std::uint64_t value = 0;
+  /// Made at start-up from a format that the compiler cannot see.
+  const biss::SpiReader<Codec>* reader = nullptr;
+  /// What the measured call has to return.
+  std::uint64_t expected = 0;
+
+  std::span<const std::uint8_t> span() const {
+    return std::span<const std::uint8_t>(bytes).first(size_bytes);
+  }
+  biss::BitView bits() const { return biss::BitView(span()); }
+};
+
+}  // namespace cost
