@@ -1,8 +1,8 @@
 #include "tools/format_option.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <utility>
 #include <vector>
@@ -11,6 +11,7 @@
 #include "biss/eds/profile.hpp"
 #include "biss/frame/format_parse.hpp"
 #include "tools/quantity.hpp"
+#include "tools/verb.hpp"
 
 namespace biss::tools {
 namespace {
@@ -70,30 +71,6 @@ DeviceChoice from_profile(std::string_view text) {
     return wrong(fmt::format("format \"{}\": {}", text, biss::text_of(format.error())));
   }
   return {Device{*format, {}, nullptr}, {}};
-}
-
-std::string lower_case(std::string_view text) {
-  std::string out(text);
-  for (char& c : out) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return out;
-}
-
-// Insertions, deletions and replacements between two words.
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i + 1;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0U : 1U);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({replaced, diagonal + 1, row[j] + 1});
-    }
-  }
-  return row[b.size()];
 }
 
 std::string option_error(std::string_view option, Quantity quantity, std::string_view text,
@@ -229,26 +206,19 @@ std::string text_of(const Timeout& timeout) {
 }
 
 std::string suggested_encoders(std::string_view name) {
-  constexpr std::size_t longest_name = 40;
   constexpr std::size_t most = 3;
-  if (name.size() < 2 || name.size() > longest_name) return {};
-  const std::string wanted = lower_case(name);
-  std::vector<std::pair<std::size_t, std::string_view>> near;
+  if (name.size() < 2) return {};
+  std::string wanted(name);
+  for (char& c : wanted) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  std::vector<std::string> names;
+  std::vector<std::string> longer;
   for (const CatalogueEntry& entry : catalogue) {
-    const std::size_t distance =
-        entry.name.starts_with(wanted) ? 0 : edit_distance(wanted, entry.name);
-    if (distance <= std::max<std::size_t>(2, wanted.size() / 4))
-      near.emplace_back(distance, entry.name);
+    names.emplace_back(entry.name);
+    if (entry.name.starts_with(wanted) && longer.size() < most) longer.push_back(names.back());
   }
-  std::stable_sort(near.begin(), near.end(),
-                   [](const auto& a, const auto& b) { return a.first < b.first; });
-  std::string out;
-  const std::size_t shown = std::min(near.size(), most);
-  for (std::size_t i = 0; i < shown; ++i) {
-    if (i != 0) out += i + 1 == shown ? " or " : ", ";
-    out += near[i].second;
-  }
-  return out;
+  return longer.empty() ? nearest(wanted, names) : fmt::format("{}", fmt::join(longer, ", "));
 }
 
 }  // namespace biss::tools

@@ -62,7 +62,8 @@ std::string override_timing(const FormatArguments& arguments, DeviceTiming& timi
 /// `adaptive`, `adaptive:680ns`, `static:20us`, `cycle:31.25us`; the text parses to the same rule.
 std::string text_of(const Timeout& timeout);
 
-/// Names of the catalogue that `name` may be meant for, the likeliest first, at most three.
+/// Names of the catalogue that `name` may be meant for: at most three that begin with it, else the
+/// one with the fewest typing slips; empty when none is near.
 std::string suggested_encoders(std::string_view name);
 
 }  // namespace biss::tools

@@ -1,0 +1,63 @@
+// How long a cable may be, and what it does to sampling. The figures are Renishaw's ("BiSS C-mode
+// (unidirectional)", "Line delay compensation" and "Timing information"); for encoders of others
+// they are a rule of thumb, nothing better is published.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+
+#include "biss/base/units.hpp"
+
+namespace biss {
+
+/// Delay of a cable, to the encoder and back: 10 ns/m.
+constexpr Picoseconds cable_delay(Millimetres cable) { return picoseconds(10 * cable.count); }
+
+/// MA to SLO as the master sees it: the cable and what passes inside the encoder.
+constexpr Picoseconds line_delay(Millimetres cable, Picoseconds internal_delay) {
+  return cable_delay(cable) + internal_delay;
+}
+
+/// The longest cable for a master that compensates the line delay: 100 m up to 5 MHz, 50 m up to
+/// 10 MHz. The data sheet prints 5 and 10 MHz only; between them the shorter one is taken. Above
+/// 10 MHz nothing is known.
+constexpr std::optional<Millimetres> cable_max_compensated(Hertz clock) {
+  if (clock <= megahertz(5)) return metres(100);
+  if (clock <= megahertz(10)) return metres(50);
+  return std::nullopt;
+}
+
+/// The longest cable for a master that samples half a period after its own edge: the line delay may
+/// take a quarter of the period, the length is rounded down to 1 m, below 1 m to 0.5 m, and is
+/// never more than with compensation. None when not even 0.5 m is left.
+/// \pre clock is not 0 Hz
+constexpr std::optional<Millimetres> cable_max_uncompensated(Hertz clock,
+                                                             Picoseconds internal_delay) {
+  const auto most = cable_max_compensated(clock);
+  if (!most) return std::nullopt;
+  // Not through period_of(), whose rounding could push a length over the edge of a metre.
+  const std::int64_t quarter = picoseconds_per_second / (std::int64_t{4} * clock.count);
+  const std::int64_t length = (quarter - internal_delay.count) / cable_delay({1}).count;
+  const std::int64_t step = length < 1'000 ? 500 : 1'000;
+  if (length < step) return std::nullopt;
+  return std::min(millimetres(length / step * step), *most);
+}
+
+/// Whether this cable needs a master that compensates the line delay.
+constexpr bool needs_compensation(Hertz clock, Millimetres cable, Picoseconds internal_delay) {
+  const auto longest = cable_max_uncompensated(clock, internal_delay);
+  return !longest || cable > *longest;
+}
+
+/// Time from a bit's arrival to the moment a master without compensation samples it, half a period
+/// after its own rising edge. Negative: it samples the bit before. \pre clock is not 0 Hz
+constexpr Picoseconds margin_uncompensated(Hertz clock, Picoseconds delay) {
+  return period_of(clock) / 2 - delay;
+}
+
+/// The same with compensation: half a period, less the quarter that the line delay may vary within
+/// a frame (protocol description D2, row 8). \pre clock is not 0 Hz
+constexpr Picoseconds margin_compensated(Hertz clock) { return period_of(clock) / 4; }
+
+}  // namespace biss

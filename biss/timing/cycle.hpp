@@ -1,0 +1,95 @@
+// The arithmetic of request cycles: how long one lasts, part by part, and how many fit in a second.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "biss/base/units.hpp"
+#include "biss/timing/device_timing.hpp"
+
+namespace biss {
+
+/// What a frame carries, as far as time is concerned.
+struct FrameLength {
+  /// Bits of all channels, CRCs included, without START, CDS and STOP.
+  unsigned payload_bits = 0;
+  /// Devices one behind the other; each after the first delays START by a clock. Several channels
+  /// of one device (BiSS Safety's two words) count as one.
+  unsigned slaves = 1;
+};
+
+/// A request cycle with ACK at its longest; the parts add up to `total`.
+struct CycleBudget {
+  Picoseconds period{};      ///< of MA
+  Picoseconds lat{};         ///< the clock that takes the position
+  Picoseconds ack{};         ///< SLO low until START
+  Picoseconds start_cds{};   ///< START and CDS
+  Picoseconds payload{};     ///< data and CRC of all channels
+  Picoseconds stop{};        ///< the STOP bit
+  Picoseconds line_delay{};  ///< what the master waits longer for the same bits
+  Picoseconds timeout{};     ///< SLO low after STOP until the encoder is ready
+  Picoseconds idle{};        ///< until the device's shortest cycle has passed
+  Picoseconds total{};       ///< from one request to the next, at least
+  /// MA clocks from LAT to STOP.
+  std::int64_t frame_clocks = 0;
+  /// MA clocks to send so that STOP has reached a master that samples once a clock: those of the
+  /// frame, and the line delay in whole clocks, rounded up.
+  std::int64_t clocks_to_send = 0;
+  /// The highest rate of requests, rounded down; 0 when a cycle takes longer than a second.
+  Hertz request_rate_max{};
+};
+
+/// SLO low after the last edge of MA, in whole clocks, rounded up; `elapsed` is what has passed
+/// since the start of the request. 0 for a rule that counts from the start and has run out.
+/// \pre period is positive
+constexpr Picoseconds timeout_after(const Timeout& timeout, Picoseconds period,
+                                    Picoseconds elapsed) {
+  if (timeout.rule == TimeoutRule::cycle) return std::max(timeout.time - elapsed, Picoseconds{});
+  Picoseconds time = timeout.time;
+  if (timeout.rule == TimeoutRule::adaptive) time += (3 * period + picoseconds(1)) / 2;
+  return clocks_to_cover(time, period) * period;
+}
+
+/// The shortest cycle that always works, by the formula of the protocol description D2: one clock
+/// each of LAT, ACK, START, CDS and STOP (one more for each further slave), the payload, and on top
+/// processing time, line delay and timeout, the first and the last rounded up to whole clocks.
+/// Where ACK is fixed in clocks it is just that.
+/// \pre clock is not 0 Hz, line_delay is not negative
+constexpr CycleBudget cycle_budget(const FrameLength& frame, const DeviceTiming& timing,
+                                   Hertz clock, Picoseconds line_delay) {
+  CycleBudget budget;
+  const Picoseconds period = period_of(clock);
+  const std::int64_t processing_clocks =
+      timing.ack_clocks != 0 ? timing.ack_clocks - 1 : clocks_to_cover(timing.ack_max, period);
+  const std::int64_t ack_clocks =
+      1 + processing_clocks + (std::int64_t{std::max(frame.slaves, 1U)} - 1);
+  budget.period = period;
+  budget.lat = period;
+  budget.ack = ack_clocks * period;
+  budget.start_cds = 2 * period;
+  budget.payload = std::int64_t{frame.payload_bits} * period;
+  budget.stop = period;
+  budget.line_delay = line_delay;
+  budget.frame_clocks = 1 + ack_clocks + 2 + frame.payload_bits + 1;
+  budget.clocks_to_send = budget.frame_clocks + clocks_to_cover(line_delay, period);
+
+  const Picoseconds elapsed = budget.frame_clocks * period + line_delay;
+  budget.timeout = timeout_after(timing.timeout, period, elapsed);
+  budget.idle = std::max(timing.cycle_min - elapsed - budget.timeout, Picoseconds{});
+  budget.total = elapsed + budget.timeout + budget.idle;
+  budget.request_rate_max = {
+      static_cast<std::uint32_t>(picoseconds_per_second / budget.total.count)};
+  return budget;
+}
+
+/// Whether requests may come at this rate.
+constexpr bool is_feasible(const CycleBudget& budget, Hertz rate) {
+  return rate <= budget.request_rate_max;
+}
+
+/// Whether the device takes this clock.
+constexpr bool accepts_clock(const DeviceTiming& timing, Hertz clock) {
+  return clock >= timing.clock_min && clock <= timing.clock_max;
+}
+
+}  // namespace biss

@@ -1,0 +1,119 @@
+// Measuring the line delay: from the master's second rising edge of MA to the first falling edge of
+// SLO it receives.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "biss/base/result.hpp"
+#include "biss/base/units.hpp"
+#include "biss/timing/device_timing.hpp"
+
+namespace biss {
+
+/// Why there is no line delay.
+enum class LineDelayError : std::uint8_t {
+  before_request,  ///< SLO fell before the second rising edge of MA: it was not idle, or wires are
+                   ///< swapped
+  too_long,        ///< more than the 40 µs that BiSS C allows (D2, row 7)
+  too_few,         ///< fewer measurements than asked for
+  jitter,          ///< a measurement is more than a quarter of a period from the mean (D2, row 8)
+};
+
+inline constexpr std::size_t line_delay_error_count = 4;
+
+/// The name users see, the same as the enumerator's.
+constexpr std::string_view name_of(LineDelayError error) {
+  constexpr std::array<std::string_view, line_delay_error_count> names{"before_request", "too_long",
+                                                                       "too_few", "jitter"};
+  return names[static_cast<std::size_t>(error)];
+}
+
+/// One measurement, 0 to 40 µs.
+/// \param second_rising_ma  as sent by the master
+/// \param first_falling_slo as received by the master
+/// \return the delay, before_request, or too_long
+constexpr Result<Picoseconds, LineDelayError> measure_line_delay(Picoseconds second_rising_ma,
+                                                                 Picoseconds first_falling_slo) {
+  if (first_falling_slo < second_rising_ma) return failure(LineDelayError::before_request);
+  const Picoseconds delay = first_falling_slo - second_rising_ma;
+  if (delay > biss_line_delay_max) return failure(LineDelayError::too_long);
+  return delay;
+}
+
+/// A line delay from several measurements.
+struct LineDelay {
+  Picoseconds mean{};  ///< rounded to the nearest picosecond
+  Picoseconds min{};
+  Picoseconds max{};
+  std::uint32_t measurements = 0;
+
+  constexpr bool operator==(const LineDelay&) const = default;
+  constexpr Picoseconds spread() const { return max - min; }
+};
+
+/// Averages line delays. Texas Instruments' firmware takes 8 of them.
+class LineDelayMeter {
+ public:
+  static constexpr std::uint32_t usual_measurements = 8;
+
+  /// \pre wanted is not 0
+  constexpr explicit LineDelayMeter(std::uint32_t wanted = usual_measurements) : wanted_(wanted) {}
+
+  /// Takes one of measure_line_delay(). \pre delay is 0 to 40 µs
+  constexpr void add(Picoseconds delay) {
+    // So that neither the count nor the sum can run over; by then the mean stands still anyway.
+    if (count_ == most) return;
+    min_ = count_ == 0 ? delay : std::min(min_, delay);
+    max_ = count_ == 0 ? delay : std::max(max_, delay);
+    sum_ += delay;
+    ++count_;
+  }
+
+  constexpr bool complete() const { return count_ >= wanted_; }
+
+  /// \param period of MA, positive
+  /// \return the delay so far, too_few, or jitter
+  constexpr Result<LineDelay, LineDelayError> result(Picoseconds period) const {
+    if (!complete()) return failure(LineDelayError::too_few);
+    const Picoseconds mean = (sum_ + picoseconds(count_ / 2)) / count_;
+    if (4 * (max_ - mean) > period || 4 * (mean - min_) > period) {
+      return failure(LineDelayError::jitter);
+    }
+    return LineDelay{mean, min_, max_, count_};
+  }
+
+  constexpr void reset() { *this = LineDelayMeter(wanted_); }
+
+ private:
+  // 40 µs as often as this is far below the range of Picoseconds.
+  static constexpr std::uint32_t most = 1U << 30U;
+  static_assert(biss_line_delay_max.count < INT64_MAX / most);
+
+  std::uint32_t wanted_;
+  std::uint32_t count_ = 0;
+  Picoseconds sum_{};
+  Picoseconds min_{};
+  Picoseconds max_{};
+};
+
+/// When to sample: so many whole clocks, and `rest` (less than a period), after the rising edge of
+/// MA that made the bit.
+struct SamplingPoint {
+  std::int64_t whole_clocks = 0;
+  Picoseconds rest{};
+
+  constexpr bool operator==(const SamplingPoint&) const = default;
+};
+
+/// The middle of a bit that arrives after `delay`: half a period later.
+/// \pre delay is not negative, period is positive
+constexpr SamplingPoint sampling_point(Picoseconds delay, Picoseconds period) {
+  const std::int64_t after = delay.count + period.count / 2;
+  return {after / period.count, picoseconds(after % period.count)};
+}
+
+}  // namespace biss

@@ -1,0 +1,123 @@
+// Turns from single-turn counts: signs right across zero both ways and at the first sample, and a
+// plain word when the turns cannot be known.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <optional>
+
+#include "biss/base/bits.hpp"
+
+namespace biss {
+
+/// What the number of turns is worth.
+enum class TurnState : std::uint8_t {
+  empty,      ///< no sample yet
+  first,      ///< one sample: turns are 0 or what they were set to, no step was counted
+  tracked,    ///< every step since is known
+  ambiguous,  ///< a step may have been either way, or whole turns passed unseen; it stays so until
+              ///< resynchronise() or restart()
+};
+
+/// Counts the turns of an encoder that repeats after 2^width counts.
+///
+/// A step is taken the shortest way round, so the encoder must move less than half a turn between
+/// two samples; exactly half is ambiguous. Where samples are missing, what may have passed unseen
+/// is the largest step as often as intervals have passed, and half a turn of that is ambiguous.
+///
+/// With a width of 1 every change is half a turn: it can tell rest from motion, nothing more.
+class TurnCounter {
+ public:
+  /// The largest step that is just below half a turn.
+  static constexpr std::uint64_t widest_step(unsigned width_bits) {
+    const std::uint64_t half = std::uint64_t{1} << (width_bits - 1U);
+    return half > 1 ? half - 1 : 1;
+  }
+
+  /// \pre width_bits is 1…64
+  constexpr explicit TurnCounter(unsigned width_bits)
+      : TurnCounter(width_bits, widest_step(width_bits)) {}
+
+  /// \param max_step the most counts the encoder can move from one sample to the next: its highest
+  ///                 speed divided by the sample rate. A larger step makes the turns ambiguous.
+  /// \pre width_bits is 1…64, max_step is 1 or more
+  constexpr TurnCounter(unsigned width_bits, std::uint64_t max_step)
+      : half_(std::uint64_t{1} << (width_bits - 1U)),
+        max_step_(max_step),
+        width_bits_(width_bits) {}
+
+  /// Takes a sample.
+  /// \param count single-turn counts; bits above the width are dropped
+  /// \param missed samples that should have come since the one before and did not, or were bad
+  constexpr TurnState update(std::uint64_t count, std::uint64_t missed = 0) {
+    count &= mask();
+    if (state_ == TurnState::empty) {
+      count_ = count;
+      return state_ = TurnState::first;
+    }
+    const std::uint64_t ahead = (count - count_) & mask();
+    const bool forward = ahead < half_;
+    const std::uint64_t step = forward ? ahead : mask() - ahead + 1;
+    if (forward && count < count_ && turns_ != most) ++turns_;
+    if (!forward && count > count_ && turns_ != least) --turns_;
+    count_ = count;
+    if (state_ == TurnState::ambiguous || !is_certain(step, missed)) {
+      return state_ = TurnState::ambiguous;
+    }
+    return state_ = TurnState::tracked;
+  }
+
+  /// Sets the turns at the last sample, known from elsewhere (a multiturn encoder, a reference).
+  /// \return tracked, or empty when there was no sample yet: the turns then count for the first one
+  constexpr TurnState resynchronise(std::int64_t turns) {
+    turns_ = turns;
+    if (state_ != TurnState::empty) state_ = TurnState::tracked;
+    return state_;
+  }
+
+  /// Forgets everything but width and largest step.
+  constexpr void restart() { *this = TurnCounter(width_bits_, max_step_); }
+
+  constexpr TurnState state() const { return state_; }
+  /// Whole turns, negative below the start; the best guess when ambiguous. Stays at its limit after
+  /// 2^63 turns.
+  constexpr std::int64_t turns() const { return turns_; }
+  /// The last sample.
+  constexpr std::uint64_t count() const { return count_; }
+
+  /// turns() × 2^width + count(); none where that does not fit.
+  constexpr std::optional<std::int64_t> position() const {
+    if (width_bits_ == 64) {
+      // The upper half of turn -1 and the lower half of turn 0 are what 64 bits hold.
+      const auto value = static_cast<std::int64_t>(count_);
+      if (turns_ != (value < 0 ? -1 : 0)) return std::nullopt;
+      return value;
+    }
+    const unsigned left_bits = 64U - width_bits_;
+    const std::int64_t limit = std::int64_t{1} << (left_bits - 1U);
+    if (turns_ < -limit || turns_ >= limit) return std::nullopt;
+    return static_cast<std::int64_t>((static_cast<std::uint64_t>(turns_) << width_bits_) | count_);
+  }
+
+ private:
+  static constexpr std::int64_t most = std::numeric_limits<std::int64_t>::max();
+  static constexpr std::int64_t least = std::numeric_limits<std::int64_t>::min();
+
+  constexpr std::uint64_t mask() const { return low_mask(width_bits_); }
+
+  // Written as divisions, because products of 64-bit numbers do not fit.
+  constexpr bool is_certain(std::uint64_t step, std::uint64_t missed) const {
+    if (step == half_) return false;
+    if (step != 0 && (step - 1) / max_step_ > missed) return false;
+    return missed == 0 || missed < (half_ - 1) / max_step_;
+  }
+
+  std::uint64_t half_;
+  std::uint64_t max_step_;
+  std::uint64_t count_ = 0;
+  std::int64_t turns_ = 0;
+  unsigned width_bits_;
+  TurnState state_ = TurnState::empty;
+};
+
+}  // namespace biss
