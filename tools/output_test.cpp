@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -273,6 +274,27 @@ TEST_F(OutputTest, SignalThatEndsTheProcess_RemovesTheTemporaryFile) {
   ASSERT_EQ(::waitpid(child, &status, 0), child);
   EXPECT_TRUE(WIFSIGNALED(status));
   EXPECT_EQ(WTERMSIG(status), SIGTERM);
+  EXPECT_EQ(content(path("old")), "old");
+  EXPECT_EQ(files(), 1U);
+}
+
+TEST_F(OutputTest, FileSizeLimit_IsAnErrorAndLeavesTheOldFile) {
+  put(path("old"), "old");
+  const pid_t child = ::fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    prepare_process();
+    const rlimit limit = {4096, 4096};
+    if (::setrlimit(RLIMIT_FSIZE, &limit) != 0) ::_exit(9);
+    Output output;
+    const bool told = output.open(path("old")) && !output.write(std::string(200'000, 'x')) &&
+                      !output.error().empty();
+    ::_exit(told ? 0 : 1);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 0);
   EXPECT_EQ(content(path("old")), "old");
   EXPECT_EQ(files(), 1U);
 }

@@ -78,6 +78,7 @@ void remove_temporary(const std::string& path) {
 
 void install_signal_handling() {
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
     if (std::signal(number, remove_all_and_end) == SIG_IGN) std::signal(number, SIG_IGN);
   }

@@ -15,8 +15,9 @@ bool rename_temporary(const std::string& path, const std::string& target);
 /// Removes and forgets it.
 void remove_temporary(const std::string& path);
 
-/// From now on SIGPIPE is ignored, and SIGINT, SIGTERM and SIGHUP remove what is remembered before
-/// they end the process as they always do. A signal that the parent ignored stays ignored.
+/// From now on SIGPIPE and SIGXFSZ are ignored, so that the write fails instead, and SIGINT,
+/// SIGTERM and SIGHUP remove what is remembered before they end the process as they always do. A
+/// signal that the parent ignored stays ignored.
 void install_signal_handling();
 
 }  // namespace biss::tools
