@@ -1,0 +1,125 @@
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "biss/catalogue/catalogue.hpp"
+#include "biss/eds/profile.hpp"
+#include "biss/frame/codec.hpp"
+#include "biss/frame/decode.hpp"
+#include "biss/frame/encode.hpp"
+#include "biss/frame/format_print.hpp"
+#include "tests/core/test.hpp"
+
+namespace biss {
+namespace {
+
+static_assert(find_encoder("resolute-26")->frame_format() ==
+              parse_format("pos26,nE,nW,crc6;cds0").value());
+static_assert(format_text(profile_format(0x621E).value()).view() == "pos28,nE,nW,crc6");
+
+BISS_TEST(Catalogue, EveryEntry_IsComplete) {
+  for (const CatalogueEntry& entry : catalogue) {
+    BISS_EXPECT(!entry.name.empty() && !entry.vendor.empty() && !entry.product.empty());
+    BISS_EXPECT(!entry.source.empty());
+    BISS_EXPECT(find_encoder(entry.name) == &entry);
+    const auto format = parse_format(entry.format);
+    BISS_ASSERT(format.ok());
+    BISS_EXPECT(format_text(*format).view() == entry.format);
+    // A gap in the list would hide what follows.
+    const auto first_empty = std::find(entry.uncertain.begin(), entry.uncertain.end(), "");
+    BISS_EXPECT(std::all_of(first_empty, entry.uncertain.end(),
+                            [](std::string_view text) { return text.empty(); }));
+    BISS_EXPECT_EQ(entry.certain(), first_empty == entry.uncertain.begin());
+  }
+}
+
+BISS_TEST(Catalogue, EveryEntry_HasPossibleTiming) {
+  for (const CatalogueEntry& entry : catalogue) {
+    const DeviceTiming& timing = entry.timing;
+    BISS_EXPECT(timing.clock_min < timing.clock_max);
+    BISS_EXPECT(timing.clock_max <= megahertz(10));
+    BISS_EXPECT(timing.ack_max > Picoseconds{} && timing.ack_max <= biss_busy_max);
+    BISS_EXPECT(timing.sampling_min <= timing.sampling_typical);
+    BISS_EXPECT(timing.sampling_typical <= timing.sampling_max);
+  }
+}
+
+BISS_TEST(Catalogue, NamesNobodyHas_AreNotFound) {
+  for (const std::string_view name : {"", "resolute", "resolute-27", "Resolute-26", "pos26"}) {
+    BISS_EXPECT(find_encoder(name) == nullptr);
+  }
+}
+
+BISS_TEST(Catalogue, EncodeThenDecode_IsTheIdentityForEveryFormat) {
+  BISS_RANDOM(random, 0xCA7A);
+  for (const CatalogueEntry& entry : catalogue) {
+    const FrameFormat format = entry.frame_format();
+    const PlainCodec codec(format);
+    for (std::uint64_t i = 0; i < test::rounds(200, 2); ++i) {
+      Frame sent;
+      sent.channel_count = format.channel_count;
+      sent.lead_clocks = 1;
+      sent.ack_clocks = static_cast<std::uint16_t>(1 + random.below(400));
+      for (std::size_t k = 0; k < format.channel_count; ++k) {
+        const ChannelFormat& channel = format.channel_list[k];
+        sent.channel_list[k].position = random.bits(channel.position_bits());
+        sent.channel_list[k].life_counter =
+            static_cast<std::uint32_t>(random.bits(channel.life_counter.bits));
+        if (channel.error.present) sent.channel_list[k].nE = random.flip();
+        if (channel.warning.present) sent.channel_list[k].nW = random.flip();
+      }
+      const auto bits = encode_frame(sent, codec);
+      BISS_ASSERT(bits.ok());
+      const auto received = decode_frame(bits->view(), codec);
+      BISS_ASSERT(received.ok());
+      BISS_EXPECT(received->channel_list == sent.channel_list);
+      BISS_EXPECT_EQ(received->ack_clocks, sent.ack_clocks);
+    }
+  }
+}
+
+BISS_TEST(Catalogue, RenishawsTypes_AreUnidirectionalAt32kHz) {
+  BISS_EXPECT_EQ(renishaw_encoders.size(), 10U);
+  for (const CatalogueEntry& entry : renishaw_encoders) {
+    BISS_EXPECT(entry.frame_format().cds0);
+    BISS_EXPECT(entry.timing.timeout == Timeout({TimeoutRule::cycle, nanoseconds(31'250)}));
+    BISS_EXPECT(entry.timing.ack_max == microseconds(16));
+  }
+  BISS_EXPECT_EQ(find_encoder("fs-36-28")->frame_format().payload_bits(), 96U);
+}
+
+BISS_TEST(Profile, EveryIdentifier_IsAFormatOrACause) {
+  std::uint32_t formats = 0;
+  for (std::uint32_t id = 0; id <= 0xFFFF; id += static_cast<std::uint32_t>(test::rounds(1, 7))) {
+    const auto format = profile_format(static_cast<std::uint16_t>(id));
+    const bool legal = id >= 0x6202 && id <= 0x6239;
+    BISS_ASSERT_EQ(format.ok(), legal) << id;
+    if (!format.ok()) continue;
+    ++formats;
+    const auto again = parse_format(format_text(*format).view());
+    BISS_ASSERT(again.ok());
+    BISS_EXPECT(*again == *format);
+    BISS_EXPECT_EQ(format->payload_bits(), (id & 0x7FU) + 6) << id;
+    BISS_EXPECT_EQ(format->channels()[0].position_bits(), (id & 0x7FU) - 2) << id;
+  }
+  BISS_EXPECT_EQ(formats, test::rounds(56, 8));
+}
+
+BISS_TEST(Profile, WrongIdentifiers_SayWhatIsWrong) {
+  BISS_EXPECT_EQ(profile_format(0x0000).error(), ProfileError::none_given);
+  BISS_EXPECT_EQ(profile_format(0x2814).error(), ProfileError::unknown_profile);
+  BISS_EXPECT_EQ(profile_format(0x721E).error(), ProfileError::unknown_profile);
+  BISS_EXPECT_EQ(profile_format(0x601E).error(), ProfileError::version);
+  BISS_EXPECT_EQ(profile_format(0x641E).error(), ProfileError::version);
+  BISS_EXPECT_EQ(profile_format(0x629E).error(), ProfileError::reserved_bit);
+  BISS_EXPECT_EQ(profile_format(0x631E).error(), ProfileError::crc_is_data);
+  BISS_EXPECT_EQ(profile_format(0x6201).error(), ProfileError::data_length);
+  BISS_EXPECT_EQ(profile_format(0x623A).error(), ProfileError::data_length);
+  for (std::size_t i = 0; i < profile_error_count; ++i) {
+    BISS_EXPECT(!text_of(static_cast<ProfileError>(i)).empty());
+  }
+}
+
+}  // namespace
+}  // namespace biss

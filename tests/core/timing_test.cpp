@@ -1,0 +1,279 @@
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "biss/frame/frame.hpp"
+#include "biss/timing/cable.hpp"
+#include "biss/timing/cycle.hpp"
+#include "biss/timing/device_timing.hpp"
+#include "biss/timing/line_delay.hpp"
+#include "tests/core/test.hpp"
+
+namespace biss {
+namespace {
+
+constexpr DeviceTiming renishaw{
+    .clock_min = kilohertz(250),
+    .clock_max = megahertz(10),
+    .start_min = nanoseconds(3'225),
+    .ack_max = microseconds(16),
+    .timeout = {TimeoutRule::cycle, nanoseconds(31'250)},
+    .internal_delay_max = picoseconds(42'500),
+    .cycle_min = nanoseconds(31'250),
+};
+constexpr Picoseconds internal = renishaw.internal_delay_max;
+
+/// Without what does not belong to the frame: the figures are of the frame alone.
+constexpr Picoseconds frame_time(unsigned payload_bits, Hertz clock) {
+  const CycleBudget budget = cycle_budget({payload_bits}, renishaw, clock, {});
+  return budget.total - budget.timeout - budget.idle;
+}
+
+constexpr unsigned plain(unsigned position_bits) { return position_bits + 2 + 6; }
+constexpr unsigned safety(unsigned cpw_bits, unsigned spw_bits) {
+  return cpw_bits + 2 + 6 + spw_bits + 2 + 6 + 16;
+}
+
+static_assert(frame_time(plain(18), megahertz(10)) == nanoseconds(19'100));
+static_assert(AckBounds{}.max_clocks == FrameBounds{}.ack_max_clocks);
+static_assert(cable_max_uncompensated(megahertz(1), internal) == metres(20));
+
+BISS_TEST(Cycle, RenishawPlainWords_TakeThePublishedTimes) {
+  struct Row {
+    Hertz clock;
+    Picoseconds shortest;  // 18 bit
+    Picoseconds longest;   // 36 bit
+  };
+  constexpr std::array rows{
+      Row{megahertz(10), nanoseconds(19'100), nanoseconds(20'900)},
+      Row{megahertz(5), nanoseconds(22'200), nanoseconds(25'800)},
+      Row{megahertz(2), nanoseconds(31'500), nanoseconds(40'500)},
+      Row{megahertz(1), nanoseconds(47'000), nanoseconds(65'000)},
+  };
+  for (const Row& row : rows) {
+    BISS_EXPECT_EQ(frame_time(plain(18), row.clock).count, row.shortest.count);
+    BISS_EXPECT_EQ(frame_time(plain(36), row.clock).count, row.longest.count);
+  }
+}
+
+BISS_TEST(Cycle, RenishawSafetyWords_TakeThePublishedTimes) {
+  BISS_EXPECT_EQ(frame_time(safety(36, 28), megahertz(10)).count, 26'100'000);
+  BISS_EXPECT_EQ(frame_time(safety(32, 32), megahertz(10)).count, 26'100'000);
+  BISS_EXPECT_EQ(frame_time(safety(36, 28), megahertz(5)).count, 36'200'000);
+  BISS_EXPECT_EQ(frame_time(safety(32, 32), megahertz(5)).count, 36'200'000);
+  BISS_EXPECT_EQ(frame_time(safety(28, 24), megahertz(5)).count, 33'800'000);
+}
+
+BISS_TEST(Cycle, Renishaw_Reaches32kHzWhereTheFrameFits) {
+  const auto feasible = [](unsigned bits, Hertz clock) {
+    return is_feasible(cycle_budget({bits}, renishaw, clock, {}), kilohertz(32));
+  };
+  BISS_EXPECT(feasible(plain(36), megahertz(10)));
+  BISS_EXPECT(feasible(plain(36), megahertz(5)));
+  BISS_EXPECT(!feasible(plain(18), megahertz(2)));
+  BISS_EXPECT(!feasible(plain(18), megahertz(1)));
+  BISS_EXPECT(feasible(safety(36, 28), megahertz(10)));
+  BISS_EXPECT(!feasible(safety(28, 24), megahertz(5)));
+}
+
+BISS_TEST(Cycle, CycleRule_FillsUpToItsTimeAndThenVanishes) {
+  const CycleBudget fast = cycle_budget({plain(26)}, renishaw, megahertz(10), {});
+  BISS_EXPECT_EQ(fast.total.count, 31'250'000);
+  BISS_EXPECT_EQ(fast.timeout.count, 31'250'000 - 19'900'000);
+  BISS_EXPECT_EQ(fast.request_rate_max.count, 32'000);
+  const CycleBudget slow = cycle_budget({plain(26)}, renishaw, megahertz(1), {});
+  BISS_EXPECT_EQ(slow.timeout.count, 0);
+  BISS_EXPECT_EQ(slow.total.count, 55'000'000);
+  BISS_EXPECT_EQ(slow.request_rate_max.count, 18'181);
+}
+
+BISS_TEST(Cycle, Parts_AddUpToTheTotal) {
+  const DeviceTiming slow{.ack_max = nanoseconds(1'250),
+                          .timeout = {TimeoutRule::fixed, microseconds(20)},
+                          .cycle_min = microseconds(50)};
+  for (const DeviceTiming& timing : {renishaw, DeviceTiming{}, slow}) {
+    for (const std::uint32_t clock : {80'000U, 333'333U, 2'270'000U, 10'000'000U}) {
+      const CycleBudget b = cycle_budget({34}, timing, hertz(clock), nanoseconds(542));
+      BISS_EXPECT_EQ(b.total.count, (b.lat + b.ack + b.start_cds + b.payload + b.stop +
+                                     b.line_delay + b.timeout + b.idle)
+                                        .count)
+          << "at " << clock;
+      BISS_EXPECT(b.total >= timing.cycle_min);
+      BISS_EXPECT(b.lat + b.ack + b.start_cds + b.payload + b.stop == b.frame_clocks * b.period);
+    }
+  }
+}
+
+BISS_TEST(Cycle, AckFixedInClocks_TakesJustThose) {
+  // Lenz: 4 clocks of ACK, at most 13.2 µs of timeout, 32 bits at 5 MHz.
+  const DeviceTiming lenz{.ack_clocks = 4, .timeout = {TimeoutRule::fixed, nanoseconds(13'200)}};
+  const CycleBudget budget = cycle_budget({32}, lenz, megahertz(5), {});
+  BISS_EXPECT_EQ(budget.ack.count, 800'000);
+  BISS_EXPECT_EQ(budget.frame_clocks, 1 + 4 + 2 + 32 + 1);
+  BISS_EXPECT_EQ(budget.total.count, 8'000'000 + 13'200'000);
+  BISS_EXPECT_EQ(budget.request_rate_max.count, 47'169);
+}
+
+BISS_TEST(Cycle, Chain_TakesOneClockMoreForEachFurtherSlave) {
+  const CycleBudget one = cycle_budget({96, 1}, {}, megahertz(1), {});
+  const CycleBudget three = cycle_budget({96, 3}, {}, megahertz(1), {});
+  BISS_EXPECT_EQ(three.frame_clocks - one.frame_clocks, 2);
+  BISS_EXPECT_EQ((three.total - one.total).count, 2'000'000);
+  BISS_EXPECT_EQ(cycle_budget({96, 0}, {}, megahertz(1), {}).frame_clocks, one.frame_clocks);
+}
+
+BISS_TEST(Cycle, LineDelay_CostsTimeAndWholeClocks) {
+  const CycleBudget near = cycle_budget({34}, {}, megahertz(10), {});
+  const CycleBudget far = cycle_budget({34}, {}, megahertz(10), nanoseconds(501));
+  BISS_EXPECT_EQ(near.clocks_to_send, near.frame_clocks);
+  BISS_EXPECT_EQ(far.clocks_to_send, far.frame_clocks + 6);
+  BISS_EXPECT_EQ((far.total - near.total).count, 501'000);
+}
+
+BISS_TEST(Cycle, ProcessingTimeBetweenClocks_IsRoundedUp) {
+  const DeviceTiming timing{.ack_max = nanoseconds(101), .timeout = {TimeoutRule::adaptive, {}}};
+  const CycleBudget budget = cycle_budget({34}, timing, megahertz(10), {});
+  BISS_EXPECT_EQ(budget.ack.count, 300'000);
+  BISS_EXPECT_EQ(budget.timeout.count, 200'000);
+}
+
+BISS_TEST(Cycle, LongerThanASecond_HasNoWholeRate) {
+  const CycleBudget budget = cycle_budget({34}, {}, hertz(1), {});
+  BISS_EXPECT_EQ(budget.request_rate_max.count, 0);
+  BISS_EXPECT(!is_feasible(budget, hertz(1)));
+}
+
+BISS_TEST(Timeout, EachRule_CountsFromItsOwnStart) {
+  const Picoseconds period = nanoseconds(440);
+  // iC-MHM at 2.27 MHz: 1.32 µs measured.
+  BISS_EXPECT_EQ(
+      timeout_after({TimeoutRule::adaptive, nanoseconds(660)}, period, microseconds(9)).count,
+      1'320'000);
+  BISS_EXPECT_EQ(timeout_after({TimeoutRule::adaptive, {}}, period, {}).count, 880'000);
+  BISS_EXPECT_EQ(
+      timeout_after({TimeoutRule::fixed, microseconds(20)}, period, microseconds(9)).count,
+      46 * 440'000);
+  const Timeout cycle{TimeoutRule::cycle, nanoseconds(31'250)};
+  BISS_EXPECT_EQ(timeout_after(cycle, period, microseconds(9)).count, 22'250'000);
+  BISS_EXPECT_EQ(timeout_after(cycle, period, nanoseconds(31'250)).count, 0);
+  BISS_EXPECT_EQ(timeout_after(cycle, period, microseconds(60)).count, 0);
+}
+
+BISS_TEST(DeviceTiming, Clock_IsAcceptedWithinItsBounds) {
+  BISS_EXPECT(!accepts_clock(renishaw, hertz(249'999)));
+  BISS_EXPECT(accepts_clock(renishaw, kilohertz(250)));
+  BISS_EXPECT(accepts_clock(renishaw, megahertz(10)));
+  BISS_EXPECT(!accepts_clock(renishaw, hertz(10'000'001)));
+}
+
+BISS_TEST(AckBounds, FollowTheDeviceAndStayWithinTheProtocol) {
+  BISS_EXPECT(ack_bounds(renishaw, nanoseconds(100)) == AckBounds{32, 160});
+  BISS_EXPECT(ack_bounds(renishaw, microseconds(4)) == AckBounds{1, 4});
+  BISS_EXPECT(ack_bounds({}, nanoseconds(100)) == AckBounds{1, 400});
+  BISS_EXPECT(ack_bounds({}, nanoseconds(80)) == AckBounds{1, 400});
+  BISS_EXPECT(ack_bounds({.ack_max = {}}, nanoseconds(100)) == AckBounds{1, 1});
+  BISS_EXPECT(ack_bounds({.ack_clocks = 4}, nanoseconds(200)) == AckBounds{4, 4});
+}
+
+BISS_TEST(Cable, WithoutCompensation_IsTheDataSheetsTable) {
+  struct Row {
+    std::uint32_t hertz;
+    std::int64_t millimetres;
+  };
+  constexpr std::array rows{Row{250'000, 95'000},  Row{1'000'000, 20'000}, Row{1'500'000, 12'000},
+                            Row{2'000'000, 8'000}, Row{3'000'000, 4'000},  Row{4'000'000, 2'000},
+                            Row{5'000'000, 500}};
+  for (const Row& row : rows) {
+    const auto longest = cable_max_uncompensated(hertz(row.hertz), internal);
+    BISS_ASSERT(longest.has_value()) << "at " << row.hertz;
+    BISS_EXPECT_EQ(longest->count, row.millimetres) << "at " << row.hertz;
+    BISS_EXPECT(!needs_compensation(hertz(row.hertz), *longest, internal));
+    BISS_EXPECT(needs_compensation(hertz(row.hertz), {longest->count + 1}, internal));
+  }
+  BISS_EXPECT(!cable_max_uncompensated(megahertz(10), internal).has_value());
+  BISS_EXPECT(needs_compensation(megahertz(10), {}, internal));
+}
+
+BISS_TEST(Cable, WithoutCompensation_NeverBeatsTheCableItself) {
+  BISS_EXPECT(cable_max_uncompensated(kilohertz(80), internal) == metres(100));
+  // A quarter of the period is used up by the encoder, or more.
+  BISS_EXPECT(!cable_max_uncompensated(megahertz(1), nanoseconds(246)).has_value());
+  BISS_EXPECT(!cable_max_uncompensated(megahertz(1), nanoseconds(251)).has_value());
+  BISS_EXPECT(cable_max_uncompensated(megahertz(1), nanoseconds(245)) == millimetres(500));
+  BISS_EXPECT(cable_max_uncompensated(megahertz(1), nanoseconds(240)) == metres(1));
+}
+
+BISS_TEST(Cable, WithCompensation_Is100mUpTo5MHzAnd50mUpTo10MHz) {
+  BISS_EXPECT(cable_max_compensated(kilohertz(250)) == metres(100));
+  BISS_EXPECT(cable_max_compensated(megahertz(5)) == metres(100));
+  BISS_EXPECT(cable_max_compensated(hertz(5'000'001)) == metres(50));
+  BISS_EXPECT(cable_max_compensated(megahertz(10)) == metres(50));
+  BISS_EXPECT(!cable_max_compensated(hertz(10'000'001)).has_value());
+  BISS_EXPECT(!cable_max_uncompensated(hertz(10'000'001), {}).has_value());
+}
+
+BISS_TEST(Cable, Margin_ShrinksWithTheDelayAndGoesBelowZero) {
+  BISS_EXPECT_EQ(line_delay(metres(50), internal).count, 542'500);
+  BISS_EXPECT_EQ(margin_uncompensated(megahertz(1), nanoseconds(200)).count, 300'000);
+  BISS_EXPECT_EQ(margin_uncompensated(megahertz(10), nanoseconds(542)).count, -492'000);
+  BISS_EXPECT_EQ(margin_compensated(megahertz(10)).count, 25'000);
+}
+
+BISS_TEST(LineDelay, OneMeasurement_IsWithin0And40us) {
+  const Picoseconds edge = microseconds(7);
+  BISS_EXPECT(measure_line_delay(edge, edge).value() == Picoseconds{});
+  BISS_EXPECT(measure_line_delay(edge, edge + nanoseconds(112)).value() == nanoseconds(112));
+  BISS_EXPECT(measure_line_delay(edge, edge + microseconds(40)).ok());
+  BISS_EXPECT_EQ(measure_line_delay(edge, edge + picoseconds(40'000'001)).error(),
+                 LineDelayError::too_long);
+  BISS_EXPECT_EQ(measure_line_delay(edge, edge - picoseconds(1)).error(),
+                 LineDelayError::before_request);
+}
+
+BISS_TEST(LineDelay, EightMeasurements_GiveMeanAndSpread) {
+  LineDelayMeter meter;
+  for (std::int64_t i = 0; i < 8; ++i) {
+    BISS_EXPECT(!meter.complete());
+    BISS_EXPECT_EQ(meter.result(nanoseconds(100)).error(), LineDelayError::too_few);
+    meter.add(nanoseconds(200 + i));
+  }
+  const auto delay = meter.result(nanoseconds(100));
+  BISS_ASSERT(delay.ok());
+  BISS_EXPECT_EQ(delay->mean.count, 203'500);
+  BISS_EXPECT_EQ(delay->min.count, 200'000);
+  BISS_EXPECT_EQ(delay->max.count, 207'000);
+  BISS_EXPECT_EQ(delay->spread().count, 7'000);
+  BISS_EXPECT_EQ(delay->measurements, 8U);
+  meter.reset();
+  BISS_EXPECT_EQ(meter.result(nanoseconds(100)).error(), LineDelayError::too_few);
+}
+
+BISS_TEST(LineDelay, MoreThanAQuarterPeriodFromTheMean_IsJitter) {
+  const auto judged = [](std::int64_t first, std::int64_t second, std::int64_t third) {
+    LineDelayMeter meter(3);
+    for (const std::int64_t delay : {first, second, third}) meter.add(nanoseconds(delay));
+    return meter.result(nanoseconds(100)).ok();
+  };
+  BISS_EXPECT(judged(100, 125, 150));
+  BISS_EXPECT(!judged(100, 100, 145));  // above the mean of 115
+  BISS_EXPECT(!judged(100, 145, 145));  // below the mean of 130
+}
+
+BISS_TEST(LineDelay, EveryError_HasItsName) {
+  for (std::size_t i = 0; i < line_delay_error_count; ++i) {
+    BISS_EXPECT(!name_of(static_cast<LineDelayError>(i)).empty());
+  }
+  BISS_EXPECT(name_of(LineDelayError::jitter) == "jitter");
+}
+
+BISS_TEST(SamplingPoint, IsHalfAPeriodAfterTheDelay) {
+  BISS_EXPECT(sampling_point({}, nanoseconds(100)) == SamplingPoint{0, nanoseconds(50)});
+  BISS_EXPECT(sampling_point(nanoseconds(49), nanoseconds(100)) ==
+              SamplingPoint{0, nanoseconds(99)});
+  BISS_EXPECT(sampling_point(nanoseconds(50), nanoseconds(100)) == SamplingPoint{1, {}});
+  BISS_EXPECT(sampling_point(nanoseconds(542), nanoseconds(100)) ==
+              SamplingPoint{5, nanoseconds(92)});
+}
+
+}  // namespace
+}  // namespace biss
