@@ -20,6 +20,12 @@ inline std::uint64_t encoded(const Sample& s) {
   return bits.ok() ? bits->size_bits() : 0;
 }
 
+// The counter was prepared with the sample before.
+inline std::uint64_t turns_after(const Sample& s) {
+  s.counter->update(s.value);
+  return static_cast<std::uint64_t>(s.counter->turns());
+}
+
 }  // namespace
 
 extern "C" {

@@ -58,8 +58,10 @@ struct Cost {
 Cost cost_of(const Row& row, const Ruler& ruler, const biss::SpiReader<Codec>& reader) {
   Cost cost;
   biss::test::Random random(seed);
+  biss::TurnCounter counter(26);
   Sample sample;
   sample.reader = &reader;
+  sample.counter = &counter;
   for (std::uint32_t i = 0; i < samples; ++i) {
     row.prepare(sample, random);
     const Timed call = timed(row.run, sample);

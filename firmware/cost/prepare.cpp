@@ -60,4 +60,15 @@ void word(Sample& sample, Random& random) {
   }
 }
 
+void step(Sample& sample, Random& random) {
+  constexpr std::uint32_t most = (1U << 25U) - 1U;
+  const std::uint32_t last = (1U << 26U) - 1U - random.below(most);
+  const std::uint32_t move = random.below(most);
+  const bool forward = random.flip();
+  sample.counter->restart();
+  sample.counter->update(last);
+  sample.value = forward ? last + move : last - move;
+  sample.expected = (sample.value >> 26U) != 0 ? 1 : 0;
+}
+
 }  // namespace cost::prepare

@@ -19,4 +19,7 @@ void ack(Sample& sample, Random& random);
 /// Random bytes and an index with 28 bits behind it.
 void word(Sample& sample, Random& random);
 
+/// A counter with one sample and the next one in `value`, across zero every other time.
+void step(Sample& sample, Random& random);
+
 }  // namespace cost::prepare

@@ -10,6 +10,7 @@
 #include "biss/catalogue/catalogue.hpp"
 #include "biss/frame/encode.hpp"
 #include "biss/master/spi_read.hpp"
+#include "biss/turns/turn_counter.hpp"
 
 namespace cost {
 
@@ -32,6 +33,7 @@ struct Sample {
   std::uint64_t value = 0;
   /// Made at start-up from a format that the compiler cannot see.
   const biss::SpiReader<Codec>* reader = nullptr;
+  biss::TurnCounter* counter = nullptr;
   /// What the measured call has to return.
   std::uint64_t expected = 0;
 
