@@ -42,9 +42,9 @@ coverage:  ## branch coverage of crc, frame, timing, turns; fails below 100 %
 	@scripts/coverage
 
 .PHONY: firmware-sizes
-firmware-sizes:  ## flash, RAM and instructions a frame on Cortex-M0 and M4
+firmware-sizes:  ## flash, RAM, instructions a frame on Cortex-M; renews the README's table
 	@scripts/install-packages build firmware
-	@firmware/sizes
+	@firmware/sizes --write README.md
 
 .PHONY: format
 format:  ## rewrite every C++ file as .clang-format says
