@@ -1,7 +1,6 @@
 // Quantities with units as a user types and reads them: exact, in integers, without a locale.
 #pragma once
 
-#include <compare>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -11,13 +10,6 @@
 #include "biss/base/units.hpp"
 
 namespace biss::tools {
-
-/// Length of a cable in millimetres.
-struct Millimetres {
-  std::int64_t count = 0;
-
-  constexpr auto operator<=>(const Millimetres&) const = default;
-};
 
 /// Why a text is not a quantity.
 enum class QuantityCause : std::uint8_t {
