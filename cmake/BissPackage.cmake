@@ -19,8 +19,8 @@ function(biss_install)
   install(FILES "${PROJECT_BINARY_DIR}/package/biss-config.cmake"
                 "${PROJECT_BINARY_DIR}/package/biss-config-version.cmake"
           DESTINATION "${package_dir}" COMPONENT core)
-  if(TARGET biss)
-    install(TARGETS biss RUNTIME COMPONENT command)
+  if(TARGET biss_command)
+    install(TARGETS biss_command RUNTIME COMPONENT command)
   endif()
 endfunction()
 
