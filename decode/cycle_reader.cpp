@@ -32,6 +32,13 @@ bool has_unknown(std::span<const LevelChange> ma) {
   });
 }
 
+// The period is measured, so a bound that falls just beside a clock edge is given 2 % of grace.
+bool ack_within_bounds(const DeviceTiming& timing, Picoseconds period, std::uint16_t ack_clocks) {
+  const Picoseconds grace = period / 50;
+  return ack_clocks >= ack_bounds(timing, period + grace).min_clocks &&
+         ack_clocks <= ack_bounds(timing, std::max(period - grace, picoseconds(1))).max_clocks;
+}
+
 // A request that has no second rising edge yet, and the capture is over before one was due.
 bool ends_with_capture(const CycleSpan& span) {
   if (!span.last_of_capture) return false;
@@ -182,8 +189,7 @@ CycleReading CycleReader::judge(const CycleSpan& span, const Sampled& sampled, c
   if (start.ok()) {
     reading.complete = !codec_ && !sampled.reached_limit;
     read_payload(sampled, *start, reading);
-    const AckBounds ack = ack_bounds(timing_, clock.period);
-    if (start->ack_clocks < ack.min_clocks || start->ack_clocks > ack.max_clocks) {
+    if (!ack_within_bounds(timing_, clock.period, start->ack_clocks)) {
       cycle.status = CycleStatus::ack_range;
     }
     if (codec_) last_bit = std::min(last_bit, start->start_bit + 1 + codec_->payload_bits());

@@ -6,5 +6,7 @@ int main(int argc, char** argv) {
   using namespace biss::tools;
   prepare_process();
   Command command;
+  add_decode(command);
+  add_simulate(command);
   return static_cast<int>(command.run(argc, argv));
 }

@@ -5,4 +5,7 @@ namespace biss::tools {
 
 class Command;
 
+void add_decode(Command& command);
+void add_simulate(Command& command);
+
 }  // namespace biss::tools

@@ -1,0 +1,229 @@
+// `biss decode`: a capture in, a row a request cycle out.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "decode/decoder.hpp"
+#include "decode/lines.hpp"
+#include "decode/statistics.hpp"
+#include "tools/capture_input.hpp"
+#include "tools/decode_summary.hpp"
+#include "tools/decode_table.hpp"
+#include "tools/format_option.hpp"
+#include "tools/verb.hpp"
+#include "tools/verbs.hpp"
+
+namespace biss::tools {
+
+namespace {
+
+constexpr std::size_t edges_to_find_lines = std::size_t{1} << 18U;
+
+struct DecodeOptions {
+  std::vector<std::string> files;
+  FormatArguments device;
+  std::string ma;
+  std::string slo;
+  std::optional<Picoseconds> since;
+  std::optional<Picoseconds> until;
+  std::vector<std::string> fail_on;
+  std::string output;
+  report::Format to = report::Format::table;
+};
+
+// What `--fail-on` asks for.
+class FailOn {
+ public:
+  /// \return an empty text, or the one line why a word is wrong
+  std::string read(const std::vector<std::string>& words) {
+    for (const std::string& word : words) {
+      if (word == "any") {
+        any_ = true;
+      } else if (word == "nE") {
+        error_ = true;
+      } else if (word == "nW") {
+        warning_ = true;
+      } else if (!read_status(word)) {
+        return fmt::format(
+            "--fail-on: '{}' is none of any, nE, nW and the causes of docs/status.md", word);
+      }
+    }
+    return {};
+  }
+
+  bool met_by(const decode::Statistics& statistics) const {
+    if (any_ && statistics.count(decode::CycleStatus::ok) != statistics.cycles()) return true;
+    if ((error_ || any_) && statistics.errors() != 0) return true;
+    if (warning_ && statistics.warnings() != 0) return true;
+    return std::any_of(statuses_.begin(), statuses_.end(),
+                       [&](auto status) { return statistics.count(status) != 0; });
+  }
+
+ private:
+  bool read_status(const std::string& word) {
+    for (std::size_t i = 1; i < decode::cycle_status_count; ++i) {
+      const auto status = static_cast<decode::CycleStatus>(i);
+      if (name_of(status) != word) continue;
+      statuses_.push_back(status);
+      return true;
+    }
+    return false;
+  }
+
+  bool any_ = false;
+  bool error_ = false;
+  bool warning_ = false;
+  std::vector<decode::CycleStatus> statuses_;
+};
+
+std::string line_problem_text(decode::LineProblem problem, const DecodeOptions& options,
+                              const CaptureInput& input) {
+  std::string names;
+  for (std::size_t i = 0; i < std::min<std::size_t>(input.lines().size(), 12); ++i) {
+    names += (i == 0 ? "" : ", ") + input.lines()[i];
+  }
+  switch (problem) {
+    case decode::LineProblem::no_such_ma:
+      return fmt::format("--ma: no line '{}' in {}; it has {}", options.ma, input.name(), names);
+    case decode::LineProblem::no_such_slo:
+      return fmt::format("--slo: no line '{}' in {}; it has {}", options.slo, input.name(), names);
+    case decode::LineProblem::same_line:
+      return "MA and SLO cannot be the same line; name both with --ma and --slo";
+    case decode::LineProblem::too_few_lines:
+      return fmt::format("{}: fewer than two lines change; MA and SLO are needed", input.name());
+    case decode::LineProblem::nothing_behaves:
+      return fmt::format(
+          "{}: no pair of lines behaves like MA and SLO; it has {}; name them with --ma and --slo",
+          input.name(), names);
+  }
+  return {};
+}
+
+bool is_wrong_usage(decode::LineProblem problem) {
+  return problem == decode::LineProblem::no_such_ma ||
+         problem == decode::LineProblem::no_such_slo || problem == decode::LineProblem::same_line;
+}
+
+// One run of the verb; what must live as long as the rows do.
+class DecodeRun {
+ public:
+  explicit DecodeRun(const DecodeOptions& options) : options_(options) {}
+
+  ExitStatus run() {
+    if (const std::string wrong = fail_on_.read(options_.fail_on); !wrong.empty()) {
+      return fail(ExitStatus::usage, wrong);
+    }
+    if (options_.device.format.empty()) {
+      const std::string wrong = override_timing(options_.device, timing_);
+      if (!wrong.empty()) return fail(ExitStatus::usage, wrong);
+    } else {
+      const DeviceChoice choice = choose_device(options_.device);
+      if (!choice) return fail(ExitStatus::usage, choice.error);
+      format_ = choice.device->format;
+      timing_ = choice.device->timing;
+    }
+    if (const std::string wrong = input_.open(options_.files, options_.ma, options_.slo);
+        !wrong.empty()) {
+      return fail(options_.files.empty() ? ExitStatus::usage : ExitStatus::io, wrong);
+    }
+    const decode::CycleReader reader(format_, timing_);
+    const auto beginning = input_.look_at_beginning(edges_to_find_lines);
+    const auto found = find_lines(input_.lines(), beginning, input_.line_of(options_.ma),
+                                  input_.line_of(options_.slo), reader);
+    if (!found.ok()) return no_lines(found.error());
+    return write_rows(reader, *found);
+  }
+
+ private:
+  ExitStatus no_lines(decode::LineProblem problem) {
+    if (!input_.error().empty()) return fail(ExitStatus::io, input_.error());
+    return fail(is_wrong_usage(problem) ? ExitStatus::usage : ExitStatus::data_failed,
+                line_problem_text(problem, options_, input_));
+  }
+
+  ExitStatus write_rows(const decode::CycleReader& reader, const decode::FoundLines& found) {
+    Output output;
+    if (!output.open(options_.output)) return output.status();
+    DecodeTable table(format_);
+    const auto writer = report::make_table_writer(options_.to, table.columns(), output,
+                                                  {.colour = output.wants_colour()});
+    std::uint64_t number = 0;
+    bool writing = true;
+    decode::Decoder decoder(reader, [&](const decode::Cycle& cycle) {
+      const std::uint64_t row = number++;
+      if (options_.since && cycle.time < *options_.since) return;
+      if (options_.until && cycle.time > *options_.until) return;
+      statistics_.add(cycle);
+      writing = writing && writer->row(table.cells(row, cycle));
+    });
+    for (auto block = input_.next(); !block.empty() && writing; block = input_.next()) {
+      decoder.push(block, found.lines);
+    }
+    decoder.finish(input_.end_time());
+    if (!writing) return output.status();
+    if (!input_.error().empty()) {
+      writer->finish();
+      output.abandon();
+      print_summary(summary(found));
+      return fail(ExitStatus::io, input_.error());
+    }
+    if (!writer->finish() || !output.finish()) return output.status();
+    return conclude(found);
+  }
+
+  ExitStatus conclude(const decode::FoundLines& found) const {
+    if (statistics_.cycles() == 0) {
+      return fail(
+          ExitStatus::data_failed,
+          fmt::format("{}: no request cycle found on MA ({}); is it the right line, and did "
+                      "the master ask?",
+                      input_.name(), input_.lines()[found.lines.ma]));
+    }
+    print_summary(summary(found));
+    return fail_on_.met_by(statistics_) ? ExitStatus::data_failed : ExitStatus::done;
+  }
+
+  std::string summary(const decode::FoundLines& found) const {
+    return decode_summary(statistics_, input_.name(), input_.lines()[found.lines.ma],
+                          input_.lines()[found.lines.slo], found.how);
+  }
+
+  const DecodeOptions& options_;
+  FailOn fail_on_;
+  std::optional<FrameFormat> format_;
+  DeviceTiming timing_;
+  CaptureInput input_;
+  decode::Statistics statistics_;
+};
+
+}  // namespace
+
+void add_decode(Command& command) {
+  const auto options = std::make_shared<DecodeOptions>();
+  CLI::App& verb = command.add_verb(
+      {.name = "decode",
+       .purpose = "Read the positions in a capture of MA and SLO, a row a request cycle",
+       .examples = {"biss decode capture.vcd -f pos26,nE,nW,crc6",
+                    "biss decode capture.csv -f resolute-32 --to csv -o rows.csv",
+                    "biss decode ma.csv slo.csv --ma ma.csv:D0 --slo slo.csv:D1 -f fs-36-28"}},
+      [options] { return DecodeRun(*options).run(); });
+  verb.add_option("FILE", options->files,
+                  "Captures (VCD, event CSV); several are read as one; - is standard input");
+  add_format_option(verb, options->device, false);
+  add_timing_options(verb, options->device);
+  verb.add_option("--ma", options->ma, "The line that is MA")->type_name("NAME|FILE:NAME");
+  verb.add_option("--slo", options->slo, "The line that is SLO")->type_name("NAME|FILE:NAME");
+  add_duration_option(verb, "--since", into(options->since),
+                      "Only cycles that begin then or later");
+  add_duration_option(verb, "--until", into(options->until),
+                      "Only cycles that begin then or earlier");
+  verb.add_option("--fail-on", options->fail_on,
+                  "Exit with 1 when such a row occurs: any, nE, nW, or causes such as crc")
+      ->delimiter(',')
+      ->type_name("CAUSE,...");
+  add_output_option(verb, options->output);
+  add_to_option(verb, options->to);
+}
+
+}  // namespace biss::tools

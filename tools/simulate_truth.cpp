@@ -1,0 +1,38 @@
+#include "tools/simulate_truth.hpp"
+
+#include <fmt/format.h>
+
+namespace biss::tools {
+
+using report::Cell;
+using report::Kind;
+
+TruthTable::TruthTable(const FrameFormat& format) {
+  columns_ = {{.name = "cycle", .kind = Kind::unsigned_integer},
+              {.name = "time_ns", .kind = Kind::nanoseconds},
+              {.name = "position", .kind = Kind::unsigned_integer},
+              {.name = "nE", .kind = Kind::flag},
+              {.name = "nW", .kind = Kind::flag},
+              {.name = "faults", .kind = Kind::text}};
+  for (std::size_t k = 1; k < format.channel_count; ++k) {
+    columns_.push_back({.name = fmt::format("position{}", k + 1), .kind = Kind::unsigned_integer});
+    columns_.push_back({.name = fmt::format("nE{}", k + 1), .kind = Kind::flag});
+    columns_.push_back({.name = fmt::format("nW{}", k + 1), .kind = Kind::flag});
+  }
+}
+
+const std::vector<Cell>& TruthTable::cells(std::uint64_t number, const sim::SimulatedCycle& cycle) {
+  cells_.clear();
+  cells_.emplace_back(number);
+  cells_.emplace_back(cycle.time);
+  for (std::size_t k = 0; k < cycle.sent.channel_count; ++k) {
+    const Channel& channel = cycle.sent.channel_list[k];
+    cells_.emplace_back(channel.position);
+    cells_.emplace_back(channel.nE);
+    cells_.emplace_back(channel.nW);
+    if (k == 0) cells_.push_back(cycle.flipped ? Cell("flip") : Cell());
+  }
+  return cells_;
+}
+
+}  // namespace biss::tools

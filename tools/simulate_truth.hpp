@@ -1,0 +1,27 @@
+// The rows of `biss simulate --truth`: what the encoder meant to send, and what was done to it.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "biss/frame/format.hpp"
+#include "report/table.hpp"
+#include "sim/ideal_line.hpp"
+
+namespace biss::tools {
+
+/// `cycle,time_ns,position,nE,nW,faults`, then position, nE and nW of each further channel.
+class TruthTable {
+ public:
+  explicit TruthTable(const FrameFormat& format);
+
+  const std::vector<report::Column>& columns() const { return columns_; }
+  /// The cells of a row, valid until the next call.
+  const std::vector<report::Cell>& cells(std::uint64_t number, const sim::SimulatedCycle& cycle);
+
+ private:
+  std::vector<report::Column> columns_;
+  std::vector<report::Cell> cells_;
+};
+
+}  // namespace biss::tools
