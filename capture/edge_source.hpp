@@ -3,7 +3,7 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -13,7 +13,13 @@
 
 namespace biss::capture {
 
-/// Why a capture could not be read (on). One enumerator a cause; capture_error_text() is the line a user sees.
+/// A word of VCD or a row of CSV longer than this is refused, so that memory stays bounded.
+inline constexpr std::size_t max_token_bytes = 65'536;
+/// One-bit signals a capture may have.
+inline constexpr std::size_t max_lines = 65'536;
+
+/// Why a capture could not be read (on). One enumerator a cause; capture_error_text() is the line a
+/// user sees.
 enum class CaptureCause : std::uint8_t {
   cannot_open,        ///< missing, no permission
   is_directory,       ///< the path names a folder
@@ -28,31 +34,45 @@ enum class CaptureCause : std::uint8_t {
   truncated,          ///< the file ends inside a token, a header or a row
 };
 
-/// Where and why reading stopped. `line` and `column` count from 1; `line` 0 when not in the text.
+/// Where and why reading stopped. `line` and `column` count from 1, columns in bytes; `line` is 0
+/// when the cause lies not in the text. `expected` says what would have been right there: static
+/// text, or null.
 struct CaptureError {
   CaptureCause cause{};
   std::uint64_t line = 0;
   std::uint64_t column = 0;
+  const char* expected = nullptr;
 };
 
 /// A capture of changes, read once from front to back.
 ///
-/// Edges come in time order; the first edge of a line gives its initial level. Everything read before an
-/// error has been delivered by earlier calls, so a damaged end loses only itself. Memory is bounded by the
-/// block size and the number of lines, never by the length of the file.
+/// Edges come in time order; the first edge of a line gives its initial level, every later one
+/// changes it. Everything read before an error has been delivered by earlier calls, so a damaged
+/// end loses only itself. Memory is bounded by the block size and the number of lines, never by the
+/// length of the file.
 class EdgeSource {
  public:
   virtual ~EdgeSource() = default;
 
-  /// Names of the lines, indexed by Edge::line. Known after opening and constant from then on.
+  /// Names of the lines, indexed by Edge::line; no two are equal. Known after opening and constant
+  /// from then on.
   virtual const std::vector<std::string>& lines() const = 0;
 
-  /// The next edges, valid until the next call; empty at the end of the capture. After an error or the
-  /// end every further call returns the same.
+  /// The next edges, valid until the next call; empty at the end of the capture. After an error or
+  /// the end every further call returns the same.
   virtual Result<std::span<const wire::Edge>, CaptureError> next_block() = 0;
 
-  /// The last time the capture speaks of (a VCD may end with a time and no change); grows while reading.
+  /// The last time the capture speaks of (a VCD may end with a time and no change); grows while
+  /// reading.
   virtual Picoseconds end_time() const = 0;
+};
+
+/// An opened capture, or why there is none: `error` counts exactly when `source` is null.
+struct Opened {
+  std::unique_ptr<EdgeSource> source;
+  CaptureError error;
+
+  explicit operator bool() const { return source != nullptr; }
 };
 
 }  // namespace biss::capture

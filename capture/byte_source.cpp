@@ -1,0 +1,97 @@
+#include "capture/byte_source.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+namespace biss::capture {
+namespace {
+
+class DescriptorBytes final : public ByteSource {
+ public:
+  DescriptorBytes(int descriptor, bool owned) : descriptor_(descriptor), owned_(owned) {}
+  DescriptorBytes(const DescriptorBytes&) = delete;
+  DescriptorBytes& operator=(const DescriptorBytes&) = delete;
+  ~DescriptorBytes() override {
+    if (owned_) ::close(descriptor_);
+  }
+
+  Result<std::size_t, CaptureError> read(std::span<char> into) override {
+    for (;;) {
+      const ssize_t got = ::read(descriptor_, into.data(), into.size());
+      if (got >= 0) return static_cast<std::size_t>(got);
+      if (errno != EINTR) return failure(CaptureError{.cause = CaptureCause::read_failed});
+    }
+  }
+
+ private:
+  int descriptor_;
+  bool owned_;
+};
+
+class MemoryBytes final : public ByteSource {
+ public:
+  MemoryBytes(std::string_view text, std::size_t block_bytes)
+      : rest_(text), block_bytes_(block_bytes) {}
+
+  Result<std::size_t, CaptureError> read(std::span<char> into) override {
+    const std::size_t count = std::min({into.size(), rest_.size(), block_bytes_});
+    if (count != 0) std::memcpy(into.data(), rest_.data(), count);
+    rest_.remove_prefix(count);
+    return count;
+  }
+
+ private:
+  std::string_view rest_;
+  std::size_t block_bytes_;
+};
+
+class PrefixedBytes final : public ByteSource {
+ public:
+  PrefixedBytes(std::string head, std::unique_ptr<ByteSource> rest)
+      : head_(std::move(head)), rest_(std::move(rest)) {}
+
+  Result<std::size_t, CaptureError> read(std::span<char> into) override {
+    if (given_ == head_.size()) return rest_->read(into);
+    const std::size_t count = std::min(into.size(), head_.size() - given_);
+    std::memcpy(into.data(), head_.data() + given_, count);
+    given_ += count;
+    return count;
+  }
+
+ private:
+  std::string head_;
+  std::size_t given_ = 0;
+  std::unique_ptr<ByteSource> rest_;
+};
+
+bool is_directory(int descriptor) {
+  struct stat about {};
+  return ::fstat(descriptor, &about) == 0 && S_ISDIR(about.st_mode);
+}
+
+}  // namespace
+
+OpenedBytes open_bytes(const std::string& path) {
+  const bool standard_input = path == "-";
+  const int descriptor = standard_input ? STDIN_FILENO : ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) return {nullptr, {.cause = CaptureCause::cannot_open}};
+  auto bytes = std::make_unique<DescriptorBytes>(descriptor, !standard_input);
+  if (is_directory(descriptor)) return {nullptr, {.cause = CaptureCause::is_directory}};
+  return {std::move(bytes), {}};
+}
+
+std::unique_ptr<ByteSource> memory_bytes(std::string_view text, std::size_t block_bytes) {
+  return std::make_unique<MemoryBytes>(text, block_bytes);
+}
+
+std::unique_ptr<ByteSource> prefixed_bytes(std::string head, std::unique_ptr<ByteSource> rest) {
+  return std::make_unique<PrefixedBytes>(std::move(head), std::move(rest));
+}
+
+}  // namespace biss::capture

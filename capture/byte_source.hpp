@@ -1,0 +1,47 @@
+// Bytes from a file, a pipe or memory, pulled in blocks.
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "biss/base/result.hpp"
+#include "capture/edge_source.hpp"
+
+namespace biss::capture {
+
+/// A stream of bytes, read once from front to back.
+class ByteSource {
+ public:
+  virtual ~ByteSource() = default;
+
+  /// Puts the next bytes at the front of `into` and returns how many: at least one, 0 at the end.
+  /// Fails with `read_failed`.
+  /// \pre into is not empty
+  virtual Result<std::size_t, CaptureError> read(std::span<char> into) = 0;
+};
+
+/// An opened stream, or why there is none: `error` counts exactly when `bytes` is null.
+struct OpenedBytes {
+  std::unique_ptr<ByteSource> bytes;
+  CaptureError error;
+
+  explicit operator bool() const { return bytes != nullptr; }
+};
+
+/// Opens a file, a pipe or a device; `-` is standard input, which stays open afterwards.
+/// Fails with `cannot_open` or `is_directory`. What a slow pipe has is delivered at once.
+OpenedBytes open_bytes(const std::string& path);
+
+/// `text` as a stream that hands out at most `block_bytes` a call; `text` must outlive it.
+/// \pre block_bytes > 0
+std::unique_ptr<ByteSource> memory_bytes(
+    std::string_view text, std::size_t block_bytes = std::numeric_limits<std::size_t>::max());
+
+/// `head`, then everything of `rest`: gives back what was read to look at the beginning.
+std::unique_ptr<ByteSource> prefixed_bytes(std::string head, std::unique_ptr<ByteSource> rest);
+
+}  // namespace biss::capture

@@ -1,0 +1,138 @@
+#include "capture/decimal.hpp"
+
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <optional>
+
+namespace biss::capture {
+namespace {
+
+constexpr auto largest = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
+
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+std::uint64_t digit_of(char c) { return static_cast<std::uint64_t>(c - '0'); }
+
+// A number taken apart; the digits are those of both parts, without the mark.
+struct Parts {
+  bool negative = false;
+  std::string_view whole;
+  std::string_view fraction;
+  std::int64_t exponent = 0;
+
+  std::size_t digits() const { return whole.size() + fraction.size(); }
+  char digit(std::size_t i) const {
+    return i < whole.size() ? whole[i] : fraction[i - whole.size()];
+  }
+};
+
+std::string_view take_digits(std::string_view& text) {
+  std::size_t count = 0;
+  while (count < text.size() && is_digit(text[count])) ++count;
+  const std::string_view digits = text.substr(0, count);
+  text.remove_prefix(count);
+  return digits;
+}
+
+bool take_sign(std::string_view& text) {
+  const bool negative = text.starts_with('-');
+  if (negative || text.starts_with('+')) text.remove_prefix(1);
+  return negative;
+}
+
+std::optional<Parts> take_apart(std::string_view text, bool comma) {
+  // Far beyond every length of a number that a line can hold, and far from overflow.
+  constexpr std::int64_t huge_exponent = 1'000'000'000;
+  Parts parts;
+  parts.negative = take_sign(text);
+  parts.whole = take_digits(text);
+  if (text.starts_with('.') || (comma && text.starts_with(','))) {
+    text.remove_prefix(1);
+    parts.fraction = take_digits(text);
+  }
+  if (parts.digits() == 0) return std::nullopt;
+  if (text.empty()) return parts;
+  if (text[0] != 'e' && text[0] != 'E') return std::nullopt;
+  text.remove_prefix(1);
+  const bool negative = take_sign(text);
+  const std::string_view digits = take_digits(text);
+  if (digits.empty() || !text.empty()) return std::nullopt;
+  for (const char c : digits) {
+    parts.exponent = parts.exponent * 10 + static_cast<std::int64_t>(digit_of(c));
+    if (parts.exponent > huge_exponent) parts.exponent = huge_exponent;
+  }
+  if (negative) parts.exponent = -parts.exponent;
+  return parts;
+}
+
+bool append_digit(std::uint64_t& value, std::uint64_t digit) {
+  if (value > (largest - digit) / 10) return false;
+  value = value * 10 + digit;
+  return true;
+}
+
+// The digits before the point after it was moved by the scale and the exponent, then rounded.
+std::optional<std::uint64_t> magnitude_of(const Parts& parts, int scale) {
+  const std::int64_t point = static_cast<std::int64_t>(parts.whole.size()) + parts.exponent + scale;
+  if (point < 0) return 0;
+  const auto places = static_cast<std::uint64_t>(point);
+  std::uint64_t value = 0;
+  for (std::size_t i = 0; i < parts.digits() && i < places; ++i) {
+    if (!append_digit(value, digit_of(parts.digit(i)))) return std::nullopt;
+  }
+  for (std::uint64_t i = parts.digits(); i < places && value != 0; ++i) {
+    if (!append_digit(value, 0)) return std::nullopt;
+  }
+  // The first digit dropped decides: 5 and more is half or above, whatever follows.
+  if (places < parts.digits() && parts.digit(places) >= '5') {
+    if (value == largest) return std::nullopt;
+    ++value;
+  }
+  return value;
+}
+
+// The plain case, as nearly every cell is: `42007.500`, few digits, no exponent, nothing to round.
+std::optional<std::int64_t> parse_plain(std::string_view text, int scale, bool comma) {
+  constexpr std::array<std::uint64_t, 13> powers{1,
+                                                 10,
+                                                 100,
+                                                 1'000,
+                                                 10'000,
+                                                 100'000,
+                                                 1'000'000,
+                                                 10'000'000,
+                                                 100'000'000,
+                                                 1'000'000'000,
+                                                 10'000'000'000,
+                                                 100'000'000'000,
+                                                 1'000'000'000'000};
+  if (text.empty() || text.size() > 18 || scale < 0 || scale > 12) return std::nullopt;
+  std::uint64_t value = 0;
+  std::size_t at = 0;
+  for (; at < text.size() && is_digit(text[at]); ++at) value = value * 10 + digit_of(text[at]);
+  if (at == 0) return std::nullopt;
+  std::size_t missing = static_cast<std::size_t>(scale);
+  if (at < text.size() && (text[at] == '.' || (comma && text[at] == ','))) {
+    const std::size_t first = ++at;
+    for (; at < text.size() && is_digit(text[at]); ++at) value = value * 10 + digit_of(text[at]);
+    if (at - first > missing) return std::nullopt;
+    missing -= at - first;
+  }
+  if (at != text.size() || value > largest / powers[missing]) return std::nullopt;
+  return static_cast<std::int64_t>(value * powers[missing]);
+}
+
+}  // namespace
+
+Result<std::int64_t, DecimalCause> parse_decimal(std::string_view text, int scale, bool comma) {
+  if (const auto plain = parse_plain(text, scale, comma)) return *plain;
+  const auto parts = take_apart(text, comma);
+  if (!parts) return failure(DecimalCause::no_number);
+  const auto magnitude = magnitude_of(*parts, scale);
+  if (!magnitude) return failure(DecimalCause::out_of_range);
+  const auto value = static_cast<std::int64_t>(*magnitude);
+  return parts->negative ? -value : value;
+}
+
+}  // namespace biss::capture

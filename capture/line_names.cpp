@@ -1,0 +1,15 @@
+#include "capture/line_names.hpp"
+
+namespace biss::capture {
+
+std::string LineNames::claim(const std::string& wanted) {
+  if (taken_.insert(wanted).second) return wanted;
+  // Numbering goes on where it stopped, so that many equal names cost no more than as many others.
+  std::uint32_t& number = asked_.try_emplace(wanted, 1U).first->second;
+  for (;;) {
+    std::string name = wanted + '#' + std::to_string(++number);
+    if (taken_.insert(name).second) return name;
+  }
+}
+
+}  // namespace biss::capture

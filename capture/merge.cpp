@@ -1,0 +1,77 @@
+#include "capture/merge.hpp"
+
+#include <algorithm>
+#include <unordered_map>
+#include <utility>
+
+#include "capture/line_names.hpp"
+
+namespace biss::capture {
+
+MergedSource::MergedSource(std::vector<NamedSource> sources) {
+  std::unordered_map<std::string, int> owners;
+  for (const NamedSource& named : sources) {
+    for (const std::string& line : named.source->lines()) ++owners[line];
+  }
+  LineNames names;
+  for (NamedSource& named : sources) {
+    const auto first_line = static_cast<wire::LineIndex>(lines_.size());
+    for (const std::string& line : named.source->lines()) {
+      lines_.push_back(names.claim(owners[line] > 1 ? named.name + ':' + line : line));
+    }
+    inputs_.push_back({std::move(named.source), first_line, {}, false});
+  }
+}
+
+// Sees to it that every source that has not ended has edges ahead; false when one failed.
+bool MergedSource::fill() {
+  for (Input& input : inputs_) {
+    if (input.ended || !input.ahead.empty()) continue;
+    const auto block = input.source->next_block();
+    if (!block.ok()) {
+      failed_ = true;
+      error_ = block.error();
+      failed_source_ = static_cast<std::size_t>(&input - inputs_.data());
+      return false;
+    }
+    input.ahead = *block;
+    input.ended = block->empty();
+  }
+  return true;
+}
+
+MergedSource::Input* MergedSource::earliest() {
+  Input* first = nullptr;
+  for (Input& input : inputs_) {
+    if (input.ahead.empty()) continue;
+    if (first == nullptr || input.ahead.front().time < first->ahead.front().time) first = &input;
+  }
+  return first;
+}
+
+Result<std::span<const wire::Edge>, CaptureError> MergedSource::next_block() {
+  block_.clear();
+  while (!failed_ && block_.size() < block_edges && fill()) {
+    Input* const input = earliest();
+    if (input == nullptr) break;
+    wire::Edge edge = input->ahead.front();
+    input->ahead = input->ahead.subspan(1);
+    edge.line += input->first_line;
+    block_.push_back(edge);
+  }
+  if (block_.empty() && failed_) return failure(error_);
+  return std::span<const wire::Edge>(block_);
+}
+
+Picoseconds MergedSource::end_time() const {
+  Picoseconds latest;
+  bool any = false;
+  for (const Input& input : inputs_) {
+    const Picoseconds end = input.source->end_time();
+    latest = any ? std::max(latest, end) : end;
+    any = true;
+  }
+  return latest;
+}
+
+}  // namespace biss::capture

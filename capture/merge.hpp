@@ -1,0 +1,58 @@
+// Several captures as one: MA from one file, SLO from another.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "capture/edge_source.hpp"
+
+namespace biss::capture {
+
+/// A capture and what to call it where two have a line of the same name, usually its path.
+struct NamedSource {
+  std::unique_ptr<EdgeSource> source;
+  std::string name;
+};
+
+/// An EdgeSource over several, whose times must count from the same moment.
+///
+/// The lines are those of the first source, then those of the second, and so on; a name that
+/// several have becomes `source:name`. Edges of the same time come in the order of the sources.
+/// When a source fails, everything before the time it reached is delivered first, then its error.
+class MergedSource final : public EdgeSource {
+ public:
+  /// \pre no source is null and none has been read from
+  explicit MergedSource(std::vector<NamedSource> sources);
+
+  const std::vector<std::string>& lines() const override { return lines_; }
+  Result<std::span<const wire::Edge>, CaptureError> next_block() override;
+  /// The largest of the sources' end times.
+  Picoseconds end_time() const override;
+
+  /// Which source the error of next_block() comes from.
+  std::size_t failed_source() const { return failed_source_; }
+
+ private:
+  struct Input {
+    std::unique_ptr<EdgeSource> source;
+    wire::LineIndex first_line = 0;
+    std::span<const wire::Edge> ahead;
+    bool ended = false;
+  };
+
+  static constexpr std::size_t block_edges = 8'192;
+
+  bool fill();
+  Input* earliest();
+
+  std::vector<Input> inputs_;
+  std::vector<std::string> lines_;
+  std::vector<wire::Edge> block_;
+  bool failed_ = false;
+  CaptureError error_;
+  std::size_t failed_source_ = 0;
+};
+
+}  // namespace biss::capture

@@ -1,0 +1,81 @@
+#include "capture/merge.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "capture/test_capture.hpp"
+
+namespace biss::capture {
+namespace {
+
+using testing::ElementsAre;
+
+std::unique_ptr<MergedSource> merge(std::string_view first, std::string_view second) {
+  std::vector<NamedSource> sources;
+  sources.push_back({open_event_csv(memory_bytes(first)).source, "a.csv"});
+  sources.push_back({open_event_csv(memory_bytes(second)).source, "b.csv"});
+  return std::make_unique<MergedSource>(std::move(sources));
+}
+
+TEST(Merge, TwoSources_ComeInTheOrderOfTime) {
+  const Read read =
+      read_all({merge("time_ps,MA\n0,1\n5,0\n9,1\n", "time_ps,SLO\n-2,1\n5,0\n7,1\n"), {}});
+  EXPECT_THAT(read.lines, ElementsAre("MA", "SLO"));
+  EXPECT_THAT(read.edges, ElementsAre(edge(-2, 1, '1'), edge(0, 0, '1'), edge(5, 0, '0'),
+                                      edge(5, 1, '0'), edge(7, 1, '1'), edge(9, 0, '1')));
+  EXPECT_EQ(read.end_time, picoseconds(9));
+}
+
+TEST(Merge, NamesThatClash_AreMarkedWithTheirSource) {
+  EXPECT_THAT(merge("time_ps,MA,SLO\n", "time_ps,SLO,X\n")->lines(),
+              ElementsAre("MA", "a.csv:SLO", "b.csv:SLO", "X"));
+}
+
+TEST(Merge, ManyEdges_ComeInBoundedBlocks) {
+  std::string first = "time_ps,MA\n";
+  std::string second = "time_ps,SLO\n";
+  for (int i = 0; i < 30'000; ++i) {
+    first += std::to_string(2 * i) + (i % 2 == 0 ? ",0\n" : ",1\n");
+    second += std::to_string(3 * i) + (i % 2 == 0 ? ",0\n" : ",1\n");
+  }
+  const auto merged = merge(first, second);
+  std::size_t count = 0;
+  Picoseconds last;
+  for (;;) {
+    const auto block = merged->next_block();
+    ASSERT_TRUE(block.ok());
+    if (block->empty()) break;
+    EXPECT_LE(block->size(), 8'192U);
+    for (const wire::Edge& one : *block) {
+      EXPECT_GE(one.time, last);
+      last = one.time;
+    }
+    count += block->size();
+  }
+  EXPECT_EQ(count, 60'000U);
+}
+
+TEST(Merge, SourceThatFails_NamesItAfterTheEdgesBefore) {
+  const auto merged = merge("time_ps,MA\n0,1\n5,0\n9,1\n", "time_ps,SLO\n1,1\n6,0\noops\n");
+  const auto block = merged->next_block();
+  ASSERT_TRUE(block.ok());
+  EXPECT_THAT(std::vector(block->begin(), block->end()),
+              ElementsAre(edge(0, 0, '1'), edge(1, 1, '1'), edge(5, 0, '0'), edge(6, 1, '0')));
+  for (int i = 0; i < 2; ++i) {
+    const auto failed = merged->next_block();
+    ASSERT_FALSE(failed.ok());
+    EXPECT_EQ(failed.error().cause, CaptureCause::malformed);
+    EXPECT_EQ(failed.error().line, 4U);
+    EXPECT_EQ(merged->failed_source(), 1U);
+  }
+}
+
+TEST(Merge, NoSources_IsAnEmptyCapture) {
+  MergedSource merged({});
+  EXPECT_TRUE(merged.next_block()->empty());
+}
+
+}  // namespace
+}  // namespace biss::capture

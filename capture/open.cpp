@@ -1,0 +1,153 @@
+#include "capture/open.hpp"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "capture/event_csv_header.hpp"
+#include "capture/event_csv_reader.hpp"
+#include "capture/text_window.hpp"
+#include "capture/vcd_reader.hpp"
+
+namespace biss::capture {
+namespace {
+
+enum class Format : std::uint8_t { vcd, event_csv, other };
+
+// Enough for the comments before a header, little enough to keep.
+constexpr std::size_t head_bytes = 65'536;
+
+constexpr const char* expected_text = "a VCD, or a CSV with a header such as time_ns,MA,SLO";
+
+// Files that people have and that hold captures we do not read: the text says what they are.
+constexpr std::array<std::pair<std::string_view, const char*>, 6> strangers{{
+    {"PK\x03\x04", "VCD or event CSV; this is a ZIP archive such as .sr, .dsl or .sal"},
+    {"<SALEAE>", "VCD or event CSV; this is a binary export of Saleae Logic"},
+    {"\x1F\x8B", "VCD or event CSV; this is compressed by gzip"},
+    {"\xFF\xFE", "text in UTF-8; this is UTF-16"},
+    {"\xFE\xFF", "text in UTF-8; this is UTF-16"},
+    {"(\xB5/\xFD", "VCD or event CSV; this is compressed by zstd"},
+}};
+
+// The first line that is neither blank nor a comment.
+std::string_view first_row(std::string_view text) {
+  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    std::string_view row = text.substr(0, end);
+    while (!row.empty() && is_space(row.front())) row.remove_prefix(1);
+    if (!row.empty() && row.front() != '#') return row;
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return {};
+}
+
+Format format_of_content(std::string_view head) {
+  const std::string_view row = first_row(head);
+  if (row.size() > 1 && row[0] == '$' && row[1] >= 'a' && row[1] <= 'z') return Format::vcd;
+  if (looks_like_event_csv(row)) return Format::event_csv;
+  return Format::other;
+}
+
+Format format_of_extension(std::string_view path) {
+  if (path.size() < 4) return Format::other;
+  std::string extension(path.substr(path.size() - 4));
+  for (char& c : extension) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  if (extension == ".vcd") return Format::vcd;
+  if (extension == ".csv") return Format::event_csv;
+  return Format::other;
+}
+
+Opened open_as(Format format, std::unique_ptr<ByteSource> bytes) {
+  if (format == Format::vcd) return open_vcd(std::move(bytes));
+  return open_event_csv(std::move(bytes));
+}
+
+bool is_blank(std::string_view text) { return std::all_of(text.begin(), text.end(), is_space); }
+
+std::string place_of(const CaptureError& error, std::string_view path) {
+  std::string place = path == "-" ? "standard input" : std::string(path);
+  for (char& c : place) {
+    if (static_cast<unsigned char>(c) < ' ') c = '?';
+  }
+  if (error.line == 0) return place;
+  return place + ':' + std::to_string(error.line) + ':' + std::to_string(error.column);
+}
+
+// What is wrong, and what to do.
+std::pair<const char*, const char*> words_of(CaptureCause cause) {
+  constexpr const char* export_again = "export the capture again";
+  switch (cause) {
+    case CaptureCause::cannot_open:
+      return {"cannot be opened", "check that it exists and may be read"};
+    case CaptureCause::is_directory:
+      return {"is a folder", "name a capture file in it"};
+    case CaptureCause::read_failed:
+      return {"cannot be read further", "check the disk or the device and try again"};
+    case CaptureCause::empty:
+      return {"is empty", export_again};
+    case CaptureCause::unknown_format:
+      return {"is no capture of a known format", "export it as VCD or event CSV"};
+    case CaptureCause::malformed:
+      return {"is not as the format has it", "correct this place or export the capture again"};
+    case CaptureCause::token_too_long:
+      return {"a word or a row of more than 64 KiB", export_again};
+    case CaptureCause::too_many_lines:
+      return {"more signals than a capture may have (65536 of one bit)", "export fewer signals"};
+    case CaptureCause::time_backwards:
+      return {"time runs backwards", "sort by time or export the capture again"};
+    case CaptureCause::time_out_of_range:
+      return {"a time beyond 106 days", "check the unit of time"};
+    case CaptureCause::truncated:
+      return {"the file ends in the middle", "the part before was read; export the rest again"};
+  }
+  return {"", ""};
+}
+
+}  // namespace
+
+Opened open_capture(std::unique_ptr<ByteSource> bytes, std::string_view path) {
+  std::string head;
+  std::array<char, 4'096> block{};
+  std::size_t judged = 0;
+  while (head.size() < head_bytes) {
+    const auto got = bytes->read(block);
+    if (!got.ok()) return {nullptr, got.error()};
+    if (*got == 0) break;
+    head.append(block.data(), *got);
+    // Judged when it has doubled: sources may hand out single bytes.
+    if (head.size() < 2 * judged) continue;
+    judged = head.size();
+    if (format_of_content(head) != Format::other) break;
+  }
+  for (const auto& [magic, expected] : strangers) {
+    if (!head.starts_with(magic)) continue;
+    return {nullptr, {CaptureCause::unknown_format, 1, 1, expected}};
+  }
+  Format format = format_of_content(head);
+  if (format == Format::other) format = format_of_extension(path);
+  if (format == Format::other && is_blank(head) && head.size() < head_bytes) {
+    return {nullptr, {.cause = CaptureCause::empty}};
+  }
+  if (format == Format::other) {
+    return {nullptr, {CaptureCause::unknown_format, 1, 1, expected_text}};
+  }
+  return open_as(format, prefixed_bytes(std::move(head), std::move(bytes)));
+}
+
+Opened open_capture(const std::string& path) {
+  OpenedBytes opened = open_bytes(path);
+  if (!opened) return {nullptr, opened.error};
+  return open_capture(std::move(opened.bytes), path);
+}
+
+std::string capture_error_text(const CaptureError& error, std::string_view path) {
+  const auto [what, advice] = words_of(error.cause);
+  std::string text = place_of(error, path) + ": " + what;
+  if (error.expected != nullptr) text += std::string(", expected ") + error.expected;
+  return text + "; " + advice;
+}
+
+}  // namespace biss::capture

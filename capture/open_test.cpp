@@ -1,0 +1,89 @@
+#include "capture/open.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+
+#include "capture/test_capture.hpp"
+
+namespace biss::capture {
+namespace {
+
+Read read_as(std::string_view text, std::string_view path, std::size_t block = one_block) {
+  return read_all(open_capture(memory_bytes(text, block), path));
+}
+
+const std::string vcd = vcd_of_ma_and_slo("#0 1!\n");
+const std::string csv = "time_ns,MA,SLO\n0,1,\n";
+
+TEST(Open, Content_DecidesWhateverTheExtension) {
+  for (const char* path : {"a.vcd", "a.csv", "a.txt", "a", "-"}) {
+    for (const std::size_t block : {std::size_t{1}, one_block}) {
+      EXPECT_EQ(read_as(vcd, path, block).edges.size(), 1U) << path;
+      EXPECT_EQ(read_as(csv, path, block).edges.size(), 1U) << path;
+      EXPECT_EQ(read_as("\n\n# x\n\n \"Time [s]\",MA\n0,1\n", path, block).edges.size(), 1U)
+          << path;
+    }
+  }
+}
+
+TEST(Open, UnknownContent_IsJudgedByTheExtension) {
+  const Read as_vcd = read_as("hello world\n", "a.VCD");
+  EXPECT_EQ(as_vcd.cause(), CaptureCause::malformed);
+  EXPECT_NE(std::string(as_vcd.error->expected).find("VCD"), std::string::npos);
+  const Read as_csv = read_as("hello world\n", "a.csv");
+  EXPECT_EQ(as_csv.cause(), CaptureCause::malformed);
+  EXPECT_NE(std::string(as_csv.error->expected).find("time_ns"), std::string::npos);
+  EXPECT_EQ(read_as("hello world\n", "a.txt").cause(), CaptureCause::unknown_format);
+}
+
+TEST(Open, Empty_IsSaidWhateverTheExtension) {
+  for (const char* path : {"a.vcd", "a.csv", "a.txt", "-"}) {
+    EXPECT_EQ(read_as("", path).cause(), CaptureCause::empty) << path;
+    EXPECT_EQ(read_as(" \n\n", path).cause(), CaptureCause::empty) << path;
+  }
+}
+
+TEST(Open, FormatsOfOthers_AreNamed) {
+  const Read zip = read_as(std::string("PK\x03\x04", 4) + std::string(100'000, '\0'), "a.sr");
+  ASSERT_EQ(zip.cause(), CaptureCause::unknown_format);
+  EXPECT_NE(std::string(zip.error->expected).find("ZIP"), std::string::npos);
+  EXPECT_EQ(read_as("<SALEAE>\x01", "a.bin").cause(), CaptureCause::unknown_format);
+  EXPECT_EQ(read_as("\xFF\xFE$", "a.vcd").cause(), CaptureCause::unknown_format);
+}
+
+TEST(Open, BlanksBeyondMeasure_EndInAnError) {
+  EXPECT_EQ(read_as(std::string(1'000'000, ' '), "a.txt").cause(), CaptureCause::unknown_format);
+  EXPECT_EQ(read_as(std::string(1'000'000, '\n') + vcd, "a.vcd").edges.size(), 1U);
+}
+
+TEST(Open, PathsThatCannotBeRead_KeepTheirCause) {
+  EXPECT_EQ(open_capture("no/such/file.vcd").error.cause, CaptureCause::cannot_open);
+  EXPECT_EQ(open_capture(std::filesystem::temp_directory_path().string()).error.cause,
+            CaptureCause::is_directory);
+}
+
+TEST(ErrorText, PlaceInTheText_IsNamed) {
+  const Read read = read_as(vcd + "oops\n", "run.vcd");
+  ASSERT_TRUE(read.error);
+  EXPECT_EQ(
+      capture_error_text(*read.error, "run.vcd"),
+      "run.vcd:8:1: is not as the format has it, expected a value change, a time or a word such "
+      "as $dumpvars; correct this place or export the capture again");
+}
+
+TEST(ErrorText, EveryCause_IsOneLineWithAdvice) {
+  for (int cause = 0; cause <= static_cast<int>(CaptureCause::truncated); ++cause) {
+    const std::string text =
+        capture_error_text({.cause = static_cast<CaptureCause>(cause)}, "a\nb.vcd");
+    EXPECT_EQ(text.find('\n'), std::string::npos) << text;
+    EXPECT_EQ(text.rfind("a?b.vcd: ", 0), 0U) << text;
+    EXPECT_NE(text.find("; "), std::string::npos) << text;
+  }
+  EXPECT_EQ(capture_error_text({.cause = CaptureCause::empty}, "-"),
+            "standard input: is empty; export the capture again");
+}
+
+}  // namespace
+}  // namespace biss::capture

@@ -1,0 +1,102 @@
+// What the tests of this room share: readers over text, and their edges in one list.
+#pragma once
+
+#include <cstddef>
+#include <cstdlib>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <ostream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "capture/byte_source.hpp"
+#include "capture/edge_source.hpp"
+#include "capture/event_csv_reader.hpp"
+#include "capture/vcd_reader.hpp"
+
+namespace biss::wire {
+
+inline void PrintTo(const Edge& edge, std::ostream* out) {
+  *out << edge.time.count << " ps: line " << edge.line << " = "
+       << "01x"[static_cast<std::size_t>(edge.level)];
+}
+
+}  // namespace biss::wire
+
+namespace biss::capture {
+
+inline constexpr std::size_t one_block = std::numeric_limits<std::size_t>::max();
+
+inline void PrintTo(CaptureCause cause, std::ostream* out) {
+  *out << "CaptureCause " << static_cast<int>(cause);
+}
+
+/// A capture read to its end.
+struct Read {
+  std::vector<std::string> lines;
+  std::vector<wire::Edge> edges;
+  Picoseconds end_time;
+  std::optional<CaptureError> error;
+
+  std::optional<CaptureCause> cause() const {
+    return error ? std::optional(error->cause) : std::nullopt;
+  }
+};
+
+inline Read read_all(Opened opened) {
+  Read read;
+  if (!opened) {
+    read.error = opened.error;
+    return read;
+  }
+  read.lines = opened.source->lines();
+  for (;;) {
+    const auto block = opened.source->next_block();
+    if (!block.ok()) {
+      read.error = block.error();
+      break;
+    }
+    if (block->empty()) break;
+    read.edges.insert(read.edges.end(), block->begin(), block->end());
+  }
+  read.end_time = opened.source->end_time();
+  return read;
+}
+
+inline Read read_vcd(std::string_view text, std::size_t block = one_block) {
+  return read_all(open_vcd(memory_bytes(text, block)));
+}
+
+inline Read read_csv(std::string_view text, std::size_t block = one_block) {
+  return read_all(open_event_csv(memory_bytes(text, block)));
+}
+
+inline wire::Edge edge(std::int64_t ps, wire::LineIndex line, char level) {
+  const auto value = level == '0'   ? wire::Level::low
+                     : level == '1' ? wire::Level::high
+                                    : wire::Level::unknown;
+  return {{ps}, line, value};
+}
+
+/// Declarations of MA as `!` and SLO as `"`.
+inline std::string vcd_of_ma_and_slo(std::string_view body, std::string_view timescale = "1ps") {
+  return "$timescale " + std::string(timescale) +
+         " $end\n$scope module cap $end\n$var wire 1 ! MA $end\n$var wire 1 \" SLO $end\n"
+         "$upscope $end\n$enddefinitions $end\n" +
+         std::string(body);
+}
+
+/// The folder of reference captures, where there is one.
+inline std::optional<std::filesystem::path> shared_captures() {
+  const char* const given = std::getenv("BISS_SHARED");
+  const std::filesystem::path shared =
+      given != nullptr ? std::filesystem::path(given)
+                       : std::filesystem::path(BISS_SOURCE_DIR).parent_path() / "shared";
+  const std::filesystem::path captures = shared / "data" / "captures";
+  if (!std::filesystem::is_directory(captures)) return std::nullopt;
+  return captures;
+}
+
+}  // namespace biss::capture

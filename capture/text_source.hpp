@@ -1,0 +1,87 @@
+// What every reader of text shares: the window, the block of edges, and how reading ends.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "capture/edge_source.hpp"
+#include "capture/text_window.hpp"
+
+namespace biss::capture {
+
+/// A line's last level as a number; `no_level` before its first edge.
+inline constexpr std::uint8_t no_level = 3;
+
+/// The edges of one block. Full long before it overflows: a row or a value may push one edge a
+/// line.
+class EdgeBlock {
+ public:
+  /// `lines` edges always fit behind the last one for which full() was false.
+  void prepare(std::size_t lines) {
+    count_ = 0;
+    edges_.resize(limit_ + lines);
+  }
+  bool full() const { return count_ >= limit_; }
+  bool empty() const { return count_ == 0; }
+  void push(wire::Edge edge) { edges_[count_++] = edge; }
+  std::span<const wire::Edge> edges() const { return std::span(edges_).first(count_); }
+  /// Lets the next block be larger when this one was full.
+  void grow() {
+    if (full() && limit_ < max_limit) limit_ *= 2;
+  }
+
+ private:
+  static constexpr std::size_t max_limit = 8'192;
+
+  std::size_t limit_ = 128;
+  std::size_t count_ = 0;
+  std::vector<wire::Edge> edges_;
+};
+
+/// An EdgeSource over text. A format adds parse() and finish().
+class TextSource : public EdgeSource {
+ public:
+  const std::vector<std::string>& lines() const final { return lines_; }
+  Picoseconds end_time() const final { return end_time_; }
+  Result<std::span<const wire::Edge>, CaptureError> next_block() final;
+
+ protected:
+  TextSource(std::unique_ptr<ByteSource> bytes, TextWindow::Cut cut)
+      : window_(std::move(bytes), cut) {}
+
+  /// Reads on from the window's begin until the window is used up, the block is full or fail() was
+  /// called; advances the window.
+  virtual void parse() = 0;
+  /// The text has ended; may call fail().
+  virtual void finish() = 0;
+  /// Inside text whose words may have any length.
+  virtual bool in_comment() const { return false; }
+
+  /// Ends reading with an error, to be returned after the edges that came before it.
+  void fail(const CaptureError& error) {
+    error_ = error;
+    state_ = State::failed;
+  }
+  bool failed() const { return state_ == State::failed; }
+  const CaptureError& error() const { return error_; }
+
+  TextWindow window_;
+  EdgeBlock block_;
+  std::vector<std::string> lines_;
+  Picoseconds end_time_;
+
+ private:
+  enum class State : std::uint8_t { reading, ended, failed };
+
+  void fill_window();
+
+  State state_ = State::reading;
+  CaptureError error_;
+};
+
+}  // namespace biss::capture

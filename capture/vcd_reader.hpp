@@ -1,0 +1,27 @@
+// Value change dumps (IEEE 1364), as simulators and logic analysers write them.
+#pragma once
+
+#include <memory>
+
+#include "capture/byte_source.hpp"
+#include "capture/edge_source.hpp"
+
+namespace biss::capture {
+
+/// Opens a VCD: reads its declarations, then delivers the changes of every one-bit signal.
+///
+/// A VCD is read by words, not lines. Vectors of several bits, reals and strings are passed over.
+/// 0 and 1 are levels, and so are the L and H of VHDL dumps; x, z, u, w and - are Level::unknown.
+/// Values before the first time stand at time 0. A value that changes nothing gives no edge. Times
+/// are rounded to the picosecond.
+///
+/// Fails with `empty`, `read_failed`, `malformed` (no VCD, a word the format does not allow, a
+/// value for an identifier that was not declared), `token_too_long`, `too_many_lines`,
+/// `time_backwards`, `time_out_of_range` (beyond 106 days) and `truncated`.
+///
+/// A missing line feed at the end is no fault: the last word counts when it is complete as it
+/// stands. `#4235750` may be what is left of `#42357500`; this cannot be seen unless time would run
+/// backwards, which is then called `truncated`, and harms nothing since no value follows.
+Opened open_vcd(std::unique_ptr<ByteSource> bytes);
+
+}  // namespace biss::capture
