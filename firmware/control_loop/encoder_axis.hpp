@@ -1,0 +1,116 @@
+// One encoder on one SPI peripheral with DMA, asked once a control period.
+//
+//   control timer interrupt                DMA complete interrupt
+//   ------------------------------------   -------------------------------
+//   use latest() and age(now)              axis.transfer_complete()
+//   axis.request(now): SPI starts    --->    decode, turns, policy
+//
+// Give both interrupts the same priority: neither then breaks into the other, and nothing here
+// needs a lock. The frame is decoded once, in the second one, long before the first needs it.
+#pragma once
+
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "biss/base/units.hpp"
+#include "biss/frame/frame.hpp"
+#include "biss/timing/device_timing.hpp"
+#include "biss/turns/turn_counter.hpp"
+#include "firmware/control_loop/position_policy.hpp"
+
+namespace control_loop {
+
+/// The board's SPI peripheral: MA from its clock (idle high), SLO on its data input, DMA fills a
+/// buffer without a gap between the clocks.
+template <class T>
+concept SpiDma = requires(T& spi, std::span<std::uint8_t> receive) {
+  /// Starts a transfer of as many bytes as `receive` has; they stay the DMA's until the interrupt.
+  /// \return false: the one before has not ended, nothing was started
+  { spi.start(receive) } -> std::same_as<bool>;
+};
+
+/// A position to control with.
+struct AxisPosition {
+  PolicyOutput output{};
+  /// The moment the position belongs to; for a held one that of its measurement.
+  biss::Picoseconds moment{};
+  /// Why the last cycle was bad; empty after a good one, and when it was the encoder's nE or a
+  /// step too large.
+  std::optional<biss::FrameFault> fault{};
+
+  /// How old the position is. Feed it to the observer: speed × age is the error of ignoring it.
+  constexpr biss::Picoseconds age(biss::Picoseconds now) const { return now - moment; }
+};
+
+/// `Reader` is a biss::SpiReader, `max_bytes` the buffer's size: at least the reader's bytes().
+template <SpiDma Spi, class Reader, std::size_t max_bytes>
+class EncoderAxis {
+ public:
+  /// All three outlive the axis; the reader may lie in flash.
+  /// \pre reader.bytes() <= max_bytes, the format has one channel with a position
+  constexpr EncoderAxis(Spi& spi, const Reader& reader, biss::Picoseconds ma_period,
+                        const biss::DeviceTiming& timing, const PolicyLimits& limits)
+      : spi_(spi),
+        reader_(reader),
+        // The position is the one at the sampling moment, which counts from the first rising edge.
+        to_sampling_(ma_period / 2 + timing.sampling_typical),
+        turns_(reader.codec().format().channel_list[0].position_bits(),
+               static_cast<std::uint64_t>(limits.max_step)),
+        policy_(limits) {}
+
+  /// Asks the encoder. For the control timer's interrupt, once a period, after latest() was used.
+  /// \param now the moment of the first falling edge of MA
+  constexpr void request(biss::Picoseconds now) {
+    asked_at_ = now;
+    if (spi_.start(std::span(buffer_).first(reader_.bytes()))) return;
+    bad(std::nullopt);
+  }
+
+  /// Reads what came. For the DMA's interrupt at the end of the transfer.
+  constexpr void transfer_complete() {
+    const auto frame = reader_.read(std::span<const std::uint8_t>(buffer_).first(reader_.bytes()));
+    if (!frame.ok()) return bad(frame.error());
+    if (!frame->trusted()) return bad(std::nullopt);
+
+    // Tried on a copy: a step that the policy refuses must not count turns.
+    biss::TurnCounter turns = turns_;
+    const bool ambiguous =
+        turns.update(frame->channels()[0].position, policy_.output().bad_in_a_row) ==
+        biss::TurnState::ambiguous;
+    const auto position = turns.position();
+    if (ambiguous || !position) return bad(std::nullopt);
+    take(policy_.good(*position), std::nullopt);
+    if (latest_.output.quality == Quality::measured) turns_ = turns;
+  }
+
+  constexpr const AxisPosition& latest() const { return latest_; }
+  constexpr const biss::TurnCounter& turns() const { return turns_; }
+
+ private:
+  constexpr void bad(std::optional<biss::FrameFault> fault) { take(policy_.bad(), fault); }
+
+  constexpr void take(const PolicyOutput& output, std::optional<biss::FrameFault> fault) {
+    latest_.output = output;
+    latest_.fault = fault;
+    const bool of_this_cycle =
+        output.quality == Quality::measured || output.quality == Quality::extrapolated;
+    if (output.quality == Quality::measured) measured_at_ = asked_at_ + to_sampling_;
+    latest_.moment = of_this_cycle ? asked_at_ + to_sampling_ : measured_at_;
+  }
+
+  Spi& spi_;
+  const Reader& reader_;
+  biss::Picoseconds to_sampling_;
+  biss::Picoseconds asked_at_{};
+  biss::Picoseconds measured_at_{};
+  biss::TurnCounter turns_;
+  PositionPolicy policy_;
+  AxisPosition latest_{};
+  std::array<std::uint8_t, max_bytes> buffer_{};
+};
+
+}  // namespace control_loop

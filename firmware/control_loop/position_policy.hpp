@@ -1,0 +1,103 @@
+// What a controller does with the cycles that brought no good position: hold, extrapolate, trip.
+#pragma once
+
+#include <cstdint>
+
+namespace control_loop {
+
+/// What one bad cycle leads to.
+enum class BadFrameRule : std::uint8_t {
+  hold,         ///< the last measured position stands
+  extrapolate,  ///< it goes on at the last measured speed; held until a speed is known
+  trip,         ///< the first one trips
+};
+
+/// What a position is worth.
+enum class Quality : std::uint8_t {
+  none,          ///< nothing was measured yet, the position means nothing
+  measured,      ///< from a good frame of this cycle
+  held,          ///< the last measured one
+  extrapolated,  ///< the last measured one moved on at the last measured speed
+  tripped,       ///< too many bad cycles: stop the drive. The position is the last measured one
+};
+
+struct PolicyLimits {
+  BadFrameRule rule = BadFrameRule::extrapolate;
+  /// So many bad cycles in a row trip, the start included; 0 counts as 1.
+  std::uint16_t trip_after = 4;
+  /// The farthest the axis can move in one cycle, in counts. A good frame that says more counts as
+  /// a bad cycle: a CRC of 6 bits lets one in 64 of the worst damages pass.
+  std::int64_t max_step = 0;
+};
+
+struct PolicyOutput {
+  /// Counts, turns included.
+  std::int64_t position = 0;
+  Quality quality = Quality::none;
+  /// Bad cycles since the last measured position.
+  std::uint16_t bad_in_a_row = 0;
+};
+
+/// Judges one cycle after the other: good() or bad() once each. Plain arithmetic, no clock. Counts
+/// stay below 2^62 either way.
+class PositionPolicy {
+ public:
+  /// \pre limits.max_step is positive
+  constexpr explicit PositionPolicy(const PolicyLimits& limits) : limits_(limits) {}
+
+  /// A good frame came. \return measured; what bad() returns when the step is too large; tripped
+  /// when it was
+  constexpr PolicyOutput good(std::int64_t position) {
+    if (out_.quality == Quality::tripped) return out_;
+    const std::int64_t cycles = std::int64_t{out_.bad_in_a_row} + 1;
+    if (measured_before_) {
+      const std::int64_t moved = position - last_;
+      const std::int64_t farthest = limits_.max_step * cycles;
+      if (moved > farthest || moved < -farthest) return bad();
+      step_ = moved / cycles;
+      step_known_ = true;
+    }
+    measured_before_ = true;
+    last_ = position;
+    return out_ = {.position = position, .quality = Quality::measured, .bad_in_a_row = 0};
+  }
+
+  /// No frame, a damaged one, or one whose encoder says nE. \return none, held or extrapolated by
+  /// the rule; tripped at the limit and from then on
+  constexpr PolicyOutput bad() {
+    if (out_.quality == Quality::tripped) return out_;
+    ++out_.bad_in_a_row;
+    const bool enough =
+        out_.bad_in_a_row >= limits_.trip_after || limits_.rule == BadFrameRule::trip;
+    if (enough) return trip();
+    out_.position = last_;
+    out_.quality = measured_before_ ? Quality::held : Quality::none;
+    if (limits_.rule == BadFrameRule::extrapolate && step_known_) {
+      out_.position += step_ * out_.bad_in_a_row;
+      out_.quality = Quality::extrapolated;
+    }
+    return out_;
+  }
+
+  /// Trips for a reason of the caller's, such as turns that are no longer known.
+  constexpr PolicyOutput trip() {
+    out_.position = last_;
+    out_.quality = Quality::tripped;
+    return out_;
+  }
+
+  /// Back to the start, the trip forgotten: for whoever found out why.
+  constexpr void reset() { *this = PositionPolicy(limits_); }
+
+  constexpr const PolicyOutput& output() const { return out_; }
+
+ private:
+  PolicyLimits limits_;
+  PolicyOutput out_{};
+  std::int64_t last_ = 0;
+  std::int64_t step_ = 0;
+  bool measured_before_ = false;
+  bool step_known_ = false;
+};
+
+}  // namespace control_loop
