@@ -1,0 +1,50 @@
+// Shares of positions, counted and not sampled: every bit on the line is a sum of position bits and
+// a constant, so the positions for which some bits have some levels are the solutions of linear
+// equations over GF(2).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "tests/core/random.hpp"
+#include "tests/oracle/oracle.hpp"
+
+namespace exhaustive {
+
+/// The sum of the position's bits in `mask` and a constant.
+struct AffineBit {
+  std::uint64_t mask = 0;
+  bool constant = false;
+
+  AffineBit operator+(const AffineBit& other) const {
+    return {mask ^ other.mask, constant != other.constant};
+  }
+  bool at(std::uint64_t position) const;
+};
+
+using AffineBits = std::vector<AffineBit>;
+
+/// The checksum of affine data, by the oracle's polynomial division.
+AffineBits affine_checksum(const oracle::Checksum& checksum, const AffineBits& data);
+
+/// The positions of some width that satisfy some equations.
+class Positions {
+ public:
+  explicit Positions(unsigned bits) : bits_(bits) {}
+
+  /// Those of them for which the bit has this level.
+  Positions with(AffineBit bit, bool level) const;
+  bool contains(std::uint64_t position) const;
+  /// How many there are: a power of two or none.
+  std::uint64_t count() const;
+  /// One of them at random. \pre there is one
+  std::uint64_t any(biss::test::Random& random) const;
+
+ private:
+  unsigned bits_;
+  bool none_ = false;
+  // Each says that its bit is 0; the lowest set bit of a mask is in no other mask.
+  AffineBits equations_;
+};
+
+}  // namespace exhaustive

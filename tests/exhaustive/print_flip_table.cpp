@@ -1,0 +1,6 @@
+// Prints the tables of docs/flips.md.
+#include <cstdio>
+
+#include "tests/exhaustive/flip_table.hpp"
+
+int main() { std::fputs(exhaustive::flip_tables().c_str(), stdout); }
