@@ -136,6 +136,18 @@ BISS_TEST(Frame, KnownPosition_HasItsBitsBothWays) {
   BISS_EXPECT_EQ(frame->channels().size(), 1);
 }
 
+// The buffer in the comments of two published SPI drivers (VESC, OpenFFBoard), 22 bits.
+BISS_TEST(Frame, PublishedSpiBuffer_IsRead) {
+  constexpr std::array<std::uint8_t, 8> buffer{0xC0, 0x00, 0x86, 0x74, 0x05, 0xDE, 0x00, 0x00};
+  constexpr FrameFormat pos22 = format_of("pos22,nE,nW,crc6;cds0");
+  const auto frame = decode_frame(BitView(buffer), SmallCodec(pos22));
+  BISS_ASSERT(frame.ok());
+  BISS_EXPECT_EQ(frame->channel_list[0].position, 0x067405);
+  BISS_EXPECT(frame->trusted() && frame->channel_list[0].nW);
+  BISS_EXPECT_EQ(frame->lead_clocks, 2);
+  BISS_EXPECT_EQ(frame->ack_clocks, 14);
+}
+
 BISS_TEST(Frame, EveryCause_HasItsName) {
   constexpr std::array<std::string_view, frame_error_count> names{
       "no_response", "not_ready", "response_range", "no_start", "ack_range", "truncated",
