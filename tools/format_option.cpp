@@ -52,7 +52,7 @@ bool looks_like_a_name(std::string_view text, FormatTextError error) {
 
 std::string name_error(std::string_view text) {
   const std::string names = suggested_encoders(text);
-  return fmt::format("format \"{}\": no such name or item{}; 'biss encoders' lists the names",
+  return fmt::format("format \"{}\": no such name or item{} ('biss encoders' lists the names)",
                      shortened(text, 72),
                      names.empty() ? "" : fmt::format("; did you mean {}?", names));
 }

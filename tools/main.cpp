@@ -7,6 +7,9 @@ int main(int argc, char** argv) {
   prepare_process();
   Command command;
   add_decode(command);
+  add_crc(command);
+  add_encoders(command);
+  add_plan(command);
   add_simulate(command);
   return static_cast<int>(command.run(argc, argv));
 }

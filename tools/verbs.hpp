@@ -6,6 +6,9 @@ namespace biss::tools {
 class Command;
 
 void add_decode(Command& command);
+void add_crc(Command& command);
+void add_encoders(Command& command);
+void add_plan(Command& command);
 void add_simulate(Command& command);
 
 }  // namespace biss::tools

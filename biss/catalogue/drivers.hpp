@@ -9,9 +9,6 @@ namespace biss {
 
 namespace catalogue_detail {
 
-inline constexpr std::string_view configured_4_mhz =
-    "the source configures 4 MHz, the limit is not known: 10 MHz assumed";
-
 constexpr CatalogueEntry synapticon(std::string_view name, std::string_view vendor,
                                     std::string_view product, std::string_view format,
                                     std::string_view resolution, std::string_view source) {
@@ -21,7 +18,7 @@ constexpr CatalogueEntry synapticon(std::string_view name, std::string_view vend
           .format = format,
           .resolution = resolution,
           .source = source,
-          .uncertain = {doubt::driver, configured_4_mhz,
+          .uncertain = {doubt::driver, doubt::clock_configured,
                         "the source configures the timeout, its limit is not known: the longest "
                         "legal assumed"}};
 }

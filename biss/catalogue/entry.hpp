@@ -32,6 +32,15 @@ struct CatalogueEntry {
   /// The format as data. \pre format is good text
   constexpr FrameFormat frame_format() const { return parse_format(format).value(); }
   constexpr bool certain() const { return uncertain[0].empty(); }
+  /// Whether this is one of the doubts.
+  constexpr bool doubts(std::string_view sentence) const {
+    for (const std::string_view each : uncertain) {
+      if (each == sentence) return true;
+    }
+    return false;
+  }
+  /// The highest clock is the device's and not merely the highest legal one.
+  constexpr bool clock_known() const;
 };
 
 /// Sentences that apply to several entries.
@@ -46,6 +55,12 @@ inline constexpr std::string_view polynomial =
 inline constexpr std::string_view flags =
     "the two flags are not stated: nE and nW before the CRC assumed";
 inline constexpr std::string_view start = "the CRC's start value can be programmed: 0 assumed";
+inline constexpr std::string_view clock_configured =
+    "the source configures 4 MHz, the limit is not known: 10 MHz assumed";
 }  // namespace doubt
+
+constexpr bool CatalogueEntry::clock_known() const {
+  return !doubts(doubt::clock) && !doubts(doubt::clock_configured);
+}
 
 }  // namespace biss

@@ -68,8 +68,7 @@ inline constexpr std::array maker_encoders{
                    .ack_clocks = 4,
                    .timeout = {TimeoutRule::fixed, nanoseconds(13'200)}},
         .resolution = "left aligned; useful bits by model, 17 for example",
-        .remark = "timeout 12.6 to 13.2 us when reading, 13.5 to 14.5 us with register access; "
-                  "12.5 MHz on request",
+        .remark = "timeout 12.6-13.2 us, with register access 13.5-14.5 us; 12.5 MHz on request",
         .source = "LENZ BISS C B3 description Rev 1.1"},
     catalogue_detail::lika("lika-amm3616", "AMM3616/4096SC rotary multiturn",
                            "mt12,st16,nE,nW,crc6", "2^16 a turn, 2^12 turns",

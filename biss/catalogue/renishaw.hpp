@@ -15,6 +15,8 @@ inline constexpr std::string_view renishaw_safety =
     "Renishaw data sheet: BiSS Safety for RESOLUTE and FORTiS";
 inline constexpr std::string_view renishaw_counter =
     "the sign-of-life counter's range is not clear: 63 or 64 values";
+inline constexpr std::string_view renishaw_release =
+    "when SLO returns to 1 is not stated for frames longer than 31.25 us";
 
 // Both data sheets, "Timing information" and "Timeout".
 inline constexpr DeviceTiming renishaw_timing{
@@ -40,7 +42,8 @@ constexpr CatalogueEntry renishaw_plain(std::string_view name, std::string_view 
           .timing = renishaw_timing,
           .resolution = resolution,
           .remark = remark,
-          .source = renishaw_bissc};
+          .source = renishaw_bissc,
+          .uncertain = {renishaw_release}};
 }
 
 constexpr CatalogueEntry renishaw_double(std::string_view name, std::string_view product,
@@ -54,7 +57,7 @@ constexpr CatalogueEntry renishaw_double(std::string_view name, std::string_view
           .resolution = resolution,
           .remark = remark,
           .source = renishaw_safety,
-          .uncertain = {renishaw_counter}};
+          .uncertain = {renishaw_counter, renishaw_release}};
 }
 
 }  // namespace catalogue_detail

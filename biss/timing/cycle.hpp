@@ -22,7 +22,7 @@ struct FrameLength {
 struct CycleBudget {
   Picoseconds period{};      ///< of MA
   Picoseconds lat{};         ///< the clock that takes the position
-  Picoseconds ack{};         ///< SLO low until START
+  Picoseconds ack{};         ///< SLO low until START, one clock in reserve unless ACK is fixed
   Picoseconds start_cds{};   ///< START and CDS
   Picoseconds payload{};     ///< data and CRC of all channels
   Picoseconds stop{};        ///< the STOP bit
