@@ -7,6 +7,7 @@
 // or none.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -27,6 +28,9 @@ struct SlipModel {
   bool healthy_flags = true;
   /// The CDS bit the encoder sends.
   bool cds = false;
+  /// Every further channel's `pos` is the top bits of the first channel's, as that of a safety word
+  /// is. false: independent.
+  bool aligned_words = false;
   /// Count only frames that pass Frame::trusted(), as for a reader that uses no other.
   bool trusted_only = false;
   /// The reader wants SLO low behind STOP up to the last clock (SpiTail::must_stay_low).
@@ -105,12 +109,23 @@ class SlipCount {
       behind -= format_.channel_list[k++].total_bits();
     }
     const ChannelFormat& channel = format_.channel_list[k];
-    if (behind < channel.data_bits) {
-      return {Place::Kind::data, false, k,
-              static_cast<std::uint8_t>(channel.data_bits - 1U - behind)};
-    }
+    if (behind < channel.data_bits) return origin(k, channel.data_bits - 1U - behind);
     return {Place::Kind::crc, false, k,
             static_cast<std::uint8_t>(channel.total_bits() - 1U - behind)};
+  }
+
+  // Where a data bit is decided: here, or in the first channel.
+  constexpr Place origin(std::uint8_t k, unsigned shift) const {
+    const Field& first = format_.channel_list[0].position;
+    const Field& field = format_.channel_list[k].position;
+    // Both positions as fractions: distance from the top bit.
+    const unsigned from_top = unsigned{field.shift} + field.bits - 1U - shift;
+    if (model_.aligned_words && shift >= field.shift &&
+        from_top < std::min(first.bits, field.bits)) {
+      k = 0;
+      shift = unsigned{first.shift} + first.bits - 1U - from_top;
+    }
+    return {Place::Kind::data, false, k, static_cast<std::uint8_t>(shift)};
   }
 
   constexpr Bit bit_of(const Place& place) const {
@@ -122,8 +137,9 @@ class SlipCount {
     } else {
       bit.one = ((constant_[place.channel] >> place.shift) & 1U) != 0;
       for (unsigned i = 0; i < format_.channel_list[place.channel].data_bits; ++i) {
-        const std::uint64_t part = (std::uint32_t{column_[place.channel][i]} >> place.shift) & 1U;
-        bit.data[place.channel] |= part << i;
+        const Place part = origin(place.channel, i);
+        const std::uint64_t used = (std::uint32_t{column_[place.channel][i]} >> place.shift) & 1U;
+        bit.data[part.channel] ^= used << part.shift;
       }
     }
     return bit;

@@ -146,4 +146,21 @@ BISS_TEST(Slip, TwoChannels_NeedBothChecksums) {
   }
 }
 
+BISS_TEST(Slip, WordsOfOnePosition_AreCountedOnce) {
+  const FrameFormat format = *parse_format("pos4,crc3+pos3,lc2,crc3");
+  // Both words begin with the same three bits: enumerated in tests/spi, here against a pair where
+  // the second word is all its own.
+  const FrameFormat apart = *parse_format("pos4,crc3+lc5,crc3");
+  unsigned different = 0;
+  for (int place = -12; place < 16; ++place) {
+    if (place == 0) continue;
+    const Slip slip{.place = place, .ack_clocks = 20};
+    const SlipModel aligned{.aligned_words = true};
+    BISS_EXPECT(slip_halvings<2>(apart, slip, aligned) == slip_halvings<2>(apart, slip));
+    BISS_EXPECT(slip_halvings<2>(apart, slip) == slip_halvings<2>(format, slip));
+    if (slip_halvings<2>(format, slip, aligned) != slip_halvings<2>(format, slip)) ++different;
+  }
+  BISS_EXPECT(different != 0);
+}
+
 }  // namespace biss

@@ -37,6 +37,8 @@ struct Case {
   unsigned most_delay = 1;
   SpiTail tail = SpiTail::must_stay_low;
   bool cds = false;
+  /// Further channels carry the top bits of the first one's position.
+  bool aligned_words = false;
 };
 
 constexpr Picoseconds period = nanoseconds(100);
@@ -57,8 +59,9 @@ class Bench {
                 {.start_min = period * (the_case.least_ack + 1),
                  .ack_max = period * the_case.most_ack}),
         random_(seed),
-        rates_(codec_.format(),
-               {.cds = the_case.cds, .tail_checked = the_case.tail == SpiTail::must_stay_low}) {}
+        rates_(codec_.format(), {.cds = the_case.cds,
+                                 .aligned_words = the_case.aligned_words,
+                                 .tail_checked = the_case.tail == SpiTail::must_stay_low}) {}
 
   /// What passes of `count` transfers with START read as 0 is what was computed.
   void lose_start(std::uint64_t count) {
@@ -121,12 +124,19 @@ class Bench {
     bits_.put(at, case_.cds ? 3 : 2, 2);
     at += 2;
     const FrameFormat& format = codec_.format();
+    std::uint64_t first = 0;
+    std::uint64_t position = 0;
     for (std::size_t k = 0; k < format.channel_count; ++k) {
       const ChannelFormat& channel = format.channel_list[k];
-      const std::uint64_t data = pack(
-          channel,
-          {.position = random_.bits(channel.position_bits()),
-           .life_counter = static_cast<std::uint32_t>(random_.bits(channel.life_counter.bits))});
+      if (k == 0 || !case_.aligned_words) {
+        position = random_.bits(channel.position_bits());
+      } else {
+        position = first >> (format.channel_list[0].position_bits() - channel.position_bits());
+      }
+      if (k == 0) first = position;
+      const auto counter = static_cast<std::uint32_t>(random_.bits(channel.life_counter.bits));
+      const std::uint64_t data =
+          biss::pack(channel, {.position = position, .life_counter = counter});
       bits_.put(at, data, channel.data_bits);
       at += channel.data_bits;
       bits_.put(at, codec_.crc(k, data), channel.crc.width_bits);
@@ -226,6 +236,16 @@ TEST(SpiDamage, SeveralChannels_PassAtTheComputedRate) {
   damage<2>({"pos28,nE,nW,crc6+pos24,nE,nW,lc6,crc16;cds0", 32, 160, 2}, 0xDA52, buffers(million));
   damage<2>({"pos8,nE,nW,crc3+pos7,nE,nW,crc3", 1, 30, 3, SpiTail::ignored}, 0xDA53,
             buffers(million));
+}
+
+TEST(SpiDamage, SafetyWordsOfOnePosition_PassAtTheComputedRate) {
+  damage<2>(
+      {"pos28,nE,nW,crc6+pos24,nE,nW,lc6,crc16;cds0", 32, 160, 2, SpiTail::ignored, false, true},
+      0xDA54, buffers(million));
+  damage<2>({"pos9,nE,nW,crc3+pos7,nE,nW,lc2,crc3", 1, 30, 3, SpiTail::ignored, false, true},
+            0xDA55, buffers(million));
+  damage<2>({"pos10,nE,nW,crc3+pos5,lc2,crc3", 1, 60, 3, SpiTail::must_stay_low, false, true},
+            0xDA56, buffers(million));
 }
 
 }  // namespace biss::test::spi

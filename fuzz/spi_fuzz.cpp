@@ -1,0 +1,93 @@
+// Hostile SPI buffers: what the reader accepts lies in the buffer, within the bounds, and is whole.
+//
+// Input: the format's number in frame_formats; the clock period above 100 ns in ns; bits 0…3 the
+// least line delay in quarter periods; bit 0 the phase, bit 1 the tail's rule, bit 2 the timeout's,
+// bits 3…7 what the longest line delay adds in quarter periods; bits of padding; ACK's most clocks;
+// clocks sent, high and low byte; then the buffer.
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "biss/frame/codec.hpp"
+#include "biss/frame/encode.hpp"
+#include "biss/frame/format_parse.hpp"
+#include "biss/master/spi_read.hpp"
+#include "fuzz/frame_formats.hpp"
+#include "fuzz/require.hpp"
+
+namespace {
+
+using biss::Picoseconds;
+using biss::fuzz::require;
+using Codec = biss::FrameCodec<biss::CrcTable<4>>;
+
+constexpr std::size_t header_bytes = 8;
+
+const std::vector<Codec>& all_codecs() {
+  static const std::vector<Codec> codecs = [] {
+    std::vector<Codec> made;
+    for (const std::string_view text : biss::fuzz::frame_formats) {
+      const auto format = biss::parse_format(text);
+      require(format.ok());
+      made.emplace_back(*format);
+    }
+    return made;
+  }();
+  return codecs;
+}
+
+biss::SpiSetup setup_of(const std::uint8_t* header) {
+  const Picoseconds period = biss::nanoseconds(100 + header[1]);
+  const Picoseconds least = period * (header[2] % 16) / 4;
+  return {.period = period,
+          .phase = (header[3] & 1U) != 0 ? biss::SpiPhase::sample_on_rising
+                                         : biss::SpiPhase::sample_on_falling,
+          .line_delay = {least, least + period * (header[3] >> 3U) / 4},
+          .first_bit = header[4],
+          .tail = (header[3] & 2U) != 0 ? biss::SpiTail::ignored : biss::SpiTail::must_stay_low};
+}
+
+biss::DeviceTiming timing_of(const std::uint8_t* header, Picoseconds period) {
+  return {.start_min = period * (header[5] / 16),
+          .ack_max = period * header[5],
+          .timeout = {(header[3] & 4U) != 0 ? biss::TimeoutRule::cycle : biss::TimeoutRule::fixed,
+                      biss::nanoseconds(31'250)}};
+}
+
+// What was read, sent again, is what came.
+void check_given_back(const biss::Frame& frame, const biss::BitView& bits, const Codec& codec) {
+  const auto sent = encode_frame(frame, codec);
+  require(sent.ok());
+  const std::size_t size = sent->size_bits() - (frame.stop_seen ? 0U : 1U);
+  require(size <= bits.size_bits());
+  for (std::size_t i = 0; i < size; ++i) require(sent->view().bit(i) == bits.bit(i));
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size < header_bytes) return 0;
+  const Codec& codec = all_codecs()[data[0] % all_codecs().size()];
+  const biss::SpiSetup setup = setup_of(data);
+  const biss::SpiReader reader(codec, setup, timing_of(data, setup.period));
+  const std::span<const std::uint8_t> bytes(data + header_bytes, size - header_bytes);
+  const std::size_t clocks = data[6] * 256U + data[7];
+
+  const auto frame = reader.read(bytes, clocks);
+  if (!frame.ok()) {
+    require(!name_of(frame.error().cause).empty());
+    require(frame.error().channel < codec.format().channel_count);
+    return 0;
+  }
+  const biss::FrameBounds& bounds = reader.bounds();
+  require(frame->lead_clocks >= bounds.lead_min_clocks);
+  require(frame->lead_clocks <= bounds.lead_max_clocks);
+  require(frame->ack_clocks >= bounds.ack_min_clocks);
+  require(frame->ack_clocks <= bounds.ack_max_clocks);
+  const biss::LineDelay observed = observed_line_delay(*frame, setup);
+  require(observed.min >= Picoseconds{} && observed.max > observed.min);
+  // No format of the list has padding, so every bit can be given back.
+  check_given_back(*frame, biss::BitView(bytes, setup.first_bit, clocks), codec);
+  return 0;
+}
