@@ -5,7 +5,7 @@
 
 namespace biss::capture {
 
-VcdIds::VcdIds() : two_(std::size_t{letters} * letters, none), slots_(64) { one_.fill(none); }
+VcdIds::VcdIds() : slots_(64) { one_.fill(none); }
 
 bool VcdIds::valid(std::string_view id) {
   return !id.empty() &&
@@ -51,6 +51,7 @@ std::uint32_t VcdIds::add(std::string_view id) {
     return entry->second;
   }
   if (id.size() > 2) return add_packed(pack(id));
+  if (two_.empty() && id.size() == 2) two_.assign(std::size_t{letters} * letters, none);
   std::uint32_t& entry = id.size() == 1 ? one_[static_cast<unsigned char>(id[0])]
                                         : two_[place(id[0]) * letters + place(id[1])];
   if (entry == none) entry = size_++;

@@ -29,7 +29,7 @@ class VcdIds {
   std::uint32_t find_two(const char* id) const {
     const unsigned first = place(id[0]);
     const unsigned second = place(id[1]);
-    if (first >= letters || second >= letters) return none;
+    if (two_.empty() || first >= letters || second >= letters) return none;
     return two_[first * letters + second];
   }
   std::uint32_t size() const { return size_; }
@@ -59,7 +59,7 @@ class VcdIds {
 
   std::uint32_t size_ = 0;
   std::array<std::uint32_t, 256> one_;
-  std::vector<std::uint32_t> two_;
+  std::vector<std::uint32_t> two_;  // empty until the first identifier of two characters
   // Three to eight characters are a number; open addressing, never more than half full.
   std::vector<Slot> slots_;
   std::size_t slots_used_ = 0;

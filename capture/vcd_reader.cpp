@@ -73,7 +73,7 @@ class VcdReader final : public TextSource {
 
   void parse() override;
   void finish() override;
-  bool in_comment() const override { return in_comment_ || header_.in_comment(); }
+  bool in_comment() const override { return in_comment_; }
 
   VcdHeader::Step read_declarations();
   void take_signals();
@@ -98,16 +98,16 @@ class VcdReader final : public TextSource {
   Waiting waiting_ = Waiting::no;
   Level waiting_level_ = Level::unknown;
   bool in_comment_ = false;
-  VcdHeader header_;
+  std::optional<VcdHeader> header_{std::in_place};  // until the declarations are complete
 };
 
 std::optional<CaptureError> VcdReader::open() {
   for (;;) {
-    switch (window_.next(header_.in_comment())) {
+    switch (window_.next(header_->in_comment())) {
       case TextWindow::Fill::failed:
         return window_.error();
       case TextWindow::Fill::ended:
-        if (!header_.started()) return CaptureError{.cause = CaptureCause::empty};
+        if (!header_->started()) return CaptureError{.cause = CaptureCause::empty};
         return window_.error_at(window_.end(), CaptureCause::truncated, "$enddefinitions");
       case TextWindow::Fill::ready:
         break;
@@ -129,15 +129,15 @@ VcdHeader::Step VcdReader::read_declarations() {
     const char* const word = p;
     p = end_of_word(p);
     const std::string_view text = text_between(word, p);
-    const bool started = header_.started();
-    if (text.size() > max_token_bytes && !header_.in_comment()) {
+    const bool started = header_->started();
+    if (text.size() > max_token_bytes && !header_->in_comment()) {
       stop(word, CaptureCause::token_too_long);
       return VcdHeader::Step::failed;
     }
-    const VcdHeader::Step step = header_.feed(text);
+    const VcdHeader::Step step = header_->feed(text);
     if (step == VcdHeader::Step::failed) {
       const bool cut = started && window_.unterminated();
-      stop(word, cut ? CaptureCause::truncated : header_.cause(), header_.expected());
+      stop(word, cut ? CaptureCause::truncated : header_->cause(), header_->expected());
       return step;
     }
     if (step == VcdHeader::Step::done) {
@@ -148,7 +148,7 @@ VcdHeader::Step VcdReader::read_declarations() {
 }
 
 void VcdReader::take_signals() {
-  VcdSignals& signals = header_.signals();
+  VcdSignals& signals = header_->signals();
   lines_ = std::move(signals.lines);
   ids_ = std::move(signals.ids);
   driven_ = std::move(signals.driven);
@@ -158,7 +158,7 @@ void VcdReader::take_signals() {
     const std::uint32_t first = variable.lines == 1 ? driven_[variable.first] : variable.first;
     variables_.push_back({first, variable.lines, no_level});
   }
-  header_ = VcdHeader();
+  header_.reset();
 }
 
 const char* VcdReader::stop(const char* place, CaptureCause cause, const char* expected) {
