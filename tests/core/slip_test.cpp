@@ -142,7 +142,7 @@ BISS_TEST(Slip, TwoChannels_NeedBothChecksums) {
     const auto single = lost_start_halvings<1>(one, distance);
     const auto both = lost_start_halvings<2>(two, distance);
     BISS_EXPECT(!both || !single || *both > *single) << " at " << distance;
-    BISS_EXPECT(both == lost_start_halvings(two, distance)) << " at " << distance;
+    BISS_EXPECT(both == lost_start_halvings<3>(two, distance)) << " at " << distance;
   }
 }
 
