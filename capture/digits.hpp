@@ -1,11 +1,15 @@
 // Decimal digits to a number, eight at a time.
 #pragma once
 
+#include <array>
 #include <bit>
 #include <cstdint>
 #include <cstring>
 
 namespace biss::capture {
+
+inline constexpr std::array<std::uint64_t, 9> powers_of_ten{
+    1, 10, 100, 1'000, 10'000, 100'000, 1'000'000, 10'000'000, 100'000'000};
 
 struct Digits {
   std::uint64_t value;
@@ -31,9 +35,7 @@ inline Digits read_digits(const char* text) {
       sum = ((sum & 0x000000FF000000FFU) * 0x000F424000000064U +
              ((sum >> 16U) & 0x000000FF000000FFU) * 0x0000271000000001U) >>
             32U;
-      constexpr std::uint64_t powers[] = {1,       10,        100,        1'000,      10'000,
-                                          100'000, 1'000'000, 10'000'000, 100'000'000};
-      value = value * powers[count] + sum;
+      value = value * powers_of_ten[count] + sum;
       text += count;
       if (count != 8) return {value, text};
     }

@@ -1,7 +1,6 @@
 #include "capture/text_window.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cstring>
 #include <string_view>
 #include <utility>
@@ -19,7 +18,8 @@ std::uint64_t count_line_feeds(const char* from, const char* to) {
     std::memcpy(&word, from, sizeof word);
     const std::uint64_t differs = word ^ ('\n' * ones);
     const std::uint64_t set_where_not = ((differs & low_seven) + low_seven) | differs | low_seven;
-    count += static_cast<unsigned>(std::popcount(~set_where_not));
+    // A bit for each found, added up into the top byte: quicker than popcount where that is a call.
+    count += (((~set_where_not) >> 7U) * ones) >> 56U;
   }
   return count + static_cast<std::uint64_t>(std::count(from, to, '\n'));
 }
