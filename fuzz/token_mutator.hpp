@@ -130,7 +130,7 @@ std::size_t mutate_capture(std::span<std::uint8_t> space, std::size_t size, unsi
   constexpr std::size_t smallest_capture = 64;
   if (seed % 16 == 0 && size != 0) return LLVMFuzzerMutate(space.data(), size, space.size());
   const std::string_view text(reinterpret_cast<const char*>(space.data()), size);
-  const bool fresh = size < smallest_capture || seed % 64 == 1;
+  const bool fresh = size < smallest_capture || seed % 8 == 1;
   std::string begin = fresh ? make_seed(std::uint64_t{seed}) : std::string(text);
   const std::string result = TokenMutator(std::move(begin), delimiters, words, seed).mutate();
   const std::size_t kept = std::min(result.size(), space.size());
