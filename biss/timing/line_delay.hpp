@@ -49,7 +49,7 @@ struct LineDelay {
   Picoseconds mean{};  ///< rounded to the nearest picosecond
   Picoseconds min{};
   Picoseconds max{};
-  std::uint32_t measurements = 0;
+  std::uint16_t measurements = 0;
 
   constexpr bool operator==(const LineDelay&) const = default;
   constexpr Picoseconds spread() const { return max - min; }
@@ -58,25 +58,25 @@ struct LineDelay {
 /// Averages line delays. Texas Instruments' firmware takes 8 of them.
 class LineDelayMeter {
  public:
-  static constexpr std::uint32_t usual_measurements = 8;
+  static constexpr std::uint16_t usual_measurements = 8;
 
   /// \pre wanted is not 0
-  constexpr explicit LineDelayMeter(std::uint32_t wanted = usual_measurements) : wanted_(wanted) {}
+  constexpr explicit LineDelayMeter(std::uint16_t wanted = usual_measurements) : wanted_(wanted) {}
 
-  /// Takes one of measure_line_delay(). \pre delay is 0 to 40 µs
+  /// Takes one of measure_line_delay(); dropped when there are as many as wanted.
+  /// \pre delay is 0 to 40 µs
   constexpr void add(Picoseconds delay) {
-    // So that neither the count nor the sum can run over; by then the mean stands still anyway.
-    if (count_ == most) return;
+    if (complete()) return;
     min_ = count_ == 0 ? delay : std::min(min_, delay);
     max_ = count_ == 0 ? delay : std::max(max_, delay);
     sum_ += delay;
     ++count_;
   }
 
-  constexpr bool complete() const { return count_ >= wanted_; }
+  constexpr bool complete() const { return count_ == wanted_; }
 
   /// \param period of MA, positive
-  /// \return the delay so far, too_few, or jitter
+  /// \return the delay, too_few, or jitter
   constexpr Result<LineDelay, LineDelayError> result(Picoseconds period) const {
     if (!complete()) return failure(LineDelayError::too_few);
     const Picoseconds mean = (sum_ + picoseconds(count_ / 2)) / count_;
@@ -89,12 +89,8 @@ class LineDelayMeter {
   constexpr void reset() { *this = LineDelayMeter(wanted_); }
 
  private:
-  // 40 µs as often as this is far below the range of Picoseconds.
-  static constexpr std::uint32_t most = 1U << 30U;
-  static_assert(biss_line_delay_max.count < INT64_MAX / most);
-
-  std::uint32_t wanted_;
-  std::uint32_t count_ = 0;
+  std::uint16_t wanted_;
+  std::uint16_t count_ = 0;
   Picoseconds sum_{};
   Picoseconds min_{};
   Picoseconds max_{};

@@ -237,6 +237,7 @@ BISS_TEST(LineDelay, EightMeasurements_GiveMeanAndSpread) {
     BISS_EXPECT_EQ(meter.result(nanoseconds(100)).error(), LineDelayError::too_few);
     meter.add(nanoseconds(200 + i));
   }
+  meter.add(nanoseconds(900));  // one more than wanted
   const auto delay = meter.result(nanoseconds(100));
   BISS_ASSERT(delay.ok());
   BISS_EXPECT_EQ(delay->mean.count, 203'500);
