@@ -153,10 +153,8 @@ class SpiReader {
     const BitView bits(bytes, first_bit_, clocks);
     const auto start = find_start(bits, bounds_);
     if (!start.ok()) return failure(start.error());
-    if (!tail_is_low(bits, *start)) {
-      // An earlier cause on the line comes first.
-      const auto frame = decode_payload(bits, *start, codec_);
-      return failure(frame.ok() ? FrameFault{FrameError::stop_bit} : frame.error());
+    if (!is_low(bytes, bits.size_bits(), start->start_bit + 3U + codec_.payload_bits())) {
+      return failure(fault_before_tail(bits, *start));
     }
     return decode_payload(bits, *start, codec_);
   }
@@ -176,10 +174,36 @@ class SpiReader {
         std::clamp<std::int64_t>(timing.timeout.time.count / setup.period.count, 0, forever));
   }
 
-  constexpr bool tail_is_low(const BitView& bits, const FrameStart& start) const {
-    const std::size_t behind_stop = start.start_bit + 3U + codec_.payload_bits();
-    const BitView low = bits.first(low_until_);
-    return low.find(true, behind_stop) >= low.size_bits();
+  // A 1 in the tail is the cause unless there is an earlier one on the line. Rare, so out of the
+  // way.
+  [[gnu::noinline]] constexpr FrameFault fault_before_tail(const BitView& bits,
+                                                           const FrameStart& start) const {
+    const auto frame = decode_payload(bits, start, codec_);
+    return frame.ok() ? FrameFault{FrameError::stop_bit} : frame.error();
+  }
+
+  // No 1 among the samples from `from` on, as far as SLO must be low.
+  constexpr bool is_low(std::span<const std::uint8_t> bytes, std::size_t samples,
+                        std::size_t from) const {
+    const std::size_t end = first_bit_ + std::min<std::size_t>(samples, low_until_);
+    from += first_bit_;
+    if (from >= end) return true;
+    const std::uint8_t* at = bytes.data() + from / 8U;
+    const std::uint8_t* const last = bytes.data() + (end - 1U) / 8U;
+    const unsigned head = 0xFFU >> (from % 8U);
+    const unsigned tail = 0xFF00U >> ((end - 1U) % 8U + 1U);
+    if (at == last) return (*at & head & tail) == 0;
+    if (((*at++ & head) | (*last & tail)) != 0) return false;
+    // Which of four bytes it is does not matter, so neither does their order.
+    for (; last - at >= 4; at += 4) {
+      const std::uint32_t word = std::uint32_t{at[0]} | (std::uint32_t{at[1]} << 8U) |
+                                 (std::uint32_t{at[2]} << 16U) | (std::uint32_t{at[3]} << 24U);
+      if (word != 0) return false;
+    }
+    for (; at != last; ++at) {
+      if (*at != 0) return false;
+    }
+    return true;
   }
 
   Codec codec_;
