@@ -5,33 +5,20 @@
 #include <cstdint>
 
 #include "firmware/cost/prepare.hpp"
+#include "firmware/cost/row.hpp"
 #include "firmware/cost/ruler.hpp"
 #include "firmware/cost/sample.hpp"
 #include "firmware/platform/semihosting.hpp"
 #include "firmware/platform/startup.hpp"
 
-namespace cost {
-
 extern "C" {
-#define BISS_ROW(name, title, sample, ...) std::uint64_t cost_##name(const Sample& s);
-#include "firmware/cost/rows.inc"
-#undef BISS_ROW
+extern const cost::Row __start_biss_rows[];
+extern const cost::Row __stop_biss_rows[];
 }
 
+namespace cost {
+
 namespace {
-
-struct Row {
-  const char* name;
-  const char* title;
-  void (*prepare)(Sample&, prepare::Random&);
-  Run run;
-};
-
-constexpr Row rows[] = {
-#define BISS_ROW(name, title, sample, ...) {#name, title, prepare::sample, cost_##name},
-#include "firmware/cost/rows.inc"
-#undef BISS_ROW
-};
 
 constexpr std::uint32_t samples = 256;
 constexpr std::uint64_t seed = 0xB155'C057;
@@ -106,9 +93,9 @@ int firmware_main() {
   const biss::SpiReader<Codec> reader(Codec(*hidden), setup, encoder.timing);
 
   bool right = true;
-  for (const Row& row : rows) {
-    const Cost cost = cost_of(row, ruler, reader);
-    print(row, cost);
+  for (const Row* row = __start_biss_rows; row != __stop_biss_rows; ++row) {
+    const Cost cost = cost_of(*row, ruler, reader);
+    print(*row, cost);
     right = right && cost.right;
   }
   return right ? 0 : 1;

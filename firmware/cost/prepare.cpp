@@ -5,13 +5,15 @@
 namespace cost::prepare {
 namespace {
 
+constexpr Codec codec{format};
+
 biss::FrameBits frame_bits(std::uint64_t position, std::uint16_t lead, std::uint16_t ack) {
   biss::Frame frame;
   frame.channel_count = 1;
   frame.lead_clocks = lead;
   frame.ack_clocks = ack;
   frame.channel_list[0].position = position;
-  return biss::encode_frame(frame, fixed_codec).value();
+  return biss::encode_frame(frame, codec).value();
 }
 
 std::uint16_t random_ack(Random& random) {
@@ -26,7 +28,7 @@ void buffer(Sample& sample, Random& random) {
   const auto bits = frame_bits(sample.expected, lead, random_ack(random));
   sample.bytes = {};
   std::copy(bits.bytes().begin(), bits.bytes().end(), sample.bytes.begin());
-  sample.size_bytes = static_cast<std::uint32_t>(fixed_reader<Codec>.bytes());
+  sample.size_bytes = static_cast<std::uint32_t>(biss::spi_bytes(format, setup, encoder.timing));
 }
 
 void position(Sample& sample, Random& random) {

@@ -4,11 +4,9 @@
 
 #include <cstdint>
 
-#include "firmware/cost/sample.hpp"
+#include "firmware/cost/row.hpp"
 
 namespace cost {
-
-using Run = std::uint64_t (*)(const Sample&);
 
 /// What a call took and gave.
 struct Timed {

@@ -21,10 +21,6 @@ inline constexpr biss::SpiSetup setup{.period = biss::period_of(biss::megahertz(
 
 using Codec = biss::FrameCodec<biss::CrcFast, 1>;
 using PlainCodec = biss::FrameCodec<biss::CrcBitwise, 1>;
-template <class C>
-inline constexpr biss::SpiReader<C> fixed_reader{C{format}, setup, encoder.timing};
-inline constexpr Codec fixed_codec{format};
-inline constexpr biss::CrcFast fixed_crc6{biss::crc6};
 
 struct Sample {
   std::array<std::uint8_t, 48> bytes{};
@@ -42,5 +38,10 @@ struct Sample {
   }
   biss::BitView bits() const { return biss::BitView(span()); }
 };
+
+/// The position of a good frame, all ones of a bad one.
+inline std::uint64_t position_of(const auto& frame) {
+  return frame.ok() ? frame->channel_list[0].position : ~std::uint64_t{0};
+}
 
 }  // namespace cost

@@ -1,0 +1,35 @@
+// A measured function. Each has a source of its own in rows/, as it would have in a firmware that
+// calls it once, and a line that says all:
+//
+//   BISS_ROW(crc6, "CRC6 of 28 bits", crc) { return engine(s.value, 28); }
+//
+// name, title in the table, who prepares the sample (prepare.hpp), and the call of sample `s`.
+#pragma once
+
+#include <cstdint>
+
+#include "firmware/cost/prepare.hpp"
+#include "firmware/cost/sample.hpp"
+
+namespace cost {
+
+using Run = std::uint64_t (*)(const Sample&);
+
+struct Row {
+  const char* name;
+  const char* title;
+  void (*prepare)(Sample&, prepare::Random&);
+  Run run;
+};
+
+}  // namespace cost
+
+// The record lies in a section that only the measuring image keeps; an image of the function alone
+// drops it and shows the function's size.
+#define BISS_ROW(row, row_title, maker)                                   \
+  extern "C" std::uint64_t cost_##row(const cost::Sample&);               \
+  namespace {                                                             \
+  [[gnu::used, gnu::section("biss_rows")]] constexpr cost::Row row_##row{ \
+      #row, row_title, cost::prepare::maker, cost_##row};                 \
+  }                                                                       \
+  std::uint64_t cost_##row([[maybe_unused]] const cost::Sample& s)

@@ -1,0 +1,12 @@
+#include "firmware/cost/row.hpp"
+
+namespace {
+
+constexpr biss::SpiReader<cost::Codec> reader{cost::Codec{cost::format}, cost::setup,
+                                              cost::encoder.timing};
+
+}  // namespace
+
+BISS_ROW(decode_fixed, "SPI buffer to position, 26 bits, format fixed at compile time", buffer) {
+  return cost::position_of(reader.read(s.span()));
+}
