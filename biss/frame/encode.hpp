@@ -27,8 +27,8 @@ inline constexpr std::size_t max_frame_bits =
 using FrameBits = BitBuffer<max_frame_bits>;
 
 /// SLO once a MA clock: `frame.lead_clocks` ones, `frame.ack_clocks` zeros, START, `frame.cds`, the
-/// channels each with its CRC, STOP. decode_frame() of these bits gives the frame back where there is a
-/// leading one (a line that begins with ACK is `not_ready`) and the format allows its CDS.
+/// channels each with its CRC, STOP. decode_frame() of these bits gives the frame back where there
+/// is a leading one (a line that begins with ACK is `not_ready`) and the format allows its CDS.
 /// \return the bits, or why the values do not fit
 template <class Codec>
 constexpr Result<FrameBits, EncodeError> encode_frame(const Frame& frame, const Codec& codec) {
