@@ -116,6 +116,19 @@ BISS_TEST(SpiReader, EveryBitOffset_GivesTheFrame) {
   }
 }
 
+BISS_TEST(SpiReader, SampledOnTheFallingEdge_ComesHalfAPeriodEarlier) {
+  // Up to half a period the phases see the same; then the falling edge sees one more 1.
+  for (const SpiPhase phase : {rising, falling}) {
+    const SpiSetup setup{
+        .period = period, .phase = phase, .line_delay = {nanoseconds(60), nanoseconds(90)}};
+    const Reader phased(codec, setup, timing);
+    const unsigned lead = phase == falling ? 3 : 2;
+    BISS_EXPECT(phased.read(sampled(0x2ABCD, lead, 5).bytes()).ok());
+    BISS_EXPECT_EQ(cause_of(phased, sampled(0x2ABCD, 5 - lead, 5), 250),
+                   FrameError::response_range);
+  }
+}
+
 BISS_TEST(SpiReader, LeadOutsideTheLineDelay_ReportsResponseRange) {
   BISS_EXPECT_EQ(cause_of(reader, sampled(1, 1, 5), 250), FrameError::response_range);
   BISS_EXPECT_EQ(cause_of(reader, sampled(1, 5, 5), 250), FrameError::response_range);
