@@ -28,13 +28,13 @@ void print_seed(std::uint64_t seed) {
 
 Report::Report(const char* file, int line, const char* expression) {
   ++failures_in_test;
-  *this << file << ":" << line << ": FAILURE " << expression;
+  *this << file << ":" << line << ": FAILURE " << expression << " ";
 }
 
 Report::Report(const char* file, int line, const char* left, Shown a, const char* right, Shown b)
     : Report(file, line, left) {
-  if (a.is_number) *this << " = " << a;
-  *this << " is not " << right;
+  if (a.is_number) *this << "= " << a << " ";
+  *this << "is not " << right;
   if (b.is_number) *this << " = " << b;
   *this << " ";
 }

@@ -38,24 +38,14 @@ struct Leave {
 
 }  // namespace biss::test
 
-// `switch` keeps an `else` of the caller away from the `if` inside.
-#define BISS_CHECK_(passed, fail, ...) \
-  switch (0)                           \
-  case 0:                              \
-  default:                             \
-    if (passed)                        \
-      ;                                \
-    else                               \
-      fail ::biss::test::Report(__FILE__, __LINE__, __VA_ARGS__)
+// `for` and not `if`, so that no `else` of the caller can belong to it.
+#define BISS_CHECK_(passed, fail, ...)                                \
+  for (bool biss_passed = (passed); !biss_passed; biss_passed = true) \
+  fail ::biss::test::Report(__FILE__, __LINE__, __VA_ARGS__)
 
-#define BISS_CHECK_EQ_(left, right, fail)                                        \
-  switch (0)                                                                     \
-  case 0:                                                                        \
-  default:                                                                       \
-    if (const auto biss_pair = ::biss::test::Pair(left, right); biss_pair.equal) \
-      ;                                                                          \
-    else                                                                         \
-      fail ::biss::test::Report(__FILE__, __LINE__, #left, biss_pair.a, #right, biss_pair.b)
+#define BISS_CHECK_EQ_(left, right, fail)                                                   \
+  for (::biss::test::Pair biss_pair(left, right); !biss_pair.equal; biss_pair.equal = true) \
+  fail ::biss::test::Report(__FILE__, __LINE__, #left, biss_pair.a, #right, biss_pair.b)
 
 namespace biss::test {
 
