@@ -157,7 +157,7 @@ class FormatParser {
       return fail(FormatMistake::polynomial_form, polynomial_at);
     }
     crc.polynomial = *polynomial;
-    if (text_.substr(at_).starts_with(":plain") || !take(':')) return true;
+    if (rest().starts_with(":plain") || !take(':')) return true;
     const std::size_t start_at = at_;
     const auto start = parse_hexadecimal();
     if (!start.ok()) return failure(start.error());
@@ -213,8 +213,11 @@ class FormatParser {
     return true;
   }
 
+  // Not substr(), whose range check would bring exceptions into firmware.
+  constexpr std::string_view rest() const { return {text_.data() + at_, text_.size() - at_}; }
+
   constexpr bool take_word(std::string_view word) {
-    if (!text_.substr(at_).starts_with(word)) return false;
+    if (!rest().starts_with(word)) return false;
     at_ += word.size();
     return true;
   }
