@@ -2,9 +2,13 @@
 
 #include <algorithm>
 
+#include "decode/times.hpp"
+
 namespace biss::decode {
 
 namespace {
+
+using wire::Level;
 
 // A distance of rising edges outside these shares of the usual one means that an edge is missing or
 // too many: a lost edge doubles it, an extra one leaves at most half. Between lies the jitter of a
@@ -17,19 +21,15 @@ bool irregular(Picoseconds interval, Picoseconds usual) {
          interval.count * 100 < usual.count * irregular_below_percent;
 }
 
-Picoseconds median_interval(const std::vector<Picoseconds>& rises) {
-  std::vector<Picoseconds> intervals;
-  intervals.reserve(rises.size());
-  for (std::size_t i = 1; i < rises.size(); ++i) intervals.push_back(rises[i] - rises[i - 1]);
-  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
-  std::nth_element(intervals.begin(), middle, intervals.end());
+Picoseconds median(std::vector<Picoseconds>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
   return *middle;
 }
 
 bool has_unknown(std::span<const LevelChange> ma) {
-  return std::any_of(ma.begin(), ma.end(), [](const LevelChange& change) {
-    return change.level == wire::Level::unknown;
-  });
+  return std::any_of(ma.begin(), ma.end(),
+                     [](const LevelChange& change) { return change.level == Level::unknown; });
 }
 
 // The period is measured, so a bound that falls just beside a clock edge is given 2 % of grace.
@@ -43,13 +43,13 @@ bool ack_within_bounds(const DeviceTiming& timing, Picoseconds period, std::uint
 bool ends_with_capture(const CycleSpan& span) {
   if (!span.last_of_capture) return false;
   if (span.ma.size() < 2) return true;
-  return span.limit - span.ma.back().time <= 4 * (span.ma[1].time - span.ma[0].time);
+  return elapsed(span.ma.back().time, span.limit) <= 4 * elapsed(span.ma[0].time, span.ma[1].time);
 }
 
 // The rising edge that made the level at `time` high.
 std::optional<Picoseconds> rise_before(const LineHistory& slo, Picoseconds time) {
   const std::size_t next = slo.after(time);
-  if (next == 0 || slo[next - 1].level != wire::Level::high) return std::nullopt;
+  if (next == 0 || slo[next - 1].level != Level::high) return std::nullopt;
   return slo[next - 1].time;
 }
 
@@ -60,155 +60,221 @@ CycleReader::CycleReader(std::optional<FrameFormat> format, const DeviceTiming& 
   if (format) codec_.emplace(*format);
 }
 
-CycleReading CycleReader::read(const CycleSpan& span, const LineHistory& slo) const {
+CycleReading CycleReader::read(const CycleSpan& span, const LineHistory& slo) {
   CycleReading reading;
   Cycle& cycle = reading.cycle;
   const auto fall = std::find_if(span.ma.begin(), span.ma.end(), [](const LevelChange& change) {
-    return change.level == wire::Level::low;
+    return change.level == Level::low;
   });
   cycle.time = fall == span.ma.end() ? span.ma.front().time : fall->time;
-  const auto ends_as = [&](CycleStatus status) {
-    cycle.status = status;
-    return reading;
-  };
-  const Clock clock = measure_clock(span.ma, cycle);
-  if (has_unknown(span.ma)) return ends_as(CycleStatus::unknown_level);
-  if (!span.begins_idle) return ends_as(CycleStatus::cut_start);
-  if (clock.rises.size() < 2) {
-    return ends_as(ends_with_capture(span) ? CycleStatus::cut_end : CycleStatus::ma_glitch);
-  }
-  if (const auto cause = find_response(span, slo, clock, cycle)) return ends_as(*cause);
-  const Sampled sampled = sample(span, slo, clock, *cycle.line_delay);
-  if (sampled.bits.size_bits() > 0) {
+  measure_clock(span.ma, cycle);
+  if (has_unknown(span.ma)) {
+    cycle.status = CycleStatus::unknown_level;
+  } else if (!span.begins_idle) {
+    cycle.status = CycleStatus::cut_start;
+    reading.complete = true;
+  } else if (clock_.rises.size() < 2) {
+    cycle.status = ends_with_capture(span) ? CycleStatus::cut_end : CycleStatus::ma_glitch;
+  } else {
+    const Response response = find_response(span, slo);
+    cycle.status = response.status;
+    if (response.status != CycleStatus::ok) return reading;
+    cycle.line_delay = std::max(Picoseconds{}, response.fall - clock_.rises[1]);
+    const Picoseconds delay = sampling_delay(slo, response.fall);
+    const Sampled sampled = sample(span, slo, delay);
     const std::size_t start = sampled.bits.view().find(true, 1);
     if (start < sampled.bits.size_bits()) {
-      const Picoseconds seen = clock.rises[start] + *cycle.line_delay + clock.period / 2;
-      if (const auto rise = rise_before(slo, seen)) {
-        cycle.ack = *rise - (clock.rises[1] + *cycle.line_delay);
-      }
+      const auto rise = rise_before(slo, shifted(clock_.rises[start], delay + clock_.period / 2));
+      if (rise && *rise > response.fall) cycle.ack = *rise - response.fall;
     }
+    judge(span, sampled, reading);
   }
-  return judge(span, sampled, clock, std::move(reading));
+  return reading;
 }
 
-CycleReader::Clock CycleReader::measure_clock(std::span<const LevelChange> ma, Cycle& cycle) {
-  Clock clock;
+void CycleReader::measure_clock(std::span<const LevelChange> ma, Cycle& cycle) {
+  clock_.rises.clear();
+  clock_.intervals.clear();
+  clock_.first_irregular = SIZE_MAX;
   for (const LevelChange& change : ma) {
-    if (change.level == wire::Level::high) clock.rises.push_back(change.time);
+    if (change.level != Level::high) continue;
+    if (!clock_.rises.empty()) {
+      clock_.intervals.push_back(elapsed(clock_.rises.back(), change.time));
+    }
+    clock_.rises.push_back(change.time);
   }
-  cycle.rising_edges = static_cast<std::uint32_t>(clock.rises.size());
-  if (clock.rises.size() < 2) return clock;
-  const Picoseconds usual = median_interval(clock.rises);
+  cycle.rising_edges = static_cast<std::uint32_t>(clock_.rises.size());
+  if (clock_.rises.size() < 2) return;
+  clock_.period = usual_period();
+  // Edges at one and the same time have no period.
+  clock_.period = std::max(clock_.period, picoseconds(1));
+  cycle.period = clock_.period;
+  measure_duty(ma, cycle);
+}
+
+// The mean of the intervals that are a period; notes the first that is none.
+Picoseconds CycleReader::usual_period() {
+  const auto [least, most] = std::minmax_element(clock_.intervals.begin(), clock_.intervals.end());
+  // The median is looked for only where it can change the verdict on an interval.
+  const bool even = !irregular(*most, *least);
+  Picoseconds usual = *least;
+  if (!even) {
+    std::vector<Picoseconds> values = clock_.intervals;
+    usual = median(values);
+  }
   Picoseconds sum{};
   std::int64_t count = 0;
-  for (std::size_t i = 1; i < clock.rises.size(); ++i) {
-    const Picoseconds interval = clock.rises[i] - clock.rises[i - 1];
-    if (irregular(interval, usual)) {
-      clock.first_irregular = std::min(clock.first_irregular, i);
+  for (std::size_t i = 0; i < clock_.intervals.size(); ++i) {
+    if (!even && irregular(clock_.intervals[i], usual)) {
+      clock_.first_irregular = std::min(clock_.first_irregular, i + 1);
       continue;
     }
-    sum += interval;
+    sum += clock_.intervals[i];
     ++count;
   }
-  clock.period = Picoseconds{(sum.count + count / 2) / count};
+  return (sum + picoseconds(count / 2)) / count;
+}
+
+void CycleReader::measure_duty(std::span<const LevelChange> ma, Cycle& cycle) const {
   Picoseconds high{};
   std::int64_t highs = 0;
   for (std::size_t i = 1; i + 1 < ma.size(); ++i) {
-    const bool pulse = ma[i].level == wire::Level::high && ma[i + 1].level == wire::Level::low;
-    if (!pulse || irregular(ma[i + 1].time - ma[i - 1].time, usual)) continue;
+    if (ma[i].level != Level::high) continue;
+    if (irregular(elapsed(ma[i - 1].time, ma[i + 1].time), clock_.period)) continue;
     high += ma[i + 1].time - ma[i].time;
     ++highs;
   }
-  cycle.period = clock.period;
-  if (highs != 0 && clock.period.count > 0) {
-    cycle.duty_per_mille =
-        static_cast<std::uint32_t>(high.count * 1000 / highs / clock.period.count);
-  }
-  return clock;
+  if (highs == 0) return;
+  cycle.duty_per_mille =
+      static_cast<std::uint32_t>(high.count / highs * 1000 / clock_.period.count);
 }
 
-// Sets the line delay, or tells why there is none.
-std::optional<CycleStatus> CycleReader::find_response(const CycleSpan& span, const LineHistory& slo,
-                                                      const Clock& clock, Cycle& cycle) {
-  const wire::Level at_begin = slo.level_at(span.ma.front().time);
-  if (at_begin == wire::Level::unknown) return CycleStatus::unknown_level;
-  if (at_begin == wire::Level::low) return CycleStatus::not_ready;
+// ACK is the first low of SLO that lasts half a period; anything shorter is a glitch.
+CycleReader::Response CycleReader::find_response(const CycleSpan& span,
+                                                 const LineHistory& slo) const {
+  const std::size_t begin = slo.after(span.ma.front().time);
+  if (slo.level_before(begin) == Level::unknown) return {{}, CycleStatus::unknown_level};
+  if (slo.level_before(begin) == Level::low) return {{}, CycleStatus::not_ready};
+  const Picoseconds second_rise = clock_.rises[1];
   // A capture may show SLO a sample before the edge of MA that moved it.
-  const Picoseconds second_rise = clock.rises[1];
-  const Picoseconds earliest = second_rise - clock.period / 4;
-  if (slo.level_at(earliest) == wire::Level::low) return CycleStatus::response_range;
-  bool late = false;
-  for (std::size_t i = slo.after(earliest); i < slo.size(); ++i) {
-    const LevelChange& change = slo[i];
-    if (change.time > span.limit) break;
-    if (change.level == wire::Level::unknown) return CycleStatus::unknown_level;
-    if (change.level != wire::Level::low) continue;
-    const Picoseconds delay = std::max(Picoseconds{}, change.time - second_rise);
-    if (delay > biss_line_delay_max) {
-      late = true;
-      break;
+  const Picoseconds earliest = shifted(second_rise, -(clock_.period / 4));
+  for (std::size_t i = begin; i < slo.size() && slo[i].time <= span.limit; ++i) {
+    if (slo[i].level == Level::unknown) return {{}, CycleStatus::unknown_level};
+    if (slo[i].level != Level::low) continue;
+    const Picoseconds settled = shifted(std::max(slo[i].time, earliest), clock_.period / 2);
+    if (i + 1 < slo.size() && slo[i + 1].time <= settled) continue;
+    if (slo[i].time < earliest) return {{}, CycleStatus::response_range};
+    if (slo[i].time > shifted(second_rise, biss_line_delay_max)) {
+      return {{}, CycleStatus::response_range};
     }
-    // ACK is low for a clock at least; anything shorter is a glitch on SLO.
-    if (slo.level_at(second_rise + delay + clock.period / 2) != wire::Level::low) continue;
-    cycle.line_delay = delay;
-    return std::nullopt;
+    return {slo[i].time, CycleStatus::ok};
   }
-  if (late) return CycleStatus::response_range;
-  const bool waited = span.limit - second_rise >= std::max(clock.period, biss_line_delay_max);
-  const bool clock_goes_on = span.limit - clock.rises.back() < clock.period;
-  return span.last_of_capture && !waited && clock_goes_on ? CycleStatus::cut_end
-                                                          : CycleStatus::no_response;
+  return {{}, silence(span)};
+}
+
+// SLO never fell: because it was not asked long enough, or for good.
+CycleStatus CycleReader::silence(const CycleSpan& span) const {
+  const Picoseconds asked = elapsed(clock_.rises[1], std::max(span.limit, clock_.rises[1]));
+  const Picoseconds idle = elapsed(clock_.rises.back(), std::max(span.limit, clock_.rises.back()));
+  const bool waited = asked >= std::max(clock_.period, biss_line_delay_max);
+  return span.last_of_capture && !waited && idle < clock_.period ? CycleStatus::cut_end
+                                                                 : CycleStatus::no_response;
+}
+
+// From a rising edge of MA to SLO's change, averaged over the cycle: one edge alone may be off by
+// nearly half a period where a capture has few samples a period. There the edges of MA are off as
+// well, and an even clock laid through them tells better which one a change belongs to.
+Picoseconds CycleReader::sampling_delay(const LineHistory& slo, Picoseconds fall) {
+  const Delay seen = delay_from(clock_.rises, slo, fall);
+  if (8 * seen.spread <= clock_.period || !lay_even_clock()) return seen.mean;
+  const Delay even = delay_from(clock_.even_rises, slo, fall);
+  return even.spread < seen.spread ? even.mean : seen.mean;
+}
+
+CycleReader::Delay CycleReader::delay_from(const std::vector<Picoseconds>& rises,
+                                           const LineHistory& slo, Picoseconds fall) const {
+  const Picoseconds first = fall - rises[1];
+  const Picoseconds half = clock_.period / 2;
+  Picoseconds sum{};
+  Picoseconds least{};
+  Picoseconds most{};
+  std::int64_t count = 1;  // ACK's own edge is off by nothing
+  std::size_t rise = 1;
+  for (std::size_t i = slo.after(fall); i < slo.size(); ++i) {
+    while (rise < rises.size() && shifted(rises[rise], first + half) < slo[i].time) ++rise;
+    if (rise == rises.size()) break;
+    const Picoseconds off = slo[i].time - shifted(rises[rise], first);
+    if (off < -half) continue;
+    sum += off;
+    least = std::min(least, off);
+    most = std::max(most, off);
+    ++count;
+  }
+  return {first + sum / count, most - least};
+}
+
+// False where the clock is not even.
+bool CycleReader::lay_even_clock() {
+  if (clock_.first_irregular != SIZE_MAX) return false;
+  const auto size = static_cast<std::int64_t>(clock_.rises.size());
+  Picoseconds sum{};
+  for (std::int64_t i = 0; i < size; ++i) {
+    const auto index = static_cast<std::size_t>(i);
+    const Picoseconds off = clock_.rises[index] - clock_.rises[0] - i * clock_.period;
+    if (2 * off > clock_.period || -2 * off > clock_.period) return false;
+    sum += off;
+  }
+  const Picoseconds begin = shifted(clock_.rises[0], sum / size);
+  clock_.even_rises.clear();
+  for (std::int64_t i = 0; i < size; ++i) {
+    clock_.even_rises.push_back(shifted(begin, i * clock_.period));
+  }
+  return true;
 }
 
 CycleReader::Sampled CycleReader::sample(const CycleSpan& span, const LineHistory& slo,
-                                         const Clock& clock, Picoseconds line_delay) {
+                                         Picoseconds delay) const {
   Sampled sampled;
-  sampled.bits.append(true);  // LAT: SLO was high when ACK fell
-  for (std::size_t i = 1; i < clock.rises.size() && !sampled.bits.overflowed(); ++i) {
-    const Picoseconds at = clock.rises[i] + line_delay + clock.period / 2;
+  sampled.bits.append(true);   // LAT: SLO was high when ACK fell
+  sampled.bits.append(false);  // ACK
+  const Picoseconds middle = delay + clock_.period / 2;
+  std::size_t next = slo.after(shifted(clock_.rises[1], middle));
+  for (std::size_t i = 2; i < clock_.rises.size() && !sampled.bits.overflowed(); ++i) {
+    const Picoseconds at = shifted(clock_.rises[i], middle);
     if (at > span.limit) {
       sampled.reached_limit = true;
       break;
     }
-    const wire::Level level = slo.level_at(at);
-    if (level == wire::Level::unknown) {
+    while (next < slo.size() && slo[next].time <= at) ++next;
+    const Level level = slo.level_before(next);
+    if (level == Level::unknown) {
       sampled.reached_unknown = true;
       break;
     }
-    sampled.bits.append(level == wire::Level::high);
+    sampled.bits.append(level == Level::high);
   }
   return sampled;
 }
 
-CycleReading CycleReader::judge(const CycleSpan& span, const Sampled& sampled, const Clock& clock,
-                                CycleReading reading) const {
+void CycleReader::judge(const CycleSpan& span, const Sampled& sampled,
+                        CycleReading& reading) const {
   Cycle& cycle = reading.cycle;
   constexpr FrameBounds anywhere{.lead_max_clocks = 1, .ack_max_clocks = UINT16_MAX};
   const auto start = find_start(sampled.bits.view(), anywhere);
-  std::size_t last_bit = clock.rises.size() - 1;
+  std::size_t last_bit = clock_.rises.size() - 1;
   if (start.ok()) {
-    reading.complete = !codec_ && !sampled.reached_limit;
     read_payload(sampled, *start, reading);
-    if (!ack_within_bounds(timing_, clock.period, start->ack_clocks)) {
+    if (!ack_within_bounds(timing_, clock_.period, start->ack_clocks)) {
       cycle.status = CycleStatus::ack_range;
     }
     if (codec_) last_bit = std::min(last_bit, start->start_bit + 1 + codec_->payload_bits());
   } else {
     cycle.status = status_of(start.error().cause);
   }
-  const bool bits_missing =
-      cycle.status == CycleStatus::no_start || cycle.status == CycleStatus::truncated;
-  if (clock.first_irregular <= last_bit) {
-    cycle.status = CycleStatus::ma_clock;
-  } else if (bits_missing && sampled.reached_unknown) {
-    cycle.status = CycleStatus::unknown_level;
-  } else if (bits_missing && span.last_of_capture &&
-             (sampled.reached_limit ||
-              span.limit - clock.rises.back() < clock.period + clock.period / 2)) {
-    cycle.status = CycleStatus::cut_end;
+  if (const auto fault = fault_of_capture(span, sampled, cycle.status, last_bit)) {
+    cycle.status = *fault;
   }
   if (cycle.status != CycleStatus::ok) cycle.frame.reset();
-  return reading;
 }
 
 void CycleReader::read_payload(const Sampled& sampled, const FrameStart& start,
@@ -218,20 +284,11 @@ void CycleReader::read_payload(const Sampled& sampled, const FrameStart& start,
   const std::size_t wanted = codec_ ? codec_->payload_bits() + 3U : RawBits::capacity_bits;
   const BitView raw = bits.from(start.start_bit).first(std::min(wanted, RawBits::capacity_bits));
   for (std::size_t i = 0; i < raw.size_bits(); ++i) cycle.raw.append(raw.bit(i));
-  if (!codec_) return;
-  std::size_t at = 2;
-  const auto channels = codec_->format().channels();
-  for (std::size_t k = 0; k < channels.size(); ++k) {
-    const ChannelFormat& channel = channels[k];
-    const std::size_t end = at + channel.total_bits();
-    if (end > raw.size_bits()) break;
-    if (channel.crc.present()) {
-      const std::uint64_t data = raw.word(at, channel.data_bits);
-      cycle.crc_ok[k] =
-          raw.word(at + channel.data_bits, channel.crc.width_bits) == codec_->crc(k, data);
-    }
-    at = end;
+  if (!codec_) {
+    reading.complete = !sampled.reached_limit;
+    return;
   }
+  check_channels(cycle);
   const auto frame = decode_payload(bits, start, *codec_);
   if (frame.ok()) {
     cycle.frame = *frame;
@@ -239,6 +296,37 @@ void CycleReader::read_payload(const Sampled& sampled, const FrameStart& start,
     cycle.status = status_of(frame.error().cause);
   }
   reading.complete = frame.ok() || frame.error().cause != FrameError::truncated;
+}
+
+void CycleReader::check_channels(Cycle& cycle) const {
+  const BitView raw = cycle.raw.view();
+  std::size_t at = 2;
+  const auto channels = codec_->format().channels();
+  for (std::size_t k = 0; k < channels.size(); ++k) {
+    const ChannelFormat& channel = channels[k];
+    if (at + channel.total_bits() > raw.size_bits()) return;
+    if (channel.crc.present()) {
+      const std::uint64_t data = raw.word(at, channel.data_bits);
+      cycle.crc_ok[k] =
+          raw.word(at + channel.data_bits, channel.crc.width_bits) == codec_->crc(k, data);
+    }
+    at += channel.total_bits();
+  }
+}
+
+// What only a capture can show, and what explains more than the bits do.
+std::optional<CycleStatus> CycleReader::fault_of_capture(const CycleSpan& span,
+                                                         const Sampled& sampled, CycleStatus status,
+                                                         std::size_t last_bit) const {
+  if (clock_.first_irregular <= last_bit) return CycleStatus::ma_clock;
+  const bool bits_missing = status == CycleStatus::no_start || status == CycleStatus::truncated;
+  if (!bits_missing) return std::nullopt;
+  if (sampled.reached_unknown) return CycleStatus::unknown_level;
+  if (!span.last_of_capture) return std::nullopt;
+  const Picoseconds last_rise = clock_.rises.back();
+  const Picoseconds idle = elapsed(last_rise, std::max(last_rise, span.limit));
+  if (sampled.reached_limit || idle * 2 < clock_.period * 3) return CycleStatus::cut_end;
+  return std::nullopt;
 }
 
 }  // namespace biss::decode

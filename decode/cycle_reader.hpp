@@ -2,6 +2,8 @@
 // cause.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
@@ -16,6 +18,7 @@ namespace biss::decode {
 
 /// The edges of MA that belong to one request, first to last, and what lies around them.
 struct CycleSpan {
+  /// Not empty.
   std::span<const LevelChange> ma;
   /// MA was seen idle before the first edge; false only where the capture begins inside a cycle.
   bool begins_idle = true;
@@ -25,14 +28,15 @@ struct CycleSpan {
   bool last_of_capture = false;
 };
 
-/// A row, and whether all bits that the format asks for were there to sample.
+/// A row, and whether further clocks could not add to it: all bits of the format were there to
+/// sample, or nothing is read from it anyway.
 struct CycleReading {
   Cycle cycle;
   bool complete = false;
 };
 
 /// Reads cycles as the master would see them: SLO is sampled at each rising edge of MA plus the
-/// line delay of that cycle plus half a period. Keeps no state from one cycle to the next.
+/// line delay of that cycle plus half a period. Nothing is carried from one cycle to the next.
 class CycleReader {
  public:
   /// Without a format only structure is judged: `ok` then means that START was found, and no
@@ -40,13 +44,16 @@ class CycleReader {
   CycleReader(std::optional<FrameFormat> format, const DeviceTiming& timing);
 
   /// \param slo must reach back to the span's first edge
-  CycleReading read(const CycleSpan& span, const LineHistory& slo) const;
+  CycleReading read(const CycleSpan& span, const LineHistory& slo);
 
  private:
+  // The clock of this cycle; working memory, kept to spare allocations.
   struct Clock {
     Picoseconds period{};
     std::vector<Picoseconds> rises;
-    /// Index into `rises` of the first edge whose distance from the one before is not a period.
+    std::vector<Picoseconds> even_rises;
+    std::vector<Picoseconds> intervals;
+    // Index into `rises` of the first edge whose distance from the one before is not a period.
     std::size_t first_irregular = SIZE_MAX;
   };
   struct Sampled {
@@ -54,18 +61,37 @@ class CycleReader {
     bool reached_limit = false;
     bool reached_unknown = false;
   };
+  // When SLO fell for ACK, or why that is not known.
+  struct Response {
+    Picoseconds fall{};
+    CycleStatus status = CycleStatus::ok;
+  };
 
-  static Clock measure_clock(std::span<const LevelChange> ma, Cycle& cycle);
-  static std::optional<CycleStatus> find_response(const CycleSpan& span, const LineHistory& slo,
-                                                  const Clock& clock, Cycle& cycle);
-  static Sampled sample(const CycleSpan& span, const LineHistory& slo, const Clock& clock,
-                        Picoseconds line_delay);
-  CycleReading judge(const CycleSpan& span, const Sampled& sampled, const Clock& clock,
-                     CycleReading reading) const;
+  // From MA to SLO, and how far the changes of a cycle lie apart in it.
+  struct Delay {
+    Picoseconds mean{};
+    Picoseconds spread{};
+  };
+
+  void measure_clock(std::span<const LevelChange> ma, Cycle& cycle);
+  Picoseconds usual_period();
+  void measure_duty(std::span<const LevelChange> ma, Cycle& cycle) const;
+  Response find_response(const CycleSpan& span, const LineHistory& slo) const;
+  CycleStatus silence(const CycleSpan& span) const;
+  Picoseconds sampling_delay(const LineHistory& slo, Picoseconds fall);
+  Delay delay_from(const std::vector<Picoseconds>& rises, const LineHistory& slo,
+                   Picoseconds fall) const;
+  bool lay_even_clock();
+  Sampled sample(const CycleSpan& span, const LineHistory& slo, Picoseconds delay) const;
+  void judge(const CycleSpan& span, const Sampled& sampled, CycleReading& reading) const;
   void read_payload(const Sampled& sampled, const FrameStart& start, CycleReading& reading) const;
+  void check_channels(Cycle& cycle) const;
+  std::optional<CycleStatus> fault_of_capture(const CycleSpan& span, const Sampled& sampled,
+                                              CycleStatus status, std::size_t last_bit) const;
 
   std::optional<FrameCodec<>> codec_;
   DeviceTiming timing_;
+  Clock clock_;
 };
 
 }  // namespace biss::decode

@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
+#include <utility>
+
+#include "decode/times.hpp"
 
 namespace biss::decode {
 
@@ -9,34 +13,44 @@ namespace {
 
 using wire::Level;
 
-// Half a period at the slowest legal clock with the most uneven duty, and a little more.
-constexpr Picoseconds longest_half = microseconds(8);
-constexpr Picoseconds half_when_unknown = nanoseconds(6'250);
+// The slowest legal clock, and a little more.
+constexpr Picoseconds longest_period = microseconds(16);
+constexpr Picoseconds period_when_unknown = period_of(biss_clock_min);
 
-// Stillness in halves of a period: beyond the first a cycle may have ended, beyond the second it
-// has.
-constexpr std::int64_t still_tenths_maybe_end = 25;
-constexpr std::int64_t still_halves_sure_end = 8;
+// SLO is of no interest for longer than this behind the last edge of a cycle: the line delay and a
+// period are over by then.
+constexpr Picoseconds slo_matters = milliseconds(1);
+
+// Whether such a cycle tells how long the next one will be.
+bool is_usual(CycleStatus status) {
+  return status != CycleStatus::cut_start && status != CycleStatus::cut_end &&
+         status != CycleStatus::ma_glitch && status != CycleStatus::ma_clock &&
+         status != CycleStatus::unknown_level;
+}
 
 }  // namespace
 
 void Decoder::push_ma(LevelChange change) {
-  if (!ma_seen_ || (ma_level_ == Level::unknown && !idle_known_ && ma_.empty())) {
-    ma_seen_ = true;
+  if (change.level == ma_level_) return;
+  const bool initial = ma_level_ == Level::unknown && ma_.empty() && !idle_known_;
+  ma_level_ = change.level;
+  if (initial) {
     begin_time_ = change.time;
-    ma_level_ = change.level;
     return;
   }
-  if (change.level == ma_level_) return;
-  ma_level_ = change.level;
-  if (swallowing_) {
-    const bool still = (change.time - end_time_).count * 10 > half_.count * still_tenths_maybe_end;
-    end_time_ = change.time;
-    if (!still) return;
-    swallowing_ = false;
+  if (passing_over_) {
+    passing_over_ = !is_long_still(elapsed(passed_over_, change.time));
+    passed_over_ = change.time;
+    if (passing_over_) return;
   }
   ma_.push_back(change);
   drain(false);
+}
+
+void Decoder::push_slo(LevelChange change) {
+  // Without a request under way only the level counts.
+  if (ma_.empty()) slo_.forget_before(change.time);
+  slo_.push(change);
 }
 
 void Decoder::push(std::span<const wire::Edge> edges, const Lines& lines) {
@@ -55,83 +69,127 @@ void Decoder::finish(Picoseconds end_time) {
 }
 
 void Decoder::drain(bool at_end) {
-  while (drop_to_begin(at_end) && take_cycle(at_end)) {
+  while (find_begin(at_end) && take_cycle(at_end)) {
   }
 }
 
-// A rising edge that follows a cycle's end is MA going back to idle (CDM = 1), not a clock.
-bool Decoder::drop_to_begin(bool at_end) {
+bool Decoder::find_begin(bool at_end) {
   if (scanned_ != 0) return true;
-  if (idle_known_) {
-    const auto begin = std::find_if(ma_.begin(), ma_.end(), [](const LevelChange& change) {
-      return change.level != Level::high;
-    });
-    ma_.erase(ma_.begin(), begin);
-  }
+  if (idle_known_) drop_return_to_idle();
   if (ma_.empty() || (ma_.size() < lookahead_edges && !at_end)) return false;
-  half_ = half_period_ahead();
+  period_ = period_ahead();
+  if (!idle_known_ && 2 * elapsed(begin_time_, ma_.front().time) >= 3 * period_) {
+    // The capture begins with a stillness: the first edge is a beginning, not the middle.
+    idle_known_ = true;
+    drop_return_to_idle();
+    if (ma_.empty()) return false;
+  }
   scanned_ = 1;
   return true;
 }
 
-Picoseconds Decoder::half_period_ahead() const {
-  std::array<Picoseconds, lookahead_edges> halves{};
+// A rising edge behind a cycle's end is MA going back to idle (CDM = 1), not a clock.
+void Decoder::drop_return_to_idle() {
+  const auto begin = std::find_if(ma_.begin(), ma_.end(), [](const LevelChange& change) {
+    return change.level != Level::high;
+  });
+  ma_.erase(ma_.begin(), begin);
+}
+
+Picoseconds Decoder::period_ahead() const {
+  std::array<Picoseconds, lookahead_edges> periods{};
   std::size_t count = 0;
-  for (std::size_t i = 1; i < ma_.size() && i < lookahead_edges; ++i) {
-    const Picoseconds half = ma_[i].time - ma_[i - 1].time;
-    if (half <= longest_half) halves[count++] = half;
+  // From rise to rise and from fall to fall, so that an uneven duty does not matter.
+  for (std::size_t i = 2; i < ma_.size() && i < lookahead_edges; ++i) {
+    const Picoseconds period = elapsed(ma_[i - 2].time, ma_[i].time);
+    if (period <= longest_period) periods[count++] = period;
   }
-  if (count < 4 && usual_half_.count != 0) return usual_half_;
-  if (count == 0) return half_when_unknown;
-  const auto middle = halves.begin() + static_cast<std::ptrdiff_t>(count / 2);
-  std::nth_element(halves.begin(), middle, halves.begin() + static_cast<std::ptrdiff_t>(count));
+  if (count < 4 && usual_period_.count != 0) return usual_period_;
+  if (count == 0) return period_when_unknown;
+  const auto middle = periods.begin() + static_cast<std::ptrdiff_t>(count / 2);
+  std::nth_element(periods.begin(), middle, periods.begin() + static_cast<std::ptrdiff_t>(count));
   return std::max(*middle, picoseconds(1));
 }
 
 // Emits the cycle at the front when its end is in sight. False: more edges are needed.
 bool Decoder::take_cycle(bool at_end) {
   for (; scanned_ < ma_.size(); ++scanned_) {
-    if (scanned_ >= max_cycle_edges) {
-      emit(scanned_, ma_[scanned_].time, false);
-      end_time_ = ma_.empty() ? end_time_ : ma_.back().time;
-      ma_.clear();
-      swallowing_ = true;
+    if (scanned_ == max_cycle_edges) {
+      give_up();
       return false;
     }
-    const Picoseconds still = ma_[scanned_].time - ma_[scanned_ - 1].time;
-    if (still.count * 10 <= half_.count * still_tenths_maybe_end) continue;
+    const Picoseconds still = elapsed(ma_[scanned_ - 1].time, ma_[scanned_].time);
+    if (!is_long_still(still)) continue;
     const std::size_t next_fall = scanned_ + (ma_[scanned_].level == Level::high ? 1 : 0);
-    if (next_fall >= ma_.size() && !at_end) return false;
-    const Picoseconds limit = next_fall < ma_.size() ? ma_[next_fall].time : end_time_;
-    const bool sure = still > half_ * still_halves_sure_end;
-    if (!sure && !reader_.read(span_of(scanned_, limit, false), slo_).complete) continue;
-    emit(scanned_, limit, next_fall >= ma_.size());
+    const bool last = next_fall >= ma_.size();
+    if (last && !at_end) return false;
+    const CycleReading reading = read_front(last ? end_time_ : ma_[next_fall].time, last);
+    const bool doubtful = still <= 4 * period_;
+    if (doubtful && repeats(reading)) return take_cycle(at_end);
+    if (doubtful && !is_over(reading)) continue;
+    emit(reading);
     return true;
   }
   if (!at_end) return false;
-  emit(scanned_, end_time_, true);
+  emit(read_front(end_time_, true));
   return true;
 }
 
-CycleSpan Decoder::span_of(std::size_t edges, Picoseconds limit, bool last_of_capture) const {
-  CycleSpan span;
-  span.ma = std::span<const LevelChange>(ma_).first(edges);
-  // 1.5 periods of idle before the first edge tell a beginning from the middle of a cycle.
-  span.begins_idle = idle_known_ || (ma_.front().level == Level::low &&
-                                     ma_.front().time - begin_time_ >= 3 * half_);
-  span.limit = limit;
-  span.last_of_capture = last_of_capture;
-  return span;
+CycleReading Decoder::read_front(Picoseconds next, bool last_of_capture) {
+  const auto edges = std::span<const LevelChange>(ma_).first(scanned_);
+  return reader_.read({.ma = edges,
+                       .begins_idle = idle_known_,
+                       .limit = std::min(next, shifted(edges.back().time, slo_matters)),
+                       .last_of_capture = last_of_capture},
+                      slo_);
 }
 
-void Decoder::emit(std::size_t edges, Picoseconds limit, bool last_of_capture) {
-  const CycleReading reading = reader_.read(span_of(edges, limit, last_of_capture), slo_);
-  if (reading.cycle.rising_edges >= 4) usual_half_ = *reading.cycle.period / 2;
-  ma_.erase(ma_.begin(), ma_.begin() + static_cast<std::ptrdiff_t>(edges));
-  slo_.forget_before(limit);
+// Whether the stillness behind scanned_ is the cycle's end, and not a few missing edges.
+bool Decoder::is_over(const CycleReading& reading) const {
+  if (reading.complete) return true;
+  const bool glitch = scanned_ == 2 && 4 * elapsed(ma_[0].time, ma_[1].time) < period_;
+  const Picoseconds period = reading.cycle.period.value_or(period_);
+  return glitch || (usual_clocks_ != 0 && clocks_between(0, scanned_, period) + 1 >= usual_clocks_);
+}
+
+// Where no cycle before tells how long one is: two pieces of one length are two cycles. Then goes
+// back to the end of the first.
+bool Decoder::repeats(const CycleReading& reading) {
+  if (usual_clocks_ != 0 || !reading.cycle.period) return false;
+  const std::size_t doubt = std::exchange(doubt_, scanned_);
+  if (doubt == 0 || doubt == scanned_) return false;
+  const std::int64_t before = clocks_between(0, doubt, *reading.cycle.period);
+  const std::int64_t behind = clocks_between(doubt, scanned_, *reading.cycle.period);
+  if (before < 2 || std::abs(behind - before) > 1) return false;
+  usual_clocks_ = before;
+  scanned_ = doubt;
+  return true;
+}
+
+std::int64_t Decoder::clocks_between(std::size_t first, std::size_t end, Picoseconds period) const {
+  return elapsed(ma_[first].time, ma_[end - 1].time).count / period.count;
+}
+
+void Decoder::emit(const CycleReading& reading) {
+  const Cycle& cycle = reading.cycle;
+  if (cycle.period && is_usual(cycle.status)) {
+    usual_period_ = *cycle.period;
+    usual_clocks_ = clocks_between(0, scanned_, *cycle.period);
+  }
+  const Picoseconds last = ma_[scanned_ - 1].time;
+  ma_.erase(ma_.begin(), ma_.begin() + static_cast<std::ptrdiff_t>(scanned_));
+  slo_.forget_before(ma_.empty() ? last : ma_.front().time);
   scanned_ = 0;
+  doubt_ = 0;
   idle_known_ = true;
-  on_cycle_(reading.cycle);
+  on_cycle_(cycle);
+}
+
+void Decoder::give_up() {
+  emit(read_front(ma_[scanned_].time, false));
+  passed_over_ = ma_.back().time;
+  passing_over_ = true;
+  ma_.clear();
 }
 
 }  // namespace biss::decode

@@ -4,6 +4,8 @@
 
 #include <cstdint>
 #include <functional>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "decode/cycle_reader.hpp"
@@ -23,7 +25,9 @@ struct Lines {
 ///
 /// A cycle begins with the first falling edge of MA after idle and ends where MA stays still for
 /// more than 1.25 periods, measured on the spot: every cycle may have its own clock. A stillness of
-/// up to 4 periods inside a frame that is not complete is taken for missing edges, not for the end.
+/// up to 4 periods is doubtful: it may as well be missing edges. It ends a cycle whose frame is
+/// complete or that is as long as the one before.
+///
 /// Memory is bounded by the longest cycle, whatever the length of the capture.
 class Decoder {
  public:
@@ -32,14 +36,15 @@ class Decoder {
   Decoder(CycleReader reader, OnCycle on_cycle)
       : reader_(std::move(reader)), on_cycle_(std::move(on_cycle)) {}
 
-  /// Changes in time order, MA and SLO mixed as they come.
+  /// Changes in time order, MA and SLO mixed as they come. The first change of a line gives its
+  /// initial level.
   void push_ma(LevelChange change);
-  void push_slo(LevelChange change) { slo_.push(change); }
+  void push_slo(LevelChange change);
 
   /// The same for a capture's edges; those of other lines are passed over.
   void push(std::span<const wire::Edge> edges, const Lines& lines);
 
-  /// The capture ends at this time; reads what is left.
+  /// The capture ends at this time, which is not before its last edge; reads what is left.
   void finish(Picoseconds end_time);
 
  private:
@@ -49,25 +54,37 @@ class Decoder {
   static constexpr std::size_t lookahead_edges = 12;
 
   void drain(bool at_end);
-  bool drop_to_begin(bool at_end);
+  bool find_begin(bool at_end);
   bool take_cycle(bool at_end);
-  void emit(std::size_t edges, Picoseconds limit, bool last_of_capture);
-  Picoseconds half_period_ahead() const;
-  CycleSpan span_of(std::size_t edges, Picoseconds limit, bool last_of_capture) const;
+  CycleReading read_front(Picoseconds next, bool last_of_capture);
+  bool is_over(const CycleReading& reading) const;
+  bool repeats(const CycleReading& reading);
+  void emit(const CycleReading& reading);
+  void give_up();
+  void drop_return_to_idle();
+  bool is_long_still(Picoseconds still) const { return 4 * still > 5 * period_; }
+  Picoseconds period_ahead() const;
+  std::int64_t clocks_between(std::size_t first, std::size_t end, Picoseconds period) const;
 
   CycleReader reader_;
   OnCycle on_cycle_;
   LineHistory slo_;
+  // From the first edge of the cycle that is looked at; edges before scanned_ belong to it.
   std::vector<LevelChange> ma_;
   std::size_t scanned_ = 0;
-  Picoseconds half_{};
-  Picoseconds usual_half_{};
+  // Index of the first edge behind the last doubtful stillness, 0 when there was none.
+  std::size_t doubt_ = 0;
+  Picoseconds period_{};
+  // Of the cycle before: 0 when there was none that tells.
+  Picoseconds usual_period_{};
+  std::int64_t usual_clocks_ = 0;
   Picoseconds begin_time_{};
   Picoseconds end_time_{};
   wire::Level ma_level_ = wire::Level::unknown;
-  bool ma_seen_ = false;
   bool idle_known_ = false;
-  bool swallowing_ = false;
+  // MA ran on for longer than any request; what follows until it is still is passed over.
+  bool passing_over_ = false;
+  Picoseconds passed_over_{};
 };
 
 }  // namespace biss::decode

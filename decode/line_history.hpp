@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <optional>
 #include <vector>
 
 #include "biss/base/units.hpp"
@@ -17,8 +16,8 @@ struct LevelChange {
   wire::Level level = wire::Level::unknown;
 };
 
-/// The changes of SLO that cycles still to be read may need. Bounded: when more than `max_changes`
-/// come within one cycle, the later ones are not kept and the level from there on is unknown.
+/// The changes of SLO that cycles still to be read may need. Bounded: beyond `max_changes` the
+/// level is unknown until something is forgotten.
 class LineHistory {
  public:
   static constexpr std::size_t max_changes = std::size_t{1} << 16U;
@@ -27,8 +26,7 @@ class LineHistory {
     if (changes_.size() < max_changes) {
       changes_.push_back(change);
     } else {
-      changes_.back() = {changes_.back().time, wire::Level::unknown};
-      latest_ = change;
+      changes_.back().level = wire::Level::unknown;
     }
   }
 
@@ -40,9 +38,10 @@ class LineHistory {
     return static_cast<std::size_t>(it - changes_.begin());
   }
 
-  wire::Level level_at(Picoseconds time) const {
-    const std::size_t next = after(time);
-    return next == 0 ? before_ : changes_[next - 1].level;
+  wire::Level level_at(Picoseconds time) const { return level_before(after(time)); }
+  /// The level that change `index` ends; `index` may be size().
+  wire::Level level_before(std::size_t index) const {
+    return index == 0 ? before_ : changes_[index - 1].level;
   }
 
   std::size_t size() const { return changes_.size(); }
@@ -51,17 +50,12 @@ class LineHistory {
   /// Forgets what lies before `time`, keeping the level it left.
   void forget_before(Picoseconds time) {
     const std::size_t gone = after(time);
-    if (gone != 0) before_ = changes_[gone - 1].level;
+    before_ = level_before(gone);
     changes_.erase(changes_.begin(), changes_.begin() + static_cast<std::ptrdiff_t>(gone));
-    if (latest_ && changes_.size() < max_changes) {
-      changes_.push_back(*latest_);
-      latest_.reset();
-    }
   }
 
  private:
   std::vector<LevelChange> changes_;
-  std::optional<LevelChange> latest_;
   wire::Level before_ = wire::Level::unknown;
 };
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "decode/times.hpp"
+
 namespace biss::decode {
 
 void Statistics::add(const Cycle& cycle) {
@@ -19,7 +21,7 @@ void Statistics::add(const Cycle& cycle) {
     if (cycle.status != CycleStatus::ma_glitch) last_time_.reset();
     return;
   }
-  if (last_time_) interval_.add((cycle.time - *last_time_).count);
+  if (last_time_) interval_.add(elapsed(*last_time_, cycle.time).count);
   last_time_ = cycle.time;
   if (cycle.period) period_.add(cycle.period->count);
   if (cycle.line_delay) line_delay_.add(cycle.line_delay->count);

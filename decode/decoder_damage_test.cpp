@@ -1,0 +1,433 @@
+// Damaged lines: each cause apart, never a wrong position, and the way found again.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <new>
+#include <string>
+
+#include "decode/test_line.hpp"
+
+namespace biss::decode::test {
+namespace {
+
+constexpr std::uint64_t first_position = 0x1234567;
+
+// Three requests; damage is done to the second.
+Line three(const Shape& shape = {}, std::uint64_t position = first_position) {
+  Line line;
+  for (std::uint64_t k = 0; k < 3; ++k) line.request(shape, position + k);
+  return line;
+}
+
+std::string_view status_of_second(const Line& line, std::string_view format = usual_format,
+                                  const DeviceTiming& timing = {}) {
+  const auto cycles = decode(line, format, timing);
+  if (cycles.size() != 3) return "not three rows";
+  if (cycles[0].status != CycleStatus::ok || cycles[2].status != CycleStatus::ok) {
+    return "a neighbour is not ok";
+  }
+  return name_of(cycles[1].status);
+}
+
+// Whatever is ok has one of the positions that were sent.
+void expect_no_wrong_position(const std::vector<Cycle>& cycles,
+                              std::uint64_t position = first_position) {
+  for (const Cycle& cycle : cycles) {
+    if (cycle.status != CycleStatus::ok) continue;
+    EXPECT_LT(cycle.frame->channel_list[0].position - position, 3U);
+  }
+}
+
+std::size_t count_of(const std::vector<Cycle>& cycles, CycleStatus status) {
+  return static_cast<std::size_t>(std::count_if(
+      cycles.begin(), cycles.end(), [&](const Cycle& cycle) { return cycle.status == status; }));
+}
+
+// Three requests, the second with these bits on the line.
+Line with_second(const FrameBits& bits, const Shape& shape = {}) {
+  Line line;
+  line.request(shape, first_position);
+  line.request(shape, bits);
+  line.request(shape, first_position + 2);
+  return line;
+}
+
+FrameBits flipped(std::size_t index) {
+  FrameBits bits = bits_of(usual_format, first_position + 1);
+  bits.flip(index);
+  return bits;
+}
+
+// Places of bits_of(): LAT 0, ACK 1…3, START 4, CDS 5, data 6…33, CRC 34…39, STOP 40.
+constexpr std::size_t cds_at = 5;
+constexpr std::size_t stop_at = 40;
+constexpr std::size_t clocks = 41;
+
+TEST(DecoderDamage, EveryBitOfDataAndCrc_GivesCrc) {
+  for (std::size_t i = cds_at + 1; i < stop_at; ++i) {
+    EXPECT_EQ(status_of_second(with_second(flipped(i))), "crc") << i;
+  }
+}
+
+TEST(DecoderDamage, CdsOne_IsACauseOnlyWithCds0) {
+  const Line line = with_second(flipped(cds_at));
+  EXPECT_EQ(status_of_second(line, "pos26,nE,nW,crc6;cds0"), "cds");
+  EXPECT_EQ(status_of_second(line), "ok");
+}
+
+TEST(DecoderDamage, StopOne_GivesStopBit) {
+  EXPECT_EQ(status_of_second(with_second(flipped(stop_at))), "stop_bit");
+}
+
+TEST(DecoderDamage, NoAnswer_GivesNoResponse) {
+  FrameBits bits;
+  bits.append_run(true, clocks);
+  EXPECT_EQ(status_of_second(with_second(bits)), "no_response");
+}
+
+TEST(DecoderDamage, AnswerBeyondLineDelay_GivesResponseRange) {
+  FrameBits bits;
+  bits.append_run(true, 60);
+  bits.append_run(false, 3);
+  EXPECT_EQ(status_of_second(with_second(bits)), "response_range");
+}
+
+TEST(DecoderDamage, AnswerBeforeItIsAsked_GivesResponseRange) {
+  Line line = three();
+  const Picoseconds begin = line.ma[line.begins[1]].time;
+  for (LevelChange& change : line.slo) {
+    if (change.time > begin && change.time < begin + nanoseconds(1'700)) {
+      change.time = begin + nanoseconds(200);
+    }
+  }
+  EXPECT_EQ(status_of_second(line), "response_range");
+}
+
+TEST(DecoderDamage, EncoderStillBusy_GivesNotReady) {
+  Line line = three();
+  const Picoseconds begin = line.ma[line.begins[1]].time;
+  // SLO's release behind the first cycle never comes, so the second begins low.
+  std::erase_if(line.slo, [&](const LevelChange& change) {
+    return change.time < begin && change.time > begin - microseconds(6);
+  });
+  EXPECT_EQ(status_of_second(line), "not_ready");
+}
+
+TEST(DecoderDamage, NothingButZeros_GivesNoStart) {
+  FrameBits bits;
+  bits.append(true);
+  bits.append_run(false, clocks - 1);
+  EXPECT_EQ(status_of_second(with_second(bits)), "no_start");
+}
+
+TEST(DecoderDamage, LostStart_IsNeverOkWithAWrongPosition) {
+  // A later 1 is taken for START; one of some hundred positions passes the CRC by chance, and the
+  // bits that are then missing tell.
+  for (std::uint64_t k = 0; k < 500; ++k) {
+    FrameBits bits = bits_of(usual_format, k * 0x9E3779B9U & low_mask(26));
+    bits.flip(4);
+    Line line;
+    line.request({}, bits);
+    EXPECT_NE(name_of(decode(line)[0].status), "ok") << k;
+  }
+}
+
+TEST(DecoderDamage, AckBeyondTheDevicesBound_GivesAckRange) {
+  const Shape slow{.ack_clocks = 30};
+  Line line;
+  line.request({}, first_position);
+  line.request(slow, first_position + 1);
+  line.request({}, first_position + 2);
+  const DeviceTiming timing{.ack_max = microseconds(10)};
+  EXPECT_EQ(status_of_second(line, usual_format, timing), "ack_range");
+  EXPECT_EQ(status_of_second(line), "ok");
+}
+
+TEST(DecoderDamage, TooFewClocks_GivesTruncated) {
+  for (const int missing : {2, 7, 20, 30}) {
+    Line line;
+    line.request({}, first_position);
+    line.request({.extra_clocks = -missing}, first_position + 1);
+    line.request({}, first_position + 2);
+    EXPECT_EQ(status_of_second(line), "truncated") << missing;
+  }
+}
+
+TEST(DecoderDamage, LostLowPulseOfMa_GivesMaClockAndTheNextCycleIsRight) {
+  for (const Shape& shape :
+       {Shape{}, Shape{.period = nanoseconds(100), .line_delay = nanoseconds(213)},
+        Shape{.timeout = nanoseconds(1'500), .gap = nanoseconds(100)},
+        Shape{.extra_clocks = 2, .ending = Ending::low_until_timeout}}) {
+    for (std::size_t cycle = 0; cycle < 3; ++cycle) {
+      for (std::size_t clock = 0; clock < clocks; ++clock) {
+        SCOPED_TRACE("cycle " + std::to_string(cycle) + ", clock " + std::to_string(clock));
+        Line line = three(shape);
+        const auto at =
+            line.ma.begin() + static_cast<std::ptrdiff_t>(line.begins[cycle] + 2 * clock);
+        line.ma.erase(at, at + 2);
+        const auto cycles = decode(line);
+        expect_no_wrong_position(cycles);
+        EXPECT_GE(count_of(cycles, CycleStatus::ok), 2U);
+        // The first two are before SLO falls, the last is STOP's.
+        if (clock < 2 || clock == clocks - 1) continue;
+        // Two halves in a row look like two cycles while no other one was seen.
+        const bool tight = shape.timeout < 4 * shape.period;
+        if (tight && cycle == 0 && clock + 1 >= clocks / 2 && clock <= clocks / 2 + 2) continue;
+        EXPECT_EQ(count_of(cycles, CycleStatus::ma_clock), 1U);
+        EXPECT_EQ(cycles.size(), 3U);
+      }
+    }
+  }
+}
+
+TEST(DecoderDamage, LostHighPulseOfMa_IsNeverAWrongPosition) {
+  for (std::size_t clock = 0; clock + 1 < clocks; ++clock) {
+    SCOPED_TRACE(clock);
+    Line line = three();
+    const auto at = line.ma.begin() + static_cast<std::ptrdiff_t>(line.begins[1] + 2 * clock + 1);
+    line.ma.erase(at, at + 2);
+    const auto cycles = decode(line);
+    ASSERT_EQ(cycles.size(), 3U);
+    expect_no_wrong_position(cycles);
+    EXPECT_EQ(name_of(cycles[0].status), "ok");
+    EXPECT_EQ(name_of(cycles[2].status), "ok");
+    if (clock >= 2 && clock + 2 < clocks) EXPECT_EQ(name_of(cycles[1].status), "ma_clock");
+  }
+}
+
+TEST(DecoderDamage, DoubledPulseOfMa_GivesMaClock) {
+  for (const std::int64_t width_ns : {20, 100, 200}) {
+    for (std::size_t edge = 0; edge < 2 * clocks; ++edge) {
+      SCOPED_TRACE(std::to_string(width_ns) + " ns behind edge " + std::to_string(edge));
+      Line line = three();
+      const Picoseconds at = line.ma[line.begins[1] + edge].time + nanoseconds(150);
+      Line::add_pulse(line.ma, at, nanoseconds(width_ns));
+      const auto cycles = decode(line);
+      ASSERT_EQ(cycles.size(), 3U);
+      expect_no_wrong_position(cycles);
+      EXPECT_EQ(name_of(cycles[0].status), "ok");
+      EXPECT_EQ(name_of(cycles[2].status), "ok");
+      // Behind the last CRC bit nothing is counted any more.
+      if (edge < 2 * stop_at - 2) EXPECT_EQ(name_of(cycles[1].status), "ma_clock");
+    }
+  }
+}
+
+TEST(DecoderDamage, GlitchOnMaInIdle_IsARowOfItsOwn) {
+  for (const std::int64_t width_ns : {1, 50, 500}) {
+    Line line = three();
+    Line::add_pulse(line.ma, line.ma[line.begins[1]].time - microseconds(12),
+                    nanoseconds(width_ns));
+    const auto cycles = decode(line);
+    ASSERT_EQ(cycles.size(), 4U);
+    EXPECT_EQ(name_of(cycles[1].status), "ma_glitch");
+    EXPECT_EQ(count_of(cycles, CycleStatus::ok), 3U);
+    EXPECT_FALSE(cycles[1].frame);
+  }
+}
+
+TEST(DecoderDamage, GlitchOnMaRightBeforeARequest_IsARowOfItsOwn) {
+  Line line = three();
+  Line::add_pulse(line.ma, line.ma[line.begins[1]].time - microseconds(2), nanoseconds(20));
+  const auto cycles = decode(line);
+  ASSERT_EQ(cycles.size(), 4U);
+  EXPECT_EQ(name_of(cycles[1].status), "ma_glitch");
+  EXPECT_EQ(count_of(cycles, CycleStatus::ok), 3U);
+}
+
+TEST(DecoderDamage, GlitchOnSloAwayFromTheSamples_ChangesNothing) {
+  const Line clean = three();
+  const Picoseconds begin = clean.ma[clean.begins[1]].time;
+  for (std::int64_t ns = -3'000; ns < 45'000; ns += 37) {
+    // Sampled at 1100 + k * 1000 ns behind the begin, 100 ns of line delay included.
+    const std::int64_t from_sample = ((ns - 1'100) % 1'000 + 1'000) % 1'000;
+    if (from_sample < 30 || from_sample > 940) continue;
+    SCOPED_TRACE(ns);
+    Line line = clean;
+    Line::add_pulse(line.slo, begin + nanoseconds(ns), nanoseconds(30));
+    const bool over_first_edge = ns <= 0 && ns >= -30;
+    if (over_first_edge) continue;
+    ASSERT_EQ(status_of_second(line), "ok");
+  }
+}
+
+TEST(DecoderDamage, PulseOnSloOverASample_IsNeverAWrongPosition) {
+  const Line clean = three();
+  const Picoseconds begin = clean.ma[clean.begins[1]].time;
+  for (std::int64_t ns = 0; ns < 45'000; ns += 43) {
+    SCOPED_TRACE(ns);
+    Line line = clean;
+    Line::add_pulse(line.slo, begin + nanoseconds(ns), nanoseconds(700));
+    const auto cycles = decode(line);
+    ASSERT_EQ(cycles.size(), 3U);
+    expect_no_wrong_position(cycles);
+    EXPECT_EQ(name_of(cycles[2].status), "ok");
+  }
+}
+
+TEST(DecoderDamage, UnknownLevels_AreNamed) {
+  for (const std::int64_t ns : {-500, 100, 900, 1'600, 3'000, 20'300, 39'000}) {
+    SCOPED_TRACE(ns);
+    Line line = three();
+    const Picoseconds at = line.ma[line.begins[1]].time + nanoseconds(ns);
+    Line::add_pulse(line.slo, at, nanoseconds(1'100), wire::Level::unknown);
+    EXPECT_EQ(status_of_second(line), "unknown_level");
+  }
+  Line line = three();
+  for (std::size_t edge = 0; edge < 2 * clocks; edge += 7) {
+    Line on_ma = line;
+    on_ma.ma[on_ma.begins[1] + edge].level = wire::Level::unknown;
+    const auto cycles = decode(on_ma);
+    expect_no_wrong_position(cycles);
+    EXPECT_EQ(count_of(cycles, CycleStatus::unknown_level), 1U);
+    EXPECT_EQ(count_of(cycles, CycleStatus::ok), 2U);
+  }
+}
+
+TEST(DecoderDamage, SloStuckFromAnyPoint_IsNeverAWrongPosition) {
+  // A CRC of 6 bits would pass one in 64 of these.
+  constexpr std::string_view format = "pos26,nE,nW,crc16";
+  for (const wire::Level stuck : {wire::Level::low, wire::Level::high}) {
+    for (std::int64_t ns = 0; ns < 50'000; ns += 500) {
+      SCOPED_TRACE(ns);
+      Line line;
+      for (std::uint64_t k = 0; k < 3; ++k) line.request({}, first_position + k, format);
+      const Picoseconds from = line.ma[line.begins[1]].time + nanoseconds(ns);
+      std::erase_if(line.slo, [&](const LevelChange& change) { return change.time >= from; });
+      line.slo.push_back({from, stuck});
+      const auto cycles = decode(line, format);
+      ASSERT_EQ(cycles.size(), 3U);
+      expect_no_wrong_position(cycles);
+      EXPECT_EQ(name_of(cycles[2].status), stuck == wire::Level::low ? "not_ready" : "no_response");
+    }
+  }
+}
+
+// Captures of every window of three cycles: what lies whole inside is right, what is cut is named.
+TEST(DecoderDamage, CaptureCutAtEveryEdge_NamesTheCutCycleAndReadsTheOthers) {
+  for (const Shape& shape :
+       {Shape{}, Shape{.timeout = nanoseconds(1'500), .gap = nanoseconds(100)},
+        Shape{.period = nanoseconds(100), .line_delay = nanoseconds(450), .extra_clocks = 2},
+        Shape{.extra_clocks = 1, .ending = Ending::low_until_timeout},
+        Shape{.ending = Ending::low_until_next}}) {
+    const auto all = three(shape).edges();
+    const Picoseconds end = all.back().time + milliseconds(1);
+    std::vector<Picoseconds> begins;
+    for (const Cycle& cycle : decode(all, end)) begins.push_back(cycle.time);
+    ASSERT_EQ(begins.size(), 3U);
+    for (std::size_t cut = 2; cut < all.size(); ++cut) {
+      SCOPED_TRACE(cut);
+      const Picoseconds at = all[cut].time;
+      // The beginning up to here.
+      const std::vector<wire::Edge> head(all.begin(),
+                                         all.begin() + static_cast<std::ptrdiff_t>(cut) + 1);
+      const auto first = decode(head, at);
+      expect_no_wrong_position(first);
+      const auto whole = static_cast<std::size_t>(std::count_if(
+          begins.begin() + 1, begins.end(), [&](Picoseconds begin) { return begin <= at; }));
+      ASSERT_GE(first.size(), whole);
+      for (std::size_t k = 0; k < whole; ++k) EXPECT_EQ(name_of(first[k].status), "ok");
+      for (std::size_t k = whole; k < first.size(); ++k) {
+        const bool named =
+            first[k].status == CycleStatus::cut_end || first[k].status == CycleStatus::ok;
+        EXPECT_TRUE(named) << name_of(first[k].status);
+      }
+      // The end from here on: both lines' levels, then the edges.
+      std::vector<wire::Edge> tail;
+      for (const wire::LineIndex line : {0U, 1U}) {
+        wire::Level level = wire::Level::unknown;
+        for (std::size_t i = 0; i <= cut; ++i) {
+          if (all[i].line == line) level = all[i].level;
+        }
+        tail.push_back({at, line, level});
+      }
+      tail.insert(tail.end(), all.begin() + static_cast<std::ptrdiff_t>(cut) + 1, all.end());
+      const auto last = decode(tail, end);
+      expect_no_wrong_position(last);
+      const auto untouched = static_cast<std::size_t>(
+          std::count_if(begins.begin(), begins.end(),
+                        [&](Picoseconds begin) { return begin > at + 2 * shape.period; }));
+      ASSERT_GE(last.size(), untouched);
+      for (std::size_t k = 0; k < untouched; ++k) {
+        EXPECT_EQ(name_of(last[last.size() - 1 - k].status), "ok");
+      }
+      for (std::size_t k = 0; k + untouched < last.size(); ++k) {
+        EXPECT_TRUE(last[k].status == CycleStatus::cut_start || last[k].status == CycleStatus::ok)
+            << name_of(last[k].status);
+      }
+    }
+  }
+}
+
+TEST(DecoderDamage, FreeRunningClock_IsOneRowInBoundedMemory) {
+  std::vector<Cycle> cycles;
+  Decoder decoder(CycleReader(parse_format(usual_format).value(), {}),
+                  [&](const Cycle& cycle) { cycles.push_back(cycle); });
+  decoder.push_ma(high_at({}));
+  decoder.push_slo(high_at({}));
+  Picoseconds now = microseconds(20);
+  for (int i = 0; i < 1'000'000; ++i) {
+    decoder.push_ma(i % 2 == 0 ? low_at(now) : high_at(now));
+    // SLO moves too, more often than any history holds.
+    decoder.push_slo(i % 2 == 0 ? high_at(now) : low_at(now));
+    now += nanoseconds(500);
+  }
+  // And a request behind it.
+  Line line;
+  line.now = now + milliseconds(1);
+  decoder.push_slo(high_at(now));
+  line.request({}, 99);
+  auto edges = line.edges();
+  edges.erase(edges.begin(), edges.begin() + 2);
+  decoder.push(edges, {0, 1});
+  decoder.finish(line.last_time() + milliseconds(1));
+  ASSERT_EQ(cycles.size(), 2U);
+  EXPECT_NE(name_of(cycles[0].status), "ok");
+  ASSERT_EQ(name_of(cycles[1].status), "ok");
+  EXPECT_EQ(cycles[1].frame->channel_list[0].position, 99U);
+}
+
+TEST(DecoderDamage, SloMovesWhileMaRests_NextRequestIsRight) {
+  Line line;
+  Picoseconds now = nanoseconds(100);
+  for (int i = 0; i < 200'000; ++i) {
+    line.slo.push_back(i % 2 == 0 ? low_at(now) : high_at(now));
+    now += nanoseconds(10);
+  }
+  line.now = now + microseconds(10);
+  line.request({}, 5);
+  const auto cycles = decode(line);
+  ASSERT_EQ(cycles.size(), 1U);
+  EXPECT_EQ(name_of(cycles[0].status), "ok");
+}
+
+TEST(DecoderDamage, RandomEdges_GiveRowsInOrderAndEndIsFound) {
+  constexpr std::uint64_t seed = 20'240'521;
+  SCOPED_TRACE(seed);
+  std::mt19937_64 random(seed);
+  std::size_t rows = 0;
+  Picoseconds last{INT64_MIN};
+  Decoder decoder(CycleReader(parse_format(usual_format).value(), {}), [&](const Cycle& cycle) {
+    ++rows;
+    EXPECT_GE(cycle.time, last);
+    last = cycle.time;
+  });
+  Picoseconds now{};
+  for (int i = 0; i < 1'000'000; ++i) {
+    // Quiet and busy stretches of many scales.
+    now += picoseconds(static_cast<std::int64_t>(random() >> (40U + random() % 24U)));
+    const auto level = random() % 64 == 0  ? wire::Level::unknown
+                       : random() % 2 == 0 ? wire::Level::low
+                                           : wire::Level::high;
+    if (random() % 2 == 0) {
+      decoder.push_ma({now, level});
+    } else {
+      decoder.push_slo({now, level});
+    }
+  }
+  decoder.finish(now);
+  EXPECT_GT(rows, 1000U);
+}
+
+}  // namespace
+}  // namespace biss::decode::test

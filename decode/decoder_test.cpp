@@ -1,0 +1,239 @@
+#include "decode/decoder.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "decode/test_line.hpp"
+
+namespace biss::decode::test {
+namespace {
+
+constexpr std::uint64_t position_of(std::uint64_t k) { return k * 0x9E3779B97F4A7C15U >> 3U; }
+
+// Several requests of one shape; every row is right.
+void expect_all_right(const Shape& shape, std::string_view format = usual_format,
+                      int requests = 5) {
+  Line line;
+  std::vector<Picoseconds> times;
+  const unsigned bits = parse_format(format)->channel_list[0].position_bits();
+  for (int k = 0; k < requests; ++k) {
+    times.push_back(
+        line.request(shape, position_of(static_cast<std::uint64_t>(k)) & low_mask(bits), format));
+  }
+  const auto cycles = decode(line, format);
+  ASSERT_EQ(cycles.size(), times.size());
+  for (std::size_t k = 0; k < cycles.size(); ++k) {
+    const Cycle& cycle = cycles[k];
+    ASSERT_EQ(name_of(cycle.status), "ok") << "cycle " << k;
+    EXPECT_EQ(cycle.frame->channel_list[0].position, position_of(k) & low_mask(bits));
+    EXPECT_EQ(cycle.time, times[k]);
+    const std::int64_t jitter = shape.period.count * shape.jitter_percent / 50;
+    EXPECT_NEAR(static_cast<double>(cycle.line_delay->count),
+                static_cast<double>(std::max(shape.line_delay, Picoseconds{}).count), 1.0);
+    EXPECT_NEAR(static_cast<double>(cycle.ack->count),
+                static_cast<double>(shape.period.count * shape.ack_clocks),
+                static_cast<double>(jitter));
+    EXPECT_NEAR(static_cast<double>(cycle.period->count), static_cast<double>(shape.period.count),
+                static_cast<double>(shape.period.count) / 50);
+  }
+}
+
+TEST(Decoder, FormatsOfAllKinds_ReadTheirPosition) {
+  for (const std::string_view format :
+       {"pos26,nE,nW,crc6;cds0", "mt12,st20,nE,nW,lc6,crc16", "pos1,crc3", "pos8", "pos64,crc16",
+        "mt16,st19:gray,E,W,crc8", "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0",
+        "pos64,crc16+pos64,crc16+pos64,crc16+pos64,crc16+pos64,crc16+pos64,crc16+pos64,crc16+"
+        "pos64,crc16"}) {
+    SCOPED_TRACE(format);
+    expect_all_right({}, format);
+  }
+}
+
+TEST(Decoder, ClocksAndLineDelays_AreMeasured) {
+  for (const std::int64_t hz : {80'000, 250'000, 1'000'000, 2'500'000, 5'000'000, 10'000'000}) {
+    for (const std::int64_t ns : {0, 5, 49, 112, 700, 5'000, 40'000}) {
+      SCOPED_TRACE(std::to_string(hz) + " Hz, " + std::to_string(ns) + " ns");
+      expect_all_right({.period = period_of(hertz(static_cast<std::uint32_t>(hz))),
+                        .line_delay = nanoseconds(ns)});
+    }
+  }
+}
+
+TEST(Decoder, UnevenDuty_IsMeasuredAndHarmless) {
+  for (const int duty : {40, 50, 60}) {
+    const Shape shape{.high_percent = duty, .timeout = nanoseconds(1'500), .gap = nanoseconds(10)};
+    expect_all_right(shape);
+    Line line;
+    line.request(shape, 5);
+    EXPECT_EQ(decode(line)[0].duty_per_mille, static_cast<unsigned>(duty * 10));
+  }
+}
+
+TEST(Decoder, JitterOfAnEighthEitherWay_IsHarmless) {
+  Line line(7);
+  for (std::uint64_t k = 0; k < 50; ++k) line.request({.jitter_percent = 12}, k);
+  const auto cycles = decode(line);
+  ASSERT_EQ(cycles.size(), 50U);
+  for (std::size_t k = 0; k < cycles.size(); ++k) {
+    ASSERT_EQ(name_of(cycles[k].status), "ok");
+    EXPECT_EQ(cycles[k].frame->channel_list[0].position, k);
+  }
+}
+
+TEST(Decoder, SloOneSampleBeforeMa_IsDelayZero) {
+  expect_all_right({.line_delay = nanoseconds(-8)});
+  expect_all_right({.period = nanoseconds(100), .line_delay = nanoseconds(-8)});
+}
+
+TEST(Decoder, CapturesWithFewSamplesAPeriod_ReadEveryPosition) {
+  for (const std::int64_t sample_ps : {41'667, 40'000, 20'833, 10'000, 8'000}) {
+    for (const std::int64_t delay_ns : {0, 13, 50, 99, 213, 1'234}) {
+      SCOPED_TRACE(std::to_string(sample_ps) + " ps, delay " + std::to_string(delay_ns) + " ns");
+      Line line;
+      for (std::uint64_t k = 0; k < 40; ++k) {
+        line.request({.period = nanoseconds(100),
+                      .line_delay = nanoseconds(delay_ns),
+                      .gap = picoseconds(5'000'003 + static_cast<std::int64_t>(k) * 7'001)},
+                     position_of(k) & low_mask(26));
+      }
+      line.ma = sampled(line.ma, picoseconds(sample_ps));
+      line.slo = sampled(line.slo, picoseconds(sample_ps));
+      const auto cycles = decode(line);
+      ASSERT_EQ(cycles.size(), 40U);
+      for (std::size_t k = 0; k < cycles.size(); ++k) {
+        ASSERT_EQ(name_of(cycles[k].status), "ok") << k;
+        EXPECT_EQ(cycles[k].frame->channel_list[0].position, position_of(k) & low_mask(26));
+      }
+    }
+  }
+}
+
+TEST(Decoder, CdmOne_ReturningEdgeIsNoClock) {
+  for (const Ending ending : {Ending::low_until_timeout, Ending::low_until_next}) {
+    for (const Picoseconds timeout : {nanoseconds(1'600), microseconds(20)}) {
+      expect_all_right({.timeout = timeout, .ending = ending});
+      Line line;
+      for (int k = 0; k < 3; ++k) line.request({.timeout = timeout, .ending = ending}, 3);
+      for (const Cycle& cycle : decode(line)) {
+        EXPECT_EQ(cycle.rising_edges, bits_of(usual_format, 3).size_bits());
+      }
+    }
+  }
+}
+
+TEST(Decoder, CaptureBeginsWithMaHeldLow_FirstCycleIsWhole) {
+  Line line;
+  line.ma = {low_at({}), high_at(line.now - nanoseconds(100))};
+  line.request({}, 77);
+  const auto cycles = decode(line);
+  ASSERT_EQ(cycles.size(), 1U);
+  EXPECT_EQ(name_of(cycles[0].status), "ok");
+}
+
+// The encoder is ready 1.5 periods behind the last edge and the master asks at once.
+TEST(Decoder, NextRequestRightBehindAdaptiveTimeout_IsACycleOfItsOwn) {
+  for (const int duty : {40, 50, 60}) {
+    for (const std::int64_t period_ns : {100, 1'000, 4'000}) {
+      const Picoseconds period = nanoseconds(period_ns);
+      expect_all_right({.period = period,
+                        .high_percent = duty,
+                        .line_delay = nanoseconds(9),
+                        .timeout = period * 3 / 2,
+                        .gap = period / 10});
+    }
+  }
+}
+
+TEST(Decoder, TightCyclesThatAllFail_AreStillCyclesOfTheirOwn) {
+  const Shape tight{.timeout = nanoseconds(1'500), .gap = nanoseconds(10)};
+  Line line;
+  for (std::uint64_t k = 0; k < 10; ++k) line.request(tight, 0x2AAAAAA + k);
+  const auto cycles = decode(line, "pos36,nE,nW,crc6");
+  ASSERT_EQ(cycles.size(), 10U);
+  for (const Cycle& cycle : cycles) EXPECT_EQ(name_of(cycle.status), "truncated");
+
+  line.slo.resize(1);
+  const auto silent = decode(line);
+  ASSERT_EQ(silent.size(), 10U);
+  for (const Cycle& cycle : silent) EXPECT_EQ(name_of(cycle.status), "no_response");
+}
+
+TEST(Decoder, ClocksBehindStop_ChangeNothing) {
+  for (const int extra : {1, 2, 17, 300}) expect_all_right({.extra_clocks = extra});
+}
+
+TEST(Decoder, MasterWithoutClockForStop_IsOk) {
+  expect_all_right({.extra_clocks = -1});
+  Line line;
+  line.request({.extra_clocks = -1}, 5);
+  EXPECT_FALSE(decode(line)[0].frame->stop_seen);
+}
+
+TEST(Decoder, ClockThatChangesBetweenCycles_IsMeasuredEachTime) {
+  Line line;
+  const std::vector<std::int64_t> periods{4'000, 100, 1'000, 12'500, 100, 4'000};
+  for (std::size_t k = 0; k < periods.size(); ++k) {
+    line.request({.period = nanoseconds(periods[k])}, k);
+  }
+  const auto cycles = decode(line);
+  ASSERT_EQ(cycles.size(), periods.size());
+  for (std::size_t k = 0; k < cycles.size(); ++k) {
+    ASSERT_EQ(name_of(cycles[k].status), "ok") << k;
+    EXPECT_EQ(cycles[k].frame->channel_list[0].position, k);
+    EXPECT_EQ(*cycles[k].period, nanoseconds(periods[k]));
+  }
+}
+
+TEST(Decoder, RawBits_RunFromStartToStop) {
+  Line line;
+  line.request({.extra_clocks = 5}, 0x1234567);
+  const Cycle cycle = decode(line)[0];
+  const FrameBits bits = bits_of(usual_format, 0x1234567);
+  const BitView sent = bits.view().from(4);
+  ASSERT_EQ(cycle.raw.size_bits(), sent.size_bits());
+  EXPECT_EQ(cycle.raw.view().word(0, 37), sent.word(0, 37));
+}
+
+TEST(Decoder, WithoutFormat_GivesStructureAndRawOnly) {
+  Line line;
+  for (std::uint64_t k = 0; k < 5; ++k) line.request({}, k);
+  const auto cycles = decode(line, "");
+  ASSERT_EQ(cycles.size(), 5U);
+  for (const Cycle& cycle : cycles) {
+    EXPECT_EQ(name_of(cycle.status), "ok");
+    EXPECT_FALSE(cycle.frame);
+    EXPECT_FALSE(cycle.crc_ok[0]);
+    EXPECT_EQ(cycle.raw.size_bits(), 37U);
+  }
+}
+
+TEST(Decoder, TimesAtTheEndsOfTheirRange_AreReadToo) {
+  for (const Picoseconds shift :
+       {picoseconds(INT64_MIN + 1), picoseconds(INT64_MAX) - milliseconds(2)}) {
+    Line line;
+    for (std::uint64_t k = 0; k < 3; ++k) line.request({}, k);
+    auto edges = line.edges();
+    for (wire::Edge& edge : edges) edge.time += shift;
+    const auto cycles = decode(edges, picoseconds(INT64_MAX));
+    ASSERT_EQ(cycles.size(), 3U);
+    for (const Cycle& cycle : cycles) EXPECT_EQ(name_of(cycle.status), "ok");
+  }
+}
+
+TEST(Decoder, NoEdges_NoRows) {
+  EXPECT_TRUE(decode(std::vector<wire::Edge>{}, {}).empty());
+  EXPECT_TRUE(decode(Line(), usual_format).empty());
+}
+
+TEST(Decoder, MaAlone_AnswersNothing) {
+  Line line;
+  line.request({}, 1);
+  line.slo.resize(1);
+  EXPECT_EQ(name_of(decode(line)[0].status), "no_response");
+  line.slo.clear();
+  EXPECT_EQ(name_of(decode(line)[0].status), "unknown_level");
+}
+
+}  // namespace
+}  // namespace biss::decode::test

@@ -1,0 +1,27 @@
+// Sums and differences of times at the ends of what 64 bits hold.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+
+#include "biss/base/units.hpp"
+
+namespace biss::decode {
+
+/// From `from` to `to`, an hour at most: beyond that it is just long. \pre from <= to
+constexpr Picoseconds elapsed(Picoseconds from, Picoseconds to) {
+  constexpr std::uint64_t hour = std::uint64_t{3600} * picoseconds_per_second;
+  const auto gap = static_cast<std::uint64_t>(to.count) - static_cast<std::uint64_t>(from.count);
+  return {static_cast<std::int64_t>(std::min(gap, hour))};
+}
+
+/// `time + by`, or the end of the range where that lies beyond.
+constexpr Picoseconds shifted(Picoseconds time, Picoseconds by) {
+  using Limits = std::numeric_limits<std::int64_t>;
+  if (by.count > 0 && time.count > Limits::max() - by.count) return {Limits::max()};
+  if (by.count < 0 && time.count < Limits::min() - by.count) return {Limits::min()};
+  return time + by;
+}
+
+}  // namespace biss::decode
