@@ -1,0 +1,87 @@
+// Valid captures to begin fuzzing from: request cycles of BiSS frames with a good CRC, some
+// damaged.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "biss/base/units.hpp"
+#include "biss/frame/encode.hpp"
+#include "biss/frame/format_parse.hpp"
+#include "capture/byte_sink.hpp"
+#include "fuzz/cycles.hpp"
+#include "fuzz/frame_formats.hpp"
+#include "wire/edge.hpp"
+
+namespace biss::fuzz {
+
+/// SplitMix64: numbers that look random, from any seed, without a large state to set up.
+struct SplitMix {
+  std::uint64_t state;
+
+  std::uint64_t operator()() {
+    state += 0x9E37'79B9'7F4A'7C15U;
+    std::uint64_t z = state;
+    z = (z ^ (z >> 30U)) * 0xBF58'476D'1CE4'E5B9U;
+    z = (z ^ (z >> 27U)) * 0x94D0'49BB'1331'11EBU;
+    return z ^ (z >> 31U);
+  }
+};
+
+/// What SLO shows in a request cycle. Every fourth seed has another format than the one that
+/// cycles are read with, every eighth a damaged bit.
+inline FrameBits frame_bits(std::uint64_t seed, SplitMix& random) {
+  const auto text = seed % 4 == 3 ? frame_formats[random() % 3] : capture_format;
+  const PlainCodec codec(*parse_format(text));
+  Frame frame;
+  frame.channel_count = 1;
+  frame.lead_clocks = 1;
+  frame.ack_clocks = static_cast<std::uint16_t>(1 + random() % 6);
+  frame.channel_list[0].position =
+      random() & low_mask(codec.format().channel_list[0].position_bits());
+  FrameBits bits = *encode_frame(frame, codec);
+  if (seed % 8 == 5) bits.flip(1 + random() % (bits.size_bits() - 1));
+  return bits;
+}
+
+/// Edges of `cycles` request cycles: MA is line 0, SLO is line 1. Clock, line delay, ACK and
+/// position follow from `seed`. Edges come in time order.
+inline std::vector<wire::Edge> cycle_edges(std::uint64_t seed, unsigned cycles) {
+  SplitMix random{seed};
+  const Picoseconds half = nanoseconds(50 + static_cast<std::int64_t>(random() % 10) * 50);
+  const Picoseconds delay = half * static_cast<std::int64_t>(random() % 5) + nanoseconds(5);
+  std::vector<wire::Edge> edges{{{}, 0, wire::Level::high}, {{}, 1, wire::Level::high}};
+  Picoseconds now = 6 * half;
+  for (unsigned cycle = 0; cycle < cycles; ++cycle) {
+    const FrameBits bits = frame_bits(seed, random);
+    for (std::size_t i = 0; i < bits.size_bits(); ++i) {
+      const bool bit = bits.view().bit(i);
+      edges.push_back({now, 0, wire::Level::low});
+      edges.push_back({now + half, 0, wire::Level::high});
+      if (i != 0 && bit != bits.view().bit(i - 1)) {
+        edges.push_back({now + half + delay, 1, bit ? wire::Level::high : wire::Level::low});
+      }
+      now += 2 * half;
+    }
+    edges.push_back({now + delay + 4 * half, 1, wire::Level::high});
+    now += delay + 8 * half;
+  }
+  std::stable_sort(edges.begin(), edges.end(),
+                   [](const wire::Edge& a, const wire::Edge& b) { return a.time < b.time; });
+  return edges;
+}
+
+/// A capture of one to three cycles as text, by a writer of the capture room.
+template <class Writer>
+std::string seed_text(std::uint64_t seed) {
+  std::string text;
+  capture::StringSink sink(text);
+  Writer writer({"MA", "SLO"}, sink);
+  const std::vector<wire::Edge> edges = cycle_edges(seed, 1 + static_cast<unsigned>(seed % 3));
+  if (!writer.write(edges).ok() || !writer.finish(edges.back().time).ok()) return {};
+  return text;
+}
+
+}  // namespace biss::fuzz

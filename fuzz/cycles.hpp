@@ -1,0 +1,82 @@
+// From what a reader delivered on to request cycles, and how many inputs came that far.
+#pragma once
+
+#include <cstdint>
+#include <cstdio>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "biss/frame/format_parse.hpp"
+#include "decode/decoder.hpp"
+#include "decode/lines.hpp"
+#include "fuzz/require.hpp"
+#include "wire/edge.hpp"
+
+namespace biss::fuzz {
+
+/// The format that the cycles of fuzzed captures are read with.
+inline constexpr std::string_view capture_format = "pos12,nE,nW,crc6";
+
+/// Counts inputs, and prints the counts when the program ends.
+class Tally {
+ public:
+  void add(bool reached_cycle, bool reached_frame) {
+    ++inputs_;
+    cycles_ += reached_cycle ? 1U : 0U;
+    frames_ += reached_frame ? 1U : 0U;
+  }
+  ~Tally() {
+    std::fprintf(stderr, "tally: inputs %llu reaching_cycles %llu reaching_frames %llu\n", inputs_,
+                 cycles_, frames_);
+  }
+
+ private:
+  unsigned long long inputs_ = 0;
+  unsigned long long cycles_ = 0;
+  unsigned long long frames_ = 0;
+};
+
+/// A whole request: MA was idle before, and clocked twice at least.
+inline bool is_request(const decode::Cycle& cycle) {
+  return cycle.rising_edges >= 2 && cycle.status != decode::CycleStatus::cut_start &&
+         cycle.status != decode::CycleStatus::unknown_level;
+}
+
+/// What holds for every row.
+inline void check_cycle(const decode::Cycle& cycle, const FrameFormat& format) {
+  require(cycle.frame.has_value() == (cycle.status == decode::CycleStatus::ok));
+  require(!name_of(cycle.status).empty());
+  require(!cycle.line_delay ||
+          (cycle.line_delay->count >= 0 && *cycle.line_delay <= biss_line_delay_max));
+  require(!cycle.period || cycle.period->count >= 0);
+  require(cycle.raw.size_bits() <= format.payload_bits() + 3U);
+  if (cycle.frame) require(cycle.frame->channel_list[0].position <= low_mask(12));
+  if (cycle.frame) require(cycle.crc_ok[0] == true);
+}
+
+/// Finds MA and SLO, reads the cycles, checks each row, and counts the input.
+inline void check_cycles(const std::vector<std::string>& lines,
+                         const std::vector<wire::Edge>& edges, Picoseconds end) {
+  static Tally tally;
+  static const FrameFormat format = *parse_format(capture_format);
+  static const decode::CycleReader reader(format, DeviceTiming{});
+  bool reached_cycle = false;
+  bool reached_frame = false;
+  Picoseconds last{INT64_MIN};
+  const auto found = decode::find_lines(lines, edges, "", "", reader);
+  if (found.ok()) {
+    decode::Decoder decoder(reader, [&](const decode::Cycle& cycle) {
+      check_cycle(cycle, format);
+      require(cycle.time >= last && cycle.time <= end);
+      last = cycle.time;
+      reached_cycle = reached_cycle || is_request(cycle);
+      reached_frame = reached_frame || cycle.frame.has_value();
+    });
+    decoder.push(edges, found->lines);
+    decoder.finish(end);
+  }
+  tally.add(reached_cycle, reached_frame);
+}
+
+}  // namespace biss::fuzz

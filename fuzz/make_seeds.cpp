@@ -1,0 +1,89 @@
+// make_seeds FOLDER: valid inputs for every target, one folder each. The same on every machine.
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <string>
+#include <string_view>
+
+#include "biss/frame/encode.hpp"
+#include "biss/frame/format_parse.hpp"
+#include "capture/event_csv_writer.hpp"
+#include "capture/vcd_writer.hpp"
+#include "fuzz/capture_seeds.hpp"
+#include "fuzz/frame_formats.hpp"
+
+namespace {
+
+constexpr std::uint64_t seeds_a_target = 64;
+
+class Corpus {
+ public:
+  explicit Corpus(const std::filesystem::path& folder) : folder_(folder) {
+    std::filesystem::create_directories(folder);
+  }
+  void add(std::string_view bytes) {
+    std::ofstream file(folder_ / std::to_string(count_++), std::ios::binary);
+    file << bytes;
+  }
+
+ private:
+  std::filesystem::path folder_;
+  std::uint64_t count_ = 0;
+};
+
+// The bits of a frame of that format, position and ACK at random, every fourth one damaged.
+std::string frame_bytes(std::size_t format_number, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  const biss::PlainCodec codec(*biss::parse_format(biss::fuzz::frame_formats[format_number]));
+  biss::Frame frame;
+  frame.channel_count = codec.format().channel_count;
+  frame.lead_clocks = static_cast<std::uint16_t>(2 + random() % 4);
+  frame.ack_clocks = static_cast<std::uint16_t>(1 + random() % 20);
+  for (std::size_t k = 0; k < frame.channel_count; ++k) {
+    const biss::ChannelFormat& channel = codec.format().channel_list[k];
+    frame.channel_list[k].position = random() & biss::low_mask(channel.position_bits());
+    frame.channel_list[k].life_counter =
+        static_cast<std::uint32_t>(random() & biss::low_mask(channel.life_counter.bits));
+  }
+  biss::FrameBits bits = *encode_frame(frame, codec);
+  if (seed % 4 == 3) bits.flip(random() % bits.size_bits());
+  const auto bytes = bits.bytes();
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+// A setup that takes these frames: 10 MHz, up to two clocks of line delay, all clocks sent.
+std::string spi_header(std::size_t format_number) {
+  constexpr char rising_and_8_quarters = (8 << 3) | 1;
+  constexpr char ack_clocks = 100;
+  return {static_cast<char>(format_number),
+          '\0',
+          '\0',
+          rising_and_8_quarters,
+          '\0',
+          ack_clocks,
+          '\4',
+          '\0'};
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 2) return 2;
+  const std::filesystem::path root = argv[1];
+  Corpus format(root / "format");
+  for (const std::string_view text : biss::fuzz::frame_formats) format.add(text);
+  Corpus decode_frame(root / "decode_frame");
+  Corpus spi(root / "spi");
+  Corpus vcd(root / "vcd");
+  Corpus event_csv(root / "event_csv");
+  for (std::uint64_t seed = 0; seed < seeds_a_target; ++seed) {
+    const std::size_t k = seed % biss::fuzz::frame_formats.size();
+    const std::string bits = frame_bytes(k, seed);
+    decode_frame.add(std::string{static_cast<char>(k), '\0', '\0'} + bits);
+    spi.add(spi_header(k) + bits);
+    vcd.add(biss::fuzz::seed_text<biss::capture::VcdWriter>(seed));
+    event_csv.add(biss::fuzz::seed_text<biss::capture::EventCsvWriter>(seed));
+  }
+  return 0;
+}
