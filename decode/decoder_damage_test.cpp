@@ -191,7 +191,9 @@ TEST(DecoderDamage, LostHighPulseOfMa_IsNeverAWrongPosition) {
     expect_no_wrong_position(cycles);
     EXPECT_EQ(name_of(cycles[0].status), "ok");
     EXPECT_EQ(name_of(cycles[2].status), "ok");
-    if (clock >= 2 && clock + 2 < clocks) EXPECT_EQ(name_of(cycles[1].status), "ma_clock");
+    if (clock >= 2 && clock + 2 < clocks) {
+      EXPECT_EQ(name_of(cycles[1].status), "ma_clock");
+    }
   }
 }
 
@@ -208,7 +210,9 @@ TEST(DecoderDamage, DoubledPulseOfMa_GivesMaClock) {
       EXPECT_EQ(name_of(cycles[0].status), "ok");
       EXPECT_EQ(name_of(cycles[2].status), "ok");
       // Behind the last CRC bit nothing is counted any more.
-      if (edge < 2 * stop_at - 2) EXPECT_EQ(name_of(cycles[1].status), "ma_clock");
+      if (edge < 2 * stop_at - 2) {
+        EXPECT_EQ(name_of(cycles[1].status), "ma_clock");
+      }
     }
   }
 }

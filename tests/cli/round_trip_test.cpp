@@ -1,0 +1,170 @@
+// What `biss simulate` writes, `biss decode` reads: every undamaged cycle is right.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "tests/cli/run_command.hpp"
+
+namespace biss::cli {
+namespace {
+
+struct Case {
+  std::string format;
+  std::string clock;
+  std::string cable;
+};
+
+const std::vector<Case>& cases() {
+  static const std::vector<Case> all{
+      {"resolute-18", "250kHz", "1m"},
+      {"resolute-26", "10MHz", "50m"},
+      {"resolute-32", "1MHz", "0.5m"},
+      {"fortis-36", "5MHz", "100m"},
+      {"fs-36-28", "10MHz", "20m"},
+      {"ic-mhm", "4MHz", "3m"},
+      {"ic-lgc", "2.5MHz", "10m"},
+      {"lenz-b3", "5MHz", "30m"},
+      {"faulhaber-aemt", "2MHz", "1m"},
+      {"kuebler-s36-23", "80kHz", "100m"},
+      {"waycon-mxs2-20", "1MHz", "7m"},
+      {"mt16,st19:gray,E,W,crc8", "8MHz", "25m"},
+      {"pos64,crc16+pos3,crc3+pad5,pos40,nE,nW,crc6", "10MHz", "1m"}};
+  return all;
+}
+
+// Rows by their time, against the truth; counts the cycles that are ok.
+std::size_t expect_truth(const std::vector<Row>& rows, const std::vector<Row>& truth,
+                         double period_ns) {
+  EXPECT_EQ(rows.size(), truth.size());
+  std::size_t good = 0;
+  bool damaged_before = false;
+  for (std::size_t i = 0; i < rows.size() && i < truth.size(); ++i) {
+    SCOPED_TRACE(i);
+    Row row = rows[i];
+    Row meant = truth[i];
+    EXPECT_LE(std::abs(std::stod(row["time_ns"]) - std::stod(meant["time_ns"])), period_ns / 2);
+    const bool damaged = !meant["faults"].empty();
+    if (!damaged && !damaged_before) {
+      EXPECT_EQ(row["status"], "ok");
+    }
+    if (row["status"] == "ok") {
+      ++good;
+      EXPECT_FALSE(damaged);
+      for (const auto& [name, value] : meant) {
+        if (name.starts_with("position")) {
+          EXPECT_EQ(row[name], value) << name;
+        }
+      }
+    }
+    damaged_before = damaged;
+  }
+  return good;
+}
+
+class RoundTrip : public testing::TestWithParam<std::string> {};
+
+TEST_P(RoundTrip, EveryCatalogueNameClockAndCable_EveryPositionIsRight) {
+  const Folder folder;
+  for (const Case& one : cases()) {
+    SCOPED_TRACE(one.format + " at " + one.clock + " with " + one.cable);
+    const std::string capture = folder.path("line" + GetParam());
+    const std::string truth = folder.path("truth.csv");
+    const Outcome made =
+        run({"simulate", "-f", one.format, "--clock", one.clock, "--cable", one.cable, "--cycles",
+             "60", "--motion", "random", "-o", capture, "--truth", truth});
+    ASSERT_EQ(made.status, 0) << made.err;
+    const Outcome read = run({"decode", capture, "-f", one.format, "--to", "csv"});
+    ASSERT_EQ(read.status, 0) << read.err;
+    const auto rows = rows_of(read.out);
+    ASSERT_FALSE(rows.empty());
+    const double period_ns = 1e9 / std::stod(rows[0].at("clock_hz"));
+    EXPECT_EQ(expect_truth(rows, rows_of(content_of(truth)), period_ns), 60U);
+  }
+}
+
+TEST_P(RoundTrip, FlippedBits_SpoilTheirCyclesAndNoOther) {
+  const Folder folder;
+  const std::string capture = folder.path("line" + GetParam());
+  const std::string truth = folder.path("truth.csv");
+  ASSERT_EQ(run({"simulate", "-f", "resolute-26", "--clock", "4MHz", "--cycles", "500", "--fault",
+                 "flip:0.1", "--seed", "7", "-o", capture, "--truth", truth})
+                .status,
+            0);
+  const Outcome read = run({"decode", capture, "-f", "resolute-26", "--to", "csv"});
+  ASSERT_EQ(read.status, 0) << read.err;
+  const std::size_t good = expect_truth(rows_of(read.out), rows_of(content_of(truth)), 250);
+  EXPECT_GT(good, 400U);
+  EXPECT_LT(good, 500U);
+  EXPECT_EQ(run({"decode", capture, "-f", "resolute-26", "--fail-on", "crc"}).status, 1);
+  EXPECT_EQ(run({"decode", capture, "-f", "resolute-26", "--fail-on", "no_response"}).status, 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(As, RoundTrip, testing::Values(".vcd", ".csv"),
+                         [](const auto& kind) { return kind.param.substr(1); });
+
+// One capture of a few cycles, as text.
+std::string csv_capture(const Folder& folder) {
+  const std::string path = folder.path("line.csv");
+  EXPECT_EQ(run({"simulate", "-f", "pos26,nE,nW,crc6", "--cycles", "20", "-o", path}).status, 0);
+  return path;
+}
+
+TEST(DecodeVerb, EachLineInAFileOfItsOwn_GivesTheSameRows) {
+  const Folder folder;
+  const std::string whole = csv_capture(folder);
+  std::string ma = "time_ns,D0\n";
+  std::string slo = "time_ns,D0\n";
+  for (const Row& row : rows_of(content_of(whole))) {
+    ma += row.at("time_ns") + "," + row.at("MA") + "\n";
+    slo += row.at("time_ns") + "," + row.at("SLO") + "\n";
+  }
+  const std::string ma_file = folder.file("ma.csv", ma);
+  const std::string slo_file = folder.file("slo.csv", slo);
+  const auto told = run({"decode", ma_file, slo_file, "--ma", ma_file + ":D0", "--slo",
+                         slo_file + ":D0", "-f", "pos26,nE,nW,crc6", "--to", "csv"});
+  EXPECT_EQ(told.status, 0) << told.err;
+  EXPECT_EQ(told.out, run({"decode", whole, "-f", "pos26,nE,nW,crc6", "--to", "csv"}).out);
+  const auto found = run({"decode", slo_file, ma_file, "-f", "pos26,nE,nW,crc6", "--to", "csv"});
+  EXPECT_EQ(found.out, told.out) << found.err;
+}
+
+TEST(DecodeVerb, StandardInput_IsReadLikeAFile) {
+  const Folder folder;
+  const std::string capture = csv_capture(folder);
+  const auto piped = run({"decode", "-", "-f", "pos26,nE,nW,crc6", "--to", "csv"}, capture);
+  EXPECT_EQ(piped.status, 0) << piped.err;
+  EXPECT_EQ(piped.out, run({"decode", capture, "-f", "pos26,nE,nW,crc6", "--to", "csv"}).out);
+}
+
+TEST(DecodeVerb, WithoutFormat_GivesTheElevenColumnsWithStatusAndRaw) {
+  const Folder folder;
+  const auto outcome = run({"decode", csv_capture(folder), "--to", "csv"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(outcome.out.substr(0, outcome.out.find('\n')),
+            "cycle,time_ns,status,position,nE,nW,crc_ok,line_delay_ns,ack_ns,clock_hz,raw");
+  const auto rows = rows_of(outcome.out);
+  ASSERT_EQ(rows.size(), 20U);
+  for (const Row& row : rows) {
+    EXPECT_EQ(row.at("status"), "ok");
+    EXPECT_EQ(row.at("position") + row.at("crc_ok"), "");
+    EXPECT_FALSE(row.at("raw").empty());
+  }
+}
+
+TEST(DecodeVerb, SinceAndUntil_KeepTheNumbersOfTheCapture) {
+  const Folder folder;
+  const std::string capture = csv_capture(folder);
+  const auto all = rows_of(run({"decode", capture, "--to", "csv"}).out);
+  ASSERT_EQ(all.size(), 20U);
+  const auto some =
+      rows_of(run({"decode", capture, "--to", "csv", "--since", all[5].at("time_ns") + "ns",
+                   "--until", all[9].at("time_ns") + "ns"})
+                  .out);
+  ASSERT_EQ(some.size(), 5U);
+  EXPECT_EQ(some.front().at("cycle"), "5");
+  EXPECT_EQ(some.back().at("cycle"), "9");
+}
+
+}  // namespace
+}  // namespace biss::cli

@@ -1,0 +1,111 @@
+#include "tests/cli/run_command.hpp"
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+extern char** environ;
+
+namespace biss::cli {
+
+namespace {
+
+std::vector<std::string> split(const std::string& line) {
+  std::vector<std::string> cells;
+  std::size_t from = 0;
+  for (;;) {
+    const std::size_t comma = line.find(',', from);
+    cells.push_back(line.substr(from, comma - from));
+    if (comma == std::string::npos) return cells;
+    from = comma + 1;
+  }
+}
+
+}  // namespace
+
+Outcome run(const std::vector<std::string>& arguments, const std::filesystem::path& input) {
+  const Folder folder;
+  const std::string out = folder.path("out");
+  const std::string err = folder.path("err");
+  std::vector<std::string> words{BISS_COMMAND};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  constexpr int flags = O_WRONLY | O_CREAT | O_TRUNC;
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, 0, input.c_str(), O_RDONLY, 0);
+  posix_spawn_file_actions_addopen(&actions, 1, out.c_str(), flags, 0600);
+  posix_spawn_file_actions_addopen(&actions, 2, err.c_str(), flags, 0600);
+  pid_t child = -1;
+  const int failed = posix_spawn(&child, BISS_COMMAND, &actions, nullptr, argv.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  Outcome outcome;
+  if (failed != 0) return outcome;
+  int status = 0;
+  rusage usage{};
+  if (wait4(child, &status, 0, &usage) != child) return outcome;
+  outcome.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  outcome.out = content_of(out);
+  outcome.err = content_of(err);
+  outcome.peak_kib = usage.ru_maxrss;
+  return outcome;
+}
+
+Folder::Folder() {
+  std::string name = (std::filesystem::temp_directory_path() / "biss-cli-XXXXXX").string();
+  if (mkdtemp(name.data()) == nullptr) std::abort();
+  folder_ = name;
+}
+
+Folder::~Folder() {
+  std::error_code ignored;
+  std::filesystem::remove_all(folder_, ignored);
+}
+
+std::string Folder::file(const std::string& name, std::string_view content) const {
+  std::ofstream(folder_ / name, std::ios::binary) << content;
+  return path(name);
+}
+
+std::size_t Folder::files() const {
+  std::size_t count = 0;
+  for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder_)) ++count;
+  return count;
+}
+
+std::string content_of(const std::string& path) {
+  std::ostringstream text;
+  text << std::ifstream(path, std::ios::binary).rdbuf();
+  return text.str();
+}
+
+std::vector<Row> rows_of(std::string_view csv) {
+  std::istringstream text{std::string(csv)};
+  std::string line;
+  std::getline(text, line);
+  const std::vector<std::string> names = split(line);
+  std::vector<Row> rows;
+  while (std::getline(text, line)) {
+    const std::vector<std::string> cells = split(line);
+    Row& row = rows.emplace_back();
+    for (std::size_t i = 0; i < names.size() && i < cells.size(); ++i) row[names[i]] = cells[i];
+  }
+  return rows;
+}
+
+std::optional<std::filesystem::path> shared_captures() {
+  const char* const given = std::getenv("BISS_SHARED");
+  const std::filesystem::path shared(given != nullptr ? given : BISS_SHARED_FOLDER);
+  if (!std::filesystem::is_directory(shared / "data" / "captures")) return std::nullopt;
+  return shared / "data" / "captures";
+}
+
+}  // namespace biss::cli

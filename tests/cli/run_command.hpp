@@ -1,0 +1,51 @@
+// Runs the command in a process of its own, and reads the tables it writes.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace biss::cli {
+
+/// What a run left behind.
+struct Outcome {
+  int status = -1;  ///< exit status; 128 and the signal's number where one ended it
+  std::string out;
+  std::string err;
+  long peak_kib = 0;  ///< most memory held at once
+};
+
+/// Runs `biss` with these arguments; its standard input is `input` (a file), or empty.
+Outcome run(const std::vector<std::string>& arguments,
+            const std::filesystem::path& input = "/dev/null");
+
+/// A folder of its own for each test, gone with it.
+class Folder {
+ public:
+  Folder();
+  ~Folder();
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  /// Writes a file. \return its path
+  std::string file(const std::string& name, std::string_view content) const;
+  std::size_t files() const;
+
+ private:
+  std::filesystem::path folder_;
+};
+
+std::string content_of(const std::string& path);
+
+/// Rows of a CSV without quoted cells, by column name.
+using Row = std::map<std::string, std::string>;
+std::vector<Row> rows_of(std::string_view csv);
+
+/// The reference captures, where there are any.
+std::optional<std::filesystem::path> shared_captures();
+
+}  // namespace biss::cli
