@@ -7,6 +7,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 namespace biss {
@@ -40,11 +41,28 @@ class BitView {
     return ((bytes_[at >> 3U] >> (7U - (at & 7U))) & 1U) != 0;
   }
 
+  /// Any 8 bytes hold at least so many bits from wherever in the first byte we begin.
+  static constexpr unsigned sure_bits = 57;
+
+  /// The bits from `index` on, first bit topmost; at least sure_bits of them, or all that are left.
+  /// What follows the end is not defined.
+  /// \pre index < size_bits()
+  constexpr std::uint64_t window(std::size_t index) const {
+    const std::size_t at = first_bit_ + index;
+    const std::size_t stored = stored_bytes();
+    if (stored >= 8) {
+      // Near the end read the last 8 bytes instead of stepping over it.
+      const std::size_t base = std::min(at >> 3U, stored - 8U);
+      return load(bytes_ + base) << (at - base * 8U);
+    }
+    return load_short(bytes_, stored) << at;
+  }
+
   /// `count` bits from `index` as a number, first bit most significant.
   /// \pre count is 0…64 and index + count <= size_bits()
   constexpr std::uint64_t word(std::size_t index, unsigned count) const {
     if (count == 0) return 0;
-    if (count <= 56) return window(index) >> (64U - count);
+    if (count < sure_bits) return window(index) >> (64U - count);
     const std::uint64_t high = window(index) >> 32U;
     const unsigned rest = count - 32U;
     return (high << rest) | (window(index + 32U) >> (64U - rest));
@@ -60,6 +78,37 @@ class BitView {
       from += sure_bits;
     }
     return size_bits_;
+  }
+
+  /// A run of ones at the front, the run of zeros behind it, and a 1.
+  struct OnesZerosOne {
+    std::uint64_t ones = 0;
+    std::uint64_t zeros = 0;
+  };
+
+  /// Measures both runs at once when they end within 24 bytes; nothing when they do not, when there
+  /// is no 1 behind them, or when fewer bytes are stored. It selects instead of branching, for
+  /// machines where 64-bit words are cheap and wrong guesses are not: the length of an ACK cannot
+  /// be predicted.
+  constexpr std::optional<OnesZerosOne> ones_zeros_one() const {
+    if (stored_bytes() < (first_bit_ >> 3U) + 24U) return std::nullopt;
+    const std::uint8_t* p = bytes_ + (first_bit_ >> 3U);
+    const unsigned skip = first_bit_ & 7U;
+    // What lies behind the first 8 bytes is measured at the same time as what lies in them.
+    const std::uint64_t second = load(p + 8);
+    const std::uint64_t none = ones_if(second == 0);
+    const std::uint64_t after = second | (load(p + 16) & none);
+    const std::uint64_t after_at = 64U + (none & 64U) + leading_zeros(after);
+    const std::uint64_t first = load(p);
+    const std::uint64_t in_view = ~std::uint64_t{0} >> skip;
+    const std::uint64_t zeros_at = leading_zeros(~first & in_view);
+    // Every 1 behind a 0; before the view there are ones.
+    const std::uint64_t rises = first & ~((first >> 1U) | ~(in_view >> 1U));
+    const std::uint64_t rise_at = leading_zeros(rises);
+    const std::uint64_t one_at = rise_at ^ ((rise_at ^ after_at) & ones_if(rises == 0));
+    if ((~first & in_view) == 0 || (rises | after) == 0) return std::nullopt;
+    if (one_at - skip >= size_bits_) return std::nullopt;
+    return OnesZerosOne{zeros_at - skip, one_at - zeros_at};
   }
 
   /// The view from `index` on; empty when `index` is past the end.
@@ -79,22 +128,21 @@ class BitView {
   }
 
  private:
-  // Any 8 bytes hold at least 57 bits from wherever in the first byte we begin.
-  static constexpr std::size_t sure_bits = 57;
+  constexpr std::size_t stored_bytes() const { return (first_bit_ + size_bits_ + 7U) >> 3U; }
 
-  // The bits from `index` on, first bit topmost; at least sure_bits of them, or all that are left.
-  // What follows the end is not defined beyond being readable.
-  constexpr std::uint64_t window(std::size_t index) const {
-    const std::size_t at = first_bit_ + index;
-    const std::size_t stored = (first_bit_ + size_bits_ + 7U) >> 3U;
-    if (stored >= 8) {
-      // Near the end read the last 8 bytes instead of stepping over it.
-      const std::size_t base = std::min(at >> 3U, stored - 8U);
-      return load(bytes_ + base) << (at - base * 8U);
-    }
+  static constexpr std::uint64_t ones_if(bool yes) { return std::uint64_t{0} - std::uint64_t{yes}; }
+
+  // 63 for 0 too: without that case no machine needs more than an instruction.
+  static constexpr std::uint64_t leading_zeros(std::uint64_t word) {
+    return static_cast<std::uint64_t>(std::countl_zero(word | 1U));
+  }
+
+  // Kept apart, so that it is not copied to wherever bits are read.
+  [[gnu::noinline]] static constexpr std::uint64_t load_short(const std::uint8_t* p,
+                                                              std::size_t size) {
     std::uint64_t value = 0;
-    for (std::size_t i = 0; i < stored; ++i) value |= std::uint64_t{bytes_[i]} << (56U - 8U * i);
-    return value << at;
+    for (std::size_t i = 0; i < size; ++i) value |= std::uint64_t{p[i]} << (56U - 8U * i);
+    return value;
   }
 
   // Written as shifts so that it is constexpr; compilers make one load and one byte swap of it.

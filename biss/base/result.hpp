@@ -34,6 +34,7 @@ class [[nodiscard]] Result {
   constexpr bool ok() const { return ok_; }
   constexpr explicit operator bool() const { return ok_; }
   constexpr const T& value() const { return value_; }
+  constexpr T& value() { return value_; }
   constexpr const T& operator*() const { return value_; }
   constexpr const T* operator->() const { return &value_; }
   constexpr const E& error() const { return error_; }

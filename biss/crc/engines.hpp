@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "biss/base/bits.hpp"
 #include "biss/crc/spec.hpp"
 
 namespace biss {
@@ -125,26 +126,57 @@ class CrcSliced {
             static_cast<std::uint16_t>(table_[slice][lowest] ^ table_[slice][i ^ lowest]);
       }
     }
+    // Every CRC has one entry of the first table in it, so the inversion can lie there.
+    for (std::uint16_t& entry : table_[0]) entry = crc_detail::finish(spec, entry);
+    low_bits_ = spec.start == 0 ? 40 : 0;
   }
 
   constexpr const CrcSpec& spec() const { return spec_; }
 
   constexpr std::uint16_t operator()(std::uint64_t data, unsigned bits) const {
-    if (!crc_detail::start_fits(spec_, bits)) return CrcBitwise(spec_)(data, bits);
-    data = crc_detail::with_start(spec_, data, bits);
-    std::uint32_t reg = at(0, data) ^ at(1, data) ^ at(2, data) ^ at(3, data) ^ at(4, data);
-    if (bits > 40) reg ^= at(5, data) ^ at(6, data) ^ at(7, data);
-    return crc_detail::finish(spec_, reg);
+    if (bits <= low_bits_) [[likely]]
+      return low_slices(data);
+    if (spec_.start == 0) return all_slices(data);
+    return started(data, bits);
   }
 
  private:
   static constexpr unsigned slices = 8;
+
+  // Data of up to 40 bits. The look-ups arrive together, so a tree of XORs is shorter than a chain.
+  constexpr std::uint16_t low_slices(std::uint64_t data) const {
+    const std::uint32_t early = pair(pair(at(0, data), at(1, data)), at(4, data));
+    return static_cast<std::uint16_t>(early ^ pair(at(2, data), at(3, data)));
+  }
+
+  constexpr std::uint16_t all_slices(std::uint64_t data) const {
+    const std::uint32_t high = at(4, data) ^ at(5, data) ^ at(6, data) ^ at(7, data);
+    return static_cast<std::uint16_t>(high ^ low_slices(data & low_mask(32)));
+  }
+
+  // Out of the way of the usual start 0.
+  [[gnu::noinline]] constexpr std::uint16_t started(std::uint64_t data, unsigned bits) const {
+    if (!crc_detail::start_fits(spec_, bits)) return CrcBitwise(spec_)(data, bits);
+    return all_slices(crc_detail::with_start(spec_, data, bits));
+  }
+
+  // GCC would make a chain of the tree.
+  static constexpr std::uint32_t pair(std::uint32_t a, std::uint32_t b) {
+#if defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 12
+    return __builtin_assoc_barrier(a ^ b);
+#else
+    return a ^ b;
+#endif
+  }
 
   constexpr std::uint32_t at(unsigned slice, std::uint64_t data) const {
     return table_[slice][(data >> (8U * slice)) & 0xFFU];
   }
 
   CrcSpec spec_;
+  // Data of up to so many bits needs the low slices only; 0 where the start value stands in the
+  // way.
+  std::uint8_t low_bits_ = 0;
   std::array<std::array<std::uint16_t, 256>, slices> table_{};
 };
 

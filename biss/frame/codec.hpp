@@ -20,26 +20,30 @@ constexpr std::uint64_t gray_to_binary(std::uint64_t value) {
 
 constexpr std::uint64_t binary_to_gray(std::uint64_t value) { return value ^ (value >> 1U); }
 
+constexpr std::uint64_t position_of(const ChannelFormat& format, std::uint64_t data) {
+  if (format.position.present()) return format.position.of(data);
+  std::uint64_t position = format.singleturn.of(data);
+  if (format.singleturn_gray) position = gray_to_binary(position);
+  // A shift by 64 is undefined; a multiturn value leaves at most 63 bits to the singleturn.
+  if (format.multiturn.present()) position |= format.multiturn.of(data) << format.singleturn.bits;
+  return position;
+}
+
+// Field by field into place: a Channel that is copied as a whole waits for its own stores.
+constexpr void unpack_into(const ChannelFormat& format, std::uint64_t data, Channel& channel) {
+  channel.position = position_of(format, data);
+  channel.life_counter = static_cast<std::uint32_t>(format.life_counter.of(data));
+  channel.nE = format.error.low_active(data);
+  channel.nW = format.warning.low_active(data);
+}
+
 }  // namespace frame_detail
 
 /// The values in a channel's data word.
 /// \param data the channel's data_bits right-aligned, without CRC
 constexpr Channel unpack(const ChannelFormat& format, std::uint64_t data) {
   Channel channel;
-  if (format.position.present()) {
-    channel.position = format.position.of(data);
-  } else if (format.position_bits() != 0) {
-    std::uint64_t singleturn = format.singleturn.of(data);
-    if (format.singleturn_gray) singleturn = frame_detail::gray_to_binary(singleturn);
-    channel.position = singleturn;
-    // A shift by 64 is undefined; a multiturn value leaves at most 63 bits to the singleturn.
-    if (format.multiturn.present()) {
-      channel.position |= format.multiturn.of(data) << format.singleturn.bits;
-    }
-  }
-  channel.life_counter = static_cast<std::uint32_t>(format.life_counter.of(data));
-  channel.nE = format.error.low_active(data);
-  channel.nW = format.warning.low_active(data);
+  frame_detail::unpack_into(format, data, channel);
   return channel;
 }
 
@@ -73,10 +77,14 @@ class FrameCodec {
       engines_[k] = Crc(format.channel_list[k].crc);
     }
     payload_bits_ = static_cast<std::uint16_t>(format.payload_bits());
+    one_word_ = format.channel_count == 1 && format.channel_list[0].crc.present() &&
+                payload_bits_ + 2U <= BitView::sure_bits;
   }
 
   constexpr const FrameFormat& format() const { return format_; }
   constexpr unsigned payload_bits() const { return payload_bits_; }
+  /// One channel with a CRC, which BitView::window() holds from CDS to STOP: most formats.
+  constexpr bool one_word() const { return one_word_; }
   /// CRC of channel k's data word, as transmitted. \pre the channel has a CRC
   constexpr std::uint16_t crc(std::size_t k, std::uint64_t data) const {
     return engines_[k](data, format_.channel_list[k].data_bits);
@@ -85,6 +93,7 @@ class FrameCodec {
  private:
   FrameFormat format_;
   std::uint16_t payload_bits_ = 0;
+  bool one_word_ = false;
   std::array<Crc, Channels> engines_{};
 };
 

@@ -21,7 +21,8 @@ struct FrameStart {
 /// Finds ACK and START.
 /// \param bits SLO once a MA clock from the first on: ones (LAT, line delay), zeros (ACK), START, …
 /// \return the place of START, or no_response, not_ready, response_range, no_start, ack_range
-constexpr Result<FrameStart, FrameFault> find_start(BitView bits, const FrameBounds& bounds) {
+constexpr Result<FrameStart, FrameFault> find_start(const BitView& bits,
+                                                    const FrameBounds& bounds) {
   const std::size_t ack = bits.find(false, 0);
   if (ack == bits.size_bits()) return failure(FrameFault{FrameError::no_response});
   if (ack == 0) return failure(FrameFault{FrameError::not_ready});
@@ -40,7 +41,7 @@ constexpr Result<FrameStart, FrameFault> find_start(BitView bits, const FrameBou
 /// Reads CDS, the channels and STOP behind a START that was found.
 /// \return the frame, or truncated, cds, crc, stop_bit. Bits that end before STOP are no fault.
 template <class Codec>
-constexpr Result<Frame, FrameFault> decode_payload(BitView bits, const FrameStart& start,
+constexpr Result<Frame, FrameFault> decode_payload(const BitView& bits, const FrameStart& start,
                                                    const Codec& codec) {
   const FrameFormat& format = codec.format();
   std::size_t at = start.start_bit + 2;
@@ -71,15 +72,75 @@ constexpr Result<Frame, FrameFault> decode_payload(BitView bits, const FrameStar
   return frame;
 }
 
+namespace frame_detail {
+
+// Copied and not built channel by channel.
+inline constexpr Frame empty_frame{};
+
+// Step by step, with every cause.
+template <class Codec>
+constexpr Result<Frame, FrameFault> decode_plain(const BitView& bits, const Codec& codec,
+                                                 const FrameBounds& bounds) {
+  const auto start = find_start(bits, bounds);
+  if (!start.ok()) return failure(start.error());
+  return decode_payload(bits, *start, codec);
+}
+
+// The same apart from where it is called, so that it takes no registers from decode_quick().
+template <class Codec>
+[[gnu::noinline]] constexpr void decode_apart(const BitView& bits, const Codec& codec,
+                                              const FrameBounds& bounds,
+                                              Result<Frame, FrameFault>& result) {
+  result = decode_plain(bits, codec, bounds);
+}
+
+// Reads a good frame of one channel that is short and complete: nearly all of them. False leaves
+// `frame` as it was, and decode_plain() decides.
+template <class Codec>
+constexpr bool decode_quick(const BitView& bits, const Codec& codec, const FrameBounds& bounds,
+                            Frame& frame) {
+  const auto runs = bits.ones_zeros_one();
+  if (!runs || !codec.one_word()) return false;
+  const auto ones = static_cast<std::size_t>(runs->ones);
+  const auto zeros = static_cast<std::size_t>(runs->zeros);
+  if (ones == 0 || ones < bounds.lead_min_clocks || ones > bounds.lead_max_clocks) return false;
+  if (zeros < bounds.ack_min_clocks || zeros > bounds.ack_max_clocks) return false;
+  const unsigned payload_bits = codec.payload_bits();
+  const std::size_t cds_at = ones + zeros + 1U;
+  if (cds_at + payload_bits + 2U > bits.size_bits()) return false;
+  const FrameFormat& format = codec.format();
+  const ChannelFormat& channel = format.channel_list[0];
+  const std::uint64_t line = bits.window(cds_at);
+  const bool cds = (line >> 63U) != 0;
+  const bool stop = ((line << 1U << payload_bits) >> 63U) != 0;
+  const std::uint64_t checked = line << 1U >> (64U - payload_bits);
+  const std::uint64_t data = line << 1U >> (64U - channel.data_bits);
+  if (((data << channel.crc.width_bits) | codec.crc(0, data)) != checked) return false;
+  if (stop || (cds && format.cds0)) return false;
+  frame.channel_count = 1;
+  frame.cds = cds;
+  frame.stop_seen = true;
+  frame.lead_clocks = static_cast<std::uint16_t>(ones);
+  frame.ack_clocks = static_cast<std::uint16_t>(zeros);
+  unpack_into(channel, data, frame.channel_list[0]);
+  return true;
+}
+
+}  // namespace frame_detail
+
 /// Finds and reads a frame.
 /// \param bits as for find_start(); they may go on behind STOP
 /// \return the frame, or the first cause on the line why there is none (any FrameError)
 template <class Codec>
-constexpr Result<Frame, FrameFault> decode_frame(BitView bits, const Codec& codec,
+constexpr Result<Frame, FrameFault> decode_frame(const BitView& bits, const Codec& codec,
                                                  const FrameBounds& bounds = {}) {
-  const auto start = find_start(bits, bounds);
-  if (!start.ok()) return failure(start.error());
-  return decode_payload(bits, *start, codec);
+  if constexpr (sizeof(std::size_t) < 8) return frame_detail::decode_plain(bits, codec, bounds);
+  // The one object that is returned, so that it is built where the caller wants it.
+  Result<Frame, FrameFault> result = frame_detail::empty_frame;
+  if (!frame_detail::decode_quick(bits, codec, bounds, result.value())) {
+    frame_detail::decode_apart(bits, codec, bounds, result);
+  }
+  return result;
 }
 
 }  // namespace biss

@@ -1,3 +1,4 @@
 # The tests of the core: one list for the host and for the microcontrollers.
-set(BISS_CORE_TESTS base_test.cpp catalogue_test.cpp channel_test.cpp crc_test.cpp format_test.cpp
-                    frame_test.cpp slip_test.cpp spi_test.cpp timing_test.cpp turns_test.cpp)
+set(BISS_CORE_TESTS base_test.cpp catalogue_test.cpp channel_test.cpp crc_test.cpp fixed_test.cpp
+                    format_test.cpp frame_test.cpp quick_test.cpp slip_test.cpp spi_test.cpp
+                    timing_test.cpp turns_test.cpp)
