@@ -91,6 +91,7 @@ TEST(Statistics, GlitchesAndCutCycles_SayNothingOfTheRate) {
   statistics.add(cycle_at(200, CycleStatus::ok));
   statistics.add(cycle_at(300, CycleStatus::cut_end));
   EXPECT_EQ(statistics.cycles(), 5U);
+  EXPECT_EQ(statistics.failed(), 1U);
   EXPECT_EQ(statistics.interval().count(), 1U);
   EXPECT_EQ(statistics.interval().max(), microseconds(100).count);
 }

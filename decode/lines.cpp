@@ -123,7 +123,10 @@ Result<FoundLines, LineProblem> find_lines(const std::vector<std::string>& names
   if (!slo_line) slo_line = usual(names, slo_names);
   if (!ma_line || !slo_line) return by_behaviour(names, beginning, ma_line, slo_line, reader);
   if (*ma_line == *slo_line) return failure(LineProblem::same_line);
-  return FoundLines{{*ma_line, *slo_line}, told ? LineChoice::told : LineChoice::by_name};
+  const Lines lines{*ma_line, *slo_line};
+  return FoundLines{
+      lines, told ? LineChoice::told : LineChoice::by_name,
+      score(lines, beginning, reader) == 0 && score({lines.slo, lines.ma}, beginning, reader) != 0};
 }
 
 }  // namespace biss::decode

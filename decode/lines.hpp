@@ -27,6 +27,8 @@ enum class LineChoice : std::uint8_t { told, by_name, by_behaviour };
 struct FoundLines {
   Lines lines;
   LineChoice how = LineChoice::told;
+  /// As they are, no cycle reads; the other way round some do.
+  bool look_swapped = false;
 };
 
 /// Finds the two lines.

@@ -67,6 +67,14 @@ TEST(Lines, NoNames_AreFoundByBehaviourEitherWayRound) {
   }
 }
 
+TEST(Lines, NamesTheWrongWayRound_AreKeptAndSaidToLookSwapped) {
+  const auto reader = reader_with_format();
+  const auto swapped = find_lines(Names{"MA", "SLO"}, edges_on(1, 0), "", "", reader);
+  expect_lines(swapped, {0, 1}, LineChoice::by_name);
+  EXPECT_TRUE(swapped->look_swapped);
+  EXPECT_FALSE(find_lines(Names{"MA", "SLO"}, edges_on(0, 1), "", "", reader)->look_swapped);
+}
+
 TEST(Lines, OneNameGiven_TheOtherIsFoundByBehaviour) {
   const Names names{"D0", "D1", "D2"};
   const auto reader = reader_with_format();

@@ -19,6 +19,11 @@ class Statistics {
   std::uint64_t count(CycleStatus status) const {
     return by_status_[static_cast<std::size_t>(status)];
   }
+  /// Rows that are neither ok nor cut by the capture's ends.
+  std::uint64_t failed() const {
+    return cycles_ - count(CycleStatus::ok) - count(CycleStatus::cut_start) -
+           count(CycleStatus::cut_end);
+  }
   /// Good frames in which a channel reported an error or a warning.
   std::uint64_t errors() const { return errors_; }
   std::uint64_t warnings() const { return warnings_; }

@@ -53,7 +53,7 @@ class FailOn {
   }
 
   bool met_by(const decode::Statistics& statistics) const {
-    if (any_ && statistics.count(decode::CycleStatus::ok) != statistics.cycles()) return true;
+    if (any_ && statistics.failed() != 0) return true;
     if ((error_ || any_) && statistics.errors() != 0) return true;
     if (warning_ && statistics.warnings() != 0) return true;
     return std::any_of(statuses_.begin(), statuses_.end(),
@@ -173,7 +173,7 @@ class DecodeRun {
   }
 
   ExitStatus conclude(const decode::FoundLines& found) const {
-    if (statistics_.cycles() == 0) {
+    if (statistics_.cycles() == statistics_.count(decode::CycleStatus::ma_glitch)) {
       return fail(
           ExitStatus::data_failed,
           fmt::format("{}: no request cycle found on MA ({}); is it the right line, and did "
@@ -185,8 +185,7 @@ class DecodeRun {
   }
 
   std::string summary(const decode::FoundLines& found) const {
-    return decode_summary(statistics_, input_.name(), input_.lines()[found.lines.ma],
-                          input_.lines()[found.lines.slo], found.how);
+    return decode_summary(statistics_, input_.name(), input_.lines(), found);
   }
 
   const DecodeOptions& options_;
@@ -219,7 +218,8 @@ void add_decode(Command& command) {
   add_duration_option(verb, "--until", into(options->until),
                       "Only cycles that begin then or earlier");
   verb.add_option("--fail-on", options->fail_on,
-                  "Exit with 1 when such a row occurs: any, nE, nW, or causes such as crc")
+                  "Exit with 1 when such a row occurs: nE, nW, causes such as crc, or any: nE and "
+                  "every cause but cut_start and cut_end")
       ->delimiter(',')
       ->type_name("CAUSE,...");
   add_output_option(verb, options->output);

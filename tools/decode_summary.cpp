@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <iterator>
+#include <optional>
 
 #include "report/summary.hpp"
 #include "tools/quantity.hpp"
@@ -10,6 +11,8 @@
 namespace biss::tools {
 
 namespace {
+
+using decode::CycleStatus;
 
 constexpr unsigned places = 3;
 
@@ -70,14 +73,62 @@ std::string status_counts(const decode::Statistics& statistics) {
   return text;
 }
 
+// The first thing to try; docs/status.md has them all.
+std::string_view what_to_try(CycleStatus cause) {
+  switch (cause) {
+    case CycleStatus::no_response:
+      return "is the encoder supplied and connected, does MA reach it, is SLO the right line?";
+    case CycleStatus::not_ready:
+      return "leave the encoder its timeout between requests; is SLO stuck low or inverted?";
+    case CycleStatus::response_range:
+      return "are MA and SLO swapped or SLO inverted? is it BiSS C at all?";
+    case CycleStatus::no_start:
+      return "clock on until START comes: the encoder is still working on its answer";
+    case CycleStatus::ack_range:
+      return "does -f name this encoder? else give its bounds by --ack-max or --ack-clocks";
+    case CycleStatus::truncated:
+      return "a format with fewer bits, or more clocks from the master";
+    case CycleStatus::cds:
+      return "leave ;cds0 out of the format if the master uses registers";
+    case CycleStatus::crc:
+      return "all cycles: another format, see raw; some: cable, shield, supply, slower clock";
+    case CycleStatus::stop_bit:
+      return "a format with more bits";
+    case CycleStatus::ma_glitch:
+      return "look at MA's signal, the probe's ground and threshold; sample faster";
+    case CycleStatus::ma_clock:
+      return "sample at four times the clock or more; does the master pause inside a frame?";
+    case CycleStatus::unknown_level:
+      return "x or z on a line: reset, or two drivers";
+    case CycleStatus::ok:
+    case CycleStatus::cut_start:
+    case CycleStatus::cut_end:
+      break;
+  }
+  return "";
+}
+
+// The most frequent cause that something can be done about.
+std::optional<CycleStatus> foremost_cause(const decode::Statistics& statistics) {
+  std::optional<CycleStatus> foremost;
+  for (std::size_t i = 0; i < decode::cycle_status_count; ++i) {
+    const auto status = static_cast<CycleStatus>(i);
+    if (what_to_try(status).empty() || statistics.count(status) == 0) continue;
+    if (!foremost || statistics.count(status) > statistics.count(*foremost)) foremost = status;
+  }
+  return foremost;
+}
+
 }  // namespace
 
 std::string decode_summary(const decode::Statistics& statistics, const std::string& capture,
-                           const std::string& ma, const std::string& slo, decode::LineChoice how) {
+                           const std::vector<std::string>& lines, const decode::FoundLines& found) {
   report::Summary summary;
   summary.title(fmt::format("{}: {} request cycle{}", capture, statistics.cycles(),
                             statistics.cycles() == 1 ? "" : "s"));
-  summary.entry("lines", fmt::format("MA {}, SLO {}", ma, slo), how_text(how));
+  summary.entry("lines",
+                fmt::format("MA {}, SLO {}", lines[found.lines.ma], lines[found.lines.slo]),
+                how_text(found.how));
   summary.entry("status", status_counts(statistics));
   summary.entry("flags", fmt::format("{} with nE = 0, {} with nW = 0", statistics.errors(),
                                      statistics.warnings()));
@@ -86,6 +137,11 @@ std::string decode_summary(const decode::Statistics& statistics, const std::stri
   add_rate(summary, "rate", statistics.interval());
   add_spread(summary, "line delay", statistics.line_delay(), time_text);
   add_spread(summary, "ACK", statistics.ack(), time_text);
+  if (found.look_swapped) {
+    summary.entry("try", "MA and SLO look swapped: exchange --ma and --slo, or the probes");
+  } else if (const auto cause = foremost_cause(statistics)) {
+    summary.entry("try", what_to_try(*cause), name_of(*cause));
+  }
   return summary.text();
 }
 

@@ -2,14 +2,16 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "decode/lines.hpp"
 #include "decode/statistics.hpp"
 
 namespace biss::tools {
 
-/// \param ma,slo the lines that were read
+/// \param capture what the user called it
+/// \param lines the names of the capture's lines
 std::string decode_summary(const decode::Statistics& statistics, const std::string& capture,
-                           const std::string& ma, const std::string& slo, decode::LineChoice how);
+                           const std::vector<std::string>& lines, const decode::FoundLines& found);
 
 }  // namespace biss::tools

@@ -69,19 +69,24 @@ TEST_P(Captures, EveryRow_IsAsTheTruthHasIt) {
 }
 
 TEST_P(Captures, TheLinesAtTheSlave_GiveTheSamePositions) {
+  if (GetParam() == ".csv") return;  // has the two lines at the master only
   const std::string file = path("cores_26bit_10MHz_delay200ns.vcd");
-  const auto at_master = rows_of(run({"decode", file, "-f", "resolute-26", "--to", "csv"}).out);
-  const Outcome outcome = run({"decode", file, "-f", "resolute-26", "--to", "csv", "--ma",
+  const auto at_master =
+      rows_of(run({"decode", file, "-f", "pos26,nE,nW,crc6", "--to", "csv"}).out);
+  const Outcome outcome = run({"decode", file, "-f", "pos26,nE,nW,crc6", "--to", "csv", "--ma",
                                "MA_at_slave", "--slo", "SLO_at_slave"});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   auto at_slave = rows_of(outcome.out);
   ASSERT_EQ(at_slave.size(), at_master.size());
+  std::size_t good = 0;
   for (std::size_t i = 0; i < at_slave.size(); ++i) {
     // The bits were flipped between the two.
     if (at_master[i].at("status") != "ok") continue;
+    ++good;
     EXPECT_EQ(at_slave[i]["position"], at_master[i].at("position"));
     EXPECT_LT(std::stod(at_slave[i]["line_delay_ns"]), 100.0);
   }
+  EXPECT_EQ(good, 30U);
 }
 
 INSTANTIATE_TEST_SUITE_P(Of, Captures, testing::Values(".vcd", ".csv"),
