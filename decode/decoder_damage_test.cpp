@@ -1,8 +1,7 @@
 // Damaged lines: each cause apart, never a wrong position, and the way found again.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <new>
+#include <algorithm>
 #include <string>
 
 #include "decode/test_line.hpp"
@@ -307,130 +306,66 @@ TEST(DecoderDamage, SloStuckFromAnyPoint_IsNeverAWrongPosition) {
   }
 }
 
-// Captures of every window of three cycles: what lies whole inside is right, what is cut is named.
+using Edges = std::vector<wire::Edge>;
+
+std::size_t count_before(const std::vector<Picoseconds>& begins, Picoseconds time) {
+  return static_cast<std::size_t>(std::count_if(begins.begin(), begins.end(),
+                                                [&](Picoseconds begin) { return begin <= time; }));
+}
+
+// The capture ends with edge `cut`: all cycles but the last that began are whole.
+void expect_whole_before(const Edges& all, std::size_t cut,
+                         const std::vector<Picoseconds>& begins) {
+  const Picoseconds at = all[cut].time;
+  const auto cycles = decode({all.begin(), all.begin() + static_cast<std::ptrdiff_t>(cut) + 1}, at);
+  expect_no_wrong_position(cycles);
+  const std::size_t begun = count_before(begins, at);
+  ASSERT_LE(cycles.size(), begun);
+  ASSERT_GE(cycles.size() + 1, begun);
+  for (std::size_t k = 0; k < cycles.size(); ++k) {
+    const CycleStatus status = cycles[k].status;
+    const bool may_be_cut = k + 1 == begun;
+    EXPECT_TRUE(status == CycleStatus::ok || (may_be_cut && status == CycleStatus::cut_end))
+        << k << ": " << name_of(status);
+  }
+}
+
+// The capture begins at edge `cut` with both lines' levels: every cycle that begins later is whole.
+void expect_whole_behind(const Edges& all, std::size_t cut, const std::vector<Picoseconds>& begins,
+                         Picoseconds idle) {
+  const Picoseconds at = all[cut].time;
+  Edges rest{{at, 0, wire::Level::high}, {at, 1, wire::Level::high}};
+  for (std::size_t i = 0; i <= cut; ++i) rest[all[i].line].level = all[i].level;
+  rest.insert(rest.end(), all.begin() + static_cast<std::ptrdiff_t>(cut) + 1, all.end());
+  const auto cycles = decode(rest, all.back().time + milliseconds(1));
+  expect_no_wrong_position(cycles);
+  const std::size_t untouched = begins.size() - count_before(begins, at + idle);
+  ASSERT_GE(cycles.size(), untouched);
+  ASSERT_LE(cycles.size(), untouched + 1);
+  for (std::size_t k = 0; k < cycles.size(); ++k) {
+    const CycleStatus status = cycles[k].status;
+    const bool may_be_cut = k + untouched < cycles.size();
+    EXPECT_TRUE(status == CycleStatus::ok || (may_be_cut && status == CycleStatus::cut_start))
+        << k << ": " << name_of(status);
+  }
+}
+
 TEST(DecoderDamage, CaptureCutAtEveryEdge_NamesTheCutCycleAndReadsTheOthers) {
   for (const Shape& shape :
        {Shape{}, Shape{.timeout = nanoseconds(1'500), .gap = nanoseconds(100)},
         Shape{.period = nanoseconds(100), .line_delay = nanoseconds(450), .extra_clocks = 2},
         Shape{.extra_clocks = 1, .ending = Ending::low_until_timeout},
         Shape{.ending = Ending::low_until_next}}) {
-    const auto all = three(shape).edges();
-    const Picoseconds end = all.back().time + milliseconds(1);
+    const Edges all = three(shape).edges();
     std::vector<Picoseconds> begins;
-    for (const Cycle& cycle : decode(all, end)) begins.push_back(cycle.time);
+    for (const Cycle& cycle : decode(all, all.back().time)) begins.push_back(cycle.time);
     ASSERT_EQ(begins.size(), 3U);
     for (std::size_t cut = 2; cut < all.size(); ++cut) {
       SCOPED_TRACE(cut);
-      const Picoseconds at = all[cut].time;
-      // The beginning up to here.
-      const std::vector<wire::Edge> head(all.begin(),
-                                         all.begin() + static_cast<std::ptrdiff_t>(cut) + 1);
-      const auto first = decode(head, at);
-      expect_no_wrong_position(first);
-      const auto whole = static_cast<std::size_t>(std::count_if(
-          begins.begin() + 1, begins.end(), [&](Picoseconds begin) { return begin <= at; }));
-      ASSERT_GE(first.size(), whole);
-      for (std::size_t k = 0; k < whole; ++k) EXPECT_EQ(name_of(first[k].status), "ok");
-      for (std::size_t k = whole; k < first.size(); ++k) {
-        const bool named =
-            first[k].status == CycleStatus::cut_end || first[k].status == CycleStatus::ok;
-        EXPECT_TRUE(named) << name_of(first[k].status);
-      }
-      // The end from here on: both lines' levels, then the edges.
-      std::vector<wire::Edge> tail;
-      for (const wire::LineIndex line : {0U, 1U}) {
-        wire::Level level = wire::Level::unknown;
-        for (std::size_t i = 0; i <= cut; ++i) {
-          if (all[i].line == line) level = all[i].level;
-        }
-        tail.push_back({at, line, level});
-      }
-      tail.insert(tail.end(), all.begin() + static_cast<std::ptrdiff_t>(cut) + 1, all.end());
-      const auto last = decode(tail, end);
-      expect_no_wrong_position(last);
-      const auto untouched = static_cast<std::size_t>(
-          std::count_if(begins.begin(), begins.end(),
-                        [&](Picoseconds begin) { return begin > at + 2 * shape.period; }));
-      ASSERT_GE(last.size(), untouched);
-      for (std::size_t k = 0; k < untouched; ++k) {
-        EXPECT_EQ(name_of(last[last.size() - 1 - k].status), "ok");
-      }
-      for (std::size_t k = 0; k + untouched < last.size(); ++k) {
-        EXPECT_TRUE(last[k].status == CycleStatus::cut_start || last[k].status == CycleStatus::ok)
-            << name_of(last[k].status);
-      }
+      expect_whole_before(all, cut, begins);
+      expect_whole_behind(all, cut, begins, 2 * shape.period);
     }
   }
-}
-
-TEST(DecoderDamage, FreeRunningClock_IsOneRowInBoundedMemory) {
-  std::vector<Cycle> cycles;
-  Decoder decoder(CycleReader(parse_format(usual_format).value(), {}),
-                  [&](const Cycle& cycle) { cycles.push_back(cycle); });
-  decoder.push_ma(high_at({}));
-  decoder.push_slo(high_at({}));
-  Picoseconds now = microseconds(20);
-  for (int i = 0; i < 1'000'000; ++i) {
-    decoder.push_ma(i % 2 == 0 ? low_at(now) : high_at(now));
-    // SLO moves too, more often than any history holds.
-    decoder.push_slo(i % 2 == 0 ? high_at(now) : low_at(now));
-    now += nanoseconds(500);
-  }
-  // And a request behind it.
-  Line line;
-  line.now = now + milliseconds(1);
-  decoder.push_slo(high_at(now));
-  line.request({}, 99);
-  auto edges = line.edges();
-  edges.erase(edges.begin(), edges.begin() + 2);
-  decoder.push(edges, {0, 1});
-  decoder.finish(line.last_time() + milliseconds(1));
-  ASSERT_EQ(cycles.size(), 2U);
-  EXPECT_NE(name_of(cycles[0].status), "ok");
-  ASSERT_EQ(name_of(cycles[1].status), "ok");
-  EXPECT_EQ(cycles[1].frame->channel_list[0].position, 99U);
-}
-
-TEST(DecoderDamage, SloMovesWhileMaRests_NextRequestIsRight) {
-  Line line;
-  Picoseconds now = nanoseconds(100);
-  for (int i = 0; i < 200'000; ++i) {
-    line.slo.push_back(i % 2 == 0 ? low_at(now) : high_at(now));
-    now += nanoseconds(10);
-  }
-  line.now = now + microseconds(10);
-  line.request({}, 5);
-  const auto cycles = decode(line);
-  ASSERT_EQ(cycles.size(), 1U);
-  EXPECT_EQ(name_of(cycles[0].status), "ok");
-}
-
-TEST(DecoderDamage, RandomEdges_GiveRowsInOrderAndEndIsFound) {
-  constexpr std::uint64_t seed = 20'240'521;
-  SCOPED_TRACE(seed);
-  std::mt19937_64 random(seed);
-  std::size_t rows = 0;
-  Picoseconds last{INT64_MIN};
-  Decoder decoder(CycleReader(parse_format(usual_format).value(), {}), [&](const Cycle& cycle) {
-    ++rows;
-    EXPECT_GE(cycle.time, last);
-    last = cycle.time;
-  });
-  Picoseconds now{};
-  for (int i = 0; i < 1'000'000; ++i) {
-    // Quiet and busy stretches of many scales.
-    now += picoseconds(static_cast<std::int64_t>(random() >> (40U + random() % 24U)));
-    const auto level = random() % 64 == 0  ? wire::Level::unknown
-                       : random() % 2 == 0 ? wire::Level::low
-                                           : wire::Level::high;
-    if (random() % 2 == 0) {
-      decoder.push_ma({now, level});
-    } else {
-      decoder.push_slo({now, level});
-    }
-  }
-  decoder.finish(now);
-  EXPECT_GT(rows, 1000U);
 }
 
 }  // namespace
