@@ -44,7 +44,15 @@ void Decoder::push_ma(LevelChange change) {
     if (passing_over_) return;
   }
   ma_.push_back(change);
-  drain(false);
+  // Nearly every edge is just the next one of the cycle under way.
+  const bool next_clock = scanned_ + 1 == ma_.size() && scanned_ != 0 &&
+                          scanned_ < max_cycle_edges &&
+                          !is_long_still(elapsed(ma_[scanned_ - 1].time, change.time));
+  if (next_clock) {
+    ++scanned_;
+  } else {
+    drain(false);
+  }
 }
 
 void Decoder::push_slo(LevelChange change) {
@@ -104,7 +112,6 @@ Picoseconds Decoder::period_ahead() const {
     const Picoseconds period = elapsed(ma_[i - 2].time, ma_[i].time);
     if (period <= longest_period) periods[count++] = period;
   }
-  if (count < 4 && usual_period_.count != 0) return usual_period_;
   if (count == 0) return period_when_unknown;
   const auto middle = periods.begin() + static_cast<std::ptrdiff_t>(count / 2);
   std::nth_element(periods.begin(), middle, periods.begin() + static_cast<std::ptrdiff_t>(count));
@@ -173,7 +180,6 @@ std::int64_t Decoder::clocks_between(std::size_t first, std::size_t end, Picosec
 void Decoder::emit(const CycleReading& reading) {
   const Cycle& cycle = reading.cycle;
   if (cycle.period && is_usual(cycle.status)) {
-    usual_period_ = *cycle.period;
     usual_clocks_ = clocks_between(0, scanned_, *cycle.period);
   }
   const Picoseconds last = ma_[scanned_ - 1].time;

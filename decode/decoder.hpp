@@ -75,8 +75,7 @@ class Decoder {
   // Index of the first edge behind the last doubtful stillness, 0 when there was none.
   std::size_t doubt_ = 0;
   Picoseconds period_{};
-  // Of the cycle before: 0 when there was none that tells.
-  Picoseconds usual_period_{};
+  // Length of the cycle before, 0 when there was none that tells.
   std::int64_t usual_clocks_ = 0;
   Picoseconds begin_time_{};
   Picoseconds end_time_{};
