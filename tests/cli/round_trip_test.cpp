@@ -9,6 +9,8 @@
 namespace biss::cli {
 namespace {
 
+constexpr const char* usual_format = "pos26,nE,nW,crc6";
+
 struct Case {
   std::string format;
   std::string clock;
@@ -106,7 +108,7 @@ INSTANTIATE_TEST_SUITE_P(As, RoundTrip, testing::Values(".vcd", ".csv"),
 // One capture of a few cycles, as text.
 std::string csv_capture(const Folder& folder) {
   const std::string path = folder.path("line.csv");
-  EXPECT_EQ(run({"simulate", "-f", "pos26,nE,nW,crc6", "--cycles", "20", "-o", path}).status, 0);
+  EXPECT_EQ(run({"simulate", "-f", usual_format, "--cycles", "20", "-o", path}).status, 0);
   return path;
 }
 
@@ -122,19 +124,19 @@ TEST(DecodeVerb, EachLineInAFileOfItsOwn_GivesTheSameRows) {
   const std::string ma_file = folder.file("ma.csv", ma);
   const std::string slo_file = folder.file("slo.csv", slo);
   const auto told = run({"decode", ma_file, slo_file, "--ma", ma_file + ":D0", "--slo",
-                         slo_file + ":D0", "-f", "pos26,nE,nW,crc6", "--to", "csv"});
+                         slo_file + ":D0", "-f", usual_format, "--to", "csv"});
   EXPECT_EQ(told.status, 0) << told.err;
-  EXPECT_EQ(told.out, run({"decode", whole, "-f", "pos26,nE,nW,crc6", "--to", "csv"}).out);
-  const auto found = run({"decode", slo_file, ma_file, "-f", "pos26,nE,nW,crc6", "--to", "csv"});
+  EXPECT_EQ(told.out, run({"decode", whole, "-f", usual_format, "--to", "csv"}).out);
+  const auto found = run({"decode", slo_file, ma_file, "-f", usual_format, "--to", "csv"});
   EXPECT_EQ(found.out, told.out) << found.err;
 }
 
 TEST(DecodeVerb, StandardInput_IsReadLikeAFile) {
   const Folder folder;
   const std::string capture = csv_capture(folder);
-  const auto piped = run({"decode", "-", "-f", "pos26,nE,nW,crc6", "--to", "csv"}, capture);
+  const auto piped = run({"decode", "-", "-f", usual_format, "--to", "csv"}, capture);
   EXPECT_EQ(piped.status, 0) << piped.err;
-  EXPECT_EQ(piped.out, run({"decode", capture, "-f", "pos26,nE,nW,crc6", "--to", "csv"}).out);
+  EXPECT_EQ(piped.out, run({"decode", capture, "-f", usual_format, "--to", "csv"}).out);
 }
 
 TEST(DecodeVerb, WithoutFormat_GivesTheElevenColumnsWithStatusAndRaw) {
@@ -150,6 +152,22 @@ TEST(DecodeVerb, WithoutFormat_GivesTheElevenColumnsWithStatusAndRaw) {
     EXPECT_EQ(row.at("position") + row.at("crc_ok"), "");
     EXPECT_FALSE(row.at("raw").empty());
   }
+}
+
+std::string header_for(const Folder& folder, const std::string& format) {
+  const std::string path = folder.path("line.vcd");
+  EXPECT_EQ(run({"simulate", "-f", format, "--cycles", "1", "-o", path}).status, 0);
+  const std::string out = run({"decode", path, "-f", format, "--to", "csv"}).out;
+  return out.substr(0, out.find('\n'));
+}
+
+TEST(DecodeVerb, ColumnsOfAFormat_StandBehindTheElevenInOrder) {
+  const Folder folder;
+  const std::string eleven =
+      "cycle,time_ns,status,position,nE,nW,crc_ok,line_delay_ns,ack_ns,clock_hz,raw";
+  EXPECT_EQ(header_for(folder, usual_format), eleven);
+  EXPECT_EQ(header_for(folder, "fs-36-28"), eleven + ",position2,nE2,nW2,crc2_ok,lc2");
+  EXPECT_EQ(header_for(folder, "mt12,st20,nE,nW,lc6,crc16"), eleven + ",lc,mt,st");
 }
 
 TEST(DecodeVerb, SinceAndUntil_KeepTheNumbersOfTheCapture) {
