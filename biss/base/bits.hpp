@@ -82,8 +82,8 @@ class BitView {
 
   /// A run of ones at the front, the run of zeros behind it, and a 1.
   struct OnesZerosOne {
-    std::uint64_t ones = 0;
-    std::uint64_t zeros = 0;
+    std::size_t ones = 0;
+    std::size_t zeros = 0;
   };
 
   /// Measures both runs at once when they end within 24 bytes; nothing when they do not, when there
@@ -108,7 +108,8 @@ class BitView {
     const std::uint64_t one_at = rise_at ^ ((rise_at ^ after_at) & ones_if(rises == 0));
     if ((~first & in_view) == 0 || (rises | after) == 0) return std::nullopt;
     if (one_at - skip >= size_bits_) return std::nullopt;
-    return OnesZerosOne{zeros_at - skip, one_at - zeros_at};
+    return OnesZerosOne{static_cast<std::size_t>(zeros_at - skip),
+                        static_cast<std::size_t>(one_at - zeros_at)};
   }
 
   /// The view from `index` on; empty when `index` is past the end.

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "biss/base/bits.hpp"
 #include "biss/base/result.hpp"
@@ -18,11 +19,22 @@ struct FrameStart {
   std::uint16_t ack_clocks = 0;
 };
 
-/// Finds ACK and START.
-/// \param bits SLO once a MA clock from the first on: ones (LAT, line delay), zeros (ACK), START, …
-/// \return the place of START, or no_response, not_ready, response_range, no_start, ack_range
-constexpr Result<FrameStart, FrameFault> find_start(const BitView& bits,
-                                                    const FrameBounds& bounds) {
+namespace frame_detail {
+
+// Where 64-bit words are cheap and a wrong guess at a branch is not.
+inline constexpr bool selects = sizeof(std::size_t) >= 8;
+
+// Copied and not built channel by channel.
+inline constexpr Frame empty_frame{};
+
+constexpr bool within(const FrameBounds& bounds, std::size_t ones, std::size_t zeros) {
+  return ones != 0 && ones >= bounds.lead_min_clocks && ones <= bounds.lead_max_clocks &&
+         zeros >= bounds.ack_min_clocks && zeros <= bounds.ack_max_clocks;
+}
+
+// As find_start(), by two searches and with every cause.
+constexpr Result<FrameStart, FrameFault> search_start(const BitView& bits,
+                                                      const FrameBounds& bounds) {
   const std::size_t ack = bits.find(false, 0);
   if (ack == bits.size_bits()) return failure(FrameFault{FrameError::no_response});
   if (ack == 0) return failure(FrameFault{FrameError::not_ready});
@@ -38,18 +50,16 @@ constexpr Result<FrameStart, FrameFault> find_start(const BitView& bits,
   return FrameStart{start, static_cast<std::uint16_t>(ack), static_cast<std::uint16_t>(ack_clocks)};
 }
 
-/// Reads CDS, the channels and STOP behind a START that was found.
-/// \return the frame, or truncated, cds, crc, stop_bit. Bits that end before STOP are no fault.
+// As decode_payload(), into a frame that has its defaults.
 template <class Codec>
-constexpr Result<Frame, FrameFault> decode_payload(const BitView& bits, const FrameStart& start,
-                                                   const Codec& codec) {
+constexpr std::optional<FrameFault> read_payload(const BitView& bits, const FrameStart& start,
+                                                 const Codec& codec, Frame& frame) {
   const FrameFormat& format = codec.format();
   std::size_t at = start.start_bit + 2;
   const std::size_t stop = at + codec.payload_bits();
-  if (stop > bits.size_bits()) return failure(FrameFault{FrameError::truncated});
-  Frame frame;
+  if (stop > bits.size_bits()) return FrameFault{FrameError::truncated};
   frame.cds = bits.bit(at - 1);
-  if (frame.cds && format.cds0) return failure(FrameFault{FrameError::cds});
+  if (frame.cds && format.cds0) return FrameFault{FrameError::cds};
   frame.channel_count = format.channel_count;
   frame.lead_clocks = start.lead_clocks;
   frame.ack_clocks = start.ack_clocks;
@@ -59,54 +69,75 @@ constexpr Result<Frame, FrameFault> decode_payload(const BitView& bits, const Fr
     at += channel.data_bits;
     if (channel.crc.present()) {
       if (bits.word(at, channel.crc.width_bits) != codec.crc(k, data)) {
-        return failure(FrameFault{FrameError::crc, static_cast<std::uint8_t>(k)});
+        return FrameFault{FrameError::crc, static_cast<std::uint8_t>(k)};
       }
       at += channel.crc.width_bits;
     }
-    frame.channel_list[k] = unpack(channel, data);
+    unpack_into(channel, data, frame.channel_list[k]);
   }
   if (stop < bits.size_bits()) {
-    if (bits.bit(stop)) return failure(FrameFault{FrameError::stop_bit});
+    if (bits.bit(stop)) return FrameFault{FrameError::stop_bit};
     frame.stop_seen = true;
   }
-  return frame;
+  return std::nullopt;
+}
+
+}  // namespace frame_detail
+
+/// Finds ACK and START.
+/// \param bits SLO once a MA clock from the first on: ones (LAT, line delay), zeros (ACK), START, …
+/// \return the place of START, or no_response, not_ready, response_range, no_start, ack_range
+constexpr Result<FrameStart, FrameFault> find_start(const BitView& bits,
+                                                    const FrameBounds& bounds) {
+  if constexpr (frame_detail::selects) {
+    const auto runs = bits.ones_zeros_one();
+    if (runs && frame_detail::within(bounds, runs->ones, runs->zeros)) {
+      return FrameStart{runs->ones + runs->zeros, static_cast<std::uint16_t>(runs->ones),
+                        static_cast<std::uint16_t>(runs->zeros)};
+    }
+  }
+  return frame_detail::search_start(bits, bounds);
+}
+
+/// Reads CDS, the channels and STOP behind a START that was found.
+/// \return the frame, or truncated, cds, crc, stop_bit. Bits that end before STOP are no fault.
+template <class Codec>
+constexpr Result<Frame, FrameFault> decode_payload(const BitView& bits, const FrameStart& start,
+                                                   const Codec& codec) {
+  // The one object that is returned, so that it is built where the caller wants it.
+  Result<Frame, FrameFault> result = frame_detail::empty_frame;
+  const auto fault = frame_detail::read_payload(bits, start, codec, result.value());
+  if (fault) result = failure(*fault);
+  return result;
 }
 
 namespace frame_detail {
 
-// Copied and not built channel by channel.
-inline constexpr Frame empty_frame{};
-
-// Step by step, with every cause.
-template <class Codec>
-constexpr Result<Frame, FrameFault> decode_plain(const BitView& bits, const Codec& codec,
-                                                 const FrameBounds& bounds) {
-  const auto start = find_start(bits, bounds);
-  if (!start.ok()) return failure(start.error());
-  return decode_payload(bits, *start, codec);
-}
-
-// The same apart from where it is called, so that it takes no registers from decode_quick().
+// Step by step, into a frame that has its defaults. Apart from where it is called, so that it takes
+// no registers from decode_quick().
 template <class Codec>
 [[gnu::noinline]] constexpr void decode_apart(const BitView& bits, const Codec& codec,
                                               const FrameBounds& bounds,
                                               Result<Frame, FrameFault>& result) {
-  result = decode_plain(bits, codec, bounds);
+  const auto start = find_start(bits, bounds);
+  if (!start.ok()) {
+    result = failure(start.error());
+    return;
+  }
+  const auto fault = read_payload(bits, *start, codec, result.value());
+  if (fault) result = failure(*fault);
 }
 
 // Reads a good frame of one channel that is short and complete: nearly all of them. False leaves
-// `frame` as it was, and decode_plain() decides.
+// `frame` as it was, and decode_apart() decides.
 template <class Codec>
 constexpr bool decode_quick(const BitView& bits, const Codec& codec, const FrameBounds& bounds,
                             Frame& frame) {
+  if (!codec.one_word()) return false;
   const auto runs = bits.ones_zeros_one();
-  if (!runs || !codec.one_word()) return false;
-  const auto ones = static_cast<std::size_t>(runs->ones);
-  const auto zeros = static_cast<std::size_t>(runs->zeros);
-  if (ones == 0 || ones < bounds.lead_min_clocks || ones > bounds.lead_max_clocks) return false;
-  if (zeros < bounds.ack_min_clocks || zeros > bounds.ack_max_clocks) return false;
+  if (!runs || !within(bounds, runs->ones, runs->zeros)) return false;
   const unsigned payload_bits = codec.payload_bits();
-  const std::size_t cds_at = ones + zeros + 1U;
+  const std::size_t cds_at = runs->ones + runs->zeros + 1U;
   if (cds_at + payload_bits + 2U > bits.size_bits()) return false;
   const FrameFormat& format = codec.format();
   const ChannelFormat& channel = format.channel_list[0];
@@ -120,8 +151,8 @@ constexpr bool decode_quick(const BitView& bits, const Codec& codec, const Frame
   frame.channel_count = 1;
   frame.cds = cds;
   frame.stop_seen = true;
-  frame.lead_clocks = static_cast<std::uint16_t>(ones);
-  frame.ack_clocks = static_cast<std::uint16_t>(zeros);
+  frame.lead_clocks = static_cast<std::uint16_t>(runs->ones);
+  frame.ack_clocks = static_cast<std::uint16_t>(runs->zeros);
   unpack_into(channel, data, frame.channel_list[0]);
   return true;
 }
@@ -134,11 +165,17 @@ constexpr bool decode_quick(const BitView& bits, const Codec& codec, const Frame
 template <class Codec>
 constexpr Result<Frame, FrameFault> decode_frame(const BitView& bits, const Codec& codec,
                                                  const FrameBounds& bounds = {}) {
-  if constexpr (sizeof(std::size_t) < 8) return frame_detail::decode_plain(bits, codec, bounds);
   // The one object that is returned, so that it is built where the caller wants it.
   Result<Frame, FrameFault> result = frame_detail::empty_frame;
-  if (!frame_detail::decode_quick(bits, codec, bounds, result.value())) {
-    frame_detail::decode_apart(bits, codec, bounds, result);
+  if constexpr (frame_detail::selects) {
+    if (!frame_detail::decode_quick(bits, codec, bounds, result.value())) {
+      frame_detail::decode_apart(bits, codec, bounds, result);
+    }
+  } else {
+    const auto start = find_start(bits, bounds);
+    auto fault = std::optional<FrameFault>(start.ok() ? FrameFault{} : start.error());
+    if (start.ok()) fault = frame_detail::read_payload(bits, *start, codec, result.value());
+    if (fault) result = failure(*fault);
   }
   return result;
 }

@@ -151,12 +151,12 @@ class SpiReader {
   [[nodiscard]] constexpr Result<Frame, FrameFault> read(std::span<const std::uint8_t> bytes,
                                                          std::size_t clocks) const {
     const BitView bits(bytes, first_bit_, clocks);
-    const auto start = find_start(bits, bounds_);
-    if (!start.ok()) return failure(start.error());
-    if (!is_low(bytes, bits.size_bits(), start->start_bit + 3U + codec_.payload_bits())) {
-      return failure(fault_before_tail(bits, *start));
+    Result<Frame, FrameFault> frame = decode_frame(bits, codec_, bounds_);
+    // A 1 in the tail is the cause unless there is an earlier one on the line.
+    if (frame.ok() && !is_low(bytes, bits.size_bits(), behind_stop(*frame))) {
+      frame = failure(FrameFault{FrameError::stop_bit});
     }
-    return decode_payload(bits, *start, codec_);
+    return frame;
   }
 
   /// The same where every bit of the buffer from first_bit on is a clock.
@@ -174,12 +174,8 @@ class SpiReader {
         std::clamp<std::int64_t>(timing.timeout.time.count / setup.period.count, 0, forever));
   }
 
-  // A 1 in the tail is the cause unless there is an earlier one on the line. Rare, so out of the
-  // way.
-  [[gnu::noinline]] constexpr FrameFault fault_before_tail(const BitView& bits,
-                                                           const FrameStart& start) const {
-    const auto frame = decode_payload(bits, start, codec_);
-    return frame.ok() ? FrameFault{FrameError::stop_bit} : frame.error();
+  constexpr std::size_t behind_stop(const Frame& frame) const {
+    return std::size_t{frame.lead_clocks} + frame.ack_clocks + 3U + codec_.payload_bits();
   }
 
   // No 1 among the samples from `from` on, as far as SLO must be low.

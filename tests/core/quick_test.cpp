@@ -45,10 +45,17 @@ BitView random_view(test::Random& random, const Buffer& buffer, std::size_t firs
   return BitView(buffer.bytes, first, random.flip() ? all : random.below(all) + 1U);
 }
 
+Result<Frame, FrameFault> step_by_step(const BitView& bits, const FrameCodec<CrcFast, 2>& codec,
+                                       const FrameBounds& bounds) {
+  const auto start = frame_detail::search_start(bits, bounds);
+  if (!start.ok()) return failure(start.error());
+  return decode_payload(bits, *start, codec);
+}
+
 void expect_same_frame(const BitView& bits, const FrameCodec<CrcFast, 2>& codec,
                        const FrameBounds& bounds) {
   const auto quick = decode_frame(bits, codec, bounds);
-  const auto plain = frame_detail::decode_plain(bits, codec, bounds);
+  const auto plain = step_by_step(bits, codec, bounds);
   BISS_ASSERT_EQ(quick.ok(), plain.ok());
   if (!quick.ok()) {
     BISS_EXPECT(quick.error() == plain.error());
@@ -60,6 +67,9 @@ void expect_same_frame(const BitView& bits, const FrameCodec<CrcFast, 2>& codec,
   BISS_EXPECT_EQ(quick->stop_seen, plain->stop_seen);
   BISS_EXPECT_EQ(quick->lead_clocks, plain->lead_clocks);
   BISS_EXPECT_EQ(quick->ack_clocks, plain->ack_clocks);
+  const auto start = find_start(bits, bounds);
+  BISS_ASSERT(start.ok());
+  BISS_EXPECT_EQ(start->start_bit, plain->lead_clocks + std::size_t{plain->ack_clocks});
 }
 
 Buffer damaged_line(test::Random& random, const FrameCodec<CrcFast, 2>& codec) {
