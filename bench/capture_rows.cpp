@@ -1,0 +1,66 @@
+// The readers of captures and the decoder behind them.
+#include <string>
+
+#include "bench/line.hpp"
+#include "bench/measure.hpp"
+#include "bench/rows.hpp"
+#include "capture/byte_source.hpp"
+#include "capture/open.hpp"
+#include "decode/decoder.hpp"
+
+namespace biss::bench {
+
+namespace {
+
+constexpr std::size_t cycles = 5'000;
+
+void read(benchmark::State& state, const std::string& text, const char* path) {
+  if (text.empty()) return state.SkipWithError("the capture could not be written");
+  std::size_t edges = 0;
+  for ([[maybe_unused]] auto _ : state) {
+    auto opened = capture::open_capture(capture::memory_bytes(text), path);
+    if (!opened) return state.SkipWithError("the capture could not be opened");
+    for (auto block = opened.source->next_block();; block = opened.source->next_block()) {
+      if (!block.ok()) return state.SkipWithError("the capture could not be read");
+      if ((*block).empty()) break;
+      edges += (*block).size();
+    }
+  }
+  benchmark::DoNotOptimize(edges);
+  state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(text.size()));
+}
+
+void decode_edges(benchmark::State& state) {
+  const Line line = make_line(cycles);
+  std::uint64_t sum = 0;
+  std::int64_t good = 0;
+  for ([[maybe_unused]] auto _ : state) {
+    decode::Decoder decoder(decode::CycleReader(line.format, DeviceTiming{}),
+                            [&](const decode::Cycle& cycle) {
+                              if (!cycle.frame) return;
+                              ++good;
+                              sum += cycle.frame->channel_list[0].position;
+                            });
+    decoder.push(line.edges, {.ma = 0, .slo = 1});
+    decoder.finish(line.end);
+  }
+  benchmark::DoNotOptimize(sum);
+  const auto all = state.iterations() * static_cast<std::int64_t>(line.cycles);
+  if (good != all) return state.SkipWithError("a cycle was lost");
+  state.SetItemsProcessed(all);
+}
+
+}  // namespace
+
+void add_capture_rows(Table& table) {
+  const std::string memory = "memcpy of 64 MiB";
+  table.add({.name = "read a VCD", .unit = Unit::megabytes, .reference = memory, .headline = true},
+            [](benchmark::State& state) { read(state, vcd_text(make_line(cycles)), "x.vcd"); });
+  table.add(
+      {.name = "read an event CSV", .unit = Unit::megabytes, .reference = memory, .headline = true},
+      [](benchmark::State& state) { read(state, csv_text(make_line(cycles)), "x.csv"); });
+  table.add({.name = "edges to frames, cycles of 26 bits", .unit = Unit::million_a_second},
+            decode_edges);
+}
+
+}  // namespace biss::bench

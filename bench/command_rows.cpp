@@ -1,0 +1,70 @@
+// The command as a whole process: its start, the file, the rows on its output.
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include <unistd.h>
+
+#include "bench/line.hpp"
+#include "bench/rows.hpp"
+
+namespace biss::bench {
+
+namespace {
+
+constexpr std::size_t cycles = 20'000;
+
+// A folder of its own that goes when it is done.
+class Folder {
+ public:
+  Folder() {
+    std::string name = (std::filesystem::temp_directory_path() / "biss-bench-XXXXXX").string();
+    if (mkdtemp(name.data()) != nullptr) path_ = name;
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  ~Folder() {
+    std::error_code ignored;
+    if (!path_.empty()) std::filesystem::remove_all(path_, ignored);
+  }
+
+  bool good() const { return !path_.empty(); }
+  std::string file(const std::string& name) const { return (path_ / name).string(); }
+
+ private:
+  std::filesystem::path path_;
+};
+
+void decode(benchmark::State& state, const std::string& extension) {
+  const Line line = make_line(cycles);
+  const Folder folder;
+  if (!folder.good()) return state.SkipWithError("no temporary folder");
+  const std::string capture = folder.file("line." + extension);
+  std::ofstream(capture) << (extension == "vcd" ? vcd_text(line) : csv_text(line));
+  const std::string command = std::string("'") + BISS_BENCH_COMMAND + "' decode '" + capture +
+                              "' -f " + line_format_text + " --to csv > /dev/null 2>&1";
+  for ([[maybe_unused]] auto _ : state) {
+    const auto begin = std::chrono::steady_clock::now();
+    if (std::system(command.c_str()) != 0) return state.SkipWithError("biss decode failed");
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+    state.SetIterationTime(took.count());
+  }
+  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(cycles));
+}
+
+}  // namespace
+
+void add_command_rows(Table& table) {
+  for (const char* extension : {"vcd", "csv"}) {
+    table.add({.name = std::string("biss decode --to csv of a ") + extension + ", cycles",
+               .unit = Unit::million_a_second,
+               .headline = true,
+               .own_time = true},
+              [=](benchmark::State& state) { decode(state, extension); });
+  }
+}
+
+}  // namespace biss::bench

@@ -1,0 +1,50 @@
+#include "bench/line.hpp"
+
+#include <sstream>
+
+#include "biss/frame/format_parse.hpp"
+#include "capture/byte_sink.hpp"
+#include "capture/event_csv_writer.hpp"
+#include "capture/vcd_writer.hpp"
+#include "sim/ideal_line.hpp"
+
+namespace biss::bench {
+
+namespace {
+
+template <class Writer>
+std::string written(const Line& line) {
+  std::ostringstream text;
+  capture::StreamSink sink(text);
+  Writer writer({"MA", "SLO"}, sink);
+  if (!writer.write(line.edges).ok() || !writer.finish(line.end).ok() || !sink.flush()) return {};
+  return text.str();
+}
+
+}  // namespace
+
+Line make_line(std::size_t cycles) {
+  static_assert(sim::ma_line == 0 && sim::slo_line == 1);
+  Line line{.format = parse_format(line_format_text).value(), .cycles = cycles, .edges = {}};
+  sim::IdealLineSetup setup;
+  setup.format = line.format;
+  setup.clock = megahertz(10);
+  setup.line_delay = nanoseconds(230);
+  setup.motion = sim::MotionKind::random;
+  sim::IdealLine source(setup);
+  // Both lines idle, so that the first cycle is seen from its beginning.
+  line.edges = {{Picoseconds{}, sim::ma_line, wire::Level::high},
+                {Picoseconds{}, sim::slo_line, wire::Level::high}};
+  for (std::size_t i = 0; i < cycles; ++i) {
+    const auto cycle = source.next();
+    line.edges.insert(line.edges.end(), cycle.edges.begin(), cycle.edges.end());
+  }
+  line.end = line.edges.back().time + microseconds(100);
+  return line;
+}
+
+std::string vcd_text(const Line& line) { return written<capture::VcdWriter>(line); }
+
+std::string csv_text(const Line& line) { return written<capture::EventCsvWriter>(line); }
+
+}  // namespace biss::bench

@@ -1,0 +1,45 @@
+#include "bench/pool.hpp"
+
+#include <algorithm>
+
+#include "biss/frame/encode.hpp"
+#include "biss/frame/format_parse.hpp"
+
+namespace biss::bench {
+
+namespace {
+
+constexpr std::uint32_t lead_least = 2;
+constexpr std::uint32_t lead_most = 9;
+constexpr std::uint32_t ack_least = 33;
+constexpr std::uint32_t ack_most = 160;
+
+}  // namespace
+
+Pool::Pool(std::string_view format) {
+  const FrameCodec<> codec(parse_format(format).value());
+  Random random(pool_seed);
+  stride_ = (lead_most + ack_most + 3U + codec.payload_bits() + 7U) / 8U;
+  bytes_.resize(pool_size * stride_);
+  frames_.reserve(pool_size);
+  for (std::size_t i = 0; i < pool_size; ++i) {
+    Frame frame;
+    frame.channel_count = codec.format().channel_count;
+    frame.lead_clocks =
+        static_cast<std::uint16_t>(lead_least + random.below(lead_most - lead_least + 1));
+    frame.ack_clocks =
+        static_cast<std::uint16_t>(ack_least + random.below(ack_most - ack_least + 1));
+    for (std::size_t k = 0; k < frame.channel_count; ++k) {
+      const ChannelFormat& channel = codec.format().channel_list[k];
+      frame.channel_list[k].position = random.bits(channel.position_bits());
+      frame.channel_list[k].life_counter =
+          static_cast<std::uint32_t>(random.bits(channel.life_counter.bits));
+    }
+    const FrameBits line = encode_frame(frame, codec).value();
+    std::copy(line.bytes().begin(), line.bytes().end(),
+              bytes_.begin() + static_cast<std::ptrdiff_t>(i * stride_));
+    frames_.push_back(frame);
+  }
+}
+
+}  // namespace biss::bench

@@ -1,0 +1,52 @@
+// Varied input: SPI buffers with a frame somewhere in each.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <random>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "biss/frame/frame.hpp"
+
+namespace biss::bench {
+
+inline constexpr std::size_t pool_size = 4096;
+inline constexpr std::uint64_t pool_seed = 0xB155'BE7C;
+
+/// The same numbers on every machine.
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : engine_(seed) {}
+  /// `count` random bits, 0…64.
+  std::uint64_t bits(unsigned count) { return count == 0 ? 0 : engine_() >> (64U - count); }
+  /// 0…limit - 1, near enough.
+  std::uint32_t below(std::uint32_t limit) {
+    return static_cast<std::uint32_t>(((engine_() >> 32U) * limit) >> 32U);
+  }
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+/// 4096 buffers of one format, all of the length that the longest frame needs: 2 to 9 ones, ACK of
+/// 33 to 160 clocks, random positions, so that START comes at any bit; zeros behind STOP. A pool
+/// fits a second-level cache.
+class Pool {
+ public:
+  explicit Pool(std::string_view format);
+
+  std::span<const std::uint8_t> operator[](std::size_t index) const {
+    return std::span<const std::uint8_t>(bytes_).subspan(index * stride_, stride_);
+  }
+  /// What was encoded.
+  const Frame& frame(std::size_t index) const { return frames_[index]; }
+
+ private:
+  std::size_t stride_;
+  std::vector<std::uint8_t> bytes_;
+  std::vector<Frame> frames_;
+};
+
+}  // namespace biss::bench

@@ -1,0 +1,18 @@
+// What is measured, a function a subject; each puts its rows into the table.
+#pragma once
+
+#include "bench/table.hpp"
+
+namespace biss::bench {
+
+void add_crc_rows(Table& table);
+/// Frames out of SPI buffers, and the other way.
+void add_frame_rows(Table& table);
+/// Format text, turns, and the machine itself: its clock and its memory.
+void add_core_rows(Table& table);
+/// The readers of captures, and the decoder behind them.
+void add_capture_rows(Table& table);
+/// The command as a whole process.
+void add_command_rows(Table& table);
+
+}  // namespace biss::bench
