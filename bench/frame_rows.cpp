@@ -31,7 +31,8 @@ Codec hidden_codec(const char* text) {
 }
 
 // What a user asks of a frame: may the position be used, and what is it.
-std::uint64_t used(const Result<Frame, FrameFault>& frame) {
+template <std::size_t Channels>
+std::uint64_t used(const Result<BasicFrame<Channels>, FrameFault>& frame) {
   if (!frame.ok() || !frame->trusted()) return ~std::uint64_t{0};
   std::uint64_t sum = 0;
   for (const Channel& channel : frame->channels()) sum += channel.position;

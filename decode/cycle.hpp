@@ -7,7 +7,7 @@
 #include <optional>
 #include <string_view>
 
-#include "biss/base/bits.hpp"
+#include "biss/base/bit_buffer.hpp"
 #include "biss/base/units.hpp"
 #include "biss/frame/encode.hpp"
 #include "biss/frame/frame.hpp"

@@ -56,7 +56,7 @@ biss::DeviceTiming timing_of(const std::uint8_t* header, Picoseconds period) {
 }
 
 // What was read, sent again, is what came.
-void check_given_back(const biss::Frame& frame, const biss::BitView& bits, const Codec& codec) {
+void check_given_back(const Codec::Frame& frame, const biss::BitView& bits, const Codec& codec) {
   const auto sent = encode_frame(frame, codec);
   require(sent.ok());
   const std::size_t size = sent->size_bits() - (frame.stop_seen ? 0U : 1U);

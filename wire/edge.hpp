@@ -14,7 +14,8 @@ enum class Level : std::uint8_t { low, high, unknown };
 /// Index of a line in the capture's list of lines.
 using LineIndex = std::uint32_t;
 
-/// From `time` on `line` has `level`. A line's first edge gives its initial level. Times never fall.
+/// From `time` on `line` has `level`. A line's first edge gives its initial level. Times never
+/// fall.
 struct Edge {
   Picoseconds time;
   LineIndex line = 0;

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -62,6 +61,9 @@ class BitView {
   /// \pre count is 0…64 and index + count <= size_bits()
   constexpr std::uint64_t word(std::size_t index, unsigned count) const {
     if (count == 0) return 0;
+    if constexpr (narrow) {
+      if (count <= 25) return narrow_window(index) >> (32U - count);
+    }
     if (count < sure_bits) return window(index) >> (64U - count);
     const std::uint64_t high = window(index) >> 32U;
     const unsigned rest = count - 32U;
@@ -70,6 +72,7 @@ class BitView {
 
   /// Index of the first bit of that level at or after `from`; size_bits() when there is none.
   constexpr std::size_t find(bool level, std::size_t from) const {
+    if constexpr (narrow) return narrow_find(level, from);
     while (from < size_bits_) {
       std::uint64_t ahead = window(from);
       if (!level) ahead = ~ahead;
@@ -129,6 +132,50 @@ class BitView {
   }
 
  private:
+  // A register has 32 bits: 64-bit shifts by a variable distance are then slow.
+  static constexpr bool narrow = sizeof(std::size_t) < 8;
+
+  // As window(), of at least 25 bits.
+  constexpr std::uint32_t narrow_window(std::size_t index) const {
+    const std::size_t at = first_bit_ + index;
+    const std::size_t stored = stored_bytes();
+    if (stored >= 4) {
+      const std::size_t base = std::min(at >> 3U, stored - 4U);
+      return load32(bytes_ + base) << (at - base * 8U);
+    }
+    return static_cast<std::uint32_t>(load_short(bytes_, stored) >> 32U) << at;
+  }
+
+  // Four bytes a step from the byte that `from` lies in.
+  constexpr std::size_t narrow_find(bool level, std::size_t from) const {
+    if (from >= size_bits_) return size_bits_;
+    const std::uint32_t flip = level ? 0 : ~std::uint32_t{0};
+    const std::uint8_t* at = bytes_ + ((first_bit_ + from) >> 3U);
+    const std::uint8_t* const end = bytes_ + stored_bytes();
+    std::uint32_t wanted = ~std::uint32_t{0} >> ((first_bit_ + from) & 7U);
+    for (; end - at >= 4; at += 4) {
+      const std::uint32_t ahead = (load32(at) ^ flip) & wanted;
+      if (ahead != 0) return found(at, ahead);
+      wanted = ~std::uint32_t{0};
+    }
+    for (; at != end; ++at) {
+      const std::uint32_t ahead = ((std::uint32_t{*at} << 24U) ^ flip) & wanted & 0xFF00'0000U;
+      if (ahead != 0) return found(at, ahead);
+      wanted = ~std::uint32_t{0};
+    }
+    return size_bits_;
+  }
+
+  constexpr std::size_t found(const std::uint8_t* at, std::uint32_t ahead) const {
+    const auto run = static_cast<std::size_t>(std::countl_zero(ahead));
+    return std::min(static_cast<std::size_t>(at - bytes_) * 8U + run - first_bit_, size_bits_);
+  }
+
+  static constexpr std::uint32_t load32(const std::uint8_t* p) {
+    return (std::uint32_t{p[0]} << 24U) | (std::uint32_t{p[1]} << 16U) |
+           (std::uint32_t{p[2]} << 8U) | std::uint32_t{p[3]};
+  }
+
   constexpr std::size_t stored_bytes() const { return (first_bit_ + size_bits_ + 7U) >> 3U; }
 
   static constexpr std::uint64_t ones_if(bool yes) { return std::uint64_t{0} - std::uint64_t{yes}; }
@@ -157,67 +204,6 @@ class BitView {
   const std::uint8_t* bytes_ = nullptr;
   std::size_t first_bit_ = 0;
   std::size_t size_bits_ = 0;
-};
-
-/// Up to `CapacityBits` bits, written from the front. Appending beyond the capacity keeps what fits
-/// and sets overflowed(); nothing is ever written outside.
-template <std::size_t CapacityBits>
-class BitBuffer {
- public:
-  static constexpr std::size_t capacity_bits = CapacityBits;
-
-  constexpr std::size_t size_bits() const { return size_bits_; }
-  constexpr bool overflowed() const { return overflowed_; }
-  constexpr BitView view() const { return BitView(bytes_, 0, size_bits_); }
-  /// The bits as bytes, the last one filled up with zeros.
-  constexpr std::span<const std::uint8_t> bytes() const {
-    return std::span<const std::uint8_t>(bytes_).first((size_bits_ + 7U) / 8U);
-  }
-
-  constexpr void append(bool bit) {
-    if (size_bits_ == CapacityBits) {
-      overflowed_ = true;
-      return;
-    }
-    if (bit) {
-      auto& byte = bytes_[size_bits_ / 8U];
-      byte = static_cast<std::uint8_t>(byte | (0x80U >> (size_bits_ % 8U)));
-    }
-    ++size_bits_;
-  }
-
-  /// Appends the lowest `count` bits of `word`, most significant first.
-  constexpr void append(std::uint64_t word, unsigned count) {
-    for (unsigned i = count; i-- > 0;) append(((word >> i) & 1U) != 0);
-  }
-
-  constexpr void append_run(bool level, std::size_t count) {
-    for (std::size_t i = 0; i < count && !overflowed_; ++i) append(level);
-  }
-
-  /// \pre index < size_bits()
-  constexpr void flip(std::size_t index) {
-    auto& byte = bytes_[index / 8U];
-    byte = static_cast<std::uint8_t>(byte ^ (0x80U >> (index % 8U)));
-  }
-
-  constexpr void truncate(std::size_t size_bits) {
-    while (size_bits_ > size_bits) {
-      if (view().bit(size_bits_ - 1U)) flip(size_bits_ - 1U);
-      --size_bits_;
-    }
-  }
-
-  constexpr void clear() {
-    bytes_ = {};
-    size_bits_ = 0;
-    overflowed_ = false;
-  }
-
- private:
-  std::array<std::uint8_t, (CapacityBits + 7U) / 8U> bytes_{};
-  std::size_t size_bits_ = 0;
-  bool overflowed_ = false;
 };
 
 }  // namespace biss

@@ -78,7 +78,8 @@ class CrcTable {
   constexpr explicit CrcTable(const CrcSpec& spec) : spec_(spec) {
     if (!spec.present()) return;
     for (unsigned i = 0; i < table_.size(); ++i) {
-      table_[i] = crc_detail::remainder(spec, i, ChunkBits, 0);
+      table_[i] = static_cast<std::uint16_t>(crc_detail::remainder(spec, i, ChunkBits, 0)
+                                             << (16U - spec.width_bits));
     }
   }
 
@@ -87,22 +88,29 @@ class CrcTable {
   constexpr std::uint16_t operator()(std::uint64_t data, unsigned bits) const {
     if (!crc_detail::start_fits(spec_, bits)) return CrcBitwise(spec_)(data, bits);
     data = crc_detail::with_start(spec_, data, bits);
-    // The register is kept left-aligned in 16 bits, so that one rule serves widths below a chunk
-    // too.
-    const unsigned up = 16U - spec_.width_bits;
+    unsigned left = (bits + ChunkBits - 1U) / ChunkBits * ChunkBits;
     std::uint32_t reg = 0;
-    for (unsigned left = (bits + ChunkBits - 1U) / ChunkBits * ChunkBits; left > 0;) {
-      left -= ChunkBits;
-      const auto chunk = static_cast<std::uint32_t>(data >> left) & chunk_mask;
-      reg =
-          ((reg << ChunkBits) ^ (std::uint32_t{table_[(reg >> (16U - ChunkBits)) ^ chunk]} << up)) &
-          0xFFFFU;
+    if (left > 32) {
+      reg = shift_in(reg, static_cast<std::uint32_t>(data >> 32U), left - 32U);
+      left = 32;
     }
-    return crc_detail::finish(spec_, reg >> up);
+    reg = shift_in(reg, static_cast<std::uint32_t>(data), left) & 0xFFFFU;
+    return crc_detail::finish(spec_, reg >> (16U - spec_.width_bits));
   }
 
  private:
   static constexpr std::uint32_t chunk_mask = (1U << ChunkBits) - 1U;
+
+  // The register lies left-aligned in 16 bits, as the table's entries do, so that one rule serves
+  // widths below a chunk too. What is above those 16 bits does not matter.
+  constexpr std::uint32_t shift_in(std::uint32_t reg, std::uint32_t word, unsigned left) const {
+    for (word <<= 32U - left; left > 0; left -= ChunkBits) {
+      reg = (reg << ChunkBits) ^
+            table_[((reg >> (16U - ChunkBits)) ^ (word >> (32U - ChunkBits))) & chunk_mask];
+      word <<= ChunkBits;
+    }
+    return reg;
+  }
 
   CrcSpec spec_;
   std::array<std::uint16_t, std::size_t{1} << ChunkBits> table_{};

@@ -13,6 +13,11 @@ namespace biss {
 
 namespace frame_detail {
 
+constexpr bool fits_one_word(const FrameFormat& format) {
+  return format.channel_count == 1 && format.channel_list[0].crc.present() &&
+         format.payload_bits() + 2U <= BitView::sure_bits;
+}
+
 constexpr std::uint64_t gray_to_binary(std::uint64_t value) {
   for (unsigned shift = 1; shift < 64; shift *= 2) value ^= value >> shift;
   return value;
@@ -71,18 +76,22 @@ class FrameCodec {
   static_assert(Channels >= 1 && Channels <= max_channels);
 
  public:
+  /// What decoding with this codec gives.
+  using Frame = BasicFrame<Channels>;
+
   /// \pre format has 1…Channels channels
   constexpr explicit FrameCodec(const FrameFormat& format) : format_(format) {
     for (std::size_t k = 0; k < format.channel_count; ++k) {
       engines_[k] = Crc(format.channel_list[k].crc);
     }
     payload_bits_ = static_cast<std::uint16_t>(format.payload_bits());
-    one_word_ = format.channel_count == 1 && format.channel_list[0].crc.present() &&
-                payload_bits_ + 2U <= BitView::sure_bits;
+    one_word_ = frame_detail::fits_one_word(format);
   }
 
   constexpr const FrameFormat& format() const { return format_; }
   constexpr unsigned payload_bits() const { return payload_bits_; }
+  /// Whether one_word() can be true.
+  static constexpr bool may_be_one_word = true;
   /// One channel with a CRC, which BitView::window() holds from CDS to STOP: most formats.
   constexpr bool one_word() const { return one_word_; }
   /// CRC of channel k's data word, as transmitted. \pre the channel has a CRC

@@ -25,11 +25,20 @@ namespace frame_detail {
 inline constexpr bool selects = sizeof(std::size_t) >= 8;
 
 // Copied and not built channel by channel.
+template <class Frame>
 inline constexpr Frame empty_frame{};
+
+template <class Codec>
+using Outcome = Result<typename Codec::Frame, FrameFault>;
 
 constexpr bool within(const FrameBounds& bounds, std::size_t ones, std::size_t zeros) {
   return ones != 0 && ones >= bounds.lead_min_clocks && ones <= bounds.lead_max_clocks &&
          zeros >= bounds.ack_min_clocks && zeros <= bounds.ack_max_clocks;
+}
+
+constexpr FrameStart start_behind(const BitView::OnesZerosOne& runs) {
+  return {runs.ones + runs.zeros, static_cast<std::uint16_t>(runs.ones),
+          static_cast<std::uint16_t>(runs.zeros)};
 }
 
 // As find_start(), by two searches and with every cause.
@@ -53,7 +62,7 @@ constexpr Result<FrameStart, FrameFault> search_start(const BitView& bits,
 // As decode_payload(), into a frame that has its defaults.
 template <class Codec>
 constexpr std::optional<FrameFault> read_payload(const BitView& bits, const FrameStart& start,
-                                                 const Codec& codec, Frame& frame) {
+                                                 const Codec& codec, typename Codec::Frame& frame) {
   const FrameFormat& format = codec.format();
   std::size_t at = start.start_bit + 2;
   const std::size_t stop = at + codec.payload_bits();
@@ -92,8 +101,7 @@ constexpr Result<FrameStart, FrameFault> find_start(const BitView& bits,
   if constexpr (frame_detail::selects) {
     const auto runs = bits.ones_zeros_one();
     if (runs && frame_detail::within(bounds, runs->ones, runs->zeros)) {
-      return FrameStart{runs->ones + runs->zeros, static_cast<std::uint16_t>(runs->ones),
-                        static_cast<std::uint16_t>(runs->zeros)};
+      return frame_detail::start_behind(*runs);
     }
   }
   return frame_detail::search_start(bits, bounds);
@@ -102,10 +110,11 @@ constexpr Result<FrameStart, FrameFault> find_start(const BitView& bits,
 /// Reads CDS, the channels and STOP behind a START that was found.
 /// \return the frame, or truncated, cds, crc, stop_bit. Bits that end before STOP are no fault.
 template <class Codec>
-constexpr Result<Frame, FrameFault> decode_payload(const BitView& bits, const FrameStart& start,
-                                                   const Codec& codec) {
+constexpr Result<typename Codec::Frame, FrameFault> decode_payload(const BitView& bits,
+                                                                   const FrameStart& start,
+                                                                   const Codec& codec) {
   // The one object that is returned, so that it is built where the caller wants it.
-  Result<Frame, FrameFault> result = frame_detail::empty_frame;
+  frame_detail::Outcome<Codec> result = frame_detail::empty_frame<typename Codec::Frame>;
   const auto fault = frame_detail::read_payload(bits, start, codec, result.value());
   if (fault) result = failure(*fault);
   return result;
@@ -113,31 +122,13 @@ constexpr Result<Frame, FrameFault> decode_payload(const BitView& bits, const Fr
 
 namespace frame_detail {
 
-// Step by step, into a frame that has its defaults. Apart from where it is called, so that it takes
-// no registers from decode_quick().
+// Reads a good frame of a format that is one word, STOP included: nearly all of them. False leaves
+// `frame` as it was, and read_payload() tells the cause.
 template <class Codec>
-[[gnu::noinline]] constexpr void decode_apart(const BitView& bits, const Codec& codec,
-                                              const FrameBounds& bounds,
-                                              Result<Frame, FrameFault>& result) {
-  const auto start = find_start(bits, bounds);
-  if (!start.ok()) {
-    result = failure(start.error());
-    return;
-  }
-  const auto fault = read_payload(bits, *start, codec, result.value());
-  if (fault) result = failure(*fault);
-}
-
-// Reads a good frame of one channel that is short and complete: nearly all of them. False leaves
-// `frame` as it was, and decode_apart() decides.
-template <class Codec>
-constexpr bool decode_quick(const BitView& bits, const Codec& codec, const FrameBounds& bounds,
-                            Frame& frame) {
-  if (!codec.one_word()) return false;
-  const auto runs = bits.ones_zeros_one();
-  if (!runs || !within(bounds, runs->ones, runs->zeros)) return false;
+constexpr bool read_word(const BitView& bits, const FrameStart& start, const Codec& codec,
+                         typename Codec::Frame& frame) {
   const unsigned payload_bits = codec.payload_bits();
-  const std::size_t cds_at = runs->ones + runs->zeros + 1U;
+  const std::size_t cds_at = start.start_bit + 1U;
   if (cds_at + payload_bits + 2U > bits.size_bits()) return false;
   const FrameFormat& format = codec.format();
   const ChannelFormat& channel = format.channel_list[0];
@@ -151,10 +142,42 @@ constexpr bool decode_quick(const BitView& bits, const Codec& codec, const Frame
   frame.channel_count = 1;
   frame.cds = cds;
   frame.stop_seen = true;
-  frame.lead_clocks = static_cast<std::uint16_t>(runs->ones);
-  frame.ack_clocks = static_cast<std::uint16_t>(runs->zeros);
+  frame.lead_clocks = start.lead_clocks;
+  frame.ack_clocks = start.ack_clocks;
   unpack_into(channel, data, frame.channel_list[0]);
   return true;
+}
+
+// Step by step, into a frame that has its defaults.
+template <class Codec>
+constexpr void decode_in_steps(const BitView& bits, const Codec& codec, const FrameBounds& bounds,
+                               Outcome<Codec>& result) {
+  const auto start = find_start(bits, bounds);
+  bool done = false;
+  if constexpr (Codec::may_be_one_word && !selects) {
+    done = start.ok() && codec.one_word() && read_word(bits, *start, codec, result.value());
+  }
+  if (done) return;
+  const auto fault =
+      start.ok() ? read_payload(bits, *start, codec, result.value()) : std::optional(start.error());
+  if (fault) result = failure(*fault);
+}
+
+// Apart from where it is called, so that it takes no registers from decode_quick().
+template <class Codec>
+[[gnu::noinline]] constexpr void decode_apart(const BitView& bits, const Codec& codec,
+                                              const FrameBounds& bounds, Outcome<Codec>& result) {
+  decode_in_steps(bits, codec, bounds, result);
+}
+
+// As decode_frame() for a good frame that is one word; false for everything else.
+template <class Codec>
+constexpr bool decode_quick(const BitView& bits, const Codec& codec, const FrameBounds& bounds,
+                            typename Codec::Frame& frame) {
+  if (!codec.one_word()) return false;
+  const auto runs = bits.ones_zeros_one();
+  if (!runs || !within(bounds, runs->ones, runs->zeros)) return false;
+  return read_word(bits, start_behind(*runs), codec, frame);
 }
 
 }  // namespace frame_detail
@@ -163,19 +186,17 @@ constexpr bool decode_quick(const BitView& bits, const Codec& codec, const Frame
 /// \param bits as for find_start(); they may go on behind STOP
 /// \return the frame, or the first cause on the line why there is none (any FrameError)
 template <class Codec>
-constexpr Result<Frame, FrameFault> decode_frame(const BitView& bits, const Codec& codec,
-                                                 const FrameBounds& bounds = {}) {
+constexpr Result<typename Codec::Frame, FrameFault> decode_frame(const BitView& bits,
+                                                                 const Codec& codec,
+                                                                 const FrameBounds& bounds = {}) {
   // The one object that is returned, so that it is built where the caller wants it.
-  Result<Frame, FrameFault> result = frame_detail::empty_frame;
-  if constexpr (frame_detail::selects) {
+  frame_detail::Outcome<Codec> result = frame_detail::empty_frame<typename Codec::Frame>;
+  if constexpr (frame_detail::selects && Codec::may_be_one_word) {
     if (!frame_detail::decode_quick(bits, codec, bounds, result.value())) {
       frame_detail::decode_apart(bits, codec, bounds, result);
     }
   } else {
-    const auto start = find_start(bits, bounds);
-    auto fault = std::optional<FrameFault>(start.ok() ? FrameFault{} : start.error());
-    if (start.ok()) fault = frame_detail::read_payload(bits, *start, codec, result.value());
-    if (fault) result = failure(*fault);
+    frame_detail::decode_in_steps(bits, codec, bounds, result);
   }
   return result;
 }

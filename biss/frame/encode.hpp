@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "biss/base/bits.hpp"
+#include "biss/base/bit_buffer.hpp"
 #include "biss/base/result.hpp"
 #include "biss/frame/codec.hpp"
 #include "biss/frame/frame.hpp"
@@ -30,10 +30,13 @@ using FrameBits = BitBuffer<max_frame_bits>;
 /// channels each with its CRC, STOP. decode_frame() of these bits gives the frame back where there
 /// is a leading one (a line that begins with ACK is `not_ready`) and the format allows its CDS.
 /// \return the bits, or why the values do not fit
-template <class Codec>
-constexpr Result<FrameBits, EncodeError> encode_frame(const Frame& frame, const Codec& codec) {
+template <std::size_t Channels, class Codec>
+constexpr Result<FrameBits, EncodeError> encode_frame(const BasicFrame<Channels>& frame,
+                                                      const Codec& codec) {
   const FrameFormat& format = codec.format();
-  if (frame.channel_count != format.channel_count) return failure(EncodeError::channel_count);
+  if (frame.channel_count != format.channel_count || frame.channel_count > Channels) {
+    return failure(EncodeError::channel_count);
+  }
   if (frame.ack_clocks == 0 || frame.ack_clocks > FrameBounds{}.ack_max_clocks) {
     return failure(EncodeError::ack_range);
   }

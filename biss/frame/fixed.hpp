@@ -1,6 +1,8 @@
-// A channel whose format is known while compiling: its shifts, masks and table become constants.
+// A format that is known while compiling: its shifts, masks and tables become constants.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "biss/base/bits.hpp"
@@ -11,6 +13,35 @@
 #include "biss/frame/frame.hpp"
 
 namespace biss {
+
+/// As a FrameCodec of `Format`; nothing of the format is read from memory.
+///
+///   constexpr auto format = parse_format("pos26,nE,nW,crc6;cds0").value();
+///   const auto frame = decode_frame(bits, FixedCodec<format>{});
+template <FrameFormat Format, class Crc = CrcFast>
+class FixedCodec {
+  static_assert(Format.channel_count >= 1);
+
+ public:
+  using Frame = BasicFrame<Format.channel_count>;
+
+  static constexpr const FrameFormat& format() { return format_; }
+  static constexpr unsigned payload_bits() { return payload_bits_; }
+  static constexpr bool may_be_one_word = frame_detail::fits_one_word(Format);
+  static constexpr bool one_word() { return may_be_one_word; }
+  static constexpr std::uint16_t crc(std::size_t k, std::uint64_t data) {
+    return engines_[k](data, format_.channel_list[k].data_bits);
+  }
+
+ private:
+  static constexpr FrameFormat format_ = Format;
+  static constexpr unsigned payload_bits_ = Format.payload_bits();
+  static constexpr auto engines_ = [] {
+    std::array<Crc, Format.channel_count> engines{};
+    for (std::size_t k = 0; k < engines.size(); ++k) engines[k] = Crc(Format.channel_list[k].crc);
+    return engines;
+  }();
+};
 
 /// One channel of `Format`, for where its place is known and nothing has to be searched: behind a
 /// peripheral that finds START itself, or in a buffer whose ACK never changes.

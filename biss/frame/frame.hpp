@@ -27,9 +27,10 @@ struct Channel {
   constexpr bool operator==(const Channel&) const = default;
 };
 
-/// A frame whose structure and checksums are good.
-struct Frame {
-  std::array<Channel, max_channels> channel_list{};
+/// A frame whose structure and checksums are good, with room for `Channels` channels.
+template <std::size_t Channels>
+struct BasicFrame {
+  std::array<Channel, Channels> channel_list{};
   std::uint8_t channel_count = 0;
   bool cds = false;
   /// The capture reached the STOP bit (which then was 0).
@@ -50,6 +51,10 @@ struct Frame {
     return true;
   }
 };
+
+/// A frame of any format. Firmware with one channel is spared the other seven: a codec's Frame has
+/// room for the codec's channels.
+using Frame = BasicFrame<max_channels>;
 
 /// Why the bits are no frame; the first that applies, in the order on the line.
 enum class FrameError : std::uint8_t {

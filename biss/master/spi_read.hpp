@@ -107,14 +107,16 @@ constexpr std::size_t spi_bytes(const FrameFormat& format, const SpiSetup& setup
 
 /// Whole clocks of line delay seen in a good frame.
 /// \pre the frame came from a SpiReader
-constexpr std::uint16_t line_delay_clocks(const Frame& frame) {
+template <std::size_t Channels>
+constexpr std::uint16_t line_delay_clocks(const BasicFrame<Channels>& frame) {
   return static_cast<std::uint16_t>(frame.lead_clocks - 2U);
 }
 
 /// What a good frame says about the line delay: at least `min`, at most `max`, a period apart (half
 /// a period where the delay cannot be negative).
 /// \pre the frame came from a SpiReader of this setup
-constexpr LineDelay observed_line_delay(const Frame& frame, const SpiSetup& setup) {
+template <std::size_t Channels>
+constexpr LineDelay observed_line_delay(const BasicFrame<Channels>& frame, const SpiSetup& setup) {
   Picoseconds min = setup.period * line_delay_clocks(frame);
   if (setup.phase == SpiPhase::sample_on_falling) min -= setup.period / 2;
   return {std::max(min, Picoseconds{}), min + setup.period};
@@ -123,10 +125,12 @@ constexpr LineDelay observed_line_delay(const Frame& frame, const SpiSetup& setu
 /// Reads the frames of one encoder on one SPI peripheral. Everything is computed once, so that the
 /// object may be constexpr and lie in flash; reading is a search, a decode and no heap.
 ///
-/// `Codec` is a FrameCodec; it is kept by value.
+/// `Codec` is a FrameCodec or FixedCodec; it is kept by value.
 template <class Codec>
 class SpiReader {
  public:
+  using Frame = typename Codec::Frame;
+
   /// \pre those of spi_bounds()
   constexpr SpiReader(const Codec& codec, const SpiSetup& setup, const DeviceTiming& timing)
       : codec_(codec),

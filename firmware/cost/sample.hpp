@@ -9,6 +9,7 @@
 #include "biss/base/bits.hpp"
 #include "biss/catalogue/catalogue.hpp"
 #include "biss/frame/encode.hpp"
+#include "biss/frame/fixed.hpp"
 #include "biss/master/spi_read.hpp"
 #include "biss/turns/turn_counter.hpp"
 

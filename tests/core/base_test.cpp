@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 
+#include "biss/base/bit_buffer.hpp"
 #include "biss/base/bits.hpp"
 #include "biss/base/result.hpp"
 #include "biss/base/units.hpp"

@@ -1,11 +1,14 @@
 // The channel with constants against the frame codec that reads its format at run time.
 #include "biss/frame/fixed.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
 
+#include "biss/base/bit_buffer.hpp"
 #include "biss/frame/decode.hpp"
+#include "biss/frame/encode.hpp"
 #include "biss/frame/format_parse.hpp"
 #include "tests/core/test.hpp"
 
@@ -30,7 +33,7 @@ using Fixed = FixedChannel<format_of<Format>.channel_list[0]>;
 
 // A line with nothing but lead, ACK, START, CDS, the payload and STOP.
 template <class Channel>
-Result<Frame, FrameFault> by_frame(std::uint64_t payload, const FrameFormat& format) {
+Result<BasicFrame<1>, FrameFault> by_frame(std::uint64_t payload, const FrameFormat& format) {
   BitBuffer<80> line;
   line.append(0b101, 3);
   line.append(false);
@@ -105,3 +108,51 @@ BISS_TEST(FixedChannel, EveryFlippedBit_IsACrcFault) {
     BISS_EXPECT_EQ(channel.error(), FrameError::crc);
   }
 }
+
+namespace {
+
+// A whole line, one bit of it wrong in half the rounds, read with the format as a constant and as
+// data.
+template <Text Format>
+void expect_same_as_codec(std::uint64_t seed) {
+  constexpr FixedCodec<format_of<Format>> fixed;
+  using Frame = typename FixedCodec<format_of<Format>>::Frame;
+  const FrameCodec<CrcBitwise, 2> codec(format_of<Format>);
+  BISS_RANDOM(random, seed);
+  for (std::uint32_t i = 0; i < test::rounds(5'000, 60); ++i) {
+    Frame sent;
+    sent.channel_count = codec.format().channel_count;
+    sent.lead_clocks = static_cast<std::uint16_t>(random.below(8) + 1U);
+    sent.ack_clocks = static_cast<std::uint16_t>(random.below(160) + 1U);
+    for (std::size_t k = 0; k < sent.channel_count; ++k) {
+      sent.channel_list[k].position = random.bits(codec.format().channel_list[k].position_bits());
+    }
+    auto line = encode_frame(sent, fixed);
+    BISS_ASSERT(line.ok());
+    if (random.flip()) {
+      line.value().flip(random.below(static_cast<std::uint32_t>(line->size_bits())));
+    }
+    const auto one = decode_frame(line->view(), fixed);
+    const auto other = decode_frame(line->view(), codec);
+    BISS_ASSERT_EQ(one.ok(), other.ok()) << "round " << i;
+    if (!one.ok()) {
+      BISS_ASSERT(one.error() == other.error()) << "round " << i;
+      continue;
+    }
+    BISS_ASSERT(std::ranges::equal(one->channels(), other->channels())) << "round " << i;
+    BISS_ASSERT_EQ(one->ack_clocks, other->ack_clocks) << "round " << i;
+    BISS_ASSERT_EQ(one->stop_seen, other->stop_seen) << "round " << i;
+  }
+}
+
+}  // namespace
+
+BISS_TEST(FixedCodec, LinesOf26Bits_AsByFrameCodec) {
+  expect_same_as_codec<"pos26,nE,nW,crc6;cds0">(0xF1F1);
+}
+
+BISS_TEST(FixedCodec, LinesOfTwoWords_AsByFrameCodec) {
+  expect_same_as_codec<"pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16">(0xF1F2);
+}
+
+BISS_TEST(FixedCodec, LinesWithoutCrc_AsByFrameCodec) { expect_same_as_codec<"mt4,st60">(0xF1F3); }

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -33,9 +34,10 @@ constexpr bool same_bits(const BitView& a, const BitView& b) {
   return true;
 }
 
-constexpr bool same_values(const Frame& a, const Frame& b) {
-  return a.channel_count == b.channel_count && a.cds == b.cds && a.lead_clocks == b.lead_clocks &&
-         a.ack_clocks == b.ack_clocks && a.channel_list == b.channel_list;
+template <std::size_t A, std::size_t B>
+constexpr bool same_values(const BasicFrame<A>& a, const BasicFrame<B>& b) {
+  return a.cds == b.cds && a.lead_clocks == b.lead_clocks && a.ack_clocks == b.ack_clocks &&
+         std::ranges::equal(a.channels(), b.channels());
 }
 
 template <class Codec>

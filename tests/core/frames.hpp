@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string_view>
 
+#include "biss/base/bit_buffer.hpp"
 #include "biss/base/bits.hpp"
 #include "biss/frame/format_parse.hpp"
 #include "biss/frame/frame.hpp"

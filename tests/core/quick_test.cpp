@@ -45,8 +45,9 @@ BitView random_view(test::Random& random, const Buffer& buffer, std::size_t firs
   return BitView(buffer.bytes, first, random.flip() ? all : random.below(all) + 1U);
 }
 
-Result<Frame, FrameFault> step_by_step(const BitView& bits, const FrameCodec<CrcFast, 2>& codec,
-                                       const FrameBounds& bounds) {
+Result<BasicFrame<2>, FrameFault> step_by_step(const BitView& bits,
+                                               const FrameCodec<CrcFast, 2>& codec,
+                                               const FrameBounds& bounds) {
   const auto start = frame_detail::search_start(bits, bounds);
   if (!start.ok()) return failure(start.error());
   return decode_payload(bits, *start, codec);

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <span>
 
+#include "biss/base/bit_buffer.hpp"
 #include "biss/base/bits.hpp"
 #include "biss/base/units.hpp"
 #include "biss/frame/codec.hpp"

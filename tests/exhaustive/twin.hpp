@@ -1,11 +1,13 @@
 // One format in both readings, the core's and the oracle's, and the questions put to both.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
 
+#include "biss/base/bit_buffer.hpp"
 #include "biss/base/bits.hpp"
 #include "biss/frame/codec.hpp"
 #include "biss/frame/decode.hpp"
@@ -51,6 +53,22 @@ oracle::Limits limits_of(const biss::FrameBounds& bounds);
 /// What is different, empty when both readers say the same.
 std::string difference(const biss::Result<biss::Frame, biss::FrameFault>& core,
                        const oracle::Reading& judge);
+/// The same of a codec with room for fewer channels.
+template <std::size_t Channels>
+std::string difference(const biss::Result<biss::BasicFrame<Channels>, biss::FrameFault>& core,
+                       const oracle::Reading& judge) {
+  if (!core.ok()) {
+    return difference(biss::Result<biss::Frame, biss::FrameFault>(biss::failure(core.error())),
+                      judge);
+  }
+  biss::Frame wide{.channel_count = core->channel_count,
+                   .cds = core->cds,
+                   .stop_seen = core->stop_seen,
+                   .lead_clocks = core->lead_clocks,
+                   .ack_clocks = core->ack_clocks};
+  std::copy_n(core->channel_list.begin(), Channels, wide.channel_list.begin());
+  return difference(biss::Result<biss::Frame, biss::FrameFault>(wide), judge);
+}
 /// What is different between a reading and what was sent.
 std::string difference(const oracle::Reading& judge, const Sent& sent);
 

@@ -87,11 +87,11 @@ class Bench {
     clocks_ = reader.clocks();
   }
 
-  Result<Frame, FrameFault> read(const Reader& reader) const {
+  Result<Reader::Frame, FrameFault> read(const Reader& reader) const {
     return reader.read(bytes_, clocks_);
   }
   /// As if the clock had stopped early.
-  Result<Frame, FrameFault> read_first(const Reader& reader, std::size_t clocks) const {
+  Result<Reader::Frame, FrameFault> read_first(const Reader& reader, std::size_t clocks) const {
     return reader.read(bytes_, clocks);
   }
 

@@ -2,8 +2,8 @@
 
 namespace {
 
-constexpr biss::SpiReader<cost::Codec> reader{cost::Codec{cost::format}, cost::setup,
-                                              cost::encoder.timing};
+using Codec = biss::FixedCodec<cost::format>;
+constexpr biss::SpiReader<Codec> reader{Codec{}, cost::setup, cost::encoder.timing};
 
 }  // namespace
 

@@ -2,8 +2,8 @@
 
 namespace {
 
-constexpr biss::SpiReader<cost::PlainCodec> reader{cost::PlainCodec{cost::format}, cost::setup,
-                                                   cost::encoder.timing};
+using Codec = biss::FixedCodec<cost::format, biss::CrcBitwise>;
+constexpr biss::SpiReader<Codec> reader{Codec{}, cost::setup, cost::encoder.timing};
 
 }  // namespace
 
