@@ -85,7 +85,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   require(frame->lead_clocks <= bounds.lead_max_clocks);
   require(frame->ack_clocks >= bounds.ack_min_clocks);
   require(frame->ack_clocks <= bounds.ack_max_clocks);
-  const biss::LineDelay observed = observed_line_delay(*frame, setup);
+  const biss::LineDelayRange observed = observed_line_delay(*frame, setup);
   require(observed.min >= Picoseconds{} && observed.max > observed.min);
   // No format of the list has padding, so every bit can be given back.
   check_given_back(*frame, biss::BitView(bytes, setup.first_bit, clocks), codec);

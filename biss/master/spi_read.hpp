@@ -53,11 +53,11 @@ enum class SpiTail : std::uint8_t {
 };
 
 /// From MA to SLO, both at the master: cable there and back, drivers, the encoder's own delay.
-struct LineDelay {
+struct LineDelayRange {
   Picoseconds min{};
   Picoseconds max = biss_line_delay_max;
 
-  constexpr bool operator==(const LineDelay&) const = default;
+  constexpr bool operator==(const LineDelayRange&) const = default;
 };
 
 /// How the peripheral is set up. The closer the line delay is known, the more a wrong frame stands
@@ -66,7 +66,7 @@ struct SpiSetup {
   /// Of MA; positive.
   Picoseconds period{};
   SpiPhase phase = SpiPhase::sample_on_rising;
-  LineDelay line_delay{};
+  LineDelayRange line_delay{};
   /// Bits in the buffer before the sample of the first clock, where a peripheral pads.
   std::uint16_t first_bit = 0;
   SpiTail tail = SpiTail::must_stay_low;
@@ -116,7 +116,8 @@ constexpr std::uint16_t line_delay_clocks(const BasicFrame<Channels>& frame) {
 /// a period where the delay cannot be negative).
 /// \pre the frame came from a SpiReader of this setup
 template <std::size_t Channels>
-constexpr LineDelay observed_line_delay(const BasicFrame<Channels>& frame, const SpiSetup& setup) {
+constexpr LineDelayRange observed_line_delay(const BasicFrame<Channels>& frame,
+                                             const SpiSetup& setup) {
   Picoseconds min = setup.period * line_delay_clocks(frame);
   if (setup.phase == SpiPhase::sample_on_falling) min -= setup.period / 2;
   return {std::max(min, Picoseconds{}), min + setup.period};

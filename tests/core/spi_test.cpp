@@ -221,10 +221,11 @@ BISS_TEST(SpiReader, ObservedLineDelay_IsAPeriodWide) {
     SpiSetup setup{.period = period};
     BISS_EXPECT_EQ(line_delay_clocks(frame), clocks);
     BISS_EXPECT(observed_line_delay(frame, setup) ==
-                LineDelay{period * clocks, period * (clocks + 1)});
+                LineDelayRange{period * clocks, period * (clocks + 1)});
     setup.phase = falling;
     const Picoseconds from = clocks == 0 ? Picoseconds{} : period * clocks - period / 2;
-    BISS_EXPECT(observed_line_delay(frame, setup) == LineDelay{from, period * clocks + period / 2});
+    BISS_EXPECT(observed_line_delay(frame, setup) ==
+                LineDelayRange{from, period * clocks + period / 2});
   }
 }
 

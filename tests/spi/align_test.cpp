@@ -194,7 +194,7 @@ TEST(SpiAlign, ObservedLineDelay_HoldsTheDelayOfTheLine) {
       bench.send(reader, Clock{.period = period, .edge = edge}, 17, delay, 0);
       const auto frame = bench.read(reader);
       ASSERT_TRUE(frame.ok());
-      const LineDelay seen = observed_line_delay(*frame, setup);
+      const LineDelayRange seen = observed_line_delay(*frame, setup);
       EXPECT_LE(seen.min.count, delay);
       EXPECT_GE(seen.max.count, delay);
     }

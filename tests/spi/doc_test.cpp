@@ -194,7 +194,7 @@ TEST(LostStartDocument, WorkedExample_IsWhatTheReaderSays) {
   const auto read = reader.read(bits->bytes());
   ASSERT_TRUE(read.ok());
   expect_said("`lead_clocks` is " + std::to_string(read->lead_clocks));
-  const LineDelay delay = observed_line_delay(*read, setup);
+  const LineDelayRange delay = observed_line_delay(*read, setup);
   expect_said("between " + std::to_string(delay.min.count / 1000) + " and " +
               std::to_string(delay.max.count / 1000) + " ns");
   expect_said("`ack_clocks` is " + std::to_string(read->ack_clocks));
