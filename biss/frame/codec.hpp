@@ -8,15 +8,11 @@
 #include "biss/crc/engines.hpp"
 #include "biss/frame/format.hpp"
 #include "biss/frame/frame.hpp"
+#include "biss/frame/word_plan.hpp"
 
 namespace biss {
 
 namespace frame_detail {
-
-constexpr bool fits_one_word(const FrameFormat& format) {
-  return format.channel_count == 1 && format.channel_list[0].crc.present() &&
-         format.payload_bits() + 2U <= BitView::sure_bits;
-}
 
 constexpr std::uint64_t gray_to_binary(std::uint64_t value) {
   for (unsigned shift = 1; shift < 64; shift *= 2) value ^= value >> shift;
@@ -80,12 +76,11 @@ class FrameCodec {
   using Frame = BasicFrame<Channels>;
 
   /// \pre format has 1…Channels channels
-  constexpr explicit FrameCodec(const FrameFormat& format) : format_(format) {
+  constexpr explicit FrameCodec(const FrameFormat& format) : format_(format), plan_(format) {
     for (std::size_t k = 0; k < format.channel_count; ++k) {
       engines_[k] = Crc(format.channel_list[k].crc);
     }
     payload_bits_ = static_cast<std::uint16_t>(format.payload_bits());
-    one_word_ = frame_detail::fits_one_word(format);
   }
 
   constexpr const FrameFormat& format() const { return format_; }
@@ -93,7 +88,9 @@ class FrameCodec {
   /// Whether one_word() can be true.
   static constexpr bool may_be_one_word = true;
   /// One channel with a CRC, which BitView::window() holds from CDS to STOP: most formats.
-  constexpr bool one_word() const { return one_word_; }
+  constexpr bool one_word() const { return plan_.one_word(); }
+  /// For decode_frame().
+  constexpr const frame_detail::WordPlan& plan() const { return plan_; }
   /// CRC of channel k's data word, as transmitted. \pre the channel has a CRC
   constexpr std::uint16_t crc(std::size_t k, std::uint64_t data) const {
     return engines_[k](data, format_.channel_list[k].data_bits);
@@ -101,8 +98,8 @@ class FrameCodec {
 
  private:
   FrameFormat format_;
+  frame_detail::WordPlan plan_;
   std::uint16_t payload_bits_ = 0;
-  bool one_word_ = false;
   std::array<Crc, Channels> engines_{};
 };
 

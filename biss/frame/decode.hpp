@@ -21,9 +21,6 @@ struct FrameStart {
 
 namespace frame_detail {
 
-// Where 64-bit words are cheap and a wrong guess at a branch is not.
-inline constexpr bool selects = sizeof(std::size_t) >= 8;
-
 // Copied and not built channel by channel.
 template <class Frame>
 inline constexpr Frame empty_frame{};
@@ -127,24 +124,18 @@ namespace frame_detail {
 template <class Codec>
 constexpr bool read_word(const BitView& bits, const FrameStart& start, const Codec& codec,
                          typename Codec::Frame& frame) {
-  const unsigned payload_bits = codec.payload_bits();
+  const WordPlan& plan = codec.plan();
   const std::size_t cds_at = start.start_bit + 1U;
-  if (cds_at + payload_bits + 2U > bits.size_bits()) return false;
-  const FrameFormat& format = codec.format();
-  const ChannelFormat& channel = format.channel_list[0];
-  const std::uint64_t line = bits.window(cds_at);
-  const bool cds = (line >> 63U) != 0;
-  const bool stop = ((line << 1U << payload_bits) >> 63U) != 0;
-  const std::uint64_t checked = line << 1U >> (64U - payload_bits);
-  const std::uint64_t data = line << 1U >> (64U - channel.data_bits);
-  if (((data << channel.crc.width_bits) | codec.crc(0, data)) != checked) return false;
-  if (stop || (cds && format.cds0)) return false;
+  if (cds_at + plan.payload_bits() + 2U > bits.size_bits()) return false;
+  const std::uint64_t word = bits.window(cds_at);
+  const std::uint64_t data = plan.data(word);
+  if (!plan.is_low(word) || plan.crc(word) != codec.crc(0, data)) return false;
   frame.channel_count = 1;
-  frame.cds = cds;
+  frame.cds = plan.cds(word);
   frame.stop_seen = true;
   frame.lead_clocks = start.lead_clocks;
   frame.ack_clocks = start.ack_clocks;
-  unpack_into(channel, data, frame.channel_list[0]);
+  plan.unpack_into(data, frame.channel_list[0]);
   return true;
 }
 
@@ -193,7 +184,10 @@ constexpr Result<typename Codec::Frame, FrameFault> decode_frame(const BitView& 
   frame_detail::Outcome<Codec> result = frame_detail::empty_frame<typename Codec::Frame>;
   if constexpr (frame_detail::selects && Codec::may_be_one_word) {
     if (!frame_detail::decode_quick(bits, codec, bounds, result.value())) {
-      frame_detail::decode_apart(bits, codec, bounds, result);
+      // Copies, so that the originals can stay in registers.
+      const BitView line = bits;
+      const FrameBounds limits = bounds;
+      frame_detail::decode_apart(line, codec, limits, result);
     }
   } else {
     frame_detail::decode_in_steps(bits, codec, bounds, result);

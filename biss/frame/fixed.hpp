@@ -27,14 +27,16 @@ class FixedCodec {
 
   static constexpr const FrameFormat& format() { return format_; }
   static constexpr unsigned payload_bits() { return payload_bits_; }
-  static constexpr bool may_be_one_word = frame_detail::fits_one_word(Format);
+  static constexpr bool may_be_one_word = frame_detail::is_one_word(Format);
   static constexpr bool one_word() { return may_be_one_word; }
+  static constexpr const frame_detail::WordPlan& plan() { return plan_; }
   static constexpr std::uint16_t crc(std::size_t k, std::uint64_t data) {
     return engines_[k](data, format_.channel_list[k].data_bits);
   }
 
  private:
   static constexpr FrameFormat format_ = Format;
+  static constexpr frame_detail::WordPlan plan_{Format};
   static constexpr unsigned payload_bits_ = Format.payload_bits();
   static constexpr auto engines_ = [] {
     std::array<Crc, Format.channel_count> engines{};

@@ -80,7 +80,12 @@ Buffer damaged_line(test::Random& random, const FrameCodec<CrcFast, 2>& codec) {
   frame.lead_clocks = static_cast<std::uint16_t>(random.below(12));
   frame.ack_clocks = static_cast<std::uint16_t>(random.below(200) + 1U);
   for (std::size_t k = 0; k < frame.channel_count; ++k) {
-    frame.channel_list[k].position = random.bits(codec.format().channel_list[k].position_bits());
+    const ChannelFormat& channel = codec.format().channel_list[k];
+    frame.channel_list[k] = {
+        .position = random.bits(channel.position_bits()),
+        .life_counter = static_cast<std::uint32_t>(random.bits(channel.life_counter.bits)),
+        .nE = random.flip(),
+        .nW = random.flip()};
   }
   auto line = encode_frame(frame, codec).value();
   const std::uint32_t flips = random.below(3);
@@ -172,3 +177,26 @@ BISS_TEST(QuickDecode, DamagedLinesOfTwoChannels_AsStepByStep) {
 BISS_TEST(QuickDecode, DamagedLinesWithoutCrc_AsStepByStep) { sweep("pos26,nE,nW", 0x2A05); }
 
 BISS_TEST(QuickDecode, DamagedLinesOf64Bits_AsStepByStep) { sweep("pos62,nE,nW,crc6", 0x2A06); }
+
+BISS_TEST(QuickDecode, DamagedLinesOfMultiturnAboveSingleturn_AsStepByStep) {
+  sweep("mt12,st23,E,W,crc6", 0x2A07);
+}
+
+BISS_TEST(QuickDecode, DamagedLinesOfMultiturnApartFromSingleturn_AsStepByStep) {
+  sweep("mt12,pad1,st23,nE,crc6", 0x2A08);
+}
+
+BISS_TEST(QuickDecode, DamagedLinesOfMultiturnBehindSingleturn_AsStepByStep) {
+  sweep("st20,mt12,nW,crc6", 0x2A09);
+}
+
+BISS_TEST(QuickDecode, DamagedLinesOfGray_AsStepByStep) { sweep("st23:gray,nE,nW,crc6", 0x2A0A); }
+
+BISS_TEST(QuickDecode, DamagedLinesOfOneTurnValue_AsStepByStep) {
+  sweep("st20,nE,crc5", 0x2A0B);
+  sweep("mt20,E,pad3,crc8:0x12F:0x5A", 0x2A0C);
+}
+
+BISS_TEST(QuickDecode, DamagedLinesWithoutPosition_AsStepByStep) {
+  sweep("pad9,nE,lc32,crc6:0x43:0x3F:plain", 0x2A0D);
+}
