@@ -17,8 +17,6 @@ namespace biss::bench {
 
 namespace {
 
-using FastCodec = FrameCodec<>;
-
 constexpr const char* text_22 = "pos22,nE,nW,crc6";
 constexpr const char* text_36 = "pos36,nE,nW,crc6";
 constexpr const char* text_safety = "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0";
@@ -30,46 +28,61 @@ Codec hidden_codec(const char* text) {
   return codec;
 }
 
-// What a user asks of a frame: may the position be used, and what is it.
-template <std::size_t Channels>
-std::uint64_t used(const Result<BasicFrame<Channels>, FrameFault>& frame) {
-  if (!frame.ok() || !frame->trusted()) return ~std::uint64_t{0};
+// What a user asks of each channel: the position, and whether it may be used.
+std::uint64_t used(const Channel& channel) {
+  return channel.position * 2U + std::uint64_t{channel.nE};
+}
+
+template <std::size_t Looked, class Frame>
+std::uint64_t used(const Frame& frame) {
   std::uint64_t sum = 0;
-  for (const Channel& channel : frame->channels()) sum += channel.position;
+  for (std::size_t k = 0; k < Looked; ++k) sum = sum * 3U + used(frame.channel_list[k]);
   return sum;
 }
 
-// All frames once, so that no wrong answer is ever fast.
-template <class Decode>
-bool right(const Pool& pool, Decode decode) {
-  for (std::size_t i = 0; i < pool_size; ++i) {
-    if (decode(i) != used(pool.frame(i))) return false;
-  }
-  return true;
-}
-
-template <class Decode>
+// `decode(i)` is the answer to buffer i. All are compared once, so that no wrong one is ever fast.
+template <std::size_t Looked, class Decode>
 void run(benchmark::State& state, const Pool& pool, Decode decode) {
-  if (!right(pool, decode)) return state.SkipWithError("a wrong position");
+  for (std::size_t i = 0; i < pool_size; ++i) {
+    if (decode(i) != used<Looked>(pool.frame(i))) return state.SkipWithError("a wrong position");
+  }
   measure(state, pool_size, decode);
 }
 
-template <class Codec>
+template <class Crc, std::size_t Channels, std::size_t Looked = Channels>
 void search(benchmark::State& state, const char* text) {
-  const auto codec = hidden_codec<Codec>(text);
+  const auto codec = hidden_codec<FrameCodec<Crc, Channels>>(text);
   const Pool pool(text);
-  run(state, pool, [&](std::size_t i) { return used(decode_frame(BitView(pool[i]), codec)); });
+  run<Looked>(state, pool, [&](std::size_t i) {
+    const auto frame = decode_frame(BitView(pool[i]), codec);
+    return frame.ok() ? used<Looked>(*frame) : ~std::uint64_t{0};
+  });
 }
 
-template <class Codec>
+template <class Crc, std::size_t Channels>
 void spi(benchmark::State& state, const char* text) {
+  using Codec = FrameCodec<Crc, Channels>;
   const SpiSetup setup{.period = period_of(megahertz(10)), .line_delay = {.max = nanoseconds(700)}};
   DeviceTiming timing;
   timing.ack_max = microseconds(16);
   SpiReader<Codec> reader(hidden_codec<Codec>(text), setup, timing);
   benchmark::DoNotOptimize(reader);
   const Pool pool(text);
-  run(state, pool, [&](std::size_t i) { return used(reader.read(pool[i])); });
+  run<Channels>(state, pool, [&](std::size_t i) {
+    const auto frame = reader.read(pool[i]);
+    return frame.ok() ? used<Channels>(*frame) : ~std::uint64_t{0};
+  });
+}
+
+constexpr FrameFormat format_22 = parse_format(text_22).value();
+
+// The same search, the format known while compiling.
+void search_fixed(benchmark::State& state) {
+  const Pool pool(text_22);
+  run<1>(state, pool, [&](std::size_t i) {
+    const auto frame = decode_frame(BitView(pool[i]), FixedCodec<format_22>{});
+    return frame.ok() ? used<1>(*frame) : ~std::uint64_t{0};
+  });
 }
 
 constexpr FrameFormat fixed_format = parse_format("pos24,nE,nW,crc6").value();
@@ -82,15 +95,15 @@ void fixed(benchmark::State& state) {
   for (std::size_t i = 0; i < pool_size; ++i) {
     words.push_back(Encoder::encode(pool.frame(i).channel_list[0]));
   }
-  run(state, pool, [&](std::size_t i) {
+  run<1>(state, pool, [&](std::size_t i) {
     const auto channel = Encoder::decode(words[i]);
-    return channel.ok() && channel->nE ? channel->position : ~std::uint64_t{0};
+    return channel.ok() ? used(*channel) : ~std::uint64_t{0};
   });
 }
 
-template <class Codec>
+template <class Crc>
 void encode(benchmark::State& state, const char* text) {
-  const auto codec = hidden_codec<Codec>(text);
+  const auto codec = hidden_codec<FrameCodec<Crc>>(text);
   const Pool pool(text);
   measure(state, pool_size, [&](std::size_t i) {
     const auto line = encode_frame(pool.frame(i), codec);
@@ -99,14 +112,14 @@ void encode(benchmark::State& state, const char* text) {
 }
 
 void unpack_words(benchmark::State& state, const char* text) {
-  const auto codec = hidden_codec<FastCodec>(text);
+  const auto codec = hidden_codec<FrameCodec<>>(text);
   const Pool pool(text);
   const ChannelFormat& format = codec.format().channel_list[0];
   std::vector<std::uint64_t> words;
   for (std::size_t i = 0; i < pool_size; ++i) {
     words.push_back(pack(format, pool.frame(i).channel_list[0]));
   }
-  run(state, pool, [&](std::size_t i) { return unpack(format, words[i]).position; });
+  run<1>(state, pool, [&](std::size_t i) { return used(unpack(format, words[i])); });
 }
 
 using RunText = void (*)(benchmark::State&, const char*);
@@ -122,21 +135,30 @@ void add_pair(Table& table, const std::string& name, const char* text, RunText f
 }  // namespace
 
 void add_frame_rows(Table& table) {
-  add_pair(table, "decode with search, 22 bits", text_22, search<FastCodec>, search<PlainCodec>, 6);
-  add_pair(table, "decode with search, 36 bits", text_36, search<FastCodec>, search<PlainCodec>, 7);
-  add_pair(table, "decode with search, safety 36 + 28 bits", text_safety, search<FastCodec>,
-           search<PlainCodec>, 0);
-  add_pair(table, "SpiReader, 22 bits", text_22, spi<FastCodec>, spi<PlainCodec>, 0);
-  add_pair(table, "SpiReader, 36 bits", text_36, spi<FastCodec>, spi<PlainCodec>, 0);
-  add_pair(table, "SpiReader, safety 36 + 28 bits", text_safety, spi<FastCodec>, spi<PlainCodec>,
-           0);
+  add_pair(table, "decode with search, 22 bits", text_22, search<CrcFast, 1>, search<CrcBitwise, 1>,
+           6);
+  table.add({.name = "decode with search, 22 bits, room for 8 channels",
+             .reference = "decode with search, 22 bits, PlainCodec",
+             .target = 6},
+            [](benchmark::State& state) { search<CrcFast, 8, 1>(state, text_22); });
+  table.add({.name = "decode with search, 22 bits, format known while compiling",
+             .reference = "decode with search, 22 bits, PlainCodec"},
+            search_fixed);
+  add_pair(table, "decode with search, 36 bits", text_36, search<CrcFast, 1>, search<CrcBitwise, 1>,
+           7);
+  add_pair(table, "decode with search, safety 36 + 28 bits", text_safety, search<CrcFast, 2>,
+           search<CrcBitwise, 2>, 0);
+  add_pair(table, "SpiReader, 22 bits", text_22, spi<CrcFast, 1>, spi<CrcBitwise, 1>, 0);
+  add_pair(table, "SpiReader, 36 bits", text_36, spi<CrcFast, 1>, spi<CrcBitwise, 1>, 0);
+  add_pair(table, "SpiReader, safety 36 + 28 bits", text_safety, spi<CrcFast, 2>,
+           spi<CrcBitwise, 2>, 0);
   table.add({.name = "FixedChannel, 24 bits",
              .reference = "FixedChannel, 24 bits, CrcBitwise",
              .target = 1.6,
              .headline = true},
             fixed<CrcFast>);
   table.add({.name = "FixedChannel, 24 bits, CrcBitwise"}, fixed<CrcBitwise>);
-  add_pair(table, "encode_frame, 36 bits", text_36, encode<FastCodec>, encode<PlainCodec>, 0);
+  add_pair(table, "encode_frame, 36 bits", text_36, encode<CrcFast>, encode<CrcBitwise>, 0);
   table.add({.name = "unpack, 36 bits"},
             [](benchmark::State& state) { unpack_words(state, text_36); });
 }

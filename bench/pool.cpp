@@ -34,6 +34,8 @@ Pool::Pool(std::string_view format) {
       frame.channel_list[k].position = random.bits(channel.position_bits());
       frame.channel_list[k].life_counter =
           static_cast<std::uint32_t>(random.bits(channel.life_counter.bits));
+      frame.channel_list[k].nE = random.bits(1) != 0;
+      frame.channel_list[k].nW = random.bits(1) != 0;
     }
     const FrameBits line = encode_frame(frame, codec).value();
     std::copy(line.bytes().begin(), line.bytes().end(),

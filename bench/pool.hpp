@@ -31,8 +31,8 @@ class Random {
 };
 
 /// 4096 buffers of one format, all of the length that the longest frame needs: 2 to 9 ones, ACK of
-/// 33 to 160 clocks, random positions, so that START comes at any bit; zeros behind STOP. A pool
-/// fits a second-level cache.
+/// 33 to 160 clocks, random positions and flags, so that START comes at any bit; zeros behind STOP.
+/// A pool fits a second-level cache.
 class Pool {
  public:
   explicit Pool(std::string_view format);
