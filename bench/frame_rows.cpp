@@ -53,8 +53,8 @@ template <class Crc, std::size_t Channels, std::size_t Looked = Channels>
 void search(benchmark::State& state, const char* text) {
   const auto codec = hidden_codec<FrameCodec<Crc, Channels>>(text);
   const Pool pool(text);
-  run<Looked>(state, pool, [&](std::size_t i) {
-    const auto frame = decode_frame(BitView(pool[i]), codec);
+  run<Looked>(state, pool, [&codec, buffers = pool.buffers()](std::size_t i) {
+    const auto frame = decode_frame(BitView(buffers[i]), codec);
     return frame.ok() ? used<Looked>(*frame) : ~std::uint64_t{0};
   });
 }
@@ -68,8 +68,8 @@ void spi(benchmark::State& state, const char* text) {
   SpiReader<Codec> reader(hidden_codec<Codec>(text), setup, timing);
   benchmark::DoNotOptimize(reader);
   const Pool pool(text);
-  run<Channels>(state, pool, [&](std::size_t i) {
-    const auto frame = reader.read(pool[i]);
+  run<Channels>(state, pool, [&reader, buffers = pool.buffers()](std::size_t i) {
+    const auto frame = reader.read(buffers[i]);
     return frame.ok() ? used<Channels>(*frame) : ~std::uint64_t{0};
   });
 }
@@ -79,8 +79,8 @@ constexpr FrameFormat format_22 = parse_format(text_22).value();
 // The same search, the format known while compiling.
 void search_fixed(benchmark::State& state) {
   const Pool pool(text_22);
-  run<1>(state, pool, [&](std::size_t i) {
-    const auto frame = decode_frame(BitView(pool[i]), FixedCodec<format_22>{});
+  run<1>(state, pool, [buffers = pool.buffers()](std::size_t i) {
+    const auto frame = decode_frame(BitView(buffers[i]), FixedCodec<format_22>{});
     return frame.ok() ? used<1>(*frame) : ~std::uint64_t{0};
   });
 }

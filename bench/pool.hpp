@@ -37,9 +37,16 @@ class Pool {
  public:
   explicit Pool(std::string_view format);
 
-  std::span<const std::uint8_t> operator[](std::size_t index) const {
-    return std::span<const std::uint8_t>(bytes_).subspan(index * stride_, stride_);
-  }
+  /// The buffers by index; small enough to stay in registers. The pool must outlive it.
+  struct Buffers {
+    const std::uint8_t* bytes;
+    std::size_t size;
+
+    std::span<const std::uint8_t> operator[](std::size_t index) const {
+      return {bytes + index * size, size};
+    }
+  };
+  Buffers buffers() const { return {bytes_.data(), stride_}; }
   /// What was encoded.
   const Frame& frame(std::size_t index) const { return frames_[index]; }
 

@@ -154,7 +154,9 @@ class CrcSliced {
   // Data of up to 40 bits. The look-ups arrive together, so a tree of XORs is shorter than a chain.
   constexpr std::uint16_t low_slices(std::uint64_t data) const {
     const std::uint32_t early = pair(pair(at(0, data), at(1, data)), at(4, data));
-    return static_cast<std::uint16_t>(early ^ pair(at(2, data), at(3, data)));
+    // The fourth byte needs no mask when it is the top one.
+    const std::uint32_t fourth = table_[3][static_cast<std::uint32_t>(data) >> 24U];
+    return static_cast<std::uint16_t>(early ^ pair(at(2, data), fourth));
   }
 
   constexpr std::uint16_t all_slices(std::uint64_t data) const {
