@@ -144,11 +144,9 @@ template <class Codec>
 constexpr void decode_in_steps(const BitView& bits, const Codec& codec, const FrameBounds& bounds,
                                Outcome<Codec>& result) {
   const auto start = find_start(bits, bounds);
-  bool done = false;
   if constexpr (Codec::may_be_one_word && !selects) {
-    done = start.ok() && codec.one_word() && read_word(bits, *start, codec, result.value());
+    if (start.ok() && codec.one_word() && read_word(bits, *start, codec, result.value())) return;
   }
-  if (done) return;
   const auto fault =
       start.ok() ? read_payload(bits, *start, codec, result.value()) : std::optional(start.error());
   if (fault) result = failure(*fault);

@@ -41,6 +41,10 @@ BISS_TEST(Encode, ValuesThatDoNotFit_HaveTheirCauses) {
   frame = frame_of(1);
   frame.channel_count = 2;
   BISS_EXPECT_EQ(cause(frame), static_cast<unsigned>(EncodeError::channel_count));
+  BasicFrame<1> too_small;
+  too_small.channel_count = 2;
+  const auto two = encode_frame(too_small, PlainCodec(format_of("pos18+pos18")));
+  BISS_EXPECT(!two.ok() && two.error() == EncodeError::channel_count);
   frame = frame_of(1);
   frame.ack_clocks = 0;
   BISS_EXPECT_EQ(cause(frame), static_cast<unsigned>(EncodeError::ack_range));
