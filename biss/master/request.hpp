@@ -1,0 +1,204 @@
+// The master's side of the line: one request after the other, as a stepper.
+//
+//   clock     1       2       3       4       5       6  … the one of STOP
+//   MA   ‾\___/‾‾‾\___/‾‾‾\___/‾‾‾\___/‾‾‾\___/‾‾‾\___/‾‾‾
+//             :LAT    :ACK            :START  :CDS
+//   SLO  ‾‾‾‾‾‾‾‾‾‾‾‾‾:‾‾\_______________/‾‾‾‾‾‾‾X=======X
+//                     |d |T/2|       ^       ^       ^       ^     a sample for each clock
+//
+// d is measured in each request. Samples are numbered from ACK, so d may be any number of periods:
+// they keep coming at their spacing while MA is that much ahead. START tells which clock makes
+// STOP. MA stops with that one, or at once where more bits are on their way than the frame still
+// has.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+
+#include "biss/base/result.hpp"
+#include "biss/base/units.hpp"
+#include "biss/frame/codec.hpp"
+#include "biss/frame/decode.hpp"
+#include "biss/frame/frame.hpp"
+#include "biss/master/bit_sampler.hpp"
+#include "biss/master/ma_clock.hpp"
+#include "biss/master/request_setup.hpp"
+#include "biss/timing/device_timing.hpp"
+#include "biss/timing/step.hpp"
+
+namespace biss {
+
+/// Makes requests and reads the answers. Drives MA, is told SLO and the time.
+///
+///   StepOutput out = master.begin(now, slo);
+///   while (!master.done()) out = master.step(now, slo);  // at each change of SLO and each
+///   deadline use(master.reading());
+///
+/// Every request ends by itself, whatever SLO does. After a good frame MA rests as CDM says (0:
+/// high, 1: low) until SLO rises, which means ready. After any other it rests for the reset time,
+/// because SLO tells nothing then; high, unless all bits came and CDM is 1.
+///
+/// A sample sees the level from before the time of the call: of a change and a sample at the same
+/// instant either may be told first. A call later than the deadline moves that edge of MA and all
+/// that follow.
+///
+/// `Codec` is a FrameCodec or FixedCodec; it is kept by value.
+template <class Codec>
+class RequestCycle {
+ public:
+  using Frame = typename Codec::Frame;
+  using Reading = BasicReading<Frame>;
+
+  /// \pre setup keeps what MasterSetup asks
+  constexpr RequestCycle(const Codec& codec, const MasterSetup& setup)
+      : codec_(codec),
+        setup_(with_defaults(setup)),
+        clock_(setup_.period, setup_.low_time),
+        sampler_(setup_, request_ack_bounds(setup_), codec.payload_bits()) {}
+
+  /// With the defaults filled in.
+  constexpr const MasterSetup& setup() const { return setup_; }
+  constexpr const Codec& codec() const { return codec_; }
+
+  /// Begins a request: MA falls now. Refused while SLO is low and before earliest(); then done()
+  /// stays true, reading() has the refusal, and the deadline says when to try again.
+  /// \pre done(), now is not before the last call
+  constexpr StepOutput begin(Picoseconds now, bool slo, bool cdm) {
+    reading_ = Reading{};
+    reading_.begin = now;
+    sampler_.begin(now, slo);
+    if (now < earliest_ || !slo) return refuse(slo);
+    phase_ = Phase::reading;
+    clock_.begin(now, cdm);
+    return output(now);
+  }
+
+  /// With the setup's CDM.
+  constexpr StepOutput begin(Picoseconds now, bool slo) { return begin(now, slo, setup_.cdm); }
+
+  /// Call at every change of SLO and at the deadline; any other call changes nothing.
+  /// \pre now is not before the last call
+  constexpr StepOutput step(Picoseconds now, bool slo) {
+    while (sampler_.next() <= now && sampler_.next() < clock_.next()) take(sampler_.sample(), now);
+    if (clock_.next() <= now) edge(now);
+    while (sampler_.next() <= now) take(sampler_.sample(), now);
+    if (limit_ <= now) finish(now);
+    if (slo != sampler_.level()) change(now, slo);
+    return output(now);
+  }
+
+  /// No request is running.
+  constexpr bool done() const { return phase_ == Phase::idle; }
+  /// Of the last request, whole when done().
+  constexpr const Reading& reading() const { return reading_; }
+  /// The next request is refused before this time. \pre done()
+  constexpr Picoseconds earliest() const { return earliest_; }
+
+ private:
+  enum class Phase : std::uint8_t {
+    idle,
+    reading,    // bits are expected
+    stopping,   // no more are, but MA has edges to go
+    settling,   // a good frame: until SLO rises
+    resetting,  // any other
+  };
+
+  // START, CDS, payload, STOP.
+  static constexpr std::size_t capacity_bits =
+      3U + max_channel_bits * (sizeof(Frame::channel_list) / sizeof(Channel));
+
+  constexpr StepOutput output(Picoseconds now) const {
+    return {clock_.level(), std::max(std::min({clock_.next(), sampler_.next(), limit_}), now)};
+  }
+
+  constexpr StepOutput refuse(bool slo) {
+    reading_.frame = failure(FrameFault{FrameError::not_ready});
+    reading_.refusal = slo ? Refusal::too_early : Refusal::slo_low;
+    reading_.ready = slo;
+    return {clock_.level(), slo ? earliest_ : never};
+  }
+
+  constexpr void edge(Picoseconds now) {
+    sampler_.delay_by(now - clock_.next());
+    clock_.edge(now);
+    if (phase_ == Phase::stopping) return settle(now);
+    if (clock_.level() && clock_.rises() == 2) take(sampler_.ack_clock(now), now);
+  }
+
+  constexpr void change(Picoseconds now, bool slo) {
+    take(sampler_.change(now, slo), now);
+    if (phase_ == Phase::settling && slo) finish(now);
+  }
+
+  constexpr void take(SampleEvent event, Picoseconds now) {
+    if (event == SampleEvent::bit) return;
+    if (event == SampleEvent::start) {
+      return clock_.stop_at(sampler_.stop_clock() + setup_.extra_clocks);
+    }
+    if (event == SampleEvent::failed) clock_.abandon();
+    phase_ = Phase::stopping;
+    settle(now);
+  }
+
+  // Once MA has stopped, what was read is judged.
+  constexpr void settle(Picoseconds now) {
+    if (clock_.running()) return;
+    reading_.line_delay = sampler_.line_delay();
+    reading_.lead_clocks = sampler_.lead_clocks();
+    reading_.ack_clocks = sampler_.ack_clocks();
+    reading_.clocks = clock_.rises();
+    if (sampler_.cause()) {
+      reading_.frame = failure(FrameFault{*sampler_.cause()});
+    } else {
+      const FrameStart start{0, sampler_.lead_clocks(), sampler_.ack_clocks()};
+      reading_.frame = decode_payload(sampler_.bits(), start, codec_);
+    }
+    limit_ = reset_end();
+    phase_ = Phase::resetting;
+    if (!reading_.frame.ok()) return;
+    phase_ = Phase::settling;
+    // SLO ends it, so there is no harm in waiting as long as any encoder may take.
+    limit_ = std::max(limit_, clock_.last_edge() + biss_static_timeout_max);
+    if (!sampler_.level()) return;
+    if (clock_.level()) return finish(now);
+    limit_ = now + setup_.period / 2;  // ready before CDM was sent; MA may not just twitch
+  }
+
+  constexpr Picoseconds reset_end() const {
+    const Picoseconds last = clock_.last_edge();
+    const Picoseconds travel = reading_.line_delay.value_or(Picoseconds{}) + setup_.period;
+    const Timeout& timeout = setup_.timing.timeout;
+    if (setup_.reset_time.count != 0) return last + setup_.reset_time + travel;
+    if (timeout.rule == TimeoutRule::cycle) {
+      return std::max(reading_.begin + timeout.time, last) + travel;
+    }
+    if (timeout.rule == TimeoutRule::fixed) return last + timeout.time + travel;
+    // It depends on a clock that the encoder keeps to itself.
+    const Picoseconds adaptive = setup_.period * 3 / 2 + timeout.time;
+    return last + std::max(biss_static_timeout_max, adaptive) + travel;
+  }
+
+  constexpr void finish(Picoseconds now) {
+    clock_.release(now);
+    limit_ = never;
+    reading_.ready = sampler_.level();
+    reading_.marginal = sampler_.marginal();
+    earliest_ =
+        std::max(reading_.begin + setup_.timing.cycle_min, clock_.last_edge() + setup_.idle_min);
+    phase_ = Phase::idle;
+  }
+
+  Codec codec_;
+  MasterSetup setup_;
+  MaClock clock_;
+  BitSampler<capacity_bits> sampler_;
+  Phase phase_ = Phase::idle;
+  Picoseconds limit_ = never;
+  Picoseconds earliest_{std::numeric_limits<std::int64_t>::min()};
+  Reading reading_;
+};
+
+}  // namespace biss

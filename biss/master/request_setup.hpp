@@ -1,0 +1,113 @@
+// How a master makes its requests, and what it tells of each.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "biss/base/result.hpp"
+#include "biss/base/units.hpp"
+#include "biss/frame/frame.hpp"
+#include "biss/timing/device_timing.hpp"
+
+namespace biss {
+
+/// What a RequestCycle drives and expects. A time of 0 stands for the default that is named.
+struct MasterSetup {
+  /// Of MA; at least 32 ps.
+  Picoseconds period{};
+  /// ACK's bounds, timeout and shortest cycle are respected; the clock's limits are the caller's.
+  DeviceTiming timing{};
+  /// Devices one behind the other; each after the first delays START by a clock. At least 1.
+  std::uint8_t slaves = 1;
+  /// Samples each bit half a period after it arrives, by the line delay measured in this request.
+  /// Without: half a period after the rising edge, one bit a clock, whatever arrives then.
+  bool compensate = true;
+  /// CDM where begin() is not told another.
+  bool cdm = false;
+  /// Clocks of MA behind the one that made STOP.
+  std::uint16_t extra_clocks = 0;
+  /// Of MA low in each clock; half a period. Less than the period.
+  Picoseconds low_time{};
+  /// Resolution of the sampling point; a sixteenth of the period. Above a quarter it is a quarter:
+  /// a point that coarse might be the one where SLO changes.
+  Picoseconds sample_step{};
+  /// Moves the sampling point out of the middle, at most half a period either way. With
+  /// compensation half a period samples in the very moment of the change.
+  Picoseconds sample_shift{};
+  /// Without ACK after so long, at the first rising edge that could have made it, there is none.
+  Picoseconds line_delay_max = biss_line_delay_max;
+  /// MA high after a failed request, from its last edge; the device's timeout, or 40 µs where that
+  /// is adaptive.
+  Picoseconds reset_time{};
+  /// MA high between two requests; half a period. Only CDM 1 comes so close.
+  Picoseconds idle_min{};
+};
+
+/// The setup with a value for each default.
+constexpr MasterSetup with_defaults(MasterSetup setup) {
+  const Picoseconds period = setup.period;
+  if (setup.low_time.count == 0) setup.low_time = period / 2;
+  if (setup.sample_step.count == 0) setup.sample_step = period / 16;
+  setup.sample_step = std::clamp(setup.sample_step, picoseconds(1), period / 4);
+  if (setup.idle_min.count == 0) setup.idle_min = period / 2;
+  return setup;
+}
+
+/// ACK's bounds as the master sees them: those of the device, and a clock for each further slave.
+constexpr AckBounds request_ack_bounds(const MasterSetup& setup) {
+  AckBounds bounds = ack_bounds(setup.timing, setup.period);
+  const unsigned further = setup.slaves - 1U;
+  bounds.min_clocks = static_cast<std::uint16_t>(bounds.min_clocks + further);
+  bounds.max_clocks = static_cast<std::uint16_t>(bounds.max_clocks + further);
+  return bounds;
+}
+
+/// Why no request was made.
+enum class Refusal : std::uint8_t {
+  none,
+  slo_low,    ///< the encoder is not ready, or SLO is stuck or not connected
+  too_early,  ///< the device's shortest cycle has not passed, or MA was not high long enough
+};
+
+inline constexpr std::size_t refusal_count = 3;
+
+/// The name users see, the same as the enumerator's.
+constexpr std::string_view name_of(Refusal refusal) {
+  constexpr std::array<std::string_view, refusal_count> names{"none", "slo_low", "too_early"};
+  return names[static_cast<std::size_t>(refusal)];
+}
+
+/// One request's outcome. `Frame` is the codec's.
+template <class Frame>
+struct BasicReading {
+  /// The frame, or the one cause:
+  ///   not_ready       refused, `refusal` says why; MA did not move
+  ///   no_response     SLO stayed high
+  ///   response_range  SLO was low before ACK could begin, or ACK came after line_delay_max
+  ///   no_start        ACK exceeded the device's bound
+  ///   ack_range       START came before the device can answer
+  ///   cds, crc, stop_bit  as decode_frame()
+  Result<Frame, FrameFault> frame = failure(FrameFault{FrameError::no_response});
+  Refusal refusal = Refusal::none;
+  /// The first falling edge of MA, or the time of the refusal.
+  Picoseconds begin{};
+  /// Second rising edge of MA to the fall of SLO, both at the master; measured with and without
+  /// compensation. Nothing when ACK did not begin.
+  std::optional<Picoseconds> line_delay{};
+  /// Ones before ACK as sampled, LAT's included: 1 with compensation.
+  std::uint16_t lead_clocks = 0;
+  /// Zeros of ACK as sampled, 0 when it did not begin.
+  std::uint16_t ack_clocks = 0;
+  /// Rising edges of MA, without the one that ends CDM.
+  std::uint32_t clocks = 0;
+  /// SLO changed within a twentieth of a period of a sampling instant, before or after.
+  bool marginal = false;
+  /// SLO is high at the end: the encoder takes the next request.
+  bool ready = false;
+};
+
+}  // namespace biss

@@ -1,0 +1,213 @@
+// How requests end that do not go well, and when the next may come.
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+
+#include "biss/master/request.hpp"
+#include "tests/core/requests.hpp"
+#include "tests/core/test.hpp"
+
+namespace {
+
+using namespace biss;
+using namespace biss::test::request;
+using test::run;
+using test::ScriptedSlo;
+using test::Seen;
+
+}  // namespace
+
+BISS_TEST(RequestEnd, NoAnswer_EndsWithMaHighForTheResetTime) {
+  for (const bool compensate : {true, false}) {
+    MasterSetup lonely = setup;
+    lonely.compensate = compensate;
+    lonely.line_delay_max = microseconds(4);
+    lonely.cdm = true;
+    Master master(Codec{}, lonely);
+    test::Line ones;
+    ones.append_run(true, 500);
+    ScriptedSlo device{.script = ones};
+    const Seen seen = run(master, device, {}, true);
+    BISS_EXPECT(cause_of(master.reading()) == FrameError::no_response);
+    BISS_EXPECT(!master.reading().line_delay);
+    BISS_EXPECT(seen.last_rise >= microseconds(4) && seen.last_rise <= microseconds(5));
+    BISS_EXPECT(seen.end >= seen.last_rise + microseconds(20));
+    BISS_EXPECT(seen.end <= seen.last_rise + microseconds(21));
+    BISS_EXPECT(seen.shortest == period / 2);
+    BISS_EXPECT(seen.last_edge == seen.last_rise);
+    BISS_EXPECT(master.reading().ready);
+  }
+}
+
+BISS_TEST(RequestEnd, AckLongerThanTheDeviceAllows_EndsWithMaHighForTheResetTime) {
+  Master master(Codec{}, setup);
+  ScriptedSlo device{.script = low_from_ack()};
+  const Seen seen = run(master, device, {});
+  BISS_EXPECT(cause_of(master.reading()) == FrameError::no_start);
+  BISS_EXPECT_EQ(master.reading().ack_clocks, 6);
+  BISS_EXPECT_EQ(seen.rises, 9U);
+  BISS_EXPECT(seen.end >= seen.last_rise + microseconds(20));
+  BISS_EXPECT(master.reading().ready);
+  // The next one is read.
+  device.script = script_of(77, 6);
+  run(master, device, master.earliest());
+  BISS_EXPECT_EQ(position_of(master.reading()), 77);
+}
+
+BISS_TEST(RequestEnd, ResetTime_IsTheDevicesOrAsAsked) {
+  const auto rest_after = [](Timeout timeout, Picoseconds reset) {
+    MasterSetup other = setup;
+    other.timing.timeout = timeout;
+    other.reset_time = reset;
+    Master master(Codec{}, other);
+    ScriptedSlo device{.script = low_from_ack()};
+    const Seen seen = run(master, device, {});
+    return seen.end - seen.last_rise - period;
+  };
+  BISS_EXPECT(rest_after({TimeoutRule::fixed, microseconds(13)}, {}) == microseconds(13));
+  BISS_EXPECT(rest_after({TimeoutRule::adaptive, {}}, {}) == microseconds(40));
+  BISS_EXPECT(rest_after({TimeoutRule::adaptive, microseconds(50)}, {}) == nanoseconds(50'150));
+  // From the beginning, of which 9 clocks have passed.
+  BISS_EXPECT(rest_after({TimeoutRule::cycle, nanoseconds(31'250)}, {}) == nanoseconds(30'400));
+  BISS_EXPECT(rest_after({TimeoutRule::cycle, nanoseconds(100)}, {}) == Picoseconds{});
+  BISS_EXPECT(rest_after({}, microseconds(3)) == microseconds(3));
+}
+
+BISS_TEST(RequestEnd, StartBeforeTheDeviceCanAnswer_IsAckRange) {
+  Master master(Codec{}, setup);
+  ScriptedSlo device{.script = script_of(0x155, 3)};
+  run(master, device, {});
+  BISS_EXPECT(cause_of(master.reading()) == FrameError::ack_range);
+  BISS_EXPECT_EQ(master.reading().clocks, 4U + 3U + payload_bits);
+}
+
+BISS_TEST(RequestEnd, SloLowAtTheBeginning_IsRefusedAndMaStaysHigh) {
+  Master master(Codec{}, setup);
+  const StepOutput out = master.begin(microseconds(1), false);
+  BISS_EXPECT(out == StepOutput{});
+  BISS_EXPECT(master.done());
+  BISS_EXPECT(master.reading().refusal == Refusal::slo_low);
+  BISS_EXPECT(cause_of(master.reading()) == FrameError::not_ready);
+  BISS_EXPECT(!master.reading().ready);
+  BISS_EXPECT(master.begin(microseconds(2), true).level == false);
+}
+
+BISS_TEST(RequestEnd, BeforeTheShortestCycle_IsRefusedWithTheTimeItMayCome) {
+  Master master(Codec{}, setup);
+  ScriptedSlo device{.script = script_of(1), .timeout = nanoseconds(12'500)};
+  const Seen seen = run(master, device, microseconds(3));
+  BISS_EXPECT(seen.end < microseconds(28));
+  BISS_EXPECT(master.reading().ready);
+  BISS_EXPECT(master.earliest() == microseconds(28));
+  const StepOutput early = master.begin(microseconds(28) - picoseconds(1), true);
+  BISS_EXPECT(early.level && early.deadline == microseconds(28));
+  BISS_EXPECT(master.done());
+  BISS_EXPECT(master.reading().refusal == Refusal::too_early);
+  BISS_EXPECT(cause_of(master.reading()) == FrameError::not_ready);
+  BISS_EXPECT(!master.begin(early.deadline, true).level);
+}
+
+BISS_TEST(RequestEnd, SloLowBeforeAckCanCome_IsResponseRange) {
+  for (const bool compensate : {true, false}) {
+    MasterSetup either = setup;
+    either.compensate = compensate;
+    Master master(Codec{}, either);
+    ScriptedSlo device{.script = test::line_of("0")};
+    const Seen seen = run(master, device, {});
+    BISS_EXPECT(cause_of(master.reading()) == FrameError::response_range);
+    BISS_EXPECT_EQ(seen.rises, 2U);
+    BISS_EXPECT(seen.end >= seen.last_rise + microseconds(20));
+  }
+}
+
+BISS_TEST(RequestEnd, LineDelayOfTheLongest_IsReadAndOneMoreIsNot) {
+  MasterSetup close = setup;
+  close.line_delay_max = nanoseconds(730);
+  for (const std::int64_t delay : {730'000, 730'001}) {
+    Master master(Codec{}, close);
+    ScriptedSlo device{.script = script_of(0x3A5A5), .delay = picoseconds(delay)};
+    run(master, device, {});
+    if (delay == 730'000) {
+      BISS_EXPECT_EQ(position_of(master.reading()), 0x3A5A5);
+    } else {
+      BISS_EXPECT(cause_of(master.reading()) == FrameError::response_range);
+    }
+  }
+}
+
+BISS_TEST(RequestEnd, SloThatStaysLow_EndsWithTheFrameAndRefusesTheNext) {
+  for (const bool cdm : {false, true}) {
+    Master master(Codec{}, setup);
+    ScriptedSlo device{.script = script_of(0x2222), .timeout = milliseconds(1)};
+    const Seen seen = run(master, device, {}, cdm);
+    BISS_EXPECT_EQ(position_of(master.reading()), 0x2222);
+    BISS_EXPECT(!master.reading().ready);
+    BISS_EXPECT(seen.end <= microseconds(50));
+    BISS_EXPECT(master.begin(microseconds(60), false) == StepOutput{});
+    BISS_EXPECT(master.reading().refusal == Refusal::slo_low);
+  }
+}
+
+BISS_TEST(RequestEnd, Cdm_IsMasLevelUntilSloRises) {
+  MasterSetup quick = setup;
+  quick.timing.cycle_min = {};
+  for (const bool cdm : {false, true}) {
+    Master master(Codec{}, quick);
+    ScriptedSlo device{.script = script_of(0x1234), .delay = nanoseconds(470)};
+    const Seen seen = run(master, device, {}, cdm);
+    BISS_EXPECT_EQ(position_of(master.reading()), 0x1234);
+    BISS_EXPECT_EQ(device.ma_at_timeout, !cdm);
+    BISS_EXPECT_EQ(master.reading().clocks, 4U + 5U + payload_bits);
+    BISS_EXPECT_EQ(seen.falls, master.reading().clocks + (cdm ? 1U : 0U));
+    BISS_EXPECT_EQ(seen.rises, seen.falls);
+    BISS_EXPECT(seen.shortest == period / 2);
+    BISS_EXPECT(seen.end == seen.last_edge || !cdm);
+    // MA has been low until now: it shall be high for a while.
+    BISS_EXPECT(master.earliest() == seen.last_edge + period / 2);
+  }
+}
+
+BISS_TEST(RequestEnd, DamagedBits_KeepTheirCauseAndWaitForTheTimeout) {
+  Master master(Codec{}, setup);
+  for (const std::size_t bit : {6U, 7U, 8U, 20U, 33U, 34U}) {
+    ScriptedSlo device{.script = script_of(0x5A5A), .timeout = nanoseconds(12'500)};
+    device.script.flip(bit);
+    const bool cds = bit == 7;
+    const bool stop = bit == 34;
+    const Seen seen = run(master, device, master.earliest() + milliseconds(1));
+    if (bit == 6) continue;  // START: what follows may be anything
+    BISS_EXPECT(cause_of(master.reading()) == (cds    ? FrameError::cds
+                                               : stop ? FrameError::stop_bit
+                                                      : FrameError::crc))
+        << "bit " << bit;
+    BISS_EXPECT(seen.end >= seen.last_rise + microseconds(20));
+  }
+}
+
+BISS_TEST(RequestEnd, RandomSlo_AlwaysEndsAndTheNextIsTaken) {
+  BISS_RANDOM(random, 0x3002);
+  Picoseconds now{};
+  for (std::uint32_t i = 0; i < test::rounds(3'000, 20); ++i) {
+    MasterSetup any = setup;
+    any.compensate = random.flip();
+    any.extra_clocks = static_cast<std::uint16_t>(random.below(5));
+    Master master(Codec{}, any);
+    const std::uint32_t pace = 1U + random.below(random.flip() ? 300'000 : 5'000'000);
+    StepOutput out = master.begin(now, true, random.flip());
+    const Picoseconds begin = now;
+    Picoseconds change = now;
+    bool slo = true;
+    while (!master.done()) {
+      BISS_ASSERT(out.deadline >= now && out.has_deadline());
+      if (change <= now) change = now + picoseconds(1 + random.below(pace));
+      now = std::min(out.deadline, change);
+      if (now == change) slo = !slo;
+      out = master.step(now, slo);
+    }
+    BISS_ASSERT(out.level && !out.has_deadline());
+    // Line delay, the frame, the timeout.
+    BISS_ASSERT(now - begin < microseconds(40 + 6 + 40 + 40));
+    now = std::max(now, master.earliest());
+    BISS_ASSERT(!master.begin(now, true).level);
+  }
+}
