@@ -1,0 +1,146 @@
+// Slaves one behind the other: SLO of one is SLI of the next.
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+#include "biss/frame/decode.hpp"
+#include "biss/slave/slave.hpp"
+#include "tests/core/frames.hpp"
+#include "tests/core/slave_bench.hpp"
+#include "tests/core/test.hpp"
+
+namespace biss::test {
+namespace {
+
+template <std::size_t Count>
+struct Chain {
+  std::array<Log, Count> log{};
+  std::array<TestSlave, Count> slave;
+  std::array<StepOutput, Count> out{};
+  Picoseconds now = microseconds(5);
+  bool ma = true;
+  Line bits;
+
+  void settle() {
+    bool sli = false;
+    for (std::size_t k = 0; k < Count; ++k) {
+      out[k] = slave[k].step(now, ma, sli);
+      sli = out[k].level;
+    }
+  }
+  void wait(Picoseconds time) {
+    const Picoseconds end = now + time;
+    while (true) {
+      Picoseconds next = end;
+      for (const StepOutput& each : out) next = std::min(next, each.deadline);
+      now = next;
+      settle();
+      if (next == end) return;
+    }
+  }
+  void put(bool level) {
+    ma = level;
+    settle();
+    wait(half);
+  }
+  void clock(unsigned count) {
+    for (unsigned i = 0; i < count; ++i) {
+      put(false);
+      put(true);
+      bits.append(out[Count - 1].level);
+    }
+  }
+};
+
+constexpr SlaveTiming chained(SlaveTiming timing) {
+  timing.chained = true;
+  return timing;
+}
+
+constexpr Timeout short_timeout{TimeoutRule::fixed, nanoseconds(12'500)};
+constexpr Timeout long_timeout{TimeoutRule::fixed, microseconds(30)};
+
+Chain<3> chain_of(const SlaveTiming& first, const SlaveTiming& second, const SlaveTiming& third) {
+  const TestCodec codec(format_of("pos5,nE,nW,crc6"));
+  return {.slave = {TestSlave(codec, first, {}), TestSlave(codec, chained(second), {}),
+                    TestSlave(codec, chained(third), {})},
+          .bits = {}};
+}
+
+void own(Chain<3>& chain) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    chain.slave[k].source().log = &chain.log[k];
+    chain.log[k].position = 9 + k;
+  }
+}
+
+/// The three channels as the master sees them, last slave first.
+void expect_chain(const Chain<3>& chain, unsigned ack_clocks) {
+  const FrameCodec<CrcFast, 3> codec(format_of("pos5,nE,nW,crc6+pos5,nE,nW,crc6+pos5,nE,nW,crc6"));
+  const auto frame = decode_frame(chain.bits.view(), codec, FrameBounds{});
+  BISS_ASSERT(frame.ok()) << static_cast<int>(frame.error().cause);
+  BISS_EXPECT_EQ(frame->ack_clocks, ack_clocks);
+  for (std::size_t k = 0; k < 3; ++k) {
+    BISS_EXPECT_EQ(frame->channel_list[k].position, 9 + 2 - k);
+  }
+}
+
+}  // namespace
+
+BISS_TEST(SlaveChain, Three_HandStartOnAndSendLastFirst) {
+  Chain<3> chain =
+      chain_of({.timeout = long_timeout}, {.timeout = short_timeout}, {.timeout = short_timeout});
+  own(chain);
+  chain.log[0].cds = true;
+  chain.clock(5 + 2 + 3 * 13 + 3);
+  expect_chain(chain, 3);
+  BISS_EXPECT(chain.bits.view().bit(5));  // CDS
+  BISS_EXPECT(!chain.bits.view().bit(5 + 3 * 13 + 1));
+}
+
+BISS_TEST(SlaveChain, LateFurtherSlave_KeepsItsPredecessorsBits) {
+  for (const int clocks : {1, 4, 17, 80}) {
+    Chain<3> chain = chain_of({.timeout = long_timeout}, {.timeout = long_timeout},
+                              {.ready = period * clocks, .timeout = long_timeout});
+    own(chain);
+    chain.clock(5 + 2 + 3 * 13 + 90);
+    expect_chain(chain, static_cast<unsigned>(std::max(clocks, 3)));
+  }
+}
+
+BISS_TEST(SlaveChain, LastSlave_IsIdleOnlyBehindItsPredecessors) {
+  Chain<3> chain =
+      chain_of({.timeout = long_timeout}, {.timeout = short_timeout}, {.timeout = short_timeout});
+  own(chain);
+  chain.clock(5 + 2 + 3 * 13 + 3);
+  chain.wait(nanoseconds(12'500));
+  BISS_EXPECT(chain.slave[2].state() == SlaveState::chain_busy);
+  BISS_EXPECT(!chain.out[2].level);
+  BISS_EXPECT_EQ(chain.log[2].cdm_count, 1);
+  chain.wait(microseconds(30) - nanoseconds(12'500) - half);
+  for (std::size_t k = 0; k < 3; ++k) {
+    BISS_EXPECT(chain.slave[k].state() == SlaveState::idle) << k;
+    BISS_EXPECT_EQ(chain.log[k].cdm_count, 1);
+  }
+  chain.bits.clear();
+  chain.clock(5 + 2 + 3 * 13 + 3);
+  expect_chain(chain, 3);
+}
+
+BISS_TEST(SlaveChain, RequestWhilePredecessorIsBusy_IsEarly) {
+  Chain<3> chain =
+      chain_of({.timeout = long_timeout}, {.timeout = short_timeout}, {.timeout = short_timeout});
+  own(chain);
+  chain.clock(5 + 2 + 3 * 13 + 3);
+  chain.wait(microseconds(15));
+  BISS_EXPECT(chain.slave[2].state() == SlaveState::chain_busy);
+  chain.bits.clear();
+  chain.clock(60);
+  BISS_EXPECT(chain.slave[2].state() == SlaveState::early_request);
+  BISS_EXPECT_EQ(chain.bits.view().find(true, 0), 60);
+  chain.wait(microseconds(31));
+  BISS_EXPECT(chain.slave[2].state() == SlaveState::idle);
+  BISS_EXPECT(chain.out[2].level);
+}
+
+}  // namespace biss::test

@@ -1,0 +1,280 @@
+// The slave's side of a request, clock by clock.
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "biss/catalogue/catalogue.hpp"
+#include "biss/frame/decode.hpp"
+#include "biss/slave/slave.hpp"
+#include "tests/core/frames.hpp"
+#include "tests/core/slave_bench.hpp"
+#include "tests/core/test.hpp"
+
+namespace biss::test {
+namespace {
+
+using Codec = TestCodec;
+
+constexpr FrameFormat format = format_of("pos26,nE,nW,crc6");
+constexpr unsigned frame_clocks = 5 + 34;
+
+/// One slave on a clock of 1 MHz; `bits` is SLO half a period after each rising edge.
+struct Bench {
+  constexpr explicit Bench(const SlaveTiming& timing, const FrameFormat& frame_format = format)
+      : slave(Codec(frame_format), timing, {&log}) {}
+
+  constexpr bool put(bool ma) { return (out = slave.step(now, ma, false)).level; }
+  constexpr void wait(Picoseconds time) {
+    const Picoseconds end = now + time;
+    while (out.deadline <= end) {
+      now = out.deadline;
+      put(slave_ma);
+    }
+    now = end;
+  }
+  /// From MA high: falling, rising, and half a period more.
+  constexpr void clock(unsigned count) {
+    for (unsigned i = 0; i < count; ++i) {
+      put(slave_ma = false);
+      wait(half);
+      put(slave_ma = true);
+      wait(half);
+      bits.append(out.level);
+    }
+  }
+  constexpr Picoseconds time_to_idle() {
+    const Picoseconds begin = now;
+    for (int i = 0; i < 4 && out.has_deadline(); ++i) wait(out.deadline - now);
+    return now - begin + half;
+  }
+
+  Log log;
+  TestSlave slave;
+  Picoseconds now = microseconds(5);
+  bool slave_ma = true;
+  StepOutput out;
+  Line bits;
+};
+
+constexpr Result<Codec::Frame, FrameFault> read(const Bench& bench, const FrameFormat& f = format) {
+  return decode_frame(bench.bits.view(), Codec(f), FrameBounds{});
+}
+
+}  // namespace
+
+BISS_TEST(Slave, WholeRequest_IsTheEncodedFrame) {
+  Bench bench({});
+  bench.log.position = 0x1234567;
+  bench.log.cds = true;
+  bench.clock(frame_clocks);
+  BISS_EXPECT(bench.slave.state() == SlaveState::stop);
+  const auto frame = read(bench);
+  BISS_ASSERT(frame.ok());
+  BISS_EXPECT_EQ(frame->channel_list[0].position, 0x1234567);
+  BISS_EXPECT(frame->cds);
+  BISS_EXPECT(frame->stop_seen);
+  BISS_EXPECT_EQ(frame->lead_clocks, 1);
+  BISS_EXPECT_EQ(frame->ack_clocks, 1);
+  BISS_EXPECT_EQ(bench.log.samples, 1);
+  BISS_EXPECT_EQ(bench.log.sampled_at.count, (microseconds(5) + half).count);
+}
+
+BISS_TEST(Slave, EveryFormatOfTheCatalogue_SendsWhatWasSampled) {
+  BISS_RANDOM(random, 0x51A7E);
+  for (const CatalogueEntry& entry : catalogue) {
+    const FrameFormat entry_format = entry.frame_format();
+    if (entry_format.channel_count > 2) continue;
+    Bench bench(slave_timing(entry.timing), entry_format);
+    unsigned least_bits = 64;
+    for (const ChannelFormat& channel : entry_format.channels()) {
+      least_bits = std::min(least_bits, channel.position_bits());
+    }
+    bench.log.position = random.bits(least_bits);
+    bench.clock(8 + entry_format.payload_bits());
+    const auto frame = read(bench, entry_format);
+    BISS_ASSERT(frame.ok()) << static_cast<int>(frame.error().cause);
+    for (const Channel& channel : frame->channels()) {
+      BISS_EXPECT_EQ(channel.position, bench.log.position);
+    }
+  }
+}
+
+BISS_TEST(Slave, Busy_HoldsAckUntilItIsReady) {
+  for (const int tenths : {0, 1, 9, 10, 11, 29, 30, 31, 100}) {
+    Bench bench({.ready = period * tenths / 10});
+    bench.clock(frame_clocks + 12);
+    const auto frame = read(bench);
+    BISS_ASSERT(frame.ok());
+    BISS_EXPECT_EQ(frame->ack_clocks, std::max((tenths + 9) / 10, 1));
+  }
+}
+
+BISS_TEST(Slave, SamplingMoment_IsBeforeStart) {
+  for (const int tenths : {1, 10, 19, 20, 21, 30, 32, 40}) {
+    Bench bench({.sampling = period * tenths / 10});
+    bench.clock(frame_clocks + 12);
+    const auto frame = read(bench);
+    BISS_ASSERT(frame.ok());
+    BISS_EXPECT_EQ(frame->ack_clocks, std::max((tenths + 9) / 10 - 1, 1));
+    BISS_EXPECT_EQ(bench.log.sampled_at.count,
+                   (microseconds(5) + half + period * tenths / 10).count);
+  }
+}
+
+BISS_TEST(Slave, FixedAckAndBusyS_CountClocks) {
+  for (const std::uint8_t ack : std::array<std::uint8_t, 3>{1, 4, 9}) {
+    Bench bench({.ready = period * 20, .ack_clocks = ack});
+    bench.clock(frame_clocks + 12);
+    const auto frame = read(bench);
+    BISS_ASSERT(frame.ok());
+    BISS_EXPECT_EQ(frame->ack_clocks, ack);
+    Bench late({.busy_s_clocks = ack});
+    late.clock(frame_clocks + 12);
+    const auto late_frame = read(late);
+    BISS_ASSERT(late_frame.ok());
+    BISS_EXPECT_EQ(late_frame->ack_clocks, ack + 1);
+  }
+}
+
+BISS_TEST(Slave, Timeout_FollowsItsRule) {
+  Bench fixed({.timeout = {TimeoutRule::fixed, nanoseconds(12'500)}});
+  fixed.clock(frame_clocks);
+  BISS_EXPECT_EQ(fixed.time_to_idle().count, nanoseconds(12'500).count);
+  Bench adaptive({.timeout = {TimeoutRule::adaptive, nanoseconds(200)}});
+  adaptive.clock(frame_clocks);
+  BISS_EXPECT_EQ(adaptive.time_to_idle().count, nanoseconds(1'700).count);
+  // Begun at 5 us, the last edge at 5 us + 38.5 us.
+  Bench cycle({.timeout = {TimeoutRule::cycle, microseconds(60)}});
+  cycle.clock(frame_clocks);
+  BISS_EXPECT_EQ(cycle.time_to_idle().count, nanoseconds(60'000 - 38'500).count);
+  Bench over({.timeout = {TimeoutRule::cycle, nanoseconds(31'250)}});
+  over.clock(frame_clocks);
+  BISS_EXPECT_EQ(over.time_to_idle().count, nanoseconds(1'500).count);
+}
+
+BISS_TEST(Slave, ClockStoppedAnywhere_IsIdleAfterTheTimeoutAndAnswersTheNext) {
+  for (unsigned clocks = 1; clocks < frame_clocks + 3; ++clocks) {
+    Bench bench({.timeout = {TimeoutRule::fixed, microseconds(20)}});
+    bench.clock(clocks);
+    bench.wait(microseconds(20) - half - picoseconds(1));
+    BISS_EXPECT(bench.slave.state() != SlaveState::idle) << clocks;
+    bench.wait(picoseconds(1));
+    BISS_EXPECT(bench.slave.state() == SlaveState::idle) << clocks;
+    BISS_EXPECT(bench.out.level);
+    BISS_EXPECT_EQ(bench.log.cdm_count, clocks < 2 ? 0 : 1) << clocks;
+    bench.bits.clear();
+    bench.log.position = 0x2AAAAAA;
+    bench.clock(frame_clocks);
+    const auto frame = read(bench);
+    BISS_ASSERT(frame.ok());
+    BISS_EXPECT_EQ(frame->channel_list[0].position, 0x2AAAAAA);
+  }
+}
+
+BISS_TEST(Slave, Cdm_IsTheInverseOfMaAtTheEnd) {
+  Bench bench({.timeout = {TimeoutRule::fixed, microseconds(20)}});
+  bench.clock(frame_clocks);
+  bench.wait(microseconds(30));
+  BISS_EXPECT(!bench.log.cdm);
+  bench.clock(frame_clocks);
+  bench.put(bench.slave_ma = false);
+  bench.wait(microseconds(20));
+  BISS_EXPECT_EQ(bench.log.cdm_count, 2);
+  BISS_EXPECT(bench.log.cdm);
+  BISS_EXPECT(bench.out.level);
+  // A held CDM: MA rises just before the next request.
+  bench.put(bench.slave_ma = true);
+  bench.wait(nanoseconds(100));
+  bench.bits.clear();
+  bench.clock(frame_clocks);
+  BISS_EXPECT(read(bench).ok());
+}
+
+BISS_TEST(Slave, ExtraClocks_AreZeros) {
+  Bench bench({});
+  bench.clock(frame_clocks + 20);
+  const BitView bits = bench.bits.view();
+  for (std::size_t i = frame_clocks - 1; i < bits.size_bits(); ++i) {
+    BISS_EXPECT(!bits.bit(i)) << i;
+  }
+  BISS_EXPECT(bench.slave.state() == SlaveState::stop);
+}
+
+BISS_TEST(Slave, EarlyRequest_IsNotAnsweredUntilAWholeTimeout) {
+  for (const TimeoutRule rule : {TimeoutRule::fixed, TimeoutRule::cycle}) {
+    Bench bench({.timeout = {rule, microseconds(100)}});
+    bench.clock(frame_clocks);
+    bench.wait(microseconds(3));
+    const Picoseconds begin = bench.now;
+    bench.bits.clear();
+    bench.clock(frame_clocks);
+    BISS_EXPECT(bench.slave.state() == SlaveState::early_request);
+    BISS_EXPECT_EQ(bench.bits.view().find(true, 0), frame_clocks);
+    BISS_EXPECT_EQ(bench.log.samples, 1);
+    bench.time_to_idle();
+    const Picoseconds last_edge = begin + period * frame_clocks - half;
+    const Picoseconds counted_from = rule == TimeoutRule::cycle ? begin : last_edge;
+    BISS_EXPECT_EQ((bench.now - counted_from).count, microseconds(100).count);
+    bench.bits.clear();
+    bench.clock(frame_clocks);
+    BISS_EXPECT(read(bench).ok());
+  }
+}
+
+BISS_TEST(Slave, GlitchOnMa_EndsAtTheStaticTimeout) {
+  Bench bench({.timeout = {TimeoutRule::adaptive, {}}, .static_timeout = microseconds(15)});
+  bench.put(bench.slave_ma = false);
+  bench.wait(nanoseconds(5));
+  bench.put(bench.slave_ma = true);
+  BISS_EXPECT(bench.slave.state() == SlaveState::latched);
+  BISS_EXPECT_EQ((bench.out.deadline - bench.now).count, microseconds(15).count);
+  bench.wait(microseconds(15));
+  BISS_EXPECT(bench.slave.state() == SlaveState::idle);
+  BISS_EXPECT_EQ(bench.log.cdm_count, 0);
+}
+
+BISS_TEST(Slave, StepsBetweenTheEdges_ChangeNothing) {
+  Bench bench({.sampling = nanoseconds(3'250), .timeout = {TimeoutRule::adaptive, {}}});
+  Bench other = bench;
+  other.slave.source().log = &other.log;
+  bench.log.position = other.log.position = 0x155'5555;
+  bench.clock(frame_clocks + 5);
+  for (unsigned i = 0; i < frame_clocks + 5; ++i) {
+    for (const bool ma : {false, true}) {
+      other.put(other.slave_ma = ma);
+      for (int part = 0; part < 5; ++part) {
+        other.wait(half / 5);
+        other.put(ma);
+      }
+    }
+    other.bits.append(other.out.level);
+  }
+  BISS_EXPECT(std::ranges::equal(bench.bits.bytes(), other.bits.bytes()));
+  BISS_EXPECT_EQ(bench.log.samples, other.log.samples);
+}
+
+BISS_TEST(Slave, StateNames_AreTheEnumerators) {
+  BISS_EXPECT(name_of(SlaveState::idle) == "idle");
+  BISS_EXPECT(name_of(SlaveState::early_request) == "early_request");
+  BISS_EXPECT(name_of(SlaveState::chain_busy) == "chain_busy");
+}
+
+namespace {
+
+// The slave at compile time, and what its owner may leave out.
+constexpr bool first_bits_are_right() {
+  Bench bench({});
+  bench.clock(4);
+  return bench.bits.bytes()[0] == 0b1010'0000;
+}
+static_assert(first_bits_are_right());
+struct NoCdm {
+  Codec::Frame sample(Picoseconds);
+  bool cds();
+};
+static_assert(!SlaveSource<NoCdm, Codec>);
+
+}  // namespace
+
+}  // namespace biss::test
