@@ -38,11 +38,12 @@ class ReleaseTimer {
   }
 
   /// The end of the frame when no edge follows this one.
-  constexpr Picoseconds after(Picoseconds edge) const { return extended(floor_, edge); }
+  constexpr Picoseconds after(Picoseconds edge) const { return std::max(floor_, edge + wait_); }
   /// The same, where the end without this edge is known.
-  constexpr Picoseconds extended(Picoseconds end, Picoseconds edge) const {
-    const std::int64_t extended_end = edge.count + wait_.count;
-    return {extended_end > end.count ? extended_end : end.count};
+  constexpr void extend(Picoseconds& end, Picoseconds edge) const {
+    const std::int64_t extended = edge.count + wait_.count;
+    if (extended > end.count) [[unlikely]]
+      end.count = extended;
   }
   /// 1.5 periods of MA.
   constexpr Picoseconds reference() const { return reference_; }

@@ -61,12 +61,12 @@ class Slave {
       hear(sli);
     }
     awaited_ = static_cast<std::uint8_t>(!ma);
-    due_ = timer_.extended(due_, now);
+    timer_.extend(due_, now);
     return true;
   }
 
   // Apart, so that it takes no registers from step_in_data().
-  [[gnu::noinline]] constexpr void step_apart(Picoseconds now, bool ma, bool sli) {
+  [[gnu::noinline, gnu::cold]] constexpr void step_apart(Picoseconds now, bool ma, bool sli) {
     if (state_ == SlaveState::data) ma_ = awaited_ == 0;
     if (now >= due_) expire(now, sli);
     if (ma != ma_) {

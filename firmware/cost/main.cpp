@@ -46,9 +46,11 @@ Cost cost_of(const Row& row, const Ruler& ruler, const biss::SpiReader<Codec>& r
   Cost cost;
   biss::test::Random random(seed);
   biss::TurnCounter counter(26);
+  EncoderSlave slave({}, {}, {});
   Sample sample;
   sample.reader = &reader;
   sample.counter = &counter;
+  sample.slave = &slave;
   for (std::uint32_t i = 0; i < samples; ++i) {
     row.prepare(sample, random);
     const Timed call = timed(row.run, sample);

@@ -73,4 +73,28 @@ void step(Sample& sample, Random& random) {
   sample.expected = (sample.value >> 26U) != 0 ? 1 : 0;
 }
 
+void data_bit(Sample& sample, Random& random) {
+  const biss::Picoseconds half = setup.period / 2;
+  const std::uint64_t position = random.bits(26);
+  // The adaptive timeout, whose end moves with each edge, costs most.
+  *sample.slave = EncoderSlave({}, {.timeout = {biss::TimeoutRule::adaptive, {}}}, {position});
+  biss::Picoseconds now = biss::microseconds(1 + random.below(1000));
+  const auto clock = [&] {
+    sample.slave->step(now, false, false);
+    const biss::StepOutput out = sample.slave->step(now + half, true, false);
+    now += 2 * half;
+    return out;
+  };
+  while (sample.slave->state() != biss::SlaveState::data) clock();
+  // The first clock of data fetches it.
+  const std::uint32_t bit = random.below(25);
+  for (std::uint32_t i = 0; i <= bit; ++i) clock();
+  sample.value = static_cast<std::uint64_t>(now.count);
+  const EncoderSlave here = *sample.slave;
+  const biss::StepOutput out = clock();
+  *sample.slave = here;
+  const bool level = ((position >> (24U - bit)) & 1U) != 0;
+  sample.expected = static_cast<std::uint64_t>(out.deadline.count) ^ (level ? 1U : 0U);
+}
+
 }  // namespace cost::prepare

@@ -21,5 +21,7 @@ void word(Sample& sample, Random& random);
 
 /// A counter with one sample and the next one in `value`, across zero every other time.
 void step(Sample& sample, Random& random);
+/// A slave within its data, MA high; in `value` the time of the next falling edge.
+void data_bit(Sample& sample, Random& random);
 
 }  // namespace cost::prepare

@@ -11,6 +11,7 @@
 #include "biss/frame/encode.hpp"
 #include "biss/frame/fixed.hpp"
 #include "biss/master/spi_read.hpp"
+#include "biss/slave/slave.hpp"
 #include "biss/turns/turn_counter.hpp"
 
 namespace cost {
@@ -23,6 +24,21 @@ inline constexpr biss::SpiSetup setup{.period = biss::period_of(biss::megahertz(
 using Codec = biss::FrameCodec<biss::CrcFast, 1>;
 using PlainCodec = biss::FrameCodec<biss::CrcBitwise, 1>;
 
+/// An encoder whose position is given.
+struct Position {
+  std::uint64_t value = 0;
+
+  biss::BasicFrame<1> sample(biss::Picoseconds) const {
+    biss::BasicFrame<1> frame;
+    frame.channel_list[0].position = value;
+    return frame;
+  }
+  bool cds() const { return false; }
+  void cdm(bool) {}
+};
+
+using EncoderSlave = biss::Slave<biss::FixedCodec<format>, Position, 0>;
+
 struct Sample {
   std::array<std::uint8_t, 48> bytes{};
   std::uint32_t size_bytes = 0;
@@ -31,6 +47,7 @@ struct Sample {
   /// Made at start-up from a format that the compiler cannot see.
   const biss::SpiReader<Codec>* reader = nullptr;
   biss::TurnCounter* counter = nullptr;
+  EncoderSlave* slave = nullptr;
   /// What the measured call has to return.
   std::uint64_t expected = 0;
 
