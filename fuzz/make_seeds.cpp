@@ -32,13 +32,16 @@ class Corpus {
   std::uint64_t count_ = 0;
 };
 
-// The bits of a frame of that format, position and ACK at random, every fourth one damaged.
-std::string frame_bytes(std::size_t format_number, std::uint64_t seed) {
+// The bits of a frame of that format, position and ACK at random, every fourth one damaged; 0: a
+// few leading ones.
+std::string frame_bytes(std::size_t format_number, std::uint64_t seed,
+                        std::uint16_t lead_clocks = 0) {
   std::mt19937_64 random(seed);
   const biss::PlainCodec codec(*biss::parse_format(biss::fuzz::frame_formats[format_number]));
   biss::Frame frame;
   frame.channel_count = codec.format().channel_count;
   frame.lead_clocks = static_cast<std::uint16_t>(2 + random() % 4);
+  if (lead_clocks != 0) frame.lead_clocks = lead_clocks;
   frame.ack_clocks = static_cast<std::uint16_t>(1 + random() % 20);
   for (std::size_t k = 0; k < frame.channel_count; ++k) {
     const biss::ChannelFormat& channel = codec.format().channel_list[k];
@@ -66,6 +69,22 @@ std::string spi_header(std::size_t format_number) {
           '\0'};
 }
 
+// A master that takes such frames, the script behind it: compensation, a clock of 90 ns, any delay
+// up to 12 clocks.
+std::string master_header(std::size_t format_number, std::uint64_t seed) {
+  constexpr char compensated_script = 1 | 8;
+  constexpr char ack_half_clocks = 60;
+  constexpr char delay_max_half_clocks = 80;
+  return {static_cast<char>(format_number),
+          '\2',
+          compensated_script,
+          ack_half_clocks,
+          '\0',
+          '\0',
+          delay_max_half_clocks,
+          static_cast<char>(seed % 100)};
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -75,6 +94,7 @@ int main(int argc, char** argv) {
   for (const std::string_view text : biss::fuzz::frame_formats) format.add(text);
   Corpus decode_frame(root / "decode_frame");
   Corpus spi(root / "spi");
+  Corpus master(root / "master");
   Corpus vcd(root / "vcd");
   Corpus event_csv(root / "event_csv");
   for (std::uint64_t seed = 0; seed < seeds_a_target; ++seed) {
@@ -82,6 +102,7 @@ int main(int argc, char** argv) {
     const std::string bits = frame_bytes(k, seed);
     decode_frame.add(std::string{static_cast<char>(k), '\0', '\0'} + bits);
     spi.add(spi_header(k) + bits);
+    master.add(master_header(k, seed) + frame_bytes(k, seed, 1));
     vcd.add(biss::fuzz::seed_text<biss::capture::VcdWriter>(seed));
     event_csv.add(biss::fuzz::seed_text<biss::capture::EventCsvWriter>(seed));
   }
