@@ -12,9 +12,16 @@
 namespace biss::capture {
 namespace {
 
+bool at_start_of_file(int descriptor) {
+  struct stat about {};
+  return ::fstat(descriptor, &about) == 0 && S_ISREG(about.st_mode) &&
+         ::lseek(descriptor, 0, SEEK_CUR) == 0;
+}
+
 class DescriptorBytes final : public ByteSource {
  public:
-  DescriptorBytes(int descriptor, bool owned) : descriptor_(descriptor), owned_(owned) {}
+  DescriptorBytes(int descriptor, bool owned)
+      : descriptor_(descriptor), owned_(owned), regular_(at_start_of_file(descriptor)) {}
   DescriptorBytes(const DescriptorBytes&) = delete;
   DescriptorBytes& operator=(const DescriptorBytes&) = delete;
   ~DescriptorBytes() override {
@@ -29,9 +36,12 @@ class DescriptorBytes final : public ByteSource {
     }
   }
 
+  int regular_file() const override { return regular_ ? descriptor_ : -1; }
+
  private:
   int descriptor_;
   bool owned_;
+  bool regular_;
 };
 
 class MemoryBytes final : public ByteSource {
@@ -63,6 +73,8 @@ class PrefixedBytes final : public ByteSource {
     given_ += count;
     return count;
   }
+
+  int regular_file() const override { return rest_->regular_file(); }
 
  private:
   std::string head_;

@@ -22,6 +22,11 @@ class ByteSource {
   /// Fails with `read_failed`.
   /// \pre into is not empty
   virtual Result<std::size_t, CaptureError> read(std::span<char> into) = 0;
+
+  /// Descriptor of the regular file that all of these bytes are, from its beginning, for formats
+  /// that are read at any place; -1 where there is none. It stays open as long as the source lives,
+  /// and may be read instead of the source, not beside it.
+  virtual int regular_file() const { return -1; }
 };
 
 /// An opened stream, or why there is none: `error` counts exactly when `bytes` is null.

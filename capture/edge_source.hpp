@@ -1,5 +1,5 @@
-// The one shape in which every capture that stores changes reaches the decoder: named lines and
-// blocks of edges in time order, pulled by the reader's user. Nothing is expanded into samples.
+// The one shape in which every capture reaches the decoder: named lines and blocks of edges in time
+// order, pulled by the reader's user. Changes are never expanded into samples.
 #pragma once
 
 #include <cstdint>
@@ -31,17 +31,22 @@ enum class CaptureCause : std::uint8_t {
   too_many_lines,     ///< more signals than a capture may have
   time_backwards,     ///< a time before the one already seen
   time_out_of_range,  ///< a time beyond what 64-bit picoseconds hold
-  truncated,          ///< the file ends inside a token, a header or a row
+  damaged,            ///< an archive or its compressed data is not whole
+  bad_layout,         ///< the layout given for raw samples is none
+  truncated,          ///< the file ends inside a token, a header, a row or a sample
 };
 
 /// Where and why reading stopped. `line` and `column` count from 1, columns in bytes; `line` is 0
 /// when the cause lies not in the text. `expected` says what would have been right there: static
-/// text, or null.
+/// text, or null. `part` names the part of an archive that this is about: static text, or null; its
+/// `part_number` counts from 1, 0 where parts have none.
 struct CaptureError {
   CaptureCause cause{};
   std::uint64_t line = 0;
   std::uint64_t column = 0;
   const char* expected = nullptr;
+  const char* part = nullptr;
+  std::uint64_t part_number = 0;
 };
 
 /// A capture of changes, read once from front to back.

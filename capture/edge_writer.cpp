@@ -4,7 +4,7 @@
 #include <charconv>
 #include <utility>
 
-#include "capture/text_source.hpp"
+#include "capture/edge_block.hpp"
 
 namespace biss::capture {
 namespace {
@@ -37,16 +37,23 @@ bool EdgeWriter::accept(const wire::Edge& edge) {
   return !failed_;
 }
 
+void EdgeWriter::refuse(WriteCause cause) {
+  failed_ = true;
+  cause_ = cause;
+}
+
 bool EdgeWriter::flush_text(std::size_t limit) {
+  if (failed_) return false;
   if (text_.size() < limit) return true;
   if (!sink_->write(text_)) {
-    failed_ = true;
-    cause_ = WriteCause::write_failed;
+    refuse(WriteCause::write_failed);
     return false;
   }
   text_.clear();
   return true;
 }
+
+bool EdgeWriter::flush_full() { return flush_text(flush_bytes); }
 
 Written EdgeWriter::write(std::span<const wire::Edge> edges) {
   if (failed_) return failure(cause_);
@@ -60,7 +67,7 @@ Written EdgeWriter::write(std::span<const wire::Edge> edges) {
     any_ = true;
     last_time_ = edge.time;
     ++changes_;
-    if (!flush_text(flush_bytes)) return failure(cause_);
+    if (!flush_full()) return failure(cause_);
   }
   return changes_ - before;
 }
@@ -71,8 +78,7 @@ Written EdgeWriter::finish(Picoseconds end_time) {
   put_end(end_time, sayable && (!any_ || end_time > last_time_));
   if (!flush_text(0)) return failure(cause_);
   if (!sink_->flush()) {
-    failed_ = true;
-    cause_ = WriteCause::write_failed;
+    refuse(WriteCause::write_failed);
     return failure(cause_);
   }
   return changes_;

@@ -1,4 +1,4 @@
-// A stream of edges to text: what the writers of every format share.
+// A stream of edges to a file: what the writers of every format share.
 #pragma once
 
 #include <cstdint>
@@ -17,6 +17,8 @@ enum class WriteCause : std::uint8_t {
   no_such_line,      ///< an edge of a line that the writer was not given
   time_backwards,    ///< an edge before the one already written
   time_before_zero,  ///< the format cannot hold a negative time
+  too_many_lines,    ///< more lines than a sample of the format has bits
+  too_large,         ///< beyond what the format can address
 };
 
 /// Number of changes written; edges that change nothing are left out and not counted.
@@ -47,6 +49,11 @@ class EdgeWriter {
   const std::vector<std::string>& lines() const { return lines_; }
   std::string& text() { return text_; }
   void append_number(std::uint64_t number);
+  /// Hands text() on once there is enough of it; for formats in which one change is a lot of text.
+  /// False when that failed or anything has failed before.
+  bool flush_full();
+  /// Fails this call and every later one with `cause`.
+  void refuse(WriteCause cause);
 
  private:
   bool accept(const wire::Edge& edge);

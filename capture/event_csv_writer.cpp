@@ -22,22 +22,30 @@ std::string cell_of(std::string_view name) {
 
 }  // namespace
 
-EventCsvWriter::EventCsvWriter(std::vector<std::string> lines, ByteSink& sink)
-    : EdgeWriter(std::move(lines), sink), cells_(this->lines().size(), no_level_yet) {
-  text() += "time_ns";
+EventCsvWriter::EventCsvWriter(std::vector<std::string> lines, ByteSink& sink, CsvDialect dialect)
+    : EdgeWriter(std::move(lines), sink),
+      dialect_(dialect),
+      cells_(this->lines().size(), dialect == CsvDialect::saleae ? 'X' : no_level_yet) {
+  text() += dialect == CsvDialect::saleae ? "Time [s]" : "time_ns";
   for (const std::string& name : this->lines()) text() += ',' + cell_of(name);
   text() += '\n';
 }
 
-void EventCsvWriter::put_row() {
-  const std::int64_t time = row_time_->count;
-  if (time < 0) text() += '-';
-  const auto magnitude = time < 0 ? std::uint64_t{0} - static_cast<std::uint64_t>(time)
-                                  : static_cast<std::uint64_t>(time);
-  append_number(magnitude / 1'000);
-  const auto rest = static_cast<unsigned>(magnitude % 1'000);
+void EventCsvWriter::put_time(Picoseconds time) {
+  if (time < Picoseconds{}) text() += '-';
+  const auto count = static_cast<std::uint64_t>(time.count);
+  const std::uint64_t magnitude = time < Picoseconds{} ? std::uint64_t{0} - count : count;
+  const std::uint64_t unit =
+      dialect_ == CsvDialect::saleae ? std::uint64_t{picoseconds_per_second} : 1'000;
+  append_number(magnitude / unit);
   text() += '.';
-  for (const unsigned place : {100U, 10U, 1U}) text() += static_cast<char>('0' + rest / place % 10);
+  for (std::uint64_t place = unit / 10; place != 0; place /= 10) {
+    text() += static_cast<char>('0' + magnitude / place % 10);
+  }
+}
+
+void EventCsvWriter::put_row() {
+  put_time(*row_time_);
   for (const char cell : cells_) {
     text() += ',';
     if (cell != no_level_yet) text() += cell;
@@ -49,7 +57,8 @@ void EventCsvWriter::put(const wire::Edge& edge, bool new_time) {
   if (row_time_ && (new_time || edge.line <= row_line_)) put_row();
   row_time_ = edge.time;
   row_line_ = edge.line;
-  cells_[edge.line] = "01x"[static_cast<std::size_t>(edge.level)];
+  cells_[edge.line] =
+      (dialect_ == CsvDialect::saleae ? "01X" : "01x")[static_cast<std::size_t>(edge.level)];
 }
 
 void EventCsvWriter::put_end(Picoseconds end_time, bool later) {

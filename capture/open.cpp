@@ -6,27 +6,31 @@
 
 #include "capture/event_csv_header.hpp"
 #include "capture/event_csv_reader.hpp"
+#include "capture/raw_reader.hpp"
+#include "capture/sr_reader.hpp"
 #include "capture/text_window.hpp"
 #include "capture/vcd_reader.hpp"
 
 namespace biss::capture {
 namespace {
 
-enum class Format : std::uint8_t { vcd, event_csv, other };
+enum class Format : std::uint8_t { vcd, event_csv, sr, raw, other };
 
 // Enough for the comments before a header, little enough to keep.
 constexpr std::size_t head_bytes = 65'536;
 
-constexpr const char* expected_text = "a VCD, or a CSV with a header such as time_ns,MA,SLO";
+constexpr const char* expected_text =
+    "a VCD, a sigrok session, or a CSV with a header such as time_ns,MA,SLO";
+constexpr const char* expected_layout = "the sample rate, unit size and bits of these raw samples";
 
 // Files that people have and that hold captures we do not read: the text says what they are.
-constexpr std::array<std::pair<std::string_view, const char*>, 6> strangers{{
-    {"PK\x03\x04", "VCD or event CSV; this is a ZIP archive such as .sr, .dsl or .sal"},
-    {"<SALEAE>", "VCD or event CSV; this is a binary export of Saleae Logic"},
-    {"\x1F\x8B", "VCD or event CSV; this is compressed by gzip"},
+constexpr std::string_view saleae_binary = "<SALEAE>";
+constexpr std::array<std::pair<std::string_view, const char*>, 5> strangers{{
+    {saleae_binary, "a CSV of Saleae Logic; this is its binary export"},
+    {"\x1F\x8B", "VCD, .sr or event CSV; this is compressed by gzip"},
     {"\xFF\xFE", "text in UTF-8; this is UTF-16"},
     {"\xFE\xFF", "text in UTF-8; this is UTF-16"},
-    {"(\xB5/\xFD", "VCD or event CSV; this is compressed by zstd"},
+    {"(\xB5/\xFD", "VCD, .sr or event CSV; this is compressed by zstd"},
 }};
 
 // The first line that is neither blank nor a comment.
@@ -43,6 +47,7 @@ std::string_view first_row(std::string_view text) {
 }
 
 Format format_of_content(std::string_view head) {
+  if (looks_like_zip(head)) return Format::sr;
   const std::string_view row = first_row(head);
   if (row.size() > 1 && row[0] == '$' && row[1] >= 'a' && row[1] <= 'z') return Format::vcd;
   if (looks_like_event_csv(row)) return Format::event_csv;
@@ -50,19 +55,52 @@ Format format_of_content(std::string_view head) {
 }
 
 Format format_of_extension(std::string_view path) {
-  if (path.size() < 4) return Format::other;
-  std::string extension(path.substr(path.size() - 4));
+  std::string extension(path.substr(std::min(path.rfind('.'), path.size())));
   for (char& c : extension) {
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
   }
   if (extension == ".vcd") return Format::vcd;
   if (extension == ".csv") return Format::event_csv;
+  if (extension == ".sr") return Format::sr;
+  if (extension == ".bin" || extension == ".raw") return Format::raw;
   return Format::other;
 }
 
-Opened open_as(Format format, std::unique_ptr<ByteSource> bytes) {
-  if (format == Format::vcd) return open_vcd(std::move(bytes));
-  return open_event_csv(std::move(bytes));
+// What it is by name, when it is none of ours.
+const char* stranger_of(std::string_view head) {
+  for (const auto& [magic, expected] : strangers) {
+    if (head.starts_with(magic)) return expected;
+  }
+  return nullptr;
+}
+
+// Samples may look like anything, so where a layout is given they need no more than the name.
+Format format_of(std::string_view head, std::string_view path, bool raw_given) {
+  if (head.starts_with(saleae_binary)) return Format::other;
+  const Format by_name = format_of_extension(path);
+  if (raw_given && by_name == Format::raw) return Format::raw;
+  if (const Format by_content = format_of_content(head); by_content != Format::other) {
+    return by_content;
+  }
+  if (by_name == Format::other && raw_given) return Format::raw;
+  return stranger_of(head) != nullptr ? Format::other : by_name;
+}
+
+Opened open_as(Format format, std::unique_ptr<ByteSource> bytes, const OpenOptions& options) {
+  switch (format) {
+    case Format::vcd:
+      return open_vcd(std::move(bytes));
+    case Format::event_csv:
+      return open_event_csv(std::move(bytes));
+    case Format::sr:
+      return open_sr(std::move(bytes));
+    case Format::raw:
+    case Format::other:
+      break;
+  }
+  if (options.raw) return open_raw(std::move(bytes), *options.raw);
+  const char* const expected = format == Format::raw ? expected_layout : expected_text;
+  return {nullptr, {CaptureCause::unknown_format, 1, 1, expected}};
 }
 
 bool is_blank(std::string_view text) { return std::all_of(text.begin(), text.end(), is_space); }
@@ -72,6 +110,8 @@ std::string place_of(const CaptureError& error, std::string_view path) {
   for (char& c : place) {
     if (static_cast<unsigned char>(c) < ' ') c = '?';
   }
+  if (error.part != nullptr) place += std::string(": ") + error.part;
+  if (error.part_number != 0) place += ' ' + std::to_string(error.part_number);
   if (error.line == 0) return place;
   return place + ':' + std::to_string(error.line) + ':' + std::to_string(error.column);
 }
@@ -89,7 +129,7 @@ std::pair<const char*, const char*> words_of(CaptureCause cause) {
     case CaptureCause::empty:
       return {"is empty", export_again};
     case CaptureCause::unknown_format:
-      return {"is no capture of a known format", "export it as VCD or event CSV"};
+      return {"is no capture of a known format", "export it as VCD, .sr or event CSV"};
     case CaptureCause::malformed:
       return {"is not as the format has it", "correct this place or export the capture again"};
     case CaptureCause::token_too_long:
@@ -100,6 +140,10 @@ std::pair<const char*, const char*> words_of(CaptureCause cause) {
       return {"time runs backwards", "sort by time or export the capture again"};
     case CaptureCause::time_out_of_range:
       return {"a time beyond 106 days", "check the unit of time"};
+    case CaptureCause::damaged:
+      return {"is damaged", "copy or save the capture again"};
+    case CaptureCause::bad_layout:
+      return {"cannot be laid out so", "correct the layout given"};
     case CaptureCause::truncated:
       return {"the file ends in the middle", "the part before was read; export the rest again"};
   }
@@ -108,7 +152,8 @@ std::pair<const char*, const char*> words_of(CaptureCause cause) {
 
 }  // namespace
 
-Opened open_capture(std::unique_ptr<ByteSource> bytes, std::string_view path) {
+Opened open_capture(std::unique_ptr<ByteSource> bytes, std::string_view path,
+                    const OpenOptions& options) {
   std::string head;
   std::array<char, 4'096> block{};
   std::size_t judged = 0;
@@ -122,25 +167,20 @@ Opened open_capture(std::unique_ptr<ByteSource> bytes, std::string_view path) {
     judged = head.size();
     if (format_of_content(head) != Format::other) break;
   }
-  for (const auto& [magic, expected] : strangers) {
-    if (!head.starts_with(magic)) continue;
+  const Format format = format_of(head, path, options.raw.has_value());
+  if (const char* const expected = format == Format::other ? stranger_of(head) : nullptr) {
     return {nullptr, {CaptureCause::unknown_format, 1, 1, expected}};
   }
-  Format format = format_of_content(head);
-  if (format == Format::other) format = format_of_extension(path);
   if (format == Format::other && is_blank(head) && head.size() < head_bytes) {
     return {nullptr, {.cause = CaptureCause::empty}};
   }
-  if (format == Format::other) {
-    return {nullptr, {CaptureCause::unknown_format, 1, 1, expected_text}};
-  }
-  return open_as(format, prefixed_bytes(std::move(head), std::move(bytes)));
+  return open_as(format, prefixed_bytes(std::move(head), std::move(bytes)), options);
 }
 
-Opened open_capture(const std::string& path) {
+Opened open_capture(const std::string& path, const OpenOptions& options) {
   OpenedBytes opened = open_bytes(path);
   if (!opened) return {nullptr, opened.error};
-  return open_capture(std::move(opened.bytes), path);
+  return open_capture(std::move(opened.bytes), path, options);
 }
 
 std::string capture_error_text(const CaptureError& error, std::string_view path) {

@@ -2,20 +2,30 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include "capture/byte_source.hpp"
 #include "capture/edge_source.hpp"
+#include "capture/sample_layout.hpp"
 
 namespace biss::capture {
 
+/// What a capture does not say of itself.
+struct OpenOptions {
+  /// Raw samples: a file `.bin` or `.raw` whatever its content, but not the binary export of Saleae
+  /// Logic; and any file that is known neither by its content nor by its extension.
+  std::optional<RawLayout> raw;
+};
+
 /// Opens the capture at `path`; `-` is standard input. The content decides what it is, the
-/// extension (`.vcd`, `.csv`) where the content does not say. Fails with every CaptureCause.
-Opened open_capture(const std::string& path);
+/// extension (`.vcd`, `.csv`, `.sr`) where the content does not say. Fails with every CaptureCause.
+Opened open_capture(const std::string& path, const OpenOptions& options = {});
 
 /// The same for bytes from elsewhere; of `path` only the extension counts.
-Opened open_capture(std::unique_ptr<ByteSource> bytes, std::string_view path);
+Opened open_capture(std::unique_ptr<ByteSource> bytes, std::string_view path,
+                    const OpenOptions& options = {});
 
 /// The error as one line without a line feed: what, where in the file, what to do.
 std::string capture_error_text(const CaptureError& error, std::string_view path);

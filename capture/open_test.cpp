@@ -6,6 +6,7 @@
 #include <string>
 
 #include "capture/test_capture.hpp"
+#include "capture/test_samples.hpp"
 
 namespace biss::capture {
 namespace {
@@ -46,11 +47,46 @@ TEST(Open, Empty_IsSaidWhateverTheExtension) {
 }
 
 TEST(Open, FormatsOfOthers_AreNamed) {
-  const Read zip = read_as(std::string("PK\x03\x04", 4) + std::string(100'000, '\0'), "a.sr");
-  ASSERT_EQ(zip.cause(), CaptureCause::unknown_format);
-  EXPECT_NE(std::string(zip.error->expected).find("ZIP"), std::string::npos);
+  const Read gzip = read_as("\x1F\x8B\x08", "a.vcd");
+  ASSERT_EQ(gzip.cause(), CaptureCause::unknown_format);
+  EXPECT_NE(std::string(gzip.error->expected).find("gzip"), std::string::npos);
   EXPECT_EQ(read_as("<SALEAE>\x01", "a.bin").cause(), CaptureCause::unknown_format);
   EXPECT_EQ(read_as("\xFF\xFE$", "a.vcd").cause(), CaptureCause::unknown_format);
+  const Read sal = read_as(zip_of({{"meta.json", "{}"}}), "a.sal");
+  ASSERT_EQ(sal.cause(), CaptureCause::unknown_format);
+  EXPECT_NE(std::string(sal.error->expected).find("Saleae"), std::string::npos);
+}
+
+TEST(Open, Session_IsKnownWhateverTheExtension) {
+  const std::string session = zip_of(session_of({"\3\2"}));
+  for (const char* path : {"a.sr", "a.zip", "a.vcd", "a.bin", "-"}) {
+    for (const std::size_t block : {std::size_t{1}, one_block}) {
+      EXPECT_EQ(read_as(session, path, block).edges.size(), 3U) << path;
+    }
+  }
+  EXPECT_EQ(read_as("no archive", "a.sr").cause(), CaptureCause::damaged);
+}
+
+TEST(Open, RawSamples_NeedALayout) {
+  const OpenOptions options{.raw = RawLayout{megahertz(1), 1, {{"MA", 0}}}};
+  const auto read_with = [&](std::string_view bytes, std::string_view path) {
+    return read_all(open_capture(memory_bytes(bytes), path, options));
+  };
+  for (const std::string& bytes : {std::string("\1\0", 2), std::string("PK\x03\x04"), vcd, csv,
+                                   std::string("\xFF\xFE"), std::string(" \t\n")}) {
+    for (const char* path : {"a.bin", "a.RAW"}) {
+      EXPECT_EQ(read_with(bytes, path).lines.size(), 1U) << path;
+      EXPECT_FALSE(read_with(bytes, path).error) << path;
+    }
+  }
+  EXPECT_EQ(read_with("\xFF\xFE", "a.samples").edges.size(), 2U);
+  EXPECT_EQ(read_with(csv, "a.csv").lines.size(), 2U);
+  EXPECT_EQ(read_with(vcd, "-").lines.size(), 2U);
+  EXPECT_EQ(read_with("<SALEAE>\x01", "a.bin").cause(), CaptureCause::unknown_format);
+  EXPECT_EQ(read_with("hello", "a.csv").cause(), CaptureCause::malformed);
+  const Read without = read_as("\1\2\3", "a.bin");
+  ASSERT_EQ(without.cause(), CaptureCause::unknown_format);
+  EXPECT_NE(std::string(without.error->expected).find("rate"), std::string::npos);
 }
 
 TEST(Open, BlanksBeyondMeasure_EndInAnError) {
