@@ -127,7 +127,7 @@ std::string decode_summary(const decode::Statistics& statistics, const std::stri
   summary.title(fmt::format("{}: {} request cycle{}", capture, statistics.cycles(),
                             statistics.cycles() == 1 ? "" : "s"));
   summary.entry("lines",
-                fmt::format("MA {}, SLO {}", lines[found.lines.ma], lines[found.lines.slo]),
+                fmt::format("MA = {}, SLO = {}", lines[found.lines.ma], lines[found.lines.slo]),
                 how_text(found.how));
   summary.entry("status", status_counts(statistics));
   summary.entry("flags", fmt::format("{} with nE = 0, {} with nW = 0", statistics.errors(),
@@ -138,9 +138,9 @@ std::string decode_summary(const decode::Statistics& statistics, const std::stri
   add_spread(summary, "line delay", statistics.line_delay(), time_text);
   add_spread(summary, "ACK", statistics.ack(), time_text);
   if (found.look_swapped) {
-    summary.entry("try", "MA and SLO look swapped: exchange --ma and --slo, or the probes");
+    summary.entry("try", "swapped?", "exchange --ma and --slo, or the probes");
   } else if (const auto cause = foremost_cause(statistics)) {
-    summary.entry("try", what_to_try(*cause), name_of(*cause));
+    summary.entry("try", name_of(*cause), what_to_try(*cause));
   }
   return summary.text();
 }
