@@ -111,7 +111,8 @@ class RequestCycle {
       3U + max_channel_bits * (sizeof(Frame::channel_list) / sizeof(Channel));
 
   constexpr StepOutput output(Picoseconds now) const {
-    return {clock_.level(), std::max(std::min({clock_.next(), sampler_.next(), limit_}), now)};
+    const Picoseconds next = std::min(std::min(clock_.next(), sampler_.next()), limit_);
+    return {clock_.level(), std::max(next, now)};
   }
 
   constexpr StepOutput refuse(bool slo) {
@@ -173,7 +174,8 @@ class RequestCycle {
     const Timeout& timeout = setup_.timing.timeout;
     if (setup_.reset_time.count != 0) return last + setup_.reset_time + travel;
     if (timeout.rule == TimeoutRule::cycle) {
-      return std::max(reading_.begin + timeout.time, last) + travel;
+      // STOP has to be seen where the frame is longer than the cycle.
+      return std::max(reading_.begin + timeout.time, last + setup_.period * 3 / 2) + travel;
     }
     if (timeout.rule == TimeoutRule::fixed) return last + timeout.time + travel;
     // It depends on a clock that the encoder keeps to itself.

@@ -23,6 +23,8 @@ struct MasterSetup {
   DeviceTiming timing{};
   /// Devices one behind the other; each after the first delays START by a clock. At least 1.
   std::uint8_t slaves = 1;
+  /// Clocks that START may come later than the device is ready ("busy_s", 0 to 8).
+  std::uint8_t busy_s_clocks = 0;
   /// Samples each bit half a period after it arrives, by the line delay measured in this request.
   /// Without: half a period after the rising edge, one bit a clock, whatever arrives then.
   bool compensate = true;
@@ -57,12 +59,13 @@ constexpr MasterSetup with_defaults(MasterSetup setup) {
   return setup;
 }
 
-/// ACK's bounds as the master sees them: those of the device, and a clock for each further slave.
+/// ACK's bounds as the master sees them: those of the device, a clock for each further slave, and
+/// busy_s.
 constexpr AckBounds request_ack_bounds(const MasterSetup& setup) {
   AckBounds bounds = ack_bounds(setup.timing, setup.period);
   const unsigned further = setup.slaves - 1U;
   bounds.min_clocks = static_cast<std::uint16_t>(bounds.min_clocks + further);
-  bounds.max_clocks = static_cast<std::uint16_t>(bounds.max_clocks + further);
+  bounds.max_clocks = static_cast<std::uint16_t>(bounds.max_clocks + further + setup.busy_s_clocks);
   return bounds;
 }
 

@@ -18,10 +18,11 @@ class DelayLine {
  public:
   constexpr explicit DelayLine(Picoseconds delay) : delay_(delay) {}
 
-  constexpr void put(Picoseconds now, bool level) { put_at(now + delay_, level); }
+  void put(Picoseconds now, bool level) { put_at(now + delay_, level); }
   /// \pre not before what is on its way already
-  constexpr void put_at(Picoseconds time, bool level) {
+  void put_at(Picoseconds time, bool level) {
     if (level == last_) return;
+    BISS_ASSERT(size_ != ring_.size());
     last_ = level;
     ring_[(first_ + size_++) % ring_.size()] = {time, level};
   }
@@ -42,7 +43,7 @@ class DelayLine {
     bool level = true;
   };
   Picoseconds delay_;
-  std::array<Change, 64> ring_{};
+  std::array<Change, 128> ring_{};
   std::size_t first_ = 0;
   std::size_t size_ = 0;
   bool last_ = true;
