@@ -5,12 +5,15 @@
 #include <algorithm>
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "biss/base/units.hpp"
 #include "biss/frame/encode.hpp"
 #include "biss/frame/format_parse.hpp"
 #include "capture/byte_sink.hpp"
+#include "capture/event_csv_writer.hpp"
+#include "capture/sr_writer.hpp"
 #include "fuzz/cycles.hpp"
 #include "fuzz/frame_formats.hpp"
 #include "wire/edge.hpp"
@@ -73,15 +76,35 @@ inline std::vector<wire::Edge> cycle_edges(std::uint64_t seed, unsigned cycles) 
   return edges;
 }
 
-/// A capture of one to three cycles as text, by a writer of the capture room.
-template <class Writer>
-std::string seed_text(std::uint64_t seed) {
+/// A capture of one to three cycles, by a writer of the capture room. `make` makes it of the names
+/// of the lines and the sink.
+template <class MakeWriter>
+std::string seed_capture(std::uint64_t seed, MakeWriter make) {
   std::string text;
   capture::StringSink sink(text);
-  Writer writer({"MA", "SLO"}, sink);
+  auto writer = make(std::vector<std::string>{"MA", "SLO"}, sink);
   const std::vector<wire::Edge> edges = cycle_edges(seed, 1 + static_cast<unsigned>(seed % 3));
   if (!writer.write(edges).ok() || !writer.finish(edges.back().time).ok()) return {};
   return text;
+}
+
+template <class Writer>
+std::string seed_text(std::uint64_t seed) {
+  return seed_capture(seed, [](auto names, auto& sink) { return Writer(std::move(names), sink); });
+}
+
+/// The same in the dialect of Saleae Logic.
+inline std::string saleae_seed(std::uint64_t seed) {
+  return seed_capture(seed, [](auto names, auto& sink) {
+    return capture::EventCsvWriter(std::move(names), sink, capture::CsvDialect::saleae);
+  });
+}
+
+/// The same as a sigrok session, at a rate that divides a second or one that does not.
+inline std::string sr_seed(std::uint64_t seed) {
+  const Hertz rate = seed % 2 == 0 ? megahertz(50) : megahertz(48);
+  return seed_capture(
+      seed, [rate](const auto& names, auto& sink) { return capture::SrWriter(names, rate, sink); });
 }
 
 }  // namespace biss::fuzz

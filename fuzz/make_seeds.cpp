@@ -97,6 +97,8 @@ int main(int argc, char** argv) {
   Corpus master(root / "master");
   Corpus vcd(root / "vcd");
   Corpus event_csv(root / "event_csv");
+  Corpus saleae(root / "saleae");
+  Corpus sr(root / "sr");
   for (std::uint64_t seed = 0; seed < seeds_a_target; ++seed) {
     const std::size_t k = seed % biss::fuzz::frame_formats.size();
     const std::string bits = frame_bytes(k, seed);
@@ -105,6 +107,8 @@ int main(int argc, char** argv) {
     master.add(master_header(k, seed) + frame_bytes(k, seed, 1));
     vcd.add(biss::fuzz::seed_text<biss::capture::VcdWriter>(seed));
     event_csv.add(biss::fuzz::seed_text<biss::capture::EventCsvWriter>(seed));
+    saleae.add(biss::fuzz::saleae_seed(seed));
+    sr.add(biss::fuzz::sr_seed(seed));
   }
   return 0;
 }

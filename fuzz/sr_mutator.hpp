@@ -1,0 +1,172 @@
+// Mutations of a sigrok session that mostly leave a session: its members are changed and packed
+// again; sometimes its packing is.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "capture/byte_source.hpp"
+#include "capture/zip_archive.hpp"
+#include "capture/zip_writer.hpp"
+#include "fuzz/capture_seeds.hpp"
+#include "fuzz/token_mutator.hpp"
+
+namespace biss::fuzz {
+
+class SrMutator {
+ public:
+  explicit SrMutator(std::uint64_t seed) : random_{seed} {}
+
+  /// `archive` changed in one or two places; a new seed in place of what is no session.
+  std::string mutate(std::string archive) {
+    const std::uint64_t kind = below(16);
+    if (kind == 0 || !unpack(archive)) {
+      archive = sr_seed(random_());
+      if (!unpack(archive)) return archive;
+    }
+    if (kind == 1) return changed_header(std::move(archive));
+    if (kind == 2) return changed_bytes(std::move(archive), 16);
+    change_member(kind);
+    archive = packed();
+    return below(32) == 0 ? changed_header(std::move(archive)) : archive;
+  }
+
+ private:
+  // No more of a bomb is taken into the next generation.
+  static constexpr std::size_t most_samples = 1U << 16U;
+
+  std::size_t below(std::size_t limit) { return static_cast<std::size_t>(random_() % limit); }
+
+  bool unpack(std::string_view bytes) {
+    members_.clear();
+    const auto [archive, error] = capture::ZipArchive::open(capture::memory_bytes(bytes));
+    if (!archive) return false;
+    std::vector<std::string> names{"version", "metadata", "logic-1"};
+    for (int chunk = 1; chunk <= 8; ++chunk) names.push_back("logic-1-" + std::to_string(chunk));
+    for (const std::string& name : names) {
+      const auto member = archive->find(name);
+      if (!member) continue;
+      if (auto text = archive->read_text(*member, most_samples)) {
+        members_.emplace_back(name, std::move(*text));
+      }
+    }
+    return members_.size() > 2;
+  }
+
+  std::string packed() const {
+    capture::ZipWriter archive;
+    std::string out;
+    for (const auto& [name, text] : members_) archive.add(name, text, out);
+    archive.finish(out);
+    return out;
+  }
+
+  void change_member(std::uint64_t kind) {
+    if (kind < 6) return change_metadata();
+    if (kind < 8) return cut_chunks();
+    if (kind == 8) return change_list();
+    std::string& samples = members_[2 + below(members_.size() - 2)].second;
+    if (kind < 11) {
+      samples = changed_bytes(std::move(samples), 64);
+    } else {
+      move_change(samples);
+    }
+  }
+
+  void change_metadata() {
+    static constexpr std::array<std::string_view, 20> words{"[device 1]",
+                                                            "[device 2]",
+                                                            "[global]",
+                                                            "capturefile=logic-1",
+                                                            "capturefile=version",
+                                                            "unitsize=2",
+                                                            "unitsize=8",
+                                                            "unitsize=9",
+                                                            "samplerate=0",
+                                                            "samplerate=4 GHz",
+                                                            "samplerate=1 Hz",
+                                                            "samplerate=33.3 MHz",
+                                                            "probe1=SLO",
+                                                            "probe8=MA",
+                                                            "probe64=x",
+                                                            "probe0=x",
+                                                            "total probes=99",
+                                                            "=",
+                                                            "\\s\\n\\",
+                                                            "analog3=A"};
+    std::string& text = members_[1].second;
+    text = TokenMutator(std::move(text), "=\n", words, random_()).mutate();
+  }
+
+  // All the samples in other chunks, or in one member.
+  void cut_chunks() {
+    std::string all;
+    for (std::size_t i = 2; i < members_.size(); ++i) all += members_[i].second;
+    members_.resize(2);
+    const std::size_t chunks = below(5);
+    if (chunks == 0) members_.emplace_back("logic-1", all);
+    for (std::size_t chunk = 1; chunk <= chunks; ++chunk) {
+      const std::size_t size = chunk == chunks ? all.size() : below(all.size() + 1);
+      members_.emplace_back("logic-1-" + std::to_string(chunk), all.substr(0, size));
+      all.erase(0, size);
+    }
+  }
+
+  void change_list() {
+    const std::size_t at = below(members_.size());
+    switch (below(3)) {
+      case 0:
+        members_.erase(members_.begin() + static_cast<std::ptrdiff_t>(at));
+        return;
+      case 1:
+        members_.push_back(members_[at]);
+        return;
+      default:
+        members_[at].first = "logic-1-" + std::to_string(1 + below(9));
+    }
+  }
+
+  // One sample more or less of a run, so that a change comes later or earlier.
+  void move_change(std::string& samples) {
+    if (samples.empty()) return;
+    const std::size_t at = below(samples.size());
+    if (below(2) == 0 && samples.size() < most_samples) {
+      samples.insert(at, 1 + below(4), samples[at]);
+    } else {
+      samples.erase(at, 1 + below(4));
+    }
+  }
+
+  std::string changed_bytes(std::string bytes, std::size_t growth) {
+    const std::size_t size = bytes.size();
+    bytes.resize(size + growth);
+    bytes.resize(
+        LLVMFuzzerMutate(reinterpret_cast<std::uint8_t*>(bytes.data()), size, bytes.size()));
+    return bytes;
+  }
+
+  // A number in one of the headers, or behind it, becomes another.
+  std::string changed_header(std::string archive) {
+    std::size_t at = archive.find("PK", below(archive.size()));
+    if (at == std::string::npos) at = archive.rfind("PK");
+    if (at == std::string::npos) return archive;
+    at = std::min(at + below(48), archive.size());
+    const std::size_t bytes = std::min<std::size_t>(1 + below(4), archive.size() - at);
+    const std::uint64_t value = random_() >> below(64);
+    for (std::size_t i = 0; i < bytes; ++i) archive[at + i] = static_cast<char>(value >> (8 * i));
+    return archive;
+  }
+
+  SplitMix random_;
+  std::vector<std::pair<std::string, std::string>> members_;
+};
+
+}  // namespace biss::fuzz
