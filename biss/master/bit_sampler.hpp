@@ -169,14 +169,19 @@ class BitSampler {
     // The answer is heard to its end all the same: the encoder is sending.
     if (ack_clocks_ < ack_.min_clocks) cause_ = FrameError::ack_range;
     start_clock_ = std::uint32_t{1} + lead_clocks_ + ack_clocks_;
-    bits_.append(true);
+    word_ = 1;
+    left_ = static_cast<std::uint16_t>(2U + payload_bits_);
     state_ = State::payload;
     return SampleEvent::start;
   }
 
   constexpr SampleEvent payload_bit() {
-    bits_.append(level_);
-    if (bits_.size_bits() < 3U + payload_bits_) return SampleEvent::bit;
+    word_ = word_ * 2U + (level_ ? 1U : 0U);
+    --left_;
+    if (left_ % 32U != 0) return SampleEvent::bit;
+    const std::size_t all = 3U + payload_bits_;
+    bits_.append(word_, static_cast<unsigned>(all - left_ - bits_.size_bits()));
+    if (left_ != 0) return SampleEvent::bit;
     stop();
     return SampleEvent::last;
   }
@@ -202,7 +207,10 @@ class BitSampler {
   bool marginal_ = false;
   std::uint16_t lead_clocks_ = 0;
   std::uint16_t ack_clocks_ = 0;
+  std::uint16_t left_ = 0;  // bits of the payload to come
   std::uint32_t start_clock_ = 0;
+  // Bits on their way to bits_, which takes up to 33 at once.
+  std::uint64_t word_ = 0;
   Picoseconds next_ = never;
   Picoseconds ack_edge_{};
   Picoseconds last_change_{};

@@ -73,7 +73,8 @@ class RequestCycle {
     if (now < earliest_ || !slo) return refuse(slo);
     phase_ = Phase::reading;
     clock_.begin(now, cdm);
-    return output(now);
+    due_ = clock_.next();
+    return {clock_.level(), due_};
   }
 
   /// With the setup's CDM.
@@ -82,12 +83,9 @@ class RequestCycle {
   /// Call at every change of SLO and at the deadline; any other call changes nothing.
   /// \pre now is not before the last call
   constexpr StepOutput step(Picoseconds now, bool slo) {
-    while (sampler_.next() <= now && sampler_.next() < clock_.next()) take(sampler_.sample(), now);
-    if (clock_.next() <= now) edge(now);
-    while (sampler_.next() <= now) take(sampler_.sample(), now);
-    if (limit_ <= now) finish(now);
+    if (due_ <= now) happen(now);
     if (slo != sampler_.level()) change(now, slo);
-    return output(now);
+    return {clock_.level(), std::max(due_, now)};
   }
 
   /// No request is running.
@@ -110,9 +108,20 @@ class RequestCycle {
   static constexpr std::size_t capacity_bits =
       3U + max_channel_bits * (sizeof(Frame::channel_list) / sizeof(Channel));
 
-  constexpr StepOutput output(Picoseconds now) const {
-    const Picoseconds next = std::min(std::min(clock_.next(), sampler_.next()), limit_);
-    return {clock_.level(), std::max(next, now)};
+  constexpr void schedule() { due_ = std::min(std::min(clock_.next(), sampler_.next()), limit_); }
+
+  // What is due, in its order.
+  constexpr void happen(Picoseconds now) {
+    if (sampler_.next() < clock_.next()) take_samples(now);
+    if (clock_.next() <= now) edge(now);
+    if (sampler_.next() <= now) take_samples(now);
+    if (limit_ <= now) finish(now);
+    schedule();
+  }
+
+  // Those that come before the next edge of MA.
+  [[gnu::noinline]] constexpr void take_samples(Picoseconds now) {
+    while (sampler_.next() <= now && sampler_.next() < clock_.next()) take(sampler_.sample(), now);
   }
 
   constexpr StepOutput refuse(bool slo) {
@@ -123,7 +132,7 @@ class RequestCycle {
   }
 
   constexpr void edge(Picoseconds now) {
-    sampler_.delay_by(now - clock_.next());
+    if (now != clock_.next()) sampler_.delay_by(now - clock_.next());
     clock_.edge(now);
     if (phase_ == Phase::stopping) return settle(now);
     if (clock_.level() && clock_.rises() == 2) take(sampler_.ack_clock(now), now);
@@ -132,6 +141,7 @@ class RequestCycle {
   constexpr void change(Picoseconds now, bool slo) {
     take(sampler_.change(now, slo), now);
     if (phase_ == Phase::settling && slo) finish(now);
+    schedule();
   }
 
   constexpr void take(SampleEvent event, Picoseconds now) {
@@ -198,6 +208,7 @@ class RequestCycle {
   MaClock clock_;
   BitSampler<capacity_bits> sampler_;
   Phase phase_ = Phase::idle;
+  Picoseconds due_ = never;
   Picoseconds limit_ = never;
   Picoseconds earliest_{std::numeric_limits<std::int64_t>::min()};
   Reading reading_;

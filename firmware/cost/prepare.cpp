@@ -97,4 +97,27 @@ void data_bit(Sample& sample, Random& random) {
   sample.expected = static_cast<std::uint64_t>(out.deadline.count) ^ (level ? 1U : 0U);
 }
 
+void data_sample(Sample& sample, Random& random) {
+  constexpr biss::Picoseconds half = setup.period / 2;
+  constexpr std::uint32_t start = 42;
+  EncoderMaster& master = *sample.master;
+  master = EncoderMaster({}, master_setup);
+  biss::Picoseconds rise = biss::microseconds(1 + random.below(1000));
+  bool slo = true;
+  master.begin(rise - half, slo);
+  // Every bit of the data is another than the one before.
+  const std::uint32_t clocks = start + 2U + random.below(30);
+  for (std::uint32_t clock = 1; clock <= clocks; ++clock, rise += setup.period) {
+    master.step(rise, slo);
+    slo = clock == 1 || (clock >= start && !slo);
+    master.step(rise + master_line_delay, slo);
+    master.step(rise + half, slo);
+    master.step(rise + half + master_line_delay, slo);
+  }
+  sample.value = static_cast<std::uint64_t>(rise.count);
+  sample.index = slo ? 1 : 0;
+  // MA is low again, and rises next.
+  sample.expected = static_cast<std::uint64_t>((rise + setup.period).count);
+}
+
 }  // namespace cost::prepare

@@ -23,5 +23,7 @@ void word(Sample& sample, Random& random);
 void step(Sample& sample, Random& random);
 /// A slave within its data, MA high; in `value` the time of the next falling edge.
 void data_bit(Sample& sample, Random& random);
+/// A master within the data, MA low; in `value` the time of the next rising edge, in `index` SLO.
+void data_sample(Sample& sample, Random& random);
 
 }  // namespace cost::prepare

@@ -10,6 +10,7 @@
 #include "biss/catalogue/catalogue.hpp"
 #include "biss/frame/encode.hpp"
 #include "biss/frame/fixed.hpp"
+#include "biss/master/request.hpp"
 #include "biss/master/spi_read.hpp"
 #include "biss/slave/slave.hpp"
 #include "biss/turns/turn_counter.hpp"
@@ -39,6 +40,12 @@ struct Position {
 
 using EncoderSlave = biss::Slave<biss::FixedCodec<format>, Position, 0>;
 
+using EncoderMaster = biss::RequestCycle<biss::FixedCodec<format>>;
+
+inline constexpr biss::MasterSetup master_setup{.period = setup.period, .timing = encoder.timing};
+/// Of what the master hears; less than half a period.
+inline constexpr biss::Picoseconds master_line_delay = biss::nanoseconds(20);
+
 struct Sample {
   std::array<std::uint8_t, 48> bytes{};
   std::uint32_t size_bytes = 0;
@@ -48,6 +55,7 @@ struct Sample {
   const biss::SpiReader<Codec>* reader = nullptr;
   biss::TurnCounter* counter = nullptr;
   EncoderSlave* slave = nullptr;
+  EncoderMaster* master = nullptr;
   /// What the measured call has to return.
   std::uint64_t expected = 0;
 
