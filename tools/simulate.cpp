@@ -7,9 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "capture/event_csv_writer.hpp"
-#include "capture/vcd_writer.hpp"
 #include "sim/ideal_line.hpp"
+#include "tools/capture_output.hpp"
 #include "tools/format_option.hpp"
 #include "tools/simulate_truth.hpp"
 #include "tools/verb.hpp"
@@ -24,6 +23,7 @@ struct SimulateOptions {
   Hertz clock = megahertz(1);
   Millimetres cable{};
   std::optional<Hertz> rate;
+  std::optional<Hertz> sample_rate;
   std::uint64_t cycles = 100;
   std::string motion = "ramp";
   std::vector<std::string> faults;
@@ -37,24 +37,6 @@ constexpr std::array<std::string_view, 3> motions{"constant", "ramp", "random"};
 // Round trip of a signal in the cable: Renishaw "BiSS C-mode (unidirectional)", "Timing
 // information".
 constexpr Picoseconds cable_delay_per_metre = nanoseconds(10);
-
-// Passes a writer's bytes on to the verb's output.
-class OutputSink final : public capture::ByteSink {
- public:
-  explicit OutputSink(Output& output) : output_(output) {}
-  bool write(std::string_view text) override { return output_.write(text); }
-  bool flush() override { return true; }
-
- private:
-  Output& output_;
-};
-
-std::unique_ptr<capture::EdgeWriter> make_edge_writer(const std::string& path,
-                                                      capture::ByteSink& sink) {
-  std::vector<std::string> lines{"MA", "SLO"};
-  if (path.ends_with(".csv")) return std::make_unique<capture::EventCsvWriter>(lines, sink);
-  return std::make_unique<capture::VcdWriter>(lines, sink);
-}
 
 // `flip:0.1`, exact to a part in 10^9. \return an empty text, or the one line why not
 std::string read_fault(const std::string& text, std::uint64_t& flip_share) {
@@ -112,6 +94,9 @@ class SimulateRun {
       return fmt::format("--clock: this encoder takes {} to {}", text_of(device.timing.clock_min),
                          text_of(device.timing.clock_max));
     }
+    if (options_.sample_rate && !CaptureOutput::is_sampled(options_.output)) {
+      return "--sample-rate: this output holds changes, not samples; write .sr, .bin or .raw";
+    }
     if (!options_.rate) return {};
     setup_.interval = period_of(*options_.rate);
     const Picoseconds least = sim::IdealLine(setup_).least_interval();
@@ -126,8 +111,8 @@ class SimulateRun {
     if (!output.open(options_.output)) return output.status();
     Output truth_output;
     if (!options_.truth.empty() && !truth_output.open(options_.truth)) return truth_output.status();
-    OutputSink sink(output);
-    const auto edges = make_edge_writer(options_.output, sink);
+    CaptureOutput edges(options_.output, {"MA", "SLO"},
+                        options_.sample_rate.value_or(usual_sample_rate(options_.clock)), output);
     TruthTable truth(setup_.format);
     std::unique_ptr<report::TableWriter> rows;
     if (!options_.truth.empty()) {
@@ -137,12 +122,12 @@ class SimulateRun {
     Picoseconds end{};
     for (std::uint64_t i = 0; i < options_.cycles; ++i) {
       const sim::SimulatedCycle cycle = line.next();
-      if (!edges->write(first_levels(i)).ok()) return output.status();
-      if (!edges->write(cycle.edges).ok()) return output.status();
+      if (!edges.write(first_levels(i)) || !edges.write(cycle.edges)) return edges.status();
       if (rows && !rows->row(truth.cells(i, cycle))) return truth_output.status();
       end = cycle.edges.back().time + 20 * period_of(options_.clock);
     }
-    if (!edges->finish(end).ok() || !output.finish()) return output.status();
+    if (!edges.finish(end)) return edges.status();
+    if (!output.finish()) return output.status();
     if (rows && (!rows->finish() || !truth_output.finish())) return truth_output.status();
     return ExitStatus::done;
   }
@@ -167,7 +152,8 @@ void add_simulate(Command& command) {
        .examples =
            {"biss simulate -f resolute-26 --clock 10MHz --cable 50m -o line.vcd",
             "biss simulate -f pos18,nE,nW,crc6 --fault flip:0.1 --seed 7 -o line.csv --truth "
-            "truth.csv"}},
+            "truth.csv",
+            "biss simulate -f resolute-26 --clock 10MHz --sample-rate 200MHz -o line.sr"}},
       [options] { return SimulateRun(*options).run(); });
   add_format_option(verb, options->device, true);
   add_timing_options(verb, options->device);
@@ -183,6 +169,9 @@ void add_simulate(Command& command) {
                   "flip:RATE flips a bit of data or CRC on the line in that share of cycles")
       ->type_name("KIND:RATE");
   add_count_option(verb, "--seed", into(options->seed), "Seed of positions and faults");
+  add_rate_option(verb, "--sample-rate", into(options->sample_rate),
+                  "Samples a second of .sr, .bin and .raw; the next of 1, 2, 5, 10 … from eight "
+                  "times the clock on by default");
   add_output_option(verb, options->output)->required();
   verb.add_option("--truth", options->truth, "What the encoder meant to send, as CSV")
       ->type_name("FILE");
