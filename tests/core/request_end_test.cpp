@@ -184,6 +184,46 @@ BISS_TEST(RequestEnd, DamagedBits_KeepTheirCauseAndWaitForTheTimeout) {
   }
 }
 
+BISS_TEST(RequestEnd, GlitchWithoutAnAnswer_IsNoResponse) {
+  for (const bool compensate : {true, false}) {
+    MasterSetup either = setup;
+    either.compensate = compensate;
+    Master master(Codec{}, either);
+    test::Line ones;
+    ones.append_run(true, 500);
+    ScriptedSlo device{.script = ones};
+    device.line.put_at(nanoseconds(520), false);
+    device.line.put_at(nanoseconds(530), true);
+    run(master, device, {});
+    BISS_EXPECT(cause_of(master.reading()) == FrameError::no_response);
+    BISS_EXPECT(!master.reading().line_delay);
+  }
+}
+
+BISS_TEST(RequestEnd, ReadyBeforeCdmIsSent_SendsItForHalfAPeriodAllTheSame) {
+  MasterSetup longer = setup;
+  longer.extra_clocks = 20;
+  Master master(Codec{}, longer);
+  ScriptedSlo device{.script = script_of(0x1111)};
+  device.script.append_run(false, 5);
+  device.script.append_run(true, 15);
+  const Seen seen = run(master, device, {}, true);
+  BISS_EXPECT_EQ(position_of(master.reading()), 0x1111);
+  BISS_EXPECT_EQ(seen.falls, master.reading().clocks + 1U);
+  BISS_EXPECT(seen.shortest == period / 2);
+  BISS_EXPECT(seen.end == seen.last_edge);
+}
+
+BISS_TEST(RequestEnd, ResetTimeOfAFewClocks_DoesNotCutAGoodFramesTimeout) {
+  MasterSetup hasty = setup;
+  hasty.reset_time = nanoseconds(300);
+  Master master(Codec{}, hasty);
+  ScriptedSlo device{.script = script_of(0x2222)};
+  const Seen seen = run(master, device, {});
+  BISS_EXPECT(master.reading().ready);
+  BISS_EXPECT(seen.end == seen.last_rise + microseconds(20));
+}
+
 BISS_TEST(RequestEnd, RandomSlo_AlwaysEndsAndTheNextIsTaken) {
   BISS_RANDOM(random, 0x3002);
   Picoseconds now{};

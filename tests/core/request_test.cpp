@@ -191,3 +191,14 @@ BISS_TEST(Request, LateCalls_ShortenNoClockAndLoseNoBit) {
     BISS_EXPECT_EQ(seen.rises, 4U + 5U + payload_bits);
   }
 }
+
+BISS_TEST(Request, SamplingPoint_LiesOnTheGrid) {
+  Master master(Codec{}, {.period = period, .timing = timing, .sample_step = nanoseconds(25)});
+  master.begin({}, true);
+  for (const std::int64_t edge : {50, 100, 150}) master.step(nanoseconds(edge), true);
+  // 15 ns and half a period are 65, the nearest step is 75.
+  master.step(nanoseconds(165), false);
+  const StepOutput out = master.step(nanoseconds(200), false);
+  BISS_EXPECT(!out.level);
+  BISS_EXPECT(out.deadline == nanoseconds(225));
+}
