@@ -1,0 +1,41 @@
+// Slaves in a chain and what is done to them, answered by the core and by the oracle.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "tests/oracle/slave.hpp"
+
+namespace timing_test {
+
+/// A slave with one channel: position and CRC.
+struct Device {
+  unsigned position_bits = 3;
+  unsigned crc_bits = 3;  ///< 3 or 6, the usual polynomial of that width
+  std::uint64_t position = 0;
+  bool cds = false;
+  oracle::SlaveDescription timing;
+};
+
+/// Slave 0 first. Only further ones are chained.
+struct Scenario {
+  std::vector<Device> chain;
+  oracle::Line ma;
+};
+
+/// What each slave did, in the order of the chain.
+using Answers = std::vector<oracle::SlaveAnswer>;
+
+/// Steps the core's slaves at each edge of MA and at each deadline.
+Answers answers_of_core(const Scenario& scenario);
+Answers answers_of_oracle(const Scenario& scenario);
+
+/// The first difference of a slave, empty when there is none.
+std::string difference(const Answers& first, const Answers& second);
+
+/// All changes on one line, times in ns.
+std::string text_of(const oracle::Line& line);
+
+}  // namespace timing_test
