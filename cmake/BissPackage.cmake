@@ -1,8 +1,9 @@
-# The installed package: headers of the core, biss::core for find_package(biss), and the command.
+# The installed package: headers of the core and biss::core for find_package(biss), the C interface as
+# biss::c, and the command.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
-# Component `core` is the headers and the package files, `command` the program.
+# Component `core` is the headers and the package files, `c` the C interface, `command` the program.
 function(biss_install)
   set(package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/biss")
   install(DIRECTORY "${PROJECT_SOURCE_DIR}/biss" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}"
@@ -19,13 +20,27 @@ function(biss_install)
   install(FILES "${PROJECT_BINARY_DIR}/package/biss-config.cmake"
                 "${PROJECT_BINARY_DIR}/package/biss-config-version.cmake"
           DESTINATION "${package_dir}" COMPONENT core)
+  if(TARGET biss_c)
+    # Exported apart, so that the core alone is a whole package.
+    install(FILES "${PROJECT_SOURCE_DIR}/capi/biss_c.h" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}"
+            COMPONENT c)
+    install(TARGETS biss_c EXPORT biss-c ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT c)
+    install(EXPORT biss-c NAMESPACE biss:: FILE biss-c-targets.cmake DESTINATION "${package_dir}"
+            COMPONENT c)
+  endif()
   if(TARGET biss_command)
     install(TARGETS biss_command RUNTIME COMPONENT command)
   endif()
 endfunction()
 
-# Installs the core into an empty prefix, builds the project in tests/package against it and runs it.
+# Installs the libraries into an empty prefix, builds the project in tests/package against them and
+# runs it.
 function(biss_package_test)
+  # What the library is instrumented with, its user has to link.
+  set(linker_flags "${CMAKE_EXE_LINKER_FLAGS}")
+  if(BISS_COVERAGE)
+    string(APPEND linker_flags " -fprofile-instr-generate")
+  endif()
   add_test(NAME Package.SecondProject_FindsBuildsAndRuns
            COMMAND "${CMAKE_COMMAND}"
                    "-DBUILD_DIR=${PROJECT_BINARY_DIR}"
@@ -33,6 +48,8 @@ function(biss_package_test)
                    "-DWORK_DIR=${PROJECT_BINARY_DIR}/package-test"
                    "-DGENERATOR=${CMAKE_GENERATOR}"
                    "-DCOMPILER=${CMAKE_CXX_COMPILER}"
+                   "-DFLAGS=${CMAKE_CXX_FLAGS}"
+                   "-DLINKER_FLAGS=${linker_flags}"
                    "-DVERSION=${PROJECT_VERSION}"
                    -P "${PROJECT_SOURCE_DIR}/tests/package/run.cmake")
 endfunction()

@@ -12,16 +12,21 @@ endfunction()
 set(prefix "${WORK_DIR}/prefix")
 set(user "${WORK_DIR}/user")
 set(configure "${CMAKE_COMMAND}" -S "${SOURCE_DIR}" -G "${GENERATOR}"
-              "-DCMAKE_CXX_COMPILER=${COMPILER}" "-DCMAKE_PREFIX_PATH=${prefix}"
+              "-DCMAKE_CXX_COMPILER=${COMPILER}" "-DCMAKE_CXX_FLAGS=${FLAGS}"
+              "-DCMAKE_EXE_LINKER_FLAGS=${LINKER_FLAGS}" "-DCMAKE_PREFIX_PATH=${prefix}"
               -DCMAKE_FIND_USE_PACKAGE_REGISTRY=OFF -DCMAKE_FIND_USE_CMAKE_SYSTEM_PATH=OFF)
 
 # Nothing of an earlier run may help this one.
 file(REMOVE_RECURSE "${WORK_DIR}")
 
-step("install" "${CMAKE_COMMAND}" --install "${BUILD_DIR}" --prefix "${prefix}" --component core)
+foreach(component core c)
+  step("install ${component}" "${CMAKE_COMMAND}" --install "${BUILD_DIR}" --prefix "${prefix}"
+       --component "${component}")
+endforeach()
 step("configure" ${configure} -B "${user}" "-DBISS_WANTED=${VERSION}")
 step("build" "${CMAKE_COMMAND}" --build "${user}")
 step("run" "${user}/user")
+step("run from C" "${user}/c_user")
 
 # The version file says no to what this version is not.
 execute_process(COMMAND ${configure} -B "${WORK_DIR}/other-version" -DBISS_WANTED=99.0

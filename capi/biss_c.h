@@ -1,0 +1,238 @@
+/* The encoder's and the master's side of a BiSS C line for C and for whatever calls C: simulators,
+ * Verilator and VPI/DPI, bindings of other languages. Both are steppers: nothing runs by itself,
+ * time and levels are arguments. Cable and noise are the caller's: a level that one side drives
+ * reaches the other when the caller says so.
+ *
+ *   Times     int64_t in picoseconds, -BISS_TIME_MAX to BISS_TIME_MAX, any zero; never backwards
+ *             for one handle. Durations are 0 to BISS_DURATION_MAX.
+ *   Levels    bool: false low, true high. MA and SLO idle high.
+ *   Errors    each call says in a biss_status how it went. A call that does not return BISS_OK has
+ *             changed nothing unless it says otherwise. No C++ exception ever leaves a call.
+ *   Lifetime  a handle lives from open to close. What open was given may go as soon as open
+ *             returns, but for `user`, which is handed to the callbacks until close. Texts that
+ *             are returned are static.
+ *   Threads   a handle belongs to one thread at a time. Different handles share nothing. A
+ *             callback may call anything but the handle that called it, and must return: no
+ *             longjmp, no exception. */
+#pragma once
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define BISS_TIME_MAX (INT64_MAX / 4)
+#define BISS_DURATION_MAX INT64_C(1000000000000) /* one second */
+/* A deadline that never comes: only an input matters. */
+#define BISS_NEVER INT64_MAX
+#define BISS_MAX_CHANNELS 8
+
+/* How a call went. */
+typedef enum biss_status {
+  BISS_OK = 0,
+  BISS_NULL_ARGUMENT,  /* a pointer that is needed is null */
+  BISS_NO_MEMORY,      /* open: the handle does not fit */
+  BISS_BAD_FORMAT,     /* neither a catalogue name nor a format; see biss_format_problem() */
+  BISS_BAD_TIMING,     /* a biss_timing that no device can have: a duration out of range, a rule
+                          or a clock count that does not exist, an unordered pair */
+  BISS_BAD_SETUP,      /* another value of the setup is out of the range it names */
+  BISS_TIME_RANGE,     /* a time beyond BISS_TIME_MAX */
+  BISS_TIME_BACKWARDS, /* a time before the last one of this handle */
+  BISS_REENTERED,      /* called from its own callback */
+  BISS_VALUE_RANGE,    /* slave step: `sample` gave a position or counter wider than its field. The
+                          step was done and its output is valid; the frame says "no data": all
+                          positions and counters 0, nE and nW active */
+  BISS_RUNNING,        /* begin, reading: a request is running */
+  BISS_SLO_LOW,        /* begin: refused, the encoder is not ready */
+  BISS_TOO_EARLY,      /* begin: refused, the device's shortest cycle has not passed, or MA was not
+                          high long enough */
+  BISS_NO_READING      /* reading: no request was made yet */
+} biss_status;
+
+/* The enumerator's name in lower case without "biss_": "slo_low"; "unknown" for any other number.
+ */
+const char* biss_status_name(int status);
+/* A line for a user, without a full stop. */
+const char* biss_status_text(int status);
+
+/* ---- What the bits mean, and how the device behaves in time ---- */
+
+/* A format is a catalogue name ("resolute-26") or the grammar of the command
+ * ("pos26,nE,nW,crc6;cds0", "mt12,st20,nE,nW,lc6,crc16").
+ * Returns null when the text is a format, else what is wrong, and in *at (unless null) the index
+ * of the character it is at. A null text is an empty one. */
+const char* biss_format_problem(const char* format, size_t* at);
+
+typedef enum biss_timeout_rule {
+  BISS_TIMEOUT_ADAPTIVE = 0, /* 1.5 periods of MA and up to `timeout_ps` after its last edge */
+  BISS_TIMEOUT_FIXED,        /* `timeout_ps` after the last edge of MA */
+  BISS_TIMEOUT_CYCLE         /* `timeout_ps` after the start of the request (Renishaw) */
+} biss_timeout_rule;
+
+/* How a type of encoder behaves in time. */
+typedef struct biss_timing {
+  uint32_t clock_min_hz; /* not judged here */
+  uint32_t clock_max_hz;
+  int64_t start_min_ps;  /* first rising edge of MA (LAT) to START, at least */
+  int64_t ack_max_ps;    /* second rising edge (ACK) to the answer, at most */
+  uint32_t ack_clocks;   /* clocks of ACK where it is always the same, up to 400; 0: not fixed */
+  uint32_t timeout_rule; /* a biss_timeout_rule */
+  int64_t timeout_ps;
+  int64_t internal_delay_max_ps; /* not judged here */
+  int64_t cycle_min_ps;          /* from one request to the next, at least */
+  int64_t sampling_min_ps;       /* LAT to the moment whose position is sent */
+  int64_t sampling_typical_ps;
+  int64_t sampling_max_ps;
+} biss_timing;
+
+/* The catalogue's timing for a name, for a format of the grammar the widest that BiSS C allows.
+ * BISS_NULL_ARGUMENT, BISS_BAD_FORMAT. */
+biss_status biss_timing_of(const char* format, biss_timing* timing);
+
+/* Data channels of a format in *channels. BISS_NULL_ARGUMENT, BISS_BAD_FORMAT. */
+biss_status biss_channels_of(const char* format, size_t* channels);
+
+/* What one data channel says. */
+typedef struct biss_channel {
+  uint64_t position;     /* unsigned, multiturn above singleturn; 0 where there is none */
+  uint32_t life_counter; /* 0 where there is none */
+  bool nE;               /* low-active: false = error, do not use the position */
+  bool nW;               /* low-active: false = warning */
+} biss_channel;
+
+/* What a stepper answers. Both hold until its next call. */
+typedef struct biss_output {
+  bool level;          /* what it drives from now on: the slave SLO, the master MA */
+  int64_t deadline_ps; /* call step again at this time if no input changes before; or BISS_NEVER */
+} biss_output;
+
+/* ---- The encoder's side ---- */
+
+typedef struct biss_slave biss_slave;
+
+typedef struct biss_slave_setup {
+  const char* format;
+  const biss_timing* timing; /* null: biss_timing_of(format) */
+  int64_t ready_ps;          /* ACK to the answer; more than ack_max_ps is cut to that */
+  bool chained;              /* SLI comes from another slave; false: SLI is not looked at */
+  void* user;                /* handed to the callbacks; may be null */
+  /* Called once a frame, at the sampling moment, from within biss_slave_step(): fills channels[0]
+   * to channels[count - 1], in the order on the line. They come with position and counter 0 and
+   * neither error nor warning. `moment_ps` may lie before the time of the step. Not null. */
+  void (*sample)(void* user, int64_t moment_ps, biss_channel* channels, size_t count);
+  /* The CDS bit, asked when it is sent. Null: 0. */
+  bool (*cds)(void* user);
+  /* The CDM bit, told when a frame has ended. Null: nobody is told. */
+  void (*cdm)(void* user, bool bit);
+} biss_slave_setup;
+
+/* A setup with this format, and 0 or null everywhere else. */
+biss_slave_setup biss_slave_defaults(const char* format);
+
+/* Opens an idle encoder that drives SLO high. *slave is null unless BISS_OK.
+ * BISS_NULL_ARGUMENT, BISS_NO_MEMORY, BISS_BAD_FORMAT, BISS_BAD_TIMING, BISS_BAD_SETUP. */
+biss_status biss_slave_open(const biss_slave_setup* setup, biss_slave** slave);
+
+/* To be called at each change of MA or SLI and at the deadline; any further call does no harm.
+ * What was due before `now_ps` happens first.
+ * BISS_NULL_ARGUMENT, BISS_TIME_RANGE, BISS_TIME_BACKWARDS, BISS_REENTERED, BISS_VALUE_RANGE. */
+biss_status biss_slave_step(biss_slave* slave, int64_t now_ps, bool ma, bool sli, biss_output* out);
+
+/* What it waits for: "idle", "requested", "latched", "ack", "start", "data", "stop",
+ * "early_request" (a request came before the timeout was over and is not answered), "chain_busy".
+ * Null for a null handle. */
+const char* biss_slave_state(const biss_slave* slave);
+
+/* Null is allowed. Not from its own callback. */
+void biss_slave_close(biss_slave* slave);
+
+/* ---- The master's side ---- */
+
+typedef struct biss_master biss_master;
+
+/* A time of 0 stands for the default that is named. */
+typedef struct biss_master_setup {
+  const char* format;
+  const biss_timing* timing; /* null: biss_timing_of(format) */
+  int64_t period_ps;         /* of MA; 32 ps or more */
+  bool compensate;           /* sample half a period after each bit's arrival, by the line delay
+                                measured in this request; false: half a period after the edge */
+  uint32_t slaves;           /* devices one behind the other, 1 to 8 */
+  uint32_t extra_clocks;     /* behind the one of STOP, up to 65535 */
+  int64_t low_time_ps;       /* of MA in each clock, below the period; half a period */
+  int64_t sample_step_ps;    /* resolution of the sampling point; a sixteenth of the period */
+  int64_t sample_shift_ps;   /* out of the middle, at most half a period either way */
+  int64_t line_delay_max_ps; /* how long to wait for ACK; 40 us */
+  int64_t reset_time_ps;     /* MA high after a failed request; the device's timeout */
+  int64_t idle_min_ps;       /* MA high between requests; half a period */
+} biss_master_setup;
+
+/* A setup with compensation for one device, defaults everywhere else. */
+biss_master_setup biss_master_defaults(const char* format, int64_t period_ps);
+
+/* The one cause why there is no frame; as the statuses of `biss decode`. */
+typedef enum biss_cause {
+  BISS_CAUSE_OK = 0,
+  BISS_CAUSE_NO_RESPONSE,    /* SLO stayed high */
+  BISS_CAUSE_NOT_READY,      /* refused; MA did not move */
+  BISS_CAUSE_RESPONSE_RANGE, /* SLO was low before ACK could begin, or ACK came too late */
+  BISS_CAUSE_NO_START,       /* ACK exceeded the device's bound */
+  BISS_CAUSE_ACK_RANGE,      /* START came before the device can answer */
+  BISS_CAUSE_TRUNCATED,      /* not from a master: the clock stopped early */
+  BISS_CAUSE_CDS,            /* CDS was 1 and the format says cds0 */
+  BISS_CAUSE_CRC,            /* the checksum of `cause_channel` is wrong */
+  BISS_CAUSE_STOP_BIT        /* the bit behind the last CRC bit was 1 */
+} biss_cause;
+
+/* The name that `biss decode` gives it: "ok", "no_response", …; "unknown" for any other
+ * number. */
+const char* biss_cause_name(int cause);
+
+/* What came of a request. */
+typedef struct biss_reading {
+  biss_cause cause;
+  uint32_t cause_channel; /* counts from 0 */
+  /* Channels of the frame, in the order on the line; 0 unless `cause` is BISS_CAUSE_OK. */
+  uint32_t channel_count;
+  biss_channel channels[BISS_MAX_CHANNELS];
+  bool cds;
+  int64_t begin_ps;         /* first falling edge of MA, or the time of the refusal */
+  bool line_delay_measured; /* ACK began */
+  int64_t line_delay_ps;    /* second rising edge of MA to the fall of SLO */
+  uint32_t ack_clocks;      /* zeros of ACK as sampled */
+  uint32_t clocks;          /* rising edges of MA */
+  bool marginal;            /* SLO changed within a twentieth of a period of a sampling instant */
+  bool ready;               /* SLO is high at the end */
+} biss_reading;
+
+/* Opens a master that drives MA high. *master is null unless BISS_OK.
+ * BISS_NULL_ARGUMENT, BISS_NO_MEMORY, BISS_BAD_FORMAT, BISS_BAD_TIMING, BISS_BAD_SETUP. */
+biss_status biss_master_open(const biss_master_setup* setup, biss_master** master);
+
+/* Begins a request: MA falls at `now_ps`. `cdm` is the bit it carries.
+ * BISS_SLO_LOW and BISS_TOO_EARLY: no request is made, the reading has the cause not_ready, and
+ * out->deadline_ps is when to try again, BISS_NEVER: when SLO rises.
+ * BISS_NULL_ARGUMENT, BISS_TIME_RANGE, BISS_TIME_BACKWARDS, BISS_RUNNING. */
+biss_status biss_master_begin(biss_master* master, int64_t now_ps, bool slo, bool cdm,
+                              biss_output* out);
+
+/* To be called at each change of SLO and at the deadline, until biss_master_done(); any further
+ * call does no harm. Of a change and a sample at the same time either may be told first.
+ * BISS_NULL_ARGUMENT, BISS_TIME_RANGE, BISS_TIME_BACKWARDS. */
+biss_status biss_master_step(biss_master* master, int64_t now_ps, bool slo, biss_output* out);
+
+/* No request is running. Every request ends by itself, whatever SLO does. True for null. */
+bool biss_master_done(const biss_master* master);
+
+/* The outcome of the last request. BISS_NULL_ARGUMENT, BISS_RUNNING, BISS_NO_READING. */
+biss_status biss_master_reading(const biss_master* master, biss_reading* reading);
+
+/* Null is allowed. */
+void biss_master_close(biss_master* master);
+
+#ifdef __cplusplus
+}
+#endif

@@ -1,0 +1,134 @@
+// The C interface at work; its refusals are in errors_test.cpp.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "biss/catalogue/catalogue.hpp"
+#include "capi/c11_test.h"
+#include "capi/handles.hpp"
+
+namespace biss::capi {
+namespace {
+
+constexpr std::int64_t period_1mhz = 1'000'000;
+
+TEST(CInterface, PlainCProgram_ReadsItsOwnPosition) {
+  for (const std::uint64_t position : {0ULL, 1ULL, 12'345'678ULL, (1ULL << 26U) - 1U}) {
+    biss_reading reading;
+    ASSERT_EQ(c11_read("pos26,nE,nW,crc6;cds0", period_1mhz, position, &reading), BISS_OK);
+    EXPECT_EQ(reading.cause, BISS_CAUSE_OK);
+    ASSERT_EQ(reading.channel_count, 1U);
+    EXPECT_EQ(reading.channels[0].position, position);
+    EXPECT_TRUE(reading.channels[0].nE);
+  }
+}
+
+TEST(CInterface, EveryEncoderOfTheCatalogue_IsReadByItsName) {
+  for (const CatalogueEntry& entry : catalogue) {
+    const std::string name(entry.name);
+    biss_reading reading;
+    ASSERT_EQ(c11_read(name.c_str(), period_1mhz, 5, &reading), BISS_OK) << name;
+    EXPECT_STREQ(biss_cause_name(reading.cause), "ok") << name;
+    EXPECT_EQ(reading.channels[0].position, 5U) << name;
+    EXPECT_EQ(reading.channel_count, entry.frame_format().channel_count) << name;
+  }
+}
+
+TEST(CInterface, ValuesOfAllChannels_ComeThrough) {
+  Encoder encoder{.says = {{0x9'8765'4321, 0, true, false}, {0x123'4567, 42, false, true}}};
+  const char* format = "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16";
+  const SlaveHandle slave = open_slave(encoder.setup(format));
+  const MasterHandle master = open_master(biss_master_defaults(format, period_1mhz));
+  Line line(slave.get(), master.get());
+  EXPECT_EQ(line.request(false), BISS_OK);
+  const biss_reading reading = line.reading();
+  ASSERT_EQ(reading.channel_count, 2U);
+  EXPECT_EQ(reading.channels[0].position, 0x9'8765'4321U);
+  EXPECT_TRUE(reading.channels[0].nE);
+  EXPECT_FALSE(reading.channels[0].nW);
+  EXPECT_EQ(reading.channels[1].position, 0x123'4567U);
+  EXPECT_EQ(reading.channels[1].life_counter, 42U);
+  EXPECT_FALSE(reading.channels[1].nE);
+  EXPECT_TRUE(reading.channels[1].nW);
+}
+
+TEST(CInterface, CdmAndCds_ArriveAtTheOtherEnd) {
+  Encoder encoder;
+  encoder.says.resize(1, {7, 0, true, true});
+  const SlaveHandle slave = open_slave(encoder.setup("pos12,nE,nW,crc6"));
+  const MasterHandle master = open_master(biss_master_defaults("pos12,nE,nW,crc6", period_1mhz));
+  Line line(slave.get(), master.get());
+  for (const bool bit : {true, false, false, true}) {
+    encoder.cds = !bit;
+    line.request(bit);
+    EXPECT_EQ(line.reading().cds, !bit);
+  }
+  EXPECT_THAT(encoder.told, testing::ElementsAre(true, false, false, true));
+}
+
+TEST(CInterface, Sampling_IsAskedForTheMomentOfTheDevice) {
+  biss_timing timing;
+  ASSERT_EQ(biss_timing_of("resolute-26", &timing), BISS_OK);
+  Encoder encoder;
+  encoder.says.resize(1, {7, 0, true, true});
+  const SlaveHandle slave = open_slave(encoder.setup("resolute-26"));
+  const MasterHandle master = open_master(biss_master_defaults("resolute-26", period_1mhz));
+  Line line(slave.get(), master.get());
+  line.request(false);
+  // LAT is the first rising edge, half a period after the request.
+  EXPECT_THAT(encoder.moments, testing::ElementsAre(500'000 + timing.sampling_typical_ps));
+  EXPECT_GT(timing.sampling_typical_ps, 0);
+}
+
+TEST(CInterface, TimingOfTheSetup_ReplacesTheDevices) {
+  biss_timing timing;
+  ASSERT_EQ(biss_timing_of("resolute-26", &timing), BISS_OK);
+  EXPECT_EQ(timing.timeout_rule, static_cast<unsigned>(BISS_TIMEOUT_CYCLE));
+  timing.start_min_ps = timing.sampling_min_ps = timing.sampling_typical_ps = 0;
+  timing.ack_clocks = 9;
+  Encoder encoder;
+  encoder.says.resize(1, {7, 0, true, true});
+  biss_slave_setup setup = encoder.setup("resolute-26");
+  setup.timing = &timing;
+  const SlaveHandle slave = open_slave(setup);
+  biss_master_setup master_setup = biss_master_defaults("resolute-26", period_1mhz);
+  master_setup.timing = &timing;
+  const MasterHandle master = open_master(master_setup);
+  Line line(slave.get(), master.get());
+  line.request(false);
+  EXPECT_EQ(line.reading().cause, BISS_CAUSE_OK);
+  EXPECT_EQ(line.reading().ack_clocks, 9U);
+  EXPECT_THAT(encoder.moments, testing::ElementsAre(500'000));
+}
+
+TEST(CInterface, StateOfTheSlave_IsNamed) {
+  Encoder encoder;
+  const SlaveHandle slave = open_slave(encoder.setup("pos12,crc6"));
+  biss_output out;
+  EXPECT_STREQ(biss_slave_state(slave.get()), "idle");
+  biss_slave_step(slave.get(), 0, false, false, &out);
+  EXPECT_STREQ(biss_slave_state(slave.get()), "requested");
+  biss_slave_step(slave.get(), 10, true, false, &out);
+  EXPECT_STREQ(biss_slave_state(slave.get()), "latched");
+  EXPECT_TRUE(out.level);
+  EXPECT_NE(out.deadline_ps, BISS_NEVER);
+}
+
+TEST(CInterface, FormatProblem_SaysWhatAndWhere) {
+  std::size_t at = 99;
+  EXPECT_EQ(biss_format_problem("pos26,nE,nW,crc6", &at), nullptr);
+  EXPECT_EQ(at, 0U);
+  EXPECT_EQ(biss_format_problem("resolute-26", nullptr), nullptr);
+  EXPECT_STREQ(biss_format_problem("pos26,crc6,nE", &at),
+               "crc must be the last item of its channel");
+  EXPECT_EQ(at, 11U);
+  EXPECT_STREQ(biss_format_problem(nullptr, &at), "the format is empty");
+  std::size_t channels = 0;
+  EXPECT_EQ(biss_channels_of("pos36,crc6+pos28,crc16", &channels), BISS_OK);
+  EXPECT_EQ(channels, 2U);
+}
+
+}  // namespace
+}  // namespace biss::capi

@@ -1,0 +1,108 @@
+#include "capi/device.hpp"
+
+#include <cstddef>
+#include <string_view>
+
+#include "biss/catalogue/catalogue.hpp"
+
+namespace biss::capi {
+
+namespace {
+
+static_assert(BISS_MAX_CHANNELS == max_channels);
+static_assert(BISS_TIMEOUT_ADAPTIVE == static_cast<int>(TimeoutRule::adaptive) &&
+              BISS_TIMEOUT_FIXED == static_cast<int>(TimeoutRule::fixed) &&
+              BISS_TIMEOUT_CYCLE == static_cast<int>(TimeoutRule::cycle));
+
+biss_timing as_c(const DeviceTiming& timing) {
+  return {.clock_min_hz = timing.clock_min.count,
+          .clock_max_hz = timing.clock_max.count,
+          .start_min_ps = timing.start_min.count,
+          .ack_max_ps = timing.ack_max.count,
+          .ack_clocks = timing.ack_clocks,
+          .timeout_rule = static_cast<std::uint32_t>(timing.timeout.rule),
+          .timeout_ps = timing.timeout.time.count,
+          .internal_delay_max_ps = timing.internal_delay_max.count,
+          .cycle_min_ps = timing.cycle_min.count,
+          .sampling_min_ps = timing.sampling_min.count,
+          .sampling_typical_ps = timing.sampling_typical.count,
+          .sampling_max_ps = timing.sampling_max.count};
+}
+
+DeviceTiming from_c(const biss_timing& timing) {
+  return {
+      .clock_min = hertz(timing.clock_min_hz),
+      .clock_max = hertz(timing.clock_max_hz),
+      .start_min = picoseconds(timing.start_min_ps),
+      .ack_max = picoseconds(timing.ack_max_ps),
+      .ack_clocks = static_cast<std::uint16_t>(timing.ack_clocks),
+      .timeout = {static_cast<TimeoutRule>(timing.timeout_rule), picoseconds(timing.timeout_ps)},
+      .internal_delay_max = picoseconds(timing.internal_delay_max_ps),
+      .cycle_min = picoseconds(timing.cycle_min_ps),
+      .sampling_min = picoseconds(timing.sampling_min_ps),
+      .sampling_typical = picoseconds(timing.sampling_typical_ps),
+      .sampling_max = picoseconds(timing.sampling_max_ps)};
+}
+
+bool is_possible(const biss_timing& timing) {
+  for (const std::int64_t duration :
+       {timing.start_min_ps, timing.ack_max_ps, timing.timeout_ps, timing.internal_delay_max_ps,
+        timing.cycle_min_ps, timing.sampling_min_ps, timing.sampling_typical_ps,
+        timing.sampling_max_ps}) {
+    if (!is_duration(duration)) return false;
+  }
+  return timing.timeout_rule <= BISS_TIMEOUT_CYCLE && timing.ack_clocks <= biss_ack_max_clocks &&
+         timing.clock_min_hz <= timing.clock_max_hz &&
+         timing.sampling_min_ps <= timing.sampling_typical_ps &&
+         timing.sampling_typical_ps <= timing.sampling_max_ps;
+}
+
+}  // namespace
+
+std::optional<Device> find_device(const char* format) {
+  if (const CatalogueEntry* entry = find_encoder(format)) {
+    return Device{entry->frame_format(), entry->timing};
+  }
+  const auto parsed = parse_format(format);
+  if (!parsed.ok()) return std::nullopt;
+  return Device{*parsed, {}};
+}
+
+bool override_timing(const biss_timing* timing, Device& device) {
+  if (timing == nullptr) return true;
+  if (!is_possible(*timing)) return false;
+  device.timing = from_c(*timing);
+  return true;
+}
+
+}  // namespace biss::capi
+
+extern "C" {
+
+const char* biss_format_problem(const char* format, size_t* at) {
+  if (at != nullptr) *at = 0;
+  const std::string_view text = format == nullptr ? "" : format;
+  if (biss::find_encoder(text) != nullptr) return nullptr;
+  const auto parsed = biss::parse_format(text);
+  if (parsed.ok()) return nullptr;
+  if (at != nullptr) *at = parsed.error().at;
+  return biss::text_of(parsed.error().mistake).data();  // of a literal: ends with a zero
+}
+
+biss_status biss_timing_of(const char* format, biss_timing* timing) {
+  if (format == nullptr || timing == nullptr) return BISS_NULL_ARGUMENT;
+  const auto device = biss::capi::find_device(format);
+  if (!device) return BISS_BAD_FORMAT;
+  *timing = biss::capi::as_c(device->timing);
+  return BISS_OK;
+}
+
+biss_status biss_channels_of(const char* format, size_t* channels) {
+  if (format == nullptr || channels == nullptr) return BISS_NULL_ARGUMENT;
+  const auto device = biss::capi::find_device(format);
+  if (!device) return BISS_BAD_FORMAT;
+  *channels = device->format.channel_count;
+  return BISS_OK;
+}
+
+}  // extern "C"

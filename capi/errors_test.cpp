@@ -1,0 +1,263 @@
+// Every way in which the C interface refuses.
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "capi/handles.hpp"
+
+namespace biss::capi {
+namespace {
+
+constexpr const char* format = "pos26,nE,nW,crc6";
+constexpr std::int64_t period = 1'000'000;
+
+biss_status try_slave(const biss_slave_setup* setup) {
+  biss_slave* slave = reinterpret_cast<biss_slave*>(1);
+  const biss_status status = biss_slave_open(setup, &slave);
+  EXPECT_EQ(slave == nullptr, status != BISS_OK);
+  biss_slave_close(slave);
+  return status;
+}
+
+biss_status try_master(const biss_master_setup* setup) {
+  biss_master* master = reinterpret_cast<biss_master*>(1);
+  const biss_status status = biss_master_open(setup, &master);
+  EXPECT_EQ(master == nullptr, status != BISS_OK);
+  biss_master_close(master);
+  return status;
+}
+
+TEST(CErrors, NamesAndTexts_AreThereAndDiffer) {
+  std::set<std::string> names;
+  for (int i = BISS_OK; i <= BISS_NO_READING; ++i) {
+    names.insert(biss_status_name(i));
+    EXPECT_GT(std::string(biss_status_text(i)).size(), 3U);
+  }
+  EXPECT_EQ(names.size(), 14U);
+  EXPECT_STREQ(biss_status_name(BISS_SLO_LOW), "slo_low");
+  EXPECT_STREQ(biss_status_name(BISS_NO_READING), "no_reading");
+  EXPECT_STREQ(biss_status_name(-1), "unknown");
+  EXPECT_STREQ(biss_status_name(14), "unknown");
+  EXPECT_STREQ(biss_cause_name(BISS_CAUSE_OK), "ok");
+  EXPECT_STREQ(biss_cause_name(BISS_CAUSE_CRC), "crc");
+  EXPECT_STREQ(biss_cause_name(BISS_CAUSE_STOP_BIT), "stop_bit");
+  EXPECT_STREQ(biss_cause_name(-1), "unknown");
+  EXPECT_STREQ(biss_cause_name(BISS_CAUSE_STOP_BIT + 1), "unknown");
+}
+
+TEST(CErrors, NullPointers_AreNamedEverywhere) {
+  Encoder encoder;
+  const biss_slave_setup slave_setup = encoder.setup(format);
+  const SlaveHandle slave = open_slave(slave_setup);
+  const MasterHandle master = open_master(biss_master_defaults(format, period));
+  biss_output out;
+  biss_reading reading;
+  biss_timing timing;
+  std::size_t channels = 0;
+  EXPECT_EQ(biss_timing_of(nullptr, &timing), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_timing_of(format, nullptr), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_channels_of(nullptr, &channels), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_channels_of(format, nullptr), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_slave_open(&slave_setup, nullptr), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(try_slave(nullptr), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_slave_step(nullptr, 0, true, false, &out), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_slave_step(slave.get(), 0, true, false, nullptr), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_slave_state(nullptr), nullptr);
+  EXPECT_EQ(biss_master_open(nullptr, nullptr), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(try_master(nullptr), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_master_begin(nullptr, 0, true, false, &out), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_master_begin(master.get(), 0, true, false, nullptr), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_master_step(nullptr, 0, true, &out), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_master_step(master.get(), 0, true, nullptr), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_master_reading(nullptr, &reading), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_master_reading(master.get(), nullptr), BISS_NULL_ARGUMENT);
+  EXPECT_TRUE(biss_master_done(nullptr));
+  biss_slave_close(nullptr);
+  biss_master_close(nullptr);
+}
+
+TEST(CErrors, SlaveSetup_RefusedByItsCause) {
+  Encoder encoder;
+  biss_slave_setup setup = encoder.setup(format);
+  setup.sample = nullptr;
+  EXPECT_EQ(try_slave(&setup), BISS_NULL_ARGUMENT);
+  setup = encoder.setup(nullptr);
+  EXPECT_EQ(try_slave(&setup), BISS_NULL_ARGUMENT);
+  setup = encoder.setup("pos26,crc");
+  EXPECT_EQ(try_slave(&setup), BISS_BAD_FORMAT);
+  setup = encoder.setup("resolute");
+  EXPECT_EQ(try_slave(&setup), BISS_BAD_FORMAT);
+  setup = encoder.setup(format);
+  setup.ready_ps = -1;
+  EXPECT_EQ(try_slave(&setup), BISS_BAD_SETUP);
+  setup.ready_ps = 0;
+  setup.cds = nullptr;
+  setup.cdm = nullptr;
+  EXPECT_EQ(try_slave(&setup), BISS_OK);
+}
+
+TEST(CErrors, TimingThatNoDeviceHas_IsRefused) {
+  const std::vector<std::function<void(biss_timing&)>> spoilers{
+      [](biss_timing& t) { t.start_min_ps = -1; },
+      [](biss_timing& t) { t.ack_max_ps = BISS_DURATION_MAX + 1; },
+      [](biss_timing& t) { t.ack_clocks = 401; },
+      [](biss_timing& t) { t.timeout_rule = 3; },
+      [](biss_timing& t) { t.timeout_ps = INT64_MIN; },
+      [](biss_timing& t) { t.internal_delay_max_ps = -5; },
+      [](biss_timing& t) { t.cycle_min_ps = INT64_MAX; },
+      [](biss_timing& t) { t.clock_min_hz = t.clock_max_hz + 1; },
+      [](biss_timing& t) { t.sampling_min_ps = t.sampling_typical_ps + 1; },
+      [](biss_timing& t) { t.sampling_max_ps = t.sampling_typical_ps - 1; }};
+  Encoder encoder;
+  biss_slave_setup slave_setup = encoder.setup(format);
+  biss_master_setup master_setup = biss_master_defaults(format, period);
+  for (std::size_t i = 0; i < spoilers.size(); ++i) {
+    biss_timing timing;
+    ASSERT_EQ(biss_timing_of("resolute-26", &timing), BISS_OK);
+    slave_setup.timing = master_setup.timing = &timing;
+    ASSERT_EQ(try_slave(&slave_setup), BISS_OK);
+    ASSERT_EQ(try_master(&master_setup), BISS_OK);
+    spoilers[i](timing);
+    EXPECT_EQ(try_slave(&slave_setup), BISS_BAD_TIMING) << i;
+    EXPECT_EQ(try_master(&master_setup), BISS_BAD_TIMING) << i;
+  }
+}
+
+TEST(CErrors, MasterSetup_RefusedByItsCause) {
+  const std::vector<std::function<void(biss_master_setup&)>> spoilers{
+      [](biss_master_setup& s) { s.period_ps = 31; },
+      [](biss_master_setup& s) { s.period_ps = BISS_DURATION_MAX + 1; },
+      [](biss_master_setup& s) { s.low_time_ps = s.period_ps; },
+      [](biss_master_setup& s) { s.low_time_ps = -1; },
+      [](biss_master_setup& s) { s.slaves = 0; },
+      [](biss_master_setup& s) { s.slaves = 9; },
+      [](biss_master_setup& s) { s.extra_clocks = 65'536; },
+      [](biss_master_setup& s) { s.sample_step_ps = -1; },
+      [](biss_master_setup& s) { s.sample_shift_ps = s.period_ps / 2 + 1; },
+      [](biss_master_setup& s) { s.sample_shift_ps = -s.period_ps / 2 - 1; },
+      [](biss_master_setup& s) { s.line_delay_max_ps = -1; },
+      [](biss_master_setup& s) { s.reset_time_ps = -1; },
+      [](biss_master_setup& s) { s.idle_min_ps = BISS_DURATION_MAX + 1; }};
+  biss_master_setup setup = biss_master_defaults(format, period);
+  EXPECT_EQ(try_master(&setup), BISS_OK);
+  for (std::size_t i = 0; i < spoilers.size(); ++i) {
+    setup = biss_master_defaults(format, period);
+    spoilers[i](setup);
+    EXPECT_EQ(try_master(&setup), BISS_BAD_SETUP) << i;
+  }
+  setup = biss_master_defaults(nullptr, period);
+  EXPECT_EQ(try_master(&setup), BISS_NULL_ARGUMENT);
+  setup = biss_master_defaults("", period);
+  EXPECT_EQ(try_master(&setup), BISS_BAD_FORMAT);
+}
+
+TEST(CErrors, TimeThatRunsBackwards_ChangesNothing) {
+  Encoder encoder;
+  const SlaveHandle slave = open_slave(encoder.setup(format));
+  const MasterHandle master = open_master(biss_master_defaults(format, period));
+  biss_output out{};
+  EXPECT_EQ(biss_slave_step(slave.get(), 100, false, false, &out), BISS_OK);
+  EXPECT_EQ(biss_slave_step(slave.get(), 99, true, false, &out), BISS_TIME_BACKWARDS);
+  EXPECT_EQ(biss_slave_step(slave.get(), BISS_TIME_MAX + 1, true, false, &out), BISS_TIME_RANGE);
+  EXPECT_STREQ(biss_slave_state(slave.get()), "requested");
+  EXPECT_EQ(biss_slave_step(slave.get(), 100, true, false, &out), BISS_OK);
+  EXPECT_STREQ(biss_slave_state(slave.get()), "latched");
+  EXPECT_EQ(biss_master_begin(master.get(), -BISS_TIME_MAX - 1, true, false, &out),
+            BISS_TIME_RANGE);
+  EXPECT_EQ(biss_master_begin(master.get(), 5, true, false, &out), BISS_OK);
+  EXPECT_EQ(biss_master_step(master.get(), 4, true, &out), BISS_TIME_BACKWARDS);
+  EXPECT_EQ(biss_master_step(master.get(), INT64_MAX, true, &out), BISS_TIME_RANGE);
+}
+
+TEST(CErrors, Requests_RefusedWhileOneRunsAndWhileTheEncoderIsNotReady) {
+  const MasterHandle master = open_master(biss_master_defaults(format, period));
+  biss_output out{};
+  biss_reading reading;
+  EXPECT_EQ(biss_master_reading(master.get(), &reading), BISS_NO_READING);
+  EXPECT_EQ(biss_master_begin(master.get(), 0, false, false, &out), BISS_SLO_LOW);
+  EXPECT_TRUE(out.level);
+  EXPECT_EQ(out.deadline_ps, BISS_NEVER);
+  ASSERT_EQ(biss_master_reading(master.get(), &reading), BISS_OK);
+  EXPECT_EQ(reading.cause, BISS_CAUSE_NOT_READY);
+  EXPECT_EQ(biss_master_begin(master.get(), 10, true, false, &out), BISS_OK);
+  EXPECT_EQ(biss_master_begin(master.get(), 20, true, false, &out), BISS_RUNNING);
+  EXPECT_EQ(biss_master_reading(master.get(), &reading), BISS_RUNNING);
+  std::int64_t now = 10;
+  while (!biss_master_done(master.get())) {
+    now = out.deadline_ps;
+    ASSERT_EQ(biss_master_step(master.get(), now, true, &out), BISS_OK);
+  }
+  ASSERT_EQ(biss_master_reading(master.get(), &reading), BISS_OK);
+  EXPECT_EQ(reading.cause, BISS_CAUSE_NO_RESPONSE);
+  EXPECT_FALSE(reading.line_delay_measured);
+  EXPECT_EQ(reading.channel_count, 0U);
+}
+
+TEST(CErrors, RequestBeforeTheShortestCycle_IsTooEarly) {
+  biss_timing timing;
+  ASSERT_EQ(biss_timing_of(format, &timing), BISS_OK);
+  timing.cycle_min_ps = 500 * period;
+  Encoder encoder;
+  encoder.says.resize(1, {1, 0, true, true});
+  const SlaveHandle slave = open_slave(encoder.setup(format));
+  biss_master_setup setup = biss_master_defaults(format, period);
+  setup.timing = &timing;
+  const MasterHandle master = open_master(setup);
+  Line line(slave.get(), master.get());
+  line.request(false);
+  biss_output out{};
+  EXPECT_EQ(biss_master_begin(master.get(), line.now(), true, false, &out), BISS_TOO_EARLY);
+  EXPECT_EQ(out.deadline_ps, 500 * period);
+  EXPECT_EQ(biss_master_begin(master.get(), out.deadline_ps, true, false, &out), BISS_OK);
+}
+
+TEST(CErrors, ValueWiderThanItsField_IsToldAndSentAsNoData) {
+  for (const biss_channel& wide :
+       {biss_channel{1ULL << 26U, 0, true, true}, biss_channel{1, 64, true, true}}) {
+    Encoder encoder{.says = {wide}};
+    const SlaveHandle slave = open_slave(encoder.setup("pos26,nE,nW,lc6,crc6"));
+    const MasterHandle master = open_master(biss_master_defaults("pos26,nE,nW,lc6,crc6", period));
+    Line line(slave.get(), master.get());
+    EXPECT_EQ(line.request(false), BISS_VALUE_RANGE);
+    EXPECT_EQ(line.reading().cause, BISS_CAUSE_OK);
+    EXPECT_EQ(line.reading().channels[0].position, 0U);
+    EXPECT_FALSE(line.reading().channels[0].nE);
+    EXPECT_FALSE(line.reading().channels[0].nW);
+    encoder.says[0] = {1, 63, true, true};
+    EXPECT_EQ(line.request(false), BISS_OK);
+    EXPECT_TRUE(line.reading().channels[0].nE);
+    EXPECT_EQ(line.reading().channels[0].life_counter, 63U);
+  }
+}
+
+// Calls its own slave from the callback.
+struct Meddler {
+  biss_slave* slave = nullptr;
+  biss_status status = BISS_OK;
+
+  static void sample(void* user, std::int64_t moment, biss_channel*, std::size_t) {
+    auto& self = *static_cast<Meddler*>(user);
+    biss_output out;
+    self.status = biss_slave_step(self.slave, moment, true, false, &out);
+  }
+};
+
+TEST(CErrors, StepFromItsOwnCallback_IsRefused) {
+  Meddler meddler;
+  biss_slave_setup setup = biss_slave_defaults(format);
+  setup.sample = &Meddler::sample;
+  setup.user = &meddler;
+  const SlaveHandle slave = open_slave(setup);
+  meddler.slave = slave.get();
+  biss_output out{};
+  EXPECT_EQ(biss_slave_step(slave.get(), 0, false, false, &out), BISS_OK);
+  EXPECT_EQ(biss_slave_step(slave.get(), 1'000, true, false, &out), BISS_OK);
+  EXPECT_EQ(meddler.status, BISS_REENTERED);
+  EXPECT_STREQ(biss_slave_state(slave.get()), "latched");
+}
+
+}  // namespace
+}  // namespace biss::capi

@@ -1,0 +1,134 @@
+// biss_slave: the core's Slave behind a handle, its callbacks in C.
+#include <array>
+#include <cstdint>
+#include <span>
+#include <utility>
+
+#include "biss/frame/codec.hpp"
+#include "biss/slave/slave.hpp"
+#include "capi/device.hpp"
+
+namespace biss::capi {
+
+namespace {
+
+// The owner that the core's slave asks, passing the questions on.
+class CallbackSource {
+ public:
+  CallbackSource(const biss_slave_setup& setup, const FrameFormat& format)
+      : user_(setup.user),
+        sample_(setup.sample),
+        cds_(setup.cds),
+        cdm_(setup.cdm),
+        count_(format.channel_count) {
+    for (std::size_t k = 0; k < count_; ++k) {
+      position_masks_[k] = low_mask(format.channel_list[k].position_bits());
+      counter_masks_[k] = low_mask(format.channel_list[k].life_counter.bits);
+    }
+  }
+
+  Frame sample(Picoseconds moment) {
+    std::array<biss_channel, max_channels> channels{};
+    for (biss_channel& channel : channels) channel.nE = channel.nW = true;
+    sample_(user_, moment.count, channels.data(), count_);
+    Frame frame;
+    frame.channel_count = static_cast<std::uint8_t>(count_);
+    const bool usable = fits(channels);
+    if (!usable) value_range_ = true;
+    for (std::size_t k = 0; k < count_; ++k) {
+      frame.channel_list[k] = usable ? Channel{channels[k].position, channels[k].life_counter,
+                                               channels[k].nE, channels[k].nW}
+                                     : Channel{.nE = false, .nW = false};
+    }
+    return frame;
+  }
+
+  bool cds() { return cds_ != nullptr && cds_(user_); }
+  void cdm(bool bit) {
+    if (cdm_ != nullptr) cdm_(user_, bit);
+  }
+
+  /// Whether a value did not fit since the last call.
+  bool take_value_range() { return std::exchange(value_range_, false); }
+
+ private:
+  bool fits(std::span<const biss_channel, max_channels> channels) const {
+    for (std::size_t k = 0; k < count_; ++k) {
+      if ((channels[k].position & ~position_masks_[k]) != 0) return false;
+      if ((channels[k].life_counter & ~counter_masks_[k]) != 0) return false;
+    }
+    return true;
+  }
+
+  void* user_;
+  decltype(biss_slave_setup::sample) sample_;
+  decltype(biss_slave_setup::cds) cds_;
+  decltype(biss_slave_setup::cdm) cdm_;
+  std::size_t count_;
+  std::array<std::uint64_t, max_channels> position_masks_{};
+  std::array<std::uint64_t, max_channels> counter_masks_{};
+  bool value_range_ = false;
+};
+
+SlaveTiming timing_of(const Device& device, const biss_slave_setup& setup) {
+  SlaveTiming timing = slave_timing(device.timing, picoseconds(setup.ready_ps));
+  timing.chained = setup.chained;
+  return timing;
+}
+
+}  // namespace
+
+}  // namespace biss::capi
+
+struct biss_slave {
+  biss_slave(const biss::capi::Device& device, const biss_slave_setup& setup)
+      : slave(biss::FrameCodec<>(device.format), biss::capi::timing_of(device, setup),
+              biss::capi::CallbackSource(setup, device.format)) {}
+
+  biss::Slave<biss::FrameCodec<>, biss::capi::CallbackSource> slave;
+  biss::capi::Clock clock;
+  bool stepping = false;
+};
+
+extern "C" {
+
+biss_slave_setup biss_slave_defaults(const char* format) {
+  biss_slave_setup setup{};
+  setup.format = format;
+  return setup;
+}
+
+biss_status biss_slave_open(const biss_slave_setup* setup, biss_slave** slave) {
+  if (slave == nullptr) return BISS_NULL_ARGUMENT;
+  *slave = nullptr;
+  if (setup == nullptr || setup->format == nullptr || setup->sample == nullptr) {
+    return BISS_NULL_ARGUMENT;
+  }
+  auto device = biss::capi::find_device(setup->format);
+  if (!device) return BISS_BAD_FORMAT;
+  if (!biss::capi::override_timing(setup->timing, *device)) return BISS_BAD_TIMING;
+  if (!biss::capi::is_duration(setup->ready_ps)) return BISS_BAD_SETUP;
+  *slave = biss::capi::make_handle<biss_slave>(*device, *setup);
+  return *slave == nullptr ? BISS_NO_MEMORY : BISS_OK;
+}
+
+biss_status biss_slave_step(biss_slave* slave, int64_t now_ps, bool ma, bool sli,
+                            biss_output* out) {
+  if (slave == nullptr || out == nullptr) return BISS_NULL_ARGUMENT;
+  if (slave->stepping) return BISS_REENTERED;
+  if (const biss_status wrong = slave->clock.check(now_ps); wrong != BISS_OK) return wrong;
+  slave->clock.set(now_ps);
+  slave->stepping = true;
+  const biss::StepOutput output = slave->slave.step(biss::picoseconds(now_ps), ma, sli);
+  slave->stepping = false;
+  *out = {output.level, output.deadline.count};
+  return slave->slave.source().take_value_range() ? BISS_VALUE_RANGE : BISS_OK;
+}
+
+const char* biss_slave_state(const biss_slave* slave) {
+  return slave == nullptr ? nullptr : biss::name_of(slave->slave.state()).data();
+}
+
+void biss_slave_close(biss_slave* slave) { biss::capi::destroy_handle(slave); }
+
+}  // extern "C"
