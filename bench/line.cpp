@@ -6,7 +6,7 @@
 #include "capture/byte_sink.hpp"
 #include "capture/event_csv_writer.hpp"
 #include "capture/vcd_writer.hpp"
-#include "sim/ideal_line.hpp"
+#include "sim/line.hpp"
 
 namespace biss::bench {
 
@@ -26,17 +26,17 @@ std::string written(const Line& line) {
 Line make_line(std::size_t cycles) {
   static_assert(sim::ma_line == 0 && sim::slo_line == 1);
   Line line{.format = parse_format(line_format_text).value(), .cycles = cycles, .edges = {}};
-  sim::IdealLineSetup setup;
+  sim::LineSetup setup;
   setup.format = line.format;
   setup.clock = megahertz(10);
-  setup.line_delay = nanoseconds(230);
+  setup.ma_delay = setup.slo_delay = nanoseconds(115);
   setup.motion = sim::MotionKind::random;
-  sim::IdealLine source(setup);
+  sim::Line source(setup);
   // Both lines idle, so that the first cycle is seen from its beginning.
   line.edges = {{Picoseconds{}, sim::ma_line, wire::Level::high},
                 {Picoseconds{}, sim::slo_line, wire::Level::high}};
   for (std::size_t i = 0; i < cycles; ++i) {
-    const auto cycle = source.next();
+    const auto& cycle = source.next();
     line.edges.insert(line.edges.end(), cycle.edges.begin(), cycle.edges.end());
   }
   line.end = line.edges.back().time + microseconds(100);

@@ -1,38 +1,48 @@
-// Where the encoder stands from one request to the next.
+// Where the encoder stands, at any time.
 #pragma once
 
+#include <array>
 #include <cstdint>
-#include <random>
+#include <string_view>
 
-#include "biss/base/bits.hpp"
+#include "biss/base/units.hpp"
+#include "biss/frame/format.hpp"
+#include "sim/random.hpp"
 
 namespace biss::sim {
 
 enum class MotionKind : std::uint8_t {
   constant,  ///< the same position for ever
-  ramp,      ///< a steady step, round and round
-  random,    ///< any position at any time
+  ramp,      ///< a steady speed, round and round, the whole range in about 1000 requests
+  sine,      ///< half the range, zero in its middle, 500 requests to and fro
+  random,    ///< a random walk: up to an eighth of the range, either way, from sample to sample
+  max,       ///< just less than half a turn a request, 250 requests forwards, 250 back across zero
 };
 
-/// Positions of one width, one a request. The same seed gives the same positions on every machine.
+inline constexpr std::array<std::string_view, 5> motion_names{"constant", "ramp", "sine", "random",
+                                                              "max"};
+
+/// Positions of one channel. The same seed gives the same positions on every machine.
 class Motion {
  public:
-  /// A ramp passes through the whole range in about 1000 requests.
-  Motion(MotionKind kind, unsigned position_bits, std::uint64_t seed)
-      : kind_(kind), mask_(low_mask(position_bits)), random_(seed), position_(random_() & mask_) {}
+  /// \param channel  whose position it is; a turn is its singleturn, or all of it
+  /// \param interval from one request to the next; positive
+  Motion(MotionKind kind, const ChannelFormat& channel, Picoseconds interval, std::uint64_t seed);
 
-  std::uint64_t next() {
-    const std::uint64_t now = position_;
-    if (kind_ == MotionKind::ramp) position_ = (position_ + (mask_ / 1009 | 1U)) & mask_;
-    if (kind_ == MotionKind::random) position_ = random_() & mask_;
-    return now;
-  }
+  /// The position at this time. A random walk goes a step; its time does not matter.
+  std::uint64_t sample(Picoseconds time);
+  /// The same without a step.
+  std::uint64_t at(Picoseconds time) const;
+  unsigned position_bits() const { return position_bits_; }
 
  private:
   MotionKind kind_;
-  std::uint64_t mask_;
-  std::mt19937_64 random_;
-  std::uint64_t position_;
+  unsigned position_bits_;
+  Picoseconds interval_;
+  Random random_;
+  // Shares of the range in parts of 2^64, so that a passage through zero is an overflow.
+  std::uint64_t start_;
+  std::uint64_t speed_;  // a picosecond; of a sine its phase
 };
 
 }  // namespace biss::sim

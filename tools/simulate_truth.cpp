@@ -23,6 +23,7 @@ TruthTable::TruthTable(const FrameFormat& format) {
 
 const std::vector<Cell>& TruthTable::cells(std::uint64_t number, const sim::SimulatedCycle& cycle) {
   cells_.clear();
+  faults_ = sim::text_of(cycle.faults);
   cells_.emplace_back(number);
   cells_.emplace_back(cycle.time);
   for (std::size_t k = 0; k < cycle.sent.channel_count; ++k) {
@@ -30,7 +31,7 @@ const std::vector<Cell>& TruthTable::cells(std::uint64_t number, const sim::Simu
     cells_.emplace_back(channel.position);
     cells_.emplace_back(channel.nE);
     cells_.emplace_back(channel.nW);
-    if (k == 0) cells_.push_back(cycle.flipped ? Cell("flip") : Cell());
+    if (k == 0) cells_.push_back(faults_.empty() ? Cell() : Cell(faults_));
   }
   return cells_;
 }

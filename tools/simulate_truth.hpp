@@ -2,11 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "biss/frame/format.hpp"
 #include "report/table.hpp"
-#include "sim/ideal_line.hpp"
+#include "sim/line.hpp"
 
 namespace biss::tools {
 
@@ -22,6 +23,7 @@ class TruthTable {
  private:
   std::vector<report::Column> columns_;
   std::vector<report::Cell> cells_;
+  std::string faults_;
 };
 
 }  // namespace biss::tools

@@ -1,0 +1,86 @@
+// What can go wrong on the line, by name. docs/faults.md describes each.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace biss::sim {
+
+enum class FaultKind : std::uint8_t {
+  flip,             ///< one bit of data or CRC
+  burst,            ///< 2 to 16 bits in a row, the first and the last one wrong
+  glitch_ma,        ///< a short pulse on MA within the frame
+  glitch_ma_idle,   ///< … behind it
+  glitch_slo,       ///< a short pulse on SLO within the frame
+  glitch_slo_idle,  ///< … behind it
+  lost_clock,       ///< the encoder misses a clock of MA
+  double_clock,     ///< the encoder sees an edge of MA bounce
+  extra_clock,      ///< the encoder sees a pulse on MA between two edges
+  ma_low,           ///< MA stuck from a point on, for some cycles
+  ma_high,
+  slo_low,  ///< SLO stuck from a point on, for some cycles
+  slo_high,
+  late_start,  ///< the encoder is busy for longer than it may
+  no_answer,   ///< the encoder does not take notice of the request
+  cut,         ///< the cable is cut at a point and connected again some cycles later
+  swap_ma,     ///< the two wires of MA have changed places, for some cycles
+  swap_slo,    ///< those of SLO
+  exchange,    ///< MA and SLO have changed places where they are recorded
+  delay_step,  ///< SLO is later from a point on, for some cycles
+  nE,          ///< the encoder reports an error
+  nW,          ///< … a warning
+  brown_out,   ///< the encoder loses its supply at a point and starts again some cycles later
+  frozen,      ///< the encoder repeats its position for some cycles
+};
+
+inline constexpr std::size_t fault_kind_count = 24;
+
+inline constexpr std::array<std::string_view, fault_kind_count> fault_names{
+    "flip",        "burst",
+    "glitch_ma",   "glitch_ma_idle",
+    "glitch_slo",  "glitch_slo_idle",
+    "lost_clock",  "double_clock",
+    "extra_clock", "ma_low",
+    "ma_high",     "slo_low",
+    "slo_high",    "late_start",
+    "no_answer",   "cut",
+    "swap_ma",     "swap_slo",
+    "exchange",    "delay_step",
+    "nE",          "nW",
+    "brown_out",   "frozen"};
+
+constexpr std::string_view name_of(FaultKind kind) {
+  return fault_names[static_cast<std::size_t>(kind)];
+}
+
+/// Kinds as a set: bit k is the kind of that number.
+using FaultSet = std::uint32_t;
+static_assert(fault_kind_count <= 32);
+
+constexpr FaultSet set_of(FaultKind kind) { return FaultSet{1} << static_cast<unsigned>(kind); }
+
+/// The names, a `;` between two.
+inline std::string text_of(FaultSet faults) {
+  std::string text;
+  for (std::size_t k = 0; k < fault_kind_count; ++k) {
+    if (((faults >> k) & 1U) == 0) continue;
+    if (!text.empty()) text += ';';
+    text += fault_names[k];
+  }
+  return text;
+}
+
+/// One kind of fault, and which cycles it strikes.
+struct FaultRule {
+  FaultKind kind{};
+  /// Share of cycles in which it strikes, in parts of 2^32.
+  std::uint64_t share = 0;
+  /// The one cycle in which it strikes, counted from 0; then the share does not matter.
+  std::optional<std::uint64_t> cycle{};
+};
+
+}  // namespace biss::sim

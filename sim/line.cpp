@@ -1,0 +1,310 @@
+#include "sim/line.hpp"
+
+#include <algorithm>
+
+#include "biss/timing/device_timing.hpp"
+
+namespace biss::sim {
+
+namespace {
+
+// How long a master waits for SLO before it asks all the same: the longest timeout there is.
+constexpr Picoseconds patience = biss_static_timeout_max;
+constexpr int idle_periods = 20;
+constexpr int probe_cycles = 4;
+
+Picoseconds real_period(const LineSetup& setup) {
+  constexpr std::int64_t million = 1'000'000;
+  const Picoseconds period = period_of(setup.clock);
+  return period - picoseconds(period.count * setup.clock_error_ppm / million);
+}
+
+MasterSetup master_setup(const LineSetup& setup) {
+  MasterSetup master;
+  master.period = real_period(setup);
+  master.timing = setup.timing;
+  master.slaves = setup.slaves;
+  master.compensate = setup.compensate;
+  master.low_time = master.period * (1000 - std::int64_t{setup.duty_per_mille}) / 1000;
+  return master;
+}
+
+// The channels of slave k, counted from the far end.
+FrameFormat part_of(const FrameFormat& format, std::size_t slaves, std::size_t k) {
+  FrameFormat part;
+  part.cds0 = format.cds0;
+  const std::size_t first = slaves - 1U - k;
+  const std::size_t count = k == 0 ? format.channel_count - first : 1;
+  part.channel_count = static_cast<std::uint8_t>(count);
+  for (std::size_t i = 0; i < count; ++i) part.channel_list[i] = format.channel_list[first + i];
+  return part;
+}
+
+// The one whose position the others repeat.
+const ChannelFormat& position_channel(const FrameFormat& format) {
+  for (const ChannelFormat& channel : format.channels()) {
+    if (channel.position_bits() != 0) return channel;
+  }
+  return format.channel_list[0];
+}
+
+}  // namespace
+
+Picoseconds least_interval(const LineSetup& setup) { return Line::undisturbed(setup).interval; }
+
+Line::Undisturbed Line::undisturbed(LineSetup setup) {
+  setup.faults.clear();
+  setup.record_at_slave = false;
+  Line line(setup, {.interval = picoseconds(1)});
+  Undisturbed nominal;
+  for (int i = 0; i < probe_cycles; ++i) {
+    const SimulatedCycle& cycle = line.next();
+    nominal.interval = std::max(nominal.interval, line.begin_ - cycle.time);
+    nominal.clocks = cycle.reading.clocks;
+    nominal.line_delay = cycle.reading.line_delay.value_or(Picoseconds{});
+  }
+  nominal.interval += 2 * (setup.ma_jitter + setup.slo_jitter);
+  return nominal;
+}
+
+Line::Line(const LineSetup& setup) : Line(setup, undisturbed(setup)) {}
+
+Line::Line(const LineSetup& setup, const Undisturbed& nominal)
+    : setup_(setup),
+      period_(real_period(setup)),
+      master_(Codec(setup.format), master_setup(setup)),
+      random_(setup.seed),
+      schedule_(setup.faults, setup.seed),
+      full_(setup.slaves > 1 || !schedule_.empty()),
+      interval_(std::max(setup.interval, nominal.interval)),
+      begin_(idle_periods * period_),
+      slo_delay_(setup.slo_delay) {
+  schedule_.set_nominal({.period = period_,
+                         .low_time = master_.setup().low_time,
+                         .interval = interval_,
+                         .clocks = std::max(nominal.clocks, 1U),
+                         .line_delay = nominal.line_delay,
+                         .payload_bits = setup.format.payload_bits()});
+  add_nodes();
+  now_ = begin_;
+}
+
+void Line::add_nodes() {
+  nodes_.reserve(setup_.slaves);
+  for (std::size_t k = 0; k < setup_.slaves; ++k) {
+    const FrameFormat format = part_of(setup_.format, setup_.slaves, k);
+    const Motion motion(setup_.motion, position_channel(format), interval_, setup_.seed + k);
+    nodes_.push_back({.slave = Encoding(Codec(format), node_timing(k), Encoder(format, motion))});
+  }
+}
+
+SlaveTiming Line::node_timing(std::size_t k) const {
+  SlaveTiming timing = slave_timing(setup_.timing, setup_.processing);
+  timing.chained = k != 0;
+  // The device's fixed ACK is that of the one at the far end.
+  if (timing.chained) timing.ack_clocks = 0;
+  return timing;
+}
+
+const SimulatedCycle& Line::next() {
+  cycle_.edges.clear();
+  begin_request();
+  full_ ? run_request<true>() : run_request<false>();
+  cycle_.reading = master_.reading();
+  rest();
+  tell_sent();
+  ++number_;
+  return cycle_;
+}
+
+void Line::begin_request() {
+  cycle_.time = begin_;
+  cycle_.faults = 0;
+  for (Node& node : nodes_) node.slave.source().begin_cycle();
+  schedule_.begin_cycle(number_, begin_);
+  if (!schedule_.empty()) {
+    act();
+    set_start(disturbance_.active(FaultKind::late_start));
+    cycle_.faults |= disturbance_.active();
+  }
+  // What the master would not do on its own; see above.
+  const StepOutput out = master_.begin(now_, true);
+  ma_ = out.level;
+  master_due_ = out.deadline;
+  if (!slo_) master_due_ = master_.step(now_, slo_).deadline;
+  full_ ? put_ma<true>() : put_ma<false>();
+}
+
+template <bool Full>
+void Line::run_request() {
+  while (!master_.done()) {
+    now_ = std::min(master_due_, next_event<Full>());
+    const bool slo_changed = step_line<Full>();
+    if (!slo_changed && now_ < master_due_) continue;
+    const StepOutput out = master_.step(now_, slo_);
+    master_due_ = out.deadline;
+    if (out.level == ma_) continue;
+    ma_ = out.level;
+    put_ma<Full>();
+  }
+}
+
+// Until the next request begins.
+void Line::rest() {
+  const auto run = [this](Picoseconds end, bool until_ready) {
+    full_ ? run_rest<true>(end, until_ready) : run_rest<false>(end, until_ready);
+  };
+  run(std::max({begin_ + interval_, master_.earliest(), now_ + period_}), false);
+  if (!slo_) {
+    run(now_ + patience, true);
+    run(now_ + period_, false);
+  }
+  begin_ = now_;
+}
+
+template <bool Full>
+void Line::run_rest(Picoseconds end, bool until_ready) {
+  for (Picoseconds next = next_event<Full>(); next <= end; next = next_event<Full>()) {
+    now_ = next;
+    step_line<Full>();
+    if (until_ready && slo_) return;
+  }
+  now_ = end;
+}
+
+// As the master sees it: the nearest encoder first.
+void Line::tell_sent() {
+  const Picoseconds moment = cycle_.time + setup_.timing.sampling_typical;
+  cycle_.sent = Frame{};
+  for (std::size_t k = nodes_.size(); k-- > 0;) {
+    const Frame& part = nodes_[k].slave.source().meant(moment);
+    for (const Channel& channel : part.channels()) {
+      cycle_.sent.channel_list[cycle_.sent.channel_count++] = channel;
+    }
+  }
+}
+
+template <bool Full>
+Picoseconds Line::next_event() const {
+  const Node& far = nodes_.front();
+  Picoseconds next = std::min({ma_pipe_.front(), far.due, far.slo.front()});
+  if constexpr (!Full) return next;
+  for (const Node& node : nodes_) next = std::min({next, node.due, node.slo.front()});
+  return std::min(next, schedule_.next());
+}
+
+// Everything that happens now but the master's part; true: the master's SLO has changed.
+template <bool Full>
+bool Line::step_line() {
+  const bool slo_before = slo_;
+  if constexpr (Full) {
+    if (schedule_.next() <= now_) act();
+  }
+  const bool ma_changed = ma_pipe_.front() <= now_;
+  if (ma_changed) {
+    ma_pipe_.pop();
+    ma_slave_ = !ma_slave_;
+    if (setup_.record_at_slave) record(ma_at_slave_line, ma_slave_);
+  }
+  step_node<Full>(0, ma_changed);
+  for (std::size_t k = 1; Full && k < nodes_.size(); ++k) step_node<Full>(k, ma_changed);
+  Pipe& last = Full ? nodes_.back().slo : nodes_.front().slo;
+  if (last.front() <= now_) {
+    last.pop();
+    slo_arrived_ = !slo_arrived_;
+    put_slo<Full>();
+  }
+  return slo_ != slo_before;
+}
+
+template <bool Full>
+void Line::step_node(std::size_t k, bool ma_changed) {
+  Node& node = nodes_[k];
+  bool sli_changed = false;
+  if (Full && k != 0 && nodes_[k - 1U].slo.front() <= now_) {
+    nodes_[k - 1U].slo.pop();
+    node.sli = !node.sli;
+    sli_changed = true;
+  }
+  if (!ma_changed && !sli_changed && now_ < node.due) return;
+  const SlaveState before = node.slave.state();
+  const StepOutput out = node.slave.step(now_, ma_slave_, node.sli);
+  node.due = out.deadline;
+  if (Full && k + 1U == nodes_.size() && ma_changed && ma_slave_) {
+    count_payload(before, node.slave.state());
+  }
+  put_node<Full>(k, out.level);
+}
+
+// Which bit of the payload goes out after a rising edge of MA.
+void Line::count_payload(SlaveState before, SlaveState after) {
+  if (after < SlaveState::data || after > SlaveState::stop) return;
+  payload_bit_ = before == SlaveState::start ? 0U - 1U : payload_bit_ + 1U;
+}
+
+template <bool Full>
+void Line::put_ma() {
+  bool level = ma_;
+  if constexpr (Full) level = disturbance_.level(Place::ma_master, level);
+  if (level != ma_wire_) {
+    ma_wire_ = level;
+    record(ma_line, level);
+  }
+  if constexpr (Full) level = disturbance_.level(Place::ma_slave, level);
+  if (level == ma_sent_) return;
+  ma_sent_ = level;
+  ma_pipe_.push(arrival(setup_.ma_delay, setup_.ma_jitter));
+}
+
+template <bool Full>
+void Line::put_node(std::size_t k, bool level) {
+  Node& node = nodes_[k];
+  const bool last = !Full || k + 1U == nodes_.size();
+  if (Full && last) {
+    const SlaveState state = node.slave.state();
+    const bool sends = state == SlaveState::data || state == SlaveState::stop;
+    level =
+        disturbance_.level(Place::slo_slave, level != (sends && disturbance_.turns(payload_bit_)));
+  }
+  if (level == node.level) return;
+  node.level = level;
+  if (!last) return node.slo.push(arrival(setup_.internal_delay, {}));
+  if (setup_.record_at_slave) record(slo_at_slave_line, level);
+  node.slo.push(arrival(setup_.internal_delay + slo_delay_, setup_.slo_jitter));
+}
+
+template <bool Full>
+bool Line::put_slo() {
+  bool level = slo_arrived_;
+  if constexpr (Full) level = disturbance_.level(Place::slo_master, level);
+  if (level == slo_) return false;
+  slo_ = level;
+  record(slo_line, level);
+  return true;
+}
+
+Picoseconds Line::arrival(Picoseconds delay, Picoseconds jitter) {
+  if (jitter.count == 0) return now_ + delay;
+  const auto width = static_cast<std::uint64_t>(2 * jitter.count + 1);
+  return now_ + delay - jitter + picoseconds(static_cast<std::int64_t>(random_.below(width)));
+}
+
+void Line::act() {
+  while (schedule_.next() <= now_) {
+    const FaultAction action = schedule_.take();
+    // What ends as the cycle begins was done to those before it.
+    if (action.begins || action.time > begin_) cycle_.faults |= set_of(action.kind);
+    action.begins ? begin_fault(action.kind) : end_fault(action.kind);
+  }
+  for (Node& node : nodes_) {
+    node.slave.source().set_flags(!disturbance_.active(FaultKind::nE),
+                                  !disturbance_.active(FaultKind::nW),
+                                  disturbance_.active(FaultKind::frozen));
+  }
+  put_ma<true>();
+  put_node<true>(nodes_.size() - 1U,
+                 nodes_.back().slave.step(now_, ma_slave_, nodes_.back().sli).level);
+  put_slo<true>();
+}
+
+}  // namespace biss::sim

@@ -1,0 +1,142 @@
+// Master, cable and encoders in picoseconds: an event loop around the core's steppers.
+//
+//   RequestCycle ──MA──> ma_delay ──┬──> Slave 0 ──> … ──> Slave n-1 ──> slo_delay ──SLO──> back
+//        recorded here              └ all slaves at once   internal_delay each     recorded here
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "biss/frame/codec.hpp"
+#include "biss/master/request.hpp"
+#include "biss/slave/slave.hpp"
+#include "sim/disturbance.hpp"
+#include "sim/encoder.hpp"
+#include "sim/fault_schedule.hpp"
+#include "sim/line_setup.hpp"
+#include "sim/pipe.hpp"
+#include "sim/random.hpp"
+#include "wire/edge.hpp"
+
+namespace biss::sim {
+
+/// Index of each line in the edges made here: as the master has them, and, where asked for, as the
+/// encoder next to it has.
+inline constexpr wire::LineIndex ma_line = 0;
+inline constexpr wire::LineIndex slo_line = 1;
+inline constexpr wire::LineIndex ma_at_slave_line = 2;
+inline constexpr wire::LineIndex slo_at_slave_line = 3;
+
+/// One request cycle, up to the next request.
+struct SimulatedCycle {
+  Picoseconds time{};  ///< the first falling edge of MA
+  Frame sent;          ///< what the encoders meant to send
+  BasicReading<Frame> reading;
+  /// What was done to it.
+  FaultSet faults = 0;
+  /// In the order of time.
+  std::vector<wire::Edge> edges;
+};
+
+/// Makes one cycle after the other. The first request comes after 20 periods of idle, MA and SLO
+/// high.
+///
+/// A master that finds SLO low when a request is due waits for 40 µs and then asks all the same, so
+/// that the line shows what a master without that check gets.
+class Line {
+ public:
+  /// \pre setup keeps what LineSetup asks; setup.format has a channel, setup.clock is positive
+  explicit Line(const LineSetup& setup);
+
+  /// Valid until the next call.
+  const SimulatedCycle& next();
+
+  /// From one request to the next while nothing is disturbed.
+  Picoseconds interval() const { return interval_; }
+  /// The next request's begin: all edges made so far are before it, or at it.
+  Picoseconds end() const { return begin_; }
+
+ private:
+  using Codec = FrameCodec<>;
+  using Encoding = Slave<Codec, Encoder>;
+  struct Node {
+    Encoding slave;
+    Pipe slo{};
+    Picoseconds due = never;
+    bool level = true;  // as it enters the pipe
+    bool sli = true;
+  };
+  // What a line without faults does.
+  struct Undisturbed {
+    Picoseconds interval{};
+    std::uint32_t clocks = 0;
+    Picoseconds line_delay{};
+  };
+  friend Picoseconds least_interval(const LineSetup&);
+
+  Line(const LineSetup& setup, const Undisturbed& nominal);
+  static Undisturbed undisturbed(LineSetup setup);
+
+  void add_nodes();
+  SlaveTiming node_timing(std::size_t k) const;
+  void begin_request();
+  void tell_sent();
+  void rest();
+  template <bool Full>
+  void run_request();
+  template <bool Full>
+  void run_rest(Picoseconds end, bool until_ready);
+  template <bool Full>
+  Picoseconds next_event() const;
+  template <bool Full>
+  bool step_line();
+  template <bool Full>
+  void step_node(std::size_t k, bool ma_changed);
+  template <bool Full>
+  void put_ma();
+  template <bool Full>
+  void put_node(std::size_t k, bool level);
+  template <bool Full>
+  bool put_slo();
+  void record(wire::LineIndex line, bool level) {
+    if (line <= slo_line && disturbance_.active(FaultKind::exchange)) line ^= 1U;
+    cycle_.edges.push_back({now_, line, level ? wire::Level::high : wire::Level::low});
+  }
+  void count_payload(SlaveState before, SlaveState after);
+
+  void act();
+  void begin_fault(FaultKind kind);
+  void end_fault(FaultKind kind);
+  void set_pattern(FaultKind kind);
+  void set_start(bool late);
+  void restart();
+  void record_exchanged();
+  Picoseconds arrival(Picoseconds delay, Picoseconds jitter);
+
+  LineSetup setup_;
+  Picoseconds period_;
+  RequestCycle<Codec> master_;
+  std::vector<Node> nodes_;  // the far end's first
+  Pipe ma_pipe_;
+  Random random_;
+  FaultSchedule schedule_;
+  bool full_;  // a chain, or there are faults: the short way does not do
+  Disturbance disturbance_;
+  SimulatedCycle cycle_;
+  Picoseconds interval_{};
+  Picoseconds begin_{};
+  std::uint64_t number_ = 0;
+
+  Picoseconds now_{};
+  Picoseconds master_due_ = never;
+  Picoseconds slo_delay_{};
+  unsigned payload_bit_ = 0;  // the one that the node next to the master sends
+  bool ma_ = true;            // the master drives
+  bool ma_wire_ = true;       // on the line there
+  bool ma_sent_ = true;       // on its way to the slaves
+  bool ma_slave_ = true;      // as the slaves see it
+  bool slo_arrived_ = true;
+  bool slo_ = true;  // as the master sees it
+};
+
+}  // namespace biss::sim

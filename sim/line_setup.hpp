@@ -1,0 +1,55 @@
+// What stands on the line and how it behaves.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "biss/base/units.hpp"
+#include "biss/frame/format.hpp"
+#include "biss/timing/device_timing.hpp"
+#include "sim/fault.hpp"
+#include "sim/motion.hpp"
+
+namespace biss::sim {
+
+/// A master, a cable, one encoder or a chain of them. A time of 0 means what it says unless
+/// another meaning is named.
+struct LineSetup {
+  /// All channels as the master sees them.
+  FrameFormat format;
+  DeviceTiming timing;
+  Hertz clock = megahertz(1);
+  /// How far the master's oscillator is off, in parts of a million; more is faster.
+  std::int32_t clock_error_ppm = 0;
+  /// Share of a period that MA is high, in thousandths: 1 to 999.
+  std::uint32_t duty_per_mille = 500;
+  /// In the cable, one way each; at most 40 µs.
+  Picoseconds ma_delay{};
+  Picoseconds slo_delay{};
+  /// MA to SLO inside each encoder; at most 40 µs.
+  Picoseconds internal_delay{};
+  /// Each edge comes up to so much earlier or later, but never before the one ahead of it; less
+  /// than the delay of its direction.
+  Picoseconds ma_jitter{};
+  Picoseconds slo_jitter{};
+  /// Devices one behind the other, 1 to the number of channels. Those next to the master have a
+  /// channel each, the one at the far end the rest.
+  std::uint8_t slaves = 1;
+  /// From ACK until an encoder has its answer; never sooner than the device can.
+  Picoseconds processing{};
+  bool compensate = true;
+  /// From one request to the next; 0, or less than a cycle takes: as soon as the encoder is ready.
+  Picoseconds interval{};
+  MotionKind motion = MotionKind::ramp;
+  std::uint64_t seed = 1;
+  std::vector<FaultRule> faults;
+  /// Also record MA and SLO as the encoder next to the master has them.
+  bool record_at_slave = false;
+};
+
+/// The least interval at which the encoder is ready each time, SLO high for a period as the master
+/// sees it. Found by running the line for some cycles, without faults.
+Picoseconds least_interval(const LineSetup& setup);
+
+}  // namespace biss::sim

@@ -1,0 +1,105 @@
+#include "sim/line.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "biss/catalogue/catalogue.hpp"
+#include "biss/frame/format_parse.hpp"
+
+namespace biss::sim {
+namespace {
+
+LineSetup setup_of(std::string_view format) {
+  LineSetup setup;
+  setup.format = *parse_format(format);
+  setup.clock = megahertz(10);
+  setup.ma_delay = nanoseconds(90);
+  setup.slo_delay = nanoseconds(110);
+  setup.internal_delay = picoseconds(42'500);
+  return setup;
+}
+
+TEST(Line, EveryCycleWithoutFaults_ReadsWhatWasSent) {
+  for (const char* format :
+       {"pos26,nE,nW,crc6;cds0", "mt12,st20,nE,nW,lc6,crc16",
+        "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0", "pos1,crc3", "pad5,crc3+pos64,crc16"}) {
+    Line line(setup_of(format));
+    for (int i = 0; i < 100; ++i) {
+      const SimulatedCycle& cycle = line.next();
+      ASSERT_TRUE(cycle.reading.frame.ok()) << format;
+      EXPECT_EQ(cycle.reading.frame->channel_list, cycle.sent.channel_list);
+      EXPECT_EQ(cycle.reading.line_delay, picoseconds(242'500));
+      EXPECT_EQ(cycle.faults, 0U);
+    }
+  }
+}
+
+TEST(Line, Edges_ComeInTimeOrderAcrossCycles) {
+  LineSetup setup = setup_of("pos18,nE,nW,crc6");
+  setup.ma_jitter = nanoseconds(10);
+  setup.slo_jitter = nanoseconds(10);
+  setup.record_at_slave = true;
+  Line line(setup);
+  Picoseconds last{};
+  for (int i = 0; i < 50; ++i) {
+    const SimulatedCycle& cycle = line.next();
+    EXPECT_TRUE(cycle.reading.frame.ok());
+    for (const wire::Edge& edge : cycle.edges) {
+      EXPECT_GE(edge.time, last);
+      last = edge.time;
+    }
+    EXPECT_LE(last, line.end());
+  }
+}
+
+TEST(Line, CycleTimeout_HoldsSloLowUntilItIsOver) {
+  LineSetup setup = setup_of("pos26,nE,nW,crc6");
+  setup.timing.timeout = {TimeoutRule::cycle, nanoseconds(31'250)};
+  Line line(setup);
+  const SimulatedCycle& cycle = line.next();
+  EXPECT_EQ(cycle.edges.back().time, cycle.time + nanoseconds(31'250) + picoseconds(242'500));
+  EXPECT_EQ(cycle.edges.back().line, slo_line);
+  EXPECT_EQ(cycle.edges.back().level, wire::Level::high);
+}
+
+TEST(Line, FlippedBits_SpoilThatShareOfCyclesAndNothingElse) {
+  LineSetup setup = setup_of("pos18,nE,nW,crc6");
+  setup.motion = MotionKind::random;
+  Line clean(setup);
+  setup.faults = {{.kind = FaultKind::flip, .share = std::uint64_t{1} << 31U}};
+  Line spoiled(setup);
+  int flips = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const SimulatedCycle& a = spoiled.next();
+    EXPECT_EQ(a.sent.channel_list, clean.next().sent.channel_list);
+    EXPECT_EQ(a.reading.frame.ok(), a.faults == 0);
+    flips += a.faults != 0 ? 1 : 0;
+  }
+  EXPECT_GT(flips, 400);
+  EXPECT_LT(flips, 600);
+}
+
+TEST(Line, IntervalLongerThanNeeded_IsKept) {
+  LineSetup setup = setup_of("pos18,nE,nW,crc6");
+  setup.interval = microseconds(500);
+  Line line(setup);
+  const Picoseconds first = line.next().time;
+  EXPECT_EQ(line.next().time - first, microseconds(500));
+}
+
+TEST(Line, Chain_DeliversTheNearestEncoderFirst) {
+  LineSetup setup = setup_of("pos18,nE,nW,crc6+pos12,crc5+mt4,st9,nE,nW,lc6,crc16");
+  setup.internal_delay = nanoseconds(20);
+  setup.slaves = 3;
+  setup.motion = MotionKind::random;
+  Line line(setup);
+  for (int i = 0; i < 100; ++i) {
+    const SimulatedCycle& cycle = line.next();
+    ASSERT_TRUE(cycle.reading.frame.ok()) << name_of(cycle.reading.frame.error().cause);
+    EXPECT_EQ(cycle.reading.frame->channel_list, cycle.sent.channel_list);
+  }
+}
+
+}  // namespace
+}  // namespace biss::sim

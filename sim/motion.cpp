@@ -1,0 +1,83 @@
+#include "sim/motion.hpp"
+
+#include <algorithm>
+
+#include "biss/base/bits.hpp"
+
+namespace biss::sim {
+
+namespace {
+
+constexpr std::int64_t requests_a_ramp = 1009;
+constexpr std::int64_t requests_a_sine = 500;
+constexpr std::int64_t requests_one_way = 250;
+
+// Sine of a phase in parts of 2^32 of a turn, in parts of 2^30; in integers, so that no compiler
+// and no library has a say. Taylor's series within a quarter; off by less than 10^-6.
+std::int64_t sine(std::uint32_t phase) {
+  constexpr std::int64_t one = std::int64_t{1} << 30U;
+  constexpr std::int64_t half_pi = 1'686'629'713;  // in parts of 2^30
+  const bool negative = phase >= 0x8000'0000U;
+  std::uint32_t half = phase & 0x7FFF'FFFFU;
+  if (half > 0x4000'0000U) half = 0x8000'0000U - half;
+  const std::int64_t x = (half_pi * std::int64_t{half}) >> 30U;
+  const std::int64_t square = (x * x) >> 30U;
+  std::int64_t sum = one;
+  for (const int n : {10, 8, 6, 4, 2}) sum = one - ((square * sum) >> 30U) / (n * (n + 1));
+  const std::int64_t value = std::min((x * sum) >> 30U, one);
+  return negative ? -value : value;
+}
+
+unsigned turn_bits(const ChannelFormat& channel) {
+  return channel.singleturn.present() ? channel.singleturn.bits : channel.position_bits();
+}
+
+std::uint64_t speed_of(MotionKind kind, const ChannelFormat& channel, Picoseconds interval) {
+  const auto ps = static_cast<std::uint64_t>(interval.count);
+  if (kind == MotionKind::ramp) return UINT64_MAX / requests_a_ramp / ps;
+  if (kind == MotionKind::sine) return UINT64_MAX / requests_a_sine / ps;
+  if (kind != MotionKind::max) return 0;
+  // A sixteenth less than half a turn: samples may come a little late.
+  const std::uint64_t turn_shift = channel.position_bits() - turn_bits(channel);
+  const std::uint64_t half_turn = (UINT64_MAX >> turn_shift) / 2;
+  return half_turn / 16 * 15 / ps;
+}
+
+}  // namespace
+
+Motion::Motion(MotionKind kind, const ChannelFormat& channel, Picoseconds interval,
+               std::uint64_t seed)
+    : kind_(kind),
+      position_bits_(channel.position_bits()),
+      interval_(interval),
+      random_(seed),
+      start_(random_.next()),
+      speed_(speed_of(kind, channel, interval)) {}
+
+std::uint64_t Motion::sample(Picoseconds time) {
+  if (kind_ == MotionKind::random) {
+    constexpr std::uint64_t eighth = std::uint64_t{1} << 61U;
+    start_ += (random_.next() >> 2U) - eighth;
+  }
+  return at(time);
+}
+
+std::uint64_t Motion::at(Picoseconds time) const {
+  if (position_bits_ == 0) return 0;
+  std::uint64_t place = start_;
+  if (kind_ == MotionKind::ramp) {
+    place += speed_ * static_cast<std::uint64_t>(time.count);
+  } else if (kind_ == MotionKind::sine) {
+    const std::uint64_t phase = speed_ * static_cast<std::uint64_t>(time.count);
+    place = static_cast<std::uint64_t>(sine(static_cast<std::uint32_t>(phase >> 32U))) << 32U;
+  } else if (kind_ == MotionKind::max) {
+    const std::int64_t way = requests_one_way * interval_.count;
+    const std::int64_t within = time.count % (2 * way);
+    const std::int64_t ahead = within < way ? within : 2 * way - within;
+    // From a quarter of the way before zero to the rest behind it.
+    place = speed_ * static_cast<std::uint64_t>(ahead - way / 4);
+  }
+  return place >> (64U - position_bits_);
+}
+
+}  // namespace biss::sim

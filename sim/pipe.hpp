@@ -1,0 +1,55 @@
+// A cable: edges on their way.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "biss/base/units.hpp"
+#include "biss/timing/step.hpp"
+
+namespace biss::sim {
+
+/// Changes of a level in flight, first in, first out; each turns the level over. The memory grows
+/// to the most that are ever in flight.
+class Pipe {
+ public:
+  /// When the next change arrives; `never` where none is on its way.
+  Picoseconds front() const { return front_; }
+
+  /// A change that arrives at `arrival`, or a picosecond behind the one before it: edges do not
+  /// overtake each other.
+  void push(Picoseconds arrival) {
+    if (first_ == end_) {
+      front_ = arrival;
+    } else {
+      arrival.count = std::max(arrival.count, times_[(end_ - 1U) & mask_].count + 1);
+      if (end_ - first_ > mask_) grow();
+    }
+    times_[end_++ & mask_] = arrival;
+  }
+
+  /// \pre front() is not `never`
+  void pop() {
+    ++first_;
+    front_ = first_ == end_ ? never : times_[first_ & mask_];
+  }
+
+ private:
+  void grow() {
+    std::vector<Picoseconds> wider(2 * times_.size());
+    const std::size_t wide = wider.size() - 1U;
+    for (std::size_t i = first_; i != end_; ++i) wider[i & wide] = times_[i & mask_];
+    times_.swap(wider);
+    mask_ = wide;
+  }
+
+  std::vector<Picoseconds> times_ = std::vector<Picoseconds>(64);
+  std::size_t mask_ = 63;
+  std::size_t first_ = 0;
+  std::size_t end_ = 0;
+  Picoseconds front_ = never;
+};
+
+}  // namespace biss::sim

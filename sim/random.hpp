@@ -1,0 +1,29 @@
+// Random numbers that are the same on every machine, and at any place of the sequence at once.
+#pragma once
+
+#include <cstdint>
+
+namespace biss::sim {
+
+/// SplitMix64's finaliser: neighbouring numbers give unlike ones.
+constexpr std::uint64_t scrambled(std::uint64_t number) {
+  number += 0x9E3779B97F4A7C15U;
+  number = (number ^ (number >> 30U)) * 0xBF58476D1CE4E5B9U;
+  number = (number ^ (number >> 27U)) * 0x94D049BB133111EBU;
+  return number ^ (number >> 31U);
+}
+
+/// A sequence of its own for each seed.
+class Random {
+ public:
+  explicit constexpr Random(std::uint64_t seed) : state_(scrambled(seed)) {}
+
+  constexpr std::uint64_t next() { return scrambled(state_++); }
+  /// 0…limit - 1, near enough; 0 where limit is 0. \pre limit is below 2^32
+  constexpr std::uint64_t below(std::uint64_t limit) { return ((next() >> 32U) * limit) >> 32U; }
+
+ private:
+  std::uint64_t state_;
+};
+
+}  // namespace biss::sim

@@ -1,0 +1,140 @@
+#include "tools/simulate_setup.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "biss/timing/cable.hpp"
+#include "tools/quantity.hpp"
+#include "tools/verb.hpp"
+
+namespace biss::tools {
+
+namespace {
+
+// A share from 0 to 1 in parts of 2^32, exact to a part in 10^9.
+std::optional<std::uint64_t> read_share(std::string_view text) {
+  constexpr std::uint64_t whole = std::uint64_t{1} << 32U;
+  if (text == "1") return whole;
+  if (text == "0") return 0;
+  if (!text.starts_with("0.") || text.size() > 11 || text.size() < 3) return std::nullopt;
+  std::uint64_t parts = 0;
+  std::uint64_t unit = 1;
+  for (const char c : text.substr(2)) {
+    if (c < '0' || c > '9') return std::nullopt;
+    parts = parts * 10 + static_cast<std::uint64_t>(c - '0');
+    unit *= 10;
+  }
+  return (parts << 32U) / unit;
+}
+
+std::string unknown_kind(const std::string& kind) {
+  const std::vector<std::string> kinds(sim::fault_names.begin(), sim::fault_names.end());
+  const std::string near = nearest(kind, kinds);
+  if (!near.empty()) return fmt::format("--fault: no kind '{}'; did you mean {}?", kind, near);
+  return fmt::format("--fault: no kind '{}'; there are {}", kind, fault_kinds_text());
+}
+
+std::string put_motion(const LineOptions& options, sim::LineSetup& setup) {
+  const auto& names = sim::motion_names;
+  const auto motion = std::find(names.begin(), names.end(), options.motion);
+  if (motion == names.end()) {
+    return fmt::format("--motion: '{}' is not one of {}", options.motion, fmt::join(names, ", "));
+  }
+  setup.motion = static_cast<sim::MotionKind>(motion - names.begin());
+  return {};
+}
+
+std::string put_delays(const LineOptions& options, sim::LineSetup& setup) {
+  const Picoseconds cable = cable_delay(options.cable);
+  setup.ma_delay = cable / 2;
+  setup.slo_delay = cable - setup.ma_delay;
+  setup.internal_delay = options.internal_delay.value_or(setup.timing.internal_delay_max);
+  const Picoseconds delay = cable + setup.internal_delay * setup.slaves;
+  if (delay > biss_line_delay_max) {
+    return fmt::format("--cable: a line delay of {}; BiSS C allows {}", text_of(delay, 3),
+                       text_of(biss_line_delay_max));
+  }
+  setup.ma_jitter = std::min(options.jitter, setup.ma_delay);
+  setup.slo_jitter = std::min(options.jitter, setup.slo_delay + setup.internal_delay);
+  return {};
+}
+
+std::string put_chain(const LineOptions& options, sim::LineSetup& setup) {
+  setup.slaves = static_cast<std::uint8_t>(options.slaves);
+  if (options.slaves >= 1 && options.slaves <= setup.format.channel_count) return {};
+  return fmt::format("--slaves: 1 to {}, as many as the format has channels",
+                     setup.format.channel_count);
+}
+
+std::string put_faults(const LineOptions& options, sim::LineSetup& setup) {
+  for (const std::string& text : options.faults) {
+    sim::FaultRule rule;
+    if (std::string wrong = read_fault(text, rule); !wrong.empty()) return wrong;
+    setup.faults.push_back(rule);
+  }
+  return {};
+}
+
+std::string put_rate(const LineOptions& options, sim::LineSetup& setup) {
+  const DeviceTiming& timing = setup.timing;
+  if (options.clock < timing.clock_min || options.clock > timing.clock_max) {
+    return fmt::format("--clock: this encoder takes {} to {}", text_of(timing.clock_min),
+                       text_of(timing.clock_max));
+  }
+  setup.clock = options.clock;
+  if (!options.rate) return {};
+  setup.interval = period_of(*options.rate);
+  const Picoseconds least = sim::least_interval(setup);
+  if (setup.interval >= least) return {};
+  return fmt::format(
+      "--rate: a cycle takes {}, so at most {} is feasible", text_of(least, 3),
+      text_of(Hertz{static_cast<std::uint32_t>(picoseconds_per_second / least.count)}));
+}
+
+}  // namespace
+
+std::string fault_kinds_text() { return fmt::format("{}", fmt::join(sim::fault_names, ", ")); }
+
+std::string read_fault(const std::string& text, sim::FaultRule& rule) {
+  const std::size_t mark = text.find_first_of(":@");
+  const std::string wrong =
+      fmt::format("--fault: '{}' is not KIND:RATE with a rate of 0 to 1, nor KIND@CYCLE", text);
+  if (mark == std::string::npos) return wrong;
+  const std::string kind = text.substr(0, mark);
+  const auto name = std::find(sim::fault_names.begin(), sim::fault_names.end(), kind);
+  if (name == sim::fault_names.end()) return unknown_kind(kind);
+  rule = {.kind = static_cast<sim::FaultKind>(name - sim::fault_names.begin())};
+  const std::string_view value = std::string_view(text).substr(mark + 1);
+  if (text[mark] == '@') {
+    const auto cycle = parse_count(value);
+    if (!cycle.ok()) return wrong;
+    rule.cycle = *cycle;
+    return {};
+  }
+  const auto share = read_share(value);
+  if (!share) return wrong;
+  rule.share = *share;
+  return {};
+}
+
+LineChoice choose_line(const LineOptions& options) {
+  const DeviceChoice choice = choose_device(options.device);
+  if (!choice) return {.setup = {}, .error = choice.error};
+  sim::LineSetup setup;
+  setup.format = choice.device->format;
+  setup.timing = choice.device->timing;
+  setup.processing = options.processing;
+  setup.compensate = !options.no_compensation;
+  setup.record_at_slave = options.at_slave;
+  setup.seed = options.seed;
+  for (const auto put : {put_motion, put_chain, put_delays, put_faults, put_rate}) {
+    if (std::string wrong = put(options, setup); !wrong.empty()) {
+      return {.setup = {}, .error = std::move(wrong)};
+    }
+  }
+  return {.setup = std::move(setup), .error = {}};
+}
+
+}  // namespace biss::tools

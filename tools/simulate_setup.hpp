@@ -1,0 +1,50 @@
+// What `biss simulate` is asked for, and the line it means.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "biss/base/units.hpp"
+#include "sim/line_setup.hpp"
+#include "tools/format_option.hpp"
+
+namespace biss::tools {
+
+/// The options that describe the line.
+struct LineOptions {
+  FormatArguments device;
+  Hertz clock = megahertz(1);
+  Millimetres cable{};
+  /// The device's longest by default.
+  std::optional<Picoseconds> internal_delay;
+  Picoseconds jitter{};
+  Picoseconds processing{};
+  std::uint64_t slaves = 1;
+  std::optional<Hertz> rate;
+  std::string motion = "ramp";
+  std::vector<std::string> faults;
+  bool no_compensation = false;
+  bool at_slave = false;
+  std::uint64_t seed = 1;
+};
+
+/// A line, or one line of text that says why there is none (usage: exit status 2).
+struct LineChoice {
+  std::optional<sim::LineSetup> setup;
+  std::string error;
+
+  explicit operator bool() const { return setup.has_value(); }
+};
+
+/// Checks the options against the device and its data sheet. \pre options.device.format is given
+LineChoice choose_line(const LineOptions& options);
+
+/// `KIND:RATE`, a share of cycles, or `KIND@CYCLE`. \return an empty text, or why it is neither
+std::string read_fault(const std::string& text, sim::FaultRule& rule);
+
+/// All kinds, a comma between two.
+std::string fault_kinds_text();
+
+}  // namespace biss::tools
