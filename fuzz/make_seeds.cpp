@@ -85,6 +85,15 @@ std::string master_header(std::size_t format_number, std::uint64_t seed) {
           static_cast<char>(seed % 100)};
 }
 
+// A slave of any timing, and a request of 20 to 83 clocks.
+std::string slave_train(std::size_t format_number, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::string train{static_cast<char>(format_number)};
+  for (int i = 0; i < 5; ++i) train += static_cast<char>(random() % 256);
+  constexpr char half_a_period_and_turn_ma = 4 | 64;
+  return train + std::string(2 * (20 + seed), half_a_period_and_turn_ma);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -95,6 +104,7 @@ int main(int argc, char** argv) {
   Corpus decode_frame(root / "decode_frame");
   Corpus spi(root / "spi");
   Corpus master(root / "master");
+  Corpus slave(root / "slave");
   Corpus vcd(root / "vcd");
   Corpus event_csv(root / "event_csv");
   Corpus saleae(root / "saleae");
@@ -105,6 +115,7 @@ int main(int argc, char** argv) {
     decode_frame.add(std::string{static_cast<char>(k), '\0', '\0'} + bits);
     spi.add(spi_header(k) + bits);
     master.add(master_header(k, seed) + frame_bytes(k, seed, 1));
+    slave.add(slave_train(k, seed));
     vcd.add(biss::fuzz::seed_text<biss::capture::VcdWriter>(seed));
     event_csv.add(biss::fuzz::seed_text<biss::capture::EventCsvWriter>(seed));
     saleae.add(biss::fuzz::saleae_seed(seed));

@@ -24,6 +24,7 @@ struct SlaveTiming {
   std::uint16_t ack_clocks = 0;
   /// START comes this many clocks later than it could ("busy_s").
   std::uint8_t busy_s_clocks = 0;
+  /// By the rule `cycle` the time is to be longer than 1.5 periods of MA.
   Timeout timeout{};
   /// The timeout while the period of MA is not yet measured, where the rule is `adaptive`; and the
   /// longest that a measured one can be, so that MA held high always ends a frame.
