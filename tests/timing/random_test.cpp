@@ -43,6 +43,7 @@ Scenario random_scenario(Random& random, std::size_t slaves, Time period) {
     device.position_bits = 1 + random.below(40);
     device.crc_bits = random.flip() ? 3 : 6;
     device.position = random.bits(device.position_bits);
+    device.changing = device.position_bits < 3 ? 1 : 7;
     device.cds = random.flip();
     device.timing = random_timing(random, period);
     device.timing.chained = k != 0;

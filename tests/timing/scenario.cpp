@@ -19,7 +19,8 @@ struct Owner {
   biss::BasicFrame<1> sample(Picoseconds moment) const {
     log->samples.push_back(moment.count);
     biss::BasicFrame<1> frame;
-    frame.channel_list[0].position = device->position ^ (log->samples.size() - 1);
+    frame.channel_list[0].position =
+        device->position ^ ((log->samples.size() - 1) & device->changing);
     return frame;
   }
   bool cds() const { return device->cds; }
@@ -124,7 +125,8 @@ Answers answers_of_oracle(const Scenario& scenario) {
   oracle::Line sli;
   for (const Device& device : scenario.chain) {
     const auto payload = [&](std::size_t number) {
-      oracle::Bits bits = oracle::bits_of(device.position ^ number, device.position_bits);
+      oracle::Bits bits =
+          oracle::bits_of(device.position ^ (number & device.changing), device.position_bits);
       const oracle::Bits sum = oracle::checksum_of(checksum_of(device.crc_bits), bits);
       bits.insert(bits.end(), sum.begin(), sum.end());
       return bits;

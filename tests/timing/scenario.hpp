@@ -15,6 +15,8 @@ struct Device {
   unsigned position_bits = 3;
   unsigned crc_bits = 3;  ///< 3 or 6, the usual polynomial of that width
   std::uint64_t position = 0;
+  /// The position of sampling n (0, 1, …) is `position` with these bits of n turned.
+  std::uint64_t changing = 0;
   bool cds = false;
   oracle::SlaveDescription timing;
 };
