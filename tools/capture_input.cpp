@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <system_error>
 
 #include "capture/merge.hpp"
 #include "capture/open.hpp"
@@ -54,6 +56,16 @@ std::string CaptureInput::open(std::vector<std::string> files, const std::string
     source_ = std::make_unique<capture::MergedSource>(std::move(sources));
   }
   return {};
+}
+
+bool CaptureInput::reads(const std::string& path) const {
+  namespace fs = std::filesystem;
+  std::error_code none;
+  if (path.empty() || path == "-" || !fs::is_regular_file(path, none)) return false;
+  return std::any_of(files_.begin(), files_.end(), [&](const std::string& file) {
+    std::error_code missing;
+    return fs::equivalent(file == "-" ? "/dev/stdin" : file, path, missing) && !missing;
+  });
 }
 
 std::string CaptureInput::line_of(const std::string& text) const {

@@ -19,6 +19,9 @@ class CaptureInput {
   /// \return an empty text, or the one line why not
   std::string open(std::vector<std::string> files, const std::string& ma, const std::string& slo);
 
+  /// `path` is one of the files opened, by whatever name. False for what is no regular file.
+  bool reads(const std::string& path) const;
+
   const std::vector<std::string>& lines() const { return source_->lines(); }
   /// The name in lines() that `NAME` or `FILE:NAME` stands for; the text itself where there is
   /// none.

@@ -127,6 +127,10 @@ class DecodeRun {
         !wrong.empty()) {
       return fail(options_.files.empty() ? ExitStatus::usage : ExitStatus::io, wrong);
     }
+    if (input_.reads(options_.output)) {
+      return fail(ExitStatus::usage,
+                  fmt::format("-o {}: is the capture itself; name another file", options_.output));
+    }
     const decode::CycleReader reader(format_, timing_);
     const auto beginning = input_.look_at_beginning(edges_to_find_lines);
     const auto found = find_lines(input_.lines(), beginning, input_.line_of(options_.ma),
@@ -152,8 +156,7 @@ class DecodeRun {
     bool writing = true;
     decode::Decoder decoder(reader, [&](const decode::Cycle& cycle) {
       const std::uint64_t row = number++;
-      if (options_.since && cycle.time < *options_.since) return;
-      if (options_.until && cycle.time > *options_.until) return;
+      if (!is_wanted(cycle.time)) return;
       statistics_.add(cycle);
       writing = writing && writer->row(table.cells(row, cycle));
     });
@@ -172,7 +175,19 @@ class DecodeRun {
     return conclude(found);
   }
 
+  bool is_wanted(Picoseconds time) {
+    const bool wanted = (!options_.since || time >= *options_.since) &&
+                        (!options_.until || time <= *options_.until);
+    if (!wanted) ++passed_over_;
+    return wanted;
+  }
+
   ExitStatus conclude(const decode::FoundLines& found) const {
+    if (statistics_.cycles() == 0 && passed_over_ != 0) {
+      return fail(ExitStatus::data_failed,
+                  fmt::format("{}: no request cycle between --since and --until; outside: {}",
+                              input_.name(), passed_over_));
+    }
     if (statistics_.cycles() == statistics_.count(decode::CycleStatus::ma_glitch)) {
       return fail(
           ExitStatus::data_failed,
@@ -194,6 +209,7 @@ class DecodeRun {
   DeviceTiming timing_;
   CaptureInput input_;
   decode::Statistics statistics_;
+  std::uint64_t passed_over_ = 0;
 };
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <random>
 #include <string>
@@ -274,6 +275,31 @@ TEST(BadInput, OutputThatCannotBeWritten_IsAnInputOutputError) {
   const Outcome full = run({"decode", folder.path("good.csv"), "-o", "/dev/full"});
   EXPECT_EQ(full.status, 3);
   expect_one_line(full, "/dev/full");
+}
+
+TEST(BadInput, OutputOntoTheCapture_IsWrongUsageAndLeavesIt) {
+  const Folder folder;
+  const std::string capture = good_capture(folder, ".vcd");
+  const std::string path = folder.path("good.vcd");
+  std::filesystem::create_symlink(path, folder.path("link.vcd"));
+  std::filesystem::create_hard_link(path, folder.path("hard.vcd"));
+  for (const char* name : {"good.vcd", "./good.vcd", "link.vcd", "hard.vcd"}) {
+    SCOPED_TRACE(name);
+    const Outcome outcome = run({"decode", path, "-f", usual, "-o", folder.path(name)});
+    EXPECT_EQ(outcome.status, 2);
+    expect_one_line(outcome, "is the capture itself");
+    EXPECT_EQ(content_of(path), capture);
+  }
+  EXPECT_EQ(run({"decode", "-", "-f", usual, "-o", path}, path).status, 2);
+  EXPECT_EQ(content_of(path), capture);
+}
+
+TEST(BadInput, NoCycleInTheTimeAskedFor_SaysSo) {
+  const Folder folder;
+  good_capture(folder, ".vcd");
+  const Outcome outcome = run({"decode", folder.path("good.vcd"), "-f", usual, "--since", "900s"});
+  EXPECT_EQ(outcome.status, 1);
+  expect_one_line(outcome, "no request cycle between --since and --until; outside: 30");
 }
 
 }  // namespace
