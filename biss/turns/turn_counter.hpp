@@ -40,6 +40,7 @@ class TurnCounter {
 
   /// \param max_step the most counts the encoder can move from one sample to the next: its highest
   ///                 speed divided by the sample rate. A larger step makes the turns ambiguous.
+  ///                 Above widest_step() every step does: it may have been the other way round.
   /// \pre width_bits is 1…64, max_step is 1 or more
   constexpr TurnCounter(unsigned width_bits, std::uint64_t max_step)
       : half_(std::uint64_t{1} << (width_bits - 1U)),
@@ -107,7 +108,7 @@ class TurnCounter {
 
   // Written as divisions, because products of 64-bit numbers do not fit.
   constexpr bool is_certain(std::uint64_t step, std::uint64_t missed) const {
-    if (step == half_) return false;
+    if (step == half_ || max_step_ > widest_step(width_bits_)) return false;
     if (step != 0 && (step - 1) / max_step_ > missed) return false;
     return missed == 0 || missed < (half_ - 1) / max_step_;
   }

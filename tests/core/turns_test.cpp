@@ -159,6 +159,18 @@ BISS_TEST(TurnCounter, StepBeyondTheLargest_IsAmbiguous) {
   }
 }
 
+BISS_TEST(TurnCounter, SpeedOfHalfATurnASample_IsAmbiguousAtEveryStep) {
+  // 8 bits: 56 on may have been 200 back.
+  for (const std::uint64_t step : {std::uint64_t{128}, std::uint64_t{200}}) {
+    TurnCounter counter(8, step);
+    counter.update(0);
+    BISS_EXPECT_EQ(counter.update(56), TurnState::ambiguous) << step;
+  }
+  TurnCounter fastest(8, 127);
+  fastest.update(0);
+  BISS_EXPECT_EQ(fastest.update(127), TurnState::tracked);
+}
+
 BISS_TEST(TurnCounter, HugeGap_DoesNotRunOver) {
   constexpr std::uint64_t all = std::numeric_limits<std::uint64_t>::max();
   TurnCounter counter(64, std::uint64_t{1} << 62U);
