@@ -45,7 +45,8 @@ class TurnCounter {
   constexpr TurnCounter(unsigned width_bits, std::uint64_t max_step)
       : half_(std::uint64_t{1} << (width_bits - 1U)),
         max_step_(max_step),
-        width_bits_(width_bits) {}
+        width_bits_(width_bits),
+        too_fast_(max_step > widest_step(width_bits)) {}
 
   /// Takes a sample.
   /// \param count single-turn counts; bits above the width are dropped
@@ -108,7 +109,7 @@ class TurnCounter {
 
   // Written as divisions, because products of 64-bit numbers do not fit.
   constexpr bool is_certain(std::uint64_t step, std::uint64_t missed) const {
-    if (step == half_ || max_step_ > widest_step(width_bits_)) return false;
+    if (step == half_ || too_fast_) return false;
     if (step != 0 && (step - 1) / max_step_ > missed) return false;
     return missed == 0 || missed < (half_ - 1) / max_step_;
   }
@@ -118,6 +119,7 @@ class TurnCounter {
   std::uint64_t count_ = 0;
   std::int64_t turns_ = 0;
   unsigned width_bits_;
+  bool too_fast_;
   TurnState state_ = TurnState::empty;
 };
 
