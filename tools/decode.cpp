@@ -223,8 +223,9 @@ void add_decode(Command& command) {
                     "biss decode capture.csv -f resolute-32 --to csv -o rows.csv",
                     "biss decode ma.csv slo.csv --ma ma.csv:D0 --slo slo.csv:D1 -f fs-36-28"}},
       [options] { return DecodeRun(*options).run(); });
-  verb.add_option("FILE", options->files,
-                  "Captures (VCD, event CSV); several are read as one; - is standard input");
+  verb.add_option(
+      "FILE", options->files,
+      "Captures (VCD, event CSV, .sr, Saleae CSV); several are read as one; - is standard input");
   add_format_option(verb, options->device, false);
   add_timing_options(verb, options->device);
   verb.add_option("--ma", options->ma, "The line that is MA")->type_name("NAME|FILE:NAME");
