@@ -6,6 +6,7 @@
 
 #include "sim/line.hpp"
 #include "tools/capture_output.hpp"
+#include "tools/simulate_replay.hpp"
 #include "tools/simulate_setup.hpp"
 #include "tools/simulate_truth.hpp"
 #include "tools/verb.hpp"
@@ -17,6 +18,7 @@ namespace {
 
 struct SimulateOptions {
   LineOptions line;
+  ReplayOptions replay;
   std::optional<Hertz> sample_rate;
   std::uint64_t cycles = 100;
   std::string output;
@@ -28,16 +30,26 @@ class SimulateRun {
   explicit SimulateRun(const SimulateOptions& options) : options_(options) {}
 
   ExitStatus run() {
-    const LineChoice choice = choose_line(options_.line);
-    if (!choice) return fail(ExitStatus::usage, choice.error);
     if (options_.sample_rate && !CaptureOutput::is_sampled(options_.output)) {
       return fail(ExitStatus::usage,
                   "--sample-rate: this output holds changes, not samples; write .sr, .bin or .raw");
     }
+    if (!options_.replay.ma_from.empty()) return replay_ma(replay_options(), options_.line);
+    if (!options_.replay.slo_from.empty()) return replay_slo(replay_options(), options_.line);
+    const LineChoice choice = choose_line(options_.line);
+    if (!choice) return fail(ExitStatus::usage, choice.error);
     return write(*choice.setup);
   }
 
  private:
+  ReplayOptions replay_options() const {
+    ReplayOptions replay = options_.replay;
+    replay.sample_rate = options_.sample_rate;
+    replay.output = options_.output;
+    replay.truth = options_.truth;
+    return replay;
+  }
+
   ExitStatus write(const sim::LineSetup& setup) {
     Output output;
     if (!output.open(options_.output)) return output.status();
@@ -109,6 +121,37 @@ void add_line_options(CLI::App& verb, LineOptions& line) {
   add_count_option(verb, "--seed", into(line.seed), "Seed of positions, jitter and faults");
 }
 
+// Options of a side that is recorded say nothing; giving them is a mistake.
+void add_replay_options(CLI::App& verb, ReplayOptions& replay) {
+  CLI::Option* ma_from = verb.add_option(
+      "--ma-from", replay.ma_from,
+      "Answer the requests of the master in this capture; its MA and our SLO are written");
+  CLI::Option* slo_from = verb.add_option(
+      "--slo-from", replay.slo_from,
+      "Read the encoder in this capture where it was asked; our MA and its SLO are written");
+  ma_from->type_name("FILE")->excludes(slo_from);
+  slo_from->type_name("FILE");
+  for (const char* name : {"--rate", "--cycles", "--fault", "--jitter", "--at-slave"}) {
+    ma_from->excludes(verb.get_option(name));
+    slo_from->excludes(verb.get_option(name));
+  }
+  for (const char* name : {"--clock", "--no-compensation", "--slaves"}) {
+    ma_from->excludes(verb.get_option(name));
+  }
+  for (const char* name :
+       {"--cable", "--internal-delay", "--processing", "--motion", "--seed", "--truth"}) {
+    slo_from->excludes(verb.get_option(name));
+  }
+  verb.add_option("--ma", replay.ma, "The capture's line that is MA")->type_name("NAME");
+  verb.add_option("--slo", replay.slo, "The capture's line that is SLO")
+      ->type_name("NAME")
+      ->needs(slo_from);
+  verb.add_option("--readings", replay.readings,
+                  "What our master reads with --slo-from, as CSV with the columns of decode")
+      ->type_name("FILE")
+      ->needs(slo_from);
+}
+
 }  // namespace
 
 void add_simulate(Command& command) {
@@ -119,7 +162,8 @@ void add_simulate(Command& command) {
        .examples = {"biss simulate -f resolute-26 --clock 10MHz --cable 50m -o line.vcd",
                     "biss simulate -f pos18,nE,nW,crc6 --fault flip:0.1 --fault cut@40 --seed 7 "
                     "-o line.csv --truth truth.csv",
-                    "biss simulate -f resolute-26 --clock 10MHz --sample-rate 200MHz -o line.sr"}},
+                    "biss simulate -f resolute-26 --clock 10MHz --sample-rate 200MHz -o line.sr",
+                    "biss simulate -f pos26,nE,nW,crc6 --ma-from master.vcd -o answered.vcd"}},
       [options] { return SimulateRun(*options).run(); });
   add_line_options(verb, options->line);
   add_count_option(verb, "--cycles", into(options->cycles), "Request cycles; 100 by default",
@@ -130,6 +174,9 @@ void add_simulate(Command& command) {
   add_output_option(verb, options->output)->required();
   verb.add_option("--truth", options->truth, "What the encoder meant to send, as CSV")
       ->type_name("FILE");
+  add_replay_options(verb, options->replay);
+  verb.get_option("--clock")->each(
+      [options](const std::string&) { options->replay.own_clock = true; });
 }
 
 }  // namespace biss::tools

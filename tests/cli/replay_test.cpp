@@ -1,0 +1,206 @@
+// `biss simulate --ma-from` and `--slo-from`: recorded masters before our encoder, recorded
+// encoders before our master.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "tests/cli/run_command.hpp"
+
+namespace biss::cli {
+namespace {
+
+struct Recorded {
+  std::string name;
+  std::string format;
+};
+
+const std::vector<Recorded>& recordings() {
+  static const std::vector<Recorded> all{{"hardware_32bit_1MHz", "pos32,nE,nW,crc6"},
+                                         {"cores_26bit_1MHz", "pos26,nE,nW,crc6"},
+                                         {"cores_26bit_10MHz_delay200ns", "pos26,nE,nW,crc6"}};
+  return all;
+}
+
+class RecordedCaptures : public testing::TestWithParam<std::string> {
+ protected:
+  void SetUp() override {
+    captures_ = shared_captures();
+    if (!captures_) GTEST_SKIP() << "no reference captures: set BISS_SHARED to their folder";
+  }
+  std::string path(const std::string& name) const { return (*captures_ / name).string(); }
+
+ private:
+  std::optional<std::filesystem::path> captures_;
+};
+
+std::string decimal(const std::string& hex) {
+  return std::to_string(std::strtoull(hex.c_str(), nullptr, 16));
+}
+
+TEST_P(RecordedCaptures, EveryCompleteRequest_IsAnsweredWithAFrame) {
+  for (const Recorded& recorded : recordings()) {
+    SCOPED_TRACE(recorded.name);
+    const Folder folder;
+    const std::string answered = folder.path("answered.vcd");
+    const std::string truth_path = folder.path("truth.csv");
+    const Outcome made =
+        run({"simulate", "-f", recorded.format, "--cable", "20m", "--ma-from",
+             path(recorded.name + GetParam()), "-o", answered, "--truth", truth_path});
+    ASSERT_EQ(made.status, 0) << made.err;
+    const Outcome decoded = run({"decode", "-f", recorded.format, answered, "--to", "csv"});
+    ASSERT_EQ(decoded.status, 0) << decoded.err;
+    const auto rows = rows_of(decoded.out);
+    const auto truth = rows_of(content_of(truth_path));
+    const auto requests = rows_of(content_of(path(recorded.name + ".truth.csv")));
+    ASSERT_EQ(rows.size(), requests.size());
+    ASSERT_EQ(truth.size(), requests.size());
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      SCOPED_TRACE(i);
+      Row row = rows[i];
+      Row meant = truth[i];
+      Row request = requests[i];
+      EXPECT_EQ(row["status"], "ok");
+      EXPECT_EQ(row["position"], meant["position"]);
+      EXPECT_EQ(row["line_delay_ns"], "200");
+      EXPECT_EQ(meant["faults"], "");
+      EXPECT_DOUBLE_EQ(std::stod(row["time_ns"]), std::stod(request["t_first_ma_fall_ns"]));
+    }
+  }
+}
+
+TEST_P(RecordedCaptures, RecordedAnswers_AreReadByOurMaster) {
+  for (const Recorded& recorded : recordings()) {
+    SCOPED_TRACE(recorded.name);
+    const Folder folder;
+    const std::string readings = folder.path("readings.csv");
+    const Outcome made =
+        run({"simulate", "-f", recorded.format, "--slo-from", path(recorded.name + GetParam()),
+             "-o", folder.path("line.vcd"), "--readings", readings});
+    ASSERT_EQ(made.status, 0) << made.err;
+    const auto rows = rows_of(content_of(readings));
+    const auto truth = rows_of(content_of(path(recorded.name + ".truth.csv")));
+    ASSERT_EQ(rows.size(), truth.size());
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      SCOPED_TRACE(i);
+      Row row = rows[i];
+      Row sent = truth[i];
+      const bool good = sent["crc_ok_on_wire"] == "1";
+      EXPECT_EQ(row["status"], good ? "ok" : "crc");
+      EXPECT_EQ(row["position"], good ? decimal(sent["position_hex"]) : "");
+      EXPECT_EQ(row["nE"], good ? sent["nE"] : "");
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, RecordedCaptures, testing::Values(".vcd", ".csv"),
+                         [](const auto& name) { return name.param.substr(1); });
+
+// A capture of our own: 20 requests at 2 MHz.
+std::string simulated(const Folder& folder) {
+  const std::string path = folder.path("master.vcd");
+  EXPECT_EQ(run({"simulate", "-f", "resolute-26", "--clock", "2MHz", "--cycles", "20", "-o", path})
+                .status,
+            0);
+  return path;
+}
+
+TEST(Replay, CaptureOfMaAlone_IsAnswered) {
+  const Folder folder;
+  const std::string master =
+      folder.file("ma.csv", "time_ns,clk\n0,1\n10000,0\n10500,1\n11000,0\n11500,1\n12000,0\n");
+  const Outcome outcome =
+      run({"simulate", "-f", "pos12,crc6", "--ma-from", master, "-o", folder.path("out.csv")});
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("1 requests, 0 answered up to STOP, 1 cut by the master"),
+            std::string::npos)
+      << outcome.err;
+  const auto rows = rows_of(content_of(folder.path("out.csv")));
+  bool fell = false;
+  for (Row row : rows) fell = fell || (row["SLO"] == "0" && std::stod(row["time_ns"]) == 11'500);
+  EXPECT_TRUE(fell);
+}
+
+TEST(Replay, EncoderThatIsNotReady_IsNamedInSummaryAndTruth) {
+  const Folder folder;
+  const std::string truth = folder.path("truth.csv");
+  const Outcome outcome =
+      run({"simulate", "-f", "resolute-26", "--timeout", "cycle:1ms", "--ma-from",
+           simulated(folder), "-o", folder.path("out.vcd"), "--truth", truth});
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("19 before the encoder was ready"), std::string::npos) << outcome.err;
+  auto rows = rows_of(content_of(truth));
+  ASSERT_EQ(rows.size(), 20U);
+  EXPECT_EQ(rows[0]["faults"], "");
+  EXPECT_EQ(rows[1]["faults"], "not_ready");
+  EXPECT_EQ(rows[1]["position"], "");
+}
+
+TEST(Replay, AnotherClockThanTheRecordedOne_ReadsNoFrame) {
+  const Folder folder;
+  const std::string readings = folder.path("readings.csv");
+  const Outcome outcome =
+      run({"simulate", "-f", "resolute-26", "--clock", "3MHz", "--slo-from", simulated(folder),
+           "-o", folder.path("out.vcd"), "--readings", readings});
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  const auto rows = rows_of(content_of(readings));
+  ASSERT_EQ(rows.size(), 20U);
+  for (Row row : rows) {
+    EXPECT_NE(row["status"], "ok");
+    EXPECT_EQ(row["position"], "");
+  }
+}
+
+TEST(Replay, SampledOutput_HoldsTheSameFrames) {
+  const Folder folder;
+  const std::string out = folder.path("out.sr");
+  ASSERT_EQ(
+      run({"simulate", "-f", "resolute-26", "--ma-from", simulated(folder), "-o", out}).status, 0);
+  const Outcome decoded = run({"decode", "-f", "resolute-26", out, "--to", "csv"});
+  const auto rows = rows_of(decoded.out);
+  EXPECT_EQ(rows.size(), 20U);
+  for (Row row : rows) EXPECT_EQ(row["status"], "ok");
+}
+
+TEST(Replay, WrongUse_IsRefusedAndNothingWritten) {
+  const Folder folder;
+  const std::string master = simulated(folder);
+  const std::string out = folder.path("out.vcd");
+  const std::vector<std::vector<std::string>> wrong{
+      {"--ma-from", master, "--slo-from", master},
+      {"--ma-from", master, "--rate", "1kHz"},
+      {"--ma-from", master, "--clock", "1MHz"},
+      {"--ma-from", master, "--fault", "flip:0.1"},
+      {"--ma-from", master, "--readings", "r.csv"},
+      {"--ma-from", master, "--slo", "SLO"},
+      {"--slo-from", master, "--truth", "t.csv"},
+      {"--slo-from", master, "--cable", "5m"},
+      {"--ma-from", master, "--ma", "CLK"},
+      {"--slo-from", master, "--ma", "SLO", "--slo", "SLO"}};
+  for (const auto& options : wrong) {
+    std::vector<std::string> arguments{"simulate", "-f", "resolute-26", "-o", out};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.status, 2) << options[2] << ": " << outcome.err;
+    EXPECT_FALSE(std::filesystem::exists(out));
+  }
+}
+
+TEST(Replay, UnreadableOrSilentCapture_EndsWithItsStatus) {
+  const Folder folder;
+  const std::string out = folder.path("out.vcd");
+  const auto with = [&](const std::string& option, const std::string& file) {
+    return run({"simulate", "-f", "resolute-26", option, file, "-o", out});
+  };
+  EXPECT_EQ(with("--ma-from", folder.path("none.vcd")).status, 3);
+  EXPECT_EQ(with("--ma-from", folder.file("broken.csv", "time_ns,MA,SLO\n0,1,1\nx,0,1\n")).status,
+            3);
+  const std::string silent = folder.file("silent.csv", "time_ns,MA,SLO\n0,1,1\n5,1,0\n9,1,1\n");
+  EXPECT_EQ(with("--ma-from", silent).status, 1);
+  EXPECT_EQ(with("--slo-from", silent).status, 1);
+  EXPECT_FALSE(std::filesystem::exists(out));
+}
+
+}  // namespace
+}  // namespace biss::cli
