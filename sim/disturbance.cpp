@@ -47,7 +47,8 @@ void Disturbance::change(FaultKind kind, bool begins) {
     case FaultKind::slo_high:
       return change(Place::slo_master, Effect::high, begins);
     case FaultKind::cut:
-      // Receivers of both ends read 1 where nothing is connected.
+    case FaultKind::exchange:  // each driver meets the other one, both inputs are left alone
+      // A receiver reads 1 where nothing drives it.
       change(Place::ma_slave, Effect::high, begins);
       return change(Place::slo_master, Effect::high, begins);
     case FaultKind::brown_out:

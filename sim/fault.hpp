@@ -29,7 +29,7 @@ enum class FaultKind : std::uint8_t {
   cut,         ///< the cable is cut at a point and connected again some cycles later
   swap_ma,     ///< the two wires of MA have changed places, for some cycles
   swap_slo,    ///< those of SLO
-  exchange,    ///< MA and SLO have changed places where they are recorded
+  exchange,    ///< MA's and SLO's pairs have changed places, for some cycles
   delay_step,  ///< SLO is later from a point on, for some cycles
   nE,          ///< the encoder reports an error
   nW,          ///< … a warning

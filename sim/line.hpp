@@ -99,7 +99,6 @@ class Line {
   template <bool Full>
   bool put_slo();
   void record(wire::LineIndex line, bool level) {
-    if (line <= slo_line && disturbance_.active(FaultKind::exchange)) line ^= 1U;
     cycle_.edges.push_back({now_, line, level ? wire::Level::high : wire::Level::low});
   }
   void count_payload(SlaveState before, SlaveState after);
@@ -110,7 +109,6 @@ class Line {
   void set_pattern(FaultKind kind);
   void set_start(bool late);
   void restart();
-  void record_exchanged();
   Picoseconds arrival(Picoseconds delay, Picoseconds jitter);
 
   LineSetup setup_;

@@ -6,9 +6,7 @@
 namespace biss::sim {
 
 void Line::begin_fault(FaultKind kind) {
-  const bool exchanged = kind == FaultKind::exchange;
   disturbance_.begin(kind);
-  if (exchanged) record_exchanged();
   if (kind == FaultKind::flip || kind == FaultKind::burst) set_pattern(kind);
   if (kind == FaultKind::brown_out) restart();
   if (kind != FaultKind::delay_step) return;
@@ -19,7 +17,6 @@ void Line::begin_fault(FaultKind kind) {
 
 void Line::end_fault(FaultKind kind) {
   disturbance_.end(kind);
-  if (kind == FaultKind::exchange) record_exchanged();
   if (kind == FaultKind::burst) disturbance_.set_burst(0, 0);
   if (kind == FaultKind::brown_out) restart();
   if (kind == FaultKind::delay_step) slo_delay_ = setup_.slo_delay;
@@ -61,13 +58,6 @@ void Line::restart() {
     node.slave = Encoding(node.slave.codec(), node.slave.timing(), node.slave.source());
     node.due = never;
   }
-}
-
-// From now on each line is recorded in the other's place.
-void Line::record_exchanged() {
-  if (ma_wire_ == slo_) return;
-  record(ma_line, ma_wire_);
-  record(slo_line, slo_);
 }
 
 }  // namespace biss::sim

@@ -1,0 +1,56 @@
+// A damaged line, read by the decoder and held against the truth.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "decode/cycle.hpp"
+#include "sim/line.hpp"
+
+namespace biss::campaign {
+
+/// What became of cycles that suffered the same.
+struct Tally {
+  std::uint64_t cycles = 0;
+  /// By status; `ok` with the true position.
+  std::array<std::uint64_t, decode::cycle_status_count> statuses{};
+  /// `ok` with another position, nE = 1.
+  std::uint64_t wrong = 0;
+  /// `ok` with another position and nE = 0: trusted() says no.
+  std::uint64_t wrong_error = 0;
+  /// No row at the time of the request.
+  std::uint64_t missing = 0;
+
+  std::uint64_t right() const { return statuses[0]; }
+};
+
+/// What a whole run gave.
+struct Outcome {
+  /// Cycles with an entry of that kind, alone or with others.
+  std::array<std::uint64_t, sim::fault_kind_count> strikes{};
+  /// Cycles with that entry alone, and none before it.
+  std::array<Tally, sim::fault_kind_count> alone{};
+  /// Cycles without an entry behind one that has.
+  Tally behind;
+  /// Cycles with several entries, or one behind a cycle with one.
+  Tally several;
+  /// Neither the cycle nor the one before it has an entry.
+  Tally undamaged;
+  /// Of the undamaged ones, those that are not `ok` with the true position, told apart.
+  std::string complaints;
+  /// Rows at a time without a request.
+  std::uint64_t extra_rows = 0;
+  /// The master's own readings: good frames with another position and nE = 1 in undamaged cycles.
+  std::uint64_t master_wrong = 0;
+  std::uint64_t master_failed = 0;
+};
+
+/// Runs the line for so many cycles and reads what it records.
+Outcome run(const sim::LineSetup& setup, std::uint64_t cycles);
+
+/// Every kind of fault at this share of cycles, in parts of 2^32.
+std::vector<sim::FaultRule> all_faults(std::uint64_t share);
+
+}  // namespace biss::campaign

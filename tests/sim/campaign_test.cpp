@@ -1,0 +1,82 @@
+// The line with every kind of damage, read by the decoder.
+#include "tests/sim/campaign.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include "biss/catalogue/catalogue.hpp"
+#include "tests/exhaustive/scale.hpp"
+#include "tests/sim/fault_table.hpp"
+
+namespace biss::campaign {
+namespace {
+
+const Tally& alone(const Outcome& outcome, sim::FaultKind kind) {
+  return outcome.alone[static_cast<std::size_t>(kind)];
+}
+
+// The checksum of 6 bits finds every single error. Of bursts longer than it one in 2^6 passes, of
+// those longer by one bit one in 2^5: with lengths of 2 to 16 alike that is one in 85. A frame that
+// slips by a clock is as good as random: one in 64. Chance is given four deviations.
+void expect_wrong_positions_as_explained(const Outcome& outcome) {
+  const Tally& flips = alone(outcome, sim::FaultKind::flip);
+  EXPECT_EQ(flips.statuses[static_cast<std::size_t>(decode::CycleStatus::crc)], flips.cycles);
+  EXPECT_GT(alone(outcome, sim::FaultKind::burst).wrong, 0U);
+  for (std::size_t k = 0; k < sim::fault_kind_count; ++k) {
+    const Tally& tally = outcome.alone[k];
+    const double expected = static_cast<double>(tally.cycles) / 64;
+    const auto passed = static_cast<double>(tally.wrong + tally.wrong_error);
+    EXPECT_LE(passed, expected + 4 * std::sqrt(expected)) << sim::fault_names[k];
+  }
+}
+
+void expect_document_has(const std::string& table) {
+  std::ifstream file(BISS_FAULTS_DOCUMENT);
+  std::stringstream document;
+  document << file.rdbuf();
+  EXPECT_NE(document.str().find(table), std::string::npos) << "print it with biss_fault_table";
+}
+
+// One test, because the run is the same for all that it shows.
+TEST(Damage, AMillionCyclesWithEveryKind_UndamagedAreOkAndWrongPositionsAsRareAsTheChecksumSays) {
+  const std::uint64_t cycles = exhaustive::slow_build ? documented_cycles / 10 : documented_cycles;
+  const Outcome outcome = run(documented_line(), cycles);
+  EXPECT_GT(outcome.undamaged.cycles, cycles / 3);
+  EXPECT_EQ(outcome.undamaged.right(), outcome.undamaged.cycles) << outcome.complaints;
+  EXPECT_EQ(outcome.master_failed + outcome.master_wrong, 0U);
+  for (std::size_t k = 0; k < sim::fault_kind_count; ++k) {
+    EXPECT_GE(100 * outcome.strikes[k], cycles) << sim::fault_names[k];
+  }
+  expect_wrong_positions_as_explained(outcome);
+  // The encoder's own word is no fault of the line.
+  for (const auto kind : {sim::FaultKind::nE, sim::FaultKind::nW, sim::FaultKind::frozen}) {
+    EXPECT_EQ(alone(outcome, kind).right(), alone(outcome, kind).cycles);
+  }
+  if (!exhaustive::slow_build) expect_document_has(fault_table(outcome));
+}
+
+// Encoders with each rule of the timeout, with several channels, at fast and slow clocks, with
+// jitter.
+TEST(Damage, OtherEncodersAndClocks_UndamagedCyclesAreOk) {
+  for (const char* name : {"resolute-18", "fs-36-28", "ic-mhm", "lenz-b3", "faulhaber-aemt"}) {
+    for (const Hertz clock : {kilohertz(250), megahertz(1)}) {
+      const CatalogueEntry* entry = find_encoder(name);
+      ASSERT_NE(entry, nullptr) << name;
+      sim::LineSetup setup = documented_line();
+      setup.format = entry->frame_format();
+      setup.timing = entry->timing;
+      setup.internal_delay = entry->timing.internal_delay_max;
+      setup.clock = clock;
+      setup.ma_jitter = setup.slo_jitter = nanoseconds(10);
+      const Outcome outcome = run(setup, exhaustive::rounds(10'000));
+      EXPECT_EQ(outcome.undamaged.right(), outcome.undamaged.cycles)
+          << name << ": " << outcome.complaints;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace biss::campaign

@@ -1,0 +1,80 @@
+// Every encoder of the catalogue at every clock and cable that its data sheet allows.
+#include <gtest/gtest.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "biss/catalogue/catalogue.hpp"
+#include "biss/timing/cable.hpp"
+#include "biss/timing/cycle.hpp"
+#include "tests/exhaustive/scale.hpp"
+#include "tests/sim/campaign.hpp"
+
+namespace biss::campaign {
+namespace {
+
+template <class Check>
+std::size_t for_each_line(Check check) {
+  std::size_t lines = 0;
+  for (const CatalogueEntry& entry : catalogue) {
+    for (const std::uint32_t kilohertz_count : {250U, 1'000U, 2'000U, 5'000U, 10'000U}) {
+      for (const std::int64_t length : {0, 10, 50, 100}) {
+        const Hertz clock = kilohertz(kilohertz_count);
+        const auto longest = cable_max_compensated(clock);
+        if (!accepts_clock(entry.timing, clock) || metres(length) > longest) continue;
+        sim::LineSetup setup;
+        setup.format = entry.frame_format();
+        setup.timing = entry.timing;
+        setup.clock = clock;
+        setup.internal_delay = entry.timing.internal_delay_max;
+        setup.ma_delay = setup.slo_delay = cable_delay(metres(length)) / 2;
+        setup.interval = period_of(kilohertz(32));
+        setup.motion = sim::MotionKind::random;
+        check(setup, fmt::format("{} {} kHz {} m", entry.name, kilohertz_count, length));
+        ++lines;
+      }
+    }
+  }
+  return lines;
+}
+
+constexpr std::uint64_t cycles = exhaustive::slow_build ? 20 : 200;
+
+TEST(CatalogueLine, EveryCycle_DecodesAndAgreesWithTheTruth) {
+  const std::size_t lines = for_each_line([](const sim::LineSetup& setup, const std::string& name) {
+    const Outcome outcome = run(setup, cycles);
+    EXPECT_EQ(outcome.undamaged.right(), cycles) << name << "\n" << outcome.complaints;
+    EXPECT_EQ(outcome.master_failed + outcome.master_wrong, 0U) << name;
+    EXPECT_EQ(outcome.extra_rows, 0U) << name;
+  });
+  EXPECT_GT(lines, 300U);
+}
+
+TEST(CatalogueLine, JitterUnevenClockAndProcessing_ChangeNothing) {
+  for_each_line([](sim::LineSetup setup, const std::string& name) {
+    setup.duty_per_mille = 440;
+    setup.clock_error_ppm = -200;
+    setup.ma_jitter = std::min(setup.ma_delay, nanoseconds(4));
+    setup.slo_jitter = std::min(setup.slo_delay, nanoseconds(4));
+    setup.processing = setup.timing.ack_max * 9 / 10;
+    const Outcome outcome = run(setup, cycles / 4);
+    EXPECT_EQ(outcome.undamaged.right(), cycles / 4) << name << "\n" << outcome.complaints;
+    EXPECT_EQ(outcome.master_failed + outcome.master_wrong, 0U) << name;
+  });
+}
+
+TEST(CatalogueLine, WithoutCompensation_PositionIsTrueOrThereIsACause) {
+  for_each_line([](sim::LineSetup setup, const std::string& name) {
+    setup.compensate = false;
+    sim::Line line(setup);
+    for (std::uint64_t i = 0; i < cycles / 4; ++i) {
+      const sim::SimulatedCycle& cycle = line.next();
+      if (!cycle.reading.frame.ok()) continue;
+      EXPECT_EQ(cycle.reading.frame->channel_list, cycle.sent.channel_list) << name;
+    }
+  });
+}
+
+}  // namespace
+}  // namespace biss::campaign
