@@ -182,18 +182,25 @@ class DecodeRun {
     return wanted;
   }
 
+  // Pulses are no request, and neither is a piece of one among nothing but pulses.
+  bool has_request() const {
+    const std::uint64_t glitches = statistics_.count(decode::CycleStatus::ma_glitch);
+    const std::uint64_t pieces = statistics_.count(decode::CycleStatus::cut_start) +
+                                 statistics_.count(decode::CycleStatus::cut_end);
+    return statistics_.cycles() > glitches + (glitches != 0 ? pieces : 0);
+  }
+
   ExitStatus conclude(const decode::FoundLines& found) const {
     if (statistics_.cycles() == 0 && passed_over_ != 0) {
       return fail(ExitStatus::data_failed,
                   fmt::format("{}: no request cycle between --since and --until; outside: {}",
                               input_.name(), passed_over_));
     }
-    if (statistics_.cycles() == statistics_.count(decode::CycleStatus::ma_glitch)) {
-      return fail(
-          ExitStatus::data_failed,
-          fmt::format("{}: no request cycle found on MA ({}); is it the right line, and did "
-                      "the master ask?",
-                      input_.name(), input_.lines()[found.lines.ma]));
+    if (!has_request()) {
+      return fail(ExitStatus::data_failed,
+                  fmt::format("{}: no request cycle found on MA ({}); is it the right line, is the "
+                              "time unit right, and did the master ask?",
+                              input_.name(), input_.lines()[found.lines.ma]));
     }
     print_summary(summary(found));
     return fail_on_.met_by(statistics_) ? ExitStatus::data_failed : ExitStatus::done;
