@@ -12,6 +12,8 @@ void add_frame_rows(Table& table);
 void add_core_rows(Table& table);
 /// The readers of captures, and the decoder behind them.
 void add_capture_rows(Table& table);
+/// The line model.
+void add_sim_rows(Table& table);
 /// The command as a whole process.
 void add_command_rows(Table& table);
 
