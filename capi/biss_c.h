@@ -54,9 +54,9 @@ typedef enum biss_status {
 
 /* The enumerator's name in lower case without "biss_": "slo_low"; "unknown" for any other number.
  */
-const char* biss_status_name(int status);
+const char* biss_status_name(biss_status status);
 /* A line for a user, without a full stop. */
-const char* biss_status_text(int status);
+const char* biss_status_text(biss_status status);
 
 /* ---- What the bits mean, and how the device behaves in time ---- */
 
@@ -189,7 +189,7 @@ typedef enum biss_cause {
 
 /* The name that `biss decode` gives it: "ok", "no_response", …; "unknown" for any other
  * number. */
-const char* biss_cause_name(int cause);
+const char* biss_cause_name(biss_cause cause);
 
 /* What came of a request. */
 typedef struct biss_reading {

@@ -33,19 +33,18 @@ biss_status try_master(const biss_master_setup* setup) {
 TEST(CErrors, NamesAndTexts_AreThereAndDiffer) {
   std::set<std::string> names;
   for (int i = BISS_OK; i <= BISS_NO_READING; ++i) {
-    names.insert(biss_status_name(i));
-    EXPECT_GT(std::string(biss_status_text(i)).size(), 3U);
+    const auto status = static_cast<biss_status>(i);
+    names.insert(biss_status_name(status));
+    EXPECT_GT(std::string(biss_status_text(status)).size(), 3U);
   }
   EXPECT_EQ(names.size(), 14U);
   EXPECT_STREQ(biss_status_name(BISS_SLO_LOW), "slo_low");
   EXPECT_STREQ(biss_status_name(BISS_NO_READING), "no_reading");
-  EXPECT_STREQ(biss_status_name(-1), "unknown");
-  EXPECT_STREQ(biss_status_name(14), "unknown");
+  EXPECT_STREQ(biss_status_name(static_cast<biss_status>(BISS_NO_READING + 1)), "unknown");
   EXPECT_STREQ(biss_cause_name(BISS_CAUSE_OK), "ok");
   EXPECT_STREQ(biss_cause_name(BISS_CAUSE_CRC), "crc");
   EXPECT_STREQ(biss_cause_name(BISS_CAUSE_STOP_BIT), "stop_bit");
-  EXPECT_STREQ(biss_cause_name(-1), "unknown");
-  EXPECT_STREQ(biss_cause_name(BISS_CAUSE_STOP_BIT + 1), "unknown");
+  EXPECT_STREQ(biss_cause_name(static_cast<biss_cause>(BISS_CAUSE_STOP_BIT + 1)), "unknown");
 }
 
 TEST(CErrors, NullPointers_AreNamedEverywhere) {

@@ -34,7 +34,7 @@ static_assert(BISS_CAUSE_NO_RESPONSE == 1 + static_cast<int>(biss::FrameError::n
 static_assert(BISS_CAUSE_STOP_BIT == 1 + static_cast<int>(biss::FrameError::stop_bit));
 static_assert(BISS_CAUSE_STOP_BIT == biss::frame_error_count);
 
-constexpr StatusText text_of(int status) {
+constexpr StatusText text_of(biss_status status) {
   const auto index = static_cast<unsigned>(status);
   return index < statuses.size() ? statuses[index] : StatusText{"unknown", "no such status"};
 }
@@ -43,11 +43,11 @@ constexpr StatusText text_of(int status) {
 
 extern "C" {
 
-const char* biss_status_name(int status) { return text_of(status).name; }
+const char* biss_status_name(biss_status status) { return text_of(status).name; }
 
-const char* biss_status_text(int status) { return text_of(status).text; }
+const char* biss_status_text(biss_status status) { return text_of(status).text; }
 
-const char* biss_cause_name(int cause) {
+const char* biss_cause_name(biss_cause cause) {
   if (cause == BISS_CAUSE_OK) return "ok";
   if (cause < BISS_CAUSE_OK || cause > BISS_CAUSE_STOP_BIT) return "unknown";
   return biss::name_of(static_cast<biss::FrameError>(cause - 1)).data();  // of a literal

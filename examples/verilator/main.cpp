@@ -1,0 +1,172 @@
+// Our encoder answers a master in SystemVerilog: Verilator runs the master, the C interface the
+// encoder, this loop the time and the line between them.
+#include <Vbiss_master.h>
+#include <biss_c.h>
+#include <verilated.h>
+
+#include <algorithm>
+#include <cinttypes>
+#include <cstdint>
+#include <cstdio>
+#include <deque>
+#include <memory>
+#include <utility>
+
+namespace {
+
+constexpr const char* format = "pos26,nE,nW,crc6;cds0";
+constexpr std::int64_t half_clock_ps = 6'250;  // clk at 80 MHz, so MA at 5 MHz
+constexpr std::int64_t line_delay_ps = 333'000;
+// MA to STOP and the longest timeout, and a lot more.
+constexpr int clocks_max = 100'000;
+
+/// What the encoder is to say in a request, and what is done to the line.
+struct Request {
+  const char* what;
+  std::uint64_t position;
+  bool nE;
+  bool nW;
+  bool connected;
+  bool flip_a_bit;
+};
+
+constexpr Request requests[] = {
+    {"position 0", 0, true, true, true, false},
+    {"a position", 12'345'678, true, true, true, false},
+    {"the last position", (1U << 26U) - 1U, true, true, true, false},
+    {"error flag", 4'711, false, true, true, false},
+    {"warning flag", 4'712, true, false, true, false},
+    {"a bit flipped", 12'345'678, true, true, true, true},
+    {"cable cut", 12'345'678, true, true, false, false},
+    {"connected again", 42, true, true, true, false},
+};
+
+void sample(void* user, std::int64_t, biss_channel* channels, std::size_t) {
+  const auto& request = **static_cast<const Request**>(user);
+  channels[0].position = request.position;
+  channels[0].nE = request.nE;
+  channels[0].nW = request.nW;
+}
+
+/// SLO on its way to the master.
+class Cable {
+ public:
+  void put(std::int64_t now, bool level) {
+    if (level != sent_) changes_.emplace_back(now + line_delay_ps, level);
+    sent_ = level;
+  }
+  bool level_at(std::int64_t now) {
+    for (; !changes_.empty() && changes_.front().first <= now; changes_.pop_front()) {
+      received_ = changes_.front().second;
+    }
+    return received_;
+  }
+
+ private:
+  std::deque<std::pair<std::int64_t, bool>> changes_;
+  bool sent_ = true;
+  bool received_ = true;
+};
+
+class Bench {
+ public:
+  Bench() {
+    biss_slave_setup setup = biss_slave_defaults(format);
+    setup.sample = &sample;
+    setup.user = &request_;
+    biss_timing timing;
+    if (biss_timing_of(format, &timing) == BISS_OK) {
+      timing.timeout_rule = BISS_TIMEOUT_FIXED;
+      timing.timeout_ps = 20'000'000;
+      setup.timing = &timing;
+      const biss_status status = biss_slave_open(&setup, &slave_);
+      if (status != BISS_OK) std::fprintf(stderr, "%s\n", biss_status_text(status));
+    }
+    master_->reset = 1;
+    for (int i = 0; i < 8; ++i) clock();
+    master_->reset = 0;
+  }
+  ~Bench() { biss_slave_close(slave_); }
+  Bench(const Bench&) = delete;
+  Bench& operator=(const Bench&) = delete;
+
+  bool opened() const { return slave_ != nullptr; }
+
+  /// One request; false where the master does not say what it should.
+  bool run(const Request& request) {
+    request_ = &request;
+    for (int i = 0; i < clocks_max && !master_->ready; ++i) clock();
+    master_->start = 1;
+    clock();
+    master_->start = 0;
+    const std::int64_t begin = now_;
+    for (int i = 0; i < clocks_max && !master_->valid; ++i) {
+      // The frame takes 40 periods of 200 ns: this is somewhere in the data.
+      flipped_ = request.flip_a_bit && now_ - begin > 3'000'000 && now_ - begin <= 3'200'000;
+      clock();
+    }
+    flipped_ = false;
+    return show(request);
+  }
+
+ private:
+  // One clock of the master: both edges of clk, the encoder between them.
+  void clock() {
+    for (const int level : {1, 0}) {
+      now_ += half_clock_ps;
+      while (answer_.deadline_ps <= now_) step(answer_.deadline_ps);
+      master_->slo = !request_->connected || (slo_.level_at(now_) != flipped_);
+      master_->clk = static_cast<std::uint8_t>(level);
+      master_->eval();
+      if (static_cast<bool>(master_->ma) != ma_) {
+        ma_ = master_->ma;
+        step(now_);
+      }
+    }
+  }
+
+  void step(std::int64_t now) {
+    const bool seen = ma_ || !request_->connected;
+    const biss_status status = biss_slave_step(slave_, now, seen, false, &answer_);
+    if (status != BISS_OK) std::fprintf(stderr, "%s\n", biss_status_text(status));
+    slo_.put(now, answer_.level);
+  }
+
+  bool show(const Request& request) const {
+    std::printf("%8.2f us  %-18s", static_cast<double>(now_) / 1e6, request.what);
+    if (!master_->valid) {
+      std::puts("the master hangs");
+      return false;
+    }
+    if (master_->no_answer) {
+      std::puts("no answer");
+      return !request.connected;
+    }
+    std::printf("position %8" PRIu32 "  error %d  warning %d  CRC %s\n", master_->position,
+                master_->error, master_->warning, master_->crc_ok ? "ok" : "wrong");
+    if (request.flip_a_bit) return !master_->crc_ok;
+    return request.connected && master_->crc_ok && master_->position == request.position &&
+           static_cast<bool>(master_->error) == !request.nE &&
+           static_cast<bool>(master_->warning) == !request.nW;
+  }
+
+  std::unique_ptr<Vbiss_master> master_ = std::make_unique<Vbiss_master>();
+  biss_slave* slave_ = nullptr;
+  biss_output answer_{true, BISS_NEVER};
+  Cable slo_;
+  const Request* request_ = &requests[0];
+  std::int64_t now_ = 0;
+  bool ma_ = true;
+  bool flipped_ = false;
+};
+
+}  // namespace
+
+int main() {
+  Bench bench;
+  if (!bench.opened()) return 1;
+  bool good = true;
+  for (const Request& request : requests) good = bench.run(request) && good;
+  std::puts(good ? "all as expected" : "not as expected");
+  return good ? 0 : 1;
+}
