@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "biss/timing/cable.hpp"
 #include "decode/times.hpp"
 
 namespace biss::decode {
@@ -154,7 +155,7 @@ CycleReader::Response CycleReader::find_response(const CycleSpan& span,
                                                  const LineHistory& slo) const {
   const std::size_t begin = slo.after(span.ma.front().time);
   if (slo.level_before(begin) == Level::unknown) return {{}, CycleStatus::unknown_level};
-  if (slo.level_before(begin) == Level::low) return {{}, CycleStatus::not_ready};
+  const bool ready = slo.level_before(begin) == Level::high;
   const Picoseconds second_rise = clock_.rises[1];
   // A capture may show SLO a sample before the edge of MA that moved it.
   const Picoseconds earliest = shifted(second_rise, -(clock_.period / 4));
@@ -163,13 +164,26 @@ CycleReader::Response CycleReader::find_response(const CycleSpan& span,
     if (slo[i].level != Level::low) continue;
     const Picoseconds settled = shifted(std::max(slo[i].time, earliest), clock_.period / 2);
     if (i + 1 < slo.size() && slo[i + 1].time <= settled) continue;
+    if (!ready && !ready_in_time(slo, i)) return {{}, CycleStatus::not_ready};
     if (slo[i].time < earliest) return {{}, CycleStatus::response_range};
     if (slo[i].time > shifted(second_rise, biss_line_delay_max)) {
       return {{}, CycleStatus::response_range};
     }
     return {slo[i].time, CycleStatus::ok};
   }
-  return {{}, silence(span)};
+  return {{}, ready ? silence(span) : CycleStatus::not_ready};
+}
+
+// An encoder whose cycle has a fixed time may be asked again so that the request arrives just when
+// it is ready. The master sees that a line delay later, a clock and a half before ACK. Believed
+// within the delay of the longest cable only: an inverted SLO looks much the same.
+bool CycleReader::ready_in_time(const LineHistory& slo, std::size_t ack) const {
+  if (timing_.timeout.rule != TimeoutRule::cycle || ack == 0) return false;
+  const Picoseconds longest =
+      line_delay(metres(100), timing_.internal_delay_max) + clock_.period / 2;
+  return slo[ack - 1].level == Level::high &&
+         slo[ack].time >= shifted(slo[ack - 1].time, clock_.period * 5 / 4) &&
+         slo[ack].time <= shifted(clock_.rises[1], longest);
 }
 
 // SLO never fell: because it was not asked long enough, or for good.

@@ -159,6 +159,37 @@ TEST(Decoder, TightCyclesThatAllFail_AreStillCyclesOfTheirOwn) {
   for (const Cycle& cycle : silent) EXPECT_EQ(name_of(cycle.status), "no_response");
 }
 
+TEST(Decoder, RequestThatReachesTheEncoderJustWhenItIsReady_IsRead) {
+  // The master sees the release of SLO a line delay behind its own first edge.
+  for (const std::int64_t delay_ns : {50, 142, 542, 1042}) {
+    Shape shape{.period = nanoseconds(100), .line_delay = nanoseconds(delay_ns)};
+    shape.gap = -shape.line_delay;
+    Line line;
+    for (std::uint64_t k = 0; k < 5; ++k) line.request(shape, 1000 + k);
+    const DeviceTiming fixed_cycle{.timeout = {TimeoutRule::cycle, microseconds(31)}};
+    const auto cycles = decode(line, usual_format, fixed_cycle);
+    ASSERT_EQ(cycles.size(), 5U) << delay_ns;
+    for (std::uint64_t k = 0; k < 5; ++k) {
+      ASSERT_TRUE(cycles[k].frame) << delay_ns << ": " << name_of(cycles[k].status);
+      EXPECT_EQ(cycles[k].frame->channel_list[0].position, 1000 + k);
+      EXPECT_EQ(cycles[k].line_delay, shape.line_delay);
+    }
+  }
+}
+
+TEST(Decoder, InvertedSlo_IsNeverReady) {
+  const DeviceTiming fixed_cycle{.timeout = {TimeoutRule::cycle, microseconds(31)}};
+  Line line;
+  const Shape shape{.period = nanoseconds(100), .ack_clocks = 40};
+  for (std::uint64_t k = 0; k < 5; ++k) line.request(shape, 0x1555555 + k);
+  for (LevelChange& change : line.slo) {
+    change.level = change.level == wire::Level::low ? wire::Level::high : wire::Level::low;
+  }
+  for (const Cycle& cycle : decode(line, usual_format, fixed_cycle)) {
+    EXPECT_EQ(name_of(cycle.status), "not_ready");
+  }
+}
+
 TEST(Decoder, ClocksBehindStop_ChangeNothing) {
   for (const int extra : {1, 2, 17, 300}) expect_all_right({.extra_clocks = extra});
 }
