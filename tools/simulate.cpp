@@ -1,7 +1,11 @@
 // `biss simulate`: master, cable and encoder on the wire, written as a capture, the truth beside
 // it.
+#include <fmt/format.h>
+
+#include <filesystem>
 #include <memory>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "sim/line.hpp"
@@ -25,6 +29,15 @@ struct SimulateOptions {
   std::string truth;
 };
 
+// What times in 64-bit picoseconds hold, and something to spare.
+constexpr Picoseconds longest_capture = milliseconds(100LL * 24 * 3600 * 1000);
+
+bool is_same_file(const std::string& a, const std::string& b) {
+  if (a == b) return true;
+  std::error_code none;
+  return std::filesystem::equivalent(a, b, none);
+}
+
 class SimulateRun {
  public:
   explicit SimulateRun(const SimulateOptions& options) : options_(options) {}
@@ -34,10 +47,18 @@ class SimulateRun {
       return fail(ExitStatus::usage,
                   "--sample-rate: this output holds changes, not samples; write .sr, .bin or .raw");
     }
+    if (!options_.truth.empty() && is_same_file(options_.truth, options_.output)) {
+      return fail(ExitStatus::usage, "--truth and -o name the same file; one would be lost");
+    }
     if (!options_.replay.ma_from.empty()) return replay_ma(replay_options(), options_.line);
     if (!options_.replay.slo_from.empty()) return replay_slo(replay_options(), options_.line);
     const LineChoice choice = choose_line(options_.line);
     if (!choice) return fail(ExitStatus::usage, choice.error);
+    const std::int64_t most = longest_capture.count / sim::Line(*choice.setup).interval().count;
+    if (options_.cycles > static_cast<std::uint64_t>(most)) {
+      return fail(ExitStatus::usage,
+                  fmt::format("--cycles: a capture holds 100 days, {} cycles at this rate", most));
+    }
     return write(*choice.setup);
   }
 

@@ -7,7 +7,7 @@ namespace biss::tools {
 using report::Cell;
 using report::Kind;
 
-TruthTable::TruthTable(const FrameFormat& format) {
+TruthTable::TruthTable(const FrameFormat& format) : format_(format) {
   columns_ = {{.name = "cycle", .kind = Kind::unsigned_integer},
               {.name = "time_ns", .kind = Kind::nanoseconds},
               {.name = "position", .kind = Kind::unsigned_integer},
@@ -27,10 +27,12 @@ const std::vector<Cell>& TruthTable::cells(std::uint64_t number, const sim::Simu
   cells_.emplace_back(number);
   cells_.emplace_back(cycle.time);
   for (std::size_t k = 0; k < cycle.sent.channel_count; ++k) {
+    // What a channel does not have stays empty, as in the rows of `decode`.
     const Channel& channel = cycle.sent.channel_list[k];
-    cells_.emplace_back(channel.position);
-    cells_.emplace_back(channel.nE);
-    cells_.emplace_back(channel.nW);
+    const ChannelFormat& format = format_.channel_list[k];
+    cells_.push_back(format.position_bits() != 0 ? Cell(channel.position) : Cell());
+    cells_.push_back(format.error.present ? Cell(channel.nE) : Cell());
+    cells_.push_back(format.warning.present ? Cell(channel.nW) : Cell());
     if (k == 0) cells_.push_back(faults_.empty() ? Cell() : Cell(faults_));
   }
   return cells_;

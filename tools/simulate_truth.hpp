@@ -11,7 +11,8 @@
 
 namespace biss::tools {
 
-/// `cycle,time_ns,position,nE,nW,faults`, then position, nE and nW of each further channel.
+/// `cycle,time_ns,position,nE,nW,faults`, then position, nE and nW of each further channel. What a
+/// channel does not have is empty.
 class TruthTable {
  public:
   explicit TruthTable(const FrameFormat& format);
@@ -21,6 +22,7 @@ class TruthTable {
   const std::vector<report::Cell>& cells(std::uint64_t number, const sim::SimulatedCycle& cycle);
 
  private:
+  FrameFormat format_;
   std::vector<report::Column> columns_;
   std::vector<report::Cell> cells_;
   std::string faults_;

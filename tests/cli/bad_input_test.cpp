@@ -294,6 +294,24 @@ TEST(BadInput, OutputOntoTheCapture_IsWrongUsageAndLeavesIt) {
   EXPECT_EQ(content_of(path), capture);
 }
 
+TEST(BadInput, TruthAndCaptureInOneFile_IsWrongUsage) {
+  const Folder folder;
+  for (const std::string& path : {folder.path("both.csv"), std::string("-")}) {
+    const Outcome outcome = run({"simulate", "-f", usual, "-o", path, "--truth", path});
+    EXPECT_EQ(outcome.status, 2);
+    expect_one_line(outcome, "name the same file");
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder.path("both.csv")));
+}
+
+TEST(BadInput, MoreCyclesThanTimeCanCount_IsWrongUsage) {
+  const Folder folder;
+  const Outcome outcome = run({"simulate", "-f", "pos1", "--rate", "1Hz", "--cycles", "9300000",
+                               "-o", folder.path("long.csv")});
+  EXPECT_EQ(outcome.status, 2);
+  expect_one_line(outcome, "8640000 cycles at this rate");
+}
+
 TEST(BadInput, NoCycleInTheTimeAskedFor_SaysSo) {
   const Folder folder;
   good_capture(folder, ".vcd");
