@@ -1,0 +1,313 @@
+// Every encoder of the catalogue, the core's slave against the oracle's, edge by edge: at each
+// clock it takes, behind each cable the rule allows, as quick and as slow as it may be.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "biss/catalogue/catalogue.hpp"
+#include "biss/slave/slave.hpp"
+#include "biss/timing/cable.hpp"
+#include "biss/timing/cycle.hpp"
+#include "tests/core/random.hpp"
+#include "tests/timing/scenario.hpp"
+
+namespace timing_test {
+namespace {
+
+using biss::CatalogueEntry;
+using biss::Picoseconds;
+using biss::test::Random;
+using oracle::Time;
+
+constexpr std::size_t requests = 4;
+
+/// An encoder, its clock, its cable.
+struct Installation {
+  const CatalogueEntry* entry = nullptr;
+  biss::Hertz clock;
+  biss::Millimetres cable;
+  Picoseconds ready;  ///< from ACK until it has its answer
+
+  std::string text() const {
+    return std::string(entry->name) + " at " + std::to_string(clock.count / 1000) + " kHz, " +
+           std::to_string(cable.count / 1000) + " m, ready after " + std::to_string(ready.count) +
+           " ps";
+  }
+};
+
+/// What the encoder has to say at each request.
+using Said = std::vector<std::vector<oracle::Values>>;
+
+oracle::Checksum checksum_of(unsigned bits) {
+  if (bits != 6 && bits != 16) throw std::invalid_argument("a checksum without polynomial");
+  return {oracle::bits_of(bits == 6 ? 0x43 : 0x190D9, bits + 1U), oracle::Bits(bits, false), true};
+}
+
+void add_item(oracle::ChannelDescription& channel, const std::string& text) {
+  using oracle::Kind;
+  const std::size_t digits = std::min(text.find_first_of("0123456789"), text.size());
+  const std::string name = text.substr(0, digits);
+  const std::size_t bits = digits == text.size() ? 1 : std::stoul(text.substr(digits));
+  if (name + std::to_string(bits) != text && name != text) throw std::invalid_argument(text);
+  if (name == "crc") {
+    channel.checksum = checksum_of(static_cast<unsigned>(bits));
+    return;
+  }
+  const std::array<std::pair<const char*, Kind>, 7> kinds{{{"pos", Kind::position},
+                                                           {"mt", Kind::multiturn},
+                                                           {"st", Kind::singleturn},
+                                                           {"pad", Kind::padding},
+                                                           {"nE", Kind::nE},
+                                                           {"nW", Kind::nW},
+                                                           {"lc", Kind::counter}}};
+  for (const auto& [kind_name, kind] : kinds) {
+    if (name == kind_name) return channel.items.push_back({kind, bits});
+  }
+  throw std::invalid_argument(text);
+}
+
+// The catalogue's text read without the core: no more of the grammar than the catalogue needs.
+oracle::Description description_of(std::string text) {
+  oracle::Description description;
+  const std::size_t options = text.find(';');
+  if (options != std::string::npos) {
+    if (text.substr(options) != ";cds0") throw std::invalid_argument(text);
+    description.cds_must_be_0 = true;
+    text.resize(options);
+  }
+  description.channels.emplace_back();
+  std::string item;
+  for (const char letter : text + ",") {
+    if (letter != ',' && letter != '+') {
+      item += letter;
+      continue;
+    }
+    add_item(description.channels.back(), item);
+    item.clear();
+    if (letter == '+') description.channels.emplace_back();
+  }
+  return description;
+}
+
+std::size_t width_of(const oracle::ChannelDescription& channel, bool counter) {
+  std::size_t bits = 0;
+  for (const oracle::Item& item : channel.items) {
+    const bool position = item.kind == oracle::Kind::position ||
+                          item.kind == oracle::Kind::multiturn ||
+                          item.kind == oracle::Kind::singleturn;
+    if (counter ? item.kind == oracle::Kind::counter : position) bits += item.bits;
+  }
+  return bits;
+}
+
+Said random_values(const oracle::Description& description, Random& random) {
+  Said said(requests);
+  for (auto& values : said) {
+    for (const oracle::ChannelDescription& channel : description.channels) {
+      const auto has = [&](oracle::Kind kind) {
+        return std::any_of(channel.items.begin(), channel.items.end(),
+                           [&](const oracle::Item& item) { return item.kind == kind; });
+      };
+      values.push_back({random.bits(static_cast<unsigned>(width_of(channel, false))),
+                        random.bits(static_cast<unsigned>(width_of(channel, true))),
+                        !has(oracle::Kind::nE) || random.flip(),
+                        !has(oracle::Kind::nW) || random.flip()});
+    }
+  }
+  return said;
+}
+
+biss::CycleBudget budget_of(const Installation& place) {
+  const biss::DeviceTiming& timing = place.entry->timing;
+  return biss::cycle_budget({.payload_bits = place.entry->frame_format().payload_bits()}, timing,
+                            place.clock, biss::line_delay(place.cable, timing.internal_delay_max));
+}
+
+/// MA at the encoder.
+struct Clocks {
+  Time period = 0;
+  std::int64_t count = 0;               ///< a request
+  std::array<Time, requests> begins{};  ///< the first falling edges
+  oracle::Line ma;
+};
+
+// Every other request with a CDM of 1. Each comes when the encoder must be ready. That is up to
+// three periods after the shortest cycle: the clocks for the line delay are whole ones, CDM is half
+// of one, and behind a frame longer than the rule `cycle` says, SLO stays low for one and a half.
+Clocks clocks_of(const Installation& place) {
+  const biss::CycleBudget budget = budget_of(place);
+  const Time period = budget.period.count;
+  Clocks clocks{.period = period, .count = budget.clocks_to_send, .begins = {}, .ma = {}};
+  Time begin = 5 * period + biss::cable_delay(place.cable).count / 2;
+  for (std::size_t request = 0; request < requests; ++request) {
+    clocks.begins[request] = begin;
+    Time now = begin;
+    for (std::int64_t clock = 0; clock < clocks.count; ++clock, now += period) {
+      clocks.ma.push_back({now, false});
+      clocks.ma.push_back({now + period / 2, true});
+    }
+    begin += budget.total.count + 3 * period;
+    if (request % 2 == 0) continue;
+    clocks.ma.push_back({now, false});
+    clocks.ma.push_back({begin, true});
+    begin += period;
+  }
+  return clocks;
+}
+
+/// The core's side of one encoder.
+struct Owner {
+  const Said* said = nullptr;
+  oracle::SlaveAnswer* log = nullptr;
+  const Picoseconds* now = nullptr;
+  bool cds_bit = false;
+
+  biss::Frame sample(Picoseconds moment) const {
+    const auto& values = said->at(log->samples.size());
+    log->samples.push_back(moment.count);
+    biss::Frame frame;
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      frame.channel_list[k] = {.position = values[k].position,
+                               .life_counter = static_cast<std::uint32_t>(values[k].counter),
+                               .nE = values[k].nE,
+                               .nW = values[k].nW};
+    }
+    return frame;
+  }
+  bool cds() const { return cds_bit; }
+  void cdm(bool bit) const { log->cdm.push_back({now->count, bit}); }
+};
+
+oracle::SlaveAnswer answer_of_core(const Installation& place, const oracle::Line& ma,
+                                   const Said& said, bool cds) {
+  using Codec = biss::FrameCodec<biss::CrcBitwise>;
+  oracle::SlaveAnswer answer;
+  Picoseconds now{};
+  biss::Slave<Codec, Owner> slave(Codec(place.entry->frame_format()),
+                                  biss::slave_timing(place.entry->timing, place.ready),
+                                  Owner{&said, &answer, &now, cds});
+  biss::StepOutput output;
+  bool level = true;
+  const auto step = [&](Picoseconds time) {
+    now = time;
+    const bool before = output.level;
+    output = slave.step(time, level, false);
+    if (output.level != before) answer.slo.push_back({time.count, output.level});
+  };
+  for (const oracle::Change& edge : ma) {
+    while (output.deadline < Picoseconds{edge.time}) step(output.deadline);
+    level = edge.level;
+    step({edge.time});
+  }
+  while (output.deadline != biss::never) step(output.deadline);
+  return answer;
+}
+
+oracle::SlaveDescription timing_of(const Installation& place) {
+  const biss::DeviceTiming& device = place.entry->timing;
+  oracle::SlaveDescription slave;
+  slave.sampling = device.sampling_typical.count;
+  slave.start_min = device.start_min.count;
+  slave.ready = place.ready.count;
+  slave.ack_clocks = device.ack_clocks;
+  slave.timeout = device.timeout.time.count;
+  switch (device.timeout.rule) {
+    case biss::TimeoutRule::adaptive:
+      slave.kind = oracle::TimeoutKind::adaptive;
+      break;
+    case biss::TimeoutRule::fixed:
+      slave.kind = oracle::TimeoutKind::fixed;
+      break;
+    case biss::TimeoutRule::cycle:
+      slave.kind = oracle::TimeoutKind::cycle;
+      break;
+  }
+  return slave;
+}
+
+oracle::SlaveAnswer answer_of_oracle(const Installation& place, const oracle::Line& ma,
+                                     const oracle::Description& description, const Said& said,
+                                     bool cds) {
+  const auto payload = [&](std::size_t number) {
+    const oracle::Bits line = oracle::encode(description, said.at(number), 1, 1, cds);
+    return oracle::Bits(line.begin() + 4, line.end() - 1);  // without lead, ACK, START, CDS, STOP
+  };
+  return oracle::answer(timing_of(place), ma, {}, payload, cds);
+}
+
+// What a master that samples at MA's falling edges reads wrong, STOP included: two answers that
+// agree could still be two silences.
+std::string unread(const oracle::SlaveAnswer& answer, const Clocks& clocks,
+                   const oracle::Description& description, const Said& said) {
+  auto change = answer.slo.begin();
+  bool level = true;
+  for (std::size_t request = 0; request < requests; ++request) {
+    oracle::Bits line;
+    for (std::int64_t clock = 1; clock <= clocks.count; ++clock) {
+      const Time sampled = clocks.begins[request] + clock * clocks.period;
+      for (; change != answer.slo.end() && change->time <= sampled; ++change) level = change->level;
+      line.push_back(level);
+    }
+    const oracle::Reading reading = oracle::decode(description, {}, line);
+    const std::string number = "request " + std::to_string(request) + ": ";
+    if (!reading.cause.empty()) return number + reading.cause;
+    if (!reading.stop_seen) return number + "no STOP";
+    if (reading.values != said.at(request)) return number + "other values";
+  }
+  return {};
+}
+
+std::string judged(const Installation& place, const oracle::Description& description,
+                   Random& random) {
+  const Said said = random_values(description, random);
+  const bool cds = !description.cds_must_be_0 && random.flip();
+  const Clocks clocks = clocks_of(place);
+  const oracle::SlaveAnswer judge = answer_of_oracle(place, clocks.ma, description, said, cds);
+  const oracle::SlaveAnswer core = answer_of_core(place, clocks.ma, said, cds);
+  const std::string what = difference({core}, {judge});
+  if (!what.empty()) return what + "MA " + text_of(clocks.ma);
+  return unread(judge, clocks, description, said);
+}
+
+std::vector<Installation> installations_of(const CatalogueEntry& entry) {
+  std::vector<Installation> places;
+  for (const biss::Hertz clock : {biss::kilohertz(250), biss::megahertz(1), biss::megahertz(2),
+                                  biss::megahertz(5), biss::megahertz(10)}) {
+    if (!biss::accepts_clock(entry.timing, clock)) continue;
+    for (const int length : {0, 10, 50, 100}) {
+      const biss::Millimetres cable = biss::metres(length);
+      if (cable > biss::cable_max_compensated(clock)) continue;
+      places.push_back({&entry, clock, cable, {}});
+      places.push_back({&entry, clock, cable, entry.timing.ack_max});
+    }
+  }
+  return places;
+}
+
+}  // namespace
+
+TEST(CatalogueAgainstOracle, EveryEncoderClockAndCable_IsAnsweredAlike) {
+  constexpr std::uint64_t seed = 0xCA7A'0001;
+  std::printf("[   seed   ] 0x%llX\n", static_cast<unsigned long long>(seed));
+  Random random(seed);
+  std::size_t places = 0;
+  for (const CatalogueEntry& entry : biss::catalogue) {
+    const oracle::Description description = description_of(std::string(entry.format));
+    for (const Installation& place : installations_of(entry)) {
+      ASSERT_EQ(judged(place, description, random), "") << place.text();
+      ++places;
+    }
+  }
+  std::printf("[  places  ] %zu of %zu encoders\n", places, biss::catalogue.size());
+  EXPECT_GE(places, 2 * 10 * biss::catalogue.size());
+}
+
+}  // namespace timing_test
