@@ -50,10 +50,15 @@ constexpr Picoseconds timeout_after(const Timeout& timeout, Picoseconds period,
   return clocks_to_cover(time, period) * period;
 }
 
-/// The shortest cycle that always works, by the formula of the protocol description D2: one clock
+/// The shortest cycle by the formula of the protocol description D2: one clock
 /// each of LAT, ACK, START, CDS and STOP (one more for each further slave), the payload, and on top
 /// processing time, line delay and timeout, the first and the last rounded up to whole clocks.
 /// Where ACK is fixed in clocks it is just that.
+///
+/// It counts no time for SLO to rise where a TimeoutRule::cycle has run out before the frame ends
+/// (Renishaw at low clocks: the documents do not say when SLO is released then). An encoder that
+/// holds SLO longer, as biss/slave does for 1.5 periods, needs that much more: ask when SLO is
+/// high.
 /// \pre clock is not 0 Hz, line_delay is not negative
 constexpr CycleBudget cycle_budget(const FrameLength& frame, const DeviceTiming& timing,
                                    Hertz clock, Picoseconds line_delay) {
