@@ -1,0 +1,96 @@
+// A control frame: one CDM bit and one CDS bit a BiSS frame, numbered k = 0, 1, 2 … from the start
+// bit. The CDM bit k ends a frame, the CDS bit k comes with the next one.
+//
+//   k          0   1    2…4  5…11  12…15   16  17  18   19…26  27…30  31
+//   read  CDM  S  CTS=1  ID   ADR   CRC     1   0   S     0      0     0, or S of the next byte at
+//   32
+//         CDS  IDL0 … IDL8   0  …   0       1   0   S    DATA   CRC    P
+//   write CDM  S  CTS=1  ID   ADR   CRC     0   1   S    DATA   CRC    0
+//         CDS  IDL0 … IDL8   0  …   0       0   1   S    DATA   CRC    P      (the echo)
+//
+//   k              0   1    2…9      10…11  12…15   16  17…23  24
+//   addressed CDM  S  CTS=0 IDS0…IDS7  CMD    CRC     S    0     EX      CDS 16…23: IDA0 … IDA7
+//   broadcast CDM  S  CTS=0   0        CMD    CRC     S   EX (k = 17)
+//
+// Protocol description D2, chapter control communication.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "biss/base/units.hpp"
+#include "biss/crc/spec.hpp"
+
+namespace biss {
+
+/// So many CDM = 0 return every slave's control logic to idle, and must precede a control frame.
+inline constexpr unsigned control_reset_zeros = 14;
+/// Slaves that can be addressed at once; IDL8 says that there are more.
+inline constexpr unsigned control_max_slaves = 8;
+/// Bytes of one sequential access, at most.
+inline constexpr std::size_t sequential_max_bytes = 64;
+/// Register addresses are 7 bits.
+inline constexpr unsigned register_count = 128;
+/// The longest that a slave may delay S of a byte (D2, table of characteristics, row 11).
+inline constexpr Picoseconds register_busy_max = milliseconds(20);
+
+/// CRC of the header (CTS and the ten bits of addressing; the start bit is excluded) and of a byte.
+inline constexpr CrcSpec control_crc{.polynomial = 0x13, .start = 0, .width_bits = 4};
+
+/// Index of a bit in a control frame.
+namespace control_bit {
+inline constexpr unsigned start = 0;
+inline constexpr unsigned cts = 1;
+inline constexpr unsigned addressing = 2;  // ten bits
+inline constexpr unsigned idl_end = 9;     // behind IDL8
+inline constexpr unsigned header_crc = 12;
+inline constexpr unsigned header_end = 16;
+inline constexpr unsigned read = 16;        // R
+inline constexpr unsigned write = 17;       // W
+inline constexpr unsigned byte_start = 18;  // S of the first byte; later where the slave is busy
+inline constexpr unsigned ida = 16;         // IDA0 … IDA7 on CDS
+inline constexpr unsigned ex_addressed = 24;
+inline constexpr unsigned ex_broadcast = 17;
+}  // namespace control_bit
+
+/// A byte's bits: S, DATA7 … DATA0, CRC3 … CRC0, P.
+inline constexpr unsigned control_byte_bits = 14;
+
+/// The four commands. What they mean depends on whether slaves are addressed or all are meant.
+/// All are optional for slaves.
+enum class ControlCommand : std::uint8_t {
+  channels = 0b00,  ///< addressed: activate data channels; broadcast: deactivate those of all
+  control = 0b01,  ///< addressed: deactivate control communication; broadcast: activate that of all
+  bypass = 0b10,   ///< bus couplers: addressed to standard operation; broadcast to feedback
+  user = 0b11,     ///< addressed: the device's own; broadcast: reserved
+};
+
+/// What follows the start bit, in line order from the top: CTS, then ten bits of addressing.
+/// 11 bits, the ones the header's CRC covers.
+constexpr std::uint16_t register_header(unsigned slave, unsigned address) {
+  return static_cast<std::uint16_t>(0x400U | (slave & 7U) << 7U | (address & 0x7FU));
+}
+/// \param slaves bit k stands for the slave with ID k; 0: broadcast. IDS0 is sent first.
+constexpr std::uint16_t command_header(std::uint8_t slaves, ControlCommand command) {
+  unsigned ids = 0;
+  for (unsigned k = 0; k < control_max_slaves; ++k) ids = ids << 1U | (slaves >> k & 1U);
+  return static_cast<std::uint16_t>(ids << 2U | static_cast<unsigned>(command));
+}
+
+/// CRC of the control channel over the lowest `bits` bits of `data`, as sent (inverted).
+constexpr std::uint8_t control_crc_of(std::uint32_t data, unsigned bits) {
+  unsigned reg = 0;
+  for (unsigned i = bits; i-- > 0;) {
+    const unsigned feedback = (reg >> 3U ^ data >> i) & 1U;
+    reg = (reg << 1U & 0xFU) ^ (feedback != 0 ? control_crc.polynomial & 0xFU : 0U);
+  }
+  return static_cast<std::uint8_t>(reg ^ 0xFU);
+}
+constexpr std::uint8_t header_crc(std::uint16_t header) { return control_crc_of(header, 11); }
+constexpr std::uint8_t byte_crc(std::uint8_t data) { return control_crc_of(data, 8); }
+
+static_assert(header_crc(register_header(0, 0x00)) == 0x6 &&
+              header_crc(register_header(0, 0x20)) == 0xC && byte_crc(0x48) == 0x3 &&
+              byte_crc(0x55) == 0x2);  // published in AN22
+
+}  // namespace biss
