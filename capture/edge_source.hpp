@@ -32,6 +32,7 @@ enum class CaptureCause : std::uint8_t {
   time_backwards,     ///< a time before the one already seen
   time_out_of_range,  ///< a time beyond what 64-bit picoseconds hold
   damaged,            ///< an archive or its compressed data is not whole
+  layout_missing,     ///< raw samples, and no layout given for them
   bad_layout,         ///< the layout given for raw samples is none
   truncated,          ///< the file ends inside a token, a header, a row or a sample
 };
@@ -76,6 +77,8 @@ class EdgeSource {
 struct Opened {
   std::unique_ptr<EdgeSource> source;
   CaptureError error;
+  /// It is read as raw samples, by the layout given.
+  bool by_layout = false;
 
   explicit operator bool() const { return source != nullptr; }
 };

@@ -21,7 +21,7 @@ constexpr std::size_t head_bytes = 65'536;
 
 constexpr const char* expected_text =
     "a VCD, a sigrok session, or a CSV with a header such as time_ns,MA,SLO";
-constexpr const char* expected_layout = "the sample rate, unit size and bits of these raw samples";
+constexpr const char* expected_layout = "the sample rate, unit size and bits";
 
 // Files that people have and that hold captures we do not read: the text says what they are.
 constexpr std::string_view saleae_binary = "<SALEAE>";
@@ -98,9 +98,15 @@ Opened open_as(Format format, std::unique_ptr<ByteSource> bytes, const OpenOptio
     case Format::other:
       break;
   }
-  if (options.raw) return open_raw(std::move(bytes), *options.raw);
-  const char* const expected = format == Format::raw ? expected_layout : expected_text;
-  return {nullptr, {CaptureCause::unknown_format, 1, 1, expected}};
+  if (options.raw) {
+    Opened opened = open_raw(std::move(bytes), *options.raw);
+    opened.by_layout = true;
+    return opened;
+  }
+  if (format == Format::raw) {
+    return {nullptr, {.cause = CaptureCause::layout_missing, .expected = expected_layout}};
+  }
+  return {nullptr, {CaptureCause::unknown_format, 1, 1, expected_text}};
 }
 
 bool is_blank(std::string_view text) { return std::all_of(text.begin(), text.end(), is_space); }
@@ -142,6 +148,8 @@ std::pair<const char*, const char*> words_of(CaptureCause cause) {
       return {"a time beyond 106 days", "check the unit of time"};
     case CaptureCause::damaged:
       return {"is damaged", "copy or save the capture again"};
+    case CaptureCause::layout_missing:
+      return {"raw samples do not say how they are laid out", "give their layout"};
     case CaptureCause::bad_layout:
       return {"cannot be laid out so", "correct the layout given"};
     case CaptureCause::truncated:

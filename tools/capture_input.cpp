@@ -8,6 +8,7 @@
 
 #include "capture/merge.hpp"
 #include "capture/open.hpp"
+#include "tools/message.hpp"
 
 namespace biss::tools {
 
@@ -26,36 +27,66 @@ FileAndName split(const std::string& text) {
   return {text.substr(0, colon), text.substr(colon + 1)};
 }
 
+// The name that `text` gives a line of this file: empty where it speaks of another one.
+std::string name_in(const std::string& file, const std::string& text) {
+  const FileAndName parts = split(text);
+  return parts.file.empty() || parts.file == file ? parts.name : std::string();
+}
+
+capture::OpenOptions options_for(const std::string& file, const RawSamples& raw,
+                                 const std::string& ma, const std::string& slo) {
+  if (!raw.rate) return {};
+  return {.raw = layout_of(raw, name_in(file, ma), name_in(file, slo))};
+}
+
+std::string why_not(const capture::CaptureError& error, const std::string& file) {
+  if (error.cause != capture::CaptureCause::layout_missing) {
+    return capture::capture_error_text(error, file);
+  }
+  return fmt::format(
+      "{}: raw samples do not say their sample rate; give --raw-rate, and --raw-bytes where a "
+      "sample has more than one",
+      file);
+}
+
 bool contains(const std::vector<std::string>& list, const std::string& item) {
   return std::find(list.begin(), list.end(), item) != list.end();
 }
 
 }  // namespace
 
-std::string CaptureInput::open(std::vector<std::string> files, const std::string& ma,
-                               const std::string& slo) {
+ExitStatus CaptureInput::open(std::vector<std::string> files, const std::string& ma,
+                              const std::string& slo, const RawSamples& raw) {
   files_ = std::move(files);
   const bool files_given = !files_.empty();
   for (const std::string* text : {&ma, &slo}) {
     const std::string file = split(*text).file;
     if (!file.empty() && !files_given && !contains(files_, file)) files_.push_back(file);
   }
-  if (files_.empty()) return "no capture given; name a file, or - for standard input";
+  if (files_.empty()) {
+    return fail(ExitStatus::usage, "no capture given; name a file, or - for standard input");
+  }
   std::vector<capture::NamedSource> sources;
   std::size_t lines = 0;
+  bool any_raw = false;
   for (const std::string& file : files_) {
-    capture::Opened opened = capture::open_capture(file);
-    if (!opened) return capture::capture_error_text(opened.error, file);
+    capture::Opened opened = capture::open_capture(file, options_for(file, raw, ma, slo));
+    if (!opened) return fail(ExitStatus::io, why_not(opened.error, file));
+    any_raw = any_raw || opened.by_layout;
     first_line_.push_back(lines);
     lines += opened.source->lines().size();
     sources.push_back({std::move(opened.source), file});
+  }
+  if (raw.rate && !any_raw) {
+    return fail(ExitStatus::usage,
+                fmt::format("--raw-rate: {} says its times itself; leave the option out", name()));
   }
   if (sources.size() == 1) {
     source_ = std::move(sources.front().source);
   } else {
     source_ = std::make_unique<capture::MergedSource>(std::move(sources));
   }
-  return {};
+  return ExitStatus::done;
 }
 
 bool CaptureInput::reads(const std::string& path) const {

@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "capture/edge_source.hpp"
+#include "tools/exit_status.hpp"
+#include "tools/raw_samples.hpp"
 
 namespace biss::tools {
 
@@ -15,9 +17,10 @@ namespace biss::tools {
 class CaptureInput {
  public:
   /// Opens `files`; several make one capture with the lines of all. `ma` and `slo` may be `NAME` or
-  /// `FILE:NAME`; a file named only there is opened too.
-  /// \return an empty text, or the one line why not
-  std::string open(std::vector<std::string> files, const std::string& ma, const std::string& slo);
+  /// `FILE:NAME`; a file named only there is opened too. Says on stderr why not: `usage` when no
+  /// file is named, or `raw` is given and none of them is raw; `io` when one cannot be opened.
+  ExitStatus open(std::vector<std::string> files, const std::string& ma, const std::string& slo,
+                  const RawSamples& raw);
 
   /// `path` is one of the files opened, by whatever name. False for what is no regular file.
   bool reads(const std::string& path) const;

@@ -23,6 +23,7 @@ constexpr std::size_t edges_to_find_lines = std::size_t{1} << 18U;
 struct DecodeOptions {
   std::vector<std::string> files;
   FormatArguments device;
+  RawSamples raw;
   std::string ma;
   std::string slo;
   std::optional<Picoseconds> since;
@@ -123,10 +124,8 @@ class DecodeRun {
       format_ = choice.device->format;
       timing_ = choice.device->timing;
     }
-    if (const std::string wrong = input_.open(options_.files, options_.ma, options_.slo);
-        !wrong.empty()) {
-      return fail(options_.files.empty() ? ExitStatus::usage : ExitStatus::io, wrong);
-    }
+    const ExitStatus opened = input_.open(options_.files, options_.ma, options_.slo, options_.raw);
+    if (opened != ExitStatus::done) return opened;
     if (input_.reads(options_.output)) {
       return fail(ExitStatus::usage,
                   fmt::format("-o {}: is the capture itself; name another file", options_.output));
@@ -228,15 +227,18 @@ void add_decode(Command& command) {
        .purpose = "Read the positions in a capture of MA and SLO, a row a request cycle",
        .examples = {"biss decode capture.vcd -f pos26,nE,nW,crc6",
                     "biss decode capture.csv -f resolute-32 --to csv -o rows.csv",
-                    "biss decode ma.csv slo.csv --ma ma.csv:D0 --slo slo.csv:D1 -f fs-36-28"}},
+                    "biss decode ma.csv slo.csv --ma ma.csv:D0 --slo slo.csv:D1 -f fs-36-28",
+                    "biss decode samples.bin --raw-rate 100MHz --ma D0 --slo D3 -f resolute-26"}},
       [options] { return DecodeRun(*options).run(); });
   verb.add_option(
       "FILE", options->files,
-      "Captures (VCD, event CSV, .sr, Saleae CSV); several are read as one; - is standard input");
+      "Captures (VCD, event CSV, .sr, Saleae CSV, raw samples); several are read as one; - is "
+      "standard input");
   add_format_option(verb, options->device, false);
   add_timing_options(verb, options->device);
   verb.add_option("--ma", options->ma, "The line that is MA")->type_name("NAME|FILE:NAME");
   verb.add_option("--slo", options->slo, "The line that is SLO")->type_name("NAME|FILE:NAME");
+  add_raw_options(verb, options->raw);
   add_duration_option(verb, "--since", into(options->since),
                       "Only cycles that begin then or later");
   add_duration_option(verb, "--until", into(options->until),

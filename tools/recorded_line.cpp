@@ -25,10 +25,9 @@ bool is_named_ma(const std::string& name) {
 }  // namespace
 
 ExitStatus RecordedLine::open(const std::string& file, const std::string& ma,
-                              const std::string& slo, bool needs_slo) {
-  if (const std::string wrong = input_.open({file}, ma, slo); !wrong.empty()) {
-    return fail(ExitStatus::io, wrong);
-  }
+                              const std::string& slo, const RawSamples& raw, bool needs_slo) {
+  const ExitStatus opened = input_.open({file}, ma, slo, raw);
+  if (opened != ExitStatus::done) return opened;
   const auto beginning = input_.look_at_beginning(edges_to_find_lines);
   if (!input_.error().empty()) return fail(ExitStatus::io, input_.error());
   if (needs_slo || !find_ma(ma)) {

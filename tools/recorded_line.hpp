@@ -15,7 +15,7 @@ class RecordedLine {
  public:
   /// Opens it and finds MA, and SLO where `needs_slo`; says on stderr why not.
   ExitStatus open(const std::string& file, const std::string& ma, const std::string& slo,
-                  bool needs_slo);
+                  const RawSamples& raw, bool needs_slo);
 
   CaptureInput& input() { return input_; }
   const decode::Lines& lines() const { return lines_; }

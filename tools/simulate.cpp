@@ -47,6 +47,11 @@ class SimulateRun {
       return fail(ExitStatus::usage,
                   "--sample-rate: this output holds changes, not samples; write .sr, .bin or .raw");
     }
+    if (options_.replay.raw.rate && options_.replay.ma_from.empty() &&
+        options_.replay.slo_from.empty()) {
+      return fail(ExitStatus::usage,
+                  "--raw-rate: goes with --ma-from or --slo-from; for -o use --sample-rate");
+    }
     if (!options_.truth.empty() && is_same_file(options_.truth, options_.output)) {
       return fail(ExitStatus::usage, "--truth and -o name the same file; one would be lost");
     }
@@ -167,6 +172,7 @@ void add_replay_options(CLI::App& verb, ReplayOptions& replay) {
   verb.add_option("--slo", replay.slo, "The capture's line that is SLO")
       ->type_name("NAME")
       ->needs(slo_from);
+  add_raw_options(verb, replay.raw);
   verb.add_option("--readings", replay.readings,
                   "What our master reads with --slo-from, as CSV with the columns of decode")
       ->type_name("FILE")

@@ -162,7 +162,7 @@ ExitStatus replay_ma(const ReplayOptions& options, const LineOptions& line) {
   const bool timeout_known =
       choose_device(line.device).device->entry != nullptr || !line.device.timeout.empty();
   RecordedLine recorded;
-  const ExitStatus opened = recorded.open(options.ma_from, options.ma, {}, false);
+  const ExitStatus opened = recorded.open(options.ma_from, options.ma, {}, options.raw, false);
   if (opened != ExitStatus::done) return opened;
   ReplayOutput output(options, recorded.clock());
   AnswerLog log(setup.format);
@@ -191,7 +191,8 @@ ExitStatus replay_slo(const ReplayOptions& options, const LineOptions& line) {
   if (!choice) return fail(ExitStatus::usage, choice.error);
   const sim::LineSetup& setup = *choice.setup;
   RecordedLine recorded;
-  const ExitStatus opened = recorded.open(options.slo_from, options.ma, options.slo, true);
+  const ExitStatus opened =
+      recorded.open(options.slo_from, options.ma, options.slo, options.raw, true);
   if (opened != ExitStatus::done) return opened;
   ReplayOutput output(options, recorded.clock());
   DecodeTable table(setup.format);

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "tools/exit_status.hpp"
+#include "tools/raw_samples.hpp"
 #include "tools/simulate_setup.hpp"
 
 namespace biss::tools {
@@ -13,6 +14,8 @@ struct ReplayOptions {
   /// Exactly one of these two is given.
   std::string ma_from;
   std::string slo_from;
+  /// What it does not say of itself.
+  RawSamples raw;
   /// Names of lines in it; empty: found by name, else by behaviour.
   std::string ma;
   std::string slo;

@@ -2,7 +2,10 @@
 // is chosen when none is given and at one that divides no clock.
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <string>
+#include <tuple>
+#include <utility>
 
 #include "tests/cli/run_command.hpp"
 
@@ -44,15 +47,122 @@ TEST(Sampled, SessionsAndSaleaesCsv_DecodeToTheTruth) {
                         {"--clock", "7MHz", "--sample-rate", "48MHz", "--cable", "20m"});
 }
 
-TEST(Sampled, RawSamples_AreWrittenAndNeedALayoutToBeRead) {
+// Writes the same cycles as samples of one byte at 50 MHz.
+Outcome simulate_samples(const std::string& capture, const std::vector<std::string>& more = {}) {
+  std::vector<std::string> arguments{"simulate", "-f",      "resolute-26",   "--clock", "5MHz",
+                                     "--cable",  "30m",     "--sample-rate", "50MHz",   "--motion",
+                                     "random",   "--fault", "flip:0.1",      "-o",      capture};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return run(arguments);
+}
+
+Outcome decode_samples(const std::string& capture, const std::vector<std::string>& more) {
+  std::vector<std::string> arguments{"decode", "-f", "resolute-26", capture, "--to", "csv"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return run(arguments);
+}
+
+// Samples of several bytes with MA and SLO on these bits, all others noise that says nothing.
+std::string widened(const std::string& samples, unsigned bytes, unsigned ma, unsigned slo) {
+  std::string wide;
+  std::uint64_t noise = 1;
+  for (const char sample : samples) {
+    noise = noise * 6'364'136'223'846'793'005U + 1'442'695'040'888'963'407U;
+    std::uint64_t word = noise >> 13U;
+    for (const auto& [from, to] : {std::pair{0U, ma}, std::pair{1U, slo}}) {
+      const std::uint64_t level = (static_cast<std::uint64_t>(sample) >> from) & 1U;
+      word = (word & ~(std::uint64_t{1} << to)) | (level << to);
+    }
+    for (unsigned k = 0; k < bytes; ++k) wide += static_cast<char>(word >> (8 * k));
+  }
+  return wide;
+}
+
+TEST(Sampled, RawSamples_DecodeLikeTheSessionOfTheSameCycles) {
   const Folder folder;
-  ASSERT_EQ(run({"simulate", "-f", "resolute-26", "-o", folder.path("line.bin")}).status, 0);
-  const std::string samples = content_of(folder.path("line.bin"));
-  EXPECT_GT(samples.size(), 10'000U);
-  EXPECT_EQ(samples.front(), '\3');
-  const Outcome unread = run({"decode", "-f", "resolute-26", folder.path("line.bin")});
-  EXPECT_EQ(unread.status, 3);
-  EXPECT_NE(unread.err.find("sample rate"), std::string::npos) << unread.err;
+  const std::string session = folder.path("line.sr");
+  const std::string raw = folder.path("line.bin");
+  ASSERT_EQ(simulate_samples(session).status, 0);
+  ASSERT_EQ(simulate_samples(raw).status, 0);
+  const Outcome wanted = decode_samples(session, {});
+  ASSERT_EQ(rows_of(wanted.out).size(), 100U);
+  const Outcome found = decode_samples(raw, {"--raw-rate", "50MHz"});
+  EXPECT_EQ(found.status, 0) << found.err;
+  EXPECT_EQ(found.out, wanted.out);
+  const Outcome piped = run({"decode", "-f", "resolute-26", "-", "--to", "csv", "--raw-rate",
+                             "50MHz", "--ma", "D0", "--slo", "D1"},
+                            raw);
+  EXPECT_EQ(piped.out, wanted.out) << piped.err;
+  const std::string samples = content_of(raw);
+  for (const auto& [bytes, ma, slo] :
+       {std::tuple{2U, 11U, 3U}, std::tuple{3U, 0U, 23U}, std::tuple{8U, 62U, 63U}}) {
+    const std::string wide = folder.file("wide.raw", widened(samples, bytes, ma, slo));
+    const Outcome told =
+        decode_samples(wide, {"--raw-rate", "50MHz", "--raw-bytes", std::to_string(bytes), "--ma",
+                              "D" + std::to_string(ma), "--slo", "D" + std::to_string(slo)});
+    EXPECT_EQ(told.status, 0) << told.err;
+    EXPECT_EQ(told.out, wanted.out) << bytes;
+  }
+}
+
+TEST(Sampled, RawSamplesInTwoFiles_AreReadAsOne) {
+  const Folder folder;
+  const std::string raw = folder.path("line.bin");
+  ASSERT_EQ(simulate_samples(raw).status, 0);
+  const std::string samples = content_of(raw);
+  const std::string ma = folder.file("ma.bin", widened(samples, 1, 2, 6));
+  const std::string slo = folder.file("slo.bin", widened(samples, 1, 7, 2));
+  const Outcome two = run({"decode", "-f", "resolute-26", "--to", "csv", "--raw-rate", "50MHz",
+                           "--ma", ma + ":D2", "--slo", slo + ":D2"});
+  EXPECT_EQ(two.status, 0) << two.err;
+  EXPECT_EQ(two.out, decode_samples(raw, {"--raw-rate", "50MHz"}).out);
+}
+
+TEST(Sampled, RawSamples_AreReplayed) {
+  const Folder folder;
+  const std::string raw = folder.path("line.bin");
+  const std::string session = folder.path("line.sr");
+  ASSERT_EQ(simulate_samples(raw).status, 0);
+  ASSERT_EQ(simulate_samples(session).status, 0);
+  const auto replay = [&](const std::string& option, const std::string& capture,
+                          std::vector<std::string> more) {
+    const std::string out = folder.path("out.csv");
+    more.insert(more.begin(), {"simulate", "-f", "resolute-26", option, capture, "-o", out});
+    const Outcome outcome = run(more);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return content_of(out);
+  };
+  const std::vector<std::string> told{"--raw-rate", "50MHz", "--ma", "D0"};
+  EXPECT_EQ(replay("--ma-from", raw, told), replay("--ma-from", session, {}));
+  EXPECT_EQ(replay("--slo-from", raw, {"--raw-rate", "50MHz"}), replay("--slo-from", session, {}));
+}
+
+TEST(Sampled, RawSamplesHalfDescribed_AreRefusedByName) {
+  const Folder folder;
+  const std::string raw = folder.path("line.bin");
+  ASSERT_EQ(simulate_samples(raw).status, 0);
+  EXPECT_EQ(content_of(raw).front(), '\3');
+  const std::string changes = folder.path("line.vcd");
+  ASSERT_EQ(run({"simulate", "-f", "resolute-26", "-o", changes}).status, 0);
+  const auto expect = [&](const std::string& capture, const std::vector<std::string>& options,
+                          int status, const std::string& part) {
+    const Outcome refused = decode_samples(capture, options);
+    EXPECT_EQ(refused.status, status) << part;
+    EXPECT_NE(refused.err.find(part), std::string::npos) << refused.err;
+    EXPECT_EQ(refused.out, "");
+  };
+  expect(raw, {}, 3, "line.bin: raw samples do not say their sample rate; give --raw-rate");
+  expect(raw, {"--raw-bytes", "1"}, 2, "--raw-rate");
+  expect(raw, {"--raw-rate", "50MHz", "--raw-bytes", "0"}, 2, "a sample has 1 to 8 bytes");
+  expect(raw, {"--raw-rate", "50MHz", "--raw-bytes", "9"}, 2, "--raw-bytes");
+  expect(raw, {"--raw-rate", "0Hz"}, 2, "--raw-rate");
+  expect(raw, {"--raw-rate", "50MHz", "--ma", "D8"}, 2, "it has D0, D1, D2");
+  expect(raw, {"--raw-rate", "50MHz", "--ma", "D1", "--slo", "D1"}, 2, "same line");
+  expect(changes, {"--raw-rate", "50MHz"}, 2, "says its times itself");
+  const Outcome written =
+      run({"simulate", "-f", "resolute-26", "--raw-rate", "50MHz", "-o", folder.path("other.bin")});
+  EXPECT_EQ(written.status, 2);
+  EXPECT_NE(written.err.find("--sample-rate"), std::string::npos) << written.err;
 }
 
 TEST(Sampled, SampleRateOfAFileOfChanges_IsWrongUsage) {
