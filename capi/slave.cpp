@@ -43,7 +43,8 @@ class CallbackSource {
     return frame;
   }
 
-  bool cds() { return cds_ != nullptr && cds_(user_); }
+  // What a predecessor sends goes on.
+  bool cds(bool predecessor) { return (cds_ != nullptr && cds_(user_)) || predecessor; }
   void cdm(bool bit) {
     if (cdm_ != nullptr) cdm_(user_, bit);
   }

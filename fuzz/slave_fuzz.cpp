@@ -60,7 +60,7 @@ struct Owner {
     }
     return frame;
   }
-  bool cds() const { return false; }
+  bool cds(bool predecessor) const { return predecessor; }
   void cdm(bool) const {}
 };
 

@@ -24,7 +24,7 @@ class Encoder {
     fill();
     return sent_;
   }
-  bool cds() const { return false; }
+  bool cds(bool predecessor) const { return predecessor; }
   void cdm(bool) {}
 
   /// From the next sample on.

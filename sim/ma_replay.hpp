@@ -68,7 +68,7 @@ class MaReplay {
     const Frame& sample(Picoseconds moment) const {
       return replay->answer_.sent = replay->sample_(moment);
     }
-    bool cds() const { return false; }
+    bool cds(bool predecessor) const { return predecessor; }
     void cdm(bool) const {}
   };
 

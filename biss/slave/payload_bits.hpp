@@ -18,10 +18,14 @@ class PayloadBits {
  public:
   using Frame = typename Codec::Frame;
 
-  constexpr void take(const Codec& codec, const Frame& frame) {
+  constexpr void clear() {
     bits_.clear();
     loaded_bits_ = 0;
     word_ = empty;
+  }
+
+  constexpr void take(const Codec& codec, const Frame& frame) {
+    clear();
     const FrameFormat& format = codec.format();
     for (std::size_t k = 0; k < format.channel_count; ++k) {
       const ChannelFormat& channel = format.channel_list[k];

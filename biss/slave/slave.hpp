@@ -2,7 +2,7 @@
 //
 //   struct Encoder {
 //     BasicFrame<1> sample(Picoseconds moment);  // the channels' values as of that moment
-//     bool cds();                                // the CDS bit, asked when it is sent
+//     bool cds(bool predecessor);                // the CDS bit, asked when it is sent
 //     void cdm(bool bit);                        // the CDM bit, told when a frame has ended
 //   };
 //   Slave slave(codec, slave_timing(device), Encoder{});
@@ -48,6 +48,12 @@ class Slave {
   constexpr const SlaveTiming& timing() const { return timing_; }
   /// Another behaviour from now on; \pre as for the constructor, and state() is idle
   constexpr void set_timing(const SlaveTiming& timing) { timing_ = timing; }
+  /// Whether its channels are in the frame, from the next request on; at first they are. Without
+  /// them CDS is followed by STOP or the predecessor's channels, nothing is sampled, and the answer
+  /// waits for no position: only clocks of ACK and busy_s that the device always takes remain. May
+  /// be called from within the owner's calls.
+  constexpr void set_channels_active(bool active) { channels_active_ = active; }
+  constexpr bool channels_active() const { return channels_active_; }
   constexpr Source& source() { return source_; }
   constexpr const Codec& codec() const { return codec_; }
 
@@ -93,8 +99,7 @@ class Slave {
         }
         break;
       case SlaveState::start:
-        level_ = chain_.pop();
-        if (source_.cds()) level_ = true;
+        level_ = source_.cds(chain_.pop());
         state_ = SlaveState::data;
         break;
       case SlaveState::data:
@@ -134,10 +139,14 @@ class Slave {
     timer_.begin(timing_, now);
     chain_.clear();
     heard_ = Heard::nothing;
+    in_frame_ = channels_active_;
+    if (!in_frame_) payload_.clear();
   }
 
   constexpr void latch(Picoseconds now) {
     state_ = SlaveState::latched;
+    ready_at_ = now;
+    if (!in_frame_) return;
     ready_at_ = now + timing_.start_min;
     sample_at_ = now + timing_.sampling;
     if (sample_at_ <= now) take_sample();
@@ -147,7 +156,7 @@ class Slave {
     state_ = SlaveState::ack;
     level_ = false;
     cdm_open_ = true;
-    ready_at_ = std::max(ready_at_, now + timing_.ready);
+    if (in_frame_) ready_at_ = std::max(ready_at_, now + timing_.ready);
     ack_clocks_ = 0;
     busy_clocks_ = timing_.busy_s_clocks;
     timer_.measure(timing_, now);
@@ -239,7 +248,9 @@ class Slave {
   bool ma_ = true;                          // MA; in the state data it is the other one
   bool level_ = true;
   bool cdm_open_ = false;  // a frame's CDM is still to come
-  bool paused_ = false;    // MA had been high too long for a clock
+  bool channels_active_ = true;
+  bool in_frame_ = true;  // its channels, in the frame under way
+  bool paused_ = false;   // MA had been high too long for a clock
   std::uint8_t busy_clocks_ = 0;
   std::uint16_t ack_clocks_ = 0;
   slave_detail::PayloadBits<Codec> payload_;

@@ -36,12 +36,14 @@ constexpr std::string_view name_of(SlaveState state) {
 
 /// The owner of a slave; see the top of this file.
 ///
-/// `cds()` is the slave's own; a chained one's is joined with its predecessor's by OR. `cdm()` is
-/// told when the timeout after an ACK is over, also when the clock had stopped early.
+/// `cds(predecessor)` gives the bit to send; `predecessor` is what SLI brought, 0 where the slave
+/// is not chained. An owner with nothing of its own to say returns it. `cdm()` is told when the
+/// timeout after an ACK is over, also when the clock had stopped early: a frame may end without
+/// `cds()`.
 template <class Source, class Codec>
 concept SlaveSource = requires(Source source, Picoseconds moment) {
   { source.sample(moment) } -> std::convertible_to<typename Codec::Frame>;
-  { source.cds() } -> std::same_as<bool>;
+  { source.cds(true) } -> std::same_as<bool>;
   source.cdm(true);
 };
 

@@ -34,7 +34,7 @@ struct Position {
     frame.channel_list[0].position = value;
     return frame;
   }
-  bool cds() const { return false; }
+  bool cds(bool predecessor) const { return predecessor; }
   void cdm(bool) {}
 };
 

@@ -33,7 +33,7 @@ struct Encoder {
     frame.channel_list[0].position = position_at(moment);
     return frame;
   }
-  bool cds() { return next_cds; }
+  bool cds(bool predecessor) { return predecessor || next_cds; }
   void cdm(bool bit) {
     last_cdm = bit;
     ++frames;

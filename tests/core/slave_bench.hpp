@@ -29,7 +29,7 @@ struct Owner {
     for (auto& channel : frame.channel_list) channel.position = log->position;
     return frame;
   }
-  constexpr bool cds() { return log->cds; }
+  constexpr bool cds(bool predecessor) { return predecessor || log->cds; }
   constexpr void cdm(bool bit) {
     ++log->cdm_count;
     log->cdm = bit;

@@ -108,6 +108,43 @@ BISS_TEST(SlaveChain, LateFurtherSlave_KeepsItsPredecessorsBits) {
   }
 }
 
+BISS_TEST(SlaveChain, SlaveWithoutChannels_LeavesNoGap) {
+  for (std::size_t off = 0; off < 3; ++off) {
+    Chain<3> chain =
+        chain_of({.timeout = long_timeout}, {.timeout = short_timeout}, {.timeout = short_timeout});
+    own(chain);
+    chain.slave[off].set_channels_active(false);
+    chain.log[1].cds = true;
+    chain.clock(5 + 2 + 2 * 13 + 3);
+    const FrameCodec<CrcFast, 2> codec(format_of("pos5,nE,nW,crc6+pos5,nE,nW,crc6"));
+    const auto frame = decode_frame(chain.bits.view(), codec, FrameBounds{});
+    BISS_ASSERT(frame.ok()) << off;
+    BISS_EXPECT(frame->cds);
+    BISS_EXPECT_EQ(frame->ack_clocks, 3);
+    BISS_EXPECT_EQ(frame->channel_list[0].position, off == 2 ? 10 : 11);
+    BISS_EXPECT_EQ(frame->channel_list[1].position, off == 0 ? 10 : 9);
+  }
+}
+
+BISS_TEST(SlaveChain, CdsOfThePredecessor_IsTheOwnersToPassOn) {
+  struct Inverter {
+    TestCodec::Frame sample(Picoseconds) const { return {}; }
+    bool cds(bool predecessor) const { return !predecessor; }
+    void cdm(bool) const {}
+  };
+  const TestCodec codec(format_of("pos5,nE,nW,crc6"));
+  for (const bool sent : {false, true}) {
+    Slave<TestCodec, Inverter> slave(codec, chained({}), {});
+    std::uint32_t line = 0;
+    for (unsigned i = 0; i < 6; ++i) {
+      const Picoseconds now = period * (i + 1);
+      slave.step(now, false, i == 3 || (i == 4 && sent));  // ACK, START, CDS
+      line = line * 2 + slave.step(now + half, true, false).level;
+    }
+    BISS_EXPECT_EQ(line, sent ? 0b100100U : 0b100110U);
+  }
+}
+
 BISS_TEST(SlaveChain, LastSlave_IsIdleOnlyBehindItsPredecessors) {
   Chain<3> chain =
       chain_of({.timeout = long_timeout}, {.timeout = short_timeout}, {.timeout = short_timeout});

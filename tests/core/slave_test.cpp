@@ -191,6 +191,65 @@ BISS_TEST(Slave, Cdm_IsTheInverseOfMaAtTheEnd) {
   BISS_EXPECT(read(bench).ok());
 }
 
+BISS_TEST(Slave, CdmOfACutFrame_IsToldToo) {
+  // Reduced, without START, without CDS, short, within the data: the same bit at the same time.
+  for (const unsigned clocks : {2U, 3U, 4U, 5U, 20U}) {
+    for (const bool bit : {false, true}) {
+      Bench bench({.timeout = {TimeoutRule::fixed, microseconds(20)}});
+      bench.log.cdm = !bit;
+      bench.clock(clocks);
+      bench.put(bench.slave_ma = !bit);
+      bench.wait(microseconds(20) - (bit ? picoseconds(1) : half + picoseconds(1)));
+      BISS_EXPECT_EQ(bench.log.cdm_count, 0) << clocks;
+      bench.wait(picoseconds(1));
+      BISS_EXPECT_EQ(bench.log.cdm_count, 1) << clocks;
+      BISS_EXPECT_EQ(bench.log.cdm, bit) << clocks;
+      BISS_EXPECT(bench.slave.state() == SlaveState::idle);
+    }
+  }
+}
+
+BISS_TEST(Slave, WithoutChannels_SendsFiveBits) {
+  Bench bench({.sampling = period * 9, .start_min = period * 9, .ready = period * 20});
+  bench.slave.set_channels_active(false);
+  BISS_EXPECT(!bench.slave.channels_active());
+  bench.log.position = 0x1234567;
+  bench.log.cds = true;
+  bench.clock(8);
+  BISS_EXPECT_EQ(bench.bits.bytes()[0], 0b1011'0000);
+  BISS_EXPECT(bench.slave.state() == SlaveState::stop);
+  BISS_EXPECT_EQ(bench.log.samples, 0);
+  bench.wait(microseconds(41));
+  BISS_EXPECT_EQ(bench.log.cdm_count, 1);
+
+  // Not in the middle of a frame.
+  bench.bits.clear();
+  bench.clock(2);
+  bench.slave.set_channels_active(true);
+  bench.clock(3);
+  BISS_EXPECT_EQ(bench.bits.bytes()[0], 0b1011'0000);
+  BISS_EXPECT(bench.slave.state() == SlaveState::stop);
+  bench.wait(microseconds(41));
+  bench.bits.clear();
+  bench.clock(10);
+  bench.slave.set_channels_active(false);
+  bench.clock(frame_clocks + 20);
+  const auto frame = read(bench);
+  BISS_ASSERT(frame.ok());
+  BISS_EXPECT_EQ(frame->channel_list[0].position, 0x1234567);
+}
+
+BISS_TEST(Slave, WithoutChannels_KeepsTheClocksItAlwaysTakes) {
+  Bench fixed({.ack_clocks = 4});
+  fixed.slave.set_channels_active(false);
+  fixed.clock(8);
+  BISS_EXPECT_EQ(fixed.bits.bytes()[0], 0b1000'0100);
+  Bench late({.busy_s_clocks = 2});
+  late.slave.set_channels_active(false);
+  late.clock(8);
+  BISS_EXPECT_EQ(late.bits.bytes()[0], 0b1000'1000);
+}
+
 BISS_TEST(Slave, ExtraClocks_AreZeros) {
   Bench bench({});
   bench.clock(frame_clocks + 20);
@@ -271,7 +330,7 @@ constexpr bool first_bits_are_right() {
 static_assert(first_bits_are_right());
 struct NoCdm {
   Codec::Frame sample(Picoseconds);
-  bool cds();
+  bool cds(bool);
 };
 static_assert(!SlaveSource<NoCdm, Codec>);
 

@@ -182,7 +182,7 @@ struct Owner {
     }
     return frame;
   }
-  bool cds() const { return cds_bit; }
+  bool cds(bool predecessor) const { return predecessor || cds_bit; }
   void cdm(bool bit) const { log->cdm.push_back({now->count, bit}); }
 };
 

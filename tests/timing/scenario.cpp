@@ -23,7 +23,7 @@ struct Owner {
         device->position ^ ((log->samples.size() - 1) & device->changing);
     return frame;
   }
-  bool cds() const { return device->cds; }
+  bool cds(bool predecessor) const { return predecessor || device->cds; }
   void cdm(bool bit) const { log->cdm.push_back({now->count, bit}); }
 };
 
