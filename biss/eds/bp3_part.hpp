@@ -1,0 +1,156 @@
+// The data sheet part of the standard encoder profile: "Standard Encoder Profile BP3", Rev A3,
+// table 8.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "biss/eds/bank.hpp"
+#include "biss/eds/field.hpp"
+#include "biss/eds/part_codec.hpp"
+
+namespace biss {
+
+/// The part as numbers, raw, in the units of bp3_fields; members are named as its symbols. Reserved
+/// bytes and a wrong checksum are kept, so that a bank parses and builds back to itself.
+struct Bp3Part {
+  std::uint8_t bp_ver = 1;
+  std::uint8_t bp_len = 1;
+  /// As registers 0x42 (upper byte) and 0x43.
+  std::uint16_t bp_id = 0;
+  std::uint8_t fb1 = 1;
+  std::uint8_t fb2 = 2;
+  std::uint8_t pon_pdl = 0;
+  std::uint8_t reserved_07 = 0;
+  std::uint8_t en_typ = 0;
+  std::uint8_t pos_num = 1;
+  std::uint8_t mt_len = 0;
+  std::uint8_t mt_fmt = 0;
+  std::uint8_t co_len = 0;
+  std::uint8_t co_fmt = 0;
+  std::uint8_t fi_len = 0;
+  std::uint8_t fi_fmt = 0;
+  std::uint32_t mt_cnt = 0;
+  std::uint32_t sip_cnt = 0;
+  std::uint32_t sip_res = 0;
+  std::uint32_t cpoly = 0x21;
+  std::uint32_t cstart = 0;
+  std::uint16_t abs_acu = 0;
+  std::uint16_t rel_acu = 0;
+  std::uint16_t spd_acu = 0;
+  std::uint16_t hyst = 0;
+  std::uint16_t spd_max = 0;
+  std::uint16_t acc_max = 0;
+  std::uint16_t tmp_min = 0;
+  std::uint16_t tmp_max = 0;
+  std::uint16_t vlt_min = 0;
+  std::uint16_t vlt_max = 0;
+  std::uint16_t cur_max = 0;
+  std::array<std::uint8_t, 5> reserved_3a{};
+  std::uint8_t chksum = 0;
+
+  constexpr bool operator==(const Bp3Part&) const = default;
+
+  constexpr bool linear() const { return en_typ == 1; }
+  /// Turns, coarse and fine: the position on the line.
+  constexpr unsigned position_bits() const { return unsigned{mt_len} + co_len + fi_len; }
+
+  /// Calls visit with every member in the order of the addresses.
+  template <class Part, class Visit>
+  static constexpr void members(Part& part, Visit visit) {
+    const auto each = [&](auto&... member) { (visit(member), ...); };
+    each(part.bp_ver, part.bp_len, part.bp_id, part.fb1, part.fb2, part.pon_pdl, part.reserved_07,
+         part.en_typ, part.pos_num, part.mt_len, part.mt_fmt, part.co_len, part.co_fmt, part.fi_len,
+         part.fi_fmt, part.mt_cnt, part.sip_cnt, part.sip_res, part.cpoly, part.cstart,
+         part.abs_acu, part.rel_acu, part.spd_acu, part.hyst, part.spd_max, part.acc_max,
+         part.tmp_min, part.tmp_max, part.vlt_min, part.vlt_max, part.cur_max);
+    for (auto& byte : part.reserved_3a) visit(byte);
+    visit(part.chksum);
+  }
+};
+
+/// Longest MT, CO or FI (BP3 Rev A3, table 8).
+inline constexpr std::uint8_t bp3_max_length_bits = 57;
+
+namespace eds_detail {
+
+inline constexpr std::uint32_t ones16 = 0xFFFF;
+inline constexpr std::uint32_t ones32 = 0xFFFF'FFFF;
+
+inline constexpr auto bp3_rows() {
+  using enum EdsKind;
+  using enum EdsUnit;
+  using enum EdsGroup;
+  constexpr std::uint8_t len = bp3_max_length_bits;
+  return std::array{
+      EdsField{"BP_VER", "version of the profile", 0x00, 1, number, none, organisation, 1, 1},
+      EdsField{"BP_LEN", "length of this part", 0x01, 1, number, banks, organisation, 1, 1},
+      // Table 8 prints 0x62, the identifier scheme allows C = 1 too: 0x63.
+      EdsField{"BP_ID", "profile identifier, as registers 0x42 and 0x43", 0x02, 2, identifier, none,
+               organisation, 0x6202, 0x633F},
+      EdsField{"FB1", "first feedback bit", 0x04, 1, feedback, none, organisation, 1, 1},
+      EdsField{"FB2", "second feedback bit", 0x05, 1, feedback, none, organisation, 2, 2},
+      EdsField{"PON_PDL", "from power-on to position data, at most", 0x06, 1, number, milliseconds,
+               timing, 1, 254},
+      EdsField{"RES_07", "reserved", 0x07, 1, reserved, none, organisation, 0, 0},
+      EdsField{"EN_TYP", "encoder type", 0x08, 1, encoder_type, none, organisation, 0, 1},
+      EdsField{"POS_NUM", "which position value", 0x09, 1, position_value, none, safety, 1, 2},
+      EdsField{"MT_LEN", "length of the multiturn data", 0x0A, 1, number, bits, organisation, 0,
+               len},
+      EdsField{"MT_FMT", "alignment of the multiturn data", 0x0B, 1, alignment, none, measuring, 0,
+               1},
+      EdsField{"CO_LEN", "length of the coarse data", 0x0C, 1, number, bits, organisation, 0, len},
+      EdsField{"CO_FMT", "alignment of the coarse data", 0x0D, 1, alignment, none, measuring, 0, 1},
+      EdsField{"FI_LEN", "length of the fine data", 0x0E, 1, number, bits, organisation, 0, len},
+      EdsField{"FI_FMT", "alignment of the fine data", 0x0F, 1, alignment, none, measuring, 0, 1},
+      EdsField{"MT_CNT", "revolutions or periods that can be told apart", 0x10, 4, number, none,
+               measuring, 1, ones32 - 1},
+      EdsField{"SIP_CNT", "signal periods a revolution, or length of one", 0x14, 4, number,
+               per_revolution_or_nanometre, measuring, 1, ones32 - 1},
+      EdsField{"SIP_RES", "counts a signal period", 0x18, 4, number, lsb, measuring, 1, ones32 - 1},
+      EdsField{"CPOLY", "CRC polynomial without its lowest bit", 0x1C, 4, polynomial, none,
+               organisation, 0x21, 0x21},
+      EdsField{"CSTART", "CRC start value", 0x20, 4, number, none, organisation, 0, 0},
+      EdsField{"ABS_ACU", "absolute accuracy", 0x24, 2, number, half_lsb_or_micrometre, measuring,
+               1, ones16 - 1},
+      EdsField{"REL_ACU", "repeatability", 0x26, 2, number, half_lsb, measuring, 1, ones16 - 1},
+      EdsField{"SPD_ACU", "accuracy that depends on speed", 0x28, 2, number, half_lsb, measuring, 1,
+               ones16 - 1},
+      EdsField{"HYST", "hysteresis", 0x2A, 2, number, half_lsb, measuring, 1, ones16 - 1},
+      EdsField{"SPD_MAX", "highest speed", 0x2C, 2, number, per_minute_or_metre_per_minute,
+               mechanical, 1, ones16 - 1},
+      EdsField{"ACC_MAX", "highest acceleration", 0x2E, 2, number, per_minute2_or_metre_per_minute2,
+               mechanical, 1, ones16 - 1},
+      EdsField{"TMP_MIN", "lowest operating temperature", 0x30, 2, number, kelvin, mechanical, 1,
+               ones16 - 1},
+      EdsField{"TMP_MAX", "highest operating temperature", 0x32, 2, number, kelvin, mechanical, 1,
+               ones16 - 1},
+      EdsField{"VLT_MIN", "lowest operating voltage", 0x34, 2, number, millivolt, electric, 1,
+               ones16 - 1},
+      EdsField{"VLT_MAX", "highest operating voltage", 0x36, 2, number, millivolt, electric, 1,
+               ones16 - 1},
+      EdsField{"CUR_MAX", "highest current", 0x38, 2, number, milliampere, electric, 1, ones16 - 1},
+      EdsField{"RES_3A", "reserved", 0x3A, 1, reserved, none, organisation, 0, 0},
+      EdsField{"RES_3B", "reserved", 0x3B, 1, reserved, none, organisation, 0, 0},
+      EdsField{"RES_3C", "reserved", 0x3C, 1, reserved, none, organisation, 0, 0},
+      EdsField{"RES_3D", "reserved", 0x3D, 1, reserved, none, organisation, 0, 0},
+      EdsField{"RES_3E", "reserved", 0x3E, 1, reserved, none, organisation, 0, 0},
+      EdsField{"CHKSUM", "sum of the bytes before it", 0x3F, 1, checksum, none, organisation, 0,
+               255},
+  };
+}
+
+}  // namespace eds_detail
+
+/// Every byte of the part. Where the extracted document shifts its rows, the addresses follow from
+/// the counts of bytes.
+inline constexpr auto bp3_fields = eds_detail::bp3_rows();
+static_assert(eds_detail::matches<Bp3Part>(bp3_fields));
+
+/// The part as a bank holds it, right or wrong.
+constexpr Bp3Part parse_bp3_part(const EdsBank& bank) { return eds_detail::parsed<Bp3Part>(bank); }
+/// The bank of a part, byte for byte; sealed() makes its checksum right.
+constexpr EdsBank build_bank(const Bp3Part& part) { return eds_detail::built(part); }
+
+}  // namespace biss

@@ -1,0 +1,207 @@
+// The data sheet's common part: who stands in which bank, and how the device behaves in time.
+//
+// The document was not available. Names and addresses are those of NXP's driver (fsl_biss 1.0.2),
+// the first four also Balluff's; ranges that no source gives are what the bytes can hold; the units
+// of time are in biss/eds/scale.hpp, most of them hypotheses. The checksum is taken to be BP3's.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "biss/eds/bank.hpp"
+#include "biss/eds/field.hpp"
+#include "biss/eds/part_codec.hpp"
+#include "biss/frame/format.hpp"
+
+namespace biss {
+
+/// What the common part says of one data channel.
+struct CommonChannel {
+  /// Absolute number of the bank with the profile's part (NXP's reading).
+  std::uint8_t bank = 0;
+  /// Data bits, flags included, CRC excluded.
+  std::uint8_t dlen = 0;
+  /// Bits 2 and 4…7 are not known.
+  std::uint8_t format = 0;
+  /// Bits 8…1 of the CRC polynomial (inferred); a 16-bit polynomial does not fit.
+  std::uint8_t cpoly = 0;
+
+  constexpr bool operator==(const CommonChannel&) const = default;
+  constexpr bool actuator() const { return (format & 0x01U) != 0; }
+  constexpr bool left_aligned() const { return (format & 0x02U) != 0; }
+  constexpr bool leading_stop_bit() const { return (format & 0x08U) != 0; }
+};
+
+/// The bits of FORMAT_i that have a meaning.
+inline constexpr std::uint8_t known_channel_format_bits = 0x0B;
+
+/// The part as numbers, raw; members are named as the symbols of common_fields. Unnamed bytes and
+/// a wrong checksum are kept, so that a bank parses and builds back to itself.
+struct CommonPart {
+  std::uint8_t eds_ver = 1;
+  std::uint8_t eds_len = 0;
+  std::uint8_t usr_sta = 0;
+  std::uint8_t usr_end = 0;
+  std::uint8_t tma = 0;
+  std::uint8_t to_min = 0;
+  std::uint8_t to_max = 0;
+  std::uint8_t tos_min = 0;
+  std::uint8_t tos_max = 0;
+  std::uint8_t tclk_min = 0;
+  std::uint8_t tclk_max = 0;
+  std::uint8_t tcyc = 0;
+  std::uint8_t tbusy_max = 0;
+  std::uint8_t busy_s = 0;
+  std::uint16_t pon_dly = 0;
+  std::uint8_t dc_num = 0;
+  std::uint8_t sl_num = 0;
+  std::uint8_t sl_off = 0;
+  std::uint8_t unnamed_13 = 0;
+  std::array<CommonChannel, max_channels> channels{};
+  std::uint8_t bc_off = 0;
+  std::array<std::uint8_t, 10> reserved_35{};
+  std::uint8_t chksum = 0;
+
+  constexpr bool operator==(const CommonPart&) const = default;
+
+  constexpr bool has_bus_coupler() const { return (bc_off & 0x10U) != 0; }
+  constexpr unsigned bus_coupler_slave() const { return bc_off & 0x0FU; }
+  /// Of the IDs that the device has taken the first, seen from the slave that holds the EDS.
+  /// Nothing sensible when SL_OFF is wrong; check.hpp tells.
+  constexpr unsigned first_slave(unsigned this_slave) const { return this_slave - sl_off; }
+
+  /// Calls visit with every member in the order of the addresses.
+  template <class Part, class Visit>
+  static constexpr void members(Part& part, Visit visit) {
+    const auto each = [&](auto&... member) { (visit(member), ...); };
+    each(part.eds_ver, part.eds_len, part.usr_sta, part.usr_end, part.tma, part.to_min, part.to_max,
+         part.tos_min, part.tos_max, part.tclk_min, part.tclk_max, part.tcyc, part.tbusy_max,
+         part.busy_s, part.pon_dly, part.dc_num, part.sl_num, part.sl_off, part.unnamed_13);
+    for (auto& channel : part.channels) {
+      each(channel.bank, channel.dlen, channel.format, channel.cpoly);
+    }
+    visit(part.bc_off);
+    for (auto& byte : part.reserved_35) visit(byte);
+    visit(part.chksum);
+  }
+};
+
+/// Where the four fields of a channel begin: BANK_i, then DLEN_i, FORMAT_i, CPOLY_i.
+constexpr std::uint8_t common_channel_address(std::size_t channel) {
+  return static_cast<std::uint8_t>(0x14 + 4 * channel);
+}
+
+namespace eds_detail {
+
+inline constexpr std::array<EdsField, 20> common_head{{
+    {"EDS_VER", "version of the data sheet", 0x00, 1, EdsKind::number, EdsUnit::none,
+     EdsGroup::organisation, 1, 254},
+    {"EDS_LEN", "length of the data sheet", 0x01, 1, EdsKind::number, EdsUnit::banks,
+     EdsGroup::organisation, 1, 255},
+    {"USR_STA", "first user bank", 0x02, 1, EdsKind::number, EdsUnit::bank_number,
+     EdsGroup::organisation, 0, 255},
+    {"USR_END", "last user bank", 0x03, 1, EdsKind::number, EdsUnit::bank_number,
+     EdsGroup::organisation, 0, 255},
+    {"TMA", "shortest clock period", 0x04, 1, EdsKind::number, EdsUnit::time_step, EdsGroup::timing,
+     1, 255},
+    {"TO_MIN", "timeout, shortest", 0x05, 1, EdsKind::number, EdsUnit::time_step, EdsGroup::timing,
+     0, 255},
+    {"TO_MAX", "timeout, longest", 0x06, 1, EdsKind::number, EdsUnit::time_step, EdsGroup::timing,
+     0, 255},
+    {"TOS_MIN", "short or adaptive timeout, shortest", 0x07, 1, EdsKind::number, EdsUnit::time_step,
+     EdsGroup::timing, 0, 255},
+    {"TOS_MAX", "short or adaptive timeout, longest", 0x08, 1, EdsKind::number, EdsUnit::time_step,
+     EdsGroup::timing, 0, 255},
+    {"TCLK_MIN", "sampling period of the slave, shortest", 0x09, 1, EdsKind::number,
+     EdsUnit::time_step, EdsGroup::timing, 0, 255},
+    {"TCLK_MAX", "sampling period of the slave, longest", 0x0A, 1, EdsKind::number,
+     EdsUnit::time_step, EdsGroup::timing, 0, 255},
+    {"TCYC", "shortest cycle", 0x0B, 1, EdsKind::number, EdsUnit::time_step, EdsGroup::timing, 0,
+     255},
+    {"TBUSY_MAX", "processing time of a frame, longest", 0x0C, 1, EdsKind::number,
+     EdsUnit::time_step, EdsGroup::timing, 0, 255},
+    // At most 8 clocks: protocol description D2, table of characteristics, row 10b.
+    {"BUSY_S", "START later by so many clocks", 0x0D, 1, EdsKind::number, EdsUnit::clocks,
+     EdsGroup::timing, 0, 8},
+    {"PON_DLY", "from power-on to control communication", 0x0E, 2, EdsKind::number,
+     EdsUnit::time_step, EdsGroup::timing, 0, 0xFFFF},
+    {"DC_NUM", "data channels", 0x10, 1, EdsKind::number, EdsUnit::none, EdsGroup::organisation, 0,
+     8},
+    {"SL_NUM", "slaves (IDs) of the device", 0x11, 1, EdsKind::number, EdsUnit::none,
+     EdsGroup::organisation, 1, 8},
+    {"SL_OFF", "which of them this one is", 0x12, 1, EdsKind::number, EdsUnit::none,
+     EdsGroup::organisation, 0, 7},
+    {"RES_13", "not named by any source", 0x13, 1, EdsKind::unnamed, EdsUnit::none,
+     EdsGroup::organisation, 0, 255},
+    {"BC_OFF", "bus coupler", 0x34, 1, EdsKind::bus_coupler, EdsUnit::none, EdsGroup::organisation,
+     0, 255},
+}};
+
+inline constexpr std::array<std::array<std::string_view, 4>, max_channels> channel_symbols{{
+    {"BANK_0", "DLEN_0", "FORMAT_0", "CPOLY_0"},
+    {"BANK_1", "DLEN_1", "FORMAT_1", "CPOLY_1"},
+    {"BANK_2", "DLEN_2", "FORMAT_2", "CPOLY_2"},
+    {"BANK_3", "DLEN_3", "FORMAT_3", "CPOLY_3"},
+    {"BANK_4", "DLEN_4", "FORMAT_4", "CPOLY_4"},
+    {"BANK_5", "DLEN_5", "FORMAT_5", "CPOLY_5"},
+    {"BANK_6", "DLEN_6", "FORMAT_6", "CPOLY_6"},
+    {"BANK_7", "DLEN_7", "FORMAT_7", "CPOLY_7"},
+}};
+
+inline constexpr std::array<std::string_view, 10> common_reserved{
+    "RES_35", "RES_36", "RES_37", "RES_38", "RES_39",
+    "RES_3A", "RES_3B", "RES_3C", "RES_3D", "RES_3E"};
+
+constexpr auto common_rows() {
+  constexpr std::array<EdsField, 4> channel_rows{{
+      {"", "bank of the channel's profile part", 0, 1, EdsKind::number, EdsUnit::bank_number,
+       EdsGroup::organisation, 0, 255},
+      {"", "data bits, flags included", 1, 1, EdsKind::number, EdsUnit::bits,
+       EdsGroup::organisation, 0, 64},
+      {"", "sensor or actuator, alignment, leading stop bit", 2, 1, EdsKind::channel_format,
+       EdsUnit::none, EdsGroup::organisation, 0, 255},
+      {"", "CRC polynomial without its lowest bit", 3, 1, EdsKind::polynomial, EdsUnit::none,
+       EdsGroup::organisation, 0, 255},
+  }};
+  std::array<EdsField, 20 + 4 * max_channels + common_reserved.size() + 1> rows{};
+  std::size_t row = 0;
+  for (; row < 19; ++row) rows[row] = common_head[row];
+  for (std::size_t channel = 0; channel < max_channels; ++channel) {
+    for (std::size_t i = 0; i < 4; ++i) {
+      EdsField field = channel_rows[i];
+      field.symbol = channel_symbols[channel][i];
+      field.address = static_cast<std::uint8_t>(common_channel_address(channel) + i);
+      rows[row++] = field;
+    }
+  }
+  rows[row++] = common_head[19];
+  for (std::size_t i = 0; i < common_reserved.size(); ++i) {
+    rows[row++] = {.symbol = common_reserved[i],
+                   .meaning = "reserved",
+                   .address = static_cast<std::uint8_t>(0x35 + i),
+                   .kind = EdsKind::reserved};
+  }
+  rows[row++] = {.symbol = "CHKSUM",
+                 .meaning = "sum of the bytes before it",
+                 .address = 0x3F,
+                 .kind = EdsKind::checksum,
+                 .max = 255};
+  return rows;
+}
+
+}  // namespace eds_detail
+
+/// Every byte of the part.
+inline constexpr auto common_fields = eds_detail::common_rows();
+static_assert(eds_detail::matches<CommonPart>(common_fields));
+
+/// The part as a bank holds it, right or wrong.
+constexpr CommonPart parse_common_part(const EdsBank& bank) {
+  return eds_detail::parsed<CommonPart>(bank);
+}
+/// The bank of a part, byte for byte; sealed() makes its checksum right.
+constexpr EdsBank build_bank(const CommonPart& part) { return eds_detail::built(part); }
+
+}  // namespace biss

@@ -1,0 +1,213 @@
+// EdsField: one row of a part's table, with which tools print, check and build a bank by symbol.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "biss/base/bits.hpp"
+#include "biss/eds/bank.hpp"
+
+namespace biss {
+
+/// The parts whose layout is known.
+enum class EdsPart : std::uint8_t { common, bp3 };
+
+/// The name scripts see: "common", "bp3".
+constexpr std::string_view name_of(EdsPart part) {
+  return part == EdsPart::common ? "common" : "bp3";
+}
+
+/// The groups of the BP3 document. It does not group the common part's fields: timing is ours.
+enum class EdsGroup : std::uint8_t {
+  organisation,
+  timing,
+  safety,
+  measuring,
+  mechanical,
+  electric
+};
+
+/// "ORGA", "TIMING", … as the document writes them.
+constexpr std::string_view name_of(EdsGroup group) {
+  constexpr std::array<std::string_view, 6> names{"ORGA", "TIMING", "SAFETY",
+                                                  "MEAS", "MECH",   "ELEC"};
+  return names[static_cast<std::size_t>(group)];
+}
+
+/// What a value counts. Units with two names depend on EN_TYP: first rotary, then linear.
+enum class EdsUnit : std::uint8_t {
+  none,
+  banks,
+  bank_number,
+  bits,
+  clocks,     ///< of MA
+  time_step,  ///< of its own: biss/eds/scale.hpp
+  milliseconds,
+  per_revolution_or_nanometre,  ///< signal periods a revolution; length of a signal period
+  lsb,
+  half_lsb_or_micrometre,
+  half_lsb,
+  per_minute_or_metre_per_minute,
+  per_minute2_or_metre_per_minute2,  ///< printed as 1/min² and m/min²
+  kelvin,
+  millivolt,
+  milliampere,
+};
+
+/// The unit as text; empty for a bare number, "step" where scale.hpp has the factor.
+constexpr std::string_view text_of(EdsUnit unit, bool linear) {
+  switch (unit) {
+    case EdsUnit::none:
+    case EdsUnit::bank_number:
+      return {};
+    case EdsUnit::banks:
+      return "banks";
+    case EdsUnit::bits:
+      return "bit";
+    case EdsUnit::clocks:
+      return "clocks";
+    case EdsUnit::time_step:
+      return "step";
+    case EdsUnit::milliseconds:
+      return "ms";
+    case EdsUnit::per_revolution_or_nanometre:
+      return linear ? "nm" : "PPR";
+    case EdsUnit::lsb:
+      return "LSB";
+    case EdsUnit::half_lsb_or_micrometre:
+      return linear ? "um" : "LSB/2";
+    case EdsUnit::half_lsb:
+      return "LSB/2";
+    case EdsUnit::per_minute_or_metre_per_minute:
+      return linear ? "m/min" : "1/min";
+    case EdsUnit::per_minute2_or_metre_per_minute2:
+      return linear ? "m/min2" : "1/min2";
+    case EdsUnit::kelvin:
+      return "K";
+    case EdsUnit::millivolt:
+      return "mV";
+    case EdsUnit::milliampere:
+      return "mA";
+  }
+  return {};
+}
+
+/// How a value is to be read.
+enum class EdsKind : std::uint8_t {
+  number,
+  identifier,      ///< the profile identifier, registers 0x42 and 0x43
+  feedback,        ///< table B: 0 no function, 1 nE, 2 nW
+  encoder_type,    ///< table T: 0 rotary, 1 linear
+  position_value,  ///< table N: 0 undefined, 1 or 2
+  alignment,       ///< table F: 0 right, 1 left
+  polynomial,      ///< without its lowest bit, which is always 1: 0x21 is 0x43
+  channel_format,  ///< FORMAT_i's bits
+  bus_coupler,     ///< bit 4: there is one, bits 3…0: its slave
+  checksum,
+  reserved,  ///< the documents reserve it
+  unnamed,   ///< no source names it
+};
+
+/// The name of a value out of a table (kinds feedback to alignment); empty where it has none.
+constexpr std::string_view name_of(EdsKind kind, std::uint32_t value) {
+  constexpr auto pick = [](std::uint32_t index, std::string_view a, std::string_view b,
+                           std::string_view c) {
+    return index == 0 ? a : index == 1 ? b : index == 2 ? c : std::string_view{};
+  };
+  switch (kind) {
+    case EdsKind::feedback:
+      return pick(value, "no function", "nE", "nW");
+    case EdsKind::encoder_type:
+      return pick(value, "rotary", "linear", {});
+    case EdsKind::position_value:
+      return pick(value, "undefined", "position 1", "position 2");
+    case EdsKind::alignment:
+      return pick(value, "right", "left", {});
+    default:
+      return {};
+  }
+}
+
+/// One field of a part. All text is static.
+struct EdsField {
+  /// As the documents write it; reserved bytes, which have none, are RES_ and their address.
+  std::string_view symbol{};
+  std::string_view meaning{};
+  std::uint8_t address = 0;
+  /// 1, 2 or 4: U8, U16, U32. More than one byte: big-endian.
+  std::uint8_t bytes = 1;
+  EdsKind kind = EdsKind::number;
+  EdsUnit unit = EdsUnit::none;
+  EdsGroup group = EdsGroup::organisation;
+  /// Both within the range. Where no source gives a range it is everything the bytes can hold.
+  std::uint32_t min = 0;
+  std::uint32_t max = 0;
+
+  constexpr std::uint32_t all_ones() const {
+    return static_cast<std::uint32_t>(low_mask(8U * bytes));
+  }
+  constexpr bool in_range(std::uint32_t value) const { return value >= min && value <= max; }
+  /// Whether 0 and all ones can mark a value that is not given: the range leaves out just these
+  /// two. No document says that they do (inferred).
+  constexpr bool may_be_absent() const { return min == 1 && max == all_ones() - 1; }
+};
+
+/// The value of a field, whatever it is.
+constexpr std::uint32_t field_value(const EdsBank& bank, const EdsField& field) {
+  std::uint32_t value = 0;
+  for (unsigned i = 0; i < field.bytes; ++i) value = value << 8U | bank[field.address + i];
+  return value;
+}
+
+/// Writes a field, whatever its range; the checksum is left to sealed(). False, and nothing
+/// written, when the value has more bits than the field.
+[[nodiscard]] constexpr bool set_field(EdsBank& bank, const EdsField& field, std::uint32_t value) {
+  if (value > field.all_ones()) return false;
+  for (unsigned i = field.bytes; i-- > 0; value >>= 8U) {
+    bank[field.address + i] = static_cast<std::uint8_t>(value);
+  }
+  return true;
+}
+
+/// The value with its bytes in the opposite order: what a little-endian writer meant.
+constexpr std::uint32_t bytes_swapped(std::uint32_t value, unsigned bytes) {
+  std::uint32_t swapped = 0;
+  for (unsigned i = 0; i < bytes; ++i, value >>= 8U) swapped = swapped << 8U | (value & 0xFFU);
+  return swapped;
+}
+
+/// The field with this symbol, letter by letter; null when there is none.
+constexpr const EdsField* find_field(std::span<const EdsField> fields, std::string_view symbol) {
+  for (const EdsField& field : fields) {
+    if (field.symbol == symbol) return &field;
+  }
+  return nullptr;
+}
+
+/// The field that a byte belongs to. \pre the table covers the bank (as those of the parts do),
+/// address < 64
+constexpr const EdsField& field_at(std::span<const EdsField> fields, std::size_t address) {
+  std::size_t found = 0;
+  while (found + 1 < fields.size() && fields[found + 1].address <= address) ++found;
+  return fields[found];
+}
+
+namespace eds_detail {
+
+/// Whether the rows stand in the order of their addresses and cover each byte once.
+constexpr bool covers_the_bank(std::span<const EdsField> fields) {
+  std::size_t next = 0;
+  for (const EdsField& field : fields) {
+    if (field.address != next || (field.bytes != 1 && field.bytes != 2 && field.bytes != 4)) {
+      return false;
+    }
+    next += field.bytes;
+  }
+  return next == eds_bank_bytes;
+}
+
+}  // namespace eds_detail
+}  // namespace biss

@@ -1,0 +1,50 @@
+// EdsImage: what has been read of a device's data sheet, as far as it has been read.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "biss/eds/bank.hpp"
+#include "biss/eds/bp3_part.hpp"
+#include "biss/eds/common_part.hpp"
+#include "biss/eds/field.hpp"
+#include "biss/frame/format.hpp"
+
+namespace biss {
+
+/// The table of a part.
+constexpr std::span<const EdsField> fields_of(EdsPart part) {
+  if (part == EdsPart::common) return common_fields;
+  return bp3_fields;
+}
+
+/// The banks of one data sheet, in memory somebody else owns and that must outlive the image. What
+/// was not read is null or empty; every function that takes an image makes do with what there is.
+struct EdsImage {
+  const EdsBank* common = nullptr;
+  /// The profile's part of data channel i, from bank BANK_i.
+  std::array<const EdsBank*, max_channels> profiles{};
+  /// Registers 0x42 (upper byte) and 0x43 of the slave that sends data channel i.
+  std::array<std::optional<std::uint16_t>, max_channels> identifiers{};
+  /// Register 0x41: the bank of the common part.
+  std::optional<std::uint8_t> eds_bank{};
+};
+
+/// Data channels of the device: DC_NUM, at most 8; without common part as far as there is anything
+/// of a channel.
+constexpr std::size_t channel_count(const EdsImage& image) {
+  if (image.common != nullptr) {
+    const std::size_t stated = parse_common_part(*image.common).dc_num;
+    return stated < max_channels ? stated : max_channels;
+  }
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < max_channels; ++i) {
+    if (image.profiles[i] != nullptr || image.identifiers[i].has_value()) count = i + 1;
+  }
+  return count;
+}
+
+}  // namespace biss
