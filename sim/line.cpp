@@ -15,8 +15,8 @@ constexpr int probe_cycles = 4;
 
 Picoseconds real_period(const LineSetup& setup) {
   constexpr std::int64_t million = 1'000'000;
-  const Picoseconds period = period_of(setup.clock);
-  return period - picoseconds(period.count * setup.clock_error_ppm / million);
+  const std::int64_t rate = million + setup.clock_error_ppm;
+  return picoseconds((period_of(setup.clock).count * million + rate / 2) / rate);
 }
 
 MasterSetup master_setup(const LineSetup& setup) {

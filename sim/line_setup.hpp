@@ -20,7 +20,8 @@ struct LineSetup {
   FrameFormat format;
   DeviceTiming timing;
   Hertz clock = megahertz(1);
-  /// How far the master's oscillator is off, in parts of a million; more is faster.
+  /// How far the master's oscillator is off, in parts of a million, at most 100000 either way;
+  /// more is faster.
   std::int32_t clock_error_ppm = 0;
   /// Share of a period that MA is high, in thousandths: 1 to 999.
   std::uint32_t duty_per_mille = 500;
@@ -29,8 +30,8 @@ struct LineSetup {
   Picoseconds slo_delay{};
   /// MA to SLO inside each encoder; at most 40 µs.
   Picoseconds internal_delay{};
-  /// Each edge comes up to so much earlier or later, but never before the one ahead of it; less
-  /// than the delay of its direction.
+  /// Each edge comes up to so much earlier or later, but never before the one ahead of it; at
+  /// most the delay of its direction, for SLO with the internal one.
   Picoseconds ma_jitter{};
   Picoseconds slo_jitter{};
   /// Devices one behind the other, 1 to the number of channels. Those next to the master have a

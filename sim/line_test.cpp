@@ -53,6 +53,35 @@ TEST(Line, Edges_ComeInTimeOrderAcrossCycles) {
   }
 }
 
+// The clock that the edges of a cycle show: its first period, and how long MA is high in it.
+struct Clock {
+  Picoseconds period;
+  Picoseconds high;
+};
+
+Clock clock_of(const LineSetup& setup) {
+  Line line(setup);
+  std::vector<Picoseconds> times;
+  for (const wire::Edge& edge : line.next().edges) {
+    if (edge.line == ma_line) times.push_back(edge.time);
+  }
+  return {times[2] - times[0], times[2] - times[1]};
+}
+
+TEST(Line, ClockErrorAndDuty_ShowOnMa) {
+  LineSetup setup = setup_of("pos26,nE,nW,crc6");
+  EXPECT_EQ(clock_of(setup).period, nanoseconds(100));
+  EXPECT_EQ(clock_of(setup).high, nanoseconds(50));
+  setup.clock_error_ppm = 200;
+  setup.duty_per_mille = 445;
+  EXPECT_EQ(clock_of(setup).period, picoseconds(99'980));
+  EXPECT_NEAR(static_cast<double>(clock_of(setup).high.count), 44'491, 1);
+  setup.clock_error_ppm = 100'000;
+  EXPECT_EQ(clock_of(setup).period, picoseconds(90'909));
+  setup.clock_error_ppm = -100'000;
+  EXPECT_EQ(clock_of(setup).period, picoseconds(111'111));
+}
+
 TEST(Line, CycleTimeout_HoldsSloLowUntilItIsOver) {
   LineSetup setup = setup_of("pos26,nE,nW,crc6");
   setup.timing.timeout = {TimeoutRule::cycle, nanoseconds(31'250)};

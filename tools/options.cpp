@@ -71,6 +71,20 @@ CLI::Option* add_length_option(CLI::App& verb, const std::string& name,
       ->type_name("LENGTH");
 }
 
+CLI::Option* add_duty_option(CLI::App& verb, const std::string& name,
+                             std::function<void(std::uint32_t)> set,
+                             const std::string& description) {
+  return add_parsed(verb, name, description, Quantity::duty, parse_duty, std::move(set))
+      ->type_name("SHARE");
+}
+
+CLI::Option* add_deviation_option(CLI::App& verb, const std::string& name,
+                                  std::function<void(std::int32_t)> set,
+                                  const std::string& description) {
+  return add_parsed(verb, name, description, Quantity::deviation, parse_deviation, std::move(set))
+      ->type_name("PPM");
+}
+
 CLI::Option* add_count_option(CLI::App& verb, const std::string& name,
                               std::function<void(std::uint64_t)> set,
                               const std::string& description, std::uint64_t largest) {

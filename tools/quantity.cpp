@@ -30,10 +30,14 @@ constexpr std::array duration_units = {Unit{"ps", 0},      Unit{"ns", 3}, Unit{"
                                        Unit{"\u03BCs", 6}, Unit{"us", 6}, Unit{"ms", 9},
                                        Unit{"s", 12}};
 constexpr std::array length_units = {Unit{"mm", 0}, Unit{"cm", 1}, Unit{"m", 3}, Unit{"km", 6}};
+constexpr std::array duty_units = {Unit{"%", 1}};
+constexpr std::array deviation_units = {Unit{"ppm", 0}, Unit{"%", 4}};
 
 constexpr Scale rate_scale = {rate_units, "Hz", 1, UINT32_MAX};
 constexpr Scale duration_scale = {duration_units, "", 0, 1000U * std::uint64_t{1'000'000'000'000}};
 constexpr Scale length_scale = {length_units, "m", 0, 10'000'000};
+constexpr Scale duty_scale = {duty_units, "", 1, 999};
+constexpr Scale deviation_scale = {deviation_units, "", 0, 100'000};
 
 using Parsed = Result<std::uint64_t, QuantityError>;
 
@@ -102,7 +106,7 @@ Parsed parse(std::string_view text, const Scale& scale) {
   if (name.empty()) name = scale.bare;
   if (name.empty()) {
     const bool zero = text.find_first_not_of("0.") == std::string_view::npos;
-    if (zero) return std::uint64_t{0};
+    if (zero && scale.least == 0) return std::uint64_t{0};
     return wrong(QuantityCause::unit_missing, unit_at);
   }
   for (const Unit& unit : scale.units) {
@@ -115,8 +119,20 @@ Parsed parse(std::string_view text, const Scale& scale) {
 }
 
 const Scale& scale_of(Quantity quantity) {
-  if (quantity == Quantity::rate) return rate_scale;
-  return quantity == Quantity::duration ? duration_scale : length_scale;
+  switch (quantity) {
+    case Quantity::rate:
+      return rate_scale;
+    case Quantity::duration:
+      return duration_scale;
+    case Quantity::duty:
+      return duty_scale;
+    case Quantity::deviation:
+      return deviation_scale;
+    case Quantity::length:
+    case Quantity::count:
+      break;
+  }
+  return length_scale;
 }
 
 std::string_view units_of(Quantity quantity) {
@@ -127,6 +143,10 @@ std::string_view units_of(Quantity quantity) {
       return "ps, ns, us, ms or s";
     case Quantity::length:
       return "mm, cm, m or km";
+    case Quantity::duty:
+      return "%";
+    case Quantity::deviation:
+      return "ppm or %";
     case Quantity::count:
       break;
   }
@@ -141,6 +161,10 @@ std::string range_of(Quantity quantity, std::uint64_t largest) {
       return "0 to 1000 s in steps of 1 ps";
     case Quantity::length:
       return "0 to 10 km in steps of 1 mm";
+    case Quantity::duty:
+      return "0.1 % to 99.9 % in steps of 0.1 %";
+    case Quantity::deviation:
+      return "-10 % to 10 % in steps of 1 ppm";
     case Quantity::count:
       break;
   }
@@ -227,6 +251,25 @@ Result<Millimetres, QuantityError> parse_length(std::string_view text) {
   const Parsed value = parse(text, length_scale);
   if (!value) return failure(value.error());
   return Millimetres{static_cast<std::int64_t>(*value)};
+}
+
+Result<std::uint32_t, QuantityError> parse_duty(std::string_view text) {
+  const Parsed value = parse(text, duty_scale);
+  if (!value) return failure(value.error());
+  return static_cast<std::uint32_t>(*value);
+}
+
+Result<std::int32_t, QuantityError> parse_deviation(std::string_view text) {
+  const bool negative = text.starts_with('-');
+  const std::size_t sign = negative || text.starts_with('+') ? 1 : 0;
+  const Parsed value = parse(text.substr(sign), deviation_scale);
+  // A second sign is none.
+  if (!value && value.error().cause == QuantityCause::negative && sign != 0) {
+    return wrong(QuantityCause::not_a_number, sign);
+  }
+  if (!value) return wrong(value.error().cause, value.error().at + sign);
+  const auto deviation = static_cast<std::int32_t>(*value);
+  return negative ? -deviation : deviation;
 }
 
 Result<std::uint64_t, QuantityError> parse_count(std::string_view text, std::uint64_t largest) {

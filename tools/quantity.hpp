@@ -44,13 +44,19 @@ Result<Picoseconds, QuantityError> parse_duration(std::string_view text);
 /// 0 to 10 km in steps of 1 mm.
 Result<Millimetres, QuantityError> parse_length(std::string_view text);
 
+/// A share as `45%`, `44.5 %`: 0.1 % to 99.9 %, in thousandths.
+Result<std::uint32_t, QuantityError> parse_duty(std::string_view text);
+
+/// How far a rate is off: `200ppm`, `-50 ppm`, `+0.5%`, `0`; -10 % to 10 %, in parts of a million.
+Result<std::int32_t, QuantityError> parse_deviation(std::string_view text);
+
 /// A count or a position: decimal, or hexadecimal after `0x`; 0 to `largest`. A sign, a point, a
 /// unit or a space is not_a_number.
 Result<std::uint64_t, QuantityError> parse_count(std::string_view text,
                                                  std::uint64_t largest = UINT64_MAX);
 
 /// What was to be parsed, for the words of an error.
-enum class Quantity : std::uint8_t { rate, duration, length, count };
+enum class Quantity : std::uint8_t { rate, duration, length, duty, deviation, count };
 
 /// One line: "'10m': at character 3: unknown unit; use Hz, kHz, MHz or GHz". `largest` is
 /// what parse_count was given.

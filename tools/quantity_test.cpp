@@ -231,6 +231,36 @@ struct CommaPunctuation : std::numpunct<char> {
   std::string do_grouping() const override { return "\3"; }
 };
 
+TEST(Duty, Percent_IsInThousandths) {
+  EXPECT_EQ(*parse_duty("45%"), 450U);
+  EXPECT_EQ(*parse_duty("44.5 %"), 445U);
+  EXPECT_EQ(*parse_duty("0.1%"), 1U);
+  EXPECT_EQ(*parse_duty("99.9%"), 999U);
+  expect_wrong(parse_duty("0%"), QuantityCause::too_small, 0);
+  expect_wrong(parse_duty("100%"), QuantityCause::too_large, 0);
+  expect_wrong(parse_duty("44.55%"), QuantityCause::too_fine, 4);
+  expect_wrong(parse_duty("0"), QuantityCause::unit_missing, 1);
+  expect_wrong(parse_duty("50"), QuantityCause::unit_missing, 2);
+  expect_wrong(parse_duty("-1%"), QuantityCause::negative, 0);
+}
+
+TEST(Deviation, EitherSignAndUnit_IsInPartsOfAMillion) {
+  EXPECT_EQ(*parse_deviation("200ppm"), 200);
+  EXPECT_EQ(*parse_deviation("+200 ppm"), 200);
+  EXPECT_EQ(*parse_deviation("-50ppm"), -50);
+  EXPECT_EQ(*parse_deviation("-0.5%"), -5'000);
+  EXPECT_EQ(*parse_deviation("10%"), 100'000);
+  EXPECT_EQ(*parse_deviation("0"), 0);
+  expect_wrong(parse_deviation("-10.0001%"), QuantityCause::too_large, 1);
+  expect_wrong(parse_deviation("1.5ppm"), QuantityCause::too_fine, 2);
+  expect_wrong(parse_deviation("-200"), QuantityCause::unit_missing, 4);
+  expect_wrong(parse_deviation("200MHz"), QuantityCause::unknown_unit, 3);
+  expect_wrong(parse_deviation("--5ppm"), QuantityCause::not_a_number, 1);
+  expect_wrong(parse_deviation("-"), QuantityCause::empty, 1);
+  EXPECT_EQ(quantity_error_text(Quantity::deviation, "5Ppm", parse_deviation("5Ppm").error()),
+            "'5Ppm': at character 2: unknown unit (did you mean ppm?); use ppm or %");
+}
+
 TEST(Quantities, LocaleWithComma_ChangesNothing) {
   const std::locale old = std::locale::global(std::locale({}, new CommaPunctuation));
   EXPECT_EQ(rate("1.5MHz"), kilohertz(1'500));

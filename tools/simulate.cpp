@@ -124,11 +124,21 @@ void add_line_options(CLI::App& verb, LineOptions& line) {
   add_format_option(verb, line.device, true);
   add_timing_options(verb, line.device);
   add_rate_option(verb, "--clock", into(line.clock), "MA's frequency; 1 MHz by default");
+  add_deviation_option(verb, "--clock-error", into(line.clock_error_ppm),
+                       "How much faster the master's oscillator is: 200ppm, -0.5%");
+  add_duty_option(verb, "--duty", into(line.duty_per_mille),
+                  "Share of a period that MA is high; 50% by default");
   add_length_option(verb, "--cable", into(line.cable), "Cable, 10 ns of line delay a metre");
+  add_duration_option(verb, "--ma-delay", into(line.ma_delay),
+                      "From the master to the encoder; half of the cable's by default");
+  add_duration_option(verb, "--slo-delay", into(line.slo_delay),
+                      "From the encoder back to the master; half of the cable's by default");
   add_duration_option(verb, "--internal-delay", into(line.internal_delay),
                       "MA to SLO inside the encoder; its longest by default");
   add_duration_option(verb, "--jitter", into(line.jitter),
                       "Edges come up to so much earlier or later, each way");
+  add_duration_option(verb, "--ma-jitter", into(line.ma_jitter), "Only those of MA");
+  add_duration_option(verb, "--slo-jitter", into(line.slo_jitter), "Only those of SLO");
   add_duration_option(verb, "--processing", into(line.processing),
                       "From ACK until the encoder has its answer; its shortest by default");
   add_count_option(verb, "--slaves", into(line.slaves),
@@ -157,15 +167,16 @@ void add_replay_options(CLI::App& verb, ReplayOptions& replay) {
       "Read the encoder in this capture where it was asked; our MA and its SLO are written");
   ma_from->type_name("FILE")->excludes(slo_from);
   slo_from->type_name("FILE");
-  for (const char* name : {"--rate", "--cycles", "--fault", "--jitter", "--at-slave"}) {
+  for (const char* name : {"--rate", "--cycles", "--fault", "--jitter", "--ma-jitter",
+                           "--slo-jitter", "--at-slave", "--clock-error", "--duty"}) {
     ma_from->excludes(verb.get_option(name));
     slo_from->excludes(verb.get_option(name));
   }
   for (const char* name : {"--clock", "--no-compensation", "--slaves"}) {
     ma_from->excludes(verb.get_option(name));
   }
-  for (const char* name :
-       {"--cable", "--internal-delay", "--processing", "--motion", "--seed", "--truth"}) {
+  for (const char* name : {"--cable", "--ma-delay", "--slo-delay", "--internal-delay",
+                           "--processing", "--motion", "--seed", "--truth"}) {
     slo_from->excludes(verb.get_option(name));
   }
   verb.add_option("--ma", replay.ma, "The capture's line that is MA")->type_name("NAME");

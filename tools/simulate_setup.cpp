@@ -48,17 +48,30 @@ std::string put_motion(const LineOptions& options, sim::LineSetup& setup) {
 
 std::string put_delays(const LineOptions& options, sim::LineSetup& setup) {
   const Picoseconds cable = cable_delay(options.cable);
-  setup.ma_delay = cable / 2;
-  setup.slo_delay = cable - setup.ma_delay;
+  setup.ma_delay = options.ma_delay.value_or(cable / 2);
+  setup.slo_delay = options.slo_delay.value_or(cable - cable / 2);
   setup.internal_delay = options.internal_delay.value_or(setup.timing.internal_delay_max);
-  const Picoseconds delay = cable + setup.internal_delay * setup.slaves;
-  if (delay > biss_line_delay_max) {
-    return fmt::format("--cable: a line delay of {}; BiSS C allows {}", text_of(delay, 3),
-                       text_of(biss_line_delay_max));
-  }
-  setup.ma_jitter = std::min(options.jitter, setup.ma_delay);
-  setup.slo_jitter = std::min(options.jitter, setup.slo_delay + setup.internal_delay);
-  return {};
+  const Picoseconds delay = setup.ma_delay + setup.slo_delay + setup.internal_delay * setup.slaves;
+  if (delay <= biss_line_delay_max) return {};
+  return fmt::format("--cable: a line delay of {}; BiSS C allows {}", text_of(delay, 3),
+                     text_of(biss_line_delay_max));
+}
+
+// An edge cannot come before it was made.
+std::string check_jitter(const char* line, Picoseconds jitter, Picoseconds delay) {
+  if (jitter <= delay) return {};
+  return fmt::format(
+      "--jitter: an edge of {} takes {} and cannot come {} earlier; give a longer --cable, or "
+      "less jitter",
+      line, text_of(delay, 3), text_of(jitter, 3));
+}
+
+std::string put_jitter(const LineOptions& options, sim::LineSetup& setup) {
+  setup.ma_jitter = options.ma_jitter.value_or(options.jitter);
+  setup.slo_jitter = options.slo_jitter.value_or(options.jitter);
+  std::string wrong = check_jitter("MA", setup.ma_jitter, setup.ma_delay);
+  if (!wrong.empty()) return wrong;
+  return check_jitter("SLO", setup.slo_jitter, setup.slo_delay + setup.internal_delay);
 }
 
 std::string put_chain(const LineOptions& options, sim::LineSetup& setup) {
@@ -84,6 +97,8 @@ std::string put_rate(const LineOptions& options, sim::LineSetup& setup) {
                        text_of(timing.clock_max));
   }
   setup.clock = options.clock;
+  setup.clock_error_ppm = options.clock_error_ppm;
+  setup.duty_per_mille = options.duty_per_mille;
   if (!options.rate) return {};
   setup.interval = period_of(*options.rate);
   const Picoseconds least = sim::least_interval(setup);
@@ -129,7 +144,7 @@ LineChoice choose_line(const LineOptions& options) {
   setup.compensate = !options.no_compensation;
   setup.record_at_slave = options.at_slave;
   setup.seed = options.seed;
-  for (const auto put : {put_motion, put_chain, put_delays, put_faults, put_rate}) {
+  for (const auto put : {put_motion, put_chain, put_delays, put_jitter, put_faults, put_rate}) {
     if (std::string wrong = put(options, setup); !wrong.empty()) {
       return {.setup = {}, .error = std::move(wrong)};
     }

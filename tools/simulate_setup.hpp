@@ -16,10 +16,19 @@ namespace biss::tools {
 struct LineOptions {
   FormatArguments device;
   Hertz clock = megahertz(1);
+  /// As LineSetup has them.
+  std::int32_t clock_error_ppm = 0;
+  std::uint32_t duty_per_mille = 500;
   Millimetres cable{};
   /// The device's longest by default.
   std::optional<Picoseconds> internal_delay;
+  /// One way each in the cable; half of the cable's by default.
+  std::optional<Picoseconds> ma_delay;
+  std::optional<Picoseconds> slo_delay;
+  /// Of both lines, where they have none of their own.
   Picoseconds jitter{};
+  std::optional<Picoseconds> ma_jitter;
+  std::optional<Picoseconds> slo_jitter;
   Picoseconds processing{};
   std::uint64_t slaves = 1;
   std::optional<Hertz> rate;

@@ -110,6 +110,14 @@ CLI::Option* add_duration_option(CLI::App& verb, const std::string& name,
 CLI::Option* add_length_option(CLI::App& verb, const std::string& name,
                                std::function<void(Millimetres)> set,
                                const std::string& description);
+/// A share in thousandths, see parse_duty().
+CLI::Option* add_duty_option(CLI::App& verb, const std::string& name,
+                             std::function<void(std::uint32_t)> set,
+                             const std::string& description);
+/// Parts of a million with a sign, see parse_deviation().
+CLI::Option* add_deviation_option(CLI::App& verb, const std::string& name,
+                                  std::function<void(std::int32_t)> set,
+                                  const std::string& description);
 /// A count from 0 to `largest`, decimal or 0x….
 CLI::Option* add_count_option(CLI::App& verb, const std::string& name,
                               std::function<void(std::uint64_t)> set,

@@ -1,0 +1,118 @@
+// What `biss simulate` is told of the line shows in the capture, and every position stays right.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "tests/cli/run_command.hpp"
+
+namespace biss::cli {
+namespace {
+
+// The rows of `decode` for a line with these options, held against the truth.
+std::vector<Row> rows_with(const std::vector<std::string>& options) {
+  const Folder folder;
+  const std::string capture = folder.path("line.vcd");
+  std::vector<std::string> words{"simulate",
+                                 "-f",
+                                 "resolute-26",
+                                 "--clock",
+                                 "5MHz",
+                                 "--cycles",
+                                 "50",
+                                 "--motion",
+                                 "random",
+                                 "-o",
+                                 capture,
+                                 "--truth",
+                                 folder.path("truth.csv")};
+  words.insert(words.end(), options.begin(), options.end());
+  const Outcome made = run(words);
+  EXPECT_EQ(made.status, 0) << made.err;
+  const Outcome read = run({"decode", "-f", "resolute-26", capture, "--to", "csv"});
+  EXPECT_EQ(read.status, 0) << read.err;
+  std::vector<Row> rows = rows_of(read.out);
+  std::vector<Row> truth = rows_of(content_of(folder.path("truth.csv")));
+  EXPECT_EQ(rows.size(), 50U);
+  EXPECT_EQ(truth.size(), rows.size());
+  for (std::size_t i = 0; i < rows.size() && i < truth.size(); ++i) {
+    EXPECT_EQ(rows[i]["status"], "ok") << i;
+    EXPECT_EQ(rows[i]["position"], truth[i]["position"]) << i;
+  }
+  rows.resize(std::max<std::size_t>(rows.size(), 1));
+  return rows;
+}
+
+TEST(LineOptions, ClockError_ShowsInTheClock) {
+  EXPECT_EQ(rows_with({"--clock-error", "1000ppm"})[3]["clock_hz"], "5005005");
+  EXPECT_EQ(rows_with({"--clock-error", "-2%"})[3]["clock_hz"], "4899991");
+  EXPECT_EQ(rows_with({"--clock-error=0"})[3]["clock_hz"], "5000000");
+}
+
+TEST(LineOptions, DelaysOfEachLine_AddUpToTheLineDelay) {
+  const std::vector<std::string> delays{"--ma-delay",       "120ns", "--slo-delay", "35ns",
+                                        "--internal-delay", "2.5ns"};
+  EXPECT_EQ(rows_with(delays)[3]["line_delay_ns"], "157.5");
+  // Half of the cable stays.
+  EXPECT_EQ(rows_with({"--cable", "10m", "--slo-delay", "35ns"})[3]["line_delay_ns"], "127.5");
+  EXPECT_EQ(rows_with({})[3]["line_delay_ns"], "42.5");
+}
+
+TEST(LineOptions, JitterOfEachLine_MovesThatLineOnly) {
+  const auto delays_seen = [](const std::vector<std::string>& options) {
+    std::set<std::string> seen;
+    for (Row& row : rows_with(options)) seen.insert(row["line_delay_ns"]);
+    return seen.size();
+  };
+  EXPECT_EQ(delays_seen({"--cable", "10m"}), 1U);
+  EXPECT_GT(delays_seen({"--cable", "10m", "--ma-jitter", "9ns"}), 20U);
+  EXPECT_GT(delays_seen({"--cable", "10m", "--slo-jitter", "9ns"}), 20U);
+  EXPECT_EQ(
+      delays_seen({"--cable", "10m", "--jitter", "9ns", "--ma-jitter", "0", "--slo-jitter", "0"}),
+      1U);
+}
+
+TEST(LineOptions, Duty_ShowsInTheEdgesOfMa) {
+  const Folder folder;
+  const std::string capture = folder.path("line.csv");
+  const Outcome made = run({"simulate", "-f", "resolute-26", "--clock", "1MHz", "--duty", "37.5%",
+                            "--cycles", "1", "-o", capture});
+  ASSERT_EQ(made.status, 0) << made.err;
+  std::vector<double> times;
+  std::string level = "1";
+  for (Row& row : rows_of(content_of(capture))) {
+    if (row["MA"].empty() || row["MA"] == level) continue;
+    level = row["MA"];
+    times.push_back(std::stod(row["time_ns"]));
+  }
+  ASSERT_GT(times.size(), 3U);
+  EXPECT_DOUBLE_EQ(times[1] - times[0], 625);
+  EXPECT_DOUBLE_EQ(times[2] - times[1], 375);
+}
+
+TEST(LineOptions, WhatNoLineHas_IsWrongUsage) {
+  const Folder folder;
+  const std::string out = folder.path("line.vcd");
+  for (const std::vector<std::string>& options :
+       std::vector<std::vector<std::string>>{{"--clock-error", "11%"},
+                                             {"--clock-error", "100"},
+                                             {"--duty", "100%"},
+                                             {"--duty", "0.5"},
+                                             {"--ma-delay", "-5ns"},
+                                             {"--ma-delay", "41us"},
+                                             {"--ma-jitter", "1ns"},
+                                             {"--slo-jitter", "43ns"},
+                                             {"--jitter", "1ns"}}) {
+    std::vector<std::string> words{"simulate", "-f", "resolute-26", "-o", out};
+    words.insert(words.end(), options.begin(), options.end());
+    const Outcome refused = run(words);
+    EXPECT_EQ(refused.status, 2) << options[0] << ' ' << options[1] << refused.err;
+    EXPECT_NE(refused.err.find("--"), std::string::npos) << refused.err;
+    EXPECT_EQ(folder.files(), 0U);
+  }
+}
+
+}  // namespace
+}  // namespace biss::cli
