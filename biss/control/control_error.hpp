@@ -24,20 +24,38 @@ enum class ControlError : std::uint8_t {
   data_crc,          ///< read: the byte and its CRC do not fit
   echo,              ///< write: what came back is not what was sent; what was written is unknown
   next_unavailable,  ///< sequential: P = 1 before the last byte; those before are done
-  not_accepted,      ///< command: not every addressed slave said that it would; dropped by EX = 0
+  not_accepted,      ///< command: too few of the addressed slaves said that they would, or none
+                     ///< heard it (header damaged); dropped by EX = 0
+  ida_pattern,       ///< command: a slave that is not addressed accepts; dropped by EX = 0
   frame_lost,        ///< a frame of the access brought no CDS
   cancelled,         ///< by the master itself
 };
 
-inline constexpr std::size_t control_error_count = 16;
+inline constexpr std::size_t control_error_count = 17;
 
 /// The name users and scripts see, the same as the enumerator's.
 constexpr std::string_view name_of(ControlError error) {
   constexpr std::array<std::string_view, control_error_count> names{
       "bad_request",        "no_answer",    "no_such_slave", "id_pattern",    "refused",  "unheard",
       "refused_or_unheard", "rw_pattern",   "busy_too_long", "start_missing", "data_crc", "echo",
-      "next_unavailable",   "not_accepted", "frame_lost",    "cancelled"};
+      "next_unavailable",   "not_accepted", "ida_pattern",   "frame_lost",    "cancelled"};
   return names[static_cast<std::size_t>(error)];
+}
+
+/// Whether damage on the line can be the cause, so that the same access may succeed when it is
+/// tried again. A clear no (refused, next_unavailable), a slave that took too long and what the
+/// master did itself are not.
+constexpr bool worth_retrying(ControlError error) {
+  switch (error) {
+    case ControlError::bad_request:
+    case ControlError::refused:
+    case ControlError::busy_too_long:
+    case ControlError::next_unavailable:
+    case ControlError::cancelled:
+      return false;
+    default:
+      return true;
+  }
 }
 
 }  // namespace biss

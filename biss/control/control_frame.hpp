@@ -15,6 +15,7 @@
 // Protocol description D2, chapter control communication.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 
@@ -56,6 +57,19 @@ inline constexpr unsigned ex_broadcast = 17;
 /// A byte's bits: S, DATA7 … DATA0, CRC3 … CRC0, P.
 inline constexpr unsigned control_byte_bits = 14;
 
+/// BiSS frames of an access with the 14 zeros before it and, where one is needed, the last CDS
+/// behind it; no slave busy.
+constexpr std::uint32_t register_access_frames(std::size_t bytes) {
+  return control_reset_zeros + control_bit::byte_start +
+         control_byte_bits * static_cast<std::uint32_t>(bytes) + 1;
+}
+inline constexpr std::uint32_t addressed_command_frames =
+    control_reset_zeros + control_bit::ex_addressed + 1;
+inline constexpr std::uint32_t broadcast_command_frames =
+    control_reset_zeros + control_bit::ex_broadcast + 1;
+static_assert(register_access_frames(1) == 47 && register_access_frames(64) == 929 &&
+              addressed_command_frames == 39 && broadcast_command_frames == 32);
+
 /// The four commands. What they mean depends on whether slaves are addressed or all are meant.
 /// All are optional for slaves.
 enum class ControlCommand : std::uint8_t {
@@ -64,6 +78,9 @@ enum class ControlCommand : std::uint8_t {
   bypass = 0b10,   ///< bus couplers: addressed to standard operation; broadcast to feedback
   user = 0b11,     ///< addressed: the device's own; broadcast: reserved
 };
+
+/// What a master wants of a register.
+enum class RegisterAccess : std::uint8_t { read, write };
 
 /// What follows the start bit, in line order from the top: CTS, then ten bits of addressing.
 /// 11 bits, the ones the header's CRC covers.
@@ -86,8 +103,29 @@ constexpr std::uint8_t control_crc_of(std::uint32_t data, unsigned bits) {
   }
   return static_cast<std::uint8_t>(reg ^ 0xFU);
 }
-constexpr std::uint8_t header_crc(std::uint16_t header) { return control_crc_of(header, 11); }
-constexpr std::uint8_t byte_crc(std::uint8_t data) { return control_crc_of(data, 8); }
+
+namespace control_detail {
+
+// The register after four zeros behind each of its values: a nibble a step.
+inline constexpr std::array<std::uint8_t, 16> crc_after_nibble = [] {
+  std::array<std::uint8_t, 16> table{};
+  for (unsigned i = 0; i < 16; ++i) {
+    table[i] = static_cast<std::uint8_t>(control_crc_of(i, 4) ^ 0xFU);
+  }
+  return table;
+}();
+
+}  // namespace control_detail
+
+constexpr std::uint8_t byte_crc(std::uint8_t data) {
+  const auto& table = control_detail::crc_after_nibble;
+  return table[table[data >> 4U] ^ (data & 0xFU)] ^ 0xFU;
+}
+constexpr std::uint8_t header_crc(std::uint16_t header) {
+  const auto& table = control_detail::crc_after_nibble;
+  const unsigned high = table[table[header >> 8U & 0x7U] ^ (header >> 4U & 0xFU)];
+  return table[high ^ (header & 0xFU)] ^ 0xFU;
+}
 
 static_assert(header_crc(register_header(0, 0x00)) == 0x6 &&
               header_crc(register_header(0, 0x20)) == 0xC && byte_crc(0x48) == 0x3 &&
