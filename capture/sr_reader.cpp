@@ -1,5 +1,6 @@
 #include "capture/sr_reader.hpp"
 
+#include <algorithm>
 #include <string>
 #include <utility>
 #include <variant>
@@ -100,7 +101,9 @@ class SrPieces final : public SamplePieces {
   }
 
   Piece next_of_stream() {
-    const auto bytes = samples_.take(stream_piece_bytes);
+    // One byte more than is left shows whether the member ends there.
+    const auto room = std::min<std::uint64_t>(stream_left_ + 1, stream_piece_bytes);
+    const auto bytes = samples_.take(static_cast<std::size_t>(room));
     const auto got = archive_->read_stream(bytes);
     if (!got || *got > stream_left_) return damaged("data that inflates to its size and checksum");
     if (*got == 0 && stream_left_ != 0) return damaged("data that inflates to its size");

@@ -3,6 +3,7 @@
 #include <unistd.h>
 #include <zip.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <utility>
@@ -45,28 +46,32 @@ struct Gathered {
   bool ok = false;
 };
 
-// What cannot be read at any place is copied to where it can be.
+bool write_all(std::string_view bytes, std::FILE* file) {
+  return std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
+}
+
+// What cannot be read at any place is copied to where it can be. Small files do not pay for the
+// room that large ones want.
 Gathered gather(ByteSource& bytes, std::string& memory) {
-  std::array<char, 65'536> block{};
+  constexpr std::size_t least_room = 4'096;
+  constexpr std::size_t most_room = 1'048'576;
   Gathered gathered;
+  std::size_t filled = 0;
   for (;;) {
-    const auto got = bytes.read(block);
+    if (filled == memory.size()) memory.resize(filled + std::clamp(filled, least_room, most_room));
+    const auto got = bytes.read(std::span(memory).subspan(filled));
     if (!got.ok()) return gathered;
     if (*got == 0) break;
-    memory.append(block.data(), *got);
-    if (memory.size() < most_in_memory) continue;
+    filled += *got;
+    if (filled < most_in_memory) continue;
     if (!gathered.file) gathered.file.reset(std::tmpfile());
-    if (!gathered.file) return gathered;
-    if (std::fwrite(memory.data(), 1, memory.size(), gathered.file.get()) != memory.size()) {
-      return gathered;
-    }
-    memory.clear();
+    if (!gathered.file || !write_all({memory.data(), filled}, gathered.file.get())) return gathered;
+    filled = 0;
   }
+  memory.resize(filled);
   gathered.ok = true;
   if (!gathered.file) return gathered;
-  gathered.ok =
-      std::fwrite(memory.data(), 1, memory.size(), gathered.file.get()) == memory.size() &&
-      std::fflush(gathered.file.get()) == 0;
+  gathered.ok = write_all(memory, gathered.file.get()) && std::fflush(gathered.file.get()) == 0;
   memory = {};
   return gathered;
 }

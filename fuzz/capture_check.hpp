@@ -47,6 +47,7 @@ inline Read read_checked(capture::Opened opened) {
     return read;
   }
   read.lines = opened.source->lines();
+  all.reserve(256);
   std::vector<int> levels(read.lines.size(), -1);
   for (;;) {
     const auto block = opened.source->next_block();
@@ -70,14 +71,16 @@ inline Read read_checked(capture::Opened opened) {
 }
 
 /// Reads `text` in blocks of the size that follows from it and, for short text, in one block too:
-/// the edges must be the same. Then reads their request cycles.
+/// the edges must be the same. Then reads their request cycles. Returns what it said.
 template <class Open>
-void check_reader(std::string_view text, Open open) {
-  const Read read = read_checked(open(capture::memory_bytes(text, block_size_of(text))));
+Read check_reader(std::string_view text, Open open) {
+  Read read = read_checked(open(capture::memory_bytes(text, block_size_of(text))));
   check_cycles(read.lines, read.edges, read.end);
   constexpr std::size_t short_text = 512;
-  if (text.size() > short_text) return;
-  require(read.edges == read_checked(open(capture::memory_bytes(text))).edges);
+  if (text.size() <= short_text) {
+    require(read.edges == read_checked(open(capture::memory_bytes(text))).edges);
+  }
+  return read;
 }
 
 }  // namespace biss::fuzz

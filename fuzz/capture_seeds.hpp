@@ -13,6 +13,8 @@
 #include "biss/frame/format_parse.hpp"
 #include "capture/byte_sink.hpp"
 #include "capture/event_csv_writer.hpp"
+#include "capture/sample_layout.hpp"
+#include "capture/sampled_writer.hpp"
 #include "capture/sr_writer.hpp"
 #include "fuzz/cycles.hpp"
 #include "fuzz/frame_formats.hpp"
@@ -49,11 +51,16 @@ inline FrameBits frame_bits(std::uint64_t seed, SplitMix& random) {
   return bits;
 }
 
+/// Half a clock period of the cycles of this seed is so many times 50 ns.
+inline std::uint32_t half_period_steps(std::uint64_t seed) {
+  return 1U + static_cast<std::uint32_t>(SplitMix{seed}() % 10);
+}
+
 /// Edges of `cycles` request cycles: MA is line 0, SLO is line 1. Clock, line delay, ACK and
 /// position follow from `seed`. Edges come in time order.
 inline std::vector<wire::Edge> cycle_edges(std::uint64_t seed, unsigned cycles) {
-  SplitMix random{seed};
-  const Picoseconds half = nanoseconds(50 + static_cast<std::int64_t>(random() % 10) * 50);
+  SplitMix random{~seed};
+  const Picoseconds half = nanoseconds(50) * static_cast<std::int64_t>(half_period_steps(seed));
   const Picoseconds delay = half * static_cast<std::int64_t>(random() % 5) + nanoseconds(5);
   std::vector<wire::Edge> edges{{{}, 0, wire::Level::high}, {{}, 1, wire::Level::high}};
   Picoseconds now = 6 * half;
@@ -100,11 +107,25 @@ inline std::string saleae_seed(std::uint64_t seed) {
   });
 }
 
-/// The same as a sigrok session, at a rate that divides a second or one that does not.
+/// Enough samples to tell both halves of a clock apart, few enough for many executions a second: at
+/// a rate that divides the clock, or at one that does not.
+inline capture::RawLayout sampled_layout(std::uint64_t seed) {
+  const Hertz rate{(seed % 2 == 0 ? 60'000'000U : 73'000'000U) / half_period_steps(seed)};
+  return capture::packed_layout({"MA", "SLO"}, rate);
+}
+
+/// The same as a sigrok session.
 inline std::string sr_seed(std::uint64_t seed) {
-  const Hertz rate = seed % 2 == 0 ? megahertz(50) : megahertz(48);
-  return seed_capture(
-      seed, [rate](const auto& names, auto& sink) { return capture::SrWriter(names, rate, sink); });
+  return seed_capture(seed, [seed](const auto& names, auto& sink) {
+    return capture::SrWriter(names, sampled_layout(seed).rate, sink);
+  });
+}
+
+/// The same as nothing but samples.
+inline std::string raw_seed(std::uint64_t seed) {
+  return seed_capture(seed, [seed](const auto&, auto& sink) {
+    return capture::RawWriter(sampled_layout(seed), sink);
+  });
 }
 
 }  // namespace biss::fuzz

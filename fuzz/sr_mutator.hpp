@@ -7,17 +7,15 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
-#include "capture/byte_source.hpp"
-#include "capture/zip_archive.hpp"
-#include "capture/zip_writer.hpp"
+#include "capture/sr_metadata.hpp"
 #include "fuzz/capture_seeds.hpp"
 #include "fuzz/token_mutator.hpp"
+#include "fuzz/zip_members.hpp"
 
 namespace biss::fuzz {
 
@@ -28,14 +26,12 @@ class SrMutator {
   /// `archive` changed in one or two places; a new seed in place of what is no session.
   std::string mutate(std::string archive) {
     const std::uint64_t kind = below(16);
-    if (kind == 0 || !unpack(archive)) {
-      archive = sr_seed(random_());
-      if (!unpack(archive)) return archive;
-    }
     if (kind == 1) return changed_header(std::move(archive));
     if (kind == 2) return changed_bytes(std::move(archive), 16);
+    members_ = unpack_zip(archive, most_samples);
+    if (kind == 0 || members_.size() < 3) new_members();
     change_member(kind);
-    archive = packed();
+    archive = ZipPacker(random_).pack(members_);
     return below(32) == 0 ? changed_header(std::move(archive)) : archive;
   }
 
@@ -45,35 +41,28 @@ class SrMutator {
 
   std::size_t below(std::size_t limit) { return static_cast<std::size_t>(random_() % limit); }
 
-  bool unpack(std::string_view bytes) {
-    members_.clear();
-    const auto [archive, error] = capture::ZipArchive::open(capture::memory_bytes(bytes));
-    if (!archive) return false;
-    std::vector<std::string> names{"version", "metadata", "logic-1"};
-    for (int chunk = 1; chunk <= 8; ++chunk) names.push_back("logic-1-" + std::to_string(chunk));
-    for (const std::string& name : names) {
-      const auto member = archive->find(name);
-      if (!member) continue;
-      if (auto text = archive->read_text(*member, most_samples)) {
-        members_.emplace_back(name, std::move(*text));
-      }
-    }
-    return members_.size() > 2;
+  void new_members() {
+    const std::uint64_t seed = random_();
+    members_ = {{"version", "2"},
+                {"metadata", capture::sr_metadata_text(sampled_layout(seed))},
+                {"logic-1-1", raw_seed(seed)}};
   }
 
-  std::string packed() const {
-    capture::ZipWriter archive;
-    std::string out;
-    for (const auto& [name, text] : members_) archive.add(name, text, out);
-    archive.finish(out);
-    return out;
+  // Some member whose name begins so, if there is one.
+  std::string& text_of(std::string_view begins) {
+    const std::size_t first = below(members_.size());
+    for (std::size_t i = 0; i < members_.size(); ++i) {
+      ZipText& member = members_[(first + i) % members_.size()];
+      if (member.name.starts_with(begins)) return member.text;
+    }
+    return members_[first].text;
   }
 
   void change_member(std::uint64_t kind) {
     if (kind < 6) return change_metadata();
     if (kind < 8) return cut_chunks();
     if (kind == 8) return change_list();
-    std::string& samples = members_[2 + below(members_.size() - 2)].second;
+    std::string& samples = text_of("logic");
     if (kind < 11) {
       samples = changed_bytes(std::move(samples), 64);
     } else {
@@ -102,20 +91,23 @@ class SrMutator {
                                                             "=",
                                                             "\\s\\n\\",
                                                             "analog3=A"};
-    std::string& text = members_[1].second;
+    std::string& text = text_of("metadata");
     text = TokenMutator(std::move(text), "=\n", words, random_()).mutate();
   }
 
   // All the samples in other chunks, or in one member.
   void cut_chunks() {
     std::string all;
-    for (std::size_t i = 2; i < members_.size(); ++i) all += members_[i].second;
-    members_.resize(2);
+    std::erase_if(members_, [&](const ZipText& member) {
+      if (!member.name.starts_with("logic")) return false;
+      all += member.text;
+      return true;
+    });
     const std::size_t chunks = below(5);
-    if (chunks == 0) members_.emplace_back("logic-1", all);
+    if (chunks == 0) members_.push_back({"logic-1", all});
     for (std::size_t chunk = 1; chunk <= chunks; ++chunk) {
       const std::size_t size = chunk == chunks ? all.size() : below(all.size() + 1);
-      members_.emplace_back("logic-1-" + std::to_string(chunk), all.substr(0, size));
+      members_.push_back({"logic-1-" + std::to_string(chunk), all.substr(0, size)});
       all.erase(0, size);
     }
   }
@@ -130,7 +122,7 @@ class SrMutator {
         members_.push_back(members_[at]);
         return;
       default:
-        members_[at].first = "logic-1-" + std::to_string(1 + below(9));
+        members_[at].name = "logic-1-" + std::to_string(1 + below(9));
     }
   }
 
@@ -166,7 +158,7 @@ class SrMutator {
   }
 
   SplitMix random_;
-  std::vector<std::pair<std::string, std::string>> members_;
+  std::vector<ZipText> members_;
 };
 
 }  // namespace biss::fuzz
