@@ -39,14 +39,13 @@ void Decoder::push_ma(LevelChange change) {
     return;
   }
   if (passing_over_) {
-    passing_over_ = !is_long_still(elapsed(passed_over_, change.time));
-    passed_over_ = change.time;
+    pass_over(change.time);
     if (passing_over_) return;
   }
   ma_.push_back(change);
   // Nearly every edge is just the next one of the cycle under way.
   const bool next_clock = scanned_ + 1 == ma_.size() && scanned_ != 0 &&
-                          scanned_ < max_cycle_edges &&
+                          scanned_ < max_cycle_edges && scanned_ % faster_clock_step != 0 &&
                           !is_long_still(elapsed(ma_[scanned_ - 1].time, change.time));
   if (next_clock) {
     ++scanned_;
@@ -125,27 +124,45 @@ bool Decoder::take_cycle(bool at_end) {
       give_up();
       return false;
     }
+    if (scanned_ >= faster_clock_edges && scanned_ % faster_clock_step == 0) {
+      follow_clock(ma_[scanned_ - faster_clock_edges].time, ma_[scanned_].time);
+    }
     const Picoseconds still = elapsed(ma_[scanned_ - 1].time, ma_[scanned_].time);
     if (!is_long_still(still)) continue;
     const std::size_t next_fall = scanned_ + (ma_[scanned_].level == Level::high ? 1 : 0);
     const bool last = next_fall >= ma_.size();
     if (last && !at_end) return false;
-    const CycleReading reading = read_front(last ? end_time_ : ma_[next_fall].time, last);
+    const Picoseconds next = last ? end_time_ : ma_[next_fall].time;
+    CycleReading reading = read_front(next, last);
     const bool doubtful = still <= 4 * period_;
     if (doubtful && repeats(reading)) return take_cycle(at_end);
-    if (doubtful && !is_over(reading)) continue;
+    if (!reading.cycle.frame && frame_behind_doubt(next, last)) {
+      reading = read_front(ma_[scanned_].time, false);
+    } else if (doubtful && !is_over(reading)) {
+      doubt_ = scanned_;
+      continue;
+    }
     emit(reading);
     return true;
   }
   if (!at_end) return false;
-  emit(read_front(end_time_, true));
+  CycleReading reading = read_front(end_time_, true);
+  if (!reading.cycle.frame && frame_behind_doubt(end_time_, true)) {
+    reading = read_front(ma_[scanned_].time, false);
+  }
+  emit(reading);
   return true;
 }
 
 CycleReading Decoder::read_front(Picoseconds next, bool last_of_capture) {
-  const auto edges = std::span<const LevelChange>(ma_).first(scanned_);
+  return read(0, next, last_of_capture);
+}
+
+// The edges from `begin` to scanned_ as a cycle.
+CycleReading Decoder::read(std::size_t begin, Picoseconds next, bool last_of_capture) {
+  const auto edges = std::span<const LevelChange>(ma_).first(scanned_).subspan(begin);
   return reader_.read({.ma = edges,
-                       .begins_idle = idle_known_,
+                       .begins_idle = begin != 0 || idle_known_,
                        .limit = std::min(next, shifted(edges.back().time, slo_matters)),
                        .last_of_capture = last_of_capture},
                       slo_);
@@ -162,14 +179,29 @@ bool Decoder::is_over(const CycleReading& reading) const {
 // Where no cycle before tells how long one is: two pieces of one length are two cycles. Then goes
 // back to the end of the first.
 bool Decoder::repeats(const CycleReading& reading) {
-  if (usual_clocks_ != 0 || !reading.cycle.period) return false;
-  const std::size_t doubt = std::exchange(doubt_, scanned_);
-  if (doubt == 0 || doubt == scanned_) return false;
-  const std::int64_t before = clocks_between(0, doubt, *reading.cycle.period);
-  const std::int64_t behind = clocks_between(doubt, scanned_, *reading.cycle.period);
+  if (usual_clocks_ != 0 || !reading.cycle.period || !is_doubted()) return false;
+  const std::int64_t before = clocks_between(0, doubt_, *reading.cycle.period);
+  const std::int64_t behind = clocks_between(doubt_, scanned_, *reading.cycle.period);
   if (before < 2 || std::abs(behind - before) > 1) return false;
   usual_clocks_ = before;
-  scanned_ = doubt;
+  scanned_ = doubt_;
+  return true;
+}
+
+// What stands behind the last doubtful stillness proves by itself that it is a cycle. Then goes
+// back to the end of the one before, which must not be shorter: where a few of the first edges of a
+// cycle are missing, the rest of it reads well too.
+bool Decoder::frame_behind_doubt(Picoseconds next, bool last_of_capture) {
+  if (!is_doubted()) return false;
+  const std::size_t begin = doubt_ + (ma_[doubt_].level == Level::high ? 1 : 0);
+  if (begin >= scanned_) return false;
+  if (clocks_between(0, doubt_, period_) < clocks_between(begin, scanned_, period_)) return false;
+  const CycleReading behind = read(begin, next, last_of_capture);
+  const auto& checks = behind.cycle.crc_ok;
+  const bool checked = std::any_of(checks.begin(), checks.end(),
+                                   [](const auto& crc_ok) { return crc_ok.has_value(); });
+  if (!behind.cycle.frame || !checked) return false;
+  scanned_ = doubt_;
   return true;
 }
 
@@ -193,9 +225,25 @@ void Decoder::emit(const CycleReading& reading) {
 
 void Decoder::give_up() {
   emit(read_front(ma_[scanned_].time, false));
-  passed_over_ = ma_.back().time;
+  passed_over_ = passed_mark_ = ma_.back().time;
+  passed_edges_ = 0;
   passing_over_ = true;
   ma_.clear();
+}
+
+void Decoder::pass_over(Picoseconds time) {
+  passing_over_ = !is_long_still(elapsed(passed_over_, time));
+  passed_over_ = time;
+  if (++passed_edges_ % faster_clock_edges != 0) return;
+  follow_clock(passed_mark_, time);
+  passed_mark_ = time;
+}
+
+// What a cycle began with may have been no clock: MA and SLO exchanged, or anything else on MA.
+// Measured by that, the stillness between the requests that follow would be none.
+void Decoder::follow_clock(Picoseconds begin, Picoseconds end) {
+  const Picoseconds period = elapsed(begin, end) * 2 / std::int64_t{faster_clock_edges};
+  if (2 * period < period_) period_ = std::max(period, picoseconds(1));
 }
 
 }  // namespace biss::decode

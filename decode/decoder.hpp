@@ -26,7 +26,8 @@ struct Lines {
 /// A cycle begins with the first falling edge of MA after idle and ends where MA stays still for
 /// more than 1.25 periods, measured on the spot: every cycle may have its own clock. A stillness of
 /// up to 4 periods is doubtful: it may as well be missing edges. It ends a cycle whose frame is
-/// complete or that is as long as the one before.
+/// complete, that is as long as the one before, or behind which stands a frame with a checksum that
+/// is right, as long as what is before it or shorter.
 ///
 /// Memory is bounded by the longest cycle, whatever the length of the capture.
 class Decoder {
@@ -52,16 +53,24 @@ class Decoder {
   static constexpr std::size_t max_cycle_edges = 2 * (max_frame_bits + 64);
   // So many edges ahead tell the clock of a cycle that begins.
   static constexpr std::size_t lookahead_edges = 12;
+  // So many edges in less than half their time are a faster clock than what the cycle began with.
+  static constexpr std::size_t faster_clock_edges = 24;
+  static constexpr std::size_t faster_clock_step = 8;
 
   void drain(bool at_end);
   bool find_begin(bool at_end);
   bool take_cycle(bool at_end);
   CycleReading read_front(Picoseconds next, bool last_of_capture);
+  CycleReading read(std::size_t begin, Picoseconds next, bool last_of_capture);
   bool is_over(const CycleReading& reading) const;
   bool repeats(const CycleReading& reading);
+  bool frame_behind_doubt(Picoseconds next, bool last_of_capture);
+  void pass_over(Picoseconds time);
+  void follow_clock(Picoseconds begin, Picoseconds end);
   void emit(const CycleReading& reading);
   void give_up();
   void drop_return_to_idle();
+  bool is_doubted() const { return doubt_ != 0 && doubt_ != scanned_; }
   bool is_long_still(Picoseconds still) const { return 4 * still > 5 * period_; }
   Picoseconds period_ahead() const;
   std::int64_t clocks_between(std::size_t first, std::size_t end, Picoseconds period) const;
@@ -84,6 +93,9 @@ class Decoder {
   // MA ran on for longer than any request; what follows until it is still is passed over.
   bool passing_over_ = false;
   Picoseconds passed_over_{};
+  // Every so many edges passed over.
+  Picoseconds passed_mark_{};
+  std::size_t passed_edges_ = 0;
 };
 
 }  // namespace biss::decode

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <deque>
 #include <optional>
+#include <span>
 
 #include "decode/decoder.hpp"
 
@@ -94,6 +95,54 @@ class Judge {
   Outcome outcome_;
 };
 
+// Whose probes change places.
+class Recorder {
+ public:
+  explicit Recorder(const ProbeExchange& probes) : probes_(probes) {}
+
+  /// Exchanged in some of this cycle.
+  bool spoils(std::uint64_t number) const {
+    return probes_.every != 0 && number % probes_.every >= probes_.every - probes_.length;
+  }
+
+  std::span<const wire::Edge> record(std::uint64_t number, std::span<const wire::Edge> edges) {
+    if (probes_.every == 0) return edges;
+    recorded_.clear();
+    // Anywhere in the first of them, and anywhere in the last.
+    std::size_t begin = edges.size();
+    std::size_t end = edges.size();
+    if (spoils(number)) {
+      begin = exchanged_ ? 0 : number * 7 % edges.size();
+      if (!spoils(number + 1)) end = begin + number * 11 % (edges.size() - begin);
+    }
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+      if ((i >= begin && i < end) != exchanged_) exchange(edges[i].time);
+      put(edges[i]);
+    }
+    return recorded_;
+  }
+
+ private:
+  void put(const wire::Edge& edge) {
+    levels_[edge.line] = edge.level;
+    const auto line = static_cast<wire::LineIndex>(exchanged_ ? 1 - edge.line : edge.line);
+    recorded_.push_back({edge.time, line, edge.level});
+  }
+
+  void exchange(Picoseconds time) {
+    exchanged_ = !exchanged_;
+    if (levels_[sim::ma_line] == levels_[sim::slo_line]) return;
+    for (const wire::LineIndex line : {sim::ma_line, sim::slo_line}) {
+      put({time, line, levels_[line]});
+    }
+  }
+
+  ProbeExchange probes_;
+  bool exchanged_ = false;
+  std::array<wire::Level, 2> levels_{wire::Level::high, wire::Level::high};
+  std::vector<wire::Edge> recorded_;
+};
+
 }  // namespace
 
 std::vector<sim::FaultRule> all_faults(std::uint64_t share) {
@@ -104,8 +153,9 @@ std::vector<sim::FaultRule> all_faults(std::uint64_t share) {
   return rules;
 }
 
-Outcome run(const sim::LineSetup& setup, std::uint64_t cycles) {
+Outcome run(const sim::LineSetup& setup, std::uint64_t cycles, const ProbeExchange& probes) {
   sim::Line line(setup);
+  Recorder recorder(probes);
   Judge judge(period_of(setup.clock) / 2);
   decode::Decoder decoder(decode::CycleReader(setup.format, setup.timing),
                           [&](const decode::Cycle& cycle) { judge.row(cycle); });
@@ -114,14 +164,16 @@ Outcome run(const sim::LineSetup& setup, std::uint64_t cycles) {
   sim::FaultSet before = 0;
   for (std::uint64_t i = 0; i < cycles; ++i) {
     const sim::SimulatedCycle& cycle = line.next();
-    judge.expect({i, cycle.time, cycle.sent, cycle.faults, before});
-    if (cycle.faults == 0 && before == 0) {
+    const sim::FaultSet faults =
+        cycle.faults | (recorder.spoils(i) ? set_of(sim::FaultKind::exchange) : sim::FaultSet{});
+    judge.expect({i, cycle.time, cycle.sent, faults, before});
+    if (faults == 0 && before == 0) {
       const auto& frame = cycle.reading.frame;
       if (!frame.ok()) ++judge.outcome().master_failed;
       if (frame.ok() && !same_positions(*frame, cycle.sent)) ++judge.outcome().master_wrong;
     }
-    before = cycle.faults;
-    decoder.push(cycle.edges, {.ma = sim::ma_line, .slo = sim::slo_line});
+    before = faults;
+    decoder.push(recorder.record(i, cycle.edges), {.ma = sim::ma_line, .slo = sim::slo_line});
   }
   decoder.finish(line.end() + milliseconds(2));
   return judge.finish();

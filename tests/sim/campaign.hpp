@@ -47,8 +47,15 @@ struct Outcome {
   std::uint64_t master_failed = 0;
 };
 
+/// MA and SLO change places at the recorder: for the last `length` of every `every` cycles, from
+/// within the first of them to within the last. Counts as the fault `exchange`.
+struct ProbeExchange {
+  std::uint64_t every = 0;  ///< 0: never
+  std::uint64_t length = 0;
+};
+
 /// Runs the line for so many cycles and reads what it records.
-Outcome run(const sim::LineSetup& setup, std::uint64_t cycles);
+Outcome run(const sim::LineSetup& setup, std::uint64_t cycles, const ProbeExchange& probes = {});
 
 /// Every kind of fault at this share of cycles, in parts of 2^32.
 std::vector<sim::FaultRule> all_faults(std::uint64_t share);

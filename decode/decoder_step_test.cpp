@@ -1,0 +1,118 @@
+// Requests so close that the stillness between them may as well be missing edges: where one ends
+// must be found again behind whatever came before.
+#include <gtest/gtest.h>
+
+#include "decode/test_line.hpp"
+
+namespace biss::decode::test {
+namespace {
+
+// Between two requests MA stands for 2.1 periods.
+const Shape tight{.timeout = nanoseconds(1'500), .gap = nanoseconds(10)};
+
+void add_good(Line& line, std::uint64_t cycles) {
+  for (std::uint64_t k = 0; k < cycles; ++k) line.request(tight, 0x1234567 + k);
+}
+
+// Nobody answers for so many clocks.
+void add_silent(Line& line, std::size_t clocks) {
+  FrameBits bits;
+  bits.append_run(true, clocks);
+  line.request(tight, bits);
+}
+
+// Pulses on MA that are no clock; the next request comes as close as any.
+void add_slow_pulses(Line& line, int pulses, Picoseconds period) {
+  for (int i = 0; i < pulses; ++i) {
+    line.ma.push_back(low_at(line.now));
+    line.ma.push_back(high_at(line.now + period / 2));
+    line.now += period;
+  }
+  line.now += nanoseconds(1'600) - period / 2;
+}
+
+// Rows from this request on are just the requests, and good.
+void expect_good_from(const Line& line, std::size_t request, std::string_view format) {
+  const auto cycles = decode(line, format);
+  std::size_t row = 0;
+  const auto begin = [&](std::size_t k) { return line.ma[line.begins[k]].time; };
+  while (row < cycles.size() && cycles[row].time < begin(request)) ++row;
+  ASSERT_EQ(cycles.size() - row, line.begins.size() - request);
+  for (std::size_t k = request; k < line.begins.size(); ++k, ++row) {
+    EXPECT_EQ(cycles[row].time, begin(k)) << k;
+    EXPECT_EQ(name_of(cycles[row].status), "ok") << k;
+  }
+}
+
+TEST(DecoderStep, SilentRequestBehindALongOne_EndsWhereAFrameBegins) {
+  Line line;
+  add_good(line, 3);
+  add_silent(line, 160);
+  add_silent(line, 45);
+  add_good(line, 6);
+  const auto cycles = decode(line);
+  ASSERT_EQ(cycles.size(), 11U);
+  EXPECT_EQ(name_of(cycles[3].status), "no_response");
+  EXPECT_EQ(name_of(cycles[4].status), "no_response");
+  EXPECT_EQ(cycles[4].rising_edges, 45U);
+  expect_good_from(line, 5, usual_format);
+}
+
+TEST(DecoderStep, LastFrameOfTheCapture_EndsTheOneBeforeToo) {
+  Line line;
+  add_good(line, 2);
+  add_silent(line, 160);
+  add_silent(line, 45);
+  add_good(line, 1);
+  expect_good_from(line, 4, usual_format);
+}
+
+// Bits that nothing checks prove no boundary.
+TEST(DecoderStep, FrameWithoutChecksum_EndsNothing) {
+  constexpr std::string_view format = "pos26,nE,nW";
+  Line line;
+  for (std::uint64_t k = 0; k < 3; ++k) line.request(tight, k, format);
+  add_silent(line, 160);
+  add_silent(line, 45);
+  line.request(tight, 5, format);
+  const auto cycles = decode(line, format);
+  ASSERT_EQ(cycles.size(), 5U);
+  EXPECT_GT(cycles[4].rising_edges, 45U);
+}
+
+// MA loses clocks before ACK: what is left is a whole answer, but no request began there.
+TEST(DecoderStep, EdgesMissingBeforeAck_AreNoBoundary) {
+  Shape shape = tight;
+  shape.line_delay = nanoseconds(6'000);
+  shape.extra_clocks = 5;
+  Line line;
+  for (std::uint64_t k = 0; k < 3; ++k) line.request(shape, 0x1234567 + k);
+  const auto at = line.ma.begin() + static_cast<std::ptrdiff_t>(line.begins[1] + 4);
+  line.ma.erase(at, at + 2);
+  const auto cycles = decode(line);
+  ASSERT_EQ(cycles.size(), 3U);
+  EXPECT_EQ(name_of(cycles[1].status), "ma_clock");
+}
+
+TEST(DecoderStep, SlowPulsesBeforeTightRequests_SpoilOneRequestAtMost) {
+  for (const std::int64_t period_us : {5, 10, 15}) {
+    SCOPED_TRACE(period_us);
+    Line line;
+    add_good(line, 2);
+    add_slow_pulses(line, 12, microseconds(period_us));
+    add_good(line, 6);
+    expect_good_from(line, 3, usual_format);
+  }
+}
+
+// Longer than any request: passed over, until the clock is a clock again.
+TEST(DecoderStep, EndlessSlowPulsesBeforeTightRequests_SpoilOneRequestAtMost) {
+  Line line;
+  add_good(line, 2);
+  add_slow_pulses(line, 3'000, microseconds(10));
+  add_good(line, 6);
+  expect_good_from(line, 3, usual_format);
+}
+
+}  // namespace
+}  // namespace biss::decode::test
