@@ -1,0 +1,154 @@
+// A ready-made owner of a register server: 64 registers of the bank that BSEL chooses at 0x00 …
+// 0x3F, and 64 that are always there at 0x40 … 0x7F (D2, register map).
+//
+//   struct Device : NoRegisterHooks {                              // what the registers do
+//     void written(std::uint8_t bank, std::uint8_t address, std::uint8_t value);
+//   };
+//   BankedRegisters<2, Device> registers;
+//   registers.bank(1) = RegisterBank(eds, RegisterProtection::read_only);
+//   registers.fixed().put_number(0x7E - 0x40, 0x6943, 2, RegisterProtection::read_only);
+//   RegisterServer server(registers);
+#pragma once
+
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include "biss/slave/register_bank.hpp"
+#include "biss/slave/register_owner.hpp"
+
+namespace biss {
+
+/// What a device does beside keeping bytes; a base to hide the functions of. None is virtual.
+struct NoRegisterHooks {
+  /// A byte is about to go out; `value` is what is stored, and may be renewed. `bank` is BSEL, of
+  /// no meaning from address 0x40 on; so everywhere here.
+  constexpr void reading(std::uint8_t /*bank*/, std::uint8_t /*address*/, std::uint8_t& /*value*/) {
+  }
+  /// A byte has been written and stored.
+  constexpr void written(std::uint8_t /*bank*/, std::uint8_t /*address*/, std::uint8_t /*value*/) {}
+  /// The next byte has to wait; asked once a frame. The first byte of a write is not asked for.
+  constexpr bool busy() { return false; }
+  constexpr bool accepts(ControlCommand, bool /*broadcast*/) { return false; }
+  constexpr void execute(ControlCommand, bool /*broadcast*/) {}
+};
+
+template <class Hooks>
+concept RegisterHooks = requires(Hooks hooks, std::uint8_t byte) {
+  hooks.reading(byte, byte, byte);
+  hooks.written(byte, byte, byte);
+  { hooks.busy() } -> std::same_as<bool>;
+  { hooks.accepts(ControlCommand::channels, true) } -> std::same_as<bool>;
+  hooks.execute(ControlCommand::channels, true);
+};
+
+/// Frames by which S of a byte is delayed.
+struct RegisterBusy {
+  std::uint16_t read_frames = 0;   ///< each byte read
+  std::uint16_t write_frames = 0;  ///< each byte behind a written one
+};
+
+/// The registers of one slave: a device of several has one each (PerSlave) or none of this kind.
+///
+/// BSEL (0x40) is its own: refused where there is one bank only, else R/W. It holds what was
+/// written; where no such bank exists, nothing at 0x00 … 0x3F is available.
+template <std::size_t Banks, RegisterHooks Hooks = NoRegisterHooks>
+class BankedRegisters {
+  static_assert(Banks >= 1 && Banks <= 256);
+
+ public:
+  static constexpr std::uint8_t fixed_begin = 0x40;
+  static constexpr std::uint8_t bsel_address = 0x40;
+
+  constexpr explicit BankedRegisters(const Hooks& hooks = {}, const RegisterBusy& busy = {})
+      : hooks_(hooks), busy_(busy) {}
+
+  /// \pre number < Banks
+  constexpr RegisterBank& bank(std::size_t number) { return banks_[number]; }
+  /// Offset 0 is address 0x40, which is never used.
+  constexpr RegisterBank& fixed() { return fixed_; }
+  constexpr std::uint8_t bsel() const { return bsel_; }
+  constexpr Hooks& hooks() { return hooks_; }
+
+  constexpr bool permits(unsigned /*slave*/, RegisterAccess access, std::uint8_t address) {
+    waited_ = 0;
+    if (address == bsel_address) return Banks > 1;
+    if (address >= fixed_begin) return fixed_.permits(access, address - fixed_begin);
+    return bsel_ < Banks && banks_[bsel_].permits(access, address);
+  }
+
+  constexpr std::optional<std::uint8_t> read(unsigned /*slave*/, std::uint8_t address) {
+    if (must_wait(busy_.read_frames)) return std::nullopt;
+    if (address == bsel_address) return bsel_;
+    std::uint8_t& value = at(address);
+    hooks_.reading(bsel_, address, value);
+    return value;
+  }
+
+  constexpr bool ready(unsigned /*slave*/) { return !must_wait(busy_.write_frames); }
+
+  constexpr void write(unsigned /*slave*/, std::uint8_t address, std::uint8_t value) {
+    if (address == bsel_address) {
+      bsel_ = value;
+    } else {
+      at(address) = value;
+    }
+    hooks_.written(bsel_, address, value);
+  }
+
+  constexpr bool accepts(unsigned /*slave*/, ControlCommand command, bool broadcast) {
+    return hooks_.accepts(command, broadcast);
+  }
+  constexpr void execute(unsigned /*slave*/, ControlCommand command, bool broadcast) {
+    hooks_.execute(command, broadcast);
+  }
+
+ private:
+  constexpr bool must_wait(std::uint16_t frames) {
+    if (waited_ < frames) {
+      ++waited_;
+      return true;
+    }
+    return hooks_.busy();
+  }
+
+  // \pre permitted
+  constexpr std::uint8_t& at(std::uint8_t address) {
+    if (address >= fixed_begin) return fixed_[address - fixed_begin];
+    return banks_[bsel_][address];
+  }
+
+  [[no_unique_address]] Hooks hooks_;
+  RegisterBusy busy_;
+  std::array<RegisterBank, Banks> banks_{};
+  RegisterBank fixed_;
+  std::uint8_t bsel_ = 0;
+  std::uint16_t waited_ = 0;  // frames, for the byte that is due
+};
+
+/// An owner each for the slaves of a device that has several, slave 0 first.
+template <RegisterOwner Owner, unsigned Count>
+struct PerSlave {
+  std::array<Owner, Count> owner;
+
+  constexpr bool permits(unsigned slave, RegisterAccess access, std::uint8_t address) {
+    return owner[slave].permits(slave, access, address);
+  }
+  constexpr std::optional<std::uint8_t> read(unsigned slave, std::uint8_t address) {
+    return owner[slave].read(slave, address);
+  }
+  constexpr bool ready(unsigned slave) { return owner[slave].ready(slave); }
+  constexpr void write(unsigned slave, std::uint8_t address, std::uint8_t value) {
+    owner[slave].write(slave, address, value);
+  }
+  constexpr bool accepts(unsigned slave, ControlCommand command, bool broadcast) {
+    return owner[slave].accepts(slave, command, broadcast);
+  }
+  constexpr void execute(unsigned slave, ControlCommand command, bool broadcast) {
+    owner[slave].execute(slave, command, broadcast);
+  }
+};
+
+}  // namespace biss
