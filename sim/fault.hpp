@@ -74,6 +74,46 @@ inline std::string text_of(FaultSet faults) {
   return text;
 }
 
+/// What a place in a cycle is counted in, from 0.
+enum class PlaceUnit : std::uint8_t {
+  bit,    ///< bits of data and CRC in the order on the line, as the master gets them
+  clock,  ///< periods of MA at the master; the first one begins with the request
+};
+
+/// A point in a cycle, in thousandths of a bit or a clock from its beginning.
+struct FaultPlace {
+  PlaceUnit unit{};
+  std::uint64_t thousandths = 0;
+
+  constexpr std::uint64_t whole() const { return thousandths / 1000U; }
+  bool operator==(const FaultPlace&) const = default;
+};
+
+/// Where a kind began.
+struct FaultStrike {
+  FaultKind kind{};
+  FaultPlace place{};
+
+  bool operator==(const FaultStrike&) const = default;
+};
+
+/// False for kinds that last for whole cycles: they begin nowhere in it.
+constexpr bool has_place(FaultKind kind) {
+  switch (kind) {
+    case FaultKind::late_start:
+    case FaultKind::no_answer:
+    case FaultKind::swap_ma:
+    case FaultKind::swap_slo:
+    case FaultKind::exchange:
+    case FaultKind::nE:
+    case FaultKind::nW:
+    case FaultKind::frozen:
+      return false;
+    default:
+      return true;
+  }
+}
+
 /// One kind of fault, and which cycles it strikes.
 struct FaultRule {
   FaultKind kind{};
@@ -81,6 +121,8 @@ struct FaultRule {
   std::uint64_t share = 0;
   /// The one cycle in which it strikes, counted from 0; then the share does not matter.
   std::optional<std::uint64_t> cycle{};
+  /// Where in the cycle, one of places_of(); else drawn.
+  std::optional<FaultPlace> place{};
 };
 
 }  // namespace biss::sim

@@ -61,10 +61,48 @@ Picoseconds share_of(Picoseconds time, Random& random) {
   return time * static_cast<std::int64_t>(random.below(1U << 20U)) / (1 << 20);
 }
 
+// What the master gets on SLO, so that it can be placed by its bits.
+bool strikes_slo(FaultKind kind) {
+  return kind == FaultKind::glitch_slo || kind == FaultKind::slo_low ||
+         kind == FaultKind::slo_high || kind == FaultKind::cut;
+}
+
+// The payload's bits; a burst begins before the last one.
+FaultPlaces bits_of(FaultKind kind, unsigned payload_bits) {
+  const bool pattern = kind == FaultKind::flip || kind == FaultKind::burst;
+  const unsigned last_bits = kind == FaultKind::burst ? 2 : 1;
+  if ((!pattern && !strikes_slo(kind)) || payload_bits < last_bits) return {};
+  return {0, payload_bits - last_bits, pattern};
+}
+
 }  // namespace
 
+FaultPlaces places_of(FaultKind kind, PlaceUnit unit, const NominalCycle& nominal) {
+  if (unit == PlaceUnit::bit) return bits_of(kind, nominal.payload_bits);
+  const std::uint64_t clocks = nominal.clocks;
+  switch (extent_of(kind)) {
+    case Extent::whole:
+    case Extent::cycles:
+      break;
+    case Extent::span:
+    case Extent::pulse:
+      return {0, clocks - 1U, false};
+    case Extent::clock:
+    case Extent::bounce:
+      return {0, clocks - 1U, true};
+    case Extent::idle_pulse: {
+      const std::int64_t periods = nominal.interval.count / nominal.period.count;
+      return {clocks, std::max(static_cast<std::uint64_t>(periods), clocks + 1U) - 1U, false};
+    }
+  }
+  return {};
+}
+
 FaultSchedule::FaultSchedule(std::vector<FaultRule> rules, std::uint64_t seed)
-    : rules_(std::move(rules)), seed_(scrambled(seed ^ 0x5DEECE66DU)) {}
+    : rules_(std::move(rules)), seed_(scrambled(seed ^ 0x5DEECE66DU)) {
+  std::stable_partition(rules_.begin(), rules_.end(),
+                        [](const FaultRule& rule) { return rule.cycle.has_value(); });
+}
 
 Picoseconds FaultSchedule::next() const { return actions_.empty() ? never : actions_.back().time; }
 
@@ -90,13 +128,16 @@ void FaultSchedule::begin_cycle(std::uint64_t number, Picoseconds begin) {
     if (!hit || (lasting_ & set_of(rule.kind)) != 0) continue;
     lasting_ |= set_of(rule.kind);
     details_[static_cast<std::size_t>(rule.kind)] = random.next();
-    strike(rule.kind, random, number, begin);
+    strike(rule, random, number, begin);
   }
 }
 
-void FaultSchedule::strike(FaultKind kind, Random& random, std::uint64_t number,
+// What is drawn is drawn the same whether a place is given or not.
+void FaultSchedule::strike(const FaultRule& rule, Random& random, std::uint64_t number,
                            Picoseconds begin) {
+  const FaultKind kind = rule.kind;
   const Extent extent = extent_of(kind);
+  std::optional<FaultPlace>& place = places_[static_cast<std::size_t>(kind)] = rule.place;
   Picoseconds at = begin;
   if (extent == Extent::whole || extent == Extent::cycles) {
     const std::uint64_t cycles = extent == Extent::whole ? 1 : 1 + random.below(3);
@@ -105,20 +146,27 @@ void FaultSchedule::strike(FaultKind kind, Random& random, std::uint64_t number,
     return;
   }
   if (extent == Extent::span) {
-    add({at + place_in_frame(random), kind, true});
+    const Picoseconds drawn = place_in_frame(random);
+    add({at + (place ? time_of(*place) : drawn), kind, true});
     endings_.push_back({kind, number + 1 + random.below(3), share_of(nominal_.interval, random)});
     return;
   }
   const Picoseconds tick = std::max(nominal_.period / 50, picoseconds(1));
-  const auto clock = static_cast<std::int64_t>(random.below(nominal_.clocks));
+  const std::uint64_t drawn_clock = random.below(nominal_.clocks);
   Picoseconds width = tick + share_of(nominal_.period / 10, random);
+  if (extent == Extent::clock || extent == Extent::bounce) {
+    if (!place) place = {PlaceUnit::clock, drawn_clock * 1000U};
+    at += time_of(*place);
+  }
   if (extent == Extent::clock) {
-    at += clock * nominal_.period - tick;
+    at -= tick;
     width = nominal_.low_time + 2 * tick;
   } else if (extent == Extent::bounce) {
     // Of a rising or a falling edge.
-    at += clock * nominal_.period + tick;
+    at += tick;
     if (random.below(2) != 0) at += nominal_.low_time;
+  } else if (place) {
+    at += time_of(*place);
   } else if (extent == Extent::pulse) {
     at += place_in_frame(random);
     if (kind == FaultKind::glitch_slo) at += nominal_.line_delay;
@@ -128,6 +176,13 @@ void FaultSchedule::strike(FaultKind kind, Random& random, std::uint64_t number,
   at = std::max(at, begin);
   add({at, kind, true});
   add({at + width, kind, false});
+}
+
+// From the beginning of the cycle.
+Picoseconds FaultSchedule::time_of(FaultPlace place) const {
+  const Picoseconds time = nominal_.period * static_cast<std::int64_t>(place.thousandths) / 1000;
+  if (place.unit == PlaceUnit::clock) return time;
+  return nominal_.data_clock * nominal_.period + nominal_.low_time + nominal_.line_delay + time;
 }
 
 void FaultSchedule::add(FaultAction action) {

@@ -61,6 +61,8 @@ Line::Undisturbed Line::undisturbed(LineSetup setup) {
     const SimulatedCycle& cycle = line.next();
     nominal.interval = std::max(nominal.interval, line.begin_ - cycle.time);
     nominal.clocks = cycle.reading.clocks;
+    // LAT, ACK, START and CDS come before.
+    nominal.data_clock = 3U + cycle.reading.ack_clocks;
     nominal.line_delay = cycle.reading.line_delay.value_or(Picoseconds{});
   }
   nominal.interval += 2 * (setup.ma_jitter + setup.slo_jitter);
@@ -83,6 +85,7 @@ Line::Line(const LineSetup& setup, const Undisturbed& nominal)
                          .low_time = master_.setup().low_time,
                          .interval = interval_,
                          .clocks = std::max(nominal.clocks, 1U),
+                         .data_clock = nominal.data_clock,
                          .line_delay = nominal.line_delay,
                          .payload_bits = setup.format.payload_bits()});
   add_nodes();
@@ -120,6 +123,7 @@ const SimulatedCycle& Line::next() {
 void Line::begin_request() {
   cycle_.time = begin_;
   cycle_.faults = 0;
+  cycle_.strikes.clear();
   for (Node& node : nodes_) node.slave.source().begin_cycle();
   schedule_.begin_cycle(number_, begin_);
   if (!schedule_.empty()) {

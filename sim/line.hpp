@@ -34,6 +34,8 @@ struct SimulatedCycle {
   BasicReading<Frame> reading;
   /// What was done to it.
   FaultSet faults = 0;
+  /// Where in it faults began, in the order of time; those that begin nowhere are left out.
+  std::vector<FaultStrike> strikes;
   /// In the order of time.
   std::vector<wire::Edge> edges;
 };
@@ -53,6 +55,8 @@ class Line {
 
   /// From one request to the next while nothing is disturbed.
   Picoseconds interval() const { return interval_; }
+  /// The cycle that faults are laid out by.
+  const NominalCycle& nominal() const { return schedule_.nominal(); }
   /// The next request's begin: all edges made so far are before it, or at it.
   Picoseconds end() const { return begin_; }
 
@@ -70,6 +74,7 @@ class Line {
   struct Undisturbed {
     Picoseconds interval{};
     std::uint32_t clocks = 0;
+    std::uint32_t data_clock = 0;
     Picoseconds line_delay{};
   };
   friend Picoseconds least_interval(const LineSetup&);
@@ -107,6 +112,7 @@ class Line {
   void begin_fault(FaultKind kind);
   void end_fault(FaultKind kind);
   void set_pattern(FaultKind kind);
+  void tell_strike(FaultKind kind);
   void set_start(bool late);
   void restart();
   Picoseconds arrival(Picoseconds delay, Picoseconds jitter);

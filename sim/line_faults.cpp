@@ -7,7 +7,11 @@ namespace biss::sim {
 
 void Line::begin_fault(FaultKind kind) {
   disturbance_.begin(kind);
-  if (kind == FaultKind::flip || kind == FaultKind::burst) set_pattern(kind);
+  if (kind == FaultKind::flip || kind == FaultKind::burst) {
+    set_pattern(kind);
+  } else if (has_place(kind)) {
+    tell_strike(kind);
+  }
   if (kind == FaultKind::brown_out) restart();
   if (kind != FaultKind::delay_step) return;
   // A quarter of a period to one and a quarter.
@@ -24,15 +28,32 @@ void Line::end_fault(FaultKind kind) {
 
 void Line::set_pattern(FaultKind kind) {
   Random random(schedule_.detail(kind));
+  const std::optional<FaultPlace> place = schedule_.place(kind);
   const unsigned bits = setup_.format.payload_bits();
+  const auto tell = [&](unsigned bit) {
+    cycle_.strikes.push_back({kind, {PlaceUnit::bit, std::uint64_t{bit} * 1000U}});
+  };
   if (kind == FaultKind::flip) {
-    return disturbance_.set_flip(static_cast<unsigned>(random.below(bits)));
+    const auto drawn = static_cast<unsigned>(random.below(bits));
+    const unsigned bit = place ? static_cast<unsigned>(place->whole()) : drawn;
+    tell(bit);
+    return disturbance_.set_flip(bit);
   }
   constexpr unsigned longest = 16;
-  const auto length = static_cast<unsigned>(2 + random.below(std::min(longest, bits) - 1U));
-  const auto first = static_cast<unsigned>(random.below(bits - length + 1U));
+  const auto given = static_cast<unsigned>(place ? place->whole() : 0U);
+  const unsigned room = std::min(longest, bits - given);
+  const auto length = static_cast<unsigned>(2 + random.below(room - 1U));
+  const auto drawn = static_cast<unsigned>(random.below(bits - length + 1U));
+  const unsigned first = place ? given : drawn;
   const std::uint64_t ends = (std::uint64_t{1} << (length - 1U)) | 1U;
+  tell(first);
   disturbance_.set_burst(first, (random.next() & low_mask(length)) | ends);
+}
+
+void Line::tell_strike(FaultKind kind) {
+  const auto since = static_cast<std::uint64_t>((now_ - begin_).count * 1000 / period_.count);
+  cycle_.strikes.push_back(
+      {kind, schedule_.place(kind).value_or(FaultPlace{PlaceUnit::clock, since})});
 }
 
 // Only an encoder at rest can be told; one that is not keeps its ways, and the cycle is marked.

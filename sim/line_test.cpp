@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <string>
 
 #include "biss/catalogue/catalogue.hpp"
@@ -50,6 +51,77 @@ TEST(Line, Edges_ComeInTimeOrderAcrossCycles) {
       last = edge.time;
     }
     EXPECT_LE(last, line.end());
+  }
+}
+
+// Runs up to cycle 3, which the rule names, and gives what it tells.
+std::vector<FaultStrike> strikes_with(LineSetup setup, const FaultRule& rule) {
+  setup.faults = {rule};
+  Line line(setup);
+  std::vector<FaultStrike> strikes;
+  for (int i = 0; i < 4; ++i) {
+    const SimulatedCycle& cycle = line.next();
+    strikes = cycle.strikes;
+    EXPECT_EQ(strikes.empty(), i != 3 || !has_place(rule.kind));
+    EXPECT_EQ(cycle.faults, i == 3 ? set_of(rule.kind) : 0U) << name_of(rule.kind);
+  }
+  return strikes;
+}
+
+void expect_places_told(const LineSetup& setup, FaultKind kind, PlaceUnit unit) {
+  const FaultPlaces places = places_of(kind, unit, Line(setup).nominal());
+  if (places.empty()) return;
+  for (const std::uint64_t whole : {places.first, (places.first + places.last) / 2, places.last}) {
+    const FaultPlace place{unit, 1000 * whole + (places.whole ? 0U : 375U)};
+    ASSERT_TRUE(places.contains(place));
+    const auto told = strikes_with(setup, {.kind = kind, .cycle = 3, .place = place});
+    EXPECT_EQ(told, (std::vector<FaultStrike>{{kind, place}})) << name_of(kind) << ' ' << whole;
+  }
+  EXPECT_FALSE(places.contains({unit, 1000 * (places.last + 1)}));
+  EXPECT_EQ(places.contains({unit, 1000 * places.last + 1}), !places.whole);
+}
+
+TEST(Line, EveryKindAtItsPlaces_TellsThem) {
+  LineSetup one = setup_of("pos26,nE,nW,crc6;cds0");
+  LineSetup chain = setup_of("pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0");
+  chain.slaves = 2;
+  chain.clock = megahertz(1);
+  for (const LineSetup& setup : {one, chain}) {
+    for (std::size_t k = 0; k < fault_kind_count; ++k) {
+      const auto kind = static_cast<FaultKind>(k);
+      expect_places_told(setup, kind, PlaceUnit::bit);
+      expect_places_told(setup, kind, PlaceUnit::clock);
+      const auto drawn = strikes_with(setup, {.kind = kind, .cycle = 3});
+      EXPECT_EQ(drawn.size(), has_place(kind) ? 1U : 0U);
+    }
+  }
+}
+
+// The bits that the master gets differ from those sent at the place and nowhere else.
+TEST(Line, FlipAtABitOfAChain_IsThatBitOfThatChannel) {
+  LineSetup setup = setup_of("pos8+pos8,nE,nW+pos16");
+  setup.slaves = 3;
+  for (std::uint64_t bit = 0; bit < 34; ++bit) {
+    setup.faults = {{.kind = FaultKind::flip, .cycle = 3, .place = {{PlaceUnit::bit, bit * 1000}}}};
+    Line line(setup);
+    for (int i = 0; i < 3; ++i) line.next();
+    const SimulatedCycle& cycle = line.next();
+    ASSERT_TRUE(cycle.reading.frame.ok()) << bit;
+    std::uint64_t sent = 0;
+    std::uint64_t got = 0;
+    const auto append = [](std::uint64_t& bits, const Channel& channel, unsigned width) {
+      bits = bits << width | channel.position;
+    };
+    constexpr std::array<unsigned, 3> widths{8, 8, 16};
+    for (std::size_t k = 0; k < 3; ++k) {
+      append(sent, cycle.sent.channel_list[k], widths[k]);
+      append(got, cycle.reading.frame->channel_list[k], widths[k]);
+      if (k != 1) continue;
+      const auto flags = [](const Channel& c) { return (c.nE ? 2U : 0U) | (c.nW ? 1U : 0U); };
+      sent = sent << 2U | flags(cycle.sent.channel_list[k]);
+      got = got << 2U | flags(cycle.reading.frame->channel_list[k]);
+    }
+    EXPECT_EQ(sent ^ got, std::uint64_t{1} << (33U - bit)) << bit;
   }
 }
 

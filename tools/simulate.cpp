@@ -10,6 +10,7 @@
 
 #include "sim/line.hpp"
 #include "tools/capture_output.hpp"
+#include "tools/fault_option.hpp"
 #include "tools/simulate_replay.hpp"
 #include "tools/simulate_setup.hpp"
 #include "tools/simulate_truth.hpp"
@@ -59,10 +60,15 @@ class SimulateRun {
     if (!options_.replay.slo_from.empty()) return replay_slo(replay_options(), options_.line);
     const LineChoice choice = choose_line(options_.line);
     if (!choice) return fail(ExitStatus::usage, choice.error);
-    const std::int64_t most = longest_capture.count / sim::Line(*choice.setup).interval().count;
+    const sim::NominalCycle nominal = sim::Line(*choice.setup).nominal();
+    const std::int64_t most = longest_capture.count / nominal.interval.count;
     if (options_.cycles > static_cast<std::uint64_t>(most)) {
       return fail(ExitStatus::usage,
                   fmt::format("--cycles: a capture holds 100 days, {} cycles at this rate", most));
+    }
+    if (const std::string wrong = check_faults(choice.setup->faults, nominal, options_.cycles);
+        !wrong.empty()) {
+      return fail(ExitStatus::usage, wrong);
     }
     return write(*choice.setup);
   }
@@ -149,8 +155,10 @@ void add_line_options(CLI::App& verb, LineOptions& line) {
   verb.add_option("--motion", line.motion, "constant, ramp (the default), sine, random or max")
       ->type_name("KIND");
   verb.add_option("--fault", line.faults,
-                  "Damage that share of cycles, or, with @CYCLE, that one: " + fault_kinds_text())
-      ->type_name("KIND:RATE");
+                  "Damage that share of cycles, or, with @CYCLE, that one; ,bit=N or ,clock=N says "
+                  "where in it: " +
+                      fault_kinds_text())
+      ->type_name("KIND:RATE|KIND@CYCLE[,PLACE]");
   verb.add_flag("--no-compensation", line.no_compensation,
                 "The master samples half a period after its own edge");
   verb.add_flag("--at-slave", line.at_slave, "Record MA and SLO at the encoder, too");
@@ -198,7 +206,7 @@ void add_simulate(Command& command) {
       {.name = "simulate",
        .purpose = "Write a capture of a master reading an encoder, damaged where wanted",
        .examples = {"biss simulate -f resolute-26 --clock 10MHz --cable 50m -o line.vcd",
-                    "biss simulate -f pos18,nE,nW,crc6 --fault flip:0.1 --fault cut@40 --seed 7 "
+                    "biss simulate -f pos18,nE,nW,crc6 --fault flip:0.1 --fault cut@40,bit=5 "
                     "-o line.csv --truth truth.csv",
                     "biss simulate -f resolute-26 --clock 10MHz --sample-rate 200MHz -o line.sr",
                     "biss simulate -f pos26,nE,nW,crc6 --ma-from master.vcd -o answered.vcd"}},

@@ -6,35 +6,12 @@
 #include <algorithm>
 
 #include "biss/timing/cable.hpp"
+#include "tools/fault_option.hpp"
 #include "tools/quantity.hpp"
-#include "tools/verb.hpp"
 
 namespace biss::tools {
 
 namespace {
-
-// A share from 0 to 1 in parts of 2^32, exact to a part in 10^9.
-std::optional<std::uint64_t> read_share(std::string_view text) {
-  constexpr std::uint64_t whole = std::uint64_t{1} << 32U;
-  if (text == "1") return whole;
-  if (text == "0") return 0;
-  if (!text.starts_with("0.") || text.size() > 11 || text.size() < 3) return std::nullopt;
-  std::uint64_t parts = 0;
-  std::uint64_t unit = 1;
-  for (const char c : text.substr(2)) {
-    if (c < '0' || c > '9') return std::nullopt;
-    parts = parts * 10 + static_cast<std::uint64_t>(c - '0');
-    unit *= 10;
-  }
-  return (parts << 32U) / unit;
-}
-
-std::string unknown_kind(const std::string& kind) {
-  const std::vector<std::string> kinds(sim::fault_names.begin(), sim::fault_names.end());
-  const std::string near = nearest(kind, kinds);
-  if (!near.empty()) return fmt::format("--fault: no kind '{}'; did you mean {}?", kind, near);
-  return fmt::format("--fault: no kind '{}'; there are {}", kind, fault_kinds_text());
-}
 
 std::string put_motion(const LineOptions& options, sim::LineSetup& setup) {
   const auto& names = sim::motion_names;
@@ -109,30 +86,6 @@ std::string put_rate(const LineOptions& options, sim::LineSetup& setup) {
 }
 
 }  // namespace
-
-std::string fault_kinds_text() { return fmt::format("{}", fmt::join(sim::fault_names, ", ")); }
-
-std::string read_fault(const std::string& text, sim::FaultRule& rule) {
-  const std::size_t mark = text.find_first_of(":@");
-  const std::string wrong =
-      fmt::format("--fault: '{}' is not KIND:RATE with a rate of 0 to 1, nor KIND@CYCLE", text);
-  if (mark == std::string::npos) return wrong;
-  const std::string kind = text.substr(0, mark);
-  const auto name = std::find(sim::fault_names.begin(), sim::fault_names.end(), kind);
-  if (name == sim::fault_names.end()) return unknown_kind(kind);
-  rule = {.kind = static_cast<sim::FaultKind>(name - sim::fault_names.begin())};
-  const std::string_view value = std::string_view(text).substr(mark + 1);
-  if (text[mark] == '@') {
-    const auto cycle = parse_count(value);
-    if (!cycle.ok()) return wrong;
-    rule.cycle = *cycle;
-    return {};
-  }
-  const auto share = read_share(value);
-  if (!share) return wrong;
-  rule.share = *share;
-  return {};
-}
 
 LineChoice choose_line(const LineOptions& options) {
   const DeviceChoice choice = choose_device(options.device);

@@ -50,10 +50,4 @@ struct LineChoice {
 /// Checks the options against the device and its data sheet. \pre options.device.format is given
 LineChoice choose_line(const LineOptions& options);
 
-/// `KIND:RATE`, a share of cycles, or `KIND@CYCLE`. \return an empty text, or why it is neither
-std::string read_fault(const std::string& text, sim::FaultRule& rule);
-
-/// All kinds, a comma between two.
-std::string fault_kinds_text();
-
 }  // namespace biss::tools

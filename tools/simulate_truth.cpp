@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "tools/fault_option.hpp"
+
 namespace biss::tools {
 
 using report::Cell;
@@ -19,11 +21,13 @@ TruthTable::TruthTable(const FrameFormat& format) : format_(format) {
     columns_.push_back({.name = fmt::format("nE{}", k + 1), .kind = Kind::flag});
     columns_.push_back({.name = fmt::format("nW{}", k + 1), .kind = Kind::flag});
   }
+  columns_.push_back({.name = "places", .kind = Kind::text});
 }
 
 const std::vector<Cell>& TruthTable::cells(std::uint64_t number, const sim::SimulatedCycle& cycle) {
   cells_.clear();
   faults_ = sim::text_of(cycle.faults);
+  places_ = text_of(cycle.strikes);
   cells_.emplace_back(number);
   cells_.emplace_back(cycle.time);
   for (std::size_t k = 0; k < cycle.sent.channel_count; ++k) {
@@ -35,6 +39,8 @@ const std::vector<Cell>& TruthTable::cells(std::uint64_t number, const sim::Simu
     cells_.push_back(format.warning.present ? Cell(channel.nW) : Cell());
     if (k == 0) cells_.push_back(faults_.empty() ? Cell() : Cell(faults_));
   }
+  cells_.resize(columns_.size() - 1);
+  cells_.push_back(places_.empty() ? Cell() : Cell(places_));
   return cells_;
 }
 

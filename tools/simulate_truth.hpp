@@ -11,8 +11,8 @@
 
 namespace biss::tools {
 
-/// `cycle,time_ns,position,nE,nW,faults`, then position, nE and nW of each further channel. What a
-/// channel does not have is empty.
+/// `cycle,time_ns,position,nE,nW,faults`, then position, nE and nW of each further channel, then
+/// `places`: where faults began in the cycle. What a channel does not have is empty.
 class TruthTable {
  public:
   explicit TruthTable(const FrameFormat& format);
@@ -26,6 +26,7 @@ class TruthTable {
   std::vector<report::Column> columns_;
   std::vector<report::Cell> cells_;
   std::string faults_;
+  std::string places_;
 };
 
 }  // namespace biss::tools
