@@ -48,7 +48,7 @@ struct ControlOutcome {
   /// Command: bit k for a slave with ID k that accepted (IDA).
   std::uint8_t accepted = 0;
   /// Control frames begun or to begin: 1, and one more for every retry.
-  std::uint8_t tries = 0;
+  std::uint16_t tries = 0;
   /// Why not all was done that was asked; the last try's cause.
   std::optional<ControlError> error;
   /// Why there was a retry, the last time.
