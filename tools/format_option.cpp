@@ -66,9 +66,14 @@ DeviceChoice from_profile(std::string_view text) {
                     "0xFFFF",
                     shortened(text, 72)));
   }
-  const auto format = profile_format(static_cast<std::uint16_t>(*identifier));
+  const ProfileIdentifier parts{static_cast<std::uint16_t>(*identifier)};
+  const auto format = profile_format(parts.raw);
   if (!format.ok()) {
     return wrong(fmt::format("format \"{}\": {}", text, biss::text_of(format.error())));
+  }
+  if (parts.profile() != Profile::bp3 && parts.profile() != Profile::bp3s) {
+    return wrong(fmt::format("format \"{}\": this identifier is {}'s and not BP3's", text,
+                             name_of(parts.profile())));
   }
   return {Device{*format, {}, nullptr}, {}};
 }

@@ -40,9 +40,10 @@ TEST(FormatOption, EveryCatalogueName_BringsFormatAndTiming) {
 TEST(FormatOption, ProfileIdentifier_GivesBp3sFormat) {
   EXPECT_EQ(canonical("bp3:0x621E"), "pos28,nE,nW,crc6");
   EXPECT_EQ(canonical("bp3:0x6239"), "pos55,nE,nW,crc6");
-  EXPECT_EQ(
-      canonical("bp3:0x631E"),
-      "error: format \"bp3:0x631E\": C = 1, the CRC travels as data: write the format itself");
+  EXPECT_EQ(canonical("bp3:0x631E"), "pos22,nE,nW,pad6");
+  EXPECT_EQ(canonical("bp3:0x7230"), "pos40,nE,nW,lc6,crc16");
+  EXPECT_EQ(canonical("bp3:0x2814"),
+            "error: format \"bp3:0x2814\": this identifier is BP1's and not BP3's");
   EXPECT_THAT(canonical("bp3:"), HasSubstr("a number like bp3:0x621E"));
   EXPECT_THAT(canonical("bp3:0x10000"), HasSubstr("at most 0xFFFF"));
   EXPECT_THAT(canonical("bp3:621E"), HasSubstr("a number like bp3:0x621E"));

@@ -7,62 +7,193 @@
 #include <string_view>
 
 #include "biss/base/result.hpp"
+#include "biss/eds/profile_identifier.hpp"
 #include "biss/frame/format.hpp"
 
 namespace biss {
 
-/// Why a profile identifier gives no format.
+/// Why a profile identifier gives no format, or a format no identifier.
 enum class ProfileError : std::uint8_t {
   none_given,       ///< 0x0000: the device has no profile
-  unknown_profile,  ///< not BP3 (bits 15…12 are not 0110)
-  version,          ///< BP3 in another version than 1
+  unknown_profile,  ///< not BP0, BP1, BP3 or BP3S
+  bp1_layout,       ///< BP1: how its identifier divides was not found
+  version,          ///< BP3 or BP3S in another version than 1
   reserved_bit,     ///< bit 7 is set
-  crc_is_data,      ///< C = 1: the CRC travels as data, the identifier does not say which
-  data_length,      ///< DL is not 2…57
+  data_length,      ///< BP3: DL is not 2…57, with C = 1 not 2…63; BP3S: no SPW has so many bits
+  crc_does_not_fit,  ///< C = 1 and DL too short for flags and CRC
+  no_channel,        ///< BP0 without data channel
+  actuator,          ///< BP0, data to the device and not from it
+  other_bits,        ///< a format whose bits are not those of the profile
 };
 
-inline constexpr std::size_t profile_error_count = 6;
+inline constexpr std::size_t profile_error_count = 10;
 
 /// What a user is told, without a full stop.
 constexpr std::string_view text_of(ProfileError error) {
   constexpr std::array<std::string_view, profile_error_count> texts{
       "0x0000 means that the device has no profile",
-      "only BP3 identifiers (0x6202 to 0x6239) give a format",
-      "only version 1 of BP3 is known",
+      "only the profiles BP0, BP1, BP3 and BP3S are known",
+      "BP1: how its identifier divides is not known; write the format itself",
+      "only version 1 of BP3 and BP3S is known",
       "bit 7 must be 0",
-      "C = 1, the CRC travels as data: write the format itself",
-      "the data length must be 2 to 57 bits"};
+      "no such data length in this profile",
+      "the data length leaves no room for the flags and the CRC",
+      "BP0 with length 0: the device has no data channel",
+      "BP0 actuator: it sends no data of its own",
+      "the profile has other bits than this format"};
   return texts[static_cast<std::size_t>(error)];
 }
 
+/// What the documents leave open.
+struct ProfileOptions {
+  /// C = 1, the master shall not check: false takes the CRC's bits as padding; true checks them all
+  /// the same. The bits on the line do not change.
+  bool check_crc_in_data = false;
+  /// C = 1: whether DL counts the CRC's bits. BP3's text says that they are added to the data, and
+  /// 63 is 57 and 6; the heading of table 6 says "without CRC".
+  bool length_counts_crc = true;
+};
+
 /// BP3's data length with C = 0: position and two flags. 57 data bits and 6 of CRC are the longest
-/// word in which CRC6 finds every two wrong bits (BP3 Rev A3, table 6).
+/// word in which CRC6 finds every two wrong bits (BP3 Rev A3, table 6; the EDS row that begins at 1
+/// contradicts it).
 inline constexpr unsigned bp3_min_data_bits = 2;
 inline constexpr unsigned bp3_max_data_bits = 57;
+/// The longest DL with C = 1.
+inline constexpr unsigned bp3_max_length_crc_is_data = 63;
+/// The sign of life of a safety position word, and the longest such word with its CRC (SC-A5).
+inline constexpr unsigned life_counter_bits = 6;
+inline constexpr unsigned max_spw_bits = 64;
+/// BP0 (NXP's driver, the association's list of profiles).
+inline constexpr CrcSpec bp0_crc{.polynomial = 0x25, .width_bits = 5};
 
-/// The frame of a device with this profile identifier, register 0x42 in the upper byte: for BP3
-/// position, nE, nW and CRC6. How the position divides into turns is not in the identifier.
-/// A length of 2, which the profile allows, gives a channel without a position.
-constexpr Result<FrameFormat, ProfileError> profile_format(std::uint16_t identifier) {
-  constexpr unsigned bp3 = 0b0110;
-  if (identifier == 0) return failure(ProfileError::none_given);
-  if (identifier >> 12U != bp3) return failure(ProfileError::unknown_profile);
-  if (((identifier >> 9U) & 0b111U) != 1) return failure(ProfileError::version);
-  if ((identifier & 0x80U) != 0) return failure(ProfileError::reserved_bit);
-  if ((identifier & 0x100U) != 0) return failure(ProfileError::crc_is_data);
-  const unsigned data_bits = identifier & 0x7FU;
-  if (data_bits < bp3_min_data_bits || data_bits > bp3_max_data_bits) {
-    return failure(ProfileError::data_length);
+namespace eds_detail {
+
+// nE and nW, under them the rest: `tail` bits of counter, `pad` of a CRC that nobody checks.
+constexpr ChannelFormat position_channel(unsigned position_bits, unsigned counter, unsigned pad,
+                                         const CrcSpec& crc) {
+  const unsigned flags = counter + pad;
+  const auto byte = [](unsigned value) { return static_cast<std::uint8_t>(value); };
+  ChannelFormat channel;
+  channel.data_bits = byte(position_bits + 2 + flags);
+  if (position_bits != 0) channel.position = {byte(flags + 2), byte(position_bits)};
+  channel.error = {.shift = byte(flags + 1), .present = true};
+  channel.warning = {.shift = byte(flags), .present = true};
+  if (counter != 0) channel.life_counter = {byte(pad), byte(counter)};
+  channel.crc = crc;
+  return channel;
+}
+
+// BP3 and BP3S have one shape and differ in counter and CRC.
+constexpr Result<ChannelFormat, ProfileError> standard_channel(ProfileIdentifier id,
+                                                               const ProfileOptions& options) {
+  const bool safety = id.profile() == Profile::bp3s;
+  const CrcSpec crc = safety ? crc16 : crc6;
+  const unsigned counter = safety ? life_counter_bits : 0;
+  if (id.version() != 1) return failure(ProfileError::version);
+  if (id.bit7()) return failure(ProfileError::reserved_bit);
+  const bool counted = id.crc_is_data() && options.length_counts_crc;
+  const unsigned most = !safety ? (counted ? bp3_max_length_crc_is_data : bp3_max_data_bits)
+                                : max_spw_bits - (counted ? 0U : crc.width_bits);
+  const unsigned length = id.data_length();
+  if (length < bp3_min_data_bits || length > most) return failure(ProfileError::data_length);
+  const unsigned around = 2 + counter + (counted ? crc.width_bits : 0U);
+  if (length < around) return failure(ProfileError::crc_does_not_fit);
+  const bool carried = id.crc_is_data() && !options.check_crc_in_data;
+  return position_channel(length - around, counter, carried ? crc.width_bits : 0U,
+                          carried ? CrcSpec{} : crc);
+}
+
+constexpr Result<ChannelFormat, ProfileError> universal_channel(ProfileIdentifier id) {
+  if (id.data_length() == 0) return failure(ProfileError::no_channel);
+  if (id.actuator()) return failure(ProfileError::actuator);
+  ChannelFormat channel;
+  channel.data_bits = static_cast<std::uint8_t>(id.data_length());
+  channel.crc = bp0_crc;
+  return channel;
+}
+
+constexpr Result<ChannelFormat, ProfileError> bp1_channel(ProfileIdentifier id) {
+  for (const Bp1Seen& seen : bp1_seen) {
+    if (seen.identifier == id.raw) return position_channel(seen.position_bits, 0, 0, crc6);
   }
+  return failure(ProfileError::bp1_layout);
+}
+
+// The position as one run of bits, whether or not it is divided.
+constexpr Field whole_position(const ChannelFormat& channel) {
+  if (channel.position.present()) return channel.position;
+  const Field& low = channel.singleturn.present() ? channel.singleturn : channel.multiturn;
+  const bool joined = !channel.multiturn.present() || !channel.singleturn.present() ||
+                      channel.multiturn.shift == low.shift + low.bits;
+  if (!joined || channel.singleturn_gray) return {};
+  return {low.shift, static_cast<std::uint8_t>(channel.position_bits())};
+}
+
+constexpr bool same_bits(const ChannelFormat& a, const ChannelFormat& b) {
+  return a.data_bits == b.data_bits && whole_position(a) == whole_position(b) &&
+         a.error == b.error && a.warning == b.warning && a.life_counter == b.life_counter &&
+         a.crc == b.crc;
+}
+
+}  // namespace eds_detail
+
+/// The data channel of a device with this identifier, register 0x42 in the upper byte. How the
+/// position divides into turns is not in the identifier. BP0's data is padding: what its bits mean
+/// is the application's. doubt_of() says what the answer rests on where that is not a document.
+constexpr Result<ChannelFormat, ProfileError> profile_channel(std::uint16_t identifier,
+                                                              const ProfileOptions& options = {}) {
+  const ProfileIdentifier id{identifier};
+  switch (id.profile()) {
+    case Profile::none:
+      return failure(ProfileError::none_given);
+    case Profile::bp0:
+      return eds_detail::universal_channel(id);
+    case Profile::bp1:
+      return eds_detail::bp1_channel(id);
+    case Profile::bp3:
+    case Profile::bp3s:
+      return eds_detail::standard_channel(id, options);
+    case Profile::unknown:
+      break;
+  }
+  return failure(ProfileError::unknown_profile);
+}
+
+/// The frame of a device that sends just this channel. A length of 2, which BP3 allows, gives a
+/// channel without a position.
+constexpr Result<FrameFormat, ProfileError> profile_format(std::uint16_t identifier,
+                                                           const ProfileOptions& options = {}) {
+  const auto channel = profile_channel(identifier, options);
+  if (!channel.ok()) return failure(channel.error());
   FrameFormat format;
   format.channel_count = 1;
-  ChannelFormat& channel = format.channel_list[0];
-  channel.data_bits = static_cast<std::uint8_t>(data_bits);
-  if (data_bits > 2) channel.position = {2, static_cast<std::uint8_t>(data_bits - 2)};
-  channel.error = {.shift = 1, .present = true};
-  channel.warning = {.shift = 0, .present = true};
-  channel.crc = crc6;
+  format.channel_list[0] = *channel;
   return format;
+}
+
+/// The identifier of a BP3 or BP3S device that sends this channel; with `crc_is_data` the one with
+/// C = 1, whether the channel checks the CRC or carries it as padding. Turns and singleturn count
+/// as one position where they stand together. ProfileError::unknown_profile for another profile.
+constexpr Result<std::uint16_t, ProfileError> profile_identifier(const ChannelFormat& channel,
+                                                                 Profile profile, bool crc_is_data,
+                                                                 bool length_counts_crc = true) {
+  if (profile != Profile::bp3 && profile != Profile::bp3s) {
+    return failure(ProfileError::unknown_profile);
+  }
+  const bool checked = channel.crc.present();
+  const unsigned width = profile == Profile::bp3s ? crc16.width_bits : crc6.width_bits;
+  unsigned length = channel.data_bits;
+  if (crc_is_data && checked && length_counts_crc) length += width;
+  if (crc_is_data && !checked && !length_counts_crc) length -= width;
+  const unsigned kind = profile == Profile::bp3 ? 0x6200U : 0x7200U;
+  if (length > 0x7F) return failure(ProfileError::data_length);
+  const auto identifier = static_cast<std::uint16_t>(kind | (crc_is_data ? 0x100U : 0U) | length);
+  const auto expected = profile_channel(
+      identifier, {.check_crc_in_data = checked, .length_counts_crc = length_counts_crc});
+  if (!expected.ok()) return failure(expected.error());
+  if (!eds_detail::same_bits(*expected, channel)) return failure(ProfileError::other_bits);
+  return identifier;
 }
 
 }  // namespace biss

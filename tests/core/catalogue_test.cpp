@@ -4,7 +4,6 @@
 #include <string_view>
 
 #include "biss/catalogue/catalogue.hpp"
-#include "biss/eds/profile.hpp"
 #include "biss/frame/codec.hpp"
 #include "biss/frame/decode.hpp"
 #include "biss/frame/encode.hpp"
@@ -16,7 +15,6 @@ namespace {
 
 static_assert(find_encoder("resolute-26")->frame_format() ==
               parse_format("pos26,nE,nW,crc6;cds0").value());
-static_assert(format_text(profile_format(0x621E).value()).view() == "pos28,nE,nW,crc6");
 
 BISS_TEST(Catalogue, EveryEntry_IsComplete) {
   for (const CatalogueEntry& entry : catalogue) {
@@ -87,38 +85,6 @@ BISS_TEST(Catalogue, RenishawsTypes_AreUnidirectionalAt32kHz) {
     BISS_EXPECT(entry.timing.ack_max == microseconds(16));
   }
   BISS_EXPECT_EQ(find_encoder("fs-36-28")->frame_format().payload_bits(), 96U);
-}
-
-BISS_TEST(Profile, EveryIdentifier_IsAFormatOrACause) {
-  std::uint32_t formats = 0;
-  for (std::uint32_t id = 0; id <= 0xFFFF; id += static_cast<std::uint32_t>(test::rounds(1, 7))) {
-    const auto format = profile_format(static_cast<std::uint16_t>(id));
-    const bool legal = id >= 0x6202 && id <= 0x6239;
-    BISS_ASSERT_EQ(format.ok(), legal) << id;
-    if (!format.ok()) continue;
-    ++formats;
-    const auto again = parse_format(format_text(*format).view());
-    BISS_ASSERT(again.ok());
-    BISS_EXPECT(*again == *format);
-    BISS_EXPECT_EQ(format->payload_bits(), (id & 0x7FU) + 6) << id;
-    BISS_EXPECT_EQ(format->channels()[0].position_bits(), (id & 0x7FU) - 2) << id;
-  }
-  BISS_EXPECT_EQ(formats, test::rounds(56, 8));
-}
-
-BISS_TEST(Profile, WrongIdentifiers_SayWhatIsWrong) {
-  BISS_EXPECT_EQ(profile_format(0x0000).error(), ProfileError::none_given);
-  BISS_EXPECT_EQ(profile_format(0x2814).error(), ProfileError::unknown_profile);
-  BISS_EXPECT_EQ(profile_format(0x721E).error(), ProfileError::unknown_profile);
-  BISS_EXPECT_EQ(profile_format(0x601E).error(), ProfileError::version);
-  BISS_EXPECT_EQ(profile_format(0x641E).error(), ProfileError::version);
-  BISS_EXPECT_EQ(profile_format(0x629E).error(), ProfileError::reserved_bit);
-  BISS_EXPECT_EQ(profile_format(0x631E).error(), ProfileError::crc_is_data);
-  BISS_EXPECT_EQ(profile_format(0x6201).error(), ProfileError::data_length);
-  BISS_EXPECT_EQ(profile_format(0x623A).error(), ProfileError::data_length);
-  for (std::size_t i = 0; i < profile_error_count; ++i) {
-    BISS_EXPECT(!text_of(static_cast<ProfileError>(i)).empty());
-  }
 }
 
 }  // namespace
