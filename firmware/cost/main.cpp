@@ -48,11 +48,13 @@ Cost cost_of(const Row& row, const Ruler& ruler, const biss::SpiReader<Codec>& r
   biss::TurnCounter counter(26);
   EncoderSlave slave({}, {}, {});
   EncoderMaster master({}, master_setup);
+  biss::ControlSession control;
   Sample sample;
   sample.reader = &reader;
   sample.counter = &counter;
   sample.slave = &slave;
   sample.master = &master;
+  sample.control = &control;
   for (std::uint32_t i = 0; i < samples; ++i) {
     row.prepare(sample, random);
     const Timed call = timed(row.run, sample);

@@ -1,6 +1,8 @@
 #include "firmware/cost/prepare.hpp"
 
 #include <algorithm>
+#include <array>
+#include <span>
 
 namespace cost::prepare {
 namespace {
@@ -18,6 +20,18 @@ biss::FrameBits frame_bits(std::uint64_t position, std::uint16_t lead, std::uint
 
 std::uint16_t random_ack(Random& random) {
   return static_cast<std::uint16_t>(33U + random.below(128));
+}
+
+// CDS bit k of the only slave, which agrees to everything, and is busy for `late` frames before the
+// first byte and `busy` before the second; its data are 0. Kinds as in control_frame().
+bool agreeing_cds(std::uint32_t k, std::uint32_t kind, std::uint32_t late, std::uint32_t busy) {
+  if (k == 0) return true;
+  if (kind == 2) return k == biss::control_bit::ida;
+  if (k < 18) return k == (kind == 0 ? biss::control_bit::read : biss::control_bit::write);
+  // S, eight zeros, CRC 1111, P, and S of the second byte.
+  if (k < 18 + late) return false;
+  const std::uint32_t at = k - 18 - late;
+  return at == 0 || (at >= 9 && at <= 12) || at == 14 + busy;
 }
 
 }  // namespace
@@ -118,6 +132,39 @@ void data_sample(Sample& sample, Random& random) {
   sample.index = slo ? 1 : 0;
   // MA is low again, and rises next.
   sample.expected = static_cast<std::uint64_t>((rise + setup.period).count);
+}
+
+void control_frame(Sample& sample, Random& random) {
+  biss::ControlSession& control = *sample.control;
+  control = biss::ControlSession({.retries = static_cast<std::uint8_t>(random.below(2))});
+  const auto bytes = std::span(sample.bytes).first<2>();
+  const std::uint32_t kind = random.below(4);
+  if (kind == 0) control.read(0, random.below(126), bytes);
+  if (kind == 1) control.write(0, random.below(126), bytes);
+  if (kind == 2) control.command(1, biss::ControlCommand::channels);
+  if (kind == 3) control.broadcast(biss::ControlCommand::channels);
+  const std::uint32_t busy = random.below(2);
+  const std::uint32_t late = kind == 0 ? busy : 0;
+  // Every other time a frame in which something is judged: IDL, IDA, the CRC, P.
+  constexpr std::array<std::array<std::uint32_t, 2>, 4> judged{{{16, 31}, {16, 32}, {16, 24}, {}}};
+  const std::uint32_t k = random.flip() ? judged[kind][random.below(2)] : random.below(36);
+  constexpr std::uint32_t zeros = biss::control_reset_zeros;
+  const std::uint32_t frames = zeros + k + late;
+  biss::Picoseconds now = biss::microseconds(1 + random.below(1000));
+  const auto cds = [&](std::uint32_t frame) {
+    return frame > zeros && agreeing_cds(frame - zeros - 1U, kind, late, busy);
+  };
+  sample.bytes = {};
+  for (std::uint32_t frame = 0; frame < frames; ++frame) {
+    control.step(now, cds(frame) ? biss::CdsBit::one : biss::CdsBit::zero);
+    now += biss::microseconds(31);
+  }
+  sample.index = random.flip() ? (cds(frames) ? 1U : 0U) : random.below(3);
+  sample.value = static_cast<std::uint64_t>(now.count);
+  const biss::ControlSession here = control;
+  const bool cdm = control.step(now, static_cast<biss::CdsBit>(sample.index));
+  sample.expected = (control.done() ? 2U : 0U) | (cdm ? 1U : 0U);
+  control = here;
 }
 
 }  // namespace cost::prepare

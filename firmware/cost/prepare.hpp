@@ -25,5 +25,7 @@ void step(Sample& sample, Random& random);
 void data_bit(Sample& sample, Random& random);
 /// A master within the data, MA low; in `value` the time of the next rising edge, in `index` SLO.
 void data_sample(Sample& sample, Random& random);
+/// A control session somewhere in an access; in `value` the time, in `index` CDS.
+void control_frame(Sample& sample, Random& random);
 
 }  // namespace cost::prepare

@@ -8,6 +8,7 @@
 
 #include "biss/base/bits.hpp"
 #include "biss/catalogue/catalogue.hpp"
+#include "biss/control/session.hpp"
 #include "biss/frame/encode.hpp"
 #include "biss/frame/fixed.hpp"
 #include "biss/master/request.hpp"
@@ -56,6 +57,7 @@ struct Sample {
   biss::TurnCounter* counter = nullptr;
   EncoderSlave* slave = nullptr;
   EncoderMaster* master = nullptr;
+  biss::ControlSession* control = nullptr;
   /// What the measured call has to return.
   std::uint64_t expected = 0;
 
