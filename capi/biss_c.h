@@ -123,8 +123,8 @@ typedef struct biss_slave_setup {
    * to channels[count - 1], in the order on the line. They come with position and counter 0 and
    * neither error nor warning. `moment_ps` may lie before the time of the step. Not null. */
   void (*sample)(void* user, int64_t moment_ps, biss_channel* channels, size_t count);
-  /* The encoder's own CDS bit, asked when it is sent; a chained one sends it or its predecessor's 1.
-   * Null: 0. */
+  /* The encoder's own CDS bit, asked when it is sent; a chained one sends it or its
+   * predecessor's 1. Null: 0. */
   bool (*cds)(void* user);
   /* The CDM bit, told when a frame has ended. Null: nobody is told. */
   void (*cdm)(void* user, bool bit);

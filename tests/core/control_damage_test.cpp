@@ -1,0 +1,271 @@
+// One damage in an access: each bit of CDM and CDS, a reset or a cut in each frame. Every access
+// ends and has its cause, none that was not done says it was, and the next one works.
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "tests/core/control_link.hpp"
+#include "tests/core/random.hpp"
+#include "tests/core/test.hpp"
+
+namespace biss::test {
+namespace {
+
+using Byte = std::array<std::uint8_t, 1>;
+using Error = ControlError;
+
+constexpr auto none = ControlLink<1>::no_error;
+constexpr std::uint32_t lead = control_reset_zeros;
+
+// Its CRC ends with 1, see ResetInTheLastZerosOfAnEcho.
+constexpr std::uint8_t written = 0x11;
+static_assert((byte_crc(written) & 1U) == 1);
+
+/// What a flip of the CDS bit with this index makes of a single access to the only slave.
+constexpr Error after_cds_flip(RegisterAccess access, unsigned index) {
+  const bool read = access == RegisterAccess::read;
+  if (index == 0) return Error::no_answer;
+  if (index == 1) return none;  // a second slave seems to be there
+  if (index < control_bit::header_end) return Error::id_pattern;
+  if (index == control_bit::read) return read ? Error::unheard : Error::rw_pattern;
+  if (index == control_bit::write) return read ? Error::refused : Error::refused_or_unheard;
+  if (index == control_bit::byte_start) return Error::start_missing;
+  if (index < control_bit::byte_start + control_byte_bits - 1) {
+    return read ? Error::data_crc : Error::echo;
+  }
+  return none;
+}
+
+/// The same for CDM from CTS on; a header that is damaged is heard by nobody.
+constexpr Error after_cdm_flip(RegisterAccess access, unsigned index) {
+  const bool read = access == RegisterAccess::read;
+  if (index < control_bit::header_end) return read ? Error::unheard : Error::refused_or_unheard;
+  if (index == control_bit::read) return read ? Error::unheard : Error::rw_pattern;
+  if (index == control_bit::write) return read ? Error::refused : Error::refused_or_unheard;
+  if (index == control_bit::byte_start) return read ? Error::busy_too_long : Error::start_missing;
+  if (index < control_bit::byte_start + control_byte_bits - 1) return read ? none : Error::echo;
+  return none;
+}
+
+/// Whether a header with this bit flipped has, with the R of a write behind it, a run of 14 zeros:
+/// then it is none any more.
+constexpr bool resets(RegisterAccess access, unsigned address, unsigned flipped) {
+  const std::uint32_t header = register_header(0, address);
+  std::uint32_t bits = (0x800U | header) << 4U | header_crc(static_cast<std::uint16_t>(header));
+  bits ^= 0x8000U >> flipped;
+  const bool r_too = access == RegisterAccess::write && (bits & 0x1FFFU) == 0;
+  return r_too || (bits & 0x3FFFU) == 0 || (bits & 0x7FFEU) == 0;
+}
+
+/// One access with one damage, then the line is whole again.
+struct Damaged {
+  ControlLink<1>& link;
+  RegisterAccess access;
+  unsigned address;
+
+  void run(const Damage& damage) {
+    fill(link);
+    TestRegisters& registers = link.registers[0];
+    registers.writes = 0;
+    Byte byte{written};
+    // 14 zeros, as behind an error, whatever was before.
+    for (std::uint32_t i = 0; i < lead; ++i) link.step();
+    link.session = ControlSession();
+    link.damage(damage);
+    const bool read = access == RegisterAccess::read;
+    const bool done = read ? link.read(0, address, byte) : link.write(0, address, byte);
+    BISS_ASSERT(link.session.done()) << address;
+    first = link.error();
+    link.damage({});
+    // No error: done. And never anything else than what was asked.
+    if (done && !may_lie) {
+      BISS_EXPECT_EQ(read ? byte[0] : registers.value[address],
+                     read ? value_of(0, address) : written);
+    }
+    heard = byte[0];
+    for (unsigned other = 0; other < register_count; ++other) {
+      const bool may_change = !read && other == address && registers.writes != 0;
+      if (!may_change) {
+        BISS_ASSERT_EQ(registers.value[other], value_of(0, other)) << address;
+      }
+    }
+    // Damage in bits that nobody looks at can cost the access behind it its 14 zeros; then the
+    // one behind that works.
+    const bool next = link.read(0, address, byte);
+    BISS_EXPECT(next || first == none) << address;
+    BISS_EXPECT(next || link.read(0, address, byte)) << address;
+    BISS_EXPECT_EQ(byte[0], registers.value[address]);
+  }
+
+  Error first = none;
+  std::uint8_t heard = 0;  // of a read
+  bool may_lie = false;
+};
+
+template <class Check>
+void for_accesses(unsigned step, const Check& check) {
+  for (unsigned address = 0; address < register_count; address += step) {
+    ControlLink<1> link;
+    check(Damaged{link, RegisterAccess::read, address});
+    check(Damaged{link, RegisterAccess::write, address});
+  }
+}
+
+}  // namespace
+
+BISS_TEST(ControlDamage, EachCdsBitFlipped_HasItsCause) {
+  for_accesses(1, [](Damaged damaged) {
+    for (unsigned index = 0; index < 32; ++index) {
+      // S of a read: see below.
+      if (index == control_bit::byte_start && damaged.access == RegisterAccess::read) continue;
+      damaged.run({.flip_cds = lead + index + 1});
+      BISS_EXPECT(damaged.first == after_cds_flip(damaged.access, index))
+          << index << ", " << static_cast<int>(damaged.first);
+    }
+  });
+}
+
+BISS_TEST(ControlDamage, EachCdmBitFlipped_HasItsCause) {
+  for_accesses(1, [](Damaged damaged) {
+    damaged.run({.flip_cdm = lead});  // S: the slave takes CTS for it
+    BISS_EXPECT(damaged.first == Error::id_pattern || damaged.first == Error::no_answer);
+    for (unsigned index = 1; index < 32; ++index) {
+      damaged.run({.flip_cdm = lead + index});
+      if (index < control_bit::header_end && resets(damaged.access, damaged.address, index)) {
+        BISS_EXPECT(damaged.first != none);
+        continue;
+      }
+      BISS_EXPECT(damaged.first == after_cdm_flip(damaged.access, index))
+          << index << ", " << static_cast<int>(damaged.first);
+    }
+  });
+}
+
+BISS_TEST(ControlDamage, OneInTheLead_IsAnErrorOrDoesNoHarm) {
+  for_accesses(5, [](Damaged damaged) {
+    for (unsigned frame = 0; frame < lead; ++frame) {
+      damaged.run({.flip_cdm = frame});
+      damaged.run({.flip_cds = frame});
+      BISS_EXPECT(damaged.first == none);
+    }
+  });
+}
+
+namespace {
+
+constexpr unsigned with_crc(unsigned byte) {
+  return byte << 4U | byte_crc(static_cast<std::uint8_t>(byte));
+}
+
+}  // namespace
+
+BISS_TEST(ControlDamage, ResetAnywhere_IsAnErrorOrDoesNoHarm) {
+  unsigned lies = 0;
+  for_accesses(3, [&lies](Damaged damaged) {
+    const bool read = damaged.access == RegisterAccess::read;
+    damaged.may_lie = read;
+    const unsigned truth = value_of(0, damaged.address);
+    for (unsigned frame = 0; frame < 47; ++frame) {
+      damaged.run({.reset = frame});
+      if (frame != 0 && frame <= lead + control_bit::write) {
+        BISS_EXPECT(damaged.first != none) << frame;
+      }
+      if (!read || damaged.first != none || damaged.heard == truth) continue;
+      // A byte whose end became zeros, and fits its four bits of CRC all the same.
+      ++lies;
+      const unsigned lost = lead + 32 - frame;
+      BISS_EXPECT_EQ(with_crc(damaged.heard), with_crc(truth) >> lost << lost) << frame;
+    }
+  });
+  BISS_EXPECT(lies > 0 && lies < 43 * 12 / 16) << lies;
+}
+
+BISS_TEST(ControlDamage, ResetInTheLastZerosOfAnEcho_LooksLikeAnEcho) {
+  // The protocol cannot tell: who must know reads back.
+  constexpr Byte byte{0x40};
+  static_assert(byte_crc(byte[0]) == 0b1000);
+  for (std::uint32_t frame = lead + 25; frame < 47; ++frame) {
+    ControlLink<1> link;
+    link.damage({.reset = frame});
+    const bool said = link.write(0, 0x20, byte);
+    // Before the bit k = 30 ends frame 44 nothing is written; the echo's last 1 is in frame 42.
+    BISS_EXPECT_EQ(link.registers[0].value[0x20] == byte[0], frame > 44) << frame;
+    BISS_EXPECT_EQ(said, frame > 42) << frame;
+  }
+}
+
+BISS_TEST(ControlDamage, CutAnywhere_IsTold) {
+  for_accesses(7, [](Damaged damaged) {
+    for (unsigned frame = 0; frame < 47; ++frame) {
+      for (const std::uint32_t lost : std::array<std::uint32_t, 4>{1, 2, 13, 40}) {
+        for (const bool deaf : {false, true}) {
+          damaged.run({.cut = frame, .cut_frames = lost, .deaf = deaf});
+          // In front of the start bit there is time for zeros; behind the last byte comes P.
+          const bool harmless = frame == 46 || (frame <= lead && lost < 14);
+          BISS_EXPECT(damaged.first == (harmless ? none : Error::frame_lost)) << frame;
+        }
+      }
+    }
+  });
+}
+
+BISS_TEST(ControlDamage, SOfAReadLostOnCds_ShiftsTheByte) {
+  // The slave goes on; the master waits and takes the byte's first 1 for S. The four bits of CRC
+  // see it for each of the 256 bytes.
+  for (unsigned value = 0; value < 256; ++value) {
+    ControlLink<1> link;
+    link.registers[0].value[0x20] = static_cast<std::uint8_t>(value);
+    link.damage({.flip_cds = lead + control_bit::byte_start + 1});
+    Byte byte{};
+    BISS_EXPECT(!link.read(0, 0x20, byte)) << value;
+    BISS_EXPECT(link.error() == Error::data_crc) << value;
+    BISS_EXPECT(link.read(0, 0x20, byte) || link.read(0, 0x20, byte));
+    BISS_EXPECT_EQ(byte[0], value);
+  }
+}
+
+BISS_TEST(ControlDamage, HostileMaster_LeavesNoStateThat14ZerosDoNot) {
+  BISS_RANDOM(random, 0xC0D1);
+  ControlLink<3> link;
+  for (int round = 0; round < 2000; ++round) {
+    // From noise to long runs, and headers that are right now and then.
+    const unsigned rarity = random.below(5);
+    bool bit = false;
+    for (unsigned i = random.below(200); i-- != 0;) {
+      if (rarity == 0 || random.below(1U << rarity) == 0) bit = random.flip();
+      link.noise(bit);
+    }
+    for (TestRegisters& registers : link.registers) registers.busy_frames = random.below(4);
+    link.session = ControlSession();
+    link.session.broadcast(ControlCommand::control);
+    BISS_ASSERT(link.run());
+    Byte byte{static_cast<std::uint8_t>(random.bits(8))};
+    const unsigned slave = random.below(3);
+    const unsigned address = random.below(register_count);
+    BISS_ASSERT(link.write(slave, address, byte)) << round;
+    BISS_EXPECT_EQ(link.registers[slave].value[address], byte[0]);
+    const std::uint8_t sent = byte[0];
+    BISS_ASSERT(link.read(slave, address, byte)) << round;
+    BISS_EXPECT_EQ(byte[0], sent);
+  }
+}
+
+BISS_TEST(ControlDamage, ManyDamages_OneAfterTheOther) {
+  BISS_RANDOM(random, 0xDA3A6E);
+  ControlLink<2> link({}, {.retries = 1});
+  for (int round = 0; round < 3000; ++round) {
+    link.damage({.flip_cdm = random.below(80),
+                 .flip_cds = random.below(80),
+                 .reset = random.below(400),
+                 .cut = random.below(300),
+                 .cut_frames = random.below(30),
+                 .deaf = random.flip()});
+    std::array<std::uint8_t, 3> bytes{};
+    link.session.read(random.below(2), random.below(120), bytes);
+    BISS_ASSERT(link.run());
+    link.damage({});
+    BISS_ASSERT(link.read(0, 1, bytes) || link.read(0, 1, bytes)) << round;
+  }
+}
+
+}  // namespace biss::test

@@ -1,0 +1,121 @@
+// A control session and register servers on one line, a BiSS frame at a time, and what can happen
+// to them on the way.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+
+#include "biss/control/session.hpp"
+#include "biss/slave/register_server.hpp"
+#include "tests/core/control_bench.hpp"
+
+namespace biss::test {
+
+inline constexpr std::uint32_t never_frame = 0xFFFF'FFFF;
+
+/// What happens in which frame, counted from where the damage was set; 0 is the next one.
+struct Damage {
+  std::uint32_t flip_cdm = never_frame;  ///< the slaves hear the other bit
+  std::uint32_t flip_cds = never_frame;  ///< the master does
+  std::uint32_t reset = never_frame;     ///< all devices are as after power-up, before this frame
+  std::uint32_t cut = never_frame;       ///< from this frame on nothing arrives at either end …
+  std::uint32_t cut_frames = 0;          ///< … for so many
+  bool deaf = false;  ///< of a cut: SLO only; the slaves go on hearing the master
+};
+
+/// A chain of `Count` devices of one slave each, and their master.
+template <std::size_t Count>
+class ControlLink {
+ public:
+  using Server = RegisterServer<TestOwner>;
+
+  explicit ControlLink(const RegisterServerOptions& server_options = {},
+                       const ControlOptions& options = {})
+      : session(options),
+        options_(server_options),
+        servers_(make(std::make_index_sequence<Count>{})) {}
+  ControlLink(const ControlLink&) = delete;
+  ControlLink& operator=(const ControlLink&) = delete;
+
+  void damage(const Damage& damage) {
+    damage_ = damage;
+    frame_ = 0;
+  }
+
+  /// One BiSS frame.
+  void step() {
+    if (frame_ == damage_.reset) servers_ = make(std::make_index_sequence<Count>{});
+    const bool cut = frame_ >= damage_.cut && frame_ - damage_.cut < damage_.cut_frames;
+    now += cycle;
+    const bool arrives = !cut || damage_.deaf;
+    bool cds = false;
+    if (arrives) {
+      for (Server& server : servers_) cds = server.cds(cds);
+    }
+    CdsBit heard = cds != (frame_ == damage_.flip_cds) ? CdsBit::one : CdsBit::zero;
+    if (cut) heard = CdsBit::missing;
+    const bool cdm = session.step(now, heard) != (frame_ == damage_.flip_cdm);
+    if (arrives) {
+      for (Server& server : servers_) server.cdm(cdm);
+    }
+    ++frame_;
+  }
+
+  /// Until the access has ended. False: it does not end.
+  bool run(std::uint32_t most = 3000) {
+    for (std::uint32_t i = 0; i < most && !session.done(); ++i) step();
+    return session.done();
+  }
+
+  bool read(unsigned slave, unsigned address, std::span<std::uint8_t> to) {
+    session.read(slave, address, to);
+    return run() && !session.outcome().error;
+  }
+  bool write(unsigned slave, unsigned address, std::span<const std::uint8_t> from) {
+    session.write(slave, address, from);
+    return run() && !session.outcome().error;
+  }
+  /// A frame of a master that is not the session.
+  void noise(bool cdm) { control_frame(servers_, cdm); }
+
+  ControlError error() const { return session.outcome().error.value_or(no_error); }
+
+  /// Stands for "ended without error" where outcomes are compared.
+  static constexpr auto no_error = static_cast<ControlError>(255);
+  static constexpr Picoseconds cycle = microseconds(100);
+
+  std::array<TestRegisters, Count> registers{};
+  ControlSession session;
+  Picoseconds now{};
+
+ private:
+  template <std::size_t... K>
+  std::array<Server, Count> make(std::index_sequence<K...>) {
+    return {Server({&registers[K]}, options_)...};
+  }
+
+  RegisterServerOptions options_;
+  std::array<Server, Count> servers_;
+  Damage damage_;
+  std::uint32_t frame_ = 0;
+};
+
+/// What fill() puts there.
+constexpr std::uint8_t value_of(std::size_t slave, unsigned address) {
+  return static_cast<std::uint8_t>(address * 37U + slave * 101U + 5U);
+}
+
+/// Every register of every slave, each with another value.
+template <std::size_t Count>
+void fill(ControlLink<Count>& link) {
+  for (std::size_t k = 0; k < Count; ++k) {
+    for (unsigned address = 0; address < register_count; ++address) {
+      link.registers[k].value[address] = value_of(k, address);
+    }
+  }
+}
+
+}  // namespace biss::test
