@@ -97,7 +97,7 @@ namespace eds_detail {
 
 inline constexpr std::array<EdsField, 20> common_head{{
     {"EDS_VER", "version of the data sheet", 0x00, 1, EdsKind::number, EdsUnit::none,
-     EdsGroup::organisation, 1, 254},
+     EdsGroup::organisation, 1, 255},
     {"EDS_LEN", "length of the data sheet", 0x01, 1, EdsKind::number, EdsUnit::banks,
      EdsGroup::organisation, 1, 255},
     {"USR_STA", "first user bank", 0x02, 1, EdsKind::number, EdsUnit::bank_number,

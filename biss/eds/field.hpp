@@ -12,12 +12,13 @@
 
 namespace biss {
 
-/// The parts whose layout is known.
-enum class EdsPart : std::uint8_t { common, bp3 };
+/// The parts a data sheet is made of; `raw` is the part of a profile whose layout is not known.
+enum class EdsPart : std::uint8_t { common, bp3, raw };
 
-/// The name scripts see: "common", "bp3".
+/// The name scripts see: "common", "bp3", "raw".
 constexpr std::string_view name_of(EdsPart part) {
-  return part == EdsPart::common ? "common" : "bp3";
+  constexpr std::array<std::string_view, 3> names{"common", "bp3", "raw"};
+  return names[static_cast<std::size_t>(part)];
 }
 
 /// The groups of the BP3 document. It does not group the common part's fields: timing is ours.

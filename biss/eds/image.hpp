@@ -11,14 +11,16 @@
 #include "biss/eds/bp3_part.hpp"
 #include "biss/eds/common_part.hpp"
 #include "biss/eds/field.hpp"
+#include "biss/eds/profile_identifier.hpp"
 #include "biss/frame/format.hpp"
 
 namespace biss {
 
-/// The table of a part.
+/// The table of a part; empty for EdsPart::raw.
 constexpr std::span<const EdsField> fields_of(EdsPart part) {
   if (part == EdsPart::common) return common_fields;
-  return bp3_fields;
+  if (part == EdsPart::bp3) return bp3_fields;
+  return {};
 }
 
 /// The banks of one data sheet, in memory somebody else owns and that must outlive the image. What
@@ -32,6 +34,22 @@ struct EdsImage {
   /// Register 0x41: the bank of the common part.
   std::optional<std::uint8_t> eds_bank{};
 };
+
+/// How the profile's part of a channel is to be read: BP3's layout unless registers or bank name a
+/// profile whose layout is not known and neither names BP3. \pre the bank was read
+constexpr EdsPart profile_part(const EdsImage& image, std::size_t channel) {
+  const EdsBank& bank = *image.profiles[channel];
+  const Profile stored =
+      ProfileIdentifier{static_cast<std::uint16_t>(bank[2] << 8U | bank[3])}.profile();
+  const Profile stated = image.identifiers[channel]
+                             ? ProfileIdentifier{*image.identifiers[channel]}.profile()
+                             : stored;
+  if (stored == Profile::bp3 || stated == Profile::bp3) return EdsPart::bp3;
+  for (const Profile profile : {stored, stated}) {
+    if (profile == Profile::bp1 || profile == Profile::bp3s) return EdsPart::raw;
+  }
+  return EdsPart::bp3;
+}
 
 /// Data channels of the device: DC_NUM, at most 8; without common part as far as there is anything
 /// of a channel.

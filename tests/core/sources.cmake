@@ -7,4 +7,4 @@ set(BISS_CORE_TESTS banked_registers_test.cpp register_server_test.cpp
                     register_map_test.cpp
                     request_end_test.cpp request_test.cpp slave_chain_test.cpp slave_test.cpp
                     slip_test.cpp spi_test.cpp timing_test.cpp turns_test.cpp
-                    eds_profile_test.cpp)
+                    eds_check_test.cpp eds_image_test.cpp eds_part_test.cpp eds_profile_test.cpp)
