@@ -6,7 +6,7 @@
 //   };
 //   BankedRegisters<2, Device> registers;
 //   registers.bank(1) = RegisterBank(eds, RegisterProtection::read_only);
-//   registers.fixed().put_number(0x7E - 0x40, 0x6943, 2, RegisterProtection::read_only);
+//   registers.put_number<2>(reg::mfr_id, 0x6943, RegisterProtection::read_only);
 //   RegisterServer server(registers);
 #pragma once
 
@@ -15,7 +15,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 
+#include "biss/control/register_map.hpp"
 #include "biss/slave/register_bank.hpp"
 #include "biss/slave/register_owner.hpp"
 
@@ -59,29 +61,36 @@ class BankedRegisters {
   static_assert(Banks >= 1 && Banks <= 256);
 
  public:
-  static constexpr std::uint8_t fixed_begin = 0x40;
-  static constexpr std::uint8_t bsel_address = 0x40;
-
   constexpr explicit BankedRegisters(const Hooks& hooks = {}, const RegisterBusy& busy = {})
       : hooks_(hooks), busy_(busy) {}
 
   /// \pre number < Banks
   constexpr RegisterBank& bank(std::size_t number) { return banks_[number]; }
-  /// Offset 0 is address 0x40, which is never used.
-  constexpr RegisterBank& fixed() { return fixed_; }
+  /// Gives registers outside of the banks their values and protection. \pre address 0x41 … 0x7F,
+  /// here and below; what would lie behind the last is left out
+  constexpr void put(unsigned address, std::span<const std::uint8_t> values,
+                     RegisterProtection protection) {
+    fixed_.put(address - reg::bsel, values, protection);
+  }
+  /// The same for a number of `Bytes` bytes, the highest at the lowest address.
+  template <std::size_t Bytes>
+  constexpr void put_number(unsigned address, std::uint64_t number, RegisterProtection protection) {
+    fixed_.template put_number<Bytes>(address - reg::bsel, number, protection);
+  }
+  constexpr std::uint8_t& value(unsigned address) { return fixed_[address - reg::bsel]; }
   constexpr std::uint8_t bsel() const { return bsel_; }
   constexpr Hooks& hooks() { return hooks_; }
 
   constexpr bool permits(unsigned /*slave*/, RegisterAccess access, std::uint8_t address) {
     waited_ = 0;
-    if (address == bsel_address) return Banks > 1;
-    if (address >= fixed_begin) return fixed_.permits(access, address - fixed_begin);
+    if (address == reg::bsel) return Banks > 1;
+    if (address >= reg::bsel) return fixed_.permits(access, address - reg::bsel);
     return bsel_ < Banks && banks_[bsel_].permits(access, address);
   }
 
   constexpr std::optional<std::uint8_t> read(unsigned /*slave*/, std::uint8_t address) {
     if (must_wait(busy_.read_frames)) return std::nullopt;
-    if (address == bsel_address) return bsel_;
+    if (address == reg::bsel) return bsel_;
     std::uint8_t& value = at(address);
     hooks_.reading(bsel_, address, value);
     return value;
@@ -90,7 +99,7 @@ class BankedRegisters {
   constexpr bool ready(unsigned /*slave*/) { return !must_wait(busy_.write_frames); }
 
   constexpr void write(unsigned /*slave*/, std::uint8_t address, std::uint8_t value) {
-    if (address == bsel_address) {
+    if (address == reg::bsel) {
       bsel_ = value;
     } else {
       at(address) = value;
@@ -116,7 +125,7 @@ class BankedRegisters {
 
   // \pre permitted
   constexpr std::uint8_t& at(std::uint8_t address) {
-    if (address >= fixed_begin) return fixed_[address - fixed_begin];
+    if (address >= reg::bsel) return fixed_[address - reg::bsel];
     return banks_[bsel_][address];
   }
 

@@ -17,21 +17,29 @@ static_assert(slave_chain_bits >= 1 + (max_channels - 1) * max_channel_bits + bi
 
 namespace slave_detail {
 
-/// First in, first out; a full one drops what comes, an empty one gives 0, as a line after STOP.
+/// From START on first in, first out; a full one drops what comes, an empty one gives 0, as a line
+/// after STOP.
 template <std::size_t CapacityBits>
 class ChainBits {
   static_assert(CapacityBits % 32 == 0);
 
  public:
-  constexpr void clear() { first_ = size_ = 0; }
-
-  constexpr void push(bool bit) {
-    if (size_ == CapacityBits) return;
-    const std::size_t at = (first_ + size_++) % CapacityBits;
-    const std::uint32_t mask = std::uint32_t{1} << (at % 32U);
-    std::uint32_t& word = words_[at / 32U];
-    word = bit ? word | mask : word & ~mask;
+  constexpr void clear() {
+    first_ = size_ = 0;
+    heard_ = Heard::nothing;
   }
+
+  /// SLI as it is at a falling edge. START is the first 1 behind a 0; it is made anew, not stored.
+  constexpr void hear(bool sli) {
+    if (heard_ == Heard::start) {
+      push(sli);
+    } else if (!sli) {
+      heard_ = Heard::ack;
+    } else if (heard_ == Heard::ack) {
+      heard_ = Heard::start;
+    }
+  }
+  constexpr bool started() const { return heard_ == Heard::start; }
 
   constexpr bool pop() {
     if (size_ == 0) return false;
@@ -42,9 +50,21 @@ class ChainBits {
   }
 
  private:
+  // What the predecessor has sent.
+  enum class Heard : std::uint8_t { nothing, ack, start };
+
+  constexpr void push(bool bit) {
+    if (size_ == CapacityBits) return;
+    const std::size_t at = (first_ + size_++) % CapacityBits;
+    const std::uint32_t mask = std::uint32_t{1} << (at % 32U);
+    std::uint32_t& word = words_[at / 32U];
+    word = bit ? word | mask : word & ~mask;
+  }
+
   std::array<std::uint32_t, CapacityBits / 32U> words_{};
   std::size_t first_ = 0;
   std::size_t size_ = 0;
+  Heard heard_ = Heard::nothing;
 };
 
 /// A slave that stands alone has none.
@@ -52,7 +72,8 @@ template <>
 class ChainBits<0> {
  public:
   constexpr void clear() {}
-  constexpr void push(bool) {}
+  constexpr void hear(bool) {}
+  constexpr bool started() const { return false; }
   constexpr bool pop() { return false; }
 };
 

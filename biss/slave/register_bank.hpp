@@ -1,20 +1,19 @@
 // 64 registers, and what a master may do with each.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 
-#include "biss/slave/register_owner.hpp"
+#include "biss/base/big_endian.hpp"
+#include "biss/control/control_frame.hpp"
+#include "biss/control/register_map.hpp"
 
 namespace biss {
 
 /// The three levels of D2; on the line "protected" and "not there" are the same.
 enum class RegisterProtection : std::uint8_t { not_available, read_only, read_write };
-
-inline constexpr std::size_t register_bank_bytes = 64;
 
 /// Offsets are 0 … 63; whoever owns the bank says at which address it begins. At first nothing is
 /// available.
@@ -22,7 +21,7 @@ class RegisterBank {
  public:
   constexpr RegisterBank() = default;
   /// All 64 with the same protection.
-  constexpr RegisterBank(std::span<const std::uint8_t, register_bank_bytes> values,
+  constexpr RegisterBank(std::span<const std::uint8_t, bank_bytes> values,
                          RegisterProtection protection) {
     put(0, values, protection);
   }
@@ -31,20 +30,16 @@ class RegisterBank {
   /// is left out.
   constexpr void put(std::size_t offset, std::span<const std::uint8_t> values,
                      RegisterProtection protection) {
-    for (std::size_t i = 0; i < values.size() && offset + i < register_bank_bytes; ++i) {
+    for (std::size_t i = 0; i < values.size() && offset + i < bank_bytes; ++i) {
       values_[offset + i] = values[i];
       protect(offset + i, protection);
     }
   }
-  /// The same for a number that takes `bytes` registers, the highest byte at the lowest offset.
-  constexpr void put_number(std::size_t offset, std::uint64_t number, std::size_t bytes,
+  /// The same for a number of `Bytes` bytes, the highest at the lowest offset.
+  template <std::size_t Bytes>
+  constexpr void put_number(std::size_t offset, std::uint64_t number,
                             RegisterProtection protection) {
-    std::array<std::uint8_t, 8> values{};
-    const std::size_t count = std::min(bytes, values.size());
-    for (std::size_t i = count; i-- > 0; number >>= 8U) {
-      values[i] = static_cast<std::uint8_t>(number);
-    }
-    put(offset, std::span(values).first(count), protection);
+    put(offset, to_big_endian<Bytes>(number), protection);
   }
   /// \pre offset below 64, here and below
   constexpr void protect(std::size_t offset, RegisterProtection protection) {
@@ -61,7 +56,7 @@ class RegisterBank {
   constexpr std::uint8_t operator[](std::size_t offset) const { return values_[offset]; }
 
  private:
-  std::array<std::uint8_t, register_bank_bytes> values_{};
+  std::array<std::uint8_t, bank_bytes> values_{};
   std::uint64_t readable_ = 0;
   std::uint64_t writable_ = 0;
 };

@@ -138,7 +138,6 @@ class Slave {
     state_ = SlaveState::requested;
     timer_.begin(timing_, now);
     chain_.clear();
-    heard_ = Heard::nothing;
     in_frame_ = channels_active_;
     if (!in_frame_) payload_.clear();
   }
@@ -166,23 +165,14 @@ class Slave {
     if (ack_clocks_ < timing_.ack_clocks) ++ack_clocks_;
     if (sample_at_ != never) return false;
     if (timing_.ack_clocks != 0 ? ack_clocks_ < timing_.ack_clocks : now < ready_at_) return false;
-    if (timing_.chained && heard_ != Heard::start) return false;
+    if (timing_.chained && !chain_.started()) return false;
     if (busy_clocks_ == 0) return true;
     --busy_clocks_;
     return false;
   }
 
-  // SLI as it is at a falling edge. START is the first 1 behind a 0; it is made anew, not stored.
   constexpr void hear(bool sli) {
-    if constexpr (ChainBits == 0) return;
-    if (!timing_.chained) return;
-    if (heard_ == Heard::start) {
-      chain_.push(sli);
-    } else if (!sli) {
-      heard_ = Heard::ack;
-    } else if (heard_ == Heard::ack) {
-      heard_ = Heard::start;
-    }
+    if (timing_.chained) chain_.hear(sli);
   }
 
   constexpr void ignore_request(Picoseconds begin) {
@@ -230,9 +220,6 @@ class Slave {
     sample_at_ = never;
   }
 
-  // What a predecessor has sent.
-  enum class Heard : std::uint8_t { nothing, ack, start };
-
   [[no_unique_address]] Codec codec_;
   [[no_unique_address]] Source source_;
   SlaveTiming timing_;
@@ -242,7 +229,6 @@ class Slave {
   Picoseconds ready_at_{};
   Picoseconds last_edge_{};  // kept up except between data bits
   SlaveState state_ = SlaveState::idle;
-  Heard heard_ = Heard::nothing;
   static constexpr std::uint8_t nothing_awaited = 2;
   std::uint8_t awaited_ = nothing_awaited;  // MA's next level in the state data
   bool ma_ = true;                          // MA; in the state data it is the other one

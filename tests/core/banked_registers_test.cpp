@@ -45,9 +45,9 @@ constexpr Registers three_banks() {
     for (std::uint8_t i = 0; i < 64; ++i) values[i] = static_cast<std::uint8_t>(bank * 64 + i);
     registers.bank(bank) = RegisterBank(values, bank == 0 ? Level::read_write : Level::read_only);
   }
-  registers.fixed().put_number(0x44 - 0x40, 0x12345678, 4, Level::read_only);
-  registers.fixed().protect(0x48 - 0x40, Level::read_write);
-  registers.fixed().protect(0x68 - 0x40, Level::read_only);
+  registers.put_number<4>(reg::dev_sn, 0x12345678, Level::read_only);
+  registers.put_number<1>(0x48, 0, Level::read_write);
+  registers.put_number<1>(0x68, 0, Level::read_only);
   return registers;
 }
 
@@ -115,7 +115,7 @@ BISS_TEST(BankedRegisters, Protection_IsOfEachRegister) {
   BISS_EXPECT(bank.permits(RegisterAccess::write, 63) && !bank.permits(RegisterAccess::read, 0));
   bank.protect(63, Level::not_available);
   BISS_EXPECT(!bank.permits(RegisterAccess::read, 63));
-  bank.put_number(0, 0x1122334455667788, 12, Level::read_only);
+  bank.put_number<8>(0, 0x1122334455667788, Level::read_only);
   BISS_EXPECT(bank[0] == 0x11 && bank[7] == 0x88 && bank[8] == 0);
 }
 
@@ -125,6 +125,7 @@ BISS_TEST(BankedRegisters, Hooks_RenewWhatIsReadAndHearWhatIsWritten) {
   BISS_EXPECT_EQ(*registers.read(0, 0x68), 1);
   registers.write(0, 0x40, 2);
   registers.write(0, 0x48, 0x99);
+  BISS_EXPECT_EQ(registers.value(0x48), 0x99);
   BISS_EXPECT_EQ(*registers.read(0, 0x48), 0x99);
   const Hooks& hooks = registers.hooks();
   BISS_EXPECT(hooks.written_count == 2 && hooks.bank == 2);
@@ -137,7 +138,7 @@ BISS_TEST(BankedRegisters, Hooks_RenewWhatIsReadAndHearWhatIsWritten) {
 
 BISS_TEST(BankedRegisters, Busy_IsCountedForEachByte) {
   Registers registers({}, {.read_frames = 2, .write_frames = 3});
-  registers.fixed().protect(0x48 - 0x40, Level::read_write);
+  registers.put_number<1>(0x48, 0, Level::read_write);
   for (int round = 0; round < 2; ++round) {
     BISS_EXPECT(may(registers, RegisterAccess::read, 0x48));
     BISS_EXPECT(!registers.read(0, 0x48) && !registers.read(0, 0x48) && registers.read(0, 0x48));

@@ -346,4 +346,21 @@ BISS_TEST(RegisterServer, DeviceOfSeveralSlaves_TakesConsecutiveIds) {
   BISS_EXPECT_EQ(wrong("1 1 010 1000000 1110 101", "11"), -1);
 }
 
+BISS_TEST(RegisterServer, CdsAskedTwice_IsTheSameBit) {
+  // Two slaves, so that a second ID could be taken at the first one's index.
+  std::array<TestRegisters, 2> registers{};
+  std::array servers{RegisterServer<TestOwner, 2>({registers.data()})};
+  registers[1].value[0x40] = 0x22;
+  send_zeros(servers);
+  std::uint32_t seen = 0;
+  for (const char bit : std::string_view("1100110000001111 101 000000000000")) {
+    if (bit == ' ') continue;
+    servers[0].cdm(bit == '1');
+    const bool cds = servers[0].cds(false);
+    BISS_EXPECT_EQ(servers[0].cds(false), cds);
+    seen = seen << 1U | (cds ? 1U : 0U);
+  }
+  BISS_EXPECT_EQ(seen, 0b1100000000000000'101'00100010'0011U);
+}
+
 }  // namespace biss::test
