@@ -71,6 +71,10 @@ class EdgeSource {
   /// The last time the capture speaks of (a VCD may end with a time and no change); grows while
   /// reading.
   virtual Picoseconds end_time() const = 0;
+
+  /// The longest time between two samples: a change is told at the first that shows it. 0 where the
+  /// file holds changes.
+  virtual Picoseconds sample_period() const { return {}; }
 };
 
 /// An opened capture, or why there is none: `error` counts exactly when `source` is null.

@@ -74,4 +74,10 @@ Picoseconds MergedSource::end_time() const {
   return latest;
 }
 
+Picoseconds MergedSource::sample_period() const {
+  Picoseconds longest{};
+  for (const Input& input : inputs_) longest = std::max(longest, input.source->sample_period());
+  return longest;
+}
+
 }  // namespace biss::capture

@@ -30,6 +30,8 @@ class MergedSource final : public EdgeSource {
   Result<std::span<const wire::Edge>, CaptureError> next_block() override;
   /// The largest of the sources' end times.
   Picoseconds end_time() const override;
+  /// The longest of the sources' sample periods.
+  Picoseconds sample_period() const override;
 
   /// Which source the error of next_block() comes from.
   std::size_t failed_source() const { return failed_source_; }

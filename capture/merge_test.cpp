@@ -5,6 +5,7 @@
 
 #include <string>
 
+#include "capture/raw_reader.hpp"
 #include "capture/test_capture.hpp"
 
 namespace biss::capture {
@@ -31,6 +32,18 @@ TEST(Merge, TwoSources_ComeInTheOrderOfTime) {
 TEST(Merge, NamesThatClash_AreMarkedWithTheirSource) {
   EXPECT_THAT(merge("time_ps,MA,SLO\n", "time_ps,SLO,X\n")->lines(),
               ElementsAre("MA", "a.csv:SLO", "b.csv:SLO", "X"));
+}
+
+TEST(Merge, SamplePeriod_IsTheLongest) {
+  const auto raw = [](Hertz rate) {
+    return open_raw(memory_bytes("\x01"), {rate, 1, {{"D0", 0}}}).source;
+  };
+  std::vector<NamedSource> sources;
+  sources.push_back({raw(megahertz(50)), "a.bin"});
+  sources.push_back({raw(megahertz(20)), "b.bin"});
+  sources.push_back({open_event_csv(memory_bytes("time_ps,MA\n0,1\n")).source, "c.csv"});
+  EXPECT_EQ(MergedSource(std::move(sources)).sample_period(), nanoseconds(50));
+  EXPECT_EQ(merge("time_ps,MA\n", "time_ps,SLO\n")->sample_period(), Picoseconds{});
 }
 
 TEST(Merge, ManyEdges_ComeInBoundedBlocks) {

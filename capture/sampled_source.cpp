@@ -12,13 +12,17 @@ namespace {
 class SampledSource final : public EdgeSource {
  public:
   SampledSource(const RawLayout& layout, std::unique_ptr<SamplePieces> pieces)
-      : pieces_(std::move(pieces)), scanner_(layout) {
+      : pieces_(std::move(pieces)), scanner_(layout), rate_(layout.rate) {
     LineNames names;
     for (const SampleLine& line : layout.lines) lines_.push_back(names.claim(line.name));
   }
 
   const std::vector<std::string>& lines() const override { return lines_; }
   Picoseconds end_time() const override { return scanner_.end_time(); }
+  Picoseconds sample_period() const override {
+    const bool whole = picoseconds_per_second % rate_.count == 0;
+    return period_of(rate_) + picoseconds(whole ? 0 : 1);
+  }
 
   Result<std::span<const wire::Edge>, CaptureError> next_block() override {
     block_.grow();
@@ -59,6 +63,7 @@ class SampledSource final : public EdgeSource {
 
   std::unique_ptr<SamplePieces> pieces_;
   SampleScanner scanner_;
+  Hertz rate_;
   std::vector<std::string> lines_;
   EdgeBlock block_;
   std::span<const std::uint8_t> piece_;

@@ -70,6 +70,9 @@ struct Cycle {
   std::optional<Picoseconds> period;
   /// Share of a period that MA is high, in thousandths.
   std::optional<std::uint32_t> duty_per_mille;
+  /// SLO changes within a twentieth of a period of a moment at which the master samples it, from
+  /// ACK to STOP (MarginSetup). Absent where nothing was sampled, or the capture is too coarse.
+  std::optional<bool> marginal;
   std::uint32_t rising_edges = 0;
   RawBits raw;
 };

@@ -11,6 +11,9 @@ namespace {
 
 using wire::Level;
 
+// Of a period, the margin of `marginal`; the master of biss/master has the same.
+constexpr std::int64_t margin_share = 20;
+
 // A distance of rising edges outside these shares of the usual one means that an edge is missing or
 // too many: a lost edge doubles it, an extra one leaves at most half. Between lies the jitter of a
 // capture with only two samples a period.
@@ -56,8 +59,9 @@ std::optional<Picoseconds> rise_before(const LineHistory& slo, Picoseconds time)
 
 }  // namespace
 
-CycleReader::CycleReader(std::optional<FrameFormat> format, const DeviceTiming& timing)
-    : timing_(timing) {
+CycleReader::CycleReader(std::optional<FrameFormat> format, const DeviceTiming& timing,
+                         const MarginSetup& margin)
+    : timing_(timing), margin_(margin) {
   if (format) codec_.emplace(*format);
 }
 
@@ -89,6 +93,7 @@ CycleReading CycleReader::read(const CycleSpan& span, const LineHistory& slo) {
       if (rise && *rise > response.fall) cycle.ack = *rise - response.fall;
     }
     judge(span, sampled, reading);
+    cycle.marginal = judge_margin(span, slo, response.fall, sampled, start);
   }
   return reading;
 }
@@ -252,14 +257,25 @@ CycleReader::Sampled CycleReader::sample(const CycleSpan& span, const LineHistor
   sampled.bits.append(true);   // LAT: SLO was high when ACK fell
   sampled.bits.append(false);  // ACK
   const Picoseconds middle = delay + clock_.period / 2;
-  std::size_t next = slo.after(shifted(clock_.rises[1], middle));
-  for (std::size_t i = 2; i < clock_.rises.size() && !sampled.bits.overflowed(); ++i) {
+  const Picoseconds margin = certain_margin();
+  Picoseconds before = shifted(clock_.rises[1], middle);
+  std::size_t next = slo.after(before);
+  if (next != 0 && elapsed(slo[next - 1].time, before) <= margin) sampled.first_marginal = 1;
+  std::size_t i = 2;
+  for (; i < clock_.rises.size() && !sampled.bits.overflowed(); ++i) {
     const Picoseconds at = shifted(clock_.rises[i], middle);
     if (at > span.limit) {
       sampled.reached_limit = true;
       break;
     }
-    while (next < slo.size() && slo[next].time <= at) ++next;
+    for (; next < slo.size() && slo[next].time <= at; ++next) {
+      if (sampled.first_marginal != SIZE_MAX) continue;
+      if (elapsed(before, slo[next].time) <= margin)
+        sampled.first_marginal = i - 1;
+      else if (elapsed(slo[next].time, at) <= margin)
+        sampled.first_marginal = i;
+    }
+    before = at;
     const Level level = slo.level_before(next);
     if (level == Level::unknown) {
       sampled.reached_unknown = true;
@@ -267,7 +283,29 @@ CycleReader::Sampled CycleReader::sample(const CycleSpan& span, const LineHistor
     }
     sampled.bits.append(level == Level::high);
   }
+  const bool changes = next < slo.size() && elapsed(before, slo[next].time) <= margin;
+  if (changes) sampled.first_marginal = std::min(sampled.first_marginal, i - 1);
   return sampled;
+}
+
+// How close a change of SLO must be to be certainly within the margin; negative where none is.
+Picoseconds CycleReader::certain_margin() const {
+  // The edge of MA that the sample counts from is uncertain, SLO's is, and the delay between them.
+  const std::int64_t doubts = margin_.compensated ? 2 : 1;
+  return clock_.period / margin_share - doubts * margin_.resolution;
+}
+
+std::optional<bool> CycleReader::judge_margin(const CycleSpan& span, const LineHistory& slo,
+                                              Picoseconds fall, const Sampled& sampled,
+                                              std::size_t start) const {
+  if (certain_margin().count < 0) return std::nullopt;
+  // Behind STOP nobody looks any more.
+  const std::size_t last = codec_ ? start + 2 + codec_->payload_bits() : clock_.rises.size() - 1;
+  if (margin_.compensated) return sampled.first_marginal <= last;
+  const Picoseconds half = clock_.period / 2;
+  std::size_t lead = 1;
+  while (lead < clock_.rises.size() && shifted(clock_.rises[lead], half) < fall) ++lead;
+  return sample(span, slo, {}).first_marginal <= last + lead - 1;
 }
 
 void CycleReader::judge(const CycleSpan& span, const Sampled& sampled,

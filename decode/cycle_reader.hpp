@@ -35,13 +35,25 @@ struct CycleReading {
   bool complete = false;
 };
 
+/// How Cycle::marginal is judged.
+struct MarginSetup {
+  /// The master makes up for the line delay, and samples when this reader does. Else half a period
+  /// behind each rising edge of MA, one bit a clock, whatever arrives then; this reader makes up
+  /// for the delay all the same.
+  bool compensated = true;
+  /// Every edge may have been earlier by less than this: the time between two samples of the
+  /// capture, 0 where it holds changes. `marginal` is then told only where it is certain.
+  Picoseconds resolution{};
+};
+
 /// Reads cycles as the master would see them: SLO is sampled at each rising edge of MA plus the
 /// line delay of that cycle plus half a period. Nothing is carried from one cycle to the next.
 class CycleReader {
  public:
   /// Without a format only structure is judged: `ok` then means that START was found, and no
   /// position is given.
-  CycleReader(std::optional<FrameFormat> format, const DeviceTiming& timing);
+  CycleReader(std::optional<FrameFormat> format, const DeviceTiming& timing,
+              const MarginSetup& margin = {});
 
   /// \param slo must reach back to the span's first edge
   CycleReading read(const CycleSpan& span, const LineHistory& slo);
@@ -60,6 +72,8 @@ class CycleReader {
     FrameBits bits;
     bool reached_limit = false;
     bool reached_unknown = false;
+    // Rising edge whose sample was the first to come too close to a change of SLO.
+    std::size_t first_marginal = SIZE_MAX;
   };
   // When SLO fell for ACK, or why that is not known.
   struct Response {
@@ -84,6 +98,9 @@ class CycleReader {
                    Picoseconds fall) const;
   bool lay_even_clock();
   Sampled sample(const CycleSpan& span, const LineHistory& slo, Picoseconds delay) const;
+  Picoseconds certain_margin() const;
+  std::optional<bool> judge_margin(const CycleSpan& span, const LineHistory& slo, Picoseconds fall,
+                                   const Sampled& sampled, std::size_t start) const;
   void judge(const CycleSpan& span, const Sampled& sampled, CycleReading& reading) const;
   void read_payload(const Sampled& sampled, const FrameStart& start, CycleReading& reading) const;
   void check_channels(Cycle& cycle) const;
@@ -92,6 +109,7 @@ class CycleReader {
 
   std::optional<FrameCodec<>> codec_;
   DeviceTiming timing_;
+  MarginSetup margin_;
   Clock clock_;
 };
 

@@ -83,6 +83,18 @@ TEST(Statistics, CausesAndFlags_AreCountedApart) {
   EXPECT_EQ(statistics.interval().median(), microseconds(100).count);
 }
 
+TEST(Statistics, MarginalCycles_AreCountedAmongThoseJudged) {
+  Statistics statistics;
+  for (const std::optional<bool> marginal :
+       {std::optional<bool>(true), std::optional<bool>(false), std::optional<bool>()}) {
+    Cycle cycle = cycle_at(0, CycleStatus::ok);
+    cycle.marginal = marginal;
+    statistics.add(cycle);
+  }
+  EXPECT_EQ(statistics.marginal(), 1U);
+  EXPECT_EQ(statistics.margin_judged(), 2U);
+}
+
 TEST(Statistics, GlitchesAndCutCycles_SayNothingOfTheRate) {
   Statistics statistics;
   statistics.add(cycle_at(0, CycleStatus::cut_start));

@@ -14,6 +14,8 @@ void Statistics::add(const Cycle& cycle) {
     if (std::any_of(channels.begin(), channels.end(), [](auto& c) { return !c.nE; })) ++errors_;
     if (std::any_of(channels.begin(), channels.end(), [](auto& c) { return !c.nW; })) ++warnings_;
   }
+  if (cycle.marginal) ++margin_judged_;
+  if (cycle.marginal.value_or(false)) ++marginal_;
   // A pulse or a piece of a cycle says nothing about how the master asks.
   const bool whole = cycle.status != CycleStatus::ma_glitch &&
                      cycle.status != CycleStatus::cut_start && cycle.status != CycleStatus::cut_end;

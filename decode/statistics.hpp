@@ -28,6 +28,10 @@ class Statistics {
   std::uint64_t errors() const { return errors_; }
   std::uint64_t warnings() const { return warnings_; }
 
+  /// Cycles that were sampled close to a change of SLO, and those of which that can be told.
+  std::uint64_t marginal() const { return marginal_; }
+  std::uint64_t margin_judged() const { return margin_judged_; }
+
   const Distribution& period() const { return period_; }
   /// From one cycle's begin to the next one's.
   const Distribution& interval() const { return interval_; }
@@ -40,6 +44,8 @@ class Statistics {
   std::array<std::uint64_t, cycle_status_count> by_status_{};
   std::uint64_t errors_ = 0;
   std::uint64_t warnings_ = 0;
+  std::uint64_t marginal_ = 0;
+  std::uint64_t margin_judged_ = 0;
   Distribution period_;
   Distribution interval_;
   Distribution line_delay_;

@@ -167,11 +167,11 @@ inline std::vector<LevelChange> sampled(const std::vector<LevelChange>& line, Pi
 
 inline std::vector<Cycle> decode(const std::vector<wire::Edge>& edges, Picoseconds end,
                                  std::string_view format = usual_format,
-                                 const DeviceTiming& timing = {}) {
+                                 const DeviceTiming& timing = {}, const MarginSetup& margin = {}) {
   std::vector<Cycle> cycles;
   std::optional<FrameFormat> parsed;
   if (!format.empty()) parsed = *parse_format(format);
-  Decoder decoder(CycleReader(parsed, timing),
+  Decoder decoder(CycleReader(parsed, timing, margin),
                   [&](const Cycle& cycle) { cycles.push_back(cycle); });
   decoder.push(edges, {0, 1});
   decoder.finish(end);

@@ -38,6 +38,8 @@ class CaptureInput {
   std::span<const wire::Edge> next();
 
   Picoseconds end_time() const { return source_->end_time(); }
+  /// As EdgeSource::sample_period().
+  Picoseconds sample_period() const { return source_->sample_period(); }
   /// One line, empty while all is well.
   const std::string& error() const { return error_; }
   /// What the user called it.

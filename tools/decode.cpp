@@ -26,6 +26,8 @@ struct DecodeOptions {
   RawSamples raw;
   std::string ma;
   std::string slo;
+  bool no_compensation = false;
+  std::optional<Picoseconds> resolution;
   std::optional<Picoseconds> since;
   std::optional<Picoseconds> until;
   std::vector<std::string> fail_on;
@@ -45,9 +47,12 @@ class FailOn {
         error_ = true;
       } else if (word == "nW") {
         warning_ = true;
+      } else if (word == "marginal") {
+        marginal_ = true;
       } else if (!read_status(word)) {
         return fmt::format(
-            "--fail-on: '{}' is none of any, nE, nW and the causes of docs/status.md", word);
+            "--fail-on: '{}' is none of any, nE, nW, marginal and the causes of docs/status.md",
+            word);
       }
     }
     return {};
@@ -57,6 +62,7 @@ class FailOn {
     if (any_ && statistics.failed() != 0) return true;
     if ((error_ || any_) && statistics.errors() != 0) return true;
     if (warning_ && statistics.warnings() != 0) return true;
+    if (marginal_ && statistics.marginal() != 0) return true;
     return std::any_of(statuses_.begin(), statuses_.end(),
                        [&](auto status) { return statistics.count(status) != 0; });
   }
@@ -75,6 +81,7 @@ class FailOn {
   bool any_ = false;
   bool error_ = false;
   bool warning_ = false;
+  bool marginal_ = false;
   std::vector<decode::CycleStatus> statuses_;
 };
 
@@ -126,11 +133,16 @@ class DecodeRun {
     }
     const ExitStatus opened = input_.open(options_.files, options_.ma, options_.slo, options_.raw);
     if (opened != ExitStatus::done) return opened;
+    if (options_.resolution && !is_resolution(*options_.resolution)) {
+      return fail(ExitStatus::usage, "--resolution: from 0s to 1ms");
+    }
     if (input_.reads(options_.output)) {
       return fail(ExitStatus::usage,
                   fmt::format("-o {}: is the capture itself; name another file", options_.output));
     }
-    const decode::CycleReader reader(format_, timing_);
+    margin_ = {.compensated = !options_.no_compensation,
+               .resolution = options_.resolution.value_or(input_.sample_period())};
+    const decode::CycleReader reader(format_, timing_, margin_);
     const auto beginning = input_.look_at_beginning(edges_to_find_lines);
     const auto found = find_lines(input_.lines(), beginning, input_.line_of(options_.ma),
                                   input_.line_of(options_.slo), reader);
@@ -174,6 +186,10 @@ class DecodeRun {
     return conclude(found);
   }
 
+  static bool is_resolution(Picoseconds time) {
+    return time >= Picoseconds{} && time <= milliseconds(1);
+  }
+
   bool is_wanted(Picoseconds time) {
     const bool wanted = (!options_.since || time >= *options_.since) &&
                         (!options_.until || time <= *options_.until);
@@ -206,13 +222,14 @@ class DecodeRun {
   }
 
   std::string summary(const decode::FoundLines& found) const {
-    return decode_summary(statistics_, input_.name(), input_.lines(), found);
+    return decode_summary(statistics_, input_.name(), input_.lines(), found, margin_);
   }
 
   const DecodeOptions& options_;
   FailOn fail_on_;
   std::optional<FrameFormat> format_;
   DeviceTiming timing_;
+  decode::MarginSetup margin_;
   CaptureInput input_;
   decode::Statistics statistics_;
   std::uint64_t passed_over_ = 0;
@@ -239,13 +256,20 @@ void add_decode(Command& command) {
   verb.add_option("--ma", options->ma, "The line that is MA")->type_name("NAME|FILE:NAME");
   verb.add_option("--slo", options->slo, "The line that is SLO")->type_name("NAME|FILE:NAME");
   add_raw_options(verb, options->raw);
+  verb.add_flag("--no-compensation", options->no_compensation,
+                "The master samples half a period after its own edges of MA: column marginal is "
+                "judged by that, positions are read all the same");
+  add_duration_option(verb, "--resolution", into(options->resolution),
+                      "Edges may have been so much earlier than the capture says, for column "
+                      "marginal; its sample period where the file tells it, else 0");
   add_duration_option(verb, "--since", into(options->since),
                       "Only cycles that begin then or later");
   add_duration_option(verb, "--until", into(options->until),
                       "Only cycles that begin then or earlier");
-  verb.add_option("--fail-on", options->fail_on,
-                  "Exit with 1 when such a row occurs: nE, nW, causes such as crc, or any: nE and "
-                  "every cause but cut_start and cut_end")
+  verb.add_option(
+          "--fail-on", options->fail_on,
+          "Exit with 1 when such a row occurs: nE, nW, marginal, causes such as crc, or any: nE "
+          "and every cause but cut_start and cut_end")
       ->delimiter(',')
       ->type_name("CAUSE,...");
   add_output_option(verb, options->output);

@@ -119,10 +119,25 @@ std::optional<CycleStatus> foremost_cause(const decode::Statistics& statistics) 
   return foremost;
 }
 
+void add_marginal(report::Summary& summary, const decode::Statistics& statistics,
+                  const decode::MarginSetup& margin) {
+  if (statistics.margin_judged() != 0) {
+    summary.entry("marginal",
+                  fmt::format("{} of {}", statistics.marginal(), statistics.margin_judged()),
+                  "SLO changes within 5 % of a period of the sampling instant");
+  } else if (margin.resolution.count != 0 && statistics.line_delay().count() != 0) {
+    summary.entry("marginal", "not told",
+                  fmt::format("edges are known to {}, 5 % of a period is {}",
+                              time_text(margin.resolution.count),
+                              time_text(statistics.period().median() / 20)));
+  }
+}
+
 }  // namespace
 
 std::string decode_summary(const decode::Statistics& statistics, const std::string& capture,
-                           const std::vector<std::string>& lines, const decode::FoundLines& found) {
+                           const std::vector<std::string>& lines, const decode::FoundLines& found,
+                           const decode::MarginSetup& margin) {
   report::Summary summary;
   summary.title(fmt::format("{}: {} request cycle{}", capture, statistics.cycles(),
                             statistics.cycles() == 1 ? "" : "s"));
@@ -132,6 +147,7 @@ std::string decode_summary(const decode::Statistics& statistics, const std::stri
   summary.entry("status", status_counts(statistics));
   summary.entry("flags", fmt::format("{} with nE = 0, {} with nW = 0", statistics.errors(),
                                      statistics.warnings()));
+  add_marginal(summary, statistics, margin);
   add_rate(summary, "clock", statistics.period());
   add_spread(summary, "duty", statistics.duty(), percent_text);
   add_rate(summary, "rate", statistics.interval());

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "decode/cycle_reader.hpp"
 #include "decode/lines.hpp"
 #include "decode/statistics.hpp"
 
@@ -11,7 +12,9 @@ namespace biss::tools {
 
 /// \param capture what the user called it
 /// \param lines the names of the capture's lines
+/// \param margin what `marginal` was judged by
 std::string decode_summary(const decode::Statistics& statistics, const std::string& capture,
-                           const std::vector<std::string>& lines, const decode::FoundLines& found);
+                           const std::vector<std::string>& lines, const decode::FoundLines& found,
+                           const decode::MarginSetup& margin);
 
 }  // namespace biss::tools

@@ -53,9 +53,11 @@ DecodeTable::DecodeTable(const std::optional<FrameFormat>& format) : format_(for
        .places = 3},
       {.name = "raw", .kind = Kind::bits},
   };
-  if (!format_) return;
-  const auto channels = format_->channels();
-  for (std::size_t k = 0; k < channels.size(); ++k) add_channel_columns(k, channels[k]);
+  if (format_) {
+    const auto channels = format_->channels();
+    for (std::size_t k = 0; k < channels.size(); ++k) add_channel_columns(k, channels[k]);
+  }
+  columns_.push_back({.name = "marginal", .kind = Kind::flag});
 }
 
 void DecodeTable::add_channel_columns(std::size_t k, const ChannelFormat& channel) {
@@ -124,6 +126,7 @@ const std::vector<Cell>& DecodeTable::cells(std::uint64_t number, const decode::
   if (format_) {
     for (std::size_t k = 0; k < format_->channel_count; ++k) add_channel_cells(k, cycle);
   }
+  cells_.emplace_back(cycle.marginal);
   return cells_;
 }
 

@@ -11,11 +11,11 @@
 
 namespace biss::tools {
 
-/// The columns of the command's contract: eleven that never change, then those that the format
-/// adds.
+/// The columns of the command's contract: eleven that never change, those that the format adds,
+/// then `marginal`.
 class DecodeTable {
  public:
-  /// Without a format only the eleven.
+  /// Without a format only the eleven and `marginal`.
   explicit DecodeTable(const std::optional<FrameFormat>& format);
 
   const std::vector<report::Column>& columns() const { return columns_; }

@@ -134,6 +134,7 @@ decode::Cycle cycle_of(const sim::ReplayReading& replayed, const FrameFormat& fo
   decode::Cycle cycle;
   cycle.time = reading.begin;
   cycle.line_delay = reading.line_delay;
+  if (reading.line_delay) cycle.marginal = reading.marginal;
   if (replayed.period.count != 0) cycle.period = replayed.period;
   if (reading.ack_clocks != 0) cycle.ack = reading.ack_clocks * replayed.period;
   if (!reading.frame.ok()) {

@@ -22,6 +22,7 @@ TruthTable::TruthTable(const FrameFormat& format) : format_(format) {
     columns_.push_back({.name = fmt::format("nW{}", k + 1), .kind = Kind::flag});
   }
   columns_.push_back({.name = "places", .kind = Kind::text});
+  columns_.push_back({.name = "marginal", .kind = Kind::flag});
 }
 
 const std::vector<Cell>& TruthTable::cells(std::uint64_t number, const sim::SimulatedCycle& cycle) {
@@ -39,8 +40,10 @@ const std::vector<Cell>& TruthTable::cells(std::uint64_t number, const sim::Simu
     cells_.push_back(format.warning.present ? Cell(channel.nW) : Cell());
     if (k == 0) cells_.push_back(faults_.empty() ? Cell() : Cell(faults_));
   }
-  cells_.resize(columns_.size() - 1);
+  cells_.resize(columns_.size() - 2);
   cells_.push_back(places_.empty() ? Cell() : Cell(places_));
+  // Without clocks our master did not ask.
+  cells_.push_back(cycle.reading.clocks != 0 ? Cell(cycle.reading.marginal) : Cell());
   return cells_;
 }
 

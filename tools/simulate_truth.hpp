@@ -12,7 +12,9 @@
 namespace biss::tools {
 
 /// `cycle,time_ns,position,nE,nW,faults`, then position, nE and nW of each further channel, then
-/// `places`: where faults began in the cycle. What a channel does not have is empty.
+/// `places`: where faults began in the cycle, and `marginal`: our master sampled SLO within 5 % of
+/// a period of a change. What a channel does not have is empty, and `marginal` where another master
+/// asked.
 class TruthTable {
  public:
   explicit TruthTable(const FrameFormat& format);

@@ -1,0 +1,155 @@
+// `marginal` in every place where the command tells it.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+
+#include "tests/cli/run_command.hpp"
+
+namespace biss::cli {
+namespace {
+
+constexpr const char* format = "pos26,nE,nW,crc6";
+
+// 20 cycles at 5 MHz by a master without compensation; the delay is in nanoseconds of 200.
+std::string simulate(const Folder& folder, const std::string& name, const std::string& delay,
+                     const std::vector<std::string>& more = {}) {
+  const std::string capture = folder.path(name);
+  std::vector<std::string> arguments{"simulate", "-f",
+                                     format,     "--clock",
+                                     "5MHz",     "--slo-delay",
+                                     delay,      "--cycles",
+                                     "20",       "--motion",
+                                     "random",   "-o",
+                                     capture,    "--no-compensation",
+                                     "--truth",  folder.path("truth.csv")};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  const Outcome made = run(arguments);
+  EXPECT_EQ(made.status, 0) << made.err;
+  return capture;
+}
+
+Outcome decode(const std::string& capture, const std::vector<std::string>& more) {
+  std::vector<std::string> arguments{"decode", capture, "-f", format};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return run(arguments);
+}
+
+// All 20 rows have this in their last column.
+void expect_all(const std::string& csv, const std::string& marginal) {
+  EXPECT_TRUE(csv.substr(0, csv.find('\n')).ends_with(",marginal")) << csv;
+  const auto rows = rows_of(csv);
+  EXPECT_EQ(rows.size(), 20U);
+  for (const Row& row : rows) EXPECT_EQ(row.at("marginal"), marginal);
+}
+
+void expect_positions(const std::string& csv, const std::string& truth) {
+  const auto rows = rows_of(csv);
+  const auto meant = rows_of(truth);
+  ASSERT_EQ(rows.size(), meant.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    EXPECT_EQ(rows[i].at("position"), meant[i].at("position")) << i;
+  }
+}
+
+TEST(Margin, ChangeNearTheSampleOfAMasterWithoutCompensation_IsToldEverywhere) {
+  const Folder folder;
+  // The sample is 100 ns behind the edge, the margin 10 ns.
+  for (const auto& [delay, marginal] : {std::pair{"89.8ns", "0"}, std::pair{"90.2ns", "1"},
+                                        std::pair{"109.8ns", "1"}, std::pair{"110.2ns", "0"}}) {
+    SCOPED_TRACE(delay);
+    const std::string capture = simulate(folder, "line.vcd", delay);
+    const std::string truth = content_of(folder.path("truth.csv"));
+    expect_all(truth, marginal);
+    const Outcome csv = decode(capture, {"--to", "csv", "--no-compensation"});
+    expect_all(csv.out, marginal);
+    expect_positions(csv.out, truth);
+    const bool is = *marginal == '1';
+    EXPECT_NE(csv.err.find(is ? "marginal    20 of 20" : "marginal    0 of 20"), std::string::npos)
+        << csv.err;
+    const Outcome lines = decode(capture, {"--to", "jsonl", "--no-compensation"});
+    const std::string key = std::string("\"marginal\":") + marginal + "}";
+    std::size_t found = 0;
+    for (std::size_t at = lines.out.find(key); at != std::string::npos;
+         at = lines.out.find(key, at + 1)) {
+      ++found;
+    }
+    EXPECT_EQ(found, 20U) << lines.out;
+    EXPECT_EQ(decode(capture, {"--no-compensation", "--fail-on", "marginal"}).status, is ? 1 : 0);
+    EXPECT_EQ(decode(capture, {"--no-compensation", "--fail-on", "any"}).status, 0);
+  }
+}
+
+TEST(Margin, DecodersOwnSample_IsFarFromEveryChangeWhateverTheDelay) {
+  const Folder folder;
+  for (const char* delay : {"0ns", "50ns", "100ns", "199ns", "1234ns"}) {
+    expect_all(decode(simulate(folder, "line.vcd", delay), {"--to", "csv"}).out, "0");
+  }
+}
+
+TEST(Margin, ReadingsOfARecordedEncoder_HaveTheMastersWord) {
+  const Folder folder;
+  for (const auto& [delay, marginal] : {std::pair{"89.8ns", "0"}, std::pair{"90.2ns", "1"}}) {
+    const std::string capture = simulate(folder, "line.vcd", delay);
+    const std::string readings = folder.path("readings.csv");
+    const Outcome made = run({"simulate", "-f", format, "--slo-from", capture, "--no-compensation",
+                              "-o", folder.path("read.vcd"), "--readings", readings});
+    ASSERT_EQ(made.status, 0) << made.err;
+    expect_all(content_of(readings), marginal);
+  }
+}
+
+TEST(Margin, AnswersToARecordedMaster_AreNotJudged) {
+  const Folder folder;
+  const std::string capture = simulate(folder, "line.vcd", "100ns");
+  const std::string truth = folder.path("answers.csv");
+  const Outcome made = run({"simulate", "-f", format, "--ma-from", capture, "-o",
+                            folder.path("answered.vcd"), "--truth", truth});
+  ASSERT_EQ(made.status, 0) << made.err;
+  expect_all(content_of(truth), "");
+}
+
+// 50 MS/s: edges are known to 20 ns, and the margin is 10 ns.
+TEST(Margin, SamplesTooFarApart_TellNothingAndSaySo) {
+  const Folder folder;
+  const std::string capture = simulate(folder, "line.sr", "100ns", {"--sample-rate", "50MHz"});
+  expect_all(content_of(folder.path("truth.csv")), "1");
+  const Outcome coarse = decode(capture, {"--to", "csv", "--no-compensation"});
+  expect_all(coarse.out, "");
+  EXPECT_NE(coarse.err.find("not told            edges are known to 20 ns, 5 % of a period is "
+                            "10 ns"),
+            std::string::npos)
+      << coarse.err;
+  EXPECT_EQ(decode(capture, {"--no-compensation", "--fail-on", "marginal"}).status, 0);
+}
+
+TEST(Margin, SamplesCloseEnough_TellWhatIsCertain) {
+  const Folder folder;
+  // A sample of 2 ns: what is seen within 8 ns of the sampling instant was within 10 ns. MA's edges
+  // fall on samples; 109 ns are seen as 110 ns.
+  for (const auto& [delay, marginal] :
+       {std::pair{"100ns", "1"}, std::pair{"94ns", "1"}, std::pair{"109ns", "0"}}) {
+    SCOPED_TRACE(delay);
+    const std::string capture =
+        simulate(folder, "line.sr", delay, {"--sample-rate", "500MHz", "--rate", "10kHz"});
+    expect_all(content_of(folder.path("truth.csv")), "1");
+    expect_all(decode(capture, {"--to", "csv", "--no-compensation"}).out, marginal);
+  }
+}
+
+TEST(Margin, ResolutionOfChanges_IsWhatIsSaid) {
+  const Folder folder;
+  const std::string capture = simulate(folder, "line.vcd", "95ns");
+  const auto with = [&](const char* resolution) {
+    return decode(capture, {"--to", "csv", "--no-compensation", "--resolution", resolution});
+  };
+  expect_all(with("0ns").out, "1");
+  expect_all(with("5ns").out, "1");
+  expect_all(with("6ns").out, "0");
+  expect_all(with("11ns").out, "");
+  EXPECT_EQ(with("-1ns").status, 2);
+  EXPECT_EQ(with("2ms").status, 2);
+}
+
+}  // namespace
+}  // namespace biss::cli
