@@ -43,13 +43,12 @@ constexpr std::string_view name_of(ControlError error) {
 }
 
 /// Whether damage on the line can be the cause, so that the same access may succeed when it is
-/// tried again. A clear no (refused, next_unavailable), a slave that took too long and what the
-/// master did itself are not.
+/// tried again. A clear no (refused, next_unavailable) is not asked twice, and what the master did
+/// itself not done again.
 constexpr bool worth_retrying(ControlError error) {
   switch (error) {
     case ControlError::bad_request:
     case ControlError::refused:
-    case ControlError::busy_too_long:
     case ControlError::next_unavailable:
     case ControlError::cancelled:
       return false;

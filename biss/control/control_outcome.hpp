@@ -25,7 +25,8 @@ enum class ExecuteIf : std::uint8_t {
 };
 
 struct ControlOptions {
-  /// The longest that a slave may delay S of a byte, from the frame in which S could have come.
+  /// The longest that a slave may delay S of a byte, from the frame in which S could have come. 0:
+  /// not at all.
   Picoseconds busy_max = register_busy_max;
   /// So many times an access that failed is tried again where worth_retrying() says so; a broadcast
   /// never is. A sequential access goes on with the first byte that is not yet done. A byte of a
@@ -35,7 +36,11 @@ struct ControlOptions {
 
 /// How an access ended, or how far it is.
 struct ControlOutcome {
-  /// The longest that a slave delayed S of a byte; 0 where it never did.
+  /// The longest that a slave delayed S of a byte; 0 where it never did. An S whose 1 was damaged
+  /// on CDS looks like a delay too. What is read then is always found to be wrong. Not so a byte
+  /// that is written behind another one: master and slave are a bit apart, and the echo agrees for
+  /// half of all values though nothing was written. Read back what was written with a delay, or
+  /// write such registers in accesses of their own, where the protocol allows no delay.
   Picoseconds longest_busy{};
   /// Frames since the access began, this one included.
   std::uint32_t frames = 0;

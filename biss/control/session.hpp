@@ -9,7 +9,6 @@
 //   if (session.done() && !session.outcome().error) ...
 //
 // A frame without a running access ends with CDM = 0; step() it all the same, and its zero counts.
-// Protocol description D2, chapter control communication.
 #pragma once
 
 #include <algorithm>
@@ -42,7 +41,8 @@ class ControlSession {
   constexpr void write(unsigned slave, unsigned address, std::span<const std::uint8_t> from) {
     begin(write_request(slave, address, from));
   }
-  /// Begins a command to the slaves with these IDs, bit k for ID k; none: bad_request. \pre done()
+  /// Begins a command to the slaves with these IDs, bit k for ID k; none: bad_request. Done without
+  /// an error it was accepted and EX = 1 sent, which nobody confirms. \pre done()
   constexpr void command(std::uint8_t slaves, ControlCommand command,
                          ExecuteIf execute_if = ExecuteIf::all_accept) {
     begin(command_request(slaves, command, execute_if));
@@ -72,9 +72,8 @@ class ControlSession {
   }
 
   constexpr bool done() const { return phase_ == Phase::idle; }
-  /// Of the access that was begun last; whole when done().
+  /// Of the access begun last; whole when done().
   constexpr const ControlOutcome& outcome() const { return outcome_; }
-  /// \pre done()
   constexpr void set_options(const ControlOptions& options) { options_ = options; }
 
  private:
@@ -130,7 +129,7 @@ class ControlSession {
         if (one) return begin_byte();
         busy_since_ = now;
         phase_ = Phase::busy;
-        return true;
+        return options_.busy_max.count > 0 || fail(ControlError::busy_too_long);
       case Phase::busy:
         return busy(now - busy_since_, one);
       case Phase::byte:

@@ -260,6 +260,43 @@ BISS_TEST(ControlFailure, BusySlaves_AreWaitedFor) {
   }
 }
 
+BISS_TEST(ControlFailure, TheLongestWaitOfAnAccess_IsTold) {
+  for (const bool first_is_longer : {false, true}) {
+    Line cds;
+    cds.add(test::read_accepted);
+    --cds.size;
+    cds.add(first_is_longer ? "00000" : "00");
+    cds.add("1 01100010 0100 0");
+    cds.add(first_is_longer ? "00" : "00000");
+    cds.add("1 01100010 0100 0");
+    Access access;
+    access.ask(Ask::read);
+    access.frames.run(cds.view());
+    BISS_EXPECT(!access.session.outcome().error);
+    BISS_EXPECT(access.session.outcome().longest_busy == microseconds(5 * 250));
+    // Another limit for the next access, which tells its own waits.
+    access.session.set_options({.busy_max = microseconds(250)});
+    access.ask(Ask::read);
+    access.frames.run(cds.view());
+    BISS_EXPECT_EQ(access.error(), ControlError::busy_too_long);
+    BISS_EXPECT_EQ(access.session.outcome().bytes_done, first_is_longer ? 0 : 1);
+    BISS_EXPECT_EQ(access.session.outcome().longest_busy.count,
+                   first_is_longer ? 0 : microseconds(500).count);
+  }
+}
+
+BISS_TEST(ControlFailure, SlavesOfAnEarlierTry_AreForgotten) {
+  Access access({.retries = 1});
+  access.ask(Ask::read);
+  access.frames.answer("1111111110000000 01");
+  while (access.session.outcome().tries < 2) access.frames.step();
+  access.frames.run("");
+  BISS_EXPECT_EQ(access.error(), ControlError::no_answer);
+  BISS_EXPECT(access.session.outcome().retried == ControlError::rw_pattern);
+  BISS_EXPECT_EQ(access.session.outcome().slaves_present, 0);
+  BISS_EXPECT(!access.session.outcome().more_slaves);
+}
+
 BISS_TEST(ControlFailure, AFrameLostAnywhere_IsNamedUnlessAllIsDone) {
   for (const Ask ask : {Ask::read, Ask::write, Ask::command}) {
     const unsigned bits = ask == Ask::command ? 24 : 46;
