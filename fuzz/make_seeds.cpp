@@ -12,6 +12,7 @@
 #include "capture/vcd_writer.hpp"
 #include "fuzz/capture_seeds.hpp"
 #include "fuzz/frame_formats.hpp"
+#include "fuzz/raw_header.hpp"
 
 namespace {
 
@@ -94,6 +95,30 @@ std::string slave_train(std::size_t format_number, std::uint64_t seed) {
   return train + std::string(2 * (20 + seed), half_a_period_and_turn_ma);
 }
 
+// A request of 20 to 83 clocks, SLO turning now and then with a rising edge; then a pause and
+// another.
+std::string replay_train(std::size_t format_number, std::uint64_t seed) {
+  constexpr char half_a_period = 4;
+  constexpr char turn_both = 3 << 5;
+  constexpr char pause = 29;
+  std::mt19937_64 random(seed);
+  std::string train{static_cast<char>(format_number)};
+  for (int i = 0; i < 4; ++i) train += static_cast<char>(random() % 256);
+  for (int request = 0; request < 2; ++request) {
+    for (std::uint64_t clock = 0; clock < 20 + seed; ++clock) {
+      train += half_a_period;
+      train += static_cast<char>(half_a_period | (random() % 4 == 0 ? turn_both : 0));
+    }
+    train += pause;
+  }
+  return train;
+}
+
+// Samples of an even clock, the layout before them.
+std::string raw_samples(std::uint64_t seed) {
+  return biss::fuzz::raw_header(biss::fuzz::sampled_layout(seed)) + biss::fuzz::raw_seed(seed);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -109,6 +134,8 @@ int main(int argc, char** argv) {
   Corpus event_csv(root / "event_csv");
   Corpus saleae(root / "saleae");
   Corpus sr(root / "sr");
+  Corpus raw(root / "raw");
+  Corpus replay(root / "replay");
   for (std::uint64_t seed = 0; seed < seeds_a_target; ++seed) {
     const std::size_t k = seed % biss::fuzz::frame_formats.size();
     const std::string bits = frame_bytes(k, seed);
@@ -120,6 +147,8 @@ int main(int argc, char** argv) {
     event_csv.add(biss::fuzz::seed_text<biss::capture::EventCsvWriter>(seed));
     saleae.add(biss::fuzz::saleae_seed(seed));
     sr.add(biss::fuzz::sr_seed(seed));
+    raw.add(raw_samples(seed));
+    replay.add(replay_train(k, seed));
   }
   return 0;
 }

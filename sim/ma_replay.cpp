@@ -12,7 +12,7 @@ MaReplay::MaReplay(const MaReplaySetup& setup, Sample sample, OnAnswer on_answer
     : line_delay_(setup.line_delay),
       sample_(std::move(sample)),
       on_answer_(std::move(on_answer)),
-      slave_(FrameCodec<>(setup.format), setup.timing, Source{this}) {}
+      slave_(setup.codec, setup.timing, Source{this}) {}
 
 void MaReplay::push(std::span<const Edge> edges, wire::LineIndex ma, std::vector<Edge>& out) {
   for (const Edge& edge : edges) {
@@ -92,6 +92,7 @@ Picoseconds MaReplay::finish(Picoseconds end, std::vector<Edge>& out) {
     end = std::max(end, output_.deadline + line_delay_);
     step(output_.deadline, ma_);
   }
+  if (!slo_.empty()) end = std::max(end, slo_.back().time);
   flush(never, out);
   end_answer();
   return end;

@@ -15,6 +15,10 @@
 
 namespace biss::sim {
 
+/// A replay takes captures whose edges lie so far from time 0 at most, either way: ten days, so
+/// that nothing it adds up leaves the range of times.
+inline constexpr Picoseconds replay_time_max = milliseconds(864'000'000);
+
 /// What became of a recorded request.
 enum class AnswerKind : std::uint8_t {
   complete,   ///< answered up to STOP
@@ -30,7 +34,8 @@ struct Answer {
 };
 
 struct MaReplaySetup {
-  FrameFormat format;
+  /// Of a format with a channel.
+  FrameCodec<> codec;
   SlaveTiming timing;
   /// From an edge of MA to the change of SLO it makes, both where MA was recorded; not negative.
   Picoseconds line_delay{};
@@ -47,11 +52,11 @@ class MaReplay {
 
   /// \param sample the channels' values as of that moment
   /// \param on_answer told when a request is over; may be empty
-  /// \pre setup.format has a channel
   MaReplay(const MaReplaySetup& setup, Sample sample, OnAnswer on_answer);
 
   /// Appends to `out` what is known so far: ma_line and slo_line in time order. Edges of other
   /// lines than `ma` are passed over.
+  /// \pre times do not fall, and lie within replay_time_max
   void push(std::span<const wire::Edge> edges, wire::LineIndex ma, std::vector<wire::Edge>& out);
 
   /// The capture ends at this time, not before its last edge; the answer under way goes on to its

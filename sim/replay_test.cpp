@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <string_view>
 #include <vector>
 
@@ -38,7 +39,7 @@ class Answers {
   explicit Answers(std::string_view format, SlaveTiming timing = {}, Picoseconds line_delay = {})
       : format_(*parse_format(format)),
         replay_(
-            {format_, timing, line_delay}, [this](Picoseconds) { return sample(); },
+            {FrameCodec<>(format_), timing, line_delay}, [this](Picoseconds) { return sample(); },
             [this](const Answer& answer) { answers.push_back(answer); }) {}
 
   void run(const std::vector<Edge>& edges, Picoseconds end_time) {
@@ -147,6 +148,21 @@ TEST(MaReplay, RequestsThatCannotBeAnswered_HaveTheirCause) {
   EXPECT_TRUE(answers.frame(microseconds(400), 25, {}).ok());
 }
 
+TEST(MaReplay, EndWhileSloIsOnItsWay_IsNotBeforeItsLastEdge) {
+  SlaveTiming timing;
+  timing.timeout = {TimeoutRule::fixed, nanoseconds(12'500)};
+  const Picoseconds delay = microseconds(39);
+  Answers answers("pos12,nE,nW,crc6", timing, delay);
+  std::vector<Edge> edges = idle();
+  add_request(edges, microseconds(3), 25);
+  // The encoder is idle by then, and says so.
+  const Picoseconds idle_at = microseconds(3 + 24) + period / 2 + nanoseconds(12'500);
+  edges.push_back({idle_at, recorded_ma, Level::unknown});
+  answers.run(edges, idle_at);
+  EXPECT_EQ(answers.made.back(), (Edge{idle_at + delay, slo_line, Level::high}));
+  EXPECT_EQ(answers.end, idle_at + delay);
+}
+
 TEST(MaReplay, UnknownLevels_AreRecordedAndNotAnswered) {
   Answers answers("pos12,nE,nW,crc6");
   std::vector<Edge> edges = idle();
@@ -174,7 +190,7 @@ std::vector<Edge> recorded_pair(std::string_view format, int requests, int clock
 class Readings {
  public:
   explicit Readings(std::string_view format, Picoseconds own_period = {})
-      : replay_({*parse_format(format), {.period = own_period}},
+      : replay_({FrameCodec<>(*parse_format(format)), {.period = own_period}},
                 [this](const ReplayReading& reading) { readings.push_back(reading); }) {}
 
   void run(const std::vector<Edge>& edges, Picoseconds end) {
@@ -240,6 +256,34 @@ TEST(SloReplay, CaptureThatEndsInARequest_IsTruncated) {
   EXPECT_TRUE(readings.readings[0].reading.frame.ok());
   ASSERT_FALSE(readings.readings[1].reading.frame.ok());
   EXPECT_EQ(readings.readings[1].reading.frame.error().cause, FrameError::truncated);
+}
+
+TEST(SloReplay, RequestsWhileOursRuns_AreToldBehindIt) {
+  // Our clock is slow: ours still runs when the encoder is asked again.
+  const char* format = "pos12,nE,nW,crc6";
+  std::vector<Edge> edges = recorded_pair(format, 1, 25, nanoseconds(480));
+  add_request(edges, microseconds(60), 4);
+  add_request(edges, microseconds(80), 4);
+  Readings readings(format, microseconds(12));
+  readings.run(edges, microseconds(2'000));
+  ASSERT_EQ(readings.readings.size(), 3U);
+  const std::array begins{microseconds(5), microseconds(60), microseconds(80)};
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(readings.readings[i].reading.begin, begins[i]);
+  EXPECT_EQ(readings.readings[0].reading.refusal, Refusal::none);
+  EXPECT_EQ(readings.readings[2].reading.refusal, Refusal::slo_low);
+}
+
+TEST(SloReplay, NoiseFasterThanAnyClock_IsNoRequest) {
+  std::vector<Edge> edges = idle();
+  edges.push_back({{}, recorded_slo, Level::high});
+  for (int i = 0; i < 8; ++i) {
+    const Level level = i % 2 == 0 ? Level::low : Level::high;
+    edges.push_back({microseconds(5) + i * nanoseconds(4), recorded_ma, level});
+  }
+  Readings readings("pos12,nE,nW,crc6");
+  readings.run(edges, microseconds(200));
+  EXPECT_TRUE(readings.readings.empty());
+  EXPECT_EQ(readings.made.size(), 2U);
 }
 
 TEST(SloReplay, BusyRecordedEncoder_IsNotReady) {

@@ -13,12 +13,15 @@ namespace {
 // No clock is slower than that.
 constexpr Picoseconds longest_period = period_of(biss_clock_min);
 
+// Nor faster, by far: such edges are noise, and a request at their pace would be a flood of clocks.
+constexpr Picoseconds shortest_period = period_of(hertz(10 * biss_clock_max.count));
+
 Level level_of(bool high) { return high ? Level::high : Level::low; }
 
 }  // namespace
 
 SloReplay::SloReplay(const SloReplaySetup& setup, OnReading on_reading)
-    : setup_(setup), codec_(setup.format), on_reading_(std::move(on_reading)) {
+    : setup_(setup), on_reading_(std::move(on_reading)) {
   setup_.master.timing.cycle_min = {};
   still_ = longest_period * 5 / 4;
 }
@@ -57,7 +60,7 @@ void SloReplay::put_ma(const Edge& edge, std::vector<Edge>& out) {
   if (level || passing_) return;
   passing_ = true;
   run_until(edge.time, out);
-  if (master_) return miss(edge.time);
+  if (master_) return missed_.push_back(edge.time);
   collecting_ = true;
   ma_edges_.assign(1, edge.time);
   still_ = longest_period * 5 / 4;
@@ -102,8 +105,8 @@ MasterSetup SloReplay::setup_of_request() const {
 void SloReplay::begin(std::vector<Edge>& out) {
   if (ma_edges_.size() >= 4) {
     const MasterSetup setup = setup_of_request();
-    if (setup.period >= picoseconds(32)) {
-      master_.emplace(codec_, setup);
+    if (setup_.master.period.count != 0 || setup.period >= shortest_period) {
+      master_.emplace(setup_.codec, setup);
       take(master_->begin(ma_edges_[0], slo_), ma_edges_[0], out);
     }
   }
@@ -139,8 +142,11 @@ void SloReplay::report() {
   master_.reset();
   output_.deadline = never;
   if (on_reading_) on_reading_(reading);
+  for (const Picoseconds time : missed_) miss(time);
+  missed_.clear();
 }
 
+// A request that was recorded while ours was still under way.
 void SloReplay::miss(Picoseconds time) {
   ReplayReading reading;
   reading.reading.frame = failure(FrameFault{FrameError::not_ready});

@@ -16,7 +16,8 @@
 namespace biss::sim {
 
 struct SloReplaySetup {
-  FrameFormat format;
+  /// Of a format with a channel.
+  FrameCodec<> codec;
   /// `period` 0: that of each recorded request, with its duty. Reset time, shortest cycle and rest
   /// are not looked at: when to ask is the recorded master's choice.
   MasterSetup master;
@@ -34,17 +35,19 @@ struct ReplayReading {
 /// cause where it does not.
 ///
 /// A request begins with the first falling edge after MA was still for more than 1.25 periods;
-/// fewer than two clocks are none. Levels of SLO that are neither 0 nor 1 are recorded, and our
-/// master goes on seeing the level before.
+/// fewer than two clocks are none, nor are those of more than 100 MHz. Levels of SLO that are
+/// neither 0 nor 1 are recorded, and our master goes on seeing the level before.
 class SloReplay {
  public:
   using OnReading = std::function<void(const ReplayReading&)>;
 
-  /// \pre setup.format has a channel, setup.master keeps what MasterSetup asks or its period is 0
+  /// \param on_reading told of one request after the other; may be empty
+  /// \pre setup.master keeps what MasterSetup asks or its period is 0
   SloReplay(const SloReplaySetup& setup, OnReading on_reading);
 
   /// Appends to `out` what is known so far: our MA and the recorded SLO in time order. Edges of
   /// other lines are passed over.
+  /// \pre times do not fall, and lie within replay_time_max
   void push(std::span<const wire::Edge> edges, wire::LineIndex ma, wire::LineIndex slo,
             std::vector<wire::Edge>& out);
 
@@ -72,11 +75,11 @@ class SloReplay {
   void miss(Picoseconds time);
 
   SloReplaySetup setup_;
-  FrameCodec<> codec_;
   OnReading on_reading_;
   std::optional<Master> master_;  // while a request runs
   StepOutput output_;
   std::vector<Picoseconds> ma_edges_;  // of the recorded request, the first one falling
+  std::vector<Picoseconds> missed_;    // requests that began while ours runs
   std::vector<wire::Edge> slo_edges_;  // since it began, not yet told
   bool collecting_ = false;            // a recorded request whose clock is not known yet
   bool passing_ = false;               // one that is not read

@@ -78,6 +78,11 @@ ExitStatus pump(
     const std::function<void(std::span<const wire::Edge>, std::vector<wire::Edge>&)>& push) {
   std::vector<wire::Edge> made;
   for (auto block = input.next(); !block.empty(); block = input.next()) {
+    if (block.front().time < -sim::replay_time_max || block.back().time > sim::replay_time_max) {
+      return fail(ExitStatus::io,
+                  fmt::format("{}: has times of more than ten days; cut out what is to be replayed",
+                              input.name()));
+    }
     push(block, made);
     if (!output.write(made)) return output.status();
   }
@@ -88,7 +93,7 @@ ExitStatus pump(
 sim::MaReplaySetup setup_of(const sim::LineSetup& line, bool timeout_known) {
   SlaveTiming timing = slave_timing(line.timing, line.processing);
   if (!timeout_known) timing.timeout = {TimeoutRule::adaptive, {}};
-  return {.format = line.format,
+  return {.codec = FrameCodec<>(line.format),
           .timing = timing,
           .line_delay = line.ma_delay + line.slo_delay + line.internal_delay};
 }
@@ -205,12 +210,13 @@ ExitStatus replay_slo(const ReplayOptions& options, const LineOptions& line) {
   std::uint64_t total = 0;
   std::uint64_t good = 0;
   std::uint64_t marginal = 0;
-  sim::SloReplay replay({setup.format, master}, [&](const sim::ReplayReading& reading) {
-    const decode::Cycle cycle = cycle_of(reading, setup.format);
-    output.row(table.cells(total++, cycle));
-    if (cycle.frame) ++good;
-    if (reading.reading.marginal) ++marginal;
-  });
+  sim::SloReplay replay({FrameCodec<>(setup.format), master},
+                        [&](const sim::ReplayReading& reading) {
+                          const decode::Cycle cycle = cycle_of(reading, setup.format);
+                          output.row(table.cells(total++, cycle));
+                          if (cycle.frame) ++good;
+                          if (reading.reading.marginal) ++marginal;
+                        });
   CaptureInput& input = recorded.input();
   const decode::Lines lines = recorded.lines();
   const ExitStatus pumped = pump(input, output, [&](auto edges, auto& made) {

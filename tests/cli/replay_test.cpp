@@ -202,5 +202,21 @@ TEST(Replay, UnreadableOrSilentCapture_EndsWithItsStatus) {
   EXPECT_FALSE(std::filesystem::exists(out));
 }
 
+TEST(Replay, TimesOfMoreThanTenDays_AreRefused) {
+  const Folder folder;
+  const std::string out = folder.path("out.vcd");
+  for (const char* time : {"-864001", "864001", "9223372"}) {
+    const std::string rows = time[0] == '-' ? std::string(time) + ",0,1\n0,1,1\n"
+                                            : "0,0,1\n" + std::string(time) + ",1,1\n";
+    const std::string file = folder.file("long.csv", "time_s,MA,SLO\n" + rows);
+    for (const char* option : {"--ma-from", "--slo-from"}) {
+      const Outcome outcome = run({"simulate", "-f", "resolute-26", option, file, "-o", out});
+      EXPECT_EQ(outcome.status, 3) << time;
+      EXPECT_NE(outcome.err.find("ten days"), std::string::npos) << outcome.err;
+      EXPECT_FALSE(std::filesystem::exists(out));
+    }
+  }
+}
+
 }  // namespace
 }  // namespace biss::cli
