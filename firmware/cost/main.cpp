@@ -49,12 +49,14 @@ Cost cost_of(const Row& row, const Ruler& ruler, const biss::SpiReader<Codec>& r
   EncoderSlave slave({}, {}, {});
   EncoderMaster master({}, master_setup);
   biss::ControlSession control;
+  EncoderServer server{biss::BankedRegisters<2>()};
   Sample sample;
   sample.reader = &reader;
   sample.counter = &counter;
   sample.slave = &slave;
   sample.master = &master;
   sample.control = &control;
+  sample.server = &server;
   for (std::uint32_t i = 0; i < samples; ++i) {
     row.prepare(sample, random);
     const Timed call = timed(row.run, sample);

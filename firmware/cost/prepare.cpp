@@ -167,4 +167,34 @@ void control_frame(Sample& sample, Random& random) {
   control = here;
 }
 
+void server_frame(Sample& sample, Random& random) {
+  biss::BankedRegisters<2> registers;
+  for (const unsigned bank : {0U, 1U}) {
+    for (unsigned i = 0; i < biss::bank_bytes; ++i) {
+      registers.bank(bank).protect(i, biss::RegisterProtection::read_write);
+    }
+  }
+  EncoderServer& server = *sample.server;
+  server = EncoderServer(registers);
+  biss::ControlSession session;
+  const auto bytes = std::span(sample.bytes).first<2>();
+  const std::uint32_t kind = random.below(3);
+  if (kind == 0) session.read(0, random.below(63), bytes);
+  if (kind == 1) session.write(0, random.below(63), bytes);
+  if (kind == 2) session.command(1, biss::ControlCommand::channels, biss::ExecuteIf::always);
+  // Every other time a frame in which more is done than a bit passed on: the header's end, W, S,
+  // the last bit of a byte, P.
+  constexpr std::array<std::uint32_t, 5> busiest{15, 17, 18, 30, 31};
+  const std::uint32_t k = random.flip() ? busiest[random.below(5)] : random.below(45);
+  for (std::uint32_t frame = 0; frame < biss::control_reset_zeros + k; ++frame) {
+    const bool cds = server.cds(false);
+    server.cdm(session.step({}, cds ? biss::CdsBit::one : biss::CdsBit::zero));
+  }
+  EncoderServer ahead = server;
+  const bool cds = ahead.cds(false);
+  sample.index = session.step({}, cds ? biss::CdsBit::one : biss::CdsBit::zero) ? 1 : 0;
+  ahead.cdm(sample.index != 0);
+  sample.expected = (cds ? 2U : 0U) | (ahead.idle() ? 1U : 0U);
+}
+
 }  // namespace cost::prepare

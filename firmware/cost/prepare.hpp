@@ -27,5 +27,7 @@ void data_bit(Sample& sample, Random& random);
 void data_sample(Sample& sample, Random& random);
 /// A control session somewhere in an access; in `value` the time, in `index` CDS.
 void control_frame(Sample& sample, Random& random);
+/// A register server somewhere in an access; in `index` CDM.
+void server_frame(Sample& sample, Random& random);
 
 }  // namespace cost::prepare

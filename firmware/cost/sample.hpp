@@ -13,6 +13,8 @@
 #include "biss/frame/fixed.hpp"
 #include "biss/master/request.hpp"
 #include "biss/master/spi_read.hpp"
+#include "biss/slave/banked_registers.hpp"
+#include "biss/slave/register_server.hpp"
 #include "biss/slave/slave.hpp"
 #include "biss/turns/turn_counter.hpp"
 
@@ -41,6 +43,8 @@ struct Position {
 
 using EncoderSlave = biss::Slave<biss::FixedCodec<format>, Position, 0>;
 
+using EncoderServer = biss::RegisterServer<biss::BankedRegisters<2>>;
+
 using EncoderMaster = biss::RequestCycle<biss::FixedCodec<format>>;
 
 inline constexpr biss::MasterSetup master_setup{.period = setup.period, .timing = encoder.timing};
@@ -58,6 +62,7 @@ struct Sample {
   EncoderSlave* slave = nullptr;
   EncoderMaster* master = nullptr;
   biss::ControlSession* control = nullptr;
+  EncoderServer* server = nullptr;
   /// What the measured call has to return.
   std::uint64_t expected = 0;
 

@@ -23,40 +23,39 @@ using Codec = FrameCodec<CrcFast, 1>;
 constexpr FrameFormat format = format_of("pos5,nE,nW,crc6");
 constexpr unsigned channel_bits = 13;
 
-/// Device number `number` of a chain.
+/// Commands 00 are the device's to execute.
+struct DeviceOwner : TestOwner {
+  bool* channels = nullptr;
+  void execute(unsigned slave, ControlCommand command, bool broadcast) const {
+    TestOwner::execute(slave, command, broadcast);
+    if (command == ControlCommand::channels) *channels = !broadcast;
+  }
+};
+
+struct DeviceSource {
+  RegisterServer<DeviceOwner>* server = nullptr;
+  std::uint64_t position = 0;
+  BasicFrame<1> sample(Picoseconds) const {
+    BasicFrame<1> frame;
+    frame.channel_list[0].position = position;
+    return frame;
+  }
+  bool cds(bool predecessor) const { return server->cds(predecessor); }
+  void cdm(bool bit) const { server->cdm(bit); }
+};
+
 struct Device {
-  /// Commands 00 are the device's to execute.
-  struct Owner : TestOwner {
-    bool* channels = nullptr;
-    void execute(unsigned slave, ControlCommand command, bool broadcast) const {
-      TestOwner::execute(slave, command, broadcast);
-      if (command == ControlCommand::channels) *channels = !broadcast;
-    }
-  };
-
-  struct Source {
-    RegisterServer<Owner>* server = nullptr;
-    std::uint64_t position = 0;
-    BasicFrame<1> sample(Picoseconds) const {
-      BasicFrame<1> frame;
-      frame.channel_list[0].position = position;
-      return frame;
-    }
-    bool cds(bool predecessor) const { return server->cds(predecessor); }
-    void cdm(bool bit) const { server->cdm(bit); }
-  };
-
   explicit Device(bool chained)
       : slave(Codec(format),
               {.ready = chained ? Picoseconds{} : microseconds(3),
                .timeout = {TimeoutRule::fixed, nanoseconds(chained ? 12'500 : 15'000)},
                .chained = chained},
-              Source{}) {}
+              DeviceSource{}) {}
 
   TestRegisters registers;
   bool channels = true;
-  RegisterServer<Owner> server{Owner{{&registers}, &channels}};
-  Slave<Codec, Source, 128> slave;
+  RegisterServer<DeviceOwner> server{DeviceOwner{{&registers}, &channels}};
+  Slave<Codec, DeviceSource, 128> slave;
   StepOutput out;
 };
 

@@ -21,11 +21,15 @@ constexpr std::uint32_t lead = control_reset_zeros;
 constexpr std::uint8_t written = 0x11;
 static_assert((byte_crc(written) & 1U) == 1);
 
-/// What a flip of the CDS bit with this index makes of a single access to the only slave.
-constexpr Error after_cds_flip(RegisterAccess access, unsigned index) {
+/// What a flip of the CDS bit with this index makes of a single access to a slave of so many.
+constexpr Error after_cds_flip(RegisterAccess access, unsigned slave, unsigned slaves,
+                               unsigned index) {
   const bool read = access == RegisterAccess::read;
-  if (index == 0) return Error::no_answer;
-  if (index == 1) return none;  // a second slave seems to be there
+  if (index == slaves) return none;  // one more seems to be there
+  if (index + 1 == slaves) {         // one less
+    if (slaves == 1) return Error::no_answer;
+    return slave == index ? Error::no_such_slave : none;
+  }
   if (index < control_bit::header_end) return Error::id_pattern;
   if (index == control_bit::read) return read ? Error::unheard : Error::rw_pattern;
   if (index == control_bit::write) return read ? Error::refused : Error::refused_or_unheard;
@@ -49,8 +53,8 @@ constexpr Error after_cdm_flip(RegisterAccess access, unsigned index) {
 
 /// Whether a header with this bit flipped has, with the R of a write behind it, a run of 14 zeros:
 /// then it is none any more.
-constexpr bool resets(RegisterAccess access, unsigned address, unsigned flipped) {
-  const std::uint32_t header = register_header(0, address);
+constexpr bool resets(RegisterAccess access, unsigned slave, unsigned address, unsigned flipped) {
+  const std::uint32_t header = register_header(slave, address);
   std::uint32_t bits = (0x800U | header) << 4U | header_crc(static_cast<std::uint16_t>(header));
   bits ^= 0x8000U >> flipped;
   const bool r_too = access == RegisterAccess::write && (bits & 0x1FFFU) == 0;
@@ -58,14 +62,16 @@ constexpr bool resets(RegisterAccess access, unsigned address, unsigned flipped)
 }
 
 /// One access with one damage, then the line is whole again.
+template <std::size_t Count>
 struct Damaged {
-  ControlLink<1>& link;
+  ControlLink<Count>& link;
   RegisterAccess access;
+  unsigned slave;
   unsigned address;
 
   void run(const Damage& damage) {
     fill(link);
-    TestRegisters& registers = link.registers[0];
+    TestRegisters& registers = link.registers[slave];
     registers.writes = 0;
     Byte byte{written};
     // 14 zeros, as behind an error, whatever was before.
@@ -73,27 +79,28 @@ struct Damaged {
     link.session = ControlSession();
     link.damage(damage);
     const bool read = access == RegisterAccess::read;
-    const bool done = read ? link.read(0, address, byte) : link.write(0, address, byte);
+    const bool done = read ? link.read(slave, address, byte) : link.write(slave, address, byte);
     BISS_ASSERT(link.session.done()) << address;
     first = link.error();
     link.damage({});
     // No error: done. And never anything else than what was asked.
     if (done && !may_lie) {
       BISS_EXPECT_EQ(read ? byte[0] : registers.value[address],
-                     read ? value_of(0, address) : written);
+                     read ? value_of(slave, address) : written);
     }
     heard = byte[0];
-    for (unsigned other = 0; other < register_count; ++other) {
-      const bool may_change = !read && other == address && registers.writes != 0;
-      if (!may_change) {
-        BISS_ASSERT_EQ(registers.value[other], value_of(0, other)) << address;
+    for (unsigned device = 0; device < Count; ++device) {
+      for (unsigned other = 0; other < register_count; ++other) {
+        const bool meant = !read && device == slave && other == address;
+        if (meant && registers.writes != 0) continue;
+        BISS_ASSERT_EQ(link.registers[device].value[other], value_of(device, other)) << address;
       }
     }
     // Damage in bits that nobody looks at can cost the access behind it its 14 zeros; then the
     // one behind that works.
-    const bool next = link.read(0, address, byte);
+    const bool next = link.read(slave, address, byte);
     BISS_EXPECT(next || first == none) << address;
-    BISS_EXPECT(next || link.read(0, address, byte)) << address;
+    BISS_EXPECT(next || link.read(slave, address, byte)) << address;
     BISS_EXPECT_EQ(byte[0], registers.value[address]);
   }
 
@@ -102,36 +109,48 @@ struct Damaged {
   bool may_lie = false;
 };
 
+template <std::size_t Count, class Check>
+void for_accesses_in_a_chain(unsigned step, const Check& check) {
+  for (unsigned slave = 0; slave < Count; slave += Count == 1 ? 1 : Count - 1) {
+    for (unsigned address = 0; address < register_count; address += step) {
+      ControlLink<Count> link;
+      check(Damaged<Count>{link, RegisterAccess::read, slave, address});
+      check(Damaged<Count>{link, RegisterAccess::write, slave, address});
+    }
+  }
+}
+
+/// One slave, and the first and the last of two, three and eight, with fewer addresses.
 template <class Check>
 void for_accesses(unsigned step, const Check& check) {
-  for (unsigned address = 0; address < register_count; address += step) {
-    ControlLink<1> link;
-    check(Damaged{link, RegisterAccess::read, address});
-    check(Damaged{link, RegisterAccess::write, address});
-  }
+  for_accesses_in_a_chain<1>(step, check);
+  for_accesses_in_a_chain<2>(step + 30, check);
+  for_accesses_in_a_chain<3>(step + 40, check);
+  for_accesses_in_a_chain<8>(step + 60, check);
 }
 
 }  // namespace
 
 BISS_TEST(ControlDamage, EachCdsBitFlipped_HasItsCause) {
-  for_accesses(1, [](Damaged damaged) {
+  for_accesses(1, []<std::size_t Count>(Damaged<Count> damaged) {
     for (unsigned index = 0; index < 32; ++index) {
       // S of a read: see below.
       if (index == control_bit::byte_start && damaged.access == RegisterAccess::read) continue;
       damaged.run({.flip_cds = lead + index + 1});
-      BISS_EXPECT(damaged.first == after_cds_flip(damaged.access, index))
+      BISS_EXPECT(damaged.first == after_cds_flip(damaged.access, damaged.slave, Count, index))
           << index << ", " << static_cast<int>(damaged.first);
     }
   });
 }
 
 BISS_TEST(ControlDamage, EachCdmBitFlipped_HasItsCause) {
-  for_accesses(1, [](Damaged damaged) {
+  for_accesses(1, []<std::size_t Count>(Damaged<Count> damaged) {
     damaged.run({.flip_cdm = lead});  // S: the slave takes CTS for it
     BISS_EXPECT(damaged.first == Error::id_pattern || damaged.first == Error::no_answer);
     for (unsigned index = 1; index < 32; ++index) {
       damaged.run({.flip_cdm = lead + index});
-      if (index < control_bit::header_end && resets(damaged.access, damaged.address, index)) {
+      if (index < control_bit::header_end &&
+          resets(damaged.access, damaged.slave, damaged.address, index)) {
         BISS_EXPECT(damaged.first != none);
         continue;
       }
@@ -142,7 +161,7 @@ BISS_TEST(ControlDamage, EachCdmBitFlipped_HasItsCause) {
 }
 
 BISS_TEST(ControlDamage, OneInTheLead_IsAnErrorOrDoesNoHarm) {
-  for_accesses(5, [](Damaged damaged) {
+  for_accesses(5, []<std::size_t Count>(Damaged<Count> damaged) {
     for (unsigned frame = 0; frame < lead; ++frame) {
       damaged.run({.flip_cdm = frame});
       damaged.run({.flip_cds = frame});
@@ -161,10 +180,10 @@ constexpr unsigned with_crc(unsigned byte) {
 
 BISS_TEST(ControlDamage, ResetAnywhere_IsAnErrorOrDoesNoHarm) {
   unsigned lies = 0;
-  for_accesses(3, [&lies](Damaged damaged) {
+  for_accesses(3, [&lies]<std::size_t Count>(Damaged<Count> damaged) {
     const bool read = damaged.access == RegisterAccess::read;
     damaged.may_lie = read;
-    const unsigned truth = value_of(0, damaged.address);
+    const unsigned truth = value_of(damaged.slave, damaged.address);
     for (unsigned frame = 0; frame < 47; ++frame) {
       damaged.run({.reset = frame});
       if (frame != 0 && frame <= lead + control_bit::write) {
@@ -177,7 +196,7 @@ BISS_TEST(ControlDamage, ResetAnywhere_IsAnErrorOrDoesNoHarm) {
       BISS_EXPECT_EQ(with_crc(damaged.heard), with_crc(truth) >> lost << lost) << frame;
     }
   });
-  BISS_EXPECT(lies > 0 && lies < 43 * 12 / 16) << lies;
+  BISS_EXPECT(lies > 0 && lies < (43 + 2 * (4 + 3 + 3)) * 12 / 16) << lies;
 }
 
 BISS_TEST(ControlDamage, ResetInTheLastZerosOfAnEcho_LooksLikeAnEcho) {
@@ -195,7 +214,7 @@ BISS_TEST(ControlDamage, ResetInTheLastZerosOfAnEcho_LooksLikeAnEcho) {
 }
 
 BISS_TEST(ControlDamage, CutAnywhere_IsTold) {
-  for_accesses(7, [](Damaged damaged) {
+  for_accesses(7, []<std::size_t Count>(Damaged<Count> damaged) {
     for (unsigned frame = 0; frame < 47; ++frame) {
       for (const std::uint32_t lost : std::array<std::uint32_t, 4>{1, 2, 13, 40}) {
         for (const bool deaf : {false, true}) {
