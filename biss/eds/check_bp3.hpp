@@ -74,10 +74,7 @@ class Bp3Check {
                  *context_.identifier);
     }
     if (id_.profile() != Profile::bp3) {
-      const std::uint32_t swapped = bytes_swapped(id, 2);
-      if (profile_channel(static_cast<std::uint16_t>(swapped)).ok() && swapped >> 12U == 0b0110) {
-        return bad(EdsProblem::little_endian, swapped);
-      }
+      if (is_swapped_bp3(part_.bp_id)) return bad(EdsProblem::little_endian, bytes_swapped(id, 2));
       return bad(EdsProblem::profile);
     }
     if (id_.version() != 1) return bad(EdsProblem::version);

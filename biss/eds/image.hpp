@@ -39,16 +39,16 @@ struct EdsImage {
 /// profile whose layout is not known and neither names BP3. \pre the bank was read
 constexpr EdsPart profile_part(const EdsImage& image, std::size_t channel) {
   const EdsBank& bank = *image.profiles[channel];
-  const Profile stored =
-      ProfileIdentifier{static_cast<std::uint16_t>(bank[2] << 8U | bank[3])}.profile();
-  const Profile stated = image.identifiers[channel]
-                             ? ProfileIdentifier{*image.identifiers[channel]}.profile()
-                             : stored;
-  if (stored == Profile::bp3 || stated == Profile::bp3) return EdsPart::bp3;
-  for (const Profile profile : {stored, stated}) {
-    if (profile == Profile::bp1 || profile == Profile::bp3s) return EdsPart::raw;
+  const auto stored = static_cast<std::uint16_t>(bank[2] << 8U | bank[3]);
+  const auto stated = image.identifiers[channel].value_or(stored);
+  if (is_swapped_bp3(stored)) return EdsPart::bp3;
+  bool raw = false;
+  for (const std::uint16_t identifier : {stored, stated}) {
+    const Profile profile = ProfileIdentifier{identifier}.profile();
+    if (profile == Profile::bp3) return EdsPart::bp3;
+    raw = raw || profile == Profile::bp1 || profile == Profile::bp3s;
   }
-  return EdsPart::bp3;
+  return raw ? EdsPart::raw : EdsPart::bp3;
 }
 
 /// Data channels of the device: DC_NUM, at most 8; without common part as far as there is anything

@@ -59,6 +59,13 @@ struct ProfileIdentifier {
   constexpr unsigned application() const { return raw & 0x7FU; }
 };
 
+/// Whether this reads as a BP3 identifier with its two bytes the wrong way round. It would be one
+/// of BP0's or BP1's otherwise; those with 0x62 or 0x63 in their low byte are not known to exist.
+constexpr bool is_swapped_bp3(std::uint16_t raw) {
+  const unsigned length = raw >> 8U;
+  return (raw & 0xFEU) == 0x62 && length >= 2 && length <= 63;
+}
+
 /// A BP1 identifier whose frame a source gives: position, nE, nW and CRC6.
 struct Bp1Seen {
   std::uint16_t identifier = 0;

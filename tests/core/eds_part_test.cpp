@@ -31,7 +31,8 @@ struct Row {
 constexpr std::uint32_t most16 = 65534;
 constexpr std::uint32_t most32 = 4294967294;
 
-constexpr std::array bp3_rows{
+// Plain arrays: g++ 12 puts a std::array without its arguments into RAM.
+constexpr Row bp3_rows[] = {
     Row{"BP_VER", 0, 1, "", "ORGA", 1, 1},
     Row{"BP_LEN", 1, 1, "banks", "ORGA", 1, 1},
     Row{"BP_ID", 2, 2, "", "ORGA", 0x6202, 0x633F},
@@ -71,7 +72,7 @@ constexpr std::array bp3_rows{
     Row{"CHKSUM", 63, 1, "", "ORGA", 0, 255},
 };
 
-constexpr std::array common_rows{
+constexpr Row common_rows[] = {
     Row{"EDS_VER", 0x00, 1, "", "ORGA", 1, 255},
     Row{"EDS_LEN", 0x01, 1, "banks", "ORGA", 1, 255},
     Row{"USR_STA", 0x02, 1, "", "ORGA", 0, 255},

@@ -1,0 +1,166 @@
+// Which frame fits an encoder that is to be: data length, CRC and alignment for a resolution, a
+// number of turns and a rate, and the BP3 part that says so.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "biss/base/result.hpp"
+#include "biss/base/units.hpp"
+#include "biss/eds/bank.hpp"
+#include "biss/eds/bp3_part.hpp"
+#include "biss/eds/profile.hpp"
+#include "biss/frame/format.hpp"
+#include "biss/timing/cycle.hpp"
+#include "biss/timing/device_timing.hpp"
+
+namespace biss {
+
+struct AdviceWish {
+  /// Bits that count within a turn, or along a scale.
+  unsigned resolution_bits = 0;
+  /// Bits that count turns.
+  unsigned turns_bits = 0;
+  /// Fields as wide as the controller wants them, 0: just as wide as the values. Turns stand at the
+  /// right of theirs with leading zeros, the singleturn value at the left with trailing zeros (BP3,
+  /// "data alignment").
+  unsigned resolution_field_bits = 0;
+  unsigned turns_field_bits = 0;
+  /// A word of a safety encoder: with C = 1 its CRC counts as data.
+  bool in_safety_encoder = false;
+  /// Requests a second that are needed; 0 Hz: none in particular.
+  Hertz rate{};
+  /// The clock it has to work with; 0 Hz: the device's highest.
+  Hertz clock{};
+  DeviceTiming timing{};
+  Picoseconds line_delay{};
+};
+
+/// Why nothing can be advised.
+enum class AdviceError : std::uint8_t {
+  nothing_to_send,  ///< neither resolution nor turns
+  field_too_short,  ///< a field that is shorter than its value
+  too_long,         ///< position and flags of more than 64 bits, which no data channel carries
+  clock_refused,    ///< the device does not take this clock
+};
+
+inline constexpr std::size_t advice_error_count = 4;
+
+/// What a user is told, without a full stop.
+constexpr std::string_view text_of(AdviceError error) {
+  constexpr std::array<std::string_view, advice_error_count> texts{
+      "neither resolution nor turns: there is nothing to send", "a field is shorter than its value",
+      "a data channel carries at most 64 bits, two of them flags",
+      "the device does not take this clock"};
+  return texts[static_cast<std::size_t>(error)];
+}
+
+struct Advice {
+  ChannelFormat channel{};
+  /// The profile's identifier, registers 0x42 and 0x43; 0 where the position is too long for BP3.
+  std::uint16_t identifier = 0;
+  /// Smallest number of wrong bits that the CRC may miss.
+  std::uint8_t hamming_distance = 0;
+  /// Zeros before the turns and after the singleturn value.
+  std::uint8_t leading_zeros = 0;
+  std::uint8_t trailing_zeros = 0;
+  /// A cycle at the clock, and whether requests may come at the wished rate.
+  CycleBudget budget{};
+  bool feasible = true;
+  /// The lowest clock that allows the rate; 0 Hz when the device's highest does not either, or no
+  /// rate was wished.
+  Hertz clock_needed{};
+};
+
+namespace eds_detail {
+
+// Counted over all words of each length; 0x43 has the period 63, 0x190D9 151.
+constexpr std::uint8_t hamming_distance(const CrcSpec& crc, unsigned data_bits) {
+  if (crc.width_bits == crc6.width_bits) return data_bits <= bp3_max_data_bits ? 3 : 2;
+  return data_bits <= 5 ? 8 : data_bits <= 135 ? 6 : 2;
+}
+
+// The lowest clock of the device at which the rate is feasible. The cycle grows as the clock falls
+// (to within the rounding up to whole clocks), so halving finds it to the hertz or close above.
+constexpr Hertz lowest_clock(const AdviceWish& wish, const FrameLength& frame) {
+  const auto enough = [&](std::uint32_t clock) {
+    return is_feasible(cycle_budget(frame, wish.timing, {clock}, wish.line_delay), wish.rate);
+  };
+  if (wish.rate.count == 0 || !enough(wish.timing.clock_max.count)) return {};
+  std::uint32_t low = wish.timing.clock_min.count;
+  std::uint32_t high = wish.timing.clock_max.count;
+  if (enough(low)) return {low};
+  while (high - low > 1) {
+    const std::uint32_t middle = low + (high - low) / 2;
+    (enough(middle) ? high : low) = middle;
+  }
+  return {high};
+}
+
+constexpr ChannelFormat advised_channel(unsigned turns, unsigned resolution, const CrcSpec& crc) {
+  const unsigned bits = turns + resolution;
+  ChannelFormat channel = position_channel(bits, 0, 0, crc);
+  if (turns == 0) return channel;
+  channel.position = {};
+  if (resolution != 0) channel.singleturn = {2, static_cast<std::uint8_t>(resolution)};
+  channel.multiturn = {static_cast<std::uint8_t>(2 + resolution), static_cast<std::uint8_t>(turns)};
+  return channel;
+}
+
+}  // namespace eds_detail
+
+/// The frame for a wish: position, nE and nW with CRC6 up to 57 data bits (the last length at which
+/// it finds every two wrong bits, and BP3's limit), with CRC16 above. The channel is what is on the
+/// line; that C = 1 makes its CRC the master's data changes the identifier only.
+constexpr Result<Advice, AdviceError> advise(const AdviceWish& wish) {
+  const unsigned resolution =
+      wish.resolution_field_bits != 0 ? wish.resolution_field_bits : wish.resolution_bits;
+  const unsigned turns = wish.turns_field_bits != 0 ? wish.turns_field_bits : wish.turns_bits;
+  if (wish.resolution_bits == 0 && wish.turns_bits == 0) {
+    return failure(AdviceError::nothing_to_send);
+  }
+  if (resolution < wish.resolution_bits || turns < wish.turns_bits) {
+    return failure(AdviceError::field_too_short);
+  }
+  if (resolution > max_data_bits || turns > max_data_bits ||
+      resolution + turns + 2 > max_data_bits) {
+    return failure(AdviceError::too_long);
+  }
+  const Hertz clock = wish.clock.count != 0 ? wish.clock : wish.timing.clock_max;
+  if (clock.count == 0 || !accepts_clock(wish.timing, clock)) {
+    return failure(AdviceError::clock_refused);
+  }
+  const bool fits_bp3 = resolution + turns + 2 <= bp3_max_data_bits;
+  Advice advice;
+  advice.channel = eds_detail::advised_channel(turns, resolution, fits_bp3 ? crc6 : crc16);
+  const auto identifier = profile_identifier(advice.channel, Profile::bp3, wish.in_safety_encoder);
+  if (identifier.ok()) advice.identifier = *identifier;
+  advice.hamming_distance =
+      eds_detail::hamming_distance(advice.channel.crc, advice.channel.data_bits);
+  advice.leading_zeros = static_cast<std::uint8_t>(turns - wish.turns_bits);
+  advice.trailing_zeros = static_cast<std::uint8_t>(resolution - wish.resolution_bits);
+  const FrameLength frame{.payload_bits = advice.channel.total_bits()};
+  advice.budget = cycle_budget(frame, wish.timing, clock, wish.line_delay);
+  advice.feasible = is_feasible(advice.budget, wish.rate);
+  advice.clock_needed = eds_detail::lowest_clock(wish, frame);
+  return advice;
+}
+
+/// The BP3 part of an advised frame: identifier, lengths and alignment filled in, the turns where
+/// 32 bits hold them; what else it can hold is left as not given. Rotary; set EN_TYP for a scale.
+/// \pre advice.identifier is not 0
+constexpr EdsBank bp3_bank_of(const Advice& advice) {
+  const ChannelFormat& channel = advice.channel;
+  Bp3Part part;
+  part.bp_id = advice.identifier;
+  part.mt_len = channel.multiturn.bits;
+  part.fi_len = static_cast<std::uint8_t>(channel.position_bits() - channel.multiturn.bits);
+  part.fi_fmt = 1;
+  const unsigned turns_bits = unsigned{part.mt_len} - advice.leading_zeros;
+  if (part.mt_len != 0 && turns_bits < 32) part.mt_cnt = std::uint32_t{1} << turns_bits;
+  return sealed(build_bank(part));
+}
+
+}  // namespace biss

@@ -1,0 +1,380 @@
+#include "biss/eds/device.hpp"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "biss/eds/advise.hpp"
+#include "biss/eds/check.hpp"
+#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_print.hpp"
+#include "tests/core/eds_banks.hpp"
+#include "tests/core/test.hpp"
+
+namespace biss {
+namespace {
+
+using enum EdsRemarkKind;
+
+struct Remarks {
+  std::array<EdsRemark, 24> list{};
+  std::size_t count = 0;
+  void operator()(const EdsRemark& remark) {
+    if (count < list.size()) list[count] = remark;
+    ++count;
+  }
+  const EdsRemark* find(std::string_view symbol, EdsRemarkKind kind) const {
+    for (std::size_t i = 0; i < count && i < list.size(); ++i) {
+      if (list[i].symbol == symbol && list[i].kind == kind) return &list[i];
+    }
+    return nullptr;
+  }
+  bool has(std::string_view symbol, EdsRemarkKind kind, std::uint32_t stored,
+           std::uint32_t used) const {
+    const EdsRemark* found = find(symbol, kind);
+    return found != nullptr && found->stored == stored && found->used == used;
+  }
+};
+
+EdsImage image_of(const EdsBank* common, const EdsBank* profile,
+                  std::optional<std::uint16_t> identifier = {}) {
+  EdsImage image{.common = common};
+  image.profiles[0] = profile;
+  image.identifiers[0] = identifier;
+  return image;
+}
+
+EdsBank with(EdsBank bank, EdsPart part, std::string_view symbol, std::uint32_t value) {
+  BISS_EXPECT(set_field(bank, *find_field(fields_of(part), symbol), value));
+  return sealed(bank);
+}
+
+struct Described {
+  Result<EdsDevice, EdsDeviceError> device;
+  Remarks remarks;
+  bool is(std::string_view format) const {
+    return device.ok() && format_text(device->format).view() == format;
+  }
+};
+
+Described describe(const EdsImage& image, std::span<const EdsOverride> overrides = {},
+                   const EdsDeviceOptions& options = {}) {
+  Remarks remarks;
+  const auto device = describe_device(image, overrides, remarks, options);
+  return {device, remarks};
+}
+
+static_assert(describe_device(EdsImage{.common = &test::one_channel,
+                                       .profiles = {&test::multiturn_12_20}},
+                              {}, [](const EdsRemark&) {})
+                  ->format == parse_format("mt12,st20,nE,nW,crc6").value());
+
+BISS_TEST(EdsDevice, WholeSheet_GivesFormatAndTiming) {
+  const Described all = describe(image_of(&test::one_channel, &test::multiturn_12_20, 0x6222));
+  BISS_ASSERT(all.is("mt12,st20,nE,nW,crc6"));
+  const EdsDevice& device = *all.device;
+  BISS_EXPECT(device.timing.clock_max == megahertz(10));
+  BISS_EXPECT(device.timing.clock_min == biss_clock_min);
+  BISS_EXPECT(device.timing.ack_max == microseconds(16));
+  BISS_EXPECT(device.timing.timeout.rule == TimeoutRule::adaptive);
+  BISS_EXPECT(device.timing.timeout.time == nanoseconds(60));
+  BISS_EXPECT(device.timing.cycle_min == nanoseconds(31'250));
+  BISS_EXPECT_EQ(device.busy_s_clocks, 3);
+  BISS_EXPECT_EQ(device.slaves, 1);
+  BISS_EXPECT(device.control_ready == milliseconds(250));
+  BISS_EXPECT(device.position_ready == milliseconds(100));
+  BISS_EXPECT_EQ(all.remarks.count, 4U);  // four times in units that are hypotheses
+  for (const std::string_view symbol : {"TBUSY_MAX", "TCLK_MAX", "TCYC", "PON_DLY"}) {
+    BISS_EXPECT(all.remarks.find(symbol, hypothesis) != nullptr);
+  }
+  BISS_EXPECT(timing_at(device, megahertz(1)).ack_max == microseconds(19));
+  BISS_EXPECT(timing_at(device, kilohertz(100)).ack_max == biss_busy_max);
+}
+
+BISS_TEST(EdsDevice, EveryGoodBp3Bank_GivesItsFormat) {
+  constexpr std::array banks{&test::rotary_18, &test::multiturn_odd, &test::linear_36,
+                             &test::linear_26, &test::longest_55,    &test::safety_cpw,
+                             &test::shortest_0};
+  constexpr std::array<std::string_view, banks.size()> formats{
+      "pos18,nE,nW,crc6",     "mt10,st16,nE,nW,crc6", "pos36,nE,nW,crc6", "pos26,nE,nW,crc6",
+      "mt24,st31,nE,nW,crc6", "mt12,st16,nE,nW,pad6", "nE,nW,crc6"};
+  for (std::size_t i = 0; i < banks.size(); ++i) {
+    const Described said = describe(image_of(nullptr, banks[i]));
+    BISS_EXPECT(said.is(formats[i])) << i;
+    BISS_EXPECT_EQ(said.remarks.count, banks[i] == &test::safety_cpw ? 1U : 0U) << i;
+  }
+  BISS_EXPECT(describe(image_of(nullptr, &test::safety_cpw), {}, {.check_crc_in_data = true})
+                  .is("mt12,st16,nE,nW,crc6"));
+}
+
+BISS_TEST(EdsDevice, Timeouts_AreTakenInTheirOrder) {
+  const auto timing = [](const EdsBank& common) {
+    return describe(image_of(&common, &test::rotary_18)).device->timing;
+  };
+  EdsBank bank = with(test::one_channel, EdsPart::common, "TCLK_MAX", 0);
+  BISS_EXPECT(timing(bank).timeout.rule == TimeoutRule::fixed);
+  BISS_EXPECT(timing(bank).timeout.time == microseconds(1));  // TOS_MAX
+  bank = with(bank, EdsPart::common, "TOS_MAX", 0xFF);
+  BISS_EXPECT(timing(bank).timeout.time == microseconds(30));  // TO_MAX
+  bank = with(bank, EdsPart::common, "TO_MAX", 161);
+  BISS_EXPECT(timing(bank).timeout.time == biss_static_timeout_max);
+  const Described said = describe(image_of(&bank, &test::rotary_18));
+  BISS_EXPECT(said.remarks.has("TO_MAX", not_usable, 161, 0));
+  bank = with(bank, EdsPart::common, "TO_MAX", 0);
+  BISS_EXPECT(describe(image_of(&bank, &test::rotary_18)).remarks.has("TO_MAX", not_given, 0, 0));
+}
+
+BISS_TEST(EdsDevice, WithoutHypotheses_OnlySourcedTimesAreUsed) {
+  const Described said =
+      describe(image_of(&test::one_channel, &test::rotary_18), {}, {.use_hypotheses = false});
+  BISS_ASSERT(said.device.ok());
+  BISS_EXPECT(said.device->timing == DeviceTiming({.clock_max = megahertz(10)}));
+  BISS_EXPECT(!said.device->control_ready.has_value());
+  const EdsBank slow = with(test::one_channel, EdsPart::common, "TMA", 250);
+  BISS_EXPECT(describe(image_of(&slow, &test::rotary_18)).device->timing.clock_max == megahertz(4));
+  const EdsBank fast = with(test::one_channel, EdsPart::common, "TMA", 50);
+  const Described limited = describe(image_of(&fast, &test::rotary_18));
+  BISS_EXPECT(limited.device->timing.clock_max == biss_clock_max);
+  BISS_EXPECT(limited.remarks.has("TMA", not_usable, 50, 0));
+  const EdsBank late = with(test::one_channel, EdsPart::common, "BUSY_S", 200);
+  BISS_EXPECT_EQ(describe(image_of(&late, &test::rotary_18)).device->busy_s_clocks, 8);
+}
+
+BISS_TEST(EdsDevice, Disagreement_IsSettledAndSaid) {
+  const Described said = describe(image_of(&test::one_channel, &test::multiturn_12_20, 0x621C));
+  BISS_EXPECT(said.is("pos26,nE,nW,crc6"));
+  BISS_EXPECT(said.remarks.has("BP_ID", disagrees, 0x6222, 0x621C));
+  BISS_EXPECT(said.remarks.has("MT_LEN", undivided, 32, 26));
+  BISS_EXPECT(said.remarks.has("DLEN_0", disagrees, 34, 28));
+  // Registers without a profile say nothing.
+  const Described silent = describe(image_of(&test::one_channel, &test::multiturn_12_20, 0));
+  BISS_EXPECT(silent.is("mt12,st20,nE,nW,crc6"));
+  const EdsBank other = with(test::one_channel, EdsPart::common, "CPOLY_0", 0x12);
+  BISS_EXPECT(
+      describe(image_of(&other, &test::rotary_18)).remarks.has("CPOLY_0", disagrees, 0x12, 0x21));
+}
+
+BISS_TEST(EdsDevice, UsualMistakes_AreReadAsMeant) {
+  EdsBank bank = with(test::multiturn_12_20, EdsPart::bp3, "CPOLY", 0x43);
+  Described said = describe(image_of(nullptr, &bank));
+  BISS_EXPECT(said.is("mt12,st20,nE,nW,crc6"));
+  BISS_EXPECT(said.remarks.has("CPOLY", repaired, 0x43, 0x21));
+  bank = with(bank, EdsPart::bp3, "CPOLY", 0x21000000);
+  BISS_EXPECT(describe(image_of(nullptr, &bank)).is("mt12,st20,nE,nW,crc6"));
+  bank = with(bank, EdsPart::bp3, "BP_ID", 0x2262);
+  said = describe(image_of(nullptr, &bank));
+  BISS_EXPECT(said.is("mt12,st20,nE,nW,crc6"));
+  BISS_EXPECT(said.remarks.has("BP_ID", repaired, 0x2262, 0x6222));
+  bank = with(bank, EdsPart::bp3, "BP_ID", 0xAAAA);
+  said = describe(image_of(nullptr, &bank));
+  BISS_EXPECT(said.is("mt12,st20,nE,nW,crc6"));
+  BISS_EXPECT(said.remarks.has("BP_ID", not_usable, 0xAAAA, 0));
+}
+
+BISS_TEST(EdsDevice, UnusualFields_AreFollowed) {
+  EdsBank bank = with(test::multiturn_12_20, EdsPart::bp3, "CPOLY", 0x8810);
+  BISS_EXPECT(describe(image_of(nullptr, &bank)).is("mt12,st20,nE,nW,crc16:0x11021"));
+  bank = with(bank, EdsPart::bp3, "CSTART", 0x1234);
+  BISS_EXPECT(describe(image_of(nullptr, &bank)).is("mt12,st20,nE,nW,crc16:0x11021:0x1234"));
+  bank = with(test::multiturn_12_20, EdsPart::bp3, "CSTART", 0x40);
+  Described said = describe(image_of(nullptr, &bank));
+  BISS_EXPECT(said.is("mt12,st20,nE,nW,crc6"));
+  BISS_EXPECT(said.remarks.has("CSTART", not_usable, 0x40, 0));
+  bank = with(test::multiturn_12_20, EdsPart::bp3, "CPOLY", 0x12345678);
+  BISS_EXPECT(describe(image_of(nullptr, &bank)).remarks.has("CPOLY", not_usable, 0x12345678, 0));
+  bank = with(test::rotary_18, EdsPart::bp3, "FB1", 2);
+  bank = with(bank, EdsPart::bp3, "FB2", 1);
+  BISS_EXPECT(describe(image_of(nullptr, &bank)).is("pos18,nW,nE,crc6"));
+  bank = with(bank, EdsPart::bp3, "FB1", 0);
+  BISS_EXPECT(describe(image_of(nullptr, &bank)).is("pos18,pad1,nE,crc6"));
+  bank = with(bank, EdsPart::bp3, "FB1", 1);
+  said = describe(image_of(nullptr, &bank));
+  BISS_EXPECT(said.is("pos18,nE,nW,crc6"));
+  BISS_EXPECT(said.remarks.has("FB2", not_usable, 1, 0));
+}
+
+BISS_TEST(EdsDevice, Overrides_WinOverEverythingAndAreSaid) {
+  const EdsImage image = image_of(&test::one_channel, &test::multiturn_12_20, 0x6222);
+  const std::array length{EdsOverride{EdsPart::common, 0, "DLEN_0", 28}};
+  Described said = describe(image, length);
+  BISS_EXPECT(said.is("pos26,nE,nW,crc6"));
+  BISS_EXPECT(said.remarks.has("DLEN_0", overridden, 34, 28));
+  const std::array identifier{EdsOverride{EdsPart::bp3, 0, "BP_ID", 0x6214}};
+  BISS_EXPECT(describe(image, identifier).is("pos18,nE,nW,crc6"));
+  const std::array turns{EdsOverride{EdsPart::bp3, 0, "MT_LEN", 16},
+                         EdsOverride{EdsPart::bp3, 0, "CO_LEN", 2}};
+  BISS_EXPECT(describe(image, turns).is("mt16,st16,nE,nW,crc6"));
+  const std::array polynomial{EdsOverride{EdsPart::common, 0, "CPOLY_0", 0x12}};
+  BISS_EXPECT(describe(image, polynomial).is("mt12,st20,nE,nW,crc5"));
+  const std::array clock{EdsOverride{EdsPart::common, 0, "TMA", 200},
+                         EdsOverride{EdsPart::common, 0, "TBUSY_MAX", 8}};
+  BISS_EXPECT(describe(image, clock).device->timing.clock_max == megahertz(5));
+  BISS_EXPECT(describe(image, clock).device->timing.ack_max == microseconds(2));
+}
+
+BISS_TEST(EdsDevice, ImpossibleOverrides_AreRefused) {
+  const EdsImage image = image_of(&test::one_channel, &test::multiturn_12_20);
+  const auto refused = [&](const EdsOverride& second, EdsDeviceCause cause) {
+    const std::array overrides{EdsOverride{EdsPart::common, 0, "TMA", 200}, second};
+    return describe(image, overrides).device.error() == EdsDeviceError{cause, 1};
+  };
+  BISS_EXPECT(refused({EdsPart::bp3, 0, "TMA", 1}, EdsDeviceCause::unknown_override));
+  BISS_EXPECT(refused({EdsPart::raw, 0, "CPOLY", 1}, EdsDeviceCause::unknown_override));
+  BISS_EXPECT(refused({EdsPart::common, 0, "TMA", 256}, EdsDeviceCause::unknown_override));
+  BISS_EXPECT(refused({EdsPart::bp3, 1, "MT_LEN", 1}, EdsDeviceCause::override_unread));
+  BISS_EXPECT(refused({EdsPart::bp3, 8, "MT_LEN", 1}, EdsDeviceCause::override_unread));
+}
+
+BISS_TEST(EdsDevice, SafetyDevice_HasTheHighestChannelFirst) {
+  EdsBank spw{1, 1, 0x73, 0x3A};
+  spw = with(spw, EdsPart::bp3, "CPOLY", 0xC86C);
+  EdsImage image{.common = &test::two_channels, .profiles = {&spw, &test::safety_cpw}};
+  const Described said = describe(image, {}, {.check_crc_in_data = true});
+  BISS_EXPECT(said.is("mt12,st16,nE,nW,crc6+pos34,nE,nW,lc6,crc16"));
+  BISS_EXPECT(said.remarks.find("DC_NUM", order) != nullptr);
+  BISS_EXPECT(said.remarks.find("BP_ID", doubtful) != nullptr);
+  BISS_EXPECT_EQ(said.device->slaves, 2);
+  BISS_EXPECT(describe(image, {}, {.check_crc_in_data = true, .highest_channel_first = false})
+                  .is("pos34,nE,nW,lc6,crc16+mt12,st16,nE,nW,crc6"));
+  BISS_EXPECT(describe(image).is("mt12,st16,nE,nW,pad6+pos34,nE,nW,lc6,pad16"));
+  spw = with(spw, EdsPart::bp3, "BP_ID", 0x722A);
+  spw = with(spw, EdsPart::bp3, "CSTART", 1);
+  spw = with(spw, EdsPart::bp3, "CPOLY", 0x8810);
+  const Described start = describe(image);
+  BISS_EXPECT(start.is("mt12,st16,nE,nW,pad6+pos34,nE,nW,lc6,crc16:0x11021:0x1"));
+  BISS_EXPECT(start.remarks.has("CPOLY", hypothesis, 0x8810, 0x8810));
+}
+
+BISS_TEST(EdsDevice, CommonPartAlone_GivesLengthsAndCrcs) {
+  const Described said = describe(image_of(&test::slow_coupler, nullptr));
+  BISS_EXPECT(said.is("pos14,nE,nW,crc5+pos10,nE,nW,crc5+pos24,nE,nW,crc6"));
+  const Described bare = describe(image_of(&test::two_channels, nullptr));
+  BISS_EXPECT(bare.is("pos28,nE,nW,crc6+pos40,nE,nW"));
+  BISS_EXPECT(bare.remarks.has("CPOLY_0", not_given, 0, 0));
+  const EdsBank actuator = with(test::one_channel, EdsPart::common, "FORMAT_0", 1);
+  BISS_EXPECT(describe(image_of(&actuator, nullptr)).device.error() ==
+              EdsDeviceError({EdsDeviceCause::actuator, 0}));
+  const EdsBank empty = with(test::one_channel, EdsPart::common, "DLEN_0", 0);
+  BISS_EXPECT(describe(image_of(&empty, nullptr)).device.error() ==
+              EdsDeviceError({EdsDeviceCause::unknown_channel, 0}));
+  const EdsBank none = with(test::one_channel, EdsPart::common, "DC_NUM", 0);
+  BISS_EXPECT(describe(image_of(&none, nullptr)).device.error() ==
+              EdsDeviceError({EdsDeviceCause::no_channel, 0}));
+  BISS_EXPECT(describe(image_of(nullptr, nullptr, 0x2814)).is("pos24,nE,nW,crc6"));
+  BISS_EXPECT(!describe(image_of(nullptr, nullptr, 0x2815)).device.ok());
+}
+
+BISS_TEST(EdsDevice, AnyBytes_GiveAPrintableFormatOrACause) {
+  BISS_RANDOM(random, 0xDE71CE);
+  unsigned formats = 0;
+  for (std::uint64_t round = test::rounds(50'000, 200); round-- > 0;) {
+    std::array<EdsBank, 3> banks{};
+    for (EdsBank& bank : banks) {
+      for (std::uint8_t& byte : bank) byte = static_cast<std::uint8_t>(random.bits(8));
+    }
+    banks[0][0x10] = static_cast<std::uint8_t>(random.below(4));
+    for (std::size_t i = 0; i < 3; ++i) banks[0][0x16 + 4 * i] &= 0xFEU;
+    banks[1][2] = static_cast<std::uint8_t>(0x62U + 0x10U * random.below(2) + random.below(2));
+    banks[1][3] &= 0x3FU;
+    EdsImage image{.common = &banks[0], .profiles = {&banks[1], &banks[2]}};
+    if (random.flip()) image.identifiers[0] = static_cast<std::uint16_t>(random.bits(16));
+    if (random.flip()) image.common = nullptr;
+    const Described said = describe(image);
+    if (!said.device.ok()) continue;
+    ++formats;
+    const auto again = parse_format(format_text(said.device->format).view());
+    BISS_ASSERT(again.ok());
+    BISS_ASSERT(*again == said.device->format);
+    const DeviceTiming& timing = said.device->timing;
+    BISS_EXPECT(timing.clock_max > timing.clock_min && timing.clock_max <= biss_clock_max);
+    BISS_EXPECT(timing.ack_max <= biss_busy_max && timing.ack_max > Picoseconds{});
+    BISS_EXPECT(timing.timeout.time <= biss_static_timeout_max);
+  }
+  BISS_EXPECT(formats > test::rounds(4'000, 8)) << formats;
+}
+
+BISS_TEST(EdsAdvice, UsualEncoders_GetTheUsualFrames) {
+  auto advice = advise({.resolution_bits = 20, .turns_bits = 12});
+  BISS_ASSERT(advice.ok());
+  BISS_EXPECT_EQ(advice->identifier, 0x6222);
+  BISS_EXPECT(advice->channel == parse_format("mt12,st20,nE,nW,crc6")->channel_list[0]);
+  BISS_EXPECT_EQ(advice->hamming_distance, 3);
+  BISS_EXPECT(advice->feasible && advice->clock_needed == Hertz{});
+  BISS_EXPECT_EQ(advise({.resolution_bits = 26})->identifier, 0x621C);
+  BISS_EXPECT_EQ(advise({.resolution_bits = 26, .in_safety_encoder = true})->identifier, 0x6322);
+  BISS_EXPECT_EQ(advise({.resolution_bits = 31, .turns_bits = 24})->identifier, 0x6239);
+  advice = advise({.resolution_bits = 32, .turns_bits = 24});
+  BISS_EXPECT_EQ(advice->identifier, 0);
+  BISS_EXPECT(advice->channel.crc == crc16);
+  BISS_EXPECT_EQ(advice->hamming_distance, 6);
+  advice = advise({.resolution_bits = 17,
+                   .turns_bits = 10,
+                   .resolution_field_bits = 20,
+                   .turns_field_bits = 12});
+  BISS_EXPECT_EQ(advice->leading_zeros, 2);
+  BISS_EXPECT_EQ(advice->trailing_zeros, 3);
+  BISS_EXPECT_EQ(advice->identifier, 0x6222);
+  BISS_EXPECT_EQ(parse_bp3_part(bp3_bank_of(*advice)).mt_cnt, 1024);
+}
+
+BISS_TEST(EdsAdvice, Rate_NeedsAClock) {
+  const DeviceTiming timing{.ack_max = microseconds(16),
+                            .timeout = {.rule = TimeoutRule::cycle, .time = nanoseconds(31'250)},
+                            .cycle_min = nanoseconds(31'250)};
+  AdviceWish wish{.resolution_bits = 26, .rate = kilohertz(32), .timing = timing};
+  auto advice = advise(wish);
+  BISS_ASSERT(advice.ok());
+  BISS_EXPECT(advice->feasible);
+  // 39 clocks and 16 us in 31.25 us: between 2.5 and 2.8 MHz.
+  BISS_EXPECT(advice->clock_needed > kilohertz(2500) && advice->clock_needed < kilohertz(2800));
+  wish.clock = advice->clock_needed;
+  BISS_EXPECT(advise(wish)->feasible);
+  wish.clock = Hertz{advice->clock_needed.count - 1};
+  BISS_EXPECT(!advise(wish)->feasible);
+  wish.rate = kilohertz(33);
+  wish.clock = {};
+  advice = advise(wish);
+  BISS_EXPECT(!advice->feasible && advice->clock_needed == Hertz{});
+  wish.rate = hertz(100);
+  BISS_EXPECT(advise(wish)->clock_needed == biss_clock_min);
+}
+
+BISS_TEST(EdsAdvice, ImpossibleWishes_SayWhy) {
+  BISS_EXPECT_EQ(advise({}).error(), AdviceError::nothing_to_send);
+  BISS_EXPECT_EQ(advise({.resolution_bits = 20, .resolution_field_bits = 19}).error(),
+                 AdviceError::field_too_short);
+  BISS_EXPECT_EQ(advise({.turns_bits = 20, .turns_field_bits = 19}).error(),
+                 AdviceError::field_too_short);
+  BISS_EXPECT_EQ(advise({.resolution_bits = 63}).error(), AdviceError::too_long);
+  BISS_EXPECT_EQ(advise({.resolution_bits = 4'294'967'295U, .turns_bits = 1}).error(),
+                 AdviceError::too_long);
+  BISS_EXPECT_EQ(advise({.resolution_bits = 20, .clock = megahertz(11)}).error(),
+                 AdviceError::clock_refused);
+  BISS_EXPECT_EQ(advise({.resolution_bits = 20, .clock = hertz(1)}).error(),
+                 AdviceError::clock_refused);
+}
+
+BISS_TEST(EdsAdvice, AdvisedBank_IsGoodAndDescribesTheAdvisedFrame) {
+  for (unsigned turns = 0; turns <= 32; turns += static_cast<unsigned>(test::rounds(1, 4))) {
+    for (unsigned resolution = 0; turns + resolution <= 55; ++resolution) {
+      if (turns + resolution == 0) continue;
+      const auto advice = advise({.resolution_bits = resolution, .turns_bits = turns});
+      BISS_ASSERT(advice.ok() && advice->identifier != 0);
+      const EdsBank bank = bp3_bank_of(*advice);
+      unsigned findings = 0;
+      check_bp3_part(bank, [&](const EdsFinding&) { ++findings; });
+      BISS_EXPECT_EQ(findings, 0U) << turns << "," << resolution;
+      const Described said = describe(image_of(nullptr, &bank));
+      BISS_ASSERT(said.device.ok());
+      BISS_EXPECT_EQ(said.remarks.count, 0U);
+      BISS_EXPECT(said.device->format.channel_list[0] == advice->channel)
+          << turns << "," << resolution;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace biss
