@@ -1,0 +1,159 @@
+// Accesses, as `biss registers FILE --to jsonl` prints them: an object a line with the keys `id`,
+// `access`, `address`, `data` and `outcome`. What was read or written with outcome `ok` makes the
+// dump; BSEL says which bank the registers 0x00…0x3F belong to.
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "biss/control/control_error.hpp"
+#include "dump/hex_digits.hpp"
+#include "dump/read.hpp"
+
+namespace biss::dump {
+namespace {
+
+using Json = nlohmann::json;
+
+// Failures after which BSEL certainly is what it was.
+constexpr std::array unchanged_by{ControlError::bad_request,   ControlError::no_answer,
+                                  ControlError::no_such_slave, ControlError::refused,
+                                  ControlError::unheard,       ControlError::refused_or_unheard};
+
+struct Bytes {
+  std::array<std::uint8_t, last_address + 1> values{};
+  std::size_t size = 0;
+  bool add(std::uint32_t value) {
+    if (value > 0xFF || size == values.size()) return false;
+    values[size++] = static_cast<std::uint8_t>(value);
+    return true;
+  }
+};
+
+std::optional<std::uint32_t> number_of(const Json& value) {
+  if (value.is_number_unsigned()) {
+    const auto number = value.get<std::uint64_t>();
+    return number <= 0xFFFF ? std::optional(static_cast<std::uint32_t>(number)) : std::nullopt;
+  }
+  if (!value.is_string()) return std::nullopt;
+  return any_number(value.get_ref<const std::string&>());
+}
+
+// "48 44", "0x4844": pairs of digits.
+bool add_pairs(Bytes& bytes, std::string_view text) {
+  if (text.starts_with("0x") || text.starts_with("0X")) text.remove_prefix(2);
+  for (auto word = next_word(text); !word.empty(); word = next_word(text)) {
+    if (word.size() % 2 != 0) return false;
+    for (std::size_t i = 0; i < word.size(); i += 2) {
+      const auto byte = hex_number(word.substr(i, 2));
+      if (!byte || !bytes.add(*byte)) return false;
+    }
+  }
+  return true;
+}
+
+std::optional<Bytes> bytes_of(const Json& value) {
+  Bytes bytes;
+  if (value.is_array()) {
+    for (const Json& each : value) {
+      const auto byte = number_of(each);
+      if (!byte || !bytes.add(*byte)) return std::nullopt;
+    }
+  } else if (value.is_string()) {
+    if (!add_pairs(bytes, value.get_ref<const std::string&>())) return std::nullopt;
+  } else {
+    const auto byte = value.is_number_unsigned() ? number_of(value) : std::nullopt;
+    if (!byte || !bytes.add(*byte)) return std::nullopt;
+  }
+  return bytes;
+}
+
+class JsonLinesReader {
+ public:
+  JsonLinesReader(LineSource& lines, const DumpOptions& options)
+      : lines_(lines),
+        slave_(options.slave),
+        slave_named_(options.slave.has_value()),
+        bank_(options.bank.value_or(0)) {}
+
+  DumpResult read() {
+    while (lines_.next()) {
+      const std::string_view row = trimmed(lines_.line());
+      if (row.empty()) continue;
+      const Json object = Json::parse(row.begin(), row.end(), nullptr, false);
+      if (!object.is_object()) return failure(malformed(row, "a JSON object"));
+      if (const auto error = take(row, object)) return failure(*error);
+    }
+    if (lines_.error()) return failure(*lines_.error());
+    if (!any_) return failure(DumpError{DumpCause::nothing_read});
+    return dump_;
+  }
+
+ private:
+  DumpError malformed(std::string_view row, const char* expected) const {
+    return lines_.error_at(row, DumpCause::malformed, expected);
+  }
+
+  static std::string_view text(const Json& object, const char* key) {
+    const auto found = object.find(key);
+    if (found == object.end() || !found->is_string()) return {};
+    return found->get_ref<const std::string&>();
+  }
+
+  std::optional<DumpError> take(std::string_view row, const Json& object) {
+    const std::string_view access = text(object, "access");
+    if (access == "command") return std::nullopt;
+    if (access != "read" && access != "write") {
+      return malformed(row, "access: \"read\", \"write\" or \"command\"");
+    }
+    const std::string_view outcome = text(object, "outcome");
+    const auto address = number_of(object.value("address", Json()));
+    const auto id = number_of(object.value("id", Json()));
+    if (outcome.empty() || !id) return malformed(row, "id and outcome");
+    if (!address || *address > last_address) return malformed(row, "an address up to 127");
+    if (slave_named_ && *id != slave_) return std::nullopt;
+    if (outcome != "ok") {
+      if (access == "write" && *address == reg::bsel && !bank_certain_after(outcome)) {
+        bank_ = std::nullopt;
+      }
+      return std::nullopt;
+    }
+    const auto bytes = bytes_of(object.value("data", Json()));
+    if (!bytes) return malformed(row, "data: bytes as hexadecimal digits");
+    if (*address + bytes->size > last_address + 1U) {
+      return lines_.error_at(row, DumpCause::outside);
+    }
+    if (!slave_) slave_ = static_cast<std::uint8_t>(*id & 0xFFU);
+    if (*id != slave_) return lines_.error_at(row, DumpCause::several_slaves, "one ID to be named");
+    for (std::size_t i = 0; i < bytes->size; ++i) {
+      take_byte(*address + static_cast<unsigned>(i), bytes->values[i]);
+    }
+    return std::nullopt;
+  }
+
+  static bool bank_certain_after(std::string_view outcome) {
+    return std::any_of(unchanged_by.begin(), unchanged_by.end(),
+                       [outcome](ControlError error) { return name_of(error) == outcome; });
+  }
+
+  void take_byte(unsigned address, std::uint8_t byte) {
+    if (address == reg::bsel) bank_ = byte;
+    if (address < first_direct && !bank_) return;
+    dump_.at(bank_.value_or(0), address) = byte;
+    any_ = true;
+  }
+
+  LineSource& lines_;
+  std::optional<std::uint32_t> slave_;
+  bool slave_named_;
+  std::optional<unsigned> bank_;  // empty: a write of BSEL failed, nobody knows how far
+  RegisterDump dump_;
+  bool any_ = false;
+};
+
+}  // namespace
+
+DumpResult read_json_lines(LineSource& lines, const DumpOptions& options) {
+  return JsonLinesReader(lines, options).read();
+}
+
+}  // namespace biss::dump

@@ -1,0 +1,74 @@
+// RegisterDump: the registers of one slave as far as somebody has read or written them.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include "biss/control/register_map.hpp"
+#include "biss/eds/bank.hpp"
+
+namespace biss::dump {
+
+/// 64 registers; those that nobody knows, or the device has not, are empty.
+using DumpedBytes = std::array<std::optional<std::uint8_t>, bank_bytes>;
+
+/// The registers 0x40…0x7F, which stand beside the banks.
+inline constexpr unsigned first_direct = reg::bsel;
+inline constexpr unsigned last_address = 0x7F;
+
+/// Where a byte stands in a file that has offsets only: bank b from 64 b on, then, behind the last
+/// of the 256 banks, the registers 0x40…0x7F.
+inline constexpr std::size_t direct_offset = bank_count * bank_bytes;
+inline constexpr std::size_t image_bytes = direct_offset + bank_bytes;
+
+class RegisterDump {
+ public:
+  /// \pre number < 256
+  const DumpedBytes& bank(unsigned number) const { return banks_[number]; }
+  /// Register 0x40 is the first.
+  const DumpedBytes& direct() const { return banks_[bank_count]; }
+
+  /// The register that a slave shows at `address` while `number` is selected.
+  /// \pre number < 256, address <= 0x7F
+  std::optional<std::uint8_t>& at(unsigned number, unsigned address) {
+    return address < first_direct ? banks_[number][address]
+                                  : banks_[bank_count][address - first_direct];
+  }
+  /// The same by its place in a file. \pre offset < image_bytes
+  std::optional<std::uint8_t>& at_offset(std::size_t offset) {
+    return banks_[offset / bank_bytes][offset % bank_bytes];
+  }
+  std::optional<std::uint8_t> at_offset(std::size_t offset) const {
+    return banks_[offset / bank_bytes][offset % bank_bytes];
+  }
+  void set_bank(unsigned number, const EdsBank& bytes) {
+    for (std::size_t i = 0; i < bank_bytes; ++i) banks_[number][i] = bytes[i];
+  }
+
+  /// One of the registers 0x40…0x7F. \pre address is one of them
+  std::optional<std::uint8_t> direct_byte(unsigned address) const {
+    return direct()[address - first_direct];
+  }
+  /// The number in `size` of them, most significant byte first; empty unless all are known.
+  std::optional<std::uint64_t> direct_number(unsigned address, unsigned size) const;
+
+  /// How many bytes of a bank are known.
+  std::size_t known_bytes(unsigned number) const;
+  /// A bank of which every byte is known.
+  std::optional<EdsBank> whole_bank(unsigned number) const;
+  /// First and last bank with a known byte; empty when there is none.
+  struct BankRange {
+    unsigned first = 0;
+    unsigned last = 0;
+  };
+  std::optional<BankRange> banks() const;
+
+  bool operator==(const RegisterDump&) const = default;
+
+ private:
+  std::array<DumpedBytes, bank_count + 1> banks_{};  // the last one: the registers 0x40…0x7F
+};
+
+}  // namespace biss::dump

@@ -1,0 +1,96 @@
+#include "dump/write.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+
+namespace biss::dump {
+namespace {
+
+constexpr std::size_t row_bytes = 16;
+
+using Row = std::span<const std::optional<std::uint8_t>, row_bytes>;
+
+bool any_known(std::span<const std::optional<std::uint8_t>> bytes) {
+  return std::any_of(bytes.begin(), bytes.end(), [](const auto& byte) { return byte.has_value(); });
+}
+
+void append_rows(std::string& out, const DumpedBytes& bytes, unsigned first_address) {
+  for (std::size_t i = 0; i < bytes.size(); i += row_bytes) {
+    const auto row = std::span(bytes).subspan(i, row_bytes);
+    if (!any_known(row)) continue;
+    fmt::format_to(std::back_inserter(out), "0x{:02X}:", first_address + i);
+    for (const auto& byte : row) {
+      if (byte) {
+        fmt::format_to(std::back_inserter(out), " {:02X}", *byte);
+      } else {
+        out += " --";
+      }
+    }
+    out += '\n';
+  }
+}
+
+}  // namespace
+
+std::string write_hex_page(const RegisterDump& dump) {
+  std::string out;
+  for (unsigned number = 0; number < bank_count; ++number) {
+    if (!any_known(dump.bank(number))) continue;
+    fmt::format_to(std::back_inserter(out), "bank {}\n", number);
+    append_rows(out, dump.bank(number), 0);
+  }
+  append_rows(out, dump.direct(), first_direct);
+  return out;
+}
+
+std::string write_intel_hex(const RegisterDump& dump) {
+  std::string out;
+  for (std::size_t at = 0; at < image_bytes;) {
+    std::size_t size = 0;
+    const std::size_t most = row_bytes - at % row_bytes;
+    while (size < most && dump.at_offset(at + size)) ++size;
+    if (size == 0) {
+      ++at;
+      continue;
+    }
+    std::size_t sum = size + (at >> 8U) + (at & 0xFFU);
+    fmt::format_to(std::back_inserter(out), ":{:02X}{:04X}00", size, at);
+    for (const std::size_t end = at + size; at < end; ++at) {
+      fmt::format_to(std::back_inserter(out), "{:02X}", *dump.at_offset(at));
+      sum += *dump.at_offset(at);
+    }
+    fmt::format_to(std::back_inserter(out), "{:02X}\n", (0x100U - (sum & 0xFFU)) & 0xFFU);
+  }
+  out += ":00000001FF\n";
+  return out;
+}
+
+std::string write_binary(const RegisterDump& dump, unsigned first) {
+  std::string out;
+  const auto range = dump.banks();
+  for (unsigned number = first; range && number <= range->last; ++number) {
+    for (const auto& byte : dump.bank(number)) out += static_cast<char>(byte.value_or(erased));
+  }
+  return out;
+}
+
+std::string write_c_array(const RegisterDump& dump, std::string_view name, unsigned first) {
+  const std::string bytes = write_binary(dump, first);
+  std::string out =
+      fmt::format("/* Registers 0x00 to 0x3F of bank {} on, 64 bytes a bank. */\n", first);
+  fmt::format_to(std::back_inserter(out), "const unsigned char {}[{}] = {{\n", name, bytes.size());
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    if (i % bank_bytes == 0) {
+      fmt::format_to(std::back_inserter(out), "    /* bank {} */\n", first + i / bank_bytes);
+    }
+    fmt::format_to(std::back_inserter(out), "{}0x{:02X},{}", i % row_bytes == 0 ? "    " : " ",
+                   static_cast<unsigned char>(bytes[i]),
+                   i % row_bytes == row_bytes - 1 ? "\n" : "");
+  }
+  out += "};\n";
+  return out;
+}
+
+}  // namespace biss::dump
