@@ -102,6 +102,9 @@ BISS_TEST(EdsImage, Registers_AgreeWithThePart) {
   sheet.set_bp3(0, "BP_ID", 0x7222);
   BISS_EXPECT(says_only(sheet, EdsPart::bp3, "BP_ID", EdsProblem::identifier));
   sheet.set_bp3(0, "BP_ID", 0x2262);
+  sheet.identifiers[0] = std::nullopt;
+  BISS_EXPECT(says_only(sheet, EdsPart::bp3, "BP_ID", EdsProblem::little_endian));
+  sheet.identifiers[0] = 0x6222;
   BISS_EXPECT(says_only(sheet, EdsPart::bp3, "BP_ID", EdsProblem::little_endian));
 }
 
@@ -116,6 +119,12 @@ BISS_TEST(EdsImage, TwoAgainstOne_TellsWhichLengthIsWrong) {
   sheet = {};
   sheet.set_bp3(0, "CO_LEN", 5);
   BISS_EXPECT(says_only(sheet, EdsPart::bp3, "CO_LEN", EdsProblem::lengths));
+  // DLEN_i outvotes the identifier, even where a count leaves bits to spare.
+  sheet = {};
+  sheet.identifiers[0] = std::nullopt;
+  sheet.set_bp3(0, "MT_CNT", 1000);
+  sheet.set_bp3(0, "BP_ID", 0x6223);
+  BISS_EXPECT(says_only(sheet, EdsPart::bp3, "BP_ID", EdsProblem::lengths));
   // Without counts to bear them out, no length is more suspect than the other.
   sheet = {};
   sheet.profiles[0] = test::shortest_0;

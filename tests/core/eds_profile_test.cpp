@@ -147,6 +147,7 @@ BISS_TEST(Profile, Formats_HaveTheirIdentifierOrNone) {
   }
   BISS_EXPECT_EQ(of("pos56,nE,nW,crc6", Profile::bp3).error(), ProfileError::data_length);
   BISS_EXPECT_EQ(of("pos26,nE,nW,crc6", Profile::bp3s).error(), ProfileError::other_bits);
+  BISS_EXPECT_EQ(of("pos26,nE,nW,pad6,crc16", Profile::bp3s).error(), ProfileError::other_bits);
   BISS_EXPECT_EQ(of("pos26,nE,nW,crc6", Profile::bp1).error(), ProfileError::unknown_profile);
 }
 
