@@ -109,6 +109,16 @@ std::string read_timeout(std::string_view text, Timeout& timeout) {
                   : std::string();
 }
 
+std::string read_release(const std::string& text, Timeout& timeout) {
+  const auto halves = parse_count(text, UINT8_MAX);
+  if (!halves.ok() || *halves < biss_release_half_periods_min) {
+    return fmt::format("--release '{}': must be a number from {} to {}, in half periods of MA",
+                       shortened(text, 40), biss_release_half_periods_min, UINT8_MAX);
+  }
+  timeout.release_half_periods = static_cast<std::uint8_t>(*halves);
+  return {};
+}
+
 std::string read_ack(const FormatArguments& arguments, DeviceTiming& timing) {
   if (!arguments.ack_max.empty() && !arguments.ack_clocks.empty()) {
     return "--ack-max and --ack-clocks exclude each other: ACK is bounded or fixed";
@@ -150,6 +160,9 @@ void add_timing_options(CLI::App& verb, FormatArguments& arguments) {
   option("--ack-max", arguments.ack_max, "TIME", "ACK at its longest: 16us");
   option("--ack-clocks", arguments.ack_clocks, "N", "ACK where it always takes the same clocks");
   option("--timeout", arguments.timeout, "RULE", "adaptive, static:20us or cycle:31.25us");
+  option("--release", arguments.release, "N",
+         "Half periods of MA that SLO stays low after its last edge where the frame outlasts a "
+         "timeout of cycle:…; 3, an assumption");
   option("--clock-max", arguments.clock_max, "RATE", "The highest clock of the device");
   option("--cycle-min", arguments.cycle_min, "TIME", "From one request to the next, at least");
 }
@@ -177,6 +190,10 @@ std::string override_timing(const FormatArguments& arguments, DeviceTiming& timi
   if (!error.empty()) return error;
   if (!arguments.timeout.empty()) {
     error = read_timeout(arguments.timeout, timing.timeout);
+    if (!error.empty()) return error;
+  }
+  if (!arguments.release.empty()) {
+    error = read_release(arguments.release, timing.timeout);
     if (!error.empty()) return error;
   }
   if (!arguments.clock_max.empty()) {

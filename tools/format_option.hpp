@@ -21,13 +21,14 @@ struct FormatArguments {
   std::string ack_max;
   std::string ack_clocks;
   std::string timeout;
+  std::string release;
   std::string clock_max;
   std::string cycle_min;
 };
 
 /// Declares `-f, --format`. \pre arguments outlives the parsing
 void add_format_option(CLI::App& verb, FormatArguments& arguments, bool required);
-/// Declares `--ack-max`, `--ack-clocks`, `--timeout`, `--clock-max`, `--cycle-min`.
+/// Declares `--ack-max`, `--ack-clocks`, `--timeout`, `--release`, `--clock-max`, `--cycle-min`.
 void add_timing_options(CLI::App& verb, FormatArguments& arguments);
 
 /// The encoder that a user describes: what its bits mean, how it behaves in time.

@@ -88,12 +88,13 @@ TEST(FormatOption, SingleTimingOptions_OverrideTheCatalogue) {
                                              .ack_max = "20us",
                                              .ack_clocks = "",
                                              .timeout = "static:20us",
+                                             .release = "4",
                                              .clock_max = "4MHz",
                                              .cycle_min = "50us"});
   ASSERT_TRUE(choice) << choice.error;
   const DeviceTiming& timing = choice.device->timing;
   EXPECT_EQ(timing.ack_max, microseconds(20));
-  EXPECT_EQ(timing.timeout, (Timeout{TimeoutRule::fixed, microseconds(20)}));
+  EXPECT_EQ(timing.timeout, (Timeout{TimeoutRule::fixed, microseconds(20), 4}));
   EXPECT_EQ(timing.clock_max, megahertz(4));
   EXPECT_EQ(timing.cycle_min, microseconds(50));
   EXPECT_EQ(timing.internal_delay_max, picoseconds(42'500));

@@ -104,6 +104,15 @@ void warn_of(const Plan& plan) {
   }
 }
 
+/// The rule, or what is assumed where the frame outlasts it.
+std::string timeout_text(const Plan& plan) {
+  const Timeout& timeout = plan.device.timing.timeout;
+  const Picoseconds release = release_time(timeout, plan.budget.period);
+  if (timeout.rule != TimeoutRule::cycle || plan.budget.timeout != release) return text_of(timeout);
+  return fmt::format("{} is over before: {} half periods assumed, see --release", text_of(timeout),
+                     timeout.release_half_periods);
+}
+
 bool write_parts(const Plan& plan, report::TextSink& sink, bool colour) {
   using report::Kind;
   const std::vector<report::Column> columns = {
@@ -133,8 +142,8 @@ bool write_parts(const Plan& plan, report::TextSink& sink, bool colour) {
   in_clocks("START, CDS", budget.start_cds, "");
   in_clocks("data, CRC", budget.payload, "");
   in_clocks("STOP", budget.stop, "");
-  in_time("line delay", budget.line_delay, "cable and encoder, there and back");
-  const std::string rule = text_of(plan.device.timing.timeout);
+  in_clocks("line delay", budget.line_delay, "cable and encoder, there and back, in whole clocks");
+  const std::string rule = timeout_text(plan);
   in_time("timeout", budget.timeout, rule);
   if (budget.idle != Picoseconds{}) in_time("idle", budget.idle, "the encoder's shortest cycle");
   in_time("cycle", budget.total, "from one request to the next, at least");
@@ -166,11 +175,27 @@ void add_cable_facts(const Plan& plan, report::Summary& out) {
                              : "without: half a period less the line delay");
 }
 
+/// Where SLO has to be seen high: that is a line delay behind the encoder.
+Hertz rate_seen(const Plan& plan) {
+  const std::int64_t cycle = (plan.budget.total + plan.delay).count;
+  return hertz(static_cast<std::uint32_t>(picoseconds_per_second / cycle));
+}
+
+std::string_view seen_text(const Timeout& timeout) {
+  return timeout.rule == TimeoutRule::cycle
+             ? "for a master that waits until it sees SLO high"
+             : "over SPI, where the clocks of the line delay are sent before the timeout begins";
+}
+
 std::string facts(const Plan& plan) {
   const CycleBudget& budget = plan.budget;
   const DeviceTiming& timing = plan.device.timing;
   report::Summary out;
   out.entry("request rate", text_of(budget.request_rate_max), "at most");
+  const bool by_time = timing.timeout.rule == TimeoutRule::cycle;
+  if (by_time ? budget.total == timing.timeout.time : plan.delay.count != 0) {
+    out.entry("", text_of(rate_seen(plan)), seen_text(timing.timeout));
+  }
   out.entry("line delay", text_of(plan.delay),
             fmt::format("{} clocks; {} of cable {}, inside the encoder {}",
                         fixed(milliclocks(plan.delay, budget.period), 3, 3),
@@ -270,7 +295,7 @@ std::vector<Key> keys_of(const Plan& plan, std::string_view format) {
           {"start_cds_ns", time, b.start_cds},
           {"payload_ns", time, b.payload},
           {"stop_ns", time, b.stop},
-          {"line_delay_ns", time, b.line_delay},
+          {"line_delay_ns", time, plan.delay},
           {"timeout_ns", time, b.timeout},
           {"idle_ns", time, b.idle},
           {"cycle_ns", time, b.total},
@@ -287,7 +312,8 @@ std::vector<Key> keys_of(const Plan& plan, std::string_view format) {
           {"clocks_to_send", number, b.clocks_to_send},
           {"spi_bytes", number, plan.spi_bytes()},
           {"ack_min_clocks", count, plan.ack.min_clocks},
-          {"ack_max_clocks", count, plan.ack.max_clocks}};
+          {"ack_max_clocks", count, plan.ack.max_clocks},
+          {"request_rate_seen_hz", count, rate_seen(plan)}};
 }
 
 bool write_objects(const std::vector<Plan>& plans, report::TextSink& sink) {

@@ -107,6 +107,28 @@ TEST(Plan, LongCableAtAHighClock_CountsDelayInClocks) {
   EXPECT_EQ(plan["clocks_to_send"], 205);
   EXPECT_EQ(plan["spi_bytes"], 26);
   EXPECT_EQ(plan["cycle_ns"], 31'250);
+  // SLO is seen high 542.5 ns later.
+  EXPECT_EQ(plan["request_rate_seen_hz"], 31'453);
+}
+
+TEST(Plan, FrameThatOutlastsTheCycle_CountsTheReleaseThatIsAssumed) {
+  const json plan = one("resolute-18", "250kHz", "0");
+  EXPECT_EQ(plan["timeout_ns"], 6'000);
+  EXPECT_EQ(plan["cycle_ns"], 36 * 4'000 + 6'000);
+  const auto other =
+      objects(::biss::tools::plan({"-f", "resolute-18", "--clock", "250kHz", "--cable", "0",
+                                   "--release", "2", "--to", "jsonl"}));
+  EXPECT_EQ(other.at(0)["timeout_ns"], 4'000);
+  EXPECT_THAT(::biss::tools::plan({"-f", "resolute-18", "--clock", "250kHz", "--cable", "0"}).out,
+              HasSubstr("cycle:31.25us is over before: 3 half periods assumed, see --release"));
+}
+
+TEST(Plan, RateWhereSloMustBeSeen_IsNamedWithItsReason) {
+  const auto page = [](const char* encoder) {
+    return plan({"-f", encoder, "--clock", "5MHz", "--cable", "100m"}).out;
+  };
+  EXPECT_THAT(page("resolute-18"), HasSubstr("for a master that waits until it sees SLO high"));
+  EXPECT_THAT(page("lenz-b3"), HasSubstr("over SPI, where the clocks of the line delay"));
 }
 
 TEST(Plan, PageForEyes_SaysWhatToDo) {
@@ -167,6 +189,8 @@ TEST(Plan, WrongUsage_IsOneLineAndStatus2) {
       {"-f", "pos26", "--slaves", "0"},
       {"-f", "pos26", "--slaves", "9"},
       {"-f", "pos26", "--timeout", "never"},
+      {"-f", "pos26", "--release", "1"},
+      {"-f", "pos26", "--release", "256"},
       {"-f", "pos26", "--to", "csv"},
   };
   for (const auto& arguments : wrong) {

@@ -16,7 +16,7 @@ inline constexpr std::string_view renishaw_safety =
 inline constexpr std::string_view renishaw_counter =
     "the sign-of-life counter's range is not clear: 63 or 64 values";
 inline constexpr std::string_view renishaw_release =
-    "when SLO returns to 1 is not stated for frames longer than 31.25 us";
+    "when SLO returns to 1 is not stated for frames longer than 31.25 us: 1.5 periods assumed";
 
 // Both data sheets, "Timing information" and "Timeout".
 inline constexpr DeviceTiming renishaw_timing{

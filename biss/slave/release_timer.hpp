@@ -23,9 +23,7 @@ class ReleaseTimer {
   /// The second rising edge of MA, 1.5 periods after the begin.
   constexpr void measure(const SlaveTiming& timing, Picoseconds now) {
     reference_ = std::min(now - floor_begin_, timing.static_timeout);
-    // Renishaw's sheet does not say what comes behind a frame that is longer than the cycle; STOP
-    // must be seen there, too.
-    if (timing.timeout.rule == TimeoutRule::cycle) wait_ = reference_;
+    if (timing.timeout.rule == TimeoutRule::cycle) wait_ = release_wait(timing.timeout);
     if (timing.timeout.rule == TimeoutRule::adaptive) {
       wait_ = std::min(reference_ + timing.timeout.time, timing.static_timeout);
     }
@@ -49,6 +47,13 @@ class ReleaseTimer {
   constexpr Picoseconds reference() const { return reference_; }
 
  private:
+  // As release_time(), from the 1.5 periods that were measured: half a period is a third of them. A
+  // microcontroller would call a division of 64 bits; this is exact up to 2 ms.
+  constexpr Picoseconds release_wait(const Timeout& timeout) const {
+    const Picoseconds half{(reference_.count * 0x5555'5556) >> 32U};
+    return reference_ + half * (timeout.release_half_periods - std::int64_t{3});
+  }
+
   Picoseconds floor_{};
   Picoseconds wait_{};
   Picoseconds floor_begin_{};

@@ -19,6 +19,12 @@ struct FrameLength {
 };
 
 /// A request cycle with ACK at its longest; the parts add up to `total`.
+///
+/// A request that begins `total` after the former, or later, is answered, also where that one sent
+/// CDM 1 and where it sent all of clocks_to_send. SLO is seen high by then, too, by a master that
+/// sends frame_clocks only (biss/master/request.hpp). Behind clocks_to_send SLO may still be seen
+/// low for up to the line delay; a master that takes that for "not ready" (SpiReader, unless the
+/// rule is `cycle`) asks so much later.
 struct CycleBudget {
   Picoseconds period{};      ///< of MA
   Picoseconds lat{};         ///< the clock that takes the position
@@ -26,7 +32,7 @@ struct CycleBudget {
   Picoseconds start_cds{};   ///< START and CDS
   Picoseconds payload{};     ///< data and CRC of all channels
   Picoseconds stop{};        ///< the STOP bit
-  Picoseconds line_delay{};  ///< what the master waits longer for the same bits
+  Picoseconds line_delay{};  ///< in whole clocks, rounded up: the master goes on for the same bits
   Picoseconds timeout{};     ///< SLO low after STOP until the encoder is ready
   Picoseconds idle{};        ///< until the device's shortest cycle has passed
   Picoseconds total{};       ///< from one request to the next, at least
@@ -39,12 +45,14 @@ struct CycleBudget {
   Hertz request_rate_max{};
 };
 
-/// SLO low after the last edge of MA, in whole clocks, rounded up; `elapsed` is what has passed
-/// since the start of the request. 0 for a rule that counts from the start and has run out.
+/// SLO low after the last edge of MA; `elapsed` is what has passed since the start of the request.
+/// In whole clocks, rounded up; for TimeoutRule::cycle just the time.
 /// \pre period is positive
 constexpr Picoseconds timeout_after(const Timeout& timeout, Picoseconds period,
                                     Picoseconds elapsed) {
-  if (timeout.rule == TimeoutRule::cycle) return std::max(timeout.time - elapsed, Picoseconds{});
+  if (timeout.rule == TimeoutRule::cycle) {
+    return std::max(timeout.time - elapsed, release_time(timeout, period));
+  }
   Picoseconds time = timeout.time;
   if (timeout.rule == TimeoutRule::adaptive) time += (3 * period + picoseconds(1)) / 2;
   return clocks_to_cover(time, period) * period;
@@ -52,13 +60,9 @@ constexpr Picoseconds timeout_after(const Timeout& timeout, Picoseconds period,
 
 /// The shortest cycle by the formula of the protocol description D2: one clock
 /// each of LAT, ACK, START, CDS and STOP (one more for each further slave), the payload, and on top
-/// processing time, line delay and timeout, the first and the last rounded up to whole clocks.
-/// Where ACK is fixed in clocks it is just that.
-///
-/// It counts no time for SLO to rise where a TimeoutRule::cycle has run out before the frame ends
-/// (Renishaw at low clocks: the documents do not say when SLO is released then). An encoder that
-/// holds SLO longer, as biss/slave does for 1.5 periods, needs that much more: ask when SLO is
-/// high.
+/// processing time, line delay and timeout, each rounded up to whole clocks. Where ACK is fixed in
+/// clocks it is just that. A timeout from the start of the request is not rounded; where the frame
+/// outlasts it, release_time() is counted.
 /// \pre clock is not 0 Hz, line_delay is not negative
 constexpr CycleBudget cycle_budget(const FrameLength& frame, const DeviceTiming& timing,
                                    Hertz clock, Picoseconds line_delay) {
@@ -74,11 +78,12 @@ constexpr CycleBudget cycle_budget(const FrameLength& frame, const DeviceTiming&
   budget.start_cds = 2 * period;
   budget.payload = std::int64_t{frame.payload_bits} * period;
   budget.stop = period;
-  budget.line_delay = line_delay;
+  budget.line_delay = clocks_to_cover(line_delay, period) * period;
   budget.frame_clocks = 1 + ack_clocks + 2 + frame.payload_bits + 1;
   budget.clocks_to_send = budget.frame_clocks + clocks_to_cover(line_delay, period);
 
-  const Picoseconds elapsed = budget.frame_clocks * period + line_delay;
+  // Up to the last edge of MA: for CDM 1 that is the falling one behind the last clock.
+  const Picoseconds elapsed = budget.clocks_to_send * period;
   budget.timeout = timeout_after(timing.timeout, period, elapsed);
   budget.idle = std::max(timing.cycle_min - elapsed - budget.timeout, Picoseconds{});
   budget.total = elapsed + budget.timeout + budget.idle;

@@ -31,13 +31,28 @@ enum class TimeoutRule : std::uint8_t {
   cycle,     ///< a time after the start of the request (Renishaw)
 };
 
+/// How long SLO stays low behind a frame that outlasts its TimeoutRule::cycle, in half periods of
+/// MA after its last edge. Open: Renishaw's data sheet gives the time from the start of the request
+/// alone. Taken from the adaptive timeout (D2, row 6: 1.5 periods), so that STOP can be read.
+inline constexpr std::uint8_t biss_release_half_periods = 3;
+/// A slave that let go of SLO sooner would do so between two clocks.
+inline constexpr std::uint8_t biss_release_half_periods_min = 2;
+
 struct Timeout {
   TimeoutRule rule = TimeoutRule::fixed;
   /// For `fixed` and `cycle` the time; for `adaptive` what may come on top of 1.5 periods.
   Picoseconds time = biss_static_timeout_max;
+  /// For `cycle`: SLO low after the last edge of MA at least, 2 or more; see above.
+  std::uint8_t release_half_periods = biss_release_half_periods;
 
   constexpr bool operator==(const Timeout&) const = default;
 };
+
+/// SLO low after the last edge of MA by the rule `cycle`, however long ago the request began;
+/// rounded up to a picosecond.
+constexpr Picoseconds release_time(const Timeout& timeout, Picoseconds period) {
+  return (std::int64_t{timeout.release_half_periods} * period + picoseconds(1)) / 2;
+}
 
 /// The defaults are the widest that BiSS C allows.
 struct DeviceTiming {

@@ -151,6 +151,12 @@ BISS_TEST(Slave, Timeout_FollowsItsRule) {
   Bench over({.timeout = {TimeoutRule::cycle, nanoseconds(31'250)}});
   over.clock(frame_clocks);
   BISS_EXPECT_EQ(over.time_to_idle().count, nanoseconds(1'500).count);
+  for (const std::uint8_t halves : std::array<std::uint8_t, 4>{2, 3, 4, 255}) {
+    const Timeout timeout{TimeoutRule::cycle, nanoseconds(31'250), halves};
+    Bench other({.timeout = timeout});
+    other.clock(frame_clocks);
+    BISS_EXPECT(other.time_to_idle() == release_time(timeout, period));
+  }
 }
 
 BISS_TEST(Slave, ClockStoppedAnywhere_IsIdleAfterTheTimeoutAndAnswersTheNext) {

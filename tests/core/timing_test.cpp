@@ -76,15 +76,21 @@ BISS_TEST(Cycle, Renishaw_Reaches32kHzWhereTheFrameFits) {
   BISS_EXPECT(!feasible(safety(28, 24), megahertz(5)));
 }
 
-BISS_TEST(Cycle, CycleRule_FillsUpToItsTimeAndThenVanishes) {
+BISS_TEST(Cycle, CycleRule_FillsUpToItsTimeAndThenIsTheRelease) {
   const CycleBudget fast = cycle_budget({plain(26)}, renishaw, megahertz(10), {});
   BISS_EXPECT_EQ(fast.total.count, 31'250'000);
   BISS_EXPECT_EQ(fast.timeout.count, 31'250'000 - 19'900'000);
   BISS_EXPECT_EQ(fast.request_rate_max.count, 32'000);
   const CycleBudget slow = cycle_budget({plain(26)}, renishaw, megahertz(1), {});
-  BISS_EXPECT_EQ(slow.timeout.count, 0);
-  BISS_EXPECT_EQ(slow.total.count, 55'000'000);
-  BISS_EXPECT_EQ(slow.request_rate_max.count, 18'181);
+  // SLO low for 1.5 periods, so that STOP can be read.
+  BISS_EXPECT_EQ(slow.timeout.count, 1'500'000);
+  BISS_EXPECT_EQ(slow.total.count, 56'500'000);
+  BISS_EXPECT_EQ(slow.request_rate_max.count, 17'699);
+  DeviceTiming other = renishaw;
+  other.timeout.release_half_periods = 8;
+  BISS_EXPECT_EQ(cycle_budget({plain(26)}, other, megahertz(1), {}).total.count, 59'000'000);
+  // 31.2 us of frame leave no time to read STOP within the cycle.
+  BISS_EXPECT_EQ(cycle_budget({147}, renishaw, megahertz(10), {}).total.count, 31'350'000);
 }
 
 BISS_TEST(Cycle, Parts_AddUpToTheTotal) {
@@ -127,7 +133,7 @@ BISS_TEST(Cycle, LineDelay_CostsTimeAndWholeClocks) {
   const CycleBudget far = cycle_budget({34}, {}, megahertz(10), nanoseconds(501));
   BISS_EXPECT_EQ(near.clocks_to_send, near.frame_clocks);
   BISS_EXPECT_EQ(far.clocks_to_send, far.frame_clocks + 6);
-  BISS_EXPECT_EQ((far.total - near.total).count, 501'000);
+  BISS_EXPECT_EQ((far.total - near.total).count, 600'000);
 }
 
 BISS_TEST(Cycle, ProcessingTimeBetweenClocks_IsRoundedUp) {
@@ -155,8 +161,9 @@ BISS_TEST(Timeout, EachRule_CountsFromItsOwnStart) {
       46 * 440'000);
   const Timeout cycle{TimeoutRule::cycle, nanoseconds(31'250)};
   BISS_EXPECT_EQ(timeout_after(cycle, period, microseconds(9)).count, 22'250'000);
-  BISS_EXPECT_EQ(timeout_after(cycle, period, nanoseconds(31'250)).count, 0);
-  BISS_EXPECT_EQ(timeout_after(cycle, period, microseconds(60)).count, 0);
+  BISS_EXPECT_EQ(timeout_after(cycle, period, nanoseconds(31'250)).count, 660'000);
+  BISS_EXPECT_EQ(timeout_after(cycle, period, microseconds(60)).count, 660'000);
+  BISS_EXPECT_EQ(release_time({TimeoutRule::cycle, {}, 5}, picoseconds(3)).count, 8);
 }
 
 BISS_TEST(DeviceTiming, Clock_IsAcceptedWithinItsBounds) {

@@ -79,7 +79,9 @@ class Request {
         if (!measured) return last_ + slave_.static_timeout;
         return last_ + std::min(reference() + slave_.timeout, slave_.static_timeout);
       case TimeoutKind::cycle:
-        return std::max(cycle_begin_ + slave_.timeout, last_ + (measured ? reference() : 0));
+        return std::max(
+            cycle_begin_ + slave_.timeout,
+            last_ + (measured ? reference() + reference() / 3 * (slave_.release_halves - 3) : 0));
     }
     return forever;
   }

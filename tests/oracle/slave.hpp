@@ -34,6 +34,7 @@ struct SlaveDescription {
   TimeoutKind kind = TimeoutKind::fixed;
   Time timeout = 40'000'000;
   Time static_timeout = 40'000'000;
+  Time release_halves = 3;  ///< kind `cycle`: SLO low after the last edge, in half periods of MA
   bool chained = false;
 };
 

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -139,10 +140,9 @@ struct Clocks {
   oracle::Line ma;
 };
 
-// Every other request with a CDM of 1. Each comes when the encoder must be ready. That is up to
-// three periods after the shortest cycle: the clocks for the line delay are whole ones, CDM is half
-// of one, and behind a frame longer than the rule `cycle` says, SLO stays low for one and a half.
-Clocks clocks_of(const Installation& place) {
+// Every other request with a CDM of 1. Each comes just when the encoder must be ready, or sooner;
+// behind a CDM of 1 MA is high for half a period first.
+Clocks clocks_of(const Installation& place, Picoseconds sooner = {}) {
   const biss::CycleBudget budget = budget_of(place);
   const Time period = budget.period.count;
   Clocks clocks{.period = period, .count = budget.clocks_to_send, .begins = {}, .ma = {}};
@@ -154,11 +154,11 @@ Clocks clocks_of(const Installation& place) {
       clocks.ma.push_back({now, false});
       clocks.ma.push_back({now + period / 2, true});
     }
-    begin += budget.total.count + 3 * period;
-    if (request % 2 == 0) continue;
+    begin += budget.total.count - sooner.count;
+    if (request % 2 == 0 || sooner.count != 0) continue;
     clocks.ma.push_back({now, false});
     clocks.ma.push_back({begin, true});
-    begin += period;
+    begin += period / 2;
   }
   return clocks;
 }
@@ -292,6 +292,17 @@ std::vector<Installation> installations_of(const CatalogueEntry& entry) {
   return places;
 }
 
+// How much sooner than `total` the encoder is not ready for certain. A timeout that ends in the
+// middle of a clock is rounded up, and half a period is kept for CDM 1; a fixed cycle time is
+// exact. None where the device's shortest cycle is longer than its timeout: nothing refuses then.
+std::optional<Picoseconds> too_soon(const Installation& place) {
+  const biss::CycleBudget budget = budget_of(place);
+  if (budget.idle.count != 0) return std::nullopt;
+  const biss::Timeout& timeout = place.entry->timing.timeout;
+  const bool fixed_time = timeout.rule == biss::TimeoutRule::cycle && budget.total == timeout.time;
+  return fixed_time ? biss::picoseconds(1) : 2 * budget.period;
+}
+
 }  // namespace
 
 TEST(CatalogueAgainstOracle, EveryEncoderClockAndCable_IsAnsweredAlike) {
@@ -308,6 +319,26 @@ TEST(CatalogueAgainstOracle, EveryEncoderClockAndCable_IsAnsweredAlike) {
   }
   std::printf("[  places  ] %zu of %zu encoders\n", places, biss::catalogue.size());
   EXPECT_GE(places, 2 * 10 * biss::catalogue.size());
+}
+
+TEST(CatalogueAgainstOracle, RequestsSoonerThanTheBudget_AreNotAnswered) {
+  Random random(0xCA7A'0002);
+  std::size_t places = 0;
+  for (const CatalogueEntry& entry : biss::catalogue) {
+    const oracle::Description description = description_of(std::string(entry.format));
+    for (const Installation& place : installations_of(entry)) {
+      const auto sooner = too_soon(place);
+      if (!sooner) continue;
+      const Said said = random_values(description, random);
+      const Clocks clocks = clocks_of(place, *sooner);
+      ASSERT_EQ(answer_of_core(place, clocks.ma, said, false).samples.size(), 1U) << place.text();
+      ASSERT_EQ(answer_of_oracle(place, clocks.ma, description, said, false).samples.size(), 1U)
+          << place.text();
+      ++places;
+    }
+  }
+  std::printf("[  places  ] %zu\n", places);
+  EXPECT_GE(places, 2 * 8 * biss::catalogue.size());
 }
 
 }  // namespace timing_test

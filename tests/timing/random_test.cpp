@@ -32,6 +32,7 @@ oracle::SlaveDescription random_timing(Random& random, Time period) {
   slave.timeout = slave.kind == oracle::TimeoutKind::adaptive
                       ? Time(random.below(700)) * nanosecond
                       : Time(12'500 + random.below(27'500)) * nanosecond;
+  slave.release_halves = 2 + random.below(9);
   slave.static_timeout = Time(12'500 + random.below(27'500)) * nanosecond;
   return slave;
 }

@@ -47,7 +47,9 @@ biss::SlaveTiming timing_of(const oracle::SlaveDescription& slave) {
           .ready = {slave.ready},
           .ack_clocks = static_cast<std::uint16_t>(slave.ack_clocks),
           .busy_s_clocks = static_cast<std::uint8_t>(slave.busy_clocks),
-          .timeout = {rule_of(slave.kind), {slave.timeout}},
+          .timeout = {rule_of(slave.kind),
+                      {slave.timeout},
+                      static_cast<std::uint8_t>(slave.release_halves)},
           .static_timeout = {slave.static_timeout},
           .chained = slave.chained};
 }
