@@ -38,11 +38,22 @@ constexpr FrameStart start_behind(const BitView::OnesZerosOne& runs) {
           static_cast<std::uint16_t>(runs.zeros)};
 }
 
+// The index of ACK where zeros come before the leading ones; 0: not within the bounds.
+[[gnu::noinline, gnu::cold]] constexpr std::size_t late_ack(BitView bits, FrameBounds bounds) {
+  const std::size_t ones = bits.find(true, 0);
+  if (ones > bounds.late_max_clocks) return 0;
+  const std::size_t ack = bits.find(false, ones);
+  const bool in_time =
+      ack < bits.size_bits() && ack >= bounds.lead_min_clocks && ack <= bounds.lead_max_clocks;
+  return in_time ? ack : 0;
+}
+
 // As find_start(), by two searches and with every cause.
 constexpr Result<FrameStart, FrameFault> search_start(const BitView& bits,
                                                       const FrameBounds& bounds) {
-  const std::size_t ack = bits.find(false, 0);
+  std::size_t ack = bits.find(false, 0);
   if (ack == bits.size_bits()) return failure(FrameFault{FrameError::no_response});
+  if (ack == 0 && bounds.late_max_clocks != 0) ack = late_ack(bits, bounds);
   if (ack == 0) return failure(FrameFault{FrameError::not_ready});
   if (ack < bounds.lead_min_clocks || ack > bounds.lead_max_clocks) {
     return failure(FrameFault{FrameError::response_range});

@@ -95,6 +95,9 @@ struct FrameBounds {
   /// Zeros of ACK: at least one clock, at most 40 µs of processing time (D2).
   std::uint16_t ack_min_clocks = 1;
   std::uint16_t ack_max_clocks = 400;
+  /// Zeros that may stand for the first of the leading ones, and count with them: SLO may still be
+  /// seen low from the cycle before where the encoder is ready after a fixed time.
+  std::uint16_t late_max_clocks = 0;
 
   constexpr bool operator==(const FrameBounds&) const = default;
 };

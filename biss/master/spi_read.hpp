@@ -20,6 +20,10 @@
 //   falling   ones = 2 + floor(d / T + 1 / 2)    2 below half a period, 3 below one and a half, …
 //
 // A change that arrives in the very moment of sampling may be seen or not; the bounds allow both.
+// An encoder with a fixed cycle time (TimeoutRule::cycle) may be asked again just when that is
+// over. SLO, a line delay behind, is then still low from the cycle before: the first samples are
+// zeros, up to the one at d, and ones follow up to the same sample as ever.
+//
 // The clock must run without a gap from the first to the last bit: let DMA feed the peripheral.
 #pragma once
 
@@ -35,75 +39,10 @@
 #include "biss/frame/codec.hpp"
 #include "biss/frame/decode.hpp"
 #include "biss/frame/frame.hpp"
+#include "biss/master/spi_setup.hpp"
 #include "biss/timing/device_timing.hpp"
 
 namespace biss {
-
-/// The edge of MA the peripheral samples at; MA idles high.
-enum class SpiPhase : std::uint8_t {
-  sample_on_rising,   ///< CPHA = 1, SPI mode 3
-  sample_on_falling,  ///< CPHA = 0, SPI mode 2: half a period less for line and encoder
-};
-
-/// What a 1 behind STOP means. The encoder keeps SLO low until its timeout, and that does not
-/// expire while MA runs (except TimeoutRule::cycle, whose end is respected).
-enum class SpiTail : std::uint8_t {
-  must_stay_low,  ///< stop_bit: it is the rest of a frame whose START was taken too early
-  ignored,        ///< for encoders that release SLO early
-};
-
-/// From MA to SLO, both at the master: cable there and back, drivers, the encoder's own delay.
-struct LineDelayRange {
-  Picoseconds min{};
-  Picoseconds max = biss_line_delay_max;
-
-  constexpr bool operator==(const LineDelayRange&) const = default;
-};
-
-/// How the peripheral is set up. The closer the line delay is known, the more a wrong frame stands
-/// out.
-struct SpiSetup {
-  /// Of MA; positive.
-  Picoseconds period{};
-  SpiPhase phase = SpiPhase::sample_on_rising;
-  LineDelayRange line_delay{};
-  /// Bits in the buffer before the sample of the first clock, where a peripheral pads.
-  std::uint16_t first_bit = 0;
-  SpiTail tail = SpiTail::must_stay_low;
-
-  constexpr bool operator==(const SpiSetup&) const = default;
-};
-
-/// What may come before the data: leading ones of this phase and line delay, ACK of this device.
-/// \pre period is positive, line_delay.min <= line_delay.max, neither is negative
-constexpr FrameBounds spi_bounds(const SpiSetup& setup, const DeviceTiming& timing) {
-  constexpr std::int64_t most = FrameBounds{}.lead_max_clocks;
-  const Picoseconds early =
-      setup.phase == SpiPhase::sample_on_falling ? setup.period / 2 : Picoseconds{};
-  const std::int64_t longest =
-      std::min(2 + (setup.line_delay.max + early).count / setup.period.count, most);
-  const std::int64_t shortest = std::clamp<std::int64_t>(
-      1 + clocks_to_cover(setup.line_delay.min + early, setup.period), 2, longest);
-  const AckBounds ack = ack_bounds(timing, setup.period);
-  return {.lead_min_clocks = static_cast<std::uint16_t>(shortest),
-          .lead_max_clocks = static_cast<std::uint16_t>(longest),
-          .ack_min_clocks = ack.min_clocks,
-          .ack_max_clocks = ack.max_clocks};
-}
-
-/// Clocks of MA that reach STOP at the longest line delay and the longest ACK.
-constexpr std::size_t spi_clocks(const FrameFormat& format, const SpiSetup& setup,
-                                 const DeviceTiming& timing) {
-  const FrameBounds bounds = spi_bounds(setup, timing);
-  // START, CDS, STOP.
-  return std::size_t{bounds.lead_max_clocks} + bounds.ack_max_clocks + 3U + format.payload_bits();
-}
-
-/// Bytes to transfer for spi_clocks(), padding included.
-constexpr std::size_t spi_bytes(const FrameFormat& format, const SpiSetup& setup,
-                                const DeviceTiming& timing) {
-  return (setup.first_bit + spi_clocks(format, setup, timing) + 7U) / 8U;
-}
 
 /// Whole clocks of line delay seen in a good frame.
 /// \pre the frame came from a SpiReader
@@ -151,7 +90,9 @@ class SpiReader {
   /// \param bytes what the peripheral received
   /// \param clocks how many clocks were sent. Later bits are not looked at; clocks that the buffer
   ///   has no bits for are taken as not sent.
-  /// \return the frame, or why there is none. Any FrameError; `truncated`: the clocks end before
+  /// \return the frame, or why there is none. Any FrameError; `not_ready`: SLO was low at first,
+  /// and
+  ///   longer than late_max_clocks of bounds(), `truncated`: the clocks end before
   ///   the last CRC bit, `stop_bit`: a 1 at STOP, or behind it while SLO must be low.
   [[nodiscard]] constexpr Result<Frame, FrameFault> read(std::span<const std::uint8_t> bytes,
                                                          std::size_t clocks) const {

@@ -214,6 +214,29 @@ BISS_TEST(SpiReader, TimeoutFromTheStartOfTheRequest_EndsTheTail) {
   BISS_EXPECT_EQ(cause_of(adaptive, after, 200), FrameError::stop_bit);
 }
 
+BISS_TEST(SpiReader, ZerosBeforeTheLeadingOnes_AreReadWithAFixedCycleTimeOnly) {
+  const Reader by_time = reader_of(SpiTail::must_stay_low, {TimeoutRule::cycle, microseconds(31)});
+  BISS_EXPECT_EQ(by_time.bounds().late_max_clocks, 2);
+  BISS_EXPECT_EQ(reader.bounds().late_max_clocks, 0);
+  for (unsigned zeros = 1; zeros < 4; ++zeros) {
+    Buffer buffer = sampled(0x2ABCD, 4, 5);
+    for (unsigned at = 0; at < zeros; ++at) buffer.flip(at);
+    const auto frame = by_time.read(buffer.bytes(), by_time.clocks());
+    BISS_EXPECT_EQ(frame.ok(), zeros <= 2);
+    if (frame.ok()) {
+      BISS_EXPECT_EQ(frame->channel_list[0].position, 0x2ABCDU);
+      BISS_EXPECT_EQ(frame->lead_clocks, 4);
+      BISS_EXPECT_EQ(frame->ack_clocks, 5);
+    } else {
+      BISS_EXPECT_EQ(cause_of(by_time, buffer, 39), FrameError::not_ready);
+    }
+    BISS_EXPECT_EQ(cause_of(reader, buffer, 39), FrameError::not_ready);
+    buffer.flip(30);
+    BISS_EXPECT_EQ(cause_of(by_time, buffer, 39),
+                   zeros <= 2 ? FrameError::crc : FrameError::not_ready);
+  }
+}
+
 BISS_TEST(SpiReader, ObservedLineDelay_IsAPeriodWide) {
   Frame frame;
   for (std::uint16_t clocks = 0; clocks < 5; ++clocks) {

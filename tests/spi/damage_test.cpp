@@ -39,6 +39,9 @@ struct Case {
   bool cds = false;
   /// Further channels carry the top bits of the first one's position.
   bool aligned_words = false;
+  /// SLO is low at first, as behind a cable when the encoder has a fixed cycle time: with as many
+  /// zeros as may be, or fewer.
+  bool late = false;
 };
 
 constexpr Picoseconds period = nanoseconds(100);
@@ -57,7 +60,9 @@ class Bench {
                  .line_delay = {{}, period * the_case.most_delay},
                  .tail = the_case.tail},
                 {.start_min = period * (the_case.least_ack + 1),
-                 .ack_max = period * the_case.most_ack}),
+                 .ack_max = period * the_case.most_ack,
+                 .timeout = {the_case.late ? TimeoutRule::cycle : TimeoutRule::fixed,
+                             nanoseconds(31'250)}}),
         random_(seed),
         rates_(codec_.format(), {.cds = the_case.cds,
                                  .aligned_words = the_case.aligned_words,
@@ -120,6 +125,11 @@ class Bench {
 
   void write(const Transfer& transfer) {
     bits_.fill_front(transfer.lead_clocks);
+    if (case_.late) {
+      const unsigned most =
+          std::min<unsigned>(transfer.lead_clocks - 1U, reader_.bounds().late_max_clocks);
+      for (unsigned zeros = random_.below(most + 1U); zeros != 0; --zeros) bits_.flip(zeros - 1U);
+    }
     std::size_t at = transfer.lead_clocks + transfer.ack_clocks;
     bits_.put(at, case_.cds ? 3 : 2, 2);
     at += 2;
@@ -206,6 +216,15 @@ constexpr std::uint64_t million = 1'000'000;
 
 TEST(SpiDamage, Renishaw18Bits_PassAtTheComputedRate) {
   damage<1>({"pos18,nE,nW,crc6;cds0", 32, 160, 3}, 0xDA18, buffers(ten_million));
+}
+
+TEST(SpiDamage, Renishaw18BitsBehindZeros_PassAtTheSameRate) {
+  damage<1>({.format = "pos18,nE,nW,crc6;cds0",
+             .least_ack = 32,
+             .most_ack = 160,
+             .most_delay = 8,
+             .late = true},
+            0xDA17, buffers(million));
 }
 
 TEST(SpiDamage, WidestAckTailIgnored_PassAtTheComputedRate) {
