@@ -81,6 +81,8 @@ typedef struct biss_timing {
   uint32_t ack_clocks;   /* clocks of ACK where it is always the same, up to 400; 0: not fixed */
   uint32_t timeout_rule; /* a biss_timeout_rule */
   int64_t timeout_ps;
+  uint32_t release_half_periods; /* BISS_TIMEOUT_CYCLE: SLO low after the last edge of MA where the
+                                    frame outlasts it, 2 to 255; 0: the default, 3 */
   int64_t internal_delay_max_ps; /* not judged here */
   int64_t cycle_min_ps;          /* from one request to the next, at least */
   int64_t sampling_min_ps;       /* LAT to the moment whose position is sent */
@@ -169,6 +171,8 @@ typedef struct biss_master_setup {
   int64_t line_delay_max_ps; /* how long to wait for ACK; 40 us */
   int64_t reset_time_ps;     /* MA high after a failed request; the device's timeout */
   int64_t idle_min_ps;       /* MA high between requests; half a period */
+  bool trust_cycle_time;     /* BISS_TIMEOUT_CYCLE: done when its time has passed, and begin may be
+                                told SLO low then, which rises a line delay later */
 } biss_master_setup;
 
 /* A setup with compensation for one device, defaults everywhere else. */
@@ -206,7 +210,7 @@ typedef struct biss_reading {
   uint32_t ack_clocks;      /* zeros of ACK as sampled */
   uint32_t clocks;          /* rising edges of MA */
   bool marginal;            /* SLO changed within a twentieth of a period of a sampling instant */
-  bool ready;               /* SLO is high at the end */
+  bool ready;               /* SLO is high at the end, or known to rise (trust_cycle_time) */
 } biss_reading;
 
 /* Opens a master that drives MA high. *master is null unless BISS_OK.

@@ -22,6 +22,7 @@ biss_timing as_c(const DeviceTiming& timing) {
           .ack_clocks = timing.ack_clocks,
           .timeout_rule = static_cast<std::uint32_t>(timing.timeout.rule),
           .timeout_ps = timing.timeout.time.count,
+          .release_half_periods = timing.timeout.release_half_periods,
           .internal_delay_max_ps = timing.internal_delay_max.count,
           .cycle_min_ps = timing.cycle_min.count,
           .sampling_min_ps = timing.sampling_min.count,
@@ -29,19 +30,26 @@ biss_timing as_c(const DeviceTiming& timing) {
           .sampling_max_ps = timing.sampling_max.count};
 }
 
+Timeout timeout_from_c(const biss_timing& timing) {
+  Timeout timeout{static_cast<TimeoutRule>(timing.timeout_rule), picoseconds(timing.timeout_ps)};
+  if (timing.release_half_periods != 0) {
+    timeout.release_half_periods = static_cast<std::uint8_t>(timing.release_half_periods);
+  }
+  return timeout;
+}
+
 DeviceTiming from_c(const biss_timing& timing) {
-  return {
-      .clock_min = hertz(timing.clock_min_hz),
-      .clock_max = hertz(timing.clock_max_hz),
-      .start_min = picoseconds(timing.start_min_ps),
-      .ack_max = picoseconds(timing.ack_max_ps),
-      .ack_clocks = static_cast<std::uint16_t>(timing.ack_clocks),
-      .timeout = {static_cast<TimeoutRule>(timing.timeout_rule), picoseconds(timing.timeout_ps)},
-      .internal_delay_max = picoseconds(timing.internal_delay_max_ps),
-      .cycle_min = picoseconds(timing.cycle_min_ps),
-      .sampling_min = picoseconds(timing.sampling_min_ps),
-      .sampling_typical = picoseconds(timing.sampling_typical_ps),
-      .sampling_max = picoseconds(timing.sampling_max_ps)};
+  return {.clock_min = hertz(timing.clock_min_hz),
+          .clock_max = hertz(timing.clock_max_hz),
+          .start_min = picoseconds(timing.start_min_ps),
+          .ack_max = picoseconds(timing.ack_max_ps),
+          .ack_clocks = static_cast<std::uint16_t>(timing.ack_clocks),
+          .timeout = timeout_from_c(timing),
+          .internal_delay_max = picoseconds(timing.internal_delay_max_ps),
+          .cycle_min = picoseconds(timing.cycle_min_ps),
+          .sampling_min = picoseconds(timing.sampling_min_ps),
+          .sampling_typical = picoseconds(timing.sampling_typical_ps),
+          .sampling_max = picoseconds(timing.sampling_max_ps)};
 }
 
 bool is_possible(const biss_timing& timing) {
@@ -50,6 +58,10 @@ bool is_possible(const biss_timing& timing) {
         timing.cycle_min_ps, timing.sampling_min_ps, timing.sampling_typical_ps,
         timing.sampling_max_ps}) {
     if (!is_duration(duration)) return false;
+  }
+  const std::uint32_t release = timing.release_half_periods;
+  if (release != 0 && (release < biss_release_half_periods_min || release > UINT8_MAX)) {
+    return false;
   }
   return timing.timeout_rule <= BISS_TIMEOUT_CYCLE && timing.ack_clocks <= biss_ack_max_clocks &&
          timing.clock_min_hz <= timing.clock_max_hz &&

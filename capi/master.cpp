@@ -40,6 +40,7 @@ MasterSetup from_c(const Device& device, const biss_master_setup& setup) {
   if (setup.line_delay_max_ps != 0) result.line_delay_max = picoseconds(setup.line_delay_max_ps);
   result.reset_time = picoseconds(setup.reset_time_ps);
   result.idle_min = picoseconds(setup.idle_min_ps);
+  result.trust_cycle_time = setup.trust_cycle_time;
   return result;
 }
 

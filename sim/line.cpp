@@ -25,6 +25,7 @@ MasterSetup master_setup(const LineSetup& setup) {
   master.timing = setup.timing;
   master.slaves = setup.slaves;
   master.compensate = setup.compensate;
+  master.trust_cycle_time = setup.interval.count != 0;
   master.low_time = master.period * (1000 - std::int64_t{setup.duty_per_mille}) / 1000;
   return master;
 }
@@ -131,11 +132,12 @@ void Line::begin_request() {
     set_start(disturbance_.active(FaultKind::late_start));
     cycle_.faults |= disturbance_.active();
   }
-  // What the master would not do on its own; see above.
-  const StepOutput out = master_.begin(now_, true);
+  // SLO low and not known to rise is what the master would not begin with on its own.
+  const bool told = slo_ || !master_.ready_by_time(now_);
+  const StepOutput out = master_.begin(now_, told);
   ma_ = out.level;
   master_due_ = out.deadline;
-  if (!slo_) master_due_ = master_.step(now_, slo_).deadline;
+  if (slo_ != told) master_due_ = master_.step(now_, slo_).deadline;
   full_ ? put_ma<true>() : put_ma<false>();
 }
 
@@ -158,8 +160,10 @@ void Line::rest() {
   const auto run = [this](Picoseconds end, bool until_ready) {
     full_ ? run_rest<true>(end, until_ready) : run_rest<false>(end, until_ready);
   };
-  run(std::max({begin_ + interval_, master_.earliest(), now_ + period_}), false);
-  if (!slo_) {
+  const bool sees_slo = setup_.interval.count == 0;
+  const Picoseconds rested = sees_slo || !master_.reading().frame.ok() ? now_ + period_ : now_;
+  run(std::max({begin_ + interval_, master_.earliest(), rested}), false);
+  if (!slo_ && !master_.ready_by_time(now_)) {
     run(now_ + patience, true);
     run(now_ + period_, false);
   }

@@ -44,7 +44,9 @@ struct SimulatedCycle {
 /// high.
 ///
 /// A master that finds SLO low when a request is due waits for 40 µs and then asks all the same, so
-/// that the line shows what a master without that check gets.
+/// that the line shows what a master without that check gets. One that is asked for an interval
+/// does not wait where the encoder is ready by its fixed cycle time
+/// (RequestCycle::ready_by_time()).
 class Line {
  public:
   /// \pre setup keeps what LineSetup asks; setup.format has a channel, setup.clock is positive

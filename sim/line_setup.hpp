@@ -40,7 +40,8 @@ struct LineSetup {
   /// From ACK until an encoder has its answer; never sooner than the device can.
   Picoseconds processing{};
   bool compensate = true;
-  /// From one request to the next; 0, or less than a cycle takes: as soon as the encoder is ready.
+  /// From one request to the next; less than a cycle takes: as soon as the encoder is ready. 0:
+  /// when SLO has been seen high for a period, which every decoder takes.
   Picoseconds interval{};
   MotionKind motion = MotionKind::ramp;
   std::uint64_t seed = 1;
@@ -49,8 +50,9 @@ struct LineSetup {
   bool record_at_slave = false;
 };
 
-/// The least interval at which the encoder is ready each time, SLO high for a period as the master
-/// sees it. Found by running the line for some cycles, without faults.
+/// The least interval at which the encoder is ready each time: never more than cycle_budget() says,
+/// but for jitter; at an interval of 0 with SLO high for a period as the master sees it. Found by
+/// running the line for some cycles, without faults.
 Picoseconds least_interval(const LineSetup& setup);
 
 }  // namespace biss::sim

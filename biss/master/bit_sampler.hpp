@@ -55,8 +55,12 @@ class BitSampler {
   constexpr std::optional<FrameError> cause() const { return cause_; }
 
   /// A request begins.
-  constexpr void begin(Picoseconds now, bool slo) {
+  /// \param high_by where SLO is low although the encoder is ready: when it must have been seen to
+  ///   rise, and stay high for a period until ACK; `now` where it is high
+  constexpr void begin(Picoseconds now, bool slo, Picoseconds high_by) {
     level_ = slo;
+    high_by_ = high_by;
+    began_low_ = high_by > now;
     state_ = State::quiet;
     next_ = never;
     last_change_ = last_sample_ = now - period_;
@@ -69,10 +73,15 @@ class BitSampler {
 
   /// The second rising edge of MA. \return failed where SLO is low already
   constexpr SampleEvent ack_clock(Picoseconds now) {
-    if (!level_) return fail(FrameError::response_range);
+    if (!level_ && (!began_low_ || high_by_ <= now || !compensate_)) {
+      return fail(FrameError::response_range);
+    }
     ack_edge_ = now;
     lead_clocks_ = 1;
-    if (compensate_) {
+    if (!level_) {
+      state_ = State::rising;
+      next_ = high_by_;
+    } else if (compensate_) {
       wait();
     } else {
       state_ = State::lead;
@@ -83,11 +92,15 @@ class BitSampler {
 
   /// SLO changed. \return failed where ACK comes too late
   constexpr SampleEvent change(Picoseconds now, bool slo) {
+    const Picoseconds lasted = now - last_change_;
     level_ = slo;
     last_change_ = now;
     if (now - last_sample_ <= margin_) marginal_ = true;
+    if (slo && state_ == State::rising) wait();
     const bool expected = compensate_ ? state_ == State::waiting : state_ == State::lead;
     if (slo || !expected) return SampleEvent::bit;
+    // SLO was low when the request began, and this was no more than a glitch.
+    if (began_low_ && lasted < period_) return fail(FrameError::response_range);
     delay_ = now - ack_edge_;
     if (*delay_ > delay_max_) return fail(FrameError::response_range);
     if (compensate_) {
@@ -99,6 +112,7 @@ class BitSampler {
 
   /// Takes the sample that is due.
   constexpr SampleEvent sample() {
+    if (state_ == State::rising) return fail(FrameError::response_range);
     if (state_ == State::waiting) return fail(FrameError::no_response);
     if (next_ - last_change_ <= margin_) marginal_ = true;
     last_sample_ = next_;
@@ -126,6 +140,7 @@ class BitSampler {
  private:
   enum class State : std::uint8_t {
     quiet,    // nothing is expected
+    rising,   // SLO shows the end of the cycle before; next_ is how long it may
     waiting,  // for SLO to fall; next_ is how long
     lead,     // for the first 0
     ack,      // for START
@@ -213,6 +228,8 @@ class BitSampler {
   std::uint64_t word_ = 0;
   Picoseconds next_ = never;
   Picoseconds ack_edge_{};
+  Picoseconds high_by_{};
+  bool began_low_ = false;
   Picoseconds last_change_{};
   Picoseconds last_sample_{};
   std::optional<Picoseconds> delay_;

@@ -41,6 +41,13 @@ namespace biss {
 /// high, 1: low) until SLO rises, which means ready. After any other it rests for the reset time,
 /// because SLO tells nothing then; high, unless all bits came and CDM is 1.
 ///
+/// With MasterSetup::trust_cycle_time, waiting behind a good frame ends when the encoder is known
+/// to be ready: by TimeoutRule::cycle, the time since the request began. SLO shows it a line delay
+/// later, so done() comes and begin() may be told SLO low (ready_by_time()); so behind a cable,
+/// too, requests come as fast as the device allows. SLO must then be seen to rise within the line
+/// delay measured before and stay high for a period until ACK. Needs compensation and CDM 0; a
+/// frame that outlasts the time waits as ever.
+///
 /// A sample sees the level from before the time of the call: of a change and a sample at the same
 /// instant either may be told first. A call later than the deadline moves that edge of MA and all
 /// that follow.
@@ -63,15 +70,18 @@ class RequestCycle {
   constexpr const MasterSetup& setup() const { return setup_; }
   constexpr const Codec& codec() const { return codec_; }
 
-  /// Begins a request: MA falls now. Refused while SLO is low and before earliest(); then done()
-  /// stays true, reading() has the refusal, and the deadline says when to try again.
+  /// Begins a request: MA falls now. Refused while SLO is low, unless ready_by_time(), and before
+  /// earliest(); then done() stays true, reading() has the refusal, and the deadline says when to
+  /// try again.
   /// \pre done(), now is not before the last call
   constexpr StepOutput begin(Picoseconds now, bool slo, bool cdm) {
     reading_ = Reading{};
     reading_.begin = now;
-    sampler_.begin(now, slo);
-    if (now < earliest_ || !slo) return refuse(slo);
+    const bool ready = slo || ready_by_time(now);
+    sampler_.begin(now, slo, slo ? now : high_by_);
+    if (now < earliest_ || !ready) return refuse(ready);
     phase_ = Phase::reading;
+    high_by_ = long_ago;
     clock_.begin(now, cdm);
     due_ = clock_.next();
     return {clock_.level(), due_};
@@ -94,6 +104,8 @@ class RequestCycle {
   constexpr const Reading& reading() const { return reading_; }
   /// The next request is refused before this time. \pre done()
   constexpr Picoseconds earliest() const { return earliest_; }
+  /// The encoder is ready by its fixed cycle time, although SLO may still be seen low. \pre done()
+  constexpr bool ready_by_time(Picoseconds now) const { return now < high_by_; }
 
  private:
   enum class Phase : std::uint8_t {
@@ -104,6 +116,7 @@ class RequestCycle {
     resetting,  // any other
   };
 
+  static constexpr Picoseconds long_ago{std::numeric_limits<std::int64_t>::min()};
   // START, CDS, payload, STOP.
   static constexpr std::size_t capacity_bits =
       3U + max_channel_bits * (sizeof(Frame::channel_list) / sizeof(Channel));
@@ -173,9 +186,21 @@ class RequestCycle {
     phase_ = Phase::settling;
     // SLO ends it, so there is no harm in waiting as long as any encoder may take.
     limit_ = std::max(limit_, clock_.last_edge() + biss_static_timeout_max);
-    if (!sampler_.level()) return;
+    if (!sampler_.level()) {
+      if (knows_ready_time()) limit_ = reading_.begin + setup_.timing.timeout.time;
+      return;
+    }
     if (clock_.level()) return finish(now);
     limit_ = now + setup_.period / 2;  // ready before CDM was sent; MA may not just twitch
+  }
+
+  // Behind a frame that outlasts the time nobody knows when SLO is released: it has to be seen.
+  constexpr bool knows_ready_time() const {
+    const Timeout& timeout = setup_.timing.timeout;
+    return timeout.rule == TimeoutRule::cycle && setup_.trust_cycle_time && setup_.compensate &&
+           clock_.level() &&
+           reading_.begin + timeout.time >=
+               clock_.last_edge() + release_time(timeout, setup_.period);
   }
 
   constexpr Picoseconds reset_end() const {
@@ -185,7 +210,8 @@ class RequestCycle {
     if (setup_.reset_time.count != 0) return last + setup_.reset_time + travel;
     if (timeout.rule == TimeoutRule::cycle) {
       // STOP has to be seen where the frame is longer than the cycle.
-      return std::max(reading_.begin + timeout.time, last + setup_.period * 3 / 2) + travel;
+      return std::max(reading_.begin + timeout.time, last + release_time(timeout, setup_.period)) +
+             travel;
     }
     if (timeout.rule == TimeoutRule::fixed) return last + timeout.time + travel;
     // It depends on a clock that the encoder keeps to itself.
@@ -196,7 +222,12 @@ class RequestCycle {
   constexpr void finish(Picoseconds now) {
     clock_.release(now);
     limit_ = never;
-    reading_.ready = sampler_.level();
+    if (phase_ == Phase::settling && !sampler_.level() && knows_ready_time()) {
+      // Half a period of grace leaves SLO high for a period until ACK.
+      high_by_ =
+          reading_.begin + setup_.timing.timeout.time + *reading_.line_delay + setup_.period / 2;
+    }
+    reading_.ready = sampler_.level() || ready_by_time(now);
     reading_.marginal = sampler_.marginal();
     earliest_ =
         std::max(reading_.begin + setup_.timing.cycle_min, clock_.last_edge() + setup_.idle_min);
@@ -210,7 +241,8 @@ class RequestCycle {
   Phase phase_ = Phase::idle;
   Picoseconds due_ = never;
   Picoseconds limit_ = never;
-  Picoseconds earliest_{std::numeric_limits<std::int64_t>::min()};
+  Picoseconds earliest_ = long_ago;
+  Picoseconds high_by_ = long_ago;  // a request may begin with SLO low before that
   Reading reading_;
 };
 

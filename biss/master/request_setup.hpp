@@ -45,6 +45,9 @@ struct MasterSetup {
   /// MA high after a failed request, from its last edge; the device's timeout, or 40 µs where that
   /// is adaptive.
   Picoseconds reset_time{};
+  /// Asks an encoder with TimeoutRule::cycle when its time has passed, as drives do, and does not
+  /// wait to see SLO high a line delay later; see RequestCycle. Without: every request waits.
+  bool trust_cycle_time = false;
   /// MA high between two requests; half a period. Only CDM 1 comes so close.
   Picoseconds idle_min{};
 };
@@ -90,7 +93,8 @@ struct BasicReading {
   /// The frame, or the one cause:
   ///   not_ready       refused, `refusal` says why; MA did not move
   ///   no_response     SLO stayed high
-  ///   response_range  SLO was low before ACK could begin, or ACK came after line_delay_max
+  ///   response_range  SLO was low before ACK could begin (longer than ready_by_time() allows), or
+  ///                   ACK came after line_delay_max
   ///   no_start        ACK exceeded the device's bound
   ///   ack_range       START came before the device can answer
   ///   cds, crc, stop_bit  as decode_frame()
@@ -109,7 +113,7 @@ struct BasicReading {
   std::uint32_t clocks = 0;
   /// SLO changed within a twentieth of a period of a sampling instant, before or after.
   bool marginal = false;
-  /// SLO is high at the end: the encoder takes the next request.
+  /// The encoder takes the next request: SLO is high at the end, or known to rise by itself.
   bool ready = false;
 };
 

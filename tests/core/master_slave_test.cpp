@@ -143,6 +143,30 @@ BISS_TEST(MasterAndSlave, HighestRate_IsTheDevices) {
   BISS_EXPECT(link.master.reading().begin == (requests - 1) * cycle);
 }
 
+BISS_TEST(MasterAndSlave, FixedCycleTimeTrusted_IsReachedBehindAnyCable) {
+  for (const std::int64_t delay : {0, 42, 99, 100, 520, 1'042, 9'999}) {
+    Pair link = pair({.period = nanoseconds(100), .timing = resolute, .trust_cycle_time = true},
+                     slave_timing(resolute, microseconds(9)), nanoseconds(delay));
+    Encoder& encoder = link.slaves[0].source();
+    for (std::int64_t i = 0; i < 20; ++i) {
+      const auto& reading = link.request();
+      BISS_ASSERT(reading.begin == i * resolute.cycle_min);
+      BISS_ASSERT_EQ(position_of(reading), Encoder::position_at(encoder.sampled));
+      BISS_ASSERT(reading.line_delay == nanoseconds(delay));
+      BISS_ASSERT(reading.ready && !reading.marginal);
+    }
+  }
+}
+
+BISS_TEST(MasterAndSlave, FixedCycleTimeTrusted_WaitsBehindAFrameThatOutlastsIt) {
+  Pair link = pair({.period = microseconds(4), .timing = resolute, .trust_cycle_time = true},
+                   slave_timing(resolute, microseconds(16)), nanoseconds(1'042));
+  for (std::int64_t i = 0; i < 5; ++i) BISS_ASSERT(link.request().frame.ok());
+  // 18 bits with 4 clocks of ACK: 34 clocks, the last edge half a clock sooner, 1.5 periods.
+  const Picoseconds cycle = microseconds(4 * 35) + nanoseconds(1'042);
+  BISS_EXPECT(link.master.reading().begin == 4 * cycle);
+}
+
 BISS_TEST(MasterAndSlave, CdmAndCds_Arrive) {
   for (const TimeoutRule rule : {TimeoutRule::adaptive, TimeoutRule::fixed, TimeoutRule::cycle}) {
     const DeviceTiming timing{.ack_max = microseconds(2), .timeout = {rule, microseconds(13)}};

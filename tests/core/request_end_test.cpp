@@ -251,3 +251,80 @@ BISS_TEST(RequestEnd, RandomSlo_AlwaysEndsAndTheNextIsTaken) {
     BISS_ASSERT(!master.begin(now, true).level);
   }
 }
+
+namespace {
+
+constexpr DeviceTiming by_time{.start_min = nanoseconds(500),
+                               .ack_max = nanoseconds(600),
+                               .timeout = {TimeoutRule::cycle, microseconds(10)},
+                               .cycle_min = microseconds(10)};
+constexpr MasterSetup trusting{.period = period, .timing = by_time, .trust_cycle_time = true};
+
+/// A master that has read a frame and is done while SLO is low.
+Master after_a_frame(const MasterSetup& with = trusting, bool cdm = false) {
+  Master master(Codec{}, with);
+  // SLO would rise 20 us after the last edge: it does not, as far as these tests go.
+  ScriptedSlo device{.script = script_of(0x155), .delay = nanoseconds(300)};
+  run(master, device, {}, cdm);
+  BISS_EXPECT_EQ(position_of(master.reading()), 0x155);
+  return master;
+}
+
+/// What comes of a request at the earliest time, with SLO high from `rise` to `fall` only.
+FrameError cause_with_slo(Master master, Picoseconds rise, Picoseconds fall) {
+  const Picoseconds begin = master.earliest();
+  StepOutput out = master.begin(begin, false);
+  BISS_EXPECT(!master.done());
+  Picoseconds now = begin;
+  while (!master.done()) {
+    Picoseconds next = out.deadline;
+    if (now < begin + rise) next = std::min(next, begin + rise);
+    if (now < begin + fall) next = std::min(next, begin + fall);
+    now = next;
+    out = master.step(now, now >= begin + rise && now < begin + fall);
+  }
+  return cause_of(master.reading());
+}
+
+}  // namespace
+
+BISS_TEST(RequestEnd, FixedCycleTimeTrusted_EndsWithItAndTakesSloLow) {
+  Master master = after_a_frame();
+  BISS_EXPECT(master.earliest() == microseconds(10));
+  BISS_EXPECT(master.reading().ready);
+  BISS_EXPECT(master.ready_by_time(microseconds(10)));
+  // The line delay and half a period of grace later, SLO must be high.
+  BISS_EXPECT(master.ready_by_time(nanoseconds(10'349)));
+  BISS_EXPECT(!master.ready_by_time(nanoseconds(10'350)));
+  Master late = master;
+  late.begin(nanoseconds(10'350), false);
+  BISS_EXPECT(late.reading().refusal == Refusal::slo_low);
+  Master early = master;
+  const StepOutput out = early.begin(nanoseconds(9'999), false);
+  BISS_EXPECT(early.reading().refusal == Refusal::too_early);
+  BISS_EXPECT(out.deadline == microseconds(10));
+  early.begin(microseconds(10), false);
+  BISS_EXPECT(!early.done());
+}
+
+BISS_TEST(RequestEnd, FixedCycleTimeNotTrustedOrCdm1_WaitsForSlo) {
+  MasterSetup waiting = trusting;
+  waiting.trust_cycle_time = false;
+  BISS_EXPECT(!after_a_frame(waiting).ready_by_time(microseconds(10)));
+  BISS_EXPECT(!after_a_frame(trusting, true).ready_by_time(microseconds(10)));
+  MasterSetup other = trusting;
+  other.timing.timeout = {TimeoutRule::fixed, microseconds(10)};
+  BISS_EXPECT(!after_a_frame(other).ready_by_time(microseconds(10)));
+}
+
+BISS_TEST(RequestEnd, SloThatDoesNotRiseInTime_IsResponseRange) {
+  const Master master = after_a_frame();
+  BISS_EXPECT(cause_with_slo(master, nanoseconds(351), microseconds(90)) ==
+              FrameError::response_range);
+  BISS_EXPECT(cause_with_slo(master, nanoseconds(349), microseconds(90)) ==
+              FrameError::no_response);
+  // High for less than a clock was no end of a cycle.
+  BISS_EXPECT(cause_with_slo(master, nanoseconds(200), nanoseconds(299)) ==
+              FrameError::response_range);
+  BISS_EXPECT(cause_with_slo(master, nanoseconds(300), nanoseconds(400)) == FrameError::no_start);
+}

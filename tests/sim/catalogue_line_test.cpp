@@ -64,6 +64,44 @@ TEST(CatalogueLine, JitterUnevenClockAndProcessing_ChangeNothing) {
   });
 }
 
+// The budget of these lines: ACK at its longest.
+CycleBudget budget_of(const sim::LineSetup& setup) {
+  return cycle_budget({setup.format.payload_bits()}, setup.timing, setup.clock,
+                      setup.ma_delay + setup.slo_delay + setup.internal_delay);
+}
+
+TEST(CatalogueLine, RequestsAtExactlyTheBudget_AreAllReadAndTrue) {
+  for_each_line([](sim::LineSetup setup, const std::string& name) {
+    setup.processing = setup.timing.ack_max;
+    setup.interval = budget_of(setup).total;
+    EXPECT_EQ(sim::least_interval(setup), setup.interval) << name;
+    const Outcome outcome = run(setup, cycles / 4);
+    EXPECT_EQ(outcome.undamaged.right(), cycles / 4) << name << "\n" << outcome.complaints;
+    EXPECT_EQ(outcome.master_failed + outcome.master_wrong, 0U) << name;
+  });
+}
+
+// Where the frame is the limit, at most 3.5 periods are kept back: one of ACK's reserve, less than
+// one each of timeout and line delay in whole clocks, half of one for CDM 1.
+TEST(CatalogueLine, Budget_IsNotMuchLongerThanTheLineNeeds) {
+  std::size_t by_frame = 0;
+  std::size_t by_time = 0;
+  for_each_line([&](sim::LineSetup setup, const std::string& name) {
+    const CycleBudget budget = budget_of(setup);
+    if (budget.idle.count != 0) return;
+    setup.processing = setup.timing.ack_max;
+    setup.interval = picoseconds(1);
+    const Picoseconds least = sim::least_interval(setup);
+    const Timeout& timeout = setup.timing.timeout;
+    const bool fixed_time = timeout.rule == TimeoutRule::cycle && budget.total == timeout.time;
+    EXPECT_LE(least, budget.total) << name;
+    EXPECT_GT(least, budget.total - (fixed_time ? picoseconds(1) : budget.period * 7 / 2)) << name;
+    ++(fixed_time ? by_time : by_frame);
+  });
+  EXPECT_GT(by_frame, 200U);
+  EXPECT_GT(by_time, 50U);
+}
+
 TEST(CatalogueLine, WithoutCompensation_PositionIsTrueOrThereIsACause) {
   for_each_line([](sim::LineSetup setup, const std::string& name) {
     setup.compensate = false;
