@@ -227,7 +227,7 @@ TEST(SpiLate, OneOrTwoWrongSamples_NeverMakeAnotherStartPassThroughThis) {
       setup.tail = SpiTail::ignored;
       const Reader reader(codec, setup, timing);
       const Reader strict(codec, setup, without_cycle_time(timing));
-      for (unsigned round = 0; round < (slow_build ? 4U : 60U); ++round) {
+      for (unsigned round = 0; round < (slow_build ? 100U : 4'000U); ++round) {
         const unsigned lead = 2 + random.below(reader.bounds().lead_max_clocks - 1U);
         const unsigned ack = least_ack + random.below(4);
         BasicFrame<1> sent;
@@ -238,24 +238,24 @@ TEST(SpiLate, OneOrTwoWrongSamples_NeverMakeAnotherStartPassThroughThis) {
         const auto bits = encode_frame(sent, codec);
         Samples whole(reader.clocks(), 0);
         for (std::size_t i = 0; i < bits->size_bits(); ++i) whole[i] = bits->view().bit(i) ? 1 : 0;
-        for (std::size_t first = 0; first < whole.size(); ++first) {
-          for (std::size_t second = first; second < whole.size(); ++second) {
-            Samples damaged = whole;
-            damaged[first] ^= 1U;
-            if (second != first) damaged[second] ^= 1U;
-            const Read frame = read(reader, damaged);
-            if (!frame.ok() || read(strict, damaged).ok()) continue;
-            ++through_this;
-            // The zeros are as good as ones. Where that leaves one wrong sample elsewhere, it
-            // passes as rarely as it does without zeros.
-            if (with_ones(damaged) != whole) {
-              ASSERT_TRUE(read(strict, with_ones(damaged)).ok());
-              continue;
-            }
-            ASSERT_EQ(unsigned{frame->lead_clocks} + frame->ack_clocks, lead + ack)
-                << first << ' ' << second;
-            ASSERT_EQ(frame->channel_list[0].position, sent.channel_list[0].position);
+        // The first sample is wrong, or zeros would not come first.
+        for (std::size_t second = 0; second < whole.size(); ++second) {
+          Samples damaged = whole;
+          damaged[0] = 0;
+          if (second != 0) damaged[second] ^= 1U;
+          const Read frame = read(reader, damaged);
+          if (!frame.ok()) continue;
+          ++through_this;
+          // START was not taken for a leading one.
+          ASSERT_LT(std::find(damaged.begin(), damaged.end(), 1) - damaged.begin(), lead);
+          // The zeros are as good as ones. Where that leaves one wrong sample elsewhere, it passes
+          // as rarely as it does without zeros.
+          if (with_ones(damaged) != whole) {
+            ASSERT_TRUE(read(strict, with_ones(damaged)).ok());
+            continue;
           }
+          ASSERT_EQ(unsigned{frame->lead_clocks} + frame->ack_clocks, lead + ack) << second;
+          ASSERT_EQ(frame->channel_list[0].position, sent.channel_list[0].position);
         }
       }
     }
