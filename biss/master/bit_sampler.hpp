@@ -17,7 +17,8 @@ namespace biss {
 /// What a sample was.
 enum class SampleEvent : std::uint8_t {
   bit,     ///< nothing to do
-  start,   ///< START: clocks_to_stop() is known
+  ack,     ///< ACK's first 0
+  cds,     ///< CDS, which is level(): start_clock() is known
   last,    ///< STOP: bits() are complete
   failed,  ///< cause() says why there will be no more
 };
@@ -49,8 +50,8 @@ class BitSampler {
   constexpr bool marginal() const { return marginal_; }
   /// START, CDS, payload, STOP. \pre `last` was told
   constexpr BitView bits() const { return bits_.view(); }
-  /// The rising edge of MA that makes STOP. \pre `start` was told
-  constexpr std::uint32_t stop_clock() const { return start_clock_ + 2U + payload_bits_; }
+  /// The rising edge of MA that makes START. \pre `cds` was told
+  constexpr std::uint32_t start_clock() const { return start_clock_; }
   /// Nothing, or what is wrong although bits() are complete: ack_range.
   constexpr std::optional<FrameError> cause() const { return cause_; }
 
@@ -122,6 +123,8 @@ class BitSampler {
         return payload_bit();
       case State::ack:
         return ack_bit();
+      case State::cds:
+        return cds_bit();
       default:
         return lead_bit();
     }
@@ -144,6 +147,7 @@ class BitSampler {
     waiting,  // for SLO to fall; next_ is how long
     lead,     // for the first 0
     ack,      // for START
+    cds,
     payload,
   };
 
@@ -163,7 +167,7 @@ class BitSampler {
     if (!level_) {
       ack_clocks_ = 1;
       state_ = State::ack;
-      return SampleEvent::bit;
+      return SampleEvent::ack;
     }
     delay_.reset();
     if (compensate_) {
@@ -184,10 +188,16 @@ class BitSampler {
     // The answer is heard to its end all the same: the encoder is sending.
     if (ack_clocks_ < ack_.min_clocks) cause_ = FrameError::ack_range;
     start_clock_ = std::uint32_t{1} + lead_clocks_ + ack_clocks_;
-    word_ = 1;
     left_ = static_cast<std::uint16_t>(2U + payload_bits_);
+    state_ = State::cds;
+    return SampleEvent::bit;
+  }
+
+  constexpr SampleEvent cds_bit() {
+    word_ = level_ ? 0b11 : 0b10;  // behind START
+    --left_;
     state_ = State::payload;
-    return SampleEvent::start;
+    return SampleEvent::cds;
   }
 
   constexpr SampleEvent payload_bit() {
@@ -224,7 +234,7 @@ class BitSampler {
   std::uint16_t ack_clocks_ = 0;
   std::uint16_t left_ = 0;  // bits of the payload to come
   std::uint32_t start_clock_ = 0;
-  // Bits on their way to bits_, which takes up to 33 at once.
+  // Bits on their way to bits_, which takes up to 34 at once.
   std::uint64_t word_ = 0;
   Picoseconds next_ = never;
   Picoseconds ack_edge_{};

@@ -1,6 +1,8 @@
-// MA of one request: falls at once, runs until it is told where to stop, rests as CDM says.
+// MA of one request: falls at once, or rises first where CDM was held low; runs until it is told
+// where to stop; rests as CDM says.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 
@@ -25,12 +27,15 @@ class MaClock {
   /// Rising edges since begin(), without release().
   constexpr std::uint32_t rises() const { return rises_; }
 
-  /// MA falls. \pre it rests high
-  constexpr void begin(Picoseconds now, bool cdm) {
+  /// MA falls; where it is low it rises, and falls `rest` later. \pre not running()
+  constexpr void begin(Picoseconds now, bool cdm, Picoseconds rest) {
+    const bool held = !level_;
+    release(now);
     cdm_ = cdm;
     rises_ = 0;
     last_rise_ = std::numeric_limits<std::uint32_t>::max();
-    edge(now);
+    next_ = now + rest;
+    if (!held) edge(now);
   }
 
   /// The edge that is due. \pre running()
@@ -52,10 +57,20 @@ class MaClock {
     if (rises_ >= rise && level_ && !cdm_) next_ = never;
   }
 
+  /// As stop_at(), but no sooner than set_cdm() needs: a quarter of a period.
+  constexpr void stop_in_time(std::uint32_t rise, Picoseconds now) {
+    const bool soon = !level_ && next_ - now < low_ / 2;
+    stop_at(std::max(rise, rises_ + (soon ? 2U : 1U)));
+  }
+
+  /// The level MA shall rest at, as long as it has not stopped.
+  constexpr void set_cdm(bool cdm) { cdm_ = cdm; }
+
   /// MA stops as soon as it can, high.
-  constexpr void abandon() {
+  constexpr void abandon(Picoseconds now) {
     cdm_ = false;
     stop_at(0);
+    if (!running()) release(now);
   }
 
   /// MA high, where CDM kept it low; no clock. \pre not running()

@@ -8,23 +8,21 @@
 //
 // d is measured in each request. Samples are numbered from ACK, so d may be any number of periods:
 // they keep coming at their spacing while MA is that much ahead. START tells which clock makes
-// STOP. MA stops with that one, or at once where more bits are on their way than the frame still
-// has.
+// STOP. MA stops with that one, or behind CDS where more bits are on their way than are left.
 #pragma once
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <optional>
 
 #include "biss/base/result.hpp"
 #include "biss/base/units.hpp"
 #include "biss/frame/codec.hpp"
-#include "biss/frame/decode.hpp"
 #include "biss/frame/frame.hpp"
 #include "biss/master/bit_sampler.hpp"
 #include "biss/master/ma_clock.hpp"
+#include "biss/master/request_end.hpp"
 #include "biss/master/request_setup.hpp"
 #include "biss/timing/device_timing.hpp"
 #include "biss/timing/step.hpp"
@@ -39,7 +37,8 @@ namespace biss {
 ///
 /// Every request ends by itself, whatever SLO does. After a good frame MA rests as CDM says (0:
 /// high, 1: low) until SLO rises, which means ready. After any other it rests for the reset time,
-/// because SLO tells nothing then; high, unless all bits came and CDM is 1.
+/// because SLO tells nothing then; high, unless all bits came and CDM is 1. A request for no more
+/// than CDS ends as a good frame, or as any other where SLO stays at a 1 of a channel.
 ///
 /// With MasterSetup::trust_cycle_time, waiting behind a good frame ends when the encoder is known
 /// to be ready: by TimeoutRule::cycle, the time since the request began. SLO shows it a line delay
@@ -70,11 +69,12 @@ class RequestCycle {
   constexpr const MasterSetup& setup() const { return setup_; }
   constexpr const Codec& codec() const { return codec_; }
 
-  /// Begins a request: MA falls now. Refused while SLO is low, unless ready_by_time(), and before
-  /// earliest(); then done() stays true, reading() has the refusal, and the deadline says when to
-  /// try again.
+  /// Begins a request: MA falls now, or where CDM is held low it rises and falls `idle_min` later.
+  /// Refused while SLO is low, unless ready_by_time(), and before earliest(); then done() stays
+  /// true, reading() has the refusal, and the deadline says when to try again.
   /// \pre done(), now is not before the last call
-  constexpr StepOutput begin(Picoseconds now, bool slo, bool cdm) {
+  constexpr StepOutput begin(Picoseconds now, bool slo, bool cdm,
+                             RequestKind kind = RequestKind::frame) {
     reading_ = Reading{};
     reading_.begin = now;
     const bool ready = slo || ready_by_time(now);
@@ -82,8 +82,11 @@ class RequestCycle {
     if (now < earliest_ || !ready) return refuse(ready);
     phase_ = Phase::reading;
     high_by_ = long_ago;
-    clock_.begin(now, cdm);
+    kind_ = kind;
+    clock_.begin(now, cdm, setup_.idle_min);
+    if (kind == RequestKind::reduced) clock_.stop_at(2);
     due_ = clock_.next();
+    if (clock_.level()) reading_.begin = due_;
     return {clock_.level(), due_};
   }
 
@@ -98,9 +101,13 @@ class RequestCycle {
     return {clock_.level(), std::max(due_, now)};
   }
 
+  /// Another CDM than begin() was told: an answer to reading().cds, which is there as soon as CDS
+  /// has come. In time within a quarter of a period after the step that brought it. \pre !done()
+  constexpr void set_cdm(bool cdm) { clock_.set_cdm(cdm); }
+
   /// No request is running.
   constexpr bool done() const { return phase_ == Phase::idle; }
-  /// Of the last request, whole when done().
+  /// Of the last request, whole when done(); `cds` before.
   constexpr const Reading& reading() const { return reading_; }
   /// The next request is refused before this time. \pre done()
   constexpr Picoseconds earliest() const { return earliest_; }
@@ -112,7 +119,7 @@ class RequestCycle {
     idle,
     reading,    // bits are expected
     stopping,   // no more are, but MA has edges to go
-    settling,   // a good frame: until SLO rises
+    settling,   // all came that was asked for: until SLO rises
     resetting,  // any other
   };
 
@@ -145,24 +152,38 @@ class RequestCycle {
   }
 
   constexpr void edge(Picoseconds now) {
-    if (now != clock_.next()) sampler_.delay_by(now - clock_.next());
+    if (now != clock_.next()) be_late(now);
     clock_.edge(now);
     if (phase_ == Phase::stopping) return settle(now);
     if (clock_.level() && clock_.rises() == 2) take(sampler_.ack_clock(now), now);
   }
 
+  constexpr void be_late(Picoseconds now) {
+    sampler_.delay_by(now - clock_.next());
+    if (clock_.level() && clock_.rises() == 0) reading_.begin = now;
+  }
+
   constexpr void change(Picoseconds now, bool slo) {
     take(sampler_.change(now, slo), now);
-    if (phase_ == Phase::settling && slo) finish(now);
+    if (phase_ == Phase::settling && slo && now >= quiet_) finish(now);
     schedule();
   }
 
   constexpr void take(SampleEvent event, Picoseconds now) {
-    if (event == SampleEvent::bit) return;
-    if (event == SampleEvent::start) {
-      return clock_.stop_at(sampler_.stop_clock() + setup_.extra_clocks);
+    if (event != SampleEvent::bit) act(event, now);
+  }
+
+  [[gnu::noinline, gnu::cold]] constexpr void act(SampleEvent event, Picoseconds now) {
+    if (event == SampleEvent::ack && kind_ != RequestKind::reduced) return;
+    if (event == SampleEvent::cds) {
+      const bool whole = kind_ == RequestKind::frame;
+      reading_.cds = sampler_.level();
+      const unsigned channels = whole ? codec_.payload_bits() + setup_.extra_clocks : 0U;
+      clock_.stop_in_time(sampler_.start_clock() + 2U + channels, now);
+      if (whole) return;
     }
-    if (event == SampleEvent::failed) clock_.abandon();
+    if (event == SampleEvent::failed) clock_.abandon(now);
+    sampler_.stop();
     phase_ = Phase::stopping;
     settle(now);
   }
@@ -170,22 +191,21 @@ class RequestCycle {
   // Once MA has stopped, what was read is judged.
   constexpr void settle(Picoseconds now) {
     if (clock_.running()) return;
-    reading_.line_delay = sampler_.line_delay();
-    reading_.lead_clocks = sampler_.lead_clocks();
-    reading_.ack_clocks = sampler_.ack_clocks();
     reading_.clocks = clock_.rises();
-    if (sampler_.cause()) {
-      reading_.frame = failure(FrameFault{*sampler_.cause()});
-    } else {
-      const FrameStart start{0, sampler_.lead_clocks(), sampler_.ack_clocks()};
-      reading_.frame = decode_payload(sampler_.bits(), start, codec_);
-    }
-    limit_ = reset_end();
+    judge(sampler_, kind_, codec_, reading_);
+    const Picoseconds travel = reading_.line_delay.value_or(Picoseconds{}) + setup_.period;
+    limit_ = reset_end(setup_, reading_.begin, clock_.last_edge(), travel);
     phase_ = Phase::resetting;
-    if (!reading_.frame.ok()) return;
+    if (kind_ == RequestKind::frame ? !reading_.frame.ok() : sampler_.cause().has_value()) return;
     phase_ = Phase::settling;
+    quiet_ = now;
     // SLO ends it, so there is no harm in waiting as long as any encoder may take.
     limit_ = std::max(limit_, clock_.last_edge() + biss_static_timeout_max);
+    if (kind_ == RequestKind::control_only) {
+      // Bits of the channels may be under way, and the last one stays for the timeout.
+      quiet_ = clock_.last_edge() + travel;
+      return;
+    }
     if (!sampler_.level()) {
       if (knows_ready_time()) limit_ = reading_.begin + setup_.timing.timeout.time;
       return;
@@ -194,33 +214,12 @@ class RequestCycle {
     limit_ = now + setup_.period / 2;  // ready before CDM was sent; MA may not just twitch
   }
 
-  // Behind a frame that outlasts the time nobody knows when SLO is released: it has to be seen.
   constexpr bool knows_ready_time() const {
-    const Timeout& timeout = setup_.timing.timeout;
-    return timeout.rule == TimeoutRule::cycle && setup_.trust_cycle_time && setup_.compensate &&
-           clock_.level() &&
-           reading_.begin + timeout.time >=
-               clock_.last_edge() + release_time(timeout, setup_.period);
-  }
-
-  constexpr Picoseconds reset_end() const {
-    const Picoseconds last = clock_.last_edge();
-    const Picoseconds travel = reading_.line_delay.value_or(Picoseconds{}) + setup_.period;
-    const Timeout& timeout = setup_.timing.timeout;
-    if (setup_.reset_time.count != 0) return last + setup_.reset_time + travel;
-    if (timeout.rule == TimeoutRule::cycle) {
-      // STOP has to be seen where the frame is longer than the cycle.
-      return std::max(reading_.begin + timeout.time, last + release_time(timeout, setup_.period)) +
-             travel;
-    }
-    if (timeout.rule == TimeoutRule::fixed) return last + timeout.time + travel;
-    // It depends on a clock that the encoder keeps to itself.
-    const Picoseconds adaptive = setup_.period * 3 / 2 + timeout.time;
-    return last + std::max(biss_static_timeout_max, adaptive) + travel;
+    return clock_.level() && released_by_time(setup_, reading_.begin, clock_.last_edge());
   }
 
   constexpr void finish(Picoseconds now) {
-    clock_.release(now);
+    if (!setup_.hold_cdm) clock_.release(now);
     limit_ = never;
     if (phase_ == Phase::settling && !sampler_.level() && knows_ready_time()) {
       // Half a period of grace leaves SLO high for a period until ACK.
@@ -239,6 +238,8 @@ class RequestCycle {
   MaClock clock_;
   BitSampler<capacity_bits> sampler_;
   Phase phase_ = Phase::idle;
+  RequestKind kind_ = RequestKind::frame;
+  Picoseconds quiet_{};  // a rise of SLO is a bit until then
   Picoseconds due_ = never;
   Picoseconds limit_ = never;
   Picoseconds earliest_ = long_ago;

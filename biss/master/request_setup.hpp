@@ -15,6 +15,23 @@
 
 namespace biss {
 
+/// How much of an answer a request asks for.
+enum class RequestKind : std::uint8_t {
+  frame,         ///< all of it
+  control_only,  ///< START and CDS: works whether the device's channels are active, inactive, or
+                 ///< nobody knows; D2's "short" frame where they are inactive
+  reduced,       ///< ACK: two rising edges; CDM goes out, CDS does not come back. INIT with CDM 0
+};
+
+inline constexpr std::size_t request_kind_count = 3;
+
+/// The name users see, the same as the enumerator's.
+constexpr std::string_view name_of(RequestKind kind) {
+  constexpr std::array<std::string_view, request_kind_count> names{"frame", "control_only",
+                                                                   "reduced"};
+  return names[static_cast<std::size_t>(kind)];
+}
+
 /// What a RequestCycle drives and expects. A time of 0 stands for the default that is named.
 struct MasterSetup {
   /// Of MA; at least 32 ps.
@@ -30,6 +47,9 @@ struct MasterSetup {
   bool compensate = true;
   /// CDM where begin() is not told another.
   bool cdm = false;
+  /// MA keeps CDM's level until the next request ("Hold-CDM"): low, it rises only `idle_min` before
+  /// the first falling edge. D2 recommends it while nobody knows which channels are active.
+  bool hold_cdm = false;
   /// Clocks of MA behind the one that made STOP.
   std::uint16_t extra_clocks = 0;
   /// Of MA low in each clock; half a period. Less than the period.
@@ -98,8 +118,11 @@ struct BasicReading {
   ///   no_start        ACK exceeded the device's bound
   ///   ack_range       START came before the device can answer
   ///   cds, crc, stop_bit  as decode_frame()
+  ///   truncated       no more was asked for, and all of that came: control_only, reduced
   Result<Frame, FrameFault> frame = failure(FrameFault{FrameError::no_response});
   Refusal refusal = Refusal::none;
+  /// CDS as received, also of a frame that is bad otherwise; nothing: it did not come.
+  std::optional<bool> cds{};
   /// The first falling edge of MA, or the time of the refusal.
   Picoseconds begin{};
   /// Second rising edge of MA to the fall of SLO, both at the master; measured with and without

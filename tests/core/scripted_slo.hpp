@@ -13,10 +13,11 @@
 
 namespace biss::test {
 
-/// Levels on their way; what is put in comes out `delay` later, in order.
-class DelayLine {
+/// Levels on their way, at most `Capacity`; what is put in comes out `delay` later, in order.
+template <std::size_t Capacity>
+class BasicDelayLine {
  public:
-  constexpr explicit DelayLine(Picoseconds delay) : delay_(delay) {}
+  constexpr explicit BasicDelayLine(Picoseconds delay) : delay_(delay) {}
 
   void put(Picoseconds now, bool level) { put_at(now + delay_, level); }
   /// \pre not before what is on its way already
@@ -43,12 +44,14 @@ class DelayLine {
     bool level = true;
   };
   Picoseconds delay_;
-  std::array<Change, 128> ring_{};
+  std::array<Change, Capacity> ring_{};
   std::size_t first_ = 0;
   std::size_t size_ = 0;
   bool last_ = true;
   bool level_ = true;
 };
+
+using DelayLine = BasicDelayLine<128>;
 
 /// Puts bit k of the script on SLO at rising edge k + 1 of MA, 0 behind the last one, and 1 when MA
 /// has rested for `timeout`.
