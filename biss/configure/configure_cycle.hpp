@@ -1,0 +1,108 @@
+// Configuration on a RequestCycle: MA and SLO, and in the end what to read the encoder with.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "biss/base/units.hpp"
+#include "biss/configure/configurator.hpp"
+#include "biss/frame/fixed.hpp"
+#include "biss/frame/format.hpp"
+#include "biss/master/request.hpp"
+#include "biss/timing/step.hpp"
+
+namespace biss {
+
+/// A master that has to know nothing.
+///
+///   ConfigureCycle cycle;
+///   StepOutput out = cycle.begin(now);
+///   while (!cycle.done()) out = cycle.step(now, slo);  // at each change of SLO and each deadline
+///   const auto result = cycle.result();
+///   if (result.ok()) … RequestCycle(FrameCodec(result->format), result->master_setup(period)) …
+///
+/// MA is high at the end. Not to be copied.
+class ConfigureCycle {
+ public:
+  /// \param clock 250 kHz to 1 MHz
+  constexpr explicit ConfigureCycle(const ConfigureOptions& options = {},
+                                    Hertz clock = common_clock_max)
+      : configurator_(options), master_(Codec{}, setup(clock)) {}
+
+  constexpr StepOutput begin(Picoseconds now) {
+    wait_until(std::max(now, configurator_.request().at));
+    return {true, due_};
+  }
+
+  /// As RequestCycle's.
+  constexpr StepOutput step(Picoseconds now, bool slo) {
+    if (done()) return {ma_, never};
+    if (!running_) {
+      if (now >= due_) request(now, slo);
+      return {ma_, due_};
+    }
+    drive(master_.step(now, slo));
+    if (!answered_ && master_.reading().cds && !master_.done()) {
+      answered_ = true;
+      const CdsBit cds = *master_.reading().cds ? CdsBit::one : CdsBit::zero;
+      master_.set_cdm(configurator_.answer(now, cds));
+    }
+    if (master_.done()) end_request(now);
+    return {ma_, due_};
+  }
+
+  constexpr bool done() const { return configurator_.done() && !running_; }
+  /// \pre done()
+  constexpr Result<Configuration, ConfigureFault> result() const { return configurator_.result(); }
+  constexpr const Configurator& configurator() const { return configurator_; }
+
+ private:
+  // Its frames are never asked for.
+  static constexpr FrameFormat no_format = [] {
+    FrameFormat format;
+    format.channel_count = 1;
+    format.channel_list[0].data_bits = 1;
+    return format;
+  }();
+  using Codec = FixedCodec<no_format>;
+
+  // Of a chain that may be as long and as late as there are.
+  static constexpr MasterSetup setup(Hertz clock) {
+    return {.period = period_of(clock),
+            .busy_s_clocks = biss_busy_s_max_clocks + control_max_slaves - 1,
+            .hold_cdm = true};
+  }
+
+  constexpr void drive(const StepOutput& out) {
+    ma_ = out.level;
+    due_ = out.deadline;
+  }
+  constexpr void wait_until(Picoseconds time) {
+    running_ = false;
+    due_ = time;
+  }
+
+  constexpr void request(Picoseconds now, bool slo) {
+    const ConfigureRequest& request = configurator_.request();
+    drive(master_.begin(now, slo, request.cdm, request.kind));
+    answered_ = false;
+    running_ = true;
+    if (master_.done()) end_request(now);  // refused: SLO is low
+  }
+
+  constexpr void end_request(Picoseconds now) {
+    if (!answered_) configurator_.answer(now, CdsBit::missing);
+    wait_until(configurator_.done() ? never
+                                    : std::max(configurator_.request().at, master_.earliest()));
+    if (configurator_.done()) ma_ = true;
+  }
+
+  Configurator configurator_;
+  RequestCycle<Codec> master_;
+  bool running_ = false;
+  bool answered_ = false;  // the configurator knows how this request went
+  bool ma_ = true;
+  Picoseconds due_ = never;
+};
+
+}  // namespace biss

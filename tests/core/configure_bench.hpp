@@ -1,0 +1,197 @@
+// Encoders with registers on a line of which the master knows nothing.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "biss/configure/configure_cycle.hpp"
+#include "biss/eds/bank.hpp"
+#include "biss/eds/bp3_part.hpp"
+#include "biss/eds/common_part.hpp"
+#include "biss/eds/profile.hpp"
+#include "biss/frame/codec.hpp"
+#include "biss/master/request.hpp"
+#include "biss/slave/banked_registers.hpp"
+#include "biss/slave/register_server.hpp"
+#include "biss/slave/slave.hpp"
+#include "tests/core/scripted_slo.hpp"
+#include "tests/core/test.hpp"
+#include "tests/core/wire.hpp"
+
+namespace biss::test::configure {
+
+/// What tests change and see of one encoder.
+struct EncoderState {
+  std::uint64_t position = 0;
+  bool channels = true;
+  bool obeys_channels = true;  // knows command 00
+  bool unidirectional = false;
+  std::uint32_t channel_commands = 0;
+};
+
+struct Hooks : NoRegisterHooks {
+  EncoderState* state = nullptr;
+
+  bool accepts(ControlCommand command, bool) const {
+    return command == ControlCommand::channels && state->obeys_channels;
+  }
+  void execute(ControlCommand, bool broadcast) const {
+    state->channels = !broadcast;
+    ++state->channel_commands;
+  }
+};
+
+inline constexpr std::size_t test_banks = 4;
+using Registers = BankedRegisters<test_banks, Hooks>;
+using Server = RegisterServer<Registers>;
+using Codec = FrameCodec<CrcBitwise, 1>;
+
+struct Encoder {
+  Server server;
+  EncoderState* state = nullptr;
+
+  BasicFrame<1> sample(Picoseconds) const {
+    BasicFrame<1> frame;
+    frame.channel_count = 1;
+    frame.channel_list[0].position = state->position;
+    return frame;
+  }
+  bool cds(bool predecessor) { return !state->unidirectional && server.cds(predecessor); }
+  void cdm(bool bit) { server.cdm(bit); }
+};
+
+using EncoderSlave = Slave<Codec, Encoder, 256>;
+/// Short, for a small stack: a clock of 1 MHz has few edges under way.
+using ShortLine = BasicDelayLine<64>;
+
+/// Encoders in a row, slave 0 at the far end.
+template <std::size_t Count>
+struct Encoders {
+  std::array<EncoderSlave, Count> slaves;
+
+  StepOutput step(Picoseconds now, bool ma) {
+    StepOutput all{.level = false};
+    for (EncoderSlave& slave : slaves) {
+      slave.set_channels_active(slave.source().state->channels);
+      const StepOutput one = slave.step(now, ma, all.level);
+      all = {one.level, std::min(one.deadline, all.deadline)};
+    }
+    return all;
+  }
+  Registers& registers(std::size_t k = 0) { return slaves[k].source().server.owner(); }
+};
+
+/// An encoder with the fields of the register map; the rest is not available.
+struct Description {
+  std::uint16_t profile = 0;
+  std::uint8_t eds_bank = 0;
+  std::uint32_t serial = 0xFFFF'FFFF;
+  std::uint64_t device = 0x4142'4344'4546;
+  std::uint16_t manufacturer = 0x6943;
+  RegisterServerOptions options{};
+};
+
+inline EncoderSlave encoder(const FrameFormat& format, const SlaveTiming& timing,
+                            const Description& description, EncoderState& state) {
+  Hooks hooks;
+  hooks.state = &state;
+  Registers registers(hooks);
+  constexpr auto read_only = RegisterProtection::read_only;
+  registers.put_number<1>(reg::eds_bank, description.eds_bank, read_only);
+  registers.put_number<2>(reg::bp_id, description.profile, read_only);
+  registers.put_number<4>(reg::dev_sn, description.serial, read_only);
+  registers.put_number<6>(reg::dev_id, description.device, read_only);
+  registers.put_number<2>(reg::mfr_id, description.manufacturer, read_only);
+  return EncoderSlave(Codec(format), timing,
+                      Encoder{Server(registers, description.options), &state});
+}
+
+/// Bank 1: a common part with one channel; bank 2: its BP3 part, 12 bits of turns.
+inline void put_eds(Registers& registers, std::uint16_t profile) {
+  const auto position = static_cast<std::uint8_t>((profile & 0x7FU) - 2U);
+  CommonPart common{.eds_len = 2,
+                    .tma = 125,
+                    .tclk_max = 10,
+                    .tcyc = 160,
+                    .tbusy_max = 40,
+                    .busy_s = 1,
+                    .dc_num = 1,
+                    .sl_num = 1};
+  common.channels[0] = {.bank = 2, .dlen = static_cast<std::uint8_t>(position + 2), .cpoly = 0x21};
+  Bp3Part part{.bp_id = profile, .mt_len = 12};
+  part.fi_len = static_cast<std::uint8_t>(position - 12);
+  registers.bank(1) = RegisterBank(sealed(build_bank(common)), RegisterProtection::read_only);
+  registers.bank(2) = RegisterBank(sealed(build_bank(part)), RegisterProtection::read_only);
+}
+
+inline FrameFormat format_of_profile(std::uint16_t profile) {
+  return profile_format(profile).value();
+}
+
+inline constexpr SlaveTiming usual_timing{.ready = microseconds(3),
+                                          .timeout = {TimeoutRule::fixed, microseconds(20)}};
+
+/// A master that configures itself, and the encoders.
+template <class Device>
+struct Line {
+  ConfigureCycle cycle;
+  Device& device;
+  ShortLine way_out{Picoseconds{}};
+  ShortLine way_back{Picoseconds{}};
+  Picoseconds now{};
+  /// From this request on, for so many: SLO is high, and the encoders hear nothing.
+  std::uint32_t cut_at = 0xFFFF'FFFF;
+  std::uint32_t cut_for = 0xFFFF'FFFF;
+
+  Line(Device& of, const ConfigureOptions& options = {}, Picoseconds delay = {})
+      : cycle(options), device(of), way_out(delay / 2), way_back(delay - delay / 2) {}
+
+  /// The whole of it. False: it has not ended.
+  bool run(std::uint64_t most_steps = 30'000'000) {
+    StepOutput out = cycle.begin(now);
+    StepOutput answered;
+    bool ma_seen = true;
+    for (std::uint64_t i = 0; i < most_steps && !cycle.done(); ++i) {
+      const std::uint32_t number = cycle.configurator().requests();
+      const bool cut = number >= cut_at && number - cut_at < cut_for;
+      const bool ma = way_out.level(now);
+      if (!cut) ma_seen = ma;
+      answered = device.step(now, ma_seen);
+      way_back.put(now, answered.level);
+      const bool slo = way_back.level(now);
+      out = cycle.step(now, cut || slo);
+      way_out.put(now, out.level);
+      if (cycle.done()) break;
+      now = std::max(now, std::min(std::min(out.deadline, answered.deadline),
+                                   std::min(way_out.next(), way_back.next())));
+    }
+    BISS_EXPECT(out.level);
+    return cycle.done();
+  }
+  ConfigureError cause() const {
+    const auto result = cycle.result();
+    BISS_EXPECT(!result.ok());
+    return result.ok() ? ConfigureError{} : result.error().cause;
+  }
+};
+
+/// Reads the line with what the configuration says, and nothing else.
+template <class Device>
+[[gnu::noinline]] auto read_with(const Configuration& config, Device& device, Picoseconds now,
+                                 Picoseconds delay) {
+  using Master = RequestCycle<FrameCodec<CrcBitwise, 3>>;
+  test::Wire<Master, Device&, ShortLine> wire{
+      .master{FrameCodec<CrcBitwise, 3>(config.format),
+              config.master_setup(period_of(config.timing.clock_max))},
+      .device = device,
+      .way_out{ShortLine(delay / 2)},
+      .way_back{ShortLine(delay - delay / 2)}};
+  wire.now = now;
+  return wire.request().frame;
+}
+
+}  // namespace biss::test::configure

@@ -1,0 +1,191 @@
+// Configuration from electronic data sheets, right and wrong ones.
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "biss/configure/configure_cycle.hpp"
+#include "tests/core/configure_bench.hpp"
+#include "tests/core/test.hpp"
+
+namespace {
+
+using namespace biss;
+using namespace biss::test::configure;
+
+EncoderSlave with_eds(EncoderState& state, std::uint16_t registers_say,
+                      std::uint16_t eds_says = 0x621E) {
+  EncoderSlave slave = encoder(format_of_profile(eds_says), usual_timing,
+                               {.profile = registers_say, .eds_bank = 1, .serial = 4711}, state);
+  put_eds(slave.source().server.owner(), eds_says);
+  return slave;
+}
+
+}  // namespace
+
+BISS_TEST(ConfigureEds, GoodDataSheet_GivesFormatAndTimingAndBselIsPutBack) {
+  for (const std::uint8_t bsel : {std::uint8_t{0}, std::uint8_t{1}, std::uint8_t{3}}) {
+    EncoderState state{.position = 0x0ABC'DEF};
+    Encoders<1> device{{with_eds(state, 0x621E)}};
+    device.registers().write(0, reg::bsel, bsel);
+    Line line(device, {}, nanoseconds(150));
+    BISS_ASSERT(line.run());
+    const auto result = line.cycle.result();
+    BISS_ASSERT(result.ok()) << "cause " << static_cast<int>(result.error().cause);
+    const ChannelFormat& channel = result->format.channel_list[0];
+    BISS_EXPECT_EQ(channel.multiturn.bits, 12);
+    BISS_EXPECT_EQ(channel.singleturn.bits, 16);
+    BISS_EXPECT(channel.crc == crc6);
+    BISS_EXPECT(result->format_source == ValueSource::eds);
+    BISS_EXPECT(result->clock_source == ValueSource::eds);
+    BISS_EXPECT(result->timing.clock_max == megahertz(8));
+    BISS_EXPECT(result->timeout_source == ValueSource::hypothesis);
+    BISS_EXPECT((result->timing.timeout == Timeout{TimeoutRule::adaptive, nanoseconds(30)}));
+    BISS_EXPECT(result->busy_source == ValueSource::hypothesis);
+    BISS_EXPECT(result->timing.ack_max == microseconds(10));
+    BISS_EXPECT(result->cycle_source == ValueSource::hypothesis);
+    BISS_EXPECT(result->timing.cycle_min == microseconds(40));
+    BISS_EXPECT_EQ(result->start_delay_clocks, 1);
+    BISS_EXPECT_EQ(result->slaves()[0].serial.value_or(0), 4711U);
+    BISS_EXPECT(!result->slaves()[0].eds_unused);
+    BISS_EXPECT_EQ(device.registers().bsel(), bsel);
+    const auto frame = read_with(*result, device, line.now + microseconds(50), nanoseconds(150));
+    BISS_ASSERT(frame.ok());
+    BISS_EXPECT_EQ(frame->channels()[0].position, 0x0ABC'DEF);
+  }
+}
+
+BISS_TEST(ConfigureEds, WithoutHypotheses_TimesAreTheWidest) {
+  EncoderState state{};
+  Encoders<1> device{{with_eds(state, 0x621E)}};
+  Line line(device, {.eds = {.use_hypotheses = false}});
+  BISS_ASSERT(line.run());
+  const auto result = line.cycle.result();
+  BISS_ASSERT(result.ok());
+  BISS_EXPECT(result->timing.timeout == Timeout{});
+  BISS_EXPECT(result->timing.ack_max == biss_busy_max);
+  BISS_EXPECT(result->busy_source == ValueSource::defaults);
+  BISS_EXPECT(result->timeout_source == ValueSource::defaults);
+  BISS_EXPECT(result->clock_source == ValueSource::eds);
+}
+
+BISS_TEST(ConfigureEds, WrongChecksumOfTheCommonPart_LeavesItToTheIdentifier) {
+  for (const std::uint16_t profile : {std::uint16_t{0x621E}, std::uint16_t{0}}) {
+    EncoderState state{};
+    Encoders<1> device{{with_eds(state, profile)}};
+    device.registers().bank(1)[0x20] ^= 0x40U;
+    Line line(device);
+    BISS_ASSERT(line.run());
+    const auto result = line.cycle.result();
+    BISS_EXPECT_EQ(device.registers().bsel(), 0);
+    BISS_EXPECT(state.channels);
+    if (profile == 0) {
+      BISS_EXPECT(line.cause() == ConfigureError::eds_checksum);
+      continue;
+    }
+    BISS_ASSERT(result.ok());
+    BISS_EXPECT(result->format == format_of_profile(0x621E));
+    BISS_EXPECT(result->format_source == ValueSource::profile);
+    BISS_EXPECT(result->timing.clock_max == megahertz(1));
+    BISS_EXPECT(result->slaves()[0].eds_unused);
+  }
+}
+
+BISS_TEST(ConfigureEds, WrongChecksumOfTheChannelsPart_LeavesItToIdentifierAndCommonPart) {
+  EncoderState state{};
+  Encoders<1> device{{with_eds(state, 0x621E)}};
+  device.registers().bank(2)[0x0A] = 10;
+  Line line(device);
+  BISS_ASSERT(line.run());
+  const auto result = line.cycle.result();
+  BISS_ASSERT(result.ok()) << "cause " << static_cast<int>(result.error().cause);
+  BISS_EXPECT(result->format == format_of_profile(0x621E));
+  BISS_EXPECT(result->timing.clock_max == megahertz(8));
+  BISS_EXPECT(result->slaves()[0].eds_unused);
+  BISS_EXPECT_EQ(device.registers().bsel(), 0);
+}
+
+BISS_TEST(ConfigureEds, EmptyAndErasedBanks_AreNoDataSheet) {
+  for (const std::uint8_t fill : {std::uint8_t{0}, std::uint8_t{0xFF}}) {
+    for (const std::uint8_t bank : {std::uint8_t{1}, std::uint8_t{0xFF}}) {
+      EncoderState state{};
+      Encoders<1> device{{encoder(format_of_profile(0x621E), usual_timing,
+                                  {.profile = 0x621E, .eds_bank = bank}, state)}};
+      EdsBank empty{};
+      empty.fill(fill);
+      device.registers().bank(1) = RegisterBank(empty, RegisterProtection::read_only);
+      Line line(device);
+      BISS_ASSERT(line.run());
+      const auto result = line.cycle.result();
+      BISS_ASSERT(result.ok());
+      BISS_EXPECT(result->format_source == ValueSource::profile);
+      // 0xFF is "none" on some devices.
+      BISS_EXPECT_EQ(result->slaves()[0].eds_unused, bank == 1);
+      BISS_EXPECT_EQ(device.registers().bsel(), 0);
+    }
+  }
+}
+
+BISS_TEST(ConfigureEds, MoreChannelsThanSlaves_IsAContradiction) {
+  for (const bool offset : {false, true}) {
+    EncoderState state{};
+    Encoders<1> device{{with_eds(state, 0x621E)}};
+    RegisterBank& bank = device.registers().bank(1);
+    EdsBank bytes{};
+    for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = bank[i];
+    CommonPart common = parse_common_part(bytes);
+    if (offset) {
+      common.sl_off = 1;
+    } else {
+      common.dc_num = 2;
+      common.channels[1] = common.channels[0];
+    }
+    bank = RegisterBank(sealed(build_bank(common)), RegisterProtection::read_only);
+    Line line(device);
+    BISS_ASSERT(line.run());
+    BISS_EXPECT(line.cause() == ConfigureError::eds_contradiction);
+    BISS_EXPECT(state.channels);
+  }
+}
+
+BISS_TEST(ConfigureEds, DeviceOfTwoSlaves_IsDescribedByEitherOfThem) {
+  for (const std::uint8_t holder : {std::uint8_t{0}, std::uint8_t{1}}) {
+    std::array<EncoderState, 3> states{};
+    constexpr std::array<std::uint16_t, 3> profiles{0x6214, 0x621E, 0x620E};
+    SlaveTiming chained = usual_timing;
+    chained.chained = true;
+    const auto one = [&](std::size_t k) {
+      states[k].position = 0x80 + k;
+      // The two of the device say nothing of their own profile.
+      return encoder(format_of_profile(profiles[k]), k == 0 ? usual_timing : chained,
+                     {.profile = k == 2 ? profiles[2] : std::uint16_t{0},
+                      .eds_bank = static_cast<std::uint8_t>(k == holder ? 1 : 0)},
+                     states[k]);
+    };
+    Encoders<3> device{{one(0), one(1), one(2)}};
+    CommonPart common{.eds_len = 3, .tma = 200, .dc_num = 2, .sl_num = 2, .sl_off = holder};
+    common.channels[0] = {.bank = 2, .dlen = 0x14, .cpoly = 0x21};
+    common.channels[1] = {.bank = 3, .dlen = 0x1E, .cpoly = 0x21};
+    Registers& registers = device.registers(holder);
+    constexpr auto read_only = RegisterProtection::read_only;
+    registers.bank(1) = RegisterBank(sealed(build_bank(common)), read_only);
+    registers.bank(2) =
+        RegisterBank(sealed(build_bank(Bp3Part{.bp_id = 0x6214, .fi_len = 18})), read_only);
+    registers.bank(3) =
+        RegisterBank(sealed(build_bank(Bp3Part{.bp_id = 0x621E, .fi_len = 28})), read_only);
+    Line line(device);
+    BISS_ASSERT(line.run());
+    const auto result = line.cycle.result();
+    BISS_ASSERT(result.ok()) << "cause " << static_cast<int>(result.error().cause);
+    BISS_EXPECT(result->slaves()[0].source == ValueSource::eds);
+    BISS_EXPECT(result->slaves()[1].source == ValueSource::eds);
+    BISS_EXPECT(result->slaves()[2].source == ValueSource::profile);
+    BISS_EXPECT(result->format_source == ValueSource::profile);
+    // The third says nothing of its clock.
+    BISS_EXPECT(result->timing.clock_max == megahertz(1));
+    const auto frame = read_with(*result, device, line.now + microseconds(50), {});
+    BISS_ASSERT(frame.ok()) << static_cast<int>(frame.error().cause);
+    for (std::size_t k = 0; k < 3; ++k) {
+      BISS_EXPECT_EQ(frame->channels()[2 - k].position, 0x80 + k);
+    }
+  }
+}
