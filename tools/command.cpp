@@ -44,6 +44,29 @@ std::vector<std::string> option_names(const CLI::App& app) {
   return names;
 }
 
+// The verb that was chosen, and the one below it where it has some; empty where none was.
+std::vector<const CLI::App*> chosen_verbs(const CLI::App& app) {
+  std::vector<const CLI::App*> chosen;
+  for (auto below = app.get_subcommands(); !below.empty();) {
+    chosen.push_back(below.front());
+    below = chosen.back()->get_subcommands();
+  }
+  return chosen;
+}
+
+// Of the verbs below a verb, or of the command.
+std::vector<std::string> verb_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* below : app.get_subcommands({})) names.push_back(below->get_name());
+  return names;
+}
+
+std::string unknown_verb_text(const std::string& name, const std::vector<std::string>& verbs) {
+  const std::string meant = nearest(name, verbs);
+  return meant.empty() ? fmt::format("unknown verb '{}'", name)
+                       : fmt::format("unknown verb '{}'; did you mean '{}'?", name, meant);
+}
+
 ExitStatus print(const std::string& text) {
   Output output;
   const bool good = output.open("-") && output.write(text) && output.finish();
@@ -123,33 +146,30 @@ ExitStatus Command::parse_and_run(int argc, const char* const* argv) {
 }
 
 ExitStatus Command::unknown_verb(const std::string& name) const {
-  std::vector<std::string> names;
-  for (const Verb& verb : verbs_) names.push_back(verb.app->get_name());
-  const std::string meant = nearest(name, names);
-  return wrong_usage(meant.empty()
-                         ? fmt::format("unknown verb '{}'", name)
-                         : fmt::format("unknown verb '{}'; did you mean '{}'?", name, meant));
+  return wrong_usage(unknown_verb_text(name, verb_names(app_)));
 }
 
 ExitStatus Command::wrong_usage(const std::string& what) const {
-  const auto chosen = app_.get_subcommands();
-  const std::string verb = chosen.empty() ? "" : chosen.front()->get_name() + " ";
+  std::string verb;
+  for (const CLI::App* chosen : chosen_verbs(app_)) verb += chosen->get_name() + " ";
   return fail(ExitStatus::usage, fmt::format("{} (see 'biss {}--help')", one_line(what), verb));
 }
 
 std::string Command::usage_text(const CLI::ParseError& error) const {
-  const auto chosen = app_.get_subcommands();
-  const CLI::App& app = chosen.empty() ? app_ : *chosen.front();
+  const auto chosen = chosen_verbs(app_);
+  const CLI::App& app = chosen.empty() ? app_ : *chosen.back();
   const std::vector<std::string> extras = app.remaining();
   if (!extras.empty()) {
     const std::string& extra = extras.front();
+    const auto below = verb_names(app);
+    if (!extra.starts_with('-') && !below.empty()) return unknown_verb_text(extra, below);
     if (!extra.starts_with('-')) return fmt::format("unexpected argument '{}'", extra);
     const std::string name = extra.substr(0, extra.find('='));
     const std::string meant = nearest(name, option_names(app));
     return meant.empty() ? fmt::format("unknown option '{}'", name)
                          : fmt::format("unknown option '{}'; did you mean '{}'?", name, meant);
   }
-  if (chosen.empty()) return "no verb given";
+  if (!verb_names(app).empty()) return "no verb given";
   const std::string text = error.what();
   if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) == nullptr) return text;
   const bool repeated = text.find("At Most") != std::string::npos;

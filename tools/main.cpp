@@ -9,6 +9,7 @@ int main(int argc, char** argv) {
   add_decode(command);
   add_crc(command);
   add_encoders(command);
+  add_eds(command);
   add_plan(command);
   add_simulate(command);
   return static_cast<int>(command.run(argc, argv));

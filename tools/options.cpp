@@ -51,6 +51,20 @@ CLI::Option* add_to_option(CLI::App& verb, report::Format& target,
       ->type_name(fmt::format("{}", fmt::join(names, "|")));
 }
 
+CLI::Option* add_name_option(CLI::App& verb, const std::string& name, std::string& target,
+                             const std::vector<std::string>& names,
+                             const std::string& description) {
+  const auto take = [&target, name, names](const std::string& text) {
+    if (std::find(names.begin(), names.end(), text) == names.end()) {
+      throw CLI::ValidationError(
+          name, fmt::format("'{}' is not one of {}", text, fmt::join(names, ", ")));
+    }
+    target = text;
+  };
+  return verb.add_option_function<std::string>(name, take, description)
+      ->type_name(fmt::format("{}", fmt::join(names, "|")));
+}
+
 CLI::Option* add_rate_option(CLI::App& verb, const std::string& name,
                              std::function<void(Hertz)> set, const std::string& description) {
   return add_parsed(verb, name, description, Quantity::rate, parse_rate, std::move(set))

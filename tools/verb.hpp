@@ -100,6 +100,10 @@ CLI::Option* add_to_option(CLI::App& verb, report::Format& target,
                            std::initializer_list<report::Format> allowed = {
                                report::Format::table, report::Format::csv, report::Format::jsonl});
 
+/// An option that takes one of some names; `target` holds the default.
+CLI::Option* add_name_option(CLI::App& verb, const std::string& name, std::string& target,
+                             const std::vector<std::string>& names, const std::string& description);
+
 /// Options with a unit. `set` is called only when the option is given, see into(); a wrong value is
 /// wrong usage, its message points at the character.
 CLI::Option* add_rate_option(CLI::App& verb, const std::string& name,

@@ -8,6 +8,7 @@ class Command;
 void add_decode(Command& command);
 void add_crc(Command& command);
 void add_encoders(Command& command);
+void add_eds(Command& command);
 void add_plan(Command& command);
 void add_simulate(Command& command);
 
