@@ -1,9 +1,12 @@
-// What one encoder has to say: its position at the sampling moment, its flags, its sign of life.
+// What one encoder has to say: its position at the sampling moment, its flags, its sign of life,
+// and what is in its registers.
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "biss/frame/codec.hpp"
+#include "sim/encoder_registers.hpp"
 #include "sim/motion.hpp"
 
 namespace biss::sim {
@@ -24,8 +27,14 @@ class Encoder {
     fill();
     return sent_;
   }
-  bool cds(bool predecessor) const { return predecessor; }
-  void cdm(bool) {}
+  bool cds(bool predecessor) { return control_ ? control_->cds(predecessor) : predecessor; }
+  void cdm(bool bit) {
+    if (control_) control_->cdm(bit);
+  }
+
+  /// Takes part in the control communication, as after power-up; without, it is unidirectional.
+  /// \param registers must outlive it
+  void set_registers(EncoderRegisters& registers) { control_.emplace(RegistersAt{&registers}); }
 
   /// From the next sample on.
   void set_flags(bool nE, bool nW, bool frozen) {
@@ -68,6 +77,7 @@ class Encoder {
   Motion motion_;
   unsigned position_bits_;
   Frame sent_;
+  std::optional<EncoderControl> control_;
   std::uint64_t position_ = 0;
   std::uint32_t life_counter_ = 0;
   bool nE_ = true;

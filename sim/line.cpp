@@ -26,6 +26,8 @@ MasterSetup master_setup(const LineSetup& setup) {
   master.slaves = setup.slaves;
   master.compensate = setup.compensate;
   master.trust_cycle_time = setup.interval.count != 0;
+  // Where nobody says otherwise: what a cycle has to leave room for.
+  master.cdm = setup.has_control();
   master.low_time = master.period * (1000 - std::int64_t{setup.duty_per_mille}) / 1000;
   return master;
 }
@@ -57,6 +59,7 @@ Line::Undisturbed Line::undisturbed(LineSetup setup) {
   setup.faults.clear();
   setup.record_at_slave = false;
   Line line(setup, {.interval = picoseconds(1)});
+  line.control_.reset();
   Undisturbed nominal;
   for (int i = 0; i < probe_cycles; ++i) {
     const SimulatedCycle& cycle = line.next();
@@ -76,9 +79,10 @@ Line::Line(const LineSetup& setup, const Undisturbed& nominal)
     : setup_(setup),
       period_(real_period(setup)),
       master_(Codec(setup.format), master_setup(setup)),
+      registers_(setup.registers),
       random_(setup.seed),
       schedule_(setup.faults, setup.seed),
-      full_(setup.slaves > 1 || !schedule_.empty()),
+      full_(setup.slaves > 1 || !schedule_.empty() || setup.has_control()),
       interval_(std::max(setup.interval, nominal.interval)),
       begin_(idle_periods * period_),
       slo_delay_(setup.slo_delay) {
@@ -90,6 +94,9 @@ Line::Line(const LineSetup& setup, const Undisturbed& nominal)
                          .line_delay = nominal.line_delay,
                          .payload_bits = setup.format.payload_bits()});
   add_nodes();
+  if (setup.has_control()) {
+    control_ = std::make_unique<ControlMaster>(setup.accesses, setup.control);
+  }
   now_ = begin_;
 }
 
@@ -99,6 +106,11 @@ void Line::add_nodes() {
     const FrameFormat format = part_of(setup_.format, setup_.slaves, k);
     const Motion motion(setup_.motion, position_channel(format), interval_, setup_.seed + k);
     nodes_.push_back({.slave = Encoding(Codec(format), node_timing(k), Encoder(format, motion))});
+  }
+  if (registers_.empty()) return;
+  registers_.resize(setup_.slaves);
+  for (std::size_t k = 0; k < nodes_.size(); ++k) {
+    nodes_[k].slave.source().set_registers(registers_[k]);
   }
 }
 
@@ -115,6 +127,7 @@ const SimulatedCycle& Line::next() {
   begin_request();
   full_ ? run_request<true>() : run_request<false>();
   cycle_.reading = master_.reading();
+  if (control_) end_control();
   rest();
   tell_sent();
   ++number_;
@@ -134,7 +147,9 @@ void Line::begin_request() {
   }
   // SLO low and not known to rise is what the master would not begin with on its own.
   const bool told = slo_ || !master_.ready_by_time(now_);
-  const StepOutput out = master_.begin(now_, told);
+  switch_channels();
+  answered_ = false;
+  const StepOutput out = control_ ? master_.begin(now_, told, false) : master_.begin(now_, told);
   ma_ = out.level;
   master_due_ = out.deadline;
   if (slo_ != told) master_due_ = master_.step(now_, slo_).deadline;
@@ -149,6 +164,7 @@ void Line::run_request() {
     if (!slo_changed && now_ < master_due_) continue;
     const StepOutput out = master_.step(now_, slo_);
     master_due_ = out.deadline;
+    if (Full && control_) answer_cds();
     if (out.level == ma_) continue;
     ma_ = out.level;
     put_ma<Full>();

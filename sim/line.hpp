@@ -5,13 +5,16 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "biss/frame/codec.hpp"
 #include "biss/master/request.hpp"
 #include "biss/slave/slave.hpp"
+#include "sim/control_master.hpp"
 #include "sim/disturbance.hpp"
 #include "sim/encoder.hpp"
+#include "sim/encoder_registers.hpp"
 #include "sim/fault_schedule.hpp"
 #include "sim/line_setup.hpp"
 #include "sim/pipe.hpp"
@@ -47,6 +50,9 @@ struct SimulatedCycle {
 /// that the line shows what a master without that check gets. One that is asked for an interval
 /// does not wait where the encoder is ready by its fixed cycle time
 /// (RequestCycle::ready_by_time()).
+///
+/// Where the encoders have registers or the master has accesses to make, each request also carries
+/// a bit of control communication each way, and no request comes later for what that bit is.
 class Line {
  public:
   /// \pre setup keeps what LineSetup asks; setup.format has a channel, setup.clock is positive
@@ -59,6 +65,11 @@ class Line {
   Picoseconds interval() const { return interval_; }
   /// The cycle that faults are laid out by.
   const NominalCycle& nominal() const { return schedule_.nominal(); }
+  /// The master's control communication; null where there is none.
+  const ControlMaster* control() const { return control_.get(); }
+  /// What is in the registers of an encoder now, that at the far end being 0. \pre it was given
+  /// some
+  EncoderRegisters& registers(std::size_t encoder) { return registers_[encoder]; }
   /// The next request's begin: all edges made so far are before it, or at it.
   Picoseconds end() const { return begin_; }
 
@@ -87,6 +98,9 @@ class Line {
   void add_nodes();
   SlaveTiming node_timing(std::size_t k) const;
   void begin_request();
+  void switch_channels();
+  void answer_cds();
+  void end_control();
   void tell_sent();
   void rest();
   template <bool Full>
@@ -122,11 +136,14 @@ class Line {
   LineSetup setup_;
   Picoseconds period_;
   RequestCycle<Codec> master_;
+  std::vector<EncoderRegisters> registers_;  // the far end's first
+  std::unique_ptr<ControlMaster> control_;
+  bool answered_ = false;    // the CDS of the request under way
   std::vector<Node> nodes_;  // the far end's first
   Pipe ma_pipe_;
   Random random_;
   FaultSchedule schedule_;
-  bool full_;  // a chain, or there are faults: the short way does not do
+  bool full_;  // a chain, faults or registers: the short way does not do
   Disturbance disturbance_;
   SimulatedCycle cycle_;
   Picoseconds interval_{};

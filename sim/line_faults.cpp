@@ -77,6 +77,10 @@ void Line::restart() {
   for (std::size_t k = 0; k < nodes_.size(); ++k) {
     Node& node = nodes_[k];
     node.slave = Encoding(node.slave.codec(), node.slave.timing(), node.slave.source());
+    if (!registers_.empty()) {
+      registers_[k] = k < setup_.registers.size() ? setup_.registers[k] : EncoderRegisters();
+      node.slave.source().set_registers(registers_[k]);
+    }
     node.due = never;
   }
 }

@@ -6,8 +6,11 @@
 #include <vector>
 
 #include "biss/base/units.hpp"
+#include "biss/control/control_outcome.hpp"
 #include "biss/frame/format.hpp"
 #include "biss/timing/device_timing.hpp"
+#include "sim/control_master.hpp"
+#include "sim/encoder_registers.hpp"
 #include "sim/fault.hpp"
 #include "sim/motion.hpp"
 
@@ -46,13 +49,22 @@ struct LineSetup {
   MotionKind motion = MotionKind::ramp;
   std::uint64_t seed = 1;
   std::vector<FaultRule> faults;
+  /// Of the encoders, that at the far end first, which has ID 0. None: all are unidirectional.
+  /// Fewer than there are encoders: the others have an ID, too, and refuse every access. What is
+  /// written lasts until an encoder loses its supply.
+  std::vector<EncoderRegisters> registers;
+  /// What the master does over CDM and CDS, and how.
+  std::vector<ControlAccess> accesses;
+  ControlOptions control;
+  bool has_control() const { return !registers.empty() || !accesses.empty(); }
   /// Also record MA and SLO as the encoder next to the master has them.
   bool record_at_slave = false;
 };
 
-/// The least interval at which the encoder is ready each time: never more than cycle_budget() says,
-/// but for jitter; at an interval of 0 with SLO high for a period as the master sees it. Found by
-/// running the line for some cycles, without faults.
+/// The least interval at which the encoder is ready each time, behind a CDM of 1, too, where
+/// has_control(): never more than cycle_budget() says, but for jitter; at an interval of 0 with SLO
+/// high for a period as the master sees it. Found by running the line for some cycles, without
+/// faults.
 Picoseconds least_interval(const LineSetup& setup);
 
 }  // namespace biss::sim

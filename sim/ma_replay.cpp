@@ -12,7 +12,16 @@ MaReplay::MaReplay(const MaReplaySetup& setup, Sample sample, OnAnswer on_answer
     : line_delay_(setup.line_delay),
       sample_(std::move(sample)),
       on_answer_(std::move(on_answer)),
-      slave_(setup.codec, setup.timing, Source{this}) {}
+      registers_(setup.registers),
+      slave_(setup.codec, setup.timing, Source{this}) {
+  if (registers_) control_.emplace(RegistersAt{&*registers_});
+}
+
+// A command may switch the channels for the next request.
+void MaReplay::take_cdm(bool bit) {
+  control_->cdm(bit);
+  slave_.set_channels_active(registers_->channels_active());
+}
 
 void MaReplay::push(std::span<const Edge> edges, wire::LineIndex ma, std::vector<Edge>& out) {
   for (const Edge& edge : edges) {

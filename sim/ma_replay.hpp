@@ -5,11 +5,13 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "biss/frame/codec.hpp"
 #include "biss/slave/slave.hpp"
+#include "sim/encoder_registers.hpp"
 #include "sim/line.hpp"
 #include "wire/edge.hpp"
 
@@ -39,6 +41,8 @@ struct MaReplaySetup {
   SlaveTiming timing;
   /// From an edge of MA to the change of SLO it makes, both where MA was recorded; not negative.
   Picoseconds line_delay{};
+  /// Nothing: the encoder is unidirectional.
+  std::optional<EncoderRegisters> registers{};
 };
 
 /// Answers the edges of MA in the order they come. The encoder is idle when the capture begins, so
@@ -53,6 +57,8 @@ class MaReplay {
   /// \param sample the channels' values as of that moment
   /// \param on_answer told when a request is over; may be empty
   MaReplay(const MaReplaySetup& setup, Sample sample, OnAnswer on_answer);
+  MaReplay(const MaReplay&) = delete;
+  MaReplay& operator=(const MaReplay&) = delete;
 
   /// Appends to `out` what is known so far: ma_line and slo_line in time order. Edges of other
   /// lines than `ma` are passed over.
@@ -63,6 +69,8 @@ class MaReplay {
   /// end. \return the end of the replay
   Picoseconds finish(Picoseconds end, std::vector<wire::Edge>& out);
 
+  /// What is in the registers now. \pre the encoder has some
+  EncoderRegisters& registers() { return *registers_; }
   /// Levels of MA that were neither 0 nor 1.
   std::uint64_t unknown_levels() const { return unknown_levels_; }
 
@@ -73,10 +81,15 @@ class MaReplay {
     const Frame& sample(Picoseconds moment) const {
       return replay->answer_.sent = replay->sample_(moment);
     }
-    bool cds(bool predecessor) const { return predecessor; }
-    void cdm(bool) const {}
+    bool cds(bool predecessor) const {
+      return replay->control_ && replay->control_->cds(predecessor);
+    }
+    void cdm(bool bit) const {
+      if (replay->control_) replay->take_cdm(bit);
+    }
   };
 
+  void take_cdm(bool bit);
   void put_ma(const wire::Edge& edge, std::vector<wire::Edge>& out);
   void run_until(Picoseconds time);
   void step(Picoseconds now, bool ma);
@@ -88,6 +101,8 @@ class MaReplay {
   Picoseconds line_delay_;
   Sample sample_;
   OnAnswer on_answer_;
+  std::optional<EncoderRegisters> registers_;
+  std::optional<EncoderControl> control_;
   Slave<FrameCodec<>, Source> slave_;
   StepOutput output_;
   std::deque<wire::Edge> slo_;  // on their way

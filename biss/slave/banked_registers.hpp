@@ -80,6 +80,7 @@ class BankedRegisters {
   constexpr std::uint8_t& value(unsigned address) { return fixed_[address - reg::bsel]; }
   constexpr std::uint8_t bsel() const { return bsel_; }
   constexpr Hooks& hooks() { return hooks_; }
+  constexpr void set_busy(const RegisterBusy& busy) { busy_ = busy; }
 
   constexpr bool permits(unsigned /*slave*/, RegisterAccess access, std::uint8_t address) {
     waited_ = 0;
