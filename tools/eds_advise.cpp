@@ -76,7 +76,7 @@ std::string take_options(const AdviseOptions& options, AdviceWish& wish) {
 
 std::string crc_text(const Advice& advice) {
   const CrcSpec& crc = advice.channel.crc;
-  return fmt::format("0x{:X}, {} bits, as CPOLY 0x{:X}; every {} wrong bits are found",
+  return fmt::format("0x{:X}, {} bits, as CPOLY 0x{:X}; up to {} wrong bits are always found",
                      crc.polynomial, crc.width_bits, crc.polynomial >> 1U,
                      advice.hamming_distance - 1);
 }
