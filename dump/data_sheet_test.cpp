@@ -50,7 +50,7 @@ TEST(DataSheet, RegisterNamesTheBank_PartsAreFound) {
 TEST(DataSheet, BinaryWithoutRegisters_IsSearched) {
   RegisterDump dump = device();
   dump.set_bank(0, {});
-  dump.set_bank(1, EdsBank{0xFF});
+  dump.set_bank(1, EdsBank{1, 2, 3});  // no checksum
   EXPECT_EQ(find_data_sheet(dump, {}).eds_bank, 2);
 }
 

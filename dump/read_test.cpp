@@ -193,6 +193,20 @@ TEST(Read, WhatIsNoDump_IsNamed) {
   EXPECT_EQ(fails("0x00: 00\n#" + std::string(20'000, 'x') + "\n"), "line_too_long 2:0");
 }
 
+TEST(Read, LinesAcrossTheBlocksOfAStream_StayWhole) {
+  std::string text;
+  unsigned line = 0;
+  for (; text.size() < 300'000; ++line) {
+    text += access("read", 0x48, ("[" + std::to_string(line % 251) + "]").c_str());
+  }
+  EXPECT_EQ(good(text).direct_byte(0x48), (line - 1) % 251);
+  EXPECT_EQ(fails(text + "x\n"), "malformed " + std::to_string(line + 1) + ":1");
+  // A line that is one byte longer than a block's rest at a time.
+  for (std::size_t size = 4'000; size < 4'200; ++size) {
+    EXPECT_EQ(fails("0x00: 01\n#" + std::string(size, 'x') + "\nx\n"), "malformed 3:1") << size;
+  }
+}
+
 TEST(Read, TextOfError_SaysWhereAndWhatInstead) {
   const DumpResult result = from_text("0x00: 48 zz\n");
   ASSERT_FALSE(result.ok());
