@@ -30,6 +30,7 @@ struct EncoderState {
   bool channels = true;
   bool obeys_channels = true;  // knows command 00
   bool unidirectional = false;
+  bool keeps_bsel = false;  // BSEL can be read, not written
   std::uint32_t channel_commands = 0;
 };
 
@@ -46,7 +47,19 @@ struct Hooks : NoRegisterHooks {
 };
 
 inline constexpr std::size_t test_banks = 4;
-using Registers = BankedRegisters<test_banks, Hooks>;
+
+struct Registers : BankedRegisters<test_banks, Hooks> {
+  using Base = BankedRegisters<test_banks, Hooks>;
+  using Base::Base;
+
+  bool permits(unsigned slave, RegisterAccess access, std::uint8_t address) {
+    if (hooks().state->keeps_bsel && address == reg::bsel && access == RegisterAccess::write) {
+      return false;
+    }
+    return Base::permits(slave, access, address);
+  }
+};
+
 using Server = RegisterServer<Registers>;
 using Codec = FrameCodec<CrcBitwise, 1>;
 
@@ -146,6 +159,8 @@ struct Line {
   /// From this request on, for so many: SLO is high, and the encoders hear nothing.
   std::uint32_t cut_at = 0xFFFF'FFFF;
   std::uint32_t cut_for = 0xFFFF'FFFF;
+  /// MA low without an edge.
+  Picoseconds longest_low{};
 
   Line(Device& of, const ConfigureOptions& options = {}, Picoseconds delay = {})
       : cycle(options), device(of), way_out(delay / 2), way_back(delay - delay / 2) {}
@@ -155,6 +170,7 @@ struct Line {
     StepOutput out = cycle.begin(now);
     StepOutput answered;
     bool ma_seen = true;
+    Picoseconds fell = never;
     for (std::uint64_t i = 0; i < most_steps && !cycle.done(); ++i) {
       const std::uint32_t number = cycle.configurator().requests();
       const bool cut = number >= cut_at && number - cut_at < cut_for;
@@ -165,6 +181,12 @@ struct Line {
       const bool slo = way_back.level(now);
       out = cycle.step(now, cut || slo);
       way_out.put(now, out.level);
+      if (out.level) {
+        if (fell != never) longest_low = std::max(longest_low, now - fell);
+        fell = never;
+      } else if (fell == never) {
+        fell = now;
+      }
       if (cycle.done()) break;
       now = std::max(now, std::min(std::min(out.deadline, answered.deadline),
                                    std::min(way_out.next(), way_back.next())));

@@ -69,7 +69,10 @@ BISS_TEST(Configure, RegistersOfAnMhm_GiveBp3With28BitsAndTheMasterReads) {
     BISS_EXPECT_EQ(slave.profile.value_or(0), 0x621E);
     BISS_EXPECT_EQ(slave.eds_bank, 2);
     BISS_EXPECT(slave.eds_unused);
-    // Everything as it was.
+    // CDM 1 was held from one request to the next.
+    BISS_EXPECT(line.longest_low > microseconds(200));
+    // Everything as it was, and the encoder waits for a start bit.
+    BISS_EXPECT(device.slaves[0].source().server.idle());
     BISS_EXPECT_EQ(device.registers().bsel(), 0);
     BISS_EXPECT(state.channels);
     BISS_EXPECT_EQ(state.channel_commands, 2U);
@@ -173,6 +176,58 @@ BISS_TEST(Configure, OldDeviceWithoutWInversion_IsWaitedFor) {
   BISS_EXPECT_EQ(device.registers().bsel(), 0);
 }
 
+BISS_TEST(Configure, DeviceThatKeepsItsBsel_HasNothingToPutBack) {
+  EncoderState state{.keeps_bsel = true};
+  Encoders<1> device{{encoder(format_of_profile(0x6214), usual_timing,
+                              {.profile = 0x6214, .eds_bank = 2}, state)}};
+  Line line(device);
+  BISS_ASSERT(line.run());
+  BISS_ASSERT(line.cycle.result().ok());
+  BISS_EXPECT(line.cycle.result()->slaves()[0].eds_unused);
+  BISS_EXPECT(line.cycle.configurator().left_behind() == LeftBehind{});
+}
+
+BISS_TEST(Configure, Init_ComesWithCdm0AndARestBeforeAndBehindIt) {
+  for (const bool switch_channels : {true, false}) {
+    Configurator configurator({.switch_channels = switch_channels, .cycle = microseconds(1)});
+    Picoseconds now{};
+    std::uint32_t broadcast = 0;
+    while (configurator.step() == ConfigureStep::channels_off) {
+      BISS_ASSERT(configurator.request().kind == RequestKind::reduced);
+      now = std::max(now, configurator.request().at);
+      configurator.answer(now, CdsBit::missing);
+      ++broadcast;
+    }
+    // 14 zeros, start bit, CTS, ten bits of addressing, four of CRC, S, EX.
+    BISS_EXPECT_EQ(broadcast, switch_channels ? 32U : 0U);
+    for (std::uint32_t i = 0; i < 2; ++i) {
+      BISS_ASSERT(configurator.step() == ConfigureStep::init);
+      BISS_ASSERT(configurator.request().kind == RequestKind::reduced);
+      BISS_EXPECT(!configurator.request().cdm);
+      now = std::max(now, configurator.request().at);
+      configurator.answer(now, CdsBit::missing);
+      BISS_EXPECT(configurator.request().at >= now + microseconds(40));
+    }
+    BISS_EXPECT(configurator.step() == ConfigureStep::identity);
+    BISS_EXPECT(configurator.request().kind == RequestKind::control_only);
+  }
+}
+
+BISS_TEST(Configure, SlowestDeviceThereIs_IsHeard) {
+  EncoderState state{.position = 5, .obeys_channels = false};
+  const SlaveTiming slowest{.ready = biss_busy_max,
+                            .busy_s_clocks = biss_busy_s_max_clocks,
+                            .timeout = {TimeoutRule::fixed, biss_static_timeout_max}};
+  Encoders<1> device{{encoder(format_of_profile(0x6214), slowest, {.profile = 0x6214}, state)}};
+  Line line(device, {}, nanoseconds(9'000));
+  BISS_ASSERT(line.run());
+  BISS_ASSERT(line.cycle.result().ok());
+  const auto frame =
+      read_with(*line.cycle.result(), device, line.now + microseconds(50), nanoseconds(9'000));
+  BISS_ASSERT(frame.ok());
+  BISS_EXPECT_EQ(frame->channels()[0].position, 5);
+}
+
 BISS_TEST(Configure, OneByteAtATime_IsEnough) {
   EncoderState state{.position = 5};
   Encoders<1> device{{encoder(
@@ -227,6 +282,8 @@ BISS_TEST(Configure, ChainOfThree_IsAskedOneByOneAndReadHighestIdFirst) {
     const auto result = line.cycle.result();
     BISS_ASSERT(result.ok()) << "cause " << static_cast<int>(result.error().cause);
     BISS_ASSERT_EQ(result->slave_count, 3);
+    // busy_s is not known; each further device may take a clock.
+    BISS_EXPECT_EQ(result->start_delay_clocks, 8 + 2);
     BISS_ASSERT_EQ(result->format.channel_count, 3);
     for (std::size_t k = 0; k < 3; ++k) {
       BISS_EXPECT_EQ(result->slaves()[k].serial.value_or(0), 1000 + k);
