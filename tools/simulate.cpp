@@ -2,15 +2,21 @@
 // it.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <filesystem>
 #include <memory>
 #include <string>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "sim/line.hpp"
+#include "tools/access_option.hpp"
 #include "tools/capture_output.hpp"
 #include "tools/fault_option.hpp"
+#include "tools/outcome_table.hpp"
+#include "tools/simulate_registers.hpp"
 #include "tools/simulate_replay.hpp"
 #include "tools/simulate_setup.hpp"
 #include "tools/simulate_truth.hpp"
@@ -25,10 +31,16 @@ struct SimulateOptions {
   LineOptions line;
   ReplayOptions replay;
   std::optional<Hertz> sample_rate;
-  std::uint64_t cycles = 100;
+  /// Nothing: 100, or as many more as the accesses take.
+  std::optional<std::uint64_t> cycles;
+  std::vector<std::string> registers;
+  std::vector<std::string> accesses;
+  std::string outcomes;
   std::string output;
   std::string truth;
 };
+
+constexpr std::uint64_t usual_cycles = 100;
 
 // What times in 64-bit picoseconds hold, and something to spare.
 constexpr Picoseconds longest_capture = milliseconds(100LL * 24 * 3600 * 1000);
@@ -38,6 +50,23 @@ bool is_same_file(const std::string& a, const std::string& b) {
   std::error_code none;
   return std::filesystem::equivalent(a, b, none);
 }
+
+// How long a run lasts: as told, or until all accesses are over and the encoders at rest again.
+class Duration {
+ public:
+  explicit Duration(std::optional<std::uint64_t> told) : told_(told) {}
+
+  bool more(std::uint64_t cycle, const sim::ControlMaster* control) {
+    if (told_) return cycle < *told_;
+    if (control != nullptr && !control->done()) return true;
+    if (control != nullptr && end_ == 0) end_ = cycle + control_reset_zeros;
+    return cycle < std::max(usual_cycles, end_);
+  }
+
+ private:
+  std::optional<std::uint64_t> told_;
+  std::uint64_t end_ = 0;
+};
 
 class SimulateRun {
  public:
@@ -53,27 +82,67 @@ class SimulateRun {
       return fail(ExitStatus::usage,
                   "--raw-rate: goes with --ma-from or --slo-from; for -o use --sample-rate");
     }
-    if (!options_.truth.empty() && is_same_file(options_.truth, options_.output)) {
-      return fail(ExitStatus::usage, "--truth and -o name the same file; one would be lost");
+    const std::array<std::pair<const char*, std::string>, 3> files{
+        {{"-o", options_.output}, {"--truth", options_.truth}, {"--outcomes", options_.outcomes}}};
+    for (std::size_t i = 0; i < files.size(); ++i) {
+      for (std::size_t k = i + 1; k < files.size(); ++k) {
+        if (files[k].second.empty() || !is_same_file(files[i].second, files[k].second)) continue;
+        return fail(ExitStatus::usage,
+                    fmt::format("{} and {} name the same file; one would be lost", files[k].first,
+                                files[i].first));
+      }
     }
-    if (!options_.replay.ma_from.empty()) return replay_ma(replay_options(), options_.line);
-    if (!options_.replay.slo_from.empty()) return replay_slo(replay_options(), options_.line);
-    const LineChoice choice = choose_line(options_.line);
+    LineOptions line = options_.line;
+    if (const ExitStatus status = load_control(line); status != ExitStatus::done) return status;
+    if (line.device.format.empty()) {
+      return fail(
+          ExitStatus::usage,
+          "--format is required, or --registers with a profile identifier for each encoder");
+    }
+    if (!options_.replay.ma_from.empty()) return replay_ma(replay_options(), line);
+    if (!options_.replay.slo_from.empty()) return replay_slo(replay_options(), line);
+    const LineChoice choice = choose_line(line);
     if (!choice) return fail(ExitStatus::usage, choice.error);
-    const sim::NominalCycle nominal = sim::Line(*choice.setup).nominal();
-    const std::int64_t most = longest_capture.count / nominal.interval.count;
-    if (options_.cycles > static_cast<std::uint64_t>(most)) {
-      return fail(ExitStatus::usage,
-                  fmt::format("--cycles: a capture holds 100 days, {} cycles at this rate", most));
-    }
-    if (const std::string wrong = check_faults(choice.setup->faults, nominal, options_.cycles);
-        !wrong.empty()) {
+    if (const std::string wrong = check_run(*choice.setup); !wrong.empty()) {
       return fail(ExitStatus::usage, wrong);
     }
     return write(*choice.setup);
   }
 
  private:
+  ExitStatus load_control(LineOptions& line) const {
+    LoadedRegisters loaded = load_registers(options_.registers);
+    if (loaded.status != ExitStatus::done) return loaded.status;
+    line.registers = std::move(loaded.registers);
+    if (line.device.format.empty()) {
+      line.device.format = loaded.format;
+      line.slaves = std::max<std::uint64_t>(line.slaves, line.registers.size());
+    }
+    AccessChoice accesses = read_accesses(options_.accesses);
+    if (!accesses.error.empty()) return fail(accesses.status, accesses.error);
+    line.accesses = std::move(accesses.accesses);
+    if (!line.accesses.empty() || options_.outcomes.empty()) return ExitStatus::done;
+    return fail(ExitStatus::usage, "--outcomes: without --access there are none");
+  }
+
+  // Whether the line, the faults and the accesses fit into this many cycles.
+  std::string check_run(const sim::LineSetup& setup) const {
+    const sim::NominalCycle nominal = sim::Line(setup).nominal();
+    const std::uint64_t least = least_cycles(setup.accesses);
+    const std::uint64_t cycles = options_.cycles.value_or(std::max(usual_cycles, least));
+    const std::int64_t most = longest_capture.count / nominal.interval.count;
+    if (cycles > static_cast<std::uint64_t>(most)) {
+      return fmt::format("--cycles: a capture holds 100 days, {} cycles at this rate", most);
+    }
+    if (cycles < least) {
+      return fmt::format(
+          "--cycles: the accesses take {} at least; without --cycles there are as "
+          "many as they need",
+          least);
+    }
+    return check_faults(setup.faults, nominal, cycles);
+  }
+
   ReplayOptions replay_options() const {
     ReplayOptions replay = options_.replay;
     replay.sample_rate = options_.sample_rate;
@@ -95,9 +164,12 @@ class SimulateRun {
     if (!options_.truth.empty()) {
       rows = report::make_table_writer(report::Format::csv, truth.columns(), truth_output);
     }
+    OutcomeLog outcomes;
+    if (!outcomes.open(options_.outcomes)) return outcomes.status();
     sim::Line line(setup);
+    Duration duration(options_.cycles);
     if (!edges.write(idle_levels(names.size()))) return edges.status();
-    for (std::uint64_t i = 0; i < options_.cycles; ++i) {
+    for (std::uint64_t i = 0; duration.more(i, line.control()); ++i) {
       const sim::SimulatedCycle& cycle = line.next();
       if (!edges.write(cycle.edges)) return edges.status();
       if (rows && !rows->row(truth.cells(i, cycle))) return truth_output.status();
@@ -105,6 +177,7 @@ class SimulateRun {
     if (!edges.finish(line.end() + 20 * period_of(setup.clock))) return edges.status();
     if (!output.finish()) return output.status();
     if (rows && (!rows->finish() || !truth_output.finish())) return truth_output.status();
+    if (line.control() != nullptr && !outcomes.finish(*line.control())) return outcomes.status();
     return ExitStatus::done;
   }
 
@@ -127,7 +200,7 @@ class SimulateRun {
 };
 
 void add_line_options(CLI::App& verb, LineOptions& line) {
-  add_format_option(verb, line.device, true);
+  add_format_option(verb, line.device, false);
   add_timing_options(verb, line.device);
   add_rate_option(verb, "--clock", into(line.clock), "MA's frequency; 1 MHz by default");
   add_deviation_option(verb, "--clock-error", into(line.clock_error_ppm),
@@ -165,6 +238,26 @@ void add_line_options(CLI::App& verb, LineOptions& line) {
   add_count_option(verb, "--seed", into(line.seed), "Seed of positions, jitter and faults");
 }
 
+void add_control_options(CLI::App& verb, SimulateOptions& options) {
+  verb.add_option("--registers", options.registers,
+                  "A dump with the registers of an encoder, that at the end of a chain first, or "
+                  "of the one with this ID; without -f their profiles say the format")
+      ->type_name("[ID:]FILE");
+  verb.add_option("--register-busy", options.line.register_busy,
+                  "The encoder is late by so many frames with each byte, or by such a time")
+      ->type_name("N|TIME");
+  verb.add_option("--access", options.accesses,
+                  "The master reads registers, writes some or sends a command, beside its requests "
+                  "for positions: read:0x42,2, 1/write:0x48=01FF, 0/command:channels, read:0@500 "
+                  "(not before a cycle), or those in a file, one a line")
+      ->type_name("[ID/]ACCESS|@FILE");
+  add_count_option(verb, "--retries", into(options.line.retries),
+                   "Times that an access is tried again; 0 by default", 255);
+  verb.add_option("--outcomes", options.outcomes,
+                  "What became of the accesses, as CSV, or as JSON lines in FILE.jsonl")
+      ->type_name("FILE");
+}
+
 // Options of a side that is recorded say nothing; giving them is a mistake.
 void add_replay_options(CLI::App& verb, ReplayOptions& replay) {
   CLI::Option* ma_from = verb.add_option(
@@ -175,16 +268,18 @@ void add_replay_options(CLI::App& verb, ReplayOptions& replay) {
       "Read the encoder in this capture where it was asked; our MA and its SLO are written");
   ma_from->type_name("FILE")->excludes(slo_from);
   slo_from->type_name("FILE");
-  for (const char* name : {"--rate", "--cycles", "--fault", "--jitter", "--ma-jitter",
-                           "--slo-jitter", "--at-slave", "--clock-error", "--duty"}) {
+  for (const char* name :
+       {"--rate", "--cycles", "--fault", "--jitter", "--ma-jitter", "--slo-jitter", "--at-slave",
+        "--clock-error", "--duty", "--access", "--retries", "--outcomes"}) {
     ma_from->excludes(verb.get_option(name));
     slo_from->excludes(verb.get_option(name));
   }
   for (const char* name : {"--clock", "--no-compensation", "--slaves"}) {
     ma_from->excludes(verb.get_option(name));
   }
-  for (const char* name : {"--cable", "--ma-delay", "--slo-delay", "--internal-delay",
-                           "--processing", "--motion", "--seed", "--truth"}) {
+  for (const char* name :
+       {"--cable", "--ma-delay", "--slo-delay", "--internal-delay", "--processing", "--motion",
+        "--seed", "--truth", "--registers", "--register-busy"}) {
     slo_from->excludes(verb.get_option(name));
   }
   verb.add_option("--ma", replay.ma, "The capture's line that is MA")->type_name("NAME");
@@ -209,17 +304,20 @@ void add_simulate(Command& command) {
                     "biss simulate -f pos18,nE,nW,crc6 --fault flip:0.1 --fault cut@40,bit=5 "
                     "-o line.csv --truth truth.csv",
                     "biss simulate -f resolute-26 --clock 10MHz --sample-rate 200MHz -o line.sr",
+                    "biss simulate --registers encoder.hex --access read:0x78,8 --outcomes - "
+                    "-o line.vcd",
                     "biss simulate -f pos26,nE,nW,crc6 --ma-from master.vcd -o answered.vcd"}},
       [options] { return SimulateRun(*options).run(); });
   add_line_options(verb, options->line);
-  add_count_option(verb, "--cycles", into(options->cycles), "Request cycles; 100 by default",
-                   100'000'000);
+  add_count_option(verb, "--cycles", into(options->cycles),
+                   "Request cycles; by default 100, or as many as --access takes", 100'000'000);
   add_rate_option(verb, "--sample-rate", into(options->sample_rate),
                   "Samples a second of .sr, .bin and .raw; the next of 1, 2, 5, 10 … from eight "
                   "times the clock on by default");
   add_output_option(verb, options->output)->required();
   verb.add_option("--truth", options->truth, "What the encoder meant to send, as CSV")
       ->type_name("FILE");
+  add_control_options(verb, *options);
   add_replay_options(verb, options->replay);
   verb.get_option("--clock")->each(
       [options](const std::string&) { options->replay.own_clock = true; });

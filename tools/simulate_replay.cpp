@@ -5,6 +5,7 @@
 #include <array>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "sim/encoder.hpp"
@@ -14,6 +15,7 @@
 #include "tools/decode_table.hpp"
 #include "tools/message.hpp"
 #include "tools/output.hpp"
+#include "tools/quantity.hpp"
 #include "tools/recorded_line.hpp"
 #include "tools/simulate_truth.hpp"
 
@@ -95,7 +97,8 @@ sim::MaReplaySetup setup_of(const sim::LineSetup& line, bool timeout_known) {
   if (!timeout_known) timing.timeout = {TimeoutRule::adaptive, {}};
   return {.codec = FrameCodec<>(line.format),
           .timing = timing,
-          .line_delay = line.ma_delay + line.slo_delay + line.internal_delay};
+          .line_delay = line.ma_delay + line.slo_delay + line.internal_delay,
+          .registers = line.registers.empty() ? std::nullopt : std::optional(line.registers[0])};
 }
 
 // The counts of answers by kind, and their rows of truth.
@@ -164,6 +167,10 @@ ExitStatus no_request(const CaptureInput& input) {
 ExitStatus replay_ma(const ReplayOptions& options, const LineOptions& line) {
   const LineChoice choice = choose_line(line);
   if (!choice) return fail(ExitStatus::usage, choice.error);
+  if (!line.register_busy.empty() && !parse_count(line.register_busy).ok()) {
+    return fail(ExitStatus::usage,
+                "--register-busy: in frames; a recorded master asks when it likes");
+  }
   const sim::LineSetup& setup = *choice.setup;
   const bool timeout_known =
       choose_device(line.device).device->entry != nullptr || !line.device.timeout.empty();

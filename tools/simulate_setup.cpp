@@ -6,8 +6,10 @@
 #include <algorithm>
 
 #include "biss/timing/cable.hpp"
+#include "sim/line.hpp"
 #include "tools/fault_option.hpp"
 #include "tools/quantity.hpp"
+#include "tools/simulate_registers.hpp"
 
 namespace biss::tools {
 
@@ -67,6 +69,29 @@ std::string put_faults(const LineOptions& options, sim::LineSetup& setup) {
   return {};
 }
 
+std::string put_control(const LineOptions& options, sim::LineSetup& setup) {
+  setup.registers = options.registers;
+  setup.accesses = options.accesses;
+  setup.control.retries = static_cast<std::uint8_t>(options.retries);
+  if (!options.registers.empty() && setup.format.cds0) {
+    return "--registers: by its format this encoder is unidirectional, its CDS is always 0";
+  }
+  if (options.registers.size() <= setup.slaves) return {};
+  return fmt::format("--registers: for ID {}, but there {}", options.registers.size() - 1,
+                     setup.slaves == 1 ? std::string("is one encoder, with ID 0; see --slaves")
+                                       : fmt::format("are {} encoders", setup.slaves));
+}
+
+// Behind put_rate(): a time is counted in cycles.
+std::string put_busy(const LineOptions& options, sim::LineSetup& setup) {
+  if (options.register_busy.empty()) return {};
+  if (setup.registers.empty()) return "--register-busy: without --registers there are none";
+  RegisterBusy busy;
+  std::string wrong = read_busy(options.register_busy, sim::Line(setup).nominal().interval, busy);
+  for (sim::EncoderRegisters& registers : setup.registers) registers.set_busy(busy);
+  return wrong;
+}
+
 std::string put_rate(const LineOptions& options, sim::LineSetup& setup) {
   const DeviceTiming& timing = setup.timing;
   if (options.clock < timing.clock_min || options.clock > timing.clock_max) {
@@ -97,7 +122,8 @@ LineChoice choose_line(const LineOptions& options) {
   setup.compensate = !options.no_compensation;
   setup.record_at_slave = options.at_slave;
   setup.seed = options.seed;
-  for (const auto put : {put_motion, put_chain, put_delays, put_jitter, put_faults, put_rate}) {
+  for (const auto put : {put_motion, put_chain, put_delays, put_jitter, put_faults, put_control,
+                         put_rate, put_busy}) {
     if (std::string wrong = put(options, setup); !wrong.empty()) {
       return {.setup = {}, .error = std::move(wrong)};
     }

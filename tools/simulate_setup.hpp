@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "biss/base/units.hpp"
+#include "sim/control_master.hpp"
+#include "sim/encoder_registers.hpp"
 #include "sim/line_setup.hpp"
 #include "tools/format_option.hpp"
 
@@ -37,6 +39,12 @@ struct LineOptions {
   bool no_compensation = false;
   bool at_slave = false;
   std::uint64_t seed = 1;
+  /// As LineSetup has them.
+  std::vector<sim::EncoderRegisters> registers{};
+  std::vector<sim::ControlAccess> accesses{};
+  /// As read_busy() takes it; empty: at once.
+  std::string register_busy{};
+  std::uint64_t retries = 0;
 };
 
 /// A line, or one line of text that says why there is none (usage: exit status 2).

@@ -1,0 +1,223 @@
+// Control communication beside the positions, as `biss simulate` makes it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "tests/cli/run_command.hpp"
+
+namespace biss::cli {
+namespace {
+
+using testing::HasSubstr;
+using Words = std::vector<std::string>;
+
+// What iC-Haus' application note AN22 shows of an iC-MHM: BP3 with 28 bits of position, EDS_BANK
+// names a bank that is not shown.
+constexpr const char* mhm_page =
+    "0x00: 48 44 00 78 80 00 00 00 CF 80 00 00 23 00 00 00\n"
+    "0x10: 00 00 00 8C -- -- -- -- -- -- -- -- -- -- -- --\n"
+    "0x20: -- x16\n"
+    "0x30: -- x16\n"
+    "0x40: 00 02 62 1E FF FF FF FF 00 00 00 00 00 00 8C FF\n"
+    "0x50: FF x16\n"
+    "0x60: FF x16\n"
+    "0x70: 00 01 15 15 -- -- -- -- 4D 48 4D 23 44 00 69 43\n";
+
+class SimulatedRegisters : public testing::Test {
+ protected:
+  // Simulates with an iC-MHM's registers; the capture is line.vcd.
+  Outcome simulate(const Words& more) const {
+    Words words{"simulate", "--registers", page, "-o", capture, "--truth", truth};
+    words.insert(words.end(), more.begin(), more.end());
+    return run(words);
+  }
+  std::vector<Row> outcomes_of(const Words& more) const {
+    Words words = more;
+    words.insert(words.end(), {"--outcomes", "-"});
+    const Outcome outcome = simulate(words);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return rows_of(outcome.out);
+  }
+  // Rows of the capture, each of them right.
+  std::vector<Row> expect_right(const std::string& format) const {
+    const Outcome read = run({"decode", capture, "-f", format, "--to", "csv"});
+    EXPECT_EQ(read.status, 0) << read.err;
+    const auto rows = rows_of(read.out);
+    const auto meant = rows_of(content_of(truth));
+    EXPECT_EQ(rows.size(), meant.size());
+    for (std::size_t i = 0; i < rows.size() && i < meant.size(); ++i) {
+      EXPECT_EQ(rows[i].at("status"), "ok") << i;
+      EXPECT_EQ(rows[i].at("position"), meant[i].at("position")) << i;
+      EXPECT_EQ(rows[i].at("time_ns"), meant[i].at("time_ns")) << i;
+    }
+    return rows;
+  }
+
+  Folder folder;
+  std::string page = folder.file("mhm.txt", mhm_page);
+  std::string capture = folder.path("line.vcd");
+  std::string truth = folder.path("truth.csv");
+};
+
+TEST_F(SimulatedRegisters, ProfileIdentifier_IsReadOverTheWireAndIsTheFormat) {
+  const auto rows = outcomes_of({"--access", "read:0x42,2", "--access", "read:0x78,8"});
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_EQ(rows[0].at("id"), "0");
+  EXPECT_EQ(rows[0].at("access"), "read");
+  EXPECT_EQ(rows[0].at("address"), "0x42");
+  EXPECT_EQ(rows[0].at("name"), "BP_ID");
+  EXPECT_EQ(rows[0].at("data"), "62 1E");
+  EXPECT_EQ(rows[0].at("outcome"), "ok");
+  EXPECT_EQ(rows[0].at("cycle"), "0");
+  EXPECT_EQ(rows[0].at("cycles"), "61");
+  EXPECT_EQ(rows[1].at("data"), "4D 48 4D 23 44 00 69 43");
+  // 33 + 14 · 2 frames, 33 + 14 · 8 less the 14 zeros that the first read ends with, 14 to rest.
+  EXPECT_EQ(rows[1].at("cycles"), "131");
+  EXPECT_EQ(expect_right("pos28,nE,nW,crc6").size(), 61U + 131U + 14U);
+}
+
+TEST_F(SimulatedRegisters, TrafficAtTheHighestRate_DelaysNoRequest) {
+  const Words line{"--clock", "10MHz", "--cable", "30m", "--motion", "random"};
+  Words with = line;
+  for (const char* access : {"read:0x42,50", "write:0x48=000102030405060708090A0B0C0D0E0F",
+                             "read:0,20", "0/command:user", "read:0x20"}) {
+    with.insert(with.end(), {"--access", access});
+  }
+  with.insert(with.end(), {"--cycles", "5000"});
+  ASSERT_EQ(simulate(with).status, 0);
+  expect_right("bp3:0x621E");
+  const auto busy = rows_of(content_of(truth));
+  Words without = line;
+  without.insert(without.end(), {"--cycles", "5000"});
+  ASSERT_EQ(simulate(without).status, 0);
+  const auto quiet = rows_of(content_of(truth));
+  ASSERT_EQ(busy.size(), 5000U);
+  ASSERT_EQ(quiet.size(), 5000U);
+  for (std::size_t i = 0; i < busy.size(); ++i) {
+    ASSERT_EQ(busy[i].at("time_ns"), quiet[i].at("time_ns")) << i;
+    ASSERT_EQ(busy[i].at("position"), quiet[i].at("position")) << i;
+  }
+}
+
+TEST_F(SimulatedRegisters, Outcomes_SayWhatBecameOfEachAccess) {
+  const auto rows =
+      outcomes_of({"--access", "read:0x20", "--access", "1/read:0", "--access", "write:0x42=00",
+                   "--access", "write:0x48=0102", "--access", "read:0x48,2", "--access",
+                   "0/command:user", "--access", "command:bypass", "--access", "read:0x72,8"});
+  const std::vector<std::string> causes{
+      "refused", "no_such_slave",   "refused_or_unheard", "ok", "ok", "not_accepted",
+      "ok",      "next_unavailable"};
+  ASSERT_EQ(rows.size(), causes.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) EXPECT_EQ(rows[i].at("outcome"), causes[i]) << i;
+  EXPECT_EQ(rows[4].at("data"), "01 02");
+  EXPECT_EQ(rows[5].at("name"), "user");
+  EXPECT_EQ(rows[6].at("id"), "");
+  EXPECT_EQ(rows[7].at("data"), "15 15");
+}
+
+TEST_F(SimulatedRegisters, Chain_EachEncoderHasItsOwn) {
+  const std::string other = folder.file("other.txt", "0x40: 00 00 62 12\n0x48: AB\n");
+  const Words line{"--registers", other,           "--access", "1/read:0x48",
+                   "--access",    "0/read:0x42,2", "--access", "1/read:0x42,2"};
+  const auto rows = outcomes_of(line);
+  ASSERT_EQ(rows.size(), 3U);
+  EXPECT_EQ(rows[0].at("data"), "AB");
+  EXPECT_EQ(rows[1].at("data"), "62 1E");
+  EXPECT_EQ(rows[2].at("data"), "62 12");
+  // The one with the higher ID comes first.
+  expect_right("pos16,nE,nW,crc6+pos28,nE,nW,crc6");
+  const Outcome swapped = run({"simulate", "--registers", "1:" + page, "--registers", "0:" + other,
+                               "-o", capture, "--truth", truth});
+  EXPECT_EQ(swapped.status, 0) << swapped.err;
+  expect_right("pos28,nE,nW,crc6+pos16,nE,nW,crc6");
+}
+
+TEST_F(SimulatedRegisters, AccessesInAFile_AreThoseOfTheCommandLine) {
+  const std::string list =
+      folder.file("list.txt", "# two\nread:0x42,2  # profile\n\n  write:0x48=07 \r\n");
+  const auto rows = outcomes_of({"--access", "@" + list, "--access", "read:0x48"});
+  ASSERT_EQ(rows.size(), 3U);
+  EXPECT_EQ(rows[0].at("data"), "62 1E");
+  EXPECT_EQ(rows[2].at("data"), "07");
+  const std::string wrong = folder.file("wrong.txt", "read:0x42\nread:0x99\n");
+  const Outcome outcome = simulate({"--access", "@" + wrong});
+  EXPECT_EQ(outcome.status, 3);
+  EXPECT_THAT(outcome.err, HasSubstr("line 2"));
+  EXPECT_EQ(simulate({"--access", "@" + folder.path("none")}).status, 3);
+}
+
+TEST_F(SimulatedRegisters, BusyEncoder_TakesThatManyCyclesMoreAByte) {
+  const auto at_once = outcomes_of({"--access", "read:0x40,4"});
+  const auto late = outcomes_of({"--access", "read:0x40,4", "--register-busy", "7"});
+  EXPECT_EQ(std::stoi(late[0].at("cycles")), std::stoi(at_once[0].at("cycles")) + 4 * 7);
+  EXPECT_EQ(late[0].at("data"), at_once[0].at("data"));
+  const auto too_late = outcomes_of({"--access", "read:0x40,4", "--register-busy", "21ms"});
+  EXPECT_EQ(too_late[0].at("outcome"), "busy_too_long");
+}
+
+TEST_F(SimulatedRegisters, Faults_SpoilAccessesAndRetriesMendThem) {
+  const Words faults{"--access", "read:0x40,16", "--fault", "cut@60", "--seed", "3"};
+  EXPECT_EQ(outcomes_of(faults)[0].at("outcome"), "frame_lost");
+  Words mended = faults;
+  mended.insert(mended.end(), {"--retries", "2"});
+  EXPECT_EQ(outcomes_of(mended)[0].at("outcome"), "ok");
+}
+
+TEST_F(SimulatedRegisters, JsonLines_AreADumpOfTheSameRegisters) {
+  const std::string lines = folder.path("outcomes.jsonl");
+  ASSERT_EQ(simulate({"--access", "read:0x40,52", "--access", "read:0x78,8", "--access",
+                      "read:0,20", "--outcomes", lines})
+                .status,
+            0);
+  const auto again = [&](const std::string& file) {
+    return run({"simulate", "--registers", file, "--access", "read:0,20", "--access",
+                "read:0x40,52", "--access", "read:0x78,8", "-o", capture, "--outcomes", "-"});
+  };
+  const Outcome first = again(page);
+  EXPECT_EQ(first.status, 0) << first.err;
+  EXPECT_EQ(again(lines).out, first.out);
+}
+
+TEST_F(SimulatedRegisters, WrongUsage_IsOneLine) {
+  const auto expect_usage = [&](const Words& more, const char* part) {
+    const Outcome outcome = simulate(more);
+    EXPECT_EQ(outcome.status, 2) << part;
+    EXPECT_THAT(outcome.err, HasSubstr(part));
+  };
+  expect_usage({"--cycles", "46", "--access", "read:0"}, "the accesses take 47 at least");
+  EXPECT_EQ(simulate({"--cycles", "47", "--access", "read:0"}).status, 0);
+  expect_usage({"--access", "read:0x80"}, "an address is 0 to 0x7F");
+  expect_usage({"--outcomes", "-"}, "without --access");
+  expect_usage({"--access", "read:0", "--outcomes", truth}, "name the same file");
+  expect_usage({"-f", "resolute-26"}, "unidirectional");
+  expect_usage({"-f", "pos26,nE,nW,crc6", "--registers", page}, "for ID 1");
+  expect_usage({"--registers", "0:" + page}, "given twice");
+  expect_usage({"--register-busy", "long"}, "frames");
+  EXPECT_EQ(simulate({"--registers", folder.path("none")}).status, 3);
+  const Outcome outcome = run({"simulate", "-o", capture});
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("--format is required"));
+}
+
+TEST_F(SimulatedRegisters, RecordedMaster_GetsItsAnswersFromTheRegisters) {
+  ASSERT_EQ(simulate({"--access", "read:0x42,2", "--motion", "constant"}).status, 0);
+  const std::string answered = folder.path("answered.vcd");
+  const auto answer = [&](const Words& more) {
+    Words words{"simulate", "-f",       "pos28,nE,nW,crc6",
+                "--motion", "constant", "--ma-from",
+                capture,    "-o",       answered};
+    words.insert(words.end(), more.begin(), more.end());
+    EXPECT_EQ(run(words).status, 0);
+    return run({"decode", answered, "-f", "pos28,nE,nW,crc6", "--to", "csv"}).out;
+  };
+  const std::string original =
+      run({"decode", capture, "-f", "pos28,nE,nW,crc6", "--to", "csv"}).out;
+  EXPECT_EQ(answer({"--registers", page}), original);
+  EXPECT_NE(answer({}), original);  // CDS stays 0
+}
+
+}  // namespace
+}  // namespace biss::cli
