@@ -34,6 +34,13 @@ class BitView {
   constexpr std::size_t size_bits() const { return size_bits_; }
   constexpr bool empty() const { return size_bits_ == 0; }
 
+  /// For a reader of its own: the bytes from the first one that holds a bit to the last one, and
+  /// which bit of the first byte (0 = the top one) bit 0 is.
+  constexpr std::span<const std::uint8_t> stored() const {
+    return std::span(bytes_, stored_bytes()).subspan(first_bit_ >> 3U);
+  }
+  constexpr unsigned first_bit_of_stored() const { return first_bit_ & 7U; }
+
   /// \pre index < size_bits()
   constexpr bool bit(std::size_t index) const {
     const std::size_t at = first_bit_ + index;

@@ -1,0 +1,115 @@
+// Safety configurations by name: the rows of Renishaw's data sheet, and the types of the Safety
+// Concept.
+#pragma once
+
+#include <array>
+#include <string_view>
+
+#include "biss/frame/format_parse.hpp"
+#include "biss/safety/setup.hpp"
+
+namespace biss {
+
+/// A frame and how to monitor it. All text is static. Anything else is a FrameFormat and a
+/// SafetySetup of one's own.
+struct SafetyConfiguration {
+  /// Lower case, what a user types.
+  std::string_view name{};
+  /// Text of the frame format; it parses (proven at compile time).
+  std::string_view format{};
+  SafetySetup setup{};
+  /// What one count of CPW and SPW is, where it is known.
+  std::string_view resolution{};
+  std::string_view source{};
+
+  /// The format as data.
+  constexpr FrameFormat frame_format() const { return parse_format(format).value(); }
+};
+
+namespace safety_detail {
+
+inline constexpr std::string_view renishaw =
+    "Renishaw data sheet: BiSS Safety for RESOLUTE and FORTiS";
+inline constexpr std::string_view concept_a5 = "BiSS Safety Concept A5, table 1";
+
+// All that the two words share is compared: the data sheet names no comparison width, and the SPW
+// is the CPW's upper part.
+constexpr SafetyConfiguration renishaw_row(std::string_view name, std::string_view format,
+                                           std::string_view resolution) {
+  return {
+      .name = name, .format = format, .setup = {}, .resolution = resolution, .source = renishaw};
+}
+
+// `cycle` is the shortest safety cycle of the table, `compare_bits` its ACC_MIN.
+constexpr SafetyConfiguration type(std::string_view name, std::string_view format,
+                                   std::uint8_t compare_bits, Picoseconds cycle) {
+  SafetySetup setup{.cycle_min = cycle};
+  setup.comparison.compare_bits = compare_bits;
+  return {.name = name,
+          .format = format,
+          .setup = at_cycle(setup, cycle),
+          .resolution = {},
+          .source = concept_a5};
+}
+
+inline constexpr Picoseconds one_cycle = nanoseconds(31'250);
+inline constexpr Picoseconds two_cycles = nanoseconds(62'500);
+
+}  // namespace safety_detail
+
+/// Renishaw's five rows, then the nine types. The Safety Concept gives the types RSH and LMM 62.5
+/// us, Renishaw 31.25 us for its frames of the same size: each row has its own source's.
+inline constexpr std::array safety_configurations{
+    safety_detail::renishaw_row("fs-32-32", "pos32,nE,nW,crc6+pos32,nE,nW,lc6,crc16;cds0",
+                                "0.0003 arcsec both; RESOLUTE rotary, LMM"),
+    safety_detail::renishaw_row("fs-28-24", "pos28,nE,nW,crc6+pos24,nE,nW,lc6,crc16;cds0",
+                                "50 nm and 800 nm; RESOLUTE linear, RSM"),
+    safety_detail::renishaw_row("fs-36-28", "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0",
+                                "1 nm and 256 nm; RESOLUTE linear, RSH"),
+    safety_detail::renishaw_row("fortis-fs-36-28-10nm",
+                                "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0",
+                                "10 nm and 2560 nm; FORTiS linear, RSH"),
+    safety_detail::renishaw_row("fortis-fs-36-28-1nm",
+                                "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0",
+                                "1 nm and 256 nm; FORTiS linear, RSH"),
+    safety_detail::type("rxm", "st16,nE,nW,crc6+st12,nE,nW,lc6,crc16", 9, safety_detail::one_cycle),
+    safety_detail::type("rxh", "st24,nE,nW,crc6+st16,nE,nW,lc6,crc16", 13,
+                        safety_detail::one_cycle),
+    safety_detail::type("rsm", "mt12,st16,nE,nW,crc6+mt12,st12,nE,nW,lc6,crc16", 9,
+                        safety_detail::one_cycle),
+    safety_detail::type("rsh", "mt12,st24,nE,nW,crc6+mt12,st16,nE,nW,lc6,crc16", 13,
+                        safety_detail::two_cycles),
+    safety_detail::type("rlm", "mt24,st16,nE,nW,crc6+mt24,st12,nE,nW,lc6,crc16", 9,
+                        safety_detail::two_cycles),
+    safety_detail::type("rlh", "mt24,st24,nE,nW,crc6+mt24,st16,nE,nW,lc6,crc16", 13,
+                        safety_detail::two_cycles),
+    safety_detail::type("rum", "mt12,st16,nE,nW,crc6+st12,nE,nW,lc6,crc16", 9,
+                        safety_detail::one_cycle),
+    safety_detail::type("ruh", "mt12,st24,nE,nW,crc6+st16,nE,nW,lc6,crc16", 13,
+                        safety_detail::two_cycles),
+    safety_detail::type("lmm", "mt16,st16,nE,nW,crc6+mt16,st16,nE,nW,lc6,crc16", 11,
+                        safety_detail::two_cycles),
+};
+
+/// The configuration of that name, null when there is none. Names are compared exactly.
+constexpr const SafetyConfiguration* find_safety_configuration(std::string_view name) {
+  for (const SafetyConfiguration& each : safety_configurations) {
+    if (each.name == name) return &each;
+  }
+  return nullptr;
+}
+
+namespace safety_detail {
+
+constexpr bool can_be_monitored() {
+  for (const SafetyConfiguration& each : safety_configurations) {
+    const auto format = parse_format(each.format);
+    if (!format.ok() || check_safety(*format, each.setup)) return false;
+  }
+  return true;
+}
+static_assert(can_be_monitored());
+
+}  // namespace safety_detail
+
+}  // namespace biss

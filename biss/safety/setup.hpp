@@ -1,0 +1,218 @@
+// SafetySetup: what a safety monitor has to know besides the frame's format. Everything that the
+// documents leave open is a field here, with a default; docs/safety.md lists them.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "biss/base/units.hpp"
+#include "biss/frame/format.hpp"
+#include "biss/frame/frame.hpp"
+#include "biss/timing/device_timing.hpp"
+
+namespace biss {
+
+/// The values of the 6-bit sign-of-life counter. Open: Renishaw speaks of a number unique within 63
+/// frames, other sources of 0…63.
+enum class CounterMode : std::uint8_t {
+  count_1_63,  ///< after 63 comes 1; 0 never
+  count_0_63,  ///< after 63 comes 0
+  learned,     ///< either; start-up lasts until the counter has shown which
+};
+
+/// Whether the encoder counts a request that gave no good frame. Open; matters only where faults
+/// are tolerated.
+enum class MissedFrames : std::uint8_t {
+  counted,  ///< each of them: a damaged frame had its number
+  perhaps,  ///< some or none
+};
+
+/// What to do with the turns of the two words. Open: the Safety Concept names singleturn bits only.
+enum class MultiturnRule : std::uint8_t {
+  with_carry,  ///< turns and singleturn are one number, so a carry is one count
+  ignored,     ///< the singleturn value alone
+};
+
+/// How far the two positions may be apart.
+struct SafetyComparison {
+  /// Upper bits of the singleturn value (or of the whole position, where there are no turns) that
+  /// are compared: ACC_MIN of the Safety Concept. 0: all that both words have.
+  std::uint8_t compare_bits = 0;
+  /// In counts of the lowest bit compared (Safety Concept A5: 1). Wrap-around is no distance.
+  std::uint8_t tolerance_lsb = 1;
+  MultiturnRule multiturn = MultiturnRule::with_carry;
+
+  constexpr bool operator==(const SafetyComparison&) const = default;
+};
+
+/// How the sign of life is expected.
+struct SafetyCounter {
+  CounterMode mode = CounterMode::count_1_63;
+  MissedFrames missed = MissedFrames::counted;
+  /// Up to so many frames ahead is a loss, up to so many behind a wrong order, anything else a
+  /// foreign frame. A matter of names only.
+  std::uint8_t near_frames = 8;
+  /// Learned mode: so many times in a row the counter has to roll over in the same way.
+  std::uint8_t learn_rollovers = 2;
+
+  constexpr bool operator==(const SafetyCounter&) const = default;
+};
+
+/// Faults that are told but do not end the safe state: at most `faults` in any span of `window`.
+struct SafetyBudget {
+  /// 0 (the default): none. At most max_tolerated_faults.
+  std::uint8_t faults = 0;
+  /// Not shorter than frame_gap_max.
+  Picoseconds window{};
+
+  constexpr bool operator==(const SafetyBudget&) const = default;
+};
+
+inline constexpr std::uint8_t max_tolerated_faults = 4;
+
+struct SafetySetup {
+  /// Which channels of the frame the two words are (Safety Concept A5: CPW first).
+  std::uint8_t cpw = 0;
+  std::uint8_t spw = 1;
+  /// Good frames in a row before the first safe one is that one; 2 or more, because the counter
+  /// says something from the second one on. Open.
+  std::uint8_t start_frames = 3;
+  /// A fault holds until it is acknowledged. Off: good frames alone lead back. Open.
+  bool latch = true;
+  SafetyComparison comparison{};
+  SafetyCounter counter{};
+  /// The shortest time from request to request. Only for the check of frame_gap_max.
+  Picoseconds cycle_min = nanoseconds(31'250);
+  /// From one good frame to the next at most; a tolerated fault does not extend it. Shorter than
+  /// the counter's period times cycle_min, or the loss of a whole period would not be seen. Open;
+  /// see at_cycle().
+  Picoseconds frame_gap_max = nanoseconds(46'875);
+  /// From one good frame to the next at least; 0: not looked at. Open.
+  Picoseconds frame_gap_min{};
+  SafetyBudget budget{};
+  /// What may come before the data, in clocks. The narrower, the fewer damaged ACKs pass.
+  FrameBounds bounds{};
+
+  constexpr bool operator==(const SafetySetup&) const = default;
+};
+
+/// The setup for requests at this distance: the watchdog bites after one and a half of them.
+constexpr SafetySetup at_cycle(SafetySetup setup, Picoseconds cycle) {
+  setup.frame_gap_max = cycle + cycle / 2;
+  return setup;
+}
+
+/// Frames after which the counter has the same value again; the smaller one where it is learned.
+constexpr unsigned counter_period(CounterMode mode) {
+  return mode == CounterMode::count_0_63 ? 64 : 63;
+}
+
+/// The counter's width on the line (Safety Concept A5, Renishaw's data sheet).
+inline constexpr unsigned safety_counter_bits = 6;
+
+/// Why a setup and a format cannot be monitored.
+enum class SafetySetupError : std::uint8_t {
+  channels,      ///< a word is not in the frame, or both are the same channel
+  no_crc,        ///< a word has no CRC
+  no_error_bit,  ///< a word has no nE
+  no_position,   ///< a word has no position
+  gray,          ///< a word's position is in Gray code: cannot be aligned with the other
+  no_counter,    ///< the SPW has no counter of 6 bits
+  compare_bits,  ///< more bits to be compared than both words have
+  tolerance,     ///< the tolerance takes in every position
+  start_frames,  ///< fewer than 2
+  counter,       ///< near_frames above 30, or no learn_rollovers
+  budget,        ///< more than max_tolerated_faults, or too short a window
+  frame_gap,     ///< not 0 <= min < max, or max not shorter than the counter's period
+};
+
+namespace safety_detail {
+
+constexpr unsigned singleturn_bits(const ChannelFormat& word) {
+  return word.position.present() ? word.position.bits : word.singleturn.bits;
+}
+
+/// How CPW and SPW lie on each other: singleturn values by their upper bits, turns by their lower
+/// ones. Numbers of `bits`, of which the lower `singleturn_bits` are not turns.
+struct Alignment {
+  unsigned bits = 0;
+  unsigned singleturn_bits = 0;
+  unsigned cpw_shift = 0;
+  unsigned spw_shift = 0;
+};
+
+// \pre compare_bits is at most what both words have
+constexpr Alignment alignment_of(const ChannelFormat& cpw, const ChannelFormat& spw,
+                                 const SafetyComparison& comparison) {
+  const unsigned cpw_bits = singleturn_bits(cpw);
+  const unsigned spw_bits = singleturn_bits(spw);
+  const unsigned common = cpw_bits < spw_bits ? cpw_bits : spw_bits;
+  const unsigned compared = comparison.compare_bits == 0 ? common : comparison.compare_bits;
+  unsigned turns = cpw.multiturn.bits < spw.multiturn.bits ? cpw.multiturn.bits  //
+                                                           : spw.multiturn.bits;
+  if (comparison.multiturn == MultiturnRule::ignored) turns = 0;
+  return {turns + compared, compared, cpw_bits - compared, spw_bits - compared};
+}
+
+constexpr std::optional<SafetySetupError> check_word(const ChannelFormat& word) {
+  if (!word.crc.present()) return SafetySetupError::no_crc;
+  if (!word.error.present) return SafetySetupError::no_error_bit;
+  if (singleturn_bits(word) == 0) return SafetySetupError::no_position;
+  if (word.singleturn_gray) return SafetySetupError::gray;
+  return std::nullopt;
+}
+
+constexpr std::optional<SafetySetupError> check_numbers(const SafetySetup& setup) {
+  if (setup.start_frames < 2) return SafetySetupError::start_frames;
+  if (setup.counter.near_frames > 30 || setup.counter.learn_rollovers == 0) {
+    return SafetySetupError::counter;
+  }
+  if (setup.budget.faults > max_tolerated_faults) return SafetySetupError::budget;
+  if (setup.budget.faults != 0 && setup.budget.window < setup.frame_gap_max) {
+    return SafetySetupError::budget;
+  }
+  const Picoseconds period = setup.cycle_min * counter_period(setup.counter.mode);
+  if (setup.frame_gap_min.count < 0 || setup.frame_gap_min >= setup.frame_gap_max ||
+      setup.frame_gap_max >= period) {
+    return SafetySetupError::frame_gap;
+  }
+  return std::nullopt;
+}
+
+}  // namespace safety_detail
+
+/// \return the first mistake in the order of the enumerators, none where the frames of this format
+/// can be monitored
+constexpr std::optional<SafetySetupError> check_safety(const FrameFormat& format,
+                                                       const SafetySetup& setup) {
+  if (setup.cpw >= format.channel_count || setup.spw >= format.channel_count ||
+      setup.cpw == setup.spw) {
+    return SafetySetupError::channels;
+  }
+  const ChannelFormat& cpw = format.channel_list[setup.cpw];
+  const ChannelFormat& spw = format.channel_list[setup.spw];
+  for (const ChannelFormat* word : {&cpw, &spw}) {
+    if (const auto mistake = safety_detail::check_word(*word)) return mistake;
+  }
+  if (spw.life_counter.bits != safety_counter_bits) return SafetySetupError::no_counter;
+  const SafetyComparison& comparison = setup.comparison;
+  if (comparison.compare_bits > safety_detail::singleturn_bits(cpw) ||
+      comparison.compare_bits > safety_detail::singleturn_bits(spw)) {
+    return SafetySetupError::compare_bits;
+  }
+  const unsigned bits = safety_detail::alignment_of(cpw, spw, comparison).bits;
+  if (2U * comparison.tolerance_lsb >= low_mask(bits)) return SafetySetupError::tolerance;
+  return safety_detail::check_numbers(setup);
+}
+
+/// The SPW's position of an encoder whose CPW shows this one: the same place, in the SPW's counts.
+/// Turns and singleturn bits that the CPW does not have are 0.
+constexpr std::uint64_t spw_position(const ChannelFormat& cpw, const ChannelFormat& spw,
+                                     std::uint64_t position) {
+  const unsigned from = safety_detail::singleturn_bits(cpw);
+  const unsigned to = safety_detail::singleturn_bits(spw);
+  const std::uint64_t aligned = from >= to ? position >> (from - to) : position << (to - from);
+  return aligned & low_mask(spw.position_bits());
+}
+
+}  // namespace biss

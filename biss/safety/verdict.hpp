@@ -1,0 +1,142 @@
+// What a safety monitor says of a frame, and which of the eight faults of a transmission by IEC
+// 61784-3 each of its causes stands for.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+namespace biss {
+
+/// One frame's verdict. Causes stand in the order in which they are looked for, so a frame has the
+/// first that applies.
+enum class SafetyVerdict : std::uint8_t {
+  safe,               ///< everything agrees; the only verdict that comes with a position
+  starting,           ///< a good frame, and not yet enough of them in a row
+  latched,            ///< an earlier fault holds until acknowledge()
+  self_test,          ///< the power-up test has not run, or has failed
+  disagreement,       ///< the two evaluations of the frame differ: the fault is on our side
+  watchdog,           ///< the last good frame is too long ago
+  early,              ///< sooner after the last good frame than any cycle can be
+  no_frame,           ///< no answer, no START, ACK or STOP wrong, cut short, another channel's CRC
+  cpw_crc,            ///< the control position word's CRC is wrong
+  spw_crc,            ///< the safety position word's CRC is wrong
+  cpw_error,          ///< nE of the control position word is 0
+  spw_error,          ///< nE of the safety position word is 0
+  comparison,         ///< the two words' positions are too far apart
+  counter_mode,       ///< the counter runs as the other range does (1…63 or 0…63): wrong setup
+  counter_repeated,   ///< the counter stands still
+  counter_skipped,    ///< the counter is ahead by a few frames: they are lost
+  counter_backwards,  ///< the counter is behind by a few frames: old ones in a wrong order, or late
+  counter_foreign,    ///< the counter is nowhere near: a frame of some other source
+};
+
+inline constexpr std::size_t safety_verdict_count = 18;
+
+/// The name users see, the same as the enumerator's.
+constexpr std::string_view name_of(SafetyVerdict verdict) {
+  constexpr std::array<std::string_view, safety_verdict_count> names{"safe",
+                                                                     "starting",
+                                                                     "latched",
+                                                                     "self_test",
+                                                                     "disagreement",
+                                                                     "watchdog",
+                                                                     "early",
+                                                                     "no_frame",
+                                                                     "cpw_crc",
+                                                                     "spw_crc",
+                                                                     "cpw_error",
+                                                                     "spw_error",
+                                                                     "comparison",
+                                                                     "counter_mode",
+                                                                     "counter_repeated",
+                                                                     "counter_skipped",
+                                                                     "counter_backwards",
+                                                                     "counter_foreign"};
+  return names[static_cast<std::size_t>(verdict)];
+}
+
+/// Whether this is a cause of its own, and not merely how far the monitor is.
+constexpr bool is_fault(SafetyVerdict verdict) { return verdict > SafetyVerdict::latched; }
+
+/// Whether a fault can come from the line, so that a few of them in a time may be tolerated. What
+/// speaks of the monitor, of its setup, or of time that has already run out cannot.
+constexpr bool is_tolerable(SafetyVerdict verdict) {
+  return verdict > SafetyVerdict::watchdog && verdict != SafetyVerdict::counter_mode;
+}
+
+/// The faults of a transmission that IEC 61784-3 names.
+enum class FaultKind : std::uint8_t {
+  corruption,  ///< bits changed
+  repetition,  ///< an old frame again
+  sequence,    ///< frames in a wrong order
+  loss,        ///< a frame is missing
+  delay,       ///< a frame comes too late
+  insertion,   ///< a frame that nobody sent, besides the others
+  masquerade,  ///< something that is no safety frame taken for one
+  addressing,  ///< the frame of another encoder
+};
+
+inline constexpr std::size_t fault_kind_count = 8;
+
+/// The name users see, the same as the enumerator's.
+constexpr std::string_view name_of(FaultKind kind) {
+  constexpr std::array<std::string_view, fault_kind_count> names{
+      "corruption", "repetition", "sequence",   "loss",
+      "delay",      "insertion",  "masquerade", "addressing"};
+  return names[static_cast<std::size_t>(kind)];
+}
+
+/// How one kind of fault shows.
+struct SafetyMeasure {
+  FaultKind kind{};
+  /// The verdict where the fault is nothing else besides.
+  SafetyVerdict verdict{};
+  /// Others that it may have, a bit (1 << verdict) each; the first cause in a frame is told.
+  std::uint32_t others = 0;
+
+  /// Whether a fault of this kind may show so.
+  constexpr bool may_be(SafetyVerdict seen) const {
+    return seen == verdict || ((others >> static_cast<unsigned>(seen)) & 1U) != 0;
+  }
+};
+
+namespace safety_detail {
+
+template <class... Verdicts>
+constexpr std::uint32_t set_of(Verdicts... verdicts) {
+  return ((std::uint32_t{1} << static_cast<unsigned>(verdicts)) | ...);
+}
+
+using enum SafetyVerdict;
+
+// Whatever a wrong counter can be called.
+inline constexpr std::uint32_t any_counter =
+    set_of(counter_mode, counter_repeated, counter_skipped, counter_backwards, counter_foreign);
+// Whatever wrong bits can be called.
+inline constexpr std::uint32_t any_content =
+    set_of(no_frame, cpw_crc, spw_crc, cpw_error, spw_error, comparison) | any_counter;
+
+}  // namespace safety_detail
+
+/// Every kind of fault and its verdict, in the order of the enumerators. By PROTOCOL 5.5 (BiSS
+/// Safety Concept A5): the counter stands against repetition, wrong order, loss and insertion, the
+/// watchdog against delay and loss, the second word against corruption and masquerade. A frame of
+/// another encoder shows by its counter, or by its CRCs where start values tell encoders apart.
+inline constexpr std::array<SafetyMeasure, fault_kind_count> safety_measures{{
+    {FaultKind::corruption, SafetyVerdict::spw_crc, safety_detail::any_content},
+    {FaultKind::repetition, SafetyVerdict::counter_repeated, 0},
+    {FaultKind::sequence, SafetyVerdict::counter_backwards, safety_detail::any_counter},
+    {FaultKind::loss, SafetyVerdict::counter_skipped,
+     safety_detail::set_of(SafetyVerdict::no_frame, SafetyVerdict::watchdog,
+                           SafetyVerdict::counter_mode)},
+    {FaultKind::delay, SafetyVerdict::watchdog,
+     safety_detail::set_of(SafetyVerdict::no_frame) | safety_detail::any_counter},
+    {FaultKind::insertion, SafetyVerdict::counter_foreign,
+     safety_detail::set_of(SafetyVerdict::early) | safety_detail::any_counter},
+    {FaultKind::masquerade, SafetyVerdict::spw_crc, safety_detail::any_content},
+    {FaultKind::addressing, SafetyVerdict::counter_foreign, safety_detail::any_content},
+}};
+
+}  // namespace biss
