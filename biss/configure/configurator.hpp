@@ -194,8 +194,10 @@ class Configurator {
     const auto error = session_.outcome().error;
     config_.channels_were_switched = !error;
     // Who does not know this command did not obey the broadcast either.
-    left_behind_.channels_off = error && error != ControlError::not_accepted;
-    if (left_behind_.channels_off) {
+    const bool stay_off = error && error != ControlError::not_accepted;
+    // Slaves without an ID heard the broadcast, and cannot be addressed.
+    left_behind_.channels_off = stay_off || session_.outcome().more_slaves;
+    if (stay_off) {
       end_with({.cause = ConfigureError::channels_stay_off, .step = step_, .control = error});
     }
     begin_rest();

@@ -111,10 +111,12 @@ class SlaveQuery {
     return static_cast<std::uint16_t>(std::uint32_t{buffer_[0]} << 8U | buffer_[1]);
   }
 
-  // A clear no; an old device without W inversion says it by never starting.
+  // A clear no; an old device without W inversion says it by never starting, neither to be read nor
+  // to be written.
   static constexpr bool is_absent(ControlError error) {
     return error == ControlError::refused || error == ControlError::refused_or_unheard ||
-           error == ControlError::busy_too_long || error == ControlError::next_unavailable;
+           error == ControlError::busy_too_long || error == ControlError::start_missing ||
+           error == ControlError::next_unavailable;
   }
 
   constexpr bool begin_access(ControlSession& session, ConfigureStep step, std::uint8_t address,

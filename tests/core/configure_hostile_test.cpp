@@ -127,20 +127,26 @@ BISS_TEST(ConfigureHostile, DeviceThatIsBusyWithEachByte_MeetsTheBound) {
   BISS_EXPECT_EQ(line.cycle.configurator().left_behind().banks, 1);
 }
 
-BISS_TEST(ConfigureHostile, NinthSlave_IsTooMany) {
-  // IDL0 … IDL8 all set in every control frame, as nine slaves answer; and nothing else is said.
-  Configurator configurator({.switch_channels = false});
-  Picoseconds now{};
-  unsigned zeros = 0;
-  unsigned k = 9;
-  while (!configurator.done()) {
-    now += microseconds(250);
-    const bool reduced = configurator.request().kind == RequestKind::reduced;
-    const CdsBit cds = k++ < 9 ? CdsBit::one : CdsBit::zero;
-    const bool cdm = configurator.answer(now, reduced ? CdsBit::missing : cds);
-    if (cdm && zeros >= control_reset_zeros) k = 0;
-    zeros = cdm ? 0 : zeros + 1;
-    BISS_ASSERT(configurator.requests() < 1'000U);
+BISS_TEST(ConfigureHostile, NinthSlave_IsTooManyAndKeepsItsChannelsOff) {
+  for (const bool switch_channels : {true, false}) {
+    // IDL0 … IDL8 and IDA0 … IDA7 set in every control frame, as nine slaves answer; and nothing
+    // else is said.
+    Configurator configurator({.switch_channels = switch_channels});
+    Picoseconds now{};
+    unsigned zeros = 0;
+    unsigned k = 24;
+    while (!configurator.done()) {
+      now = std::max(now, configurator.request().at);
+      const bool reduced = configurator.request().kind == RequestKind::reduced;
+      const CdsBit cds = k < 9 || (k >= 16 && k < 24) ? CdsBit::one : CdsBit::zero;
+      ++k;
+      const bool cdm = configurator.answer(now, reduced ? CdsBit::missing : cds);
+      if (cdm && zeros >= control_reset_zeros) k = 0;
+      zeros = cdm ? 0 : zeros + 1;
+      BISS_ASSERT(configurator.requests() < 1'000U);
+    }
+    BISS_EXPECT(configurator.result().error().cause == ConfigureError::too_many_slaves);
+    // The broadcast reached the ninth, which no command addresses.
+    BISS_EXPECT_EQ(configurator.left_behind().channels_off, switch_channels);
   }
-  BISS_EXPECT(configurator.result().error().cause == ConfigureError::too_many_slaves);
 }

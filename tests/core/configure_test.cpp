@@ -177,14 +177,18 @@ BISS_TEST(Configure, OldDeviceWithoutWInversion_IsWaitedFor) {
 }
 
 BISS_TEST(Configure, DeviceThatKeepsItsBsel_HasNothingToPutBack) {
-  EncoderState state{.keeps_bsel = true};
-  Encoders<1> device{{encoder(format_of_profile(0x6214), usual_timing,
-                              {.profile = 0x6214, .eds_bank = 2}, state)}};
-  Line line(device);
-  BISS_ASSERT(line.run());
-  BISS_ASSERT(line.cycle.result().ok());
-  BISS_EXPECT(line.cycle.result()->slaves()[0].eds_unused);
-  BISS_EXPECT(line.cycle.configurator().left_behind() == LeftBehind{});
+  // Without W inversion a write is refused by not echoing its start bit.
+  for (const bool w_inversion : {true, false}) {
+    EncoderState state{.keeps_bsel = true};
+    Encoders<1> device{{encoder(
+        format_of_profile(0x6214), usual_timing,
+        {.profile = 0x6214, .eds_bank = 2, .options = {.w_inversion = w_inversion}}, state)}};
+    Line line(device);
+    BISS_ASSERT(line.run());
+    BISS_ASSERT(line.cycle.result().ok());
+    BISS_EXPECT(line.cycle.result()->slaves()[0].eds_unused);
+    BISS_EXPECT(line.cycle.configurator().left_behind() == LeftBehind{});
+  }
 }
 
 BISS_TEST(Configure, Init_ComesWithCdm0AndARestBeforeAndBehindIt) {
