@@ -1,6 +1,7 @@
 // Registers and commands on the simulated line, beside its positions.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <numeric>
@@ -287,6 +288,55 @@ TEST(ControlLine, WithoutRegisters_CdsStaysZero) {
   Line line(setup_of("pos26,nE,nW,crc6"));
   for (int i = 0; i < 100; ++i) EXPECT_EQ(line.next().reading.cds, false);
   EXPECT_EQ(line.control(), nullptr);
+}
+
+// BP3 with 24 bits of position, no data sheet.
+EncoderRegisters registers_with_profile() {
+  EncoderRegisters registers;
+  const std::array<std::uint8_t, 8> values{0x00, 0x62, 0x1A, 0, 0, 0x12, 0x67, 0x55};
+  for (unsigned i = 0; i < values.size(); ++i) {
+    registers.put(reg::eds_bank + i, values[i], RegisterProtection::read_only);
+  }
+  for (unsigned i = 0; i < 8; ++i) registers.put(reg::dev_id + i, 0x41, read_write);
+  return registers;
+}
+
+TEST(ConfiguredLine, UnknownChain_IsReadByWhatItSaysOfItself) {
+  LineSetup setup = setup_of("pos24,nE,nW,crc6+pos24,nE,nW,crc6", 2);
+  setup.clock = megahertz(1);
+  setup.registers = {registers_with_profile(), registers_with_profile()};
+  setup.accesses = {{.address = 0x48}, {.slave = 1, .address = 0x42, .size = 2}};
+  Line line(setup);
+  line.begin_configuration({}, megahertz(1));
+  Picoseconds last{};
+  while (line.configuring()) {
+    for (const wire::Edge& edge : line.configure_next()) {
+      EXPECT_GE(edge.time, last);
+      last = edge.time;
+    }
+  }
+  ASSERT_TRUE(line.configuration()->ok());
+  const Configuration& found = **line.configuration();
+  EXPECT_EQ(found.format, setup.format);
+  EXPECT_EQ(found.slave_count, 2);
+  EXPECT_TRUE(found.channels_were_switched);
+  for (int i = 0; i < 300; ++i) {
+    const SimulatedCycle& cycle = line.next();
+    EXPECT_GT(cycle.time, last);
+    last = cycle.time;
+    ASSERT_TRUE(cycle.reading.frame.ok()) << name_of(cycle.reading.frame.error().cause);
+    ASSERT_EQ(cycle.reading.frame->channel_list, cycle.sent.channel_list);
+  }
+  ASSERT_TRUE(line.control()->done());
+  EXPECT_EQ(line.control()->records()[1].data, (std::vector<std::uint8_t>{0x62, 0x1A}));
+}
+
+TEST(ConfiguredLine, UnidirectionalEncoder_SaysThatItIs) {
+  Line line(setup_of("pos24,nE,nW,crc6"));
+  line.begin_configuration({}, megahertz(1));
+  while (line.configuring()) line.configure_next();
+  ASSERT_FALSE(line.configuration()->ok());
+  EXPECT_EQ(line.configuration()->error().cause, ConfigureError::no_control);
 }
 
 // MA of a line with accesses, before an encoder like the line's: it answers as that one did.

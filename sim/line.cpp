@@ -331,4 +331,10 @@ void Line::act() {
   put_slo<true>();
 }
 
+// For line_control.cpp.
+template void Line::run_rest<true>(Picoseconds, bool);
+template Picoseconds Line::next_event<true>() const;
+template bool Line::step_line<true>();
+template void Line::put_ma<true>();
+
 }  // namespace biss::sim

@@ -6,8 +6,10 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
+#include "biss/configure/configure_cycle.hpp"
 #include "biss/frame/codec.hpp"
 #include "biss/master/request.hpp"
 #include "biss/slave/slave.hpp"
@@ -58,8 +60,24 @@ class Line {
   /// \pre setup keeps what LineSetup asks; setup.format has a channel, setup.clock is positive
   explicit Line(const LineSetup& setup);
 
-  /// Valid until the next call.
+  /// Valid until the next call. \pre !configuring()
   const SimulatedCycle& next();
+
+  /// Lets a master that knows nothing ask the encoders first. It is ideal, and nothing is damaged
+  /// meanwhile. \pre next() has not been called
+  /// \param clock 250 kHz to 1 MHz
+  void begin_configuration(const ConfigureOptions& options, Hertz clock);
+  bool configuring() const { return configurer_ && !configuration_; }
+  /// Goes on until one request more has been answered. \return the edges of that time, valid until
+  /// the next call. \pre configuring()
+  const std::vector<wire::Edge>& configure_next();
+  /// What is asked for, or was last. \pre begin_configuration()
+  const Configurator& configurator() const { return configurer_->configurator(); }
+  /// What was found, once it is over. From then on the master reads by it, at the setup's clock,
+  /// and the registers are as it left them.
+  const std::optional<Result<Configuration, ConfigureFault>>& configuration() const {
+    return configuration_;
+  }
 
   /// From one request to the next while nothing is disturbed.
   Picoseconds interval() const { return interval_; }
@@ -100,6 +118,7 @@ class Line {
   void begin_request();
   void switch_channels();
   void answer_cds();
+  void end_configuration();
   void end_control();
   void tell_sent();
   void rest();
@@ -138,6 +157,8 @@ class Line {
   RequestCycle<Codec> master_;
   std::vector<EncoderRegisters> registers_;  // the far end's first
   std::unique_ptr<ControlMaster> control_;
+  std::unique_ptr<ConfigureCycle> configurer_;
+  std::optional<Result<Configuration, ConfigureFault>> configuration_;
   bool answered_ = false;    // the CDS of the request under way
   std::vector<Node> nodes_;  // the far end's first
   Pipe ma_pipe_;

@@ -15,11 +15,10 @@
 #include "tools/access_option.hpp"
 #include "tools/capture_output.hpp"
 #include "tools/fault_option.hpp"
-#include "tools/outcome_table.hpp"
 #include "tools/simulate_registers.hpp"
 #include "tools/simulate_replay.hpp"
 #include "tools/simulate_setup.hpp"
-#include "tools/simulate_truth.hpp"
+#include "tools/simulate_write.hpp"
 #include "tools/verb.hpp"
 #include "tools/verbs.hpp"
 
@@ -30,17 +29,10 @@ namespace {
 struct SimulateOptions {
   LineOptions line;
   ReplayOptions replay;
-  std::optional<Hertz> sample_rate;
-  /// Nothing: 100, or as many more as the accesses take.
-  std::optional<std::uint64_t> cycles;
+  WriteOptions write;
   std::vector<std::string> registers;
   std::vector<std::string> accesses;
-  std::string outcomes;
-  std::string output;
-  std::string truth;
 };
-
-constexpr std::uint64_t usual_cycles = 100;
 
 // What times in 64-bit picoseconds hold, and something to spare.
 constexpr Picoseconds longest_capture = milliseconds(100LL * 24 * 3600 * 1000);
@@ -51,29 +43,21 @@ bool is_same_file(const std::string& a, const std::string& b) {
   return std::filesystem::equivalent(a, b, none);
 }
 
-// How long a run lasts: as told, or until all accesses are over and the encoders at rest again.
-class Duration {
- public:
-  explicit Duration(std::optional<std::uint64_t> told) : told_(told) {}
-
-  bool more(std::uint64_t cycle, const sim::ControlMaster* control) {
-    if (told_) return cycle < *told_;
-    if (control != nullptr && !control->done()) return true;
-    if (control != nullptr && end_ == 0) end_ = cycle + control_reset_zeros;
-    return cycle < std::max(usual_cycles, end_);
+// What the registers say stands where the user says nothing.
+void take_described(const FormatArguments& described, FormatArguments& device) {
+  for (const auto field :
+       {&FormatArguments::format, &FormatArguments::ack_max, &FormatArguments::timeout,
+        &FormatArguments::clock_max, &FormatArguments::cycle_min}) {
+    if ((device.*field).empty()) device.*field = described.*field;
   }
-
- private:
-  std::optional<std::uint64_t> told_;
-  std::uint64_t end_ = 0;
-};
+}
 
 class SimulateRun {
  public:
   explicit SimulateRun(const SimulateOptions& options) : options_(options) {}
 
   ExitStatus run() {
-    if (options_.sample_rate && !CaptureOutput::is_sampled(options_.output)) {
+    if (options_.write.sample_rate && !CaptureOutput::is_sampled(options_.write.output)) {
       return fail(ExitStatus::usage,
                   "--sample-rate: this output holds changes, not samples; write .sr, .bin or .raw");
     }
@@ -82,15 +66,8 @@ class SimulateRun {
       return fail(ExitStatus::usage,
                   "--raw-rate: goes with --ma-from or --slo-from; for -o use --sample-rate");
     }
-    const std::array<std::pair<const char*, std::string>, 3> files{
-        {{"-o", options_.output}, {"--truth", options_.truth}, {"--outcomes", options_.outcomes}}};
-    for (std::size_t i = 0; i < files.size(); ++i) {
-      for (std::size_t k = i + 1; k < files.size(); ++k) {
-        if (files[k].second.empty() || !is_same_file(files[i].second, files[k].second)) continue;
-        return fail(ExitStatus::usage,
-                    fmt::format("{} and {} name the same file; one would be lost", files[k].first,
-                                files[i].first));
-      }
+    if (const std::string wrong = check_files(); !wrong.empty()) {
+      return fail(ExitStatus::usage, wrong);
     }
     LineOptions line = options_.line;
     if (const ExitStatus status = load_control(line); status != ExitStatus::done) return status;
@@ -106,22 +83,37 @@ class SimulateRun {
     if (const std::string wrong = check_run(*choice.setup); !wrong.empty()) {
       return fail(ExitStatus::usage, wrong);
     }
-    return write(*choice.setup);
+    return write_line(*choice.setup, options_.write);
   }
 
  private:
+  std::string check_files() const {
+    const std::array<std::pair<const char*, std::string>, 3> files{
+        {{"-o", options_.write.output},
+         {"--truth", options_.write.truth},
+         {"--outcomes", options_.write.outcomes}}};
+    for (std::size_t i = 0; i < files.size(); ++i) {
+      for (std::size_t k = i + 1; k < files.size(); ++k) {
+        if (files[k].second.empty() || !is_same_file(files[i].second, files[k].second)) continue;
+        return fmt::format("{} and {} name the same file; one would be lost", files[k].first,
+                           files[i].first);
+      }
+    }
+    return {};
+  }
+
   ExitStatus load_control(LineOptions& line) const {
     LoadedRegisters loaded = load_registers(options_.registers);
     if (loaded.status != ExitStatus::done) return loaded.status;
     line.registers = std::move(loaded.registers);
     if (line.device.format.empty()) {
-      line.device.format = loaded.format;
+      take_described(loaded.device, line.device);
       line.slaves = std::max<std::uint64_t>(line.slaves, line.registers.size());
     }
     AccessChoice accesses = read_accesses(options_.accesses);
     if (!accesses.error.empty()) return fail(accesses.status, accesses.error);
     line.accesses = std::move(accesses.accesses);
-    if (!line.accesses.empty() || options_.outcomes.empty()) return ExitStatus::done;
+    if (!line.accesses.empty() || options_.write.outcomes.empty()) return ExitStatus::done;
     return fail(ExitStatus::usage, "--outcomes: without --access there are none");
   }
 
@@ -129,7 +121,7 @@ class SimulateRun {
   std::string check_run(const sim::LineSetup& setup) const {
     const sim::NominalCycle nominal = sim::Line(setup).nominal();
     const std::uint64_t least = least_cycles(setup.accesses);
-    const std::uint64_t cycles = options_.cycles.value_or(std::max(usual_cycles, least));
+    const std::uint64_t cycles = options_.write.cycles.value_or(std::max(usual_cycles, least));
     const std::int64_t most = longest_capture.count / nominal.interval.count;
     if (cycles > static_cast<std::uint64_t>(most)) {
       return fmt::format("--cycles: a capture holds 100 days, {} cycles at this rate", most);
@@ -145,55 +137,10 @@ class SimulateRun {
 
   ReplayOptions replay_options() const {
     ReplayOptions replay = options_.replay;
-    replay.sample_rate = options_.sample_rate;
-    replay.output = options_.output;
-    replay.truth = options_.truth;
+    replay.sample_rate = options_.write.sample_rate;
+    replay.output = options_.write.output;
+    replay.truth = options_.write.truth;
     return replay;
-  }
-
-  ExitStatus write(const sim::LineSetup& setup) {
-    Output output;
-    if (!output.open(options_.output)) return output.status();
-    Output truth_output;
-    if (!options_.truth.empty() && !truth_output.open(options_.truth)) return truth_output.status();
-    const std::vector<std::string> names = names_of(setup);
-    CaptureOutput edges(options_.output, names,
-                        options_.sample_rate.value_or(usual_sample_rate(setup.clock)), output);
-    TruthTable truth(setup.format);
-    std::unique_ptr<report::TableWriter> rows;
-    if (!options_.truth.empty()) {
-      rows = report::make_table_writer(report::Format::csv, truth.columns(), truth_output);
-    }
-    OutcomeLog outcomes;
-    if (!outcomes.open(options_.outcomes)) return outcomes.status();
-    sim::Line line(setup);
-    Duration duration(options_.cycles);
-    if (!edges.write(idle_levels(names.size()))) return edges.status();
-    for (std::uint64_t i = 0; duration.more(i, line.control()); ++i) {
-      const sim::SimulatedCycle& cycle = line.next();
-      if (!edges.write(cycle.edges)) return edges.status();
-      if (rows && !rows->row(truth.cells(i, cycle))) return truth_output.status();
-    }
-    if (!edges.finish(line.end() + 20 * period_of(setup.clock))) return edges.status();
-    if (!output.finish()) return output.status();
-    if (rows && (!rows->finish() || !truth_output.finish())) return truth_output.status();
-    if (line.control() != nullptr && !outcomes.finish(*line.control())) return outcomes.status();
-    return ExitStatus::done;
-  }
-
-  static std::vector<std::string> names_of(const sim::LineSetup& setup) {
-    std::vector<std::string> names{"MA", "SLO"};
-    if (setup.record_at_slave) names.insert(names.end(), {"MA_at_slave", "SLO_at_slave"});
-    return names;
-  }
-
-  // All lines are high from time 0 on.
-  static std::vector<wire::Edge> idle_levels(std::size_t lines) {
-    std::vector<wire::Edge> levels;
-    for (std::size_t line = 0; line < lines; ++line) {
-      levels.push_back({{}, static_cast<wire::LineIndex>(line), wire::Level::high});
-    }
-    return levels;
   }
 
   const SimulateOptions& options_;
@@ -253,9 +200,13 @@ void add_control_options(CLI::App& verb, SimulateOptions& options) {
       ->type_name("[ID/]ACCESS|@FILE");
   add_count_option(verb, "--retries", into(options.line.retries),
                    "Times that an access is tried again; 0 by default", 255);
-  verb.add_option("--outcomes", options.outcomes,
+  verb.add_option("--outcomes", options.write.outcomes,
                   "What became of the accesses, as CSV, or as JSON lines in FILE.jsonl")
       ->type_name("FILE");
+  verb.add_flag(
+      "--configure", options.write.configure,
+      "The master begins with knowing nothing: it asks the encoders for format and timing, "
+      "and reads the positions by that");
 }
 
 // Options of a side that is recorded say nothing; giving them is a mistake.
@@ -270,7 +221,7 @@ void add_replay_options(CLI::App& verb, ReplayOptions& replay) {
   slo_from->type_name("FILE");
   for (const char* name :
        {"--rate", "--cycles", "--fault", "--jitter", "--ma-jitter", "--slo-jitter", "--at-slave",
-        "--clock-error", "--duty", "--access", "--retries", "--outcomes"}) {
+        "--clock-error", "--duty", "--access", "--retries", "--outcomes", "--configure"}) {
     ma_from->excludes(verb.get_option(name));
     slo_from->excludes(verb.get_option(name));
   }
@@ -309,13 +260,13 @@ void add_simulate(Command& command) {
                     "biss simulate -f pos26,nE,nW,crc6 --ma-from master.vcd -o answered.vcd"}},
       [options] { return SimulateRun(*options).run(); });
   add_line_options(verb, options->line);
-  add_count_option(verb, "--cycles", into(options->cycles),
+  add_count_option(verb, "--cycles", into(options->write.cycles),
                    "Request cycles; by default 100, or as many as --access takes", 100'000'000);
-  add_rate_option(verb, "--sample-rate", into(options->sample_rate),
+  add_rate_option(verb, "--sample-rate", into(options->write.sample_rate),
                   "Samples a second of .sr, .bin and .raw; the next of 1, 2, 5, 10 … from eight "
                   "times the clock on by default");
-  add_output_option(verb, options->output)->required();
-  verb.add_option("--truth", options->truth, "What the encoder meant to send, as CSV")
+  add_output_option(verb, options->write.output)->required();
+  verb.add_option("--truth", options->write.truth, "What the encoder meant to send, as CSV")
       ->type_name("FILE");
   add_control_options(verb, *options);
   add_replay_options(verb, options->replay);

@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 
+#include "biss/eds/device.hpp"
 #include "biss/eds/profile.hpp"
 #include "biss/frame/format_print.hpp"
 #include "tools/eds_source.hpp"
@@ -20,7 +21,7 @@ namespace {
 // Of one encoder.
 struct Loaded {
   sim::EncoderRegisters registers;
-  std::optional<FrameFormat> format;
+  FormatArguments device;
 };
 
 bool is_map(unsigned address) { return register_field(address).access == FieldAccess::read_only; }
@@ -57,20 +58,33 @@ sim::EncoderRegisters registers_of(const dump::RegisterDump& dump, const dump::D
   return registers;
 }
 
-std::optional<FrameFormat> format_of(const dump::RegisterDump& dump) {
+// By the data sheet, else by the identifier.
+FormatArguments device_of(const dump::RegisterDump& dump, const dump::DataSheet& sheet) {
+  FormatArguments device;
+  const auto described = describe_device(sheet.image(), {}, [](const EdsRemark&) {});
+  if (described.ok()) {
+    const DeviceTiming& timing = described->timing;
+    device.format = format_text(described->format).view();
+    device.ack_max = text_of(timing.ack_max);
+    device.timeout = text_of(timing.timeout);
+    device.clock_max = text_of(timing.clock_max);
+    if (timing.cycle_min.count != 0) device.cycle_min = text_of(timing.cycle_min);
+    return device;
+  }
   const auto identifier = dump.direct_number(reg::bp_id, 2);
-  if (!identifier) return std::nullopt;
+  if (!identifier) return device;
   const auto format = profile_format(static_cast<std::uint16_t>(*identifier));
-  return format.ok() ? std::optional(*format) : std::nullopt;
+  if (format.ok()) device.format = format_text(*format).view();
+  return device;
 }
 
 // The highest ID is the first in the frame.
 std::string joined_format(const std::vector<std::optional<Loaded>>& loaded) {
   std::string text;
   for (auto encoder = loaded.rbegin(); encoder != loaded.rend(); ++encoder) {
-    if (!*encoder || !(*encoder)->format) return {};
+    if (!*encoder || (*encoder)->device.format.empty()) return {};
     if (!text.empty()) text += '+';
-    text += format_text(*(*encoder)->format).view();
+    text += (*encoder)->device.format;
   }
   return text;
 }
@@ -101,9 +115,11 @@ LoadedRegisters load_registers(const std::vector<std::string>& arguments) {
     if (!source.source) return refuse(source.status, {});
     loaded.resize(std::max(loaded.size(), id + 1));
     loaded[id] = {registers_of(source.source->dump, source.source->sheet),
-                  format_of(source.source->dump)};
+                  device_of(source.source->dump, source.source->sheet)};
   }
-  LoadedRegisters all{{}, ExitStatus::done, joined_format(loaded)};
+  LoadedRegisters all;
+  if (loaded.size() == 1 && loaded[0]) all.device = loaded[0]->device;
+  all.device.format = joined_format(loaded);
   for (const auto& encoder : loaded) {
     all.registers.push_back(encoder ? encoder->registers : sim::EncoderRegisters());
   }

@@ -7,6 +7,7 @@
 #include "biss/base/units.hpp"
 #include "sim/encoder_registers.hpp"
 #include "tools/exit_status.hpp"
+#include "tools/format_option.hpp"
 
 namespace biss::tools {
 
@@ -14,9 +15,9 @@ namespace biss::tools {
 struct LoadedRegisters {
   std::vector<sim::EncoderRegisters> registers;
   ExitStatus status = ExitStatus::done;
-  /// What the profile identifiers say that the chain sends, in the grammar; empty where one says
-  /// nothing of that kind.
-  std::string format;
+  /// What the encoders say of themselves, as a user would: the format, and of one encoder alone
+  /// with a data sheet its timing. Empty where nothing is said.
+  FormatArguments device;
 };
 
 /// Reads `FILE` for the encoder with the next ID, `ID:FILE` for that one; of a file with accesses

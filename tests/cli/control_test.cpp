@@ -219,5 +219,85 @@ TEST_F(SimulatedRegisters, RecordedMaster_GetsItsAnswersFromTheRegisters) {
   EXPECT_NE(answer({}), original);  // CDS stays 0
 }
 
+// What stands behind a key of the summary.
+std::string found(const Outcome& outcome, const std::string& key) {
+  const std::size_t line = outcome.err.find("\n" + key + " ");
+  if (line == std::string::npos) return {};
+  const std::size_t from = outcome.err.find_first_not_of(' ', line + 1 + key.size());
+  return outcome.err.substr(from, outcome.err.find_first_of(" \n", from) - from);
+}
+
+// Rows of the capture in truth's cycles: each is there, and right.
+void expect_positions(const std::string& capture, const std::string& truth,
+                      const std::string& format, std::size_t cycles) {
+  const auto meant = rows_of(content_of(truth));
+  ASSERT_EQ(meant.size(), cycles);
+  const Outcome read = run({"decode", capture, "-f", format, "--to", "csv"});
+  ASSERT_EQ(read.status, 0) << read.err;
+  const auto rows = rows_of(read.out);
+  ASSERT_GT(rows.size(), cycles);  // those of the configuration come first
+  const std::size_t first = rows.size() - cycles;
+  for (std::size_t i = 0; i < cycles; ++i) {
+    EXPECT_EQ(rows[first + i].at("time_ns"), meant[i].at("time_ns"));
+    EXPECT_EQ(rows[first + i].at("status"), "ok");
+    EXPECT_EQ(rows[first + i].at("position"), meant[i].at("position"));
+  }
+}
+
+TEST_F(SimulatedRegisters, ConfiguringMaster_FindsTheFormatThatTheCaptureDecodesWith) {
+  const Outcome outcome = simulate({"--configure", "--motion", "random", "--cable", "50m"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(found(outcome, "format"), "pos28,nE,nW,crc6");
+  EXPECT_THAT(outcome.err, HasSubstr("4D484D234400 (MHM#D)"));
+  EXPECT_THAT(outcome.err, HasSubstr("0x6943 (iC-Haus)"));
+  EXPECT_THAT(outcome.err, HasSubstr("profile 0x621E"));
+  expect_positions(capture, truth, found(outcome, "format"), 100);
+}
+
+constexpr const char* described_encoder =
+    "[registers]\nEDS_BANK = 2\nDEV_SN = 4711\nDEV_ID = 0x44454D4F3100\nMFR_ID = 0x5858\n"
+    "[common]\nTMA = 100ns\nTBUSY_MAX = 10us?\nTO_MAX = 20us?\nTCYC = 31.25us?\n"
+    "[bp3]\nMT_LEN = 12 bit\nMT_CNT = 4096\nFI_LEN = 18 bit\nSIP_CNT = 1\nSIP_RES = 262144\n";
+
+TEST(ConfiguringMaster, DataSheet_IsReadOverTheWireAndTellsTurnsAndTiming) {
+  const Folder folder;
+  const std::string sheet = folder.file("encoder.eds", described_encoder);
+  const std::string capture = folder.path("line.vcd");
+  const std::string truth = folder.path("truth.csv");
+  const Outcome outcome = run({"simulate", "--registers", sheet, "--configure", "--clock", "10MHz",
+                               "-o", capture, "--truth", truth});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(found(outcome, "format"), "mt12,st18,nE,nW,crc6");
+  EXPECT_EQ(found(outcome, "timeout"), "static:20us");
+  EXPECT_THAT(outcome.err, HasSubstr("250 kHz to 10 MHz"));
+  EXPECT_THAT(outcome.err, HasSubstr("serial number 4711"));
+  expect_positions(capture, truth, found(outcome, "format"), 100);
+}
+
+TEST(ConfiguringMaster, ChainOfTwo_IsFoundAndBelievedAboutItsClock) {
+  const Folder folder;
+  const std::string sheet = folder.file("encoder.eds", described_encoder);
+  const std::string other = folder.file("other.txt", "0x40: 00 00 62 12\n");
+  const std::string capture = folder.path("line.vcd");
+  const std::string truth = folder.path("truth.csv");
+  const Outcome outcome =
+      run({"simulate", "--registers", other, "--registers", sheet, "--configure", "--clock", "2MHz",
+           "--access", "0/read:0x42,2", "--outcomes", "-", "-o", capture, "--truth", truth});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(found(outcome, "format"), "mt12,st18,nE,nW,crc6+pos16,nE,nW,crc6");
+  EXPECT_THAT(outcome.err, HasSubstr("--clock: 2 MHz is not what was found, 250 kHz to 1 MHz"));
+  EXPECT_EQ(rows_of(outcome.out).at(0).at("data"), "62 12");
+  expect_positions(capture, truth, found(outcome, "format"), 100);
+}
+
+TEST(ConfiguringMaster, WithoutControl_SaysWhyAndLeavesTheCapture) {
+  const Folder folder;
+  const std::string capture = folder.path("line.vcd");
+  const Outcome outcome = run({"simulate", "-f", "resolute-26", "--configure", "-o", capture});
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_THAT(outcome.err, HasSubstr("no configuration: no_control"));
+  EXPECT_GT(rows_of(run({"decode", capture, "--to", "csv"}).out).size(), 100U);
+}
+
 }  // namespace
 }  // namespace biss::cli
