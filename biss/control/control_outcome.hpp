@@ -26,7 +26,7 @@ enum class ExecuteIf : std::uint8_t {
 
 struct ControlOptions {
   /// The longest that a slave may delay S of a byte, from the frame in which S could have come. 0:
-  /// not at all.
+  /// not at all. S in the first frame behind it still counts: it may have been ready in time.
   Picoseconds busy_max = register_busy_max;
   /// So many times an access that failed is tried again where worth_retrying() says so; a broadcast
   /// never is. A sequential access goes on with the first byte that is not yet done. A byte of a
