@@ -1,61 +1,243 @@
-// Dumps of registers in all formats: read, or refused with a cause and a place inside the text;
-// what was read comes back the same from hex text and Intel HEX, and a data sheet in it is judged.
+// The readers of register dumps on hostile files: a dump or an error that points into the file, in
+// bounded memory; what was read, written in any format and read again, is the same.
 //
-// Input: the bank that the file begins with; bit 0 of a byte whether the slave is named; the file.
+// Input: bits 0 and 1 whether bank and slave are named, 2 that the sums of Intel HEX are made right,
+// 3…5 how often the file is repeated, where 6 and 7 are both set; the bank and slave named; then the
+// file.
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
+#include <istream>
+#include <span>
 #include <sstream>
+#include <streambuf>
 #include <string>
+#include <string_view>
 
 #include "biss/eds/check.hpp"
 #include "dump/data_sheet.hpp"
+#include "dump/hex_digits.hpp"
 #include "dump/read.hpp"
 #include "dump/write.hpp"
+#include "fuzz/byte_source.hpp"
+#include "fuzz/dump_text.hpp"
 #include "fuzz/require.hpp"
+#include "fuzz/token_mutator.hpp"
 
 namespace {
 
-using namespace biss;
-using namespace biss::dump;
+using biss::dump::DumpCause;
+using biss::dump::DumpFormat;
+using biss::dump::DumpOptions;
+using biss::dump::DumpResult;
+using biss::dump::RegisterDump;
+using biss::fuzz::ByteSource;
 using biss::fuzz::require;
 
-constexpr std::size_t header_bytes = 2;
+/// A file several times over, without being kept so often.
+class Repeated : public std::streambuf {
+ public:
+  Repeated(std::string text, std::size_t times) : text_(std::move(text)), times_(times) {}
+  std::size_t delivered() const { return delivered_; }
 
-DumpResult read_text(const std::string& text, const DumpOptions& options) {
-  std::istringstream stream(text);
-  return read_dump(stream, read_head(stream), options);
+ protected:
+  int_type underflow() override {
+    if (times_ == 0 || text_.empty()) return traits_type::eof();
+    --times_;
+    delivered_ += text_.size();
+    setg(text_.data(), text_.data(), text_.data() + text_.size());
+    return traits_type::to_int_type(text_.front());
+  }
+
+ private:
+  std::string text_;
+  std::size_t times_;
+  std::size_t delivered_ = 0;
+};
+
+// What a record's last byte must be.
+void repair_record(std::span<char> record) {
+  if (record.size() < 11 || record.size() % 2 == 0) return;
+  unsigned sum = 0;
+  for (std::size_t i = 1; i + 2 < record.size(); i += 2) {
+    const auto byte = biss::dump::hex_number(std::string_view(&record[i], 2));
+    if (!byte) return;
+    sum += *byte;
+  }
+  const std::string digits = fmt::format("{:02X}", (0x100U - sum % 0x100U) % 0x100U);
+  std::copy(digits.begin(), digits.end(), record.end() - 2);
 }
 
-void check_read_again(const RegisterDump& dump) {
-  if (dump == RegisterDump{}) return;
-  const DumpResult page = read_text(write_hex_page(dump), {});
-  require(page.ok() && *page == dump);
-  const DumpResult records = read_text(write_intel_hex(dump), {});
-  require(records.ok() && *records == dump);
+void repair_records(std::string& text) {
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find('\n', at), text.size());
+    if (text[at] == ':') repair_record(std::span(text).subspan(at, end - at));
+    at = end + 1;
+  }
+}
+
+DumpResult read_text(const std::string& text, const DumpOptions& options = {}) {
+  std::istringstream stream(text);
+  return biss::dump::read_dump(stream, biss::dump::read_head(stream), options);
+}
+
+void check_same(const RegisterDump& dump, const std::string& text) {
+  const DumpResult again = read_text(text);
+  require(again.ok() && *again == dump);
+}
+
+// The banks from 0 on with nothing unknown, which is what a binary can say.
+RegisterDump as_binary(const RegisterDump& dump) {
+  RegisterDump filled;
+  const auto range = dump.banks();
+  for (std::size_t i = 0; range && i < (range->last + 1) * biss::bank_bytes; ++i) {
+    filled.at_offset(i) = dump.at_offset(i).value_or(biss::dump::erased);
+  }
+  return filled;
+}
+
+void check_binary(const RegisterDump& dump) {
+  const std::string binary = write_binary(dump);
+  require(binary.size() % biss::bank_bytes == 0);
+  const RegisterDump filled = as_binary(dump);
+  std::istringstream stream(binary);
+  const DumpResult again = biss::dump::read_binary(stream, "", {});
+  require(again.ok() && *again == filled);
+  require(write_c_array(dump, "image").size() > 5 * binary.size());
+  if (binary.empty() || binary.size() > 2048) return;
+  check_same(filled, biss::fuzz::offsets_text(binary, true));
+  check_same(filled, biss::fuzz::offsets_text(binary, false));
+}
+
+void check_accesses(const RegisterDump& dump) {
+  const std::string accesses = biss::fuzz::json_text(dump);
+  if (accesses.empty()) return;
+  const DumpResult result = read_text(accesses);
+  require(result.ok());
+  RegisterDump again = *result;
+  // Accesses say what BSEL was, too.
+  if (!dump.direct_byte(biss::reg::bsel)) again.at(0, biss::reg::bsel) = std::nullopt;
+  require(again == dump);
 }
 
 void check_data_sheet(const RegisterDump& dump) {
-  const DataSheet sheet = find_data_sheet(dump, {});
-  check_eds(sheet.image(), [](const EdsFinding& found) { require(!found.symbol.empty()); });
+  const biss::dump::DataSheet sheet = find_data_sheet(dump, {});
+  require(sheet.empty() || dump.banks().has_value());
+  check_eds(sheet.image(), [](const biss::EdsFinding&) {});
+}
+
+// One way back an input: each costs more than reading it did.
+void check_dump(const RegisterDump& dump, unsigned way) {
+  switch (way % 5U) {
+    case 0:
+      return check_same(dump, write_intel_hex(dump));
+    case 1:
+      if (!(dump == RegisterDump{})) check_same(dump, write_hex_page(dump));
+      return;
+    case 2:
+      return check_binary(dump);
+    case 3:
+      return check_accesses(dump);
+    default:
+      return check_data_sheet(dump);
+  }
+}
+
+void check_error(const biss::dump::DumpError& error, const std::string& text, std::size_t times) {
+  require(!dump_error_text(error).empty() && name_of(error.cause) != nullptr);
+  require(error.cause != DumpCause::cannot_open && error.cause != DumpCause::is_directory &&
+          error.cause != DumpCause::read_failed);
+  const auto lines = static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+  require(error.line <= lines * times + 1);
+  require(error.column == 0 || error.line != 0);
+  require(error.column <= text.size() * times + 1);
+}
+
+DumpOptions options_of(std::uint8_t flags, std::uint8_t number) {
+  switch (flags % 4U) {
+    case 1:
+      return {.bank = number, .slave = {}};
+    case 2:
+      return {.bank = {}, .slave = number % 8U};
+    case 3:
+      return {.bank = number % 4U, .slave = number / 32U};
+    default:
+      return {};
+  }
 }
 
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  if (size < header_bytes) return 0;
-  DumpOptions options;
-  if (data[0] != 0) options.bank = data[0];
-  if ((data[1] & 1U) != 0) options.slave = data[1] >> 1U & 7U;
-  const std::string text(data + header_bytes, data + size);
-  const DumpResult result = read_text(text, options);
-  if (!result.ok()) {
-    const auto lines = static_cast<std::uint64_t>(std::count(text.begin(), text.end(), '\n')) + 1;
-    require(result.error().line <= lines);
-    require(result.error().column <= max_line_bytes + 1);
-    return 0;
+  ByteSource bytes(data, size);
+  const std::uint8_t flags = bytes.next();
+  const DumpOptions options = options_of(flags, bytes.next());
+  std::string text(bytes.rest().begin(), bytes.rest().end());
+  if ((flags & 4U) != 0) repair_records(text);
+  const std::size_t times = flags >= 0xC0 ? 1U + (flags >> 3U) % 8U * 9U : 1U;
+  Repeated source(text, times);
+  std::istream stream(&source);
+  const std::string head = biss::dump::read_head(stream);
+  const DumpResult result = biss::dump::read_dump(stream, head, options);
+  if (!head.empty() && biss::dump::recognise(head) == DumpFormat::binary) {
+    require(source.delivered() <= biss::dump::image_bytes + biss::dump::head_bytes + text.size());
   }
-  check_read_again(*result);
-  check_data_sheet(*result);
+  if (!result.ok()) {
+    check_error(result.error(), text, times);
+  } else {
+    check_dump(*result, static_cast<unsigned>(text.size()));
+  }
   return 0;
+}
+
+extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
+                                               std::size_t max_size, unsigned seed) {
+  static constexpr std::array<std::string_view, 36> words{"bank",
+                                                          "bank 255",
+                                                          "bank 0:",
+                                                          "0x00:",
+                                                          "0x40:",
+                                                          "0x7F:",
+                                                          "0x80:",
+                                                          "--",
+                                                          "x16",
+                                                          "x64",
+                                                          "xFFFFFFFF",
+                                                          "48",
+                                                          "FF",
+                                                          "#",
+                                                          "*",
+                                                          "00000040",
+                                                          "00003fc0:",
+                                                          "ffffffff:",
+                                                          ":00000001FF",
+                                                          ":020000040000FA",
+                                                          ":020000021000EC",
+                                                          ":01400000",
+                                                          ":10004000",
+                                                          "\"id\":",
+                                                          "\"read\"",
+                                                          "\"write\"",
+                                                          "\"command\"",
+                                                          "\"address\":64",
+                                                          "\"data\":[1,2]",
+                                                          "\"echo\"",
+                                                          "\"outcome\":\"ok\"",
+                                                          "{\"id\":0,",
+                                                          "}",
+                                                          "\r\n",
+                                                          "\t",
+                                                          "\xEF\xBB\xBF"};
+  if (size < 2 || seed % 32 == 7) {
+    data[0] = static_cast<std::uint8_t>(seed >> 8U);
+    data[1] = static_cast<std::uint8_t>(seed >> 16U);
+    if (size < 2) return 2;
+  }
+  if (seed % 4 == 2) return LLVMFuzzerMutate(data, size, max_size);
+  return 2 + biss::fuzz::mutate_capture({data + 2, max_size - 2}, size - 2, seed, " \n:,\"{}",
+                                        words, biss::fuzz::dump_file_seed);
 }

@@ -10,10 +10,11 @@
 #include "biss/frame/format_parse.hpp"
 #include "capture/event_csv_writer.hpp"
 #include "capture/vcd_writer.hpp"
-#include "dump/write.hpp"
 #include "fuzz/capture_seeds.hpp"
+#include "fuzz/dump_text.hpp"
 #include "fuzz/frame_formats.hpp"
 #include "fuzz/raw_header.hpp"
+#include "fuzz/register_seeds.hpp"
 
 namespace {
 
@@ -115,35 +116,6 @@ std::string replay_train(std::size_t format_number, std::uint64_t seed) {
   return train;
 }
 
-// A data sheet's two banks and some registers, in one format after the other; what stands in the
-// banks is no sense, but their checksums are right.
-std::string dump_text(std::uint64_t seed) {
-  std::mt19937_64 random(seed);
-  biss::dump::RegisterDump dump;
-  for (unsigned number = 1; number <= 2; ++number) {
-    biss::EdsBank bank{};
-    for (auto& byte : bank) byte = static_cast<std::uint8_t>(random() % 4);
-    dump.set_bank(number, biss::sealed(bank));
-  }
-  dump.at(0, 0x41) = 1;
-  std::string out(2, '\0');
-  switch (seed % 4) {
-    case 0:
-      return out + biss::dump::write_hex_page(dump);
-    case 1:
-      return out + biss::dump::write_intel_hex(dump);
-    case 2:
-      return out + biss::dump::write_binary(dump);
-    default:
-      break;
-  }
-  for (unsigned at = 0; at < 8; ++at) {
-    out += R"({"id":0,"access":"write","address":)" + std::to_string(random() % 128) +
-           R"(,"data":"0)" + std::to_string(random() % 4) + R"(","outcome":"ok"})" + "\n";
-  }
-  return out;
-}
-
 // Samples of an even clock, the layout before them.
 std::string raw_samples(std::uint64_t seed) {
   return biss::fuzz::raw_header(biss::fuzz::sampled_layout(seed)) + biss::fuzz::raw_seed(seed);
@@ -166,7 +138,11 @@ int main(int argc, char** argv) {
   Corpus sr(root / "sr");
   Corpus raw(root / "raw");
   Corpus replay(root / "replay");
+  Corpus eds(root / "eds");
   Corpus dump(root / "dump");
+  Corpus session(root / "session");
+  Corpus server(root / "server");
+  Corpus configure(root / "configure");
   for (std::uint64_t seed = 0; seed < seeds_a_target; ++seed) {
     const std::size_t k = seed % biss::fuzz::frame_formats.size();
     const std::string bits = frame_bytes(k, seed);
@@ -180,7 +156,11 @@ int main(int argc, char** argv) {
     sr.add(biss::fuzz::sr_seed(seed));
     raw.add(raw_samples(seed));
     replay.add(replay_train(k, seed));
-    dump.add(dump_text(seed));
+    eds.add(biss::fuzz::eds_seed(seed));
+    dump.add(std::string(2, '\0') + biss::fuzz::dump_file_seed(seed));
+    session.add(biss::fuzz::session_seed(seed));
+    server.add(biss::fuzz::server_seed(seed));
+    configure.add(biss::fuzz::configure_seed(seed));
   }
   return 0;
 }

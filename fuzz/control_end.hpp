@@ -1,0 +1,50 @@
+// The other end of the control communication where it behaves: registers and an encoder of one
+// slave, and accesses that must succeed.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "biss/control/session.hpp"
+#include "biss/slave/register_server.hpp"
+#include "fuzz/require.hpp"
+
+namespace biss::fuzz {
+
+/// All 128 registers readable and writable, every command accepted.
+struct OpenRegisters {
+  std::array<std::uint8_t, register_count> value{};
+
+  bool permits(unsigned slave, RegisterAccess, std::uint8_t address) const {
+    require(slave == 0 && address < register_count);
+    return true;
+  }
+  std::optional<std::uint8_t> read(unsigned, std::uint8_t address) const { return value[address]; }
+  bool ready(unsigned) const { return true; }
+  void write(unsigned, std::uint8_t address, std::uint8_t byte) { value[address] = byte; }
+  bool accepts(unsigned, ControlCommand, bool) const { return true; }
+  void execute(unsigned, ControlCommand, bool) const {}
+};
+
+using OpenServer = RegisterServer<OpenRegisters>;
+
+/// Steps a session until it is done; `frame` takes nothing and gives CDS, then takes CDM. \return
+/// the frames it took; a finding where they are more than `most`
+template <class Cds, class Cdm>
+std::uint32_t run_access(ControlSession& session, Picoseconds& now, std::uint32_t most, Cds cds,
+                         Cdm cdm) {
+  std::uint32_t frames = 0;
+  while (!session.done()) {
+    require(frames < most);
+    now += microseconds(50);
+    const CdsBit heard = cds() ? CdsBit::one : CdsBit::zero;
+    cdm(session.step(now, heard));
+    ++frames;
+  }
+  return frames;
+}
+
+}  // namespace biss::fuzz

@@ -1,0 +1,247 @@
+// The master's end of the control communication against an encoder that answers anything: every
+// access ends in bounded time, touches only its own bytes, and begins only when the encoder is
+// idle; the next one against an encoder that behaves works.
+//
+// Input: up to six accesses. Each: kind and when to execute, slave and address, size, retries and
+// the longest delay, who answers when the input is used up; then a byte for so many frames: bits 0
+// and 1 what CDS is (0, 1, missing, what a good encoder says), bits 2 and 3 the time to the next
+// frame, bit 4 that the encoder does not hear a frame without CDS, bits 5…7 how often; 0xFF
+// cancels.
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "fuzz/byte_source.hpp"
+#include "fuzz/control_end.hpp"
+
+namespace {
+
+using biss::CdsBit;
+using biss::ControlError;
+using biss::ControlOutcome;
+using biss::ControlSession;
+using biss::Picoseconds;
+using biss::fuzz::ByteSource;
+using biss::fuzz::require;
+
+constexpr Picoseconds cycle = biss::microseconds(50);
+constexpr std::uint8_t untouched = 0xA5;
+
+enum class Kind : std::uint8_t { read, write, command, broadcast };
+
+struct Access {
+  Kind kind = Kind::read;
+  biss::ExecuteIf execute_if = biss::ExecuteIf::all_accept;
+  std::uint8_t slave = 0;  // of a command: the mask
+  std::uint8_t address = 0;
+  std::uint8_t size = 0;
+  std::uint8_t retries = 0;
+  std::uint8_t busy_cycles = 0;
+  std::uint8_t afterwards = 0;  // a frame's byte
+
+  bool possible() const {
+    if (kind == Kind::broadcast) return true;
+    if (kind == Kind::command) return slave != 0;
+    return slave < 8 && size >= 1 && size <= 64 && address + size <= 128;
+  }
+};
+
+Access read_access(ByteSource& bytes) {
+  Access access;
+  const std::uint8_t kind = bytes.next();
+  access.kind = static_cast<Kind>(kind % 4U);
+  access.execute_if = static_cast<biss::ExecuteIf>((kind >> 2U) % 3U);
+  access.slave = bytes.next();
+  // Mostly the slave that is there, or its neighbour.
+  if (access.kind != Kind::command && access.slave >= 16) access.slave %= 2;
+  access.address = bytes.next();
+  access.size = bytes.next();
+  // Mostly short.
+  if (access.size >= 80) access.size = static_cast<std::uint8_t>(1 + access.size % 4U);
+  const std::uint8_t options = bytes.next();
+  access.retries = options % 4U;
+  access.busy_cycles = static_cast<std::uint8_t>((options >> 2U) % 16U);
+  access.afterwards = bytes.next();
+  return access;
+}
+
+/// A try: frames lost before the start bit, zeros, header, each byte as late as can be; the frame
+/// in which S is first due, and the one behind the last.
+std::uint32_t most_frames(const Access& access) {
+  const std::uint32_t each = 14U + access.busy_cycles + 2U;
+  return (1U + access.retries) * (13U + 14U + 25U + each * access.size + 1U);
+}
+
+class Line {
+ public:
+  Line() : server_(biss::fuzz::OpenRegisters{}) {
+    for (std::size_t i = 0; i < registers().size(); ++i) {
+      registers()[i] = static_cast<std::uint8_t>(37 * i + 5);
+    }
+  }
+
+  void attack(ByteSource& bytes);
+  void check_good_access();
+
+ private:
+  std::array<std::uint8_t, biss::register_count>& registers() { return server_.owner().value; }
+
+  void begin(const Access& access);
+  void frame(std::uint8_t byte, const Access& access);
+  void check_outcome(const Access& access) const;
+  void run_well(std::uint32_t most) {
+    biss::fuzz::run_access(
+        session_, now_, most, [&] { return server_.cds(false); },
+        [&](bool bit) { server_.cdm(bit); });
+    require(!session_.outcome().error && session_.outcome().tries == 1);
+  }
+
+  ControlSession session_;
+  biss::fuzz::OpenServer server_;
+  Picoseconds now_{};
+  std::array<std::uint8_t, 96> buffer_{};
+  std::uint32_t frames_ = 0;         // of this access
+  std::uint32_t tries_ = 0;          // begun, as seen last
+  unsigned owed_ = 0;                // zeros after an error, before the next start bit
+  bool start_bit_expected_ = false;  // the next 1 is that of a control frame
+};
+
+void Line::begin(const Access& access) {
+  session_.set_options(
+      {.busy_max = std::int64_t{access.busy_cycles} * cycle, .retries = access.retries});
+  buffer_.fill(untouched);
+  const std::span<std::uint8_t> bytes = std::span(buffer_).first(access.size);
+  const auto command = static_cast<biss::ControlCommand>(access.address % 4U);
+  switch (access.kind) {
+    case Kind::read:
+      session_.read(access.slave, access.address, bytes);
+      break;
+    case Kind::write:
+      session_.write(access.slave, access.address, bytes);
+      break;
+    case Kind::command:
+      session_.command(access.slave, command, access.execute_if);
+      break;
+    case Kind::broadcast:
+      session_.broadcast(command);
+      break;
+  }
+  frames_ = 0;
+  tries_ = 1;
+  start_bit_expected_ = true;
+  require(session_.done() == !access.possible());
+  require(access.possible() || session_.outcome().error == ControlError::bad_request);
+}
+
+void Line::frame(std::uint8_t byte, const Access& access) {
+  constexpr unsigned missing = 2;
+  constexpr unsigned good = 3;
+  const bool running = !session_.done();
+  const unsigned what = byte % 4U;
+  const bool answer = server_.cds(false);
+  CdsBit cds = (what == good ? answer : what == 1) ? CdsBit::one : CdsBit::zero;
+  if (what == missing) cds = CdsBit::missing;
+  now_ += std::int64_t{1 + (byte >> 2U) % 4U} * cycle;
+  const bool cdm = session_.step(now_, cds);
+  require(running || !cdm);
+  if (running) ++frames_;
+  const bool retried = session_.outcome().tries != tries_;
+  if (retried) {
+    require(session_.outcome().retried.has_value() && !cdm);
+    tries_ = session_.outcome().tries;
+    start_bit_expected_ = true;
+  }
+  if (retried || (running && session_.done() && session_.outcome().error)) {
+    owed_ = biss::control_reset_zeros;
+  }
+  if (cdm && start_bit_expected_) {
+    require(server_.idle() && owed_ == 0);
+    start_bit_expected_ = false;
+  }
+  const bool counts = cds != CdsBit::missing || access.kind == Kind::broadcast;
+  if (owed_ != 0 && !cdm && counts) --owed_;
+  // A frame without CDS may have been no frame; that of a broadcast counts as one.
+  const bool heard = cds != CdsBit::missing || (byte & 16U) == 0;
+  if (heard || (running && access.kind == Kind::broadcast)) server_.cdm(cdm);
+}
+
+void Line::check_outcome(const Access& access) const {
+  const ControlOutcome& outcome = session_.outcome();
+  const bool registers = access.kind == Kind::read || access.kind == Kind::write;
+  require(outcome.frames == frames_);
+  require(outcome.tries <= 1U + access.retries);
+  require((outcome.tries > 1) == outcome.retried.has_value());
+  require(!outcome.retried || worth_retrying(*outcome.retried));
+  require(outcome.bytes_done <= (registers ? access.size : 0));
+  if (!outcome.error) {
+    require(!registers || outcome.bytes_done == access.size);
+    require(access.kind == Kind::broadcast || outcome.slaves_present != 0);
+  }
+  // Taken IDs have no gap.
+  require((outcome.slaves_present & (outcome.slaves_present + 1U)) == 0);
+  require(!outcome.more_slaves || outcome.slaves_present == 0xFF);
+  // S in the first frame behind the limit still counts.
+  require(outcome.longest_busy <= std::int64_t{access.busy_cycles + 4} * cycle);
+  require(access.busy_cycles != 0 || outcome.longest_busy == Picoseconds{});
+  const std::size_t written = access.kind == Kind::read ? outcome.bytes_done : 0U;
+  require(std::all_of(buffer_.begin() + static_cast<std::ptrdiff_t>(written), buffer_.end(),
+                      [](std::uint8_t byte) { return byte == untouched; }));
+}
+
+void Line::attack(ByteSource& bytes) {
+  const Access access = read_access(bytes);
+  begin(access);
+  const std::uint32_t most = most_frames(access);
+  bool cancelled = false;
+  while (!bytes.done() && !session_.done()) {
+    const std::uint8_t byte = bytes.next();
+    if (byte == 0xFF) {
+      session_.cancel();
+      owed_ = biss::control_reset_zeros;
+      cancelled = true;
+      break;
+    }
+    // Steps behind the end are idle frames.
+    for (unsigned i = 0; i < 1U << (byte >> 5U); ++i) {
+      frame(byte, access);
+      require(frames_ <= most);
+    }
+  }
+  while (!session_.done()) {
+    frame(access.afterwards, access);
+    require(frames_ <= most);
+  }
+  require(!cancelled || session_.outcome().error == ControlError::cancelled);
+  check_outcome(access);
+}
+
+// Whatever was, this works at once: the session knows how many zeros are still due.
+void Line::check_good_access() {
+  session_.set_options({.busy_max = Picoseconds{}});
+  if (!server_.control_active(0)) {
+    session_.broadcast(biss::ControlCommand::control);
+    run_well(biss::broadcast_command_frames);
+    require(server_.control_active(0));
+  }
+  std::array<std::uint8_t, 3> bytes{};
+  session_.read(0, 0x20, bytes);
+  run_well(biss::register_access_frames(bytes.size()));
+  require(std::equal(bytes.begin(), bytes.end(), registers().begin() + 0x20));
+  const std::array<std::uint8_t, 2> written{0x5A, static_cast<std::uint8_t>(~bytes[1])};
+  session_.write(0, 0x21, written);
+  run_well(biss::register_access_frames(written.size()));
+  require(registers()[0x20] == bytes[0] && registers()[0x21] == written[0] &&
+          registers()[0x22] == written[1]);
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  ByteSource bytes(data, size);
+  Line line;
+  for (int i = 0; i < 6 && !bytes.done(); ++i) line.attack(bytes);
+  line.check_good_access();
+  return 0;
+}
