@@ -1,8 +1,8 @@
 // The readers of register dumps on hostile files: a dump or an error that points into the file, in
 // bounded memory; what was read, written in any format and read again, is the same.
 //
-// Input: bits 0 and 1 whether bank and slave are named, 2 that the sums of Intel HEX are made right,
-// 3…5 how often the file is repeated, where 6 and 7 are both set; the bank and slave named; then the
+// Input: bits 0 and 1 whether bank and slave are named, 2 that the sums of Intel HEX are made
+// right, 3…5 how often the file is repeated where 6 and 7 are both set; bank and slave; then the
 // file.
 #include <fmt/format.h>
 
