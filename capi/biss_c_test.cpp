@@ -2,7 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "biss/catalogue/catalogue.hpp"
@@ -128,6 +130,77 @@ TEST(CInterface, FormatProblem_SaysWhatAndWhere) {
   std::size_t channels = 0;
   EXPECT_EQ(biss_channels_of("pos36,crc6+pos28,crc16", &channels), BISS_OK);
   EXPECT_EQ(channels, 2U);
+}
+
+// An encoder with registers from 0x40 on, and two at 2 that can only be written.
+struct Registers {
+  std::array<std::uint8_t, 128> values{};
+  int busy = 0;
+
+  static bool permits(void*, bool write, std::uint8_t address) {
+    return address >= 0x40 || (write && address / 2 == 1);
+  }
+  static int read(void* user, std::uint8_t address) {
+    auto& self = *static_cast<Registers*>(user);
+    return self.busy-- > 0 ? BISS_REGISTER_BUSY : self.values[address];
+  }
+  static void write(void* user, std::uint8_t address, std::uint8_t value) {
+    static_cast<Registers*>(user)->values[address] = value;
+  }
+  static void sample(void*, std::int64_t, biss_channel*, std::size_t) {}
+
+  biss_slave_setup setup() {
+    biss_slave_setup setup = biss_slave_defaults("pos12,nE,nW,crc6");
+    setup.user = this;
+    setup.sample = &sample;
+    setup.register_permits = &permits;
+    setup.register_read = &read;
+    setup.register_write = &write;
+    return setup;
+  }
+};
+
+// CDS bits, each of the frame behind that of the same CDM bit, and as many zeros before the first.
+std::string cds_of(Line& line, std::string_view cdm) {
+  for (int i = 0; i < 14; ++i) line.request(false);
+  std::string cds;
+  for (std::size_t k = 0; k <= cdm.size(); ++k) {
+    line.request(k < cdm.size() && cdm[k] == '1');
+    EXPECT_EQ(line.reading().cause, BISS_CAUSE_OK);
+    if (k != 0) cds += line.reading().cds ? '1' : '0';
+  }
+  return cds;
+}
+
+// Control frames as computed for the protocol's tables.
+TEST(Registers, FramesOfTheProtocol_AreAnsweredBitByBit) {
+  Registers registers;
+  registers.values[0x42] = 0x62;
+  const SlaveHandle slave = open_slave(registers.setup());
+  const MasterHandle master = open_master(biss_master_defaults("pos12,nE,nW,crc6", 1'000'000));
+  Line line(slave.get(), master.get());
+  EXPECT_EQ(cds_of(line, "11000100001001111010000000000000"), "10000000000000001010110001001000");
+  EXPECT_EQ(cds_of(line, "11000000001000000110101010100100"), "10000000000000000110101010100100");
+  EXPECT_EQ(registers.values[2], 0x55);
+  // 0x20 is refused: R = W = 1, and no start bit.
+  EXPECT_EQ(cds_of(line, "1100001000001100101"), "1000000000000000110");
+  registers.busy = 1;
+  EXPECT_EQ(cds_of(line, "110001000010011110110000000000000"), "100000000000000010010110001001000");
+}
+
+TEST(Registers, HalfOfTheCallbacks_AreRefused) {
+  Registers registers;
+  biss_slave* slave = nullptr;
+  biss_slave_setup setup = registers.setup();
+  setup.register_write = nullptr;
+  EXPECT_EQ(biss_slave_open(&setup, &slave), BISS_NULL_ARGUMENT);
+  setup = registers.setup();
+  setup.register_permits = nullptr;
+  EXPECT_EQ(biss_slave_open(&setup, &slave), BISS_NULL_ARGUMENT);
+  setup = registers.setup();
+  setup.cds = [](void*) { return true; };
+  EXPECT_EQ(biss_slave_open(&setup, &slave), BISS_BAD_SETUP);
+  EXPECT_EQ(slave, nullptr);
 }
 
 }  // namespace

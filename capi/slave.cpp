@@ -1,10 +1,12 @@
 // biss_slave: the core's Slave behind a handle, its callbacks in C.
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <utility>
 
 #include "biss/frame/codec.hpp"
+#include "biss/slave/register_server.hpp"
 #include "biss/slave/slave.hpp"
 #include "capi/device.hpp"
 
@@ -12,7 +14,35 @@ namespace biss::capi {
 
 namespace {
 
-// The owner that the core's slave asks, passing the questions on.
+// The owner that the core's register server asks, passing the questions on.
+struct CallbackRegisters {
+  void* user = nullptr;
+  decltype(biss_slave_setup::register_permits) permits_it = nullptr;
+  decltype(biss_slave_setup::register_read) read_it = nullptr;
+  decltype(biss_slave_setup::register_write) write_it = nullptr;
+  bool channels_active = true;
+
+  bool permits(unsigned, RegisterAccess access, std::uint8_t address) const {
+    return permits_it(user, access == RegisterAccess::write, address);
+  }
+  std::optional<std::uint8_t> read(unsigned, std::uint8_t address) const {
+    const int value = read_it(user, address);
+    if (value < 0) return std::nullopt;
+    return static_cast<std::uint8_t>(value);
+  }
+  static bool ready(unsigned) { return true; }
+  void write(unsigned, std::uint8_t address, std::uint8_t value) const {
+    write_it(user, address, value);
+  }
+  static bool accepts(unsigned, ControlCommand command, bool /*broadcast*/) {
+    return command == ControlCommand::channels || command == ControlCommand::control;
+  }
+  void execute(unsigned, ControlCommand command, bool broadcast) {
+    if (command == ControlCommand::channels) channels_active = !broadcast;
+  }
+};
+
+// The owner that the core's slave asks.
 class CallbackSource {
  public:
   CallbackSource(const biss_slave_setup& setup, const FrameFormat& format)
@@ -21,6 +51,10 @@ class CallbackSource {
         cds_(setup.cds),
         cdm_(setup.cdm),
         count_(format.channel_count) {
+    if (setup.register_permits != nullptr) {
+      registers_.emplace(CallbackRegisters{setup.user, setup.register_permits, setup.register_read,
+                                           setup.register_write});
+    }
     for (std::size_t k = 0; k < count_; ++k) {
       position_masks_[k] = low_mask(format.channel_list[k].position_bits());
       counter_masks_[k] = low_mask(format.channel_list[k].life_counter.bits);
@@ -44,10 +78,16 @@ class CallbackSource {
   }
 
   // What a predecessor sends goes on.
-  bool cds(bool predecessor) { return (cds_ != nullptr && cds_(user_)) || predecessor; }
+  bool cds(bool predecessor) {
+    if (registers_) return registers_->cds(predecessor);
+    return (cds_ != nullptr && cds_(user_)) || predecessor;
+  }
   void cdm(bool bit) {
+    if (registers_) return registers_->cdm(bit);
     if (cdm_ != nullptr) cdm_(user_, bit);
   }
+  /// As the master commanded.
+  bool channels_active() const { return !registers_ || registers_->owner().channels_active; }
 
   /// Whether a value did not fit since the last call.
   bool take_value_range() { return std::exchange(value_range_, false); }
@@ -66,10 +106,20 @@ class CallbackSource {
   decltype(biss_slave_setup::cds) cds_;
   decltype(biss_slave_setup::cdm) cdm_;
   std::size_t count_;
+  std::optional<RegisterServer<CallbackRegisters>> registers_;
   std::array<std::uint64_t, max_channels> position_masks_{};
   std::array<std::uint64_t, max_channels> counter_masks_{};
   bool value_range_ = false;
 };
+
+biss_status check_registers(const biss_slave_setup& setup) {
+  const int given = (setup.register_permits != nullptr ? 1 : 0) +
+                    (setup.register_read != nullptr ? 1 : 0) +
+                    (setup.register_write != nullptr ? 1 : 0);
+  if (given == 0) return BISS_OK;
+  if (given != 3) return BISS_NULL_ARGUMENT;
+  return setup.cds == nullptr && setup.cdm == nullptr ? BISS_OK : BISS_BAD_SETUP;
+}
 
 SlaveTiming timing_of(const Device& device, const biss_slave_setup& setup) {
   SlaveTiming timing = slave_timing(device.timing, picoseconds(setup.ready_ps));
@@ -109,6 +159,7 @@ biss_status biss_slave_open(const biss_slave_setup* setup, biss_slave** slave) {
   if (!device) return BISS_BAD_FORMAT;
   if (!biss::capi::override_timing(setup->timing, *device)) return BISS_BAD_TIMING;
   if (!biss::capi::is_duration(setup->ready_ps)) return BISS_BAD_SETUP;
+  if (const auto wrong = biss::capi::check_registers(*setup); wrong != BISS_OK) return wrong;
   *slave = biss::capi::make_handle<biss_slave>(*device, *setup);
   return *slave == nullptr ? BISS_NO_MEMORY : BISS_OK;
 }
@@ -122,6 +173,7 @@ biss_status biss_slave_step(biss_slave* slave, int64_t now_ps, bool ma, bool sli
   slave->stepping = true;
   const biss::StepOutput output = slave->slave.step(biss::picoseconds(now_ps), ma, sli);
   slave->stepping = false;
+  slave->slave.set_channels_active(slave->slave.source().channels_active());
   *out = {output.level, output.deadline.count};
   return slave->slave.source().take_value_range() ? BISS_VALUE_RANGE : BISS_OK;
 }
