@@ -130,25 +130,20 @@ typedef struct biss_slave_setup {
   bool (*cds)(void* user);
   /* The CDM bit, told when a frame has ended. Null: nobody is told. */
   void (*cdm)(void* user, bool bit);
-  /* Registers: where `register_permits` is given, the encoder takes an ID and answers the control
-   * communication itself; then all three are needed, and `cds` and `cdm` must be null. All are
-   * called from within biss_slave_step(), addresses are 0 to 127. It obeys the commands that switch
-   * its channels and its control communication, and accepts no other. */
-  bool (*register_permits)(void* user, bool write, uint8_t address); /* false: refused */
-  /* The value, 0 to 255, or BISS_REGISTER_BUSY: asked again with the next frame. */
+  /* Registers, 0 to 127: where these three are given, the encoder takes an ID and answers the
+   * control communication itself; `cds` and `cdm` must be null. It obeys the commands that switch
+   * its channels and its control communication. False: refused; a value, or -1: busy, asked again
+   * with the next frame; a byte has come whose CRC was right. */
+  bool (*register_permits)(void* user, bool write, uint8_t address);
   int (*register_read)(void* user, uint8_t address);
-  /* A byte has come, its CRC was right. */
   void (*register_write)(void* user, uint8_t address, uint8_t value);
 } biss_slave_setup;
-
-#define BISS_REGISTER_BUSY (-1)
 
 /* A setup with this format, and 0 or null everywhere else. */
 biss_slave_setup biss_slave_defaults(const char* format);
 
 /* Opens an idle encoder that drives SLO high. *slave is null unless BISS_OK.
- * BISS_NULL_ARGUMENT (also where one callback for registers is missing), BISS_NO_MEMORY,
- * BISS_BAD_FORMAT, BISS_BAD_TIMING, BISS_BAD_SETUP (also registers beside `cds` or `cdm`). */
+ * BISS_NULL_ARGUMENT, BISS_NO_MEMORY, BISS_BAD_FORMAT, BISS_BAD_TIMING, BISS_BAD_SETUP. */
 biss_status biss_slave_open(const biss_slave_setup* setup, biss_slave** slave);
 
 /* To be called at each change of MA or SLI and at the deadline; any further call does no harm.

@@ -142,7 +142,7 @@ struct Registers {
   }
   static int read(void* user, std::uint8_t address) {
     auto& self = *static_cast<Registers*>(user);
-    return self.busy-- > 0 ? BISS_REGISTER_BUSY : self.values[address];
+    return self.busy-- > 0 ? -1 : self.values[address];
   }
   static void write(void* user, std::uint8_t address, std::uint8_t value) {
     static_cast<Registers*>(user)->values[address] = value;
