@@ -75,6 +75,14 @@ struct Cycle {
   std::optional<bool> marginal;
   std::uint32_t rising_edges = 0;
   RawBits raw;
+  /// The master's bit: 1 where MA rests low behind the frame. Absent where that is not seen.
+  std::optional<bool> cdm;
+
+  /// The encoder's bit, behind START; whatever the status is.
+  std::optional<bool> cds() const {
+    if (raw.view().size_bits() < 2) return std::nullopt;
+    return raw.view().bit(1);
+  }
 };
 
 }  // namespace biss::decode

@@ -93,6 +93,7 @@ CycleReading CycleReader::read(const CycleSpan& span, const LineHistory& slo) {
       if (rise && *rise > response.fall) cycle.ack = *rise - response.fall;
     }
     judge(span, sampled, reading);
+    cycle.cdm = resting_level(span);
     cycle.marginal = judge_margin(span, slo, response.fall, sampled, start);
   }
   return reading;
@@ -189,6 +190,13 @@ bool CycleReader::ready_in_time(const LineHistory& slo, std::size_t ack) const {
   return slo[ack - 1].level == Level::high &&
          slo[ack].time >= shifted(slo[ack - 1].time, clock_.period * 5 / 4) &&
          slo[ack].time <= shifted(clock_.rises[1], longest);
+}
+
+// CDM is the inverse of the level at which MA rests until the encoder is ready.
+std::optional<bool> CycleReader::resting_level(const CycleSpan& span) const {
+  const LevelChange& last = span.ma.back();
+  const bool seen = !span.last_of_capture || elapsed(last.time, span.limit) > clock_.period;
+  return seen ? std::optional(last.level == Level::low) : std::nullopt;
 }
 
 // SLO never fell: because it was not asked long enough, or for good.

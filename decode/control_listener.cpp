@@ -1,0 +1,222 @@
+#include "decode/control_listener.hpp"
+
+#include <array>
+
+namespace biss::decode {
+
+namespace {
+
+constexpr unsigned byte_bits = 12;  // DATA and CRC
+
+bool fits(unsigned data_and_crc) {
+  return byte_crc(static_cast<std::uint8_t>(data_and_crc >> 4U)) == (data_and_crc & 0xFU);
+}
+
+}  // namespace
+
+std::string_view name_of(AccessOutcome outcome) {
+  constexpr std::array<std::string_view, access_outcome_count> names{
+      "ok",         "header_crc",    "no_answer",        "no_such_slave",
+      "id_pattern", "refused",       "unheard",          "refused_or_unheard",
+      "rw_pattern", "busy_too_long", "start_missing",    "data_crc",
+      "write_crc",  "echo",          "next_unavailable", "not_accepted",
+      "dropped",    "frame_lost",    "cut_end"};
+  return names[static_cast<std::size_t>(outcome)];
+}
+
+std::string_view name_of(AccessKind kind) {
+  constexpr std::array<std::string_view, 4> names{"read", "write", "command", "unknown"};
+  return names[static_cast<std::size_t>(kind)];
+}
+
+void ControlListener::push(std::uint64_t number, const Cycle& cycle) {
+  // Too short to be a request: no slave takes notice of its CDM.
+  if (cycle.status == CycleStatus::ma_glitch || cycle.status == CycleStatus::cut_start) return;
+  push(number, cycle.time, cycle.cds(), cycle.cdm);
+}
+
+void ControlListener::push(std::uint64_t number, Picoseconds time, std::optional<bool> cds,
+                           std::optional<bool> cdm) {
+  if (!cds || !cdm) {
+    if (phase_ != Phase::idle && phase_ != Phase::over) fail(AccessOutcome::frame_lost);
+    zeros_ = 0;
+    return;
+  }
+  cdm_ = cdm_ << 1U | (*cdm ? 1U : 0U);
+  cds_ = cds_ << 1U | (*cds ? 1U : 0U);
+  ++access_.cycles;
+  switch (phase_) {
+    case Phase::idle:
+      idle(number, time, *cds, *cdm);
+      break;
+    case Phase::header:
+      header();
+      break;
+    case Phase::kind:
+      kind(*cdm);
+      break;
+    case Phase::command:
+      command(*cdm);
+      break;
+    case Phase::start:
+      start(time, *cds, *cdm);
+      break;
+    case Phase::byte:
+      byte();
+      break;
+    case Phase::next:
+      next(number, time, *cds, *cdm);
+      break;
+    case Phase::over:
+      break;
+  }
+  zeros_ = *cdm ? 0 : zeros_ + 1;
+  if (zeros_ >= control_reset_zeros) phase_ = Phase::idle;
+}
+
+void ControlListener::finish() {
+  if (phase_ != Phase::idle && phase_ != Phase::over) fail(AccessOutcome::cut_end);
+}
+
+void ControlListener::idle(std::uint64_t number, Picoseconds time, bool cds, bool cdm) {
+  if (cds) ++stray_cds_;
+  if (!cdm) return;
+  if (zeros_ < control_reset_zeros) {
+    ++stray_cdm_;
+    return;
+  }
+  access_ = {};
+  access_.cycle = number;
+  access_.time = time;
+  access_.cycles = 1;
+  first_byte_ = true;
+  phase_ = Phase::header;
+  k_ = control_bit::cts;
+}
+
+void ControlListener::header() {
+  if (++k_ < control_bit::header_end) return;
+  const auto header = parse_header(static_cast<std::uint32_t>(cdm_));
+  if (!header) return fail(AccessOutcome::header_crc);
+  access_.header_sent = true;
+  access_.id = header->slave;
+  access_.slaves = header->slaves;
+  access_.address = header->address;
+  access_.command = header->command;
+  if (!header->register_access) access_.kind = AccessKind::command;
+  phase_ = header->register_access ? Phase::kind : Phase::command;
+}
+
+// CDS 0 … 15 have come with the CDM bit 16.
+void ControlListener::take_ids() {
+  for (unsigned id = 0; id < control_max_slaves; ++id) {
+    if ((cds_ >> (15U - id) & 1U) != 0) {
+      access_.slaves_present |= static_cast<std::uint8_t>(1U << id);
+    }
+  }
+  access_.more_slaves = (cds_ >> 7U & 1U) != 0;
+  ids_end_in_zeros_ = (cds_ & 0x7FU) == 0;
+}
+
+void ControlListener::kind(bool cdm) {
+  if (k_ == control_bit::header_end) take_ids();
+  if (k_++ < control_bit::byte_start) return;
+  const unsigned asked = cdm_ >> 1U & 3U;
+  const unsigned answered = cds_ & 3U;
+  constexpr unsigned read = 0b10;
+  constexpr unsigned write = 0b01;
+  if (asked == read) access_.kind = AccessKind::read;
+  if (asked == write) access_.kind = AccessKind::write;
+  if (access_.kind == AccessKind::unknown) return fail(AccessOutcome::rw_pattern);
+  if (const AccessOutcome ids = judge_ids(); ids != AccessOutcome::ok) return fail(ids);
+  if (answered == 0) {
+    return fail(asked == read ? AccessOutcome::unheard : AccessOutcome::refused_or_unheard);
+  }
+  if (asked == read && answered == 0b11) return fail(AccessOutcome::refused);
+  if (answered != asked) return fail(AccessOutcome::rw_pattern);
+  phase_ = Phase::start;
+  if (!cdm) fail(AccessOutcome::busy_too_long);
+}
+
+AccessOutcome ControlListener::judge_ids() const {
+  const unsigned present = access_.slaves_present;
+  if (present == 0) return ids_end_in_zeros_ ? AccessOutcome::no_answer : AccessOutcome::id_pattern;
+  const bool gap = (present & (present + 1U)) != 0;
+  if (gap || !ids_end_in_zeros_) return AccessOutcome::id_pattern;
+  return (present >> access_.id & 1U) != 0 ? AccessOutcome::ok : AccessOutcome::no_such_slave;
+}
+
+void ControlListener::command(bool cdm) {
+  if (k_ == control_bit::header_end) {
+    take_ids();
+    if (!cdm) return fail(AccessOutcome::rw_pattern);
+  }
+  const bool all = access_.slaves == 0;
+  if (k_++ < (all ? control_bit::ex_broadcast : control_bit::ex_addressed)) return;
+  for (unsigned id = 0; !all && id < control_max_slaves; ++id) {
+    if ((cds_ >> (7U - id) & 1U) != 0) access_.accepted |= static_cast<std::uint8_t>(1U << id);
+  }
+  phase_ = Phase::idle;
+  if (cdm) return tell(AccessOutcome::ok);
+  const bool accepted = (access_.slaves & ~access_.accepted) == 0;
+  if (accepted) return tell(AccessOutcome::dropped);
+  tell(access_.slaves_present == 0 ? AccessOutcome::no_answer : AccessOutcome::not_accepted);
+}
+
+void ControlListener::start(Picoseconds time, bool cds, bool cdm) {
+  if (access_.busy_cycles == 0) busy_since_ = time;
+  access_.busy = time - busy_since_;
+  if (cds) {
+    phase_ = Phase::byte;
+    k_ = 1;
+    return;
+  }
+  if (first_byte_ && access_.kind == AccessKind::write) return fail(AccessOutcome::start_missing);
+  ++access_.busy_cycles;
+  if (!cdm) fail(AccessOutcome::busy_too_long);
+}
+
+// CRC0 of CDS comes with P of CDM.
+void ControlListener::byte() {
+  if (k_++ < byte_bits) return;
+  const auto heard = static_cast<unsigned>(cds_ & 0xFFFU);
+  const auto sent = static_cast<unsigned>(cdm_ >> 1U & 0xFFFU);
+  phase_ = Phase::next;
+  if (access_.kind == AccessKind::read) {
+    if (!fits(heard)) return fail(AccessOutcome::data_crc);
+    access_.data = static_cast<std::uint8_t>(heard >> 4U);
+    return;
+  }
+  access_.data = static_cast<std::uint8_t>(sent >> 4U);
+  if (!fits(sent)) return fail(AccessOutcome::write_crc);
+  if (heard != sent) return fail(AccessOutcome::echo);
+}
+
+void ControlListener::next(std::uint64_t number, Picoseconds time, bool p, bool cdm) {
+  access_.next_available = !p;
+  tell(AccessOutcome::ok);
+  phase_ = Phase::idle;
+  if (!cdm) return;
+  access_.cycle = number;
+  access_.time = time;
+  access_.address = static_cast<std::uint8_t>((access_.address + 1U) % register_count);
+  access_.data.reset();
+  access_.busy = {};
+  access_.busy_cycles = 0;
+  access_.cycles = 1;
+  first_byte_ = false;
+  if (p) return fail(AccessOutcome::next_unavailable);
+  phase_ = Phase::start;
+}
+
+void ControlListener::tell(AccessOutcome outcome) {
+  access_.outcome = outcome;
+  on_access_(access_);
+}
+
+void ControlListener::fail(AccessOutcome outcome) {
+  phase_ = Phase::over;
+  tell(outcome);
+}
+
+}  // namespace biss::decode

@@ -1,0 +1,123 @@
+// The control communication in a capture: a CDM bit and a CDS bit a request cycle in, accesses to
+// registers and commands out.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "biss/base/units.hpp"
+#include "biss/control/control_error.hpp"
+#include "biss/control/control_frame.hpp"
+#include "biss/control/control_header.hpp"
+#include "decode/cycle.hpp"
+
+namespace biss::decode {
+
+/// How an access ended as a listener sees it.
+enum class AccessOutcome : std::uint8_t {
+  ok,
+  header_crc,  ///< the header as the master sent it does not fit its CRC: no slave answers
+  no_answer,   ///< as ControlError, and so are the others of these names
+  no_such_slave,
+  id_pattern,
+  refused,
+  unheard,
+  refused_or_unheard,
+  rw_pattern,
+  busy_too_long,  ///< the master gave up while S was still awaited
+  start_missing,
+  data_crc,   ///< read: the byte and its CRC do not fit
+  write_crc,  ///< write: the byte as the master sent it does not fit its CRC
+  echo,
+  next_unavailable,  ///< P = 1, and the master asked for the next byte all the same
+  not_accepted,      ///< command: EX = 0, and not every addressed slave had accepted
+  dropped,           ///< command: EX = 0, although all had accepted
+  frame_lost,        ///< a cycle of the access brought no CDS or no CDM
+  cut_end,           ///< the capture ends within the access
+};
+
+inline constexpr std::size_t access_outcome_count = 19;
+std::string_view name_of(AccessOutcome outcome);
+
+enum class AccessKind : std::uint8_t { read, write, command, unknown };
+std::string_view name_of(AccessKind kind);
+
+/// One byte read or written, or one command.
+struct ControlAccess {
+  std::uint64_t cycle = 0;  ///< of the start bit; of a sequence's further bytes, of their S
+  Picoseconds time{};       ///< of that cycle
+  AccessKind kind = AccessKind::unknown;
+  AccessOutcome outcome = AccessOutcome::ok;
+  std::uint8_t id = 0;      ///< of the slave; registers only
+  std::uint8_t slaves = 0;  ///< commands: bit k for the slave with ID k, 0: broadcast
+  std::uint8_t address = 0;
+  ControlCommand command{};
+  /// Read: what came with a right CRC. Write: what was sent, echoed or not.
+  std::optional<std::uint8_t> data;
+  std::uint8_t slaves_present = 0;  ///< IDL0 … IDL7, bit k for ID k
+  bool more_slaves = false;         ///< IDL8
+  std::uint8_t accepted = 0;        ///< commands: IDA, bit k for ID k
+  std::uint32_t busy_cycles = 0;    ///< cycles that S came late
+  Picoseconds busy{};          ///< from the cycle in which S was due until it came, or was given up
+  std::uint32_t cycles = 0;    ///< from the start bit, or S, to the last bit
+  bool header_sent = false;    ///< the header's CRC was right: id or slaves are known
+  bool next_available = true;  ///< P was 0: the next address may be accessed
+};
+
+/// Follows every cycle. Bounded memory; whatever the bits are, 14 zeros on CDM bring it back to
+/// where it began, as they do with a slave.
+class ControlListener {
+ public:
+  using OnAccess = std::function<void(const ControlAccess&)>;
+
+  explicit ControlListener(OnAccess on_access) : on_access_(std::move(on_access)) {}
+
+  /// The next cycle of the capture.
+  void push(std::uint64_t number, const Cycle& cycle);
+  /// The same, bits given. A missing bit breaks off an access.
+  void push(std::uint64_t number, Picoseconds time, std::optional<bool> cds,
+            std::optional<bool> cdm);
+  /// The capture is over.
+  void finish();
+
+  /// CDS = 1 in a cycle in which no access was under way.
+  std::uint64_t stray_cds() const { return stray_cds_; }
+  /// CDM = 1 with fewer than 14 zeros before it, outside of an access.
+  std::uint64_t stray_cdm() const { return stray_cdm_; }
+
+ private:
+  enum class Phase : std::uint8_t { idle, header, kind, command, start, byte, next, over };
+
+  void idle(std::uint64_t number, Picoseconds time, bool cds, bool cdm);
+  void header();
+  void kind(bool cdm);
+  void command(bool cdm);
+  void start(Picoseconds time, bool cds, bool cdm);
+  void byte();
+  void next(std::uint64_t number, Picoseconds time, bool p, bool cdm);
+  void take_ids();
+  AccessOutcome judge_ids() const;
+  void tell(AccessOutcome outcome);
+  void fail(AccessOutcome outcome);
+
+  OnAccess on_access_;
+  ControlAccess access_;
+  Phase phase_ = Phase::idle;
+  // Index of the CDM bit of the next cycle in the control frame; in a byte, how many of its bits
+  // CDM has brought.
+  unsigned k_ = 0;
+  // The last bits of either side, the newest lowest.
+  std::uint64_t cdm_ = 0;
+  std::uint64_t cds_ = 0;
+  unsigned zeros_ = 0;
+  bool first_byte_ = true;
+  bool ids_end_in_zeros_ = true;
+  Picoseconds busy_since_{};
+  std::uint64_t stray_cds_ = 0;
+  std::uint64_t stray_cdm_ = 0;
+};
+
+}  // namespace biss::decode
