@@ -143,6 +143,7 @@ int main(int argc, char** argv) {
   Corpus session(root / "session");
   Corpus server(root / "server");
   Corpus configure(root / "configure");
+  Corpus listener(root / "listener");
   for (std::uint64_t seed = 0; seed < seeds_a_target; ++seed) {
     const std::size_t k = seed % biss::fuzz::frame_formats.size();
     const std::string bits = frame_bytes(k, seed);
@@ -161,6 +162,7 @@ int main(int argc, char** argv) {
     session.add(biss::fuzz::session_seed(seed));
     server.add(biss::fuzz::server_seed(seed));
     configure.add(biss::fuzz::configure_seed(seed));
+    listener.add(biss::fuzz::listener_seed(seed));
   }
   return 0;
 }

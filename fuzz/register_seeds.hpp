@@ -119,6 +119,18 @@ inline std::string server_seed(std::uint64_t seed) {
   return input;
 }
 
+/// Accesses of a master that behaves, disturbed now and then.
+inline std::string listener_seed(std::uint64_t seed) {
+  constexpr unsigned both_behave = 2 | 2 << 2U;
+  std::mt19937_64 random(seed);
+  std::string input;
+  for (int i = 0; i < 8; ++i) {
+    input += static_cast<char>(both_behave | (random() % 8) << 4U);
+    if (seed % 2 == 1) input += static_cast<char>(random() % 16);
+  }
+  return input;
+}
+
 /// One to three devices with a data sheet or without; answers mostly as they should be.
 inline std::string configure_seed(std::uint64_t seed) {
   constexpr char as_they_are = 3;
