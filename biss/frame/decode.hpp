@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <utility>
 
 #include "biss/base/bits.hpp"
 #include "biss/base/result.hpp"
@@ -67,6 +68,41 @@ constexpr Result<FrameStart, FrameFault> search_start(const BitView& bits,
   return FrameStart{start, static_cast<std::uint16_t>(ack), static_cast<std::uint16_t>(ack_clocks)};
 }
 
+// Channel k, whose first bit is at `at`, and then the one behind it. False: its CRC is wrong.
+template <class Codec>
+[[gnu::always_inline]] constexpr bool read_channel(const BitView& bits, std::size_t& at,
+                                                   const Codec& codec, std::size_t k,
+                                                   typename Codec::Frame& frame) {
+  const ChannelFormat& channel = codec.format().channel_list[k];
+  const std::uint64_t data = bits.word(at, channel.data_bits);
+  at += channel.data_bits;
+  if (channel.crc.present()) {
+    if (bits.word(at, channel.crc.width_bits) != codec.crc(k, data)) return false;
+    at += channel.crc.width_bits;
+  }
+  unpack_into(channel, data, frame.channel_list[k]);
+  return true;
+}
+
+// Several channels that are known while compiling: each is read with its own numbers, instead of
+// all with what is loaded from memory.
+template <class Codec>
+concept HasFixedChannels = requires {
+  requires Codec::fixed_channels >
+  1;
+};
+
+// All of them. The first one whose CRC is wrong, or their number.
+template <class Codec, std::size_t... K>
+[[gnu::always_inline]] constexpr std::size_t read_fixed_channels(const BitView& bits,
+                                                                 std::size_t at, const Codec& codec,
+                                                                 typename Codec::Frame& frame,
+                                                                 std::index_sequence<K...>) {
+  std::size_t read = 0;
+  static_cast<void>(((read_channel(bits, at, codec, K, frame) && ++read != 0) && ...));
+  return read;
+}
+
 // As decode_payload(), into a frame that has its defaults.
 template <class Codec>
 constexpr std::optional<FrameFault> read_payload(const BitView& bits, const FrameStart& start,
@@ -80,17 +116,18 @@ constexpr std::optional<FrameFault> read_payload(const BitView& bits, const Fram
   frame.channel_count = format.channel_count;
   frame.lead_clocks = start.lead_clocks;
   frame.ack_clocks = start.ack_clocks;
-  for (std::size_t k = 0; k < format.channel_count; ++k) {
-    const ChannelFormat& channel = format.channel_list[k];
-    const std::uint64_t data = bits.word(at, channel.data_bits);
-    at += channel.data_bits;
-    if (channel.crc.present()) {
-      if (bits.word(at, channel.crc.width_bits) != codec.crc(k, data)) {
+  if constexpr (HasFixedChannels<Codec>) {
+    const std::size_t read = read_fixed_channels(bits, at, codec, frame,
+                                                 std::make_index_sequence<Codec::fixed_channels>());
+    if (read < format.channel_count) {
+      return FrameFault{FrameError::crc, static_cast<std::uint8_t>(read)};
+    }
+  } else {
+    for (std::size_t k = 0; k < format.channel_count; ++k) {
+      if (!read_channel(bits, at, codec, k, frame)) {
         return FrameFault{FrameError::crc, static_cast<std::uint8_t>(k)};
       }
-      at += channel.crc.width_bits;
     }
-    unpack_into(channel, data, frame.channel_list[k]);
   }
   if (stop < bits.size_bits()) {
     if (bits.bit(stop)) return FrameFault{FrameError::stop_bit};

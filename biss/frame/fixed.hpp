@@ -27,6 +27,7 @@ class FixedCodec {
 
   static constexpr const FrameFormat& format() { return format_; }
   static constexpr unsigned payload_bits() { return payload_bits_; }
+  static constexpr std::size_t fixed_channels = Format.channel_count;
   static constexpr bool may_be_one_word = frame_detail::is_one_word(Format);
   static constexpr bool one_word() { return may_be_one_word; }
   static constexpr const frame_detail::WordPlan& plan() { return plan_; }

@@ -28,28 +28,16 @@ class FieldEvaluation {
   /// The same of what decode_frame() or an SpiReader gave.
   static constexpr SafetyFinding find(const Plan& plan,
                                       const Result<typename Plan::Frame, FrameFault>& frame) {
-    SafetyFinding finding;
-    if (!frame.ok()) {
-      finding.cause = cause_of(plan.setup(), frame.error());
-      return finding;
-    }
+    if (!frame.ok()) return {.cause = cause_of(plan.setup(), frame.error())};
     const Channel& cpw = frame->channel_list[plan.setup().cpw];
     const Channel& spw = frame->channel_list[plan.setup().spw];
-    finding.position = cpw.position;
-    finding.life_counter = static_cast<std::uint8_t>(spw.life_counter);
-    finding.cpw_nW = cpw.nW;
-    finding.spw_nW = spw.nW;
-    finding.difference_lsb = difference(plan.alignment(), cpw.position, spw.position);
-    finding.cause = SafetyVerdict::safe;
-    if (!cpw.nE) {
-      finding.cause = SafetyVerdict::cpw_error;
-    } else if (!spw.nE) {
-      finding.cause = SafetyVerdict::spw_error;
-    } else if (const std::int64_t most = plan.setup().comparison.tolerance_lsb;
-               finding.difference_lsb > most || finding.difference_lsb < -most) {
-      finding.cause = SafetyVerdict::comparison;
-    }
-    return finding;
+    const std::int32_t apart = difference(plan.alignment(), cpw.position, spw.position);
+    return {.position = cpw.position,
+            .difference_lsb = apart,
+            .life_counter = static_cast<std::uint8_t>(spw.life_counter),
+            .cpw_nW = cpw.nW,
+            .spw_nW = spw.nW,
+            .cause = cause_of(plan.setup(), cpw, spw, apart)};
   }
 
   constexpr SafetyVerdict judge_counter(std::uint8_t value, unsigned missed,
@@ -70,13 +58,22 @@ class FieldEvaluation {
     return SafetyVerdict::no_frame;
   }
 
+  static constexpr SafetyVerdict cause_of(const SafetySetup& setup, const Channel& cpw,
+                                          const Channel& spw, std::int32_t apart) {
+    if (!cpw.nE) return SafetyVerdict::cpw_error;
+    if (!spw.nE) return SafetyVerdict::spw_error;
+    const std::int32_t most = setup.comparison.tolerance_lsb;
+    return apart > most || apart < -most ? SafetyVerdict::comparison : SafetyVerdict::safe;
+  }
+
   // The lower bits of the difference, and above them its sign.
-  static constexpr std::int64_t difference(const safety_detail::Alignment& alignment,
+  static constexpr std::int32_t difference(const safety_detail::Alignment& alignment,
                                            std::uint64_t cpw, std::uint64_t spw) {
     const std::uint64_t mask = low_mask(alignment.bits);
     const std::uint64_t half = mask ^ (mask >> 1U);
     const std::uint64_t apart = (cpw >> alignment.cpw_shift) - (spw >> alignment.spw_shift);
-    return static_cast<std::int64_t>(((apart & mask) ^ half) - half);
+    return safety_detail::held(static_cast<std::int64_t>(((apart & mask) ^ half) - half),
+                               alignment.bits);
   }
 
   LifeCounter counter_;

@@ -1,6 +1,8 @@
 // What an evaluation finds in one frame, and what the monitor makes of it.
 #pragma once
 
+#include <array>
+#include <bit>
 #include <cstdint>
 #include <optional>
 
@@ -9,19 +11,23 @@
 namespace biss {
 
 /// One evaluation of one frame, without regard to the frames before. Two of the same bits have to
-/// be equal.
+/// be equal. No padding, so that two are compared in one go.
 struct SafetyFinding {
   /// The CPW's. This and what follows up to `cause` is 0 (nW: true) unless both CRCs are good.
   std::uint64_t position = 0;
-  /// CPW less SPW in counts of the lowest bit compared, the short way round.
-  std::int64_t difference_lsb = 0;
+  /// CPW less SPW in counts of the lowest bit compared, the short way round; held at the limits of
+  /// its type.
+  std::int32_t difference_lsb = 0;
   std::uint8_t life_counter = 0;
   bool cpw_nW = true;
   bool spw_nW = true;
   /// no_frame … comparison, or safe.
   SafetyVerdict cause = SafetyVerdict::no_frame;
 
-  constexpr bool operator==(const SafetyFinding&) const = default;
+  constexpr bool operator==(const SafetyFinding& other) const {
+    using Words = std::array<std::uint64_t, 2>;
+    return std::bit_cast<Words>(*this) == std::bit_cast<Words>(other);
+  }
 };
 
 enum class SafetyState : std::uint8_t {
@@ -46,7 +52,7 @@ struct SafetyJudgement {
   std::uint8_t life_counter = 0;
   /// CPW less SPW in counts of the lowest bit compared; the margin is the tolerance less its
   /// magnitude. 0 without good CRCs.
-  std::int64_t difference_lsb = 0;
+  std::int32_t difference_lsb = 0;
   /// The CPW's, where the verdict is safe and the judgement is a frame's; none otherwise.
   std::optional<std::uint64_t> position{};
 };

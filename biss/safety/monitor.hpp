@@ -76,23 +76,23 @@ class SafetyMonitor {
                                  const SafetyFinding& second) {
     if (state_ == SafetyState::untested) return told(SafetyVerdict::self_test);
     if (state_ == SafetyState::latched) return told(SafetyVerdict::latched);
-    const SafetyVerdict verdict = judge(now, first, second);
-    SafetyJudgement judgement;
+    SafetyVerdict verdict = judge(now, first, second);
+    bool tolerated = false;
     if (verdict == SafetyVerdict::safe) {
       accept(now, first.life_counter);
-      judgement.verdict =
-          state_ == SafetyState::safe ? SafetyVerdict::safe : SafetyVerdict::starting;
+      if (state_ != SafetyState::safe) verdict = SafetyVerdict::starting;
     } else {
-      judgement.verdict = verdict;
-      judgement.tolerated = refuse(now, verdict);
+      tolerated = refuse(now, verdict);
     }
-    if (judgement.verdict == SafetyVerdict::safe) judgement.position = first.position;
-    judgement.state = state_;
-    judgement.cpw_nW = first.cpw_nW;
-    judgement.spw_nW = first.spw_nW;
-    judgement.life_counter = first.life_counter;
-    judgement.difference_lsb = first.difference_lsb;
-    return judgement;
+    return {
+        .verdict = verdict,
+        .state = state_,
+        .tolerated = tolerated,
+        .cpw_nW = first.cpw_nW,
+        .spw_nW = first.spw_nW,
+        .life_counter = first.life_counter,
+        .difference_lsb = first.difference_lsb,
+        .position = verdict == SafetyVerdict::safe ? std::optional(first.position) : std::nullopt};
   }
 
   /// Time alone: `watchdog` once the last good frame is too long ago, else where the monitor is.
@@ -134,8 +134,7 @@ class SafetyMonitor {
     if (first.cause != SafetyVerdict::safe) return first.cause;
     const SafetySetup& setup = plan_.setup();
     const SafetyVerdict counter = first_.judge_counter(first.life_counter, missed_, setup);
-    const bool follows = second_.counter_follows(second.life_counter, missed_,
-                                                 first_.counter_mode(), setup.counter.missed);
+    const bool follows = second_.counter_follows(second.life_counter, first_.counter_mode());
     if ((counter == SafetyVerdict::safe) != follows) return SafetyVerdict::disagreement;
     return counter;
   }
@@ -150,7 +149,7 @@ class SafetyMonitor {
   constexpr void accept(Picoseconds now, std::uint8_t life_counter) {
     const SafetySetup& setup = plan_.setup();
     first_.accept_counter(life_counter, missed_, setup);
-    second_.accept_counter(life_counter);
+    second_.accept_counter(life_counter, first_.counter_mode());
     last_good_ = now;
     missed_ = 0;
     if (good_frames_ < setup.start_frames) ++good_frames_;
@@ -161,6 +160,7 @@ class SafetyMonitor {
   constexpr bool refuse(Picoseconds now, SafetyVerdict cause) {
     if (state_ == SafetyState::safe && is_tolerable(cause) && is_within_budget(now)) {
       ++missed_;
+      second_.miss_counter(plan_.setup().counter.missed, first_.counter_mode());
       return true;
     }
     const bool holds = state_ == SafetyState::safe || cause == SafetyVerdict::disagreement;

@@ -1,19 +1,25 @@
 // A format and a setup made ready for monitoring: known while running, or while compiling.
 #pragma once
 
+#include <cstddef>
+
 #include "biss/frame/codec.hpp"
 #include "biss/frame/fixed.hpp"
 #include "biss/safety/setup.hpp"
 
 namespace biss {
 
-/// Known at run time. `Codec` is a FrameCodec with room for all channels of the frame.
-template <class Codec = FrameCodec<CrcFast, 2>>
+/// Known at run time; with room for `Channels` channels.
+template <std::size_t Channels = 2, class Crc = CrcFast>
 class SafetyPlan {
  public:
+  using Codec = FrameCodec<Crc, Channels>;
   using Frame = typename Codec::Frame;
 
-  /// \pre !check_safety(format, setup)
+  static constexpr std::size_t most_channels = Channels;
+  static constexpr unsigned most_payload_bits = Channels * max_channel_bits;
+
+  /// \pre !check_safety(format, setup), and format has at most Channels channels
   constexpr SafetyPlan(const FrameFormat& format, const SafetySetup& setup)
       : codec_(format),
         setup_(setup),
@@ -22,6 +28,7 @@ class SafetyPlan {
 
   constexpr const Codec& codec() const { return codec_; }
   constexpr const FrameFormat& format() const { return codec_.format(); }
+  constexpr unsigned payload_bits() const { return codec_.payload_bits(); }
   constexpr const SafetySetup& setup() const { return setup_; }
   constexpr const safety_detail::Alignment& alignment() const { return alignment_; }
 
@@ -43,8 +50,12 @@ class FixedSafetyPlan {
   using Codec = FixedCodec<Format, Crc>;
   using Frame = typename Codec::Frame;
 
+  static constexpr std::size_t most_channels = Format.channel_count;
+  static constexpr unsigned most_payload_bits = Format.payload_bits();
+
   static constexpr Codec codec() { return {}; }
   static constexpr const FrameFormat& format() { return Codec::format(); }
+  static constexpr unsigned payload_bits() { return most_payload_bits; }
   static constexpr const SafetySetup& setup() { return setup_; }
   static constexpr const safety_detail::Alignment& alignment() { return alignment_; }
 

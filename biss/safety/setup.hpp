@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 
 #include "biss/base/units.hpp"
@@ -140,6 +141,13 @@ struct Alignment {
   unsigned cpw_shift = 0;
   unsigned spw_shift = 0;
 };
+
+// A distance in counts of the lowest bit of `bits`, held at what fits.
+constexpr std::int32_t held(std::int64_t distance, unsigned bits) {
+  constexpr std::int64_t most = std::numeric_limits<std::int32_t>::max();
+  if (bits <= 32) return static_cast<std::int32_t>(distance);
+  return static_cast<std::int32_t>(distance > most ? most : distance < -most ? -most : distance);
+}
 
 // \pre compare_bits is at most what both words have
 constexpr Alignment alignment_of(const ChannelFormat& cpw, const ChannelFormat& spw,

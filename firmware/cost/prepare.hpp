@@ -29,5 +29,8 @@ void data_sample(Sample& sample, Random& random);
 void control_frame(Sample& sample, Random& random);
 /// A register server somewhere in an access; in `index` CDM.
 void server_frame(Sample& sample, Random& random);
+/// A safety monitor in the safe state and the next frame, which is good, damaged or hostile; in
+/// `value` the time.
+void safety_frame(Sample& sample, Random& random);
 
 }  // namespace cost::prepare

@@ -15,21 +15,26 @@ namespace cost {
 
 using Run = std::uint64_t (*)(const Sample&);
 
+/// How often a row is measured, unless it says otherwise.
+inline constexpr std::uint32_t usual_samples = 256;
+
 struct Row {
   const char* name;
   const char* title;
   void (*prepare)(Sample&, prepare::Random&);
   Run run;
+  std::uint32_t samples;
 };
 
 }  // namespace cost
 
 // The record lies in a section that only the measuring image keeps; an image of the function alone
 // drops it and shows the function's size.
-#define BISS_ROW(row, row_title, maker)                                   \
+#define BISS_ROW(row, row_title, maker) BISS_ROW_TIMES(row, row_title, maker, cost::usual_samples)
+#define BISS_ROW_TIMES(row, row_title, maker, times)                      \
   extern "C" std::uint64_t cost_##row(const cost::Sample&);               \
   namespace {                                                             \
   [[gnu::used, gnu::section("biss_rows")]] constexpr cost::Row row_##row{ \
-      #row, row_title, cost::prepare::maker, cost_##row};                 \
+      #row, row_title, cost::prepare::maker, cost_##row, times};          \
   }                                                                       \
   std::uint64_t cost_##row([[maybe_unused]] const cost::Sample& s)

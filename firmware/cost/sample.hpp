@@ -13,6 +13,8 @@
 #include "biss/frame/fixed.hpp"
 #include "biss/master/request.hpp"
 #include "biss/master/spi_read.hpp"
+#include "biss/safety/configurations.hpp"
+#include "biss/safety/monitor.hpp"
 #include "biss/slave/banked_registers.hpp"
 #include "biss/slave/register_server.hpp"
 #include "biss/slave/slave.hpp"
@@ -51,6 +53,19 @@ inline constexpr biss::MasterSetup master_setup{.period = setup.period, .timing 
 /// Of what the master hears; less than half a period.
 inline constexpr biss::Picoseconds master_line_delay = biss::nanoseconds(20);
 
+inline constexpr biss::FrameFormat safety_format =
+    biss::find_safety_configuration("fs-36-28")->frame_format();
+inline constexpr biss::SafetySetup safety_setup = [] {
+  biss::SafetySetup safety = biss::find_safety_configuration("fs-36-28")->setup;
+  // Asked again only when SLO is high.
+  safety.bounds = biss::spi_bounds(setup, biss::find_encoder("fs-36-28")->timing);
+  safety.bounds.late_max_clocks = 0;
+  return safety;
+}();
+
+using SafetyMonitor =
+    biss::SafetyMonitor<biss::FixedSafetyPlan<safety_format, safety_setup, biss::CrcTable<8>>>;
+
 struct Sample {
   std::array<std::uint8_t, 48> bytes{};
   std::uint32_t size_bytes = 0;
@@ -63,6 +78,7 @@ struct Sample {
   EncoderMaster* master = nullptr;
   biss::ControlSession* control = nullptr;
   EncoderServer* server = nullptr;
+  SafetyMonitor* safety = nullptr;
   /// What the measured call has to return.
   std::uint64_t expected = 0;
 
