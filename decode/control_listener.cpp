@@ -71,7 +71,9 @@ void ControlListener::push(std::uint64_t number, Picoseconds time, std::optional
       break;
   }
   zeros_ = *cdm ? 0 : zeros_ + 1;
-  if (zeros_ >= control_reset_zeros) phase_ = Phase::idle;
+  if (zeros_ < control_reset_zeros) return;
+  if (phase_ == Phase::header) fail(AccessOutcome::header_crc);
+  phase_ = Phase::idle;
 }
 
 void ControlListener::finish() {
@@ -127,8 +129,9 @@ void ControlListener::kind(bool cdm) {
   constexpr unsigned write = 0b01;
   if (asked == read) access_.kind = AccessKind::read;
   if (asked == write) access_.kind = AccessKind::write;
-  if (access_.kind == AccessKind::unknown) return fail(AccessOutcome::rw_pattern);
+  // A master that knows by the IDs gives up before R and W.
   if (const AccessOutcome ids = judge_ids(); ids != AccessOutcome::ok) return fail(ids);
+  if (access_.kind == AccessKind::unknown) return fail(AccessOutcome::rw_pattern);
   if (answered == 0) {
     return fail(asked == read ? AccessOutcome::unheard : AccessOutcome::refused_or_unheard);
   }

@@ -201,6 +201,18 @@ TEST(ControlListener, LostCycle_BreaksTheAccessAndTheNextOneIsTold) {
   }
 }
 
+TEST(ControlListener, ZerosBehindTheStartBit_AreADamagedHeader) {
+  Bench bench;
+  bench.zeros(14);
+  bench.push(false, true);
+  bench.zeros(14);
+  EXPECT_EQ(name_of(bench.only().outcome), "header_crc");
+  EXPECT_FALSE(bench.only().header_sent);
+  bench.access(printed[0].cdm, printed[0].cds);
+  ASSERT_EQ(bench.told.size(), 2U);
+  expect_register(bench.told[1], AccessKind::read, 0, 0x42, 0x62);
+}
+
 TEST(ControlListener, EndOfCapture_IsTold) {
   Bench bench;
   bench.zeros(14);

@@ -1,0 +1,104 @@
+// What the control communication says in a simulated capture, `biss registers` tells.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "tests/cli/run_command.hpp"
+
+namespace biss::cli {
+namespace {
+
+using testing::HasSubstr;
+using Words = std::vector<std::string>;
+
+// Bank 0 whole, the direct registers as of an iC-MHM, some of them not there.
+constexpr const char* page =
+    "bank 0\n"
+    "0x00: 48 44 00 78 80 00 00 00 CF 80 00 00 23 00 00 00\n"
+    "0x10: 00 01 02 8C 55 AA 33 CC 0F F0 00 FF 01 80 7F FE\n"
+    "0x20: 11 22 44 88 -- -- -- -- -- -- -- -- -- -- -- --\n"
+    "0x40: 00 00 62 1E FF FF FF FF 00 00 00 00 00 00 8C FF\n"
+    "0x70: 00 01 15 15 -- -- -- -- 4D 48 4D 23 44 00 69 43\n";
+constexpr const char* format = "pos28,nE,nW,crc6";
+
+class HeardRegisters : public testing::Test {
+ protected:
+  std::vector<Row> heard(const Words& simulate, const Words& more = {}) const {
+    Words words{"simulate", "--registers", dump, "-f", format, "-o", capture, "--seed", "7"};
+    words.insert(words.end(), simulate.begin(), simulate.end());
+    const Outcome made = run(words);
+    EXPECT_EQ(made.status, 0) << made.err;
+    words = {"registers", capture, "--to", "csv"};
+    words.insert(words.end(), more.begin(), more.end());
+    const Outcome read = run(words);
+    EXPECT_EQ(read.status, 0) << read.err;
+    return rows_of(read.out);
+  }
+
+  Folder folder;
+  std::string dump = folder.file("registers.txt", page);
+  std::string capture = folder.path("line.vcd");
+};
+
+TEST_F(HeardRegisters, WholeMap_IsTheDumpThatWasGiven) {
+  const std::string back = folder.path("back.txt");
+  const auto rows = heard({"--access", "read:0x00,36", "--access", "read:0x40,16", "--access",
+                           "read:0x70,4", "--access", "read:0x78,8", "--register-busy", "1"},
+                          {"--dump", back, "-f", format});
+  ASSERT_EQ(rows.size(), 64U);
+  for (const Row& row : rows) EXPECT_EQ(row.at("outcome"), "ok");
+  EXPECT_EQ(content_of(back), page);
+}
+
+TEST_F(HeardRegisters, EveryKindOfAccess_HasItsRow) {
+  const auto rows = heard({"--access", "write:0x48=55", "--access", "read:0x20,8", "--access",
+                           "read:0x60", "--access", "3/read:0x42", "--access", "command:channels",
+                           "--access", "write:0x7F=01"});
+  std::vector<std::string> told;
+  for (Row row : rows) {
+    told.push_back(row["id"] + " " + row["access"] + " " + row["address"] + " " + row["data"] +
+                   " " + row["outcome"]);
+  }
+  EXPECT_EQ(told.front(), "0 write 0x48 55 ok");
+  EXPECT_THAT(
+      told, testing::IsSupersetOf(
+                {std::string("0 read 0x20 11 ok"), std::string("0 read 0x23 88 ok"),
+                 std::string("0 read 0x60  refused"), std::string("3 unknown 0x42  no_such_slave"),
+                 std::string("0 write 0x7F  refused_or_unheard")}));
+  EXPECT_EQ(std::count_if(rows.begin(), rows.end(),
+                          [](const Row& row) { return row.at("access") == "command"; }),
+            1);
+}
+
+TEST_F(HeardRegisters, RequestWithoutAnswer_BreaksItsAccessAlone) {
+  const auto rows =
+      heard({"--access", "read:0x42", "--access", "read:0x43", "--fault", "no_answer@30"});
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_EQ(rows[0].at("outcome"), "frame_lost");
+  EXPECT_EQ(rows[1].at("outcome"), "ok");
+  EXPECT_EQ(rows[1].at("data"), "1E");
+}
+
+TEST_F(HeardRegisters, CaptureWithoutControl_SaysSo) {
+  ASSERT_EQ(run({"simulate", "-f", "resolute-26", "-o", capture}).status, 0);
+  const Outcome read = run({"registers", capture});
+  EXPECT_EQ(read.status, 0);
+  EXPECT_THAT(read.err, HasSubstr("0 accesses"));
+  EXPECT_EQ(run({"registers", capture, "--dump", folder.path("x")}).status, 1);
+  EXPECT_EQ(run({"registers", capture, "-o", capture}).status, 2);
+}
+
+TEST_F(HeardRegisters, JsonLines_AreADumpAgain) {
+  heard({"--access", "read:0x00,36", "--access", "read:0x40,8"});
+  const std::string rows = folder.path("rows.jsonl");
+  ASSERT_EQ(run({"registers", capture, "--to", "jsonl", "-o", rows}).status, 0);
+  const Outcome again = run({"simulate", "--registers", rows, "-f", format, "-o", capture,
+                             "--access", "read:0x42,2", "--outcomes", "-"});
+  EXPECT_THAT(again.out, HasSubstr("62 1E"));
+}
+
+}  // namespace
+}  // namespace biss::cli
