@@ -7,6 +7,7 @@
 #include <cctype>
 
 #include "decode/lines.hpp"
+#include "decode/times.hpp"
 #include "tools/message.hpp"
 
 namespace biss::tools {
@@ -63,7 +64,7 @@ void RecordedLine::guess_clock(std::span<const wire::Edge> beginning) {
   std::optional<Picoseconds> last;
   for (const wire::Edge& edge : beginning) {
     if (edge.line != lines_.ma) continue;
-    if (last) shortest = std::min(shortest, 2 * (edge.time - *last));
+    if (last) shortest = std::min(shortest, 2 * decode::elapsed(*last, edge.time));
     last = edge.time;
   }
   clock_ = std::clamp(rate_of(shortest), biss_clock_min, biss_clock_max);
