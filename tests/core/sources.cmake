@@ -7,5 +7,7 @@ set(BISS_CORE_TESTS banked_registers_test.cpp base_test.cpp catalogue_test.cpp c
                     eds_device_test.cpp eds_image_test.cpp eds_part_test.cpp eds_profile_test.cpp
                     fixed_test.cpp format_test.cpp frame_test.cpp master_slave_test.cpp
                     quick_test.cpp register_map_test.cpp register_server_test.cpp
-                    request_end_test.cpp request_kind_test.cpp request_test.cpp slave_chain_test.cpp
+                    request_end_test.cpp request_kind_test.cpp request_test.cpp
+                    safety_counter_test.cpp safety_evaluation_test.cpp
+                    safety_monitor_test.cpp safety_setup_test.cpp slave_chain_test.cpp
                     slave_test.cpp slip_test.cpp spi_test.cpp timing_test.cpp turns_test.cpp)

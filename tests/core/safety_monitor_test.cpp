@@ -1,0 +1,380 @@
+// The safety monitor's states: start-up, safe, latched; time; the budget; the self test.
+#include "biss/safety/monitor.hpp"
+#include "tests/core/safety_bench.hpp"
+#include "tests/core/test.hpp"
+
+namespace biss {
+namespace {
+
+using enum SafetyVerdict;
+using test::RunPlan;
+using test::SafetyBench;
+
+BISS_TEST(SafetyMonitor, BeforeItsSelfTest_GivesNothing) {
+  SafetyMonitor<RunPlan> monitor(test::plan_of("fs-36-28"));
+  const SafetyFinding good{.life_counter = 1, .cause = safe};
+  for (int i = 0; i < 5; ++i) {
+    const SafetyJudgement told = monitor.step(SafetyBench::cycle * i, good, good);
+    BISS_EXPECT_EQ(told.verdict, self_test);
+    BISS_EXPECT(!told.position);
+  }
+  BISS_EXPECT_EQ(monitor.watch({}).verdict, self_test);
+  monitor.restart();
+  monitor.acknowledge();
+  BISS_EXPECT_EQ(monitor.state(), SafetyState::untested);
+  BISS_EXPECT(monitor.self_test());
+  BISS_EXPECT_EQ(monitor.state(), SafetyState::starting);
+}
+
+BISS_TEST(SafetyMonitor, FromTheThirdGoodFrame_IsSafeAndGivesThePosition) {
+  SafetyBench bench;
+  BISS_EXPECT(bench.passed);
+  BISS_EXPECT_EQ(bench.monitor.watch(milliseconds(1000)).verdict, starting);
+  BISS_EXPECT(!bench.monitor.deadline());
+  for (int i = 0; i < 2; ++i) {
+    const SafetyJudgement told = bench.good();
+    BISS_EXPECT_EQ(told.verdict, starting);
+    BISS_EXPECT_EQ(told.state, SafetyState::starting);
+    BISS_EXPECT(!told.position);
+  }
+  const SafetyJudgement told = bench.good();
+  BISS_EXPECT_EQ(told.verdict, safe);
+  BISS_EXPECT_EQ(told.state, SafetyState::safe);
+  BISS_ASSERT(told.position.has_value());
+  BISS_EXPECT_EQ(*told.position, bench.position);
+  BISS_EXPECT_EQ(told.life_counter, bench.counter);
+  BISS_EXPECT_EQ(told.difference_lsb, 0);
+  BISS_EXPECT(told.cpw_nW && told.spw_nW && !told.tolerated);
+  BISS_EXPECT_EQ(bench.monitor.watch(bench.now).verdict, safe);
+  BISS_EXPECT(!bench.monitor.watch(bench.now).position);
+}
+
+BISS_TEST(SafetyMonitor, StartFrames_AreCountedAnewAfterAFault) {
+  SafetyBench bench([](SafetySetup& setup) { setup.start_frames = 5; });
+  bench.good(4);
+  BISS_EXPECT_EQ(bench.send_flipped(3).verdict, cpw_crc);
+  BISS_EXPECT_EQ(bench.monitor.state(), SafetyState::starting);
+  BISS_EXPECT_EQ(bench.good(4).verdict, starting);
+  BISS_EXPECT_EQ(bench.good().verdict, safe);
+}
+
+BISS_TEST(SafetyMonitor, Warnings_AreToldAndNoFault) {
+  SafetyBench bench;
+  bench.until_safe();
+  test::SafetyWords words = bench.next();
+  words.cpw_nW = false;
+  SafetyJudgement told = bench.send(words);
+  BISS_EXPECT_EQ(told.verdict, safe);
+  BISS_EXPECT(!told.cpw_nW && told.spw_nW && told.position.has_value());
+  words = bench.next();
+  words.spw_nW = false;
+  told = bench.send(words);
+  BISS_EXPECT_EQ(told.verdict, safe);
+  BISS_EXPECT(told.cpw_nW && !told.spw_nW);
+}
+
+BISS_TEST(SafetyMonitor, EveryFault_IsNamedInItsFrameAndHoldsUntilAcknowledged) {
+  struct Case {
+    SafetyVerdict verdict;
+    SafetyJudgement (*commit)(SafetyBench&);
+  };
+  constexpr Case cases[] = {
+      {no_frame, [](SafetyBench& b) { return b.silence(); }},
+      {cpw_crc, [](SafetyBench& b) { return b.send_flipped(0); }},
+      {cpw_crc, [](SafetyBench& b) { return b.send_flipped(43); }},
+      {spw_crc, [](SafetyBench& b) { return b.send_flipped(44); }},
+      {spw_crc, [](SafetyBench& b) { return b.send_flipped(95); }},
+      {no_frame, [](SafetyBench& b) { return b.send_flipped(96); }},
+      {cpw_error,
+       [](SafetyBench& b) {
+         auto words = b.next();
+         words.cpw_nE = false;
+         return b.send(words);
+       }},
+      {spw_error,
+       [](SafetyBench& b) {
+         auto words = b.next();
+         words.spw_nE = false;
+         return b.send(words);
+       }},
+      {comparison,
+       [](SafetyBench& b) {
+         auto words = b.next();
+         words.spw += 2;
+         return b.send(words);
+       }},
+      {counter_repeated, [](SafetyBench& b) { return b.send(b.words()); }},
+      {counter_skipped, [](SafetyBench& b) { return b.next(), b.good(); }},
+      {counter_backwards, [](SafetyBench& b) { return --b.counter, b.send(b.words()); }},
+      {counter_foreign, [](SafetyBench& b) { return b.counter = 44, b.good(); }},
+      {watchdog, [](SafetyBench& b) { return b.now += SafetyBench::cycle, b.good(); }},
+      {early, [](SafetyBench& b) { return b.now -= 2 * SafetyBench::cycle, b.good(); }},
+  };
+  for (const Case& each : cases) {
+    SafetyBench bench;
+    bench.until_safe();
+    SafetyJudgement told = each.commit(bench);
+    BISS_EXPECT_EQ(told.verdict, each.verdict);
+    BISS_EXPECT_EQ(told.state, SafetyState::latched) << static_cast<int>(each.verdict);
+    BISS_EXPECT(!told.position && !told.tolerated);
+    BISS_EXPECT_EQ(bench.monitor.latched_cause(), each.verdict);
+    BISS_EXPECT(!bench.monitor.deadline());
+    for (int i = 0; i < 6; ++i) {
+      told = bench.good();
+      BISS_EXPECT_EQ(told.verdict, latched);
+      BISS_EXPECT(!told.position);
+    }
+    BISS_EXPECT_EQ(bench.monitor.watch(bench.now).verdict, latched);
+    bench.monitor.acknowledge();
+    BISS_EXPECT_EQ(bench.good(2).verdict, starting) << static_cast<int>(each.verdict);
+    BISS_EXPECT_EQ(bench.good().verdict, safe);
+  }
+}
+
+BISS_TEST(SafetyMonitor, WithoutLatch_GoodFramesAloneLeadBack) {
+  SafetyBench bench([](SafetySetup& setup) { setup.latch = false; });
+  bench.until_safe();
+  BISS_EXPECT_EQ(bench.silence().state, SafetyState::starting);
+  BISS_EXPECT_EQ(bench.good(2).verdict, starting);
+  BISS_EXPECT_EQ(bench.good().verdict, safe);
+  bench.monitor.acknowledge();
+  BISS_EXPECT_EQ(bench.good().verdict, safe);
+}
+
+BISS_TEST(SafetyMonitor, Watchdog_BitesBehindItsDeadlineAndNotAtIt) {
+  SafetyBench bench;
+  bench.until_safe();
+  BISS_ASSERT(bench.monitor.deadline().has_value());
+  const Picoseconds deadline = *bench.monitor.deadline();
+  BISS_EXPECT_EQ((deadline - bench.now).count, nanoseconds(46'875).count);
+  BISS_EXPECT_EQ(bench.monitor.watch(deadline).verdict, safe);
+  SafetyJudgement told = bench.monitor.watch(deadline + picoseconds(1));
+  BISS_EXPECT_EQ(told.verdict, watchdog);
+  BISS_EXPECT_EQ(told.state, SafetyState::latched);
+  BISS_EXPECT_EQ(bench.monitor.watch(deadline + picoseconds(2)).verdict, latched);
+}
+
+BISS_TEST(SafetyMonitor, Watchdog_BitesWhileStartingTooAndDoesNotLatch) {
+  SafetyBench bench;
+  bench.good(2);
+  BISS_EXPECT_EQ(bench.monitor.watch(bench.now + milliseconds(1)).verdict, watchdog);
+  BISS_EXPECT_EQ(bench.monitor.state(), SafetyState::starting);
+  BISS_EXPECT_EQ(bench.monitor.watch(bench.now + milliseconds(2)).verdict, starting);
+  BISS_EXPECT_EQ(bench.good(2).verdict, starting);
+  BISS_EXPECT_EQ(bench.good().verdict, safe);
+}
+
+BISS_TEST(SafetyMonitor, FramesSoonerThanAnyCycle_AreEarly) {
+  SafetyBench bench([](SafetySetup& setup) { setup.frame_gap_min = SafetyBench::cycle; });
+  bench.until_safe();
+  BISS_EXPECT_EQ(bench.good().verdict, safe);
+  bench.now -= picoseconds(1);
+  BISS_EXPECT_EQ(bench.good().verdict, early);
+}
+
+BISS_TEST(SafetyMonitor, Budget_ToleratesSoManyFaultsInAnyWindow) {
+  SafetyBench bench([](SafetySetup& setup) {
+    setup.budget = {.faults = 2, .window = SafetyBench::cycle * 10};
+    setup.frame_gap_max = SafetyBench::cycle * 4;
+  });
+  bench.until_safe();
+  for (int round = 0; round < 4; ++round) {
+    // Faults at 0 and 4, then after 11, of which the first is out of the window.
+    for (const unsigned goods : {3U, 6U}) {
+      const SafetyJudgement told = bench.send_flipped(50);
+      BISS_EXPECT_EQ(told.verdict, spw_crc);
+      BISS_EXPECT_EQ(told.state, SafetyState::safe) << round << " " << goods;
+      BISS_EXPECT(told.tolerated && !told.position);
+      const SafetyJudgement after = bench.good(goods);
+      BISS_EXPECT_EQ(after.verdict, safe);
+      BISS_EXPECT_EQ(*after.position, bench.position);
+    }
+  }
+  BISS_EXPECT(bench.send_flipped(50).tolerated);
+  bench.good();
+  // Seven cycles behind the second last one.
+  const SafetyJudgement told = bench.send_flipped(50);
+  BISS_EXPECT_EQ(told.verdict, spw_crc);
+  BISS_EXPECT(!told.tolerated);
+  BISS_EXPECT_EQ(told.state, SafetyState::latched);
+}
+
+BISS_TEST(SafetyMonitor, Budget_WindowEndsJustWhenItIsOver) {
+  const auto tolerated_after = [](unsigned goods) {
+    SafetyBench bench([](SafetySetup& setup) {
+      setup.budget = {.faults = 1, .window = SafetyBench::cycle * 5};
+      setup.frame_gap_max = SafetyBench::cycle * 2;
+    });
+    bench.until_safe();
+    bench.send_flipped(0);
+    bench.good(goods);
+    return bench.send_flipped(0).tolerated;
+  };
+  BISS_EXPECT(!tolerated_after(4));
+  BISS_EXPECT(tolerated_after(5));
+}
+
+BISS_TEST(SafetyMonitor, Budget_IsEmptyAgainAfterRestartAndHasNoRoomForTimeOrSetup) {
+  SafetyBench bench([](SafetySetup& setup) {
+    setup.budget = {.faults = 1, .window = milliseconds(10)};
+    setup.counter.mode = CounterMode::count_0_63;
+  });
+  bench.until_safe();
+  BISS_EXPECT(bench.send_flipped(1).tolerated);
+  bench.monitor.restart();
+  bench.until_safe();
+  BISS_EXPECT(bench.send_flipped(1).tolerated);
+  bench.good();
+  BISS_EXPECT_EQ(bench.monitor.watch(bench.now + milliseconds(1)).state, SafetyState::latched);
+  // The counter leaves out 0: the setup is wrong.
+  bench.monitor.acknowledge();
+  bench.counter = 50;
+  bench.until_safe();
+  SafetyJudgement told;
+  while (bench.counter != 1) told = bench.good();
+  BISS_EXPECT_EQ(told.verdict, counter_mode);
+  BISS_EXPECT_EQ(told.state, SafetyState::latched);
+}
+
+BISS_TEST(SafetyMonitor, ToleratedLosses_AreExpectedInTheCounterByTheRule) {
+  for (const MissedFrames rule : {MissedFrames::counted, MissedFrames::perhaps}) {
+    for (const std::uint32_t counted : {0U, 1U, 2U, 3U}) {
+      SafetyBench bench([&](SafetySetup& setup) {
+        setup.budget = {.faults = 3, .window = milliseconds(10)};
+        setup.frame_gap_max = SafetyBench::cycle * 4;
+        setup.counter.missed = rule;
+      });
+      bench.until_safe();
+      // Across a roll-over that is not the first one.
+      bench.good(64);
+      while (bench.counter != 62) bench.good();
+      bench.silence();
+      bench.silence();
+      for (std::uint32_t i = 0; i < counted; ++i) bench.next();
+      const SafetyJudgement told = bench.good();
+      const bool right = counted == 2 || (counted < 2 && rule == MissedFrames::perhaps);
+      BISS_EXPECT_EQ(told.verdict == safe, right) << counted;
+      BISS_EXPECT_EQ(told.position.has_value(), right) << counted;
+      if (right) {
+        BISS_EXPECT_EQ(bench.good().verdict, safe);
+      } else {
+        BISS_EXPECT_EQ(told.verdict, counted == 3 ? counter_skipped : counter_backwards);
+      }
+    }
+  }
+}
+
+BISS_TEST(SafetyMonitor, Restart_ForgetsWhereItWas) {
+  SafetyBench bench;
+  bench.until_safe();
+  bench.silence();
+  bench.monitor.restart();
+  bench.now += milliseconds(100);
+  bench.counter = 33;
+  BISS_EXPECT_EQ(bench.good(2).verdict, starting);
+  BISS_EXPECT_EQ(bench.good().verdict, safe);
+}
+
+BISS_TEST(SafetyMonitor, ReadersResult_IsJudgedAsTheBitsAre) {
+  SafetyBench bench;
+  bench.until_safe();
+  const auto bits = test::bits_of(bench.plan(), bench.next());
+  bench.now += SafetyBench::cycle;
+  const auto frame = decode_frame(bits.view(), bench.plan().codec());
+  const SafetyJudgement told = bench.monitor.step(bench.now, bits.view(), frame);
+  BISS_EXPECT_EQ(told.verdict, safe);
+  BISS_EXPECT_EQ(*told.position, bench.position);
+  // A reader that saw another frame than the line shows.
+  const auto other = test::bits_of(bench.plan(), bench.next());
+  bench.now += SafetyBench::cycle;
+  BISS_EXPECT_EQ(bench.monitor.step(bench.now, other.view(), frame).verdict, disagreement);
+  BISS_EXPECT_EQ(bench.monitor.latched_cause(), disagreement);
+}
+
+BISS_TEST(SafetyMonitor, Disagreement_OfAnyPartLatchesAtOnce) {
+  const SafetyFinding good{.position = 5, .life_counter = 1, .cause = safe};
+  const auto verdict_of = [&](const auto& change, bool latch) {
+    SafetyMonitor<RunPlan> monitor(
+        test::plan_of("fs-36-28", [&](SafetySetup& setup) { setup.latch = latch; }));
+    if (!monitor.self_test()) return self_test;
+    SafetyFinding other = good;
+    change(other);
+    const SafetyJudgement told = monitor.step({}, good, other);
+    BISS_EXPECT_EQ(told.state, latch ? SafetyState::latched : SafetyState::starting);
+    return told.verdict;
+  };
+  for (const bool latch : {true, false}) {
+    BISS_EXPECT_EQ(verdict_of([](auto& f) { f.position ^= 1U; }, latch), disagreement);
+    BISS_EXPECT_EQ(verdict_of([](auto& f) { f.difference_lsb = 1; }, latch), disagreement);
+    BISS_EXPECT_EQ(verdict_of([](auto& f) { f.life_counter ^= 1U; }, latch), disagreement);
+    BISS_EXPECT_EQ(verdict_of([](auto& f) { f.cpw_nW = false; }, latch), disagreement);
+    BISS_EXPECT_EQ(verdict_of([](auto& f) { f.spw_nW = false; }, latch), disagreement);
+    BISS_EXPECT_EQ(verdict_of([](auto& f) { f.cause = spw_crc; }, latch), disagreement);
+  }
+}
+
+// A CRC engine that is wrong for one value of the data.
+struct Broken : CrcFast {
+  constexpr Broken() = default;
+  constexpr explicit Broken(const CrcSpec& spec) : CrcFast(spec) {}
+  constexpr std::uint16_t operator()(std::uint64_t data, unsigned bits) const {
+    return static_cast<std::uint16_t>(CrcFast::operator()(data, bits) ^ (data == 3 ? 1U : 0U));
+  }
+};
+
+// A second evaluation that lets any counter pass, or finds nothing wrong.
+template <class Plan>
+struct Trusting : LineEvaluation<Plan> {
+  using LineEvaluation<Plan>::LineEvaluation;
+  constexpr bool counter_follows(std::uint8_t, std::optional<CounterMode>) const { return true; }
+};
+template <class Plan>
+struct Blind : LineEvaluation<Plan> {
+  using LineEvaluation<Plan>::LineEvaluation;
+  static constexpr SafetyFinding find(const Plan& plan, const BitView& bits) {
+    SafetyFinding finding = LineEvaluation<Plan>::find(plan, bits);
+    if (finding.cause == spw_error) finding.cause = safe;
+    return finding;
+  }
+};
+
+BISS_TEST(SafetyMonitor, SelfTest_FindsBrokenParts) {
+  using Sound = SafetyPlan<2>;
+  const SafetyConfiguration& type = *find_safety_configuration("fs-36-28");
+  const Sound sound(type.frame_format(), type.setup);
+  SafetyMonitor<SafetyPlan<2, Broken>> crc(SafetyPlan<2, Broken>(type.frame_format(), type.setup));
+  BISS_EXPECT(!crc.self_test());
+  SafetyMonitor<Sound, FieldEvaluation<Sound>, Trusting<Sound>> trusting(sound);
+  BISS_EXPECT(!trusting.self_test());
+  SafetyMonitor<Sound, FieldEvaluation<Sound>, Blind<Sound>> blind(sound);
+  BISS_EXPECT(!blind.self_test());
+  const SafetyFinding good{.life_counter = 1, .cause = safe};
+  BISS_EXPECT_EQ(blind.step({}, good, good).verdict, self_test);
+  BISS_EXPECT_EQ(blind.state(), SafetyState::untested);
+}
+
+BISS_TEST(SafetyMonitor, SelfTest_PassesWithEveryConfigurationAndSetup) {
+  for (const SafetyConfiguration& each : safety_configurations) {
+    for (const unsigned variant : {0U, 1U, 2U, 3U}) {
+      SafetySetup setup = each.setup;
+      setup.counter.mode = static_cast<CounterMode>(variant % 3U);
+      setup.latch = variant != 1;
+      if (variant == 2) setup.budget = {.faults = 4, .window = setup.frame_gap_max};
+      if (variant == 3) setup.bounds = {.lead_min_clocks = 2, .ack_min_clocks = 33};
+      SafetyMonitor<RunPlan> monitor(RunPlan(each.frame_format(), setup));
+      BISS_EXPECT(monitor.self_test()) << variant;
+    }
+  }
+}
+
+// The plan that is known while compiling, and all of it while compiling.
+constexpr bool works_while_compiling() {
+  constexpr const SafetyConfiguration& type = *find_safety_configuration("rsm");
+  SafetyMonitor<FixedSafetyPlan<type.frame_format(), type.setup, CrcBitwise>> monitor;
+  const SafetyFinding good{.life_counter = 1, .cause = safe};
+  return monitor.step({}, good, good).verdict == self_test && sizeof(monitor) <= 200;
+}
+static_assert(works_while_compiling());
+
+}  // namespace
+}  // namespace biss

@@ -1,0 +1,166 @@
+// Setups that cannot be monitored, the named configurations, and the table of faults.
+#include "biss/safety/setup.hpp"
+
+#include "biss/safety/configurations.hpp"
+#include "biss/safety/verdict.hpp"
+#include "tests/core/frames.hpp"
+#include "tests/core/test.hpp"
+
+namespace biss {
+namespace {
+
+using test::format_of;
+
+constexpr std::string_view good_text = "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0";
+
+void expect_mistake(std::string_view format, SafetySetupError mistake,
+                    const SafetySetup& setup = {}) {
+  const auto found = check_safety(format_of(format), setup);
+  BISS_ASSERT(found.has_value());
+  BISS_EXPECT_EQ(*found, mistake);
+}
+
+void expect_mistake(SafetySetupError mistake, const auto& change) {
+  SafetySetup setup;
+  change(setup);
+  expect_mistake(good_text, mistake, setup);
+}
+
+BISS_TEST(SafetySetup, OfFormatsThatLackSomething_IsRefused) {
+  using enum SafetySetupError;
+  BISS_EXPECT(!check_safety(format_of(good_text), {}));
+  expect_mistake("pos36,nE,nW,crc6", channels);
+  expect_mistake(good_text, channels, {.cpw = 2});
+  expect_mistake(good_text, channels, {.cpw = 0, .spw = 0});
+  expect_mistake("pos36,nE,nW+pos28,nE,nW,lc6,crc16", no_crc);
+  expect_mistake("pos36,nE,nW,crc6+pos28,nE,nW,lc6", no_crc);
+  expect_mistake("pos36,nW,crc6+pos28,nE,nW,lc6,crc16", no_error_bit);
+  expect_mistake("pos36,nE,nW,crc6+pos28,nW,lc6,crc16", no_error_bit);
+  expect_mistake("pad36,nE,nW,crc6+pos28,nE,nW,lc6,crc16", no_position);
+  expect_mistake("mt12,nE,nW,crc6+pos28,nE,nW,lc6,crc16", no_position);
+  expect_mistake("mt12,st16:gray,nE,nW,crc6+pos28,nE,nW,lc6,crc16", gray);
+  expect_mistake("pos36,nE,nW,crc6+pos28,nE,nW,crc16", no_counter);
+  expect_mistake("pos36,nE,nW,crc6+pos28,nE,nW,lc7,crc16", no_counter);
+}
+
+BISS_TEST(SafetySetup, OutOfRange_IsRefusedAndTheLastOneWithinIsNot) {
+  using enum SafetySetupError;
+  const auto accepts = [](const auto& change) {
+    SafetySetup setup;
+    change(setup);
+    return !check_safety(format_of(good_text), setup);
+  };
+  BISS_EXPECT(accepts([](auto& s) { s.comparison.compare_bits = 28; }));
+  expect_mistake(compare_bits, [](auto& s) { s.comparison.compare_bits = 29; });
+  expect_mistake("pos20,nE,nW,crc6+pos28,nE,nW,lc6,crc16", compare_bits,
+                 {.comparison = {.compare_bits = 21}});
+  BISS_EXPECT(accepts([](auto& s) { s.comparison = {.compare_bits = 3, .tolerance_lsb = 3}; }));
+  expect_mistake(tolerance,
+                 [](auto& s) { s.comparison = {.compare_bits = 3, .tolerance_lsb = 4}; });
+  BISS_EXPECT(accepts([](auto& s) { s.start_frames = 2; }));
+  expect_mistake(start_frames, [](auto& s) { s.start_frames = 1; });
+  BISS_EXPECT(accepts([](auto& s) { s.counter.near_frames = 30; }));
+  expect_mistake(counter, [](auto& s) { s.counter.near_frames = 31; });
+  BISS_EXPECT(accepts([](auto& s) { s.counter.learn_rollovers = 1; }));
+  expect_mistake(counter, [](auto& s) { s.counter.learn_rollovers = 0; });
+  BISS_EXPECT(accepts([](auto& s) { s.budget = {4, s.frame_gap_max}; }));
+  expect_mistake(budget, [](auto& s) { s.budget = {5, s.frame_gap_max}; });
+  expect_mistake(budget, [](auto& s) { s.budget = {1, s.frame_gap_max - picoseconds(1)}; });
+}
+
+BISS_TEST(SafetySetup, Watchdog_IsShorterThanTheCountersPeriod) {
+  using enum SafetySetupError;
+  for (const CounterMode mode :
+       {CounterMode::count_1_63, CounterMode::count_0_63, CounterMode::learned}) {
+    const unsigned period = mode == CounterMode::count_0_63 ? 64 : 63;
+    BISS_EXPECT_EQ(counter_period(mode), period);
+    SafetySetup setup;
+    setup.counter.mode = mode;
+    setup.frame_gap_max = setup.cycle_min * period - picoseconds(1);
+    BISS_EXPECT(!check_safety(format_of(good_text), setup));
+    setup.frame_gap_max += picoseconds(1);
+    expect_mistake(good_text, frame_gap, setup);
+  }
+  expect_mistake(frame_gap, [](auto& s) { s.frame_gap_min = s.frame_gap_max; });
+  expect_mistake(frame_gap, [](auto& s) { s.frame_gap_min = picoseconds(-1); });
+  BISS_EXPECT_EQ(at_cycle({}, microseconds(100)).frame_gap_max.count, microseconds(150).count);
+}
+
+BISS_TEST(SafetyConfigurations, AreRenishawsFiveRowsAndTheNineTypes) {
+  struct Row {
+    std::string_view name;
+    unsigned cpw_turns, cpw, spw_turns, spw, compare_bits;
+    std::int64_t cycle_ns;
+  };
+  // Renishaw's table, and PROTOCOL 5.2 (Safety Concept A5, table 1).
+  constexpr Row rows[] = {
+      {"fs-32-32", 0, 32, 0, 32, 0, 31'250},
+      {"fs-28-24", 0, 28, 0, 24, 0, 31'250},
+      {"fs-36-28", 0, 36, 0, 28, 0, 31'250},
+      {"fortis-fs-36-28-10nm", 0, 36, 0, 28, 0, 31'250},
+      {"fortis-fs-36-28-1nm", 0, 36, 0, 28, 0, 31'250},
+      {"rxm", 0, 16, 0, 12, 9, 31'250},
+      {"rxh", 0, 24, 0, 16, 13, 31'250},
+      {"rsm", 12, 16, 12, 12, 9, 31'250},
+      {"rsh", 12, 24, 12, 16, 13, 62'500},
+      {"rlm", 24, 16, 24, 12, 9, 62'500},
+      {"rlh", 24, 24, 24, 16, 13, 62'500},
+      {"rum", 12, 16, 0, 12, 9, 31'250},
+      {"ruh", 12, 24, 0, 16, 13, 62'500},
+      {"lmm", 16, 16, 16, 16, 11, 62'500},
+  };
+  BISS_EXPECT_EQ(safety_configurations.size(), std::size(rows));
+  for (const Row& row : rows) {
+    const SafetyConfiguration* found = find_safety_configuration(row.name);
+    BISS_ASSERT(found != nullptr);
+    const FrameFormat format = found->frame_format();
+    BISS_EXPECT(!check_safety(format, found->setup));
+    const ChannelFormat& cpw = format.channel_list[0];
+    const ChannelFormat& spw = format.channel_list[1];
+    BISS_EXPECT_EQ(cpw.multiturn.bits, row.cpw_turns);
+    BISS_EXPECT_EQ(spw.multiturn.bits, row.spw_turns);
+    BISS_EXPECT_EQ(cpw.position_bits(), row.cpw_turns + row.cpw);
+    BISS_EXPECT_EQ(spw.position_bits(), row.spw_turns + row.spw);
+    BISS_EXPECT(cpw.crc == crc6 && spw.crc == crc16);
+    BISS_EXPECT(cpw.error.present && cpw.warning.present && spw.warning.present);
+    BISS_EXPECT_EQ(found->setup.comparison.compare_bits, row.compare_bits);
+    BISS_EXPECT_EQ(found->setup.cycle_min.count, nanoseconds(row.cycle_ns).count);
+    BISS_EXPECT_EQ(found->setup.frame_gap_max.count, nanoseconds(row.cycle_ns * 3 / 2).count);
+    BISS_EXPECT(!found->source.empty());
+    BISS_EXPECT(found->resolution.empty() == (row.compare_bits != 0));
+  }
+  BISS_EXPECT(find_safety_configuration("rxl") == nullptr);
+}
+
+BISS_TEST(SafetyVerdicts, HaveNamesAndTellFaultsFromStates) {
+  using enum SafetyVerdict;
+  BISS_EXPECT(name_of(safe) == "safe" && name_of(counter_foreign) == "counter_foreign");
+  BISS_EXPECT(name_of(watchdog) == "watchdog" && name_of(comparison) == "comparison");
+  BISS_EXPECT(name_of(FaultKind::corruption) == "corruption");
+  BISS_EXPECT(name_of(FaultKind::addressing) == "addressing");
+  for (std::size_t i = 0; i < safety_verdict_count; ++i) {
+    const auto verdict = static_cast<SafetyVerdict>(i);
+    BISS_EXPECT(!name_of(verdict).empty());
+    BISS_EXPECT_EQ(is_fault(verdict), i > 2) << i;
+    const bool own = verdict == counter_mode || i <= static_cast<std::size_t>(watchdog);
+    BISS_EXPECT_EQ(is_tolerable(verdict), !own) << i;
+  }
+}
+
+BISS_TEST(SafetyVerdicts, EveryKindOfFault_HasAMeasureThatIsAFault) {
+  using enum SafetyVerdict;
+  for (std::size_t i = 0; i < fault_kind_count; ++i) {
+    const SafetyMeasure& measure = safety_measures[i];
+    BISS_EXPECT_EQ(static_cast<std::size_t>(measure.kind), i);
+    BISS_EXPECT(is_fault(measure.verdict) && measure.may_be(measure.verdict));
+    for (const SafetyVerdict never : {safe, starting, latched, self_test, disagreement}) {
+      BISS_EXPECT(!measure.may_be(never)) << i;
+    }
+  }
+  BISS_EXPECT(safety_measures[1].verdict == counter_repeated &&
+              !safety_measures[1].may_be(spw_crc));
+  BISS_EXPECT(safety_measures[0].may_be(cpw_crc) && safety_measures[3].may_be(watchdog));
+}
+
+}  // namespace
+}  // namespace biss
