@@ -1,0 +1,217 @@
+#include "lab/pair.hpp"
+
+#include <bit>
+#include <map>
+#include <vector>
+
+#include "lab/comparison.hpp"
+#include "lab/weights.hpp"
+
+namespace biss::lab {
+namespace {
+
+// One of the two words. Compared bits are renumbered: bit 0 is the least of them, as in the masks.
+class Word {
+ public:
+  Word(const ChannelFormat& channel, const std::vector<ComparedBit>& compared, bool is_control,
+       const PairChecks& checks)
+      : code_(code_of(channel)) {
+    for (auto bit = compared.rbegin(); bit != compared.rend(); ++bit) {
+      shifts_.push_back(is_control ? bit->control_shift : bit->safety_shift);
+      compared_ |= std::uint64_t{1} << shifts_.back();
+    }
+    if (checks.flags && channel.error.present) right_ |= std::uint64_t{1} << channel.error.shift;
+    if (checks.counter) right_ |= channel.life_counter.placed(~std::uint64_t{0});
+    position_ = channel.position.placed(~std::uint64_t{0}) |
+                channel.multiturn.placed(~std::uint64_t{0}) |
+                channel.singleturn.placed(~std::uint64_t{0});
+  }
+
+  const WordCode& code() const { return code_; }
+  unsigned free_bits() const {
+    return static_cast<unsigned>(std::popcount(free())) + code_.crc_bits;
+  }
+
+  // The bits of a dual word: compared ones as a number, and how many of the free ones are 1.
+  struct Dual {
+    std::uint64_t compared = 0;
+    unsigned free = 0;
+  };
+  std::vector<Dual> duals() const {
+    std::vector<Dual> duals;
+    for (const std::uint64_t word : dual_words(code_)) {
+      duals.push_back({gathered(word), static_cast<unsigned>(std::popcount(word & free()) +
+                                                             std::popcount(duals.size()))});
+    }
+    return duals;
+  }
+
+  // Accepted patterns in which exactly these compared bits are wrong.
+  const Polynomial<Wide>& with(std::uint64_t mask) {
+    auto& found = with_[mask];
+    if (found.empty()) found = weights({right_ | compared_, scattered(mask)});
+    return found;
+  }
+
+  // Accepted patterns that leave the whole position right.
+  Polynomial<Wide> with_right_position() const { return weights({right_ | position_, 0}); }
+
+ private:
+  std::uint64_t free() const { return low_mask(code_.data_bits) & ~right_ & ~compared_; }
+
+  Polynomial<Wide> weights(const FixedBits& fixed) const {
+    const auto counts = weights_of(code_, fixed);
+    return {counts.begin(), counts.end()};
+  }
+
+  std::uint64_t gathered(std::uint64_t word) const {
+    std::uint64_t mask = 0;
+    for (std::size_t i = 0; i < shifts_.size(); ++i) mask |= ((word >> shifts_[i]) & 1U) << i;
+    return mask;
+  }
+  std::uint64_t scattered(std::uint64_t mask) const {
+    std::uint64_t word = 0;
+    for (std::size_t i = 0; i < shifts_.size(); ++i) word |= ((mask >> i) & 1U) << shifts_[i];
+    return word;
+  }
+
+  WordCode code_;
+  std::vector<std::uint8_t> shifts_;
+  std::uint64_t compared_ = 0;
+  std::uint64_t right_ = 0;  // what must not be wrong
+  std::uint64_t position_ = 0;
+  std::map<std::uint64_t, Polynomial<Wide>> with_;
+};
+
+// Patterns over both words that both checksums accept, where the wrong compared bits of the two
+// words differ in exactly `mask`: MacWilliams again, over the pairs of dual words. A compared bit
+// outside the mask is wrong in both words or in neither: a factor 1 + z^2, or 1 - z^2 when it is in
+// one of the two dual words. Inside it is wrong in one of them: 2z, -2z when it is in both dual
+// words, 0 when it is in one.
+class JointCount {
+ public:
+  JointCount(const Word& control, const Word& safety, unsigned compared)
+      : control_(control.duals()),
+        safety_(safety.duals()),
+        compared_(compared),
+        free_bits_(control.free_bits() + safety.free_bits()),
+        checks_(control.code().crc_bits + safety.code().crc_bits) {}
+
+  Polynomial<Wide> of(std::uint64_t mask) const {
+    const auto differing = static_cast<unsigned>(std::popcount(mask));
+    const unsigned agreeing = compared_ - differing;
+    std::vector<std::int64_t> numbers((agreeing + 1) * (free_bits_ + 1), 0);
+    for (const Word::Dual& a : control_) {
+      const std::int64_t sign = std::popcount(a.compared & mask) % 2 != 0 ? -1 : 1;
+      for (const Word::Dual& b : safety_) {
+        const std::uint64_t one = a.compared ^ b.compared;
+        if ((one & mask) != 0) continue;
+        numbers[static_cast<unsigned>(std::popcount(one)) * (free_bits_ + 1) + a.free + b.free] +=
+            sign;
+      }
+    }
+    std::vector<Polynomial<Wide>> outer;
+    for (unsigned i = 0; i <= agreeing; ++i) {
+      std::vector<Polynomial<Wide>> inner;
+      for (unsigned k = 0; k <= free_bits_; ++k) {
+        inner.push_back({Wide(numbers[i * (free_bits_ + 1) + k])});
+      }
+      outer.push_back(macwilliams_sum(inner, 1));
+    }
+    Polynomial<Wide> sum = macwilliams_sum(outer, 2);
+    sum.insert(sum.begin(), differing, Wide());
+    Wide scale(std::uint64_t{1});
+    for (unsigned i = 0; i < differing; ++i) scale += scale;
+    for (Wide& count : sum) {
+      count = count * scale;
+      if (checks_ != 0) count = count.halved(checks_);
+    }
+    return sum;
+  }
+
+ private:
+  std::vector<Word::Dual> control_;
+  std::vector<Word::Dual> safety_;
+  unsigned compared_;
+  unsigned free_bits_;
+  unsigned checks_;
+};
+
+Undetected& add_share(Undetected& sum, const Polynomial<Wide>& counts, long double share) {
+  for (std::size_t w = 0; w < counts.size(); ++w) {
+    if (counts[w] != Wide()) sum[w] += share * counts[w].value();
+  }
+  return sum;
+}
+
+void subtract(Polynomial<Wide>& from, const Polynomial<Wide>& what) {
+  if (from.size() < what.size()) from.resize(what.size());
+  for (std::size_t w = 0; w < what.size(); ++w) from[w] -= what[w];
+}
+
+}  // namespace
+
+std::optional<PairError> pair_problem(const FrameFormat& format, const PairChecks& checks) {
+  const ChannelFormat& control = format.channel_list[0];
+  const ChannelFormat& safety = format.channel_list[1];
+  if (format.channel_count < 2 || control.position_bits() == 0 || safety.position_bits() == 0) {
+    return PairError::no_pair;
+  }
+  const auto compared =
+      compared_bits(control, safety, checks.compare_bits, checks.compare_turns).size();
+  if (compared == 0) return PairError::nothing_to_compare;
+  if (checks.tolerance_lsb > (compared == 1 ? 0U : 1U)) return PairError::tolerance;
+  if (control.crc.width_bits + safety.crc.width_bits > 24) return PairError::too_many_checks;
+  return {};
+}
+
+PairWeights pair_weights(const FrameFormat& format, const PairChecks& checks) {
+  const ChannelFormat& first = format.channel_list[0];
+  const ChannelFormat& second = format.channel_list[1];
+  const auto compared = compared_bits(first, second, checks.compare_bits, checks.compare_turns);
+  const auto bits = static_cast<unsigned>(compared.size());
+
+  Word control(first, compared, true, checks);
+  Word safety(second, compared, false, checks);
+  const JointCount joint(control, safety, bits);
+  const auto harmless = harmless_masks(bits, checks.tolerance_lsb);
+  const auto right_control = control.with_right_position();
+
+  PairWeights out;
+  out.bits = control.code().bits() + safety.code().bits();
+  out.compared_bits = bits;
+  out.wrong.assign(out.bits + 1, 0);
+  out.beyond_tolerance.assign(out.bits + 1, 0);
+  for (const auto& [mask, share] : passing_masks(bits, checks.tolerance_lsb)) {
+    const auto all = joint.of(mask);
+    auto wrong = all;
+    subtract(wrong, product_of(right_control, safety.with(mask)));
+    add_share(out.wrong, wrong, share);
+    // Those with some share of harmless positions one by one, all others together.
+    auto rest = all;
+    for (const auto& [masks, harmless_share] : harmless) {
+      if ((masks.control ^ masks.safety) != mask) continue;
+      const auto these = product_of(control.with(masks.control), safety.with(masks.safety));
+      subtract(rest, these);
+      add_share(out.beyond_tolerance, these, share - harmless_share);
+    }
+    add_share(out.beyond_tolerance, rest, share);
+  }
+  return out;
+}
+
+const char* text_of(PairError error) {
+  switch (error) {
+    case PairError::no_pair:
+      return "two channels with a position each are needed";
+    case PairError::nothing_to_compare:
+      return "the two positions have no bit to compare";
+    case PairError::tolerance:
+      return "the tolerance is more than 1, or than 0 where one bit is compared";
+    case PairError::too_many_checks:
+      return "the two checksums together have more than 24 bits";
+  }
+  return "";
+}
+
+}  // namespace biss::lab

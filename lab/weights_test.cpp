@@ -1,0 +1,150 @@
+#include "lab/weights.hpp"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cstdint>
+#include <vector>
+
+#include "biss/crc/engines.hpp"
+
+namespace biss::lab {
+namespace {
+
+struct Listed {
+  std::uint32_t polynomial;
+  unsigned crc_bits;
+  unsigned data_bits;
+  unsigned distance;
+  unsigned step;  // from one listed weight to the next
+  std::vector<std::uint64_t> numbers;
+};
+
+// The fact sheet's section 9 and the tables of error-detection.
+const std::vector<Listed> listed = {
+    {0x43, 6, 14, 3, 1, {22, 81, 230, 589}},
+    {0x43, 6, 20, 3, 1, {40, 240, 1043, 3614}},
+    {0x43, 6, 26, 3, 1, {81, 579, 3141, 14200}},
+    {0x43, 6, 28, 3, 1, {98, 753, 4331, 21004}},
+    {0x43, 6, 30, 3, 1, {119, 958, 5845, 30392}},
+    {0x43, 6, 32, 3, 1, {141, 1203}},
+    {0x43, 6, 34, 3, 1, {163, 1495, 10227, 59758}},
+    {0x43, 6, 36, 3, 1, {186, 1838}},
+    {0x43, 6, 38, 3, 1, {213, 2230, 16962, 109758}},
+    {0x43, 6, 40, 3, 1, {244, 2679}},
+    {0x43, 6, 42, 3, 1, {279, 3193, 26730, 190882}},
+    {0x43, 6, 48, 3, 1, {405, 5186}},
+    {0x43, 6, 50, 3, 1, {454, 6021, 59447, 505208}},
+    {0x43, 6, 57, 3, 1, {651, 9765, 109368, 1057224}},
+    {0x43, 6, 64, 2, 1, {7, 890, 14790}},
+    {0x190D9, 16, 20, 6, 2, {48, 885, 8036, 37684}},
+    {0x190D9, 16, 24, 6, 2, {108, 2260, 26397, 169619}},
+    {0x190D9, 16, 28, 6, 2, {209, 5308}},
+    {0x190D9, 16, 30, 6, 2, {283, 7865}},
+    {0x190D9, 16, 32, 6, 2, {369, 11432, 200556, 2122740}},
+    {0x190D9, 16, 34, 6, 2, {473, 16338}},
+    {0x190D9, 16, 36, 6, 2, {602, 23028, 483431, 6293666}},
+    {0x190D9, 16, 38, 6, 2, {760, 31917}},
+    {0x190D9, 16, 40, 6, 2, {946, 43617, 1087218, 17032485}},
+    {0x190D9, 16, 44, 6, 2, {1454, 78687, 2300435, 42697320}},
+    {0x190D9, 16, 48, 6, 2, {2191, 136168, 4619531, 100227020}},
+    {0x190D9, 16, 57, 6, 2, {5113, 412517}},
+    {0x190D9, 16, 64, 6, 2, {9153, 888044}},
+    {0x13, 4, 11, 3, 1, {35, 105, 168, 280}},
+    {0x13, 4, 8, 3, 1, {17, 38, 44, 52}},
+    {0x197, 8, 28, 4, 2, {452, 15334, 236084, 1985986}},
+    {0x197, 8, 34, 4, 2, {873, 41146, 921372, 11497168}},
+    {0x197, 8, 38, 4, 2, {1281, 73372, 2037347, 31850148}},
+};
+
+// Pascal's triangle, in integers.
+Count binomial(unsigned n, unsigned k) {
+  Count result = 1;
+  for (unsigned i = 1; i <= k; ++i) result = result * (n - k + i) / i;
+  return result;
+}
+
+TEST(Weights, FactSheet_AreTheListed) {
+  for (const Listed& row : listed) {
+    SCOPED_TRACE(testing::Message()
+                 << std::hex << row.polynomial << std::dec << " " << row.data_bits);
+    const auto weights = weights_of({row.polynomial, row.crc_bits, row.data_bits});
+    EXPECT_EQ(min_distance(weights), row.distance);
+    for (unsigned i = 0; i < row.numbers.size(); ++i) {
+      EXPECT_EQ(static_cast<std::uint64_t>(weights[row.distance + i * row.step]), row.numbers[i]);
+      EXPECT_TRUE(row.step == 1 || weights[row.distance + 2 * i + 1] == 0);
+    }
+  }
+}
+
+TEST(Weights, EveryPolynomialAndWidth_AddUpToAllCodeWords) {
+  for (unsigned crc_bits = 1; crc_bits <= 16; ++crc_bits) {
+    for (const unsigned data_bits : {1U, 13U, 40U, 64U}) {
+      const std::uint32_t top = 1U << crc_bits;
+      for (const std::uint32_t polynomial : {top | 1U, top | (top >> 1U) | 1U, 2 * top - 1U}) {
+        const auto weights = weights_of({polynomial, crc_bits, data_bits});
+        Count sum = 0;
+        for (const Count number : weights) sum += number;
+        EXPECT_TRUE(sum == Count{1} << data_bits) << polynomial << " " << data_bits;
+        EXPECT_TRUE(weights[0] == 1);
+      }
+    }
+  }
+}
+
+TEST(Weights, WithoutChecksum_AreTheBinomialCoefficients) {
+  const auto weights = weights_of({0, 0, 64});
+  for (unsigned w = 0; w <= 64; ++w) EXPECT_TRUE(weights[w] == binomial(64, w)) << w;
+}
+
+// Every data word through the core's CRC, which knows nothing of dual codes.
+TEST(Weights, SmallWords_AreWhatCountingFinds) {
+  for (const CrcSpec& spec :
+       {CrcSpec{0x0B, 0, 3, true}, CrcSpec{0x43, 0, 6, true}, CrcSpec{0x12F, 0, 8, false},
+        CrcSpec{0x190D9, 0, 16, true}, CrcSpec{0x1021, 0, 12, false}}) {
+    for (const unsigned data_bits : {1U, 7U, 14U}) {
+      const CrcBitwise crc(spec);
+      std::vector<Count> counted(data_bits + spec.width_bits + 1, 0);
+      const std::uint16_t of_zero = crc(0, data_bits);
+      for (std::uint64_t data = 0; data < std::uint64_t{1} << data_bits; ++data) {
+        const unsigned check = static_cast<unsigned>(crc(data, data_bits) ^ of_zero);
+        ++counted[static_cast<unsigned>(std::popcount(data) + std::popcount(check))];
+      }
+      EXPECT_TRUE(weights_of({spec.polynomial, spec.width_bits, data_bits}) == counted)
+          << spec.polynomial << " " << data_bits;
+    }
+  }
+}
+
+TEST(Weights, FixedBits_AreWhatCountingFinds) {
+  const CrcBitwise crc(crc6);
+  const FixedBits fixed{0b1101'0000'0011, 0b0101'0000'0010};
+  std::vector<Count> counted(12 + 6 + 1, 0);
+  for (std::uint64_t data = 0; data < 4096; ++data) {
+    if ((data & fixed.mask) != fixed.value) continue;
+    const unsigned check = static_cast<unsigned>(crc(data, 12) ^ crc(0, 12));
+    ++counted[static_cast<unsigned>(std::popcount(data) + std::popcount(check))];
+  }
+  EXPECT_TRUE(weights_of({0x43, 6, 12}, fixed) == counted);
+}
+
+TEST(Wide, SumsProductsAndHalves_AreThoseOfSmallNumbers) {
+  const std::uint64_t a = 0xFFFF'FFFF'FFFF'FFFF;
+  const Count product = Count{a} * a;
+  EXPECT_EQ(Wide(a) * Wide(a), Wide(product));
+  Wide sum(product);
+  sum += Wide(product);
+  EXPECT_EQ(sum.halved(1), Wide(product));
+  sum -= Wide(product);
+  EXPECT_EQ(sum, Wide(product));
+  Wide negative(std::int64_t{-5});
+  negative += Wide(std::uint64_t{7});
+  EXPECT_EQ(negative, Wide(std::uint64_t{2}));
+  EXPECT_EQ((Wide(Count{1} << 100U) * Wide(Count{5} << 90U)).halved(63).halved(37),
+            Wide(Count{5} << 90U));
+  EXPECT_EQ(Wide(std::uint64_t{1} << 40U).value(), 0x1p40L);
+  EXPECT_EQ((Wide(Count{1} << 100U) * Wide(Count{1} << 100U)).value(), 0x1p200L);
+}
+
+}  // namespace
+}  // namespace biss::lab
