@@ -12,6 +12,7 @@ int main(int argc, char** argv) {
   add_eds(command);
   add_plan(command);
   add_registers(command);
+  add_safety(command);
   add_simulate(command);
   return static_cast<int>(command.run(argc, argv));
 }

@@ -11,6 +11,7 @@ void add_encoders(Command& command);
 void add_eds(Command& command);
 void add_plan(Command& command);
 void add_registers(Command& command);
+void add_safety(Command& command);
 void add_simulate(Command& command);
 
 }  // namespace biss::tools
