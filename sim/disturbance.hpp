@@ -36,7 +36,9 @@ class Disturbance {
   bool turns(unsigned index) const {
     const bool in_burst =
         index - burst_begin_ < 64U && ((burst_ >> (index - burst_begin_)) & 1U) != 0;
-    return in_burst != (active(FaultKind::flip) && index == flip_);
+    const bool in_noise =
+        index - noise_begin_ < 64U && ((noise_ >> (index - noise_begin_)) & 1U) != 0;
+    return (in_burst != in_noise) != (active(FaultKind::flip) && index == flip_);
   }
   /// Which bit `flip` turns over.
   void set_flip(unsigned bit) { flip_ = bit; }
@@ -44,6 +46,11 @@ class Disturbance {
   void set_burst(unsigned begin, std::uint64_t bits) {
     burst_begin_ = begin;
     burst_ = bits;
+  }
+  /// What `masquerade` turns over, in the same way.
+  void set_noise(unsigned begin, std::uint64_t bits) {
+    noise_begin_ = begin;
+    noise_ = bits;
   }
 
  private:
@@ -62,6 +69,8 @@ class Disturbance {
   unsigned flip_ = 0;
   unsigned burst_begin_ = 0;
   std::uint64_t burst_ = 0;
+  unsigned noise_begin_ = 0;
+  std::uint64_t noise_ = 0;
 };
 
 }  // namespace biss::sim

@@ -8,6 +8,8 @@
 #include "biss/frame/codec.hpp"
 #include "sim/encoder_registers.hpp"
 #include "sim/motion.hpp"
+#include "sim/sign_of_life.hpp"
+#include "sim/wrong_frames.hpp"
 
 namespace biss::sim {
 
@@ -15,17 +17,30 @@ namespace biss::sim {
 class Encoder {
  public:
   /// \param format its own channels; not empty
-  Encoder(const FrameFormat& format, const Motion& motion)
-      : format_(format), motion_(motion), position_bits_(motion.position_bits()) {
-    sent_.channel_count = format.channel_count;
+  /// \param drift as LineSetup has it
+  Encoder(const FrameFormat& format, const Motion& motion, const SignOfLife& life = {},
+          std::int32_t drift = 0)
+      : format_(format),
+        motion_(motion),
+        position_bits_(motion.position_bits()),
+        life_(life),
+        drift_(drift) {
+    meant_.channel_count = format.channel_count;
   }
 
   const Frame& sample(Picoseconds moment) {
     if (!frozen_) position_ = motion_.sample(moment);
-    life_counter_ = life_counter_ % 63 + 1;
+    // As often as it would have counted for the frames that never came.
+    const std::uint32_t steps = wrong_.take_lost() + (wrong_.holds_counter() ? 0U : 1U);
+    frames_ += frames_ + steps == 0 ? 1 : steps;  // the first frame has the start value
+    drifted_ += static_cast<std::uint64_t>(std::int64_t{drift_});
     sampled_ = true;
-    fill();
-    return sent_;
+    meant_ = filled(position_, 0);
+    if (wrong_.ahead() == 0) return wrong_.put(meant_);
+    const std::uint64_t apart =
+        position_bits_ == 0 ? 0 : wrong_.position_share() >> (64U - position_bits_);
+    foreign_ = filled(position_ + apart, wrong_.ahead() + (wrong_.holds_counter() ? 1U : 0U));
+    return foreign_;
   }
   bool cds(bool predecessor) { return control_ ? control_->cds(predecessor) : predecessor; }
   void cdm(bool bit) {
@@ -43,43 +58,62 @@ class Encoder {
     frozen_ = frozen;
   }
 
+  /// Kinds that are not the encoder's do nothing. \param detail what exactly the fault is
+  void begin_fault(FaultKind kind, std::uint64_t detail) {
+    wrong_.begin(kind, detail);
+    if (kind == FaultKind::lc_restart) restart();
+  }
+  void end_fault(FaultKind kind) { wrong_.end(kind); }
+  /// As after power-up: the signs of life begin anew.
+  void restart() { frames_ = 0; }
+
   /// A request cycle begins: nothing sampled yet.
   void begin_cycle() { sampled_ = false; }
 
-  /// What it sampled last since begin_cycle(), else what it would have at this time.
+  /// What it sampled last since begin_cycle(), else what it would have at this time; whatever other
+  /// frame went out in its place.
   const Frame& meant(Picoseconds moment) {
     if (!sampled_) {
       if (!frozen_) position_ = motion_.at(moment);
-      fill();
+      meant_ = filled(position_, 0);
     }
-    return sent_;
+    return meant_;
   }
 
  private:
   // Every word has the position with its own resolution, aligned at the top.
-  void fill() {
+  Frame filled(std::uint64_t position, std::uint64_t frames_ahead) const {
+    Frame frame;
+    frame.channel_count = format_.channel_count;
+    const std::uint64_t count = (frames_ == 0 ? 0 : frames_ - 1U) + frames_ahead;
     for (std::size_t k = 0; k < format_.channel_count; ++k) {
-      const unsigned bits = format_.channel_list[k].position_bits();
-      Channel& channel = sent_.channel_list[k];
+      const ChannelFormat& format = format_.channel_list[k];
+      const unsigned bits = format.position_bits();
+      Channel& channel = frame.channel_list[k];
       if (bits != 0) {
-        channel.position = bits <= position_bits_ ? position_ >> (position_bits_ - bits)
-                                                  : position_ << (bits - position_bits_);
+        const std::uint64_t shown = (position + (k == 0 ? 0 : drifted_)) & low_mask(position_bits_);
+        channel.position = bits <= position_bits_ ? shown >> (position_bits_ - bits)
+                                                  : shown << (bits - position_bits_);
       }
-      channel.life_counter =
-          life_counter_ &
-          static_cast<std::uint32_t>(low_mask(format_.channel_list[k].life_counter.bits));
-      channel.nE = nE_ || !format_.channel_list[k].error.present;
-      channel.nW = nW_ || !format_.channel_list[k].warning.present;
+      channel.life_counter = life_.value(k, count, format.life_counter.bits);
+      channel.nE = nE_ || !format.error.present;
+      channel.nW = nW_ || !format.warning.present;
     }
+    return frame;
   }
 
   FrameFormat format_;
   Motion motion_;
   unsigned position_bits_;
-  Frame sent_;
+  SignOfLife life_;
+  std::int32_t drift_;
+  Frame meant_;
+  Frame foreign_;
+  WrongFrames wrong_;
   std::optional<EncoderControl> control_;
   std::uint64_t position_ = 0;
-  std::uint32_t life_counter_ = 0;
+  std::uint64_t frames_ = 0;   // counted since power-up, this one included
+  std::uint64_t drifted_ = 0;  // in counts of the position, modulo its range
   bool nE_ = true;
   bool nW_ = true;
   bool frozen_ = false;

@@ -35,31 +35,63 @@ enum class FaultKind : std::uint8_t {
   nW,          ///< … a warning
   brown_out,   ///< the encoder loses its supply at a point and starts again some cycles later
   frozen,      ///< the encoder repeats its position for some cycles
+  // From here on: frames whose checksums are good, all but one, and that are the wrong ones.
+  repeat,         ///< the frame before once more
+  reorder,        ///< an older one
+  loss,           ///< some frames before this one never came
+  delay,          ///< the request behind this one comes late
+  insert,         ///< a frame of some other source, between those of the encoder
+  masquerade,     ///< noise in the place of the last word
+  other_encoder,  ///< frames of another encoder for some cycles
+  lc_restart,     ///< the sign of life begins anew
+  lc_frozen,      ///< it stands still for some cycles
 };
 
-inline constexpr std::size_t fault_kind_count = 24;
+inline constexpr std::size_t fault_kind_count = 33;
+/// The kinds that damage levels and times, or are the encoder's own word; `repeat` comes next.
+inline constexpr std::size_t line_fault_kind_count = 24;
 
-inline constexpr std::array<std::string_view, fault_kind_count> fault_names{
-    "flip",        "burst",
-    "glitch_ma",   "glitch_ma_idle",
-    "glitch_slo",  "glitch_slo_idle",
-    "lost_clock",  "double_clock",
-    "extra_clock", "ma_low",
-    "ma_high",     "slo_low",
-    "slo_high",    "late_start",
-    "no_answer",   "cut",
-    "swap_ma",     "swap_slo",
-    "exchange",    "delay_step",
-    "nE",          "nW",
-    "brown_out",   "frozen"};
+inline constexpr std::array<std::string_view, fault_kind_count> fault_names{"flip",
+                                                                            "burst",
+                                                                            "glitch_ma",
+                                                                            "glitch_ma_idle",
+                                                                            "glitch_slo",
+                                                                            "glitch_slo_idle",
+                                                                            "lost_clock",
+                                                                            "double_clock",
+                                                                            "extra_clock",
+                                                                            "ma_low",
+                                                                            "ma_high",
+                                                                            "slo_low",
+                                                                            "slo_high",
+                                                                            "late_start",
+                                                                            "no_answer",
+                                                                            "cut",
+                                                                            "swap_ma",
+                                                                            "swap_slo",
+                                                                            "exchange",
+                                                                            "delay_step",
+                                                                            "nE",
+                                                                            "nW",
+                                                                            "brown_out",
+                                                                            "frozen",
+                                                                            "repeat",
+                                                                            "reorder",
+                                                                            "loss",
+                                                                            "delay",
+                                                                            "insert",
+                                                                            "masquerade",
+                                                                            "other_encoder",
+                                                                            "lc_restart",
+                                                                            "lc_frozen"};
 
 constexpr std::string_view name_of(FaultKind kind) {
   return fault_names[static_cast<std::size_t>(kind)];
 }
 
 /// Kinds as a set: bit k is the kind of that number.
-using FaultSet = std::uint32_t;
-static_assert(fault_kind_count <= 32);
+using FaultSet = std::uint64_t;
+static_assert(fault_kind_count <= 64);
 
 constexpr FaultSet set_of(FaultKind kind) { return FaultSet{1} << static_cast<unsigned>(kind); }
 
@@ -108,6 +140,15 @@ constexpr bool has_place(FaultKind kind) {
     case FaultKind::nE:
     case FaultKind::nW:
     case FaultKind::frozen:
+    case FaultKind::repeat:
+    case FaultKind::reorder:
+    case FaultKind::loss:
+    case FaultKind::delay:
+    case FaultKind::insert:
+    case FaultKind::masquerade:
+    case FaultKind::other_encoder:
+    case FaultKind::lc_restart:
+    case FaultKind::lc_frozen:
       return false;
     default:
       return true;

@@ -45,6 +45,8 @@ Extent extent_of(FaultKind kind) {
     case FaultKind::swap_slo:
     case FaultKind::exchange:
     case FaultKind::frozen:
+    case FaultKind::other_encoder:
+    case FaultKind::lc_frozen:
       return Extent::cycles;
     case FaultKind::flip:
     case FaultKind::burst:
@@ -52,9 +54,24 @@ Extent extent_of(FaultKind kind) {
     case FaultKind::no_answer:
     case FaultKind::nE:
     case FaultKind::nW:
+    case FaultKind::repeat:
+    case FaultKind::reorder:
+    case FaultKind::loss:
+    case FaultKind::delay:
+    case FaultKind::insert:
+    case FaultKind::masquerade:
+    case FaultKind::lc_restart:
       return Extent::whole;
   }
   return Extent::whole;
+}
+
+// What makes the draws of a kind and a cycle their own. Kinds added later count down from the other
+// end, so that the first ones keep theirs.
+std::uint64_t draw_of(FaultKind kind, std::uint64_t number) {
+  const auto index = static_cast<std::uint64_t>(kind);
+  if (index < line_fault_kind_count) return scrambled(number * line_fault_kind_count + index + 1U);
+  return scrambled(~(number * line_fault_kind_count + index - line_fault_kind_count));
 }
 
 Picoseconds share_of(Picoseconds time, Random& random) {
@@ -121,8 +138,7 @@ void FaultSchedule::begin_cycle(std::uint64_t number, Picoseconds begin) {
     return true;
   });
   for (const FaultRule& rule : rules_) {
-    const std::uint64_t kind = static_cast<std::uint64_t>(rule.kind) + 1U;
-    Random random(seed_ ^ scrambled(number * fault_kind_count + kind));
+    Random random(seed_ ^ draw_of(rule.kind, number));
     const bool drawn = (random.next() >> 32U) < rule.share;
     const bool hit = rule.cycle ? *rule.cycle == number : drawn;
     if (!hit || (lasting_ & set_of(rule.kind)) != 0) continue;

@@ -105,7 +105,13 @@ void Line::add_nodes() {
   for (std::size_t k = 0; k < setup_.slaves; ++k) {
     const FrameFormat format = part_of(setup_.format, setup_.slaves, k);
     const Motion motion(setup_.motion, position_channel(format), interval_, setup_.seed + k);
-    nodes_.push_back({.slave = Encoding(Codec(format), node_timing(k), Encoder(format, motion))});
+    SignOfLife life = setup_.life;
+    // Start values are those of the whole frame's channels.
+    const std::size_t first = setup_.slaves - 1U - k;
+    std::copy(setup_.life.starts.begin() + static_cast<std::ptrdiff_t>(first),
+              setup_.life.starts.end(), life.starts.begin());
+    nodes_.push_back({.slave = Encoding(Codec(format), node_timing(k),
+                                        Encoder(format, motion, life, setup_.drift))});
   }
   if (registers_.empty()) return;
   registers_.resize(setup_.slaves);
@@ -178,7 +184,8 @@ void Line::rest() {
   };
   const bool sees_slo = setup_.interval.count == 0;
   const Picoseconds rested = sees_slo || !master_.reading().frame.ok() ? now_ + period_ : now_;
-  run(std::max({begin_ + interval_, master_.earliest(), rested}), false);
+  run(std::max({begin_ + interval_ + lateness_, master_.earliest(), rested}), false);
+  lateness_ = {};
   if (!slo_ && !master_.ready_by_time(now_)) {
     run(now_ + patience, true);
     run(now_ + period_, false);

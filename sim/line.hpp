@@ -147,6 +147,7 @@ class Line {
   void begin_fault(FaultKind kind);
   void end_fault(FaultKind kind);
   void set_pattern(FaultKind kind);
+  void set_noise();
   void tell_strike(FaultKind kind);
   void set_start(bool late);
   void restart();
@@ -169,6 +170,7 @@ class Line {
   SimulatedCycle cycle_;
   Picoseconds interval_{};
   Picoseconds begin_{};
+  Picoseconds lateness_{};  // of the next request, by `delay`
   std::uint64_t number_ = 0;
 
   Picoseconds now_{};

@@ -12,7 +12,12 @@ void Line::begin_fault(FaultKind kind) {
   } else if (has_place(kind)) {
     tell_strike(kind);
   }
+  for (Node& node : nodes_) node.slave.source().begin_fault(kind, schedule_.detail(kind));
   if (kind == FaultKind::brown_out) restart();
+  if (kind == FaultKind::masquerade) set_noise();
+  if (kind == FaultKind::delay) {
+    lateness_ = interval_ * static_cast<std::int64_t>(1 + schedule_.detail(kind) % 3U);
+  }
   if (kind != FaultKind::delay_step) return;
   // A quarter of a period to one and a quarter.
   const auto parts = static_cast<std::int64_t>(schedule_.detail(kind) % 1024U);
@@ -21,7 +26,9 @@ void Line::begin_fault(FaultKind kind) {
 
 void Line::end_fault(FaultKind kind) {
   disturbance_.end(kind);
+  for (Node& node : nodes_) node.slave.source().end_fault(kind);
   if (kind == FaultKind::burst) disturbance_.set_burst(0, 0);
+  if (kind == FaultKind::masquerade) disturbance_.set_noise(0, 0);
   if (kind == FaultKind::brown_out) restart();
   if (kind == FaultKind::delay_step) slo_delay_ = setup_.slo_delay;
 }
@@ -48,6 +55,15 @@ void Line::set_pattern(FaultKind kind) {
   const std::uint64_t ends = (std::uint64_t{1} << (length - 1U)) | 1U;
   tell(first);
   disturbance_.set_burst(first, (random.next() & low_mask(length)) | ends);
+}
+
+// Of the last word and its checksum, 64 bits at most, the first one always wrong.
+void Line::set_noise() {
+  const unsigned all = setup_.format.payload_bits();
+  const unsigned word = setup_.format.channel_list[setup_.format.channel_count - 1U].total_bits();
+  const unsigned bits = std::min({all, word, 64U});
+  const std::uint64_t noise = scrambled(schedule_.detail(FaultKind::masquerade));
+  disturbance_.set_noise(all - bits, (noise & low_mask(bits)) | 1U);
 }
 
 void Line::tell_strike(FaultKind kind) {
@@ -77,6 +93,7 @@ void Line::restart() {
   for (std::size_t k = 0; k < nodes_.size(); ++k) {
     Node& node = nodes_[k];
     node.slave = Encoding(node.slave.codec(), node.slave.timing(), node.slave.source());
+    node.slave.source().restart();
     if (!registers_.empty()) {
       registers_[k] = k < setup_.registers.size() ? setup_.registers[k] : EncoderRegisters();
       node.slave.source().set_registers(registers_[k]);

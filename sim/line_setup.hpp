@@ -13,6 +13,7 @@
 #include "sim/encoder_registers.hpp"
 #include "sim/fault.hpp"
 #include "sim/motion.hpp"
+#include "sim/sign_of_life.hpp"
 
 namespace biss::sim {
 
@@ -47,6 +48,11 @@ struct LineSetup {
   /// when SLO has been seen high for a period, which every decoder takes.
   Picoseconds interval{};
   MotionKind motion = MotionKind::ramp;
+  /// Of every encoder: how its signs of life count.
+  SignOfLife life;
+  /// Each word of an encoder behind its first one shows a position that is so many counts of the
+  /// first one's further with each cycle, from the first one on.
+  std::int32_t drift = 0;
   std::uint64_t seed = 1;
   std::vector<FaultRule> faults;
   /// Of the encoders, that at the far end first, which has ID 0. None: all are unidirectional.

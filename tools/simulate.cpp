@@ -174,6 +174,17 @@ void add_line_options(CLI::App& verb, LineOptions& line) {
                   "Requests a second; as fast as the encoder is ready by default");
   verb.add_option("--motion", line.motion, "constant, ramp (the default), sine, random or max")
       ->type_name("KIND");
+  add_name_option(verb, "--counter", line.counter, {"count_1_63", "count_0_63"},
+                  "The range of the sign of life; count_1_63 by default");
+  verb.add_option("--counter-start", line.counter_start,
+                  "The first sign of life after power-up, one for all words or one a word; 1 by "
+                  "default")
+      ->delimiter(',')
+      ->type_name("N,...");
+  verb.add_option("--drift", line.drift,
+                  "The words behind an encoder's first one show a position that is so many counts "
+                  "of the first one's further with each cycle")
+      ->type_name("COUNTS");
   verb.add_option("--fault", line.faults,
                   "Damage that share of cycles, or, with @CYCLE, that one; ,bit=N or ,clock=N says "
                   "where in it: " +
@@ -225,12 +236,13 @@ void add_replay_options(CLI::App& verb, ReplayOptions& replay) {
     ma_from->excludes(verb.get_option(name));
     slo_from->excludes(verb.get_option(name));
   }
-  for (const char* name : {"--clock", "--no-compensation", "--slaves"}) {
+  for (const char* name :
+       {"--clock", "--no-compensation", "--slaves", "--counter", "--counter-start", "--drift"}) {
     ma_from->excludes(verb.get_option(name));
   }
-  for (const char* name :
-       {"--cable", "--ma-delay", "--slo-delay", "--internal-delay", "--processing", "--motion",
-        "--seed", "--truth", "--registers", "--register-busy"}) {
+  for (const char* name : {"--cable", "--ma-delay", "--slo-delay", "--internal-delay",
+                           "--processing", "--motion", "--seed", "--truth", "--registers",
+                           "--register-busy", "--counter", "--counter-start", "--drift"}) {
     slo_from->excludes(verb.get_option(name));
   }
   verb.add_option("--ma", replay.ma, "The capture's line that is MA")->type_name("NAME");

@@ -69,6 +69,27 @@ std::string put_faults(const LineOptions& options, sim::LineSetup& setup) {
   return {};
 }
 
+std::string put_life(const LineOptions& options, sim::LineSetup& setup) {
+  setup.life.first = options.counter == "count_0_63" ? 0 : 1;
+  const auto& starts = options.counter_start;
+  if (starts.size() > setup.format.channel_count) {
+    return fmt::format("--counter-start: {} values for {} channels", starts.size(),
+                       setup.format.channel_count);
+  }
+  for (std::size_t k = 0; k < max_channels && !starts.empty(); ++k) {
+    const std::uint64_t start = starts[std::min(k, starts.size() - 1U)];
+    if (start < setup.life.first || start > 63) {
+      return fmt::format("--counter-start: {} to 63", setup.life.first);
+    }
+    setup.life.starts[k] = static_cast<std::uint8_t>(start);
+  }
+  if (options.drift < INT32_MIN || options.drift > INT32_MAX) {
+    return "--drift: too much for a cycle";
+  }
+  setup.drift = static_cast<std::int32_t>(options.drift);
+  return {};
+}
+
 std::string put_control(const LineOptions& options, sim::LineSetup& setup) {
   setup.registers = options.registers;
   setup.accesses = options.accesses;
@@ -122,8 +143,8 @@ LineChoice choose_line(const LineOptions& options) {
   setup.compensate = !options.no_compensation;
   setup.record_at_slave = options.at_slave;
   setup.seed = options.seed;
-  for (const auto put : {put_motion, put_chain, put_delays, put_jitter, put_faults, put_control,
-                         put_rate, put_busy}) {
+  for (const auto put : {put_motion, put_chain, put_delays, put_jitter, put_life, put_faults,
+                         put_control, put_rate, put_busy}) {
     if (std::string wrong = put(options, setup); !wrong.empty()) {
       return {.setup = {}, .error = std::move(wrong)};
     }

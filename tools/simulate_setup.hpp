@@ -39,6 +39,12 @@ struct LineOptions {
   bool no_compensation = false;
   bool at_slave = false;
   std::uint64_t seed = 1;
+  /// The name of a range of the sign of life.
+  std::string counter = "count_1_63";
+  /// First values of the signs of life, the channels' in order; the last one goes for the rest.
+  std::vector<std::uint64_t> counter_start{};
+  /// As LineSetup has it.
+  std::int64_t drift = 0;
   /// As LineSetup has them.
   std::vector<sim::EncoderRegisters> registers{};
   std::vector<sim::ControlAccess> accesses{};

@@ -72,7 +72,7 @@ class Judge {
     if (truth.faults == 0) return truth.before == 0 ? outcome_.undamaged : outcome_.behind;
     std::size_t kinds = 0;
     std::size_t last = 0;
-    for (std::size_t k = 0; k < sim::fault_kind_count; ++k) {
+    for (std::size_t k = 0; k < sim::line_fault_kind_count; ++k) {
       if (((truth.faults >> k) & 1U) == 0) continue;
       ++outcome_.strikes[k];
       ++kinds;
@@ -147,7 +147,7 @@ class Recorder {
 
 std::vector<sim::FaultRule> all_faults(std::uint64_t share) {
   std::vector<sim::FaultRule> rules;
-  for (std::size_t k = 0; k < sim::fault_kind_count; ++k) {
+  for (std::size_t k = 0; k < sim::line_fault_kind_count; ++k) {
     rules.push_back({.kind = static_cast<sim::FaultKind>(k), .share = share});
   }
   return rules;

@@ -25,7 +25,7 @@ void expect_wrong_positions_as_explained(const Outcome& outcome) {
   const Tally& flips = alone(outcome, sim::FaultKind::flip);
   EXPECT_EQ(flips.statuses[static_cast<std::size_t>(decode::CycleStatus::crc)], flips.cycles);
   EXPECT_GT(alone(outcome, sim::FaultKind::burst).wrong, 0U);
-  for (std::size_t k = 0; k < sim::fault_kind_count; ++k) {
+  for (std::size_t k = 0; k < sim::line_fault_kind_count; ++k) {
     const Tally& tally = outcome.alone[k];
     const double expected = static_cast<double>(tally.cycles) / 64;
     const auto passed = static_cast<double>(tally.wrong + tally.wrong_error);
@@ -47,7 +47,7 @@ TEST(Damage, AMillionCyclesWithEveryKind_UndamagedAreOkAndWrongPositionsAsRareAs
   EXPECT_GT(outcome.undamaged.cycles, cycles / 3);
   EXPECT_EQ(outcome.undamaged.right(), outcome.undamaged.cycles) << outcome.complaints;
   EXPECT_EQ(outcome.master_failed + outcome.master_wrong, 0U);
-  for (std::size_t k = 0; k < sim::fault_kind_count; ++k) {
+  for (std::size_t k = 0; k < sim::line_fault_kind_count; ++k) {
     EXPECT_GE(100 * outcome.strikes[k], cycles) << sim::fault_names[k];
   }
   expect_wrong_positions_as_explained(outcome);
