@@ -8,6 +8,7 @@
 #include "decode/lines.hpp"
 #include "decode/statistics.hpp"
 #include "tools/capture_input.hpp"
+#include "tools/decode_safety.hpp"
 #include "tools/decode_summary.hpp"
 #include "tools/decode_table.hpp"
 #include "tools/format_option.hpp"
@@ -23,6 +24,7 @@ constexpr std::size_t edges_to_find_lines = std::size_t{1} << 18U;
 struct DecodeOptions {
   std::vector<std::string> files;
   FormatArguments device;
+  SafetyArguments safety;
   RawSamples raw;
   std::string ma;
   std::string slo;
@@ -49,16 +51,30 @@ class FailOn {
         warning_ = true;
       } else if (word == "marginal") {
         marginal_ = true;
+      } else if (word == "safety") {
+        safety_ = true;
+      } else if (const auto verdict = safety_verdict_of(word)) {
+        verdicts_.push_back(*verdict);
       } else if (!read_status(word)) {
         return fmt::format(
-            "--fail-on: '{}' is none of any, nE, nW, marginal and the causes of docs/status.md",
+            "--fail-on: '{}' is none of any, nE, nW, marginal, safety, its verdicts and the causes "
+            "of docs/status.md",
             word);
       }
     }
     return {};
   }
 
-  bool met_by(const decode::Statistics& statistics) const {
+  // Whether only a monitor can tell.
+  bool asks_safety() const { return safety_ || !verdicts_.empty(); }
+
+  /// \param safety null where there is no monitor
+  bool met_by(const decode::Statistics& statistics, const SafetyWatch* safety) const {
+    if (safety != nullptr) {
+      if (safety_ && safety->faults() != 0) return true;
+      const auto is_seen = [&](SafetyVerdict verdict) { return safety->count(verdict) != 0; };
+      if (std::any_of(verdicts_.begin(), verdicts_.end(), is_seen)) return true;
+    }
     if (any_ && statistics.failed() != 0) return true;
     if ((error_ || any_) && statistics.errors() != 0) return true;
     if (warning_ && statistics.warnings() != 0) return true;
@@ -82,6 +98,8 @@ class FailOn {
   bool error_ = false;
   bool warning_ = false;
   bool marginal_ = false;
+  bool safety_ = false;
+  std::vector<SafetyVerdict> verdicts_;
   std::vector<decode::CycleStatus> statuses_;
 };
 
@@ -147,6 +165,9 @@ class DecodeRun {
     const auto found = find_lines(input_.lines(), beginning, input_.line_of(options_.ma),
                                   input_.line_of(options_.slo), reader);
     if (!found.ok()) return no_lines(found.error());
+    if (const std::string wrong = set_safety(reader, beginning, *found); !wrong.empty()) {
+      return fail(ExitStatus::usage, wrong);
+    }
     return write_rows(reader, *found);
   }
 
@@ -155,6 +176,30 @@ class DecodeRun {
     if (!input_.error().empty()) return fail(ExitStatus::io, input_.error());
     return fail(is_wrong_usage(problem) ? ExitStatus::usage : ExitStatus::data_failed,
                 line_problem_text(problem, options_, input_));
+  }
+
+  // Needs to know how fast requests come, by the beginning of the capture.
+  std::string set_safety(const decode::CycleReader& reader, std::span<const wire::Edge> beginning,
+                         const decode::FoundLines& found) {
+    if (!format_) {
+      return options_.safety.given() || fail_on_.asks_safety()
+                 ? "BiSS Safety: what is in the words is not known without -f"
+                 : "";
+    }
+    if (!options_.safety.given() && !is_safety_format(*format_)) {
+      return fail_on_.asks_safety() ? "--fail-on: this format is not one of BiSS Safety" : "";
+    }
+    decode::Statistics first;
+    decode::Decoder decoder(reader, [&](const decode::Cycle& cycle) { first.add(cycle); });
+    decoder.push(beginning, found.lines);
+    const decode::Distribution& interval = first.interval();
+    const Picoseconds cycle =
+        interval.count() == 0 ? Picoseconds{} : picoseconds(interval.median());
+    const SafetyChoice choice =
+        choose_safety(options_.safety, options_.device.format, *format_, cycle);
+    if (choice.setup) safety_.emplace(*format_, *choice.setup);
+    safety_name_ = choice.name;
+    return choice.error;
   }
 
   ExitStatus write_rows(const decode::CycleReader& reader, const decode::FoundLines& found) {
@@ -168,8 +213,9 @@ class DecodeRun {
     decode::Decoder decoder(reader, [&](const decode::Cycle& cycle) {
       const std::uint64_t row = number++;
       if (!is_wanted(cycle.time)) return;
+      const auto verdict = safety_ ? safety_->judge(cycle) : std::nullopt;
       statistics_.add(cycle);
-      writing = writing && writer->row(table.cells(row, cycle));
+      writing = writing && writer->row(table.cells(row, cycle, verdict));
     });
     for (auto block = input_.next(); !block.empty() && writing; block = input_.next()) {
       decoder.push(block, found.lines);
@@ -218,12 +264,15 @@ class DecodeRun {
                               input_.name(), input_.lines()[found.lines.ma]));
     }
     print_summary(summary(found));
-    return fail_on_.met_by(statistics_) ? ExitStatus::data_failed : ExitStatus::done;
+    return fail_on_.met_by(statistics_, safety()) ? ExitStatus::data_failed : ExitStatus::done;
   }
 
   std::string summary(const decode::FoundLines& found) const {
-    return decode_summary(statistics_, input_.name(), input_.lines(), found, margin_);
+    return decode_summary(statistics_, input_.name(), input_.lines(), found, margin_, safety(),
+                          safety_name_);
   }
+
+  const SafetyWatch* safety() const { return safety_ ? &*safety_ : nullptr; }
 
   const DecodeOptions& options_;
   FailOn fail_on_;
@@ -232,6 +281,8 @@ class DecodeRun {
   decode::MarginSetup margin_;
   CaptureInput input_;
   decode::Statistics statistics_;
+  std::optional<SafetyWatch> safety_;
+  std::string safety_name_;
   std::uint64_t passed_over_ = 0;
 };
 
@@ -256,6 +307,7 @@ void add_decode(Command& command) {
   verb.add_option("--ma", options->ma, "The line that is MA")->type_name("NAME|FILE:NAME");
   verb.add_option("--slo", options->slo, "The line that is SLO")->type_name("NAME|FILE:NAME");
   add_raw_options(verb, options->raw);
+  add_safety_options(verb, options->safety);
   verb.add_flag("--no-compensation", options->no_compensation,
                 "The master samples half a period after its own edges of MA: column marginal is "
                 "judged by that, positions are read all the same");
@@ -266,10 +318,11 @@ void add_decode(Command& command) {
                       "Only cycles that begin then or later");
   add_duration_option(verb, "--until", into(options->until),
                       "Only cycles that begin then or earlier");
-  verb.add_option(
-          "--fail-on", options->fail_on,
-          "Exit with 1 when such a row occurs: nE, nW, marginal, causes such as crc, or any: nE "
-          "and every cause but cut_start and cut_end")
+  verb.add_option("--fail-on", options->fail_on,
+                  "Exit with 1 when such a row occurs: nE, nW, marginal, safety (a fault in the "
+                  "last column) "
+                  "or its verdicts, causes such as crc, or any: nE "
+                  "and every cause but cut_start and cut_end")
       ->delimiter(',')
       ->type_name("CAUSE,...");
   add_output_option(verb, options->output);

@@ -137,7 +137,8 @@ void add_marginal(report::Summary& summary, const decode::Statistics& statistics
 
 std::string decode_summary(const decode::Statistics& statistics, const std::string& capture,
                            const std::vector<std::string>& lines, const decode::FoundLines& found,
-                           const decode::MarginSetup& margin) {
+                           const decode::MarginSetup& margin, const SafetyWatch* safety,
+                           std::string_view safety_name) {
   report::Summary summary;
   summary.title(fmt::format("{}: {} request cycle{}", capture, statistics.cycles(),
                             statistics.cycles() == 1 ? "" : "s"));
@@ -148,6 +149,7 @@ std::string decode_summary(const decode::Statistics& statistics, const std::stri
   summary.entry("flags", fmt::format("{} with nE = 0, {} with nW = 0", statistics.errors(),
                                      statistics.warnings()));
   add_marginal(summary, statistics, margin);
+  if (safety != nullptr) safety->add_to(summary, safety_name);
   add_rate(summary, "clock", statistics.period());
   add_spread(summary, "duty", statistics.duty(), percent_text);
   add_rate(summary, "rate", statistics.interval());

@@ -58,6 +58,7 @@ DecodeTable::DecodeTable(const std::optional<FrameFormat>& format) : format_(for
     for (std::size_t k = 0; k < channels.size(); ++k) add_channel_columns(k, channels[k]);
   }
   columns_.push_back({.name = "marginal", .kind = Kind::flag});
+  columns_.push_back({.name = "safety", .kind = Kind::text});
 }
 
 void DecodeTable::add_channel_columns(std::size_t k, const ChannelFormat& channel) {
@@ -112,7 +113,8 @@ void DecodeTable::add_channel_cells(std::size_t k, const decode::Cycle& cycle) {
                                         : Cell());
 }
 
-const std::vector<Cell>& DecodeTable::cells(std::uint64_t number, const decode::Cycle& cycle) {
+const std::vector<Cell>& DecodeTable::cells(std::uint64_t number, const decode::Cycle& cycle,
+                                            std::optional<SafetyVerdict> safety) {
   cells_.clear();
   cells_.emplace_back(number);
   cells_.emplace_back(cycle.time);
@@ -127,6 +129,7 @@ const std::vector<Cell>& DecodeTable::cells(std::uint64_t number, const decode::
     for (std::size_t k = 0; k < format_->channel_count; ++k) add_channel_cells(k, cycle);
   }
   cells_.emplace_back(cycle.marginal);
+  cells_.push_back(safety ? Cell(name_of(*safety)) : Cell());
   return cells_;
 }
 

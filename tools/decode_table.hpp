@@ -6,21 +6,23 @@
 #include <vector>
 
 #include "biss/frame/format.hpp"
+#include "biss/safety/verdict.hpp"
 #include "decode/cycle.hpp"
 #include "report/table.hpp"
 
 namespace biss::tools {
 
 /// The columns of the command's contract: eleven that never change, those that the format adds,
-/// then `marginal`.
+/// then `marginal`, then `safety`, which is empty unless a monitor's verdict is given.
 class DecodeTable {
  public:
-  /// Without a format only the eleven and `marginal`.
+  /// Without a format only the eleven, `marginal` and `safety`.
   explicit DecodeTable(const std::optional<FrameFormat>& format);
 
   const std::vector<report::Column>& columns() const { return columns_; }
   /// The cells of a row; they refer to `cycle` and are valid until the next call.
-  const std::vector<report::Cell>& cells(std::uint64_t number, const decode::Cycle& cycle);
+  const std::vector<report::Cell>& cells(std::uint64_t number, const decode::Cycle& cycle,
+                                         std::optional<SafetyVerdict> safety = std::nullopt);
 
  private:
   void add_channel_columns(std::size_t k, const ChannelFormat& channel);

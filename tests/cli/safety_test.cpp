@@ -1,0 +1,198 @@
+// BiSS Safety on the wire: `simulate` commits each fault, `decode` names it.
+#include <gtest/gtest.h>
+
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/cli/run_command.hpp"
+
+namespace biss::cli {
+namespace {
+
+std::vector<Row> decoded(const Folder& folder, const std::vector<std::string>& made,
+                         const std::vector<std::string>& read) {
+  const std::string capture = folder.path("line.csv");
+  std::vector<std::string> simulate{"simulate", "-o", capture};
+  simulate.insert(simulate.end(), made.begin(), made.end());
+  const Outcome written = run(simulate);
+  EXPECT_EQ(written.status, 0) << written.err;
+  std::vector<std::string> decode{"decode", capture, "--to", "csv"};
+  decode.insert(decode.end(), read.begin(), read.end());
+  const Outcome outcome = run(decode);
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  return rows_of(outcome.out);
+}
+
+std::size_t count(const std::vector<Row>& rows, const std::string& verdict) {
+  std::size_t sum = 0;
+  for (const Row& row : rows) sum += row.at("safety") == verdict ? 1U : 0U;
+  return sum;
+}
+
+TEST(Safety, UndamagedEncoders_AreSafeFromTheThirdFrameOn) {
+  const Folder folder;
+  for (const char* format : {"fs-32-32", "fs-28-24", "fs-36-28"}) {
+    for (const char* motion : {"max", "random"}) {
+      SCOPED_TRACE(std::string(format) + ' ' + motion);
+      const auto rows = decoded(folder,
+                                {"-f", format, "--motion", motion, "--cycles", "1000", "--clock",
+                                 "10MHz", "--cable", "20m", "--counter-start", "60"},
+                                {"-f", format, "--fail-on", "safety,any"});
+      ASSERT_EQ(rows.size(), 1000U);
+      for (std::size_t i = 0; i < rows.size(); ++i) {
+        ASSERT_EQ(rows[i].at("safety"), i < 2 ? "starting" : "safe") << i;
+      }
+    }
+  }
+}
+
+// A fault of `simulate`, the rows behind the struck one until it shows, and what it is called.
+struct Committed {
+  std::string kind;
+  std::size_t reaction;
+  std::set<std::string> verdicts;
+};
+
+class SafetyFault : public testing::TestWithParam<Committed> {};
+
+TEST_P(SafetyFault, OnTheWire_IsNamedInTime) {
+  const Folder folder;
+  const Committed& fault = GetParam();
+  for (const char* format : {"fs-32-32", "fs-28-24", "fs-36-28"}) {
+    for (const char* seed : {"1", "2", "3", "4", "5", "6", "7", "8"}) {
+      SCOPED_TRACE(std::string(format) + " seed " + seed);
+      const auto rows = decoded(folder,
+                                {"-f", format, "--motion", "random", "--cycles", "120", "--seed",
+                                 seed, "--fault", fault.kind + "@50"},
+                                {"-f", format});
+      ASSERT_EQ(rows.size(), 120U);
+      const std::size_t shows = 50 + fault.reaction;
+      for (std::size_t i = 2; i < shows; ++i) ASSERT_EQ(rows[i].at("safety"), "safe") << i;
+      const std::string& told = rows[shows].at("safety");
+      EXPECT_TRUE(fault.verdicts.contains(told)) << told;
+      for (std::size_t i = 60; i < 120; ++i) ASSERT_EQ(rows[i].at("safety"), "safe") << i;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Each, SafetyFault,
+    testing::Values(
+        Committed{"flip", 0, {"cpw_crc", "spw_crc"}},
+        // A burst that a CRC of 6 bits lets pass differs from the other word, or says nE.
+        Committed{"burst", 0, {"cpw_crc", "spw_crc", "comparison", "cpw_error"}},
+        Committed{"repeat", 0, {"counter_repeated"}},
+        Committed{"reorder", 0, {"counter_backwards"}}, Committed{"loss", 0, {"counter_skipped"}},
+        Committed{"delay", 1, {"watchdog"}}, Committed{"insert", 0, {"counter_foreign"}},
+        Committed{"masquerade", 0, {"spw_crc"}}, Committed{"other_encoder", 0, {"counter_foreign"}},
+        Committed{"lc_frozen", 0, {"counter_repeated"}},
+        // From 50 to 1: 14 ahead round the end.
+        Committed{"lc_restart", 0, {"counter_foreign"}}, Committed{"no_answer", 0, {"no_frame"}},
+        Committed{"nE", 0, {"cpw_error"}}),
+    [](const auto& fault) { return fault.param.kind; });
+
+TEST(Safety, CounterOfTheOtherRange_IsNamed) {
+  const Folder folder;
+  const std::vector<std::string> zero{"-f",  "fs-36-28",  "--cycles",
+                                      "300", "--counter", "count_0_63"};
+  EXPECT_EQ(count(decoded(folder, zero, {"-f", "fs-36-28"}), "counter_mode"), 4U);
+  EXPECT_EQ(count(decoded(folder, zero, {"-f", "fs-36-28", "--counter", "count_0_63"}), "safe"),
+            298U);
+  const auto learned = decoded(folder, zero, {"-f", "fs-36-28", "--counter", "learned"});
+  EXPECT_EQ(count(learned, "safe") + count(learned, "starting"), 300U);
+  EXPECT_GT(count(learned, "safe"), 150U);
+  const std::vector<std::string> one{"-f", "fs-36-28", "--cycles", "300"};
+  EXPECT_GT(
+      count(decoded(folder, one, {"-f", "fs-36-28", "--counter", "count_0_63"}), "counter_mode"),
+      3U);
+}
+
+TEST(Safety, CounterPeriodAndWorstDifference_StandInTheSummary) {
+  const Folder folder;
+  const std::string capture = folder.path("line.csv");
+  ASSERT_EQ(run({"simulate", "-f", "fs-36-28", "--cycles", "200", "--counter", "count_0_63",
+                 "--motion", "constant", "--drift", "2", "-o", capture})
+                .status,
+            0);
+  const Outcome read =
+      run({"decode", capture, "-f", "fs-36-28", "--counter", "learned", "-o", folder.path("rows")});
+  EXPECT_NE(read.err.find("period 64, seen 3 times"), std::string::npos) << read.err;
+  EXPECT_NE(read.err.find("worst difference 2, 1 allowed"), std::string::npos) << read.err;
+}
+
+// 256 counts of the 36-bit word are one of the 28-bit word.
+TEST(Safety, WordsThatDriftApart_AreSafeUpToTheTolerance) {
+  const Folder folder;
+  const std::vector<std::string> made{"-f",       "fs-36-28", "--cycles", "100",
+                                      "--motion", "constant", "--drift",  "16"};
+  for (const auto& [tolerance, apart] : {std::pair{1, 16 * 2}, {3, 16 * 4}}) {
+    const auto rows =
+        decoded(folder, made, {"-f", "fs-36-28", "--tolerance", std::to_string(tolerance)});
+    std::size_t last_safe = 0;
+    for (std::size_t i = 2; i < rows.size() && rows[i].at("safety") == "safe"; ++i) last_safe = i;
+    // Where between two counts of the short word the position stands is drawn.
+    EXPECT_NEAR(static_cast<double>(last_safe), apart - 9.0, 9.0);
+    EXPECT_EQ(count(rows, "comparison"), rows.size() - 1 - last_safe);
+  }
+  EXPECT_EQ(count(decoded(folder, made, {"-f", "fs-36-28", "--compare-bits", "20"}), "safe"), 98U);
+}
+
+TEST(Safety, LatchedFault_HoldsToTheEnd) {
+  const Folder folder;
+  const auto rows = decoded(folder, {"-f", "fs-28-24", "--cycles", "100", "--fault", "repeat@50"},
+                            {"-f", "fs-28-24", "--latch"});
+  EXPECT_EQ(rows[50].at("safety"), "counter_repeated");
+  EXPECT_EQ(count(rows, "latched"), 49U);
+}
+
+TEST(Safety, FailOn_KnowsTheVerdicts) {
+  const Folder folder;
+  const std::string capture = folder.path("line.csv");
+  ASSERT_EQ(
+      run({"simulate", "-f", "fs-28-24", "--cycles", "100", "--fault", "loss@50", "-o", capture})
+          .status,
+      0);
+  const auto status = [&](const std::string& word) {
+    return run({"decode", capture, "-f", "fs-28-24", "--fail-on", word}).status;
+  };
+  EXPECT_EQ(status("safety"), 1);
+  EXPECT_EQ(status("counter_skipped"), 1);
+  EXPECT_EQ(status("comparison,counter_repeated"), 0);
+  EXPECT_EQ(status("nothing"), 2);
+  EXPECT_EQ(run({"decode", capture, "--fail-on", "safety"}).status, 2);
+  EXPECT_EQ(run({"decode", capture, "-f", "pos26,nE,nW,crc6", "--fail-on", "safety"}).status, 2);
+}
+
+TEST(Safety, OtherFormatsAndOff_LeaveTheColumnEmpty) {
+  const Folder folder;
+  for (const Row& row : decoded(folder, {"-f", "resolute-26"}, {"-f", "resolute-26"})) {
+    EXPECT_EQ(row.at("safety"), "");
+  }
+  for (const Row& row :
+       decoded(folder, {"-f", "fs-28-24"}, {"-f", "fs-28-24", "--safety", "off"})) {
+    EXPECT_EQ(row.at("safety"), "");
+  }
+}
+
+TEST(Safety, WrongOptions_AreRefused) {
+  const Folder folder;
+  const std::string capture = folder.path("line.csv");
+  ASSERT_EQ(run({"simulate", "-f", "fs-28-24", "-o", capture}).status, 0);
+  const auto refused = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{"decode", capture, "-f", "fs-28-24"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.status, 2);
+    return outcome.err;
+  };
+  EXPECT_NE(refused({"--compare-bits", "25"}).find("--compare-bits"), std::string::npos);
+  EXPECT_NE(refused({"--start-frames", "1"}).find("--start-frames"), std::string::npos);
+  EXPECT_NE(refused({"--watchdog", "1s"}).find("--watchdog"), std::string::npos);
+  EXPECT_NE(refused({"--safety", "rsx"}).find("--safety"), std::string::npos);
+  EXPECT_EQ(run({"decode", capture, "-f", "pos26,nE,nW,crc6", "--latch"}).status, 2);
+}
+
+}  // namespace
+}  // namespace biss::cli
