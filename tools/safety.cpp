@@ -1,4 +1,4 @@
-// biss safety: how strong the checks of a frame are.
+// biss safety: how strong the checks of a frame are, counted and measured.
 #include "tools/safety.hpp"
 
 #include <memory>
@@ -26,7 +26,15 @@ const std::vector<SafetyVerb>& safety_verbs() {
        add_safety_analyse,
        {"biss safety analyse -f fs-36-28 --ber 1e-4 --rate 32kHz",
         "biss safety analyse -f pos26,nE,nW,crc6 --ber 1e-2 --ber 1e-3 --to jsonl",
-        "biss safety analyse -f mt12,st24,nE,nW,crc6+mt12,st16,nE,nW,lc6,crc16 --compare 13"}}};
+        "biss safety analyse -f mt12,st24,nE,nW,crc6+mt12,st16,nE,nW,lc6,crc16 --compare 13"}},
+      {"campaign",
+       "Damage frames by the billion and count what is accepted all the same",
+       add_safety_campaign,
+       {"biss safety campaign -f fs-36-28 --frames 1000000000 --state run.json",
+        "biss safety campaign -f fs-36-28 --fault flips:0.01 --fault burst:16 --to csv",
+        "biss safety campaign -f fs-36-28 --shard 1/7 --state part1.json",
+        "biss safety campaign merge part1.json part2.json --to csv",
+        "biss safety campaign -f fs-36-28 --fault flips:0.01 --replay 123456"}}};
   return verbs;
 }
 

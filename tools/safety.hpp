@@ -15,5 +15,6 @@ namespace biss::tools {
 using SafetyRun = std::function<ExitStatus()>;
 
 SafetyRun add_safety_analyse(CLI::App& verb);
+SafetyRun add_safety_campaign(CLI::App& verb);
 
 }  // namespace biss::tools

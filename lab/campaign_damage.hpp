@@ -1,0 +1,50 @@
+// Faults that are no independent flips, for bits that are anything with XOR: one frame's bits, or
+// what each bit depends on.
+#pragma once
+
+#include <cstdint>
+
+#include "lab/campaign_fault.hpp"
+
+namespace biss::lab {
+
+/// Both words and STOP; bit 0 is STOP.
+__extension__ using LineWord = unsigned __int128;
+
+/// How many places a fault can begin at, in a payload of so many bits.
+constexpr unsigned places_of(const FaultChoice& fault, unsigned payload_bits) {
+  return fault.kind == CampaignFault::burst ? payload_bits - fault.length_bits + 1U : payload_bits;
+}
+
+/// The line after the fault.
+/// \param size_bits payload and STOP
+/// \param place bits from the front of the payload
+/// \param pattern burst: its lower bits are those between the first and the last one
+constexpr LineWord damaged(LineWord line, unsigned size_bits, const FaultChoice& fault,
+                           unsigned place, std::uint64_t pattern) {
+  const unsigned after = size_bits - place;  // bits from the place on
+  const LineWord tail = (LineWord{1} << after) - 1U;
+  switch (fault.kind) {
+    case CampaignFault::flips:
+      return line;
+    case CampaignFault::burst: {
+      const unsigned inside = fault.length_bits - 2U;
+      const LineWord between = pattern & ((std::uint64_t{1} << inside) - 1U);
+      const LineWord wrong = (LineWord{1} << (fault.length_bits - 1U)) | (between << 1U) | 1U;
+      return line ^ (wrong << (after - fault.length_bits));
+    }
+    case CampaignFault::lost_clock:  // behind STOP the line is low
+      return (line & ~tail) | ((line << 1U) & tail);
+    case CampaignFault::double_clock: {
+      const LineWord rest = tail >> 1U;
+      return (line & ~rest) | ((line >> 1U) & rest);
+    }
+    case CampaignFault::slo_low:
+      return line & ~tail;
+    case CampaignFault::slo_high:
+      return line | tail;
+  }
+  return line;
+}
+
+}  // namespace biss::lab

@@ -1,0 +1,100 @@
+#include "lab/campaign_fault.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <vector>
+
+namespace biss::lab {
+namespace {
+
+constexpr std::array<std::string_view, 6> names{"flips",        "burst",   "lost_clock",
+                                                "double_clock", "slo_low", "slo_high"};
+
+std::vector<std::string_view> parts_of(std::string_view text) {
+  std::vector<std::string_view> parts;
+  while (true) {
+    const std::size_t colon = text.find(':');
+    parts.push_back(text.substr(0, colon));
+    if (colon == std::string_view::npos) return parts;
+    text.remove_prefix(colon + 1);
+  }
+}
+
+template <class Number>
+std::optional<Number> number_of(std::string_view text) {
+  Number number{};
+  const char* end = text.data() + text.size();
+  const auto [at, error] = std::from_chars(text.data(), end, number);
+  if (error != std::errc() || at != end) return std::nullopt;
+  return number;
+}
+
+std::optional<std::uint32_t> rate_of(std::string_view text) {
+  const auto number = number_of<double>(text);
+  if (!number || !(*number > 0) || *number > 0.5) return std::nullopt;
+  const double parts = std::round(std::ldexp(*number, 32));
+  if (parts < 1) return std::nullopt;
+  return static_cast<std::uint32_t>(parts);
+}
+
+std::optional<FaultChoice> parse_flips(const std::vector<std::string_view>& parts) {
+  if (parts.size() < 2 || parts.size() > 3) return std::nullopt;
+  FaultChoice fault{.kind = CampaignFault::flips};
+  const auto rate = rate_of(parts[1]);
+  if (!rate) return std::nullopt;
+  fault.rate = *rate;
+  if (parts.size() == 3) {
+    const auto drawn = rate_of(parts[2]);
+    if (!drawn) return std::nullopt;
+    fault.drawn_rate = *drawn;
+  }
+  return fault;
+}
+
+}  // namespace
+
+std::optional<FaultChoice> parse_fault(std::string_view text) {
+  std::vector<std::string_view> parts = parts_of(text);
+  FaultChoice fault;
+  std::size_t kind = 0;
+  while (kind < names.size() && names[kind] != parts[0]) ++kind;
+  if (kind == names.size()) return std::nullopt;
+  fault.kind = static_cast<CampaignFault>(kind);
+  if (fault.kind == CampaignFault::flips) return parse_flips(parts);
+  parts.erase(parts.begin());
+  if (fault.kind == CampaignFault::burst) {
+    const auto length = parts.empty() ? std::nullopt : number_of<unsigned>(parts[0]);
+    if (!length || *length < 2 || *length > max_burst_bits) return std::nullopt;
+    fault.length_bits = *length;
+    parts.erase(parts.begin());
+  }
+  if (parts.size() > 1) return std::nullopt;
+  if (parts.empty()) return fault;
+  fault.place = number_of<unsigned>(parts[0]);
+  if (!fault.place) return std::nullopt;
+  return fault;
+}
+
+std::string text_of(const FaultChoice& fault) {
+  std::string text(names[static_cast<std::size_t>(fault.kind)]);
+  // As few digits as bring the same part of 2^32 back.
+  const auto rate = [](std::uint32_t parts) {
+    std::string digits;
+    for (int count = 1; count <= 10 && rate_of(digits) != parts; ++count) {
+      digits = fmt::format("{:.{}g}", static_cast<double>(probability_of(parts)), count);
+    }
+    return ":" + digits;
+  };
+  if (fault.kind == CampaignFault::flips) {
+    text += rate(fault.rate);
+    if (fault.drawn_rate != 0) text += rate(fault.drawn_rate);
+  }
+  if (fault.kind == CampaignFault::burst) text += fmt::format(":{}", fault.length_bits);
+  if (fault.place) text += fmt::format(":{}", *fault.place);
+  return text;
+}
+
+}  // namespace biss::lab

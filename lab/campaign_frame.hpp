@@ -1,0 +1,85 @@
+// The two words of a safety frame as a campaign sees them: made, damaged, and judged.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "biss/safety/monitor.hpp"
+#include "lab/campaign_fault.hpp"
+
+namespace biss::lab {
+
+/// Both words with their CRCs, right-aligned: bit 0 is a word's last bit on the line. And STOP.
+struct WordPair {
+  std::uint64_t cpw = 0;
+  std::uint64_t spw = 0;
+  bool stop = false;
+
+  bool operator==(const WordPair&) const = default;
+};
+
+/// What an encoder says in one frame of a campaign: no error, no warning.
+struct SentFrame {
+  std::uint64_t position = 0;
+  std::uint8_t life_counter = 0;
+};
+
+/// What becomes of a damaged frame. All false where both words came as they were sent.
+struct FrameOutcome {
+  bool cpw = false;      ///< the control word is not the one that was sent, and its CRC is good
+  bool spw = false;      ///< the same of the safety word
+  bool both = false;     ///< either is not the one that was sent, and both CRCs are good
+  bool monitor = false;  ///< … and the monitor says `safe`
+  bool wrong = false;    ///< … with a position that was not sent
+
+  bool operator==(const FrameOutcome&) const = default;
+};
+
+/// A format and a setup, ready for frames. The control word is the first channel, the safety word
+/// the second and last one; each has at most 64 bits with its CRC.
+class CampaignFrame {
+ public:
+  using Plan = SafetyPlan<>;
+  using Monitor = SafetyMonitor<Plan>;
+
+  /// A counter whose range would have to be learned is taken as 1…63.
+  /// \return none where the format and the setup are no such pair or cannot be monitored
+  static std::optional<CampaignFrame> make(const FrameFormat& format, SafetySetup setup);
+
+  const Plan& plan() const { return plan_; }
+  const FrameFormat& format() const { return plan_.format(); }
+  const ChannelFormat& cpw_format() const { return format().channel_list[0]; }
+  const ChannelFormat& spw_format() const { return format().channel_list[1]; }
+  unsigned cpw_bits() const { return cpw_format().total_bits(); }
+  unsigned spw_bits() const { return spw_format().total_bits(); }
+  unsigned bits() const { return cpw_bits() + spw_bits(); }
+  unsigned first_counter() const {
+    return plan_.setup().counter.mode == CounterMode::count_0_63 ? 0 : 1;
+  }
+  /// What one wrong bit of a word does to its checksum, [0] for the word's last bit.
+  const std::vector<std::uint32_t>& cpw_columns() const { return cpw_columns_; }
+  const std::vector<std::uint32_t>& spw_columns() const { return spw_columns_; }
+
+  /// Frame `index` of the sequence that `seed` begins: any position, any counter of its range.
+  SentFrame draw(std::uint64_t seed, std::uint64_t index) const;
+  WordPair encode(const SentFrame& sent) const;
+  /// Frame `index` after the fault. \pre not flips; a burst or a place fits into bits()
+  WordPair damage(const WordPair& words, const FaultChoice& fault, std::uint64_t seed,
+                  std::uint64_t index) const;
+
+  /// By decode and monitor alone, as firmware would.
+  FrameOutcome judge(const SentFrame& sent, const WordPair& received) const;
+  /// The monitor's word on a frame that follows good ones.
+  SafetyJudgement monitor(const SentFrame& sent, const WordPair& received) const;
+
+ private:
+  CampaignFrame(const FrameFormat& format, const SafetySetup& setup);
+
+  Plan plan_;
+  Monitor ready_;
+  std::vector<std::uint32_t> cpw_columns_;
+  std::vector<std::uint32_t> spw_columns_;
+};
+
+}  // namespace biss::lab

@@ -1,0 +1,148 @@
+// biss safety campaign: killed and resumed, in shards, on any number of threads.
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+
+#include <chrono>
+#include <filesystem>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tests/cli/run_command.hpp"
+
+extern char** environ;
+
+namespace biss::cli {
+namespace {
+
+std::vector<std::string> campaign(const std::vector<std::string>& more) {
+  std::vector<std::string> arguments{
+      "safety",  "campaign", "-f",      "rxm",     "--fault",        "flips:0.1",
+      "--fault", "burst:16", "--fault", "slo_low", "--frames",       "2000003",
+      "--seed",  "11",       "--to",    "csv",     "--no-importance"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+const std::string& whole() {
+  static const std::string table = run(campaign({"--threads", "2"})).out;
+  return table;
+}
+
+// Starts the command and kills it after so long. True: it had ended by itself.
+bool run_for(std::chrono::microseconds time, const std::vector<std::string>& arguments) {
+  std::vector<std::string> words{BISS_COMMAND};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  pid_t child = -1;
+  if (posix_spawn(&child, BISS_COMMAND, nullptr, nullptr, argv.data(), environ) != 0) return true;
+  std::this_thread::sleep_for(time);
+  kill(child, SIGKILL);
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFEXITED(status);
+}
+
+TEST(Campaign, KilledAtAnyTime_GoesOnToTheSameTable) {
+  const Folder folder;
+  const std::string state = folder.path("state.json");
+  std::mt19937 random(20261121);
+  int kills = 0;
+  for (; kills < 12; ++kills) {
+    const auto time = std::chrono::microseconds(20'000 + random() % 100'000);
+    if (run_for(time, campaign({"--threads", "2", "--state", state, "--save-every", "1ms", "-o",
+                                folder.path("early.csv")}))) {
+      break;
+    }
+  }
+  EXPECT_GT(kills, 0);
+  const Outcome last = run(campaign({"--threads", "3", "--state", state}));
+  EXPECT_EQ(last.status, 0) << last.err;
+  EXPECT_EQ(last.out, whole());
+  const Outcome again = run(campaign({"--state", state}));
+  EXPECT_EQ(again.out, whole());
+}
+
+TEST(Campaign, SevenShardsMerged_GiveTheSameTable) {
+  const Folder folder;
+  std::vector<std::string> merge{"safety", "campaign", "merge", "--to", "csv"};
+  for (const char* shard : {"1/7", "2/7", "3/7", "4/7", "5/7", "6/7", "7/7"}) {
+    const std::string state = folder.path(std::string(1, shard[0]) + ".json");
+    const Outcome part = run(campaign({"--shard", shard, "--state", state}));
+    ASSERT_EQ(part.status, 0) << part.err;
+    EXPECT_NE(part.out, whole());
+    if (shard[0] == '7') {
+      EXPECT_EQ(run(merge).status, 1) << "a part is missing";
+    }
+    merge.push_back(state);
+  }
+  const Outcome merged = run(merge);
+  EXPECT_EQ(merged.status, 0) << merged.err;
+  EXPECT_EQ(merged.out, whole());
+  merge.push_back(folder.path("3.json"));
+  EXPECT_EQ(run(merge).status, 3) << "a part twice";
+}
+
+TEST(Campaign, Rows_HaveTheKeysOfTheContract) {
+  EXPECT_TRUE(
+      whole().starts_with("fault,frames,accepted_cpw,accepted_spw,accepted_both,"
+                          "accepted_monitor,wrong,rate,theory,"));
+  const auto rows = rows_of(whole());
+  ASSERT_EQ(rows.size(), 3U);
+  for (const Row& row : rows) EXPECT_EQ(row.at("frames"), "2000003");
+  EXPECT_EQ(rows[0].at("fault"), "flips:0.1");
+}
+
+TEST(Campaign, MissedFrame_IsShownAgainByItsNumber) {
+  const std::string missed = rows_of(whole())[0].at("missed");
+  ASSERT_FALSE(missed.empty());
+  const Outcome shown = run({"safety", "campaign", "-f", "rxm", "--fault", "flips:0.1", "--seed",
+                             "11", "--replay", missed.substr(0, missed.find(';')), "--to", "csv"});
+  ASSERT_EQ(shown.status, 0) << shown.err;
+  const auto rows = rows_of(shown.out);
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_EQ(rows[0].at("verdict"), "safe");
+  EXPECT_NE(rows[0].at("position"), rows[0].at("position_read"));
+  EXPECT_NE(rows[0].at("cpw_sent"), rows[0].at("cpw_read"));
+}
+
+TEST(Campaign, StateOfAnotherCampaign_IsRefusedAndKept) {
+  const Folder folder;
+  const std::string state = folder.path("state.json");
+  ASSERT_EQ(run(campaign({"--shard", "1/20", "--state", state})).status, 0);
+  const std::string before = content_of(state);
+  EXPECT_EQ(run(campaign({"--seed", "12", "--state", state})).status, 2) << "--seed twice";
+  const Outcome other =
+      run({"safety", "campaign", "-f", "rxm", "--fault", "flips:0.1", "--state", state});
+  EXPECT_EQ(other.status, 3);
+  EXPECT_EQ(content_of(state), before);
+  const std::string broken = folder.file("broken.json", before.substr(0, before.size() / 2));
+  EXPECT_EQ(run(campaign({"--state", broken})).status, 3);
+}
+
+TEST(Campaign, WrongUsage_IsNamed) {
+  const auto refused = [](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{"safety", "campaign"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.status, 2) << outcome.err;
+    EXPECT_TRUE(outcome.out.empty());
+  };
+  refused({});
+  refused({"-f", "resolute"});
+  refused({"-f", "pos26,nE,nW,crc6"});
+  refused({"-f", "rxm", "--fault", "flips"});
+  refused({"-f", "rxm", "--fault", "slo_low:60"});
+  refused({"-f", "rxm", "--fault", "burst:32:29"});
+  refused({"-f", "rxm", "--shard", "0/7"});
+  refused({"-f", "rxm", "--shard", "8/7"});
+  refused({"-f", "rxm", "--replay", "1"});
+}
+
+}  // namespace
+}  // namespace biss::cli

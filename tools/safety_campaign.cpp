@@ -1,0 +1,287 @@
+// biss safety campaign: faults by the billion frames, beside the exact theory.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <charconv>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "biss/frame/format_parse.hpp"
+#include "biss/safety/configurations.hpp"
+#include "lab/campaign.hpp"
+#include "tools/campaign_table.hpp"
+#include "tools/safety.hpp"
+#include "tools/verb.hpp"
+
+namespace biss::tools {
+namespace {
+
+struct CampaignOptions {
+  std::string format;
+  std::vector<std::string> faults{"flips:0.5",    "flips:0.1", "flips:0.01",
+                                  "burst:16",     "burst:32",  "lost_clock",
+                                  "double_clock", "slo_low",   "slo_high"};
+  std::uint64_t frames = 10'000'000;
+  std::uint64_t seed = 1;
+  unsigned threads = 0;
+  std::string shard;
+  std::string state;
+  Picoseconds save_every = milliseconds(5000);
+  bool plain = false;
+  std::optional<std::uint64_t> replay;
+  std::vector<std::string> parts;
+  const CLI::App* merge = nullptr;
+  report::Format to = report::Format::table;
+  std::string output;
+};
+
+std::optional<lab::CampaignFrame> frame_of(const std::string& name) {
+  if (const SafetyConfiguration* known = find_safety_configuration(name)) {
+    return lab::CampaignFrame::make(known->frame_format(), known->setup);
+  }
+  const auto format = parse_format(name);
+  if (!format.ok()) return std::nullopt;
+  return lab::CampaignFrame::make(*format, {});
+}
+
+ExitStatus bad_format(const std::string& name) {
+  return fail(ExitStatus::usage,
+              fmt::format("'{}' is neither a safety configuration such as fs-36-28 nor the format "
+                          "of a control and a safety word that can be monitored",
+                          name));
+}
+
+std::string rules_of(const lab::CampaignFrame& frame) {
+  const SafetySetup& setup = frame.plan().setup();
+  return fmt::format("compared bits {}, of them turns {}, tolerance {}, counter from {}",
+                     frame.plan().alignment().bits,
+                     frame.plan().alignment().bits - frame.plan().alignment().singleturn_bits,
+                     setup.comparison.tolerance_lsb, frame.first_counter());
+}
+
+bool add_fault(const lab::CampaignFrame& frame, const std::string& text, lab::CampaignPlan& plan) {
+  const auto fault = lab::parse_fault(text);
+  if (!fault) return false;
+  const unsigned longest = fault->length_bits == 0 ? 1 : fault->length_bits;
+  if (fault->place.value_or(0) > frame.bits() - longest) return false;
+  plan.faults.push_back(*fault);
+  return true;
+}
+
+std::optional<lab::CampaignShard> parse_shard(const std::string& text) {
+  if (text.empty()) return lab::CampaignShard{};
+  lab::CampaignShard shard;
+  const char* end = text.data() + text.size();
+  const auto first = std::from_chars(text.data(), end, shard.number);
+  if (first.ec != std::errc() || first.ptr == end || *first.ptr != '/') return std::nullopt;
+  const auto second = std::from_chars(first.ptr + 1, end, shard.count);
+  if (second.ec != std::errc() || second.ptr != end) return std::nullopt;
+  if (shard.number == 0 || shard.number > shard.count) return std::nullopt;
+  return shard;
+}
+
+std::optional<std::string> text_of_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(file), {}};
+  if (!file) return std::nullopt;
+  return text;
+}
+
+ExitStatus print_state(const lab::CampaignFrame& frame, const lab::CampaignState& state,
+                       const CampaignOptions& options) {
+  Output output;
+  if (!output.open(options.output)) return output.status();
+  const CampaignTable table =
+      write_campaign(frame, state, options.to, output, output.wants_colour());
+  if (!table.written || !output.finish()) return output.status();
+  if (table.disagrees) {
+    return fail(ExitStatus::data_failed,
+                "a count is more than five standard deviations from the theory");
+  }
+  return ExitStatus::done;
+}
+
+// Importance sampling is part of the plan, so every shard has it.
+void add_importance(const lab::CampaignFrame& frame, lab::CampaignPlan& plan) {
+  const std::vector<lab::FaultChoice> asked = plan.faults;
+  for (const lab::FaultChoice& fault : asked) {
+    if (fault.kind != lab::CampaignFault::flips || fault.drawn_rate != 0) continue;
+    const auto theory = lab::campaign_theory(frame, fault);
+    if (!theory) continue;
+    const auto weighed = lab::importance_of(frame, fault, plan.frames, *theory);
+    if (weighed) plan.faults.push_back(*weighed);
+  }
+}
+
+bool save(const lab::CampaignState& state, const std::string& path) {
+  if (isatty(STDERR_FILENO) != 0) {
+    std::uint64_t done = 0;
+    for (const lab::CampaignCounts& counts : state.counts) done += counts.frames;
+    const std::uint64_t all = state.plan.frames * state.plan.faults.size();
+    print_summary(fmt::format("\r{} of {} frames", done, all) + (done == all ? "\n" : ""));
+  }
+  if (path.empty()) return true;
+  Output file;
+  const bool saved = file.open(path) && file.write(lab::state_text(state)) && file.finish();
+  if (!saved) warn(file.error());
+  return saved;
+}
+
+ExitStatus run_counts(const lab::CampaignFrame& frame, lab::CampaignPlan plan,
+                      const CampaignOptions& options) {
+  const auto shard = parse_shard(options.shard);
+  if (!shard) return fail(ExitStatus::usage, "--shard takes K/N, 1/7 to 7/7 for example");
+  if (!options.plain) add_importance(frame, plan);
+  lab::CampaignState state(plan);
+  if (!options.state.empty() && std::filesystem::exists(options.state)) {
+    const auto text = text_of_file(options.state);
+    auto before = text ? lab::read_state(*text) : std::nullopt;
+    if (!before) {
+      return fail(ExitStatus::io, fmt::format("{}: no state of a campaign", options.state));
+    }
+    if (before->plan != plan) {
+      return fail(ExitStatus::io, fmt::format("{}: of another campaign (format, faults, frames or "
+                                              "seed); name another file",
+                                              options.state));
+    }
+    state = std::move(*before);
+  }
+  lab::CampaignRun run;
+  run.threads = options.threads;
+  run.shard = *shard;
+  run.save_seconds = static_cast<double>(options.save_every.count) * 1e-12;
+  run.save = [&](const lab::CampaignState& now) { return save(now, options.state); };
+  if (!lab::run_campaign(frame, state, run)) return ExitStatus::io;
+  return print_state(frame, state, options);
+}
+
+ExitStatus run_replay(const lab::CampaignFrame& frame, const lab::CampaignPlan& plan,
+                      const CampaignOptions& options) {
+  if (plan.faults.size() != 1) {
+    return fail(ExitStatus::usage, "--replay needs exactly one --fault");
+  }
+  const std::uint64_t index = *options.replay;
+  const lab::ReplayedFrame replayed = lab::replay_frame(frame, {plan.faults[0], plan.seed}, index);
+  const SafetyJudgement judgement = frame.monitor(replayed.sent, replayed.received);
+  Output output;
+  if (!output.open(options.output)) return output.status();
+  using report::Kind;
+  const std::vector<report::Column> columns = {
+      {.name = "fault"},
+      {.name = "frame", .kind = Kind::unsigned_integer},
+      {.name = "position", .kind = Kind::unsigned_integer},
+      {.name = "lc", .kind = Kind::unsigned_integer},
+      {.name = "cpw_sent"},
+      {.name = "cpw_read"},
+      {.name = "spw_sent"},
+      {.name = "spw_read"},
+      {.name = "verdict"},
+      {.name = "position_read", .kind = Kind::unsigned_integer}};
+  const auto table =
+      report::make_table_writer(options.to, columns, output, {.colour = output.wants_colour()});
+  const auto word = [](std::uint64_t bits) { return fmt::format("0x{:X}", bits); };
+  const std::string texts[] = {text_of(plan.faults[0]), word(replayed.encoded.cpw),
+                               word(replayed.received.cpw), word(replayed.encoded.spw),
+                               word(replayed.received.spw)};
+  const report::Cell cells[] = {texts[0],
+                                index,
+                                replayed.sent.position,
+                                unsigned{replayed.sent.life_counter},
+                                texts[1],
+                                texts[2],
+                                texts[3],
+                                texts[4],
+                                name_of(judgement.verdict),
+                                report::Cell(judgement.position)};
+  if (!table->row(cells) || !table->finish() || !output.finish()) return output.status();
+  return ExitStatus::done;
+}
+
+ExitStatus run_merge(const CampaignOptions& options) {
+  std::optional<lab::CampaignState> sum;
+  for (const std::string& path : options.parts) {
+    const auto text = text_of_file(path);
+    const auto part = text ? lab::read_state(*text) : std::nullopt;
+    if (!part) return fail(ExitStatus::io, fmt::format("{}: no state of a campaign", path));
+    if (!sum) {
+      sum = part;
+    } else if (!sum->merge(*part)) {
+      return fail(ExitStatus::io, fmt::format("{}: of another campaign, or with blocks that are "
+                                              "in an earlier file too",
+                                              path));
+    }
+  }
+  const auto frame = frame_of(sum->plan.format);
+  if (!frame || rules_of(*frame) != sum->plan.rules) {
+    return fail(ExitStatus::io, "the parts were made for another monitor than this program's");
+  }
+  if (!options.state.empty() && !save(*sum, options.state)) return ExitStatus::io;
+  const ExitStatus status = print_state(*frame, *sum, options);
+  if (status != ExitStatus::done || sum->complete()) return status;
+  return fail(ExitStatus::data_failed, "parts are missing: the table is not the whole campaign's");
+}
+
+ExitStatus run_safety_campaign(const CampaignOptions& options) {
+  if (options.merge->parsed()) return run_merge(options);
+  if (options.format.empty()) return fail(ExitStatus::usage, "no --format given");
+  const auto frame = frame_of(options.format);
+  if (!frame) return bad_format(options.format);
+  lab::CampaignPlan plan{.format = options.format,
+                         .rules = rules_of(*frame),
+                         .seed = options.seed,
+                         .frames = options.frames,
+                         .faults = {}};
+  for (const std::string& text : options.faults) {
+    if (add_fault(*frame, text, plan)) continue;
+    return fail(ExitStatus::usage,
+                fmt::format("'{}' is no fault of these {} bits: flips:RATE[:DRAWN] (up to 0.5), "
+                            "burst:BITS[:PLACE] (2 to 32), or lost_clock, double_clock, slo_low, "
+                            "slo_high with [:PLACE]",
+                            text, frame->bits()));
+  }
+  if (options.replay) return run_replay(*frame, plan, options);
+  return run_counts(*frame, std::move(plan), options);
+}
+
+}  // namespace
+
+SafetyRun add_safety_campaign(CLI::App& verb) {
+  const auto options = std::make_shared<CampaignOptions>();
+  verb.add_option("-f,--format", options->format,
+                  "Safety configuration, or the format of a control and a safety word");
+  verb.add_option("--fault", options->faults,
+                  "flips:RATE[:DRAWN], burst:BITS[:PLACE], lost_clock, double_clock, slo_low, "
+                  "slo_high, each with [:PLACE]; as often as wanted, all kinds by default")
+      ->type_name("KIND")
+      ->allow_extra_args(false);
+  add_count_option(verb, "--frames", into(options->frames), "Frames of each fault",
+                   lab::max_campaign_frames);
+  add_count_option(verb, "--seed", into(options->seed), "Of all that is drawn");
+  add_count_option(verb, "--threads", into(options->threads), "As many as there are cores", 1024);
+  verb.add_option("--shard", options->shard, "Only the K-th of N parts")->type_name("K/N");
+  verb.add_option("--state", options->state,
+                  "Save progress here, and go on where an earlier run was ended")
+      ->type_name("FILE");
+  add_duration_option(verb, "--save-every", into(options->save_every),
+                      "Between two saves of --state; 5 s by default");
+  verb.add_flag("--no-importance", options->plain,
+                "No importance sampling where plain sampling sees too little");
+  add_count_option(verb, "--replay", into(options->replay),
+                   "Show one frame of the only --fault, a missed one for example");
+  CLI::App* merge = verb.add_subcommand("merge", "Add up the states of shards");
+  merge->add_option("FILE", options->parts, "States that --state wrote")->required();
+  merge->add_option("--state", options->state, "Write the sum here")->type_name("FILE");
+  for (CLI::App* app : {&verb, merge}) {
+    add_to_option(*app, options->to);
+    add_output_option(*app, options->output);
+  }
+  options->merge = merge;
+  return [options] { return run_safety_campaign(*options); };
+}
+
+}  // namespace biss::tools
