@@ -77,6 +77,9 @@ struct Cycle {
   RawBits raw;
   /// The master's bit: 1 where MA rests low behind the frame. Absent where that is not seen.
   std::optional<bool> cdm;
+  /// Last edge of MA to SLO rising behind it, as seen at the master: the timeout and the line
+  /// delay. Absent where SLO was not low by then, or did not rise before the next request.
+  std::optional<Picoseconds> release;
 
   /// The encoder's bit, behind START; whatever the status is.
   std::optional<bool> cds() const {

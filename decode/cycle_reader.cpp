@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "biss/timing/cable.hpp"
+#include "decode/intervals.hpp"
 #include "decode/times.hpp"
 
 namespace biss::decode {
@@ -13,23 +14,6 @@ using wire::Level;
 
 // Of a period, the margin of `marginal`; the master of biss/master has the same.
 constexpr std::int64_t margin_share = 20;
-
-// A distance of rising edges outside these shares of the usual one means that an edge is missing or
-// too many: a lost edge doubles it, an extra one leaves at most half. Between lies the jitter of a
-// capture with only two samples a period.
-constexpr std::int64_t irregular_above_percent = 160;
-constexpr std::int64_t irregular_below_percent = 55;
-
-bool irregular(Picoseconds interval, Picoseconds usual) {
-  return interval.count * 100 > usual.count * irregular_above_percent ||
-         interval.count * 100 < usual.count * irregular_below_percent;
-}
-
-Picoseconds median(std::vector<Picoseconds>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 bool has_unknown(std::span<const LevelChange> ma) {
   return std::any_of(ma.begin(), ma.end(),
@@ -94,6 +78,7 @@ CycleReading CycleReader::read(const CycleSpan& span, const LineHistory& slo) {
     }
     judge(span, sampled, reading);
     cycle.cdm = resting_level(span);
+    cycle.release = release(span, slo, delay);
     cycle.marginal = judge_margin(span, slo, response.fall, sampled, start);
   }
   return reading;
@@ -197,6 +182,17 @@ std::optional<bool> CycleReader::resting_level(const CycleSpan& span) const {
   const LevelChange& last = span.ma.back();
   const bool seen = !span.last_of_capture || elapsed(last.time, span.limit) > clock_.period;
   return seen ? std::optional(last.level == Level::low) : std::nullopt;
+}
+
+// What the last edge still moves has come a quarter of a period behind the line delay at the
+// latest.
+std::optional<Picoseconds> CycleReader::release(const CycleSpan& span, const LineHistory& slo,
+                                                Picoseconds delay) const {
+  const Picoseconds last = span.ma.back().time;
+  const std::size_t next = slo.after(shifted(last, delay + clock_.period / 4));
+  if (slo.level_before(next) != Level::low || next >= slo.size()) return std::nullopt;
+  if (slo[next].level != Level::high || slo[next].time > span.limit) return std::nullopt;
+  return elapsed(last, slo[next].time);
 }
 
 // SLO never fell: because it was not asked long enough, or for good.

@@ -93,6 +93,8 @@ class CycleReader {
   Response find_response(const CycleSpan& span, const LineHistory& slo) const;
   bool ready_in_time(const LineHistory& slo, std::size_t ack) const;
   std::optional<bool> resting_level(const CycleSpan& span) const;
+  std::optional<Picoseconds> release(const CycleSpan& span, const LineHistory& slo,
+                                     Picoseconds delay) const;
   CycleStatus silence(const CycleSpan& span) const;
   Picoseconds sampling_delay(const LineHistory& slo, Picoseconds fall);
   Delay delay_from(const std::vector<Picoseconds>& rises, const LineHistory& slo,

@@ -1,0 +1,396 @@
+#include "decode/conformance.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <string_view>
+
+#include "biss/eds/bank.hpp"
+#include "biss/frame/format_parse.hpp"
+#include "decode/test_line.hpp"
+
+namespace biss::decode {
+namespace {
+
+// The control frames that the protocol's rules give: reads of 0x42, 0x43, 0x7E, a write to 0x02.
+constexpr std::string_view read_42[2] = {"11000100001001111010000000000000",
+                                         "10000000000000001010110001001000"};
+constexpr std::string_view read_43[2] = {"11000100001101001010000000000000",
+                                         "10000000000000001010001111010110"};
+constexpr std::string_view read_7e[2] = {"11000111111011111010000000000000",
+                                         "10000000000000001010110100110100"};
+constexpr std::string_view write_02[2] = {"11000000001000000110101010100100",
+                                          "10000000000000000110101010100100"};
+
+std::string bits(unsigned value, unsigned count) {
+  std::string text;
+  for (unsigned i = count; i-- > 0;) text += (value >> i & 1U) != 0 ? '1' : '0';
+  return text;
+}
+
+std::string header_of(unsigned address) {
+  const auto header = register_header(0, address);
+  return "1" + bits(header, 11) + bits(header_crc(header), 4);
+}
+
+std::string with_flip(std::string_view text, std::size_t index) {
+  std::string flipped(text);
+  flipped[index] = flipped[index] == '0' ? '1' : '0';
+  return flipped;
+}
+
+// A device at 1 MHz, asked every 100 us.
+struct Bench {
+  explicit Bench(std::string_view format = {}, const DeviceTiming& timing = {})
+      : conformance(format.empty() ? std::nullopt : std::optional(*parse_format(format)), timing) {}
+
+  Cycle cycle(bool cds = false, bool cdm = false) const {
+    Cycle made;
+    made.time = static_cast<std::int64_t>(number) * microseconds(100);
+    made.period = microseconds(1);
+    made.line_delay = nanoseconds(100);
+    made.ack = microseconds(3);
+    made.release = microseconds(20) + nanoseconds(100);
+    made.rising_edges = 40;
+    made.raw.append(true);
+    made.raw.append(cds);
+    made.cdm = cdm;
+    return made;
+  }
+  void push(const Cycle& made) { conformance.push(number++, made); }
+  void push_status(CycleStatus status) {
+    Cycle made = cycle();
+    made.status = status;
+    push(made);
+  }
+  void zeros(unsigned count = 14) {
+    for (unsigned i = 0; i < count; ++i) push(cycle());
+  }
+  // The CDS bit k comes a cycle behind the CDM bit k.
+  void access(std::string_view cdm, std::string_view cds) {
+    for (std::size_t k = 0; k <= cds.size() || k < cdm.size(); ++k) {
+      push(cycle(k >= 1 && k <= cds.size() && cds[k - 1] == '1', k < cdm.size() && cdm[k] == '1'));
+    }
+    zeros();
+  }
+  void access(const std::string_view (&both)[2]) { access(both[0], both[1]); }
+  void read(unsigned address, unsigned value) {
+    const auto data = static_cast<std::uint8_t>(value);
+    access(header_of(address) + "101" + std::string(13, '0'),
+           "1" + std::string(15, '0') + "101" + bits(data, 8) + bits(byte_crc(data), 4) + "0");
+  }
+  void write(unsigned address, unsigned value) {
+    const auto data = static_cast<std::uint8_t>(value);
+    const std::string tail = "011" + bits(data, 8) + bits(byte_crc(data), 4) + "0";
+    access(header_of(address) + tail, "1" + std::string(15, '0') + tail);
+  }
+  std::string_view verdict(Rule rule) const { return name_of(conformance.result(rule).verdict); }
+  // The rules that fail, by name.
+  std::string failing() const {
+    std::string names;
+    for (std::size_t i = 0; i < rule_count; ++i) {
+      const auto rule = static_cast<Rule>(i);
+      if (conformance.result(rule).verdict != Verdict::fail) continue;
+      names += names.empty() ? "" : " ";
+      names += text_of(rule).name;
+    }
+    return names;
+  }
+
+  Conformance conformance;
+  std::uint64_t number = 0;
+};
+
+TEST(Conformance, NothingSeen_NothingJudged) {
+  Bench bench;
+  bench.conformance.finish();
+  for (std::size_t i = 0; i < rule_count; ++i) {
+    EXPECT_EQ(bench.verdict(static_cast<Rule>(i)), "not_judged") << i;
+  }
+}
+
+TEST(Conformance, GoodAccesses_PassTheirRules) {
+  Bench bench;
+  bench.zeros();
+  bench.access(read_42);
+  bench.access(read_43);
+  bench.access(read_7e);
+  bench.read(0x7F, 0x43);
+  bench.access(write_02);
+  EXPECT_EQ(bench.failing(), "");
+  for (const Rule rule :
+       {Rule::frame_structure, Rule::ack_shortest, Rule::ack_longest, Rule::timeout_shortest,
+        Rule::timeout_longest, Rule::line_delay, Rule::slo_idle, Rule::cds_idle, Rule::id_answer,
+        Rule::id_pattern, Rule::rw_pattern, Rule::data_crc, Rule::write_start, Rule::write_echo,
+        Rule::busy, Rule::next_register, Rule::manufacturer}) {
+    EXPECT_EQ(bench.verdict(rule), "pass") << text_of(rule).name;
+  }
+  for (const Rule rule : {Rule::frame_crc, Rule::header_damaged, Rule::refusal, Rule::profile,
+                          Rule::data_sheet, Rule::control_reset}) {
+    EXPECT_EQ(bench.verdict(rule), "not_judged") << text_of(rule).name;
+  }
+}
+
+TEST(Conformance, OneManufacturerByte_IsNotJudged) {
+  Bench bench;
+  bench.zeros();
+  bench.access(read_7e);
+  EXPECT_EQ(bench.verdict(Rule::manufacturer), "not_judged");
+}
+
+TEST(Conformance, CdsBesideAnAccess_FailsInThatCycle) {
+  Bench bench;
+  bench.zeros(20);
+  bench.push(bench.cycle(true));
+  EXPECT_EQ(bench.failing(), "cds_idle");
+  EXPECT_EQ(bench.conformance.result(Rule::cds_idle).cycle, 20U);
+}
+
+TEST(Conformance, CdsBeforeFourteenZeros_MayBelongToAnAccess) {
+  Bench bench;
+  bench.zeros(5);
+  bench.push(bench.cycle(true));
+  EXPECT_EQ(bench.failing(), "");
+}
+
+// CDS bit `k` of a good access turned over, and the rule that tells.
+struct Turned {
+  const std::string_view (&access)[2];
+  std::size_t k;
+  std::string_view fails;
+};
+
+class ConformanceTurned : public testing::TestWithParam<std::size_t> {};
+const Turned turned[] = {
+    {read_42, 0, "id_answer"},    {read_42, 4, "id_pattern"}, {read_42, 16, "refusal"},
+    {write_02, 16, "rw_pattern"}, {read_42, 20, "data_crc"},  {write_02, 18, "write_start"},
+    {write_02, 22, "write_echo"},
+};
+TEST_P(ConformanceTurned, Bit_FailsItsRule) {
+  const Turned& each = turned[GetParam()];
+  Bench bench;
+  bench.zeros();
+  bench.access(each.access[0], with_flip(each.access[1], each.k));
+  EXPECT_EQ(bench.failing(), each.fails);
+  for (std::size_t i = 0; i < rule_count; ++i) {
+    const RuleResult result = bench.conformance.result(static_cast<Rule>(i));
+    if (result.verdict != Verdict::fail) continue;
+    EXPECT_EQ(result.cycle, 14U);
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Bits, ConformanceTurned,
+                         testing::Range(std::size_t{0}, std::size(turned)));
+
+TEST(Conformance, ProperRefusals_Pass) {
+  Bench bench;
+  bench.zeros();
+  bench.access(header_of(0x20) + "101" + std::string(13, '0'), "1" + std::string(15, '0') + "110");
+  bench.access(header_of(0x20) + "011" + std::string(13, '0'), "1" + std::string(15, '0') + "000");
+  bench.access(read_42);
+  EXPECT_EQ(bench.failing(), "");
+  EXPECT_EQ(bench.conformance.result(Rule::refusal).cases, 2U);
+  EXPECT_EQ(bench.verdict(Rule::control_reset), "pass");
+}
+
+TEST(Conformance, MandatoryRegisterRefused_Fails) {
+  Bench bench;
+  bench.zeros();
+  bench.access(header_of(0x7E) + "101" + std::string(13, '0'), "1" + std::string(15, '0') + "110");
+  EXPECT_EQ(bench.failing(), "manufacturer");
+}
+
+TEST(Conformance, DamagedHeader_SilenceIsRight_AnAnswerIsNot) {
+  for (const bool answers : {false, true}) {
+    Bench bench;
+    bench.zeros();
+    bench.access(with_flip(read_42[0], 7), "1" + std::string(15, '0') + (answers ? "10" : "00"));
+    bench.access(read_42);
+    EXPECT_EQ(bench.verdict(Rule::header_damaged), answers ? "fail" : "pass");
+    EXPECT_EQ(bench.failing(), answers ? "header_damaged" : "");
+  }
+}
+
+TEST(Conformance, NoAnswerBehindABrokenAccess_FailsTheReset) {
+  Bench bench;
+  bench.zeros();
+  bench.access(read_42);
+  bench.access(with_flip(read_42[0], 7), "1");
+  bench.access(read_42[0], "");
+  EXPECT_EQ(bench.failing(), "id_answer control_reset");
+}
+
+TEST(Conformance, RefusedBehindPZero_Fails) {
+  Bench bench;
+  bench.zeros();
+  bench.access(read_42);
+  bench.access(header_of(0x43) + "101" + std::string(13, '0'), "1" + std::string(15, '0') + "110");
+  EXPECT_EQ(bench.failing(), "next_register");
+}
+
+TEST(Conformance, BusyBeyondTwentyMilliseconds_Fails) {
+  for (const std::size_t late : {199U, 200U, 201U}) {
+    Bench bench;
+    bench.zeros();
+    bench.access(header_of(0x42) + "10" + std::string(late + 1, '1') + std::string(13, '0'),
+                 "1" + std::string(15, '0') + "10" + std::string(late, '0') +
+                     std::string(read_42[1].substr(18)));
+    EXPECT_EQ(bench.failing(), late > 200 ? "busy" : "") << late;
+    const auto result = bench.conformance.result(Rule::busy);
+    ASSERT_TRUE(result.time);
+    EXPECT_EQ(result.time->worst, static_cast<std::int64_t>(late) * microseconds(100));
+    EXPECT_EQ(result.time->limit, milliseconds(20));
+  }
+}
+
+TEST(Conformance, Timeout_IsJudgedByTheRuleOfTheDevice) {
+  DeviceTiming adaptive;
+  adaptive.timeout = {.rule = TimeoutRule::adaptive, .time = nanoseconds(300)};
+  DeviceTiming fixed;
+  fixed.timeout = {.rule = TimeoutRule::fixed, .time = microseconds(20)};
+  struct Case {
+    DeviceTiming timing;
+    std::int64_t timeout_ns;
+    std::string_view shortest, longest;
+  };
+  const Case cases[] = {
+      {{}, 1'500, "pass", "pass"},           {{}, 1'400, "marginal", "pass"},
+      {{}, 1'000, "fail", "pass"},           {{}, 40'000, "pass", "pass"},
+      {{}, 41'000, "pass", "fail"},          {adaptive, 1'500, "pass", "pass"},
+      {adaptive, 1'900, "pass", "marginal"}, {adaptive, 20'000, "pass", "fail"},
+      {fixed, 12'000, "fail", "pass"},       {fixed, 20'000, "pass", "pass"},
+      {fixed, 20'300, "pass", "fail"},
+  };
+  for (const Case& each : cases) {
+    Bench bench({}, each.timing);
+    Cycle cycle = bench.cycle();
+    cycle.release = nanoseconds(each.timeout_ns) + *cycle.line_delay;
+    bench.push(cycle);
+    EXPECT_EQ(bench.verdict(Rule::timeout_shortest), each.shortest) << each.timeout_ns;
+    EXPECT_EQ(bench.verdict(Rule::timeout_longest), each.longest) << each.timeout_ns;
+  }
+}
+
+TEST(Conformance, Ack_IsOneClockToFortyMicroseconds) {
+  const auto verdicts = [](std::int64_t ack_ns) {
+    Bench bench;
+    Cycle cycle = bench.cycle();
+    cycle.ack = nanoseconds(ack_ns);
+    bench.push(cycle);
+    return std::string(bench.verdict(Rule::ack_shortest)) + " " +
+           std::string(bench.verdict(Rule::ack_longest));
+  };
+  EXPECT_EQ(verdicts(1'000), "pass pass");
+  EXPECT_EQ(verdicts(800), "marginal pass");
+  EXPECT_EQ(verdicts(500), "fail pass");
+  EXPECT_EQ(verdicts(40'000), "pass pass");
+  EXPECT_EQ(verdicts(40'200), "pass marginal");
+  EXPECT_EQ(verdicts(41'000), "pass fail");
+}
+
+TEST(Conformance, StatusOfFrames_FailsItsRule) {
+  const auto failing = [](CycleStatus status) {
+    Bench bench;
+    bench.zeros(2);
+    bench.push_status(status);
+    return bench.failing();
+  };
+  EXPECT_EQ(failing(CycleStatus::stop_bit), "frame_structure");
+  EXPECT_EQ(failing(CycleStatus::cds), "frame_structure");
+  EXPECT_EQ(failing(CycleStatus::no_start), "frame_structure");
+  EXPECT_EQ(failing(CycleStatus::no_response), "frame_structure");
+  EXPECT_EQ(failing(CycleStatus::response_range), "line_delay");
+  EXPECT_EQ(failing(CycleStatus::not_ready), "");  // 60 us behind the last edge is too early
+  for (const CycleStatus status : {CycleStatus::truncated, CycleStatus::cut_end,
+                                   CycleStatus::ma_clock, CycleStatus::unknown_level}) {
+    EXPECT_EQ(failing(status), "") << name_of(status);
+  }
+}
+
+TEST(Conformance, WrongCrc_FailsItsRule) {
+  Bench bench("pos26,nE,nW,crc6");
+  Cycle cycle = bench.cycle();
+  cycle.crc_ok[0] = true;
+  bench.push(cycle);
+  EXPECT_EQ(bench.verdict(Rule::frame_crc), "pass");
+  cycle.crc_ok[0] = false;
+  cycle.status = CycleStatus::crc;
+  bench.push(cycle);
+  EXPECT_EQ(bench.failing(), "frame_crc");
+  EXPECT_EQ(bench.conformance.result(Rule::frame_crc).cycle, 1U);
+}
+
+TEST(Conformance, SloStaysLow_FailsOnceItHadTime) {
+  Bench bench;
+  bench.zeros(2);
+  bench.number += 2;
+  bench.push_status(CycleStatus::not_ready);
+  EXPECT_EQ(bench.failing(), "slo_idle");
+}
+
+TEST(Conformance, ProfileIdentifier_IsHeldAgainstTheFormat) {
+  for (const bool same : {true, false}) {
+    Bench bench(same ? "pos28,nE,nW,crc6" : "pos26,nE,nW,crc6");
+    bench.zeros();
+    bench.access(read_42);
+    EXPECT_EQ(bench.verdict(Rule::profile), "not_judged");
+    bench.access(read_43);
+    EXPECT_EQ(bench.verdict(Rule::profile), same ? "pass" : "fail");
+  }
+}
+
+TEST(Conformance, ProfileIdentifier_WithoutFormatIsHeldAgainstTheFrames) {
+  for (const bool same : {true, false}) {
+    Bench bench;
+    bench.zeros();
+    bench.access(read_42);
+    bench.access(read_43);
+    const std::string_view sent = same ? "pos28,nE,nW,crc6" : "pos30,nE,nW,crc6";
+    for (const Cycle& cycle : [&] {
+           test::Line line;
+           line.request({}, 0x123456, sent);
+           return test::decode(line, {});
+         }()) {
+      bench.push(cycle);
+    }
+    EXPECT_EQ(bench.verdict(Rule::profile), same ? "pass" : "fail");
+  }
+}
+
+TEST(Conformance, DataSheetWithWrongSum_HasOneFindingMore) {
+  std::uint64_t findings[2]{};
+  for (const unsigned wrong : {0U, 1U}) {
+    EdsBank bank{};
+    bank[0] = 1;
+    bank[1] = 1;
+    bank[0x11] = 1;
+    bank[0x3F] = static_cast<std::uint8_t>(eds_checksum(bank) + wrong);
+    Bench bench;
+    bench.zeros();
+    bench.read(0x41, 2);
+    bench.write(0x40, 2);
+    for (unsigned i = 0; i < 63; ++i) bench.read(i, bank[i]);
+    EXPECT_EQ(bench.verdict(Rule::data_sheet), "not_judged");
+    bench.read(63, bank[63]);
+    const RuleResult result = bench.conformance.result(Rule::data_sheet);
+    EXPECT_EQ(bench.failing(), "data_sheet");
+    EXPECT_NE(result.note, "");
+    findings[wrong] = result.faults;
+  }
+  EXPECT_EQ(findings[1], findings[0] + 1);
+}
+
+TEST(CycleRelease, IsTheTimeoutAndTheLineDelay) {
+  test::Line line;
+  for (const auto ending :
+       {test::Ending::idle_high, test::Ending::low_until_timeout, test::Ending::low_until_next}) {
+    line.request({.timeout = nanoseconds(13'500), .ending = ending}, 77);
+  }
+  const auto cycles = test::decode(line);
+  ASSERT_EQ(cycles.size(), 3U);
+  for (const Cycle& cycle : cycles) {
+    EXPECT_EQ(cycle.release, nanoseconds(13'600)) << name_of(cycle.status);
+  }
+}
+
+}  // namespace
+}  // namespace biss::decode

@@ -1,0 +1,30 @@
+// Distances of clock edges: the usual one, and which are none.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "biss/base/units.hpp"
+
+namespace biss::decode {
+
+// A distance of rising edges outside these shares of the usual one means that an edge is missing or
+// too many: a lost edge doubles it, an extra one leaves at most half. Between lies the jitter of a
+// capture with only two samples a period.
+inline constexpr std::int64_t irregular_above_percent = 160;
+inline constexpr std::int64_t irregular_below_percent = 55;
+
+constexpr bool irregular(Picoseconds interval, Picoseconds usual) {
+  return interval.count * 100 > usual.count * irregular_above_percent ||
+         interval.count * 100 < usual.count * irregular_below_percent;
+}
+
+inline Picoseconds median(std::vector<Picoseconds>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace biss::decode
