@@ -21,8 +21,7 @@ class FieldEvaluation {
   constexpr explicit FieldEvaluation(const SafetySetup& setup) : counter_(setup.counter.mode) {}
 
   /// \param bits SLO once a MA clock, as for find_start()
-  // Kept apart: inlined into one function the evaluations take each other's registers.
-  [[gnu::noinline]] static constexpr SafetyFinding find(const Plan& plan, const BitView& bits) {
+  static constexpr SafetyFinding find(const Plan& plan, const BitView& bits) {
     return find(plan, decode_frame(bits, plan.codec(), plan.setup().bounds));
   }
 
