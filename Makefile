@@ -37,7 +37,7 @@ fuzz:  ## the fuzz targets, for as long as FUZZ_RUNS says
 	@fuzz/run
 
 .PHONY: coverage
-coverage:  ## branch coverage of crc, frame, timing, turns; fails below 100 %
+coverage:  ## branch coverage of crc, frame, safety, timing, turns; fails below 100 %
 	@scripts/install-packages build test coverage
 	@scripts/coverage
 

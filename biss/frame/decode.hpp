@@ -69,15 +69,14 @@ constexpr Result<FrameStart, FrameFault> search_start(const BitView& bits,
 }
 
 // Channel k, whose first bit is at `at`, and then the one behind it. False: its CRC is wrong.
-template <class Codec>
+template <class Crc, class Frame>
 [[gnu::always_inline]] constexpr bool read_channel(const BitView& bits, std::size_t& at,
-                                                   const Codec& codec, std::size_t k,
-                                                   typename Codec::Frame& frame) {
-  const ChannelFormat& channel = codec.format().channel_list[k];
+                                                   const ChannelFormat& channel, const Crc& crc,
+                                                   std::size_t k, Frame& frame) {
   const std::uint64_t data = bits.word(at, channel.data_bits);
   at += channel.data_bits;
   if (channel.crc.present()) {
-    if (bits.word(at, channel.crc.width_bits) != codec.crc(k, data)) return false;
+    if (bits.word(at, channel.crc.width_bits) != crc(k, data)) return false;
     at += channel.crc.width_bits;
   }
   unpack_into(channel, data, frame.channel_list[k]);
@@ -87,10 +86,19 @@ template <class Codec>
 // Several channels that are known while compiling: each is read with its own numbers, instead of
 // all with what is loaded from memory.
 template <class Codec>
-concept HasFixedChannels = requires {
-  requires Codec::fixed_channels >
-  1;
-};
+inline constexpr bool has_fixed_channels = false;
+template <class Codec>
+requires(Codec::fixed_channels > 1) inline constexpr bool has_fixed_channels<Codec> = true;
+
+template <std::size_t K, class Codec>
+[[gnu::always_inline]] constexpr bool read_fixed_channel(const BitView& bits, std::size_t& at,
+                                                         const Codec&, typename Codec::Frame& frame,
+                                                         std::size_t& read) {
+  const auto crc = [](std::size_t, std::uint64_t data) { return Codec::template crc_of<K>(data); };
+  const bool right = read_channel(bits, at, Codec::format().channel_list[K], crc, K, frame);
+  read += right ? 1U : 0U;
+  return right;
+}
 
 // All of them. The first one whose CRC is wrong, or their number.
 template <class Codec, std::size_t... K>
@@ -99,7 +107,7 @@ template <class Codec, std::size_t... K>
                                                                  typename Codec::Frame& frame,
                                                                  std::index_sequence<K...>) {
   std::size_t read = 0;
-  static_cast<void>(((read_channel(bits, at, codec, K, frame) && ++read != 0) && ...));
+  static_cast<void>((read_fixed_channel<K>(bits, at, codec, frame, read) && ...));
   return read;
 }
 
@@ -116,15 +124,16 @@ constexpr std::optional<FrameFault> read_payload(const BitView& bits, const Fram
   frame.channel_count = format.channel_count;
   frame.lead_clocks = start.lead_clocks;
   frame.ack_clocks = start.ack_clocks;
-  if constexpr (HasFixedChannels<Codec>) {
+  if constexpr (has_fixed_channels<Codec>) {
     const std::size_t read = read_fixed_channels(bits, at, codec, frame,
                                                  std::make_index_sequence<Codec::fixed_channels>());
     if (read < format.channel_count) {
       return FrameFault{FrameError::crc, static_cast<std::uint8_t>(read)};
     }
   } else {
+    const auto crc = [&](std::size_t k, std::uint64_t data) { return codec.crc(k, data); };
     for (std::size_t k = 0; k < format.channel_count; ++k) {
-      if (!read_channel(bits, at, codec, k, frame)) {
+      if (!read_channel(bits, at, format.channel_list[k], crc, k, frame)) {
         return FrameFault{FrameError::crc, static_cast<std::uint8_t>(k)};
       }
     }

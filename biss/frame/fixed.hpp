@@ -34,6 +34,11 @@ class FixedCodec {
   static constexpr std::uint16_t crc(std::size_t k, std::uint64_t data) {
     return engines_[k](data, format_.channel_list[k].data_bits);
   }
+  /// crc() of a channel that is known while compiling: a function of its own.
+  template <std::size_t K>
+  [[gnu::flatten]] static constexpr std::uint16_t crc_of(std::uint64_t data) {
+    return engines_[K](data, format_.channel_list[K].data_bits);
+  }
 
  private:
   static constexpr FrameFormat format_ = Format;

@@ -21,7 +21,8 @@ class FieldEvaluation {
   constexpr explicit FieldEvaluation(const SafetySetup& setup) : counter_(setup.counter.mode) {}
 
   /// \param bits SLO once a MA clock, as for find_start()
-  static constexpr SafetyFinding find(const Plan& plan, const BitView& bits) {
+  // Kept apart: inlined into one function the evaluations take each other's registers.
+  [[gnu::noinline]] static constexpr SafetyFinding find(const Plan& plan, const BitView& bits) {
     return find(plan, decode_frame(bits, plan.codec(), plan.setup().bounds));
   }
 

@@ -30,7 +30,7 @@ class LifeCounter {
   constexpr SafetyVerdict judge(std::uint8_t value, unsigned missed,
                                 const SafetyCounter& setup) const {
     // Nearly always so.
-    if (missed == 0 && value == last_ + 1U && last_ < highest) return SafetyVerdict::safe;
+    if (missed == 0 && value == last_ + 1U) return SafetyVerdict::safe;
     if (last_ == none) {
       return first_ == 1 && value == 0 ? SafetyVerdict::counter_mode : SafetyVerdict::safe;
     }

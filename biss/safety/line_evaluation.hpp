@@ -24,7 +24,8 @@ class LineEvaluation {
   constexpr explicit LineEvaluation(const SafetySetup&) {}
 
   /// \param bits SLO once a MA clock, as for find_start()
-  static constexpr SafetyFinding find(const Plan& plan, const BitView& bits) {
+  // Kept apart: inlined into one function the evaluations take each other's registers.
+  [[gnu::noinline]] static constexpr SafetyFinding find(const Plan& plan, const BitView& bits) {
     safety_detail::LineReader line(bits);
     if (!is_at_start(line, plan.setup().bounds)) return {.cause = SafetyVerdict::no_frame};
     const FrameFormat& format = plan.format();

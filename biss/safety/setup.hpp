@@ -2,6 +2,7 @@
 // documents leave open is a field here, with a default; docs/safety.md lists them.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -146,7 +147,7 @@ struct Alignment {
 constexpr std::int32_t held(std::int64_t distance, unsigned bits) {
   constexpr std::int64_t most = std::numeric_limits<std::int32_t>::max();
   if (bits <= 32) return static_cast<std::int32_t>(distance);
-  return static_cast<std::int32_t>(distance > most ? most : distance < -most ? -most : distance);
+  return static_cast<std::int32_t>(std::clamp(distance, -most, most));
 }
 
 // \pre compare_bits is at most what both words have
@@ -154,11 +155,10 @@ constexpr Alignment alignment_of(const ChannelFormat& cpw, const ChannelFormat& 
                                  const SafetyComparison& comparison) {
   const unsigned cpw_bits = singleturn_bits(cpw);
   const unsigned spw_bits = singleturn_bits(spw);
-  const unsigned common = cpw_bits < spw_bits ? cpw_bits : spw_bits;
+  const unsigned common = std::min(cpw_bits, spw_bits);
   const unsigned compared = comparison.compare_bits == 0 ? common : comparison.compare_bits;
-  unsigned turns = cpw.multiturn.bits < spw.multiturn.bits ? cpw.multiturn.bits  //
-                                                           : spw.multiturn.bits;
-  if (comparison.multiturn == MultiturnRule::ignored) turns = 0;
+  const unsigned both = std::min(cpw.multiturn.bits, spw.multiturn.bits);
+  const unsigned turns = comparison.multiturn == MultiturnRule::ignored ? 0 : both;
   return {turns + compared, compared, cpw_bits - compared, spw_bits - compared};
 }
 

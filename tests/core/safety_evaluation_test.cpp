@@ -258,6 +258,19 @@ void expect_one_finding(const Plan& plan, test::Random& random, std::uint64_t ro
   }
 }
 
+BISS_TEST(SafetyFinding, OfLinesThatNeverBegin_IsNoFrame) {
+  SafetySetup setup;
+  setup.bounds = {.lead_min_clocks = 3, .late_max_clocks = 3};
+  const RunPlan plan = plan_of("pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16", setup);
+  for (const std::string_view levels :
+       {"", "0", "1", "00000", "11111", "001111", "00110000", "010011",
+        "1111111111111111111111111111111111", "000000000000000000000000000000000000",
+        "0000000000000000000000000000000000000000000001",
+        "001111111111111111111111111111111111111111111111111111111111111111111111111111111"}) {
+    BISS_EXPECT(Findings(plan, test::line_of(levels).view()).are(no_frame));
+  }
+}
+
 BISS_TEST(SafetyFinding, OfAnyLine_IsTheSameInBothEvaluations) {
   BISS_RANDOM(random, 0x5AFE'0002);
   const std::uint64_t rounds = test::rounds(20'000, 100);

@@ -1,0 +1,141 @@
+// The power-up test of the safety monitor against monitors of which one part does not work.
+#include "biss/safety/self_test.hpp"
+
+#include "biss/safety/monitor.hpp"
+#include "tests/core/safety_bench.hpp"
+#include "tests/core/test.hpp"
+
+namespace biss {
+namespace {
+
+using enum SafetyVerdict;
+using Plan = test::RunPlan;
+
+// What both evaluations make of a finding, and the monitor of a verdict; changed by each test.
+struct Sabotage {
+  SafetyFinding (*finding)(SafetyFinding, const BitView&) = [](SafetyFinding found,
+                                                               const BitView&) { return found; };
+  SafetyVerdict (*step)(SafetyVerdict) = [](SafetyVerdict told) { return told; };
+  SafetyVerdict (*watch)(SafetyVerdict) = [](SafetyVerdict told) { return told; };
+};
+constinit Sabotage sabotage;
+
+struct First : FieldEvaluation<Plan> {
+  using FieldEvaluation<Plan>::FieldEvaluation;
+  static SafetyFinding find(const Plan& plan, const BitView& bits) {
+    return sabotage.finding(FieldEvaluation<Plan>::find(plan, bits), bits);
+  }
+};
+struct Second : LineEvaluation<Plan> {
+  using LineEvaluation<Plan>::LineEvaluation;
+  static SafetyFinding find(const Plan& plan, const BitView& bits) {
+    return sabotage.finding(LineEvaluation<Plan>::find(plan, bits), bits);
+  }
+};
+struct Monitor : SafetyMonitor<Plan, FieldEvaluation<Plan>, LineEvaluation<Plan>> {
+  using Sound = SafetyMonitor<Plan, FieldEvaluation<Plan>, LineEvaluation<Plan>>;
+  using Sound::Sound;
+  SafetyJudgement step(Picoseconds now, const SafetyFinding& a, const SafetyFinding& b) {
+    SafetyJudgement told = Sound::step(now, a, b);
+    told.verdict = sabotage.step(told.verdict);
+    return told;
+  }
+  SafetyJudgement watch(Picoseconds now) {
+    SafetyJudgement told = Sound::watch(now);
+    told.verdict = sabotage.watch(told.verdict);
+    return told;
+  }
+};
+
+bool passes(const Sabotage& with, bool latch = true) {
+  sabotage = {};
+  Monitor monitor(test::plan_of("fs-36-28", [&](SafetySetup& setup) { setup.latch = latch; }));
+  if (!monitor.self_test()) return false;
+  sabotage = with;
+  return safety_detail::SelfTest<Monitor, First, Second>(monitor).passes();
+}
+
+template <SafetyVerdict From, SafetyVerdict To = safe>
+SafetyVerdict turned(SafetyVerdict verdict) {
+  return verdict == From ? To : verdict;
+}
+template <SafetyVerdict From, SafetyVerdict To = safe>
+SafetyFinding taken(SafetyFinding found, const BitView&) {
+  found.cause = turned<From, To>(found.cause);
+  return found;
+}
+
+BISS_TEST(SafetySelfTest, OfASoundMonitor_Passes) {
+  BISS_EXPECT(passes({}));
+  BISS_EXPECT(passes({}, false));
+}
+
+BISS_TEST(SafetySelfTest, OfEvaluationsThatTakeOneWrongThing_Fails) {
+  BISS_EXPECT(!passes({.finding = taken<cpw_crc>}));
+  BISS_EXPECT(!passes({.finding = taken<spw_crc>}));
+  BISS_EXPECT(!passes({.finding = taken<no_frame>}));
+  BISS_EXPECT(!passes({.finding = taken<cpw_error>}));
+  BISS_EXPECT(!passes({.finding = taken<spw_error>}));
+  BISS_EXPECT(!passes({.finding = taken<comparison>}));
+}
+
+BISS_TEST(SafetySelfTest, OfEvaluationsThatReadWrongly_Fails) {
+  BISS_EXPECT(!passes({.finding = taken<safe, comparison>}));
+  BISS_EXPECT(!passes({.finding = [](SafetyFinding found, const BitView&) {
+    found.position ^= 1U;
+    return found;
+  }}));
+  BISS_EXPECT(!passes({.finding = [](SafetyFinding found, const BitView&) {
+    found.life_counter ^= 1U;
+    return found;
+  }}));
+  // Within the tolerance, but refused.
+  BISS_EXPECT(!passes({.finding = [](SafetyFinding found, const BitView&) {
+    if (found.cause == safe && found.difference_lsb != 0) found.cause = comparison;
+    return found;
+  }}));
+}
+
+BISS_TEST(SafetySelfTest, OfEvaluationsThatOverlookTheLine_Fails) {
+  // STOP, and CDS behind START: 1, 0, 1.
+  BISS_EXPECT(!passes({.finding = [](SafetyFinding found, const BitView& bits) {
+    if (bits.size_bits() == 101 && bits.bit(100)) found.cause = safe;
+    return found;
+  }}));
+  BISS_EXPECT(!passes({.finding = [](SafetyFinding found, const BitView& bits) {
+    if (bits.size_bits() == 101 && bits.bit(3)) found.cause = safe;
+    return found;
+  }}));
+}
+
+BISS_TEST(SafetySelfTest, OfAMonitorThatLetsOneThingPass_Fails) {
+  BISS_EXPECT(!passes({.step = turned<safe, early>}));
+  BISS_EXPECT(!passes({.step = turned<counter_repeated>}));
+  BISS_EXPECT(!passes({.step = turned<counter_skipped>}));
+  BISS_EXPECT(!passes({.step = turned<counter_backwards>}));
+  BISS_EXPECT(!passes({.step = turned<counter_foreign>}));
+  BISS_EXPECT(!passes({.step = turned<counter_foreign, disagreement>}));
+  BISS_EXPECT(!passes({.step = turned<early>}));
+  BISS_EXPECT(!passes({.step = turned<watchdog>}));
+  BISS_EXPECT(!passes({.watch = turned<watchdog>}));
+  BISS_EXPECT(!passes({.step = turned<latched>}));
+  BISS_EXPECT(!passes({.step = turned<disagreement>}));
+}
+
+BISS_TEST(SafetySelfTest, WithBoundsThatNoFrameMeets_Fails) {
+  sabotage = {};
+  SafetyMonitor<Plan> monitor(
+      test::plan_of("fs-36-28", [](SafetySetup& setup) { setup.bounds.ack_min_clocks = 401; }));
+  BISS_EXPECT(!monitor.self_test());
+}
+
+BISS_TEST(SafetySelfTest, OfAFrameWithMoreChannels_PassesAndKnowsWhoseCrcIsWhose) {
+  sabotage = {};
+  SafetySetup setup{.cpw = 2, .spw = 1};
+  const auto format = test::format_of("pos9,crc6+pos20,nE,nW,lc6,crc16+pos24,nE,nW,crc6+pad8");
+  SafetyMonitor<SafetyPlan<4>> monitor(SafetyPlan<4>(format, setup));
+  BISS_EXPECT(monitor.self_test());
+}
+
+}  // namespace
+}  // namespace biss
