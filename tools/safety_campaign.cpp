@@ -11,9 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "biss/frame/format_parse.hpp"
-#include "biss/safety/configurations.hpp"
 #include "lab/campaign.hpp"
+#include "tools/campaign_plan.hpp"
 #include "tools/campaign_table.hpp"
 #include "tools/safety.hpp"
 #include "tools/verb.hpp"
@@ -23,9 +22,7 @@ namespace {
 
 struct CampaignOptions {
   std::string format;
-  std::vector<std::string> faults{"flips:0.5",    "flips:0.1", "flips:0.01",
-                                  "burst:16",     "burst:32",  "lost_clock",
-                                  "double_clock", "slo_low",   "slo_high"};
+  std::vector<std::string> faults = usual_campaign_faults();
   std::uint64_t frames = 10'000'000;
   std::uint64_t seed = 1;
   unsigned threads = 0;
@@ -40,37 +37,11 @@ struct CampaignOptions {
   std::string output;
 };
 
-std::optional<lab::CampaignFrame> frame_of(const std::string& name) {
-  if (const SafetyConfiguration* known = find_safety_configuration(name)) {
-    return lab::CampaignFrame::make(known->frame_format(), known->setup);
-  }
-  const auto format = parse_format(name);
-  if (!format.ok()) return std::nullopt;
-  return lab::CampaignFrame::make(*format, {});
-}
-
 ExitStatus bad_format(const std::string& name) {
   return fail(ExitStatus::usage,
               fmt::format("'{}' is neither a safety configuration such as fs-36-28 nor the format "
                           "of a control and a safety word that can be monitored",
                           name));
-}
-
-std::string rules_of(const lab::CampaignFrame& frame) {
-  const SafetySetup& setup = frame.plan().setup();
-  return fmt::format("compared bits {}, of them turns {}, tolerance {}, counter from {}",
-                     frame.plan().alignment().bits,
-                     frame.plan().alignment().bits - frame.plan().alignment().singleturn_bits,
-                     setup.comparison.tolerance_lsb, frame.first_counter());
-}
-
-bool add_fault(const lab::CampaignFrame& frame, const std::string& text, lab::CampaignPlan& plan) {
-  const auto fault = lab::parse_fault(text);
-  if (!fault) return false;
-  const unsigned longest = fault->length_bits == 0 ? 1 : fault->length_bits;
-  if (fault->place.value_or(0) > frame.bits() - longest) return false;
-  plan.faults.push_back(*fault);
-  return true;
 }
 
 std::optional<lab::CampaignShard> parse_shard(const std::string& text) {
@@ -104,18 +75,6 @@ ExitStatus print_state(const lab::CampaignFrame& frame, const lab::CampaignState
                 "a count is more than five standard deviations from the theory");
   }
   return ExitStatus::done;
-}
-
-// Importance sampling is part of the plan, so every shard has it.
-void add_importance(const lab::CampaignFrame& frame, lab::CampaignPlan& plan) {
-  const std::vector<lab::FaultChoice> asked = plan.faults;
-  for (const lab::FaultChoice& fault : asked) {
-    if (fault.kind != lab::CampaignFault::flips || fault.drawn_rate != 0) continue;
-    const auto theory = lab::campaign_theory(frame, fault);
-    if (!theory) continue;
-    const auto weighed = lab::importance_of(frame, fault, plan.frames, *theory);
-    if (weighed) plan.faults.push_back(*weighed);
-  }
 }
 
 bool save(const lab::CampaignState& state, const std::string& path) {
@@ -216,8 +175,8 @@ ExitStatus run_merge(const CampaignOptions& options) {
                                               path));
     }
   }
-  const auto frame = frame_of(sum->plan.format);
-  if (!frame || rules_of(*frame) != sum->plan.rules) {
+  const auto frame = campaign_frame_of(sum->plan.format);
+  if (!frame || campaign_rules(*frame) != sum->plan.rules) {
     return fail(ExitStatus::io, "the parts were made for another monitor than this program's");
   }
   if (!options.state.empty() && !save(*sum, options.state)) return ExitStatus::io;
@@ -229,15 +188,15 @@ ExitStatus run_merge(const CampaignOptions& options) {
 ExitStatus run_safety_campaign(const CampaignOptions& options) {
   if (options.merge->parsed()) return run_merge(options);
   if (options.format.empty()) return fail(ExitStatus::usage, "no --format given");
-  const auto frame = frame_of(options.format);
+  const auto frame = campaign_frame_of(options.format);
   if (!frame) return bad_format(options.format);
   lab::CampaignPlan plan{.format = options.format,
-                         .rules = rules_of(*frame),
+                         .rules = campaign_rules(*frame),
                          .seed = options.seed,
                          .frames = options.frames,
                          .faults = {}};
   for (const std::string& text : options.faults) {
-    if (add_fault(*frame, text, plan)) continue;
+    if (add_campaign_fault(*frame, text, plan)) continue;
     return fail(ExitStatus::usage,
                 fmt::format("'{}' is no fault of these {} bits: flips:RATE[:DRAWN] (up to 0.5), "
                             "burst:BITS[:PLACE] (2 to 32), or lost_clock, double_clock, slo_low, "

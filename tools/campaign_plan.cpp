@@ -1,0 +1,55 @@
+#include "tools/campaign_plan.hpp"
+
+#include <fmt/format.h>
+
+#include "biss/frame/format_parse.hpp"
+#include "biss/safety/configurations.hpp"
+
+namespace biss::tools {
+
+const std::vector<std::string>& usual_campaign_faults() {
+  static const std::vector<std::string> faults{"flips:0.5",    "flips:0.1", "flips:0.01",
+                                               "burst:16",     "burst:32",  "lost_clock",
+                                               "double_clock", "slo_low",   "slo_high"};
+  return faults;
+}
+
+std::optional<lab::CampaignFrame> campaign_frame_of(const std::string& name) {
+  if (const SafetyConfiguration* known = find_safety_configuration(name)) {
+    return lab::CampaignFrame::make(known->frame_format(), known->setup);
+  }
+  const auto format = parse_format(name);
+  if (!format.ok()) return std::nullopt;
+  return lab::CampaignFrame::make(*format, {});
+}
+
+std::string campaign_rules(const lab::CampaignFrame& frame) {
+  const SafetySetup& setup = frame.plan().setup();
+  return fmt::format("compared bits {}, of them turns {}, tolerance {}, counter from {}",
+                     frame.plan().alignment().bits,
+                     frame.plan().alignment().bits - frame.plan().alignment().singleturn_bits,
+                     setup.comparison.tolerance_lsb, frame.first_counter());
+}
+
+bool add_campaign_fault(const lab::CampaignFrame& frame, const std::string& text,
+                        lab::CampaignPlan& plan) {
+  const auto fault = lab::parse_fault(text);
+  if (!fault) return false;
+  const unsigned longest = fault->length_bits == 0 ? 1 : fault->length_bits;
+  if (fault->place.value_or(0) > frame.bits() - longest) return false;
+  plan.faults.push_back(*fault);
+  return true;
+}
+
+void add_importance(const lab::CampaignFrame& frame, lab::CampaignPlan& plan) {
+  const std::vector<lab::FaultChoice> asked = plan.faults;
+  for (const lab::FaultChoice& fault : asked) {
+    if (fault.kind != lab::CampaignFault::flips || fault.drawn_rate != 0) continue;
+    const auto theory = lab::campaign_theory(frame, fault);
+    if (!theory) continue;
+    const auto weighed = lab::importance_of(frame, fault, plan.frames, *theory);
+    if (weighed) plan.faults.push_back(*weighed);
+  }
+}
+
+}  // namespace biss::tools
