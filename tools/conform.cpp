@@ -74,20 +74,21 @@ class ConformRun {
   explicit ConformRun(const ConformOptions& options) : options_(options) {}
 
   ExitStatus run() {
-    const ExitStatus opened = capture_.open(options_.capture);
+    const ExitStatus opened = capture_.open(options_.capture, {options_.output});
     if (opened != ExitStatus::done) return opened;
-    if (capture_.input().reads(options_.output)) {
-      return fail(ExitStatus::usage, fmt::format("{}: is the capture itself", options_.output));
-    }
     Output output;
     if (!output.open(options_.output)) return output.status();
     decode::Conformance conformance(capture_.format(), capture_.timing());
-    const ExitStatus status = capture_.read(
-        [&](std::uint64_t number, const decode::Cycle& cycle) { conformance.push(number, cycle); });
+    std::uint64_t cycles = 0;
+    const bool read = capture_.read([&](std::uint64_t number, const decode::Cycle& cycle) {
+      ++cycles;
+      conformance.push(number, cycle);
+      return true;
+    });
     conformance.finish();
-    if (status != ExitStatus::done) {
+    if (!read || cycles == 0) {
       output.abandon();
-      return status;
+      return read ? capture_.no_request() : fail(ExitStatus::io, capture_.input().error());
     }
     const auto writer = report::make_table_writer(options_.to, columns(), output,
                                                   {.colour = output.wants_colour()});

@@ -1,16 +1,16 @@
 #include "tools/decoded_capture.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
-#include "decode/lines.hpp"
+#include "decode/decoder.hpp"
+#include "decode/statistics.hpp"
 #include "tools/message.hpp"
 
 namespace biss::tools {
 
 namespace {
 
-constexpr std::size_t edges_to_find_lines = std::size_t{1} << 18U;
+bool is_resolution(Picoseconds time) { return time >= Picoseconds{} && time <= milliseconds(1); }
 
 }  // namespace
 
@@ -26,7 +26,9 @@ void add_capture_options(CLI::App& verb, CaptureArguments& arguments) {
   add_raw_options(verb, arguments.raw);
 }
 
-ExitStatus DecodedCapture::open(const CaptureArguments& arguments) {
+ExitStatus DecodedCapture::open(const CaptureArguments& arguments,
+                                const std::vector<std::string>& outputs,
+                                const MarginArguments& margin) {
   if (arguments.device.format.empty()) {
     const std::string wrong = override_timing(arguments.device, timing_);
     if (!wrong.empty()) return fail(ExitStatus::usage, wrong);
@@ -38,33 +40,46 @@ ExitStatus DecodedCapture::open(const CaptureArguments& arguments) {
   }
   const auto opened = input_.open(arguments.files, arguments.ma, arguments.slo, arguments.raw);
   if (opened != ExitStatus::done) return opened;
-  const auto beginning = input_.look_at_beginning(edges_to_find_lines);
-  const auto found =
-      find_lines(input_.lines(), beginning, input_.line_of(arguments.ma),
-                 input_.line_of(arguments.slo), decode::CycleReader(format_, timing_));
-  if (found.ok()) {
-    lines_ = found->lines;
-    return ExitStatus::done;
+  if (margin.resolution && !is_resolution(*margin.resolution)) {
+    return fail(ExitStatus::usage, "--resolution: from 0s to 1ms");
   }
-  if (!input_.error().empty()) return fail(ExitStatus::io, input_.error());
-  const bool named = !arguments.ma.empty() || !arguments.slo.empty();
-  return fail(named ? ExitStatus::usage : ExitStatus::data_failed,
-              fmt::format("{}: MA and SLO not found; name them with --ma and --slo of {}",
-                          input_.name(), fmt::join(input_.lines(), ", ")));
+  for (const std::string& output : outputs) {
+    if (input_.reads(output)) {
+      return fail(ExitStatus::usage,
+                  fmt::format("-o {}: is the capture itself; name another file", output));
+    }
+  }
+  margin_ = {.compensated = !margin.no_compensation,
+             .resolution = margin.resolution.value_or(input_.sample_period())};
+  lines_ = find_capture_lines(input_, arguments.ma, arguments.slo, reader());
+  return lines_.status == ExitStatus::done ? lines_.status : fail(lines_.status, lines_.problem);
 }
 
-ExitStatus DecodedCapture::read(const OnCycle& on_cycle) {
+Picoseconds DecodedCapture::interval() const {
+  decode::Statistics first;
+  decode::Decoder decoder(reader(), [&](const decode::Cycle& cycle) { first.add(cycle); });
+  decoder.push(lines_.beginning, lines().lines);
+  const decode::Distribution& interval = first.interval();
+  return interval.count() == 0 ? Picoseconds{} : picoseconds(interval.median());
+}
+
+bool DecodedCapture::read(const OnCycle& on_cycle) {
   std::uint64_t number = 0;
-  decode::Decoder decoder(decode::CycleReader(format_, timing_),
-                          [&](const decode::Cycle& cycle) { on_cycle(number++, cycle); });
-  for (auto block = input_.next(); !block.empty(); block = input_.next()) {
-    decoder.push(block, lines_);
+  bool wanted = true;
+  decode::Decoder decoder(
+      reader(), [&](const decode::Cycle& cycle) { wanted = wanted && on_cycle(number++, cycle); });
+  for (auto block = input_.next(); !block.empty() && wanted; block = input_.next()) {
+    decoder.push(block, lines().lines);
   }
   decoder.finish(input_.end_time());
-  if (!input_.error().empty()) return fail(ExitStatus::io, input_.error());
-  if (number != 0) return ExitStatus::done;
-  return fail(ExitStatus::data_failed, fmt::format("{}: no request cycle found on MA ({})",
-                                                   input_.name(), input_.lines()[lines_.ma]));
+  return input_.error().empty();
+}
+
+ExitStatus DecodedCapture::no_request() const {
+  return fail(ExitStatus::data_failed,
+              fmt::format("{}: no request cycle found on MA ({}); is it the right line, is the "
+                          "time unit right, and did the master ask?",
+                          input_.name(), input_.lines()[lines().lines.ma]));
 }
 
 }  // namespace biss::tools

@@ -8,10 +8,11 @@
 #include <vector>
 
 #include "decode/cycle.hpp"
-#include "decode/decoder.hpp"
+#include "decode/cycle_reader.hpp"
 #include "tools/capture_input.hpp"
 #include "tools/exit_status.hpp"
 #include "tools/format_option.hpp"
+#include "tools/found_lines.hpp"
 #include "tools/verb.hpp"
 
 namespace biss::tools {
@@ -28,26 +29,48 @@ struct CaptureArguments {
 /// FILE…, -f, --ma, --slo, the timing and the raw options.
 void add_capture_options(CLI::App& verb, CaptureArguments& arguments);
 
+/// How `marginal` is to be judged.
+struct MarginArguments {
+  bool no_compensation = false;
+  /// The capture's sample period, or 0, where the user does not say it.
+  std::optional<Picoseconds> resolution;
+};
+
 class DecodedCapture {
  public:
-  using OnCycle = std::function<void(std::uint64_t number, const decode::Cycle& cycle)>;
+  /// False ends the reading.
+  using OnCycle = std::function<bool(std::uint64_t number, const decode::Cycle& cycle)>;
 
   /// Opens the files and finds MA and SLO. Says on stderr why not.
-  ExitStatus open(const CaptureArguments& arguments);
-  /// Reads to the end. Without a request cycle, or where reading fails, it says so on stderr; the
-  /// cycles until then were told all the same.
-  ExitStatus read(const OnCycle& on_cycle);
+  /// \param outputs what the verb will write; the capture itself is refused
+  ExitStatus open(const CaptureArguments& arguments, const std::vector<std::string>& outputs,
+                  const MarginArguments& margin = {});
+
+  /// Reads to the end.
+  /// \return false where reading failed, and input().error() says why; the cycles until then were
+  ///   told all the same
+  bool read(const OnCycle& on_cycle);
+  /// For the one who saw no cycle: says it on stderr, and what to look for.
+  ExitStatus no_request() const;
 
   /// Empty where none was given: frames are then judged by their structure alone.
   const std::optional<FrameFormat>& format() const { return format_; }
   const DeviceTiming& timing() const { return timing_; }
+  const decode::MarginSetup& margin() const { return margin_; }
   const CaptureInput& input() const { return input_; }
+  const decode::FoundLines& lines() const { return lines_.found; }
+  /// The time from request to request at the capture's beginning, the median; 0 where there is
+  /// none. To be asked before read().
+  Picoseconds interval() const;
 
  private:
+  decode::CycleReader reader() const { return decode::CycleReader(format_, timing_, margin_); }
+
   std::optional<FrameFormat> format_;
   DeviceTiming timing_;
+  decode::MarginSetup margin_;
   CaptureInput input_;
-  decode::Lines lines_;
+  LinesFound lines_;
 };
 
 }  // namespace biss::tools

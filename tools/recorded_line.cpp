@@ -8,13 +8,12 @@
 
 #include "decode/lines.hpp"
 #include "decode/times.hpp"
+#include "tools/found_lines.hpp"
 #include "tools/message.hpp"
 
 namespace biss::tools {
 
 namespace {
-
-constexpr std::size_t edges_to_find_lines = std::size_t{1} << 18U;
 
 // `MA` behind any scope, in any case.
 bool is_named_ma(const std::string& name) {
@@ -29,7 +28,7 @@ ExitStatus RecordedLine::open(const std::string& file, const std::string& ma,
                               const std::string& slo, const RawSamples& raw, bool needs_slo) {
   const ExitStatus opened = input_.open({file}, ma, slo, raw);
   if (opened != ExitStatus::done) return opened;
-  const auto beginning = input_.look_at_beginning(edges_to_find_lines);
+  const auto beginning = input_.look_at_beginning(edges_at_beginning);
   if (!input_.error().empty()) return fail(ExitStatus::io, input_.error());
   if (needs_slo || !find_ma(ma)) {
     const decode::CycleReader reader(std::nullopt, DeviceTiming{});

@@ -97,13 +97,8 @@ class RegistersRun {
   explicit RegistersRun(const RegistersOptions& options) : options_(options) {}
 
   ExitStatus run() {
-    const ExitStatus opened = capture_.open(options_.capture);
+    const ExitStatus opened = capture_.open(options_.capture, {options_.output, options_.dump});
     if (opened != ExitStatus::done) return opened;
-    for (const std::string* path : {&options_.output, &options_.dump}) {
-      if (capture_.input().reads(*path)) {
-        return fail(ExitStatus::usage, fmt::format("{}: is the capture itself", *path));
-      }
-    }
     Output output;
     if (!output.open(options_.output)) return output.status();
     const auto writer = report::make_table_writer(options_.to, columns(), output,
@@ -114,13 +109,17 @@ class RegistersRun {
       ++accesses_;
       tell(*writer, access);
     });
-    const ExitStatus status = capture_.read(
-        [&](std::uint64_t number, const decode::Cycle& cycle) { listener.push(number, cycle); });
+    std::uint64_t cycles = 0;
+    const bool read = capture_.read([&](std::uint64_t number, const decode::Cycle& cycle) {
+      ++cycles;
+      listener.push(number, cycle);
+      return true;
+    });
     listener.finish();
-    if (status != ExitStatus::done) {
+    if (!read || cycles == 0) {
       writer->finish();
       output.abandon();
-      return status;
+      return read ? capture_.no_request() : fail(ExitStatus::io, capture_.input().error());
     }
     if (!writer->finish() || !output.finish()) return output.status();
     summarise(listener);
