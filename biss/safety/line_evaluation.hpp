@@ -69,7 +69,8 @@ class LineEvaluation {
  private:
   // START, CDS, the channels, STOP.
   static constexpr unsigned payload_at = 2;
-  using Words = safety_detail::LineWords<payload_at + Plan::most_payload_bits + 1U>;
+  using Words = safety_detail::LineWords<payload_at + Plan::most_payload_bits + 1U,
+                                         payload_at + Plan::least_payload_bits>;
 
   [[gnu::always_inline]] static constexpr bool is_at_start(safety_detail::LineReader& line,
                                                            const FrameBounds& bounds) {

@@ -51,15 +51,15 @@ class LineReader {
   }
 
   // The next `Bits` bits in words of 32, the first one at the top; undefined behind the end.
-  // \pre left() is at least Bits - 1
-  template <unsigned Bits, std::size_t... I>
+  // \pre left() is at least Sure
+  template <unsigned Bits, unsigned Sure, std::size_t... I>
   [[gnu::always_inline]] constexpr auto peek(std::index_sequence<I...>) const {
     const std::size_t first = at_ / 8U;
     const auto skip = static_cast<unsigned>(at_ % 8U);
     // The first bit may be the last one of its byte.
     constexpr std::size_t size = (Bits + 7U + 31U) / 32U;
     std::array<std::uint32_t, sizeof...(I) + 1U> words{
-        (I < size ? four_at<(I + 2U < size)>(first + 4U * I) : 0U)...};
+        (I < size ? four_at<(32U * I + 25U <= Sure)>(first + 4U * I) : 0U)...};
     if constexpr (size > sizeof...(I)) words[size - 1U] = four_at<false>(first + 4U * (size - 1U));
     return std::array<std::uint32_t, sizeof...(I)>{
         ((words[I] << skip) | (words[I + 1U] >> 1U >> (31U - skip)))...};

@@ -11,12 +11,12 @@
 namespace biss::safety_detail {
 
 // Where an offset is known while compiling, so are word and shift: everything is inlined.
-template <unsigned Bits>
+template <unsigned Bits, unsigned Sure>
 class LineWords {
  public:
-  // \pre the line has Bits bits more, or one less, which is then not asked for
+  // \pre the line has Sure bits more; those that it does not have are not asked for
   [[gnu::always_inline]] constexpr explicit LineWords(const LineReader& line)
-      : words_(line.peek<Bits>(std::make_index_sequence<size>())) {}
+      : words_(line.peek<Bits, Sure>(std::make_index_sequence<size>())) {}
 
   // `count` bits from `offset` on at the top of a word, zeros below. \pre count is 1…32
   [[gnu::always_inline]] constexpr std::uint32_t top(unsigned offset, unsigned count) const {

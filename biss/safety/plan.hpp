@@ -18,6 +18,7 @@ class SafetyPlan {
 
   static constexpr std::size_t most_channels = Channels;
   static constexpr unsigned most_payload_bits = Channels * max_channel_bits;
+  static constexpr unsigned least_payload_bits = 0;
 
   /// \pre !check_safety(format, setup), and format has at most Channels channels
   constexpr SafetyPlan(const FrameFormat& format, const SafetySetup& setup)
@@ -52,6 +53,7 @@ class FixedSafetyPlan {
 
   static constexpr std::size_t most_channels = Format.channel_count;
   static constexpr unsigned most_payload_bits = Format.payload_bits();
+  static constexpr unsigned least_payload_bits = most_payload_bits;
 
   static constexpr Codec codec() { return {}; }
   static constexpr const FrameFormat& format() { return Codec::format(); }
