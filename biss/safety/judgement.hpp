@@ -6,9 +6,24 @@
 #include <cstdint>
 #include <optional>
 
+#include "biss/base/units.hpp"
 #include "biss/safety/verdict.hpp"
 
 namespace biss {
+
+namespace safety_detail {
+
+// Time on a clock that wraps around.
+constexpr Picoseconds elapsed(Picoseconds from, Picoseconds to) {
+  const auto apart = static_cast<std::uint64_t>(to.count) - static_cast<std::uint64_t>(from.count);
+  return {static_cast<std::int64_t>(apart)};
+}
+constexpr Picoseconds later(Picoseconds from, Picoseconds by) {
+  const auto sum = static_cast<std::uint64_t>(from.count) + static_cast<std::uint64_t>(by.count);
+  return {static_cast<std::int64_t>(sum)};
+}
+
+}  // namespace safety_detail
 
 /// One evaluation of one frame, without regard to the frames before. Two of the same bits have to
 /// be equal. No padding, so that two are compared in one go.

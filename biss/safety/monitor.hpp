@@ -61,7 +61,8 @@ class SafetyMonitor {
   }
 
   /// One request's answer.
-  /// \param now any clock that does not go backwards, at the same moment of every cycle
+  /// \param now any clock that does not go backwards, at the same moment of every cycle; it may
+  ///   wrap around at the limits of its type. Before the last good frame is `early`.
   /// \param bits SLO once a MA clock, as for find_start(); empty where there was no answer
   constexpr SafetyJudgement step(Picoseconds now, const BitView& bits) {
     return step(now, First::find(plan_, bits), Second::find(plan_, bits));
@@ -95,12 +96,13 @@ class SafetyMonitor {
         .position = verdict == SafetyVerdict::safe ? std::optional(first.position) : std::nullopt};
   }
 
-  /// Time alone: `watchdog` once the last good frame is too long ago, else where the monitor is.
-  /// To be called at deadline(), or as often as one likes. There is never a position.
+  /// Time alone: `watchdog` once the last good frame is too long ago, or where the clock is before
+  /// it; else where the monitor is. To be called at deadline(), or as often as one likes. There is
+  /// never a position.
   constexpr SafetyJudgement watch(Picoseconds now) {
     if (state_ == SafetyState::untested) return told(SafetyVerdict::self_test);
     if (state_ == SafetyState::latched) return told(SafetyVerdict::latched);
-    if (is_late(now)) {
+    if (is_late(now) || is_before(now)) {
       refuse(now, SafetyVerdict::watchdog);
       return told(SafetyVerdict::watchdog);
     }
@@ -110,7 +112,7 @@ class SafetyMonitor {
   /// The last moment at which the watchdog is content; none while no frame is awaited.
   constexpr std::optional<Picoseconds> deadline() const {
     if (good_frames_ == 0) return std::nullopt;
-    return last_good_ + plan_.setup().frame_gap_max;
+    return safety_detail::later(last_good_, plan_.setup().frame_gap_max);
   }
 
   /// Leaves `latched` for `starting`; in any other state nothing happens. What was learned of the
@@ -119,8 +121,8 @@ class SafetyMonitor {
     if (state_ == SafetyState::latched) start();
   }
 
-  /// After the encoder was switched off or exchanged: as after self_test(), nothing is remembered.
-  /// A monitor whose self test has not been passed stays `untested`.
+  /// After the encoder was switched off or exchanged: as after self_test(), nothing is remembered,
+  /// a latched fault neither. A monitor whose self test has not been passed stays `untested`.
   constexpr void restart() {
     if (state_ != SafetyState::untested) forget();
   }
@@ -140,16 +142,22 @@ class SafetyMonitor {
   }
 
   constexpr bool is_late(Picoseconds now) const {
-    return good_frames_ != 0 && now - last_good_ > plan_.setup().frame_gap_max;
+    return good_frames_ != 0 &&
+           safety_detail::elapsed(last_good_, now) > plan_.setup().frame_gap_max;
   }
   constexpr bool is_early(Picoseconds now) const {
-    return good_frames_ != 0 && now - last_good_ < plan_.setup().frame_gap_min;
+    return good_frames_ != 0 &&
+           safety_detail::elapsed(last_good_, now) < plan_.setup().frame_gap_min;
+  }
+  constexpr bool is_before(Picoseconds now) const {
+    return good_frames_ != 0 && safety_detail::elapsed(last_good_, now) < Picoseconds{};
   }
 
   constexpr void accept(Picoseconds now, std::uint8_t life_counter) {
     const SafetySetup& setup = plan_.setup();
     first_.accept_counter(life_counter, missed_, setup);
     second_.accept_counter(life_counter, first_.counter_mode());
+    if (setup.budget.faults != 0) drop_old_faults(now);
     last_good_ = now;
     missed_ = 0;
     if (good_frames_ < setup.start_frames) ++good_frames_;
@@ -176,16 +184,25 @@ class SafetyMonitor {
   constexpr bool is_within_budget(Picoseconds now) {
     const SafetyBudget& budget = plan_.setup().budget;
     if (budget.faults == 0) return false;
-    if (tolerated_ == budget.faults && now - fault_times_[oldest_] <= budget.window) return false;
+    if (tolerated_ == budget.faults && is_in_window(oldest_, now)) return false;
     fault_times_[oldest_] = now;
+    newest_ = oldest_;
     oldest_ = static_cast<std::uint8_t>(oldest_ + 1U == budget.faults ? 0 : oldest_ + 1U);
     if (tolerated_ < budget.faults) ++tolerated_;
     return true;
+  }
+  // Before the clock has come round to them again.
+  constexpr void drop_old_faults(Picoseconds now) {
+    if (!is_in_window(newest_, now)) tolerated_ = 0;
+  }
+  constexpr bool is_in_window(std::uint8_t fault, Picoseconds now) const {
+    return safety_detail::elapsed(fault_times_[fault], now) <= plan_.setup().budget.window;
   }
 
   constexpr void forget() {
     first_ = First(plan_.setup());
     second_ = Second(plan_.setup());
+    tolerated_ = 0;
     start();
   }
 
@@ -193,8 +210,6 @@ class SafetyMonitor {
     state_ = SafetyState::starting;
     good_frames_ = 0;
     missed_ = 0;
-    tolerated_ = 0;
-    oldest_ = 0;
     first_.lose_place();
     second_.lose_place();
   }
@@ -214,6 +229,7 @@ class SafetyMonitor {
   std::uint8_t missed_ = 0;
   std::uint8_t tolerated_ = 0;
   std::uint8_t oldest_ = 0;
+  std::uint8_t newest_ = 0;
 };
 
 }  // namespace biss

@@ -60,7 +60,8 @@ struct SafetyCounter {
   constexpr bool operator==(const SafetyCounter&) const = default;
 };
 
-/// Faults that are told but do not end the safe state: at most `faults` in any span of `window`.
+/// Faults that are told but do not end the safe state: at most `faults` in any span of `window`,
+/// whether a start-up lies within it or not.
 struct SafetyBudget {
   /// 0 (the default): none. At most max_tolerated_faults.
   std::uint8_t faults = 0;
@@ -71,6 +72,9 @@ struct SafetyBudget {
 };
 
 inline constexpr std::uint8_t max_tolerated_faults = 4;
+
+/// Far above any cycle, and the self test's times do not run over.
+inline constexpr Picoseconds max_frame_gap = milliseconds(100'000);
 
 struct SafetySetup {
   /// Which channels of the frame the two words are (Safety Concept A5: CPW first).
@@ -125,7 +129,7 @@ enum class SafetySetupError : std::uint8_t {
   start_frames,  ///< fewer than 2
   counter,       ///< near_frames above 30, or no learn_rollovers
   budget,        ///< more than max_tolerated_faults, or too short a window
-  frame_gap,     ///< not 0 <= min < max, or max not shorter than the counter's period
+  frame_gap,  ///< not 0 <= min < max <= max_frame_gap, or max not shorter than the counter's period
 };
 
 namespace safety_detail {
@@ -179,9 +183,12 @@ constexpr std::optional<SafetySetupError> check_numbers(const SafetySetup& setup
   if (setup.budget.faults != 0 && setup.budget.window < setup.frame_gap_max) {
     return SafetySetupError::budget;
   }
-  const Picoseconds period = setup.cycle_min * counter_period(setup.counter.mode);
-  if (setup.frame_gap_min.count < 0 || setup.frame_gap_min >= setup.frame_gap_max ||
-      setup.frame_gap_max >= period) {
+  const Picoseconds most = setup.frame_gap_max;
+  if (setup.frame_gap_min.count < 0 || setup.frame_gap_min >= most || most > max_frame_gap) {
+    return SafetySetupError::frame_gap;
+  }
+  // Not multiplied, for any cycle_min to fit.
+  if (most / counter_period(setup.counter.mode) >= setup.cycle_min) {
     return SafetySetupError::frame_gap;
   }
   return std::nullopt;

@@ -99,7 +99,7 @@ class SafetyBench {
   }
   /// A cycle later.
   SafetyJudgement send(const SafetyWords& sent) {
-    now += cycle;
+    wait();
     const FrameBits bits = bits_of(plan_, sent);
     return monitor.step(now, bits.view());
   }
@@ -107,16 +107,19 @@ class SafetyBench {
   SafetyJudgement send_flipped(std::size_t payload_bit) {
     FrameBits bits = bits_of(plan_, next());
     bits.flip(2U + 3U + 2U + payload_bit);
-    now += cycle;
+    wait();
     return monitor.step(now, bits.view());
   }
   /// No answer to a request.
   SafetyJudgement silence() {
-    now += cycle;
+    wait();
     return monitor.step(now, BitView());
   }
 
  private:
+  // The clock may wrap around.
+  void wait() { now = safety_detail::later(now, cycle); }
+
   RunPlan plan_;
 
  public:

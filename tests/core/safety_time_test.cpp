@@ -1,0 +1,198 @@
+// The safety monitor and time: a clock that wraps around, stands still or jumps; the budget of
+// faults over start-ups and over ages.
+#include <array>
+#include <limits>
+
+#include "biss/safety/monitor.hpp"
+#include "tests/core/safety_bench.hpp"
+#include "tests/core/test.hpp"
+
+namespace biss {
+namespace {
+
+using enum SafetyVerdict;
+using test::SafetyBench;
+
+constexpr Picoseconds end_of_time{std::numeric_limits<std::int64_t>::max()};
+constexpr Picoseconds begin_of_time{std::numeric_limits<std::int64_t>::min()};
+
+// A bench whose clock shows this at its first frame.
+SafetyBench bench_at(Picoseconds first, const auto& change) {
+  SafetyBench bench(change);
+  bench.now = safety_detail::later(first, -SafetyBench::cycle);
+  return bench;
+}
+SafetyBench bench_at(Picoseconds first) {
+  return bench_at(first, [](SafetySetup&) {});
+}
+
+BISS_TEST(SafetyTime, ClockThatWrapsAround_IsNoFault) {
+  for (std::int64_t cycles = 0; cycles < 7; ++cycles) {
+    SafetyBench bench = bench_at(end_of_time - SafetyBench::cycle * cycles);
+    for (int i = 0; i < 8; ++i) {
+      BISS_EXPECT_EQ(bench.good().verdict, i < 2 ? starting : safe) << cycles << " " << i;
+      BISS_EXPECT_EQ(bench.monitor.watch(bench.now).verdict, i < 2 ? starting : safe);
+    }
+    BISS_EXPECT(bench.now < Picoseconds{});
+  }
+}
+
+BISS_TEST(SafetyTime, DeadlineBehindTheClocksEnd_IsAtItsBegin) {
+  SafetyBench bench = bench_at(end_of_time - SafetyBench::cycle * 2);
+  bench.good(3);
+  BISS_EXPECT_EQ(bench.now.count, end_of_time.count);
+  const Picoseconds deadline = *bench.monitor.deadline();
+  BISS_EXPECT_EQ((deadline - begin_of_time).count,
+                 (bench.plan().setup().frame_gap_max - picoseconds(1)).count);
+  BISS_EXPECT_EQ(bench.monitor.watch(deadline).verdict, safe);
+  BISS_EXPECT_EQ(bench.monitor.watch(deadline + picoseconds(1)).verdict, watchdog);
+}
+
+BISS_TEST(SafetyTime, ClockThatGoesBackwards_IsEarlyInAFrameAndTheWatchdogsInATick) {
+  for (const Picoseconds back : {picoseconds(1), SafetyBench::cycle, end_of_time}) {
+    SafetyBench bench;
+    bench.until_safe();
+    const Picoseconds last = bench.now;
+    bench.now = safety_detail::later(safety_detail::later(last, -SafetyBench::cycle), -back);
+    BISS_EXPECT_EQ(bench.good().verdict, early);
+    SafetyBench watched;
+    watched.until_safe();
+    const SafetyJudgement told = watched.monitor.watch(safety_detail::later(watched.now, -back));
+    BISS_EXPECT_EQ(told.verdict, watchdog);
+    BISS_EXPECT_EQ(told.state, SafetyState::latched);
+  }
+}
+
+BISS_TEST(SafetyTime, AnyJumpOfTheClock_IsAFault) {
+  for (std::int64_t jump = SafetyBench::cycle.count; jump > 0 && jump < end_of_time.count / 2;
+       jump *= 2) {
+    SafetyBench bench;
+    bench.until_safe();
+    bench.now += picoseconds(jump);
+    BISS_EXPECT_EQ(bench.good().verdict, watchdog);
+  }
+}
+
+BISS_TEST(SafetyTime, WatchThatBites_LeavesNothingToTheFrameBehindIt) {
+  SafetyBench bench([](SafetySetup& setup) { setup.latch = false; });
+  bench.until_safe();
+  const Picoseconds late = *bench.monitor.deadline() + picoseconds(1);
+  BISS_EXPECT_EQ(bench.monitor.watch(late).state, SafetyState::starting);
+  BISS_EXPECT_EQ(bench.good(2).verdict, starting);
+  BISS_EXPECT_EQ(bench.good().verdict, safe);
+}
+
+// One fault a window is tolerated; good frames for a second start-up, then a second fault.
+BISS_TEST(SafetyTime, Budget_IsOfAWindowWhateverStartUpsItHolds) {
+  const auto one_fault = [](SafetySetup& setup) {
+    setup.budget = {.faults = 1, .window = SafetyBench::cycle * 20};
+    setup.frame_gap_max = SafetyBench::cycle * 2;
+  };
+  for (const bool latch : {true, false}) {
+    for (const unsigned goods : {3U, 18U, 19U}) {
+      SafetyBench bench([&](SafetySetup& setup) {
+        one_fault(setup);
+        setup.latch = latch;
+      });
+      bench.until_safe();
+      BISS_EXPECT(bench.send_flipped(50).tolerated);
+      BISS_EXPECT(!bench.send_flipped(50).tolerated);
+      bench.monitor.acknowledge();
+      BISS_EXPECT_EQ(bench.good(goods).state, SafetyState::safe);
+      BISS_EXPECT_EQ(bench.send_flipped(50).tolerated, goods == 19) << goods;
+    }
+  }
+  // Another encoder has another line.
+  SafetyBench bench(one_fault);
+  bench.until_safe();
+  BISS_EXPECT(bench.send_flipped(50).tolerated);
+  bench.monitor.restart();
+  bench.until_safe();
+  BISS_EXPECT(bench.send_flipped(50).tolerated);
+}
+
+BISS_TEST(SafetyTime, Budget_IsNotSpentByFaultsOfTheClocksLastRound) {
+  for (const std::uint8_t faults : {std::uint8_t{1}, std::uint8_t{2}, std::uint8_t{3}}) {
+    SafetyBench bench([&](SafetySetup& setup) {
+      setup.budget = {.faults = faults, .window = SafetyBench::cycle * 20};
+      setup.frame_gap_max = SafetyBench::cycle * 2;
+      setup.latch = false;
+    });
+    bench.until_safe();
+    for (unsigned i = 0; i < faults; ++i) {
+      BISS_EXPECT(bench.send_flipped(50).tolerated);
+      bench.good();
+    }
+    bench.good(20);
+    // As if these good frames had gone on for half a round.
+    bench.now = safety_detail::later(bench.now, end_of_time - SafetyBench::cycle * 2);
+    BISS_EXPECT_EQ(bench.good().verdict, watchdog);
+    bench.until_safe();
+    for (unsigned i = 0; i < faults; ++i) {
+      BISS_EXPECT(bench.send_flipped(50).tolerated) << unsigned{faults} << " " << i;
+      bench.good();
+    }
+    BISS_EXPECT(!bench.send_flipped(50).tolerated);
+  }
+}
+
+// As the budget's text says: no span of a window has more, by a list of all that was tolerated.
+BISS_TEST(SafetyTime, Budget_HoldsInEverySpanOfRandomFaults) {
+  BISS_RANDOM(random, 0x5AFE'0010);
+  for (const std::uint8_t faults :
+       {std::uint8_t{1}, std::uint8_t{2}, std::uint8_t{3}, std::uint8_t{4}}) {
+    constexpr std::int64_t window = 30;
+    SafetyBench bench([&](SafetySetup& setup) {
+      setup.budget = {.faults = faults, .window = SafetyBench::cycle * window};
+      setup.frame_gap_max = SafetyBench::cycle * 6;
+      setup.latch = false;
+    });
+    std::array<std::int64_t, 5> last{};
+    last.fill(-1000);
+    const auto cycles = static_cast<std::int64_t>(test::rounds(20'000, 500));
+    for (std::int64_t at = 0; at < cycles; ++at) {
+      const bool was_safe = bench.monitor.state() == SafetyState::safe;
+      const bool spoil = random.below(16) == 0;
+      const SafetyJudgement told = spoil ? bench.send_flipped(50) : bench.good();
+      if (!spoil) continue;
+      const bool room = at - last[faults - 1U] > window;
+      BISS_ASSERT_EQ(told.tolerated, was_safe && room) << unsigned{faults};
+      if (!told.tolerated) continue;
+      for (std::size_t i = last.size() - 1U; i != 0; --i) last[i] = last[i - 1U];
+      last[0] = at;
+    }
+  }
+}
+
+BISS_TEST(SafetyTime, SetupsOfAnyTimes_AreJudgedWithoutARunOver) {
+  const FrameFormat format = find_safety_configuration("fs-36-28")->frame_format();
+  constexpr std::array times{begin_of_time,
+                             picoseconds(-1),
+                             Picoseconds{},
+                             picoseconds(1),
+                             SafetyBench::cycle,
+                             max_frame_gap,
+                             max_frame_gap + picoseconds(1),
+                             end_of_time};
+  for (const Picoseconds cycle : times) {
+    for (const Picoseconds most : times) {
+      for (const Picoseconds least : times) {
+        const SafetySetup setup{.cycle_min = cycle, .frame_gap_max = most, .frame_gap_min = least};
+        const bool order = least.count >= 0 && least < most && most <= max_frame_gap;
+        const bool period = cycle.count > 0 && most.count / 63 < cycle.count;
+        const auto mistake = check_safety(format, setup);
+        BISS_EXPECT_EQ(!mistake, order && period) << cycle.count << " " << most.count;
+        if (mistake) continue;
+        SafetySetup slow = setup;
+        slow.counter.mode = CounterMode::learned;
+        slow.counter.learn_rollovers = 255;
+        slow.start_frames = 255;
+        SafetyMonitor<test::RunPlan> monitor(test::RunPlan(format, slow));
+        BISS_EXPECT(monitor.self_test()) << cycle.count << " " << most.count;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace biss
