@@ -42,7 +42,8 @@ std::string_view text_of(SafetySetupError mistake) {
     case SafetySetupError::budget:
       return "the fault budget is out of range";
     case SafetySetupError::frame_gap:
-      return "--watchdog: longer than --shortest-gap, and shorter than the counter's period";
+      return "--watchdog: longer than --shortest-gap, shorter than the counter's period, at most "
+             "100 s";
   }
   return "";
 }
