@@ -1,0 +1,87 @@
+#include "lab/sequence_row.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "sim/random.hpp"
+
+namespace biss::lab {
+namespace {
+
+constexpr std::uint64_t undamaged_block = 65'536;
+constexpr std::uint64_t event_block = 1'024;
+
+std::uint64_t block_size(const SequenceRow& row) {
+  return row.task == SequenceTask::undamaged ? undamaged_block : event_block;
+}
+
+constexpr std::array<std::string_view, 7> corruption{
+    "flips:0.5", "flips:0.1", "flips:0.01", "flips:0.001", "burst:8", "burst:16", "burst:32"};
+constexpr std::array<std::string_view, 3> repetition{"previous", "older", "any_age"};
+constexpr std::array<std::string_view, 3> sequence{"exchanged", "shuffled", "overtaken"};
+constexpr std::array<std::string_view, 4> loss{"no_answer", "passed_over", "unheard",
+                                               "whole_period"};
+constexpr std::array<std::string_view, 3> delay{"watched", "unwatched", "stored"};
+constexpr std::array<std::string_view, 2> insertion{"stale", "foreign"};
+constexpr std::array<std::string_view, 5> masquerade{"noise", "noise_word", "start_value",
+                                                     "polynomial", "standard"};
+constexpr std::array<std::string_view, 3> addressing{"one_frame", "for_good", "start_value"};
+
+}  // namespace
+
+std::span<const std::string_view> variants_of(FaultKind kind) {
+  switch (kind) {
+    case FaultKind::corruption:
+      return corruption;
+    case FaultKind::repetition:
+      return repetition;
+    case FaultKind::sequence:
+      return sequence;
+    case FaultKind::loss:
+      return loss;
+    case FaultKind::delay:
+      return delay;
+    case FaultKind::insertion:
+      return insertion;
+    case FaultKind::masquerade:
+      return masquerade;
+    case FaultKind::addressing:
+      return addressing;
+  }
+  return {};
+}
+
+std::string_view SequenceRow::name() const {
+  if (task == SequenceTask::undamaged) return "undamaged";
+  if (task == SequenceTask::counter_mode) return "counter_mode";
+  return biss::name_of(kind);
+}
+
+std::string_view SequenceRow::variant_name() const {
+  if (task != SequenceTask::fault) return sequence_motion_names[static_cast<std::size_t>(motion)];
+  const auto names = variants_of(kind);
+  return variant < names.size() ? names[variant] : "all";
+}
+
+std::uint64_t SequenceRow::seed(std::uint64_t campaign_seed) const {
+  const std::string text = fmt::format("{}:{}:{}:{}", name(), variant_name(), name_of(counter),
+                                       name_of(encoder_counter));
+  std::uint64_t hash = 0xCBF29CE484222325U;  // FNV-1a
+  for (const char letter : text) {
+    hash = (hash ^ static_cast<std::uint8_t>(letter)) * 0x100000001B3U;
+  }
+  return sim::scrambled(campaign_seed) ^ hash;
+}
+
+std::uint64_t SequenceRow::blocks() const {
+  return size / block_size(*this) + (size % block_size(*this) != 0 ? 1 : 0);
+}
+
+std::uint64_t SequenceRow::size_of(std::uint64_t block) const {
+  return std::min(block_size(*this), size - first_of(block));
+}
+
+std::uint64_t SequenceRow::first_of(std::uint64_t block) const { return block * block_size(*this); }
+
+}  // namespace biss::lab
