@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <mutex>
 #include <utility>
 
@@ -88,7 +89,8 @@ class KindSum {
     // Indices of several rows mean nothing.
     sum_.counts.odd.clear();
     sum_.sigma.reset();
-    if (known_) sum_.theory = expected_ / static_cast<long double>(sum_.counts.events);
+    if (known_ && sum_.counts.events != 0)
+      sum_.theory = expected_ / static_cast<long double>(sum_.counts.events);
     set_sigma(sum_, expected_, variance_);
     return sum_;
   }

@@ -10,30 +10,36 @@ namespace {
 
 long double power_of_half(unsigned n) { return std::ldexp(1.0L, -static_cast<int>(n)); }
 
-std::optional<long double> monitor_theory(const SequenceFrame& frame, std::string_view fault) {
-  const auto theory = campaign_theory(frame.words(), *parse_fault(fault));
-  if (!theory) return std::nullopt;
-  return (*theory)[static_cast<std::size_t>(Acceptance::monitor)];
+// Safety words that the monitor takes beside one control word: the positions within the tolerance,
+// with all bits that nobody looks at, one counter, nE = 1. The CRC follows.
+long double good_words(const SequenceFrame& frame) {
+  const unsigned compared = frame.ready().plan().alignment().bits;
+  const unsigned judged = compared + safety_counter_bits + 1U;
+  const unsigned positions = 2U * frame.setup().comparison.tolerance_lsb + 1U;
+  return positions / power_of_half(frame.words().spw_format().data_bits - judged);
+}
+
+// Random bits in the place of the safety word; the word that was sent is no fault.
+long double noise_word_theory(const SequenceFrame& frame) {
+  return (good_words(frame) - 1) * power_of_half(frame.words().spw_bits());
+}
+
+// The same of both words: every control word with nE = 1.
+long double noise_theory(const SequenceFrame& frame) {
+  const long double cpw_words = 1 / power_of_half(frame.words().cpw_format().data_bits - 1U);
+  return (cpw_words * good_words(frame) - 1) * power_of_half(frame.words().bits());
 }
 
 // Flips are drawn again until there is one.
 std::optional<long double> corruption_theory(const SequenceFrame& frame, std::string_view fault) {
-  const auto theory = monitor_theory(frame, fault);
   const FaultChoice choice = *parse_fault(fault);
-  if (!theory || choice.kind != CampaignFault::flips) return theory;
-  const long double none = std::pow(1 - probability_of(choice.rate), frame.words().bits());
-  return *theory / (1 - none);
-}
-
-// Safety words that the monitor takes beside the right control word, but for the one that was sent:
-// the positions within the tolerance, with all bits that nobody looks at, one counter, nE = 1.
-long double noise_word_theory(const SequenceFrame& frame) {
-  const ChannelFormat& spw = frame.words().spw_format();
-  const unsigned compared = frame.ready().plan().alignment().bits;
-  const unsigned judged = compared + safety_counter_bits + 1U;
-  const unsigned tolerance = frame.setup().comparison.tolerance_lsb;
-  const long double good = (2 * tolerance + 1) * std::ldexp(1.0L, spw.data_bits - int(judged));
-  return (good - 1) * power_of_half(spw.total_bits());
+  const bool flips = choice.kind == CampaignFault::flips;
+  const long double rate = probability_of(choice.rate);
+  const long double none = flips ? std::pow(1 - rate, frame.words().bits()) : 0;
+  if (flips && rate == 0.5L) return noise_theory(frame) / (1 - none);
+  const auto theory = campaign_theory(frame.words(), choice);
+  if (!theory) return std::nullopt;
+  return (*theory)[static_cast<std::size_t>(Acceptance::monitor)] / (1 - none);
 }
 
 // A space of words over GF(2).
@@ -150,7 +156,7 @@ std::optional<long double> sequence_theory(const SequenceFrame& frame, const Seq
     case FaultKind::addressing:
       return name == "start_value" ? 0 : counter_fits;
     case FaultKind::masquerade:
-      if (name == "noise") return monitor_theory(frame, "flips:0.5");
+      if (name == "noise") return noise_theory(frame);
       if (name == "noise_word") return noise_word_theory(frame);
       if (name == "polynomial") return polynomial_theory(frame);
       return name == "standard" ? standard_theory(frame) : 0;

@@ -34,7 +34,14 @@ const std::vector<SafetyVerb>& safety_verbs() {
         "biss safety campaign -f fs-36-28 --fault flips:0.01 --fault burst:16 --to csv",
         "biss safety campaign -f fs-36-28 --shard 1/7 --state part1.json",
         "biss safety campaign merge part1.json part2.json --to csv",
-        "biss safety campaign -f fs-36-28 --fault flips:0.01 --replay 123456"}}};
+        "biss safety campaign -f fs-36-28 --fault flips:0.01 --replay 123456"}},
+      {"sequences",
+       "Show the monitor long runs of frames, undamaged and with every kind of fault",
+       add_safety_sequences,
+       {"biss safety sequences -f fs-36-28 --frames 1000000000 --faults 1000000",
+        "biss safety sequences -f fs-36-28 --kind undamaged --motion steps --to csv",
+        "biss safety sequences -f fs-36-28 --counter count_0_63 --encoder-counter count_1_63",
+        "biss safety sequences -f fs-36-28 --kind addressing --variant one_frame --replay 17"}}};
   return verbs;
 }
 

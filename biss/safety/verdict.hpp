@@ -124,13 +124,15 @@ inline constexpr std::uint32_t any_content =
 /// Safety Concept A5): the counter stands against repetition, wrong order, loss and insertion, the
 /// watchdog against delay and loss, the second word against corruption and masquerade. A frame of
 /// another encoder shows by its counter, or by its CRCs where start values tell encoders apart.
+/// What a counter is called goes by its distance: a frame older than the last one, or more than
+/// near_frames lost between two requests, may have any of the names.
 inline constexpr std::array<SafetyMeasure, fault_kind_count> safety_measures{{
     {FaultKind::corruption, SafetyVerdict::spw_crc, safety_detail::any_content},
-    {FaultKind::repetition, SafetyVerdict::counter_repeated, 0},
+    {FaultKind::repetition, SafetyVerdict::counter_repeated, safety_detail::any_counter},
     {FaultKind::sequence, SafetyVerdict::counter_backwards, safety_detail::any_counter},
     {FaultKind::loss, SafetyVerdict::counter_skipped,
-     safety_detail::set_of(SafetyVerdict::no_frame, SafetyVerdict::watchdog,
-                           SafetyVerdict::counter_mode)},
+     safety_detail::set_of(SafetyVerdict::no_frame, SafetyVerdict::watchdog) |
+         safety_detail::any_counter},
     {FaultKind::delay, SafetyVerdict::watchdog,
      safety_detail::set_of(SafetyVerdict::no_frame) | safety_detail::any_counter},
     {FaultKind::insertion, SafetyVerdict::counter_foreign,

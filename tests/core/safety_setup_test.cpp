@@ -2,6 +2,7 @@
 #include "biss/safety/setup.hpp"
 
 #include "biss/safety/configurations.hpp"
+#include "biss/safety/life_counter.hpp"
 #include "biss/safety/verdict.hpp"
 #include "tests/core/frames.hpp"
 #include "tests/core/test.hpp"
@@ -160,6 +161,21 @@ BISS_TEST(SafetyVerdicts, EveryKindOfFault_HasAMeasureThatIsAFault) {
   BISS_EXPECT(safety_measures[1].verdict == counter_repeated &&
               !safety_measures[1].may_be(spw_crc));
   BISS_EXPECT(safety_measures[0].may_be(cpw_crc) && safety_measures[3].may_be(watchdog));
+}
+
+// Repeated from long ago, or more lost between two requests than are near.
+BISS_TEST(SafetyVerdicts, CounterOfAnyDistance_IsARepetitionsAndALossesToo) {
+  LifeCounter counter(CounterMode::count_1_63);
+  for (std::uint8_t value = 60; value != 3; value = value == 63 ? 1 : value + 1) {
+    counter.accept(value, 0, 2);
+  }
+  for (std::uint8_t value = 1; value < 64; ++value) {
+    if (value == 3) continue;
+    const SafetyVerdict told = counter.judge(value, 0, {});
+    BISS_EXPECT(told != SafetyVerdict::safe);
+    BISS_EXPECT(safety_measures[1].may_be(told)) << value;
+    BISS_EXPECT(safety_measures[3].may_be(told)) << value;
+  }
 }
 
 }  // namespace
