@@ -64,6 +64,17 @@ void set_sigma(SequenceResult& result, long double expected, long double varianc
   }
 }
 
+// What follows from counts and theory.
+void finish(SequenceResult& result, const SequenceFrame& frame) {
+  if (result.row.task == SequenceTask::counter_mode) result.theory = 0;
+  if (result.row.task == SequenceTask::fault) {
+    result.bound_cycles = reaction_bound(frame, result.row);
+  }
+  const auto events = static_cast<long double>(result.counts.events);
+  const long double share = result.theory.value_or(0);
+  set_sigma(result, share * events, share * (1 - share) * events);
+}
+
 // Adds up rows of one kind that stand one behind the other.
 class KindSum {
  public:
@@ -195,30 +206,17 @@ std::optional<std::vector<SequenceResult>> run_sequences(
   SequenceProgress progress{.all = work.size()};
   share_out(threads, work.size(), [&](std::size_t n) {
     const auto [row, block] = work[n];
-    SequenceResult& result = results[row];
-    SequenceCounts counts;
-    std::optional<long double> theory;
-    if (block) {
-      counts = count_sequence(*frame_of[row], result.row, plan.seed, *block);
-    } else {
-      theory = sequence_theory(*frame_of[row], result.row);
-    }
+    const SequenceRow& asked = plan.rows[row];
+    const auto theory = block ? std::nullopt : sequence_theory(*frame_of[row], asked);
+    const SequenceCounts counts =
+        block ? count_sequence(*frame_of[row], asked, plan.seed, *block) : SequenceCounts();
     const std::lock_guard lock(mutex);
-    result.counts.add(counts);
-    if (!block) result.theory = theory;
+    results[row].counts.add(counts);
+    if (!block) results[row].theory = theory;
     ++progress.done;
     if (told) told(progress);
   });
-  for (std::size_t row = 0; row < results.size(); ++row) {
-    SequenceResult& result = results[row];
-    if (result.row.task == SequenceTask::counter_mode) result.theory = 0;
-    if (result.row.task == SequenceTask::fault) {
-      result.bound_cycles = reaction_bound(*frame_of[row], result.row);
-    }
-    const auto events = static_cast<long double>(result.counts.events);
-    const long double share = result.theory.value_or(0);
-    set_sigma(result, share * events, share * (1 - share) * events);
-  }
+  for (std::size_t row = 0; row < results.size(); ++row) finish(results[row], *frame_of[row]);
   return with_sums(results);
 }
 

@@ -16,7 +16,7 @@ namespace biss::lab {
 struct SequenceStep {
   /// Of the frame or event, as counted in the row.
   std::uint64_t index = 0;
-  /// Since the block's first request.
+  /// By the master's clock, which wraps around in every fourth block.
   Picoseconds time{};
   /// `frame`: good; `fault`: a frame that is not this request's; `silence`: no answer; `watch`:
   /// time alone.

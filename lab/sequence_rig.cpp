@@ -1,6 +1,21 @@
 #include "lab/sequence_rig.hpp"
 
+#include <limits>
+
 namespace biss::lab {
+namespace {
+
+using safety_detail::elapsed;
+using safety_detail::later;
+
+// The clock of every fourth block wraps around in its first second.
+Picoseconds clock_of(std::uint64_t block, sim::Random& random) {
+  if (block % 4 != 3) return {};
+  const auto before = static_cast<std::int64_t>(random.below(1'000'000) * 1'000'000);
+  return {std::numeric_limits<std::int64_t>::max() - before};
+}
+
+}  // namespace
 
 SequenceRig::SequenceRig(const SequenceFrame& frame, const SequenceRow& row, std::uint64_t seed,
                          std::uint64_t block, WordRule rule, const SequenceWatcher& watcher)
@@ -8,7 +23,8 @@ SequenceRig::SequenceRig(const SequenceFrame& frame, const SequenceRow& row, std
       watcher_(watcher),
       random_(sim::scrambled(row.seed(seed)) + block),
       encoder_(frame, row.encoder_counter, row.motion, rule, random_.next()),
-      monitor_(frame.ready()) {}
+      monitor_(frame.ready()),
+      now_(clock_of(block, random_)) {}
 
 void SequenceRig::begin(std::uint64_t index) {
   index_ = index;
@@ -39,15 +55,17 @@ void SequenceRig::tell(std::string_view what, const BitView& bits, const Sequenc
             .told = told});
 }
 
+void SequenceRig::pass(Picoseconds time) { now_ = later(now_, time); }
+
 void SequenceRig::pass_watched(Picoseconds time) {
-  const Picoseconds end = now_ + time;
+  const Picoseconds end = later(now_, time);
   const std::optional<Picoseconds> deadline = monitor_.deadline();
-  if (deadline && *deadline >= now_ && *deadline < end) {
+  if (deadline && elapsed(now_, *deadline).count >= 0 && elapsed(now_, *deadline) < time) {
     now_ = *deadline;
     const SafetyJudgement still = monitor_.watch(now_);
     if (watcher_) tell("watch", {}, nullptr, still);
     if (is_fault(still.verdict)) alarm();
-    now_ = now_ + picoseconds(1);
+    pass(picoseconds(1));
     const SafetyJudgement late = monitor_.watch(now_);
     if (watcher_) tell("watch", {}, nullptr, late);
     note(late, nullptr);
@@ -91,7 +109,7 @@ void SequenceRig::note(const SafetyJudgement& told, const SequenceWords* meant) 
   if (verdict_ || !is_fault(told.verdict)) return;
   verdict_ = told.verdict;
   const std::int64_t cycle = frame_.cycle().count;
-  const std::int64_t since = (now_ - due_.value_or(now_)).count;
+  const std::int64_t since = elapsed(due_.value_or(now_), now_).count;
   cycles_ = static_cast<std::uint64_t>((since + cycle - 1) / cycle);
 }
 
@@ -108,7 +126,7 @@ void SequenceRig::silence(const SequenceWords& meant) {
 }
 
 void SequenceRig::settle(bool forget) {
-  now_ += frame_.setup().frame_gap_max + frame_.cycle();
+  pass(frame_.setup().frame_gap_max + frame_.cycle());
   monitor_.watch(now_);
   monitor_.acknowledge();
   if (forget) monitor_.restart();

@@ -1,6 +1,7 @@
 // A monitor, its encoder and the clock between them, with every call of the monitor counted.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -21,7 +22,6 @@ class SequenceRig {
   SequenceEncoder& encoder() { return encoder_; }
   SequenceFrame::Monitor& monitor() { return monitor_; }
   SequenceCounts& counts() { return counts_; }
-  Picoseconds now() const { return now_; }
 
   /// What is seen from now on belongs to this frame or event.
   void begin(std::uint64_t index);
@@ -33,7 +33,7 @@ class SequenceRig {
   static constexpr std::size_t remembered = 512;
 
   /// Time passes; nobody calls the monitor.
-  void pass(Picoseconds time) { now_ += time; }
+  void pass(Picoseconds time);
   /// Time passes, and the monitor is called at its deadline and right behind it.
   void pass_watched(Picoseconds time);
 

@@ -84,4 +84,6 @@ std::uint64_t SequenceRow::size_of(std::uint64_t block) const {
 
 std::uint64_t SequenceRow::first_of(std::uint64_t block) const { return block * block_size(*this); }
 
+std::uint64_t SequenceRow::block_of(std::uint64_t index) const { return index / block_size(*this); }
+
 }  // namespace biss::lab

@@ -64,6 +64,8 @@ struct SequenceRow {
   std::uint64_t size_of(std::uint64_t block) const;
   /// Index of the block's first frame or event.
   std::uint64_t first_of(std::uint64_t block) const;
+  /// The block that a frame or event is in.
+  std::uint64_t block_of(std::uint64_t index) const;
 };
 
 }  // namespace biss::lab

@@ -100,6 +100,13 @@ std::optional<lab::SequencePlan> basis_of(const SequenceOptions& options) {
   return lab::SequencePlan{.format = *format, .setup = {}, .seed = options.seed};
 }
 
+ExitStatus bad_format(const std::string& name) {
+  return fail(ExitStatus::usage,
+              fmt::format("'{}' is neither a safety configuration such as fs-36-28 nor the format "
+                          "of a control and a safety word that can be monitored",
+                          name));
+}
+
 void add_rows(const SequenceOptions& options, lab::SequencePlan& plan) {
   const auto wants = [&options](std::string_view name) {
     return options.kinds.empty() ||
@@ -130,8 +137,36 @@ void add_rows(const SequenceOptions& options, lab::SequencePlan& plan) {
   }
 }
 
+std::vector<report::Column> step_columns() {
+  using report::Kind;
+  return {{.name = "index", .kind = Kind::unsigned_integer},
+          {.name = "time_ns", .kind = Kind::nanoseconds},
+          {.name = "what"},
+          {.name = "position", .kind = Kind::unsigned_integer},
+          {.name = "lc", .kind = Kind::unsigned_integer},
+          {.name = "bits", .kind = Kind::bits},
+          {.name = "verdict"},
+          {.name = "lc_read", .kind = Kind::unsigned_integer},
+          {.name = "position_read", .kind = Kind::unsigned_integer}};
+}
+
+bool write_step(report::TableWriter& table, const lab::SequenceStep& step) {
+  using report::Cell;
+  const Cell cells[] = {step.index,
+                        step.time,
+                        step.what,
+                        step.meant ? Cell(step.meant->cpw) : Cell(),
+                        step.meant ? Cell(unsigned{step.meant->life_counter}) : Cell(),
+                        step.bits.empty() ? Cell() : Cell(step.bits),
+                        name_of(step.told.verdict),
+                        unsigned{step.told.life_counter},
+                        Cell(step.told.position)};
+  return table.row(cells);
+}
+
 ExitStatus run_replay(const lab::SequencePlan& plan, const SequenceOptions& options) {
-  if (plan.rows.size() != 1 || *options.replay >= plan.rows[0].size) {
+  const std::uint64_t index = *options.replay;
+  if (plan.rows.size() != 1 || index >= plan.rows[0].size) {
     return fail(ExitStatus::usage,
                 "--replay needs one row and an index in it: one --kind with its --variant, or "
                 "undamaged with --motion, --counter and --encoder-counter");
@@ -139,40 +174,17 @@ ExitStatus run_replay(const lab::SequencePlan& plan, const SequenceOptions& opti
   const lab::SequenceRow& row = plan.rows[0];
   const auto frame =
       lab::SequenceFrame::make(plan.format, plan.setup, row.counter, row.encoder_counter);
-  if (!frame) return fail(ExitStatus::usage, "this pair of words cannot be monitored");
+  if (!frame) return bad_format(options.format);
   Output output;
   if (!output.open(options.output)) return output.status();
-  using report::Kind;
-  const std::vector<report::Column> columns = {
-      {.name = "index", .kind = Kind::unsigned_integer},
-      {.name = "time_ns", .kind = Kind::nanoseconds},
-      {.name = "what"},
-      {.name = "position", .kind = Kind::unsigned_integer},
-      {.name = "lc", .kind = Kind::unsigned_integer},
-      {.name = "bits", .kind = Kind::bits},
-      {.name = "verdict"},
-      {.name = "lc_read", .kind = Kind::unsigned_integer},
-      {.name = "position_read", .kind = Kind::unsigned_integer}};
-  const auto table =
-      report::make_table_writer(options.to, columns, output, {.colour = output.wants_colour()});
+  const auto table = report::make_table_writer(options.to, step_columns(), output,
+                                               {.colour = output.wants_colour()});
   // Frames before an undamaged one are rows of their own.
   const std::uint64_t before = row.task == lab::SequenceTask::undamaged ? 4 : 0;
   bool written = true;
-  std::uint64_t block = 0;
-  while (row.first_of(block) + row.size_of(block) <= *options.replay) ++block;
-  count_sequence(*frame, row, plan.seed, block, [&](const lab::SequenceStep& step) {
-    if (step.index > *options.replay || step.index + before < *options.replay) return;
-    using report::Cell;
-    const Cell cells[] = {step.index,
-                          step.time,
-                          step.what,
-                          step.meant ? Cell(step.meant->cpw) : Cell(),
-                          step.meant ? Cell(unsigned{step.meant->life_counter}) : Cell(),
-                          step.bits.empty() ? Cell() : Cell(step.bits),
-                          name_of(step.told.verdict),
-                          unsigned{step.told.life_counter},
-                          Cell(step.told.position)};
-    written = written && table->row(cells);
+  count_sequence(*frame, row, plan.seed, row.block_of(index), [&](const lab::SequenceStep& step) {
+    if (step.index > index || step.index + before < index) return;
+    written = written && write_step(*table, step);
   });
   if (!written || !table->finish() || !output.finish()) return output.status();
   return ExitStatus::done;
@@ -197,12 +209,7 @@ ExitStatus run_safety_sequences(SequenceOptions options) {
   if (plan && options.replay) return run_replay(*plan, options);
   const auto results =
       plan ? lab::run_sequences(*plan, options.threads, show_progress) : std::nullopt;
-  if (!results) {
-    return fail(ExitStatus::usage,
-                fmt::format("'{}' is neither a safety configuration such as fs-36-28 nor the "
-                            "format of a control and a safety word that can be monitored",
-                            options.format));
-  }
+  if (!results) return bad_format(options.format);
   Output output;
   if (!output.open(options.output)) return output.status();
   if (!write_sequences(*results, options.to, output, output.wants_colour()) || !output.finish()) {
