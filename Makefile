@@ -46,6 +46,10 @@ firmware-sizes:  ## flash, RAM, instructions a frame on Cortex-M; renews the REA
 	@scripts/install-packages build firmware
 	@firmware/sizes --write README.md
 
+.PHONY: safety-sequences
+safety-sequences: build  ## the safety monitor before 10^9 frames a counter and 10^6 faults a kind
+	@nice -n 10 build/biss safety sequences -f fs-36-28 --frames 1000000000 --faults 1000000
+
 .PHONY: format
 format:  ## rewrite every C++ file as .clang-format says
 	@scripts/install-packages format

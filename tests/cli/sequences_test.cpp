@@ -1,0 +1,154 @@
+// biss safety sequences: the table, its verdict as exit status, threads, and single events again.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "tests/cli/run_command.hpp"
+
+namespace biss::cli {
+namespace {
+
+using ::testing::HasSubstr;
+
+// Weak checksums: quick theory, and much that is accepted.
+constexpr const char* weak = "pos12,nE,nW,crc5+pos10,nE,nW,lc6,crc6";
+
+Outcome sequences(const std::string& format, const std::vector<std::string>& more) {
+  std::vector<std::string> arguments{"safety", "sequences", "-f", format, "--to", "csv"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return run(arguments);
+}
+
+const Row* row_of(const std::vector<Row>& rows, const std::string& name,
+                  const std::string& variant) {
+  for (const Row& row : rows) {
+    if (row.at("run") == name && row.at("variant") == variant) return &row;
+  }
+  return nullptr;
+}
+
+TEST(Sequences, UndamagedFrames_HaveNoFalseAlarmWithAnyCounter) {
+  const Outcome told = sequences("fs-36-28", {"--frames", "200000", "--kind", "undamaged",
+                                              "--motion", "max", "--motion", "steps"});
+  EXPECT_EQ(told.status, 0) << told.err;
+  const std::vector<Row> rows = rows_of(told.out);
+  ASSERT_EQ(rows.size(), 8U);
+  for (const Row& row : rows) {
+    EXPECT_EQ(row.at("frames"), "200000");
+    EXPECT_EQ(row.at("false_alarms"), "0");
+    EXPECT_EQ(row.at("misread"), "0");
+    EXPECT_EQ(row.at("result"), "ok");
+    EXPECT_GT(std::stoul(row.at("position_wraps")), 1000U);
+    EXPECT_GT(std::stoul(row.at("counter_wraps")), 3000U);
+    EXPECT_EQ(row.at("events"), "");
+  }
+}
+
+TEST(Sequences, EveryKindOfFault_IsToldWithinItsCycles) {
+  const Outcome told = sequences(weak, {"--frames", "0", "--faults", "10000"});
+  EXPECT_EQ(told.status, 0) << told.err;
+  const std::vector<Row> rows = rows_of(told.out);
+  for (const char* name : {"corruption", "repetition", "sequence", "loss", "delay", "insertion",
+                           "masquerade", "addressing"}) {
+    const Row* row = row_of(rows, name, "all");
+    ASSERT_TRUE(row) << name;
+    EXPECT_EQ(row->at("events"), "10000");
+    EXPECT_EQ(row->at("late"), "0");
+    EXPECT_EQ(row->at("unexpected"), "0");
+    EXPECT_LE(std::stoul(row->at("worst_cycles")), std::stoul(row->at("bound_cycles")));
+    EXPECT_LE(std::stoul(row->at("bound_cycles")), 1U);
+    EXPECT_EQ(row->at("result"), "ok");
+  }
+  for (const char* name : {"sequence", "loss", "delay"}) {
+    EXPECT_EQ(row_of(rows, name, "all")->at("accepted"), "0");
+  }
+}
+
+TEST(Sequences, CounterOfTheOtherRange_HasARowThatNamesIt) {
+  for (const auto& [monitor, encoder] :
+       {std::pair{"count_0_63", "count_1_63"}, std::pair{"count_1_63", "count_0_63"}}) {
+    const Outcome told = sequences(
+        "fs-28-24", {"--counter", monitor, "--encoder-counter", encoder, "--faults", "2000"});
+    EXPECT_EQ(told.status, 0) << told.err;
+    const std::vector<Row> rows = rows_of(told.out);
+    ASSERT_EQ(rows.size(), 1U);
+    EXPECT_EQ(rows[0].at("run"), "counter_mode");
+    EXPECT_EQ(rows[0].at("counter"), monitor);
+    EXPECT_EQ(rows[0].at("encoder_counter"), encoder);
+    EXPECT_EQ(rows[0].at("verdicts"), "counter_mode:2000");
+  }
+}
+
+TEST(Sequences, Threads_DoNotChangeTheTable) {
+  const std::vector<std::string> arguments{"--frames",  "70000",  "--faults",  "1500",   "--kind",
+                                           "undamaged", "--kind", "insertion", "--kind", "loss"};
+  auto one = arguments;
+  one.insert(one.end(), {"--threads", "1"});
+  auto three = arguments;
+  three.insert(three.end(), {"--threads", "3"});
+  EXPECT_EQ(sequences("rum", one).out, sequences("rum", three).out);
+  auto other = one;
+  other.insert(other.end(), {"--seed", "2"});
+  EXPECT_NE(sequences("rum", one).out, sequences("rum", other).out);
+}
+
+TEST(Sequences, AcceptedEvent_IsShownAgain) {
+  const std::vector<std::string> arguments{"--kind",    "addressing", "--variant",
+                                           "one_frame", "--faults",   "3000"};
+  const std::vector<Row> rows = rows_of(sequences("fs-36-28", arguments).out);
+  ASSERT_EQ(rows.size(), 1U);
+  const std::string odd = rows[0].at("odd");
+  ASSERT_FALSE(odd.empty());
+  const std::string index = odd.substr(0, odd.find(';'));
+  auto again = arguments;
+  again.insert(again.end(), {"--replay", index});
+  const Outcome told = sequences("fs-36-28", again);
+  EXPECT_EQ(told.status, 0) << told.err;
+  const std::vector<Row> steps = rows_of(told.out);
+  ASSERT_GE(steps.size(), 4U);
+  const Row& last = steps.back();
+  EXPECT_EQ(last.at("index"), index);
+  EXPECT_EQ(last.at("what"), "fault");
+  EXPECT_EQ(last.at("verdict"), "safe");
+  EXPECT_EQ(last.at("lc"), last.at("lc_read"));
+  EXPECT_NE(last.at("position"), last.at("position_read"));
+}
+
+TEST(Sequences, UndamagedFrame_IsShownWithTheFourBefore) {
+  const Outcome told = sequences(
+      "rsm", {"--kind", "undamaged", "--motion", "creep", "--counter", "learned",
+              "--encoder-counter", "count_0_63", "--frames", "70000", "--replay", "66000"});
+  EXPECT_EQ(told.status, 0) << told.err;
+  const std::vector<Row> steps = rows_of(told.out);
+  ASSERT_EQ(steps.size(), 5U);
+  for (const Row& step : steps) {
+    EXPECT_EQ(step.at("verdict"), "safe");
+    EXPECT_EQ(step.at("position"), step.at("position_read"));
+  }
+  EXPECT_EQ(steps[4].at("index"), "66000");
+}
+
+TEST(Sequences, WrongUsage_IsTold) {
+  const auto error_of = [](const std::string& format, const std::vector<std::string>& more) {
+    const Outcome told = sequences(format, more);
+    EXPECT_EQ(told.status, 2) << told.err;
+    EXPECT_EQ(told.out, "");
+    return told.err;
+  };
+  EXPECT_THAT(error_of("resolute-26", {}), HasSubstr("'resolute-26' is neither"));
+  EXPECT_THAT(error_of("fs-36-28", {"--kind", "theft"}), HasSubstr("theft"));
+  EXPECT_THAT(error_of("fs-36-28", {"--kind", "loss", "--variant", "theft"}),
+              HasSubstr("nothing to run"));
+  EXPECT_THAT(error_of("fs-36-28", {"--kind", "loss", "--counter", "count_0_63",
+                                    "--encoder-counter", "count_1_63"}),
+              HasSubstr("nothing to run"));
+  EXPECT_THAT(error_of("fs-36-28", {"--kind", "loss", "--replay", "1"}), HasSubstr("one row"));
+  EXPECT_THAT(error_of("fs-36-28", {"--kind", "loss", "--variant", "unheard", "--faults", "100",
+                                    "--replay", "25"}),
+              HasSubstr("one row"));
+}
+
+}  // namespace
+}  // namespace biss::cli
