@@ -1,3 +1,7 @@
+// The one file with all of CLI11: what a verb needs of it, without the objects of its validators,
+// is in verb.hpp.
+#include <CLI/CLI.hpp>
+
 #include <fmt/format.h>
 
 #include <algorithm>

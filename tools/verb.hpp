@@ -36,7 +36,7 @@
 //     return ExitStatus::done;
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include <CLI/App.hpp>
 #include <functional>
 #include <initializer_list>
 #include <memory>
