@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <cmath>
 #include <condition_variable>
 #include <mutex>
 #include <thread>
@@ -18,9 +17,9 @@ struct Work {
 
 std::vector<Work> missing(const CampaignState& state, const CampaignShard& shard) {
   std::vector<Work> work;
-  const std::uint64_t blocks = state.plan.blocks();
   for (std::size_t fault = 0; fault < state.plan.faults.size(); ++fault) {
-    for (std::uint64_t block = shard.number - 1; block < blocks; block += shard.count) {
+    for (std::uint64_t block = shard.number - 1; block < state.done[fault].size();
+         block += shard.count) {
       if (!state.done[fault][block]) work.push_back({fault, block});
     }
   }
@@ -40,7 +39,7 @@ class Crew {
       const auto [fault, block] = work_[mine];
       const CampaignCounts counts =
           count_block(frame_, {state_.plan.faults[fault], state_.plan.seed}, block,
-                      state_.plan.frames_of(block));
+                      state_.plan.frames_of_block(fault, block));
       const std::lock_guard lock(mutex_);
       state_.counts[fault].add(counts);
       state_.done[fault][block] = true;
@@ -74,45 +73,26 @@ class Crew {
   std::atomic<bool> stopped_{false};
 };
 
-unsigned bits_of(const CampaignFrame& frame, Acceptance what) {
-  if (what == Acceptance::cpw) return frame.cpw_bits();
-  if (what == Acceptance::spw) return frame.spw_bits();
-  return frame.bits();
-}
-
-// How much likelier a pattern with so many wrong bits is than it was drawn.
-long double ratio(const FaultChoice& fault, unsigned bits, std::size_t weight) {
-  if (fault.drawn_rate == 0) return 1;
-  const long double rate = probability_of(fault.rate);
-  const long double drawn = probability_of(fault.drawn_rate);
-  return std::pow(rate / drawn, static_cast<long double>(weight)) *
-         std::pow((1 - rate) / (1 - drawn), static_cast<long double>(bits - weight));
-}
-
-constexpr long double two_sided_95 = 1.959963985L;
-
-void set_wilson(CampaignEstimate& estimate, long double frames) {
-  const long double z2 = two_sided_95 * two_sided_95;
-  const long double p = estimate.rate;
-  const long double middle = (p + z2 / (2 * frames)) / (1 + z2 / frames);
-  const long double half = two_sided_95 / (1 + z2 / frames) *
-                           std::sqrt(p * (1 - p) / frames + z2 / (4 * frames * frames));
-  estimate.low = p == 0 ? 0 : std::max(0.0L, middle - half);
-  estimate.high = std::min(1.0L, middle + half);
-}
-
-constexpr long double enough_events = 100;
-
 }  // namespace
 
-std::uint64_t CampaignPlan::frames_of(std::uint64_t block) const {
-  return std::min(block_frames, frames - block * block_frames);
+std::uint64_t CampaignPlan::frames_of(std::size_t fault) const {
+  return faults[fault].fitting ? std::min(frames, max_fitting_frames) : frames;
+}
+
+std::uint64_t CampaignPlan::blocks_of(std::size_t fault) const {
+  return (frames_of(fault) + block_frames - 1) / block_frames;
+}
+
+std::uint64_t CampaignPlan::frames_of_block(std::size_t fault, std::uint64_t block) const {
+  return std::min(block_frames, frames_of(fault) - block * block_frames);
 }
 
 CampaignState::CampaignState(CampaignPlan asked)
-    : plan(std::move(asked)),
-      counts(plan.faults.size()),
-      done(plan.faults.size(), std::vector<bool>(plan.blocks())) {}
+    : plan(std::move(asked)), counts(plan.faults.size()) {
+  for (std::size_t fault = 0; fault < plan.faults.size(); ++fault) {
+    done.emplace_back(plan.blocks_of(fault));
+  }
+}
 
 bool CampaignState::complete() const {
   return std::all_of(done.begin(), done.end(), [](const std::vector<bool>& blocks) {
@@ -144,56 +124,6 @@ bool run_campaign(const CampaignFrame& frame, CampaignState& state, const Campai
     threads.emplace_back([&crew] { crew.work(); });
   }
   return crew.supervise(run);
-}
-
-CampaignEstimate estimate(const CampaignFrame& frame, const FaultChoice& fault,
-                          const CampaignCounts& counts, Acceptance what,
-                          std::optional<long double> theory) {
-  CampaignEstimate found;
-  if (counts.frames == 0) return found;
-  const auto frames = static_cast<long double>(counts.frames);
-  const unsigned bits = bits_of(frame, what);
-  long double sum = 0;
-  long double squares = 0;
-  for (std::size_t weight = 0; weight < weight_count; ++weight) {
-    const std::uint64_t events = counts.accepted[static_cast<std::size_t>(what)][weight];
-    if (events == 0) continue;
-    const long double each = ratio(fault, bits, weight);
-    sum += each * static_cast<long double>(events);
-    squares += each * each * static_cast<long double>(events);
-  }
-  found.rate = sum / frames;
-  // As many plain events would say as much.
-  const long double events = squares > 0 ? sum * sum / squares : 0;
-  if (theory) found.expected = *theory * frames;
-  long double deviation = 0;
-  if (fault.drawn_rate == 0) {
-    set_wilson(found, frames);
-    if (theory && found.expected >= enough_events) {
-      deviation = std::sqrt(*theory * (1 - *theory) / frames);
-    }
-  } else {
-    deviation = std::sqrt(std::max(0.0L, squares / frames - found.rate * found.rate) / frames);
-    found.low = std::max(0.0L, found.rate - two_sided_95 * deviation);
-    found.high = events == 0 ? 1 : found.rate + two_sided_95 * deviation;
-    if (events < enough_events) deviation = 0;
-  }
-  if (theory && deviation > 0) found.sigma = (found.rate - *theory) / deviation;
-  return found;
-}
-
-std::optional<FaultChoice> importance_of(const CampaignFrame& frame, const FaultChoice& fault,
-                                         std::uint64_t frames, const CampaignTheory& theory) {
-  if (fault.kind != CampaignFault::flips || fault.drawn_rate != 0) return std::nullopt;
-  const bool rare = std::any_of(theory.begin(), theory.end(), [frames](long double share) {
-    return share * static_cast<long double>(frames) < enough_events;
-  });
-  // Six wrong bits in the safety word are the fewest that its checksum may miss.
-  const double drawn = 6.0 / frame.spw_bits();
-  if (!rare || 2 * static_cast<double>(probability_of(fault.rate)) > drawn) return std::nullopt;
-  FaultChoice weighed = fault;
-  weighed.drawn_rate = static_cast<std::uint32_t>(drawn * 4294967296.0);
-  return weighed;
 }
 
 }  // namespace biss::lab

@@ -8,12 +8,15 @@
 #include <vector>
 
 #include "lab/campaign_block.hpp"
-#include "lab/campaign_theory.hpp"
+#include "lab/campaign_estimate.hpp"
 
 namespace biss::lab {
 
 /// Of one fault; the blocks that are done are held in memory, a bit each.
 inline constexpr std::uint64_t max_campaign_frames = std::uint64_t{1} << 46U;
+
+/// Of a fitting draw: nearly half of them are accepted, each after the whole monitor has looked.
+inline constexpr std::uint64_t max_fitting_frames = std::uint64_t{1} << 22U;
 
 /// What is asked for. Two campaigns with the same plan give the same table.
 struct CampaignPlan {
@@ -23,14 +26,16 @@ struct CampaignPlan {
   /// What of the monitor can be set, as text.
   std::string rules;
   std::uint64_t seed = 1;
-  /// Of each fault.
+  /// Of each fault; see frames_of().
   std::uint64_t frames = 0;
   std::vector<FaultChoice> faults;
 
   bool operator==(const CampaignPlan&) const = default;
-  std::uint64_t blocks() const { return (frames + block_frames - 1) / block_frames; }
-  /// Frames of block `block`; only the last one has fewer than block_frames.
-  std::uint64_t frames_of(std::uint64_t block) const;
+  /// `frames`; of a fitting draw max_fitting_frames at most.
+  std::uint64_t frames_of(std::size_t fault) const;
+  std::uint64_t blocks_of(std::size_t fault) const;
+  /// Frames of a block; only the last one has fewer than block_frames.
+  std::uint64_t frames_of_block(std::size_t fault, std::uint64_t block) const;
 };
 
 /// What is done of a plan.
@@ -74,29 +79,5 @@ bool run_campaign(const CampaignFrame& frame, CampaignState& state, const Campai
 /// The state as text, a JSON object, and back. Text of anything else gives none.
 std::string state_text(const CampaignState& state);
 std::optional<CampaignState> read_state(const std::string& text);
-
-/// What the counts say of one Acceptance.
-struct CampaignEstimate {
-  /// Of a frame; by importance sampling the weighed one.
-  long double rate = 0;
-  /// Bounds of the rate that hold with 95 %: Wilson's for plain counts, normal for weighed ones.
-  long double low = 0;
-  long double high = 1;
-  /// By how many standard deviations the rate is above the theory; none without a theory, or where
-  /// it would mean nothing: fewer than 100 events expected, or weighed ones that say no more than
-  /// fewer than 100 plain ones would.
-  std::optional<long double> sigma{};
-  /// What plain sampling should have counted.
-  long double expected = 0;
-};
-
-CampaignEstimate estimate(const CampaignFrame& frame, const FaultChoice& fault,
-                          const CampaignCounts& counts, Acceptance what,
-                          std::optional<long double> theory);
-
-/// The flips to add where plain sampling would see fewer than 100 events of an Acceptance that
-/// can be: the same by importance sampling. None where there is no need or no use.
-std::optional<FaultChoice> importance_of(const CampaignFrame& frame, const FaultChoice& fault,
-                                         std::uint64_t frames, const CampaignTheory& theory);
 
 }  // namespace biss::lab

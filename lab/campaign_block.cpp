@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 
+#include "lab/campaign_fitting.hpp"
 #include "lab/campaign_slices.hpp"
 
 namespace biss::lab {
@@ -132,6 +133,33 @@ CampaignCounts count_flips(const CampaignFrame& frame, const FaultSequence& sequ
   return counts;
 }
 
+void add_fitted(CampaignCounts& counts, const FrameOutcome& outcome, std::uint64_t index,
+                const FittingDraws::Pattern& pattern) {
+  const auto add = [&](Acceptance what) { ++counts.fitted[{what, pattern.bits}]; };
+  if (outcome.monitor) add(Acceptance::monitor);
+  if (!outcome.wrong) return;
+  add(Acceptance::wrong);
+  counts.add_missed(index);
+}
+
+CampaignCounts count_fitting(const CampaignFrame& frame, const FaultSequence& sequence,
+                             std::uint64_t block, std::uint64_t frames) {
+  const FittingDraws draws(frame, sequence.fault.rate);
+  const std::uint64_t seed = sequence_seed(sequence);
+  CampaignCounts counts;
+  counts.frames = frames;
+  for (std::uint64_t n = 0; n < frames; ++n) {
+    const std::uint64_t index = block * block_frames + n;
+    const SentFrame sent = frame.draw(seed, index);
+    const FittingDraws::Pattern pattern = draws.draw(sent, seed, index);
+    WordPair received = frame.encode(sent);
+    received.cpw ^= pattern.cpw;
+    received.spw ^= pattern.spw;
+    add_fitted(counts, frame.judge(sent, received), index, pattern);
+  }
+  return counts;
+}
+
 // Calls visit(index, sent, encoded, received) for each frame of a block.
 template <class Visit>
 void for_each_frame(const CampaignFrame& frame, const FaultSequence& sequence, std::uint64_t block,
@@ -175,6 +203,7 @@ CampaignCounts count_block_plainly(const CampaignFrame& frame, const FaultSequen
 
 CampaignCounts count_block(const CampaignFrame& frame, const FaultSequence& sequence,
                            std::uint64_t block, std::uint64_t frames) {
+  if (sequence.fault.fitting) return count_fitting(frame, sequence, block, frames);
   if (sequence.fault.kind == CampaignFault::flips) {
     return count_flips(frame, sequence, block, frames);
   }
@@ -183,6 +212,13 @@ CampaignCounts count_block(const CampaignFrame& frame, const FaultSequence& sequ
 
 ReplayedFrame replay_frame(const CampaignFrame& frame, const FaultSequence& sequence,
                            std::uint64_t index) {
+  if (sequence.fault.fitting) {
+    const std::uint64_t seed = sequence_seed(sequence);
+    const SentFrame sent = frame.draw(seed, index);
+    const WordPair encoded = frame.encode(sent);
+    const auto pattern = FittingDraws(frame, sequence.fault.rate).draw(sent, seed, index);
+    return {sent, encoded, {encoded.cpw ^ pattern.cpw, encoded.spw ^ pattern.spw, false}};
+  }
   ReplayedFrame replayed;
   for_each_frame(
       frame, sequence, index / block_frames, index % block_frames + 1,

@@ -19,12 +19,17 @@ void CampaignCounts::add(const CampaignCounts& other) {
       accepted[what][weight] += other.accepted[what][weight];
     }
   }
+  for (const auto& [bin, events] : other.fitted) fitted[bin] += events;
   for (const std::uint64_t index : other.missed) add_missed(index);
 }
 
 std::uint64_t CampaignCounts::total(Acceptance what) const {
   const auto& counts = accepted[static_cast<std::size_t>(what)];
-  return std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
+  std::uint64_t sum = std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
+  for (const auto& [bin, events] : fitted) {
+    if (bin.what == what) sum += events;
+  }
+  return sum;
 }
 
 }  // namespace biss::lab

@@ -13,6 +13,8 @@ namespace {
 constexpr std::array<std::string_view, 6> names{"flips",        "burst",   "lost_clock",
                                                 "double_clock", "slo_low", "slo_high"};
 
+constexpr std::string_view fitting_word = "fitting";
+
 std::vector<std::string_view> parts_of(std::string_view text) {
   std::vector<std::string_view> parts;
   while (true) {
@@ -47,7 +49,8 @@ std::optional<FaultChoice> parse_flips(const std::vector<std::string_view>& part
   if (!rate) return std::nullopt;
   fault.rate = *rate;
   if (parts.size() == 3) {
-    const auto drawn = rate_of(parts[2]);
+    fault.fitting = parts[2] == fitting_word;
+    const auto drawn = fault.fitting ? 0U : rate_of(parts[2]);
     if (!drawn) return std::nullopt;
     fault.drawn_rate = *drawn;
   }
@@ -91,6 +94,7 @@ std::string text_of(const FaultChoice& fault) {
   if (fault.kind == CampaignFault::flips) {
     text += rate(fault.rate);
     if (fault.drawn_rate != 0) text += rate(fault.drawn_rate);
+    if (fault.fitting) text += fmt::format(":{}", fitting_word);
   }
   if (fault.kind == CampaignFault::burst) text += fmt::format(":{}", fault.length_bits);
   if (fault.place) text += fmt::format(":{}", *fault.place);

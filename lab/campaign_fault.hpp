@@ -29,21 +29,24 @@ struct FaultChoice {
   /// flips: drawn with this probability instead, and weighed by how much likelier a pattern became;
   /// 0: no importance sampling.
   std::uint32_t drawn_rate = 0;
+  /// flips: drawn so that they fit the checks, and weighed; see FittingDraws. Not with drawn_rate.
+  bool fitting = false;
   /// burst: bits, 2 to 32.
   unsigned length_bits = 0;
   /// All but flips: the first bit that it strikes, from 0; else drawn.
   std::optional<unsigned> place{};
 
   bool operator==(const FaultChoice&) const = default;
+  /// Drawn otherwise than the fault says, and weighed.
+  bool weighed() const { return drawn_rate != 0 || fitting; }
   /// What is drawn in fact.
   std::uint32_t sampling_rate() const { return drawn_rate != 0 ? drawn_rate : rate; }
 };
 
 inline constexpr unsigned max_burst_bits = 32;
 
-/// `flips:RATE[:DRAWN]`, `burst:BITS[:PLACE]`, or the name of another kind with `[:PLACE]`. Rates
-/// are from 2^-32 to 0.5.
-/// \return none where it is nothing of the kind
+/// `flips:RATE[:DRAWN]`, `flips:RATE:fitting`, `burst:BITS[:PLACE]`, or the name of another kind
+/// with `[:PLACE]`. Rates are from 2^-32 to 0.5. \return none where it is nothing of the kind
 std::optional<FaultChoice> parse_fault(std::string_view text);
 
 /// The text that parses to the same.

@@ -9,8 +9,8 @@ namespace {
 
 TEST(CampaignFault, Texts_ComeBackAsTheyWere) {
   for (const char* text :
-       {"flips:0.5", "flips:0.25:0.125", "flips:0.01:0.1", "burst:16", "burst:2:7", "lost_clock",
-        "double_clock:3", "slo_low:0", "slo_high:103"}) {
+       {"flips:0.5", "flips:0.25:0.125", "flips:0.01:0.1", "flips:0.5:fitting", "burst:16",
+        "burst:2:7", "lost_clock", "double_clock:3", "slo_low:0", "slo_high:103"}) {
     const auto fault = parse_fault(text);
     ASSERT_TRUE(fault) << text;
     EXPECT_EQ(text_of(*fault), text);
@@ -26,10 +26,10 @@ TEST(CampaignFault, RatesThatAreNoPartOf2To32_ParseToTheSameAgain) {
 }
 
 TEST(CampaignFault, TextThatIsNoFault_IsRefused) {
-  for (const char* text :
-       {"", "flip:0.1", "flips", "flips:0", "flips:0.6", "flips:nan", "flips:-0.1",
-        "flips:0.1:", "flips:0.1:0.2:0.3", "burst", "burst:1", "burst:33", "burst:4:x",
-        "lost_clock:1:2", "slo_low:", "slo_high:-1", "burst:16 "}) {
+  for (const char* text : {"", "flip:0.1", "flips", "flips:0", "flips:0.6", "flips:nan",
+                           "flips:-0.1", "flips:0.1:", "flips:0.1:0.2:0.3", "flips:0.1:fit",
+                           "flips:0.1:fitting:0.1", "burst", "burst:1", "burst:33", "burst:4:x",
+                           "lost_clock:1:2", "slo_low:", "slo_high:-1", "burst:16 "}) {
     EXPECT_FALSE(parse_fault(text)) << text;
   }
 }

@@ -46,15 +46,35 @@ std::optional<CampaignFrame> CampaignFrame::make(const FrameFormat& format, Safe
     return std::nullopt;
   }
   CampaignFrame frame(format, setup);
-  if (!frame.ready_.self_test()) return std::nullopt;
+  if (!frame.prepare()) return std::nullopt;
   return frame;
 }
 
 CampaignFrame::CampaignFrame(const FrameFormat& format, const SafetySetup& setup)
-    : plan_(format, setup),
-      ready_(plan_),
+    : plan_(std::make_shared<const Plan>(format, setup)),
       cpw_columns_(columns_of(cpw_format())),
       spw_columns_(columns_of(spw_format())) {}
+
+bool CampaignFrame::prepare() {
+  const SafetySetup& setup = plan_->setup();
+  const Picoseconds cycle = std::clamp(setup.cycle_min, setup.frame_gap_min, setup.frame_gap_max);
+  SharedMonitor tested{SharedSafetyPlan(*plan_)};
+  if (!tested.self_test()) return false;
+  ready_.assign(64, tested);
+  due_ = cycle * setup.start_frames;
+  const unsigned first = first_counter();
+  const unsigned period = 64U - first;
+  for (unsigned due = first; due < ready_.size(); ++due) {
+    for (unsigned before = setup.start_frames; before > 0; --before) {
+      SafetyFinding good;
+      const unsigned turned = due - first + period * 5U - before;
+      good.life_counter = static_cast<std::uint8_t>(first + turned % period);
+      good.cause = SafetyVerdict::safe;
+      ready_[due].step(due_ - cycle * before, good, good);
+    }
+  }
+  return true;
+}
 
 SentFrame CampaignFrame::draw(std::uint64_t seed, std::uint64_t index) const {
   sim::Random random(seed ^ sim::scrambled(index));
@@ -65,9 +85,9 @@ SentFrame CampaignFrame::draw(std::uint64_t seed, std::uint64_t index) const {
 
 WordPair CampaignFrame::encode(const SentFrame& sent) const {
   const auto word = [this](std::size_t k, const Channel& values) {
-    const ChannelFormat& format = plan_.format().channel_list[k];
+    const ChannelFormat& format = plan_->format().channel_list[k];
     const std::uint64_t data = pack(format, values);
-    return (data << format.crc.width_bits) | plan_.codec().crc(k, data);
+    return (data << format.crc.width_bits) | plan_->codec().crc(k, data);
   };
   Channel cpw{.position = sent.position};
   Channel spw{.position = spw_position(cpw_format(), spw_format(), sent.position),
@@ -92,7 +112,7 @@ FrameOutcome CampaignFrame::judge(const SentFrame& sent, const WordPair& receive
   const WordPair words = encode(sent);
   const auto good = [this](std::size_t k, std::uint64_t word) {
     const CrcSpec& crc = format().channel_list[k].crc;
-    return plan_.codec().crc(k, word >> crc.width_bits) == (word & crc.mask());
+    return plan_->codec().crc(k, word >> crc.width_bits) == (word & crc.mask());
   };
   const bool cpw_good = good(0, received.cpw);
   const bool spw_good = good(1, received.spw);
@@ -108,23 +128,9 @@ FrameOutcome CampaignFrame::judge(const SentFrame& sent, const WordPair& receive
 }
 
 SafetyJudgement CampaignFrame::monitor(const SentFrame& sent, const WordPair& received) const {
-  const SafetySetup& setup = plan_.setup();
-  const Picoseconds cycle = std::clamp(setup.cycle_min, setup.frame_gap_min, setup.frame_gap_max);
-  const unsigned first = first_counter();
-  const unsigned period = 64U - first;
-  Monitor running = ready_;
-  Picoseconds now{};
-  for (unsigned before = setup.start_frames; before > 0; --before) {
-    SafetyFinding good;
-    good.position = sent.position;
-    const unsigned turned = sent.life_counter - first + period * 5U - before;
-    good.life_counter = static_cast<std::uint8_t>(first + turned % period);
-    good.cause = SafetyVerdict::safe;
-    running.step(now, good, good);
-    now = now + cycle;
-  }
+  SharedMonitor running = ready_[sent.life_counter];
   const LineBits bits = line_of(*this, received);
-  return running.step(now, bits.view());
+  return running.step(due_, bits.view());
 }
 
 }  // namespace biss::lab

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -36,6 +37,28 @@ struct FrameOutcome {
   bool operator==(const FrameOutcome&) const = default;
 };
 
+/// A plan that several monitors share: tables are not copied with a monitor.
+class SharedSafetyPlan {
+ public:
+  using Codec = SafetyPlan<>::Codec;
+  using Frame = SafetyPlan<>::Frame;
+  static constexpr std::size_t most_channels = SafetyPlan<>::most_channels;
+  static constexpr unsigned most_payload_bits = SafetyPlan<>::most_payload_bits;
+  static constexpr unsigned least_payload_bits = SafetyPlan<>::least_payload_bits;
+
+  /// The plan must outlive this.
+  explicit SharedSafetyPlan(const SafetyPlan<>& plan) : plan_(&plan) {}
+
+  const Codec& codec() const { return plan_->codec(); }
+  const FrameFormat& format() const { return plan_->format(); }
+  unsigned payload_bits() const { return plan_->payload_bits(); }
+  const SafetySetup& setup() const { return plan_->setup(); }
+  const safety_detail::Alignment& alignment() const { return plan_->alignment(); }
+
+ private:
+  const SafetyPlan<>* plan_;
+};
+
 /// A format and a setup, ready for frames. The control word is the first channel, the safety word
 /// the second and last one; each has at most 64 bits with its CRC.
 class CampaignFrame {
@@ -47,15 +70,15 @@ class CampaignFrame {
   /// \return none where the format and the setup are no such pair or cannot be monitored
   static std::optional<CampaignFrame> make(const FrameFormat& format, SafetySetup setup);
 
-  const Plan& plan() const { return plan_; }
-  const FrameFormat& format() const { return plan_.format(); }
+  const Plan& plan() const { return *plan_; }
+  const FrameFormat& format() const { return plan_->format(); }
   const ChannelFormat& cpw_format() const { return format().channel_list[0]; }
   const ChannelFormat& spw_format() const { return format().channel_list[1]; }
   unsigned cpw_bits() const { return cpw_format().total_bits(); }
   unsigned spw_bits() const { return spw_format().total_bits(); }
   unsigned bits() const { return cpw_bits() + spw_bits(); }
   unsigned first_counter() const {
-    return plan_.setup().counter.mode == CounterMode::count_0_63 ? 0 : 1;
+    return plan_->setup().counter.mode == CounterMode::count_0_63 ? 0 : 1;
   }
   /// What one wrong bit of a word does to its checksum, [0] for the word's last bit.
   const std::vector<std::uint32_t>& cpw_columns() const { return cpw_columns_; }
@@ -76,8 +99,15 @@ class CampaignFrame {
  private:
   CampaignFrame(const FrameFormat& format, const SafetySetup& setup);
 
-  Plan plan_;
-  Monitor ready_;
+  using SharedMonitor = SafetyMonitor<SharedSafetyPlan>;
+
+  // False where the self test fails.
+  bool prepare();
+
+  std::shared_ptr<const Plan> plan_;
+  // [counter]: behind good frames, a frame with this counter is due at `due_`.
+  std::vector<SharedMonitor> ready_;
+  Picoseconds due_{};
   std::vector<std::uint32_t> cpw_columns_;
   std::vector<std::uint32_t> spw_columns_;
 };

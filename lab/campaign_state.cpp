@@ -1,5 +1,7 @@
 // A campaign's state as text: what was planned, what is done, what was counted.
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
 #include "lab/campaign.hpp"
 
@@ -8,7 +10,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr int state_version = 1;
+constexpr int state_version = 2;
 
 // Runs of finished blocks, [first, behind the last].
 Json runs_of(const std::vector<bool>& done) {
@@ -40,6 +42,23 @@ Json counts_object(const CampaignCounts& counts) {
   return object;
 }
 
+Json fitted_list(const CampaignCounts& counts) {
+  Json list = Json::array();
+  for (const auto& [bin, events] : counts.fitted) {
+    list.push_back({acceptance_names[static_cast<std::size_t>(bin.what)], bin.bits.far,
+                    bin.bits.near, bin.bits.all, events});
+  }
+  return list;
+}
+
+FittedBin bin_of(const Json& entry) {
+  const std::string name = entry.at(0);
+  const auto what = std::find(acceptance_names.begin(), acceptance_names.end(), name);
+  if (what == acceptance_names.end()) throw std::out_of_range(name);
+  return {static_cast<Acceptance>(what - acceptance_names.begin()),
+          {entry.at(1), entry.at(2), entry.at(3)}};
+}
+
 CampaignCounts counts_of(const Json& fault) {
   CampaignCounts counts;
   counts.frames = fault.at("frames");
@@ -48,6 +67,7 @@ CampaignCounts counts_of(const Json& fault) {
       counts.accepted[what].at(event.at(0).get<std::size_t>()) = event.at(1);
     }
   }
+  for (const Json& entry : fault.at("fitted")) counts.fitted[bin_of(entry)] = entry.at(4);
   for (const std::uint64_t index : fault.at("missed").get<std::vector<std::uint64_t>>()) {
     counts.add_missed(index);
   }
@@ -79,7 +99,7 @@ bool fill(CampaignState& state, const Json& object) {
       const std::uint64_t behind = run.at(1);
       if (behind > state.done[n].size()) return false;
       for (std::uint64_t block = run.at(0); block < behind; ++block) {
-        if (!state.done[n][block]) frames += state.plan.frames_of(block);
+        if (!state.done[n][block]) frames += state.plan.frames_of_block(n, block);
         state.done[n][block] = true;
       }
     }
@@ -102,6 +122,7 @@ std::string state_text(const CampaignState& state) {
                       {"frames", state.counts[n].frames},
                       {"blocks", runs_of(state.done[n])},
                       {"accepted", counts_object(state.counts[n])},
+                      {"fitted", fitted_list(state.counts[n])},
                       {"missed", state.counts[n].missed}});
   }
   object["faults"] = faults;

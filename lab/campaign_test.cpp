@@ -19,7 +19,8 @@ const CampaignFrame& frame() {
 CampaignPlan plan() {
   CampaignPlan asked{
       .format = "rxm", .rules = "", .seed = 7, .frames = 12 * block_frames + 1234, .faults = {}};
-  for (const char* text : {"flips:0.1", "flips:0.01:0.1", "burst:8", "lost_clock"}) {
+  for (const char* text :
+       {"flips:0.1", "flips:0.01:0.1", "flips:0.1:fitting", "burst:8", "lost_clock"}) {
     asked.faults.push_back(*parse_fault(text));
   }
   return asked;
@@ -90,7 +91,7 @@ TEST(CampaignState, Text_ComesBack) {
 
 TEST(CampaignState, DamagedText_IsRefused) {
   const std::string text = state_text(whole());
-  for (std::size_t size = 0; size + 2 < text.size(); size += 7) {
+  for (std::size_t size = 0; size + 2 < text.size(); size += 97) {
     EXPECT_FALSE(read_state(text.substr(0, size)));
   }
   const auto changed = [&text](const std::string& from, const std::string& to) {
@@ -98,9 +99,10 @@ TEST(CampaignState, DamagedText_IsRefused) {
     other.replace(other.find(from), from.size(), to);
     return read_state(other);
   };
-  EXPECT_FALSE(changed("\"biss_campaign\":1", "\"biss_campaign\":2"));
+  EXPECT_FALSE(changed("\"biss_campaign\":2", "\"biss_campaign\":3"));
   EXPECT_FALSE(changed("\"blocks\":[[0,13]]", "\"blocks\":[[0,12]]")) << "frames without a block";
   EXPECT_FALSE(changed("\"blocks\":[[0,13]]", "\"blocks\":[[0,14]]")) << "a block too many";
+  EXPECT_FALSE(changed("[\"monitor\",", "[\"monitors\","));
   EXPECT_FALSE(changed("burst:8", "burst:1"));
   EXPECT_FALSE(changed("\"seed\":7", "\"seed\":\"7\""));
 }

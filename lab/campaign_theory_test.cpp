@@ -7,6 +7,7 @@
 
 #include "biss/safety/configurations.hpp"
 #include "lab/campaign.hpp"
+#include "lab/dual_sums.hpp"
 
 namespace biss::lab {
 namespace {
@@ -50,7 +51,7 @@ TEST(CampaignTheory, Counts_AreWithinFiveDeviations) {
 // Residual error of a control word with 38 data bits, and of a safety word with 36, at 1 %: the
 // project's fact sheet, from the weights of the codes.
 TEST(CampaignTheory, Words_HaveThePublishedResidualError) {
-  const CampaignTheory theory = flips_theory(frame_of("fs-36-28"), 0.01L);
+  const CampaignTheory theory = FlipsTheory(frame_of("fs-36-28")).at(0.01L);
   EXPECT_NEAR(static_cast<double>(theory[0]), 1.572e-4, 1e-7);
   EXPECT_NEAR(static_cast<double>(theory[1]), 3.806e-10, 1e-13);
 }
@@ -62,7 +63,7 @@ TEST(CampaignTheory, SmallFrame_IsAsEnumerated) {
       CampaignFrame::make(parse_format("pos5,nE,crc3+pos3,nE,lc6,crc3").value(), setup);
   ASSERT_TRUE(frame);
   const double rate = 0.125;
-  const CampaignTheory theory = flips_theory(*frame, 0.125L);
+  const CampaignTheory theory = FlipsTheory(*frame).at(0.125L);
   std::array<double, acceptance_count> sum{};
   const std::uint64_t patterns = std::uint64_t{1} << frame->bits();
   for (std::uint64_t wrong = 1; wrong < patterns; ++wrong) {
@@ -91,6 +92,40 @@ TEST(CampaignTheory, SmallFrame_IsAsEnumerated) {
   }
 }
 
+// The other route: the mean of signs over all pairs of dual words, in floating point.
+void expect_two_routes_agree(const CampaignFrame& frame, long double rate, const char* name) {
+  const CampaignTheory theory = FlipsTheory(frame).at(rate);
+  const CampaignTheory other = dual_sums(frame, rate);
+  for (std::size_t what = 0; what < acceptance_count; ++what) {
+    EXPECT_NEAR(static_cast<double>(theory[what] - other[what]), 0,
+                1e-12 * static_cast<double>(theory[what]) + 1e-17)
+        << name << " " << static_cast<double>(rate) << " " << acceptance_names[what];
+  }
+}
+
+TEST(CampaignTheory, WeightsOfPairsAndDualSums_AreTheSame) {
+  const struct {
+    const char* format;
+    SafetyComparison comparison;
+  } cases[] = {
+      {"pos20,nE,nW,crc6+pos16,nE,nW,lc6,crc8", {}},
+      {"pos16,nE,nW,crc5+pos16,nE,nW,lc6,crc8", {.tolerance_lsb = 0}},
+      {"st16,nE,nW,crc6+st12,nE,nW,lc6,crc7", {.compare_bits = 9}},
+      {"mt12,st16,nE,nW,crc6+mt12,st12,nE,nW,lc6,crc7", {.compare_bits = 9}},
+      {"mt12,st16,nE,nW,crc6+mt8,st12,nE,nW,lc6,crc7", {.multiturn = MultiturnRule::ignored}},
+      {"mt12,st24,nE,nW,crc6+st16,nE,nW,lc6,crc6", {.compare_bits = 13}}};
+  for (const auto& [text, comparison] : cases) {
+    SafetySetup setup;
+    setup.comparison = comparison;
+    const auto frame = CampaignFrame::make(parse_format(text).value(), setup);
+    ASSERT_TRUE(frame) << text;
+    for (const long double rate : {0.5L, 0.3L, 0.1L, 0.01L}) {
+      expect_two_routes_agree(*frame, rate, text);
+    }
+  }
+  expect_two_routes_agree(frame_of("rxm"), 0.1L, "rxm");
+}
+
 TEST(CampaignTheory, MoreToleranceThanOneCount_HasNone) {
   SafetySetup setup;
   setup.comparison.tolerance_lsb = 2;
@@ -103,11 +138,17 @@ TEST(Campaign, ImportanceSampling_IsAddedWherePlainSeesTooLittle) {
   const CampaignFrame frame = frame_of("rxm");
   const FaultChoice fault = *parse_fault("flips:0.01");
   const auto weighed = importance_of(frame, fault, 1'000'000, *campaign_theory(frame, fault));
-  ASSERT_TRUE(weighed);
-  EXPECT_EQ(weighed->rate, fault.rate);
-  EXPECT_GT(weighed->drawn_rate, fault.rate);
+  ASSERT_EQ(weighed.size(), 2U);
+  EXPECT_EQ(weighed[0].rate, fault.rate);
+  EXPECT_GT(weighed[0].drawn_rate, fault.rate);
+  EXPECT_EQ(text_of(weighed[1]), "flips:0.01:fitting");
   const FaultChoice high = *parse_fault("flips:0.5");
-  EXPECT_FALSE(importance_of(frame, high, 1'000'000, *campaign_theory(frame, high)));
+  const auto fitting = importance_of(frame, high, 1'000'000, *campaign_theory(frame, high));
+  ASSERT_EQ(fitting.size(), 1U);
+  EXPECT_EQ(text_of(fitting[0]), "flips:0.5:fitting");
+  CampaignTheory enough{};
+  enough.fill(1e-3L);
+  EXPECT_TRUE(importance_of(frame, high, 1'000'000, enough).empty());
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "lab/pair.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <map>
 #include <vector>
@@ -87,29 +88,37 @@ class Word {
 // words differ in exactly `mask`: MacWilliams again, over the pairs of dual words. A compared bit
 // outside the mask is wrong in both words or in neither: a factor 1 + z^2, or 1 - z^2 when it is in
 // one of the two dual words. Inside it is wrong in one of them: 2z, -2z when it is in both dual
-// words, 0 when it is in one.
+// words, 0 when it is in one. Masks are those of a carry, the lowest bits: one look at each pair of
+// dual words does for all of them.
 class JointCount {
  public:
   JointCount(const Word& control, const Word& safety, unsigned compared)
-      : control_(control.duals()),
-        safety_(safety.duals()),
+      : safety_(safety.duals()),
         compared_(compared),
         free_bits_(control.free_bits() + safety.free_bits()),
-        checks_(control.code().crc_bits + safety.code().crc_bits) {}
+        checks_(control.code().crc_bits + safety.code().crc_bits),
+        numbers_(compared + 1, std::vector<std::int64_t>((compared + 1) * (free_bits_ + 1), 0)) {
+    for (const Word::Dual& a : control.duals()) {
+      // The sign of a mask is the parity of what of the control word's is in it.
+      std::vector<std::int64_t> signs{1};
+      for (unsigned i = 0; i < compared; ++i) {
+        signs.push_back(((a.compared >> i) & 1U) != 0 ? -signs.back() : signs.back());
+      }
+      for (const Word::Dual& b : safety_) {
+        const std::uint64_t one = a.compared ^ b.compared;
+        const unsigned at =
+            static_cast<unsigned>(std::popcount(one)) * (free_bits_ + 1) + a.free + b.free;
+        const unsigned most = std::min(compared, static_cast<unsigned>(std::countr_zero(one)));
+        for (unsigned lowest = 0; lowest <= most; ++lowest) numbers_[lowest][at] += signs[lowest];
+      }
+    }
+  }
 
+  // \pre mask is 0…01…1, of `compared` bits
   Polynomial<Wide> of(std::uint64_t mask) const {
     const auto differing = static_cast<unsigned>(std::popcount(mask));
     const unsigned agreeing = compared_ - differing;
-    std::vector<std::int64_t> numbers((agreeing + 1) * (free_bits_ + 1), 0);
-    for (const Word::Dual& a : control_) {
-      const std::int64_t sign = std::popcount(a.compared & mask) % 2 != 0 ? -1 : 1;
-      for (const Word::Dual& b : safety_) {
-        const std::uint64_t one = a.compared ^ b.compared;
-        if ((one & mask) != 0) continue;
-        numbers[static_cast<unsigned>(std::popcount(one)) * (free_bits_ + 1) + a.free + b.free] +=
-            sign;
-      }
-    }
+    const std::vector<std::int64_t>& numbers = numbers_[differing];
     std::vector<Polynomial<Wide>> outer;
     for (unsigned i = 0; i <= agreeing; ++i) {
       std::vector<Polynomial<Wide>> inner;
@@ -130,11 +139,12 @@ class JointCount {
   }
 
  private:
-  std::vector<Word::Dual> control_;
   std::vector<Word::Dual> safety_;
   unsigned compared_;
   unsigned free_bits_;
   unsigned checks_;
+  // For each mask, by its number of bits.
+  std::vector<std::vector<std::int64_t>> numbers_;
 };
 
 Undetected& add_share(Undetected& sum, const Polynomial<Wide>& counts, long double share) {
@@ -180,10 +190,12 @@ PairWeights pair_weights(const FrameFormat& format, const PairChecks& checks) {
   PairWeights out;
   out.bits = control.code().bits() + safety.code().bits();
   out.compared_bits = bits;
+  out.accepted.assign(out.bits + 1, 0);
   out.wrong.assign(out.bits + 1, 0);
   out.beyond_tolerance.assign(out.bits + 1, 0);
   for (const auto& [mask, share] : passing_masks(bits, checks.tolerance_lsb)) {
     const auto all = joint.of(mask);
+    add_share(out.accepted, all, share);
     auto wrong = all;
     subtract(wrong, product_of(right_control, safety.with(mask)));
     add_share(out.wrong, wrong, share);
@@ -197,6 +209,7 @@ PairWeights pair_weights(const FrameFormat& format, const PairChecks& checks) {
     }
     add_share(out.beyond_tolerance, rest, share);
   }
+  out.accepted[0] = 0;  // nothing wrong
   return out;
 }
 

@@ -36,6 +36,8 @@ enum class PairError : std::uint8_t {
 struct PairWeights {
   unsigned bits = 0;           ///< of both words
   unsigned compared_bits = 0;  ///< turns included
+  /// Any bit of either word is wrong.
+  Undetected accepted;
   /// The control word's position is wrong in any bit. Below the compared bits nothing but the
   /// control word's own checksum looks at it.
   Undetected wrong;

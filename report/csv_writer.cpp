@@ -26,6 +26,8 @@ void append_cell(std::string& out, const Cell& cell) {
       return append_number(out, cell.unsigned_value());
     case Kind::signed_integer:
       return append_number(out, cell.signed_value());
+    case Kind::real:
+      return append_number(out, cell.real_value());
     case Kind::nanoseconds:
       return append_nanoseconds(out, cell.time());
     case Kind::text:

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "report/text.hpp"
@@ -29,6 +30,9 @@ void append_cell(std::string& out, const Cell& cell, const Column& column) {
     case Kind::signed_integer:
       return append_fixed(out, magnitude_of(cell.signed_value()), shift,
                           column.places.value_or(shift));
+    case Kind::real:
+      if (!std::isfinite(cell.real_value())) return void(out.append(absent));
+      return append_number(out, cell.real_value());
     case Kind::nanoseconds:
       return append_fixed(out, magnitude_of(cell.time().count), shift + 3,
                           column.places.value_or(shift + 3));

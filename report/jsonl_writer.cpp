@@ -1,3 +1,4 @@
+#include <cmath>
 #include <vector>
 
 #include "report/text.hpp"
@@ -70,6 +71,9 @@ void append_cell(std::string& out, const Cell& cell) {
     case Kind::signed_integer:
       return append_safely(out, magnitude_of(cell.signed_value()).value,
                            [&] { append_number(out, cell.signed_value()); });
+    case Kind::real:
+      if (!std::isfinite(cell.real_value())) return void(out.append("null"));
+      return append_number(out, cell.real_value());
     case Kind::nanoseconds:
       return append_safely(out, magnitude_of(cell.time().count).value / 1000,
                            [&] { append_nanoseconds(out, cell.time()); });

@@ -25,6 +25,7 @@ enum class Kind : std::uint8_t {
   unsigned_integer,  ///< up to 2^64 - 1; decimal
   signed_integer,    ///< decimal
   nanoseconds,       ///< a Picoseconds, written as nanoseconds with up to three places, exact
+  real,              ///< a double: as few digits as give the same one again; not finite: absent
   text,              ///< any bytes; UTF-8 where it is to be readable
   bits,              ///< a bit string, written as one hexadecimal number (see append_hex)
   flag,              ///< 0 or 1
@@ -42,6 +43,7 @@ class Cell {
   constexpr Cell(T value) : kind_(Kind::signed_integer), signed_(value) {}
   template <std::same_as<bool> T>
   constexpr Cell(T value) : kind_(Kind::flag), number_(value ? 1U : 0U) {}
+  constexpr Cell(double value) : kind_(Kind::real), real_(value) {}
   constexpr Cell(Picoseconds value) : kind_(Kind::nanoseconds), signed_(value.count) {}
   constexpr Cell(Hertz value) : kind_(Kind::unsigned_integer), number_(value.count) {}
   constexpr Cell(std::string_view value) : kind_(Kind::text), text_(value) {}
@@ -57,6 +59,8 @@ class Cell {
   constexpr std::uint64_t unsigned_value() const { return number_; }
   /// \pre kind() is signed_integer
   constexpr std::int64_t signed_value() const { return signed_; }
+  /// \pre kind() is real
+  constexpr double real_value() const { return real_; }
   /// \pre kind() is nanoseconds
   constexpr Picoseconds time() const { return {signed_}; }
   /// \pre kind() is text
@@ -69,6 +73,7 @@ class Cell {
   union {
     std::uint64_t number_;
     std::int64_t signed_;
+    double real_;
     std::string_view text_;
     BitView bits_;
   };

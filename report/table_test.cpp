@@ -220,6 +220,26 @@ TEST(Jsonl, RandomRows_EqualTheLibrarysText) {
   }
 }
 
+TEST(RealCells, ComeBackAsTheSameDouble) {
+  const std::vector<Column> columns = {{.name = "r", .kind = Kind::real}};
+  for (const double value : {0.0, 1.0, 0.1, -2.5, 1.0408340855860843e-17, 2.3e-308, 1.7e308}) {
+    const std::string line = write(Format::jsonl, columns, {{value}});
+    EXPECT_EQ(Json::parse(line).at("r").get<double>(), value) << line;
+    EXPECT_EQ(std::stod(write(Format::csv, columns, {{value}}).substr(2)), value);
+  }
+  EXPECT_EQ(write(Format::csv, columns, {{1.25}}), "r\n1.25\n");
+  EXPECT_EQ(write(Format::table, columns, {{1e-9}}), "    r\n─────\n1e-09\n");
+}
+
+TEST(RealCells, NotFinite_AreAbsent) {
+  const std::vector<Column> columns = {{.name = "r", .kind = Kind::real}};
+  for (const double value : {std::numeric_limits<double>::infinity(), std::nan("")}) {
+    EXPECT_EQ(write(Format::jsonl, columns, {{value}}), "{\"r\":null}\n");
+    EXPECT_EQ(write(Format::csv, columns, {{value}}), "r\n\"\"\n");
+    EXPECT_EQ(write(Format::table, columns, {{value}}), "r\n─\n-\n");
+  }
+}
+
 TEST(EyeTable, RowsOfDecode_AreAlignedAndRounded) {
   EXPECT_EQ(write(Format::table, decode_columns(), decode_rows()),
             "cycle     time  status       position  nE  nW  CRC  delay   ACK  clock  raw\n"

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
 
 namespace biss::report {
 namespace {
@@ -63,6 +64,12 @@ bool turns_direction(char32_t value) {
 
 void append_number(std::string& out, std::uint64_t value) { append_integer(out, value); }
 void append_number(std::string& out, std::int64_t value) { append_integer(out, value); }
+void append_number(std::string& out, double value) {
+  if (!std::isfinite(value)) return;
+  std::array<char, 32> digits;
+  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
+  out.append(digits.data(), end);
+}
 
 void append_nanoseconds(std::string& out, Picoseconds time) {
   const Magnitude number = magnitude_of(time.count);

@@ -13,6 +13,9 @@ namespace biss::report {
 
 void append_number(std::string& out, std::uint64_t value);
 void append_number(std::string& out, std::int64_t value);
+/// As few digits as give the same double again, with an exponent where that is shorter; nothing
+/// where it is not finite.
+void append_number(std::string& out, double value);
 
 /// Nanoseconds with up to three digits after the point, exact, no trailing zeros: `112`, `-0.5`.
 void append_nanoseconds(std::string& out, Picoseconds time);

@@ -43,12 +43,13 @@ bool add_campaign_fault(const lab::CampaignFrame& frame, const std::string& text
 
 void add_importance(const lab::CampaignFrame& frame, lab::CampaignPlan& plan) {
   const std::vector<lab::FaultChoice> asked = plan.faults;
+  lab::CampaignTheories theories(frame);
   for (const lab::FaultChoice& fault : asked) {
-    if (fault.kind != lab::CampaignFault::flips || fault.drawn_rate != 0) continue;
-    const auto theory = lab::campaign_theory(frame, fault);
+    if (fault.kind != lab::CampaignFault::flips) continue;
+    const auto theory = theories.of(fault);
     if (!theory) continue;
     const auto weighed = lab::importance_of(frame, fault, plan.frames, *theory);
-    if (weighed) plan.faults.push_back(*weighed);
+    plan.faults.insert(plan.faults.end(), weighed.begin(), weighed.end());
   }
 }
 

@@ -5,7 +5,6 @@
 
 #include <array>
 #include <cmath>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -26,38 +25,16 @@ std::string signed_places(long double value) {
   return fmt::format("{:+.2f}", static_cast<double>(value));
 }
 
-// Theories take seconds; one row by importance sampling has the same as its plain one.
-class Theories {
- public:
-  explicit Theories(const lab::CampaignFrame& frame) : frame_(frame) {}
-
-  const std::optional<lab::CampaignTheory>& of(lab::FaultChoice fault) {
-    fault.drawn_rate = 0;
-    const auto [at, fresh] = known_.try_emplace(text_of(fault));
-    if (fresh) at->second = lab::campaign_theory(frame_, fault);
-    return at->second;
-  }
-
- private:
-  const lab::CampaignFrame& frame_;
-  std::map<std::string, std::optional<lab::CampaignTheory>> known_;
-};
-
 struct Measured {
   std::string fault;
   const lab::CampaignCounts& counts;
   std::optional<lab::CampaignTheory> theory;
-  std::array<lab::CampaignEstimate, lab::acceptance_count> estimates{};
-
-  std::optional<std::string> theory_text(std::size_t what) const {
-    if (!theory) return std::nullopt;
-    return number((*theory)[what]);
-  }
-  std::optional<std::string> sigma_text(std::size_t what) const {
-    if (!estimates[what].sigma) return std::nullopt;
-    return signed_places(*estimates[what].sigma);
-  }
+  /// None where the fault's counts say nothing of it.
+  std::array<std::optional<lab::CampaignEstimate>, lab::acceptance_count> estimates{};
 };
+
+// A long double as the nearest double.
+report::Cell real(long double value) { return static_cast<double>(value); }
 
 std::vector<report::Column> machine_columns() {
   std::vector<report::Column> columns = {{.name = "fault"},
@@ -66,45 +43,46 @@ std::vector<report::Column> machine_columns() {
        {"accepted_cpw", "accepted_spw", "accepted_both", "accepted_monitor", "wrong"}) {
     columns.push_back({.name = name, .kind = Kind::unsigned_integer});
   }
-  for (const char* name : {"rate", "theory", "low", "high", "sigma"}) {
-    columns.push_back({.name = name});
-  }
+  const auto add = [&columns](const std::string& name) {
+    columns.push_back({.name = name, .kind = Kind::real});
+  };
+  for (const char* name : {"rate", "theory", "low", "high", "sigma"}) add(name);
   for (const char* what : {"cpw", "spw", "both", "monitor"}) {
-    for (const char* name : {"rate", "theory", "sigma"}) {
-      columns.push_back({.name = fmt::format("{}_{}", what, name)});
-    }
+    for (const char* name : {"rate", "theory", "sigma"}) add(fmt::format("{}_{}", what, name));
   }
   columns.push_back({.name = "missed"});
+  for (const char* what : {"cpw_", "spw_", "both_", "monitor_", ""}) {
+    add(fmt::format("{}effective", what));
+  }
   return columns;
 }
 
+report::Cell events_cell(const Measured& row, std::size_t what) {
+  return row.estimates[what] ? report::Cell(row.counts.total(acceptances[what])) : report::Cell();
+}
+
 bool write_machine_row(report::TableWriter& table, const Measured& row) {
-  // Cells own no text.
   constexpr std::size_t wrong = lab::acceptance_count - 1;
-  const auto text = [](const std::optional<std::string>& value) {
-    return value ? report::Cell(*value) : report::Cell();
-  };
   std::vector<report::Cell> cells = {report::Cell(row.fault), report::Cell(row.counts.frames)};
-  for (const Acceptance what : acceptances) cells.emplace_back(row.counts.total(what));
-  const std::string rate = number(row.estimates[wrong].rate);
-  const std::string low = number(row.estimates[wrong].low);
-  const std::string high = number(row.estimates[wrong].high);
-  std::array<std::string, wrong> rates;
-  std::array<std::optional<std::string>, lab::acceptance_count> theories;
-  std::array<std::optional<std::string>, lab::acceptance_count> sigmas;
-  for (std::size_t what = 0; what < lab::acceptance_count; ++what) {
-    if (what < wrong) rates[what] = number(row.estimates[what].rate);
-    theories[what] = row.theory_text(what);
-    sigmas[what] = row.sigma_text(what);
-  }
-  cells.insert(cells.end(), {report::Cell(rate), text(theories[wrong]), report::Cell(low),
-                             report::Cell(high), text(sigmas[wrong])});
-  for (std::size_t what = 0; what < wrong; ++what) {
-    cells.insert(cells.end(),
-                 {report::Cell(rates[what]), text(theories[what]), text(sigmas[what])});
-  }
+  for (std::size_t what = 0; what <= wrong; ++what) cells.push_back(events_cell(row, what));
+  const auto add = [&](std::size_t what, bool bounds) {
+    const auto& found = row.estimates[what];
+    cells.push_back(found ? real(found->rate) : report::Cell());
+    cells.push_back(row.theory ? real((*row.theory)[what]) : report::Cell());
+    if (bounds) {
+      cells.push_back(found ? real(found->low) : report::Cell());
+      cells.push_back(found ? real(found->high) : report::Cell());
+    }
+    cells.push_back(found && found->sigma ? real(*found->sigma) : report::Cell());
+  };
+  add(wrong, true);
+  for (std::size_t what = 0; what < wrong; ++what) add(what, false);
+  // Cells own no text.
   const std::string missed = fmt::format("{}", fmt::join(row.counts.missed, ";"));
   cells.emplace_back(missed);
+  for (const auto& found : row.estimates) {
+    cells.push_back(found ? real(found->effective) : report::Cell());
+  }
   return table.row(cells);
 }
 
@@ -113,6 +91,7 @@ std::vector<report::Column> eye_columns() {
           {.name = "accepted by"},
           {.name = "frames", .kind = Kind::unsigned_integer},
           {.name = "events", .kind = Kind::unsigned_integer},
+          {.name = "effective"},
           {.name = "rate"},
           {.name = "low"},
           {.name = "high"},
@@ -122,21 +101,24 @@ std::vector<report::Column> eye_columns() {
 
 bool write_eye_rows(report::TableWriter& table, const Measured& row) {
   for (std::size_t what = 0; what < lab::acceptance_count; ++what) {
-    const lab::CampaignEstimate& estimate = row.estimates[what];
-    const std::string rate = number(estimate.rate);
-    const std::string low = number(estimate.low);
-    const std::string high = number(estimate.high);
-    const auto theory = row.theory_text(what);
-    const auto sigma = row.sigma_text(what);
+    if (!row.estimates[what]) continue;
+    const lab::CampaignEstimate& found = *row.estimates[what];
+    const std::string effective = fmt::format("{:.0f}", static_cast<double>(found.effective));
+    const std::string rate = number(found.rate);
+    const std::string low = number(found.low);
+    const std::string high = number(found.high);
+    const std::string theory = row.theory ? number((*row.theory)[what]) : "";
+    const std::string sigma = found.sigma ? signed_places(*found.sigma) : "";
     const report::Cell cells[] = {row.fault,
                                   lab::acceptance_names[what],
                                   row.counts.frames,
-                                  row.counts.total(acceptances[what]),
+                                  events_cell(row, what),
+                                  effective,
                                   rate,
                                   low,
                                   high,
-                                  theory ? report::Cell(*theory) : report::Cell(),
-                                  sigma ? report::Cell(*sigma) : report::Cell()};
+                                  theory,
+                                  sigma};
     if (!table.row(cells)) return false;
   }
   return true;
@@ -149,15 +131,16 @@ CampaignTable write_campaign(const lab::CampaignFrame& frame, const lab::Campaig
   const bool eyes = to == report::Format::table;
   const auto columns = eyes ? eye_columns() : machine_columns();
   const auto table = report::make_table_writer(to, columns, sink, {.colour = colour});
-  Theories theories(frame);
+  lab::CampaignTheories theories(frame);
   CampaignTable result;
   for (std::size_t n = 0; n < state.plan.faults.size(); ++n) {
     const lab::FaultChoice& fault = state.plan.faults[n];
     Measured row{text_of(fault), state.counts[n], theories.of(fault)};
     for (std::size_t what = 0; what < lab::acceptance_count; ++what) {
       const auto theory = row.theory ? std::optional((*row.theory)[what]) : std::nullopt;
+      if (!is_counted(fault, acceptances[what])) continue;
       row.estimates[what] = estimate(frame, fault, row.counts, acceptances[what], theory);
-      const auto& sigma = row.estimates[what].sigma;
+      const auto& sigma = row.estimates[what]->sigma;
       if (sigma && std::abs(*sigma) > sigma_limit) result.disagrees = true;
     }
     if (!(eyes ? write_eye_rows(*table, row) : write_machine_row(*table, row))) return result;

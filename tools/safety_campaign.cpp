@@ -81,7 +81,8 @@ bool save(const lab::CampaignState& state, const std::string& path) {
   if (isatty(STDERR_FILENO) != 0) {
     std::uint64_t done = 0;
     for (const lab::CampaignCounts& counts : state.counts) done += counts.frames;
-    const std::uint64_t all = state.plan.frames * state.plan.faults.size();
+    std::uint64_t all = 0;
+    for (std::size_t n = 0; n < state.counts.size(); ++n) all += state.plan.frames_of(n);
     print_summary(fmt::format("\r{} of {} frames", done, all) + (done == all ? "\n" : ""));
   }
   if (path.empty()) return true;
@@ -197,11 +198,12 @@ ExitStatus run_safety_campaign(const CampaignOptions& options) {
                          .faults = {}};
   for (const std::string& text : options.faults) {
     if (add_campaign_fault(*frame, text, plan)) continue;
-    return fail(ExitStatus::usage,
-                fmt::format("'{}' is no fault of these {} bits: flips:RATE[:DRAWN] (up to 0.5), "
-                            "burst:BITS[:PLACE] (2 to 32), or lost_clock, double_clock, slo_low, "
-                            "slo_high with [:PLACE]",
-                            text, frame->bits()));
+    return fail(
+        ExitStatus::usage,
+        fmt::format("'{}' is no fault of these {} bits: flips:RATE[:DRAWN|:fitting] (up "
+                    "to 0.5), burst:BITS[:PLACE] (2 to 32), or lost_clock, double_clock, slo_low, "
+                    "slo_high with [:PLACE]",
+                    text, frame->bits()));
   }
   if (options.replay) return run_replay(*frame, plan, options);
   return run_counts(*frame, std::move(plan), options);
@@ -213,9 +215,10 @@ SafetyRun add_safety_campaign(CLI::App& verb) {
   const auto options = std::make_shared<CampaignOptions>();
   verb.add_option("-f,--format", options->format,
                   "Safety configuration, or the format of a control and a safety word");
-  verb.add_option("--fault", options->faults,
-                  "flips:RATE[:DRAWN], burst:BITS[:PLACE], lost_clock, double_clock, slo_low, "
-                  "slo_high, each with [:PLACE]; as often as wanted, all kinds by default")
+  verb.add_option(
+          "--fault", options->faults,
+          "flips:RATE[:DRAWN|:fitting], burst:BITS[:PLACE], lost_clock, double_clock, slo_low, "
+          "slo_high, each with [:PLACE]; as often as wanted, all kinds by default")
       ->type_name("KIND")
       ->allow_extra_args(false);
   add_count_option(verb, "--frames", into(options->frames), "Frames of each fault",

@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <random>
 #include <string>
@@ -20,9 +21,9 @@ namespace {
 
 std::vector<std::string> campaign(const std::vector<std::string>& more) {
   std::vector<std::string> arguments{
-      "safety",  "campaign", "-f",      "rxm",     "--fault",        "flips:0.1",
-      "--fault", "burst:16", "--fault", "slo_low", "--frames",       "2000003",
-      "--seed",  "11",       "--to",    "csv",     "--no-importance"};
+      "safety",   "campaign", "-f",      "rxm",     "--fault",           "flips:0.1", "--fault",
+      "burst:16", "--fault",  "slo_low", "--fault", "flips:0.5:fitting", "--frames",  "1000003",
+      "--seed",   "11",       "--to",    "csv",     "--no-importance"};
   arguments.insert(arguments.end(), more.begin(), more.end());
   return arguments;
 }
@@ -93,9 +94,25 @@ TEST(Campaign, Rows_HaveTheKeysOfTheContract) {
       whole().starts_with("fault,frames,accepted_cpw,accepted_spw,accepted_both,"
                           "accepted_monitor,wrong,rate,theory,"));
   const auto rows = rows_of(whole());
-  ASSERT_EQ(rows.size(), 3U);
-  for (const Row& row : rows) EXPECT_EQ(row.at("frames"), "2000003");
+  ASSERT_EQ(rows.size(), 4U);
+  for (const Row& row : rows) EXPECT_EQ(row.at("frames"), "1000003");
   EXPECT_EQ(rows[0].at("fault"), "flips:0.1");
+  EXPECT_EQ(rows[3].at("cpw_rate"), "") << "fitting draws say nothing of a checksum alone";
+  EXPECT_GT(std::stod(rows[3].at("effective")), 1000);
+  EXPECT_LT(std::abs(std::stod(rows[3].at("sigma"))), 5);
+}
+
+TEST(Campaign, JsonLines_HaveNumbers) {
+  const Outcome lines = run({"safety", "campaign", "-f", "rxm", "--fault", "flips:0.1", "--frames",
+                             "70000", "--no-importance", "--to", "jsonl"});
+  ASSERT_EQ(lines.status, 0) << lines.err;
+  for (const char* key : {"rate", "theory", "low", "high", "cpw_sigma", "effective"}) {
+    const auto at = lines.out.find("\"" + std::string(key) + "\":");
+    ASSERT_NE(at, std::string::npos) << key;
+    EXPECT_NE(std::string("-0123456789").find(lines.out[at + std::string(key).size() + 3]),
+              std::string::npos)
+        << lines.out;
+  }
 }
 
 TEST(Campaign, MissedFrame_IsShownAgainByItsNumber) {

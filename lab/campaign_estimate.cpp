@@ -1,0 +1,120 @@
+#include "lab/campaign_estimate.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "lab/campaign_fitting.hpp"
+
+namespace biss::lab {
+namespace {
+
+constexpr long double two_sided_95 = 1.959963985L;
+constexpr long double enough_events = 100;
+constexpr long double enough_effective = 1000;
+
+unsigned bits_of(const CampaignFrame& frame, Acceptance what) {
+  if (what == Acceptance::cpw) return frame.cpw_bits();
+  if (what == Acceptance::spw) return frame.spw_bits();
+  return frame.bits();
+}
+
+// How much likelier a pattern with so many wrong bits is than it was drawn.
+long double ratio(const FaultChoice& fault, unsigned bits, std::size_t weight) {
+  if (fault.drawn_rate == 0) return 1;
+  const long double rate = probability_of(fault.rate);
+  const long double drawn = probability_of(fault.drawn_rate);
+  return std::pow(rate / drawn, static_cast<long double>(weight)) *
+         std::pow((1 - rate) / (1 - drawn), static_cast<long double>(bits - weight));
+}
+
+struct WeighedEvents {
+  long double sum = 0;
+  long double squares = 0;
+
+  void add(long double each, std::uint64_t events) {
+    sum += each * static_cast<long double>(events);
+    squares += each * each * static_cast<long double>(events);
+  }
+};
+
+WeighedEvents weighed(const CampaignFrame& frame, const FaultChoice& fault,
+                      const CampaignCounts& counts, Acceptance what) {
+  WeighedEvents events;
+  const unsigned bits = bits_of(frame, what);
+  for (std::size_t weight = 0; weight < weight_count; ++weight) {
+    const std::uint64_t number = counts.accepted[static_cast<std::size_t>(what)][weight];
+    if (number != 0) events.add(ratio(fault, bits, weight), number);
+  }
+  if (!fault.fitting) return events;
+  const FittingDraws draws(frame, fault.rate);
+  for (const auto& [bin, number] : counts.fitted) {
+    if (bin.what == what) events.add(draws.likelihood_ratio(bin.bits), number);
+  }
+  return events;
+}
+
+void set_wilson(CampaignEstimate& estimate, long double frames) {
+  const long double z2 = two_sided_95 * two_sided_95;
+  const long double p = estimate.rate;
+  const long double middle = (p + z2 / (2 * frames)) / (1 + z2 / frames);
+  const long double half = two_sided_95 / (1 + z2 / frames) *
+                           std::sqrt(p * (1 - p) / frames + z2 / (4 * frames * frames));
+  estimate.low = p == 0 ? 0 : std::max(0.0L, middle - half);
+  estimate.high = std::min(1.0L, middle + half);
+}
+
+}  // namespace
+
+bool is_counted(const FaultChoice& fault, Acceptance what) {
+  return !fault.fitting || what == Acceptance::monitor || what == Acceptance::wrong;
+}
+
+CampaignEstimate estimate(const CampaignFrame& frame, const FaultChoice& fault,
+                          const CampaignCounts& counts, Acceptance what,
+                          std::optional<long double> theory) {
+  CampaignEstimate found;
+  if (counts.frames == 0) return found;
+  const auto frames = static_cast<long double>(counts.frames);
+  const auto [sum, squares] = weighed(frame, fault, counts, what);
+  found.rate = sum / frames;
+  found.effective = squares > 0 ? sum * sum / squares : 0;
+  if (theory) found.expected = *theory * frames;
+  long double deviation = 0;
+  if (!fault.weighed()) {
+    set_wilson(found, frames);
+    if (theory && found.expected >= enough_events) {
+      deviation = std::sqrt(*theory * (1 - *theory) / frames);
+    }
+  } else {
+    deviation = std::sqrt(std::max(0.0L, squares / frames - found.rate * found.rate) / frames);
+    found.low = std::max(0.0L, found.rate - two_sided_95 * deviation);
+    found.high = found.effective == 0 ? 1 : found.rate + two_sided_95 * deviation;
+    if (found.effective < enough_effective) deviation = 0;
+  }
+  if (theory && deviation > 0) found.sigma = (found.rate - *theory) / deviation;
+  return found;
+}
+
+std::vector<FaultChoice> importance_of(const CampaignFrame& frame, const FaultChoice& fault,
+                                       std::uint64_t frames, const CampaignTheory& theory) {
+  if (fault.kind != CampaignFault::flips || fault.weighed()) return {};
+  const auto is_rare = [&](Acceptance what) {
+    const long double share = theory[static_cast<std::size_t>(what)];
+    return share * static_cast<long double>(frames) < enough_events;
+  };
+  std::vector<FaultChoice> added;
+  // Six wrong bits in the safety word are the fewest that its checksum may miss.
+  const double drawn = 6.0 / frame.spw_bits();
+  if ((is_rare(Acceptance::cpw) || is_rare(Acceptance::spw) || is_rare(Acceptance::both)) &&
+      2 * static_cast<double>(probability_of(fault.rate)) <= drawn) {
+    added.push_back(fault);
+    added.back().drawn_rate = static_cast<std::uint32_t>(drawn * 4294967296.0);
+  }
+  if (is_rare(Acceptance::monitor) || is_rare(Acceptance::wrong)) {
+    added.push_back(fault);
+    added.back().fitting = true;
+  }
+  return added;
+}
+
+}  // namespace biss::lab
