@@ -134,8 +134,8 @@ const SimulatedCycle& Line::next() {
   full_ ? run_request<true>() : run_request<false>();
   cycle_.reading = master_.reading();
   if (control_) end_control();
+  tell_sent();  // before a pulse behind the frame makes the encoder sample once more
   rest();
-  tell_sent();
   ++number_;
   return cycle_;
 }

@@ -54,7 +54,7 @@ BISS_TEST(SafetyWords, PublishedSpwOfAn21_IsTakenAndMade) {
   }
 }
 
-BISS_TEST(SafetyWords, PublishedCaptureOfTi_IsTaken) {
+BISS_TEST(SafetyWords, PublishedCaptureOfTi_IsTakenAndMade) {
   // TI motor-control-sdk: turns 65535 of 16 bits, 2924 of 12 bits, e_w = 1 (nE 0), LC 57, 0xD79F.
   // Its CPW is not printed; the one of the same value has nE 1 here, so that the SPW's is seen.
   const RunPlan plan = plan_of("mt16,st12,nE,nW,crc6+mt16,st12,nE,nW,lc6,crc16");
@@ -70,6 +70,9 @@ BISS_TEST(SafetyWords, PublishedCaptureOfTi_IsTaken) {
   BISS_EXPECT_EQ(findings.first.position, place);
   BISS_EXPECT(Findings(plan, line(58, 0xD79F).view()).are(spw_crc));
   BISS_EXPECT(Findings(plan, line(57, 0xD79E).view()).are(spw_crc));
+  const FrameBits made =
+      test::bits_of(plan, {.cpw = place, .spw = place, .life_counter = 57, .spw_nE = false});
+  BISS_EXPECT(made.view().word(made.size_bits() - 17U, 16) == 0xD79F);
   // TI's console, 12 bits: 0xC00 with e_w = 1 has 0x2D, 1406 with e_w = 3 has 0x36.
   const RunPlan small = plan_of("st12,nE,nW,crc6+st12,nE,nW,lc6,crc16");
   const auto small_line = [&](std::uint64_t data, std::uint64_t crc) {

@@ -59,6 +59,21 @@ class Flipper {
     return sum;
   }
 
+  /// All bursts of so many bits within the word.
+  std::uint64_t accepted_bursts(unsigned bits, unsigned word_bits) {
+    std::uint64_t sum = 0;
+    const std::uint64_t patterns = std::uint64_t{1} << (bits < 3 ? 0 : bits - 2);
+    for (unsigned place = 0; place + bits <= word_bits; ++place) {
+      for (std::uint64_t inside = 0; inside < patterns; ++inside) {
+        const std::uint64_t pattern = 1U | (inside << 1U) | (std::uint64_t{1} << (bits - 1U));
+        flip(place, pattern);
+        if (passes()) ++sum;
+        flip(place, pattern);
+      }
+    }
+    return sum;
+  }
+
   std::uint64_t other_causes() const { return other_causes_; }
 
  private:
@@ -69,6 +84,12 @@ class Flipper {
     sent.lead_clocks = lead;
     sent.ack_clocks = ack;
     return *biss::encode_frame(sent, codec_);
+  }
+
+  void flip(unsigned place, std::uint64_t pattern) {
+    for (; pattern != 0; pattern >>= 1U, ++place) {
+      if ((pattern & 1U) != 0) bits_.flip(first_bit + place);
+    }
   }
 
   bool passes() {
@@ -101,10 +122,10 @@ TEST(WordFlips, OfACpw_PassAsOftenAsTheCodeSays) {
   }
 }
 
-TEST(WordFlips, OfAnSpwUpToFour_NeverPass) {
+TEST(WordFlips, OfAnSpwUpToFive_NeverPass) {
   BISS_RANDOM(random, 0xF11D'0002);
   for (const Word& word : spw) {
-    expect_counts(word, random.bits(word.position_bits), slow_build ? 3 : 4);
+    expect_counts(word, random.bits(word.position_bits), slow_build ? 3 : 5);
   }
 }
 
@@ -115,6 +136,26 @@ TEST(WordFlips, SixInAnSpw_PassAsOftenAsTheCodeSays) {
     Flipper flipper(word, random.bits(word.position_bits));
     EXPECT_EQ(flipper.accepted(6, word.word_bits), word.accepted[6]) << word.format;
   }
+}
+
+// First and last bit wrong, those between in any way, anywhere in the word.
+TEST(WordBursts, UpToTheWidthOfTheChecksum_NeverPass) {
+  BISS_RANDOM(random, 0xF11D'0005);
+  const auto passing = [&](const Word& word, unsigned longest_bits) {
+    Flipper flipper(word, random.bits(word.position_bits));
+    std::uint64_t passed = 0;
+    for (unsigned bits = 1; bits <= longest_bits; ++bits) {
+      passed += flipper.accepted_bursts(bits, word.word_bits);
+    }
+    EXPECT_EQ(flipper.other_causes(), 0U) << word.format;
+    return passed;
+  };
+  for (const Word& word : cpw) EXPECT_EQ(passing(word, 6), 0U) << word.format;
+  for (const Word& word : spw) EXPECT_EQ(passing(word, slow_build ? 10 : 16), 0U) << word.format;
+  // One bit more: the checksum's own polynomial, wherever it stands.
+  EXPECT_EQ(passing(cpw[4], 7), cpw[4].word_bits - 6U);
+  if (slow_build) return;
+  EXPECT_EQ(passing(spw[2], 17), spw[2].word_bits - 16U);
 }
 
 TEST(Prefixes, OfEveryWord_HaveTheirCauseForBothReaders) {
