@@ -4,11 +4,11 @@
 #include <cmath>
 
 #include "lab/campaign_fitting.hpp"
+#include "lab/wilson.hpp"
 
 namespace biss::lab {
 namespace {
 
-constexpr long double two_sided_95 = 1.959963985L;
 constexpr long double enough_events = 100;
 constexpr long double enough_effective = 1000;
 
@@ -53,16 +53,6 @@ WeighedEvents weighed(const CampaignFrame& frame, const FaultChoice& fault,
   return events;
 }
 
-void set_wilson(CampaignEstimate& estimate, long double frames) {
-  const long double z2 = two_sided_95 * two_sided_95;
-  const long double p = estimate.rate;
-  const long double middle = (p + z2 / (2 * frames)) / (1 + z2 / frames);
-  const long double half = two_sided_95 / (1 + z2 / frames) *
-                           std::sqrt(p * (1 - p) / frames + z2 / (4 * frames * frames));
-  estimate.low = p == 0 ? 0 : std::max(0.0L, middle - half);
-  estimate.high = std::min(1.0L, middle + half);
-}
-
 }  // namespace
 
 bool is_counted(const FaultChoice& fault, Acceptance what) {
@@ -81,7 +71,9 @@ CampaignEstimate estimate(const CampaignFrame& frame, const FaultChoice& fault,
   if (theory) found.expected = *theory * frames;
   long double deviation = 0;
   if (!fault.weighed()) {
-    set_wilson(found, frames);
+    const ShareLimits limits = wilson_limits(found.rate, frames);
+    found.low = limits.low;
+    found.high = limits.high;
     if (theory && found.expected >= enough_events) {
       deviation = std::sqrt(*theory * (1 - *theory) / frames);
     }

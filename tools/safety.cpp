@@ -41,7 +41,11 @@ const std::vector<SafetyVerb>& safety_verbs() {
        {"biss safety sequences -f fs-36-28 --frames 1000000000 --faults 1000000",
         "biss safety sequences -f fs-36-28 --kind undamaged --motion steps --to csv",
         "biss safety sequences -f fs-36-28 --counter count_0_63 --encoder-counter count_1_63",
-        "biss safety sequences -f fs-36-28 --kind addressing --variant one_frame --replay 17"}}};
+        "biss safety sequences -f fs-36-28 --kind addressing --variant one_frame --replay 17"}},
+      {"evidence",
+       "Put all that can be shown of a configuration into a folder, with hashes",
+       add_safety_evidence,
+       {"biss safety evidence -f fs-36-28 -o evidence", "biss safety evidence --check evidence"}}};
   return verbs;
 }
 

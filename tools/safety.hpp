@@ -17,5 +17,6 @@ using SafetyRun = std::function<ExitStatus()>;
 SafetyRun add_safety_analyse(CLI::App& verb);
 SafetyRun add_safety_campaign(CLI::App& verb);
 SafetyRun add_safety_sequences(CLI::App& verb);
+SafetyRun add_safety_evidence(CLI::App& verb);
 
 }  // namespace biss::tools

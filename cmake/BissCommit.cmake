@@ -1,0 +1,24 @@
+# Run at each build: writes OUTPUT with the commit that SOURCE_DIR is at, where git knows one.
+#   cmake -DSOURCE_DIR=… -DOUTPUT=… -P BissCommit.cmake
+execute_process(COMMAND git -C "${SOURCE_DIR}" describe --always --dirty --abbrev=40 --match=-
+                OUTPUT_VARIABLE commit OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET
+                RESULT_VARIABLE failed)
+# A source folder inside somebody else's repository is not that repository.
+execute_process(COMMAND git -C "${SOURCE_DIR}" rev-parse --show-prefix
+                OUTPUT_VARIABLE prefix OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+if(failed OR prefix)
+  set(commit "")
+endif()
+set(text "#include \"tools/safety_evidence.hpp\"
+
+namespace biss::tools {
+const char* const build_commit = \"${commit}\";
+}
+")
+set(before "")
+if(EXISTS "${OUTPUT}")
+  file(READ "${OUTPUT}" before)
+endif()
+if(NOT before STREQUAL text)
+  file(WRITE "${OUTPUT}" "${text}")
+endif()

@@ -1,0 +1,308 @@
+// biss safety evidence: a bundle that is whole, proves itself, and is made again to the byte.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "sim/fault.hpp"
+#include "tests/cli/run_command.hpp"
+
+namespace biss::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+// Small checksums: their theory takes no time.
+constexpr const char* format = "pos14,nE,nW,crc4+pos10,nE,nW,lc6,crc8;cds0";
+
+std::vector<std::string> evidence(const std::string& folder,
+                                  const std::vector<std::string>& more = {}) {
+  std::vector<std::string> arguments{"safety",   "evidence", "-f",       format,
+                                     "--frames", "3000",     "--faults", "200",
+                                     "--cycles", "300",      "-o",       folder};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+// One bundle for all tests that only read it.
+const std::string& bundle() {
+  static const Folder folder;
+  static const std::string path = [] {
+    const Outcome made = run(evidence(folder.path("bundle"), {"--threads", "1"}));
+    EXPECT_EQ(made.status, 0) << made.err;
+    return folder.path("bundle");
+  }();
+  return path;
+}
+
+std::set<std::string> names_in(const std::string& folder) {
+  std::set<std::string> names;
+  for (const auto& each : fs::directory_iterator(folder)) names.insert(each.path().filename());
+  return names;
+}
+
+std::string copy_of_bundle(const Folder& folder) {
+  const std::string path = folder.path("copy");
+  fs::copy(bundle(), path);
+  return path;
+}
+
+void append(const std::string& path, const std::string& text) {
+  std::ofstream(path, std::ios::app) << text;
+}
+
+int shell(const std::string& line) {
+  const int status = std::system(line.c_str());
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+// The words of a command in backquotes that begins so, as a shell would split them.
+std::vector<std::string> command_in(const std::string& text, const std::string& begin) {
+  const std::size_t at = text.find("`" + begin);
+  if (at == std::string::npos) return {};
+  const std::string line = text.substr(at + 1, text.find('`', at + 1) - at - 1);
+  std::vector<std::string> words{""};
+  bool quoted = false;
+  for (const char letter : line) {
+    if (letter == '\'') {
+      quoted = !quoted;
+    } else if (letter == ' ' && !quoted) {
+      words.emplace_back();
+    } else {
+      words.back() += letter;
+    }
+  }
+  words.erase(words.begin());  // biss
+  return words;
+}
+
+TEST(Evidence, Bundle_HasItsFilesAndTheirHashes) {
+  EXPECT_EQ(names_in(bundle()),
+            (std::set<std::string>{"README.md", "SHA256SUMS", "analysis.jsonl", "analysis.txt",
+                                   "campaign.csv", "campaign.json", "configuration.json",
+                                   "coverage.csv", "line.csv", "matrix.csv", "safety-matrix.md",
+                                   "safety.md", "sequences.csv", "version.json"}));
+  EXPECT_EQ(shell("cd '" + bundle() + "' && sha256sum --strict --quiet -c SHA256SUMS"), 0);
+  for (const char* file : {"README.md", "analysis.jsonl", "analysis.txt"}) {
+    EXPECT_THAT(content_of(bundle() + "/" + file), HasSubstr("not a certificate")) << file;
+  }
+}
+
+TEST(Evidence, AnyNumberOfThreads_GivesTheSameBytes) {
+  const Folder folder;
+  const std::string again = folder.path("elsewhere");
+  ASSERT_EQ(run(evidence(again, {"--threads", "3"})).status, 0);
+  for (const std::string& name : names_in(bundle())) {
+    EXPECT_EQ(content_of(again + "/" + name), content_of(bundle() + "/" + name)) << name;
+  }
+  const std::string other = folder.path("other");
+  ASSERT_EQ(run(evidence(other, {"--seed", "2"})).status, 0);
+  for (const char* name : {"campaign.csv", "line.csv", "sequences.csv", "configuration.json"}) {
+    EXPECT_NE(content_of(other + "/" + name), content_of(bundle() + "/" + name)) << name;
+  }
+}
+
+TEST(Evidence, CheckedBundle_IsMadeAgainTheSame) {
+  const Outcome checked = run({"safety", "evidence", "--check", bundle()});
+  EXPECT_EQ(checked.status, 0) << checked.err;
+  EXPECT_THAT(checked.err, HasSubstr("13 of 13 files"));
+}
+
+TEST(Evidence, ChangedBundle_IsFound) {
+  const Folder folder;
+  const std::string copy = copy_of_bundle(folder);
+  const auto found = [&](int status, const std::vector<std::string>& findings) {
+    const Outcome checked = run({"safety", "evidence", "--check", copy});
+    EXPECT_EQ(checked.status, status) << checked.err;
+    for (const std::string& each : findings) EXPECT_THAT(checked.err, HasSubstr(each));
+  };
+  append(copy + "/coverage.csv", "corruption,line,nothing,1\n");
+  append(copy + "/notes.txt", "mine");
+  fs::rename(copy + "/line.csv", folder.path("line.csv"));
+  found(1, {"coverage.csv: another hash", "coverage.csv: made again, it is another",
+            "notes.txt: not in the list", "line.csv: missing or unreadable"});
+  fs::remove(copy + "/notes.txt");
+  fs::rename(folder.path("line.csv"), copy + "/line.csv");
+  // Whoever renews the hashes too is found out by the tables.
+  ASSERT_EQ(shell("cd '" + copy + "' && sha256sum $(ls | grep -v SHA256SUMS) > SHA256SUMS"), 0);
+  found(1, {"coverage.csv: made again, it is another"});
+  std::ofstream(copy + "/configuration.json") << "{\"options\": {\"format\": 7}}";
+  found(3, {"configuration.json"});
+  std::ofstream(copy + "/SHA256SUMS") << "nothing";
+  found(3, {"SHA256SUMS"});
+  fs::remove_all(copy);
+  found(3, {"cannot read"});
+}
+
+TEST(Evidence, BundleOfAnotherBuild_IsToldAndNoFailure) {
+  const Folder folder;
+  const std::string copy = copy_of_bundle(folder);
+  append(copy + "/version.json", "\n");
+  ASSERT_EQ(shell("cd '" + copy + "' && sha256sum $(ls | grep -v SHA256SUMS) > SHA256SUMS"), 0);
+  const Outcome checked = run({"safety", "evidence", "--check", copy});
+  EXPECT_EQ(checked.status, 0) << checked.err;
+  EXPECT_THAT(checked.err, HasSubstr("version.json: of another build"));
+}
+
+TEST(Evidence, CommandsOfTheReadme_MakeTheSameTables) {
+  const std::string readme = content_of(bundle() + "/README.md");
+  const auto made = [&](const std::string& begin) {
+    const std::vector<std::string> words = command_in(readme, begin);
+    EXPECT_FALSE(words.empty()) << begin;
+    const Outcome outcome = run(words);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return outcome.out;
+  };
+  EXPECT_EQ(made("biss safety analyse"), content_of(bundle() + "/analysis.jsonl"));
+  EXPECT_EQ(made("biss safety campaign"), content_of(bundle() + "/campaign.csv"));
+  EXPECT_EQ(made("biss safety sequences"), content_of(bundle() + "/sequences.csv"));
+  const Outcome merged =
+      run({"safety", "campaign", "merge", bundle() + "/campaign.json", "--to", "csv"});
+  EXPECT_EQ(merged.out, content_of(bundle() + "/campaign.csv"));
+}
+
+TEST(Evidence, SetupThatTheCampaignsVerbHasNot_IsSaid) {
+  const Folder folder;
+  const std::string made = folder.path("made");
+  ASSERT_EQ(run(evidence(made, {"--compare-bits", "8", "--tolerance", "0"})).status, 0);
+  const std::string readme = content_of(made + "/README.md");
+  EXPECT_TRUE(command_in(readme, "biss safety campaign").empty());
+  const Outcome analysed = run(command_in(readme, "biss safety analyse"));
+  EXPECT_EQ(analysed.out, content_of(made + "/analysis.jsonl"));
+  EXPECT_EQ(run({"safety", "evidence", "--check", made}).status, 0);
+}
+
+TEST(Evidence, Coverage_HasEveryFaultOfTheLineAndEveryKind) {
+  std::set<std::string> line;
+  std::set<std::string> kinds;
+  bool flips = false;
+  for (const Row& row : rows_of(content_of(bundle() + "/coverage.csv"))) {
+    if (row.at("by") == "line") line.insert(row.at("fault"));
+    if (row.at("by") == "sequences") kinds.insert(row.at("kind"));
+    if (row.at("by") == "campaign" && row.at("fault") == "flips:0.1") {
+      flips = true;
+      // Of the frames in which a bit was wrong.
+      EXPECT_EQ(row.at("committed"), "2976");
+      EXPECT_NEAR(std::stod(row.at("dc_theory")), 1 - std::stod(row.at("share_theory")), 2e-9);
+    }
+    if (row.at("committed") == "0") continue;
+    EXPECT_LE(std::stod(row.at("dc_low")), std::stod(row.at("dc")));
+    EXPECT_LE(std::stod(row.at("dc")), std::stod(row.at("dc_high")));
+    if (row.at("fault") == "flip" || row.at("fault") == "repeat") {
+      EXPECT_EQ(row.at("detected"), row.at("committed"));
+      EXPECT_EQ(row.at("reaction_cycles"), "0");
+      EXPECT_EQ(row.at("accepted_wrong"), "0");
+    }
+    // Nothing of the monitor sees that: it has to be said.
+    if (row.at("fault") == "frozen") {
+      EXPECT_EQ(row.at("accepted_wrong"), row.at("committed"));
+      EXPECT_EQ(row.at("dc"), "0.000000000");
+    }
+  }
+  EXPECT_TRUE(flips);
+  EXPECT_EQ(kinds, (std::set<std::string>{"corruption", "repetition", "sequence", "loss", "delay",
+                                          "insertion", "masquerade", "addressing"}));
+  for (const std::string_view name : sim::fault_names) {
+    EXPECT_TRUE(line.contains(std::string(name))) << name;
+  }
+}
+
+TEST(Evidence, Matrix_HasARowForEachTestOfTheDocument) {
+  const std::string matrix = content_of(bundle() + "/matrix.csv");
+  EXPECT_TRUE(matrix.starts_with("requirement,source,test\n"));
+  EXPECT_THAT(matrix, HasSubstr(",Safety.LatchedFault_HoldsToTheEnd\n"));
+  EXPECT_THAT(matrix, HasSubstr(",Each/SafetyFault.OnTheWire_IsNamedInTime\n"));
+  EXPECT_GT(std::count(matrix.begin(), matrix.end(), '\n'), 60);
+}
+
+TEST(Evidence, FolderThatIsNotFree_IsLeftAlone) {
+  const Folder folder;
+  const auto refused = [&](const std::string& target, const std::string& what,
+                           const std::vector<std::string>& more = {}) {
+    const Outcome outcome = run(evidence(target, more));
+    EXPECT_EQ(outcome.status, 3) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr(what));
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  };
+  const std::string mine = folder.path("mine");
+  fs::create_directory(mine);
+  append(mine + "/thesis.txt", "all of it");
+  refused(mine, "not empty");
+  refused(mine, "--force replaces bundles only", {"--force"});
+  EXPECT_EQ(names_in(mine), std::set<std::string>{"thesis.txt"});
+  const std::string copy = copy_of_bundle(folder);
+  refused(copy, "replace this bundle with --force");
+  append(copy + "/notes.txt", "mine");
+  refused(copy, "--force replaces bundles only", {"--force"});
+  refused(mine + "/thesis.txt", "is no folder");
+  refused(mine + "/thesis.txt/below", "cannot write");
+  refused(folder.path("none/below"), "cannot write");
+  EXPECT_EQ(names_in(folder.path("")), (std::set<std::string>{"copy", "mine"}));
+}
+
+TEST(Evidence, EmptyFolderOrBundleByForce_IsReplaced) {
+  const Folder folder;
+  const std::string target = folder.path("target");
+  fs::create_directory(target);
+  ASSERT_EQ(run(evidence(target + "/")).status, 0);
+  const std::string before = content_of(target + "/campaign.csv");
+  ASSERT_EQ(run(evidence(target, {"--seed", "7", "--force"})).status, 0);
+  EXPECT_NE(content_of(target + "/campaign.csv"), before);
+  EXPECT_EQ(run({"safety", "evidence", "--check", target}).status, 0);
+  EXPECT_EQ(names_in(folder.path("")), std::set<std::string>{"target"});
+}
+
+// A limit on the size of a file, as a disk that is full.
+TEST(Evidence, FilesThatCannotBeWritten_LeaveWhatWasThere) {
+  const Folder folder;
+  const std::string copy = copy_of_bundle(folder);
+  const std::string before = content_of(copy + "/SHA256SUMS");
+  const auto limited = [&](const std::string& target, const std::string& more) {
+    std::string line = "ulimit -f 2; exec '" BISS_COMMAND "'";
+    for (const std::string& word : evidence(target)) line += " '" + word + "'";
+    return shell("(" + line + more + ") 2> '" + folder.path("err") + "'");
+  };
+  EXPECT_EQ(limited(folder.path("new"), ""), 3);
+  EXPECT_THAT(content_of(folder.path("err")), HasSubstr("cannot write"));
+  EXPECT_EQ(limited(copy, " --force --seed 3"), 3);
+  EXPECT_EQ(content_of(copy + "/SHA256SUMS"), before);
+  EXPECT_EQ(names_in(folder.path("")), (std::set<std::string>{"copy", "err"}));
+}
+
+TEST(Evidence, WrongUsage_IsNamed) {
+  const Folder folder;
+  const std::string target = folder.path("target");
+  const auto refused = [&](std::vector<std::string> more, const std::string& what) {
+    more.insert(more.begin(), {"safety", "evidence"});
+    const Outcome outcome = run(more);
+    EXPECT_EQ(outcome.status, 2) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr(what));
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  };
+  refused({}, "-o DIR");
+  refused({"-o", target}, "--format");
+  refused({"-f", "fs-36-29", "-o", target}, "fs-36-29");
+  refused({"-f", "resolute-26", "-o", target}, "not the format of a control and a safety word");
+  refused({"-f", "fs-36-28"}, "-o DIR");
+  refused({"-f", format, "-o", target, "--ber", "0.7"}, "--ber");
+  refused({"-f", format, "-o", target, "--compare-bits", "11"}, "--compare-bits");
+  refused({"-f", format, "-o", target, "--start-frames", "1"}, "--start-frames");
+  refused({"-f", format, "-o", target, "--watchdog", "3ms"}, "--watchdog");
+  refused({"-f", format, "-o", target, "--budget", "5"}, "--budget");
+  refused({"-f", format, "-o", target, "--rate", "200kHz"}, "the line model");
+  refused({"-f", format, "-o", target, "--counter", "count_2_63"}, "--counter");
+  refused({"--check", bundle(), "-o", target}, "--check");
+  refused({"--check", bundle(), "-f", format}, "--check");
+  refused({"-f", format, "--force"}, "--force");
+  EXPECT_EQ(folder.files(), 0U);
+}
+
+}  // namespace
+}  // namespace biss::cli
