@@ -12,11 +12,23 @@ namespace biss::lab {
 __extension__ using LineWord = unsigned __int128;
 
 /// How many places a fault can begin at, in a payload of so many bits.
+/// 0: it is too long for them.
 constexpr unsigned places_of(const FaultChoice& fault, unsigned payload_bits) {
-  return fault.kind == CampaignFault::burst ? payload_bits - fault.length_bits + 1U : payload_bits;
+  switch (fault.kind) {
+    case CampaignFault::burst:
+      return fault.length_bits > payload_bits ? 0 : payload_bits - fault.length_bits + 1U;
+    case CampaignFault::early_start:  // further away only zeros are read
+      return payload_bits + 1U;
+    case CampaignFault::late_start:
+    case CampaignFault::cds_high:
+    case CampaignFault::stop_high:
+      return 1;
+    default:
+      return payload_bits;
+  }
 }
 
-/// The line after the fault.
+/// The line after the fault; as it is where the fault is none of these bits.
 /// \param size_bits payload and STOP
 /// \param place bits from the front of the payload
 /// \param pattern burst: its lower bits are those between the first and the last one
@@ -26,7 +38,12 @@ constexpr LineWord damaged(LineWord line, unsigned size_bits, const FaultChoice&
   const LineWord tail = (LineWord{1} << after) - 1U;
   switch (fault.kind) {
     case CampaignFault::flips:
+    case CampaignFault::late_start:
+    case CampaignFault::early_start:
+    case CampaignFault::cds_high:
       return line;
+    case CampaignFault::stop_high:
+      return line | 1U;
     case CampaignFault::burst: {
       const unsigned inside = fault.length_bits - 2U;
       const LineWord between = pattern & ((std::uint64_t{1} << inside) - 1U);
@@ -38,6 +55,18 @@ constexpr LineWord damaged(LineWord line, unsigned size_bits, const FaultChoice&
     case CampaignFault::double_clock: {
       const LineWord rest = tail >> 1U;
       return (line & ~rest) | ((line >> 1U) & rest);
+    }
+    case CampaignFault::inserted_low:
+    case CampaignFault::inserted_high: {
+      const LineWord rest = tail >> 1U;
+      const LineWord inserted = fault.kind == CampaignFault::inserted_high ? tail & ~rest : 0;
+      return (line & ~tail) | inserted | ((line >> 1U) & rest);
+    }
+    case CampaignFault::gap_low:
+    case CampaignFault::gap_high: {
+      const LineWord behind = fault.length_bits >= after ? 0 : tail >> fault.length_bits;
+      const LineWord gap = tail & ~behind;
+      return fault.kind == CampaignFault::gap_high ? line | gap : line & ~gap;
     }
     case CampaignFault::slo_low:
       return line & ~tail;

@@ -1,5 +1,7 @@
-// Faults that move bits or hold the line: each bit as read is a sum of bits of the position, of
-// random bits and of a constant, so what passes a check is the solutions of linear equations.
+// Faults that move bits, hold the line or shift START: each bit as read is a sum of bits of the
+// position, of random bits and of a constant, so what passes a check is the solutions of linear
+// equations.
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -7,6 +9,8 @@
 
 #include "lab/campaign_damage.hpp"
 #include "lab/campaign_theory.hpp"
+#include "lab/comparison.hpp"
+#include "lab/pair_checks.hpp"
 
 namespace biss::lab {
 namespace {
@@ -79,6 +83,23 @@ LineSums damaged_sums(const CampaignFrame& frame, const LineSums& sent, const Fa
   LineSums sums = sent;
   switch (fault.kind) {
     case CampaignFault::flips:
+    case CampaignFault::late_start:
+    case CampaignFault::early_start:
+    case CampaignFault::cds_high:
+      break;
+    case CampaignFault::stop_high:
+      sums[0] = one;
+      break;
+    case CampaignFault::inserted_low:
+    case CampaignFault::inserted_high:
+      for (unsigned bit = 0; bit < first; ++bit) sums[bit] = sent[bit + 1U];
+      sums[first] = fault.kind == CampaignFault::inserted_high ? one : 0;
+      break;
+    case CampaignFault::gap_low:
+    case CampaignFault::gap_high:
+      for (unsigned n = 0; n < fault.length_bits && n <= first; ++n) {
+        sums[first - n] = fault.kind == CampaignFault::gap_high ? one : 0;
+      }
       break;
     case CampaignFault::burst:
       for (unsigned n = 0; n < fault.length_bits; ++n) {
@@ -102,24 +123,74 @@ LineSums damaged_sums(const CampaignFrame& frame, const LineSums& sent, const Fa
   return sums;
 }
 
+// What the reader sees.
+struct ReadLine {
+  LineSums bits;
+  Sum cds = 0;
+  // Sums that are 0 where it comes to this.
+  std::vector<Sum> given{};
+  // Never what was sent.
+  bool always_damaged = false;
+};
+
+// Read from `clocks` behind START on, as if that were START; before it where negative.
+ReadLine shifted(const LineSums& sent, int clocks) {
+  const auto stop = static_cast<int>(sent.size()) + 1;  // clocks from START
+  const auto at = [&](int clock) -> Sum {
+    if (clock == 0) return one;
+    return clock < 2 || clock > stop ? 0 : sent[static_cast<std::size_t>(stop - clock)];
+  };
+  ReadLine read{.bits = {}, .cds = at(clocks + 1), .always_damaged = true};
+  for (int bit = 0; bit < static_cast<int>(sent.size()); ++bit) {
+    read.bits.push_back(at(clocks + stop - bit));
+  }
+  for (int before = 1; before <= clocks; ++before) {
+    read.given.push_back(before == clocks ? at(before) ^ one : at(before));
+  }
+  return read;
+}
+
+// All that a fault can come to, which exclude each other.
+std::vector<ReadLine> read_lines(const CampaignFrame& frame, const LineSums& sent,
+                                 const FaultChoice& fault, unsigned place) {
+  if (fault.kind == CampaignFault::early_start)
+    return {shifted(sent, -static_cast<int>(place) - 1)};
+  if (fault.kind != CampaignFault::late_start) {
+    ReadLine read{.bits = damaged_sums(frame, sent, fault, place)};
+    read.always_damaged = is_around(fault.kind);
+    if (fault.kind == CampaignFault::cds_high) read.cds = one;
+    return {read};
+  }
+  std::vector<ReadLine> lines;
+  const FrameBounds& bounds = frame.plan().setup().bounds;
+  const int ack = std::max<int>(1, bounds.ack_min_clocks);
+  for (int clocks = 1; clocks <= static_cast<int>(sent.size()) + 1; ++clocks) {
+    if (ack + clocks <= bounds.ack_max_clocks) lines.push_back(shifted(sent, clocks));
+  }
+  return lines;
+}
+
 // One place, one counter: the line as sent and as read, from the last bit of a word on.
 class PlacedFault {
  public:
-  PlacedFault(const CampaignFrame& frame, const LineSums& sent, const LineSums& read)
-      : frame_(frame), sent_(sent), read_(read) {}
+  PlacedFault(const CampaignFrame& frame, const LineSums& sent, const ReadLine& read)
+      : frame_(frame), sent_(sent), read_(read) {
+    for (const Sum sum : read.given) given_.require_zero(sum);
+  }
 
   CampaignTheory shares() const {
     const Equations cpw = both_good(true, false);
     const Equations spw = both_good(false, true);
-    Equations whole = same({}, cpw_at(), frame_.cpw_bits());
+    Equations whole = same(given_, cpw_at(), frame_.cpw_bits());
     const long double cpw_same = whole.share();
-    const long double spw_same = same({}, spw_at(), frame_.spw_bits()).share();
+    const long double spw_same = same(given_, spw_at(), frame_.spw_bits()).share();
     whole = same(whole, spw_at(), frame_.spw_bits());
     Equations whole_stop = whole;
-    whole_stop.require_zero(read_[0]);
+    whole_stop.require_zero(read_.bits[0]);
+    const long double untouched = read_.always_damaged ? 0 : whole_stop.share();
     const long double safe = safe_share(false);
     return {cpw.share() - cpw_same, spw.share() - spw_same,
-            both_good(true, true).share() - whole.share(), safe - whole_stop.share(),
+            both_good(true, true).share() - whole.share(), safe - untouched,
             safe - safe_share(true)};
   }
 
@@ -128,7 +199,7 @@ class PlacedFault {
   unsigned cpw_at() const { return 1U + frame_.spw_bits(); }
 
   Equations both_good(bool cpw, bool spw) const {
-    Equations equations;
+    Equations equations = given_;
     if (cpw) require_crc(equations, cpw_at(), frame_.cpw_columns());
     if (spw) require_crc(equations, spw_at(), frame_.spw_columns());
     return equations;
@@ -140,22 +211,17 @@ class PlacedFault {
     std::array<Sum, max_crc_bits> sums{};
     for (std::size_t bit = 0; bit < columns.size(); ++bit) {
       for (std::uint32_t left = columns[bit]; left != 0; left &= left - 1U) {
-        sums[static_cast<std::size_t>(std::countr_zero(left))] ^= sent_[at + bit] ^ read_[at + bit];
+        sums[static_cast<std::size_t>(std::countr_zero(left))] ^=
+            sent_[at + bit] ^ read_.bits[at + bit];
       }
     }
     for (const Sum sum : sums) equations.require_zero(sum);
   }
 
   Equations same(Equations equations, unsigned at, unsigned bits) const {
-    for (unsigned bit = at; bit < at + bits; ++bit) equations.require_zero(sent_[bit] ^ read_[bit]);
+    for (unsigned bit = at; bit < at + bits; ++bit)
+      equations.require_zero(sent_[bit] ^ read_.bits[bit]);
     return equations;
-  }
-
-  unsigned position_at(const ChannelFormat& word, unsigned at) const {
-    const unsigned shift = word.position.present()     ? word.position.shift
-                           : word.singleturn.present() ? word.singleturn.shift
-                                                       : word.multiturn.shift;
-    return at + word.crc.width_bits + shift;
   }
 
   // The monitor says safe; with the position that was sent, where that is asked for.
@@ -163,29 +229,40 @@ class PlacedFault {
     const ChannelFormat& cpw = frame_.cpw_format();
     const ChannelFormat& spw = frame_.spw_format();
     Equations base = both_good(true, true);
-    base.require_zero(read_[0]);
+    base.require_zero(read_.bits[0]);
+    if (frame_.format().cds0) base.require_zero(read_.cds);
     const unsigned cpw_error = cpw_at() + cpw.crc.width_bits + cpw.error.shift;
     const unsigned spw_error = spw_at() + spw.crc.width_bits + spw.error.shift;
     base = same(base, cpw_error, 1);
     base = same(base, spw_error, 1);
     base =
         same(base, spw_at() + spw.crc.width_bits + spw.life_counter.shift, spw.life_counter.bits);
-    if (position_kept) base = same(base, position_at(cpw, cpw_at()), cpw.position_bits());
+    const std::uint64_t position =
+        pack(cpw, {.position = low_mask(cpw.position_bits())}) ^ pack(cpw, {});
+    for (unsigned bit = 0; position_kept && bit < cpw.data_bits; ++bit) {
+      if (((position >> bit) & 1U) != 0) base = same(base, cpw_at() + cpw.crc.width_bits + bit, 1);
+    }
     if (base.impossible()) return 0;
-    const safety_detail::Alignment& alignment = frame_.plan().alignment();
-    const Sum* a = &read_[position_at(cpw, cpw_at()) + alignment.cpw_shift];
-    const Sum* b = &read_[position_at(spw, spw_at()) + alignment.spw_shift];
+    const PairChecks checks = pair_checks_of(frame_.plan().setup());
+    LineSums a;
+    LineSums b;
+    for (const ComparedBit& bit :
+         compared_bits(cpw, spw, checks.compare_bits, checks.compare_turns)) {
+      a.insert(a.begin(), read_.bits[cpw_at() + cpw.crc.width_bits + bit.control_shift]);
+      b.insert(b.begin(), read_.bits[spw_at() + spw.crc.width_bits + bit.safety_shift]);
+    }
     long double share = 0;
-    const unsigned most = frame_.plan().setup().comparison.tolerance_lsb == 0 ? 0 : alignment.bits;
+    const auto most = checks.tolerance_lsb == 0 ? 0U : static_cast<unsigned>(a.size());
     for (unsigned differing = 0; differing <= most; ++differing) {
-      share += compared_share(base, a, b, alignment.bits, differing);
+      share += compared_share(base, a, b, differing);
     }
     return share;
   }
 
   // The lowest `differing` bits are unlike, the others equal, and the values are neighbours.
-  static long double compared_share(Equations equations, const Sum* a, const Sum* b, unsigned bits,
+  static long double compared_share(Equations equations, const LineSums& a, const LineSums& b,
                                     unsigned differing) {
+    const auto bits = static_cast<unsigned>(a.size());
     for (unsigned bit = 0; bit < bits; ++bit) equations.require(a[bit] ^ b[bit], bit < differing);
     if (differing <= 1 || equations.impossible()) return equations.share();
     const auto pattern = [&](bool top, bool rest) {
@@ -202,7 +279,8 @@ class PlacedFault {
 
   const CampaignFrame& frame_;
   const LineSums& sent_;
-  const LineSums& read_;
+  const ReadLine& read_;
+  Equations given_;
 };
 
 }  // namespace
@@ -215,9 +293,10 @@ CampaignTheory placed_theory(const CampaignFrame& frame, const FaultChoice& faul
   for (unsigned counter = frame.first_counter(); counter <= last; ++counter) {
     const LineSums sent = sent_sums(frame, static_cast<std::uint8_t>(counter));
     for (unsigned n = 0; n < places; ++n) {
-      const LineSums read = damaged_sums(frame, sent, fault, fault.place.value_or(n));
-      const CampaignTheory shares = PlacedFault(frame, sent, read).shares();
-      for (std::size_t what = 0; what < sum.size(); ++what) sum[what] += shares[what];
+      for (const ReadLine& read : read_lines(frame, sent, fault, fault.place.value_or(n))) {
+        const CampaignTheory shares = PlacedFault(frame, sent, read).shares();
+        for (std::size_t what = 0; what < sum.size(); ++what) sum[what] += shares[what];
+      }
     }
   }
   const unsigned counters = last - frame.first_counter() + 1U;

@@ -10,8 +10,10 @@
 namespace biss::lab {
 namespace {
 
-constexpr std::array<std::string_view, 6> names{"flips",        "burst",   "lost_clock",
-                                                "double_clock", "slo_low", "slo_high"};
+constexpr std::array<std::string_view, 14> names{
+    "flips",      "burst",        "lost_clock",    "double_clock", "slo_low",
+    "slo_high",   "inserted_low", "inserted_high", "gap_low",      "gap_high",
+    "late_start", "early_start",  "cds_high",      "stop_high"};
 
 constexpr std::string_view fitting_word = "fitting";
 
@@ -68,14 +70,17 @@ std::optional<FaultChoice> parse_fault(std::string_view text) {
   fault.kind = static_cast<CampaignFault>(kind);
   if (fault.kind == CampaignFault::flips) return parse_flips(parts);
   parts.erase(parts.begin());
-  if (fault.kind == CampaignFault::burst) {
+  if (has_length(fault.kind)) {
     const auto length = parts.empty() ? std::nullopt : number_of<unsigned>(parts[0]);
-    if (!length || *length < 2 || *length > max_burst_bits) return std::nullopt;
+    if (!length || *length < (fault.kind == CampaignFault::burst ? 2U : 1U) ||
+        *length > max_burst_bits)
+      return std::nullopt;
     fault.length_bits = *length;
     parts.erase(parts.begin());
   }
   if (parts.size() > 1) return std::nullopt;
   if (parts.empty()) return fault;
+  if (is_around(fault.kind) && fault.kind != CampaignFault::early_start) return std::nullopt;
   fault.place = number_of<unsigned>(parts[0]);
   if (!fault.place) return std::nullopt;
   return fault;
@@ -96,7 +101,7 @@ std::string text_of(const FaultChoice& fault) {
     if (fault.drawn_rate != 0) text += rate(fault.drawn_rate);
     if (fault.fitting) text += fmt::format(":{}", fitting_word);
   }
-  if (fault.kind == CampaignFault::burst) text += fmt::format(":{}", fault.length_bits);
+  if (has_length(fault.kind)) text += fmt::format(":{}", fault.length_bits);
   if (fault.place) text += fmt::format(":{}", *fault.place);
   return text;
 }

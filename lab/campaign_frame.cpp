@@ -20,18 +20,28 @@ std::vector<std::uint32_t> columns_of(const ChannelFormat& word) {
   return columns;
 }
 
-using LineBits = BitBuffer<1024>;
+using LineBits = BitBuffer<2048>;
+
+// Clocks of ACK before anything that may be START.
+std::size_t ack_clocks(const CampaignFrame& frame) {
+  return std::max<std::size_t>(1, frame.plan().setup().bounds.ack_min_clocks);
+}
 
 LineBits line_of(const CampaignFrame& frame, const WordPair& words) {
-  const FrameBounds& bounds = frame.plan().setup().bounds;
   LineBits bits;
-  bits.append_run(true, std::max<std::size_t>(1, bounds.lead_min_clocks));
-  bits.append_run(false, std::max<std::size_t>(1, bounds.ack_min_clocks));
-  bits.append(true);
-  bits.append(false);
+  bits.append_run(true, std::max<std::size_t>(1, frame.plan().setup().bounds.lead_min_clocks));
+  bits.append_run(false, ack_clocks(frame));
+  if (words.early_clocks != 0) {
+    bits.append(true);
+    bits.append_run(false, words.early_clocks - 1U);
+  }
+  bits.append(words.start);
+  bits.append(words.cds);
   bits.append(words.cpw, frame.cpw_bits());
   bits.append(words.spw, frame.spw_bits());
   bits.append(words.stop);
+  // The reader counts from the START that it finds, and goes on clocking as long.
+  if (!words.start) bits.append_run(false, frame.bits() + 2U);
   return bits;
 }
 
@@ -104,8 +114,27 @@ WordPair CampaignFrame::damage(const WordPair& words, const FaultChoice& fault, 
   const LineWord line = (LineWord{words.cpw} << spw_bits() | words.spw) << 1U;
   const LineWord received = damaged(line, bits() + 1U, fault, place, random.next());
   const LineWord payload = received >> 1U;
-  return {static_cast<std::uint64_t>(payload >> spw_bits()),
-          static_cast<std::uint64_t>(payload) & low_mask(spw_bits()), (received & 1U) != 0};
+  WordPair struck{static_cast<std::uint64_t>(payload >> spw_bits()),
+                  static_cast<std::uint64_t>(payload) & low_mask(spw_bits()), (received & 1U) != 0};
+  struck.cds = fault.kind == CampaignFault::cds_high;
+  struck.start = fault.kind != CampaignFault::late_start;
+  if (fault.kind == CampaignFault::early_start) {
+    struck.early_clocks = static_cast<std::uint8_t>(place + 1U);
+  }
+  return struck;
+}
+
+std::optional<WordPair> CampaignFrame::read(const WordPair& received) const {
+  if (received.start && received.early_clocks == 0) return received;
+  const LineBits line = line_of(*this, received);
+  const BitView view = line.view();
+  const auto start = find_start(view, plan_->setup().bounds);
+  if (!start.ok()) return std::nullopt;
+  const std::size_t at = start->start_bit + 2U;
+  return WordPair{.cpw = view.word(at, cpw_bits()),
+                  .spw = view.word(at + cpw_bits(), spw_bits()),
+                  .stop = view.bit(at + bits()),
+                  .cds = view.bit(at - 1U)};
 }
 
 FrameOutcome CampaignFrame::judge(const SentFrame& sent, const WordPair& received) const {
@@ -114,13 +143,15 @@ FrameOutcome CampaignFrame::judge(const SentFrame& sent, const WordPair& receive
     const CrcSpec& crc = format().channel_list[k].crc;
     return plan_->codec().crc(k, word >> crc.width_bits) == (word & crc.mask());
   };
-  const bool cpw_good = good(0, received.cpw);
-  const bool spw_good = good(1, received.spw);
   FrameOutcome outcome;
-  outcome.cpw = received.cpw != words.cpw && cpw_good;
-  outcome.spw = received.spw != words.spw && spw_good;
+  const auto seen = read(received);
+  if (!seen || received == words) return outcome;
+  const bool cpw_good = good(0, seen->cpw);
+  const bool spw_good = good(1, seen->spw);
+  outcome.cpw = seen->cpw != words.cpw && cpw_good;
+  outcome.spw = seen->spw != words.spw && spw_good;
   outcome.both = (outcome.cpw || outcome.spw) && cpw_good && spw_good;
-  if (!outcome.both) return outcome;
+  if (!cpw_good || !spw_good) return outcome;
   const SafetyJudgement judgement = monitor(sent, received);
   outcome.monitor = judgement.verdict == SafetyVerdict::safe;
   outcome.wrong = outcome.monitor && judgement.position != sent.position;

@@ -11,11 +11,17 @@
 
 namespace biss::lab {
 
-/// Both words with their CRCs, right-aligned: bit 0 is a word's last bit on the line. And STOP.
+/// Both words with their CRCs, right-aligned: bit 0 is a word's last bit on the line. And what is
+/// around them.
 struct WordPair {
   std::uint64_t cpw = 0;
   std::uint64_t spw = 0;
   bool stop = false;
+  bool cds = false;
+  /// START is 1 where it was sent.
+  bool start = true;
+  /// A bit of ACK is 1, so many clocks before START; 0: none is.
+  std::uint8_t early_clocks = 0;
 
   bool operator==(const WordPair&) const = default;
 };
@@ -26,12 +32,13 @@ struct SentFrame {
   std::uint8_t life_counter = 0;
 };
 
-/// What becomes of a damaged frame. All false where both words came as they were sent.
+/// What becomes of a damaged frame; words are those that follow what is taken for START. All false
+/// where everything came as it was sent.
 struct FrameOutcome {
   bool cpw = false;      ///< the control word is not the one that was sent, and its CRC is good
   bool spw = false;      ///< the same of the safety word
   bool both = false;     ///< either is not the one that was sent, and both CRCs are good
-  bool monitor = false;  ///< … and the monitor says `safe`
+  bool monitor = false;  ///< the monitor says `safe`
   bool wrong = false;    ///< … with a position that was not sent
 
   bool operator==(const FrameOutcome&) const = default;
@@ -91,6 +98,9 @@ class CampaignFrame {
   WordPair damage(const WordPair& words, const FaultChoice& fault, std::uint64_t seed,
                   std::uint64_t index) const;
 
+  /// The words behind what the reader takes for START, within the bounds of the setup; none where
+  /// it finds no START.
+  std::optional<WordPair> read(const WordPair& received) const;
   /// By decode and monitor alone, as firmware would.
   FrameOutcome judge(const SentFrame& sent, const WordPair& received) const;
   /// The monitor's word on a frame that follows good ones.

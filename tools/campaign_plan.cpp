@@ -4,13 +4,15 @@
 
 #include "biss/frame/format_parse.hpp"
 #include "biss/safety/configurations.hpp"
+#include "lab/campaign_damage.hpp"
 
 namespace biss::tools {
 
 const std::vector<std::string>& usual_campaign_faults() {
-  static const std::vector<std::string> faults{"flips:0.5",    "flips:0.1", "flips:0.01",
-                                               "burst:16",     "burst:32",  "lost_clock",
-                                               "double_clock", "slo_low",   "slo_high"};
+  static const std::vector<std::string> faults{
+      "flips:0.5",    "flips:0.1",  "flips:0.01",  "burst:16",     "burst:32",      "lost_clock",
+      "double_clock", "slo_low",    "slo_high",    "inserted_low", "inserted_high", "gap_low:8",
+      "gap_high:8",   "late_start", "early_start", "cds_high",     "stop_high"};
   return faults;
 }
 
@@ -35,8 +37,7 @@ bool add_campaign_fault(const lab::CampaignFrame& frame, const std::string& text
                         lab::CampaignPlan& plan) {
   const auto fault = lab::parse_fault(text);
   if (!fault) return false;
-  const unsigned longest = fault->length_bits == 0 ? 1 : fault->length_bits;
-  if (fault->place.value_or(0) > frame.bits() - longest) return false;
+  if (fault->place.value_or(0) >= lab::places_of(*fault, frame.bits())) return false;
   plan.faults.push_back(*fault);
   return true;
 }

@@ -20,6 +20,13 @@
 namespace biss::tools {
 namespace {
 
+constexpr const char* measured_faults =
+    "flips:RATE[:DRAWN|:fitting] (up to 0.5), burst:BITS[:PLACE] (2 to 32), "
+    "gap_low:BITS[:PLACE], gap_high:BITS[:PLACE] (1 to 32)";
+constexpr const char* placed_faults =
+    "lost_clock, double_clock, slo_low, slo_high, inserted_low, inserted_high, early_start";
+constexpr const char* other_faults = "late_start, cds_high, stop_high";
+
 struct CampaignOptions {
   std::string format;
   std::vector<std::string> faults = usual_campaign_faults();
@@ -144,10 +151,10 @@ ExitStatus run_replay(const lab::CampaignFrame& frame, const lab::CampaignPlan& 
       {.name = "position_read", .kind = Kind::unsigned_integer}};
   const auto table =
       report::make_table_writer(options.to, columns, output, {.colour = output.wants_colour()});
+  const lab::WordPair read = frame.read(replayed.received).value_or(lab::WordPair());
   const auto word = [](std::uint64_t bits) { return fmt::format("0x{:X}", bits); };
-  const std::string texts[] = {text_of(plan.faults[0]), word(replayed.encoded.cpw),
-                               word(replayed.received.cpw), word(replayed.encoded.spw),
-                               word(replayed.received.spw)};
+  const std::string texts[] = {text_of(plan.faults[0]), word(replayed.encoded.cpw), word(read.cpw),
+                               word(replayed.encoded.spw), word(read.spw)};
   const report::Cell cells[] = {texts[0],
                                 index,
                                 replayed.sent.position,
@@ -200,10 +207,8 @@ ExitStatus run_safety_campaign(const CampaignOptions& options) {
     if (add_campaign_fault(*frame, text, plan)) continue;
     return fail(
         ExitStatus::usage,
-        fmt::format("'{}' is no fault of these {} bits: flips:RATE[:DRAWN|:fitting] (up "
-                    "to 0.5), burst:BITS[:PLACE] (2 to 32), or lost_clock, double_clock, slo_low, "
-                    "slo_high with [:PLACE]",
-                    text, frame->bits()));
+        fmt::format("'{}' is no fault of these {} bits: {}, or one of {} with [:PLACE], or {}",
+                    text, frame->bits(), measured_faults, placed_faults, other_faults));
   }
   if (options.replay) return run_replay(*frame, plan, options);
   return run_counts(*frame, std::move(plan), options);
@@ -217,8 +222,8 @@ SafetyRun add_safety_campaign(CLI::App& verb) {
                   "Safety configuration, or the format of a control and a safety word");
   verb.add_option(
           "--fault", options->faults,
-          "flips:RATE[:DRAWN|:fitting], burst:BITS[:PLACE], lost_clock, double_clock, slo_low, "
-          "slo_high, each with [:PLACE]; as often as wanted, all kinds by default")
+          fmt::format("{}; {}, each with [:PLACE]; {}; as often as wanted, all kinds by default",
+                      measured_faults, placed_faults, other_faults))
       ->type_name("KIND")
       ->allow_extra_args(false);
   add_count_option(verb, "--frames", into(options->frames), "Frames of each fault",

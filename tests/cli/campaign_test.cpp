@@ -21,9 +21,9 @@ namespace {
 
 std::vector<std::string> campaign(const std::vector<std::string>& more) {
   std::vector<std::string> arguments{
-      "safety",   "campaign", "-f",      "rxm",     "--fault",           "flips:0.1", "--fault",
-      "burst:16", "--fault",  "slo_low", "--fault", "flips:0.5:fitting", "--frames",  "1000003",
-      "--seed",   "11",       "--to",    "csv",     "--no-importance"};
+      "safety",   "campaign", "-f",      "rxm",     "--fault",    "flips:0.1", "--fault",
+      "burst:16", "--fault",  "slo_low", "--fault", "late_start", "--fault",   "flips:0.5:fitting",
+      "--frames", "1000003",  "--seed",  "11",      "--to",       "csv",       "--no-importance"};
   arguments.insert(arguments.end(), more.begin(), more.end());
   return arguments;
 }
@@ -94,12 +94,12 @@ TEST(Campaign, Rows_HaveTheKeysOfTheContract) {
       whole().starts_with("fault,frames,accepted_cpw,accepted_spw,accepted_both,"
                           "accepted_monitor,wrong,rate,theory,"));
   const auto rows = rows_of(whole());
-  ASSERT_EQ(rows.size(), 4U);
+  ASSERT_EQ(rows.size(), 5U);
   for (const Row& row : rows) EXPECT_EQ(row.at("frames"), "1000003");
   EXPECT_EQ(rows[0].at("fault"), "flips:0.1");
-  EXPECT_EQ(rows[3].at("cpw_rate"), "") << "fitting draws say nothing of a checksum alone";
-  EXPECT_GT(std::stod(rows[3].at("effective")), 1000);
-  EXPECT_LT(std::abs(std::stod(rows[3].at("sigma"))), 5);
+  EXPECT_EQ(rows[4].at("cpw_rate"), "") << "fitting draws say nothing of a checksum alone";
+  EXPECT_GT(std::stod(rows[4].at("effective")), 1000);
+  EXPECT_LT(std::abs(std::stod(rows[4].at("sigma"))), 5);
 }
 
 TEST(Campaign, JsonLines_HaveNumbers) {
@@ -156,6 +156,8 @@ TEST(Campaign, WrongUsage_IsNamed) {
   refused({"-f", "rxm", "--fault", "flips"});
   refused({"-f", "rxm", "--fault", "slo_low:60"});
   refused({"-f", "rxm", "--fault", "burst:32:29"});
+  refused({"-f", "rxm", "--fault", "early_start:61"});
+  refused({"-f", "rxm", "--fault", "late_start:0"});
   refused({"-f", "rxm", "--shard", "0/7"});
   refused({"-f", "rxm", "--shard", "8/7"});
   refused({"-f", "rxm", "--replay", "1"});
