@@ -46,9 +46,10 @@ std::uint64_t SequenceEncoder::any_speed() {
 void SequenceEncoder::begin_stretch() {
   const bool at_zero = stretches_++ % 2 == 1;
   if (motion_ == SequenceMotion::creep) {
-    // About the border of two counts of the safety word.
+    // About a multiple of any power of two, so that carries of every length come.
+    const std::uint64_t at = random_.next() << random_.below(position_bits_);
     speed_ = 0;
-    place_ = at_zero ? 0 : random_.next() << random_.below(position_bits_);
+    place_ = at_zero ? 0 : at << (64U - position_bits_);
     return;
   }
   speed_ = motion_ == SequenceMotion::max ? full_speed() : any_speed();

@@ -92,6 +92,21 @@ TEST(SequenceEncoder, EverySpeed_FromACountToHalfTheRange) {
   }
 }
 
+// A carry of k bits turns over k + 1.
+TEST(SequenceEncoder, Creep_HasCarriesOfEveryLength) {
+  const SequenceFrame frame = frame_of("fs-36-28");
+  SequenceEncoder encoder(frame, CounterMode::count_1_63, SequenceMotion::creep,
+                          WordRule::truncated, seed);
+  std::set<std::size_t> carries;
+  std::uint64_t before = encoder.next().cpw;
+  for (int n = 1; n < 512 * 500; ++n) {
+    const std::uint64_t now = encoder.next().cpw;
+    if (n % 512 != 0) carries.insert(static_cast<std::size_t>(std::bit_width(before ^ now)));
+    before = now;
+  }
+  EXPECT_EQ(carries.size(), 37U);
+}
+
 TEST(SequenceEncoder, EveryMotion_WrapsPositionAndCounter) {
   for (const SafetyConfiguration& type : safety_configurations) {
     const SequenceFrame frame = frame_of(type, CounterMode::count_0_63);

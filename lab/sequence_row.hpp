@@ -23,7 +23,7 @@ enum class SequenceTask : std::uint8_t {
 enum class SequenceMotion : std::uint8_t {
   max,    ///< full speed: just less than half a turn from frame to frame
   steps,  ///< every speed from a count to half the range, each magnitude as often
-  creep,  ///< a count or two to and fro, every second time about zero
+  creep,  ///< a count or two to and fro, about any multiple of a power of two
 };
 
 inline constexpr std::array<std::string_view, 3> sequence_motion_names{"max", "steps", "creep"};

@@ -30,20 +30,33 @@ const Row* row_of(const std::vector<Row>& rows, const std::string& name,
 }
 
 TEST(Sequences, UndamagedFrames_HaveNoFalseAlarmWithAnyCounter) {
-  const Outcome told = sequences("fs-36-28", {"--frames", "200000", "--kind", "undamaged",
-                                              "--motion", "max", "--motion", "steps"});
+  const Outcome told =
+      sequences("fs-36-28", {"--frames", "500000", "--kind", "undamaged", "--motion", "max",
+                             "--motion", "steps", "--motion", "creep"});
   EXPECT_EQ(told.status, 0) << told.err;
   const std::vector<Row> rows = rows_of(told.out);
-  ASSERT_EQ(rows.size(), 8U);
+  ASSERT_EQ(rows.size(), 12U);
   for (const Row& row : rows) {
-    EXPECT_EQ(row.at("frames"), "200000");
+    EXPECT_EQ(row.at("frames"), "500000");
     EXPECT_EQ(row.at("false_alarms"), "0");
     EXPECT_EQ(row.at("misread"), "0");
     EXPECT_EQ(row.at("result"), "ok");
-    EXPECT_GT(std::stoul(row.at("position_wraps")), 1000U);
-    EXPECT_GT(std::stoul(row.at("counter_wraps")), 3000U);
+    EXPECT_GT(std::stoul(row.at("position_wraps")), 3000U);
+    EXPECT_GT(std::stoul(row.at("counter_wraps")), 7800U);
     EXPECT_EQ(row.at("events"), "");
   }
+}
+
+// The same of a format whose theory of corruption takes seconds, without it.
+TEST(Sequences, SevenKindsWithStrongChecksums_AreToldWithinTheirCycles) {
+  std::vector<std::string> arguments{"--faults", "10000"};
+  for (const char* name :
+       {"repetition", "sequence", "loss", "delay", "insertion", "masquerade", "addressing"}) {
+    arguments.insert(arguments.end(), {"--kind", name});
+  }
+  const Outcome told = sequences("fs-36-28", arguments);
+  EXPECT_EQ(told.status, 0) << told.err;
+  EXPECT_EQ(rows_of(told.out).size(), 23U + 7U);
 }
 
 TEST(Sequences, EveryKindOfFault_IsToldWithinItsCycles) {
