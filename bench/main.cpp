@@ -87,6 +87,7 @@ int run(int count, char** values) {
   add_core_rows(table);
   add_capture_rows(table);
   add_sim_rows(table);
+  add_campaign_rows(table);
   add_command_rows(table);
   TableReporter reporter(table);
   benchmark::RunSpecifiedBenchmarks(&reporter);

@@ -14,6 +14,8 @@ void add_core_rows(Table& table);
 void add_capture_rows(Table& table);
 /// The line model.
 void add_sim_rows(Table& table);
+/// Fault campaigns against BiSS Safety.
+void add_campaign_rows(Table& table);
 /// The command as a whole process.
 void add_command_rows(Table& table);
 

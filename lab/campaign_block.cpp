@@ -187,6 +187,7 @@ void for_each_frame(const CampaignFrame& frame, const FaultSequence& sequence, s
 
 CampaignCounts count_block_plainly(const CampaignFrame& frame, const FaultSequence& sequence,
                                    std::uint64_t block, std::uint64_t frames) {
+  if (sequence.fault.fitting) return count_fitting(frame, sequence, block, frames);
   CampaignCounts counts;
   counts.frames = frames;
   const bool flips = sequence.fault.kind == CampaignFault::flips;

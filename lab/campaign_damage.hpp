@@ -36,6 +36,7 @@ constexpr LineWord damaged(LineWord line, unsigned size_bits, const FaultChoice&
                            unsigned place, std::uint64_t pattern) {
   const unsigned after = size_bits - place;  // bits from the place on
   const LineWord tail = (LineWord{1} << after) - 1U;
+  const LineWord level = is_high(fault.kind) ? ~LineWord{0} : 0;
   switch (fault.kind) {
     case CampaignFault::flips:
     case CampaignFault::late_start:
@@ -52,26 +53,21 @@ constexpr LineWord damaged(LineWord line, unsigned size_bits, const FaultChoice&
     }
     case CampaignFault::lost_clock:  // behind STOP the line is low
       return (line & ~tail) | ((line << 1U) & tail);
-    case CampaignFault::double_clock: {
-      const LineWord rest = tail >> 1U;
-      return (line & ~rest) | ((line >> 1U) & rest);
-    }
+    case CampaignFault::double_clock:
     case CampaignFault::inserted_low:
     case CampaignFault::inserted_high: {
       const LineWord rest = tail >> 1U;
-      const LineWord inserted = fault.kind == CampaignFault::inserted_high ? tail & ~rest : 0;
-      return (line & ~tail) | inserted | ((line >> 1U) & rest);
+      const LineWord first = fault.kind == CampaignFault::double_clock ? line : level;
+      return (line & ~tail) | (first & tail & ~rest) | ((line >> 1U) & rest);
     }
     case CampaignFault::gap_low:
     case CampaignFault::gap_high: {
       const LineWord behind = fault.length_bits >= after ? 0 : tail >> fault.length_bits;
-      const LineWord gap = tail & ~behind;
-      return fault.kind == CampaignFault::gap_high ? line | gap : line & ~gap;
+      return (line & ~(tail & ~behind)) | (level & tail & ~behind);
     }
     case CampaignFault::slo_low:
-      return line & ~tail;
     case CampaignFault::slo_high:
-      return line | tail;
+      return (line & ~tail) | (level & tail);
   }
   return line;
 }

@@ -80,6 +80,7 @@ LineSums damaged_sums(const CampaignFrame& frame, const LineSums& sent, const Fa
                       unsigned place) {
   const auto size = static_cast<unsigned>(sent.size());
   const unsigned first = size - 1U - place;  // the place as an index
+  const Sum level = is_high(fault.kind) ? one : 0;
   LineSums sums = sent;
   switch (fault.kind) {
     case CampaignFault::flips:
@@ -90,15 +91,16 @@ LineSums damaged_sums(const CampaignFrame& frame, const LineSums& sent, const Fa
     case CampaignFault::stop_high:
       sums[0] = one;
       break;
+    case CampaignFault::double_clock:
     case CampaignFault::inserted_low:
     case CampaignFault::inserted_high:
       for (unsigned bit = 0; bit < first; ++bit) sums[bit] = sent[bit + 1U];
-      sums[first] = fault.kind == CampaignFault::inserted_high ? one : 0;
+      if (fault.kind != CampaignFault::double_clock) sums[first] = level;
       break;
     case CampaignFault::gap_low:
     case CampaignFault::gap_high:
       for (unsigned n = 0; n < fault.length_bits && n <= first; ++n) {
-        sums[first - n] = fault.kind == CampaignFault::gap_high ? one : 0;
+        sums[first - n] = level;
       }
       break;
     case CampaignFault::burst:
@@ -110,14 +112,9 @@ LineSums damaged_sums(const CampaignFrame& frame, const LineSums& sent, const Fa
     case CampaignFault::lost_clock:
       for (unsigned bit = 0; bit <= first; ++bit) sums[bit] = bit == 0 ? 0 : sent[bit - 1U];
       break;
-    case CampaignFault::double_clock:
-      for (unsigned bit = 0; bit < first; ++bit) sums[bit] = sent[bit + 1U];
-      break;
     case CampaignFault::slo_low:
-      for (unsigned bit = 0; bit <= first; ++bit) sums[bit] = 0;
-      break;
     case CampaignFault::slo_high:
-      for (unsigned bit = 0; bit <= first; ++bit) sums[bit] = one;
+      for (unsigned bit = 0; bit <= first; ++bit) sums[bit] = level;
       break;
   }
   return sums;

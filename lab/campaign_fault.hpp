@@ -59,6 +59,10 @@ constexpr bool has_length(CampaignFault kind) {
   return kind == CampaignFault::burst || kind == CampaignFault::gap_low ||
          kind == CampaignFault::gap_high;
 }
+constexpr bool is_high(CampaignFault kind) {
+  return kind == CampaignFault::slo_high || kind == CampaignFault::inserted_high ||
+         kind == CampaignFault::gap_high;
+}
 /// Whether the bits around the two words are struck, and not theirs.
 constexpr bool is_around(CampaignFault kind) { return kind >= CampaignFault::late_start; }
 
