@@ -196,7 +196,7 @@ ExitStatus run_advise(const AdviseOptions& options) {
 
 }  // namespace
 
-EdsRun add_eds_advise(CLI::App& verb) {
+Run add_eds_advise(CLI::App& verb) {
   const auto options = std::make_shared<AdviseOptions>();
   add_eds_file(verb, options->arguments.file, false);
   const auto bits = [&verb](const char* name, auto& target, const char* what) {

@@ -94,7 +94,7 @@ ExitStatus run_build(const BuildOptions& options) {
 
 }  // namespace
 
-EdsRun add_eds_build(CLI::App& verb) {
+Run add_eds_build(CLI::App& verb) {
   const auto options = std::make_shared<BuildOptions>();
   add_eds_file(verb, options->arguments.file);
   add_name_option(verb, "--to", options->to, build_formats,

@@ -163,7 +163,7 @@ ExitStatus run_diff(const DiffOptions& options) {
 
 }  // namespace
 
-EdsRun add_eds_diff(CLI::App& verb) {
+Run add_eds_diff(CLI::App& verb) {
   const auto options = std::make_shared<DiffOptions>();
   verb.add_option("A", options->first.file, "A dump of registers or a description; - is stdin")
       ->required()

@@ -75,7 +75,7 @@ ExitStatus run_analyse(const AnalyseOptions& options) {
 
 }  // namespace
 
-SafetyRun add_safety_analyse(CLI::App& verb) {
+Run add_safety_analyse(CLI::App& verb) {
   const auto options = std::make_shared<AnalyseOptions>();
   add_format_option(verb, options->arguments, true);
   verb.add_option("--ber", options->rates,

@@ -216,7 +216,7 @@ ExitStatus run_safety_campaign(const CampaignOptions& options) {
 
 }  // namespace
 
-SafetyRun add_safety_campaign(CLI::App& verb) {
+Run add_safety_campaign(CLI::App& verb) {
   const auto options = std::make_shared<CampaignOptions>();
   verb.add_option("-f,--format", options->format,
                   "Safety configuration, or the format of a control and a safety word");

@@ -132,7 +132,7 @@ ExitStatus run_check(const VerbOptions& options) {
 
 }  // namespace
 
-SafetyRun add_safety_evidence(CLI::App& verb) {
+Run add_safety_evidence(CLI::App& verb) {
   const auto options = std::make_shared<VerbOptions>();
   add_evidence_options(verb, options->evidence);
   add_count_option(verb, "--threads", into(options->threads), "As many as there are cores", 1024);

@@ -223,7 +223,7 @@ ExitStatus run_safety_sequences(SequenceOptions options) {
 
 }  // namespace
 
-SafetyRun add_safety_sequences(CLI::App& verb) {
+Run add_safety_sequences(CLI::App& verb) {
   const auto options = std::make_shared<SequenceOptions>();
   verb.add_option("-f,--format", options->format,
                   "Safety configuration, or the format of a control and a safety word")
