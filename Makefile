@@ -41,6 +41,11 @@ coverage:  ## branch coverage of crc, frame, safety, timing, turns; fails below 
 	@scripts/install-packages build test coverage
 	@scripts/coverage
 
+.PHONY: mutants
+mutants:  ## removes each check of biss/safety; fails unless each turns a test red
+	@scripts/install-packages build test coverage
+	@scripts/mutants
+
 .PHONY: firmware-sizes
 firmware-sizes:  ## flash, RAM, instructions a frame on Cortex-M; renews the README's table
 	@scripts/install-packages build firmware

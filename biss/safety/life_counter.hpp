@@ -36,7 +36,9 @@ class LifeCounter {
     }
     if (fits(value, missed, setup.missed, first_of(value))) return SafetyVerdict::safe;
     if (value == last_) return SafetyVerdict::counter_repeated;
-    if (!confirmed_ && first_ != unknown && fits(value, missed, setup.missed, 1U - first_)) {
+    // While the range is being learned this is none that a value fits.
+    const unsigned other_first = 1U - first_;
+    if (!confirmed_ && fits(value, missed, setup.missed, other_first)) {
       return SafetyVerdict::counter_mode;
     }
     return cause_of(value, missed, setup.near_frames);

@@ -30,6 +30,7 @@ class LineEvaluation {
     if (!is_at_start(line, plan.setup().bounds)) return {.cause = SafetyVerdict::no_frame};
     const FrameFormat& format = plan.format();
     const unsigned stop = payload_at + plan.payload_bits();
+    // Nothing is left where there is no START.
     if (line.left() < stop) return {.cause = SafetyVerdict::no_frame};
     const Words words(line);
     if (words.bit(1) && format.cds0) return {.cause = SafetyVerdict::no_frame};
@@ -76,7 +77,7 @@ class LineEvaluation {
                                                            const FrameBounds& bounds) {
     const auto runs = line.find_start();
     const std::size_t lead = runs.late + runs.ones;
-    return runs.whole && runs.late <= bounds.late_max_clocks && lead >= bounds.lead_min_clocks &&
+    return runs.late <= bounds.late_max_clocks && lead >= bounds.lead_min_clocks &&
            lead <= bounds.lead_max_clocks && runs.zeros >= bounds.ack_min_clocks &&
            runs.zeros <= bounds.ack_max_clocks;
   }
@@ -171,10 +172,7 @@ class LineEvaluation {
       return channel.position.present() ? channel.position : channel.singleturn;
     }
     [[gnu::always_inline]] constexpr std::uint64_t position() const {
-      const std::uint64_t turns = value(channel.multiturn);
-      // Without turns the shift may be one by 64.
-      if (turns == 0) return value(singleturn());
-      return turns << singleturn().bits | value(singleturn());
+      return value(channel.multiturn) << singleturn().bits | value(singleturn());
     }
     // The lower bits of the turns and the upper ones of the singleturn value, at the top of a word.
     [[gnu::always_inline]] constexpr std::uint64_t key(

@@ -28,11 +28,9 @@ class LineReader {
     std::size_t late = 0;
     std::size_t ones = 0;
     std::size_t zeros = 0;
-    // There is a START.
-    bool whole = false;
   };
 
-  // Goes to START.
+  // Goes to START, or to the end where there is none.
   [[gnu::always_inline]] constexpr Runs find_start() {
     Runs runs;
     // Nearly always the ones end within the first look.
@@ -46,7 +44,6 @@ class LineReader {
       at_ += ones;
     }
     runs.zeros = run(false);
-    runs.whole = at_ < end_;
     return runs;
   }
 

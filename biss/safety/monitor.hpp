@@ -201,7 +201,6 @@ class SafetyMonitor {
 
   constexpr void forget() {
     first_ = First(plan_.setup());
-    second_ = Second(plan_.setup());
     tolerated_ = 0;
     start();
   }
@@ -209,7 +208,6 @@ class SafetyMonitor {
   constexpr void start() {
     state_ = SafetyState::starting;
     good_frames_ = 0;
-    missed_ = 0;
     first_.lose_place();
     second_.lose_place();
   }

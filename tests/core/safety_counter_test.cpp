@@ -47,6 +47,41 @@ BISS_TEST(SafetyCounter, EveryValueBehindEveryOther_HasItsVerdict) {
   }
 }
 
+// A counter of that range, which has been seen, at that place.
+LifeCounter counter_at(unsigned last, unsigned lowest) {
+  LifeCounter counter(lowest == 1 ? CounterMode::count_1_63 : CounterMode::count_0_63);
+  counter.accept(63, 0, 2);
+  for (unsigned value = lowest; value <= last; ++value) {
+    counter.accept(static_cast<std::uint8_t>(value), 0, 2);
+  }
+  return counter;
+}
+
+BISS_TEST(SafetyCounter, EveryValueBehindMissedFrames_HasItsVerdict) {
+  for (const unsigned lowest : {0U, 1U}) {
+    const unsigned period = 64U - lowest;
+    for (const unsigned near : {0U, 8U}) {
+      const SafetyCounter setup{.near_frames = static_cast<std::uint8_t>(near)};
+      for (unsigned last = lowest; last < 64; ++last) {
+        const LifeCounter counter = counter_at(last, lowest);
+        for (unsigned missed = 1; missed <= max_tolerated_faults; ++missed) {
+          for (unsigned value = lowest; value < 64; ++value) {
+            const unsigned ahead = (value + period - last) % period;
+            const SafetyVerdict expected = ahead == 0                    ? counter_repeated
+                                           : ahead <= missed             ? counter_backwards
+                                           : ahead == missed + 1U        ? safe
+                                           : ahead <= missed + 1U + near ? counter_skipped
+                                           : ahead >= period - near      ? counter_backwards
+                                                                         : counter_foreign;
+            BISS_EXPECT_EQ(counter.judge(static_cast<std::uint8_t>(value), missed, setup), expected)
+                << last << " then " << value << ", missed " << missed << ", near " << near;
+          }
+        }
+      }
+    }
+  }
+}
+
 // Both evaluations' counters, for every place, every number of missed frames and every value.
 BISS_TEST(SafetyCounter, BothEvaluations_AgreeForAllValuesAndMissedFrames) {
   using Line = LineEvaluation<test::RunPlan>;
@@ -210,6 +245,17 @@ BISS_TEST(SafetyCounter, Learned_BeginsAnewWhereTheRollOversDiffer) {
   BISS_EXPECT(!bench.monitor.counter_mode());
   bench.good(64);
   BISS_EXPECT(bench.monitor.counter_mode() == CounterMode::count_0_63);
+}
+
+BISS_TEST(SafetyCounter, Learned_CountsRollOversInARowWithoutAFault) {
+  SafetyBench bench([](SafetySetup& setup) { setup.counter.mode = CounterMode::learned; });
+  while (bench.counter != 1) bench.good();
+  BISS_EXPECT_EQ(bench.silence().verdict, no_frame);
+  bench.good(63);
+  BISS_EXPECT_EQ(bench.counter, 1);
+  BISS_EXPECT(!bench.monitor.counter_mode());
+  bench.good(63);
+  BISS_EXPECT(bench.monitor.counter_mode() == CounterMode::count_1_63);
 }
 
 BISS_TEST(SafetyCounter, Learned_NamesFaultsWhileItLearns) {

@@ -317,7 +317,7 @@ BISS_TEST(SafetyFinding, OfLinesThatNeverBegin_IsNoFrame) {
 
 BISS_TEST(SafetyFinding, OfAnyLine_IsTheSameInBothEvaluations) {
   BISS_RANDOM(random, 0x5AFE'0002);
-  const std::uint64_t rounds = test::rounds(20'000, 100);
+  const std::uint64_t rounds = test::rounds(4'000, 100);
   constexpr FrameBounds narrow{.lead_min_clocks = 2,
                                .lead_max_clocks = 5,
                                .ack_min_clocks = 3,
@@ -349,7 +349,7 @@ BISS_TEST(SafetyFinding, WithAPlanKnownWhileCompiling_IsTheSameToo) {
   BISS_RANDOM(random, 0x5AFE'0003);
   constexpr FrameFormat format = find_safety_configuration("fs-36-28")->frame_format();
   using Fixed = FixedSafetyPlan<format, bounded, CrcBitwise>;
-  expect_one_finding(Fixed(), random, test::rounds(100'000, 300));
+  expect_one_finding(Fixed(), random, test::rounds(20'000, 300));
 }
 
 }  // namespace

@@ -359,6 +359,7 @@ BISS_TEST(SafetyMonitor, SelfTest_PassesWithEveryConfigurationAndSetup) {
       SafetySetup setup = each.setup;
       setup.counter.mode = static_cast<CounterMode>(variant % 3U);
       setup.latch = variant != 1;
+      if (variant == 1) setup.start_frames = 255, setup.counter.learn_rollovers = 1;
       if (variant == 2) setup.budget = {.faults = 4, .window = setup.frame_gap_max};
       if (variant == 3) setup.bounds = {.lead_min_clocks = 2, .ack_min_clocks = 33};
       SafetyMonitor<RunPlan> monitor(RunPlan(each.frame_format(), setup));

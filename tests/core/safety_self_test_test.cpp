@@ -11,27 +11,33 @@ namespace {
 using enum SafetyVerdict;
 using Plan = test::RunPlan;
 
-// What both evaluations make of a finding, and the monitor of a verdict; changed by each test.
+// What both evaluations make of a finding, the second one alone, and the monitor of a verdict;
+// changed by each test.
 struct Sabotage {
   SafetyFinding (*finding)(SafetyFinding, const BitView&) = [](SafetyFinding found,
                                                                const BitView&) { return found; };
+  SafetyFinding (*second)(SafetyFinding) = [](SafetyFinding found) { return found; };
   SafetyVerdict (*step)(SafetyVerdict) = [](SafetyVerdict told) { return told; };
   SafetyVerdict (*watch)(SafetyVerdict) = [](SafetyVerdict told) { return told; };
 };
 constinit Sabotage sabotage;
 
-struct First : FieldEvaluation<Plan> {
+template <class Plan>
+struct FirstOf : FieldEvaluation<Plan> {
   using FieldEvaluation<Plan>::FieldEvaluation;
   static SafetyFinding find(const Plan& plan, const BitView& bits) {
     return sabotage.finding(FieldEvaluation<Plan>::find(plan, bits), bits);
   }
 };
-struct Second : LineEvaluation<Plan> {
+template <class Plan>
+struct SecondOf : LineEvaluation<Plan> {
   using LineEvaluation<Plan>::LineEvaluation;
   static SafetyFinding find(const Plan& plan, const BitView& bits) {
-    return sabotage.finding(LineEvaluation<Plan>::find(plan, bits), bits);
+    return sabotage.second(sabotage.finding(LineEvaluation<Plan>::find(plan, bits), bits));
   }
 };
+using First = FirstOf<Plan>;
+using Second = SecondOf<Plan>;
 struct Monitor : SafetyMonitor<Plan, FieldEvaluation<Plan>, LineEvaluation<Plan>> {
   using Sound = SafetyMonitor<Plan, FieldEvaluation<Plan>, LineEvaluation<Plan>>;
   using Sound::Sound;
@@ -96,7 +102,30 @@ BISS_TEST(SafetySelfTest, OfEvaluationsThatReadWrongly_Fails) {
   }}));
 }
 
+BISS_TEST(SafetySelfTest, OfASecondEvaluationThatLosesUpperBits_Fails) {
+  BISS_EXPECT(!passes({.second = [](SafetyFinding found) {
+    found.position &= 0xFFFF'FFFFU;
+    return found;
+  }}));
+}
+
+BISS_TEST(SafetySelfTest, OfAComparisonThatLooksOneWayOnly_Fails) {
+  BISS_EXPECT(!passes({.finding = [](SafetyFinding found, const BitView&) {
+    if (found.cause == comparison && found.difference_lsb > 0) found.cause = safe;
+    return found;
+  }}));
+  BISS_EXPECT(!passes({.finding = [](SafetyFinding found, const BitView&) {
+    if (found.cause == comparison && found.difference_lsb < 0) found.cause = safe;
+    return found;
+  }}));
+}
+
 BISS_TEST(SafetySelfTest, OfEvaluationsThatOverlookTheLine_Fails) {
+  // No answer, no START, an end too soon.
+  BISS_EXPECT(!passes({.finding = [](SafetyFinding found, const BitView& bits) {
+    if (bits.size_bits() < 100) found.cause = safe;
+    return found;
+  }}));
   // STOP, and CDS behind START: 1, 0, 1.
   BISS_EXPECT(!passes({.finding = [](SafetyFinding found, const BitView& bits) {
     if (bits.size_bits() == 101 && bits.bit(100)) found.cause = safe;
@@ -120,6 +149,39 @@ BISS_TEST(SafetySelfTest, OfAMonitorThatLetsOneThingPass_Fails) {
   BISS_EXPECT(!passes({.watch = turned<watchdog>}));
   BISS_EXPECT(!passes({.step = turned<latched>}));
   BISS_EXPECT(!passes({.step = turned<disagreement>}));
+  // Never safe; without a latch nothing else shows it.
+  BISS_EXPECT(!passes({.step = turned<safe, starting>}, false));
+}
+
+BISS_TEST(SafetySelfTest, ThatFailsInOperation_LeavesTheMonitorUntested) {
+  sabotage = {};
+  SafetyMonitor<Plan, First, Second> monitor(test::plan_of("fs-36-28"));
+  BISS_EXPECT(monitor.self_test());
+  sabotage.finding = taken<cpw_crc>;
+  BISS_EXPECT(!monitor.self_test());
+  BISS_EXPECT_EQ(monitor.state(), SafetyState::untested);
+  BISS_EXPECT_EQ(monitor.watch({}).verdict, self_test);
+  sabotage = {};
+  BISS_EXPECT(monitor.self_test());
+  BISS_EXPECT_EQ(monitor.state(), SafetyState::starting);
+}
+
+BISS_TEST(SafetySelfTest, InOperation_BeginsAnewAndForgetsAllButTheSetup) {
+  sabotage = {};
+  test::SafetyBench bench([](SafetySetup& setup) { setup.counter.mode = CounterMode::learned; });
+  bench.until_safe();
+  BISS_EXPECT(bench.monitor.counter_mode().has_value());
+  BISS_EXPECT(bench.monitor.self_test());
+  BISS_EXPECT_EQ(bench.monitor.state(), SafetyState::starting);
+  BISS_EXPECT(!bench.monitor.counter_mode() && !bench.monitor.deadline());
+  // Later, at another number.
+  bench.counter = 40;
+  bench.now += milliseconds(1);
+  BISS_EXPECT_EQ(bench.good().verdict, starting);
+  BISS_EXPECT(bench.until_safe() > 63);
+  BISS_EXPECT_EQ(bench.silence().state, SafetyState::latched);
+  BISS_EXPECT(bench.monitor.self_test());
+  BISS_EXPECT_EQ(bench.monitor.state(), SafetyState::starting);
 }
 
 BISS_TEST(SafetySelfTest, WithBoundsThatNoFrameMeets_Fails) {
@@ -135,6 +197,17 @@ BISS_TEST(SafetySelfTest, OfAFrameWithMoreChannels_PassesAndKnowsWhoseCrcIsWhose
   const auto format = test::format_of("pos9,crc6+pos20,nE,nW,lc6,crc16+pos24,nE,nW,crc6+pad8");
   SafetyMonitor<SafetyPlan<4>> monitor(SafetyPlan<4>(format, setup));
   BISS_EXPECT(monitor.self_test());
+  // One that does not look at the third channel's CRC.
+  using Wide = SafetyPlan<4>;
+  SafetyMonitor<Wide, FirstOf<Wide>, SecondOf<Wide>> blind(Wide(format, setup));
+  BISS_EXPECT(blind.self_test());
+  sabotage.finding = [](SafetyFinding found, const BitView& bits) {
+    const std::size_t whole = 1U + 1U + 2U + 15U + 44U + 32U + 8U + 1U;
+    const bool other = bits.size_bits() == whole && !bits.bit(whole - 1U);
+    if (other && found.cause == no_frame) found.cause = safe;
+    return found;
+  };
+  BISS_EXPECT(!blind.self_test());
 }
 
 }  // namespace

@@ -1,0 +1,163 @@
+// The eight faults of a transmission by IEC 61784-3: each has its verdict in the cycle it should.
+#include <array>
+
+#include "biss/safety/monitor.hpp"
+#include "biss/safety/verdict.hpp"
+#include "tests/core/safety_bench.hpp"
+#include "tests/core/test.hpp"
+
+namespace biss {
+namespace {
+
+using enum SafetyVerdict;
+using test::SafetyBench;
+using test::SafetyWords;
+
+// Commits the fault; what is told of the first frame, or tick, from which it can be seen.
+using Commit = SafetyJudgement (*)(SafetyBench&);
+
+struct Kind {
+  FaultKind kind;
+  SafetyVerdict verdict;
+  /// From the first frame that is not as it should be, or is not there, to the verdict.
+  unsigned reaction_cycles;
+  Commit commit;
+};
+
+// In the order of the kinds; a kind may show in several ways, the first one is its measure's.
+constexpr Kind kinds[] = {
+    {FaultKind::corruption, spw_crc, 0, [](SafetyBench& b) { return b.send_flipped(60); }},
+    {FaultKind::corruption, cpw_crc, 0, [](SafetyBench& b) { return b.send_flipped(20); }},
+    {FaultKind::corruption, comparison, 0,
+     [](SafetyBench& b) {
+       // Whatever passed the CPW's CRC.
+       SafetyWords words = b.next();
+       words.cpw ^= std::uint64_t{1} << 30U;
+       return b.send(words);
+     }},
+    {FaultKind::repetition, counter_repeated, 0, [](SafetyBench& b) { return b.send(b.words()); }},
+    {FaultKind::sequence, counter_backwards, 0,
+     [](SafetyBench& b) {
+       // The frame before the last one, once more.
+       b.counter -= 1;
+       return b.send(b.words());
+     }},
+    {FaultKind::loss, counter_skipped, 0,
+     [](SafetyBench& b) {
+       b.next();
+       return b.good();
+     }},
+    {FaultKind::loss, no_frame, 0, [](SafetyBench& b) { return b.silence(); }},
+    {FaultKind::loss, watchdog, 1,
+     [](SafetyBench& b) {
+       // Not even the master knows of it: nothing is stepped.
+       b.now = *b.monitor.deadline() + picoseconds(1);
+       return b.monitor.watch(b.now);
+     }},
+    {FaultKind::delay, watchdog, 1,
+     [](SafetyBench& b) {
+       b.now += SafetyBench::cycle;
+       return b.good();
+     }},
+    {FaultKind::insertion, counter_foreign, 0,
+     [](SafetyBench& b) {
+       SafetyWords words = b.words();
+       words.life_counter = 45;
+       return b.send(words);
+     }},
+    {FaultKind::insertion, early, 0,
+     [](SafetyBench& b) {
+       b.now -= SafetyBench::cycle / 2;
+       return b.good();
+     }},
+    {FaultKind::masquerade, spw_crc, 0,
+     [](SafetyBench& b) {
+       // A channel as long as the SPW, with the CPW's kind of checksum.
+       FrameFormat format = b.plan().format();
+       format.channel_list[1].crc.polynomial = 0x11021;
+       const FrameBits bits = test::bits_of(test::RunPlan(format, b.plan().setup()), b.next());
+       b.now += SafetyBench::cycle;
+       return b.monitor.step(b.now, bits.view());
+     }},
+    {FaultKind::addressing, counter_foreign, 0,
+     [](SafetyBench& b) {
+       // Another encoder, somewhere else, which counts for itself.
+       b.position = 77;
+       b.counter += 31;
+       return b.good();
+     }},
+    {FaultKind::addressing, spw_crc, 0,
+     [](SafetyBench& b) {
+       // The same with a start value of its own.
+       FrameFormat format = b.plan().format();
+       format.channel_list[1].crc.start = 0x1234;
+       const FrameBits bits = test::bits_of(test::RunPlan(format, b.plan().setup()), b.next());
+       b.now += SafetyBench::cycle;
+       return b.monitor.step(b.now, bits.view());
+     }},
+};
+
+BISS_TEST(SafetyKinds, EachFault_HasItsVerdictInItsCycleAndThePositionIsWithheld) {
+  for (const Kind& each : kinds) {
+    SafetyBench bench([](SafetySetup& setup) { setup.frame_gap_min = SafetyBench::cycle * 3 / 4; });
+    bench.until_safe();
+    // Wherever the counter's roll-over is far enough for the names.
+    while (bench.counter != 25) bench.good();
+    const Picoseconds last_good = bench.now;
+    const SafetyJudgement told = each.commit(bench);
+    const auto kind = static_cast<std::size_t>(each.kind);
+    BISS_EXPECT_EQ(told.verdict, each.verdict) << kind;
+    BISS_EXPECT(safety_measures[kind].may_be(told.verdict)) << kind;
+    BISS_EXPECT(!told.position && told.state == SafetyState::latched) << kind;
+    // A part of a cycle counts in full.
+    const Picoseconds due = last_good + SafetyBench::cycle;
+    BISS_EXPECT_EQ(clocks_to_cover(bench.now - due, SafetyBench::cycle), each.reaction_cycles);
+  }
+}
+
+BISS_TEST(SafetyKinds, EveryKind_HasOneVerdictOfItsOwn) {
+  std::size_t seen = 0;
+  for (const Kind& each : kinds) {
+    const auto kind = static_cast<std::size_t>(each.kind);
+    BISS_EXPECT(kind == seen || kind + 1U == seen);
+    if (kind != seen) continue;
+    BISS_EXPECT_EQ(safety_measures[kind].verdict, each.verdict) << kind;
+    ++seen;
+  }
+  BISS_EXPECT_EQ(seen, fault_kind_count);
+}
+
+// Which others there may be, written out.
+BISS_TEST(SafetyKinds, EveryKind_MayShowInTheWaysOfItsRow) {
+  constexpr std::array<std::array<bool, 18>, fault_kind_count> may_be = [] {
+    std::array<std::array<bool, 18>, fault_kind_count> made{};
+    const auto allow = [&](FaultKind kind, auto... verdicts) {
+      ((made[static_cast<std::size_t>(kind)][static_cast<std::size_t>(verdicts)] = true), ...);
+    };
+    for (const FaultKind kind :
+         {FaultKind::corruption, FaultKind::masquerade, FaultKind::addressing}) {
+      allow(kind, no_frame, cpw_crc, spw_crc, cpw_error, spw_error, comparison);
+    }
+    for (const FaultKind kind :
+         {FaultKind::corruption, FaultKind::sequence, FaultKind::delay, FaultKind::insertion,
+          FaultKind::masquerade, FaultKind::addressing}) {
+      allow(kind, counter_mode, counter_repeated, counter_skipped, counter_backwards,
+            counter_foreign);
+    }
+    allow(FaultKind::repetition, counter_repeated);
+    allow(FaultKind::loss, counter_skipped, counter_mode, no_frame, watchdog);
+    allow(FaultKind::delay, watchdog, no_frame);
+    allow(FaultKind::insertion, early);
+    return made;
+  }();
+  for (std::size_t kind = 0; kind < fault_kind_count; ++kind) {
+    for (std::size_t verdict = 0; verdict < safety_verdict_count; ++verdict) {
+      BISS_EXPECT_EQ(safety_measures[kind].may_be(static_cast<SafetyVerdict>(verdict)),
+                     may_be[kind][verdict])
+          << kind << " " << verdict;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace biss
