@@ -116,6 +116,21 @@ std::string replay_train(std::size_t format_number, std::uint64_t seed) {
   return train;
 }
 
+// A monitored encoder: good frames until the state is safe, and something every few frames behind
+// them.
+std::string safety_story(std::uint64_t seed) {
+  constexpr char good_run = 1;
+  std::mt19937_64 random(seed);
+  std::string story{'\0', static_cast<char>(seed), static_cast<char>(2 * seed), '\x81'};
+  for (int i = 0; i < 16; ++i) {
+    story += good_run;
+    story += static_cast<char>(i == 0 ? 90 : random() % 8);
+    story += static_cast<char>(random() % 256);
+    story += static_cast<char>(random() % 256);
+  }
+  return story;
+}
+
 // Samples of an even clock, the layout before them.
 std::string raw_samples(std::uint64_t seed) {
   return biss::fuzz::raw_header(biss::fuzz::sampled_layout(seed)) + biss::fuzz::raw_seed(seed);
@@ -144,6 +159,7 @@ int main(int argc, char** argv) {
   Corpus server(root / "server");
   Corpus configure(root / "configure");
   Corpus listener(root / "listener");
+  Corpus safety(root / "safety");
   for (std::uint64_t seed = 0; seed < seeds_a_target; ++seed) {
     const std::size_t k = seed % biss::fuzz::frame_formats.size();
     const std::string bits = frame_bytes(k, seed);
@@ -163,6 +179,7 @@ int main(int argc, char** argv) {
     server.add(biss::fuzz::server_seed(seed));
     configure.add(biss::fuzz::configure_seed(seed));
     listener.add(biss::fuzz::listener_seed(seed));
+    safety.add(safety_story(seed));
   }
   return 0;
 }
