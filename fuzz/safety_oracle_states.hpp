@@ -85,8 +85,9 @@ inline SafetyJudgement SafetyOracle::step(Wide now, const OracleFrame& frame, bo
                        .life_counter = static_cast<std::uint8_t>(frame.life_counter),
                        .difference_lsb = static_cast<std::int32_t>(frame.apart)};
   const Wide gap = now - last_good_;
-  told.verdict = disagree                                         ? SafetyVerdict::disagreement
-                 : good_ != 0 && gap > setup_.frame_gap_max.count ? SafetyVerdict::watchdog
+  told.verdict = disagree ? SafetyVerdict::disagreement
+                 : good_ != 0 && (gap < 0 || gap > setup_.frame_gap_max.count)
+                     ? SafetyVerdict::watchdog
                  : good_ != 0 && gap < setup_.frame_gap_min.count ? SafetyVerdict::early
                  : frame.cause != SafetyVerdict::safe             ? frame.cause
                                                       : counter_verdict(frame.life_counter);

@@ -62,7 +62,7 @@ class SafetyMonitor {
 
   /// One request's answer.
   /// \param now any clock that does not go backwards, at the same moment of every cycle; it may
-  ///   wrap around at the limits of its type. Before the last good frame is `early`.
+  ///   wrap around at the limits of its type. Before the last good frame is the watchdog's.
   /// \param bits SLO once a MA clock, as for find_start(); empty where there was no answer
   constexpr SafetyJudgement step(Picoseconds now, const BitView& bits) {
     return step(now, First::find(plan_, bits), Second::find(plan_, bits));
@@ -102,7 +102,7 @@ class SafetyMonitor {
   constexpr SafetyJudgement watch(Picoseconds now) {
     if (state_ == SafetyState::untested) return told(SafetyVerdict::self_test);
     if (state_ == SafetyState::latched) return told(SafetyVerdict::latched);
-    if (is_late(now) || is_before(now)) {
+    if (is_late(now)) {
       refuse(now, SafetyVerdict::watchdog);
       return told(SafetyVerdict::watchdog);
     }
@@ -141,16 +141,15 @@ class SafetyMonitor {
     return counter;
   }
 
+  // A clock that went backwards proves nothing either.
   constexpr bool is_late(Picoseconds now) const {
-    return good_frames_ != 0 &&
-           safety_detail::elapsed(last_good_, now) > plan_.setup().frame_gap_max;
+    if (good_frames_ == 0) return false;
+    const Picoseconds gap = safety_detail::elapsed(last_good_, now);
+    return gap < Picoseconds{} || gap > plan_.setup().frame_gap_max;
   }
   constexpr bool is_early(Picoseconds now) const {
     return good_frames_ != 0 &&
            safety_detail::elapsed(last_good_, now) < plan_.setup().frame_gap_min;
-  }
-  constexpr bool is_before(Picoseconds now) const {
-    return good_frames_ != 0 && safety_detail::elapsed(last_good_, now) < Picoseconds{};
   }
 
   constexpr void accept(Picoseconds now, std::uint8_t life_counter) {

@@ -17,7 +17,7 @@ enum class SafetyVerdict : std::uint8_t {
   latched,            ///< an earlier fault holds until acknowledge()
   self_test,          ///< the power-up test has not run, or has failed
   disagreement,       ///< the two evaluations of the frame differ: the fault is on our side
-  watchdog,           ///< the last good frame is too long ago
+  watchdog,           ///< the last good frame is too long ago, or the clock is before it
   early,              ///< sooner after the last good frame than any cycle can be
   no_frame,           ///< no answer, no START, ACK or STOP wrong, cut short, another channel's CRC
   cpw_crc,            ///< the control position word's CRC is wrong

@@ -144,13 +144,21 @@ BISS_TEST(SafetySelfTest, OfAMonitorThatLetsOneThingPass_Fails) {
   BISS_EXPECT(!passes({.step = turned<counter_backwards>}));
   BISS_EXPECT(!passes({.step = turned<counter_foreign>}));
   BISS_EXPECT(!passes({.step = turned<counter_foreign, disagreement>}));
-  BISS_EXPECT(!passes({.step = turned<early>}));
   BISS_EXPECT(!passes({.step = turned<watchdog>}));
   BISS_EXPECT(!passes({.watch = turned<watchdog>}));
   BISS_EXPECT(!passes({.step = turned<latched>}));
   BISS_EXPECT(!passes({.step = turned<disagreement>}));
   // Never safe; without a latch nothing else shows it.
   BISS_EXPECT(!passes({.step = turned<safe, starting>}, false));
+}
+
+BISS_TEST(SafetySelfTest, OfAMonitorThatTakesEarlyFrames_FailsWhereThereAreAny) {
+  sabotage = {};
+  Monitor monitor(test::plan_of("fs-36-28", [](SafetySetup& s) { s.frame_gap_min = s.cycle_min; }));
+  BISS_EXPECT(monitor.self_test());
+  sabotage.step = turned<early>;
+  const bool passed = safety_detail::SelfTest<Monitor, First, Second>(monitor).passes();
+  BISS_EXPECT(!passed);
 }
 
 BISS_TEST(SafetySelfTest, ThatFailsInOperation_LeavesTheMonitorUntested) {
