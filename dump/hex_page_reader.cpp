@@ -97,7 +97,8 @@ class HexPageReader {
     // Whose bank an unheaded window is may only be known at the end.
     auto& at =
         address < first_direct && !bank_ ? window_[address] : dump_.at(bank_.value_or(0), address);
-    return place(at, *byte);
+    // There is one; GCC 12 at -O3 does not see that of *byte.
+    return place(at, byte.value_or(0));
   }
 
   DumpResult settled() {

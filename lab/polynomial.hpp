@@ -1,6 +1,7 @@
 // Polynomials in z whose coefficient of z^w counts patterns with w wrong bits.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
@@ -15,8 +16,8 @@ using Polynomial = std::vector<Integer>;
 template <class Integer>
 Polynomial<Integer> times_binomial(const Polynomial<Integer>& factor, std::size_t step,
                                    bool minus) {
-  Polynomial<Integer> product = factor;
-  product.resize(factor.size() + step);
+  Polynomial<Integer> product(factor.size() + step);
+  std::copy(factor.begin(), factor.end(), product.begin());
   for (std::size_t i = 0; i < factor.size(); ++i) {
     if (minus) {
       product[i + step] -= factor[i];
