@@ -145,6 +145,19 @@ TEST(Sequence, LearnedCounter_StandsAgainstFaultsAlike) {
   expect_passed(results_of(plan));
 }
 
+TEST(Sequence, InsertedFrame_IsAlwaysEarlyWhereTheSetupLooks) {
+  for (const std::int64_t gap_ns : {15'000, 16'000}) {
+    SequencePlan plan = plan_of("rxm");
+    plan.setup.frame_gap_min = nanoseconds(gap_ns);
+    plan.add_fault(FaultKind::insertion, {count_1_63, count_1_63}, 2000);
+    const auto results = results_of(plan);
+    expect_passed(results);
+    EXPECT_EQ(results[1].row.variant_name(), "foreign");
+    EXPECT_EQ(results[1].counts.accepted == 0, gap_ns == 16'000);
+    EXPECT_EQ(results[1].counts.told(SafetyVerdict::early) == 1000, gap_ns == 16'000);
+  }
+}
+
 TEST(Sequence, AnyNumberOfThreads_GivesTheSame) {
   SequencePlan plan = weak_plan();
   plan.add_undamaged(SequenceMotion::steps, {count_0_63, count_0_63}, 70'000);

@@ -140,6 +140,11 @@ long double at_most(std::uint64_t count, long double mean) {
   return std::min(1.0L, sum);
 }
 
+// An inserted frame comes in the middle between two requests.
+bool comes_too_early(const SequenceFrame& frame) {
+  return frame.cycle() - frame.cycle() / 2 < frame.setup().frame_gap_min;
+}
+
 }  // namespace
 
 std::optional<long double> sequence_theory(const SequenceFrame& frame, const SequenceRow& row) {
@@ -152,7 +157,7 @@ std::optional<long double> sequence_theory(const SequenceFrame& frame, const Seq
     case FaultKind::repetition:
       return name == "any_age" ? counter_fits : 0;
     case FaultKind::insertion:
-      return name == "foreign" ? counter_fits : 0;
+      return name == "foreign" && !comes_too_early(frame) ? counter_fits : 0;
     case FaultKind::addressing:
       return name == "start_value" ? 0 : counter_fits;
     case FaultKind::masquerade:

@@ -2,6 +2,7 @@
 // and what is in its registers.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 
@@ -23,6 +24,8 @@ class Encoder {
       : format_(format),
         motion_(motion),
         position_bits_(motion.position_bits()),
+        turns_alone_(singleturn_bits(position_word(format)) == 0),
+        singleturn_bits_(turns_alone_ ? position_bits_ : singleturn_bits(position_word(format))),
         life_(life),
         drift_(drift) {
     meant_.channel_count = format.channel_count;
@@ -81,7 +84,28 @@ class Encoder {
   }
 
  private:
-  // Every word has the position with its own resolution, aligned at the top.
+  // 0: turns alone.
+  static unsigned singleturn_bits(const ChannelFormat& word) {
+    return word.position.present() ? word.position.bits : word.singleturn.bits;
+  }
+  // The one whose position the motion is.
+  static const ChannelFormat& position_word(const FrameFormat& format) {
+    const auto words = format.channels();
+    const auto word = std::find_if(words.begin(), words.end(), [](const ChannelFormat& each) {
+      return each.position_bits() != 0;
+    });
+    return word == words.end() ? words.front() : *word;
+  }
+
+  // The singleturn value with the word's resolution, aligned at the top, and turns at the bottom
+  // (PROTOCOL 5.3): a word without turns shows the place within the turn.
+  std::uint64_t of_word(const ChannelFormat& word, std::uint64_t position) const {
+    const unsigned bits = turns_alone_ ? word.position_bits() : singleturn_bits(word);
+    const std::uint64_t aligned = bits <= singleturn_bits_ ? position >> (singleturn_bits_ - bits)
+                                                           : position << (bits - singleturn_bits_);
+    return aligned & low_mask(word.position_bits());
+  }
+
   Frame filled(std::uint64_t position, std::uint64_t frames_ahead) const {
     Frame frame;
     frame.channel_count = format_.channel_count;
@@ -92,8 +116,7 @@ class Encoder {
       Channel& channel = frame.channel_list[k];
       if (bits != 0) {
         const std::uint64_t shown = (position + (k == 0 ? 0 : drifted_)) & low_mask(position_bits_);
-        channel.position = bits <= position_bits_ ? shown >> (position_bits_ - bits)
-                                                  : shown << (bits - position_bits_);
+        channel.position = of_word(format, shown);
       }
       channel.life_counter = life_.value(k, count, format.life_counter.bits);
       channel.nE = nE_ || !format.error.present;
@@ -105,6 +128,8 @@ class Encoder {
   FrameFormat format_;
   Motion motion_;
   unsigned position_bits_;
+  bool turns_alone_;
+  unsigned singleturn_bits_;
   SignOfLife life_;
   std::int32_t drift_;
   Frame meant_;

@@ -36,6 +36,27 @@ TEST(Line, EveryCycleWithoutFaults_ReadsWhatWasSent) {
   }
 }
 
+// Singleturn at its top, turns at their bottom; a word without turns shows the place in the turn.
+TEST(Line, WordsOfOneEncoder_LieOnEachOther) {
+  const auto second_of = [](std::string_view format, const auto& expected) {
+    LineSetup setup = setup_of(format);
+    setup.motion = MotionKind::random;
+    Line line(setup);
+    for (int i = 0; i < 50; ++i) {
+      const auto& words = line.next().sent.channel_list;
+      ASSERT_EQ(words[1].position, expected(words[0].position)) << format << ", cycle " << i;
+    }
+  };
+  using Value = std::uint64_t;
+  second_of("pos36,crc6+pos28,crc16", [](Value p) { return p >> 8U; });
+  second_of("pos20,crc6+pos28,crc16", [](Value p) { return p << 8U; });
+  second_of("mt12,st24,crc6+mt12,st16,crc16", [](Value p) { return p >> 8U; });
+  second_of("mt12,st16,crc6+st12,crc16", [](Value p) { return (p >> 4U) & 0xFFFU; });
+  second_of("mt12,st16,crc6+mt4,st20,crc16", [](Value p) { return (p << 4U) & 0xFFFFFFU; });
+  second_of("mt12,st16,crc6+mt8,crc16", [](Value p) { return (p >> 16U) & 0xFFU; });
+  second_of("mt12,crc6+mt8,crc16", [](Value p) { return p >> 4U; });
+}
+
 TEST(Line, Edges_ComeInTimeOrderAcrossCycles) {
   LineSetup setup = setup_of("pos18,nE,nW,crc6");
   setup.ma_jitter = nanoseconds(10);
