@@ -124,7 +124,10 @@ class Bench {
   }
 
   void run() {
-    while (!bytes_.done()) happen(bytes_.next(), bytes_.next());
+    while (!bytes_.done() && frames_left_ != 0) {
+      const unsigned what = bytes_.next();
+      happen(what, bytes_.next());
+    }
     require(monitor_.state() == oracle_.state());
   }
 
@@ -167,6 +170,8 @@ class Bench {
   std::uint16_t lead_ = 2;
   std::uint16_t ack_ = 5;
   FrameBits last_;
+  // Two rounds of the counter, and what is learned from them.
+  unsigned frames_left_ = 200;
 };
 
 Frame Bench::next_frame() {
@@ -204,6 +209,8 @@ void Bench::send(const Frame& frame, unsigned flips) {
 // \param change a part of the second finding that is made another, or none
 void Bench::show(const std::vector<std::uint8_t>& bytes, unsigned first, std::size_t size_bits,
                  int change) {
+  if (frames_left_ == 0) return;
+  --frames_left_;
   // Storage of just that size, and then the bits one by one.
   const std::vector<std::uint8_t> tight(bytes);
   const BitView view(tight, first, size_bits);
@@ -264,7 +271,7 @@ void Bench::happen(unsigned what, unsigned how) {
   const unsigned more = what >> 4U;
   switch (what % 16U) {
     case good_run:
-      for (unsigned left = how % 96U; left != 0; --left) send(next_frame());
+      for (unsigned left = how % 96U; left != 0 && frames_left_ != 0; --left) send(next_frame());
       break;
     case flip: {
       FrameBits bits = bits_of(next_frame());
