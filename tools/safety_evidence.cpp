@@ -130,6 +130,15 @@ ExitStatus run_check(const VerbOptions& options) {
   return tell(found.findings);
 }
 
+// What a bundle is checked by stands in the bundle. \return an option that was given all the same
+std::string other_than_check(const CLI::App& verb) {
+  for (const CLI::Option* each : verb.get_options()) {
+    const std::string name = each->get_name();
+    if (each->count() != 0 && name != "--check" && name != "--threads") return name;
+  }
+  return {};
+}
+
 }  // namespace
 
 Run add_safety_evidence(CLI::App& verb) {
@@ -140,19 +149,17 @@ Run add_safety_evidence(CLI::App& verb) {
                                         "The folder to make; it must not be there, or be empty")
                             ->type_name("DIR");
   verb.add_flag("--force", options->force, "Replace a bundle that stands there")->needs(folder);
-  CLI::Option* check =
-      verb.add_option("--check", options->checked,
-                      "Nothing is written: hold a bundle against its hashes, make it again and "
-                      "compare")
-          ->type_name("DIR");
-  check->excludes(folder);
-  for (CLI::Option* each : verb.get_options()) {
-    const std::string name = each->get_name();
-    if (each == check || name == "--help" || name == "-h,--help" || name == "--threads") continue;
-    if (each != folder) check->excludes(each);
-  }
-  return [options] {
-    if (!options->checked.empty()) return run_check(*options);
+  verb.add_option(
+          "--check", options->checked,
+          "Nothing is written: hold a bundle against its hashes, make it again and compare; "
+          "goes with --threads alone")
+      ->type_name("DIR");
+  return [options, &verb] {
+    if (!options->checked.empty()) {
+      const std::string other = other_than_check(verb);
+      if (!other.empty()) return fail(ExitStatus::usage, "--check does not go with " + other);
+      return run_check(*options);
+    }
     if (options->folder.empty()) {
       return fail(ExitStatus::usage,
                   "no folder given: -o DIR to make a bundle, --check DIR to "
