@@ -1,7 +1,6 @@
 #include "lab/campaign.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
@@ -10,42 +9,29 @@
 namespace biss::lab {
 namespace {
 
-struct Work {
-  std::size_t fault = 0;
-  std::uint64_t block = 0;
-};
-
-std::vector<Work> missing(const CampaignState& state, const CampaignShard& shard) {
-  std::vector<Work> work;
-  for (std::size_t fault = 0; fault < state.plan.faults.size(); ++fault) {
-    for (std::uint64_t block = shard.number - 1; block < state.done[fault].size();
-         block += shard.count) {
-      if (!state.done[fault][block]) work.push_back({fault, block});
-    }
-  }
-  return work;
-}
-
 // Hands out blocks and takes counts; counts are whole numbers, so the order does not matter.
 class Crew {
  public:
   Crew(const CampaignFrame& frame, CampaignState& state, const CampaignShard& shard)
-      : frame_(frame), state_(state), work_(missing(state, shard)) {}
+      : frame_(frame), state_(state), shard_(shard), block_(shard.number - 1) {}
 
   void work() {
-    while (!stopped_) {
-      const std::size_t mine = next_++;
-      if (mine >= work_.size()) break;
-      const auto [fault, block] = work_[mine];
+    std::unique_lock lock(mutex_);
+    while (!stopped_ && find_next()) {
+      const std::size_t fault = fault_;
+      const std::uint64_t block = block_;
+      block_ += shard_.count;
+      ++at_work_;
+      lock.unlock();
       const CampaignCounts counts =
           count_block(frame_, {state_.plan.faults[fault], state_.plan.seed}, block,
                       state_.plan.frames_of_block(fault, block));
-      const std::lock_guard lock(mutex_);
+      lock.lock();
       state_.counts[fault].add(counts);
       state_.done[fault][block] = true;
-      ++finished_;
-      if (finished_ == work_.size()) changed_.notify_all();
+      --at_work_;
     }
+    changed_.notify_all();
   }
 
   // Returns once all is done, or `save` wants no more.
@@ -53,7 +39,7 @@ class Crew {
     const auto pause = std::chrono::duration<double>(run.save_seconds);
     std::unique_lock lock(mutex_);
     bool more = true;
-    const auto all_done = [this] { return finished_ == work_.size(); };
+    const auto all_done = [this] { return at_work_ == 0 && !find_next(); };
     while (more && !changed_.wait_for(lock, pause, all_done)) {
       if (run.save) more = run.save(state_);
     }
@@ -63,14 +49,25 @@ class Crew {
   }
 
  private:
+  // Goes to the next block of the shard that is missing; false: there is none.
+  bool find_next() {
+    for (; fault_ < state_.done.size(); ++fault_, block_ = shard_.number - 1) {
+      const std::vector<bool>& done = state_.done[fault_];
+      while (block_ < done.size() && done[block_]) block_ += shard_.count;
+      if (block_ < done.size()) return true;
+    }
+    return false;
+  }
+
   const CampaignFrame& frame_;
   CampaignState& state_;
-  std::vector<Work> work_;
+  const CampaignShard shard_;
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::size_t finished_ = 0;
-  std::atomic<std::size_t> next_{0};
-  std::atomic<bool> stopped_{false};
+  std::size_t fault_ = 0;
+  std::uint64_t block_;
+  unsigned at_work_ = 0;
+  bool stopped_ = false;
 };
 
 }  // namespace

@@ -56,7 +56,9 @@ struct CampaignState {
   [[nodiscard]] bool merge(const CampaignState& other);
 };
 
-/// Every count-th block from number - 1 on. \pre 1 <= number <= count
+inline constexpr std::uint64_t max_campaign_shards = std::uint64_t{1} << 20U;
+
+/// Every count-th block from number - 1 on. \pre 1 <= number <= count <= max_campaign_shards
 struct CampaignShard {
   std::uint64_t number = 1;
   std::uint64_t count = 1;

@@ -60,6 +60,7 @@ std::optional<lab::CampaignShard> parse_shard(const std::string& text) {
   const auto second = std::from_chars(first.ptr + 1, end, shard.count);
   if (second.ec != std::errc() || second.ptr != end) return std::nullopt;
   if (shard.number == 0 || shard.number > shard.count) return std::nullopt;
+  if (shard.count > lab::max_campaign_shards) return std::nullopt;
   return shard;
 }
 
@@ -102,7 +103,9 @@ bool save(const lab::CampaignState& state, const std::string& path) {
 ExitStatus run_counts(const lab::CampaignFrame& frame, lab::CampaignPlan plan,
                       const CampaignOptions& options) {
   const auto shard = parse_shard(options.shard);
-  if (!shard) return fail(ExitStatus::usage, "--shard takes K/N, 1/7 to 7/7 for example");
+  if (!shard)
+    return fail(ExitStatus::usage,
+                "--shard takes K/N, 1/7 to 7/7 for example; N is at most 1048576");
   if (!options.plain) add_importance(frame, plan);
   lab::CampaignState state(plan);
   if (!options.state.empty() && std::filesystem::exists(options.state)) {

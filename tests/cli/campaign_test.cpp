@@ -160,6 +160,7 @@ TEST(Campaign, WrongUsage_IsNamed) {
   refused({"-f", "rxm", "--fault", "late_start:0"});
   refused({"-f", "rxm", "--shard", "0/7"});
   refused({"-f", "rxm", "--shard", "8/7"});
+  refused({"-f", "rxm", "--shard", "6/18446744073709551615"});
   refused({"-f", "rxm", "--replay", "1"});
 }
 
