@@ -173,7 +173,7 @@ std::string Command::usage_text(const CLI::ParseError& error) const {
     return meant.empty() ? fmt::format("unknown option '{}'", name)
                          : fmt::format("unknown option '{}'; did you mean '{}'?", name, meant);
   }
-  if (!verb_names(app).empty()) return "no verb given";
+  if (app.get_require_subcommand_min() != 0) return "no verb given";
   const std::string text = error.what();
   if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) == nullptr) return text;
   const bool repeated = text.find("At Most") != std::string::npos;

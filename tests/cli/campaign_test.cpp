@@ -162,6 +162,9 @@ TEST(Campaign, WrongUsage_IsNamed) {
   refused({"-f", "rxm", "--shard", "8/7"});
   refused({"-f", "rxm", "--shard", "6/18446744073709551615"});
   refused({"-f", "rxm", "--replay", "1"});
+  const Outcome unit = run({"safety", "campaign", "-f", "rxm", "--save-every", "1"});
+  EXPECT_EQ(unit.status, 2);
+  EXPECT_NE(unit.err.find("--save-every: '1': no unit"), std::string::npos) << unit.err;
 }
 
 }  // namespace
