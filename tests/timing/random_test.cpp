@@ -6,6 +6,7 @@
 #include <string>
 
 #include "tests/core/random.hpp"
+#include "tests/exhaustive/scale.hpp"
 #include "tests/timing/scenario.hpp"
 
 namespace timing_test {
@@ -95,31 +96,33 @@ oracle::Line random_edges(Random& random, Time period) {
   return ma;
 }
 
+constexpr int rounds = exhaustive::slow_build ? 500 : 4000;
+
 std::string judged(const Scenario& scenario) {
   return difference(answers_of_core(scenario), answers_of_oracle(scenario));
 }
 
 template <class Edges>
-void compare(std::uint64_t seed, int rounds, const Edges& edges) {
+void compare(std::uint64_t seed, int count, const Edges& edges) {
   std::printf("[   seed   ] 0x%llX\n", static_cast<unsigned long long>(seed));
   Random random(seed);
   std::size_t frames = 0;
-  for (int round = 0; round < rounds; ++round) {
+  for (int round = 0; round < count; ++round) {
     const Time period = Time(100 + random.below(random.flip() ? 1000 : 12'400)) * nanosecond;
     Scenario scenario = random_scenario(random, 1 + random.below(4), period);
     scenario.ma = edges(random, period);
     ASSERT_EQ(judged(scenario), "") << "round " << round << "\nMA " << text_of(scenario.ma);
     frames += answers_of_oracle(scenario).back().samples.size();
   }
-  EXPECT_GT(frames, static_cast<std::size_t>(rounds));
+  EXPECT_GT(frames, static_cast<std::size_t>(count));
 }
 
 }  // namespace
 
 TEST(SlaveAgainstOracle, Requests_AreAnsweredAlike) {
-  compare(0x51A7E'0001, 4000, random_requests);
+  compare(0x51A7E'0001, rounds, random_requests);
 }
 
-TEST(SlaveAgainstOracle, AnyEdges_AreAnsweredAlike) { compare(0x51A7E'0002, 4000, random_edges); }
+TEST(SlaveAgainstOracle, AnyEdges_AreAnsweredAlike) { compare(0x51A7E'0002, rounds, random_edges); }
 
 }  // namespace timing_test
