@@ -101,6 +101,20 @@ constexpr const SafetyConfiguration* find_safety_configuration(std::string_view 
 
 namespace safety_detail {
 
+// Never defined: the compiler says this name where a configuration's is wrong.
+void no_safety_configuration_of_this_name();
+
+}  // namespace safety_detail
+
+/// The configuration of that name while compiling; a name that is none stops the build.
+consteval const SafetyConfiguration& safety_configuration(std::string_view name) {
+  const SafetyConfiguration* found = find_safety_configuration(name);
+  if (found == nullptr) safety_detail::no_safety_configuration_of_this_name();
+  return *found;
+}
+
+namespace safety_detail {
+
 constexpr bool can_be_monitored() {
   for (const SafetyConfiguration& each : safety_configurations) {
     const auto format = parse_format(each.format);

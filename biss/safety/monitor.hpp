@@ -1,6 +1,6 @@
 // The monitor of a BiSS Safety encoder: one step a frame, time and bits passed in.
 //
-//   constexpr auto& type = *find_safety_configuration("fs-36-28");
+//   constexpr auto& type = safety_configuration("fs-36-28");
 //   SafetyMonitor<FixedSafetyPlan<type.frame_format(), type.setup>> monitor;
 //   if (!monitor.self_test()) stop();                       // at power-up
 //   …

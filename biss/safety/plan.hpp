@@ -39,13 +39,36 @@ class SafetyPlan {
   safety_detail::Alignment alignment_;
 };
 
-/// Known at compile time: it takes no memory but flash, and a mistake in the setup stops the build.
+/// Known at compile time: it takes no memory but flash, and a mistake in the setup stops the build
+/// with the sentence below that names it.
 ///
-///   constexpr auto& type = *find_safety_configuration("fs-36-28");
+///   constexpr auto& type = safety_configuration("fs-36-28");
 ///   SafetyMonitor<FixedSafetyPlan<type.frame_format(), type.setup>> monitor;
 template <FrameFormat Format, SafetySetup Setup, class Crc = CrcFast>
 class FixedSafetyPlan {
-  static_assert(!check_safety(Format, Setup), "see SafetySetupError");
+  template <SafetySetupError Mistake>
+  static constexpr bool is_not = check_safety(Format, Setup) != Mistake;
+
+  static_assert(is_not<SafetySetupError::channels>,
+                "a word is not in the frame, or CPW and SPW are the same channel");
+  static_assert(is_not<SafetySetupError::no_crc>, "a word has no CRC");
+  static_assert(is_not<SafetySetupError::no_error_bit>, "a word has no nE");
+  static_assert(is_not<SafetySetupError::no_position>, "a word has no position");
+  static_assert(is_not<SafetySetupError::gray>,
+                "a word's position is in Gray code and cannot be compared");
+  static_assert(is_not<SafetySetupError::no_counter>,
+                "the SPW has no sign-of-life counter of 6 bits (lc6)");
+  static_assert(is_not<SafetySetupError::compare_bits>,
+                "compare_bits is more than both words have");
+  static_assert(is_not<SafetySetupError::tolerance>, "tolerance_lsb takes in every position");
+  static_assert(is_not<SafetySetupError::start_frames>, "start_frames is less than 2");
+  static_assert(is_not<SafetySetupError::counter>,
+                "near_frames is above 30, or learn_rollovers is 0");
+  static_assert(is_not<SafetySetupError::budget>,
+                "too many faults in the budget, or its window is shorter than frame_gap_max");
+  static_assert(is_not<SafetySetupError::frame_gap>,
+                "not 0 <= frame_gap_min < frame_gap_max <= max_frame_gap, or frame_gap_max is not "
+                "shorter than the counter's period");
 
  public:
   using Codec = FixedCodec<Format, Crc>;
