@@ -21,10 +21,6 @@ constexpr long double sigma_limit = 5;
 
 std::string number(long double value) { return fmt::format("{:.6e}", static_cast<double>(value)); }
 
-std::string signed_places(long double value) {
-  return fmt::format("{:+.2f}", static_cast<double>(value));
-}
-
 struct Measured {
   std::string fault;
   const lab::CampaignCounts& counts;
@@ -108,7 +104,7 @@ bool write_eye_rows(report::TableWriter& table, const Measured& row) {
     const std::string low = number(found.low);
     const std::string high = number(found.high);
     const std::string theory = row.theory ? number((*row.theory)[what]) : "";
-    const std::string sigma = found.sigma ? signed_places(*found.sigma) : "";
+    const std::string sigma = found.sigma ? sigma_text(*found.sigma) : "";
     const report::Cell cells[] = {row.fault,
                                   lab::acceptance_names[what],
                                   row.counts.frames,
@@ -125,6 +121,11 @@ bool write_eye_rows(report::TableWriter& table, const Measured& row) {
 }
 
 }  // namespace
+
+std::string sigma_text(long double sigma) {
+  std::string text = fmt::format("{:+.2f}", static_cast<double>(sigma));
+  return text == "+0.00" || text == "-0.00" ? "0.00" : text;
+}
 
 CampaignTable write_campaign(const lab::CampaignFrame& frame, const lab::CampaignState& state,
                              report::Format to, report::TextSink& sink, bool colour) {

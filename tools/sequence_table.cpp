@@ -6,6 +6,8 @@
 #include <optional>
 #include <vector>
 
+#include "tools/campaign_table.hpp"
+
 namespace biss::tools {
 namespace {
 
@@ -28,7 +30,7 @@ struct Texts {
         result(result_row.passed() ? "ok" : "failed") {
     const auto& [row, counts, share, deviation, bound] = result_row;
     if (share) theory = fmt::format("{:.4g}", static_cast<double>(*share));
-    if (deviation) sigma = fmt::format("{:+.2f}", *deviation);
+    if (deviation) sigma = sigma_text(*deviation);
   }
 
  private:
