@@ -2,9 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "biss/frame/format_parse.hpp"
-#include "biss/safety/configurations.hpp"
 #include "lab/campaign_damage.hpp"
+#include "tools/safety_format.hpp"
 
 namespace biss::tools {
 
@@ -17,12 +16,9 @@ const std::vector<std::string>& usual_campaign_faults() {
 }
 
 std::optional<lab::CampaignFrame> campaign_frame_of(const std::string& name) {
-  if (const SafetyConfiguration* known = find_safety_configuration(name)) {
-    return lab::CampaignFrame::make(known->frame_format(), known->setup);
-  }
-  const auto format = parse_format(name);
-  if (!format.ok()) return std::nullopt;
-  return lab::CampaignFrame::make(*format, {});
+  const auto known = parse_safety_format(name);
+  if (!known) return std::nullopt;
+  return lab::CampaignFrame::make(known->format, known->setup);
 }
 
 std::string campaign_rules(const lab::CampaignFrame& frame) {

@@ -12,8 +12,8 @@ namespace biss::tools {
 /// What a campaign does where nobody says anything.
 const std::vector<std::string>& usual_campaign_faults();
 
-/// A safety configuration by its name, or the format of two words with the defaults of SafetySetup.
-/// \return none where it is neither or cannot be monitored
+/// What parse_safety_format() makes of the text.
+/// \return none where that is none
 std::optional<lab::CampaignFrame> campaign_frame_of(const std::string& name);
 
 /// What of the monitor can be set and changes the counts, for CampaignPlan::rules.

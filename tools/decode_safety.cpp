@@ -48,20 +48,12 @@ std::string_view text_of(SafetySetupError mistake) {
   return "";
 }
 
-// Text, setup and name of what is monitored where nobody names it.
+// Setup and name of what is monitored where nobody names it.
 SafetyChoice implied(std::string_view format_text, const FrameFormat& format) {
-  if (const auto* named = find_safety_configuration(format_text)) {
-    return {.setup = named->setup, .name = std::string(named->name), .error = {}};
-  }
-  FrameFormat plain = format;
-  for (const SafetyConfiguration& each : safety_configurations) {
-    const FrameFormat known = each.frame_format();
-    plain.cds0 = known.cds0;
-    if (plain == known) {
-      return {.setup = each.setup, .name = std::string(each.name), .error = {}};
-    }
-  }
-  return {.setup = SafetySetup{}, .name = "by the words' widths", .error = {}};
+  const SafetyConfiguration* known = implied_configuration(format_text, format);
+  if (known == nullptr)
+    return {.setup = SafetySetup{}, .name = "by the words' widths", .error = {}};
+  return {.setup = known->setup, .name = std::string(known->name), .error = {}};
 }
 
 void put(const SafetyArguments& arguments, Picoseconds cycle, SafetySetup& setup) {
@@ -131,10 +123,6 @@ void add_safety_options(CLI::App& verb, SafetyArguments& arguments) {
                       "From one good frame to the next at least; 0s by default");
   verb.add_flag("--latch", arguments.latch,
                 "A fault holds for the rest of the capture, as in a machine");
-}
-
-bool is_safety_format(const FrameFormat& format) {
-  return format.channel_count == 2 && !check_safety(format, SafetySetup{});
 }
 
 SafetyChoice choose_safety(const SafetyArguments& arguments, std::string_view format_text,

@@ -13,6 +13,7 @@
 #include "biss/safety/monitor.hpp"
 #include "decode/cycle.hpp"
 #include "report/summary.hpp"
+#include "tools/safety_format.hpp"
 
 namespace CLI {
 class App;
@@ -51,9 +52,6 @@ struct SafetyChoice {
 /// \param cycle how far requests are apart: the watchdog bites after one and a half of them
 SafetyChoice choose_safety(const SafetyArguments& arguments, std::string_view format_text,
                            const FrameFormat& format, Picoseconds cycle);
-
-/// Two words, the second one with a sign of life of 6 bits, and all else that a monitor needs.
-bool is_safety_format(const FrameFormat& format);
 
 /// The monitor behind the decoder, and its counts.
 class SafetyWatch {

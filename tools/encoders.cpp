@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "biss/catalogue/catalogue.hpp"
+#include "biss/safety/configurations.hpp"
 #include "report/summary.hpp"
 #include "tools/format_option.hpp"
 #include "tools/verb.hpp"
@@ -43,6 +44,25 @@ bool write_list(report::TextSink& sink, bool colour) {
         entry.name, entry.vendor, entry.format,
         entry.clock_known() ? report::Cell(entry.timing.clock_max) : report::Cell(),
         doubts == 0 ? report::Cell() : report::Cell(doubts)};
+    if (!table->row(cells)) return false;
+  }
+  return table->finish();
+}
+
+bool write_configurations(report::TextSink& sink, bool colour) {
+  using report::Kind;
+  const std::vector<report::Column> columns = {
+      {.name = "safety configuration"},
+      {.name = "format"},
+      {.name = "compared", .kind = Kind::unsigned_integer},
+      {.name = "cycle", .kind = Kind::unsigned_integer, .unit = "us", .shift = 6, .places = 2}};
+  const auto table =
+      report::make_table_writer(report::Format::table, columns, sink, {.colour = colour});
+  for (const SafetyConfiguration& each : safety_configurations) {
+    const unsigned compared = each.setup.comparison.compare_bits;
+    const report::Cell cells[] = {
+        each.name, each.format, compared == 0 ? report::Cell() : report::Cell(compared),
+        report::Cell(static_cast<std::uint64_t>(each.setup.cycle_min.count))};
     if (!table->row(cells)) return false;
   }
   return table->finish();
@@ -135,6 +155,12 @@ bool write_rows(const std::vector<const CatalogueEntry*>& entries, report::Forma
 ExitStatus run_encoders(const EncodersOptions& options) {
   const CatalogueEntry* entry = options.name.empty() ? nullptr : find_encoder(options.name);
   if (!options.name.empty() && entry == nullptr) {
+    if (find_safety_configuration(options.name) != nullptr) {
+      return fail(ExitStatus::usage,
+                  fmt::format("'{}' is a safety configuration and no encoder: all there is to say "
+                              "of it is in the list of 'biss encoders'",
+                              options.name));
+    }
     const std::string names = suggested_encoders(options.name);
     return fail(
         ExitStatus::usage,
@@ -152,15 +178,18 @@ ExitStatus run_encoders(const EncodersOptions& options) {
     }
     written = write_rows(entries, options.to, output);
   } else {
-    written =
-        entry == nullptr ? write_list(output, output.wants_colour()) : output.write(detail(*entry));
+    const bool colour = output.wants_colour();
+    written = entry != nullptr ? output.write(detail(*entry))
+                               : write_list(output, colour) && output.write("\n") &&
+                                     write_configurations(output, colour);
   }
   if (!written || !output.finish()) return output.status();
   if (entry == nullptr && options.to == report::Format::table) {
-    print_summary(
-        fmt::format("\n{} encoders. A dash is what the source does not state. 'biss encoders NAME' "
-                    "says what is\nnot certain, and how the encoder behaves in time.\n",
-                    catalogue.size()));
+    print_summary(fmt::format(
+        "\n{} encoders, {} safety configurations; -f takes both. A dash is what the source does "
+        "not state.\n'biss encoders NAME' says what of an encoder is not certain, and "
+        "how it behaves in time.\n",
+        catalogue.size(), safety_configurations.size()));
   }
   return ExitStatus::done;
 }
@@ -171,7 +200,7 @@ void add_encoders(Command& command) {
   const auto options = std::make_shared<EncodersOptions>();
   CLI::App& verb = command.add_verb(
       {.name = "encoders",
-       .purpose = "List the encoders that -f knows by name: what is known, what is not",
+       .purpose = "List the encoders and safety configurations that -f knows by name",
        .examples = {"biss encoders", "biss encoders resolute-26", "biss encoders --to jsonl"}},
       [options] { return run_encoders(*options); });
   verb.add_option("NAME", options->name, "All there is to say of this one");

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "biss/catalogue/catalogue.hpp"
+#include "biss/safety/configurations.hpp"
 #include "tools/verb_harness.hpp"
 #include "tools/verbs.hpp"
 
@@ -38,8 +40,23 @@ TEST(Encoders, Table_HasALineForEachAndFitsATerminal) {
   const Ran ran = encoders({});
   EXPECT_EQ(ran.status, ExitStatus::done);
   const auto lines = lines_of(ran.out);
-  EXPECT_EQ(lines.size(), catalogue.size() + 3);
-  for (std::size_t i = 3; i < lines.size(); ++i) EXPECT_LE(lines[i].size(), 100U) << lines[i];
+  EXPECT_EQ(lines.size(), catalogue.size() + 3 + 1 + safety_configurations.size() + 3);
+  for (const std::string& line : lines) {
+    if (line.starts_with("─")) continue;  // three bytes a column
+    EXPECT_LE(line.size(), 100U) << line;
+  }
+}
+
+TEST(Encoders, Table_ListsTheSafetyConfigurationsToo) {
+  const std::string out = encoders({}).out;
+  for (const SafetyConfiguration& each : safety_configurations) {
+    EXPECT_THAT(out, HasSubstr(fmt::format("\n{} ", each.name)));
+  }
+  EXPECT_THAT(out, testing::ContainsRegex("rsh  .* 13 +62.50\n"));
+  EXPECT_THAT(out, testing::ContainsRegex("fortis-fs-36-28-1nm .* - +31.25\n"));
+  const Ran one = encoders({"rsm"});
+  EXPECT_EQ(one.status, ExitStatus::usage);
+  EXPECT_THAT(one.err, HasSubstr("'rsm' is a safety configuration and no encoder"));
 }
 
 TEST(Encoders, ClockThatIsNotStated_IsADash) {

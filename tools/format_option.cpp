@@ -10,6 +10,7 @@
 #include "biss/catalogue/catalogue.hpp"
 #include "biss/eds/profile.hpp"
 #include "biss/frame/format_parse.hpp"
+#include "biss/safety/configurations.hpp"
 #include "tools/quantity.hpp"
 #include "tools/verb.hpp"
 
@@ -172,6 +173,9 @@ DeviceChoice parse_device(std::string_view text) {
   if (const CatalogueEntry* entry = find_encoder(text)) {
     return {Device{entry->frame_format(), entry->timing, entry}, {}};
   }
+  if (const SafetyConfiguration* known = find_safety_configuration(text)) {
+    return {Device{known->frame_format(), {}, nullptr}, {}};
+  }
   const auto format = parse_format(text);
   if (format.ok()) return {Device{*format, {}, nullptr}, {}};
   const bool name = looks_like_a_name(text, format.error());
@@ -236,9 +240,13 @@ std::string suggested_encoders(std::string_view name) {
   }
   std::vector<std::string> names;
   std::vector<std::string> longer;
-  for (const CatalogueEntry& entry : catalogue) {
-    names.emplace_back(entry.name);
-    if (entry.name.starts_with(wanted) && longer.size() < most) longer.push_back(names.back());
+  const auto add = [&](std::string_view known) {
+    names.emplace_back(known);
+    if (known.starts_with(wanted) && longer.size() < most) longer.push_back(names.back());
+  };
+  for (const CatalogueEntry& entry : catalogue) add(entry.name);
+  for (const SafetyConfiguration& each : safety_configurations) {
+    if (find_encoder(each.name) == nullptr) add(each.name);
   }
   return longer.empty() ? nearest(wanted, names) : fmt::format("{}", fmt::join(longer, ", "));
 }

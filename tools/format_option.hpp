@@ -49,8 +49,9 @@ struct DeviceChoice {
   explicit operator bool() const { return device.has_value(); }
 };
 
-/// Reads a format alone: the grammar, a catalogue name (`resolute-26`), or a profile identifier
-/// (`bp3:0x621E`).
+/// Reads a format alone: the grammar, a catalogue name (`resolute-26`), the name of a safety
+/// configuration (`rsm`), or a profile identifier (`bp3:0x621E`). A name that is both is the
+/// catalogue's.
 DeviceChoice parse_device(std::string_view format);
 
 /// Reads the format and all timing options. \pre arguments.format is given
@@ -63,8 +64,8 @@ std::string override_timing(const FormatArguments& arguments, DeviceTiming& timi
 /// `adaptive`, `adaptive:680ns`, `static:20us`, `cycle:31.25us`; the text parses to the same rule.
 std::string text_of(const Timeout& timeout);
 
-/// Names of the catalogue that `name` may be meant for: at most three that begin with it, else the
-/// one with the fewest typing slips; empty when none is near.
+/// Names of encoders and safety configurations that `name` may be meant for: at most three that
+/// begin with it, else the one with the fewest typing slips; empty when none is near.
 std::string suggested_encoders(std::string_view name);
 
 }  // namespace biss::tools

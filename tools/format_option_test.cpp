@@ -7,6 +7,7 @@
 
 #include "biss/catalogue/catalogue.hpp"
 #include "biss/frame/format_print.hpp"
+#include "biss/safety/configurations.hpp"
 
 namespace biss::tools {
 namespace {
@@ -34,6 +35,17 @@ TEST(FormatOption, EveryCatalogueName_BringsFormatAndTiming) {
     EXPECT_EQ(choice.device->entry, &entry);
     EXPECT_EQ(choice.device->format, parse_format(entry.format).value()) << entry.name;
     EXPECT_EQ(choice.device->timing, entry.timing) << entry.name;
+  }
+}
+
+TEST(FormatOption, EverySafetyConfiguration_BringsItsFormat) {
+  for (const SafetyConfiguration& each : safety_configurations) {
+    const DeviceChoice choice = parse_device(each.name);
+    ASSERT_TRUE(choice) << choice.error;
+    EXPECT_EQ(choice.device->format, each.frame_format()) << each.name;
+    if (find_encoder(each.name) != nullptr) continue;
+    EXPECT_EQ(choice.device->timing, DeviceTiming{}) << each.name;
+    EXPECT_EQ(choice.device->entry, nullptr) << each.name;
   }
 }
 
@@ -79,6 +91,7 @@ TEST(FormatOption, NearlyACatalogueName_GetsASuggestion) {
   EXPECT_THAT(canonical("RESOLUTE-26"), HasSubstr("did you mean resolute-26?"));
   EXPECT_THAT(canonical("resolute"),
               HasSubstr("did you mean resolute-18, resolute-26, resolute-32?"));
+  EXPECT_THAT(canonical("RSM"), HasSubstr("did you mean rsm?"));
   EXPECT_THAT(canonical("banana"), testing::Not(HasSubstr("did you mean")));
   EXPECT_THAT(canonical("banana"), HasSubstr("'biss encoders' lists the names"));
 }

@@ -15,6 +15,7 @@
 #include "tools/campaign_plan.hpp"
 #include "tools/campaign_table.hpp"
 #include "tools/safety.hpp"
+#include "tools/safety_format.hpp"
 #include "tools/verb.hpp"
 
 namespace biss::tools {
@@ -45,10 +46,7 @@ struct CampaignOptions {
 };
 
 ExitStatus bad_format(const std::string& name) {
-  return fail(ExitStatus::usage,
-              fmt::format("'{}' is neither a safety configuration such as fs-36-28 nor the format "
-                          "of a control and a safety word that can be monitored",
-                          name));
+  return fail(ExitStatus::usage, safety_format_error(name));
 }
 
 std::optional<lab::CampaignShard> parse_shard(const std::string& text) {
@@ -136,6 +134,14 @@ ExitStatus run_replay(const lab::CampaignFrame& frame, const lab::CampaignPlan& 
     return fail(ExitStatus::usage, "--replay needs exactly one --fault");
   }
   const std::uint64_t index = *options.replay;
+  if (plan.faults[0].fitting && index >= lab::max_fitting_frames) {
+    return fail(ExitStatus::usage, fmt::format("--replay {}: a fitting draw has {} frames at most",
+                                               index, lab::max_fitting_frames));
+  }
+  if (index >= plan.frames) {
+    warn(fmt::format("frame {} is behind the {} of --frames; shown as a longer campaign draws it",
+                     index, plan.frames));
+  }
   const lab::ReplayedFrame replayed = lab::replay_frame(frame, {plan.faults[0], plan.seed}, index);
   const SafetyJudgement judgement = frame.monitor(replayed.sent, replayed.received);
   Output output;
@@ -221,17 +227,18 @@ ExitStatus run_safety_campaign(const CampaignOptions& options) {
 
 Run add_safety_campaign(CLI::App& verb) {
   const auto options = std::make_shared<CampaignOptions>();
-  verb.add_option("-f,--format", options->format,
-                  "Safety configuration, or the format of a control and a safety word");
+  verb.add_option(
+      "-f,--format", options->format,
+      "Safety configuration, catalogue name, or the format of a control and a safety word");
   verb.add_option(
           "--fault", options->faults,
           fmt::format("{}; {}, each with [:PLACE]; {}; as often as wanted, all kinds by default",
                       measured_faults, placed_faults, other_faults))
       ->type_name("KIND")
       ->allow_extra_args(false);
-  add_count_option(verb, "--frames", into(options->frames), "Frames of each fault",
-                   lab::max_campaign_frames);
-  add_count_option(verb, "--seed", into(options->seed), "Of all that is drawn");
+  add_count_option(verb, "--frames", into(options->frames),
+                   "Frames of each fault; 10 million by default", lab::max_campaign_frames);
+  add_count_option(verb, "--seed", into(options->seed), "Of all that is drawn; 1 by default");
   add_count_option(verb, "--threads", into(options->threads), "As many as there are cores", 1024);
   verb.add_option("--shard", options->shard, "Only the K-th of N parts")->type_name("K/N");
   verb.add_option("--state", options->state,
@@ -242,7 +249,8 @@ Run add_safety_campaign(CLI::App& verb) {
   verb.add_flag("--no-importance", options->plain,
                 "No importance sampling where plain sampling sees too little");
   add_count_option(verb, "--replay", into(options->replay),
-                   "Show one frame of the only --fault, a missed one for example");
+                   "Show one frame of the only --fault, a missed one for example",
+                   lab::max_campaign_frames - 1);
   CLI::App* merge = verb.add_subcommand("merge", "Add up the states of shards");
   merge->add_option("FILE", options->parts, "States that --state wrote")->required();
   merge->add_option("--state", options->state, "Write the sum here")->type_name("FILE");

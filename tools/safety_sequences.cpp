@@ -9,11 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "biss/frame/format_parse.hpp"
-#include "biss/safety/configurations.hpp"
 #include "lab/sequence.hpp"
 #include "lab/sequence_block.hpp"
 #include "tools/safety.hpp"
+#include "tools/safety_format.hpp"
 #include "tools/sequence_table.hpp"
 #include "tools/verb.hpp"
 
@@ -91,20 +90,13 @@ Counters fault_counters(const SequenceOptions& options, CounterMode usual) {
 }
 
 std::optional<lab::SequencePlan> basis_of(const SequenceOptions& options) {
-  if (const SafetyConfiguration* known = find_safety_configuration(options.format)) {
-    return lab::SequencePlan{
-        .format = known->frame_format(), .setup = known->setup, .seed = options.seed};
-  }
-  const auto format = parse_format(options.format);
-  if (!format.ok()) return std::nullopt;
-  return lab::SequencePlan{.format = *format, .setup = {}, .seed = options.seed};
+  const auto known = parse_safety_format(options.format);
+  if (!known) return std::nullopt;
+  return lab::SequencePlan{.format = known->format, .setup = known->setup, .seed = options.seed};
 }
 
 ExitStatus bad_format(const std::string& name) {
-  return fail(ExitStatus::usage,
-              fmt::format("'{}' is neither a safety configuration such as fs-36-28 nor the format "
-                          "of a control and a safety word that can be monitored",
-                          name));
+  return fail(ExitStatus::usage, safety_format_error(name));
 }
 
 void add_rows(const SequenceOptions& options, lab::SequencePlan& plan) {
@@ -225,8 +217,9 @@ ExitStatus run_safety_sequences(SequenceOptions options) {
 
 Run add_safety_sequences(CLI::App& verb) {
   const auto options = std::make_shared<SequenceOptions>();
-  verb.add_option("-f,--format", options->format,
-                  "Safety configuration, or the format of a control and a safety word")
+  verb.add_option(
+          "-f,--format", options->format,
+          "Safety configuration, catalogue name, or the format of a control and a safety word")
       ->required();
   add_count_option(verb, "--frames", into(options->frames),
                    "Undamaged frames a row; 10 million by default");
@@ -252,7 +245,7 @@ Run add_safety_sequences(CLI::App& verb) {
                   "configuration's");
   add_name_option(verb, "--encoder-counter", options->encoder_counter, counter_names(false),
                   "The sign of life as the encoder counts it; both by default");
-  add_count_option(verb, "--seed", into(options->seed), "Of all that is drawn");
+  add_count_option(verb, "--seed", into(options->seed), "Of all that is drawn; 1 by default");
   add_count_option(verb, "--threads", into(options->threads), "As many as there are cores", 1024);
   add_count_option(verb, "--replay", into(options->replay),
                    "Show one event, or an undamaged frame with the four before it");

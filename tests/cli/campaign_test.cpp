@@ -142,6 +142,30 @@ TEST(Campaign, StateOfAnotherCampaign_IsRefusedAndKept) {
   EXPECT_EQ(run(campaign({"--state", broken})).status, 3);
 }
 
+TEST(Campaign, ReplayBehindItsFrames_IsTold) {
+  const auto replay = [](const std::string& fault, const std::string& index) {
+    return run({"safety", "campaign", "-f", "rxm", "--fault", fault, "--frames", "5000000",
+                "--replay", index, "--to", "csv"});
+  };
+  EXPECT_EQ(replay("flips:0.1", "4999999").err, "");
+  EXPECT_EQ(replay("flips:0.1:fitting", "4194303").err, "");
+  const Outcome behind = replay("flips:0.1", "5000000");
+  EXPECT_EQ(behind.status, 0);
+  EXPECT_NE(behind.err.find("frame 5000000 is behind the 5000000 of --frames"), std::string::npos)
+      << behind.err;
+  EXPECT_EQ(rows_of(behind.out).size(), 1U);
+}
+
+TEST(Campaign, CatalogueName_IsMonitoredByTheFirstConfigurationOfItsWords) {
+  const auto table = [](const std::string& format) {
+    return run({"safety", "campaign", "-f", format, "--fault", "burst:16", "--frames", "100000",
+                "--to", "csv"});
+  };
+  const Outcome named = table("fortis-fs-36-28");
+  EXPECT_EQ(named.status, 0) << named.err;
+  EXPECT_EQ(named.out, table("fs-36-28").out);
+}
+
 TEST(Campaign, WrongUsage_IsNamed) {
   const auto refused = [](const std::vector<std::string>& more) {
     std::vector<std::string> arguments{"safety", "campaign"};
@@ -162,6 +186,8 @@ TEST(Campaign, WrongUsage_IsNamed) {
   refused({"-f", "rxm", "--shard", "8/7"});
   refused({"-f", "rxm", "--shard", "6/18446744073709551615"});
   refused({"-f", "rxm", "--replay", "1"});
+  refused({"-f", "rxm", "--fault", "flips:0.1:fitting", "--replay", "4194304"});
+  refused({"-f", "rxm", "--fault", "burst:16", "--replay", "70368744177664"});
   const Outcome unit = run({"safety", "campaign", "-f", "rxm", "--save-every", "1"});
   EXPECT_EQ(unit.status, 2);
   EXPECT_NE(unit.err.find("--save-every: '1': no unit"), std::string::npos) << unit.err;

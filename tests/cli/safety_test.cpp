@@ -48,6 +48,21 @@ TEST(Safety, UndamagedEncoders_AreSafeFromTheThirdFrameOn) {
   }
 }
 
+// A configuration's name alone says what bits there are and how they are monitored.
+TEST(Safety, EveryConfigurationsName_IsAFormat) {
+  const Folder folder;
+  for (const char* name : {"fortis-fs-36-28-10nm", "fortis-fs-36-28-1nm", "rxm", "rxh", "rsm",
+                           "rsh", "rlm", "rlh", "rum", "ruh", "lmm"}) {
+    SCOPED_TRACE(name);
+    const std::string capture = folder.path("named.csv");
+    ASSERT_EQ(run({"simulate", "-f", name, "--cycles", "20", "-o", capture}).status, 0);
+    const Outcome read = run({"decode", capture, "-f", name, "--fail-on", "safety,any"});
+    EXPECT_EQ(read.status, 0) << read.err;
+    EXPECT_NE((read.out + read.err).find(name), std::string::npos) << read.err;
+    EXPECT_EQ(run({"safety", "analyse", "-f", name, "--ber", "0.01"}).status, 0);
+  }
+}
+
 // A fault of `simulate`, the rows behind the struck one until it shows, and what it is called.
 struct Committed {
   std::string kind;

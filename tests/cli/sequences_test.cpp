@@ -143,6 +143,13 @@ TEST(Sequences, UndamagedFrame_IsShownWithTheFourBefore) {
   EXPECT_EQ(steps[4].at("index"), "66000");
 }
 
+TEST(Sequences, CatalogueName_IsMonitoredByTheFirstConfigurationOfItsWords) {
+  const std::vector<std::string> few{"--kind", "repetition", "--faults", "3000"};
+  const Outcome named = sequences("fortis-fs-36-28", few);
+  EXPECT_EQ(named.status, 0) << named.err;
+  EXPECT_EQ(named.out, sequences("fs-36-28", few).out);
+}
+
 TEST(Sequences, WrongUsage_IsTold) {
   const auto error_of = [](const std::string& format, const std::vector<std::string>& more) {
     const Outcome told = sequences(format, more);
