@@ -32,6 +32,15 @@ function(biss_room name)
   endif()
 endfunction()
 
+# For targets in which no time is spent, such as the parsing of options; see BISS_COLD_OPTIONS.
+function(biss_cold)
+  foreach(target IN LISTS ARGN)
+    if(TARGET ${target})
+      target_compile_options(${target} PRIVATE ${BISS_COLD_OPTIONS})
+    endif()
+  endforeach()
+endfunction()
+
 # The room's unit tests, one CTest a case, labelled with the room's name.
 function(biss_room_test name)
   if(NOT BISS_TESTS)
