@@ -258,6 +258,7 @@ void Line::step_node(std::size_t k, bool ma_changed) {
     sli_changed = true;
   }
   if (!ma_changed && !sli_changed && now_ < node.due) return;
+  if (Full && k == 0 && start_ && ma_changed && !ma_slave_) tell_start();
   const SlaveState before = node.slave.state();
   const StepOutput out = node.slave.step(now_, ma_slave_, node.sli);
   node.due = out.deadline;

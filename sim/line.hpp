@@ -150,6 +150,7 @@ class Line {
   void set_noise();
   void tell_strike(FaultKind kind);
   void set_start(bool late);
+  void tell_start();
   void restart();
   Picoseconds arrival(Picoseconds delay, Picoseconds jitter);
 
@@ -160,8 +161,9 @@ class Line {
   std::unique_ptr<ControlMaster> control_;
   std::unique_ptr<ConfigureCycle> configurer_;
   std::optional<Result<Configuration, ConfigureFault>> configuration_;
-  bool answered_ = false;    // the CDS of the request under way
-  std::vector<Node> nodes_;  // the far end's first
+  bool answered_ = false;             // the CDS of the request under way
+  std::vector<Node> nodes_;           // the far end's first
+  std::optional<SlaveTiming> start_;  // for the far end, once it is at rest
   Pipe ma_pipe_;
   Random random_;
   FaultSchedule schedule_;

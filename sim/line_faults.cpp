@@ -72,7 +72,7 @@ void Line::tell_strike(FaultKind kind) {
       {kind, schedule_.place(kind).value_or(FaultPlace{PlaceUnit::clock, since})});
 }
 
-// Only an encoder at rest can be told; one that is not keeps its ways, and the cycle is marked.
+// Only an encoder at rest can be told: at once, or when the request reaches it (tell_start()).
 void Line::set_start(bool late) {
   Encoding& slave = nodes_.front().slave;
   SlaveTiming timing = node_timing(0);
@@ -83,9 +83,23 @@ void Line::set_start(bool late) {
       timing.ack_clocks = static_cast<std::uint16_t>(timing.ack_clocks + clocks);
     }
   }
+  start_.reset();
   if (slave.timing() == timing) return;
   if (slave.state() == SlaveState::idle) return slave.set_timing(timing);
-  cycle_.faults |= set_of(FaultKind::late_start);
+  start_ = timing;
+}
+
+// What was due by now comes first: at the highest rate an encoder comes to rest with the request.
+// One that does not keeps its ways, and the cycle is marked.
+void Line::tell_start() {
+  Node& far = nodes_.front();
+  far.slave.step(now_, true, far.sli);
+  if (far.slave.state() == SlaveState::idle) {
+    far.slave.set_timing(*start_);
+  } else {
+    cycle_.faults |= set_of(FaultKind::late_start);
+  }
+  start_.reset();
 }
 
 // Without its supply an encoder forgets all but where it stands.

@@ -57,6 +57,26 @@ TEST(Line, WordsOfOneEncoder_LieOnEachOther) {
   second_of("mt12,crc6+mt8,crc16", [](Value p) { return p >> 4U; });
 }
 
+// At the shortest interval the encoder comes to rest only as the request reaches it.
+TEST(Line, LateStart_ComesAtEveryInterval) {
+  const CatalogueEntry* entry = find_encoder("fs-36-28");
+  ASSERT_NE(entry, nullptr);
+  for (const Picoseconds interval : {picoseconds(0), nanoseconds(31'250), nanoseconds(40'000)}) {
+    LineSetup setup = setup_of(entry->format);
+    setup.timing = entry->timing;
+    setup.interval = interval;
+    setup.faults = {{.kind = FaultKind::late_start, .share = std::uint64_t{1} << 29U}};
+    Line line(setup);
+    int late = 0;
+    for (int i = 0; i < 400; ++i) {
+      const SimulatedCycle& cycle = line.next();
+      late += cycle.faults != 0 ? 1 : 0;
+      EXPECT_EQ(cycle.reading.frame.ok(), cycle.faults == 0) << interval.count << ", cycle " << i;
+    }
+    EXPECT_GT(late, 20) << interval.count;
+  }
+}
+
 TEST(Line, Edges_ComeInTimeOrderAcrossCycles) {
   LineSetup setup = setup_of("pos18,nE,nW,crc6");
   setup.ma_jitter = nanoseconds(10);
