@@ -48,11 +48,14 @@ std::string_view text_of(SafetySetupError mistake) {
   return "";
 }
 
+SafetyChoice by_widths() {
+  return {.setup = SafetySetup{}, .name = "by the words' widths", .error = {}};
+}
+
 // Setup and name of what is monitored where nobody names it.
 SafetyChoice implied(std::string_view format_text, const FrameFormat& format) {
   const SafetyConfiguration* known = implied_configuration(format_text, format);
-  if (known == nullptr)
-    return {.setup = SafetySetup{}, .name = "by the words' widths", .error = {}};
+  if (known == nullptr) return by_widths();
   return {.setup = known->setup, .name = std::string(known->name), .error = {}};
 }
 
@@ -129,7 +132,7 @@ SafetyChoice choose_safety(const SafetyArguments& arguments, std::string_view fo
                            const FrameFormat& format, Picoseconds cycle) {
   if (arguments.configuration == "off") return {};
   if (!arguments.given() && !is_safety_format(format)) return {};
-  SafetyChoice choice = implied(format_text, format);
+  SafetyChoice choice = arguments.by_widths ? by_widths() : implied(format_text, format);
   if (const auto* named = find_safety_configuration(arguments.configuration)) {
     choice = {.setup = named->setup, .name = arguments.configuration, .error = {}};
   }

@@ -31,6 +31,8 @@ struct SafetyArguments {
   std::optional<Picoseconds> watchdog;
   std::optional<Picoseconds> shortest;
   bool latch = false;
+  /// Not typed: unless a configuration is named, what the words have; none is looked for.
+  bool by_widths = false;
 
   bool given() const;
 };
@@ -47,9 +49,9 @@ struct SafetyChoice {
 };
 
 /// The configuration that is named, else that of the format's name, else the first one with the
-/// format's widths, else what the words have. The options stand above it. Faults do not latch
-/// unless `--latch` says so, since every cycle is to have its verdict.
-/// \param cycle how far requests are apart: the watchdog bites after one and a half of them
+/// format's widths (not where by_widths), else what the words have. The options stand above it.
+/// Faults do not latch unless `--latch` says so, since every cycle is to have its verdict. \param
+/// cycle how far requests are apart: the watchdog bites after one and a half of them
 SafetyChoice choose_safety(const SafetyArguments& arguments, std::string_view format_text,
                            const FrameFormat& format, Picoseconds cycle);
 

@@ -4,8 +4,6 @@
 
 #include <charconv>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <optional>
 #include <string>
@@ -16,6 +14,7 @@
 #include "tools/campaign_table.hpp"
 #include "tools/safety.hpp"
 #include "tools/safety_format.hpp"
+#include "tools/text_file.hpp"
 #include "tools/verb.hpp"
 
 namespace biss::tools {
@@ -62,11 +61,17 @@ std::optional<lab::CampaignShard> parse_shard(const std::string& text) {
   return shard;
 }
 
-std::optional<std::string> text_of_file(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(file), {}};
-  if (!file) return std::nullopt;
-  return text;
+struct ReadState {
+  std::optional<lab::CampaignState> state;
+  std::string error;
+};
+
+ReadState read_state_of(const std::string& path) {
+  const TextFile file = read_text_file(path);
+  if (!file) return {{}, fmt::format("{}: {}", path, file.error)};
+  auto state = lab::read_state(file.text);
+  if (!state) return {{}, fmt::format("{}: no state of a campaign", path)};
+  return {std::move(state), {}};
 }
 
 ExitStatus print_state(const lab::CampaignFrame& frame, const lab::CampaignState& state,
@@ -107,17 +112,14 @@ ExitStatus run_counts(const lab::CampaignFrame& frame, lab::CampaignPlan plan,
   if (!options.plain) add_importance(frame, plan);
   lab::CampaignState state(plan);
   if (!options.state.empty() && std::filesystem::exists(options.state)) {
-    const auto text = text_of_file(options.state);
-    auto before = text ? lab::read_state(*text) : std::nullopt;
-    if (!before) {
-      return fail(ExitStatus::io, fmt::format("{}: no state of a campaign", options.state));
-    }
-    if (before->plan != plan) {
+    ReadState before = read_state_of(options.state);
+    if (!before.state) return fail(ExitStatus::io, before.error);
+    if (before.state->plan != plan) {
       return fail(ExitStatus::io, fmt::format("{}: of another campaign (format, faults, frames or "
                                               "seed); name another file",
                                               options.state));
     }
-    state = std::move(*before);
+    state = std::move(*before.state);
   }
   lab::CampaignRun run;
   run.threads = options.threads;
@@ -181,9 +183,8 @@ ExitStatus run_replay(const lab::CampaignFrame& frame, const lab::CampaignPlan& 
 ExitStatus run_merge(const CampaignOptions& options) {
   std::optional<lab::CampaignState> sum;
   for (const std::string& path : options.parts) {
-    const auto text = text_of_file(path);
-    const auto part = text ? lab::read_state(*text) : std::nullopt;
-    if (!part) return fail(ExitStatus::io, fmt::format("{}: no state of a campaign", path));
+    const auto [part, error] = read_state_of(path);
+    if (!part) return fail(ExitStatus::io, error);
     if (!sum) {
       sum = part;
     } else if (!sum->merge(*part)) {

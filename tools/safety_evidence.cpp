@@ -58,10 +58,22 @@ Bundle make_bundle(const EvidenceQuestion& question) {
   append(bundle.files, std::move(all.files));
   bundle.files.push_back(evidence_coverage(all.coverage));
   bundle.files.push_back(evidence_matrix());
-  bundle.files.push_back({"safety.md", safety_page});
-  bundle.files.push_back({"safety-matrix.md", safety_matrix_page});
+  bundle.files.push_back({"safety.md", page_of_bundle(safety_page)});
+  bundle.files.push_back({"safety-matrix.md", page_of_bundle(safety_matrix_page)});
   bundle.findings = std::move(all.findings);
   return bundle;
+}
+
+// What a reader of the table alone would not see.
+void tell_choice(const EvidenceQuestion& question) {
+  const SafetyChoice named = choose_safety({}, question.options.format, question.format, {});
+  if (question.options.setup.configuration.empty() && named.name != question.configuration) {
+    warn(
+        fmt::format("a format's text is monitored by all that both words have, as safety campaign "
+                    "does; the configuration with these words is -f {}",
+                    named.name));
+  }
+  for (const std::string& each : not_run(question.options)) warn("nothing was run: " + each);
 }
 
 ExitStatus tell(const std::vector<std::string>& findings) {
@@ -73,6 +85,7 @@ ExitStatus run_make(const VerbOptions& options) {
   const EvidenceChoice choice =
       choose_evidence(options.evidence, static_cast<unsigned>(options.threads));
   if (!choice.question) return fail(ExitStatus::usage, choice.error);
+  tell_choice(*choice.question);
   // Before the minute that it takes.
   if (const std::string wrong = check_target(options.folder, options.force); !wrong.empty()) {
     return fail(ExitStatus::io, wrong);

@@ -130,6 +130,11 @@ EvidenceFile evidence_readme(const EvidenceQuestion& question,
                              const std::vector<CoverageRow>& coverage,
                              const std::vector<std::string>& findings);
 
+/// Parts of the bundle of which nothing was asked for, each a line.
+std::vector<std::string> not_run(const EvidenceOptions& options);
+/// A page with plain text in place of its links to what is not in the bundle.
+std::string page_of_bundle(std::string_view page);
+
 /// docs/safety.md and docs/safety-matrix.md as they were when this program was built.
 extern const char* const safety_page;
 extern const char* const safety_matrix_page;

@@ -13,10 +13,11 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <stdexcept>
 #include <system_error>
+#include <utility>
+
+#include "tools/text_file.hpp"
 
 namespace biss::tools {
 namespace {
@@ -109,13 +110,6 @@ std::vector<std::string> names_in(const fs::path& folder, std::error_code& error
   return names;
 }
 
-std::optional<std::string> text_of_file(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(file), {}};
-  if (!file) return std::nullopt;
-  return text;
-}
-
 struct ListedHash {
   std::string name;
   std::string hash;
@@ -141,8 +135,8 @@ std::optional<std::vector<ListedHash>> parse_hash_list(std::string_view text) {
 
 // Not a file in it but those of its list and the list.
 bool is_bundle(const fs::path& folder, const std::vector<std::string>& names) {
-  const auto text = text_of_file(folder / hash_list_name);
-  const auto listed = text ? parse_hash_list(*text) : std::nullopt;
+  const TextFile list = read_text_file(folder / hash_list_name);
+  const auto listed = list ? parse_hash_list(list.text) : std::nullopt;
   if (!listed) return false;
   return std::all_of(names.begin(), names.end(), [&](const std::string& name) {
     return name == hash_list_name ||
@@ -225,8 +219,8 @@ ReadBundle read_bundle(const std::string& folder) {
     bundle.error = fmt::format("cannot read '{}': {}", folder, error.message());
     return bundle;
   }
-  const auto text = text_of_file(fs::path(folder) / hash_list_name);
-  const auto listed = text ? parse_hash_list(*text) : std::nullopt;
+  const TextFile list = read_text_file(fs::path(folder) / hash_list_name);
+  const auto listed = list ? parse_hash_list(list.text) : std::nullopt;
   if (!listed) {
     bundle.error = fmt::format("'{}' is no bundle: {} is missing or no list of hashes", folder,
                                hash_list_name);
@@ -235,13 +229,15 @@ ReadBundle read_bundle(const std::string& folder) {
   std::erase(names, hash_list_name);
   for (const ListedHash& each : *listed) {
     std::erase(names, each.name);
-    const auto content = text_of_file(fs::path(folder) / each.name);
+    TextFile content = read_text_file(fs::path(folder) / each.name);
     if (!content) {
-      bundle.findings.push_back(each.name + ": missing or unreadable");
+      bundle.findings.push_back(each.name + ": missing or unreadable: " + content.error);
       continue;
     }
-    if (sha256_of(*content) != each.hash) bundle.findings.push_back(each.name + ": another hash");
-    bundle.files.push_back({each.name, *content});
+    if (sha256_of(content.text) != each.hash) {
+      bundle.findings.push_back(each.name + ": another hash");
+    }
+    bundle.files.push_back({each.name, std::move(content.text)});
   }
   for (const std::string& name : names) bundle.findings.push_back(name + ": not in the list");
   return bundle;

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "biss/frame/format_print.hpp"
@@ -26,14 +27,16 @@ namespace {
 constexpr std::uint64_t spacing = 32;
 constexpr Hertz clock = megahertz(10);
 constexpr Millimetres cable = metres(20);
-// Behind the longest fault, three cycles, and what it does to the next one.
-constexpr std::uint64_t settled_cycles = 6;
+// A fault shows in its own cycles, or, where it begins behind the bits of the last one, in the
+// next.
+constexpr std::uint64_t reaction_cycles = 1;
 
 struct Truth {
   std::uint64_t number = 0;
   Picoseconds time{};
   std::uint64_t position = 0;
   bool struck = false;
+  bool begins = false;  // a fault that has a place in the cycle; the others fill it
 };
 
 struct LineCounts {
@@ -44,7 +47,10 @@ struct LineCounts {
   std::array<std::uint64_t, safety_verdict_count> verdicts{};
   /// Verdicts on requests that no fault has touched.
   std::uint64_t undamaged = 0;
+  /// Of a fault: of one that was not there, or of one that was told late.
   std::uint64_t false_alarms = 0;
+  /// Safe with a position that was not sent.
+  std::uint64_t wrong_alone = 0;
 };
 
 // Follows one fault from the cycle it strikes until the monitor is safe again.
@@ -53,8 +59,7 @@ class FaultWatch {
   FaultWatch(const EvidenceQuestion& question, sim::FaultKind kind)
       : watch_(question.format, each_alone(question.setup)),
         kind_(kind),
-        cpw_(question.setup.cpw),
-        settled_(settled_cycles + question.setup.start_frames) {}
+        cpw_(question.setup.cpw) {}
 
   void expect(const Truth& truth) { waiting_.push_back(truth); }
 
@@ -62,12 +67,9 @@ class FaultWatch {
     while (!waiting_.empty() && waiting_.front().time < cycle.time - tolerance) pass();
     const bool known = !waiting_.empty() && waiting_.front().time <= cycle.time + tolerance;
     const auto verdict = watch_.judge(cycle);
-    if (!known) {  // a row of its own, where no request was
-      if (verdict) note(*verdict, cycle, nullptr);
-      return;
-    }
-    const Truth truth = pass();
-    if (verdict) note(*verdict, cycle, &truth);
+    if (known) pass();
+    // Else it is a row of its own, where no request was.
+    if (verdict) note(*verdict, known ? cycle.frame : std::nullopt);
   }
 
   LineCounts finish() {
@@ -83,67 +85,75 @@ class FaultWatch {
     return setup;
   }
 
-  // The next cycle that was made.
-  Truth pass() {
-    const Truth truth = waiting_.front();
-    waiting_.pop_front();
-    if (open_ && truth.number >= quiet_until_) close();
-    // Only where the monitor was safe can a fault do harm, and be the cause of what follows. One
-    // that strikes again before that counts with the one before.
-    if (truth.struck && !open_ && safe_) open_ = Open{.begin = truth.number};
-    if (truth.struck) quiet_until_ = truth.number + settled_;
-    return truth;
-  }
-
-  void note(SafetyVerdict verdict, const decode::Cycle& cycle, const Truth* truth) {
-    safe_ = verdict == SafetyVerdict::safe;
-    if (!open_) {
-      if (truth == nullptr || truth->number < quiet_until_) return;
-      ++counts_.undamaged;
-      if (is_fault(verdict)) ++counts_.false_alarms;
-      return;
-    }
-    if (is_fault(verdict) && !open_->verdict) {
-      open_->verdict = verdict;
-      if (truth != nullptr) open_->reaction = truth->number - open_->begin;
-    }
-    if (safe_ && truth != nullptr && cycle.frame && is_wrong(*cycle.frame, *truth)) {
-      open_->wrong = true;
-    }
-  }
-
-  // A frozen encoder means what it sends; it is the position of another moment all the same.
-  bool is_wrong(const Frame& frame, const Truth& truth) const {
-    if (kind_ == sim::FaultKind::frozen && truth.struck) return true;
-    return frame.channel_list[cpw_].position != truth.position;
-  }
-
-  void close() {
-    if (!open_) return;
-    ++counts_.committed;
-    if (open_->wrong) ++counts_.accepted_wrong;
-    if (open_->verdict) {
-      ++counts_.detected;
-      ++counts_.verdicts[static_cast<std::size_t>(*open_->verdict)];
-      counts_.reaction = std::max(counts_.reaction, open_->reaction);
-    }
-    open_.reset();
-  }
-
   struct Open {
     std::uint64_t begin = 0;
+    std::uint64_t end = 0;  // its last cycle
+    bool counts = false;
     std::uint64_t reaction = 0;
     std::optional<SafetyVerdict> verdict{};
     bool wrong = false;
   };
 
+  // The next cycle that was made.
+  void pass() {
+    now_ = waiting_.front();
+    waiting_.pop_front();
+    if (open_ && now_.number > open_->end + reaction_cycles && is_over(*open_)) close();
+    if (now_.struck) strike();
+  }
+
+  // Only where the monitor was safe can a fault do harm, and be the cause of what follows. One that
+  // strikes before it is safe again counts with the one before; so does one in the next cycle if
+  // nothing tells that it is not the same.
+  void strike() {
+    if (open_ && now_.begins && is_over(*open_)) close();
+    if (!open_) open_ = Open{.begin = now_.number, .counts = safe_};
+    open_->end = now_.number;
+  }
+
+  // It did no harm, or what it did is over.
+  bool is_over(const Open& fault) const { return safe_ || !fault.verdict; }
+
+  void note(SafetyVerdict verdict, const std::optional<Frame>& frame) {
+    safe_ = verdict == SafetyVerdict::safe;
+    const bool wrong = safe_ && frame && is_wrong(*frame);
+    if (!open_) {
+      ++counts_.undamaged;
+      if (is_fault(verdict)) ++counts_.false_alarms;
+      if (wrong) ++counts_.wrong_alone;
+      return;
+    }
+    if (wrong) open_->wrong = true;
+    if (!is_fault(verdict) || open_->verdict) return;
+    open_->verdict = verdict;
+    open_->reaction = now_.number - open_->begin;
+  }
+
+  // A frozen encoder means what it sends; it is the position of another moment all the same.
+  bool is_wrong(const Frame& frame) const {
+    if (kind_ == sim::FaultKind::frozen && now_.struck) return true;
+    return frame.channel_list[cpw_].position != now_.position;
+  }
+
+  void close() {
+    if (!open_) return;
+    const Open fault = *std::exchange(open_, std::nullopt);
+    if (!fault.counts) return;
+    ++counts_.committed;
+    if (fault.wrong) ++counts_.accepted_wrong;
+    if (fault.verdict) {
+      ++counts_.detected;
+      ++counts_.verdicts[static_cast<std::size_t>(*fault.verdict)];
+      counts_.reaction = std::max(counts_.reaction, fault.reaction);
+    }
+  }
+
   SafetyWatch watch_;
   sim::FaultKind kind_;
   std::size_t cpw_;
-  std::uint64_t settled_;
   std::deque<Truth> waiting_;
+  Truth now_;
   std::optional<Open> open_;
-  std::uint64_t quiet_until_ = 0;
   bool safe_ = false;
   LineCounts counts_;
 };
@@ -160,7 +170,7 @@ LineCounts count(const EvidenceQuestion& question, sim::LineSetup setup, sim::Fa
   for (std::uint64_t i = 0; i < question.options.cycles; ++i) {
     const sim::SimulatedCycle& cycle = line.next();
     watch.expect({i, cycle.time, cycle.sent.channel_list[question.setup.cpw].position,
-                  (cycle.faults & sim::set_of(kind)) != 0});
+                  (cycle.faults & sim::set_of(kind)) != 0, !cycle.strikes.empty()});
     decoder.push(cycle.edges, {.ma = sim::ma_line, .slo = sim::slo_line});
   }
   decoder.finish(line.end() + milliseconds(2));
@@ -269,8 +279,15 @@ EvidencePart evidence_line(const EvidenceQuestion& question) {
         row.verdicts};
     table->row(cells);
     if (counts.false_alarms != 0) {
-      part.findings.push_back(fmt::format("line.csv, {}: {} undamaged frames were a fault",
-                                          row.fault, counts.false_alarms));
+      part.findings.push_back(
+          fmt::format("line.csv, {}: {} undamaged frames were a fault, or a fault was told late",
+                      row.fault, counts.false_alarms));
+    }
+    if (counts.wrong_alone != 0) {
+      part.findings.push_back(
+          fmt::format("line.csv, {}: {} frames away from any fault were safe "
+                      "with a position that was not sent",
+                      row.fault, counts.wrong_alone));
     }
     part.coverage.push_back(std::move(row));
   }

@@ -15,6 +15,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr std::uint64_t most_frames = std::uint64_t{1} << 40U;
+constexpr std::uint64_t most_cycles = std::uint64_t{1} << 32U;
 const std::vector<std::string> counter_names{"count_1_63", "count_0_63", "learned"};
 const std::vector<std::string> missed_names{"counted", "perhaps"};
 
@@ -27,26 +29,34 @@ Json json_of(const std::optional<Picoseconds>& value) {
   return value ? Json(value->count) : Json();
 }
 
-template <class T>
-void read(const Json& json, std::optional<T>& value) {
-  if (!json.is_null()) value = json.get<T>();
+// Of type_error where it is no whole number from 0: get() would make one of -1 or 0.5.
+std::uint64_t count_in(const Json& json) { return json.get_ref<const Json::number_unsigned_t&>(); }
+
+void read(const Json& json, std::optional<std::uint64_t>& value) {
+  if (!json.is_null()) value = count_in(json);
 }
 
 void read(const Json& json, std::optional<Picoseconds>& value) {
-  if (!json.is_null()) value = Picoseconds{json.get<std::int64_t>()};
+  if (!json.is_null()) value = Picoseconds{static_cast<std::int64_t>(count_in(json))};
 }
 
 bool is_known(const std::string& name, const std::vector<std::string>& names) {
   return name.empty() || std::find(names.begin(), names.end(), name) != names.end();
 }
 
+bool is_duration(Picoseconds time) { return time.count >= 0 && time <= milliseconds(1'000'000); }
+
 // What CLI11 refuses of a command line, a file may hold all the same.
 bool is_sound(const EvidenceOptions& options) {
-  return is_known(options.setup.counter, counter_names) && is_known(options.missed, missed_names) &&
-         options.setup.compare_bits.value_or(0) <= 64 &&
-         options.setup.tolerance.value_or(0) <= 255 &&
-         options.setup.start_frames.value_or(0) <= 255 && options.budget <= 255 &&
-         options.rate.value_or(Hertz{1}).count != 0;
+  const SafetyArguments& setup = options.setup;
+  return options.frames <= most_frames && options.faults <= most_frames &&
+         options.cycles <= most_cycles && is_known(setup.counter, counter_names) &&
+         is_known(options.missed, missed_names) && setup.compare_bits.value_or(0) <= 64 &&
+         setup.tolerance.value_or(0) <= 255 && setup.start_frames.value_or(0) <= 255 &&
+         is_duration(setup.watchdog.value_or(Picoseconds{})) &&
+         is_duration(setup.shortest.value_or(Picoseconds{})) && options.budget <= 255 &&
+         is_duration(options.budget_window) && options.rate.value_or(Hertz{1}).count != 0 &&
+         (setup.configuration.empty() || find_safety_configuration(setup.configuration) != nullptr);
 }
 
 // A number like 1e-3, whatever the locale.
@@ -88,6 +98,11 @@ std::string put_setup(EvidenceQuestion& question) {
   const std::string text = options.format;
   SafetyArguments alone;
   alone.configuration = options.setup.configuration;
+  // As parse_safety_format(), and so `biss safety campaign`: only a name stands for a
+  // configuration.
+  const DeviceChoice device = parse_device(text);
+  alone.by_widths =
+      find_safety_configuration(text) == nullptr && device && device.device->entry == nullptr;
   const SafetyChoice known = choose_safety(alone, text, question.format, {});
   if (!known.setup) return known.error;
   const Picoseconds shortest = known.setup->cycle_min;
@@ -95,6 +110,7 @@ std::string put_setup(EvidenceQuestion& question) {
       Hertz{static_cast<std::uint32_t>(picoseconds_per_second / shortest.count)});
   SafetyArguments arguments = options.setup;
   arguments.latch = true;
+  arguments.by_widths = alone.by_widths;
   SafetyChoice choice = choose_safety(arguments, text, question.format, period_of(question.rate));
   if (!choice.setup) return choice.error;
   SafetySetup& setup = *choice.setup;
@@ -127,13 +143,12 @@ void add_evidence_options(CLI::App& verb, EvidenceOptions& options) {
       verb, "--frames", into(options.frames),
       "Frames of each fault of the campaign, and of each undamaged sequence; 10 million by "
       "default",
-      std::uint64_t{1} << 40U);
+      most_frames);
   add_count_option(verb, "--faults", into(options.faults),
-                   "Faults of each kind in the sequences; a million by default",
-                   std::uint64_t{1} << 40U);
+                   "Faults of each kind in the sequences; a million by default", most_frames);
   add_count_option(verb, "--cycles", into(options.cycles),
                    "Cycles of the line model with each kind of fault; 50000 by default",
-                   std::uint64_t{1} << 32U);
+                   most_cycles);
   add_count_option(verb, "--seed", into(options.seed), "Of all that is drawn; 1 by default");
   verb.add_option("--ber", options.bit_error_rates,
                   "Bit error rate, as often as you like; 1e-2, 1e-3 and 1e-4 by default")
@@ -197,12 +212,15 @@ std::optional<EvidenceOptions> read_options(const std::string& configuration) tr
   EvidenceOptions options;
   SafetyArguments& setup = options.setup;
   json.at("format").get_to(options.format);
-  json.at("frames").get_to(options.frames);
-  json.at("faults").get_to(options.faults);
-  json.at("cycles").get_to(options.cycles);
-  json.at("seed").get_to(options.seed);
+  options.frames = count_in(json.at("frames"));
+  options.faults = count_in(json.at("faults"));
+  options.cycles = count_in(json.at("cycles"));
+  options.seed = count_in(json.at("seed"));
   json.at("ber").get_to(options.bit_error_rates);
-  if (!json.at("rate_hz").is_null()) options.rate = Hertz{json.at("rate_hz").get<std::uint32_t>()};
+  if (const Json& rate = json.at("rate_hz"); !rate.is_null()) {
+    if (count_in(rate) > UINT32_MAX) return std::nullopt;
+    options.rate = Hertz{static_cast<std::uint32_t>(count_in(rate))};
+  }
   json.at("safety").get_to(setup.configuration);
   json.at("counter").get_to(setup.counter);
   json.at("missed").get_to(options.missed);
@@ -212,8 +230,8 @@ std::optional<EvidenceOptions> read_options(const std::string& configuration) tr
   read(json.at("start_frames"), setup.start_frames);
   read(json.at("watchdog_ps"), setup.watchdog);
   read(json.at("shortest_gap_ps"), setup.shortest);
-  json.at("budget").get_to(options.budget);
-  json.at("budget_window_ps").get_to(options.budget_window.count);
+  options.budget = count_in(json.at("budget"));
+  options.budget_window.count = static_cast<std::int64_t>(count_in(json.at("budget_window_ps")));
   if (!is_sound(options)) return std::nullopt;
   return options;
 } catch (const nlohmann::json::exception&) {

@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 
 #include <iterator>
+#include <regex>
 
 #include "biss/frame/format_print.hpp"
 #include "biss/safety/configurations.hpp"
@@ -132,6 +133,14 @@ void add_configuration(std::string& text, const EvidenceQuestion& question) {
       question.rate.count, text_of(setup.frame_gap_max));
 }
 
+void add_tolerated(std::string& text, const SafetySetup& setup, unsigned cpw_shift) {
+  const std::uint64_t counts = setup.comparison.tolerance_lsb;
+  add(text,
+      "* **A difference of up to {} count{}** of the lowest bit compared, in the CPW {}, is `safe` "
+      "for good.\n",
+      counts, counts == 1 ? "" : "s", counts << cpw_shift);
+}
+
 void add_unchecked(std::string& text, const EvidenceQuestion& question) {
   const SafetySetup& setup = question.setup;
   const UncheckedBits bits = unchecked_bits(question);
@@ -146,9 +155,9 @@ void add_unchecked(std::string& text, const EvidenceQuestion& question) {
       "* **CPW bits that both words have and that are not compared: {}** (`compare_bits` "
       "{}; 0 is all).\n",
       bits.not_compared, setup.comparison.compare_bits);
-  add(text, "* **Turns of the CPW that are not compared: {}.** {}\n", bits.turns,
-      setup.comparison.multiturn == MultiturnRule::ignored ? "They are ignored by option."
-      : bits.turns != 0                                    ? "The SPW does not have them."
+  add(text, "* **Turns of the CPW that are not compared: {}.**{}\n", bits.turns,
+      setup.comparison.multiturn == MultiturnRule::ignored ? " They are ignored by option."
+      : bits.turns != 0                                    ? " The SPW does not have them."
                                                            : "");
   if (bits.all() != 0) {
     const unsigned distance = lab::min_distance(lab::weights_of(lab::code_of(question.cpw())));
@@ -159,11 +168,7 @@ void add_unchecked(std::string& text, const EvidenceQuestion& question) {
         bits.all(), question.cpw().position_bits(), distance - 1, crc.width_bits,
         1U << crc.width_bits);
   }
-  add(text,
-      "* **A difference of up to {} counts** of the lowest bit compared, which are {} counts "
-      "of the CPW, is `safe` for good.\n",
-      setup.comparison.tolerance_lsb,
-      std::uint64_t{setup.comparison.tolerance_lsb} << alignment.cpw_shift);
+  if (setup.comparison.tolerance_lsb != 0) add_tolerated(text, setup, alignment.cpw_shift);
   text +=
       "* **A position that stands still in both words** while the sign of life goes on "
       "(`frozen` in line.csv).\n"
@@ -216,6 +221,23 @@ void add_assumptions(std::string& text, const EvidenceQuestion& question) {
       "their defaults, `configuration.json` has what was taken here.\n\n";
 }
 
+// 1 less a share that is written so.
+std::string one_less(const std::string& share) {
+  if (share.starts_with("0.0") && share.ends_with("e+00")) return "1";
+  if (share.starts_with("1.0") && share.ends_with("e+00")) return "0";
+  return "1 - " + share;
+}
+
+void add_never_committed(std::string& text, const std::vector<CoverageRow>& coverage) {
+  std::vector<std::string> names;
+  for (const CoverageRow& row : coverage) {
+    if (row.committed == 0) names.push_back(fmt::format("`{}` ({})", row.fault, row.by));
+  }
+  if (names.empty()) return;
+  add(text, "\n**Never committed, so that nothing is known of them:** {}.\n",
+      fmt::join(names, ", "));
+}
+
 void add_coverage(std::string& text, const std::vector<CoverageRow>& coverage) {
   text +=
       "## Diagnostic coverage, as measured\n"
@@ -229,10 +251,13 @@ void add_coverage(std::string& text, const std::vector<CoverageRow>& coverage) {
       "|---|---|---|---:|---:|---:|---:|\n";
   for (const CoverageRow& row : coverage) {
     if (row.committed == 0) continue;
-    add(text, "| {} | {} | `{}` | {} | {} | 1 - {:.2e} | {} |\n", row.kind, row.by, row.fault,
-        row.committed, row.accepted_wrong, row.high,
-        row.theory ? fmt::format("1 - {:.3e}", *row.theory) : "");
+    add(text, "| {} | {} | `{}` | {} | {} | {} | {} |\n", row.kind, row.by, row.fault,
+        row.committed, row.accepted_wrong,
+        row.accepted_wrong == row.committed ? "0: never seen"
+                                            : one_less(fmt::format("{:.2e}", row.high)),
+        row.theory ? one_less(fmt::format("{:.3e}", *row.theory)) : "");
   }
+  add_never_committed(text, coverage);
   text +=
       "\nBy importance sampling (`flips:RATE:DRAWN`, `flips:RATE:fitting`) frames are drawn "
       "otherwise and "
@@ -241,15 +266,33 @@ void add_coverage(std::string& text, const std::vector<CoverageRow>& coverage) {
 
 }  // namespace
 
+std::vector<std::string> not_run(const EvidenceOptions& options) {
+  std::vector<std::string> parts;
+  if (options.frames == 0) {
+    parts.emplace_back("campaign.csv and the undamaged frames of sequences.csv (--frames 0)");
+  }
+  if (options.faults == 0) parts.emplace_back("the faults of sequences.csv (--faults 0)");
+  if (options.cycles == 0) parts.emplace_back("line.csv (--cycles 0)");
+  return parts;
+}
+
+std::string page_of_bundle(std::string_view page) {
+  static const std::regex link("\\[([^\\]]*)\\]\\((?!safety\\.md|safety-matrix\\.md)[^)]*\\)");
+  return std::regex_replace(std::string(page), link, "$1");
+}
+
 EvidenceFile evidence_readme(const EvidenceQuestion& question,
                              const std::vector<CoverageRow>& coverage,
                              const std::vector<std::string>& findings) {
   std::string text = fmt::format("# BiSS Safety: evidence for {}\n\n", question.options.format);
   text += "Made by `biss safety evidence`. A channel model, not a certificate.\n\n";
+  const std::vector<std::string> missing = not_run(question.options);
+  for (const std::string& each : missing) add(text, "**Nothing was run: {}.**\n\n", each);
   if (findings.empty()) {
-    text +=
-        "No count is more than five standard deviations from its theory, no undamaged frame was "
-        "called a fault, and no fault was told late or under a name that it cannot have.\n\n";
+    add(text,
+        "{}o count is more than five standard deviations from its theory, no undamaged frame was "
+        "called a fault, and no fault was told late or under a name that it cannot have.\n\n",
+        missing.empty() ? "N" : "In the rest n");
   } else {
     text += "**Findings:**\n";
     for (const std::string& finding : findings) add(text, "* {}\n", finding);

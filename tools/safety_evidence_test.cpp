@@ -1,8 +1,12 @@
 #include "tools/safety_evidence.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "biss/safety/configurations.hpp"
+#include "sim/fault.hpp"
+#include "tools/safety_format.hpp"
+#include "tools/text_file.hpp"
 
 namespace biss::tools {
 namespace {
@@ -99,6 +103,133 @@ TEST(EvidenceOptions, DamagedText_IsRefused) {
   EXPECT_FALSE(changed("\"tolerance\":null", "\"tolerance\":256"));
   EXPECT_FALSE(changed("\"rate_hz\":null", "\"rate_hz\":0"));
   EXPECT_TRUE(changed("\"tolerance\":null", "\"tolerance\":255"));
+}
+
+// Numbers that would be others when they are made to fit.
+TEST(EvidenceOptions, NumbersOutOfRange_AreRefused) {
+  EvidenceOptions options;
+  options.rate = kilohertz(8);
+  options.setup.watchdog = nanoseconds(200'001);
+  const std::string good = "{\"options\": " + options_json(options) + "}";
+  ASSERT_TRUE(read_options(good));
+  const auto changed = [&](const std::string& name, const std::string& value) {
+    std::string text = good;
+    const std::size_t at = text.find("\"" + name + "\":") + name.size() + 3;
+    return read_options(text.replace(at, text.find_first_of(",}", at) - at, value)).has_value();
+  };
+  EXPECT_TRUE(changed("frames", "1099511627776"));
+  EXPECT_FALSE(changed("frames", "1099511627777"));
+  for (const char* name :
+       {"frames", "faults", "cycles", "seed", "rate_hz", "compare_bits", "tolerance",
+        "start_frames", "watchdog_ps", "shortest_gap_ps", "budget", "budget_window_ps"}) {
+    EXPECT_TRUE(changed(name, "1")) << name;
+    EXPECT_FALSE(changed(name, "-1")) << name;
+    EXPECT_FALSE(changed(name, "1.5")) << name;
+    EXPECT_EQ(changed(name, "18446744073709551615"), std::string(name) == "seed") << name;
+  }
+  EXPECT_FALSE(changed("rate_hz", "4294967297"));
+  EXPECT_FALSE(changed("watchdog_ps", "1000000000000001"));
+  EXPECT_FALSE(changed("safety", "\"rsn\""));
+}
+
+TEST(EvidenceQuestion, FormatsText_IsMonitoredByItsWidths) {
+  const auto* rsh = find_safety_configuration("rsh");
+  ASSERT_NE(rsh, nullptr);
+  EvidenceOptions options;
+  options.format = rsh->format;
+  const EvidenceQuestion by_text = question_of(options);
+  EXPECT_EQ(by_text.setup, SafetySetup{});
+  EXPECT_EQ(campaign_name(by_text), rsh->format);
+  options.setup.configuration = "rsh";
+  EXPECT_EQ(question_of(options).setup, rsh->setup);
+  // As the campaign takes each -f.
+  for (const char* name :
+       {"rsh", "fs-36-28", "fortis-fs-36-28", "mt12,st24,nE,nW,crc6+mt12,st16,nE,nW,lc6,crc16"}) {
+    options = {};
+    options.format = name;
+    const SafetySetup setup = parse_safety_format(name).value().setup;
+    EXPECT_EQ(question_of(options).setup, setup) << name;
+  }
+  // The catalogue's name is a name.
+  options = {};
+  options.format = "fortis-fs-36-28";
+  EXPECT_EQ(question_of(options).configuration, "fs-36-28");
+}
+
+// At the rate at which an encoder comes to rest only with the next request.
+TEST(EvidenceLine, EachFault_IsToldInItsTimeOrDidNoHarm) {
+  EvidenceOptions options;
+  options.format = "fs-36-28";
+  options.cycles = 2000;
+  const EvidencePart part = evidence_line(question_of(options));
+  EXPECT_THAT(part.findings, testing::IsEmpty());
+  EXPECT_EQ(part.coverage.size(), sim::fault_kind_count);
+  for (const CoverageRow& row : part.coverage) {
+    EXPECT_GT(row.committed, 30U) << row.fault;
+    // These three last for up to three cycles; while MA is held there is no row to tell in.
+    const bool lasts = row.fault == "ma_low" || row.fault == "ma_high" || row.fault == "delay_step";
+    EXPECT_LE(row.reaction.value_or(0), lasts ? 3U : 1U) << row.fault;
+    if (row.fault == "late_start" || row.fault == "no_answer" || row.fault == "delay") {
+      EXPECT_EQ(row.detected, row.committed) << row.fault;
+    }
+    // As `biss decode` finds it beside `simulate --truth`: 73 % and 9 %.
+    const double share = static_cast<double>(*row.detected) / static_cast<double>(row.committed);
+    if (row.fault == "lost_clock") {
+      EXPECT_NEAR(share, 0.73, 0.2);
+    }
+    if (row.fault == "glitch_slo") {
+      EXPECT_NEAR(share, 0.09, 0.09);
+    }
+  }
+}
+
+TEST(EvidenceReadme, NothingRun_IsSaid) {
+  EvidenceOptions options;
+  options.format = "fs-36-28";
+  options.frames = 0;
+  options.cycles = 0;
+  EXPECT_EQ(not_run(options).size(), 2U);
+  CoverageRow never{};
+  never.by = "line";
+  never.fault = "flip";
+  CoverageRow always{};
+  always.fault = "frozen";
+  always.committed = always.accepted_wrong = 7;
+  always.theory = 1;
+  CoverageRow none{};
+  none.fault = "cut";
+  none.committed = 100;
+  none.theory = 0;
+  for (CoverageRow* row : {&always, &none}) set_share(*row);
+  const std::string text = evidence_readme(question_of(options), {never, always, none}, {}).text;
+  using testing::HasSubstr;
+  EXPECT_THAT(text, HasSubstr("**Nothing was run: line.csv (--cycles 0).**"));
+  EXPECT_THAT(text, HasSubstr("**Nothing was run: campaign.csv"));
+  EXPECT_THAT(text, HasSubstr("In the rest no count"));
+  EXPECT_THAT(text, HasSubstr("nothing is known of them:** `flip` (line).\n"));
+  EXPECT_THAT(text, HasSubstr("| `frozen` | 7 | 7 | 0: never seen | 0 |\n"));
+  EXPECT_THAT(text, HasSubstr("| `cut` | 100 | 0 | 1 - 3.70e-02 | 1 |\n"));
+  EXPECT_THAT(text, HasSubstr("up to 1 count** of the lowest bit compared, in the CPW 256,"));
+  options.setup.tolerance = 0;
+  const std::string exact = evidence_readme(question_of(options), {}, {}).text;
+  EXPECT_EQ(exact.find("A difference of up to"), std::string::npos);
+  for (const std::string& each : {text, exact}) EXPECT_EQ(each.find(" \n"), std::string::npos);
+}
+
+TEST(EvidencePages, LinksOutOfTheBundle_ArePlainText) {
+  EXPECT_EQ(page_of_bundle("see [status.md](status.md), [the page](safety.md), a[3](x)"),
+            "see status.md, [the page](safety.md), a3");
+  const std::string page = page_of_bundle(safety_page);
+  EXPECT_EQ(page.find("](safety-analysis.md"), std::string::npos);
+  EXPECT_NE(page.find("](safety-matrix.md"), std::string::npos);
+}
+
+TEST(TextFile, WhatCannotBeRead_IsNamed) {
+  EXPECT_EQ(read_text_file("/dev/null").text, "");
+  EXPECT_TRUE(read_text_file("/dev/null"));
+  EXPECT_EQ(read_text_file("/").error, "it is a directory");
+  EXPECT_EQ(read_text_file("/none/at/all").error, "cannot open it: No such file or directory");
+  EXPECT_EQ(read_text_file("/dev/zero").error, "it is larger than 64 MiB");
 }
 
 TEST(EvidenceCoverage, Share_HasWilsonsLimits) {
