@@ -1,9 +1,11 @@
 // biss safety campaign: killed and resumed, in shards, on any number of threads.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <spawn.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -191,6 +193,23 @@ TEST(Campaign, WrongUsage_IsNamed) {
   const Outcome unit = run({"safety", "campaign", "-f", "rxm", "--save-every", "1"});
   EXPECT_EQ(unit.status, 2);
   EXPECT_NE(unit.err.find("--save-every: '1': no unit"), std::string::npos) << unit.err;
+}
+
+TEST(Campaign, StateThatCannotBeRead_IsNamed) {
+  const Folder folder;
+  const auto refused = [&](const std::vector<std::string>& arguments, const std::string& what) {
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.status, 3) << outcome.err;
+    EXPECT_THAT(outcome.err, testing::HasSubstr(what));
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  };
+  const auto with_state = [](const std::string& path) {
+    return std::vector<std::string>{"safety",   "campaign", "-f",      "fs-36-28",
+                                    "--frames", "100",      "--state", path};
+  };
+  refused(with_state("/dev/zero"), "/dev/zero: it is larger than 64 MiB");
+  refused(with_state(folder.path("")), "it is a directory");
+  refused({"safety", "campaign", "merge", folder.path("none")}, "cannot open it: No such file");
 }
 
 }  // namespace

@@ -135,6 +135,12 @@ TEST(Evidence, ChangedBundle_IsFound) {
   found(1, {"coverage.csv: made again, it is another"});
   std::ofstream(copy + "/configuration.json") << "{\"options\": {\"format\": 7}}";
   found(3, {"configuration.json"});
+  // As the command line refuses it.
+  std::string configuration = content_of(bundle() + "/configuration.json");
+  const std::string frames = "\"frames\": 3000";
+  configuration.replace(configuration.find(frames), frames.size(), "\"frames\": -1");
+  std::ofstream(copy + "/configuration.json") << configuration;
+  found(3, {"configuration.json"});
   std::ofstream(copy + "/SHA256SUMS") << "nothing";
   found(3, {"SHA256SUMS"});
   fs::remove_all(copy);
