@@ -32,7 +32,7 @@ function(biss_room name)
   endif()
 endfunction()
 
-# For targets in which no time is spent, such as the parsing of options; see BISS_COLD_OPTIONS.
+# For targets whose own files take longer to compile than to run; see BISS_COLD_OPTIONS.
 function(biss_cold)
   foreach(target IN LISTS ARGN)
     if(TARGET ${target})
