@@ -15,8 +15,6 @@ namespace {
 
 using decode::CycleStatus;
 
-constexpr std::array<std::string_view, 3> counter_names{"count_1_63", "count_0_63", "learned"};
-
 std::string_view text_of(SafetySetupError mistake) {
   switch (mistake) {
     case SafetySetupError::channels:
@@ -62,8 +60,9 @@ SafetyChoice implied(std::string_view format_text, const FrameFormat& format) {
 void put(const SafetyArguments& arguments, Picoseconds cycle, SafetySetup& setup) {
   setup.latch = arguments.latch;
   if (!arguments.counter.empty()) {
-    const auto name = std::find(counter_names.begin(), counter_names.end(), arguments.counter);
-    setup.counter.mode = static_cast<CounterMode>(name - counter_names.begin());
+    const auto name =
+        std::find(counter_mode_names.begin(), counter_mode_names.end(), arguments.counter);
+    setup.counter.mode = static_cast<CounterMode>(name - counter_mode_names.begin());
   }
   const auto small = [](std::uint64_t value) { return static_cast<std::uint8_t>(value); };
   if (arguments.compare_bits) setup.comparison.compare_bits = small(*arguments.compare_bits);
@@ -104,21 +103,25 @@ bool SafetyArguments::given() const {
          watchdog || shortest || latch;
 }
 
-void add_safety_options(CLI::App& verb, SafetyArguments& arguments) {
-  std::vector<std::string> names{"off"};
-  for (const SafetyConfiguration& each : safety_configurations) names.emplace_back(each.name);
-  add_name_option(verb, "--safety", arguments.configuration, names,
-                  "How a BiSS Safety encoder is monitored; by the format by default");
+void add_check_options(CLI::App& verb, SafetyArguments& arguments) {
   add_name_option(verb, "--counter", arguments.counter,
-                  {counter_names.begin(), counter_names.end()},
+                  {counter_mode_names.begin(), counter_mode_names.end()},
                   "The range of the sign of life; count_1_63 by default");
   add_count_option(verb, "--compare-bits", into(arguments.compare_bits),
-                   "Upper bits of the position that are compared; 0: all that both words have", 64);
+                   "Upper singleturn bits that are compared; 0: all that both words have", 64);
   add_count_option(verb, "--tolerance", into(arguments.tolerance),
                    "Counts of the lowest bit compared that the words may be apart; 1 by default",
                    255);
   add_count_option(verb, "--start-frames", into(arguments.start_frames),
                    "Good frames in a row until the last of them is safe; 3 by default", 255);
+}
+
+void add_safety_options(CLI::App& verb, SafetyArguments& arguments) {
+  std::vector<std::string> names{"off"};
+  for (const SafetyConfiguration& each : safety_configurations) names.emplace_back(each.name);
+  add_name_option(verb, "--safety", arguments.configuration, names,
+                  "How a BiSS Safety encoder is monitored; by the format by default");
+  add_check_options(verb, arguments);
   add_duration_option(verb, "--watchdog", into(arguments.watchdog),
                       "From one good frame to the next at most; one and a half of the capture's "
                       "cycles by default");
@@ -204,9 +207,9 @@ void SafetyWatch::add_to(report::Summary& summary, std::string_view name) const 
   const SafetySetup& setup = plan_.setup();
   summary.entry("safety", text,
                 fmt::format("{}; watchdog {}", name, biss::tools::text_of(setup.frame_gap_max, 3)));
-  summary.entry(
-      "counter", counter_text(),
-      fmt::format("judged as {}", counter_names[static_cast<std::size_t>(setup.counter.mode)]));
+  summary.entry("counter", counter_text(),
+                fmt::format("judged as {}",
+                            counter_mode_names[static_cast<std::size_t>(setup.counter.mode)]));
   if (compared_ == 0) return;
   summary.entry(
       "comparison",

@@ -37,6 +37,14 @@ struct SafetyArguments {
   bool given() const;
 };
 
+/// In the order of CounterMode.
+inline constexpr std::array<std::string_view, 3> counter_mode_names{"count_1_63", "count_0_63",
+                                                                    "learned"};
+
+/// Declares the options that say what is checked and not of what: counter, comparison, start-up.
+/// \pre arguments outlives the parsing
+void add_check_options(CLI::App& verb, SafetyArguments& arguments);
+
 /// Declares `--safety` and the options that go with it. \pre arguments outlives the parsing
 void add_safety_options(CLI::App& verb, SafetyArguments& arguments);
 

@@ -3,17 +3,16 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <deque>
 #include <map>
 #include <optional>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
 #include "biss/frame/format_print.hpp"
 #include "decode/decoder.hpp"
+#include "lab/crew.hpp"
 #include "report/table.hpp"
 #include "sim/line.hpp"
 #include "tools/quantity.hpp"
@@ -211,16 +210,9 @@ LineChoice line_of(const EvidenceQuestion& question) {
 
 std::vector<LineCounts> count_all(const EvidenceQuestion& question, const sim::LineSetup& setup) {
   std::vector<LineCounts> counts(sim::fault_kind_count);
-  std::atomic<std::size_t> next = 0;
-  std::vector<std::jthread> threads;
-  const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
-  for (unsigned n = 0; n < (question.threads == 0 ? cores : question.threads); ++n) {
-    threads.emplace_back([&] {
-      for (std::size_t k = next++; k < counts.size(); k = next++) {
-        counts[k] = count(question, setup, static_cast<sim::FaultKind>(k));
-      }
-    });
-  }
+  lab::share_out(question.threads, counts.size(), [&](std::size_t k) {
+    counts[k] = count(question, setup, static_cast<sim::FaultKind>(k));
+  });
   return counts;
 }
 

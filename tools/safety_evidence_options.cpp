@@ -17,7 +17,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::uint64_t most_frames = std::uint64_t{1} << 40U;
 constexpr std::uint64_t most_cycles = std::uint64_t{1} << 32U;
-const std::vector<std::string> counter_names{"count_1_63", "count_0_63", "learned"};
 const std::vector<std::string> missed_names{"counted", "perhaps"};
 
 template <class T>
@@ -40,7 +39,8 @@ void read(const Json& json, std::optional<Picoseconds>& value) {
   if (!json.is_null()) value = Picoseconds{static_cast<std::int64_t>(count_in(json))};
 }
 
-bool is_known(const std::string& name, const std::vector<std::string>& names) {
+template <class Names>
+bool is_known(const std::string& name, const Names& names) {
   return name.empty() || std::find(names.begin(), names.end(), name) != names.end();
 }
 
@@ -50,7 +50,7 @@ bool is_duration(Picoseconds time) { return time.count >= 0 && time <= milliseco
 bool is_sound(const EvidenceOptions& options) {
   const SafetyArguments& setup = options.setup;
   return options.frames <= most_frames && options.faults <= most_frames &&
-         options.cycles <= most_cycles && is_known(setup.counter, counter_names) &&
+         options.cycles <= most_cycles && is_known(setup.counter, counter_mode_names) &&
          is_known(options.missed, missed_names) && setup.compare_bits.value_or(0) <= 64 &&
          setup.tolerance.value_or(0) <= 255 && setup.start_frames.value_or(0) <= 255 &&
          is_duration(setup.watchdog.value_or(Picoseconds{})) &&
@@ -162,18 +162,10 @@ void add_evidence_options(CLI::App& verb, EvidenceOptions& options) {
   for (const SafetyConfiguration& each : safety_configurations) names.emplace_back(each.name);
   add_name_option(verb, "--safety", setup.configuration, names,
                   "How the encoder is monitored; by the format by default");
-  add_name_option(verb, "--counter", setup.counter, counter_names,
-                  "The range of the sign of life; count_1_63 by default");
+  add_check_options(verb, setup);
   add_name_option(verb, "--missed", options.missed, missed_names,
                   "Whether the encoder counts requests without a good frame; counted by default");
-  add_count_option(verb, "--compare-bits", into(setup.compare_bits),
-                   "Upper singleturn bits that are compared; 0: all that both words have", 64);
-  add_count_option(verb, "--tolerance", into(setup.tolerance),
-                   "Counts of the lowest bit compared that the words may be apart; 1 by default",
-                   255);
   verb.add_flag("--ignore-turns", options.ignore_turns, "Turns are not compared");
-  add_count_option(verb, "--start-frames", into(setup.start_frames),
-                   "Good frames in a row until the last of them is safe; 3 by default", 255);
   add_duration_option(verb, "--watchdog", into(setup.watchdog),
                       "From one good frame to the next at most; one and a half cycles by default");
   add_duration_option(verb, "--shortest-gap", into(setup.shortest),

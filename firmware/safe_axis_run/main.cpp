@@ -28,10 +28,10 @@ constexpr biss::Picoseconds period = biss::nanoseconds(31'250);
 constexpr std::uint32_t cycles = 3000;
 constexpr std::uint32_t fault_every = 50;
 
-enum class Fault : std::uint8_t { flip, no_dma, no_interrupt, silent, error_bit };
-constexpr std::array causes{SafetyVerdict::cpw_crc, SafetyVerdict::counter_repeated,
-                            SafetyVerdict::watchdog, SafetyVerdict::watchdog,
-                            SafetyVerdict::cpw_error};
+enum class Fault : std::uint8_t { flip, no_dma, no_interrupt, silent, error_bit, asked_twice };
+constexpr std::array causes{SafetyVerdict::cpw_crc,   SafetyVerdict::counter_repeated,
+                            SafetyVerdict::watchdog,  SafetyVerdict::watchdog,
+                            SafetyVerdict::cpw_error, SafetyVerdict::no_frame};
 
 class FakeSpi {
  public:
@@ -99,6 +99,8 @@ void cycles_of(Run& run) {
     run.axis.request(now);
     const bool strikes = cycle % fault_every == fault_every - 1U;
     const auto kind = static_cast<Fault>(cycle / fault_every % causes.size());
+    // Sooner than the watchdog bites: the request that the board refuses is told by itself.
+    if (strikes && kind == Fault::asked_twice) run.axis.request(now + period / 4);
     if (transfer(run, strikes ? &kind : nullptr)) run.axis.transfer_complete();
     biss::Picoseconds end = now + period;
     if (strikes && kind == Fault::no_interrupt) run.axis.request(end);  // and is refused
