@@ -9,9 +9,9 @@ execute_process(COMMAND git -C "${SOURCE_DIR}" rev-parse --show-prefix
 if(failed OR prefix)
   set(commit "")
 endif()
-set(text "#include \"tools/safety_evidence.hpp\"
+set(text "#include \"cli/safety/evidence.hpp\"
 
-namespace biss::tools {
+namespace biss::cli {
 const char* const build_commit = \"${commit}\";
 }
 ")

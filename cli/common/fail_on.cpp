@@ -1,0 +1,57 @@
+#include "cli/common/fail_on.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace biss::cli {
+
+std::string FailOn::read(const std::vector<std::string>& words) {
+  for (const std::string& word : words) {
+    if (word == "any") {
+      any_ = true;
+    } else if (word == "nE") {
+      error_ = true;
+    } else if (word == "nW") {
+      warning_ = true;
+    } else if (word == "marginal") {
+      marginal_ = true;
+    } else if (word == "safety") {
+      safety_ = true;
+    } else if (const auto verdict = safety_verdict_of(word)) {
+      verdicts_.push_back(*verdict);
+    } else if (!read_status(word)) {
+      return fmt::format(
+          "--fail-on: '{}' is none of any, nE, nW, marginal, safety, its verdicts and the causes "
+          "of docs/status.md",
+          word);
+    }
+  }
+  return {};
+}
+
+bool FailOn::read_status(const std::string& word) {
+  for (std::size_t i = 1; i < decode::cycle_status_count; ++i) {
+    const auto status = static_cast<decode::CycleStatus>(i);
+    if (name_of(status) != word) continue;
+    statuses_.push_back(status);
+    return true;
+  }
+  return false;
+}
+
+bool FailOn::met_by(const decode::Statistics& statistics, const SafetyWatch* safety) const {
+  if (safety != nullptr) {
+    if (safety_ && safety->faults() != 0) return true;
+    const auto is_seen = [&](SafetyVerdict verdict) { return safety->count(verdict) != 0; };
+    if (std::any_of(verdicts_.begin(), verdicts_.end(), is_seen)) return true;
+  }
+  if (any_ && statistics.failed() != 0) return true;
+  if ((error_ || any_) && statistics.errors() != 0) return true;
+  if (warning_ && statistics.warnings() != 0) return true;
+  if (marginal_ && statistics.marginal() != 0) return true;
+  return std::any_of(statuses_.begin(), statuses_.end(),
+                     [&](auto status) { return statistics.count(status) != 0; });
+}
+
+}  // namespace biss::cli

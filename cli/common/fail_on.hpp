@@ -1,0 +1,36 @@
+// `decode --fail-on`: which rows make the command fail.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "cli/decode/safety.hpp"
+#include "decode/statistics.hpp"
+
+namespace biss::cli {
+
+class FailOn {
+ public:
+  /// any, nE, nW, marginal, safety, a SafetyVerdict or a CycleStatus but ok.
+  /// \return an empty text, or the one line why a word is wrong
+  std::string read(const std::vector<std::string>& words);
+
+  /// Whether only a monitor can tell.
+  bool asks_safety() const { return safety_ || !verdicts_.empty(); }
+
+  /// \param safety null where there is no monitor
+  bool met_by(const decode::Statistics& statistics, const SafetyWatch* safety) const;
+
+ private:
+  bool read_status(const std::string& word);
+
+  bool any_ = false;
+  bool error_ = false;
+  bool warning_ = false;
+  bool marginal_ = false;
+  bool safety_ = false;
+  std::vector<SafetyVerdict> verdicts_;
+  std::vector<decode::CycleStatus> statuses_;
+};
+
+}  // namespace biss::cli

@@ -1,0 +1,177 @@
+#include "cli/common/fault_option.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "cli/common/quantity.hpp"
+#include "cli/common/verb.hpp"
+
+namespace biss::cli {
+
+namespace {
+
+using sim::PlaceUnit;
+
+// A share from 0 to 1 in parts of 2^32, exact to a part in 10^9.
+std::optional<std::uint64_t> read_share(std::string_view text) {
+  constexpr std::uint64_t whole = std::uint64_t{1} << 32U;
+  if (text == "1") return whole;
+  if (text == "0") return 0;
+  if (!text.starts_with("0.") || text.size() > 11 || text.size() < 3) return std::nullopt;
+  std::uint64_t parts = 0;
+  std::uint64_t unit = 1;
+  for (const char c : text.substr(2)) {
+    if (c < '0' || c > '9') return std::nullopt;
+    parts = parts * 10 + static_cast<std::uint64_t>(c - '0');
+    unit *= 10;
+  }
+  return (parts << 32U) / unit;
+}
+
+std::string unknown_kind(const std::string& kind) {
+  const std::vector<std::string> kinds(sim::fault_names.begin(), sim::fault_names.end());
+  const std::string near = nearest(kind, kinds);
+  if (!near.empty()) return fmt::format("--fault: no kind '{}'; did you mean {}?", kind, near);
+  return fmt::format("--fault: no kind '{}'; there are {}", kind, fault_kinds_text());
+}
+
+constexpr std::array<std::string_view, 2> unit_names{"bit", "clock"};
+
+std::string_view name_of(PlaceUnit unit) { return unit_names[static_cast<std::size_t>(unit)]; }
+
+// A number with up to three decimals, in thousandths.
+std::optional<std::uint64_t> read_thousandths(std::string_view text) {
+  constexpr std::uint64_t most = 1'000'000'000;
+  const std::size_t point = std::min(text.find('.'), text.size());
+  const std::string_view decimals = text.substr(std::min(point + 1, text.size()));
+  if (text.starts_with("0x") || decimals.size() > 3) return std::nullopt;
+  if (point < text.size() && decimals.empty()) return std::nullopt;
+  const auto whole = parse_count(text.substr(0, point), most);
+  if (!whole.ok()) return std::nullopt;
+  std::uint64_t thousandths = *whole;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const char digit = i < decimals.size() ? decimals[i] : '0';
+    if (digit < '0' || digit > '9') return std::nullopt;
+    thousandths = thousandths * 10 + static_cast<std::uint64_t>(digit - '0');
+  }
+  return thousandths;
+}
+
+std::optional<sim::FaultPlace> read_place(std::string_view text) {
+  for (const PlaceUnit unit : {PlaceUnit::bit, PlaceUnit::clock}) {
+    const std::string_view name = name_of(unit);
+    if (!text.starts_with(name) || text.substr(name.size(), 1) != "=") continue;
+    const auto thousandths = read_thousandths(text.substr(name.size() + 1));
+    if (thousandths) return sim::FaultPlace{unit, *thousandths};
+  }
+  return std::nullopt;
+}
+
+// `12`, `12.25`.
+std::string text_of(const sim::FaultPlace& place) {
+  std::string text = fmt::format("{}={}", name_of(place.unit), place.whole());
+  if (place.thousandths % 1000 == 0) return text;
+  text += fmt::format(".{:03}", place.thousandths % 1000);
+  while (text.back() == '0') text.pop_back();
+  return text;
+}
+
+std::string check_place(sim::FaultKind kind, const sim::FaultPlace& place,
+                        const sim::NominalCycle& nominal) {
+  const auto name = sim::name_of(kind);
+  const sim::FaultPlaces places = places_of(kind, place.unit, nominal);
+  if (places.contains(place)) return {};
+  if (!sim::has_place(kind)) {
+    return fmt::format("--fault: {} has no place in a cycle, it lasts for the whole of it", name);
+  }
+  if (places.empty()) {
+    const PlaceUnit other = place.unit == PlaceUnit::bit ? PlaceUnit::clock : PlaceUnit::bit;
+    if (places_of(kind, other, nominal).empty()) {
+      return fmt::format("--fault: {} does not fit into this frame", name);
+    }
+    return fmt::format("--fault: {} takes a {}, not a {}", name, name_of(other),
+                       name_of(place.unit));
+  }
+  const std::string range =
+      fmt::format("{} {} to {}", name_of(place.unit), places.first, places.last);
+  if (place.whole() < places.first || place.whole() > places.last) {
+    return fmt::format("--fault: no {} for {}; on this line it takes {}", text_of(place), name,
+                       range);
+  }
+  return fmt::format("--fault: {} takes a whole {}, not {}", name, name_of(place.unit),
+                     text_of(place));
+}
+
+}  // namespace
+
+std::string fault_kinds_text() { return fmt::format("{}", fmt::join(sim::fault_names, ", ")); }
+
+std::string read_fault(const std::string& text, sim::FaultRule& rule) {
+  const std::string wrong = fmt::format(
+      "--fault: '{}' is not KIND:RATE with a rate of 0 to 1, nor KIND@CYCLE, with or without "
+      ",bit=N or ,clock=N behind it",
+      text);
+  const std::size_t mark = text.find_first_of(":@");
+  if (mark == std::string::npos) return wrong;
+  const std::string kind = text.substr(0, mark);
+  const auto name = std::find(sim::fault_names.begin(), sim::fault_names.end(), kind);
+  if (name == sim::fault_names.end()) return unknown_kind(kind);
+  rule = {.kind = static_cast<sim::FaultKind>(name - sim::fault_names.begin())};
+  const std::size_t comma = std::min(text.find(',', mark), text.size());
+  const std::string_view value = std::string_view(text).substr(mark + 1, comma - mark - 1);
+  if (comma < text.size()) {
+    rule.place = read_place(std::string_view(text).substr(comma + 1));
+    if (!rule.place) return wrong;
+  }
+  if (text[mark] == '@') {
+    const auto cycle = parse_count(value);
+    if (!cycle.ok()) return wrong;
+    rule.cycle = *cycle;
+    return {};
+  }
+  const auto share = read_share(value);
+  if (!share) return wrong;
+  rule.share = *share;
+  return {};
+}
+
+std::string check_faults(std::span<const sim::FaultRule> rules, const sim::NominalCycle& nominal,
+                         std::uint64_t cycles) {
+  for (std::size_t i = 0; i < rules.size(); ++i) {
+    const sim::FaultRule& rule = rules[i];
+    const auto same = [&](const sim::FaultRule& other) {
+      return other.kind == rule.kind && other.cycle == rule.cycle;
+    };
+    if (rule.cycle && *rule.cycle >= cycles) {
+      return fmt::format("--fault: no cycle {} for {}; there are {}, counted from 0", *rule.cycle,
+                         sim::name_of(rule.kind), cycles);
+    }
+    if (std::any_of(rules.begin(), rules.begin() + static_cast<std::ptrdiff_t>(i), same)) {
+      return fmt::format("--fault: {} is given twice{}; a kind strikes a cycle once",
+                         sim::name_of(rule.kind),
+                         rule.cycle ? fmt::format(" for cycle {}", *rule.cycle) : " by rate");
+    }
+    if (!rule.place) continue;
+    if (std::string wrong = check_place(rule.kind, *rule.place, nominal); !wrong.empty()) {
+      return wrong;
+    }
+  }
+  return {};
+}
+
+std::string text_of(std::span<const sim::FaultStrike> strikes) {
+  std::string text;
+  for (const sim::FaultStrike& strike : strikes) {
+    if (!text.empty()) text += ';';
+    text += fmt::format("{}@{}", sim::name_of(strike.kind), text_of(strike.place));
+  }
+  return text;
+}
+
+}  // namespace biss::cli

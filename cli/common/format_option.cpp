@@ -1,0 +1,254 @@
+#include "cli/common/format_option.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "biss/catalogue/catalogue.hpp"
+#include "biss/eds/profile.hpp"
+#include "biss/frame/format_parse.hpp"
+#include "biss/safety/configurations.hpp"
+#include "cli/common/quantity.hpp"
+#include "cli/common/verb.hpp"
+
+namespace biss::cli {
+namespace {
+
+constexpr std::string_view profile_prefix = "bp3:";
+
+DeviceChoice wrong(std::string error) { return {std::nullopt, std::move(error)}; }
+
+std::string shortened(std::string_view text, std::size_t most) {
+  if (text.size() <= most) return std::string(text);
+  return fmt::format("{}...", text.substr(0, most));
+}
+
+// One line: the text, the mistake, the character it is at, and what stands there.
+std::string grammar_error(std::string_view text, FormatTextError error) {
+  const std::string_view said = text_of(error.mistake);
+  const std::size_t split = std::min(said.find(';'), said.size());
+  std::string where;
+  if (error.mistake == FormatMistake::empty) {
+    where = "; write items like pos26,nE,nW,crc6 or a name that 'biss encoders' lists";
+  } else if (error.at >= text.size()) {
+    where = " at the end";
+  } else {
+    const std::string_view rest = text.substr(error.at);
+    const std::string_view token =
+        rest.substr(0, std::max<std::size_t>(rest.find_first_of(",+;"), 1));
+    where = fmt::format(" at character {} (\"{}\")", error.at + 1, shortened(token, 24));
+  }
+  return fmt::format("format \"{}\": {}{}{}", shortened(text, 72), said.substr(0, split), where,
+                     said.substr(split));
+}
+
+// Whoever writes one word without a separator means a name rather than the grammar.
+bool looks_like_a_name(std::string_view text, FormatTextError error) {
+  return error.mistake == FormatMistake::unknown_item && error.at == 0 &&
+         text.find_first_of(",+;") == std::string_view::npos;
+}
+
+std::string name_error(std::string_view text) {
+  const std::string names = suggested_encoders(text);
+  return fmt::format("format \"{}\": no such name or item{} ('biss encoders' lists the names)",
+                     shortened(text, 72),
+                     names.empty() ? "" : fmt::format("; did you mean {}?", names));
+}
+
+DeviceChoice from_profile(std::string_view text) {
+  const std::string_view digits = text.substr(profile_prefix.size());
+  const auto identifier = parse_count(digits, 0xFFFF);
+  if (!identifier.ok()) {
+    return wrong(
+        fmt::format("format \"{}\": the identifier is a number like bp3:0x621E, at most "
+                    "0xFFFF",
+                    shortened(text, 72)));
+  }
+  const ProfileIdentifier parts{static_cast<std::uint16_t>(*identifier)};
+  const auto format = profile_format(parts.raw);
+  if (!format.ok()) {
+    return wrong(fmt::format("format \"{}\": {}", text, biss::text_of(format.error())));
+  }
+  if (parts.profile() != Profile::bp3 && parts.profile() != Profile::bp3s) {
+    return wrong(fmt::format("format \"{}\": this identifier is {}'s and not BP3's", text,
+                             name_of(parts.profile())));
+  }
+  return {Device{*format, {}, nullptr}, {}};
+}
+
+std::string option_error(std::string_view option, Quantity quantity, std::string_view text,
+                         QuantityError error) {
+  return fmt::format("{} {}", option, quantity_error_text(quantity, text, error));
+}
+
+std::string read_duration(std::string_view option, std::string_view text, Picoseconds& time) {
+  const auto parsed = parse_duration(text);
+  if (!parsed.ok()) return option_error(option, Quantity::duration, text, parsed.error());
+  time = *parsed;
+  return {};
+}
+
+std::string read_timeout(std::string_view text, Timeout& timeout) {
+  const std::size_t colon = std::min(text.find(':'), text.size());
+  const std::string_view rule = text.substr(0, colon);
+  const bool has_time = colon != text.size();
+  if (rule == "adaptive") {
+    timeout = {TimeoutRule::adaptive, {}};
+  } else if (rule == "static" && has_time) {
+    timeout = {TimeoutRule::fixed, {}};
+  } else if (rule == "cycle" && has_time) {
+    timeout = {TimeoutRule::cycle, {}};
+  } else {
+    return fmt::format(
+        "--timeout \"{}\": no such rule; write adaptive, static:20us or cycle:31.25us",
+        shortened(text, 40));
+  }
+  return has_time ? read_duration("--timeout", text.substr(colon + 1), timeout.time)
+                  : std::string();
+}
+
+std::string read_release(const std::string& text, Timeout& timeout) {
+  const auto halves = parse_count(text, UINT8_MAX);
+  if (!halves.ok() || *halves < biss_release_half_periods_min) {
+    return fmt::format("--release '{}': must be a number from {} to {}, in half periods of MA",
+                       shortened(text, 40), biss_release_half_periods_min, UINT8_MAX);
+  }
+  timeout.release_half_periods = static_cast<std::uint8_t>(*halves);
+  return {};
+}
+
+std::string read_ack(const FormatArguments& arguments, DeviceTiming& timing) {
+  if (!arguments.ack_max.empty() && !arguments.ack_clocks.empty()) {
+    return "--ack-max and --ack-clocks exclude each other: ACK is bounded or fixed";
+  }
+  if (!arguments.ack_max.empty()) {
+    std::string error = read_duration("--ack-max", arguments.ack_max, timing.ack_max);
+    if (!error.empty()) return error;
+    if (timing.ack_max > biss_busy_max) {
+      return fmt::format("--ack-max '{}': too long; BiSS C allows 40 us", arguments.ack_max);
+    }
+    timing.ack_clocks = 0;
+  }
+  if (!arguments.ack_clocks.empty()) {
+    const auto clocks = parse_count(arguments.ack_clocks, biss_ack_max_clocks);
+    if (!clocks.ok() || *clocks == 0) {
+      return fmt::format("--ack-clocks '{}': must be a number from 1 to {}",
+                         shortened(arguments.ack_clocks, 40), biss_ack_max_clocks);
+    }
+    timing.ack_clocks = static_cast<std::uint16_t>(*clocks);
+  }
+  return {};
+}
+
+}  // namespace
+
+void add_format_option(CLI::App& verb, FormatArguments& arguments, bool required) {
+  verb.add_option("-f,--format", arguments.format,
+                  "What the bits mean: items in line order (pos26,nE,nW,crc6), a name that "
+                  "'biss encoders' lists, or bp3:0x621E")
+      ->required(required)
+      ->type_name("FORMAT");
+}
+
+void add_timing_options(CLI::App& verb, FormatArguments& arguments) {
+  const auto option = [&verb](const char* name, std::string& value, const char* type,
+                              const char* help) {
+    verb.add_option(name, value, help)->type_name(type)->group("Device timing");
+  };
+  option("--ack-max", arguments.ack_max, "TIME", "ACK at its longest: 16us");
+  option("--ack-clocks", arguments.ack_clocks, "N", "ACK where it always takes the same clocks");
+  option("--timeout", arguments.timeout, "RULE", "adaptive, static:20us or cycle:31.25us");
+  option("--release", arguments.release, "N",
+         "Half periods of MA that SLO stays low after its last edge where the frame outlasts a "
+         "timeout of cycle:…; 3, an assumption");
+  option("--clock-max", arguments.clock_max, "RATE", "The highest clock of the device");
+  option("--cycle-min", arguments.cycle_min, "TIME", "From one request to the next, at least");
+}
+
+DeviceChoice parse_device(std::string_view text) {
+  if (text.starts_with(profile_prefix)) return from_profile(text);
+  if (const CatalogueEntry* entry = find_encoder(text)) {
+    return {Device{entry->frame_format(), entry->timing, entry}, {}};
+  }
+  if (const SafetyConfiguration* known = find_safety_configuration(text)) {
+    return {Device{known->frame_format(), {}, nullptr}, {}};
+  }
+  const auto format = parse_format(text);
+  if (format.ok()) return {Device{*format, {}, nullptr}, {}};
+  const bool name = looks_like_a_name(text, format.error());
+  return wrong(name ? name_error(text) : grammar_error(text, format.error()));
+}
+
+DeviceChoice choose_device(const FormatArguments& arguments) {
+  DeviceChoice choice = parse_device(arguments.format);
+  if (!choice) return choice;
+  std::string error = override_timing(arguments, choice.device->timing);
+  return error.empty() ? choice : wrong(std::move(error));
+}
+
+std::string override_timing(const FormatArguments& arguments, DeviceTiming& timing) {
+  std::string error = read_ack(arguments, timing);
+  if (!error.empty()) return error;
+  if (!arguments.timeout.empty()) {
+    error = read_timeout(arguments.timeout, timing.timeout);
+    if (!error.empty()) return error;
+  }
+  if (!arguments.release.empty()) {
+    error = read_release(arguments.release, timing.timeout);
+    if (!error.empty()) return error;
+  }
+  if (!arguments.clock_max.empty()) {
+    const auto rate = parse_rate(arguments.clock_max);
+    if (!rate.ok()) {
+      return option_error("--clock-max", Quantity::rate, arguments.clock_max, rate.error());
+    }
+    if (*rate < timing.clock_min) {
+      return fmt::format("--clock-max '{}': below the device's lowest clock of {}",
+                         arguments.clock_max, text_of(timing.clock_min));
+    }
+    timing.clock_max = *rate;
+  }
+  if (!arguments.cycle_min.empty()) {
+    return read_duration("--cycle-min", arguments.cycle_min, timing.cycle_min);
+  }
+  return {};
+}
+
+std::string text_of(const Timeout& timeout) {
+  std::string time = text_of(timeout.time);
+  std::erase(time, ' ');
+  switch (timeout.rule) {
+    case TimeoutRule::adaptive:
+      return timeout.time == Picoseconds{} ? "adaptive" : "adaptive:" + time;
+    case TimeoutRule::fixed:
+      return "static:" + time;
+    case TimeoutRule::cycle:
+      return "cycle:" + time;
+  }
+  return {};
+}
+
+std::string suggested_encoders(std::string_view name) {
+  constexpr std::size_t most = 3;
+  if (name.size() < 2) return {};
+  std::string wanted(name);
+  for (char& c : wanted) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  std::vector<std::string> names;
+  std::vector<std::string> longer;
+  const auto add = [&](std::string_view known) {
+    names.emplace_back(known);
+    if (known.starts_with(wanted) && longer.size() < most) longer.push_back(names.back());
+  };
+  for (const CatalogueEntry& entry : catalogue) add(entry.name);
+  for (const SafetyConfiguration& each : safety_configurations) {
+    if (find_encoder(each.name) == nullptr) add(each.name);
+  }
+  return longer.empty() ? nearest(wanted, names) : fmt::format("{}", fmt::join(longer, ", "));
+}
+
+}  // namespace biss::cli

@@ -1,0 +1,28 @@
+#include "cli/common/message.hpp"
+
+#include <cstdio>
+#include <string>
+
+#include "report/text.hpp"
+
+namespace biss::cli {
+
+void warn(std::string_view text) {
+  std::string line = "biss: ";
+  report::append_printable(line, text);
+  line.push_back('\n');
+  print_summary(line);
+}
+
+ExitStatus fail(ExitStatus status, std::string_view text) {
+  warn(text);
+  return status;
+}
+
+// Nobody can be told that stderr is closed.
+void print_summary(std::string_view text) {
+  std::fwrite(text.data(), 1, text.size(), stderr);
+  std::fflush(stderr);
+}
+
+}  // namespace biss::cli

@@ -1,0 +1,328 @@
+#include "cli/common/output.hpp"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <thread>
+
+namespace biss::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A folder of its own, removed at the end; SIGPIPE ignored as the command does.
+class OutputTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = testing::TempDir() + "biss-output-XXXXXX";
+    ASSERT_NE(::mkdtemp(pattern.data()), nullptr);
+    folder_ = pattern;
+    std::signal(SIGPIPE, SIG_IGN);
+  }
+  void TearDown() override {
+    std::error_code ignored;
+    fs::remove_all(folder_, ignored);
+  }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  std::size_t files() const {
+    return static_cast<std::size_t>(
+        std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
+  }
+  static std::string content(const std::string& path) {
+    std::ostringstream text;
+    text << std::ifstream(path, std::ios::binary).rdbuf();
+    return text.str();
+  }
+  static void put(const std::string& path, const std::string& text) {
+    std::ofstream(path, std::ios::binary) << text;
+  }
+  static mode_t mode(const std::string& path) {
+    struct stat about {};
+    EXPECT_EQ(::stat(path.c_str(), &about), 0);
+    return about.st_mode & 07777U;
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(OutputTest, NewFile_AppearsOnlyAtTheEndWithTheModeOfTheUmask) {
+  const mode_t before = ::umask(027);
+  Output output;
+  ASSERT_TRUE(output.open(path("new.csv")));
+  ASSERT_TRUE(output.write("text\n"));
+  EXPECT_FALSE(fs::exists(path("new.csv")));
+  EXPECT_TRUE(output.finish());
+  ::umask(before);
+  EXPECT_EQ(content(path("new.csv")), "text\n");
+  EXPECT_EQ(mode(path("new.csv")), 0640U);
+  EXPECT_EQ(files(), 1U);
+  EXPECT_EQ(output.status(), ExitStatus::done);
+}
+
+TEST_F(OutputTest, ExistingFile_StaysUntilTheEndAndKeepsItsMode) {
+  put(path("old"), "old");
+  fs::permissions(path("old"), fs::perms(0600));
+  Output output;
+  ASSERT_TRUE(output.open(path("old")));
+  ASSERT_TRUE(output.write(std::string(1'000'000, 'x')));
+  EXPECT_EQ(content(path("old")), "old");
+  ASSERT_TRUE(output.finish());
+  EXPECT_EQ(content(path("old")).size(), 1'000'000U);
+  EXPECT_EQ(mode(path("old")), 0600U);
+}
+
+TEST_F(OutputTest, NoFinish_LeavesTheOldFileAndNoTemporaryOne) {
+  put(path("old"), "old");
+  {
+    Output output;
+    ASSERT_TRUE(output.open(path("old")));
+    output.write("half");
+    EXPECT_EQ(files(), 2U);
+  }
+  EXPECT_EQ(content(path("old")), "old");
+  EXPECT_EQ(files(), 1U);
+}
+
+TEST_F(OutputTest, Abandoned_LeavesNothing) {
+  Output output;
+  ASSERT_TRUE(output.open(path("new")));
+  output.write("half");
+  output.abandon();
+  EXPECT_EQ(files(), 0U);
+  EXPECT_FALSE(output.write("more"));
+  EXPECT_FALSE(output.finish());
+}
+
+TEST_F(OutputTest, SymbolicLink_StaysAndItsTargetIsReplaced) {
+  fs::create_directory(path("deep"));
+  put(path("deep/target"), "old");
+  fs::create_symlink("deep/target", path("link"));
+  fs::create_symlink("link", path("link2"));
+  Output output;
+  ASSERT_TRUE(output.open(path("link2")));
+  output.write("new");
+  ASSERT_TRUE(output.finish());
+  EXPECT_TRUE(fs::is_symlink(path("link2")));
+  EXPECT_TRUE(fs::is_symlink(path("link")));
+  EXPECT_EQ(content(path("deep/target")), "new");
+}
+
+TEST_F(OutputTest, DanglingLink_CreatesItsTarget) {
+  fs::create_symlink("missing", path("link"));
+  Output output;
+  ASSERT_TRUE(output.open(path("link")));
+  output.write("new");
+  ASSERT_TRUE(output.finish());
+  EXPECT_TRUE(fs::is_symlink(path("link")));
+  EXPECT_EQ(content(path("missing")), "new");
+}
+
+TEST_F(OutputTest, LinksInACircle_AreAnError) {
+  fs::create_symlink("b", path("a"));
+  fs::create_symlink("a", path("b"));
+  Output output;
+  EXPECT_FALSE(output.open(path("a")));
+  EXPECT_EQ(output.status(), ExitStatus::io);
+}
+
+TEST_F(OutputTest, LongestName_IsWritten) {
+  const std::string name(255, 'n');
+  Output output;
+  ASSERT_TRUE(output.open(path(name)));
+  output.write("x");
+  EXPECT_TRUE(output.finish());
+  EXPECT_EQ(content(path(name)), "x");
+}
+
+TEST_F(OutputTest, Folder_IsRefused) {
+  Output output;
+  EXPECT_FALSE(output.open(folder_.string()));
+  EXPECT_EQ(output.error(), "cannot write '" + folder_.string() + "': Is a directory");
+  EXPECT_EQ(output.status(), ExitStatus::io);
+}
+
+TEST_F(OutputTest, FolderMissing_IsRefused) {
+  Output output;
+  EXPECT_FALSE(output.open(path("none/file")));
+  EXPECT_NE(output.error().find("No such file"), std::string::npos) << output.error();
+}
+
+TEST_F(OutputTest, TwoOutputsInOneFolder_DoNotDisturbEachOther) {
+  Output a;
+  Output b;
+  ASSERT_TRUE(a.open(path("a")));
+  ASSERT_TRUE(b.open(path("b")));
+  a.write("A");
+  b.write("B");
+  ASSERT_TRUE(b.finish());
+  ASSERT_TRUE(a.finish());
+  EXPECT_EQ(content(path("a")), "A");
+  EXPECT_EQ(content(path("b")), "B");
+}
+
+TEST_F(OutputTest, TargetBecomesAFolder_FailsTheFinish) {
+  Output output;
+  ASSERT_TRUE(output.open(path("x")));
+  output.write("text");
+  fs::create_directory(path("x"));
+  EXPECT_FALSE(output.finish());
+  EXPECT_EQ(output.status(), ExitStatus::io);
+  EXPECT_EQ(files(), 1U);
+}
+
+TEST_F(OutputTest, DevNull_TakesAllAndStaysADevice) {
+  Output output;
+  ASSERT_TRUE(output.open("/dev/null"));
+  EXPECT_TRUE(output.write(std::string(200'000, 'x')));
+  EXPECT_TRUE(output.finish());
+  EXPECT_TRUE(fs::is_character_file("/dev/null"));
+}
+
+TEST_F(OutputTest, DevFull_SmallText_FailsTheFinish) {
+  Output output;
+  ASSERT_TRUE(output.open("/dev/full"));
+  EXPECT_TRUE(output.write("x"));
+  EXPECT_FALSE(output.finish());
+  EXPECT_EQ(output.error(), "cannot write '/dev/full': No space left on device");
+  EXPECT_EQ(output.status(), ExitStatus::io);
+}
+
+TEST_F(OutputTest, DevFull_LargeText_FailsTheWriteAndAllAfter) {
+  Output output;
+  ASSERT_TRUE(output.open("/dev/full"));
+  EXPECT_FALSE(output.write(std::string(200'000, 'x')));
+  EXPECT_FALSE(output.write("more"));
+  EXPECT_FALSE(output.finish());
+  EXPECT_EQ(output.status(), ExitStatus::io);
+}
+
+TEST_F(OutputTest, NamedPipe_IsWrittenStraight) {
+  ASSERT_EQ(::mkfifo(path("pipe").c_str(), 0600), 0);
+  std::string received;
+  std::thread reader([&] { received = content(path("pipe")); });
+  Output output;
+  EXPECT_TRUE(output.open(path("pipe")));
+  EXPECT_TRUE(output.write(std::string(300'000, 'x')));
+  EXPECT_TRUE(output.finish());
+  reader.join();
+  EXPECT_EQ(received.size(), 300'000U);
+  EXPECT_TRUE(fs::is_fifo(path("pipe")));
+}
+
+TEST_F(OutputTest, ReaderLeaves_StopsQuietly) {
+  int ends[2] = {};
+  ASSERT_EQ(::pipe(ends), 0);
+  Output output;
+  ASSERT_TRUE(output.open("/dev/fd/" + std::to_string(ends[1])));
+  ::close(ends[0]);
+  EXPECT_FALSE(output.write(std::string(200'000, 'x')));
+  EXPECT_TRUE(output.reader_left());
+  EXPECT_EQ(output.error(), "");
+  EXPECT_EQ(output.status(), ExitStatus::done);
+  ::close(ends[1]);
+}
+
+TEST_F(OutputTest, NameOfAnOpenFile_IsAppendedToAndNotReplaced) {
+  put(path("log"), "first\n");
+  const int descriptor = ::open(path("log").c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
+  ASSERT_GE(descriptor, 0);
+  Output output;
+  ASSERT_TRUE(output.open("/dev/fd/" + std::to_string(descriptor)));
+  output.write("second\n");
+  ASSERT_TRUE(output.finish());
+  ::close(descriptor);
+  EXPECT_EQ(content(path("log")), "first\nsecond\n");
+}
+
+TEST_F(OutputTest, AbandonedStraight_KeepsWhatWasTaken) {
+  put(path("log"), "");
+  const int descriptor = ::open(path("log").c_str(), O_WRONLY | O_CLOEXEC);
+  ASSERT_GE(descriptor, 0);
+  {
+    Output output;
+    ASSERT_TRUE(output.open("/dev/fd/" + std::to_string(descriptor)));
+    output.write("so far\n");
+  }
+  ::close(descriptor);
+  EXPECT_EQ(content(path("log")), "so far\n");
+}
+
+// In a process of its own: the signal must end it and leave no file behind.
+TEST_F(OutputTest, SignalThatEndsTheProcess_RemovesTheTemporaryFile) {
+  put(path("old"), "old");
+  const pid_t child = ::fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    prepare_process();
+    Output output;
+    if (!output.open(path("old")) || !output.write("half")) ::_exit(9);
+    std::raise(SIGTERM);
+    ::_exit(8);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFSIGNALED(status));
+  EXPECT_EQ(WTERMSIG(status), SIGTERM);
+  EXPECT_EQ(content(path("old")), "old");
+  EXPECT_EQ(files(), 1U);
+}
+
+TEST_F(OutputTest, FileSizeLimit_IsAnErrorAndLeavesTheOldFile) {
+  put(path("old"), "old");
+  const pid_t child = ::fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    prepare_process();
+    const rlimit limit = {4096, 4096};
+    if (::setrlimit(RLIMIT_FSIZE, &limit) != 0) ::_exit(9);
+    Output output;
+    const bool told = output.open(path("old")) && !output.write(std::string(200'000, 'x')) &&
+                      !output.error().empty();
+    ::_exit(told ? 0 : 1);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+  EXPECT_EQ(content(path("old")), "old");
+  EXPECT_EQ(files(), 1U);
+}
+
+TEST_F(OutputTest, StdoutClosed_IsAnErrorAndNoOtherFileTakesItsPlace) {
+  const pid_t child = ::fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    ::close(STDOUT_FILENO);
+    prepare_process();
+    const int file = ::open(path("victim").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+    Output output;
+    const bool told =
+        output.open("-") && output.write("text") && !output.finish() && !output.error().empty();
+    ::_exit(file > STDERR_FILENO && told ? 0 : 1);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+  EXPECT_EQ(fs::file_size(path("victim")), 0U);
+}
+
+TEST_F(OutputTest, Colour_IsForTerminalsOnly) {
+  Output output;
+  ASSERT_TRUE(output.open("/dev/null"));
+  EXPECT_FALSE(output.wants_colour());
+}
+
+}  // namespace
+}  // namespace biss::cli

@@ -1,0 +1,321 @@
+#include "cli/common/quantity.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <span>
+
+#include "report/text.hpp"
+
+namespace biss::cli {
+namespace {
+
+// A unit is worth 10^exponent of the smallest step.
+struct Unit {
+  std::string_view name;
+  unsigned exponent;
+};
+
+struct Scale {
+  std::span<const Unit> units;  // from small to large; the last name of an exponent is printed
+  std::string_view bare;        // unit of a bare number; empty: only 0 may be bare
+  std::uint64_t least;
+  std::uint64_t greatest;
+};
+
+constexpr std::array rate_units = {Unit{"Hz", 0}, Unit{"kHz", 3}, Unit{"MHz", 6}, Unit{"GHz", 9}};
+// Both characters that look like a micro sign are in use: U+00B5 and the Greek letter.
+constexpr std::array duration_units = {Unit{"ps", 0},      Unit{"ns", 3}, Unit{"\u00B5s", 6},
+                                       Unit{"\u03BCs", 6}, Unit{"us", 6}, Unit{"ms", 9},
+                                       Unit{"s", 12}};
+constexpr std::array length_units = {Unit{"mm", 0}, Unit{"cm", 1}, Unit{"m", 3}, Unit{"km", 6}};
+constexpr std::array duty_units = {Unit{"%", 1}};
+constexpr std::array deviation_units = {Unit{"ppm", 0}, Unit{"%", 4}};
+
+constexpr Scale rate_scale = {rate_units, "Hz", 1, UINT32_MAX};
+constexpr Scale duration_scale = {duration_units, "", 0, 1000U * std::uint64_t{1'000'000'000'000}};
+constexpr Scale length_scale = {length_units, "m", 0, 10'000'000};
+constexpr Scale duty_scale = {duty_units, "", 1, 999};
+constexpr Scale deviation_scale = {deviation_units, "", 0, 100'000};
+
+using Parsed = Result<std::uint64_t, QuantityError>;
+
+Failure<QuantityError> wrong(QuantityCause cause, std::size_t at) {
+  return failure(QuantityError{cause, at});
+}
+
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+std::size_t skip_digits(std::string_view text, std::size_t at) {
+  while (at < text.size() && is_digit(text[at])) ++at;
+  return at;
+}
+
+// Where the number ends and how many digits stand after its point.
+struct Number {
+  std::size_t end = 0;
+  std::size_t point = 0;  // place of the point, or the end
+};
+
+Result<Number, QuantityError> scan_number(std::string_view text) {
+  if (text.empty()) return wrong(QuantityCause::empty, 0);
+  if (text[0] == '-') return wrong(QuantityCause::negative, 0);
+  const std::size_t whole = skip_digits(text, 0);
+  if (whole == 0) return wrong(QuantityCause::not_a_number, 0);
+  if (whole == text.size()) return Number{whole, whole};
+  if (text[whole] == ',') return wrong(QuantityCause::decimal_comma, whole);
+  if (text[whole] != '.') return Number{whole, whole};
+  const std::size_t end = skip_digits(text, whole + 1);
+  if (end == whole + 1) return wrong(QuantityCause::not_a_number, end);
+  return Number{end, whole};
+}
+
+// The digits times 10^exponent; a digit that would be less than one step must be 0.
+Parsed scale_number(std::string_view text, Number number, unsigned exponent,
+                    std::uint64_t greatest) {
+  std::uint64_t value = 0;
+  const auto push = [&value, greatest](unsigned digit) {
+    if (value > (greatest - digit) / 10) return false;
+    value = value * 10 + digit;
+    return true;
+  };
+  unsigned places = 0;
+  for (std::size_t i = 0; i < number.end; ++i) {
+    if (i == number.point) continue;
+    const auto digit = static_cast<unsigned>(text[i] - '0');
+    if (i > number.point && places == exponent) {
+      if (digit != 0) return wrong(QuantityCause::too_fine, i);
+      continue;
+    }
+    if (i > number.point) ++places;
+    if (!push(digit)) return wrong(QuantityCause::too_large, 0);
+  }
+  for (; places < exponent; ++places) {
+    if (!push(0)) return wrong(QuantityCause::too_large, 0);
+  }
+  return value;
+}
+
+Parsed parse(std::string_view text, const Scale& scale) {
+  const auto number = scan_number(text);
+  if (!number) return failure(number.error());
+  std::size_t unit_at = number->end;
+  if (unit_at + 1 < text.size() && text[unit_at] == ' ') ++unit_at;
+  std::string_view name = text.substr(unit_at);
+  if (name.empty()) name = scale.bare;
+  if (name.empty()) {
+    const bool zero = text.find_first_not_of("0.") == std::string_view::npos;
+    if (zero && scale.least == 0) return std::uint64_t{0};
+    return wrong(QuantityCause::unit_missing, unit_at);
+  }
+  for (const Unit& unit : scale.units) {
+    if (unit.name != name) continue;
+    const Parsed value = scale_number(text, *number, unit.exponent, scale.greatest);
+    if (value && *value < scale.least) return wrong(QuantityCause::too_small, 0);
+    return value;
+  }
+  return wrong(QuantityCause::unknown_unit, unit_at);
+}
+
+const Scale& scale_of(Quantity quantity) {
+  switch (quantity) {
+    case Quantity::rate:
+      return rate_scale;
+    case Quantity::duration:
+      return duration_scale;
+    case Quantity::duty:
+      return duty_scale;
+    case Quantity::deviation:
+      return deviation_scale;
+    case Quantity::length:
+    case Quantity::count:
+      break;
+  }
+  return length_scale;
+}
+
+std::string_view units_of(Quantity quantity) {
+  switch (quantity) {
+    case Quantity::rate:
+      return "Hz, kHz, MHz or GHz";
+    case Quantity::duration:
+      return "ps, ns, us, ms or s";
+    case Quantity::length:
+      return "mm, cm, m or km";
+    case Quantity::duty:
+      return "%";
+    case Quantity::deviation:
+      return "ppm or %";
+    case Quantity::count:
+      break;
+  }
+  return "no unit";
+}
+
+std::string range_of(Quantity quantity, std::uint64_t largest) {
+  switch (quantity) {
+    case Quantity::rate:
+      return "1 Hz to 4.294967295 GHz in steps of 1 Hz";
+    case Quantity::duration:
+      return "0 to 1000 s in steps of 1 ps";
+    case Quantity::length:
+      return "0 to 10 km in steps of 1 mm";
+    case Quantity::duty:
+      return "0.1 % to 99.9 % in steps of 0.1 %";
+    case Quantity::deviation:
+      return "-10 % to 10 % in steps of 1 ppm";
+    case Quantity::count:
+      break;
+  }
+  return fmt::format("0 to {}", largest);
+}
+
+// `Mhz` -> ` (did you mean MHz?)`: only when case is all that differs.
+std::string other_case(Quantity quantity, std::string_view name) {
+  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; };
+  for (const Unit& unit : scale_of(quantity).units) {
+    bool same = unit.name.size() == name.size();
+    for (std::size_t i = 0; same && i < name.size(); ++i) {
+      same = lower(unit.name[i]) == lower(name[i]);
+    }
+    if (same) return fmt::format(" (did you mean {}?)", unit.name);
+  }
+  return {};
+}
+
+std::string cause_text(Quantity quantity, std::string_view text, QuantityError error,
+                       std::uint64_t largest) {
+  switch (error.cause) {
+    case QuantityCause::empty:
+      return "empty, where a number must stand";
+    case QuantityCause::negative:
+      return fmt::format("negative; possible are {}", range_of(quantity, largest));
+    case QuantityCause::not_a_number:
+      return "not a number";
+    case QuantityCause::decimal_comma:
+      return "a comma; write the decimal point as '.'";
+    case QuantityCause::unit_missing:
+      return fmt::format("no unit; use {}", units_of(quantity));
+    case QuantityCause::unknown_unit:
+      return fmt::format("unknown unit{}; use {}", other_case(quantity, text.substr(error.at)),
+                         units_of(quantity));
+    case QuantityCause::too_fine:
+      return fmt::format("too many places; possible are {}", range_of(quantity, largest));
+    case QuantityCause::too_small:
+      return fmt::format("too small; possible are {}", range_of(quantity, largest));
+    case QuantityCause::too_large:
+      return fmt::format("too large; possible are {}", range_of(quantity, largest));
+  }
+  return {};
+}
+
+std::string format(report::Magnitude number, const Scale& scale, unsigned max_places) {
+  const Unit* unit = &scale.units.front();
+  std::uint64_t worth = 1;
+  unsigned exponent = 0;
+  for (const Unit& candidate : scale.units) {
+    for (; exponent < candidate.exponent; ++exponent) worth *= 10;
+    if (number.value >= worth) unit = &candidate;
+  }
+  std::string out;
+  report::append_fixed(out, number, unit->exponent, std::min(unit->exponent, max_places));
+  if (out.find('.') != std::string::npos) {
+    while (out.back() == '0') out.pop_back();
+    if (out.back() == '.') out.pop_back();
+  }
+  return out.append(" ").append(unit->name);
+}
+
+int hex_value(char c) {
+  if (is_digit(c)) return c - '0';
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  return c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
+}
+
+}  // namespace
+
+Result<Hertz, QuantityError> parse_rate(std::string_view text) {
+  const Parsed value = parse(text, rate_scale);
+  if (!value) return failure(value.error());
+  return hertz(static_cast<std::uint32_t>(*value));
+}
+
+Result<Picoseconds, QuantityError> parse_duration(std::string_view text) {
+  const Parsed value = parse(text, duration_scale);
+  if (!value) return failure(value.error());
+  return picoseconds(static_cast<std::int64_t>(*value));
+}
+
+Result<Millimetres, QuantityError> parse_length(std::string_view text) {
+  const Parsed value = parse(text, length_scale);
+  if (!value) return failure(value.error());
+  return Millimetres{static_cast<std::int64_t>(*value)};
+}
+
+Result<std::uint32_t, QuantityError> parse_duty(std::string_view text) {
+  const Parsed value = parse(text, duty_scale);
+  if (!value) return failure(value.error());
+  return static_cast<std::uint32_t>(*value);
+}
+
+Result<std::int32_t, QuantityError> parse_deviation(std::string_view text) {
+  const bool negative = text.starts_with('-');
+  const std::size_t sign = negative || text.starts_with('+') ? 1 : 0;
+  const Parsed value = parse(text.substr(sign), deviation_scale);
+  // A second sign is none.
+  if (!value && value.error().cause == QuantityCause::negative && sign != 0) {
+    return wrong(QuantityCause::not_a_number, sign);
+  }
+  if (!value) return wrong(value.error().cause, value.error().at + sign);
+  const auto deviation = static_cast<std::int32_t>(*value);
+  return negative ? -deviation : deviation;
+}
+
+Result<std::uint64_t, QuantityError> parse_count(std::string_view text, std::uint64_t largest) {
+  if (text.empty()) return wrong(QuantityCause::empty, 0);
+  if (text[0] == '-') return wrong(QuantityCause::negative, 0);
+  const bool hex = text.starts_with("0x") || text.starts_with("0X");
+  const std::uint64_t base = hex ? 16 : 10;
+  if (hex && text.size() == 2) return wrong(QuantityCause::not_a_number, 2);
+  std::uint64_t value = 0;
+  bool fits = true;
+  for (std::size_t i = hex ? 2 : 0; i < text.size(); ++i) {
+    const int found = hex_value(text[i]);
+    const auto digit = static_cast<std::uint64_t>(found);
+    if (found < 0 || digit >= base) return wrong(QuantityCause::not_a_number, i);
+    fits = fits && digit <= largest && value <= (largest - digit) / base;
+    if (fits) value = value * base + digit;
+  }
+  if (!fits) return wrong(QuantityCause::too_large, 0);
+  return value;
+}
+
+std::string quantity_error_text(Quantity quantity, std::string_view text, QuantityError error,
+                                std::uint64_t largest) {
+  // The other causes speak of the text as a whole.
+  const bool place =
+      error.cause == QuantityCause::decimal_comma || error.cause == QuantityCause::unknown_unit ||
+      error.cause == QuantityCause::too_fine || error.cause == QuantityCause::not_a_number;
+  const std::string where = place ? fmt::format("at character {}: ", error.at + 1) : "";
+  constexpr std::size_t longest_shown = 40;
+  const bool cut = text.size() > longest_shown;
+  return fmt::format("'{}{}': {}{}", text.substr(0, longest_shown), cut ? "..." : "", where,
+                     cause_text(quantity, text, error, largest));
+}
+
+std::string text_of(Hertz rate, unsigned max_places) {
+  return format({rate.count, false}, rate_scale, max_places);
+}
+
+std::string text_of(Picoseconds duration, unsigned max_places) {
+  if (duration == Picoseconds{}) return "0 s";
+  return format(report::magnitude_of(duration.count), duration_scale, max_places);
+}
+
+std::string text_of(Millimetres length, unsigned max_places) {
+  if (length == Millimetres{}) return "0 m";
+  return format(report::magnitude_of(length.count), length_scale, max_places);
+}
+
+}  // namespace biss::cli

@@ -1,0 +1,34 @@
+// `--raw-rate` and `--raw-bytes`: what a file of raw samples does not say of itself.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "biss/base/units.hpp"
+#include "capture/sample_layout.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace biss::cli {
+
+/// What the user said of his raw samples.
+struct RawSamples {
+  /// Nothing: he has none.
+  std::optional<Hertz> rate;
+  /// Of a sample, 1 to 8.
+  std::uint64_t bytes = 1;
+};
+
+/// Declares both options. \pre raw outlives the parsing
+void add_raw_options(CLI::App& verb, RawSamples& raw);
+
+/// The layout of one file. Bit k of a sample is the line `Dk`, bit 0 the lowest of the first byte.
+/// Where `ma` and `slo` both name such a line, no other bit is looked at; else every one is a line.
+/// \param ma,slo names of lines in this file; empty where not known
+/// \pre raw.rate is given
+capture::RawLayout layout_of(const RawSamples& raw, const std::string& ma, const std::string& slo);
+
+}  // namespace biss::cli

@@ -1,0 +1,18 @@
+// The verbs of the command; each is defined in the file of its name.
+#pragma once
+
+namespace biss::cli {
+
+class Command;
+
+void add_decode(Command& command);
+void add_conform(Command& command);
+void add_crc(Command& command);
+void add_encoders(Command& command);
+void add_eds(Command& command);
+void add_plan(Command& command);
+void add_registers(Command& command);
+void add_safety(Command& command);
+void add_simulate(Command& command);
+
+}  // namespace biss::cli

@@ -1,0 +1,321 @@
+// biss crc: the frame for a position, bit by bit.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "biss/frame/codec.hpp"
+#include "biss/frame/encode.hpp"
+#include "cli/common/format_option.hpp"
+#include "cli/common/verb.hpp"
+#include "cli/common/verbs.hpp"
+
+namespace biss::cli {
+namespace {
+
+struct CrcOptions {
+  FormatArguments arguments;
+  std::vector<std::string> positions;
+  bool error = false;
+  bool warning = false;
+  std::optional<std::uint64_t> life_counter;
+  report::Format to = report::Format::table;
+  std::string output;
+};
+
+/// A frame to be sent, or the one line why there is none.
+struct ChosenFrame {
+  Frame frame;
+  std::string error;
+};
+
+std::string channel_word(const FrameFormat& format, std::size_t k) {
+  return format.channel_count == 1 ? "" : fmt::format(" of channel {}", k + 1);
+}
+
+// The options speak of all channels that have such a bit; one at least must.
+std::string check_flags(const CrcOptions& options, const FrameFormat& format) {
+  const auto any = [&format](auto has) {
+    return std::any_of(format.channels().begin(), format.channels().end(), has);
+  };
+  if (options.error && !any([](const ChannelFormat& c) { return c.error.present; })) {
+    return "--error: the format has no error bit (nE or E)";
+  }
+  if (options.warning && !any([](const ChannelFormat& c) { return c.warning.present; })) {
+    return "--warning: the format has no warning bit (nW or W)";
+  }
+  if (options.life_counter &&
+      !any([](const ChannelFormat& c) { return c.life_counter.present(); })) {
+    return "--lc: the format has no counter (lcN)";
+  }
+  return {};
+}
+
+std::string set_position(Channel& channel, std::string_view text, unsigned bits,
+                         const std::string& where) {
+  const std::uint64_t largest = low_mask(bits);
+  if (bits == 0 && text != "0")
+    return fmt::format("position {}{}: there is none, give 0", text, where);
+  const auto position = parse_count(text, largest);
+  if (position.ok()) {
+    channel.position = *position;
+    return {};
+  }
+  if (position.error().cause == QuantityCause::too_large) {
+    return fmt::format("position {}{}: too large; {} bits hold at most {} (0x{:X})", text, where,
+                       bits, largest, largest);
+  }
+  return fmt::format("position {}{}", quantity_error_text(Quantity::count, text, position.error()),
+                     where);
+}
+
+ChosenFrame chosen_frame(const CrcOptions& options, const FrameFormat& format) {
+  ChosenFrame chosen;
+  if (options.positions.size() != format.channel_count) {
+    chosen.error =
+        fmt::format("the format has {} channel{}: give {}, one a channel", format.channel_count,
+                    format.channel_count == 1 ? "" : "s",
+                    format.channel_count == 1 ? std::string("one position")
+                                              : fmt::format("{} positions", format.channel_count));
+    return chosen;
+  }
+  chosen.error = check_flags(options, format);
+  Frame& frame = chosen.frame;
+  frame.channel_count = format.channel_count;
+  frame.lead_clocks = 1;
+  frame.ack_clocks = 1;
+  for (std::size_t k = 0; k < format.channel_count && chosen.error.empty(); ++k) {
+    const ChannelFormat& channel = format.channel_list[k];
+    Channel& values = frame.channel_list[k];
+    chosen.error = set_position(values, options.positions[k], channel.position_bits(),
+                                channel_word(format, k));
+    if (!chosen.error.empty()) return chosen;
+    if (channel.error.present) values.nE = !options.error;
+    if (channel.warning.present) values.nW = !options.warning;
+    if (!channel.life_counter.present()) continue;
+    const std::uint64_t largest = low_mask(channel.life_counter.bits);
+    const std::uint64_t count = options.life_counter.value_or(0);
+    if (count > largest) {
+      chosen.error = fmt::format("--lc {}: too large; {} bits hold at most {}", count,
+                                 channel.life_counter.bits, largest);
+    }
+    values.life_counter = static_cast<std::uint32_t>(count);
+  }
+  return chosen;
+}
+
+// A row of the table for eyes: some bits of the frame that belong together.
+struct Part {
+  std::string name;
+  std::size_t channel = 0;  // from 1; 0: belongs to no channel
+  std::uint64_t word = 0;   // as on the line
+  unsigned bits = 0;
+  std::string value;
+  std::string meaning;
+};
+
+// From the right, so that the groups are the hexadecimal digits.
+std::string in_fours(std::uint64_t word, unsigned bits) {
+  std::string out;
+  for (unsigned i = bits; i-- > 0;) {
+    out.push_back(((word >> i) & 1U) != 0 ? '1' : '0');
+    if (i % 4 == 0 && i != 0) out.push_back(' ');
+  }
+  return out;
+}
+
+std::string both(std::uint64_t value) {
+  return value < 10 ? fmt::format("{}", value) : fmt::format("{} = 0x{:X}", value, value);
+}
+
+Part flag_part(std::string name, const FlagField& flag, bool low_active, std::string_view what) {
+  const std::uint64_t bit = flag.placed(low_active) >> flag.shift;
+  if (flag.active_high) name.erase(0, 1);
+  return {std::move(name),
+          0,
+          bit,
+          1,
+          fmt::format("{}", bit),
+          low_active ? fmt::format("no {}", what) : std::string(what)};
+}
+
+std::string crc_meaning(const ChannelFormat& channel) {
+  std::string out = fmt::format("0x{:X}", channel.crc.polynomial);
+  if (channel.crc.start != 0) out += fmt::format(", start 0x{:X}", channel.crc.start);
+  return out + fmt::format(", {}, over {} bits", channel.crc.inverted ? "inverted" : "not inverted",
+                           channel.data_bits);
+}
+
+// The channel's fields in line order, what lies between them as padding.
+std::vector<Part> parts_of(const ChannelFormat& format, const Channel& channel) {
+  const std::uint64_t data = pack(format, channel);
+  std::vector<std::pair<unsigned, Part>> fields;
+  const auto add = [&](std::string name, const Field& field, std::uint64_t value,
+                       std::string meaning) {
+    if (!field.present()) return;
+    fields.push_back(
+        {field.shift,
+         {std::move(name), 0, field.of(data), field.bits, both(value), std::move(meaning)}});
+  };
+  add("position", format.position, channel.position, "most significant bit first");
+  const unsigned below = format.singleturn.bits;
+  const std::uint64_t singleturn = channel.position & low_mask(below);
+  const std::uint64_t turns = below < 64 ? channel.position >> below : 0;
+  add("multiturn", format.multiturn, turns, "whole turns");
+  add("singleturn", format.singleturn, singleturn,
+      format.singleturn_gray ? "within a turn, Gray code" : "within a turn");
+  add("counter", format.life_counter, channel.life_counter, "sign of life");
+  if (format.error.present) {
+    fields.push_back({format.error.shift, flag_part("nE", format.error, channel.nE, "error")});
+  }
+  if (format.warning.present) {
+    fields.push_back(
+        {format.warning.shift, flag_part("nW", format.warning, channel.nW, "warning")});
+  }
+  std::sort(fields.begin(), fields.end(),
+            [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::vector<Part> parts;
+  unsigned top = format.data_bits;
+  const auto pad_down_to = [&](unsigned shift) {
+    if (shift < top) parts.push_back({"padding", 0, 0, top - shift, "0", "not judged"});
+  };
+  for (auto& [shift, part] : fields) {
+    pad_down_to(shift + part.bits);
+    top = shift;
+    parts.push_back(std::move(part));
+  }
+  pad_down_to(0);
+  return parts;
+}
+
+std::vector<Part> all_parts(const FrameFormat& format, const Frame& frame,
+                            const PlainCodec& codec) {
+  std::vector<Part> parts{{"START", 0, 1, 1, "1", "the first 1 after ACK"},
+                          {"CDS", 0, 0, 1, "0", format.cds0 ? "always 0" : "control data, 0 here"}};
+  for (std::size_t k = 0; k < format.channel_count; ++k) {
+    const ChannelFormat& channel = format.channel_list[k];
+    for (Part& part : parts_of(channel, frame.channel_list[k])) {
+      part.channel = k + 1;
+      parts.push_back(std::move(part));
+    }
+    if (!channel.crc.present()) continue;
+    const std::uint16_t crc = codec.crc(k, pack(channel, frame.channel_list[k]));
+    parts.push_back({"CRC", k + 1, crc, channel.crc.width_bits,
+                     fmt::format("{} = 0x{:0{}X}", crc, crc, (channel.crc.width_bits + 3) / 4),
+                     crc_meaning(channel)});
+  }
+  parts.push_back({"STOP", 0, 0, 1, "0", "until the timeout has passed"});
+  return parts;
+}
+
+bool write_table(const FrameFormat& format, const Frame& frame, const PlainCodec& codec,
+                 report::TextSink& sink, bool colour) {
+  using report::Kind;
+  const bool several = format.channel_count > 1;
+  std::vector<report::Column> columns;
+  if (several) columns.push_back({.name = "channel", .kind = Kind::unsigned_integer});
+  columns.insert(columns.end(), {{.name = "field"},
+                                 {.name = "from", .kind = Kind::unsigned_integer},
+                                 {.name = "bits", .kind = Kind::unsigned_integer},
+                                 {.name = "value"},
+                                 {.name = "line", .heading = "on the line"},
+                                 {.name = "meaning"}});
+  const auto table =
+      report::make_table_writer(report::Format::table, columns, sink, {.colour = colour});
+  unsigned from = 0;
+  for (const Part& part : all_parts(format, frame, codec)) {
+    const std::string line = in_fours(part.word, part.bits);
+    std::vector<report::Cell> cells;
+    if (several) cells.push_back(part.channel == 0 ? report::Cell() : report::Cell(part.channel));
+    cells.insert(cells.end(), {part.name, from, part.bits, part.value, line, part.meaning});
+    if (!table->row(cells)) return false;
+    from += part.bits;
+  }
+  return table->finish();
+}
+
+// START to the last CRC bit, as text.
+std::string line_bits(const FrameFormat& format, const Frame& frame, const PlainCodec& codec) {
+  std::string out;
+  const auto bits = encode_frame(frame, codec);
+  if (!bits.ok()) return out;
+  const std::size_t start = std::size_t{frame.lead_clocks} + frame.ack_clocks;
+  const BitView line = bits->view().from(start).first(2 + format.payload_bits());
+  for (std::size_t i = 0; i < line.size_bits(); ++i) out.push_back(line.bit(i) ? '1' : '0');
+  return out;
+}
+
+bool write_object(const FrameFormat& format, const Frame& frame, const PlainCodec& codec,
+                  report::TextSink& sink) {
+  using report::Kind;
+  const std::string bits = line_bits(format, frame, codec);
+  std::vector<report::Column> columns;
+  std::vector<report::Cell> cells;
+  const auto add = [&](std::string_view name, std::size_t k, Kind kind, report::Cell cell) {
+    const std::string suffix = k == 0 ? "" : fmt::format("{}", k + 1);
+    columns.push_back({.name = fmt::format("{}{}", name, suffix), .kind = kind});
+    cells.push_back(cell);
+  };
+  for (std::size_t k = 0; k < format.channel_count; ++k) {
+    const ChannelFormat& channel = format.channel_list[k];
+    const Channel& values = frame.channel_list[k];
+    const auto when = [](bool present, auto value) {
+      return present ? report::Cell(value) : report::Cell();
+    };
+    const bool counts = channel.life_counter.present();
+    const std::uint16_t crc = channel.crc.present() ? codec.crc(k, pack(channel, values)) : 0;
+    add("position", k, Kind::unsigned_integer, when(channel.position_bits() != 0, values.position));
+    add("nE", k, Kind::flag, when(channel.error.present, values.nE));
+    add("nW", k, Kind::flag, when(channel.warning.present, values.nW));
+    // The first channel has `bits` before what is added to it; the others count up to their CRC.
+    if (k != 0 && counts) add("lc", k, Kind::unsigned_integer, values.life_counter);
+    add("crc", k, Kind::unsigned_integer, when(channel.crc.present(), crc));
+    if (k == 0) add("bits", k, Kind::text, bits);
+    if (k == 0 && counts) add("lc", k, Kind::unsigned_integer, values.life_counter);
+  }
+  const auto table = report::make_table_writer(report::Format::jsonl, columns, sink);
+  return table->row(cells) && table->finish();
+}
+
+ExitStatus run_crc(const CrcOptions& options) {
+  const DeviceChoice choice = choose_device(options.arguments);
+  if (!choice) return fail(ExitStatus::usage, choice.error);
+  const FrameFormat& format = choice.device->format;
+  const ChosenFrame chosen = chosen_frame(options, format);
+  if (!chosen.error.empty()) return fail(ExitStatus::usage, chosen.error);
+  const PlainCodec codec(format);
+  Output output;
+  if (!output.open(options.output)) return output.status();
+  const bool written = options.to == report::Format::table
+                           ? write_table(format, chosen.frame, codec, output, output.wants_colour())
+                           : write_object(format, chosen.frame, codec, output);
+  if (!written || !output.finish()) return output.status();
+  return ExitStatus::done;
+}
+
+}  // namespace
+
+void add_crc(Command& command) {
+  const auto options = std::make_shared<CrcOptions>();
+  CLI::App& verb =
+      command.add_verb({.name = "crc",
+                        .purpose = "Show the frame for a position, bit by bit, with its checksum",
+                        .examples = {"biss crc -f pos26,nE,nW,crc6 0x1234567",
+                                     "biss crc -f fs-28-24 0x1234567 0x123456 --lc 1 --to jsonl"}},
+                       [options] { return run_crc(*options); });
+  add_format_option(verb, options->arguments, true);
+  verb.add_option("POSITION", options->positions,
+                  "One a channel, decimal or 0x...; multiturn above singleturn")
+      ->required();
+  verb.add_flag("--error", options->error, "The encoder reports an error: nE is 0");
+  verb.add_flag("--warning", options->warning, "The encoder reports a warning: nW is 0");
+  add_count_option(verb, "--lc", into(options->life_counter), "Sign-of-life counter; 0 by default");
+  add_to_option(verb, options->to, {report::Format::table, report::Format::jsonl});
+  add_output_option(verb, options->output);
+}
+
+}  // namespace biss::cli

@@ -1,0 +1,228 @@
+#include "cli/decode/safety.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <iterator>
+
+#include "biss/safety/configurations.hpp"
+#include "cli/common/verb.hpp"
+
+namespace biss::cli {
+
+namespace {
+
+using decode::CycleStatus;
+
+std::string_view text_of(SafetySetupError mistake) {
+  switch (mistake) {
+    case SafetySetupError::channels:
+      return "the frame has no two words";
+    case SafetySetupError::no_crc:
+      return "a word has no CRC";
+    case SafetySetupError::no_error_bit:
+      return "a word has no nE";
+    case SafetySetupError::no_position:
+      return "a word has no position";
+    case SafetySetupError::gray:
+      return "a word's position is in Gray code";
+    case SafetySetupError::no_counter:
+      return "the second word has no lc6";
+    case SafetySetupError::compare_bits:
+      return "--compare-bits: more than both words have";
+    case SafetySetupError::tolerance:
+      return "--tolerance: takes in every position";
+    case SafetySetupError::start_frames:
+      return "--start-frames: 2 or more";
+    case SafetySetupError::counter:
+      return "the counter's settings are out of range";
+    case SafetySetupError::budget:
+      return "the fault budget is out of range";
+    case SafetySetupError::frame_gap:
+      return "--watchdog: longer than --shortest-gap, shorter than the counter's period, at most "
+             "100 s";
+  }
+  return "";
+}
+
+SafetyChoice by_widths() {
+  return {.setup = SafetySetup{}, .name = "by the words' widths", .error = {}};
+}
+
+// Setup and name of what is monitored where nobody names it.
+SafetyChoice implied(std::string_view format_text, const FrameFormat& format) {
+  const SafetyConfiguration* known = implied_configuration(format_text, format);
+  if (known == nullptr) return by_widths();
+  return {.setup = known->setup, .name = std::string(known->name), .error = {}};
+}
+
+void put(const SafetyArguments& arguments, Picoseconds cycle, SafetySetup& setup) {
+  setup.latch = arguments.latch;
+  if (!arguments.counter.empty()) {
+    const auto name =
+        std::find(counter_mode_names.begin(), counter_mode_names.end(), arguments.counter);
+    setup.counter.mode = static_cast<CounterMode>(name - counter_mode_names.begin());
+  }
+  const auto small = [](std::uint64_t value) { return static_cast<std::uint8_t>(value); };
+  if (arguments.compare_bits) setup.comparison.compare_bits = small(*arguments.compare_bits);
+  if (arguments.tolerance) setup.comparison.tolerance_lsb = small(*arguments.tolerance);
+  if (arguments.start_frames) setup.start_frames = small(*arguments.start_frames);
+  if (cycle.count != 0) {
+    setup.cycle_min = cycle;
+    setup = at_cycle(setup, cycle);
+  }
+  if (arguments.watchdog) setup.frame_gap_max = *arguments.watchdog;
+  if (arguments.shortest) setup.frame_gap_min = *arguments.shortest;
+}
+
+// START to STOP with the ones and the zero in front that a monitor begins with. Nothing where the
+// capture shows no such bits.
+BitBuffer<decode::RawBits::capacity_bits + 2> bits_of(const decode::Cycle& cycle) {
+  BitBuffer<decode::RawBits::capacity_bits + 2> bits;
+  switch (cycle.status) {
+    case CycleStatus::ok:
+    case CycleStatus::cds:
+    case CycleStatus::crc:
+    case CycleStatus::stop_bit:
+    case CycleStatus::truncated:
+      break;
+    default:
+      return bits;
+  }
+  bits.append(0b10, 2);
+  const BitView raw = cycle.raw.view();
+  for (std::size_t at = 0; at < raw.size_bits(); ++at) bits.append(raw.bit(at));
+  return bits;
+}
+
+}  // namespace
+
+bool SafetyArguments::given() const {
+  return !configuration.empty() || !counter.empty() || compare_bits || tolerance || start_frames ||
+         watchdog || shortest || latch;
+}
+
+void add_check_options(CLI::App& verb, SafetyArguments& arguments) {
+  add_name_option(verb, "--counter", arguments.counter,
+                  {counter_mode_names.begin(), counter_mode_names.end()},
+                  "The range of the sign of life; count_1_63 by default");
+  add_count_option(verb, "--compare-bits", into(arguments.compare_bits),
+                   "Upper singleturn bits that are compared; 0: all that both words have", 64);
+  add_count_option(verb, "--tolerance", into(arguments.tolerance),
+                   "Counts of the lowest bit compared that the words may be apart; 1 by default",
+                   255);
+  add_count_option(verb, "--start-frames", into(arguments.start_frames),
+                   "Good frames in a row until the last of them is safe; 3 by default", 255);
+}
+
+void add_safety_options(CLI::App& verb, SafetyArguments& arguments) {
+  std::vector<std::string> names{"off"};
+  for (const SafetyConfiguration& each : safety_configurations) names.emplace_back(each.name);
+  add_name_option(verb, "--safety", arguments.configuration, names,
+                  "How a BiSS Safety encoder is monitored; by the format by default");
+  add_check_options(verb, arguments);
+  add_duration_option(verb, "--watchdog", into(arguments.watchdog),
+                      "From one good frame to the next at most; one and a half of the capture's "
+                      "cycles by default");
+  add_duration_option(verb, "--shortest-gap", into(arguments.shortest),
+                      "From one good frame to the next at least; 0s by default");
+  verb.add_flag("--latch", arguments.latch,
+                "A fault holds for the rest of the capture, as in a machine");
+}
+
+SafetyChoice choose_safety(const SafetyArguments& arguments, std::string_view format_text,
+                           const FrameFormat& format, Picoseconds cycle) {
+  if (arguments.configuration == "off") return {};
+  if (!arguments.given() && !is_safety_format(format)) return {};
+  SafetyChoice choice = arguments.by_widths ? by_widths() : implied(format_text, format);
+  if (const auto* named = find_safety_configuration(arguments.configuration)) {
+    choice = {.setup = named->setup, .name = arguments.configuration, .error = {}};
+  }
+  put(arguments, cycle, *choice.setup);
+  if (const auto mistake = check_safety(format, *choice.setup)) {
+    choice.setup.reset();
+    choice.error = fmt::format("BiSS Safety: {}", text_of(*mistake));
+  }
+  return choice;
+}
+
+SafetyWatch::SafetyWatch(const FrameFormat& format, const SafetySetup& setup)
+    : plan_(format, setup), monitor_(plan_) {
+  // Where it fails every verdict says so.
+  static_cast<void>(monitor_.self_test());
+}
+
+std::optional<SafetyVerdict> SafetyWatch::judge(const decode::Cycle& cycle) {
+  switch (cycle.status) {
+    case CycleStatus::cut_start:
+    case CycleStatus::cut_end:
+    case CycleStatus::ma_glitch:
+      return std::nullopt;
+    default:
+      break;
+  }
+  const auto bits = bits_of(cycle);
+  const SafetyJudgement judgement = monitor_.step(cycle.time, bits.view());
+  ++counts_[static_cast<std::size_t>(judgement.verdict)];
+  if (cycle.status == CycleStatus::ok) learn(judgement);
+  return judgement.verdict;
+}
+
+// By what is on the line, whatever range is set up.
+void SafetyWatch::learn(const SafetyJudgement& judgement) {
+  if (judgement.verdict == SafetyVerdict::latched) return;
+  ++compared_;
+  worst_ = std::max(worst_, std::abs(std::int64_t{judgement.difference_lsb}));
+  if (last_ == 63 && judgement.life_counter <= 1) ++rollovers_[judgement.life_counter];
+  last_ = judgement.life_counter;
+}
+
+std::uint64_t SafetyWatch::faults() const {
+  std::uint64_t sum = 0;
+  for (std::size_t i = 0; i < safety_verdict_count; ++i) {
+    if (is_fault(static_cast<SafetyVerdict>(i))) sum += counts_[i];
+  }
+  return sum;
+}
+
+std::string SafetyWatch::counter_text() const {
+  const auto [to_0, to_1] = rollovers_;
+  if (to_0 == 0 && to_1 == 0) return "period not seen";
+  if (to_0 != 0 && to_1 != 0) {
+    return fmt::format("period unclear: {} times from 63 to 0, {} times to 1", to_0, to_1);
+  }
+  const std::uint64_t times = to_0 + to_1;
+  return fmt::format("period {}, seen {} time{}", to_0 != 0 ? 64 : 63, times,
+                     times == 1 ? "" : "s");
+}
+
+void SafetyWatch::add_to(report::Summary& summary, std::string_view name) const {
+  std::string text;
+  for (std::size_t i = 0; i < safety_verdict_count; ++i) {
+    if (counts_[i] == 0) continue;
+    fmt::format_to(std::back_inserter(text), "{}{} {}", text.empty() ? "" : ", ", counts_[i],
+                   name_of(static_cast<SafetyVerdict>(i)));
+  }
+  const SafetySetup& setup = plan_.setup();
+  summary.entry("safety", text,
+                fmt::format("{}; watchdog {}", name, biss::cli::text_of(setup.frame_gap_max, 3)));
+  summary.entry("counter", counter_text(),
+                fmt::format("judged as {}",
+                            counter_mode_names[static_cast<std::size_t>(setup.counter.mode)]));
+  if (compared_ == 0) return;
+  summary.entry(
+      "comparison",
+      fmt::format("worst difference {}, {} allowed", worst_, setup.comparison.tolerance_lsb),
+      fmt::format("in counts of the lowest of {} bits", plan_.alignment().bits));
+}
+
+std::optional<SafetyVerdict> safety_verdict_of(std::string_view name) {
+  for (std::size_t i = 0; i < safety_verdict_count; ++i) {
+    const auto verdict = static_cast<SafetyVerdict>(i);
+    if (name_of(verdict) == name) return verdict;
+  }
+  return std::nullopt;
+}
+
+}  // namespace biss::cli

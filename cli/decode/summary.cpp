@@ -1,0 +1,166 @@
+#include "cli/decode/summary.hpp"
+
+#include <fmt/format.h>
+
+#include <iterator>
+#include <optional>
+
+#include "cli/common/quantity.hpp"
+#include "report/summary.hpp"
+
+namespace biss::cli {
+
+namespace {
+
+using decode::CycleStatus;
+
+constexpr unsigned places = 3;
+
+std::string time_text(std::int64_t picoseconds) {
+  return text_of(Picoseconds{picoseconds}, places);
+}
+std::string rate_text(std::int64_t picoseconds) {
+  return text_of(rate_of(Picoseconds{picoseconds}), places);
+}
+std::string percent_text(std::int64_t per_mille) {
+  return fmt::format("{}.{} %", per_mille / 10, per_mille % 10);
+}
+
+template <class Text>
+void add_spread(report::Summary& summary, std::string_view key, const decode::Distribution& values,
+                Text text) {
+  if (values.count() == 0) return;
+  const std::string median = text(values.median());
+  if (values.min() == values.max()) {
+    summary.entry(key, median);
+    return;
+  }
+  summary.entry(key, median, report::spread(text(values.min()), median, text(values.max())));
+}
+
+// Of a period or an interval the longest is the lowest rate.
+void add_rate(report::Summary& summary, std::string_view key, const decode::Distribution& periods) {
+  if (periods.count() == 0) return;
+  const std::string median = rate_text(periods.median());
+  if (periods.min() == periods.max()) {
+    summary.entry(key, median);
+    return;
+  }
+  summary.entry(key, median,
+                report::spread(rate_text(periods.max()), median, rate_text(periods.min())));
+}
+
+std::string_view how_text(decode::LineChoice how) {
+  switch (how) {
+    case decode::LineChoice::told:
+      return "as told";
+    case decode::LineChoice::by_name:
+      return "by name";
+    case decode::LineChoice::by_behaviour:
+      return "by behaviour";
+  }
+  return "";
+}
+
+std::string status_counts(const decode::Statistics& statistics) {
+  std::string text;
+  for (std::size_t i = 0; i < decode::cycle_status_count; ++i) {
+    const auto status = static_cast<decode::CycleStatus>(i);
+    if (statistics.count(status) == 0) continue;
+    fmt::format_to(std::back_inserter(text), "{}{} {}", text.empty() ? "" : ", ",
+                   statistics.count(status), name_of(status));
+  }
+  return text;
+}
+
+// The first thing to try; docs/status.md has them all.
+std::string_view what_to_try(CycleStatus cause) {
+  switch (cause) {
+    case CycleStatus::no_response:
+      return "is the encoder supplied and connected, does MA reach it, is SLO the right line?";
+    case CycleStatus::not_ready:
+      return "leave the encoder its timeout between requests; is SLO stuck low or inverted?";
+    case CycleStatus::response_range:
+      return "are MA and SLO swapped or SLO inverted? is it BiSS C at all?";
+    case CycleStatus::no_start:
+      return "clock on until START comes: the encoder is still working on its answer";
+    case CycleStatus::ack_range:
+      return "does -f name this encoder? else give its bounds by --ack-max or --ack-clocks";
+    case CycleStatus::truncated:
+      return "a format with fewer bits, or more clocks from the master";
+    case CycleStatus::cds:
+      return "leave ;cds0 out of the format if the master uses registers";
+    case CycleStatus::crc:
+      return "all cycles: another format, see raw; some: cable, shield, supply, slower clock";
+    case CycleStatus::stop_bit:
+      return "a format with more bits";
+    case CycleStatus::ma_glitch:
+      return "look at MA's signal, the probe's ground and threshold; sample faster";
+    case CycleStatus::ma_clock:
+      return "sample at four times the clock or more; does the master pause inside a frame?";
+    case CycleStatus::unknown_level:
+      return "x or z on a line: reset, or two drivers";
+    case CycleStatus::ok:
+    case CycleStatus::cut_start:
+    case CycleStatus::cut_end:
+      break;
+  }
+  return "";
+}
+
+// The most frequent cause that something can be done about.
+std::optional<CycleStatus> foremost_cause(const decode::Statistics& statistics) {
+  std::optional<CycleStatus> foremost;
+  for (std::size_t i = 0; i < decode::cycle_status_count; ++i) {
+    const auto status = static_cast<CycleStatus>(i);
+    if (what_to_try(status).empty() || statistics.count(status) == 0) continue;
+    if (!foremost || statistics.count(status) > statistics.count(*foremost)) foremost = status;
+  }
+  return foremost;
+}
+
+void add_marginal(report::Summary& summary, const decode::Statistics& statistics,
+                  const decode::MarginSetup& margin) {
+  if (statistics.margin_judged() != 0) {
+    summary.entry("marginal",
+                  fmt::format("{} of {}", statistics.marginal(), statistics.margin_judged()),
+                  "SLO changes within 5 % of a period of the sampling instant");
+  } else if (margin.resolution.count != 0 && statistics.line_delay().count() != 0) {
+    summary.entry("marginal", "not told",
+                  fmt::format("edges are known to {}, 5 % of a period is {}",
+                              time_text(margin.resolution.count),
+                              time_text(statistics.period().median() / 20)));
+  }
+}
+
+}  // namespace
+
+std::string decode_summary(const decode::Statistics& statistics, const std::string& capture,
+                           const std::vector<std::string>& lines, const decode::FoundLines& found,
+                           const decode::MarginSetup& margin, const SafetyWatch* safety,
+                           std::string_view safety_name) {
+  report::Summary summary;
+  summary.title(fmt::format("{}: {} request cycle{}", capture, statistics.cycles(),
+                            statistics.cycles() == 1 ? "" : "s"));
+  summary.entry("lines",
+                fmt::format("MA = {}, SLO = {}", lines[found.lines.ma], lines[found.lines.slo]),
+                how_text(found.how));
+  summary.entry("status", status_counts(statistics));
+  summary.entry("flags", fmt::format("{} with nE = 0, {} with nW = 0", statistics.errors(),
+                                     statistics.warnings()));
+  add_marginal(summary, statistics, margin);
+  if (safety != nullptr) safety->add_to(summary, safety_name);
+  add_rate(summary, "clock", statistics.period());
+  add_spread(summary, "duty", statistics.duty(), percent_text);
+  add_rate(summary, "rate", statistics.interval());
+  add_spread(summary, "line delay", statistics.line_delay(), time_text);
+  add_spread(summary, "ACK", statistics.ack(), time_text);
+  if (found.look_swapped) {
+    summary.entry("try", "swapped?", "exchange --ma and --slo, or the probes");
+  } else if (const auto cause = foremost_cause(statistics)) {
+    summary.entry("try", name_of(*cause), what_to_try(*cause));
+  }
+  return summary.text();
+}
+
+}  // namespace biss::cli

@@ -1,0 +1,111 @@
+// biss eds build: the banks of a data sheet from a description.
+#include <fmt/format.h>
+
+#include <cctype>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/common/verb.hpp"
+#include "cli/eds/eds.hpp"
+#include "cli/eds/findings.hpp"
+#include "cli/eds/source.hpp"
+#include "dump/write.hpp"
+
+namespace biss::cli {
+namespace {
+
+struct BuildOptions {
+  EdsArguments arguments;
+  std::string to;
+  std::string name = "eds";
+  std::optional<std::uint8_t> first_bank;
+  bool force = false;
+  std::string output;
+};
+
+const std::vector<std::string> build_formats{"hex", "bin", "ihex", "c"};
+
+// By extension, as `simulate -o` does; hex text where it says nothing.
+std::string format_of(const BuildOptions& options) {
+  if (!options.to.empty()) return options.to;
+  const std::string extension = std::filesystem::path(options.output).extension().string();
+  if (extension == ".bin" || extension == ".eeprom") return "bin";
+  if (extension == ".ihex" || extension == ".ihx" || extension == ".ihe") return "ihex";
+  if (extension == ".c" || extension == ".h" || extension == ".inc") return "c";
+  return "hex";
+}
+
+bool is_identifier(const std::string& name) {
+  for (std::size_t i = 0; i < name.size(); ++i) {
+    const auto c = static_cast<unsigned char>(name[i]);
+    if (std::isalpha(c) == 0 && c != '_' && (i == 0 || std::isdigit(c) == 0)) return false;
+  }
+  return !name.empty();
+}
+
+std::string text_in(const std::string& format, const dump::RegisterDump& dump,
+                    const BuildOptions& options, unsigned first) {
+  if (format == "bin") return dump::write_binary(dump, first);
+  if (format == "ihex") return dump::write_intel_hex(dump);
+  if (format == "c") return dump::write_c_array(dump, options.name, first);
+  return dump::write_hex_page(dump);
+}
+
+ExitStatus run_build(const BuildOptions& options) {
+  if (!is_identifier(options.name)) {
+    return fail(ExitStatus::usage, fmt::format("--name '{}': no name in C", options.name));
+  }
+  const LoadedEds loaded = load_eds(options.arguments);
+  if (!loaded.source) return loaded.status;
+  const dump::RegisterDump& dump = loaded.source->dump;
+  const auto range = dump.banks();
+  if (!range) return fail(ExitStatus::data_failed, "no bank: there is nothing to write");
+  const std::string format = format_of(options);
+  const bool banks_only = format == "bin" || format == "c";
+  const unsigned first = options.first_bank.value_or(0);
+  if (banks_only && first > range->last) {
+    return fail(ExitStatus::usage,
+                fmt::format("--first-bank {}: the last bank is {}", first, range->last));
+  }
+  const auto findings = eds_findings(loaded.source->sheet);
+  for (const EdsFindingRow& row : findings) {
+    warn(fmt::format("{}{} {}", row.part,
+                     row.channel ? fmt::format(" of channel {}:", *row.channel) : ":",
+                     finding_line(row)));
+  }
+  if (!findings.empty() && !options.force) {
+    return fail(ExitStatus::data_failed, "not written; --force writes it as it is");
+  }
+  Output output;
+  if (!output.open(options.output)) return output.status();
+  if (!output.write(text_in(format, dump, options, first)) || !output.finish()) {
+    return output.status();
+  }
+  if (banks_only) {
+    print_summary(fmt::format(
+        "banks {} to {}, {} bytes; the registers from 0x40 on have no place in this format\n",
+        first, range->last, (range->last - first + 1) * bank_bytes));
+  }
+  return ExitStatus::done;
+}
+
+}  // namespace
+
+Run add_eds_build(CLI::App& verb) {
+  const auto options = std::make_shared<BuildOptions>();
+  add_eds_file(verb, options->arguments.file);
+  add_name_option(verb, "--to", options->to, build_formats,
+                  "Output format, instead of by the extension of -o; hex by default");
+  add_count_option(verb, "--first-bank", into(options->first_bank),
+                   "Where bin and c begin; with bank 0 by default, erased where nothing is", 255);
+  verb.add_option("--name", options->name, "The constant's name in C; eds by default")
+      ->type_name("NAME");
+  verb.add_flag("--force", options->force, "Write it with whatever is wrong with it");
+  add_output_option(verb, options->output);
+  return [options] { return run_build(*options); };
+}
+
+}  // namespace biss::cli

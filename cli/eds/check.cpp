@@ -1,0 +1,78 @@
+// biss eds check: what is wrong with a data sheet.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "biss/eds/check.hpp"
+#include "cli/common/verb.hpp"
+#include "cli/eds/eds.hpp"
+#include "cli/eds/entries.hpp"
+#include "cli/eds/findings.hpp"
+#include "cli/eds/source.hpp"
+
+namespace biss::cli {
+namespace {
+
+struct CheckOptions {
+  EdsArguments arguments;
+  EdsCheckOptions rules;
+  bool strict = false;
+  report::Format to = report::Format::table;
+  std::string output;
+};
+
+void warn_of_missing(const EdsSource& source) {
+  const auto& sheet = source.sheet;
+  if (!sheet.common) {
+    warn("the common part is not in the dump: the profile's part is judged alone");
+    return;
+  }
+  const CommonPart common = parse_common_part(sheet.common->filled);
+  for (std::size_t i = 0; i < std::min<std::size_t>(common.dc_num, max_channels); ++i) {
+    const unsigned bank = common.channels[i].bank;
+    if (sheet.profiles[i] || bank == 0 || bank == sheet.common->bank) continue;
+    warn(
+        fmt::format("bank {} with the part of channel {} is not in the dump: not judged", bank, i));
+  }
+}
+
+ExitStatus run_check(const CheckOptions& options) {
+  const LoadedEds loaded = load_eds_with_part(options.arguments);
+  if (!loaded.source) return loaded.status;
+  EdsCheckOptions rules = options.rules;
+  if (options.strict) {
+    rules.zero_is_absent = false;
+    rules.ones_are_absent = false;
+    rules.unnamed_zero = true;
+  }
+  const std::vector<EdsFindingRow> findings = eds_findings(loaded.source->sheet, rules);
+  warn_of_missing(*loaded.source);
+  Output output;
+  if (!output.open(options.output)) return output.status();
+  if (!write_findings(findings, options.to, output) || !output.finish()) return output.status();
+  if (options.to == report::Format::table) {
+    print_summary(findings.empty() ? "nothing wrong found\n"
+                                   : fmt::format("\n{} finding{}\n", findings.size(),
+                                                 findings.size() == 1 ? "" : "s"));
+  }
+  return findings.empty() ? ExitStatus::done : ExitStatus::data_failed;
+}
+
+}  // namespace
+
+Run add_eds_check(CLI::App& verb) {
+  const auto options = std::make_shared<CheckOptions>();
+  add_eds_file(verb, options->arguments.file);
+  add_eds_options(verb, options->arguments);
+  verb.add_flag("--strict", options->strict,
+                "Values left out (0, all ones) and bytes that no source names are findings too");
+  add_to_option(verb, options->to);
+  add_output_option(verb, options->output);
+  return [options] { return run_check(*options); };
+}
+
+}  // namespace biss::cli

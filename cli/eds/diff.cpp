@@ -1,0 +1,185 @@
+// biss eds diff: two data sheets, symbol by symbol.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "biss/control/register_map.hpp"
+#include "cli/common/verb.hpp"
+#include "cli/eds/eds.hpp"
+#include "cli/eds/entries.hpp"
+#include "cli/eds/source.hpp"
+
+namespace biss::cli {
+namespace {
+
+struct DiffOptions {
+  EdsArguments first;
+  std::string second;
+  report::Format to = report::Format::table;
+  std::string output;
+};
+
+/// Where something stands; the order of the rows.
+struct Place {
+  unsigned part = 0;  // registers, common, profiles, further banks
+  unsigned channel_or_bank = 0;
+  unsigned address = 0;
+  auto operator<=>(const Place&) const = default;
+};
+
+struct Side {
+  std::string part;
+  std::string symbol;
+  std::optional<std::uint64_t> value;
+  std::string means;
+};
+
+using Sides = std::map<Place, Side>;
+
+void add_registers(Sides& sides, const dump::RegisterDump& dump) {
+  for (const RegisterField& field : register_fields) {
+    if (field.address < dump::first_direct) continue;
+    const bool number = field.bytes <= 6;
+    const unsigned step = number ? field.bytes : 1U;
+    for (unsigned at = field.address; at < field.address + unsigned{field.bytes}; at += step) {
+      const auto value = dump.direct_number(at, step);
+      if (!value) continue;
+      sides[{0, 0, at}] = {"registers",
+                           number ? std::string(field.name) : fmt::format("0x{:02X}", at), value,
+                           step == 1 ? "" : fmt::format("0x{:0{}X}", *value, 2 * step)};
+    }
+  }
+}
+
+Sides sides_of(const EdsSource& source) {
+  Sides sides;
+  add_registers(sides, source.dump);
+  std::set<unsigned> told;
+  for (const EdsEntry& entry : eds_entries(source.sheet)) {
+    told.insert(entry.bank);
+    if (!entry.value) continue;
+    const unsigned channel = entry.channel.value_or(0);
+    const std::string part =
+        channel == 0 ? std::string(entry.part) : fmt::format("{} {}", entry.part, channel);
+    sides[{entry.channel ? 2U : 1U, channel, entry.address}] = {part, entry.symbol, *entry.value,
+                                                                entry.means};
+  }
+  for (unsigned bank = 0; bank < bank_count; ++bank) {
+    const auto whole = source.dump.whole_bank(bank);
+    const bool erased = whole && is_filled_with(*whole, 0xFF);  // what a file of banks has between
+    if (told.contains(bank) || erased) continue;
+    for (unsigned at = 0; at < bank_bytes; ++at) {
+      const auto& byte = source.dump.bank(bank)[at];
+      if (byte) {
+        sides[{3, bank, at}] = {
+            fmt::format("bank {}", bank), fmt::format("0x{:02X}", at), *byte, {}};
+      }
+    }
+  }
+  return sides;
+}
+
+// Registers that a file of banks alone cannot hold are no difference.
+bool comparable(const Place& place, const dump::RegisterDump& other) {
+  if (place.part == 0) return other.direct() != dump::DumpedBytes{};
+  return true;
+}
+
+struct Difference {
+  const Side* a = nullptr;
+  const Side* b = nullptr;
+  const Side& any() const { return a != nullptr ? *a : *b; }
+};
+
+std::vector<Difference> differences(const EdsSource& first, const EdsSource& second, const Sides& a,
+                                    const Sides& b) {
+  std::set<Place> places;
+  for (const auto& [place, side] : a) places.insert(place);
+  for (const auto& [place, side] : b) places.insert(place);
+  std::vector<Difference> found;
+  for (const Place& place : places) {
+    const auto in_a = a.find(place);
+    const auto in_b = b.find(place);
+    const Difference each{in_a == a.end() ? nullptr : &in_a->second,
+                          in_b == b.end() ? nullptr : &in_b->second};
+    if (each.a != nullptr && each.b != nullptr && each.a->value == each.b->value) continue;
+    if (each.a == nullptr && !comparable(place, first.dump)) continue;
+    if (each.b == nullptr && !comparable(place, second.dump)) continue;
+    found.push_back(each);
+  }
+  return found;
+}
+
+bool write_rows(const std::vector<Difference>& rows, report::Format format, Output& output) {
+  using report::Kind;
+  if (rows.empty() && format == report::Format::table) return true;
+  const std::vector<report::Column> columns = {{.name = "part"},
+                                               {.name = "symbol"},
+                                               {.name = "a", .kind = Kind::unsigned_integer},
+                                               {.name = "b", .kind = Kind::unsigned_integer},
+                                               {.name = "means_a", .heading = "a means"},
+                                               {.name = "means_b", .heading = "b means"}};
+  const auto table =
+      report::make_table_writer(format, columns, output, {.colour = output.wants_colour()});
+  const auto value = [](const Side* side) {
+    return side == nullptr ? report::Cell() : report::Cell(side->value);
+  };
+  const auto means = [](const Side* side) {
+    return side == nullptr || side->means.empty() ? report::Cell() : report::Cell(side->means);
+  };
+  for (const Difference& row : rows) {
+    const report::Cell cells[] = {row.any().part, row.any().symbol, value(row.a),
+                                  value(row.b),   means(row.a),     means(row.b)};
+    if (!table->row(cells)) return false;
+  }
+  return table->finish();
+}
+
+ExitStatus run_diff(const DiffOptions& options) {
+  if (options.first.file == "-" && options.second == "-") {
+    return fail(ExitStatus::usage, "only one of the two can be stdin");
+  }
+  const LoadedEds first = load_eds(options.first);
+  if (!first.source) return first.status;
+  EdsArguments arguments = options.first;
+  arguments.file = options.second;
+  const LoadedEds second = load_eds(arguments);
+  if (!second.source) return second.status;
+  const Sides a = sides_of(*first.source);
+  const Sides b = sides_of(*second.source);
+  const auto rows = differences(*first.source, *second.source, a, b);
+  Output output;
+  if (!output.open(options.output)) return output.status();
+  if (!write_rows(rows, options.to, output) || !output.finish()) return output.status();
+  return rows.empty() ? ExitStatus::done : ExitStatus::data_failed;
+}
+
+}  // namespace
+
+Run add_eds_diff(CLI::App& verb) {
+  const auto options = std::make_shared<DiffOptions>();
+  verb.add_option("A", options->first.file, "A dump of registers or a description; - is stdin")
+      ->required()
+      ->type_name("");
+  verb.add_option("B", options->second, "Another; exit status 1 where they differ")
+      ->required()
+      ->type_name("");
+  add_count_option(verb, "--bank", into(options->first.bank),
+                   "The bank that both files begin with; 0 by default", 255);
+  add_count_option(verb, "--eds-bank", into(options->first.eds_bank),
+                   "The bank of both common parts, instead of what register 0x41 says", 255);
+  add_count_option(verb, "--slave", into(options->first.slave),
+                   "Of accesses to several slaves, take those to this ID", 7);
+  add_to_option(verb, options->to);
+  add_output_option(verb, options->output);
+  return [options] { return run_diff(*options); };
+}
+
+}  // namespace biss::cli

@@ -1,0 +1,275 @@
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "biss/catalogue/catalogue.hpp"
+#include "biss/safety/configurations.hpp"
+#include "cli/common/verb_harness.hpp"
+#include "cli/common/verbs.hpp"
+
+namespace biss::cli {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+Ran encoders(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), "encoders");
+  return run_verb(add_encoders, arguments);
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+TEST(Encoders, Table_HasALineForEachAndFitsATerminal) {
+  const Ran ran = encoders({});
+  EXPECT_EQ(ran.status, ExitStatus::done);
+  const auto lines = lines_of(ran.out);
+  EXPECT_EQ(lines.size(), catalogue.size() + 3 + 1 + safety_configurations.size() + 3);
+  for (const std::string& line : lines) {
+    if (line.starts_with("─")) continue;  // three bytes a column
+    EXPECT_LE(line.size(), 100U) << line;
+  }
+}
+
+TEST(Encoders, Table_ListsTheSafetyConfigurationsToo) {
+  const std::string out = encoders({}).out;
+  for (const SafetyConfiguration& each : safety_configurations) {
+    EXPECT_THAT(out, HasSubstr(fmt::format("\n{} ", each.name)));
+  }
+  EXPECT_THAT(out, testing::ContainsRegex("rsh  .* 13 +62.50\n"));
+  EXPECT_THAT(out, testing::ContainsRegex("fortis-fs-36-28-1nm .* - +31.25\n"));
+  const Ran one = encoders({"rsm"});
+  EXPECT_EQ(one.status, ExitStatus::usage);
+  EXPECT_THAT(one.err, HasSubstr("'rsm' is a safety configuration and no encoder"));
+}
+
+TEST(Encoders, ClockThatIsNotStated_IsADash) {
+  EXPECT_THAT(encoders({}).out, testing::ContainsRegex("jtw-24 .* -  +3\n"));
+}
+
+TEST(Encoders, Objects_CarryAllThatIsKnown) {
+  const auto lines = lines_of(encoders({"--to", "jsonl"}).out);
+  ASSERT_EQ(lines.size(), catalogue.size());
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const json object = json::parse(lines[i]);
+    EXPECT_EQ(object["name"], catalogue[i].name);
+    EXPECT_EQ(object["format"], catalogue[i].format);
+    EXPECT_EQ(object["uncertain"].get<std::string>().empty(), catalogue[i].certain());
+  }
+}
+
+TEST(Encoders, OneName_ShowsItsTimingAndDoubts) {
+  const Ran ran = encoders({"faulhaber-aemt"});
+  EXPECT_THAT(ran.out, HasSubstr("static:20us"));
+  EXPECT_THAT(ran.out, HasSubstr("not certain"));
+  EXPECT_THAT(ran.out, HasSubstr("0x43 assumed"));
+  EXPECT_THAT(encoders({"resolute-26"}).out, HasSubstr("3.225 us to 3.275 us"));
+  EXPECT_THAT(encoders({"lenz-b3"}).out, HasSubstr("4 clocks"));
+  EXPECT_EQ(lines_of(encoders({"lenz-b3", "--to", "csv"}).out).size(), 2U);
+}
+
+TEST(Encoders, UnknownName_IsWrongUsageWithASuggestion) {
+  const Ran ran = encoders({"lens-b3"});
+  EXPECT_EQ(ran.status, ExitStatus::usage);
+  EXPECT_EQ(ran.err,
+            "biss: no encoder 'lens-b3' in the catalogue; did you mean lenz-b3? ('biss encoders' "
+            "lists all)\n");
+}
+
+// The list of encoders that the catalogue was made from, where it is at hand.
+
+using Row = std::map<std::string, std::string>;
+
+std::vector<std::string> cells_of(const std::string& line) {
+  std::vector<std::string> cells(1);
+  bool quoted = false;
+  for (const char c : line) {
+    if (c == '"') {
+      quoted = !quoted;
+    } else if (c == ',' && !quoted) {
+      cells.emplace_back();
+    } else {
+      cells.back().push_back(c);
+    }
+  }
+  return cells;
+}
+
+std::vector<Row> read_rows(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  std::string line;
+  std::getline(file, line);
+  const auto names = cells_of(line);
+  std::vector<Row> rows;
+  while (std::getline(file, line)) {
+    const auto cells = cells_of(line);
+    Row row;
+    for (std::size_t i = 0; i < names.size() && i < cells.size(); ++i) row[names[i]] = cells[i];
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+// `12`, `12-14`, `12 or 13`, `0/12/24`, `28 (in all)`.
+std::set<unsigned> widths_of(const std::string& cell) {
+  std::set<unsigned> widths;
+  const std::string text = cell.substr(0, cell.find('('));
+  for (std::size_t at = 0; at < text.size();) {
+    if (text[at] < '0' || text[at] > '9') {
+      ++at;
+      continue;
+    }
+    const char before = at == 0 ? ' ' : text[at - 1];
+    std::size_t digits = 0;
+    const auto width = static_cast<unsigned>(std::stoul(text.substr(at), &digits));
+    if (before == '-') {
+      for (unsigned between = *widths.rbegin(); between < width; ++between) widths.insert(between);
+    }
+    widths.insert(width);
+    at += digits;
+  }
+  return widths;
+}
+
+/// Which entries a row became; none: it states no widths, or any can be configured.
+const std::map<std::string, std::string>& entries_by_family() {
+  static const std::map<std::string, std::string> entries = {
+      {"RESOLUTE rotary 18 bit", "resolute-18"},
+      {"RESOLUTE rotary 26 bit", "resolute-26"},
+      {"RESOLUTE rotary 32 bit", "resolute-32"},
+      {"FORTiS linear 36 bit", "fortis-36"},
+      {"FORTiS linear 26 bit (50 nm)", "fortis-26"},
+      {"FORTiS linear 32 bit (10 nm)", "fortis-32"},
+      {"RESOLUTE FS rotary (LMM) CPW", "fs-32-32"},
+      {"RESOLUTE FS rotary (LMM) SPW", "fs-32-32"},
+      {"RESOLUTE FS linear 50 nm (RSM) CPW", "fs-28-24"},
+      {"RESOLUTE FS linear 50 nm (RSM) SPW", "fs-28-24"},
+      {"RESOLUTE FS linear 1 nm (RSH) CPW", "fs-36-28"},
+      {"RESOLUTE FS linear 1 nm (RSH) SPW", "fs-36-28"},
+      {"FORTiS FS linear 10 nm (RSH) CPW", "fortis-fs-36-28"},
+      {"FORTiS FS linear 10 nm (RSH) SPW", "fortis-fs-36-28"},
+      {"IRS/SIB B3", "lenz-b3"},
+      {"iC-MHM (demo configuration)", "ic-mhm"},
+      {"iC-MH (demo configuration)", "ic-mh"},
+      {"iC-MU", ""},
+      {"iC-MU150", ""},
+      {"iC-MR standard", "ic-mr-24 ic-mr-26 ic-mr-12-24 ic-mr-12-26 ic-mr-24-24 ic-mr-24-26"},
+      {"iC-MR extended CRC",
+       "ic-mr-crc16-24 ic-mr-crc16-26 ic-mr-crc16-12-24 ic-mr-crc16-12-26 ic-mr-crc16-24-24 "
+       "ic-mr-crc16-24-26"},
+      {"iC-MD", "ic-md-16 ic-md-24 ic-md-32 ic-md-48"},
+      {"iC-PVS", ""},
+      {"iC-TW29", ""},
+      {"iC-LGC (AN21 example)", "ic-lgc"},
+      {"AMM3616/4096SC", "lika-amm3616"},
+      {"AMM3619/4096SC", "lika-amm3619"},
+      {"SMRA 12/13/14 bit", "lika-smra-12 lika-smra-13 lika-smra-14"},
+      {"SMA1/MTA1", "lika-sma1"},
+      {"ASC85", "lika-asc85"},
+      {"MXS2-BISS",
+       "waycon-mxs2-18 waycon-mxs2-19 waycon-mxs2-20 waycon-mxs2-21 waycon-mxs2-22 "
+       "waycon-mxs2-23"},
+      {"MSA213C-S (BiSS/C)", "siko-msa213c"},
+      {"AEMT-12/16 L", "faulhaber-aemt"},
+      {"Sendix S36",
+       "kuebler-s36-12 kuebler-s36-13 kuebler-s36-14 kuebler-s36-15 kuebler-s36-16 "
+       "kuebler-s36-17 kuebler-s36-18 kuebler-s36-19 kuebler-s36-20 kuebler-s36-21 "
+       "kuebler-s36-22 kuebler-s36-23"},
+      {"GBPAS/GBPAH/GBPAW", ""},
+      {"EFL580", ""},
+      {"BML (BiSS C heads)", ""},
+      {"ACURO AC36 1213", "hengstler-ac36"},
+      {"AS50 18 bit", "as50-18"},
+      {"AS50 10/18 bit", "as50-10-18"},
+      {"AS37-H39B-B", "broadcom-as37"},
+      {"24 bit", "jtw-24"},
+      {"26 bit", "jtw-26"},
+      {"AksIM-2", "aksim2-18 aksim2-19 aksim2-20"},
+      {"12 bit BiSS-C", "moons-12"},
+      {"24 bit multiturn", "xscene-24"},
+      {"SFC-LACI built-in encoder", "festo-sfc-laci"},
+      {"TI safety demo encoder", "ti-safety-demo"},
+  };
+  return entries;
+}
+
+void expect_row(const Row& row, const std::vector<const CatalogueEntry*>& entries) {
+  const std::string& family = row.at("family");
+  const bool safety_word = family.ends_with(" SPW");
+  const std::string& polynomial = row.at("crc_poly_hex");
+  const std::string& clock = row.at("max_clock_mhz");
+  std::set<unsigned> multiturn;
+  std::set<unsigned> singleturn;
+  for (const CatalogueEntry* entry : entries) {
+    const FrameFormat format = entry->frame_format();
+    const ChannelFormat& channel = format.channel_list[safety_word ? 1 : 0];
+    multiturn.insert(channel.multiturn.bits);
+    singleturn.insert(channel.position_bits() - channel.multiturn.bits);
+    // Where the maker names none, 0x43 is assumed and said to be.
+    const auto stated = polynomial.empty() ? 0x43U : std::stoul(polynomial, nullptr, 16);
+    EXPECT_EQ(channel.crc.polynomial, stated) << entry->name;
+    EXPECT_EQ(polynomial.empty(), entry->doubts(doubt::polynomial)) << entry->name;
+    EXPECT_EQ(channel.life_counter.present(),
+              row.at("notes").find("LC") != std::string::npos && !family.starts_with("iC-MR"))
+        << entry->name;
+    if (!clock.empty() && clock.find("configured") == std::string::npos) {
+      EXPECT_EQ(entry->timing.clock_max, hertz(static_cast<std::uint32_t>(std::stod(clock) * 1e6)))
+          << entry->name;
+    } else {
+      EXPECT_FALSE(entry->clock_known()) << entry->name;
+    }
+    const bool from_code = row.at("notes").starts_with("code");
+    EXPECT_TRUE(!from_code || entry->doubts(doubt::driver)) << entry->name;
+  }
+  EXPECT_EQ(singleturn, widths_of(row.at("st_bits"))) << family;
+  // An empty cell is a total: it is one position.
+  const auto stated = widths_of(row.at("mt_bits"));
+  EXPECT_EQ(multiturn, stated.empty() ? std::set<unsigned>{0} : stated) << family;
+}
+
+TEST(EncoderList, EveryRow_IsInTheCatalogueOrHasNoWidths) {
+  const char* const given = std::getenv("BISS_SHARED");
+  const std::filesystem::path folder(given != nullptr ? given : BISS_SHARED_FOLDER);
+  const auto path = folder / "spec" / "encoders.csv";
+  if (!std::filesystem::exists(path)) {
+    GTEST_SKIP() << "no encoders.csv: set BISS_SHARED to the folder of the shared data";
+  }
+  std::set<std::string> seen;
+  std::size_t used = 0;
+  std::size_t left_out = 0;
+  for (const Row& row : read_rows(path)) {
+    const auto found = entries_by_family().find(row.at("family"));
+    ASSERT_NE(found, entries_by_family().end()) << row.at("family");
+    std::vector<const CatalogueEntry*> entries;
+    std::istringstream names(found->second);
+    for (std::string name; names >> name;) {
+      entries.push_back(find_encoder(name));
+      ASSERT_NE(entries.back(), nullptr) << name;
+      seen.insert(name);
+    }
+    ++(entries.empty() ? left_out : used);
+    if (!entries.empty()) expect_row(row, entries);
+  }
+  EXPECT_EQ(used, 41U);
+  EXPECT_EQ(left_out, 7U);
+  EXPECT_EQ(seen.size(), catalogue.size());
+}
+
+}  // namespace
+}  // namespace biss::cli

@@ -1,0 +1,393 @@
+// biss plan: what a clock and a cable mean for an encoder, before anything is wired.
+#include <fmt/format.h>
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "biss/frame/format_print.hpp"
+#include "biss/timing/cable.hpp"
+#include "biss/timing/cycle.hpp"
+#include "biss/timing/line_delay.hpp"
+#include "cli/common/format_option.hpp"
+#include "cli/common/verb.hpp"
+#include "cli/common/verbs.hpp"
+#include "report/summary.hpp"
+#include "report/text.hpp"
+
+namespace biss::cli {
+namespace {
+
+struct PlanOptions {
+  FormatArguments arguments;
+  std::optional<Hertz> clock;
+  std::optional<Millimetres> cable;
+  unsigned slaves = 1;
+  report::Format to = report::Format::table;
+  std::string output;
+};
+
+/// One encoder at one clock behind one cable.
+struct Plan {
+  Device device;
+  Hertz clock;
+  Millimetres cable;
+  Picoseconds delay;
+  CycleBudget budget;
+  AckBounds ack;
+  std::optional<Millimetres> longest_compensated;
+  std::optional<Millimetres> longest_uncompensated;
+  bool clock_ok = false;
+  bool cable_ok = false;
+  bool compensation = false;
+
+  std::int64_t spi_bytes() const { return (budget.clocks_to_send + 7) / 8; }
+};
+
+Plan plan_for(const Device& device, Hertz clock, Millimetres cable, unsigned slaves) {
+  const Picoseconds internal = device.timing.internal_delay_max;
+  Plan plan;
+  plan.device = device;
+  plan.clock = clock;
+  plan.cable = cable;
+  plan.delay = line_delay(cable, internal);
+  plan.budget =
+      cycle_budget({device.format.payload_bits(), slaves}, device.timing, clock, plan.delay);
+  plan.ack = ack_bounds(device.timing, plan.budget.period);
+  plan.longest_compensated = cable_max_compensated(clock);
+  plan.longest_uncompensated = cable_max_uncompensated(clock, internal);
+  plan.clock_ok = accepts_clock(device.timing, clock);
+  plan.cable_ok = plan.longest_compensated && cable <= *plan.longest_compensated;
+  plan.compensation = needs_compensation(clock, cable, internal);
+  return plan;
+}
+
+std::string fixed(std::int64_t number, unsigned shift, unsigned places) {
+  std::string out;
+  report::append_fixed(out, report::magnitude_of(number), shift, places);
+  return out;
+}
+
+/// Thousandths of a clock, to the nearest one.
+std::int64_t milliclocks(Picoseconds time, Picoseconds period) {
+  return (time.count * 1000 + period.count / 2) / period.count;
+}
+
+// In metres whatever the size, as data sheets have it.
+std::string length_text(Millimetres length) {
+  return fixed(length.count, 3,
+               length.count % 1000 == 0  ? 0
+               : length.count % 100 == 0 ? 1
+                                         : 3) +
+         " m";
+}
+
+std::string length_or(const std::optional<Millimetres>& length, std::string_view otherwise) {
+  return length ? length_text(*length) : std::string(otherwise);
+}
+
+void warn_of(const Plan& plan) {
+  const DeviceTiming& timing = plan.device.timing;
+  if (!plan.clock_ok) {
+    warn(fmt::format("a clock of {} is outside the encoder's range of {} to {}",
+                     text_of(plan.clock), text_of(timing.clock_min), text_of(timing.clock_max)));
+  }
+  if (!plan.longest_compensated) {
+    warn("no cable length is known for clocks above 10 MHz");
+  } else if (!plan.cable_ok) {
+    warn(fmt::format("{} of cable is too long: at {} at most {}, with line-delay compensation",
+                     length_text(plan.cable), text_of(plan.clock),
+                     length_text(*plan.longest_compensated)));
+  }
+}
+
+/// The rule, or what is assumed where the frame outlasts it.
+std::string timeout_text(const Plan& plan) {
+  const Timeout& timeout = plan.device.timing.timeout;
+  const Picoseconds release = release_time(timeout, plan.budget.period);
+  if (timeout.rule != TimeoutRule::cycle || plan.budget.timeout != release) return text_of(timeout);
+  return fmt::format("{} is over before: {} half periods assumed, see --release", text_of(timeout),
+                     timeout.release_half_periods);
+}
+
+bool write_parts(const Plan& plan, report::TextSink& sink, bool colour) {
+  using report::Kind;
+  const std::vector<report::Column> columns = {
+      {.name = "part"},
+      {.name = "time", .kind = Kind::nanoseconds, .unit = "us", .shift = 3, .places = 3},
+      {.name = "clocks", .kind = Kind::unsigned_integer},
+      {.name = "what"}};
+  const auto table =
+      report::make_table_writer(report::Format::table, columns, sink, {.colour = colour});
+  const CycleBudget& budget = plan.budget;
+  const auto clocks = [&budget](Picoseconds time) {
+    return static_cast<std::uint64_t>(time.count / budget.period.count);
+  };
+  bool good = true;
+  const auto in_clocks = [&](std::string_view name, Picoseconds time, std::string_view what) {
+    const report::Cell cells[] = {name, time, clocks(time), what};
+    good = good && table->row(cells);
+  };
+  const auto in_time = [&](std::string_view name, Picoseconds time, std::string_view what) {
+    const report::Cell cells[] = {name, time, report::Cell(), what};
+    good = good && table->row(cells);
+  };
+  in_clocks("LAT", budget.lat, "the first rising edge of MA");
+  in_clocks("ACK", budget.ack,
+            plan.device.timing.ack_clocks != 0 ? "always the same"
+                                               : "at its longest, one clock in reserve");
+  in_clocks("START, CDS", budget.start_cds, "");
+  in_clocks("data, CRC", budget.payload, "");
+  in_clocks("STOP", budget.stop, "");
+  in_clocks("line delay", budget.line_delay, "cable and encoder, there and back, in whole clocks");
+  const std::string rule = timeout_text(plan);
+  in_time("timeout", budget.timeout, rule);
+  if (budget.idle != Picoseconds{}) in_time("idle", budget.idle, "the encoder's shortest cycle");
+  in_time("cycle", budget.total, "from one request to the next, at least");
+  return good && table->finish();
+}
+
+std::string ack_text(AckBounds ack) {
+  if (ack.min_clocks == ack.max_clocks) return fmt::format("{} clocks", ack.max_clocks);
+  return fmt::format("{} to {} clocks", ack.min_clocks, ack.max_clocks);
+}
+
+void add_cable_facts(const Plan& plan, report::Summary& out) {
+  out.entry("compensation", plan.compensation ? "needed" : "not needed",
+            fmt::format("without it {} of cable, with it {}",
+                        length_or(plan.longest_uncompensated, "no length"),
+                        length_or(plan.longest_compensated, "an unknown length")));
+  if (plan.clock > megahertz(5) && plan.clock < megahertz(10)) {
+    out.entry("", "", "nothing is published between 5 and 10 MHz: the length of 10 MHz taken");
+  }
+  if (plan.device.entry == nullptr || plan.device.entry->vendor != "Renishaw") {
+    out.entry("", "", "by Renishaw's rule, other makers publish none");
+  }
+  const Picoseconds margin = margin_uncompensated(plan.clock, plan.delay);
+  out.entry("sampling margin",
+            fmt::format("{} ns", fixed(margin_compensated(plan.clock).count, 3, 1)),
+            "with compensation: half a period less a quarter of jitter");
+  out.entry("", fmt::format("{} ns", fixed(margin.count, 3, 1)),
+            margin.count < 0 ? "without: every bit is sampled too early"
+                             : "without: half a period less the line delay");
+}
+
+/// Where SLO has to be seen high: that is a line delay behind the encoder.
+Hertz rate_seen(const Plan& plan) {
+  const std::int64_t cycle = (plan.budget.total + plan.delay).count;
+  return hertz(static_cast<std::uint32_t>(picoseconds_per_second / cycle));
+}
+
+std::string_view seen_text(const Timeout& timeout) {
+  return timeout.rule == TimeoutRule::cycle
+             ? "for a master that waits until it sees SLO high"
+             : "over SPI, where the clocks of the line delay are sent before the timeout begins";
+}
+
+std::string facts(const Plan& plan) {
+  const CycleBudget& budget = plan.budget;
+  const DeviceTiming& timing = plan.device.timing;
+  report::Summary out;
+  out.entry("request rate", text_of(budget.request_rate_max), "at most");
+  const bool by_time = timing.timeout.rule == TimeoutRule::cycle;
+  if (by_time ? budget.total == timing.timeout.time : plan.delay.count != 0) {
+    out.entry("", text_of(rate_seen(plan)), seen_text(timing.timeout));
+  }
+  out.entry("line delay", text_of(plan.delay),
+            fmt::format("{} clocks; {} of cable {}, inside the encoder {}",
+                        fixed(milliclocks(plan.delay, budget.period), 3, 3),
+                        length_text(plan.cable), text_of(cable_delay(plan.cable)),
+                        timing.internal_delay_max == Picoseconds{}
+                            ? std::string("not known")
+                            : fmt::format("at most {}", text_of(timing.internal_delay_max))));
+  add_cable_facts(plan, out);
+  const SamplingPoint point = sampling_point(plan.delay, budget.period);
+  out.entry("sample at",
+            fmt::format("{} clock{} + {}", point.whole_clocks, point.whole_clocks == 1 ? "" : "s",
+                        text_of(point.rest, 1)),
+            "after the rising edge of MA that makes the bit, with compensation");
+  out.entry("SPI", fmt::format("{} bytes", plan.spi_bytes()),
+            fmt::format("{} clocks: {} of the frame, {} of line delay", budget.clocks_to_send,
+                        budget.frame_clocks, budget.clocks_to_send - budget.frame_clocks));
+  out.entry("ACK", ack_text(plan.ack), "START outside is no frame of this encoder");
+  if (timing.sampling_typical != Picoseconds{}) {
+    out.entry("position taken", text_of(timing.sampling_typical),
+              fmt::format("after the first rising edge of MA ({} to {})",
+                          text_of(timing.sampling_min), text_of(timing.sampling_max)));
+  }
+  return out.text();
+}
+
+std::string heading(const Device& device) {
+  const FormatText format = format_text(device.format);
+  if (device.entry == nullptr) return std::string(format.view());
+  return fmt::format("{} ({} {})  {}", device.entry->name, device.entry->vendor,
+                     device.entry->product, format.view());
+}
+
+bool write_page(const Plan& plan, report::TextSink& sink, bool colour) {
+  return sink.write(fmt::format("{}\n{}, {} of cable\n\n", heading(plan.device),
+                                text_of(plan.clock), length_text(plan.cable))) &&
+         write_parts(plan, sink, colour) && sink.write("\n") && sink.write(facts(plan));
+}
+
+bool write_clocks(const std::vector<Plan>& plans, bool cable_given, report::TextSink& sink,
+                  bool colour) {
+  using report::Kind;
+  const Plan& first = plans.front();
+  const std::string cable =
+      cable_given ? fmt::format("{} of cable\n", length_text(first.cable)) : std::string();
+  if (!sink.write(fmt::format("{}\n{}\n", heading(first.device), cable))) return false;
+  const std::vector<report::Column> columns = {
+      {.name = "clock", .kind = Kind::unsigned_integer, .unit = "MHz", .shift = 6, .places = 2},
+      {.name = "uncompensated", .heading = "cable without", .unit = "compensation"},
+      {.name = "compensated", .heading = "cable with", .unit = "compensation"},
+      {.name = "needed", .heading = "compensation"},
+      {.name = "cycle", .kind = Kind::nanoseconds, .unit = "us", .shift = 3, .places = 2},
+      {.name = "rate", .kind = Kind::unsigned_integer, .heading = "request rate", .unit = "Hz"},
+      {.name = "spi", .kind = Kind::unsigned_integer, .heading = "SPI", .unit = "bytes"}};
+  const auto table =
+      report::make_table_writer(report::Format::table, columns, sink, {.colour = colour});
+  for (const Plan& plan : plans) {
+    const std::string without = length_or(plan.longest_uncompensated, "-");
+    const std::string with = length_or(plan.longest_compensated, "-");
+    const report::Cell cells[] = {plan.clock,
+                                  without,
+                                  with,
+                                  !plan.cable_ok      ? "cable too long"
+                                  : plan.compensation ? "needed"
+                                                      : "not needed",
+                                  plan.budget.total,
+                                  plan.budget.request_rate_max,
+                                  plan.spi_bytes()};
+    if (!table->row(cells)) return false;
+  }
+  return table->finish();
+}
+
+/// A key of the machine output and its value.
+struct Key {
+  const char* name;
+  report::Kind kind;
+  report::Cell cell;
+};
+
+std::vector<Key> keys_of(const Plan& plan, std::string_view format) {
+  using report::Cell;
+  using report::Kind;
+  const CycleBudget& b = plan.budget;
+  const auto length = [](auto value) { return value ? Cell(value->count) : Cell(); };
+  const SamplingPoint point = sampling_point(plan.delay, b.period);
+  constexpr Kind count = Kind::unsigned_integer;
+  constexpr Kind number = Kind::signed_integer;
+  constexpr Kind time = Kind::nanoseconds;
+  return {{"format", Kind::text, format},
+          {"clock_hz", count, plan.clock},
+          {"cable_mm", number, plan.cable.count},
+          {"clock_ok", Kind::flag, plan.clock_ok},
+          {"cable_ok", Kind::flag, plan.cable_ok},
+          {"period_ns", time, b.period},
+          {"lat_ns", time, b.lat},
+          {"ack_ns", time, b.ack},
+          {"start_cds_ns", time, b.start_cds},
+          {"payload_ns", time, b.payload},
+          {"stop_ns", time, b.stop},
+          {"line_delay_ns", time, plan.delay},
+          {"timeout_ns", time, b.timeout},
+          {"idle_ns", time, b.idle},
+          {"cycle_ns", time, b.total},
+          {"request_rate_max_hz", count, b.request_rate_max},
+          {"line_delay_milliclocks", number, milliclocks(plan.delay, b.period)},
+          {"compensation_needed", Kind::flag, plan.compensation},
+          {"cable_max_mm_uncompensated", number, length(plan.longest_uncompensated)},
+          {"cable_max_mm_compensated", number, length(plan.longest_compensated)},
+          {"margin_uncompensated_ns", time, margin_uncompensated(plan.clock, plan.delay)},
+          {"margin_compensated_ns", time, margin_compensated(plan.clock)},
+          {"sample_whole_clocks", number, point.whole_clocks},
+          {"sample_rest_ns", time, point.rest},
+          {"frame_clocks", number, b.frame_clocks},
+          {"clocks_to_send", number, b.clocks_to_send},
+          {"spi_bytes", number, plan.spi_bytes()},
+          {"ack_min_clocks", count, plan.ack.min_clocks},
+          {"ack_max_clocks", count, plan.ack.max_clocks},
+          {"request_rate_seen_hz", count, rate_seen(plan)}};
+}
+
+bool write_objects(const std::vector<Plan>& plans, report::TextSink& sink) {
+  std::unique_ptr<report::TableWriter> table;
+  const FormatText format = format_text(plans.front().device.format);
+  for (const Plan& plan : plans) {
+    std::vector<report::Column> columns;
+    std::vector<report::Cell> cells;
+    for (const Key& key : keys_of(plan, format.view())) {
+      columns.push_back({.name = key.name, .kind = key.kind});
+      cells.push_back(key.cell);
+    }
+    if (!table) table = report::make_table_writer(report::Format::jsonl, columns, sink);
+    if (!table->row(cells)) return false;
+  }
+  return table->finish();
+}
+
+// The data sheet's clocks and the ones between; those the encoder takes, all if it takes none.
+std::vector<Hertz> clocks_to_show(const PlanOptions& options, const DeviceTiming& timing) {
+  if (options.clock) return {*options.clock};
+  constexpr std::array clocks = {kilohertz(250), megahertz(1), kilohertz(1'500), megahertz(2),
+                                 megahertz(3),   megahertz(4), megahertz(5),     megahertz(10)};
+  std::vector<Hertz> shown;
+  for (const Hertz clock : clocks) {
+    if (accepts_clock(timing, clock)) shown.push_back(clock);
+  }
+  return shown.empty() ? std::vector<Hertz>(clocks.begin(), clocks.end()) : shown;
+}
+
+ExitStatus run_plan(const PlanOptions& options) {
+  const DeviceChoice choice = choose_device(options.arguments);
+  if (!choice) return fail(ExitStatus::usage, choice.error);
+  if (options.slaves == 0) return fail(ExitStatus::usage, "--slaves '0': there is at least one");
+  const Device& device = *choice.device;
+  std::vector<Plan> plans;
+  for (const Hertz clock : clocks_to_show(options, device.timing)) {
+    plans.push_back(plan_for(device, clock, options.cable.value_or(Millimetres{}), options.slaves));
+  }
+  const bool one = options.clock && options.cable;
+  Output output;
+  if (!output.open(options.output)) return output.status();
+  const bool colour = output.wants_colour();
+  const bool written = options.to == report::Format::jsonl ? write_objects(plans, output)
+                       : one                               ? write_page(plans[0], output, colour)
+                             : write_clocks(plans, options.cable.has_value(), output, colour);
+  if (!written || !output.finish()) return output.status();
+  if (options.clock) warn_of(plans[0]);
+  return ExitStatus::done;
+}
+
+}  // namespace
+
+void add_plan(Command& command) {
+  const auto options = std::make_shared<PlanOptions>();
+  CLI::App& verb = command.add_verb(
+      {.name = "plan",
+       .purpose = "Say what a clock and a cable allow: cycle time, request rate, compensation",
+       .examples = {"biss plan -f resolute-26 --clock 10MHz --cable 50m",
+                    "biss plan -f resolute-26",
+                    "biss plan -f pos24,nE,nW,crc6 --ack-clocks 4 --timeout static:13.2us "
+                    "--clock 5MHz --cable 3m"}},
+      [options] { return run_plan(*options); });
+  add_format_option(verb, options->arguments, true);
+  add_rate_option(verb, "--clock", into(options->clock),
+                  "Clock on MA; without it a line for each of the usual clocks");
+  add_length_option(verb, "--cable", into(options->cable),
+                    "Length of the cable; without it a line for each clock");
+  add_count_option(verb, "--slaves", into(options->slaves),
+                   "Encoders one behind the other; 1 by default, also for BiSS Safety",
+                   max_channels);
+  add_timing_options(verb, options->arguments);
+  add_to_option(verb, options->to, {report::Format::table, report::Format::jsonl});
+  add_output_option(verb, options->output);
+}
+
+}  // namespace biss::cli

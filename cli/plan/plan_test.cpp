@@ -1,0 +1,204 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "cli/common/verb_harness.hpp"
+#include "cli/common/verbs.hpp"
+
+namespace biss::cli {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+Ran plan(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), "plan");
+  return run_verb(add_plan, arguments);
+}
+
+std::vector<json> objects(const Ran& ran) {
+  EXPECT_EQ(ran.status, ExitStatus::done) << ran.err;
+  std::vector<json> found;
+  std::istringstream lines(ran.out);
+  for (std::string line; std::getline(lines, line);) found.push_back(json::parse(line));
+  return found;
+}
+
+json one(const std::string& format, const std::string& clock, const std::string& cable) {
+  const auto found =
+      objects(plan({"-f", format, "--clock", clock, "--cable", cable, "--to", "jsonl"}));
+  return found.size() == 1 ? found.front() : json();
+}
+
+TEST(Plan, CableTable_IsTheDataSheets) {
+  struct Row {
+    std::uint32_t clock;
+    json without;
+    json with;
+  };
+  const std::vector<Row> rows = {{250'000, 95'000, 100'000},   {1'000'000, 20'000, 100'000},
+                                 {1'500'000, 12'000, 100'000}, {2'000'000, 8'000, 100'000},
+                                 {3'000'000, 4'000, 100'000},  {4'000'000, 2'000, 100'000},
+                                 {5'000'000, 500, 100'000},    {10'000'000, nullptr, 50'000}};
+  for (const char* const encoder : {"resolute-26", "fortis-36", "fs-36-28"}) {
+    const auto found = objects(plan({"-f", encoder, "--to", "jsonl"}));
+    ASSERT_EQ(found.size(), rows.size());
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      EXPECT_EQ(found[i]["clock_hz"], rows[i].clock);
+      EXPECT_EQ(found[i]["cable_max_mm_uncompensated"], rows[i].without) << rows[i].clock;
+      EXPECT_EQ(found[i]["cable_max_mm_compensated"], rows[i].with) << rows[i].clock;
+    }
+  }
+}
+
+TEST(Plan, CableTableForEyes_ReadsLikeTheDataSheet) {
+  const std::string out = plan({"-f", "resolute-26"}).out;
+  EXPECT_THAT(out, HasSubstr(" 0.25  95 m           100 m "));
+  EXPECT_THAT(out, HasSubstr(" 5.00  0.5 m          100 m "));
+  EXPECT_THAT(out, HasSubstr("10.00  -              50 m "));
+}
+
+double frame_us(const std::string& format, const std::string& clock) {
+  const json plan = one(format, clock, "0");
+  return (plan["lat_ns"].get<double>() + plan["ack_ns"].get<double>() +
+          plan["start_cds_ns"].get<double>() + plan["payload_ns"].get<double>() +
+          plan["stop_ns"].get<double>()) /
+         1000;
+}
+
+TEST(Plan, FramesOf32kHz_TakeThePublishedTimes) {
+  EXPECT_DOUBLE_EQ(frame_us("resolute-18", "10MHz"), 19.1);
+  EXPECT_DOUBLE_EQ(frame_us("fortis-36", "10MHz"), 20.9);
+  EXPECT_DOUBLE_EQ(frame_us("resolute-18", "5MHz"), 22.2);
+  EXPECT_DOUBLE_EQ(frame_us("fortis-36", "5MHz"), 25.8);
+  EXPECT_DOUBLE_EQ(frame_us("resolute-18", "2MHz"), 31.5);
+  EXPECT_DOUBLE_EQ(frame_us("fortis-36", "2MHz"), 40.5);
+  EXPECT_DOUBLE_EQ(frame_us("resolute-18", "1MHz"), 47);
+  EXPECT_DOUBLE_EQ(frame_us("fortis-36", "1MHz"), 65);
+  EXPECT_DOUBLE_EQ(frame_us("fs-36-28", "10MHz"), 26.1);
+  EXPECT_DOUBLE_EQ(frame_us("fs-32-32", "10MHz"), 26.1);
+  EXPECT_DOUBLE_EQ(frame_us("fs-36-28", "5MHz"), 36.2);
+  EXPECT_DOUBLE_EQ(frame_us("fs-32-32", "5MHz"), 36.2);
+  EXPECT_DOUBLE_EQ(frame_us("fs-28-24", "5MHz"), 33.8);
+}
+
+TEST(Plan, RequestRate_Is32kHzExactlyWhereTheFrameFits) {
+  EXPECT_EQ(one("fortis-36", "10MHz", "50m")["request_rate_max_hz"], 32'000);
+  EXPECT_EQ(one("fortis-36", "5MHz", "100m")["request_rate_max_hz"], 32'000);
+  EXPECT_LT(one("resolute-18", "2MHz", "0")["request_rate_max_hz"], 32'000);
+  EXPECT_EQ(one("fs-36-28", "10MHz", "50m")["request_rate_max_hz"], 32'000);
+  EXPECT_LT(one("fs-28-24", "5MHz", "0")["request_rate_max_hz"], 32'000);
+}
+
+TEST(Plan, LongCableAtAHighClock_CountsDelayInClocks) {
+  const json plan = one("resolute-26", "10MHz", "50m");
+  EXPECT_EQ(plan["line_delay_ns"], 542.5);
+  EXPECT_EQ(plan["line_delay_milliclocks"], 5425);
+  EXPECT_EQ(plan["compensation_needed"], 1);
+  EXPECT_EQ(plan["margin_uncompensated_ns"], -492.5);
+  EXPECT_EQ(plan["margin_compensated_ns"], 25);
+  EXPECT_EQ(plan["sample_whole_clocks"], 5);
+  EXPECT_EQ(plan["sample_rest_ns"], 92.5);
+  EXPECT_EQ(plan["clocks_to_send"], 205);
+  EXPECT_EQ(plan["spi_bytes"], 26);
+  EXPECT_EQ(plan["cycle_ns"], 31'250);
+  // SLO is seen high 542.5 ns later.
+  EXPECT_EQ(plan["request_rate_seen_hz"], 31'453);
+}
+
+TEST(Plan, FrameThatOutlastsTheCycle_CountsTheReleaseThatIsAssumed) {
+  const json plan = one("resolute-18", "250kHz", "0");
+  EXPECT_EQ(plan["timeout_ns"], 6'000);
+  EXPECT_EQ(plan["cycle_ns"], 36 * 4'000 + 6'000);
+  const auto other = objects(::biss::cli::plan({"-f", "resolute-18", "--clock", "250kHz", "--cable",
+                                                "0", "--release", "2", "--to", "jsonl"}));
+  EXPECT_EQ(other.at(0)["timeout_ns"], 4'000);
+  EXPECT_THAT(::biss::cli::plan({"-f", "resolute-18", "--clock", "250kHz", "--cable", "0"}).out,
+              HasSubstr("cycle:31.25us is over before: 3 half periods assumed, see --release"));
+}
+
+TEST(Plan, RateWhereSloMustBeSeen_IsNamedWithItsReason) {
+  const auto page = [](const char* encoder) {
+    return plan({"-f", encoder, "--clock", "5MHz", "--cable", "100m"}).out;
+  };
+  EXPECT_THAT(page("resolute-18"), HasSubstr("for a master that waits until it sees SLO high"));
+  EXPECT_THAT(page("lenz-b3"), HasSubstr("over SPI, where the clocks of the line delay"));
+}
+
+TEST(Plan, PageForEyes_SaysWhatToDo) {
+  const Ran ran = plan({"-f", "resolute-26", "--clock", "10MHz", "--cable", "50m"});
+  EXPECT_EQ(ran.err, "");
+  EXPECT_THAT(ran.out, HasSubstr("resolute-26 (Renishaw RESOLUTE rotary, 26 bit)"));
+  EXPECT_THAT(ran.out, HasSubstr("compensation     needed"));
+  EXPECT_THAT(ran.out, HasSubstr("SPI              26 bytes"));
+  EXPECT_THAT(ran.out, HasSubstr("request rate     32 kHz"));
+}
+
+TEST(Plan, ClockOrCableOutOfRange_IsAWarning) {
+  const Ran clock = plan({"-f", "resolute-26", "--clock", "100kHz", "--cable", "1m"});
+  EXPECT_EQ(clock.status, ExitStatus::done);
+  EXPECT_EQ(clock.err,
+            "biss: a clock of 100 kHz is outside the encoder's range of 250 kHz to 10 MHz\n");
+  const Ran cable = plan({"-f", "resolute-26", "--clock", "10MHz", "--cable", "60m"});
+  EXPECT_EQ(cable.err,
+            "biss: 60 m of cable is too long: at 10 MHz at most 50 m, with line-delay "
+            "compensation\n");
+  EXPECT_THAT(plan({"-f", "pos26", "--clock", "12MHz", "--cable", "1m"}).err,
+              HasSubstr("no cable length is known for clocks above 10 MHz"));
+}
+
+TEST(Plan, Between5And10MHz_SaysWhichLengthItTook) {
+  EXPECT_THAT(plan({"-f", "resolute-26", "--clock", "7MHz", "--cable", "1m"}).out,
+              HasSubstr("nothing is published between 5 and 10 MHz"));
+}
+
+TEST(Plan, AnotherMakersEncoder_SaysWhoseRuleItIs) {
+  EXPECT_THAT(plan({"-f", "lenz-b3", "--clock", "5MHz", "--cable", "1m"}).out,
+              HasSubstr("by Renishaw's rule"));
+}
+
+TEST(Plan, TimingOptionsAndSlaves_ChangeTheBudget) {
+  const auto found =
+      objects(plan({"-f", "pos24,nE,nW,crc6", "--ack-clocks", "4", "--timeout", "static:13.2us",
+                    "--clock", "5MHz", "--cable", "0", "--slaves", "3", "--to", "jsonl"}));
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0]["frame_clocks"], 42);
+  EXPECT_EQ(found[0]["timeout_ns"], 13'200);
+}
+
+TEST(Plan, ClocksTheEncoderDoesNotTake_AreNotListed) {
+  const auto found = objects(plan({"-f", "faulhaber-aemt", "--to", "jsonl"}));
+  ASSERT_EQ(found.size(), 4U);
+  EXPECT_EQ(found.back()["clock_hz"], 2'000'000);
+  // None of the usual ones: all are shown.
+  EXPECT_EQ(objects(plan({"-f", "pos24", "--clock-max", "100kHz", "--to", "jsonl"})).size(), 8U);
+}
+
+TEST(Plan, WrongUsage_IsOneLineAndStatus2) {
+  const std::vector<std::vector<std::string>> wrong = {
+      {"--clock", "1MHz"},
+      {"-f", "nothing"},
+      {"-f", "pos26", "--clock", "0"},
+      {"-f", "pos26", "--cable", "-1m"},
+      {"-f", "pos26", "--slaves", "0"},
+      {"-f", "pos26", "--slaves", "9"},
+      {"-f", "pos26", "--timeout", "never"},
+      {"-f", "pos26", "--release", "1"},
+      {"-f", "pos26", "--release", "256"},
+      {"-f", "pos26", "--to", "csv"},
+  };
+  for (const auto& arguments : wrong) {
+    const Ran ran = plan(arguments);
+    EXPECT_EQ(ran.status, ExitStatus::usage) << ran.err;
+    EXPECT_EQ(ran.out, "");
+    EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
+  }
+}
+
+}  // namespace
+}  // namespace biss::cli

@@ -1,0 +1,240 @@
+// `biss registers`: the control communication in a capture, a row an access.
+#include <fmt/format.h>
+
+#include <array>
+#include <map>
+#include <vector>
+
+#include "biss/control/register_map.hpp"
+#include "cli/common/access_option.hpp"
+#include "cli/common/decoded_capture.hpp"
+#include "cli/common/verbs.hpp"
+#include "decode/control_listener.hpp"
+#include "dump/register_dump.hpp"
+#include "dump/write.hpp"
+#include "report/summary.hpp"
+
+namespace biss::cli {
+
+namespace {
+
+using decode::AccessKind;
+using decode::AccessOutcome;
+using decode::ControlAccess;
+using report::Cell;
+using report::Kind;
+
+struct RegistersOptions {
+  CaptureArguments capture;
+  std::string dump;
+  std::optional<std::uint64_t> id;
+  bool fail_on_any = false;
+  std::string output;
+  report::Format to = report::Format::table;
+};
+
+const std::vector<report::Column>& columns() {
+  static const std::vector<report::Column> all{
+      {.name = "cycle", .kind = Kind::unsigned_integer},
+      {.name = "time_ns",
+       .kind = Kind::nanoseconds,
+       .heading = "time",
+       .unit = "ms",
+       .shift = 6,
+       .places = 4},
+      {.name = "id", .kind = Kind::unsigned_integer},
+      {.name = "access", .kind = Kind::text},
+      {.name = "address", .kind = Kind::text},
+      {.name = "name", .kind = Kind::text},
+      {.name = "data", .kind = Kind::text},
+      {.name = "outcome", .kind = Kind::text, .mark = report::Mark::status},
+      {.name = "cycles", .kind = Kind::unsigned_integer},
+      {.name = "busy_ns",
+       .kind = Kind::nanoseconds,
+       .heading = "busy",
+       .unit = "ms",
+       .shift = 6,
+       .places = 4}};
+  return all;
+}
+
+// The registers of each slave as far as the traffic shows them.
+class Dumps {
+ public:
+  void take(const ControlAccess& access) {
+    const bool written = access.kind == AccessKind::write;
+    if (!access.header_sent || (!written && access.kind != AccessKind::read)) return;
+    Seen& seen = slaves_[access.id];
+    if (access.outcome != AccessOutcome::ok) {
+      const bool refused = access.outcome == AccessOutcome::no_answer ||
+                           access.outcome == AccessOutcome::no_such_slave ||
+                           access.outcome == AccessOutcome::refused_or_unheard;
+      if (written && access.address == reg::bsel && !refused) seen.bank.reset();
+      return;
+    }
+    if (access.address == reg::bsel) seen.bank = access.data;
+    if (access.address < dump::first_direct && !seen.bank) return;
+    seen.dump.at(seen.bank.value_or(0), access.address) = access.data;
+  }
+  std::size_t slaves() const { return slaves_.size(); }
+  /// That slave's, or the only one's.
+  const dump::RegisterDump* find(std::optional<std::uint64_t> id) const {
+    if (!id) return slaves_.size() == 1 ? &slaves_.begin()->second.dump : nullptr;
+    const auto at = slaves_.find(static_cast<unsigned>(*id));
+    return at == slaves_.end() ? nullptr : &at->second.dump;
+  }
+
+ private:
+  struct Seen {
+    dump::RegisterDump dump;
+    std::optional<std::uint8_t> bank = 0;  // BSEL at power-up
+  };
+  std::map<unsigned, Seen> slaves_;
+};
+
+class RegistersRun {
+ public:
+  explicit RegistersRun(const RegistersOptions& options) : options_(options) {}
+
+  ExitStatus run() {
+    const ExitStatus opened = capture_.open(options_.capture, {options_.output, options_.dump});
+    if (opened != ExitStatus::done) return opened;
+    Output output;
+    if (!output.open(options_.output)) return output.status();
+    const auto writer = report::make_table_writer(options_.to, columns(), output,
+                                                  {.colour = output.wants_colour()});
+    decode::ControlListener listener([&](const ControlAccess& access) {
+      dumps_.take(access);
+      ++counts_[static_cast<std::size_t>(access.outcome)];
+      ++accesses_;
+      tell(*writer, access);
+    });
+    std::uint64_t cycles = 0;
+    const bool read = capture_.read([&](std::uint64_t number, const decode::Cycle& cycle) {
+      ++cycles;
+      listener.push(number, cycle);
+      return true;
+    });
+    listener.finish();
+    if (!read || cycles == 0) {
+      writer->finish();
+      output.abandon();
+      return read ? capture_.no_request() : fail(ExitStatus::io, capture_.input().error());
+    }
+    if (!writer->finish() || !output.finish()) return output.status();
+    summarise(listener);
+    if (!options_.dump.empty()) {
+      const ExitStatus written = write_dump();
+      if (written != ExitStatus::done) return written;
+    }
+    const bool failed = accesses_ != counts_[0];
+    return options_.fail_on_any && failed ? ExitStatus::data_failed : ExitStatus::done;
+  }
+
+ private:
+  // A command to several slaves is a row for each; a broadcast, and what a damaged header leaves
+  // open, has no ID.
+  static void tell(report::TableWriter& writer, const ControlAccess& access) {
+    if (access.kind != AccessKind::command || access.slaves == 0) {
+      const bool known = access.header_sent && access.kind != AccessKind::command;
+      return put(writer, access, known ? std::optional<unsigned>(access.id) : std::nullopt);
+    }
+    for (unsigned id = 0; id < control_max_slaves; ++id) {
+      if ((access.slaves >> id & 1U) != 0) put(writer, access, id);
+    }
+  }
+
+  static void put(report::TableWriter& writer, const ControlAccess& access,
+                  std::optional<unsigned> id) {
+    const bool command = access.kind == AccessKind::command;
+    const std::string address = fmt::format("0x{:02X}", access.address);
+    const std::string data = access.data ? fmt::format("{:02X}", *access.data) : std::string();
+    std::array<Cell, 10> cells{};
+    cells[0] = access.cycle;
+    cells[1] = access.time;
+    cells[2] = id;
+    cells[3] = name_of(access.kind);
+    if (command) {
+      cells[5] = name_of(access.command);
+    } else if (access.header_sent) {
+      cells[4] = address;
+      cells[5] = register_field(access.address).name;
+    }
+    if (!data.empty()) cells[6] = data;
+    cells[7] = name_of(access.outcome);
+    cells[8] = access.cycles;
+    cells[9] = access.busy;
+    writer.row(cells);
+  }
+
+  void summarise(const decode::ControlListener& listener) const {
+    report::Summary out;
+    out.title(fmt::format("{}: {} accesses", capture_.input().name(), accesses_));
+    std::string counted;
+    for (std::size_t i = 0; i < counts_.size(); ++i) {
+      if (counts_[i] == 0) continue;
+      counted += fmt::format("{}{} {}", counted.empty() ? "" : ", ", counts_[i],
+                             name_of(static_cast<AccessOutcome>(i)));
+    }
+    if (!counted.empty()) out.entry("outcome", counted);
+    if (listener.stray_cds() != 0) {
+      out.entry("CDS", fmt::format("{} cycles with CDS = 1 and no access", listener.stray_cds()));
+    }
+    if (listener.stray_cdm() != 0) {
+      out.entry("CDM", fmt::format("{} cycles with CDM = 1 less than {} zeros after another",
+                                   listener.stray_cdm(), control_reset_zeros));
+    }
+    if (accesses_ == 0) {
+      out.entry("try", "a capture with control communication; unidirectional encoders have none");
+    }
+    print_summary(out.text());
+  }
+
+  ExitStatus write_dump() const {
+    const dump::RegisterDump* const found = dumps_.find(options_.id);
+    if (found == nullptr) {
+      return fail(dumps_.slaves() > 1 && !options_.id ? ExitStatus::usage : ExitStatus::data_failed,
+                  dumps_.slaves() > 1 && !options_.id
+                      ? "--dump: several slaves were accessed; name one with --id"
+                      : "--dump: no register of this slave was accessed");
+    }
+    Output file;
+    if (!file.open(options_.dump)) return file.status();
+    const std::string& path = options_.dump;
+    const std::string text = path.ends_with(".bin") ? write_binary(*found)
+                             : path.ends_with(".ihex") || path.ends_with(".hx")
+                                 ? write_intel_hex(*found)
+                                 : write_hex_page(*found);
+    if (!file.write(text) || !file.finish()) return file.status();
+    return ExitStatus::done;
+  }
+
+  const RegistersOptions& options_;
+  DecodedCapture capture_;
+  Dumps dumps_;
+  std::array<std::uint64_t, decode::access_outcome_count> counts_{};
+  std::uint64_t accesses_ = 0;
+};
+
+}  // namespace
+
+void add_registers(Command& command) {
+  const auto options = std::make_shared<RegistersOptions>();
+  CLI::App& verb =
+      command.add_verb({.name = "registers",
+                        .purpose = "Read the control communication in a capture, a row an access",
+                        .examples = {"biss registers capture.vcd",
+                                     "biss registers capture.vcd -f pos26,nE,nW,crc6 --to jsonl",
+                                     "biss registers capture.sr --dump encoder.hex"}},
+                       [options] { return RegistersRun(*options).run(); });
+  add_capture_options(verb, options->capture);
+  verb.add_option("--dump", options->dump,
+                  "Write what the traffic shows of a slave's registers: a hex page, .ihex or .bin")
+      ->type_name("FILE");
+  add_count_option(verb, "--id", into(options->id), "The slave of --dump", 7);
+  verb.add_flag("--fail", options->fail_on_any, "Exit with 1 when an access did not end with ok");
+  add_output_option(verb, options->output);
+  add_to_option(verb, options->to);
+}
+
+}  // namespace biss::cli

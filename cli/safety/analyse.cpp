@@ -1,0 +1,107 @@
+// biss safety analyse: which errors a format's checks do not see, exactly.
+#include <fmt/format.h>
+
+#include <charconv>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/common/format_option.hpp"
+#include "cli/common/verb.hpp"
+#include "cli/safety/analysis.hpp"
+#include "cli/safety/safety.hpp"
+
+namespace biss::cli {
+namespace {
+
+struct AnalyseOptions {
+  FormatArguments arguments;
+  std::vector<std::string> rates;
+  std::string limit = "1e-9";
+  Hertz frame_rate = kilohertz(32);
+  lab::PairChecks checks;
+  bool ignore_turns = false;
+  unsigned gap_bits = 8;
+  report::Format to = report::Format::table;
+  std::string output;
+};
+
+// A number like 1e-3, whatever the locale. \return nothing unless it is above 0 and at most `most`
+std::optional<double> parse_positive(const std::string& text, double most) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size()) return {};
+  return value > 0 && value <= most ? std::optional(value) : std::nullopt;
+}
+
+ExitStatus run_analyse(const AnalyseOptions& options) {
+  const DeviceChoice device = parse_device(options.arguments.format);
+  if (!device) return fail(ExitStatus::usage, device.error);
+  SafetyQuestion question{.format = device.device->format,
+                          .bit_error_rates = {},
+                          .frame_rate = options.frame_rate,
+                          .limit_per_hour = 0,
+                          .checks = options.checks,
+                          .gap_bits = options.gap_bits};
+  question.checks.compare_turns = !options.ignore_turns;
+  for (const std::string& text : options.rates) {
+    const auto rate = parse_positive(text, 0.5);
+    if (!rate) {
+      return fail(ExitStatus::usage,
+                  fmt::format("--ber '{}': a number above 0, up to 0.5, is needed", text));
+    }
+    question.bit_error_rates.push_back(*rate);
+  }
+  if (question.bit_error_rates.empty()) question.bit_error_rates = {1e-2, 1e-3, 1e-4};
+  const auto limit = parse_positive(options.limit, 1e12);
+  if (!limit) {
+    return fail(ExitStatus::usage,
+                fmt::format("--limit '{}': a number above 0 is needed", options.limit));
+  }
+  question.limit_per_hour = *limit;
+
+  Output output;
+  if (!output.open(options.output)) return output.status();
+  const SafetyAnalysis analysis = analyse(question);
+  if (analysis.pair_problem) {
+    warn(fmt::format("the two words are not counted together: {}",
+                     lab::text_of(*analysis.pair_problem)));
+  }
+  const std::string text = options.to == report::Format::jsonl ? analysis_jsonl(question, analysis)
+                                                               : analysis_text(question, analysis);
+  return output.write(text) && output.finish() ? ExitStatus::done : output.status();
+}
+
+}  // namespace
+
+Run add_safety_analyse(CLI::App& verb) {
+  const auto options = std::make_shared<AnalyseOptions>();
+  add_format_option(verb, options->arguments, true);
+  verb.add_option("--ber", options->rates,
+                  "Bit error rate, as often as you like; 1e-2, 1e-3 and 1e-4 by default")
+      ->type_name("P")
+      ->expected(1)
+      ->take_all();
+  add_rate_option(verb, "--rate", into(options->frame_rate), "Frames a second; 32kHz by default");
+  verb.add_option("--limit", options->limit,
+                  "Wrong frames an hour for which a bit error rate is sought; 1e-9 by default")
+      ->type_name("N");
+  add_count_option(verb, "--compare", into(options->checks.compare_bits),
+                   "Singleturn bits that are compared (ACC_MIN); as many as both words have by "
+                   "default",
+                   64)
+      ->type_name("BITS");
+  add_count_option(verb, "--tolerance", into(options->checks.tolerance_lsb),
+                   "By how much compared values may differ; 1 by default", 1)
+      ->type_name("LSB");
+  verb.add_flag("--ignore-turns", options->ignore_turns, "Turns are not compared");
+  add_count_option(verb, "--gap", into(options->gap_bits),
+                   "Bits in a gap of the line; 8 by default", 640)
+      ->type_name("BITS");
+  add_to_option(verb, options->to, {report::Format::table, report::Format::jsonl});
+  add_output_option(verb, options->output);
+  return [options] { return run_analyse(*options); };
+}
+
+}  // namespace biss::cli

@@ -1,0 +1,266 @@
+// biss safety campaign: faults by the billion frames, beside the exact theory.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <charconv>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/common/text_file.hpp"
+#include "cli/common/verb.hpp"
+#include "cli/safety/campaign_plan.hpp"
+#include "cli/safety/campaign_table.hpp"
+#include "cli/safety/format.hpp"
+#include "cli/safety/safety.hpp"
+#include "lab/campaign.hpp"
+
+namespace biss::cli {
+namespace {
+
+constexpr const char* measured_faults =
+    "flips:RATE[:DRAWN|:fitting] (up to 0.5), burst:BITS[:PLACE] (2 to 32), "
+    "gap_low:BITS[:PLACE], gap_high:BITS[:PLACE] (1 to 32)";
+constexpr const char* placed_faults =
+    "lost_clock, double_clock, slo_low, slo_high, inserted_low, inserted_high, early_start";
+constexpr const char* other_faults = "late_start, cds_high, stop_high";
+
+struct CampaignOptions {
+  std::string format;
+  std::vector<std::string> faults = usual_campaign_faults();
+  std::uint64_t frames = 10'000'000;
+  std::uint64_t seed = 1;
+  unsigned threads = 0;
+  std::string shard;
+  std::string state;
+  Picoseconds save_every = milliseconds(5000);
+  bool plain = false;
+  std::optional<std::uint64_t> replay;
+  std::vector<std::string> parts;
+  const CLI::App* merge = nullptr;
+  report::Format to = report::Format::table;
+  std::string output;
+};
+
+ExitStatus bad_format(const std::string& name) {
+  return fail(ExitStatus::usage, safety_format_error(name));
+}
+
+std::optional<lab::CampaignShard> parse_shard(const std::string& text) {
+  if (text.empty()) return lab::CampaignShard{};
+  lab::CampaignShard shard;
+  const char* end = text.data() + text.size();
+  const auto first = std::from_chars(text.data(), end, shard.number);
+  if (first.ec != std::errc() || first.ptr == end || *first.ptr != '/') return std::nullopt;
+  const auto second = std::from_chars(first.ptr + 1, end, shard.count);
+  if (second.ec != std::errc() || second.ptr != end) return std::nullopt;
+  if (shard.number == 0 || shard.number > shard.count) return std::nullopt;
+  if (shard.count > lab::max_campaign_shards) return std::nullopt;
+  return shard;
+}
+
+struct ReadState {
+  std::optional<lab::CampaignState> state;
+  std::string error;
+};
+
+ReadState read_state_of(const std::string& path) {
+  const TextFile file = read_text_file(path);
+  if (!file) return {{}, fmt::format("{}: {}", path, file.error)};
+  auto state = lab::read_state(file.text);
+  if (!state) return {{}, fmt::format("{}: no state of a campaign", path)};
+  return {std::move(state), {}};
+}
+
+ExitStatus print_state(const lab::CampaignFrame& frame, const lab::CampaignState& state,
+                       const CampaignOptions& options) {
+  Output output;
+  if (!output.open(options.output)) return output.status();
+  const CampaignTable table =
+      write_campaign(frame, state, options.to, output, output.wants_colour());
+  if (!table.written || !output.finish()) return output.status();
+  if (table.disagrees) {
+    return fail(ExitStatus::data_failed,
+                "a count is more than five standard deviations from the theory");
+  }
+  return ExitStatus::done;
+}
+
+bool save(const lab::CampaignState& state, const std::string& path) {
+  if (isatty(STDERR_FILENO) != 0) {
+    std::uint64_t done = 0;
+    for (const lab::CampaignCounts& counts : state.counts) done += counts.frames;
+    std::uint64_t all = 0;
+    for (std::size_t n = 0; n < state.counts.size(); ++n) all += state.plan.frames_of(n);
+    print_summary(fmt::format("\r{} of {} frames", done, all) + (done == all ? "\n" : ""));
+  }
+  if (path.empty()) return true;
+  Output file;
+  const bool saved = file.open(path) && file.write(lab::state_text(state)) && file.finish();
+  if (!saved) warn(file.error());
+  return saved;
+}
+
+ExitStatus run_counts(const lab::CampaignFrame& frame, lab::CampaignPlan plan,
+                      const CampaignOptions& options) {
+  const auto shard = parse_shard(options.shard);
+  if (!shard)
+    return fail(ExitStatus::usage,
+                "--shard takes K/N, 1/7 to 7/7 for example; N is at most 1048576");
+  if (!options.plain) add_importance(frame, plan);
+  lab::CampaignState state(plan);
+  if (!options.state.empty() && std::filesystem::exists(options.state)) {
+    ReadState before = read_state_of(options.state);
+    if (!before.state) return fail(ExitStatus::io, before.error);
+    if (before.state->plan != plan) {
+      return fail(ExitStatus::io, fmt::format("{}: of another campaign (format, faults, frames or "
+                                              "seed); name another file",
+                                              options.state));
+    }
+    state = std::move(*before.state);
+  }
+  lab::CampaignRun run;
+  run.threads = options.threads;
+  run.shard = *shard;
+  run.save_seconds = static_cast<double>(options.save_every.count) * 1e-12;
+  run.save = [&](const lab::CampaignState& now) { return save(now, options.state); };
+  if (!lab::run_campaign(frame, state, run)) return ExitStatus::io;
+  return print_state(frame, state, options);
+}
+
+ExitStatus run_replay(const lab::CampaignFrame& frame, const lab::CampaignPlan& plan,
+                      const CampaignOptions& options) {
+  if (plan.faults.size() != 1) {
+    return fail(ExitStatus::usage, "--replay needs exactly one --fault");
+  }
+  const std::uint64_t index = *options.replay;
+  if (plan.faults[0].fitting && index >= lab::max_fitting_frames) {
+    return fail(ExitStatus::usage, fmt::format("--replay {}: a fitting draw has {} frames at most",
+                                               index, lab::max_fitting_frames));
+  }
+  if (index >= plan.frames) {
+    warn(fmt::format("frame {} is behind the {} of --frames; shown as a longer campaign draws it",
+                     index, plan.frames));
+  }
+  const lab::ReplayedFrame replayed = lab::replay_frame(frame, {plan.faults[0], plan.seed}, index);
+  const SafetyJudgement judgement = frame.monitor(replayed.sent, replayed.received);
+  Output output;
+  if (!output.open(options.output)) return output.status();
+  using report::Kind;
+  const std::vector<report::Column> columns = {
+      {.name = "fault"},
+      {.name = "frame", .kind = Kind::unsigned_integer},
+      {.name = "position", .kind = Kind::unsigned_integer},
+      {.name = "lc", .kind = Kind::unsigned_integer},
+      {.name = "cpw_sent"},
+      {.name = "cpw_read"},
+      {.name = "spw_sent"},
+      {.name = "spw_read"},
+      {.name = "verdict"},
+      {.name = "position_read", .kind = Kind::unsigned_integer}};
+  const auto table =
+      report::make_table_writer(options.to, columns, output, {.colour = output.wants_colour()});
+  const lab::WordPair read = frame.read(replayed.received).value_or(lab::WordPair());
+  const auto word = [](std::uint64_t bits) { return fmt::format("0x{:X}", bits); };
+  const std::string texts[] = {text_of(plan.faults[0]), word(replayed.encoded.cpw), word(read.cpw),
+                               word(replayed.encoded.spw), word(read.spw)};
+  const report::Cell cells[] = {texts[0],
+                                index,
+                                replayed.sent.position,
+                                unsigned{replayed.sent.life_counter},
+                                texts[1],
+                                texts[2],
+                                texts[3],
+                                texts[4],
+                                name_of(judgement.verdict),
+                                report::Cell(judgement.position)};
+  if (!table->row(cells) || !table->finish() || !output.finish()) return output.status();
+  return ExitStatus::done;
+}
+
+ExitStatus run_merge(const CampaignOptions& options) {
+  std::optional<lab::CampaignState> sum;
+  for (const std::string& path : options.parts) {
+    const auto [part, error] = read_state_of(path);
+    if (!part) return fail(ExitStatus::io, error);
+    if (!sum) {
+      sum = part;
+    } else if (!sum->merge(*part)) {
+      return fail(ExitStatus::io, fmt::format("{}: of another campaign, or with blocks that are "
+                                              "in an earlier file too",
+                                              path));
+    }
+  }
+  const auto frame = campaign_frame_of(sum->plan.format);
+  if (!frame || campaign_rules(*frame) != sum->plan.rules) {
+    return fail(ExitStatus::io, "the parts were made for another monitor than this program's");
+  }
+  if (!options.state.empty() && !save(*sum, options.state)) return ExitStatus::io;
+  const ExitStatus status = print_state(*frame, *sum, options);
+  if (status != ExitStatus::done || sum->complete()) return status;
+  return fail(ExitStatus::data_failed, "parts are missing: the table is not the whole campaign's");
+}
+
+ExitStatus run_safety_campaign(const CampaignOptions& options) {
+  if (options.merge->parsed()) return run_merge(options);
+  if (options.format.empty()) return fail(ExitStatus::usage, "no --format given");
+  const auto frame = campaign_frame_of(options.format);
+  if (!frame) return bad_format(options.format);
+  lab::CampaignPlan plan{.format = options.format,
+                         .rules = campaign_rules(*frame),
+                         .seed = options.seed,
+                         .frames = options.frames,
+                         .faults = {}};
+  for (const std::string& text : options.faults) {
+    if (add_campaign_fault(*frame, text, plan)) continue;
+    return fail(
+        ExitStatus::usage,
+        fmt::format("'{}' is no fault of these {} bits: {}, or one of {} with [:PLACE], or {}",
+                    text, frame->bits(), measured_faults, placed_faults, other_faults));
+  }
+  if (options.replay) return run_replay(*frame, plan, options);
+  return run_counts(*frame, std::move(plan), options);
+}
+
+}  // namespace
+
+Run add_safety_campaign(CLI::App& verb) {
+  const auto options = std::make_shared<CampaignOptions>();
+  verb.add_option(
+      "-f,--format", options->format,
+      "Safety configuration, catalogue name, or the format of a control and a safety word");
+  verb.add_option(
+          "--fault", options->faults,
+          fmt::format("{}; {}, each with [:PLACE]; {}; as often as wanted, all kinds by default",
+                      measured_faults, placed_faults, other_faults))
+      ->type_name("KIND")
+      ->allow_extra_args(false);
+  add_count_option(verb, "--frames", into(options->frames),
+                   "Frames of each fault; 10 million by default", lab::max_campaign_frames);
+  add_count_option(verb, "--seed", into(options->seed), "Of all that is drawn; 1 by default");
+  add_count_option(verb, "--threads", into(options->threads), "As many as there are cores", 1024);
+  verb.add_option("--shard", options->shard, "Only the K-th of N parts")->type_name("K/N");
+  verb.add_option("--state", options->state,
+                  "Save progress here, and go on where an earlier run was ended")
+      ->type_name("FILE");
+  add_duration_option(verb, "--save-every", into(options->save_every),
+                      "Between two saves of --state; 5 s by default");
+  verb.add_flag("--no-importance", options->plain,
+                "No importance sampling where plain sampling sees too little");
+  add_count_option(verb, "--replay", into(options->replay),
+                   "Show one frame of the only --fault, a missed one for example",
+                   lab::max_campaign_frames - 1);
+  CLI::App* merge = verb.add_subcommand("merge", "Add up the states of shards");
+  merge->add_option("FILE", options->parts, "States that --state wrote")->required();
+  merge->add_option("--state", options->state, "Write the sum here")->type_name("FILE");
+  for (CLI::App* app : {&verb, merge}) {
+    add_to_option(*app, options->to);
+    add_output_option(*app, options->output);
+  }
+  options->merge = merge;
+  return [options] { return run_safety_campaign(*options); };
+}
+
+}  // namespace biss::cli

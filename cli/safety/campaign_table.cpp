@@ -1,0 +1,153 @@
+#include "cli/safety/campaign_table.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <array>
+#include <cmath>
+#include <string>
+#include <vector>
+
+namespace biss::cli {
+namespace {
+
+using lab::Acceptance;
+using report::Kind;
+
+constexpr std::array acceptances{Acceptance::cpw, Acceptance::spw, Acceptance::both,
+                                 Acceptance::monitor, Acceptance::wrong};
+// A campaign of 10^9 frames leaves the theory by more than this once in two million counts.
+constexpr long double sigma_limit = 5;
+
+std::string number(long double value) { return fmt::format("{:.6e}", static_cast<double>(value)); }
+
+struct Measured {
+  std::string fault;
+  const lab::CampaignCounts& counts;
+  std::optional<lab::CampaignTheory> theory;
+  /// None where the fault's counts say nothing of it.
+  std::array<std::optional<lab::CampaignEstimate>, lab::acceptance_count> estimates{};
+};
+
+// A long double as the nearest double.
+report::Cell real(long double value) { return static_cast<double>(value); }
+
+std::vector<report::Column> machine_columns() {
+  std::vector<report::Column> columns = {{.name = "fault"},
+                                         {.name = "frames", .kind = Kind::unsigned_integer}};
+  for (const char* name :
+       {"accepted_cpw", "accepted_spw", "accepted_both", "accepted_monitor", "wrong"}) {
+    columns.push_back({.name = name, .kind = Kind::unsigned_integer});
+  }
+  const auto add = [&columns](const std::string& name) {
+    columns.push_back({.name = name, .kind = Kind::real});
+  };
+  for (const char* name : {"rate", "theory", "low", "high", "sigma"}) add(name);
+  for (const char* what : {"cpw", "spw", "both", "monitor"}) {
+    for (const char* name : {"rate", "theory", "sigma"}) add(fmt::format("{}_{}", what, name));
+  }
+  columns.push_back({.name = "missed"});
+  for (const char* what : {"cpw_", "spw_", "both_", "monitor_", ""}) {
+    add(fmt::format("{}effective", what));
+  }
+  return columns;
+}
+
+report::Cell events_cell(const Measured& row, std::size_t what) {
+  return row.estimates[what] ? report::Cell(row.counts.total(acceptances[what])) : report::Cell();
+}
+
+bool write_machine_row(report::TableWriter& table, const Measured& row) {
+  constexpr std::size_t wrong = lab::acceptance_count - 1;
+  std::vector<report::Cell> cells = {report::Cell(row.fault), report::Cell(row.counts.frames)};
+  for (std::size_t what = 0; what <= wrong; ++what) cells.push_back(events_cell(row, what));
+  const auto add = [&](std::size_t what, bool bounds) {
+    const auto& found = row.estimates[what];
+    cells.push_back(found ? real(found->rate) : report::Cell());
+    cells.push_back(row.theory ? real((*row.theory)[what]) : report::Cell());
+    if (bounds) {
+      cells.push_back(found ? real(found->low) : report::Cell());
+      cells.push_back(found ? real(found->high) : report::Cell());
+    }
+    cells.push_back(found && found->sigma ? real(*found->sigma) : report::Cell());
+  };
+  add(wrong, true);
+  for (std::size_t what = 0; what < wrong; ++what) add(what, false);
+  // Cells own no text.
+  const std::string missed = fmt::format("{}", fmt::join(row.counts.missed, ";"));
+  cells.emplace_back(missed);
+  for (const auto& found : row.estimates) {
+    cells.push_back(found ? real(found->effective) : report::Cell());
+  }
+  return table.row(cells);
+}
+
+std::vector<report::Column> eye_columns() {
+  return {{.name = "fault"},
+          {.name = "accepted by"},
+          {.name = "frames", .kind = Kind::unsigned_integer},
+          {.name = "events", .kind = Kind::unsigned_integer},
+          {.name = "effective"},
+          {.name = "rate"},
+          {.name = "low"},
+          {.name = "high"},
+          {.name = "theory"},
+          {.name = "sigma"}};
+}
+
+bool write_eye_rows(report::TableWriter& table, const Measured& row) {
+  for (std::size_t what = 0; what < lab::acceptance_count; ++what) {
+    if (!row.estimates[what]) continue;
+    const lab::CampaignEstimate& found = *row.estimates[what];
+    const std::string effective = fmt::format("{:.0f}", static_cast<double>(found.effective));
+    const std::string rate = number(found.rate);
+    const std::string low = number(found.low);
+    const std::string high = number(found.high);
+    const std::string theory = row.theory ? number((*row.theory)[what]) : "";
+    const std::string sigma = found.sigma ? sigma_text(*found.sigma) : "";
+    const report::Cell cells[] = {row.fault,
+                                  lab::acceptance_names[what],
+                                  row.counts.frames,
+                                  events_cell(row, what),
+                                  effective,
+                                  rate,
+                                  low,
+                                  high,
+                                  theory,
+                                  sigma};
+    if (!table.row(cells)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::string sigma_text(long double sigma) {
+  std::string text = fmt::format("{:+.2f}", static_cast<double>(sigma));
+  return text == "+0.00" || text == "-0.00" ? "0.00" : text;
+}
+
+CampaignTable write_campaign(const lab::CampaignFrame& frame, const lab::CampaignState& state,
+                             report::Format to, report::TextSink& sink, bool colour) {
+  const bool eyes = to == report::Format::table;
+  const auto columns = eyes ? eye_columns() : machine_columns();
+  const auto table = report::make_table_writer(to, columns, sink, {.colour = colour});
+  lab::CampaignTheories theories(frame);
+  CampaignTable result;
+  for (std::size_t n = 0; n < state.plan.faults.size(); ++n) {
+    const lab::FaultChoice& fault = state.plan.faults[n];
+    Measured row{text_of(fault), state.counts[n], theories.of(fault)};
+    for (std::size_t what = 0; what < lab::acceptance_count; ++what) {
+      const auto theory = row.theory ? std::optional((*row.theory)[what]) : std::nullopt;
+      if (!is_counted(fault, acceptances[what])) continue;
+      row.estimates[what] = estimate(frame, fault, row.counts, acceptances[what], theory);
+      const auto& sigma = row.estimates[what]->sigma;
+      if (sigma && std::abs(*sigma) > sigma_limit) result.disagrees = true;
+    }
+    if (!(eyes ? write_eye_rows(*table, row) : write_machine_row(*table, row))) return result;
+  }
+  result.written = table->finish();
+  return result;
+}
+
+}  // namespace biss::cli

@@ -1,0 +1,42 @@
+// biss safety: how strong the checks of a frame are, counted and measured.
+#include "cli/safety/safety.hpp"
+
+#include "cli/common/verb_group.hpp"
+#include "cli/common/verbs.hpp"
+
+namespace biss::cli {
+
+void add_safety(Command& command) {
+  add_verb_group(
+      command,
+      {.name = "safety",
+       .purpose = "Say how strong the checks of a frame are",
+       .examples = {"biss safety analyse -f fs-36-28 --ber 1e-4"}},
+      {{{"analyse",
+         "Say exactly which errors a format's checksums do not see, and how often they come",
+         {"biss safety analyse -f fs-36-28 --ber 1e-4 --rate 32kHz",
+          "biss safety analyse -f pos26,nE,nW,crc6 --ber 1e-2 --ber 1e-3 --to jsonl",
+          "biss safety analyse -f mt12,st24,nE,nW,crc6+mt12,st16,nE,nW,lc6,crc16 --compare 13"}},
+        add_safety_analyse},
+       {{"campaign",
+         "Damage frames by the billion and count what is accepted all the same",
+         {"biss safety campaign -f fs-36-28 --frames 1000000000 --state run.json",
+          "biss safety campaign -f fs-36-28 --fault flips:0.01 --fault burst:16 --to csv",
+          "biss safety campaign -f fs-36-28 --shard 1/7 --state part1.json",
+          "biss safety campaign merge part1.json part2.json --to csv",
+          "biss safety campaign -f fs-36-28 --fault flips:0.01 --replay 123456"}},
+        add_safety_campaign},
+       {{"sequences",
+         "Show the monitor long runs of frames, undamaged and with every kind of fault",
+         {"biss safety sequences -f fs-36-28 --frames 1000000000 --faults 1000000",
+          "biss safety sequences -f fs-36-28 --kind undamaged --motion steps --to csv",
+          "biss safety sequences -f fs-36-28 --counter count_0_63 --encoder-counter count_1_63",
+          "biss safety sequences -f fs-36-28 --kind addressing --variant one_frame --replay 17"}},
+        add_safety_sequences},
+       {{"evidence",
+         "Put all that can be shown of a configuration into a folder, with hashes",
+         {"biss safety evidence -f fs-36-28 -o evidence", "biss safety evidence --check evidence"}},
+        add_safety_evidence}});
+}
+
+}  // namespace biss::cli

@@ -1,0 +1,147 @@
+#include "cli/simulate/registers.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <optional>
+
+#include "biss/eds/device.hpp"
+#include "biss/eds/profile.hpp"
+#include "biss/frame/format_print.hpp"
+#include "cli/common/message.hpp"
+#include "cli/common/quantity.hpp"
+#include "cli/eds/source.hpp"
+
+namespace biss::cli {
+
+namespace {
+
+// Of one encoder.
+struct Loaded {
+  sim::EncoderRegisters registers;
+  FormatArguments device;
+};
+
+bool is_map(unsigned address) { return register_field(address).access == FieldAccess::read_only; }
+
+std::vector<unsigned> sheet_banks(const dump::DataSheet& sheet) {
+  std::vector<unsigned> banks;
+  if (sheet.common) banks.push_back(sheet.common->bank);
+  for (const auto& part : sheet.profiles) {
+    if (part) banks.push_back(part->bank);
+  }
+  return banks;
+}
+
+sim::EncoderRegisters registers_of(const dump::RegisterDump& dump, const dump::DataSheet& sheet) {
+  sim::EncoderRegisters registers;
+  const std::vector<unsigned> read_only = sheet_banks(sheet);
+  for (unsigned number = 0; number < bank_count; ++number) {
+    const bool fixed = std::count(read_only.begin(), read_only.end(), number) != 0;
+    const auto protection = fixed ? RegisterProtection::read_only : RegisterProtection::read_write;
+    for (unsigned at = 0; at < bank_bytes; ++at) {
+      const auto byte = dump.bank(number)[at];
+      if (byte) registers.bank(number).put(at, {&*byte, 1}, protection);
+    }
+  }
+  for (unsigned address = reg::eds_bank; address <= dump::last_address; ++address) {
+    const auto byte = dump.direct_byte(address);
+    if (!byte) continue;
+    registers.put(address, *byte,
+                  is_map(address) ? RegisterProtection::read_only : RegisterProtection::read_write);
+  }
+  const auto banks = dump.banks();
+  const auto bsel = dump.direct_byte(reg::bsel);
+  if (bsel || (banks && banks->last != 0)) registers.put_bsel(bsel.value_or(0));
+  return registers;
+}
+
+// By the data sheet, else by the identifier.
+FormatArguments device_of(const dump::RegisterDump& dump, const dump::DataSheet& sheet) {
+  FormatArguments device;
+  const auto described = describe_device(sheet.image(), {}, [](const EdsRemark&) {});
+  if (described.ok()) {
+    const DeviceTiming& timing = described->timing;
+    device.format = format_text(described->format).view();
+    device.ack_max = text_of(timing.ack_max);
+    device.timeout = text_of(timing.timeout);
+    device.clock_max = text_of(timing.clock_max);
+    if (timing.cycle_min.count != 0) device.cycle_min = text_of(timing.cycle_min);
+    return device;
+  }
+  const auto identifier = dump.direct_number(reg::bp_id, 2);
+  if (!identifier) return device;
+  const auto format = profile_format(static_cast<std::uint16_t>(*identifier));
+  if (format.ok()) device.format = format_text(*format).view();
+  return device;
+}
+
+// The highest ID is the first in the frame.
+std::string joined_format(const std::vector<std::optional<Loaded>>& loaded) {
+  std::string text;
+  for (auto encoder = loaded.rbegin(); encoder != loaded.rend(); ++encoder) {
+    if (!*encoder || (*encoder)->device.format.empty()) return {};
+    if (!text.empty()) text += '+';
+    text += (*encoder)->device.format;
+  }
+  return text;
+}
+
+}  // namespace
+
+LoadedRegisters load_registers(const std::vector<std::string>& arguments) {
+  std::vector<std::optional<Loaded>> loaded;
+  const auto refuse = [](ExitStatus status, std::string_view text) {
+    if (!text.empty()) fail(status, text);
+    return LoadedRegisters{{}, status, {}};
+  };
+  for (const std::string& argument : arguments) {
+    std::size_t id = loaded.size();
+    const bool named = argument.size() > 2 && argument[1] == ':' && argument[0] >= '0' &&
+                       argument[0] < '0' + static_cast<int>(control_max_slaves);
+    if (named) id = static_cast<std::size_t>(argument[0] - '0');
+    if (id >= control_max_slaves) {
+      return refuse(ExitStatus::usage, "--registers: eight encoders have an ID, 0 to 7");
+    }
+    if (id < loaded.size() && loaded[id]) {
+      return refuse(ExitStatus::usage, fmt::format("--registers: ID {} is given twice", id));
+    }
+    EdsArguments file;
+    file.file = named ? argument.substr(2) : argument;
+    if (named) file.slave = static_cast<std::uint8_t>(id);
+    const LoadedEds source = load_eds(file);
+    if (!source.source) return refuse(source.status, {});
+    loaded.resize(std::max(loaded.size(), id + 1));
+    loaded[id] = {registers_of(source.source->dump, source.source->sheet),
+                  device_of(source.source->dump, source.source->sheet)};
+  }
+  LoadedRegisters all;
+  if (loaded.size() == 1 && loaded[0]) all.device = loaded[0]->device;
+  all.device.format = joined_format(loaded);
+  for (const auto& encoder : loaded) {
+    all.registers.push_back(encoder ? encoder->registers : sim::EncoderRegisters());
+  }
+  return all;
+}
+
+std::string read_busy(const std::string& text, Picoseconds interval, RegisterBusy& busy) {
+  constexpr std::uint16_t most = std::numeric_limits<std::uint16_t>::max();
+  std::uint64_t frames = 0;
+  if (const auto count = parse_count(text, most); count.ok()) {
+    frames = *count;
+  } else if (const auto time = parse_duration(text); time.ok()) {
+    frames = static_cast<std::uint64_t>((time->count + interval.count - 1) / interval.count);
+  } else {
+    return fmt::format("--register-busy: '{}': frames, up to {}, or a time like 3ms", text, most);
+  }
+  if (frames > most) {
+    return fmt::format("--register-busy: {} are {} frames at this rate; at most {} are possible",
+                       text, frames, most);
+  }
+  busy = {static_cast<std::uint16_t>(frames), static_cast<std::uint16_t>(frames)};
+  return {};
+}
+
+}  // namespace biss::cli

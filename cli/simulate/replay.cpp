@@ -1,0 +1,241 @@
+#include "cli/simulate/replay.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "cli/common/capture_output.hpp"
+#include "cli/common/message.hpp"
+#include "cli/common/output.hpp"
+#include "cli/common/quantity.hpp"
+#include "cli/common/recorded_line.hpp"
+#include "cli/decode/table.hpp"
+#include "cli/simulate/truth.hpp"
+#include "sim/encoder.hpp"
+#include "sim/ma_replay.hpp"
+#include "sim/slo_replay.hpp"
+
+namespace biss::cli {
+
+namespace {
+
+// What a motion takes for the time between two requests: the recorded one is not known beforehand.
+constexpr Picoseconds motion_interval = microseconds(100);
+
+// Where edges go, and rows beside them.
+class ReplayOutput {
+ public:
+  ReplayOutput(const ReplayOptions& options, Hertz clock) : options_(options), clock_(clock) {}
+
+  bool open(const std::string& rows_path, std::span<const report::Column> columns) {
+    if (!output_.open(options_.output)) return false;
+    edges_.emplace(options_.output, std::vector<std::string>{"MA", "SLO"},
+                   options_.sample_rate.value_or(usual_sample_rate(clock_)), output_);
+    if (rows_path.empty()) return true;
+    if (!rows_output_.open(rows_path)) return false;
+    rows_ = report::make_table_writer(report::Format::csv, columns, rows_output_);
+    return true;
+  }
+
+  void row(std::span<const report::Cell> cells) {
+    if (rows_) good_ = rows_->row(cells) && good_;
+  }
+
+  /// Writes and forgets the edges. False when anything failed, rows included.
+  bool write(std::vector<wire::Edge>& edges) {
+    good_ = good_ && edges_->write(edges);
+    edges.clear();
+    return good_;
+  }
+
+  bool finish(Picoseconds end) {
+    if (!good_ || !edges_->finish(end) || !output_.finish()) return false;
+    return !rows_ || (rows_->finish() && rows_output_.finish());
+  }
+
+  /// Says what failed.
+  ExitStatus status() const {
+    if (edges_ && edges_->status() != ExitStatus::done) return ExitStatus::io;
+    if (output_.status() != ExitStatus::done) return ExitStatus::io;
+    return rows_output_.status();
+  }
+
+ private:
+  const ReplayOptions& options_;
+  Hertz clock_;
+  Output output_;
+  Output rows_output_;
+  std::optional<CaptureOutput> edges_;
+  std::unique_ptr<report::TableWriter> rows_;
+  bool good_ = true;
+};
+
+// All blocks of the capture through `push`, which appends what it makes to its argument.
+ExitStatus pump(
+    CaptureInput& input, ReplayOutput& output,
+    const std::function<void(std::span<const wire::Edge>, std::vector<wire::Edge>&)>& push) {
+  std::vector<wire::Edge> made;
+  for (auto block = input.next(); !block.empty(); block = input.next()) {
+    if (block.front().time < -sim::replay_time_max || block.back().time > sim::replay_time_max) {
+      return fail(ExitStatus::io,
+                  fmt::format("{}: has times of more than ten days; cut out what is to be replayed",
+                              input.name()));
+    }
+    push(block, made);
+    if (!output.write(made)) return output.status();
+  }
+  if (!input.error().empty()) return fail(ExitStatus::io, input.error());
+  return ExitStatus::done;
+}
+
+sim::MaReplaySetup setup_of(const sim::LineSetup& line, bool timeout_known) {
+  SlaveTiming timing = slave_timing(line.timing, line.processing);
+  if (!timeout_known) timing.timeout = {TimeoutRule::adaptive, {}};
+  return {.codec = FrameCodec<>(line.format),
+          .timing = timing,
+          .line_delay = line.ma_delay + line.slo_delay + line.internal_delay,
+          .registers = line.registers.empty() ? std::nullopt : std::optional(line.registers[0])};
+}
+
+// The counts of answers by kind, and their rows of truth.
+class AnswerLog {
+ public:
+  explicit AnswerLog(const FrameFormat& format) : table_(format) {}
+
+  const std::vector<report::Column>& columns() const { return table_.columns(); }
+
+  std::vector<report::Cell> cells(const sim::Answer& answer) {
+    sim::SimulatedCycle cycle;
+    cycle.time = answer.time;
+    cycle.sent = answer.sent;
+    std::vector<report::Cell> cells = table_.cells(total(), cycle);
+    ++counts_[static_cast<std::size_t>(answer.kind)];
+    constexpr std::size_t faults = 5;
+    if (cells.size() <= faults) cells.resize(faults + 1);
+    if (answer.kind == sim::AnswerKind::cut) cells[faults] = "truncated";
+    if (answer.kind == sim::AnswerKind::not_ready) cells[faults] = "not_ready";
+    return cells;
+  }
+
+  std::uint64_t total() const { return counts_[0] + counts_[1] + counts_[2]; }
+  std::string text() const {
+    std::string text = fmt::format("{} requests, {} answered up to STOP", total(), counts_[0]);
+    if (counts_[1] != 0) text += fmt::format(", {} cut by the master", counts_[1]);
+    if (counts_[2] != 0) {
+      text +=
+          fmt::format(", {} before the encoder was ready (--timeout says when it is)", counts_[2]);
+    }
+    return text + "\n";
+  }
+
+ private:
+  TruthTable table_;
+  std::array<std::uint64_t, 3> counts_{};
+};
+
+decode::Cycle cycle_of(const sim::ReplayReading& replayed, const FrameFormat& format) {
+  const auto& reading = replayed.reading;
+  decode::Cycle cycle;
+  cycle.time = reading.begin;
+  cycle.line_delay = reading.line_delay;
+  if (reading.line_delay) cycle.marginal = reading.marginal;
+  if (replayed.period.count != 0) cycle.period = replayed.period;
+  if (reading.ack_clocks != 0) cycle.ack = reading.ack_clocks * replayed.period;
+  if (!reading.frame.ok()) {
+    cycle.status = decode::status_of(reading.frame.error().cause);
+    return cycle;
+  }
+  cycle.frame = *reading.frame;
+  for (std::size_t k = 0; k < format.channel_count; ++k) {
+    if (format.channel_list[k].crc.present()) cycle.crc_ok[k] = true;
+  }
+  return cycle;
+}
+
+ExitStatus no_request(const CaptureInput& input) {
+  return fail(ExitStatus::data_failed,
+              fmt::format("{}: no request on MA; is it the right line, and did the master ask?",
+                          input.name()));
+}
+
+}  // namespace
+
+ExitStatus replay_ma(const ReplayOptions& options, const LineOptions& line) {
+  const LineChoice choice = choose_line(line);
+  if (!choice) return fail(ExitStatus::usage, choice.error);
+  if (!line.register_busy.empty() && !parse_count(line.register_busy).ok()) {
+    return fail(ExitStatus::usage,
+                "--register-busy: in frames; a recorded master asks when it likes");
+  }
+  const sim::LineSetup& setup = *choice.setup;
+  const bool timeout_known =
+      choose_device(line.device).device->entry != nullptr || !line.device.timeout.empty();
+  RecordedLine recorded;
+  const ExitStatus opened = recorded.open(options.ma_from, options.ma, {}, options.raw, false);
+  if (opened != ExitStatus::done) return opened;
+  ReplayOutput output(options, recorded.clock());
+  AnswerLog log(setup.format);
+  if (!output.open(options.truth, log.columns())) return output.status();
+
+  sim::Encoder encoder(setup.format, sim::Motion(setup.motion, setup.format.channel_list[0],
+                                                 motion_interval, setup.seed));
+  sim::MaReplay replay(
+      setup_of(setup, timeout_known), [&](Picoseconds moment) { return encoder.sample(moment); },
+      [&](const sim::Answer& answer) { output.row(log.cells(answer)); });
+  CaptureInput& input = recorded.input();
+  const ExitStatus pumped = pump(input, output, [&](auto edges, auto& made) {
+    replay.push(edges, recorded.lines().ma, made);
+  });
+  if (pumped != ExitStatus::done) return pumped;
+  std::vector<wire::Edge> made;
+  const Picoseconds end = replay.finish(input.end_time(), made);
+  if (log.total() == 0) return no_request(input);
+  if (!output.write(made) || !output.finish(end)) return output.status();
+  print_summary(log.text());
+  return ExitStatus::done;
+}
+
+ExitStatus replay_slo(const ReplayOptions& options, const LineOptions& line) {
+  const LineChoice choice = choose_line(line);
+  if (!choice) return fail(ExitStatus::usage, choice.error);
+  const sim::LineSetup& setup = *choice.setup;
+  RecordedLine recorded;
+  const ExitStatus opened =
+      recorded.open(options.slo_from, options.ma, options.slo, options.raw, true);
+  if (opened != ExitStatus::done) return opened;
+  ReplayOutput output(options, recorded.clock());
+  DecodeTable table(setup.format);
+  if (!output.open(options.readings, table.columns())) return output.status();
+
+  MasterSetup master{
+      .timing = setup.timing, .slaves = setup.slaves, .compensate = setup.compensate};
+  if (options.own_clock) master.period = period_of(setup.clock);
+  std::uint64_t total = 0;
+  std::uint64_t good = 0;
+  std::uint64_t marginal = 0;
+  sim::SloReplay replay({FrameCodec<>(setup.format), master},
+                        [&](const sim::ReplayReading& reading) {
+                          const decode::Cycle cycle = cycle_of(reading, setup.format);
+                          output.row(table.cells(total++, cycle));
+                          if (cycle.frame) ++good;
+                          if (reading.reading.marginal) ++marginal;
+                        });
+  CaptureInput& input = recorded.input();
+  const decode::Lines lines = recorded.lines();
+  const ExitStatus pumped = pump(input, output, [&](auto edges, auto& made) {
+    replay.push(edges, lines.ma, lines.slo, made);
+  });
+  if (pumped != ExitStatus::done) return pumped;
+  std::vector<wire::Edge> made;
+  replay.finish(input.end_time(), made);
+  if (total == 0) return no_request(input);
+  if (!output.write(made) || !output.finish(input.end_time())) return output.status();
+  print_summary(fmt::format("{} requests, {} read, {} of them marginal\n", total, good, marginal));
+  return ExitStatus::done;
+}
+
+}  // namespace biss::cli

@@ -1,0 +1,155 @@
+#include "cli/simulate/setup.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "biss/timing/cable.hpp"
+#include "cli/common/fault_option.hpp"
+#include "cli/common/quantity.hpp"
+#include "cli/simulate/registers.hpp"
+#include "sim/line.hpp"
+
+namespace biss::cli {
+
+namespace {
+
+std::string put_motion(const LineOptions& options, sim::LineSetup& setup) {
+  const auto& names = sim::motion_names;
+  const auto motion = std::find(names.begin(), names.end(), options.motion);
+  if (motion == names.end()) {
+    return fmt::format("--motion: '{}' is not one of {}", options.motion, fmt::join(names, ", "));
+  }
+  setup.motion = static_cast<sim::MotionKind>(motion - names.begin());
+  return {};
+}
+
+std::string put_delays(const LineOptions& options, sim::LineSetup& setup) {
+  const Picoseconds cable = cable_delay(options.cable);
+  setup.ma_delay = options.ma_delay.value_or(cable / 2);
+  setup.slo_delay = options.slo_delay.value_or(cable - cable / 2);
+  setup.internal_delay = options.internal_delay.value_or(setup.timing.internal_delay_max);
+  const Picoseconds delay = setup.ma_delay + setup.slo_delay + setup.internal_delay * setup.slaves;
+  if (delay <= biss_line_delay_max) return {};
+  return fmt::format("--cable: a line delay of {}; BiSS C allows {}", text_of(delay, 3),
+                     text_of(biss_line_delay_max));
+}
+
+// An edge cannot come before it was made.
+std::string check_jitter(const char* line, Picoseconds jitter, Picoseconds delay) {
+  if (jitter <= delay) return {};
+  return fmt::format(
+      "--jitter: an edge of {} takes {} and cannot come {} earlier; give a longer --cable, or "
+      "less jitter",
+      line, text_of(delay, 3), text_of(jitter, 3));
+}
+
+std::string put_jitter(const LineOptions& options, sim::LineSetup& setup) {
+  setup.ma_jitter = options.ma_jitter.value_or(options.jitter);
+  setup.slo_jitter = options.slo_jitter.value_or(options.jitter);
+  std::string wrong = check_jitter("MA", setup.ma_jitter, setup.ma_delay);
+  if (!wrong.empty()) return wrong;
+  return check_jitter("SLO", setup.slo_jitter, setup.slo_delay + setup.internal_delay);
+}
+
+std::string put_chain(const LineOptions& options, sim::LineSetup& setup) {
+  setup.slaves = static_cast<std::uint8_t>(options.slaves);
+  if (options.slaves >= 1 && options.slaves <= setup.format.channel_count) return {};
+  return fmt::format("--slaves: 1 to {}, as many as the format has channels",
+                     setup.format.channel_count);
+}
+
+std::string put_faults(const LineOptions& options, sim::LineSetup& setup) {
+  for (const std::string& text : options.faults) {
+    sim::FaultRule rule;
+    if (std::string wrong = read_fault(text, rule); !wrong.empty()) return wrong;
+    setup.faults.push_back(rule);
+  }
+  return {};
+}
+
+std::string put_life(const LineOptions& options, sim::LineSetup& setup) {
+  setup.life.first = options.counter == "count_0_63" ? 0 : 1;
+  const auto& starts = options.counter_start;
+  if (starts.size() > setup.format.channel_count) {
+    return fmt::format("--counter-start: {} values for {} channels", starts.size(),
+                       setup.format.channel_count);
+  }
+  for (std::size_t k = 0; k < max_channels && !starts.empty(); ++k) {
+    const std::uint64_t start = starts[std::min(k, starts.size() - 1U)];
+    if (start < setup.life.first || start > 63) {
+      return fmt::format("--counter-start: {} to 63", setup.life.first);
+    }
+    setup.life.starts[k] = static_cast<std::uint8_t>(start);
+  }
+  if (options.drift < INT32_MIN || options.drift > INT32_MAX) {
+    return "--drift: too much for a cycle";
+  }
+  setup.drift = static_cast<std::int32_t>(options.drift);
+  return {};
+}
+
+std::string put_control(const LineOptions& options, sim::LineSetup& setup) {
+  setup.registers = options.registers;
+  setup.accesses = options.accesses;
+  setup.control.retries = static_cast<std::uint8_t>(options.retries);
+  if (!options.registers.empty() && setup.format.cds0) {
+    return "--registers: by its format this encoder is unidirectional, its CDS is always 0";
+  }
+  if (options.registers.size() <= setup.slaves) return {};
+  return fmt::format("--registers: for ID {}, but there {}", options.registers.size() - 1,
+                     setup.slaves == 1 ? std::string("is one encoder, with ID 0; see --slaves")
+                                       : fmt::format("are {} encoders", setup.slaves));
+}
+
+// Behind put_rate(): a time is counted in cycles.
+std::string put_busy(const LineOptions& options, sim::LineSetup& setup) {
+  if (options.register_busy.empty()) return {};
+  if (setup.registers.empty()) return "--register-busy: without --registers there are none";
+  RegisterBusy busy;
+  std::string wrong = read_busy(options.register_busy, sim::Line(setup).nominal().interval, busy);
+  for (sim::EncoderRegisters& registers : setup.registers) registers.set_busy(busy);
+  return wrong;
+}
+
+std::string put_rate(const LineOptions& options, sim::LineSetup& setup) {
+  const DeviceTiming& timing = setup.timing;
+  if (options.clock < timing.clock_min || options.clock > timing.clock_max) {
+    return fmt::format("--clock: this encoder takes {} to {}", text_of(timing.clock_min),
+                       text_of(timing.clock_max));
+  }
+  setup.clock = options.clock;
+  setup.clock_error_ppm = options.clock_error_ppm;
+  setup.duty_per_mille = options.duty_per_mille;
+  if (!options.rate) return {};
+  setup.interval = period_of(*options.rate);
+  const Picoseconds least = sim::least_interval(setup);
+  if (setup.interval >= least) return {};
+  return fmt::format(
+      "--rate: a cycle takes {}, so at most {} is feasible", text_of(least, 3),
+      text_of(Hertz{static_cast<std::uint32_t>(picoseconds_per_second / least.count)}));
+}
+
+}  // namespace
+
+LineChoice choose_line(const LineOptions& options) {
+  const DeviceChoice choice = choose_device(options.device);
+  if (!choice) return {.setup = {}, .error = choice.error};
+  sim::LineSetup setup;
+  setup.format = choice.device->format;
+  setup.timing = choice.device->timing;
+  setup.processing = options.processing;
+  setup.compensate = !options.no_compensation;
+  setup.record_at_slave = options.at_slave;
+  setup.seed = options.seed;
+  for (const auto put : {put_motion, put_chain, put_delays, put_jitter, put_life, put_faults,
+                         put_control, put_rate, put_busy}) {
+    if (std::string wrong = put(options, setup); !wrong.empty()) {
+      return {.setup = {}, .error = std::move(wrong)};
+    }
+  }
+  return {.setup = std::move(setup), .error = {}};
+}
+
+}  // namespace biss::cli

@@ -1,0 +1,65 @@
+#include "cli/simulate/setup.hpp"
+
+#include <gtest/gtest.h>
+
+namespace biss::cli {
+namespace {
+
+LineOptions line_of(const std::string& format) {
+  LineOptions line;
+  line.device.format = format;
+  return line;
+}
+
+sim::LineSetup chosen(const LineOptions& options) {
+  const LineChoice choice = choose_line(options);
+  EXPECT_EQ(choice.error, "");
+  return choice ? *choice.setup : sim::LineSetup{};
+}
+
+TEST(LineOptions, DelaysOfEachLine_ReplaceHalfOfTheCable) {
+  LineOptions options = line_of("resolute-26");
+  options.cable = metres(20);
+  EXPECT_EQ(chosen(options).ma_delay, nanoseconds(100));
+  EXPECT_EQ(chosen(options).slo_delay, nanoseconds(100));
+  EXPECT_EQ(chosen(options).internal_delay, picoseconds(42'500));
+  options.slo_delay = nanoseconds(7);
+  EXPECT_EQ(chosen(options).ma_delay, nanoseconds(100));
+  EXPECT_EQ(chosen(options).slo_delay, nanoseconds(7));
+  options.ma_delay = Picoseconds{};
+  options.internal_delay = nanoseconds(1);
+  EXPECT_EQ(chosen(options).ma_delay, Picoseconds{});
+  EXPECT_EQ(chosen(options).internal_delay, nanoseconds(1));
+  options.ma_delay = microseconds(40);
+  EXPECT_EQ(choose_line(options).error, "--cable: a line delay of 40.008 us; BiSS C allows 40 us");
+}
+
+TEST(LineOptions, JitterOfEachLine_ReplacesThatOfBoth) {
+  LineOptions options = line_of("resolute-26");
+  options.cable = metres(2);
+  options.jitter = nanoseconds(3);
+  EXPECT_EQ(chosen(options).ma_jitter, nanoseconds(3));
+  EXPECT_EQ(chosen(options).slo_jitter, nanoseconds(3));
+  options.slo_jitter = nanoseconds(50);
+  EXPECT_EQ(chosen(options).ma_jitter, nanoseconds(3));
+  EXPECT_EQ(chosen(options).slo_jitter, nanoseconds(50));
+  options.ma_jitter = Picoseconds{};
+  EXPECT_EQ(chosen(options).ma_jitter, Picoseconds{});
+}
+
+TEST(LineOptions, JitterLongerThanTheDelay_IsRefused) {
+  LineOptions options = line_of("resolute-26");
+  options.jitter = nanoseconds(3);
+  EXPECT_EQ(choose_line(options).error,
+            "--jitter: an edge of MA takes 0 s and cannot come 3 ns earlier; give a longer "
+            "--cable, or less jitter");
+  options.ma_jitter = Picoseconds{};
+  EXPECT_EQ(choose_line(options).error, "");
+  options.slo_jitter = nanoseconds(43);
+  EXPECT_EQ(choose_line(options).error,
+            "--jitter: an edge of SLO takes 42.5 ns and cannot come 43 ns earlier; give a longer "
+            "--cable, or less jitter");
+}
+
+}  // namespace
+}  // namespace biss::cli

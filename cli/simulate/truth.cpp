@@ -1,0 +1,50 @@
+#include "cli/simulate/truth.hpp"
+
+#include <fmt/format.h>
+
+#include "cli/common/fault_option.hpp"
+
+namespace biss::cli {
+
+using report::Cell;
+using report::Kind;
+
+TruthTable::TruthTable(const FrameFormat& format) : format_(format) {
+  columns_ = {{.name = "cycle", .kind = Kind::unsigned_integer},
+              {.name = "time_ns", .kind = Kind::nanoseconds},
+              {.name = "position", .kind = Kind::unsigned_integer},
+              {.name = "nE", .kind = Kind::flag},
+              {.name = "nW", .kind = Kind::flag},
+              {.name = "faults", .kind = Kind::text}};
+  for (std::size_t k = 1; k < format.channel_count; ++k) {
+    columns_.push_back({.name = fmt::format("position{}", k + 1), .kind = Kind::unsigned_integer});
+    columns_.push_back({.name = fmt::format("nE{}", k + 1), .kind = Kind::flag});
+    columns_.push_back({.name = fmt::format("nW{}", k + 1), .kind = Kind::flag});
+  }
+  columns_.push_back({.name = "places", .kind = Kind::text});
+  columns_.push_back({.name = "marginal", .kind = Kind::flag});
+}
+
+const std::vector<Cell>& TruthTable::cells(std::uint64_t number, const sim::SimulatedCycle& cycle) {
+  cells_.clear();
+  faults_ = sim::text_of(cycle.faults);
+  places_ = text_of(cycle.strikes);
+  cells_.emplace_back(number);
+  cells_.emplace_back(cycle.time);
+  for (std::size_t k = 0; k < cycle.sent.channel_count; ++k) {
+    // What a channel does not have stays empty, as in the rows of `decode`.
+    const Channel& channel = cycle.sent.channel_list[k];
+    const ChannelFormat& format = format_.channel_list[k];
+    cells_.push_back(format.position_bits() != 0 ? Cell(channel.position) : Cell());
+    cells_.push_back(format.error.present ? Cell(channel.nE) : Cell());
+    cells_.push_back(format.warning.present ? Cell(channel.nW) : Cell());
+    if (k == 0) cells_.push_back(faults_.empty() ? Cell() : Cell(faults_));
+  }
+  cells_.resize(columns_.size() - 2);
+  cells_.push_back(places_.empty() ? Cell() : Cell(places_));
+  // Without clocks our master did not ask.
+  cells_.push_back(cycle.reading.clocks != 0 ? Cell(cycle.reading.marginal) : Cell());
+  return cells_;
+}
+
+}  // namespace biss::cli

@@ -1,0 +1,34 @@
+// The rows of `biss simulate --truth`: what the encoder meant to send, and what was done to it.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "biss/frame/format.hpp"
+#include "report/table.hpp"
+#include "sim/line.hpp"
+
+namespace biss::cli {
+
+/// `cycle,time_ns,position,nE,nW,faults`, then position, nE and nW of each further channel, then
+/// `places`: where faults began in the cycle, and `marginal`: our master sampled SLO within 5 % of
+/// a period of a change. What a channel does not have is empty, and `marginal` where another master
+/// asked.
+class TruthTable {
+ public:
+  explicit TruthTable(const FrameFormat& format);
+
+  const std::vector<report::Column>& columns() const { return columns_; }
+  /// The cells of a row, valid until the next call.
+  const std::vector<report::Cell>& cells(std::uint64_t number, const sim::SimulatedCycle& cycle);
+
+ private:
+  FrameFormat format_;
+  std::vector<report::Column> columns_;
+  std::vector<report::Cell> cells_;
+  std::string faults_;
+  std::string places_;
+};
+
+}  // namespace biss::cli
