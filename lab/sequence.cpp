@@ -151,7 +151,7 @@ void SequencePlan::add_counter_mode(Counters counters, std::uint64_t trials) {
                   .size = trials});
 }
 
-void SequencePlan::add_fault(FaultKind kind, Counters counters, std::uint64_t faults) {
+void SequencePlan::add_fault(TransmissionError kind, Counters counters, std::uint64_t faults) {
   const std::uint64_t variants = variants_of(kind).size();
   for (unsigned variant = 0; variant < variants; ++variant) {
     rows.push_back({.task = SequenceTask::fault,
@@ -175,7 +175,7 @@ SequencePlan whole_plan(const FrameFormat& format, const SafetySetup& setup, std
   plan.add_counter_mode({count_1_63, count_0_63}, faults);
   const CounterMode encoder = setup.counter.mode == count_0_63 ? count_0_63 : count_1_63;
   for (const SafetyMeasure& measure : safety_measures) {
-    plan.add_fault(measure.kind, {setup.counter.mode, encoder}, faults);
+    plan.add_fault(measure.error, {setup.counter.mode, encoder}, faults);
   }
   return plan;
 }

@@ -36,7 +36,7 @@ struct SequencePlan {
   void add_undamaged(SequenceMotion motion, Counters counters, std::uint64_t frames);
   void add_counter_mode(Counters counters, std::uint64_t trials);
   /// `faults` of a kind, shared evenly between its variants, a row each.
-  void add_fault(FaultKind kind, Counters counters, std::uint64_t faults);
+  void add_fault(TransmissionError kind, Counters counters, std::uint64_t faults);
 };
 
 /// Everything there is: undamaged at `motion` with both counters, set up and learned; both wrong

@@ -22,27 +22,27 @@ class FaultRun {
  public:
   FaultRun(SequenceRig& rig, const SequenceRow& row)
       : rig_(rig), row_(row), name_(row.variant_name()) {
-    if (row.kind == FaultKind::corruption) corruption_ = *parse_fault(name_);
+    if (row.kind == TransmissionError::corruption) corruption_ = *parse_fault(name_);
   }
 
   // One event. \pre the monitor is safe and the next request is due now
   void commit() {
     switch (row_.kind) {
-      case FaultKind::corruption:
+      case TransmissionError::corruption:
         return corrupt();
-      case FaultKind::repetition:
+      case TransmissionError::repetition:
         return repeat();
-      case FaultKind::sequence:
+      case TransmissionError::sequence:
         return exchange();
-      case FaultKind::loss:
+      case TransmissionError::loss:
         return lose();
-      case FaultKind::delay:
+      case TransmissionError::delay:
         return delay();
-      case FaultKind::insertion:
+      case TransmissionError::insertion:
         return insert();
-      case FaultKind::masquerade:
+      case TransmissionError::masquerade:
         return masquerade();
-      case FaultKind::addressing:
+      case TransmissionError::addressing:
         return address();
     }
   }
@@ -252,7 +252,7 @@ class FaultRun {
 
 // Whether the fault needs a long past.
 bool looks_back(const SequenceRow& row) {
-  return row.kind == FaultKind::repetition || row.kind == FaultKind::insertion;
+  return row.kind == TransmissionError::repetition || row.kind == TransmissionError::insertion;
 }
 
 }  // namespace

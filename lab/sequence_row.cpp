@@ -30,23 +30,23 @@ constexpr std::array<std::string_view, 3> addressing{"one_frame", "for_good", "s
 
 }  // namespace
 
-std::span<const std::string_view> variants_of(FaultKind kind) {
+std::span<const std::string_view> variants_of(TransmissionError kind) {
   switch (kind) {
-    case FaultKind::corruption:
+    case TransmissionError::corruption:
       return corruption;
-    case FaultKind::repetition:
+    case TransmissionError::repetition:
       return repetition;
-    case FaultKind::sequence:
+    case TransmissionError::sequence:
       return sequence;
-    case FaultKind::loss:
+    case TransmissionError::loss:
       return loss;
-    case FaultKind::delay:
+    case TransmissionError::delay:
       return delay;
-    case FaultKind::insertion:
+    case TransmissionError::insertion:
       return insertion;
-    case FaultKind::masquerade:
+    case TransmissionError::masquerade:
       return masquerade;
-    case FaultKind::addressing:
+    case TransmissionError::addressing:
       return addressing;
   }
   return {};

@@ -35,12 +35,12 @@ constexpr std::string_view name_of(CounterMode mode) {
 }
 
 /// The ways in which a fault of this kind is committed; docs/safety-sequences.md describes them.
-std::span<const std::string_view> variants_of(FaultKind kind);
+std::span<const std::string_view> variants_of(TransmissionError kind);
 
 struct SequenceRow {
   SequenceTask task = SequenceTask::undamaged;
   /// Of a fault; and which of its variants.
-  FaultKind kind{};
+  TransmissionError kind{};
   unsigned variant = 0;
   /// The monitor's.
   CounterMode counter = CounterMode::count_1_63;

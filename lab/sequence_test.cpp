@@ -96,11 +96,11 @@ TEST(Sequence, EveryKindOfFault_IsToldInTimeAndAcceptedAsTheorySays) {
   for (const CounterMode counter : {count_1_63, count_0_63}) {
     SequencePlan plan = weak_plan();
     for (const SafetyMeasure& measure : safety_measures) {
-      plan.add_fault(measure.kind, {counter, counter}, 3000);
+      plan.add_fault(measure.error, {counter, counter}, 3000);
     }
     const auto results = results_of(plan);
     expect_passed(results);
-    EXPECT_EQ(results.size(), plan.rows.size() + fault_kind_count);
+    EXPECT_EQ(results.size(), plan.rows.size() + transmission_error_count);
     for (const SequenceResult& each : results) {
       ASSERT_TRUE(each.theory) << each.row.variant_name();
       EXPECT_EQ(each.counts.accepted + each.counts.recognised(), each.counts.events);
@@ -113,7 +113,7 @@ TEST(Sequence, EveryKindOfFault_IsToldInTimeAndAcceptedAsTheorySays) {
 
 TEST(Sequence, SumOfAKind_IsThatOfItsVariants) {
   SequencePlan plan = weak_plan();
-  plan.add_fault(FaultKind::addressing, {count_1_63, count_1_63}, 1000);
+  plan.add_fault(TransmissionError::addressing, {count_1_63, count_1_63}, 1000);
   const auto results = results_of(plan);
   ASSERT_EQ(results.size(), 4U);
   EXPECT_EQ(results[3].row.variant_name(), "all");
@@ -126,7 +126,7 @@ TEST(Sequence, SumOfAKind_IsThatOfItsVariants) {
 TEST(Sequence, LossWithinALongWatchdog_IsSeenByTheCounter) {
   SequencePlan plan = plan_of("fs-36-28");
   plan.setup.frame_gap_max = plan.setup.cycle_min * 40;
-  plan.add_fault(FaultKind::loss, {count_1_63, count_1_63}, 1000);
+  plan.add_fault(TransmissionError::loss, {count_1_63, count_1_63}, 1000);
   const auto results = results_of(plan);
   expect_passed(results);
   const SequenceCounts& unheard = results[2].counts;
@@ -140,8 +140,8 @@ TEST(Sequence, LossWithinALongWatchdog_IsSeenByTheCounter) {
 
 TEST(Sequence, LearnedCounter_StandsAgainstFaultsAlike) {
   SequencePlan plan = plan_of("rxm");
-  plan.add_fault(FaultKind::repetition, {learned, count_0_63}, 300);
-  plan.add_fault(FaultKind::sequence, {learned, count_1_63}, 300);
+  plan.add_fault(TransmissionError::repetition, {learned, count_0_63}, 300);
+  plan.add_fault(TransmissionError::sequence, {learned, count_1_63}, 300);
   expect_passed(results_of(plan));
 }
 
@@ -149,7 +149,7 @@ TEST(Sequence, InsertedFrame_IsAlwaysEarlyWhereTheSetupLooks) {
   for (const std::int64_t gap_ns : {15'000, 16'000}) {
     SequencePlan plan = plan_of("rxm");
     plan.setup.frame_gap_min = nanoseconds(gap_ns);
-    plan.add_fault(FaultKind::insertion, {count_1_63, count_1_63}, 2000);
+    plan.add_fault(TransmissionError::insertion, {count_1_63, count_1_63}, 2000);
     const auto results = results_of(plan);
     expect_passed(results);
     EXPECT_EQ(results[1].row.variant_name(), "foreign");
@@ -161,7 +161,7 @@ TEST(Sequence, InsertedFrame_IsAlwaysEarlyWhereTheSetupLooks) {
 TEST(Sequence, AnyNumberOfThreads_GivesTheSame) {
   SequencePlan plan = weak_plan();
   plan.add_undamaged(SequenceMotion::steps, {count_0_63, count_0_63}, 70'000);
-  plan.add_fault(FaultKind::insertion, {count_1_63, count_1_63}, 2500);
+  plan.add_fault(TransmissionError::insertion, {count_1_63, count_1_63}, 2500);
   std::uint64_t last = 0;
   const auto one = run_sequences(plan, 1, [&last](const SequenceProgress& now) {
     EXPECT_EQ(now.done, ++last);
@@ -177,7 +177,7 @@ TEST(Sequence, AnyNumberOfThreads_GivesTheSame) {
 
 TEST(Sequence, OddEvent_IsTheSameAgain) {
   SequencePlan plan = weak_plan();
-  plan.add_fault(FaultKind::addressing, {count_1_63, count_1_63}, 6000);
+  plan.add_fault(TransmissionError::addressing, {count_1_63, count_1_63}, 6000);
   const SequenceRow& row = plan.rows[0];
   const auto results = results_of(plan);
   ASSERT_FALSE(results[0].counts.odd.empty());

@@ -152,22 +152,22 @@ std::optional<long double> sequence_theory(const SequenceFrame& frame, const Seq
   const long double counter_fits = 1.0L / row.period();
   if (row.task != SequenceTask::fault) return 0;
   switch (row.kind) {
-    case FaultKind::corruption:
+    case TransmissionError::corruption:
       return corruption_theory(frame, name);
-    case FaultKind::repetition:
+    case TransmissionError::repetition:
       return name == "any_age" ? counter_fits : 0;
-    case FaultKind::insertion:
+    case TransmissionError::insertion:
       return name == "foreign" && !comes_too_early(frame) ? counter_fits : 0;
-    case FaultKind::addressing:
+    case TransmissionError::addressing:
       return name == "start_value" ? 0 : counter_fits;
-    case FaultKind::masquerade:
+    case TransmissionError::masquerade:
       if (name == "noise") return noise_theory(frame);
       if (name == "noise_word") return noise_word_theory(frame);
       if (name == "polynomial") return polynomial_theory(frame);
       return name == "standard" ? standard_theory(frame) : 0;
-    case FaultKind::sequence:
-    case FaultKind::loss:
-    case FaultKind::delay:
+    case TransmissionError::sequence:
+    case TransmissionError::loss:
+    case TransmissionError::delay:
       return 0;
   }
   return std::nullopt;

@@ -17,7 +17,7 @@ SequenceFrame frame_of(std::string_view text, CounterMode counter = CounterMode:
   return SequenceFrame::make(*parse_format(text), setup, counter, counter).value();
 }
 
-SequenceRow row_of(FaultKind kind, std::string_view variant,
+SequenceRow row_of(TransmissionError kind, std::string_view variant,
                    CounterMode counter = CounterMode::count_1_63) {
   SequenceRow row{
       .task = SequenceTask::fault, .kind = kind, .counter = counter, .encoder_counter = counter};
@@ -52,7 +52,7 @@ TEST(SequenceTheory, NoiseInTheSafetyWord_IsWhatAllWordsOfASmallFrameGive) {
     if (next_of(frame, sent, bits) == SafetyVerdict::safe) ++accepted;
   }
   ASSERT_GT(accepted, 0U);
-  const auto theory = sequence_theory(frame, row_of(FaultKind::masquerade, "noise_word"));
+  const auto theory = sequence_theory(frame, row_of(TransmissionError::masquerade, "noise_word"));
   EXPECT_DOUBLE_EQ(static_cast<double>(*theory) * static_cast<double>(1U << spw_bits),
                    static_cast<double>(accepted));
 }
@@ -77,7 +77,7 @@ TEST(SequenceTheory, AnotherPolynomial_IsWhatAllPositionsAndCountersGive) {
     }
     ASSERT_GT(accepted, 0U);
     const auto theory =
-        sequence_theory(frame, row_of(FaultKind::masquerade, "polynomial", counter));
+        sequence_theory(frame, row_of(TransmissionError::masquerade, "polynomial", counter));
     EXPECT_DOUBLE_EQ(static_cast<double>(*theory),
                      static_cast<double>(accepted) / static_cast<double>(all));
   }
@@ -89,27 +89,29 @@ TEST(SequenceTheory, NoiseInBothWords_IsTheCampaignsHalfOfAllBits) {
     const SequenceFrame frame = frame_of(text);
     const auto campaign = campaign_theory(frame.words(), *parse_fault("flips:0.5"));
     ASSERT_TRUE(campaign);
-    const auto theory = sequence_theory(frame, row_of(FaultKind::masquerade, "noise"));
+    const auto theory = sequence_theory(frame, row_of(TransmissionError::masquerade, "noise"));
     EXPECT_NEAR(static_cast<double>(*theory / (*campaign)[3]), 1, 1e-9);
   }
 }
 
 TEST(SequenceTheory, WhatTheCounterSees_IsNeverAccepted) {
   const SequenceFrame frame = frame_of("pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16");
-  for (const auto& [kind, variant] :
-       {std::pair{FaultKind::repetition, "older"}, std::pair{FaultKind::insertion, "stale"},
-        std::pair{FaultKind::sequence, "shuffled"}, std::pair{FaultKind::loss, "passed_over"},
-        std::pair{FaultKind::delay, "watched"}, std::pair{FaultKind::masquerade, "standard"},
-        std::pair{FaultKind::addressing, "start_value"}}) {
+  for (const auto& [kind, variant] : {std::pair{TransmissionError::repetition, "older"},
+                                      std::pair{TransmissionError::insertion, "stale"},
+                                      std::pair{TransmissionError::sequence, "shuffled"},
+                                      std::pair{TransmissionError::loss, "passed_over"},
+                                      std::pair{TransmissionError::delay, "watched"},
+                                      std::pair{TransmissionError::masquerade, "standard"},
+                                      std::pair{TransmissionError::addressing, "start_value"}}) {
     EXPECT_EQ(sequence_theory(frame, row_of(kind, variant)), 0.0L) << variant;
   }
 }
 
 TEST(SequenceTheory, AnotherSource_FitsOnceInAPeriod) {
   const SequenceFrame frame = frame_of(small_text);
-  for (const auto& [kind, variant] :
-       {std::pair{FaultKind::repetition, "any_age"}, std::pair{FaultKind::insertion, "foreign"},
-        std::pair{FaultKind::addressing, "one_frame"}}) {
+  for (const auto& [kind, variant] : {std::pair{TransmissionError::repetition, "any_age"},
+                                      std::pair{TransmissionError::insertion, "foreign"},
+                                      std::pair{TransmissionError::addressing, "one_frame"}}) {
     EXPECT_EQ(sequence_theory(frame, row_of(kind, variant)), 1.0L / 63);
     EXPECT_EQ(sequence_theory(frame, row_of(kind, variant, CounterMode::count_0_63)), 1.0L / 64);
   }
@@ -118,7 +120,7 @@ TEST(SequenceTheory, AnotherSource_FitsOnceInAPeriod) {
 // A word of zeros is a good one there.
 TEST(SequenceTheory, ZerosThatMayBeAWord_HaveNone) {
   const SequenceFrame frame = frame_of("pos12,E,crc6:plain+pos12,E,lc6,crc16:plain");
-  EXPECT_FALSE(sequence_theory(frame, row_of(FaultKind::masquerade, "standard")));
+  EXPECT_FALSE(sequence_theory(frame, row_of(TransmissionError::masquerade, "standard")));
 }
 
 TEST(SequenceTheory, Deviation_IsThatOfTheSameProbability) {

@@ -1,5 +1,5 @@
-// What a safety monitor says of a frame, and which of the eight faults of a transmission by IEC
-// 61784-3 each of its causes stands for.
+// The verdicts of the safety monitor, and how each of the eight transmission errors of IEC 61784-3
+// shows in them.
 #pragma once
 
 #include <array>
@@ -66,37 +66,37 @@ constexpr bool is_tolerable(SafetyVerdict verdict) {
   return verdict > SafetyVerdict::watchdog && verdict != SafetyVerdict::counter_mode;
 }
 
-/// The faults of a transmission that IEC 61784-3 names.
-enum class FaultKind : std::uint8_t {
-  corruption,  ///< bits changed
-  repetition,  ///< an old frame again
-  sequence,    ///< frames in a wrong order
-  loss,        ///< a frame is missing
-  delay,       ///< a frame comes too late
-  insertion,   ///< a frame that nobody sent, besides the others
-  masquerade,  ///< something that is no safety frame taken for one
-  addressing,  ///< the frame of another encoder
+/// The eight transmission errors of IEC 61784-3.
+enum class TransmissionError : std::uint8_t {
+  corruption,  ///< bits of the frame are wrong
+  repetition,  ///< unintended repetition: an old frame is received again
+  sequence,    ///< incorrect sequence: frames are received in the wrong order
+  loss,        ///< a frame is not received
+  delay,       ///< unacceptable delay: a frame is received too late
+  insertion,   ///< a frame of another source is received in addition
+  masquerade,  ///< data that is no safety frame is taken for one
+  addressing,  ///< a frame of another encoder is received
 };
 
-inline constexpr std::size_t fault_kind_count = 8;
+inline constexpr std::size_t transmission_error_count = 8;
 
 /// The name users see, the same as the enumerator's.
-constexpr std::string_view name_of(FaultKind kind) {
-  constexpr std::array<std::string_view, fault_kind_count> names{
+constexpr std::string_view name_of(TransmissionError error) {
+  constexpr std::array<std::string_view, transmission_error_count> names{
       "corruption", "repetition", "sequence",   "loss",
       "delay",      "insertion",  "masquerade", "addressing"};
-  return names[static_cast<std::size_t>(kind)];
+  return names[static_cast<std::size_t>(error)];
 }
 
-/// How one kind of fault shows.
+/// The verdicts of one transmission error.
 struct SafetyMeasure {
-  FaultKind kind{};
-  /// The verdict where the fault is nothing else besides.
+  TransmissionError error{};
+  /// The verdict if nothing else is wrong with the frame.
   SafetyVerdict verdict{};
-  /// Others that it may have, a bit (1 << verdict) each; the first cause in a frame is told.
+  /// Other possible verdicts, bit (1 << verdict) each; a frame has the first cause that applies.
   std::uint32_t others = 0;
 
-  /// Whether a fault of this kind may show so.
+  /// Returns whether the error can have this verdict.
   constexpr bool may_be(SafetyVerdict seen) const {
     return seen == verdict || ((others >> static_cast<unsigned>(seen)) & 1U) != 0;
   }
@@ -120,25 +120,25 @@ inline constexpr std::uint32_t any_content =
 
 }  // namespace safety_detail
 
-/// Every kind of fault and its verdict, in the order of the enumerators. By PROTOCOL 5.5 (BiSS
-/// Safety Concept A5): the counter stands against repetition, wrong order, loss and insertion, the
-/// watchdog against delay and loss, the second word against corruption and masquerade. A frame of
-/// another encoder shows by its counter, or by its CRCs where start values tell encoders apart.
-/// What a counter is called goes by its distance: a frame older than the last one, or more than
-/// near_frames lost between two requests, may have any of the names.
-inline constexpr std::array<SafetyMeasure, fault_kind_count> safety_measures{{
-    {FaultKind::corruption, SafetyVerdict::spw_crc, safety_detail::any_content},
-    {FaultKind::repetition, SafetyVerdict::counter_repeated, safety_detail::any_counter},
-    {FaultKind::sequence, SafetyVerdict::counter_backwards, safety_detail::any_counter},
-    {FaultKind::loss, SafetyVerdict::counter_skipped,
+/// The measure against each transmission error, in the order of the enumerators. By PROTOCOL 5.5
+/// (BiSS Safety Concept A5), the counter detects repetition, incorrect sequence, loss and
+/// insertion, the watchdog detects delay and loss, the second word detects corruption and
+/// masquerade. The counter detects a frame of another encoder; so do the CRCs if the encoders have
+/// different start values. The counter's verdict depends on the distance of its value: a frame
+/// older than the last one, or more than near_frames lost frames, can have any of the verdicts.
+inline constexpr std::array<SafetyMeasure, transmission_error_count> safety_measures{{
+    {TransmissionError::corruption, SafetyVerdict::spw_crc, safety_detail::any_content},
+    {TransmissionError::repetition, SafetyVerdict::counter_repeated, safety_detail::any_counter},
+    {TransmissionError::sequence, SafetyVerdict::counter_backwards, safety_detail::any_counter},
+    {TransmissionError::loss, SafetyVerdict::counter_skipped,
      safety_detail::set_of(SafetyVerdict::no_frame, SafetyVerdict::watchdog) |
          safety_detail::any_counter},
-    {FaultKind::delay, SafetyVerdict::watchdog,
+    {TransmissionError::delay, SafetyVerdict::watchdog,
      safety_detail::set_of(SafetyVerdict::no_frame) | safety_detail::any_counter},
-    {FaultKind::insertion, SafetyVerdict::counter_foreign,
+    {TransmissionError::insertion, SafetyVerdict::counter_foreign,
      safety_detail::set_of(SafetyVerdict::early) | safety_detail::any_counter},
-    {FaultKind::masquerade, SafetyVerdict::spw_crc, safety_detail::any_content},
-    {FaultKind::addressing, SafetyVerdict::counter_foreign, safety_detail::any_content},
+    {TransmissionError::masquerade, SafetyVerdict::spw_crc, safety_detail::any_content},
+    {TransmissionError::addressing, SafetyVerdict::counter_foreign, safety_detail::any_content},
 }};
 
 }  // namespace biss

@@ -84,7 +84,7 @@ UncheckedBits unchecked_bits(const EvidenceQuestion& question);
 
 /// A count of faults, and what became of them.
 struct CoverageRow {
-  std::string_view kind;  ///< a name of FaultKind, or what else it is
+  std::string_view kind;  ///< a name of TransmissionError, or what else it is
   std::string_view by;    ///< campaign, sequences or line
   std::string fault;
   std::uint64_t committed = 0;

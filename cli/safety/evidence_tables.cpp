@@ -56,7 +56,7 @@ CoverageRow campaign_row(const lab::CampaignFrame& frame, const lab::FaultChoice
   const auto share = [&](const char* name) {
     return std::min(1.0, std::stod(cells.at(name)) / damaged);
   };
-  CoverageRow row{.kind = name_of(FaultKind::corruption),
+  CoverageRow row{.kind = name_of(TransmissionError::corruption),
                   .by = "campaign",
                   .fault = cells.at("fault"),
                   .detected = {},

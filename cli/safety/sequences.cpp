@@ -39,7 +39,7 @@ using Counters = lab::SequencePlan::Counters;
 
 std::vector<std::string> run_names() {
   std::vector<std::string> names{"undamaged", "counter_mode"};
-  for (const SafetyMeasure& measure : safety_measures) names.emplace_back(name_of(measure.kind));
+  for (const SafetyMeasure& measure : safety_measures) names.emplace_back(name_of(measure.error));
   return names;
 }
 
@@ -118,8 +118,8 @@ void add_rows(const SequenceOptions& options, lab::SequencePlan& plan) {
   const Counters pair = fault_counters(options, plan.setup.counter.mode);
   for (const SafetyMeasure& measure : safety_measures) {
     // A monitor that expects another range never stays safe.
-    if (wants(name_of(measure.kind)) && !pair.differ()) {
-      plan.add_fault(measure.kind, pair, options.faults);
+    if (wants(name_of(measure.error)) && !pair.differ()) {
+      plan.add_fault(measure.error, pair, options.faults);
     }
   }
   if (!options.variant.empty()) {

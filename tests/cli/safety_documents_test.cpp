@@ -141,8 +141,8 @@ TEST(SafetyDocuments, EveryName_StandsOnThePage) {
   for (std::size_t i = 0; i < safety_verdict_count; ++i) {
     has_row(std::string(name_of(static_cast<SafetyVerdict>(i))));
   }
-  for (std::size_t i = 0; i < fault_kind_count; ++i) {
-    has_row(std::string(name_of(static_cast<FaultKind>(i))));
+  for (std::size_t i = 0; i < transmission_error_count; ++i) {
+    has_row(std::string(name_of(static_cast<TransmissionError>(i))));
   }
   const auto states = enumerators_of("biss/safety/judgement.hpp", "SafetyState");
   EXPECT_EQ(states.size(), 4U);
@@ -158,7 +158,7 @@ TEST(SafetyDocuments, EveryName_StandsOnThePage) {
 TEST(SafetyDocuments, EveryMeasure_IsInTheTableOfFaults) {
   const std::string page = source("docs/safety.md");
   for (const SafetyMeasure& measure : safety_measures) {
-    const std::size_t at = page.find("\n| `" + std::string(name_of(measure.kind)) + "` |");
+    const std::size_t at = page.find("\n| `" + std::string(name_of(measure.error)) + "` |");
     ASSERT_NE(at, std::string::npos);
     const std::string row = page.substr(at + 1, page.find('\n', at + 1) - at);
     EXPECT_NE(row.find("`" + std::string(name_of(measure.verdict)) + "`"), std::string::npos)

@@ -17,7 +17,7 @@ using test::SafetyWords;
 using Commit = SafetyJudgement (*)(SafetyBench&);
 
 struct Kind {
-  FaultKind kind;
+  TransmissionError kind;
   SafetyVerdict verdict;
   /// From the first frame that is not as it should be, or is not there, to the verdict.
   unsigned reaction_cycles;
@@ -26,51 +26,52 @@ struct Kind {
 
 // In the order of the kinds; a kind may show in several ways, the first one is its measure's.
 constexpr Kind kinds[] = {
-    {FaultKind::corruption, spw_crc, 0, [](SafetyBench& b) { return b.send_flipped(60); }},
-    {FaultKind::corruption, cpw_crc, 0, [](SafetyBench& b) { return b.send_flipped(20); }},
-    {FaultKind::corruption, comparison, 0,
+    {TransmissionError::corruption, spw_crc, 0, [](SafetyBench& b) { return b.send_flipped(60); }},
+    {TransmissionError::corruption, cpw_crc, 0, [](SafetyBench& b) { return b.send_flipped(20); }},
+    {TransmissionError::corruption, comparison, 0,
      [](SafetyBench& b) {
        // Whatever passed the CPW's CRC.
        SafetyWords words = b.next();
        words.cpw ^= std::uint64_t{1} << 30U;
        return b.send(words);
      }},
-    {FaultKind::repetition, counter_repeated, 0, [](SafetyBench& b) { return b.send(b.words()); }},
-    {FaultKind::sequence, counter_backwards, 0,
+    {TransmissionError::repetition, counter_repeated, 0,
+     [](SafetyBench& b) { return b.send(b.words()); }},
+    {TransmissionError::sequence, counter_backwards, 0,
      [](SafetyBench& b) {
        // The frame before the last one, once more.
        b.counter -= 1;
        return b.send(b.words());
      }},
-    {FaultKind::loss, counter_skipped, 0,
+    {TransmissionError::loss, counter_skipped, 0,
      [](SafetyBench& b) {
        b.next();
        return b.good();
      }},
-    {FaultKind::loss, no_frame, 0, [](SafetyBench& b) { return b.silence(); }},
-    {FaultKind::loss, watchdog, 1,
+    {TransmissionError::loss, no_frame, 0, [](SafetyBench& b) { return b.silence(); }},
+    {TransmissionError::loss, watchdog, 1,
      [](SafetyBench& b) {
        // Not even the master knows of it: nothing is stepped.
        b.now = *b.monitor.deadline() + picoseconds(1);
        return b.monitor.watch(b.now);
      }},
-    {FaultKind::delay, watchdog, 1,
+    {TransmissionError::delay, watchdog, 1,
      [](SafetyBench& b) {
        b.now += SafetyBench::cycle;
        return b.good();
      }},
-    {FaultKind::insertion, counter_foreign, 0,
+    {TransmissionError::insertion, counter_foreign, 0,
      [](SafetyBench& b) {
        SafetyWords words = b.words();
        words.life_counter = 45;
        return b.send(words);
      }},
-    {FaultKind::insertion, early, 0,
+    {TransmissionError::insertion, early, 0,
      [](SafetyBench& b) {
        b.now -= SafetyBench::cycle / 2;
        return b.good();
      }},
-    {FaultKind::masquerade, spw_crc, 0,
+    {TransmissionError::masquerade, spw_crc, 0,
      [](SafetyBench& b) {
        // A channel as long as the SPW, with the CPW's kind of checksum.
        FrameFormat format = b.plan().format();
@@ -79,14 +80,14 @@ constexpr Kind kinds[] = {
        b.now += SafetyBench::cycle;
        return b.monitor.step(b.now, bits.view());
      }},
-    {FaultKind::addressing, counter_foreign, 0,
+    {TransmissionError::addressing, counter_foreign, 0,
      [](SafetyBench& b) {
        // Another encoder, somewhere else, which counts for itself.
        b.position = 77;
        b.counter += 31;
        return b.good();
      }},
-    {FaultKind::addressing, spw_crc, 0,
+    {TransmissionError::addressing, spw_crc, 0,
      [](SafetyBench& b) {
        // The same with a start value of its own.
        FrameFormat format = b.plan().format();
@@ -124,18 +125,19 @@ BISS_TEST(SafetyKinds, EveryKind_HasOneVerdictOfItsOwn) {
     BISS_EXPECT_EQ(safety_measures[kind].verdict, each.verdict) << kind;
     ++seen;
   }
-  BISS_EXPECT_EQ(seen, fault_kind_count);
+  BISS_EXPECT_EQ(seen, transmission_error_count);
 }
 
 // Which others there may be, written out.
 BISS_TEST(SafetyKinds, EveryKind_MayShowInTheWaysOfItsRow) {
-  constexpr std::array<std::array<bool, 18>, fault_kind_count> may_be = [] {
-    std::array<std::array<bool, 18>, fault_kind_count> made{};
-    const auto allow = [&](FaultKind kind, auto... verdicts) {
+  constexpr std::array<std::array<bool, 18>, transmission_error_count> may_be = [] {
+    std::array<std::array<bool, 18>, transmission_error_count> made{};
+    const auto allow = [&](TransmissionError kind, auto... verdicts) {
       ((made[static_cast<std::size_t>(kind)][static_cast<std::size_t>(verdicts)] = true), ...);
     };
-    for (const FaultKind kind :
-         {FaultKind::corruption, FaultKind::masquerade, FaultKind::addressing}) {
+    for (const TransmissionError kind :
+         {TransmissionError::corruption, TransmissionError::masquerade,
+          TransmissionError::addressing}) {
       allow(kind, no_frame, cpw_crc, spw_crc, cpw_error, spw_error, comparison);
     }
     // Whatever is wrong, the counter may be it.
@@ -145,12 +147,12 @@ BISS_TEST(SafetyKinds, EveryKind_MayShowInTheWaysOfItsRow) {
         kind[static_cast<std::size_t>(verdict)] = true;
       }
     }
-    allow(FaultKind::loss, no_frame, watchdog);
-    allow(FaultKind::delay, watchdog, no_frame);
-    allow(FaultKind::insertion, early);
+    allow(TransmissionError::loss, no_frame, watchdog);
+    allow(TransmissionError::delay, watchdog, no_frame);
+    allow(TransmissionError::insertion, early);
     return made;
   }();
-  for (std::size_t kind = 0; kind < fault_kind_count; ++kind) {
+  for (std::size_t kind = 0; kind < transmission_error_count; ++kind) {
     for (std::size_t verdict = 0; verdict < safety_verdict_count; ++verdict) {
       BISS_EXPECT_EQ(safety_measures[kind].may_be(static_cast<SafetyVerdict>(verdict)),
                      may_be[kind][verdict])

@@ -137,8 +137,8 @@ BISS_TEST(SafetyVerdicts, HaveNamesAndTellFaultsFromStates) {
   using enum SafetyVerdict;
   BISS_EXPECT(name_of(safe) == "safe" && name_of(counter_foreign) == "counter_foreign");
   BISS_EXPECT(name_of(watchdog) == "watchdog" && name_of(comparison) == "comparison");
-  BISS_EXPECT(name_of(FaultKind::corruption) == "corruption");
-  BISS_EXPECT(name_of(FaultKind::addressing) == "addressing");
+  BISS_EXPECT(name_of(TransmissionError::corruption) == "corruption");
+  BISS_EXPECT(name_of(TransmissionError::addressing) == "addressing");
   for (std::size_t i = 0; i < safety_verdict_count; ++i) {
     const auto verdict = static_cast<SafetyVerdict>(i);
     BISS_EXPECT(!name_of(verdict).empty());
@@ -150,9 +150,9 @@ BISS_TEST(SafetyVerdicts, HaveNamesAndTellFaultsFromStates) {
 
 BISS_TEST(SafetyVerdicts, EveryKindOfFault_HasAMeasureThatIsAFault) {
   using enum SafetyVerdict;
-  for (std::size_t i = 0; i < fault_kind_count; ++i) {
+  for (std::size_t i = 0; i < transmission_error_count; ++i) {
     const SafetyMeasure& measure = safety_measures[i];
-    BISS_EXPECT_EQ(static_cast<std::size_t>(measure.kind), i);
+    BISS_EXPECT_EQ(static_cast<std::size_t>(measure.error), i);
     BISS_EXPECT(is_fault(measure.verdict) && measure.may_be(measure.verdict));
     for (const SafetyVerdict never : {safe, starting, latched, self_test, disagreement}) {
       BISS_EXPECT(!measure.may_be(never)) << i;
