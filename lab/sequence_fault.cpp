@@ -202,8 +202,8 @@ class FaultRun {
   // Nothing at all, or up to 128 cycles, every magnitude as often.
   Picoseconds longer() {
     if (below(4) == 0) return {};
-    const auto share = static_cast<std::int64_t>(rig_.random().next() >> 44U);  // of 2^20
-    return cycle() * 128 / (std::int64_t{1} << below(20)) * share / (1 << 20);
+    const std::uint64_t share = rig_.random().next() >> 44U;
+    return sim::part_of(cycle() * 128 / (std::int64_t{1} << below(20)), share);
   }
 
   void insert() {

@@ -230,7 +230,7 @@ TEST(ControlLine, ChannelsSwitchedOff_ComeBackWhenSwitchedOn) {
 
 // Every kind strikes; every access ends, and what it says it read is what stands there.
 TEST(ControlLine, EveryFault_SpoilsNoByteThatIsCalledGood) {
-  for (std::size_t k = 0; k < fault_kind_count; ++k) {
+  for (std::size_t k = 0; k < simulated_fault_count; ++k) {
     const auto kind = static_cast<FaultKind>(k);
     SCOPED_TRACE(name_of(kind));
     LineSetup setup = setup_of("pos26,nE,nW,crc6");

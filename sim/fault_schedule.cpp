@@ -9,65 +9,8 @@ namespace biss::sim {
 
 namespace {
 
-// How a kind lies in time.
-enum class Extent {
-  whole,   // this cycle and no other
-  cycles,  // whole cycles
-  span,    // from a point in the frame to one in a later cycle
-  pulse,   // short, within the frame
-  idle_pulse,
-  clock,   // from just before a falling edge of MA to just behind the rising one
-  bounce,  // just behind an edge of MA
-};
-
-Extent extent_of(FaultKind kind) {
-  switch (kind) {
-    case FaultKind::glitch_ma:
-    case FaultKind::glitch_slo:
-    case FaultKind::extra_clock:
-      return Extent::pulse;
-    case FaultKind::glitch_ma_idle:
-    case FaultKind::glitch_slo_idle:
-      return Extent::idle_pulse;
-    case FaultKind::lost_clock:
-      return Extent::clock;
-    case FaultKind::double_clock:
-      return Extent::bounce;
-    case FaultKind::ma_low:
-    case FaultKind::ma_high:
-    case FaultKind::slo_low:
-    case FaultKind::slo_high:
-    case FaultKind::cut:
-    case FaultKind::delay_step:
-    case FaultKind::brown_out:
-      return Extent::span;
-    case FaultKind::swap_ma:
-    case FaultKind::swap_slo:
-    case FaultKind::exchange:
-    case FaultKind::frozen:
-    case FaultKind::other_encoder:
-    case FaultKind::lc_frozen:
-      return Extent::cycles;
-    case FaultKind::flip:
-    case FaultKind::burst:
-    case FaultKind::late_start:
-    case FaultKind::no_answer:
-    case FaultKind::nE:
-    case FaultKind::nW:
-    case FaultKind::repeat:
-    case FaultKind::reorder:
-    case FaultKind::loss:
-    case FaultKind::delay:
-    case FaultKind::insert:
-    case FaultKind::masquerade:
-    case FaultKind::lc_restart:
-      return Extent::whole;
-  }
-  return Extent::whole;
-}
-
-// What makes the draws of a kind and a cycle their own. Kinds added later count down from the other
-// end, so that the first ones keep theirs.
+// The seed of the draws for a kind in a cycle. Wrong frames, which were added later, count down from
+// the other end, so that the seeds of the line faults did not change.
 std::uint64_t draw_of(FaultKind kind, std::uint64_t number) {
   const auto index = static_cast<std::uint64_t>(kind);
   if (index < line_fault_kind_count) return scrambled(number * line_fault_kind_count + index + 1U);
@@ -75,7 +18,7 @@ std::uint64_t draw_of(FaultKind kind, std::uint64_t number) {
 }
 
 Picoseconds share_of(Picoseconds time, Random& random) {
-  return time * static_cast<std::int64_t>(random.below(1U << 20U)) / (1 << 20);
+  return part_of(time, random.below(time_parts));
 }
 
 // What the master gets on SLO, so that it can be placed by its bits.
@@ -97,22 +40,20 @@ FaultPlaces bits_of(FaultKind kind, unsigned payload_bits) {
 FaultPlaces places_of(FaultKind kind, PlaceUnit unit, const NominalCycle& nominal) {
   if (unit == PlaceUnit::bit) return bits_of(kind, nominal.payload_bits);
   const std::uint64_t clocks = nominal.clocks;
-  switch (extent_of(kind)) {
-    case Extent::whole:
-    case Extent::cycles:
-      break;
-    case Extent::span:
-    case Extent::pulse:
+  switch (entry_of(kind).extent) {
+    case FaultExtent::span:
+    case FaultExtent::pulse:
       return {0, clocks - 1U, false};
-    case Extent::clock:
-    case Extent::bounce:
+    case FaultExtent::clock:
+    case FaultExtent::bounce:
       return {0, clocks - 1U, true};
-    case Extent::idle_pulse: {
+    case FaultExtent::idle_pulse: {
       const std::int64_t periods = nominal.interval.count / nominal.period.count;
       return {clocks, std::max(static_cast<std::uint64_t>(periods), clocks + 1U) - 1U, false};
     }
+    default:
+      return {};
   }
-  return {};
 }
 
 FaultSchedule::FaultSchedule(std::vector<FaultRule> rules, std::uint64_t seed)
@@ -148,20 +89,20 @@ void FaultSchedule::begin_cycle(std::uint64_t number, Picoseconds begin) {
   }
 }
 
-// What is drawn is drawn the same whether a place is given or not.
+// A given place does not change the other draws.
 void FaultSchedule::strike(const FaultRule& rule, Random& random, std::uint64_t number,
                            Picoseconds begin) {
   const FaultKind kind = rule.kind;
-  const Extent extent = extent_of(kind);
+  const FaultExtent extent = entry_of(kind).extent;
   std::optional<FaultPlace>& place = places_[static_cast<std::size_t>(kind)] = rule.place;
   Picoseconds at = begin;
-  if (extent == Extent::whole || extent == Extent::cycles) {
-    const std::uint64_t cycles = extent == Extent::whole ? 1 : 1 + random.below(3);
+  if (!has_place(kind) || extent == FaultExtent::bit || extent == FaultExtent::bits) {
+    const std::uint64_t cycles = extent == FaultExtent::cycles ? 1 + random.below(3) : 1;
     add({at, kind, true});
     endings_.push_back({kind, number + cycles, {}});
     return;
   }
-  if (extent == Extent::span) {
+  if (extent == FaultExtent::span) {
     const Picoseconds drawn = place_in_frame(random);
     add({at + (place ? time_of(*place) : drawn), kind, true});
     endings_.push_back({kind, number + 1 + random.below(3), share_of(nominal_.interval, random)});
@@ -170,20 +111,20 @@ void FaultSchedule::strike(const FaultRule& rule, Random& random, std::uint64_t 
   const Picoseconds tick = std::max(nominal_.period / 50, picoseconds(1));
   const std::uint64_t drawn_clock = random.below(nominal_.clocks);
   Picoseconds width = tick + share_of(nominal_.period / 10, random);
-  if (extent == Extent::clock || extent == Extent::bounce) {
+  if (extent == FaultExtent::clock || extent == FaultExtent::bounce) {
     if (!place) place = {PlaceUnit::clock, drawn_clock * 1000U};
     at += time_of(*place);
   }
-  if (extent == Extent::clock) {
+  if (extent == FaultExtent::clock) {
     at -= tick;
     width = nominal_.low_time + 2 * tick;
-  } else if (extent == Extent::bounce) {
+  } else if (extent == FaultExtent::bounce) {
     // Of a rising or a falling edge.
     at += tick;
     if (random.below(2) != 0) at += nominal_.low_time;
   } else if (place) {
     at += time_of(*place);
-  } else if (extent == Extent::pulse) {
+  } else if (extent == FaultExtent::pulse) {
     at += place_in_frame(random);
     if (kind == FaultKind::glitch_slo) at += nominal_.line_delay;
   } else {

@@ -128,7 +128,7 @@ TEST(Line, EveryKindAtItsPlaces_TellsThem) {
   chain.slaves = 2;
   chain.clock = megahertz(1);
   for (const LineSetup& setup : {one, chain}) {
-    for (std::size_t k = 0; k < fault_kind_count; ++k) {
+    for (std::size_t k = 0; k < simulated_fault_count; ++k) {
       const auto kind = static_cast<FaultKind>(k);
       expect_places_told(setup, kind, PlaceUnit::bit);
       expect_places_told(setup, kind, PlaceUnit::clock);

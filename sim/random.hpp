@@ -3,6 +3,8 @@
 
 #include <cstdint>
 
+#include "biss/base/units.hpp"
+
 namespace biss::sim {
 
 /// SplitMix64's finaliser: neighbouring numbers give unlike ones.
@@ -11,6 +13,17 @@ constexpr std::uint64_t scrambled(std::uint64_t number) {
   number = (number ^ (number >> 30U)) * 0xBF58476D1CE4E5B9U;
   number = (number ^ (number >> 27U)) * 0x94D049BB133111EBU;
   return number ^ (number >> 31U);
+}
+
+/// The parts of a time that part_of() counts.
+inline constexpr std::uint64_t time_parts = std::uint64_t{1} << 20U;
+
+/// Returns time * parts / time_parts, rounded down, without an overflow in between.
+/// \pre time is not negative, parts is at most time_parts
+constexpr Picoseconds part_of(Picoseconds time, std::uint64_t parts) {
+  constexpr auto all = static_cast<std::int64_t>(time_parts);
+  const auto n = static_cast<std::int64_t>(parts);
+  return time / all * n + Picoseconds{time.count % all * n / all};
 }
 
 /// A sequence of its own for each seed.

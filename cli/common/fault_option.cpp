@@ -34,9 +34,16 @@ std::optional<std::uint64_t> read_share(std::string_view text) {
   return (parts << 32U) / unit;
 }
 
+std::vector<std::string> simulated_names() {
+  std::vector<std::string> names;
+  for (const sim::FaultEntry& entry : sim::fault_list) {
+    if (is_simulated(entry.kind)) names.emplace_back(entry.name);
+  }
+  return names;
+}
+
 std::string unknown_kind(const std::string& kind) {
-  const std::vector<std::string> kinds(sim::fault_names.begin(), sim::fault_names.end());
-  const std::string near = nearest(kind, kinds);
+  const std::string near = nearest(kind, simulated_names());
   if (!near.empty()) return fmt::format("--fault: no kind '{}'; did you mean {}?", kind, near);
   return fmt::format("--fault: no kind '{}'; there are {}", kind, fault_kinds_text());
 }
@@ -110,7 +117,7 @@ std::string check_place(sim::FaultKind kind, const sim::FaultPlace& place,
 
 }  // namespace
 
-std::string fault_kinds_text() { return fmt::format("{}", fmt::join(sim::fault_names, ", ")); }
+std::string fault_kinds_text() { return fmt::format("{}", fmt::join(simulated_names(), ", ")); }
 
 std::string read_fault(const std::string& text, sim::FaultRule& rule) {
   const std::string wrong = fmt::format(
@@ -120,9 +127,9 @@ std::string read_fault(const std::string& text, sim::FaultRule& rule) {
   const std::size_t mark = text.find_first_of(":@");
   if (mark == std::string::npos) return wrong;
   const std::string kind = text.substr(0, mark);
-  const auto name = std::find(sim::fault_names.begin(), sim::fault_names.end(), kind);
-  if (name == sim::fault_names.end()) return unknown_kind(kind);
-  rule = {.kind = static_cast<sim::FaultKind>(name - sim::fault_names.begin())};
+  const auto known = sim::find_fault(kind);
+  if (!known || !is_simulated(*known)) return unknown_kind(kind);
+  rule = {.kind = *known};
   const std::size_t comma = std::min(text.find(',', mark), text.size());
   const std::string_view value = std::string_view(text).substr(mark + 1, comma - mark - 1);
   if (comma < text.size()) {

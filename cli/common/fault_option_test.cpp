@@ -125,7 +125,7 @@ TEST(FaultOption, CycleThatIsNotThereOrNamedTwice_IsRefused) {
 }
 
 TEST(FaultOption, EveryKind_HasAPlaceOrNone) {
-  for (std::size_t k = 0; k < sim::fault_kind_count; ++k) {
+  for (std::size_t k = 0; k < sim::simulated_fault_count; ++k) {
     const auto kind = static_cast<FaultKind>(k);
     const bool any = !places_of(kind, PlaceUnit::bit, nominal()).empty() ||
                      !places_of(kind, PlaceUnit::clock, nominal()).empty();

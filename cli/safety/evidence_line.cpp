@@ -209,7 +209,7 @@ LineChoice line_of(const EvidenceQuestion& question) {
 }
 
 std::vector<LineCounts> count_all(const EvidenceQuestion& question, const sim::LineSetup& setup) {
-  std::vector<LineCounts> counts(sim::fault_kind_count);
+  std::vector<LineCounts> counts(sim::simulated_fault_count);
   lab::share_out(question.threads, counts.size(), [&](std::size_t k) {
     counts[k] = count(question, setup, static_cast<sim::FaultKind>(k));
   });

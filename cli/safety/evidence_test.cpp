@@ -165,7 +165,7 @@ TEST(EvidenceLine, EachFault_IsToldInItsTimeOrDidNoHarm) {
   options.cycles = 2000;
   const EvidencePart part = evidence_line(question_of(options));
   EXPECT_THAT(part.findings, testing::IsEmpty());
-  EXPECT_EQ(part.coverage.size(), sim::fault_kind_count);
+  EXPECT_EQ(part.coverage.size(), sim::simulated_fault_count);
   for (const CoverageRow& row : part.coverage) {
     EXPECT_GT(row.committed, 30U) << row.fault;
     // These last for up to three cycles, and not each of them has a row that shows it.

@@ -215,8 +215,20 @@ TEST(Evidence, Coverage_HasEveryFaultOfTheLineAndEveryKind) {
   EXPECT_TRUE(flips);
   EXPECT_EQ(kinds, (std::set<std::string>{"corruption", "repetition", "sequence", "loss", "delay",
                                           "insertion", "masquerade", "addressing"}));
-  for (const std::string_view name : sim::fault_names) {
-    EXPECT_TRUE(line.contains(std::string(name))) << name;
+  for (const sim::FaultEntry& entry : sim::fault_list) {
+    EXPECT_EQ(line.contains(std::string(entry.name)), is_simulated(entry.kind)) << entry.name;
+  }
+}
+
+// Times of more than 8.8 s times 2^20 do not fit into 64 bits.
+TEST(Evidence, SlowestRate_HasNoFindingAndNoOverflow) {
+  const Folder folder;
+  const std::string made = folder.path("made");
+  const Outcome outcome = run(evidence(made, {"--rate", "1Hz"}));
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  for (const Row& row : rows_of(content_of(made + "/coverage.csv"))) {
+    if (row.at("reaction_cycles").empty()) continue;
+    EXPECT_LE(std::stod(row.at("reaction_cycles")), 4) << row.at("fault");
   }
 }
 

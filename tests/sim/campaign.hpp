@@ -29,9 +29,9 @@ struct Tally {
 /// What a whole run gave.
 struct Outcome {
   /// Cycles with an entry of that kind, alone or with others.
-  std::array<std::uint64_t, sim::fault_kind_count> strikes{};
+  std::array<std::uint64_t, sim::simulated_fault_count> strikes{};
   /// Cycles with that entry alone, and none before it.
-  std::array<Tally, sim::fault_kind_count> alone{};
+  std::array<Tally, sim::simulated_fault_count> alone{};
   /// Cycles without an entry behind one that has.
   Tally behind;
   /// Cycles with several entries, or one behind a cycle with one.

@@ -29,7 +29,7 @@ void expect_wrong_positions_as_explained(const Outcome& outcome) {
     const Tally& tally = outcome.alone[k];
     const double expected = static_cast<double>(tally.cycles) / 64;
     const auto passed = static_cast<double>(tally.wrong + tally.wrong_error);
-    EXPECT_LE(passed, expected + 4 * std::sqrt(expected)) << sim::fault_names[k];
+    EXPECT_LE(passed, expected + 4 * std::sqrt(expected)) << sim::fault_list[k].name;
   }
 }
 
@@ -48,7 +48,7 @@ TEST(Damage, AMillionCyclesWithEveryKind_UndamagedAreOkAndWrongPositionsAsRareAs
   EXPECT_EQ(outcome.undamaged.right(), outcome.undamaged.cycles) << outcome.complaints;
   EXPECT_EQ(outcome.master_failed + outcome.master_wrong, 0U);
   for (std::size_t k = 0; k < sim::line_fault_kind_count; ++k) {
-    EXPECT_GE(100 * outcome.strikes[k], cycles) << sim::fault_names[k];
+    EXPECT_GE(100 * outcome.strikes[k], cycles) << sim::fault_list[k].name;
   }
   expect_wrong_positions_as_explained(outcome);
   // The encoder's own word is no fault of the line.

@@ -59,7 +59,7 @@ std::string fault_table(const Outcome& outcome) {
   }
   text += " no row | wrong, nE = 0 | **wrong** |\n" + rule + "---:|---:|---:|\n";
   for (std::size_t k = 0; k < sim::line_fault_kind_count; ++k) {
-    text += row(fmt::format("`{}`", sim::fault_names[k]), std::to_string(outcome.strikes[k]),
+    text += row(fmt::format("`{}`", sim::fault_list[k].name), std::to_string(outcome.strikes[k]),
                 outcome.alone[k], statuses);
   }
   text += row("several", "", outcome.several, statuses);
