@@ -24,6 +24,13 @@ test:  ## all checks: both compilers, sanitizers, microcontroller, fuzz smoke
 	@scripts/install-packages build test fuzz firmware format
 	@scripts/test
 
+.PHONY: test-shared
+test-shared:  ## the tests of captures, on those in the folder BISS_SHARED (../shared)
+	@scripts/install-packages build test
+	@cmake --preset release -DBISS_TESTS=ON >/dev/null
+	@cmake --build --preset release --target biss_command_test biss_cli_test
+	@BISS_SHARED=$(abspath $(or $(BISS_SHARED),../shared)) ctest --preset release -R 'Captures|EncoderList'
+
 .PHONY: bench
 bench:  ## the benchmarks, at full optimisation
 	@scripts/install-packages build bench

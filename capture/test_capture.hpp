@@ -2,8 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdlib>
-#include <filesystem>
 #include <limits>
 #include <optional>
 #include <ostream>
@@ -86,17 +84,6 @@ inline std::string vcd_of_ma_and_slo(std::string_view body, std::string_view tim
          " $end\n$scope module cap $end\n$var wire 1 ! MA $end\n$var wire 1 \" SLO $end\n"
          "$upscope $end\n$enddefinitions $end\n" +
          std::string(body);
-}
-
-/// The folder of reference captures, where there is one.
-inline std::optional<std::filesystem::path> shared_captures() {
-  const char* const given = std::getenv("BISS_SHARED");
-  const std::filesystem::path shared =
-      given != nullptr ? std::filesystem::path(given)
-                       : std::filesystem::path(BISS_SOURCE_DIR).parent_path() / "shared";
-  const std::filesystem::path captures = shared / "data" / "captures";
-  if (!std::filesystem::is_directory(captures)) return std::nullopt;
-  return captures;
 }
 
 }  // namespace biss::capture

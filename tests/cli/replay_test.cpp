@@ -2,94 +2,60 @@
 // encoders before our master.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <string>
 #include <vector>
 
+#include "tests/cli/reference_captures.hpp"
 #include "tests/cli/run_command.hpp"
 
 namespace biss::cli {
 namespace {
 
-struct Recorded {
-  std::string name;
-  std::string format;
-};
-
-const std::vector<Recorded>& recordings() {
-  static const std::vector<Recorded> all{{"hardware_32bit_1MHz", "pos32,nE,nW,crc6"},
-                                         {"cores_26bit_1MHz", "pos26,nE,nW,crc6"},
-                                         {"cores_26bit_10MHz_delay200ns", "pos26,nE,nW,crc6"}};
-  return all;
-}
-
-class RecordedCaptures : public testing::TestWithParam<std::string> {
- protected:
-  void SetUp() override {
-    captures_ = shared_captures();
-    if (!captures_) GTEST_SKIP() << "no reference captures: set BISS_SHARED to their folder";
-  }
-  std::string path(const std::string& name) const { return (*captures_ / name).string(); }
-
- private:
-  std::optional<std::filesystem::path> captures_;
-};
-
-std::string decimal(const std::string& hex) {
-  return std::to_string(std::strtoull(hex.c_str(), nullptr, 16));
-}
+class RecordedCaptures : public testing::TestWithParam<std::string> {};
 
 TEST_P(RecordedCaptures, EveryCompleteRequest_IsAnsweredWithAFrame) {
-  for (const Recorded& recorded : recordings()) {
-    SCOPED_TRACE(recorded.name);
+  for (const ReferenceCapture& capture : reference_captures()) {
+    SCOPED_TRACE(capture.path);
     const Folder folder;
     const std::string answered = folder.path("answered.vcd");
     const std::string truth_path = folder.path("truth.csv");
-    const Outcome made =
-        run({"simulate", "-f", recorded.format, "--cable", "20m", "--ma-from",
-             path(recorded.name + GetParam()), "-o", answered, "--truth", truth_path});
+    const Outcome made = run({"simulate", "-f", capture.format, "--cable", "20m", "--ma-from",
+                              capture.path + GetParam(), "-o", answered, "--truth", truth_path});
     ASSERT_EQ(made.status, 0) << made.err;
-    const Outcome decoded = run({"decode", "-f", recorded.format, answered, "--to", "csv"});
+    const Outcome decoded = run({"decode", "-f", capture.format, answered, "--to", "csv"});
     ASSERT_EQ(decoded.status, 0) << decoded.err;
     const auto rows = rows_of(decoded.out);
     const auto truth = rows_of(content_of(truth_path));
-    const auto requests = rows_of(content_of(path(recorded.name + ".truth.csv")));
-    ASSERT_EQ(rows.size(), requests.size());
-    ASSERT_EQ(truth.size(), requests.size());
+    ASSERT_EQ(rows.size(), capture.frames.size());
+    ASSERT_EQ(truth.size(), capture.frames.size());
     for (std::size_t i = 0; i < rows.size(); ++i) {
       SCOPED_TRACE(i);
-      Row row = rows[i];
-      Row meant = truth[i];
-      Row request = requests[i];
-      EXPECT_EQ(row["status"], "ok");
-      EXPECT_EQ(row["position"], meant["position"]);
-      EXPECT_EQ(row["line_delay_ns"], "200");
-      EXPECT_EQ(meant["faults"], "");
-      EXPECT_DOUBLE_EQ(std::stod(row["time_ns"]), std::stod(request["t_first_ma_fall_ns"]));
+      EXPECT_EQ(rows[i].at("status"), "ok");
+      EXPECT_EQ(rows[i].at("position"), truth[i].at("position"));
+      EXPECT_EQ(rows[i].at("line_delay_ns"), "200");
+      EXPECT_EQ(truth[i].at("faults"), "");
+      EXPECT_DOUBLE_EQ(std::stod(rows[i].at("time_ns")), capture.frames[i].time_ns);
     }
   }
 }
 
 TEST_P(RecordedCaptures, RecordedAnswers_AreReadByOurMaster) {
-  for (const Recorded& recorded : recordings()) {
-    SCOPED_TRACE(recorded.name);
+  for (const ReferenceCapture& capture : reference_captures()) {
+    SCOPED_TRACE(capture.path);
     const Folder folder;
     const std::string readings = folder.path("readings.csv");
     const Outcome made =
-        run({"simulate", "-f", recorded.format, "--slo-from", path(recorded.name + GetParam()),
-             "-o", folder.path("line.vcd"), "--readings", readings});
+        run({"simulate", "-f", capture.format, "--slo-from", capture.path + GetParam(), "-o",
+             folder.path("line.vcd"), "--readings", readings});
     ASSERT_EQ(made.status, 0) << made.err;
     const auto rows = rows_of(content_of(readings));
-    const auto truth = rows_of(content_of(path(recorded.name + ".truth.csv")));
-    ASSERT_EQ(rows.size(), truth.size());
+    ASSERT_EQ(rows.size(), capture.frames.size());
     for (std::size_t i = 0; i < rows.size(); ++i) {
       SCOPED_TRACE(i);
-      Row row = rows[i];
-      Row sent = truth[i];
-      const bool good = sent["crc_ok_on_wire"] == "1";
-      EXPECT_EQ(row["status"], good ? "ok" : "crc");
-      EXPECT_EQ(row["position"], good ? decimal(sent["position_hex"]) : "");
-      EXPECT_EQ(row["nE"], good ? sent["nE"] : "");
+      const ReferenceFrame& sent = capture.frames[i];
+      EXPECT_EQ(rows[i].at("status"), sent.good ? "ok" : "crc");
+      EXPECT_EQ(rows[i].at("position"), sent.good ? std::to_string(sent.position) : "");
+      EXPECT_EQ(rows[i].at("nE"), sent.good ? sent.nE : "");
     }
   }
 }

@@ -101,11 +101,4 @@ std::vector<Row> rows_of(std::string_view csv) {
   return rows;
 }
 
-std::optional<std::filesystem::path> shared_captures() {
-  const char* const given = std::getenv("BISS_SHARED");
-  const std::filesystem::path shared(given != nullptr ? given : BISS_SHARED_FOLDER);
-  if (!std::filesystem::is_directory(shared / "data" / "captures")) return std::nullopt;
-  return shared / "data" / "captures";
-}
-
 }  // namespace biss::cli

@@ -3,7 +3,6 @@
 
 #include <filesystem>
 #include <map>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -44,8 +43,5 @@ std::string content_of(const std::string& path);
 /// Rows of a CSV without quoted cells, by column name.
 using Row = std::map<std::string, std::string>;
 std::vector<Row> rows_of(std::string_view csv);
-
-/// The reference captures, where there are any.
-std::optional<std::filesystem::path> shared_captures();
 
 }  // namespace biss::cli

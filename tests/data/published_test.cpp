@@ -2,9 +2,6 @@
 // computed, the frame encodes to the published bits, and they decode to the published values.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <filesystem>
-#include <optional>
 #include <string>
 
 #include "biss/frame/codec.hpp"
@@ -17,13 +14,7 @@
 namespace published {
 namespace {
 
-std::optional<std::filesystem::path> data_file(const char* name) {
-  const char* const given = std::getenv("BISS_SHARED");
-  const std::filesystem::path folder(given != nullptr ? given : BISS_SHARED_FOLDER);
-  const std::filesystem::path file = folder / "data" / name;
-  if (!std::filesystem::is_regular_file(file)) return std::nullopt;
-  return file;
-}
+std::string data_file(const char* name) { return std::string(BISS_TEST_DATA "/") + name; }
 
 std::string levels_of(const biss::BitView& view) {
   std::string levels;
@@ -93,18 +84,13 @@ std::size_t check_all(const File& file) {
 }
 
 TEST(PublishedVectors, EachRow_HoldsBothWays) {
-  const auto path = data_file("vectors.csv");
-  if (!path) GTEST_SKIP() << "no vectors.csv: set BISS_SHARED to the folder of the shared data";
-  const File file = read_vectors(path->string());
+  const File file = read_vectors(data_file("vectors.csv"));
   EXPECT_GE(file.data_lines, 14U);
   EXPECT_EQ(check_all(file), file.data_lines);
 }
 
 TEST(PublishedSlaveLog, EachLine_HoldsBothWays) {
-  const auto path = data_file("hpm_slave_log.txt");
-  if (!path)
-    GTEST_SKIP() << "no hpm_slave_log.txt: set BISS_SHARED to the folder of the shared data";
-  const File file = read_slave_log(path->string());
+  const File file = read_slave_log(data_file("slave_log.txt"));
   EXPECT_GE(file.data_lines, 29U);
   EXPECT_EQ(check_all(file), file.data_lines);
 }

@@ -31,7 +31,7 @@ struct File {
 
 /// `vectors.csv`. Throws what is wrong with a line.
 File read_vectors(const std::string& path);
-/// `hpm_slave_log.txt`: MT12, ST12, two flags, CRC6.
+/// `slave_log.txt`: MT12, ST12, two flags, CRC6.
 File read_slave_log(const std::string& path);
 
 }  // namespace published
