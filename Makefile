@@ -54,9 +54,9 @@ mutants:  ## removes each check of biss/safety; fails unless each turns a test r
 	@scripts/mutants
 
 .PHONY: firmware-sizes
-firmware-sizes:  ## flash, RAM, instructions a frame on Cortex-M; renews the README's table
+firmware-sizes:  ## flash, RAM, instructions on Cortex-M; renews docs/firmware.md
 	@scripts/install-packages build firmware
-	@firmware/sizes --write README.md
+	@firmware/sizes --write docs/firmware.md
 
 .PHONY: safety-sequences
 safety-sequences: build  ## the safety monitor before 10^9 frames a counter and 10^6 faults a kind

@@ -61,7 +61,6 @@ void add_command_rows(Table& table) {
   for (const char* extension : {"vcd", "csv"}) {
     table.add({.name = std::string("biss decode --to csv of a ") + extension + ", cycles",
                .unit = Unit::million_a_second,
-               .headline = true,
                .own_time = true},
               [=](benchmark::State& state) { decode(state, extension); });
   }

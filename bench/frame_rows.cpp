@@ -76,7 +76,7 @@ void spi(benchmark::State& state, const char* text) {
 
 constexpr FrameFormat format_22 = parse_format(text_22).value();
 
-// The same search, the format known while compiling.
+// The same search, the format known at compile time.
 void search_fixed(benchmark::State& state) {
   const Pool pool(text_22);
   run<1>(state, pool, [buffers = pool.buffers()](std::size_t i) {
@@ -127,7 +127,7 @@ using RunText = void (*)(benchmark::State&, const char*);
 void add_pair(Table& table, const std::string& name, const char* text, RunText fast, RunText plain,
               double target) {
   const std::string reference = name + ", PlainCodec";
-  table.add({.name = name, .reference = reference, .target = target, .headline = true},
+  table.add({.name = name, .reference = reference, .target = target},
             [=](benchmark::State& state) { fast(state, text); });
   table.add({.name = reference}, [=](benchmark::State& state) { plain(state, text); });
 }
@@ -141,7 +141,7 @@ void add_frame_rows(Table& table) {
              .reference = "decode with search, 22 bits, PlainCodec",
              .target = 6},
             [](benchmark::State& state) { search<CrcFast, 8, 1>(state, text_22); });
-  table.add({.name = "decode with search, 22 bits, format known while compiling",
+  table.add({.name = "decode with search, 22 bits, fixed format",
              .reference = "decode with search, 22 bits, PlainCodec"},
             search_fixed);
   add_pair(table, "decode with search, 36 bits", text_36, search<CrcFast, 1>, search<CrcBitwise, 1>,
@@ -154,8 +154,7 @@ void add_frame_rows(Table& table) {
            spi<CrcBitwise, 2>, 0);
   table.add({.name = "FixedChannel, 24 bits",
              .reference = "FixedChannel, 24 bits, CrcBitwise",
-             .target = 1.6,
-             .headline = true},
+             .target = 1.6},
             fixed<CrcFast>);
   table.add({.name = "FixedChannel, 24 bits, CrcBitwise"}, fixed<CrcBitwise>);
   add_pair(table, "encode_frame, 36 bits", text_36, encode<CrcFast>, encode<CrcBitwise>, 0);

@@ -2,8 +2,7 @@
 //
 //   biss_bench [--write FILE]… [options of Google Benchmark, such as --benchmark_filter=REGEX]
 //
-// --write puts the table into FILE too: the short one between two lines `<!-- bench-table -->`, the
-// whole one between two lines `<!-- bench-table-full -->`.
+// --write puts the table into FILE too, between two lines `<!-- bench-table -->`.
 #include <fmt/format.h>
 
 #include <cstring>
@@ -35,10 +34,10 @@ std::string with_circumstances(const std::string& table) {
          "; processor time, median and best of the repetitions.\n\n";
 }
 
-// False when only one of the two markers is there.
+// Returns false if the two markers are not there.
 bool replace_between(std::string& text, const std::string& marker, const std::string& table) {
   const std::size_t first = text.find(marker);
-  if (first == std::string::npos) return true;
+  if (first == std::string::npos) return false;
   const std::size_t begin = first + marker.size();
   const std::size_t end = text.find(marker, begin);
   if (end == std::string::npos) return false;
@@ -51,10 +50,7 @@ bool write_into(const std::string& path, const Table& table) {
   std::stringstream buffer;
   buffer << in.rdbuf();
   std::string text = buffer.str();
-  if (!in || !replace_between(text, "<!-- bench-table -->", table.text(true)) ||
-      !replace_between(text, "<!-- bench-table-full -->", table.text(false))) {
-    return false;
-  }
+  if (!in || !replace_between(text, "<!-- bench-table -->", table.text())) return false;
   return static_cast<bool>(std::ofstream(path) << text);
 }
 
@@ -92,7 +88,7 @@ int run(int count, char** values) {
   TableReporter reporter(table);
   benchmark::RunSpecifiedBenchmarks(&reporter);
 
-  fmt::print("{}\n{}\n", circumstances(), table.text(false));
+  fmt::print("{}\n{}\n", circumstances(), table.text());
   for (const std::string& error : table.errors()) fmt::print(stderr, "bench: {}\n", error);
   for (const std::string& file : files) {
     if (write_into(file, table)) continue;

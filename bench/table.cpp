@@ -29,6 +29,16 @@ std::string shown(double value, Unit unit) {
   return fmt::format("{:.{}f} {}", value, value < 10 ? 2 : 0, name);
 }
 
+// The reference without the parts that it has in common with the row's own name.
+std::string short_reference(const std::string& row, const std::string& reference) {
+  const auto differ = std::mismatch(row.begin(), row.end(), reference.begin(), reference.end());
+  const std::string common(row.begin(), differ.first);
+  const std::string ending(differ.second, reference.end());
+  if (differ.first == row.end() && ending.starts_with(", ")) return ending.substr(2);
+  const auto comma = common.rfind(", ");
+  return comma == std::string::npos ? reference : reference.substr(comma + 2);
+}
+
 }  // namespace
 
 void Table::add(Row row, std::function<void(benchmark::State&)> run) {
@@ -71,19 +81,20 @@ std::string Table::line_of(const Row& row) const {
     const double other = figure_of(*reference).median;
     const double times =
         row.unit == Unit::nanoseconds ? other / figure.median : figure.median / other;
-    ratio = fmt::format("{:.{}f} × {}", times, times < 10 ? 2 : 0, reference->name);
+    ratio = fmt::format("{:.{}f} × {}", times, times < 10 ? 2 : 0,
+                        short_reference(row.name, reference->name));
   }
   const std::string target = row.target == 0 ? "" : fmt::format("≤ {:g} ns", row.target);
   return fmt::format("| {} | {} | {} | {} | {} |\n", row.name, shown(figure.median, row.unit),
                      shown(figure.best, row.unit), target, ratio);
 }
 
-std::string Table::text(bool short_one) const {
+std::string Table::text() const {
   std::string out =
       "| what | median | best | target | speed against the reference |\n"
       "|---|---:|---:|---:|---|\n";
   for (const Row& row : rows_) {
-    if (has(row.name) && (row.headline || !short_one)) out += line_of(row);
+    if (has(row.name)) out += line_of(row);
   }
   return out;
 }

@@ -23,10 +23,8 @@ struct Row {
   Unit unit = Unit::nanoseconds;
   /// Name of the row it is compared with, empty for none.
   std::string reference{};
-  /// At most so many nanoseconds; 0 for none.
+  /// The most that is wanted, in nanoseconds; 0 for none.
   double target = 0;
-  /// Part of the short table.
-  bool headline = false;
   /// The benchmark takes the time itself.
   bool own_time = false;
 };
@@ -38,8 +36,8 @@ class Table {
   void add(Row row, std::function<void(benchmark::State&)> run);
   void take(const benchmark::BenchmarkReporter::Run& run);
 
-  /// As Markdown; the short one has the headlines only. Rows that were not run are left out.
-  std::string text(bool short_one) const;
+  /// The table as Markdown, without the rows that were not run.
+  std::string text() const;
   /// What went wrong, a line a benchmark.
   const std::vector<std::string>& errors() const { return errors_; }
 

@@ -5,7 +5,7 @@
 //   encoder.step()                  encoder.step()                      encoder.do_ordered_work()
 //
 // Give both interrupts the same priority: neither then breaks into the other. Between MA's edge and
-// SLO's lies what one step costs (README, "slave, one bit of data"), so that sets the fastest
+// SLO's lies what one step costs (docs/firmware.md, "slave, one bit of data"), so that sets the fastest
 // clock; a maker with a shift register in hardware loads it with the same bits.
 #pragma once
 
