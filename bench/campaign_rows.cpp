@@ -30,10 +30,9 @@ void add(Table& table, const std::string& fault) {
   const std::string name = "safety campaign, " + fault + ", a frame";
   const std::string plain = name + " by itself";
   // 20 million frames a second on a core.
-  table.add({.name = name, .reference = plain, .target = 50},
-            [fault](benchmark::State& state) {
-              count(state, fault.c_str(), lab::block_frames, lab::count_block);
-            });
+  table.add({.name = name, .reference = plain, .target = 50}, [fault](benchmark::State& state) {
+    count(state, fault.c_str(), lab::block_frames, lab::count_block);
+  });
   table.add({.name = plain, .reference = {}}, [fault](benchmark::State& state) {
     count(state, fault.c_str(), 4096, lab::count_block_plainly);
   });

@@ -56,9 +56,8 @@ void add_capture_rows(Table& table) {
   const std::string memory = "memcpy of 64 MiB";
   table.add({.name = "read a VCD", .unit = Unit::megabytes, .reference = memory},
             [](benchmark::State& state) { read(state, vcd_text(make_line(cycles)), "x.vcd"); });
-  table.add(
-      {.name = "read an event CSV", .unit = Unit::megabytes, .reference = memory},
-      [](benchmark::State& state) { read(state, csv_text(make_line(cycles)), "x.csv"); });
+  table.add({.name = "read an event CSV", .unit = Unit::megabytes, .reference = memory},
+            [](benchmark::State& state) { read(state, csv_text(make_line(cycles)), "x.csv"); });
   table.add({.name = "edges to frames, cycles of 26 bits", .unit = Unit::million_a_second},
             decode_edges);
 }

@@ -56,9 +56,7 @@ void add_engines(Table& table, const std::string& what, const CrcSpec& spec, uns
                  double target) {
   const std::string bitwise = what + ", CrcBitwise";
   const auto add = [&](const char* engine, bool first, auto run) {
-    table.add({.name = what + engine,
-               .reference = bitwise,
-               .target = first ? target : 0},
+    table.add({.name = what + engine, .reference = bitwise, .target = first ? target : 0},
               [=](benchmark::State& state) { run(state, spec, bits); });
   };
   add(", CrcSliced", true, throughput<CrcSliced>);

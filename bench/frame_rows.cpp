@@ -137,7 +137,7 @@ void add_pair(Table& table, const std::string& name, const char* text, RunText f
 void add_frame_rows(Table& table) {
   add_pair(table, "decode with search, 22 bits", text_22, search<CrcFast, 1>, search<CrcBitwise, 1>,
            6);
-  table.add({.name = "decode with search, 22 bits, room for 8 channels",
+  table.add({.name = "decode with search, 22 bits, 8-channel codec",
              .reference = "decode with search, 22 bits, PlainCodec",
              .target = 6},
             [](benchmark::State& state) { search<CrcFast, 8, 1>(state, text_22); });

@@ -78,10 +78,9 @@ void many_encoders(benchmark::State& state) {
 
 void add_sim_rows(Table& table) {
   // A tenth of 1/32 kHz.
-  table.add({.name = "line model, a cycle of 26 bits at 10 MHz, 50 m",
-             .reference = {},
-             .target = 3125},
-            one_encoder);
+  table.add(
+      {.name = "line model, a cycle of 26 bits at 10 MHz, 50 m", .reference = {}, .target = 3125},
+      one_encoder);
   // 1000 encoders at 1 kHz: a million cycles a second.
   table.add({.name = "the same, of 1000 encoders on all cores, on the wall",
              .reference = {},

@@ -1,7 +1,6 @@
 #include "firmware/cost/row.hpp"
 
-BISS_ROW(master_bit, "master, one bit of data: edges of MA and SLO, sample",
-         data_sample) {
+BISS_ROW(master_bit, "master, one bit of data: edges of MA and SLO, sample", data_sample) {
   const biss::Picoseconds rise{static_cast<std::int64_t>(s.value)};
   const biss::Picoseconds fall = rise + cost::setup.period / 2;
   const bool slo = s.index == 0;
