@@ -102,33 +102,89 @@ std::string percent(std::uint64_t count, std::uint64_t total) {
   return rounded == "100 %" ? "> 99.99 %" : rounded;
 }
 
-std::string cell(const Tally& tally) {
-  const std::uint64_t total = std::accumulate(tally.begin(), tally.end(), std::uint64_t{0});
-  std::vector<std::size_t> order(tally.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return tally[a] > tally[b]; });
-  std::string text;
-  for (const std::size_t i : order) {
-    if (tally[i] == 0) continue;
-    if (!text.empty()) text += ", ";
-    text += name_of(static_cast<Outcome>(i));
-    if (tally[i] != total) text += " " + percent(tally[i], total);
-  }
-  return text;
+std::string cell(std::uint64_t count, std::uint64_t total) {
+  if (count == 0) return "";
+  return count == total ? "100 %" : percent(count, total);
 }
 
-std::string cell(const std::vector<Case>& cases) {
+// One format in front of one reader. `bits` may name several widths.
+struct Line {
+  std::string reader;
+  std::string bits;
+  std::string cds0;
+  Tally tally{};
+};
+
+using Shares = std::array<std::string, outcome_count>;
+
+Shares shares_of(const Tally& tally) {
+  const std::uint64_t total = std::accumulate(tally.begin(), tally.end(), std::uint64_t{0});
+  Shares shares;
+  for (std::size_t i = 0; i < tally.size(); ++i) shares[i] = cell(tally[i], total);
+  return shares;
+}
+
+// Adds the format of `line` to the row if the reader and the result are the same.
+bool joined(Line& row, const Line& line) {
+  if (row.reader != line.reader || shares_of(row.tally) != shares_of(line.tally)) return false;
+  if (row.bits == line.bits) {
+    row.cds0 = "any";
+  } else if (row.cds0 == line.cds0) {
+    row.bits += ", " + line.bits;
+  } else {
+    return false;
+  }
+  return true;
+}
+
+// First joins the two rows of each width, with CDS known to be 0 and not, then the widths.
+std::vector<Line> merged(const std::vector<Line>& lines) {
+  std::vector<Line> formats;
+  for (const Line& line : lines) {
+    if (formats.empty() || !joined(formats.back(), line)) formats.push_back(line);
+  }
+  std::vector<Line> rows;
+  for (const Line& line : formats) {
+    const bool done =
+        std::any_of(rows.begin(), rows.end(), [&](Line& row) { return joined(row, line); });
+    if (!done) rows.push_back(line);
+  }
+  return rows;
+}
+
+std::string table_of(const std::string& title, const std::string& reader_columns,
+                     const std::string& reader_rule, const std::vector<Line>& lines) {
+  const std::vector<Line> rows = merged(lines);
+  const auto seen = [&](std::size_t i) {
+    return std::any_of(rows.begin(), rows.end(),
+                       [i](const Line& row) { return row.tally[i] != 0; });
+  };
+  std::string head = "| " + reader_columns + " | bits | `cds0` |";
+  std::string rule = "|" + reader_rule + "---|---|";
+  for (std::size_t i = 0; i < outcome_count; ++i) {
+    if (!seen(i)) continue;
+    head += " " + name_of(static_cast<Outcome>(i)) + " |";
+    rule += "---:|";
+  }
+  std::string text = "### " + title + "\n\n" + head + "\n" + rule + "\n";
+  for (const Line& row : rows) {
+    const Shares shares = shares_of(row.tally);
+    text += "| " + row.reader + " | " + row.bits + " | " + row.cds0 + " |";
+    for (std::size_t i = 0; i < outcome_count; ++i) {
+      if (seen(i)) text += " " + shares[i] + (shares[i].empty() ? "|" : " |");
+    }
+    text += "\n";
+  }
+  return text + "\n";
+}
+
+Tally tally_of(const std::vector<Case>& cases) {
   Tally sum{};
   for (const Case& what : cases) {
     const Verdict verdict = judge_all(what);
     for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += verdict.tally[i];
   }
-  return cell(sum);
-}
-
-std::string format_of(unsigned position_bits, bool cds0) {
-  return "`pos" + std::to_string(position_bits) + ",nE,nW,crc6" + (cds0 ? ";cds0`" : "`");
+  return sum;
 }
 
 const char* title_of(Fault fault) {
@@ -138,39 +194,37 @@ const char* title_of(Fault fault) {
       "The last bit but one of ACK reads 1",
       "The last bit of ACK reads 1",
       "START reads 0, the clock stops at STOP",
-      "START reads 0, the clock goes on behind STOP",
+      "START reads 0, the clock continues after STOP",
       "CDS reads 1",
       "STOP reads 1"};
   return titles[static_cast<std::size_t>(fault)];
 }
 
 std::string table_of(Fault fault) {
-  std::string text = "### " + std::string(title_of(fault)) + "\n\n| format |";
-  for (const Setting& setting : settings()) text += " " + std::string(setting.title) + " |";
-  text += "\n|---|---|---|---|---|\n";
-  for (const unsigned width : table_widths) {
-    for (const bool cds0 : {true, false}) {
-      text += "| " + format_of(width, cds0) + " |";
-      for (const Setting& setting : settings()) {
-        text += " " + cell(cases_of(fault, setting, width, cds0)) + " |";
+  std::vector<Line> lines;
+  for (const Setting& setting : settings()) {
+    const std::string reader = setting.limits + (" | " + std::to_string(setting.ack_clocks));
+    for (const unsigned width : table_widths) {
+      for (const bool cds0 : {true, false}) {
+        lines.push_back({reader, std::to_string(width), cds0 ? "yes" : "no",
+                         tally_of(cases_of(fault, setting, width, cds0))});
       }
-      text += "\n";
     }
   }
-  return text + "\n";
+  return table_of(title_of(fault), "ACK limits | ACK", "---|---:|", lines);
 }
 
 std::string lone_ack_table() {
-  std::string text =
-      "### ACK is a single bit and reads 1 (bounds 1…400)\n\n"
-      "| format | the clock stops at STOP | the clock goes on |\n|---|---|---|\n";
-  for (const unsigned width : table_widths) {
-    for (const bool cds0 : {true, false}) {
-      text += "| " + format_of(width, cds0) + " | " + cell({lone_ack_case(width, cds0, false)}) +
-              " | " + cell({lone_ack_case(width, cds0, true)}) + " |\n";
+  std::vector<Line> lines;
+  for (const bool goes_on : {false, true}) {
+    for (const unsigned width : table_widths) {
+      for (const bool cds0 : {true, false}) {
+        lines.push_back({goes_on ? "continues after STOP" : "stops at STOP", std::to_string(width),
+                         cds0 ? "yes" : "no", tally_of({lone_ack_case(width, cds0, goes_on)})});
+      }
     }
   }
-  return text;
+  return table_of("ACK is a single bit and reads 1 (ACK limits 1…400)", "clock", "---|", lines);
 }
 
 }  // namespace
@@ -225,10 +279,10 @@ const std::array<Setting, 4>& settings() {
     biss::FrameBounds bounds;
     bounds.ack_min_clocks = ack.min_clocks;
     bounds.ack_max_clocks = ack.max_clocks;
-    return std::array<Setting, 4>{{{"bounds 1…400, ACK 96", {}, 96},
-                                   {"bounds 32…160, ACK 32", bounds, 32},
-                                   {"bounds 32…160, ACK 96", bounds, 96},
-                                   {"bounds 32…160, ACK 160", bounds, 160}}};
+    return std::array<Setting, 4>{{{"1…400", {}, 96},
+                                   {"32…160", bounds, 32},
+                                   {"32…160", bounds, 96},
+                                   {"32…160", bounds, 160}}};
   }();
   return all;
 }
@@ -274,7 +328,9 @@ Case lone_ack_case(unsigned position_bits, bool cds0, bool clock_goes_on) {
 std::string flip_tables() {
   std::string text;
   for (std::size_t i = 0; i < fault_count; ++i) text += table_of(static_cast<Fault>(i));
-  return text + lone_ack_table();
+  text += lone_ack_table();
+  text.pop_back();  // the empty line after the last table
+  return text;
 }
 
 }  // namespace exhaustive

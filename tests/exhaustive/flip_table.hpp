@@ -1,5 +1,5 @@
-// What becomes of a frame when one bit outside its word is read wrong: an ACK bit, START, CDS,
-// STOP. Exact shares of all positions, for the formats `posN,nE,nW,crc6` of a healthy encoder.
+// The result of a frame when one bit outside its word is read wrong: an ACK bit, START, CDS or
+// STOP. Exact shares of all positions, for the formats `posN,nE,nW,crc6` of an encoder without error.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 namespace exhaustive {
 
 /// A frame with its true values (right), with others (wrong), one whose nE reads 0 and is therefore
-/// not used, or a cause; the causes are numbered as biss::FrameError is.
+/// not used, or a cause. The causes have the numbers of biss::FrameError.
 enum class Outcome : std::uint8_t {};
 inline constexpr Outcome right{biss::frame_error_count};
 inline constexpr Outcome wrong{biss::frame_error_count + 1};
@@ -42,7 +42,7 @@ struct Case {
   biss::FrameBounds bounds{};
   std::size_t ack_clocks = 1;
   std::size_t flip = 0;
-  /// The master clocks on behind STOP (SLO stays 0 then) instead of stopping at it.
+  /// The master continues the clock after STOP (SLO stays 0 then) instead of stopping at it.
   bool clock_goes_on = false;
 
   static constexpr std::size_t lead_clocks = 2;
@@ -50,7 +50,7 @@ struct Case {
   std::size_t stop_bit() const { return start_bit() + 2 + position_bits + 2 + 6; }
 };
 
-/// The line of every position at once, with the flip.
+/// The bits on the line for all positions together, with the wrong bit.
 AffineBits affine_line(const Case& what);
 
 struct Verdict {
@@ -62,7 +62,7 @@ struct Verdict {
 /// All positions judged by counting.
 Verdict judge_all(const Case& what);
 
-/// Where the table has a line: bits that are read wrong.
+/// The bit that is read wrong; one table for each.
 enum class Fault : std::uint8_t {
   ack_first,
   ack_between,
@@ -75,22 +75,22 @@ enum class Fault : std::uint8_t {
 };
 inline constexpr std::size_t fault_count = 8;
 
-/// The columns of the table.
+/// The readers of the table.
 struct Setting {
-  const char* title;
+  const char* limits;  ///< of ACK, as the table shows them
   biss::FrameBounds bounds;
   std::size_t ack_clocks;
 };
 const std::array<Setting, 4>& settings();
 
-/// The cases of one cell: several where a line stands for several bits.
+/// The cases of one row: several if the fault can be in several bits.
 std::vector<Case> cases_of(Fault fault, const Setting& setting, unsigned position_bits, bool cds0);
 /// The only ACK bit read as 1.
 Case lone_ack_case(unsigned position_bits, bool cds0, bool clock_goes_on);
 
 inline constexpr std::array<unsigned, 4> table_widths{18, 26, 32, 36};
 
-/// The tables as they stand in docs/flips.md.
+/// The tables of docs/flips.md, as Markdown.
 std::string flip_tables();
 
 }  // namespace exhaustive

@@ -189,7 +189,7 @@ TEST(FlipTable, Document_HasTheTablesAsComputed) {
   const auto at = text.find(begin);
   ASSERT_NE(at, std::string::npos);
   EXPECT_EQ(text.substr(at + begin.size()), flip_tables())
-      << "print the tables anew with the target biss_flip_table";
+      << "print the tables again with the target biss_flip_table";
 }
 
 }  // namespace
