@@ -1,16 +1,16 @@
-# The ways into the project. Each target first installs what it misses from Debian's packages, so
-# make and git are all that a machine needs beforehand.
+# The targets of the project. Each one first installs the Debian packages it needs, so that a
+# machine needs only make and git.
 
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
 
 .PHONY: help
-help:  ## this list
+help:  ## print this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 .PHONY: demo
-demo: build  ## simulate an encoder, spoil some frames, decode the capture
+demo: build  ## simulate an encoder, damage some frames, decode the capture
 	@scripts/demo
 
 .PHONY: build
