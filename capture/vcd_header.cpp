@@ -139,10 +139,14 @@ VcdHeader::Step VcdHeader::end_section() {
 VcdHeader::Step VcdHeader::end_timescale() {
   std::string text;
   for (const std::string& word : words_) text += word;
-  signals_.timescale = parse_vcd_timescale(text);
-  if (!signals_.timescale.known()) {
+  const VcdTimescale timescale = parse_vcd_timescale(text);
+  if (!timescale.known()) {
     return malformed("a time scale of 1, 10 or 100 and s, ms, us, ns, ps or fs before this $end");
   }
+  if (signals_.timescale.known() && timescale != signals_.timescale) {
+    return malformed("one $timescale; this second one differs from the first");
+  }
+  signals_.timescale = timescale;
   return Step::more;
 }
 

@@ -22,6 +22,8 @@ struct VcdTimescale {
   std::uint64_t last_tick() const;
   /// \pre ticks <= last_tick(). Halves are rounded up.
   Picoseconds time_of(std::uint64_t ticks) const;
+
+  bool operator==(const VcdTimescale&) const = default;
 };
 
 /// `1ns`, `10 us`, `100fs`, without white space; not known() for anything else.

@@ -52,6 +52,17 @@ TEST(VcdHeader, TimescaleWithAndWithoutSpace_IsTheSame) {
   }
 }
 
+TEST(VcdHeader, ASecondTimescale_IsRefusedUnlessItIsTheSame) {
+  const std::string signals = "$var wire 1 ! MA $end $enddefinitions $end #7 0!\n";
+  const Read differs = read_vcd("$timescale 1ns $end\n$timescale 1ps $end\n" + signals);
+  ASSERT_EQ(differs.cause(), CaptureCause::malformed);
+  EXPECT_EQ(differs.error->line, 2U);
+  EXPECT_STREQ(differs.error->expected, "one $timescale; this second one differs from the first");
+  const Read same = read_vcd("$timescale 1ns $end $timescale 1 ns $end " + signals);
+  ASSERT_EQ(same.edges.size(), 1U);
+  EXPECT_EQ(same.edges[0].time, nanoseconds(7));
+}
+
 TEST(VcdHeader, OneBitSignals_AreLinesAndOthersAreNot) {
   EXPECT_THAT(names_of("$var wire 1 ! MA $end $var reg 8 \" pos [7:0] $end $var real 64 # v $end "
                        "$var real 1 $ r $end $var reg 1 % SLO $end $var event 1 & e $end "

@@ -86,6 +86,7 @@ class VcdReader final : public TextSource {
   const char* read_waiting(const char* p);
   const char* read_keyword(const char* p);
   const char* skip_comment(const char* p);
+  void lose_levels();
   const char* set_tick(const char* p, std::uint64_t tick, const char* end);
   bool set_level(std::uint32_t variable, Level level);
 
@@ -317,14 +318,24 @@ const char* VcdReader::read_waiting(const char* p) {
   return end;
 }
 
+void VcdReader::lose_levels() {
+  for (std::uint32_t variable = 0; variable < variables_.size(); ++variable) {
+    if (variables_[variable].level != no_level) set_level(variable, Level::unknown);
+  }
+}
+
 const char* VcdReader::read_keyword(const char* p) {
-  constexpr std::array<std::string_view, 5> passed_over{"$end", "$dumpvars", "$dumpall", "$dumpon",
-                                                        "$dumpoff"};
+  constexpr std::array<std::string_view, 5> dump_words{"$end", "$dumpvars", "$dumpall", "$dumpon",
+                                                       "$dumpoff"};
   constexpr std::array<std::string_view, 4> comments{"$comment", "$vcdclose", "$attrbegin",
                                                      "$attrend"};
   const char* const end = end_of_word(p);
   const std::string_view word = text_between(p, end);
-  if (std::find(passed_over.begin(), passed_over.end(), word) != passed_over.end()) return end;
+  if (std::find(dump_words.begin(), dump_words.end(), word) != dump_words.end()) {
+    // Nothing is recorded from here to $dumpon, whether or not the file says x for every signal.
+    if (word == "$dumpoff") lose_levels();
+    return end;
+  }
   if (std::find(comments.begin(), comments.end(), word) != comments.end()) {
     in_comment_ = true;
     return skip_comment(end);

@@ -57,6 +57,24 @@ TEST(Vcd, WideVectorsRealsAndStrings_ArePassedOver) {
   EXPECT_THAT(read.edges, ElementsAre(edge(0, 0, '1'), edge(1, 0, '0')));
 }
 
+TEST(Vcd, Dumpoff_LosesEveryLevelUntilItIsDumpedAgain) {
+  const auto expected = ElementsAre(edge(0, 0, '1'), edge(0, 1, '0'), edge(5, 0, 'x'),
+                                    edge(5, 1, 'x'), edge(9, 0, '1'), edge(9, 1, '1'));
+  EXPECT_THAT(read_body("#0 1! 0\" #5 $dumpoff x! x\" $end #9 $dumpon 1! 1\" $end\n").edges,
+              expected);
+  EXPECT_THAT(read_body("#0 1! 0\" #5 $dumpoff $end #9 $dumpon 1! 1\" $end\n").edges, expected);
+  EXPECT_THAT(read_body("#0 $dumpoff $end #9 $dumpon 1! $end\n").edges,
+              ElementsAre(edge(9, 0, '1')));
+}
+
+TEST(Vcd, ABareTimeAtTheEnd_ExtendsTheCapture) {
+  for (const char* end : {"#1234", "#1234\n"}) {
+    const Read read = read_body(std::string("#0 1! #7 0!\n") + end);
+    EXPECT_FALSE(read.error) << end;
+    EXPECT_EQ(read.end_time, picoseconds(1'234)) << end;
+  }
+}
+
 TEST(Vcd, DumpSections_AreReadLikeValues) {
   EXPECT_THAT(read_body("#0 $dumpvars 1! 1\" $end #5 $dumpoff x! x\" $end #9 $dumpon 0! 1\" $end "
                         "#11 $dumpall 0! 1\" $end\n")
