@@ -49,7 +49,7 @@ void trim_end(std::string& out) {
   while (!out.empty() && out.back() == ' ') out.pop_back();
 }
 
-// Holds the first rows back to learn the widths, then writes each as it comes. A later cell that is
+// Holds the first rows back to find the widths, then writes each as it comes. A later cell that is
 // wider widens its column from there on: rows stay aligned with their neighbours.
 class EyeWriter final : public TableWriter {
  public:
@@ -60,6 +60,8 @@ class EyeWriter final : public TableWriter {
       const std::size_t title = std::max(display_width(column.heading), display_width(column.unit));
       widths_.push_back(std::max<std::size_t>(title, column.width));
     }
+    shown_.assign(columns_.size(), true);
+    has_values_.assign(columns_.size(), false);
   }
 
   bool row(std::span<const Cell> cells) override {
@@ -72,6 +74,7 @@ class EyeWriter final : public TableWriter {
       std::string& text = texts_[first + i];
       text.clear();
       append_cell(text, i < cells.size() ? cells[i] : Cell(), columns_[i]);
+      has_values_[i] = has_values_[i] || text != absent;
       widths_[i] = std::max(widths_[i], display_width(text));
     }
     if (streaming_) write_line(texts_);
@@ -87,6 +90,7 @@ class EyeWriter final : public TableWriter {
   std::size_t held_rows() const { return columns_.empty() ? 0 : texts_.size() / columns_.size(); }
 
   void release() {
+    if (options_.width != 0) fit();
     write_head();
     const std::size_t rows = held_rows();
     const std::span<const std::string> held(texts_);
@@ -97,6 +101,32 @@ class EyeWriter final : public TableWriter {
     streaming_ = true;
   }
 
+  std::size_t line_width() const {
+    std::size_t width = 0;
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      if (shown_[i]) width += widths_[i] + (width == 0 ? 0 : gap.size());
+    }
+    return width;
+  }
+
+  // Leaves out columns until a line fits.
+  void fit() {
+    const auto leave_out = [this](auto may_go) {
+      for (std::size_t i = columns_.size(); i-- > 1;) {
+        if (line_width() <= options_.width) return;
+        if (may_go(i)) shown_[i] = false;
+      }
+    };
+    leave_out([this](std::size_t i) { return !has_values_[i]; });
+    leave_out([this](std::size_t i) { return columns_[i].kind == Kind::bits; });
+    leave_out([](std::size_t) { return true; });
+    std::vector<std::string> left_out;
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      if (!shown_[i]) left_out.push_back(columns_[i].heading);
+    }
+    if (!left_out.empty() && options_.on_left_out) options_.on_left_out(left_out);
+  }
+
   void write_head() {
     write_title(&Column::heading);
     const bool units = std::any_of(columns_.begin(), columns_.end(),
@@ -105,6 +135,7 @@ class EyeWriter final : public TableWriter {
     if (options_.colour) out.append(dim);
     if (units) write_title(&Column::unit);
     for (std::size_t i = 0; i < columns_.size(); ++i) {
+      if (!shown_[i]) continue;
       if (i != 0) out.append(gap);
       for (std::size_t n = 0; n < widths_[i]; ++n) out.append("─");
     }
@@ -116,6 +147,7 @@ class EyeWriter final : public TableWriter {
   void write_title(std::string Column::*title) {
     std::string& out = writer_.block();
     for (std::size_t i = 0; i < columns_.size(); ++i) {
+      if (!shown_[i]) continue;
       if (i != 0) out.append(gap);
       append_padded(out, columns_[i].*title, widths_[i], right_aligned(columns_[i]));
     }
@@ -126,6 +158,7 @@ class EyeWriter final : public TableWriter {
   void write_line(std::span<const std::string> texts) {
     std::string& out = writer_.block();
     for (std::size_t i = 0; i < texts.size(); ++i) {
+      if (!shown_[i]) continue;
       if (i != 0) out.append(gap);
       const bool marked = options_.colour && columns_[i].mark == Mark::status && texts[i] != "ok";
       if (marked) out.append(yellow);
@@ -139,6 +172,8 @@ class EyeWriter final : public TableWriter {
 
   std::vector<Column> columns_;
   std::vector<std::size_t> widths_;
+  std::vector<bool> shown_;
+  std::vector<bool> has_values_;
   std::vector<std::string> texts_;  // row by row while held back, then the one row at hand
   BlockWriter writer_;
   TableOptions options_;

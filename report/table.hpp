@@ -6,12 +6,14 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <vector>
 
 #include "biss/base/bits.hpp"
 #include "biss/base/units.hpp"
@@ -128,9 +130,16 @@ inline constexpr std::array<std::string_view, 3> format_names = {"table", "csv",
 /// The format of that name; nullopt when there is none.
 std::optional<Format> format_by_name(std::string_view name);
 
+/// All of these are for `table` only.
 struct TableOptions {
-  bool colour = false;               ///< `table` only: the terminal shows colour and wants it
-  std::size_t rows_measured = 1000;  ///< `table` only: rows held back to find the widths
+  bool colour = false;               ///< the terminal shows colour and wants it
+  std::size_t rows_measured = 1000;  ///< rows held back to find the widths
+  /// Columns of the terminal; 0: any number. Columns of the table that do not fit are left out:
+  /// first those that are empty in all rows measured, then bits, then the last ones. The first
+  /// column always stays.
+  std::size_t width = 0;
+  /// Called once with the headings left out, if there are any.
+  std::function<void(const std::vector<std::string>&)> on_left_out = nullptr;
 };
 
 /// A writer of that format. The columns are copied; the sink must outlive the writer.

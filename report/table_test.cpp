@@ -366,5 +366,34 @@ TEST(Cells, OptionalValue_IsAbsentOrTheValue) {
   EXPECT_EQ(Cell(std::optional<Picoseconds>(nanoseconds(3))).time(), nanoseconds(3));
 }
 
+TEST(Table, ANarrowTerminal_ShowsFewerColumnsAndSaysWhich) {
+  const std::vector<Column> columns{{.name = "cycle", .kind = Kind::unsigned_integer},
+                                    {.name = "status", .kind = Kind::text},
+                                    {.name = "raw", .kind = Kind::bits},
+                                    {.name = "delay", .kind = Kind::unsigned_integer},
+                                    {.name = "safety", .kind = Kind::text}};
+  const std::vector<std::vector<Cell>> rows{{7U, "ok", BitView(raw_bytes, 0, 32), 112U, Cell()}};
+  std::vector<std::string> left_out;
+  TableOptions options;
+  options.on_left_out = [&](const std::vector<std::string>& names) { left_out = names; };
+  const auto head = [&](std::size_t width) {
+    left_out.clear();
+    options.width = width;
+    const std::string text = write(Format::table, columns, rows, options);
+    return text.substr(0, text.find('\n'));
+  };
+  const std::string all = head(0);
+  EXPECT_EQ(left_out, std::vector<std::string>{});
+  EXPECT_EQ(head(all.size()), all);
+  EXPECT_EQ(left_out, std::vector<std::string>{});
+  EXPECT_EQ(head(all.size() - 1).find("safety"), std::string::npos);
+  EXPECT_EQ(left_out, std::vector<std::string>{"safety"});
+  EXPECT_EQ(head(21), "cycle  status  delay");
+  EXPECT_EQ(left_out, (std::vector<std::string>{"raw", "safety"}));
+  EXPECT_EQ(head(19), "cycle  status");
+  EXPECT_EQ(head(1), "cycle");
+  EXPECT_EQ(write(Format::csv, columns, {}, options), "cycle,status,raw,delay,safety\n");
+}
+
 }  // namespace
 }  // namespace biss::report

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <string>
 
+#include "cli/common/terminal.hpp"
 #include "report/text.hpp"
 
 namespace biss::cli {
@@ -21,6 +22,7 @@ ExitStatus fail(ExitStatus status, std::string_view text) {
 
 // Nobody can be told that stderr is closed.
 void print_summary(std::string_view text) {
+  clear_progress();
   std::fwrite(text.data(), 1, text.size(), stderr);
   std::fflush(stderr);
 }
