@@ -1,4 +1,5 @@
 // make_seeds FOLDER: valid inputs for every target, one folder each. The same on every machine.
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
@@ -136,6 +137,22 @@ std::string raw_samples(std::uint64_t seed) {
   return biss::fuzz::raw_header(biss::fuzz::sampled_layout(seed)) + biss::fuzz::raw_seed(seed);
 }
 
+// The state of a campaign, as its command writes it.
+std::string campaign_state(std::uint64_t seed) {
+  const std::uint64_t wrong = seed % 5;
+  const std::string missed = wrong == 0 ? "" : wrong == 1 ? "7" : "7,65537";
+  const std::string counts =
+      R"("both":[[6,3],[9,1]],"cpw":[[3,40],[4,9]],"monitor":[[9,8]],"spw":[],"wrong":[[9,)" +
+      std::to_string(std::min<std::uint64_t>(wrong, 2)) + "]]";
+  const std::string frames = std::to_string(131'072 + 100 * (seed % 2));
+  return R"({"biss_campaign":2,"faults":[{"accepted":{)" + counts +
+         R"(},"blocks":[[0,2]],"fault":"flips:0.1","fitted":[],"frames":131072,"missed":[)" +
+         missed + R"(]},{"accepted":{"both":[],"cpw":[],"monitor":[],"spw":[],"wrong":[]},)" +
+         R"("blocks":[[1,2]],"fault":"flips:0.1:fitting","fitted":[["monitor",0,2,6,9],)" +
+         R"(["wrong",0,2,6,1]],"frames":65536,"missed":[65600]}],"format":"rxm","frames":)" +
+         frames + R"(,"rules":"","seed":)" + std::to_string(seed) + "}\n";
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -160,6 +177,7 @@ int main(int argc, char** argv) {
   Corpus configure(root / "configure");
   Corpus listener(root / "listener");
   Corpus safety(root / "safety");
+  Corpus campaign(root / "campaign");
   for (std::uint64_t seed = 0; seed < seeds_a_target; ++seed) {
     const std::size_t k = seed % biss::fuzz::frame_formats.size();
     const std::string bits = frame_bytes(k, seed);
@@ -180,6 +198,7 @@ int main(int argc, char** argv) {
     configure.add(biss::fuzz::configure_seed(seed));
     listener.add(biss::fuzz::listener_seed(seed));
     safety.add(safety_story(seed));
+    campaign.add(campaign_state(seed));
   }
   return 0;
 }

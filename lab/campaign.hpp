@@ -1,85 +1,72 @@
-// A campaign: faults by the billion frames, on all cores, in parts that add up exactly.
+// A fault campaign: billions of frames with injected faults, and how many were accepted.
 #pragma once
 
 #include <cstdint>
-#include <functional>
-#include <optional>
 #include <string>
+#include <string_view>
+#include <tl/expected.hpp>
 #include <vector>
 
 #include "lab/campaign_block.hpp"
 #include "lab/campaign_estimate.hpp"
+#include "lab/experiment.hpp"
 
 namespace biss::lab {
 
-/// Of one fault; the blocks that are done are held in memory, a bit each.
+/// Frames of one fault.
 inline constexpr std::uint64_t max_campaign_frames = std::uint64_t{1} << 46U;
 
-/// Of a fitting draw: nearly half of them are accepted, each after the whole monitor has looked.
+/// Frames of a fitting draw: the monitor judges each, and nearly half of them are accepted.
 inline constexpr std::uint64_t max_fitting_frames = std::uint64_t{1} << 22U;
 
-/// What is asked for. Two campaigns with the same plan give the same table.
+/// Two campaigns with the same plan have the same results.
 struct CampaignPlan {
-  /// As the user gave it: a name, or the text of a format. Two parts belong together when it and
-  /// `rules` are the same.
+  /// The user's text: a name or a frame format. Two parts belong together if `format` and `rules`
+  /// are equal.
   std::string format;
-  /// What of the monitor can be set, as text.
+  /// The settings of the monitor, as text.
   std::string rules;
   std::uint64_t seed = 1;
-  /// Of each fault; see frames_of().
+  /// Frames of each fault; see frames_of().
   std::uint64_t frames = 0;
   std::vector<FaultChoice> faults;
 
   bool operator==(const CampaignPlan&) const = default;
-  /// `frames`; of a fitting draw max_fitting_frames at most.
-  std::uint64_t frames_of(std::size_t fault) const;
-  std::uint64_t blocks_of(std::size_t fault) const;
-  /// Frames of a block; only the last one has fewer than block_frames.
-  std::uint64_t frames_of_block(std::size_t fault, std::uint64_t block) const;
+  /// `frames`, but at most max_fitting_frames of a fitting draw.
+  std::uint64_t frames_of(const FaultChoice& fault) const;
 };
 
-/// What is done of a plan.
+/// A plan and the blocks that are done.
 struct CampaignState {
   explicit CampaignState(CampaignPlan plan);
 
   CampaignPlan plan;
-  /// Of each fault in the plan's order.
-  std::vector<CampaignCounts> counts;
-  /// Of each fault: block by block, whether it is in the counts.
-  std::vector<std::vector<bool>> done;
+  /// A row a fault, in the plan's order.
+  std::vector<ExperimentRow<CampaignCounts>> rows;
 
   bool operator==(const CampaignState&) const = default;
-  /// All blocks of all faults.
+  /// All blocks of all faults are done.
   bool complete() const;
-  /// Adds another part. False, and nothing is changed, where the plans differ or a block is in
-  /// both.
+  std::uint64_t frames_done() const;
+  std::uint64_t frames_planned() const;
+  /// Adds another part. Returns false, and changes nothing, if the plans differ or a block is in
+  /// both parts.
   [[nodiscard]] bool merge(const CampaignState& other);
 };
 
-inline constexpr std::uint64_t max_campaign_shards = std::uint64_t{1} << 20U;
+/// Counts the missing blocks of the shard.
+/// \return false if `save` or `interrupted` ended the run
+bool run_campaign(const CampaignFrame& frame, CampaignState& state, const ExperimentRun& run);
 
-/// Every count-th block from number - 1 on. \pre 1 <= number <= count <= max_campaign_shards
-struct CampaignShard {
-  std::uint64_t number = 1;
-  std::uint64_t count = 1;
-};
-
-struct CampaignRun {
-  /// 0: as many as there are cores.
-  unsigned threads = 0;
-  CampaignShard shard{};
-  /// Called now and then, and at the end, while nobody counts; false ends the run.
-  std::function<bool(const CampaignState&)> save{};
-  /// Seconds between two calls.
-  double save_seconds = 5;
-};
-
-/// Does what is missing of the shard's blocks. The result does not depend on the threads.
-/// \return false where `save` said so
-bool run_campaign(const CampaignFrame& frame, CampaignState& state, const CampaignRun& run);
-
-/// The state as text, a JSON object, and back. Text of anything else gives none.
+/// The state as text, a JSON object.
 std::string state_text(const CampaignState& state);
-std::optional<CampaignState> read_state(const std::string& text);
+
+/// Reads the text of state_text(). Every number is checked: counts against frames, frames against
+/// blocks.
+/// \return the state, or the cause why the text is no state of a campaign
+tl::expected<CampaignState, std::string> read_state(std::string_view text);
+
+/// Whether all numbers of wrong bits occur in these words. \pre the state's format is the frame's
+bool fits(const CampaignFrame& frame, const CampaignState& state);
 
 }  // namespace biss::lab

@@ -6,17 +6,13 @@
 
 #include "lab/campaign_fitting.hpp"
 #include "lab/campaign_slices.hpp"
+#include "lab/experiment.hpp"
 
 namespace biss::lab {
 namespace {
 
-// FNV-1a of the fault's text: a campaign with one fault more leaves the others as they were.
 std::uint64_t sequence_seed(const FaultSequence& sequence) {
-  std::uint64_t hash = 0xCBF29CE484222325U;
-  for (const char letter : text_of(sequence.fault)) {
-    hash = (hash ^ static_cast<std::uint8_t>(letter)) * 0x100000001B3U;
-  }
-  return sim::scrambled(sequence.seed) ^ hash;
+  return row_seed(sequence.seed, text_of(sequence.fault));
 }
 
 // Wrong bits of 256 frames; [0] is the last bit of the safety word.

@@ -1,7 +1,10 @@
-// A campaign's state as text: what was planned, what is done, what was counted.
+// The state of a campaign, and the same as text: the plan, the blocks that are done, the counts.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
+#include <numeric>
+#include <utility>
 
 #include "lab/campaign.hpp"
 
@@ -10,136 +13,285 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr int state_version = 2;
+constexpr std::uint64_t state_version = 2;
 
-// Runs of finished blocks, [first, behind the last].
-Json runs_of(const std::vector<bool>& done) {
-  Json runs = Json::array();
-  for (std::size_t block = 0; block < done.size();) {
-    if (!done[block]) {
-      ++block;
-      continue;
-    }
-    std::size_t behind = block;
-    while (behind < done.size() && done[behind]) ++behind;
-    runs.push_back({block, behind});
-    block = behind;
+// A list of lists of numbers, and of one name where the list has one.
+class ListText {
+ public:
+  template <class... Numbers>
+  void add(const Numbers&... numbers) {
+    text_ += fmt::format("{}[{}]", text_.size() == 1 ? "" : ",",
+                         fmt::join(std::initializer_list<std::string>{cell(numbers)...}, ","));
   }
-  return runs;
+  std::string text() const { return text_ + "]"; }
+
+ private:
+  static std::string cell(std::uint64_t number) { return fmt::format("{}", number); }
+  static std::string cell(std::string_view name) { return fmt::format("\"{}\"", name); }
+
+  std::string text_ = "[";
+};
+
+std::string accepted_text(const CampaignCounts& counts, std::size_t what) {
+  ListText events;
+  for (std::uint64_t weight = 0; weight < weight_count; ++weight) {
+    if (const std::uint64_t count = counts.accepted[what][weight]) events.add(weight, count);
+  }
+  return fmt::format("\"{}\":{}", acceptance_names[what], events.text());
 }
 
-Json counts_object(const CampaignCounts& counts) {
-  Json object;
+std::string row_text(const FaultChoice& fault, const ExperimentRow<CampaignCounts>& row) {
+  // In the order of the names' letters, as JSON libraries write objects.
+  using enum Acceptance;
+  std::vector<std::string> accepted;
+  for (const Acceptance what : {both, cpw, monitor, spw, wrong}) {
+    accepted.push_back(accepted_text(row.counts, static_cast<std::size_t>(what)));
+  }
+  ListText blocks;
+  for (const BlockSet::Run& run : row.done.runs()) blocks.add(run.first, run.end);
+  ListText fitted;
+  for (const auto& [bin, events] : row.counts.fitted) {
+    fitted.add(acceptance_names[static_cast<std::size_t>(bin.what)], bin.bits.far, bin.bits.near,
+               bin.bits.all, events);
+  }
+  return fmt::format(
+      R"({{"accepted":{{{}}},"blocks":{},"fault":"{}","fitted":{},"frames":{},"missed":[{}]}})",
+      fmt::join(accepted, ","), blocks.text(), text_of(fault), fitted.text(), row.counts.frames,
+      fmt::join(row.counts.missed, ","));
+}
+
+struct Refused {
+  std::string cause;
+};
+
+template <class... Arguments>
+void require(bool holds, fmt::format_string<Arguments...> cause, Arguments&&... arguments) {
+  if (!holds) throw Refused{fmt::format(cause, std::forward<Arguments>(arguments)...)};
+}
+
+const Json& member(const Json& object, const char* name) {
+  const auto at = object.find(name);
+  require(at != object.end(), "'{}' is missing", name);
+  return *at;
+}
+
+const Json& list(const Json& value, const char* name) {
+  require(value.is_array(), "'{}' is no list", name);
+  return value;
+}
+
+// For a message: one line, not long. \pre the value is a text or a number
+std::string shown(const Json& value) { return value.dump(-1, ' ', true).substr(0, 40); }
+
+std::string text(const Json& object, const char* name) {
+  const Json& value = member(object, name);
+  require(value.is_string(), "'{}' is no text", name);
+  return value.get<std::string>();
+}
+
+std::uint64_t number(const Json& value, const char* name, std::uint64_t most) {
+  require(value.is_number(), "'{}' is no number", name);
+  require(value.is_number_unsigned() && value.get<std::uint64_t>() <= most,
+          "'{}' is {}, not a whole number from 0 to {}", name, shown(value), most);
+  return value.get<std::uint64_t>();
+}
+
+std::uint64_t number(const Json& object, const char* name) {
+  return number(member(object, name), name, std::numeric_limits<std::uint64_t>::max());
+}
+
+// Element `at` of a list of exactly `size` values.
+const Json& element(const Json& value, const char* name, std::size_t size, std::size_t at) {
+  require(value.is_array() && value.size() == size, "'{}' has an entry without {} values", name,
+          size);
+  return value[at];
+}
+
+BlockSet read_blocks(const Json& object, const TrialBlocks& blocks) {
+  BlockSet done;
+  for (const Json& run : list(member(object, "blocks"), "blocks")) {
+    const std::uint64_t first = number(element(run, "blocks", 2, 0), "blocks", blocks.count());
+    const std::uint64_t end = number(element(run, "blocks", 2, 1), "blocks", blocks.count());
+    require(done.append({first, end}), "'blocks' are not in ascending order at [{},{}]", first,
+            end);
+  }
+  return done;
+}
+
+std::uint64_t frames_of(const BlockSet& done, const TrialBlocks& blocks) {
+  std::uint64_t frames = 0;
+  for (const BlockSet::Run& run : done.runs()) {
+    frames +=
+        blocks.first_of(run.end - 1) + blocks.size_of(run.end - 1) - blocks.first_of(run.first);
+  }
+  return frames;
+}
+
+void read_accepted(CampaignCounts& counts, const Json& object, bool by_weight) {
+  const Json& accepted = member(object, "accepted");
   for (std::size_t what = 0; what < acceptance_count; ++what) {
-    Json events = Json::array();
-    for (std::size_t weight = 0; weight < weight_count; ++weight) {
-      if (const std::uint64_t count = counts.accepted[what][weight]) {
-        events.push_back({weight, count});
-      }
-    }
-    object[std::string(acceptance_names[what])] = events;
-  }
-  return object;
-}
-
-Json fitted_list(const CampaignCounts& counts) {
-  Json list = Json::array();
-  for (const auto& [bin, events] : counts.fitted) {
-    list.push_back({acceptance_names[static_cast<std::size_t>(bin.what)], bin.bits.far,
-                    bin.bits.near, bin.bits.all, events});
-  }
-  return list;
-}
-
-FittedBin bin_of(const Json& entry) {
-  const std::string name = entry.at(0);
-  const auto what = std::find(acceptance_names.begin(), acceptance_names.end(), name);
-  if (what == acceptance_names.end()) throw std::out_of_range(name);
-  return {static_cast<Acceptance>(what - acceptance_names.begin()),
-          {entry.at(1), entry.at(2), entry.at(3)}};
-}
-
-CampaignCounts counts_of(const Json& fault) {
-  CampaignCounts counts;
-  counts.frames = fault.at("frames");
-  for (std::size_t what = 0; what < acceptance_count; ++what) {
-    for (const Json& event : fault.at("accepted").at(std::string(acceptance_names[what]))) {
-      counts.accepted[what].at(event.at(0).get<std::size_t>()) = event.at(1);
+    const char* name = acceptance_names[what].data();
+    std::uint64_t total = 0;
+    for (const Json& entry : list(member(accepted, name), name)) {
+      const std::uint64_t weight =
+          number(element(entry, name, 2, 0), name, by_weight ? weight_count - 1U : 0U);
+      const std::uint64_t count = number(element(entry, name, 2, 1), name, counts.frames - total);
+      require(counts.accepted[what][weight] == 0, "'{}' has the weight {} twice", name, weight);
+      counts.accepted[what][weight] = count;
+      total += count;
     }
   }
-  for (const Json& entry : fault.at("fitted")) counts.fitted[bin_of(entry)] = entry.at(4);
-  for (const std::uint64_t index : fault.at("missed").get<std::vector<std::uint64_t>>()) {
-    counts.add_missed(index);
+  for (std::size_t weight = 0; weight < weight_count; ++weight) {
+    require(counts.accepted[4][weight] <= counts.accepted[3][weight],
+            "'wrong' has more frames than 'monitor'");
   }
-  return counts;
 }
 
-std::optional<CampaignPlan> plan_of(const Json& object) {
-  CampaignPlan plan;
-  plan.format = object.at("format");
-  plan.rules = object.at("rules");
-  plan.seed = object.at("seed");
-  plan.frames = object.at("frames");
-  for (const Json& fault : object.at("faults")) {
-    const auto choice = parse_fault(fault.at("fault").get<std::string>());
-    if (!choice) return std::nullopt;
-    plan.faults.push_back(*choice);
+void read_fitted(CampaignCounts& counts, const Json& object) {
+  constexpr std::uint64_t most = weight_count - 1U;
+  std::array<std::uint64_t, acceptance_count> total{};
+  const auto at = [](const Json& entry, std::size_t n) -> const Json& {
+    return element(entry, "fitted", 5, n);
+  };
+  for (const Json& entry : list(member(object, "fitted"), "fitted")) {
+    const bool wrong = at(entry, 0) == "wrong";
+    require(wrong || at(entry, 0) == "monitor", "'fitted' has an entry of no known kind");
+    const auto bits = [&](std::size_t n) {
+      return static_cast<std::uint8_t>(number(at(entry, n), "fitted", most));
+    };
+    const FittedBin bin{wrong ? Acceptance::wrong : Acceptance::monitor,
+                        {bits(1), bits(2), bits(3)}};
+    std::uint64_t& sum = total[static_cast<std::size_t>(bin.what)];
+    const std::uint64_t count = number(at(entry, 4), "fitted", counts.frames - sum);
+    require(counts.fitted.emplace(bin, count).second, "'fitted' has an entry twice");
+    sum += count;
   }
-  if (plan.frames > max_campaign_frames) return std::nullopt;
-  return plan;
+  for (const auto& [bin, count] : counts.fitted) {
+    if (bin.what != Acceptance::wrong) continue;
+    const auto safe = counts.fitted.find({Acceptance::monitor, bin.bits});
+    require(safe != counts.fitted.end() && count <= safe->second,
+            "'wrong' has more frames than 'monitor'");
+  }
 }
 
-// False where blocks and frames do not belong together.
-bool fill(CampaignState& state, const Json& object) {
-  for (std::size_t n = 0; n < state.plan.faults.size(); ++n) {
-    const Json& fault = object.at("faults").at(n);
-    state.counts[n] = counts_of(fault);
-    std::uint64_t frames = 0;
-    for (const Json& run : fault.at("blocks")) {
-      const std::uint64_t behind = run.at(1);
-      if (behind > state.done[n].size()) return false;
-      for (std::uint64_t block = run.at(0); block < behind; ++block) {
-        if (!state.done[n][block]) frames += state.plan.frames_of_block(n, block);
-        state.done[n][block] = true;
-      }
+void read_missed(CampaignCounts& counts, const Json& object, const BlockSet& done,
+                 const TrialBlocks& blocks) {
+  const Json& missed = list(member(object, "missed"), "missed");
+  const auto kept = std::min<std::uint64_t>(missed_kept, counts.total(Acceptance::wrong));
+  require(missed.size() == kept, "'missed' has {} frames, 'wrong' asks for {}", missed.size(),
+          kept);
+  for (const Json& value : missed) {
+    const std::uint64_t index = number(value, "missed", blocks.size);
+    const bool ascends = counts.missed.empty() || index > counts.missed.back();
+    require(ascends && done.contains(blocks.block_of(index)),
+            "'missed' has frame {}, out of order or not in 'blocks'", index);
+    counts.missed.push_back(index);
+  }
+}
+
+void read_row(ExperimentRow<CampaignCounts>& row, const FaultChoice& fault, const Json& object) {
+  row.done = read_blocks(object, row.blocks);
+  row.counts.frames = number(object, "frames");
+  const std::uint64_t frames = frames_of(row.done, row.blocks);
+  require(row.counts.frames == frames, "'frames' is {}, the blocks have {}", row.counts.frames,
+          frames);
+  const bool flips = fault.kind == CampaignFault::flips;
+  read_accepted(row.counts, object, flips);
+  read_fitted(row.counts, object);
+  const bool plain = std::all_of(row.counts.accepted.begin(), row.counts.accepted.end(),
+                                 [](const auto& of) { return of == decltype(of){}; });
+  require(fault.fitting ? plain : row.counts.fitted.empty(),
+          "'accepted' and 'fitted' belong to different faults");
+  read_missed(row.counts, object, row.done, row.blocks);
+}
+
+CampaignState state_of(const Json& object) {
+  require(object.is_object() && object.contains("biss_campaign"), "it is no state of a campaign");
+  require(number(object, "biss_campaign") == state_version,
+          "its version is {}, this program reads version {}", number(object, "biss_campaign"),
+          state_version);
+  CampaignPlan plan{.format = text(object, "format"),
+                    .rules = text(object, "rules"),
+                    .seed = number(object, "seed"),
+                    .frames = number(member(object, "frames"), "frames", max_campaign_frames),
+                    .faults = {}};
+  const Json& faults = list(member(object, "faults"), "faults");
+  for (const Json& each : faults) {
+    const std::string name = text(each, "fault");
+    const auto fault = parse_fault(name);
+    require(fault.has_value(), "{} is no fault", shown(each["fault"]));
+    plan.faults.push_back(*fault);
+  }
+  CampaignState state(std::move(plan));
+  for (std::size_t n = 0; n < state.rows.size(); ++n) {
+    try {
+      read_row(state.rows[n], state.plan.faults[n], faults[n]);
+    } catch (const Refused& refused) {
+      throw Refused{text_of(state.plan.faults[n]) + ": " + refused.cause};
     }
-    if (frames != state.counts[n].frames) return false;
   }
-  return true;
+  return state;
 }
 
 }  // namespace
 
-std::string state_text(const CampaignState& state) {
-  Json object = {{"biss_campaign", state_version},
-                 {"format", state.plan.format},
-                 {"rules", state.plan.rules},
-                 {"seed", state.plan.seed},
-                 {"frames", state.plan.frames}};
-  Json faults = Json::array();
-  for (std::size_t n = 0; n < state.plan.faults.size(); ++n) {
-    faults.push_back({{"fault", text_of(state.plan.faults[n])},
-                      {"frames", state.counts[n].frames},
-                      {"blocks", runs_of(state.done[n])},
-                      {"accepted", counts_object(state.counts[n])},
-                      {"fitted", fitted_list(state.counts[n])},
-                      {"missed", state.counts[n].missed}});
-  }
-  object["faults"] = faults;
-  return object.dump() + "\n";
+std::uint64_t CampaignPlan::frames_of(const FaultChoice& fault) const {
+  return fault.fitting ? std::min(frames, max_fitting_frames) : frames;
 }
 
-std::optional<CampaignState> read_state(const std::string& text) {
+CampaignState::CampaignState(CampaignPlan asked) : plan(std::move(asked)) {
+  for (const FaultChoice& fault : plan.faults) {
+    rows.push_back({{plan.frames_of(fault), block_frames}, {}, {}});
+  }
+}
+
+bool CampaignState::complete() const {
+  return std::all_of(rows.begin(), rows.end(), [](const auto& row) { return row.complete(); });
+}
+
+std::uint64_t CampaignState::frames_done() const {
+  std::uint64_t sum = 0;
+  for (const auto& row : rows) sum += row.counts.frames;
+  return sum;
+}
+
+std::uint64_t CampaignState::frames_planned() const {
+  std::uint64_t sum = 0;
+  for (const auto& row : rows) sum += row.blocks.size;
+  return sum;
+}
+
+bool CampaignState::merge(const CampaignState& other) {
+  if (plan != other.plan) return false;
+  for (std::size_t n = 0; n < rows.size(); ++n) {
+    if (rows[n].done.intersects(other.rows[n].done)) return false;
+  }
+  for (std::size_t n = 0; n < rows.size(); ++n) {
+    rows[n].counts.add(other.rows[n].counts);
+    rows[n].done.add(other.rows[n].done);
+  }
+  return true;
+}
+
+std::string state_text(const CampaignState& state) {
+  std::vector<std::string> rows;
+  for (std::size_t n = 0; n < state.rows.size(); ++n) {
+    rows.push_back(row_text(state.plan.faults[n], state.rows[n]));
+  }
+  return fmt::format(
+      R"({{"biss_campaign":{},"faults":[{}],"format":{},"frames":{},"rules":{},"seed":{}}})"
+      "\n",
+      state_version, fmt::join(rows, ","), Json(state.plan.format).dump(), state.plan.frames,
+      Json(state.plan.rules).dump(), state.plan.seed);
+}
+
+tl::expected<CampaignState, std::string> read_state(std::string_view text) {
   try {
-    const Json object = Json::parse(text);
-    if (object.at("biss_campaign") != state_version) return std::nullopt;
-    auto plan = plan_of(object);
-    if (!plan) return std::nullopt;
-    CampaignState state(std::move(*plan));
-    if (!fill(state, object)) return std::nullopt;
-    return state;
-  } catch (const std::exception&) {  // not JSON, a field missing or of another kind
-    return std::nullopt;
+    return state_of(Json::parse(text));
+  } catch (const Refused& refused) {
+    return tl::unexpected(refused.cause);
+  } catch (const Json::exception&) {
+    return tl::unexpected(std::string("it is no JSON, or ends early"));
   }
 }
 

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
+#include <utility>
 
 #include "biss/safety/configurations.hpp"
 
@@ -26,7 +28,7 @@ CampaignPlan plan() {
   return asked;
 }
 
-CampaignState run(unsigned threads, CampaignShard shard = {}) {
+CampaignState run(unsigned threads, Shard shard = {}) {
   CampaignState state(plan());
   EXPECT_TRUE(run_campaign(frame(), state, {.threads = threads, .shard = shard}));
   return state;
@@ -39,7 +41,7 @@ const CampaignState& whole() {
 
 TEST(Campaign, AnyNumberOfThreads_GivesTheSame) {
   EXPECT_TRUE(whole().complete());
-  for (const CampaignCounts& counts : whole().counts) EXPECT_EQ(counts.frames, plan().frames);
+  for (const auto& row : whole().rows) EXPECT_EQ(row.counts.frames, plan().frames);
   EXPECT_EQ(run(2), whole());
   EXPECT_EQ(run(4), whole());
 }
@@ -49,12 +51,12 @@ TEST(Campaign, EndedAtAnySave_GoesOnToTheSame) {
   unsigned ends = 0;
   for (bool done = false; !done && ends < 10'000; ++ends) {
     CampaignState state = read_state(saved).value();
-    CampaignRun part{.threads = 3, .save_seconds = 0.001};
+    ExperimentRun part{.threads = 3, .save_seconds = 0.001};
     const std::string begun = saved;
     // It ends with the first save that has more than the one before, however slow the machine is.
     // What is counted after that is lost, as it is when the process is killed.
-    part.save = [&](const CampaignState& now) {
-      saved = state_text(now);
+    part.save = [&] {
+      saved = state_text(state);
       return saved == begun;
     };
     done = run_campaign(frame(), state, part);
@@ -89,22 +91,78 @@ TEST(CampaignState, Text_ComesBack) {
   EXPECT_EQ(read_state(state_text(part)), part);
 }
 
-TEST(CampaignState, DamagedText_IsRefused) {
+// The text with the first `from` after `row` replaced.
+std::string changed(const std::string& from, const std::string& to, const std::string& row = "") {
+  std::string text = state_text(whole());
+  const std::size_t at = text.find(from, row.empty() ? 0 : text.rfind("{\"acc", text.find(row)));
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+std::string refusal_of(const std::string& text) {
+  const auto state = read_state(text);
+  return state ? "taken" : state.error();
+}
+
+TEST(CampaignState, TextThatEndsEarly_IsRefused) {
   const std::string text = state_text(whole());
   for (std::size_t size = 0; size + 2 < text.size(); size += 97) {
-    EXPECT_FALSE(read_state(text.substr(0, size)));
+    EXPECT_EQ(refusal_of(text.substr(0, size)), "it is no JSON, or ends early");
   }
-  const auto changed = [&text](const std::string& from, const std::string& to) {
-    std::string other = text;
-    other.replace(other.find(from), from.size(), to);
-    return read_state(other);
-  };
-  EXPECT_FALSE(changed("\"biss_campaign\":2", "\"biss_campaign\":3"));
-  EXPECT_FALSE(changed("\"blocks\":[[0,13]]", "\"blocks\":[[0,12]]")) << "frames without a block";
-  EXPECT_FALSE(changed("\"blocks\":[[0,13]]", "\"blocks\":[[0,14]]")) << "a block too many";
-  EXPECT_FALSE(changed("[\"monitor\",", "[\"monitors\","));
-  EXPECT_FALSE(changed("burst:8", "burst:1"));
-  EXPECT_FALSE(changed("\"seed\":7", "\"seed\":\"7\""));
+}
+
+TEST(CampaignState, FieldOfAnotherKind_IsRefusedByName) {
+  EXPECT_EQ(refusal_of("[]"), "it is no state of a campaign");
+  EXPECT_EQ(refusal_of(changed("\"biss_campaign\":2", "\"biss_campaign\":3")),
+            "its version is 3, this program reads version 2");
+  EXPECT_EQ(refusal_of(changed("\"seed\":7", "\"seed\":\"7\"")), "'seed' is no number");
+  EXPECT_EQ(refusal_of(changed("\"seed\":7", "\"seed\":-7")),
+            "'seed' is -7, not a whole number from 0 to 18446744073709551615");
+  EXPECT_EQ(refusal_of(changed("\"rules\"", "\"rule\"")), "'rules' is missing");
+  EXPECT_EQ(refusal_of(changed("burst:8", "burst:1")), "\"burst:1\" is no fault");
+  EXPECT_EQ(refusal_of(changed("\"monitor\":", "\"monitors\":")),
+            "flips:0.1: 'monitor' is missing");
+}
+
+TEST(CampaignState, BlocksThatAreNotTheFrames_AreRefused) {
+  const std::string blocks = "\"blocks\":[[0,13]]";
+  EXPECT_EQ(refusal_of(changed(blocks, "\"blocks\":[[0,12]]")),
+            "flips:0.1: 'frames' is 787666, the blocks have 786432");
+  EXPECT_EQ(refusal_of(changed(blocks, "\"blocks\":[[0,14]]")),
+            "flips:0.1: 'blocks' is 14, not a whole number from 0 to 13");
+  EXPECT_EQ(refusal_of(changed(blocks, "\"blocks\":[[0,12],[11,13]]")),
+            "flips:0.1: 'blocks' are not in ascending order at [11,13]");
+  EXPECT_EQ(refusal_of(changed(blocks, "\"blocks\":[[0]]")),
+            "flips:0.1: 'blocks' has an entry without 2 values");
+}
+
+// Counts become rates, and rates become doubles: none may be more than its frames.
+TEST(CampaignState, CountThatCannotBe_IsRefused) {
+  const std::string accepted = "\"cpw\":[[0,";
+  for (const auto& [count, shown] : {std::pair{"-5", "-5"}, std::pair{"99999999", "99999999"},
+                                     std::pair{"1e308", "1e+308"}, std::pair{"1.5", "1.5"}}) {
+    EXPECT_EQ(refusal_of(changed(accepted, accepted + count + "],[0,", "burst:8")),
+              "burst:8: 'cpw' is " + std::string(shown) + ", not a whole number from 0 to 787666");
+  }
+  EXPECT_EQ(refusal_of(changed(accepted, "\"cpw\":[[0,1],[0,", "burst:8")),
+            "burst:8: 'cpw' has the weight 0 twice");
+  EXPECT_EQ(refusal_of(changed(accepted, "\"cpw\":[[1,", "burst:8")),
+            "burst:8: 'cpw' is 1, not a whole number from 0 to 0");
+  EXPECT_EQ(refusal_of(changed("\"wrong\":[[0,", "\"wrong\":[[0,7", "burst:8")),
+            "burst:8: 'wrong' has more frames than 'monitor'");
+  EXPECT_EQ(refusal_of(changed("[\"monitor\",", "[\"monitors\",")),
+            "flips:0.1:fitting: 'fitted' has an entry of no known kind");
+  EXPECT_EQ(refusal_of(changed("[\"monitor\",", "[\"monitor\",300,", "fitting")),
+            "flips:0.1:fitting: 'fitted' has an entry without 5 values");
+  EXPECT_EQ(refusal_of(changed("\"missed\":[", "\"missed\":[787666,", "burst:8")),
+            "burst:8: 'missed' has 17 frames, 'wrong' asks for 16");
+}
+
+TEST(CampaignState, MoreWrongBitsThanTheWordsHave_DoNotFit) {
+  EXPECT_TRUE(fits(frame(), whole()));
+  CampaignState state = whole();
+  state.rows[0].counts.add(Acceptance::cpw, frame().cpw_bits() + 1U);
+  EXPECT_FALSE(fits(frame(), state));
 }
 
 TEST(CampaignEstimate, PlainCounts_HaveWilsonsBounds) {

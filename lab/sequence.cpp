@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <mutex>
 #include <utility>
 
-#include "lab/crew.hpp"
+#include "lab/experiment.hpp"
+#include "lab/parallel.hpp"
 #include "lab/sequence_block.hpp"
 #include "lab/sequence_fault.hpp"
 #include "lab/sequence_frame.hpp"
@@ -14,26 +14,6 @@
 
 namespace biss::lab {
 namespace {
-
-struct Work {
-  std::size_t row = 0;
-  // None: the row's theory.
-  std::optional<std::uint64_t> block;
-};
-
-// Theories first: some take as long as many blocks.
-std::vector<Work> work_of(const std::vector<SequenceRow>& rows) {
-  std::vector<Work> work;
-  for (std::size_t row = 0; row < rows.size(); ++row) {
-    if (rows[row].task == SequenceTask::fault) work.push_back({row, std::nullopt});
-  }
-  for (std::size_t row = 0; row < rows.size(); ++row) {
-    for (std::uint64_t block = 0; block < rows[row].blocks(); ++block) {
-      work.push_back({row, block});
-    }
-  }
-  return work;
-}
 
 using Counters = SequencePlan::Counters;
 
@@ -201,21 +181,27 @@ std::optional<std::vector<SequenceResult>> run_sequences(
     if (frame_of.back() == nullptr) return std::nullopt;
     results.push_back({.row = row});
   }
-  const std::vector<Work> work = work_of(plan.rows);
-  std::mutex mutex;
-  SequenceProgress progress{.all = work.size()};
-  share_out(threads, work.size(), [&](std::size_t n) {
-    const auto [row, block] = work[n];
-    const SequenceRow& asked = plan.rows[row];
-    const auto theory = block ? std::nullopt : sequence_theory(*frame_of[row], asked);
-    const SequenceCounts counts =
-        block ? count_sequence(*frame_of[row], asked, plan.seed, *block) : SequenceCounts();
-    const std::lock_guard lock(mutex);
-    results[row].counts.add(counts);
-    if (!block) results[row].theory = theory;
-    ++progress.done;
-    if (told) told(progress);
+  parallel_for(threads, results.size(), [&](std::size_t row) {
+    if (plan.rows[row].task != SequenceTask::fault) return;
+    results[row].theory = sequence_theory(*frame_of[row], plan.rows[row]);
   });
+  std::vector<ExperimentRow<SequenceCounts>> rows;
+  SequenceProgress progress;
+  for (const SequenceRow& row : plan.rows) {
+    rows.push_back({row.blocks(), {}, {}});
+    progress.all += row.blocks().count();
+  }
+  ExperimentRun run{.threads = threads, .save_seconds = 0};
+  run.save = [&] {
+    progress.done = 0;
+    for (const auto& row : rows) progress.done += row.done.size();
+    if (told) told(progress);
+    return true;
+  };
+  run_experiment(rows, run, [&](std::size_t row, std::uint64_t block) {
+    return count_sequence(*frame_of[row], plan.rows[row], plan.seed, block);
+  });
+  for (std::size_t row = 0; row < results.size(); ++row) results[row].counts = rows[row].counts;
   for (std::size_t row = 0; row < results.size(); ++row) finish(results[row], *frame_of[row]);
   return with_sums(results);
 }

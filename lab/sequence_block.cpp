@@ -21,7 +21,7 @@ Picoseconds gap(const SequenceFrame& frame, sim::Random& random) {
   const std::uint64_t drawn = random.next();
   if (drawn % 64 == 0) return frame.setup().frame_gap_max;
   const Picoseconds room = frame.setup().frame_gap_max - frame.cycle();
-  return frame.cycle() + room * static_cast<std::int64_t>(drawn >> 48U) / 65'536;
+  return frame.cycle() + sim::part_of(room, (drawn >> 48U) * (sim::time_parts >> 16U));
 }
 
 SequenceCounts count_undamaged(const SequenceFrame& frame, const SequenceRow& row,
@@ -31,8 +31,9 @@ SequenceCounts count_undamaged(const SequenceFrame& frame, const SequenceRow& ro
   SequenceRig rig(frame, row, seed, block, rule, watcher);
   const unsigned start_up = start_up_frames(frame, row);
   unsigned may_start = start_up;
-  const std::uint64_t first = row.first_of(block);
-  for (std::uint64_t n = 0; n < row.size_of(block); ++n) {
+  const std::uint64_t first = row.blocks().first_of(block);
+  const std::uint64_t size = row.blocks().size_of(block);
+  for (std::uint64_t n = 0; n < size; ++n) {
     rig.begin(first + n);
     rig.pass(gap(frame, rig.random()));
     const bool good = rig.good(may_start != 0);
@@ -70,8 +71,9 @@ SequenceCounts count_counter_mode(const SequenceFrame& frame, const SequenceRow&
                                   std::uint64_t seed, std::uint64_t block,
                                   const SequenceWatcher& watcher) {
   SequenceRig rig(frame, row, seed, block, WordRule::truncated, watcher);
-  const std::uint64_t first = row.first_of(block);
-  for (std::uint64_t n = 0; n < row.size_of(block); ++n) {
+  const std::uint64_t first = row.blocks().first_of(block);
+  const std::uint64_t size = row.blocks().size_of(block);
+  for (std::uint64_t n = 0; n < size; ++n) {
     rig.begin(first + n);
     if (n % 2 == 0) {
       rig.settle(true);

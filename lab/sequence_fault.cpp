@@ -266,8 +266,9 @@ SequenceCounts count_faults(const SequenceFrame& frame, const SequenceRow& row, 
   const SafetyMeasure& measure = safety_measures[static_cast<std::size_t>(row.kind)];
   const unsigned again = frame.setup().start_frames - 1U;
   const bool learns = row.counter == CounterMode::learned;
-  const std::uint64_t first = row.first_of(block);
-  for (std::uint64_t n = 0; n < row.size_of(block); ++n) {
+  const std::uint64_t first = row.blocks().first_of(block);
+  const std::uint64_t size = row.blocks().size_of(block);
+  for (std::uint64_t n = 0; n < size; ++n) {
     rig.begin(first + n);
     rig.settle(!learns && rig.random().below(2) != 0);
     rig.encoder().put_elsewhere();

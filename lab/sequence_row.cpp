@@ -2,19 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
-#include "sim/random.hpp"
-
 namespace biss::lab {
 namespace {
 
 constexpr std::uint64_t undamaged_block = 65'536;
 constexpr std::uint64_t event_block = 1'024;
-
-std::uint64_t block_size(const SequenceRow& row) {
-  return row.task == SequenceTask::undamaged ? undamaged_block : event_block;
-}
 
 constexpr std::array<std::string_view, 7> corruption{
     "flips:0.5", "flips:0.1", "flips:0.01", "flips:0.001", "burst:8", "burst:16", "burst:32"};
@@ -65,25 +57,12 @@ std::string_view SequenceRow::variant_name() const {
 }
 
 std::uint64_t SequenceRow::seed(std::uint64_t campaign_seed) const {
-  const std::string text = fmt::format("{}:{}:{}:{}", name(), variant_name(), name_of(counter),
-                                       name_of(encoder_counter));
-  std::uint64_t hash = 0xCBF29CE484222325U;  // FNV-1a
-  for (const char letter : text) {
-    hash = (hash ^ static_cast<std::uint8_t>(letter)) * 0x100000001B3U;
-  }
-  return sim::scrambled(campaign_seed) ^ hash;
+  return row_seed(campaign_seed, fmt::format("{}:{}:{}:{}", name(), variant_name(),
+                                             name_of(counter), name_of(encoder_counter)));
 }
 
-std::uint64_t SequenceRow::blocks() const {
-  return size / block_size(*this) + (size % block_size(*this) != 0 ? 1 : 0);
+TrialBlocks SequenceRow::blocks() const {
+  return {size, task == SequenceTask::undamaged ? undamaged_block : event_block};
 }
-
-std::uint64_t SequenceRow::size_of(std::uint64_t block) const {
-  return std::min(block_size(*this), size - first_of(block));
-}
-
-std::uint64_t SequenceRow::first_of(std::uint64_t block) const { return block * block_size(*this); }
-
-std::uint64_t SequenceRow::block_of(std::uint64_t index) const { return index / block_size(*this); }
 
 }  // namespace biss::lab

@@ -9,6 +9,7 @@
 
 #include "biss/safety/setup.hpp"
 #include "biss/safety/verdict.hpp"
+#include "lab/experiment.hpp"
 
 namespace biss::lab {
 
@@ -59,13 +60,8 @@ struct SequenceRow {
   std::uint64_t seed(std::uint64_t campaign_seed) const;
   /// Values of the encoder's counter.
   unsigned period() const { return encoder_counter == CounterMode::count_0_63 ? 64 : 63; }
-  std::uint64_t blocks() const;
-  /// Of block `block`; only the last one may have fewer than the others.
-  std::uint64_t size_of(std::uint64_t block) const;
-  /// Index of the block's first frame or event.
-  std::uint64_t first_of(std::uint64_t block) const;
-  /// The block that a frame or event is in.
-  std::uint64_t block_of(std::uint64_t index) const;
+  /// Its frames or events in blocks.
+  TrialBlocks blocks() const;
 };
 
 }  // namespace biss::lab

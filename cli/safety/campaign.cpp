@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/common/interruption.hpp"
 #include "cli/common/text_file.hpp"
 #include "cli/common/verb.hpp"
 #include "cli/safety/campaign_plan.hpp"
@@ -48,30 +49,31 @@ ExitStatus bad_format(const std::string& name) {
   return fail(ExitStatus::usage, safety_format_error(name));
 }
 
-std::optional<lab::CampaignShard> parse_shard(const std::string& text) {
-  if (text.empty()) return lab::CampaignShard{};
-  lab::CampaignShard shard;
+std::optional<lab::Shard> parse_shard(const std::string& text) {
+  if (text.empty()) return lab::Shard{};
+  lab::Shard shard;
   const char* end = text.data() + text.size();
   const auto first = std::from_chars(text.data(), end, shard.number);
   if (first.ec != std::errc() || first.ptr == end || *first.ptr != '/') return std::nullopt;
   const auto second = std::from_chars(first.ptr + 1, end, shard.count);
   if (second.ec != std::errc() || second.ptr != end) return std::nullopt;
   if (shard.number == 0 || shard.number > shard.count) return std::nullopt;
-  if (shard.count > lab::max_campaign_shards) return std::nullopt;
+  if (shard.count > lab::max_shards) return std::nullopt;
   return shard;
 }
 
-struct ReadState {
-  std::optional<lab::CampaignState> state;
-  std::string error;
-};
-
-ReadState read_state_of(const std::string& path) {
+tl::expected<lab::CampaignState, std::string> read_state_of(const std::string& path) {
   const TextFile file = read_text_file(path);
-  if (!file) return {{}, fmt::format("{}: {}", path, file.error)};
+  if (!file) return tl::unexpected(fmt::format("{}: {}", path, file.error));
   auto state = lab::read_state(file.text);
-  if (!state) return {{}, fmt::format("{}: no state of a campaign", path)};
-  return {std::move(state), {}};
+  if (!state) {
+    return tl::unexpected(fmt::format("{}: not a usable campaign state: {}", path, state.error()));
+  }
+  return state;
+}
+
+std::string too_many_bits(const std::string& path) {
+  return fmt::format("{}: not a usable campaign state: more wrong bits than the words have", path);
 }
 
 ExitStatus print_state(const lab::CampaignFrame& frame, const lab::CampaignState& state,
@@ -90,10 +92,8 @@ ExitStatus print_state(const lab::CampaignFrame& frame, const lab::CampaignState
 
 bool save(const lab::CampaignState& state, const std::string& path) {
   if (isatty(STDERR_FILENO) != 0) {
-    std::uint64_t done = 0;
-    for (const lab::CampaignCounts& counts : state.counts) done += counts.frames;
-    std::uint64_t all = 0;
-    for (std::size_t n = 0; n < state.counts.size(); ++n) all += state.plan.frames_of(n);
+    const std::uint64_t done = state.frames_done();
+    const std::uint64_t all = state.frames_planned();
     print_summary(fmt::format("\r{} of {} frames", done, all) + (done == all ? "\n" : ""));
   }
   if (path.empty()) return true;
@@ -101,6 +101,25 @@ bool save(const lab::CampaignState& state, const std::string& path) {
   const bool saved = file.open(path) && file.write(lab::state_text(state)) && file.finish();
   if (!saved) warn(file.error());
   return saved;
+}
+
+// With a state file, a signal ends the run after a last save.
+ExitStatus count_blocks(const lab::CampaignFrame& frame, lab::CampaignState& state,
+                        const lab::Shard& shard, const CampaignOptions& options) {
+  std::optional<Interruption> interruption;
+  if (!options.state.empty()) interruption.emplace();
+  lab::ExperimentRun run{.threads = options.threads,
+                         .shard = shard,
+                         .save_seconds = static_cast<double>(options.save_every.count) * 1e-12};
+  run.save = [&] { return save(state, options.state); };
+  run.interrupted = [&] { return interruption && interruption->requested(); };
+  if (run_campaign(frame, state, run)) return ExitStatus::done;
+  if (interruption && interruption->requested()) {
+    warn(fmt::format("interrupted after {} of {} frames; the same command continues from {}",
+                     state.frames_done(), state.frames_planned(), options.state));
+    interruption->end_process();
+  }
+  return ExitStatus::io;
 }
 
 ExitStatus run_counts(const lab::CampaignFrame& frame, lab::CampaignPlan plan,
@@ -112,22 +131,18 @@ ExitStatus run_counts(const lab::CampaignFrame& frame, lab::CampaignPlan plan,
   if (!options.plain) add_importance(frame, plan);
   lab::CampaignState state(plan);
   if (!options.state.empty() && std::filesystem::exists(options.state)) {
-    ReadState before = read_state_of(options.state);
-    if (!before.state) return fail(ExitStatus::io, before.error);
-    if (before.state->plan != plan) {
+    auto before = read_state_of(options.state);
+    if (!before) return fail(ExitStatus::io, before.error());
+    if (before->plan != plan) {
       return fail(ExitStatus::io, fmt::format("{}: of another campaign (format, faults, frames or "
                                               "seed); name another file",
                                               options.state));
     }
-    state = std::move(*before.state);
+    if (!fits(frame, *before)) return fail(ExitStatus::io, too_many_bits(options.state));
+    state = std::move(*before);
   }
-  lab::CampaignRun run;
-  run.threads = options.threads;
-  run.shard = *shard;
-  run.save_seconds = static_cast<double>(options.save_every.count) * 1e-12;
-  run.save = [&](const lab::CampaignState& now) { return save(now, options.state); };
-  if (!lab::run_campaign(frame, state, run)) return ExitStatus::io;
-  return print_state(frame, state, options);
+  const ExitStatus status = count_blocks(frame, state, *shard, options);
+  return status == ExitStatus::done ? print_state(frame, state, options) : status;
 }
 
 ExitStatus run_replay(const lab::CampaignFrame& frame, const lab::CampaignPlan& plan,
@@ -183,10 +198,16 @@ ExitStatus run_replay(const lab::CampaignFrame& frame, const lab::CampaignPlan& 
 ExitStatus run_merge(const CampaignOptions& options) {
   std::optional<lab::CampaignState> sum;
   for (const std::string& path : options.parts) {
-    const auto [part, error] = read_state_of(path);
-    if (!part) return fail(ExitStatus::io, error);
+    auto part = read_state_of(path);
+    if (!part) return fail(ExitStatus::io, part.error());
+    const auto frame = campaign_frame_of(part->plan.format);
+    if (!frame || campaign_rules(*frame) != part->plan.rules) {
+      return fail(ExitStatus::io,
+                  fmt::format("{}: made for another monitor than this program's", path));
+    }
+    if (!fits(*frame, *part)) return fail(ExitStatus::io, too_many_bits(path));
     if (!sum) {
-      sum = part;
+      sum = std::move(*part);
     } else if (!sum->merge(*part)) {
       return fail(ExitStatus::io, fmt::format("{}: of another campaign, or with blocks that are "
                                               "in an earlier file too",
@@ -194,9 +215,6 @@ ExitStatus run_merge(const CampaignOptions& options) {
     }
   }
   const auto frame = campaign_frame_of(sum->plan.format);
-  if (!frame || campaign_rules(*frame) != sum->plan.rules) {
-    return fail(ExitStatus::io, "the parts were made for another monitor than this program's");
-  }
   if (!options.state.empty() && !save(*sum, options.state)) return ExitStatus::io;
   const ExitStatus status = print_state(*frame, *sum, options);
   if (status != ExitStatus::done || sum->complete()) return status;

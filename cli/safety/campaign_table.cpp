@@ -136,7 +136,7 @@ CampaignTable write_campaign(const lab::CampaignFrame& frame, const lab::Campaig
   CampaignTable result;
   for (std::size_t n = 0; n < state.plan.faults.size(); ++n) {
     const lab::FaultChoice& fault = state.plan.faults[n];
-    Measured row{text_of(fault), state.counts[n], theories.of(fault)};
+    Measured row{text_of(fault), state.rows[n].counts, theories.of(fault)};
     for (std::size_t what = 0; what < lab::acceptance_count; ++what) {
       const auto theory = row.theory ? std::optional((*row.theory)[what]) : std::nullopt;
       if (!is_counted(fault, acceptances[what])) continue;

@@ -15,7 +15,7 @@
 #include "cli/safety/evidence.hpp"
 #include "cli/simulate/setup.hpp"
 #include "decode/decoder.hpp"
-#include "lab/crew.hpp"
+#include "lab/parallel.hpp"
 #include "report/table.hpp"
 #include "sim/line.hpp"
 
@@ -210,7 +210,7 @@ LineChoice line_of(const EvidenceQuestion& question) {
 
 std::vector<LineCounts> count_all(const EvidenceQuestion& question, const sim::LineSetup& setup) {
   std::vector<LineCounts> counts(sim::simulated_fault_count);
-  lab::share_out(question.threads, counts.size(), [&](std::size_t k) {
+  lab::parallel_for(question.threads, counts.size(), [&](std::size_t k) {
     counts[k] = count(question, setup, static_cast<sim::FaultKind>(k));
   });
   return counts;

@@ -147,9 +147,7 @@ EvidencePart evidence_campaign(const EvidenceQuestion& question) {
   for (const std::string& fault : usual_campaign_faults()) add_campaign_fault(*frame, fault, plan);
   add_importance(*frame, plan);
   lab::CampaignState state(plan);
-  lab::CampaignRun run;
-  run.threads = question.threads;
-  lab::run_campaign(*frame, state, run);
+  lab::run_campaign(*frame, state, {.threads = question.threads});
   report::StringSink csv;
   if (write_campaign(*frame, state, report::Format::csv, csv, false).disagrees) {
     part.findings.push_back(

@@ -174,10 +174,11 @@ ExitStatus run_replay(const lab::SequencePlan& plan, const SequenceOptions& opti
   // Frames before an undamaged one are rows of their own.
   const std::uint64_t before = row.task == lab::SequenceTask::undamaged ? 4 : 0;
   bool written = true;
-  count_sequence(*frame, row, plan.seed, row.block_of(index), [&](const lab::SequenceStep& step) {
-    if (step.index > index || step.index + before < index) return;
-    written = written && write_step(*table, step);
-  });
+  count_sequence(*frame, row, plan.seed, row.blocks().block_of(index),
+                 [&](const lab::SequenceStep& step) {
+                   if (step.index > index || step.index + before < index) return;
+                   written = written && write_step(*table, step);
+                 });
   if (!written || !table->finish() || !output.finish()) return output.status();
   return ExitStatus::done;
 }

@@ -35,20 +35,21 @@ const std::string& whole() {
   return table;
 }
 
-// Starts the command and kills it after so long. True: it had ended by itself.
-bool run_for(std::chrono::microseconds time, const std::vector<std::string>& arguments) {
+// Starts the command and sends it the signal after so long. Returns the status of waitpid().
+int run_for(std::chrono::microseconds time, const std::vector<std::string>& arguments,
+            int signal_number = SIGKILL) {
   std::vector<std::string> words{BISS_COMMAND};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
   pid_t child = -1;
-  if (posix_spawn(&child, BISS_COMMAND, nullptr, nullptr, argv.data(), environ) != 0) return true;
+  if (posix_spawn(&child, BISS_COMMAND, nullptr, nullptr, argv.data(), environ) != 0) return 0;
   std::this_thread::sleep_for(time);
-  kill(child, SIGKILL);
+  kill(child, signal_number);
   int status = 0;
   waitpid(child, &status, 0);
-  return WIFEXITED(status);
+  return status;
 }
 
 TEST(Campaign, KilledAtAnyTime_GoesOnToTheSameTable) {
@@ -58,8 +59,8 @@ TEST(Campaign, KilledAtAnyTime_GoesOnToTheSameTable) {
   int kills = 0;
   for (; kills < 12; ++kills) {
     const auto time = std::chrono::microseconds(20'000 + random() % 100'000);
-    if (run_for(time, campaign({"--threads", "2", "--state", state, "--save-every", "1ms", "-o",
-                                folder.path("early.csv")}))) {
+    if (WIFEXITED(run_for(time, campaign({"--threads", "2", "--state", state, "--save-every", "1ms",
+                                          "-o", folder.path("early.csv")})))) {
       break;
     }
   }
@@ -69,6 +70,20 @@ TEST(Campaign, KilledAtAnyTime_GoesOnToTheSameTable) {
   EXPECT_EQ(last.out, whole());
   const Outcome again = run(campaign({"--state", state}));
   EXPECT_EQ(again.out, whole());
+}
+
+TEST(Campaign, InterruptedBeforeTheFirstSave_KeepsItsProgress) {
+  const Folder folder;
+  const std::string state = folder.path("state.json");
+  const auto arguments = campaign({"--state", state, "--save-every", "3600s"});
+  // Once it takes signals, the first one leaves a state.
+  int status = 0;
+  for (auto time = std::chrono::milliseconds(50); !std::filesystem::exists(state); time *= 2) {
+    ASSERT_LT(time, std::chrono::minutes(2));
+    status = run_for(time, arguments, SIGINT);
+  }
+  EXPECT_TRUE(WIFEXITED(status) || WTERMSIG(status) == SIGINT);
+  EXPECT_EQ(run(arguments).out, whole());
 }
 
 TEST(Campaign, SevenShardsMerged_GiveTheSameTable) {
@@ -142,6 +157,29 @@ TEST(Campaign, StateOfAnotherCampaign_IsRefusedAndKept) {
   EXPECT_EQ(content_of(state), before);
   const std::string broken = folder.file("broken.json", before.substr(0, before.size() / 2));
   EXPECT_EQ(run(campaign({"--state", broken})).status, 3);
+}
+
+TEST(Campaign, StateWithACountThatCannotBe_IsRefused) {
+  const Folder folder;
+  const std::string state = folder.path("state.json");
+  const std::vector<std::string> arguments{
+      "safety", "campaign",        "-f",   "rxm", "--fault", "flips:0.1", "--frames",
+      "1000",   "--no-importance", "--to", "csv", "--state", state};
+  ASSERT_EQ(run(arguments).status, 0);
+  const std::string text = content_of(state);
+  const std::size_t at = text.find("\"cpw\":[[") + 9;
+  const std::size_t comma = text.find(',', at);
+  const std::size_t end = text.find(']', at);
+  for (const std::string count : {"-5", "99999999", "1e308"}) {
+    const std::string wrong = text.substr(0, comma + 1) + count + text.substr(end);
+    folder.file("state.json", wrong);
+    const Outcome refused = run(arguments);
+    EXPECT_EQ(refused.status, 3) << count;
+    EXPECT_THAT(refused.err, testing::HasSubstr("flips:0.1: 'cpw' is"));
+    EXPECT_EQ(refused.out, "");
+    EXPECT_EQ(run({"safety", "campaign", "merge", state}).status, 3);
+    EXPECT_EQ(content_of(state), wrong);
+  }
 }
 
 TEST(Campaign, ReplayBehindItsFrames_IsTold) {
