@@ -1,8 +1,8 @@
-// The one file with all of CLI11: what a verb needs of it, without the objects of its validators,
-// is in verb.hpp.
+// The one file with CLI11; see verb.hpp.
 #include <CLI/CLI.hpp>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <exception>
@@ -94,25 +94,149 @@ std::string nearest(const std::string& name, const std::vector<std::string>& can
   return best;
 }
 
-Command::Command() : app_("The open toolkit for the BiSS C encoder interface.", "biss") {
-  app_.set_help_flag("-h,--help", "Say how it is used");
-  app_.set_version_flag("--version", "biss " BISS_VERSION, "Say which version this is");
-  app_.require_subcommand(1);
-  app_.get_formatter()->label("SUBCOMMAND", "VERB");
-  app_.get_formatter()->column_width(28);
+Option Option::type_name(const std::string& name) {
+  option_->type_name(name);
+  return *this;
 }
 
-CLI::App& Command::add_verb(const VerbText& text, Run run) {
-  CLI::App* verb = app_.add_subcommand(text.name, text.purpose);
+Option Option::required(bool is) {
+  option_->required(is);
+  return *this;
+}
+
+Option Option::group(const std::string& heading) {
+  option_->group(heading);
+  return *this;
+}
+
+Option Option::needs(const Option& other) {
+  option_->needs(other.option_);
+  return *this;
+}
+
+Option Option::excludes(const Option& other) {
+  option_->excludes(other.option_);
+  return *this;
+}
+
+Option Option::delimiter(char character) {
+  option_->delimiter(character);
+  return *this;
+}
+
+Option Option::one_value_each() {
+  option_->allow_extra_args(false);
+  return *this;
+}
+
+Option Option::one_of(const std::vector<std::string>& values) {
+  option_->check(CLI::IsMember(values));
+  return *this;
+}
+
+Option Option::on_given(std::function<void()> given) {
+  option_->each([given = std::move(given)](const std::string&) { given(); });
+  return *this;
+}
+
+std::string Option::name() const { return option_->get_name(); }
+
+bool Option::given() const { return option_->count() != 0; }
+
+Option Verb::add_option(const std::string& name, std::string& target,
+                        const std::string& description) {
+  return Option(app_->add_option(name, target, description));
+}
+
+Option Verb::add_option(const std::string& name, std::vector<std::string>& target,
+                        const std::string& description) {
+  return Option(app_->add_option(name, target, description));
+}
+
+Option Verb::add_option(const std::string& name, std::vector<double>& target,
+                        const std::string& description) {
+  return Option(app_->add_option(name, target, description));
+}
+
+Option Verb::add_option(const std::string& name, std::vector<std::uint64_t>& target,
+                        const std::string& description) {
+  return Option(app_->add_option(name, target, description));
+}
+
+Option Verb::add_option(const std::string& name, std::int64_t& target,
+                        const std::string& description) {
+  return Option(app_->add_option(name, target, description));
+}
+
+Option Verb::add_flag(const std::string& name, bool& target, const std::string& description) {
+  return Option(app_->add_flag(name, target, description));
+}
+
+Option Verb::add_text_option(const std::string& name, std::function<void(const std::string&)> set,
+                             const std::string& description) {
+  return Option(app_->add_option_function(name, std::move(set), description));
+}
+
+Option Verb::get_option(const std::string& name) const { return Option(app_->get_option(name)); }
+
+std::vector<Option> Verb::given_options() const {
+  std::vector<Option> given;
+  for (CLI::Option* option : app_->get_options()) {
+    if (option->count() != 0) given.emplace_back(option);
+  }
+  return given;
+}
+
+Verb Verb::add_verb(const VerbText& text) {
+  CLI::App* verb = app_->add_subcommand(text.name, text.purpose);
   verb->group("Verbs");
-  std::string footer = text.examples.size() == 1 ? "Example:\n" : "Examples:\n";
-  for (const std::string& example : text.examples) footer += "  " + example + "\n";
-  footer.pop_back();
-  verb->footer(footer);
+  if (!text.examples.empty()) {
+    verb->footer(fmt::format("{}:\n  {}", text.examples.size() == 1 ? "Example" : "Examples",
+                             fmt::join(text.examples, "\n  ")));
+  }
+  return Verb(verb);
+}
+
+bool Verb::parsed() const { return app_->parsed(); }
+
+void wrong_value(const std::string& name, const std::string& why) {
+  throw CLI::ValidationError(name, why);
+}
+
+void add_verb_group(Command& command, const VerbText& group, const std::vector<GroupVerb>& verbs) {
+  const auto runs = std::make_shared<std::vector<std::pair<Verb, Run>>>();
+  Verb above = command.add_verb(group, [runs, name = group.name] {
+    for (const auto& [verb, run] : *runs) {
+      if (verb.parsed()) return run();
+    }
+    return fail(ExitStatus::usage,
+                fmt::format("no verb of {} given (see 'biss {} --help')", name, name));
+  });
+  above.app().require_subcommand(1);
+  for (const GroupVerb& each : verbs) {
+    const Verb below = above.add_verb(each.text);
+    runs->emplace_back(below, each.add(below));
+  }
+}
+
+Command::Command()
+    : app_(std::make_unique<CLI::App>("The open toolkit for the BiSS C encoder interface.",
+                                      "biss")) {
+  app_->set_help_flag("-h,--help", "Print this help");
+  app_->set_version_flag("--version", "biss " BISS_VERSION, "Print the version");
+  app_->require_subcommand(1);
+  app_->get_formatter()->label("SUBCOMMAND", "VERB");
+  app_->get_formatter()->column_width(28);
+}
+
+Command::~Command() = default;
+
+Verb Command::add_verb(const VerbText& text, Run run) {
+  const Verb verb = Verb(app_.get()).add_verb(text);
   if (!text.examples.empty()) examples_ += "\n  " + text.examples.front();
-  app_.footer("Examples:" + examples_ + "\n\n'biss VERB --help' says more of each verb.");
-  verbs_.push_back({verb, std::move(run)});
-  return *verb;
+  app_->footer("Examples:" + examples_ + "\n\nRun 'biss VERB --help' for the options of a verb.");
+  verbs_.push_back({&verb.app(), std::move(run)});
+  return verb;
 }
 
 ExitStatus Command::run(int argc, const char* const* argv) {
@@ -130,38 +254,38 @@ ExitStatus Command::run(int argc, const char* const* argv) {
 ExitStatus Command::parse_and_run(int argc, const char* const* argv) {
   if (argc < 2) return wrong_usage("no verb given");
   const std::string first = argv[1];
-  const bool known = std::any_of(verbs_.begin(), verbs_.end(), [&first](const Verb& verb) {
-    return verb.app->get_name() == first;
+  const bool known = std::any_of(verbs_.begin(), verbs_.end(), [&first](const Entry& entry) {
+    return entry.app->get_name() == first;
   });
   if (!known && !first.starts_with('-')) return unknown_verb(first);
   try {
-    app_.parse(argc, argv);
+    app_->parse(argc, argv);
   } catch (const CLI::CallForHelp&) {
-    return print(app_.help());
+    return print(app_->help());
   } catch (const CLI::CallForVersion& version) {
     return print(std::string(version.what()) + "\n");
   } catch (const CLI::ParseError& error) {
     return wrong_usage(usage_text(error));
   }
-  for (const Verb& verb : verbs_) {
-    if (verb.app->parsed()) return verb.run();
+  for (const Entry& entry : verbs_) {
+    if (entry.app->parsed()) return entry.run();
   }
   return wrong_usage("no verb given");
 }
 
 ExitStatus Command::unknown_verb(const std::string& name) const {
-  return wrong_usage(unknown_verb_text(name, verb_names(app_)));
+  return wrong_usage(unknown_verb_text(name, verb_names(*app_)));
 }
 
 ExitStatus Command::wrong_usage(const std::string& what) const {
   std::string verb;
-  for (const CLI::App* chosen : chosen_verbs(app_)) verb += chosen->get_name() + " ";
+  for (const CLI::App* chosen : chosen_verbs(*app_)) verb += chosen->get_name() + " ";
   return fail(ExitStatus::usage, fmt::format("{} (see 'biss {}--help')", one_line(what), verb));
 }
 
 std::string Command::usage_text(const CLI::ParseError& error) const {
-  const auto chosen = chosen_verbs(app_);
-  const CLI::App& app = chosen.empty() ? app_ : *chosen.back();
+  const auto chosen = chosen_verbs(*app_);
+  const CLI::App& app = chosen.empty() ? *app_ : *chosen.back();
   const std::vector<std::string> extras = app.remaining();
   if (!extras.empty()) {
     const std::string& extra = extras.front();

@@ -26,14 +26,14 @@ struct Options {
 class CommandTest : public testing::Test {
  protected:
   CommandTest() {
-    CLI::App& verb = command_.add_verb({.name = "frame",
-                                        .purpose = "Show a frame",
-                                        .examples = {"biss frame -f pos26 1", "biss frame 2"}},
-                                       [this] {
-                                         ++runs_;
-                                         return result_;
-                                       });
-    verb.add_option("-f,--format", options_.format, "Frame format")->required();
+    Verb verb = command_.add_verb({.name = "frame",
+                                   .purpose = "Show a frame",
+                                   .examples = {"biss frame -f pos26 1", "biss frame 2"}},
+                                  [this] {
+                                    ++runs_;
+                                    return result_;
+                                  });
+    verb.add_option("-f,--format", options_.format, "Frame format").required();
     verb.add_option("POSITION", options_.positions, "Positions");
     add_output_option(verb, options_.output);
     add_to_option(verb, options_.to, {report::Format::table, report::Format::jsonl});

@@ -14,15 +14,15 @@ bool is_resolution(Picoseconds time) { return time >= Picoseconds{} && time <= m
 
 }  // namespace
 
-void add_capture_options(CLI::App& verb, CaptureArguments& arguments) {
+void add_capture_options(Verb verb, CaptureArguments& arguments) {
   verb.add_option(
       "FILE", arguments.files,
       "Captures (VCD, event CSV, .sr, Saleae CSV, raw samples); several are read as one; - is "
       "standard input");
   add_format_option(verb, arguments.device, false);
   add_timing_options(verb, arguments.device);
-  verb.add_option("--ma", arguments.ma, "The line that is MA")->type_name("NAME|FILE:NAME");
-  verb.add_option("--slo", arguments.slo, "The line that is SLO")->type_name("NAME|FILE:NAME");
+  verb.add_option("--ma", arguments.ma, "The line that is MA").type_name("NAME|FILE:NAME");
+  verb.add_option("--slo", arguments.slo, "The line that is SLO").type_name("NAME|FILE:NAME");
   add_raw_options(verb, arguments.raw);
 }
 

@@ -27,7 +27,7 @@ struct CaptureArguments {
 };
 
 /// FILE…, -f, --ma, --slo, the timing and the raw options.
-void add_capture_options(CLI::App& verb, CaptureArguments& arguments);
+void add_capture_options(Verb verb, CaptureArguments& arguments);
 
 /// How `marginal` is to be judged.
 struct MarginArguments {

@@ -145,18 +145,18 @@ std::string read_ack(const FormatArguments& arguments, DeviceTiming& timing) {
 
 }  // namespace
 
-void add_format_option(CLI::App& verb, FormatArguments& arguments, bool required) {
+void add_format_option(Verb verb, FormatArguments& arguments, bool required) {
   verb.add_option("-f,--format", arguments.format,
                   "What the bits mean: items in line order (pos26,nE,nW,crc6), a name that "
                   "'biss encoders' lists, or bp3:0x621E")
-      ->required(required)
-      ->type_name("FORMAT");
+      .required(required)
+      .type_name("FORMAT");
 }
 
-void add_timing_options(CLI::App& verb, FormatArguments& arguments) {
+void add_timing_options(Verb verb, FormatArguments& arguments) {
   const auto option = [&verb](const char* name, std::string& value, const char* type,
                               const char* help) {
-    verb.add_option(name, value, help)->type_name(type)->group("Device timing");
+    verb.add_option(name, value, help).type_name(type).group("Device timing");
   };
   option("--ack-max", arguments.ack_max, "TIME", "ACK at its longest: 16us");
   option("--ack-clocks", arguments.ack_clocks, "N", "ACK where it always takes the same clocks");

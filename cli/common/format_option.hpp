@@ -9,11 +9,9 @@
 #include "biss/frame/format.hpp"
 #include "biss/timing/device_timing.hpp"
 
-namespace CLI {
-class App;
-}
-
 namespace biss::cli {
+
+class Verb;
 
 /// What the user typed; empty where nothing.
 struct FormatArguments {
@@ -27,9 +25,9 @@ struct FormatArguments {
 };
 
 /// Declares `-f, --format`. \pre arguments outlives the parsing
-void add_format_option(CLI::App& verb, FormatArguments& arguments, bool required);
+void add_format_option(Verb verb, FormatArguments& arguments, bool required);
 /// Declares `--ack-max`, `--ack-clocks`, `--timeout`, `--release`, `--clock-max`, `--cycle-min`.
-void add_timing_options(CLI::App& verb, FormatArguments& arguments);
+void add_timing_options(Verb verb, FormatArguments& arguments);
 
 /// The encoder that a user describes: what its bits mean, how it behaves in time.
 struct Device {

@@ -11,100 +11,89 @@ namespace {
 
 // The one shape of all options with a value of our own: parse, or wrong usage.
 template <class Parse, class Set>
-CLI::Option* add_parsed(CLI::App& verb, const std::string& name, const std::string& description,
-                        Quantity quantity, Parse parse, Set set,
-                        std::uint64_t largest = UINT64_MAX) {
+Option add_parsed(Verb verb, const std::string& name, const std::string& description,
+                  Quantity quantity, Parse parse, Set set, std::uint64_t largest = UINT64_MAX) {
   const auto take = [name, quantity, parse, set, largest](const std::string& text) {
     const auto value = parse(text);
     if (!value) {
-      throw CLI::ValidationError(name, quantity_error_text(quantity, text, value.error(), largest));
+      wrong_value(name, quantity_error_text(quantity, text, value.error(), largest));
     }
     set(*value);
   };
-  return verb.add_option_function<std::string>(name, take, description);
+  return verb.add_text_option(name, take, description);
 }
 
 }  // namespace
 
-CLI::Option* add_output_option(CLI::App& verb, std::string& path) {
+Option add_output_option(Verb verb, std::string& path) {
   return verb.add_option("-o,--output", path, "Where to write instead of stdout (-)")
-      ->type_name("FILE");
+      .type_name("FILE");
 }
 
-CLI::Option* add_to_option(CLI::App& verb, report::Format& target,
-                           std::initializer_list<report::Format> allowed) {
+Option add_to_option(Verb verb, report::Format& target,
+                     std::initializer_list<report::Format> allowed) {
   std::vector<std::string> names;
   for (const report::Format format : allowed) {
     names.emplace_back(report::format_names[static_cast<std::size_t>(format)]);
   }
   const auto take = [&target, names](const std::string& name) {
     if (std::find(names.begin(), names.end(), name) == names.end()) {
-      throw CLI::ValidationError(
-          "--to", fmt::format("'{}' is not one of {}", name, fmt::join(names, ", ")));
+      wrong_value("--to", fmt::format("'{}' is not one of {}", name, fmt::join(names, ", ")));
     }
     target = *report::format_by_name(name);
   };
   const std::string_view by_default = report::format_names[static_cast<std::size_t>(target)];
-  return verb
-      .add_option_function<std::string>("--to", take,
-                                        fmt::format("Output format; {} by default", by_default))
-      ->type_name(fmt::format("{}", fmt::join(names, "|")));
+  return verb.add_text_option("--to", take, fmt::format("Output format; {} by default", by_default))
+      .type_name(fmt::format("{}", fmt::join(names, "|")));
 }
 
-CLI::Option* add_name_option(CLI::App& verb, const std::string& name, std::string& target,
-                             const std::vector<std::string>& names,
-                             const std::string& description) {
+Option add_name_option(Verb verb, const std::string& name, std::string& target,
+                       const std::vector<std::string>& names, const std::string& description) {
   const auto take = [&target, name, names](const std::string& text) {
     if (std::find(names.begin(), names.end(), text) == names.end()) {
-      throw CLI::ValidationError(
-          name, fmt::format("'{}' is not one of {}", text, fmt::join(names, ", ")));
+      wrong_value(name, fmt::format("'{}' is not one of {}", text, fmt::join(names, ", ")));
     }
     target = text;
   };
-  return verb.add_option_function<std::string>(name, take, description)
-      ->type_name(fmt::format("{}", fmt::join(names, "|")));
+  return verb.add_text_option(name, take, description)
+      .type_name(fmt::format("{}", fmt::join(names, "|")));
 }
 
-CLI::Option* add_rate_option(CLI::App& verb, const std::string& name,
-                             std::function<void(Hertz)> set, const std::string& description) {
+Option add_rate_option(Verb verb, const std::string& name, std::function<void(Hertz)> set,
+                       const std::string& description) {
   return add_parsed(verb, name, description, Quantity::rate, parse_rate, std::move(set))
-      ->type_name("RATE");
+      .type_name("RATE");
 }
 
-CLI::Option* add_duration_option(CLI::App& verb, const std::string& name,
-                                 std::function<void(Picoseconds)> set,
-                                 const std::string& description) {
+Option add_duration_option(Verb verb, const std::string& name, std::function<void(Picoseconds)> set,
+                           const std::string& description) {
   return add_parsed(verb, name, description, Quantity::duration, parse_duration, std::move(set))
-      ->type_name("TIME");
+      .type_name("TIME");
 }
 
-CLI::Option* add_length_option(CLI::App& verb, const std::string& name,
-                               std::function<void(Millimetres)> set,
-                               const std::string& description) {
+Option add_length_option(Verb verb, const std::string& name, std::function<void(Millimetres)> set,
+                         const std::string& description) {
   return add_parsed(verb, name, description, Quantity::length, parse_length, std::move(set))
-      ->type_name("LENGTH");
+      .type_name("LENGTH");
 }
 
-CLI::Option* add_duty_option(CLI::App& verb, const std::string& name,
-                             std::function<void(std::uint32_t)> set,
-                             const std::string& description) {
+Option add_duty_option(Verb verb, const std::string& name, std::function<void(std::uint32_t)> set,
+                       const std::string& description) {
   return add_parsed(verb, name, description, Quantity::duty, parse_duty, std::move(set))
-      ->type_name("SHARE");
+      .type_name("SHARE");
 }
 
-CLI::Option* add_deviation_option(CLI::App& verb, const std::string& name,
-                                  std::function<void(std::int32_t)> set,
-                                  const std::string& description) {
+Option add_deviation_option(Verb verb, const std::string& name,
+                            std::function<void(std::int32_t)> set, const std::string& description) {
   return add_parsed(verb, name, description, Quantity::deviation, parse_deviation, std::move(set))
-      ->type_name("PPM");
+      .type_name("PPM");
 }
 
-CLI::Option* add_count_option(CLI::App& verb, const std::string& name,
-                              std::function<void(std::uint64_t)> set,
-                              const std::string& description, std::uint64_t largest) {
+Option add_count_option(Verb verb, const std::string& name, std::function<void(std::uint64_t)> set,
+                        const std::string& description, std::uint64_t largest) {
   const auto parse = [largest](const std::string& text) { return parse_count(text, largest); };
   return add_parsed(verb, name, description, Quantity::count, parse, std::move(set), largest)
-      ->type_name("N");
+      .type_name("N");
 }
 
 }  // namespace biss::cli

@@ -8,11 +8,9 @@
 #include "biss/base/units.hpp"
 #include "capture/sample_layout.hpp"
 
-namespace CLI {
-class App;
-}
-
 namespace biss::cli {
+
+class Verb;
 
 /// What the user said of his raw samples.
 struct RawSamples {
@@ -23,7 +21,7 @@ struct RawSamples {
 };
 
 /// Declares both options. \pre raw outlives the parsing
-void add_raw_options(CLI::App& verb, RawSamples& raw);
+void add_raw_options(Verb verb, RawSamples& raw);
 
 /// The layout of one file. Bit k of a sample is the line `Dk`, bit 0 the lowest of the first byte.
 /// Where `ma` and `slo` both name such a line, no other bit is looked at; else every one is a line.

@@ -9,11 +9,11 @@
 //
 //     void add_crc(Command& command) {
 //       const auto options = std::make_shared<CrcOptions>();
-//       CLI::App& verb = command.add_verb({.name = "crc",
+//       Verb verb = command.add_verb({.name = "crc",
 //                                          .purpose = "Show the frame for a position, bit by bit",
 //                                          .examples = {"biss crc -f pos26,nE,nW,crc6 12345"}},
 //                                         [options] { return run_crc(*options); });
-//       verb.add_option("-f,--format", options->format, "Frame format")->required();
+//       verb.add_option("-f,--format", options->format, "Frame format").required();
 //       add_output_option(verb, options->output);
 //       add_to_option(verb, options->to);
 //     }
@@ -36,7 +36,7 @@
 //     return ExitStatus::done;
 #pragma once
 
-#include <CLI/App.hpp>
+#include <cstdint>
 #include <functional>
 #include <initializer_list>
 #include <memory>
@@ -51,7 +51,44 @@
 #include "cli/common/quantity.hpp"
 #include "report/table.hpp"
 
+// CLI11 is named here and used in command.cpp and options.cpp alone: it costs every file that
+// includes it more compile time than the rest of the file.
+namespace CLI {
+class App;
+class Option;
+class ParseError;
+}  // namespace CLI
+
 namespace biss::cli {
+
+/// One option of a verb. A handle: copied freely, valid as long as the Command.
+class Option {
+ public:
+  explicit Option(CLI::Option* option) : option_(option) {}
+
+  /// What the help calls the value: FILE, KIND:RATE, …
+  Option type_name(const std::string& name);
+  Option required(bool is = true);
+  /// Puts the option under this heading of the help.
+  Option group(const std::string& heading);
+  Option needs(const Option& other);
+  Option excludes(const Option& other);
+  /// Splits a value at this character into several.
+  Option delimiter(char character);
+  /// Takes one value each time that the option is given; the option may be repeated.
+  Option one_value_each();
+  /// Accepts these values only.
+  Option one_of(const std::vector<std::string>& values);
+  /// Calls `given` when the command line has the option.
+  Option on_given(std::function<void()> given);
+
+  std::string name() const;
+  bool given() const;
+
+ private:
+  friend class Verb;
+  CLI::Option* option_;
+};
 
 /// What the help says of a verb. Each example is a whole command line; the first one also stands in
 /// the help of the command.
@@ -61,6 +98,43 @@ struct VerbText {
   std::vector<std::string> examples;
 };
 
+/// A verb whose options are declared. A handle: copied freely, valid as long as the Command. Each
+/// `target` must live until the command line is parsed.
+class Verb {
+ public:
+  explicit Verb(CLI::App* app) : app_(app) {}
+
+  Option add_option(const std::string& name, std::string& target, const std::string& description);
+  Option add_option(const std::string& name, std::vector<std::string>& target,
+                    const std::string& description);
+  Option add_option(const std::string& name, std::vector<double>& target,
+                    const std::string& description);
+  Option add_option(const std::string& name, std::vector<std::uint64_t>& target,
+                    const std::string& description);
+  Option add_option(const std::string& name, std::int64_t& target, const std::string& description);
+  Option add_flag(const std::string& name, bool& target, const std::string& description);
+  /// `set` gets the text of the value; see wrong_value().
+  Option add_text_option(const std::string& name, std::function<void(const std::string&)> set,
+                         const std::string& description);
+
+  /// An option declared before. \pre it was
+  Option get_option(const std::string& name) const;
+  /// The options that the command line has.
+  std::vector<Option> given_options() const;
+  /// A verb below this one, as `merge` in `biss safety campaign merge`.
+  Verb add_verb(const VerbText& text);
+  /// The command line names this verb.
+  bool parsed() const;
+
+  CLI::App& app() const { return *app_; }
+
+ private:
+  CLI::App* app_;
+};
+
+/// Ends the parsing of the command line: the value of option `name` is wrong usage.
+[[noreturn]] void wrong_value(const std::string& name, const std::string& why);
+
 /// Runs a verb once its command line is known to be good. It prints its own errors, by fail().
 using Run = std::function<ExitStatus()>;
 
@@ -68,16 +142,19 @@ using Run = std::function<ExitStatus()>;
 class Command {
  public:
   Command();
+  ~Command();
+  Command(const Command&) = delete;
+  Command& operator=(const Command&) = delete;
 
-  /// Adds a verb; the options go to the App returned, which the Command owns.
-  CLI::App& add_verb(const VerbText& text, Run run);
+  /// Adds a verb; its options are declared by the handle returned.
+  Verb add_verb(const VerbText& text, Run run);
 
   /// Parses and runs. Wrong usage is one line on stderr and ExitStatus::usage; what escapes a verb
   /// as an exception, memory run out included, is one line and ExitStatus::io.
   ExitStatus run(int argc, const char* const* argv);
 
  private:
-  struct Verb {
+  struct Entry {
     CLI::App* app;
     Run run;
   };
@@ -87,45 +164,49 @@ class Command {
   ExitStatus wrong_usage(const std::string& what) const;
   std::string usage_text(const CLI::ParseError& error) const;
 
-  CLI::App app_;
-  std::vector<Verb> verbs_;
+  std::unique_ptr<CLI::App> app_;
+  std::vector<Entry> verbs_;
   std::string examples_;
 };
 
+/// A verb below a verb, as `biss eds show`. `add` declares its options and returns what runs it.
+struct GroupVerb {
+  VerbText text;
+  Run (*add)(Verb verb);
+};
+
+/// Adds `biss GROUP` with its verbs, of which the command line must name one.
+void add_verb_group(Command& command, const VerbText& group, const std::vector<GroupVerb>& verbs);
+
 /// `-o,--output FILE`, to be given to Output::open().
-CLI::Option* add_output_option(CLI::App& verb, std::string& path);
+Option add_output_option(Verb verb, std::string& path);
 
 /// `--to FORMAT` of the formats allowed; `target` holds the default.
-CLI::Option* add_to_option(CLI::App& verb, report::Format& target,
-                           std::initializer_list<report::Format> allowed = {
-                               report::Format::table, report::Format::csv, report::Format::jsonl});
+Option add_to_option(Verb verb, report::Format& target,
+                     std::initializer_list<report::Format> allowed = {
+                         report::Format::table, report::Format::csv, report::Format::jsonl});
 
 /// An option that takes one of some names; `target` holds the default.
-CLI::Option* add_name_option(CLI::App& verb, const std::string& name, std::string& target,
-                             const std::vector<std::string>& names, const std::string& description);
+Option add_name_option(Verb verb, const std::string& name, std::string& target,
+                       const std::vector<std::string>& names, const std::string& description);
 
 /// Options with a unit. `set` is called only when the option is given, see into(); a wrong value is
 /// wrong usage, its message points at the character.
-CLI::Option* add_rate_option(CLI::App& verb, const std::string& name,
-                             std::function<void(Hertz)> set, const std::string& description);
-CLI::Option* add_duration_option(CLI::App& verb, const std::string& name,
-                                 std::function<void(Picoseconds)> set,
-                                 const std::string& description);
-CLI::Option* add_length_option(CLI::App& verb, const std::string& name,
-                               std::function<void(Millimetres)> set,
-                               const std::string& description);
+Option add_rate_option(Verb verb, const std::string& name, std::function<void(Hertz)> set,
+                       const std::string& description);
+Option add_duration_option(Verb verb, const std::string& name, std::function<void(Picoseconds)> set,
+                           const std::string& description);
+Option add_length_option(Verb verb, const std::string& name, std::function<void(Millimetres)> set,
+                         const std::string& description);
 /// A share in thousandths, see parse_duty().
-CLI::Option* add_duty_option(CLI::App& verb, const std::string& name,
-                             std::function<void(std::uint32_t)> set,
-                             const std::string& description);
+Option add_duty_option(Verb verb, const std::string& name, std::function<void(std::uint32_t)> set,
+                       const std::string& description);
 /// Parts of a million with a sign, see parse_deviation().
-CLI::Option* add_deviation_option(CLI::App& verb, const std::string& name,
-                                  std::function<void(std::int32_t)> set,
-                                  const std::string& description);
+Option add_deviation_option(Verb verb, const std::string& name,
+                            std::function<void(std::int32_t)> set, const std::string& description);
 /// A count from 0 to `largest`, decimal or 0x….
-CLI::Option* add_count_option(CLI::App& verb, const std::string& name,
-                              std::function<void(std::uint64_t)> set,
-                              const std::string& description, std::uint64_t largest = UINT64_MAX);
+Option add_count_option(Verb verb, const std::string& name, std::function<void(std::uint64_t)> set,
+                        const std::string& description, std::uint64_t largest = UINT64_MAX);
 
 /// Puts the value into an optional<T>, or a T that holds the default; the place must live until the
 /// command line is parsed: `add_rate_option(verb, "--clock", into(options->clock), "…")`.

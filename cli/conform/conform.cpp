@@ -127,7 +127,7 @@ class ConformRun {
 
 void add_conform(Command& command) {
   const auto options = std::make_shared<ConformOptions>();
-  CLI::App& verb = command.add_verb(
+  Verb verb = command.add_verb(
       {.name = "conform",
        .purpose = "Judge an encoder by a capture of its positions and registers, rule by rule",
        .examples = {"biss conform capture.vcd -f pos26,nE,nW,crc6",

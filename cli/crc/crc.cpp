@@ -301,7 +301,7 @@ ExitStatus run_crc(const CrcOptions& options) {
 
 void add_crc(Command& command) {
   const auto options = std::make_shared<CrcOptions>();
-  CLI::App& verb =
+  Verb verb =
       command.add_verb({.name = "crc",
                         .purpose = "Show the frame for a position, bit by bit, with its checksum",
                         .examples = {"biss crc -f pos26,nE,nW,crc6 0x1234567",
@@ -310,7 +310,7 @@ void add_crc(Command& command) {
   add_format_option(verb, options->arguments, true);
   verb.add_option("POSITION", options->positions,
                   "One a channel, decimal or 0x...; multiturn above singleturn")
-      ->required();
+      .required();
   verb.add_flag("--error", options->error, "The encoder reports an error: nE is 0");
   verb.add_flag("--warning", options->warning, "The encoder reports a warning: nW is 0");
   add_count_option(verb, "--lc", into(options->life_counter), "Sign-of-life counter; 0 by default");

@@ -128,7 +128,7 @@ class DecodeRun {
 
 void add_decode(Command& command) {
   const auto options = std::make_shared<DecodeOptions>();
-  CLI::App& verb = command.add_verb(
+  Verb verb = command.add_verb(
       {.name = "decode",
        .purpose = "Read the positions in a capture of MA and SLO, a row a request cycle",
        .examples = {"biss decode capture.vcd -f pos26,nE,nW,crc6",
@@ -153,8 +153,8 @@ void add_decode(Command& command) {
                   "last column) "
                   "or its verdicts, causes such as crc, or any: nE "
                   "and every cause but cut_start and cut_end")
-      ->delimiter(',')
-      ->type_name("CAUSE,...");
+      .delimiter(',')
+      .type_name("CAUSE,...");
   add_output_option(verb, options->output);
   add_to_option(verb, options->to);
 }

@@ -103,7 +103,7 @@ bool SafetyArguments::given() const {
          watchdog || shortest || latch;
 }
 
-void add_check_options(CLI::App& verb, SafetyArguments& arguments) {
+void add_check_options(Verb verb, SafetyArguments& arguments) {
   add_name_option(verb, "--counter", arguments.counter,
                   {counter_mode_names.begin(), counter_mode_names.end()},
                   "The range of the sign of life; count_1_63 by default");
@@ -116,7 +116,7 @@ void add_check_options(CLI::App& verb, SafetyArguments& arguments) {
                    "Good frames in a row until the last of them is safe; 3 by default", 255);
 }
 
-void add_safety_options(CLI::App& verb, SafetyArguments& arguments) {
+void add_safety_options(Verb verb, SafetyArguments& arguments) {
   std::vector<std::string> names{"off"};
   for (const SafetyConfiguration& each : safety_configurations) names.emplace_back(each.name);
   add_name_option(verb, "--safety", arguments.configuration, names,

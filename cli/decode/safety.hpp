@@ -15,11 +15,9 @@
 #include "decode/cycle.hpp"
 #include "report/summary.hpp"
 
-namespace CLI {
-class App;
-}
-
 namespace biss::cli {
+
+class Verb;
 
 /// What the user typed; empty where nothing.
 struct SafetyArguments {
@@ -43,10 +41,10 @@ inline constexpr std::array<std::string_view, 3> counter_mode_names{"count_1_63"
 
 /// Declares the options that say what is checked and not of what: counter, comparison, start-up.
 /// \pre arguments outlives the parsing
-void add_check_options(CLI::App& verb, SafetyArguments& arguments);
+void add_check_options(Verb verb, SafetyArguments& arguments);
 
 /// Declares `--safety` and the options that go with it. \pre arguments outlives the parsing
-void add_safety_options(CLI::App& verb, SafetyArguments& arguments);
+void add_safety_options(Verb verb, SafetyArguments& arguments);
 
 /// How to monitor, or none where the format is not one of BiSS Safety, or one line of text that
 /// says what is wrong (usage: exit status 2).

@@ -196,11 +196,11 @@ ExitStatus run_advise(const AdviseOptions& options) {
 
 }  // namespace
 
-Run add_eds_advise(CLI::App& verb) {
+Run add_eds_advise(Verb verb) {
   const auto options = std::make_shared<AdviseOptions>();
   add_eds_file(verb, options->arguments.file, false);
   const auto bits = [&verb](const char* name, auto& target, const char* what) {
-    add_count_option(verb, name, into(target), what, 64)->type_name("BITS");
+    add_count_option(verb, name, into(target), what, 64).type_name("BITS");
   };
   bits("--resolution", options->resolution, "What counts within a turn, or along a scale");
   bits("--turns", options->turns, "What counts turns");

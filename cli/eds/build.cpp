@@ -94,7 +94,7 @@ ExitStatus run_build(const BuildOptions& options) {
 
 }  // namespace
 
-Run add_eds_build(CLI::App& verb) {
+Run add_eds_build(Verb verb) {
   const auto options = std::make_shared<BuildOptions>();
   add_eds_file(verb, options->arguments.file);
   add_name_option(verb, "--to", options->to, build_formats,
@@ -102,7 +102,7 @@ Run add_eds_build(CLI::App& verb) {
   add_count_option(verb, "--first-bank", into(options->first_bank),
                    "Where bin and c begin; with bank 0 by default, erased where nothing is", 255);
   verb.add_option("--name", options->name, "The constant's name in C; eds by default")
-      ->type_name("NAME");
+      .type_name("NAME");
   verb.add_flag("--force", options->force, "Write it with whatever is wrong with it");
   add_output_option(verb, options->output);
   return [options] { return run_build(*options); };

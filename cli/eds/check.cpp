@@ -64,7 +64,7 @@ ExitStatus run_check(const CheckOptions& options) {
 
 }  // namespace
 
-Run add_eds_check(CLI::App& verb) {
+Run add_eds_check(Verb verb) {
   const auto options = std::make_shared<CheckOptions>();
   add_eds_file(verb, options->arguments.file);
   add_eds_options(verb, options->arguments);

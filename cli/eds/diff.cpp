@@ -163,14 +163,14 @@ ExitStatus run_diff(const DiffOptions& options) {
 
 }  // namespace
 
-Run add_eds_diff(CLI::App& verb) {
+Run add_eds_diff(Verb verb) {
   const auto options = std::make_shared<DiffOptions>();
   verb.add_option("A", options->first.file, "A dump of registers or a description; - is stdin")
-      ->required()
-      ->type_name("");
+      .required()
+      .type_name("");
   verb.add_option("B", options->second, "Another; exit status 1 where they differ")
-      ->required()
-      ->type_name("");
+      .required()
+      .type_name("");
   add_count_option(verb, "--bank", into(options->first.bank),
                    "The bank that both files begin with; 0 by default", 255);
   add_count_option(verb, "--eds-bank", into(options->first.eds_bank),

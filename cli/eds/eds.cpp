@@ -1,7 +1,7 @@
 // biss eds: electronic data sheets, read, judged, written, compared and planned.
 #include "cli/eds/eds.hpp"
 
-#include "cli/common/verb_group.hpp"
+#include "cli/common/verb.hpp"
 #include "cli/common/verbs.hpp"
 
 namespace biss::cli {

@@ -138,7 +138,7 @@ ExitStatus run_show(const ShowOptions& options) {
 
 }  // namespace
 
-Run add_eds_show(CLI::App& verb) {
+Run add_eds_show(Verb verb) {
   const auto options = std::make_shared<ShowOptions>();
   add_eds_file(verb, options->arguments.file);
   add_eds_options(verb, options->arguments);

@@ -139,15 +139,15 @@ std::string nothing_found(const EdsSource& source) {
 
 }  // namespace
 
-void add_eds_file(CLI::App& verb, std::string& file, bool required) {
+void add_eds_file(Verb verb, std::string& file, bool required) {
   verb.add_option("FILE", file,
                   "A dump of registers (binary, hex text, Intel HEX, or accesses as JSON lines) or "
                   "a description; - is stdin")
-      ->required(required)
-      ->type_name("");
+      .required(required)
+      .type_name("");
 }
 
-void add_eds_options(CLI::App& verb, EdsArguments& arguments) {
+void add_eds_options(Verb verb, EdsArguments& arguments) {
   add_count_option(verb, "--bank", into(arguments.bank),
                    "The bank that the file begins with; 0 by default", 255);
   add_count_option(verb, "--eds-bank", into(arguments.eds_bank),
@@ -160,8 +160,8 @@ void add_eds_options(CLI::App& verb, EdsArguments& arguments) {
   verb.add_option("--override", arguments.overrides,
                   "Take this value for the one stored; TMA, common.CPOLY_0, bp3.1.MT_LEN; may be "
                   "repeated")
-      ->type_name("SYMBOL=VALUE")
-      ->allow_extra_args(false);
+      .type_name("SYMBOL=VALUE")
+      .one_value_each();
 }
 
 LoadedEds load_eds(const EdsArguments& arguments) {

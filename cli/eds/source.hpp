@@ -11,11 +11,9 @@
 #include "dump/data_sheet.hpp"
 #include "dump/register_dump.hpp"
 
-namespace CLI {
-class App;
-}
-
 namespace biss::cli {
+
+class Verb;
 
 /// What the user typed.
 struct EdsArguments {
@@ -28,9 +26,9 @@ struct EdsArguments {
 };
 
 /// Declares FILE.
-void add_eds_file(CLI::App& verb, std::string& file, bool required = true);
+void add_eds_file(Verb verb, std::string& file, bool required = true);
 /// Declares --bank, --eds-bank, --slave, --id and --override.
-void add_eds_options(CLI::App& verb, EdsArguments& arguments);
+void add_eds_options(Verb verb, EdsArguments& arguments);
 
 /// What was found in a file. No part needs to be there.
 struct EdsSource {

@@ -198,7 +198,7 @@ ExitStatus run_encoders(const EncodersOptions& options) {
 
 void add_encoders(Command& command) {
   const auto options = std::make_shared<EncodersOptions>();
-  CLI::App& verb = command.add_verb(
+  Verb verb = command.add_verb(
       {.name = "encoders",
        .purpose = "List the encoders and safety configurations that -f knows by name",
        .examples = {"biss encoders", "biss encoders resolute-26", "biss encoders --to jsonl"}},

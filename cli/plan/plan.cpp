@@ -369,7 +369,7 @@ ExitStatus run_plan(const PlanOptions& options) {
 
 void add_plan(Command& command) {
   const auto options = std::make_shared<PlanOptions>();
-  CLI::App& verb = command.add_verb(
+  Verb verb = command.add_verb(
       {.name = "plan",
        .purpose = "Say what a clock and a cable allow: cycle time, request rate, compensation",
        .examples = {"biss plan -f resolute-26 --clock 10MHz --cable 50m",

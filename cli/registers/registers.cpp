@@ -220,7 +220,7 @@ class RegistersRun {
 
 void add_registers(Command& command) {
   const auto options = std::make_shared<RegistersOptions>();
-  CLI::App& verb =
+  Verb verb =
       command.add_verb({.name = "registers",
                         .purpose = "Read the control communication in a capture, a row an access",
                         .examples = {"biss registers capture.vcd",
@@ -230,7 +230,7 @@ void add_registers(Command& command) {
   add_capture_options(verb, options->capture);
   verb.add_option("--dump", options->dump,
                   "Write what the traffic shows of a slave's registers: a hex page, .ihex or .bin")
-      ->type_name("FILE");
+      .type_name("FILE");
   add_count_option(verb, "--id", into(options->id), "The slave of --dump", 7);
   verb.add_flag("--fail", options->fail_on_any, "Exit with 1 when an access did not end with ok");
   add_output_option(verb, options->output);

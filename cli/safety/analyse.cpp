@@ -75,30 +75,29 @@ ExitStatus run_analyse(const AnalyseOptions& options) {
 
 }  // namespace
 
-Run add_safety_analyse(CLI::App& verb) {
+Run add_safety_analyse(Verb verb) {
   const auto options = std::make_shared<AnalyseOptions>();
   add_format_option(verb, options->arguments, true);
   verb.add_option("--ber", options->rates,
                   "Bit error rate, as often as you like; 1e-2, 1e-3 and 1e-4 by default")
-      ->type_name("P")
-      ->expected(1)
-      ->take_all();
+      .type_name("P")
+      .one_value_each();
   add_rate_option(verb, "--rate", into(options->frame_rate), "Frames a second; 32kHz by default");
   verb.add_option("--limit", options->limit,
                   "Wrong frames an hour for which a bit error rate is sought; 1e-9 by default")
-      ->type_name("N");
+      .type_name("N");
   add_count_option(verb, "--compare", into(options->checks.compare_bits),
                    "Singleturn bits that are compared (ACC_MIN); as many as both words have by "
                    "default",
                    64)
-      ->type_name("BITS");
+      .type_name("BITS");
   add_count_option(verb, "--tolerance", into(options->checks.tolerance_lsb),
                    "By how much compared values may differ; 1 by default", 1)
-      ->type_name("LSB");
+      .type_name("LSB");
   verb.add_flag("--ignore-turns", options->ignore_turns, "Turns are not compared");
   add_count_option(verb, "--gap", into(options->gap_bits),
                    "Bits in a gap of the line; 8 by default", 640)
-      ->type_name("BITS");
+      .type_name("BITS");
   add_to_option(verb, options->to, {report::Format::table, report::Format::jsonl});
   add_output_option(verb, options->output);
   return [options] { return run_analyse(*options); };

@@ -40,7 +40,7 @@ struct CampaignOptions {
   bool plain = false;
   std::optional<std::uint64_t> replay;
   std::vector<std::string> parts;
-  const CLI::App* merge = nullptr;
+  std::optional<Verb> merge;
   report::Format to = report::Format::table;
   std::string output;
 };
@@ -244,7 +244,7 @@ ExitStatus run_safety_campaign(const CampaignOptions& options) {
 
 }  // namespace
 
-Run add_safety_campaign(CLI::App& verb) {
+Run add_safety_campaign(Verb verb) {
   const auto options = std::make_shared<CampaignOptions>();
   verb.add_option(
       "-f,--format", options->format,
@@ -253,16 +253,16 @@ Run add_safety_campaign(CLI::App& verb) {
           "--fault", options->faults,
           fmt::format("{}; {}, each with [:PLACE]; {}; as often as wanted, all kinds by default",
                       measured_faults, placed_faults, other_faults))
-      ->type_name("KIND")
-      ->allow_extra_args(false);
+      .type_name("KIND")
+      .one_value_each();
   add_count_option(verb, "--frames", into(options->frames),
                    "Frames of each fault; 10 million by default", lab::max_campaign_frames);
   add_count_option(verb, "--seed", into(options->seed), "Of all that is drawn; 1 by default");
   add_count_option(verb, "--threads", into(options->threads), "As many as there are cores", 1024);
-  verb.add_option("--shard", options->shard, "Only the K-th of N parts")->type_name("K/N");
+  verb.add_option("--shard", options->shard, "Only the K-th of N parts").type_name("K/N");
   verb.add_option("--state", options->state,
                   "Save progress here, and go on where an earlier run was ended")
-      ->type_name("FILE");
+      .type_name("FILE");
   add_duration_option(verb, "--save-every", into(options->save_every),
                       "Between two saves of --state; 5 s by default");
   verb.add_flag("--no-importance", options->plain,
@@ -270,12 +270,13 @@ Run add_safety_campaign(CLI::App& verb) {
   add_count_option(verb, "--replay", into(options->replay),
                    "Show one frame of the only --fault, a missed one for example",
                    lab::max_campaign_frames - 1);
-  CLI::App* merge = verb.add_subcommand("merge", "Add up the states of shards");
-  merge->add_option("FILE", options->parts, "States that --state wrote")->required();
-  merge->add_option("--state", options->state, "Write the sum here")->type_name("FILE");
-  for (CLI::App* app : {&verb, merge}) {
-    add_to_option(*app, options->to);
-    add_output_option(*app, options->output);
+  Verb merge =
+      verb.add_verb({.name = "merge", .purpose = "Add up the states of shards", .examples = {}});
+  merge.add_option("FILE", options->parts, "States that --state wrote").required();
+  merge.add_option("--state", options->state, "Write the sum here").type_name("FILE");
+  for (const Verb each : {verb, merge}) {
+    add_to_option(each, options->to);
+    add_output_option(each, options->output);
   }
   options->merge = merge;
   return [options] { return run_safety_campaign(*options); };

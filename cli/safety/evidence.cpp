@@ -144,30 +144,30 @@ ExitStatus run_check(const VerbOptions& options) {
 }
 
 // What a bundle is checked by stands in the bundle. \return an option that was given all the same
-std::string other_than_check(const CLI::App& verb) {
-  for (const CLI::Option* each : verb.get_options()) {
-    const std::string name = each->get_name();
-    if (each->count() != 0 && name != "--check" && name != "--threads") return name;
+std::string other_than_check(const Verb verb) {
+  for (const Option& each : verb.given_options()) {
+    const std::string name = each.name();
+    if (name != "--check" && name != "--threads") return name;
   }
   return {};
 }
 
 }  // namespace
 
-Run add_safety_evidence(CLI::App& verb) {
+Run add_safety_evidence(Verb verb) {
   const auto options = std::make_shared<VerbOptions>();
   add_evidence_options(verb, options->evidence);
   add_count_option(verb, "--threads", into(options->threads), "As many as there are cores", 1024);
-  CLI::Option* folder = verb.add_option("-o,--output", options->folder,
-                                        "The folder to make; it must not be there, or be empty")
-                            ->type_name("DIR");
-  verb.add_flag("--force", options->force, "Replace a bundle that stands there")->needs(folder);
+  Option folder = verb.add_option("-o,--output", options->folder,
+                                  "The folder to make; it must not be there, or be empty")
+                      .type_name("DIR");
+  verb.add_flag("--force", options->force, "Replace a bundle that stands there").needs(folder);
   verb.add_option(
           "--check", options->checked,
           "Nothing is written: hold a bundle against its hashes, make it again and compare; "
           "goes with --threads alone")
-      ->type_name("DIR");
-  return [options, &verb] {
+      .type_name("DIR");
+  return [options, verb] {
     if (!options->checked.empty()) {
       const std::string other = other_than_check(verb);
       if (!other.empty()) return fail(ExitStatus::usage, "--check does not go with " + other);

@@ -14,11 +14,9 @@
 #include "cli/decode/safety.hpp"
 #include "cli/safety/evidence_folder.hpp"
 
-namespace CLI {
-class App;
-}
-
 namespace biss::cli {
+
+class Verb;
 
 /// As the user typed it, and as configuration.json keeps it: the same options give the same bundle.
 struct EvidenceOptions {
@@ -38,7 +36,7 @@ struct EvidenceOptions {
   Picoseconds budget_window{};
 };
 
-void add_evidence_options(CLI::App& verb, EvidenceOptions& options);
+void add_evidence_options(Verb verb, EvidenceOptions& options);
 
 /// Of the options as an object, for configuration.json, and back from the whole of that file.
 /// \return nothing where the text is not such a file

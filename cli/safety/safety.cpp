@@ -1,7 +1,7 @@
 // biss safety: how strong the checks of a frame are, counted and measured.
 #include "cli/safety/safety.hpp"
 
-#include "cli/common/verb_group.hpp"
+#include "cli/common/verb.hpp"
 #include "cli/common/verbs.hpp"
 
 namespace biss::cli {

@@ -1,13 +1,13 @@
-// The verbs of `biss safety`, one file each: see verb_group.hpp.
+// The verbs of `biss safety`, one file each: see cli/common/verb.hpp.
 #pragma once
 
 #include "cli/common/verb.hpp"
 
 namespace biss::cli {
 
-Run add_safety_analyse(CLI::App& verb);
-Run add_safety_campaign(CLI::App& verb);
-Run add_safety_sequences(CLI::App& verb);
-Run add_safety_evidence(CLI::App& verb);
+Run add_safety_analyse(Verb verb);
+Run add_safety_campaign(Verb verb);
+Run add_safety_sequences(Verb verb);
+Run add_safety_evidence(Verb verb);
 
 }  // namespace biss::cli

@@ -216,12 +216,12 @@ ExitStatus run_safety_sequences(SequenceOptions options) {
 
 }  // namespace
 
-Run add_safety_sequences(CLI::App& verb) {
+Run add_safety_sequences(Verb verb) {
   const auto options = std::make_shared<SequenceOptions>();
   verb.add_option(
           "-f,--format", options->format,
           "Safety configuration, catalogue name, or the format of a control and a safety word")
-      ->required();
+      .required();
   add_count_option(verb, "--frames", into(options->frames),
                    "Undamaged frames a row; 10 million by default");
   add_count_option(verb, "--faults", into(options->faults),
@@ -230,17 +230,17 @@ Run add_safety_sequences(CLI::App& verb) {
           "--kind", options->kinds,
           "undamaged, counter_mode, or one of the eight kinds of fault; as often as wanted, "
           "all by default")
-      ->type_name("KIND")
-      ->check(CLI::IsMember(run_names()))
-      ->allow_extra_args(false);
+      .type_name("KIND")
+      .one_of(run_names())
+      .one_value_each();
   verb.add_option("--variant", options->variant, "Only this way of committing a fault")
-      ->type_name("NAME");
+      .type_name("NAME");
   verb.add_option("--motion", options->motions,
                   "How undamaged encoders move: max, steps, creep; as often as wanted, max by "
                   "default")
-      ->type_name("NAME")
-      ->check(CLI::IsMember(motion_names()))
-      ->allow_extra_args(false);
+      .type_name("NAME")
+      .one_of(motion_names())
+      .one_value_each();
   add_name_option(verb, "--counter", options->counter, counter_names(true),
                   "The sign of life as the monitor expects it; all by default, for faults the "
                   "configuration's");

@@ -146,7 +146,7 @@ class SimulateRun {
   const SimulateOptions& options_;
 };
 
-void add_line_options(CLI::App& verb, LineOptions& line) {
+void add_line_options(Verb verb, LineOptions& line) {
   add_format_option(verb, line.device, false);
   add_timing_options(verb, line.device);
   add_rate_option(verb, "--clock", into(line.clock), "MA's frequency; 1 MHz by default");
@@ -173,47 +173,47 @@ void add_line_options(CLI::App& verb, LineOptions& line) {
   add_rate_option(verb, "--rate", into(line.rate),
                   "Requests a second; as fast as the encoder is ready by default");
   verb.add_option("--motion", line.motion, "constant, ramp (the default), sine, random or max")
-      ->type_name("KIND");
+      .type_name("KIND");
   add_name_option(verb, "--counter", line.counter, {"count_1_63", "count_0_63"},
                   "The range of the sign of life; count_1_63 by default");
   verb.add_option("--counter-start", line.counter_start,
                   "The first sign of life after power-up, one for all words or one a word; 1 by "
                   "default")
-      ->delimiter(',')
-      ->type_name("N,...");
+      .delimiter(',')
+      .type_name("N,...");
   verb.add_option("--drift", line.drift,
                   "The words behind an encoder's first one show a position that is so many counts "
                   "of the first one's further with each cycle")
-      ->type_name("COUNTS");
+      .type_name("COUNTS");
   verb.add_option("--fault", line.faults,
                   "Damage that share of cycles, or, with @CYCLE, that one; ,bit=N or ,clock=N says "
                   "where in it: " +
                       fault_kinds_text())
-      ->type_name("KIND:RATE|KIND@CYCLE[,PLACE]");
+      .type_name("KIND:RATE|KIND@CYCLE[,PLACE]");
   verb.add_flag("--no-compensation", line.no_compensation,
                 "The master samples half a period after its own edge");
   verb.add_flag("--at-slave", line.at_slave, "Record MA and SLO at the encoder, too");
   add_count_option(verb, "--seed", into(line.seed), "Seed of positions, jitter and faults");
 }
 
-void add_control_options(CLI::App& verb, SimulateOptions& options) {
+void add_control_options(Verb verb, SimulateOptions& options) {
   verb.add_option("--registers", options.registers,
                   "A dump with the registers of an encoder, that at the end of a chain first, or "
                   "of the one with this ID; without -f their profiles say the format")
-      ->type_name("[ID:]FILE");
+      .type_name("[ID:]FILE");
   verb.add_option("--register-busy", options.line.register_busy,
                   "The encoder is late by so many frames with each byte, or by such a time")
-      ->type_name("N|TIME");
+      .type_name("N|TIME");
   verb.add_option("--access", options.accesses,
                   "The master reads registers, writes some or sends a command, beside its requests "
                   "for positions: read:0x42,2, 1/write:0x48=01FF, 0/command:channels, read:0@500 "
                   "(not before a cycle), or those in a file, one a line")
-      ->type_name("[ID/]ACCESS|@FILE");
+      .type_name("[ID/]ACCESS|@FILE");
   add_count_option(verb, "--retries", into(options.line.retries),
                    "Times that an access is tried again; 0 by default", 255);
   verb.add_option("--outcomes", options.write.outcomes,
                   "What became of the accesses, as CSV, or as JSON lines in FILE.jsonl")
-      ->type_name("FILE");
+      .type_name("FILE");
   verb.add_flag(
       "--configure", options.write.configure,
       "The master begins with knowing nothing: it asks the encoders for format and timing, "
@@ -221,46 +221,46 @@ void add_control_options(CLI::App& verb, SimulateOptions& options) {
 }
 
 // Options of a side that is recorded say nothing; giving them is a mistake.
-void add_replay_options(CLI::App& verb, ReplayOptions& replay) {
-  CLI::Option* ma_from = verb.add_option(
+void add_replay_options(Verb verb, ReplayOptions& replay) {
+  Option ma_from = verb.add_option(
       "--ma-from", replay.ma_from,
       "Answer the requests of the master in this capture; its MA and our SLO are written");
-  CLI::Option* slo_from = verb.add_option(
+  Option slo_from = verb.add_option(
       "--slo-from", replay.slo_from,
       "Read the encoder in this capture where it was asked; our MA and its SLO are written");
-  ma_from->type_name("FILE")->excludes(slo_from);
-  slo_from->type_name("FILE");
+  ma_from.type_name("FILE").excludes(slo_from);
+  slo_from.type_name("FILE");
   for (const char* name :
        {"--rate", "--cycles", "--fault", "--jitter", "--ma-jitter", "--slo-jitter", "--at-slave",
         "--clock-error", "--duty", "--access", "--retries", "--outcomes", "--configure"}) {
-    ma_from->excludes(verb.get_option(name));
-    slo_from->excludes(verb.get_option(name));
+    ma_from.excludes(verb.get_option(name));
+    slo_from.excludes(verb.get_option(name));
   }
   for (const char* name :
        {"--clock", "--no-compensation", "--slaves", "--counter", "--counter-start", "--drift"}) {
-    ma_from->excludes(verb.get_option(name));
+    ma_from.excludes(verb.get_option(name));
   }
   for (const char* name : {"--cable", "--ma-delay", "--slo-delay", "--internal-delay",
                            "--processing", "--motion", "--seed", "--truth", "--registers",
                            "--register-busy", "--counter", "--counter-start", "--drift"}) {
-    slo_from->excludes(verb.get_option(name));
+    slo_from.excludes(verb.get_option(name));
   }
-  verb.add_option("--ma", replay.ma, "The capture's line that is MA")->type_name("NAME");
+  verb.add_option("--ma", replay.ma, "The capture's line that is MA").type_name("NAME");
   verb.add_option("--slo", replay.slo, "The capture's line that is SLO")
-      ->type_name("NAME")
-      ->needs(slo_from);
+      .type_name("NAME")
+      .needs(slo_from);
   add_raw_options(verb, replay.raw);
   verb.add_option("--readings", replay.readings,
                   "What our master reads with --slo-from, as CSV with the columns of decode")
-      ->type_name("FILE")
-      ->needs(slo_from);
+      .type_name("FILE")
+      .needs(slo_from);
 }
 
 }  // namespace
 
 void add_simulate(Command& command) {
   const auto options = std::make_shared<SimulateOptions>();
-  CLI::App& verb = command.add_verb(
+  Verb verb = command.add_verb(
       {.name = "simulate",
        .purpose = "Write a capture of a master reading an encoder, damaged where wanted",
        .examples = {"biss simulate -f resolute-26 --clock 10MHz --cable 50m -o line.vcd",
@@ -277,13 +277,12 @@ void add_simulate(Command& command) {
   add_rate_option(verb, "--sample-rate", into(options->write.sample_rate),
                   "Samples a second of .sr, .bin and .raw; the next of 1, 2, 5, 10 … from eight "
                   "times the clock on by default");
-  add_output_option(verb, options->write.output)->required();
+  add_output_option(verb, options->write.output).required();
   verb.add_option("--truth", options->write.truth, "What the encoder meant to send, as CSV")
-      ->type_name("FILE");
+      .type_name("FILE");
   add_control_options(verb, *options);
   add_replay_options(verb, options->replay);
-  verb.get_option("--clock")->each(
-      [options](const std::string&) { options->replay.own_clock = true; });
+  verb.get_option("--clock").on_given([options] { options->replay.own_clock = true; });
 }
 
 }  // namespace biss::cli
