@@ -9,7 +9,7 @@
 #include "bench/pool.hpp"
 #include "bench/rows.hpp"
 #include "biss/frame/codec.hpp"
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "biss/turns/turn_counter.hpp"
 
 namespace biss::bench {

@@ -10,7 +10,7 @@
 #include "biss/frame/decode.hpp"
 #include "biss/frame/encode.hpp"
 #include "biss/frame/fixed.hpp"
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "biss/master/spi_read.hpp"
 
 namespace biss::bench {

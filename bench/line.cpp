@@ -2,7 +2,7 @@
 
 #include <sstream>
 
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "capture/byte_sink.hpp"
 #include "capture/event_csv_writer.hpp"
 #include "capture/vcd_writer.hpp"

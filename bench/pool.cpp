@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "biss/frame/encode.hpp"
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 
 namespace biss::bench {
 

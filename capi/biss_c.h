@@ -30,26 +30,32 @@ extern "C" {
 #define BISS_NEVER INT64_MAX
 #define BISS_MAX_CHANNELS 8
 
+/* In C++ an enumeration of any int, so that a number out of its range may be asked about. */
+#ifdef __cplusplus
+#define BISS_ENUM(name) enum name : int
+#else
+#define BISS_ENUM(name) enum name
+#endif
+
 /* How a call went. */
-typedef enum biss_status {
-  BISS_OK = 0,
-  BISS_NULL_ARGUMENT,  /* a pointer that is needed is null */
-  BISS_NO_MEMORY,      /* open: the handle does not fit */
-  BISS_BAD_FORMAT,     /* neither a catalogue name nor a format; see biss_format_problem() */
-  BISS_BAD_TIMING,     /* a biss_timing that no device can have: a duration out of range, a rule
+typedef BISS_ENUM(biss_status){
+    BISS_OK = 0,         BISS_NULL_ARGUMENT, /* a pointer that is needed is null */
+    BISS_NO_MEMORY,                          /* open: the handle does not fit */
+    BISS_BAD_FORMAT,     /* neither a catalogue name nor a format; see biss_format_problem() */
+    BISS_BAD_TIMING,     /* a biss_timing that no device can have: a duration out of range, a rule
                           or a clock count that does not exist, an unordered pair */
-  BISS_BAD_SETUP,      /* another value of the setup is out of the range it names */
-  BISS_TIME_RANGE,     /* a time beyond BISS_TIME_MAX */
-  BISS_TIME_BACKWARDS, /* a time before the last one of this handle */
-  BISS_REENTERED,      /* called from its own callback */
-  BISS_VALUE_RANGE,    /* slave step: `sample` gave a position or counter wider than its field. The
+    BISS_BAD_SETUP,      /* another value of the setup is out of the range it names */
+    BISS_TIME_RANGE,     /* a time beyond BISS_TIME_MAX */
+    BISS_TIME_BACKWARDS, /* a time before the last one of this handle */
+    BISS_REENTERED,      /* called from its own callback */
+    BISS_VALUE_RANGE, /* slave step: `sample` gave a position or counter wider than its field. The
                           step was done and its output is valid; the frame says "no data": all
                           positions and counters 0, nE and nW active */
-  BISS_RUNNING,        /* begin, reading: a request is running */
-  BISS_SLO_LOW,        /* begin: refused, the encoder is not ready */
-  BISS_TOO_EARLY,      /* begin: refused, the device's shortest cycle has not passed, or MA was not
+    BISS_RUNNING,     /* begin, reading: a request is running */
+    BISS_SLO_LOW,     /* begin: refused, the encoder is not ready */
+    BISS_TOO_EARLY,   /* begin: refused, the device's shortest cycle has not passed, or MA was not
                           high long enough */
-  BISS_NO_READING      /* reading: no request was made yet */
+    BISS_NO_READING   /* reading: no request was made yet */
 } biss_status;
 
 /* The enumerator's name in lower case without "biss_": "slo_low"; "unknown" for any other number.
@@ -66,10 +72,10 @@ const char* biss_status_text(biss_status status);
  * of the character it is at. A null text is an empty one. */
 const char* biss_format_problem(const char* format, size_t* at);
 
-typedef enum biss_timeout_rule {
-  BISS_TIMEOUT_ADAPTIVE = 0, /* 1.5 periods of MA and up to `timeout_ps` after its last edge */
-  BISS_TIMEOUT_FIXED,        /* `timeout_ps` after the last edge of MA */
-  BISS_TIMEOUT_CYCLE         /* `timeout_ps` after the start of the request (Renishaw) */
+typedef BISS_ENUM(biss_timeout_rule){
+    BISS_TIMEOUT_ADAPTIVE = 0, /* 1.5 periods of MA and up to `timeout_ps` after its last edge */
+    BISS_TIMEOUT_FIXED,        /* `timeout_ps` after the last edge of MA */
+    BISS_TIMEOUT_CYCLE         /* `timeout_ps` after the start of the request (Renishaw) */
 } biss_timeout_rule;
 
 /* How a type of encoder behaves in time. */
@@ -186,17 +192,17 @@ typedef struct biss_master_setup {
 biss_master_setup biss_master_defaults(const char* format, int64_t period_ps);
 
 /* The one cause why there is no frame; as the statuses of `biss decode`. */
-typedef enum biss_cause {
-  BISS_CAUSE_OK = 0,
-  BISS_CAUSE_NO_RESPONSE,    /* SLO stayed high */
-  BISS_CAUSE_NOT_READY,      /* refused; MA did not move */
-  BISS_CAUSE_RESPONSE_RANGE, /* SLO was low before ACK could begin, or ACK came too late */
-  BISS_CAUSE_NO_START,       /* ACK exceeded the device's bound */
-  BISS_CAUSE_ACK_RANGE,      /* START came before the device can answer */
-  BISS_CAUSE_TRUNCATED,      /* not from a master: the clock stopped early */
-  BISS_CAUSE_CDS,            /* CDS was 1 and the format says cds0 */
-  BISS_CAUSE_CRC,            /* the checksum of `cause_channel` is wrong */
-  BISS_CAUSE_STOP_BIT        /* the bit behind the last CRC bit was 1 */
+typedef BISS_ENUM(biss_cause){
+    BISS_CAUSE_OK = 0,
+    BISS_CAUSE_NO_RESPONSE,    /* SLO stayed high */
+    BISS_CAUSE_NOT_READY,      /* refused; MA did not move */
+    BISS_CAUSE_RESPONSE_RANGE, /* SLO was low before ACK could begin, or ACK came too late */
+    BISS_CAUSE_NO_START,       /* ACK exceeded the device's bound */
+    BISS_CAUSE_ACK_RANGE,      /* START came before the device can answer */
+    BISS_CAUSE_TRUNCATED,      /* not from a master: the clock stopped early */
+    BISS_CAUSE_CDS,            /* CDS was 1 and the format says cds0 */
+    BISS_CAUSE_CRC,            /* the checksum of `cause_channel` is wrong */
+    BISS_CAUSE_STOP_BIT        /* the bit behind the last CRC bit was 1 */
 } biss_cause;
 
 /* The name that `biss decode` gives it: "ok", "no_response", …; "unknown" for any other

@@ -1,6 +1,7 @@
 // Every way in which the C interface refuses.
 #include <gtest/gtest.h>
 
+#include <climits>
 #include <functional>
 #include <set>
 #include <string>
@@ -40,11 +41,16 @@ TEST(CErrors, NamesAndTexts_AreThereAndDiffer) {
   EXPECT_EQ(names.size(), 14U);
   EXPECT_STREQ(biss_status_name(BISS_SLO_LOW), "slo_low");
   EXPECT_STREQ(biss_status_name(BISS_NO_READING), "no_reading");
-  EXPECT_STREQ(biss_status_name(static_cast<biss_status>(BISS_NO_READING + 1)), "unknown");
+  for (const int number : {BISS_NO_READING + 1, 99, -1, INT_MAX, INT_MIN}) {
+    EXPECT_STREQ(biss_status_name(static_cast<biss_status>(number)), "unknown") << number;
+    EXPECT_STREQ(biss_status_text(static_cast<biss_status>(number)), "no such status") << number;
+  }
   EXPECT_STREQ(biss_cause_name(BISS_CAUSE_OK), "ok");
   EXPECT_STREQ(biss_cause_name(BISS_CAUSE_CRC), "crc");
   EXPECT_STREQ(biss_cause_name(BISS_CAUSE_STOP_BIT), "stop_bit");
-  EXPECT_STREQ(biss_cause_name(static_cast<biss_cause>(BISS_CAUSE_STOP_BIT + 1)), "unknown");
+  for (const int number : {BISS_CAUSE_STOP_BIT + 1, 99, -1, INT_MAX, INT_MIN}) {
+    EXPECT_STREQ(biss_cause_name(static_cast<biss_cause>(number)), "unknown") << number;
+  }
 }
 
 TEST(CErrors, NullPointers_AreNamedEverywhere) {

@@ -52,4 +52,11 @@ function(biss_package_test)
                    "-DLINKER_FLAGS=${linker_flags}"
                    "-DVERSION=${PROJECT_VERSION}"
                    -P "${PROJECT_SOURCE_DIR}/tests/package/run.cmake")
+  add_test(NAME Package.EachWayOfDepending_CompilesAgainstTheHeadersAlone
+           COMMAND "${CMAKE_COMMAND}"
+                   "-DROOT=${PROJECT_SOURCE_DIR}"
+                   "-DWORK_DIR=${PROJECT_BINARY_DIR}/package-ways"
+                   "-DGENERATOR=${CMAKE_GENERATOR}"
+                   "-DARGUMENTS=-DCMAKE_CXX_COMPILER=${CMAKE_CXX_COMPILER}"
+                   -P "${PROJECT_SOURCE_DIR}/tests/package/ways.cmake")
 endfunction()

@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "biss/eds/bank.hpp"
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "decode/test_line.hpp"
 
 namespace biss::decode {

@@ -9,9 +9,8 @@
 #include <utility>
 
 #include "biss/base/units.hpp"
-#include "biss/control/control_error.hpp"
 #include "biss/control/control_frame.hpp"
-#include "biss/control/control_header.hpp"
+#include "biss/control/session.hpp"
 #include "decode/cycle.hpp"
 
 namespace biss::decode {

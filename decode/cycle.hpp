@@ -84,7 +84,7 @@ struct Cycle {
   /// The encoder's bit, behind START; whatever the status is.
   std::optional<bool> cds() const {
     if (raw.view().size_bits() < 2) return std::nullopt;
-    return raw.view().bit(1);
+    return raw.view()[1];
   }
 };
 

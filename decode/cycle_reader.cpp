@@ -339,7 +339,7 @@ void CycleReader::read_payload(const Sampled& sampled, const FrameStart& start,
   const BitView bits = sampled.bits.view();
   const std::size_t wanted = codec_ ? codec_->payload_bits() + 3U : RawBits::capacity_bits;
   const BitView raw = bits.from(start.start_bit).first(std::min(wanted, RawBits::capacity_bits));
-  for (std::size_t i = 0; i < raw.size_bits(); ++i) cycle.raw.append(raw.bit(i));
+  for (std::size_t i = 0; i < raw.size_bits(); ++i) cycle.raw.append(raw[i]);
   if (!codec_) {
     reading.complete = !sampled.reached_limit;
     return;

@@ -9,7 +9,7 @@
 
 #include "biss/control/register_map.hpp"
 #include "biss/eds/bank.hpp"
-#include "biss/eds/finding.hpp"
+#include "biss/eds/check.hpp"
 #include "decode/control_listener.hpp"
 
 namespace biss::decode {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "biss/frame/encode.hpp"
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "decode/decoder.hpp"
 
 namespace biss::decode::test {
@@ -83,7 +83,7 @@ class Line {
       ma.push_back(low_at(fall));
       ma.push_back(high_at(rise));
       const auto index = static_cast<std::size_t>(i);
-      const bool bit = index < bits.size_bits() && bits.view().bit(index);
+      const bool bit = index < bits.size_bits() && bits.view()[index];
       if (bit == level) continue;
       level = bit;
       slo.push_back({rise + shape.line_delay, bit ? wire::Level::high : wire::Level::low});

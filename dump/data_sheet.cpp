@@ -4,7 +4,7 @@
 
 #include "biss/control/register_map.hpp"
 #include "biss/eds/common_part.hpp"
-#include "biss/eds/profile_identifier.hpp"
+#include "biss/eds/profile.hpp"
 
 namespace biss::dump {
 namespace {

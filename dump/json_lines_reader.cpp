@@ -5,7 +5,7 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
-#include "biss/control/control_error.hpp"
+#include "biss/control/session.hpp"
 #include "dump/hex_digits.hpp"
 #include "dump/read.hpp"
 

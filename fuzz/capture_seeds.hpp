@@ -10,7 +10,7 @@
 
 #include "biss/base/units.hpp"
 #include "biss/frame/encode.hpp"
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "capture/byte_sink.hpp"
 #include "capture/event_csv_writer.hpp"
 #include "capture/sample_layout.hpp"
@@ -67,10 +67,10 @@ inline std::vector<wire::Edge> cycle_edges(std::uint64_t seed, unsigned cycles) 
   for (unsigned cycle = 0; cycle < cycles; ++cycle) {
     const FrameBits bits = frame_bits(seed, random);
     for (std::size_t i = 0; i < bits.size_bits(); ++i) {
-      const bool bit = bits.view().bit(i);
+      const bool bit = bits.view()[i];
       edges.push_back({now, 0, wire::Level::low});
       edges.push_back({now + half, 0, wire::Level::high});
-      if (i != 0 && bit != bits.view().bit(i - 1)) {
+      if (i != 0 && bit != bits.view()[i - 1]) {
         edges.push_back({now + half + delay, 1, bit ? wire::Level::high : wire::Level::low});
       }
       now += 2 * half;

@@ -14,8 +14,7 @@
 
 #include "biss/configure/configurator.hpp"
 #include "biss/control/register_map.hpp"
-#include "biss/frame/format_parse.hpp"
-#include "biss/frame/format_print.hpp"
+#include "biss/frame/format_text.hpp"
 #include "biss/slave/register_server.hpp"
 #include "fuzz/byte_source.hpp"
 #include "fuzz/register_seeds.hpp"

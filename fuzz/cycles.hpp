@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "decode/decoder.hpp"
 #include "decode/lines.hpp"
 #include "fuzz/require.hpp"

@@ -9,7 +9,7 @@
 
 #include "biss/frame/decode.hpp"
 #include "biss/frame/encode.hpp"
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "fuzz/frame_formats.hpp"
 #include "fuzz/require.hpp"
 
@@ -51,7 +51,7 @@ void check_given_back(const biss::Frame& frame, biss::BitView bits, const Codecs
   require(sent.ok());
   const std::size_t size = sent->size_bits() - (frame.stop_seen ? 0U : 1U);
   require(size <= bits.size_bits());
-  for (std::size_t i = 0; i < size; ++i) require(sent->view().bit(i) == bits.bit(i));
+  for (std::size_t i = 0; i < size; ++i) require(sent->view()[i] == bits[i]);
 }
 
 }  // namespace

@@ -15,8 +15,7 @@
 
 #include "biss/eds/check.hpp"
 #include "biss/eds/device.hpp"
-#include "biss/frame/format_parse.hpp"
-#include "biss/frame/format_print.hpp"
+#include "biss/frame/format_text.hpp"
 #include "fuzz/byte_source.hpp"
 #include "fuzz/require.hpp"
 

@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "biss/frame/encode.hpp"
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "capture/event_csv_writer.hpp"
 #include "capture/vcd_writer.hpp"
 #include "fuzz/capture_seeds.hpp"

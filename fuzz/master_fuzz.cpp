@@ -17,7 +17,7 @@
 #include "biss/frame/codec.hpp"
 #include "biss/frame/decode.hpp"
 #include "biss/frame/encode.hpp"
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "biss/master/request.hpp"
 #include "fuzz/frame_formats.hpp"
 #include "fuzz/require.hpp"
@@ -121,7 +121,7 @@ class Script {
     if (ma != ma_) {
       ma_ = ma;
       expires_ = now + timeout_;
-      if (ma) changes_.emplace_back(now + delay_, at_ < bits_.size_bits() && bits_.bit(at_++));
+      if (ma) changes_.emplace_back(now + delay_, at_ < bits_.size_bits() && bits_[at_++]);
     }
   }
   bool level(Picoseconds now) {
@@ -194,7 +194,7 @@ void check(const Master::Reading& reading, const Master& master) {
 void check_script(const Master& master, BitView script) {
   const Master::Reading& reading = master.reading();
   FrameBits bits;
-  for (std::size_t i = 0; i < script.size_bits(); ++i) bits.append(script.bit(i));
+  for (std::size_t i = 0; i < script.size_bits(); ++i) bits.append(script[i]);
   bits.append_run(false, FrameBits::capacity_bits - bits.size_bits());
   const AckBounds ack = request_ack_bounds(master.setup());
   const auto expected = decode_frame(bits.view(), master.codec(),
@@ -242,7 +242,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   run(master, script, now, late);
   check(master.reading(), master);
   // Devices answer at the second clock; the master counts on it.
-  const bool device = bits.size_bits() > 1 && bits.bit(0) && !bits.bit(1);
+  const bool device = bits.size_bits() > 1 && bits[0] && !bits[1];
   const bool plain = !late && setup.sample_shift.count == 0 && setup.compensate;
   if (plain && device) check_script(master, bits);
   return 0;

@@ -13,7 +13,7 @@
 #include <span>
 #include <vector>
 
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "fuzz/frame_formats.hpp"
 #include "fuzz/require.hpp"
 #include "sim/ma_replay.hpp"

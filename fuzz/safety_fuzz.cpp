@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "biss/frame/encode.hpp"
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "biss/safety/monitor.hpp"
 #include "fuzz/byte_source.hpp"
 #include "fuzz/require.hpp"

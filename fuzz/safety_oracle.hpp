@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "biss/frame/format.hpp"
-#include "biss/safety/judgement.hpp"
 #include "biss/safety/setup.hpp"
+#include "biss/safety/verdict.hpp"
 
 namespace biss::fuzz {
 

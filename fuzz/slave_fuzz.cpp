@@ -15,7 +15,7 @@
 #include "biss/frame/codec.hpp"
 #include "biss/frame/decode.hpp"
 #include "biss/frame/encode.hpp"
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "biss/slave/slave.hpp"
 #include "fuzz/frame_formats.hpp"
 #include "fuzz/require.hpp"

@@ -11,7 +11,7 @@
 
 #include "biss/frame/codec.hpp"
 #include "biss/frame/encode.hpp"
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "biss/master/spi_read.hpp"
 #include "fuzz/frame_formats.hpp"
 #include "fuzz/require.hpp"
@@ -62,7 +62,7 @@ void check_given_back(const Codec::Frame& frame, const biss::BitView& bits, std:
   require(sent.ok());
   const std::size_t size = sent->size_bits() - (frame.stop_seen ? 0U : 1U);
   require(size <= bits.size_bits());
-  for (std::size_t i = zeros; i < size; ++i) require(sent->view().bit(i) == bits.bit(i));
+  for (std::size_t i = zeros; i < size; ++i) require(sent->view()[i] == bits[i]);
 }
 
 }  // namespace

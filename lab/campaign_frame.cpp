@@ -133,8 +133,8 @@ std::optional<WordPair> CampaignFrame::read(const WordPair& received) const {
   const std::size_t at = start->start_bit + 2U;
   return WordPair{.cpw = view.word(at, cpw_bits()),
                   .spw = view.word(at + cpw_bits(), spw_bits()),
-                  .stop = view.bit(at + bits()),
-                  .cds = view.bit(at - 1U)};
+                  .stop = view[at + bits()],
+                  .cds = view[at - 1U]};
 }
 
 FrameOutcome CampaignFrame::judge(const SentFrame& sent, const WordPair& received) const {

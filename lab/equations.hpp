@@ -1,5 +1,5 @@
 // Conditions on bits that are XORs of the data bits of a frame: counted by rank over GF(2), never
-// sampled. The general sibling of biss/frame/affine.hpp, with memory for a whole frame.
+// sampled. The general sibling of lab/affine.hpp, with memory for a whole frame.
 #pragma once
 
 #include <array>

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "biss/crc/engines.hpp"
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "lab/comparison.hpp"
 #include "lab/weights.hpp"
 

@@ -223,7 +223,7 @@ class FaultRun {
     const std::size_t word = payload + rig_.frame().words().cpw_bits();
     for (std::size_t at = name_ == "noise" ? payload : word; at + 1 < bits.size_bits(); ++at) {
       const bool turned =
-          name_ == "standard" ? bits.view().bit(at) : (rig_.random().next() >> 63U) != 0;
+          name_ == "standard" ? bits.view()[at] : (rig_.random().next() >> 63U) != 0;
       if (turned) bits.flip(at);
     }
     show(bits, meant);

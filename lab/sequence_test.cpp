@@ -4,7 +4,7 @@
 
 #include <numeric>
 
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "biss/safety/configurations.hpp"
 #include "lab/sequence_block.hpp"
 

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "biss/safety/configurations.hpp"
 #include "lab/campaign_theory.hpp"
 

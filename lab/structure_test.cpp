@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "biss/crc/engines.hpp"
-#include "biss/frame/format_parse.hpp"
-#include "biss/frame/slip.hpp"
+#include "biss/frame/format_text.hpp"
 #include "lab/comparison.hpp"
+#include "lab/slip.hpp"
 
 namespace biss::lab {
 namespace {

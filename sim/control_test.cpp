@@ -7,7 +7,7 @@
 #include <numeric>
 #include <vector>
 
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "sim/line.hpp"
 #include "sim/ma_replay.hpp"
 

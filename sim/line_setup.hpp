@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "biss/base/units.hpp"
-#include "biss/control/control_outcome.hpp"
+#include "biss/control/session.hpp"
 #include "biss/frame/format.hpp"
 #include "biss/timing/device_timing.hpp"
 #include "sim/control_master.hpp"

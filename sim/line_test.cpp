@@ -6,7 +6,7 @@
 #include <string>
 
 #include "biss/catalogue/catalogue.hpp"
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 
 namespace biss::sim {
 namespace {

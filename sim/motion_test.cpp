@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 
 namespace biss::sim {
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "biss/frame/decode.hpp"
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "sim/ma_replay.hpp"
 #include "sim/slo_replay.hpp"
 

@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <span>
 
+#include "biss/base/language.hpp"
+
 namespace biss {
 
 /// The number in `Bytes` bytes (1…8), the first one most significant.

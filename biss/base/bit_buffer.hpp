@@ -28,8 +28,10 @@ class BitBuffer {
 
   constexpr void append(bool bit) { append(std::uint64_t{bit}, 1); }
 
-  /// Appends the lowest `count` bits of `word`, most significant first.
+  /// Appends the lowest `count` bits of `word`, most significant first. A count above 64 puts zeros
+  /// in front of the word.
   constexpr void append(std::uint64_t word, unsigned count) {
+    for (; count > 64; --count) append(0, 1);
     const std::size_t left = CapacityBits - size_bits_;
     if (count > left) {
       overflowed_ = true;
@@ -64,7 +66,7 @@ class BitBuffer {
 
   constexpr void truncate(std::size_t size_bits) {
     while (size_bits_ > size_bits) {
-      if (view().bit(size_bits_ - 1U)) flip(size_bits_ - 1U);
+      if (view()[size_bits_ - 1U]) flip(size_bits_ - 1U);
       --size_bits_;
     }
   }

@@ -9,6 +9,8 @@
 #include <optional>
 #include <span>
 
+#include "biss/base/language.hpp"
+
 namespace biss {
 
 /// The lowest `bits` bits set; 0…64.
@@ -42,7 +44,7 @@ class BitView {
   constexpr unsigned first_bit_of_stored() const { return first_bit_ & 7U; }
 
   /// \pre index < size_bits()
-  constexpr bool bit(std::size_t index) const {
+  constexpr bool operator[](std::size_t index) const {
     const std::size_t at = first_bit_ + index;
     return ((bytes_[at >> 3U] >> (7U - (at & 7U))) & 1U) != 0;
   }

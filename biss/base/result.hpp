@@ -4,6 +4,8 @@
 #include <type_traits>
 #include <utility>
 
+#include "biss/base/language.hpp"
+
 namespace biss {
 
 /// Wraps a cause on its way into a Result: `return failure(FrameError::crc);`
@@ -16,6 +18,14 @@ template <class E>
 constexpr Failure<E> failure(E error) {
   return {error};
 }
+
+namespace result_detail {
+
+// Never defined: while compiling, the compiler names it where the wrong side is read.
+void this_result_holds_an_error_and_no_value();
+void this_result_holds_a_value_and_no_error();
+
+}  // namespace result_detail
 
 /// Either a T or an E. Both are plain data, so a Result is too and lives in registers or on the
 /// stack. Reading the wrong side is a programming error: value() needs ok(), error() needs !ok().
@@ -33,13 +43,30 @@ class [[nodiscard]] Result {
 
   constexpr bool ok() const { return ok_; }
   constexpr explicit operator bool() const { return ok_; }
-  constexpr const T& value() const { return value_; }
-  constexpr T& value() { return value_; }
-  constexpr const T& operator*() const { return value_; }
-  constexpr const T* operator->() const { return &value_; }
-  constexpr const E& error() const { return error_; }
+  constexpr const T& value() const {
+    needs_value();
+    return value_;
+  }
+  constexpr T& value() {
+    needs_value();
+    return value_;
+  }
+  constexpr const T& operator*() const { return value(); }
+  constexpr const T* operator->() const { return &value(); }
+  constexpr const E& error() const {
+    if (std::is_constant_evaluated() && ok_) {
+      result_detail::this_result_holds_a_value_and_no_error();
+    }
+    return error_;
+  }
 
  private:
+  constexpr void needs_value() const {
+    if (std::is_constant_evaluated() && !ok_) {
+      result_detail::this_result_holds_an_error_and_no_value();
+    }
+  }
+
   union {
     T value_;
     E error_;

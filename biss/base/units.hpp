@@ -3,6 +3,9 @@
 
 #include <compare>
 #include <cstdint>
+#include <limits>
+
+#include "biss/base/language.hpp"
 
 namespace biss {
 
@@ -40,9 +43,18 @@ struct Hertz {
   constexpr auto operator<=>(const Hertz&) const = default;
 };
 
+/// The highest rate, 4.29 GHz.
+inline constexpr Hertz hertz_max{std::numeric_limits<std::uint32_t>::max()};
+
 constexpr Hertz hertz(std::uint32_t n) { return {n}; }
-constexpr Hertz kilohertz(std::uint32_t n) { return {n * 1'000U}; }
-constexpr Hertz megahertz(std::uint32_t n) { return {n * 1'000'000U}; }
+/// hertz_max above 4 294 967 kHz.
+constexpr Hertz kilohertz(std::uint32_t n) {
+  return n <= hertz_max.count / 1'000U ? Hertz{n * 1'000U} : hertz_max;
+}
+/// hertz_max above 4294 MHz.
+constexpr Hertz megahertz(std::uint32_t n) {
+  return n <= hertz_max.count / 1'000'000U ? Hertz{n * 1'000'000U} : hertz_max;
+}
 
 inline constexpr std::int64_t picoseconds_per_second = 1'000'000'000'000;
 
@@ -53,18 +65,18 @@ constexpr Picoseconds period_of(Hertz rate) {
 }
 
 /// Rate of a period, rounded to the nearest hertz; 0 Hz for a period that is not positive,
-/// the largest rate (4.29 GHz) for a period too short for it.
+/// hertz_max for a period too short for it.
 constexpr Hertz rate_of(Picoseconds period) {
-  if (period.count <= 0) return {};
+  if (period.count <= 0 || period.count > 2 * picoseconds_per_second) return {};
   const std::int64_t rate = (picoseconds_per_second + period.count / 2) / period.count;
-  return {rate > UINT32_MAX ? UINT32_MAX : static_cast<std::uint32_t>(rate)};
+  return rate > hertz_max.count ? hertz_max : Hertz{static_cast<std::uint32_t>(rate)};
 }
 
 /// Whole clocks needed to cover a duration, rounded up; 0 for a duration that is not positive.
 /// \pre period is positive.
 constexpr std::int64_t clocks_to_cover(Picoseconds duration, Picoseconds period) {
   if (duration.count <= 0) return 0;
-  return (duration.count + period.count - 1) / period.count;
+  return (duration.count - 1) / period.count + 1;
 }
 
 /// A length in millimetres: a cable.

@@ -1,8 +1,9 @@
 // Real encoders as data: what their bits mean, how they behave in time, and what is not certain.
 //
-// constexpr FrameFormat format = find_encoder("resolute-26")->frame_format();
+//   constexpr CatalogueEntry encoder = catalogue_encoder("resolute-26");
+//   using Codec = FixedCodec<encoder.frame_format()>;
 //
-// costs firmware nothing but the format itself.
+// stores nothing of the catalogue in firmware.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +16,7 @@
 #include "biss/catalogue/ic_haus.hpp"
 #include "biss/catalogue/makers.hpp"
 #include "biss/catalogue/renishaw.hpp"
-#include "biss/frame/format_print.hpp"
+#include "biss/frame/format_text.hpp"
 
 namespace biss {
 
@@ -35,12 +36,27 @@ constexpr auto joined(const std::array<CatalogueEntry, Sizes>&... groups) {
 inline constexpr auto catalogue =
     catalogue_detail::joined(renishaw_encoders, ic_haus_encoders, maker_encoders, driver_encoders);
 
-/// The entry of that name, null when there is none. Names are compared exactly.
+/// The entry of that name, null when there is none. Names are compared exactly. The pointer keeps
+/// the whole catalogue in the program: firmware calls catalogue_encoder().
 constexpr const CatalogueEntry* find_encoder(std::string_view name) {
   for (const CatalogueEntry& entry : catalogue) {
     if (entry.name == name) return &entry;
   }
   return nullptr;
+}
+
+namespace catalogue_detail {
+
+// Never defined: the compiler names it where an encoder's name is wrong.
+void the_catalogue_has_no_encoder_of_this_name();
+
+}  // namespace catalogue_detail
+
+/// The entry of that name while compiling; a name that the catalogue does not have stops the build.
+consteval CatalogueEntry catalogue_encoder(std::string_view name) {
+  const CatalogueEntry* found = find_encoder(name);
+  if (found == nullptr) catalogue_detail::the_catalogue_has_no_encoder_of_this_name();
+  return *found;
 }
 
 namespace catalogue_detail {

@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "biss/frame/format.hpp"
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "biss/timing/device_timing.hpp"
 
 namespace biss {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -11,11 +12,101 @@
 #include "biss/base/units.hpp"
 #include "biss/control/control_frame.hpp"
 #include "biss/control/register_map.hpp"
+#include "biss/control/session.hpp"
+#include "biss/eds/device.hpp"
+#include "biss/eds/profile.hpp"
 #include "biss/frame/format.hpp"
 #include "biss/master/request_setup.hpp"
 #include "biss/timing/device_timing.hpp"
 
 namespace biss {
+
+// ----
+// Where a configuration stands, and why there is none.
+
+/// What a Configurator is at; in this order, from `identity` to `restore_bank` once for each slave.
+enum class ConfigureStep : std::uint8_t {
+  channels_off,   ///< broadcast: deactivate the data channels
+  init,           ///< INIT, with a rest before and behind it
+  identity,       ///< registers 0x78 to 0x7F, and how many slaves there are
+  profile,        ///< registers 0x42 and 0x43
+  serial,         ///< registers 0x44 to 0x47
+  find_eds,       ///< register 0x41
+  select_bank,    ///< register 0x40: read, then written
+  read_common,    ///< the EDS' common part
+  read_channels,  ///< the EDS' part of each channel
+  restore_bank,   ///< register 0x40 as it was
+  channels_on,    ///< addressed: activate the data channels
+  rest,           ///< zeros until every slave waits for a start bit
+  done,
+};
+
+inline constexpr std::size_t configure_step_count = 13;
+
+/// The name users see, the same as the enumerator's.
+constexpr std::string_view name_of(ConfigureStep step) {
+  constexpr std::array<std::string_view, configure_step_count> names{
+      "channels_off", "init",        "identity",    "profile",       "serial",
+      "find_eds",     "select_bank", "read_common", "read_channels", "restore_bank",
+      "channels_on",  "rest",        "done"};
+  return names[static_cast<std::size_t>(step)];
+}
+
+/// The one cause why there is no configuration.
+enum class ConfigureError : std::uint8_t {
+  no_encoder,       ///< no request brought a CDS: nothing connected, no power, SLO stuck
+  no_control,       ///< CDS stays 0, no slave takes an ID: a unidirectional encoder, or its control
+                    ///< communication is deactivated
+  line_lost,        ///< slaves were there, and then frames or slaves were missing
+  too_many_slaves,  ///< more than eight
+  control_failed,   ///< the control communication failed otherwise: `control` says how
+  no_profile,       ///< a slave with neither an EDS nor a profile identifier
+  unknown_profile,  ///< an identifier that gives no format: `profile` says why
+  eds_checksum,     ///< as no_profile; there is an EDS, but its checksum is wrong
+  eds_contradiction,  ///< an EDS that no frame can be made of: `eds` says why; nothing: it speaks
+                      ///< of slaves that are not there, or of more channels than slaves
+  no_channel,         ///< not one slave has a data channel
+  too_many_channels,  ///< more than eight
+  channels_stay_off,  ///< they were deactivated, and could not be activated again
+  too_many_requests,  ///< ConfigureOptions::max_requests
+};
+
+inline constexpr std::size_t configure_error_count = 13;
+
+/// The name users see, the same as the enumerator's.
+constexpr std::string_view name_of(ConfigureError error) {
+  constexpr std::array<std::string_view, configure_error_count> names{
+      "no_encoder",        "no_control", "line_lost",         "too_many_slaves",
+      "control_failed",    "no_profile", "unknown_profile",   "eds_checksum",
+      "eds_contradiction", "no_channel", "too_many_channels", "channels_stay_off",
+      "too_many_requests"};
+  return names[static_cast<std::size_t>(error)];
+}
+
+/// A cause, and where it was met.
+struct ConfigureFault {
+  ConfigureError cause{};
+  ConfigureStep step{};
+  /// ID of the slave that was asked; 0 where all are meant.
+  std::uint8_t slave = 0;
+  /// How the access ended, where one did not go well.
+  std::optional<ControlError> control{};
+  std::optional<ProfileError> profile{};
+  std::optional<EdsDeviceCause> eds{};
+
+  constexpr bool operator==(const ConfigureFault&) const = default;
+};
+
+/// What a configuration that failed may have left another way than it was found.
+struct LeftBehind {
+  /// Bit k: BSEL of the slave with ID k.
+  std::uint8_t banks = 0;
+  /// The channels were deactivated, as far as slaves obey that, and nobody confirmed the
+  /// activation.
+  bool channels_off = false;
+
+  constexpr bool operator==(const LeftBehind&) const = default;
+};
 
 /// Clocks that every slave takes, and the cycle that none needs to be longer (D2, table of
 /// characteristics; PROTOCOL 1.3, rows 2 and 12).
@@ -82,6 +173,35 @@ struct Configuration {
   constexpr MasterSetup master_setup(Picoseconds period) const {
     return {.period = period, .timing = timing, .busy_s_clocks = start_delay_clocks};
   }
+};
+
+// ----
+// What a configuration is told, and what it asks for.
+
+struct ConfigureOptions {
+  /// Deactivates the channels meanwhile, which makes each request short. Slaves need not obey.
+  bool switch_channels = true;
+  /// From one request's CDS to the next request. Shorter: at the caller's risk.
+  Picoseconds cycle = common_cycle;
+  /// MA high before and behind INIT, at least (D2: 40 µs).
+  Picoseconds init_rest = biss_static_timeout_max;
+  /// Each access is tried again so many times.
+  ControlOptions control{.retries = 3};
+  /// Of a device that does not say: what every slave takes.
+  Hertz unstated_clock_max = common_clock_max;
+  /// A whole chain of eight with all data sheets needs some 80 000 requests, 20 s.
+  std::uint32_t max_requests = 200'000;
+  /// What no document settles about EDS and profiles.
+  EdsDeviceOptions eds{};
+};
+
+/// The next request to make.
+struct ConfigureRequest {
+  RequestKind kind = RequestKind::reduced;
+  /// CDM where answer() gives no other.
+  bool cdm = false;
+  /// Not before.
+  Picoseconds at{std::numeric_limits<std::int64_t>::min()};
 };
 
 }  // namespace biss

@@ -17,21 +17,461 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
+#include <string_view>
 
 #include "biss/base/result.hpp"
 #include "biss/base/units.hpp"
 #include "biss/configure/configuration.hpp"
-#include "biss/configure/configure_error.hpp"
-#include "biss/configure/configure_options.hpp"
-#include "biss/configure/eds_device.hpp"
-#include "biss/configure/line_builder.hpp"
-#include "biss/configure/slave_query.hpp"
+#include "biss/control/register_map.hpp"
 #include "biss/control/session.hpp"
+#include "biss/eds/bank.hpp"
+#include "biss/eds/common_part.hpp"
+#include "biss/eds/device.hpp"
+#include "biss/eds/image.hpp"
+#include "biss/eds/profile.hpp"
+#include "biss/frame/format.hpp"
 #include "biss/master/request_setup.hpp"
+#include "biss/timing/device_timing.hpp"
+
+namespace biss::configure_detail {
+
+// ----
+// All that a configuration asks one slave: its identity, its profile, its EDS.
+
+/// Whether this maker's devices have in a register what the map says, as far as is known.
+constexpr bool follows_map(const std::optional<DeviceIdentity>& identity, unsigned address) {
+  if (!identity) return true;
+  const auto maker = manufacturer_name(identity->manufacturer);
+  for (const VendorRegister& quirk : map_quirks) {
+    if (maker && quirk.vendor == *maker && quirk.contains(address)) return false;
+  }
+  return true;
+}
+
+/// One access after the other on a session of the owner's. What a slave does not have is left out;
+/// BSEL is put back whatever happened. Not to be moved while it runs: the session writes into it.
+class SlaveQuery {
+ public:
+  constexpr void begin(ControlSession& session, std::uint8_t slave) {
+    slave_ = slave;
+    description_ = {};
+    failed_.reset();
+    has_common_ = bank_dirty_ = false;
+    has_channel_ = {};
+    channel_ = 0;
+    read(session, ConfigureStep::identity, reg::dev_id, 8);
+  }
+
+  /// To be called when the session's access is over.
+  /// \return false: that was the last one
+  constexpr bool advance(ControlSession& session) {
+    const ControlOutcome& outcome = session.outcome();
+    if (outcome.error == ControlError::next_unavailable && outcome.bytes_done != 0) {
+      // The device knows no longer sequence; the rest may still be there.
+      to_ = to_.subspan(outcome.bytes_done);
+      address_ = static_cast<std::uint8_t>(address_ + outcome.bytes_done);
+      writing_ ? session.write(slave_, address_, to_) : session.read(slave_, address_, to_);
+      return true;
+    }
+    const bool there = !outcome.error;
+    // Refused, so BSEL still is what it was.
+    if (!there && writing_ && is_absent(*outcome.error)) bank_dirty_ = bank_ != found_bank_;
+    if (step_ == ConfigureStep::restore_bank) {
+      bank_dirty_ = !there;
+      return false;
+    }
+    if (!there && !is_absent(*outcome.error)) return fail(session, *outcome.error);
+    switch (step_) {
+      case ConfigureStep::identity:
+        if (there) description_.identity = device_identity(buffer().first<8>());
+        return read(session, ConfigureStep::profile, reg::bp_id, 2);
+      case ConfigureStep::profile:
+        if (there) description_.profile = number();
+        return read(session, ConfigureStep::serial, reg::dev_sn, 4);
+      case ConfigureStep::serial:
+        if (there && follows_map(description_.identity, reg::dev_sn)) {
+          description_.serial = serial_number(buffer().first<4>());
+        }
+        return read(session, ConfigureStep::find_eds, reg::eds_bank, 1);
+      case ConfigureStep::find_eds:
+        return there && seek_eds(session);
+      case ConfigureStep::select_bank:
+        return there ? selected(session) : leave_eds(session);
+      case ConfigureStep::read_common:
+        return there ? take_common(session) : leave_eds(session);
+      default:
+        return there ? take_channel(session) : skip_channel(session);
+    }
+  }
+
+  constexpr ConfigureStep step() const { return step_; }
+  constexpr const SlaveDescription& description() const { return description_; }
+  /// Why the query ended early.
+  constexpr std::optional<ControlError> failed() const { return failed_; }
+  /// The step at which it did. \pre failed()
+  constexpr ConfigureStep failed_step() const { return failed_step_; }
+  /// BSEL is not known to be as it was.
+  constexpr bool bank_dirty() const { return bank_dirty_; }
+  constexpr bool has_eds() const { return has_common_; }
+  constexpr CommonPart common() const { return parse_common_part(common_); }
+  /// What was read of the EDS; valid as long as the query is not begun again. \pre has_eds()
+  constexpr EdsImage image() const {
+    EdsImage image{.common = &common_, .eds_bank = description_.eds_bank};
+    for (std::size_t i = 0; i < max_channels; ++i) {
+      if (has_channel_[i]) image.profiles[i] = &channels_[i];
+    }
+    return image;
+  }
+
+ private:
+  constexpr std::span<std::uint8_t, bank_bytes> buffer() { return buffer_; }
+  constexpr std::uint16_t number() const {
+    return static_cast<std::uint16_t>(std::uint32_t{buffer_[0]} << 8U | buffer_[1]);
+  }
+
+  // A clear no; an old device without W inversion says it by never starting, neither to be read nor
+  // to be written.
+  static constexpr bool is_absent(ControlError error) {
+    return error == ControlError::refused || error == ControlError::refused_or_unheard ||
+           error == ControlError::busy_too_long || error == ControlError::start_missing ||
+           error == ControlError::next_unavailable;
+  }
+
+  constexpr bool begin_access(ControlSession& session, ConfigureStep step, std::uint8_t address,
+                              std::span<std::uint8_t> bytes, bool writing) {
+    step_ = step;
+    address_ = address;
+    to_ = bytes;
+    writing_ = writing;
+    writing ? session.write(slave_, address, bytes) : session.read(slave_, address, bytes);
+    return true;
+  }
+  constexpr bool read(ControlSession& session, ConfigureStep step, std::uint8_t address,
+                      std::size_t size) {
+    return begin_access(session, step, address, buffer().first(size), false);
+  }
+  constexpr bool select(ControlSession& session, ConfigureStep step, std::uint8_t bank) {
+    bank_dirty_ = true;
+    buffer_[0] = wanted_bank_ = bank;
+    return begin_access(session, step, reg::bsel, buffer().first(1), true);
+  }
+
+  constexpr bool seek_eds(ControlSession& session) {
+    description_.eds_bank = buffer_[0];
+    if (eds_presence(buffer_[0]) == EdsPresence::none) return false;
+    if (!follows_map(description_.identity, reg::bsel)) {
+      description_.eds_unused = true;
+      return false;
+    }
+    return read(session, ConfigureStep::select_bank, reg::bsel, 1);
+  }
+
+  // BSEL was read, or written.
+  constexpr bool selected(ControlSession& session) {
+    if (!writing_) {
+      found_bank_ = bank_ = buffer_[0];
+      if (bank_ != description_.eds_bank) {
+        return select(session, ConfigureStep::select_bank, description_.eds_bank);
+      }
+    } else {
+      bank_ = wanted_bank_;
+    }
+    return begin_access(session, ConfigureStep::read_common, reg::bank, common_, false);
+  }
+
+  constexpr bool take_common(ControlSession& session) {
+    if (!is_sound(common_)) return leave_eds(session);
+    has_common_ = true;
+    return next_channel(session);
+  }
+
+  constexpr bool next_channel(ControlSession& session) {
+    const CommonPart part = common();
+    const std::size_t count = std::min<std::size_t>(part.dc_num, max_channels);
+    while (channel_ < count && part.channels[channel_].bank == 0) ++channel_;
+    if (channel_ == count) return restore(session);
+    const std::uint8_t bank = part.channels[channel_].bank;
+    if (bank != bank_) return select(session, ConfigureStep::read_channels, bank);
+    return begin_access(session, ConfigureStep::read_channels, reg::bank, channels_[channel_],
+                        false);
+  }
+
+  constexpr bool take_channel(ControlSession& session) {
+    if (writing_) {
+      bank_ = wanted_bank_;
+    } else {
+      has_channel_[channel_] = is_sound(channels_[channel_]);
+      if (!has_channel_[channel_]) description_.eds_unused = true;
+      ++channel_;
+    }
+    return next_channel(session);
+  }
+  constexpr bool skip_channel(ControlSession& session) {
+    description_.eds_unused = true;
+    ++channel_;
+    return next_channel(session);
+  }
+
+  // An empty bank has the right sum, too.
+  static constexpr bool is_sound(const EdsBank& bank) {
+    return bank[eds_checksum_address] == eds_checksum(bank) && !is_filled_with(bank, 0);
+  }
+
+  constexpr bool leave_eds(ControlSession& session) {
+    // 0xFF says "none" on some devices.
+    description_.eds_unused = eds_presence(description_.eds_bank) == EdsPresence::present;
+    return restore(session);
+  }
+
+  constexpr bool fail(ControlSession& session, ControlError error) {
+    failed_ = error;
+    failed_step_ = step_;
+    return restore(session);
+  }
+
+  constexpr bool restore(ControlSession& session) {
+    if (!bank_dirty_) return false;
+    return select(session, ConfigureStep::restore_bank, found_bank_);
+  }
+
+  std::uint8_t slave_ = 0;
+  ConfigureStep step_ = ConfigureStep::identity;
+  SlaveDescription description_{};
+  std::optional<ControlError> failed_{};
+  ConfigureStep failed_step_{};
+  // The access under way.
+  std::uint8_t address_ = 0;
+  bool writing_ = false;
+  std::span<std::uint8_t> to_{};
+  std::array<std::uint8_t, bank_bytes> buffer_{};
+
+  std::uint8_t found_bank_ = 0;   // BSEL as it was
+  std::uint8_t bank_ = 0;         // BSEL as it is
+  std::uint8_t wanted_bank_ = 0;  // BSEL as it is to be
+  bool bank_dirty_ = false;
+  bool has_common_ = false;
+  std::size_t channel_ = 0;
+  EdsBank common_{};
+  std::array<bool, max_channels> has_channel_{};
+  std::array<EdsBank, max_channels> channels_{};
+};
+
+// ----
+// What the slaves say, put together: one format and one behaviour in time for the whole line.
+
+/// What an EDS says of the IDs `first` … `first + ids - 1`.
+struct LineDevice {
+  std::uint8_t first = 0;
+  std::uint8_t ids = 1;
+  /// Its channels in the order on the line, at most one for each ID.
+  FrameFormat format{};
+  DeviceTiming timing{};
+  std::uint8_t busy_s_clocks = 0;
+  ValueSource format_source = ValueSource::eds;
+  ValueSource clock_source = ValueSource::eds;
+  ValueSource timeout_source = ValueSource::eds;
+  ValueSource busy_source = ValueSource::eds;
+  ValueSource cycle_source = ValueSource::eds;
+};
+
+/// A device of which nothing is known but that it is a BiSS C device.
+constexpr DeviceTiming unstated_timing(Hertz clock_max) {
+  return {.clock_min = common_clock_min, .clock_max = clock_max};
+}
+
+class LineBuilder {
+ public:
+  /// A slave that has no EDS of its own. An EDS that was told earlier, or is told later, and speaks
+  /// of this ID too, wins.
+  constexpr void add_profile(std::size_t slave, const SlaveDescription& description,
+                             const ProfileOptions& options) {
+    Slot& slot = slots_[slave];
+    if (slot.source == ValueSource::eds) return;
+    const auto channel = profile_channel(description.profile.value_or(0), options);
+    slot.known = channel.ok() || channel.error() == ProfileError::no_channel;
+    slot.present = channel.ok();
+    if (channel.ok()) {
+      slot.channel = *channel;
+      slot.source = ValueSource::profile;
+    } else if (slot.known) {
+      slot.source = ValueSource::profile;
+    } else if (description.eds_unused) {
+      slot.cause = ConfigureError::eds_checksum;
+    } else if (channel.error() == ProfileError::none_given) {
+      slot.cause = ConfigureError::no_profile;
+    } else {
+      slot.cause = ConfigureError::unknown_profile;
+      slot.profile = channel.error();
+    }
+  }
+
+  /// \return false: it speaks of IDs that do not exist, or of more channels than IDs
+  constexpr bool add_device(const LineDevice& device) {
+    const std::size_t end = std::size_t{device.first} + device.ids;
+    const std::size_t count = device.format.channel_count;
+    if (device.ids == 0 || end > slots_.size() || count > device.ids) return false;
+    for (std::size_t i = 0; i < device.ids; ++i) {
+      Slot& slot = slots_[device.first + i];
+      slot = {.known = true, .present = i < count, .source = ValueSource::eds};
+      // The line brings the highest ID first.
+      if (slot.present) slot.channel = device.format.channel_list[count - 1 - i];
+    }
+    format_source_ = std::min(format_source_, device.format_source);
+    clock_source_ = std::min(clock_source_, device.clock_source);
+    timeout_source_ = std::min(timeout_source_, device.timeout_source);
+    busy_source_ = std::min(busy_source_, device.busy_source);
+    cycle_source_ = std::min(cycle_source_, device.cycle_source);
+    busy_s_clocks_ = std::max(busy_s_clocks_, device.busy_s_clocks);
+    merge(device.timing);
+    return true;
+  }
+
+  /// Fills in format, timing and sources. \pre config.slave_count is known
+  constexpr std::optional<ConfigureFault> finish(Configuration& config, Hertz unstated_clock_max) {
+    const std::size_t slaves = config.slave_count;
+    for (std::size_t k = 0; k < slaves; ++k) {
+      const Slot& slot = slots_[k];
+      const auto id = static_cast<std::uint8_t>(k);
+      if (!slot.known) {
+        return ConfigureFault{.cause = slot.cause,
+                              .step = ConfigureStep::profile,
+                              .slave = id,
+                              .profile = slot.profile};
+      }
+      config.slave_list[k].source = slot.source;
+      format_source_ = std::min(format_source_, slot.source);
+      if (slot.source == ValueSource::eds) continue;
+      clock_source_ = timeout_source_ = busy_source_ = cycle_source_ = ValueSource::defaults;
+      busy_s_clocks_ = biss_busy_s_max_clocks;
+      merge(unstated_timing(unstated_clock_max));
+    }
+    for (std::size_t k = slaves; k-- > 0;) {
+      const Slot& slot = slots_[k];
+      if (slot.present) config.format.channel_list[config.format.channel_count++] = slot.channel;
+    }
+    if (config.format.channel_count == 0) {
+      return ConfigureFault{.cause = ConfigureError::no_channel, .step = ConfigureStep::profile};
+    }
+    config.timing = timing_.value_or(unstated_timing(unstated_clock_max));
+    config.start_delay_clocks = static_cast<std::uint8_t>(busy_s_clocks_ + slaves - 1);
+    config.format_source = format_source_;
+    config.clock_source = clock_source_;
+    config.timeout_source = timeout_source_;
+    config.busy_source = busy_source_;
+    config.cycle_source = cycle_source_;
+    return std::nullopt;
+  }
+
+ private:
+  struct Slot {
+    bool known = false;
+    bool present = false;  // the slave sends a channel
+    ValueSource source = ValueSource::defaults;
+    ChannelFormat channel{};
+    ConfigureError cause = ConfigureError::no_profile;
+    std::optional<ProfileError> profile{};
+  };
+
+  constexpr void merge(const DeviceTiming& other) {
+    if (!timing_) {
+      timing_ = other;
+      return;
+    }
+    DeviceTiming& all = *timing_;
+    all.clock_min = std::max(all.clock_min, other.clock_min);
+    all.clock_max = std::min(all.clock_max, other.clock_max);
+    all.start_min = std::min(all.start_min, other.start_min);
+    all.ack_max = std::max(all.ack_max, other.ack_max);
+    // A clock that one device always takes may be two where another is slower.
+    all.ack_clocks = all.ack_clocks == other.ack_clocks ? all.ack_clocks : std::uint16_t{0};
+    if (all.timeout.rule == other.timeout.rule) {
+      all.timeout.time = std::max(all.timeout.time, other.timeout.time);
+    } else {
+      all.timeout = {};
+    }
+    all.internal_delay_max += other.internal_delay_max;
+    all.cycle_min = std::max(all.cycle_min, other.cycle_min);
+  }
+
+  std::array<Slot, control_max_slaves> slots_{};
+  std::optional<DeviceTiming> timing_{};
+  std::uint8_t busy_s_clocks_ = 0;
+  ValueSource format_source_ = ValueSource::eds;
+  ValueSource clock_source_ = ValueSource::eds;
+  ValueSource timeout_source_ = ValueSource::eds;
+  ValueSource busy_source_ = ValueSource::eds;
+  ValueSource cycle_source_ = ValueSource::eds;
+};
+
+// ----
+// What an EDS that was read over the line says of its device, and where each value comes from.
+
+/// Which of the common part's times were used in a unit that is a hypothesis.
+struct HypothesisSink {
+  bool timeout = false;
+  bool busy = false;
+  bool cycle = false;
+
+  constexpr void operator()(const EdsRemark& remark) {
+    if (remark.kind != EdsRemarkKind::hypothesis) return;
+    const std::string_view symbol = remark.symbol;
+    busy = busy || symbol == "TBUSY_MAX";
+    cycle = cycle || symbol == "TCYC";
+    timeout = timeout || symbol == "TCLK_MAX" || symbol == "TOS_MAX" || symbol == "TO_MAX";
+  }
+};
+
+/// \param image with a common part; the identifiers are filled in here
+/// \param slaves what is known of all slaves so far, by ID, up to the one that holds the EDS
+/// \return the device, or eds_contradiction
+constexpr Result<LineDevice, ConfigureFault> eds_device(
+    EdsImage image, const std::array<SlaveDescription, control_max_slaves>& slaves,
+    std::uint8_t holder, const EdsDeviceOptions& options, Hertz unstated_clock_max) {
+  const CommonPart common = parse_common_part(*image.common);
+  const auto wrong = [holder](std::optional<EdsDeviceCause> cause) {
+    return failure(ConfigureFault{.cause = ConfigureError::eds_contradiction,
+                                  .step = ConfigureStep::read_common,
+                                  .slave = holder,
+                                  .eds = cause});
+  };
+  if (common.sl_off > holder) return wrong(std::nullopt);
+  LineDevice line;
+  line.first = static_cast<std::uint8_t>(common.first_slave(holder));
+  line.ids = common.sl_num;
+  // Channel i is the i-th slave's where there is one each.
+  for (std::size_t i = 0; i < common.dc_num && i < max_channels; ++i) {
+    const std::size_t slave = common.dc_num == 1 ? holder : line.first + i;
+    if (slave > holder || (common.dc_num != 1 && common.dc_num != common.sl_num)) break;
+    if (slaves[slave].profile.value_or(0) != 0) image.identifiers[i] = slaves[slave].profile;
+  }
+  HypothesisSink used;
+  const auto device = describe_device(image, {}, used, options);
+  if (!device.ok()) return wrong(device.error().cause);
+  line.format = device->format;
+  line.timing = device->timing;
+  line.busy_s_clocks = device->busy_s_clocks;
+  // From common_clock_max down every slave takes every clock.
+  line.timing.clock_min = common_clock_min;
+  if (common.tma == 0) {
+    line.clock_source = ValueSource::defaults;
+    line.timing.clock_max = unstated_clock_max;
+  }
+  const auto source = [](bool hypothesis) {
+    return hypothesis ? ValueSource::hypothesis : ValueSource::defaults;
+  };
+  line.timeout_source = source(used.timeout);
+  line.busy_source = source(used.busy);
+  line.cycle_source = source(used.cycle);
+  return line;
+}
+
+}  // namespace biss::configure_detail
 
 namespace biss {
 

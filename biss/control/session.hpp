@@ -12,18 +12,277 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string_view>
 
 #include "biss/base/units.hpp"
-#include "biss/control/control_error.hpp"
 #include "biss/control/control_frame.hpp"
-#include "biss/control/control_outcome.hpp"
-#include "biss/control/control_request.hpp"
 
 namespace biss {
+
+// ----
+// How an access to registers or a command ended.
+
+/// The one cause why an access did not do all it was asked. Where the protocol cannot tell two
+/// causes apart the name says so.
+enum class ControlError : std::uint8_t {
+  bad_request,         ///< asked for what no control frame can say; nothing was sent
+  no_answer,           ///< IDL0 stayed 0: no slave took an ID
+  no_such_slave,       ///< fewer slaves took an ID than the one addressed
+  id_pattern,          ///< IDL has a gap, or a 1 behind it where 0 is due
+  refused,             ///< read: protected or not there (these two look the same)
+  unheard,             ///< read: the slave is there but behaves as not addressed (header damaged)
+  refused_or_unheard,  ///< write: refused, or the header was damaged: both look the same
+  rw_pattern,          ///< R and W as no slave sends them
+  busy_too_long,     ///< no start bit in time; an old device without W inversion refuses like this
+  start_missing,     ///< write: S of the first byte was not echoed, which may not be delayed
+  data_crc,          ///< read: the byte and its CRC do not fit
+  echo,              ///< write: what came back is not what was sent; what was written is unknown
+  next_unavailable,  ///< sequential: P = 1 before the last byte; those before are done
+  not_accepted,      ///< command: too few of the addressed slaves said that they would, or none
+                     ///< heard it (header damaged); dropped by EX = 0
+  ida_pattern,       ///< command: a slave that is not addressed accepts; dropped by EX = 0
+  frame_lost,        ///< a frame of the access brought no CDS
+  cancelled,         ///< by the master itself
+};
+
+inline constexpr std::size_t control_error_count = 17;
+
+/// The name users and scripts see, the same as the enumerator's.
+constexpr std::string_view name_of(ControlError error) {
+  constexpr std::array<std::string_view, control_error_count> names{
+      "bad_request",        "no_answer",    "no_such_slave", "id_pattern",    "refused",  "unheard",
+      "refused_or_unheard", "rw_pattern",   "busy_too_long", "start_missing", "data_crc", "echo",
+      "next_unavailable",   "not_accepted", "ida_pattern",   "frame_lost",    "cancelled"};
+  return names[static_cast<std::size_t>(error)];
+}
+
+/// Whether damage on the line can be the cause, so that the same access may succeed when it is
+/// tried again. A clear no (refused, next_unavailable) is not asked twice, and what the master did
+/// itself not done again.
+constexpr bool worth_retrying(ControlError error) {
+  switch (error) {
+    case ControlError::bad_request:
+    case ControlError::refused:
+    case ControlError::next_unavailable:
+    case ControlError::cancelled:
+      return false;
+    default:
+      return true;
+  }
+}
+
+// ----
+// What a control session is told and tells: CDS, options, and how an access ended.
+
+/// What a BiSS frame brought as CDS.
+enum class CdsBit : std::uint8_t {
+  zero,
+  one,
+  missing,  ///< no frame that may be believed (no answer, no START, cut short), or a reduced one
+};
+
+/// When a command to addressed slaves is executed.
+enum class ExecuteIf : std::uint8_t {
+  all_accept,   ///< all of them, and nobody else, said that they accept
+  any_accepts,  ///< at least one of them, and nobody else, said so
+  always,       ///< without looking at what they say, as long as one of them is there
+};
+
+struct ControlOptions {
+  /// The longest that a slave may delay S of a byte, from the frame in which S could have come. 0:
+  /// not at all. S in the first frame behind it still counts: it may have been ready in time.
+  Picoseconds busy_max = register_busy_max;
+  /// So many times an access that failed is tried again where worth_retrying() says so; a broadcast
+  /// never is. A sequential access goes on with the first byte that is not yet done. A byte of a
+  /// write whose echo was wrong may so be written twice: leave this 0 for registers that mind.
+  std::uint8_t retries = 0;
+};
+
+/// How an access ended, or how far it is.
+struct ControlOutcome {
+  /// The longest that a slave delayed S of a byte; 0 where it never did. An S whose 1 was damaged
+  /// on CDS looks like a delay too. What is read then is always found to be wrong. Not so a byte
+  /// that is written behind another one: master and slave are a bit apart, and the echo agrees for
+  /// half of all values though nothing was written. Read back what was written with a delay, or
+  /// write such registers in accesses of their own, where the protocol allows no delay.
+  Picoseconds longest_busy{};
+  /// Frames since the access began, this one included.
+  std::uint32_t frames = 0;
+  /// Bytes read with a good CRC, or written with a good echo; the first ones of the request.
+  std::uint8_t bytes_done = 0;
+  /// Bit k: a slave took ID k in the last try. 0 for a broadcast.
+  std::uint8_t slaves_present = 0;
+  /// There are slaves beyond the eight with an ID (IDL8).
+  bool more_slaves = false;
+  /// Command: bit k for a slave with ID k that accepted (IDA).
+  std::uint8_t accepted = 0;
+  /// Control frames begun or to begin: 1, and one more for every retry.
+  std::uint16_t tries = 0;
+  /// Why not all was done that was asked; the last try's cause.
+  std::optional<ControlError> error;
+  /// Why there was a retry, the last time.
+  std::optional<ControlError> retried;
+};
+
+// ----
+// What the CDS bits of a control frame say, apart from data.
+
+/// How many slaves have taken an ID, from 0 on without a gap: 0…8, and 9 where there are more
+/// (IDL8). \param cds the CDS bits 0…15 of a control frame, bit 0 topmost: IDL0 … IDL8 and seven
+/// zeros \return nothing where no slaves can have sent this
+constexpr std::optional<unsigned> slaves_counted(std::uint16_t cds) {
+  const std::uint32_t zeros = ~std::uint32_t{cds} & 0xFFFFU;
+  if ((zeros & (zeros + 1U)) != 0 || zeros < 0x7FU) return std::nullopt;
+  return static_cast<unsigned>(std::countl_zero(zeros)) - 16U;
+}
+
+/// Bit k: the slave with ID k executes the command if EX = 1.
+/// \param cds the CDS bits 16…23 of a control frame, IDA0 topmost
+constexpr std::uint8_t slaves_accepting(std::uint8_t cds) {
+  unsigned ida = cds;
+  ida = (ida & 0x0FU) << 4U | ida >> 4U;
+  ida = (ida & 0x33U) << 2U | (ida >> 2U & 0x33U);
+  ida = (ida & 0x55U) << 1U | (ida >> 1U & 0x55U);
+  return static_cast<std::uint8_t>(ida);
+}
+
+/// Why R and W as heard on CDS do not let the access go on; nothing where they do.
+constexpr std::optional<ControlError> access_denied(RegisterAccess access, bool r, bool w) {
+  if (access == RegisterAccess::read) {
+    if (r && !w) return std::nullopt;
+    if (r) return ControlError::refused;
+    return w ? ControlError::rw_pattern : ControlError::unheard;
+  }
+  if (r) return ControlError::rw_pattern;
+  if (w) return std::nullopt;
+  return ControlError::refused_or_unheard;
+}
+
+// ----
+// What a control session is asked to do, the CDM bits that say it, and what the answers mean for
+// it.
+
+enum class ControlKind : std::uint8_t { read, write, addressed, broadcast };
+
+/// One access. Made by the four functions below; `possible` tells whether a control frame can say
+/// it.
+struct ControlRequest {
+  ControlKind kind = ControlKind::read;
+  ExecuteIf execute_if = ExecuteIf::all_accept;
+  /// Bit k: the slave with ID k is addressed. 0: all are meant.
+  std::uint8_t slaves = 0;
+  /// Bytes to read or write.
+  std::uint8_t size = 0;
+  bool possible = false;
+  /// Of the first byte, see register_header() and command_header().
+  std::uint16_t header = 0;
+  std::uint8_t* to = nullptr;
+  const std::uint8_t* from = nullptr;
+
+  /// The CDM bits up to S of the first byte or to EX = 1, the first one topmost; zeros behind them.
+  /// \param bytes_done of a sequential access that goes on: how many bytes are to be skipped
+  constexpr std::uint32_t first_bits(unsigned bytes_done) const {
+    const auto here = static_cast<std::uint16_t>(header + bytes_done);
+    return 1U << 31U | std::uint32_t{here} << 20U | std::uint32_t{header_crc(here)} << 16U | tail();
+  }
+
+  /// Why the access cannot go on after CDS bits 0…15, bit 0 topmost; who is there goes into
+  /// `outcome`.
+  constexpr std::optional<ControlError> judge_ids(std::uint16_t cds,
+                                                  ControlOutcome& outcome) const {
+    const auto count = slaves_counted(cds);
+    if (!count) return ControlError::id_pattern;
+    if (*count == 0) return ControlError::no_answer;
+    outcome.more_slaves = *count > control_max_slaves;
+    outcome.slaves_present = static_cast<std::uint8_t>((1U << *count) - 1U);
+    if (!enough(outcome.slaves_present)) return ControlError::no_such_slave;
+    return std::nullopt;
+  }
+
+  /// Why a register access cannot go on after R and W, W lowest.
+  constexpr std::optional<ControlError> judge_access(std::uint16_t cds) const {
+    const auto access = kind == ControlKind::read ? RegisterAccess::read : RegisterAccess::write;
+    return access_denied(access, (cds & 2U) != 0, (cds & 1U) != 0);
+  }
+
+  /// Why a command is to be dropped after CDS bits 16…23, bit 23 lowest; who accepts it goes into
+  /// `outcome`.
+  constexpr std::optional<ControlError> judge_ida(std::uint16_t cds,
+                                                  ControlOutcome& outcome) const {
+    outcome.accepted = slaves_accepting(static_cast<std::uint8_t>(cds & 0xFFU));
+    if (execute_if == ExecuteIf::always) return std::nullopt;
+    if ((outcome.accepted | slaves) != slaves) return ControlError::ida_pattern;
+    if (!enough(outcome.accepted)) return ControlError::not_accepted;
+    return std::nullopt;
+  }
+
+ private:
+  constexpr bool enough(std::uint8_t those) const {
+    const unsigned addressed = those & slaves;
+    return execute_if == ExecuteIf::all_accept ? addressed == slaves : addressed != 0;
+  }
+
+  constexpr std::uint32_t tail() const {
+    switch (kind) {
+      case ControlKind::read:
+        return 0b101U << 13U;  // R, W, S
+      case ControlKind::write:
+        return 0b011U << 13U;
+      case ControlKind::addressed:
+        return 0b1'0000000'1U << 7U;  // S, while IDA comes, EX
+      case ControlKind::broadcast:
+        return 0b11U << 14U;  // S, EX
+    }
+    return 0;
+  }
+};
+
+namespace control_detail {
+
+constexpr ControlRequest register_request(ControlKind kind, unsigned slave, unsigned address,
+                                          std::size_t size) {
+  return {.kind = kind,
+          .slaves = static_cast<std::uint8_t>(1U << (slave & 7U)),
+          .size = static_cast<std::uint8_t>(size),
+          .possible = slave < control_max_slaves && size >= 1 && size <= sequential_max_bytes &&
+                      address < register_count && size <= register_count - address,
+          .header = register_header(slave, address)};
+}
+
+}  // namespace control_detail
+
+constexpr ControlRequest read_request(unsigned slave, unsigned address,
+                                      std::span<std::uint8_t> to) {
+  auto request = control_detail::register_request(ControlKind::read, slave, address, to.size());
+  request.to = to.data();
+  return request;
+}
+
+constexpr ControlRequest write_request(unsigned slave, unsigned address,
+                                       std::span<const std::uint8_t> from) {
+  auto request = control_detail::register_request(ControlKind::write, slave, address, from.size());
+  request.from = from.data();
+  return request;
+}
+
+constexpr ControlRequest command_request(std::uint8_t slaves, ControlCommand command,
+                                         ExecuteIf execute_if) {
+  return {.kind = ControlKind::addressed,
+          .execute_if = execute_if,
+          .slaves = slaves,
+          .possible = slaves != 0,
+          .header = command_header(slaves, command)};
+}
+
+constexpr ControlRequest broadcast_request(ControlCommand command) {
+  return {.kind = ControlKind::broadcast, .possible = true, .header = command_header(0, command)};
+}
 
 /// One access at a time. Every access ends, whatever CDS does, as long as time goes on: a try takes
 /// no more frames than are needed, 14 lost ones before its start bit, and busy_max for each byte.

@@ -49,7 +49,8 @@ constexpr std::uint64_t with_start(const CrcSpec& spec, std::uint64_t data, unsi
 ///
 /// Every engine is called the same way: `engine(data, bits)` is the CRC of the lowest `bits` (1…64)
 /// of `data`, most significant first, as transmitted (inverted when the spec says so). Bits of
-/// `data` above `bits` must be 0. Engines are plain data and may be constexpr.
+/// `data` above `bits` must be 0. An engine of an absent checksum (or of none) gives 0. Engines are
+/// plain data and may be constexpr.
 class CrcBitwise {
  public:
   constexpr CrcBitwise() = default;
@@ -58,6 +59,7 @@ class CrcBitwise {
   constexpr const CrcSpec& spec() const { return spec_; }
 
   constexpr std::uint16_t operator()(std::uint64_t data, unsigned bits) const {
+    if (!spec_.present()) return 0;
     std::uint32_t reg = spec_.start;
     for (unsigned i = bits; i-- > 0;) reg = crc_detail::step(spec_, reg, ((data >> i) & 1U) != 0);
     return crc_detail::finish(spec_, reg);

@@ -4,6 +4,8 @@
 #include <bit>
 #include <cstdint>
 
+#include "biss/base/language.hpp"
+
 namespace biss {
 
 /// A checksum of a BiSS word. The polynomial is always in full form, top and bottom bit included

@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "biss/base/language.hpp"
+
 namespace biss {
 
 inline constexpr std::size_t eds_bank_bytes = 64;

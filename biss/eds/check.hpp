@@ -7,17 +7,669 @@
 // bank is damaged somewhere. Units of time are not judged: most of them are hypotheses.
 #pragma once
 
+#include <array>
+#include <bit>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
+#include <string_view>
 #include <type_traits>
 
-#include "biss/eds/check_bp3.hpp"
-#include "biss/eds/check_common.hpp"
-#include "biss/eds/finding.hpp"
+#include "biss/crc/spec.hpp"
+#include "biss/eds/bank.hpp"
+#include "biss/eds/bp3_part.hpp"
+#include "biss/eds/common_part.hpp"
+#include "biss/eds/field.hpp"
 #include "biss/eds/image.hpp"
+#include "biss/eds/profile.hpp"
 
 namespace biss {
+
+// ----
+// EdsFinding: one thing that is wrong with a data sheet.
+
+/// One enumerator a fault.
+enum class EdsProblem : std::uint8_t {
+  all_zero,              ///< an empty bank, whose checksum is even right
+  all_ones,              ///< erased memory
+  checksum,              ///< not the sum of the bytes
+  out_of_range,          ///< outside the document's range, not marked as absent either
+  version,               ///< a version that is not known
+  profile,               ///< the identifier is not BP3's
+  reserved_bit,          ///< bit 7 of the identifier
+  data_length,           ///< DL that the profile does not allow
+  reserved_not_zero,     ///< a reserved byte
+  unnamed_not_zero,      ///< a byte or bit that no source names (only when asked)
+  little_endian,         ///< lowest byte first: the other order makes sense
+  polynomial_full_form,  ///< with its lowest bit, where it belongs left out
+  polynomial,            ///< not the profile's, or no CRC of 3 to 16 bits
+  min_above_max,         ///< a shortest, lowest, first above its longest, highest, last
+  lengths,               ///< MT_LEN, CO_LEN, FI_LEN, flags (and CRC with C = 1) do not add up to DL
+  count_above_length,    ///< more counts than the bits of its length can tell apart
+  encoder_type,          ///< rotary or linear, and counts, lengths and checksum are the other's
+  crc_bit,               ///< C = 0 beside a safety word, where C = 1 is due
+  identifier,            ///< not as registers 0x42 and 0x43
+  channel_count,         ///< DC_NUM is not the number of channels that are filled in
+  channel_unused,        ///< something in a channel beyond DC_NUM
+  bank_is_common,        ///< a channel's part in the common part's own bank: a loop
+  bank_outside,          ///< a channel's part outside the data sheet
+  bank_shared,           ///< two channels with one part
+  bank_in_user_area,     ///< a bank of the data sheet among the user banks
+  too_few_banks,         ///< EDS_LEN leaves no room for the parts, or runs past bank 255
+  slave_offset,          ///< SL_OFF is not below SL_NUM
+  actuator,              ///< BP3 is a sensor's profile
+  data_length_differs,   ///< DLEN_i is not the profile's DL
+  polynomial_differs,    ///< CPOLY_i is not the profile's CPOLY
+};
+
+inline constexpr std::size_t eds_problem_count = 30;
+
+/// The name scripts see, the same as the enumerator's.
+constexpr std::string_view name_of(EdsProblem problem) {
+  constexpr std::array<std::string_view, eds_problem_count> names{"all_zero",
+                                                                  "all_ones",
+                                                                  "checksum",
+                                                                  "out_of_range",
+                                                                  "version",
+                                                                  "profile",
+                                                                  "reserved_bit",
+                                                                  "data_length",
+                                                                  "reserved_not_zero",
+                                                                  "unnamed_not_zero",
+                                                                  "little_endian",
+                                                                  "polynomial_full_form",
+                                                                  "polynomial",
+                                                                  "min_above_max",
+                                                                  "lengths",
+                                                                  "count_above_length",
+                                                                  "encoder_type",
+                                                                  "crc_bit",
+                                                                  "identifier",
+                                                                  "channel_count",
+                                                                  "channel_unused",
+                                                                  "bank_is_common",
+                                                                  "bank_outside",
+                                                                  "bank_shared",
+                                                                  "bank_in_user_area",
+                                                                  "too_few_banks",
+                                                                  "slave_offset",
+                                                                  "actuator",
+                                                                  "data_length_differs",
+                                                                  "polynomial_differs"};
+  return names[static_cast<std::size_t>(problem)];
+}
+
+/// What a user is told, without a full stop.
+constexpr std::string_view text_of(EdsProblem problem) {
+  constexpr std::array<std::string_view, eds_problem_count> texts{
+      "the bank is empty, every byte is 0",
+      "the bank is erased memory, every byte is 0xFF",
+      "not the sum of the bytes before it",
+      "outside its range",
+      "this version is not known",
+      "not an identifier of BP3",
+      "bit 7 must be 0",
+      "the profile does not allow this data length",
+      "a reserved byte must be 0",
+      "no source names this byte or bit",
+      "the bytes stand in the wrong order, the highest comes first",
+      "the polynomial has its lowest bit, which must be left out",
+      "not a polynomial of this profile",
+      "the lower limit is above the upper one",
+      "MT_LEN, CO_LEN, FI_LEN and the flags do not add up to DL",
+      "more counts than its length can tell apart",
+      "counts, lengths and checksum are those of the other type",
+      "beside a safety word C must be 1",
+      "not what the registers 0x42 and 0x43 say",
+      "not the number of channels that are filled in",
+      "something stands in a channel that DC_NUM leaves out",
+      "the bank is the common part's own",
+      "the bank is not one of the data sheet's",
+      "two channels share this bank",
+      "a bank of the data sheet lies among the user banks",
+      "the data sheet's length has no room for its parts",
+      "the device has not so many slaves",
+      "BP3 is a profile of sensors",
+      "not the data length of the profile's part",
+      "not the polynomial of the profile's part"};
+  return texts[static_cast<std::size_t>(problem)];
+}
+
+/// A finding. Text is static.
+struct EdsFinding {
+  EdsPart part = EdsPart::common;
+  /// The data channel whose part it is; 0 in the common part.
+  std::uint8_t channel = 0;
+  /// The field that is wrong, as far as this can be told; the version field for a whole bank.
+  std::string_view symbol{};
+  EdsProblem problem = EdsProblem::checksum;
+  /// As stored.
+  std::uint32_t value = 0;
+  /// The field it contradicts, which may as well be the wrong one; empty when it stands alone.
+  std::string_view against{};
+  /// What it should be where that is known (checksum, lengths, registers, the other byte order, the
+  /// polynomial's right form); otherwise the value of `against`.
+  std::uint32_t expected = 0;
+};
+
+/// What takes the findings, one by one.
+template <class T>
+concept EdsSink = std::invocable<T&, const EdsFinding&>;
+
+/// What no document settles.
+struct EdsCheckOptions {
+  /// 0 and all ones mark an optional value that is not given (inferred: the ranges leave out just
+  /// these two). False: they are out of range.
+  bool zero_is_absent = true;
+  bool ones_are_absent = true;
+  /// Bytes that the documents reserve must be 0. They do not say so.
+  bool reserved_zero = true;
+  /// So must what no source names: common part 0x13, bits 2 and 4…7 of FORMAT_i, 5…7 of BC_OFF.
+  bool unnamed_zero = false;
+  /// With C = 1 DL counts the CRC's bits: ProfileOptions::length_counts_crc.
+  bool length_counts_crc = true;
+  /// Parts of other profiles have BP3's checksum too.
+  bool raw_checksum = true;
+
+  /// Whether a value of an optional field says that it is not given.
+  constexpr bool absent(std::uint32_t value, std::uint32_t all_ones) const {
+    return (zero_is_absent && value == 0) || (ones_are_absent && value == all_ones);
+  }
+};
+
+}  // namespace biss
+
+namespace biss::eds_detail {
+
+// ----
+// What the checks of all parts share: reporting, and the rules a single field must keep.
+
+// One part under test and where its findings go.
+template <EdsSink Sink>
+struct PartReport {
+  Sink& sink;
+  EdsPart part = EdsPart::common;
+  std::uint8_t channel = 0;
+
+  constexpr void operator()(EdsProblem problem, std::string_view symbol, std::uint32_t value,
+                            std::string_view against = {}, std::uint32_t expected = 0) const {
+    sink(EdsFinding{part, channel, symbol, problem, value, against, expected});
+  }
+};
+
+// A whole bank that says nothing. True when it is one, and reported.
+template <class Report>
+constexpr bool check_filling(const EdsBank& bank, std::string_view first, const Report& report) {
+  if (is_filled_with(bank, 0x00)) {
+    report(EdsProblem::all_zero, first, 0x00);
+    return true;
+  }
+  if (is_filled_with(bank, 0xFF)) {
+    report(EdsProblem::all_ones, first, 0xFF);
+    return true;
+  }
+  return false;
+}
+
+template <class Report>
+constexpr void check_sum(const EdsBank& bank, const Report& report) {
+  const std::uint8_t stored = bank[eds_checksum_address];
+  const std::uint8_t computed = eds_checksum(bank);
+  if (stored != computed) report(EdsProblem::checksum, "CHKSUM", stored, {}, computed);
+}
+
+// The range of a plain value, and bytes that must be 0.
+template <class Report>
+constexpr void check_value(const EdsField& field, std::uint32_t value,
+                           const EdsCheckOptions& options, const Report& report) {
+  switch (field.kind) {
+    case EdsKind::reserved:
+      if (options.reserved_zero && value != 0) {
+        report(EdsProblem::reserved_not_zero, field.symbol, value);
+      }
+      return;
+    case EdsKind::unnamed:
+      if (options.unnamed_zero && value != 0) {
+        report(EdsProblem::unnamed_not_zero, field.symbol, value);
+      }
+      return;
+    case EdsKind::identifier:
+    case EdsKind::polynomial:
+    case EdsKind::channel_format:
+    case EdsKind::bus_coupler:
+    case EdsKind::checksum:
+      return;  // have checks of their own
+    default:
+      break;
+  }
+  if (field.in_range(value)) return;
+  if (field.may_be_absent() && options.absent(value, field.all_ones())) return;
+  report(EdsProblem::out_of_range, field.symbol, value);
+}
+
+template <class Report>
+constexpr void check_values(const EdsBank& bank, std::span<const EdsField> fields,
+                            const EdsCheckOptions& options, const Report& report) {
+  for (const EdsField& field : fields) {
+    check_value(field, field_value(bank, field), options, report);
+  }
+}
+
+// Both given, and the wrong way round.
+template <class Report>
+constexpr void check_order(std::string_view low_symbol, std::uint32_t low,
+                           std::string_view high_symbol, std::uint32_t high, std::uint32_t all_ones,
+                           const EdsCheckOptions& options, const Report& report) {
+  if (options.absent(low, all_ones) || options.absent(high, all_ones) || low <= high) return;
+  report(EdsProblem::min_above_max, low_symbol, low, high_symbol, high);
+}
+
+}  // namespace biss::eds_detail
+
+namespace biss {
+
+// ----
+// What can be told wrong about a common part.
+namespace eds_detail {
+
+// 0 and 0xFF: nothing was filled in.
+constexpr bool is_empty(std::uint8_t byte) { return byte == 0x00 || byte == 0xFF; }
+
+template <class Report>
+class CommonCheck {
+ public:
+  constexpr CommonCheck(const EdsBank& bank, std::optional<std::uint8_t> eds_bank,
+                        const EdsCheckOptions& options, const Report& report)
+      : bank_(bank),
+        part_(parse_common_part(bank)),
+        eds_bank_(eds_bank),
+        options_(options),
+        report_(report) {}
+
+  constexpr void run() const {
+    if (check_filling(bank_, "EDS_VER", report_)) return;
+    check_values(bank_, common_fields, options_, report_);
+    order("TO_MIN", part_.to_min, "TO_MAX", part_.to_max);
+    order("TOS_MIN", part_.tos_min, "TOS_MAX", part_.tos_max);
+    order("TCLK_MIN", part_.tclk_min, "TCLK_MAX", part_.tclk_max);
+    if (part_.sl_num >= 1 && part_.sl_num <= 8 && part_.sl_off <= 7 &&
+        part_.sl_off >= part_.sl_num) {
+      report_(EdsProblem::slave_offset, "SL_OFF", part_.sl_off, "SL_NUM", part_.sl_num);
+    }
+    if (options_.unnamed_zero && (part_.bc_off & 0xE0U) != 0) {
+      report_(EdsProblem::unnamed_not_zero, "BC_OFF", part_.bc_off);
+    }
+    if (part_.dc_num <= max_channels) {
+      check_channels();
+      check_banks();
+    }
+    check_sum(bank_, report_);
+  }
+
+ private:
+  constexpr void order(std::string_view low_symbol, std::uint8_t low, std::string_view high_symbol,
+                       std::uint8_t high) const {
+    check_order(low_symbol, low, high_symbol, high, 0xFF, options_, report_);
+  }
+
+  constexpr void check_channels() const {
+    bool count_wrong = false;
+    for (std::size_t i = 0; i < max_channels; ++i) {
+      const CommonChannel& channel = part_.channels[i];
+      if (i < part_.dc_num) {
+        const bool missing = is_empty(channel.bank) && is_empty(channel.dlen) &&
+                             is_empty(channel.format) && is_empty(channel.cpoly);
+        count_wrong = count_wrong || missing;
+        if (!missing) check_used(i, channel);
+      } else if (!is_empty(channel.bank) && !is_empty(channel.dlen)) {
+        count_wrong = true;
+      } else {
+        check_unused(i, channel);
+      }
+    }
+    if (count_wrong) {
+      report_(EdsProblem::channel_count, "DC_NUM", part_.dc_num, {}, filled_channels());
+    }
+  }
+
+  constexpr unsigned filled_channels() const {
+    unsigned count = 0;
+    for (const CommonChannel& channel : part_.channels) {
+      if (!is_empty(channel.bank) || !is_empty(channel.dlen)) ++count;
+    }
+    return count;
+  }
+
+  constexpr void check_used(std::size_t i, const CommonChannel& channel) const {
+    const auto& symbols = channel_symbols[i];
+    if (channel.dlen == 0) report_(EdsProblem::out_of_range, symbols[1], channel.dlen);
+    if (options_.unnamed_zero && (channel.format & ~known_channel_format_bits) != 0) {
+      report_(EdsProblem::unnamed_not_zero, symbols[2], channel.format);
+    }
+    // 0 is left to the profile's part: no CRC, or one too wide for this byte.
+    if (channel.cpoly == 0) return;
+    if (is_full_form_of_known(channel.cpoly)) {
+      report_(EdsProblem::polynomial_full_form, symbols[3], channel.cpoly, {}, channel.cpoly >> 1U);
+    } else if (stored_crc_bits(channel.cpoly) < min_crc_bits) {
+      report_(EdsProblem::polynomial, symbols[3], channel.cpoly);
+    }
+  }
+
+  constexpr void check_unused(std::size_t i, const CommonChannel& channel) const {
+    const std::array bytes{channel.bank, channel.dlen, channel.format, channel.cpoly};
+    for (std::size_t byte = 0; byte < bytes.size(); ++byte) {
+      // A length beyond 64 bits was reported already.
+      if (is_empty(bytes[byte]) || (byte == 1 && bytes[byte] > max_data_bits)) continue;
+      report_(EdsProblem::channel_unused, channel_symbols[i][byte], bytes[byte], "DC_NUM",
+              part_.dc_num);
+    }
+  }
+
+  constexpr bool user_area_given() const {
+    return !(part_.usr_sta == 0 && part_.usr_end == 0) &&
+           !(part_.usr_sta == 0xFF && part_.usr_end == 0xFF);
+  }
+  constexpr bool in_user_area(unsigned bank) const {
+    return user_area_given() && bank >= part_.usr_sta && bank <= part_.usr_end;
+  }
+
+  constexpr void check_banks() const {
+    if (user_area_given() && part_.usr_sta > part_.usr_end) {
+      report_(EdsProblem::min_above_max, "USR_STA", part_.usr_sta, "USR_END", part_.usr_end);
+    }
+    unsigned parts = 0;
+    unsigned outside = 0;
+    for (std::size_t i = 0; i < part_.dc_num; ++i) {
+      const CommonChannel& channel = part_.channels[i];
+      if (channel.bank == 0 && channel.dlen == 0) continue;  // counted under DC_NUM or DLEN_i
+      ++parts;
+      if (is_outside(channel.bank)) ++outside;
+    }
+    // Where each part lies outside, or fewer banks than parts, it is the length that is wrong.
+    const bool short_length = part_.eds_len != 0 && parts + 1 > part_.eds_len;
+    const bool past_end = eds_bank_ && unsigned{*eds_bank_} + part_.eds_len > 256;
+    if (short_length || past_end) {
+      report_(EdsProblem::too_few_banks, "EDS_LEN", part_.eds_len, {}, parts + 1);
+    }
+    for (std::size_t i = 0; i < part_.dc_num; ++i) check_bank(i, !short_length);
+    if (eds_bank_ && in_user_area(*eds_bank_)) {
+      report_(EdsProblem::bank_in_user_area, "USR_STA", part_.usr_sta, {}, *eds_bank_);
+    }
+  }
+
+  // Bank 0 holds no data sheet: EDS_BANK = 0 says that there is none.
+  constexpr bool is_outside(unsigned bank) const {
+    if (bank == 0) return true;
+    if (!eds_bank_ || part_.eds_len == 0) return false;
+    return bank < *eds_bank_ || bank >= unsigned{*eds_bank_} + part_.eds_len;
+  }
+
+  constexpr void check_bank(std::size_t i, bool length_known) const {
+    const unsigned bank = part_.channels[i].bank;
+    const std::string_view symbol = channel_symbols[i][0];
+    if (bank == 0 && part_.channels[i].dlen == 0) return;
+    if (eds_bank_ && bank == *eds_bank_) {
+      report_(EdsProblem::bank_is_common, symbol, bank);
+      return;
+    }
+    for (std::size_t before = 0; before < i; ++before) {
+      if (part_.channels[before].bank != bank) continue;
+      report_(EdsProblem::bank_shared, symbol, bank, channel_symbols[before][0], bank);
+      return;
+    }
+    if (in_user_area(bank)) {
+      report_(EdsProblem::bank_in_user_area, symbol, bank, "USR_STA", part_.usr_sta);
+    } else if (is_outside(bank) && (length_known || bank == 0)) {
+      report_(EdsProblem::bank_outside, symbol, bank, "EDS_LEN", part_.eds_len);
+    }
+  }
+
+  const EdsBank& bank_;
+  CommonPart part_;
+  std::optional<std::uint8_t> eds_bank_;
+  const EdsCheckOptions& options_;
+  const Report& report_;
+};
+
+}  // namespace eds_detail
+
+/// Reports all that is wrong with a common part. With the bank it stands in (register 0x41) the
+/// banks of the channels are judged too.
+template <EdsSink Sink>
+constexpr void check_common_part(const EdsBank& bank, Sink&& sink,
+                                 std::optional<std::uint8_t> eds_bank = {},
+                                 const EdsCheckOptions& options = {}) {
+  const eds_detail::PartReport<std::remove_reference_t<Sink>> report{sink};
+  eds_detail::CommonCheck(bank, eds_bank, options, report).run();
+}
+
+// ----
+// What can be told wrong about a BP3 part, alone and beside what else is known of its channel.
+
+/// What stands outside the part and should agree with it.
+struct Bp3Context {
+  std::uint8_t channel = 0;
+  /// Registers 0x42 (upper byte) and 0x43 of the slave.
+  std::optional<std::uint16_t> identifier{};
+  /// DLEN_i of the common part.
+  std::optional<std::uint8_t> dlen{};
+  /// The device sends a safety position word (BP3S) too.
+  bool beside_safety = false;
+};
+
+namespace eds_detail {
+
+template <class Report>
+class Bp3Check {
+ public:
+  constexpr Bp3Check(const EdsBank& bank, const Bp3Context& context, const EdsCheckOptions& options,
+                     const Report& report)
+      : bank_(bank),
+        part_(parse_bp3_part(bank)),
+        id_{part_.bp_id},
+        context_(context),
+        options_(options),
+        report_(report) {}
+
+  constexpr void run() const {
+    if (check_filling(bank_, "BP_VER", report_)) return;
+    if (part_.bp_ver != 1) report_(EdsProblem::version, "BP_VER", part_.bp_ver, {}, 1);
+    // The version row has the range 1…1 and would be reported twice.
+    check_values(bank_, std::span(bp3_fields).subspan(1), options_, report_);
+    check_polynomial();
+    check_orders();
+    const bool length_known = check_identifier();
+    if (lengths_in_range()) check_counts(!length_known || check_lengths());
+    check_sum(bank_, report_);
+  }
+
+ private:
+  constexpr bool lengths_in_range() const {
+    return part_.mt_len <= bp3_max_length_bits && part_.co_len <= bp3_max_length_bits &&
+           part_.fi_len <= bp3_max_length_bits;
+  }
+
+  // True when DL can be held against the lengths.
+  constexpr bool check_identifier() const {
+    const std::uint32_t id = part_.bp_id;
+    const auto bad = [&](EdsProblem problem, std::uint32_t expected = 0) {
+      report_(problem, "BP_ID", id, {}, expected);
+      return false;
+    };
+    if (context_.identifier && *context_.identifier != id) {
+      const bool swapped = bytes_swapped(id, 2) == *context_.identifier;
+      return bad(swapped ? EdsProblem::little_endian : EdsProblem::identifier,
+                 *context_.identifier);
+    }
+    if (id_.profile() != Profile::bp3) {
+      if (is_swapped_bp3(part_.bp_id)) return bad(EdsProblem::little_endian, bytes_swapped(id, 2));
+      return bad(EdsProblem::profile);
+    }
+    if (id_.version() != 1) return bad(EdsProblem::version);
+    if (id_.bit7()) return bad(EdsProblem::reserved_bit);
+    const unsigned most = id_.crc_is_data() && options_.length_counts_crc
+                              ? bp3_max_length_crc_is_data
+                              : bp3_max_data_bits;
+    if (id_.data_length() < bp3_min_data_bits || id_.data_length() > most) {
+      return bad(EdsProblem::data_length);
+    }
+    if (context_.beside_safety && !id_.crc_is_data()) bad(EdsProblem::crc_bit);
+    return true;
+  }
+
+  // DL as the lengths have it.
+  constexpr unsigned data_length_of_parts() const {
+    const bool counted = id_.crc_is_data() && options_.length_counts_crc;
+    return part_.position_bits() + 2 + (counted ? crc6.width_bits : 0U);
+  }
+
+  constexpr bool check_lengths() const {
+    const unsigned sum = data_length_of_parts();
+    if (sum == id_.data_length()) return true;
+    const std::string_view suspect = suspect_length(part_);
+    const bool registers = context_.identifier.has_value();  // and they agree, or we were not here
+    const bool outvoted = context_.dlen == sum;
+    if (!registers && (outvoted || suspect.empty())) {
+      report_(EdsProblem::lengths, "BP_ID", part_.bp_id, "FI_LEN", (part_.bp_id & 0xFF80U) | sum);
+      return false;
+    }
+    const std::string_view symbol = suspect.empty() ? "FI_LEN" : suspect;
+    const std::uint32_t value = symbol == "MT_LEN"   ? part_.mt_len
+                                : symbol == "CO_LEN" ? part_.co_len
+                                                     : part_.fi_len;
+    const std::uint32_t expected = value + id_.data_length() - sum;
+    report_(EdsProblem::lengths, symbol, value, "BP_ID", expected <= 57 ? expected : 0);
+    return false;
+  }
+
+  // Only where the lengths hold: what follows from a wrong length is no finding of its own.
+  constexpr void check_counts(bool lengths_hold) const {
+    if (!lengths_hold || part_.en_typ > 1 || counts_of_type_fit(part_)) return;
+    if (type_is_wrong()) {
+      report_(EdsProblem::encoder_type, "EN_TYP", part_.en_typ, "MT_CNT", 1U - part_.en_typ);
+      return;
+    }
+    if (part_.linear()) {
+      check_pair("MT_CNT", part_.mt_cnt, part_.position_bits(), scale_fits);
+      return;
+    }
+    if (!turns_fit(part_)) {
+      const std::uint32_t swapped = bytes_swapped(part_.mt_cnt, 4);
+      const bool order = swapped != 0 && counts_fit(swapped, part_.mt_len);
+      report_(order ? EdsProblem::little_endian : EdsProblem::count_above_length, "MT_CNT",
+              part_.mt_cnt, "MT_LEN", order ? swapped : part_.mt_len);
+    }
+    if (!periods_fit(part_)) {
+      check_pair("SIP_CNT", part_.sip_cnt, unsigned{part_.co_len} + part_.fi_len, periods_fit);
+    }
+  }
+
+  // With the other type everything fits, the checksum included; and no count with one byte changed
+  // does as well.
+  constexpr bool type_is_wrong() const {
+    EdsBank other = bank_;
+    other[0x08] ^= 1U;
+    if (other[eds_checksum_address] != eds_checksum(other)) return false;
+    if (!counts_of_type_fit(parse_bp3_part(other))) return false;
+    for (std::size_t at = 0x10; at < 0x1C; ++at) {
+      other = bank_;
+      other[at] = static_cast<std::uint8_t>(other[at] + (part_.linear() ? -1 : 1));
+      if (counts_of_type_fit(parse_bp3_part(other))) return false;
+    }
+    return true;
+  }
+
+  // A count times SIP_RES is too much for `bits`: is it the order of the bytes, or which is it?
+  template <class Fits>
+  constexpr void check_pair(std::string_view symbol, std::uint32_t count, unsigned bits,
+                            Fits fits) const {
+    const bool scale = symbol == "MT_CNT";
+    const std::uint32_t count_swapped = bytes_swapped(count, 4);
+    const std::uint32_t res_swapped = bytes_swapped(part_.sip_res, 4);
+    const auto with = [&](std::uint32_t new_count, std::uint32_t new_res) {
+      Bp3Part other = part_;
+      (scale ? other.mt_cnt : other.sip_cnt) = new_count;
+      other.sip_res = new_res;
+      return fits(other);
+    };
+    const bool res_order = with(count, res_swapped);
+    const bool count_order = with(count_swapped, part_.sip_res);
+    const bool both = !res_order && !count_order && with(count_swapped, res_swapped);
+    if (count_order || both) {
+      report_(EdsProblem::little_endian, symbol, count, "SIP_RES", count_swapped);
+    }
+    if ((res_order && !count_order) || both) {
+      report_(EdsProblem::little_endian, "SIP_RES", part_.sip_res, symbol, res_swapped);
+    }
+    if (res_order || count_order || both) return;
+    const bool count_alone = !counts_fit(count_or_one(count), bits) ||
+                             (!scale && part_.co_len != 0 && !counts_fit(count, part_.co_len));
+    if (count_alone) {
+      report_(EdsProblem::count_above_length, symbol, count, "SIP_RES", part_.sip_res);
+    } else {
+      report_(EdsProblem::count_above_length, "SIP_RES", part_.sip_res, symbol, count);
+    }
+  }
+
+  constexpr void check_polynomial() const {
+    const std::uint32_t stored = part_.cpoly;
+    constexpr std::uint32_t due = crc6.polynomial >> 1U;
+    if (stored == due) return;
+    // Where nobody checks there need not be a polynomial.
+    if (stored == 0 && id_.profile() == Profile::bp3 && id_.crc_is_data()) return;
+    if (bytes_swapped(stored, 4) == due) {
+      report_(EdsProblem::little_endian, "CPOLY", stored, {}, due);
+    } else if (is_full_form_of_known(stored)) {
+      report_(EdsProblem::polynomial_full_form, "CPOLY", stored, {}, stored >> 1U);
+    } else {
+      report_(EdsProblem::polynomial, "CPOLY", stored, {}, due);
+    }
+  }
+
+  // No encoder works above this; with the bytes turned round it may be an ordinary temperature.
+  static constexpr std::uint32_t plausible_kelvin_max = 1000;
+
+  constexpr bool kelvin_swapped(std::string_view symbol, std::uint32_t value) const {
+    const std::uint32_t swapped = bytes_swapped(value, 2);
+    if (options_.absent(value, ones16) || value <= plausible_kelvin_max || swapped == 0 ||
+        swapped > plausible_kelvin_max) {
+      return false;
+    }
+    report_(EdsProblem::little_endian, symbol, value, {}, swapped);
+    return true;
+  }
+
+  constexpr void check_orders() const {
+    const bool low = kelvin_swapped("TMP_MIN", part_.tmp_min);
+    const bool high = kelvin_swapped("TMP_MAX", part_.tmp_max);
+    if (!low && !high) {
+      check_order("TMP_MIN", part_.tmp_min, "TMP_MAX", part_.tmp_max, ones16, options_, report_);
+    }
+    check_order("VLT_MIN", part_.vlt_min, "VLT_MAX", part_.vlt_max, ones16, options_, report_);
+  }
+
+  const EdsBank& bank_;
+  Bp3Part part_;
+  ProfileIdentifier id_;
+  const Bp3Context& context_;
+  const EdsCheckOptions& options_;
+  const Report& report_;
+};
+
+}  // namespace eds_detail
+
+/// Reports all that is wrong with a BP3 part. A field is reported once; what merely follows from
+/// another finding is not.
+template <EdsSink Sink>
+constexpr void check_bp3_part(const EdsBank& bank, Sink&& sink, const Bp3Context& context = {},
+                              const EdsCheckOptions& options = {}) {
+  const eds_detail::PartReport<std::remove_reference_t<Sink>> report{sink, EdsPart::bp3,
+                                                                     context.channel};
+  eds_detail::Bp3Check(bank, context, options, report).run();
+}
+
 namespace eds_detail {
 
 constexpr bool is_useless(const EdsBank& bank) {

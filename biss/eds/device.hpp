@@ -8,20 +8,432 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string_view>
 #include <type_traits>
 
 #include "biss/base/result.hpp"
 #include "biss/base/units.hpp"
-#include "biss/eds/device_channel.hpp"
-#include "biss/eds/reader.hpp"
-#include "biss/eds/remark.hpp"
-#include "biss/eds/scale.hpp"
+#include "biss/eds/bp3_part.hpp"
+#include "biss/eds/common_part.hpp"
+#include "biss/eds/field.hpp"
+#include "biss/eds/image.hpp"
+#include "biss/eds/profile.hpp"
 #include "biss/frame/format.hpp"
 #include "biss/timing/device_timing.hpp"
+
+namespace biss {
+
+// ----
+// What describing a device from its data sheet came across, and how the data sheet is overridden.
+
+/// A single field set by hand, because what the device holds is wrong.
+struct EdsOverride {
+  EdsPart part = EdsPart::common;
+  /// The data channel whose BP3 part is meant; the common part's symbols carry theirs.
+  std::uint8_t channel = 0;
+  std::string_view symbol{};
+  std::uint32_t value = 0;
+};
+
+/// One enumerator a reason to say something.
+enum class EdsRemarkKind : std::uint8_t {
+  overridden,  ///< `used` instead of what the bank holds
+  disagrees,   ///< another source says something else and is believed: `used`
+  repaired,    ///< a usual mistake read as what it means: `used`
+  not_usable,  ///< no sense can be made of it; the profile's or the widest value stands in
+  not_given,   ///< the same, because nothing is stored
+  undivided,   ///< the lengths do not fit DL: the position is not divided into turns
+  hypothesis,  ///< used, in a unit or a layout that no source confirms
+  doubtful,    ///< the identifier's format: doubt_of() says why
+  order,       ///< several channels: which is first on the line is an assumption
+};
+
+inline constexpr std::size_t eds_remark_count = 9;
+
+/// The name scripts see, the same as the enumerator's.
+constexpr std::string_view name_of(EdsRemarkKind kind) {
+  constexpr std::array<std::string_view, eds_remark_count> names{
+      "overridden", "disagrees",  "repaired", "not_usable", "not_given",
+      "undivided",  "hypothesis", "doubtful", "order"};
+  return names[static_cast<std::size_t>(kind)];
+}
+
+/// What a user is told, without a full stop.
+constexpr std::string_view text_of(EdsRemarkKind kind) {
+  constexpr std::array<std::string_view, eds_remark_count> texts{
+      "overridden by hand",
+      "another source says otherwise and is believed",
+      "a usual mistake, read as what it means",
+      "not usable, the default stands in",
+      "not given, the default stands in",
+      "MT_LEN, CO_LEN and FI_LEN do not fit DL, the position is left undivided",
+      "used, though no source confirms its unit or place",
+      "what the identifier means is not beyond doubt",
+      "that the highest channel comes first on the line is an assumption"};
+  return texts[static_cast<std::size_t>(kind)];
+}
+
+/// A remark. Text is static, but for the symbol of an override, which is the caller's.
+struct EdsRemark {
+  EdsPart part = EdsPart::common;
+  std::uint8_t channel = 0;
+  std::string_view symbol{};
+  EdsRemarkKind kind = EdsRemarkKind::overridden;
+  /// Raw, as in the bank.
+  std::uint32_t stored = 0;
+  /// Raw; 0 where a default stands in.
+  std::uint32_t used = 0;
+};
+
+/// What takes the remarks, one by one.
+template <class T>
+concept EdsRemarkSink = std::invocable<T&, const EdsRemark&>;
+
+/// What no document settles.
+struct EdsDeviceOptions {
+  /// C = 1: whether DL counts the CRC (ProfileOptions::length_counts_crc), and whether to check it.
+  bool check_crc_in_data = false;
+  bool length_counts_crc = true;
+  /// Use the times whose unit is a hypothesis (biss/eds/common_part.hpp); false leaves them at the widest
+  /// that BiSS C allows.
+  bool use_hypotheses = true;
+  /// Channel i is the slave's with the i-th ID, and the highest ID comes first on the line.
+  bool highest_channel_first = true;
+};
+
+/// Why a data sheet describes no device.
+enum class EdsDeviceCause : std::uint8_t {
+  no_channel,        ///< DC_NUM is 0, or nothing was read
+  unknown_channel,   ///< no source says how many bits a channel has
+  actuator,          ///< a channel carries data to the device
+  unknown_override,  ///< no such symbol, or a value wider than its field
+  override_unread,   ///< the part to override was not read
+};
+
+inline constexpr std::size_t eds_device_cause_count = 5;
+
+/// What a user is told, without a full stop.
+constexpr std::string_view text_of(EdsDeviceCause cause) {
+  constexpr std::array<std::string_view, eds_device_cause_count> texts{
+      "the data sheet has no data channel", "no source says how many bits this channel has",
+      "this channel carries data to the device, which is not supported",
+      "no field with this symbol takes this value", "the part with this field was not read"};
+  return texts[static_cast<std::size_t>(cause)];
+}
+
+struct EdsDeviceError {
+  EdsDeviceCause cause = EdsDeviceCause::no_channel;
+  /// The channel; for an override its index.
+  std::uint8_t index = 0;
+
+  constexpr bool operator==(const EdsDeviceError&) const = default;
+};
+
+}  // namespace biss
+
+namespace biss::eds_detail {
+
+// ----
+// A data sheet with single fields overridden.
+
+class EdsReader {
+ public:
+  constexpr EdsReader(const EdsImage& image, std::span<const EdsOverride> overrides)
+      : image_(image), overrides_(overrides) {}
+
+  constexpr const EdsImage& image() const { return image_; }
+
+  // Whether every override can be made; says what it replaces.
+  template <class Sink>
+  constexpr Result<bool, EdsDeviceError> announce(Sink& sink) const {
+    for (std::size_t i = 0; i < overrides_.size(); ++i) {
+      const EdsOverride& each = overrides_[i];
+      const auto index = static_cast<std::uint8_t>(i);
+      const EdsField* field = find_field(fields_of(each.part), each.symbol);
+      if (field == nullptr || each.value > field->all_ones()) {
+        return failure(EdsDeviceError{EdsDeviceCause::unknown_override, index});
+      }
+      const EdsBank* bank = bank_of(each);
+      if (bank == nullptr) return failure(EdsDeviceError{EdsDeviceCause::override_unread, index});
+      sink(EdsRemark{each.part, each.channel, field->symbol, EdsRemarkKind::overridden,
+                     field_value(*bank, *field), each.value});
+    }
+    return true;
+  }
+
+  constexpr bool overrides(EdsPart part, std::size_t channel, std::string_view symbol) const {
+    for (const EdsOverride& each : overrides_) {
+      if (each.part == part && (part == EdsPart::common || each.channel == channel) &&
+          each.symbol == symbol) {
+        return true;
+      }
+    }
+    return false;
+  }
+
+  // \pre image().common is not null
+  constexpr CommonPart common() const {
+    return parse_common_part(overridden(*image_.common, EdsPart::common, 0));
+  }
+  // \pre image().profiles[channel] is not null
+  constexpr Bp3Part bp3(std::size_t channel) const {
+    return parse_bp3_part(overridden(*image_.profiles[channel], EdsPart::bp3, channel));
+  }
+
+ private:
+  constexpr const EdsBank* bank_of(const EdsOverride& each) const {
+    if (each.part == EdsPart::common) return image_.common;
+    if (each.channel >= max_channels) return nullptr;
+    return image_.profiles[each.channel];
+  }
+
+  constexpr EdsBank overridden(EdsBank bank, EdsPart part, std::size_t channel) const {
+    for (const EdsOverride& each : overrides_) {
+      if (each.part != part || (part == EdsPart::bp3 && each.channel != channel)) continue;
+      const EdsField* field = find_field(fields_of(part), each.symbol);
+      // announce() has refused what cannot be set.
+      if (field != nullptr) static_cast<void>(set_field(bank, *field, each.value));
+    }
+    return bank;
+  }
+
+  const EdsImage& image_;
+  std::span<const EdsOverride> overrides_;
+};
+
+// ----
+// The format of one data channel, from whatever the data sheet and the registers say of it.
+
+// The CRC of a polynomial stored without its lowest bit; no CRC when none of 3 to 16 bits.
+constexpr CrcSpec crc_of_stored(std::uint32_t stored, std::uint32_t start) {
+  const unsigned width = stored_crc_bits(stored);
+  if (width < min_crc_bits || width > max_crc_bits) return {};
+  return {.polynomial = stored << 1U | 1U,
+          .start = static_cast<std::uint16_t>(start),
+          .width_bits = static_cast<std::uint8_t>(width)};
+}
+
+template <class Sink>
+class ChannelReader {
+ public:
+  using Answer = Result<ChannelFormat, EdsDeviceError>;
+
+  constexpr ChannelReader(const EdsReader& from, std::size_t number, const EdsDeviceOptions& chosen,
+                          Sink& sink)
+      : reader_(from),
+        index_(number),
+        options_{chosen.check_crc_in_data, chosen.length_counts_crc},
+        sink_(sink) {
+    const EdsImage& image = from.image();
+    if (image.common != nullptr) common_ = from.common().channels[number];
+    if (image.profiles[number] == nullptr) return;
+    if (profile_part(image, number) == EdsPart::bp3) {
+      part_ = from.bp3(number);
+    } else {
+      raw_ = from.bp3(number);
+    }
+  }
+
+  constexpr Answer run() {
+    if (common_ && common_->actuator()) return fail(EdsDeviceCause::actuator);
+    const std::uint16_t identifier = chosen_identifier();
+    const auto channel = profile_channel(identifier, options_);
+    if (!channel.ok()) {
+      if (identifier != 0) remark_part(EdsRemarkKind::not_usable, "BP_ID", identifier, 0);
+      return from_lengths();
+    }
+    const ProfileIdentifier id{identifier};
+    if (!doubt_of(id).empty()) {
+      remark_part(EdsRemarkKind::doubtful, "BP_ID", identifier, identifier);
+    }
+    ChannelFormat format = *channel;
+    if (id.profile() == Profile::bp3 && part_) refine(format);
+    compare_with_common(id, format);
+    if (raw_) use_raw_crc(format);
+    return format;
+  }
+
+ private:
+  constexpr Answer fail(EdsDeviceCause cause) const {
+    return failure(EdsDeviceError{cause, static_cast<std::uint8_t>(index_)});
+  }
+  constexpr void remark(EdsPart part, EdsRemarkKind kind, std::string_view symbol,
+                        std::uint32_t stored, std::uint32_t used) const {
+    sink_(EdsRemark{part, static_cast<std::uint8_t>(index_), symbol, kind, stored, used});
+  }
+  constexpr void remark_part(EdsRemarkKind kind, std::string_view symbol, std::uint32_t stored,
+                             std::uint32_t used) const {
+    remark(raw_ ? EdsPart::raw : EdsPart::bp3, kind, symbol, stored, used);
+  }
+  constexpr bool common_overrides(unsigned which) const {
+    return reader_.overrides(EdsPart::common, 0, channel_symbols[index_][which]);
+  }
+
+  // What is set by hand first, then the registers, then the bank. A DLEN_i set by hand replaces DL.
+  constexpr std::uint16_t chosen_identifier() const {
+    const auto registers = reader_.image().identifiers[index_];
+    std::uint16_t stored = part_ ? part_->bp_id : raw_ ? raw_->bp_id : std::uint16_t{0};
+    if (is_swapped_bp3(stored)) {
+      const auto meant = static_cast<std::uint16_t>(bytes_swapped(stored, 2));
+      remark_part(EdsRemarkKind::repaired, "BP_ID", stored, meant);
+      stored = meant;
+    }
+    std::uint16_t used = stored;
+    if (registers && *registers != 0 &&
+        !(part_ && reader_.overrides(EdsPart::bp3, index_, "BP_ID"))) {
+      used = *registers;
+      if ((part_ || raw_) && used != stored) {
+        remark_part(EdsRemarkKind::disagrees, "BP_ID", stored, used);
+      }
+    }
+    const ProfileIdentifier id{used};
+    if (common_ && common_overrides(1) && id.profile() == Profile::bp3) {
+      const bool counted = id.crc_is_data() && options_.length_counts_crc;
+      const unsigned length = common_->dlen + (counted ? crc6.width_bits : 0U);
+      used = static_cast<std::uint16_t>((used & 0xFF80U) | (length & 0x7FU));
+    }
+    return used;
+  }
+
+  // Without a usable identifier: the lengths of the BP3 part, else DLEN_i with its two flags.
+  constexpr Answer from_lengths() {
+    const bool by_hand = common_ && common_overrides(1);
+    if (part_ && !by_hand && part_->position_bits() >= 1 &&
+        part_->position_bits() + 2 <= bp3_max_data_bits) {
+      ChannelFormat format = position_channel(part_->position_bits(), 0, 0, crc6);
+      refine(format);
+      return format;
+    }
+    if (!common_ || common_->dlen == 0 || common_->dlen > max_data_bits) {
+      return fail(EdsDeviceCause::unknown_channel);
+    }
+    ChannelFormat format;
+    format.data_bits = common_->dlen;
+    if (common_->dlen >= 2) format = position_channel(common_->dlen - 2U, 0, 0, {});
+    format.crc =
+        crc_of_stored(repaired(EdsPart::common, channel_symbols[index_][3], common_->cpoly), 0);
+    if (raw_) {
+      use_raw_crc(format);
+    } else if (!format.crc.present()) {
+      remark(EdsPart::common, EdsRemarkKind::not_given, channel_symbols[index_][3], common_->cpoly,
+             0);
+    }
+    return format;
+  }
+
+  constexpr void refine(ChannelFormat& format) const {
+    divide(format);
+    set_flags(format);
+    if (!format.crc.present()) return;
+    const std::uint32_t stored = repaired(EdsPart::bp3, "CPOLY", part_->cpoly);
+    const CrcSpec crc = crc_of_stored(stored, part_->cstart);
+    if (!crc.present()) {
+      remark(EdsPart::bp3, EdsRemarkKind::not_usable, "CPOLY", part_->cpoly, 0);
+    } else {
+      format.crc = crc;
+    }
+    if (part_->cstart > format.crc.mask()) {
+      remark(EdsPart::bp3, EdsRemarkKind::not_usable, "CSTART", part_->cstart, 0);
+      format.crc.start = 0;
+    }
+  }
+
+  // Turns above singleturn, where the lengths fit; a scale has no turns.
+  constexpr void divide(ChannelFormat& format) const {
+    if (part_->position_bits() != format.position.bits) {
+      remark(EdsPart::bp3, EdsRemarkKind::undivided, "MT_LEN", part_->position_bits(),
+             format.position.bits);
+      return;
+    }
+    const unsigned singleturn = unsigned{part_->co_len} + part_->fi_len;
+    if (part_->linear() || part_->mt_len == 0) return;
+    const std::uint8_t shift = format.position.shift;
+    format.position = {};
+    if (singleturn != 0) format.singleturn = {shift, static_cast<std::uint8_t>(singleturn)};
+    format.multiturn = {static_cast<std::uint8_t>(shift + singleturn), part_->mt_len};
+  }
+
+  // Table B: 1 is nE, 2 is nW, 0 any value.
+  constexpr void set_flags(ChannelFormat& format) const {
+    const std::uint8_t first = format.error.shift;
+    const std::uint8_t second = format.warning.shift;
+    if (part_->fb1 > 2 || part_->fb2 > 2 || (part_->fb1 == part_->fb2 && part_->fb1 != 0)) {
+      const bool first_wrong = part_->fb1 != 1;
+      remark(EdsPart::bp3, EdsRemarkKind::not_usable, first_wrong ? "FB1" : "FB2",
+             first_wrong ? part_->fb1 : part_->fb2, 0);
+      return;
+    }
+    const auto flag = [&](unsigned function) -> FlagField {
+      if (part_->fb1 == function) return {.shift = first, .present = true};
+      if (part_->fb2 == function) return {.shift = second, .present = true};
+      return {};
+    };
+    format.error = flag(1);
+    format.warning = flag(2);
+  }
+
+  // A polynomial in full form, or with its bytes turned round, as what it was meant to be.
+  constexpr std::uint32_t repaired(EdsPart part, std::string_view symbol,
+                                   std::uint32_t stored) const {
+    std::uint32_t meant = stored;
+    if (is_full_form_of_known(stored)) meant = stored >> 1U;
+    if (part == EdsPart::bp3 && bytes_swapped(stored, 4) == crc6.polynomial >> 1U) {
+      meant = crc6.polynomial >> 1U;
+    }
+    if (meant != stored) remark(part, EdsRemarkKind::repaired, symbol, stored, meant);
+    return meant;
+  }
+
+  // The profile is believed, unless the common part's field is set by hand.
+  constexpr void compare_with_common(ProfileIdentifier id, ChannelFormat& format) const {
+    if (!common_) return;
+    const auto& symbols = channel_symbols[index_];
+    // With C = 1 the sources do not say whether DLEN_i counts the CRC.
+    const bool same =
+        common_->dlen == format.data_bits ||
+        (id.crc_is_data() && common_->dlen == id.data_length()) ||
+        (id.crc_is_data() && unsigned{common_->dlen} + crc6.width_bits == id.data_length());
+    if (!same && common_->dlen != 0) {
+      remark(EdsPart::common, EdsRemarkKind::disagrees, symbols[1], common_->dlen,
+             format.data_bits);
+    }
+    if (!format.crc.present() || common_->cpoly == 0) return;
+    if (common_overrides(3)) {
+      const CrcSpec crc = crc_of_stored(common_->cpoly, format.crc.start);
+      if (crc.present()) format.crc = crc;
+    } else if (common_->cpoly != format.crc.polynomial >> 1U) {
+      remark(EdsPart::common, EdsRemarkKind::disagrees, symbols[3], common_->cpoly,
+             format.crc.polynomial >> 1U);
+    }
+  }
+
+  // NXP's driver reads CPOLY and CSTART at BP3's addresses whatever the profile.
+  constexpr void use_raw_crc(ChannelFormat& format) const {
+    if (raw_->cpoly == 0 || raw_->cpoly == format.crc.polynomial >> 1U) return;
+    const CrcSpec crc = crc_of_stored(raw_->cpoly, raw_->cstart);
+    // A format that carries its CRC as data keeps it so, and a start value must fit.
+    const bool carried = !format.crc.present() && format.life_counter.present();
+    if (!crc.present() || carried || raw_->cstart > crc.mask()) return;
+    remark(EdsPart::raw, EdsRemarkKind::hypothesis, "CPOLY", raw_->cpoly, raw_->cpoly);
+    format.crc = crc;
+  }
+
+  const EdsReader& reader_;
+  std::size_t index_;
+  ProfileOptions options_;
+  Sink& sink_;
+  std::optional<CommonChannel> common_{};
+  std::optional<Bp3Part> part_{};
+  std::optional<Bp3Part> raw_{};  // read as if it had BP3's layout, for its CRC only
+};
+
+}  // namespace biss::eds_detail
 
 namespace biss {
 
@@ -42,7 +454,7 @@ struct EdsDevice {
 constexpr DeviceTiming timing_at(const EdsDevice& device, Hertz clock) {
   DeviceTiming timing = device.timing;
   const Picoseconds busy_s = std::int64_t{device.busy_s_clocks} * period_of(clock);
-  timing.ack_max = std::min(timing.ack_max + busy_s, biss_busy_max);
+  timing.ack_max = std::min(std::min(timing.ack_max, biss_busy_max) + busy_s, biss_busy_max);
   return timing;
 }
 
@@ -51,8 +463,8 @@ namespace eds_detail {
 template <class Sink>
 class TimingReader {
  public:
-  constexpr TimingReader(const CommonPart& part, const EdsDeviceOptions& options, Sink& sink)
-      : part_(part), options_(options), sink_(sink) {}
+  constexpr TimingReader(const CommonPart& part, const EdsDeviceOptions& chosen, Sink& sink)
+      : part_(part), options_(chosen), sink_(sink) {}
 
   constexpr void fill(EdsDevice& device) const {
     DeviceTiming& timing = device.timing;

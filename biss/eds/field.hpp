@@ -2,12 +2,14 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string_view>
 
 #include "biss/base/bits.hpp"
+#include "biss/crc/spec.hpp"
 #include "biss/eds/bank.hpp"
 
 namespace biss {
@@ -45,7 +47,7 @@ enum class EdsUnit : std::uint8_t {
   bank_number,
   bits,
   clocks,     ///< of MA
-  time_step,  ///< of its own: biss/eds/scale.hpp
+  time_step,  ///< of its own: biss/eds/common_part.hpp
   milliseconds,
   per_revolution_or_nanometre,  ///< signal periods a revolution; length of a signal period
   lsb,
@@ -156,20 +158,33 @@ struct EdsField {
   constexpr bool may_be_absent() const { return min == 1 && max == all_ones() - 1; }
 };
 
+namespace eds_detail {
+
+constexpr std::uint32_t number_at(const EdsBank& bank, std::size_t address, std::size_t bytes) {
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < bytes; ++i) value = value << 8U | bank[address + i];
+  return value;
+}
+
+constexpr void put_number(EdsBank& bank, std::size_t address, std::size_t bytes,
+                          std::uint32_t value) {
+  for (std::size_t i = bytes; i-- > 0; value >>= 8U) {
+    bank[address + i] = static_cast<std::uint8_t>(value);
+  }
+}
+
+}  // namespace eds_detail
+
 /// The value of a field, whatever it is.
 constexpr std::uint32_t field_value(const EdsBank& bank, const EdsField& field) {
-  std::uint32_t value = 0;
-  for (unsigned i = 0; i < field.bytes; ++i) value = value << 8U | bank[field.address + i];
-  return value;
+  return eds_detail::number_at(bank, field.address, field.bytes);
 }
 
 /// Writes a field, whatever its range; the checksum is left to sealed(). False, and nothing
 /// written, when the value has more bits than the field.
 [[nodiscard]] constexpr bool set_field(EdsBank& bank, const EdsField& field, std::uint32_t value) {
   if (value > field.all_ones()) return false;
-  for (unsigned i = field.bytes; i-- > 0; value >>= 8U) {
-    bank[field.address + i] = static_cast<std::uint8_t>(value);
-  }
+  eds_detail::put_number(bank, field.address, field.bytes, value);
   return true;
 }
 
@@ -212,3 +227,65 @@ constexpr bool covers_the_bank(std::span<const EdsField> fields) {
 
 }  // namespace eds_detail
 }  // namespace biss
+
+namespace biss::eds_detail {
+
+// ----
+// How the struct of a part and its bank become each other: member by member in address order.
+
+// `part.members(visit)` names every member in the order of the addresses; a member's type says how
+// many bytes it has.
+template <class Part>
+constexpr Part parsed(const EdsBank& bank) {
+  Part part;
+  std::size_t at = 0;
+  Part::members(part, [&]<class Member>(Member& member) {
+    member = static_cast<Member>(number_at(bank, at, sizeof(Member)));
+    at += sizeof(Member);
+  });
+  return part;
+}
+
+template <class Part>
+constexpr EdsBank built(const Part& part) {
+  EdsBank bank{};
+  std::size_t at = 0;
+  Part::members(part, [&]<class Member>(const Member& member) {
+    put_number(bank, at, sizeof(Member), member);
+    at += sizeof(Member);
+  });
+  return bank;
+}
+
+// A polynomial of BiSS as it stands in code, with the lowest bit that the data sheet leaves out.
+constexpr bool is_full_form_of_known(std::uint32_t stored) {
+  constexpr std::uint32_t ccitt = 0x11021;  // in BP3's history, 0x8810 (Rev A2)
+  if (stored == ccitt) return true;
+  for (unsigned width = min_crc_bits; width <= max_crc_bits; ++width) {
+    if (stored != 0 && stored == default_polynomial(width)) return true;
+  }
+  return false;
+}
+
+// Width of the CRC whose polynomial is stored without its lowest bit.
+constexpr unsigned stored_crc_bits(std::uint32_t stored) {
+  return static_cast<unsigned>(std::bit_width(stored));
+}
+
+// Whether struct and table agree on every boundary.
+template <class Part>
+constexpr bool matches(std::span<const EdsField> fields) {
+  const Part part{};
+  std::size_t row = 0;
+  std::size_t at = 0;
+  bool same = true;
+  Part::members(part, [&]<class Member>(const Member&) {
+    same = same && row < fields.size() && fields[row].address == at &&
+           fields[row].bytes == sizeof(Member);
+    ++row;
+    at += sizeof(Member);
+  });
+  return same && row == fields.size() && at == eds_bank_bytes && covers_the_bank(fields);
+}
+
+}  // namespace biss::eds_detail

@@ -11,7 +11,7 @@
 #include "biss/eds/bp3_part.hpp"
 #include "biss/eds/common_part.hpp"
 #include "biss/eds/field.hpp"
-#include "biss/eds/profile_identifier.hpp"
+#include "biss/eds/profile.hpp"
 #include "biss/frame/format.hpp"
 
 namespace biss {

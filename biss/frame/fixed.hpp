@@ -14,6 +14,17 @@
 
 namespace biss {
 
+namespace frame_detail {
+
+template <class Crc, std::size_t Channels>
+constexpr auto engines_of(const FrameFormat& format) {
+  std::array<Crc, Channels> engines{};
+  for (std::size_t k = 0; k < Channels; ++k) engines[k] = Crc(format.channel_list[k].crc);
+  return engines;
+}
+
+}  // namespace frame_detail
+
 /// As a FrameCodec of `Format`; nothing of the format is read from memory.
 ///
 ///   constexpr auto format = parse_format("pos26,nE,nW,crc6;cds0").value();
@@ -44,11 +55,7 @@ class FixedCodec {
   static constexpr FrameFormat format_ = Format;
   static constexpr frame_detail::WordPlan plan_{Format};
   static constexpr unsigned payload_bits_ = Format.payload_bits();
-  static constexpr auto engines_ = [] {
-    std::array<Crc, Format.channel_count> engines{};
-    for (std::size_t k = 0; k < engines.size(); ++k) engines[k] = Crc(Format.channel_list[k].crc);
-    return engines;
-  }();
+  static constexpr auto engines_ = frame_detail::engines_of<Crc, Format.channel_count>(Format);
 };
 
 /// One channel of `Format`, for where its place is known and nothing has to be searched: behind a

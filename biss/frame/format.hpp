@@ -15,7 +15,9 @@ namespace biss {
 /// BiSS addresses at most 8 slaves at once (protocol description D2).
 inline constexpr std::size_t max_channels = 8;
 inline constexpr unsigned max_channel_bits = max_data_bits + max_crc_bits;
-/// BiSS Safety's counter has 6 bits; anything up to this many is accepted.
+/// Width of the sign-of-life counter of BiSS Safety (Safety Concept A5, Renishaw's data sheet).
+inline constexpr unsigned safety_counter_bits = 6;
+/// Widest sign-of-life counter that a format may have.
 inline constexpr unsigned max_life_counter_bits = 32;
 
 /// A run of bits in a channel's data word. `shift` counts from the last data bit (the one just

@@ -5,7 +5,7 @@
 #include <array>
 #include <string_view>
 
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "biss/safety/setup.hpp"
 
 namespace biss {
@@ -91,7 +91,8 @@ inline constexpr std::array safety_configurations{
                         safety_detail::two_cycles),
 };
 
-/// The configuration of that name, null when there is none. Names are compared exactly.
+/// The configuration of that name, null when there is none. Names are compared exactly. The pointer
+/// keeps all configurations in the program: firmware calls safety_configuration().
 constexpr const SafetyConfiguration* find_safety_configuration(std::string_view name) {
   for (const SafetyConfiguration& each : safety_configurations) {
     if (each.name == name) return &each;
@@ -107,7 +108,7 @@ void no_safety_configuration_of_this_name();
 }  // namespace safety_detail
 
 /// The configuration of that name while compiling; a name that is none stops the build.
-consteval const SafetyConfiguration& safety_configuration(std::string_view name) {
+consteval SafetyConfiguration safety_configuration(std::string_view name) {
   const SafetyConfiguration* found = find_safety_configuration(name);
   if (found == nullptr) safety_detail::no_safety_configuration_of_this_name();
   return *found;

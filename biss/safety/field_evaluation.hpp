@@ -3,22 +3,122 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "biss/base/bits.hpp"
 #include "biss/base/result.hpp"
 #include "biss/frame/decode.hpp"
-#include "biss/safety/judgement.hpp"
-#include "biss/safety/life_counter.hpp"
 #include "biss/safety/plan.hpp"
+#include "biss/safety/setup.hpp"
+#include "biss/safety/verdict.hpp"
 
 namespace biss {
+
+// ----
+// The sign of life against what is expected; what a wrong one may mean; and which range a device
+// uses.
+
+class LifeCounter {
+ public:
+  constexpr explicit LifeCounter(CounterMode mode)
+      : first_(mode == CounterMode::count_1_63   ? 1
+               : mode == CounterMode::count_0_63 ? 0
+                                                 : unknown) {}
+
+  /// The next value begins the sequence anew. What is known of the range stays.
+  constexpr void lose_place() {
+    last_ = none;
+    rollovers_ = 0;
+  }
+
+  /// Whether a counter with this value may come next.
+  /// \param value 0…63
+  /// \param missed frames since the last accepted one that were not accepted
+  /// \return safe, or one of the counter_ causes
+  constexpr SafetyVerdict judge(std::uint8_t value, unsigned missed,
+                                const SafetyCounter& setup) const {
+    // Nearly always so.
+    if (missed == 0 && value == last_ + 1U) return SafetyVerdict::safe;
+    if (last_ == none) {
+      return first_ == 1 && value == 0 ? SafetyVerdict::counter_mode : SafetyVerdict::safe;
+    }
+    if (fits(value, missed, setup.missed, first_of(value))) return SafetyVerdict::safe;
+    if (value == last_) return SafetyVerdict::counter_repeated;
+    // While the range is being learned this is none that a value fits.
+    const unsigned other_first = 1U - first_;
+    if (!confirmed_ && fits(value, missed, setup.missed, other_first)) {
+      return SafetyVerdict::counter_mode;
+    }
+    return cause_of(value, missed, setup.near_frames);
+  }
+
+  /// Takes a value that was judged safe.
+  constexpr void accept(std::uint8_t value, unsigned missed, std::uint8_t learn_rollovers) {
+    if (last_ == highest && missed == 0) {
+      if (first_ == unknown) {
+        rollovers_ = value == candidate_ ? static_cast<std::uint8_t>(rollovers_ + 1U) : 1;
+        candidate_ = value;
+        if (rollovers_ >= learn_rollovers) first_ = value;
+      }
+      confirmed_ = first_ != unknown;
+    }
+    last_ = value;
+  }
+
+  /// The range the device uses: set up, or learned; none as long as it is not known.
+  constexpr std::optional<CounterMode> mode() const {
+    if (first_ == unknown) return std::nullopt;
+    return first_ == 1 ? CounterMode::count_1_63 : CounterMode::count_0_63;
+  }
+
+ private:
+  static constexpr std::uint8_t unknown = 2;
+  static constexpr std::uint8_t highest = 63;
+  static constexpr std::uint8_t none = 0xFF;
+
+  // The lowest value of the range to judge by. Where it is being learned the counter may roll over
+  // either way.
+  constexpr unsigned first_of(std::uint8_t value) const {
+    if (first_ != unknown) return first_;
+    return value == 1 ? 1 : 0;
+  }
+
+  // Frames from the last value to this one, 0 for the same.
+  constexpr unsigned ahead(unsigned value, unsigned first) const {
+    return value >= last_ ? value - last_ : value + 64U - first - last_;
+  }
+
+  constexpr bool fits(std::uint8_t value, unsigned missed, MissedFrames rule,
+                      unsigned first) const {
+    if (value < first) return false;
+    const unsigned frames = ahead(value, first);
+    const unsigned least = rule == MissedFrames::perhaps ? 1 : missed + 1U;
+    return frames >= least && frames <= missed + 1U;
+  }
+
+  constexpr SafetyVerdict cause_of(std::uint8_t value, unsigned missed, unsigned near) const {
+    const unsigned first = first_of(value);
+    if (value < first) return SafetyVerdict::counter_foreign;
+    const unsigned frames = ahead(value, first);
+    if (frames <= missed) return SafetyVerdict::counter_backwards;
+    if (frames <= missed + 1U + near) return SafetyVerdict::counter_skipped;
+    const unsigned behind = 64U - first - frames;
+    return behind <= near ? SafetyVerdict::counter_backwards : SafetyVerdict::counter_foreign;
+  }
+
+  std::uint8_t first_;
+  std::uint8_t last_ = none;
+  std::uint8_t candidate_ = unknown;
+  std::uint8_t rollovers_ = 0;
+  bool confirmed_ = false;
+};
 
 /// Fields by shift and mask, the comparison modulo the range, the counter by the distance from the
 /// last value.
 template <class Plan>
 class FieldEvaluation {
  public:
-  constexpr explicit FieldEvaluation(const SafetySetup& setup) : counter_(setup.counter.mode) {}
+  constexpr explicit FieldEvaluation(const SafetySetup& chosen) : counter_(chosen.counter.mode) {}
 
   /// \param bits SLO once a MA clock, as for find_start()
   // Kept apart: inlined into one function the evaluations take each other's registers.

@@ -42,7 +42,7 @@ class SafetyPlan {
 /// Known at compile time: it takes no memory but flash, and a mistake in the setup stops the build
 /// with the sentence below that names it.
 ///
-///   constexpr auto& type = safety_configuration("fs-36-28");
+///   constexpr auto type = safety_configuration("fs-36-28");
 ///   SafetyMonitor<FixedSafetyPlan<type.frame_format(), type.setup>> monitor;
 template <FrameFormat Format, SafetySetup Setup, class Crc = CrcFast>
 class FixedSafetyPlan {

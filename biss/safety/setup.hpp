@@ -113,9 +113,6 @@ constexpr unsigned counter_period(CounterMode mode) {
   return mode == CounterMode::count_0_63 ? 64 : 63;
 }
 
-/// The counter's width on the line (Safety Concept A5, Renishaw's data sheet).
-inline constexpr unsigned safety_counter_bits = 6;
-
 /// Why a setup and a format cannot be monitored.
 enum class SafetySetupError : std::uint8_t {
   channels,      ///< a word is not in the frame, or both are the same channel

@@ -10,14 +10,181 @@
 // Bits and their numbers: biss/control/control_frame.hpp.
 #pragma once
 
+#include <array>
+#include <concepts>
 #include <cstdint>
 #include <optional>
 
 #include "biss/control/control_frame.hpp"
-#include "biss/control/control_header.hpp"
-#include "biss/slave/command_answer.hpp"
-#include "biss/slave/id_assignment.hpp"
-#include "biss/slave/register_owner.hpp"
+
+namespace biss {
+
+// ----
+// What a register server asks of the device it speaks for.
+//
+//   struct Registers {
+//     bool permits(unsigned slave, RegisterAccess access, std::uint8_t address);
+//     std::optional<std::uint8_t> read(unsigned slave, std::uint8_t address);
+//     bool ready(unsigned slave);
+//     void write(unsigned slave, std::uint8_t address, std::uint8_t value);
+//     bool accepts(unsigned slave, ControlCommand command, bool broadcast);
+//     void execute(unsigned slave, ControlCommand command, bool broadcast);
+//   };
+//
+// All are called from within the server's cdm(), which a Slave calls when its timeout is over: the
+// answer goes out with the next frame, so they must be short. `slave` counts within the device.
+
+/// The owner of a register server; see the top of this file.
+///
+/// * `permits`: asked at R and W for the first address, and for each further one when the byte
+/// before
+///   it is done (that makes P). False: refused; the protocol has one word for protected and absent.
+/// * `read`: the byte to send; nothing: busy, asked again with the next frame, for as long as the
+///   master waits (20 ms by D2).
+/// * `ready`: whether the next byte of a sequential write may come; asked again with the next
+/// frame.
+///   The first byte cannot be delayed, it is not asked for that: a device that is still busy with
+///   an earlier write keeps the byte, or does not permit.
+/// * `write`: a byte whose CRC was right.
+/// * `accepts`: whether it would execute the command; asked once for each slave addressed, and at a
+///   broadcast once for each slave of the device. `execute` follows where the master says so.
+template <class Owner>
+concept RegisterOwner = requires(Owner owner, unsigned slave, std::uint8_t byte) {
+  { owner.permits(slave, RegisterAccess::read, byte) } -> std::same_as<bool>;
+  { owner.read(slave, byte) } -> std::same_as<std::optional<std::uint8_t>>;
+  { owner.ready(slave) } -> std::same_as<bool>;
+  owner.write(slave, byte, byte);
+  { owner.accepts(slave, ControlCommand::channels, true) } -> std::same_as<bool>;
+  owner.execute(slave, ControlCommand::channels, true);
+};
+
+/// How a register server behaves where devices differ.
+struct RegisterServerOptions {
+  /// R = W says "refused" (D2). Old devices repeat W as it was sent; their start bit never comes.
+  bool w_inversion = true;
+  /// S of every byte but the first comes this many frames later than it could (an iC-MHM: 1; AN22).
+  std::uint16_t busy_frames = 0;
+  /// P = 1 behind so many bytes of one access (D2: up to 64).
+  std::uint8_t sequence_bytes = sequential_max_bytes;
+};
+
+}  // namespace biss
+
+namespace biss::slave_detail {
+
+// ----
+// Who has which ID in this control frame: told by the bits IDL0 … IDL8 on CDS.
+
+/// The IDs of one device. A slave without one that sees 0 at IDL index k takes ID k and makes it 1;
+/// one that sees 1 waits. Assigned anew in every control frame (D2).
+template <unsigned Ids>
+class IdAssignment {
+  static_assert(Ids >= 1 && Ids <= control_max_slaves);
+
+ public:
+  constexpr void begin() {
+    slave_of_.fill(none);
+    next_ = 0;
+    skip_silent();
+  }
+
+  /// The bit to send at this index, 0 … 8. \param predecessor the bit that came at it
+  constexpr bool take(unsigned index, bool predecessor) {
+    if (predecessor) return true;
+    if (index >= control_max_slaves) return next_ < Ids;  // IDL8: there are more
+    if (slave_of_[index] != none) return true;
+    if (next_ == Ids) return false;
+    slave_of_[index] = next_++;
+    skip_silent();
+    return true;
+  }
+
+  /// The device's slave with this ID.
+  constexpr std::optional<unsigned> slave_of(unsigned id) const {
+    if (slave_of_[id] == none) return std::nullopt;
+    return slave_of_[id];
+  }
+
+  /// A silent slave takes no ID, from the next control frame on.
+  constexpr void silence(unsigned slave) {
+    silent_ = static_cast<std::uint8_t>(silent_ | 1U << slave);
+  }
+  constexpr void admit_all() { silent_ = 0; }
+  constexpr bool is_silent(unsigned slave) const { return (silent_ >> slave & 1U) != 0; }
+
+ private:
+  static constexpr std::uint8_t none = 0xFF;
+
+  constexpr void skip_silent() {
+    while (next_ < Ids && is_silent(next_)) ++next_;
+  }
+
+  std::array<std::uint8_t, control_max_slaves> slave_of_{};
+  std::uint8_t next_ = 0;  // the slave that takes the next ID
+  std::uint8_t silent_ = 0;
+};
+
+// ----
+// A command's bits behind its header: IDA and EX, or EX at once where all slaves are meant.
+
+template <RegisterOwner Owner, unsigned Ids>
+class CommandAnswer {
+ public:
+  constexpr void begin(const ControlHeader& header) {
+    command_ = header.command;
+    slaves_ = header.slaves;
+    accepted_ = 0;
+    index_ = control_bit::header_end;
+    done_ = false;
+  }
+
+  /// The next CDM bit. \return the CDS bit with its index
+  constexpr bool take(bool bit, IdAssignment<Ids>& ids, Owner& owner) {
+    const unsigned index = index_++;
+    if (index == (slaves_ == 0 ? control_bit::ex_broadcast : control_bit::ex_addressed)) {
+      done_ = true;
+      if (bit) slaves_ == 0 ? execute_by_all(ids, owner) : execute(ids, owner);
+      return false;
+    }
+    done_ = bit != (index == control_bit::header_end);  // S, then zeros
+    return !done_ && slaves_ != 0 && answer(index - control_bit::ida, ids, owner);
+  }
+
+  /// Executed, dropped or broken off.
+  constexpr bool done() const { return done_; }
+
+ private:
+  constexpr bool answer(unsigned id, const IdAssignment<Ids>& ids, Owner& owner) {
+    const std::optional<unsigned> slave = ids.slave_of(id);
+    if (!slave || (slaves_ >> id & 1U) == 0) return false;
+    if (!owner.accepts(*slave, command_, false)) return false;
+    accepted_ = static_cast<std::uint8_t>(accepted_ | 1U << *slave);
+    return true;
+  }
+
+  constexpr void execute(IdAssignment<Ids>& ids, Owner& owner) {
+    for (unsigned slave = 0; slave < Ids; ++slave) {
+      if ((accepted_ >> slave & 1U) == 0) continue;
+      if (command_ == ControlCommand::control) ids.silence(slave);
+      owner.execute(slave, command_, false);
+    }
+  }
+
+  constexpr void execute_by_all(IdAssignment<Ids>& ids, Owner& owner) {
+    if (command_ == ControlCommand::control) ids.admit_all();
+    for (unsigned slave = 0; slave < Ids; ++slave) {
+      if (owner.accepts(slave, command_, true)) owner.execute(slave, command_, true);
+    }
+  }
+
+  ControlCommand command_ = ControlCommand::channels;
+  std::uint8_t slaves_ = 0;    // bit k: ID k; 0: all
+  std::uint8_t accepted_ = 0;  // bit k: this device's slave k
+  std::uint8_t index_ = 0;
+  bool done_ = true;
+};
+
+}  // namespace biss::slave_detail
 
 namespace biss {
 
@@ -30,8 +197,8 @@ namespace biss {
 template <RegisterOwner Owner, unsigned Ids = 1>
 class RegisterServer {
  public:
-  constexpr explicit RegisterServer(Owner owner, const RegisterServerOptions& options = {})
-      : owner_(owner), options_(options) {}
+  constexpr explicit RegisterServer(Owner owner, const RegisterServerOptions& chosen = {})
+      : owner_(owner), options_(chosen) {}
 
   /// The CDS bit of the frame under way. Frames that end before CDS do not ask.
   /// \param predecessor what SLI brought, false where the device is not chained

@@ -12,15 +12,287 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <string_view>
+#include <utility>
 
-#include "biss/slave/chain_bits.hpp"
-#include "biss/slave/payload_bits.hpp"
-#include "biss/slave/release_timer.hpp"
-#include "biss/slave/slave_state.hpp"
-#include "biss/slave/slave_timing.hpp"
+#include "biss/base/bit_buffer.hpp"
+#include "biss/base/units.hpp"
+#include "biss/frame/codec.hpp"
+#include "biss/frame/format.hpp"
+#include "biss/timing/device_timing.hpp"
 #include "biss/timing/step.hpp"
+
+namespace biss {
+
+// ----
+// How one slave behaves in time: a device of a type that DeviceTiming describes, with one value
+// where the type has a range.
+
+/// The defaults: position taken at LAT, an answer ready at once, the longest timeout.
+struct SlaveTiming {
+  /// From the first rising edge of MA (LAT) to the moment whose position is sent; not negative.
+  Picoseconds sampling{};
+  /// From LAT: START never comes before; nor before the sampling moment.
+  Picoseconds start_min{};
+  /// From the second rising edge (ACK) until the answer is ready: START comes with the first rising
+  /// edge at that moment or later, the third at the earliest.
+  Picoseconds ready{};
+  /// Clocks of ACK where the device always takes the same, in place of start_min and ready; 0: not
+  /// fixed.
+  std::uint16_t ack_clocks = 0;
+  /// START comes this many clocks later than it could ("busy_s").
+  std::uint8_t busy_s_clocks = 0;
+  /// By the rule `cycle` the time is to be longer than 1.5 periods of MA.
+  Timeout timeout{};
+  /// The timeout while the period of MA is not yet measured, where the rule is `adaptive`; and the
+  /// longest that a measured one can be, so that MA held high always ends a frame.
+  Picoseconds static_timeout = biss_static_timeout_max;
+  /// SLI comes from another slave. False: SLI is tied low, and this slave makes START and STOP.
+  bool chained = false;
+
+  constexpr bool operator==(const SlaveTiming&) const = default;
+};
+
+/// A typical device of this type.
+/// \param ready from ACK until it has its answer; more than the type's longest is cut to that
+constexpr SlaveTiming slave_timing(const DeviceTiming& timing, Picoseconds ready = {}) {
+  return {.sampling = timing.sampling_typical,
+          .start_min = timing.start_min,
+          .ready = std::min(ready, timing.ack_max),
+          .ack_clocks = timing.ack_clocks,
+          .timeout = timing.timeout};
+}
+
+// ----
+// What a slave waits for, and what it asks of its owner.
+
+/// What a slave waits for.
+enum class SlaveState : std::uint8_t {
+  idle,           ///< a falling edge of MA; SLO is 1
+  requested,      ///< LAT, the first rising edge; SLO is still 1
+  latched,        ///< ACK, the second rising edge; SLO is still 1
+  ack,            ///< its answer, and the predecessor's START; SLO is 0
+  start,          ///< the clock that sends CDS
+  data,           ///< the clocks that send its own bits
+  stop,           ///< the timeout; SLO is 0, or what a predecessor sends
+  early_request,  ///< as `stop`: a request came before the timeout was over, and is not answered
+  chain_busy,     ///< SLI = 1: its own timeout is over, a predecessor's is not; SLO is 0
+};
+
+inline constexpr std::size_t slave_state_count = 9;
+
+/// The name users see, the same as the enumerator's.
+constexpr std::string_view name_of(SlaveState state) {
+  constexpr std::array<std::string_view, slave_state_count> names{
+      "idle", "requested", "latched",       "ack",       "start",
+      "data", "stop",      "early_request", "chain_busy"};
+  return names[static_cast<std::size_t>(state)];
+}
+
+/// The owner of a slave; see the top of this file.
+///
+/// `cds(predecessor)` gives the bit to send; `predecessor` is what SLI brought, 0 where the slave
+/// is not chained. An owner with nothing of its own to say returns it. `cdm()` is told when the
+/// timeout after an ACK is over, also when the clock had stopped early: a frame may end without
+/// `cds()`.
+template <class Source, class Codec>
+concept SlaveSource = requires(Source source, Picoseconds moment) {
+  { source.sample(moment) } -> std::convertible_to<typename Codec::Frame>;
+  { source.cds(true) } -> std::same_as<bool>;
+  source.cdm(true);
+};
+
+// ----
+// What a chained slave has heard from its predecessor and not yet passed on.
+
+/// Enough for CDS and the widest payload of all others, behind a START that had to wait as long as
+/// BiSS C allows. A power of two.
+inline constexpr std::size_t slave_chain_bits = 1024;
+static_assert(slave_chain_bits >= 1 + (max_channels - 1) * max_channel_bits + biss_ack_max_clocks);
+
+namespace slave_detail {
+
+/// From START on first in, first out; a full one drops what comes, an empty one gives 0, as a line
+/// after STOP.
+template <std::size_t CapacityBits>
+class ChainBits {
+  static_assert(CapacityBits % 32 == 0);
+
+ public:
+  constexpr void clear() {
+    first_ = size_ = 0;
+    heard_ = Heard::nothing;
+  }
+
+  /// SLI as it is at a falling edge. START is the first 1 behind a 0; it is made anew, not stored.
+  constexpr void hear(bool sli) {
+    if (heard_ == Heard::start) {
+      push(sli);
+    } else if (!sli) {
+      heard_ = Heard::ack;
+    } else if (heard_ == Heard::ack) {
+      heard_ = Heard::start;
+    }
+  }
+  constexpr bool started() const { return heard_ == Heard::start; }
+
+  constexpr bool pop() {
+    if (size_ == 0) return false;
+    const std::size_t at = first_;
+    first_ = (first_ + 1U) % CapacityBits;
+    --size_;
+    return ((words_[at / 32U] >> (at % 32U)) & 1U) != 0;
+  }
+
+ private:
+  // What the predecessor has sent.
+  enum class Heard : std::uint8_t { nothing, ack, start };
+
+  constexpr void push(bool bit) {
+    if (size_ == CapacityBits) return;
+    const std::size_t at = (first_ + size_++) % CapacityBits;
+    const std::uint32_t mask = std::uint32_t{1} << (at % 32U);
+    std::uint32_t& word = words_[at / 32U];
+    word = bit ? word | mask : word & ~mask;
+  }
+
+  std::array<std::uint32_t, CapacityBits / 32U> words_{};
+  std::size_t first_ = 0;
+  std::size_t size_ = 0;
+  Heard heard_ = Heard::nothing;
+};
+
+/// A slave that stands alone has none.
+template <>
+class ChainBits<0> {
+ public:
+  constexpr void clear() {}
+  constexpr void hear(bool) {}
+  constexpr bool started() const { return false; }
+  constexpr bool pop() { return false; }
+};
+
+}  // namespace slave_detail
+
+}  // namespace biss
+
+namespace biss::slave_detail {
+
+// ----
+// A sampled position as the bits that go out.
+
+/// All channels of one frame, each with its CRC, in the order on the line.
+template <class Codec>
+class PayloadBits {
+ public:
+  using Frame = typename Codec::Frame;
+
+  constexpr void clear() {
+    bits_.clear();
+    loaded_bits_ = 0;
+    word_ = empty;
+  }
+
+  constexpr void take(const Codec& codec, const Frame& frame) {
+    clear();
+    const FrameFormat& format = codec.format();
+    for (std::size_t k = 0; k < format.channel_count; ++k) {
+      const ChannelFormat& channel = format.channel_list[k];
+      const std::uint64_t data = pack(channel, frame.channel_list[k]);
+      bits_.append(data, channel.data_bits);
+      if (channel.crc.present()) bits_.append(codec.crc(k, data), channel.crc.width_bits);
+    }
+  }
+
+  /// Makes up to 63 more bits ready; false when all have been sent.
+  /// \pre none is ready
+  constexpr bool load() {
+    const auto count =
+        static_cast<unsigned>(std::min<std::size_t>(63, bits_.size_bits() - loaded_bits_));
+    if (count == 0) return false;
+    word_ = (bits_.view().word(loaded_bits_, count) * 2U + 1U) << (63U - count);
+    loaded_bits_ = static_cast<std::uint16_t>(loaded_bits_ + count);
+    return true;
+  }
+
+  /// Gives the next bit that is ready; false: none is, and `bit` is as it was.
+  constexpr bool next(bool& bit) {
+    const std::uint64_t rest = word_ << 1U;
+    if (rest == 0) return false;
+    bit = (word_ & empty) != 0;
+    word_ = rest;
+    return true;
+  }
+
+ private:
+  static constexpr std::size_t channels = std::tuple_size_v<decltype(Frame::channel_list)>;
+
+  BitBuffer<channels * max_channel_bits> bits_;
+  // The bits that are ready from the top down, and a 1 behind the last.
+  static constexpr std::uint64_t empty = std::uint64_t{1} << 63U;
+  std::uint64_t word_ = empty;
+  std::uint16_t loaded_bits_ = 0;
+};
+
+// ----
+// When a frame is over: the three rules for the timeout as one, "not before `floor`, and not sooner
+// after the last edge of MA than `wait`".
+
+class ReleaseTimer {
+ public:
+  /// A request begins: MA's period is not known yet.
+  constexpr void begin(const SlaveTiming& timing, Picoseconds now) {
+    restart(timing, now);
+    wait_ = Picoseconds{};
+    if (timing.timeout.rule == TimeoutRule::fixed) wait_ = timing.timeout.time;
+    if (timing.timeout.rule == TimeoutRule::adaptive) wait_ = timing.static_timeout;
+  }
+
+  /// The second rising edge of MA, 1.5 periods after the begin.
+  constexpr void measure(const SlaveTiming& timing, Picoseconds now) {
+    reference_ = std::min(now - floor_begin_, timing.static_timeout);
+    if (timing.timeout.rule == TimeoutRule::cycle) wait_ = release_wait(timing.timeout);
+    if (timing.timeout.rule == TimeoutRule::adaptive) {
+      wait_ = std::min(reference_ + timing.timeout.time, timing.static_timeout);
+    }
+  }
+
+  /// The time of a cycle counts from here.
+  constexpr void restart(const SlaveTiming& timing, Picoseconds now) {
+    floor_begin_ = now;
+    floor_ = timing.timeout.rule == TimeoutRule::cycle ? now + timing.timeout.time : now;
+  }
+
+  /// The end of the frame when no edge follows this one.
+  constexpr Picoseconds after(Picoseconds edge) const { return std::max(floor_, edge + wait_); }
+  /// The same, where the end without this edge is known.
+  constexpr void extend(Picoseconds& end, Picoseconds edge) const {
+    const std::int64_t extended = edge.count + wait_.count;
+    if (extended > end.count) [[unlikely]]
+      end.count = extended;
+  }
+  /// 1.5 periods of MA.
+  constexpr Picoseconds reference() const { return reference_; }
+
+ private:
+  // As release_time(), from the 1.5 periods that were measured: half a period is a third of them. A
+  // microcontroller would call a division of 64 bits; this is exact up to 2 ms.
+  constexpr Picoseconds release_wait(const Timeout& timeout) const {
+    const Picoseconds half{(reference_.count * 0x5555'5556) >> 32U};
+    return reference_ + half * (timeout.release_half_periods - std::int64_t{3});
+  }
+
+  Picoseconds floor_{};
+  Picoseconds wait_{};
+  Picoseconds floor_begin_{};
+  Picoseconds reference_{};
+};
+
+}  // namespace biss::slave_detail
 
 namespace biss {
 

@@ -62,14 +62,19 @@ constexpr Picoseconds timeout_after(const Timeout& timeout, Picoseconds period,
 /// each of LAT, ACK, START, CDS and STOP (one more for each further slave), the payload, and on top
 /// processing time, line delay and timeout, each rounded up to whole clocks. Where ACK is fixed in
 /// clocks it is just that. A timeout from the start of the request is not rounded; where the frame
-/// outlasts it, release_time() is counted.
-/// \pre clock is not 0 Hz, line_delay is not negative
+/// outlasts it, release_time() is counted. A time above a day (`never`, say) counts as a day.
+/// \pre clock is not 0 Hz, no time is negative, frame has at most max_payload_bits and 8 slaves
 constexpr CycleBudget cycle_budget(const FrameLength& frame, const DeviceTiming& timing,
                                    Hertz clock, Picoseconds line_delay) {
+  constexpr Picoseconds day = milliseconds(86'400'000);
+  line_delay = std::min(line_delay, day);
+  Timeout timeout = timing.timeout;
+  timeout.time = std::min(timeout.time, day);
   CycleBudget budget;
   const Picoseconds period = period_of(clock);
   const std::int64_t processing_clocks =
-      timing.ack_clocks != 0 ? timing.ack_clocks - 1 : clocks_to_cover(timing.ack_max, period);
+      timing.ack_clocks != 0 ? timing.ack_clocks - 1
+                             : clocks_to_cover(std::min(timing.ack_max, day), period);
   const std::int64_t ack_clocks =
       1 + processing_clocks + (std::int64_t{std::max(frame.slaves, 1U)} - 1);
   budget.period = period;
@@ -84,8 +89,8 @@ constexpr CycleBudget cycle_budget(const FrameLength& frame, const DeviceTiming&
 
   // Up to the last edge of MA: for CDM 1 that is the falling one behind the last clock.
   const Picoseconds elapsed = budget.clocks_to_send * period;
-  budget.timeout = timeout_after(timing.timeout, period, elapsed);
-  budget.idle = std::max(timing.cycle_min - elapsed - budget.timeout, Picoseconds{});
+  budget.timeout = timeout_after(timeout, period, elapsed);
+  budget.idle = std::max(std::min(timing.cycle_min, day) - elapsed - budget.timeout, Picoseconds{});
   budget.total = elapsed + budget.timeout + budget.idle;
   budget.request_rate_max = {
       static_cast<std::uint32_t>(picoseconds_per_second / budget.total.count)};

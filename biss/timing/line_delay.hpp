@@ -39,9 +39,13 @@ constexpr std::string_view name_of(LineDelayError error) {
 constexpr Result<Picoseconds, LineDelayError> measure_line_delay(Picoseconds second_rising_ma,
                                                                  Picoseconds first_falling_slo) {
   if (first_falling_slo < second_rising_ma) return failure(LineDelayError::before_request);
-  const Picoseconds delay = first_falling_slo - second_rising_ma;
-  if (delay > biss_line_delay_max) return failure(LineDelayError::too_long);
-  return delay;
+  // Of two times at opposite ends of their range the signed difference does not fit.
+  const std::uint64_t delay = static_cast<std::uint64_t>(first_falling_slo.count) -
+                              static_cast<std::uint64_t>(second_rising_ma.count);
+  if (delay > static_cast<std::uint64_t>(biss_line_delay_max.count)) {
+    return failure(LineDelayError::too_long);
+  }
+  return picoseconds(static_cast<std::int64_t>(delay));
 }
 
 /// A line delay from several measurements.

@@ -9,7 +9,7 @@
 
 #include "biss/catalogue/catalogue.hpp"
 #include "biss/eds/profile.hpp"
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "biss/safety/configurations.hpp"
 #include "cli/common/quantity.hpp"
 #include "cli/common/verb.hpp"

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "biss/catalogue/catalogue.hpp"
-#include "biss/frame/format_print.hpp"
+#include "biss/frame/format_text.hpp"
 #include "biss/safety/configurations.hpp"
 
 namespace biss::cli {

@@ -245,7 +245,7 @@ std::string line_bits(const FrameFormat& format, const Frame& frame, const Plain
   if (!bits.ok()) return out;
   const std::size_t start = std::size_t{frame.lead_clocks} + frame.ack_clocks;
   const BitView line = bits->view().from(start).first(2 + format.payload_bits());
-  for (std::size_t i = 0; i < line.size_bits(); ++i) out.push_back(line.bit(i) ? '1' : '0');
+  for (std::size_t i = 0; i < line.size_bits(); ++i) out.push_back(line[i] ? '1' : '0');
   return out;
 }
 

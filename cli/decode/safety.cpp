@@ -92,7 +92,7 @@ BitBuffer<decode::RawBits::capacity_bits + 2> bits_of(const decode::Cycle& cycle
   }
   bits.append(0b10, 2);
   const BitView raw = cycle.raw.view();
-  for (std::size_t at = 0; at < raw.size_bits(); ++at) bits.append(raw.bit(at));
+  for (std::size_t at = 0; at < raw.size_bits(); ++at) bits.append(raw[at]);
   return bits;
 }
 

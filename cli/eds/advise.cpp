@@ -9,7 +9,7 @@
 
 #include "biss/eds/advise.hpp"
 #include "biss/eds/device.hpp"
-#include "biss/frame/format_print.hpp"
+#include "biss/frame/format_text.hpp"
 #include "biss/timing/cable.hpp"
 #include "cli/common/format_option.hpp"
 #include "cli/common/verb.hpp"

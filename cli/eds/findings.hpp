@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "biss/eds/finding.hpp"
+#include "biss/eds/check.hpp"
 #include "cli/common/output.hpp"
 #include "dump/data_sheet.hpp"
 #include "report/table.hpp"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "biss/eds/remark.hpp"
+#include "biss/eds/device.hpp"
 #include "cli/common/exit_status.hpp"
 #include "dump/data_sheet.hpp"
 #include "dump/register_dump.hpp"

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "biss/eds/device.hpp"
-#include "biss/frame/format_print.hpp"
+#include "biss/frame/format_text.hpp"
 #include "cli/common/format_option.hpp"
 #include "cli/common/quantity.hpp"
 #include "cli/eds/value.hpp"

@@ -5,8 +5,7 @@
 #include <vector>
 
 #include "biss/eds/common_part.hpp"
-#include "biss/eds/profile_identifier.hpp"
-#include "biss/eds/scale.hpp"
+#include "biss/eds/profile.hpp"
 #include "cli/common/quantity.hpp"
 
 namespace biss::cli {

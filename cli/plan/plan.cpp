@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "biss/frame/format_print.hpp"
+#include "biss/frame/format_text.hpp"
 #include "biss/timing/cable.hpp"
 #include "biss/timing/cycle.hpp"
 #include "biss/timing/line_delay.hpp"

@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "biss/frame/format_print.hpp"
+#include "biss/frame/format_text.hpp"
 #include "biss/safety/configurations.hpp"
 #include "cli/safety/campaign_plan.hpp"
 #include "cli/safety/evidence.hpp"

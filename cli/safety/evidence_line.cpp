@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "biss/frame/format_print.hpp"
+#include "biss/frame/format_text.hpp"
 #include "cli/common/quantity.hpp"
 #include "cli/safety/evidence.hpp"
 #include "cli/simulate/setup.hpp"

@@ -5,7 +5,7 @@
 #include <iterator>
 #include <regex>
 
-#include "biss/frame/format_print.hpp"
+#include "biss/frame/format_text.hpp"
 #include "biss/safety/configurations.hpp"
 #include "cli/common/quantity.hpp"
 #include "cli/safety/campaign_plan.hpp"

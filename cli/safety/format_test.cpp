@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "biss/catalogue/catalogue.hpp"
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 
 namespace biss::cli {
 namespace {

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "biss/control/register_map.hpp"
-#include "biss/frame/format_print.hpp"
+#include "biss/frame/format_text.hpp"
 #include "cli/common/format_option.hpp"
 #include "cli/common/quantity.hpp"
 #include "report/summary.hpp"

@@ -9,7 +9,7 @@
 
 #include "biss/eds/device.hpp"
 #include "biss/eds/profile.hpp"
-#include "biss/frame/format_print.hpp"
+#include "biss/frame/format_text.hpp"
 #include "cli/common/message.hpp"
 #include "cli/common/quantity.hpp"
 #include "cli/eds/source.hpp"

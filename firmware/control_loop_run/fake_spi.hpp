@@ -11,7 +11,7 @@
 
 namespace control_loop_run {
 
-inline constexpr const biss::CatalogueEntry& encoder = *biss::find_encoder("resolute-26");
+inline constexpr biss::CatalogueEntry encoder = biss::catalogue_encoder("resolute-26");
 inline constexpr biss::Picoseconds ma_period = biss::period_of(biss::megahertz(10));
 inline constexpr biss::SpiSetup setup{.period = ma_period,
                                       .line_delay = {.max = biss::nanoseconds(700)}};

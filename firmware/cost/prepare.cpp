@@ -72,7 +72,7 @@ void word(Sample& sample, Random& random) {
   sample.index = random.below(48U * 8U - 28U + 1U);
   sample.expected = 0;
   for (std::uint32_t i = 0; i < 28; ++i) {
-    sample.expected = sample.expected * 2U + (sample.bits().bit(sample.index + i) ? 1U : 0U);
+    sample.expected = sample.expected * 2U + (sample.bits()[sample.index + i] ? 1U : 0U);
   }
 }
 

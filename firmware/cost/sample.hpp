@@ -22,7 +22,7 @@
 
 namespace cost {
 
-inline constexpr const biss::CatalogueEntry& encoder = *biss::find_encoder("resolute-26");
+inline constexpr biss::CatalogueEntry encoder = biss::catalogue_encoder("resolute-26");
 inline constexpr biss::FrameFormat format = encoder.frame_format();
 inline constexpr biss::SpiSetup setup{.period = biss::period_of(biss::megahertz(10)),
                                       .line_delay = {.max = biss::nanoseconds(700)}};
@@ -54,11 +54,11 @@ inline constexpr biss::MasterSetup master_setup{.period = setup.period, .timing 
 inline constexpr biss::Picoseconds master_line_delay = biss::nanoseconds(20);
 
 inline constexpr biss::FrameFormat safety_format =
-    biss::find_safety_configuration("fs-36-28")->frame_format();
+    biss::safety_configuration("fs-36-28").frame_format();
 inline constexpr biss::SafetySetup safety_setup = [] {
-  biss::SafetySetup safety = biss::find_safety_configuration("fs-36-28")->setup;
+  biss::SafetySetup safety = biss::safety_configuration("fs-36-28").setup;
   // Asked again only when SLO is high.
-  safety.bounds = biss::spi_bounds(setup, biss::find_encoder("fs-36-28")->timing);
+  safety.bounds = biss::spi_bounds(setup, biss::catalogue_encoder("fs-36-28").timing);
   safety.bounds.late_max_clocks = 0;
   return safety;
 }();

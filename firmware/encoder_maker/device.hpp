@@ -17,7 +17,7 @@
 #include "biss/eds/bank.hpp"
 #include "biss/eds/bp3_part.hpp"
 #include "biss/eds/common_part.hpp"
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "biss/slave/banked_registers.hpp"
 
 namespace encoder_maker {

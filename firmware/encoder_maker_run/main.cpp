@@ -128,7 +128,7 @@ void frame() {
   } else {
     ++line.summary.short_frames;
   }
-  const bool cds = bits.view().bit(3);
+  const bool cds = bits.view()[3];
   const bool cdm =
       line.session.step(line.board.time, begun ? (cds ? biss::CdsBit::one : biss::CdsBit::zero)
                                                : biss::CdsBit::missing);

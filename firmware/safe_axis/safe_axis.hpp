@@ -16,7 +16,7 @@
 
 #include "biss/base/bits.hpp"
 #include "biss/base/units.hpp"
-#include "biss/safety/judgement.hpp"
+#include "biss/safety/verdict.hpp"
 #include "firmware/control_loop/encoder_axis.hpp"
 
 namespace safe_axis {

@@ -18,7 +18,7 @@
 namespace safe_axis_run {
 namespace {
 
-constexpr auto& type = biss::safety_configuration("fs-36-28");
+constexpr auto type = biss::safety_configuration("fs-36-28");
 using Plan = biss::FixedSafetyPlan<type.frame_format(), type.setup>;
 using biss::SafetyVerdict;
 

@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "biss/frame/frame.hpp"
-#include "biss/safety/judgement.hpp"
 #include "biss/safety/setup.hpp"
 #include "biss/safety/verdict.hpp"
 
@@ -144,7 +143,7 @@ TEST(SafetyDocuments, EveryName_StandsOnThePage) {
   for (std::size_t i = 0; i < transmission_error_count; ++i) {
     has_row(std::string(name_of(static_cast<TransmissionError>(i))));
   }
-  const auto states = enumerators_of("biss/safety/judgement.hpp", "SafetyState");
+  const auto states = enumerators_of("biss/safety/verdict.hpp", "SafetyState");
   EXPECT_EQ(states.size(), 4U);
   for (const std::string& name : states) has_row(name);
   for (const char* name : {"CounterMode", "MissedFrames", "MultiturnRule", "SafetySetupError"}) {

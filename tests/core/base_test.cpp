@@ -2,6 +2,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 
 #include "biss/base/bit_buffer.hpp"
@@ -27,14 +28,14 @@ static_assert(half(-1).error() == Cause::small);
 /// The contract of word(), read one bit at a time.
 std::uint64_t plain_word(const BitView& view, std::size_t index, unsigned count) {
   std::uint64_t value = 0;
-  for (unsigned i = 0; i < count; ++i) value = (value << 1U) | (view.bit(index + i) ? 1U : 0U);
+  for (unsigned i = 0; i < count; ++i) value = (value << 1U) | (view[index + i] ? 1U : 0U);
   return value;
 }
 
 /// The contract of find(), read one bit at a time.
 std::size_t plain_find(const BitView& view, bool level, std::size_t from) {
   for (std::size_t i = from; i < view.size_bits(); ++i) {
-    if (view.bit(i) == level) return i;
+    if (view[i] == level) return i;
   }
   return view.size_bits();
 }
@@ -91,6 +92,21 @@ BISS_TEST(Units, RateOfPeriod_RoundsAndSaturates) {
   BISS_EXPECT_EQ(rate_of(picoseconds(-5)).count, 0);
   BISS_EXPECT_EQ(rate_of(picoseconds(1)).count, UINT32_MAX);
   BISS_EXPECT_EQ(rate_of(picoseconds(233)).count, 4'291'845'494U);
+}
+
+// A constant expression has no overflow: the compiler would refuse it.
+static_assert(megahertz(4'294) == hertz(4'294'000'000) && megahertz(5'000) == hertz_max);
+static_assert(kilohertz(4'294'967) < hertz_max && kilohertz(4'294'968) == hertz_max);
+static_assert(rate_of({std::numeric_limits<std::int64_t>::max()}) == hertz(0));
+static_assert(clocks_to_cover({std::numeric_limits<std::int64_t>::max()}, picoseconds(2)) ==
+              std::int64_t{1} << 62U);
+
+BISS_TEST(Units, RateAboveTheHighest_IsTheHighest) {
+  const std::uint32_t most = hertz_max.count;
+  for (const std::uint32_t number : {4'295U, 5'000U, most}) {
+    BISS_EXPECT(megahertz(number) == hertz_max) << number;
+  }
+  BISS_EXPECT(kilohertz(most) == hertz_max);
 }
 
 BISS_TEST(Units, ClocksToCover_RoundsUp) {
@@ -239,6 +255,25 @@ BISS_TEST(BitBuffer, AppendPastCapacity_KeepsWhatFitsAndSaysSo) {
   buffer.clear();
   BISS_EXPECT(!buffer.overflowed());
   BISS_EXPECT_EQ(buffer.size_bits(), 0);
+}
+
+constexpr bool count_above_64_puts_zeros_first() {
+  BitBuffer<100> bits;
+  bits.append(~std::uint64_t{0}, 70);
+  return bits.size_bits() == 70 && bits.view().find(true, 0) == 6 && !bits.overflowed();
+}
+static_assert(count_above_64_puts_zeros_first());
+
+BISS_TEST(BitBuffer, CountAbove64_PutsZerosBeforeTheWord) {
+  BitBuffer<80> bits;
+  bits.append(0xA5, 72);
+  BISS_EXPECT_EQ(bits.size_bits(), 72U);
+  BISS_EXPECT_EQ(bits.view().word(0, 64), 0U);
+  BISS_EXPECT_EQ(bits.view().word(64, 8), 0xA5U);
+  bits.append(~std::uint64_t{0}, 1'000);  // does not fit: its first eight bits are zeros
+  BISS_EXPECT(bits.overflowed());
+  BISS_EXPECT_EQ(bits.size_bits(), 80U);
+  BISS_EXPECT_EQ(bits.view().word(72, 8), 0U);
 }
 
 BISS_TEST(BitBuffer, RunFlipAndTruncate_ChangeOnlyTheirBits) {

@@ -7,7 +7,7 @@
 #include "biss/frame/codec.hpp"
 #include "biss/frame/decode.hpp"
 #include "biss/frame/encode.hpp"
-#include "biss/frame/format_print.hpp"
+#include "biss/frame/format_text.hpp"
 #include "tests/core/test.hpp"
 
 namespace biss {

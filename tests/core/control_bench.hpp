@@ -7,7 +7,7 @@
 #include <optional>
 #include <string_view>
 
-#include "biss/slave/register_bank.hpp"
+#include "biss/slave/banked_registers.hpp"
 #include "biss/slave/register_server.hpp"
 
 namespace biss::test {

@@ -91,7 +91,7 @@ class ChainLine {
     const std::size_t ack = bits.view().find(false, 0);
     const std::size_t start = bits.view().find(true, ack);
     CdsBit cds = CdsBit::missing;
-    if (start + 1 < clocks) cds = bits.view().bit(start + 1) ? CdsBit::one : CdsBit::zero;
+    if (start + 1 < clocks) cds = bits.view()[start + 1] ? CdsBit::one : CdsBit::zero;
     const bool cdm = session.step(now, cds);
     if (cdm) put(false);
     wait(microseconds(16));

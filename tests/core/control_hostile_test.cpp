@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <span>
 
-#include "biss/control/control_header.hpp"
+#include "biss/control/control_frame.hpp"
 #include "biss/control/session.hpp"
 #include "tests/core/control_script.hpp"
 #include "tests/core/test.hpp"

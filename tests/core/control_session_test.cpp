@@ -7,7 +7,7 @@
 #include <string_view>
 #include <utility>
 
-#include "biss/control/control_header.hpp"
+#include "biss/control/control_frame.hpp"
 #include "tests/core/control_script.hpp"
 #include "tests/core/test.hpp"
 

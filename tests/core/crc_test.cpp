@@ -260,6 +260,20 @@ BISS_TEST(Crc, AbsentSpec_MakesEnginesThatKnowIt) {
   }
 }
 
+static_assert(CrcBitwise()(0x123, 12) == 0 && CrcTable<4>()(0x123, 12) == 0);
+
+BISS_TEST(Crc, AbsentSpec_GivesZero) {
+  const std::uint64_t data = 0x0123'4567'89AB'CDEF;
+  for (const unsigned bits : {1U, 12U, 40U, 64U}) {
+    BISS_EXPECT_EQ(CrcBitwise()(data & low_mask(bits), bits), 0) << bits;
+    BISS_EXPECT_EQ(CrcTable<4>()(data & low_mask(bits), bits), 0) << bits;
+    BISS_EXPECT_EQ(CrcTable<8>()(data & low_mask(bits), bits), 0) << bits;
+    if constexpr (on_host) {
+      BISS_EXPECT_EQ(CrcSliced()(data & low_mask(bits), bits), 0) << bits;
+    }
+  }
+}
+
 BISS_TEST(Crc, ThreeFlips_PassAsOftenAsTheCodeSays) {
   BISS_EXPECT_EQ(triples_that_pass(CrcBitwise(crc4), 0x55, 8), 17);
   BISS_EXPECT_EQ(triples_that_pass(CrcBitwise(crc4), 0x40F, 11), 35);

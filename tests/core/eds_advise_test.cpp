@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "tests/core/test.hpp"
 
 namespace biss {

@@ -9,8 +9,7 @@
 
 #include "biss/eds/advise.hpp"
 #include "biss/eds/check.hpp"
-#include "biss/frame/format_parse.hpp"
-#include "biss/frame/format_print.hpp"
+#include "biss/frame/format_text.hpp"
 #include "tests/core/eds_banks.hpp"
 #include "tests/core/test.hpp"
 

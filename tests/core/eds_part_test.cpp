@@ -7,7 +7,6 @@
 #include "biss/eds/bp3_part.hpp"
 #include "biss/eds/common_part.hpp"
 #include "biss/eds/image.hpp"
-#include "biss/eds/scale.hpp"
 #include "tests/core/eds_banks.hpp"
 #include "tests/core/test.hpp"
 

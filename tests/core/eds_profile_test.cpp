@@ -5,8 +5,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "biss/frame/format_parse.hpp"
-#include "biss/frame/format_print.hpp"
+#include "biss/frame/format_text.hpp"
 #include "tests/core/test.hpp"
 
 namespace biss {

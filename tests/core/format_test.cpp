@@ -4,9 +4,7 @@
 #include <string_view>
 
 #include "biss/frame/format.hpp"
-#include "biss/frame/format_error.hpp"
-#include "biss/frame/format_parse.hpp"
-#include "biss/frame/format_print.hpp"
+#include "biss/frame/format_text.hpp"
 #include "tests/core/test.hpp"
 
 namespace biss {

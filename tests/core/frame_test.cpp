@@ -9,7 +9,7 @@
 #include "biss/frame/codec.hpp"
 #include "biss/frame/decode.hpp"
 #include "biss/frame/encode.hpp"
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "tests/core/frames.hpp"
 #include "tests/core/test.hpp"
 
@@ -29,7 +29,7 @@ constexpr FrameFormat safety = format_of("pos28,nE,nW,crc6+pos24,nE,nW,lc6,crc16
 constexpr bool same_bits(const BitView& a, const BitView& b) {
   if (a.size_bits() != b.size_bits()) return false;
   for (std::size_t i = 0; i < a.size_bits(); ++i) {
-    if (a.bit(i) != b.bit(i)) return false;
+    if (a[i] != b[i]) return false;
   }
   return true;
 }

@@ -6,7 +6,7 @@
 
 #include "biss/base/bit_buffer.hpp"
 #include "biss/base/bits.hpp"
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "biss/frame/frame.hpp"
 
 namespace biss::test {

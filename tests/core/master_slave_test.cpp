@@ -103,7 +103,7 @@ Pair pair(const MasterSetup& setup, const SlaveTiming& timing, Picoseconds delay
           .way_back{test::DelayLine(delay - delay / 2)}};
 }
 
-constexpr DeviceTiming resolute = find_encoder("resolute-18")->timing;
+constexpr DeviceTiming resolute = catalogue_encoder("resolute-18").timing;
 
 std::uint64_t position_of(const auto& reading, std::size_t channel = 0) {
   return reading.frame.ok() ? reading.frame->channel_list[channel].position : ~std::uint64_t{0};

@@ -8,7 +8,7 @@
 #include "biss/base/bits.hpp"
 #include "biss/frame/decode.hpp"
 #include "biss/frame/encode.hpp"
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "tests/core/test.hpp"
 
 namespace {

@@ -7,7 +7,6 @@
 #include <span>
 
 #include "biss/base/big_endian.hpp"
-#include "biss/control/vendor_registers.hpp"
 #include "tests/core/test.hpp"
 
 namespace biss {

@@ -34,7 +34,7 @@ inline Line script_of(std::uint64_t position, unsigned ack = 5) {
   frame.ack_clocks = static_cast<std::uint16_t>(ack);
   const auto bits = encode_frame(frame, Codec{});
   Line line;
-  for (std::size_t i = 0; i < bits->size_bits(); ++i) line.append(bits->view().bit(i));
+  for (std::size_t i = 0; i < bits->size_bits(); ++i) line.append(bits->view()[i]);
   return line;
 }
 

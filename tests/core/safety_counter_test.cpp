@@ -1,5 +1,5 @@
 // The sign of life: every value behind every other, both ranges, learning, and a wrong setup.
-#include "biss/safety/life_counter.hpp"
+#include "biss/safety/field_evaluation.hpp"
 #include "tests/core/safety_bench.hpp"
 #include "tests/core/test.hpp"
 

@@ -50,7 +50,7 @@ BISS_TEST(SafetyWords, PublishedSpwOfAn21_IsTakenAndMade) {
   const FrameBits made =
       test::bits_of(plan, {.cpw = 0xD9CFE0C0U, .spw = 0xD9CFE0C0U, .life_counter = 26});
   for (std::size_t i = 0; i < line.size_bits(); ++i) {
-    BISS_EXPECT_EQ(made.view().bit(i), line.view().bit(i)) << i;
+    BISS_EXPECT_EQ(made.view()[i], line.view()[i]) << i;
   }
 }
 

@@ -1,7 +1,6 @@
 // The power-up test of the safety monitor against monitors of which one part does not work.
-#include "biss/safety/self_test.hpp"
-
 #include "biss/safety/monitor.hpp"
+
 #include "tests/core/safety_bench.hpp"
 #include "tests/core/test.hpp"
 
@@ -128,11 +127,11 @@ BISS_TEST(SafetySelfTest, OfEvaluationsThatOverlookTheLine_Fails) {
   }}));
   // STOP, and CDS behind START: 1, 0, 1.
   BISS_EXPECT(!passes({.finding = [](SafetyFinding found, const BitView& bits) {
-    if (bits.size_bits() == 101 && bits.bit(100)) found.cause = safe;
+    if (bits.size_bits() == 101 && bits[100]) found.cause = safe;
     return found;
   }}));
   BISS_EXPECT(!passes({.finding = [](SafetyFinding found, const BitView& bits) {
-    if (bits.size_bits() == 101 && bits.bit(3)) found.cause = safe;
+    if (bits.size_bits() == 101 && bits[3]) found.cause = safe;
     return found;
   }}));
 }
@@ -214,7 +213,7 @@ BISS_TEST(SafetySelfTest, OfAFrameWithMoreChannels_PassesAndKnowsWhoseCrcIsWhose
   BISS_EXPECT(blind.self_test());
   sabotage.finding = [](SafetyFinding found, const BitView& bits) {
     const std::size_t whole = 1U + 1U + 2U + 15U + 44U + 32U + 8U + 1U;
-    const bool other = bits.size_bits() == whole && !bits.bit(whole - 1U);
+    const bool other = bits.size_bits() == whole && !bits[whole - 1U];
     if (other && found.cause == no_frame) found.cause = safe;
     return found;
   };

@@ -2,7 +2,7 @@
 #include "biss/safety/setup.hpp"
 
 #include "biss/safety/configurations.hpp"
-#include "biss/safety/life_counter.hpp"
+#include "biss/safety/field_evaluation.hpp"
 #include "biss/safety/verdict.hpp"
 #include "tests/core/frames.hpp"
 #include "tests/core/test.hpp"

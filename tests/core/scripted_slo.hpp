@@ -85,7 +85,7 @@ struct ScriptedSlo {
     if (rises == 0 && ma && expires == never) return;
     expires = now + timeout;
     if (!ma) return;
-    send(now, rises < script.size_bits() && script.view().bit(rises));
+    send(now, rises < script.size_bits() && script.view()[rises]);
     ++rises;
   }
 

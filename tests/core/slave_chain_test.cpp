@@ -94,8 +94,8 @@ BISS_TEST(SlaveChain, Three_HandStartOnAndSendLastFirst) {
   chain.log[0].cds = true;
   chain.clock(5 + 2 + 3 * 13 + 3);
   expect_chain(chain, 3);
-  BISS_EXPECT(chain.bits.view().bit(5));  // CDS
-  BISS_EXPECT(!chain.bits.view().bit(5 + 3 * 13 + 1));
+  BISS_EXPECT(chain.bits.view()[5]);  // CDS
+  BISS_EXPECT(!chain.bits.view()[5 + 3 * 13 + 1]);
 }
 
 BISS_TEST(SlaveChain, LateFurtherSlave_KeepsItsPredecessorsBits) {

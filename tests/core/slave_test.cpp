@@ -261,7 +261,7 @@ BISS_TEST(Slave, ExtraClocks_AreZeros) {
   bench.clock(frame_clocks + 20);
   const BitView bits = bench.bits.view();
   for (std::size_t i = frame_clocks - 1; i < bits.size_bits(); ++i) {
-    BISS_EXPECT(!bits.bit(i)) << i;
+    BISS_EXPECT(!bits[i]) << i;
   }
   BISS_EXPECT(bench.slave.state() == SlaveState::stop);
 }

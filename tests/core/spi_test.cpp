@@ -8,7 +8,7 @@
 #include "biss/base/units.hpp"
 #include "biss/frame/codec.hpp"
 #include "biss/frame/encode.hpp"
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "biss/frame/frame.hpp"
 #include "biss/master/spi_read.hpp"
 #include "biss/timing/device_timing.hpp"
@@ -71,7 +71,7 @@ constexpr Buffer sampled(std::uint64_t position, unsigned lead, unsigned ack,
   const auto bits = encode_frame(frame, codec);
   Buffer buffer;
   buffer.append_run(false, padding);
-  for (std::size_t i = 0; i < bits->size_bits(); ++i) buffer.append(bits->view().bit(i));
+  for (std::size_t i = 0; i < bits->size_bits(); ++i) buffer.append(bits->view()[i]);
   buffer.append_run(false, Buffer::capacity_bits - buffer.size_bits());
   return buffer;
 }

@@ -1,12 +1,14 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 
 #include "biss/frame/frame.hpp"
 #include "biss/timing/cable.hpp"
 #include "biss/timing/cycle.hpp"
 #include "biss/timing/device_timing.hpp"
 #include "biss/timing/line_delay.hpp"
+#include "biss/timing/step.hpp"
 #include "tests/core/test.hpp"
 
 namespace biss {
@@ -254,6 +256,35 @@ BISS_TEST(LineDelay, EightMeasurements_GiveMeanAndSpread) {
   BISS_EXPECT_EQ(delay->measurements, 8U);
   meter.reset();
   BISS_EXPECT_EQ(meter.result(nanoseconds(100)).error(), LineDelayError::too_few);
+}
+
+constexpr Picoseconds earliest{std::numeric_limits<std::int64_t>::min()};
+static_assert(measure_line_delay(earliest, never).error() == LineDelayError::too_long);
+static_assert(measure_line_delay(never, earliest).error() == LineDelayError::before_request);
+static_assert(*measure_line_delay(earliest, earliest + microseconds(40)) == microseconds(40));
+
+BISS_TEST(LineDelay, TimesAtBothEndsOfTheirRange_AreTooLong) {
+  BISS_EXPECT(measure_line_delay(earliest, never).error() == LineDelayError::too_long);
+  BISS_EXPECT(measure_line_delay(picoseconds(-1), never).error() == LineDelayError::too_long);
+}
+
+constexpr DeviceTiming endless{
+    .ack_max = never, .timeout = {TimeoutRule::fixed, never}, .cycle_min = never};
+static_assert(ack_bounds(endless, nanoseconds(100)) == AckBounds{1, 400});
+static_assert(cycle_budget({.payload_bits = 640, .slaves = 8}, endless, hertz(1), never).total >
+              milliseconds(3 * 86'400'000LL));
+static_assert(cycle_budget({.payload_bits = 34}, endless, megahertz(10), {}).request_rate_max ==
+              hertz(0));
+
+BISS_TEST(Cycle, TimesWithoutEnd_CountAsADay) {
+  for (const TimeoutRule rule : {TimeoutRule::adaptive, TimeoutRule::fixed, TimeoutRule::cycle}) {
+    DeviceTiming timing = endless;
+    timing.timeout.rule = rule;
+    const CycleBudget budget = cycle_budget({.payload_bits = 34}, timing, hertz_max, never);
+    BISS_EXPECT(budget.total > milliseconds(86'400'000));
+    BISS_EXPECT(budget.request_rate_max == hertz(0));
+    BISS_EXPECT(!is_feasible(budget, hertz(1)));
+  }
 }
 
 BISS_TEST(LineDelay, MoreThanAQuarterPeriodFromTheMean_IsJitter) {

@@ -1,6 +1,6 @@
 // A FixedSafetyPlan for every SafetySetupError, and a name that no configuration has: none of it
 // compiles, and wrong_plans.cmake holds what the compiler says against the sentence at each line.
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "biss/safety/configurations.hpp"
 #include "biss/safety/plan.hpp"
 
@@ -61,6 +61,6 @@ constexpr auto wrong_11 = payload_bits<good, lenient>;
 // says: shorter than the counter's period
 constexpr auto wrong_12 = payload_bits<good, patient>;
 // says: no_safety_configuration_of_this_name
-constexpr auto& unknown = safety_configuration("fs-36-27");
+constexpr auto unknown = safety_configuration("fs-36-27");
 
 }  // namespace biss

@@ -7,7 +7,7 @@
 #include "biss/frame/codec.hpp"
 #include "biss/frame/decode.hpp"
 #include "biss/frame/encode.hpp"
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "tests/data/vectors.hpp"
 #include "tests/oracle/oracle.hpp"
 
@@ -18,7 +18,7 @@ std::string data_file(const char* name) { return std::string(BISS_TEST_DATA "/")
 
 std::string levels_of(const biss::BitView& view) {
   std::string levels;
-  for (std::size_t i = 0; i < view.size_bits(); ++i) levels += view.bit(i) ? '1' : '0';
+  for (std::size_t i = 0; i < view.size_bits(); ++i) levels += view[i] ? '1' : '0';
   return levels;
 }
 

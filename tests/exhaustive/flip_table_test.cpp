@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "biss/frame/slip.hpp"
+#include "lab/slip.hpp"
 #include "tests/core/test.hpp"
 #include "tests/exhaustive/scale.hpp"
 #include "tests/exhaustive/twin.hpp"

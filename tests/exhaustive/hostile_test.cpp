@@ -8,9 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "biss/frame/format_error.hpp"
-#include "biss/frame/format_parse.hpp"
-#include "biss/frame/format_print.hpp"
+#include "biss/frame/format_text.hpp"
 #include "tests/core/test.hpp"
 #include "tests/exhaustive/scale.hpp"
 #include "tests/exhaustive/twin.hpp"

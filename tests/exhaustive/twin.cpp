@@ -5,8 +5,7 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "biss/frame/format_parse.hpp"
-#include "biss/frame/format_print.hpp"
+#include "biss/frame/format_text.hpp"
 
 namespace exhaustive {
 
@@ -141,7 +140,7 @@ biss::Frame frame_of(const Sent& sent) {
 
 oracle::Bits bits_of(const biss::BitView& view) {
   oracle::Bits bits(view.size_bits());
-  for (std::size_t i = 0; i < bits.size(); ++i) bits[i] = view.bit(i);
+  for (std::size_t i = 0; i < bits.size(); ++i) bits[i] = view[i];
   return bits;
 }
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <string>
 
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "tests/core/test.hpp"
 #include "tests/exhaustive/scale.hpp"
 #include "tests/exhaustive/twin.hpp"

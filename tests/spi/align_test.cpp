@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "biss/frame/codec.hpp"
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "biss/master/spi_read.hpp"
 #include "tests/core/random.hpp"
 #include "tests/spi/effort.hpp"

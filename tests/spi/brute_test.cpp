@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "biss/frame/format_parse.hpp"
-#include "biss/frame/slip.hpp"
+#include "biss/frame/format_text.hpp"
+#include "lab/slip.hpp"
 #include "tests/spi/effort.hpp"
 #include "tests/spi/line_model.hpp"
 

@@ -14,7 +14,7 @@
 
 #include "biss/frame/codec.hpp"
 #include "biss/frame/encode.hpp"
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "biss/master/spi_read.hpp"
 #include "tests/spi/rates.hpp"
 

@@ -11,7 +11,7 @@
 #include "biss/catalogue/catalogue.hpp"
 #include "biss/frame/codec.hpp"
 #include "biss/frame/encode.hpp"
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "biss/master/spi_read.hpp"
 #include "tests/core/random.hpp"
 #include "tests/spi/effort.hpp"
@@ -25,7 +25,7 @@ using Reader = SpiReader<Codec>;
 using Read = Result<Reader::Frame, FrameFault>;
 using Samples = std::vector<std::uint8_t>;
 
-constexpr DeviceTiming renishaw = find_encoder("resolute-18")->timing;
+constexpr DeviceTiming renishaw = catalogue_encoder("resolute-18").timing;
 
 /// The same device if it were ready by another rule: there, leading zeros are never allowed.
 constexpr DeviceTiming without_cycle_time(DeviceTiming timing) {
@@ -237,7 +237,7 @@ TEST(SpiLate, OneOrTwoWrongSamples_NeverMakeAnotherStartPassThroughThis) {
         sent.channel_list[0].position = random.bits(12);
         const auto bits = encode_frame(sent, codec);
         Samples whole(reader.clocks(), 0);
-        for (std::size_t i = 0; i < bits->size_bits(); ++i) whole[i] = bits->view().bit(i) ? 1 : 0;
+        for (std::size_t i = 0; i < bits->size_bits(); ++i) whole[i] = bits->view()[i] ? 1 : 0;
         // The first sample is wrong, or zeros would not come first.
         for (std::size_t second = 0; second < whole.size(); ++second) {
           Samples damaged = whole;

@@ -1,4 +1,4 @@
-// From the exact shares of biss/frame/slip.hpp to the rate at which a damaged transfer passes.
+// From the exact shares of lab/slip.hpp to the rate at which a damaged transfer passes.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 #include "biss/frame/format.hpp"
 #include "biss/frame/frame.hpp"
-#include "biss/frame/slip.hpp"
+#include "lab/slip.hpp"
 
 namespace biss::test::spi {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "biss/frame/format_parse.hpp"
+#include "biss/frame/format_text.hpp"
 #include "biss/slave/slave.hpp"
 
 namespace timing_test {

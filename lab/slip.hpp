@@ -15,8 +15,8 @@
 
 #include "biss/base/bits.hpp"
 #include "biss/crc/engines.hpp"
-#include "biss/frame/affine.hpp"
 #include "biss/frame/format.hpp"
+#include "lab/affine.hpp"
 
 namespace biss {
 

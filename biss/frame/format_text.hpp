@@ -13,12 +13,80 @@
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
+#include <utility>
 
 #include "biss/base/result.hpp"
 #include "biss/frame/format.hpp"
-#include "biss/frame/format_error.hpp"
 
 namespace biss {
+
+// ----
+// What can be wrong with a frame format's text.
+
+/// One enumerator a mistake in the text of a frame format.
+enum class FormatMistake : std::uint8_t {
+  empty,
+  unknown_item,
+  unexpected_character,
+  width_missing,
+  width_zero,
+  width_too_large,
+  item_twice,
+  position_twice,
+  polarity_twice,
+  data_after_crc,
+  no_data_before_crc,
+  too_many_data_bits,
+  crc_width,
+  polynomial_missing,
+  number_needs_0x,
+  number_without_digits,
+  number_too_large,
+  polynomial_form,
+  start_too_large,
+  too_many_channels,
+  unknown_option,
+  option_twice,
+};
+
+inline constexpr std::size_t format_mistake_count = 22;
+
+/// The mistake, and the index of the character it is at (the text's length when something is
+/// missing at the end).
+struct FormatTextError {
+  FormatMistake mistake{};
+  std::size_t at = 0;
+
+  constexpr bool operator==(const FormatTextError&) const = default;
+};
+
+/// What a user is told, without a full stop.
+constexpr std::string_view text_of(FormatMistake mistake) {
+  constexpr std::array<std::string_view, format_mistake_count> texts{
+      "the format is empty",
+      "no such item; items are posN, mtN, stN, padN, nE, nW, E, W, lcN, crcN",
+      "unexpected character",
+      "the number of bits is missing",
+      "an item of 0 bits",
+      "too many bits for this item",
+      "this item stands in the channel already",
+      "a channel has either pos or mt and st",
+      "a flag has one polarity: nE or E, nW or W",
+      "crc must be the last item of its channel",
+      "crc has nothing to cover",
+      "a channel carries at most 64 bits before its CRC",
+      "a CRC has 3 to 16 bits",
+      "this CRC width has no usual polynomial; write crcN:0x…",
+      "write the number as 0x…",
+      "hexadecimal digits are missing",
+      "the number is too large",
+      "the polynomial must be in full form: as wide as the CRC says, top and bottom bit 1",
+      "the start value is wider than the CRC",
+      "a frame has at most 8 channels",
+      "no such option; the option is cds0",
+      "this option stands in the format already"};
+  return texts[static_cast<std::size_t>(mistake)];
+}
 
 namespace frame_detail {
 
@@ -243,6 +311,153 @@ class FormatParser {
 /// \return the format, or the mistake and the character it is at
 constexpr Result<FrameFormat, FormatTextError> parse_format(std::string_view text) {
   return frame_detail::FormatParser(text).parse();
+}
+
+namespace frame_detail {
+
+// Never defined: the compiler names it, and the mistake, where a format's text is wrong.
+template <FormatMistake Mistake>
+void this_format_text_is_wrong();
+
+template <std::size_t... Index>
+constexpr void stop_at(FormatMistake mistake, std::index_sequence<Index...>) {
+  ((static_cast<std::size_t>(mistake) == Index
+        ? this_format_text_is_wrong<static_cast<FormatMistake>(Index)>()
+        : void()),
+   ...);
+}
+
+}  // namespace frame_detail
+
+/// The format of a text while compiling; a mistake stops the build with its name.
+///
+///   constexpr FrameFormat format = frame_format("pos26,nE,nW,crc6;cds0");
+consteval FrameFormat frame_format(std::string_view text) {
+  const auto format = parse_format(text);
+  if (!format.ok()) {
+    frame_detail::stop_at(format.error().mistake, std::make_index_sequence<format_mistake_count>());
+  }
+  return *format;
+}
+
+// ----
+// The canonical text of a frame format: parse_format() of it gives the same format back.
+
+/// Text of bounded length, without heap.
+class FormatText {
+ public:
+  constexpr std::string_view view() const { return {text_.data(), size_}; }
+
+  constexpr void append(std::string_view part) {
+    for (const char c : part) text_[size_++] = c;
+  }
+
+  constexpr void append_number(std::uint32_t value, unsigned base) {
+    std::array<char, 10> digits{};
+    std::size_t count = 0;
+    do {
+      digits[count++] = "0123456789ABCDEF"[value % base];
+      value /= base;
+    } while (value != 0);
+    while (count > 0) text_[size_++] = digits[--count];
+  }
+
+ private:
+  // A channel is longest with a 1-bit pad before each of its other items:
+  // "pad1,mt1,pad1,st1:gray,pad1,nE,pad1,nW,pad1,lc32,pad1,crc16:0x190D9:0xFFFF:plain+", 84
+  // characters.
+  std::array<char, 8 * 96> text_{};
+  std::size_t size_ = 0;
+};
+
+namespace frame_detail {
+
+// Whatever begins at a channel's data bit, found by its place; null name: padding.
+struct NamedRun {
+  std::string_view name;
+  unsigned bits = 0;
+  bool is_flag = false;
+};
+
+constexpr NamedRun run_below(const ChannelFormat& channel, unsigned top) {
+  const auto ends_at = [top](unsigned shift, unsigned bits) {
+    return bits != 0 && shift + bits == top;
+  };
+  if (ends_at(channel.position.shift, channel.position.bits)) {
+    return {"pos", channel.position.bits};
+  }
+  if (ends_at(channel.multiturn.shift, channel.multiturn.bits)) {
+    return {"mt", channel.multiturn.bits};
+  }
+  if (ends_at(channel.singleturn.shift, channel.singleturn.bits)) {
+    return {"st", channel.singleturn.bits};
+  }
+  if (ends_at(channel.life_counter.shift, channel.life_counter.bits)) {
+    return {"lc", channel.life_counter.bits};
+  }
+  if (ends_at(channel.error.shift, channel.error.present ? 1 : 0)) {
+    return {channel.error.active_high ? "E" : "nE", 1, true};
+  }
+  if (ends_at(channel.warning.shift, channel.warning.present ? 1 : 0)) {
+    return {channel.warning.active_high ? "W" : "nW", 1, true};
+  }
+  return {};
+}
+
+constexpr void append_crc(FormatText& text, const CrcSpec& crc) {
+  text.append(",crc");
+  text.append_number(crc.width_bits, 10);
+  if (crc.start != 0 || crc.polynomial != default_polynomial(crc.width_bits)) {
+    text.append(":0x");
+    text.append_number(crc.polynomial, 16);
+  }
+  if (crc.start != 0) {
+    text.append(":0x");
+    text.append_number(crc.start, 16);
+  }
+  if (!crc.inverted) text.append(":plain");
+}
+
+constexpr void append_channel(FormatText& text, const ChannelFormat& channel) {
+  unsigned padding = 0;
+  bool first = true;
+  const auto item = [&](std::string_view name, unsigned bits, bool is_flag) {
+    if (!first) text.append(",");
+    first = false;
+    text.append(name);
+    if (!is_flag) text.append_number(bits, 10);
+  };
+  for (unsigned top = channel.data_bits; top > 0;) {
+    const NamedRun run = run_below(channel, top);
+    if (run.bits == 0) {
+      ++padding;
+      --top;
+      continue;
+    }
+    if (padding != 0) item("pad", padding, false);
+    padding = 0;
+    item(run.name, run.bits, run.is_flag);
+    if (run.name == "st" && channel.singleturn_gray) text.append(":gray");
+    top -= run.bits;
+  }
+  if (padding != 0) item("pad", padding, false);
+  if (channel.crc.present()) append_crc(text, channel.crc);
+}
+
+}  // namespace frame_detail
+
+/// The canonical text: neighbouring padding as one item, polynomial and start only where they are
+/// not the usual ones.
+constexpr FormatText format_text(const FrameFormat& format) {
+  FormatText text;
+  bool first = true;
+  for (const ChannelFormat& channel : format.channels()) {
+    if (!first) text.append("+");
+    first = false;
+    frame_detail::append_channel(text, channel);
+  }
+  if (format.cds0) text.append(";cds0");
+  return text;
 }
 
 }  // namespace biss

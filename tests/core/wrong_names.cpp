@@ -1,0 +1,26 @@
+// Mistakes in names and texts while compiling: none of it compiles, and wrong_names.cmake holds what
+// the compiler says against the word at each line.
+#include "biss/catalogue/catalogue.hpp"
+#include "biss/frame/format_text.hpp"
+#include "biss/safety/configurations.hpp"
+
+namespace biss {
+
+constexpr auto encoder = catalogue_encoder("resolute-26");
+constexpr auto format = frame_format("pos26,nE,nW,crc6;cds0");
+constexpr auto type = safety_configuration("fs-36-28");
+
+// says: the_catalogue_has_no_encoder_of_this_name
+constexpr auto wrong_1 = catalogue_encoder("resolute-27");
+// says: no_safety_configuration_of_this_name
+constexpr auto wrong_2 = safety_configuration("fs-36-29");
+// says: FormatMistake::unknown_item
+constexpr auto wrong_3 = frame_format("pos26,nX,crc6");
+// says: FormatMistake::option_twice
+constexpr auto wrong_4 = frame_format("pos26,nE,nW,crc6;cds0;cds0");
+// says: this_result_holds_an_error_and_no_value
+constexpr auto wrong_5 = *parse_format("pos26,nE,nW,crc");
+// says: this_result_holds_a_value_and_no_error
+constexpr auto wrong_6 = parse_format("pos26").error();
+
+}  // namespace biss
