@@ -21,9 +21,9 @@ constexpr Failure<E> failure(E error) {
 
 namespace result_detail {
 
-// Never defined: while compiling, the compiler names it where the wrong side is read.
-void this_result_holds_an_error_and_no_value();
-void this_result_holds_a_value_and_no_error();
+// Not constexpr: the compiler names it where the wrong side is read while compiling.
+inline void this_result_holds_an_error_and_no_value() {}
+inline void this_result_holds_a_value_and_no_error() {}
 
 }  // namespace result_detail
 
