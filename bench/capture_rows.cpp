@@ -1,4 +1,4 @@
-// The readers of captures and the decoder behind them.
+// The readers of captures, and the decoder that uses them.
 #include <string>
 
 #include "bench/line.hpp"

@@ -31,7 +31,7 @@ class Random {
 };
 
 /// 4096 buffers of one format, all of the length that the longest frame needs: 2 to 9 ones, ACK of
-/// 33 to 160 clocks, random positions and flags, so that START comes at any bit; zeros behind STOP.
+/// 33 to 160 clocks, random positions and flags, so that START comes at any bit; zeros after STOP.
 /// A pool fits a second-level cache.
 class Pool {
  public:

@@ -10,7 +10,7 @@ void add_crc_rows(Table& table);
 void add_frame_rows(Table& table);
 /// Format text, turns, and the machine itself: its clock and its memory.
 void add_core_rows(Table& table);
-/// The readers of captures, and the decoder behind them.
+/// The readers of captures, and the decoder that uses them.
 void add_capture_rows(Table& table);
 /// The line model.
 void add_sim_rows(Table& table);

@@ -53,7 +53,7 @@ function(biss_room_test name)
 endfunction()
 
 # Compiles every header of the core alone, as firmware would. Found by pattern and not listed,
-# because a header that nobody listed is the one to catch.
+# because the check must find a header that is in no list.
 function(biss_core_header_check)
   file(GLOB_RECURSE headers CONFIGURE_DEPENDS RELATIVE "${PROJECT_SOURCE_DIR}"
        "${PROJECT_SOURCE_DIR}/biss/*.hpp")

@@ -49,7 +49,7 @@ module biss_master #(
     end
   end
 
-  // Bits: counted anew from the fall of SLO, so that they are sampled in their middle.
+  // Bits: counted again from the falling edge of SLO, so that they are sampled in their middle.
   logic [DIVIDER_BITS-1:0] bit_phase;
   wire ack_falls = state == ACK && slo_before && !slo_now;
   always_ff @(posedge clk) begin

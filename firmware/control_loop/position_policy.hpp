@@ -23,7 +23,7 @@ enum class Quality : std::uint8_t {
 
 struct PolicyLimits {
   BadFrameRule rule = BadFrameRule::extrapolate;
-  /// So many bad cycles in a row trip, the start included; 0 counts as 1.
+  /// The number of bad cycles in a row that trips, also at the start; 0 counts as 1.
   std::uint16_t trip_after = 4;
   /// The farthest the axis can move in one cycle, in counts. A good frame that says more counts as
   /// a bad cycle: a CRC of 6 bits lets one in 64 of the worst damages pass.

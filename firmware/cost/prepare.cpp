@@ -61,7 +61,7 @@ void ack(Sample& sample, Random& random) {
   sample.expected = start;
   sample.bytes = {};
   sample.bytes[0] = 0xC0;
-  // START is behind byte 0, which therefore keeps its ones.
+  // START is after byte 0, which therefore keeps its ones.
   sample.bytes[start / 8U] = static_cast<std::uint8_t>(0x80U >> (start % 8U));
   sample.size_bytes = static_cast<std::uint32_t>(sample.bytes.size());
 }

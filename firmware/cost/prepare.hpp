@@ -16,7 +16,7 @@ void position(Sample& sample, Random& random);
 void crc(Sample& sample, Random& random);
 /// Two ones, 33…160 zeros, a one.
 void ack(Sample& sample, Random& random);
-/// Random bytes and an index with 28 bits behind it.
+/// Random bytes and an index with 28 bits after it.
 void word(Sample& sample, Random& random);
 
 /// A counter with one sample and the next one in `value`, across zero every other time.

@@ -104,11 +104,12 @@ void safety_frame(Sample& sample, Random& random) {
   const biss::Picoseconds now = biss::microseconds(31 + (random.below(8) == 0 ? 30 : 0));
   sample.value = static_cast<std::uint64_t>(now.count);
   const SafetyMonitor here = *sample.safety;
-  const biss::SafetyJudgement told = sample.safety->step(now, sample.bits());
+  const biss::SafetyJudgement judgement = sample.safety->step(now, sample.bits());
   *sample.safety = here;
-  sample.expected = told.position.value_or(0) << 8U | static_cast<std::uint64_t>(told.verdict);
+  sample.expected =
+      judgement.position.value_or(0) << 8U | static_cast<std::uint64_t>(judgement.verdict);
   const bool good = kind == 0 && now <= safety_setup.frame_gap_max;
-  if (good && told.position != sent.position) sample.expected = ~sample.expected;
+  if (good && judgement.position != sent.position) sample.expected = ~sample.expected;
 }
 
 }  // namespace cost::prepare

@@ -24,7 +24,7 @@ struct Ruler {
   /// The other blocks come out to the instruction.
   bool straight = false;
 
-  /// Instructions of a call that took so many ticks, rounded; call and return not counted.
+  /// Instructions of a call that took this number of ticks, rounded; call and return not counted.
   std::uint32_t instructions(std::uint32_t ticks) const;
 };
 

@@ -85,7 +85,7 @@ struct Hooks : biss::NoRegisterHooks {
     command_byte = preset_ordered ? value : 0;
     status = preset_ordered ? 0 : unknown_command;
   }
-  /// Whoever reads behind a preset gets the state after it.
+  /// A read after a preset returns the state after it.
   constexpr bool busy() const { return preset_ordered; }
 
   constexpr bool accepts(biss::ControlCommand command, bool) const {

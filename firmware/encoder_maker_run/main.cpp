@@ -134,7 +134,7 @@ void frame() {
                                                : biss::CdsBit::missing);
   if (cdm) put_ma(false);
   wait(biss::microseconds(21));
-  expect(line.board.slo && line.board.alarm == biss::never, "not idle behind the timeout");
+  expect(line.board.slo && line.board.alarm == biss::never, "not idle after the timeout");
   line.board.ma_level = true;
   line.encoder.step();
   wait(half_period);
@@ -186,7 +186,7 @@ void keep_user_bytes() {
   expect(write(0, kept), "32 user bytes");
   std::array<std::uint8_t, 32> back{};
   expect(read(0, back) && back == kept, "the user bytes are not those written");
-  expect(!read(32, std::span(back).first(1)), "behind the user bytes is something");
+  expect(!read(32, std::span(back).first(1)), "there are registers after the user bytes");
   expect(line.session.outcome().error == ControlError::refused, "not refused");
 }
 
@@ -199,7 +199,7 @@ void preset() {
   std::array<std::uint8_t, 1> command{0xFF};
   expect(read(address::command, command) && command[0] == 0, "it is not done");
   expect(line.board.stores == 1, "the offset is not kept");
-  expect(line.session.outcome().longest_busy > Picoseconds{}, "nobody had to wait for it");
+  expect(line.session.outcome().longest_busy > Picoseconds{}, "the write was not busy");
   // From here on check_position() counts with the new offset.
   expect(
       ((line.board.sensor(line.board.time) + line.board.stored_offset) & 0xFF'FFFFU) - 0x123456U <
@@ -207,7 +207,7 @@ void preset() {
       "the position is not the preset's");
   expect(write(address::command, std::array<std::uint8_t, 1>{0x77}), "a command that is none");
   std::array<std::uint8_t, 2> status{};
-  expect(read(address::status, status) && status[0] == 1, "nobody says that it is none");
+  expect(read(address::status, status) && status[0] == 1, "the status does not show the refusal");
   expect(status[1] == 63, "23 °C");
 }
 

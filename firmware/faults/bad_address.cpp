@@ -1,4 +1,4 @@
-// Calls into memory that never executes. The fault has to be told.
+// Calls into memory that never executes. The fault must be reported.
 #include <cstdint>
 
 #include "firmware/platform/startup.hpp"

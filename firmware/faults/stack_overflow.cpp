@@ -1,4 +1,4 @@
-// Recurses until the stack is full. The fault has to be told.
+// Recurses until the stack is full. The fault must be reported.
 #include "firmware/platform/startup.hpp"
 
 namespace {

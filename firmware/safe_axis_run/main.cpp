@@ -97,17 +97,17 @@ void cycles_of(Run& run) {
   for (std::uint32_t cycle = 0; cycle < cycles; ++cycle) {
     const biss::Picoseconds now = period * cycle;
     run.axis.request(now);
-    const bool strikes = cycle % fault_every == fault_every - 1U;
+    const bool faulty = cycle % fault_every == fault_every - 1U;
     const auto kind = static_cast<Fault>(cycle / fault_every % causes.size());
-    // Sooner than the watchdog bites: the request that the board refuses is told by itself.
-    if (strikes && kind == Fault::asked_twice) run.axis.request(now + period / 4);
-    if (transfer(run, strikes ? &kind : nullptr)) run.axis.transfer_complete();
+    // Before the watchdog reacts: the request that the board refuses is reported.
+    if (faulty && kind == Fault::asked_twice) run.axis.request(now + period / 4);
+    if (transfer(run, faulty ? &kind : nullptr)) run.axis.transfer_complete();
     biss::Picoseconds end = now + period;
-    if (strikes && kind == Fault::no_interrupt) run.axis.request(end);  // and is refused
-    if (strikes && kind == Fault::silent) end = now + 2 * period;
+    if (faulty && kind == Fault::no_interrupt) run.axis.request(end);  // and is refused
+    if (faulty && kind == Fault::silent) end = now + 2 * period;
     const auto position = run.axis.position(end);
-    good_in_a_row = strikes ? 0 : good_in_a_row + 1;
-    if (strikes) {
+    good_in_a_row = faulty ? 0 : good_in_a_row + 1;
+    if (faulty) {
       expect(run, cycle, !position, "a position after a fault");
       expect(run, cycle, run.axis.cause() == causes[static_cast<std::size_t>(kind)], "the cause");
       run.spi.end();

@@ -54,7 +54,7 @@ const std::array<std::vector<Kind>, 9> flag_layouts{{{},
 
 constexpr std::array<std::size_t, 4> counter_bits{0, 1, 6, 32};
 
-// Bits of padding before, between and behind the other items.
+// Bits of padding before, between and after the other items.
 constexpr std::array<std::array<std::size_t, 3>, 5> paddings{
     {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 2}, {1, 2, 1}}};
 

@@ -1,4 +1,4 @@
-// What nobody would send: the decoder takes any bits and the parser any text. Buffers have exactly
+// Input that no encoder sends: the decoder takes any bits and the parser any text. Buffers have exactly
 // their size, so that a sanitizer sees a step outside.
 #include <gtest/gtest.h>
 

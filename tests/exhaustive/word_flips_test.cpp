@@ -59,7 +59,7 @@ class Flipper {
     return sum;
   }
 
-  /// All bursts of so many bits within the word.
+  /// All bursts of this length within the word.
   std::uint64_t accepted_bursts(unsigned bits, unsigned word_bits) {
     std::uint64_t sum = 0;
     const std::uint64_t patterns = std::uint64_t{1} << (bits < 3 ? 0 : bits - 2);

@@ -152,7 +152,7 @@ class Reader {
   }
 
  private:
-  // The request that begins with edge `at`; the number of the first edge behind it.
+  // The request that begins with edge `at`; the number of the first edge after it.
   std::size_t request(std::size_t at) {
     Request request(slave_, sli_, ma_[at].time);
     sampled_.reset();

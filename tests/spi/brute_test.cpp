@@ -42,19 +42,19 @@ struct Passed {
   std::uint64_t trusted = 0;
   std::uint64_t tail = 0;
 
-  /// `seen` holds START, CDS, payload; `behind` what follows, STOP first of `behind_bits` bits.
-  void add(const Word& word, std::uint64_t seen, std::uint64_t behind, unsigned behind_bits) {
+  /// `seen` holds START, CDS, payload; `after` what follows, STOP first of `after_bits` bits.
+  void add(const Word& word, std::uint64_t seen, std::uint64_t after, unsigned after_bits) {
     const std::uint64_t payload = seen & mask(word.payload_bits());
     const std::uint64_t data = payload >> word.crc_bits;
     if (checksum(data, word.position_bits + 2, word.polynomial, word.crc_bits) !=
         (payload & mask(word.crc_bits))) {
       return;
     }
-    if (behind_bits > 0 && ((behind >> (behind_bits - 1)) & 1U) != 0) return;
+    if (after_bits > 0 && ((after >> (after_bits - 1)) & 1U) != 0) return;
     ++any;
     if (((seen >> word.payload_bits()) & 1U) == 0) ++cds0;
     if ((data & 2U) != 0) ++trusted;
-    if (behind == 0) ++tail;
+    if (after == 0) ++tail;
   }
 };
 

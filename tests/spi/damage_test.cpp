@@ -46,7 +46,7 @@ struct Case {
 
 constexpr Picoseconds period = nanoseconds(100);
 
-/// Frames of one case with a position, an ACK and a line delay drawn anew for each.
+/// Frames of one case with a position, an ACK and a line delay drawn for each.
 template <std::size_t Channels>
 class Bench {
   using Codec = FrameCodec<CrcFast, Channels>;

@@ -1,5 +1,5 @@
 // An encoder with a fixed cycle time, asked just when it is ready: the buffer begins with SLO still
-// low. What is read then is what would have been read behind leading ones, and nothing else is.
+// low. What is read then is what would have been read after leading ones, and nothing else is.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -84,7 +84,7 @@ bool same(const Read& a, const Read& b) {
 
 }  // namespace
 
-/// At each clock, behind each cable, with either phase and however a tie is seen, SLO rising at any
+/// At each clock, with each cable, with either phase and however a tie is seen, SLO rising at any
 /// moment up to the line delay.
 TEST(SpiLate, EncoderReadyJustAsTheRequestComes_IsRead) {
   const Codec codec(*parse_format("pos18,nE,nW,crc6;cds0"));
@@ -123,7 +123,7 @@ TEST(SpiLate, EncoderReadyJustAsTheRequestComes_IsRead) {
       }
     }
   }
-  std::printf("%llu frames, %llu of them behind zeros\n", static_cast<unsigned long long>(frames),
+  std::printf("%llu frames, %llu of them after zeros\n", static_cast<unsigned long long>(frames),
               static_cast<unsigned long long>(late_frames));
   EXPECT_GT(late_frames, frames / 3);
 }
@@ -139,7 +139,7 @@ TEST(SpiLate, SloLowForLonger_IsNotReady) {
       for (std::size_t zeros = 1; zeros < 40; ++zeros) {
         const bool within = clock.sample(zeros - 1) <= longest;
         EXPECT_EQ(within, zeros <= reader.bounds().late_max_clocks) << permitted << ' ' << zeros;
-        // Of the longest line, or one where a 1 is left behind the zeros.
+        // Of the longest line, or one where a 1 is left after the zeros.
         const std::size_t lead = std::max<std::size_t>(reader.bounds().lead_max_clocks, zeros + 1);
         const auto delay = static_cast<std::int64_t>(lead - 2) * 100'000;
         Samples samples = samples_of({.period = 100'000}, 0x2ABCD, 40, delay, 600);
@@ -203,8 +203,7 @@ TEST(SpiLate, AnyBuffer_IsReadAsIfItBeganWithOnes) {
       if (zeros != 0 && is(frame, FrameError::not_ready)) ++not_ready;
     }
   }
-  std::printf("%llu read behind zeros, %llu not ready\n",
-              static_cast<unsigned long long>(read_late),
+  std::printf("%llu read after zeros, %llu not ready\n", static_cast<unsigned long long>(read_late),
               static_cast<unsigned long long>(not_ready));
   EXPECT_GT(read_late, 0U);
   EXPECT_GT(not_ready, 0U);

@@ -28,7 +28,7 @@ struct Clock {
   }
 };
 
-/// Bits that the encoder puts on SLO with rising edge 0, 1, 2 … of MA; 0 behind the last one.
+/// Bits that the encoder puts on SLO with rising edge 0, 1, 2 … of MA; 0 after the last one.
 using Output = std::vector<std::uint8_t>;
 
 /// LAT, ACK, START, CDS.

@@ -25,7 +25,7 @@ struct Transfer {
 };
 
 /// Rates of one format under one model. Every channel must have a CRC: then a single wrong bit
-/// behind CDS is always seen and only a wrong START can pass.
+/// after CDS is always seen and only a wrong START can pass.
 class Rates {
  public:
   Rates(const FrameFormat& format, const SlipModel& model) : format_(format), model_(model) {}
@@ -66,7 +66,7 @@ class Rates {
            ack >= bounds.ack_min_clocks && ack <= bounds.ack_max_clocks;
   }
 
-  // The only ACK bit is 1: the leading ones go on through START, and through what is 1 behind it.
+  // The only ACK bit is 1: the leading ones go on through START, and through what is 1 after it.
   double lost_ack(const Transfer& transfer) const {
     double sum = 0;
     for (unsigned ones = 0; ones <= payload_and_cds(); ++ones) {

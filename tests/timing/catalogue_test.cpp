@@ -1,5 +1,5 @@
 // Every encoder of the catalogue, the core's slave against the oracle's, edge by edge: at each
-// clock it takes, behind each cable the rule allows, as quick and as slow as it may be.
+// clock it takes, with each cable the rule allows, as quick and as slow as it may be.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -142,7 +142,7 @@ struct Clocks {
 };
 
 // Every other request with a CDM of 1. Each comes just when the encoder must be ready, or sooner;
-// behind a CDM of 1 MA is high for half a period first.
+// after a CDM of 1 MA is high for half a period first.
 Clocks clocks_of(const Installation& place, Picoseconds sooner = {}) {
   const biss::CycleBudget budget = budget_of(place);
   const Time period = budget.period.count;

@@ -6,7 +6,7 @@ static_assert(sizeof(cost::SafetyMonitor) == 56);
 // As many samples as it takes to meet what is rare: random and hostile frames.
 BISS_ROW_TIMES(safety_frame, "safety monitor (56 bytes), frame of 36 + 28 bits, with decode",
                safety_frame, 100'000) {
-  const biss::SafetyJudgement told =
+  const biss::SafetyJudgement judgement =
       s.safety->step(biss::Picoseconds{static_cast<std::int64_t>(s.value)}, s.bits());
-  return told.position.value_or(0) << 8U | static_cast<std::uint64_t>(told.verdict);
+  return judgement.position.value_or(0) << 8U | static_cast<std::uint64_t>(judgement.verdict);
 }
