@@ -69,9 +69,9 @@ class DecodeRun {
       const auto verdict = safety_ ? safety_->judge(cycle) : std::nullopt;
       statistics_.add(cycle);
       writing = writer->row(table.cells(number, cycle, verdict));
-      return writing;
+      return writing && !is_over(output);
     });
-    if (!writing) return output.status();
+    if (!writing || is_over(output)) return output.status();
     if (!read) {
       writer->finish();
       output.abandon();
@@ -80,6 +80,11 @@ class DecodeRun {
     }
     if (!writer->finish() || !output.finish()) return output.status();
     return conclude();
+  }
+
+  // The reader of the rows has left, and no judgement needs the rest.
+  bool is_over(const Output& output) const {
+    return output.reader_left() && options_.fail_on.empty();
   }
 
   bool is_wanted(Picoseconds time) {

@@ -110,9 +110,9 @@ class SimulateRun {
       take_described(loaded.device, line.device);
       line.slaves = std::max<std::uint64_t>(line.slaves, line.registers.size());
     }
-    AccessChoice accesses = read_accesses(options_.accesses);
-    if (!accesses.error.empty()) return fail(accesses.status, accesses.error);
-    line.accesses = std::move(accesses.accesses);
+    auto accesses = read_accesses(options_.accesses);
+    if (!accesses) return fail(accesses.error());
+    line.accesses = std::move(*accesses);
     if (!line.accesses.empty() || options_.write.outcomes.empty()) return ExitStatus::done;
     return fail(ExitStatus::usage, "--outcomes: without --access there are none");
   }

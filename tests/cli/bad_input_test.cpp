@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <random>
@@ -184,6 +185,62 @@ TEST(BadInput, EndlessToken_IsRefusedInBoundedMemory) {
       }
     }
   }
+}
+
+TEST(BadInput, AccessFileThatCannotBeRead_IsRefusedWithItsLine) {
+  const Folder folder;
+  const auto simulate = [&](const std::string& file) {
+    return run({"simulate", "-f", usual, "--access", "@" + file, "-o", folder.path("line.vcd")});
+  };
+  // One line of 100 MB.
+  const std::string endless = folder.file("endless", "read:0x42\n");
+  std::filesystem::resize_file(endless, 100'000'000);
+  const Outcome refused = simulate(endless);
+  EXPECT_EQ(refused.status, 3);
+  expect_one_line(refused, "endless: line 2: longer than 16384 bytes");
+  if (!sanitized()) {
+    EXPECT_LT(refused.peak_kib, 40'000);
+  }
+  // Can be opened; reading its first page fails.
+  const Outcome failed = simulate("/proc/self/mem");
+  EXPECT_EQ(failed.status, 3);
+  expect_one_line(failed, "/proc/self/mem: line 1: cannot be read");
+  const std::string many = folder.file("many", "");
+  std::ofstream file(many, std::ios::binary);
+  for (int i = 0; i < 1'000'001; ++i) file << "read:0\n";
+  file.close();
+  const Outcome counted = simulate(many);
+  EXPECT_EQ(counted.status, 3);
+  expect_one_line(counted, "many: line 1000001: more than 1000000 accesses");
+  EXPECT_FALSE(std::filesystem::exists(folder.path("line.vcd")));
+}
+
+// The status of `biss WORDS… | head -c 1`, the reader of its output gone after a byte.
+int status_with_short_reader(const Folder& folder, const std::string& words) {
+  const std::string status = folder.path("status");
+  const std::string line = std::string("{ '") + BISS_COMMAND + "' " + words +
+                           " 2>/dev/null; echo $? >'" + status + "'; } | head -c 1 >/dev/null";
+  EXPECT_EQ(std::system(line.c_str()), 0);
+  return std::atoi(content_of(status).c_str());
+}
+
+TEST(BadInput, ReaderThatLeaves_GetsTheJudgementAndTheOtherOutputsDone) {
+  const Folder folder;
+  const std::string capture = folder.path("bad.csv");
+  const std::string truth = folder.path("truth.csv");
+  const std::string simulate = std::string("simulate -f ") + usual;
+  // Only the last of so many rows that no pipe holds them.
+  ASSERT_EQ(run({"simulate", "-f", usual, "--cycles", "3000", "--fault", "flip@2999,bit=9", "-o",
+                 capture})
+                .status,
+            0);
+  const std::string decode = "decode '" + capture + "' -f " + usual + " --to csv";
+  EXPECT_EQ(status_with_short_reader(folder, decode + " --fail-on crc"), 1);
+  EXPECT_EQ(status_with_short_reader(folder, decode), 0);
+  EXPECT_EQ(
+      status_with_short_reader(folder, simulate + " --cycles 1000 -o - --truth '" + truth + "'"),
+      0);
+  EXPECT_EQ(rows_of(content_of(truth)).size(), 1'000U);
 }
 
 TEST(BadInput, FreeRunningLinesOfManyEdges_StayInBoundedMemory) {
