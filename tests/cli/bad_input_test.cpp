@@ -1,8 +1,10 @@
 // Bad input of every kind: one clear line, the right exit status, bounded memory, no partial file.
 #include <gtest/gtest.h>
+#include <sys/wait.h>
 
 #include <algorithm>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <random>
@@ -241,6 +243,69 @@ TEST(BadInput, ReaderThatLeaves_GetsTheJudgementAndTheOtherOutputsDone) {
       status_with_short_reader(folder, simulate + " --cycles 1000 -o - --truth '" + truth + "'"),
       0);
   EXPECT_EQ(rows_of(content_of(truth)).size(), 1'000U);
+}
+
+// A session of its bytes behind `gap` others: all offsets in the archive grow by that.
+std::string with_gap(std::string archive, std::uint32_t gap) {
+  const auto grow = [&](std::size_t at) {
+    std::uint32_t offset = 0;
+    std::memcpy(&offset, &archive[at], sizeof offset);
+    offset += gap;
+    std::memcpy(&archive[at], &offset, sizeof offset);
+  };
+  for (std::size_t at = archive.find("PK\1\2"); at != std::string::npos;
+       at = archive.find("PK\1\2", at + 1)) {
+    grow(at + 42);
+  }
+  grow(archive.rfind("PK\5\6") + 16);
+  std::string front("PK\3\4");
+  front.resize(gap);
+  return front + archive;
+}
+
+// A session too large for memory is copied to the folder that TMPDIR names.
+TEST(BadInput, TemporaryFolder_IsTheOneOfTheEnvironment) {
+  const Folder folder;
+  const std::string small = folder.path("small.sr");
+  ASSERT_EQ(run({"simulate", "-f", usual, "--cycles", "30", "-o", small}).status, 0);
+  const std::string session = folder.file("line.sr", with_gap(content_of(small), 20'000'000));
+  const auto status_with = [&](const std::string& temporary) {
+    const std::string line = "cat '" + session + "' | TMPDIR='" + temporary + "' '" + BISS_COMMAND +
+                             "' decode - -f " + usual + " >'" + folder.path("out") + "' 2>&1";
+    return WEXITSTATUS(std::system(line.c_str()));
+  };
+  EXPECT_EQ(status_with(folder.path("missing")), 3);
+  EXPECT_EQ(status_with(folder.path("")), 0);
+}
+
+// Runs under a limit of virtual memory, in KiB.
+Outcome run_limited(int kib, const std::string& words) {
+  const Folder folder;
+  const std::string line = "ulimit -v " + std::to_string(kib) + "; exec '" + BISS_COMMAND + "' " +
+                           words + " >'" + folder.path("out") + "' 2>'" + folder.path("err") + "'";
+  const int status = std::system(("sh -c \"" + line + "\"").c_str());
+  Outcome outcome;
+  outcome.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  outcome.out = content_of(folder.path("out"));
+  outcome.err = content_of(folder.path("err"));
+  return outcome;
+}
+
+TEST(BadInput, MemoryThatEndsInAWorker_IsAnErrorOfOneLine) {
+  // A sanitized process reserves more than any limit.
+  if (sanitized()) return;
+  int refused = 0;
+  for (int kib = 14'000; kib < 90'000; kib += 2'000) {
+    SCOPED_TRACE(kib);
+    const Outcome outcome =
+        run_limited(kib, "safety sequences -f fs-36-28 --frames 20000 --faults 100 --threads 4");
+    // The loader itself ends with 127.
+    if (outcome.status == 0 || outcome.status == 127) continue;
+    EXPECT_EQ(outcome.status, 3) << outcome.err;
+    expect_one_line(outcome, "");
+    ++refused;
+  }
+  EXPECT_GT(refused, 3);
 }
 
 TEST(BadInput, FreeRunningLinesOfManyEdges_StayInBoundedMemory) {
