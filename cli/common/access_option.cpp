@@ -6,6 +6,7 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <optional>
 #include <string_view>
 
@@ -138,14 +139,9 @@ tl::unexpected<VerbError> wrong_file(const std::string& path, std::uint64_t line
       VerbError{ExitStatus::io, fmt::format("{}: line {}: {}", path, line, what)});
 }
 
-tl::expected<void, VerbError> read_file(const std::string& path, Accesses& accesses) {
-  std::error_code ignored;
-  std::ifstream file(path);
-  if (!file || std::filesystem::is_directory(path, ignored)) {
-    return tl::make_unexpected(
-        VerbError{ExitStatus::io, fmt::format("--access: cannot open '{}'", path)});
-  }
-  dump::LineSource lines(file, {});
+tl::expected<void, VerbError> read_stream(const std::string& path, std::istream& stream,
+                                          Accesses& accesses) {
+  dump::LineSource lines(stream, {});
   while (lines.next()) {
     const std::string_view line = lines.line();
     const std::string_view text = dump::trimmed(line.substr(0, line.find('#')));
@@ -162,6 +158,17 @@ tl::expected<void, VerbError> read_file(const std::string& path, Accesses& acces
                     lines.error()->cause == dump::DumpCause::line_too_long
                         ? fmt::format("longer than {} bytes", dump::max_line_bytes)
                         : "cannot be read");
+}
+
+tl::expected<void, VerbError> read_file(const std::string& path, Accesses& accesses) {
+  if (path == "-") return read_stream("standard input", std::cin, accesses);
+  std::error_code ignored;
+  std::ifstream file(path);
+  if (file && !std::filesystem::is_directory(path, ignored)) {
+    return read_stream(path, file, accesses);
+  }
+  return tl::make_unexpected(
+      VerbError{ExitStatus::io, fmt::format("--access: cannot open '{}'", path)});
 }
 
 }  // namespace
@@ -182,8 +189,8 @@ tl::expected<ControlAccess, std::string> read_access(const std::string& text) {
 tl::expected<Accesses, VerbError> read_accesses(const std::vector<std::string>& texts) {
   Accesses accesses;
   for (const std::string& text : texts) {
-    if (text.starts_with('@')) {
-      if (auto read = read_file(text.substr(1), accesses); !read) {
+    if (const std::string path = file_of_accesses(text); !path.empty()) {
+      if (auto read = read_file(path, accesses); !read) {
         return tl::make_unexpected(read.error());
       }
     } else {
@@ -193,6 +200,10 @@ tl::expected<Accesses, VerbError> read_accesses(const std::vector<std::string>& 
     }
   }
   return accesses;
+}
+
+std::string file_of_accesses(const std::string& text) {
+  return text.starts_with('@') ? text.substr(1) : std::string();
 }
 
 std::uint64_t least_cycles(const std::vector<ControlAccess>& accesses) {

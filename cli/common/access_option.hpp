@@ -26,10 +26,13 @@ inline constexpr std::size_t max_accesses = 1'000'000;
 /// always (none).
 tl::expected<sim::ControlAccess, std::string> read_access(const std::string& text);
 
-/// Reads accesses in order. `@FILE` stands for those in a file: one a line of at most
-/// dump::max_line_bytes, comments after `#`. An error in the file is `io` and names the line.
+/// Reads accesses in order. `@FILE` stands for those in a file (`@-`: standard input), one a line
+/// of at most dump::max_line_bytes, comments after `#`. An error in it is `io` and names the line.
 tl::expected<std::vector<sim::ControlAccess>, VerbError> read_accesses(
     const std::vector<std::string>& texts);
+
+/// FILE of `@FILE`; empty for an access.
+std::string file_of_accesses(const std::string& text);
 
 /// The fewest cycles that they take, one after the other.
 std::uint64_t least_cycles(const std::vector<sim::ControlAccess>& accesses);

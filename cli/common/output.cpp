@@ -7,38 +7,18 @@
 
 #include <cerrno>
 #include <cstdlib>
-#include <filesystem>
 #include <system_error>
 #include <utility>
 
+#include "cli/common/files.hpp"
 #include "cli/common/message.hpp"
 
 namespace biss::cli {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr std::size_t block_bytes = 64U * 1024U;
 
 std::string reason(int cause) { return std::generic_category().message(cause); }
-
-// /dev/stdout and the like lead here: names of open descriptors, not of files to replace.
-bool names_a_descriptor(const std::string& path) {
-  return path.starts_with("/proc/") || path.starts_with("/dev/fd/");
-}
-
-// Follows symbolic links at the end of the path, also to a target that does not exist.
-// Empty when they run in a circle.
-std::string follow_links(std::string path) {
-  constexpr int most_links = 40;
-  for (int i = 0; i < most_links; ++i) {
-    std::error_code failed;
-    const fs::path next = fs::read_symlink(path, failed);
-    if (failed || names_a_descriptor(path)) return path;
-    path = next.is_absolute() ? next.string() : (fs::path(path).parent_path() / next).string();
-  }
-  return {};
-}
 
 }  // namespace
 

@@ -149,10 +149,8 @@ void add_decode(Command& command) {
   add_duration_option(verb, "--resolution", into(options->margin.resolution),
                       "Edges may have been so much earlier than the capture says, for column "
                       "marginal; its sample period where the file tells it, else 0");
-  add_duration_option(verb, "--since", into(options->since),
-                      "Only cycles that begin then or later");
-  add_duration_option(verb, "--until", into(options->until),
-                      "Only cycles that begin then or earlier");
+  add_time_option(verb, "--since", into(options->since), "Only cycles that begin then or later");
+  add_time_option(verb, "--until", into(options->until), "Only cycles that begin then or earlier");
   verb.add_option("--fail-on", options->fail_on,
                   "Exit with 1 when such a row occurs: nE, nW, marginal, safety (a fault in the "
                   "last column) "

@@ -7,7 +7,9 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <random>
+#include <sstream>
 #include <string>
 
 #include "tests/cli/run_command.hpp"
@@ -365,8 +367,6 @@ TEST(BadInput, FormatWithAMistake_PointsAtIt) {
       if (verb == "decode") words.push_back(capture);
       if (verb == "crc") words.emplace_back("0");
       if (verb == "simulate") words.insert(words.end(), {"-o", output});
-      // Without a format `decode` gives structure only; an empty one is as if it were not given.
-      if (verb == "decode" && *format == '\0') continue;
       if (verb == "plan") words.insert(words.end(), {"--clock", "1MHz", "--cable", "1m"});
       const Outcome outcome = run(words);
       EXPECT_EQ(outcome.status, 2) << verb << ": " << outcome.err;
@@ -399,31 +399,180 @@ TEST(BadInput, OutputThatCannotBeWritten_IsAnInputOutputError) {
   expect_one_line(full, "/dev/full");
 }
 
-TEST(BadInput, OutputOntoTheCapture_IsWrongUsageAndLeavesIt) {
+// The content of every file in a folder, by name.
+std::map<std::string, std::string> contents_of(const Folder& folder) {
+  std::map<std::string, std::string> contents;
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path(""))) {
+    contents[entry.path().filename()] = content_of(entry.path());
+  }
+  return contents;
+}
+
+// Words of a command; those that begin with `%` are files in the folder.
+std::vector<std::string> words_in(const Folder& folder, const std::string& line) {
+  std::istringstream stream(line);
+  std::vector<std::string> words;
+  for (std::string word; stream >> word;) {
+    const std::size_t file = word.find('%');
+    if (file != std::string::npos) word.replace(file, 1, folder.path(""));
+    words.push_back(word);
+  }
+  return words;
+}
+
+void expect_same_file(const Folder& folder, const std::string& line,
+                      const std::filesystem::path& input = "/dev/null") {
+  SCOPED_TRACE(line);
+  const auto before = contents_of(folder);
+  const Outcome outcome = run(words_in(folder, line), input);
+  EXPECT_EQ(outcome.status, 2) << outcome.err;
+  expect_one_line(outcome, "are the same file; name another one");
+  EXPECT_EQ(outcome.out, "");
+  EXPECT_EQ(contents_of(folder), before);
+}
+
+TEST(BadInput, OutputOntoAnInput_IsWrongUsageAndLeavesIt) {
   const Folder folder;
-  const std::string capture = good_capture(folder, ".vcd");
+  good_capture(folder, ".vcd");
+  folder.file("encoder.eds", "[registers]\nEDS_BANK = 2\n[common]\nTMA = 100ns\n");
+  folder.file("list", "read:0x42\n");
+  ASSERT_EQ(run(words_in(folder, "eds build %encoder.eds --force -o %dump.hex")).status, 0);
+  ASSERT_EQ(run(words_in(folder, "safety campaign -f rxm --frames 100 --state %state")).status, 0);
   const std::string path = folder.path("good.vcd");
   std::filesystem::create_symlink(path, folder.path("link.vcd"));
   std::filesystem::create_hard_link(path, folder.path("hard.vcd"));
-  for (const char* name : {"good.vcd", "./good.vcd", "link.vcd", "hard.vcd"}) {
-    SCOPED_TRACE(name);
-    const Outcome outcome = run({"decode", path, "-f", usual, "-o", folder.path(name)});
-    EXPECT_EQ(outcome.status, 2);
-    expect_one_line(outcome, "is the capture itself");
-    EXPECT_EQ(content_of(path), capture);
+  for (const char* line :
+       {"decode %good.vcd -f pos26,nE,nW,crc6 -o %good.vcd",
+        "decode %good.vcd -f pos26,nE,nW,crc6 -o %./good.vcd",
+        "decode %good.vcd -f pos26,nE,nW,crc6 -o %link.vcd",
+        "decode %good.vcd -f pos26,nE,nW,crc6 -o %hard.vcd",
+        "decode --ma %good.vcd:MA --slo %good.vcd:SLO -f pos26,nE,nW,crc6 -o %good.vcd",
+        "conform %link.vcd -f pos26,nE,nW,crc6 -o %good.vcd",
+        "registers %good.vcd -o %good.vcd",
+        "registers %good.vcd --dump %hard.vcd",
+        "simulate -f pos26,nE,nW,crc6 --ma-from %good.vcd -o %good.vcd",
+        "simulate -f pos26,nE,nW,crc6 --ma-from %good.vcd -o %new.vcd --truth %link.vcd",
+        "simulate -f pos26,nE,nW,crc6 --slo-from %good.vcd -o %new.vcd --readings %good.vcd",
+        "simulate --registers %dump.hex -f pos18,nE,nW,crc6 -o %dump.hex",
+        "simulate --registers 0:%dump.hex -f pos18,nE,nW,crc6 -o %dump.hex",
+        "simulate -f pos18,nE,nW,crc6 --access @%list -o %list",
+        "simulate -f pos18,nE,nW,crc6 --access @%list -o %new.vcd --outcomes %list",
+        "eds build %encoder.eds -o %encoder.eds",
+        "eds show %dump.hex -o %dump.hex",
+        "eds check %dump.hex -o %dump.hex",
+        "eds diff %dump.hex %encoder.eds -o %encoder.eds",
+        "eds advise %dump.hex -o %dump.hex",
+        "safety campaign -f rxm --frames 100 --state %state -o %state",
+        "safety campaign merge %state -o %state",
+        "safety campaign merge %state --state %state"}) {
+    expect_same_file(folder, line);
   }
-  EXPECT_EQ(run({"decode", "-", "-f", usual, "-o", path}, path).status, 2);
+  expect_same_file(folder, "decode - -f pos26,nE,nW,crc6 -o %good.vcd", path);
+}
+
+TEST(BadInput, TwoOutputsInOneFile_AreWrongUsage) {
+  const Folder folder;
+  good_capture(folder, ".vcd");
+  std::filesystem::create_symlink(folder.path("missing"), folder.path("link"));
+  for (const char* line : {"simulate -f pos26,nE,nW,crc6 -o %both.csv --truth %both.csv",
+                           "simulate -f pos26,nE,nW,crc6 -o %link --truth %missing",
+                           "simulate -f pos26,nE,nW,crc6 -o - --truth -",
+                           "simulate -f pos26,nE,nW,crc6 --access read:0 -o %q --outcomes %./q",
+                           "simulate -f pos26,nE,nW,crc6 --slo-from %good.vcd -o %q --readings %q",
+                           "registers %good.vcd -o %q --dump %q",
+                           "safety campaign -f rxm --frames 100 --state %q -o %q"}) {
+    expect_same_file(folder, line);
+  }
+  // What takes everything may take it twice.
+  EXPECT_EQ(run({"simulate", "-f", usual, "-o", "/dev/null", "--truth", "/dev/null"}).status, 0);
+}
+
+TEST(BadInput, InputThatStandardOutputAppendsTo_IsWrongUsage) {
+  const Folder folder;
+  const std::string capture = good_capture(folder, ".vcd");
+  const std::string path = folder.path("good.vcd");
+  const std::string line = std::string("'") + BISS_COMMAND + "' decode '" + path + "' -f " + usual +
+                           " >>'" + path + "' 2>'" + folder.path("err") + "'";
+  EXPECT_EQ(WEXITSTATUS(std::system(line.c_str())), 2);
+  EXPECT_NE(content_of(folder.path("err")).find("are the same file"), std::string::npos);
   EXPECT_EQ(content_of(path), capture);
 }
 
-TEST(BadInput, TruthAndCaptureInOneFile_IsWrongUsage) {
+TEST(BadInput, QuantityWithoutUnit_IsWrongUsage) {
   const Folder folder;
-  for (const std::string& path : {folder.path("both.csv"), std::string("-")}) {
-    const Outcome outcome = run({"simulate", "-f", usual, "-o", path, "--truth", path});
+  good_capture(folder, ".vcd");
+  for (const char* line :
+       {"plan -f resolute-26 --clock 10", "plan -f resolute-26 --cable 50",
+        "simulate -f resolute-26 --rate 16 -o %x.vcd", "decode %good.vcd --since 1",
+        "simulate -f resolute-26 --sample-rate 200 -o %x.sr"}) {
+    SCOPED_TRACE(line);
+    const Outcome outcome = run(words_in(folder, line));
     EXPECT_EQ(outcome.status, 2);
-    expect_one_line(outcome, "name the same file");
+    expect_one_line(outcome, "no unit; use");
+    EXPECT_EQ(folder.files(), 1U);
   }
-  EXPECT_FALSE(std::filesystem::exists(folder.path("both.csv")));
+  EXPECT_EQ(run(words_in(folder, "plan -f resolute-26 --clock 10MHz --cable 0")).status, 0);
+}
+
+TEST(BadInput, EmptyValue_IsWrongUsageAndNotTakenForNone) {
+  const Folder folder;
+  good_capture(folder, ".vcd");
+  const std::string capture = folder.path("good.vcd");
+  for (const char* option : {"-f", "--ack-max", "--ack-clocks", "--timeout", "--release",
+                             "--clock-max", "--cycle-min", "--since", "--ma", "--fail-on", "-o"}) {
+    SCOPED_TRACE(option);
+    const Outcome outcome = run({"decode", capture, option, ""});
+    EXPECT_EQ(outcome.status, 2);
+    expect_one_line(outcome, "empty; a value is needed");
+    EXPECT_EQ(outcome.out, "");
+    if (std::string_view(option).starts_with("--")) {
+      const Outcome joined =
+          run({"decode", capture, std::string(option) + "=", "pos26,nE,nW,crc6"});
+      EXPECT_EQ(joined.status, 2);
+      expect_one_line(joined, "empty; a value is needed");
+    }
+  }
+  for (const char* option : {"--drift", "--motion", "--fault", "--access", "--registers",
+                             "--counter-start", "--truth", "--ma-from"}) {
+    SCOPED_TRACE(option);
+    const Outcome outcome =
+        run({"simulate", "-f", usual, option, "", "-o", folder.path("never.vcd")});
+    EXPECT_EQ(outcome.status, 2);
+    expect_one_line(outcome, "empty; a value is needed");
+    EXPECT_EQ(folder.files(), 1U);
+  }
+  const Outcome shard = run({"safety", "campaign", "-f", "rxm", "--shard", ""});
+  EXPECT_EQ(shard.status, 2);
+  expect_one_line(shard, "empty; a value is needed");
+}
+
+TEST(BadInput, NegativeTime_IsATimeOfTheCapture) {
+  const Folder folder;
+  const std::string text = good_capture(folder, ".csv");
+  // All times 1 ms earlier.
+  std::istringstream lines(text);
+  std::string early;
+  std::getline(lines, early);
+  early += '\n';
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t comma = line.find(',');
+    early +=
+        std::to_string(std::stod(line.substr(0, comma)) - 1'000'000) + line.substr(comma) + '\n';
+  }
+  const std::string capture = folder.file("early.csv", early);
+  const auto all = rows_of(run({"decode", capture, "-f", usual, "--to", "csv"}).out);
+  ASSERT_EQ(all.size(), 30U);
+  const Outcome part =
+      run({"decode", capture, "-f", usual, "--to", "csv", "--since", "-900us", "--until=-1us"});
+  EXPECT_EQ(part.status, 0) << part.err;
+  std::size_t inside = 0;
+  for (const Row& row : all) {
+    const double time = std::stod(row.at("time_ns"));
+    inside += time >= -900'000 && time <= -1'000 ? 1U : 0U;
+  }
+  EXPECT_GT(inside, 3U);
+  EXPECT_LT(inside, 27U);
+  EXPECT_EQ(rows_of(part.out).size(), inside);
 }
 
 TEST(BadInput, MoreCyclesThanTimeCanCount_IsWrongUsage) {
