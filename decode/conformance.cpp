@@ -31,9 +31,8 @@ bool tells_nothing(CycleStatus status) {
 
 // START was found, and MA ran as it should.
 bool has_times(CycleStatus status) {
-  return status == CycleStatus::ok || status == CycleStatus::crc ||
-         status == CycleStatus::ack_range || status == CycleStatus::cds ||
-         status == CycleStatus::stop_bit;
+  return is_good(status) || status == CycleStatus::crc || status == CycleStatus::ack_range ||
+         status == CycleStatus::cds || status == CycleStatus::stop_bit;
 }
 
 }  // namespace
@@ -112,7 +111,7 @@ void Conformance::judge_frame(std::uint64_t number, const Cycle& cycle) {
   const bool good =
       has_times(status) && status != CycleStatus::cds && status != CycleStatus::stop_bit;
   count(Rule::frame_structure, good, number, name_of(status));
-  if (status == CycleStatus::ok) usual_edges_ = std::max(usual_edges_, cycle.rising_edges);
+  if (is_good(status)) usual_edges_ = std::max(usual_edges_, cycle.rising_edges);
   const bool checked = std::any_of(cycle.crc_ok.begin(), cycle.crc_ok.end(),
                                    [](const auto& right) { return right.has_value(); });
   if (good && checked) count(Rule::frame_crc, status != CycleStatus::crc, number);

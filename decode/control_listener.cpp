@@ -32,13 +32,16 @@ std::string_view name_of(AccessKind kind) {
 void ControlListener::push(std::uint64_t number, const Cycle& cycle) {
   // Too short to be a request: no slave takes notice of its CDM.
   if (cycle.status == CycleStatus::ma_glitch || cycle.status == CycleStatus::cut_start) return;
-  push(number, cycle.time, cycle.cds(), cycle.cdm);
+  // CDM is missing behind a CDS only where the capture ends before the level of MA is certain.
+  const bool cut = cycle.status == CycleStatus::cut_end || (cycle.cds() && !cycle.cdm);
+  push(number, cycle.time, cycle.cds(), cycle.cdm,
+       cut ? AccessOutcome::cut_end : AccessOutcome::frame_lost);
 }
 
 void ControlListener::push(std::uint64_t number, Picoseconds time, std::optional<bool> cds,
-                           std::optional<bool> cdm) {
+                           std::optional<bool> cdm, AccessOutcome lost) {
   if (!cds || !cdm) {
-    if (phase_ != Phase::idle && phase_ != Phase::over) fail(AccessOutcome::frame_lost);
+    if (phase_ != Phase::idle && phase_ != Phase::over) fail(lost);
     zeros_ = 0;
     return;
   }
@@ -91,7 +94,6 @@ void ControlListener::idle(std::uint64_t number, Picoseconds time, bool cds, boo
   access_.cycle = number;
   access_.time = time;
   access_.cycles = 1;
-  first_byte_ = true;
   phase_ = Phase::header;
   k_ = control_bit::cts;
 }
@@ -174,7 +176,8 @@ void ControlListener::start(Picoseconds time, bool cds, bool cdm) {
     k_ = 1;
     return;
   }
-  if (first_byte_ && access_.kind == AccessKind::write) return fail(AccessOutcome::start_missing);
+  if (!access_.continues && access_.kind == AccessKind::write)
+    return fail(AccessOutcome::start_missing);
   ++access_.busy_cycles;
   if (!cdm) fail(AccessOutcome::busy_too_long);
 }
@@ -207,7 +210,7 @@ void ControlListener::next(std::uint64_t number, Picoseconds time, bool p, bool 
   access_.busy = {};
   access_.busy_cycles = 0;
   access_.cycles = 1;
-  first_byte_ = false;
+  access_.continues = true;
   if (p) return fail(AccessOutcome::next_unavailable);
   phase_ = Phase::start;
 }

@@ -64,6 +64,8 @@ struct ControlAccess {
   std::uint32_t cycles = 0;    ///< from the start bit, or S, to the last bit
   bool header_sent = false;    ///< the header's CRC was right: id or slaves are known
   bool next_available = true;  ///< P was 0: the next address may be accessed
+  /// A further byte of a sequential access: no header of its own.
+  bool continues = false;
 };
 
 /// Follows every cycle. Bounded memory; whatever the bits are, 14 zeros on CDM bring it back to
@@ -76,9 +78,9 @@ class ControlListener {
 
   /// The next cycle of the capture.
   void push(std::uint64_t number, const Cycle& cycle);
-  /// The same, bits given. A missing bit breaks off an access.
+  /// The same, bits given. A missing bit breaks off an access, with the outcome `lost`.
   void push(std::uint64_t number, Picoseconds time, std::optional<bool> cds,
-            std::optional<bool> cdm);
+            std::optional<bool> cdm, AccessOutcome lost = AccessOutcome::frame_lost);
   /// The capture is over.
   void finish();
 
@@ -112,7 +114,6 @@ class ControlListener {
   std::uint64_t cdm_ = 0;
   std::uint64_t cds_ = 0;
   unsigned zeros_ = 0;
-  bool first_byte_ = true;
   bool ids_end_in_zeros_ = true;
   Picoseconds busy_since_{};
   std::uint64_t stray_cds_ = 0;

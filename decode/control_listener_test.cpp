@@ -147,6 +147,17 @@ TEST(ControlListener, EveryRefusal_HasItsName) {
   EXPECT_EQ(outcome_of("11000000001000000110101010100110", printed[5].cds), "write_crc");
 }
 
+TEST(ControlListener, AnyBitBehindTheIds_IsAnIdPattern) {
+  for (std::size_t bit = 9; bit < 16; ++bit) {
+    for (const bool answers : {false, true}) {
+      std::string cds = printed[0].cds;
+      cds[0] = answers ? '1' : '0';
+      cds[bit] = '1';
+      EXPECT_EQ(outcome_of(printed[0].cdm, cds), "id_pattern") << bit;
+    }
+  }
+}
+
 // The master's session against bits that a slave would send, with a busy time before each byte.
 TEST(ControlListener, SequenceWithBusyTimes_IsARowAByte) {
   Bench bench;
@@ -198,6 +209,33 @@ TEST(ControlListener, LostCycle_BreaksTheAccessAndTheNextOneIsTold) {
     bench.access(printed[1].cdm, printed[1].cds);
     ASSERT_EQ(bench.told.size(), 2U);
     expect_register(bench.told[1], AccessKind::read, 0, 0x43, 0x1E);
+  }
+}
+
+TEST(ControlListener, CycleCutByTheEndOfTheCapture_GivesCutEnd) {
+  Cycle whole;
+  whole.raw.append(0b10, 2);
+  whole.cdm = false;
+  Cycle start = whole;
+  start.cdm = true;
+  Cycle cut = whole;
+  cut.status = CycleStatus::cut_end;
+  Cycle without_rest = whole;
+  without_rest.cdm.reset();
+  Cycle silent = whole;
+  silent.status = CycleStatus::no_response;
+  silent.raw = {};
+  for (const auto& [last, outcome] :
+       {std::pair{cut, "cut_end"}, {without_rest, "cut_end"}, {silent, "frame_lost"}}) {
+    Bench bench;
+    for (unsigned k = 0; k < 14; ++k) bench.listener.push(bench.number++, whole);
+    bench.listener.push(bench.number++, start);
+    // A cut frame may have brought its CDS, but not the level of MA behind it.
+    Cycle ends = last;
+    if (ends.status == CycleStatus::cut_end) ends.cdm.reset();
+    bench.listener.push(bench.number++, ends);
+    bench.listener.finish();
+    EXPECT_EQ(name_of(bench.only().outcome), outcome);
   }
 }
 

@@ -34,16 +34,22 @@ enum class CycleStatus : std::uint8_t {
   ma_glitch,      ///< fewer than two rising edges of MA: a pulse, not a request
   ma_clock,       ///< an edge of MA is missing or too many: bits cannot be counted
   unknown_level,  ///< MA or SLO was neither 0 nor 1 where it mattered
+  unchecked,      ///< the structure is right; without a format nothing else can be checked
 };
 
-inline constexpr std::size_t cycle_status_count = 15;
+inline constexpr std::size_t cycle_status_count = 16;
 
 constexpr std::string_view name_of(CycleStatus status) {
   constexpr std::array<std::string_view, cycle_status_count> names{
-      "ok",        "no_response", "not_ready",    "response_range", "no_start",  "ack_range",
-      "truncated", "cds",         "crc",          "stop_bit",       "cut_start", "cut_end",
-      "ma_glitch", "ma_clock",    "unknown_level"};
+      "ok",        "no_response", "not_ready",     "response_range", "no_start",  "ack_range",
+      "truncated", "cds",         "crc",           "stop_bit",       "cut_start", "cut_end",
+      "ma_glitch", "ma_clock",    "unknown_level", "unchecked"};
   return names[static_cast<std::size_t>(status)];
+}
+
+/// Nothing is wrong with the transmission, as far as it was checked.
+constexpr bool is_good(CycleStatus status) {
+  return status == CycleStatus::ok || status == CycleStatus::unchecked;
 }
 
 constexpr CycleStatus status_of(FrameError error) {
@@ -65,6 +71,8 @@ struct Cycle {
   std::array<std::optional<bool>, max_channels> crc_ok{};
   /// Second rising edge of MA to the first falling edge of SLO.
   std::optional<Picoseconds> line_delay;
+  /// With `response_range`: SLO fell this long before the edge of MA that makes ACK.
+  std::optional<Picoseconds> early;
   /// SLO falling to START rising, as seen at the master.
   std::optional<Picoseconds> ack;
   std::optional<Picoseconds> period;

@@ -15,6 +15,13 @@ using wire::Level;
 // Of a period, the margin of `marginal`; the master of biss/master has the same.
 constexpr std::int64_t margin_share = 20;
 
+// Of a period, the most that SLO may seem to fall before the edge of ACK, however coarse the
+// capture is: SLO that falls earlier was not moved by that edge.
+constexpr std::int64_t uncertain_share = 4;
+
+// The ACK of this device is judged apart.
+constexpr FrameBounds anywhere{.lead_max_clocks = 1, .ack_max_clocks = UINT16_MAX};
+
 bool has_unknown(std::span<const LevelChange> ma) {
   return std::any_of(ma.begin(), ma.end(),
                      [](const LevelChange& change) { return change.level == Level::unknown; });
@@ -65,21 +72,28 @@ CycleReading CycleReader::read(const CycleSpan& span, const LineHistory& slo) {
   } else if (clock_.rises.size() < 2) {
     cycle.status = ends_with_capture(span) ? CycleStatus::cut_end : CycleStatus::ma_glitch;
   } else {
+    cycle.cdm = resting_level(span);
+    reading.jitter = clock_.jitter;
     const Response response = find_response(span, slo);
     cycle.status = response.status;
+    if (response.status == CycleStatus::response_range && response.fall < clock_.rises[1]) {
+      cycle.early = elapsed(response.fall, clock_.rises[1]);
+    }
     if (response.status != CycleStatus::ok) return reading;
     cycle.line_delay = std::max(Picoseconds{}, response.fall - clock_.rises[1]);
     const Picoseconds delay = sampling_delay(slo, response.fall);
     const Sampled sampled = sample(span, slo, delay);
-    const std::size_t start = sampled.bits.view().find(true, 1);
-    if (start < sampled.bits.size_bits()) {
-      const auto rise = rise_before(slo, shifted(clock_.rises[start], delay + clock_.period / 2));
+    const auto start = find_start(sampled.bits.view(), anywhere);
+    if (start.ok()) {
+      const Picoseconds sampled_at =
+          shifted(clock_.rises[start->start_bit], delay + clock_.period / 2);
+      const auto rise = rise_before(slo, sampled_at);
       if (rise && *rise > response.fall) cycle.ack = *rise - response.fall;
     }
-    judge(span, sampled, reading);
-    cycle.cdm = resting_level(span);
+    judge(span, sampled, start, reading);
     cycle.release = release(span, slo, delay);
-    cycle.marginal = judge_margin(span, slo, response.fall, sampled, start);
+    cycle.marginal = judge_margin(span, slo, response.fall, sampled,
+                                  start.ok() ? start->start_bit : sampled.bits.size_bits());
   }
   return reading;
 }
@@ -115,15 +129,21 @@ Picoseconds CycleReader::usual_period() {
     usual = median(values);
   }
   Picoseconds sum{};
+  Picoseconds shortest = usual;
+  Picoseconds longest = usual;
   std::int64_t count = 0;
   for (std::size_t i = 0; i < clock_.intervals.size(); ++i) {
-    if (!even && irregular(clock_.intervals[i], usual)) {
+    const Picoseconds interval = clock_.intervals[i];
+    if (!even && irregular(interval, usual)) {
       clock_.first_irregular = std::min(clock_.first_irregular, i + 1);
       continue;
     }
-    sum += clock_.intervals[i];
+    sum += interval;
+    shortest = std::min(shortest, interval);
+    longest = std::max(longest, interval);
     ++count;
   }
+  clock_.jitter = longest - shortest;
   return (sum + picoseconds(count / 2)) / count;
 }
 
@@ -148,19 +168,20 @@ CycleReader::Response CycleReader::find_response(const CycleSpan& span,
   if (slo.level_before(begin) == Level::unknown) return {{}, CycleStatus::unknown_level};
   const bool ready = slo.level_before(begin) == Level::high;
   const Picoseconds second_rise = clock_.rises[1];
-  // A capture may show SLO a sample before the edge of MA that moved it.
-  const Picoseconds earliest = shifted(second_rise, -(clock_.period / 4));
+  // The capture and the jitter of MA may show SLO before the edge of MA that moved it.
+  const Picoseconds uncertainty =
+      std::min(margin_.resolution + clock_.jitter, clock_.period / uncertain_share);
+  const Picoseconds earliest = shifted(second_rise, -uncertainty);
   for (std::size_t i = begin; i < slo.size() && slo[i].time <= span.limit; ++i) {
     if (slo[i].level == Level::unknown) return {{}, CycleStatus::unknown_level};
     if (slo[i].level != Level::low) continue;
     const Picoseconds settled = shifted(std::max(slo[i].time, earliest), clock_.period / 2);
     if (i + 1 < slo.size() && slo[i + 1].time <= settled) continue;
     if (!ready && !ready_in_time(slo, i)) return {{}, CycleStatus::not_ready};
-    if (slo[i].time < earliest) return {{}, CycleStatus::response_range};
-    if (slo[i].time > shifted(second_rise, biss_line_delay_max)) {
-      return {{}, CycleStatus::response_range};
-    }
-    return {slo[i].time, CycleStatus::ok};
+    const Picoseconds delay = slo[i].time < second_rise ? -elapsed(slo[i].time, second_rise)
+                                                        : elapsed(second_rise, slo[i].time);
+    const bool in_range = is_response_delay(delay, uncertainty);
+    return {slo[i].time, in_range ? CycleStatus::ok : CycleStatus::response_range};
   }
   return {{}, ready ? silence(span) : CycleStatus::not_ready};
 }
@@ -200,8 +221,9 @@ CycleStatus CycleReader::silence(const CycleSpan& span) const {
   const Picoseconds asked = elapsed(clock_.rises[1], std::max(span.limit, clock_.rises[1]));
   const Picoseconds idle = elapsed(clock_.rises.back(), std::max(span.limit, clock_.rises.back()));
   const bool waited = asked >= std::max(clock_.period, biss_line_delay_max);
-  return span.last_of_capture && !waited && idle < clock_.period ? CycleStatus::cut_end
-                                                                 : CycleStatus::no_response;
+  const bool may_clock_on = 2 * idle < 3 * clock_.period;
+  return span.last_of_capture && !waited && may_clock_on ? CycleStatus::cut_end
+                                                         : CycleStatus::no_response;
 }
 
 // From a rising edge of MA to SLO's change, averaged over the cycle: one edge alone may be off by
@@ -312,11 +334,9 @@ std::optional<bool> CycleReader::judge_margin(const CycleSpan& span, const LineH
   return sample(span, slo, {}).first_marginal <= last + lead - 1;
 }
 
-void CycleReader::judge(const CycleSpan& span, const Sampled& sampled,
+void CycleReader::judge(const CycleSpan& span, const Sampled& sampled, const FoundStart& start,
                         CycleReading& reading) const {
   Cycle& cycle = reading.cycle;
-  constexpr FrameBounds anywhere{.lead_max_clocks = 1, .ack_max_clocks = UINT16_MAX};
-  const auto start = find_start(sampled.bits.view(), anywhere);
   std::size_t last_bit = clock_.rises.size() - 1;
   if (start.ok()) {
     read_payload(sampled, *start, reading);
@@ -331,6 +351,7 @@ void CycleReader::judge(const CycleSpan& span, const Sampled& sampled,
     cycle.status = *fault;
   }
   if (cycle.status != CycleStatus::ok) cycle.frame.reset();
+  if (cycle.status == CycleStatus::ok && !codec_) cycle.status = CycleStatus::unchecked;
 }
 
 void CycleReader::read_payload(const Sampled& sampled, const FrameStart& start,
@@ -338,33 +359,36 @@ void CycleReader::read_payload(const Sampled& sampled, const FrameStart& start,
   Cycle& cycle = reading.cycle;
   const BitView bits = sampled.bits.view();
   const std::size_t wanted = codec_ ? codec_->payload_bits() + 3U : RawBits::capacity_bits;
-  const BitView raw = bits.from(start.start_bit).first(std::min(wanted, RawBits::capacity_bits));
-  for (std::size_t i = 0; i < raw.size_bits(); ++i) cycle.raw.append(raw[i]);
+  cycle.raw.append(bits.from(start.start_bit).first(std::min(wanted, RawBits::capacity_bits)));
   if (!codec_) {
     reading.complete = !sampled.reached_limit;
     return;
   }
-  check_channels(cycle);
   const auto frame = decode_payload(bits, start, *codec_);
   if (frame.ok()) {
     cycle.frame = *frame;
   } else {
     cycle.status = status_of(frame.error().cause);
   }
+  note_checksums(frame.ok() ? std::nullopt : std::optional(frame.error()), cycle);
   reading.complete = frame.ok() || frame.error().cause != FrameError::truncated;
 }
 
-void CycleReader::check_channels(Cycle& cycle) const {
+// What decode_payload() found, and the channels that it did not come to.
+void CycleReader::note_checksums(const std::optional<FrameFault>& fault, Cycle& cycle) const {
   const BitView raw = cycle.raw.view();
-  std::size_t at = 2;
   const auto channels = codec_->format().channels();
+  const bool wrong = fault && fault->cause == FrameError::crc;
+  const bool all_right = !fault || fault->cause == FrameError::stop_bit;
+  const std::size_t right = all_right ? channels.size() : wrong ? fault->channel : 0;
+  std::size_t at = 2;
   for (std::size_t k = 0; k < channels.size(); ++k) {
     const ChannelFormat& channel = channels[k];
     if (at + channel.total_bits() > raw.size_bits()) return;
     if (channel.crc.present()) {
-      const std::uint64_t data = raw.word(at, channel.data_bits);
-      cycle.crc_ok[k] =
-          raw.word(at + channel.data_bits, channel.crc.width_bits) == codec_->crc(k, data);
+      cycle.crc_ok[k] = k < right || (!(wrong && k == right) &&
+                                      raw.word(at + channel.data_bits, channel.crc.width_bits) ==
+                                          codec_->crc(k, raw.word(at, channel.data_bits)));
     }
     at += channel.total_bits();
   }

@@ -32,6 +32,8 @@ struct CycleSpan {
 /// sample, or nothing is read from it anyway.
 struct CycleReading {
   Cycle cycle;
+  /// Longest less shortest period of MA in this cycle; see docs/status.md, `response_range`.
+  Picoseconds jitter{};
   bool complete = false;
 };
 
@@ -42,7 +44,8 @@ struct MarginSetup {
   /// for the delay all the same.
   bool compensated = true;
   /// Every edge may have been earlier by less than this: the time between two samples of the
-  /// capture, 0 where it holds changes. `marginal` is then told only where it is certain.
+  /// capture, 0 where it holds changes. `marginal` is given only where it is certain, and SLO may
+  /// seem to fall this much before the edge of MA that moved it.
   Picoseconds resolution{};
 };
 
@@ -50,8 +53,8 @@ struct MarginSetup {
 /// line delay of that cycle plus half a period. Nothing is carried from one cycle to the next.
 class CycleReader {
  public:
-  /// Without a format only structure is judged: `ok` then means that START was found, and no
-  /// position is given.
+  /// Without a format only the structure is judged: a cycle in which START was found is then
+  /// `unchecked`, and has no frame.
   CycleReader(std::optional<FrameFormat> format, const DeviceTiming& timing,
               const MarginSetup& margin = {});
 
@@ -62,6 +65,8 @@ class CycleReader {
   // The clock of this cycle; working memory, kept to spare allocations.
   struct Clock {
     Picoseconds period{};
+    // Difference of the longest and the shortest distance of two rising edges that is a period.
+    Picoseconds jitter{};
     std::vector<Picoseconds> rises;
     std::vector<Picoseconds> even_rises;
     std::vector<Picoseconds> intervals;
@@ -104,9 +109,11 @@ class CycleReader {
   Picoseconds certain_margin() const;
   std::optional<bool> judge_margin(const CycleSpan& span, const LineHistory& slo, Picoseconds fall,
                                    const Sampled& sampled, std::size_t start) const;
-  void judge(const CycleSpan& span, const Sampled& sampled, CycleReading& reading) const;
+  using FoundStart = Result<FrameStart, FrameFault>;
+  void judge(const CycleSpan& span, const Sampled& sampled, const FoundStart& start,
+             CycleReading& reading) const;
   void read_payload(const Sampled& sampled, const FrameStart& start, CycleReading& reading) const;
-  void check_channels(Cycle& cycle) const;
+  void note_checksums(const std::optional<FrameFault>& fault, Cycle& cycle) const;
   std::optional<CycleStatus> fault_of_capture(const CycleSpan& span, const Sampled& sampled,
                                               CycleStatus status, std::size_t last_bit) const;
 

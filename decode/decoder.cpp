@@ -17,11 +17,21 @@ using wire::Level;
 constexpr Picoseconds longest_period = microseconds(16);
 constexpr Picoseconds period_when_unknown = period_of(biss_clock_min);
 
-// SLO is of no interest for longer than this behind the last edge of a cycle: the line delay and a
-// period are over by then.
+// A pause is longer than the gaps of the clock by at least this share of a period.
+constexpr std::int64_t pause_share = 50;
+// A low of MA shorter than this share of a period is a pulse and not a clock.
+constexpr std::int64_t pulse_share = 20;
+
+// SLO is ignored later than this after the last edge of a cycle: the line delay and a period are
+// over by then.
 constexpr Picoseconds slo_matters = milliseconds(1);
 
-// Whether such a cycle tells how long the next one will be.
+Level seen_as(Level level, bool inverted) {
+  if (!inverted || level == Level::unknown) return level;
+  return level == Level::low ? Level::high : Level::low;
+}
+
+// The length of such a cycle is that of a request.
 bool is_usual(CycleStatus status) {
   return status != CycleStatus::cut_start && status != CycleStatus::cut_end &&
          status != CycleStatus::ma_glitch && status != CycleStatus::ma_clock &&
@@ -38,15 +48,15 @@ void Decoder::push_ma(LevelChange change) {
     begin_time_ = change.time;
     return;
   }
-  if (passing_over_) {
-    pass_over(change.time);
-    if (passing_over_) return;
+  if (skipping_) {
+    skip(change.time);
+    if (skipping_) return;
   }
   ma_.push_back(change);
-  // Nearly every edge is just the next one of the cycle under way.
+  // Nearly every edge is the next one of the current cycle.
   const bool next_clock = scanned_ + 1 == ma_.size() && scanned_ != 0 &&
                           scanned_ < max_cycle_edges && scanned_ % faster_clock_step != 0 &&
-                          !is_long_still(elapsed(ma_[scanned_ - 1].time, change.time));
+                          elapsed(ma_[scanned_ - 1].time, change.time) <= pause_;
   if (next_clock) {
     ++scanned_;
   } else {
@@ -55,7 +65,7 @@ void Decoder::push_ma(LevelChange change) {
 }
 
 void Decoder::push_slo(LevelChange change) {
-  // Without a request under way only the level counts.
+  // Without a current request only the level counts.
   if (ma_.empty()) slo_.forget_before(change.time);
   slo_.push(change);
 }
@@ -63,9 +73,9 @@ void Decoder::push_slo(LevelChange change) {
 void Decoder::push(std::span<const wire::Edge> edges, const Lines& lines) {
   for (const wire::Edge& edge : edges) {
     if (edge.line == lines.ma) {
-      push_ma({edge.time, edge.level});
+      push_ma({edge.time, seen_as(edge.level, lines.ma_inverted)});
     } else if (edge.line == lines.slo) {
-      push_slo({edge.time, edge.level});
+      push_slo({edge.time, seen_as(edge.level, lines.slo_inverted)});
     }
   }
 }
@@ -85,8 +95,9 @@ bool Decoder::find_begin(bool at_end) {
   if (idle_known_) drop_return_to_idle();
   if (ma_.empty() || (ma_.size() < lookahead_edges && !at_end)) return false;
   period_ = period_ahead();
+  pause_ = pause_ahead();
   if (!idle_known_ && 2 * elapsed(begin_time_, ma_.front().time) >= 3 * period_) {
-    // The capture begins with a stillness: the first edge is a beginning, not the middle.
+    // The capture begins with an idle gap: the first edge is a beginning, not the middle.
     idle_known_ = true;
     drop_return_to_idle();
     if (ma_.empty()) return false;
@@ -95,7 +106,7 @@ bool Decoder::find_begin(bool at_end) {
   return true;
 }
 
-// A rising edge behind a cycle's end is MA going back to idle (CDM = 1), not a clock.
+// A rising edge after a cycle's end is MA going back to idle (CDM = 1), not a clock.
 void Decoder::drop_return_to_idle() {
   const auto begin = std::find_if(ma_.begin(), ma_.end(), [](const LevelChange& change) {
     return change.level != Level::high;
@@ -117,7 +128,17 @@ Picoseconds Decoder::period_ahead() const {
   return std::max(*middle, picoseconds(1));
 }
 
-// Emits the cycle at the front when its end is in sight. False: more edges are needed.
+// The longest of the next gaps of the clock, and a little more.
+Picoseconds Decoder::pause_ahead() const {
+  Picoseconds longest{};
+  for (std::size_t i = 1; i < ma_.size() && i < lookahead_edges; ++i) {
+    const Picoseconds gap = elapsed(ma_[i - 1].time, ma_[i].time);
+    if (gap < period_) longest = std::max(longest, gap);
+  }
+  return longest + period_ / pause_share;
+}
+
+// Emits the cycle at the front when its end is known. False: more edges are needed.
 bool Decoder::take_cycle(bool at_end) {
   for (; scanned_ < ma_.size(); ++scanned_) {
     if (scanned_ == max_cycle_edges) {
@@ -127,35 +148,48 @@ bool Decoder::take_cycle(bool at_end) {
     if (scanned_ >= faster_clock_edges && scanned_ % faster_clock_step == 0) {
       follow_clock(ma_[scanned_ - faster_clock_edges].time, ma_[scanned_].time);
     }
-    const Picoseconds still = elapsed(ma_[scanned_ - 1].time, ma_[scanned_].time);
-    if (!is_long_still(still)) continue;
+    if (begins_with_pulse()) {
+      emit(read_front(ma_[scanned_].time, false));
+      return true;
+    }
+    const Picoseconds gap = elapsed(ma_[scanned_ - 1].time, ma_[scanned_].time);
+    // What an unknown level hides is no idle gap.
+    if (gap <= pause_ || ma_[scanned_ - 1].level == Level::unknown) continue;
     const std::size_t next_fall = scanned_ + (ma_[scanned_].level == Level::high ? 1 : 0);
     const bool last = next_fall >= ma_.size();
     if (last && !at_end) return false;
     const Picoseconds next = last ? end_time_ : ma_[next_fall].time;
-    CycleReading reading = read_front(next, last);
-    const bool doubtful = still <= 4 * period_;
-    if (doubtful && repeats(reading)) return take_cycle(at_end);
-    if (!reading.cycle.frame && frame_behind_doubt(next, last)) {
-      reading = read_front(ma_[scanned_].time, false);
-    } else if (doubtful && !is_over(reading)) {
-      doubt_ = scanned_;
+    if (!is_long(gap)) {
+      const auto before = last ? std::nullopt : read_before_pause(next);
+      if (!before) continue;
+      emit(*before);
+      return true;
+    }
+    const CycleReading reading = read_front(next, last);
+    const bool doubtful = gap <= 4 * period_;
+    if (doubtful && repeats(reading)) {
+      usual_clocks_ = clocks_between(0, doubt_->edges, *reading.cycle.period);
+      emit_before_doubt();
+      return true;
+    }
+    if (emit_before_frame(reading, next, last)) return true;
+    if (doubtful && !is_over(reading)) {
+      doubt_ = {.edges = scanned_, .reading = reading};
       continue;
     }
     emit(reading);
     return true;
   }
   if (!at_end) return false;
-  CycleReading reading = read_front(end_time_, true);
-  if (!reading.cycle.frame && frame_behind_doubt(end_time_, true)) {
-    reading = read_front(ma_[scanned_].time, false);
-  }
-  emit(reading);
+  const CycleReading reading = read_front(end_time_, true);
+  if (!emit_before_frame(reading, end_time_, true)) emit(reading);
   return true;
 }
 
 CycleReading Decoder::read_front(Picoseconds next, bool last_of_capture) {
-  return read(0, next, last_of_capture);
+  const bool known = proof_ && proof_->begin == ma_.front().time && proof_->edges == scanned_ &&
+                     proof_->next == next && proof_->last_of_capture == last_of_capture;
+  return known ? proof_->reading : read(0, next, last_of_capture);
 }
 
 // The edges from `begin` to scanned_ as a cycle.
@@ -168,7 +202,7 @@ CycleReading Decoder::read(std::size_t begin, Picoseconds next, bool last_of_cap
                       slo_);
 }
 
-// Whether the stillness behind scanned_ is the cycle's end, and not a few missing edges.
+// Whether the gap after scanned_ is the cycle's end, and not a few missing edges.
 bool Decoder::is_over(const CycleReading& reading) const {
   if (reading.complete) return true;
   const bool glitch = scanned_ == 2 && 4 * elapsed(ma_[0].time, ma_[1].time) < period_;
@@ -176,37 +210,90 @@ bool Decoder::is_over(const CycleReading& reading) const {
   return glitch || (usual_clocks_ != 0 && clocks_between(0, scanned_, period) + 1 >= usual_clocks_);
 }
 
-// Where no cycle before tells how long one is: two pieces of one length are two cycles. Then goes
-// back to the end of the first.
-bool Decoder::repeats(const CycleReading& reading) {
-  if (usual_clocks_ != 0 || !reading.cycle.period || !is_doubted()) return false;
-  const std::int64_t before = clocks_between(0, doubt_, *reading.cycle.period);
-  const std::int64_t behind = clocks_between(doubt_, scanned_, *reading.cycle.period);
-  if (before < 2 || std::abs(behind - before) > 1) return false;
-  usual_clocks_ = before;
-  scanned_ = doubt_;
+// Where no cycle before gives the usual length: two pieces of one length are two cycles.
+bool Decoder::repeats(const CycleReading& reading) const {
+  if (usual_clocks_ != 0 || !reading.cycle.period || !doubt_) return false;
+  const std::int64_t before = clocks_between(0, doubt_->edges, *reading.cycle.period);
+  const std::int64_t after = clocks_between(doubt_->edges, scanned_, *reading.cycle.period);
+  return before >= 2 && std::abs(after - before) <= 1;
+}
+
+// Ends the cycle earlier than at scanned_, where a frame with a correct checksum follows.
+bool Decoder::emit_before_frame(const CycleReading& reading, Picoseconds next,
+                                bool last_of_capture) {
+  if (reading.cycle.frame) return false;
+  if (frame_after_doubt(next, last_of_capture)) {
+    emit_before_doubt();
+    return true;
+  }
+  if (!frame_after_unknown(next, last_of_capture)) return false;
+  scanned_ = 2;
+  emit(read_front(ma_[scanned_].time, false));
   return true;
 }
 
-// What stands behind the last doubtful stillness proves by itself that it is a cycle. Then goes
-// back to the end of the one before, which must not be shorter: where a few of the first edges of a
-// cycle are missing, the rest of it reads well too.
-bool Decoder::frame_behind_doubt(Picoseconds next, bool last_of_capture) {
-  if (!is_doubted()) return false;
-  const std::size_t begin = doubt_ + (ma_[doubt_].level == Level::high ? 1 : 0);
-  if (begin >= scanned_) return false;
-  if (clocks_between(0, doubt_, period_) < clocks_between(begin, scanned_, period_)) return false;
-  const CycleReading behind = read(begin, next, last_of_capture);
-  const auto& checks = behind.cycle.crc_ok;
-  const bool checked = std::any_of(checks.begin(), checks.end(),
-                                   [](const auto& crc_ok) { return crc_ok.has_value(); });
-  if (!behind.cycle.frame || !checked) return false;
-  scanned_ = doubt_;
+// The cycle before must not be shorter: where a few of the first edges of a cycle are missing, the
+// rest of it reads well too.
+bool Decoder::frame_after_doubt(Picoseconds next, bool last_of_capture) {
+  if (!doubt_) return false;
+  const std::size_t begin = doubt_->edges + (ma_[doubt_->edges].level == Level::high ? 1 : 0);
+  return begin < scanned_ &&
+         clocks_between(0, doubt_->edges, period_) >= clocks_between(begin, scanned_, period_) &&
+         proves_a_cycle(begin, next, last_of_capture);
+}
+
+// The capture was switched off while MA was idle, and on again just before a request.
+bool Decoder::frame_after_unknown(Picoseconds next, bool last_of_capture) {
+  return scanned_ >= 4 && ma_[0].level == Level::unknown && ma_[1].level == Level::high &&
+         proves_a_cycle(2, next, last_of_capture);
+}
+
+// Whether a frame with a correct checksum begins at this edge.
+bool Decoder::proves_a_cycle(std::size_t begin, Picoseconds next, bool last_of_capture) {
+  const CycleReading reading = read(begin, next, last_of_capture);
+  const auto& checks = reading.cycle.crc_ok;
+  if (!reading.cycle.frame || std::none_of(checks.begin(), checks.end(),
+                                           [](const auto& crc_ok) { return crc_ok.has_value(); })) {
+    return false;
+  }
+  proof_ = {ma_[begin].time, scanned_ - begin, next, last_of_capture, reading};
   return true;
+}
+
+// The first low of MA is much too short for a clock: a pulse just before a request.
+bool Decoder::begins_with_pulse() const {
+  return scanned_ == 2 && ma_.size() > 3 && idle_known_ && ma_[0].level == Level::low &&
+         pulse_share * elapsed(ma_[0].time, ma_[1].time) < period_ &&
+         pulse_share * elapsed(ma_[2].time, ma_[3].time) >= period_;
+}
+
+// The cycle before scanned_, where the encoder went idle in the short gap before the next falling
+// edge of MA: that edge begins a request.
+std::optional<CycleReading> Decoder::read_before_pause(Picoseconds next) {
+  const Picoseconds last = ma_[scanned_ - 1].time;
+  const std::size_t change = slo_.after(ma_[scanned_].time);
+  if (change == 0 || slo_[change - 1].time <= last) return std::nullopt;
+  if (slo_.level_before(change) != Level::high || slo_.level_at(next) != Level::high) {
+    return std::nullopt;
+  }
+  CycleReading reading = read_front(next, false);
+  if (!reading.cycle.line_delay) return std::nullopt;
+  // What the last clock moves comes a line delay later; what the next one moves comes after it.
+  const Picoseconds moved = *reading.cycle.line_delay + *reading.cycle.period / 4 + reading.jitter;
+  const Picoseconds rise = slo_[change - 1].time;
+  if (rise <= shifted(last, moved) || shifted(rise, reading.jitter) >= ma_[scanned_].time) {
+    return std::nullopt;
+  }
+  return reading;
 }
 
 std::int64_t Decoder::clocks_between(std::size_t first, std::size_t end, Picoseconds period) const {
   return elapsed(ma_[first].time, ma_[end - 1].time).count / period.count;
+}
+
+void Decoder::emit_before_doubt() {
+  scanned_ = doubt_->edges;
+  emit(doubt_->reading);
 }
 
 void Decoder::emit(const CycleReading& reading) {
@@ -218,32 +305,34 @@ void Decoder::emit(const CycleReading& reading) {
   ma_.erase(ma_.begin(), ma_.begin() + static_cast<std::ptrdiff_t>(scanned_));
   slo_.forget_before(ma_.empty() ? last : ma_.front().time);
   scanned_ = 0;
-  doubt_ = 0;
   idle_known_ = true;
   on_cycle_(cycle);
+  doubt_.reset();
 }
 
 void Decoder::give_up() {
   emit(read_front(ma_[scanned_].time, false));
-  passed_over_ = passed_mark_ = ma_.back().time;
-  passed_edges_ = 0;
-  passing_over_ = true;
+  last_skipped_ = skipped_mark_ = ma_.back().time;
+  skipped_edges_ = 0;
+  skipping_ = true;
   ma_.clear();
 }
 
-void Decoder::pass_over(Picoseconds time) {
-  passing_over_ = !is_long_still(elapsed(passed_over_, time));
-  passed_over_ = time;
-  if (++passed_edges_ % faster_clock_edges != 0) return;
-  follow_clock(passed_mark_, time);
-  passed_mark_ = time;
+void Decoder::skip(Picoseconds time) {
+  skipping_ = !is_long(elapsed(last_skipped_, time));
+  last_skipped_ = time;
+  if (++skipped_edges_ % faster_clock_edges != 0) return;
+  follow_clock(skipped_mark_, time);
+  skipped_mark_ = time;
 }
 
-// What a cycle began with may have been no clock: MA and SLO exchanged, or anything else on MA.
-// Measured by that, the stillness between the requests that follow would be none.
+// The first edges of a cycle may have been no clock: MA and SLO exchanged, or anything else on MA.
+// Measured by them, the gap before the next request would be too short to be seen.
 void Decoder::follow_clock(Picoseconds begin, Picoseconds end) {
   const Picoseconds period = elapsed(begin, end) * 2 / std::int64_t{faster_clock_edges};
-  if (2 * period < period_) period_ = std::max(period, picoseconds(1));
+  if (2 * period >= period_) return;
+  period_ = std::max(period, picoseconds(1));
+  pause_ = std::min(pause_, period_);
 }
 
 }  // namespace biss::decode

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -17,17 +18,21 @@ namespace biss::decode {
 struct Lines {
   wire::LineIndex ma = 0;
   wire::LineIndex slo = 0;
+  /// The capture shows the inverse of the line.
+  bool ma_inverted = false;
+  bool slo_inverted = false;
 
   bool operator==(const Lines&) const = default;
 };
 
 /// Splits MA into request cycles and reads each.
 ///
-/// A cycle begins with the first falling edge of MA after idle and ends where MA stays still for
-/// more than 1.25 periods, measured on the spot: every cycle may have its own clock. A stillness of
-/// up to 4 periods is doubtful: it may as well be missing edges. It ends a cycle whose frame is
-/// complete, that is as long as the one before, or behind which stands a frame with a checksum that
-/// is right, as long as what is before it or shorter.
+/// A cycle begins with the first falling edge of MA after an idle gap and ends where no edge of MA
+/// follows for more than 1.25 periods, measured on the spot: every cycle may have its own clock. A
+/// gap of up to 4 periods is doubtful, because edges may be missing. It ends a cycle whose frame is
+/// complete, a cycle that is as long as the one before, and a cycle that is followed by a frame
+/// with a correct checksum and is not shorter than that frame. A gap below 1.25 periods ends a
+/// cycle where SLO shows that the encoder went idle in it.
 ///
 /// Memory is bounded by the longest cycle, whatever the length of the capture.
 class Decoder {
@@ -42,7 +47,7 @@ class Decoder {
   void push_ma(LevelChange change);
   void push_slo(LevelChange change);
 
-  /// The same for a capture's edges; those of other lines are passed over.
+  /// The same for a capture's edges; those of other lines are ignored.
   void push(std::span<const wire::Edge> edges, const Lines& lines);
 
   /// The capture ends at this time, which is not before its last edge; reads what is left.
@@ -51,11 +56,25 @@ class Decoder {
  private:
   // More edges than the longest frame (ACK and line delay included) are no request.
   static constexpr std::size_t max_cycle_edges = 2 * (max_frame_bits + 64);
-  // So many edges ahead tell the clock of a cycle that begins.
+  // The clock of a cycle is estimated from this many edges at its beginning.
   static constexpr std::size_t lookahead_edges = 12;
-  // So many edges in less than half their time are a faster clock than what the cycle began with.
+  // This many edges in less than half their expected time are a faster clock than the estimate.
   static constexpr std::size_t faster_clock_edges = 24;
   static constexpr std::size_t faster_clock_step = 8;
+
+  // The first edges of ma_ as a cycle.
+  struct Doubt {
+    std::size_t edges = 0;
+    CycleReading reading;
+  };
+  // What read_front() will be asked for once the cycle before it is emitted.
+  struct Proof {
+    Picoseconds begin{};
+    std::size_t edges = 0;
+    Picoseconds next{};
+    bool last_of_capture = false;
+    CycleReading reading;
+  };
 
   void drain(bool at_end);
   bool find_begin(bool at_end);
@@ -63,39 +82,49 @@ class Decoder {
   CycleReading read_front(Picoseconds next, bool last_of_capture);
   CycleReading read(std::size_t begin, Picoseconds next, bool last_of_capture);
   bool is_over(const CycleReading& reading) const;
-  bool repeats(const CycleReading& reading);
-  bool frame_behind_doubt(Picoseconds next, bool last_of_capture);
-  void pass_over(Picoseconds time);
-  void follow_clock(Picoseconds begin, Picoseconds end);
+  bool repeats(const CycleReading& reading) const;
+  bool frame_after_doubt(Picoseconds next, bool last_of_capture);
+  bool frame_after_unknown(Picoseconds next, bool last_of_capture);
+  bool proves_a_cycle(std::size_t begin, Picoseconds next, bool last_of_capture);
+  bool begins_with_pulse() const;
+  std::optional<CycleReading> read_before_pause(Picoseconds next);
+  bool emit_before_frame(const CycleReading& reading, Picoseconds next, bool last_of_capture);
   void emit(const CycleReading& reading);
+  void emit_before_doubt();
   void give_up();
+  void skip(Picoseconds time);
+  void follow_clock(Picoseconds begin, Picoseconds end);
   void drop_return_to_idle();
-  bool is_doubted() const { return doubt_ != 0 && doubt_ != scanned_; }
-  bool is_long_still(Picoseconds still) const { return 4 * still > 5 * period_; }
+  bool is_long(Picoseconds gap) const { return 4 * gap > 5 * period_; }
   Picoseconds period_ahead() const;
+  Picoseconds pause_ahead() const;
   std::int64_t clocks_between(std::size_t first, std::size_t end, Picoseconds period) const;
 
   CycleReader reader_;
   OnCycle on_cycle_;
   LineHistory slo_;
-  // From the first edge of the cycle that is looked at; edges before scanned_ belong to it.
+  // From the first edge of the current cycle on; edges before scanned_ belong to it.
   std::vector<LevelChange> ma_;
   std::size_t scanned_ = 0;
-  // Index of the first edge behind the last doubtful stillness, 0 when there was none.
-  std::size_t doubt_ = 0;
+  // What stands before the last doubtful gap.
+  std::optional<Doubt> doubt_;
+  // The frame that showed that the cycle before it is over.
+  std::optional<Proof> proof_;
   Picoseconds period_{};
-  // Length of the cycle before, 0 when there was none that tells.
+  // A gap of MA longer than this is between two requests, or comes from jitter.
+  Picoseconds pause_{};
+  // Length of the last whole cycle, 0 when there was none.
   std::int64_t usual_clocks_ = 0;
   Picoseconds begin_time_{};
   Picoseconds end_time_{};
   wire::Level ma_level_ = wire::Level::unknown;
   bool idle_known_ = false;
-  // MA ran on for longer than any request; what follows until it is still is passed over.
-  bool passing_over_ = false;
-  Picoseconds passed_over_{};
-  // Every so many edges passed over.
-  Picoseconds passed_mark_{};
-  std::size_t passed_edges_ = 0;
+  // MA ran on for longer than any request; its edges are skipped until the next long gap.
+  bool skipping_ = false;
+  Picoseconds last_skipped_{};
+  // The clock of the skipped edges is measured from here.
+  Picoseconds skipped_mark_{};
+  std::size_t skipped_edges_ = 0;
 };
 
 }  // namespace biss::decode

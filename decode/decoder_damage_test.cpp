@@ -9,6 +9,8 @@
 namespace biss::decode::test {
 namespace {
 
+using Edges = std::vector<wire::Edge>;
+
 constexpr std::uint64_t first_position = 0x1234567;
 
 // Three requests; damage is done to the second.
@@ -238,6 +240,81 @@ TEST(DecoderDamage, GlitchOnMaRightBeforeARequest_IsARowOfItsOwn) {
   EXPECT_EQ(count_of(cycles, CycleStatus::ok), 3U);
 }
 
+TEST(DecoderDamage, PulseOfMaJustBeforeARequest_ShiftsNothing) {
+  const Line clean = three();
+  const Cycle second = decode(clean)[1];
+  for (const std::int64_t before_ns : {1, 10, 50, 300, 480, 500, 700, 1'000, 1'200, 1'249}) {
+    for (const std::int64_t width_ps : {1, 20, 49'999}) {
+      SCOPED_TRACE(std::to_string(width_ps) + " ps, " + std::to_string(before_ns) + " ns before");
+      Line line = clean;
+      Line::add_pulse(
+          line.ma, clean.ma[clean.begins[1]].time - nanoseconds(before_ns) - picoseconds(width_ps),
+          picoseconds(width_ps));
+      const auto cycles = decode(line);
+      ASSERT_EQ(cycles.size(), 4U);
+      EXPECT_EQ(name_of(cycles[1].status), "ma_glitch");
+      EXPECT_EQ(name_of(cycles[2].status), "ok");
+      EXPECT_EQ(cycles[2].time, second.time);
+      EXPECT_EQ(cycles[2].line_delay, second.line_delay);
+      EXPECT_EQ(cycles[2].rising_edges, second.rising_edges);
+    }
+  }
+}
+
+// `$dumpoff` makes every line x, `$dumpon` gives its level again.
+TEST(DecoderDamage, CaptureSwitchedOnJustBeforeARequest_TheRequestIsRead) {
+  for (const std::int64_t before_ns : {1, 300, 500, 1'000, 1'249, 3'000}) {
+    Line line = three();
+    const Picoseconds begin = line.ma[line.begins[1]].time;
+    const Picoseconds off = begin - microseconds(4);
+    const Picoseconds width = microseconds(4) - nanoseconds(before_ns);
+    Line::add_pulse(line.ma, off, width, wire::Level::unknown);
+    Line::add_pulse(line.slo, off, width, wire::Level::unknown);
+    const auto cycles = decode(line);
+    ASSERT_EQ(cycles.size(), 4U) << before_ns;
+    EXPECT_EQ(name_of(cycles[1].status), "unknown_level");
+    EXPECT_EQ(name_of(cycles[2].status), "ok") << before_ns;
+    EXPECT_EQ(cycles[2].time, begin);
+    EXPECT_EQ(name_of(cycles[3].status), "ok");
+  }
+}
+
+TEST(DecoderDamage, CaptureSwitchedOnInsideAFrame_IsUnknown) {
+  const Line clean = three();
+  for (std::size_t edge = 2; edge < 2 * clocks - 2; ++edge) {
+    Line line = clean;
+    const Picoseconds begin = clean.ma[clean.begins[1]].time;
+    const Picoseconds on = clean.ma[clean.begins[1] + edge].time + nanoseconds(10);
+    for (auto* changes : {&line.ma, &line.slo}) {
+      Line::add_pulse(*changes, begin - microseconds(4), on - begin + microseconds(4),
+                      wire::Level::unknown);
+    }
+    const auto cycles = decode(line);
+    ASSERT_EQ(cycles.size(), 3U) << edge;
+    EXPECT_EQ(name_of(cycles[1].status), "unknown_level") << edge;
+  }
+}
+
+// The time behind the last change is that of an edge which the file does not hold any more.
+TEST(DecoderDamage, CaptureThatEndsAtTheTimeOfTheNextEdge_GivesCutEnd) {
+  for (const Shape& shape : {Shape{}, Shape{.period = nanoseconds(100)}}) {
+    const Edges all = three(shape).edges();
+    std::vector<Picoseconds> begins;
+    for (const Cycle& cycle : decode(all, all.back().time)) begins.push_back(cycle.time);
+    for (std::size_t cut = 2; cut + 1 < all.size(); ++cut) {
+      SCOPED_TRACE(cut);
+      const auto cycles = decode({all.begin(), all.begin() + static_cast<std::ptrdiff_t>(cut) + 1},
+                                 all[cut + 1].time);
+      for (std::size_t k = 0; k < cycles.size(); ++k) {
+        const CycleStatus status = cycles[k].status;
+        const bool may_be_cut = k + 1 == cycles.size();
+        EXPECT_TRUE(status == CycleStatus::ok || (may_be_cut && status == CycleStatus::cut_end))
+            << k << ": " << name_of(status);
+      }
+    }
+  }
+}
+
 TEST(DecoderDamage, GlitchOnSloAwayFromTheSamples_ChangesNothing) {
   const Line clean = three();
   const Picoseconds begin = clean.ma[clean.begins[1]].time;
@@ -305,8 +382,6 @@ TEST(DecoderDamage, SloStuckFromAnyPoint_IsNeverAWrongPosition) {
     }
   }
 }
-
-using Edges = std::vector<wire::Edge>;
 
 std::size_t count_before(const std::vector<Picoseconds>& begins, Picoseconds time) {
   return static_cast<std::size_t>(std::count_if(begins.begin(), begins.end(),

@@ -81,9 +81,59 @@ TEST(Decoder, JitterOfAnEighthEitherWay_IsHarmless) {
   }
 }
 
-TEST(Decoder, SloOneSampleBeforeMa_IsDelayZero) {
-  expect_all_right({.line_delay = nanoseconds(-8)});
-  expect_all_right({.period = nanoseconds(100), .line_delay = nanoseconds(-8)});
+// The status of three requests with this line delay, all of them the same.
+std::string_view status_at(const Shape& shape, const MarginSetup& margin,
+                           std::optional<Picoseconds> delay = Picoseconds{}) {
+  Line line;
+  for (std::uint64_t k = 0; k < 3; ++k) line.request(shape, k);
+  const auto cycles = decode(line.edges(), line.last_time(), usual_format, {}, margin);
+  if (cycles.size() != 3) return "not three rows";
+  for (const Cycle& cycle : cycles) {
+    if (cycle.status != cycles[0].status) return "not all the same";
+    if (cycle.status == CycleStatus::ok) {
+      EXPECT_EQ(cycle.line_delay, delay);
+    }
+  }
+  return name_of(cycles[0].status);
+}
+
+TEST(Decoder, SloBeforeMaWithinTheResolution_IsDelayZero) {
+  for (const std::int64_t period_ns : {100, 1'000}) {
+    const Shape shape{.period = nanoseconds(period_ns), .line_delay = nanoseconds(-8)};
+    EXPECT_EQ(status_at(shape, {.resolution = nanoseconds(8)}), "ok");
+    EXPECT_EQ(status_at(shape, {.resolution = picoseconds(7'999)}), "response_range");
+    EXPECT_EQ(status_at(shape, {}), "response_range");
+  }
+}
+
+TEST(Decoder, SloBeforeMaWithoutResolution_IsResponseRangeHoweverLittle) {
+  EXPECT_EQ(status_at({}, {}, nanoseconds(100)), "ok");
+  EXPECT_EQ(status_at({.line_delay = Picoseconds{}}, {}), "ok");
+  for (const std::int64_t early_ps : {1, 20'000, 100'000, 200'000, 249'000, 300'000, 499'000}) {
+    EXPECT_EQ(status_at({.line_delay = picoseconds(-early_ps)}, {}), "response_range") << early_ps;
+  }
+}
+
+TEST(Decoder, SloBeforeMaByMoreThanAQuarterPeriod_IsResponseRangeInAnyCapture) {
+  const MarginSetup coarse{.resolution = nanoseconds(600)};
+  EXPECT_EQ(status_at({.line_delay = nanoseconds(-250)}, coarse), "ok");
+  for (const std::int64_t early_ns : {251, 300, 400, 499}) {
+    EXPECT_EQ(status_at({.line_delay = nanoseconds(-early_ns)}, coarse), "response_range")
+        << early_ns;
+  }
+}
+
+TEST(Decoder, SloBeforeMaWithinTheJitterOfMa_IsDelayZero) {
+  // ACK's edge comes 40 ns late, so that SLO seems to fall before it.
+  for (const std::int64_t later_ns : {0, 45}) {
+    Line line;
+    for (std::uint64_t k = 0; k < 3; ++k) line.request({.line_delay = Picoseconds{}}, k);
+    for (const std::size_t begin : line.begins) line.ma[begin + 3].time += nanoseconds(40);
+    for (LevelChange& change : line.slo) change.time -= nanoseconds(later_ns);
+    for (const Cycle& cycle : decode(line)) {
+      EXPECT_EQ(name_of(cycle.status), later_ns == 0 ? "ok" : "response_range");
+    }
+  }
 }
 
 TEST(Decoder, CapturesWithFewSamplesAPeriod_ReadEveryPosition) {
@@ -142,6 +192,71 @@ TEST(Decoder, NextRequestRightBehindAdaptiveTimeout_IsACycleOfItsOwn) {
                         .timeout = period * 3 / 2,
                         .gap = period / 10});
     }
+  }
+}
+
+// Neither a pause that is hardly longer than half a period hides a request.
+TEST(Decoder, RequestBehindAShortPauseInWhichSloGoesIdle_IsACycleOfItsOwn) {
+  for (const std::int64_t pause_ns : {620, 700, 800, 900, 1'000, 1'100, 1'220, 1'300, 1'400}) {
+    for (const Ending ending : {Ending::idle_high, Ending::low_until_next}) {
+      // MA rises 100 ns before the request, and SLO must rise before that.
+      if (ending == Ending::low_until_next && pause_ns < 800) continue;
+      for (const std::string_view format : {usual_format, std::string_view()}) {
+        SCOPED_TRACE(std::to_string(pause_ns) + " ns, ending " +
+                     std::to_string(static_cast<int>(ending)) + ", format " + std::string(format));
+        // SLO is released 610 ns after the last edge, just after STOP is sampled.
+        const Shape shape{
+            .timeout = nanoseconds(510), .gap = nanoseconds(pause_ns - 610), .ending = ending};
+        Line line;
+        std::vector<Picoseconds> times;
+        for (std::uint64_t k = 0; k < 19; ++k) times.push_back(line.request(shape, k));
+        times.push_back(line.request({}, 19));
+        const auto cycles = decode(line, format);
+        ASSERT_EQ(cycles.size(), 20U);
+        for (std::size_t k = 0; k < 20; ++k) {
+          EXPECT_EQ(name_of(cycles[k].status), format.empty() ? "unchecked" : "ok") << k;
+          EXPECT_EQ(cycles[k].time, times[k]);
+          if (cycles[k].frame) {
+            EXPECT_EQ(cycles[k].frame->channel_list[0].position, k);
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(Decoder, RequestBehindAShortPauseAndADamagedFrame_HasItsOwnRow) {
+  const Shape shape{.timeout = nanoseconds(510), .gap = nanoseconds(190)};
+  FrameBits damaged = bits_of(usual_format, 5);
+  damaged.flip(20);
+  FrameBits zeros;
+  zeros.append(true);
+  zeros.append_run(false, 40);
+  Line line;
+  line.request(shape, 1);
+  line.request(shape, damaged);
+  line.request(shape, 2);
+  line.request(shape, zeros);
+  line.request(shape, 3);
+  std::vector<std::string_view> seen;
+  for (const Cycle& cycle : decode(line)) seen.push_back(name_of(cycle.status));
+  EXPECT_EQ(seen, (std::vector<std::string_view>{"ok", "crc", "ok", "no_start", "ok"}));
+}
+
+TEST(Decoder, PauseOfTheMasterInsideAFrame_IsNoEndOfIt) {
+  // The clock stays high for 300 ns longer, at each clock of the frame in turn.
+  for (std::size_t clock = 2; clock < 39; ++clock) {
+    Line line;
+    for (std::uint64_t k = 0; k < 3; ++k) line.request({}, 0x2C5'3A96 + k);
+    const Picoseconds at = line.ma[line.begins[1] + 2 * clock].time;
+    for (auto* changes : {&line.ma, &line.slo}) {
+      for (LevelChange& change : *changes) {
+        if (change.time >= at) change.time += nanoseconds(300);
+      }
+    }
+    const auto cycles = decode(line.edges(), line.last_time() + milliseconds(1));
+    ASSERT_EQ(cycles.size(), 3U) << clock;
+    for (const Cycle& cycle : cycles) EXPECT_EQ(name_of(cycle.status), "ok") << clock;
   }
 }
 
@@ -232,7 +347,7 @@ TEST(Decoder, WithoutFormat_GivesStructureAndRawOnly) {
   const auto cycles = decode(line, "");
   ASSERT_EQ(cycles.size(), 5U);
   for (const Cycle& cycle : cycles) {
-    EXPECT_EQ(name_of(cycle.status), "ok");
+    EXPECT_EQ(name_of(cycle.status), "unchecked");
     EXPECT_FALSE(cycle.frame);
     EXPECT_FALSE(cycle.crc_ok[0]);
     EXPECT_EQ(cycle.raw.size_bits(), 37U);

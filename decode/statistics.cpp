@@ -16,7 +16,7 @@ void Statistics::add(const Cycle& cycle) {
   }
   if (cycle.marginal) ++margin_judged_;
   if (cycle.marginal.value_or(false)) ++marginal_;
-  // A pulse or a piece of a cycle says nothing about how the master asks.
+  // A pulse or a piece of a cycle is no request of the master.
   const bool whole = cycle.status != CycleStatus::ma_glitch &&
                      cycle.status != CycleStatus::cut_start && cycle.status != CycleStatus::cut_end;
   if (!whole) {
@@ -27,7 +27,11 @@ void Statistics::add(const Cycle& cycle) {
   last_time_ = cycle.time;
   if (cycle.period) period_.add(cycle.period->count);
   if (cycle.line_delay) line_delay_.add(cycle.line_delay->count);
+  if (cycle.early) early_.add(cycle.early->count);
   if (cycle.ack) ack_.add(cycle.ack->count);
+  if (cycle.ack && cycle.period) {
+    ack_clocks_.add((cycle.ack->count + cycle.period->count / 2) / cycle.period->count);
+  }
   if (cycle.duty_per_mille) duty_.add(*cycle.duty_per_mille);
 }
 

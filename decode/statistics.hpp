@@ -19,7 +19,9 @@ class Statistics {
   std::uint64_t count(CycleStatus status) const {
     return by_status_[static_cast<std::size_t>(status)];
   }
-  /// Rows that are neither ok nor cut by the capture's ends.
+  /// Rows that are ok, or unchecked.
+  std::uint64_t good() const { return count(CycleStatus::ok) + count(CycleStatus::unchecked); }
+  /// Rows that are neither ok nor cut by an end of the capture.
   std::uint64_t failed() const {
     return cycles_ - count(CycleStatus::ok) - count(CycleStatus::cut_start) -
            count(CycleStatus::cut_end);
@@ -28,7 +30,7 @@ class Statistics {
   std::uint64_t errors() const { return errors_; }
   std::uint64_t warnings() const { return warnings_; }
 
-  /// Cycles that were sampled close to a change of SLO, and those of which that can be told.
+  /// Cycles that were sampled close to a change of SLO, and cycles in which that can be seen.
   std::uint64_t marginal() const { return marginal_; }
   std::uint64_t margin_judged() const { return margin_judged_; }
 
@@ -37,6 +39,10 @@ class Statistics {
   const Distribution& interval() const { return interval_; }
   const Distribution& line_delay() const { return line_delay_; }
   const Distribution& ack() const { return ack_; }
+  /// ACK in clocks of its own cycle.
+  const Distribution& ack_clocks() const { return ack_clocks_; }
+  /// How long before the edge of ACK SLO fell, in cycles with `response_range`.
+  const Distribution& early() const { return early_; }
   const Distribution& duty() const { return duty_; }
 
  private:
@@ -50,6 +56,8 @@ class Statistics {
   Distribution interval_;
   Distribution line_delay_;
   Distribution ack_;
+  Distribution ack_clocks_;
+  Distribution early_;
   Distribution duty_;
   std::optional<Picoseconds> last_time_;
 };

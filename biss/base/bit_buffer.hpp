@@ -50,6 +50,13 @@ class BitBuffer {
     }
   }
 
+  constexpr void append(const BitView& bits) {
+    for (std::size_t at = 0; at < bits.size_bits(); at += 64) {
+      const auto now = static_cast<unsigned>(std::min<std::size_t>(bits.size_bits() - at, 64));
+      append(bits.word(at, now), now);
+    }
+  }
+
   constexpr void append_run(bool level, std::size_t count) {
     while (count > 0 && !overflowed_) {
       const auto now = static_cast<unsigned>(std::min<std::size_t>(count, 64));

@@ -176,7 +176,8 @@ class BitSampler {
 
   /// The second rising edge of MA. \return failed where SLO is low already
   constexpr SampleEvent ack_clock(Picoseconds now) {
-    if (!level_ && (!began_low_ || high_by_ <= now || !compensate_)) {
+    const bool may_rise = began_low_ && high_by_ > now && compensate_;
+    if (!level_ && !may_rise && !is_response_delay(last_change_ - now, {}, delay_max_)) {
       return fail(FrameError::response_range);
     }
     ack_edge_ = now;
@@ -205,7 +206,7 @@ class BitSampler {
     // SLO was low when the request began, and this was no more than a glitch.
     if (began_low_ && lasted < period_) return fail(FrameError::response_range);
     delay_ = now - ack_edge_;
-    if (*delay_ > delay_max_) return fail(FrameError::response_range);
+    if (!is_response_delay(*delay_, {}, delay_max_)) return fail(FrameError::response_range);
     if (compensate_) {
       state_ = State::lead;
       next_ = ack_edge_ + on_grid(*delay_ + middle_) + shift_;

@@ -19,6 +19,16 @@ inline constexpr std::uint8_t biss_busy_s_max_clocks = 8;                    // 
 inline constexpr Picoseconds biss_static_timeout_min = nanoseconds(12'500);  // row 5
 inline constexpr Picoseconds biss_static_timeout_max = microseconds(40);     // row 5
 
+/// Whether an encoder may answer with this line delay: the time from the rising edge of MA that
+/// makes ACK to the falling edge of SLO, negative where SLO falls before that edge. False is
+/// `response_range`. The same rule holds for the master and for the decoder of captures.
+/// \param uncertainty how much too early SLO may seem to fall: the resolution and the jitter of
+///   the measurement; 0 for a master, which sees both lines as they are
+constexpr bool is_response_delay(Picoseconds delay, Picoseconds uncertainty = {},
+                                 Picoseconds longest = biss_line_delay_max) {
+  return delay >= -uncertainty && delay <= longest;
+}
+
 /// ACK at its longest: the longest processing time at the highest clock.
 inline constexpr std::uint16_t biss_ack_max_clocks =
     static_cast<std::uint16_t>(clocks_to_cover(biss_busy_max, period_of(biss_clock_max)));
