@@ -109,8 +109,8 @@ TEST(FormatNames, EveryName_IsFoundAndAnotherIsNot) {
 TEST(Csv, RowsOfDecode_AreExact) {
   EXPECT_EQ(write(Format::csv, decode_columns(), decode_rows()),
             "cycle,time_ns,status,position,nE,nW,crc_ok,line_delay_ns,ack_ns,clock_hz,raw\n"
-            "0,12500,ok,458,1,1,1,112.25,4500,1000000,102468ACF0\n"
-            "1,112500.125,crc,,,,0,112,4500,999950,102468ACF0\n"
+            "0,12500,ok,458,1,1,1,112.25,4500,1000000,0x102468ACF0\n"
+            "1,112500.125,crc,,,,0,112,4500,999950,0x102468ACF0\n"
             "2,212500,no_response,,,,,,,1000000,\n");
 }
 
@@ -145,11 +145,11 @@ TEST(Csv, ShortRow_IsFilledWithAbsentCells) {
 TEST(Jsonl, RowsOfDecode_AreExact) {
   EXPECT_EQ(write(Format::jsonl, decode_columns(), decode_rows()),
             R"({"cycle":0,"time_ns":12500,"status":"ok","position":458,"nE":1,"nW":1,"crc_ok":1,)"
-            R"("line_delay_ns":112.25,"ack_ns":4500,"clock_hz":1000000,"raw":"102468ACF0"})"
+            R"("line_delay_ns":112.25,"ack_ns":4500,"clock_hz":1000000,"raw":"0x102468ACF0"})"
             "\n"
             R"({"cycle":1,"time_ns":112500.125,"status":"crc","position":null,"nE":null,)"
             R"("nW":null,"crc_ok":0,"line_delay_ns":112,"ack_ns":4500,"clock_hz":999950,)"
-            R"("raw":"102468ACF0"})"
+            R"("raw":"0x102468ACF0"})"
             "\n"
             R"({"cycle":2,"time_ns":212500,"status":"no_response","position":null,"nE":null,)"
             R"("nW":null,"crc_ok":null,"line_delay_ns":null,"ack_ns":null,"clock_hz":1000000,)"
@@ -244,9 +244,9 @@ TEST(EyeTable, RowsOfDecode_AreAlignedAndRounded) {
   EXPECT_EQ(write(Format::table, decode_columns(), decode_rows()),
             "cycle     time  status       position  nE  nW  CRC  delay   ACK  clock  raw\n"
             "            us                                         ns    ns    MHz\n"
-            "─────  ───────  ───────────  ────────  ──  ──  ───  ─────  ────  ─────  ──────────\n"
-            "    0   12.500  ok                458   1   1    1  112.3  4500  1.000  102468ACF0\n"
-            "    1  112.500  crc                 -   -   -    0  112.0  4500  1.000  102468ACF0\n"
+            "─────  ───────  ───────────  ────────  ──  ──  ───  ─────  ────  ─────  ────────────\n"
+            "    0   12.500  ok                458   1   1    1  112.3  4500  1.000  0x102468ACF0\n"
+            "    1  112.500  crc                 -   -   -    0  112.0  4500  1.000  0x102468ACF0\n"
             "    2  212.500  no_response         -   -   -    -      -     -  1.000  -\n");
 }
 

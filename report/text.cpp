@@ -100,6 +100,8 @@ void append_fixed(std::string& out, Magnitude number, unsigned shift, unsigned p
 
 void append_hex(std::string& out, BitView bits) {
   constexpr std::string_view digits = "0123456789ABCDEF";
+  if (bits.size_bits() == 0) return;
+  out.append("0x");
   std::size_t at = 0;
   if (const auto first = static_cast<unsigned>(bits.size_bits() % 4); first != 0) {
     out.push_back(digits[bits.word(0, first)]);

@@ -37,8 +37,8 @@ constexpr Magnitude magnitude_of(std::int64_t value) {
 /// \pre shift and places are at most 18
 void append_fixed(std::string& out, Magnitude number, unsigned shift, unsigned places);
 
-/// The bits as one hexadecimal number, upper case: the first bit on the line is the most
-/// significant one, zeros in front fill the first digit. No bits give no digits.
+/// The bits as one hexadecimal number with `0x`, upper case: the first bit on the line is the most
+/// significant one, zeros in front fill the first digit. No bits give no text.
 void append_hex(std::string& out, BitView bits);
 
 /// One character of UTF-8.

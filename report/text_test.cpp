@@ -127,11 +127,11 @@ TEST(Fixed, LargestNumbers_DoNotOverflow) {
 TEST(Hex, AnyBitCount_IsOneNumberWithZerosInFront) {
   const std::vector<std::uint8_t> bytes = {0xA5, 0x3C, 0xFF};
   EXPECT_EQ(hex(BitView(bytes, 0, 0)), "");
-  EXPECT_EQ(hex(BitView(bytes, 0, 1)), "1");
-  EXPECT_EQ(hex(BitView(bytes, 0, 8)), "A5");
-  EXPECT_EQ(hex(BitView(bytes, 0, 9)), "14A");
-  EXPECT_EQ(hex(BitView(bytes, 1, 7)), "25");
-  EXPECT_EQ(hex(BitView(bytes, 0, 24)), "A53CFF");
+  EXPECT_EQ(hex(BitView(bytes, 0, 1)), "0x1");
+  EXPECT_EQ(hex(BitView(bytes, 0, 8)), "0xA5");
+  EXPECT_EQ(hex(BitView(bytes, 0, 9)), "0x14A");
+  EXPECT_EQ(hex(BitView(bytes, 1, 7)), "0x25");
+  EXPECT_EQ(hex(BitView(bytes, 0, 24)), "0xA53CFF");
 }
 
 TEST(Numbers, GermanLocale_ChangesNothing) {

@@ -40,7 +40,7 @@ bool FailOn::read_status(const std::string& word) {
   return false;
 }
 
-bool FailOn::met_by(const decode::Statistics& statistics, const SafetyWatch* safety) const {
+bool FailOn::met_by(const decode::Statistics& statistics, const decode::SafetyWatch* safety) const {
   if (safety != nullptr) {
     if (safety_ && safety->faults() != 0) return true;
     const auto is_seen = [&](SafetyVerdict verdict) { return safety->count(verdict) != 0; };

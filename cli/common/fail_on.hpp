@@ -19,7 +19,7 @@ class FailOn {
   bool asks_safety() const { return safety_ || !verdicts_.empty(); }
 
   /// \param safety null where there is no monitor
-  bool met_by(const decode::Statistics& statistics, const SafetyWatch* safety) const;
+  bool met_by(const decode::Statistics& statistics, const decode::SafetyWatch* safety) const;
 
  private:
   bool read_status(const std::string& word);

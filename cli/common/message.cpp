@@ -20,9 +20,7 @@ ExitStatus fail(ExitStatus status, std::string_view text) {
   return status;
 }
 
-ExitStatus fail(const VerbError& error) { return fail(error.status, error.text); }
-
-// A closed stderr cannot be reported.
+// Nobody can be told that stderr is closed.
 void print_summary(std::string_view text) {
   clear_progress();
   std::fwrite(text.data(), 1, text.size(), stderr);

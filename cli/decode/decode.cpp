@@ -69,9 +69,9 @@ class DecodeRun {
       const auto verdict = safety_ ? safety_->judge(cycle) : std::nullopt;
       statistics_.add(cycle);
       writing = writer->row(table.cells(number, cycle, verdict));
-      return writing && !is_over(output);
+      return writing;
     });
-    if (!writing || is_over(output)) return output.status();
+    if (!writing) return output.status();
     if (!read) {
       writer->finish();
       output.abandon();
@@ -80,11 +80,6 @@ class DecodeRun {
     }
     if (!writer->finish() || !output.finish()) return output.status();
     return conclude();
-  }
-
-  // The reader of the rows has left, and no judgement needs the rest.
-  bool is_over(const Output& output) const {
-    return output.reader_left() && options_.fail_on.empty();
   }
 
   bool is_wanted(Picoseconds time) {
@@ -114,17 +109,16 @@ class DecodeRun {
   }
 
   std::string summary() const {
-    return decode_summary(statistics_, capture_.input().name(), capture_.input().lines(),
-                          capture_.lines(), capture_.margin(), safety(), safety_name_);
+    return decode_summary(statistics_, capture_, safety(), safety_name_);
   }
 
-  const SafetyWatch* safety() const { return safety_ ? &*safety_ : nullptr; }
+  const decode::SafetyWatch* safety() const { return safety_ ? &*safety_ : nullptr; }
 
   const DecodeOptions& options_;
   FailOn fail_on_;
   DecodedCapture capture_;
   decode::Statistics statistics_;
-  std::optional<SafetyWatch> safety_;
+  std::optional<decode::SafetyWatch> safety_;
   std::string safety_name_;
   std::uint64_t passed_over_ = 0;
 };
@@ -149,8 +143,10 @@ void add_decode(Command& command) {
   add_duration_option(verb, "--resolution", into(options->margin.resolution),
                       "Edges may have been so much earlier than the capture says, for column "
                       "marginal; its sample period where the file tells it, else 0");
-  add_time_option(verb, "--since", into(options->since), "Only cycles that begin then or later");
-  add_time_option(verb, "--until", into(options->until), "Only cycles that begin then or earlier");
+  add_duration_option(verb, "--since", into(options->since),
+                      "Only cycles that begin then or later");
+  add_duration_option(verb, "--until", into(options->until),
+                      "Only cycles that begin then or earlier");
   verb.add_option("--fail-on", options->fail_on,
                   "Exit with 1 when such a row occurs: nE, nW, marginal, safety (a fault in the "
                   "last column) "

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <iterator>
 
 #include "biss/safety/configurations.hpp"
@@ -12,8 +11,6 @@
 namespace biss::cli {
 
 namespace {
-
-using decode::CycleStatus;
 
 std::string_view text_of(SafetySetupError mistake) {
   switch (mistake) {
@@ -76,24 +73,16 @@ void put(const SafetyArguments& arguments, Picoseconds cycle, SafetySetup& setup
   if (arguments.shortest) setup.frame_gap_min = *arguments.shortest;
 }
 
-// START to STOP with the ones and the zero in front that a monitor begins with. Nothing where the
-// capture shows no such bits.
-BitBuffer<decode::RawBits::capacity_bits + 2> bits_of(const decode::Cycle& cycle) {
-  BitBuffer<decode::RawBits::capacity_bits + 2> bits;
-  switch (cycle.status) {
-    case CycleStatus::ok:
-    case CycleStatus::cds:
-    case CycleStatus::crc:
-    case CycleStatus::stop_bit:
-    case CycleStatus::truncated:
-      break;
-    default:
-      return bits;
+std::string counter_text(const decode::SafetyWatch& watch) {
+  const std::uint64_t to_0 = watch.rollovers_to_0();
+  const std::uint64_t to_1 = watch.rollovers_to_1();
+  if (to_0 == 0 && to_1 == 0) return "period not seen";
+  if (to_0 != 0 && to_1 != 0) {
+    return fmt::format("period unclear: {} times from 63 to 0, {} times to 1", to_0, to_1);
   }
-  bits.append(0b10, 2);
-  const BitView raw = cycle.raw.view();
-  for (std::size_t at = 0; at < raw.size_bits(); ++at) bits.append(raw[at]);
-  return bits;
+  const std::uint64_t times = to_0 + to_1;
+  return fmt::format("period {}, seen {} time{}", to_0 != 0 ? 64 : 63, times,
+                     times == 1 ? "" : "s");
 }
 
 }  // namespace
@@ -147,74 +136,25 @@ SafetyChoice choose_safety(const SafetyArguments& arguments, std::string_view fo
   return choice;
 }
 
-SafetyWatch::SafetyWatch(const FrameFormat& format, const SafetySetup& setup)
-    : plan_(format, setup), monitor_(plan_) {
-  // Where it fails every verdict says so.
-  static_cast<void>(monitor_.self_test());
-}
-
-std::optional<SafetyVerdict> SafetyWatch::judge(const decode::Cycle& cycle) {
-  switch (cycle.status) {
-    case CycleStatus::cut_start:
-    case CycleStatus::cut_end:
-    case CycleStatus::ma_glitch:
-      return std::nullopt;
-    default:
-      break;
-  }
-  const auto bits = bits_of(cycle);
-  const SafetyJudgement judgement = monitor_.step(cycle.time, bits.view());
-  ++counts_[static_cast<std::size_t>(judgement.verdict)];
-  if (cycle.status == CycleStatus::ok) learn(judgement);
-  return judgement.verdict;
-}
-
-// By what is on the line, whatever range is set up.
-void SafetyWatch::learn(const SafetyJudgement& judgement) {
-  if (judgement.verdict == SafetyVerdict::latched) return;
-  ++compared_;
-  worst_ = std::max(worst_, std::abs(std::int64_t{judgement.difference_lsb}));
-  if (last_ == 63 && judgement.life_counter <= 1) ++rollovers_[judgement.life_counter];
-  last_ = judgement.life_counter;
-}
-
-std::uint64_t SafetyWatch::faults() const {
-  std::uint64_t sum = 0;
-  for (std::size_t i = 0; i < safety_verdict_count; ++i) {
-    if (is_fault(static_cast<SafetyVerdict>(i))) sum += counts_[i];
-  }
-  return sum;
-}
-
-std::string SafetyWatch::counter_text() const {
-  const auto [to_0, to_1] = rollovers_;
-  if (to_0 == 0 && to_1 == 0) return "period not seen";
-  if (to_0 != 0 && to_1 != 0) {
-    return fmt::format("period unclear: {} times from 63 to 0, {} times to 1", to_0, to_1);
-  }
-  const std::uint64_t times = to_0 + to_1;
-  return fmt::format("period {}, seen {} time{}", to_0 != 0 ? 64 : 63, times,
-                     times == 1 ? "" : "s");
-}
-
-void SafetyWatch::add_to(report::Summary& summary, std::string_view name) const {
+void add_safety(report::Summary& summary, const decode::SafetyWatch& watch, std::string_view name) {
   std::string text;
   for (std::size_t i = 0; i < safety_verdict_count; ++i) {
-    if (counts_[i] == 0) continue;
-    fmt::format_to(std::back_inserter(text), "{}{} {}", text.empty() ? "" : ", ", counts_[i],
-                   name_of(static_cast<SafetyVerdict>(i)));
+    const auto verdict = static_cast<SafetyVerdict>(i);
+    if (watch.count(verdict) == 0) continue;
+    fmt::format_to(std::back_inserter(text), "{}{} {}", text.empty() ? "" : ", ",
+                   watch.count(verdict), name_of(verdict));
   }
-  const SafetySetup& setup = plan_.setup();
+  const SafetySetup& setup = watch.setup();
   summary.entry("safety", text,
                 fmt::format("{}; watchdog {}", name, biss::cli::text_of(setup.frame_gap_max, 3)));
-  summary.entry("counter", counter_text(),
+  summary.entry("counter", counter_text(watch),
                 fmt::format("judged as {}",
                             counter_mode_names[static_cast<std::size_t>(setup.counter.mode)]));
-  if (compared_ == 0) return;
-  summary.entry(
-      "comparison",
-      fmt::format("worst difference {}, {} allowed", worst_, setup.comparison.tolerance_lsb),
-      fmt::format("in counts of the lowest of {} bits", plan_.alignment().bits));
+  if (watch.compared() == 0) return;
+  summary.entry("comparison",
+                fmt::format("worst difference {}, {} allowed", watch.worst_difference(),
+                            setup.comparison.tolerance_lsb),
+                fmt::format("in counts of the lowest of {} bits", watch.compared_bits()));
 }
 
 std::optional<SafetyVerdict> safety_verdict_of(std::string_view name) {

@@ -1,18 +1,17 @@
-// `decode` of BiSS Safety: a verdict for every cycle, and what they add up to.
+// BiSS Safety in `decode`: the options of the monitor, and its lines in the summary.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 
-#include "biss/frame/codec.hpp"
 #include "biss/frame/format.hpp"
-#include "biss/safety/monitor.hpp"
+#include "biss/safety/setup.hpp"
+#include "biss/safety/verdict.hpp"
 #include "cli/safety/format.hpp"
-#include "decode/cycle.hpp"
+#include "decode/safety_watch.hpp"
 #include "report/summary.hpp"
 
 namespace biss::cli {
@@ -61,36 +60,8 @@ struct SafetyChoice {
 SafetyChoice choose_safety(const SafetyArguments& arguments, std::string_view format_text,
                            const FrameFormat& format, Picoseconds cycle);
 
-/// The monitor behind the decoder, and its counts.
-class SafetyWatch {
- public:
-  /// \pre !check_safety(format, setup)
-  SafetyWatch(const FrameFormat& format, const SafetySetup& setup);
-
-  /// None for what is no whole request: cut by the capture's ends, or a pulse.
-  std::optional<SafetyVerdict> judge(const decode::Cycle& cycle);
-
-  std::uint64_t count(SafetyVerdict verdict) const {
-    return counts_[static_cast<std::size_t>(verdict)];
-  }
-  /// Judgements that are a fault.
-  std::uint64_t faults() const;
-  /// Lines `safety`, `counter` and `comparison`. \param name of the configuration
-  void add_to(report::Summary& summary, std::string_view name) const;
-
- private:
-  void learn(const SafetyJudgement& judgement);
-  std::string counter_text() const;
-
-  using Plan = SafetyPlan<max_channels>;
-  Plan plan_;
-  SafetyMonitor<Plan> monitor_;
-  std::array<std::uint64_t, safety_verdict_count> counts_{};
-  std::uint64_t compared_ = 0;
-  std::int64_t worst_ = 0;
-  std::optional<std::uint8_t> last_;
-  std::array<std::uint64_t, 2> rollovers_{};  // to 0, to 1
-};
+/// Adds the lines `safety`, `counter` and `comparison`. \param name of the configuration
+void add_safety(report::Summary& summary, const decode::SafetyWatch& watch, std::string_view name);
 
 /// The verdict of that name, or none.
 std::optional<SafetyVerdict> safety_verdict_of(std::string_view name);

@@ -5,7 +5,9 @@
 #include <iterator>
 #include <optional>
 
+#include "biss/frame/format_text.hpp"
 #include "cli/common/quantity.hpp"
+#include "cli/decode/safety.hpp"
 #include "report/summary.hpp"
 
 namespace biss::cli {
@@ -73,19 +75,53 @@ std::string status_counts(const decode::Statistics& statistics) {
   return text;
 }
 
+// An option that accepts the ACK of this capture.
+std::string ack_hint(const decode::Statistics& statistics, const DecodedCapture& capture) {
+  const DeviceTiming& timing = capture.timing();
+  const decode::Distribution& clocks = statistics.ack_clocks();
+  if (clocks.count() == 0) return "does -f name this encoder?";
+  if (clocks.min() == clocks.max()) {
+    return fmt::format("does -f name this encoder? else give --ack-clocks {}", clocks.max());
+  }
+  const Picoseconds longest{statistics.ack().max()};
+  const Picoseconds period{statistics.period().median()};
+  if (timing.ack_clocks == 0 && longest <= biss_busy_max &&
+      clocks.min() >= ack_bounds(timing, period).min_clocks) {
+    return fmt::format("does -f name this encoder? else give --ack-max {}ns",
+                       (longest.count + 999) / 1000);
+  }
+  const auto& format = capture.format();
+  return fmt::format("ACK takes {} to {} clocks: leave out --ack-clocks{}", clocks.min(),
+                     clocks.max(),
+                     format ? fmt::format(", or give -f {}", format_text(*format).view()) : "");
+}
+
+std::string response_hint(const decode::Statistics& statistics) {
+  const decode::Distribution& early = statistics.early();
+  // The decoder allows a quarter of a period at most.
+  if (early.count() != 0 && 4 * early.max() <= statistics.period().min()) {
+    return fmt::format(
+        "SLO falls up to {} before the edge of ACK; in a sampled capture give --resolution {}ns",
+        time_text(early.max()), (early.max() + 999) / 1000);
+  }
+  if (statistics.good() != 0) return "does the master ask too soon? leave the encoder its timeout";
+  return "are MA and SLO exchanged, or is it another protocol? SSI has no ACK";
+}
+
 // The first thing to try; docs/status.md has them all.
-std::string_view what_to_try(CycleStatus cause) {
+std::string what_to_try(CycleStatus cause, const decode::Statistics& statistics,
+                        const DecodedCapture& capture) {
   switch (cause) {
     case CycleStatus::no_response:
       return "is the encoder supplied and connected, does MA reach it, is SLO the right line?";
     case CycleStatus::not_ready:
-      return "leave the encoder its timeout between requests; is SLO stuck low or inverted?";
+      return "leave the encoder its timeout between requests; is SLO stuck low?";
     case CycleStatus::response_range:
-      return "are MA and SLO swapped or SLO inverted? is it BiSS C at all?";
+      return response_hint(statistics);
     case CycleStatus::no_start:
-      return "clock on until START comes: the encoder is still working on its answer";
+      return "send more clocks: the encoder is still processing";
     case CycleStatus::ack_range:
-      return "does -f name this encoder? else give its bounds by --ack-max or --ack-clocks";
+      return ack_hint(statistics, capture);
     case CycleStatus::truncated:
       return "a format with fewer bits, or more clocks from the master";
     case CycleStatus::cds:
@@ -99,8 +135,9 @@ std::string_view what_to_try(CycleStatus cause) {
     case CycleStatus::ma_clock:
       return "sample at four times the clock or more; does the master pause inside a frame?";
     case CycleStatus::unknown_level:
-      return "x or z on a line: reset, or two drivers";
+      return "x or z on a line: reset, two drivers, or a capture that was switched off";
     case CycleStatus::ok:
+    case CycleStatus::unchecked:
     case CycleStatus::cut_start:
     case CycleStatus::cut_end:
       break;
@@ -108,12 +145,16 @@ std::string_view what_to_try(CycleStatus cause) {
   return "";
 }
 
+bool is_fault(CycleStatus status) {
+  return !is_good(status) && status != CycleStatus::cut_start && status != CycleStatus::cut_end;
+}
+
 // The most frequent cause that something can be done about.
 std::optional<CycleStatus> foremost_cause(const decode::Statistics& statistics) {
   std::optional<CycleStatus> foremost;
   for (std::size_t i = 0; i < decode::cycle_status_count; ++i) {
     const auto status = static_cast<CycleStatus>(i);
-    if (what_to_try(status).empty() || statistics.count(status) == 0) continue;
+    if (!is_fault(status) || statistics.count(status) == 0) continue;
     if (!foremost || statistics.count(status) > statistics.count(*foremost)) foremost = status;
   }
   return foremost;
@@ -135,21 +176,26 @@ void add_marginal(report::Summary& summary, const decode::Statistics& statistics
 
 }  // namespace
 
-std::string decode_summary(const decode::Statistics& statistics, const std::string& capture,
-                           const std::vector<std::string>& lines, const decode::FoundLines& found,
-                           const decode::MarginSetup& margin, const SafetyWatch* safety,
-                           std::string_view safety_name) {
+std::string decode_summary(const decode::Statistics& statistics, const DecodedCapture& capture,
+                           const decode::SafetyWatch* safety, std::string_view safety_name) {
+  const decode::FoundLines& found = capture.lines();
+  const auto& names = capture.input().lines();
   report::Summary summary;
-  summary.title(fmt::format("{}: {} request cycle{}", capture, statistics.cycles(),
+  summary.title(fmt::format("{}: {} request cycle{}", capture.input().name(), statistics.cycles(),
                             statistics.cycles() == 1 ? "" : "s"));
   summary.entry("lines",
-                fmt::format("MA = {}, SLO = {}", lines[found.lines.ma], lines[found.lines.slo]),
+                fmt::format("MA = {}, SLO = {}", names[found.lines.ma], names[found.lines.slo]),
                 how_text(found.how));
   summary.entry("status", status_counts(statistics));
-  summary.entry("flags", fmt::format("{} with nE = 0, {} with nW = 0", statistics.errors(),
-                                     statistics.warnings()));
-  add_marginal(summary, statistics, margin);
-  if (safety != nullptr) safety->add_to(summary, safety_name);
+  if (capture.format()) {
+    summary.entry("flags", fmt::format("{} with nE = 0, {} with nW = 0", statistics.errors(),
+                                       statistics.warnings()));
+  } else {
+    summary.entry("format", "none",
+                  "only the structure is checked; give -f FORMAT for positions and flags");
+  }
+  add_marginal(summary, statistics, capture.margin());
+  if (safety != nullptr) add_safety(summary, *safety, safety_name);
   add_rate(summary, "clock", statistics.period());
   add_spread(summary, "duty", statistics.duty(), percent_text);
   add_rate(summary, "rate", statistics.interval());
@@ -158,7 +204,7 @@ std::string decode_summary(const decode::Statistics& statistics, const std::stri
   if (found.look_swapped) {
     summary.entry("try", "swapped?", "exchange --ma and --slo, or the probes");
   } else if (const auto cause = foremost_cause(statistics)) {
-    summary.entry("try", name_of(*cause), what_to_try(*cause));
+    summary.entry("try", name_of(*cause), what_to_try(*cause, statistics, capture));
   }
   return summary.text();
 }

@@ -106,7 +106,8 @@ class RegistersRun {
     decode::ControlListener listener([&](const ControlAccess& access) {
       dumps_.take(access);
       ++counts_[static_cast<std::size_t>(access.outcome)];
-      ++accesses_;
+      ++bytes_and_commands_;
+      if (!access.continues) ++accesses_;
       tell(*writer, access);
     });
     std::uint64_t cycles = 0;
@@ -127,7 +128,7 @@ class RegistersRun {
       const ExitStatus written = write_dump();
       if (written != ExitStatus::done) return written;
     }
-    const bool failed = accesses_ != counts_[0];
+    const bool failed = bytes_and_commands_ != counts_[0];
     return options_.fail_on_any && failed ? ExitStatus::data_failed : ExitStatus::done;
   }
 
@@ -169,7 +170,8 @@ class RegistersRun {
 
   void summarise(const decode::ControlListener& listener) const {
     report::Summary out;
-    out.title(fmt::format("{}: {} accesses", capture_.input().name(), accesses_));
+    out.title(fmt::format("{}: {} access{} ({} bytes or commands)", capture_.input().name(),
+                          accesses_, accesses_ == 1 ? "" : "es", bytes_and_commands_));
     std::string counted;
     for (std::size_t i = 0; i < counts_.size(); ++i) {
       if (counts_[i] == 0) continue;
@@ -213,7 +215,9 @@ class RegistersRun {
   DecodedCapture capture_;
   Dumps dumps_;
   std::array<std::uint64_t, decode::access_outcome_count> counts_{};
+  // A sequential access is one access of several bytes.
   std::uint64_t accesses_ = 0;
+  std::uint64_t bytes_and_commands_ = 0;
 };
 
 }  // namespace
@@ -230,8 +234,7 @@ void add_registers(Command& command) {
   add_capture_options(verb, options->capture);
   verb.add_option("--dump", options->dump,
                   "Write what the traffic shows of a slave's registers: a hex page, .ihex or .bin")
-      .type_name("FILE")
-      .file(FileUse::write);
+      .type_name("FILE");
   add_count_option(verb, "--id", into(options->id), "The slave of --dump", 7);
   verb.add_flag("--fail", options->fail_on_any, "Exit with 1 when an access did not end with ok");
   add_output_option(verb, options->output);

@@ -147,7 +147,7 @@ class FaultWatch {
     }
   }
 
-  SafetyWatch watch_;
+  decode::SafetyWatch watch_;
   sim::FaultKind kind_;
   std::size_t cpw_;
   std::deque<Truth> waiting_;

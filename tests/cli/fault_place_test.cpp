@@ -59,7 +59,7 @@ Seen seen_with(const std::vector<std::string>& options) {
 // The payload of a row, its first bit first: what stands behind START and CDS in `raw`.
 std::string payload_of(Row row) {
   std::string bits;
-  for (const char digit : row["raw"]) {
+  for (const char digit : row["raw"].substr(2)) {
     const int value = digit <= '9' ? digit - '0' : (digit | 0x20) - 'a' + 10;
     for (int bit = 3; bit >= 0; --bit) bits += static_cast<char>('0' + ((value >> bit) & 1));
   }
