@@ -9,6 +9,13 @@ SHELL := /bin/bash
 help:  ## print this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
+PREFIX ?= /usr/local
+export DESTDIR
+
+.PHONY: install
+install: build  ## the command, stripped, its manual page and completion, below DESTDIR and PREFIX
+	@cmake --install build --prefix "$(PREFIX)" --component command --strip
+
 .PHONY: demo
 demo: build  ## simulate an encoder, damage some frames, decode the capture
 	@scripts/demo

@@ -1,11 +1,15 @@
 #include "capture/zip_archive.hpp"
 
+#include <fcntl.h>
 #include <unistd.h>
 #include <zip.h>
 
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <system_error>
 #include <utility>
 
 namespace biss::capture {
@@ -41,6 +45,23 @@ Source source_of_file(Stdio file) {
   return source;
 }
 
+// A file without a name in TMPDIR, /tmp by default. Null on failure.
+Stdio temporary_file() {
+  std::error_code none;
+  const std::filesystem::path folder = std::filesystem::temp_directory_path(none);
+  if (none) return nullptr;
+  int descriptor = ::open(folder.c_str(), O_RDWR | O_TMPFILE | O_CLOEXEC, 0600);
+  if (descriptor < 0) {
+    std::string path = (folder / "biss-XXXXXX").string();
+    descriptor = ::mkostemp(path.data(), O_CLOEXEC);
+    if (descriptor >= 0) ::unlink(path.c_str());
+  }
+  if (descriptor < 0) return nullptr;
+  Stdio file(::fdopen(descriptor, "w+b"));
+  if (!file) ::close(descriptor);
+  return file;
+}
+
 struct Gathered {
   Stdio file;  // null when everything is in memory
   bool ok = false;
@@ -64,7 +85,7 @@ Gathered gather(ByteSource& bytes, std::string& memory) {
     if (*got == 0) break;
     filled += *got;
     if (filled < most_in_memory) continue;
-    if (!gathered.file) gathered.file.reset(std::tmpfile());
+    if (!gathered.file) gathered.file = temporary_file();
     if (!gathered.file || !write_all({memory.data(), filled}, gathered.file.get())) return gathered;
     filled = 0;
   }

@@ -3,7 +3,8 @@
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
-# Component `core` is the headers and the package files, `c` the C interface, `command` the program.
+# Component `core` is the headers and the package files, `c` the C interface, `command` the program
+# with its manual page and its completion for bash.
 function(biss_install)
   set(package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/biss")
   install(DIRECTORY "${PROJECT_SOURCE_DIR}/biss" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}"
@@ -30,6 +31,10 @@ function(biss_install)
   endif()
   if(TARGET biss_command)
     install(TARGETS biss_command RUNTIME COMPONENT command)
+    install(FILES "${PROJECT_BINARY_DIR}/biss.1" DESTINATION "${CMAKE_INSTALL_MANDIR}/man1"
+            COMPONENT command)
+    install(FILES "${PROJECT_BINARY_DIR}/biss.bash" RENAME biss
+            DESTINATION "${CMAKE_INSTALL_DATADIR}/bash-completion/completions" COMPONENT command)
   endif()
 endfunction()
 

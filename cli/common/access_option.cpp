@@ -4,15 +4,15 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <optional>
 #include <string_view>
 
 #include "cli/common/quantity.hpp"
 #include "dump/hex_digits.hpp"
+#include "dump/line_source.hpp"
 
 namespace biss::cli {
 
@@ -23,9 +23,8 @@ using sim::ControlAccess;
 
 constexpr std::array<const char*, 4> command_names{"channels", "control", "bypass", "user"};
 constexpr std::array<std::string_view, 3> when_names{"all", "any", "always"};
-constexpr std::size_t longest_line = 4096;
 
-// What stands before the mark, which is taken off; all of it where there is none.
+// Removes and returns the text before the mark, or all of it if there is no mark.
 std::string_view take_until(std::string_view& rest, char mark) {
   const std::size_t at = std::min(rest.find(mark), rest.size());
   const std::string_view part = rest.substr(0, at);
@@ -42,7 +41,7 @@ std::optional<std::uint8_t> number(std::string_view text, unsigned least, unsign
 std::string read_ids(std::string_view text, ControlAccess& access) {
   while (!text.empty()) {
     const auto id = number(take_until(text, ','), 0, control_max_slaves - 1);
-    if (!id) return "an ID is 0 to 7";
+    if (!id) return "the ID must be 0 to 7";
     access.slave = *id;
     access.slaves = static_cast<std::uint8_t>(access.slaves | 1U << *id);
   }
@@ -56,33 +55,33 @@ std::string read_bytes(std::string_view text, std::vector<std::uint8_t>& bytes) 
     bytes.push_back(static_cast<std::uint8_t>(*byte));
   }
   if (text.empty() && !bytes.empty() && bytes.size() <= sequential_max_bytes) return {};
-  return "bytes are two hexadecimal digits each, 1 to 64 of them";
+  return "give 1 to 64 bytes, each as two hexadecimal digits";
 }
 
-// Registers of one access, the last one included.
+// All registers of the access exist and belong to one slave.
 std::string check_registers(const ControlAccess& access, std::size_t count) {
   if (!(access.slaves & (access.slaves - 1U))) {
     if (access.address + count <= register_count) return {};
-    return fmt::format("there are {} registers from 0x{:02X} on, not {}",
+    return fmt::format("only {} registers follow from 0x{:02X} on, not {}",
                        register_count - access.address, access.address, count);
   }
-  return "registers are those of one slave; give one ID";
+  return "give one ID: a register access addresses one slave";
 }
 
 std::string read_registers(std::string_view rest, ControlAccess& access) {
   const char mark = access.kind == AccessKind::read ? ',' : '=';
   const bool more = rest.find(mark) != std::string_view::npos;
   const auto address = number(take_until(rest, mark), 0, register_count - 1);
-  if (!address) return "an address is 0 to 0x7F";
+  if (!address) return "the address must be 0 to 0x7F";
   access.address = *address;
   if (access.kind == AccessKind::write) {
-    if (!more) return "write:ADDRESS=BYTES";
+    if (!more) return "expected write:ADDRESS=BYTES";
     std::string wrong = read_bytes(rest, access.data);
     return wrong.empty() ? check_registers(access, access.data.size()) : wrong;
   }
   if (more) {
     const auto count = number(rest, 1, sequential_max_bytes);
-    if (!count) return "a count is 1 to 64";
+    if (!count) return "the count must be 1 to 64";
     access.size = *count;
   }
   return check_registers(access, access.size);
@@ -94,17 +93,17 @@ std::string read_command(std::string_view rest, ControlAccess& access) {
   const auto named = std::find(command_names.begin(), command_names.end(), name);
   const auto numbered = number(name, 0, command_names.size() - 1);
   if (named == command_names.end() && !numbered) {
-    return "a command is channels, control, bypass, user or 0 to 3";
+    return "the command must be channels, control, bypass, user or 0 to 3";
   }
   access.command = static_cast<ControlCommand>(
       numbered ? *numbered : static_cast<std::uint8_t>(named - command_names.begin()));
   if (access.slaves == 0) {
     access.kind = AccessKind::broadcast;
-    return with_when ? "a broadcast has no answers to wait for" : "";
+    return with_when ? "a broadcast has no answers; remove the condition" : "";
   }
   if (!with_when) return {};
   const auto when = std::find(when_names.begin(), when_names.end(), rest);
-  if (when == when_names.end()) return "a command goes when all, any or always";
+  if (when == when_names.end()) return "the condition must be all, any or always";
   access.execute_if = static_cast<ExecuteIf>(when - when_names.begin());
   return {};
 }
@@ -113,13 +112,13 @@ std::string read_parts(std::string_view text, ControlAccess& access) {
   const std::size_t at = text.rfind('@');
   if (at != std::string_view::npos) {
     const auto cycle = parse_count(text.substr(at + 1));
-    if (!cycle.ok()) return "behind @ stands the number of a cycle";
+    if (!cycle.ok()) return "a cycle number must follow @";
     access.not_before = *cycle;
     text = text.substr(0, at);
   }
   if (text.find('/') != std::string_view::npos) {
     const std::string_view ids = take_until(text, '/');
-    if (ids.empty()) return "an ID is 0 to 7";
+    if (ids.empty()) return "the ID must be 0 to 7";
     if (std::string wrong = read_ids(ids, access); !wrong.empty()) return wrong;
   }
   const std::string_view kind = take_until(text, ':');
@@ -127,39 +126,49 @@ std::string read_parts(std::string_view text, ControlAccess& access) {
     access.kind = AccessKind::command;
     return read_command(text, access);
   }
-  if (kind != "read" && kind != "write") return "read:…, write:… or command:…";
+  if (kind != "read" && kind != "write") return "expected read:…, write:… or command:…";
   access.kind = kind == "read" ? AccessKind::read : AccessKind::write;
   return read_registers(text, access);
 }
 
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view blanks = " \t\r";
-  const std::size_t first = text.find_first_not_of(blanks);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(blanks) - first + 1);
+using Accesses = std::vector<ControlAccess>;
+
+tl::unexpected<VerbError> wrong_file(const std::string& path, std::uint64_t line,
+                                     const std::string& what) {
+  return tl::make_unexpected(
+      VerbError{ExitStatus::io, fmt::format("{}: line {}: {}", path, line, what)});
 }
 
-void read_file(const std::string& path, AccessChoice& choice) {
+tl::expected<void, VerbError> read_stream(const std::string& path, std::istream& stream,
+                                          Accesses& accesses) {
+  dump::LineSource lines(stream, {});
+  while (lines.next()) {
+    const std::string_view line = lines.line();
+    const std::string_view text = dump::trimmed(line.substr(0, line.find('#')));
+    if (text.empty()) continue;
+    if (accesses.size() == max_accesses) {
+      return wrong_file(path, lines.number(), fmt::format("more than {} accesses", max_accesses));
+    }
+    auto access = read_access(std::string(text));
+    if (!access) return wrong_file(path, lines.number(), access.error());
+    accesses.push_back(std::move(*access));
+  }
+  if (!lines.error()) return {};
+  return wrong_file(path, lines.error()->line,
+                    lines.error()->cause == dump::DumpCause::line_too_long
+                        ? fmt::format("longer than {} bytes", dump::max_line_bytes)
+                        : "cannot be read");
+}
+
+tl::expected<void, VerbError> read_file(const std::string& path, Accesses& accesses) {
+  if (path == "-") return read_stream("standard input", std::cin, accesses);
   std::error_code ignored;
   std::ifstream file(path);
-  if (!file || std::filesystem::is_directory(path, ignored)) {
-    choice.error = fmt::format("--access: {}: cannot be opened", path);
-    choice.status = ExitStatus::io;
-    return;
+  if (file && !std::filesystem::is_directory(path, ignored)) {
+    return read_stream(path, file, accesses);
   }
-  std::string line;
-  for (std::uint64_t count = 1; std::getline(file, line); ++count) {
-    const std::string text(trimmed(std::string_view(line).substr(0, line.find('#'))));
-    if (text.empty()) continue;
-    ControlAccess access;
-    std::string wrong = line.size() > longest_line ? "line too long" : read_access(text, access);
-    if (!wrong.empty()) {
-      choice.error = fmt::format("{}: line {}: {}", path, count, wrong);
-      choice.status = ExitStatus::io;
-      return;
-    }
-    choice.accesses.push_back(std::move(access));
-  }
+  return tl::make_unexpected(
+      VerbError{ExitStatus::io, fmt::format("--access: cannot open '{}'", path)});
 }
 
 }  // namespace
@@ -168,27 +177,33 @@ const char* name_of(ControlCommand command) {
   return command_names[static_cast<std::size_t>(command)];
 }
 
-std::string read_access(const std::string& text, ControlAccess& access) {
-  access = {};
+tl::expected<ControlAccess, std::string> read_access(const std::string& text) {
+  ControlAccess access;
   const std::string wrong = read_parts(text, access);
-  if (wrong.empty()) return {};
-  return fmt::format("--access: '{}': {}", text, wrong);
+  if (wrong.empty()) return access;
+  const bool cut = text.size() > 60;
+  return tl::make_unexpected(
+      fmt::format("--access: '{}{}': {}", text.substr(0, 60), cut ? "..." : "", wrong));
 }
 
-AccessChoice read_accesses(const std::vector<std::string>& texts) {
-  AccessChoice choice;
+tl::expected<Accesses, VerbError> read_accesses(const std::vector<std::string>& texts) {
+  Accesses accesses;
   for (const std::string& text : texts) {
-    if (text.starts_with('@')) {
-      read_file(text.substr(1), choice);
+    if (const std::string path = file_of_accesses(text); !path.empty()) {
+      if (auto read = read_file(path, accesses); !read) {
+        return tl::make_unexpected(read.error());
+      }
     } else {
-      ControlAccess access;
-      choice.error = read_access(text, access);
-      if (!choice.error.empty()) choice.status = ExitStatus::usage;
-      choice.accesses.push_back(std::move(access));
+      auto access = read_access(text);
+      if (!access) return tl::make_unexpected(VerbError{ExitStatus::usage, access.error()});
+      accesses.push_back(std::move(*access));
     }
-    if (!choice.error.empty()) return choice;
   }
-  return choice;
+  return accesses;
+}
+
+std::string file_of_accesses(const std::string& text) {
+  return text.starts_with('@') ? text.substr(1) : std::string();
 }
 
 std::uint64_t least_cycles(const std::vector<ControlAccess>& accesses) {

@@ -1,35 +1,40 @@
-// `--access`: what the simulated master does over the control communication.
+// `--access`: register accesses and commands of the simulated master.
 #pragma once
 
+#include <cstdint>
 #include <string>
+#include <tl/expected.hpp>
 #include <vector>
 
-#include "cli/common/exit_status.hpp"
+#include "cli/common/message.hpp"
 #include "sim/control_master.hpp"
 
 namespace biss::cli {
 
-/// One access:
+/// The most accesses of one run; far more than the longest capture has time for.
+inline constexpr std::size_t max_accesses = 1'000'000;
+
+/// Reads one access, or returns the one line why the text is none:
 ///
 ///   [ID/]read:ADDRESS[,COUNT]
 ///   [ID/]write:ADDRESS=BYTES            BYTES: two hexadecimal digits each
 ///   [ID[,ID…]/]command:NAME[,WHEN]      without ID a broadcast
 ///
-/// Behind each of them may stand @CYCLE, which it waits for. ID is 0 to 7, 0 where it is left out;
-/// NAME channels, control, bypass, user or the number 0 to 3; WHEN all, any or always: of the
-/// addressed slaves, who must accept.
-/// \return an empty text, or the one line why it is none of these
-std::string read_access(const std::string& text, sim::ControlAccess& access);
+/// Each may end with @CYCLE: the access does not start before that cycle. ID is 0 to 7, by default
+/// 0. NAME is channels, control, bypass, user or the number 0 to 3. WHEN says which of the
+/// addressed slaves must accept the command before it is executed: all (the default), any, or
+/// always (none).
+tl::expected<sim::ControlAccess, std::string> read_access(const std::string& text);
 
-/// Accesses in order; `@FILE` stands for those in a file, one a line, `#` before remarks.
-struct AccessChoice {
-  std::vector<sim::ControlAccess> accesses;
-  std::string error;  ///< one line, or empty
-  ExitStatus status = ExitStatus::done;
-};
-AccessChoice read_accesses(const std::vector<std::string>& texts);
+/// Reads accesses in order. `@FILE` stands for those in a file (`@-`: standard input), one a line
+/// of at most dump::max_line_bytes, comments after `#`. An error in it is `io` and names the line.
+tl::expected<std::vector<sim::ControlAccess>, VerbError> read_accesses(
+    const std::vector<std::string>& texts);
 
-/// Cycles that they take at least, one after the other.
+/// FILE of `@FILE`; empty for an access.
+std::string file_of_accesses(const std::string& text);
+
+/// The fewest cycles that they take, one after the other.
 std::uint64_t least_cycles(const std::vector<sim::ControlAccess>& accesses);
 
 /// channels, control, bypass, user.

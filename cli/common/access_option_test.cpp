@@ -16,9 +16,9 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 
 ControlAccess access_of(const std::string& text) {
-  ControlAccess access;
-  EXPECT_EQ(read_access(text, access), "") << text;
-  return access;
+  const auto access = read_access(text);
+  EXPECT_TRUE(access.has_value()) << text;
+  return access.value_or(ControlAccess{});
 }
 
 TEST(AccessOption, RegistersIdAndCycle_AreRead) {
@@ -85,13 +85,12 @@ TEST(AccessOption, WhatIsNoAccess_IsRefusedWithItsText) {
                            "0/command:0,most",
                            "erase:0",
                            "READ:0"}) {
-    ControlAccess access;
-    const std::string wrong = read_access(text, access);
-    EXPECT_THAT(wrong, HasSubstr(std::string("--access: '") + text + "'"));
+    const auto access = read_access(text);
+    ASSERT_FALSE(access.has_value()) << text;
+    EXPECT_THAT(access.error(), HasSubstr(std::string("--access: '") + text + "'"));
   }
-  ControlAccess access;
-  EXPECT_NE(read_access("write:0=" + std::string(130, '0'), access), "");
-  EXPECT_EQ(read_access("write:0=" + std::string(128, '0'), access), "");
+  EXPECT_FALSE(read_access("write:0=" + std::string(130, '0')).has_value());
+  EXPECT_TRUE(read_access("write:0=" + std::string(128, '0')).has_value());
 }
 
 TEST(AccessOption, LeastCycles_CountZerosOnceAndWaiting) {

@@ -6,13 +6,35 @@
 
 #include <algorithm>
 #include <exception>
+#include <map>
 #include <new>
 #include <numeric>
 #include <utility>
 
+#include "cli/common/help.hpp"
 #include "cli/common/verb.hpp"
 
 namespace biss::cli {
+
+struct HelpOptions {
+  std::vector<std::string> verb;
+  std::string to = "text";
+  std::string output;
+};
+
+// What the verbs have declared, in CLI11 and beside it.
+struct Declarations {
+  struct File {
+    FileUse use;
+    std::string (*path_of)(const std::string& value);
+  };
+
+  CLI::App app{"Read, simulate and judge encoders with the BiSS C interface", "biss"};
+  std::map<const CLI::App*, std::vector<std::string>> examples;
+  std::map<const CLI::Option*, File> files;
+  std::vector<std::pair<const CLI::App*, Run>> runs;
+};
+
 namespace {
 
 // Changes, insertions, deletions and swaps of neighbours that make one word of the other.
@@ -58,7 +80,19 @@ std::vector<const CLI::App*> chosen_verbs(const CLI::App& app) {
   return chosen;
 }
 
-// Of the verbs below a verb, or of the command.
+constexpr const char* empty_value = "empty; a value is needed";
+
+// CLI11 takes `--name=` for an option without a value, and the next word for the value.
+std::string empty_option(int argc, const char* const* argv) {
+  for (int i = 2; i < argc && std::string_view(argv[i]) != "--"; ++i) {
+    const std::string word = argv[i];
+    if (!word.starts_with("--") || word.find('=') != word.size() - 1) continue;
+    return fmt::format("{}: {}", word.substr(0, word.size() - 1), empty_value);
+  }
+  return {};
+}
+
+// The verbs below a verb or the command.
 std::vector<std::string> verb_names(const CLI::App& app) {
   std::vector<std::string> names;
   for (const CLI::App* below : app.get_subcommands({})) names.push_back(below->get_name());
@@ -71,10 +105,92 @@ std::string unknown_verb_text(const std::string& name, const std::vector<std::st
                        : fmt::format("unknown verb '{}'; did you mean '{}'?", name, meant);
 }
 
-ExitStatus print(const std::string& text) {
+ExitStatus print(const std::string& text, const std::string& path = "-") {
   Output output;
-  const bool good = output.open("-") && output.write(text) && output.finish();
+  const bool good = output.open(path) && output.write(text) && output.finish();
   return good ? ExitStatus::done : output.status();
+}
+
+OptionHelp help_of(const CLI::Option& option) {
+  OptionHelp help;
+  help.text = option.get_description();
+  help.required = option.get_required();
+  if (option.get_positional()) {
+    const bool several = option.get_expected_max() > 1;
+    help.name = option.get_name(true) + (several ? "..." : "");
+    return help;
+  }
+  for (const std::string& name : option.get_snames()) help.name += '-' + name + ", ";
+  for (const std::string& name : option.get_lnames()) help.name += "--" + name + ", ";
+  help.name.resize(help.name.size() - 2);
+  if (option.get_type_size() != 0) help.value = option.get_type_name();
+  help.heading = option.get_group();
+  return help;
+}
+
+VerbHelp help_of(const Declarations& declarations, const CLI::App& app, const std::string& path) {
+  VerbHelp help;
+  help.name = path;
+  help.purpose = app.get_description();
+  for (const CLI::Option* option : app.get_options()) help.options.push_back(help_of(*option));
+  if (const auto found = declarations.examples.find(&app); found != declarations.examples.end()) {
+    help.examples = found->second;
+  }
+  for (const CLI::App* below : app.get_subcommands({})) {
+    help.verbs.push_back(help_of(declarations, *below, path + ' ' + below->get_name()));
+    const VerbHelp& verb = help.verbs.back();
+    const bool is_command = app.get_parent() == nullptr;
+    if (is_command && !verb.examples.empty()) help.examples.push_back(verb.examples.front());
+  }
+  return help;
+}
+
+VerbHelp help_of(const Declarations& declarations) {
+  return help_of(declarations, declarations.app, "biss");
+}
+
+// The verb of that name below a verb; null if there is none.
+const VerbHelp* below(const VerbHelp& verb, const std::string& name) {
+  const auto found = std::find_if(verb.verbs.begin(), verb.verbs.end(), [&](const VerbHelp& each) {
+    return each.name == verb.name + ' ' + name;
+  });
+  return found == verb.verbs.end() ? nullptr : &*found;
+}
+
+// The files that the command line names, and standard output, which every verb may use.
+std::vector<NamedFile> named_files(const Declarations& declarations) {
+  std::vector<NamedFile> files;
+  for (const CLI::App* app : chosen_verbs(declarations.app)) {
+    for (const CLI::Option* option : app->get_options()) {
+      const auto found = declarations.files.find(option);
+      if (found == declarations.files.end()) continue;
+      for (const std::string& value : option->results()) {
+        const auto path_of = found->second.path_of;
+        const std::string path = path_of == nullptr ? value : path_of(value);
+        if (!path.empty()) files.push_back({option->get_name(), path, found->second.use});
+      }
+    }
+  }
+  const auto is_stdout = [](const NamedFile& file) {
+    return file.use != FileUse::read && file.path == "-";
+  };
+  if (std::none_of(files.begin(), files.end(), is_stdout)) {
+    files.push_back({"standard output", "-", FileUse::write});
+  }
+  return files;
+}
+
+VerbText help_verb() {
+  return {.name = "help",
+          .purpose = "Print the help of a verb, or all of it as a manual page",
+          .examples = {"biss help decode", "biss help eds show", "biss help --to man -o biss.1"}};
+}
+
+void declare_help(Verb verb, HelpOptions& options) {
+  verb.add_option("VERB", options.verb, "The verb; the help of the command by default");
+  add_name_option(verb, "--to", options.to, {"text", "man", "bash"},
+                  "A verb's help (the default), the manual page, or a completion script for bash");
+  add_output_option(verb, options.output);
 }
 
 }  // namespace
@@ -124,13 +240,16 @@ Option Option::delimiter(char character) {
   return *this;
 }
 
-Option Option::one_value_each() {
-  option_->allow_extra_args(false);
+Option Option::one_of(const std::vector<std::string>& values) {
+  option_->check([values](const std::string& text) -> std::string {
+    const bool known = std::find(values.begin(), values.end(), text) != values.end();
+    return known ? "" : fmt::format("'{}' is not one of {}", text, fmt::join(values, ", "));
+  });
   return *this;
 }
 
-Option Option::one_of(const std::vector<std::string>& values) {
-  option_->check(CLI::IsMember(values));
+Option Option::file(FileUse use, std::string (*path_of)(const std::string& value)) {
+  declarations_->files[option_] = {use, path_of};
   return *this;
 }
 
@@ -145,56 +264,65 @@ bool Option::given() const { return option_->count() != 0; }
 
 Option Verb::add_option(const std::string& name, std::string& target,
                         const std::string& description) {
-  return Option(app_->add_option(name, target, description));
+  return declared(app_->add_option(name, target, description));
 }
 
 Option Verb::add_option(const std::string& name, std::vector<std::string>& target,
                         const std::string& description) {
-  return Option(app_->add_option(name, target, description));
+  return declared(app_->add_option(name, target, description));
 }
 
 Option Verb::add_option(const std::string& name, std::vector<double>& target,
                         const std::string& description) {
-  return Option(app_->add_option(name, target, description));
+  return declared(app_->add_option(name, target, description));
 }
 
 Option Verb::add_option(const std::string& name, std::vector<std::uint64_t>& target,
                         const std::string& description) {
-  return Option(app_->add_option(name, target, description));
+  return declared(app_->add_option(name, target, description));
 }
 
 Option Verb::add_option(const std::string& name, std::int64_t& target,
                         const std::string& description) {
-  return Option(app_->add_option(name, target, description));
+  return declared(app_->add_option(name, target, description));
 }
 
 Option Verb::add_flag(const std::string& name, bool& target, const std::string& description) {
-  return Option(app_->add_flag(name, target, description));
+  return declared(app_->add_flag(name, target, description), false);
 }
 
 Option Verb::add_text_option(const std::string& name, std::function<void(const std::string&)> set,
                              const std::string& description) {
-  return Option(app_->add_option_function(name, std::move(set), description));
+  return declared(app_->add_option_function(name, std::move(set), description));
 }
 
-Option Verb::get_option(const std::string& name) const { return Option(app_->get_option(name)); }
+Option Verb::declared(CLI::Option* option, bool is_value) const {
+  option->group(heading_);
+  if (is_value) {
+    option->check(
+        [](const std::string& text) -> std::string { return text.empty() ? empty_value : ""; });
+    // An option takes one value each time that it is given: the next word may be an argument.
+    if (!option->get_positional()) option->allow_extra_args(false);
+  }
+  return {option, declarations_};
+}
+
+Option Verb::get_option(const std::string& name) const {
+  return {app_->get_option(name), declarations_};
+}
 
 std::vector<Option> Verb::given_options() const {
   std::vector<Option> given;
   for (CLI::Option* option : app_->get_options()) {
-    if (option->count() != 0) given.emplace_back(option);
+    if (option->count() != 0) given.emplace_back(option, declarations_);
   }
   return given;
 }
 
 Verb Verb::add_verb(const VerbText& text) {
   CLI::App* verb = app_->add_subcommand(text.name, text.purpose);
-  verb->group("Verbs");
-  if (!text.examples.empty()) {
-    verb->footer(fmt::format("{}:\n  {}", text.examples.size() == 1 ? "Example" : "Examples",
-                             fmt::join(text.examples, "\n  ")));
-  }
-  return Verb(verb);
+  declarations_->examples[verb] = text.examples;
+  return {verb, declarations_};
 }
 
 bool Verb::parsed() const { return app_->parsed(); }
@@ -219,24 +347,39 @@ void add_verb_group(Command& command, const VerbText& group, const std::vector<G
   }
 }
 
-Command::Command()
-    : app_(std::make_unique<CLI::App>("The open toolkit for the BiSS C encoder interface.",
-                                      "biss")) {
-  app_->set_help_flag("-h,--help", "Print this help");
-  app_->set_version_flag("--version", "biss " BISS_VERSION, "Print the version");
-  app_->require_subcommand(1);
-  app_->get_formatter()->label("SUBCOMMAND", "VERB");
-  app_->get_formatter()->column_width(28);
+Command::Command() : declarations_(std::make_unique<Declarations>()) {
+  CLI::App& app = declarations_->app;
+  app.set_help_flag("-h,--help", "Print this help");
+  app.set_version_flag("-V,--version", "biss " BISS_VERSION, "Print the version");
+  app.require_subcommand(1);
 }
 
 Command::~Command() = default;
 
 Verb Command::add_verb(const VerbText& text, Run run) {
-  const Verb verb = Verb(app_.get()).add_verb(text);
-  if (!text.examples.empty()) examples_ += "\n  " + text.examples.front();
-  app_->footer("Examples:" + examples_ + "\n\nRun 'biss VERB --help' for the options of a verb.");
-  verbs_.push_back({&verb.app(), std::move(run)});
+  const Verb verb = Verb(&declarations_->app, declarations_.get()).add_verb(text);
+  declarations_->runs.emplace_back(&verb.app(), std::move(run));
   return verb;
+}
+
+ExitStatus Command::print_help(const HelpOptions& options) const {
+  const VerbHelp command = help_of(*declarations_);
+  if (options.to == "man") return print(man_page(command, BISS_VERSION), options.output);
+  if (options.to == "bash") return print(bash_completion(command), options.output);
+  const VerbHelp* verb = &command;
+  for (const std::string& name : options.verb) {
+    const VerbHelp* const next = below(*verb, name);
+    if (next == nullptr) {
+      std::vector<std::string> names;
+      for (const VerbHelp& each : verb->verbs) {
+        names.push_back(each.name.substr(verb->name.size() + 1));
+      }
+      return fail(ExitStatus::usage,
+                  fmt::format("{} (see '{} --help')", unknown_verb_text(name, names), verb->name));
+    }
+    verb = next;
+  }
+  return print(help_text(*verb), options.output);
 }
 
 ExitStatus Command::run(int argc, const char* const* argv) {
@@ -252,40 +395,52 @@ ExitStatus Command::run(int argc, const char* const* argv) {
 }
 
 ExitStatus Command::parse_and_run(int argc, const char* const* argv) {
+  CLI::App& app = declarations_->app;
+  // Last, so that the help lists it last.
+  if (below(help_of(*declarations_), "help") == nullptr) {
+    const auto options = std::make_shared<HelpOptions>();
+    declare_help(add_verb(help_verb(), [this, options] { return print_help(*options); }), *options);
+  }
   if (argc < 2) return wrong_usage("no verb given");
   const std::string first = argv[1];
-  const bool known = std::any_of(verbs_.begin(), verbs_.end(), [&first](const Entry& entry) {
-    return entry.app->get_name() == first;
-  });
+  const std::vector<std::string> names = verb_names(app);
+  const bool known = std::find(names.begin(), names.end(), first) != names.end();
   if (!known && !first.starts_with('-')) return unknown_verb(first);
   try {
-    app_->parse(argc, argv);
+    app.parse(argc, argv);
   } catch (const CLI::CallForHelp&) {
-    return print(app_->help());
+    const VerbHelp command = help_of(*declarations_);
+    const VerbHelp* verb = &command;
+    for (const CLI::App* chosen : chosen_verbs(app)) verb = below(*verb, chosen->get_name());
+    return print(help_text(*verb));
   } catch (const CLI::CallForVersion& version) {
     return print(std::string(version.what()) + "\n");
   } catch (const CLI::ParseError& error) {
-    return wrong_usage(usage_text(error));
+    const std::string empty = empty_option(argc, argv);
+    return wrong_usage(empty.empty() ? usage_text(error) : empty);
   }
-  for (const Entry& entry : verbs_) {
-    if (entry.app->parsed()) return entry.run();
+  if (const std::string empty = empty_option(argc, argv); !empty.empty()) return wrong_usage(empty);
+  const std::string conflict = file_conflict(named_files(*declarations_));
+  if (!conflict.empty()) return wrong_usage(conflict);
+  for (const auto& [verb, run] : declarations_->runs) {
+    if (verb->parsed()) return run();
   }
   return wrong_usage("no verb given");
 }
 
 ExitStatus Command::unknown_verb(const std::string& name) const {
-  return wrong_usage(unknown_verb_text(name, verb_names(*app_)));
+  return wrong_usage(unknown_verb_text(name, verb_names(declarations_->app)));
 }
 
 ExitStatus Command::wrong_usage(const std::string& what) const {
   std::string verb;
-  for (const CLI::App* chosen : chosen_verbs(*app_)) verb += chosen->get_name() + " ";
+  for (const CLI::App* chosen : chosen_verbs(declarations_->app)) verb += chosen->get_name() + " ";
   return fail(ExitStatus::usage, fmt::format("{} (see 'biss {}--help')", one_line(what), verb));
 }
 
 std::string Command::usage_text(const CLI::ParseError& error) const {
-  const auto chosen = chosen_verbs(*app_);
-  const CLI::App& app = chosen.empty() ? *app_ : *chosen.back();
+  const auto chosen = chosen_verbs(declarations_->app);
+  const CLI::App& app = chosen.empty() ? declarations_->app : *chosen.back();
   const std::vector<std::string> extras = app.remaining();
   if (!extras.empty()) {
     const std::string& extra = extras.front();

@@ -103,7 +103,7 @@ TEST_F(CommandTest, NegativeNumber_ReachesTheVerb) {
 
 TEST_F(CommandTest, NegativeQuantity_IsWrongUsage) {
   expect_usage({"frame", "-f", "x", "--since", "-5us"},
-               "--since: '-5us': negative; possible are 0 to 1000 s in steps of 1 ps"
+               "--since: '-5us': negative; the range is 0 to 1000 s in steps of 1 ps"
                " (see 'biss frame --help')");
 }
 
@@ -162,7 +162,7 @@ TEST_F(CommandTest, WrongQuantity_PointsAtTheCharacter) {
                "--clock: '10mhz': at character 3: unknown unit (did you mean MHz?); use Hz, kHz, "
                "MHz or GHz (see 'biss frame --help')");
   expect_usage({"frame", "-f", "x", "--cycles", "1001"},
-               "--cycles: '1001': too large; possible are 0 to 1000"
+               "--cycles: '1001': too large; the range is 0 to 1000"
                " (see 'biss frame --help')");
 }
 

@@ -10,19 +10,30 @@ namespace biss::cli {
 
 namespace {
 
+// `FILE` of `FILE:NAME`.
+std::string file_of_line(const std::string& text) {
+  const std::size_t colon = text.rfind(':');
+  return colon == std::string::npos ? std::string() : text.substr(0, colon);
+}
+
 bool is_resolution(Picoseconds time) { return time >= Picoseconds{} && time <= milliseconds(1); }
 
 }  // namespace
 
 void add_capture_options(Verb verb, CaptureArguments& arguments) {
   verb.add_option(
-      "FILE", arguments.files,
-      "Captures (VCD, event CSV, .sr, Saleae CSV, raw samples); several are read as one; - is "
-      "standard input");
+          "FILE", arguments.files,
+          "Captures (VCD, event CSV, .sr, Saleae CSV, raw samples); several are read as one; - is "
+          "standard input")
+      .file(FileUse::read);
   add_format_option(verb, arguments.device, false);
   add_timing_options(verb, arguments.device);
-  verb.add_option("--ma", arguments.ma, "The line that is MA").type_name("NAME|FILE:NAME");
-  verb.add_option("--slo", arguments.slo, "The line that is SLO").type_name("NAME|FILE:NAME");
+  verb.add_option("--ma", arguments.ma, "The line that is MA")
+      .type_name("NAME|FILE:NAME")
+      .file(FileUse::read, file_of_line);
+  verb.add_option("--slo", arguments.slo, "The line that is SLO")
+      .type_name("NAME|FILE:NAME")
+      .file(FileUse::read, file_of_line);
   add_raw_options(verb, arguments.raw);
 }
 

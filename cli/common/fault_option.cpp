@@ -18,7 +18,9 @@ namespace {
 
 using sim::PlaceUnit;
 
-// A share from 0 to 1 in parts of 2^32, exact to a part in 10^9.
+using Checked = tl::expected<void, std::string>;
+
+// A share from 0 to 1 in parts of 2^32, exact to 1e-9.
 std::optional<std::uint64_t> read_share(std::string_view text) {
   constexpr std::uint64_t whole = std::uint64_t{1} << 32U;
   if (text == "1") return whole;
@@ -45,7 +47,7 @@ std::vector<std::string> simulated_names() {
 std::string unknown_kind(const std::string& kind) {
   const std::string near = nearest(kind, simulated_names());
   if (!near.empty()) return fmt::format("--fault: no kind '{}'; did you mean {}?", kind, near);
-  return fmt::format("--fault: no kind '{}'; there are {}", kind, fault_kinds_text());
+  return fmt::format("--fault: no kind '{}'; the kinds are {}", kind, fault_kinds_text());
 }
 
 constexpr std::array<std::string_view, 2> unit_names{"bit", "clock"};
@@ -89,85 +91,87 @@ std::string text_of(const sim::FaultPlace& place) {
   return text;
 }
 
-std::string check_place(sim::FaultKind kind, const sim::FaultPlace& place,
-                        const sim::NominalCycle& nominal) {
+Checked check_place(sim::FaultKind kind, const sim::FaultPlace& place,
+                    const sim::NominalCycle& nominal) {
+  const auto wrong = [](std::string text) { return tl::make_unexpected(std::move(text)); };
   const auto name = sim::name_of(kind);
   const sim::FaultPlaces places = places_of(kind, place.unit, nominal);
   if (places.contains(place)) return {};
   if (!sim::has_place(kind)) {
-    return fmt::format("--fault: {} has no place in a cycle, it lasts for the whole of it", name);
+    return wrong(fmt::format("--fault: {} has no place: it affects the whole cycle", name));
   }
   if (places.empty()) {
     const PlaceUnit other = place.unit == PlaceUnit::bit ? PlaceUnit::clock : PlaceUnit::bit;
     if (places_of(kind, other, nominal).empty()) {
-      return fmt::format("--fault: {} does not fit into this frame", name);
+      return wrong(fmt::format("--fault: {} does not fit into this frame", name));
     }
-    return fmt::format("--fault: {} takes a {}, not a {}", name, name_of(other),
-                       name_of(place.unit));
+    return wrong(
+        fmt::format("--fault: {} takes a {}, not a {}", name, name_of(other), name_of(place.unit)));
   }
   const std::string range =
       fmt::format("{} {} to {}", name_of(place.unit), places.first, places.last);
   if (place.whole() < places.first || place.whole() > places.last) {
-    return fmt::format("--fault: no {} for {}; on this line it takes {}", text_of(place), name,
-                       range);
+    return wrong(fmt::format("--fault: no {} for {}; on this line it takes {}", text_of(place),
+                             name, range));
   }
-  return fmt::format("--fault: {} takes a whole {}, not {}", name, name_of(place.unit),
-                     text_of(place));
+  return wrong(fmt::format("--fault: {} takes a whole {}, not {}", name, name_of(place.unit),
+                           text_of(place)));
 }
 
 }  // namespace
 
 std::string fault_kinds_text() { return fmt::format("{}", fmt::join(simulated_names(), ", ")); }
 
-std::string read_fault(const std::string& text, sim::FaultRule& rule) {
-  const std::string wrong = fmt::format(
-      "--fault: '{}' is not KIND:RATE with a rate of 0 to 1, nor KIND@CYCLE, with or without "
-      ",bit=N or ,clock=N behind it",
-      text);
+tl::expected<sim::FaultRule, std::string> read_fault(const std::string& text) {
+  const auto wrong = [&text] {
+    return tl::make_unexpected(fmt::format(
+        "--fault: '{}' is not KIND:RATE with a rate of 0 to 1, nor KIND@CYCLE; either may end with "
+        ",bit=N or ,clock=N",
+        text));
+  };
   const std::size_t mark = text.find_first_of(":@");
-  if (mark == std::string::npos) return wrong;
+  if (mark == std::string::npos) return wrong();
   const std::string kind = text.substr(0, mark);
   const auto known = sim::find_fault(kind);
-  if (!known || !is_simulated(*known)) return unknown_kind(kind);
-  rule = {.kind = *known};
+  if (!known || !is_simulated(*known)) return tl::make_unexpected(unknown_kind(kind));
+  sim::FaultRule rule{.kind = *known};
   const std::size_t comma = std::min(text.find(',', mark), text.size());
   const std::string_view value = std::string_view(text).substr(mark + 1, comma - mark - 1);
   if (comma < text.size()) {
     rule.place = read_place(std::string_view(text).substr(comma + 1));
-    if (!rule.place) return wrong;
+    if (!rule.place) return wrong();
   }
   if (text[mark] == '@') {
     const auto cycle = parse_count(value);
-    if (!cycle.ok()) return wrong;
+    if (!cycle.ok()) return wrong();
     rule.cycle = *cycle;
-    return {};
+    return rule;
   }
   const auto share = read_share(value);
-  if (!share) return wrong;
+  if (!share) return wrong();
   rule.share = *share;
-  return {};
+  return rule;
 }
 
-std::string check_faults(std::span<const sim::FaultRule> rules, const sim::NominalCycle& nominal,
-                         std::uint64_t cycles) {
+tl::expected<void, std::string> check_faults(std::span<const sim::FaultRule> rules,
+                                             const sim::NominalCycle& nominal,
+                                             std::uint64_t cycles) {
   for (std::size_t i = 0; i < rules.size(); ++i) {
     const sim::FaultRule& rule = rules[i];
     const auto same = [&](const sim::FaultRule& other) {
       return other.kind == rule.kind && other.cycle == rule.cycle;
     };
     if (rule.cycle && *rule.cycle >= cycles) {
-      return fmt::format("--fault: no cycle {} for {}; there are {}, counted from 0", *rule.cycle,
-                         sim::name_of(rule.kind), cycles);
+      return tl::make_unexpected(fmt::format("--fault: no cycle {} for {}; the last one is {}",
+                                             *rule.cycle, sim::name_of(rule.kind), cycles - 1));
     }
     if (std::any_of(rules.begin(), rules.begin() + static_cast<std::ptrdiff_t>(i), same)) {
-      return fmt::format("--fault: {} is given twice{}; a kind strikes a cycle once",
-                         sim::name_of(rule.kind),
-                         rule.cycle ? fmt::format(" for cycle {}", *rule.cycle) : " by rate");
+      return tl::make_unexpected(
+          fmt::format("--fault: {} is given twice{}; give each kind once", sim::name_of(rule.kind),
+                      rule.cycle ? fmt::format(" for cycle {}", *rule.cycle) : " with a rate"));
     }
     if (!rule.place) continue;
-    if (std::string wrong = check_place(rule.kind, *rule.place, nominal); !wrong.empty()) {
-      return wrong;
-    }
+    if (auto checked = check_place(rule.kind, *rule.place, nominal); !checked) return checked;
   }
   return {};
 }

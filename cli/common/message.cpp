@@ -20,7 +20,9 @@ ExitStatus fail(ExitStatus status, std::string_view text) {
   return status;
 }
 
-// Nobody can be told that stderr is closed.
+ExitStatus fail(const VerbError& error) { return fail(error.status, error.text); }
+
+// A closed stderr cannot be reported.
 void print_summary(std::string_view text) {
   clear_progress();
   std::fwrite(text.data(), 1, text.size(), stderr);

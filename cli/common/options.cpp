@@ -26,8 +26,9 @@ Option add_parsed(Verb verb, const std::string& name, const std::string& descrip
 }  // namespace
 
 Option add_output_option(Verb verb, std::string& path) {
-  return verb.add_option("-o,--output", path, "Where to write instead of stdout (-)")
-      .type_name("FILE");
+  return verb.add_option("-o,--output", path, "Output file; standard output (-) by default")
+      .type_name("FILE")
+      .file(FileUse::write);
 }
 
 Option add_to_option(Verb verb, report::Format& target,
@@ -68,6 +69,12 @@ Option add_rate_option(Verb verb, const std::string& name, std::function<void(He
 Option add_duration_option(Verb verb, const std::string& name, std::function<void(Picoseconds)> set,
                            const std::string& description) {
   return add_parsed(verb, name, description, Quantity::duration, parse_duration, std::move(set))
+      .type_name("TIME");
+}
+
+Option add_time_option(Verb verb, const std::string& name, std::function<void(Picoseconds)> set,
+                       const std::string& description) {
+  return add_parsed(verb, name, description, Quantity::time, parse_time, std::move(set))
       .type_name("TIME");
 }
 

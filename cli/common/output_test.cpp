@@ -2,12 +2,18 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <linux/filter.h>
+#include <linux/seccomp.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <csignal>
+#include <cstddef>
+#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -88,7 +94,6 @@ TEST_F(OutputTest, NoFinish_LeavesTheOldFileAndNoTemporaryOne) {
     Output output;
     ASSERT_TRUE(output.open(path("old")));
     output.write("half");
-    EXPECT_EQ(files(), 2U);
   }
   EXPECT_EQ(content(path("old")), "old");
   EXPECT_EQ(files(), 1U);
@@ -220,14 +225,17 @@ TEST_F(OutputTest, NamedPipe_IsWrittenStraight) {
   EXPECT_TRUE(fs::is_fifo(path("pipe")));
 }
 
-TEST_F(OutputTest, ReaderLeaves_StopsQuietly) {
+TEST_F(OutputTest, ReaderLeaves_DropsTheRestWithoutAnError) {
   int ends[2] = {};
   ASSERT_EQ(::pipe(ends), 0);
   Output output;
   ASSERT_TRUE(output.open("/dev/fd/" + std::to_string(ends[1])));
   ::close(ends[0]);
-  EXPECT_FALSE(output.write(std::string(200'000, 'x')));
+  EXPECT_FALSE(output.reader_left());
+  EXPECT_TRUE(output.write(std::string(200'000, 'x')));
   EXPECT_TRUE(output.reader_left());
+  EXPECT_TRUE(output.write(std::string(200'000, 'x')));
+  EXPECT_TRUE(output.finish());
   EXPECT_EQ(output.error(), "");
   EXPECT_EQ(output.status(), ExitStatus::done);
   ::close(ends[1]);
@@ -258,20 +266,68 @@ TEST_F(OutputTest, AbandonedStraight_KeepsWhatWasTaken) {
   EXPECT_EQ(content(path("log")), "so far\n");
 }
 
-// In a process of its own: the signal must end it and leave no file behind.
-TEST_F(OutputTest, SignalThatEndsTheProcess_RemovesTheTemporaryFile) {
-  put(path("old"), "old");
+// Has open() with O_TMPFILE fail from now on, as on a file system without it.
+bool refuse_files_without_name() {
+  constexpr std::uint32_t flag = O_TMPFILE & ~O_DIRECTORY;
+  sock_filter steps[] = {BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
+                         BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_openat, 0, 3),
+                         BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, args[2])),
+                         BPF_JUMP(BPF_JMP | BPF_JSET | BPF_K, flag, 0, 1),
+                         BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | EOPNOTSUPP),
+                         BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW)};
+  const sock_fprog program{std::size(steps), steps};
+  return ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 &&
+         ::prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) == 0;
+}
+
+// How a process of its own ends that runs `body`.
+template <class Body>
+int status_of(const Body& body) {
   const pid_t child = ::fork();
-  ASSERT_GE(child, 0);
   if (child == 0) {
-    prepare_process();
-    Output output;
-    if (!output.open(path("old")) || !output.write("half")) ::_exit(9);
-    std::raise(SIGTERM);
+    body();
     ::_exit(8);
   }
-  int status = 0;
-  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  int status = -1;
+  EXPECT_EQ(::waitpid(child, &status, 0), child);
+  return status;
+}
+
+TEST_F(OutputTest, Killed_LeavesTheOldFileAndNoOther) {
+  put(path("old"), "old");
+  const int status = status_of([this] {
+    Output output;
+    if (!output.open(path("old")) || !output.write(std::string(200'000, 'x'))) ::_exit(9);
+    std::raise(SIGKILL);
+  });
+  EXPECT_TRUE(WIFSIGNALED(status));
+  EXPECT_EQ(content(path("old")), "old");
+  EXPECT_EQ(files(), 1U);
+}
+
+TEST_F(OutputTest, FileSystemWithoutNamelessFiles_ReplacesTheFileAsElsewhere) {
+  put(path("old"), "old");
+  const int status = status_of([this] {
+    if (!refuse_files_without_name()) ::_exit(9);
+    Output output;
+    if (!output.open(path("old")) || !output.write("new") || files() != 2) ::_exit(1);
+    ::_exit(output.finish() ? 0 : 2);
+  });
+  EXPECT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+  EXPECT_EQ(content(path("old")), "new");
+  EXPECT_EQ(files(), 1U);
+}
+
+TEST_F(OutputTest, SignalThatEndsTheProcess_RemovesTheTemporaryFile) {
+  put(path("old"), "old");
+  const int status = status_of([this] {
+    prepare_process();
+    Output output;
+    if (!refuse_files_without_name() || !output.open(path("old"))) ::_exit(9);
+    if (!output.write("half") || files() != 2) ::_exit(9);
+    std::raise(SIGTERM);
+  });
   EXPECT_TRUE(WIFSIGNALED(status));
   EXPECT_EQ(WTERMSIG(status), SIGTERM);
   EXPECT_EQ(content(path("old")), "old");
@@ -280,19 +336,15 @@ TEST_F(OutputTest, SignalThatEndsTheProcess_RemovesTheTemporaryFile) {
 
 TEST_F(OutputTest, FileSizeLimit_IsAnErrorAndLeavesTheOldFile) {
   put(path("old"), "old");
-  const pid_t child = ::fork();
-  ASSERT_GE(child, 0);
-  if (child == 0) {
+  const int status = status_of([this] {
     prepare_process();
     const rlimit limit = {4096, 4096};
     if (::setrlimit(RLIMIT_FSIZE, &limit) != 0) ::_exit(9);
     Output output;
-    const bool told = output.open(path("old")) && !output.write(std::string(200'000, 'x')) &&
-                      !output.error().empty();
-    ::_exit(told ? 0 : 1);
-  }
-  int status = 0;
-  ASSERT_EQ(::waitpid(child, &status, 0), child);
+    const bool reported = output.open(path("old")) && !output.write(std::string(200'000, 'x')) &&
+                          !output.error().empty();
+    ::_exit(reported ? 0 : 1);
+  });
   EXPECT_TRUE(WIFEXITED(status));
   EXPECT_EQ(WEXITSTATUS(status), 0);
   EXPECT_EQ(content(path("old")), "old");
@@ -300,19 +352,15 @@ TEST_F(OutputTest, FileSizeLimit_IsAnErrorAndLeavesTheOldFile) {
 }
 
 TEST_F(OutputTest, StdoutClosed_IsAnErrorAndNoOtherFileTakesItsPlace) {
-  const pid_t child = ::fork();
-  ASSERT_GE(child, 0);
-  if (child == 0) {
+  const int status = status_of([this] {
     ::close(STDOUT_FILENO);
     prepare_process();
     const int file = ::open(path("victim").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
     Output output;
-    const bool told =
+    const bool reported =
         output.open("-") && output.write("text") && !output.finish() && !output.error().empty();
-    ::_exit(file > STDERR_FILENO && told ? 0 : 1);
-  }
-  int status = 0;
-  ASSERT_EQ(::waitpid(child, &status, 0), child);
+    ::_exit(file > STDERR_FILENO && reported ? 0 : 1);
+  });
   EXPECT_TRUE(WIFEXITED(status));
   EXPECT_EQ(WEXITSTATUS(status), 0);
   EXPECT_EQ(fs::file_size(path("victim")), 0U);

@@ -19,9 +19,10 @@ struct Unit {
 
 struct Scale {
   std::span<const Unit> units;  // from small to large; the last name of an exponent is printed
-  std::string_view bare;        // unit of a bare number; empty: only 0 may be bare
-  std::uint64_t least;
+  std::uint64_t least;          // of the magnitude
   std::uint64_t greatest;
+  std::string_view unit_names;
+  std::string_view range;
 };
 
 constexpr std::array rate_units = {Unit{"Hz", 0}, Unit{"kHz", 3}, Unit{"MHz", 6}, Unit{"GHz", 9}};
@@ -33,11 +34,40 @@ constexpr std::array length_units = {Unit{"mm", 0}, Unit{"cm", 1}, Unit{"m", 3},
 constexpr std::array duty_units = {Unit{"%", 1}};
 constexpr std::array deviation_units = {Unit{"ppm", 0}, Unit{"%", 4}};
 
-constexpr Scale rate_scale = {rate_units, "Hz", 1, UINT32_MAX};
-constexpr Scale duration_scale = {duration_units, "", 0, 1000U * std::uint64_t{1'000'000'000'000}};
-constexpr Scale length_scale = {length_units, "m", 0, 10'000'000};
-constexpr Scale duty_scale = {duty_units, "", 1, 999};
-constexpr Scale deviation_scale = {deviation_units, "", 0, 100'000};
+constexpr auto second = static_cast<std::uint64_t>(picoseconds_per_second);
+constexpr std::string_view time_names = "ps, ns, us, ms or s";
+constexpr Scale rate_scale = {rate_units, 1, UINT32_MAX, "Hz, kHz, MHz or GHz",
+                              "1 Hz to 4.294967295 GHz in steps of 1 Hz"};
+constexpr Scale duration_scale = {duration_units, 0, 1000 * second, time_names,
+                                  "0 to 1000 s in steps of 1 ps"};
+constexpr Scale time_scale = {duration_units, 0, 100 * 24 * 3600 * second, time_names,
+                              "-8640000 s to 8640000 s (100 days) in steps of 1 ps"};
+constexpr Scale length_scale = {length_units, 0, 10'000'000, "mm, cm, m or km",
+                                "0 to 10 km in steps of 1 mm"};
+constexpr Scale duty_scale = {duty_units, 1, 999, "%", "0.1 % to 99.9 % in steps of 0.1 %"};
+constexpr Scale deviation_scale = {deviation_units, 0, 100'000, "ppm or %",
+                                   "-10 % to 10 % in steps of 1 ppm"};
+
+const Scale& scale_of(Quantity quantity) {
+  switch (quantity) {
+    case Quantity::rate:
+      return rate_scale;
+    case Quantity::duration:
+      return duration_scale;
+    case Quantity::time:
+      return time_scale;
+    case Quantity::length:
+      return length_scale;
+    case Quantity::duty:
+      return duty_scale;
+    case Quantity::deviation:
+      return deviation_scale;
+    case Quantity::count:
+      break;
+  }
+  static constexpr Scale none{};
+  return none;
+}
 
 using Parsed = Result<std::uint64_t, QuantityError>;
 
@@ -52,10 +82,10 @@ std::size_t skip_digits(std::string_view text, std::size_t at) {
   return at;
 }
 
-// Where the number ends and how many digits stand after its point.
+// The parts of the number at the front of a text.
 struct Number {
   std::size_t end = 0;
-  std::size_t point = 0;  // place of the point, or the end
+  std::size_t point = 0;  // the place of the decimal point; `end` if there is none
 };
 
 Result<Number, QuantityError> scan_number(std::string_view text) {
@@ -102,12 +132,12 @@ Parsed parse(std::string_view text, const Scale& scale) {
   if (!number) return failure(number.error());
   std::size_t unit_at = number->end;
   if (unit_at + 1 < text.size() && text[unit_at] == ' ') ++unit_at;
-  std::string_view name = text.substr(unit_at);
-  if (name.empty()) name = scale.bare;
+  const std::string_view name = text.substr(unit_at);
   if (name.empty()) {
     const bool zero = text.find_first_not_of("0.") == std::string_view::npos;
-    if (zero && scale.least == 0) return std::uint64_t{0};
-    return wrong(QuantityCause::unit_missing, unit_at);
+    if (!zero) return wrong(QuantityCause::unit_missing, unit_at);
+    if (scale.least != 0) return wrong(QuantityCause::too_small, 0);
+    return std::uint64_t{0};
   }
   for (const Unit& unit : scale.units) {
     if (unit.name != name) continue;
@@ -118,63 +148,23 @@ Parsed parse(std::string_view text, const Scale& scale) {
   return wrong(QuantityCause::unknown_unit, unit_at);
 }
 
-const Scale& scale_of(Quantity quantity) {
-  switch (quantity) {
-    case Quantity::rate:
-      return rate_scale;
-    case Quantity::duration:
-      return duration_scale;
-    case Quantity::duty:
-      return duty_scale;
-    case Quantity::deviation:
-      return deviation_scale;
-    case Quantity::length:
-    case Quantity::count:
-      break;
-  }
-  return length_scale;
+// The same with a sign in front.
+Result<std::int64_t, QuantityError> parse_signed(std::string_view text, const Scale& scale) {
+  const bool negative = text.starts_with('-');
+  const std::size_t sign = negative || text.starts_with('+') ? 1 : 0;
+  const Parsed value = parse(text.substr(sign), scale);
+  if (value)
+    return negative ? -static_cast<std::int64_t>(*value) : static_cast<std::int64_t>(*value);
+  const QuantityError error = value.error();
+  // A second sign.
+  if (error.cause == QuantityCause::negative) return wrong(QuantityCause::not_a_number, sign);
+  return wrong(error.cause, error.at + sign);
 }
 
-std::string_view units_of(Quantity quantity) {
-  switch (quantity) {
-    case Quantity::rate:
-      return "Hz, kHz, MHz or GHz";
-    case Quantity::duration:
-      return "ps, ns, us, ms or s";
-    case Quantity::length:
-      return "mm, cm, m or km";
-    case Quantity::duty:
-      return "%";
-    case Quantity::deviation:
-      return "ppm or %";
-    case Quantity::count:
-      break;
-  }
-  return "no unit";
-}
-
-std::string range_of(Quantity quantity, std::uint64_t largest) {
-  switch (quantity) {
-    case Quantity::rate:
-      return "1 Hz to 4.294967295 GHz in steps of 1 Hz";
-    case Quantity::duration:
-      return "0 to 1000 s in steps of 1 ps";
-    case Quantity::length:
-      return "0 to 10 km in steps of 1 mm";
-    case Quantity::duty:
-      return "0.1 % to 99.9 % in steps of 0.1 %";
-    case Quantity::deviation:
-      return "-10 % to 10 % in steps of 1 ppm";
-    case Quantity::count:
-      break;
-  }
-  return fmt::format("0 to {}", largest);
-}
-
-// `Mhz` -> ` (did you mean MHz?)`: only when case is all that differs.
-std::string other_case(Quantity quantity, std::string_view name) {
+// `Mhz` -> ` (did you mean MHz?)`: a unit that differs in case only.
+std::string other_case(const Scale& scale, std::string_view name) {
   const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; };
-  for (const Unit& unit : scale_of(quantity).units) {
+  for (const Unit& unit : scale.units) {
     bool same = unit.name.size() == name.size();
     for (std::size_t i = 0; same && i < name.size(); ++i) {
       same = lower(unit.name[i]) == lower(name[i]);
@@ -186,26 +176,29 @@ std::string other_case(Quantity quantity, std::string_view name) {
 
 std::string cause_text(Quantity quantity, std::string_view text, QuantityError error,
                        std::uint64_t largest) {
+  const Scale& scale = scale_of(quantity);
+  const std::string range =
+      quantity == Quantity::count ? fmt::format("0 to {}", largest) : std::string(scale.range);
   switch (error.cause) {
     case QuantityCause::empty:
-      return "empty, where a number must stand";
+      return "empty; a value is needed";
     case QuantityCause::negative:
-      return fmt::format("negative; possible are {}", range_of(quantity, largest));
+      return fmt::format("negative; the range is {}", range);
     case QuantityCause::not_a_number:
       return "not a number";
     case QuantityCause::decimal_comma:
-      return "a comma; write the decimal point as '.'";
+      return "decimal comma; write '.'";
     case QuantityCause::unit_missing:
-      return fmt::format("no unit; use {}", units_of(quantity));
+      return fmt::format("no unit; use {}", scale.unit_names);
     case QuantityCause::unknown_unit:
-      return fmt::format("unknown unit{}; use {}", other_case(quantity, text.substr(error.at)),
-                         units_of(quantity));
+      return fmt::format("unknown unit{}; use {}", other_case(scale, text.substr(error.at)),
+                         scale.unit_names);
     case QuantityCause::too_fine:
-      return fmt::format("too many places; possible are {}", range_of(quantity, largest));
+      return fmt::format("too many decimal places; the range is {}", range);
     case QuantityCause::too_small:
-      return fmt::format("too small; possible are {}", range_of(quantity, largest));
+      return fmt::format("too small; the range is {}", range);
     case QuantityCause::too_large:
-      return fmt::format("too large; possible are {}", range_of(quantity, largest));
+      return fmt::format("too large; the range is {}", range);
   }
   return {};
 }
@@ -247,6 +240,12 @@ Result<Picoseconds, QuantityError> parse_duration(std::string_view text) {
   return picoseconds(static_cast<std::int64_t>(*value));
 }
 
+Result<Picoseconds, QuantityError> parse_time(std::string_view text) {
+  const auto value = parse_signed(text, time_scale);
+  if (!value) return failure(value.error());
+  return picoseconds(*value);
+}
+
 Result<Millimetres, QuantityError> parse_length(std::string_view text) {
   const Parsed value = parse(text, length_scale);
   if (!value) return failure(value.error());
@@ -260,16 +259,9 @@ Result<std::uint32_t, QuantityError> parse_duty(std::string_view text) {
 }
 
 Result<std::int32_t, QuantityError> parse_deviation(std::string_view text) {
-  const bool negative = text.starts_with('-');
-  const std::size_t sign = negative || text.starts_with('+') ? 1 : 0;
-  const Parsed value = parse(text.substr(sign), deviation_scale);
-  // A second sign is none.
-  if (!value && value.error().cause == QuantityCause::negative && sign != 0) {
-    return wrong(QuantityCause::not_a_number, sign);
-  }
-  if (!value) return wrong(value.error().cause, value.error().at + sign);
-  const auto deviation = static_cast<std::int32_t>(*value);
-  return negative ? -deviation : deviation;
+  const auto value = parse_signed(text, deviation_scale);
+  if (!value) return failure(value.error());
+  return static_cast<std::int32_t>(*value);
 }
 
 Result<std::uint64_t, QuantityError> parse_count(std::string_view text, std::uint64_t largest) {
@@ -293,7 +285,7 @@ Result<std::uint64_t, QuantityError> parse_count(std::string_view text, std::uin
 
 std::string quantity_error_text(Quantity quantity, std::string_view text, QuantityError error,
                                 std::uint64_t largest) {
-  // The other causes speak of the text as a whole.
+  // The other causes concern the whole text.
   const bool place =
       error.cause == QuantityCause::decimal_comma || error.cause == QuantityCause::unknown_unit ||
       error.cause == QuantityCause::too_fine || error.cause == QuantityCause::not_a_number;

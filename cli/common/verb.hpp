@@ -46,6 +46,7 @@
 
 #include "biss/base/units.hpp"
 #include "cli/common/exit_status.hpp"
+#include "cli/common/files.hpp"
 #include "cli/common/message.hpp"
 #include "cli/common/output.hpp"
 #include "cli/common/quantity.hpp"
@@ -61,10 +62,14 @@ class ParseError;
 
 namespace biss::cli {
 
+struct Declarations;
+struct HelpOptions;
+
 /// One option of a verb. A handle: copied freely, valid as long as the Command.
 class Option {
  public:
-  explicit Option(CLI::Option* option) : option_(option) {}
+  Option(CLI::Option* option, Declarations* declarations)
+      : option_(option), declarations_(declarations) {}
 
   /// What the help calls the value: FILE, KIND:RATE, …
   Option type_name(const std::string& name);
@@ -75,10 +80,11 @@ class Option {
   Option excludes(const Option& other);
   /// Splits a value at this character into several.
   Option delimiter(char character);
-  /// Takes one value each time that the option is given; the option may be repeated.
-  Option one_value_each();
   /// Accepts these values only.
   Option one_of(const std::vector<std::string>& values);
+  /// The value names a file that the verb opens; the command refuses two that are the same, see
+  /// file_conflict(). `path_of` takes the path from the value, and nothing if the value has none.
+  Option file(FileUse use, std::string (*path_of)(const std::string& value) = nullptr);
   /// Calls `given` when the command line has the option.
   Option on_given(std::function<void()> given);
 
@@ -86,8 +92,8 @@ class Option {
   bool given() const;
 
  private:
-  friend class Verb;
   CLI::Option* option_;
+  Declarations* declarations_;
 };
 
 /// What the help says of a verb. Each example is a whole command line; the first one also stands in
@@ -99,10 +105,14 @@ struct VerbText {
 };
 
 /// A verb whose options are declared. A handle: copied freely, valid as long as the Command. Each
-/// `target` must live until the command line is parsed.
+/// `target` must live until the command line is parsed. An empty value of an option is wrong usage.
 class Verb {
  public:
-  explicit Verb(CLI::App* app) : app_(app) {}
+  Verb(CLI::App* app, Declarations* declarations, std::string heading = "Options")
+      : app_(app), declarations_(declarations), heading_(std::move(heading)) {}
+
+  /// The same verb; the help lists the options that are declared by this handle under `heading`.
+  Verb section(const std::string& heading) const { return {app_, declarations_, heading}; }
 
   Option add_option(const std::string& name, std::string& target, const std::string& description);
   Option add_option(const std::string& name, std::vector<std::string>& target,
@@ -129,7 +139,11 @@ class Verb {
   CLI::App& app() const { return *app_; }
 
  private:
+  Option declared(CLI::Option* option, bool is_value = true) const;
+
   CLI::App* app_;
+  Declarations* declarations_;
+  std::string heading_;
 };
 
 /// Ends the parsing of the command line: the value of option `name` is wrong usage.
@@ -154,19 +168,13 @@ class Command {
   ExitStatus run(int argc, const char* const* argv);
 
  private:
-  struct Entry {
-    CLI::App* app;
-    Run run;
-  };
-
   ExitStatus parse_and_run(int argc, const char* const* argv);
+  ExitStatus print_help(const HelpOptions& options) const;
   ExitStatus unknown_verb(const std::string& name) const;
   ExitStatus wrong_usage(const std::string& what) const;
   std::string usage_text(const CLI::ParseError& error) const;
 
-  std::unique_ptr<CLI::App> app_;
-  std::vector<Entry> verbs_;
-  std::string examples_;
+  std::unique_ptr<Declarations> declarations_;
 };
 
 /// A verb below a verb, as `biss eds show`. `add` declares its options and returns what runs it.
@@ -198,6 +206,9 @@ Option add_duration_option(Verb verb, const std::string& name, std::function<voi
                            const std::string& description);
 Option add_length_option(Verb verb, const std::string& name, std::function<void(Millimetres)> set,
                          const std::string& description);
+/// A time in a capture, which may be negative.
+Option add_time_option(Verb verb, const std::string& name, std::function<void(Picoseconds)> set,
+                       const std::string& description);
 /// A share in thousandths, see parse_duty().
 Option add_duty_option(Verb verb, const std::string& name, std::function<void(std::uint32_t)> set,
                        const std::string& description);

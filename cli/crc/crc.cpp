@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <tl/expected.hpp>
 #include <utility>
 #include <vector>
 
@@ -27,17 +28,11 @@ struct CrcOptions {
   std::string output;
 };
 
-/// A frame to be sent, or the one line why there is none.
-struct ChosenFrame {
-  Frame frame;
-  std::string error;
-};
-
 std::string channel_word(const FrameFormat& format, std::size_t k) {
   return format.channel_count == 1 ? "" : fmt::format(" of channel {}", k + 1);
 }
 
-// The options speak of all channels that have such a bit; one at least must.
+// The options apply to every channel with such a bit; at least one must have it.
 std::string check_flags(const CrcOptions& options, const FrameFormat& format) {
   const auto any = [&format](auto has) {
     return std::any_of(format.channels().begin(), format.channels().end(), has);
@@ -58,8 +53,9 @@ std::string check_flags(const CrcOptions& options, const FrameFormat& format) {
 std::string set_position(Channel& channel, std::string_view text, unsigned bits,
                          const std::string& where) {
   const std::uint64_t largest = low_mask(bits);
-  if (bits == 0 && text != "0")
-    return fmt::format("position {}{}: there is none, give 0", text, where);
+  if (bits == 0 && text != "0") {
+    return fmt::format("position {}{}: the channel has no position; give 0", text, where);
+  }
   const auto position = parse_count(text, largest);
   if (position.ok()) {
     channel.position = *position;
@@ -73,42 +69,41 @@ std::string set_position(Channel& channel, std::string_view text, unsigned bits,
                      where);
 }
 
-ChosenFrame chosen_frame(const CrcOptions& options, const FrameFormat& format) {
-  ChosenFrame chosen;
+tl::expected<Frame, std::string> chosen_frame(const CrcOptions& options,
+                                              const FrameFormat& format) {
+  const auto wrong = [](std::string text) { return tl::make_unexpected(std::move(text)); };
   if (options.positions.size() != format.channel_count) {
-    chosen.error =
-        fmt::format("the format has {} channel{}: give {}, one a channel", format.channel_count,
-                    format.channel_count == 1 ? "" : "s",
-                    format.channel_count == 1 ? std::string("one position")
-                                              : fmt::format("{} positions", format.channel_count));
-    return chosen;
+    return wrong(
+        format.channel_count == 1
+            ? std::string("the format has 1 channel: give one position")
+            : fmt::format("the format has {0} channels: give {0} positions", format.channel_count));
   }
-  chosen.error = check_flags(options, format);
-  Frame& frame = chosen.frame;
+  if (std::string text = check_flags(options, format); !text.empty()) return wrong(text);
+  Frame frame;
   frame.channel_count = format.channel_count;
   frame.lead_clocks = 1;
   frame.ack_clocks = 1;
-  for (std::size_t k = 0; k < format.channel_count && chosen.error.empty(); ++k) {
+  for (std::size_t k = 0; k < format.channel_count; ++k) {
     const ChannelFormat& channel = format.channel_list[k];
     Channel& values = frame.channel_list[k];
-    chosen.error = set_position(values, options.positions[k], channel.position_bits(),
-                                channel_word(format, k));
-    if (!chosen.error.empty()) return chosen;
+    std::string text = set_position(values, options.positions[k], channel.position_bits(),
+                                    channel_word(format, k));
+    if (!text.empty()) return wrong(text);
     if (channel.error.present) values.nE = !options.error;
     if (channel.warning.present) values.nW = !options.warning;
     if (!channel.life_counter.present()) continue;
     const std::uint64_t largest = low_mask(channel.life_counter.bits);
     const std::uint64_t count = options.life_counter.value_or(0);
     if (count > largest) {
-      chosen.error = fmt::format("--lc {}: too large; {} bits hold at most {}", count,
-                                 channel.life_counter.bits, largest);
+      return wrong(fmt::format("--lc {}: too large; {} bits hold at most {}", count,
+                               channel.life_counter.bits, largest));
     }
     values.life_counter = static_cast<std::uint32_t>(count);
   }
-  return chosen;
+  return frame;
 }
 
-// A row of the table for eyes: some bits of the frame that belong together.
+// A row of the human-readable table: bits of the frame that belong together.
 struct Part {
   std::string name;
   std::size_t channel = 0;  // from 1; 0: belongs to no channel
@@ -271,7 +266,7 @@ bool write_object(const FrameFormat& format, const Frame& frame, const PlainCode
     add("position", k, Kind::unsigned_integer, when(channel.position_bits() != 0, values.position));
     add("nE", k, Kind::flag, when(channel.error.present, values.nE));
     add("nW", k, Kind::flag, when(channel.warning.present, values.nW));
-    // The first channel has `bits` before what is added to it; the others count up to their CRC.
+    // The contract fixes the first keys up to `bits`; the counter of the first channel follows it.
     if (k != 0 && counts) add("lc", k, Kind::unsigned_integer, values.life_counter);
     add("crc", k, Kind::unsigned_integer, when(channel.crc.present(), crc));
     if (k == 0) add("bits", k, Kind::text, bits);
@@ -285,14 +280,14 @@ ExitStatus run_crc(const CrcOptions& options) {
   const DeviceChoice choice = choose_device(options.arguments);
   if (!choice) return fail(ExitStatus::usage, choice.error);
   const FrameFormat& format = choice.device->format;
-  const ChosenFrame chosen = chosen_frame(options, format);
-  if (!chosen.error.empty()) return fail(ExitStatus::usage, chosen.error);
+  const auto frame = chosen_frame(options, format);
+  if (!frame) return fail(ExitStatus::usage, frame.error());
   const PlainCodec codec(format);
   Output output;
   if (!output.open(options.output)) return output.status();
   const bool written = options.to == report::Format::table
-                           ? write_table(format, chosen.frame, codec, output, output.wants_colour())
-                           : write_object(format, chosen.frame, codec, output);
+                           ? write_table(format, *frame, codec, output, output.wants_colour())
+                           : write_object(format, *frame, codec, output);
   if (!written || !output.finish()) return output.status();
   return ExitStatus::done;
 }
@@ -303,16 +298,17 @@ void add_crc(Command& command) {
   const auto options = std::make_shared<CrcOptions>();
   Verb verb =
       command.add_verb({.name = "crc",
-                        .purpose = "Show the frame for a position, bit by bit, with its checksum",
+                        .purpose = "Show the frame for a position, bit by bit, with its CRC",
                         .examples = {"biss crc -f pos26,nE,nW,crc6 0x1234567",
                                      "biss crc -f fs-28-24 0x1234567 0x123456 --lc 1 --to jsonl"}},
                        [options] { return run_crc(*options); });
   add_format_option(verb, options->arguments, true);
-  verb.add_option("POSITION", options->positions,
-                  "One a channel, decimal or 0x...; multiturn above singleturn")
+  verb.add_option(
+          "POSITION", options->positions,
+          "Position of each channel, decimal or 0x...; multiturn bits above singleturn bits")
       .required();
-  verb.add_flag("--error", options->error, "The encoder reports an error: nE is 0");
-  verb.add_flag("--warning", options->warning, "The encoder reports a warning: nW is 0");
+  verb.add_flag("--error", options->error, "Report an error: nE is 0");
+  verb.add_flag("--warning", options->warning, "Report a warning: nW is 0");
   add_count_option(verb, "--lc", into(options->life_counter), "Sign-of-life counter; 0 by default");
   add_to_option(verb, options->to, {report::Format::table, report::Format::jsonl});
   add_output_option(verb, options->output);

@@ -69,9 +69,9 @@ class DecodeRun {
       const auto verdict = safety_ ? safety_->judge(cycle) : std::nullopt;
       statistics_.add(cycle);
       writing = writer->row(table.cells(number, cycle, verdict));
-      return writing;
+      return writing && !is_over(output);
     });
-    if (!writing) return output.status();
+    if (!writing || is_over(output)) return output.status();
     if (!read) {
       writer->finish();
       output.abandon();
@@ -80,6 +80,11 @@ class DecodeRun {
     }
     if (!writer->finish() || !output.finish()) return output.status();
     return conclude();
+  }
+
+  // The reader of the rows has left, and no judgement needs the rest.
+  bool is_over(const Output& output) const {
+    return output.reader_left() && options_.fail_on.empty();
   }
 
   bool is_wanted(Picoseconds time) {
@@ -143,10 +148,8 @@ void add_decode(Command& command) {
   add_duration_option(verb, "--resolution", into(options->margin.resolution),
                       "Edges may have been so much earlier than the capture says, for column "
                       "marginal; its sample period where the file tells it, else 0");
-  add_duration_option(verb, "--since", into(options->since),
-                      "Only cycles that begin then or later");
-  add_duration_option(verb, "--until", into(options->until),
-                      "Only cycles that begin then or earlier");
+  add_time_option(verb, "--since", into(options->since), "Only cycles that begin then or later");
+  add_time_option(verb, "--until", into(options->until), "Only cycles that begin then or earlier");
   verb.add_option("--fail-on", options->fail_on,
                   "Exit with 1 when such a row occurs: nE, nW, marginal, safety (a fault in the "
                   "last column) "

@@ -167,10 +167,10 @@ Run add_eds_diff(Verb verb) {
   const auto options = std::make_shared<DiffOptions>();
   verb.add_option("A", options->first.file, "A dump of registers or a description; - is stdin")
       .required()
-      .type_name("");
+      .file(FileUse::read);
   verb.add_option("B", options->second, "Another; exit status 1 where they differ")
       .required()
-      .type_name("");
+      .file(FileUse::read);
   add_count_option(verb, "--bank", into(options->first.bank),
                    "The bank that both files begin with; 0 by default", 255);
   add_count_option(verb, "--eds-bank", into(options->first.eds_bank),

@@ -144,6 +144,7 @@ void add_eds_file(Verb verb, std::string& file, bool required) {
                   "A dump of registers (binary, hex text, Intel HEX, or accesses as JSON lines) or "
                   "a description; - is stdin")
       .required(required)
+      .file(FileUse::read)
       .type_name("");
 }
 
@@ -160,8 +161,7 @@ void add_eds_options(Verb verb, EdsArguments& arguments) {
   verb.add_option("--override", arguments.overrides,
                   "Take this value for the one stored; TMA, common.CPOLY_0, bp3.1.MT_LEN; may be "
                   "repeated")
-      .type_name("SYMBOL=VALUE")
-      .one_value_each();
+      .type_name("SYMBOL=VALUE");
 }
 
 LoadedEds load_eds(const EdsArguments& arguments) {

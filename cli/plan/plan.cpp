@@ -1,4 +1,4 @@
-// biss plan: what a clock and a cable mean for an encoder, before anything is wired.
+// biss plan: what a clock and a cable allow for an encoder.
 #include <fmt/format.h>
 
 #include <array>
@@ -30,7 +30,7 @@ struct PlanOptions {
   std::string output;
 };
 
-/// One encoder at one clock behind one cable.
+/// One encoder at one clock with one cable.
 struct Plan {
   Device device;
   Hertz clock;
@@ -76,7 +76,7 @@ std::int64_t milliclocks(Picoseconds time, Picoseconds period) {
   return (time.count * 1000 + period.count / 2) / period.count;
 }
 
-// In metres whatever the size, as data sheets have it.
+// In metres, as in data sheets.
 std::string length_text(Millimetres length) {
   return fixed(length.count, 3,
                length.count % 1000 == 0  ? 0
@@ -98,19 +98,19 @@ void warn_of(const Plan& plan) {
   if (!plan.longest_compensated) {
     warn("no cable length is known for clocks above 10 MHz");
   } else if (!plan.cable_ok) {
-    warn(fmt::format("{} of cable is too long: at {} at most {}, with line-delay compensation",
+    warn(fmt::format("{} of cable is too long: at {} the limit is {} with line-delay compensation",
                      length_text(plan.cable), text_of(plan.clock),
                      length_text(*plan.longest_compensated)));
   }
 }
 
-/// The rule, or what is assumed where the frame outlasts it.
+/// The timeout rule, or the assumption where the frame is longer than that timeout.
 std::string timeout_text(const Plan& plan) {
   const Timeout& timeout = plan.device.timing.timeout;
   const Picoseconds release = release_time(timeout, plan.budget.period);
   if (timeout.rule != TimeoutRule::cycle || plan.budget.timeout != release) return text_of(timeout);
-  return fmt::format("{} is over before: {} half periods assumed, see --release", text_of(timeout),
-                     timeout.release_half_periods);
+  return fmt::format("{} ends within the frame: {} half periods assumed, see --release",
+                     text_of(timeout), timeout.release_half_periods);
 }
 
 bool write_parts(const Plan& plan, report::TextSink& sink, bool colour) {
@@ -137,16 +137,16 @@ bool write_parts(const Plan& plan, report::TextSink& sink, bool colour) {
   };
   in_clocks("LAT", budget.lat, "the first rising edge of MA");
   in_clocks("ACK", budget.ack,
-            plan.device.timing.ack_clocks != 0 ? "always the same"
-                                               : "at its longest, one clock in reserve");
+            plan.device.timing.ack_clocks != 0 ? "fixed" : "longest, plus one clock in reserve");
   in_clocks("START, CDS", budget.start_cds, "");
   in_clocks("data, CRC", budget.payload, "");
   in_clocks("STOP", budget.stop, "");
-  in_clocks("line delay", budget.line_delay, "cable and encoder, there and back, in whole clocks");
+  in_clocks("line delay", budget.line_delay, "cable (both ways) and encoder, in whole clocks");
   const std::string rule = timeout_text(plan);
   in_time("timeout", budget.timeout, rule);
-  if (budget.idle != Picoseconds{}) in_time("idle", budget.idle, "the encoder's shortest cycle");
-  in_time("cycle", budget.total, "from one request to the next, at least");
+  if (budget.idle != Picoseconds{})
+    in_time("idle", budget.idle, "until the encoder's shortest cycle has passed");
+  in_time("cycle", budget.total, "least time from request to request");
   return good && table->finish();
 }
 
@@ -161,21 +161,21 @@ void add_cable_facts(const Plan& plan, report::Summary& out) {
                         length_or(plan.longest_uncompensated, "no length"),
                         length_or(plan.longest_compensated, "an unknown length")));
   if (plan.clock > megahertz(5) && plan.clock < megahertz(10)) {
-    out.entry("", "", "nothing is published between 5 and 10 MHz: the length of 10 MHz taken");
+    out.entry("", "", "no length is published between 5 and 10 MHz: that of 10 MHz is used");
   }
   if (plan.device.entry == nullptr || plan.device.entry->vendor != "Renishaw") {
-    out.entry("", "", "by Renishaw's rule, other makers publish none");
+    out.entry("", "", "by Renishaw's rule; no other maker publishes one");
   }
   const Picoseconds margin = margin_uncompensated(plan.clock, plan.delay);
   out.entry("sampling margin",
             fmt::format("{} ns", fixed(margin_compensated(plan.clock).count, 3, 1)),
-            "with compensation: half a period less a quarter of jitter");
+            "with compensation: half a period minus a quarter for changes of the line delay");
   out.entry("", fmt::format("{} ns", fixed(margin.count, 3, 1)),
             margin.count < 0 ? "without: every bit is sampled too early"
-                             : "without: half a period less the line delay");
+                             : "without: half a period minus the line delay");
 }
 
-/// Where SLO has to be seen high: that is a line delay behind the encoder.
+/// The rate for a master that waits until it sees SLO high, one line delay after the encoder.
 Hertz rate_seen(const Plan& plan) {
   const std::int64_t cycle = (plan.budget.total + plan.delay).count;
   return hertz(static_cast<std::uint32_t>(picoseconds_per_second / cycle));
@@ -208,13 +208,13 @@ std::string facts(const Plan& plan) {
   out.entry("sample at",
             fmt::format("{} clock{} + {}", point.whole_clocks, point.whole_clocks == 1 ? "" : "s",
                         text_of(point.rest, 1)),
-            "after the rising edge of MA that makes the bit, with compensation");
+            "after the rising edge of MA that shifts the bit out, with compensation");
   out.entry("SPI", fmt::format("{} bytes", plan.spi_bytes()),
             fmt::format("{} clocks: {} of the frame, {} of line delay", budget.clocks_to_send,
                         budget.frame_clocks, budget.clocks_to_send - budget.frame_clocks));
-  out.entry("ACK", ack_text(plan.ack), "START outside is no frame of this encoder");
+  out.entry("ACK", ack_text(plan.ack), "START outside this range is not from this encoder");
   if (timing.sampling_typical != Picoseconds{}) {
-    out.entry("position taken", text_of(timing.sampling_typical),
+    out.entry("position sampled", text_of(timing.sampling_typical),
               fmt::format("after the first rising edge of MA ({} to {})",
                           text_of(timing.sampling_min), text_of(timing.sampling_max)));
   }
@@ -332,7 +332,7 @@ bool write_objects(const std::vector<Plan>& plans, report::TextSink& sink) {
   return table->finish();
 }
 
-// The data sheet's clocks and the ones between; those the encoder takes, all if it takes none.
+// The usual clocks that the encoder accepts; all of them if it accepts none.
 std::vector<Hertz> clocks_to_show(const PlanOptions& options, const DeviceTiming& timing) {
   if (options.clock) return {*options.clock};
   constexpr std::array clocks = {kilohertz(250), megahertz(1), kilohertz(1'500), megahertz(2),
@@ -347,7 +347,7 @@ std::vector<Hertz> clocks_to_show(const PlanOptions& options, const DeviceTiming
 ExitStatus run_plan(const PlanOptions& options) {
   const DeviceChoice choice = choose_device(options.arguments);
   if (!choice) return fail(ExitStatus::usage, choice.error);
-  if (options.slaves == 0) return fail(ExitStatus::usage, "--slaves '0': there is at least one");
+  if (options.slaves == 0) return fail(ExitStatus::usage, "--slaves '0': at least one is needed");
   const Device& device = *choice.device;
   std::vector<Plan> plans;
   for (const Hertz clock : clocks_to_show(options, device.timing)) {
@@ -371,7 +371,7 @@ void add_plan(Command& command) {
   const auto options = std::make_shared<PlanOptions>();
   Verb verb = command.add_verb(
       {.name = "plan",
-       .purpose = "Say what a clock and a cable allow: cycle time, request rate, compensation",
+       .purpose = "Compute what a clock and a cable allow: cycle time, request rate, compensation",
        .examples = {"biss plan -f resolute-26 --clock 10MHz --cable 50m",
                     "biss plan -f resolute-26",
                     "biss plan -f pos24,nE,nW,crc6 --ack-clocks 4 --timeout static:13.2us "
@@ -379,12 +379,11 @@ void add_plan(Command& command) {
       [options] { return run_plan(*options); });
   add_format_option(verb, options->arguments, true);
   add_rate_option(verb, "--clock", into(options->clock),
-                  "Clock on MA; without it a line for each of the usual clocks");
+                  "Frequency of MA; by default one line for each usual clock");
   add_length_option(verb, "--cable", into(options->cable),
-                    "Length of the cable; without it a line for each clock");
+                    "Length of the cable; by default the longest for each clock");
   add_count_option(verb, "--slaves", into(options->slaves),
-                   "Encoders one behind the other; 1 by default, also for BiSS Safety",
-                   max_channels);
+                   "Encoders in a daisy chain; 1 by default, also for BiSS Safety", max_channels);
   add_timing_options(verb, options->arguments);
   add_to_option(verb, options->to, {report::Format::table, report::Format::jsonl});
   add_output_option(verb, options->output);

@@ -234,7 +234,8 @@ void add_registers(Command& command) {
   add_capture_options(verb, options->capture);
   verb.add_option("--dump", options->dump,
                   "Write what the traffic shows of a slave's registers: a hex page, .ihex or .bin")
-      .type_name("FILE");
+      .type_name("FILE")
+      .file(FileUse::write);
   add_count_option(verb, "--id", into(options->id), "The slave of --dump", 7);
   verb.add_flag("--fail", options->fail_on_any, "Exit with 1 when an access did not end with ok");
   add_output_option(verb, options->output);

@@ -80,8 +80,7 @@ Run add_safety_analyse(Verb verb) {
   add_format_option(verb, options->arguments, true);
   verb.add_option("--ber", options->rates,
                   "Bit error rate, as often as you like; 1e-2, 1e-3 and 1e-4 by default")
-      .type_name("P")
-      .one_value_each();
+      .type_name("P");
   add_rate_option(verb, "--rate", into(options->frame_rate), "Frames a second; 32kHz by default");
   verb.add_option("--limit", options->limit,
                   "Wrong frames an hour for which a bit error rate is sought; 1e-9 by default")

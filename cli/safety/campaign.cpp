@@ -253,8 +253,7 @@ Run add_safety_campaign(Verb verb) {
           "--fault", options->faults,
           fmt::format("{}; {}, each with [:PLACE]; {}; as often as wanted, all kinds by default",
                       measured_faults, placed_faults, other_faults))
-      .type_name("KIND")
-      .one_value_each();
+      .type_name("KIND");
   add_count_option(verb, "--frames", into(options->frames),
                    "Frames of each fault; 10 million by default", lab::max_campaign_frames);
   add_count_option(verb, "--seed", into(options->seed), "Of all that is drawn; 1 by default");
@@ -262,7 +261,8 @@ Run add_safety_campaign(Verb verb) {
   verb.add_option("--shard", options->shard, "Only the K-th of N parts").type_name("K/N");
   verb.add_option("--state", options->state,
                   "Save progress here, and go on where an earlier run was ended")
-      .type_name("FILE");
+      .type_name("FILE")
+      .file(FileUse::read_and_write);
   add_duration_option(verb, "--save-every", into(options->save_every),
                       "Between two saves of --state; 5 s by default");
   verb.add_flag("--no-importance", options->plain,
@@ -272,9 +272,13 @@ Run add_safety_campaign(Verb verb) {
                    lab::max_campaign_frames - 1);
   Verb merge =
       verb.add_verb({.name = "merge", .purpose = "Add up the states of shards", .examples = {}});
-  merge.add_option("FILE", options->parts, "States that --state wrote").required();
-  merge.add_option("--state", options->state, "Write the sum here").type_name("FILE");
-  for (const Verb each : {verb, merge}) {
+  merge.add_option("FILE", options->parts, "States that --state wrote")
+      .required()
+      .file(FileUse::read);
+  merge.add_option("--state", options->state, "Write the sum here")
+      .type_name("FILE")
+      .file(FileUse::write);
+  for (const Verb& each : {verb, merge}) {
     add_to_option(each, options->to);
     add_output_option(each, options->output);
   }

@@ -152,8 +152,7 @@ void add_evidence_options(Verb verb, EvidenceOptions& options) {
   add_count_option(verb, "--seed", into(options.seed), "Of all that is drawn; 1 by default");
   verb.add_option("--ber", options.bit_error_rates,
                   "Bit error rate, as often as you like; 1e-2, 1e-3 and 1e-4 by default")
-      .type_name("P")
-      .one_value_each();
+      .type_name("P");
   add_rate_option(verb, "--rate", into(options.rate),
                   "Requests a second; by default what the configuration's shortest cycle allows");
   SafetyArguments& setup = options.setup;

@@ -231,16 +231,14 @@ Run add_safety_sequences(Verb verb) {
           "undamaged, counter_mode, or one of the eight kinds of fault; as often as wanted, "
           "all by default")
       .type_name("KIND")
-      .one_of(run_names())
-      .one_value_each();
+      .one_of(run_names());
   verb.add_option("--variant", options->variant, "Only this way of committing a fault")
       .type_name("NAME");
   verb.add_option("--motion", options->motions,
                   "How undamaged encoders move: max, steps, creep; as often as wanted, max by "
                   "default")
       .type_name("NAME")
-      .one_of(motion_names())
-      .one_value_each();
+      .one_of(motion_names());
   add_name_option(verb, "--counter", options->counter, counter_names(true),
                   "The sign of life as the monitor expects it; all by default, for faults the "
                   "configuration's");

@@ -58,6 +58,12 @@ sim::EncoderRegisters registers_of(const dump::RegisterDump& dump, const dump::D
   return registers;
 }
 
+// `ID:FILE`, ID one digit.
+bool has_id(const std::string& argument) {
+  return argument.size() > 2 && argument[1] == ':' && argument[0] >= '0' &&
+         argument[0] < '0' + static_cast<int>(control_max_slaves);
+}
+
 // By the data sheet, else by the identifier.
 FormatArguments device_of(const dump::RegisterDump& dump, const dump::DataSheet& sheet) {
   FormatArguments device;
@@ -91,6 +97,10 @@ std::string joined_format(const std::vector<std::optional<Loaded>>& loaded) {
 
 }  // namespace
 
+std::string file_of_registers(const std::string& argument) {
+  return has_id(argument) ? argument.substr(2) : argument;
+}
+
 LoadedRegisters load_registers(const std::vector<std::string>& arguments) {
   std::vector<std::optional<Loaded>> loaded;
   const auto refuse = [](ExitStatus status, std::string_view text) {
@@ -99,9 +109,7 @@ LoadedRegisters load_registers(const std::vector<std::string>& arguments) {
   };
   for (const std::string& argument : arguments) {
     std::size_t id = loaded.size();
-    const bool named = argument.size() > 2 && argument[1] == ':' && argument[0] >= '0' &&
-                       argument[0] < '0' + static_cast<int>(control_max_slaves);
-    if (named) id = static_cast<std::size_t>(argument[0] - '0');
+    if (has_id(argument)) id = static_cast<std::size_t>(argument[0] - '0');
     if (id >= control_max_slaves) {
       return refuse(ExitStatus::usage, "--registers: eight encoders have an ID, 0 to 7");
     }
@@ -109,8 +117,8 @@ LoadedRegisters load_registers(const std::vector<std::string>& arguments) {
       return refuse(ExitStatus::usage, fmt::format("--registers: ID {} is given twice", id));
     }
     EdsArguments file;
-    file.file = named ? argument.substr(2) : argument;
-    if (named) file.slave = static_cast<std::uint8_t>(id);
+    file.file = file_of_registers(argument);
+    if (has_id(argument)) file.slave = static_cast<std::uint8_t>(id);
     const LoadedEds source = load_eds(file);
     if (!source.source) return refuse(source.status, {});
     loaded.resize(std::max(loaded.size(), id + 1));

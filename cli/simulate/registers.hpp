@@ -28,6 +28,9 @@ struct LoadedRegisters {
 /// bank of the data sheet. All else is refused.
 LoadedRegisters load_registers(const std::vector<std::string>& arguments);
 
+/// The file that one of these arguments names.
+std::string file_of_registers(const std::string& argument);
+
 /// `--register-busy`: frames by which each byte is late, `12`, or those that begin in a time,
 /// `3ms`. \return an empty text, or the one line why it is neither
 std::string read_busy(const std::string& text, Picoseconds interval, RegisterBusy& busy);

@@ -62,9 +62,9 @@ std::string put_chain(const LineOptions& options, sim::LineSetup& setup) {
 
 std::string put_faults(const LineOptions& options, sim::LineSetup& setup) {
   for (const std::string& text : options.faults) {
-    sim::FaultRule rule;
-    if (std::string wrong = read_fault(text, rule); !wrong.empty()) return wrong;
-    setup.faults.push_back(rule);
+    const auto rule = read_fault(text);
+    if (!rule) return rule.error();
+    setup.faults.push_back(*rule);
   }
   return {};
 }

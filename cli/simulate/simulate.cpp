@@ -3,11 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <filesystem>
 #include <memory>
 #include <string>
-#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -37,12 +34,6 @@ struct SimulateOptions {
 // What times in 64-bit picoseconds hold, and something to spare.
 constexpr Picoseconds longest_capture = milliseconds(100LL * 24 * 3600 * 1000);
 
-bool is_same_file(const std::string& a, const std::string& b) {
-  if (a == b) return true;
-  std::error_code none;
-  return std::filesystem::equivalent(a, b, none);
-}
-
 // What the registers say stands where the user says nothing.
 void take_described(const FormatArguments& described, FormatArguments& device) {
   for (const auto field :
@@ -66,9 +57,6 @@ class SimulateRun {
       return fail(ExitStatus::usage,
                   "--raw-rate: goes with --ma-from or --slo-from; for -o use --sample-rate");
     }
-    if (const std::string wrong = check_files(); !wrong.empty()) {
-      return fail(ExitStatus::usage, wrong);
-    }
     LineOptions line = options_.line;
     if (const ExitStatus status = load_control(line); status != ExitStatus::done) return status;
     if (line.device.format.empty()) {
@@ -87,21 +75,6 @@ class SimulateRun {
   }
 
  private:
-  std::string check_files() const {
-    const std::array<std::pair<const char*, std::string>, 3> files{
-        {{"-o", options_.write.output},
-         {"--truth", options_.write.truth},
-         {"--outcomes", options_.write.outcomes}}};
-    for (std::size_t i = 0; i < files.size(); ++i) {
-      for (std::size_t k = i + 1; k < files.size(); ++k) {
-        if (files[k].second.empty() || !is_same_file(files[i].second, files[k].second)) continue;
-        return fmt::format("{} and {} name the same file; one would be lost", files[k].first,
-                           files[i].first);
-      }
-    }
-    return {};
-  }
-
   ExitStatus load_control(LineOptions& line) const {
     LoadedRegisters loaded = load_registers(options_.registers);
     if (loaded.status != ExitStatus::done) return loaded.status;
@@ -110,9 +83,9 @@ class SimulateRun {
       take_described(loaded.device, line.device);
       line.slaves = std::max<std::uint64_t>(line.slaves, line.registers.size());
     }
-    AccessChoice accesses = read_accesses(options_.accesses);
-    if (!accesses.error.empty()) return fail(accesses.status, accesses.error);
-    line.accesses = std::move(accesses.accesses);
+    auto accesses = read_accesses(options_.accesses);
+    if (!accesses) return fail(accesses.error());
+    line.accesses = std::move(*accesses);
     if (!line.accesses.empty() || options_.write.outcomes.empty()) return ExitStatus::done;
     return fail(ExitStatus::usage, "--outcomes: without --access there are none");
   }
@@ -132,7 +105,8 @@ class SimulateRun {
           "many as they need",
           least);
     }
-    return check_faults(setup.faults, nominal, cycles);
+    const auto checked = check_faults(setup.faults, nominal, cycles);
+    return checked ? "" : checked.error();
   }
 
   ReplayOptions replay_options() const {
@@ -200,7 +174,8 @@ void add_control_options(Verb verb, SimulateOptions& options) {
   verb.add_option("--registers", options.registers,
                   "A dump with the registers of an encoder, that at the end of a chain first, or "
                   "of the one with this ID; without -f their profiles say the format")
-      .type_name("[ID:]FILE");
+      .type_name("[ID:]FILE")
+      .file(FileUse::read, file_of_registers);
   verb.add_option("--register-busy", options.line.register_busy,
                   "The encoder is late by so many frames with each byte, or by such a time")
       .type_name("N|TIME");
@@ -208,12 +183,14 @@ void add_control_options(Verb verb, SimulateOptions& options) {
                   "The master reads registers, writes some or sends a command, beside its requests "
                   "for positions: read:0x42,2, 1/write:0x48=01FF, 0/command:channels, read:0@500 "
                   "(not before a cycle), or those in a file, one a line")
-      .type_name("[ID/]ACCESS|@FILE");
+      .type_name("[ID/]ACCESS|@FILE")
+      .file(FileUse::read, file_of_accesses);
   add_count_option(verb, "--retries", into(options.line.retries),
                    "Times that an access is tried again; 0 by default", 255);
   verb.add_option("--outcomes", options.write.outcomes,
                   "What became of the accesses, as CSV, or as JSON lines in FILE.jsonl")
-      .type_name("FILE");
+      .type_name("FILE")
+      .file(FileUse::write);
   verb.add_flag(
       "--configure", options.write.configure,
       "The master begins with knowing nothing: it asks the encoders for format and timing, "
@@ -228,8 +205,8 @@ void add_replay_options(Verb verb, ReplayOptions& replay) {
   Option slo_from = verb.add_option(
       "--slo-from", replay.slo_from,
       "Read the encoder in this capture where it was asked; our MA and its SLO are written");
-  ma_from.type_name("FILE").excludes(slo_from);
-  slo_from.type_name("FILE");
+  ma_from.type_name("FILE").file(FileUse::read).excludes(slo_from);
+  slo_from.type_name("FILE").file(FileUse::read);
   for (const char* name :
        {"--rate", "--cycles", "--fault", "--jitter", "--ma-jitter", "--slo-jitter", "--at-slave",
         "--clock-error", "--duty", "--access", "--retries", "--outcomes", "--configure"}) {
@@ -253,6 +230,7 @@ void add_replay_options(Verb verb, ReplayOptions& replay) {
   verb.add_option("--readings", replay.readings,
                   "What our master reads with --slo-from, as CSV with the columns of decode")
       .type_name("FILE")
+      .file(FileUse::write)
       .needs(slo_from);
 }
 
@@ -279,7 +257,8 @@ void add_simulate(Command& command) {
                   "times the clock on by default");
   add_output_option(verb, options->write.output).required();
   verb.add_option("--truth", options->write.truth, "What the encoder meant to send, as CSV")
-      .type_name("FILE");
+      .type_name("FILE")
+      .file(FileUse::write);
   add_control_options(verb, *options);
   add_replay_options(verb, options->replay);
   verb.get_option("--clock").on_given([options] { options->replay.own_clock = true; });

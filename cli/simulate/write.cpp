@@ -119,6 +119,8 @@ class LineWriter {
       const sim::SimulatedCycle& cycle = line_.next();
       if (!edges_->write(cycle.edges)) return edges_->status();
       if (rows_ && !rows_->row(truth_.cells(i, cycle))) return truth_output_.status();
+      const bool more_outputs = rows_ || !options_.outcomes.empty();
+      if (output_.reader_left() && !more_outputs) break;
     }
     return ExitStatus::done;
   }

@@ -1,10 +1,15 @@
 // Bad input of every kind: one clear line, the right exit status, bounded memory, no partial file.
 #include <gtest/gtest.h>
+#include <sys/wait.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <random>
+#include <sstream>
 #include <string>
 
 #include "tests/cli/run_command.hpp"
@@ -186,6 +191,125 @@ TEST(BadInput, EndlessToken_IsRefusedInBoundedMemory) {
   }
 }
 
+TEST(BadInput, AccessFileThatCannotBeRead_IsRefusedWithItsLine) {
+  const Folder folder;
+  const auto simulate = [&](const std::string& file) {
+    return run({"simulate", "-f", usual, "--access", "@" + file, "-o", folder.path("line.vcd")});
+  };
+  // One line of 100 MB.
+  const std::string endless = folder.file("endless", "read:0x42\n");
+  std::filesystem::resize_file(endless, 100'000'000);
+  const Outcome refused = simulate(endless);
+  EXPECT_EQ(refused.status, 3);
+  expect_one_line(refused, "endless: line 2: longer than 16384 bytes");
+  if (!sanitized()) {
+    EXPECT_LT(refused.peak_kib, 40'000);
+  }
+  // Can be opened; reading its first page fails.
+  const Outcome failed = simulate("/proc/self/mem");
+  EXPECT_EQ(failed.status, 3);
+  expect_one_line(failed, "/proc/self/mem: line 1: cannot be read");
+  const std::string many = folder.file("many", "");
+  std::ofstream file(many, std::ios::binary);
+  for (int i = 0; i < 1'000'001; ++i) file << "read:0\n";
+  file.close();
+  const Outcome counted = simulate(many);
+  EXPECT_EQ(counted.status, 3);
+  expect_one_line(counted, "many: line 1000001: more than 1000000 accesses");
+  EXPECT_FALSE(std::filesystem::exists(folder.path("line.vcd")));
+}
+
+// The status of `biss WORDS… | head -c 1`, the reader of its output gone after a byte.
+int status_with_short_reader(const Folder& folder, const std::string& words) {
+  const std::string status = folder.path("status");
+  const std::string line = std::string("{ '") + BISS_COMMAND + "' " + words +
+                           " 2>/dev/null; echo $? >'" + status + "'; } | head -c 1 >/dev/null";
+  EXPECT_EQ(std::system(line.c_str()), 0);
+  return std::atoi(content_of(status).c_str());
+}
+
+TEST(BadInput, ReaderThatLeaves_GetsTheJudgementAndTheOtherOutputsDone) {
+  const Folder folder;
+  const std::string capture = folder.path("bad.csv");
+  const std::string truth = folder.path("truth.csv");
+  const std::string simulate = std::string("simulate -f ") + usual;
+  // Only the last of so many rows that no pipe holds them.
+  ASSERT_EQ(run({"simulate", "-f", usual, "--cycles", "3000", "--fault", "flip@2999,bit=9", "-o",
+                 capture})
+                .status,
+            0);
+  const std::string decode = "decode '" + capture + "' -f " + usual + " --to csv";
+  EXPECT_EQ(status_with_short_reader(folder, decode + " --fail-on crc"), 1);
+  EXPECT_EQ(status_with_short_reader(folder, decode), 0);
+  EXPECT_EQ(
+      status_with_short_reader(folder, simulate + " --cycles 1000 -o - --truth '" + truth + "'"),
+      0);
+  EXPECT_EQ(rows_of(content_of(truth)).size(), 1'000U);
+}
+
+// A session of its bytes behind `gap` others: all offsets in the archive grow by that.
+std::string with_gap(std::string archive, std::uint32_t gap) {
+  const auto grow = [&](std::size_t at) {
+    std::uint32_t offset = 0;
+    std::memcpy(&offset, &archive[at], sizeof offset);
+    offset += gap;
+    std::memcpy(&archive[at], &offset, sizeof offset);
+  };
+  for (std::size_t at = archive.find("PK\1\2"); at != std::string::npos;
+       at = archive.find("PK\1\2", at + 1)) {
+    grow(at + 42);
+  }
+  grow(archive.rfind("PK\5\6") + 16);
+  std::string front("PK\3\4");
+  front.resize(gap);
+  return front + archive;
+}
+
+// A session too large for memory is copied to the folder that TMPDIR names.
+TEST(BadInput, TemporaryFolder_IsTheOneOfTheEnvironment) {
+  const Folder folder;
+  const std::string small = folder.path("small.sr");
+  ASSERT_EQ(run({"simulate", "-f", usual, "--cycles", "30", "-o", small}).status, 0);
+  const std::string session = folder.file("line.sr", with_gap(content_of(small), 20'000'000));
+  const auto status_with = [&](const std::string& temporary) {
+    const std::string line = "cat '" + session + "' | TMPDIR='" + temporary + "' '" + BISS_COMMAND +
+                             "' decode - -f " + usual + " >'" + folder.path("out") + "' 2>&1";
+    return WEXITSTATUS(std::system(line.c_str()));
+  };
+  EXPECT_EQ(status_with(folder.path("missing")), 3);
+  EXPECT_EQ(status_with(folder.path("")), 0);
+}
+
+// Runs under a limit of virtual memory, in KiB.
+Outcome run_limited(int kib, const std::string& words) {
+  const Folder folder;
+  const std::string line = "ulimit -v " + std::to_string(kib) + "; exec '" + BISS_COMMAND + "' " +
+                           words + " >'" + folder.path("out") + "' 2>'" + folder.path("err") + "'";
+  const int status = std::system(("sh -c \"" + line + "\"").c_str());
+  Outcome outcome;
+  outcome.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  outcome.out = content_of(folder.path("out"));
+  outcome.err = content_of(folder.path("err"));
+  return outcome;
+}
+
+TEST(BadInput, MemoryThatEndsInAWorker_IsAnErrorOfOneLine) {
+  // A sanitized process reserves more than any limit.
+  if (sanitized()) return;
+  int refused = 0;
+  for (int kib = 14'000; kib < 90'000; kib += 2'000) {
+    SCOPED_TRACE(kib);
+    const Outcome outcome =
+        run_limited(kib, "safety sequences -f fs-36-28 --frames 20000 --faults 100 --threads 4");
+    // The loader itself ends with 127.
+    if (outcome.status == 0 || outcome.status == 127) continue;
+    EXPECT_EQ(outcome.status, 3) << outcome.err;
+    expect_one_line(outcome, "");
+    ++refused;
+  }
+  EXPECT_GT(refused, 3);
+}
+
 TEST(BadInput, FreeRunningLinesOfManyEdges_StayInBoundedMemory) {
   const Folder folder;
   const std::string path = folder.file("free.csv", "time_ns,MA,SLO\n");
@@ -243,8 +367,6 @@ TEST(BadInput, FormatWithAMistake_PointsAtIt) {
       if (verb == "decode") words.push_back(capture);
       if (verb == "crc") words.emplace_back("0");
       if (verb == "simulate") words.insert(words.end(), {"-o", output});
-      // Without a format `decode` gives structure only; an empty one is as if it were not given.
-      if (verb == "decode" && *format == '\0') continue;
       if (verb == "plan") words.insert(words.end(), {"--clock", "1MHz", "--cable", "1m"});
       const Outcome outcome = run(words);
       EXPECT_EQ(outcome.status, 2) << verb << ": " << outcome.err;
@@ -277,31 +399,180 @@ TEST(BadInput, OutputThatCannotBeWritten_IsAnInputOutputError) {
   expect_one_line(full, "/dev/full");
 }
 
-TEST(BadInput, OutputOntoTheCapture_IsWrongUsageAndLeavesIt) {
+// The content of every file in a folder, by name.
+std::map<std::string, std::string> contents_of(const Folder& folder) {
+  std::map<std::string, std::string> contents;
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path(""))) {
+    contents[entry.path().filename()] = content_of(entry.path());
+  }
+  return contents;
+}
+
+// Words of a command; those that begin with `%` are files in the folder.
+std::vector<std::string> words_in(const Folder& folder, const std::string& line) {
+  std::istringstream stream(line);
+  std::vector<std::string> words;
+  for (std::string word; stream >> word;) {
+    const std::size_t file = word.find('%');
+    if (file != std::string::npos) word.replace(file, 1, folder.path(""));
+    words.push_back(word);
+  }
+  return words;
+}
+
+void expect_same_file(const Folder& folder, const std::string& line,
+                      const std::filesystem::path& input = "/dev/null") {
+  SCOPED_TRACE(line);
+  const auto before = contents_of(folder);
+  const Outcome outcome = run(words_in(folder, line), input);
+  EXPECT_EQ(outcome.status, 2) << outcome.err;
+  expect_one_line(outcome, "are the same file; name another one");
+  EXPECT_EQ(outcome.out, "");
+  EXPECT_EQ(contents_of(folder), before);
+}
+
+TEST(BadInput, OutputOntoAnInput_IsWrongUsageAndLeavesIt) {
   const Folder folder;
-  const std::string capture = good_capture(folder, ".vcd");
+  good_capture(folder, ".vcd");
+  folder.file("encoder.eds", "[registers]\nEDS_BANK = 2\n[common]\nTMA = 100ns\n");
+  folder.file("list", "read:0x42\n");
+  ASSERT_EQ(run(words_in(folder, "eds build %encoder.eds --force -o %dump.hex")).status, 0);
+  ASSERT_EQ(run(words_in(folder, "safety campaign -f rxm --frames 100 --state %state")).status, 0);
   const std::string path = folder.path("good.vcd");
   std::filesystem::create_symlink(path, folder.path("link.vcd"));
   std::filesystem::create_hard_link(path, folder.path("hard.vcd"));
-  for (const char* name : {"good.vcd", "./good.vcd", "link.vcd", "hard.vcd"}) {
-    SCOPED_TRACE(name);
-    const Outcome outcome = run({"decode", path, "-f", usual, "-o", folder.path(name)});
-    EXPECT_EQ(outcome.status, 2);
-    expect_one_line(outcome, "is the capture itself");
-    EXPECT_EQ(content_of(path), capture);
+  for (const char* line :
+       {"decode %good.vcd -f pos26,nE,nW,crc6 -o %good.vcd",
+        "decode %good.vcd -f pos26,nE,nW,crc6 -o %./good.vcd",
+        "decode %good.vcd -f pos26,nE,nW,crc6 -o %link.vcd",
+        "decode %good.vcd -f pos26,nE,nW,crc6 -o %hard.vcd",
+        "decode --ma %good.vcd:MA --slo %good.vcd:SLO -f pos26,nE,nW,crc6 -o %good.vcd",
+        "conform %link.vcd -f pos26,nE,nW,crc6 -o %good.vcd",
+        "registers %good.vcd -o %good.vcd",
+        "registers %good.vcd --dump %hard.vcd",
+        "simulate -f pos26,nE,nW,crc6 --ma-from %good.vcd -o %good.vcd",
+        "simulate -f pos26,nE,nW,crc6 --ma-from %good.vcd -o %new.vcd --truth %link.vcd",
+        "simulate -f pos26,nE,nW,crc6 --slo-from %good.vcd -o %new.vcd --readings %good.vcd",
+        "simulate --registers %dump.hex -f pos18,nE,nW,crc6 -o %dump.hex",
+        "simulate --registers 0:%dump.hex -f pos18,nE,nW,crc6 -o %dump.hex",
+        "simulate -f pos18,nE,nW,crc6 --access @%list -o %list",
+        "simulate -f pos18,nE,nW,crc6 --access @%list -o %new.vcd --outcomes %list",
+        "eds build %encoder.eds -o %encoder.eds",
+        "eds show %dump.hex -o %dump.hex",
+        "eds check %dump.hex -o %dump.hex",
+        "eds diff %dump.hex %encoder.eds -o %encoder.eds",
+        "eds advise %dump.hex -o %dump.hex",
+        "safety campaign -f rxm --frames 100 --state %state -o %state",
+        "safety campaign merge %state -o %state",
+        "safety campaign merge %state --state %state"}) {
+    expect_same_file(folder, line);
   }
-  EXPECT_EQ(run({"decode", "-", "-f", usual, "-o", path}, path).status, 2);
+  expect_same_file(folder, "decode - -f pos26,nE,nW,crc6 -o %good.vcd", path);
+}
+
+TEST(BadInput, TwoOutputsInOneFile_AreWrongUsage) {
+  const Folder folder;
+  good_capture(folder, ".vcd");
+  std::filesystem::create_symlink(folder.path("missing"), folder.path("link"));
+  for (const char* line : {"simulate -f pos26,nE,nW,crc6 -o %both.csv --truth %both.csv",
+                           "simulate -f pos26,nE,nW,crc6 -o %link --truth %missing",
+                           "simulate -f pos26,nE,nW,crc6 -o - --truth -",
+                           "simulate -f pos26,nE,nW,crc6 --access read:0 -o %q --outcomes %./q",
+                           "simulate -f pos26,nE,nW,crc6 --slo-from %good.vcd -o %q --readings %q",
+                           "registers %good.vcd -o %q --dump %q",
+                           "safety campaign -f rxm --frames 100 --state %q -o %q"}) {
+    expect_same_file(folder, line);
+  }
+  // What takes everything may take it twice.
+  EXPECT_EQ(run({"simulate", "-f", usual, "-o", "/dev/null", "--truth", "/dev/null"}).status, 0);
+}
+
+TEST(BadInput, InputThatStandardOutputAppendsTo_IsWrongUsage) {
+  const Folder folder;
+  const std::string capture = good_capture(folder, ".vcd");
+  const std::string path = folder.path("good.vcd");
+  const std::string line = std::string("'") + BISS_COMMAND + "' decode '" + path + "' -f " + usual +
+                           " >>'" + path + "' 2>'" + folder.path("err") + "'";
+  EXPECT_EQ(WEXITSTATUS(std::system(line.c_str())), 2);
+  EXPECT_NE(content_of(folder.path("err")).find("are the same file"), std::string::npos);
   EXPECT_EQ(content_of(path), capture);
 }
 
-TEST(BadInput, TruthAndCaptureInOneFile_IsWrongUsage) {
+TEST(BadInput, QuantityWithoutUnit_IsWrongUsage) {
   const Folder folder;
-  for (const std::string& path : {folder.path("both.csv"), std::string("-")}) {
-    const Outcome outcome = run({"simulate", "-f", usual, "-o", path, "--truth", path});
+  good_capture(folder, ".vcd");
+  for (const char* line :
+       {"plan -f resolute-26 --clock 10", "plan -f resolute-26 --cable 50",
+        "simulate -f resolute-26 --rate 16 -o %x.vcd", "decode %good.vcd --since 1",
+        "simulate -f resolute-26 --sample-rate 200 -o %x.sr"}) {
+    SCOPED_TRACE(line);
+    const Outcome outcome = run(words_in(folder, line));
     EXPECT_EQ(outcome.status, 2);
-    expect_one_line(outcome, "name the same file");
+    expect_one_line(outcome, "no unit; use");
+    EXPECT_EQ(folder.files(), 1U);
   }
-  EXPECT_FALSE(std::filesystem::exists(folder.path("both.csv")));
+  EXPECT_EQ(run(words_in(folder, "plan -f resolute-26 --clock 10MHz --cable 0")).status, 0);
+}
+
+TEST(BadInput, EmptyValue_IsWrongUsageAndNotTakenForNone) {
+  const Folder folder;
+  good_capture(folder, ".vcd");
+  const std::string capture = folder.path("good.vcd");
+  for (const char* option : {"-f", "--ack-max", "--ack-clocks", "--timeout", "--release",
+                             "--clock-max", "--cycle-min", "--since", "--ma", "--fail-on", "-o"}) {
+    SCOPED_TRACE(option);
+    const Outcome outcome = run({"decode", capture, option, ""});
+    EXPECT_EQ(outcome.status, 2);
+    expect_one_line(outcome, "empty; a value is needed");
+    EXPECT_EQ(outcome.out, "");
+    if (std::string_view(option).starts_with("--")) {
+      const Outcome joined =
+          run({"decode", capture, std::string(option) + "=", "pos26,nE,nW,crc6"});
+      EXPECT_EQ(joined.status, 2);
+      expect_one_line(joined, "empty; a value is needed");
+    }
+  }
+  for (const char* option : {"--drift", "--motion", "--fault", "--access", "--registers",
+                             "--counter-start", "--truth", "--ma-from"}) {
+    SCOPED_TRACE(option);
+    const Outcome outcome =
+        run({"simulate", "-f", usual, option, "", "-o", folder.path("never.vcd")});
+    EXPECT_EQ(outcome.status, 2);
+    expect_one_line(outcome, "empty; a value is needed");
+    EXPECT_EQ(folder.files(), 1U);
+  }
+  const Outcome shard = run({"safety", "campaign", "-f", "rxm", "--shard", ""});
+  EXPECT_EQ(shard.status, 2);
+  expect_one_line(shard, "empty; a value is needed");
+}
+
+TEST(BadInput, NegativeTime_IsATimeOfTheCapture) {
+  const Folder folder;
+  const std::string text = good_capture(folder, ".csv");
+  // All times 1 ms earlier.
+  std::istringstream lines(text);
+  std::string early;
+  std::getline(lines, early);
+  early += '\n';
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t comma = line.find(',');
+    early +=
+        std::to_string(std::stod(line.substr(0, comma)) - 1'000'000) + line.substr(comma) + '\n';
+  }
+  const std::string capture = folder.file("early.csv", early);
+  const auto all = rows_of(run({"decode", capture, "-f", usual, "--to", "csv"}).out);
+  ASSERT_EQ(all.size(), 30U);
+  const Outcome part =
+      run({"decode", capture, "-f", usual, "--to", "csv", "--since", "-900us", "--until=-1us"});
+  EXPECT_EQ(part.status, 0) << part.err;
+  std::size_t inside = 0;
+  for (const Row& row : all) {
+    const double time = std::stod(row.at("time_ns"));
+    inside += time >= -900'000 && time <= -1'000 ? 1U : 0U;
+  }
+  EXPECT_GT(inside, 3U);
+  EXPECT_LT(inside, 27U);
+  EXPECT_EQ(rows_of(part.out).size(), inside);
 }
 
 TEST(BadInput, MoreCyclesThanTimeCanCount_IsWrongUsage) {

@@ -1,0 +1,267 @@
+// The help of every verb: what it shows is there, fits, and its examples work.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <regex>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "tests/cli/run_command.hpp"
+
+namespace biss::cli {
+namespace {
+
+using Words = std::vector<std::string>;
+
+Words lines_of(const std::string& text) {
+  std::istringstream stream(text);
+  Words lines;
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+std::string help_of(Words verb) {
+  verb.emplace_back("--help");
+  const Outcome outcome = run(verb);
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  return outcome.out;
+}
+
+// The lines below a heading, up to the next empty one.
+Words section(const std::string& help, const std::regex& heading) {
+  Words lines;
+  bool inside = false;
+  for (const std::string& line : lines_of(help)) {
+    if (inside && line.empty()) break;
+    if (inside) lines.push_back(line);
+    inside = inside || std::regex_match(line, heading);
+  }
+  return lines;
+}
+
+void collect(const Words& verb, std::vector<Words>& all) {
+  all.push_back(verb);
+  for (const std::string& line : section(help_of(verb), std::regex("Verbs:"))) {
+    if (line.size() < 3 || line[2] == ' ') continue;
+    Words below = verb;
+    below.push_back(line.substr(2, line.find(' ', 2) - 2));
+    collect(below, all);
+  }
+}
+
+// The command itself, then every verb: {"eds", "show"}.
+const std::vector<Words>& all_verbs() {
+  static const std::vector<Words> all = [] {
+    std::vector<Words> verbs;
+    collect({}, verbs);
+    return verbs;
+  }();
+  return all;
+}
+
+std::string joined(const Words& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : " ") + word;
+  return text;
+}
+
+// The options in a help: `--clock`.
+Words options_of(const std::string& help) {
+  Words options;
+  const std::regex option("\n  (?:-[A-Za-z], )?(--[a-z-]+)");
+  for (std::sregex_iterator at(help.begin(), help.end(), option), end; at != end; ++at) {
+    options.push_back((*at)[1]);
+  }
+  return options;
+}
+
+TEST(Help, EveryVerb_IsReachedAndFits) {
+  EXPECT_GT(all_verbs().size(), 15U);
+  for (const Words& verb : all_verbs()) {
+    SCOPED_TRACE(joined(verb));
+    const std::string help = help_of(verb);
+    EXPECT_NE(help.find("\nUsage: biss"), std::string::npos) << help;
+    EXPECT_EQ(help.find("Excludes"), std::string::npos) << help;
+    for (const std::string& line : lines_of(help)) {
+      if (line.starts_with("  biss ")) continue;  // an example is not broken
+      EXPECT_LE(line.size(), 100U) << line;
+    }
+    Words asked{"help"};
+    asked.insert(asked.end(), verb.begin(), verb.end());
+    EXPECT_EQ(run(asked).out, help);
+  }
+}
+
+TEST(Help, UnknownVerb_IsWrongUsage) {
+  const Outcome outcome = run({"help", "deocde"});
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_EQ(outcome.err,
+            "biss: unknown verb 'deocde'; did you mean 'decode'? (see 'biss --help')\n");
+}
+
+TEST(Help, Version_HasAShortOption) {
+  const Outcome outcome = run({"-V"});
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_EQ(outcome.out, run({"--version"}).out);
+  EXPECT_TRUE(std::regex_match(outcome.out, std::regex("biss \\d+\\.\\d+\\.\\d+\n")));
+}
+
+// The files that the examples name, made by the command itself.
+class ExampleFolder {
+ public:
+  ExampleFolder() {
+    folder_.file("encoder.eds",
+                 "[registers]\nEDS_BANK = 2\nMFR_ID = 0x6943\n"
+                 "[common]\nTMA = 100ns\nTBUSY_MAX = 10us?\nTO_MAX = 20us?\n"
+                 "[bp3]\nPON_PDL = 50ms\nMT_LEN = 12\nMT_CNT = 4096\nFI_LEN = 18\nSIP_CNT = 1\n"
+                 "SIP_RES = 262144\n");
+    for (const char* command :
+         {"eds build encoder.eds -o encoder.hex", "eds build encoder.eds -o registers.hex",
+          "eds build encoder.eds -o old.bin", "eds build encoder.eds -o new.bin",
+          "eds build encoder.eds -o eeprom.bin",
+          "simulate --registers encoder.hex -f pos26,nE,nW,crc6 --access read:0x78,8 -o "
+          "capture.vcd",
+          "simulate --registers encoder.hex -f pos26,nE,nW,crc6 --access read:0x78,8 -o capture.sr",
+          "simulate -f resolute-32 -o capture.csv", "simulate -f fs-36-28 -o both.csv",
+          "simulate -f resolute-26 --sample-rate 100MHz -o samples.bin",
+          "simulate -f pos26,nE,nW,crc6 -o master.vcd",
+          "safety campaign -f fs-36-28 --frames 2000 --shard 1/2 --state part1.json",
+          "safety campaign -f fs-36-28 --frames 2000 --shard 2/2 --state part2.json"}) {
+      EXPECT_LE(status_of(std::string("biss ") + command), 1) << command << '\n' << error();
+    }
+    // One line a file, each with a name of its own.
+    std::string ma = "time_ns,D0\n";
+    std::string slo = "time_ns,D1\n";
+    for (const Row& row : rows_of(content_of(path("both.csv")))) {
+      ma += row.at("time_ns") + ',' + row.at("MA") + '\n';
+      slo += row.at("time_ns") + ',' + row.at("SLO") + '\n';
+    }
+    folder_.file("ma.csv", ma);
+    folder_.file("slo.csv", slo);
+    // SLO at bit 3.
+    std::string samples = content_of(path("samples.bin"));
+    for (char& sample : samples) sample = static_cast<char>((sample & 1) | (sample & 2) << 2);
+    folder_.file("samples.bin", samples);
+    // The bank of the profile's part alone.
+    folder_.file("bank3.bin", content_of(path("eeprom.bin")).substr(3 * 64, 64));
+  }
+
+  std::string path(const std::string& name) const { return folder_.path(name); }
+
+  /// Runs a line as the shell does, in the folder.
+  int status_of(const std::string& line) const {
+    const std::filesystem::path command(BISS_COMMAND);
+    const std::string all = "cd '" + path("") + "' && PATH='" + command.parent_path().string() +
+                            "':\"$PATH\" && " + line + " >out 2>error";
+    const int status = std::system(all.c_str());
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  }
+  std::string error() const { return content_of(path("error")); }
+
+ private:
+  Folder folder_;
+};
+
+// Verbs that count by the million do so in a fraction of a second here.
+std::string shortened(const std::string& example) {
+  static const std::regex counted("biss safety (campaign -f|sequences|evidence -f)");
+  if (!std::regex_search(example, counted)) return example;
+  std::string line = example;
+  const auto set = [&line](const std::string& option, const std::string& value) {
+    const std::regex given(option + " \\d+");
+    if (std::regex_search(line, given)) {
+      line = std::regex_replace(line, given, option + ' ' + value);
+    } else {
+      line += ' ' + option + ' ' + value;
+    }
+  };
+  set("--frames", "5000");
+  if (line.find("sequences") != std::string::npos || line.find("evidence") != std::string::npos) {
+    set("--faults", "20");
+  }
+  if (line.find("evidence") != std::string::npos) set("--cycles", "300");
+  return line;
+}
+
+TEST(Help, EveryExample_Works) {
+  const ExampleFolder folder;
+  std::size_t examples = 0;
+  for (const Words& verb : all_verbs()) {
+    for (const std::string& line : section(help_of(verb), std::regex("Examples?:"))) {
+      ASSERT_TRUE(line.starts_with("  biss ")) << line;
+      const std::string example = shortened(line.substr(2));
+      SCOPED_TRACE(example);
+      ++examples;
+      // 1: a judgement of the data, with its reason in the output.
+      EXPECT_LE(folder.status_of(example), 1) << folder.error();
+    }
+  }
+  EXPECT_GT(examples, 30U);
+}
+
+TEST(Help, ManualPage_HasEveryVerbOptionAndExample) {
+  const Outcome outcome = run({"help", "--to", "man"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const std::string page = std::regex_replace(outcome.out, std::regex("\\\\-"), "-");
+  for (const Words& verb : all_verbs()) {
+    SCOPED_TRACE(joined(verb));
+    const std::string help = help_of(verb);
+    const std::string title = ".SS biss " + joined(verb) + '\n';
+    std::size_t at = verb.empty() ? page.find(".SH OPTIONS") : page.find(title);
+    ASSERT_NE(at, std::string::npos);
+    const std::string part = page.substr(at, page.find("\n.S", at + 1) - at);
+    for (const std::string& option : options_of(help)) {
+      if (option == "--help" && !verb.empty()) continue;
+      EXPECT_NE(part.find(option), std::string::npos) << option;
+    }
+    for (const std::string& example : section(help, std::regex("Examples?:"))) {
+      if (!verb.empty()) {
+        EXPECT_NE(part.find(example.substr(2)), std::string::npos) << example;
+      }
+    }
+  }
+}
+
+// What bash offers for the last word of a line.
+Words completions(const std::string& line) {
+  const Folder folder;
+  const std::string script = folder.path("biss.bash");
+  EXPECT_EQ(run({"help", "--to", "bash", "-o", script}).status, 0);
+  std::string call;
+  Words words;
+  std::istringstream stream(line);
+  for (std::string word; stream >> word;) words.push_back(word);
+  if (line.ends_with(' ')) words.emplace_back();
+  for (const std::string& word : words) call += " '" + word + "'";
+  const std::string test = folder.file(
+      "test.bash", "PATH='" + std::filesystem::path(BISS_COMMAND).parent_path().string() +
+                       "':\"$PATH\"\n. '" + script + "'\nCOMP_WORDS=(" + call +
+                       ")\nCOMP_CWORD=$((${#COMP_WORDS[@]} - 1))\n_biss\nprintf '%s\\n' "
+                       "\"${COMPREPLY[@]}\"\n");
+  const std::string out = folder.path("out");
+  EXPECT_EQ(std::system(("bash '" + test + "' >'" + out + "'").c_str()), 0);
+  return lines_of(content_of(out));
+}
+
+TEST(Help, Completion_OffersVerbsOptionsAndValues) {
+  EXPECT_EQ(completions("biss dec"), (Words{"decode"}));
+  EXPECT_EQ(completions("biss eds sh"), (Words{"show"}));
+  EXPECT_EQ(completions("biss decode --to j"), (Words{"jsonl"}));
+  EXPECT_EQ(completions("biss plan -f resolute-3"), (Words{"resolute-32"}));
+  EXPECT_EQ(completions("biss safety campaign m"), (Words{"merge"}));
+  for (const Words& verb : all_verbs()) {
+    SCOPED_TRACE(joined(verb));
+    const Words offered = completions("biss " + joined(verb) + (verb.empty() ? "--" : " --"));
+    for (const std::string& option : options_of(help_of(verb))) {
+      EXPECT_TRUE(std::find(offered.begin(), offered.end(), option) != offered.end()) << option;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace biss::cli
