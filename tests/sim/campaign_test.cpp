@@ -40,6 +40,13 @@ void expect_document_has(const std::string& table) {
   EXPECT_NE(document.str().find(table), std::string::npos) << "print it with biss_fault_table";
 }
 
+TEST(FaultsDocument, Lists_AreThoseOfTheCode) {
+  expect_document_has(fault_list(0, sim::line_fault_kind_count));
+  expect_document_has(fault_list(sim::line_fault_kind_count, sim::simulated_fault_count));
+  expect_document_has(fault_list(sim::simulated_fault_count, sim::fault_kind_count));
+  expect_document_has(place_table());
+}
+
 // One test, because the run is the same for all that it shows.
 TEST(Damage, AMillionCyclesWithEveryKind_UndamagedAreOkAndWrongPositionsAsRareAsTheChecksumSays) {
   const std::uint64_t cycles = exhaustive::slow_build ? documented_cycles / 10 : documented_cycles;

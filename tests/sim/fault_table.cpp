@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <span>
+
 #include "biss/catalogue/renishaw.hpp"
 #include "biss/timing/cable.hpp"
 
@@ -9,10 +12,10 @@ namespace biss::campaign {
 
 namespace {
 
-// A status has a column where it occurs at all.
-std::vector<std::size_t> used_statuses(const Outcome& outcome) {
+// A status has a column if it occurs; `ok` has one in the first table.
+std::vector<std::size_t> used_failures(const Outcome& outcome) {
   std::vector<std::size_t> used;
-  for (std::size_t s = 0; s < decode::cycle_status_count; ++s) {
+  for (std::size_t s = 1; s < decode::cycle_status_count; ++s) {
     bool any = outcome.behind.statuses[s] != 0;
     for (const Tally& tally : outcome.alone) any = any || tally.statuses[s] != 0;
     if (any) used.push_back(s);
@@ -20,16 +23,48 @@ std::vector<std::size_t> used_statuses(const Outcome& outcome) {
   return used;
 }
 
-std::string row(const std::string& name, const std::string& strikes, const Tally& tally,
-                const std::vector<std::size_t>& statuses) {
-  std::string text = fmt::format("| {} | {} | {} |", name, strikes, tally.cycles);
+struct Line {
+  std::string name;
+  std::string strikes;
+  const Tally* tally;
+};
+
+std::vector<Line> lines_of(const Outcome& outcome) {
+  std::vector<Line> lines;
+  for (std::size_t k = 0; k < sim::line_fault_kind_count; ++k) {
+    lines.push_back({fmt::format("`{}`", sim::fault_list[k].name),
+                     std::to_string(outcome.strikes[k]), &outcome.alone[k]});
+  }
+  lines.push_back({"several", "", &outcome.several});
+  lines.push_back({"only in the cycle before", "", &outcome.behind});
+  lines.push_back({"none: undamaged", "", &outcome.undamaged});
+  return lines;
+}
+
+std::string cell(std::uint64_t count) {
+  return count == 0 ? "  |" : fmt::format(" {} |", count);
+}
+
+// As many statuses as fit into a table of 100 columns.
+std::string status_table(const std::vector<Line>& lines, std::span<const std::size_t> statuses) {
+  std::string text = "\n| fault |";
+  std::string rule = "|---|";
   for (const std::size_t s : statuses) {
-    text += tally.statuses[s] == 0 ? "  |" : fmt::format(" {} |", tally.statuses[s]);
+    text += fmt::format(" `{}` |", decode::name_of(static_cast<decode::CycleStatus>(s)));
+    rule += "---:|";
   }
-  for (const std::uint64_t count : {tally.missing, tally.wrong_error, tally.wrong}) {
-    text += count == 0 ? "  |" : fmt::format(" {} |", count);
+  text += "\n" + rule + "\n";
+  for (const Line& line : lines) {
+    text += "| " + line.name + " |";
+    for (const std::size_t s : statuses) text += cell(line.tally->statuses[s]);
+    text += '\n';
   }
-  return text + "\n";
+  return text;
+}
+
+std::string place_text(const sim::FaultPlaces& places, const char* unit) {
+  if (places.empty()) return "";
+  return fmt::format("{} {}", places.whole ? "a whole" : "a point in a", unit);
 }
 
 }  // namespace
@@ -50,21 +85,63 @@ sim::LineSetup documented_line() {
 }
 
 std::string fault_table(const Outcome& outcome) {
-  const std::vector<std::size_t> statuses = used_statuses(outcome);
-  std::string text = "| fault | cycles struck | of these alone |";
-  std::string rule = "|---|---:|---:|";
-  for (const std::size_t s : statuses) {
-    text += fmt::format(" `{}` |", decode::name_of(static_cast<decode::CycleStatus>(s)));
-    rule += "---:|";
+  const std::vector<Line> lines = lines_of(outcome);
+  std::string text =
+      "| fault | cycles | of these alone | `ok` | **wrong** | wrong, nE = 0 | no row |\n"
+      "|---|---:|---:|---:|---:|---:|---:|\n";
+  for (const Line& line : lines) {
+    const Tally& tally = *line.tally;
+    text += fmt::format("| {} | {} | {} |", line.name, line.strikes, tally.cycles);
+    for (const std::uint64_t count :
+         {tally.right(), tally.wrong, tally.wrong_error, tally.missing}) {
+      text += cell(count);
+    }
+    text += '\n';
   }
-  text += " no row | wrong, nE = 0 | **wrong** |\n" + rule + "---:|---:|---:|\n";
-  for (std::size_t k = 0; k < sim::line_fault_kind_count; ++k) {
-    text += row(fmt::format("`{}`", sim::fault_list[k].name), std::to_string(outcome.strikes[k]),
-                outcome.alone[k], statuses);
+  constexpr std::size_t columns = 5;
+  const std::vector<std::size_t> used = used_failures(outcome);
+  for (std::size_t k = 0; k < used.size(); k += columns) {
+    text += status_table(lines, std::span(used).subspan(k, std::min(columns, used.size() - k)));
   }
-  text += row("several", "", outcome.several, statuses);
-  text += row("none, but in the cycle before", "", outcome.behind, statuses);
-  return text + row("none: undamaged", "", outcome.undamaged, statuses);
+  return text;
+}
+
+std::string fault_list(std::size_t first, std::size_t last) {
+  const bool simulated = first < sim::simulated_fault_count;
+  const bool wrong_frames = simulated && first >= sim::line_fault_kind_count;
+  std::string text = "| kind | effect |";
+  std::string rule = "|---|---|";
+  if (simulated) {
+    text += " duration |";
+    rule += "---|";
+  }
+  if (wrong_frames) {
+    text += " IEC 61784-3 |";
+    rule += "---|";
+  }
+  text += "\n" + rule + "\n";
+  for (std::size_t k = first; k < last; ++k) {
+    const sim::FaultEntry& entry = sim::fault_list[k];
+    text += fmt::format("| `{}` | {} |", entry.name, entry.effect);
+    if (simulated) text += fmt::format(" {} |", text_of(entry.extent));
+    if (wrong_frames) text += fmt::format(" {} |", name_of(*entry.error));
+    text += '\n';
+  }
+  return text;
+}
+
+std::string place_table() {
+  const sim::NominalCycle nominal = sim::Line(documented_line()).nominal();
+  std::string text = "| kind | `bit` | `clock` |\n|---|---|---|\n";
+  for (std::size_t k = 0; k < sim::simulated_fault_count; ++k) {
+    const sim::FaultEntry& entry = sim::fault_list[k];
+    if (!sim::has_place(entry.kind)) continue;
+    text += fmt::format(
+        "| `{}` | {} | {} |\n", entry.name,
+        place_text(places_of(entry.kind, sim::PlaceUnit::bit, nominal), "bit"),
+        place_text(places_of(entry.kind, sim::PlaceUnit::clock, nominal), "clock"));
+  }
+  return text;
 }
 
 }  // namespace biss::campaign
