@@ -262,6 +262,8 @@ std::string Option::name() const { return option_->get_name(); }
 
 bool Option::given() const { return option_->count() != 0; }
 
+std::vector<std::string> Option::values() const { return option_->results(); }
+
 Option Verb::add_option(const std::string& name, std::string& target,
                         const std::string& description) {
   return declared(app_->add_option(name, target, description));

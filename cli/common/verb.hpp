@@ -90,6 +90,8 @@ class Option {
 
   std::string name() const;
   bool given() const;
+  /// The values on the command line, in their order.
+  std::vector<std::string> values() const;
 
  private:
   CLI::Option* option_;

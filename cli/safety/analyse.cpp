@@ -91,7 +91,7 @@ Run add_safety_analyse(Verb verb) {
                    64)
       .type_name("BITS");
   add_count_option(verb, "--tolerance", into(options->checks.tolerance_lsb),
-                   "By how much compared values may differ; 1 by default", 1)
+                   "By how much compared values may differ; 1 by default", 255)
       .type_name("LSB");
   verb.add_flag("--ignore-turns", options->ignore_turns, "Turns are not compared");
   add_count_option(verb, "--gap", into(options->gap_bits),

@@ -1,18 +1,32 @@
-// biss safety evidence: all that can be shown of one configuration, in a folder that proves itself.
+// biss safety evidence: runs the safety verbs for one configuration and puts their tables, the
+// commands and the hashes into a folder.
 #include "cli/safety/evidence.hpp"
 
 #include <fmt/format.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
+#include <cstdio>
 #include <iterator>
 #include <memory>
+#include <nlohmann/json.hpp>
 
+#include "biss/frame/format_text.hpp"
+#include "cli/common/format_option.hpp"
 #include "cli/common/verb.hpp"
+#include "cli/common/verbs.hpp"
 #include "cli/safety/safety.hpp"
+#include "cli/safety/setup_fields.hpp"
 
 namespace biss::cli {
 namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::uint64_t most_frames = std::uint64_t{1} << 40U;
+constexpr const char* configuration_name = "configuration.json";
 
 struct VerbOptions {
   EvidenceOptions evidence;
@@ -22,84 +36,188 @@ struct VerbOptions {
   std::string checked;
 };
 
-struct Bundle {
-  std::vector<EvidenceFile> files;
-  std::vector<std::string> findings;
-  std::string error;
+// A file in memory, read by its descriptor.
+class MemoryFile {
+ public:
+  MemoryFile() : descriptor_(::memfd_create("biss", MFD_CLOEXEC)) {}
+  ~MemoryFile() { ::close(descriptor_); }
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+
+  int descriptor() const { return descriptor_; }
+  std::string path() const { return fmt::format("/dev/fd/{}", descriptor_); }
+  void set(const std::string& text) const {
+    for (std::size_t done = 0; done < text.size();) {
+      const ssize_t count = ::write(descriptor_, text.data() + done, text.size() - done);
+      if (count <= 0) return;
+      done += static_cast<std::size_t>(count);
+    }
+  }
+  std::string text() const {
+    std::string all;
+    std::array<char, 65536> block{};
+    for (off_t at = 0;;) {
+      const ssize_t count = ::pread(descriptor_, block.data(), block.size(), at);
+      if (count <= 0) return all;
+      all.append(block.data(), static_cast<std::size_t>(count));
+      at += count;
+    }
+  }
+
+ private:
+  int descriptor_;
 };
 
-template <class T>
-void append(std::vector<T>& all, std::vector<T>&& more) {
-  all.insert(all.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
+// Sends standard output into a file for as long as the object lives.
+class CapturedOutput {
+ public:
+  explicit CapturedOutput(int target) : before_(::dup(STDOUT_FILENO)) {
+    std::fflush(stdout);
+    ::dup2(target, STDOUT_FILENO);
+  }
+  ~CapturedOutput() {
+    std::fflush(stdout);
+    ::dup2(before_, STDOUT_FILENO);
+    ::close(before_);
+  }
+  CapturedOutput(const CapturedOutput&) = delete;
+  CapturedOutput& operator=(const CapturedOutput&) = delete;
+
+ private:
+  int before_;
+};
+
+int run_command(std::vector<std::string> arguments, std::uint64_t threads,
+                const MemoryFile& configuration, const MemoryFile& output) {
+  for (std::string& each : arguments) {
+    if (each == configuration_name) each = configuration.path();
+  }
+  if (arguments.at(1) != "analyse") {
+    arguments.insert(arguments.end(), {"--threads", std::to_string(threads)});
+  }
+  std::vector<const char*> pointers{"biss"};
+  for (const std::string& each : arguments) pointers.push_back(each.c_str());
+  const CapturedOutput captured(output.descriptor());
+  Command command;
+  add_safety(command);
+  return static_cast<int>(command.run(static_cast<int>(pointers.size()), pointers.data()));
 }
 
-Bundle make_bundle(const EvidenceQuestion& question) {
-  struct Step {
-    const char* name;
-    EvidencePart (*make)(const EvidenceQuestion&);
-  };
-  // The line first: it may refuse the rate.
-  constexpr std::array steps{Step{"line model", evidence_line}, Step{"analysis", evidence_analysis},
-                             Step{"campaign", evidence_campaign},
-                             Step{"sequences", evidence_sequences}};
-  Bundle bundle;
-  EvidencePart all;
-  for (const Step& step : steps) {
-    if (isatty(STDERR_FILENO) != 0) print_summary(fmt::format("{} …\n", step.name));
-    EvidencePart part = step.make(question);
-    if (!part.error.empty()) return {{}, {}, part.error};
-    append(all.files, std::move(part.files));
-    append(all.coverage, std::move(part.coverage));
-    append(all.findings, std::move(part.findings));
+EvidenceFile version_file() {
+  const std::string_view commit = build_commit;
+  const Json json = {{"program", "biss"},
+                     {"version", BISS_VERSION},
+                     {"commit", commit.empty() ? Json() : Json(commit)},
+                     {"compiler", BISS_COMPILER},
+                     {"build_type", BISS_BUILD_TYPE}};
+  return {"version.json", json.dump(2) + "\n"};
+}
+
+EvidenceFile manifest_file(const std::vector<std::string>& made_by,
+                           const std::vector<EvidenceCommand>& commands) {
+  Json list = Json::array();
+  for (const EvidenceCommand& each : commands) {
+    list.push_back({{"file", each.file}, {"arguments", each.arguments}, {"status", each.status}});
   }
-  bundle.files.push_back(evidence_readme(question, all.coverage, all.findings));
-  bundle.files.push_back(evidence_version());
-  bundle.files.push_back(evidence_configuration(question));
-  append(bundle.files, std::move(all.files));
-  bundle.files.push_back(evidence_coverage(all.coverage));
-  bundle.files.push_back(evidence_matrix());
+  const Json json = {{"made_by", made_by}, {"commands", list}};
+  return {"manifest.json", json.dump(2) + "\n"};
+}
+
+struct Bundle {
+  std::vector<EvidenceFile> files;
+  std::vector<EvidenceCommand> commands;
+  /// Not done or data_failed: a command could not run and said why.
+  ExitStatus status = ExitStatus::done;
+};
+
+Bundle make_bundle(const EvidenceSubject& subject, const std::vector<std::string>& made_by,
+                   std::uint64_t threads) {
+  Bundle bundle;
+  const EvidenceFile configuration{configuration_name,
+                                   configuration_json(subject.monitored, subject.configuration)};
+  const MemoryFile configuration_in_memory;
+  configuration_in_memory.set(configuration.text);
+  std::vector<EvidenceFile> tables;
+  bundle.commands = evidence_commands(subject);
+  for (EvidenceCommand& each : bundle.commands) {
+    if (isatty(STDERR_FILENO) != 0) print_summary(command_line(each.arguments) + "\n");
+    const MemoryFile output;
+    each.status = run_command(each.arguments, threads, configuration_in_memory, output);
+    if (each.status != 0 && each.status != static_cast<int>(ExitStatus::data_failed)) {
+      bundle.status = static_cast<ExitStatus>(each.status);
+      return bundle;
+    }
+    if (each.status != 0) bundle.status = ExitStatus::data_failed;
+    tables.push_back({each.file, output.text()});
+  }
+  const std::vector<CoverageRow> coverage = read_coverage(subject, tables);
+  bundle.files = {readme_file(subject, bundle.commands, coverage), version_file(),
+                  manifest_file(made_by, bundle.commands), configuration};
+  std::move(tables.begin(), tables.end(), std::back_inserter(bundle.files));
+  bundle.files.push_back(coverage_file(coverage));
+  bundle.files.push_back(matrix_file());
   bundle.files.push_back({"safety.md", page_of_bundle(safety_page)});
   bundle.files.push_back({"safety-matrix.md", page_of_bundle(safety_matrix_page)});
-  bundle.findings = std::move(all.findings);
   return bundle;
 }
 
-// What a reader of the table alone would not see.
-void tell_choice(const EvidenceQuestion& question) {
-  const SafetyChoice named = choose_safety({}, question.options.format, question.format, {});
-  if (question.options.setup.configuration.empty() && named.name != question.configuration) {
+// Information that the tables do not show.
+void warn_of_choice(const EvidenceSubject& subject) {
+  const EvidenceOptions& options = subject.options;
+  const SafetyFormat& monitored = subject.monitored;
+  const SafetyChoice named = choose_safety({}, options.format, monitored.format, {});
+  if (options.setup.configuration.empty() && named.name != subject.configuration) {
     warn(
-        fmt::format("a format's text is monitored by all that both words have, as safety campaign "
-                    "does; the configuration with these words is -f {}",
+        fmt::format("the text of a format is monitored by the widths of its words; "
+                    "-f {} is the configuration with these words",
                     named.name));
   }
-  for (const std::string& each : not_run(question.options)) warn("nothing was run: " + each);
+  for (const std::string& each : not_run(options)) warn("nothing was run: " + each);
 }
 
-ExitStatus tell(const std::vector<std::string>& findings) {
-  for (const std::string& finding : findings) warn(finding);
-  return findings.empty() ? ExitStatus::done : ExitStatus::data_failed;
-}
-
-ExitStatus run_make(const VerbOptions& options) {
-  const EvidenceChoice choice =
-      choose_evidence(options.evidence, static_cast<unsigned>(options.threads));
-  if (!choice.question) return fail(ExitStatus::usage, choice.error);
-  tell_choice(*choice.question);
-  // Before the minute that it takes.
+ExitStatus run_make(const VerbOptions& options, const std::vector<std::string>& made_by) {
+  const EvidenceChoice choice = choose_evidence(options.evidence);
+  if (!choice.subject) return fail(ExitStatus::usage, choice.error);
+  // Before the minutes that the commands take.
   if (const std::string wrong = check_target(options.folder, options.force); !wrong.empty()) {
     return fail(ExitStatus::io, wrong);
   }
-  const Bundle bundle = make_bundle(*choice.question);
-  if (!bundle.error.empty()) return fail(ExitStatus::usage, bundle.error);
+  const Bundle bundle = make_bundle(*choice.subject, made_by, options.threads);
+  if (bundle.files.empty()) return bundle.status;
+  warn_of_choice(*choice.subject);
   const std::string wrong = write_bundle(options.folder, bundle.files, options.force);
   if (!wrong.empty()) return fail(ExitStatus::io, wrong);
   print_summary(
       fmt::format("{}: {} files, see README.md in it\n", options.folder, bundle.files.size() + 1));
-  return tell(bundle.findings);
+  return bundle.status;
 }
 
-// Files that say something of the program and not of the configuration.
+// The options that the bundle was made with, read by the verb's own parser.
+std::optional<EvidenceOptions> parse_made_by(const std::vector<std::string>& made_by) {
+  const auto options = std::make_shared<EvidenceOptions>();
+  Command command;
+  const Verb verb = command.add_verb(
+      {.name = "evidence", .purpose = "Read manifest.json", .examples = {"biss evidence"}},
+      [] { return ExitStatus::done; });
+  add_evidence_options(verb, *options);
+  std::vector<const char*> pointers{"biss", "evidence"};
+  for (const std::string& each : made_by) pointers.push_back(each.c_str());
+  const ExitStatus status = command.run(static_cast<int>(pointers.size()), pointers.data());
+  return status == ExitStatus::done ? std::optional(*options) : std::nullopt;
+}
+
+std::optional<std::vector<std::string>> read_made_by(const EvidenceFile* manifest) try {
+  if (manifest == nullptr) return std::nullopt;
+  auto made_by = Json::parse(manifest->text).at("made_by").get<std::vector<std::string>>();
+  const auto is_option = [](const std::string& each) { return each.starts_with("--"); };
+  if (!std::all_of(made_by.begin(), made_by.end(), is_option)) return std::nullopt;
+  if (std::find(made_by.begin(), made_by.end(), "--help") != made_by.end()) return std::nullopt;
+  return made_by;
+} catch (const nlohmann::json::exception&) {
+  return std::nullopt;
+}
+
+// Files that depend on the program and not on the configuration.
 bool is_of_program(const std::string& name) {
   return name == "version.json" || name == "matrix.csv" || name == "safety.md" ||
          name == "safety-matrix.md";
@@ -108,77 +226,237 @@ bool is_of_program(const std::string& name) {
 ExitStatus run_check(const VerbOptions& options) {
   ReadBundle found = read_bundle(options.checked);
   if (!found.error.empty()) return fail(ExitStatus::io, found.error);
-  const EvidenceFile* kept = found.find("configuration.json");
-  const auto asked = kept != nullptr ? read_options(kept->text) : std::nullopt;
-  const EvidenceChoice choice =
-      asked ? choose_evidence(*asked, static_cast<unsigned>(options.threads)) : EvidenceChoice{};
-  if (!choice.question) {
-    static_cast<void>(tell(found.findings));
-    return fail(
-        ExitStatus::io,
-        fmt::format("'{}': configuration.json does not say how to make it again", options.checked));
+  for (const std::string& finding : found.findings) warn(finding);
+  const auto made_by = read_made_by(found.find("manifest.json"));
+  const auto asked = made_by ? parse_made_by(*made_by) : std::nullopt;
+  const EvidenceChoice choice = asked ? choose_evidence(*asked) : EvidenceChoice{};
+  if (!choice.subject) {
+    return fail(ExitStatus::io,
+                fmt::format("'{}': manifest.json does not say how to make the bundle again",
+                            options.checked));
   }
-  const Bundle again = make_bundle(*choice.question);
-  if (!again.error.empty()) return fail(ExitStatus::io, again.error);
+  const Bundle again = make_bundle(*choice.subject, *made_by, options.threads);
+  if (again.files.empty()) return ExitStatus::io;
   std::size_t same = 0;
+  bool differs = !found.findings.empty();
   for (const EvidenceFile& file : again.files) {
     const EvidenceFile* before = found.find(file.name);
-    if (before == nullptr) continue;
-    if (before->text == file.text) {
+    if (before != nullptr && before->text == file.text) {
       ++same;
-    } else if (is_of_program(file.name)) {
-      warn(fmt::format("{}: of another build than this program", file.name));
+    } else if (before != nullptr && is_of_program(file.name)) {
+      warn(file.name + ": from another build of the program");
     } else {
-      found.findings.push_back(file.name + ": made again, it is another");
+      differs = true;
+      warn(file.name + (before != nullptr ? ": differs from what its command prints now"
+                                          : ": missing, this program writes it"));
     }
   }
-  for (const EvidenceFile& file : again.files) {
-    if (found.find(file.name) == nullptr) {
-      found.findings.push_back(file.name + ": this program makes it too; it is not there");
-    }
-  }
-  append(found.findings, std::vector<std::string>(again.findings));
   print_summary(fmt::format("{}: {} of {} files made again and the same\n", options.checked, same,
                             again.files.size()));
-  return tell(found.findings);
+  return differs ? ExitStatus::data_failed : again.status;
 }
 
-// What a bundle is checked by stands in the bundle. \return an option that was given all the same
-std::string other_than_check(const Verb verb) {
+// The options that describe the bundle, in one form.
+std::vector<std::string> made_by_of(const Verb& verb) {
+  std::vector<std::string> made_by;
   for (const Option& each : verb.given_options()) {
     const std::string name = each.name();
-    if (name != "--check" && name != "--threads") return name;
+    if (name == "--output" || name == "--force" || name == "--threads") continue;
+    for (const std::string& value : each.values()) made_by.push_back(name + "=" + value);
   }
+  std::sort(made_by.begin(), made_by.end());
+  return made_by;
+}
+
+std::string put_format(EvidenceSubject& subject) {
+  const std::string& name = subject.options.format;
+  if (name.empty()) return "--format is required";
+  subject.monitored.device = name;
+  if (const auto* known = find_safety_configuration(name)) {
+    subject.monitored.format = known->frame_format();
+    return {};
+  }
+  const DeviceChoice device = parse_device(name);
+  if (!device) return device.error;
+  subject.monitored.format = device.device->format;
+  if (is_safety_format(subject.monitored.format)) return {};
+  return fmt::format("'{}' is not the format of a control and a safety word; fs-36-28 is, or rxm",
+                     name);
+}
+
+// The setup is chosen twice: the configuration's shortest cycle is the default of the rate.
+std::string put_setup(EvidenceSubject& subject) {
+  const EvidenceOptions& options = subject.options;
+  const FrameFormat& format = subject.monitored.format;
+  SafetyArguments alone;
+  alone.configuration = options.setup.configuration;
+  // As in parse_safety_format(), only a name stands for a configuration.
+  const DeviceChoice device = parse_device(options.format);
+  alone.by_widths = find_safety_configuration(options.format) == nullptr && device &&
+                    device.device->entry == nullptr;
+  const SafetyChoice known = choose_safety(alone, options.format, format, {});
+  if (!known.setup) return known.error;
+  subject.rate = options.rate.value_or(rate_of_cycle(*known.setup));
+  SafetyArguments arguments = options.setup;
+  arguments.latch = true;
+  arguments.by_widths = alone.by_widths;
+  SafetyChoice choice = choose_safety(arguments, options.format, format, period_of(subject.rate));
+  if (!choice.setup) return choice.error;
+  SafetySetup& setup = *choice.setup;
+  if (options.missed == missed_names[1]) setup.counter.missed = MissedFrames::perhaps;
+  if (options.ignore_turns) setup.comparison.multiturn = MultiturnRule::ignored;
+  setup.budget = {static_cast<std::uint8_t>(options.budget), options.budget_window};
+  if (options.budget != 0 && options.budget_window.count == 0) {
+    setup.budget.window = setup.frame_gap_max * 64;
+  }
+  if (const auto mistake = check_safety(format, setup)) {
+    return *mistake == SafetySetupError::budget
+               ? fmt::format(
+                     "--budget: at most {} faults, in a --budget-window that is not "
+                     "shorter than the watchdog time",
+                     max_tolerated_faults)
+               : "--ignore-turns: nothing is left to compare";
+  }
+  subject.monitored.setup = setup;
+  subject.configuration = choice.name;
   return {};
+}
+
+// The shortest text by which the other verbs know this monitor.
+std::string format_argument(const EvidenceSubject& subject) {
+  for (const std::string& text : {subject.options.format, subject.configuration}) {
+    const auto known = parse_safety_format(text);
+    if (known && known->format == subject.monitored.format &&
+        known->setup == subject.monitored.setup) {
+      return text;
+    }
+  }
+  return configuration_name;
+}
+
+// For a command line: no space before the unit.
+std::string typed(Hertz rate) {
+  std::string text = text_of(rate);
+  std::erase(text, ' ');
+  return text;
 }
 
 }  // namespace
 
+EvidenceChoice choose_evidence(const EvidenceOptions& options) {
+  EvidenceSubject subject;
+  subject.options = options;
+  for (const auto put : {put_format, put_setup}) {
+    if (std::string wrong = put(subject); !wrong.empty()) return {{}, std::move(wrong)};
+  }
+  return {std::move(subject), {}};
+}
+
+std::vector<EvidenceCommand> evidence_commands(const EvidenceSubject& subject) {
+  const EvidenceOptions& options = subject.options;
+  const std::string format = format_argument(subject);
+  const SafetyComparison& comparison = subject.monitored.setup.comparison;
+  std::vector<std::string> analyse{"safety", "analyse", "-f",
+                                   std::string(format_text(subject.monitored.format).view())};
+  const auto add = [&](const char* name, const std::string& value) {
+    analyse.insert(analyse.end(), {name, value});
+  };
+  for (const std::string& rate : options.bit_error_rates) add("--ber", rate);
+  add("--rate", typed(subject.rate));
+  if (comparison.compare_bits != 0) add("--compare", std::to_string(comparison.compare_bits));
+  if (comparison.tolerance_lsb != 1) add("--tolerance", std::to_string(comparison.tolerance_lsb));
+  if (comparison.multiturn == MultiturnRule::ignored) analyse.emplace_back("--ignore-turns");
+  std::vector<std::string> analyse_jsonl = analyse;
+  analyse_jsonl.insert(analyse_jsonl.end(), {"--to", "jsonl"});
+  const auto table = [&](const char* verb, const std::vector<std::string>& counts) {
+    std::vector<std::string> arguments{"safety", verb, "-f", format};
+    arguments.insert(arguments.end(), counts.begin(), counts.end());
+    arguments.insert(arguments.end(), {"--seed", std::to_string(options.seed), "--to", "csv"});
+    return EvidenceCommand{std::string(verb) + ".csv", arguments};
+  };
+  const std::string frames = std::to_string(options.frames);
+  // What refuses an option comes first.
+  return {
+      {"analysis.jsonl", analyse_jsonl},
+      {"analysis.txt", analyse},
+      table("line", {"--cycles", std::to_string(options.cycles), "--rate", typed(subject.rate)}),
+      table("campaign", {"--frames", frames}),
+      table("sequences", {"--frames", frames, "--faults", std::to_string(options.faults)})};
+}
+
+std::string command_line(const std::vector<std::string>& arguments) {
+  std::string line = "biss";
+  for (const std::string& each : arguments) {
+    const bool plain = each.find_first_of(";,+") == std::string::npos;
+    line += plain ? " " + each : " '" + each + "'";
+  }
+  return line;
+}
+
+void add_evidence_options(Verb verb, EvidenceOptions& options) {
+  verb.add_option("-f,--format", options.format,
+                  "Safety configuration, catalogue name, or the format of a control and a safety "
+                  "word");
+  add_count_option(verb, "--frames", into(options.frames),
+                   "Frames of each fault of the campaign, and of each undamaged sequence; "
+                   "10 million by default",
+                   most_frames);
+  add_count_option(verb, "--faults", into(options.faults),
+                   "Faults of each kind in the sequences; 1 million by default", most_frames);
+  add_count_option(verb, "--cycles", into(options.cycles),
+                   "Cycles of the line model with each kind of fault; 50000 by default",
+                   most_line_cycles);
+  add_count_option(verb, "--seed", into(options.seed), "Random seed; 1 by default");
+  verb.add_option("--ber", options.bit_error_rates,
+                  "Bit error rate, can be repeated; 1e-2, 1e-3 and 1e-4 by default")
+      .type_name("P");
+  add_rate_option(verb, "--rate", into(options.rate),
+                  "Requests per second; by default 1 / the configuration's shortest cycle");
+  SafetyArguments& setup = options.setup;
+  std::vector<std::string> names;
+  for (const SafetyConfiguration& each : safety_configurations) names.emplace_back(each.name);
+  add_name_option(verb, "--safety", setup.configuration, names,
+                  "Safety configuration of the monitor; by default that of the format");
+  add_check_options(verb, setup);
+  add_name_option(verb, "--missed", options.missed, {missed_names.begin(), missed_names.end()},
+                  "Whether the encoder counts requests without a good frame; counted by default");
+  verb.add_flag("--ignore-turns", options.ignore_turns, "Do not compare the turns");
+  add_duration_option(verb, "--watchdog", into(setup.watchdog),
+                      "Longest time between two good frames; 1.5 cycles by default");
+  add_duration_option(verb, "--shortest-gap", into(setup.shortest),
+                      "Shortest time between two good frames; 0s by default");
+  add_count_option(verb, "--budget", into(options.budget),
+                   "Faults that are tolerated within --budget-window; 0 by default", 255);
+  add_duration_option(verb, "--budget-window", into(options.budget_window),
+                      "Time of the budget; 64 times the watchdog time by default");
+}
+
 Run add_safety_evidence(Verb verb) {
   const auto options = std::make_shared<VerbOptions>();
   add_evidence_options(verb, options->evidence);
-  add_count_option(verb, "--threads", into(options->threads), "As many as there are cores", 1024);
-  Option folder = verb.add_option("-o,--output", options->folder,
-                                  "The folder to make; it must not be there, or be empty")
-                      .type_name("DIR");
-  verb.add_flag("--force", options->force, "Replace a bundle that stands there").needs(folder);
-  verb.add_option(
-          "--check", options->checked,
-          "Nothing is written: hold a bundle against its hashes, make it again and compare; "
-          "goes with --threads alone")
+  add_count_option(verb, "--threads", into(options->threads),
+                   "Worker threads; by default one per core", 1024);
+  const Option folder = verb.add_option("-o,--output", options->folder,
+                                        "Create this folder; it must not exist, or be empty")
+                            .type_name("DIR");
+  verb.add_flag("--force", options->force, "Replace an existing bundle").needs(folder);
+  verb.add_option("--check", options->checked,
+                  "Check the hashes of a bundle, make it again and compare; only --threads can be "
+                  "given besides")
       .type_name("DIR");
   return [options, verb] {
     if (!options->checked.empty()) {
-      const std::string other = other_than_check(verb);
-      if (!other.empty()) return fail(ExitStatus::usage, "--check does not go with " + other);
+      for (const Option& each : verb.given_options()) {
+        if (each.name() == "--check" || each.name() == "--threads") continue;
+        return fail(ExitStatus::usage, "--check does not go with " + each.name());
+      }
       return run_check(*options);
     }
     if (options->folder.empty()) {
       return fail(ExitStatus::usage,
-                  "no folder given: -o DIR to make a bundle, --check DIR to "
-                  "check one");
+                  "no folder given: -o DIR makes a bundle, --check DIR checks one");
     }
-    return run_make(*options);
+    return run_make(*options, made_by_of(verb));
   };
 }
 

@@ -3,20 +3,24 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
 #include <set>
+#include <sstream>
 
 #include "biss/safety/configurations.hpp"
 #include "cli/common/text_file.hpp"
+#include "cli/common/verb_harness.hpp"
+#include "cli/common/verbs.hpp"
 #include "cli/safety/format.hpp"
 #include "sim/fault.hpp"
 
 namespace biss::cli {
 namespace {
 
-EvidenceQuestion question_of(const EvidenceOptions& options) {
-  const EvidenceChoice choice = choose_evidence(options, 1);
-  EXPECT_TRUE(choice.question) << choice.error;
-  return choice.question.value_or(EvidenceQuestion{});
+EvidenceSubject subject_of(const EvidenceOptions& options) {
+  const EvidenceChoice choice = choose_evidence(options);
+  EXPECT_TRUE(choice.subject) << choice.error;
+  return choice.subject.value_or(EvidenceSubject{});
 }
 
 TEST(EvidenceHash, PublishedVectors_AreReached) {
@@ -25,11 +29,11 @@ TEST(EvidenceHash, PublishedVectors_AreReached) {
   EXPECT_EQ(sha256_of("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
 }
 
-TEST(EvidenceQuestion, UncheckedBits_AreThoseOfTheDocuments) {
+TEST(EvidenceSubject, UncheckedBits_AreThoseOfTheDocuments) {
   const auto unchecked = [](const std::string& name) {
     EvidenceOptions options;
     options.format = name;
-    const UncheckedBits bits = unchecked_bits(question_of(options));
+    const auto bits = subject_of(options).monitored.unchecked_bits();
     return std::array{bits.below_resolution, bits.not_compared, bits.turns};
   };
   using Bits = std::array<unsigned, 3>;
@@ -42,28 +46,23 @@ TEST(EvidenceQuestion, UncheckedBits_AreThoseOfTheDocuments) {
   EvidenceOptions ignored;
   ignored.format = "rsm";
   ignored.ignore_turns = true;
-  EXPECT_EQ(unchecked_bits(question_of(ignored)).turns, 12U);
+  EXPECT_EQ(subject_of(ignored).monitored.unchecked_bits().turns, 12U);
 }
 
-TEST(EvidenceQuestion, EveryConfiguration_IsMonitoredAsItsRowSays) {
+TEST(EvidenceSubject, EveryConfiguration_IsMonitoredAsItsRowSays) {
   for (const SafetyConfiguration& each : safety_configurations) {
     EvidenceOptions options;
     options.format = each.name;
-    const EvidenceQuestion question = question_of(options);
-    EXPECT_EQ(question.configuration, each.name);
-    EXPECT_EQ(question.setup, each.setup) << each.name;
-    EXPECT_EQ(period_of(question.rate), each.setup.cycle_min) << each.name;
+    const EvidenceSubject subject = subject_of(options);
+    EXPECT_EQ(subject.configuration, each.name);
+    EXPECT_EQ(subject.monitored.setup, each.setup) << each.name;
+    EXPECT_EQ(period_of(subject.rate), each.setup.cycle_min) << each.name;
   }
 }
 
-TEST(EvidenceOptions, Kept_ComeBackAsTheyWere) {
+EvidenceOptions options_with_everything() {
   EvidenceOptions options;
   options.format = "rsm";
-  options.frames = 1;
-  options.faults = 2;
-  options.cycles = 3;
-  options.seed = ~std::uint64_t{0};
-  options.bit_error_rates = {"1e-3", "0.5"};
   options.rate = kilohertz(8);
   options.setup = {.configuration = "rsm",
                    .counter = "count_0_63",
@@ -76,113 +75,164 @@ TEST(EvidenceOptions, Kept_ComeBackAsTheyWere) {
   options.ignore_turns = true;
   options.budget = 3;
   options.budget_window = milliseconds(5);
-  const auto back = read_options("{\"options\": " + options_json(options) + "}");
-  ASSERT_TRUE(back);
-  EXPECT_EQ(options_json(*back), options_json(options));
-  const EvidenceQuestion question = question_of(*back);
-  EXPECT_EQ(question.setup.counter.missed, MissedFrames::perhaps);
-  EXPECT_EQ(question.setup.comparison.multiturn, MultiturnRule::ignored);
-  EXPECT_EQ(question.setup.budget, (SafetyBudget{3, milliseconds(5)}));
-  EXPECT_EQ(question.setup.frame_gap_max, nanoseconds(200'001));
-  EXPECT_EQ(question.setup.frame_gap_min, nanoseconds(3));
-  EXPECT_TRUE(question.setup.latch);
+  return options;
 }
 
-TEST(EvidenceOptions, DamagedText_IsRefused) {
-  const std::string good = "{\"options\": " + options_json({}) + "}";
-  ASSERT_TRUE(read_options(good));
-  EXPECT_FALSE(read_options(""));
-  EXPECT_FALSE(read_options("{}"));
-  EXPECT_FALSE(read_options(good.substr(0, good.size() / 2)));
-  const auto changed = [&](const std::string& from, const std::string& to) {
-    std::string text = good;
-    const std::size_t at = text.find(from);
-    EXPECT_NE(at, std::string::npos) << from;
-    return read_options(text.replace(at, from.size(), to)).has_value();
-  };
-  EXPECT_FALSE(changed("\"seed\":1", "\"seed\":\"one\""));
-  EXPECT_FALSE(changed("\"counter\":\"\"", "\"counter\":\"count_2_63\""));
-  EXPECT_FALSE(changed("\"tolerance\":null", "\"tolerance\":256"));
-  EXPECT_FALSE(changed("\"rate_hz\":null", "\"rate_hz\":0"));
-  EXPECT_TRUE(changed("\"tolerance\":null", "\"tolerance\":255"));
+TEST(EvidenceSubject, EveryOption_IsInTheSetup) {
+  const SafetySetup setup = subject_of(options_with_everything()).monitored.setup;
+  EXPECT_EQ(setup.counter.mode, CounterMode::count_0_63);
+  EXPECT_EQ(setup.counter.missed, MissedFrames::perhaps);
+  EXPECT_EQ(setup.comparison, (SafetyComparison{7, 0, MultiturnRule::ignored}));
+  EXPECT_EQ(setup.budget, (SafetyBudget{3, milliseconds(5)}));
+  EXPECT_EQ(setup.start_frames, 9U);
+  EXPECT_EQ(setup.frame_gap_max, nanoseconds(200'001));
+  EXPECT_EQ(setup.frame_gap_min, nanoseconds(3));
+  EXPECT_TRUE(setup.latch);
 }
 
-// Numbers that would be others when they are made to fit.
-TEST(EvidenceOptions, NumbersOutOfRange_AreRefused) {
-  EvidenceOptions options;
-  options.rate = kilohertz(8);
-  options.setup.watchdog = nanoseconds(200'001);
-  const std::string good = "{\"options\": " + options_json(options) + "}";
-  ASSERT_TRUE(read_options(good));
+TEST(ConfigurationJson, Written_IsReadTheSame) {
+  std::vector<EvidenceOptions> all{options_with_everything()};
+  for (const SafetyConfiguration& each : safety_configurations) {
+    all.emplace_back().format = each.name;
+  }
+  for (const EvidenceOptions& options : all) {
+    const EvidenceSubject subject = subject_of(options);
+    const auto back =
+        parse_configuration_json(configuration_json(subject.monitored, subject.configuration));
+    ASSERT_TRUE(back) << options.format;
+    EXPECT_EQ(back->format, subject.monitored.format);
+    EXPECT_EQ(back->setup, subject.monitored.setup);
+    EXPECT_EQ(back->device, options.format);
+  }
+}
+
+TEST(ConfigurationJson, DamagedText_IsRefused) {
+  const std::string good = configuration_json(subject_of(options_with_everything()).monitored, "");
+  ASSERT_TRUE(parse_configuration_json(good));
+  EXPECT_FALSE(parse_configuration_json(""));
+  EXPECT_FALSE(parse_configuration_json("{}"));
+  EXPECT_FALSE(parse_configuration_json(good.substr(0, good.size() / 2)));
   const auto changed = [&](const std::string& name, const std::string& value) {
     std::string text = good;
-    const std::size_t at = text.find("\"" + name + "\":") + name.size() + 3;
-    return read_options(text.replace(at, text.find_first_of(",}", at) - at, value)).has_value();
+    const std::size_t at = text.find("\"" + name + "\": ") + name.size() + 4;
+    return parse_configuration_json(text.replace(at, text.find_first_of(",\n}", at) - at, value))
+        .has_value();
   };
-  EXPECT_TRUE(changed("frames", "1099511627776"));
-  EXPECT_FALSE(changed("frames", "1099511627777"));
-  for (const char* name :
-       {"frames", "faults", "cycles", "seed", "rate_hz", "compare_bits", "tolerance",
-        "start_frames", "watchdog_ps", "shortest_gap_ps", "budget", "budget_window_ps"}) {
-    EXPECT_TRUE(changed(name, "1")) << name;
+  for (const char* name : {"start_frames", "compare_bits", "tolerance_lsb", "near_frames",
+                           "frame_gap_max", "window", "ack_max_clocks"}) {
     EXPECT_FALSE(changed(name, "-1")) << name;
     EXPECT_FALSE(changed(name, "1.5")) << name;
-    EXPECT_EQ(changed(name, "18446744073709551615"), std::string(name) == "seed") << name;
+    EXPECT_FALSE(changed(name, "18446744073709551615")) << name;
   }
-  EXPECT_FALSE(changed("rate_hz", "4294967297"));
-  EXPECT_FALSE(changed("watchdog_ps", "1000000000000001"));
-  EXPECT_FALSE(changed("safety", "\"rsn\""));
+  EXPECT_TRUE(changed("tolerance_lsb", "1"));
+  EXPECT_FALSE(changed("tolerance_lsb", "256"));
+  EXPECT_FALSE(changed("latch", "1"));
+  EXPECT_FALSE(changed("mode", "\"count_2_63\""));
+  EXPECT_FALSE(changed("cpw", "7"));
+  EXPECT_FALSE(changed("format", "\"pos12,crc6\""));
+  EXPECT_FALSE(changed("start_frames", "1"));
 }
 
-TEST(EvidenceQuestion, FormatsText_IsMonitoredByItsWidths) {
+TEST(EvidenceCommands, MonitorOfAnyName_IsGivenShortly) {
+  EvidenceOptions options;
+  const auto format_of = [&] { return evidence_commands(subject_of(options)).back().arguments[3]; };
+  options.format = "fs-36-28";
+  EXPECT_EQ(format_of(), "fs-36-28");
+  options.setup.tolerance = 0;
+  EXPECT_EQ(format_of(), "configuration.json");
+  options = {};
+  options.format = find_safety_configuration("rsh")->format;
+  EXPECT_EQ(format_of(), options.format);
+  options.setup.configuration = "rsh";
+  EXPECT_EQ(format_of(), "rsh");
+  EXPECT_EQ(command_line({"safety", "line", "-f", "a;b", "--cycles", "7"}),
+            "biss safety line -f 'a;b' --cycles 7");
+}
+
+TEST(EvidenceSubject, FormatsText_IsMonitoredByItsWidths) {
   const auto* rsh = find_safety_configuration("rsh");
   ASSERT_NE(rsh, nullptr);
   EvidenceOptions options;
   options.format = rsh->format;
-  const EvidenceQuestion by_text = question_of(options);
-  EXPECT_EQ(by_text.setup, SafetySetup{});
-  EXPECT_EQ(campaign_name(by_text), rsh->format);
+  EXPECT_EQ(subject_of(options).monitored.setup, SafetySetup{});
   options.setup.configuration = "rsh";
-  EXPECT_EQ(question_of(options).setup, rsh->setup);
+  EXPECT_EQ(subject_of(options).monitored.setup, rsh->setup);
   // As the campaign takes each -f.
   for (const char* name :
        {"rsh", "fs-36-28", "fortis-fs-36-28", "mt12,st24,nE,nW,crc6+mt12,st16,nE,nW,lc6,crc16"}) {
     options = {};
     options.format = name;
     const SafetySetup setup = parse_safety_format(name).value().setup;
-    EXPECT_EQ(question_of(options).setup, setup) << name;
+    EXPECT_EQ(subject_of(options).monitored.setup, setup) << name;
   }
   // The catalogue's name is a name.
   options = {};
   options.format = "fortis-fs-36-28";
-  EXPECT_EQ(question_of(options).configuration, "fs-36-28");
+  EXPECT_EQ(subject_of(options).configuration, "fs-36-28");
 }
 
-// At the rate at which an encoder comes to rest only with the next request.
-TEST(EvidenceLine, EachFault_IsToldInItsTimeOrDidNoHarm) {
-  EvidenceOptions options;
-  options.format = "fs-36-28";
-  options.cycles = 2000;
-  const EvidencePart part = evidence_line(question_of(options));
-  EXPECT_THAT(part.findings, testing::IsEmpty());
-  EXPECT_EQ(part.coverage.size(), sim::simulated_fault_count);
-  for (const CoverageRow& row : part.coverage) {
-    EXPECT_GT(row.committed, 30U) << row.fault;
+std::vector<std::map<std::string, std::string>> rows_of(const std::string& csv) {
+  std::vector<std::map<std::string, std::string>> rows;
+  std::vector<std::string> names;
+  std::istringstream lines(csv);
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream cells(line);
+    std::vector<std::string> row;
+    for (std::string cell; std::getline(cells, cell, ',');) row.push_back(cell);
+    if (names.empty()) {
+      names = row;
+      continue;
+    }
+    row.resize(names.size());
+    auto& named = rows.emplace_back();
+    for (std::size_t k = 0; k < names.size(); ++k) named[names[k]] = row[k];
+  }
+  return rows;
+}
+
+// At a rate at which the encoder becomes ready only with the next request.
+TEST(SafetyLine, EachFault_IsDetectedInTimeOrDoesNoHarm) {
+  const Ran ran =
+      run_verb(add_safety, {"safety", "line", "-f", "fs-36-28", "--cycles", "2000", "--to", "csv"});
+  EXPECT_EQ(ran.status, ExitStatus::done) << ran.err;
+  const auto rows = rows_of(ran.out);
+  EXPECT_EQ(rows.size(), sim::simulated_fault_count);
+  for (const auto& row : rows) {
+    const std::string& fault = row.at("fault");
+    EXPECT_GT(std::stoul(row.at("injected")), 30U) << fault;
+    EXPECT_EQ(row.at("false_alarms"), "0") << fault;
     // These last for up to three cycles, and not each of them has a row that shows it.
     const std::set<std::string> lasting{"ma_low", "ma_high", "swap_ma", "delay_step"};
-    EXPECT_LE(row.reaction.value_or(0), lasting.contains(row.fault) ? 4U : 1U) << row.fault;
-    if (row.fault == "late_start" || row.fault == "no_answer" || row.fault == "delay") {
-      EXPECT_EQ(row.detected, row.committed) << row.fault;
+    if (!row.at("reaction_cycles").empty()) {
+      EXPECT_LE(std::stoul(row.at("reaction_cycles")), lasting.contains(fault) ? 4U : 1U) << fault;
     }
-    // As `biss decode` finds it beside `simulate --truth`: 73 % and 9 %.
-    const double share = static_cast<double>(*row.detected) / static_cast<double>(row.committed);
-    if (row.fault == "lost_clock") {
+    if (fault == "late_start" || fault == "no_answer" || fault == "delay") {
+      EXPECT_EQ(row.at("detected"), row.at("injected")) << fault;
+    }
+    // The shares that `biss decode` finds with `simulate --truth`: 73 % and 9 %.
+    const double share = std::stod(row.at("detected")) / std::stod(row.at("injected"));
+    if (fault == "lost_clock") {
       EXPECT_NEAR(share, 0.73, 0.2);
     }
-    if (row.fault == "glitch_slo") {
+    if (fault == "glitch_slo") {
       EXPECT_NEAR(share, 0.09, 0.09);
     }
   }
+}
+
+TEST(SafetyLine, WrongUsage_IsNamed) {
+  const auto refused = [](const std::vector<std::string>& more, const std::string& what) {
+    std::vector<std::string> arguments{"safety", "line"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Ran ran = run_verb(add_safety, arguments);
+    EXPECT_EQ(ran.status, ExitStatus::usage) << ran.err;
+    EXPECT_THAT(ran.err, testing::HasSubstr(what));
+  };
+  refused({}, "--format");
+  refused({"-f", "resolute-26"}, "resolute-26");
+  refused({"-f", "/none/at/all.json"}, "cannot open it");
+  refused({"-f", "fs-36-28", "--rate", "200kHz"}, "the line model");
+  refused({"-f", "fs-36-28", "--rate", "1Hz", "--cycles", "4000000000"}, "100 days");
 }
 
 TEST(EvidenceReadme, NothingRun_IsSaid) {
@@ -195,26 +245,24 @@ TEST(EvidenceReadme, NothingRun_IsSaid) {
   never.by = "line";
   never.fault = "flip";
   CoverageRow always{};
+  always.by = "line";
   always.fault = "frozen";
-  always.committed = always.accepted_wrong = 7;
-  always.theory = 1;
-  CoverageRow none{};
-  none.fault = "cut";
-  none.committed = 100;
-  none.theory = 0;
-  for (CoverageRow* row : {&always, &none}) set_share(*row);
-  const std::string text = evidence_readme(question_of(options), {never, always, none}, {}).text;
+  always.injected = always.accepted_wrong = 7;
+  const EvidenceSubject subject = subject_of(options);
+  auto commands = evidence_commands(subject);
+  const std::string text = readme_file(subject, commands, {never, always}).text;
   using testing::HasSubstr;
   EXPECT_THAT(text, HasSubstr("**Nothing was run: line.csv (--cycles 0).**"));
   EXPECT_THAT(text, HasSubstr("**Nothing was run: campaign.csv"));
-  EXPECT_THAT(text, HasSubstr("In the rest no count"));
-  EXPECT_THAT(text, HasSubstr("nothing is known of them:** `flip` (line).\n"));
-  EXPECT_THAT(text, HasSubstr("| `frozen` | 7 | 7 | 0: never seen | 0 |\n"));
-  EXPECT_THAT(text, HasSubstr("| `cut` | 100 | 0 | 1 - 3.70e-02 | 1 |\n"));
+  EXPECT_THAT(text, HasSubstr("Every command ended with exit status 0"));
+  EXPECT_THAT(text, HasSubstr("**Never injected, so nothing is known of them:** `flip` (line).\n"));
+  EXPECT_THAT(text, HasSubstr("**Never detected:** `frozen` (line).\n"));
   EXPECT_THAT(text, HasSubstr("up to 1 count** of the lowest bit compared, in the CPW 256,"));
   options.setup.tolerance = 0;
-  const std::string exact = evidence_readme(question_of(options), {}, {}).text;
+  commands.back().status = 1;
+  const std::string exact = readme_file(subject_of(options), commands, {}).text;
   EXPECT_EQ(exact.find("A difference of up to"), std::string::npos);
+  EXPECT_THAT(exact, HasSubstr("**Finding:** `biss safety sequences"));
   for (const std::string& each : {text, exact}) EXPECT_EQ(each.find(" \n"), std::string::npos);
 }
 
@@ -222,7 +270,7 @@ TEST(EvidencePages, LinksOutOfTheBundle_ArePlainText) {
   EXPECT_EQ(page_of_bundle("see [status.md](status.md), [the page](safety.md), a[3](x)"),
             "see status.md, [the page](safety.md), a3");
   const std::string page = page_of_bundle(safety_page);
-  EXPECT_EQ(page.find("](safety-analysis.md"), std::string::npos);
+  EXPECT_EQ(page.find("](safety-experiments.md"), std::string::npos);
   EXPECT_NE(page.find("](safety-matrix.md"), std::string::npos);
 }
 
@@ -236,7 +284,7 @@ TEST(TextFile, WhatCannotBeRead_IsNamed) {
 
 TEST(EvidenceCoverage, Share_HasWilsonsLimits) {
   CoverageRow row{};
-  row.committed = 1000;
+  row.injected = 1000;
   row.accepted_wrong = 10;
   set_share(row);
   EXPECT_DOUBLE_EQ(row.share, 0.01);

@@ -1,4 +1,4 @@
-// biss safety: how strong the checks of a frame are, counted and measured.
+// biss safety: the verbs that calculate and measure the strength of the checks of a frame.
 #include "cli/safety/safety.hpp"
 
 #include "cli/common/verb.hpp"
@@ -10,16 +10,16 @@ void add_safety(Command& command) {
   add_verb_group(
       command,
       {.name = "safety",
-       .purpose = "Say how strong the checks of a frame are",
+       .purpose = "Calculate and measure how strong the checks of a frame are",
        .examples = {"biss safety analyse -f fs-36-28 --ber 1e-4"}},
       {{{"analyse",
-         "Say exactly which errors a format's checksums do not see, and how often they come",
+         "Calculate the undetected errors of a format and their probability",
          {"biss safety analyse -f fs-36-28 --ber 1e-4 --rate 32kHz",
           "biss safety analyse -f pos26,nE,nW,crc6 --ber 1e-2 --ber 1e-3 --to jsonl",
           "biss safety analyse -f mt12,st24,nE,nW,crc6+mt12,st16,nE,nW,lc6,crc16 --compare 13"}},
         add_safety_analyse},
        {{"campaign",
-         "Damage frames by the billion and count what is accepted all the same",
+         "Inject faults into frames and count undetected errors",
          {"biss safety campaign -f fs-36-28 --frames 1000000000 --state run.json",
           "biss safety campaign -f fs-36-28 --fault flips:0.01 --fault burst:16 --to csv",
           "biss safety campaign -f fs-36-28 --shard 1/7 --state part1.json",
@@ -27,14 +27,18 @@ void add_safety(Command& command) {
           "biss safety campaign -f fs-36-28 --fault flips:0.01 --replay 123456"}},
         add_safety_campaign},
        {{"sequences",
-         "Show the monitor long runs of frames, undamaged and with every kind of fault",
+         "Run the monitor on long sequences of frames, undamaged and with every error",
          {"biss safety sequences -f fs-36-28 --frames 1000000000 --faults 1000000",
           "biss safety sequences -f fs-36-28 --kind undamaged --motion steps --to csv",
           "biss safety sequences -f fs-36-28 --counter count_0_63 --encoder-counter count_1_63",
           "biss safety sequences -f fs-36-28 --kind addressing --variant one_frame --replay 17"}},
         add_safety_sequences},
+       {{"line",
+         "Inject every fault of the line model and count undetected faults",
+         {"biss safety line -f fs-36-28 --cycles 50000"}},
+        add_safety_line},
        {{"evidence",
-         "Put all that can be shown of a configuration into a folder, with hashes",
+         "Run these verbs for a configuration and write a folder with hashes",
          {"biss safety evidence -f fs-36-28 -o evidence", "biss safety evidence --check evidence"}},
         add_safety_evidence}});
 }

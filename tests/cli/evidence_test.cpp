@@ -86,9 +86,9 @@ std::vector<std::string> command_in(const std::string& text, const std::string& 
 TEST(Evidence, Bundle_HasItsFilesAndTheirHashes) {
   EXPECT_EQ(names_in(bundle()),
             (std::set<std::string>{"README.md", "SHA256SUMS", "analysis.jsonl", "analysis.txt",
-                                   "campaign.csv", "campaign.json", "configuration.json",
-                                   "coverage.csv", "line.csv", "matrix.csv", "safety-matrix.md",
-                                   "safety.md", "sequences.csv", "version.json"}));
+                                   "campaign.csv", "configuration.json", "coverage.csv", "line.csv",
+                                   "manifest.json", "matrix.csv", "safety-matrix.md", "safety.md",
+                                   "sequences.csv", "version.json"}));
   EXPECT_EQ(shell("cd '" + bundle() + "' && sha256sum --strict --quiet -c SHA256SUMS"), 0);
   for (const char* file : {"README.md", "analysis.jsonl", "analysis.txt"}) {
     EXPECT_THAT(content_of(bundle() + "/" + file), HasSubstr("not a certificate")) << file;
@@ -104,7 +104,7 @@ TEST(Evidence, AnyNumberOfThreads_GivesTheSameBytes) {
   }
   const std::string other = folder.path("other");
   ASSERT_EQ(run(evidence(other, {"--seed", "2"})).status, 0);
-  for (const char* name : {"campaign.csv", "line.csv", "sequences.csv", "configuration.json"}) {
+  for (const char* name : {"campaign.csv", "line.csv", "sequences.csv", "manifest.json"}) {
     EXPECT_NE(content_of(other + "/" + name), content_of(bundle() + "/" + name)) << name;
   }
 }
@@ -126,62 +126,62 @@ TEST(Evidence, ChangedBundle_IsFound) {
   append(copy + "/coverage.csv", "corruption,line,nothing,1\n");
   append(copy + "/notes.txt", "mine");
   fs::rename(copy + "/line.csv", folder.path("line.csv"));
-  found(1, {"coverage.csv: another hash", "coverage.csv: made again, it is another",
-            "notes.txt: not in the list", "line.csv: missing or unreadable"});
+  found(1, {"coverage.csv: another hash", "coverage.csv: differs", "notes.txt: not in the list",
+            "line.csv: missing or unreadable"});
   fs::remove(copy + "/notes.txt");
   fs::rename(folder.path("line.csv"), copy + "/line.csv");
   // Whoever renews the hashes too is found out by the tables.
   ASSERT_EQ(shell("cd '" + copy + "' && sha256sum $(ls | grep -v SHA256SUMS) > SHA256SUMS"), 0);
-  found(1, {"coverage.csv: made again, it is another"});
-  std::ofstream(copy + "/configuration.json") << "{\"options\": {\"format\": 7}}";
-  found(3, {"configuration.json"});
-  // As the command line refuses it.
-  std::string configuration = content_of(bundle() + "/configuration.json");
-  const std::string frames = "\"frames\": 3000";
-  configuration.replace(configuration.find(frames), frames.size(), "\"frames\": -1");
-  std::ofstream(copy + "/configuration.json") << configuration;
-  found(3, {"configuration.json"});
+  found(1, {"coverage.csv: differs"});
+  const auto manifest = [&](const std::string& made_by) {
+    std::ofstream(copy + "/manifest.json") << "{\"made_by\": " << made_by << "}";
+  };
+  for (const char* made_by :
+       {"7", "[7]", "[\"decode\"]", "[\"--format=fs-36-29\"]", "[\"--help\"]",
+        "[\"--format=fs-36-28\", \"--frames=-1\"]", "[\"--format=fs-36-28\", \"--output=x\"]"}) {
+    manifest(made_by);
+    found(3, {"manifest.json"});
+  }
   std::ofstream(copy + "/SHA256SUMS") << "nothing";
   found(3, {"SHA256SUMS"});
   fs::remove_all(copy);
   found(3, {"cannot read"});
 }
 
-TEST(Evidence, BundleOfAnotherBuild_IsToldAndNoFailure) {
+TEST(Evidence, BundleOfAnotherBuild_IsReportedAndNoFailure) {
   const Folder folder;
   const std::string copy = copy_of_bundle(folder);
   append(copy + "/version.json", "\n");
   ASSERT_EQ(shell("cd '" + copy + "' && sha256sum $(ls | grep -v SHA256SUMS) > SHA256SUMS"), 0);
   const Outcome checked = run({"safety", "evidence", "--check", copy});
   EXPECT_EQ(checked.status, 0) << checked.err;
-  EXPECT_THAT(checked.err, HasSubstr("version.json: of another build"));
+  EXPECT_THAT(checked.err, HasSubstr("version.json: from another build"));
 }
 
 TEST(Evidence, CommandsOfTheReadme_MakeTheSameTables) {
   const std::string readme = content_of(bundle() + "/README.md");
-  const auto made = [&](const std::string& begin) {
-    const std::vector<std::string> words = command_in(readme, begin);
-    EXPECT_FALSE(words.empty()) << begin;
-    const Outcome outcome = run(words);
+  for (const char* file :
+       {"line.csv", "analysis.jsonl", "analysis.txt", "campaign.csv", "sequences.csv"}) {
+    const std::size_t at = readme.find(std::string("* `") + file + "`: ");
+    ASSERT_NE(at, std::string::npos) << file;
+    const Outcome outcome = run(command_in(readme.substr(at), "biss safety"));
     EXPECT_EQ(outcome.status, 0) << outcome.err;
-    return outcome.out;
-  };
-  EXPECT_EQ(made("biss safety analyse"), content_of(bundle() + "/analysis.jsonl"));
-  EXPECT_EQ(made("biss safety campaign"), content_of(bundle() + "/campaign.csv"));
-  EXPECT_EQ(made("biss safety sequences"), content_of(bundle() + "/sequences.csv"));
-  const Outcome merged =
-      run({"safety", "campaign", "merge", bundle() + "/campaign.json", "--to", "csv"});
-  EXPECT_EQ(merged.out, content_of(bundle() + "/campaign.csv"));
+    EXPECT_EQ(outcome.out, content_of(bundle() + "/" + file)) << file;
+  }
 }
 
-TEST(Evidence, SetupThatTheCampaignsVerbHasNot_IsSaid) {
+TEST(Evidence, SetupOfItsOwn_IsGivenToTheVerbsByItsFile) {
   const Folder folder;
   const std::string made = folder.path("made");
   ASSERT_EQ(run(evidence(made, {"--compare-bits", "8", "--tolerance", "0"})).status, 0);
   const std::string readme = content_of(made + "/README.md");
-  EXPECT_TRUE(command_in(readme, "biss safety campaign").empty());
-  const Outcome analysed = run(command_in(readme, "biss safety analyse"));
-  EXPECT_EQ(analysed.out, content_of(made + "/analysis.jsonl"));
+  std::vector<std::string> words = command_in(readme, "biss safety campaign");
+  const auto file = std::find(words.begin(), words.end(), "configuration.json");
+  ASSERT_NE(file, words.end());
+  *file = made + "/configuration.json";
+  EXPECT_EQ(run(words).out, content_of(made + "/campaign.csv"));
+  EXPECT_EQ(run(command_in(readme, "biss safety analyse")).out,
+            content_of(made + "/analysis.jsonl"));
   EXPECT_EQ(run({"safety", "evidence", "--check", made}).status, 0);
 }
 
@@ -191,24 +191,24 @@ TEST(Evidence, Coverage_HasEveryFaultOfTheLineAndEveryKind) {
   bool flips = false;
   for (const Row& row : rows_of(content_of(bundle() + "/coverage.csv"))) {
     if (row.at("by") == "line") line.insert(row.at("fault"));
-    if (row.at("by") == "sequences") kinds.insert(row.at("kind"));
+    if (row.at("by") == "sequences") kinds.insert(row.at("error"));
     if (row.at("by") == "campaign" && row.at("fault") == "flips:0.1") {
       flips = true;
       // Of the frames in which a bit was wrong.
-      EXPECT_EQ(row.at("committed"), "2976");
+      EXPECT_EQ(row.at("injected"), "2976");
       EXPECT_NEAR(std::stod(row.at("dc_theory")), 1 - std::stod(row.at("share_theory")), 2e-9);
     }
-    if (row.at("committed") == "0") continue;
+    if (row.at("injected") == "0") continue;
     EXPECT_LE(std::stod(row.at("dc_low")), std::stod(row.at("dc")));
     EXPECT_LE(std::stod(row.at("dc")), std::stod(row.at("dc_high")));
     if (row.at("fault") == "flip" || row.at("fault") == "repeat") {
-      EXPECT_EQ(row.at("detected"), row.at("committed"));
+      EXPECT_EQ(row.at("detected"), row.at("injected"));
       EXPECT_EQ(row.at("reaction_cycles"), "0");
       EXPECT_EQ(row.at("accepted_wrong"), "0");
     }
     // Nothing of the monitor sees that: it has to be said.
     if (row.at("fault") == "frozen") {
-      EXPECT_EQ(row.at("accepted_wrong"), row.at("committed"));
+      EXPECT_EQ(row.at("accepted_wrong"), row.at("injected"));
       EXPECT_EQ(row.at("dc"), "0.000000000");
     }
   }

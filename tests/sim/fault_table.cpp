@@ -41,9 +41,7 @@ std::vector<Line> lines_of(const Outcome& outcome) {
   return lines;
 }
 
-std::string cell(std::uint64_t count) {
-  return count == 0 ? "  |" : fmt::format(" {} |", count);
-}
+std::string cell(std::uint64_t count) { return count == 0 ? "  |" : fmt::format(" {} |", count); }
 
 // As many statuses as fit into a table of 100 columns.
 std::string status_table(const std::vector<Line>& lines, std::span<const std::size_t> statuses) {
@@ -136,10 +134,9 @@ std::string place_table() {
   for (std::size_t k = 0; k < sim::simulated_fault_count; ++k) {
     const sim::FaultEntry& entry = sim::fault_list[k];
     if (!sim::has_place(entry.kind)) continue;
-    text += fmt::format(
-        "| `{}` | {} | {} |\n", entry.name,
-        place_text(places_of(entry.kind, sim::PlaceUnit::bit, nominal), "bit"),
-        place_text(places_of(entry.kind, sim::PlaceUnit::clock, nominal), "clock"));
+    text += fmt::format("| `{}` | {} | {} |\n", entry.name,
+                        place_text(places_of(entry.kind, sim::PlaceUnit::bit, nominal), "bit"),
+                        place_text(places_of(entry.kind, sim::PlaceUnit::clock, nominal), "clock"));
   }
   return text;
 }

@@ -6,10 +6,10 @@
 int main() {
   using namespace biss;
   using namespace biss::campaign;
-  const std::string lists[] = {
-      fault_list(0, sim::line_fault_kind_count),
-      fault_list(sim::line_fault_kind_count, sim::simulated_fault_count),
-      fault_list(sim::simulated_fault_count, sim::fault_kind_count), place_table()};
+  const std::string lists[] = {fault_list(0, sim::line_fault_kind_count),
+                               fault_list(sim::line_fault_kind_count, sim::simulated_fault_count),
+                               fault_list(sim::simulated_fault_count, sim::fault_kind_count),
+                               place_table()};
   for (const std::string& list : lists) std::printf("%s\n", list.c_str());
   const Outcome outcome = run(documented_line(), documented_cycles);
   std::fputs(fault_table(outcome).c_str(), stdout);

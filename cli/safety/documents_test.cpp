@@ -1,0 +1,221 @@
+// docs/safety.md has every parameter with its default, every verdict and every transmission error;
+// docs/safety-matrix.md names tests that exist.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <regex>
+#include <set>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "biss/safety/verdict.hpp"
+#include "cli/safety/setup_fields.hpp"
+
+namespace biss::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string text_of(const fs::path& path) {
+  std::ifstream file(path);
+  EXPECT_TRUE(file) << path;
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+std::string source(const std::string& path) { return text_of(fs::path(BISS_SOURCE_FOLDER) / path); }
+
+// Names that the first group of the expression finds.
+std::vector<std::string> all_of(const std::string& text, const std::string& expression) {
+  const std::regex pattern(expression, std::regex::ECMAScript | std::regex::multiline);
+  std::vector<std::string> found;
+  for (std::sregex_iterator at(text.begin(), text.end(), pattern), end; at != end; ++at) {
+    found.push_back((*at)[1]);
+  }
+  return found;
+}
+
+// Prints the parameter tables of docs/safety.md.
+class Tables {
+ public:
+  void number(SetupField field, bool value) const { row(field, value ? "on" : "off"); }
+  template <class Number>
+  void number(SetupField field, Number value) const {
+    row(field, std::to_string(value));
+  }
+  void time(SetupField field, Picoseconds value) const {
+    row(field,
+        value.count == 0 ? "0 s" : fmt::format("{} us", static_cast<double>(value.count) * 1e-6));
+  }
+  template <class Choice>
+  void choice(SetupField field, Choice value, std::span<const std::string_view> names) const {
+    row(field, std::string(names[static_cast<std::size_t>(value)]));
+  }
+
+  const std::map<std::string, std::string>& text() const { return text_; }
+
+ private:
+  void row(SetupField field, const std::string& value) const {
+    std::string& table = text_[field.group];
+    if (table.empty()) {
+      table = fmt::format("### {}\n| field | default | meaning |\n|---|---|---|\n", field.group);
+    }
+    table += fmt::format("| `{}` | {} | {} |\n", field.name, value, field.meaning);
+  }
+
+  mutable std::map<std::string, std::string> text_;
+};
+
+TEST(SafetyDocuments, EveryParameter_HasItsRowAndDefault) {
+  // An introduction may stand between a heading and its table.
+  const std::regex introduction("(### \\w+\n)[^|#]+\n\n(?=\\|)");
+  const std::string page = std::regex_replace(source("docs/safety.md"), introduction, "$1");
+  SafetySetup setup;
+  const Tables tables;
+  for_each_field(setup, tables);
+  EXPECT_EQ(tables.text().size(), 5U);
+  for (const auto& [group, table] : tables.text()) {
+    EXPECT_NE(page.find(table + "\n"), std::string::npos) << "docs/safety.md needs this table:\n"
+                                                          << table;
+  }
+}
+
+// The switches name every enumerator: the compiler warns of a missing one.
+std::string_view name_of(SafetyState state) {
+  switch (state) {
+    case SafetyState::untested:
+      return "untested";
+    case SafetyState::starting:
+      return "starting";
+    case SafetyState::safe:
+      return "safe";
+    case SafetyState::latched:
+      return "latched";
+  }
+  return "";
+}
+
+std::string_view name_of(SafetySetupError error) {
+  switch (error) {
+    case SafetySetupError::channels:
+      return "channels";
+    case SafetySetupError::no_crc:
+      return "no_crc";
+    case SafetySetupError::no_error_bit:
+      return "no_error_bit";
+    case SafetySetupError::no_position:
+      return "no_position";
+    case SafetySetupError::gray:
+      return "gray";
+    case SafetySetupError::no_counter:
+      return "no_counter";
+    case SafetySetupError::compare_bits:
+      return "compare_bits";
+    case SafetySetupError::tolerance:
+      return "tolerance";
+    case SafetySetupError::start_frames:
+      return "start_frames";
+    case SafetySetupError::counter:
+      return "counter";
+    case SafetySetupError::budget:
+      return "budget";
+    case SafetySetupError::frame_gap:
+      return "frame_gap";
+  }
+  return "";
+}
+
+TEST(SafetyDocuments, EveryName_IsOnThePage) {
+  const std::string page = source("docs/safety.md");
+  const auto has = [&](std::string_view begin, std::string_view name, std::string_view end) {
+    EXPECT_NE(page.find(fmt::format("{}`{}`{}", begin, name, end)), std::string::npos) << name;
+  };
+  for (std::size_t i = 0; i < safety_verdict_count; ++i) {
+    has("\n| ", name_of(static_cast<SafetyVerdict>(i)), " |");
+  }
+  for (std::size_t i = 0; i < transmission_error_count; ++i) {
+    has("\n| ", name_of(static_cast<TransmissionError>(i)), " |");
+  }
+  for (unsigned i = 0; !name_of(static_cast<SafetyState>(i)).empty(); ++i) {
+    has("\n| ", name_of(static_cast<SafetyState>(i)), " |");
+  }
+  for (unsigned i = 0; !name_of(static_cast<SafetySetupError>(i)).empty(); ++i) {
+    has("", name_of(static_cast<SafetySetupError>(i)), "");
+  }
+  for (const auto names : {std::span<const std::string_view>(counter_mode_names),
+                           std::span<const std::string_view>(missed_names),
+                           std::span<const std::string_view>(multiturn_names)}) {
+    for (const std::string_view name : names) has("", name, "");
+  }
+}
+
+// The verdict of each measure is in the row of its error.
+TEST(SafetyDocuments, EveryMeasure_IsInTheTableOfErrors) {
+  const std::string page = source("docs/safety.md");
+  for (const SafetyMeasure& measure : safety_measures) {
+    const std::size_t at = page.find("\n| `" + std::string(name_of(measure.error)) + "` |");
+    ASSERT_NE(at, std::string::npos);
+    const std::string row = page.substr(at + 1, page.find('\n', at + 1) - at);
+    EXPECT_NE(row.find("`" + std::string(name_of(measure.verdict)) + "`"), std::string::npos)
+        << row;
+  }
+}
+
+// Suite.Name of every test in a source that a build lists.
+std::set<std::string> tests_of_the_build() {
+  std::set<std::string> tests;
+  for (const auto& entry : fs::recursive_directory_iterator(BISS_SOURCE_FOLDER)) {
+    const fs::path& path = entry.path();
+    if (!path.filename().string().ends_with("_test.cpp")) continue;
+    if (fs::relative(path, BISS_SOURCE_FOLDER).string().starts_with("build")) continue;
+    std::string list;
+    for (const fs::path& folder : {path.parent_path(), path.parent_path().parent_path()}) {
+      for (const char* name : {"CMakeLists.txt", "sources.cmake"}) {
+        if (fs::exists(folder / name)) list += text_of(folder / name);
+      }
+    }
+    if (list.find(path.filename().string()) == std::string::npos) continue;
+    const std::regex pattern(R"((?:BISS_TEST|TEST|TEST_P|TEST_F)\((\w+),\s+(\w+)\))");
+    const std::string text = text_of(path);
+    for (std::sregex_iterator at(text.begin(), text.end(), pattern), end; at != end; ++at) {
+      tests.insert((*at)[1].str() + "." + (*at)[2].str());
+    }
+  }
+  return tests;
+}
+
+TEST(SafetyDocuments, EveryTestOfTheMatrix_Exists) {
+  const std::set<std::string> tests = tests_of_the_build();
+  EXPECT_GT(tests.size(), 500U);
+  const std::string page = source("docs/safety-matrix.md");
+  const std::size_t at = page.find("\n## Requirements and tests\n");
+  ASSERT_NE(at, std::string::npos);
+  const std::string part = page.substr(at + 1, page.find("\n## ", at + 1) - at);
+  std::set<std::string> named;
+  std::set<std::string> suites;
+  for (const std::string& name : all_of(part, "^\\* `((?:Each/)?[A-Z]\\w+\\.\\w+)`$")) {
+    const std::string plain = name.starts_with("Each/") ? name.substr(5) : name;
+    EXPECT_TRUE(tests.contains(plain)) << name;
+    named.insert(plain);
+    suites.insert(plain.substr(0, plain.find('.')));
+  }
+  EXPECT_GT(named.size(), 60U);
+  // Each requirement has a source and a test.
+  const std::size_t requirements = all_of(part, "^(### )").size();
+  EXPECT_EQ(all_of(part, "^### .*\nSource: .*\n(\\* `)").size(), requirements);
+  EXPECT_GT(requirements, 30U);
+  // Each suite about the monitor is named.
+  for (const char* suite :
+       {"SafetyMonitor", "SafetyCounter", "SafetyWords", "SafetyComparison", "SafetyFinding",
+        "SafetySelfTest", "SafetySetup", "SafetyTime", "SafetyVerdicts", "SafetyConfigurations"}) {
+    EXPECT_TRUE(suites.contains(suite)) << suite;
+  }
+}
+
+}  // namespace
+}  // namespace biss::cli

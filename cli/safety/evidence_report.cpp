@@ -1,0 +1,391 @@
+// Files of the bundle that are made from the tables of its commands: coverage.csv, README.md,
+// matrix.csv.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <map>
+#include <regex>
+
+#include "cli/common/quantity.hpp"
+#include "cli/safety/evidence.hpp"
+#include "lab/campaign_fault.hpp"
+#include "lab/sequence.hpp"
+#include "lab/weights.hpp"
+#include "lab/wilson.hpp"
+#include "report/table.hpp"
+#include "sim/fault.hpp"
+
+namespace biss::cli {
+namespace {
+
+std::vector<std::string> split(std::string_view text, char at) {
+  std::vector<std::string> parts(1);
+  for (const char letter : text) {
+    if (letter == at) {
+      parts.emplace_back();
+    } else {
+      parts.back() += letter;
+    }
+  }
+  return parts;
+}
+
+// A table whose cells are never quoted.
+using CsvRow = std::map<std::string, std::string>;
+std::vector<CsvRow> csv_rows(const std::vector<EvidenceFile>& files, std::string_view name) {
+  const auto file = std::find_if(files.begin(), files.end(),
+                                 [&](const EvidenceFile& each) { return each.name == name; });
+  if (file == files.end()) return {};
+  std::vector<std::string> lines = split(file->text, '\n');
+  lines.pop_back();
+  const std::vector<std::string> names = split(lines.front(), ',');
+  std::vector<CsvRow> rows;
+  for (std::size_t i = 1; i < lines.size(); ++i) {
+    const std::vector<std::string> cells = split(lines[i], ',');
+    CsvRow& row = rows.emplace_back();
+    for (std::size_t k = 0; k < names.size() && k < cells.size(); ++k) row[names[k]] = cells[k];
+  }
+  return rows;
+}
+
+std::uint64_t count_of(const CsvRow& row, const char* name) {
+  const std::string& cell = row.at(name);
+  return cell.empty() ? 0 : std::stoull(cell);
+}
+
+// Flips leave some frames as they were: these are no faults.
+double damaged_share(const SafetyFormat& monitored, const std::string& fault) {
+  const auto choice = lab::parse_fault(fault);
+  if (!choice || choice->rate == 0) return 1;
+  const unsigned bits = monitored.cpw().total_bits() + monitored.spw().total_bits();
+  const long double whole =
+      static_cast<long double>(bits) * std::log1p(-lab::probability_of(choice->rate));
+  return static_cast<double>(-std::expm1(whole));
+}
+
+CoverageRow campaign_row(const SafetyFormat& monitored, const CsvRow& cells) {
+  const double damaged = damaged_share(monitored, cells.at("fault"));
+  const auto share = [&](const char* name) {
+    return std::min(1.0, std::stod(cells.at(name)) / damaged);
+  };
+  CoverageRow row{.error = std::string(name_of(TransmissionError::corruption)),
+                  .by = "campaign",
+                  .fault = cells.at("fault")};
+  const auto choice = lab::parse_fault(row.fault);
+  const double frames = std::stod(cells.at("frames"));
+  row.injected = static_cast<std::uint64_t>(
+      std::llround(choice && choice->weighed() ? frames : frames * damaged));
+  row.accepted_wrong = count_of(cells, "wrong");
+  row.share = share("rate");
+  row.low = share("low");
+  row.high = share("high");
+  if (!cells.at("theory").empty()) row.theory = share("theory");
+  return row;
+}
+
+// The most frequent verdict first.
+std::string sorted_verdicts(const std::string& cell, std::uint64_t& sum) {
+  std::array<std::uint64_t, safety_verdict_count> counts{};
+  for (const std::string& each : split(cell, ' ')) {
+    const std::size_t colon = each.find(':');
+    const auto verdict = safety_verdict_of(each.substr(0, colon));
+    if (!verdict) continue;
+    sum += counts[static_cast<std::size_t>(*verdict)] = std::stoull(each.substr(colon + 1));
+  }
+  return verdicts_text(counts);
+}
+
+// An accepted event counts whatever the position of the accepted frame is.
+CoverageRow sequence_row(const CsvRow& cells) {
+  CoverageRow row{.error = cells.at("run"),
+                  .by = "sequences",
+                  .fault = cells.at("variant"),
+                  .injected = count_of(cells, "events"),
+                  .accepted_wrong = count_of(cells, "accepted")};
+  std::uint64_t detected = 0;
+  row.verdicts = sorted_verdicts(cells.at("verdicts"), detected);
+  row.detected = detected;
+  if (detected != 0) row.reaction = count_of(cells, "worst_cycles");
+  set_share(row);
+  return row;
+}
+
+// The table has four digits of the theory; this has them all.
+void add_sequences(const SafetyFormat& monitored, const std::vector<CsvRow>& table,
+                   std::vector<CoverageRow>& rows) {
+  std::map<std::pair<std::string, std::string>, double> theories;
+  const auto plan = lab::whole_plan(monitored.format, monitored.setup, 0, 0);
+  const auto results = lab::run_sequences(plan);
+  for (const lab::SequenceResult& each : results ? *results : std::vector<lab::SequenceResult>()) {
+    if (!each.theory) continue;
+    theories[{std::string(each.row.name()), std::string(each.row.variant_name())}] =
+        static_cast<double>(*each.theory);
+  }
+  for (const CsvRow& cells : table) {
+    const bool of_error =
+        std::any_of(safety_measures.begin(), safety_measures.end(),
+                    [&](const auto& measure) { return name_of(measure.error) == cells.at("run"); });
+    if (!of_error || cells.at("variant") == "all") continue;
+    CoverageRow row = sequence_row(cells);
+    const auto theory = theories.find({row.error, row.fault});
+    if (theory != theories.end()) row.theory = theory->second;
+    rows.push_back(std::move(row));
+  }
+}
+
+CoverageRow line_row(const CsvRow& cells) {
+  CoverageRow row{.error = "encoder",
+                  .by = "line",
+                  .fault = cells.at("fault"),
+                  .injected = count_of(cells, "injected"),
+                  .detected = count_of(cells, "detected"),
+                  .accepted_wrong = count_of(cells, "accepted_wrong"),
+                  .verdicts = cells.at("verdicts")};
+  const auto kind = sim::find_fault(row.fault);
+  if (kind && entry_of(*kind).error) row.error = name_of(*entry_of(*kind).error);
+  if (row.detected != 0U) row.reaction = count_of(cells, "reaction_cycles");
+  set_share(row);
+  return row;
+}
+
+std::string scientific(double value) { return fmt::format("{:.6e}", value); }
+
+// Rounded down, so that the coverage is never overstated.
+std::string coverage_text(double missed_share) {
+  constexpr double places = 1e9;
+  return fmt::format("{:.9f}", std::floor((1 - missed_share) * places) / places);
+}
+
+template <class... Args>
+void add(std::string& text, fmt::format_string<Args...> what, Args&&... args) {
+  fmt::format_to(std::back_inserter(text), what, std::forward<Args>(args)...);
+}
+
+void add_files(std::string& text, const std::vector<EvidenceCommand>& commands) {
+  text += "## Files\n";
+  for (const EvidenceCommand& each : commands) {
+    add(text, "* `{}`: `{}`\n", each.file, command_line(each.arguments));
+  }
+  text +=
+      "* `coverage.csv`: diagnostic coverage of each fault, from these tables\n"
+      "* `configuration.json`: the frame bit by bit, every parameter of the monitor; the other "
+      "verbs\n"
+      "  take it with `-f configuration.json`\n"
+      "* `manifest.json`: the commands above with their exit statuses, the options of this "
+      "bundle\n"
+      "* `version.json`: the program\n"
+      "* `matrix.csv`: requirement, source, test\n"
+      "* `safety.md`, `safety-matrix.md`: parameters, verdicts, states; which test covers what\n"
+      "* `SHA256SUMS`: for `sha256sum -c SHA256SUMS`\n\n"
+      "The same options give the same bytes with any number of threads.\n"
+      "`biss safety evidence --check DIR` makes the bundle again and compares.\n"
+      "No file has a date, a machine or a path in it.\n"
+      "`biss safety campaign -f … --fault FAULT --seed N --replay NUMBER` shows a frame that\n"
+      "`campaign.csv` lists as missed.\n\n";
+}
+
+void add_unchecked(std::string& text, const SafetyFormat& monitored) {
+  const SafetySetup& setup = monitored.setup;
+  const SafetyFormat::UncheckedBits bits = monitored.unchecked_bits();
+  const auto alignment =
+      safety_detail::alignment_of(monitored.cpw(), monitored.spw(), setup.comparison);
+  const CrcSpec& crc = monitored.cpw().crc;
+  const unsigned period = counter_period(setup.counter.mode);
+  text += "## What is not checked in this configuration\n";
+  add(text, "* **CPW bits below the SPW's resolution: {}.**\n", bits.below_resolution);
+  add(text,
+      "* **CPW bits that both words have and that are not compared: {}** (`compare_bits` {}; 0 "
+      "compares all).\n",
+      bits.not_compared, setup.comparison.compare_bits);
+  add(text, "* **Turns of the CPW that are not compared: {}.**{}\n", bits.turns,
+      setup.comparison.multiturn == MultiturnRule::ignored ? " An option ignores them."
+      : bits.turns != 0                                    ? " The SPW does not have them."
+                                                           : "");
+  if (bits.all() != 0) {
+    const unsigned distance = lab::min_distance(lab::weights_of(lab::code_of(monitored.cpw())));
+    add(text,
+        "* Only the CPW's CRC protects these {} of {} bits. It detects every error of up to {} "
+        "bits and every\n  burst of up to {}, and accepts about one in {} of the others. A safety "
+        "function must not rely on\n  these bits.\n",
+        bits.all(), monitored.cpw().position_bits(), distance - 1, crc.width_bits,
+        1U << crc.width_bits);
+  }
+  const std::uint64_t counts = setup.comparison.tolerance_lsb;
+  if (counts != 0) {
+    add(text,
+        "* **A difference of up to {} count{}** of the lowest bit compared, in the CPW {}, is "
+        "permanently `safe`.\n",
+        counts, counts == 1 ? "" : "s", counts << alignment.cpw_shift);
+  }
+  text +=
+      "* **A position that stands still in both words** while the sign of life goes on "
+      "(`frozen` in line.csv).\n"
+      "* **Both words wrong in the same way**, such as a slipped scale or a wrong zero. The "
+      "encoder's own\n  diagnosis must report this by nE.\n";
+  add(text,
+      "* **A frame of another encoder of the same format** with the expected counter: one in {}. "
+      "Different\n  CRC start values detect it.\n",
+      period);
+  add(text,
+      "* **A frame that is exactly {} frames old** in place of the expected one: the sign of life "
+      "has the same\n  value again (`any_age` in sequences.csv).\n",
+      period);
+  text += "* **nW** is reported and not judged.\n";
+  if (setup.budget.faults != 0) {
+    add(text,
+        "* **Up to {} faults in {}** are tolerated: only the positions of their frames are "
+        "withheld.\n",
+        setup.budget.faults, text_of(setup.budget.window));
+  }
+  text += '\n';
+}
+
+// Faults of one kind, as `NAME` (BY).
+template <class Which>
+void add_list(std::string& text, const char* title, const std::vector<CoverageRow>& coverage,
+              const Which& which) {
+  std::vector<std::string> names;
+  for (const CoverageRow& row : coverage) {
+    if (which(row)) names.push_back(fmt::format("`{}` ({})", row.fault, row.by));
+  }
+  if (!names.empty()) add(text, "\n**{}:** {}.\n", title, fmt::join(names, ", "));
+}
+
+void add_coverage(std::string& text, const std::vector<CoverageRow>& coverage) {
+  text +=
+      "## Diagnostic coverage, as measured\n"
+      "In `coverage.csv`, DC is 1 - accepted wrong / injected: the share of the **modelled** "
+      "instances of a\nfault after which no wrong position is `safe` (sequences: no frame at all "
+      "that must not be). It is not\nthe diagnostic coverage of IEC 61508, which weighs the real "
+      "failures of a real device. `dc_low` and\n`dc_high` are 95 % limits (two-sided). Importance "
+      "sampling (`flips:RATE:DRAWN`, `flips:RATE:fitting`)\ndraws other frames and weighs them: "
+      "there accepted wrong / injected is not the share.\n";
+  add_list(text, "Never injected, so nothing is known of them", coverage,
+           [](const CoverageRow& row) { return row.injected == 0; });
+  add_list(text, "Never detected", coverage, [](const CoverageRow& row) {
+    return row.injected != 0 && row.accepted_wrong == row.injected;
+  });
+}
+
+}  // namespace
+
+void set_share(CoverageRow& row) {
+  if (row.injected == 0) return;
+  const auto trials = static_cast<long double>(row.injected);
+  const long double share = static_cast<long double>(row.accepted_wrong) / trials;
+  const lab::ShareLimits limits = lab::wilson_limits(share, trials);
+  row.share = static_cast<double>(share);
+  row.low = static_cast<double>(limits.low);
+  row.high = static_cast<double>(limits.high);
+}
+
+std::vector<CoverageRow> read_coverage(const EvidenceSubject& subject,
+                                       const std::vector<EvidenceFile>& files) {
+  std::vector<CoverageRow> rows;
+  for (const CsvRow& cells : csv_rows(files, "line.csv")) rows.push_back(line_row(cells));
+  for (const CsvRow& cells : csv_rows(files, "campaign.csv")) {
+    rows.push_back(campaign_row(subject.monitored, cells));
+  }
+  add_sequences(subject.monitored, csv_rows(files, "sequences.csv"), rows);
+  return rows;
+}
+
+EvidenceFile coverage_file(const std::vector<CoverageRow>& rows) {
+  report::StringSink sink;
+  using report::Cell;
+  const auto count = [](const char* name) {
+    return report::Column{.name = name, .kind = report::Kind::unsigned_integer};
+  };
+  const std::vector<report::Column> columns = {
+      {.name = "error"},        {.name = "by"},    {.name = "fault"},        count("injected"),
+      count("accepted_wrong"),  {.name = "dc"},    {.name = "dc_low"},       {.name = "dc_high"},
+      {.name = "dc_theory"},    {.name = "share"}, {.name = "share_low"},    {.name = "share_high"},
+      {.name = "share_theory"}, count("detected"), count("reaction_cycles"), {.name = "verdicts"}};
+  const auto table = report::make_table_writer(report::Format::csv, columns, sink);
+  for (const CoverageRow& row : rows) {
+    const bool any = row.injected != 0;
+    const std::string texts[] = {
+        coverage_text(row.share), coverage_text(row.high),
+        coverage_text(row.low),   row.theory ? coverage_text(*row.theory) : "",
+        scientific(row.share),    scientific(row.low),
+        scientific(row.high),     row.theory ? scientific(*row.theory) : ""};
+    std::vector<Cell> cells = {row.error, row.by, row.fault, row.injected, row.accepted_wrong};
+    for (const std::string& each : texts) {
+      cells.push_back(any && !each.empty() ? Cell(each) : Cell());
+    }
+    cells.insert(cells.end(), {Cell(row.detected), Cell(row.reaction), Cell(row.verdicts)});
+    table->row(cells);
+  }
+  table->finish();
+  return {"coverage.csv", sink.text()};
+}
+
+EvidenceFile matrix_file() {
+  report::StringSink sink;
+  const std::vector<report::Column> columns = {
+      {.name = "requirement"}, {.name = "source"}, {.name = "test"}};
+  const auto table = report::make_table_writer(report::Format::csv, columns, sink);
+  std::string requirement;
+  std::string source;
+  for (const std::string& line : split(safety_matrix_page, '\n')) {
+    if (line.starts_with("### ")) requirement = line.substr(4);
+    if (line.starts_with("## ")) requirement.clear();
+    if (line.starts_with("Source: ")) source = line.substr(8);
+    if (requirement.empty() || !line.starts_with("* `")) continue;
+    const std::string test = line.substr(3, line.size() - 4);
+    const report::Cell row[] = {requirement, source, test};
+    table->row(row);
+  }
+  table->finish();
+  return {"matrix.csv", sink.text()};
+}
+
+std::vector<std::string> not_run(const EvidenceOptions& options) {
+  std::vector<std::string> parts;
+  if (options.frames == 0) {
+    parts.emplace_back("campaign.csv and the undamaged frames of sequences.csv (--frames 0)");
+  }
+  if (options.faults == 0) parts.emplace_back("the faults of sequences.csv (--faults 0)");
+  if (options.cycles == 0) parts.emplace_back("line.csv (--cycles 0)");
+  return parts;
+}
+
+std::string page_of_bundle(std::string_view page) {
+  static const std::regex link("\\[([^\\]]*)\\]\\((?!safety\\.md|safety-matrix\\.md)[^)]*\\)");
+  return std::regex_replace(std::string(page), link, "$1");
+}
+
+EvidenceFile readme_file(const EvidenceSubject& subject,
+                         const std::vector<EvidenceCommand>& commands,
+                         const std::vector<CoverageRow>& coverage) {
+  std::string text = fmt::format("# BiSS Safety: evidence for {}\n\n", subject.options.format);
+  text +=
+      "Made by `biss safety evidence`. All figures describe models of a channel (see `safety.md`). "
+      "They are\nnot a certificate.\n\n";
+  for (const std::string& each : not_run(subject.options)) {
+    add(text, "**Nothing was run: {}.**\n\n", each);
+  }
+  bool failed = false;
+  for (const EvidenceCommand& each : commands) {
+    if (each.status == 0) continue;
+    failed = true;
+    add(text, "**Finding:** `{}` ended with exit status {}; see its file.\n\n",
+        command_line(each.arguments), each.status);
+  }
+  if (!failed) {
+    text +=
+        "Every command ended with exit status 0: no count is more than five standard deviations "
+        "from its\ntheory, no undamaged frame has a fault verdict, and no fault is detected late "
+        "or "
+        "under a name that\nit cannot have.\n\n";
+  }
+  add_files(text, commands);
+  add_unchecked(text, subject.monitored);
+  add_coverage(text, coverage);
+  return {"README.md", std::move(text)};
+}
+
+}  // namespace biss::cli

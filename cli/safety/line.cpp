@@ -1,0 +1,306 @@
+// biss safety line: every fault of the line model, read by the decoder and judged by the monitor.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "biss/frame/format_text.hpp"
+#include "cli/common/verb.hpp"
+#include "cli/decode/safety.hpp"
+#include "cli/safety/format.hpp"
+#include "cli/safety/safety.hpp"
+#include "cli/simulate/setup.hpp"
+#include "decode/decoder.hpp"
+#include "decode/safety_watch.hpp"
+#include "lab/parallel.hpp"
+#include "report/table.hpp"
+#include "sim/line.hpp"
+
+namespace biss::cli {
+namespace {
+
+// One cycle of this many has the fault.
+constexpr std::uint64_t spacing = 32;
+constexpr Hertz clock = megahertz(10);
+constexpr Millimetres cable = metres(20);
+// A fault shows in its own cycles, or in the next one if it begins after the last bit.
+constexpr std::uint64_t reaction_cycles = 1;
+// The simulator's times hold 106 days.
+constexpr Picoseconds longest_run = milliseconds(100LL * 24 * 3600 * 1000);
+
+struct LineRunOptions {
+  std::string format;
+  std::uint64_t cycles = 50'000;
+  std::uint64_t seed = 1;
+  std::optional<Hertz> rate;
+  unsigned threads = 0;
+  report::Format to = report::Format::table;
+  std::string output;
+};
+
+struct Truth {
+  std::uint64_t number = 0;
+  Picoseconds time{};
+  std::uint64_t position = 0;
+  bool faulty = false;
+  bool begins = false;  // the fault has a place in this cycle; others affect whole cycles
+};
+
+struct LineCounts {
+  std::uint64_t injected = 0;
+  std::uint64_t detected = 0;
+  std::uint64_t accepted_wrong = 0;
+  std::uint64_t reaction = 0;
+  std::array<std::uint64_t, safety_verdict_count> verdicts{};
+  /// Verdicts on requests without a fault.
+  std::uint64_t undamaged = 0;
+  /// Of these, fault verdicts: false alarms, or faults that are detected late.
+  std::uint64_t false_alarms = 0;
+  /// Of these, `safe` with a position that was not sent.
+  std::uint64_t wrong_undamaged = 0;
+};
+
+// Follows each fault from its first cycle until the monitor is safe again.
+class FaultWatch {
+ public:
+  FaultWatch(const SafetyFormat& monitored, sim::FaultKind kind)
+      : watch_(monitored.format, without_latch(monitored.setup)),
+        kind_(kind),
+        cpw_(monitored.setup.cpw) {}
+
+  void expect(const Truth& truth) { waiting_.push_back(truth); }
+
+  void row(const decode::Cycle& cycle, Picoseconds tolerance) {
+    while (!waiting_.empty() && waiting_.front().time < cycle.time - tolerance) pass();
+    const bool known = !waiting_.empty() && waiting_.front().time <= cycle.time + tolerance;
+    const auto verdict = watch_.judge(cycle);
+    if (known) pass();
+    // Otherwise this is a row at a time without a request.
+    if (verdict) note(*verdict, known ? cycle.frame : std::nullopt);
+  }
+
+  LineCounts finish() {
+    while (!waiting_.empty()) pass();
+    close();
+    return counts_;
+  }
+
+ private:
+  // So that each fault is counted.
+  static SafetySetup without_latch(SafetySetup setup) {
+    setup.latch = false;
+    if (setup.counter.mode == CounterMode::learned) setup.counter.mode = CounterMode::count_1_63;
+    return setup;
+  }
+
+  struct Open {
+    std::uint64_t begin = 0;
+    std::uint64_t end = 0;  // its last cycle
+    bool counts = false;
+    std::uint64_t reaction = 0;
+    std::optional<SafetyVerdict> verdict{};
+    bool wrong = false;
+  };
+
+  // Goes on to the next simulated cycle.
+  void pass() {
+    now_ = waiting_.front();
+    waiting_.pop_front();
+    if (open_ && now_.number > open_->end + reaction_cycles && is_over(*open_)) close();
+    if (now_.faulty) begin_or_extend();
+  }
+
+  // Only a fault that finds the monitor safe counts: it can do harm, and it is the cause of what
+  // follows. A fault that begins before the monitor is safe again belongs to the one before; so does
+  // a fault in the next cycle if nothing shows that it is another one.
+  void begin_or_extend() {
+    if (open_ && now_.begins && is_over(*open_)) close();
+    if (!open_) open_ = Open{.begin = now_.number, .counts = safe_};
+    open_->end = now_.number;
+  }
+
+  // The fault had no effect, or its effect is over.
+  bool is_over(const Open& fault) const { return safe_ || !fault.verdict; }
+
+  void note(SafetyVerdict verdict, const std::optional<Frame>& frame) {
+    safe_ = verdict == SafetyVerdict::safe;
+    const bool wrong = safe_ && frame && is_wrong(*frame);
+    if (!open_) {
+      ++counts_.undamaged;
+      if (is_fault(verdict)) ++counts_.false_alarms;
+      if (wrong) ++counts_.wrong_undamaged;
+      return;
+    }
+    if (wrong) open_->wrong = true;
+    if (!is_fault(verdict) || open_->verdict) return;
+    open_->verdict = verdict;
+    open_->reaction = now_.number - open_->begin;
+  }
+
+  // A frozen encoder sends what it means to send, but the position of an earlier cycle.
+  bool is_wrong(const Frame& frame) const {
+    if (kind_ == sim::FaultKind::frozen && now_.faulty) return true;
+    return frame.channel_list[cpw_].position != now_.position;
+  }
+
+  void close() {
+    if (!open_) return;
+    const Open fault = *std::exchange(open_, std::nullopt);
+    if (!fault.counts) return;
+    ++counts_.injected;
+    if (fault.wrong) ++counts_.accepted_wrong;
+    if (fault.verdict) {
+      ++counts_.detected;
+      ++counts_.verdicts[static_cast<std::size_t>(*fault.verdict)];
+      counts_.reaction = std::max(counts_.reaction, fault.reaction);
+    }
+  }
+
+  decode::SafetyWatch watch_;
+  sim::FaultKind kind_;
+  std::size_t cpw_;
+  std::deque<Truth> waiting_;
+  Truth now_;
+  std::optional<Open> open_;
+  bool safe_ = false;
+  LineCounts counts_;
+};
+
+LineCounts count(const SafetyFormat& monitored, sim::LineSetup setup, sim::FaultKind kind,
+                 std::uint64_t cycles) {
+  setup.faults = {{.kind = kind, .share = (std::uint64_t{1} << 32U) / spacing}};
+  sim::Line line(setup);
+  FaultWatch watch(monitored, kind);
+  decode::Decoder decoder(
+      decode::CycleReader(setup.format, setup.timing),
+      [&](const decode::Cycle& cycle) { watch.row(cycle, period_of(clock) / 2); });
+  decoder.push_ma({{}, wire::Level::high});
+  decoder.push_slo({{}, wire::Level::high});
+  for (std::uint64_t i = 0; i < cycles; ++i) {
+    const sim::SimulatedCycle& cycle = line.next();
+    watch.expect({i, cycle.time, cycle.sent.channel_list[monitored.setup.cpw].position,
+                  (cycle.faults & sim::set_of(kind)) != 0, !cycle.strikes.empty()});
+    decoder.push(cycle.edges, {.ma = sim::ma_line, .slo = sim::slo_line});
+  }
+  decoder.finish(line.end() + milliseconds(2));
+  return watch.finish();
+}
+
+LineChoice line_of(const SafetyFormat& monitored, const LineRunOptions& options) {
+  LineOptions line;
+  const DeviceChoice device = parse_device(monitored.device);
+  line.device.format =
+      device ? monitored.device : std::string(format_text(monitored.format).view());
+  if (!device || device.device->entry == nullptr) line.device.timeout = "adaptive";
+  line.clock = clock;
+  line.cable = cable;
+  line.rate = options.rate.value_or(rate_of_cycle(monitored.setup));
+  line.motion = "random";
+  line.seed = options.seed;
+  if (monitored.setup.counter.mode == CounterMode::count_0_63) line.counter = "count_0_63";
+  LineChoice choice = choose_line(line);
+  if (!choice.error.empty()) choice.error = "the line model, 10 MHz, 20 m: " + choice.error;
+  return choice;
+}
+
+std::vector<report::Column> columns() {
+  const auto count = [](const char* name) {
+    return report::Column{.name = name, .kind = report::Kind::unsigned_integer};
+  };
+  return {{.name = "fault"},       count("cycles"),          count("undamaged"),
+          count("false_alarms"),   count("injected"),        count("detected"),
+          count("accepted_wrong"), count("reaction_cycles"), {.name = "verdicts"}};
+}
+
+bool write_row(report::TableWriter& table, sim::FaultKind kind, std::uint64_t cycles,
+               const LineCounts& counts) {
+  const std::string verdicts = verdicts_text(counts.verdicts);
+  const report::Cell cells[] = {
+      name_of(kind),
+      cycles,
+      counts.undamaged,
+      counts.false_alarms,
+      counts.injected,
+      counts.detected,
+      counts.accepted_wrong,
+      counts.detected == 0 ? report::Cell() : report::Cell(counts.reaction),
+      verdicts};
+  return table.row(cells);
+}
+
+ExitStatus run_line(const LineRunOptions& options) {
+  const auto monitored = parse_safety_format(options.format);
+  if (!monitored) return fail(ExitStatus::usage, safety_format_error(options.format));
+  const LineChoice line = line_of(*monitored, options);
+  if (!line) return fail(ExitStatus::usage, line.error);
+  const Picoseconds interval = sim::Line(*line.setup).nominal().interval;
+  if (options.cycles > static_cast<std::uint64_t>(longest_run.count / interval.count)) {
+    return fail(ExitStatus::usage,
+                fmt::format("--cycles: the line model holds 100 days, {} cycles at this rate",
+                            longest_run.count / interval.count));
+  }
+  std::array<LineCounts, sim::simulated_fault_count> all;
+  lab::parallel_for(options.threads, all.size(), [&](std::size_t k) {
+    all[k] = count(*monitored, *line.setup, static_cast<sim::FaultKind>(k), options.cycles);
+  });
+  Output output;
+  if (!output.open(options.output)) return output.status();
+  const auto table =
+      report::make_table_writer(options.to, columns(), output, {.colour = output.wants_colour()});
+  ExitStatus status = ExitStatus::done;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const auto kind = static_cast<sim::FaultKind>(k);
+    if (!write_row(*table, kind, options.cycles, all[k])) return output.status();
+    if (all[k].false_alarms != 0) {
+      status = fail(ExitStatus::data_failed,
+                    fmt::format("{}: {} frames without a fault have a fault verdict", name_of(kind),
+                                all[k].false_alarms));
+    }
+    if (all[k].wrong_undamaged != 0) {
+      status = fail(ExitStatus::data_failed,
+                    fmt::format("{}: {} frames without a fault are safe with a wrong position",
+                                name_of(kind), all[k].wrong_undamaged));
+    }
+  }
+  return table->finish() && output.finish() ? status : output.status();
+}
+
+}  // namespace
+
+std::string verdicts_text(const std::array<std::uint64_t, safety_verdict_count>& counts) {
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    if (counts[i] != 0) order.push_back(i);
+  }
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return counts[a] > counts[b]; });
+  std::string text;
+  for (const std::size_t i : order) {
+    text += fmt::format("{}{}:{}", text.empty() ? "" : " ", name_of(static_cast<SafetyVerdict>(i)),
+                        counts[i]);
+  }
+  return text;
+}
+
+Run add_safety_line(Verb verb) {
+  const auto options = std::make_shared<LineRunOptions>();
+  add_safety_format_option(verb, options->format).required();
+  add_count_option(verb, "--cycles", into(options->cycles),
+                   "Cycles with each kind of fault; 50000 by default", most_line_cycles);
+  add_rate_option(verb, "--rate", into(options->rate),
+                  "Requests per second; by default 1 / the configuration's shortest cycle");
+  add_count_option(verb, "--seed", into(options->seed), "Random seed; 1 by default");
+  add_count_option(verb, "--threads", into(options->threads),
+                   "Worker threads; by default one per core", 1024);
+  add_to_option(verb, options->to);
+  add_output_option(verb, options->output);
+  return [options] { return run_line(*options); };
+}
+
+}  // namespace biss::cli

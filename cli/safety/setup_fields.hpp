@@ -1,0 +1,81 @@
+// Every parameter of the safety monitor by name: for configuration.json and docs/safety.md. A field
+// that is added to one of the structs does not compile until it is listed here.
+#pragma once
+
+#include <array>
+#include <string_view>
+
+#include "biss/safety/setup.hpp"
+#include "cli/decode/safety.hpp"
+
+namespace biss::cli {
+
+/// In the order of MissedFrames.
+inline constexpr std::array<std::string_view, 2> missed_names{"counted", "perhaps"};
+/// In the order of MultiturnRule.
+inline constexpr std::array<std::string_view, 2> multiturn_names{"with_carry", "ignored"};
+
+/// A parameter. The meaning is for docs/safety.md.
+struct SetupField {
+  const char* group;  ///< the struct
+  const char* name;
+  const char* meaning;
+};
+
+/// Calls `visitor` for every parameter: number(field, value) for counts and flags, time(field,
+/// value), choice(field, value, names).
+template <class Visitor>
+void for_each_field(SafetySetup& setup, const Visitor& visitor) {
+  const char* group = "SafetySetup";
+  const auto field = [&](const char* name, const char* meaning) {
+    return SetupField{group, name, meaning};
+  };
+  auto& [cpw, spw, start_frames, latch, comparison, counter, cycle_min, frame_gap_max,
+         frame_gap_min, budget, bounds] = setup;
+  visitor.number(field("cpw", "channel of the control word, from 0"), cpw);
+  visitor.number(field("spw", "channel of the safety word"), spw);
+  visitor.number(
+      field("start_frames", "good frames in a row until the last one is `safe`; 2 or more"),
+      start_frames);
+  visitor.number(field("latch", "a fault holds until `acknowledge()`"), latch);
+  visitor.time(field("cycle_min", "shortest cycle; only to check `frame_gap_max`"), cycle_min);
+  visitor.time(field("frame_gap_max", "watchdog: longest time between two good frames"),
+               frame_gap_max);
+  visitor.time(field("frame_gap_min", "shortest time between two good frames; 0: not checked"),
+               frame_gap_min);
+  group = "SafetyComparison";
+  auto& [compare_bits, tolerance_lsb, multiturn] = comparison;
+  visitor.number(field("compare_bits", "upper singleturn bits that are compared (ACC_MIN); 0: all"),
+                 compare_bits);
+  visitor.number(field("tolerance_lsb", "allowed difference in counts of the lowest bit compared"),
+                 tolerance_lsb);
+  visitor.choice(field("multiturn", "whether the turns are compared, as one number"), multiturn,
+                 multiturn_names);
+  group = "SafetyCounter";
+  auto& [mode, missed, near_frames, learn_rollovers] = counter;
+  visitor.choice(field("mode", "range of the sign of life"), mode, counter_mode_names);
+  visitor.choice(field("missed", "whether the encoder counts requests without a good frame"),
+                 missed, missed_names);
+  visitor.number(field("near_frames", "largest distance of a loss or a wrong order, in frames"),
+                 near_frames);
+  visitor.number(field("learn_rollovers", "equal roll-overs in a row until a range is learned"),
+                 learn_rollovers);
+  group = "SafetyBudget";
+  auto& [faults, window] = budget;
+  visitor.number(field("faults", "tolerated faults of the line in a window; at most 4"), faults);
+  visitor.time(field("window", "time span of the budget"), window);
+  group = "FrameBounds";
+  auto& [lead_min_clocks, lead_max_clocks, ack_min_clocks, ack_max_clocks, late_max_clocks] =
+      bounds;
+  visitor.number(field("lead_min_clocks", "fewest ones before ACK: the LAT clock"),
+                 lead_min_clocks);
+  visitor.number(field("lead_max_clocks", "most ones before ACK: LAT and 40 us of line delay"),
+                 lead_max_clocks);
+  visitor.number(field("ack_min_clocks", "fewest zeros of ACK"), ack_min_clocks);
+  visitor.number(field("ack_max_clocks", "most zeros of ACK: 40 us of processing time"),
+                 ack_max_clocks);
+  visitor.number(field("late_max_clocks", "zeros allowed in place of the first ones"),
+                 late_max_clocks);
+}
+
+}  // namespace biss::cli
