@@ -245,10 +245,12 @@ void Conformance::judge_register(const ControlAccess& access) {
     return;
   }
   const std::uint64_t at = access.cycle;
-  const bool refused = outcome == AccessOutcome::refused || outcome == AccessOutcome::unheard ||
-                       outcome == AccessOutcome::refused_or_unheard;
+  const bool refused = outcome == AccessOutcome::refused ||
+                       outcome == AccessOutcome::not_addressed ||
+                       outcome == AccessOutcome::refused_or_not_addressed;
   if (refused) {
-    count(Rule::refusal, outcome != AccessOutcome::unheard, at, "a read is refused with W = 0");
+    count(Rule::refusal, outcome != AccessOutcome::not_addressed, at,
+          "a read is refused with W = 0");
   }
   const bool pattern = outcome == AccessOutcome::rw_pattern;
   count(Rule::rw_pattern, !pattern, at, "R and W as no slave sends them");
@@ -286,7 +288,8 @@ void Conformance::judge_next(const ControlAccess& access) {
   const AccessOutcome outcome = access.outcome;
   const bool announced = announced_ && announced_->id == access.id &&
                          announced_->kind == access.kind && announced_->next == access.address;
-  const bool no = outcome == AccessOutcome::refused || outcome == AccessOutcome::refused_or_unheard;
+  const bool no =
+      outcome == AccessOutcome::refused || outcome == AccessOutcome::refused_or_not_addressed;
   if (announced && (no || outcome == AccessOutcome::ok)) {
     count(Rule::next_register, !no, access.cycle, "refused behind P = 0");
   }
@@ -302,7 +305,7 @@ void Conformance::judge_next(const ControlAccess& access) {
 void Conformance::judge_manufacturer(const ControlAccess& access) {
   if (access.kind != AccessKind::read || access.address < reg::mfr_id) return;
   const bool no =
-      access.outcome == AccessOutcome::refused || access.outcome == AccessOutcome::unheard;
+      access.outcome == AccessOutcome::refused || access.outcome == AccessOutcome::not_addressed;
   if (!no && access.outcome != AccessOutcome::ok) return;
   count(Rule::manufacturer, !no, access.cycle, "a mandatory register is refused");
   if (!no) manufacturer_seen_[access.id] |= 1U << (access.address - reg::mfr_id);

@@ -17,7 +17,7 @@ bool fits(unsigned data_and_crc) {
 std::string_view name_of(AccessOutcome outcome) {
   constexpr std::array<std::string_view, access_outcome_count> names{
       "ok",         "header_crc",    "no_answer",        "no_such_slave",
-      "id_pattern", "refused",       "unheard",          "refused_or_unheard",
+      "id_pattern", "refused",       "not_addressed",    "refused_or_not_addressed",
       "rw_pattern", "busy_too_long", "start_missing",    "data_crc",
       "write_crc",  "echo",          "next_unavailable", "not_accepted",
       "dropped",    "frame_lost",    "cut_end"};
@@ -135,7 +135,8 @@ void ControlListener::kind(bool cdm) {
   if (const AccessOutcome ids = judge_ids(); ids != AccessOutcome::ok) return fail(ids);
   if (access_.kind == AccessKind::unknown) return fail(AccessOutcome::rw_pattern);
   if (answered == 0) {
-    return fail(asked == read ? AccessOutcome::unheard : AccessOutcome::refused_or_unheard);
+    return fail(asked == read ? AccessOutcome::not_addressed
+                              : AccessOutcome::refused_or_not_addressed);
   }
   if (asked == read && answered == 0b11) return fail(AccessOutcome::refused);
   if (answered != asked) return fail(AccessOutcome::rw_pattern);

@@ -23,8 +23,8 @@ enum class AccessOutcome : std::uint8_t {
   no_such_slave,
   id_pattern,
   refused,
-  unheard,
-  refused_or_unheard,
+  not_addressed,
+  refused_or_not_addressed,
   rw_pattern,
   busy_too_long,  ///< the master gave up while S was still awaited
   start_missing,

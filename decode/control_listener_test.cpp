@@ -131,7 +131,7 @@ TEST(ControlListener, EveryRefusal_HasItsName) {
   const char* const read = printed[0].cdm;
   EXPECT_EQ(outcome_of(read, "00000000000000000000000000000000"), "no_answer");
   EXPECT_EQ(outcome_of(read, "10000000000000001100000000000000"), "refused");
-  EXPECT_EQ(outcome_of(read, "10000000000000000000000000000000"), "unheard");
+  EXPECT_EQ(outcome_of(read, "10000000000000000000000000000000"), "not_addressed");
   EXPECT_EQ(outcome_of(read, "10000000000000000100000000000000"), "rw_pattern");
   EXPECT_EQ(outcome_of(read, "10100000000000001010110001001000"), "id_pattern");
   EXPECT_EQ(outcome_of(read, "10000000000100001010110001001000"), "id_pattern");
@@ -141,7 +141,7 @@ TEST(ControlListener, EveryRefusal_HasItsName) {
   EXPECT_EQ(outcome_of("11001100000111001010000000000000", "10000000000000000000000000000000"),
             "no_such_slave");
   const char* const write = printed[5].cdm;
-  EXPECT_EQ(outcome_of(write, "10000000000000000000000000000000"), "refused_or_unheard");
+  EXPECT_EQ(outcome_of(write, "10000000000000000000000000000000"), "refused_or_not_addressed");
   EXPECT_EQ(outcome_of(write, "10000000000000000100000000000000"), "start_missing");
   EXPECT_EQ(outcome_of(write, "10000000000000000110101010100110"), "echo");
   EXPECT_EQ(outcome_of("11000000001000000110101010100110", printed[5].cds), "write_crc");
@@ -260,7 +260,7 @@ TEST(ControlListener, EndOfCapture_IsTold) {
 }
 
 // Whatever comes: fourteen zeros later an access is told as it is, and `ok` has a right CRC.
-TEST(ControlListener, RandomBits_AreLeftBehind) {
+TEST(ControlListener, RandomBits_AreUnrestored) {
   std::uint64_t state = 0xB155;
   std::cout << "seed " << state << '\n';
   const auto random = [&] {

@@ -13,7 +13,7 @@ void SeenRegisters::take(const ControlAccess& access) {
   if (access.outcome != AccessOutcome::ok || !access.data) {
     const bool untouched = access.outcome == AccessOutcome::no_answer ||
                            access.outcome == AccessOutcome::no_such_slave ||
-                           access.outcome == AccessOutcome::refused_or_unheard;
+                           access.outcome == AccessOutcome::refused_or_not_addressed;
     if (written && selects && !untouched) selected_.reset();
     return;
   }

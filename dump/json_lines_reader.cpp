@@ -15,9 +15,9 @@ namespace {
 using Json = nlohmann::json;
 
 // Failures after which BSEL certainly is what it was.
-constexpr std::array unchanged_by{ControlError::bad_request,   ControlError::no_answer,
-                                  ControlError::no_such_slave, ControlError::refused,
-                                  ControlError::unheard,       ControlError::refused_or_unheard};
+constexpr std::array unchanged_by{
+    ControlError::bad_request, ControlError::no_answer,     ControlError::no_such_slave,
+    ControlError::refused,     ControlError::not_addressed, ControlError::refused_or_not_addressed};
 
 struct Bytes {
   std::array<std::uint8_t, last_address + 1> values{};

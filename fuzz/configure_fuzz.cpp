@@ -226,7 +226,7 @@ void check_fault(const biss::ConfigureFault& fault) {
 
 // Answers that were lost are no excuse.
 void Line::check_told() const {
-  const biss::LeftBehind left = configurator_->left_behind();
+  const biss::Unrestored left = configurator_->unrestored();
   for (std::size_t k = 0; k < devices_.size(); ++k) {
     const Device& device = devices_[k];
     require(device.bsel == device.bsel_at_first || (left.banks >> k & 1U) != 0);
@@ -245,7 +245,7 @@ void Line::check_honest() const {
   require(cause != ConfigureError::line_lost && cause != ConfigureError::no_control &&
           cause != ConfigureError::control_failed && cause != ConfigureError::channels_stay_off);
   require(result.ok() || cause != ConfigureError::no_encoder);
-  const biss::LeftBehind left = configurator_->left_behind();
+  const biss::Unrestored left = configurator_->unrestored();
   require(left.banks == 0 && (!left.channels_off || devices_.size() > biss::control_max_slaves));
   for (const Server& server : servers_) require(server.idle());
 }

@@ -173,7 +173,7 @@ TEST(ControlLine, RegistersNotThere_AreRefused) {
   const auto records = line.control()->records();
   EXPECT_EQ(records[0].outcome.error, ControlError::refused);
   EXPECT_EQ(records[1].outcome.error, ControlError::refused);
-  EXPECT_EQ(records[2].outcome.error, ControlError::refused_or_unheard);
+  EXPECT_EQ(records[2].outcome.error, ControlError::refused_or_not_addressed);
   EXPECT_EQ(records[3].outcome.error, ControlError::no_such_slave);
 }
 

@@ -1,5 +1,4 @@
-// Numbers stored with the most significant byte at the lowest address, as in every register of
-// BiSS.
+// Numbers with the most significant byte at the lowest address, as in every BiSS register.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// A bit string with storage of its own: bounded, without heap.
+// A bit string with its own storage of a fixed size.
 #pragma once
 
 #include <algorithm>
@@ -11,8 +11,8 @@
 
 namespace biss {
 
-/// Up to `CapacityBits` bits, written from the front. Appending beyond the capacity keeps what fits
-/// and sets overflowed(); nothing is ever written outside.
+/// Holds up to `CapacityBits` bits, written from the front. Bits that do not fit are dropped and
+/// set overflowed().
 template <std::size_t CapacityBits>
 class BitBuffer {
  public:
@@ -21,7 +21,7 @@ class BitBuffer {
   constexpr std::size_t size_bits() const { return size_bits_; }
   constexpr bool overflowed() const { return overflowed_; }
   constexpr BitView view() const { return BitView(bytes_, 0, size_bits_); }
-  /// The bits as bytes, the last one filled up with zeros.
+  /// The bits as bytes; the unused bits of the last byte are 0.
   constexpr std::span<const std::uint8_t> bytes() const {
     return std::span<const std::uint8_t>(bytes_).first((size_bits_ + 7U) / 8U);
   }

@@ -1,4 +1,4 @@
-// Bit strings in transmission order: bit 0 is the first on the line and the top bit of the first
+// Bit strings in transmission order: bit 0 is the first on the line, and the top bit of the first
 // byte.
 #pragma once
 
@@ -13,20 +13,20 @@
 
 namespace biss {
 
-/// The lowest `bits` bits set; 0…64.
+/// The lowest `bits` bits set. \pre bits is 0…64
 constexpr std::uint64_t low_mask(unsigned bits) {
   return bits == 0 ? 0 : ~std::uint64_t{0} >> (64U - bits);
 }
 
-/// A read-only run of bits inside bytes somebody else owns; the bytes must outlive the view.
-/// Bits are numbered from 0 in transmission order, most significant bit of a byte first.
+/// A read-only run of bits inside bytes that the caller owns; the bytes must outlive the view. Bits
+/// are numbered from 0 in transmission order, the most significant bit of a byte first.
 class BitView {
  public:
   constexpr BitView() = default;
   /// All bits of `bytes`.
   constexpr explicit BitView(std::span<const std::uint8_t> bytes)
       : BitView(bytes, 0, bytes.size() * 8) {}
-  /// `size_bits` bits from `first_bit`; what reaches past the bytes is cut off.
+  /// `size_bits` bits from `first_bit`, limited to the bits that `bytes` has.
   constexpr BitView(std::span<const std::uint8_t> bytes, std::size_t first_bit,
                     std::size_t size_bits)
       : bytes_(bytes.data()),
@@ -36,8 +36,8 @@ class BitView {
   constexpr std::size_t size_bits() const { return size_bits_; }
   constexpr bool empty() const { return size_bits_ == 0; }
 
-  /// For a reader of its own: the bytes from the first one that holds a bit to the last one, and
-  /// which bit of the first byte (0 = the top one) bit 0 is.
+  /// For a second reader: the bytes from the first one that holds a bit to the last one, and which
+  /// bit of the first byte (0 = the top one) bit 0 is.
   constexpr std::span<const std::uint8_t> stored() const {
     return std::span(bytes_, stored_bytes()).subspan(first_bit_ >> 3U);
   }
@@ -49,11 +49,11 @@ class BitView {
     return ((bytes_[at >> 3U] >> (7U - (at & 7U))) & 1U) != 0;
   }
 
-  /// Any 8 bytes hold at least so many bits from wherever in the first byte we begin.
-  static constexpr unsigned sure_bits = 57;
+  /// The bits that window() always gives: 8 bytes less the 7 bits that may precede bit 0.
+  static constexpr unsigned known_bits = 57;
 
-  /// The bits from `index` on, first bit topmost; at least sure_bits of them, or all that are left.
-  /// What follows the end is not defined.
+  /// The bits from `index` on, the first one topmost: at least known_bits of them, or all that are
+  /// left. The bits after them are undefined.
   /// \pre index < size_bits()
   constexpr std::uint64_t window(std::size_t index) const {
     const std::size_t at = first_bit_ + index;
@@ -66,14 +66,14 @@ class BitView {
     return load_short(bytes_, stored) << at;
   }
 
-  /// `count` bits from `index` as a number, first bit most significant.
+  /// `count` bits from `index` as a number, the first bit most significant.
   /// \pre count is 0…64 and index + count <= size_bits()
   constexpr std::uint64_t word(std::size_t index, unsigned count) const {
     if (count == 0) return 0;
     if constexpr (narrow) {
       if (count <= 25) return narrow_window(index) >> (32U - count);
     }
-    if (count < sure_bits) return window(index) >> (64U - count);
+    if (count < known_bits) return window(index) >> (64U - count);
     const std::uint64_t high = window(index) >> 32U;
     const unsigned rest = count - 32U;
     return (high << rest) | (window(index + 32U) >> (64U - rest));
@@ -86,27 +86,26 @@ class BitView {
       std::uint64_t ahead = window(from);
       if (!level) ahead = ~ahead;
       const auto run = static_cast<std::size_t>(std::countl_zero(ahead));
-      if (run < sure_bits) return std::min(from + run, size_bits_);
-      from += sure_bits;
+      if (run < known_bits) return std::min(from + run, size_bits_);
+      from += known_bits;
     }
     return size_bits_;
   }
 
-  /// A run of ones at the front, the run of zeros behind it, and a 1.
+  /// A run of ones at the front, the run of zeros after it, and a 1.
   struct OnesZerosOne {
     std::size_t ones = 0;
     std::size_t zeros = 0;
   };
 
-  /// Measures both runs at once when they end within 24 bytes; nothing when they do not, when there
-  /// is no 1 behind them, or when fewer bytes are stored. It selects instead of branching, for
-  /// machines where 64-bit words are cheap and wrong guesses are not: the length of an ACK cannot
-  /// be predicted.
+  /// Measures both runs when they end within 24 bytes; nothing when they do not, when no 1 follows,
+  /// or when fewer bytes are stored. It selects instead of branching, for machines where 64-bit
+  /// words are cheap and mispredicted branches are not: the length of an ACK cannot be predicted.
   constexpr std::optional<OnesZerosOne> ones_zeros_one() const {
     if (stored_bytes() < (first_bit_ >> 3U) + 24U) return std::nullopt;
     const std::uint8_t* p = bytes_ + (first_bit_ >> 3U);
     const unsigned skip = first_bit_ & 7U;
-    // What lies behind the first 8 bytes is measured at the same time as what lies in them.
+    // What follows the first 8 bytes is measured at the same time as these.
     const std::uint64_t second = load(p + 8);
     const std::uint64_t none = ones_if(second == 0);
     const std::uint64_t after = second | (load(p + 16) & none);
@@ -114,7 +113,7 @@ class BitView {
     const std::uint64_t first = load(p);
     const std::uint64_t in_view = ~std::uint64_t{0} >> skip;
     const std::uint64_t zeros_at = leading_zeros(~first & in_view);
-    // Every 1 behind a 0; before the view there are ones.
+    // Every 1 after a 0; the bits before the view count as ones.
     const std::uint64_t rises = first & ~((first >> 1U) | ~(in_view >> 1U));
     const std::uint64_t rise_at = leading_zeros(rises);
     const std::uint64_t one_at = rise_at ^ ((rise_at ^ after_at) & ones_if(rises == 0));
@@ -141,10 +140,10 @@ class BitView {
   }
 
  private:
-  // A register has 32 bits: 64-bit shifts by a variable distance are then slow.
+  // Registers have 32 bits: there, a 64-bit shift by a variable distance is slow.
   static constexpr bool narrow = sizeof(std::size_t) < 8;
 
-  // As window(), of at least 25 bits.
+  // Like window(), with at least 25 bits.
   constexpr std::uint32_t narrow_window(std::size_t index) const {
     const std::size_t at = first_bit_ + index;
     const std::size_t stored = stored_bytes();
@@ -155,7 +154,7 @@ class BitView {
     return static_cast<std::uint32_t>(load_short(bytes_, stored) >> 32U) << at;
   }
 
-  // Four bytes a step from the byte that `from` lies in.
+  // Steps by four bytes from the byte that holds `from`.
   constexpr std::size_t narrow_find(bool level, std::size_t from) const {
     if (from >= size_bits_) return size_bits_;
     const std::uint32_t flip = level ? 0 : ~std::uint32_t{0};
@@ -189,12 +188,12 @@ class BitView {
 
   static constexpr std::uint64_t ones_if(bool yes) { return std::uint64_t{0} - std::uint64_t{yes}; }
 
-  // 63 for 0 too: without that case no machine needs more than an instruction.
+  // 63 for 0, too: without that case every machine takes one instruction.
   static constexpr std::uint64_t leading_zeros(std::uint64_t word) {
     return static_cast<std::uint64_t>(std::countl_zero(word | 1U));
   }
 
-  // Kept apart, so that it is not copied to wherever bits are read.
+  // Not inlined: it is rarely called and would be copied to every reader.
   [[gnu::noinline]] static constexpr std::uint64_t load_short(const std::uint8_t* p,
                                                               std::size_t size) {
     std::uint64_t value = 0;
@@ -202,7 +201,7 @@ class BitView {
     return value;
   }
 
-  // Written as shifts so that it is constexpr; compilers make one load and one byte swap of it.
+  // Written as shifts to be constexpr; compilers make one load and one byte swap of it.
   static constexpr std::uint64_t load(const std::uint8_t* p) {
     return (std::uint64_t{p[0]} << 56U) | (std::uint64_t{p[1]} << 48U) |
            (std::uint64_t{p[2]} << 40U) | (std::uint64_t{p[3]} << 32U) |

@@ -1,4 +1,5 @@
-// Result: a value or the one cause why there is none. No exceptions, no in-band error values.
+// Result: a value, or the one cause why there is none. No exceptions, no error codes among the
+// values.
 #pragma once
 
 #include <type_traits>
@@ -8,7 +9,7 @@
 
 namespace biss {
 
-/// Wraps a cause on its way into a Result: `return failure(FrameError::crc);`
+/// Wraps a cause for a Result: `return failure(FrameError::crc);`
 template <class E>
 struct Failure {
   E error;
@@ -27,8 +28,9 @@ inline void this_result_holds_a_value_and_no_error() {}
 
 }  // namespace result_detail
 
-/// Either a T or an E. Both are plain data, so a Result is too and lives in registers or on the
-/// stack. Reading the wrong side is a programming error: value() needs ok(), error() needs !ok().
+/// Either a T or an E. Both are plain data, so a Result is too. Reading the wrong side is a
+/// programming error, which stops the build while compiling: value() needs ok(), error() needs
+/// !ok().
 template <class T, class E>
 class [[nodiscard]] Result {
   static_assert(std::is_trivially_destructible_v<T> && std::is_trivially_destructible_v<E>);

@@ -1,4 +1,4 @@
-// Time, rate and length as types, so that a delay is never mistaken for a count of clocks.
+// Time, rate and length as types, so that a delay cannot be passed as a count of clocks.
 #pragma once
 
 #include <compare>
@@ -9,7 +9,8 @@
 
 namespace biss {
 
-/// A point in time or a duration in picoseconds, signed; the range is 106 days either way.
+/// A point in time or a duration in picoseconds, signed. The range is 106 days in both directions;
+/// an operation whose result does not fit is a programming error.
 struct Picoseconds {
   std::int64_t count = 0;
 

@@ -1,9 +1,9 @@
-// Real encoders as data: what their bits mean, how they behave in time, and what is not certain.
+// Real encoders as data: the meaning of their bits, their behaviour in time, and what is uncertain.
 //
 //   constexpr CatalogueEntry encoder = catalogue_encoder("resolute-26");
 //   using Codec = FixedCodec<encoder.frame_format()>;
 //
-// stores nothing of the catalogue in firmware.
+// Firmware that does this stores nothing of the catalogue.
 #pragma once
 
 #include <algorithm>
@@ -37,7 +37,7 @@ inline constexpr auto catalogue =
     catalogue_detail::joined(renishaw_encoders, ic_haus_encoders, maker_encoders, driver_encoders);
 
 /// The entry of that name, null when there is none. Names are compared exactly. The pointer keeps
-/// the whole catalogue in the program: firmware calls catalogue_encoder().
+/// the whole catalogue in the program; firmware uses catalogue_encoder().
 constexpr const CatalogueEntry* find_encoder(std::string_view name) {
   for (const CatalogueEntry& entry : catalogue) {
     if (entry.name == name) return &entry;
@@ -52,7 +52,7 @@ void the_catalogue_has_no_encoder_of_this_name();
 
 }  // namespace catalogue_detail
 
-/// The entry of that name while compiling; a name that the catalogue does not have stops the build.
+/// The entry of that name at compile time. A name that is not in the catalogue stops the build.
 consteval CatalogueEntry catalogue_encoder(std::string_view name) {
   const CatalogueEntry* found = find_encoder(name);
   if (found == nullptr) catalogue_detail::the_catalogue_has_no_encoder_of_this_name();

@@ -1,4 +1,4 @@
-// Encoders known from the source of drivers and demonstrations, not from their makers.
+// Encoders described by the source of drivers and demonstrations, not by their makers.
 #pragma once
 
 #include <array>

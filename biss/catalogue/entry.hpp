@@ -1,4 +1,4 @@
-// What the catalogue knows of one encoder.
+// An entry of the catalogue.
 #pragma once
 
 #include <array>
@@ -13,20 +13,20 @@ namespace biss {
 
 /// One type of encoder, with one frame. All text is static.
 struct CatalogueEntry {
-  /// Lower case, what a user types.
+  /// The name that a user types, in lower case.
   std::string_view name{};
   std::string_view vendor{};
   std::string_view product{};
   /// Canonical text of the frame format; it parses (proven at compile time).
   std::string_view format{};
   DeviceTiming timing{};
-  /// What one count is, and the range where it is known; empty when not known.
+  /// The size of one count, and the range where it is known; empty when unknown.
   std::string_view resolution{};
-  /// What a user should know and no field can say; empty when there is nothing.
+  /// What a user should know and no other field describes; empty when there is nothing.
   std::string_view remark{};
-  /// Where the facts are from.
+  /// The source of these facts.
   std::string_view source{};
-  /// What is assumed, deduced or not confirmed, a sentence each; empty ones follow the last.
+  /// What is assumed, deduced or not confirmed, one sentence each; empty ones follow the last.
   std::array<std::string_view, 4> uncertain{};
 
   /// The format as data. \pre format is good text
@@ -39,7 +39,7 @@ struct CatalogueEntry {
     }
     return false;
   }
-  /// The highest clock is the device's and not merely the highest legal one.
+  /// The highest clock is the device's, not only the highest that BiSS C allows.
   constexpr bool clock_known() const;
 };
 

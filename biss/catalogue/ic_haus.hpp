@@ -1,5 +1,5 @@
-// iC-Haus: encoder chips whose frame is fixed or has a few forms. iC-MU, iC-MU150, iC-PVS and
-// iC-TW29 are configured to any width and are therefore not here.
+// iC-Haus: encoder chips whose frame is fixed or has a few variants. iC-MU, iC-MU150, iC-PVS and
+// iC-TW29 are configurable to any width and are therefore not listed.
 #pragma once
 
 #include <array>

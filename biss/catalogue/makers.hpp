@@ -1,5 +1,5 @@
-// Encoders of other makers, from their own documents. Baumer's, Balluff's and the configurable
-// ones do not state their widths and are therefore not here.
+// Encoders of other makers, from their own documents. Baumer, Balluff and the configurable ones do
+// not state their widths and are therefore not listed.
 #pragma once
 
 #include <array>

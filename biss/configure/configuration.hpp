@@ -1,4 +1,4 @@
-// What a configuration finds out.
+// What a configuration asks for, finds out, and fails with.
 #pragma once
 
 #include <array>
@@ -21,13 +21,13 @@
 
 namespace biss {
 
-// ----
-// Where a configuration stands, and why there is none.
+// ---- Steps and errors of a configuration
 
-/// What a Configurator is at; in this order, from `identity` to `restore_bank` once for each slave.
+/// The step of a Configurator; in this order, from `identity` to `restore_bank` once for each
+/// slave.
 enum class ConfigureStep : std::uint8_t {
   channels_off,   ///< broadcast: deactivate the data channels
-  init,           ///< INIT, with a rest before and behind it
+  init,           ///< INIT, with a rest before and after it
   identity,       ///< registers 0x78 to 0x7F, and how many slaves there are
   profile,        ///< registers 0x42 and 0x43
   serial,         ///< registers 0x44 to 0x47
@@ -35,7 +35,7 @@ enum class ConfigureStep : std::uint8_t {
   select_bank,    ///< register 0x40: read, then written
   read_common,    ///< the EDS' common part
   read_channels,  ///< the EDS' part of each channel
-  restore_bank,   ///< register 0x40 as it was
+  restore_bank,   ///< register 0x40 restored
   channels_on,    ///< addressed: activate the data channels
   rest,           ///< zeros until every slave waits for a start bit
   done,
@@ -52,23 +52,23 @@ constexpr std::string_view name_of(ConfigureStep step) {
   return names[static_cast<std::size_t>(step)];
 }
 
-/// The one cause why there is no configuration.
+/// Why there is no configuration.
 enum class ConfigureError : std::uint8_t {
   no_encoder,       ///< no request brought a CDS: nothing connected, no power, SLO stuck
   no_control,       ///< CDS stays 0, no slave takes an ID: a unidirectional encoder, or its control
                     ///< communication is deactivated
-  line_lost,        ///< slaves were there, and then frames or slaves were missing
+  line_lost,        ///< slaves answered, and later frames or slaves were missing
   too_many_slaves,  ///< more than eight
-  control_failed,   ///< the control communication failed otherwise: `control` says how
+  control_failed,   ///< the control communication failed otherwise: `control` is the cause
   no_profile,       ///< a slave with neither an EDS nor a profile identifier
-  unknown_profile,  ///< an identifier that gives no format: `profile` says why
+  unknown_profile,  ///< an identifier that gives no format: `profile` is the cause
   eds_checksum,     ///< as no_profile; there is an EDS, but its checksum is wrong
-  eds_contradiction,  ///< an EDS that no frame can be made of: `eds` says why; nothing: it speaks
-                      ///< of slaves that are not there, or of more channels than slaves
-  no_channel,         ///< not one slave has a data channel
+  eds_contradiction,  ///< an EDS that describes no frame: `eds` is the cause; without it, the EDS
+                      ///< names slaves that do not exist, or more channels than slaves
+  no_channel,         ///< no slave has a data channel
   too_many_channels,  ///< more than eight
-  channels_stay_off,  ///< they were deactivated, and could not be activated again
-  too_many_requests,  ///< ConfigureOptions::max_requests
+  channels_stay_off,  ///< they were deactivated and could not be activated again
+  too_many_requests,  ///< more than ConfigureOptions::max_requests
 };
 
 inline constexpr std::size_t configure_error_count = 13;
@@ -83,13 +83,13 @@ constexpr std::string_view name_of(ConfigureError error) {
   return names[static_cast<std::size_t>(error)];
 }
 
-/// A cause, and where it was met.
+/// A cause, and the step where it occurred.
 struct ConfigureFault {
   ConfigureError cause{};
   ConfigureStep step{};
-  /// ID of the slave that was asked; 0 where all are meant.
+  /// The ID of the slave concerned; 0 where all are.
   std::uint8_t slave = 0;
-  /// How the access ended, where one did not go well.
+  /// How the access failed, where one did.
   std::optional<ControlError> control{};
   std::optional<ProfileError> profile{};
   std::optional<EdsDeviceCause> eds{};
@@ -97,26 +97,25 @@ struct ConfigureFault {
   constexpr bool operator==(const ConfigureFault&) const = default;
 };
 
-/// What a configuration that failed may have left another way than it was found.
-struct LeftBehind {
+/// What a failed configuration may have left changed.
+struct Unrestored {
   /// Bit k: BSEL of the slave with ID k.
   std::uint8_t banks = 0;
-  /// The channels were deactivated, as far as slaves obey that, and nobody confirmed the
-  /// activation.
+  /// The channels were deactivated, in slaves that obey, and no slave confirmed the activation.
   bool channels_off = false;
 
-  constexpr bool operator==(const LeftBehind&) const = default;
+  constexpr bool operator==(const Unrestored&) const = default;
 };
 
-/// Clocks that every slave takes, and the cycle that none needs to be longer (D2, table of
-/// characteristics; PROTOCOL 1.3, rows 2 and 12).
+/// The clocks that every slave accepts, and the cycle time that suffices for every slave (D2, table
+/// of characteristics; PROTOCOL 1.3, rows 2 and 12).
 inline constexpr Hertz common_clock_min = kilohertz(250);
 inline constexpr Hertz common_clock_max = megahertz(1);
 inline constexpr Picoseconds common_cycle = microseconds(250);
 
-/// Where a value comes from, the weakest first. Of several slaves the weakest counts.
+/// The source of a value, the weakest first. Of several slaves, the weakest source counts.
 enum class ValueSource : std::uint8_t {
-  defaults,    ///< nobody said: what every BiSS C device keeps
+  defaults,    ///< no source: the limits of every BiSS C device
   hypothesis,  ///< the electronic data sheet, in a unit that no source confirms
   profile,     ///< the profile identifier
   eds,         ///< the electronic data sheet
@@ -131,7 +130,7 @@ constexpr std::string_view name_of(ValueSource source) {
   return names[static_cast<std::size_t>(source)];
 }
 
-/// What one slave says of itself; nothing: it does not.
+/// What one slave says about itself; nothing where it does not.
 struct SlaveDescription {
   std::optional<DeviceIdentity> identity{};
   std::optional<std::uint32_t> serial{};
@@ -139,20 +138,20 @@ struct SlaveDescription {
   std::optional<std::uint16_t> profile{};
   /// Register 0x41.
   std::uint8_t eds_bank = 0;
-  /// Of its channel; `eds` also where another slave of the device holds the EDS.
+  /// The source of its channel; `eds` also where another slave of the device holds the EDS.
   ValueSource source = ValueSource::defaults;
-  /// The EDS is there and was left aside, because its checksum is wrong or it could not be read.
+  /// The EDS is present but unused: its checksum is wrong or it could not be read.
   bool eds_unused = false;
 };
 
-/// What configures master, decoder and model of everything on the line.
+/// The configuration of master, decoder and model for everything on the line.
 struct Configuration {
   /// The channels in the order on the line: highest ID first.
   FrameFormat format{};
-  /// Of the line as a whole: what its weakest device keeps.
+  /// The timing of the whole line: the limits of its weakest device.
   DeviceTiming timing{};
-  /// START may come so many clocks later than the devices are ready: their "busy_s", and one for
-  /// each ID behind the first.
+  /// The clocks by which START may be later than the devices are ready: their "busy_s", and one for
+  /// each ID after the first.
   std::uint8_t start_delay_clocks = 0;
   ValueSource format_source = ValueSource::eds;
   ValueSource clock_source = ValueSource::eds;
@@ -162,45 +161,45 @@ struct Configuration {
   /// By ID.
   std::array<SlaveDescription, control_max_slaves> slave_list{};
   std::uint8_t slave_count = 0;
-  /// The channels were deactivated meanwhile, and at least one slave obeyed.
+  /// The channels were deactivated during the configuration, and at least one slave obeyed.
   bool channels_were_switched = false;
 
   constexpr std::span<const SlaveDescription> slaves() const {
     return std::span<const SlaveDescription>(slave_list).first(slave_count);
   }
-  /// A master for frames of this format. Bounds are those of a device that shares a START among its
-  /// IDs, as well as of one device each.
+  /// The setup of a master for frames of this format. The bounds hold for a device that shares one
+  /// START among its IDs as well as for one device per ID.
   constexpr MasterSetup master_setup(Picoseconds period) const {
     return {.period = period, .timing = timing, .busy_s_clocks = start_delay_clocks};
   }
 };
 
-// ----
-// What a configuration is told, and what it asks for.
+// ---- Options and requests
 
 struct ConfigureOptions {
-  /// Deactivates the channels meanwhile, which makes each request short. Slaves need not obey.
+  /// Deactivates the channels during the configuration, which makes each request short. Slaves need
+  /// not obey.
   bool switch_channels = true;
-  /// From one request's CDS to the next request. Shorter: at the caller's risk.
+  /// From one request's CDS to the next request. A shorter time is at the caller's risk.
   Picoseconds cycle = common_cycle;
-  /// MA high before and behind INIT, at least (D2: 40 µs).
+  /// MA high before and after INIT, at least (D2: 40 µs).
   Picoseconds init_rest = biss_static_timeout_max;
-  /// Each access is tried again so many times.
+  /// The options of each access, with its number of retries.
   ControlOptions control{.retries = 3};
-  /// Of a device that does not say: what every slave takes.
+  /// The highest clock of a device that states none: what every slave accepts.
   Hertz unstated_clock_max = common_clock_max;
-  /// A whole chain of eight with all data sheets needs some 80 000 requests, 20 s.
+  /// A chain of eight with all data sheets needs about 80 000 requests, 20 s.
   std::uint32_t max_requests = 200'000;
-  /// What no document settles about EDS and profiles.
+  /// What no document defines about EDS and profiles.
   EdsDeviceOptions eds{};
 };
 
 /// The next request to make.
 struct ConfigureRequest {
   RequestKind kind = RequestKind::reduced;
-  /// CDM where answer() gives no other.
+  /// CDM where answer() returns no other.
   bool cdm = false;
-  /// Not before.
+  /// The earliest time of the request.
   Picoseconds at{std::numeric_limits<std::int64_t>::min()};
 };
 

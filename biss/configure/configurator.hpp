@@ -1,19 +1,20 @@
-// Configuration by itself: an unknown device, or a chain of them, is asked what its frames look
-// like and how it behaves in time.
+// Automatic configuration: asks an unknown device, or a chain of them, for its frames and its
+// timing.
 //
 //   Configurator configurator;
 //   while (!configurator.done()) {
-//     const ConfigureRequest request = configurator.request();
-//     // … not before request.at make a request of request.kind that ends with request.cdm, …
-//     const bool cdm = configurator.answer(now, cds);  // … and as soon as its CDS is there, or
-//   }                                                  // will not come, say so.
+//     const ConfigureRequest& request = configurator.request();
+//     // Make a request of request.kind, not before request.at, that ends with `cdm`:
+//     const bool cdm = configurator.answer(now, cds);
+//   }
 //
-// `cdm` is what is to end this very request; with the kind `reduced` it is request.cdm. CDM is to
-// be held from one request to the next, and the clock is to be 250 kHz to 1 MHz.
-// configure_cycle.hpp does all this with a RequestCycle.
+// answer() is called as soon as the CDS of the request is known, or known to be missing; it returns
+// the CDM that ends the same request. With the kind `reduced`, that is request.cdm. CDM must be
+// held from one request to the next, and the clock must be 250 kHz to 1 MHz. configure_cycle.hpp
+// does all of this with a RequestCycle.
 //
 // After the protocol description D2, "start-up for an unknown slave": channels off, rest, INIT,
-// rest, the register 0x41, the EDS in the bank it names, else the profile identifier.
+// rest, register 0x41, the EDS in the bank it names, or the profile identifier.
 #pragma once
 
 #include <algorithm>
@@ -41,10 +42,9 @@
 
 namespace biss::configure_detail {
 
-// ----
-// All that a configuration asks one slave: its identity, its profile, its EDS.
+// ---- The query of one slave: its identity, its profile, its EDS
 
-/// Whether this maker's devices have in a register what the map says, as far as is known.
+/// Whether this maker's devices follow the map at this address, as far as is known.
 constexpr bool follows_map(const std::optional<DeviceIdentity>& identity, unsigned address) {
   if (!identity) return true;
   const auto maker = manufacturer_name(identity->manufacturer);
@@ -54,8 +54,8 @@ constexpr bool follows_map(const std::optional<DeviceIdentity>& identity, unsign
   return true;
 }
 
-/// One access after the other on a session of the owner's. What a slave does not have is left out;
-/// BSEL is put back whatever happened. Not to be moved while it runs: the session writes into it.
+/// One access after the other, on a session of the owner. What a slave does not have is skipped;
+/// BSEL is restored in any case. Not to be moved while it runs: the session writes into it.
 class SlaveQuery {
  public:
   constexpr void begin(ControlSession& session, std::uint8_t slave) {
@@ -68,19 +68,19 @@ class SlaveQuery {
     read(session, ConfigureStep::identity, reg::dev_id, 8);
   }
 
-  /// To be called when the session's access is over.
+  /// To be called when the session's access is done.
   /// \return false: that was the last one
   constexpr bool advance(ControlSession& session) {
     const ControlOutcome& outcome = session.outcome();
     if (outcome.error == ControlError::next_unavailable && outcome.bytes_done != 0) {
-      // The device knows no longer sequence; the rest may still be there.
+      // The device supports no longer sequence; the rest may still be present.
       to_ = to_.subspan(outcome.bytes_done);
       address_ = static_cast<std::uint8_t>(address_ + outcome.bytes_done);
       writing_ ? session.write(slave_, address_, to_) : session.read(slave_, address_, to_);
       return true;
     }
     const bool there = !outcome.error;
-    // Refused, so BSEL still is what it was.
+    // The write was refused, so BSEL is unchanged.
     if (!there && writing_ && is_absent(*outcome.error)) bank_dirty_ = bank_ != found_bank_;
     if (step_ == ConfigureStep::restore_bank) {
       bank_dirty_ = !there;
@@ -112,15 +112,15 @@ class SlaveQuery {
 
   constexpr ConfigureStep step() const { return step_; }
   constexpr const SlaveDescription& description() const { return description_; }
-  /// Why the query ended early.
+  /// The error that ended the query early.
   constexpr std::optional<ControlError> failed() const { return failed_; }
-  /// The step at which it did. \pre failed()
+  /// The step where that happened. \pre failed()
   constexpr ConfigureStep failed_step() const { return failed_step_; }
-  /// BSEL is not known to be as it was.
+  /// BSEL may not have its original value.
   constexpr bool bank_dirty() const { return bank_dirty_; }
   constexpr bool has_eds() const { return has_common_; }
   constexpr CommonPart common() const { return parse_common_part(common_); }
-  /// What was read of the EDS; valid as long as the query is not begun again. \pre has_eds()
+  /// What was read of the EDS; valid until the next begin(). \pre has_eds()
   constexpr EdsImage image() const {
     EdsImage image{.common = &common_, .eds_bank = description_.eds_bank};
     for (std::size_t i = 0; i < max_channels; ++i) {
@@ -135,10 +135,10 @@ class SlaveQuery {
     return static_cast<std::uint16_t>(std::uint32_t{buffer_[0]} << 8U | buffer_[1]);
   }
 
-  // A clear no; an old device without W inversion says it by never starting, neither to be read nor
-  // to be written.
+  // A clear refusal; an old device without W inversion refuses by never sending the start bit,
+  // neither for a read nor for a write.
   static constexpr bool is_absent(ControlError error) {
-    return error == ControlError::refused || error == ControlError::refused_or_unheard ||
+    return error == ControlError::refused || error == ControlError::refused_or_not_addressed ||
            error == ControlError::busy_too_long || error == ControlError::start_missing ||
            error == ControlError::next_unavailable;
   }
@@ -172,7 +172,7 @@ class SlaveQuery {
     return read(session, ConfigureStep::select_bank, reg::bsel, 1);
   }
 
-  // BSEL was read, or written.
+  // BSEL was read or written.
   constexpr bool selected(ControlSession& session) {
     if (!writing_) {
       found_bank_ = bank_ = buffer_[0];
@@ -224,7 +224,7 @@ class SlaveQuery {
   }
 
   constexpr bool leave_eds(ControlSession& session) {
-    // 0xFF says "none" on some devices.
+    // 0xFF means "none" on some devices.
     description_.eds_unused = eds_presence(description_.eds_bank) == EdsPresence::present;
     return restore(session);
   }
@@ -262,10 +262,9 @@ class SlaveQuery {
   std::array<EdsBank, max_channels> channels_{};
 };
 
-// ----
-// What the slaves say, put together: one format and one behaviour in time for the whole line.
+// ---- The answers of the slaves, merged to one format and one timing for the line
 
-/// What an EDS says of the IDs `first` … `first + ids - 1`.
+/// What an EDS says about the IDs `first` … `first + ids - 1`.
 struct LineDevice {
   std::uint8_t first = 0;
   std::uint8_t ids = 1;
@@ -280,15 +279,15 @@ struct LineDevice {
   ValueSource cycle_source = ValueSource::eds;
 };
 
-/// A device of which nothing is known but that it is a BiSS C device.
+/// The timing of a device about which nothing is known.
 constexpr DeviceTiming unstated_timing(Hertz clock_max) {
   return {.clock_min = common_clock_min, .clock_max = clock_max};
 }
 
 class LineBuilder {
  public:
-  /// A slave that has no EDS of its own. An EDS that was told earlier, or is told later, and speaks
-  /// of this ID too, wins.
+  /// Adds a slave that has no EDS. An EDS that describes this ID, added before or after, has
+  /// precedence.
   constexpr void add_profile(std::size_t slave, const SlaveDescription& description,
                              const ProfileOptions& options) {
     Slot& slot = slots_[slave];
@@ -311,7 +310,7 @@ class LineBuilder {
     }
   }
 
-  /// \return false: it speaks of IDs that do not exist, or of more channels than IDs
+  /// \return false: it names IDs that do not exist, or more channels than IDs
   constexpr bool add_device(const LineDevice& device) {
     const std::size_t end = std::size_t{device.first} + device.ids;
     const std::size_t count = device.format.channel_count;
@@ -319,7 +318,7 @@ class LineBuilder {
     for (std::size_t i = 0; i < device.ids; ++i) {
       Slot& slot = slots_[device.first + i];
       slot = {.known = true, .present = i < count, .source = ValueSource::eds};
-      // The line brings the highest ID first.
+      // The highest ID is first on the line.
       if (slot.present) slot.channel = device.format.channel_list[count - 1 - i];
     }
     format_source_ = std::min(format_source_, device.format_source);
@@ -388,7 +387,7 @@ class LineBuilder {
     all.clock_max = std::min(all.clock_max, other.clock_max);
     all.start_min = std::min(all.start_min, other.start_min);
     all.ack_max = std::max(all.ack_max, other.ack_max);
-    // A clock that one device always takes may be two where another is slower.
+    // Clocks that one device always takes may be fewer than another needs.
     all.ack_clocks = all.ack_clocks == other.ack_clocks ? all.ack_clocks : std::uint16_t{0};
     if (all.timeout.rule == other.timeout.rule) {
       all.timeout.time = std::max(all.timeout.time, other.timeout.time);
@@ -409,8 +408,7 @@ class LineBuilder {
   ValueSource cycle_source_ = ValueSource::eds;
 };
 
-// ----
-// What an EDS that was read over the line says of its device, and where each value comes from.
+// ---- A device from the EDS that was read over the line, and the source of each value
 
 /// Which of the common part's times were used in a unit that is a hypothesis.
 struct HypothesisSink {
@@ -428,7 +426,7 @@ struct HypothesisSink {
 };
 
 /// \param image with a common part; the identifiers are filled in here
-/// \param slaves what is known of all slaves so far, by ID, up to the one that holds the EDS
+/// \param slaves what is known about the slaves by ID, up to the one that holds the EDS
 /// \return the device, or eds_contradiction
 constexpr Result<LineDevice, ConfigureFault> eds_device(
     EdsImage image, const std::array<SlaveDescription, control_max_slaves>& slaves,
@@ -444,7 +442,7 @@ constexpr Result<LineDevice, ConfigureFault> eds_device(
   LineDevice line;
   line.first = static_cast<std::uint8_t>(common.first_slave(holder));
   line.ids = common.sl_num;
-  // Channel i is the i-th slave's where there is one each.
+  // Channel i belongs to the i-th slave where each has one.
   for (std::size_t i = 0; i < common.dc_num && i < max_channels; ++i) {
     const std::size_t slave = common.dc_num == 1 ? holder : line.first + i;
     if (slave > holder || (common.dc_num != 1 && common.dc_num != common.sl_num)) break;
@@ -456,7 +454,7 @@ constexpr Result<LineDevice, ConfigureFault> eds_device(
   line.format = device->format;
   line.timing = device->timing;
   line.busy_s_clocks = device->busy_s_clocks;
-  // From common_clock_max down every slave takes every clock.
+  // Up to common_clock_max, every slave accepts every clock.
   line.timing.clock_min = common_clock_min;
   if (common.tma == 0) {
     line.clock_source = ValueSource::defaults;
@@ -475,15 +473,15 @@ constexpr Result<LineDevice, ConfigureFault> eds_device(
 
 namespace biss {
 
-/// Ends after max_requests at the latest, whatever the answers are. Not to be copied: its session
-/// writes into it.
+/// Ends after at most max_requests, whatever the answers are. Not to be copied: its session writes
+/// into it.
 class Configurator {
  public:
   constexpr explicit Configurator(const ConfigureOptions& options = {})
       : options_(options), session_(options.control) {
     if (options.switch_channels) {
       session_.broadcast(ControlCommand::channels);
-      left_behind_.channels_off = true;
+      unrestored_.channels_off = true;
       request_.cdm = session_.step({}, CdsBit::missing);
     } else {
       begin_init();
@@ -496,14 +494,14 @@ class Configurator {
   /// The request to make. \pre !done()
   constexpr const ConfigureRequest& request() const { return request_; }
 
-  /// The request was made. \pre !done()
-  /// \param cds `missing` for the kind `reduced`, and where no CDS came that may be believed
-  /// \return the CDM that is to end this request
+  /// Takes the answer to the request. \pre !done()
+  /// \param cds `missing` for the kind `reduced`, and where no valid CDS came
+  /// \return the CDM that ends this request
   constexpr bool answer(Picoseconds now, CdsBit cds) {
     ++requests_;
     bool cdm = request_.cdm;
     if (request_.kind != RequestKind::reduced) {
-      heard_ = heard_ || cds != CdsBit::missing;
+      received_cds_ = received_cds_ || cds != CdsBit::missing;
       cdm = session_.step(now, cds);
     }
     request_ = {.kind = request_.kind, .at = now + options_.cycle};
@@ -522,14 +520,14 @@ class Configurator {
     if (fault_) return failure(*fault_);
     return config_;
   }
-  /// Whole when done().
-  constexpr LeftBehind left_behind() const { return left_behind_; }
+  /// Complete when done().
+  constexpr Unrestored unrestored() const { return unrestored_; }
   constexpr ConfigureStep step() const {
     return step_ == ConfigureStep::identity ? query_.step() : step_;
   }
-  /// ID of the slave that is asked.
+  /// The ID of the current slave.
   constexpr std::uint8_t slave() const { return slave_; }
-  /// Made so far.
+  /// The number of requests made so far.
   constexpr std::uint32_t requests() const { return requests_; }
 
  private:
@@ -553,7 +551,7 @@ class Configurator {
     }
   }
 
-  // The first of two brings MA back to high, should CDM 1 have been held.
+  // The first of two returns MA to high, in case CDM 1 was held.
   constexpr void begin_init() {
     step_ = ConfigureStep::init;
     left_ = 2;
@@ -577,10 +575,10 @@ class Configurator {
 
   constexpr void note_bank() {
     if (!query_.bank_dirty()) return;
-    left_behind_.banks = static_cast<std::uint8_t>(left_behind_.banks | 1U << slave_);
+    unrestored_.banks = static_cast<std::uint8_t>(unrestored_.banks | 1U << slave_);
   }
 
-  // False: there are more than can be asked.
+  // False: there are more slaves than can be addressed.
   constexpr bool count_slaves() {
     const ControlOutcome& outcome = session_.outcome();
     if (config_.slave_count == 0) {
@@ -595,7 +593,7 @@ class Configurator {
     ConfigureError cause = ConfigureError::control_failed;
     const bool lost = error == ControlError::frame_lost || error == ControlError::no_answer ||
                       error == ControlError::no_such_slave;
-    if (!heard_) {
+    if (!received_cds_) {
       cause = ConfigureError::no_encoder;
     } else if (lost && config_.slave_count != 0) {
       cause = ConfigureError::line_lost;
@@ -633,10 +631,10 @@ class Configurator {
   constexpr void end_channels_on() {
     const auto error = session_.outcome().error;
     config_.channels_were_switched = !error;
-    // Who does not know this command did not obey the broadcast either.
+    // A slave without this command did not obey the broadcast, either.
     const bool stay_off = error && error != ControlError::not_accepted;
-    // Slaves without an ID heard the broadcast, and cannot be addressed.
-    left_behind_.channels_off = stay_off || session_.outcome().more_slaves;
+    // Slaves without an ID received the broadcast and cannot be addressed.
+    unrestored_.channels_off = stay_off || session_.outcome().more_slaves;
     if (stay_off) {
       end_with({.cause = ConfigureError::channels_stay_off, .step = step_, .control = error});
     }
@@ -652,20 +650,21 @@ class Configurator {
     left_ = control_reset_zeros;
   }
 
-  // The first cause stands.
+  // The first cause is kept.
   constexpr void end_with(const ConfigureFault& fault) {
     if (!fault_) fault_ = fault;
   }
 
   ConfigureOptions options_;
   ControlSession session_;
-  ConfigureStep step_ = ConfigureStep::channels_off;  // `identity` stands for all of the query's
+  ConfigureStep step_ =
+      ConfigureStep::channels_off;  // `identity` stands for all steps of the query
   ConfigureRequest request_{};
   std::uint32_t requests_ = 0;
   std::uint8_t left_ = 0;  // requests of this step
   std::uint8_t slave_ = 0;
-  bool heard_ = false;
-  LeftBehind left_behind_{};
+  bool received_cds_ = false;
+  Unrestored unrestored_{};
   configure_detail::SlaveQuery query_;
   configure_detail::LineBuilder builder_;
   Configuration config_{};

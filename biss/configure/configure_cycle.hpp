@@ -1,4 +1,5 @@
-// Configuration on a RequestCycle: MA and SLO, and in the end what to read the encoder with.
+// Automatic configuration with a RequestCycle: drives MA, takes SLO, and ends with what is needed
+// to read the encoder.
 #pragma once
 
 #include <algorithm>
@@ -13,13 +14,13 @@
 
 namespace biss {
 
-/// A master that has to know nothing.
+/// A master without configuration.
 ///
 ///   ConfigureCycle cycle;
 ///   StepOutput out = cycle.begin(now);
 ///   while (!cycle.done()) out = cycle.step(now, slo);  // at each change of SLO and each deadline
 ///   const auto result = cycle.result();
-///   if (result.ok()) … RequestCycle(FrameCodec(result->format), result->master_setup(period)) …
+///   if (result.ok()) read_with(result->format, result->master_setup(period));
 ///
 /// MA is high at the end. Not to be copied.
 class ConfigureCycle {
@@ -34,7 +35,7 @@ class ConfigureCycle {
     return {true, due_};
   }
 
-  /// As RequestCycle's.
+  /// Like RequestCycle::step().
   constexpr StepOutput step(Picoseconds now, bool slo) {
     if (done()) return {ma_, never};
     if (!running_) {
@@ -57,7 +58,7 @@ class ConfigureCycle {
   constexpr const Configurator& configurator() const { return configurator_; }
 
  private:
-  // Its frames are never asked for.
+  // Frames of this format are never requested.
   static constexpr FrameFormat no_format = [] {
     FrameFormat format;
     format.channel_count = 1;
@@ -66,7 +67,7 @@ class ConfigureCycle {
   }();
   using Codec = FixedCodec<no_format>;
 
-  // Of a chain that may be as long and as late as there are.
+  // For the longest and slowest chain.
   static constexpr MasterSetup setup(Hertz clock) {
     return {.period = period_of(clock),
             .busy_s_clocks = biss_busy_s_max_clocks + control_max_slaves - 1,
@@ -100,7 +101,7 @@ class ConfigureCycle {
   Configurator configurator_;
   RequestCycle<Codec> master_;
   bool running_ = false;
-  bool answered_ = false;  // the configurator knows how this request went
+  bool answered_ = false;  // the configurator has the answer to this request
   bool ma_ = true;
   Picoseconds due_ = never;
 };

@@ -1,16 +1,17 @@
-// A control frame: one CDM bit and one CDS bit a BiSS frame, numbered k = 0, 1, 2 … from the start
-// bit. The CDM bit k ends a frame, the CDS bit k comes with the next one.
+// A control frame: one CDM bit and one CDS bit per BiSS frame, numbered k = 0, 1, 2 … from the
+// start bit. CDM bit k ends a frame; CDS bit k comes with the next one.
 //
 //   k          0   1    2…4  5…11  12…15   16  17  18   19…26  27…30  31
-//   read  CDM  S  CTS=1  ID   ADR   CRC     1   0   S     0      0     0, or S of the next byte at
-//   32
+//   read  CDM  S  CTS=1  ID   ADR   CRC     1   0   S     0      0     0
 //         CDS  IDL0 … IDL8   0  …   0       1   0   S    DATA   CRC    P
 //   write CDM  S  CTS=1  ID   ADR   CRC     0   1   S    DATA   CRC    0
-//         CDS  IDL0 … IDL8   0  …   0       0   1   S    DATA   CRC    P      (the echo)
+//         CDS  IDL0 … IDL8   0  …   0       0   1   S    DATA   CRC    P    (the echo)
 //
-//   k              0   1    2…9      10…11  12…15   16  17…23  24
-//   addressed CDM  S  CTS=0 IDS0…IDS7  CMD    CRC     S    0     EX      CDS 16…23: IDA0 … IDA7
-//   broadcast CDM  S  CTS=0   0        CMD    CRC     S   EX (k = 17)
+//   k              0   1     2…9    10…11  12…15  16  17…23  24
+//   addressed CDM  S  CTS=0  IDS0…7  CMD    CRC   S     0    EX      CDS 16…23: IDA0 … IDA7
+//   broadcast CDM  S  CTS=0    0     CMD    CRC   S   EX (k = 17)
+//
+// The S of a further byte follows at k = 32, as CDM bit of the frame in which P = 0 came.
 //
 // Protocol description D2, chapter control communication.
 #pragma once
@@ -25,9 +26,9 @@
 
 namespace biss {
 
-/// So many CDM = 0 return every slave's control logic to idle, and must precede a control frame.
+/// This many CDM = 0 return every slave's control logic to idle, and must precede a control frame.
 inline constexpr unsigned control_reset_zeros = 14;
-/// Slaves that can be addressed at once; IDL8 says that there are more.
+/// Slaves that can be addressed at once; IDL8 indicates more.
 inline constexpr unsigned control_max_slaves = 8;
 /// Bytes of one sequential access, at most.
 inline constexpr std::size_t sequential_max_bytes = 64;
@@ -36,7 +37,7 @@ inline constexpr unsigned register_count = 128;
 /// The longest that a slave may delay S of a byte (D2, table of characteristics, row 11).
 inline constexpr Picoseconds register_busy_max = milliseconds(20);
 
-/// CRC of the header (CTS and the ten bits of addressing; the start bit is excluded) and of a byte.
+/// The CRC of the header (CTS and ten bits of addressing, without the start bit) and of a byte.
 inline constexpr CrcSpec control_crc{.polynomial = 0x13, .start = 0, .width_bits = 4};
 
 /// Index of a bit in a control frame.
@@ -44,7 +45,7 @@ namespace control_bit {
 inline constexpr unsigned start = 0;
 inline constexpr unsigned cts = 1;
 inline constexpr unsigned addressing = 2;  // ten bits
-inline constexpr unsigned idl_end = 9;     // behind IDL8
+inline constexpr unsigned idl_end = 9;     // after IDL8
 inline constexpr unsigned header_crc = 12;
 inline constexpr unsigned header_end = 16;
 inline constexpr unsigned read = 16;        // R
@@ -58,8 +59,8 @@ inline constexpr unsigned ex_broadcast = 17;
 /// A byte's bits: S, DATA7 … DATA0, CRC3 … CRC0, P.
 inline constexpr unsigned control_byte_bits = 14;
 
-/// BiSS frames of an access with the 14 zeros before it and, where one is needed, the last CDS
-/// behind it; no slave busy.
+/// The BiSS frames of an access: the 14 zeros before it, and the last CDS after it where one is
+/// needed; no slave is busy.
 constexpr std::uint32_t register_access_frames(std::size_t bytes) {
   return control_reset_zeros + control_bit::byte_start +
          control_byte_bits * static_cast<std::uint32_t>(bytes) + 1;
@@ -71,8 +72,8 @@ inline constexpr std::uint32_t broadcast_command_frames =
 static_assert(register_access_frames(1) == 47 && register_access_frames(64) == 929 &&
               addressed_command_frames == 39 && broadcast_command_frames == 32);
 
-/// The four commands. What they mean depends on whether slaves are addressed or all are meant.
-/// All are optional for slaves.
+/// The four commands. Their meaning depends on whether slaves are addressed or all are meant. All
+/// are optional for slaves.
 enum class ControlCommand : std::uint8_t {
   channels = 0b00,  ///< addressed: activate data channels; broadcast: deactivate those of all
   control = 0b01,  ///< addressed: deactivate control communication; broadcast: activate that of all
@@ -80,11 +81,11 @@ enum class ControlCommand : std::uint8_t {
   user = 0b11,     ///< addressed: the device's own; broadcast: reserved
 };
 
-/// What a master wants of a register.
+/// What a master does with a register.
 enum class RegisterAccess : std::uint8_t { read, write };
 
-/// What follows the start bit, in line order from the top: CTS, then ten bits of addressing.
-/// 11 bits, the ones the header's CRC covers.
+/// What follows the start bit, in line order from the top: CTS, then ten bits of addressing. These
+/// are the 11 bits that the header's CRC covers.
 constexpr std::uint16_t register_header(unsigned slave, unsigned address) {
   return static_cast<std::uint16_t>(0x400U | (slave & 7U) << 7U | (address & 0x7FU));
 }
@@ -107,7 +108,7 @@ constexpr std::uint8_t control_crc_of(std::uint32_t data, unsigned bits) {
 
 namespace control_detail {
 
-// The register after four zeros behind each of its values: a nibble a step.
+// The CRC register after four zeros that follow each of its values: one nibble per step.
 inline constexpr std::array<std::uint8_t, 16> crc_after_nibble = [] {
   std::array<std::uint8_t, 16> table{};
   for (unsigned i = 0; i < 16; ++i) {
@@ -132,11 +133,9 @@ static_assert(header_crc(register_header(0, 0x00)) == 0x6 &&
               header_crc(register_header(0, 0x20)) == 0xC && byte_crc(0x48) == 0x3 &&
               byte_crc(0x55) == 0x2);  // published in AN22
 
-// ----
-// A control frame's header as it was heard: what a slave, a listener and a test bench make of the
-// 15 bits behind the start bit.
+// ---- A control frame's header as received: the 15 bits after the start bit
 
-/// What a header asks for.
+/// What a header requests.
 struct ControlHeader {
   /// CTS = 1. False: a command.
   bool register_access = false;
@@ -148,7 +147,7 @@ struct ControlHeader {
   ControlCommand command = ControlCommand::channels;
 
   constexpr bool broadcast() const { return !register_access && slaves == 0; }
-  /// Whether the slave with this ID is meant, by its ID or by a broadcast.
+  /// Whether the slave with this ID is addressed, by its ID or by a broadcast.
   constexpr bool addresses(unsigned id) const {
     if (register_access) return slave == id;
     return slaves == 0 || (slaves >> id & 1U) != 0;
@@ -156,12 +155,12 @@ struct ControlHeader {
   constexpr bool operator==(const ControlHeader&) const = default;
 };
 
-/// Bits of a header behind the start bit: CTS, ten of addressing, four of CRC.
+/// The bits of a header after the start bit: CTS, ten of addressing, four of CRC.
 inline constexpr unsigned control_header_bits = control_bit::header_end - control_bit::cts;
 
-/// \param bits the 15 bits in line order, CTS topmost (bit 14), CRC0 lowest; what is above is not
-/// looked at
-/// \return nothing when the CRC is wrong: a slave then behaves as not addressed
+/// \param bits the 15 bits in line order, CTS topmost (bit 14), CRC0 lowest; higher bits are
+///   ignored
+/// \return nothing when the CRC is wrong: a slave then acts as not addressed
 constexpr std::optional<ControlHeader> parse_header(std::uint32_t bits) {
   const auto covered = static_cast<std::uint16_t>(bits >> 4U & 0x7FFU);
   if (header_crc(covered) != (bits & 0xFU)) return std::nullopt;

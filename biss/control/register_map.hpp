@@ -1,5 +1,5 @@
-// The register map that BiSS C gives to every slave with register access: 128 bytes, of which the
-// first 64 are a window to one of 256 banks. All numbers are big-endian.
+// The register map of every BiSS C slave with register access: 128 bytes, of which the first 64 are
+// a window to one of 256 banks. All numbers are big-endian.
 //
 // Protocol description D2, chapter registers.
 #pragma once
@@ -27,14 +27,14 @@ inline constexpr std::uint8_t dev_id = 0x78;    ///< device ID, 6 bytes
 inline constexpr std::uint8_t mfr_id = 0x7E;    ///< manufacturer ID, 2 bytes; mandatory
 }  // namespace reg
 
-/// Bytes of a bank, and how many banks BSEL can choose.
+/// Bytes of a bank, and the number of banks that BSEL can select.
 inline constexpr std::size_t bank_bytes = 64;
 inline constexpr std::size_t bank_count = 256;
 
-/// Who may do what with a field, where the device follows the map. A device may protect any
-/// register, which looks as if it were not there.
+/// The access to a field, where the device follows the map. A device may protect any register,
+/// which looks as if it were absent.
 enum class FieldAccess : std::uint8_t {
-  device,           ///< as the device says
+  device,           ///< depends on the device
   read_only,        ///< writing is refused
   write_or_absent,  ///< readable and writable, or refused as a whole
 };
@@ -49,7 +49,7 @@ struct RegisterField {
   constexpr bool contains(unsigned at) const { return at >= address && at - address < bytes; }
 };
 
-/// The whole of the 128 addresses, in order.
+/// All 128 addresses, in order.
 inline constexpr std::array<RegisterField, 8> register_fields{{
     {"BANK", reg::bank, 64, FieldAccess::device},
     {"BSEL", reg::bsel, 1, FieldAccess::write_or_absent},
@@ -69,20 +69,20 @@ constexpr const RegisterField& register_field(unsigned address) {
   return register_fields.back();
 }
 
-/// A maker's entry in MFR_ID. The IDs seen are two ASCII letters.
+/// A maker's entry in MFR_ID. The known IDs are two ASCII letters.
 struct Manufacturer {
   std::uint16_t id = 0;
   std::string_view name;
   std::string_view source;
 };
 
-/// Those that a source names; there are many more, and Renishaw's encoders have no registers.
+/// The makers that a source names. There are many more; Renishaw's encoders have no registers.
 inline constexpr std::array<Manufacturer, 2> manufacturers{{
     {0x6943, "iC-Haus", "read from an iC-MHM (AN22); its description file is idbiss6943.xml"},
     {0x4C69, "Lika", "manuals name the description file idbiss4C69.xml"},
 }};
 
-/// Nothing where the ID is not known.
+/// The maker's name; nothing for an unknown ID.
 constexpr std::optional<std::string_view> manufacturer_name(std::uint16_t id) {
   for (const Manufacturer& maker : manufacturers) {
     if (maker.id == id) return maker.name;
@@ -90,7 +90,7 @@ constexpr std::optional<std::string_view> manufacturer_name(std::uint16_t id) {
   return std::nullopt;
 }
 
-/// What registers 0x40 to 0x47 say.
+/// The contents of registers 0x40 to 0x47.
 struct DeviceRegisters {
   std::uint8_t bsel = 0;
   std::uint8_t eds_bank = 0;
@@ -100,8 +100,8 @@ struct DeviceRegisters {
   std::optional<std::uint32_t> serial;
 };
 
-/// DEV_SN as a number. 0 means none by the protocol; 0xFFFFFFFF is reserved, and seen on devices
-/// that have not been given one (AN22).
+/// DEV_SN as a number. 0 means none by the protocol; 0xFFFFFFFF is reserved and is found on devices
+/// without a serial number (AN22).
 constexpr std::optional<std::uint32_t> serial_number(std::span<const std::uint8_t, 4> bytes) {
   const auto number = static_cast<std::uint32_t>(from_big_endian(bytes));
   if (number == 0 || number == 0xFFFF'FFFFU) return std::nullopt;
@@ -116,7 +116,7 @@ constexpr DeviceRegisters device_registers(std::span<const std::uint8_t, 8> byte
           .serial = serial_number(bytes.subspan<4, 4>())};
 }
 
-/// What registers 0x78 to 0x7F say.
+/// The contents of registers 0x78 to 0x7F.
 struct DeviceIdentity {
   /// 48 bits; often ASCII from the top byte on.
   std::uint64_t device = 0;
@@ -131,7 +131,7 @@ constexpr DeviceIdentity device_identity(std::span<const std::uint8_t, 8> bytes)
           .manufacturer = static_cast<std::uint16_t>(from_big_endian(bytes.subspan<6, 2>()))};
 }
 
-/// What EDS_BANK says of an electronic data sheet.
+/// What EDS_BANK indicates.
 enum class EdsPresence : std::uint8_t {
   none,      ///< 0x00
   present,   ///< in this bank
@@ -143,10 +143,8 @@ constexpr EdsPresence eds_presence(std::uint8_t eds_bank) {
   return eds_bank == 0xFF ? EdsPresence::doubtful : EdsPresence::present;
 }
 
-// ----
-// What makers have put where the register map says something else, or says nothing. Each row is
-// from one document, none has been seen on the line; a device that is not here may do as it likes
-// too.
+// ---- Deviations of makers: each row is from one document, none was seen on the line. There may be
+// others.
 
 /// A run of registers with a maker's own meaning.
 struct VendorRegister {
@@ -159,8 +157,8 @@ struct VendorRegister {
   constexpr bool contains(unsigned address) const { return address >= first && address <= last; }
 };
 
-/// Registers 0x40 to 0x47 in another meaning than the map's: do not write BSEL, do not believe the
-/// serial number there.
+/// Registers 0x40 to 0x47 with another meaning than the map's. For these devices, BSEL must not be
+/// written and the serial number there must not be used.
 inline constexpr std::array<VendorRegister, 4> map_quirks{{
     {"Lika", "AMM36", 0x40, 0x40, "preset enable, not BSEL"},
     {"Lika", "AMM36", 0x44, 0x47, "serial number, least significant byte first"},

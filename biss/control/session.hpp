@@ -1,14 +1,15 @@
-// The master's end of the control communication: registers read and written, commands sent, with
-// one CDM bit and one CDS bit a BiSS frame.
+// The master's end of the control communication: reads and writes registers and sends commands,
+// with one CDM bit and one CDS bit per BiSS frame.
 //
 //   ControlSession session;
 //   std::array<std::uint8_t, 2> profile;
 //   session.read(0, 0x42, profile);
-//   // Then once a BiSS frame, between its CDS and its end:
-//   const bool cdm = session.step(now, cds);  // the CDM bit that is to end this very frame
-//   if (session.done() && !session.outcome().error) ...
+//   // Once per BiSS frame, between its CDS and its end:
+//   const bool cdm = session.step(now, cds);  // the CDM bit that ends this frame
+//   if (session.done() && !session.outcome().error) use(profile);
 //
-// A frame without a running access ends with CDM = 0; step() it all the same, and its zero counts.
+// A frame without an access ends with CDM = 0. step() is called for it, too, because its zero
+// counts.
 #pragma once
 
 #include <algorithm>
@@ -25,27 +26,26 @@
 
 namespace biss {
 
-// ----
-// How an access to registers or a command ended.
+// ---- How an access ends
 
-/// The one cause why an access did not do all it was asked. Where the protocol cannot tell two
-/// causes apart the name says so.
+/// The one cause why an access did not complete. Where the protocol cannot distinguish two causes,
+/// the name says so.
 enum class ControlError : std::uint8_t {
-  bad_request,         ///< asked for what no control frame can say; nothing was sent
-  no_answer,           ///< IDL0 stayed 0: no slave took an ID
-  no_such_slave,       ///< fewer slaves took an ID than the one addressed
-  id_pattern,          ///< IDL has a gap, or a 1 behind it where 0 is due
-  refused,             ///< read: protected or not there (these two look the same)
-  unheard,             ///< read: the slave is there but behaves as not addressed (header damaged)
-  refused_or_unheard,  ///< write: refused, or the header was damaged: both look the same
-  rw_pattern,          ///< R and W as no slave sends them
+  bad_request,    ///< asked for what no control frame can say; nothing was sent
+  no_answer,      ///< IDL0 stayed 0: no slave took an ID
+  no_such_slave,  ///< fewer slaves took an ID than the one addressed
+  id_pattern,     ///< IDL has a gap, or a 1 after it where 0 is due
+  refused,        ///< read: protected or absent (the protocol has one answer for both)
+  not_addressed,  ///< read: the slave is present but acts as not addressed (header damaged)
+  refused_or_not_addressed,  ///< write: refused, or not_addressed: the answer is the same
+  rw_pattern,                ///< an R and W that no slave sends
   busy_too_long,     ///< no start bit in time; an old device without W inversion refuses like this
   start_missing,     ///< write: S of the first byte was not echoed, which may not be delayed
   data_crc,          ///< read: the byte and its CRC do not fit
-  echo,              ///< write: what came back is not what was sent; what was written is unknown
+  echo,              ///< write: the echo differs from what was sent; what was written is unknown
   next_unavailable,  ///< sequential: P = 1 before the last byte; those before are done
-  not_accepted,      ///< command: too few of the addressed slaves said that they would, or none
-                     ///< heard it (header damaged); dropped by EX = 0
+  not_accepted,      ///< command: not enough of the addressed slaves accept it, or none received
+                     ///< it (header damaged); dropped by EX = 0
   ida_pattern,       ///< command: a slave that is not addressed accepts; dropped by EX = 0
   frame_lost,        ///< a frame of the access brought no CDS
   cancelled,         ///< by the master itself
@@ -53,18 +53,31 @@ enum class ControlError : std::uint8_t {
 
 inline constexpr std::size_t control_error_count = 17;
 
-/// The name users and scripts see, the same as the enumerator's.
+/// The name that users and scripts see, the same as the enumerator's.
 constexpr std::string_view name_of(ControlError error) {
-  constexpr std::array<std::string_view, control_error_count> names{
-      "bad_request",        "no_answer",    "no_such_slave", "id_pattern",    "refused",  "unheard",
-      "refused_or_unheard", "rw_pattern",   "busy_too_long", "start_missing", "data_crc", "echo",
-      "next_unavailable",   "not_accepted", "ida_pattern",   "frame_lost",    "cancelled"};
+  constexpr std::array<std::string_view, control_error_count> names{"bad_request",
+                                                                    "no_answer",
+                                                                    "no_such_slave",
+                                                                    "id_pattern",
+                                                                    "refused",
+                                                                    "not_addressed",
+                                                                    "refused_or_not_addressed",
+                                                                    "rw_pattern",
+                                                                    "busy_too_long",
+                                                                    "start_missing",
+                                                                    "data_crc",
+                                                                    "echo",
+                                                                    "next_unavailable",
+                                                                    "not_accepted",
+                                                                    "ida_pattern",
+                                                                    "frame_lost",
+                                                                    "cancelled"};
   return names[static_cast<std::size_t>(error)];
 }
 
 /// Whether damage on the line can be the cause, so that the same access may succeed when it is
-/// tried again. A clear no (refused, next_unavailable) is not asked twice, and what the master did
-/// itself not done again.
+/// tried again. A clear refusal (refused, next_unavailable) is not repeated, nor is what the master
+/// did itself.
 constexpr bool worth_retrying(ControlError error) {
   switch (error) {
     case ControlError::bad_request:
@@ -77,65 +90,65 @@ constexpr bool worth_retrying(ControlError error) {
   }
 }
 
-// ----
-// What a control session is told and tells: CDS, options, and how an access ended.
+// ---- What a session gets and returns
 
-/// What a BiSS frame brought as CDS.
+/// The CDS of a BiSS frame.
 enum class CdsBit : std::uint8_t {
   zero,
   one,
-  missing,  ///< no frame that may be believed (no answer, no START, cut short), or a reduced one
+  missing,  ///< no valid frame (no answer, no START, cut short), or a reduced one
 };
 
 /// When a command to addressed slaves is executed.
 enum class ExecuteIf : std::uint8_t {
-  all_accept,   ///< all of them, and nobody else, said that they accept
-  any_accepts,  ///< at least one of them, and nobody else, said so
-  always,       ///< without looking at what they say, as long as one of them is there
+  all_accept,   ///< all of them accept, and no other slave
+  any_accepts,  ///< at least one of them accepts, and no other slave
+  always,       ///< whatever they answer, as long as one of them is present
 };
 
 struct ControlOptions {
-  /// The longest that a slave may delay S of a byte, from the frame in which S could have come. 0:
-  /// not at all. S in the first frame behind it still counts: it may have been ready in time.
+  /// The longest time by which a slave may delay S of a byte, from the frame in which S could have
+  /// come. 0: no delay. S in the first frame after it still counts: the slave may have been ready
+  /// in time.
   Picoseconds busy_max = register_busy_max;
-  /// So many times an access that failed is tried again where worth_retrying() says so; a broadcast
-  /// never is. A sequential access goes on with the first byte that is not yet done. A byte of a
-  /// write whose echo was wrong may so be written twice: leave this 0 for registers that mind.
+  /// How often a failed access is tried again where worth_retrying() says so; a broadcast never is.
+  /// A sequential access continues with the first byte that is not done. A byte of a write whose
+  /// echo was wrong may then be written twice: leave this 0 for registers where that matters.
   std::uint8_t retries = 0;
 };
 
-/// How an access ended, or how far it is.
+/// The state of an access: how it ended, or how far it is.
 struct ControlOutcome {
-  /// The longest that a slave delayed S of a byte; 0 where it never did. An S whose 1 was damaged
-  /// on CDS looks like a delay too. What is read then is always found to be wrong. Not so a byte
-  /// that is written behind another one: master and slave are a bit apart, and the echo agrees for
-  /// half of all values though nothing was written. Read back what was written with a delay, or
-  /// write such registers in accesses of their own, where the protocol allows no delay.
+  /// The longest time by which a slave delayed S of a byte; 0 where it never did. An S whose 1 was
+  /// damaged on CDS looks like a delay, too. What is read then is always detected as wrong. A byte
+  /// that is written after another one is not: master and slave are a bit apart, and the echo
+  /// agrees for half of all values although nothing was written. Read back what was written with a
+  /// delay, or write such registers in separate accesses, where the protocol allows no delay.
   Picoseconds longest_busy{};
-  /// Frames since the access began, this one included.
+  /// Frames since the access began, including this one.
   std::uint32_t frames = 0;
   /// Bytes read with a good CRC, or written with a good echo; the first ones of the request.
   std::uint8_t bytes_done = 0;
   /// Bit k: a slave took ID k in the last try. 0 for a broadcast.
   std::uint8_t slaves_present = 0;
-  /// There are slaves beyond the eight with an ID (IDL8).
+  /// There are more slaves than the eight with an ID (IDL8).
   bool more_slaves = false;
   /// Command: bit k for a slave with ID k that accepted (IDA).
   std::uint8_t accepted = 0;
-  /// Control frames begun or to begin: 1, and one more for every retry.
+  /// Control frames begun or to begin: 1, and one more for each retry.
   std::uint16_t tries = 0;
-  /// Why not all was done that was asked; the last try's cause.
+  /// Why the access did not complete; the last try's cause.
   std::optional<ControlError> error;
-  /// Why there was a retry, the last time.
+  /// The cause of the last retry.
   std::optional<ControlError> retried;
 };
 
-// ----
-// What the CDS bits of a control frame say, apart from data.
+// ---- What the CDS bits of a control frame mean, without data
 
-/// How many slaves have taken an ID, from 0 on without a gap: 0…8, and 9 where there are more
-/// (IDL8). \param cds the CDS bits 0…15 of a control frame, bit 0 topmost: IDL0 … IDL8 and seven
-/// zeros \return nothing where no slaves can have sent this
+/// The number of slaves that took an ID, from 0 on without a gap: 0…8, and 9 where there are more
+/// (IDL8).
+/// \param cds the CDS bits 0…15 of a control frame, bit 0 topmost: IDL0 … IDL8 and seven zeros
+/// \return nothing where no slaves can have sent this
 constexpr std::optional<unsigned> slaves_counted(std::uint16_t cds) {
   const std::uint32_t zeros = ~std::uint32_t{cds} & 0xFFFFU;
   if ((zeros & (zeros + 1U)) != 0 || zeros < 0x7FU) return std::nullopt;
@@ -152,47 +165,45 @@ constexpr std::uint8_t slaves_accepting(std::uint8_t cds) {
   return static_cast<std::uint8_t>(ida);
 }
 
-/// Why R and W as heard on CDS do not let the access go on; nothing where they do.
+/// Why R and W as received on CDS end the access; nothing where they do not.
 constexpr std::optional<ControlError> access_denied(RegisterAccess access, bool r, bool w) {
   if (access == RegisterAccess::read) {
     if (r && !w) return std::nullopt;
     if (r) return ControlError::refused;
-    return w ? ControlError::rw_pattern : ControlError::unheard;
+    return w ? ControlError::rw_pattern : ControlError::not_addressed;
   }
   if (r) return ControlError::rw_pattern;
   if (w) return std::nullopt;
-  return ControlError::refused_or_unheard;
+  return ControlError::refused_or_not_addressed;
 }
 
-// ----
-// What a control session is asked to do, the CDM bits that say it, and what the answers mean for
-// it.
+// ---- An access, the CDM bits that request it, and the meaning of the answers
 
 enum class ControlKind : std::uint8_t { read, write, addressed, broadcast };
 
-/// One access. Made by the four functions below; `possible` tells whether a control frame can say
-/// it.
+/// One access, made by the four functions below. `possible` is true where a control frame can
+/// request it.
 struct ControlRequest {
   ControlKind kind = ControlKind::read;
   ExecuteIf execute_if = ExecuteIf::all_accept;
-  /// Bit k: the slave with ID k is addressed. 0: all are meant.
+  /// Bit k: the slave with ID k is addressed. 0: broadcast.
   std::uint8_t slaves = 0;
   /// Bytes to read or write.
   std::uint8_t size = 0;
   bool possible = false;
-  /// Of the first byte, see register_header() and command_header().
+  /// The header of the first byte; see register_header() and command_header().
   std::uint16_t header = 0;
   std::uint8_t* to = nullptr;
   const std::uint8_t* from = nullptr;
 
-  /// The CDM bits up to S of the first byte or to EX = 1, the first one topmost; zeros behind them.
-  /// \param bytes_done of a sequential access that goes on: how many bytes are to be skipped
+  /// The CDM bits up to S of the first byte or to EX = 1, the first one topmost; zeros follow.
+  /// \param bytes_done how many bytes of a sequential access are already done and are skipped
   constexpr std::uint32_t first_bits(unsigned bytes_done) const {
     const auto here = static_cast<std::uint16_t>(header + bytes_done);
     return 1U << 31U | std::uint32_t{here} << 20U | std::uint32_t{header_crc(here)} << 16U | tail();
   }
 
-  /// Why the access cannot go on after CDS bits 0…15, bit 0 topmost; who is there goes into
+  /// Why the access ends after CDS bits 0…15, bit 0 topmost; the slaves that are present go into
   /// `outcome`.
   constexpr std::optional<ControlError> judge_ids(std::uint16_t cds,
                                                   ControlOutcome& outcome) const {
@@ -205,14 +216,14 @@ struct ControlRequest {
     return std::nullopt;
   }
 
-  /// Why a register access cannot go on after R and W, W lowest.
+  /// Why a register access ends after R and W, W lowest.
   constexpr std::optional<ControlError> judge_access(std::uint16_t cds) const {
     const auto access = kind == ControlKind::read ? RegisterAccess::read : RegisterAccess::write;
     return access_denied(access, (cds & 2U) != 0, (cds & 1U) != 0);
   }
 
-  /// Why a command is to be dropped after CDS bits 16…23, bit 23 lowest; who accepts it goes into
-  /// `outcome`.
+  /// Why a command is dropped after CDS bits 16…23, bit 23 lowest; the slaves that accept it go
+  /// into `outcome`.
   constexpr std::optional<ControlError> judge_ida(std::uint16_t cds,
                                                   ControlOutcome& outcome) const {
     outcome.accepted = slaves_accepting(static_cast<std::uint8_t>(cds & 0xFFU));
@@ -284,34 +295,36 @@ constexpr ControlRequest broadcast_request(ControlCommand command) {
   return {.kind = ControlKind::broadcast, .possible = true, .header = command_header(0, command)};
 }
 
-/// One access at a time. Every access ends, whatever CDS does, as long as time goes on: a try takes
-/// no more frames than are needed, 14 lost ones before its start bit, and busy_max for each byte.
+/// One access at a time. Every access ends, whatever CDS does, as long as time advances: a try
+/// takes the frames that it needs, at most 14 lost ones before its start bit, and busy_max for each
+/// byte.
 class ControlSession {
  public:
   constexpr explicit ControlSession(const ControlOptions& options = {}) : options_(options) {}
 
-  /// Begins to read `to.size()` registers (1…64) from `address` on, the last one not above 127.
-  /// `to` must live until done(); that is at once, with bad_request, where no control frame can say
-  /// this. \pre done() \param slave ID, 0…7
+  /// Begins to read `to.size()` registers (1…64) from `address` on, the last one at most 127. `to`
+  /// must live until done(). What no control frame can request is done at once, with bad_request.
+  /// \pre done()
+  /// \param slave ID, 0…7
   constexpr void read(unsigned slave, unsigned address, std::span<std::uint8_t> to) {
     begin(read_request(slave, address, to));
   }
-  /// Begins to write `from`; otherwise as read().
+  /// Begins to write `from`; otherwise like read().
   constexpr void write(unsigned slave, unsigned address, std::span<const std::uint8_t> from) {
     begin(write_request(slave, address, from));
   }
   /// Begins a command to the slaves with these IDs, bit k for ID k; none: bad_request. Done without
-  /// an error it was accepted and EX = 1 sent, which nobody confirms. \pre done()
+  /// an error means that it was accepted and EX = 1 was sent, which no slave confirms. \pre done()
   constexpr void command(std::uint8_t slaves, ControlCommand command,
                          ExecuteIf execute_if = ExecuteIf::all_accept) {
     begin(command_request(slaves, command, execute_if));
   }
-  /// Begins a command to all slaves, those without an ID too. It needs no CDS and has no answer;
-  /// a frame whose CDS is missing counts as delivered. \pre done()
+  /// Begins a command to all slaves, also those without an ID. It needs no CDS and has no answer; a
+  /// frame whose CDS is missing counts as sent. \pre done()
   constexpr void broadcast(ControlCommand command) { begin(broadcast_request(command)); }
 
-  /// Ends the access with `cancelled`. The zeros that its slaves then need come with the next
-  /// frames, before another access does.
+  /// Ends the access with `cancelled`. The zeros that its slaves then need are sent with the next
+  /// frames, before another access begins.
   constexpr void cancel() {
     if (done()) return;
     zeros_ = 0;
@@ -324,14 +337,15 @@ class ControlSession {
     const bool bit = next(now, cds);
     if (bit) {
       zeros_ = 0;
-    } else if (zeros_ < control_reset_zeros && (cds != CdsBit::missing || (deaf() && !done()))) {
+    } else if (zeros_ < control_reset_zeros &&
+               (cds != CdsBit::missing || (needs_no_cds() && !done()))) {
       ++zeros_;
     }
     return bit;
   }
 
   constexpr bool done() const { return phase_ == Phase::idle; }
-  /// Of the access begun last; whole when done().
+  /// The outcome of the last access, complete when done().
   constexpr const ControlOutcome& outcome() const { return outcome_; }
   constexpr void set_options(const ControlOptions& options) { options_ = options; }
 
@@ -340,7 +354,7 @@ class ControlSession {
 
   enum class Phase : std::uint8_t {
     idle,
-    lead,         // zeros until there are 14
+    lead,         // zeros until there are 14 of them
     frame,        // header and what follows it, bit k_ of word_
     write_start,  // S of a write's first byte is due on CDS
     start,        // S of any other byte is due
@@ -349,7 +363,7 @@ class ControlSession {
     next,         // P is due, which says whether another byte may follow
   };
 
-  constexpr bool deaf() const { return request_.kind == Kind::broadcast; }
+  constexpr bool needs_no_cds() const { return request_.kind == Kind::broadcast; }
 
   constexpr void begin(const ControlRequest& request) {
     outcome_ = {};
@@ -374,14 +388,14 @@ class ControlSession {
   constexpr bool next(Picoseconds now, CdsBit cds) {
     if (phase_ == Phase::idle) return false;
     ++outcome_.frames;
-    if (cds == CdsBit::missing && !deaf()) return frame_lost();
+    if (cds == CdsBit::missing && !needs_no_cds()) return frame_lost();
     const bool one = cds == CdsBit::one;
-    heard_ = static_cast<std::uint16_t>(std::uint32_t{heard_} << 1U | (one ? 1U : 0U));
+    received_ = static_cast<std::uint16_t>(std::uint32_t{received_} << 1U | (one ? 1U : 0U));
     switch (phase_) {
       case Phase::lead:
         return zeros_ >= control_reset_zeros && begin_frame();
       case Phase::frame:
-        return k_ < control_bit::header_end ? send() : behind_header();
+        return k_ < control_bit::header_end ? send() : after_header();
       case Phase::write_start:
         return one ? begin_byte() : fail(ControlError::start_missing);
       case Phase::start:
@@ -413,20 +427,20 @@ class ControlSession {
     return send();
   }
 
-  constexpr bool behind_header() {
-    if (deaf()) {
+  constexpr bool after_header() {
+    if (needs_no_cds()) {
       if (k_ == control_bit::ex_broadcast) phase_ = Phase::idle;
       return send();
     }
     const bool addressed = request_.kind == Kind::addressed;
     std::optional<ControlError> error;
     if (k_ == control_bit::header_end) {
-      error = request_.judge_ids(heard_, outcome_);
+      error = request_.judge_ids(received_, outcome_);
     } else if (addressed && k_ == control_bit::ex_addressed) {
-      error = request_.judge_ida(heard_, outcome_);
+      error = request_.judge_ida(received_, outcome_);
       phase_ = Phase::idle;
     } else if (!addressed && k_ == control_bit::byte_start) {
-      error = request_.judge_access(heard_);
+      error = request_.judge_access(received_);
       phase_ = request_.kind == Kind::read ? Phase::start : Phase::write_start;
     }
     return error ? fail(*error) : send();
@@ -451,14 +465,14 @@ class ControlSession {
     return send();
   }
 
-  // DATA and CRC have come; P = 0 is sent.
+  // DATA and CRC have been received; P = 0 is sent.
   constexpr bool end_byte() {
-    const unsigned heard = heard_ & 0xFFFU;
+    const unsigned received = received_ & 0xFFFU;
     if (request_.kind == Kind::read) {
-      const auto data = static_cast<std::uint8_t>(heard >> 4U);
-      if (byte_crc(data) != (heard & 0xFU)) return fail(ControlError::data_crc);
+      const auto data = static_cast<std::uint8_t>(received >> 4U);
+      if (byte_crc(data) != (received & 0xFU)) return fail(ControlError::data_crc);
       request_.to[outcome_.bytes_done] = data;
-    } else if (heard != word_ >> 20U) {
+    } else if (received != word_ >> 20U) {
       return fail(ControlError::echo);
     }
     ++outcome_.bytes_done;
@@ -476,14 +490,14 @@ class ControlSession {
     return true;
   }
 
-  // Behind the last byte nothing is missing that matters; before the start bit only a zero is.
+  // After the last byte nothing that matters is missing; before the start bit only a zero is.
   [[gnu::noinline, gnu::cold]] constexpr bool frame_lost() {
     if (phase_ == Phase::next && outcome_.bytes_done == request_.size) return next_byte(false);
     if (phase_ == Phase::lead && ++k_ < control_reset_zeros) return false;
     return fail(ControlError::frame_lost);
   }
 
-  // False for CDM: the first of 14 zeros.
+  // Returns CDM: the first of 14 zeros.
   [[gnu::noinline, gnu::cold]] constexpr bool fail(ControlError error) {
     zeros_ = 0;
     if (outcome_.tries > options_.retries || !worth_retrying(error)) {
@@ -499,8 +513,8 @@ class ControlSession {
   Picoseconds busy_since_{};
   ControlOutcome outcome_;
   ControlRequest request_;
-  std::uint32_t word_ = 0;   // what is sent, the first bit topmost
-  std::uint16_t heard_ = 0;  // the last 16 bits of CDS, the latest lowest
+  std::uint32_t word_ = 0;      // what is sent, the first bit topmost
+  std::uint16_t received_ = 0;  // the last 16 bits of CDS, the latest lowest
   Phase phase_ = Phase::idle;
   std::uint8_t k_ = 0;      // the next bit of word_; in the lead the frames lost
   std::uint8_t zeros_ = 0;  // CDM bits since the last 1, or since the last error; at most 14

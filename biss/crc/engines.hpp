@@ -1,5 +1,5 @@
-// Four ways to the same checksum. The bitwise one is the reference; the others trade memory for
-// time and are compared with it in the tests. All take the data right-aligned in a 64-bit word.
+// Four engines that compute the same checksum. The bitwise one is the reference; the tests compare
+// the others with it. They trade memory for time. All take the data right-aligned in a 64-bit word.
 #pragma once
 
 #include <array>
@@ -33,8 +33,8 @@ constexpr std::uint16_t remainder(const CrcSpec& spec, unsigned byte, unsigned b
   return static_cast<std::uint16_t>(reg);
 }
 
-// A start value acts as if XORed onto the first bits of the data, so tables need to know start 0
-// only. Data shorter than the register cannot take it in; the caller then goes bit by bit.
+// A start value has the effect of an XOR with the first bits of the data, so the tables hold start
+// 0 only. Data shorter than the register is computed bit by bit.
 constexpr bool start_fits(const CrcSpec& spec, unsigned bits) {
   return spec.start == 0 || bits >= spec.width_bits;
 }
@@ -47,10 +47,10 @@ constexpr std::uint64_t with_start(const CrcSpec& spec, std::uint64_t data, unsi
 
 /// The reference: bit by bit, no table.
 ///
-/// Every engine is called the same way: `engine(data, bits)` is the CRC of the lowest `bits` (1…64)
-/// of `data`, most significant first, as transmitted (inverted when the spec says so). Bits of
-/// `data` above `bits` must be 0. An engine of an absent checksum (or of none) gives 0. Engines are
-/// plain data and may be constexpr.
+/// All engines are called the same way: `engine(data, bits)` is the CRC of the lowest `bits` (1…64)
+/// of `data`, most significant bit first, as transmitted (inverted where the spec says so). Bits of
+/// `data` above `bits` must be 0. An engine without a checksum gives 0. Engines are plain data and
+/// may be constexpr.
 class CrcBitwise {
  public:
   constexpr CrcBitwise() = default;
@@ -69,8 +69,8 @@ class CrcBitwise {
   CrcSpec spec_;
 };
 
-/// Table of 16 (ChunkBits = 4) or 256 (ChunkBits = 8) entries, a chunk a step: 32 or 512 bytes,
-/// for flash that is small.
+/// A table of 16 (ChunkBits = 4) or 256 (ChunkBits = 8) entries, one step a chunk: 32 or 512 bytes,
+/// for small flash.
 template <unsigned ChunkBits>
 class CrcTable {
   static_assert(ChunkBits == 4 || ChunkBits == 8);
@@ -103,8 +103,8 @@ class CrcTable {
  private:
   static constexpr std::uint32_t chunk_mask = (1U << ChunkBits) - 1U;
 
-  // The register lies left-aligned in 16 bits, as the table's entries do, so that one rule serves
-  // widths below a chunk too. What is above those 16 bits does not matter.
+  // The register is left-aligned in 16 bits, as the table's entries are, so that the same step
+  // serves widths below a chunk. Bits above these 16 do not matter.
   constexpr std::uint32_t shift_in(std::uint32_t reg, std::uint32_t word, unsigned left) const {
     for (word <<= 32U - left; left > 0; left -= ChunkBits) {
       reg = (reg << ChunkBits) ^
@@ -118,15 +118,15 @@ class CrcTable {
   std::array<std::uint16_t, std::size_t{1} << ChunkBits> table_{};
 };
 
-/// One table a byte position, 4 KiB: all look-ups are independent of one another, the fastest on a
-/// PC.
+/// One table for each byte position, 4 KiB: the look-ups are independent of one another, the
+/// fastest engine on a PC.
 class CrcSliced {
  public:
   constexpr CrcSliced() = default;
   constexpr explicit CrcSliced(const CrcSpec& spec) : spec_(spec) {
     if (!spec.present()) return;
     for (unsigned slice = 0; slice < slices; ++slice) {
-      // A remainder is linear in the byte: eight of them make the other 248.
+      // A remainder is linear in the byte: eight of them give the other 248.
       for (unsigned bit = 0; bit < 8; ++bit) {
         table_[slice][1U << bit] = crc_detail::remainder(spec, 1U << bit, 8, 8 * slice);
       }
@@ -136,7 +136,7 @@ class CrcSliced {
             static_cast<std::uint16_t>(table_[slice][lowest] ^ table_[slice][i ^ lowest]);
       }
     }
-    // Every CRC has one entry of the first table in it, so the inversion can lie there.
+    // Every CRC contains one entry of the first table, so the inversion is stored there.
     for (std::uint16_t& entry : table_[0]) entry = crc_detail::finish(spec, entry);
     low_bits_ = spec.start == 0 ? 40 : 0;
   }
@@ -153,7 +153,8 @@ class CrcSliced {
  private:
   static constexpr unsigned slices = 8;
 
-  // Data of up to 40 bits. The look-ups arrive together, so a tree of XORs is shorter than a chain.
+  // Data of up to 40 bits. The look-ups complete together, so a tree of XORs is faster than a
+  // chain.
   constexpr std::uint16_t low_slices(std::uint64_t data) const {
     const std::uint32_t early = pair(pair(at(0, data), at(1, data)), at(4, data));
     // The fourth byte needs no mask when it is the top one.
@@ -166,7 +167,7 @@ class CrcSliced {
     return static_cast<std::uint16_t>(high ^ low_slices(data & low_mask(32)));
   }
 
-  // Out of the way of the usual start 0.
+  // Not inlined: start 0 is the usual case.
   [[gnu::noinline]] constexpr std::uint16_t started(std::uint64_t data, unsigned bits) const {
     if (!crc_detail::start_fits(spec_, bits)) return CrcBitwise(spec_)(data, bits);
     return all_slices(crc_detail::with_start(spec_, data, bits));
@@ -186,14 +187,13 @@ class CrcSliced {
   }
 
   CrcSpec spec_;
-  // Data of up to so many bits needs the low slices only; 0 where the start value stands in the
-  // way.
+  // Data of up to this many bits needs the low slices only; 0 where there is a start value.
   std::uint8_t low_bits_ = 0;
   std::array<std::array<std::uint16_t, 256>, slices> table_{};
 };
 
-/// The engine for this machine, chosen at compile time: sliced tables where memory is plenty, a
-/// table of 16 entries where it is not. BISS_SMALL asks for the small one anywhere.
+/// The engine for this machine, chosen at compile time: sliced tables on a PC, a table of 16
+/// entries on a microcontroller. BISS_SMALL selects the small one on any machine.
 #if defined(BISS_SMALL) || (defined(__ARM_ARCH_PROFILE) && __ARM_ARCH_PROFILE == 'M')
 using CrcFast = CrcTable<4>;
 #else

@@ -1,4 +1,4 @@
-// CRC as data: which polynomial, how wide, where it starts, whether it is sent inverted.
+// CRC as data: polynomial, width, start value, inversion.
 #pragma once
 
 #include <bit>
@@ -9,7 +9,7 @@
 namespace biss {
 
 /// A checksum of a BiSS word. The polynomial is always in full form, top and bottom bit included
-/// (0x43 = x^6 + x + 1). A `width_bits` of 0 means: no checksum.
+/// (0x43 = x^6 + x + 1). A `width_bits` of 0 means no checksum.
 struct CrcSpec {
   std::uint32_t polynomial = 0;
   std::uint16_t start = 0;

@@ -1,5 +1,5 @@
-// Which frame fits an encoder that is to be: data length, CRC and alignment for a resolution, a
-// number of turns and a rate, and the BP3 part that says so.
+// Advises the frame of a new encoder: data length, CRC and alignment for a resolution, a number of
+// turns and a rate, and the BP3 part that describes it.
 #pragma once
 
 #include <array>
@@ -18,21 +18,22 @@
 
 namespace biss {
 
+/// What the new encoder must do.
 struct AdviceWish {
-  /// Bits that count within a turn, or along a scale.
+  /// Bits of the position within a turn, or along a scale.
   unsigned resolution_bits = 0;
   /// Bits that count turns.
   unsigned turns_bits = 0;
-  /// Fields as wide as the controller wants them, 0: just as wide as the values. Turns stand at the
-  /// right of theirs with leading zeros, the singleturn value at the left with trailing zeros (BP3,
-  /// "data alignment").
+  /// The widths of the fields that the controller expects; 0: as wide as the values. Turns are
+  /// right-aligned with leading zeros, the singleturn value is left-aligned with trailing zeros
+  /// (BP3, "data alignment").
   unsigned resolution_field_bits = 0;
   unsigned turns_field_bits = 0;
-  /// A word of a safety encoder: with C = 1 its CRC counts as data.
+  /// A word of a safety encoder: with C = 1, its CRC counts as data.
   bool in_safety_encoder = false;
-  /// Requests a second that are needed; 0 Hz: none in particular.
+  /// Requests per second that are needed; 0 Hz: no requirement.
   Hertz rate{};
-  /// The clock it has to work with; 0 Hz: the device's highest.
+  /// The clock to use; 0 Hz: the device's highest.
   Hertz clock{};
   DeviceTiming timing{};
   Picoseconds line_delay{};
@@ -43,34 +44,35 @@ enum class AdviceError : std::uint8_t {
   nothing_to_send,  ///< neither resolution nor turns
   field_too_short,  ///< a field that is shorter than its value
   too_long,         ///< position and flags of more than 64 bits, which no data channel carries
-  clock_refused,    ///< the device does not take this clock
+  clock_refused,    ///< the device does not accept this clock
 };
 
 inline constexpr std::size_t advice_error_count = 4;
 
-/// What a user is told, without a full stop.
+/// The message for a user, without a full stop.
 constexpr std::string_view text_of(AdviceError error) {
   constexpr std::array<std::string_view, advice_error_count> texts{
       "neither resolution nor turns: there is nothing to send", "a field is shorter than its value",
       "a data channel carries at most 64 bits, two of them flags",
-      "the device does not take this clock"};
+      "the device does not accept this clock"};
   return texts[static_cast<std::size_t>(error)];
 }
 
+/// The advised frame, and what it gives.
 struct Advice {
   ChannelFormat channel{};
   /// The profile's identifier, registers 0x42 and 0x43; 0 where the position is too long for BP3.
   std::uint16_t identifier = 0;
-  /// Smallest number of wrong bits that the CRC may miss.
+  /// The smallest number of wrong bits that the CRC may not detect.
   std::uint8_t hamming_distance = 0;
   /// Zeros before the turns and after the singleturn value.
   std::uint8_t leading_zeros = 0;
   std::uint8_t trailing_zeros = 0;
-  /// A cycle at the clock, and whether requests may come at the wished rate.
+  /// The cycle at the clock, and whether the rate is feasible.
   CycleBudget budget{};
   bool feasible = true;
-  /// The lowest clock that allows the rate; 0 Hz when the device's highest does not either, or no
-  /// rate was wished.
+  /// The lowest clock that allows the rate; 0 Hz when no clock of the device does, or no rate was
+  /// given.
   Hertz clock_needed{};
 };
 
@@ -83,7 +85,8 @@ constexpr std::uint8_t hamming_distance(const CrcSpec& crc, unsigned data_bits) 
 }
 
 // The lowest clock of the device at which the rate is feasible. The cycle grows as the clock falls
-// (to within the rounding up to whole clocks), so halving finds it to the hertz or close above.
+// (except for the rounding to whole clocks), so a binary search finds it to the hertz or slightly
+// above.
 constexpr Hertz lowest_clock(const AdviceWish& wish, const FrameLength& frame) {
   const auto enough = [&](std::uint32_t clock) {
     return is_feasible(cycle_budget(frame, wish.timing, {clock}, wish.line_delay), wish.rate);
@@ -111,9 +114,9 @@ constexpr ChannelFormat advised_channel(unsigned turns, unsigned resolution, con
 
 }  // namespace eds_detail
 
-/// The frame for a wish: position, nE and nW with CRC6 up to 57 data bits (the last length at which
-/// it finds every two wrong bits, and BP3's limit), with CRC16 above. The channel is what is on the
-/// line; that C = 1 makes its CRC the master's data changes the identifier only.
+/// The frame for a requirement: position, nE and nW with CRC6 up to 57 data bits (the longest word
+/// in which it detects every two wrong bits, and BP3's limit), with CRC16 above. The channel is
+/// what is on the line; C = 1, which makes its CRC part of the data, changes only the identifier.
 constexpr Result<Advice, AdviceError> advise(const AdviceWish& wish) {
   const unsigned resolution =
       wish.resolution_field_bits != 0 ? wish.resolution_field_bits : wish.resolution_bits;
@@ -148,8 +151,8 @@ constexpr Result<Advice, AdviceError> advise(const AdviceWish& wish) {
   return advice;
 }
 
-/// The BP3 part of an advised frame: identifier, lengths and alignment filled in, the turns where
-/// 32 bits hold them; what else it can hold is left as not given. Rotary; set EN_TYP for a scale.
+/// The BP3 part of an advised frame: identifier, lengths and alignment, and the turns where 32 bits
+/// hold them; all other fields are marked as not given. Rotary; set EN_TYP for a scale.
 /// \pre advice.identifier is not 0
 constexpr EdsBank bp3_bank_of(const Advice& advice) {
   const ChannelFormat& channel = advice.channel;

@@ -1,4 +1,4 @@
-// The data sheet part of the standard encoder profile: "Standard Encoder Profile BP3", Rev A3,
+// The part of the standard encoder profile in a data sheet: "Standard Encoder Profile BP3", Rev A3,
 // table 8.
 #pragma once
 
@@ -12,8 +12,9 @@
 
 namespace biss {
 
-/// The part as numbers, raw, in the units of bp3_fields; members are named as its symbols. Reserved
-/// bytes and a wrong checksum are kept, so that a bank parses and builds back to itself.
+/// The part as raw numbers, in the units of bp3_fields; the members have the names of its symbols.
+/// Reserved bytes and a wrong checksum are kept, so that a bank is parsed and built without a
+/// change.
 struct Bp3Part {
   std::uint8_t bp_ver = 1;
   std::uint8_t bp_len = 1;
@@ -86,7 +87,7 @@ inline constexpr auto bp3_rows() {
   return std::array{
       EdsField{"BP_VER", "version of the profile", 0x00, 1, number, none, organisation, 1, 1},
       EdsField{"BP_LEN", "length of this part", 0x01, 1, number, banks, organisation, 1, 1},
-      // Table 8 prints 0x62, the identifier scheme allows C = 1 too: 0x63.
+      // Table 8 prints 0x62; the identifier scheme also allows C = 1: 0x63.
       EdsField{"BP_ID", "profile identifier, as registers 0x42 and 0x43", 0x02, 2, identifier, none,
                organisation, 0x6202, 0x633F},
       EdsField{"FB1", "first feedback bit", 0x04, 1, feedback, none, organisation, 1, 1},
@@ -104,7 +105,7 @@ inline constexpr auto bp3_rows() {
       EdsField{"CO_FMT", "alignment of the coarse data", 0x0D, 1, alignment, none, measuring, 0, 1},
       EdsField{"FI_LEN", "length of the fine data", 0x0E, 1, number, bits, organisation, 0, len},
       EdsField{"FI_FMT", "alignment of the fine data", 0x0F, 1, alignment, none, measuring, 0, 1},
-      EdsField{"MT_CNT", "revolutions or periods that can be told apart", 0x10, 4, number, none,
+      EdsField{"MT_CNT", "revolutions or periods that can be distinguished", 0x10, 4, number, none,
                measuring, 1, ones32 - 1},
       EdsField{"SIP_CNT", "signal periods a revolution, or length of one", 0x14, 4, number,
                per_revolution_or_nanometre, measuring, 1, ones32 - 1},
@@ -143,34 +144,34 @@ inline constexpr auto bp3_rows() {
 
 }  // namespace eds_detail
 
-/// Every byte of the part. Where the extracted document shifts its rows, the addresses follow from
-/// the counts of bytes.
+/// Every byte of the part. Where rows are shifted in the extracted document, the addresses follow
+/// from the byte counts.
 inline constexpr auto bp3_fields = eds_detail::bp3_rows();
 static_assert(eds_detail::matches<Bp3Part>(bp3_fields));
 
 /// The part as a bank holds it, right or wrong.
 constexpr Bp3Part parse_bp3_part(const EdsBank& bank) { return eds_detail::parsed<Bp3Part>(bank); }
-/// The bank of a part, byte for byte; sealed() makes its checksum right.
+/// The bank of a part, byte for byte; sealed() sets the checksum.
 constexpr EdsBank build_bank(const Bp3Part& part) { return eds_detail::built(part); }
 
 }  // namespace biss
 
 namespace biss::eds_detail {
 
-// ----
-// Whether the lengths of a BP3 position and the counts it is said to have go together.
+// ---- Whether the lengths of a BP3 position agree with its counts
 //
-// Rotary: MT counts MT_CNT revolutions, coarse and fine the SIP_CNT x SIP_RES counts of one. Both
-// may have bits to spare: MT leading, singleturn trailing zeros. Linear: SIP_CNT is a length in nm
-// and multiplies nothing; the MT_CNT distinguishable periods of SIP_RES counts each must fit into
-// the whole position, however it is divided. A count that is not given (0, all ones) counts as one.
+// Rotary: MT counts MT_CNT revolutions; coarse and fine count the SIP_CNT x SIP_RES counts of one.
+// Both may have spare bits: leading zeros of MT, trailing zeros of the singleturn value. Linear:
+// SIP_CNT is a length in nm and multiplies nothing; the MT_CNT distinguishable periods of SIP_RES
+// counts each must fit into the whole position, however it is divided. A count that is not given
+// (0, all ones) counts as one.
 
-// Whether so many bits can count so many values; more than 63 always can.
+// Whether this number of bits can hold this number of counts; more than 63 bits always can.
 constexpr bool counts_fit(std::uint64_t counts, unsigned bits) {
   return bits > 63 || counts <= std::uint64_t{1} << bits;
 }
 
-// Whether a length is the shortest that counts so many: what a maker chooses.
+// Whether this is the shortest length for the counts, which makers usually choose.
 constexpr bool just_fits(std::uint64_t counts, unsigned bits) {
   return counts_fit(counts, bits) && (bits == 0 || !counts_fit(counts, bits - 1));
 }
@@ -198,8 +199,8 @@ constexpr bool counts_of_type_fit(const Bp3Part& part) {
   return part.linear() ? scale_fits(part) : turns_fit(part) && periods_fit(part);
 }
 
-// The one length of a rotary encoder that its count does not bear out; empty when the counts tell
-// nothing.
+// The one length of a rotary encoder that does not match its count; empty when the counts give no
+// answer.
 constexpr std::string_view suspect_length(const Bp3Part& part) {
   if (part.linear()) return {};
   if (count_given(part.mt_cnt) && !just_fits(part.mt_cnt, part.mt_len)) return "MT_LEN";

@@ -1,10 +1,10 @@
-// Judges a data sheet: each part alone, and the parts against each other and the registers.
+// Checks a data sheet: each part alone, and the parts against each other and the registers.
 //
-//   check_eds(image, [](const biss::EdsFinding& found) { … });
+//   check_eds(image, [](const biss::EdsFinding& finding) { print(finding); });
 //
-// Nothing is allocated, nothing is corrected; a good data sheet gives no finding. A field that is
-// wrong is reported where its own range or a contradiction tells; else the checksum tells that the
-// bank is damaged somewhere. Units of time are not judged: most of them are hypotheses.
+// It allocates and corrects nothing; a good data sheet gives no finding. A wrong field is reported
+// where its own range or a contradiction shows it; otherwise the checksum shows that the bank is
+// damaged somewhere. The units of times are not checked: most of them are hypotheses.
 #pragma once
 
 #include <array>
@@ -27,10 +27,9 @@
 
 namespace biss {
 
-// ----
-// EdsFinding: one thing that is wrong with a data sheet.
+// ---- Findings
 
-/// One enumerator a fault.
+/// What can be wrong with a data sheet.
 enum class EdsProblem : std::uint8_t {
   all_zero,              ///< an empty bank, whose checksum is even right
   all_ones,              ///< erased memory
@@ -43,14 +42,14 @@ enum class EdsProblem : std::uint8_t {
   reserved_not_zero,     ///< a reserved byte
   unnamed_not_zero,      ///< a byte or bit that no source names (only when asked)
   little_endian,         ///< lowest byte first: the other order makes sense
-  polynomial_full_form,  ///< with its lowest bit, where it belongs left out
+  polynomial_full_form,  ///< with its lowest bit, which must be left out
   polynomial,            ///< not the profile's, or no CRC of 3 to 16 bits
   min_above_max,         ///< a shortest, lowest, first above its longest, highest, last
   lengths,               ///< MT_LEN, CO_LEN, FI_LEN, flags (and CRC with C = 1) do not add up to DL
   count_above_length,    ///< more counts than the bits of its length can tell apart
-  encoder_type,          ///< rotary or linear, and counts, lengths and checksum are the other's
-  crc_bit,               ///< C = 0 beside a safety word, where C = 1 is due
-  identifier,            ///< not as registers 0x42 and 0x43
+  encoder_type,          ///< rotary or linear, but counts, lengths and checksum fit the other
+  crc_bit,               ///< C = 0 beside a safety word, where C must be 1
+  identifier,            ///< differs from registers 0x42 and 0x43
   channel_count,         ///< DC_NUM is not the number of channels that are filled in
   channel_unused,        ///< something in a channel beyond DC_NUM
   bank_is_common,        ///< a channel's part in the common part's own bank: a loop
@@ -66,7 +65,7 @@ enum class EdsProblem : std::uint8_t {
 
 inline constexpr std::size_t eds_problem_count = 30;
 
-/// The name scripts see, the same as the enumerator's.
+/// The name that scripts see, the same as the enumerator's.
 constexpr std::string_view name_of(EdsProblem problem) {
   constexpr std::array<std::string_view, eds_problem_count> names{"all_zero",
                                                                   "all_ones",
@@ -101,7 +100,7 @@ constexpr std::string_view name_of(EdsProblem problem) {
   return names[static_cast<std::size_t>(problem)];
 }
 
-/// What a user is told, without a full stop.
+/// The message for a user, without a full stop.
 constexpr std::string_view text_of(EdsProblem problem) {
   constexpr std::array<std::string_view, eds_problem_count> texts{
       "the bank is empty, every byte is 0",
@@ -130,7 +129,7 @@ constexpr std::string_view text_of(EdsProblem problem) {
       "two channels share this bank",
       "a bank of the data sheet lies among the user banks",
       "the data sheet's length has no room for its parts",
-      "the device has not so many slaves",
+      "the device has fewer slaves",
       "BP3 is a profile of sensors",
       "not the data length of the profile's part",
       "not the polynomial of the profile's part"};
@@ -142,38 +141,39 @@ struct EdsFinding {
   EdsPart part = EdsPart::common;
   /// The data channel whose part it is; 0 in the common part.
   std::uint8_t channel = 0;
-  /// The field that is wrong, as far as this can be told; the version field for a whole bank.
+  /// The wrong field, as far as it is known; the version field for a whole bank.
   std::string_view symbol{};
   EdsProblem problem = EdsProblem::checksum;
   /// As stored.
   std::uint32_t value = 0;
-  /// The field it contradicts, which may as well be the wrong one; empty when it stands alone.
+  /// The field that it contradicts, which may be the wrong one instead; empty when there is none.
   std::string_view against{};
-  /// What it should be where that is known (checksum, lengths, registers, the other byte order, the
+  /// The right value where it is known (checksum, lengths, registers, the other byte order, the
   /// polynomial's right form); otherwise the value of `against`.
   std::uint32_t expected = 0;
 };
 
-/// What takes the findings, one by one.
+/// A function that takes the findings, one by one.
 template <class T>
 concept EdsSink = std::invocable<T&, const EdsFinding&>;
 
-/// What no document settles.
+/// What no document defines.
 struct EdsCheckOptions {
-  /// 0 and all ones mark an optional value that is not given (inferred: the ranges leave out just
+  /// 0 and all ones mark an optional value that is not given (inferred: the ranges exclude just
   /// these two). False: they are out of range.
   bool zero_is_absent = true;
   bool ones_are_absent = true;
-  /// Bytes that the documents reserve must be 0. They do not say so.
+  /// Reserved bytes must be 0. The documents do not say so.
   bool reserved_zero = true;
-  /// So must what no source names: common part 0x13, bits 2 and 4…7 of FORMAT_i, 5…7 of BC_OFF.
+  /// Bytes and bits that no source names must be 0: common part 0x13, bits 2 and 4…7 of FORMAT_i,
+  /// 5…7 of BC_OFF.
   bool unnamed_zero = false;
-  /// With C = 1 DL counts the CRC's bits: ProfileOptions::length_counts_crc.
+  /// With C = 1, DL counts the CRC's bits: ProfileOptions::length_counts_crc.
   bool length_counts_crc = true;
-  /// Parts of other profiles have BP3's checksum too.
+  /// Parts of other profiles have BP3's checksum, too.
   bool raw_checksum = true;
 
-  /// Whether a value of an optional field says that it is not given.
+  /// Whether a value of an optional field means that it is not given.
   constexpr bool absent(std::uint32_t value, std::uint32_t all_ones) const {
     return (zero_is_absent && value == 0) || (ones_are_absent && value == all_ones);
   }
@@ -183,10 +183,9 @@ struct EdsCheckOptions {
 
 namespace biss::eds_detail {
 
-// ----
-// What the checks of all parts share: reporting, and the rules a single field must keep.
+// ---- What the checks of all parts share
 
-// One part under test and where its findings go.
+// One part under test, and the receiver of its findings.
 template <EdsSink Sink>
 struct PartReport {
   Sink& sink;
@@ -199,7 +198,7 @@ struct PartReport {
   }
 };
 
-// A whole bank that says nothing. True when it is one, and reported.
+// Reports a bank that is empty or erased; true when it is.
 template <class Report>
 constexpr bool check_filling(const EdsBank& bank, std::string_view first, const Report& report) {
   if (is_filled_with(bank, 0x00)) {
@@ -220,7 +219,7 @@ constexpr void check_sum(const EdsBank& bank, const Report& report) {
   if (stored != computed) report(EdsProblem::checksum, "CHKSUM", stored, {}, computed);
 }
 
-// The range of a plain value, and bytes that must be 0.
+// Checks the range of a plain value, and bytes that must be 0.
 template <class Report>
 constexpr void check_value(const EdsField& field, std::uint32_t value,
                            const EdsCheckOptions& options, const Report& report) {
@@ -257,7 +256,7 @@ constexpr void check_values(const EdsBank& bank, std::span<const EdsField> field
   }
 }
 
-// Both given, and the wrong way round.
+// Reports two given limits in the wrong order.
 template <class Report>
 constexpr void check_order(std::string_view low_symbol, std::uint32_t low,
                            std::string_view high_symbol, std::uint32_t high, std::uint32_t all_ones,
@@ -270,11 +269,10 @@ constexpr void check_order(std::string_view low_symbol, std::uint32_t low,
 
 namespace biss {
 
-// ----
-// What can be told wrong about a common part.
+// ---- Checks of a common part
 namespace eds_detail {
 
-// 0 and 0xFF: nothing was filled in.
+// 0 and 0xFF: not filled in.
 constexpr bool is_empty(std::uint8_t byte) { return byte == 0x00 || byte == 0xFF; }
 
 template <class Report>
@@ -348,7 +346,7 @@ class CommonCheck {
     if (options_.unnamed_zero && (channel.format & ~known_channel_format_bits) != 0) {
       report_(EdsProblem::unnamed_not_zero, symbols[2], channel.format);
     }
-    // 0 is left to the profile's part: no CRC, or one too wide for this byte.
+    // 0 is checked in the profile's part: no CRC, or one too wide for this byte.
     if (channel.cpoly == 0) return;
     if (is_full_form_of_known(channel.cpoly)) {
       report_(EdsProblem::polynomial_full_form, symbols[3], channel.cpoly, {}, channel.cpoly >> 1U);
@@ -360,7 +358,7 @@ class CommonCheck {
   constexpr void check_unused(std::size_t i, const CommonChannel& channel) const {
     const std::array bytes{channel.bank, channel.dlen, channel.format, channel.cpoly};
     for (std::size_t byte = 0; byte < bytes.size(); ++byte) {
-      // A length beyond 64 bits was reported already.
+      // A length above 64 bits is already reported.
       if (is_empty(bytes[byte]) || (byte == 1 && bytes[byte] > max_data_bits)) continue;
       report_(EdsProblem::channel_unused, channel_symbols[i][byte], bytes[byte], "DC_NUM",
               part_.dc_num);
@@ -387,7 +385,7 @@ class CommonCheck {
       ++parts;
       if (is_outside(channel.bank)) ++outside;
     }
-    // Where each part lies outside, or fewer banks than parts, it is the length that is wrong.
+    // Where every part lies outside, or there are fewer banks than parts, the length is wrong.
     const bool short_length = part_.eds_len != 0 && parts + 1 > part_.eds_len;
     const bool past_end = eds_bank_ && unsigned{*eds_bank_} + part_.eds_len > 256;
     if (short_length || past_end) {
@@ -399,7 +397,7 @@ class CommonCheck {
     }
   }
 
-  // Bank 0 holds no data sheet: EDS_BANK = 0 says that there is none.
+  // Bank 0 holds no data sheet: EDS_BANK = 0 means none.
   constexpr bool is_outside(unsigned bank) const {
     if (bank == 0) return true;
     if (!eds_bank_ || part_.eds_len == 0) return false;
@@ -435,8 +433,8 @@ class CommonCheck {
 
 }  // namespace eds_detail
 
-/// Reports all that is wrong with a common part. With the bank it stands in (register 0x41) the
-/// banks of the channels are judged too.
+/// Reports all findings of a common part. With its bank (register 0x41), the banks of the channels
+/// are checked, too.
 template <EdsSink Sink>
 constexpr void check_common_part(const EdsBank& bank, Sink&& sink,
                                  std::optional<std::uint8_t> eds_bank = {},
@@ -445,10 +443,9 @@ constexpr void check_common_part(const EdsBank& bank, Sink&& sink,
   eds_detail::CommonCheck(bank, eds_bank, options, report).run();
 }
 
-// ----
-// What can be told wrong about a BP3 part, alone and beside what else is known of its channel.
+// ---- Checks of a BP3 part, alone and against what else is known about its channel
 
-/// What stands outside the part and should agree with it.
+/// What is outside the part and should agree with it.
 struct Bp3Context {
   std::uint8_t channel = 0;
   /// Registers 0x42 (upper byte) and 0x43 of the slave.
@@ -491,7 +488,7 @@ class Bp3Check {
            part_.fi_len <= bp3_max_length_bits;
   }
 
-  // True when DL can be held against the lengths.
+  // True when DL can be compared with the lengths.
   constexpr bool check_identifier() const {
     const std::uint32_t id = part_.bp_id;
     const auto bad = [&](EdsProblem problem, std::uint32_t expected = 0) {
@@ -519,7 +516,7 @@ class Bp3Check {
     return true;
   }
 
-  // DL as the lengths have it.
+  // DL computed from the lengths.
   constexpr unsigned data_length_of_parts() const {
     const bool counted = id_.crc_is_data() && options_.length_counts_crc;
     return part_.position_bits() + 2 + (counted ? crc6.width_bits : 0U);
@@ -544,7 +541,7 @@ class Bp3Check {
     return false;
   }
 
-  // Only where the lengths hold: what follows from a wrong length is no finding of its own.
+  // Only where the lengths are right: consequences of a wrong length are not reported.
   constexpr void check_counts(bool lengths_hold) const {
     if (!lengths_hold || part_.en_typ > 1 || counts_of_type_fit(part_)) return;
     if (type_is_wrong()) {
@@ -566,8 +563,8 @@ class Bp3Check {
     }
   }
 
-  // With the other type everything fits, the checksum included; and no count with one byte changed
-  // does as well.
+  // With the other type everything fits, including the checksum, and no count with one byte changed
+  // fits as well.
   constexpr bool type_is_wrong() const {
     EdsBank other = bank_;
     other[0x08] ^= 1U;
@@ -581,7 +578,8 @@ class Bp3Check {
     return true;
   }
 
-  // A count times SIP_RES is too much for `bits`: is it the order of the bytes, or which is it?
+  // A count times SIP_RES is too large for `bits`: finds out whether the byte order is wrong, or
+  // which value is.
   template <class Fits>
   constexpr void check_pair(std::string_view symbol, std::uint32_t count, unsigned bits,
                             Fits fits) const {
@@ -617,7 +615,7 @@ class Bp3Check {
     const std::uint32_t stored = part_.cpoly;
     constexpr std::uint32_t due = crc6.polynomial >> 1U;
     if (stored == due) return;
-    // Where nobody checks there need not be a polynomial.
+    // Where the CRC is not checked, there need not be a polynomial.
     if (stored == 0 && id_.profile() == Profile::bp3 && id_.crc_is_data()) return;
     if (bytes_swapped(stored, 4) == due) {
       report_(EdsProblem::little_endian, "CPOLY", stored, {}, due);
@@ -628,7 +626,7 @@ class Bp3Check {
     }
   }
 
-  // No encoder works above this; with the bytes turned round it may be an ordinary temperature.
+  // No encoder works above this; with its bytes swapped, the value may be an ordinary temperature.
   static constexpr std::uint32_t plausible_kelvin_max = 1000;
 
   constexpr bool kelvin_swapped(std::string_view symbol, std::uint32_t value) const {
@@ -660,8 +658,8 @@ class Bp3Check {
 
 }  // namespace eds_detail
 
-/// Reports all that is wrong with a BP3 part. A field is reported once; what merely follows from
-/// another finding is not.
+/// Reports all findings of a BP3 part. A field is reported once; consequences of another finding
+/// are not reported.
 template <EdsSink Sink>
 constexpr void check_bp3_part(const EdsBank& bank, Sink&& sink, const Bp3Context& context = {},
                               const EdsCheckOptions& options = {}) {
@@ -676,9 +674,9 @@ constexpr bool is_useless(const EdsBank& bank) {
   return is_filled_with(bank, 0x00) || is_filled_with(bank, 0xFF);
 }
 
-// What channel i of the common part says of a BP3 part, or of the registers where that was not
-// read. `length` and `polynomial` are reported against the common part only when the other side is
-// sound by itself.
+// Compares what channel i of the common part says with a BP3 part, or with the registers where that
+// was not read. Differences of `length` and `polynomial` are reported only when the other side is
+// consistent.
 template <class Report>
 constexpr void check_channel_against(const CommonChannel& channel, std::size_t i,
                                      ProfileIdentifier id, const Bp3Part* part,
@@ -690,7 +688,7 @@ constexpr void check_channel_against(const CommonChannel& channel, std::size_t i
   const unsigned crc_bits = counted ? crc6.width_bits : 0;
   const bool lengths_hold =
       part == nullptr || part->position_bits() + 2 + crc_bits == id.data_length();
-  // With C = 1 the sources do not say whether DLEN_i counts the CRC, which DL does.
+  // With C = 1, the sources do not say whether DLEN_i counts the CRC, as DL does.
   const bool same = channel.dlen == id.data_length() ||
                     (counted && unsigned{channel.dlen} + crc_bits == id.data_length());
   if (!same && lengths_hold && channel.dlen != 0 && channel.dlen <= max_data_bits) {
@@ -751,8 +749,8 @@ constexpr void check_profile(const EdsImage& image, std::size_t i, const CommonP
 
 }  // namespace eds_detail
 
-/// Reports all that is wrong with a data sheet, the common part's findings first, then the
-/// channels'. What was not read is not judged.
+/// Reports all findings of a data sheet: first those of the common part, then those of the
+/// channels. What was not read is not checked.
 template <EdsSink Sink>
 constexpr void check_eds(const EdsImage& image, Sink&& sink, const EdsCheckOptions& options = {}) {
   CommonPart common;

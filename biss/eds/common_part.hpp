@@ -1,8 +1,8 @@
-// The data sheet's common part: who stands in which bank, and how the device behaves in time.
+// The common part of a data sheet: the banks of all parts, and the timing of the device.
 //
 // The document was not available. Names and addresses are those of NXP's driver (fsl_biss 1.0.2),
-// the first four also Balluff's; ranges that no source gives are what the bytes can hold; the units
-// of time are in biss/eds/common_part.hpp, most of them hypotheses. The checksum is taken to be BP3's.
+// the first four also Balluff's. Ranges that no source gives are those of the bytes. Most units of
+// time are hypotheses. The checksum is assumed to be BP3's.
 #pragma once
 
 #include <array>
@@ -17,20 +17,19 @@
 
 namespace biss {
 
-// ----
-// What one step of a time in the common part is worth. The document was not available: all but
-// TMA's are hypotheses, kept in this one table so that they can be put right in one place.
+// ---- The value of one step of a time. The document was not available: all but TMA's are
+// hypotheses, kept in one table.
 
 struct EdsScale {
   std::string_view symbol{};
   /// One step.
   Picoseconds step{};
-  /// No source could be read that says so.
+  /// No source was available that confirms it.
   bool hypothesis = true;
 };
 
-/// TMA: a comment in NXP's driver (100 is 10 MHz); in these units a byte cannot name a device
-/// slower than 3.9 MHz. BUSY_S is in clocks (NXP, D2) and therefore not here.
+/// TMA: a comment in NXP's driver (100 is 10 MHz); in these units, a byte cannot describe a device
+/// slower than 3.9 MHz. BUSY_S is in clocks (NXP, D2) and therefore not listed.
 inline constexpr std::array<EdsScale, 10> eds_scales{{
     {"TMA", nanoseconds(1), false},
     {"TO_MIN", nanoseconds(250), true},
@@ -52,7 +51,7 @@ constexpr const EdsScale* find_scale(std::string_view symbol) {
   return nullptr;
 }
 
-/// A time out of the common part: what is stored, and what that is by the table above.
+/// A time of the common part: the stored value, and the time by the table above.
 struct EdsTime {
   std::uint32_t raw = 0;
   Picoseconds time{};
@@ -67,9 +66,9 @@ constexpr EdsTime eds_time(std::string_view symbol, std::uint32_t raw) {
   return {raw, scale.step * std::int64_t{raw}, scale.hypothesis};
 }
 
-/// What the common part says of one data channel.
+/// What the common part says about one data channel.
 struct CommonChannel {
-  /// Absolute number of the bank with the profile's part (NXP's reading).
+  /// Absolute number of the bank that holds the profile's part (NXP's interpretation).
   std::uint8_t bank = 0;
   /// Data bits, flags included, CRC excluded.
   std::uint8_t dlen = 0;
@@ -84,11 +83,11 @@ struct CommonChannel {
   constexpr bool leading_stop_bit() const { return (format & 0x08U) != 0; }
 };
 
-/// The bits of FORMAT_i that have a meaning.
+/// The bits of FORMAT_i with a known meaning.
 inline constexpr std::uint8_t known_channel_format_bits = 0x0B;
 
-/// The part as numbers, raw; members are named as the symbols of common_fields. Unnamed bytes and
-/// a wrong checksum are kept, so that a bank parses and builds back to itself.
+/// The part as raw numbers; the members have the names of the symbols of common_fields. Unnamed
+/// bytes and a wrong checksum are kept, so that a bank is parsed and built without a change.
 struct CommonPart {
   std::uint8_t eds_ver = 1;
   std::uint8_t eds_len = 0;
@@ -118,8 +117,8 @@ struct CommonPart {
 
   constexpr bool has_bus_coupler() const { return (bc_off & 0x10U) != 0; }
   constexpr unsigned bus_coupler_slave() const { return bc_off & 0x0FU; }
-  /// Of the IDs that the device has taken the first, seen from the slave that holds the EDS.
-  /// Nothing sensible when SL_OFF is wrong; check.hpp tells.
+  /// The first ID of the device, computed from the ID of the slave that holds the EDS. Undefined
+  /// when SL_OFF is wrong, which check.hpp reports.
   constexpr unsigned first_slave(unsigned this_slave) const { return this_slave - sl_off; }
 
   /// Calls visit with every member in the order of the addresses.
@@ -138,7 +137,7 @@ struct CommonPart {
   }
 };
 
-/// Where the four fields of a channel begin: BANK_i, then DLEN_i, FORMAT_i, CPOLY_i.
+/// The address of a channel's four fields: BANK_i, then DLEN_i, FORMAT_i, CPOLY_i.
 constexpr std::uint8_t common_channel_address(std::size_t channel) {
   return static_cast<std::uint8_t>(0x14 + 4 * channel);
 }
@@ -173,7 +172,7 @@ inline constexpr std::array<EdsField, 20> common_head{{
     {"TBUSY_MAX", "processing time of a frame, longest", 0x0C, 1, EdsKind::number,
      EdsUnit::time_step, EdsGroup::timing, 0, 255},
     // At most 8 clocks: protocol description D2, table of characteristics, row 10b.
-    {"BUSY_S", "START later by so many clocks", 0x0D, 1, EdsKind::number, EdsUnit::clocks,
+    {"BUSY_S", "clocks by which START is later", 0x0D, 1, EdsKind::number, EdsUnit::clocks,
      EdsGroup::timing, 0, 8},
     {"PON_DLY", "from power-on to control communication", 0x0E, 2, EdsKind::number,
      EdsUnit::time_step, EdsGroup::timing, 0, 0xFFFF},
@@ -251,7 +250,7 @@ static_assert(eds_detail::matches<CommonPart>(common_fields));
 constexpr CommonPart parse_common_part(const EdsBank& bank) {
   return eds_detail::parsed<CommonPart>(bank);
 }
-/// The bank of a part, byte for byte; sealed() makes its checksum right.
+/// The bank of a part, byte for byte; sealed() sets the checksum.
 constexpr EdsBank build_bank(const CommonPart& part) { return eds_detail::built(part); }
 
 }  // namespace biss

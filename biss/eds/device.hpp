@@ -1,10 +1,12 @@
-// From a data sheet to what a master and a decoder need: FrameFormat and DeviceTiming.
+// Derives FrameFormat and DeviceTiming, which master and decoder need, from a data sheet.
 //
-//   const auto device = describe_device(image, {}, [](const biss::EdsRemark& said) { … });
+//   const auto device =
+//       describe_device(image, {}, [](const biss::EdsRemark& remark) { print(remark); });
 //   if (device.ok()) use(device->format, timing_at(*device, clock));
 //
-// What devices hold is often wrong. So everything is used that can be, whatever disagrees or was
-// replaced is said, and single fields can be overridden. Nothing is allocated.
+// Data sheets in devices are often wrong. Therefore everything that can be used is used, every
+// disagreement and every replaced value is reported, and single fields can be overridden. Nothing
+// is allocated.
 #pragma once
 
 #include <algorithm>
@@ -29,34 +31,33 @@
 
 namespace biss {
 
-// ----
-// What describing a device from its data sheet came across, and how the data sheet is overridden.
+// ---- Remarks and overrides
 
-/// A single field set by hand, because what the device holds is wrong.
+/// A field that is set by hand, because the device's value is wrong.
 struct EdsOverride {
   EdsPart part = EdsPart::common;
-  /// The data channel whose BP3 part is meant; the common part's symbols carry theirs.
+  /// The data channel of the BP3 part; the common part's symbols contain their channel.
   std::uint8_t channel = 0;
   std::string_view symbol{};
   std::uint32_t value = 0;
 };
 
-/// One enumerator a reason to say something.
+/// The kinds of remarks.
 enum class EdsRemarkKind : std::uint8_t {
   overridden,  ///< `used` instead of what the bank holds
-  disagrees,   ///< another source says something else and is believed: `used`
-  repaired,    ///< a usual mistake read as what it means: `used`
-  not_usable,  ///< no sense can be made of it; the profile's or the widest value stands in
-  not_given,   ///< the same, because nothing is stored
+  disagrees,   ///< another source has another value, which is used: `used`
+  repaired,    ///< a common mistake, corrected: `used`
+  not_usable,  ///< not a valid value; the profile's or the widest value is used
+  not_given,   ///< nothing is stored; the profile's or the widest value is used
   undivided,   ///< the lengths do not fit DL: the position is not divided into turns
-  hypothesis,  ///< used, in a unit or a layout that no source confirms
-  doubtful,    ///< the identifier's format: doubt_of() says why
+  hypothesis,  ///< used in a unit or a layout that no source confirms
+  doubtful,    ///< the format of an identifier; doubt_of() gives the reason
   order,       ///< several channels: which is first on the line is an assumption
 };
 
 inline constexpr std::size_t eds_remark_count = 9;
 
-/// The name scripts see, the same as the enumerator's.
+/// The name that scripts see, the same as the enumerator's.
 constexpr std::string_view name_of(EdsRemarkKind kind) {
   constexpr std::array<std::string_view, eds_remark_count> names{
       "overridden", "disagrees",  "repaired", "not_usable", "not_given",
@@ -64,7 +65,7 @@ constexpr std::string_view name_of(EdsRemarkKind kind) {
   return names[static_cast<std::size_t>(kind)];
 }
 
-/// What a user is told, without a full stop.
+/// The message for a user, without a full stop.
 constexpr std::string_view text_of(EdsRemarkKind kind) {
   constexpr std::array<std::string_view, eds_remark_count> texts{
       "overridden by hand",
@@ -79,7 +80,7 @@ constexpr std::string_view text_of(EdsRemarkKind kind) {
   return texts[static_cast<std::size_t>(kind)];
 }
 
-/// A remark. Text is static, but for the symbol of an override, which is the caller's.
+/// A remark. Text is static, except for the symbol of an override, which is the caller's.
 struct EdsRemark {
   EdsPart part = EdsPart::common;
   std::uint8_t channel = 0;
@@ -87,30 +88,30 @@ struct EdsRemark {
   EdsRemarkKind kind = EdsRemarkKind::overridden;
   /// Raw, as in the bank.
   std::uint32_t stored = 0;
-  /// Raw; 0 where a default stands in.
+  /// Raw; 0 where a default is used.
   std::uint32_t used = 0;
 };
 
-/// What takes the remarks, one by one.
+/// A function that takes the remarks, one by one.
 template <class T>
 concept EdsRemarkSink = std::invocable<T&, const EdsRemark&>;
 
-/// What no document settles.
+/// What no document defines.
 struct EdsDeviceOptions {
-  /// C = 1: whether DL counts the CRC (ProfileOptions::length_counts_crc), and whether to check it.
+  /// C = 1: whether to check the CRC, and whether DL counts it (ProfileOptions::length_counts_crc).
   bool check_crc_in_data = false;
   bool length_counts_crc = true;
-  /// Use the times whose unit is a hypothesis (biss/eds/common_part.hpp); false leaves them at the widest
-  /// that BiSS C allows.
+  /// Use the times whose unit is a hypothesis; false replaces them by the widest that BiSS C
+  /// allows.
   bool use_hypotheses = true;
-  /// Channel i is the slave's with the i-th ID, and the highest ID comes first on the line.
+  /// Channel i belongs to the slave with the i-th ID, and the highest ID is first on the line.
   bool highest_channel_first = true;
 };
 
-/// Why a data sheet describes no device.
+/// Why a data sheet does not describe a device.
 enum class EdsDeviceCause : std::uint8_t {
   no_channel,        ///< DC_NUM is 0, or nothing was read
-  unknown_channel,   ///< no source says how many bits a channel has
+  unknown_channel,   ///< no source gives the number of bits of a channel
   actuator,          ///< a channel carries data to the device
   unknown_override,  ///< no such symbol, or a value wider than its field
   override_unread,   ///< the part to override was not read
@@ -118,7 +119,7 @@ enum class EdsDeviceCause : std::uint8_t {
 
 inline constexpr std::size_t eds_device_cause_count = 5;
 
-/// What a user is told, without a full stop.
+/// The message for a user, without a full stop.
 constexpr std::string_view text_of(EdsDeviceCause cause) {
   constexpr std::array<std::string_view, eds_device_cause_count> texts{
       "the data sheet has no data channel", "no source says how many bits this channel has",
@@ -139,8 +140,7 @@ struct EdsDeviceError {
 
 namespace biss::eds_detail {
 
-// ----
-// A data sheet with single fields overridden.
+// ---- A data sheet with overridden fields
 
 class EdsReader {
  public:
@@ -149,7 +149,7 @@ class EdsReader {
 
   constexpr const EdsImage& image() const { return image_; }
 
-  // Whether every override can be made; says what it replaces.
+  // Checks that every override can be applied, and reports what it replaces.
   template <class Sink>
   constexpr Result<bool, EdsDeviceError> announce(Sink& sink) const {
     for (std::size_t i = 0; i < overrides_.size(); ++i) {
@@ -197,7 +197,7 @@ class EdsReader {
     for (const EdsOverride& each : overrides_) {
       if (each.part != part || (part == EdsPart::bp3 && each.channel != channel)) continue;
       const EdsField* field = find_field(fields_of(part), each.symbol);
-      // announce() has refused what cannot be set.
+      // announce() refuses what cannot be set.
       if (field != nullptr) static_cast<void>(set_field(bank, *field, each.value));
     }
     return bank;
@@ -207,8 +207,7 @@ class EdsReader {
   std::span<const EdsOverride> overrides_;
 };
 
-// ----
-// The format of one data channel, from whatever the data sheet and the registers say of it.
+// ---- The format of one data channel, from the data sheet and the registers
 
 // The CRC of a polynomial stored without its lowest bit; no CRC when none of 3 to 16 bits.
 constexpr CrcSpec crc_of_stored(std::uint32_t stored, std::uint32_t start) {
@@ -275,7 +274,7 @@ class ChannelReader {
     return reader_.overrides(EdsPart::common, 0, channel_symbols[index_][which]);
   }
 
-  // What is set by hand first, then the registers, then the bank. A DLEN_i set by hand replaces DL.
+  // The priority: overrides, then registers, then the bank. An overridden DLEN_i replaces DL.
   constexpr std::uint16_t chosen_identifier() const {
     const auto registers = reader_.image().identifiers[index_];
     std::uint16_t stored = part_ ? part_->bp_id : raw_ ? raw_->bp_id : std::uint16_t{0};
@@ -301,7 +300,7 @@ class ChannelReader {
     return used;
   }
 
-  // Without a usable identifier: the lengths of the BP3 part, else DLEN_i with its two flags.
+  // Without a usable identifier: the lengths of the BP3 part, or DLEN_i with its two flags.
   constexpr Answer from_lengths() {
     const bool by_hand = common_ && common_overrides(1);
     if (part_ && !by_hand && part_->position_bits() >= 1 &&
@@ -344,7 +343,7 @@ class ChannelReader {
     }
   }
 
-  // Turns above singleturn, where the lengths fit; a scale has no turns.
+  // Turns above singleturn where the lengths fit; a scale has no turns.
   constexpr void divide(ChannelFormat& format) const {
     if (part_->position_bits() != format.position.bits) {
       remark(EdsPart::bp3, EdsRemarkKind::undivided, "MT_LEN", part_->position_bits(),
@@ -378,7 +377,7 @@ class ChannelReader {
     format.warning = flag(2);
   }
 
-  // A polynomial in full form, or with its bytes turned round, as what it was meant to be.
+  // Corrects a polynomial in full form, or with its bytes swapped.
   constexpr std::uint32_t repaired(EdsPart part, std::string_view symbol,
                                    std::uint32_t stored) const {
     std::uint32_t meant = stored;
@@ -390,11 +389,11 @@ class ChannelReader {
     return meant;
   }
 
-  // The profile is believed, unless the common part's field is set by hand.
+  // The profile has precedence, unless the common part's field is overridden.
   constexpr void compare_with_common(ProfileIdentifier id, ChannelFormat& format) const {
     if (!common_) return;
     const auto& symbols = channel_symbols[index_];
-    // With C = 1 the sources do not say whether DLEN_i counts the CRC.
+    // With C = 1, the sources do not say whether DLEN_i counts the CRC.
     const bool same =
         common_->dlen == format.data_bits ||
         (id.crc_is_data() && common_->dlen == id.data_length()) ||
@@ -413,11 +412,11 @@ class ChannelReader {
     }
   }
 
-  // NXP's driver reads CPOLY and CSTART at BP3's addresses whatever the profile.
+  // NXP's driver reads CPOLY and CSTART at BP3's addresses for every profile.
   constexpr void use_raw_crc(ChannelFormat& format) const {
     if (raw_->cpoly == 0 || raw_->cpoly == format.crc.polynomial >> 1U) return;
     const CrcSpec crc = crc_of_stored(raw_->cpoly, raw_->cstart);
-    // A format that carries its CRC as data keeps it so, and a start value must fit.
+    // A format that transmits its CRC as data keeps it so, and a start value must fit.
     const bool carried = !format.crc.present() && format.life_counter.present();
     if (!crc.present() || carried || raw_->cstart > crc.mask()) return;
     remark(EdsPart::raw, EdsRemarkKind::hypothesis, "CPOLY", raw_->cpoly, raw_->cpoly);
@@ -439,18 +438,18 @@ namespace biss {
 
 struct EdsDevice {
   FrameFormat format{};
-  /// Without BUSY_S, which counts clocks: timing_at().
+  /// Without BUSY_S, which counts clocks; see timing_at().
   DeviceTiming timing{};
   std::uint8_t busy_s_clocks = 0;
   /// IDs the device takes; 0: not known.
   std::uint8_t slaves = 0;
-  /// From power-on until control communication (a hypothesis) and until the last of the positions.
+  /// From power-on until control communication (a hypothesis), and until the last position.
   std::optional<Picoseconds> control_ready{};
   std::optional<Picoseconds> position_ready{};
 };
 
-/// The device's timing at one clock: BUSY_S delays START beyond the processing time; both together
-/// take 40 us at most (D2). \pre clock is not 0 Hz
+/// The device's timing at one clock: BUSY_S delays START after the processing time; together they
+/// take at most 40 us (D2). \pre clock is not 0 Hz
 constexpr DeviceTiming timing_at(const EdsDevice& device, Hertz clock) {
   DeviceTiming timing = device.timing;
   const Picoseconds busy_s = std::int64_t{device.busy_s_clocks} * period_of(clock);
@@ -477,7 +476,7 @@ class TimingReader {
     }
     if (const auto busy = time("TBUSY_MAX", part_.tbusy_max, biss_busy_max)) timing.ack_max = *busy;
     set_timeout(timing.timeout);
-    // A longer cycle is safe, so all ones are a time here.
+    // A longer cycle is safe, so all ones count as a time here.
     if (part_.tcyc != 0 && options_.use_hypotheses) {
       const EdsTime cycle = eds_time("TCYC", part_.tcyc);
       say(EdsRemarkKind::hypothesis, "TCYC", cycle.raw, cycle.raw);
@@ -506,7 +505,7 @@ class TimingReader {
     timing.clock_max = std::min(clock, biss_clock_max);
   }
 
-  // A time that is given, no longer than BiSS C allows, and may be used.
+  // A time that is given, is not longer than BiSS C allows, and may be used.
   constexpr std::optional<Picoseconds> time(std::string_view symbol, std::uint8_t raw,
                                             Picoseconds longest) const {
     if (!options_.use_hypotheses) return std::nullopt;
@@ -524,7 +523,7 @@ class TimingReader {
   }
 
   // A device that states its sampling clock has the adaptive timeout, at most 3 of these clocks
-  // above 1.5 periods (D2); else the short one, else the static one.
+  // above 1.5 periods (D2); otherwise the short one, or the static one.
   constexpr void set_timeout(Timeout& timeout) const {
     const auto given = [](std::uint8_t raw) { return raw != 0 && raw != 0xFF; };
     if (given(part_.tclk_max)) {
@@ -558,10 +557,10 @@ constexpr void set_position_ready(const EdsReader& reader, std::size_t channel, 
 
 }  // namespace eds_detail
 
-/// The device that a data sheet describes, as far as it was read, with `overrides` made first.
-/// What is set by hand is believed before the registers, these before the profile's part, and that
-/// before the common part. Times that are not given stay the widest that BiSS C allows. Parts of
-/// BP1 and BP3S stay raw; the CRC at BP3's addresses is taken from them as a hypothesis.
+/// The device that a data sheet describes, as far as it was read, with `overrides` applied first.
+/// The priority is: overrides, registers, the profile's part, the common part. Times that are not
+/// given are the widest that BiSS C allows. Parts of BP1 and BP3S are not decoded; the CRC at BP3's
+/// addresses is taken from them as a hypothesis.
 template <EdsRemarkSink Sink>
 constexpr Result<EdsDevice, EdsDeviceError> describe_device(const EdsImage& image,
                                                             std::span<const EdsOverride> overrides,

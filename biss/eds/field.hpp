@@ -1,4 +1,4 @@
-// EdsField: one row of a part's table, with which tools print, check and build a bank by symbol.
+// EdsField: one row of a part's table, by which tools print, check and build a bank.
 #pragma once
 
 #include <array>
@@ -14,16 +14,17 @@
 
 namespace biss {
 
-/// The parts a data sheet is made of; `raw` is the part of a profile whose layout is not known.
+/// The parts of a data sheet; `raw` is the part of a profile whose layout is unknown.
 enum class EdsPart : std::uint8_t { common, bp3, raw };
 
-/// The name scripts see: "common", "bp3", "raw".
+/// The name that scripts see: "common", "bp3", "raw".
 constexpr std::string_view name_of(EdsPart part) {
   constexpr std::array<std::string_view, 3> names{"common", "bp3", "raw"};
   return names[static_cast<std::size_t>(part)];
 }
 
-/// The groups of the BP3 document. It does not group the common part's fields: timing is ours.
+/// The groups of the BP3 document. It does not group the common part's fields: `timing` is added
+/// here.
 enum class EdsGroup : std::uint8_t {
   organisation,
   timing,
@@ -33,14 +34,14 @@ enum class EdsGroup : std::uint8_t {
   electric
 };
 
-/// "ORGA", "TIMING", … as the document writes them.
+/// "ORGA", "TIMING", …, as in the document.
 constexpr std::string_view name_of(EdsGroup group) {
   constexpr std::array<std::string_view, 6> names{"ORGA", "TIMING", "SAFETY",
                                                   "MEAS", "MECH",   "ELEC"};
   return names[static_cast<std::size_t>(group)];
 }
 
-/// What a value counts. Units with two names depend on EN_TYP: first rotary, then linear.
+/// The unit of a value. Units with two names depend on EN_TYP: first rotary, then linear.
 enum class EdsUnit : std::uint8_t {
   none,
   banks,
@@ -60,7 +61,7 @@ enum class EdsUnit : std::uint8_t {
   milliampere,
 };
 
-/// The unit as text; empty for a bare number, "step" where scale.hpp has the factor.
+/// The unit as text; empty for a bare number, "step" where eds_scales has the factor.
 constexpr std::string_view text_of(EdsUnit unit, bool linear) {
   switch (unit) {
     case EdsUnit::none:
@@ -98,7 +99,7 @@ constexpr std::string_view text_of(EdsUnit unit, bool linear) {
   return {};
 }
 
-/// How a value is to be read.
+/// The interpretation of a value.
 enum class EdsKind : std::uint8_t {
   number,
   identifier,      ///< the profile identifier, registers 0x42 and 0x43
@@ -114,7 +115,7 @@ enum class EdsKind : std::uint8_t {
   unnamed,   ///< no source names it
 };
 
-/// The name of a value out of a table (kinds feedback to alignment); empty where it has none.
+/// The name of a value from a table (kinds feedback to alignment); empty where it has none.
 constexpr std::string_view name_of(EdsKind kind, std::uint32_t value) {
   constexpr auto pick = [](std::uint32_t index, std::string_view a, std::string_view b,
                            std::string_view c) {
@@ -136,7 +137,7 @@ constexpr std::string_view name_of(EdsKind kind, std::uint32_t value) {
 
 /// One field of a part. All text is static.
 struct EdsField {
-  /// As the documents write it; reserved bytes, which have none, are RES_ and their address.
+  /// The symbol of the documents; reserved bytes without one are RES_ and their address.
   std::string_view symbol{};
   std::string_view meaning{};
   std::uint8_t address = 0;
@@ -145,7 +146,7 @@ struct EdsField {
   EdsKind kind = EdsKind::number;
   EdsUnit unit = EdsUnit::none;
   EdsGroup group = EdsGroup::organisation;
-  /// Both within the range. Where no source gives a range it is everything the bytes can hold.
+  /// The range, limits included. Where no source gives one, it is that of the bytes.
   std::uint32_t min = 0;
   std::uint32_t max = 0;
 
@@ -153,8 +154,8 @@ struct EdsField {
     return static_cast<std::uint32_t>(low_mask(8U * bytes));
   }
   constexpr bool in_range(std::uint32_t value) const { return value >= min && value <= max; }
-  /// Whether 0 and all ones can mark a value that is not given: the range leaves out just these
-  /// two. No document says that they do (inferred).
+  /// Whether 0 and all ones can mark a value that is not given: the range excludes just these two.
+  /// No document says so (inferred).
   constexpr bool may_be_absent() const { return min == 1 && max == all_ones() - 1; }
 };
 
@@ -175,27 +176,27 @@ constexpr void put_number(EdsBank& bank, std::size_t address, std::size_t bytes,
 
 }  // namespace eds_detail
 
-/// The value of a field, whatever it is.
+/// The value of a field, in or out of its range.
 constexpr std::uint32_t field_value(const EdsBank& bank, const EdsField& field) {
   return eds_detail::number_at(bank, field.address, field.bytes);
 }
 
-/// Writes a field, whatever its range; the checksum is left to sealed(). False, and nothing
-/// written, when the value has more bits than the field.
+/// Writes a field, in or out of its range; sealed() sets the checksum. False, and nothing written,
+/// when the value has more bits than the field.
 [[nodiscard]] constexpr bool set_field(EdsBank& bank, const EdsField& field, std::uint32_t value) {
   if (value > field.all_ones()) return false;
   eds_detail::put_number(bank, field.address, field.bytes, value);
   return true;
 }
 
-/// The value with its bytes in the opposite order: what a little-endian writer meant.
+/// The value with its bytes in reverse order: what a little-endian writer meant.
 constexpr std::uint32_t bytes_swapped(std::uint32_t value, unsigned bytes) {
   std::uint32_t swapped = 0;
   for (unsigned i = 0; i < bytes; ++i, value >>= 8U) swapped = swapped << 8U | (value & 0xFFU);
   return swapped;
 }
 
-/// The field with this symbol, letter by letter; null when there is none.
+/// The field with exactly this symbol; null when there is none.
 constexpr const EdsField* find_field(std::span<const EdsField> fields, std::string_view symbol) {
   for (const EdsField& field : fields) {
     if (field.symbol == symbol) return &field;
@@ -213,7 +214,7 @@ constexpr const EdsField& field_at(std::span<const EdsField> fields, std::size_t
 
 namespace eds_detail {
 
-/// Whether the rows stand in the order of their addresses and cover each byte once.
+/// Whether the rows are in the order of their addresses and cover each byte once.
 constexpr bool covers_the_bank(std::span<const EdsField> fields) {
   std::size_t next = 0;
   for (const EdsField& field : fields) {
@@ -230,11 +231,10 @@ constexpr bool covers_the_bank(std::span<const EdsField> fields) {
 
 namespace biss::eds_detail {
 
-// ----
-// How the struct of a part and its bank become each other: member by member in address order.
+// ---- Conversion between the struct of a part and its bank, member by member in address order
 
-// `part.members(visit)` names every member in the order of the addresses; a member's type says how
-// many bytes it has.
+// `part.members(visit)` visits every member in the order of the addresses; the member's type gives
+// its number of bytes.
 template <class Part>
 constexpr Part parsed(const EdsBank& bank) {
   Part part;
@@ -257,7 +257,8 @@ constexpr EdsBank built(const Part& part) {
   return bank;
 }
 
-// A polynomial of BiSS as it stands in code, with the lowest bit that the data sheet leaves out.
+// Whether this is a polynomial of BiSS in full form, with the lowest bit that the data sheet leaves
+// out.
 constexpr bool is_full_form_of_known(std::uint32_t stored) {
   constexpr std::uint32_t ccitt = 0x11021;  // in BP3's history, 0x8810 (Rev A2)
   if (stored == ccitt) return true;
@@ -267,7 +268,7 @@ constexpr bool is_full_form_of_known(std::uint32_t stored) {
   return false;
 }
 
-// Width of the CRC whose polynomial is stored without its lowest bit.
+// The width of a CRC whose polynomial is stored without its lowest bit.
 constexpr unsigned stored_crc_bits(std::uint32_t stored) {
   return static_cast<unsigned>(std::bit_width(stored));
 }

@@ -1,4 +1,4 @@
-// EdsImage: what has been read of a device's data sheet, as far as it has been read.
+// EdsImage: the parts of a device's data sheet that were read.
 #pragma once
 
 #include <array>
@@ -23,8 +23,9 @@ constexpr std::span<const EdsField> fields_of(EdsPart part) {
   return {};
 }
 
-/// The banks of one data sheet, in memory somebody else owns and that must outlive the image. What
-/// was not read is null or empty; every function that takes an image makes do with what there is.
+/// The banks of one data sheet, in memory that the caller owns and that must outlive the image.
+/// What was not read is null or empty; every function that takes an image works with what is
+/// present.
 struct EdsImage {
   const EdsBank* common = nullptr;
   /// The profile's part of data channel i, from bank BANK_i.
@@ -35,8 +36,8 @@ struct EdsImage {
   std::optional<std::uint8_t> eds_bank{};
 };
 
-/// How the profile's part of a channel is to be read: BP3's layout unless registers or bank name a
-/// profile whose layout is not known and neither names BP3. \pre the bank was read
+/// How to read the profile's part of a channel: with BP3's layout, unless registers or bank name a
+/// profile whose layout is unknown and neither names BP3. \pre the bank was read
 constexpr EdsPart profile_part(const EdsImage& image, std::size_t channel) {
   const EdsBank& bank = *image.profiles[channel];
   const auto stored = static_cast<std::uint16_t>(bank[2] << 8U | bank[3]);
@@ -51,8 +52,8 @@ constexpr EdsPart profile_part(const EdsImage& image, std::size_t channel) {
   return raw ? EdsPart::raw : EdsPart::bp3;
 }
 
-/// Data channels of the device: DC_NUM, at most 8; without common part as far as there is anything
-/// of a channel.
+/// The number of data channels: DC_NUM, at most 8; without common part, up to the last channel of
+/// which anything was read.
 constexpr std::size_t channel_count(const EdsImage& image) {
   if (image.common != nullptr) {
     const std::size_t stated = parse_common_part(*image.common).dc_num;

@@ -1,4 +1,4 @@
-// Profile identifiers (registers 0x42 and 0x43): what an encoder says of its own frame.
+// Profile identifiers (registers 0x42 and 0x43), in which an encoder describes its frame.
 #pragma once
 
 #include <array>
@@ -11,13 +11,12 @@
 
 namespace biss {
 
-// ----
-// The bits of a profile identifier, registers 0x42 (upper byte) and 0x43.
+// ---- The bits of an identifier, register 0x42 in the upper byte
 //
-//   BP0   000 LLLLL | A aaaaaaa    L data length, A = 1 actuator, a the application's
-//   BP1   001 ..... | ........     division not known
+//   BP0   000 LLLLL | A aaaaaaa    L data length, A = 1 actuator, a application
+//   BP1   001 ..... | ........     division unknown
 //   BP3   0110 VVV C | 0 DDDDDDD   V version, C, D = DL
-//   BP3S  0111 VVV C | 0 DDDDDDD   by the same shape (NXP's driver; the document was not available)
+//   BP3S  0111 VVV C | 0 DDDDDDD   by analogy (NXP's driver; the document was not available)
 
 enum class Profile : std::uint8_t { none, bp0, bp1, bp3, bp3s, unknown };
 
@@ -27,7 +26,7 @@ constexpr std::string_view name_of(Profile profile) {
   return names[static_cast<std::size_t>(profile)];
 }
 
-/// An identifier, taken apart. What a member means depends on profile().
+/// The parts of an identifier. Their meaning depends on profile().
 struct ProfileIdentifier {
   std::uint16_t raw = 0;
 
@@ -50,39 +49,39 @@ struct ProfileIdentifier {
         return Profile::unknown;
     }
   }
-  /// BP3, BP3S: 1 is the only one known.
+  /// BP3, BP3S: only version 1 is known.
   constexpr unsigned version() const { return (raw >> 9U) & 0b111U; }
-  /// BP3, BP3S: bit C, the CRC's bits are data to the master, which does not check them.
+  /// BP3, BP3S: bit C; the CRC's bits are data to the master, which does not check them.
   constexpr bool crc_is_data() const { return (raw & 0x100U) != 0; }
   constexpr bool bit7() const { return (raw & 0x80U) != 0; }
   /// BP0: data bits, 0 = no channel. BP3, BP3S: DL.
   constexpr unsigned data_length() const {
     return profile() == Profile::bp0 ? (raw >> 8U) & 0x1FU : raw & 0x7FU;
   }
-  /// BP0: data go to the device.
+  /// BP0: the data go to the device.
   constexpr bool actuator() const { return bit7(); }
   /// BP0: the application's number.
   constexpr unsigned application() const { return raw & 0x7FU; }
 };
 
-/// Whether this reads as a BP3 identifier with its two bytes the wrong way round. It would be one
-/// of BP0's or BP1's otherwise; those with 0x62 or 0x63 in their low byte are not known to exist.
+/// Whether this is a BP3 identifier with its two bytes swapped. Otherwise it would be an identifier
+/// of BP0 or BP1; none of these with 0x62 or 0x63 in the low byte is known.
 constexpr bool is_swapped_bp3(std::uint16_t raw) {
   const unsigned length = raw >> 8U;
   return (raw & 0xFEU) == 0x62 && length >= 2 && length <= 63;
 }
 
-/// A BP1 identifier whose frame a source gives: position, nE, nW and CRC6.
+/// A BP1 identifier whose frame is known from a source: position, nE, nW and CRC6.
 struct Bp1Seen {
   std::uint16_t identifier = 0;
   std::uint8_t position_bits = 0;
 };
 
 /// Lika's manual of the SMA1 ("variant 0-24"), and the capture of an iC-MH in iC-Haus' application
-/// note AN22. Two examples do not tell how the identifier divides.
+/// note AN22. Two examples do not show how the identifier is divided.
 inline constexpr std::array<Bp1Seen, 2> bp1_seen{{{0x2814, 24}, {0x2C0C, 12}}};
 
-/// Why a format made from this identifier is not beyond doubt, without a full stop; empty for BP3
+/// Why a format derived from this identifier is not certain, without a full stop; empty for BP3
 /// with C = 0.
 constexpr std::string_view doubt_of(ProfileIdentifier id) {
   switch (id.profile()) {
@@ -103,12 +102,12 @@ constexpr std::string_view doubt_of(ProfileIdentifier id) {
 
 /// Why a profile identifier gives no format, or a format no identifier.
 enum class ProfileError : std::uint8_t {
-  none_given,       ///< 0x0000: the device has no profile
-  unknown_profile,  ///< not BP0, BP1, BP3 or BP3S
-  bp1_layout,       ///< BP1: how its identifier divides was not found
-  version,          ///< BP3 or BP3S in another version than 1
-  reserved_bit,     ///< bit 7 is set
-  data_length,      ///< BP3: DL is not 2…57, with C = 1 not 2…63; BP3S: no SPW has so many bits
+  none_given,        ///< 0x0000: the device has no profile
+  unknown_profile,   ///< not BP0, BP1, BP3 or BP3S
+  bp1_layout,        ///< BP1: how its identifier divides was not found
+  version,           ///< BP3 or BP3S in another version than 1
+  reserved_bit,      ///< bit 7 is set
+  data_length,       ///< BP3: DL is not 2…57, with C = 1 not 2…63; BP3S: longer than an SPW
   crc_does_not_fit,  ///< C = 1 and DL too short for flags and CRC
   no_channel,        ///< BP0 without data channel
   actuator,          ///< BP0, data to the device and not from it
@@ -117,7 +116,7 @@ enum class ProfileError : std::uint8_t {
 
 inline constexpr std::size_t profile_error_count = 10;
 
-/// What a user is told, without a full stop.
+/// The message for a user, without a full stop.
 constexpr std::string_view text_of(ProfileError error) {
   constexpr std::array<std::string_view, profile_error_count> texts{
       "0x0000 means that the device has no profile",
@@ -135,17 +134,17 @@ constexpr std::string_view text_of(ProfileError error) {
 
 /// What the documents leave open.
 struct ProfileOptions {
-  /// C = 1, the master shall not check: false takes the CRC's bits as padding; true checks them all
-  /// the same. The bits on the line do not change.
+  /// C = 1, where the master does not check: false treats the CRC's bits as padding, true checks
+  /// them anyway. The bits on the line are the same.
   bool check_crc_in_data = false;
   /// C = 1: whether DL counts the CRC's bits. BP3's text says that they are added to the data, and
-  /// 63 is 57 and 6; the heading of table 6 says "without CRC".
+  /// 63 is 57 plus 6; the heading of table 6 says "without CRC".
   bool length_counts_crc = true;
 };
 
 /// BP3's data length with C = 0: position and two flags. 57 data bits and 6 of CRC are the longest
-/// word in which CRC6 finds every two wrong bits (BP3 Rev A3, table 6; the EDS row that begins at 1
-/// contradicts it).
+/// word in which CRC6 detects every two wrong bits (BP3 Rev A3, table 6; the EDS row that begins at
+/// 1 contradicts it).
 inline constexpr unsigned bp3_min_data_bits = 2;
 inline constexpr unsigned bp3_max_data_bits = 57;
 /// The longest DL with C = 1.
@@ -157,7 +156,7 @@ inline constexpr CrcSpec bp0_crc{.polynomial = 0x25, .width_bits = 5};
 
 namespace eds_detail {
 
-// nE and nW, under them the rest: `tail` bits of counter, `pad` of a CRC that nobody checks.
+// nE and nW, and below them `counter` bits of counter and `pad` bits of a CRC that is not checked.
 constexpr ChannelFormat position_channel(unsigned position_bits, unsigned counter, unsigned pad,
                                          const CrcSpec& crc) {
   const unsigned flags = counter + pad;
@@ -226,9 +225,10 @@ constexpr bool same_bits(const ChannelFormat& a, const ChannelFormat& b) {
 
 }  // namespace eds_detail
 
-/// The data channel of a device with this identifier, register 0x42 in the upper byte. How the
-/// position divides into turns is not in the identifier. BP0's data is padding: what its bits mean
-/// is the application's. doubt_of() says what the answer rests on where that is not a document.
+/// The data channel of a device with this identifier, register 0x42 in the upper byte. The
+/// identifier does not contain the division of the position into turns. BP0's data are padding: the
+/// application defines its bits. doubt_of() names the assumptions where the source is not a
+/// document.
 constexpr Result<ChannelFormat, ProfileError> profile_channel(std::uint16_t identifier,
                                                               const ProfileOptions& options = {}) {
   const ProfileIdentifier id{identifier};
@@ -248,7 +248,7 @@ constexpr Result<ChannelFormat, ProfileError> profile_channel(std::uint16_t iden
   return failure(ProfileError::unknown_profile);
 }
 
-/// The frame of a device that sends just this channel. A length of 2, which BP3 allows, gives a
+/// The frame of a device that sends only this channel. A length of 2, which BP3 allows, gives a
 /// channel without a position.
 constexpr Result<FrameFormat, ProfileError> profile_format(std::uint16_t identifier,
                                                            const ProfileOptions& options = {}) {
@@ -261,8 +261,8 @@ constexpr Result<FrameFormat, ProfileError> profile_format(std::uint16_t identif
 }
 
 /// The identifier of a BP3 or BP3S device that sends this channel; with `crc_is_data` the one with
-/// C = 1, whether the channel checks the CRC or carries it as padding. Turns and singleturn count
-/// as one position where they stand together. ProfileError::unknown_profile for another profile.
+/// C = 1, whether the channel checks the CRC or transmits it as padding. Adjacent turns and
+/// singleturn count as one position. ProfileError::unknown_profile for another profile.
 constexpr Result<std::uint16_t, ProfileError> profile_identifier(const ChannelFormat& channel,
                                                                  Profile profile, bool crc_is_data,
                                                                  bool length_counts_crc = true) {

@@ -1,4 +1,5 @@
-// A FrameFormat made ready for use: the CRC engines stand beside it, nothing is computed per frame.
+// A FrameFormat prepared for encoding and decoding, with its CRC engines: nothing is computed per
+// frame.
 #pragma once
 
 #include <array>
@@ -12,13 +13,12 @@
 
 namespace biss::frame_detail {
 
-// ----
-// The shifts and masks of a short frame of one channel, reckoned beforehand for decode_frame().
+// ---- The shifts and masks of a short frame of one channel, computed once for decode_frame()
 
-// Where 64-bit words are cheap and a wrong guess at a branch is not.
+// True where 64-bit words are cheap and mispredicted branches are not.
 inline constexpr bool selects = sizeof(std::size_t) >= 8;
 
-// The position as one run of bits; multiturn right above singleturn is one.
+// The position as one run of bits; multiturn directly above singleturn is one.
 constexpr Field position_field(const ChannelFormat& channel) {
   if (channel.position.present()) return channel.position;
   if (!channel.multiturn.present()) return channel.singleturn;
@@ -26,17 +26,17 @@ constexpr Field position_field(const ChannelFormat& channel) {
   return {channel.singleturn.shift, static_cast<std::uint8_t>(channel.position_bits())};
 }
 
-// What WordPlan describes: one channel with a CRC, which BitView::window() holds from CDS to STOP,
-// its position in one piece.
+// True for the formats of WordPlan: one channel with a CRC, its position in one piece, that fits
+// BitView::window() from CDS to STOP.
 constexpr bool is_one_word(const FrameFormat& format) {
   const ChannelFormat& channel = format.channel_list[0];
   const bool parted = channel.multiturn.present() && channel.singleturn.present() &&
                       channel.multiturn.shift != channel.singleturn.shift + channel.singleturn.bits;
   return format.channel_count == 1 && channel.crc.present() && !channel.singleturn_gray &&
-         !parted && format.payload_bits() + 2U <= BitView::sure_bits;
+         !parted && format.payload_bits() + 2U <= BitView::known_bits;
 }
 
-// All of it is about the word that BitView::window() gives for CDS, or about the data in it.
+// All members describe the word that BitView::window() gives for CDS, or the data in it.
 class WordPlan {
  public:
   constexpr explicit WordPlan(const FrameFormat& format) : one_word_(is_one_word(format)) {
@@ -55,12 +55,12 @@ class WordPlan {
     warning_ = Flag(channel.warning);
   }
 
-  // False: not such a format, and nothing below may be asked.
+  // False: another format; the other members are undefined.
   constexpr bool one_word() const { return one_word_; }
   constexpr unsigned payload_bits() const { return payload_bits_; }
   constexpr unsigned data_bits() const { return data_bits_; }
   constexpr bool cds(std::uint64_t word) const { return (word & cds_bit) != 0; }
-  // STOP is 0, and CDS where it has to be.
+  // STOP is 0, and so is CDS where the format requires it.
   constexpr bool is_low(std::uint64_t word) const { return (word & must_be_low_) == 0; }
   constexpr std::uint64_t data(std::uint64_t word) const {
     return word << 1U >> (64U - data_bits_);
@@ -80,7 +80,7 @@ class WordPlan {
  private:
   static constexpr std::uint64_t cds_bit = std::uint64_t{1} << 63U;
 
-  // A flag that is absent is a high-active one that never comes.
+  // An absent flag acts as a high-active one that is always 0.
   struct Flag {
     std::uint64_t mask = 0;
     bool active_high = true;
@@ -129,7 +129,7 @@ constexpr std::uint64_t position_of(const ChannelFormat& format, std::uint64_t d
   return position;
 }
 
-// Field by field into place: a Channel that is copied as a whole waits for its own stores.
+// Field by field: a Channel that is copied as a whole waits for its own stores.
 constexpr void unpack_into(const ChannelFormat& format, std::uint64_t data, Channel& channel) {
   channel.position = position_of(format, data);
   channel.life_counter = static_cast<std::uint32_t>(format.life_counter.of(data));
@@ -140,7 +140,7 @@ constexpr void unpack_into(const ChannelFormat& format, std::uint64_t data, Chan
 }  // namespace frame_detail
 
 /// The values in a channel's data word.
-/// \param data the channel's data_bits right-aligned, without CRC
+/// \param data the channel's data_bits, right-aligned, without CRC
 constexpr Channel unpack(const ChannelFormat& format, std::uint64_t data) {
   Channel channel;
   frame_detail::unpack_into(format, data, channel);
@@ -164,14 +164,14 @@ constexpr std::uint64_t pack(const ChannelFormat& format, const Channel& channel
   return data | format.error.placed(channel.nE) | format.warning.placed(channel.nW);
 }
 
-/// A format with its CRC engines. `Crc` is any engine of biss/crc/engines.hpp; `Channels` is how
-/// many channels it has room for, so that firmware with one channel pays for one table.
+/// A format with its CRC engines. `Crc` is an engine of biss/crc/engines.hpp. `Channels` is the
+/// number of channels it has room for, so that firmware with one channel stores one table.
 template <class Crc = CrcFast, std::size_t Channels = max_channels>
 class FrameCodec {
   static_assert(Channels >= 1 && Channels <= max_channels);
 
  public:
-  /// What decoding with this codec gives.
+  /// The type of frame that decoding with this codec gives.
   using Frame = BasicFrame<Channels>;
 
   /// \pre format has 1…Channels channels
@@ -186,7 +186,7 @@ class FrameCodec {
   constexpr unsigned payload_bits() const { return payload_bits_; }
   /// Whether one_word() can be true.
   static constexpr bool may_be_one_word = true;
-  /// One channel with a CRC, which BitView::window() holds from CDS to STOP: most formats.
+  /// One channel with a CRC that BitView::window() holds from CDS to STOP: most formats.
   constexpr bool one_word() const { return plan_.one_word(); }
   /// For decode_frame().
   constexpr const frame_detail::WordPlan& plan() const { return plan_; }
@@ -202,7 +202,7 @@ class FrameCodec {
   std::array<Crc, Channels> engines_{};
 };
 
-/// The codec without tables: for a few frames, or for no memory.
+/// The codec without tables, for a few frames or for little memory.
 using PlainCodec = FrameCodec<CrcBitwise>;
 
 }  // namespace biss

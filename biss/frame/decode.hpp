@@ -1,4 +1,4 @@
-// Bits to frame. The same function reads the bits of a capture and of an SPI buffer.
+// Decodes bits to a frame. The same functions read the bits of a capture and of an SPI buffer.
 #pragma once
 
 #include <cstddef>
@@ -14,10 +14,9 @@
 
 namespace biss::frame_detail {
 
-// ----
-// The channels behind CDS, to a frame.
+// ---- The channels after CDS
 
-// Channel k, whose first bit is at `at`, and then the one behind it. False: its CRC is wrong.
+// Channel k, whose first bit is at `at`; `at` moves to the next channel. False: the CRC is wrong.
 template <class Crc, class Frame>
 [[gnu::always_inline]] constexpr bool read_channel(const BitView& bits, std::size_t& at,
                                                    const ChannelFormat& channel, const Crc& crc,
@@ -51,7 +50,7 @@ template <std::size_t K, class Codec>
   return right;
 }
 
-// All of them. The first one whose CRC is wrong, or their number.
+// All channels. Returns the first one whose CRC is wrong, or their number.
 template <class Codec, std::size_t... K>
 [[gnu::always_inline]] constexpr std::size_t read_fixed_channels(const BitView& bits,
                                                                  std::size_t at, const Codec& codec,
@@ -62,8 +61,7 @@ template <class Codec, std::size_t... K>
   return read;
 }
 
-// All channels, from the first bit of the first one on. The first one whose CRC is wrong, or their
-// number.
+// All channels from their first bit on. Returns the first one whose CRC is wrong, or their number.
 template <class Codec>
 [[gnu::always_inline]] constexpr std::size_t read_channels(const BitView& bits, std::size_t at,
                                                            const Codec& codec,
@@ -87,7 +85,7 @@ template <class Codec>
 
 namespace biss {
 
-/// Where a frame begins in a run of bits.
+/// The start of a frame in a run of bits.
 struct FrameStart {
   std::size_t start_bit = 0;  ///< index of START
   std::uint16_t lead_clocks = 0;
@@ -96,7 +94,7 @@ struct FrameStart {
 
 namespace frame_detail {
 
-// Copied and not built channel by channel.
+// Copied instead of built channel by channel.
 template <class Frame>
 inline constexpr Frame empty_frame{};
 
@@ -108,12 +106,12 @@ constexpr bool within(const FrameBounds& bounds, std::size_t ones, std::size_t z
          zeros >= bounds.ack_min_clocks && zeros <= bounds.ack_max_clocks;
 }
 
-constexpr FrameStart start_behind(const BitView::OnesZerosOne& runs) {
+constexpr FrameStart start_after(const BitView::OnesZerosOne& runs) {
   return {runs.ones + runs.zeros, static_cast<std::uint16_t>(runs.ones),
           static_cast<std::uint16_t>(runs.zeros)};
 }
 
-// The index of ACK where zeros come before the leading ones; 0: not within the bounds.
+// The index of ACK where zeros precede the leading ones; 0: not within the bounds.
 [[gnu::noinline, gnu::cold]] constexpr std::size_t late_ack(BitView bits, FrameBounds bounds) {
   const std::size_t ones = bits.find(true, 0);
   if (ones > bounds.late_max_clocks) return 0;
@@ -123,7 +121,7 @@ constexpr FrameStart start_behind(const BitView::OnesZerosOne& runs) {
   return in_time ? ack : 0;
 }
 
-// As find_start(), by two searches and with every cause.
+// Like find_start(), by two searches and with every cause.
 constexpr Result<FrameStart, FrameFault> search_start(const BitView& bits,
                                                       const FrameBounds& bounds) {
   std::size_t ack = bits.find(false, 0);
@@ -142,7 +140,7 @@ constexpr Result<FrameStart, FrameFault> search_start(const BitView& bits,
   return FrameStart{start, static_cast<std::uint16_t>(ack), static_cast<std::uint16_t>(ack_clocks)};
 }
 
-// As decode_payload(), into a frame that has its defaults.
+// Like decode_payload(), into a frame that has its defaults.
 template <class Codec>
 constexpr std::optional<FrameFault> read_payload(const BitView& bits, const FrameStart& start,
                                                  const Codec& codec, typename Codec::Frame& frame) {
@@ -176,14 +174,14 @@ constexpr Result<FrameStart, FrameFault> find_start(const BitView& bits,
   if constexpr (frame_detail::selects) {
     const auto runs = bits.ones_zeros_one();
     if (runs && frame_detail::within(bounds, runs->ones, runs->zeros)) {
-      return frame_detail::start_behind(*runs);
+      return frame_detail::start_after(*runs);
     }
   }
   return frame_detail::search_start(bits, bounds);
 }
 
-/// Reads CDS, the channels and STOP behind a START that was found.
-/// \return the frame, or truncated, cds, crc, stop_bit. Bits that end before STOP are no fault.
+/// Decodes CDS, the channels and STOP after a START that was found.
+/// \return the frame, or truncated, cds, crc, stop_bit. Bits that end before STOP are no error.
 template <class Codec>
 constexpr Result<typename Codec::Frame, FrameFault> decode_payload(const BitView& bits,
                                                                    const FrameStart& start,
@@ -197,8 +195,8 @@ constexpr Result<typename Codec::Frame, FrameFault> decode_payload(const BitView
 
 namespace frame_detail {
 
-// Reads a good frame of a format that is one word, STOP included: nearly all of them. False leaves
-// `frame` as it was, and read_payload() tells the cause.
+// Decodes a good frame, STOP included, of a format that is one word: nearly all frames. False
+// leaves `frame` unchanged; read_payload() then finds the cause.
 template <class Codec>
 constexpr bool read_word(const BitView& bits, const FrameStart& start, const Codec& codec,
                          typename Codec::Frame& frame) {
@@ -230,27 +228,27 @@ constexpr void decode_in_steps(const BitView& bits, const Codec& codec, const Fr
   if (fault) result = failure(*fault);
 }
 
-// Apart from where it is called, so that it takes no registers from decode_quick().
+// Not inlined, so that decode_quick() keeps its registers.
 template <class Codec>
 [[gnu::noinline]] constexpr void decode_apart(const BitView& bits, const Codec& codec,
                                               const FrameBounds& bounds, Outcome<Codec>& result) {
   decode_in_steps(bits, codec, bounds, result);
 }
 
-// As decode_frame() for a good frame that is one word; false for everything else.
+// Like decode_frame() for a good frame that is one word; false for all others.
 template <class Codec>
 constexpr bool decode_quick(const BitView& bits, const Codec& codec, const FrameBounds& bounds,
                             typename Codec::Frame& frame) {
   if (!codec.one_word()) return false;
   const auto runs = bits.ones_zeros_one();
   if (!runs || !within(bounds, runs->ones, runs->zeros)) return false;
-  return read_word(bits, start_behind(*runs), codec, frame);
+  return read_word(bits, start_after(*runs), codec, frame);
 }
 
 }  // namespace frame_detail
 
-/// Finds and reads a frame.
-/// \param bits as for find_start(); they may go on behind STOP
+/// Finds and decodes a frame.
+/// \param bits as for find_start(); bits after STOP are ignored
 /// \return the frame, or the first cause on the line why there is none (any FrameError)
 template <class Codec>
 constexpr Result<typename Codec::Frame, FrameFault> decode_frame(const BitView& bits,

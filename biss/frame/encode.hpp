@@ -1,4 +1,4 @@
-// Frame to bits: what an encoder puts on SLO.
+// Encodes a frame to bits: what an encoder sends on SLO.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace biss {
 
-/// Why values are no frame of a format.
+/// Why values do not fit a format.
 enum class EncodeError : std::uint8_t {
   channel_count,       ///< the frame has another number of channels than the format
   position_too_large,  ///< a position does not fit its channel
@@ -20,14 +20,14 @@ enum class EncodeError : std::uint8_t {
   lead_range,  ///< more leading ones than the longest line delay makes
 };
 
-/// Everything from the first clock to STOP at the longest ACK and the longest line delay.
+/// The bits from the first clock to STOP at the longest ACK and the longest line delay.
 inline constexpr std::size_t max_frame_bits =
     FrameBounds{}.lead_max_clocks + FrameBounds{}.ack_max_clocks + 2 + max_payload_bits + 1;
 
 using FrameBits = BitBuffer<max_frame_bits>;
 
-/// SLO once a MA clock: `frame.lead_clocks` ones, `frame.ack_clocks` zeros, START, `frame.cds`, the
-/// channels each with its CRC, STOP. decode_frame() of these bits gives the frame back where there
+/// SLO once per MA clock: `frame.lead_clocks` ones, `frame.ack_clocks` zeros, START, `frame.cds`,
+/// each channel with its CRC, STOP. decode_frame() of these bits returns the same frame where there
 /// is a leading one (a line that begins with ACK is `not_ready`) and the format allows its CDS.
 /// \return the bits, or why the values do not fit
 template <std::size_t Channels, class Codec>

@@ -1,4 +1,4 @@
-// A format that is known while compiling: its shifts, masks and tables become constants.
+// A format that is known at compile time: its shifts, masks and tables become constants.
 #pragma once
 
 #include <array>
@@ -25,9 +25,9 @@ constexpr auto engines_of(const FrameFormat& format) {
 
 }  // namespace frame_detail
 
-/// As a FrameCodec of `Format`; nothing of the format is read from memory.
+/// A FrameCodec for `Format`; nothing of the format is read from memory.
 ///
-///   constexpr auto format = parse_format("pos26,nE,nW,crc6;cds0").value();
+///   constexpr auto format = frame_format("pos26,nE,nW,crc6;cds0");
 ///   const auto frame = decode_frame(bits, FixedCodec<format>{});
 template <FrameFormat Format, class Crc = CrcFast>
 class FixedCodec {
@@ -58,14 +58,14 @@ class FixedCodec {
   static constexpr auto engines_ = frame_detail::engines_of<Crc, Format.channel_count>(Format);
 };
 
-/// One channel of `Format`, for where its place is known and nothing has to be searched: behind a
-/// peripheral that finds START itself, or in a buffer whose ACK never changes.
+/// One channel of `Format`, for use where its place is known and nothing has to be searched: after
+/// a peripheral that finds START itself, or in a buffer whose ACK never changes.
 ///
-///   constexpr auto format = parse_format("pos24,nE,nW,crc6").value();
+///   constexpr auto format = frame_format("pos24,nE,nW,crc6");
 ///   using Encoder = FixedChannel<format.channel_list[0]>;
 ///   const auto channel = Encoder::decode(word);
 ///
-/// `Crc` is any engine of biss/crc/engines.hpp; its table is a constant of the class.
+/// `Crc` is an engine of biss/crc/engines.hpp; its table is a constant of the class.
 template <ChannelFormat Format, class Crc = CrcFast>
 class FixedChannel {
   static_assert(Format.data_bits >= 1 && Format.crc.present(), "data with a CRC");
@@ -77,7 +77,7 @@ class FixedChannel {
   static constexpr unsigned total_bits() { return Format.total_bits(); }
 
   /// \param payload the channel's data and CRC as on the line, the last CRC bit in bit 0; bits
-  ///   above total_bits() are not looked at
+  ///   above total_bits() are ignored
   /// \return the values, or `crc`
   [[nodiscard]] static constexpr Result<Channel, FrameError> decode(std::uint64_t payload) {
     const std::uint64_t data = (payload & low_mask(total_bits())) >> Format.crc.width_bits;

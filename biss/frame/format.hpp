@@ -1,5 +1,5 @@
-// FrameFormat: what the bits of a single-cycle data frame mean. Data only; how the device behaves
-// in time is DeviceTiming's.
+// FrameFormat: the meaning of the bits of a single-cycle data frame, as data. DeviceTiming
+// describes how the device behaves in time.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace biss {
 
-/// BiSS addresses at most 8 slaves at once (protocol description D2).
+/// A BiSS master addresses at most 8 slaves at once (protocol description D2).
 inline constexpr std::size_t max_channels = 8;
 inline constexpr unsigned max_channel_bits = max_data_bits + max_crc_bits;
 /// Width of the sign-of-life counter of BiSS Safety (Safety Concept A5, Renishaw's data sheet).
@@ -20,9 +20,8 @@ inline constexpr unsigned safety_counter_bits = 6;
 /// Widest sign-of-life counter that a format may have.
 inline constexpr unsigned max_life_counter_bits = 32;
 
-/// A run of bits in a channel's data word. `shift` counts from the last data bit (the one just
-/// before the CRC), so that a value is `(data >> shift) & low_mask(bits)`. `bits` 0: not in this
-/// channel.
+/// A run of bits in a channel's data word. `shift` counts from the last data bit (the one before
+/// the CRC), so a value is `(data >> shift) & low_mask(bits)`. `bits` 0: not in this channel.
 struct Field {
   std::uint8_t shift = 0;
   std::uint8_t bits = 0;
@@ -35,15 +34,14 @@ struct Field {
   }
 };
 
-/// One bit that speaks of the position: nE or nW (low-active, 0 = error or warning), E or W
-/// (high-active).
+/// One bit about the position: nE or nW (low-active, 0 = error or warning), E or W (high-active).
 struct FlagField {
   std::uint8_t shift = 0;
   bool present = false;
   bool active_high = false;
 
   constexpr bool operator==(const FlagField&) const = default;
-  /// In the sense of nE and nW whatever the wire's polarity: false = error or warning. True when
+  /// The flag as nE or nW, whatever its polarity on the line: false = error or warning. True when
   /// absent.
   constexpr bool low_active(std::uint64_t data) const {
     return !present || (((data >> shift) & 1U) != 0) != active_high;
@@ -54,8 +52,8 @@ struct FlagField {
   }
 };
 
-/// One data channel: `data_bits` (1…64) before its CRC. Bits that no field claims are padding:
-/// carried, covered by the CRC, not judged.
+/// One data channel: `data_bits` (1…64) and its CRC. Bits that belong to no field are padding:
+/// transmitted, covered by the CRC, not evaluated.
 ///
 /// The position is either `position`, or `multiturn` above `singleturn` (each may be absent).
 struct ChannelFormat {
@@ -82,7 +80,7 @@ struct ChannelFormat {
 struct FrameFormat {
   std::array<ChannelFormat, max_channels> channel_list{};
   std::uint8_t channel_count = 0;
-  /// CDS must read 0, as it does on a unidirectional device.
+  /// CDS must be 0, as on a unidirectional device.
   bool cds0 = false;
 
   constexpr bool operator==(const FrameFormat&) const = default;
@@ -97,7 +95,7 @@ struct FrameFormat {
   }
 };
 
-/// The widest payload there is.
+/// The longest payload of any format.
 inline constexpr unsigned max_payload_bits = max_channels * max_channel_bits;
 
 }  // namespace biss

@@ -1,4 +1,4 @@
-// The text of a frame format, read:
+// The text of a frame format:
 //
 //   frame   = channel *( "+" channel ) *( ";" option )
 //   channel = item *( "," item )
@@ -6,7 +6,7 @@
 //           | "crc"N [":" POLY [":" START]] [":plain"]
 //   option  = "cds0"
 //
-// N is decimal, POLY and START are 0x… . Items stand in the order on the line.
+// N is decimal, POLY and START are 0x… . The items are in the order on the line.
 #pragma once
 
 #include <array>
@@ -20,10 +20,9 @@
 
 namespace biss {
 
-// ----
-// What can be wrong with a frame format's text.
+// ---- Mistakes in the text
 
-/// One enumerator a mistake in the text of a frame format.
+/// What can be wrong with the text of a frame format.
 enum class FormatMistake : std::uint8_t {
   empty,
   unknown_item,
@@ -51,7 +50,7 @@ enum class FormatMistake : std::uint8_t {
 
 inline constexpr std::size_t format_mistake_count = 22;
 
-/// The mistake, and the index of the character it is at (the text's length when something is
+/// The mistake, and the index of the character where it is (the text's length when something is
 /// missing at the end).
 struct FormatTextError {
   FormatMistake mistake{};
@@ -60,7 +59,7 @@ struct FormatTextError {
   constexpr bool operator==(const FormatTextError&) const = default;
 };
 
-/// What a user is told, without a full stop.
+/// The message for a user, without a full stop.
 constexpr std::string_view text_of(FormatMistake mistake) {
   constexpr std::array<std::string_view, format_mistake_count> texts{
       "the format is empty",
@@ -92,8 +91,8 @@ namespace frame_detail {
 
 using Parsed = Result<bool, FormatTextError>;
 
-// Reads one format. Offsets are kept from the front of a channel and turned into shifts when its
-// width is known.
+// Parses one format. Offsets count from the front of a channel and become shifts when its width is
+// known.
 class FormatParser {
  public:
   constexpr explicit FormatParser(std::string_view text) : text_(text) {}
@@ -281,7 +280,7 @@ class FormatParser {
     return true;
   }
 
-  // Not substr(), whose range check would bring exceptions into firmware.
+  // Not substr(): its range check would bring exceptions into firmware.
   constexpr std::string_view rest() const { return {text_.data() + at_, text_.size() - at_}; }
 
   constexpr bool take_word(std::string_view word) {
@@ -307,8 +306,8 @@ class FormatParser {
 
 }  // namespace frame_detail
 
-/// Reads the text of a frame format; the grammar is at the top of this file.
-/// \return the format, or the mistake and the character it is at
+/// Parses the text of a frame format; the grammar is at the top of this file.
+/// \return the format, or the mistake and the character where it is
 constexpr Result<FrameFormat, FormatTextError> parse_format(std::string_view text) {
   return frame_detail::FormatParser(text).parse();
 }
@@ -340,10 +339,9 @@ consteval FrameFormat frame_format(std::string_view text) {
   return *format;
 }
 
-// ----
-// The canonical text of a frame format: parse_format() of it gives the same format back.
+// ---- The canonical text
 
-/// Text of bounded length, without heap.
+/// Text of limited length, without heap.
 class FormatText {
  public:
   constexpr std::string_view view() const { return {text_.data(), size_}; }
@@ -363,16 +361,15 @@ class FormatText {
   }
 
  private:
-  // A channel is longest with a 1-bit pad before each of its other items:
-  // "pad1,mt1,pad1,st1:gray,pad1,nE,pad1,nW,pad1,lc32,pad1,crc16:0x190D9:0xFFFF:plain+", 84
-  // characters.
+  // The longest channel has a 1-bit pad before each of its other items, 84 characters:
+  // "pad1,mt1,pad1,st1:gray,pad1,nE,pad1,nW,pad1,lc32,pad1,crc16:0x190D9:0xFFFF:plain+"
   std::array<char, 8 * 96> text_{};
   std::size_t size_ = 0;
 };
 
 namespace frame_detail {
 
-// Whatever begins at a channel's data bit, found by its place; null name: padding.
+// The item that begins at a data bit of a channel; without a name: padding.
 struct NamedRun {
   std::string_view name;
   unsigned bits = 0;
@@ -446,8 +443,8 @@ constexpr void append_channel(FormatText& text, const ChannelFormat& channel) {
 
 }  // namespace frame_detail
 
-/// The canonical text: neighbouring padding as one item, polynomial and start only where they are
-/// not the usual ones.
+/// The canonical text: adjacent padding is one item; polynomial and start value appear only where
+/// they are not the usual ones. parse_format() of it gives the same format.
 constexpr FormatText format_text(const FrameFormat& format) {
   FormatText text;
   bool first = true;

@@ -1,4 +1,4 @@
-// A frame's values, and every cause why there is none.
+// The values of a frame, and the causes why there is none.
 #pragma once
 
 #include <array>
@@ -11,12 +11,12 @@
 
 namespace biss {
 
-/// What one channel says.
+/// The values of one channel.
 struct Channel {
   /// Unsigned, the channel's position_bits() wide; multiturn above singleturn. 0 when it carries
   /// none.
   std::uint64_t position = 0;
-  /// Sign of life, 0 when the channel carries none.
+  /// Sign-of-life counter, 0 when the channel carries none.
   std::uint32_t life_counter = 0;
   /// Low-active: false = error, the position must not be used. True when the channel has no such
   /// bit.
@@ -27,13 +27,13 @@ struct Channel {
   constexpr bool operator==(const Channel&) const = default;
 };
 
-/// A frame whose structure and checksums are good, with room for `Channels` channels.
+/// A frame with good structure and good checksums, with room for `Channels` channels.
 template <std::size_t Channels>
 struct BasicFrame {
   std::array<Channel, Channels> channel_list{};
   std::uint8_t channel_count = 0;
   bool cds = false;
-  /// The capture reached the STOP bit (which then was 0).
+  /// The bits include the STOP bit (which is then 0).
   bool stop_seen = false;
   /// Ones before ACK, and zeros of ACK, both in MA clocks.
   std::uint16_t lead_clocks = 0;
@@ -42,8 +42,8 @@ struct BasicFrame {
   constexpr std::span<const Channel> channels() const {
     return std::span<const Channel>(channel_list).first(channel_count);
   }
-  /// The position may be used: structure and CRC are good (or there would be no Frame) and no
-  /// channel reports an error. The all-zero "no data" word has a valid CRC; only nE tells.
+  /// The position may be used: structure and CRC are good (otherwise there is no frame) and no
+  /// channel reports an error. The all-zero "no data" word has a valid CRC; only nE shows it.
   constexpr bool trusted() const {
     for (const Channel& channel : channels()) {
       if (!channel.nE) return false;
@@ -52,11 +52,10 @@ struct BasicFrame {
   }
 };
 
-/// A frame of any format. Firmware with one channel is spared the other seven: a codec's Frame has
-/// room for the codec's channels.
+/// A frame of any format. A codec's Frame has room for the codec's channels only.
 using Frame = BasicFrame<max_channels>;
 
-/// Why the bits are no frame; the first that applies, in the order on the line.
+/// Why the bits are not a frame: the first cause that applies, in the order on the line.
 enum class FrameError : std::uint8_t {
   no_response,     ///< SLO stayed high: nothing connected, no power, or the encoder did not answer
   not_ready,       ///< SLO was low when the request began: still busy, or the line is stuck low
@@ -79,7 +78,7 @@ constexpr std::string_view name_of(FrameError error) {
   return names[static_cast<std::size_t>(error)];
 }
 
-/// The cause, and in which channel (0 where the channel does not matter).
+/// The cause, and its channel (0 where the channel does not matter).
 struct FrameFault {
   FrameError cause{};
   std::uint8_t channel = 0;
@@ -87,7 +86,7 @@ struct FrameFault {
   constexpr bool operator==(const FrameFault&) const = default;
 };
 
-/// What may come before the data. The defaults are the widest that BiSS C allows at 10 MHz.
+/// The bounds of what precedes the data. The defaults are the widest that BiSS C allows at 10 MHz.
 struct FrameBounds {
   /// Ones before ACK as sampled: at least the LAT clock, at most LAT and 40 µs of line delay (D2).
   std::uint16_t lead_min_clocks = 1;
@@ -95,8 +94,8 @@ struct FrameBounds {
   /// Zeros of ACK: at least one clock, at most 40 µs of processing time (D2).
   std::uint16_t ack_min_clocks = 1;
   std::uint16_t ack_max_clocks = 400;
-  /// Zeros that may stand for the first of the leading ones, and count with them: SLO may still be
-  /// seen low from the cycle before where the encoder is ready after a fixed time.
+  /// Zeros that may replace the first leading ones, and count with them: where an encoder is ready
+  /// after a fixed time, SLO may still be seen low from the previous cycle.
   std::uint16_t late_max_clocks = 0;
 
   constexpr bool operator==(const FrameBounds&) const = default;

@@ -6,9 +6,9 @@
 //   SLO  ‾‾‾‾‾‾‾‾‾‾‾‾‾:‾‾\_______________/‾‾‾‾‾‾‾X=======X
 //                     |d |T/2|       ^       ^       ^       ^     a sample for each clock
 //
-// d is measured in each request. Samples are numbered from ACK, so d may be any number of periods:
-// they keep coming at their spacing while MA is that much ahead. START tells which clock makes
-// STOP. MA stops with that one, or behind CDS where more bits are on their way than are left.
+// The delay d is measured in each request. Samples are numbered from ACK, so d may be any number of
+// periods: samples continue at their spacing while MA is ahead by d. START determines which clock
+// makes STOP. MA stops with that clock, or after CDS where more bits are on their way than remain.
 #pragma once
 
 #include <algorithm>
@@ -29,12 +29,11 @@
 
 namespace biss {
 
-// ----
-// MA of one request: falls at once, or rises first where CDM was held low; runs until it is told
-// where to stop; rests as CDM says.
+// ---- MA of one request
 
-/// The edges of MA, one at a time. Each is counted from the one before it, so that an edge made
-/// late moves all that follow and no clock is ever cut short.
+/// MA of one request: falls at once, or rises first where CDM was held low; runs until stop_at()
+/// says where to end; rests at the level of CDM. Each edge is timed from the one before it, so an
+/// edge made late delays all that follow and no clock is shortened.
 class MaClock {
  public:
   /// \pre low_time is above 0 and below period
@@ -72,30 +71,30 @@ class MaClock {
     }
   }
 
-  /// MA stops with that rising edge, or as soon as it can when it is past it; for CDM 1 it falls
-  /// once more.
+  /// MA stops with that rising edge, or as soon as possible when that edge is over; for CDM 1 it
+  /// falls once more.
   constexpr void stop_at(std::uint32_t rise) {
     last_rise_ = rise;
     if (rises_ >= rise && level_ && !cdm_) next_ = never;
   }
 
-  /// As stop_at(), but no sooner than set_cdm() needs: a quarter of a period.
+  /// Like stop_at(), but not before set_cdm() can act: a quarter of a period.
   constexpr void stop_in_time(std::uint32_t rise, Picoseconds now) {
     const bool soon = !level_ && next_ - now < low_ / 2;
     stop_at(std::max(rise, rises_ + (soon ? 2U : 1U)));
   }
 
-  /// The level MA shall rest at, as long as it has not stopped.
+  /// The level at which MA rests, until it has stopped.
   constexpr void set_cdm(bool cdm) { cdm_ = cdm; }
 
-  /// MA stops as soon as it can, high.
+  /// MA stops as soon as possible, high.
   constexpr void abandon(Picoseconds now) {
     cdm_ = false;
     stop_at(0);
     if (!running()) release(now);
   }
 
-  /// MA high, where CDM kept it low; no clock. \pre not running()
+  /// MA rises where CDM kept it low; this is no clock. \pre not running()
   constexpr void release(Picoseconds now) {
     if (level_) return;
     level_ = true;
@@ -113,20 +112,19 @@ class MaClock {
   bool cdm_ = false;
 };
 
-// ----
-// SLO of one request, bit by bit.
+// ---- SLO of one request, bit by bit
 
-/// What a sample was.
+/// The result of a sample.
 enum class SampleEvent : std::uint8_t {
   bit,     ///< nothing to do
   ack,     ///< ACK's first 0
   cds,     ///< CDS, which is level(): start_clock() is known
   last,    ///< STOP: bits() are complete
-  failed,  ///< cause() says why there will be no more
+  failed,  ///< no more samples follow: cause() is the reason
 };
 
-/// Samples SLO once for each rising edge of MA, from the one that makes ACK to STOP's. Sample k
-/// belongs to edge k whenever it comes, so the line delay may be any number of periods.
+/// Samples SLO once for each rising edge of MA, from ACK's to STOP's. Sample k belongs to edge k
+/// whenever it is taken, so the line delay may be any number of periods.
 template <std::size_t CapacityBits>
 class BitSampler {
  public:
@@ -142,24 +140,24 @@ class BitSampler {
         payload_bits_(static_cast<std::uint16_t>(payload_bits)),
         compensate_(chosen.compensate) {}
 
-  /// When sample() is due.
+  /// When sample() must be called.
   constexpr Picoseconds next() const { return next_; }
   constexpr bool level() const { return level_; }
-  /// Of the last begin(); as in BasicReading.
+  /// Of the last begin(), as in BasicReading.
   constexpr std::optional<Picoseconds> line_delay() const { return delay_; }
   constexpr std::uint16_t lead_clocks() const { return lead_clocks_; }
   constexpr std::uint16_t ack_clocks() const { return ack_clocks_; }
   constexpr bool marginal() const { return marginal_; }
-  /// START, CDS, payload, STOP. \pre `last` was told
+  /// START, CDS, payload, STOP. \pre `last` was returned
   constexpr BitView bits() const { return bits_.view(); }
-  /// The rising edge of MA that makes START. \pre `cds` was told
+  /// The rising edge of MA that makes START. \pre `cds` was returned
   constexpr std::uint32_t start_clock() const { return start_clock_; }
   /// Nothing, or what is wrong although bits() are complete: ack_range.
   constexpr std::optional<FrameError> cause() const { return cause_; }
 
-  /// A request begins.
-  /// \param high_by where SLO is low although the encoder is ready: when it must have been seen to
-  ///   rise, and stay high for a period until ACK; `now` where it is high
+  /// Begins a request.
+  /// \param high_by where SLO is low although the encoder is ready: the time by which it must rise,
+  ///   and stay high for a period until ACK; `now` where SLO is high
   constexpr void begin(Picoseconds now, bool slo, Picoseconds high_by) {
     level_ = slo;
     high_by_ = high_by;
@@ -174,7 +172,7 @@ class BitSampler {
     bits_.clear();
   }
 
-  /// The second rising edge of MA. \return failed where SLO is low already
+  /// The second rising edge of MA. \return failed where SLO is already low
   constexpr SampleEvent ack_clock(Picoseconds now) {
     const bool may_rise = began_low_ && high_by_ > now && compensate_;
     if (!level_ && !may_rise && !is_response_delay(last_change_ - now, {}, delay_max_)) {
@@ -203,7 +201,7 @@ class BitSampler {
     if (slo && state_ == State::rising) wait();
     const bool expected = compensate_ ? state_ == State::waiting : state_ == State::lead;
     if (slo || !expected) return SampleEvent::bit;
-    // SLO was low when the request began, and this was no more than a glitch.
+    // SLO was low when the request began, and this high pulse was only a glitch.
     if (began_low_ && lasted < period_) return fail(FrameError::response_range);
     delay_ = now - ack_edge_;
     if (!is_response_delay(*delay_, {}, delay_max_)) return fail(FrameError::response_range);
@@ -233,7 +231,7 @@ class BitSampler {
     }
   }
 
-  /// The next edges of MA come so much later, and so do their bits.
+  /// The next edges of MA, and so their bits, are `late` later.
   constexpr void delay_by(Picoseconds late) {
     if (next_ != never) next_ += late;
   }
@@ -254,7 +252,7 @@ class BitSampler {
     payload,
   };
 
-  // Half a period of grace, so that a delay of just the longest is still seen.
+  // Half a period more, so that a delay of exactly the longest is accepted.
   constexpr Picoseconds answer_limit() const { return ack_edge_ + delay_max_ + middle_; }
 
   constexpr void wait() {
@@ -288,7 +286,7 @@ class BitSampler {
       ++ack_clocks_;
       return SampleEvent::bit;
     }
-    // The answer is heard to its end all the same: the encoder is sending.
+    // The answer is still received to its end: the encoder is sending.
     if (ack_clocks_ < ack_.min_clocks) cause_ = FrameError::ack_range;
     start_clock_ = std::uint32_t{1} + lead_clocks_ + ack_clocks_;
     left_ = static_cast<std::uint16_t>(2U + payload_bits_);
@@ -297,7 +295,7 @@ class BitSampler {
   }
 
   constexpr SampleEvent cds_bit() {
-    word_ = level_ ? 0b11 : 0b10;  // behind START
+    word_ = level_ ? 0b11 : 0b10;  // after START
     --left_;
     state_ = State::payload;
     return SampleEvent::cds;
@@ -350,10 +348,9 @@ class BitSampler {
   BitBuffer<CapacityBits> bits_;
 };
 
-// ----
-// How a request ends: what was read, and when it is over where SLO does not say so.
+// ---- The end of a request
 
-/// Tells what a sampler that has stopped has heard.
+/// Fills in what a sampler that has stopped received.
 template <class Sampler, class Codec>
 constexpr void judge(const Sampler& sampler, RequestKind kind, const Codec& codec,
                      BasicReading<typename Codec::Frame>& reading) {
@@ -370,7 +367,7 @@ constexpr void judge(const Sampler& sampler, RequestKind kind, const Codec& code
   }
 }
 
-/// The end of MA's rest behind a request that went wrong.
+/// The end of MA's rest after a failed request.
 /// \param begin     of the request
 /// \param last_edge of MA
 /// \param travel    from the master to the device and back, and a period
@@ -379,17 +376,17 @@ constexpr Picoseconds reset_end(const MasterSetup& setup, Picoseconds begin, Pic
   const Timeout& timeout = setup.timing.timeout;
   if (setup.reset_time.count != 0) return last_edge + setup.reset_time + travel;
   if (timeout.rule == TimeoutRule::cycle) {
-    // STOP has to be seen where the frame is longer than the cycle.
+    // STOP must be seen where the frame is longer than the cycle.
     return std::max(begin + timeout.time, last_edge + release_time(timeout, setup.period)) + travel;
   }
   if (timeout.rule == TimeoutRule::fixed) return last_edge + timeout.time + travel;
-  // It depends on a clock that the encoder keeps to itself.
+  // It depends on the encoder's internal clock.
   const Picoseconds adaptive = setup.period * 3 / 2 + timeout.time;
   return last_edge + std::max(biss_static_timeout_max, adaptive) + travel;
 }
 
-/// The device is ready when a known time has passed since the request began. Behind a frame that
-/// outlasts the time nobody knows when SLO is released: it has to be seen.
+/// Whether the device is ready a known time after the request began. After a frame that is longer
+/// than this time, the moment when SLO is released is unknown and must be observed.
 constexpr bool released_by_time(const MasterSetup& setup, Picoseconds begin,
                                 Picoseconds last_edge) {
   const Timeout& timeout = setup.timing.timeout;
@@ -397,26 +394,29 @@ constexpr bool released_by_time(const MasterSetup& setup, Picoseconds begin,
          begin + timeout.time >= last_edge + release_time(timeout, setup.period);
 }
 
-/// Makes requests and reads the answers. Drives MA, is told SLO and the time.
+/// Makes requests and reads the answers. It drives MA; the caller passes SLO and the time.
 ///
 ///   StepOutput out = master.begin(now, slo);
-///   while (!master.done()) out = master.step(now, slo);  // at each change of SLO and each
-///   deadline use(master.reading());
+///   while (!master.done()) {
+///     wait_until(out.deadline);  // or until SLO changes
+///     out = master.step(now, slo);
+///   }
+///   use(master.reading());
 ///
-/// Every request ends by itself, whatever SLO does. After a good frame MA rests as CDM says (0:
-/// high, 1: low) until SLO rises, which means ready. After any other it rests for the reset time,
-/// because SLO tells nothing then; high, unless all bits came and CDM is 1. A request for no more
-/// than CDS ends as a good frame, or as any other where SLO stays at a 1 of a channel.
+/// Every request ends, whatever SLO does. After a good frame, MA rests at the level of CDM (0:
+/// high, 1: low) until SLO rises, which means ready. After any other, SLO has no meaning and MA
+/// rests for the reset time: high, unless all bits came and CDM is 1. A request that ends with CDS
+/// ends like a good frame, or like a failed one where SLO stays at a 1 of a channel.
 ///
-/// With MasterSetup::trust_cycle_time, waiting behind a good frame ends when the encoder is known
-/// to be ready: by TimeoutRule::cycle, the time since the request began. SLO shows it a line delay
-/// later, so done() comes and begin() may be told SLO low (ready_by_time()); so behind a cable,
-/// too, requests come as fast as the device allows. SLO must then be seen to rise within the line
-/// delay measured before and stay high for a period until ACK. Needs compensation and CDM 0; a
-/// frame that outlasts the time waits as ever.
+/// With MasterSetup::trust_cycle_time, waiting after a good frame ends when the encoder is known to
+/// be ready: by TimeoutRule::cycle, a fixed time after the request began. SLO shows it a line delay
+/// later, so done() may be true, and begin() may be called, while SLO is low (ready_by_time()).
+/// Requests then come as fast as the device allows, behind any cable. SLO must rise within the line
+/// delay measured before and stay high for a period until ACK. This needs compensation and CDM 0; a
+/// frame that is longer than the time waits for SLO.
 ///
-/// A sample sees the level from before the time of the call: of a change and a sample at the same
-/// instant either may be told first. A call later than the deadline moves that edge of MA and all
+/// A sample sees the level from before the time of the call: a change and a sample at the same time
+/// may be reported in either order. A call later than the deadline delays that edge of MA and all
 /// that follow.
 ///
 /// `Codec` is a FrameCodec or FixedCodec; it is kept by value.
@@ -433,13 +433,13 @@ class RequestCycle {
         clock_(setup_.period, setup_.low_time),
         sampler_(setup_, request_ack_bounds(setup_), codec.payload_bits()) {}
 
-  /// With the defaults filled in.
+  /// The setup with its defaults filled in.
   constexpr const MasterSetup& setup() const { return setup_; }
   constexpr const Codec& codec() const { return codec_; }
 
   /// Begins a request: MA falls now, or where CDM is held low it rises and falls `idle_min` later.
-  /// Refused while SLO is low, unless ready_by_time(), and before earliest(); then done() stays
-  /// true, reading() has the refusal, and the deadline says when to try again.
+  /// It is refused while SLO is low, unless ready_by_time(), and before earliest(); then done()
+  /// stays true, reading() has the refusal, and the deadline says when to try again.
   /// \pre done(), now is not before the last call
   constexpr StepOutput begin(Picoseconds now, bool slo, bool cdm,
                              RequestKind kind = RequestKind::frame) {
@@ -461,7 +461,7 @@ class RequestCycle {
   /// With the setup's CDM.
   constexpr StepOutput begin(Picoseconds now, bool slo) { return begin(now, slo, setup_.cdm); }
 
-  /// Call at every change of SLO and at the deadline; any other call changes nothing.
+  /// To be called at every change of SLO and at the deadline; further calls change nothing.
   /// \pre now is not before the last call
   constexpr StepOutput step(Picoseconds now, bool slo) {
     if (due_ <= now) happen(now);
@@ -469,17 +469,18 @@ class RequestCycle {
     return {clock_.level(), std::max(due_, now)};
   }
 
-  /// Another CDM than begin() was told: an answer to reading().cds, which is there as soon as CDS
-  /// has come. In time within a quarter of a period after the step that brought it. \pre !done()
+  /// Replaces the CDM that begin() was given, as an answer to reading().cds, which is available as
+  /// soon as CDS has come. It takes effect within a quarter of a period after the step that brought
+  /// CDS. \pre !done()
   constexpr void set_cdm(bool cdm) { clock_.set_cdm(cdm); }
 
   /// No request is running.
   constexpr bool done() const { return phase_ == Phase::idle; }
-  /// Of the last request, whole when done(); `cds` before.
+  /// The reading of the last request, complete when done(); `cds` earlier.
   constexpr const Reading& reading() const { return reading_; }
   /// The next request is refused before this time. \pre done()
   constexpr Picoseconds earliest() const { return earliest_; }
-  /// The encoder is ready by its fixed cycle time, although SLO may still be seen low. \pre done()
+  /// The encoder is ready by its fixed cycle time, although SLO may still be low. \pre done()
   constexpr bool ready_by_time(Picoseconds now) const { return now < high_by_; }
 
  private:
@@ -498,7 +499,7 @@ class RequestCycle {
 
   constexpr void schedule() { due_ = std::min(std::min(clock_.next(), sampler_.next()), limit_); }
 
-  // What is due, in its order.
+  // Does what is due, in order of time.
   constexpr void happen(Picoseconds now) {
     if (sampler_.next() < clock_.next()) take_samples(now);
     if (clock_.next() <= now) edge(now);
@@ -556,7 +557,7 @@ class RequestCycle {
     settle(now);
   }
 
-  // Once MA has stopped, what was read is judged.
+  // Evaluates what was read, once MA has stopped.
   constexpr void settle(Picoseconds now) {
     if (clock_.running()) return;
     reading_.clocks = clock_.rises();
@@ -567,10 +568,10 @@ class RequestCycle {
     if (kind_ == RequestKind::frame ? !reading_.frame.ok() : sampler_.cause().has_value()) return;
     phase_ = Phase::settling;
     quiet_ = now;
-    // SLO ends it, so there is no harm in waiting as long as any encoder may take.
+    // SLO ends the wait, so it may be as long as any encoder takes.
     limit_ = std::max(limit_, clock_.last_edge() + biss_static_timeout_max);
     if (kind_ == RequestKind::control_only) {
-      // Bits of the channels may be under way, and the last one stays for the timeout.
+      // Bits of the channels may be on their way, and the last one stays for the timeout.
       quiet_ = clock_.last_edge() + travel;
       return;
     }
@@ -579,7 +580,7 @@ class RequestCycle {
       return;
     }
     if (clock_.level()) return finish(now);
-    limit_ = now + setup_.period / 2;  // ready before CDM was sent; MA may not just twitch
+    limit_ = now + setup_.period / 2;  // ready before CDM was sent; CDM needs half a period
   }
 
   constexpr bool knows_ready_time() const {
@@ -590,7 +591,7 @@ class RequestCycle {
     if (!setup_.hold_cdm) clock_.release(now);
     limit_ = never;
     if (phase_ == Phase::settling && !sampler_.level() && knows_ready_time()) {
-      // Half a period of grace leaves SLO high for a period until ACK.
+      // Half a period more keeps SLO high for a period until ACK.
       high_by_ =
           reading_.begin + setup_.timing.timeout.time + *reading_.line_delay + setup_.period / 2;
     }

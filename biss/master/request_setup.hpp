@@ -1,4 +1,4 @@
-// How a master makes its requests, and what it tells of each.
+// The setup of a master, and its reading of each request.
 #pragma once
 
 #include <algorithm>
@@ -15,12 +15,12 @@
 
 namespace biss {
 
-/// How much of an answer a request asks for.
+/// How much of an answer a request reads.
 enum class RequestKind : std::uint8_t {
   frame,         ///< all of it
-  control_only,  ///< START and CDS: works whether the device's channels are active, inactive, or
-                 ///< nobody knows; D2's "short" frame where they are inactive
-  reduced,       ///< ACK: two rising edges; CDM goes out, CDS does not come back. INIT with CDM 0
+  control_only,  ///< START and CDS, whether or not the device's channels are active; D2's "short"
+                 ///< frame where they are inactive
+  reduced,       ///< ACK: two rising edges; CDM is sent, no CDS comes back. INIT with CDM 0
 };
 
 inline constexpr std::size_t request_kind_count = 3;
@@ -32,41 +32,43 @@ constexpr std::string_view name_of(RequestKind kind) {
   return names[static_cast<std::size_t>(kind)];
 }
 
-/// What a RequestCycle drives and expects. A time of 0 stands for the default that is named.
+/// The setup of a RequestCycle. A time of 0 stands for the default that is named.
 struct MasterSetup {
-  /// Of MA; at least 32 ps.
+  /// Period of MA; at least 32 ps.
   Picoseconds period{};
-  /// ACK's bounds, timeout and shortest cycle are respected; the clock's limits are the caller's.
+  /// ACK's bounds, timeout and shortest cycle are respected; the caller respects the clock's
+  /// limits.
   DeviceTiming timing{};
-  /// Devices one behind the other; each after the first delays START by a clock. At least 1.
+  /// Devices in a daisy chain; each after the first delays START by a clock. At least 1.
   std::uint8_t slaves = 1;
-  /// Clocks that START may come later than the device is ready ("busy_s", 0 to 8).
+  /// Clocks by which START may be later than the device is ready ("busy_s", 0 to 8).
   std::uint8_t busy_s_clocks = 0;
   /// Samples each bit half a period after it arrives, by the line delay measured in this request.
-  /// Without: half a period after the rising edge, one bit a clock, whatever arrives then.
+  /// Off: half a period after the rising edge, one bit a clock, whatever arrives then.
   bool compensate = true;
-  /// CDM where begin() is not told another.
+  /// CDM where begin() is called without one.
   bool cdm = false;
-  /// MA keeps CDM's level until the next request ("Hold-CDM"): low, it rises only `idle_min` before
-  /// the first falling edge. D2 recommends it while nobody knows which channels are active.
+  /// MA keeps the level of CDM until the next request ("Hold-CDM"): at CDM 1 it rises only
+  /// `idle_min` before the first falling edge. D2 recommends it while it is unknown which channels
+  /// are active.
   bool hold_cdm = false;
-  /// Clocks of MA behind the one that made STOP.
+  /// Clocks of MA after the one of STOP.
   std::uint16_t extra_clocks = 0;
-  /// Of MA low in each clock; half a period. Less than the period.
+  /// Time that MA is low in each clock; half a period. Less than the period.
   Picoseconds low_time{};
-  /// Resolution of the sampling point; a sixteenth of the period. Above a quarter it is a quarter:
-  /// a point that coarse might be the one where SLO changes.
+  /// Resolution of the sampling point; a sixteenth of the period, at most a quarter of it.
   Picoseconds sample_step{};
-  /// Moves the sampling point out of the middle, at most half a period either way. With
-  /// compensation half a period samples in the very moment of the change.
+  /// Moves the sampling point from the middle, at most half a period in both directions. With
+  /// compensation, half a period samples at the moment of the change.
   Picoseconds sample_shift{};
-  /// Without ACK after so long, at the first rising edge that could have made it, there is none.
+  /// The wait for ACK. When it is over, the request fails with no_response.
   Picoseconds line_delay_max = biss_line_delay_max;
   /// MA high after a failed request, from its last edge; the device's timeout, or 40 µs where that
   /// is adaptive.
   Picoseconds reset_time{};
-  /// Asks an encoder with TimeoutRule::cycle when its time has passed, as drives do, and does not
-  /// wait to see SLO high a line delay later; see RequestCycle. Without: every request waits.
+  /// Makes the next request to an encoder with TimeoutRule::cycle when its time has passed, as
+  /// drives do, without waiting to see SLO high a line delay later; see RequestCycle. Off: every
+  /// request waits.
   bool trust_cycle_time = false;
   /// MA high between two requests; half a period. Only CDM 1 comes so close.
   Picoseconds idle_min{};
@@ -82,7 +84,7 @@ constexpr MasterSetup with_defaults(MasterSetup setup) {
   return setup;
 }
 
-/// ACK's bounds as the master sees them: those of the device, a clock for each further slave, and
+/// The bounds of ACK at the master: those of the device, a clock for each further slave, and
 /// busy_s.
 constexpr AckBounds request_ack_bounds(const MasterSetup& setup) {
   AckBounds bounds = ack_bounds(setup.timing, setup.period);
@@ -107,26 +109,26 @@ constexpr std::string_view name_of(Refusal refusal) {
   return names[static_cast<std::size_t>(refusal)];
 }
 
-/// One request's outcome. `Frame` is the codec's.
+/// The result of one request. `Frame` is the codec's.
 template <class Frame>
 struct BasicReading {
   /// The frame, or the one cause:
-  ///   not_ready       refused, `refusal` says why; MA did not move
+  ///   not_ready       refused, `refusal` is the reason; MA did not move
   ///   no_response     SLO stayed high
   ///   response_range  SLO was low before ACK could begin (longer than ready_by_time() allows), or
   ///                   ACK came after line_delay_max
   ///   no_start        ACK exceeded the device's bound
   ///   ack_range       START came before the device can answer
   ///   cds, crc, stop_bit  as decode_frame()
-  ///   truncated       no more was asked for, and all of that came: control_only, reduced
+  ///   truncated       control_only, reduced: everything that was requested came
   Result<Frame, FrameFault> frame = failure(FrameFault{FrameError::no_response});
   Refusal refusal = Refusal::none;
-  /// CDS as received, also of a frame that is bad otherwise; nothing: it did not come.
+  /// CDS as received, also of a frame that is bad otherwise; nothing where it did not come.
   std::optional<bool> cds{};
   /// The first falling edge of MA, or the time of the refusal.
   Picoseconds begin{};
-  /// Second rising edge of MA to the fall of SLO, both at the master; measured with and without
-  /// compensation. Nothing when ACK did not begin.
+  /// From the second rising edge of MA to the fall of SLO, both at the master; measured with and
+  /// without compensation. Nothing when ACK did not begin.
   std::optional<Picoseconds> line_delay{};
   /// Ones before ACK as sampled, LAT's included: 1 with compensation.
   std::uint16_t lead_clocks = 0;
@@ -136,7 +138,7 @@ struct BasicReading {
   std::uint32_t clocks = 0;
   /// SLO changed within a twentieth of a period of a sampling instant, before or after.
   bool marginal = false;
-  /// The encoder takes the next request: SLO is high at the end, or known to rise by itself.
+  /// The encoder accepts the next request: SLO is high at the end, or known to rise.
   bool ready = false;
 };
 

@@ -1,4 +1,4 @@
-// A BiSS frame out of the bytes that an SPI peripheral clocked in.
+// Reads BiSS frames from the bytes that an SPI peripheral received.
 //
 // MA is the SPI clock, idle high (CPOL = 1); SLO is its data input, most significant bit first.
 // Both clock phases work. T is the period, d the delay from MA at the master to SLO at the master:
@@ -7,24 +7,24 @@
 //   MA  ‾‾‾\___/‾‾‾\___/‾‾‾\___/‾‾‾\___/‾‾‾\___/‾‾‾
 //              :LAT    :ACK    :START  :CDS           the encoder changes SLO, here d = T / 4
 //   SLO ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\_______/‾‾‾‾‾‾‾X=======X
-//              ^       ^       ^       ^       ^      sample_on_rising   (CPHA = 1, mode 3): 1 1 0
-//              1 …
-//          ^       ^       ^       ^       ^          sample_on_falling  (CPHA = 0, mode 2): 1 1 0
-//          1 …
+//              ^       ^       ^       ^       ^      sample_on_rising  (CPHA = 1, mode 3)
+//              1       1       0       1   …
+//          ^       ^       ^       ^       ^          sample_on_falling (CPHA = 0, mode 2)
+//          1       1       0       1   …
 //
 // Sample k is taken at rising edge k, or at falling edge k half a period earlier. It shows what the
-// encoder put out at rising edge j, the last one for which that had arrived. Edge 0 is LAT, edge 1
-// is ACK, so ones come up to the first sample that sees edge 1:
+// encoder sent at rising edge j, the last edge whose change had arrived. Edge 0 is LAT, edge 1 is
+// ACK, so the leading ones end with the first sample that shows edge 1:
 //
 //   rising    ones = 2 + floor(d / T)            2 for any delay below a period
 //   falling   ones = 2 + floor(d / T + 1 / 2)    2 below half a period, 3 below one and a half, …
 //
-// A change that arrives in the very moment of sampling may be seen or not; the bounds allow both.
-// An encoder with a fixed cycle time (TimeoutRule::cycle) may be asked again just when that is
-// over. SLO, a line delay behind, is then still low from the cycle before: the first samples are
-// zeros, up to the one at d, and ones follow up to the same sample as ever.
+// A change that arrives at the moment of sampling may be seen or not; the bounds allow both. An
+// encoder with a fixed cycle time (TimeoutRule::cycle) may be requested again as soon as that time
+// is over. SLO, a line delay later, is then still low from the previous cycle: the first samples up
+// to the one at d are zeros, and ones follow up to the usual sample.
 //
-// The clock must run without a gap from the first to the last bit: let DMA feed the peripheral.
+// The clock must run without a gap from the first to the last bit: use DMA to feed the peripheral.
 #pragma once
 
 #include <algorithm>
@@ -45,24 +45,22 @@
 
 namespace biss {
 
-// ----
-// How an SPI peripheral is set up to read an encoder, and what follows for the bits it delivers;
-// the picture is in biss/master/spi_read.hpp.
+// ---- The setup of the peripheral, and the bits that follow from it
 
-/// The edge of MA the peripheral samples at; MA idles high.
+/// The edge of MA at which the peripheral samples; MA idles high.
 enum class SpiPhase : std::uint8_t {
   sample_on_rising,   ///< CPHA = 1, SPI mode 3
   sample_on_falling,  ///< CPHA = 0, SPI mode 2: half a period less for line and encoder
 };
 
-/// What a 1 behind STOP means. The encoder keeps SLO low until its timeout, and that does not
-/// expire while MA runs (except TimeoutRule::cycle, whose end is respected).
+/// The meaning of a 1 after STOP. The encoder keeps SLO low until its timeout, which does not
+/// expire while MA runs (except with TimeoutRule::cycle, whose end is respected).
 enum class SpiTail : std::uint8_t {
   must_stay_low,  ///< stop_bit: it is the rest of a frame whose START was taken too early
   ignored,        ///< for encoders that release SLO early
 };
 
-/// From MA to SLO, both at the master: cable there and back, drivers, the encoder's own delay.
+/// The delay from MA to SLO, both at the master: cable in both directions, drivers, the encoder.
 struct LineDelayRange {
   Picoseconds min{};
   Picoseconds max = biss_line_delay_max;
@@ -70,14 +68,14 @@ struct LineDelayRange {
   constexpr bool operator==(const LineDelayRange&) const = default;
 };
 
-/// How the peripheral is set up. The closer the line delay is known, the more a wrong frame stands
-/// out.
+/// The setup of the peripheral. The narrower the line delay's range, the more wrong frames are
+/// detected.
 struct SpiSetup {
-  /// Of MA; positive.
+  /// Period of MA; positive.
   Picoseconds period{};
   SpiPhase phase = SpiPhase::sample_on_rising;
   LineDelayRange line_delay{};
-  /// Bits in the buffer before the sample of the first clock, where a peripheral pads.
+  /// Bits in the buffer before the sample of the first clock, where a peripheral inserts padding.
   std::uint16_t first_bit = 0;
   SpiTail tail = SpiTail::must_stay_low;
 
@@ -86,9 +84,9 @@ struct SpiSetup {
 
 namespace spi_detail {
 
-// Zeros that may come before the leading ones: only where the encoder is ready after a fixed time;
-// then those that are sampled within the line delay, at most that of 100 m of cable, and never so
-// many that START could be taken for a leading one.
+// Zeros that may precede the leading ones, only where the encoder is ready after a fixed time:
+// those that are sampled within the line delay, at most that of 100 m of cable, and fewer than
+// would let START be taken for a leading one.
 constexpr std::int64_t late_max_clocks(const SpiSetup& setup, const DeviceTiming& timing,
                                        const FrameBounds& bounds) {
   if (timing.timeout.rule != TimeoutRule::cycle) return 0;
@@ -102,9 +100,9 @@ constexpr std::int64_t late_max_clocks(const SpiSetup& setup, const DeviceTiming
 
 }  // namespace spi_detail
 
-/// What may come before the data: leading ones of this phase and line delay, ACK of this device;
-/// where it is ready after a fixed time, zeros of the cycle before. \pre period is positive,
-/// line_delay.min <= line_delay.max, neither is negative
+/// The bounds of what precedes the data: leading ones of this phase and line delay, ACK of this
+/// device; where it is ready after a fixed time, zeros of the previous cycle.
+/// \pre period is positive, line_delay.min <= line_delay.max, neither is negative
 constexpr FrameBounds spi_bounds(const SpiSetup& setup, const DeviceTiming& timing) {
   constexpr std::int64_t most = FrameBounds{}.lead_max_clocks;
   const Picoseconds early =
@@ -123,7 +121,7 @@ constexpr FrameBounds spi_bounds(const SpiSetup& setup, const DeviceTiming& timi
   return bounds;
 }
 
-/// Clocks of MA that reach STOP at the longest line delay and the longest ACK.
+/// The clocks of MA up to STOP at the longest line delay and the longest ACK.
 constexpr std::size_t spi_clocks(const FrameFormat& format, const SpiSetup& setup,
                                  const DeviceTiming& timing) {
   const FrameBounds bounds = spi_bounds(setup, timing);
@@ -131,21 +129,21 @@ constexpr std::size_t spi_clocks(const FrameFormat& format, const SpiSetup& setu
   return std::size_t{bounds.lead_max_clocks} + bounds.ack_max_clocks + 3U + format.payload_bits();
 }
 
-/// Bytes to transfer for spi_clocks(), padding included.
+/// The bytes to transfer for spi_clocks(), padding included.
 constexpr std::size_t spi_bytes(const FrameFormat& format, const SpiSetup& setup,
                                 const DeviceTiming& timing) {
   return (setup.first_bit + spi_clocks(format, setup, timing) + 7U) / 8U;
 }
 
-/// Whole clocks of line delay seen in a good frame.
+/// The whole clocks of line delay in a good frame.
 /// \pre the frame came from a SpiReader
 template <std::size_t Channels>
 constexpr std::uint16_t line_delay_clocks(const BasicFrame<Channels>& frame) {
   return static_cast<std::uint16_t>(frame.lead_clocks - 2U);
 }
 
-/// What a good frame says about the line delay: at least `min`, at most `max`, a period apart (half
-/// a period where the delay cannot be negative).
+/// The line delay that a good frame shows: at least `min`, at most `max`, a period apart (half a
+/// period where the delay cannot be negative).
 /// \pre the frame came from a SpiReader of this setup
 template <std::size_t Channels>
 constexpr LineDelayRange observed_line_delay(const BasicFrame<Channels>& frame,
@@ -155,8 +153,8 @@ constexpr LineDelayRange observed_line_delay(const BasicFrame<Channels>& frame,
   return {std::max(min, Picoseconds{}), min + setup.period};
 }
 
-/// Reads the frames of one encoder on one SPI peripheral. Everything is computed once, so that the
-/// object may be constexpr and lie in flash; reading is a search, a decode and no heap.
+/// Reads the frames of one encoder on one SPI peripheral. Everything is computed in the
+/// constructor, so the object may be constexpr and in flash; reading needs no heap.
 ///
 /// `Codec` is a FrameCodec or FixedCodec; it is kept by value.
 template <class Codec>
@@ -179,20 +177,19 @@ class SpiReader {
   /// As spi_bytes().
   constexpr std::size_t bytes() const { return (first_bit_ + clocks_ + 7U) / 8U; }
 
-  /// Finds and reads the frame.
+  /// Finds and decodes the frame.
   /// \param bytes what the peripheral received
-  /// \param clocks how many clocks were sent. Later bits are not looked at; clocks that the buffer
-  ///   has no bits for are taken as not sent.
-  /// \return the frame, or why there is none. Any FrameError; `not_ready`: SLO was low at first,
-  /// and
-  ///   longer than late_max_clocks of bounds(), `truncated`: the clocks end before
-  ///   the last CRC bit, `stop_bit`: a 1 at STOP, or behind it while SLO must be low.
+  /// \param clocks how many clocks were sent. Later bits are ignored; clocks without bits in the
+  ///   buffer count as not sent.
+  /// \return the frame, or why there is none. Any FrameError: `not_ready` where SLO was low at
+  ///   first for longer than late_max_clocks of bounds(), `truncated` where the clocks end before
+  ///   the last CRC bit, `stop_bit` for a 1 at STOP, or after it while SLO must be low.
   [[nodiscard]] constexpr Result<Frame, FrameFault> read(std::span<const std::uint8_t> bytes,
                                                          std::size_t clocks) const {
     const BitView bits(bytes, first_bit_, clocks);
     Result<Frame, FrameFault> frame = decode_frame(bits, codec_, bounds_);
-    // A 1 in the tail is the cause unless there is an earlier one on the line.
-    if (frame.ok() && !is_low(bytes, bits.size_bits(), behind_stop(*frame))) {
+    // A 1 in the tail is the cause unless an earlier one on the line applies.
+    if (frame.ok() && !is_low(bytes, bits.size_bits(), after_stop(*frame))) {
       frame = failure(FrameFault{FrameError::stop_bit});
     }
     return frame;
@@ -213,11 +210,11 @@ class SpiReader {
         std::clamp<std::int64_t>(timing.timeout.time.count / setup.period.count, 0, forever));
   }
 
-  constexpr std::size_t behind_stop(const Frame& frame) const {
+  constexpr std::size_t after_stop(const Frame& frame) const {
     return std::size_t{frame.lead_clocks} + frame.ack_clocks + 3U + codec_.payload_bits();
   }
 
-  // No 1 among the samples from `from` on, as far as SLO must be low.
+  // Whether the samples from `from` on are 0, as far as SLO must be low.
   constexpr bool is_low(std::span<const std::uint8_t> bytes, std::size_t samples,
                         std::size_t from) const {
     const std::size_t end = first_bit_ + std::min<std::size_t>(samples, low_until_);
@@ -229,7 +226,7 @@ class SpiReader {
     const unsigned tail = 0xFF00U >> ((end - 1U) % 8U + 1U);
     if (at == last) return (*at & head & tail) == 0;
     if (((*at++ & head) | (*last & tail)) != 0) return false;
-    // Which of four bytes it is does not matter, so neither does their order.
+    // Only whether a byte is 0 matters, so the order of four does not.
     for (; last - at >= 4; at += 4) {
       const std::uint32_t word = std::uint32_t{at[0]} | (std::uint32_t{at[1]} << 8U) |
                                  (std::uint32_t{at[2]} << 16U) | (std::uint32_t{at[3]} << 24U);

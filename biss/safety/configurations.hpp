@@ -10,15 +10,15 @@
 
 namespace biss {
 
-/// A frame and how to monitor it. All text is static. Anything else is a FrameFormat and a
-/// SafetySetup of one's own.
+/// A frame format and the setup of its monitor. All text is static. For any other encoder, pass a
+/// FrameFormat and a SafetySetup.
 struct SafetyConfiguration {
-  /// Lower case, what a user types.
+  /// The name that a user types, in lower case.
   std::string_view name{};
   /// Text of the frame format; it parses (proven at compile time).
   std::string_view format{};
   SafetySetup setup{};
-  /// What one count of CPW and SPW is, where it is known.
+  /// The size of one count of CPW and SPW, where it is known.
   std::string_view resolution{};
   std::string_view source{};
 
@@ -32,8 +32,8 @@ inline constexpr std::string_view renishaw =
     "Renishaw data sheet: BiSS Safety for RESOLUTE and FORTiS";
 inline constexpr std::string_view concept_a5 = "BiSS Safety Concept A5, table 1";
 
-// All that the two words share is compared: the data sheet names no comparison width, and the SPW
-// is the CPW's upper part.
+// All bits that both words have are compared: the data sheet names no comparison width, and the SPW
+// is the upper part of the CPW.
 constexpr SafetyConfiguration renishaw_row(std::string_view name, std::string_view format,
                                            std::string_view resolution) {
   return {
@@ -57,8 +57,9 @@ inline constexpr Picoseconds two_cycles = nanoseconds(62'500);
 
 }  // namespace safety_detail
 
-/// Renishaw's five rows, then the nine types. The Safety Concept gives the types RSH and LMM 62.5
-/// us, Renishaw 31.25 us for its frames of the same size: each row has its own source's.
+/// Renishaw's five rows, then the nine types of the Safety Concept. For the types RSH and LMM the
+/// Safety Concept has 62.5 us, for frames of the same size Renishaw has 31.25 us; each row follows
+/// its source.
 inline constexpr std::array safety_configurations{
     safety_detail::renishaw_row("fs-32-32", "pos32,nE,nW,crc6+pos32,nE,nW,lc6,crc16;cds0",
                                 "0.0003 arcsec both; RESOLUTE rotary, LMM"),
@@ -92,7 +93,7 @@ inline constexpr std::array safety_configurations{
 };
 
 /// The configuration of that name, null when there is none. Names are compared exactly. The pointer
-/// keeps all configurations in the program: firmware calls safety_configuration().
+/// keeps all configurations in the program; firmware uses safety_configuration().
 constexpr const SafetyConfiguration* find_safety_configuration(std::string_view name) {
   for (const SafetyConfiguration& each : safety_configurations) {
     if (each.name == name) return &each;
@@ -102,12 +103,12 @@ constexpr const SafetyConfiguration* find_safety_configuration(std::string_view 
 
 namespace safety_detail {
 
-// Never defined: the compiler says this name where a configuration's is wrong.
+// Never defined: the compiler names it where a configuration's name is wrong.
 void no_safety_configuration_of_this_name();
 
 }  // namespace safety_detail
 
-/// The configuration of that name while compiling; a name that is none stops the build.
+/// The configuration of that name at compile time. A name that does not exist stops the build.
 consteval SafetyConfiguration safety_configuration(std::string_view name) {
   const SafetyConfiguration* found = find_safety_configuration(name);
   if (found == nullptr) safety_detail::no_safety_configuration_of_this_name();

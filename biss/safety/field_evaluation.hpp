@@ -1,5 +1,5 @@
-// The first of a frame's two evaluations: the frame as decode_frame() reads it, its CRCs from
-// tables.
+// The first of the two evaluations of a frame: the frame as decode_frame() decodes it, its CRCs
+// from tables.
 #pragma once
 
 #include <cstdint>
@@ -14,10 +14,10 @@
 
 namespace biss {
 
-// ----
-// The sign of life against what is expected; what a wrong one may mean; and which range a device
-// uses.
+// ---- The sign-of-life counter
 
+/// Compares the sign-of-life counter with the expected value, names the cause where it differs, and
+/// learns the counter's range.
 class LifeCounter {
  public:
   constexpr explicit LifeCounter(CounterMode mode)
@@ -25,26 +25,26 @@ class LifeCounter {
                : mode == CounterMode::count_0_63 ? 0
                                                  : unknown) {}
 
-  /// The next value begins the sequence anew. What is known of the range stays.
+  /// The next value starts a new sequence. The known range stays.
   constexpr void lose_place() {
     last_ = none;
     rollovers_ = 0;
   }
 
-  /// Whether a counter with this value may come next.
+  /// Whether this value may come next.
   /// \param value 0…63
   /// \param missed frames since the last accepted one that were not accepted
   /// \return safe, or one of the counter_ causes
   constexpr SafetyVerdict judge(std::uint8_t value, unsigned missed,
                                 const SafetyCounter& setup) const {
-    // Nearly always so.
+    // The usual case.
     if (missed == 0 && value == last_ + 1U) return SafetyVerdict::safe;
     if (last_ == none) {
       return first_ == 1 && value == 0 ? SafetyVerdict::counter_mode : SafetyVerdict::safe;
     }
     if (fits(value, missed, setup.missed, first_of(value))) return SafetyVerdict::safe;
     if (value == last_) return SafetyVerdict::counter_repeated;
-    // While the range is being learned this is none that a value fits.
+    // While the range is being learned, no value fits this one.
     const unsigned other_first = 1U - first_;
     if (!confirmed_ && fits(value, missed, setup.missed, other_first)) {
       return SafetyVerdict::counter_mode;
@@ -65,7 +65,7 @@ class LifeCounter {
     last_ = value;
   }
 
-  /// The range the device uses: set up, or learned; none as long as it is not known.
+  /// The range that the device uses: from the setup, or learned; none while it is unknown.
   constexpr std::optional<CounterMode> mode() const {
     if (first_ == unknown) return std::nullopt;
     return first_ == 1 ? CounterMode::count_1_63 : CounterMode::count_0_63;
@@ -76,8 +76,8 @@ class LifeCounter {
   static constexpr std::uint8_t highest = 63;
   static constexpr std::uint8_t none = 0xFF;
 
-  // The lowest value of the range to judge by. Where it is being learned the counter may roll over
-  // either way.
+  // The lowest value of the expected range. While it is being learned, the counter may roll over to
+  // 0 or to 1.
   constexpr unsigned first_of(std::uint8_t value) const {
     if (first_ != unknown) return first_;
     return value == 1 ? 1 : 0;
@@ -102,8 +102,8 @@ class LifeCounter {
     const unsigned frames = ahead(value, first);
     if (frames <= missed) return SafetyVerdict::counter_backwards;
     if (frames <= missed + 1U + near) return SafetyVerdict::counter_skipped;
-    const unsigned behind = 64U - first - frames;
-    return behind <= near ? SafetyVerdict::counter_backwards : SafetyVerdict::counter_foreign;
+    const unsigned back = 64U - first - frames;
+    return back <= near ? SafetyVerdict::counter_backwards : SafetyVerdict::counter_foreign;
   }
 
   std::uint8_t first_;
@@ -113,20 +113,20 @@ class LifeCounter {
   bool confirmed_ = false;
 };
 
-/// Fields by shift and mask, the comparison modulo the range, the counter by the distance from the
-/// last value.
+/// Reads fields by shift and mask, compares modulo the range, checks the counter by the distance
+/// from its last value.
 template <class Plan>
 class FieldEvaluation {
  public:
   constexpr explicit FieldEvaluation(const SafetySetup& chosen) : counter_(chosen.counter.mode) {}
 
   /// \param bits SLO once a MA clock, as for find_start()
-  // Kept apart: inlined into one function the evaluations take each other's registers.
+  // Not inlined: in one function the two evaluations compete for registers.
   [[gnu::noinline]] static constexpr SafetyFinding find(const Plan& plan, const BitView& bits) {
     return find(plan, decode_frame(bits, plan.codec(), plan.setup().bounds));
   }
 
-  /// The same of what decode_frame() or an SpiReader gave.
+  /// The same for a frame that decode_frame() or an SpiReader returned.
   static constexpr SafetyFinding find(const Plan& plan,
                                       const Result<typename Plan::Frame, FrameFault>& frame) {
     if (!frame.ok()) return {.cause = cause_of(plan.setup(), frame.error())};
@@ -167,7 +167,7 @@ class FieldEvaluation {
     return apart > most || apart < -most ? SafetyVerdict::comparison : SafetyVerdict::safe;
   }
 
-  // The lower bits of the difference, and above them its sign.
+  // The lower bits of the difference, with its sign above them.
   static constexpr std::int32_t difference(const safety_detail::Alignment& alignment,
                                            std::uint64_t cpw, std::uint64_t spw) {
     const std::uint64_t mask = low_mask(alignment.bits);

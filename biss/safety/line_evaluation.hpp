@@ -1,5 +1,5 @@
-// The second of a frame's two evaluations: straight off the line, by other means than the first
-// wherever there are any.
+// The second of the two evaluations of a frame: directly from the line, by other methods than the
+// first wherever there are any.
 #pragma once
 
 #include <algorithm>
@@ -18,8 +18,7 @@
 
 namespace biss::safety_detail {
 
-// ----
-// Bits off the line for the second evaluation of a safety frame: no code shared with BitView's.
+// ---- Bits from the line; no code is shared with BitView
 
 class LineReader {
  public:
@@ -31,17 +30,17 @@ class LineReader {
 
   constexpr std::size_t left() const { return end_ - at_; }
 
-  // Late zeros, ones, the zeros of ACK, and so to START.
+  // Late zeros, ones, and the zeros of ACK up to START.
   struct Runs {
     std::size_t late = 0;
     std::size_t ones = 0;
     std::size_t zeros = 0;
   };
 
-  // Goes to START, or to the end where there is none.
+  // Moves to START, or to the end where there is none.
   [[gnu::always_inline]] constexpr Runs find_start() {
     Runs runs;
-    // Nearly always the ones end within the first look.
+    // The ones usually end within the first 32 bits.
     const std::uint32_t front = left() < 32U ? 0 : look(at_);
     const auto ones = static_cast<unsigned>(std::countl_one(front));
     if (ones == 0 || ones == 32) {
@@ -55,30 +54,30 @@ class LineReader {
     return runs;
   }
 
-  // The next `Bits` bits in words of 32, the first one at the top; undefined behind the end.
-  // \pre left() is at least Sure
-  template <unsigned Bits, unsigned Sure, std::size_t... I>
+  // The next `Bits` bits in words of 32, the first one at the top; undefined after the end.
+  // \pre left() is at least Known
+  template <unsigned Bits, unsigned Known, std::size_t... I>
   [[gnu::always_inline]] constexpr auto peek(std::index_sequence<I...>) const {
     const std::size_t first = at_ / 8U;
     const auto skip = static_cast<unsigned>(at_ % 8U);
     // The first bit may be the last one of its byte.
     constexpr std::size_t size = (Bits + 7U + 31U) / 32U;
     std::array<std::uint32_t, sizeof...(I) + 1U> words{
-        (I < size ? four_at<(32U * I + 25U <= Sure)>(first + 4U * I) : 0U)...};
+        (I < size ? four_at<(32U * I + 25U <= Known)>(first + 4U * I) : 0U)...};
     if constexpr (size > sizeof...(I)) words[size - 1U] = four_at<false>(first + 4U * (size - 1U));
     return std::array<std::uint32_t, sizeof...(I)>{
         ((words[I] << skip) | (words[I + 1U] >> 1U >> (31U - skip)))...};
   }
 
  private:
-  // Steps over the bits of that level, the end at most, and counts them.
+  // Skips the bits of that level, up to the end, and returns their number.
   [[gnu::always_inline]] constexpr std::size_t run(bool level) {
     const std::uint32_t all = level ? ~0U : 0U;
     const std::size_t from = at_;
     if (at_ >= end_) return 0;
     std::uint32_t other = look(at_) ^ all;
     if (other == 0) {
-      // From here on by whole bytes; their first bits are known to be of the level.
+      // From here on by whole bytes; their first bits are known to have the level.
       std::size_t byte = at_ / 8U + 4U;
       while (byte + 4U <= bytes_.size() && (other = four(byte) ^ all) == 0) byte += 4U;
       if (other == 0) other = rest_from(byte) ^ all;
@@ -88,7 +87,7 @@ class LineReader {
     return at_ - from;
   }
 
-  // Zeros behind the end, unless there is none to be met.
+  // Zeros after the end; not checked where four bytes are known to exist.
   template <bool Inside>
   [[gnu::always_inline]] constexpr std::uint32_t four_at(std::size_t first) const {
     if (Inside || first + 4U <= bytes_.size()) return four(first);
@@ -107,7 +106,7 @@ class LineReader {
     return (four(first) << skip) | (std::uint32_t{bytes_[first + 4U]} >> (8U - skip));
   }
 
-  // Four bytes at most, zeros behind them.
+  // Four bytes at most, then zeros.
   [[gnu::noinline]] constexpr std::uint32_t rest_from(std::size_t first) const {
     std::uint32_t word = 0;
     for (unsigned room = 32; first < bytes_.size(); ++first) {
@@ -123,18 +122,17 @@ class LineReader {
   std::size_t at_;
 };
 
-// ----
-// Some hundred bits off the line in words of 32, for the second evaluation of a safety frame.
+// ---- Some hundred bits from the line in words of 32
 
-// Where an offset is known while compiling, so are word and shift: everything is inlined.
-template <unsigned Bits, unsigned Sure>
+// With offsets that are known at compile time, word and shift are constants: everything is inlined.
+template <unsigned Bits, unsigned Known>
 class LineWords {
  public:
-  // \pre the line has Sure bits more; those that it does not have are not asked for
+  // \pre the line has Known bits more; bits that it does not have are not read
   [[gnu::always_inline]] constexpr explicit LineWords(const LineReader& from)
-      : words_(from.peek<Bits, Sure>(std::make_index_sequence<size>())) {}
+      : words_(from.peek<Bits, Known>(std::make_index_sequence<size>())) {}
 
-  // `count` bits from `offset` on at the top of a word, zeros below. \pre count is 1…32
+  // `count` bits from `offset` on, at the top of a word, zeros below. \pre count is 1…32
   [[gnu::always_inline]] constexpr std::uint32_t top(unsigned offset, unsigned count) const {
     const unsigned skip = offset % 32U;
     std::uint32_t word = words_[offset / 32U] << skip;
@@ -142,7 +140,7 @@ class LineWords {
     return word & (~0U << (32U - count));
   }
 
-  // `count` bits from `offset` on as a number; 0 without any. \pre count is 0…64
+  // `count` bits from `offset` on as a number; 0 for none. \pre count is 0…64
   [[gnu::always_inline]] constexpr std::uint64_t value(unsigned offset, unsigned count) const {
     if (count == 0) return 0;
     if (count <= 32) return top(offset, count) >> (32U - count);
@@ -163,21 +161,21 @@ class LineWords {
 
 namespace biss {
 
-/// Fields by their places from START on, CRCs bit by bit as a long division, the comparison with
-/// both positions moved to the top of a word, the counter stepped on from a copy of its own.
+/// Reads fields by their places from START on, checks CRCs bit by bit as a long division, compares
+/// with both positions moved to the top of a word, and steps its own copy of the counter.
 template <class Plan>
 class LineEvaluation {
  public:
   constexpr explicit LineEvaluation(const SafetySetup&) {}
 
   /// \param bits SLO once a MA clock, as for find_start()
-  // Kept apart: inlined into one function the evaluations take each other's registers.
+  // Not inlined: in one function the two evaluations compete for registers.
   [[gnu::noinline]] static constexpr SafetyFinding find(const Plan& plan, const BitView& bits) {
     safety_detail::LineReader line(bits);
     if (!is_at_start(line, plan.setup().bounds)) return {.cause = SafetyVerdict::no_frame};
     const FrameFormat& format = plan.format();
     const unsigned stop = payload_at + plan.payload_bits();
-    // Nothing is left where there is no START.
+    // Without START nothing is left.
     if (line.left() < stop) return {.cause = SafetyVerdict::no_frame};
     const Words words(line);
     if (words[1] && format.cds0) return {.cause = SafetyVerdict::no_frame};
@@ -204,7 +202,7 @@ class LineEvaluation {
     perhaps_ = 0;
     expect(after(value, mode));
   }
-  /// A frame was not accepted, and the place is kept.
+  /// A frame was not accepted; the sequence continues.
   constexpr void miss_counter(MissedFrames rule, std::optional<CounterMode> mode) {
     if (rule == MissedFrames::perhaps) {
       ++perhaps_;
@@ -229,7 +227,7 @@ class LineEvaluation {
            runs.zeros <= bounds.ack_max_clocks;
   }
 
-  // Where the channel's first bit is.
+  // The place of the channel's first bit.
   [[gnu::always_inline]] static constexpr unsigned begin_of(const FrameFormat& format,
                                                             std::size_t channel) {
     unsigned at = payload_at;
@@ -267,7 +265,7 @@ class LineEvaluation {
       return divided_by<Count - 1U>(polynomial, word);
     }
   }
-  // The same for a count that may be known at run time only.
+  // The same for a count that may be known only at run time.
   [[gnu::always_inline]] static constexpr std::uint32_t divided(std::uint32_t word, unsigned count,
                                                                 std::uint32_t polynomial) {
     if (count == 32) return divided_by<32>(polynomial, word);
@@ -288,7 +286,7 @@ class LineEvaluation {
     const unsigned lower = channel.data_bits - upper;
     const unsigned unused = 32U - crc.width_bits;
     std::uint32_t polynomial = crc.polynomial << unused;
-    // Kept in a register: Arm then takes two instructions a bit, with a constant three.
+    // Kept in a register: Arm then takes two instructions a bit; with a constant it takes three.
     if (!std::is_constant_evaluated()) asm("" : "+r"(polynomial));
     std::uint32_t rest = words.top(at, upper) ^ (std::uint32_t{crc.start} << unused);
     rest = divided(rest, upper, polynomial);
@@ -356,16 +354,16 @@ class LineEvaluation {
             .cause = cause};
   }
 
-  // While the range is being learned 0, for which counter_follows() takes 1 as well.
+  // While the range is being learned, 0; counter_follows() then accepts 1, too.
   static constexpr std::uint8_t after(std::uint8_t value, std::optional<CounterMode> mode) {
     if (value != 63) return static_cast<std::uint8_t>(value + 1U);
     return mode == CounterMode::count_1_63 ? 1 : 0;
   }
   constexpr void expect(std::uint8_t next) { complement_ = static_cast<std::uint8_t>(~next); }
 
-  /// Of the next value.
+  /// The complement of the next value.
   std::uint8_t complement_ = 0;
-  /// So many more values may come instead.
+  /// How many further values are accepted as well.
   std::uint8_t perhaps_ = 0;
   bool begun_ = false;
 };

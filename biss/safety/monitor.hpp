@@ -1,21 +1,21 @@
-// The monitor of a BiSS Safety encoder: one step a frame, time and bits passed in.
+// The monitor of a BiSS Safety encoder: one step per frame; time and bits are arguments.
 //
 //   constexpr auto type = safety_configuration("fs-36-28");
 //   SafetyMonitor<FixedSafetyPlan<type.frame_format(), type.setup>> monitor;
-//   if (!monitor.self_test()) stop();                       // at power-up
-//   …
-//   const SafetyJudgement told = monitor.step(now, bits);   // every request, answered or not
-//   if (told.position) use(*told.position); else stop();
-//   …
-//   if (monitor.watch(now).verdict != SafetyVerdict::safe) stop();  // at deadline(), or in a tick
+//   if (!monitor.self_test()) stop();  // at power-up
+//   // Every request, answered or not:
+//   const SafetyJudgement judgement = monitor.step(now, bits);
+//   judgement.position ? use(*judgement.position) : stop();
+//   // At deadline(), or in a tick:
+//   if (monitor.watch(now).verdict != SafetyVerdict::safe) stop();
 //
-//   untested --self_test()--> starting --start_frames good ones--> safe --fault--> latched
-//                                ^  ^                               |                 |
-//                                |  '---------- fault, no latch ----'                 |
-//                                '------------------ acknowledge() -------------------'
+//   untested --self_test()--> starting --start_frames good frames--> safe --fault--> latched
+//                                ^  ^                                 |                 |
+//                                |  '----------- fault, no latch -----'                 |
+//                                '------------------- acknowledge() --------------------'
 //
-// In `starting` a fault is told and the good frames are counted anew; only `disagreement` latches.
-// In `safe` a fault within the budget is told and withholds that frame's position alone.
+// In `starting`, a fault is reported and the count of good frames starts again; only `disagreement`
+// latches. In `safe`, a fault within the budget is reported and only that frame has no position.
 #pragma once
 
 #include <algorithm>
@@ -37,15 +37,14 @@
 
 namespace biss::safety_detail {
 
-// ----
-// The power-up test of a safety monitor: every check is shown something that it must refuse.
+// ---- The power-up test: every check gets input that it must refuse
 
-// Frames are made with the plan's own CRC engines: what is wrong with these, the second evaluation
-// does not agree to.
+// The frames are encoded with the plan's own CRC engines: the second evaluation detects an error of
+// these.
 template <class Monitor, class First, class Second>
 class SelfTest {
  public:
-  // \param starting a monitor that has not seen a frame; it is copied
+  // \param starting a monitor that has seen no frame; it is copied
   constexpr explicit SelfTest(const Monitor& starting)
       : starting_(starting), setup_(starting.plan().setup()), format_(starting.plan().format()) {}
 
@@ -61,7 +60,7 @@ class SelfTest {
   constexpr const ChannelFormat& cpw() const { return format_.channel_list[setup_.cpw]; }
   constexpr const ChannelFormat& spw() const { return format_.channel_list[setup_.spw]; }
 
-  // Into bits_, which are empty where the codec refuses.
+  // Encodes into bits_, which are empty where the codec refuses.
   constexpr void encode(std::uint64_t cpw_value, std::uint64_t spw_value, bool cpw_nE = true,
                         bool spw_nE = true) {
     Frame frame;
@@ -145,7 +144,7 @@ class SelfTest {
     return true;
   }
 
-  // A monitor that is safe and has just taken `counter`, at the time 0.
+  // Brings a monitor to `safe`, with `counter` as its last value, at the time 0.
   constexpr bool reach_safe(Monitor& monitor) const {
     const unsigned rounds = setup_.counter.learn_rollovers + 2U + setup_.start_frames / 63U;
     const unsigned frames = (64U - lowest()) * rounds;
@@ -166,19 +165,19 @@ class SelfTest {
     return setup_.counter.mode == CounterMode::count_0_63 ? 0 : 1;
   }
 
-  // Every value of the counter; late and early, with a frame and without; that a fault holds; and
-  // two evaluations that differ.
+  // Checks every value of the counter, late and early frames, the time without a frame, the latch,
+  // and evaluations that differ.
   constexpr bool judges_frames() const {
     Monitor monitor = starting_;
     if (!reach_safe(monitor)) return false;
     for (unsigned value = 0; value < 64; ++value) {
-      const SafetyVerdict told = next_of(monitor, value, setup_.frame_gap_max);
-      if (told == SafetyVerdict::disagreement) return false;
-      if (is_fault(told) == (value == counter + 1U)) return false;
+      const SafetyVerdict verdict = next_of(monitor, value, setup_.frame_gap_max);
+      if (verdict == SafetyVerdict::disagreement) return false;
+      if (is_fault(verdict) == (value == counter + 1U)) return false;
     }
     const Picoseconds late = setup_.frame_gap_max + picoseconds(1);
     const Picoseconds soon = setup_.frame_gap_min - picoseconds(1);
-    // Without a shortest gap that is before the last good frame.
+    // Without a shortest gap, this is before the last good frame.
     const auto early = soon < Picoseconds{} ? SafetyVerdict::watchdog : SafetyVerdict::early;
     if (next_of(monitor, counter + 1U, soon) != early) return false;
     if (Monitor(monitor).watch(late).verdict != SafetyVerdict::watchdog) return false;
@@ -218,12 +217,12 @@ class SafetyMonitor {
 
   constexpr const Plan& plan() const { return plan_; }
   constexpr SafetyState state() const { return state_; }
-  /// What latched; meaningful in that state only.
+  /// The cause of the latch. \pre state() is latched
   constexpr SafetyVerdict latched_cause() const { return cause_; }
-  /// The counter's range: as set up, or learned; none while it is being learned.
+  /// The counter's range, from the setup or learned; none while it is being learned.
   constexpr std::optional<CounterMode> counter_mode() const { return first_.counter_mode(); }
 
-  /// Shows every check a frame that it must refuse, and good ones; then begins with `starting`.
+  /// Gives every check a frame that it must refuse, and good frames; then the state is `starting`.
   /// Takes as long as some hundred frames. False: a check does not work; the state stays
   /// `untested`, and every verdict is `self_test`.
   [[nodiscard]] constexpr bool self_test() {
@@ -235,23 +234,24 @@ class SafetyMonitor {
     return true;
   }
 
-  /// One request's answer.
-  /// \param now any clock that does not go backwards, at the same moment of every cycle; it may
-  ///   wrap around at the limits of its type. Before the last good frame is the watchdog's.
-  /// \param bits SLO once a MA clock, as for find_start(); empty where there was no answer
+  /// Judges the answer to one request.
+  /// \param now time of any clock that does not go backwards, taken at the same moment of every
+  ///   cycle; it may wrap around at the limits of its type. A time before the last good frame gives
+  ///   `watchdog`.
+  /// \param bits SLO once per MA clock, as for find_start(); empty where there was no answer
   constexpr SafetyJudgement step(Picoseconds now, const BitView& bits) {
     return step(now, First::find(plan_, bits), Second::find(plan_, bits));
   }
-  /// The same, where decode_frame() or an SpiReader has read these bits already.
+  /// The same, where decode_frame() or an SpiReader has already decoded these bits.
   constexpr SafetyJudgement step(Picoseconds now, const BitView& bits,
                                  const Result<typename Plan::Frame, FrameFault>& frame) {
     return step(now, First::find(plan_, frame), Second::find(plan_, bits));
   }
-  /// The same, where the evaluations were made apart, on two processors for example.
+  /// The same, where the evaluations were made separately, on two processors for example.
   constexpr SafetyJudgement step(Picoseconds now, const SafetyFinding& first,
                                  const SafetyFinding& second) {
-    if (state_ == SafetyState::untested) return told(SafetyVerdict::self_test);
-    if (state_ == SafetyState::latched) return told(SafetyVerdict::latched);
+    if (state_ == SafetyState::untested) return judgement_of(SafetyVerdict::self_test);
+    if (state_ == SafetyState::latched) return judgement_of(SafetyVerdict::latched);
     SafetyVerdict verdict = judge(now, first, second);
     bool tolerated = false;
     if (verdict == SafetyVerdict::safe) {
@@ -271,33 +271,35 @@ class SafetyMonitor {
         .position = verdict == SafetyVerdict::safe ? std::optional(first.position) : std::nullopt};
   }
 
-  /// Time alone: `watchdog` once the last good frame is too long ago, or where the clock is before
-  /// it; else where the monitor is. To be called at deadline(), or as often as one likes. There is
-  /// never a position.
+  /// Checks the time only: `watchdog` once the last good frame is too long ago, or where the clock
+  /// is before it; otherwise the monitor's state. To be called at deadline(), or as often as the
+  /// caller likes. It never returns a position.
   constexpr SafetyJudgement watch(Picoseconds now) {
-    if (state_ == SafetyState::untested) return told(SafetyVerdict::self_test);
-    if (state_ == SafetyState::latched) return told(SafetyVerdict::latched);
+    if (state_ == SafetyState::untested) return judgement_of(SafetyVerdict::self_test);
+    if (state_ == SafetyState::latched) return judgement_of(SafetyVerdict::latched);
     if (is_late(now)) {
       refuse(now, SafetyVerdict::watchdog);
-      return told(SafetyVerdict::watchdog);
+      return judgement_of(SafetyVerdict::watchdog);
     }
-    return told(state_ == SafetyState::safe ? SafetyVerdict::safe : SafetyVerdict::starting);
+    return judgement_of(state_ == SafetyState::safe ? SafetyVerdict::safe
+                                                    : SafetyVerdict::starting);
   }
 
-  /// The last moment at which the watchdog is content; none while no frame is awaited.
+  /// The last moment at which the watchdog is satisfied; none while no frame is expected.
   constexpr std::optional<Picoseconds> deadline() const {
     if (good_frames_ == 0) return std::nullopt;
     return safety_detail::later(last_good_, plan_.setup().frame_gap_max);
   }
 
-  /// Leaves `latched` for `starting`; in any other state nothing happens. What was learned of the
-  /// counter's range stays.
+  /// Changes from `latched` to `starting`; in any other state nothing happens. What was learned of
+  /// the counter's range stays.
   constexpr void acknowledge() {
     if (state_ == SafetyState::latched) start();
   }
 
-  /// After the encoder was switched off or exchanged: as after self_test(), nothing is remembered,
-  /// a latched fault neither. A monitor whose self test has not been passed stays `untested`.
+  /// To be called after the encoder was switched off or exchanged. The monitor is as after
+  /// self_test(): it keeps nothing, not even a latched fault. A monitor whose self test has not
+  /// passed stays `untested`.
   constexpr void restart() {
     if (state_ != SafetyState::untested) forget();
   }
@@ -316,7 +318,7 @@ class SafetyMonitor {
     return counter;
   }
 
-  // A clock that went backwards proves nothing either.
+  // A clock that went backwards proves nothing, either.
   constexpr bool is_late(Picoseconds now) const {
     if (good_frames_ == 0) return false;
     const Picoseconds gap = safety_detail::elapsed(last_good_, now);
@@ -338,7 +340,7 @@ class SafetyMonitor {
     if (good_frames_ == setup.start_frames && first_.counter_mode()) state_ = SafetyState::safe;
   }
 
-  // True: the fault is tolerated.
+  // Returns true where the fault is tolerated.
   constexpr bool refuse(Picoseconds now, SafetyVerdict cause) {
     if (state_ == SafetyState::safe && is_tolerable(cause) && is_within_budget(now)) {
       ++missed_;
@@ -354,7 +356,7 @@ class SafetyMonitor {
     return false;
   }
 
-  // Room for one more fault in the window that ends now; it is then taken.
+  // Whether the window that ends now has room for one more fault, which is then counted.
   constexpr bool is_within_budget(Picoseconds now) {
     const SafetyBudget& budget = plan_.setup().budget;
     if (budget.faults == 0) return false;
@@ -365,7 +367,7 @@ class SafetyMonitor {
     if (tolerated_ < budget.faults) ++tolerated_;
     return true;
   }
-  // Before the clock has come round to them again.
+  // Before the wrapped clock reaches their times again.
   constexpr void drop_old_faults(Picoseconds now) {
     if (!is_in_window(newest_, now)) tolerated_ = 0;
   }
@@ -386,7 +388,7 @@ class SafetyMonitor {
     second_.lose_place();
   }
 
-  constexpr SafetyJudgement told(SafetyVerdict verdict) const {
+  constexpr SafetyJudgement judgement_of(SafetyVerdict verdict) const {
     return {.verdict = verdict, .state = state_};
   }
 

@@ -1,4 +1,4 @@
-// A format and a setup made ready for monitoring: known while running, or while compiling.
+// A format and a setup prepared for monitoring, at run time or at compile time.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 namespace biss {
 
-/// Known at run time; with room for `Channels` channels.
+/// Prepared at run time, with room for `Channels` channels.
 template <std::size_t Channels = 2, class Crc = CrcFast>
 class SafetyPlan {
  public:
@@ -39,8 +39,8 @@ class SafetyPlan {
   safety_detail::Alignment alignment_;
 };
 
-/// Known at compile time: it takes no memory but flash, and a mistake in the setup stops the build
-/// with the sentence below that names it.
+/// Prepared at compile time: it takes no memory but flash, and a mistake in the setup stops the
+/// build with the sentence below that names it.
 ///
 ///   constexpr auto type = safety_configuration("fs-36-28");
 ///   SafetyMonitor<FixedSafetyPlan<type.frame_format(), type.setup>> monitor;

@@ -1,4 +1,4 @@
-// SafetySetup: what a safety monitor has to know besides the frame's format. Everything that the
+// SafetySetup: what a safety monitor needs besides the frame's format. Everything that the
 // documents leave open is a field here, with a default; docs/safety.md lists them.
 #pragma once
 
@@ -14,54 +14,55 @@
 
 namespace biss {
 
-/// The values of the 6-bit sign-of-life counter. Open: Renishaw speaks of a number unique within 63
-/// frames, other sources of 0…63.
+/// The values of the 6-bit sign-of-life counter. Open: Renishaw describes a number that is unique
+/// within 63 frames, other sources name 0…63.
 enum class CounterMode : std::uint8_t {
   count_1_63,  ///< after 63 comes 1; 0 never
   count_0_63,  ///< after 63 comes 0
-  learned,     ///< either; start-up lasts until the counter has shown which
+  learned,     ///< either; start-up lasts until the counter has shown which one
 };
 
-/// Whether the encoder counts a request that gave no good frame. Open; matters only where faults
+/// Whether the encoder counts a request that gave no good frame. Open; it matters only where faults
 /// are tolerated.
 enum class MissedFrames : std::uint8_t {
-  counted,  ///< each of them: a damaged frame had its number
+  counted,  ///< every one: a damaged frame had its number
   perhaps,  ///< some or none
 };
 
-/// What to do with the turns of the two words. Open: the Safety Concept names singleturn bits only.
+/// How the turns of the two words are compared. Open: the Safety Concept names singleturn bits
+/// only.
 enum class MultiturnRule : std::uint8_t {
   with_carry,  ///< turns and singleturn are one number, so a carry is one count
   ignored,     ///< the singleturn value alone
 };
 
-/// How far the two positions may be apart.
+/// The permitted difference of the two positions.
 struct SafetyComparison {
-  /// Upper bits of the singleturn value (or of the whole position, where there are no turns) that
-  /// are compared: ACC_MIN of the Safety Concept. 0: all that both words have.
+  /// The number of upper bits of the singleturn value (or of the whole position, where there are no
+  /// turns) that are compared: ACC_MIN of the Safety Concept. 0: all that both words have.
   std::uint8_t compare_bits = 0;
-  /// In counts of the lowest bit compared (Safety Concept A5: 1). Wrap-around is no distance.
+  /// In counts of the lowest bit compared (Safety Concept A5: 1). The wrap-around is no distance.
   std::uint8_t tolerance_lsb = 1;
   MultiturnRule multiturn = MultiturnRule::with_carry;
 
   constexpr bool operator==(const SafetyComparison&) const = default;
 };
 
-/// How the sign of life is expected.
+/// The expected sign of life.
 struct SafetyCounter {
   CounterMode mode = CounterMode::count_1_63;
   MissedFrames missed = MissedFrames::counted;
-  /// Up to so many frames ahead is a loss, up to so many behind a wrong order, anything else a
-  /// foreign frame. A matter of names only.
+  /// Up to this many frames ahead is a loss, up to this many back is a wrong order, anything else
+  /// is a foreign frame. It changes names only.
   std::uint8_t near_frames = 8;
-  /// Learned mode: so many times in a row the counter has to roll over in the same way.
+  /// Learned mode: how often in a row the counter must roll over in the same way.
   std::uint8_t learn_rollovers = 2;
 
   constexpr bool operator==(const SafetyCounter&) const = default;
 };
 
-/// Faults that are told but do not end the safe state: at most `faults` in any span of `window`,
-/// whether a start-up lies within it or not.
+/// Faults that are reported but do not end the safe state: at most `faults` in any span of
+/// `window`, whether or not a start-up lies within it.
 struct SafetyBudget {
   /// 0 (the default): none. At most max_tolerated_faults.
   std::uint8_t faults = 0;
@@ -73,47 +74,47 @@ struct SafetyBudget {
 
 inline constexpr std::uint8_t max_tolerated_faults = 4;
 
-/// Far above any cycle, and the self test's times do not run over.
+/// Far above any cycle, and small enough for the times of the self test.
 inline constexpr Picoseconds max_frame_gap = milliseconds(100'000);
 
 struct SafetySetup {
-  /// Which channels of the frame the two words are (Safety Concept A5: CPW first).
+  /// The channels of the two words (Safety Concept A5: CPW first).
   std::uint8_t cpw = 0;
   std::uint8_t spw = 1;
-  /// Good frames in a row before the first safe one is that one; 2 or more, because the counter
-  /// says something from the second one on. Open.
+  /// The number of good frames in a row after which a frame is safe; 2 or more, because the counter
+  /// is checked from the second frame on. Open.
   std::uint8_t start_frames = 3;
-  /// A fault holds until it is acknowledged. Off: good frames alone lead back. Open.
+  /// A fault holds until it is acknowledged. Off: good frames alone restore the safe state. Open.
   bool latch = true;
   SafetyComparison comparison{};
   SafetyCounter counter{};
-  /// The shortest time from request to request. Only for the check of frame_gap_max.
+  /// The shortest time from request to request, for the check of frame_gap_max only.
   Picoseconds cycle_min = nanoseconds(31'250);
-  /// From one good frame to the next at most; a tolerated fault does not extend it. Shorter than
-  /// the counter's period times cycle_min, or the loss of a whole period would not be seen. Open;
-  /// see at_cycle().
+  /// From one good frame to the next at most; a tolerated fault does not extend it. It must be
+  /// shorter than the counter's period times cycle_min, or the loss of a whole period would be
+  /// undetected. Open; see at_cycle().
   Picoseconds frame_gap_max = nanoseconds(46'875);
-  /// From one good frame to the next at least; 0: not looked at. Open.
+  /// From one good frame to the next at least; 0: not checked. Open.
   Picoseconds frame_gap_min{};
   SafetyBudget budget{};
-  /// What may come before the data, in clocks. The narrower, the fewer damaged ACKs pass.
+  /// The bounds of what precedes the data, in clocks. The narrower, the fewer damaged ACKs pass.
   FrameBounds bounds{};
 
   constexpr bool operator==(const SafetySetup&) const = default;
 };
 
-/// The setup for requests at this distance: the watchdog bites after one and a half of them.
+/// The setup for requests at this interval: the watchdog takes effect after one and a half of them.
 constexpr SafetySetup at_cycle(SafetySetup setup, Picoseconds cycle) {
   setup.frame_gap_max = cycle + cycle / 2;
   return setup;
 }
 
-/// Frames after which the counter has the same value again; the smaller one where it is learned.
+/// The frames after which the counter repeats; the smaller number where it is learned.
 constexpr unsigned counter_period(CounterMode mode) {
   return mode == CounterMode::count_0_63 ? 64 : 63;
 }
 
-/// Why a setup and a format cannot be monitored.
+/// Why frames of a format cannot be monitored with a setup.
 enum class SafetySetupError : std::uint8_t {
   channels,      ///< a word is not in the frame, or both are the same channel
   no_crc,        ///< a word has no CRC
@@ -135,8 +136,8 @@ constexpr unsigned singleturn_bits(const ChannelFormat& word) {
   return word.position.present() ? word.position.bits : word.singleturn.bits;
 }
 
-/// How CPW and SPW lie on each other: singleturn values by their upper bits, turns by their lower
-/// ones. Numbers of `bits`, of which the lower `singleturn_bits` are not turns.
+/// The alignment of CPW and SPW: singleturn values by their upper bits, turns by their lower ones.
+/// Both are numbers of `bits`, whose lower `singleturn_bits` are not turns.
 struct Alignment {
   unsigned bits = 0;
   unsigned singleturn_bits = 0;
@@ -144,7 +145,7 @@ struct Alignment {
   unsigned spw_shift = 0;
 };
 
-// A distance in counts of the lowest bit of `bits`, held at what fits.
+// A distance in counts of the lowest of `bits`, limited to its type.
 constexpr std::int32_t held(std::int64_t distance, unsigned bits) {
   constexpr std::int64_t most = std::numeric_limits<std::int32_t>::max();
   if (bits <= 32) return static_cast<std::int32_t>(distance);
@@ -184,7 +185,7 @@ constexpr std::optional<SafetySetupError> check_numbers(const SafetySetup& setup
   if (setup.frame_gap_min.count < 0 || setup.frame_gap_min >= most || most > max_frame_gap) {
     return SafetySetupError::frame_gap;
   }
-  // Not multiplied, for any cycle_min to fit.
+  // A division, so that any cycle_min fits.
   if (most / counter_period(setup.counter.mode) >= setup.cycle_min) {
     return SafetySetupError::frame_gap;
   }
@@ -193,8 +194,8 @@ constexpr std::optional<SafetySetupError> check_numbers(const SafetySetup& setup
 
 }  // namespace safety_detail
 
-/// \return the first mistake in the order of the enumerators, none where the frames of this format
-/// can be monitored
+/// \return the first mistake in the order of the enumerators; none where the frames of this format
+///   can be monitored
 constexpr std::optional<SafetySetupError> check_safety(const FrameFormat& format,
                                                        const SafetySetup& setup) {
   if (setup.cpw >= format.channel_count || setup.spw >= format.channel_count ||
@@ -217,8 +218,8 @@ constexpr std::optional<SafetySetupError> check_safety(const FrameFormat& format
   return safety_detail::check_numbers(setup);
 }
 
-/// The SPW's position of an encoder whose CPW shows this one: the same place, in the SPW's counts.
-/// Turns and singleturn bits that the CPW does not have are 0.
+/// The position in the SPW when the CPW has this one: the same place in the SPW's counts. Turns and
+/// singleturn bits that the CPW does not have are 0.
 constexpr std::uint64_t spw_position(const ChannelFormat& cpw, const ChannelFormat& spw,
                                      std::uint64_t position) {
   const unsigned from = safety_detail::singleturn_bits(cpw);

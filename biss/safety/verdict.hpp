@@ -13,14 +13,14 @@
 
 namespace biss {
 
-/// One frame's verdict. Causes stand in the order in which they are looked for, so a frame has the
-/// first that applies.
+/// The verdict on one frame. The causes are in the order in which they are checked, so a frame has
+/// the first one that applies.
 enum class SafetyVerdict : std::uint8_t {
   safe,               ///< everything agrees; the only verdict that comes with a position
   starting,           ///< a good frame, and not yet enough of them in a row
-  latched,            ///< an earlier fault holds until acknowledge()
+  latched,            ///< an earlier fault is latched until acknowledge()
   self_test,          ///< the power-up test has not run, or has failed
-  disagreement,       ///< the two evaluations of the frame differ: the fault is on our side
+  disagreement,       ///< the two evaluations of the frame differ: a fault of the receiver
   watchdog,           ///< the last good frame is too long ago, or the clock is before it
   early,              ///< sooner after the last good frame than any cycle can be
   no_frame,           ///< no answer, no START, ACK or STOP wrong, cut short, another channel's CRC
@@ -29,11 +29,11 @@ enum class SafetyVerdict : std::uint8_t {
   cpw_error,          ///< nE of the control position word is 0
   spw_error,          ///< nE of the safety position word is 0
   comparison,         ///< the two words' positions are too far apart
-  counter_mode,       ///< the counter runs as the other range does (1…63 or 0…63): wrong setup
+  counter_mode,       ///< the counter has the other range (1…63 or 0…63): wrong setup
   counter_repeated,   ///< the counter stands still
   counter_skipped,    ///< the counter is ahead by a few frames: they are lost
-  counter_backwards,  ///< the counter is behind by a few frames: old ones in a wrong order, or late
-  counter_foreign,    ///< the counter is nowhere near: a frame of some other source
+  counter_backwards,  ///< the counter is back by a few frames: wrong order, or late frames
+  counter_foreign,    ///< the counter is far off: a frame of another source
 };
 
 inline constexpr std::size_t safety_verdict_count = 18;
@@ -61,11 +61,11 @@ constexpr std::string_view name_of(SafetyVerdict verdict) {
   return names[static_cast<std::size_t>(verdict)];
 }
 
-/// Whether this is a cause of its own, and not merely how far the monitor is.
+/// Whether this is a fault, and not only a state of the monitor.
 constexpr bool is_fault(SafetyVerdict verdict) { return verdict > SafetyVerdict::latched; }
 
-/// Whether a fault can come from the line, so that a few of them in a time may be tolerated. What
-/// speaks of the monitor, of its setup, or of time that has already run out cannot.
+/// Whether a fault can come from the line, so that a few of them may be tolerated. Faults of the
+/// monitor, of its setup, and of a time that has already run out cannot.
 constexpr bool is_tolerable(SafetyVerdict verdict) {
   return verdict > SafetyVerdict::watchdog && verdict != SafetyVerdict::counter_mode;
 }
@@ -145,12 +145,11 @@ inline constexpr std::array<SafetyMeasure, transmission_error_count> safety_meas
     {TransmissionError::addressing, SafetyVerdict::counter_foreign, safety_detail::any_content},
 }};
 
-// ----
-// What an evaluation finds in one frame, and what the monitor makes of it.
+// ---- What an evaluation finds in one frame, and the monitor's judgement
 
 namespace safety_detail {
 
-// Time on a clock that wraps around.
+// The difference on a clock that wraps around.
 constexpr Picoseconds elapsed(Picoseconds from, Picoseconds to) {
   const auto apart = static_cast<std::uint64_t>(to.count) - static_cast<std::uint64_t>(from.count);
   return {static_cast<std::int64_t>(apart)};
@@ -162,13 +161,14 @@ constexpr Picoseconds later(Picoseconds from, Picoseconds by) {
 
 }  // namespace safety_detail
 
-/// One evaluation of one frame, without regard to the frames before. Two of the same bits have to
-/// be equal. No padding, so that two are compared in one go.
+/// The result of one evaluation of one frame, without the frames before. The results of two
+/// evaluations of the same bits must be equal. It has no padding, so two are compared at once.
 struct SafetyFinding {
-  /// The CPW's. This and what follows up to `cause` is 0 (nW: true) unless both CRCs are good.
+  /// The CPW's position. This and the members up to `cause` are 0 (nW: true) unless both CRCs are
+  /// good.
   std::uint64_t position = 0;
-  /// CPW less SPW in counts of the lowest bit compared, the short way round; held at the limits of
-  /// its type.
+  /// CPW minus SPW in counts of the lowest bit compared, in the shorter direction; limited to its
+  /// type.
   std::int32_t difference_lsb = 0;
   std::uint8_t life_counter = 0;
   bool cpw_nW = true;
@@ -189,23 +189,23 @@ enum class SafetyState : std::uint8_t {
   latched,  ///< after a fault, until acknowledge()
 };
 
-/// What the monitor says of one frame.
+/// The monitor's judgement of one frame.
 struct SafetyJudgement {
   SafetyVerdict verdict = SafetyVerdict::self_test;
   /// After this frame.
   SafetyState state = SafetyState::untested;
-  /// The fault is within the budget: no position this time, but the state is still safe.
+  /// The fault is within the budget: this frame has no position, and the state is still safe.
   bool tolerated = false;
-  /// Low-active, told and no fault: the scale or the window needs cleaning. True where the frame
-  /// gave no good words.
+  /// Low-active and no fault: the scale or the window needs cleaning. True where the frame gave no
+  /// good words.
   bool cpw_nW = true;
   bool spw_nW = true;
-  /// Of a frame with good CRCs, else 0.
+  /// The counter of a frame with good CRCs, else 0.
   std::uint8_t life_counter = 0;
-  /// CPW less SPW in counts of the lowest bit compared; the margin is the tolerance less its
+  /// CPW minus SPW in counts of the lowest bit compared; the margin is the tolerance less its
   /// magnitude. 0 without good CRCs.
   std::int32_t difference_lsb = 0;
-  /// The CPW's, where the verdict is safe and the judgement is a frame's; none otherwise.
+  /// The CPW's position where the verdict is safe and belongs to a frame; none otherwise.
   std::optional<std::uint64_t> position{};
 };
 

@@ -1,7 +1,7 @@
-// A ready-made owner of a register server: 64 registers of the bank that BSEL chooses at 0x00 …
-// 0x3F, and 64 that are always there at 0x40 … 0x7F (D2, register map).
+// A ready-made owner for a register server: 64 registers of the bank that BSEL selects at 0x00 …
+// 0x3F, and 64 fixed ones at 0x40 … 0x7F (D2, register map).
 //
-//   struct Device : NoRegisterHooks {                              // what the registers do
+//   struct Device : NoRegisterHooks {  // what the registers do
 //     void written(std::uint8_t bank, std::uint8_t address, std::uint8_t value);
 //   };
 //   BankedRegisters<2, Device> registers;
@@ -24,14 +24,13 @@
 
 namespace biss {
 
-// ----
-// 64 registers, and what a master may do with each.
+// ---- 64 registers with their protection
 
-/// The three levels of D2; on the line "protected" and "not there" are the same.
+/// The three levels of D2; on the line, "protected" and "absent" are the same.
 enum class RegisterProtection : std::uint8_t { not_available, read_only, read_write };
 
-/// Offsets are 0 … 63; whoever owns the bank says at which address it begins. At first nothing is
-/// available.
+/// 64 registers. Offsets are 0 … 63; the owner of the bank defines the address of the first. At
+/// first no register is available.
 class RegisterBank {
  public:
   constexpr RegisterBank() = default;
@@ -41,8 +40,8 @@ class RegisterBank {
     put(0, values, protection);
   }
 
-  /// Gives registers from `offset` on their values and protection; what would lie behind the last
-  /// is left out.
+  /// Sets values and protection of the registers from `offset` on; what lies beyond the last is
+  /// dropped.
   constexpr void put(std::size_t offset, std::span<const std::uint8_t> values,
                      RegisterProtection protection) {
     for (std::size_t i = 0; i < values.size() && offset + i < bank_bytes; ++i) {
@@ -76,15 +75,16 @@ class RegisterBank {
   std::uint64_t writable_ = 0;
 };
 
-/// What a device does beside keeping bytes; a base to hide the functions of. None is virtual.
+/// What a device does besides storing bytes; a base class whose functions a device hides. None is
+/// virtual.
 struct NoRegisterHooks {
-  /// A byte is about to go out; `value` is what is stored, and may be renewed. `bank` is BSEL, of
-  /// no meaning from address 0x40 on; so everywhere here.
+  /// Called before a byte is sent; `value` is the stored one, and may be changed. `bank` is BSEL,
+  /// which has no meaning for addresses from 0x40 on; likewise below.
   constexpr void reading(std::uint8_t /*bank*/, std::uint8_t /*address*/, std::uint8_t& /*value*/) {
   }
-  /// A byte has been written and stored.
+  /// Called after a byte was written and stored.
   constexpr void written(std::uint8_t /*bank*/, std::uint8_t /*address*/, std::uint8_t /*value*/) {}
-  /// The next byte has to wait; asked once a frame. The first byte of a write is not asked for.
+  /// Whether the next byte must wait; called once per frame, but not for the first byte of a write.
   constexpr bool busy() { return false; }
   constexpr bool accepts(ControlCommand, bool /*broadcast*/) { return false; }
   constexpr void execute(ControlCommand, bool /*broadcast*/) {}
@@ -99,16 +99,16 @@ concept RegisterHooks = requires(Hooks hooks, std::uint8_t byte) {
   hooks.execute(ControlCommand::channels, true);
 };
 
-/// Frames by which S of a byte is delayed.
+/// The frames by which S of a byte is delayed.
 struct RegisterBusy {
   std::uint16_t read_frames = 0;   ///< each byte read
-  std::uint16_t write_frames = 0;  ///< each byte behind a written one
+  std::uint16_t write_frames = 0;  ///< each byte after a written one
 };
 
-/// The registers of one slave: a device of several has one each (PerSlave) or none of this kind.
+/// The registers of one slave. A device with several slaves has one for each (PerSlave).
 ///
-/// BSEL (0x40) is its own: refused where there is one bank only, else R/W. It holds what was
-/// written; where no such bank exists, nothing at 0x00 … 0x3F is available.
+/// BSEL (0x40) is built in: refused where there is only one bank, else readable and writable. It
+/// holds what was written; where no such bank exists, nothing at 0x00 … 0x3F is available.
 template <std::size_t Banks, RegisterHooks Hooks = NoRegisterHooks>
 class BankedRegisters {
   static_assert(Banks >= 1 && Banks <= 256);
@@ -119,8 +119,8 @@ class BankedRegisters {
 
   /// \pre number < Banks
   constexpr RegisterBank& bank(std::size_t number) { return banks_[number]; }
-  /// Gives registers outside of the banks their values and protection. \pre address 0x41 … 0x7F,
-  /// here and below; what would lie behind the last is left out
+  /// Sets values and protection of registers outside the banks. \pre address 0x41 … 0x7F, here and
+  /// below; what lies beyond the last is dropped
   constexpr void put(unsigned address, std::span<const std::uint8_t> values,
                      RegisterProtection protection) {
     fixed_.put(address - reg::bsel, values, protection);
@@ -191,7 +191,7 @@ class BankedRegisters {
   std::uint16_t waited_ = 0;  // frames, for the byte that is due
 };
 
-/// An owner each for the slaves of a device that has several, slave 0 first.
+/// One owner for each slave of a device, slave 0 first.
 template <RegisterOwner Owner, unsigned Count>
 struct PerSlave {
   std::array<Owner, Count> owner;

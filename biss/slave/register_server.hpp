@@ -1,8 +1,7 @@
-// The encoder's end of the control communication: registers and commands, a bit a frame.
+// The encoder's end of the control communication: registers and commands, one bit per frame.
 //
-//   RegisterServer server(Registers{...});   // an owner as register_owner.hpp says
-//   struct Encoder {                         // the source of a Slave
-//     ...
+//   RegisterServer server(Registers{});  // a RegisterOwner
+//   struct Encoder {                     // the source of a Slave
 //     bool cds(bool predecessor) { return server.cds(predecessor); }
 //     void cdm(bool bit) { server.cdm(bit); }
 //   };
@@ -19,35 +18,33 @@
 
 namespace biss {
 
-// ----
-// What a register server asks of the device it speaks for.
-//
-//   struct Registers {
-//     bool permits(unsigned slave, RegisterAccess access, std::uint8_t address);
-//     std::optional<std::uint8_t> read(unsigned slave, std::uint8_t address);
-//     bool ready(unsigned slave);
-//     void write(unsigned slave, std::uint8_t address, std::uint8_t value);
-//     bool accepts(unsigned slave, ControlCommand command, bool broadcast);
-//     void execute(unsigned slave, ControlCommand command, bool broadcast);
-//   };
-//
-// All are called from within the server's cdm(), which a Slave calls when its timeout is over: the
-// answer goes out with the next frame, so they must be short. `slave` counts within the device.
+// ---- The owner of the registers
 
-/// The owner of a register server; see the top of this file.
+/// The owner of a register server:
 ///
-/// * `permits`: asked at R and W for the first address, and for each further one when the byte
-/// before
-///   it is done (that makes P). False: refused; the protocol has one word for protected and absent.
-/// * `read`: the byte to send; nothing: busy, asked again with the next frame, for as long as the
+///   struct Registers {
+///     bool permits(unsigned slave, RegisterAccess access, std::uint8_t address);
+///     std::optional<std::uint8_t> read(unsigned slave, std::uint8_t address);
+///     bool ready(unsigned slave);
+///     void write(unsigned slave, std::uint8_t address, std::uint8_t value);
+///     bool accepts(unsigned slave, ControlCommand command, bool broadcast);
+///     void execute(unsigned slave, ControlCommand command, bool broadcast);
+///   };
+///
+/// All are called from the server's cdm(), which a Slave calls when its timeout is over. The answer
+/// goes out with the next frame, so they must be short. `slave` counts within the device.
+///
+/// * `permits`: whether this address may be accessed; called at R and W for the first address, and
+///   for each further one when the byte before it is done (the answer is P). False: refused; the
+///   protocol has one answer for protected and absent.
+/// * `read`: the byte to send; nothing: busy, called again with the next frame, for as long as the
 ///   master waits (20 ms by D2).
-/// * `ready`: whether the next byte of a sequential write may come; asked again with the next
-/// frame.
-///   The first byte cannot be delayed, it is not asked for that: a device that is still busy with
-///   an earlier write keeps the byte, or does not permit.
-/// * `write`: a byte whose CRC was right.
-/// * `accepts`: whether it would execute the command; asked once for each slave addressed, and at a
-///   broadcast once for each slave of the device. `execute` follows where the master says so.
+/// * `ready`: whether the next byte of a sequential write may come; called again with the next
+///   frame. The first byte cannot be delayed and `ready` is not called for it: a device that is
+///   still busy with an earlier write stores the byte, or does not permit the access.
+/// * `write`: takes a byte whose CRC was right.
+/// * `accepts`: whether it would execute the command; called once for each addressed slave, and at
+///   a broadcast once for each slave of the device. `execute` follows where the master requests it.
 template <class Owner>
 concept RegisterOwner = requires(Owner owner, unsigned slave, std::uint8_t byte) {
   { owner.permits(slave, RegisterAccess::read, byte) } -> std::same_as<bool>;
@@ -58,13 +55,13 @@ concept RegisterOwner = requires(Owner owner, unsigned slave, std::uint8_t byte)
   owner.execute(slave, ControlCommand::channels, true);
 };
 
-/// How a register server behaves where devices differ.
+/// The behaviour of a register server where devices differ.
 struct RegisterServerOptions {
-  /// R = W says "refused" (D2). Old devices repeat W as it was sent; their start bit never comes.
+  /// R = W means refused (D2). Old devices repeat W as it was sent and never send the start bit.
   bool w_inversion = true;
   /// S of every byte but the first comes this many frames later than it could (an iC-MHM: 1; AN22).
   std::uint16_t busy_frames = 0;
-  /// P = 1 behind so many bytes of one access (D2: up to 64).
+  /// P = 1 after this many bytes of one access (D2: up to 64).
   std::uint8_t sequence_bytes = sequential_max_bytes;
 };
 
@@ -72,11 +69,10 @@ struct RegisterServerOptions {
 
 namespace biss::slave_detail {
 
-// ----
-// Who has which ID in this control frame: told by the bits IDL0 … IDL8 on CDS.
+// ---- The IDs of a device in this control frame: bits IDL0 … IDL8 on CDS
 
-/// The IDs of one device. A slave without one that sees 0 at IDL index k takes ID k and makes it 1;
-/// one that sees 1 waits. Assigned anew in every control frame (D2).
+/// The IDs of one device. A slave without an ID that sees 0 at IDL index k takes ID k and makes it
+/// 1; one that sees 1 waits. IDs are assigned again in every control frame (D2).
 template <unsigned Ids>
 class IdAssignment {
   static_assert(Ids >= 1 && Ids <= control_max_slaves);
@@ -91,7 +87,7 @@ class IdAssignment {
   /// The bit to send at this index, 0 … 8. \param predecessor the bit that came at it
   constexpr bool take(unsigned index, bool predecessor) {
     if (predecessor) return true;
-    if (index >= control_max_slaves) return next_ < Ids;  // IDL8: there are more
+    if (index >= control_max_slaves) return next_ < Ids;  // IDL8: more slaves follow
     if (slave_of_[index] != none) return true;
     if (next_ == Ids) return false;
     slave_of_[index] = next_++;
@@ -124,8 +120,7 @@ class IdAssignment {
   std::uint8_t silent_ = 0;
 };
 
-// ----
-// A command's bits behind its header: IDA and EX, or EX at once where all slaves are meant.
+// ---- A command's bits after its header: IDA and EX, or EX at once for a broadcast
 
 template <RegisterOwner Owner, unsigned Ids>
 class CommandAnswer {
@@ -138,7 +133,7 @@ class CommandAnswer {
     done_ = false;
   }
 
-  /// The next CDM bit. \return the CDS bit with its index
+  /// Takes the next CDM bit. \return the CDS bit with its index
   constexpr bool take(bool bit, IdAssignment<Ids>& ids, Owner& owner) {
     const unsigned index = index_++;
     if (index == (slaves_ == 0 ? control_bit::ex_broadcast : control_bit::ex_addressed)) {
@@ -150,7 +145,7 @@ class CommandAnswer {
     return !done_ && slaves_ != 0 && answer(index - control_bit::ida, ids, owner);
   }
 
-  /// Executed, dropped or broken off.
+  /// Executed, dropped or aborted.
   constexpr bool done() const { return done_; }
 
  private:
@@ -191,16 +186,16 @@ namespace biss {
 /// Answers for one device with `Ids` slaves, each of which takes an ID: slave 0 the lowest. In a
 /// BiSS frame the channels of the highest ID come first.
 ///
-/// Whatever the master sends, 14 zeros bring the server back; before the first 14 it is silent.
-/// Command 01 it executes itself: an addressed slave that accepts it takes no ID any more, the
-/// broadcast takes that back.
+/// Whatever the master sends, 14 zeros reset the server; before the first 14 it is silent. It
+/// executes command 01 itself: an addressed slave that accepts it takes no ID any more, and the
+/// broadcast reverses that.
 template <RegisterOwner Owner, unsigned Ids = 1>
 class RegisterServer {
  public:
   constexpr explicit RegisterServer(Owner owner, const RegisterServerOptions& chosen = {})
       : owner_(owner), options_(chosen) {}
 
-  /// The CDS bit of the frame under way. Frames that end before CDS do not ask.
+  /// The CDS bit of the current frame; not called for a frame that ends before CDS.
   /// \param predecessor what SLI brought, false where the device is not chained
   constexpr bool cds(bool predecessor) {
     if (phase_ == Phase::header && index_ < control_bit::idl_end) {
@@ -209,7 +204,7 @@ class RegisterServer {
     return predecessor || out_;
   }
 
-  /// The CDM bit that has ended a frame.
+  /// Takes the CDM bit that ended a frame.
   constexpr void cdm(bool bit) {
     out_ = false;
     zeros_ = bit ? 0 : static_cast<std::uint8_t>(zeros_ + 1);
@@ -308,12 +303,12 @@ class RegisterServer {
     const bool reading = access_ == RegisterAccess::read;
     const bool understood = w != reading;
     const bool permitted = understood && owner_.permits(slave_, access_, address_);
-    // Refused is R = W; without the inversion W comes back as it was.
+    // Refused is R = W; without the inversion, W is repeated.
     out_ = permitted || !options_.w_inversion ? w : reading;
     return permitted ? Phase::byte_start : Phase::silent;
   }
 
-  // S has come.
+  // S was received.
   constexpr Phase start_byte() {
     if (bytes_ != 0 && busy_ != 0) {
       --busy_;
@@ -370,10 +365,10 @@ class RegisterServer {
   slave_detail::CommandAnswer<Owner, Ids> command_;
   Phase phase_ = Phase::silent;
   std::uint8_t zeros_ = 0;
-  std::uint8_t index_ = 0;  // k of the last CDM bit; means nothing behind the header
+  std::uint8_t index_ = 0;  // k of the last CDM bit; undefined after the header
   bool out_ = false;        // CDS of the next frame
-  std::uint32_t word_ = 0;  // bits as they come or go
-  std::uint8_t bits_ = 0;   // of the byte under way
+  std::uint32_t word_ = 0;  // bits received or to send
+  std::uint8_t bits_ = 0;   // of the current byte
   std::uint8_t bytes_ = 0;  // of this access
   std::uint16_t busy_ = 0;
   RegisterAccess access_ = RegisterAccess::read;

@@ -1,12 +1,12 @@
 // The encoder's side of the line, as a stepper: MA, SLI and time in, SLO and the next deadline out.
 //
 //   struct Encoder {
-//     BasicFrame<1> sample(Picoseconds moment);  // the channels' values as of that moment
-//     bool cds(bool predecessor);                // the CDS bit, asked when it is sent
-//     void cdm(bool bit);                        // the CDM bit, told when a frame has ended
+//     BasicFrame<1> sample(Picoseconds moment);  // the channels' values at that moment
+//     bool cds(bool predecessor);                // the CDS bit, requested when it is sent
+//     void cdm(bool bit);                        // the CDM bit, after a frame has ended
 //   };
 //   Slave slave(codec, slave_timing(device), Encoder{});
-//   StepOutput out = slave.step(now, ma, sli);   // at each change of an input, and at out.deadline
+//   StepOutput out = slave.step(now, ma, sli);  // at each change of an input, and at out.deadline
 //
 // After the protocol description D2 and Renishaw's data sheet, without cable and internal delay.
 #pragma once
@@ -28,27 +28,27 @@
 
 namespace biss {
 
-// ----
-// How one slave behaves in time: a device of a type that DeviceTiming describes, with one value
-// where the type has a range.
+// ---- The timing of one slave
 
-/// The defaults: position taken at LAT, an answer ready at once, the longest timeout.
+/// The timing of one slave: a device of a type that DeviceTiming describes, with one value where
+/// the type has a range. The defaults: position sampled at LAT, answer ready at once, the longest
+/// timeout.
 struct SlaveTiming {
   /// From the first rising edge of MA (LAT) to the moment whose position is sent; not negative.
   Picoseconds sampling{};
-  /// From LAT: START never comes before; nor before the sampling moment.
+  /// From LAT: START never comes before this, nor before the sampling moment.
   Picoseconds start_min{};
   /// From the second rising edge (ACK) until the answer is ready: START comes with the first rising
-  /// edge at that moment or later, the third at the earliest.
+  /// edge at or after that moment, at the earliest with the third.
   Picoseconds ready{};
-  /// Clocks of ACK where the device always takes the same, in place of start_min and ready; 0: not
-  /// fixed.
+  /// Clocks of ACK of a device that always takes the same number, in place of start_min and ready;
+  /// 0: not fixed.
   std::uint16_t ack_clocks = 0;
   /// START comes this many clocks later than it could ("busy_s").
   std::uint8_t busy_s_clocks = 0;
-  /// By the rule `cycle` the time is to be longer than 1.5 periods of MA.
+  /// With the rule `cycle`, the time must be longer than 1.5 periods of MA.
   Timeout timeout{};
-  /// The timeout while the period of MA is not yet measured, where the rule is `adaptive`; and the
+  /// With the rule `adaptive`, the timeout while the period of MA is not yet measured, and the
   /// longest that a measured one can be, so that MA held high always ends a frame.
   Picoseconds static_timeout = biss_static_timeout_max;
   /// SLI comes from another slave. False: SLI is tied low, and this slave makes START and STOP.
@@ -57,8 +57,8 @@ struct SlaveTiming {
   constexpr bool operator==(const SlaveTiming&) const = default;
 };
 
-/// A typical device of this type.
-/// \param ready from ACK until it has its answer; more than the type's longest is cut to that
+/// The timing of a typical device of this type.
+/// \param ready from ACK until it has its answer; limited to the type's longest
 constexpr SlaveTiming slave_timing(const DeviceTiming& timing, Picoseconds ready = {}) {
   return {.sampling = timing.sampling_typical,
           .start_min = timing.start_min,
@@ -67,8 +67,7 @@ constexpr SlaveTiming slave_timing(const DeviceTiming& timing, Picoseconds ready
           .timeout = timing.timeout};
 }
 
-// ----
-// What a slave waits for, and what it asks of its owner.
+// ---- The state of a slave, and its owner
 
 /// What a slave waits for.
 enum class SlaveState : std::uint8_t {
@@ -95,10 +94,9 @@ constexpr std::string_view name_of(SlaveState state) {
 
 /// The owner of a slave; see the top of this file.
 ///
-/// `cds(predecessor)` gives the bit to send; `predecessor` is what SLI brought, 0 where the slave
-/// is not chained. An owner with nothing of its own to say returns it. `cdm()` is told when the
-/// timeout after an ACK is over, also when the clock had stopped early: a frame may end without
-/// `cds()`.
+/// `cds(predecessor)` returns the bit to send; `predecessor` is what SLI brought, 0 where the slave
+/// is not chained. An owner without a bit to send returns it. `cdm()` is called when the timeout
+/// after an ACK is over, also when the clock stopped early: a frame may end without `cds()`.
 template <class Source, class Codec>
 concept SlaveSource = requires(Source source, Picoseconds moment) {
   { source.sample(moment) } -> std::convertible_to<typename Codec::Frame>;
@@ -106,18 +104,17 @@ concept SlaveSource = requires(Source source, Picoseconds moment) {
   source.cdm(true);
 };
 
-// ----
-// What a chained slave has heard from its predecessor and not yet passed on.
+// ---- The bits from the predecessor in a chain
 
-/// Enough for CDS and the widest payload of all others, behind a START that had to wait as long as
-/// BiSS C allows. A power of two.
+/// Room for CDS and the longest payload of all others, after a START that waited as long as BiSS C
+/// allows. A power of two.
 inline constexpr std::size_t slave_chain_bits = 1024;
 static_assert(slave_chain_bits >= 1 + (max_channels - 1) * max_channel_bits + biss_ack_max_clocks);
 
 namespace slave_detail {
 
-/// From START on first in, first out; a full one drops what comes, an empty one gives 0, as a line
-/// after STOP.
+/// First in, first out, from START on. When full, it drops new bits; when empty, it returns 0, as a
+/// line after STOP.
 template <std::size_t CapacityBits>
 class ChainBits {
   static_assert(CapacityBits % 32 == 0);
@@ -125,20 +122,21 @@ class ChainBits {
  public:
   constexpr void clear() {
     first_ = size_ = 0;
-    heard_ = Heard::nothing;
+    received_ = Received::nothing;
   }
 
-  /// SLI as it is at a falling edge. START is the first 1 behind a 0; it is made anew, not stored.
-  constexpr void hear(bool sli) {
-    if (heard_ == Heard::start) {
+  /// Takes SLI at a falling edge. START is the first 1 after a 0; it is not stored but generated
+  /// again.
+  constexpr void receive(bool sli) {
+    if (received_ == Received::start) {
       push(sli);
     } else if (!sli) {
-      heard_ = Heard::ack;
-    } else if (heard_ == Heard::ack) {
-      heard_ = Heard::start;
+      received_ = Received::ack;
+    } else if (received_ == Received::ack) {
+      received_ = Received::start;
     }
   }
-  constexpr bool started() const { return heard_ == Heard::start; }
+  constexpr bool started() const { return received_ == Received::start; }
 
   constexpr bool pop() {
     if (size_ == 0) return false;
@@ -149,8 +147,8 @@ class ChainBits {
   }
 
  private:
-  // What the predecessor has sent.
-  enum class Heard : std::uint8_t { nothing, ack, start };
+  // What the predecessor has sent so far.
+  enum class Received : std::uint8_t { nothing, ack, start };
 
   constexpr void push(bool bit) {
     if (size_ == CapacityBits) return;
@@ -163,15 +161,15 @@ class ChainBits {
   std::array<std::uint32_t, CapacityBits / 32U> words_{};
   std::size_t first_ = 0;
   std::size_t size_ = 0;
-  Heard heard_ = Heard::nothing;
+  Received received_ = Received::nothing;
 };
 
-/// A slave that stands alone has none.
+/// For a slave that is not chained.
 template <>
 class ChainBits<0> {
  public:
   constexpr void clear() {}
-  constexpr void hear(bool) {}
+  constexpr void receive(bool) {}
   constexpr bool started() const { return false; }
   constexpr bool pop() { return false; }
 };
@@ -182,8 +180,7 @@ class ChainBits<0> {
 
 namespace biss::slave_detail {
 
-// ----
-// A sampled position as the bits that go out.
+// ---- The bits of a frame
 
 /// All channels of one frame, each with its CRC, in the order on the line.
 template <class Codec>
@@ -208,8 +205,8 @@ class PayloadBits {
     }
   }
 
-  /// Makes up to 63 more bits ready; false when all have been sent.
-  /// \pre none is ready
+  /// Loads up to 63 more bits; false when all have been sent.
+  /// \pre next() returned false
   constexpr bool load() {
     const auto count =
         static_cast<unsigned>(std::min<std::size_t>(63, bits_.size_bits() - loaded_bits_));
@@ -219,7 +216,7 @@ class PayloadBits {
     return true;
   }
 
-  /// Gives the next bit that is ready; false: none is, and `bit` is as it was.
+  /// Takes the next loaded bit; false: there is none, and `bit` is unchanged.
   constexpr bool next(bool& bit) {
     const std::uint64_t rest = word_ << 1U;
     if (rest == 0) return false;
@@ -232,19 +229,18 @@ class PayloadBits {
   static constexpr std::size_t channels = std::tuple_size_v<decltype(Frame::channel_list)>;
 
   BitBuffer<channels * max_channel_bits> bits_;
-  // The bits that are ready from the top down, and a 1 behind the last.
+  // The loaded bits from the top down, with a 1 after the last.
   static constexpr std::uint64_t empty = std::uint64_t{1} << 63U;
   std::uint64_t word_ = empty;
   std::uint16_t loaded_bits_ = 0;
 };
 
-// ----
-// When a frame is over: the three rules for the timeout as one, "not before `floor`, and not sooner
-// after the last edge of MA than `wait`".
+// ---- When a frame ends: the three timeout rules as one, "not before `floor`, and at least `wait`
+// after the last edge"
 
 class ReleaseTimer {
  public:
-  /// A request begins: MA's period is not known yet.
+  /// Begins a request: MA's period is not known yet.
   constexpr void begin(const SlaveTiming& timing, Picoseconds now) {
     restart(timing, now);
     wait_ = Picoseconds{};
@@ -252,7 +248,7 @@ class ReleaseTimer {
     if (timing.timeout.rule == TimeoutRule::adaptive) wait_ = timing.static_timeout;
   }
 
-  /// The second rising edge of MA, 1.5 periods after the begin.
+  /// The second rising edge of MA, 1.5 periods after begin().
   constexpr void measure(const SlaveTiming& timing, Picoseconds now) {
     reference_ = std::min(now - floor_begin_, timing.static_timeout);
     if (timing.timeout.rule == TimeoutRule::cycle) wait_ = release_wait(timing.timeout);
@@ -261,13 +257,13 @@ class ReleaseTimer {
     }
   }
 
-  /// The time of a cycle counts from here.
+  /// The time of a cycle starts here.
   constexpr void restart(const SlaveTiming& timing, Picoseconds now) {
     floor_begin_ = now;
     floor_ = timing.timeout.rule == TimeoutRule::cycle ? now + timing.timeout.time : now;
   }
 
-  /// The end of the frame when no edge follows this one.
+  /// The end of the frame if no edge follows this one.
   constexpr Picoseconds after(Picoseconds edge) const { return std::max(floor_, edge + wait_); }
   /// The same, where the end without this edge is known.
   constexpr void extend(Picoseconds& end, Picoseconds edge) const {
@@ -279,8 +275,8 @@ class ReleaseTimer {
   constexpr Picoseconds reference() const { return reference_; }
 
  private:
-  // As release_time(), from the 1.5 periods that were measured: half a period is a third of them. A
-  // microcontroller would call a division of 64 bits; this is exact up to 2 ms.
+  // Like release_time(), from the measured 1.5 periods: half a period is a third of them. A
+  // microcontroller would call a 64-bit division; this is exact up to 2 ms.
   constexpr Picoseconds release_wait(const Timeout& timeout) const {
     const Picoseconds half{(reference_.count * 0x5555'5556) >> 32U};
     return reference_ + half * (timeout.release_half_periods - std::int64_t{3});
@@ -298,19 +294,19 @@ namespace biss {
 
 /// One slave with the channels of the codec's format.
 ///
-/// `ChainBits` is the memory for a predecessor's bits; 0 spares it where no slave is chained.
+/// `ChainBits` is the memory for a predecessor's bits; 0 where no slave is chained.
 template <class Codec, SlaveSource<Codec> Source, std::size_t ChainBits = slave_chain_bits>
 class Slave {
  public:
-  /// Idle, MA taken for high. \pre timing is not chained where ChainBits is 0
+  /// Idle, with MA high. \pre timing is not chained where ChainBits is 0
   constexpr Slave(const Codec& codec, const SlaveTiming& timing, Source source)
       : codec_(codec), source_(source), timing_(timing) {}
 
-  /// To be called at each change of `ma` or `sli` and at the deadline; any further call does no
-  /// harm. What was due by `now` happens first, so that an edge at the moment of sampling finds the
-  /// position taken, and one at the end of the timeout finds the slave idle.
+  /// To be called at each change of `ma` or `sli` and at the deadline; further calls change
+  /// nothing. What was due by `now` happens first, so that an edge at the moment of sampling finds
+  /// the position taken, and one at the end of the timeout finds the slave idle.
   /// \param now not before the last step's
-  /// \param sli of a slave that is not chained: not looked at
+  /// \param sli ignored where the slave is not chained
   constexpr StepOutput step(Picoseconds now, bool ma, bool sli) {
     if (!step_in_data(now, ma, sli)) step_apart(now, ma, sli);
     return {level_, due_};
@@ -318,32 +314,32 @@ class Slave {
 
   constexpr SlaveState state() const { return state_; }
   constexpr const SlaveTiming& timing() const { return timing_; }
-  /// Another behaviour from now on; \pre as for the constructor, and state() is idle
+  /// Changes the timing. \pre as for the constructor, and state() is idle
   constexpr void set_timing(const SlaveTiming& timing) { timing_ = timing; }
   /// Whether its channels are in the frame, from the next request on; at first they are. Without
-  /// them CDS is followed by STOP or the predecessor's channels, nothing is sampled, and the answer
-  /// waits for no position: only clocks of ACK and busy_s that the device always takes remain. May
-  /// be called from within the owner's calls.
+  /// them, CDS is followed by STOP or the predecessor's channels, nothing is sampled, and the
+  /// answer waits for no position: only fixed clocks of ACK and busy_s remain. May be called from
+  /// the owner's functions.
   constexpr void set_channels_active(bool active) { channels_active_ = active; }
   constexpr bool channels_active() const { return channels_active_; }
   constexpr Source& source() { return source_; }
   constexpr const Codec& codec() const { return codec_; }
 
  private:
-  // Most edges are clocks of data. False: this is none, and nothing was done.
+  // Most edges are clocks of data. False: this edge is not, and nothing was done.
   constexpr bool step_in_data(Picoseconds now, bool ma, bool sli) {
     if (awaited_ != static_cast<std::uint8_t>(ma) || now.count >= due_.count) return false;
     if (ma) {
       if (!payload_.next(level_)) return false;
     } else {
-      hear(sli);
+      receive(sli);
     }
     awaited_ = static_cast<std::uint8_t>(!ma);
     timer_.extend(due_, now);
     return true;
   }
 
-  // Apart, so that it takes no registers from step_in_data().
+  // Not inlined, so that step_in_data() keeps its registers.
   [[gnu::noinline, gnu::cold]] constexpr void step_apart(Picoseconds now, bool ma, bool sli) {
     if (state_ == SlaveState::data) ma_ = awaited_ == 0;
     if (now >= due_) expire(now, sli);
@@ -399,8 +395,8 @@ class Slave {
     if (state_ == SlaveState::idle) {
       begin_request(now);
     } else if (state_ != SlaveState::latched) {
-      hear(sli);
-      // As long as a clock that has stopped: nothing that follows belongs to the frame.
+      receive(sli);
+      // As long as a stopped clock: what follows is not part of the frame.
       paused_ = now - last_edge_ > timer_.reference();
     }
     arm(now);
@@ -443,8 +439,8 @@ class Slave {
     return false;
   }
 
-  constexpr void hear(bool sli) {
-    if (timing_.chained) chain_.hear(sli);
+  constexpr void receive(bool sli) {
+    if (timing_.chained) chain_.receive(sli);
   }
 
   constexpr void ignore_request(Picoseconds begin) {
@@ -503,7 +499,7 @@ class Slave {
   SlaveState state_ = SlaveState::idle;
   static constexpr std::uint8_t nothing_awaited = 2;
   std::uint8_t awaited_ = nothing_awaited;  // MA's next level in the state data
-  bool ma_ = true;                          // MA; in the state data it is the other one
+  bool ma_ = true;                          // MA; in the state data, its inverse is in awaited_
   bool level_ = true;
   bool cdm_open_ = false;  // a frame's CDM is still to come
   bool channels_active_ = true;

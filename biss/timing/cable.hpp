@@ -1,6 +1,6 @@
-// How long a cable may be, and what it does to sampling. The figures are Renishaw's ("BiSS C-mode
-// (unidirectional)", "Line delay compensation" and "Timing information"); for encoders of others
-// they are a rule of thumb, nothing better is published.
+// Cable length and sampling. The figures are Renishaw's ("BiSS C-mode (unidirectional)", "Line
+// delay compensation" and "Timing information"). For other encoders they are a rule of thumb;
+// nothing better is published.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace biss {
 /// Delay of a cable, to the encoder and back: 10 ns/m.
 constexpr Picoseconds cable_delay(Millimetres cable) { return picoseconds(10 * cable.count); }
 
-/// MA to SLO as the master sees it: the cable and what passes inside the encoder.
+/// The delay from MA to SLO at the master: cable and encoder.
 constexpr Picoseconds line_delay(Millimetres cable, Picoseconds internal_delay) {
   return cable_delay(cable) + internal_delay;
 }
@@ -28,15 +28,15 @@ constexpr std::optional<Millimetres> cable_max_compensated(Hertz clock) {
   return std::nullopt;
 }
 
-/// The longest cable for a master that samples half a period after its own edge: the line delay may
-/// take a quarter of the period, the length is rounded down to 1 m, below 1 m to 0.5 m, and is
-/// never more than with compensation. None when not even 0.5 m is left.
+/// The longest cable for a master that samples half a period after its own edge. The line delay may
+/// take a quarter of the period. The length is rounded down to 1 m, below 1 m to 0.5 m, and is
+/// never more than with compensation. None when less than 0.5 m is left.
 /// \pre clock is not 0 Hz
 constexpr std::optional<Millimetres> cable_max_uncompensated(Hertz clock,
                                                              Picoseconds internal_delay) {
   const auto most = cable_max_compensated(clock);
   if (!most) return std::nullopt;
-  // Not through period_of(), whose rounding could push a length over the edge of a metre.
+  // Not by period_of(): its rounding could change the length by a step.
   const std::int64_t quarter = picoseconds_per_second / (std::int64_t{4} * clock.count);
   const std::int64_t length = (quarter - internal_delay.count) / cable_delay({1}).count;
   const std::int64_t step = length < 1'000 ? 500 : 1'000;
@@ -56,8 +56,8 @@ constexpr Picoseconds margin_uncompensated(Hertz clock, Picoseconds delay) {
   return period_of(clock) / 2 - delay;
 }
 
-/// The same with compensation: half a period, less the quarter that the line delay may vary within
-/// a frame (protocol description D2, row 8). \pre clock is not 0 Hz
+/// The same with compensation: half a period, less the quarter by which the line delay may vary
+/// within a frame (protocol description D2, row 8). \pre clock is not 0 Hz
 constexpr Picoseconds margin_compensated(Hertz clock) { return period_of(clock) / 4; }
 
 }  // namespace biss

@@ -1,4 +1,4 @@
-// The arithmetic of request cycles: how long one lasts, part by part, and how many fit in a second.
+// The arithmetic of request cycles: the duration of each part, and how many cycles fit in a second.
 #pragma once
 
 #include <algorithm>
@@ -9,22 +9,22 @@
 
 namespace biss {
 
-/// What a frame carries, as far as time is concerned.
+/// The size of a frame, as far as its duration depends on it.
 struct FrameLength {
   /// Bits of all channels, CRCs included, without START, CDS and STOP.
   unsigned payload_bits = 0;
-  /// Devices one behind the other; each after the first delays START by a clock. Several channels
-  /// of one device (BiSS Safety's two words) count as one.
+  /// Devices in a daisy chain; each after the first delays START by a clock. Several channels of
+  /// one device (BiSS Safety's two words) count as one.
   unsigned slaves = 1;
 };
 
 /// A request cycle with ACK at its longest; the parts add up to `total`.
 ///
-/// A request that begins `total` after the former, or later, is answered, also where that one sent
-/// CDM 1 and where it sent all of clocks_to_send. SLO is seen high by then, too, by a master that
-/// sends frame_clocks only (biss/master/request.hpp). Behind clocks_to_send SLO may still be seen
-/// low for up to the line delay; a master that takes that for "not ready" (SpiReader, unless the
-/// rule is `cycle`) asks so much later.
+/// A request that begins `total` or more after the previous one is answered, also where the
+/// previous one sent CDM 1 or all of clocks_to_send. A master that sends only frame_clocks
+/// (biss/master/request.hpp) sees SLO high by then. After clocks_to_send, SLO may still be seen low
+/// for up to the line delay; a master that takes that for "not ready" (SpiReader, unless the rule
+/// is `cycle`) must wait for the line delay in addition.
 struct CycleBudget {
   Picoseconds period{};      ///< of MA
   Picoseconds lat{};         ///< the clock that takes the position
@@ -45,8 +45,8 @@ struct CycleBudget {
   Hertz request_rate_max{};
 };
 
-/// SLO low after the last edge of MA; `elapsed` is what has passed since the start of the request.
-/// In whole clocks, rounded up; for TimeoutRule::cycle just the time.
+/// How long SLO stays low after the last edge of MA; `elapsed` is the time since the start of the
+/// request. In whole clocks, rounded up; for TimeoutRule::cycle the time itself.
 /// \pre period is positive
 constexpr Picoseconds timeout_after(const Timeout& timeout, Picoseconds period,
                                     Picoseconds elapsed) {
@@ -58,11 +58,11 @@ constexpr Picoseconds timeout_after(const Timeout& timeout, Picoseconds period,
   return clocks_to_cover(time, period) * period;
 }
 
-/// The shortest cycle by the formula of the protocol description D2: one clock
-/// each of LAT, ACK, START, CDS and STOP (one more for each further slave), the payload, and on top
-/// processing time, line delay and timeout, each rounded up to whole clocks. Where ACK is fixed in
-/// clocks it is just that. A timeout from the start of the request is not rounded; where the frame
-/// outlasts it, release_time() is counted. A time above a day (`never`, say) counts as a day.
+/// The shortest cycle by the formula of the protocol description D2: one clock each for LAT, ACK,
+/// START, CDS and STOP (one more for each further slave), the payload, and processing time, line
+/// delay and timeout, each rounded up to whole clocks. Where ACK is fixed in clocks, it is exactly
+/// that. A timeout from the start of the request is not rounded; where the frame is longer,
+/// release_time() is counted. A time above a day (`never`, for example) counts as a day.
 /// \pre clock is not 0 Hz, no time is negative, frame has at most max_payload_bits and 8 slaves
 constexpr CycleBudget cycle_budget(const FrameLength& frame, const DeviceTiming& timing,
                                    Hertz clock, Picoseconds line_delay) {
@@ -87,7 +87,7 @@ constexpr CycleBudget cycle_budget(const FrameLength& frame, const DeviceTiming&
   budget.frame_clocks = 1 + ack_clocks + 2 + frame.payload_bits + 1;
   budget.clocks_to_send = budget.frame_clocks + clocks_to_cover(line_delay, period);
 
-  // Up to the last edge of MA: for CDM 1 that is the falling one behind the last clock.
+  // Up to the last edge of MA: for CDM 1 the falling edge after the last clock.
   const Picoseconds elapsed = budget.clocks_to_send * period;
   budget.timeout = timeout_after(timeout, period, elapsed);
   budget.idle = std::max(std::min(timing.cycle_min, day) - elapsed - budget.timeout, Picoseconds{});
@@ -97,12 +97,12 @@ constexpr CycleBudget cycle_budget(const FrameLength& frame, const DeviceTiming&
   return budget;
 }
 
-/// Whether requests may come at this rate.
+/// Whether requests may be made at this rate.
 constexpr bool is_feasible(const CycleBudget& budget, Hertz rate) {
   return rate <= budget.request_rate_max;
 }
 
-/// Whether the device takes this clock.
+/// Whether the device accepts this clock.
 constexpr bool accepts_clock(const DeviceTiming& timing, Hertz clock) {
   return clock >= timing.clock_min && clock <= timing.clock_max;
 }

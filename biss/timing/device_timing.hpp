@@ -1,5 +1,5 @@
-// DeviceTiming: how an encoder behaves in time. Apart from FrameFormat, because the same bits come
-// from devices that differ.
+// DeviceTiming: how an encoder behaves in time. It is separate from FrameFormat, because devices
+// with the same bits differ in time.
 #pragma once
 
 #include <algorithm>
@@ -41,25 +41,26 @@ enum class TimeoutRule : std::uint8_t {
   cycle,     ///< a time after the start of the request (Renishaw)
 };
 
-/// How long SLO stays low behind a frame that outlasts its TimeoutRule::cycle, in half periods of
-/// MA after its last edge. Open: Renishaw's data sheet gives the time from the start of the request
-/// alone. Taken from the adaptive timeout (D2, row 6: 1.5 periods), so that STOP can be read.
+/// How long SLO stays low after a frame that is longer than its TimeoutRule::cycle, in half periods
+/// of MA after its last edge. Open: Renishaw's data sheet gives the time from the start of the
+/// request only. The value is that of the adaptive timeout (D2, row 6: 1.5 periods), so that STOP
+/// can be read.
 inline constexpr std::uint8_t biss_release_half_periods = 3;
-/// A slave that let go of SLO sooner would do so between two clocks.
+/// With less, a slave would release SLO between two clocks.
 inline constexpr std::uint8_t biss_release_half_periods_min = 2;
 
 struct Timeout {
   TimeoutRule rule = TimeoutRule::fixed;
-  /// For `fixed` and `cycle` the time; for `adaptive` what may come on top of 1.5 periods.
+  /// For `fixed` and `cycle` the time; for `adaptive` the most that is added to 1.5 periods.
   Picoseconds time = biss_static_timeout_max;
-  /// For `cycle`: SLO low after the last edge of MA at least, 2 or more; see above.
+  /// For `cycle`: the least time that SLO is low after the last edge of MA, 2 or more; see above.
   std::uint8_t release_half_periods = biss_release_half_periods;
 
   constexpr bool operator==(const Timeout&) const = default;
 };
 
-/// SLO low after the last edge of MA by the rule `cycle`, however long ago the request began;
-/// rounded up to a picosecond.
+/// How long SLO stays low after the last edge of MA by the rule `cycle`, whenever the request
+/// began; rounded up to a picosecond.
 constexpr Picoseconds release_time(const Timeout& timeout, Picoseconds period) {
   return (std::int64_t{timeout.release_half_periods} * period + picoseconds(1)) / 2;
 }
@@ -68,18 +69,18 @@ constexpr Picoseconds release_time(const Timeout& timeout, Picoseconds period) {
 struct DeviceTiming {
   Hertz clock_min = biss_clock_min;
   Hertz clock_max = biss_clock_max;
-  /// From the first rising edge of MA (LAT) to START, at least. 0: not known; two clocks always
-  /// pass.
+  /// From the first rising edge of MA (LAT) to START, at least. 0: not known; it is always two
+  /// clocks or more.
   Picoseconds start_min{};
   /// From the second rising edge of MA (ACK) until the encoder has its answer; START comes with the
   /// next rising edge.
   Picoseconds ack_max = biss_busy_max;
-  /// Clocks of ACK where the device always takes the same; 0: not fixed.
+  /// Clocks of ACK of a device that always takes the same number; 0: not fixed.
   std::uint16_t ack_clocks = 0;
   Timeout timeout{};
   /// MA to SLO inside the encoder, at most.
   Picoseconds internal_delay_max{};
-  /// From one request to the next, at least; 0: only what the frame needs.
+  /// From one request to the next, at least; 0: limited by the frame only.
   Picoseconds cycle_min{};
   /// When the position was taken, from the first rising edge of MA; all 0: at that edge.
   Picoseconds sampling_min{};
@@ -89,8 +90,8 @@ struct DeviceTiming {
   constexpr bool operator==(const DeviceTiming&) const = default;
 };
 
-/// ACK's bounds in clocks of this period. ACK ends on a rising edge, so its longest time is rounded
-/// up.
+/// The bounds of ACK in clocks of this period. ACK ends on a rising edge, so its longest time is
+/// rounded up.
 struct AckBounds {
   std::uint16_t min_clocks = 1;
   std::uint16_t max_clocks = biss_ack_max_clocks;

@@ -1,5 +1,5 @@
-// Measuring the line delay: from the master's second rising edge of MA to the first falling edge of
-// SLO it receives.
+// Measures the line delay: from the master's second rising edge of MA to the first falling edge of
+// SLO that it receives.
 #pragma once
 
 #include <algorithm>
@@ -32,14 +32,14 @@ constexpr std::string_view name_of(LineDelayError error) {
   return names[static_cast<std::size_t>(error)];
 }
 
-/// One measurement, 0 to 40 µs.
+/// One measurement, 0 to 40 µs. The two times may be any.
 /// \param second_rising_ma  as sent by the master
 /// \param first_falling_slo as received by the master
 /// \return the delay, before_request, or too_long
 constexpr Result<Picoseconds, LineDelayError> measure_line_delay(Picoseconds second_rising_ma,
                                                                  Picoseconds first_falling_slo) {
   if (first_falling_slo < second_rising_ma) return failure(LineDelayError::before_request);
-  // Of two times at opposite ends of their range the signed difference does not fit.
+  // The signed difference of two times at the ends of their range does not fit.
   const std::uint64_t delay = static_cast<std::uint64_t>(first_falling_slo.count) -
                               static_cast<std::uint64_t>(second_rising_ma.count);
   if (delay > static_cast<std::uint64_t>(biss_line_delay_max.count)) {
@@ -59,7 +59,7 @@ struct LineDelay {
   constexpr Picoseconds spread() const { return max - min; }
 };
 
-/// Averages line delays. Texas Instruments' firmware takes 8 of them.
+/// Averages line delays. Texas Instruments' firmware uses 8.
 class LineDelayMeter {
  public:
   static constexpr std::uint16_t usual_measurements = 8;
@@ -67,7 +67,7 @@ class LineDelayMeter {
   /// \pre wanted is not 0
   constexpr explicit LineDelayMeter(std::uint16_t wanted = usual_measurements) : wanted_(wanted) {}
 
-  /// Takes one of measure_line_delay(); dropped when there are as many as wanted.
+  /// Adds a result of measure_line_delay(); ignored when complete().
   /// \pre delay is 0 to 40 µs
   constexpr void add(Picoseconds delay) {
     if (complete()) return;
@@ -100,8 +100,8 @@ class LineDelayMeter {
   Picoseconds max_{};
 };
 
-/// When to sample: so many whole clocks, and `rest` (less than a period), after the rising edge of
-/// MA that made the bit.
+/// When to sample: `whole_clocks` periods and `rest` (less than a period) after the rising edge of
+/// MA that produced the bit.
 struct SamplingPoint {
   std::int64_t whole_clocks = 0;
   Picoseconds rest{};

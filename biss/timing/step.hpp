@@ -1,5 +1,5 @@
-// What a stepper answers: the level it drives, and when it wants to be called again. Time and
-// levels are arguments, nothing is fetched; the same step runs in a simulator and in firmware.
+// What a stepper returns: the level that it drives, and when to call it again. Time and levels are
+// arguments; the same step runs in a simulator and in firmware.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@ namespace biss {
 /// Later than any time: no deadline.
 inline constexpr Picoseconds never{std::numeric_limits<std::int64_t>::max()};
 
-/// One step's answer. Both hold until the next step.
+/// What one step returns. Both values hold until the next step.
 struct StepOutput {
   /// What the stepper drives from the time of this step on: the slave SLO, the master MA.
   bool level = true;

@@ -1,5 +1,5 @@
-// Turns from single-turn counts: signs right across zero both ways and at the first sample, and a
-// plain word when the turns cannot be known.
+// Turns from single-turn counts, with the right sign across zero in both directions and at the
+// first sample, and a state that says when the turns cannot be known.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace biss {
 
-/// What the number of turns is worth.
+/// How far the number of turns can be trusted.
 enum class TurnState : std::uint8_t {
   empty,      ///< no sample yet
   first,      ///< one sample: turns are 0 or what they were set to, no step was counted
@@ -21,11 +21,12 @@ enum class TurnState : std::uint8_t {
 
 /// Counts the turns of an encoder that repeats after 2^width counts.
 ///
-/// A step is taken the shortest way round, so the encoder must move less than half a turn between
-/// two samples; exactly half is ambiguous. Where samples are missing, what may have passed unseen
-/// is the largest step as often as intervals have passed, and half a turn of that is ambiguous.
+/// A step is taken in the shorter direction, so the encoder must move less than half a turn between
+/// two samples; exactly half a turn is ambiguous. Where samples are missing, the encoder may have
+/// moved by the largest step in each interval; half a turn of that is ambiguous.
 ///
-/// With a width of 1 every change is half a turn: it can tell rest from motion, nothing more.
+/// With a width of 1, every change is half a turn: it distinguishes standstill from motion, nothing
+/// more.
 class TurnCounter {
  public:
   /// The largest step that is just below half a turn.
@@ -77,12 +78,12 @@ class TurnCounter {
     return state_;
   }
 
-  /// Forgets everything but width and largest step.
+  /// Returns to the first state; width and largest step stay.
   constexpr void restart() { *this = TurnCounter(width_bits_, max_step_); }
 
   constexpr TurnState state() const { return state_; }
-  /// Whole turns, negative below the start; the best guess when ambiguous. Stays at its limit after
-  /// 2^63 turns.
+  /// Whole turns, negative below the start; an estimate when ambiguous. Limited to the range of its
+  /// type.
   constexpr std::int64_t turns() const { return turns_; }
   /// The last sample.
   constexpr std::uint64_t count() const { return count_; }
@@ -107,7 +108,7 @@ class TurnCounter {
 
   constexpr std::uint64_t mask() const { return low_mask(width_bits_); }
 
-  // Written as divisions, because products of 64-bit numbers do not fit.
+  // Divisions, because products of 64-bit numbers do not fit.
   constexpr bool is_certain(std::uint64_t step, std::uint64_t missed) const {
     if (step == half_ || too_fast_) return false;
     if (step != 0 && (step - 1) / max_step_ > missed) return false;

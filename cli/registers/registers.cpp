@@ -68,7 +68,7 @@ class Dumps {
     if (access.outcome != AccessOutcome::ok) {
       const bool refused = access.outcome == AccessOutcome::no_answer ||
                            access.outcome == AccessOutcome::no_such_slave ||
-                           access.outcome == AccessOutcome::refused_or_unheard;
+                           access.outcome == AccessOutcome::refused_or_not_addressed;
       if (written && access.address == reg::bsel && !refused) seen.bank.reset();
       return;
     }

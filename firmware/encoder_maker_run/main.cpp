@@ -175,7 +175,7 @@ void read_what_it_is() {
     expect(read(0, eds), "a bank of the EDS");
     expect(eds[0x3F] == biss::eds_checksum(eds) && eds[0] == 1, "its checksum and version");
     expect(!write(0x10, std::array<std::uint8_t, 1>{}), "the EDS can be written");
-    expect(line.session.outcome().error == ControlError::refused_or_unheard, "not refused");
+    expect(line.session.outcome().error == ControlError::refused_or_not_addressed, "not refused");
   }
 }
 

@@ -108,7 +108,7 @@ TEST_F(SimulatedRegisters, Outcomes_SayWhatBecameOfEachAccess) {
                    "--access", "write:0x48=0102", "--access", "read:0x48,2", "--access",
                    "0/command:user", "--access", "command:bypass", "--access", "read:0x72,8"});
   const std::vector<std::string> causes{
-      "refused", "no_such_slave",   "refused_or_unheard", "ok", "ok", "not_accepted",
+      "refused", "no_such_slave",   "refused_or_not_addressed", "ok", "ok", "not_accepted",
       "ok",      "next_unavailable"};
   ASSERT_EQ(rows.size(), causes.size());
   for (std::size_t i = 0; i < rows.size(); ++i) EXPECT_EQ(rows[i].at("outcome"), causes[i]) << i;

@@ -67,7 +67,7 @@ TEST_F(HeardRegisters, EveryKindOfAccess_HasItsRow) {
       told, testing::IsSupersetOf(
                 {std::string("0 read 0x20 11 ok"), std::string("0 read 0x23 88 ok"),
                  std::string("0 read 0x60  refused"), std::string("3 unknown 0x42  no_such_slave"),
-                 std::string("0 write 0x7F  refused_or_unheard")}));
+                 std::string("0 write 0x7F  refused_or_not_addressed")}));
   EXPECT_EQ(std::count_if(rows.begin(), rows.end(),
                           [](const Row& row) { return row.at("access") == "command"; }),
             1);

@@ -60,7 +60,7 @@ BISS_TEST(ConfigureHostile, CableCutAtAnyRequest_EndsAndNamesTheLine) {
                           (fault.cause == ConfigureError::control_failed && at < 100);
     BISS_ASSERT(expected) << "cut at " << at << ", cause " << static_cast<int>(fault.cause);
     // What is not as it was is told.
-    const LeftBehind left = line.cycle.configurator().left_behind();
+    const Unrestored left = line.cycle.configurator().unrestored();
     BISS_ASSERT_EQ(device.registers().bsel() != 0 && left.banks == 0, false) << "cut at " << at;
     BISS_ASSERT(state.channels || left.channels_off) << "cut at " << at;
   }
@@ -123,8 +123,8 @@ BISS_TEST(ConfigureHostile, DeviceThatIsBusyWithEachByte_MeetsTheBound) {
   BISS_ASSERT(line.run());
   BISS_EXPECT(line.cause() == ConfigureError::too_many_requests);
   BISS_EXPECT_EQ(line.cycle.configurator().requests(), 3'000U);
-  BISS_EXPECT(line.cycle.configurator().left_behind().channels_off);
-  BISS_EXPECT_EQ(line.cycle.configurator().left_behind().banks, 1);
+  BISS_EXPECT(line.cycle.configurator().unrestored().channels_off);
+  BISS_EXPECT_EQ(line.cycle.configurator().unrestored().banks, 1);
 }
 
 BISS_TEST(ConfigureHostile, NinthSlave_IsTooManyAndKeepsItsChannelsOff) {
@@ -147,6 +147,6 @@ BISS_TEST(ConfigureHostile, NinthSlave_IsTooManyAndKeepsItsChannelsOff) {
     }
     BISS_EXPECT(configurator.result().error().cause == ConfigureError::too_many_slaves);
     // The broadcast reached the ninth, which no command addresses.
-    BISS_EXPECT_EQ(configurator.left_behind().channels_off, switch_channels);
+    BISS_EXPECT_EQ(configurator.unrestored().channels_off, switch_channels);
   }
 }

@@ -76,7 +76,7 @@ BISS_TEST(Configure, RegistersOfAnMhm_GiveBp3With28BitsAndTheMasterReads) {
     BISS_EXPECT_EQ(device.registers().bsel(), 0);
     BISS_EXPECT(state.channels);
     BISS_EXPECT_EQ(state.channel_commands, 2U);
-    BISS_EXPECT(line.cycle.configurator().left_behind() == LeftBehind{});
+    BISS_EXPECT(line.cycle.configurator().unrestored() == Unrestored{});
     const auto frame = read_with(*result, device, line.now + microseconds(50), nanoseconds(delay));
     BISS_ASSERT(frame.ok());
     BISS_EXPECT_EQ(frame->channels()[0].position, 0x0ABC'DEF);
@@ -95,7 +95,7 @@ BISS_TEST(Configure, DeviceThatKeepsItsChannels_IsConfiguredAllTheSame) {
       const auto result = line.cycle.result();
       BISS_ASSERT(result.ok()) << "cause " << static_cast<int>(result.error().cause);
       BISS_EXPECT(!result->channels_were_switched);
-      BISS_EXPECT(line.cycle.configurator().left_behind() == LeftBehind{});
+      BISS_EXPECT(line.cycle.configurator().unrestored() == Unrestored{});
       const auto frame = read_with(*result, device, line.now + microseconds(50), nanoseconds(330));
       BISS_ASSERT(frame.ok());
       BISS_EXPECT_EQ(frame->channels()[0].position, position);
@@ -187,7 +187,7 @@ BISS_TEST(Configure, DeviceThatKeepsItsBsel_HasNothingToPutBack) {
     BISS_ASSERT(line.run());
     BISS_ASSERT(line.cycle.result().ok());
     BISS_EXPECT(line.cycle.result()->slaves()[0].eds_unused);
-    BISS_EXPECT(line.cycle.configurator().left_behind() == LeftBehind{});
+    BISS_EXPECT(line.cycle.configurator().unrestored() == Unrestored{});
   }
 }
 

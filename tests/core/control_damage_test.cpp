@@ -31,8 +31,8 @@ constexpr Error after_cds_flip(RegisterAccess access, unsigned slave, unsigned s
     return slave == index ? Error::no_such_slave : none;
   }
   if (index < control_bit::header_end) return Error::id_pattern;
-  if (index == control_bit::read) return read ? Error::unheard : Error::rw_pattern;
-  if (index == control_bit::write) return read ? Error::refused : Error::refused_or_unheard;
+  if (index == control_bit::read) return read ? Error::not_addressed : Error::rw_pattern;
+  if (index == control_bit::write) return read ? Error::refused : Error::refused_or_not_addressed;
   if (index == control_bit::byte_start) return Error::start_missing;
   if (index < control_bit::byte_start + control_byte_bits - 1) {
     return read ? Error::data_crc : Error::echo;
@@ -43,9 +43,10 @@ constexpr Error after_cds_flip(RegisterAccess access, unsigned slave, unsigned s
 /// The same for CDM from CTS on; a header that is damaged is heard by nobody.
 constexpr Error after_cdm_flip(RegisterAccess access, unsigned index) {
   const bool read = access == RegisterAccess::read;
-  if (index < control_bit::header_end) return read ? Error::unheard : Error::refused_or_unheard;
-  if (index == control_bit::read) return read ? Error::unheard : Error::rw_pattern;
-  if (index == control_bit::write) return read ? Error::refused : Error::refused_or_unheard;
+  if (index < control_bit::header_end)
+    return read ? Error::not_addressed : Error::refused_or_not_addressed;
+  if (index == control_bit::read) return read ? Error::not_addressed : Error::rw_pattern;
+  if (index == control_bit::write) return read ? Error::refused : Error::refused_or_not_addressed;
   if (index == control_bit::byte_start) return read ? Error::busy_too_long : Error::start_missing;
   if (index < control_bit::byte_start + control_byte_bits - 1) return read ? none : Error::echo;
   return none;

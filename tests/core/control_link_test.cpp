@@ -34,12 +34,12 @@ void every_address_of_every_slave() {
       registers.protection[address] = RegisterProtection::read_only;
       BISS_EXPECT(link.read(slave, address, byte));
       BISS_EXPECT(!link.write(slave, address, byte));
-      BISS_EXPECT(link.error() == Error::refused_or_unheard);
+      BISS_EXPECT(link.error() == Error::refused_or_not_addressed);
       registers.protection[address] = RegisterProtection::not_available;
       BISS_EXPECT(!link.read(slave, address, byte));
       BISS_EXPECT(link.error() == Error::refused);
       BISS_EXPECT(!link.write(slave, address, byte));
-      BISS_EXPECT(link.error() == Error::refused_or_unheard);
+      BISS_EXPECT(link.error() == Error::refused_or_not_addressed);
       registers.protection[address] = RegisterProtection::read_write;
     }
     BISS_EXPECT_EQ(registers.writes, register_count);
