@@ -3,8 +3,13 @@
 # while compiling?
 file(GLOB_RECURSE headers RELATIVE "${ROOT}" "${ROOT}/biss/*.hpp")
 list(TRANSFORM headers REPLACE "(.+)" "#include \"\\1\"")
-list(JOIN headers "\n" INCLUDES)
-configure_file("${ROOT}/tests/core/user.cpp" "${WORK_DIR}/user.cpp" @ONLY)
+list(JOIN headers "\n" headers)
+file(READ "${ROOT}/tests/core/user.cpp" text)
+string(REPLACE "// user.cmake puts every header of the core here." "${headers}" with_headers "${text}")
+if(with_headers STREQUAL text)
+  message(FATAL_ERROR "user.cpp has no place for the headers")
+endif()
+file(WRITE "${WORK_DIR}/user.cpp" "${with_headers}")
 set(warnings -Wall -Wextra -Wconversion -Wsign-conversion -Wshadow -Werror)
 execute_process(COMMAND ${COMPILER} -std=c++20 -fno-exceptions -fno-rtti ${warnings} "-I${ROOT}"
                         -DSTANDARD_FIRST -fsyntax-only "${WORK_DIR}/user.cpp"

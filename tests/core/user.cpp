@@ -59,12 +59,12 @@
 #define LSBFIRST 0
 #define MSBFIRST 1
 
-@INCLUDES @
+// user.cmake puts every header of the core here.
 
-    int codec,
-    setup, timing, reader, format, frame, bytes, clocks, bits, bounds, options, owner, source, plan,
-    channel, channels, slave, master, monitor, line, now, position, period, phase, state, level,
-    data, value, k, i, index, at, bank, registers, server, event, step_, last, first, end, begin_;
+int codec, setup, timing, reader, format, frame, bytes, clocks, bits, bounds, options, owner,
+    source, plan, channel, channels, slave, master, monitor, line, now, position, period, phase,
+    state, level, data, value, k, i, index, at, bank, registers, server, event, step_, last, first,
+    end, begin_;
 
 namespace user {
 
