@@ -56,7 +56,7 @@ coverage:  ## branch coverage of crc, frame, safety, timing, turns; fails below 
 	@scripts/coverage
 
 .PHONY: mutants
-mutants:  ## removes each check of biss/safety; fails unless each turns a test red
+mutants:  ## removes the checks of biss/safety one at a time; each must make a test fail
 	@scripts/install-packages build test coverage
 	@scripts/mutants
 
