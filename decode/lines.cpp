@@ -70,7 +70,7 @@ std::size_t score(const Lines& lines, std::span<const wire::Edge> edges,
                   const CycleReader& reader) {
   std::size_t sum = 0;
   Decoder decoder(reader, [&](const Cycle& cycle) {
-    if (cycle.status == CycleStatus::ok) sum += cycle.frame ? 1000U : 20U;
+    if (is_good(cycle.status)) sum += cycle.frame ? 1000U : 20U;
     if (cycle.status == CycleStatus::crc) sum += 10;
     if (cycle.ack) ++sum;
   });

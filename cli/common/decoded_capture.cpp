@@ -4,6 +4,7 @@
 
 #include "cli/common/message.hpp"
 #include "decode/decoder.hpp"
+#include "decode/polarity.hpp"
 #include "decode/statistics.hpp"
 
 namespace biss::cli {
@@ -26,7 +27,7 @@ void add_capture_options(Verb verb, CaptureArguments& arguments) {
           "Captures (VCD, event CSV, .sr, Saleae CSV, raw samples); several are read as one; - is "
           "standard input")
       .file(FileUse::read);
-  add_format_option(verb, arguments.device, false);
+  add_format_option(verb, arguments.device, false, "; none: check the structure alone");
   add_timing_options(verb, arguments.device);
   verb.add_option("--ma", arguments.ma, "The line that is MA")
       .type_name("NAME|FILE:NAME")
@@ -34,6 +35,13 @@ void add_capture_options(Verb verb, CaptureArguments& arguments) {
   verb.add_option("--slo", arguments.slo, "The line that is SLO")
       .type_name("NAME|FILE:NAME")
       .file(FileUse::read, file_of_line);
+  verb.add_flag("--invert-ma", arguments.invert_ma,
+                "The capture shows MA inverted; measured by default");
+  verb.add_flag("--invert-slo", arguments.invert_slo,
+                "The capture shows SLO inverted; measured by default");
+  add_duration_option(verb, "--resolution", into(arguments.resolution),
+                      "Edge timing uncertainty of the capture: its sample period where the file "
+                      "gives it, else 0");
   add_raw_options(verb, arguments.raw);
 }
 
@@ -51,7 +59,7 @@ ExitStatus DecodedCapture::open(const CaptureArguments& arguments,
   }
   const auto opened = input_.open(arguments.files, arguments.ma, arguments.slo, arguments.raw);
   if (opened != ExitStatus::done) return opened;
-  if (margin.resolution && !is_resolution(*margin.resolution)) {
+  if (arguments.resolution && !is_resolution(*arguments.resolution)) {
     return fail(ExitStatus::usage, "--resolution: from 0s to 1ms");
   }
   for (const std::string& output : outputs) {
@@ -61,9 +69,15 @@ ExitStatus DecodedCapture::open(const CaptureArguments& arguments,
     }
   }
   margin_ = {.compensated = !margin.no_compensation,
-             .resolution = margin.resolution.value_or(input_.sample_period())};
+             .resolution = arguments.resolution.value_or(input_.sample_period())};
   lines_ = find_capture_lines(input_, arguments.ma, arguments.slo, reader());
-  return lines_.status == ExitStatus::done ? lines_.status : fail(lines_.status, lines_.problem);
+  if (lines_.status != ExitStatus::done) return fail(lines_.status, lines_.problem);
+  decode::FoundLines& found = lines_.found;
+  found.lines.ma_inverted = arguments.invert_ma;
+  found.lines.slo_inverted = arguments.invert_slo;
+  found.lines = decode::find_polarity(found.lines, lines_.beginning, reader());
+  found.look_swapped = found.look_swapped && !found.lines.slo_inverted;
+  return ExitStatus::done;
 }
 
 Picoseconds DecodedCapture::interval() const {

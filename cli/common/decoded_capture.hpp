@@ -24,16 +24,19 @@ struct CaptureArguments {
   RawSamples raw;
   std::string ma;
   std::string slo;
+  /// The capture shows the inverse of the line. Where it is not given, the polarity is measured.
+  bool invert_ma = false;
+  bool invert_slo = false;
+  /// When not given, the sample period of the capture, or 0.
+  std::optional<Picoseconds> resolution;
 };
 
-/// FILE…, -f, --ma, --slo, the timing and the raw options.
+/// FILE…, -f, --ma, --slo, --invert-ma, --invert-slo, --resolution, the timing and the raw options.
 void add_capture_options(Verb verb, CaptureArguments& arguments);
 
-/// How `marginal` is to be judged.
+/// How `marginal` is judged.
 struct MarginArguments {
   bool no_compensation = false;
-  /// The capture's sample period, or 0, where the user does not say it.
-  std::optional<Picoseconds> resolution;
 };
 
 class DecodedCapture {

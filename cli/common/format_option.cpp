@@ -145,10 +145,12 @@ std::string read_ack(const FormatArguments& arguments, DeviceTiming& timing) {
 
 }  // namespace
 
-void add_format_option(Verb verb, FormatArguments& arguments, bool required) {
+void add_format_option(Verb verb, FormatArguments& arguments, bool required,
+                       const std::string& more) {
   verb.add_option("-f,--format", arguments.format,
                   "What the bits mean: items in line order (pos26,nE,nW,crc6), a name that "
-                  "'biss encoders' lists, or bp3:0x621E")
+                  "'biss encoders' lists, or bp3:0x621E" +
+                      more)
       .required(required)
       .type_name("FORMAT");
 }

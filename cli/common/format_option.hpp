@@ -25,7 +25,9 @@ struct FormatArguments {
 };
 
 /// Declares `-f, --format`. \pre arguments outlives the parsing
-void add_format_option(Verb verb, FormatArguments& arguments, bool required);
+/// \param more what the verb adds to the help of the option
+void add_format_option(Verb verb, FormatArguments& arguments, bool required,
+                       const std::string& more = {});
 /// Declares `--ack-max`, `--ack-clocks`, `--timeout`, `--release`, `--clock-max`, `--cycle-min`.
 void add_timing_options(Verb verb, FormatArguments& arguments);
 

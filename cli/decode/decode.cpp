@@ -143,18 +143,14 @@ void add_decode(Command& command) {
   add_capture_options(verb, options->capture);
   add_safety_options(verb, options->safety);
   verb.add_flag("--no-compensation", options->margin.no_compensation,
-                "The master samples half a period after its own edges of MA: column marginal is "
-                "judged by that, positions are read all the same");
-  add_duration_option(verb, "--resolution", into(options->margin.resolution),
-                      "Edges may have been so much earlier than the capture says, for column "
-                      "marginal; its sample period where the file tells it, else 0");
+                "Judge the column marginal for a master that samples half a period after its own "
+                "edges of MA; positions are unaffected");
   add_time_option(verb, "--since", into(options->since), "Only cycles that begin then or later");
   add_time_option(verb, "--until", into(options->until), "Only cycles that begin then or earlier");
   verb.add_option("--fail-on", options->fail_on,
-                  "Exit with 1 when such a row occurs: nE, nW, marginal, safety (a fault in the "
-                  "last column) "
-                  "or its verdicts, causes such as crc, or any: nE "
-                  "and every cause but cut_start and cut_end")
+                  "Exit with 1 when such a row occurs: nE, nW, marginal, safety (a fault in that "
+                  "column), one of its verdicts, a status such as crc, or any: nE and every status "
+                  "but ok, cut_start and cut_end")
       .delimiter(',')
       .type_name("CAUSE,...");
   add_output_option(verb, options->output);

@@ -184,7 +184,9 @@ std::string decode_summary(const decode::Statistics& statistics, const DecodedCa
   summary.title(fmt::format("{}: {} request cycle{}", capture.input().name(), statistics.cycles(),
                             statistics.cycles() == 1 ? "" : "s"));
   summary.entry("lines",
-                fmt::format("MA = {}, SLO = {}", names[found.lines.ma], names[found.lines.slo]),
+                fmt::format("MA = {}{}, SLO = {}{}", names[found.lines.ma],
+                            found.lines.ma_inverted ? " (inverted)" : "", names[found.lines.slo],
+                            found.lines.slo_inverted ? " (inverted)" : ""),
                 how_text(found.how));
   summary.entry("status", status_counts(statistics));
   if (capture.format()) {

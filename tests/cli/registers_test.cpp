@@ -82,6 +82,32 @@ TEST_F(HeardRegisters, RequestWithoutAnswer_BreaksItsAccessAlone) {
   EXPECT_EQ(rows[1].at("data"), "1E");
 }
 
+TEST_F(HeardRegisters, CaptureThatEndsInAnAccess_IsCutAndNotLost) {
+  const std::string whole = folder.path("line.csv");
+  ASSERT_EQ(run({"simulate", "--registers", dump, "-f", format, "--access", "read:0x42", "-o",
+                 whole, "--seed", "7"})
+                .status,
+            0);
+  const std::string text = content_of(whole);
+  std::size_t in_access = 0;
+  for (std::size_t cut = 1; cut < 60; ++cut) {
+    const std::size_t end = text.find('\n', text.size() * cut / 60) + 1;
+    folder.file("cut.csv", text.substr(0, end));
+    for (const Row& row :
+         rows_of(run({"registers", folder.path("cut.csv"), "-f", format, "--to", "csv"}).out)) {
+      EXPECT_THAT(row.at("outcome"), testing::AnyOf("cut_end", "ok")) << cut;
+      in_access += row.at("outcome") == "cut_end" ? 1U : 0U;
+    }
+  }
+  EXPECT_GT(in_access, 20U);
+}
+
+TEST_F(HeardRegisters, SequentialAccess_IsOneAccessOfManyBytes) {
+  heard({"--access", "read:0x00,36", "--access", "write:0x48=55"});
+  const Outcome read = run({"registers", capture});
+  EXPECT_THAT(read.err, HasSubstr("2 accesses (37 bytes or commands)"));
+}
+
 TEST_F(HeardRegisters, CaptureWithoutControl_SaysSo) {
   ASSERT_EQ(run({"simulate", "-f", "resolute-26", "-o", capture}).status, 0);
   const Outcome read = run({"registers", capture});

@@ -1,4 +1,5 @@
 // What `biss simulate` writes, `biss decode` reads: every undamaged cycle is right.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -8,6 +9,9 @@
 
 namespace biss::cli {
 namespace {
+
+using testing::HasSubstr;
+using testing::Not;
 
 constexpr const char* usual_format = "pos26,nE,nW,crc6";
 
@@ -139,9 +143,10 @@ TEST(DecodeVerb, StandardInput_IsReadLikeAFile) {
   EXPECT_EQ(piped.out, run({"decode", capture, "-f", usual_format, "--to", "csv"}).out);
 }
 
-TEST(DecodeVerb, WithoutFormat_GivesTheElevenColumnsWithStatusAndRaw) {
+TEST(DecodeVerb, WithoutFormat_NothingIsCalledOk) {
   const Folder folder;
-  const auto outcome = run({"decode", csv_capture(folder), "--to", "csv"});
+  const std::string capture = csv_capture(folder);
+  const auto outcome = run({"decode", capture, "--to", "csv"});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_EQ(outcome.out.substr(0, outcome.out.find('\n')),
             "cycle,time_ns,status,position,nE,nW,crc_ok,line_delay_ns,ack_ns,clock_hz,raw,marginal,"
@@ -149,10 +154,17 @@ TEST(DecodeVerb, WithoutFormat_GivesTheElevenColumnsWithStatusAndRaw) {
   const auto rows = rows_of(outcome.out);
   ASSERT_EQ(rows.size(), 20U);
   for (const Row& row : rows) {
-    EXPECT_EQ(row.at("status"), "ok");
-    EXPECT_EQ(row.at("position") + row.at("crc_ok"), "");
-    EXPECT_FALSE(row.at("raw").empty());
+    EXPECT_EQ(row.at("status"), "unchecked");
+    EXPECT_EQ(row.at("position") + row.at("nE") + row.at("nW") + row.at("crc_ok"), "");
+    EXPECT_EQ(row.at("raw").substr(0, 3), "0x1");
   }
+  EXPECT_THAT(outcome.err, HasSubstr("20 unchecked"));
+  EXPECT_THAT(outcome.err, HasSubstr("give -f FORMAT"));
+  EXPECT_THAT(outcome.err, Not(HasSubstr("nE = 0")));
+  EXPECT_EQ(run({"decode", capture, "--fail-on", "any"}).status, 1);
+  EXPECT_EQ(run({"decode", capture, "--fail-on", "crc"}).status, 0);
+  EXPECT_EQ(run({"decode", capture, "-f", "none", "--to", "csv"}).out, outcome.out);
+  EXPECT_EQ(run({"crc", "-f", "none", "5"}).status, 2);
 }
 
 std::string header_for(const Folder& folder, const std::string& format) {

@@ -1,0 +1,94 @@
+#include "decode/polarity.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+#include "decode/times.hpp"
+
+namespace biss::decode {
+
+namespace {
+
+constexpr std::size_t edges_to_try = 40'000;
+
+// The edges of MA and SLO alone.
+std::vector<wire::Edge> edges_of(const Lines& lines, std::span<const wire::Edge> edges) {
+  std::vector<wire::Edge> pair;
+  for (const wire::Edge& edge : edges) {
+    if (edge.line != lines.ma && edge.line != lines.slo) continue;
+    pair.push_back(edge);
+    if (pair.size() == edges_to_try) break;
+  }
+  return pair;
+}
+
+// How well the cycles read in one polarity.
+struct Reading {
+  Lines lines;
+  std::size_t cycles = 0;
+  std::size_t good = 0;
+  // START was found, whatever came after it.
+  std::size_t answered = 0;
+  Picoseconds longest_period{};
+
+  bool is_mostly_good() const { return 2 * good > cycles; }
+  bool is_better_than(const Reading& other) const {
+    return good != other.good ? good > other.good : answered > other.answered;
+  }
+};
+
+Reading read(const Lines& lines, std::span<const wire::Edge> edges, const CycleReader& reader) {
+  Reading reading{.lines = lines};
+  Decoder decoder(reader, [&](const Cycle& cycle) {
+    ++reading.cycles;
+    if (is_good(cycle.status)) ++reading.good;
+    if (cycle.ack) ++reading.answered;
+    if (cycle.period) reading.longest_period = std::max(reading.longest_period, *cycle.period);
+  });
+  decoder.push(edges, lines);
+  decoder.finish(edges.empty() ? Picoseconds{} : edges.back().time);
+  return reading;
+}
+
+// Whether MA, as the capture shows it, is low in the last idle gap before most requests.
+bool rests_low(wire::LineIndex ma, std::span<const wire::Edge> edges, Picoseconds period) {
+  std::int64_t low = 0;
+  std::optional<wire::Edge> last;
+  std::optional<wire::Level> rest;
+  for (const wire::Edge& edge : edges) {
+    if (edge.line != ma) continue;
+    if (last && 4 * elapsed(last->time, edge.time) > 5 * period) {
+      rest = last->level;
+    } else if (rest) {
+      low += *rest == wire::Level::low ? 1 : -1;
+      rest.reset();
+    }
+    last = edge;
+  }
+  return low > 0;
+}
+
+}  // namespace
+
+Lines find_polarity(const Lines& lines, std::span<const wire::Edge> beginning,
+                    const CycleReader& reader) {
+  const std::vector<wire::Edge> edges = edges_of(lines, beginning);
+  const Reading as_is = read(lines, edges, reader);
+  const bool low = !lines.ma_inverted && as_is.longest_period.count != 0 &&
+                   rests_low(lines.ma, edges, as_is.longest_period);
+  Reading best = as_is;
+  const auto try_other = [&](bool ma_inverted, bool slo_inverted) {
+    const Reading other = read({lines.ma, lines.slo, ma_inverted, slo_inverted}, edges, reader);
+    const bool as_good = ma_inverted && !best.lines.ma_inverted && other.answered != 0 &&
+                         !best.is_better_than(other);
+    if (as_good || other.is_better_than(best)) best = other;
+  };
+  if (low) try_other(true, lines.slo_inverted);
+  if (best.is_mostly_good() || lines.slo_inverted) return best.lines;
+  if (low) try_other(true, true);
+  if (!best.is_mostly_good()) try_other(lines.ma_inverted, true);
+  return best.lines;
+}
+
+}  // namespace biss::decode

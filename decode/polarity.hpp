@@ -1,0 +1,18 @@
+// Whether a capture shows MA and SLO inverted.
+#pragma once
+
+#include <span>
+
+#include "decode/decoder.hpp"
+
+namespace biss::decode {
+
+/// The same lines with the polarity that fits best.
+///
+/// MA is inverted where it rests low before most requests and the cycles read no worse that way.
+/// SLO is inverted where most cycles are good only that way. What `lines` says already is kept.
+/// \param beginning edges from the beginning of the capture
+Lines find_polarity(const Lines& lines, std::span<const wire::Edge> beginning,
+                    const CycleReader& reader);
+
+}  // namespace biss::decode

@@ -1,0 +1,169 @@
+// What the summary of `decode` proposes works, and what it says about the lines is true.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "tests/cli/run_command.hpp"
+
+namespace biss::cli {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+using Words = std::vector<std::string>;
+
+constexpr const char* format = "pos26,nE,nW,crc6";
+
+std::string simulate(const Folder& folder, const Words& more = {}) {
+  const std::string capture = folder.path("line.csv");
+  Words words{"simulate", "-f",     format, "--clock", "1MHz", "--cycles",
+              "40",       "--seed", "3",    "-o",      capture};
+  words.insert(words.end(), more.begin(), more.end());
+  const Outcome made = run(words);
+  EXPECT_EQ(made.status, 0) << made.err;
+  return capture;
+}
+
+Outcome decode(Words words, const Words& more = {}) {
+  words.insert(words.begin(), "decode");
+  words.insert(words.end(), {"--to", "csv"});
+  words.insert(words.end(), more.begin(), more.end());
+  return run(words);
+}
+
+// The option that the line `try` proposes, and its value.
+Words proposed(const std::string& summary) {
+  const std::size_t line = summary.find("\ntry ");
+  const std::size_t at = summary.find(" -", line);
+  if (line == std::string::npos || at == std::string::npos) return {};
+  const std::size_t space = summary.find(' ', at + 1);
+  const std::size_t end = summary.find_first_of(" \n;", space + 1);
+  return {summary.substr(at + 1, space - at - 1), summary.substr(space + 1, end - space - 1)};
+}
+
+void expect_all_ok(const Outcome& outcome, std::size_t cycles = 40) {
+  const auto rows = rows_of(outcome.out);
+  EXPECT_EQ(rows.size(), cycles) << outcome.err;
+  for (const Row& row : rows) EXPECT_EQ(row.at("status"), "ok") << outcome.err;
+}
+
+// The capture with its lines in two files, MA this much later.
+Words with_late_ma(const Folder& folder, const std::string& capture, double later_ns) {
+  std::string ma = "time_ns,MA\n";
+  std::string slo = "time_ns,SLO\n";
+  for (const Row& row : rows_of(content_of(capture))) {
+    ma += std::to_string(std::stod(row.at("time_ns")) + later_ns) + "," + row.at("MA") + "\n";
+    slo += row.at("time_ns") + "," + row.at("SLO") + "\n";
+  }
+  return {folder.file("ma.csv", ma), folder.file("slo.csv", slo), "-f", format};
+}
+
+std::string inverted(const Folder& folder, const std::string& capture, bool ma, bool slo) {
+  std::string text = "time_ns,MA,SLO\n";
+  const auto level = [](const std::string& of, bool invert) {
+    return of == (invert ? "1" : "0") ? "0" : "1";
+  };
+  for (const Row& row : rows_of(content_of(capture))) {
+    text +=
+        row.at("time_ns") + "," + level(row.at("MA"), ma) + "," + level(row.at("SLO"), slo) + "\n";
+  }
+  return folder.file("inverted.csv", text);
+}
+
+TEST(DecodeHints, AckOfAlwaysTheSameClocks_GetsItsNumber) {
+  const Folder folder;
+  const std::string capture = simulate(folder, {"--ack-clocks", "9"});
+  for (const Words& timing : {Words{"--ack-max", "2us"}, Words{"--ack-clocks", "20"}}) {
+    const Outcome refused = decode({capture, "-f", format}, timing);
+    EXPECT_THAT(refused.err, HasSubstr("40 ack_range"));
+    const Words hint = proposed(refused.err);
+    EXPECT_EQ(hint, (Words{"--ack-clocks", "9"})) << refused.err;
+    expect_all_ok(decode({capture, "-f", format}, hint));
+  }
+}
+
+TEST(DecodeHints, AckThatVaries_GetsALongerBoundOrNone) {
+  const Folder folder;
+  const std::string capture = simulate(folder, {"--fault", "late_start:0.3"});
+  const Outcome refused = decode({capture, "-f", format}, {"--ack-max", "1us"});
+  const Words hint = proposed(refused.err);
+  ASSERT_EQ(hint.size(), 2U) << refused.err;
+  EXPECT_EQ(hint.front(), "--ack-max");
+  expect_all_ok(decode({capture, "-f", format}, hint));
+  const Outcome fixed = decode({capture, "-f", format}, {"--ack-clocks", "2"});
+  EXPECT_THAT(fixed.err, HasSubstr("leave out --ack-clocks"));
+  expect_all_ok(decode({capture, "-f", format}));
+}
+
+TEST(DecodeHints, SloASampleBeforeMa_GetsAResolution) {
+  const Folder folder;
+  const Words early = with_late_ma(folder, simulate(folder), 8);
+  const Outcome refused = decode(early);
+  EXPECT_THAT(refused.err, HasSubstr("40 response_range"));
+  const Words hint = proposed(refused.err);
+  EXPECT_EQ(hint, (Words{"--resolution", "8ns"})) << refused.err;
+  expect_all_ok(decode(early, hint));
+}
+
+TEST(DecodeHints, SloFarBeforeMa_IsNoQuestionOfResolution) {
+  const Folder folder;
+  const Outcome refused = decode(with_late_ma(folder, simulate(folder), 300));
+  EXPECT_THAT(refused.err, HasSubstr("40 response_range"));
+  EXPECT_THAT(refused.err, HasSubstr("another protocol"));
+  EXPECT_THAT(refused.err, Not(HasSubstr("--resolution")));
+}
+
+TEST(DecodeHints, LinesExchanged_AreReadTheOtherWayRound) {
+  const Folder folder;
+  const std::string capture = simulate(folder);
+  const Outcome swapped = decode({capture, "-f", format, "--ma", "SLO", "--slo", "MA"});
+  EXPECT_THAT(swapped.err, HasSubstr("exchange --ma and --slo"));
+  expect_all_ok(decode({capture, "-f", format, "--ma", "MA", "--slo", "SLO"}));
+}
+
+TEST(DecodeHints, CdsOfAMasterThatUsesRegisters_IsLeftOut) {
+  const Folder folder;
+  const std::string capture = simulate(folder, {"--access", "read:0x42"});
+  const Outcome refused = decode({capture, "-f", std::string(format) + ";cds0"});
+  EXPECT_THAT(refused.err, HasSubstr("leave ;cds0 out"));
+  for (const Row& row : rows_of(decode({capture, "-f", format}).out)) {
+    EXPECT_EQ(row.at("status"), "ok");
+  }
+}
+
+TEST(DecodeLines, InvertedLines_GiveTheSameRows) {
+  const Folder folder;
+  const std::string capture = simulate(folder, {"--slo-delay", "61ns"});
+  const Outcome upright = decode({capture, "-f", format});
+  EXPECT_THAT(upright.err, Not(HasSubstr("inverted")));
+  EXPECT_EQ(rows_of(upright.out).at(0).at("line_delay_ns"), "61");
+  for (const auto& [ma, slo] : {std::pair{true, false}, {false, true}, {true, true}}) {
+    const std::string other = inverted(folder, capture, ma, slo);
+    const Outcome measured = decode({other, "-f", format});
+    EXPECT_EQ(measured.out, upright.out);
+    EXPECT_EQ(measured.err.find("MA = MA (inverted)") != std::string::npos, ma) << measured.err;
+    EXPECT_EQ(measured.err.find("SLO = SLO (inverted)") != std::string::npos, slo) << measured.err;
+    Words given;
+    if (ma) given.emplace_back("--invert-ma");
+    if (slo) given.emplace_back("--invert-slo");
+    EXPECT_EQ(decode({other, "-f", format}, given).out, upright.out);
+  }
+}
+
+TEST(DecodeLines, InvertedLines_AreReadByEveryVerb) {
+  const Folder folder;
+  const std::string capture = simulate(folder, {"--access", "read:0x42"});
+  const std::string other = inverted(folder, capture, true, true);
+  for (const char* const verb : {"registers", "conform"}) {
+    const Outcome upright = run({verb, capture, "-f", format, "--to", "csv"});
+    EXPECT_EQ(run({verb, other, "-f", format, "--to", "csv"}).out, upright.out);
+    EXPECT_EQ(run({verb, other, "-f", format, "--to", "csv", "--invert-ma", "--invert-slo"}).out,
+              upright.out);
+  }
+}
+
+}  // namespace
+}  // namespace biss::cli
