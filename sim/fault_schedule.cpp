@@ -21,17 +21,17 @@ Picoseconds share_of(Picoseconds time, Random& random) {
   return part_of(time, random.below(time_parts));
 }
 
-// What the master gets on SLO, so that it can be placed by its bits.
-bool strikes_slo(FaultKind kind) {
+// These change what the master receives on SLO, so a bit can be their place.
+bool affects_slo(FaultKind kind) {
   return kind == FaultKind::glitch_slo || kind == FaultKind::slo_low ||
          kind == FaultKind::slo_high || kind == FaultKind::cut;
 }
 
-// The payload's bits; a burst begins before the last one.
+// Bits of the payload; a burst begins before the last one.
 FaultPlaces bits_of(FaultKind kind, unsigned payload_bits) {
   const bool pattern = kind == FaultKind::flip || kind == FaultKind::burst;
   const unsigned last_bits = kind == FaultKind::burst ? 2 : 1;
-  if ((!pattern && !strikes_slo(kind)) || payload_bits < last_bits) return {};
+  if ((!pattern && !affects_slo(kind)) || payload_bits < last_bits) return {};
   return {0, payload_bits - last_bits, pattern};
 }
 
@@ -85,12 +85,12 @@ void FaultSchedule::begin_cycle(std::uint64_t number, Picoseconds begin) {
     if (!hit || (lasting_ & set_of(rule.kind)) != 0) continue;
     lasting_ |= set_of(rule.kind);
     details_[static_cast<std::size_t>(rule.kind)] = random.next();
-    strike(rule, random, number, begin);
+    inject(rule, random, number, begin);
   }
 }
 
 // A given place does not change the other draws.
-void FaultSchedule::strike(const FaultRule& rule, Random& random, std::uint64_t number,
+void FaultSchedule::inject(const FaultRule& rule, Random& random, std::uint64_t number,
                            Picoseconds begin) {
   const FaultKind kind = rule.kind;
   const FaultExtent extent = entry_of(kind).extent;
@@ -119,7 +119,7 @@ void FaultSchedule::strike(const FaultRule& rule, Random& random, std::uint64_t 
     at -= tick;
     width = nominal_.low_time + 2 * tick;
   } else if (extent == FaultExtent::bounce) {
-    // Of a rising or a falling edge.
+    // After a rising or a falling edge.
     at += tick;
     if (random.below(2) != 0) at += nominal_.low_time;
   } else if (place) {
@@ -128,14 +128,14 @@ void FaultSchedule::strike(const FaultRule& rule, Random& random, std::uint64_t 
     at += place_in_frame(random);
     if (kind == FaultKind::glitch_slo) at += nominal_.line_delay;
   } else {
-    at += place_behind_frame(random);
+    at += place_after_frame(random);
   }
   at = std::max(at, begin);
   add({at, kind, true});
   add({at + width, kind, false});
 }
 
-// From the beginning of the cycle.
+// Since the beginning of the cycle.
 Picoseconds FaultSchedule::time_of(FaultPlace place) const {
   const Picoseconds time = nominal_.period * static_cast<std::int64_t>(place.thousandths) / 1000;
   if (place.unit == PlaceUnit::clock) return time;
@@ -153,7 +153,7 @@ Picoseconds FaultSchedule::place_in_frame(Random& random) const {
   return share_of(nominal_.clocks * nominal_.period, random);
 }
 
-Picoseconds FaultSchedule::place_behind_frame(Random& random) const {
+Picoseconds FaultSchedule::place_after_frame(Random& random) const {
   const Picoseconds frame = nominal_.clocks * nominal_.period;
   return frame + share_of(std::max(nominal_.interval - frame, nominal_.period), random);
 }

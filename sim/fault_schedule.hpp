@@ -1,4 +1,4 @@
-// Which faults strike in which cycle, where in it, and for how long.
+// Which faults the line model injects: into which cycle, at which place, for how long.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace biss::sim {
 
-/// An undisturbed cycle, which faults are laid out by.
+/// An undisturbed cycle, by which faults are placed.
 struct NominalCycle {
   Picoseconds period{};
   Picoseconds low_time{};
@@ -20,15 +20,15 @@ struct NominalCycle {
   Picoseconds interval{};
   /// Rising edges of MA.
   std::uint32_t clocks = 0;
-  /// The clock that makes the encoder send its first bit of data.
+  /// The clock with which the encoder sends its first bit of data.
   std::uint32_t data_clock = 0;
   /// MA to SLO as the master sees it.
   Picoseconds line_delay{};
   unsigned payload_bits = 0;
 };
 
-/// Where a kind can strike in a cycle: bits or clocks from `first` to `last`, both included, of
-/// which it takes a point, or a whole one. `last` below `first`: nowhere.
+/// The places in a cycle at which a kind can begin: bits or clocks from `first` to `last`, both
+/// included; a point in one of them, or a whole one. None if `last` is below `first`.
 struct FaultPlaces {
   std::uint64_t first = 1;
   std::uint64_t last = 0;
@@ -50,11 +50,11 @@ struct FaultAction {
   bool begins = false;
 };
 
-/// What strikes, drawn anew for each cycle from the seed, the kind and the cycle's number alone: a
-/// rule that is added or changed leaves the others' strikes where they were.
+/// Draws faults for each cycle from the seed, the kind and the cycle's number alone: a rule that is
+/// added or changed does not change the faults of the others.
 ///
-/// No kind strikes again while it lasts. In a cycle that a rule names, that rule strikes and no
-/// other of its kind.
+/// A kind does not begin again while it lasts. In a cycle that a rule names, this rule applies and
+/// no other of its kind.
 class FaultSchedule {
  public:
   /// \pre a rule's place is one of places_of() for the nominal cycle
@@ -64,17 +64,17 @@ class FaultSchedule {
   void set_nominal(const NominalCycle& nominal) { nominal_ = nominal; }
   const NominalCycle& nominal() const { return nominal_; }
 
-  /// Lays out a cycle: what begins or ends in it, in the order of time, some of it at `begin`.
+  /// Draws the actions of a cycle, in the order of time; some of them are at `begin`.
   void begin_cycle(std::uint64_t number, Picoseconds begin);
 
-  /// When the next action is due; `never` where there is none.
+  /// Returns the time of the next action, or `never`.
   Picoseconds next() const;
-  /// \pre next() is not `never`
+  /// Removes the next action and returns it. \pre next() is not `never`
   FaultAction take();
 
-  /// A number of its own for each cycle and kind: what exactly the fault is.
+  /// Returns a random number for this cycle and kind, for the details of the fault.
   std::uint64_t detail(FaultKind kind) const { return details_[static_cast<std::size_t>(kind)]; }
-  /// Where the kind struck last, if a rule said so or it strikes a whole clock.
+  /// Returns where the kind began last, if a rule gives the place or the kind takes a whole clock.
   std::optional<FaultPlace> place(FaultKind kind) const {
     return places_[static_cast<std::size_t>(kind)];
   }
@@ -86,11 +86,11 @@ class FaultSchedule {
     Picoseconds after{};
   };
 
-  void strike(const FaultRule& rule, Random& random, std::uint64_t number, Picoseconds begin);
+  void inject(const FaultRule& rule, Random& random, std::uint64_t number, Picoseconds begin);
   void add(FaultAction action);
   Picoseconds time_of(FaultPlace place) const;
   Picoseconds place_in_frame(Random& random) const;
-  Picoseconds place_behind_frame(Random& random) const;
+  Picoseconds place_after_frame(Random& random) const;
 
   std::vector<FaultRule> rules_;
   std::uint64_t seed_;

@@ -232,7 +232,7 @@ ExitStatus run_check(const VerbOptions& options) {
   const EvidenceChoice choice = asked ? choose_evidence(*asked) : EvidenceChoice{};
   if (!choice.subject) {
     return fail(ExitStatus::io,
-                fmt::format("'{}': manifest.json does not say how to make the bundle again",
+                fmt::format("'{}': manifest.json cannot be read as the options of a bundle",
                             options.checked));
   }
   const Bundle again = make_bundle(*choice.subject, *made_by, options.threads);

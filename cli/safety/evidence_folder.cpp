@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// No signal ends the process while there is a folder with a temporary name: that is for moments.
+// Blocks signals while a folder with a temporary name exists, which is a short time.
 class SignalsHeld {
  public:
   SignalsHeld() {
@@ -41,7 +41,7 @@ class SignalsHeld {
   sigset_t before_{};
 };
 
-// A folder beside the target, gone with this object unless it got the target's name.
+// A folder beside the target; the destructor removes it unless it has got the target's name.
 class PartialFolder {
  public:
   explicit PartialFolder(const fs::path& target) : path_(target.string() + ".partial-XXXXXX") {
@@ -62,7 +62,7 @@ class PartialFolder {
 
   const std::string& path() const { return path_; }
 
-  // False and errno. What stood there, an empty folder or a bundle, is gone then.
+  // Returns false and sets errno on failure. Removes an empty folder or a bundle of that name.
   bool take_name(const fs::path& target) {
     if (::rename(path_.c_str(), target.c_str()) == 0) {
       path_.clear();
@@ -81,7 +81,7 @@ std::string because(const std::string& what, int cause) {
   return fmt::format("cannot write '{}': {}", what, std::strerror(cause));
 }
 
-// A trailing slash would make the name of a folder beside it one inside it.
+// With a trailing slash, the temporary folder would be inside the target instead of beside it.
 fs::path target_of(const std::string& folder) {
   std::error_code none;
   const fs::path resolved = fs::weakly_canonical(folder, none);
@@ -115,7 +115,7 @@ struct ListedHash {
   std::string hash;
 };
 
-// Nothing unless every line is `HASH  NAME`.
+// Returns nothing unless every line is `HASH  NAME`.
 std::optional<std::vector<ListedHash>> parse_hash_list(std::string_view text) {
   constexpr std::size_t digits = 64;
   std::vector<ListedHash> listed;
@@ -176,7 +176,7 @@ std::string check_target(const std::string& folder, bool replace) {
     return because(target.string(), errno);
   }
   if (status.type() != fs::file_type::directory) {
-    return fmt::format("'{}' is there and is no folder; name another one", folder);
+    return fmt::format("'{}' exists and is not a folder; name another one", folder);
   }
   const std::vector<std::string> names = names_in(target, error);
   if (error) return because(target.string(), error.value());
@@ -222,8 +222,8 @@ ReadBundle read_bundle(const std::string& folder) {
   const TextFile list = read_text_file(fs::path(folder) / hash_list_name);
   const auto listed = list ? parse_hash_list(list.text) : std::nullopt;
   if (!listed) {
-    bundle.error = fmt::format("'{}' is no bundle: {} is missing or no list of hashes", folder,
-                               hash_list_name);
+    bundle.error = fmt::format("'{}' is not a bundle: {} is missing or not a list of hashes",
+                               folder, hash_list_name);
     return bundle;
   }
   std::erase(names, hash_list_name);

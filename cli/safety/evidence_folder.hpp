@@ -1,4 +1,4 @@
-// The files of an evidence bundle: made as a whole or not at all, and held against their hashes.
+// The files of an evidence bundle: written completely or not at all, and checked by their hashes.
 #pragma once
 
 #include <optional>
@@ -15,28 +15,28 @@ struct EvidenceFile {
   std::string text;
 };
 
-/// Name of the list of hashes, which `sha256sum -c` takes.
+/// The name of the list of hashes, in the format of `sha256sum -c`.
 inline constexpr const char* hash_list_name = "SHA256SUMS";
 
-/// In lower-case hexadecimal.
+/// Returns the hash in lower-case hexadecimal.
 std::string sha256_of(std::string_view text);
 
-/// The list for these files, in their order.
+/// Returns the list for these files, in their order.
 std::string hash_list(const std::vector<EvidenceFile>& files);
 
-/// Whether a folder may be made there; else one line that says why not. Nothing is changed.
-/// \param replace a bundle that stands there may go; a folder with any other file in it never
+/// Returns the one line why the folder cannot be made, or nothing. Changes nothing.
+/// \param replace an existing bundle may be replaced; a folder with any other file in it never is
 std::string check_target(const std::string& folder, bool replace);
 
-/// Writes the files and their hash_list() into a folder beside it and gives that its name: there is
-/// the whole bundle, or what was there before. \return one line why not, or nothing
+/// Writes the files and their hash_list() into a folder beside the target and renames it: the target
+/// is the whole bundle, or unchanged. \return one line with the cause of an error, or nothing
 std::string write_bundle(const std::string& folder, const std::vector<EvidenceFile>& files,
                          bool replace);
 
-/// A bundle as it stands on the disk, or one line that says why it cannot be read.
+/// A bundle on the disk, or one line that says why it cannot be read.
 struct ReadBundle {
   std::vector<EvidenceFile> files;
-  /// Lines about what is not as the list of hashes says: another content, missing, in excess.
+  /// A line for each file that is changed, missing, or not in the list of hashes.
   std::vector<std::string> findings;
   std::string error;
 

@@ -259,7 +259,7 @@ TEST(Evidence, FolderThatIsNotFree_IsLeftAlone) {
   refused(copy, "replace this bundle with --force");
   append(copy + "/notes.txt", "mine");
   refused(copy, "--force replaces bundles only", {"--force"});
-  refused(mine + "/thesis.txt", "is no folder");
+  refused(mine + "/thesis.txt", "is not a folder");
   refused(mine + "/thesis.txt/below", "cannot write");
   refused(folder.path("none/below"), "cannot write");
   EXPECT_EQ(names_in(folder.path("")), (std::set<std::string>{"copy", "mine"}));
