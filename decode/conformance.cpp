@@ -9,13 +9,13 @@ namespace biss::decode {
 
 namespace {
 
-// Within a frame the line delay may vary by so much of a period (D2, characteristics, row 8).
+// Within a frame the line delay may vary by this share of a period (D2, characteristics, row 8).
 constexpr std::int64_t jitter_share = 4;
 // R and W, and the bit before them.
 constexpr unsigned silent_cycles = 3;
 
-// A request of which the device had no fair chance, or of which nothing can be said.
-bool tells_nothing(CycleStatus status) {
+// The device could not answer such a request in full, or the capture does not show it.
+bool is_no_evidence(CycleStatus status) {
   switch (status) {
     case CycleStatus::truncated:
     case CycleStatus::cut_start:
@@ -87,7 +87,7 @@ void Conformance::judge_idle(std::uint64_t number, const Cycle& cycle) {
   const bool early = ready_by_ && cycle.time < *ready_by_;
   if (cycle.status == CycleStatus::not_ready) {
     if (!early) count(Rule::slo_idle, false, number, "SLO is low before the request");
-  } else if (!tells_nothing(cycle.status) || cycle.status == CycleStatus::truncated) {
+  } else if (!is_no_evidence(cycle.status) || cycle.status == CycleStatus::truncated) {
     count(Rule::slo_idle, true, number);
   }
   const Picoseconds longest = std::max({timing_.timeout.time, biss_static_timeout_max,
@@ -99,7 +99,7 @@ void Conformance::judge_idle(std::uint64_t number, const Cycle& cycle) {
 
 void Conformance::judge_frame(std::uint64_t number, const Cycle& cycle) {
   const CycleStatus status = cycle.status;
-  if (tells_nothing(status) || status == CycleStatus::not_ready) return;
+  if (is_no_evidence(status) || status == CycleStatus::not_ready) return;
   if (status == CycleStatus::response_range) {
     return count(Rule::line_delay, false, number, "SLO falls too early or too late");
   }
@@ -167,7 +167,7 @@ void Conformance::judge_stated_crc(std::uint64_t number, const Cycle& cycle) {
         "the frame does not fit the profile identifier");
 }
 
-// Behind a damaged header the device must behave as not addressed.
+// After a damaged header the device must behave as if it was not addressed.
 void Conformance::watch_silence(std::uint64_t number, const Cycle& cycle) {
   if (silence_left_ == 0 || cycle.status == CycleStatus::ma_glitch) return;
   const auto cds = cycle.cds();
@@ -181,7 +181,7 @@ void Conformance::watch_silence(std::uint64_t number, const Cycle& cycle) {
   }
 }
 
-// Whether an access is under way is certain only behind 14 zeros of CDM.
+// Only after 14 zeros of CDM it is certain that no access is running.
 void Conformance::watch_stray(std::uint64_t number, const Cycle& cycle) {
   const std::uint64_t cds_before = listener_.stray_cds();
   const std::uint64_t cdm_before = listener_.stray_cdm();
@@ -231,7 +231,7 @@ void Conformance::judge_ids(const ControlAccess& access) {
   if (anybody || pattern) count(Rule::id_pattern, !pattern, access.cycle, "IDL has a gap");
   if (broken_off_ && answered_ && !control_off_) {
     count(Rule::control_reset, anybody || pattern, access.cycle,
-          "no answer behind an access that was broken off");
+          "no answer after an access that was broken off");
   }
   broken_off_ = access.outcome != AccessOutcome::ok && access.kind != AccessKind::command;
   answered_ = answered_ || anybody;
@@ -291,7 +291,7 @@ void Conformance::judge_next(const ControlAccess& access) {
   const bool no =
       outcome == AccessOutcome::refused || outcome == AccessOutcome::refused_or_not_addressed;
   if (announced && (no || outcome == AccessOutcome::ok)) {
-    count(Rule::next_register, !no, access.cycle, "refused behind P = 0");
+    count(Rule::next_register, !no, access.cycle, "refused after P = 0");
   }
   announced_.reset();
   const bool selects = access.kind == AccessKind::write && access.address == reg::bsel;

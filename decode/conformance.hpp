@@ -18,7 +18,7 @@
 
 namespace biss::decode {
 
-/// docs/conform.md says what each demands.
+/// The rules of docs/conform.md.
 enum class Rule : std::uint8_t {
   frame_structure,
   frame_crc,
@@ -49,7 +49,7 @@ inline constexpr std::size_t rule_count = 23;
 
 struct RuleText {
   std::string_view name;
-  /// `ns` where a time is judged, else what is counted, of which there may be none.
+  /// `ns` where a time is judged, else what is counted; the limit of a count is 0.
   std::string_view unit;
   /// Where the rule is written.
   std::string_view source;
@@ -59,7 +59,7 @@ const RuleText& text_of(Rule rule);
 enum class Verdict : std::uint8_t {
   pass,
   fail,
-  marginal,    ///< beyond the limit by no more than the measurement is in doubt
+  marginal,    ///< beyond the limit by no more than the measurement uncertainty
   not_judged,  ///< the capture holds no case
 };
 std::string_view name_of(Verdict verdict);
@@ -68,7 +68,7 @@ struct RuleResult {
   Verdict verdict = Verdict::not_judged;
   std::uint64_t cases = 0;
   std::uint64_t faults = 0;
-  /// Of a time, the limit, the worst seen and what was left of the limit; negative: beyond it.
+  /// The limit of a time, the worst time seen, and its margin to the limit; negative: beyond it.
   struct Time {
     Picoseconds limit{};
     Picoseconds worst{};
@@ -76,9 +76,9 @@ struct RuleResult {
   };
   /// Only where a time is judged and one was seen.
   std::optional<Time> time;
-  /// Of the worst time, of the first fault.
+  /// Cycle of the worst time, or of the first fault.
   std::optional<std::uint64_t> cycle;
-  /// What was wrong, for eyes.
+  /// What was wrong, for a reader.
   std::string note;
 };
 

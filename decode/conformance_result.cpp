@@ -7,35 +7,35 @@ namespace biss::decode {
 
 RuleResult Conformance::result(Rule rule) const {
   const Tally& of = tallies_[static_cast<std::size_t>(rule)];
-  RuleResult told{
+  RuleResult result{
       .cases = of.cases, .faults = of.faults, .time = of.time, .cycle = of.cycle, .note = of.note};
   if (rule == Rule::data_sheet) {
     for (const auto& [id, seen] : slaves_) {
       const auto judged = seen.judge_eds();
       if (!judged) continue;
-      ++told.cases;
+      ++result.cases;
       if (judged->findings == 0) continue;
-      if (told.faults == 0) {
-        told.cycle = last_access_.at(id);
-        told.note = std::string(judged->first.symbol) + ": ";
-        told.note += text_of(judged->first.problem);
+      if (result.faults == 0) {
+        result.cycle = last_access_.at(id);
+        result.note = std::string(judged->first.symbol) + ": ";
+        result.note += text_of(judged->first.problem);
       }
-      told.faults += judged->findings;
+      result.faults += judged->findings;
     }
   }
   // One byte of two says nothing of the other.
-  const bool half_seen = rule == Rule::manufacturer && told.faults == 0 &&
+  const bool half_seen = rule == Rule::manufacturer && result.faults == 0 &&
                          std::none_of(manufacturer_seen_.begin(), manufacturer_seen_.end(),
                                       [](unsigned seen) { return seen == 3; });
-  if (told.cases == 0 || half_seen) {
-    told.verdict = Verdict::not_judged;
-  } else if (told.faults != 0) {
-    told.verdict = Verdict::fail;
+  if (result.cases == 0 || half_seen) {
+    result.verdict = Verdict::not_judged;
+  } else if (result.faults != 0) {
+    result.verdict = Verdict::fail;
   } else {
-    const bool beyond = told.time && told.time->margin < Picoseconds{};
-    told.verdict = beyond ? Verdict::marginal : Verdict::pass;
+    const bool beyond = result.time && result.time->margin < Picoseconds{};
+    result.verdict = beyond ? Verdict::marginal : Verdict::pass;
   }
-  return told;
+  return result;
 }
 
 std::string_view name_of(Verdict verdict) {

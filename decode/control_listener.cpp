@@ -32,7 +32,7 @@ std::string_view name_of(AccessKind kind) {
 void ControlListener::push(std::uint64_t number, const Cycle& cycle) {
   // Too short to be a request: no slave takes notice of its CDM.
   if (cycle.status == CycleStatus::ma_glitch || cycle.status == CycleStatus::cut_start) return;
-  // CDM is missing behind a CDS only where the capture ends before the level of MA is certain.
+  // CDM is missing after a CDS only where the capture ends before the level of MA is certain.
   const bool cut = cycle.status == CycleStatus::cut_end || (cycle.cds() && !cycle.cdm);
   push(number, cycle.time, cycle.cds(), cycle.cdm,
        cut ? AccessOutcome::cut_end : AccessOutcome::frame_lost);
@@ -111,7 +111,7 @@ void ControlListener::header() {
   phase_ = header->register_access ? Phase::kind : Phase::command;
 }
 
-// CDS 0 … 15 have come with the CDM bit 16.
+// CDS 0 … 15 have arrived when the CDM bit 16 comes.
 void ControlListener::take_ids() {
   for (unsigned id = 0; id < control_max_slaves; ++id) {
     if ((cds_ >> (15U - id) & 1U) != 0) {
@@ -131,7 +131,7 @@ void ControlListener::kind(bool cdm) {
   constexpr unsigned write = 0b01;
   if (asked == read) access_.kind = AccessKind::read;
   if (asked == write) access_.kind = AccessKind::write;
-  // A master that knows by the IDs gives up before R and W.
+  // A master that sees the reason in the IDs stops before R and W.
   if (const AccessOutcome ids = judge_ids(); ids != AccessOutcome::ok) return fail(ids);
   if (access_.kind == AccessKind::unknown) return fail(AccessOutcome::rw_pattern);
   if (answered == 0) {
@@ -163,10 +163,10 @@ void ControlListener::command(bool cdm) {
     if ((cds_ >> (7U - id) & 1U) != 0) access_.accepted |= static_cast<std::uint8_t>(1U << id);
   }
   phase_ = Phase::idle;
-  if (cdm) return tell(AccessOutcome::ok);
+  if (cdm) return report(AccessOutcome::ok);
   const bool accepted = (access_.slaves & ~access_.accepted) == 0;
-  if (accepted) return tell(AccessOutcome::dropped);
-  tell(access_.slaves_present == 0 ? AccessOutcome::no_answer : AccessOutcome::not_accepted);
+  if (accepted) return report(AccessOutcome::dropped);
+  report(access_.slaves_present == 0 ? AccessOutcome::no_answer : AccessOutcome::not_accepted);
 }
 
 void ControlListener::start(Picoseconds time, bool cds, bool cdm) {
@@ -201,7 +201,7 @@ void ControlListener::byte() {
 
 void ControlListener::next(std::uint64_t number, Picoseconds time, bool p, bool cdm) {
   access_.next_available = !p;
-  tell(AccessOutcome::ok);
+  report(AccessOutcome::ok);
   phase_ = Phase::idle;
   if (!cdm) return;
   access_.cycle = number;
@@ -216,14 +216,14 @@ void ControlListener::next(std::uint64_t number, Picoseconds time, bool p, bool 
   phase_ = Phase::start;
 }
 
-void ControlListener::tell(AccessOutcome outcome) {
+void ControlListener::report(AccessOutcome outcome) {
   access_.outcome = outcome;
   on_access_(access_);
 }
 
 void ControlListener::fail(AccessOutcome outcome) {
   phase_ = Phase::over;
-  tell(outcome);
+  report(outcome);
 }
 
 }  // namespace biss::decode

@@ -15,7 +15,7 @@
 
 namespace biss::decode {
 
-/// How an access ended as a listener sees it.
+/// Result of an access as seen on the line.
 enum class AccessOutcome : std::uint8_t {
   ok,
   header_crc,  ///< the header as the master sent it does not fit its CRC: no slave answers
@@ -26,12 +26,12 @@ enum class AccessOutcome : std::uint8_t {
   not_addressed,
   refused_or_not_addressed,
   rw_pattern,
-  busy_too_long,  ///< the master gave up while S was still awaited
+  busy_too_long,  ///< the master gave up while it waited for S
   start_missing,
   data_crc,   ///< read: the byte and its CRC do not fit
   write_crc,  ///< write: the byte as the master sent it does not fit its CRC
   echo,
-  next_unavailable,  ///< P = 1, and the master asked for the next byte all the same
+  next_unavailable,  ///< P = 1, and the master asked for the next byte anyway
   not_accepted,      ///< command: EX = 0, and not every addressed slave had accepted
   dropped,           ///< command: EX = 0, although all had accepted
   frame_lost,        ///< a cycle of the access brought no CDS or no CDM
@@ -59,7 +59,7 @@ struct ControlAccess {
   std::uint8_t slaves_present = 0;  ///< IDL0 … IDL7, bit k for ID k
   bool more_slaves = false;         ///< IDL8
   std::uint8_t accepted = 0;        ///< commands: IDA, bit k for ID k
-  std::uint32_t busy_cycles = 0;    ///< cycles that S came late
+  std::uint32_t busy_cycles = 0;    ///< cycles by which S came late
   Picoseconds busy{};          ///< from the cycle in which S was due until it came, or was given up
   std::uint32_t cycles = 0;    ///< from the start bit, or S, to the last bit
   bool header_sent = false;    ///< the header's CRC was right: id or slaves are known
@@ -68,8 +68,8 @@ struct ControlAccess {
   bool continues = false;
 };
 
-/// Follows every cycle. Bounded memory; whatever the bits are, 14 zeros on CDM bring it back to
-/// where it began, as they do with a slave.
+/// Follows every cycle in bounded memory. Whatever the bits are, 14 zeros on CDM reset it, as they
+/// reset a slave.
 class ControlListener {
  public:
   using OnAccess = std::function<void(const ControlAccess&)>;
@@ -81,7 +81,7 @@ class ControlListener {
   /// The same, bits given. A missing bit breaks off an access, with the outcome `lost`.
   void push(std::uint64_t number, Picoseconds time, std::optional<bool> cds,
             std::optional<bool> cdm, AccessOutcome lost = AccessOutcome::frame_lost);
-  /// The capture is over.
+  /// The capture ends.
   void finish();
 
   /// CDS = 1 in a cycle in which no access was under way.
@@ -101,7 +101,7 @@ class ControlListener {
   void next(std::uint64_t number, Picoseconds time, bool p, bool cdm);
   void take_ids();
   AccessOutcome judge_ids() const;
-  void tell(AccessOutcome outcome);
+  void report(AccessOutcome outcome);
   void fail(AccessOutcome outcome);
 
   OnAccess on_access_;

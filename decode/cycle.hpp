@@ -1,4 +1,4 @@
-// A request cycle: what one cycle of MA was answered with, and the one cause if it is no frame.
+// A request cycle: the answer to one request on MA, and the one cause where it is no frame.
 #pragma once
 
 #include <array>
@@ -14,8 +14,7 @@
 
 namespace biss::decode {
 
-/// The transmission's outcome. The names are what users and scripts see; docs/status.md explains
-/// each.
+/// Result of the transmission. Users and scripts see the names; docs/status.md explains each.
 enum class CycleStatus : std::uint8_t {
   ok,
   // The causes of biss::FrameError, in its order.
@@ -60,12 +59,12 @@ static_assert(status_of(FrameError::stop_bit) == CycleStatus::stop_bit);
 /// START to STOP as received.
 using RawBits = BitBuffer<max_payload_bits + 3>;
 
-/// One row: a request cycle and all that was measured in it. What is absent could not be measured.
+/// A request cycle and what was measured in it. An absent value could not be measured.
 struct Cycle {
   /// The first falling edge of MA (the first edge seen when that one is before the capture).
   Picoseconds time{};
   CycleStatus status = CycleStatus::ok;
-  /// Filled when structure and CRC are good, which is: status ok.
+  /// Present when the status is ok.
   std::optional<Frame> frame;
   /// A channel's checksum was right; absent when its bits are not all there or it has none.
   std::array<std::optional<bool>, max_channels> crc_ok{};
@@ -78,18 +77,18 @@ struct Cycle {
   std::optional<Picoseconds> period;
   /// Share of a period that MA is high, in thousandths.
   std::optional<std::uint32_t> duty_per_mille;
-  /// SLO changes within a twentieth of a period of a moment at which the master samples it, from
-  /// ACK to STOP (MarginSetup). Absent where nothing was sampled, or the capture is too coarse.
+  /// SLO changes within a twentieth of a period of a sampling point of the master, from ACK to STOP
+  /// (MarginSetup). Absent where nothing was sampled, or the capture is too coarse.
   std::optional<bool> marginal;
   std::uint32_t rising_edges = 0;
   RawBits raw;
-  /// The master's bit: 1 where MA rests low behind the frame. Absent where that is not seen.
+  /// The master's bit: 1 where MA rests low after the frame. Absent where that is not seen.
   std::optional<bool> cdm;
-  /// Last edge of MA to SLO rising behind it, as seen at the master: the timeout and the line
-  /// delay. Absent where SLO was not low by then, or did not rise before the next request.
+  /// Last edge of MA to the next rising edge of SLO, at the master: the timeout plus the line
+  /// delay. Absent where SLO was not low then, or did not rise before the next request.
   std::optional<Picoseconds> release;
 
-  /// The encoder's bit, behind START; whatever the status is.
+  /// The encoder's bit after START, whatever the status is.
   std::optional<bool> cds() const {
     if (raw.view().size_bits() < 2) return std::nullopt;
     return raw.view()[1];

@@ -205,8 +205,7 @@ std::optional<bool> CycleReader::resting_level(const CycleSpan& span) const {
   return seen ? std::optional(last.level == Level::low) : std::nullopt;
 }
 
-// What the last edge still moves has come a quarter of a period behind the line delay at the
-// latest.
+// What the last edge moves comes a quarter of a period after the line delay at the latest.
 std::optional<Picoseconds> CycleReader::release(const CycleSpan& span, const LineHistory& slo,
                                                 Picoseconds delay) const {
   const Picoseconds last = span.ma.back().time;
@@ -228,7 +227,7 @@ CycleStatus CycleReader::silence(const CycleSpan& span) const {
 
 // From a rising edge of MA to SLO's change, averaged over the cycle: one edge alone may be off by
 // nearly half a period where a capture has few samples a period. There the edges of MA are off as
-// well, and an even clock laid through them tells better which one a change belongs to.
+// well, and an even clock fitted to them shows better which one a change belongs to.
 Picoseconds CycleReader::sampling_delay(const LineHistory& slo, Picoseconds fall) {
   const Delay seen = delay_from(clock_.rises, slo, fall);
   if (8 * seen.spread <= clock_.period || !lay_even_clock()) return seen.mean;
@@ -325,7 +324,7 @@ std::optional<bool> CycleReader::judge_margin(const CycleSpan& span, const LineH
                                               Picoseconds fall, const Sampled& sampled,
                                               std::size_t start) const {
   if (certain_margin().count < 0) return std::nullopt;
-  // Behind STOP nobody looks any more.
+  // After STOP nothing is sampled.
   const std::size_t last = codec_ ? start + 2 + codec_->payload_bits() : clock_.rises.size() - 1;
   if (margin_.compensated) return sampled.first_marginal <= last;
   const Picoseconds half = clock_.period / 2;

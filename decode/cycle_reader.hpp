@@ -1,5 +1,4 @@
-// From the edges of one request cycle to the row it becomes: clock, line delay, bits, frame or
-// cause.
+// Reads one request cycle from its edges: clock, line delay, bits, and the frame or the cause.
 #pragma once
 
 #include <cstddef>
@@ -16,20 +15,20 @@
 
 namespace biss::decode {
 
-/// The edges of MA that belong to one request, first to last, and what lies around them.
+/// The edges of MA that belong to one request, and what lies around them.
 struct CycleSpan {
   /// Not empty.
   std::span<const LevelChange> ma;
   /// MA was seen idle before the first edge; false only where the capture begins inside a cycle.
   bool begins_idle = true;
-  /// Up to here SLO belongs to this cycle: the next request's begin, or the end of the capture.
+  /// SLO belongs to this cycle up to here: the next request, or the end of the capture.
   Picoseconds limit{};
   /// `limit` is the end of the capture.
   bool last_of_capture = false;
 };
 
-/// A row, and whether further clocks could not add to it: all bits of the format were there to
-/// sample, or nothing is read from it anyway.
+/// A cycle, and whether it is complete: all bits of the format were sampled, or more clocks could
+/// add nothing.
 struct CycleReading {
   Cycle cycle;
   /// Longest less shortest period of MA in this cycle; see docs/status.md, `response_range`.
@@ -39,9 +38,8 @@ struct CycleReading {
 
 /// How Cycle::marginal is judged.
 struct MarginSetup {
-  /// The master makes up for the line delay, and samples when this reader does. Else half a period
-  /// behind each rising edge of MA, one bit a clock, whatever arrives then; this reader makes up
-  /// for the delay all the same.
+  /// The master compensates the line delay and samples when this reader does. Else it samples half
+  /// a period after each rising edge of MA, one bit a clock; this reader still compensates.
   bool compensated = true;
   /// Every edge may have been earlier by less than this: the time between two samples of the
   /// capture, 0 where it holds changes. `marginal` is given only where it is certain, and SLO may
@@ -62,7 +60,7 @@ class CycleReader {
   CycleReading read(const CycleSpan& span, const LineHistory& slo);
 
  private:
-  // The clock of this cycle; working memory, kept to spare allocations.
+  // The clock of this cycle. A member, so that its memory is used again.
   struct Clock {
     Picoseconds period{};
     // Difference of the longest and the shortest distance of two rising edges that is a period.
@@ -86,7 +84,7 @@ class CycleReader {
     CycleStatus status = CycleStatus::ok;
   };
 
-  // From MA to SLO, and how far the changes of a cycle lie apart in it.
+  // From MA to SLO, and the spread over the changes of a cycle.
   struct Delay {
     Picoseconds mean{};
     Picoseconds spread{};

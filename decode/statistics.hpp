@@ -1,4 +1,4 @@
-// What a capture's rows add up to.
+// Counts and distributions over the rows of a capture.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
-// Lines drawn edge by edge for the tests of this room: a plain model of master and encoder that
-// knows nothing of how cycles are read.
+// Lines made edge by edge for the tests of this room: a plain model of master and encoder that
+// shares nothing with the decoder.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace biss::decode::test {
 
 inline constexpr std::string_view usual_format = "pos26,nE,nW,crc6";
 
-/// What the master leaves on MA behind a cycle.
+/// What the master leaves on MA after a cycle.
 enum class Ending : std::uint8_t {
   idle_high,          ///< CDM = 0
   low_until_timeout,  ///< CDM = 1
@@ -31,7 +31,7 @@ struct Shape {
   Picoseconds timeout = microseconds(20);
   /// From SLO's release, as the master sees it, to the next request.
   Picoseconds gap = microseconds(5);
-  /// Clocks behind STOP; -1: none for STOP.
+  /// Clocks after STOP; -1: none for STOP.
   int extra_clocks = 0;
   std::uint16_t ack_clocks = 3;
   Ending ending = Ending::idle_high;

@@ -15,7 +15,7 @@ class FailOn {
   /// \return an empty text, or the one line why a word is wrong
   std::string read(const std::vector<std::string>& words);
 
-  /// Whether only a monitor can tell.
+  /// Whether a safety monitor is needed.
   bool asks_safety() const { return safety_ || !verdicts_.empty(); }
 
   /// \param safety null where there is no monitor

@@ -27,8 +27,8 @@ struct ConformOptions {
   report::Format to = report::Format::table;
 };
 
-// Limits are times for some rules and counts for others; a count is written as so many whole
-// nanoseconds, which look the same.
+// Limits are times for some rules and counts for others. A count is written as whole nanoseconds,
+// which look the same.
 const std::vector<report::Column>& columns() {
   static const std::vector<report::Column> all{{.name = "rule", .kind = Kind::text},
                                                {.name = "limit", .kind = Kind::nanoseconds},

@@ -29,7 +29,7 @@ std::string_view text_of(SafetySetupError mistake) {
     case SafetySetupError::compare_bits:
       return "--compare-bits: more than both words have";
     case SafetySetupError::tolerance:
-      return "--tolerance: takes in every position";
+      return "--tolerance: accepts every position";
     case SafetySetupError::start_frames:
       return "--start-frames: 2 or more";
     case SafetySetupError::counter:
@@ -47,7 +47,7 @@ SafetyChoice by_widths() {
   return {.setup = SafetySetup{}, .name = "by the words' widths", .error = {}};
 }
 
-// Setup and name of what is monitored where nobody names it.
+// Setup and name of the configuration that the format implies.
 SafetyChoice implied(std::string_view format_text, const FrameFormat& format) {
   const SafetyConfiguration* known = implied_configuration(format_text, format);
   if (known == nullptr) return by_widths();
@@ -95,29 +95,30 @@ bool SafetyArguments::given() const {
 void add_check_options(Verb verb, SafetyArguments& arguments) {
   add_name_option(verb, "--counter", arguments.counter,
                   {counter_mode_names.begin(), counter_mode_names.end()},
-                  "The range of the sign of life; count_1_63 by default");
+                  "Range of the sign-of-life counter; count_1_63 by default");
   add_count_option(verb, "--compare-bits", into(arguments.compare_bits),
-                   "Upper singleturn bits that are compared; 0: all that both words have", 64);
-  add_count_option(verb, "--tolerance", into(arguments.tolerance),
-                   "Counts of the lowest bit compared that the words may be apart; 1 by default",
-                   255);
+                   "Number of upper singleturn bits to compare; 0: all that both words have", 64);
+  add_count_option(
+      verb, "--tolerance", into(arguments.tolerance),
+      "Largest difference of the two words, in counts of the lowest bit compared; 1 by default",
+      255);
   add_count_option(verb, "--start-frames", into(arguments.start_frames),
-                   "Good frames in a row until the last of them is safe; 3 by default", 255);
+                   "Number of good frames in a row before a frame is safe; 3 by default", 255);
 }
 
 void add_safety_options(Verb verb, SafetyArguments& arguments) {
   std::vector<std::string> names{"off"};
   for (const SafetyConfiguration& each : safety_configurations) names.emplace_back(each.name);
   add_name_option(verb, "--safety", arguments.configuration, names,
-                  "How a BiSS Safety encoder is monitored; by the format by default");
+                  "Configuration of the safety monitor; the one of the format by default");
   add_check_options(verb, arguments);
   add_duration_option(verb, "--watchdog", into(arguments.watchdog),
-                      "From one good frame to the next at most; one and a half of the capture's "
-                      "cycles by default");
+                      "Longest time from one good frame to the next; one and a half cycles of the "
+                      "capture by default");
   add_duration_option(verb, "--shortest-gap", into(arguments.shortest),
-                      "From one good frame to the next at least; 0s by default");
+                      "Shortest time from one good frame to the next; 0s by default");
   verb.add_flag("--latch", arguments.latch,
-                "A fault holds for the rest of the capture, as in a machine");
+                "Let a fault hold for the rest of the capture, as in a machine");
 }
 
 SafetyChoice choose_safety(const SafetyArguments& arguments, std::string_view format_text,

@@ -18,7 +18,7 @@ namespace biss::cli {
 
 class Verb;
 
-/// What the user typed; empty where nothing.
+/// The options as given on the command line; empty where not given.
 struct SafetyArguments {
   std::string configuration;
   std::string counter;
@@ -28,7 +28,7 @@ struct SafetyArguments {
   std::optional<Picoseconds> watchdog;
   std::optional<Picoseconds> shortest;
   bool latch = false;
-  /// Not typed: unless a configuration is named, what the words have; none is looked for.
+  /// Not an option: without a named configuration the widths of the words count.
   bool by_widths = false;
 
   bool given() const;
@@ -38,25 +38,25 @@ struct SafetyArguments {
 inline constexpr std::array<std::string_view, 3> counter_mode_names{"count_1_63", "count_0_63",
                                                                     "learned"};
 
-/// Declares the options that say what is checked and not of what: counter, comparison, start-up.
+/// Declares the options of the checks: counter, comparison, start-up.
 /// \pre arguments outlives the parsing
 void add_check_options(Verb verb, SafetyArguments& arguments);
 
 /// Declares `--safety` and the options that go with it. \pre arguments outlives the parsing
 void add_safety_options(Verb verb, SafetyArguments& arguments);
 
-/// How to monitor, or none where the format is not one of BiSS Safety, or one line of text that
-/// says what is wrong (usage: exit status 2).
+/// How to monitor. Empty where the format is not one of BiSS Safety; `error` is one line that says
+/// what is wrong (usage: exit status 2).
 struct SafetyChoice {
   std::optional<SafetySetup> setup;
   std::string name;
   std::string error;
 };
 
-/// The configuration that is named, else that of the format's name, else the first one with the
-/// format's widths (not where by_widths), else what the words have. The options stand above it.
-/// Faults do not latch unless `--latch` says so, since every cycle is to have its verdict. \param
-/// cycle how far requests are apart: the watchdog bites after one and a half of them
+/// Chooses the configuration that is named, else that of the format's name, else the first one with
+/// the format's widths (not with by_widths), else the widths of the words. Single options override
+/// it. Faults do not latch without `--latch`, so that every cycle has its own verdict.
+/// \param cycle time from request to request; the watchdog allows one and a half of them
 SafetyChoice choose_safety(const SafetyArguments& arguments, std::string_view format_text,
                            const FrameFormat& format, Picoseconds cycle);
 

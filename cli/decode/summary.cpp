@@ -167,7 +167,7 @@ void add_marginal(report::Summary& summary, const decode::Statistics& statistics
                   fmt::format("{} of {}", statistics.marginal(), statistics.margin_judged()),
                   "SLO changes within 5 % of a period of the sampling instant");
   } else if (margin.resolution.count != 0 && statistics.line_delay().count() != 0) {
-    summary.entry("marginal", "not told",
+    summary.entry("marginal", "not known",
                   fmt::format("edges are known to {}, 5 % of a period is {}",
                               time_text(margin.resolution.count),
                               time_text(statistics.period().median() / 20)));

@@ -1,4 +1,4 @@
-// The summary of a capture, in a few lines for eyes.
+// The summary of a capture, in a few lines for a reader.
 #pragma once
 
 #include <string>

@@ -12,7 +12,7 @@ using report::Cell;
 using report::Column;
 using report::Kind;
 
-// Channel 1 has the bare names, channel k the same with k behind them.
+// Channel 1 has the bare names; channel k has the same names followed by k.
 std::string suffix(std::size_t k) { return k == 0 ? "" : fmt::format("{}", k + 1); }
 
 const Channel* values_of(std::size_t k, const decode::Cycle& cycle) {

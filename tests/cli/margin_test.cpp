@@ -116,7 +116,7 @@ TEST(Margin, SamplesTooFarApart_TellNothingAndSaySo) {
   expect_all(content_of(folder.path("truth.csv")), "1");
   const Outcome coarse = decode(capture, {"--to", "csv", "--no-compensation"});
   expect_all(coarse.out, "");
-  EXPECT_NE(coarse.err.find("not told            edges are known to 20 ns, 5 % of a period is "
+  EXPECT_NE(coarse.err.find("not known           edges are known to 20 ns, 5 % of a period is "
                             "10 ns"),
             std::string::npos)
       << coarse.err;
