@@ -1,7 +1,6 @@
 #include "capture/merge.hpp"
 
 #include <algorithm>
-#include <unordered_map>
 #include <utility>
 
 #include "capture/line_names.hpp"
@@ -9,15 +8,11 @@
 namespace biss::capture {
 
 MergedSource::MergedSource(std::vector<NamedSource> sources) {
-  std::unordered_map<std::string, int> owners;
-  for (const NamedSource& named : sources) {
-    for (const std::string& line : named.source->lines()) ++owners[line];
-  }
   LineNames names;
   for (NamedSource& named : sources) {
     const auto first_line = static_cast<wire::LineIndex>(lines_.size());
     for (const std::string& line : named.source->lines()) {
-      lines_.push_back(names.claim(owners[line] > 1 ? named.name + ':' + line : line));
+      lines_.push_back(names.claim(named.name + ':' + line));
     }
     inputs_.push_back({std::move(named.source), first_line, {}, false});
   }

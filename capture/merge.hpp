@@ -10,7 +10,7 @@
 
 namespace biss::capture {
 
-/// A capture and what to call it where two have a line of the same name, usually its path.
+/// A capture and its name, usually its path.
 struct NamedSource {
   std::unique_ptr<EdgeSource> source;
   std::string name;
@@ -18,8 +18,8 @@ struct NamedSource {
 
 /// An EdgeSource over several, whose times must count from the same moment.
 ///
-/// The lines are those of the first source, then those of the second, and so on; a name that
-/// several have becomes `source:name`. Edges of the same time come in the order of the sources.
+/// The lines are those of the first source, then those of the second, and so on, each called
+/// `source:name`. Edges of the same time come in the order of the sources.
 /// When a source fails, everything before the time it reached is delivered first, then its error.
 class MergedSource final : public EdgeSource {
  public:

@@ -23,15 +23,15 @@ std::unique_ptr<MergedSource> merge(std::string_view first, std::string_view sec
 TEST(Merge, TwoSources_ComeInTheOrderOfTime) {
   const Read read =
       read_all({merge("time_ps,MA\n0,1\n5,0\n9,1\n", "time_ps,SLO\n-2,1\n5,0\n7,1\n"), {}});
-  EXPECT_THAT(read.lines, ElementsAre("MA", "SLO"));
+  EXPECT_THAT(read.lines, ElementsAre("a.csv:MA", "b.csv:SLO"));
   EXPECT_THAT(read.edges, ElementsAre(edge(-2, 1, '1'), edge(0, 0, '1'), edge(5, 0, '0'),
                                       edge(5, 1, '0'), edge(7, 1, '1'), edge(9, 0, '1')));
   EXPECT_EQ(read.end_time, picoseconds(9));
 }
 
-TEST(Merge, NamesThatClash_AreMarkedWithTheirSource) {
+TEST(Merge, Names_BeginWithTheirSource) {
   EXPECT_THAT(merge("time_ps,MA,SLO\n", "time_ps,SLO,X\n")->lines(),
-              ElementsAre("MA", "a.csv:SLO", "b.csv:SLO", "X"));
+              ElementsAre("a.csv:MA", "a.csv:SLO", "b.csv:SLO", "b.csv:X"));
 }
 
 TEST(Merge, SamplePeriod_IsTheLongest) {

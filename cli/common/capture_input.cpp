@@ -1,10 +1,12 @@
 #include "cli/common/capture_input.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
-#include <filesystem>
-#include <system_error>
+#include <utility>
 
 #include "capture/merge.hpp"
 #include "capture/open.hpp"
@@ -14,72 +16,111 @@ namespace biss::cli {
 
 namespace {
 
+using decode::LineProblem;
+
 struct FileAndName {
   std::string file;
   std::string name;
 };
 
-// `FILE:NAME`; without a colon there is no file. A drive letter or scope is no problem: the last
-// colon counts.
+// `FILE:NAME`; without a colon there is no file. The last colon counts, so that a drive letter or a
+// scope does no harm.
 FileAndName split(const std::string& text) {
   const std::size_t colon = text.rfind(':');
   if (colon == std::string::npos || colon == 0) return {"", text};
   return {text.substr(0, colon), text.substr(colon + 1)};
 }
 
-// The name that `text` gives a line of this file: empty where it speaks of another one.
+// The line of this file that `text` names: empty where it names one of another file.
 std::string name_in(const std::string& file, const std::string& text) {
   const FileAndName parts = split(text);
   return parts.file.empty() || parts.file == file ? parts.name : std::string();
-}
-
-capture::OpenOptions options_for(const std::string& file, const RawSamples& raw,
-                                 const std::string& ma, const std::string& slo) {
-  if (!raw.rate) return {};
-  return {.raw = layout_of(raw, name_in(file, ma), name_in(file, slo))};
-}
-
-std::string why_not(const capture::CaptureError& error, const std::string& file) {
-  if (error.cause != capture::CaptureCause::layout_missing) {
-    return capture::capture_error_text(error, file);
-  }
-  return fmt::format(
-      "{}: raw samples do not say their sample rate; give --raw-rate, and --raw-bytes where a "
-      "sample has more than one",
-      file);
 }
 
 bool contains(const std::vector<std::string>& list, const std::string& item) {
   return std::find(list.begin(), list.end(), item) != list.end();
 }
 
+// Prints why it cannot.
+ExitStatus open_file(CaptureFile& file, const InputArguments& arguments) {
+  if (file.source) return ExitStatus::done;
+  capture::OpenOptions options;
+  if (arguments.raw.rate) {
+    options.raw = layout_of(arguments.raw, name_in(file.path, arguments.ma),
+                            name_in(file.path, arguments.slo));
+  }
+  capture::OpenedBytes bytes = capture::open_bytes(file.path);
+  if (!bytes) return fail(ExitStatus::io, capture::capture_error_text(bytes.error, file.path));
+  file.position = ReadPosition(bytes.bytes->regular_file());
+  capture::Opened opened = capture::open_capture(std::move(bytes.bytes), file.path, options);
+  if (!opened) {
+    const bool no_layout = opened.error.cause == capture::CaptureCause::layout_missing;
+    return fail(ExitStatus::io,
+                no_layout ? fmt::format("{}: the sample rate of raw samples is not known; give "
+                                        "--raw-rate, and --raw-bytes where a sample has more than "
+                                        "one byte",
+                                        file.path)
+                          : capture::capture_error_text(opened.error, file.path));
+  }
+  file.source = std::move(opened.source);
+  file.is_raw = opened.by_layout;
+  return ExitStatus::done;
+}
+
+std::string pair_text(const std::vector<std::string>& names, const decode::Lines& lines) {
+  if (lines.ma == lines.slo) return names[lines.ma];
+  return fmt::format("{} with {}", names[lines.ma], names[lines.slo]);
+}
+
+// At most so many of a list, and that there are more.
+std::string some_of(std::vector<std::string> list) {
+  constexpr std::size_t most = 12;
+  if (list.size() > most) {
+    list.resize(most);
+    list.emplace_back("...");
+  }
+  return fmt::format("{}", fmt::join(list, ", "));
+}
+
 }  // namespace
 
-ExitStatus CaptureInput::open(std::vector<std::string> files, const std::string& ma,
-                              const std::string& slo, const RawSamples& raw) {
-  files_ = std::move(files);
-  const bool files_given = !files_.empty();
-  for (const std::string* text : {&ma, &slo}) {
-    const std::string file = split(*text).file;
-    if (!file.empty() && !files_given && !contains(files_, file)) files_.push_back(file);
+ReadPosition::ReadPosition(int descriptor) : descriptor_(descriptor < 0 ? -1 : ::dup(descriptor)) {}
+ReadPosition::ReadPosition(ReadPosition&& other) noexcept
+    : descriptor_(std::exchange(other.descriptor_, -1)) {}
+ReadPosition& ReadPosition::operator=(ReadPosition&& other) noexcept {
+  std::swap(descriptor_, other.descriptor_);
+  return *this;
+}
+ReadPosition::~ReadPosition() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+std::optional<unsigned> ReadPosition::percent() const {
+  struct stat about {};
+  if (descriptor_ < 0 || ::fstat(descriptor_, &about) != 0 || about.st_size <= 0) {
+    return std::nullopt;
   }
-  if (files_.empty()) {
-    return fail(ExitStatus::usage, "no capture given; name a file, or - for standard input");
-  }
+  const off_t at = ::lseek(descriptor_, 0, SEEK_CUR);
+  if (at < 0) return std::nullopt;
+  return static_cast<unsigned>(std::min<off_t>(100, at / (about.st_size / 100 + 1)));
+}
+
+ExitStatus CaptureInput::open(std::vector<CaptureFile> files, const InputArguments& arguments) {
+  *this = CaptureInput();
   std::vector<capture::NamedSource> sources;
-  std::size_t lines = 0;
-  bool any_raw = false;
-  for (const std::string& file : files_) {
-    capture::Opened opened = capture::open_capture(file, options_for(file, raw, ma, slo));
-    if (!opened) return fail(ExitStatus::io, why_not(opened.error, file));
-    any_raw = any_raw || opened.by_layout;
-    first_line_.push_back(lines);
-    lines += opened.source->lines().size();
-    sources.push_back({std::move(opened.source), file});
+  bool any_raw = files.size() < arguments.files.size();
+  for (CaptureFile& file : files) {
+    const ExitStatus opened = open_file(file, arguments);
+    if (opened != ExitStatus::done) return opened;
+    any_raw = any_raw || file.is_raw;
+    name_ += (name_.empty() ? "" : " + ") + file.path;
+    paths_.push_back(file.path);
+    positions_.push_back(std::move(file.position));
+    sources.push_back({std::move(file.source), file.path});
   }
-  if (raw.rate && !any_raw) {
+  if (arguments.raw.rate && !any_raw) {
     return fail(ExitStatus::usage,
-                fmt::format("--raw-rate: {} says its times itself; leave the option out", name()));
+                fmt::format("--raw-rate: {} says its times itself; leave the option out", name_));
   }
   if (sources.size() == 1) {
     source_ = std::move(sources.front().source);
@@ -89,31 +130,88 @@ ExitStatus CaptureInput::open(std::vector<std::string> files, const std::string&
   return ExitStatus::done;
 }
 
-bool CaptureInput::reads(const std::string& path) const {
-  namespace fs = std::filesystem;
-  std::error_code none;
-  if (path.empty() || path == "-" || !fs::is_regular_file(path, none)) return false;
-  return std::any_of(files_.begin(), files_.end(), [&](const std::string& file) {
-    std::error_code missing;
-    return fs::equivalent(file == "-" ? "/dev/stdin" : file, path, missing) && !missing;
-  });
-}
-
-std::string CaptureInput::line_of(const std::string& text) const {
-  if (contains(lines(), text)) return text;
-  const FileAndName parts = split(text);
-  const auto file = std::find(files_.begin(), files_.end(), parts.file);
-  if (file == files_.end()) return text;
-  const auto k = static_cast<std::size_t>(file - files_.begin());
-  const std::size_t end = k + 1 < first_line_.size() ? first_line_[k + 1] : lines().size();
-  for (std::size_t i = first_line_[k]; i < end; ++i) {
-    if (lines()[i] == parts.name || lines()[i] == text) return lines()[i];
+ExitStatus CaptureInput::reopen(const InputArguments& arguments) {
+  if (contains(paths_, "-")) {
+    return fail(ExitStatus::usage,
+                "--each: standard input can be read only once; save it to a file");
   }
-  return text;
+  std::vector<CaptureFile> files;
+  for (std::string& path : paths_) files.push_back({.path = std::move(path)});
+  return open(std::move(files), arguments);
 }
 
-std::string CaptureInput::name() const {
-  return files_.size() == 1 ? files_.front() : fmt::format("{} files", files_.size());
+// What a name given by the user is among the lines of this capture; empty where the name is one of
+// another capture.
+std::string CaptureInput::request_for(const std::string& text,
+                                      const InputArguments& arguments) const {
+  if (paths_.size() > 1 || contains(lines(), text)) return text;
+  const FileAndName parts = split(text);
+  if (parts.file == paths_.front()) return parts.name;
+  return contains(arguments.files, parts.file) ? std::string() : text;
+}
+
+tl::expected<std::vector<decode::FoundLines>, ExitStatus> CaptureInput::find_lines(
+    const InputArguments& arguments, const decode::CycleReader& reader) {
+  const std::string ma = request_for(arguments.ma, arguments);
+  const std::string slo = request_for(arguments.slo, arguments);
+  auto found = decode::find_lines(lines(), beginning(), {ma, slo, arguments.each}, reader);
+  if (found) return std::move(*found);
+  return tl::unexpected(report(found.error(), arguments));
+}
+
+tl::expected<wire::LineIndex, ExitStatus> CaptureInput::find_ma(const InputArguments& arguments,
+                                                                const decode::CycleReader& reader) {
+  const auto found =
+      decode::find_ma(lines(), beginning(), request_for(arguments.ma, arguments), reader);
+  if (found) return *found;
+  return tl::unexpected(report(found.error(), arguments));
+}
+
+ExitStatus CaptureInput::report(const decode::LineError& error,
+                                const InputArguments& arguments) const {
+  if (!error_.empty()) return fail(ExitStatus::io, error_);
+  std::vector<std::string> pairs;
+  for (const decode::Lines& candidate : error.candidates) {
+    pairs.push_back(pair_text(lines(), candidate));
+  }
+  switch (error.problem) {
+    case LineProblem::no_such_ma:
+    case LineProblem::no_such_slo: {
+      const bool ma = error.problem == LineProblem::no_such_ma;
+      return fail(ExitStatus::usage,
+                  fmt::format("{}: no line '{}' in {}; it has {}", ma ? "--ma" : "--slo",
+                              ma ? arguments.ma : arguments.slo, name_, some_of(lines())));
+    }
+    case LineProblem::same_line:
+      return fail(ExitStatus::usage,
+                  "MA and SLO cannot be the same line; name both with --ma and --slo");
+    case LineProblem::too_few_lines:
+      return fail(ExitStatus::data_failed,
+                  fmt::format("{}: fewer than two lines change; MA and SLO are needed", name_));
+    case LineProblem::nothing_behaves:
+      return fail(ExitStatus::data_failed,
+                  fmt::format("{}: no pair of lines behaves like MA and SLO; it has {}; name them "
+                              "with --ma and --slo",
+                              name_, some_of(lines())));
+    case LineProblem::ambiguous:
+      break;
+  }
+  return fail(
+      ExitStatus::data_failed,
+      fmt::format("{}: several lines can be MA and SLO: {}; name one pair with --ma and "
+                  "--slo{}",
+                  name_, some_of(pairs),
+                  arguments.has_each && !arguments.each ? ", or read all with --each" : ""));
+}
+
+std::string CaptureInput::progress_text(std::uint64_t cycles) const {
+  std::optional<unsigned> least;
+  for (const ReadPosition& position : positions_) {
+    const auto percent = position.percent();
+    if (percent) least = std::min(*percent, least.value_or(100));
+  }
+  return fmt::format("{}:{} {} request cycles", name_, least ? fmt::format(" {} %,", *least) : "",
+                     cycles);
 }
 
 std::span<const wire::Edge> CaptureInput::pull() {
@@ -123,30 +221,75 @@ std::span<const wire::Edge> CaptureInput::pull() {
     ended_ = true;
     const auto* merged = dynamic_cast<const capture::MergedSource*>(source_.get());
     const std::size_t which = merged != nullptr ? merged->failed_source() : 0;
-    error_ = capture::capture_error_text(block.error(), files_[which]);
+    error_ = capture::capture_error_text(block.error(), paths_[which]);
     return {};
   }
   ended_ = block->empty();
   return *block;
 }
 
-std::span<const wire::Edge> CaptureInput::look_at_beginning(std::size_t edges) {
-  while (beginning_.size() < edges) {
+std::span<const wire::Edge> CaptureInput::beginning() {
+  while (!beginning_read_ && beginning_.size() < edges_at_beginning) {
     const auto block = pull();
     if (block.empty()) break;
     beginning_.insert(beginning_.end(), block.begin(), block.end());
   }
-  beginning_pending_ = !beginning_.empty();
+  beginning_pending_ = beginning_pending_ || (!beginning_read_ && !beginning_.empty());
+  beginning_read_ = true;
   return beginning_;
 }
 
 std::span<const wire::Edge> CaptureInput::next() {
-  if (beginning_pending_) {
-    beginning_pending_ = false;
-    return beginning_;
-  }
+  if (std::exchange(beginning_pending_, false)) return beginning_;
   if (!beginning_.empty()) beginning_ = {};
   return pull();
+}
+
+ExitStatus CaptureList::open(InputArguments arguments) {
+  arguments_ = std::move(arguments);
+  std::vector<std::string>& files = arguments_.files;
+  const std::string ma_file = split(arguments_.ma).file;
+  const std::string slo_file = split(arguments_.slo).file;
+  const bool files_given = !files.empty();
+  for (const std::string& file : {ma_file, slo_file}) {
+    if (file.empty() || contains(files, file)) continue;
+    if (files_given && files.size() == 1) continue;  // a line of this name, or of none
+    if (files_given) {
+      return fail(ExitStatus::usage, fmt::format("{}: '{}' is not among the captures given",
+                                                 file == ma_file ? "--ma" : "--slo", file));
+    }
+    files.push_back(file);
+  }
+  if (files.empty()) {
+    return fail(ExitStatus::usage, "no capture given; name a file, or - for standard input");
+  }
+  std::vector<CaptureFile> opened;
+  for (const std::string& file : files) opened.push_back({.path = file});
+  bool joined = files.size() > 1;
+  if (joined && contains(files, ma_file) && contains(files, slo_file) && ma_file != slo_file) {
+    for (const std::string& file : files) {
+      if (file == ma_file || file == slo_file) continue;
+      return fail(ExitStatus::usage,
+                  fmt::format("{}: neither --ma nor --slo names a line of it; leave it out", file));
+    }
+  } else {
+    for (std::size_t i = 0; joined && i < opened.size(); ++i) {
+      const ExitStatus status = open_file(opened[i], arguments_);
+      if (status != ExitStatus::done) return status;
+      joined = opened[i].source->lines().size() == 1;
+    }
+  }
+  if (joined || opened.size() == 1) {
+    captures_.push_back(std::move(opened));
+  } else {
+    for (CaptureFile& file : opened) captures_.emplace_back().push_back(std::move(file));
+  }
+  several_ = captures_.size() > 1;
+  return ExitStatus::done;
+}
+
+ExitStatus CaptureList::open_next(CaptureInput& input) {
+  return input.open(std::move(captures_[next_++]), arguments_);
 }
 
 }  // namespace biss::cli

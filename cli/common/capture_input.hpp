@@ -1,60 +1,134 @@
-// The captures a verb reads: one or several files as one source, its beginning at hand for a look.
+// The captures that a verb reads, one after the other, and MA and SLO in each.
 #pragma once
 
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <tl/expected.hpp>
 #include <vector>
 
 #include "capture/edge_source.hpp"
 #include "cli/common/exit_status.hpp"
 #include "cli/common/raw_samples.hpp"
+#include "decode/lines.hpp"
 
 namespace biss::cli {
 
-/// A capture opened from the command line.
+/// This much of the beginning of a capture is used to find MA and SLO and to measure the rate of
+/// requests.
+inline constexpr std::size_t edges_at_beginning = std::size_t{1} << 18U;
+
+/// What the command line says about captures and their lines.
+struct InputArguments {
+  std::vector<std::string> files;
+  /// NAME, or FILE:NAME; empty when not given.
+  std::string ma;
+  std::string slo;
+  /// Read every pair of MA and SLO, not one.
+  bool each = false;
+  /// The verb has the option --each.
+  bool has_each = false;
+  RawSamples raw;
+};
+
+/// How much of an open file has been read. Holds a descriptor of its own.
+class ReadPosition {
+ public:
+  explicit ReadPosition(int descriptor);
+  ReadPosition(ReadPosition&& other) noexcept;
+  ReadPosition& operator=(ReadPosition&& other) noexcept;
+  ~ReadPosition();
+
+  /// In percent; nothing where the file has no size, as a pipe.
+  std::optional<unsigned> percent() const;
+
+ private:
+  int descriptor_;
+};
+
+/// A file of the command line, and its reader once it is open.
+struct CaptureFile {
+  std::string path;
+  std::unique_ptr<capture::EdgeSource> source = nullptr;
+  ReadPosition position{-1};
+  /// Raw samples, read by the layout that the command line gives.
+  bool is_raw = false;
+};
+
+/// A capture: one file, or several that are read as one.
 class CaptureInput {
  public:
-  /// Opens `files`; several make one capture with the lines of all. `ma` and `slo` may be `NAME` or
-  /// `FILE:NAME`; a file named only there is opened too. Says on stderr why not: `usage` when no
-  /// file is named, or `raw` is given and none of them is raw; `io` when one cannot be opened.
-  ExitStatus open(std::vector<std::string> files, const std::string& ma, const std::string& slo,
-                  const RawSamples& raw);
+  /// Opens what is not open yet. Prints why it cannot be read.
+  ExitStatus open(std::vector<CaptureFile> files, const InputArguments& arguments);
+  /// Begins at the beginning once more. Prints why it cannot.
+  ExitStatus reopen(const InputArguments& arguments);
 
-  /// `path` is one of the files opened, by whatever name. False for what is no regular file.
-  bool reads(const std::string& path) const;
-
+  /// Names of the lines; with several files FILE:NAME.
   const std::vector<std::string>& lines() const { return source_->lines(); }
-  /// The name in lines() that `NAME` or `FILE:NAME` stands for; the text itself where there is
-  /// none.
-  std::string line_of(const std::string& text) const;
+  /// What the user calls it; with several files FILE + FILE.
+  const std::string& name() const { return name_; }
 
-  /// Reads ahead until that many edges are at hand or the capture ends; they are delivered by
-  /// next() all the same.
-  std::span<const wire::Edge> look_at_beginning(std::size_t edges);
+  /// MA and SLO: one pair, or every pair with `each`. Prints why there is none: `usage` for a name
+  /// that the capture does not have, `data_failed` where no lines look like MA and SLO or several
+  /// do, `io` where reading failed.
+  tl::expected<std::vector<decode::FoundLines>, ExitStatus> find_lines(
+      const InputArguments& arguments, const decode::CycleReader& reader);
+  /// MA alone.
+  tl::expected<wire::LineIndex, ExitStatus> find_ma(const InputArguments& arguments,
+                                                    const decode::CycleReader& reader);
 
+  /// The first edges, at most `edges_at_beginning` and one block; next() delivers them again.
+  /// Valid until next().
+  std::span<const wire::Edge> beginning();
   /// The next edges; empty at the end, or when reading failed: then error() is not empty.
   std::span<const wire::Edge> next();
 
   Picoseconds end_time() const { return source_->end_time(); }
   /// As EdgeSource::sample_period().
   Picoseconds sample_period() const { return source_->sample_period(); }
-  /// One line, empty while all is well.
+  /// For a progress line: how much has been read, and how many cycles were found in it.
+  std::string progress_text(std::uint64_t cycles) const;
+  /// One line, empty while reading succeeds.
   const std::string& error() const { return error_; }
-  /// What the user called it.
-  std::string name() const;
 
  private:
+  std::string request_for(const std::string& text, const InputArguments& arguments) const;
   std::span<const wire::Edge> pull();
+  ExitStatus report(const decode::LineError& error, const InputArguments& arguments) const;
 
-  std::vector<std::string> files_;
-  std::vector<std::size_t> first_line_;
+  std::vector<std::string> paths_;
+  std::vector<ReadPosition> positions_;
+  std::string name_;
   std::unique_ptr<capture::EdgeSource> source_;
   std::vector<wire::Edge> beginning_;
+  bool beginning_read_ = false;
   bool beginning_pending_ = false;
   bool ended_ = false;
   std::string error_;
+};
+
+/// The captures of a command line. Files are read as one capture where each has one line, or where
+/// --ma and --slo name a line of different files; else each file is a capture by itself.
+class CaptureList {
+ public:
+  /// Decides which files belong together. Prints why the command line makes no sense, or which file
+  /// cannot be read.
+  ExitStatus open(InputArguments arguments);
+
+  /// More than one capture.
+  bool several() const { return several_; }
+  bool at_end() const { return next_ == captures_.size(); }
+  /// Opens the next capture. \pre not at_end()
+  ExitStatus open_next(CaptureInput& input);
+
+  const InputArguments& arguments() const { return arguments_; }
+
+ private:
+  InputArguments arguments_;
+  std::vector<std::vector<CaptureFile>> captures_;
+  std::size_t next_ = 0;
+  bool several_ = false;
 };
 
 }  // namespace biss::cli

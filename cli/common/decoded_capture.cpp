@@ -2,7 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <utility>
+
 #include "cli/common/message.hpp"
+#include "cli/common/terminal.hpp"
 #include "decode/decoder.hpp"
 #include "decode/polarity.hpp"
 #include "decode/statistics.hpp"
@@ -19,13 +23,46 @@ std::string file_of_line(const std::string& text) {
 
 bool is_resolution(Picoseconds time) { return time >= Picoseconds{} && time <= milliseconds(1); }
 
+// Adds the same cells at the end of each row.
+class CaptureRows final : public report::TableWriter {
+ public:
+  CaptureRows(report::TableWriter& writer, std::size_t columns, const Output& output,
+              bool needs_all)
+      : writer_(writer), columns_(columns), output_(output), needs_all_(needs_all) {}
+
+  void set_last_cells(std::vector<report::Cell> cells) { last_ = std::move(cells); }
+  // False when the rows cannot be written, or are of no use because their reader has left.
+  bool good() const { return good_; }
+
+  bool row(std::span<const report::Cell> cells) override {
+    if (!last_.empty()) {
+      row_.assign(cells.begin(), cells.end());
+      row_.resize(columns_ - last_.size());
+      row_.insert(row_.end(), last_.begin(), last_.end());
+      cells = row_;
+    }
+    good_ = writer_.row(cells) && (needs_all_ || !output_.reader_left());
+    return good_;
+  }
+  bool finish() override { return writer_.finish(); }
+
+ private:
+  report::TableWriter& writer_;
+  std::size_t columns_;
+  const Output& output_;
+  bool needs_all_;
+  std::vector<report::Cell> last_;
+  std::vector<report::Cell> row_;
+  bool good_ = true;
+};
+
 }  // namespace
 
 void add_capture_options(Verb verb, CaptureArguments& arguments) {
-  verb.add_option(
-          "FILE", arguments.files,
-          "Captures (VCD, event CSV, .sr, Saleae CSV, raw samples); several are read as one; - is "
-          "standard input")
+  verb.add_option("FILE", arguments.files,
+                  "Captures (VCD, event CSV, .sr, Saleae CSV, raw samples), read one after the "
+                  "other; files "
+                  "with one line each are read as one capture; - is standard input")
       .file(FileUse::read);
   add_format_option(verb, arguments.device, false, "; none: check the structure alone");
   add_timing_options(verb, arguments.device);
@@ -42,12 +79,13 @@ void add_capture_options(Verb verb, CaptureArguments& arguments) {
   add_duration_option(verb, "--resolution", into(arguments.resolution),
                       "Edge timing uncertainty of the capture: its sample period where the file "
                       "gives it, else 0");
+  arguments.has_each = true;
+  verb.add_flag("--each", arguments.each,
+                "Read every encoder of a capture: all pairs of MA and SLO, one after the other");
   add_raw_options(verb, arguments.raw);
 }
 
-ExitStatus DecodedCapture::open(const CaptureArguments& arguments,
-                                const std::vector<std::string>& outputs,
-                                const MarginArguments& margin) {
+ExitStatus DecodedCapture::open(const CaptureArguments& arguments, const MarginArguments& margin) {
   if (arguments.device.format.empty() || arguments.device.format == "none") {
     const std::string wrong = override_timing(arguments.device, timing_);
     if (!wrong.empty()) return fail(ExitStatus::usage, wrong);
@@ -57,33 +95,76 @@ ExitStatus DecodedCapture::open(const CaptureArguments& arguments,
     format_ = choice.device->format;
     timing_ = choice.device->timing;
   }
-  const auto opened = input_.open(arguments.files, arguments.ma, arguments.slo, arguments.raw);
-  if (opened != ExitStatus::done) return opened;
-  if (arguments.resolution && !is_resolution(*arguments.resolution)) {
+  resolution_ = arguments.resolution;
+  invert_ma_ = arguments.invert_ma;
+  invert_slo_ = arguments.invert_slo;
+  margin_.compensated = !margin.no_compensation;
+  if (resolution_ && !is_resolution(*resolution_)) {
     return fail(ExitStatus::usage, "--resolution: from 0s to 1ms");
   }
-  for (const std::string& output : outputs) {
-    if (input_.reads(output)) {
-      return fail(ExitStatus::usage,
-                  fmt::format("-o {}: is the capture itself; name another file", output));
-    }
-  }
-  margin_ = {.compensated = !margin.no_compensation,
-             .resolution = arguments.resolution.value_or(input_.sample_period())};
-  lines_ = find_capture_lines(input_, arguments.ma, arguments.slo, reader());
-  if (lines_.status != ExitStatus::done) return fail(lines_.status, lines_.problem);
-  decode::FoundLines& found = lines_.found;
-  found.lines.ma_inverted = arguments.invert_ma;
-  found.lines.slo_inverted = arguments.invert_slo;
-  found.lines = decode::find_polarity(found.lines, lines_.beginning, reader());
-  found.look_swapped = found.look_swapped && !found.lines.slo_inverted;
-  return ExitStatus::done;
+  return list_.open(arguments);
 }
 
-Picoseconds DecodedCapture::interval() const {
+bool DecodedCapture::next() {
+  if (pair_ + 1 < pairs_.size()) {
+    ++pair_;
+    const ExitStatus opened = input_.reopen(list_.arguments());
+    status_ = std::max(status_, opened);
+    return opened == ExitStatus::done;
+  }
+  while (status_ <= ExitStatus::data_failed && !list_.at_end()) {
+    if (open_next()) return true;
+  }
+  return false;
+}
+
+bool DecodedCapture::open_next() {
+  pairs_.clear();
+  pair_ = 0;
+  ExitStatus status = list_.open_next(input_);
+  if (status == ExitStatus::done) {
+    margin_.resolution = resolution_.value_or(input_.sample_period());
+    auto found = input_.find_lines(list_.arguments(), reader());
+    if (found) {
+      pairs_ = std::move(*found);
+      for (decode::FoundLines& pair : pairs_) measure_polarity(pair);
+    } else {
+      status = found.error();
+    }
+  }
+  status_ = std::max(status_, status);
+  return status == ExitStatus::done;
+}
+
+void DecodedCapture::measure_polarity(decode::FoundLines& found) {
+  found.lines.ma_inverted = invert_ma_;
+  found.lines.slo_inverted = invert_slo_;
+  found.lines = decode::find_polarity(found.lines, input_.beginning(), reader());
+  found.look_swapped = found.look_swapped && !found.lines.slo_inverted;
+}
+
+std::vector<report::Column> DecodedCapture::columns() const {
+  std::vector<report::Column> columns;
+  if (list_.several()) columns.push_back({.name = "file"});
+  if (!list_.arguments().each) return columns;
+  columns.push_back({.name = "ma", .heading = "MA"});
+  columns.push_back({.name = "slo", .heading = "SLO"});
+  return columns;
+}
+
+std::vector<report::Cell> DecodedCapture::cells() const {
+  std::vector<report::Cell> cells;
+  if (list_.several()) cells.emplace_back(input_.name());
+  if (!list_.arguments().each) return cells;
+  cells.emplace_back(ma_name());
+  cells.emplace_back(slo_name());
+  return cells;
+}
+
+Picoseconds DecodedCapture::interval() {
   decode::Statistics first;
   decode::Decoder decoder(reader(), [&](const decode::Cycle& cycle) { first.add(cycle); });
-  decoder.push(lines_.beginning, lines().lines);
+  decoder.push(input_.beginning(), lines().lines);
   const decode::Distribution& interval = first.interval();
   return interval.count() == 0 ? Picoseconds{} : picoseconds(interval.median());
 }
@@ -91,20 +172,67 @@ Picoseconds DecodedCapture::interval() const {
 bool DecodedCapture::read(const OnCycle& on_cycle) {
   std::uint64_t number = 0;
   bool wanted = true;
+  Progress progress;
   decode::Decoder decoder(
       reader(), [&](const decode::Cycle& cycle) { wanted = wanted && on_cycle(number++, cycle); });
   for (auto block = input_.next(); !block.empty() && wanted; block = input_.next()) {
     decoder.push(block, lines().lines);
+    if (progress.due()) progress.show(input_.progress_text(number));
   }
   decoder.finish(input_.end_time());
   return input_.error().empty();
 }
 
-ExitStatus DecodedCapture::no_request() const {
-  return fail(ExitStatus::data_failed,
-              fmt::format("{}: no request cycle found on MA ({}); is it the right line, is the "
-                          "time unit right, and did the master ask?",
-                          input_.name(), input_.lines()[lines().lines.ma]));
+std::string DecodedCapture::no_request() const {
+  return fmt::format(
+      "{}: no request cycle found on MA ({}); is it the right line, is the time unit "
+      "right, and did the master ask?",
+      input_.name(), ma_name());
+}
+
+void RunMessages::add_summary(std::string_view text) {
+  if (!summaries_.empty()) summaries_ += '\n';
+  summaries_ += text;
+}
+
+ExitStatus RunMessages::fail(ExitStatus status, std::string line) {
+  lines_.push_back(std::move(line));
+  return status;
+}
+
+void RunMessages::print() const {
+  print_summary(summaries_);
+  for (const std::string& line : lines_) warn(line);
+}
+
+ExitStatus write_captures(
+    DecodedCapture& capture, const std::string& output_path, report::Format to,
+    std::vector<report::Column> columns, bool needs_all,
+    const std::function<ExitStatus(report::TableWriter& writer, RunMessages& messages)>& write) {
+  if (!capture.next()) return capture.status();
+  Output output;
+  if (!output.open(output_path)) return output.status();
+  const auto last = capture.columns();
+  columns.insert(columns.end(), last.begin(), last.end());
+  const auto writer =
+      report::make_table_writer(to, columns, output, {.colour = output.wants_colour()});
+  CaptureRows rows(*writer, columns.size(), output, needs_all);
+  RunMessages messages;
+  ExitStatus status = ExitStatus::done;
+  do {
+    rows.set_last_cells(capture.cells());
+    status = std::max(status, write(rows, messages));
+  } while (rows.good() && status < ExitStatus::usage && capture.next());
+  if (!rows.good()) return output.status();
+  status = std::max(status, capture.status());
+  if (status < ExitStatus::usage) {
+    if (!writer->finish() || !output.finish()) return output.status();
+  } else if (status == ExitStatus::io) {
+    writer->finish();
+    output.abandon();
+  }
+  messages.print();
+  return status;
 }
 
 }  // namespace biss::cli

@@ -10,20 +10,16 @@
 #include "cli/common/capture_input.hpp"
 #include "cli/common/exit_status.hpp"
 #include "cli/common/format_option.hpp"
-#include "cli/common/found_lines.hpp"
 #include "cli/common/verb.hpp"
 #include "decode/cycle.hpp"
 #include "decode/cycle_reader.hpp"
+#include "report/table.hpp"
 
 namespace biss::cli {
 
-/// What the command line says of a capture and of the device in it.
-struct CaptureArguments {
-  std::vector<std::string> files;
+/// What the command line says about captures and the device in them.
+struct CaptureArguments : InputArguments {
   FormatArguments device;
-  RawSamples raw;
-  std::string ma;
-  std::string slo;
   /// The capture shows the inverse of the line. Where it is not given, the polarity is measured.
   bool invert_ma = false;
   bool invert_slo = false;
@@ -31,7 +27,8 @@ struct CaptureArguments {
   std::optional<Picoseconds> resolution;
 };
 
-/// FILE…, -f, --ma, --slo, --invert-ma, --invert-slo, --resolution, the timing and the raw options.
+/// FILE…, -f, --ma, --slo, --invert-ma, --invert-slo, --each, --resolution, the timing and the raw
+/// options.
 void add_capture_options(Verb verb, CaptureArguments& arguments);
 
 /// How `marginal` is judged.
@@ -39,41 +36,95 @@ struct MarginArguments {
   bool no_compensation = false;
 };
 
+/// The captures of a command line, decoded one after the other:
+///
+///     DecodedCapture capture;
+///     const ExitStatus opened = capture.open(…);
+///     if (opened != ExitStatus::done) return opened;
+///     return write_captures(capture, …, [&](report::TableWriter& writer, RunMessages& messages) {
+///       capture.read(…);
+///     });
 class DecodedCapture {
  public:
   /// False ends the reading.
   using OnCycle = std::function<bool(std::uint64_t number, const decode::Cycle& cycle)>;
 
-  /// Opens the files and finds MA and SLO. Says on stderr why not.
-  /// \param outputs what the verb will write; the capture itself is refused
-  ExitStatus open(const CaptureArguments& arguments, const std::vector<std::string>& outputs,
-                  const MarginArguments& margin = {});
+  /// Prints why the command line makes no sense.
+  ExitStatus open(const CaptureArguments& arguments, const MarginArguments& margin = {});
 
-  /// Reads to the end.
-  /// \return false where reading failed, and input().error() says why; the cycles until then were
-  ///   told all the same
+  /// Goes to the next capture, or with --each to the next pair of lines of the same one. Prints why
+  /// a capture is left out and tries the one after it. False at the end, or when a file cannot be
+  /// read.
+  bool next();
+  /// The worst status of the captures that next() left out.
+  ExitStatus status() const { return status_; }
+
+  /// More than one capture or pair of lines may be read.
+  bool several() const { return list_.several() || list_.arguments().each; }
+  /// Columns that say which capture and which lines a row is from: `file` where there are several
+  /// captures, `ma` and `slo` with --each; else none.
+  std::vector<report::Column> columns() const;
+  /// Their cells; they refer to this object and are valid until next().
+  std::vector<report::Cell> cells() const;
+
+  /// Reads to the end, with a progress line.
+  /// \return false where reading failed, and input().error() says why; the cycles up to there have
+  ///   been delivered
   bool read(const OnCycle& on_cycle);
-  /// For the one who saw no cycle: says it on stderr, and what to look for.
-  ExitStatus no_request() const;
+  /// One line: no cycle was found, and what to check.
+  std::string no_request() const;
 
-  /// Empty where none was given: frames are then judged by their structure alone.
+  /// Empty when no format was given: frames are then judged by their structure alone.
   const std::optional<FrameFormat>& format() const { return format_; }
   const DeviceTiming& timing() const { return timing_; }
   const decode::MarginSetup& margin() const { return margin_; }
   const CaptureInput& input() const { return input_; }
-  const decode::FoundLines& lines() const { return lines_.found; }
-  /// The time from request to request at the capture's beginning, the median; 0 where there is
-  /// none. To be asked before read().
-  Picoseconds interval() const;
+  const decode::FoundLines& lines() const { return pairs_[pair_]; }
+  const std::string& ma_name() const { return input_.lines()[lines().lines.ma]; }
+  const std::string& slo_name() const { return input_.lines()[lines().lines.slo]; }
+  /// The median time from request to request at the beginning of the capture; 0 where there is
+  /// none. \pre next() was true and read() has not been called since
+  Picoseconds interval();
 
  private:
   decode::CycleReader reader() const { return decode::CycleReader(format_, timing_, margin_); }
+  bool open_next();
+  void measure_polarity(decode::FoundLines& found);
 
   std::optional<FrameFormat> format_;
   DeviceTiming timing_;
+  std::optional<Picoseconds> resolution_;
+  bool invert_ma_ = false;
+  bool invert_slo_ = false;
   decode::MarginSetup margin_;
+  CaptureList list_;
   CaptureInput input_;
-  LinesFound lines_;
+  std::vector<decode::FoundLines> pairs_;
+  std::size_t pair_ = 0;
+  ExitStatus status_ = ExitStatus::done;
 };
+
+/// What a run says on stderr behind its rows.
+class RunMessages {
+ public:
+  void add_summary(std::string_view text);
+  /// Keeps a line that says why the run fails; returns `status`.
+  ExitStatus fail(ExitStatus status, std::string line);
+  void print() const;
+
+ private:
+  std::string summaries_;
+  std::vector<std::string> lines_;
+};
+
+/// Writes one table of all captures: calls `write` for each, which writes the rows of the capture
+/// at hand. Columns that say which capture a row is from are added.
+/// \param output as for Output::open()
+/// \param needs_all the status depends on every row, also when the reader of a pipe has left
+/// \return the worst status of all captures; with `usage` and `io` the output file is left as it was
+ExitStatus write_captures(
+    DecodedCapture& capture, const std::string& output, report::Format to,
+    std::vector<report::Column> columns, bool needs_all,
+    const std::function<ExitStatus(report::TableWriter& writer, RunMessages& messages)>& write);
 
 }  // namespace biss::cli

@@ -1,61 +1,31 @@
 #include "cli/common/recorded_line.hpp"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include <algorithm>
-#include <cctype>
 
-#include "cli/common/found_lines.hpp"
 #include "cli/common/message.hpp"
-#include "decode/lines.hpp"
 #include "decode/times.hpp"
 
 namespace biss::cli {
 
-namespace {
-
-// `MA` behind any scope, in any case.
-bool is_named_ma(const std::string& name) {
-  const std::string last = name.substr(name.rfind('.') + 1);
-  return last.size() == 2 && std::toupper(static_cast<unsigned char>(last[0])) == 'M' &&
-         std::toupper(static_cast<unsigned char>(last[1])) == 'A';
-}
-
-}  // namespace
-
 ExitStatus RecordedLine::open(const std::string& file, const std::string& ma,
                               const std::string& slo, const RawSamples& raw, bool needs_slo) {
-  const ExitStatus opened = input_.open({file}, ma, slo, raw);
+  InputArguments arguments{.files = {file}, .ma = ma, .slo = slo, .raw = raw};
+  CaptureList list;
+  ExitStatus opened = list.open(arguments);
+  if (opened == ExitStatus::done) opened = list.open_next(input_);
   if (opened != ExitStatus::done) return opened;
-  const auto beginning = input_.look_at_beginning(edges_at_beginning);
-  if (!input_.error().empty()) return fail(ExitStatus::io, input_.error());
-  if (needs_slo || !find_ma(ma)) {
-    const decode::CycleReader reader(std::nullopt, DeviceTiming{});
-    const auto found =
-        find_lines(input_.lines(), beginning, input_.line_of(ma), input_.line_of(slo), reader);
-    if (!found.ok()) {
-      const bool told = !ma.empty() || !slo.empty();
-      return fail(told ? ExitStatus::usage : ExitStatus::data_failed,
-                  fmt::format("{}: {} not found; name {} of {}", input_.name(),
-                              needs_slo ? "MA and SLO" : "MA",
-                              needs_slo ? "them with --ma and --slo" : "it with --ma",
-                              fmt::join(input_.lines(), ", ")));
-    }
-    lines_ = found->lines;
+  const decode::CycleReader reader(std::nullopt, DeviceTiming{});
+  if (needs_slo) {
+    const auto found = input_.find_lines(arguments, reader);
+    if (!found) return found.error();
+    lines_ = found->front().lines;
+  } else {
+    const auto found = input_.find_ma(arguments, reader);
+    if (!found) return found.error();
+    lines_.ma = *found;
   }
-  guess_clock(beginning);
-  return ExitStatus::done;
-}
-
-bool RecordedLine::find_ma(const std::string& ma) {
-  const auto& names = input_.lines();
-  const auto at = ma.empty() ? std::find_if(names.begin(), names.end(), is_named_ma)
-                             : std::find(names.begin(), names.end(), input_.line_of(ma));
-  const bool only_one = ma.empty() && names.size() == 1;
-  if (at == names.end() && !only_one) return false;
-  lines_.ma = only_one ? 0 : static_cast<wire::LineIndex>(at - names.begin());
-  return true;
+  guess_clock(input_.beginning());
+  return input_.error().empty() ? ExitStatus::done : fail(ExitStatus::io, input_.error());
 }
 
 void RecordedLine::guess_clock(std::span<const wire::Edge> beginning) {

@@ -10,20 +10,20 @@
 
 namespace biss::cli {
 
-/// The capture, and what was found at its front.
+/// The capture, and what its beginning shows.
 class RecordedLine {
  public:
-  /// Opens it and finds MA, and SLO where `needs_slo`; says on stderr why not.
+  /// Opens it and finds MA, and SLO where `needs_slo`. Prints why it cannot.
   ExitStatus open(const std::string& file, const std::string& ma, const std::string& slo,
                   const RawSamples& raw, bool needs_slo);
 
   CaptureInput& input() { return input_; }
   const decode::Lines& lines() const { return lines_; }
-  /// A guess by the shortest pulse of MA at the front: for the sample rate; 80 kHz to 10 MHz.
+  /// An estimate from the shortest pulse of MA at the beginning, for the sample rate; 80 kHz to
+  /// 10 MHz.
   Hertz clock() const { return clock_; }
 
  private:
-  bool find_ma(const std::string& ma);
   void guess_clock(std::span<const wire::Edge> beginning);
 
   CaptureInput input_;

@@ -74,10 +74,17 @@ class ConformRun {
   explicit ConformRun(const ConformOptions& options) : options_(options) {}
 
   ExitStatus run() {
-    const ExitStatus opened = capture_.open(options_.capture, {options_.output});
+    const ExitStatus opened = capture_.open(options_.capture);
     if (opened != ExitStatus::done) return opened;
-    Output output;
-    if (!output.open(options_.output)) return output.status();
+    return write_captures(capture_, options_.output, options_.to, columns(), true,
+                          [&](report::TableWriter& writer, RunMessages& messages) {
+                            return judge(writer, messages);
+                          });
+  }
+
+ private:
+  // The rows of one capture.
+  ExitStatus judge(report::TableWriter& writer, RunMessages& messages) {
     decode::Conformance conformance(capture_.format(), capture_.timing());
     std::uint64_t cycles = 0;
     const bool read = capture_.read([&](std::uint64_t number, const decode::Cycle& cycle) {
@@ -86,27 +93,21 @@ class ConformRun {
       return true;
     });
     conformance.finish();
-    if (!read || cycles == 0) {
-      output.abandon();
-      return read ? capture_.no_request() : fail(ExitStatus::io, capture_.input().error());
-    }
-    const auto writer = report::make_table_writer(options_.to, columns(), output,
-                                                  {.colour = output.wants_colour()});
+    if (!read) return messages.fail(ExitStatus::io, capture_.input().error());
+    if (cycles == 0) return messages.fail(ExitStatus::data_failed, capture_.no_request());
     std::array<unsigned, 4> verdicts{};
     for (std::size_t i = 0; i < decode::rule_count; ++i) {
       const auto rule = static_cast<Rule>(i);
       const RuleResult result = conformance.result(rule);
       ++verdicts[static_cast<std::size_t>(result.verdict)];
-      put(*writer, rule, result);
+      put(writer, rule, result);
     }
-    if (!writer->finish() || !output.finish()) return output.status();
-    summarise(verdicts);
+    messages.add_summary(summary(verdicts));
     const bool failed = verdicts[static_cast<std::size_t>(Verdict::fail)] != 0;
     return failed ? ExitStatus::data_failed : ExitStatus::done;
   }
 
- private:
-  void summarise(const std::array<unsigned, 4>& verdicts) const {
+  std::string summary(const std::array<unsigned, 4>& verdicts) const {
     std::string counted;
     for (std::size_t i = 0; i < verdicts.size(); ++i) {
       if (verdicts[i] == 0) continue;
@@ -116,7 +117,7 @@ class ConformRun {
     report::Summary out;
     out.title(fmt::format("{}: {} rules", capture_.input().name(), decode::rule_count));
     out.entry("verdict", counted);
-    print_summary(out.text());
+    return out.text();
   }
 
   const ConformOptions& options_;

@@ -1,6 +1,8 @@
 // `biss decode`: a capture in, a row a request cycle out.
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "cli/common/decoded_capture.hpp"
 #include "cli/common/fail_on.hpp"
 #include "cli/common/verb.hpp"
@@ -30,16 +32,20 @@ class DecodeRun {
   explicit DecodeRun(const DecodeOptions& options) : options_(options) {}
 
   ExitStatus run() {
-    std::string wrong = fail_on_.read(options_.fail_on);
+    const std::string wrong = fail_on_.read(options_.fail_on);
     if (!wrong.empty()) return fail(ExitStatus::usage, wrong);
-    const ExitStatus opened = capture_.open(options_.capture, {options_.output}, options_.margin);
+    const ExitStatus opened = capture_.open(options_.capture, options_.margin);
     if (opened != ExitStatus::done) return opened;
-    wrong = set_safety();
-    return wrong.empty() ? write_rows() : fail(ExitStatus::usage, wrong);
+    DecodeTable table(capture_.format());
+    return write_captures(capture_, options_.output, options_.to, table.columns(),
+                          !options_.fail_on.empty(),
+                          [&](report::TableWriter& writer, RunMessages& messages) {
+                            return write_rows(table, writer, messages);
+                          });
   }
 
  private:
-  // Needs to know how fast requests come, by the beginning of the capture.
+  // The watchdog depends on the rate of requests at the beginning of the capture.
   std::string set_safety() {
     const auto& format = capture_.format();
     if (!format) {
@@ -57,40 +63,39 @@ class DecodeRun {
     return choice.error;
   }
 
-  ExitStatus write_rows() {
-    Output output;
-    if (!output.open(options_.output)) return output.status();
-    DecodeTable table(capture_.format());
-    const auto writer = report::make_table_writer(options_.to, table.columns(), output,
-                                                  {.colour = output.wants_colour()});
-    bool writing = true;
+  // The rows of one capture.
+  ExitStatus write_rows(DecodeTable& table, report::TableWriter& writer, RunMessages& messages) {
+    statistics_ = {};
+    outside_ = 0;
+    const std::string wrong = set_safety();
+    if (!wrong.empty()) return fail(ExitStatus::usage, wrong);
     const bool read = capture_.read([&](std::uint64_t number, const decode::Cycle& cycle) {
       if (!is_wanted(cycle.time)) return true;
       const auto verdict = safety_ ? safety_->judge(cycle) : std::nullopt;
       statistics_.add(cycle);
-      writing = writer->row(table.cells(number, cycle, verdict));
-      return writing && !is_over(output);
+      return writer.row(table.cells(number, cycle, verdict));
     });
-    if (!writing || is_over(output)) return output.status();
+    const std::string summary = decode_summary(statistics_, capture_, safety(), safety_name_);
     if (!read) {
-      writer->finish();
-      output.abandon();
-      print_summary(summary());
-      return fail(ExitStatus::io, capture_.input().error());
+      messages.add_summary(summary);
+      return messages.fail(ExitStatus::io, capture_.input().error());
     }
-    if (!writer->finish() || !output.finish()) return output.status();
-    return conclude();
-  }
-
-  // The reader of the rows has left, and no judgement needs the rest.
-  bool is_over(const Output& output) const {
-    return output.reader_left() && options_.fail_on.empty();
+    const std::string& name = capture_.input().name();
+    if (statistics_.cycles() == 0 && outside_ != 0) {
+      return messages.fail(
+          ExitStatus::data_failed,
+          fmt::format("{}: no request cycle between --since and --until; outside: {}", name,
+                      outside_));
+    }
+    if (!has_request()) return messages.fail(ExitStatus::data_failed, capture_.no_request());
+    messages.add_summary(summary);
+    return fail_on_.met_by(statistics_, safety()) ? ExitStatus::data_failed : ExitStatus::done;
   }
 
   bool is_wanted(Picoseconds time) {
     const bool wanted = (!options_.since || time >= *options_.since) &&
                         (!options_.until || time <= *options_.until);
-    if (!wanted) ++passed_over_;
+    if (!wanted) ++outside_;
     return wanted;
   }
 
@@ -102,30 +107,16 @@ class DecodeRun {
     return statistics_.cycles() > glitches + (glitches != 0 ? pieces : 0);
   }
 
-  ExitStatus conclude() const {
-    if (statistics_.cycles() == 0 && passed_over_ != 0) {
-      return fail(ExitStatus::data_failed,
-                  fmt::format("{}: no request cycle between --since and --until; outside: {}",
-                              capture_.input().name(), passed_over_));
-    }
-    if (!has_request()) return capture_.no_request();
-    print_summary(summary());
-    return fail_on_.met_by(statistics_, safety()) ? ExitStatus::data_failed : ExitStatus::done;
-  }
-
-  std::string summary() const {
-    return decode_summary(statistics_, capture_, safety(), safety_name_);
-  }
-
   const decode::SafetyWatch* safety() const { return safety_ ? &*safety_ : nullptr; }
 
   const DecodeOptions& options_;
   FailOn fail_on_;
   DecodedCapture capture_;
+  // Of the capture that is being read.
   decode::Statistics statistics_;
   std::optional<decode::SafetyWatch> safety_;
   std::string safety_name_;
-  std::uint64_t passed_over_ = 0;
+  std::uint64_t outside_ = 0;
 };
 
 }  // namespace

@@ -52,13 +52,13 @@ void add_rate(report::Summary& summary, std::string_view key, const decode::Dist
                 report::spread(rate_text(periods.max()), median, rate_text(periods.min())));
 }
 
-std::string_view how_text(decode::LineChoice how) {
-  switch (how) {
-    case decode::LineChoice::told:
-      return "as told";
-    case decode::LineChoice::by_name:
-      return "by name";
-    case decode::LineChoice::by_behaviour:
+std::string_view origin_text(const decode::FoundLines& found) {
+  switch (found.origin) {
+    case decode::LineOrigin::given:
+      return "as given";
+    case decode::LineOrigin::by_name:
+      return found.further_pairs ? "by name; --each reads all encoders" : "by name";
+    case decode::LineOrigin::by_behaviour:
       return "by behaviour";
   }
   return "";
@@ -179,15 +179,14 @@ void add_marginal(report::Summary& summary, const decode::Statistics& statistics
 std::string decode_summary(const decode::Statistics& statistics, const DecodedCapture& capture,
                            const decode::SafetyWatch* safety, std::string_view safety_name) {
   const decode::FoundLines& found = capture.lines();
-  const auto& names = capture.input().lines();
   report::Summary summary;
   summary.title(fmt::format("{}: {} request cycle{}", capture.input().name(), statistics.cycles(),
                             statistics.cycles() == 1 ? "" : "s"));
   summary.entry("lines",
-                fmt::format("MA = {}{}, SLO = {}{}", names[found.lines.ma],
-                            found.lines.ma_inverted ? " (inverted)" : "", names[found.lines.slo],
+                fmt::format("MA = {}{}, SLO = {}{}", capture.ma_name(),
+                            found.lines.ma_inverted ? " (inverted)" : "", capture.slo_name(),
                             found.lines.slo_inverted ? " (inverted)" : ""),
-                how_text(found.how));
+                origin_text(found));
   summary.entry("status", status_counts(statistics));
   if (capture.format()) {
     summary.entry("flags", fmt::format("{} with nE = 0, {} with nW = 0", statistics.errors(),

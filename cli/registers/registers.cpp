@@ -97,18 +97,32 @@ class RegistersRun {
   explicit RegistersRun(const RegistersOptions& options) : options_(options) {}
 
   ExitStatus run() {
-    const ExitStatus opened = capture_.open(options_.capture, {options_.output, options_.dump});
+    const ExitStatus opened = capture_.open(options_.capture);
     if (opened != ExitStatus::done) return opened;
-    Output output;
-    if (!output.open(options_.output)) return output.status();
-    const auto writer = report::make_table_writer(options_.to, columns(), output,
-                                                  {.colour = output.wants_colour()});
+    if (!options_.dump.empty() && capture_.several()) {
+      return fail(ExitStatus::usage, "--dump: of one capture and one pair of lines only");
+    }
+    const ExitStatus status =
+        write_captures(capture_, options_.output, options_.to, columns(),
+                       options_.fail_on_any || !options_.dump.empty(),
+                       [&](report::TableWriter& writer, RunMessages& messages) {
+                         return write_rows(writer, messages);
+                       });
+    return status == ExitStatus::done && !options_.dump.empty() ? write_dump() : status;
+  }
+
+ private:
+  // The rows of one capture.
+  ExitStatus write_rows(report::TableWriter& writer, RunMessages& messages) {
+    counts_ = {};
+    accesses_ = 0;
+    bytes_and_commands_ = 0;
     decode::ControlListener listener([&](const ControlAccess& access) {
       dumps_.take(access);
       ++counts_[static_cast<std::size_t>(access.outcome)];
       ++bytes_and_commands_;
       if (!access.continues) ++accesses_;
-      tell(*writer, access);
+      tell(writer, access);
     });
     std::uint64_t cycles = 0;
     const bool read = capture_.read([&](std::uint64_t number, const decode::Cycle& cycle) {
@@ -117,22 +131,13 @@ class RegistersRun {
       return true;
     });
     listener.finish();
-    if (!read || cycles == 0) {
-      writer->finish();
-      output.abandon();
-      return read ? capture_.no_request() : fail(ExitStatus::io, capture_.input().error());
-    }
-    if (!writer->finish() || !output.finish()) return output.status();
-    summarise(listener);
-    if (!options_.dump.empty()) {
-      const ExitStatus written = write_dump();
-      if (written != ExitStatus::done) return written;
-    }
+    if (!read) return messages.fail(ExitStatus::io, capture_.input().error());
+    if (cycles == 0) return messages.fail(ExitStatus::data_failed, capture_.no_request());
+    messages.add_summary(summary(listener));
     const bool failed = bytes_and_commands_ != counts_[0];
     return options_.fail_on_any && failed ? ExitStatus::data_failed : ExitStatus::done;
   }
 
- private:
   // A command to several slaves is a row for each; a broadcast, and what a damaged header leaves
   // open, has no ID.
   static void tell(report::TableWriter& writer, const ControlAccess& access) {
@@ -168,7 +173,7 @@ class RegistersRun {
     writer.row(cells);
   }
 
-  void summarise(const decode::ControlListener& listener) const {
+  std::string summary(const decode::ControlListener& listener) const {
     report::Summary out;
     out.title(fmt::format("{}: {} access{} ({} bytes or commands)", capture_.input().name(),
                           accesses_, accesses_ == 1 ? "" : "es", bytes_and_commands_));
@@ -189,7 +194,7 @@ class RegistersRun {
     if (accesses_ == 0) {
       out.entry("try", "a capture with control communication; unidirectional encoders have none");
     }
-    print_summary(out.text());
+    return out.text();
   }
 
   ExitStatus write_dump() const {

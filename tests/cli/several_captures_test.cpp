@@ -1,0 +1,225 @@
+// Several captures, and several encoders in one capture: no line is paired with that of another
+// encoder.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <sstream>
+
+#include "tests/cli/run_command.hpp"
+
+namespace biss::cli {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+const std::string format = "pos26,nE,nW,crc6";
+
+using Positions = std::vector<std::string>;
+
+class SeveralCaptures : public testing::Test {
+ protected:
+  // An encoder whose positions no other seed gives.
+  std::string simulated(const std::string& name, int seed) const {
+    const std::string path = folder_.path(name);
+    const Outcome made = run({"simulate", "-f", format, "--clock", "1MHz", "--cycles", "6",
+                              "--motion", "random", "--seed", std::to_string(seed), "-o", path});
+    EXPECT_EQ(made.status, 0) << made.err;
+    return path;
+  }
+
+  // Two event CSVs as one with these lines.
+  std::string together(const std::string& name, const std::string& lines, const std::string& first,
+                       const std::string& second) const {
+    std::vector<std::pair<double, std::string>> rows;
+    for (const bool is_first : {true, false}) {
+      for (const Row& row : rows_of(content_of(is_first ? first : second))) {
+        const std::string levels = row.at("MA") + ',' + row.at("SLO");
+        rows.emplace_back(std::stod(row.at("time_ns")),
+                          row.at("time_ns") + (is_first ? ',' + levels + ",," : ",,," + levels));
+      }
+    }
+    std::stable_sort(rows.begin(), rows.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::string text = "time_ns," + lines + '\n';
+    for (const auto& row : rows) text += row.second + '\n';
+    return folder_.file(name, text);
+  }
+
+  // One column of an event CSV as a capture.
+  std::string one_line(const std::string& name, const std::string& line,
+                       const std::string& capture) const {
+    std::string text = "time_ns," + line + '\n';
+    for (const Row& row : rows_of(content_of(capture))) {
+      text += row.at("time_ns") + ',' + row.at(line) + '\n';
+    }
+    return folder_.file(name, text);
+  }
+
+  static Outcome decode(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), "decode");
+    arguments.insert(arguments.end(), {"-f", format, "--to", "csv"});
+    return run(arguments);
+  }
+
+  static Positions positions_of(const Outcome& outcome, const std::string& column = "",
+                                const std::string& value = "") {
+    Positions positions;
+    for (const Row& row : rows_of(outcome.out)) {
+      if (column.empty() || row.at(column) == value) positions.push_back(row.at("position"));
+    }
+    return positions;
+  }
+
+  Folder folder_;
+  std::string a_ = simulated("a.csv", 3);
+  std::string b_ = simulated("b.csv", 77);
+  Positions of_a_ = positions_of(decode({a_}));
+  Positions of_b_ = positions_of(decode({b_}));
+};
+
+TEST_F(SeveralCaptures, TwoOfOneType_AreDecodedOneAfterTheOther) {
+  ASSERT_EQ(of_a_.size(), 6U);
+  ASSERT_NE(of_a_, of_b_);
+  const Outcome both = decode({a_, b_});
+  ASSERT_EQ(both.status, 0) << both.err;
+  EXPECT_EQ(rows_of(both.out).size(), 12U);
+  EXPECT_EQ(positions_of(both, "file", a_), of_a_);
+  EXPECT_EQ(positions_of(both, "file", b_), of_b_);
+  EXPECT_THAT(both.out, HasSubstr(",marginal,safety,file\n"));
+  EXPECT_EQ(rows_of(both.out).at(6).at("cycle"), "0");
+  EXPECT_THAT(both.err, AllOf(HasSubstr(a_ + ": 6 request cycles"), HasSubstr(b_ + ": 6 request")));
+  EXPECT_THAT(decode({a_}).out, Not(HasSubstr("file")));
+}
+
+TEST_F(SeveralCaptures, FilesWithOneLineEach_AreOneCapture) {
+  const std::string ma = one_line("ma.csv", "MA", a_);
+  const std::string slo = one_line("slo.csv", "SLO", a_);
+  const Outcome joined = decode({slo, ma});
+  ASSERT_EQ(joined.status, 0) << joined.err;
+  EXPECT_EQ(positions_of(joined), of_a_);
+  EXPECT_THAT(joined.err, HasSubstr("MA = " + ma + ":MA, SLO = " + slo + ":SLO"));
+  EXPECT_THAT(joined.out, Not(HasSubstr("file")));
+}
+
+TEST_F(SeveralCaptures, MaOfOneFile_DoesNotTakeTheSloOfAnother) {
+  const Outcome one = decode({b_, a_, "--ma", a_ + ":MA"});
+  ASSERT_EQ(one.status, 0) << one.err;
+  EXPECT_EQ(positions_of(one, "file", a_), of_a_);
+  EXPECT_EQ(positions_of(one, "file", b_), of_b_);
+}
+
+TEST_F(SeveralCaptures, BothLinesNamed_JoinTheirFiles) {
+  // Both requests begin at the same moment, so that MA of one reads SLO of the other.
+  const Outcome joined = decode({a_, b_, "--ma", a_ + ":MA", "--slo", b_ + ":SLO"});
+  ASSERT_EQ(joined.status, 0) << joined.err;
+  EXPECT_THAT(joined.err, HasSubstr("MA = " + a_ + ":MA, SLO = " + b_ + ":SLO"));
+  const std::string third = simulated("c.csv", 5);
+  const Outcome unused = decode({a_, b_, third, "--ma", a_ + ":MA", "--slo", b_ + ":SLO"});
+  EXPECT_EQ(unused.status, 2);
+  EXPECT_THAT(unused.err, HasSubstr(third + ": neither --ma nor --slo names a line of it"));
+  const Outcome elsewhere = decode({a_, b_, "--ma", third + ":MA"});
+  EXPECT_EQ(elsewhere.status, 2);
+  EXPECT_THAT(elsewhere.err, HasSubstr("is not among the captures given"));
+}
+
+TEST_F(SeveralCaptures, ACaptureThatContinuesAnother_IsDecodedToo) {
+  const std::string whole = content_of(a_);
+  const std::size_t half = whole.find('\n', whole.size() / 2) + 1;
+  const std::string begin = folder_.file("begin.csv", whole.substr(0, half));
+  const std::string end = folder_.file("end.csv", "time_ns,MA,SLO\n" + whole.substr(half));
+  Positions positions = positions_of(decode({begin, end}));
+  std::erase(positions, "");
+  EXPECT_GE(positions.size(), 5U);
+  EXPECT_EQ(positions.back(), of_a_.back());
+  EXPECT_EQ(positions.front(), of_a_.front());
+}
+
+TEST_F(SeveralCaptures, OneThatCannotBeUsed_DoesNotHideTheOthers) {
+  const std::string still = folder_.file("still.csv", "time_ns,MA,SLO\n0,1,1\n9000,1,1\n");
+  const Outcome some = decode({still, a_});
+  EXPECT_EQ(some.status, 1);
+  EXPECT_EQ(positions_of(some, "file", a_), of_a_);
+  EXPECT_THAT(some.err, HasSubstr(still + ": no request cycle found"));
+  const std::string rows = folder_.file("rows.csv", "old");
+  EXPECT_EQ(decode({a_, folder_.path("missing.csv"), "-o", rows}).status, 3);
+  EXPECT_EQ(content_of(rows), "old");
+  EXPECT_EQ(decode({a_, b_, "-o", b_}).status, 2);
+}
+
+class SeveralEncoders : public SeveralCaptures, public testing::WithParamInterface<const char*> {};
+
+TEST_P(SeveralEncoders, InOneCapture_AreRefusedWithTheCandidatesOrReadOneByOne) {
+  const std::string lines = GetParam();
+  std::istringstream list(lines);
+  std::vector<std::string> names;
+  for (std::string name; std::getline(list, name, ',');) names.push_back(name);
+  const std::string capture = together("both.csv", lines, a_, b_);
+
+  const Outcome tie = decode({capture});
+  EXPECT_EQ(tie.status, 1);
+  EXPECT_EQ(tie.out, "");
+  EXPECT_THAT(tie.err, AllOf(HasSubstr(names[0] + " with " + names[1] + ", " + names[2] + " with " +
+                                       names[3]),
+                             HasSubstr("--each")));
+
+  const Outcome one = decode({capture, "--ma", names[2]});
+  ASSERT_EQ(one.status, 0) << one.err;
+  EXPECT_EQ(positions_of(one), of_b_);
+  EXPECT_THAT(one.err, HasSubstr("MA = " + names[2] + ", SLO = " + names[3]));
+
+  const Outcome each = decode({capture, "--each"});
+  ASSERT_EQ(each.status, 0) << each.err;
+  EXPECT_EQ(positions_of(each, "slo", names[1]), of_a_);
+  EXPECT_EQ(positions_of(each, "slo", names[3]), of_b_);
+  EXPECT_THAT(each.out, HasSubstr(",safety,ma,slo\n"));
+
+  for (const char* verb : {"registers", "conform"}) {
+    const Outcome refused = run({verb, capture, "-f", format});
+    EXPECT_EQ(refused.status, 1) << verb;
+    EXPECT_THAT(refused.err, HasSubstr("several lines can be MA and SLO")) << verb;
+  }
+  const std::string made = folder_.path("made.vcd");
+  const Outcome replay = run({"simulate", "-f", format, "--slo-from", capture, "-o", made});
+  EXPECT_EQ(replay.status, 1);
+  EXPECT_THAT(replay.err, AllOf(HasSubstr(names[0]), Not(HasSubstr("--each"))));
+}
+
+INSTANTIATE_TEST_SUITE_P(Names, SeveralEncoders,
+                         testing::Values("MA1,SLO1,MA2,SLO2", "enc1.MA,enc1.SLO,enc2.MA,enc2.SLO",
+                                         "x_MA,x_SLO,y_MA,y_SLO"));
+
+TEST_F(SeveralCaptures, EncodersWithoutUsefulNames_AreRefusedWithTheirCandidates) {
+  const std::string capture = together("both.csv", "D0,D1,D2,D3", a_, b_);
+  const Outcome tie = decode({capture});
+  EXPECT_EQ(tie.status, 1);
+  EXPECT_THAT(tie.err, AllOf(HasSubstr("D0 with D1"), HasSubstr("D2 with D3")));
+  EXPECT_EQ(positions_of(decode({capture, "--ma", "D2", "--slo", "D3"})), of_b_);
+}
+
+TEST_F(SeveralCaptures, ReplayOfMa_IsRefusedWhereTwoLinesAreMa) {
+  const std::string capture = together("both.csv", "a.MA,a.SLO,b.MA,b.SLO", a_, b_);
+  const std::string made = folder_.path("made.vcd");
+  const Outcome tie = run({"simulate", "-f", format, "--ma-from", capture, "-o", made});
+  EXPECT_EQ(tie.status, 1);
+  EXPECT_THAT(tie.err, HasSubstr("a.MA, b.MA"));
+  EXPECT_EQ(
+      run({"simulate", "-f", format, "--ma-from", capture, "--ma", "b.MA", "-o", made}).status, 0);
+}
+
+TEST_F(SeveralCaptures, RegistersAndConform_SayWhichFile) {
+  const Outcome registers = run({"registers", a_, b_, "--to", "csv"});
+  EXPECT_EQ(registers.status, 0) << registers.err;
+  EXPECT_THAT(registers.out, HasSubstr(",busy_ns,file\n"));
+  EXPECT_THAT(registers.err, AllOf(HasSubstr(a_), HasSubstr(b_)));
+  const Outcome conform = run({"conform", a_, b_, "-f", format, "--to", "csv"});
+  EXPECT_THAT(conform.out, AllOf(HasSubstr(",note,file\n"), HasSubstr(',' + a_ + '\n'),
+                                 HasSubstr(',' + b_ + '\n')));
+  const Outcome dump = run({"registers", a_, b_, "--dump", folder_.path("x.hex")});
+  EXPECT_EQ(dump.status, 2);
+}
+
+}  // namespace
+}  // namespace biss::cli
