@@ -4,7 +4,7 @@
 #include "bench/line.hpp"
 #include "bench/measure.hpp"
 #include "bench/rows.hpp"
-#include "capture/byte_source.hpp"
+#include "capture/bytes.hpp"
 #include "capture/open.hpp"
 #include "decode/decoder.hpp"
 

@@ -3,9 +3,9 @@
 #include <sstream>
 
 #include "biss/frame/format_text.hpp"
-#include "capture/byte_sink.hpp"
-#include "capture/event_csv_writer.hpp"
-#include "capture/vcd_writer.hpp"
+#include "capture/bytes.hpp"
+#include "capture/event_csv.hpp"
+#include "capture/vcd.hpp"
 #include "sim/line.hpp"
 
 namespace biss::bench {

@@ -9,8 +9,6 @@
 #include <random>
 #include <string>
 
-#include "capture/digits.hpp"
-
 namespace biss::capture {
 namespace {
 

@@ -1,11 +1,14 @@
 // The one shape in which every capture reaches the decoder: named lines and blocks of edges in time
-// order, pulled by the reader's user. Changes are never expanded into samples.
+// order. Changes are never expanded into samples.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
+#include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include "biss/base/result.hpp"
@@ -85,6 +88,46 @@ struct Opened {
   bool by_layout = false;
 
   explicit operator bool() const { return source != nullptr; }
+};
+
+/// A line's last level as a number; `no_level` before its first edge.
+inline constexpr std::uint8_t no_level = 3;
+
+/// The edges of one block. Full long before it overflows: a row, a value or a sample may push one
+/// edge a line.
+class EdgeBlock {
+ public:
+  /// `lines` edges always fit behind the last one for which full() was false.
+  void prepare(std::size_t lines) {
+    count_ = 0;
+    edges_.resize(limit_ + lines);
+  }
+  bool full() const { return count_ >= limit_; }
+  bool empty() const { return count_ == 0; }
+  void push(wire::Edge edge) { edges_[count_++] = edge; }
+  std::span<const wire::Edge> edges() const { return std::span(edges_).first(count_); }
+  /// Lets the next block be larger when this one was full.
+  void grow() {
+    if (full() && limit_ < max_limit) limit_ *= 2;
+  }
+
+ private:
+  static constexpr std::size_t max_limit = 8'192;
+
+  std::size_t limit_ = 128;
+  std::size_t count_ = 0;
+  std::vector<wire::Edge> edges_;
+};
+
+/// Hands out names; the second that asks for a name gets `name#2`, and so on.
+class LineNames {
+ public:
+  /// `wanted`, or the first free of `wanted#2`, `wanted#3`, …
+  std::string claim(const std::string& wanted);
+
+ private:
+  std::unordered_set<std::string> taken_;
+  std::unordered_map<std::string, std::uint32_t> asked_;
 };
 
 }  // namespace biss::capture

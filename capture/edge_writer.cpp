@@ -4,7 +4,7 @@
 #include <charconv>
 #include <utility>
 
-#include "capture/edge_block.hpp"
+#include "capture/edge_source.hpp"
 
 namespace biss::capture {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "biss/base/result.hpp"
-#include "capture/byte_sink.hpp"
+#include "capture/bytes.hpp"
 #include "wire/edge.hpp"
 
 namespace biss::capture {

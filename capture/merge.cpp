@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "capture/line_names.hpp"
+#include "capture/edge_source.hpp"
 
 namespace biss::capture {
 

@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "capture/raw_reader.hpp"
+#include "capture/samples.hpp"
 #include "capture/test_capture.hpp"
 
 namespace biss::capture {

@@ -4,12 +4,11 @@
 #include <array>
 #include <utility>
 
-#include "capture/event_csv_header.hpp"
-#include "capture/event_csv_reader.hpp"
-#include "capture/raw_reader.hpp"
-#include "capture/sr_reader.hpp"
-#include "capture/text_window.hpp"
-#include "capture/vcd_reader.hpp"
+#include "capture/event_csv.hpp"
+#include "capture/samples.hpp"
+#include "capture/sr.hpp"
+#include "capture/text_source.hpp"
+#include "capture/vcd.hpp"
 
 namespace biss::capture {
 namespace {

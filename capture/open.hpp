@@ -6,9 +6,9 @@
 #include <string>
 #include <string_view>
 
-#include "capture/byte_source.hpp"
+#include "capture/bytes.hpp"
 #include "capture/edge_source.hpp"
-#include "capture/sample_layout.hpp"
+#include "capture/samples.hpp"
 
 namespace biss::capture {
 

@@ -11,10 +11,10 @@
 #include <string>
 
 #include "capture/open.hpp"
-#include "capture/sampled_writer.hpp"
-#include "capture/sr_writer.hpp"
+#include "capture/samples.hpp"
+#include "capture/sr.hpp"
 #include "capture/test_samples.hpp"
-#include "capture/vcd_writer.hpp"
+#include "capture/vcd.hpp"
 
 namespace biss::capture {
 namespace {

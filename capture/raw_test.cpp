@@ -7,8 +7,7 @@
 #include <random>
 #include <string>
 
-#include "capture/sampled_source.hpp"
-#include "capture/sampled_writer.hpp"
+#include "capture/samples.hpp"
 #include "capture/test_samples.hpp"
 
 namespace biss::capture {

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "capture/event_csv_writer.hpp"
+#include "capture/event_csv.hpp"
 #include "capture/test_capture.hpp"
 
 namespace biss::capture {

@@ -1,4 +1,4 @@
-#include "capture/sr_metadata.hpp"
+#include "capture/sr.hpp"
 
 #include <gtest/gtest.h>
 

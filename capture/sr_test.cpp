@@ -10,7 +10,7 @@
 #include <string>
 
 #include "capture/open.hpp"
-#include "capture/sr_writer.hpp"
+#include "capture/sr.hpp"
 #include "capture/test_samples.hpp"
 
 namespace biss::capture {

@@ -9,10 +9,10 @@
 #include <string_view>
 #include <vector>
 
-#include "capture/byte_source.hpp"
+#include "capture/bytes.hpp"
 #include "capture/edge_source.hpp"
-#include "capture/event_csv_reader.hpp"
-#include "capture/vcd_reader.hpp"
+#include "capture/event_csv.hpp"
+#include "capture/vcd.hpp"
 
 namespace biss::wire {
 

@@ -8,13 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include "capture/raw_reader.hpp"
-#include "capture/sample_clock.hpp"
-#include "capture/sample_layout.hpp"
-#include "capture/sr_metadata.hpp"
-#include "capture/sr_reader.hpp"
+#include "capture/samples.hpp"
+#include "capture/sr.hpp"
 #include "capture/test_capture.hpp"
-#include "capture/zip_writer.hpp"
+#include "capture/zip.hpp"
 
 namespace biss::capture {
 

@@ -1,6 +1,149 @@
 #include "capture/text_source.hpp"
 
+#include <algorithm>
+#include <cstring>
+#include <string_view>
+#include <utility>
+
 namespace biss::capture {
+namespace {
+
+// Eight bytes at a time: counting lines must cost little beside reading them.
+std::uint64_t count_line_feeds(const char* from, const char* to) {
+  constexpr std::uint64_t ones = 0x0101010101010101U;
+  constexpr std::uint64_t low_seven = 0x7F * ones;
+  std::uint64_t count = 0;
+  for (; to - from >= 8; from += 8) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, from, sizeof word);
+    const std::uint64_t differs = word ^ ('\n' * ones);
+    const std::uint64_t set_where_not = ((differs & low_seven) + low_seven) | differs | low_seven;
+    // A bit for each found, added up into the top byte: quicker than popcount where that is a call.
+    count += (((~set_where_not) >> 7U) * ones) >> 56U;
+  }
+  return count + static_cast<std::uint64_t>(std::count(from, to, '\n'));
+}
+
+}  // namespace
+
+TextWindow::TextWindow(std::unique_ptr<ByteSource> source, Cut cut)
+    : source_(std::move(source)),
+      cut_at_words_(cut == Cut::words),
+      buffer_(2 * first_block_bytes + readable_past_end) {}
+
+void TextWindow::count_lines() {
+  const char* const from = buffer_.data() + counted_;
+  const char* const to = buffer_.data() + cut_;
+  const std::uint64_t found = count_line_feeds(from, to);
+  counted_ = cut_;
+  if (found == 0) return;
+  line_ += found;
+  const char* last = to;
+  while (last[-1] != '\n') --last;
+  line_offset_ = buffer_offset_ + static_cast<std::uint64_t>(last - buffer_.data());
+}
+
+CaptureError TextWindow::error_at(const char* place, CaptureCause cause,
+                                  const char* expected) const {
+  const char* const from = buffer_.data() + counted_;
+  const char* start = place;
+  while (start > from && start[-1] != '\n') --start;
+  const auto offset_of = [this](const char* p) {
+    return buffer_offset_ + static_cast<std::uint64_t>(p - buffer_.data());
+  };
+  const std::uint64_t line_start = start > from ? offset_of(start) : line_offset_;
+  return {cause, line_ + count_line_feeds(from, place), offset_of(place) - line_start + 1,
+          expected};
+}
+
+// Moves the token without an end to the front when less than a block is free behind it.
+void TextWindow::make_room() {
+  if (free_bytes() >= block_bytes_) return;
+  std::memmove(buffer_.data(), buffer_.data() + cut_, filled_ - cut_);
+  buffer_offset_ += cut_;
+  filled_ -= cut_;
+  counted_ = at_ = cut_ = 0;
+  if (free_bytes() >= block_bytes_) return;
+  buffer_.resize(filled_ + 2 * block_bytes_ + readable_past_end);
+}
+
+// False when the source failed.
+bool TextWindow::read_block() {
+  make_room();
+  const auto got = source_->read(std::span(buffer_).subspan(filled_, block_bytes_));
+  if (!got.ok()) {
+    error_ = got.error();
+    return false;
+  }
+  if (*got == block_bytes_) block_bytes_ = std::min(2 * block_bytes_, max_block_bytes);
+  source_ended_ = *got == 0;
+  fresh_bytes_ = *got;
+  return true;
+}
+
+void TextWindow::drop_carry() {
+  buffer_offset_ += filled_ - cut_;
+  filled_ = cut_;
+  dropping_ = true;
+}
+
+// Takes in what was read; true when a window can be made of it.
+bool TextWindow::take_fresh() {
+  char* const fresh = buffer_.data() + filled_;
+  filled_ += fresh_bytes_;
+  char* last = buffer_.data() + filled_;
+  while (last != fresh && !is_delimiter(last[-1])) --last;
+  if (last == fresh) {
+    if (dropping_) drop_carry();
+    return false;
+  }
+  cut_ = static_cast<std::size_t>(last - buffer_.data());
+  if (dropping_) {
+    while (!is_delimiter(buffer_[at_])) ++at_;
+    dropping_ = false;
+  }
+  return true;
+}
+
+// The text has ended: what is left becomes the last window.
+TextWindow::Fill TextWindow::take_rest() {
+  if (cut_ == filled_) return Fill::ended;
+  buffer_[filled_] = '\n';
+  cut_ = ++filled_;
+  unterminated_ = true;
+  return Fill::ready;
+}
+
+bool TextWindow::carry_fits(bool drop_long) {
+  if (filled_ - cut_ <= max_token_bytes) return true;
+  if (drop_long) {
+    drop_carry();
+    return true;
+  }
+  error_ = error_at(buffer_.data() + cut_, CaptureCause::token_too_long);
+  return false;
+}
+
+TextWindow::Fill TextWindow::next(bool drop_long) {
+  count_lines();
+  at_ = cut_;
+  Fill fill = Fill::ready;
+  do {
+    if (!carry_fits(drop_long)) return Fill::failed;
+    if (!source_ended_ && !read_block()) return Fill::failed;
+    if (source_ended_) fill = take_rest();
+  } while (!source_ended_ && !take_fresh());
+  if (!std::exchange(started_, true)) skip_byte_order_mark();
+  return fill;
+}
+
+void TextWindow::skip_byte_order_mark() {
+  constexpr std::string_view mark = "\xEF\xBB\xBF";
+  if (!std::string_view(begin(), static_cast<std::size_t>(end() - begin())).starts_with(mark))
+    return;
+  at_ += mark.size();
+  line_offset_ = mark.size();
+}
 
 void TextSource::fill_window() {
   switch (window_.next(in_comment())) {

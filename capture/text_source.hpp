@@ -1,6 +1,7 @@
-// What every reader of text shares: the window, the edges of a block, and how reading ends.
+// What every reader of text shares: a sliding window over the text, and how edges are delivered.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -9,11 +10,85 @@
 #include <utility>
 #include <vector>
 
-#include "capture/edge_block.hpp"
+#include "capture/bytes.hpp"
 #include "capture/edge_source.hpp"
-#include "capture/text_window.hpp"
 
 namespace biss::capture {
+
+/// White space as VCD has it.
+constexpr bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
+
+/// Text in windows, in order and without gaps.
+///
+/// A window is begin()…end(), its last byte a delimiter; at least `readable_past_end` bytes behind
+/// it may be read and mean nothing. Blocks begin small and double while the source fills them;
+/// memory is at most two of the largest and one token.
+class TextWindow {
+ public:
+  /// Where windows may end: behind any white space, or only behind a line feed.
+  enum class Cut : std::uint8_t { words, lines };
+  enum class Fill : std::uint8_t { ready, ended, failed };
+
+  static constexpr std::size_t first_block_bytes = 4'096;
+  static constexpr std::size_t max_block_bytes = 262'144;
+  static constexpr std::size_t readable_past_end = 16;
+
+  TextWindow(std::unique_ptr<ByteSource> source, Cut cut);
+
+  /// Leaves the window and makes the next. A byte order mark at the start is left out.
+  /// `drop_long` drops what no delimiter ends within `max_token_bytes` (text of a comment) up to
+  /// that delimiter; otherwise it fails with `token_too_long`. Fails with `read_failed` too.
+  Fill next(bool drop_long = false);
+
+  const char* begin() const { return buffer_.data() + at_; }
+  const char* end() const { return buffer_.data() + cut_; }
+  /// The window begins at `place` from now on.
+  /// \pre begin() <= place && place <= end()
+  void advance(const char* place) { at_ = static_cast<std::size_t>(place - buffer_.data()); }
+
+  /// The window is one word or line with which the text ended; its delimiter was added.
+  bool unterminated() const { return unterminated_; }
+
+  /// Why next() failed.
+  const CaptureError& error() const { return error_; }
+
+  /// An error at `place`, which lies in begin()…end() or anywhere the window has been since next().
+  CaptureError error_at(const char* place, CaptureCause cause,
+                        const char* expected = nullptr) const;
+
+ private:
+  // What one read may bring at most.
+  std::size_t free_bytes() const { return buffer_.size() - readable_past_end - filled_; }
+  bool is_delimiter(char c) const { return cut_at_words_ ? is_space(c) : c == '\n'; }
+  void count_lines();
+  void make_room();
+  bool read_block();
+  bool take_fresh();
+  bool carry_fits(bool drop_long);
+  void skip_byte_order_mark();
+  Fill take_rest();
+  void drop_carry();
+
+  std::unique_ptr<ByteSource> source_;
+  bool cut_at_words_;
+  bool source_ended_ = false;
+  bool unterminated_ = false;
+  bool dropping_ = false;
+  bool started_ = false;
+  std::size_t fresh_bytes_ = 0;
+  std::size_t block_bytes_ = first_block_bytes;
+  std::vector<char> buffer_;
+  // Places in the buffer: at_ <= cut_ <= filled_. Behind cut_ lies a token still without an end.
+  std::size_t at_ = 0;
+  std::size_t cut_ = 0;
+  std::size_t filled_ = 0;
+  // Lines are counted up to counted_, a place in the buffer; the others are offsets in the text.
+  std::size_t counted_ = 0;
+  std::uint64_t buffer_offset_ = 0;
+  std::uint64_t line_offset_ = 0;
+  std::uint64_t line_ = 1;
+  CaptureError error_;
+};
 
 /// An EdgeSource over text. A format adds parse() and finish().
 class TextSource : public EdgeSource {

@@ -1,4 +1,4 @@
-#include "capture/vcd_header.hpp"
+#include "capture/vcd.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -178,21 +178,31 @@ TEST(VcdHeader, NamesThatFillMemory_ReportTooManyLines) {
   EXPECT_EQ(read_vcd(text + "$enddefinitions $end\n").cause(), CaptureCause::too_many_lines);
 }
 
-TEST(VcdIds, IdentifiersOfEveryLength_AreFoundAgain) {
-  VcdIds ids;
-  std::vector<std::string> all;
+TEST(VcdHeader, IdentifiersOfEveryLength_AreFoundAgain) {
+  std::vector<std::string> ids;
   for (int i = 0; i < 3'000; ++i) {
     for (const char* shape : {"", "a", "bcd", "efghijk", "lmnopqrstuvw"}) {
-      all.push_back(std::string(shape) + std::to_string(i));
+      ids.push_back(std::string(shape) + std::to_string(i));
     }
   }
-  for (const std::string& id : all) ids.add(id);
-  for (std::size_t i = 0; i < all.size(); ++i) ASSERT_EQ(ids.find(all[i]), i) << all[i];
-  for (const std::string& id : all) ASSERT_EQ(ids.add(id), ids.find(id));
-  EXPECT_EQ(ids.size(), all.size());
-  for (const std::string& id : {std::string(), std::string("a b"), std::string("\0bcd1", 5),
-                                std::string("zz"), std::string("zzzzzzzzzzzz")}) {
-    EXPECT_EQ(ids.find(id), VcdIds::none) << id;
+  std::string signals = "$timescale 1ps $end\n";
+  std::string values = "$enddefinitions $end\n#0\n";
+  for (const std::string& id : ids) {
+    signals += "$var wire 1 " + id + " n" + id + " $end\n";
+    values += "1" + id + "\n";
+  }
+  const Read read = read_vcd(signals + values);
+  ASSERT_FALSE(read.error);
+  ASSERT_EQ(read.edges.size(), ids.size());
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    ASSERT_EQ(read.lines[i], "n" + ids[i]);
+    ASSERT_EQ(read.edges[i], edge(0, static_cast<wire::LineIndex>(i), '1'));
+  }
+  for (const std::string& id :
+       {std::string("\0bcd1", 5), std::string("zz"), std::string("zzzzzzzzzzzz")}) {
+    EXPECT_EQ(read_vcd(signals + "$enddefinitions $end\n#0\n1" + id + "\n").cause(),
+              CaptureCause::malformed)
+        << id;
   }
 }
 

@@ -1,4 +1,4 @@
-#include "capture/vcd_reader.hpp"
+#include "capture/vcd.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

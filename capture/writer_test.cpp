@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "capture/event_csv_writer.hpp"
+#include "capture/event_csv.hpp"
 #include "capture/test_capture.hpp"
-#include "capture/vcd_writer.hpp"
+#include "capture/vcd.hpp"
 
 namespace biss::capture {
 namespace {

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "capture/byte_source.hpp"
+#include "capture/bytes.hpp"
 #include "capture/edge_source.hpp"
 #include "capture/open.hpp"
 #include "fuzz/cycles.hpp"

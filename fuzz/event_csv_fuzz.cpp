@@ -4,8 +4,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "capture/event_csv_reader.hpp"
-#include "capture/event_csv_writer.hpp"
+#include "capture/event_csv.hpp"
 #include "fuzz/capture_check.hpp"
 #include "fuzz/capture_seeds.hpp"
 #include "fuzz/token_mutator.hpp"

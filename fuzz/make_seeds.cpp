@@ -9,8 +9,8 @@
 
 #include "biss/frame/encode.hpp"
 #include "biss/frame/format_text.hpp"
-#include "capture/event_csv_writer.hpp"
-#include "capture/vcd_writer.hpp"
+#include "capture/event_csv.hpp"
+#include "capture/vcd.hpp"
 #include "fuzz/capture_seeds.hpp"
 #include "fuzz/dump_text.hpp"
 #include "fuzz/frame_formats.hpp"

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "capture/open.hpp"
-#include "capture/sample_clock.hpp"
+#include "capture/samples.hpp"
 #include "fuzz/capture_check.hpp"
 #include "fuzz/capture_seeds.hpp"
 #include "fuzz/raw_header.hpp"

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "capture/sample_layout.hpp"
+#include "capture/samples.hpp"
 
 namespace biss::fuzz {
 

@@ -6,8 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "capture/event_csv_reader.hpp"
-#include "capture/event_csv_writer.hpp"
+#include "capture/event_csv.hpp"
 #include "fuzz/capture_check.hpp"
 #include "fuzz/capture_seeds.hpp"
 #include "fuzz/require.hpp"

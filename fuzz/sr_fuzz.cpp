@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "capture/sr_reader.hpp"
+#include "capture/sr.hpp"
 #include "fuzz/capture_check.hpp"
 #include "fuzz/sr_mutator.hpp"
 

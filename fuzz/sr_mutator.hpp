@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "capture/sr_metadata.hpp"
+#include "capture/sr.hpp"
 #include "fuzz/capture_seeds.hpp"
 #include "fuzz/token_mutator.hpp"
 #include "fuzz/zip_members.hpp"

@@ -4,8 +4,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "capture/vcd_reader.hpp"
-#include "capture/vcd_writer.hpp"
+#include "capture/vcd.hpp"
 #include "fuzz/capture_check.hpp"
 #include "fuzz/capture_seeds.hpp"
 #include "fuzz/token_mutator.hpp"

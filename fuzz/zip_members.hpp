@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "capture/inflate.hpp"
+#include "capture/zip.hpp"
 #include "fuzz/capture_seeds.hpp"
 
 namespace biss::fuzz {

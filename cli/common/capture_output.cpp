@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-#include "capture/event_csv_writer.hpp"
-#include "capture/sampled_writer.hpp"
-#include "capture/sr_writer.hpp"
-#include "capture/vcd_writer.hpp"
+#include "capture/event_csv.hpp"
+#include "capture/samples.hpp"
+#include "capture/sr.hpp"
+#include "capture/vcd.hpp"
 #include "cli/common/message.hpp"
 
 namespace biss::cli {

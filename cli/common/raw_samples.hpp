@@ -6,7 +6,7 @@
 #include <string>
 
 #include "biss/base/units.hpp"
-#include "capture/sample_layout.hpp"
+#include "capture/samples.hpp"
 
 namespace biss::cli {
 

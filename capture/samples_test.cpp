@@ -1,4 +1,4 @@
-#include "capture/sample_clock.hpp"
+#include "capture/samples.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// The members of a ZIP archive.
+// ZIP archives: deflated data, reading at any place, and writing from front to back.
 #pragma once
 
 #include <cstddef>
@@ -8,14 +8,51 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
-#include "capture/byte_source.hpp"
+#include "capture/bytes.hpp"
 #include "capture/edge_source.hpp"
 
+struct libdeflate_compressor;
+struct libdeflate_decompressor;
 struct zip;
 struct zip_file;
 
 namespace biss::capture {
+
+/// A byte of deflated data makes no more bytes than this.
+inline constexpr std::uint64_t max_deflate_ratio = 1'032;
+
+class Inflater {
+ public:
+  Inflater();
+
+  /// Whether `deflated` is whole and makes exactly `into.size()` bytes, which are then in `into`.
+  bool inflate(std::span<const std::uint8_t> deflated, std::span<std::uint8_t> into);
+
+ private:
+  struct Free {
+    void operator()(libdeflate_decompressor* decompressor) const;
+  };
+  std::unique_ptr<libdeflate_decompressor, Free> decompressor_;
+};
+
+class Deflater {
+ public:
+  Deflater();
+
+  /// Appends `bytes` deflated to `out`.
+  void deflate(std::span<const std::uint8_t> bytes, std::string& out);
+
+ private:
+  struct Free {
+    void operator()(libdeflate_compressor* compressor) const;
+  };
+  std::unique_ptr<libdeflate_compressor, Free> compressor_;
+};
+
+/// CRC-32 as ZIP has it.
+std::uint32_t zip_checksum(std::span<const std::uint8_t> bytes);
 
 /// What the archive's directory says of a member; not yet known to be true.
 struct ZipMember {
@@ -80,6 +117,33 @@ class ZipArchive {
   std::string memory_;  // outlives the archive that reads it
   std::unique_ptr<zip, CloseArchive> archive_;
   std::unique_ptr<zip_file, CloseFile> stream_;
+};
+
+/// Appends members to a string that the owner hands on as it likes. Dates are 1 January 1980, so
+/// that equal captures make equal files.
+class ZipWriter {
+ public:
+  /// Appends a member, deflated. False when the archive would pass 4 GiB or 65535 members; then
+  /// nothing is appended. \pre bytes are fewer than 4 GiB
+  bool add(std::string_view name, std::span<const std::uint8_t> bytes, std::string& out);
+  bool add(std::string_view name, std::string_view text, std::string& out);
+
+  /// Appends the directory.
+  void finish(std::string& out);
+
+ private:
+  struct Member {
+    std::string name;
+    std::uint32_t checksum;
+    std::uint32_t compressed_bytes;
+    std::uint32_t size_bytes;
+    std::uint32_t place;
+  };
+
+  Deflater deflater_;
+  std::vector<Member> members_;
+  std::uint64_t written_bytes_ = 0;
+  std::uint64_t directory_bytes_ = 0;
 };
 
 }  // namespace biss::capture

@@ -1,7 +1,9 @@
-// Bytes from a file, a pipe or memory, pulled in blocks.
+// Where the bytes of a capture come from, and where they go.
 #pragma once
 
 #include <cstddef>
+#include <cstdio>
+#include <iosfwd>
 #include <limits>
 #include <memory>
 #include <span>
@@ -48,5 +50,48 @@ std::unique_ptr<ByteSource> memory_bytes(
 
 /// `head`, then everything of `rest`: gives back what was read to look at the beginning.
 std::unique_ptr<ByteSource> prefixed_bytes(std::string head, std::unique_ptr<ByteSource> rest);
+
+class ByteSink {
+ public:
+  virtual ~ByteSink() = default;
+
+  /// Takes all of `bytes`; false when that failed, after which nothing more need be tried.
+  virtual bool write(std::string_view bytes) = 0;
+  /// Hands on what the sink has held back; false when that failed.
+  virtual bool flush() = 0;
+};
+
+/// Writes to a C stream that somebody else opens and closes.
+class FileSink final : public ByteSink {
+ public:
+  explicit FileSink(std::FILE* file) : file_(file) {}
+  bool write(std::string_view bytes) override;
+  bool flush() override;
+
+ private:
+  std::FILE* file_;
+};
+
+/// Writes to a C++ stream that outlives the sink.
+class StreamSink final : public ByteSink {
+ public:
+  explicit StreamSink(std::ostream& stream) : stream_(&stream) {}
+  bool write(std::string_view bytes) override;
+  bool flush() override;
+
+ private:
+  std::ostream* stream_;
+};
+
+/// Appends to a string that outlives the sink.
+class StringSink final : public ByteSink {
+ public:
+  explicit StringSink(std::string& text) : text_(&text) {}
+  bool write(std::string_view bytes) override;
+  bool flush() override { return true; }
+
+ private:
+  std::string* text_;
+};
 
 }  // namespace biss::capture

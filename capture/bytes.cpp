@@ -1,4 +1,4 @@
-#include "capture/byte_source.hpp"
+#include "capture/bytes.hpp"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <ostream>
 #include <utility>
 
 namespace biss::capture {
@@ -104,6 +105,27 @@ std::unique_ptr<ByteSource> memory_bytes(std::string_view text, std::size_t bloc
 
 std::unique_ptr<ByteSource> prefixed_bytes(std::string head, std::unique_ptr<ByteSource> rest) {
   return std::make_unique<PrefixedBytes>(std::move(head), std::move(rest));
+}
+
+bool FileSink::write(std::string_view bytes) {
+  return std::fwrite(bytes.data(), 1, bytes.size(), file_) == bytes.size();
+}
+
+bool FileSink::flush() { return std::fflush(file_) == 0; }
+
+bool StreamSink::write(std::string_view bytes) {
+  stream_->write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  return stream_->good();
+}
+
+bool StreamSink::flush() {
+  stream_->flush();
+  return stream_->good();
+}
+
+bool StringSink::write(std::string_view bytes) {
+  text_->append(bytes);
+  return true;
 }
 
 }  // namespace biss::capture

@@ -1,11 +1,10 @@
-#include "capture/event_csv_reader.hpp"
+#include "capture/event_csv.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <string>
 
-#include "capture/event_csv_header.hpp"
 #include "capture/test_capture.hpp"
 
 namespace biss::capture {

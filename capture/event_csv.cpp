@@ -1,21 +1,121 @@
-#include "capture/event_csv_reader.hpp"
+#include "capture/event_csv.hpp"
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstring>
 #include <limits>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
 
 #include "capture/decimal.hpp"
-#include "capture/event_csv_header.hpp"
+#include "capture/edge_source.hpp"
 #include "capture/text_source.hpp"
 
 namespace biss::capture {
 namespace {
+
+struct EventCsvHeader {
+  char separator = ',';
+  int scale = 12;  ///< a time of 1 is 10^scale picoseconds
+  std::vector<std::string> lines;
+
+  /// Where a comma does not separate it may be a decimal mark.
+  bool decimal_comma() const { return separator != ','; }
+};
+
+struct EventCsvHeaderFault {
+  std::size_t offset;    ///< byte in the row where the fault lies
+  const char* expected;  ///< static text
+};
+
+/// Reads the row, without its line end. Cells may be quoted, blanks around them do not count. The
+/// separator is a tab or a semicolon where one stands outside quotes, else a comma.
+std::variant<EventCsvHeader, EventCsvHeaderFault> parse_event_csv_header(std::string_view row);
+
+/// `text` without blanks, carriage returns and (when not the separator) tabs around it.
+std::string_view trim_cell(std::string_view text, char separator);
+
+std::string lower_case(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return lower;
+}
+
+char find_separator(std::string_view row) {
+  bool quoted = false;
+  char separator = ',';
+  for (const char c : row) {
+    if (c == '"') quoted = !quoted;
+    if (quoted) continue;
+    if (c == '\t') return '\t';
+    if (c == ';') separator = ';';
+  }
+  return separator;
+}
+
+// Takes the first cell off `row`; `last` when no separator followed it.
+std::string_view take_cell(std::string_view& row, char separator, bool& last) {
+  bool quoted = false;
+  std::size_t end = 0;
+  for (; end < row.size() && (quoted || row[end] != separator); ++end) {
+    if (row[end] == '"') quoted = !quoted;
+  }
+  const std::string_view cell = row.substr(0, end);
+  last = end == row.size();
+  row.remove_prefix(last ? end : end + 1);
+  return trim_cell(cell, separator);
+}
+
+// A quoted cell without its quotes, doubled ones made single.
+std::string unquote(std::string_view cell) {
+  if (cell.size() < 2 || !cell.starts_with('"') || !cell.ends_with('"')) return std::string(cell);
+  std::string text;
+  for (std::size_t i = 1; i + 1 < cell.size(); ++i) {
+    text += cell[i];
+    if (cell[i] == '"' && cell[i + 1] == '"' && i + 2 < cell.size()) ++i;
+  }
+  return text;
+}
+
+std::string_view trim_cell(std::string_view text, char separator) {
+  const auto blank = [separator](char c) {
+    return c == ' ' || c == '\r' || (c == '\t' && separator != '\t');
+  };
+  while (!text.empty() && blank(text.front())) text.remove_prefix(1);
+  while (!text.empty() && blank(text.back())) text.remove_suffix(1);
+  return text;
+}
+
+std::variant<EventCsvHeader, EventCsvHeaderFault> parse_event_csv_header(std::string_view row) {
+  EventCsvHeader header;
+  header.separator = find_separator(row);
+  const char* const start = row.data();
+  bool last = false;
+  const auto scale = event_csv_time_scale(unquote(take_cell(row, header.separator, last)));
+  if (!scale) {
+    return EventCsvHeaderFault{0, "a header such as time_ns,MA,SLO with s, ms, us, ns or ps"};
+  }
+  header.scale = *scale;
+  LineNames names;
+  while (!last) {
+    const auto offset = static_cast<std::size_t>(row.data() - start);
+    const std::string name = unquote(take_cell(row, header.separator, last));
+    if (name.empty()) return EventCsvHeaderFault{offset, "the name of a line in every column"};
+    header.lines.push_back(names.claim(name));
+  }
+  if (header.lines.empty()) {
+    return EventCsvHeaderFault{static_cast<std::size_t>(row.data() - start),
+                               "a column for each line behind the time"};
+  }
+  return header;
+}
 
 using wire::Level;
 
@@ -205,12 +305,100 @@ void EventCsvReader::commit() {
   }
 }
 
+constexpr char no_level_yet = ' ';
+
+std::string cell_of(std::string_view name) {
+  std::string cell;
+  bool quote = name.empty() || name.front() == ' ' || name.back() == ' ';
+  for (const char c : name) {
+    if (c == ',' || c == ';' || c == '\t' || c == '"') quote = true;
+    if (c == '"') cell += '"';
+    cell += c == '\n' || c == '\r' ? '_' : c;
+  }
+  if (cell.empty()) cell.push_back('_');
+  return quote ? '"' + cell + '"' : cell;
+}
+
 }  // namespace
+
+std::optional<int> event_csv_time_scale(std::string_view name) {
+  constexpr std::array<std::pair<std::string_view, int>, 8> units{{{"", 12},
+                                                                   {"s", 12},
+                                                                   {"ms", 9},
+                                                                   {"us", 6},
+                                                                   {"\xC2\xB5s", 6},
+                                                                   {"\xCE\xBCs", 6},
+                                                                   {"ns", 3},
+                                                                   {"ps", 0}}};
+  const std::string lower = lower_case(name);
+  std::string_view unit = lower;
+  if (!unit.starts_with("time")) return std::nullopt;
+  unit.remove_prefix(4);
+  unit.remove_prefix(std::min(unit.find_first_not_of(" _/(["), unit.size()));
+  while (!unit.empty() && std::string_view(" )]").find(unit.back()) != std::string_view::npos) {
+    unit.remove_suffix(1);
+  }
+  for (const auto& [text, scale] : units) {
+    if (unit == text) return scale;
+  }
+  return std::nullopt;
+}
+
+bool looks_like_event_csv(std::string_view row) {
+  bool last = false;
+  const std::string_view cell = take_cell(row, find_separator(row), last);
+  return lower_case(unquote(cell)).starts_with("time");
+}
 
 Opened open_event_csv(std::unique_ptr<ByteSource> bytes) {
   auto reader = std::make_unique<EventCsvReader>(std::move(bytes));
   if (const auto error = reader->open()) return {nullptr, *error};
   return {std::move(reader), {}};
+}
+
+EventCsvWriter::EventCsvWriter(std::vector<std::string> lines, ByteSink& sink, CsvDialect dialect)
+    : EdgeWriter(std::move(lines), sink),
+      dialect_(dialect),
+      cells_(this->lines().size(), dialect == CsvDialect::saleae ? 'X' : no_level_yet) {
+  text() += dialect == CsvDialect::saleae ? "Time [s]" : "time_ns";
+  for (const std::string& name : this->lines()) text() += ',' + cell_of(name);
+  text() += '\n';
+}
+
+void EventCsvWriter::put_time(Picoseconds time) {
+  if (time < Picoseconds{}) text() += '-';
+  const auto count = static_cast<std::uint64_t>(time.count);
+  const std::uint64_t magnitude = time < Picoseconds{} ? std::uint64_t{0} - count : count;
+  const std::uint64_t unit =
+      dialect_ == CsvDialect::saleae ? std::uint64_t{picoseconds_per_second} : 1'000;
+  append_number(magnitude / unit);
+  text() += '.';
+  for (std::uint64_t place = unit / 10; place != 0; place /= 10) {
+    text() += static_cast<char>('0' + magnitude / place % 10);
+  }
+}
+
+void EventCsvWriter::put_row() {
+  put_time(*row_time_);
+  for (const char cell : cells_) {
+    text() += ',';
+    if (cell != no_level_yet) text() += cell;
+  }
+  text() += '\n';
+}
+
+void EventCsvWriter::put(const wire::Edge& edge, bool new_time) {
+  if (row_time_ && (new_time || edge.line <= row_line_)) put_row();
+  row_time_ = edge.time;
+  row_line_ = edge.line;
+  cells_[edge.line] =
+      (dialect_ == CsvDialect::saleae ? "01X" : "01x")[static_cast<std::size_t>(edge.level)];
+}
+
+void EventCsvWriter::put_end(Picoseconds end_time, bool later) {
+  if (row_time_) put_row();
+  row_time_ = end_time;
+  if (later && !cells_.empty()) put_row();
 }
 
 }  // namespace biss::capture

@@ -1,4 +1,4 @@
-#include "capture/byte_source.hpp"
+#include "capture/bytes.hpp"
 
 #include <gtest/gtest.h>
 

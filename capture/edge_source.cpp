@@ -1,4 +1,4 @@
-#include "capture/line_names.hpp"
+#include "capture/edge_source.hpp"
 
 namespace biss::capture {
 

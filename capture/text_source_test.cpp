@@ -1,4 +1,4 @@
-#include "capture/text_window.hpp"
+#include "capture/text_source.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,354 @@
+#include "capture/samples.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "capture/edge_source.hpp"
+
+namespace biss::capture {
+namespace {
+
+/// Finds the changes in a stream of samples that comes in pieces of any length; a piece may end
+/// inside a sample. A change has the time of the first sample that shows it; the first sample gives
+/// each line's initial level, at time 0.
+class SampleScanner {
+ public:
+  /// \pre fault_of(layout) is null
+  explicit SampleScanner(const RawLayout& layout);
+
+  /// Takes bytes off the front of `piece` until none is left, the block is full or the times are
+  /// used up, and returns how many.
+  std::size_t scan(std::span<const std::uint8_t> piece, EdgeBlock& block);
+
+  /// Whole samples seen.
+  std::uint64_t samples() const { return samples_; }
+  /// The bytes so far end inside a sample.
+  bool inside_sample() const { return held_bytes_ != 0; }
+  /// The next sample would lie beyond what picoseconds can tell.
+  bool times_used_up() const { return samples_ > last_index_; }
+  /// Time of the last sample; 0 before the first.
+  Picoseconds end_time() const {
+    return samples_ == 0 ? Picoseconds{} : clock_.time_of(samples_ - 1);
+  }
+
+ private:
+  template <std::size_t UnitBytes>
+  const std::uint8_t* scan_whole(const std::uint8_t* at, const std::uint8_t* end, EdgeBlock& block);
+  const std::uint8_t* scan_units(const std::uint8_t* at, const std::uint8_t* end, EdgeBlock& block);
+  const std::uint8_t* finish_held(const std::uint8_t* at, const std::uint8_t* end,
+                                  EdgeBlock& block);
+  void push_changes(std::uint64_t sample, std::uint64_t changed, EdgeBlock& block);
+
+  SampleClock clock_;
+  std::uint64_t last_index_;
+  std::size_t unit_bytes_;
+  std::uint64_t mask_ = 0;
+  std::array<wire::LineIndex, 64> line_of_bit_{};
+  std::uint64_t samples_ = 0;
+  std::uint64_t last_ = 0;
+  std::array<std::uint8_t, max_unit_bytes> held_{};
+  std::size_t held_bytes_ = 0;
+};
+
+template <std::size_t UnitBytes>
+std::uint64_t load(const std::uint8_t* at) {
+  if constexpr (std::endian::native == std::endian::little) {
+    std::uint64_t sample = 0;
+    std::memcpy(&sample, at, UnitBytes);
+    return sample;
+  } else {
+    std::uint64_t sample = 0;
+    for (std::size_t i = UnitBytes; i-- > 0;) sample = sample << 8U | at[i];
+    return sample;
+  }
+}
+
+// As many copies of the sample as fill a word.
+template <std::size_t UnitBytes>
+constexpr std::uint64_t repeated(std::uint64_t sample) {
+  for (std::size_t bytes = UnitBytes; bytes < sizeof sample; bytes *= 2) {
+    sample |= sample << (8U * bytes % 64U);
+  }
+  return sample;
+}
+
+SampleScanner::SampleScanner(const RawLayout& layout)
+    : clock_(layout.rate), last_index_(clock_.last_index()), unit_bytes_(layout.unit_bytes) {
+  for (std::size_t line = 0; line < layout.lines.size(); ++line) {
+    const unsigned bit = layout.lines[line].bit;
+    mask_ |= std::uint64_t{1} << bit;
+    line_of_bit_[bit] = static_cast<wire::LineIndex>(line);
+  }
+}
+
+void SampleScanner::push_changes(std::uint64_t sample, std::uint64_t changed, EdgeBlock& block) {
+  const Picoseconds time = clock_.time_of(samples_);
+  for (; changed != 0; changed &= changed - 1) {
+    const auto bit = static_cast<unsigned>(std::countr_zero(changed));
+    const bool high = (sample >> bit & 1U) != 0;
+    block.push({time, line_of_bit_[bit], high ? wire::Level::high : wire::Level::low});
+  }
+  last_ = sample & mask_;
+}
+
+template <std::size_t UnitBytes>
+const std::uint8_t* SampleScanner::scan_whole(const std::uint8_t* at, const std::uint8_t* end,
+                                              EdgeBlock& block) {
+  constexpr bool fills_words = sizeof(std::uint64_t) % UnitBytes == 0;
+  while (at != end) {
+    if constexpr (fills_words) {
+      // A line rests for many samples between two changes.
+      const std::uint64_t mask = repeated<UnitBytes>(mask_);
+      const std::uint64_t rest = repeated<UnitBytes>(last_);
+      const std::uint8_t* const began = at;
+      while (end - at >= 8 && ((load<8>(at) ^ rest) & mask) == 0) at += 8;
+      samples_ += static_cast<std::size_t>(at - began) / UnitBytes;
+      if (at == end) break;
+    }
+    const std::uint64_t sample = load<UnitBytes>(at);
+    const std::uint64_t changed = (sample ^ last_) & mask_;
+    if (changed != 0) {
+      if (block.full()) break;
+      push_changes(sample, changed, block);
+    }
+    at += UnitBytes;
+    ++samples_;
+  }
+  return at;
+}
+
+const std::uint8_t* SampleScanner::scan_units(const std::uint8_t* at, const std::uint8_t* end,
+                                              EdgeBlock& block) {
+  if (at == end || times_used_up()) return at;
+  const auto units = static_cast<std::size_t>(end - at) / unit_bytes_;
+  const std::uint64_t left = last_index_ - samples_ + 1;
+  end = at + unit_bytes_ * static_cast<std::size_t>(std::min<std::uint64_t>(units, left));
+  if (samples_ == 0 && at != end) {
+    // Differs from the first sample in every line.
+    std::uint64_t first = 0;
+    for (std::size_t i = unit_bytes_; i-- > 0;) first = first << 8U | at[i];
+    push_changes(first, mask_, block);
+    at += unit_bytes_;
+    ++samples_;
+  }
+  switch (unit_bytes_) {
+    case 1:
+      return scan_whole<1>(at, end, block);
+    case 2:
+      return scan_whole<2>(at, end, block);
+    case 3:
+      return scan_whole<3>(at, end, block);
+    case 4:
+      return scan_whole<4>(at, end, block);
+    case 5:
+      return scan_whole<5>(at, end, block);
+    case 6:
+      return scan_whole<6>(at, end, block);
+    case 7:
+      return scan_whole<7>(at, end, block);
+    default:
+      return scan_whole<8>(at, end, block);
+  }
+}
+
+// Completes the sample with whose beginning the last piece ended.
+const std::uint8_t* SampleScanner::finish_held(const std::uint8_t* at, const std::uint8_t* end,
+                                               EdgeBlock& block) {
+  if (block.full()) return at;
+  while (held_bytes_ < unit_bytes_ && at != end) held_[held_bytes_++] = *at++;
+  if (held_bytes_ < unit_bytes_) return at;
+  if (scan_units(held_.data(), held_.data() + unit_bytes_, block) != held_.data()) held_bytes_ = 0;
+  return at;
+}
+
+std::size_t SampleScanner::scan(std::span<const std::uint8_t> piece, EdgeBlock& block) {
+  const std::uint8_t* at = piece.data();
+  const std::uint8_t* const end = at + piece.size();
+  if (held_bytes_ != 0) at = finish_held(at, end, block);
+  if (held_bytes_ == 0) {
+    at = scan_units(at, end, block);
+    if (static_cast<std::size_t>(end - at) < unit_bytes_) {
+      while (at != end) held_[held_bytes_++] = *at++;
+    }
+  }
+  return static_cast<std::size_t>(at - piece.data());
+}
+
+class SampledSource final : public EdgeSource {
+ public:
+  SampledSource(const RawLayout& layout, std::unique_ptr<SamplePieces> pieces)
+      : pieces_(std::move(pieces)), scanner_(layout), rate_(layout.rate) {
+    LineNames names;
+    for (const SampleLine& line : layout.lines) lines_.push_back(names.claim(line.name));
+  }
+
+  const std::vector<std::string>& lines() const override { return lines_; }
+  Picoseconds end_time() const override { return scanner_.end_time(); }
+  Picoseconds sample_period() const override {
+    const bool whole = picoseconds_per_second % rate_.count == 0;
+    return period_of(rate_) + picoseconds(whole ? 0 : 1);
+  }
+
+  Result<std::span<const wire::Edge>, CaptureError> next_block() override {
+    block_.grow();
+    block_.prepare(lines_.size());
+    while (!stopped_ && block_.empty()) {
+      if (piece_.empty()) {
+        fetch();
+      } else {
+        piece_ = piece_.subspan(scanner_.scan(piece_, block_));
+        if (!piece_.empty() && scanner_.times_used_up()) {
+          stop({.cause = CaptureCause::time_out_of_range});
+        }
+      }
+    }
+    if (block_.empty() && failed_) return failure(error_);
+    return block_.edges();
+  }
+
+ private:
+  void fetch() {
+    const auto piece = pieces_->next();
+    if (!piece.ok()) return stop(piece.error());
+    piece_ = *piece;
+    if (!piece_.empty()) return;
+    stopped_ = true;
+    if (scanner_.inside_sample()) {
+      stop({.cause = CaptureCause::truncated, .expected = "a whole number of samples"});
+    } else if (scanner_.samples() == 0) {
+      stop({.cause = CaptureCause::empty});
+    }
+  }
+
+  void stop(const CaptureError& error) {
+    error_ = error;
+    stopped_ = true;
+    failed_ = true;
+  }
+
+  std::unique_ptr<SamplePieces> pieces_;
+  SampleScanner scanner_;
+  Hertz rate_;
+  std::vector<std::string> lines_;
+  EdgeBlock block_;
+  std::span<const std::uint8_t> piece_;
+  bool stopped_ = false;
+  bool failed_ = false;
+  CaptureError error_;
+};
+
+constexpr std::size_t piece_bytes = 262'144;
+
+class RawPieces final : public SamplePieces {
+ public:
+  explicit RawPieces(std::unique_ptr<ByteSource> bytes) : bytes_(std::move(bytes)) {}
+
+  Result<std::span<const std::uint8_t>, CaptureError> next() override {
+    // Files that fit into a small buffer do not pay for a large one.
+    if (last_bytes_ == buffer_.size()) {
+      buffer_.resize(buffer_.empty() ? piece_bytes / 64 : piece_bytes);
+    }
+    const auto got = bytes_->read({reinterpret_cast<char*>(buffer_.data()), buffer_.size()});
+    if (!got.ok()) return failure(got.error());
+    last_bytes_ = *got;
+    return std::span<const std::uint8_t>(buffer_).first(*got);
+  }
+
+ private:
+  std::unique_ptr<ByteSource> bytes_;
+  std::vector<std::uint8_t> buffer_;
+  std::size_t last_bytes_ = 0;
+};
+
+constexpr std::size_t most_copies = 8'192;
+
+std::vector<std::string> names_of(const RawLayout& layout) {
+  std::vector<std::string> names;
+  for (const SampleLine& line : layout.lines) names.push_back(line.name);
+  return names;
+}
+
+}  // namespace
+
+const char* fault_of(const RawLayout& layout) {
+  if (layout.rate.count == 0) return "a sample rate of 1 Hz or more";
+  if (layout.unit_bytes == 0 || layout.unit_bytes > max_unit_bytes) {
+    return "samples of 1 to 8 bytes";
+  }
+  if (layout.lines.empty()) return "the bit of at least one line";
+  std::uint64_t taken = 0;
+  for (const SampleLine& line : layout.lines) {
+    if (line.bit >= 8 * layout.unit_bytes) return "bits that lie in the sample, counted from 0";
+    const std::uint64_t bit = std::uint64_t{1} << line.bit;
+    if ((taken & bit) != 0) return "a bit of its own for each line";
+    taken |= bit;
+  }
+  return nullptr;
+}
+
+RawLayout packed_layout(const std::vector<std::string>& lines, Hertz rate) {
+  RawLayout layout{rate, std::max<std::size_t>(1, (lines.size() + 7) / 8), {}};
+  for (std::size_t line = 0; line < lines.size(); ++line) {
+    layout.lines.push_back({lines[line], static_cast<unsigned>(line)});
+  }
+  return layout;
+}
+
+Opened open_samples(const RawLayout& layout, std::unique_ptr<SamplePieces> pieces) {
+  if (const char* const expected = fault_of(layout)) {
+    return {nullptr, {.cause = CaptureCause::bad_layout, .expected = expected}};
+  }
+  return {std::make_unique<SampledSource>(layout, std::move(pieces)), {}};
+}
+
+Opened open_raw(std::unique_ptr<ByteSource> bytes, const RawLayout& layout) {
+  return open_samples(layout, std::make_unique<RawPieces>(std::move(bytes)));
+}
+
+SampledWriter::SampledWriter(const RawLayout& layout, ByteSink& sink)
+    : EdgeWriter(names_of(layout), sink), clock_(layout.rate), unit_bytes_(layout.unit_bytes) {
+  if (layout.lines.size() > 8 * max_unit_bytes) refuse(WriteCause::too_many_lines);
+  for (const SampleLine& line : layout.lines) bits_.push_back(line.bit);
+}
+
+void SampledWriter::put(const wire::Edge& edge, bool) {
+  put_until(clock_.first_at_or_after(edge.time));
+  const std::uint64_t bit = std::uint64_t{1} << bits_[edge.line];
+  levels_ = edge.level == wire::Level::high ? levels_ | bit : levels_ & ~bit;
+  copies_.clear();
+  last_time_ = edge.time;
+}
+
+void SampledWriter::put_end(Picoseconds end_time, bool later) {
+  put_until(clock_.first_at_or_after(later ? end_time : last_time_) + 1);
+  put_close();
+}
+
+// Samples up to the one before `index` show the levels that stand now.
+void SampledWriter::put_until(std::uint64_t index) {
+  while (next_ < index) {
+    const auto count =
+        static_cast<std::size_t>(std::min<std::uint64_t>(index - next_, most_copies));
+    while (copies_.size() < count * unit_bytes_) {
+      for (std::size_t i = 0; i < unit_bytes_; ++i) {
+        copies_ += static_cast<char>(levels_ >> (8U * i) & 0xFFU);
+      }
+    }
+    if (!put_samples(std::string_view(copies_).substr(0, count * unit_bytes_))) return;
+    next_ += count;
+  }
+}
+
+bool RawWriter::put_samples(std::string_view bytes) {
+  text() += bytes;
+  return flush_full();
+}
+
+}  // namespace biss::capture

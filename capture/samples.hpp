@@ -1,0 +1,159 @@
+// Captures that hold samples: their layout and clock, reading, writing, and files of raw samples.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "biss/base/units.hpp"
+#include "capture/bytes.hpp"
+#include "capture/edge_source.hpp"
+#include "capture/edge_writer.hpp"
+
+namespace biss::capture {
+
+/// A sample is a little-endian number of so many bytes at most: 64 lines.
+inline constexpr std::size_t max_unit_bytes = 8;
+
+/// A line and its bit in the sample; bit 0 is the lowest of the first byte.
+struct SampleLine {
+  std::string name;
+  unsigned bit = 0;
+};
+
+/// Raw samples say nothing of themselves; this says it for them. Bits that no line names are not
+/// looked at.
+struct RawLayout {
+  Hertz rate;
+  std::size_t unit_bytes = 1;
+  std::vector<SampleLine> lines;
+};
+
+/// What is wrong with a layout, as static text that says what would be right; null when nothing is.
+const char* fault_of(const RawLayout& layout);
+
+/// The lines in this order on bits 0, 1, …, in as few bytes as hold them.
+RawLayout packed_layout(const std::vector<std::string>& lines, Hertz rate);
+
+/// Sample `i` is taken `i / rate` seconds after the first, rounded to the nearest picosecond. Each
+/// time is computed from the index, so that rates whose period is no whole number of picoseconds
+/// (3 MHz, 48 MHz) do not drift.
+class SampleClock {
+ public:
+  /// \pre rate is not 0 Hz
+  constexpr explicit SampleClock(Hertz rate)
+      : rate_(rate.count), step_(second % rate.count == 0 ? second / rate.count : 0) {}
+
+  constexpr Hertz rate() const { return {static_cast<std::uint32_t>(rate_)}; }
+
+  /// \pre index <= last_index()
+  constexpr Picoseconds time_of(std::uint64_t index) const {
+    return {static_cast<std::int64_t>(count_of(index))};
+  }
+
+  /// The first sample that sees what happens at `time`: its own time is `time` or later.
+  /// \pre time is not negative
+  constexpr std::uint64_t first_at_or_after(Picoseconds time) const {
+    const auto wanted = static_cast<std::uint64_t>(time.count);
+    std::uint64_t index = whole_periods(wanted);
+    // Rounding moves a sample by half a picosecond at most.
+    while (index > 0 && count_of(index - 1) >= wanted) --index;
+    while (count_of(index) < wanted) ++index;
+    return index;
+  }
+
+  /// The last sample whose time can be told.
+  constexpr std::uint64_t last_index() const {
+    return whole_periods(std::numeric_limits<std::int64_t>::max());
+  }
+
+ private:
+  static constexpr std::uint64_t second = picoseconds_per_second;
+  // A second is a million times a million: two steps of long division need no more than 64 bits.
+  static constexpr std::uint64_t million = 1'000'000;
+
+  constexpr std::uint64_t count_of(std::uint64_t index) const {
+    if (step_ != 0) return index * step_;
+    const std::uint64_t scaled = index % rate_ * million;
+    const std::uint64_t rest = (scaled % rate_ * million + rate_ / 2) / rate_;
+    return index / rate_ * second + scaled / rate_ * million + rest;
+  }
+
+  // How often the exact period fits into that many picoseconds.
+  constexpr std::uint64_t whole_periods(std::uint64_t count) const {
+    const std::uint64_t rest = count % second;
+    const std::uint64_t scaled = rest / million * rate_;
+    const std::uint64_t below = (scaled % million * million + rest % million * rate_) / second;
+    return count / second * rate_ + scaled / million + below;
+  }
+
+  std::uint64_t rate_;
+  std::uint64_t step_;  // the period where it is a whole number of picoseconds, else 0
+};
+
+/// The bytes of all samples, in order, in pieces of any length.
+class SamplePieces {
+ public:
+  virtual ~SamplePieces() = default;
+
+  /// The next bytes, valid until the next call; empty at the end. Not called again after an error.
+  virtual Result<std::span<const std::uint8_t>, CaptureError> next() = 0;
+};
+
+/// The samples as edges. A capture without a whole sample is `empty`; one that ends inside a sample
+/// is `truncated`, behind its edges; samples beyond 106 days are `time_out_of_range`. Fails at once
+/// with `bad_layout`.
+Opened open_samples(const RawLayout& layout, std::unique_ptr<SamplePieces> pieces);
+
+/// Opens raw samples laid out as `layout` says. Fails with `bad_layout`, `empty`, `read_failed`,
+/// `time_out_of_range`, and with `truncated` when the last sample is not whole.
+Opened open_raw(std::unique_ptr<ByteSource> bytes, const RawLayout& layout);
+
+/// Samples the lines at a rate, the first sample at time 0, the last at the end of the capture or
+/// just behind it. A sample shows what has happened up to its own time, so what is shorter than a
+/// sample may be lost. A line is low until its first edge, and where its level is unknown. Times
+/// before zero cannot be written.
+class SampledWriter : public EdgeWriter {
+ protected:
+  /// Line k of the writer is layout.lines[k]. With more than 64 lines every call fails with
+  /// `too_many_lines`. \pre otherwise fault_of(layout) is null
+  SampledWriter(const RawLayout& layout, ByteSink& sink);
+
+  /// The bytes of the next samples, whole ones, at most 64 KiB at a time; calls flush_full().
+  virtual bool put_samples(std::string_view bytes) = 0;
+  /// The last sample has been put.
+  virtual void put_close() = 0;
+
+ private:
+  void put(const wire::Edge& edge, bool new_time) final;
+  void put_end(Picoseconds end_time, bool later) final;
+  bool negative_times() const final { return false; }
+  void put_until(std::uint64_t index);
+
+  SampleClock clock_;
+  std::size_t unit_bytes_;
+  std::vector<unsigned> bits_;
+  std::uint64_t levels_ = 0;
+  std::uint64_t next_ = 0;
+  Picoseconds last_time_;
+  // Copies of the sample that stands now, made when they are needed.
+  std::string copies_;
+};
+
+/// Writes the samples and nothing else.
+class RawWriter final : public SampledWriter {
+ public:
+  RawWriter(const RawLayout& layout, ByteSink& sink) : SampledWriter(layout, sink) {}
+
+ private:
+  bool put_samples(std::string_view bytes) override;
+  void put_close() override {}
+};
+
+}  // namespace biss::capture

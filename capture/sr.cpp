@@ -1,0 +1,359 @@
+#include "capture/sr.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <limits>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+
+#include "capture/decimal.hpp"
+#include "capture/samples.hpp"
+#include "capture/zip.hpp"
+
+namespace biss::capture {
+namespace {
+
+constexpr unsigned max_probes = 8 * max_unit_bytes;
+
+std::string_view trimmed(std::string_view text) {
+  constexpr std::string_view blanks = " \t\r";
+  text.remove_prefix(std::min(text.find_first_not_of(blanks), text.size()));
+  return text.substr(0, text.find_last_not_of(blanks) + 1);
+}
+
+// Key files write what could not stand there as \s, \n, \t, \r and doubled backslashes.
+constexpr std::array<std::pair<char, char>, 5> escapes{
+    {{'s', ' '}, {'n', '\n'}, {'t', '\t'}, {'r', '\r'}, {'\\', '\\'}}};
+
+std::string unescaped(std::string_view value) {
+  std::string text;
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    const auto* const escape = std::find_if(escapes.begin(), escapes.end(), [&](const auto& e) {
+      return value[i] == '\\' && i + 1 < value.size() && value[i + 1] == e.first;
+    });
+    if (escape != escapes.end()) ++i;
+    text += escape != escapes.end() ? escape->second : value[i];
+  }
+  return text;
+}
+
+std::string escaped(std::string_view text) {
+  std::string value;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto* const escape = std::find_if(escapes.begin(), escapes.end(),
+                                            [&](const auto& e) { return text[i] == e.second; });
+    // Blanks inside stand as they are.
+    const bool plain = text[i] == ' ' && i != 0 && i + 1 != text.size();
+    if (escape == escapes.end() || plain) {
+      value += text[i];
+    } else {
+      value += {'\\', escape->first};
+    }
+  }
+  return value;
+}
+
+std::optional<unsigned> whole_number(std::string_view text) {
+  unsigned number = 0;
+  const auto [end, failed] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (failed != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return number;
+}
+
+class MetadataParser {
+ public:
+  std::variant<SrMetadata, CaptureError> parse(std::string_view text) {
+    while (!text.empty() && !done_) {
+      ++line_;
+      const std::size_t end = std::min(text.find('\n'), text.size());
+      const std::string_view row = trimmed(text.substr(0, end));
+      text.remove_prefix(std::min(end + 1, text.size()));
+      if (row.empty() || row.front() == '#' || row.front() == ';') continue;
+      if (!take_row(row)) return error_;
+    }
+    if (!done_ && !complete()) return error_;
+    return std::move(found_);
+  }
+
+ private:
+  bool wrong(const char* expected) {
+    error_ = {.cause = CaptureCause::malformed,
+              .line = line_,
+              .column = 1,
+              .expected = expected,
+              .part = "metadata"};
+    return false;
+  }
+
+  bool take_row(std::string_view row) {
+    if (row.front() == '[') {
+      if (in_device_ && !found_.capture_file.empty()) return done_ = complete();
+      in_device_ = row.starts_with("[device ") && row.back() == ']';
+      found_ = {};
+      probes_.clear();
+      has_unit_ = false;
+      return true;
+    }
+    const std::size_t equals = row.find('=');
+    if (equals == std::string_view::npos) return wrong("[section] or key=value");
+    if (!in_device_) return true;
+    return take_key(trimmed(row.substr(0, equals)), trimmed(row.substr(equals + 1)));
+  }
+
+  bool take_key(std::string_view key, std::string_view value) {
+    if (key == "capturefile") {
+      found_.capture_file = unescaped(value);
+    } else if (key == "samplerate") {
+      found_.layout.rate = parse_sample_rate(value);
+      if (found_.layout.rate.count == 0) return wrong("a sample rate of 1 Hz to 4.29 GHz");
+    } else if (key == "unitsize") {
+      const auto bytes = whole_number(value);
+      if (!bytes || *bytes < 1 || *bytes > max_unit_bytes) return wrong("a unitsize of 1 to 8");
+      found_.layout.unit_bytes = *bytes;
+      has_unit_ = true;
+    } else if (key.starts_with("probe")) {
+      const auto number = whole_number(key.substr(5));
+      if (!number || *number < 1 || *number > max_probes) return wrong("probe1 to probe64");
+      probes_[*number] = unescaped(value);
+    }
+    return true;
+  }
+
+  // The device's section has ended: everything must be there, and the probes lie in the sample.
+  bool complete() {
+    RawLayout& layout = found_.layout;
+    if (found_.capture_file.empty()) return wrong("a device with a capturefile of logic samples");
+    if (layout.rate.count == 0) return wrong("the samplerate of the device");
+    if (!has_unit_) return wrong("the unitsize of the device");
+    for (const auto& [number, name] : probes_) layout.lines.push_back({name, number - 1});
+    if (layout.lines.empty()) return wrong("the names of the device's probes");
+    if (fault_of(layout) != nullptr) return wrong("no more probes than unitsize has bits");
+    return true;
+  }
+
+  SrMetadata found_;
+  std::map<unsigned, std::string> probes_;
+  bool in_device_ = false;
+  bool has_unit_ = false;
+  bool done_ = false;
+  std::uint64_t line_ = 0;
+  CaptureError error_;
+};
+
+// Inflated at once; PulseView's chunks have 10 MiB. Larger members are read in pieces.
+constexpr std::uint64_t most_at_once = 32U * 1024U * 1024U;
+constexpr std::size_t stream_piece_bytes = 1024U * 1024U;
+constexpr std::size_t max_metadata_bytes = 1024U * 1024U;
+
+// Memory that grows and is not filled with zeros first.
+class Buffer {
+ public:
+  std::span<std::uint8_t> take(std::size_t bytes) {
+    if (bytes > capacity_) {
+      bytes_ = std::make_unique_for_overwrite<std::uint8_t[]>(bytes);
+      capacity_ = bytes;
+    }
+    return {bytes_.get(), bytes};
+  }
+
+ private:
+  std::unique_ptr<std::uint8_t[]> bytes_;
+  std::size_t capacity_ = 0;
+};
+
+class SrPieces final : public SamplePieces {
+ public:
+  SrPieces(std::unique_ptr<ZipArchive> archive, std::string capture_file)
+      : archive_(std::move(archive)), capture_file_(std::move(capture_file)) {
+    chunks_ = archive_->count_numbered(capture_file_ + '-');
+  }
+
+  Result<std::span<const std::uint8_t>, CaptureError> next() override {
+    for (;;) {
+      if (streaming_) {
+        const auto piece = next_of_stream();
+        if (!piece.ok() || !piece->empty()) return piece;
+        streaming_ = false;
+      }
+      const auto member = next_member();
+      if (!member) return ended();
+      if (member->size_bytes == 0) continue;
+      if (member->size_bytes / max_deflate_ratio > member->compressed_bytes) {
+        return damaged("a size that the compressed data can have");
+      }
+      if (member->deflated && member->size_bytes <= most_at_once) return inflate(*member);
+      if (!archive_->begin_stream(*member)) return damaged("data that can be read");
+      streaming_ = true;
+      stream_left_ = member->size_bytes;
+    }
+  }
+
+ private:
+  using Piece = Result<std::span<const std::uint8_t>, CaptureError>;
+
+  // A session has one member with all the samples, or chunks.
+  std::optional<ZipMember> next_member() {
+    if (whole_) return std::nullopt;
+    if (chunk_ == 0) {
+      if (const auto member = archive_->find(capture_file_)) {
+        whole_ = true;
+        return member;
+      }
+    }
+    return archive_->find(capture_file_ + '-' + std::to_string(++chunk_));
+  }
+
+  // Behind the last chunk, or at one that is missing.
+  Piece ended() const {
+    if (!whole_ && chunk_ <= chunks_) return damaged("every chunk up to the last");
+    return std::span<const std::uint8_t>{};
+  }
+
+  Failure<CaptureError> damaged(const char* expected) const {
+    return failure(CaptureError{.cause = CaptureCause::damaged,
+                                .expected = expected,
+                                .part = whole_ ? "the samples" : "chunk",
+                                .part_number = chunk_});
+  }
+
+  Piece inflate(const ZipMember& member) {
+    const auto bytes = samples_.take(static_cast<std::size_t>(member.size_bytes));
+    // Data that does not shrink is a little longer deflated; what is much longer is not read whole.
+    if (member.compressed_bytes > 2 * most_at_once) return damaged("data that compression shrank");
+    const auto compressed = compressed_.take(static_cast<std::size_t>(member.compressed_bytes));
+    if (!archive_->read_compressed(member, compressed)) return damaged("data that can be read");
+    if (!inflater_.inflate(compressed, bytes)) return damaged("data that inflates to its size");
+    if (zip_checksum(bytes) != member.checksum) return damaged("data with its checksum");
+    return std::span<const std::uint8_t>(bytes);
+  }
+
+  Piece next_of_stream() {
+    // One byte more than is left shows whether the member ends there.
+    const auto room = std::min<std::uint64_t>(stream_left_ + 1, stream_piece_bytes);
+    const auto bytes = samples_.take(static_cast<std::size_t>(room));
+    const auto got = archive_->read_stream(bytes);
+    if (!got || *got > stream_left_) return damaged("data that inflates to its size and checksum");
+    if (*got == 0 && stream_left_ != 0) return damaged("data that inflates to its size");
+    stream_left_ -= *got;
+    return std::span<const std::uint8_t>(bytes.first(*got));
+  }
+
+  std::unique_ptr<ZipArchive> archive_;
+  std::string capture_file_;
+  std::uint64_t chunks_ = 0;  // in the archive
+  std::uint64_t chunk_ = 0;   // last asked for
+  bool whole_ = false;
+  bool streaming_ = false;
+  std::uint64_t stream_left_ = 0;
+  Inflater inflater_;
+  Buffer samples_;
+  Buffer compressed_;
+};
+
+Opened no_session(const ZipArchive& archive) {
+  const char* expected = "a sigrok session; this ZIP archive is something else";
+  if (archive.find("header")) expected = "a sigrok session; this is a DSLogic capture";
+  if (archive.find("meta.json")) expected = "a sigrok session; this is a .sal of Saleae Logic";
+  return {nullptr, {.cause = CaptureCause::unknown_format, .expected = expected}};
+}
+
+Opened damaged_part(CaptureCause cause, const char* part, const char* expected) {
+  return {nullptr, {.cause = cause, .expected = expected, .part = part}};
+}
+
+// As sigrok-cli cuts them. Runs of samples divide it, so that chunks hold whole samples.
+constexpr std::size_t chunk_bytes = 4U * 1024U * 1024U;
+
+}  // namespace
+
+std::variant<SrMetadata, CaptureError> parse_sr_metadata(std::string_view text) {
+  return MetadataParser().parse(text);
+}
+
+Hertz parse_sample_rate(std::string_view text) {
+  text = trimmed(text);
+  const std::size_t digits = std::min(text.find_first_not_of("0123456789."), text.size());
+  std::string unit(trimmed(text.substr(digits)));
+  for (char& c : unit) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  if (unit.ends_with("hz")) unit.resize(unit.size() - 2);
+  int scale = 0;
+  if (unit == "k") scale = 3;
+  if (unit == "m") scale = 6;
+  if (unit == "g") scale = 9;
+  if (scale == 0 && !unit.empty()) return {};
+  const auto rate = parse_decimal(text.substr(0, digits), scale);
+  if (!rate.ok() || *rate > std::numeric_limits<std::uint32_t>::max()) return {};
+  return {static_cast<std::uint32_t>(*rate)};
+}
+
+std::string sr_metadata_text(const RawLayout& layout) {
+  constexpr std::array<std::pair<std::uint32_t, const char*>, 4> units{
+      {{1'000'000'000, " GHz"}, {1'000'000, " MHz"}, {1'000, " kHz"}, {1, " Hz"}}};
+  const auto* const unit = std::find_if(
+      units.begin(), units.end(), [&](const auto& u) { return layout.rate.count % u.first == 0; });
+  std::string text = "[global]\nsigrok version=0.5.2\n\n[device 1]\ncapturefile=logic-1\n";
+  text += "total probes=" + std::to_string(layout.lines.size()) + '\n';
+  text += "samplerate=" + std::to_string(layout.rate.count / unit->first) + unit->second + '\n';
+  text += "total analog=0\n";
+  for (const SampleLine& line : layout.lines) {
+    text += "probe" + std::to_string(line.bit + 1) + '=' + escaped(line.name) + '\n';
+  }
+  return text + "unitsize=" + std::to_string(layout.unit_bytes) + '\n';
+}
+
+bool looks_like_zip(std::string_view head) {
+  return head.starts_with("PK\x03\x04") || head.starts_with("PK\x05\x06");
+}
+
+Opened open_sr(std::unique_ptr<ByteSource> bytes) {
+  auto [archive, error] = ZipArchive::open(std::move(bytes));
+  if (!archive) return {nullptr, error};
+  const auto version = archive->find("version");
+  const auto metadata = archive->find("metadata");
+  if (!version || !metadata) return no_session(*archive);
+  const auto version_text = archive->read_text(*version, max_metadata_bytes);
+  const auto metadata_text = archive->read_text(*metadata, max_metadata_bytes);
+  if (!version_text) return damaged_part(CaptureCause::damaged, "version", "1 or 2");
+  if (!version_text->starts_with('1') && !version_text->starts_with('2')) {
+    return damaged_part(CaptureCause::malformed, "version", "1 or 2");
+  }
+  if (!metadata_text) return damaged_part(CaptureCause::damaged, "metadata", "text of up to 1 MiB");
+  auto parsed = parse_sr_metadata(*metadata_text);
+  if (const auto* fault = std::get_if<CaptureError>(&parsed)) return {nullptr, *fault};
+  auto& [layout, capture_file] = std::get<SrMetadata>(parsed);
+  return open_samples(layout,
+                      std::make_unique<SrPieces>(std::move(archive), std::move(capture_file)));
+}
+
+SrWriter::SrWriter(const std::vector<std::string>& lines, Hertz rate, ByteSink& sink)
+    : SampledWriter(packed_layout(lines, rate), sink) {
+  if (lines.size() > 8 * max_unit_bytes) return;
+  archive_.add("version", "2", text());
+  archive_.add("metadata", sr_metadata_text(packed_layout(lines, rate)), text());
+}
+
+bool SrWriter::put_samples(std::string_view bytes) {
+  if (chunk_.size() + bytes.size() > chunk_bytes && !put_chunk()) return false;
+  chunk_ += bytes;
+  return true;
+}
+
+bool SrWriter::put_chunk() {
+  if (!archive_.add("logic-1-" + std::to_string(++chunks_), chunk_, text())) {
+    refuse(WriteCause::too_large);
+  }
+  chunk_.clear();
+  return flush_full();
+}
+
+void SrWriter::put_close() {
+  if (put_chunk()) archive_.finish(text());
+}
+
+}  // namespace biss::capture

@@ -1,0 +1,861 @@
+#include "capture/vcd.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "capture/decimal.hpp"
+#include "capture/edge_source.hpp"
+#include "capture/text_source.hpp"
+
+namespace biss::capture {
+namespace {
+
+/// Identifiers to numbers 0, 1, 2, … in the order of their first add().
+class VcdIds {
+ public:
+  static constexpr std::uint32_t none = UINT32_MAX;
+
+  VcdIds();
+
+  /// The number of `id`, a new one when it was not known.
+  /// \pre valid(id)
+  std::uint32_t add(std::string_view id);
+  /// The number of `id`, or none; any text may be asked for.
+  std::uint32_t find(std::string_view id) const;
+  /// The same for an identifier of one or two characters.
+  std::uint32_t find_one(char c) const { return one_[static_cast<unsigned char>(c)]; }
+  std::uint32_t find_two(const char* id) const {
+    const unsigned first = place(id[0]);
+    const unsigned second = place(id[1]);
+    if (two_.empty() || first >= letters || second >= letters) return none;
+    return two_[first * letters + second];
+  }
+  std::uint32_t size() const { return size_; }
+
+  static bool valid(std::string_view id);
+
+ private:
+  static constexpr unsigned letters = '~' - '!' + 1;
+  static constexpr std::size_t packed_chars = 8;
+
+  struct Slot {
+    std::uint64_t key = 0;
+    std::uint32_t number = none;
+  };
+  struct TextHash {
+    using is_transparent = void;
+    std::size_t operator()(std::string_view text) const {
+      return std::hash<std::string_view>{}(text);
+    }
+  };
+
+  static unsigned place(char c) { return static_cast<unsigned char>(c) - unsigned{'!'}; }
+  static std::uint64_t pack(std::string_view id);
+  std::size_t slot_of(std::uint64_t key) const;
+  std::uint32_t add_packed(std::uint64_t key);
+  void grow_slots();
+
+  std::uint32_t size_ = 0;
+  std::array<std::uint32_t, 256> one_;
+  std::vector<std::uint32_t> two_;  // empty until the first identifier of two characters
+  // Three to eight characters are a number; open addressing, never more than half full.
+  std::vector<Slot> slots_;
+  std::size_t slots_used_ = 0;
+  std::unordered_map<std::string, std::uint32_t, TextHash, std::equal_to<>> long_;
+};
+
+VcdIds::VcdIds() : slots_(64) { one_.fill(none); }
+
+bool VcdIds::valid(std::string_view id) {
+  return !id.empty() &&
+         std::all_of(id.begin(), id.end(), [](char c) { return place(c) < letters; });
+}
+
+std::uint64_t VcdIds::pack(std::string_view id) {
+  std::uint64_t key = 0;
+  for (const char c : id) key = key << 8U | static_cast<unsigned char>(c);
+  return key;
+}
+
+// Where `key` is, or the free slot where it belongs.
+std::size_t VcdIds::slot_of(std::uint64_t key) const {
+  const std::size_t mask = slots_.size() - 1;
+  auto at = static_cast<std::size_t>((key * 0x9E3779B97F4A7C15U) >> 20U) & mask;
+  while (slots_[at].number != none && slots_[at].key != key) at = (at + 1) & mask;
+  return at;
+}
+
+void VcdIds::grow_slots() {
+  const std::vector<Slot> old = std::exchange(slots_, std::vector<Slot>(slots_.size() * 2));
+  for (const Slot& slot : old) {
+    if (slot.number != none) slots_[slot_of(slot.key)] = slot;
+  }
+}
+
+std::uint32_t VcdIds::add_packed(std::uint64_t key) {
+  Slot* slot = &slots_[slot_of(key)];
+  if (slot->number != none) return slot->number;
+  if (++slots_used_ * 2 > slots_.size()) {
+    grow_slots();
+    slot = &slots_[slot_of(key)];
+  }
+  *slot = {key, size_};
+  return size_++;
+}
+
+std::uint32_t VcdIds::add(std::string_view id) {
+  if (id.size() > packed_chars) {
+    const auto [entry, added] = long_.try_emplace(std::string(id), size_);
+    if (added) ++size_;
+    return entry->second;
+  }
+  if (id.size() > 2) return add_packed(pack(id));
+  if (two_.empty() && id.size() == 2) two_.assign(std::size_t{letters} * letters, none);
+  std::uint32_t& entry = id.size() == 1 ? one_[static_cast<unsigned char>(id[0])]
+                                        : two_[place(id[0]) * letters + place(id[1])];
+  if (entry == none) entry = size_++;
+  return entry;
+}
+
+std::uint32_t VcdIds::find(std::string_view id) const {
+  if (id.empty()) return none;
+  if (id.size() == 1) return find_one(id[0]);
+  if (id.size() == 2) return find_two(id.data());
+  // A leading NUL would pack like the shorter identifier behind it.
+  if (id.size() <= packed_chars) return id[0] == 0 ? none : slots_[slot_of(pack(id))].number;
+  const auto entry = long_.find(id);
+  return entry == long_.end() ? none : entry->second;
+}
+
+/// Whom a value of an identifier concerns: `lines` entries of VcdSignals::driven from `first`.
+/// None for what is no line: vectors, reals, strings, events.
+struct VcdVariable {
+  std::uint32_t first = 0;
+  std::uint32_t lines = 0;
+};
+
+/// What the declarations say once they are complete.
+struct VcdSignals {
+  VcdTimescale timescale;
+  VcdIds ids;
+  std::vector<VcdVariable> variables;   ///< indexed by the number of the identifier
+  std::vector<wire::LineIndex> driven;  ///< the lines of each variable, one after the other
+  std::vector<std::string> lines;
+};
+
+/// Takes the declarations word by word.
+///
+/// Each one-bit `$var` is a line. Its name is the plain one, `top.cap.MA` with its scopes where
+/// another line is called the same. Signals of the same name and the same identifier are one line;
+/// signals of another name and the same identifier are lines that change together. A bit
+/// `MA [3]` is called `MA[3]`; the range `[0:0]` of a one-bit signal is left out.
+class VcdHeader {
+ public:
+  enum class Step : std::uint8_t { more, done, failed };
+
+  /// The next word. After `done` the signals are complete.
+  Step feed(std::string_view word);
+
+  /// Text that is skipped up to `$end`; its words may have any length.
+  bool in_comment() const { return section_ == Section::comment; }
+  bool started() const { return started_; }
+  CaptureCause cause() const { return cause_; }
+  const char* expected() const { return expected_; }
+  VcdSignals& signals() { return signals_; }
+
+ private:
+  enum class Section : std::uint8_t { none, comment, timescale, var, scope, upscope, end };
+
+  static constexpr std::size_t max_words = 64;
+  static constexpr std::size_t max_scopes = 256;
+  static constexpr std::size_t max_variables = 1U << 20U;
+  static constexpr std::size_t max_stored_bytes = 64U << 20U;
+
+  struct Scope {
+    std::string name;
+    std::uint32_t parent;
+  };
+  struct Signal {
+    std::string name;
+    std::uint32_t scope;
+    std::uint32_t variable;
+  };
+
+  Step fail(CaptureCause cause, const char* expected);
+  Step malformed(const char* expected) { return fail(CaptureCause::malformed, expected); }
+  Step begin_section(std::string_view keyword);
+  Step end_section();
+  Step end_timescale();
+  Step end_var();
+  Step end_scope();
+  Step end_upscope();
+  Step end_definitions();
+  bool store(std::size_t bytes);
+  std::string path_of(const Signal& signal) const;
+  bool name_lines();
+  void connect_lines();
+
+  Section section_ = Section::none;
+  bool started_ = false;
+  std::vector<std::string> words_;
+  std::vector<Scope> scopes_;
+  std::vector<std::uint32_t> open_scopes_;
+  std::vector<Signal> lines_;
+  std::size_t stored_bytes_ = 0;
+  VcdSignals signals_;
+  CaptureCause cause_{};
+  const char* expected_ = nullptr;
+};
+
+constexpr std::uint32_t no_scope = UINT32_MAX;
+
+bool is_one_bit(std::string_view type, std::string_view size) {
+  constexpr std::array<std::string_view, 4> without_level{"real", "realtime", "string", "event"};
+  if (std::find(without_level.begin(), without_level.end(), type) != without_level.end()) {
+    return false;
+  }
+  return size == "1";
+}
+
+bool is_number(std::string_view text) {
+  return !text.empty() &&
+         std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
+}
+
+// `[0:0]` says no more than that the signal has one bit; `[3]` says which bit of what it is.
+bool is_whole_range(std::string_view text) {
+  const std::size_t colon = text.find(':');
+  if (!text.starts_with('[') || !text.ends_with(']') || colon == std::string_view::npos) {
+    return false;
+  }
+  return text.substr(1, colon - 1) == text.substr(colon + 1, text.size() - colon - 2);
+}
+
+// Names may stand in several words: a range behind the name, or a name with blanks in it.
+std::string join_name(const std::vector<std::string>& words, std::size_t first) {
+  std::string name = words[first];
+  for (std::size_t i = first + 1; i < words.size(); ++i) {
+    if (is_whole_range(words[i])) continue;
+    if (!words[i].starts_with('[')) name += ' ';
+    name += words[i];
+  }
+  return name;
+}
+
+VcdHeader::Step VcdHeader::fail(CaptureCause cause, const char* expected) {
+  cause_ = cause;
+  expected_ = expected;
+  return Step::failed;
+}
+
+bool VcdHeader::store(std::size_t bytes) {
+  stored_bytes_ += bytes;
+  return stored_bytes_ <= max_stored_bytes;
+}
+
+VcdHeader::Step VcdHeader::feed(std::string_view word) {
+  if (section_ == Section::none) return begin_section(word);
+  if (word == "$end") return end_section();
+  if (section_ == Section::comment) return Step::more;
+  if (words_.size() == max_words) return malformed("$end, after so many words");
+  words_.emplace_back(word);
+  return Step::more;
+}
+
+VcdHeader::Step VcdHeader::begin_section(std::string_view keyword) {
+  if (keyword.size() < 2 || keyword[0] != '$' || keyword[1] < 'a' || keyword[1] > 'z') {
+    return malformed(started_ ? "a declaration such as $var, or $enddefinitions"
+                              : "a VCD, which begins with a word such as $timescale or $date");
+  }
+  started_ = true;
+  words_.clear();
+  constexpr std::array<std::pair<std::string_view, Section>, 5> sections{{
+      {"$timescale", Section::timescale},
+      {"$var", Section::var},
+      {"$scope", Section::scope},
+      {"$upscope", Section::upscope},
+      {"$enddefinitions", Section::end},
+  }};
+  if (keyword == "$end") return malformed("a declaration for $end to close");
+  // $date, $version, $comment, and what tools have invented: text up to $end.
+  section_ = Section::comment;
+  for (const auto& [name, section] : sections) {
+    if (keyword == name) section_ = section;
+  }
+  return Step::more;
+}
+
+VcdHeader::Step VcdHeader::end_section() {
+  switch (std::exchange(section_, Section::none)) {
+    case Section::timescale:
+      return end_timescale();
+    case Section::var:
+      return end_var();
+    case Section::scope:
+      return end_scope();
+    case Section::upscope:
+      return end_upscope();
+    case Section::end:
+      return end_definitions();
+    case Section::none:
+    case Section::comment:
+      break;
+  }
+  return Step::more;
+}
+
+VcdHeader::Step VcdHeader::end_timescale() {
+  std::string text;
+  for (const std::string& word : words_) text += word;
+  const VcdTimescale timescale = parse_vcd_timescale(text);
+  if (!timescale.known()) {
+    return malformed("a time scale of 1, 10 or 100 and s, ms, us, ns, ps or fs before this $end");
+  }
+  if (signals_.timescale.known() && timescale != signals_.timescale) {
+    return malformed("one $timescale; this second one differs from the first");
+  }
+  signals_.timescale = timescale;
+  return Step::more;
+}
+
+VcdHeader::Step VcdHeader::end_var() {
+  if (words_.size() < 4) return malformed("type, size, identifier and name before this $end");
+  if (!is_number(words_[1])) return malformed("a number of bits as the second word of this $var");
+  if (!VcdIds::valid(words_[2])) {
+    return malformed("an identifier of printable characters as the third word of this $var");
+  }
+  const std::uint32_t variable = signals_.ids.add(words_[2]);
+  if (signals_.ids.size() > max_variables || !store(words_[2].size())) {
+    return fail(CaptureCause::too_many_lines, nullptr);
+  }
+  if (!is_one_bit(words_[0], words_[1])) return Step::more;
+  std::string name = join_name(words_, 3);
+  if (lines_.size() == max_lines || !store(name.size())) {
+    return fail(CaptureCause::too_many_lines, nullptr);
+  }
+  lines_.push_back(
+      {std::move(name), open_scopes_.empty() ? no_scope : open_scopes_.back(), variable});
+  return Step::more;
+}
+
+VcdHeader::Step VcdHeader::end_scope() {
+  if (words_.size() < 2) return malformed("kind and name of the scope before this $end");
+  if (open_scopes_.size() == max_scopes) return malformed("at most 256 scopes in one another");
+  const std::uint32_t parent = open_scopes_.empty() ? no_scope : open_scopes_.back();
+  if (!store(words_[1].size() + sizeof(Scope))) return fail(CaptureCause::too_many_lines, nullptr);
+  open_scopes_.push_back(static_cast<std::uint32_t>(scopes_.size()));
+  scopes_.push_back({words_[1], parent});
+  return Step::more;
+}
+
+VcdHeader::Step VcdHeader::end_upscope() {
+  if (open_scopes_.empty()) return malformed("a $scope for this $upscope to close");
+  open_scopes_.pop_back();
+  return Step::more;
+}
+
+VcdHeader::Step VcdHeader::end_definitions() {
+  if (!signals_.timescale.known()) return malformed("a $timescale before $enddefinitions");
+  if (!name_lines()) return fail(CaptureCause::too_many_lines, nullptr);
+  connect_lines();
+  return Step::done;
+}
+
+std::string VcdHeader::path_of(const Signal& signal) const {
+  std::vector<const std::string*> names;
+  for (std::uint32_t at = signal.scope; at != no_scope; at = scopes_[at].parent) {
+    names.push_back(&scopes_[at].name);
+  }
+  std::string path;
+  for (auto name = names.rbegin(); name != names.rend(); ++name) path += **name + '.';
+  return path + signal.name;
+}
+
+// Gives each line its name and removes signals that are another one over again. False when the
+// names would take too much memory.
+bool VcdHeader::name_lines() {
+  struct Group {
+    std::uint32_t variable;
+    bool differ;
+    bool named;
+  };
+  std::unordered_map<std::string_view, Group> groups;
+  for (const Signal& signal : lines_) {
+    const auto entry = groups.try_emplace(signal.name, Group{signal.variable, false, false}).first;
+    if (entry->second.variable != signal.variable) entry->second.differ = true;
+  }
+  LineNames names;
+  std::vector<Signal> kept;
+  for (const Signal& signal : lines_) {
+    Group& group = groups.at(signal.name);
+    if (!group.differ && std::exchange(group.named, true)) continue;
+    std::string name = group.differ ? path_of(signal) : signal.name;
+    if (!store(name.size())) return false;
+    signals_.lines.push_back(names.claim(name));
+    kept.push_back({{}, no_scope, signal.variable});
+  }
+  lines_ = std::move(kept);
+  return true;
+}
+
+// Sorts the lines by the identifier that drives them.
+void VcdHeader::connect_lines() {
+  std::vector<VcdVariable>& variables = signals_.variables;
+  variables.resize(signals_.ids.size());
+  for (const Signal& line : lines_) ++variables[line.variable].lines;
+  std::uint32_t first = 0;
+  for (VcdVariable& variable : variables) {
+    variable.first = std::exchange(first, first + variable.lines);
+  }
+  std::vector<std::uint32_t> next(variables.size());
+  std::transform(variables.begin(), variables.end(), next.begin(),
+                 [](const VcdVariable& variable) { return variable.first; });
+  signals_.driven.resize(lines_.size());
+  for (std::size_t line = 0; line < lines_.size(); ++line) {
+    signals_.driven[next[lines_[line].variable]++] = static_cast<wire::LineIndex>(line);
+  }
+}
+
+using wire::Level;
+
+// What a word's first character says it is; the first three are levels.
+enum class Kind : std::uint8_t { low, high, unknown, space, time, vector, value, keyword, none };
+
+constexpr std::array<Kind, 256> make_kinds() {
+  std::array<Kind, 256> kinds{};
+  kinds.fill(Kind::none);
+  const auto set = [&kinds](std::string_view chars, Kind kind) {
+    for (const char c : chars) kinds[static_cast<unsigned char>(c)] = kind;
+  };
+  set("0lL", Kind::low);
+  set("1hH", Kind::high);
+  set("xXzZuUwW-", Kind::unknown);
+  set(" \t\n\v\f\r", Kind::space);
+  set("#", Kind::time);
+  set("bB", Kind::vector);
+  set("rRsS", Kind::value);
+  set("$", Kind::keyword);
+  return kinds;
+}
+
+constexpr std::array<Kind, 256> kinds = make_kinds();
+static_assert(static_cast<int>(Kind::low) == static_cast<int>(Level::low));
+static_assert(static_cast<int>(Kind::high) == static_cast<int>(Level::high));
+static_assert(static_cast<int>(Kind::unknown) == static_cast<int>(Level::unknown));
+
+Kind kind_of(char c) { return kinds[static_cast<unsigned char>(c)]; }
+
+// \pre a space follows
+const char* end_of_word(const char* p) {
+  while (!is_space(*p)) ++p;
+  return p;
+}
+
+std::string_view text_between(const char* from, const char* to) {
+  return {from, static_cast<std::size_t>(to - from)};
+}
+
+class VcdReader final : public TextSource {
+ public:
+  explicit VcdReader(std::unique_ptr<ByteSource> bytes)
+      : TextSource(std::move(bytes), TextWindow::Cut::words) {}
+
+  // Reads the declarations; the cause when there are none.
+  std::optional<CaptureError> open();
+
+ private:
+  // The value of a vector whose identifier is still to come.
+  enum class Waiting : std::uint8_t { no, level, skipped };
+
+  struct Variable {
+    std::uint32_t first;  // the line itself when there is one, else a place in driven_
+    std::uint32_t lines;
+    std::uint8_t level;
+  };
+
+  void parse() override;
+  void finish() override;
+  bool in_comment() const override { return in_comment_; }
+
+  VcdHeader::Step read_declarations();
+  void take_signals();
+  const char* stop(const char* place, CaptureCause cause, const char* expected = nullptr);
+  const char* read_word(const char* p);
+  const char* read_scalar(const char* p, Level level);
+  const char* read_time(const char* p);
+  const char* read_long_time(const char* p, const char* end);
+  const char* read_vector(const char* p);
+  const char* read_waiting(const char* p);
+  const char* read_keyword(const char* p);
+  const char* skip_comment(const char* p);
+  void lose_levels();
+  const char* set_tick(const char* p, std::uint64_t tick, const char* end);
+  bool set_level(std::uint32_t variable, Level level);
+
+  std::vector<Variable> variables_;
+  std::vector<wire::LineIndex> driven_;
+  VcdTimescale timescale_;
+  std::uint64_t last_tick_ = 0;
+  std::uint64_t tick_ = 0;
+  VcdIds ids_;
+  Waiting waiting_ = Waiting::no;
+  Level waiting_level_ = Level::unknown;
+  bool in_comment_ = false;
+  std::optional<VcdHeader> header_{std::in_place};  // until the declarations are complete
+};
+
+std::optional<CaptureError> VcdReader::open() {
+  for (;;) {
+    switch (window_.next(header_->in_comment())) {
+      case TextWindow::Fill::failed:
+        return window_.error();
+      case TextWindow::Fill::ended:
+        if (!header_->started()) return CaptureError{.cause = CaptureCause::empty};
+        return window_.error_at(window_.end(), CaptureCause::truncated, "$enddefinitions");
+      case TextWindow::Fill::ready:
+        break;
+    }
+    const VcdHeader::Step step = read_declarations();
+    if (step == VcdHeader::Step::failed) return error();
+    if (step == VcdHeader::Step::done) break;
+  }
+  take_signals();
+  return std::nullopt;
+}
+
+VcdHeader::Step VcdReader::read_declarations() {
+  const char* p = window_.begin();
+  const char* const end = window_.end();
+  for (;;) {
+    while (p != end && is_space(*p)) ++p;
+    if (p == end) return VcdHeader::Step::more;
+    const char* const word = p;
+    p = end_of_word(p);
+    const std::string_view text = text_between(word, p);
+    const bool started = header_->started();
+    if (text.size() > max_token_bytes && !header_->in_comment()) {
+      stop(word, CaptureCause::token_too_long);
+      return VcdHeader::Step::failed;
+    }
+    const VcdHeader::Step step = header_->feed(text);
+    if (step == VcdHeader::Step::failed) {
+      const bool cut = started && window_.unterminated();
+      stop(word, cut ? CaptureCause::truncated : header_->cause(), header_->expected());
+      return step;
+    }
+    if (step == VcdHeader::Step::done) {
+      window_.advance(p);
+      return step;
+    }
+  }
+}
+
+void VcdReader::take_signals() {
+  VcdSignals& signals = header_->signals();
+  lines_ = std::move(signals.lines);
+  ids_ = std::move(signals.ids);
+  driven_ = std::move(signals.driven);
+  timescale_ = signals.timescale;
+  last_tick_ = timescale_.last_tick();
+  for (const VcdVariable& variable : signals.variables) {
+    const std::uint32_t first = variable.lines == 1 ? driven_[variable.first] : variable.first;
+    variables_.push_back({first, variable.lines, no_level});
+  }
+  header_.reset();
+}
+
+const char* VcdReader::stop(const char* place, CaptureCause cause, const char* expected) {
+  fail(window_.error_at(place, cause, expected));
+  return nullptr;
+}
+
+void VcdReader::parse() {
+  const char* p = window_.begin();
+  const char* const end = window_.end();
+  if (in_comment_) p = skip_comment(p);
+  if (waiting_ != Waiting::no) p = read_waiting(p);
+  while (p != nullptr && p != end && !block_.full()) {
+    const Kind kind = kind_of(*p);
+    if (kind <= Kind::unknown) {
+      p = read_scalar(p, static_cast<Level>(kind));
+    } else if (kind == Kind::space) {
+      ++p;
+    } else if (kind == Kind::time) {
+      p = read_time(p);
+    } else {
+      p = read_word(p);
+    }
+  }
+  if (p != nullptr) window_.advance(p);
+}
+
+void VcdReader::finish() {
+  if (waiting_ != Waiting::no) {
+    stop(window_.end(), CaptureCause::truncated, "the identifier of this vector");
+  } else if (in_comment_) {
+    stop(window_.end(), CaptureCause::truncated, "$end");
+  }
+}
+
+// False when no such identifier was declared.
+inline bool VcdReader::set_level(std::uint32_t variable, Level level) {
+  if (variable == VcdIds::none) return false;
+  Variable& driver = variables_[variable];
+  if (driver.level == static_cast<std::uint8_t>(level)) return true;
+  driver.level = static_cast<std::uint8_t>(level);
+  if (driver.lines == 1) {
+    block_.push({end_time_, driver.first, level});
+    return true;
+  }
+  for (std::uint32_t i = 0; i < driver.lines; ++i) {
+    block_.push({end_time_, driven_[driver.first + i], level});
+  }
+  return true;
+}
+
+inline const char* VcdReader::read_scalar(const char* p, Level level) {
+  const char* const id = p + 1;
+  // What lies behind a space may be behind the window too: readable, and not used.
+  if (is_space(id[1])) {
+    if (set_level(ids_.find_one(id[0]), level)) return id + 1;
+  } else if (is_space(id[2])) {
+    if (set_level(ids_.find_two(id), level)) return id + 2;
+  }
+  const char* const end = end_of_word(p);
+  if (text_between(p, end).size() > max_token_bytes) return stop(p, CaptureCause::token_too_long);
+  if (set_level(ids_.find(text_between(id, end)), level)) return end;
+  const bool cut = window_.unterminated();
+  return stop(p, cut ? CaptureCause::truncated : CaptureCause::malformed,
+              "a declared identifier right behind this value");
+}
+
+inline const char* VcdReader::set_tick(const char* p, std::uint64_t tick, const char* end) {
+  if (tick > last_tick_) return stop(p, CaptureCause::time_out_of_range);
+  if (tick < tick_) {
+    // Digits cut off at the end make a time smaller.
+    const bool cut = window_.unterminated();
+    return stop(p, cut ? CaptureCause::truncated : CaptureCause::time_backwards);
+  }
+  tick_ = tick;
+  end_time_ = timescale_.time_of(tick);
+  return end;
+}
+
+inline const char* VcdReader::read_time(const char* p) {
+  const Digits digits = read_digits(p + 1);
+  const auto length = digits.end - p;
+  if (length >= 2 && length <= 20 && is_space(*digits.end)) {
+    return set_tick(p, digits.value, digits.end);
+  }
+  return read_long_time(p, end_of_word(p));
+}
+
+// A time that is malformed, or long because of zeros before it.
+const char* VcdReader::read_long_time(const char* p, const char* end) {
+  if (text_between(p, end).size() > max_token_bytes) return stop(p, CaptureCause::token_too_long);
+  const char* const wrong =
+      std::find_if_not(p + 1, end, [](char c) { return c >= '0' && c <= '9'; });
+  if (wrong != end || end == p + 1) {
+    const bool cut = window_.unterminated() && end == p + 1;
+    return stop(p, cut ? CaptureCause::truncated : CaptureCause::malformed,
+                "a whole number behind #");
+  }
+  std::uint64_t tick = 0;
+  for (const char* digit = p + 1; digit != end; ++digit) {
+    const auto value = static_cast<std::uint64_t>(*digit - '0');
+    if (tick > (UINT64_MAX - value) / 10) return stop(p, CaptureCause::time_out_of_range);
+    tick = tick * 10 + value;
+  }
+  return set_tick(p, tick, end);
+}
+
+const char* VcdReader::read_word(const char* p) {
+  const Kind kind = kind_of(*p);
+  if (kind == Kind::none) {
+    return stop(p, CaptureCause::malformed, "a value change, a time or a word such as $dumpvars");
+  }
+  if (end_of_word(p) - p > static_cast<std::ptrdiff_t>(max_token_bytes)) {
+    return stop(p, CaptureCause::token_too_long);
+  }
+  if (kind == Kind::keyword) return read_keyword(p);
+  if (kind == Kind::vector) return read_vector(p);
+  waiting_ = Waiting::skipped;
+  return read_waiting(end_of_word(p));
+}
+
+const char* VcdReader::read_vector(const char* p) {
+  const char* const end = end_of_word(p);
+  const char* const wrong =
+      std::find_if_not(p + 1, end, [](char c) { return kind_of(c) <= Kind::unknown; });
+  if (end == p + 1 || wrong != end) {
+    const bool cut = window_.unterminated() && wrong == end;
+    return stop(p, cut ? CaptureCause::truncated : CaptureCause::malformed,
+                "bits of a vector behind b");
+  }
+  waiting_ = end == p + 2 ? Waiting::level : Waiting::skipped;
+  waiting_level_ = static_cast<Level>(kind_of(p[1]));
+  return read_waiting(end);
+}
+
+// The identifier of a vector or a real; it may be in the next window only.
+const char* VcdReader::read_waiting(const char* p) {
+  while (p != window_.end() && is_space(*p)) ++p;
+  if (p == window_.end()) return p;
+  const char* const end = end_of_word(p);
+  if (end - p > static_cast<std::ptrdiff_t>(max_token_bytes)) {
+    return stop(p, CaptureCause::token_too_long);
+  }
+  const std::uint32_t variable = ids_.find(text_between(p, end));
+  const bool cut = window_.unterminated();
+  if (variable == VcdIds::none) {
+    return stop(p, cut ? CaptureCause::truncated : CaptureCause::malformed,
+                "a declared identifier behind a value");
+  }
+  const Waiting waiting = std::exchange(waiting_, Waiting::no);
+  if (waiting == Waiting::level) {
+    set_level(variable, waiting_level_);
+  } else if (variables_[variable].lines != 0) {
+    return stop(p, CaptureCause::malformed, "the value of one bit for a signal of one bit");
+  }
+  return end;
+}
+
+void VcdReader::lose_levels() {
+  for (std::uint32_t variable = 0; variable < variables_.size(); ++variable) {
+    if (variables_[variable].level != no_level) set_level(variable, Level::unknown);
+  }
+}
+
+const char* VcdReader::read_keyword(const char* p) {
+  constexpr std::array<std::string_view, 5> dump_words{"$end", "$dumpvars", "$dumpall", "$dumpon",
+                                                       "$dumpoff"};
+  constexpr std::array<std::string_view, 4> comments{"$comment", "$vcdclose", "$attrbegin",
+                                                     "$attrend"};
+  const char* const end = end_of_word(p);
+  const std::string_view word = text_between(p, end);
+  if (std::find(dump_words.begin(), dump_words.end(), word) != dump_words.end()) {
+    // Nothing is recorded from here to $dumpon, whether or not the file says x for every signal.
+    if (word == "$dumpoff") lose_levels();
+    return end;
+  }
+  if (std::find(comments.begin(), comments.end(), word) != comments.end()) {
+    in_comment_ = true;
+    return skip_comment(end);
+  }
+  const bool cut = window_.unterminated();
+  return stop(p, cut ? CaptureCause::truncated : CaptureCause::malformed,
+              "$dumpvars, $dumpall, $dumpon, $dumpoff, $comment or $end");
+}
+
+const char* VcdReader::skip_comment(const char* p) {
+  while (p != window_.end()) {
+    if (is_space(*p)) {
+      ++p;
+      continue;
+    }
+    const char* const end = end_of_word(p);
+    if (text_between(p, end) == "$end") {
+      in_comment_ = false;
+      return end;
+    }
+    p = end;
+  }
+  return p;
+}
+
+// 0 is `!`, 1 is `"`, … 94 is `!!`: the shortest identifiers first.
+std::string id_of(std::size_t line) {
+  constexpr std::size_t letters = '~' - '!' + 1;
+  std::string id;
+  for (;;) {
+    id += static_cast<char>('!' + line % letters);
+    if (line < letters) return id;
+    line = line / letters - 1;
+  }
+}
+
+std::string one_word(std::string_view name) {
+  std::string word(name);
+  for (char& c : word) {
+    if (static_cast<unsigned char>(c) <= ' ') c = '_';
+  }
+  if (word.empty() || word == "$end") return "_" + word;
+  return word;
+}
+
+}  // namespace
+
+std::uint64_t VcdTimescale::last_tick() const {
+  if (divisor != 1) return std::numeric_limits<std::uint64_t>::max();
+  return static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max()) / factor;
+}
+
+Picoseconds VcdTimescale::time_of(std::uint64_t ticks) const {
+  if (divisor == 1) return {static_cast<std::int64_t>(ticks * factor)};
+  const std::uint64_t round_up = ticks % divisor >= divisor / 2 ? 1 : 0;
+  return {static_cast<std::int64_t>(ticks / divisor + round_up)};
+}
+
+VcdTimescale parse_vcd_timescale(std::string_view text) {
+  const std::size_t digits = std::min(text.find_first_not_of("01"), text.size());
+  const std::string_view number = text.substr(0, digits);
+  if (number != "1" && number != "10" && number != "100") return {};
+  const std::uint64_t count = number.size() == 1 ? 1 : number.size() == 2 ? 10 : 100;
+  const std::string_view unit = text.substr(digits);
+  if (unit == "fs") return {1, 1'000 / count};
+  if (unit == "ps") return {count, 1};
+  if (unit == "ns") return {count * 1'000, 1};
+  if (unit == "us") return {count * 1'000'000, 1};
+  if (unit == "ms") return {count * 1'000'000'000, 1};
+  if (unit == "s") return {count * 1'000'000'000'000, 1};
+  return {};
+}
+
+Opened open_vcd(std::unique_ptr<ByteSource> bytes) {
+  auto reader = std::make_unique<VcdReader>(std::move(bytes));
+  if (const auto error = reader->open()) return {nullptr, *error};
+  return {std::move(reader), {}};
+}
+
+VcdWriter::VcdWriter(std::vector<std::string> lines, ByteSink& sink)
+    : EdgeWriter(std::move(lines), sink) {
+  for (std::size_t line = 0; line < this->lines().size(); ++line) ids_.push_back(id_of(line));
+  put_header();
+}
+
+void VcdWriter::put_header() {
+  text() += "$timescale 1ps $end\n$scope module capture $end\n";
+  for (std::size_t line = 0; line < lines().size(); ++line) {
+    text() += "$var wire 1 " + ids_[line] + ' ' + one_word(lines()[line]) + " $end\n";
+  }
+  text() += "$upscope $end\n$enddefinitions $end\n";
+}
+
+void VcdWriter::put_time(Picoseconds time) {
+  text() += '#';
+  append_number(static_cast<std::uint64_t>(time.count));
+  text() += '\n';
+}
+
+void VcdWriter::put(const wire::Edge& edge, bool new_time) {
+  if (new_time) put_time(edge.time);
+  text() += "01x"[static_cast<std::size_t>(edge.level)];
+  text() += ids_[edge.line];
+  text() += '\n';
+}
+
+void VcdWriter::put_end(Picoseconds end_time, bool later) {
+  if (later) put_time(end_time);
+}
+
+}  // namespace biss::capture
