@@ -20,7 +20,7 @@ void read(benchmark::State& state, const std::string& text, const char* path) {
   for ([[maybe_unused]] auto _ : state) {
     auto opened = capture::open_capture(capture::memory_bytes(text), path);
     if (!opened) return state.SkipWithError("the capture could not be opened");
-    for (auto block = opened.source->next_block();; block = opened.source->next_block()) {
+    for (auto block = (*opened)->next_block();; block = (*opened)->next_block()) {
       if (!block.ok()) return state.SkipWithError("the capture could not be read");
       if ((*block).empty()) break;
       edges += (*block).size();

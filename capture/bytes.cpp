@@ -93,10 +93,12 @@ bool is_directory(int descriptor) {
 OpenedBytes open_bytes(const std::string& path) {
   const bool standard_input = path == "-";
   const int descriptor = standard_input ? STDIN_FILENO : ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0) return {nullptr, {.cause = CaptureCause::cannot_open}};
+  if (descriptor < 0) return tl::unexpected(CaptureError{.cause = CaptureCause::cannot_open});
   auto bytes = std::make_unique<DescriptorBytes>(descriptor, !standard_input);
-  if (is_directory(descriptor)) return {nullptr, {.cause = CaptureCause::is_directory}};
-  return {std::move(bytes), {}};
+  if (is_directory(descriptor)) {
+    return tl::unexpected(CaptureError{.cause = CaptureCause::is_directory});
+  }
+  return bytes;
 }
 
 std::unique_ptr<ByteSource> memory_bytes(std::string_view text, std::size_t block_bytes) {

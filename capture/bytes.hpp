@@ -31,13 +31,7 @@ class ByteSource {
   virtual int regular_file() const { return -1; }
 };
 
-/// An opened stream, or why there is none: `error` counts exactly when `bytes` is null.
-struct OpenedBytes {
-  std::unique_ptr<ByteSource> bytes;
-  CaptureError error;
-
-  explicit operator bool() const { return bytes != nullptr; }
-};
+using OpenedBytes = tl::expected<std::unique_ptr<ByteSource>, CaptureError>;
 
 /// Opens a file, a pipe or a device; `-` is standard input, which stays open afterwards.
 /// Fails with `cannot_open` or `is_directory`. What a slow pipe has is delivered at once.

@@ -23,13 +23,13 @@ std::string drain(ByteSource& bytes, std::size_t at_most) {
 TEST(ByteSource, MissingFile_ReportsCannotOpen) {
   const OpenedBytes opened = open_bytes("no/such/file.vcd");
   ASSERT_FALSE(opened);
-  EXPECT_EQ(opened.error.cause, CaptureCause::cannot_open);
+  EXPECT_EQ(opened.error().cause, CaptureCause::cannot_open);
 }
 
 TEST(ByteSource, Folder_ReportsIsDirectory) {
   const OpenedBytes opened = open_bytes(std::filesystem::temp_directory_path().string());
   ASSERT_FALSE(opened);
-  EXPECT_EQ(opened.error.cause, CaptureCause::is_directory);
+  EXPECT_EQ(opened.error().cause, CaptureCause::is_directory);
 }
 
 TEST(ByteSource, File_DeliversItsBytes) {
@@ -38,7 +38,7 @@ TEST(ByteSource, File_DeliversItsBytes) {
   std::ofstream(path, std::ios::binary) << text << '\0';
   const OpenedBytes opened = open_bytes(path);
   ASSERT_TRUE(opened);
-  EXPECT_EQ(drain(*opened.bytes, 777), text + '\0');
+  EXPECT_EQ(drain(**opened, 777), text + '\0');
   std::filesystem::remove(path);
 }
 
@@ -47,7 +47,7 @@ TEST(ByteSource, FileThatCannotBeRead_ReportsReadFailed) {
   const OpenedBytes opened = open_bytes("/proc/self/mem");
   if (!opened) GTEST_SKIP() << "no /proc/self/mem on this system";
   std::array<char, 16> block{};
-  const auto got = opened.bytes->read(block);
+  const auto got = (*opened)->read(block);
   ASSERT_FALSE(got.ok());
   EXPECT_EQ(got.error().cause, CaptureCause::read_failed);
 }

@@ -7,6 +7,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <tl/expected.hpp>
 #include <unordered_map>
 #include <unordered_set>
 #include <vector>
@@ -78,17 +79,13 @@ class EdgeSource {
   /// The longest time between two samples: a change is told at the first that shows it. 0 where the
   /// file holds changes.
   virtual Picoseconds sample_period() const { return {}; }
+
+  /// These are raw samples, read by the layout that the caller gave.
+  virtual bool is_raw() const { return false; }
 };
 
-/// An opened capture, or why there is none: `error` counts exactly when `source` is null.
-struct Opened {
-  std::unique_ptr<EdgeSource> source;
-  CaptureError error;
-  /// It is read as raw samples, by the layout given.
-  bool by_layout = false;
-
-  explicit operator bool() const { return source != nullptr; }
-};
+/// An opened capture, or why it cannot be read.
+using Opened = tl::expected<std::unique_ptr<EdgeSource>, CaptureError>;
 
 /// A line's last level as a number; `no_level` before its first edge.
 inline constexpr std::uint8_t no_level = 3;

@@ -9,7 +9,6 @@
 #include <string>
 #include <string_view>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "capture/decimal.hpp"
@@ -35,7 +34,7 @@ struct EventCsvHeaderFault {
 
 /// Reads the row, without its line end. Cells may be quoted, blanks around them do not count. The
 /// separator is a tab or a semicolon where one stands outside quotes, else a comma.
-std::variant<EventCsvHeader, EventCsvHeaderFault> parse_event_csv_header(std::string_view row);
+tl::expected<EventCsvHeader, EventCsvHeaderFault> parse_event_csv_header(std::string_view row);
 
 /// `text` without blanks, carriage returns and (when not the separator) tabs around it.
 std::string_view trim_cell(std::string_view text, char separator);
@@ -93,26 +92,26 @@ std::string_view trim_cell(std::string_view text, char separator) {
   return text;
 }
 
-std::variant<EventCsvHeader, EventCsvHeaderFault> parse_event_csv_header(std::string_view row) {
+tl::expected<EventCsvHeader, EventCsvHeaderFault> parse_event_csv_header(std::string_view row) {
   EventCsvHeader header;
   header.separator = find_separator(row);
   const char* const start = row.data();
   bool last = false;
   const auto scale = event_csv_time_scale(unquote(take_cell(row, header.separator, last)));
   if (!scale) {
-    return EventCsvHeaderFault{0, "a header such as time_ns,MA,SLO with s, ms, us, ns or ps"};
+    return tl::unexpected(EventCsvHeaderFault{0, "a header such as time_ns,MA,SLO with s, ms, us, ns or ps"});
   }
   header.scale = *scale;
   LineNames names;
   while (!last) {
     const auto offset = static_cast<std::size_t>(row.data() - start);
     const std::string name = unquote(take_cell(row, header.separator, last));
-    if (name.empty()) return EventCsvHeaderFault{offset, "the name of a line in every column"};
+    if (name.empty()) return tl::unexpected(EventCsvHeaderFault{offset, "the name of a line in every column"});
     header.lines.push_back(names.claim(name));
   }
   if (header.lines.empty()) {
-    return EventCsvHeaderFault{static_cast<std::size_t>(row.data() - start),
-                               "a column for each line behind the time"};
+    return tl::unexpected(EventCsvHeaderFault{static_cast<std::size_t>(row.data() - start),
+                               "a column for each line behind the time"});
   }
   return header;
 }
@@ -217,11 +216,12 @@ std::optional<CaptureError> EventCsvReader::open() {
 bool EventCsvReader::take_header(const char* row, const char* end) {
   const std::string_view text = text_between(row, end);
   if (text.size() > max_token_bytes) return stop(row, CaptureCause::token_too_long);
-  const auto parsed = parse_event_csv_header(text);
-  if (const auto* fault = std::get_if<EventCsvHeaderFault>(&parsed)) {
-    return stop_in_row(row + fault->offset, fault->expected, looks_like_event_csv(text));
+  auto parsed = parse_event_csv_header(text);
+  if (!parsed) {
+    const EventCsvHeaderFault& fault = parsed.error();
+    return stop_in_row(row + fault.offset, fault.expected, looks_like_event_csv(text));
   }
-  header_ = std::get<EventCsvHeader>(parsed);
+  header_ = std::move(*parsed);
   lines_ = header_.lines;
   row_levels_.assign(lines_.size(), unchanged);
   last_levels_.assign(lines_.size(), no_level);
@@ -352,8 +352,8 @@ bool looks_like_event_csv(std::string_view row) {
 
 Opened open_event_csv(std::unique_ptr<ByteSource> bytes) {
   auto reader = std::make_unique<EventCsvReader>(std::move(bytes));
-  if (const auto error = reader->open()) return {nullptr, *error};
-  return {std::move(reader), {}};
+  if (const auto error = reader->open()) return tl::unexpected(*error);
+  return reader;
 }
 
 EventCsvWriter::EventCsvWriter(std::vector<std::string> lines, ByteSink& sink, CsvDialect dialect)

@@ -15,14 +15,14 @@ using testing::ElementsAre;
 
 std::unique_ptr<MergedSource> merge(std::string_view first, std::string_view second) {
   std::vector<NamedSource> sources;
-  sources.push_back({open_event_csv(memory_bytes(first)).source, "a.csv"});
-  sources.push_back({open_event_csv(memory_bytes(second)).source, "b.csv"});
+  sources.push_back({*open_event_csv(memory_bytes(first)), "a.csv"});
+  sources.push_back({*open_event_csv(memory_bytes(second)), "b.csv"});
   return std::make_unique<MergedSource>(std::move(sources));
 }
 
 TEST(Merge, TwoSources_ComeInTheOrderOfTime) {
   const Read read =
-      read_all({merge("time_ps,MA\n0,1\n5,0\n9,1\n", "time_ps,SLO\n-2,1\n5,0\n7,1\n"), {}});
+      read_all(merge("time_ps,MA\n0,1\n5,0\n9,1\n", "time_ps,SLO\n-2,1\n5,0\n7,1\n"));
   EXPECT_THAT(read.lines, ElementsAre("a.csv:MA", "b.csv:SLO"));
   EXPECT_THAT(read.edges, ElementsAre(edge(-2, 1, '1'), edge(0, 0, '1'), edge(5, 0, '0'),
                                       edge(5, 1, '0'), edge(7, 1, '1'), edge(9, 0, '1')));
@@ -36,12 +36,12 @@ TEST(Merge, Names_BeginWithTheirSource) {
 
 TEST(Merge, SamplePeriod_IsTheLongest) {
   const auto raw = [](Hertz rate) {
-    return open_raw(memory_bytes("\x01"), {rate, 1, {{"D0", 0}}}).source;
+    return *open_raw(memory_bytes("\x01"), {rate, 1, {{"D0", 0}}});
   };
   std::vector<NamedSource> sources;
   sources.push_back({raw(megahertz(50)), "a.bin"});
   sources.push_back({raw(megahertz(20)), "b.bin"});
-  sources.push_back({open_event_csv(memory_bytes("time_ps,MA\n0,1\n")).source, "c.csv"});
+  sources.push_back({*open_event_csv(memory_bytes("time_ps,MA\n0,1\n")), "c.csv"});
   EXPECT_EQ(MergedSource(std::move(sources)).sample_period(), nanoseconds(50));
   EXPECT_EQ(merge("time_ps,MA\n", "time_ps,SLO\n")->sample_period(), Picoseconds{});
 }

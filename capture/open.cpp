@@ -97,15 +97,12 @@ Opened open_as(Format format, std::unique_ptr<ByteSource> bytes, const OpenOptio
     case Format::other:
       break;
   }
-  if (options.raw) {
-    Opened opened = open_raw(std::move(bytes), *options.raw);
-    opened.by_layout = true;
-    return opened;
-  }
+  if (options.raw) return open_raw(std::move(bytes), *options.raw);
   if (format == Format::raw) {
-    return {nullptr, {.cause = CaptureCause::layout_missing, .expected = expected_layout}};
+    return tl::unexpected(
+        CaptureError{.cause = CaptureCause::layout_missing, .expected = expected_layout});
   }
-  return {nullptr, {CaptureCause::unknown_format, 1, 1, expected_text}};
+  return tl::unexpected(CaptureError{CaptureCause::unknown_format, 1, 1, expected_text});
 }
 
 bool is_blank(std::string_view text) { return std::all_of(text.begin(), text.end(), is_space); }
@@ -166,7 +163,7 @@ Opened open_capture(std::unique_ptr<ByteSource> bytes, std::string_view path,
   std::size_t judged = 0;
   while (head.size() < head_bytes) {
     const auto got = bytes->read(block);
-    if (!got.ok()) return {nullptr, got.error()};
+    if (!got.ok()) return tl::unexpected(got.error());
     if (*got == 0) break;
     head.append(block.data(), *got);
     // Judged when it has doubled: sources may hand out single bytes.
@@ -176,18 +173,18 @@ Opened open_capture(std::unique_ptr<ByteSource> bytes, std::string_view path,
   }
   const Format format = format_of(head, path, options.raw.has_value());
   if (const char* const expected = format == Format::other ? stranger_of(head) : nullptr) {
-    return {nullptr, {CaptureCause::unknown_format, 1, 1, expected}};
+    return tl::unexpected(CaptureError{CaptureCause::unknown_format, 1, 1, expected});
   }
   if (format == Format::other && is_blank(head) && head.size() < head_bytes) {
-    return {nullptr, {.cause = CaptureCause::empty}};
+    return tl::unexpected(CaptureError{.cause = CaptureCause::empty});
   }
   return open_as(format, prefixed_bytes(std::move(head), std::move(bytes)), options);
 }
 
 Opened open_capture(const std::string& path, const OpenOptions& options) {
   OpenedBytes opened = open_bytes(path);
-  if (!opened) return {nullptr, opened.error};
-  return open_capture(std::move(opened.bytes), path, options);
+  if (!opened) return tl::unexpected(opened.error());
+  return open_capture(std::move(*opened), path, options);
 }
 
 std::string capture_error_text(const CaptureError& error, std::string_view path) {

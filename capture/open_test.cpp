@@ -84,8 +84,8 @@ TEST(Open, RawSamples_NeedALayout) {
   EXPECT_EQ(read_with(vcd, "-").lines.size(), 2U);
   EXPECT_EQ(read_with("<SALEAE>\x01", "a.bin").cause(), CaptureCause::unknown_format);
   EXPECT_EQ(read_with("hello", "a.csv").cause(), CaptureCause::malformed);
-  EXPECT_TRUE(open_capture(memory_bytes("\1"), "a.bin", options).by_layout);
-  EXPECT_FALSE(open_capture(memory_bytes(csv), "a.csv", options).by_layout);
+  EXPECT_TRUE(open_capture(memory_bytes("\1"), "a.bin", options).value()->is_raw());
+  EXPECT_FALSE(open_capture(memory_bytes(csv), "a.csv", options).value()->is_raw());
   const Read without = read_as("\1\2\3", "a.bin");
   ASSERT_EQ(without.cause(), CaptureCause::layout_missing);
   EXPECT_NE(std::string(without.error->expected).find("rate"), std::string::npos);
@@ -97,8 +97,8 @@ TEST(Open, BlanksBeyondMeasure_EndInAnError) {
 }
 
 TEST(Open, PathsThatCannotBeRead_KeepTheirCause) {
-  EXPECT_EQ(open_capture("no/such/file.vcd").error.cause, CaptureCause::cannot_open);
-  EXPECT_EQ(open_capture(std::filesystem::temp_directory_path().string()).error.cause,
+  EXPECT_EQ(open_capture("no/such/file.vcd").error().cause, CaptureCause::cannot_open);
+  EXPECT_EQ(open_capture(std::filesystem::temp_directory_path().string()).error().cause,
             CaptureCause::is_directory);
 }
 

@@ -40,7 +40,7 @@ TEST(Raw, SamplePeriod_IsTheLongestBetweenTwoSamples) {
   for (const auto& [rate, period] : {std::pair{megahertz(1), picoseconds(1'000'000)},
                                      std::pair{megahertz(48), picoseconds(20'834)}}) {
     const auto opened = open_raw(memory_bytes("\x03"), {rate, 1, ma_and_slo.lines});
-    EXPECT_EQ(opened.source->sample_period(), period);
+    EXPECT_EQ((*opened)->sample_period(), period);
   }
 }
 

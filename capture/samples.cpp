@@ -183,13 +183,14 @@ std::size_t SampleScanner::scan(std::span<const std::uint8_t> piece, EdgeBlock& 
 
 class SampledSource final : public EdgeSource {
  public:
-  SampledSource(const RawLayout& layout, std::unique_ptr<SamplePieces> pieces)
-      : pieces_(std::move(pieces)), scanner_(layout), rate_(layout.rate) {
+  SampledSource(const RawLayout& layout, std::unique_ptr<SamplePieces> pieces, bool is_raw)
+      : pieces_(std::move(pieces)), scanner_(layout), rate_(layout.rate), is_raw_(is_raw) {
     LineNames names;
     for (const SampleLine& line : layout.lines) lines_.push_back(names.claim(line.name));
   }
 
   const std::vector<std::string>& lines() const override { return lines_; }
+  bool is_raw() const override { return is_raw_; }
   Picoseconds end_time() const override { return scanner_.end_time(); }
   Picoseconds sample_period() const override {
     const bool whole = picoseconds_per_second % rate_.count == 0;
@@ -236,6 +237,7 @@ class SampledSource final : public EdgeSource {
   std::unique_ptr<SamplePieces> pieces_;
   SampleScanner scanner_;
   Hertz rate_;
+  bool is_raw_;
   std::vector<std::string> lines_;
   EdgeBlock block_;
   std::span<const std::uint8_t> piece_;
@@ -301,15 +303,15 @@ RawLayout packed_layout(const std::vector<std::string>& lines, Hertz rate) {
   return layout;
 }
 
-Opened open_samples(const RawLayout& layout, std::unique_ptr<SamplePieces> pieces) {
+Opened open_samples(const RawLayout& layout, std::unique_ptr<SamplePieces> pieces, bool is_raw) {
   if (const char* const expected = fault_of(layout)) {
-    return {nullptr, {.cause = CaptureCause::bad_layout, .expected = expected}};
+    return tl::unexpected(CaptureError{.cause = CaptureCause::bad_layout, .expected = expected});
   }
-  return {std::make_unique<SampledSource>(layout, std::move(pieces)), {}};
+  return std::make_unique<SampledSource>(layout, std::move(pieces), is_raw);
 }
 
 Opened open_raw(std::unique_ptr<ByteSource> bytes, const RawLayout& layout) {
-  return open_samples(layout, std::make_unique<RawPieces>(std::move(bytes)));
+  return open_samples(layout, std::make_unique<RawPieces>(std::move(bytes)), true);
 }
 
 SampledWriter::SampledWriter(const RawLayout& layout, ByteSink& sink)

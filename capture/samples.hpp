@@ -109,7 +109,8 @@ class SamplePieces {
 /// The samples as edges. A capture without a whole sample is `empty`; one that ends inside a sample
 /// is `truncated`, behind its edges; samples beyond 106 days are `time_out_of_range`. Fails at once
 /// with `bad_layout`.
-Opened open_samples(const RawLayout& layout, std::unique_ptr<SamplePieces> pieces);
+Opened open_samples(const RawLayout& layout, std::unique_ptr<SamplePieces> pieces,
+                    bool is_raw = false);
 
 /// Opens raw samples laid out as `layout` says. Fails with `bad_layout`, `empty`, `read_failed`,
 /// `time_out_of_range`, and with `truncated` when the last sample is not whole.

@@ -8,7 +8,6 @@
 #include <optional>
 #include <string>
 #include <utility>
-#include <variant>
 
 #include "capture/decimal.hpp"
 #include "capture/samples.hpp"
@@ -66,16 +65,16 @@ std::optional<unsigned> whole_number(std::string_view text) {
 
 class MetadataParser {
  public:
-  std::variant<SrMetadata, CaptureError> parse(std::string_view text) {
+  tl::expected<SrMetadata, CaptureError> parse(std::string_view text) {
     while (!text.empty() && !done_) {
       ++line_;
       const std::size_t end = std::min(text.find('\n'), text.size());
       const std::string_view row = trimmed(text.substr(0, end));
       text.remove_prefix(std::min(end + 1, text.size()));
       if (row.empty() || row.front() == '#' || row.front() == ';') continue;
-      if (!take_row(row)) return error_;
+      if (!take_row(row)) return tl::unexpected(error_);
     }
-    if (!done_ && !complete()) return error_;
+    if (!done_ && !complete()) return tl::unexpected(error_);
     return std::move(found_);
   }
 
@@ -258,11 +257,12 @@ Opened no_session(const ZipArchive& archive) {
   const char* expected = "a sigrok session; this ZIP archive is something else";
   if (archive.find("header")) expected = "a sigrok session; this is a DSLogic capture";
   if (archive.find("meta.json")) expected = "a sigrok session; this is a .sal of Saleae Logic";
-  return {nullptr, {.cause = CaptureCause::unknown_format, .expected = expected}};
+  return tl::unexpected(
+      CaptureError{.cause = CaptureCause::unknown_format, .expected = expected});
 }
 
 Opened damaged_part(CaptureCause cause, const char* part, const char* expected) {
-  return {nullptr, {.cause = cause, .expected = expected, .part = part}};
+  return tl::unexpected(CaptureError{.cause = cause, .expected = expected, .part = part});
 }
 
 // As sigrok-cli cuts them. Runs of samples divide it, so that chunks hold whole samples.
@@ -270,7 +270,7 @@ constexpr std::size_t chunk_bytes = 4U * 1024U * 1024U;
 
 }  // namespace
 
-std::variant<SrMetadata, CaptureError> parse_sr_metadata(std::string_view text) {
+tl::expected<SrMetadata, CaptureError> parse_sr_metadata(std::string_view text) {
   return MetadataParser().parse(text);
 }
 
@@ -312,8 +312,9 @@ bool looks_like_zip(std::string_view head) {
 }
 
 Opened open_sr(std::unique_ptr<ByteSource> bytes) {
-  auto [archive, error] = ZipArchive::open(std::move(bytes));
-  if (!archive) return {nullptr, error};
+  auto opened = ZipArchive::open(std::move(bytes));
+  if (!opened) return tl::unexpected(opened.error());
+  std::unique_ptr<ZipArchive>& archive = *opened;
   const auto version = archive->find("version");
   const auto metadata = archive->find("metadata");
   if (!version || !metadata) return no_session(*archive);
@@ -325,8 +326,8 @@ Opened open_sr(std::unique_ptr<ByteSource> bytes) {
   }
   if (!metadata_text) return damaged_part(CaptureCause::damaged, "metadata", "text of up to 1 MiB");
   auto parsed = parse_sr_metadata(*metadata_text);
-  if (const auto* fault = std::get_if<CaptureError>(&parsed)) return {nullptr, *fault};
-  auto& [layout, capture_file] = std::get<SrMetadata>(parsed);
+  if (!parsed) return tl::unexpected(parsed.error());
+  auto& [layout, capture_file] = *parsed;
   return open_samples(layout,
                       std::make_unique<SrPieces>(std::move(archive), std::move(capture_file)));
 }

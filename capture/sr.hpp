@@ -4,7 +4,6 @@
 #include <memory>
 #include <string>
 #include <string_view>
-#include <variant>
 #include <vector>
 
 #include "capture/bytes.hpp"
@@ -22,7 +21,7 @@ struct SrMetadata {
 /// Reads the first device that has logic samples. Sections and keys that say nothing of these are
 /// passed over; of a key that stands twice the last counts. Fails with `malformed`: a line that is
 /// no `key=value`, a rate, unit size or probe that cannot be, or nothing about logic samples.
-std::variant<SrMetadata, CaptureError> parse_sr_metadata(std::string_view text);
+tl::expected<SrMetadata, CaptureError> parse_sr_metadata(std::string_view text);
 
 /// The metadata that our own files have. \pre fault_of(layout) is null
 std::string sr_metadata_text(const RawLayout& layout);

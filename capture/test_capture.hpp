@@ -46,12 +46,12 @@ struct Read {
 inline Read read_all(Opened opened) {
   Read read;
   if (!opened) {
-    read.error = opened.error;
+    read.error = opened.error();
     return read;
   }
-  read.lines = opened.source->lines();
+  read.lines = (*opened)->lines();
   for (;;) {
-    const auto block = opened.source->next_block();
+    const auto block = (*opened)->next_block();
     if (!block.ok()) {
       read.error = block.error();
       break;
@@ -59,7 +59,7 @@ inline Read read_all(Opened opened) {
     if (block->empty()) break;
     read.edges.insert(read.edges.end(), block->begin(), block->end());
   }
-  read.end_time = opened.source->end_time();
+  read.end_time = (*opened)->end_time();
   return read;
 }
 

@@ -823,8 +823,8 @@ VcdTimescale parse_vcd_timescale(std::string_view text) {
 
 Opened open_vcd(std::unique_ptr<ByteSource> bytes) {
   auto reader = std::make_unique<VcdReader>(std::move(bytes));
-  if (const auto error = reader->open()) return {nullptr, *error};
-  return {std::move(reader), {}};
+  if (const auto error = reader->open()) return tl::unexpected(*error);
+  return reader;
 }
 
 VcdWriter::VcdWriter(std::vector<std::string> lines, ByteSink& sink)

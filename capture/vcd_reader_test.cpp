@@ -273,14 +273,14 @@ TEST(Vcd, AnyBlockSize_GivesTheSameEdgesAndErrors) {
 TEST(Vcd, AfterErrorAndEnd_NextBlockSaysTheSameAgain) {
   const std::string good = vcd_of_ma_and_slo("#0 1!\n");
   const Opened ended = open_vcd(memory_bytes(good));
-  EXPECT_EQ(ended.source->next_block()->size(), 1U);
-  EXPECT_TRUE(ended.source->next_block()->empty());
-  EXPECT_TRUE(ended.source->next_block()->empty());
+  EXPECT_EQ((*ended)->next_block()->size(), 1U);
+  EXPECT_TRUE((*ended)->next_block()->empty());
+  EXPECT_TRUE((*ended)->next_block()->empty());
   const std::string bad = vcd_of_ma_and_slo("#0 1! oops\n");
   const Opened failed = open_vcd(memory_bytes(bad));
-  EXPECT_EQ(failed.source->next_block()->size(), 1U);
+  EXPECT_EQ((*failed)->next_block()->size(), 1U);
   for (int i = 0; i < 2; ++i) {
-    const auto block = failed.source->next_block();
+    const auto block = (*failed)->next_block();
     ASSERT_FALSE(block.ok());
     EXPECT_EQ(block.error().cause, CaptureCause::malformed);
   }
@@ -299,7 +299,7 @@ TEST(Vcd, IdentifierThatDrivesManyLines_KeepsBlocksBounded) {
   ASSERT_TRUE(opened);
   std::size_t edges = 0;
   for (;;) {
-    const auto block = opened.source->next_block();
+    const auto block = (*opened)->next_block();
     ASSERT_TRUE(block.ok());
     if (block->empty()) break;
     EXPECT_LE(block->size(), 8'192U + names);

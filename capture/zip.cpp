@@ -204,8 +204,8 @@ ZipArchive::~ZipArchive() = default;
 
 OpenedZip ZipArchive::open(std::unique_ptr<ByteSource> bytes) {
   std::unique_ptr<ZipArchive> archive(new ZipArchive);
-  if (const auto error = archive->open_source(std::move(bytes))) return {nullptr, *error};
-  return {std::move(archive), {}};
+  if (const auto error = archive->open_source(std::move(bytes))) return tl::unexpected(*error);
+  return archive;
 }
 
 std::optional<CaptureError> ZipArchive::open_source(std::unique_ptr<ByteSource> bytes) {

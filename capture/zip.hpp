@@ -65,10 +65,7 @@ struct ZipMember {
 
 class ZipArchive;
 
-struct OpenedZip {
-  std::unique_ptr<ZipArchive> archive;
-  CaptureError error;
-};
+using OpenedZip = tl::expected<std::unique_ptr<ZipArchive>, CaptureError>;
 
 /// Finds members and gives their bytes. One thread at a time; what read_compressed() has given may
 /// be inflated by others meanwhile.

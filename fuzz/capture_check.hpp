@@ -43,16 +43,16 @@ inline Read read_checked(capture::Opened opened) {
   Read read;
   std::vector<wire::Edge>& all = read.edges;
   if (!opened) {
-    require(!capture::capture_error_text(opened.error, "x").empty());
+    require(!capture::capture_error_text(opened.error(), "x").empty());
     return read;
   }
-  read.lines = opened.source->lines();
+  read.lines = (*opened)->lines();
   all.reserve(256);
   std::vector<int> levels(read.lines.size(), -1);
   for (;;) {
-    const auto block = opened.source->next_block();
+    const auto block = (*opened)->next_block();
     if (!block.ok() || block->empty()) {
-      const auto again = opened.source->next_block();
+      const auto again = (*opened)->next_block();
       require(again.ok() == block.ok() && (!again.ok() || again->empty()));
       require(block.ok() || !capture::capture_error_text(block.error(), "x").empty());
       break;
@@ -65,7 +65,7 @@ inline Read read_checked(capture::Opened opened) {
       all.push_back(edge);
     }
   }
-  read.end = opened.source->end_time();
+  read.end = (*opened)->end_time();
   require(all.empty() || read.end >= all.back().time);
   return read;
 }

@@ -50,20 +50,19 @@ ExitStatus open_file(CaptureFile& file, const InputArguments& arguments) {
                             name_in(file.path, arguments.slo));
   }
   capture::OpenedBytes bytes = capture::open_bytes(file.path);
-  if (!bytes) return fail(ExitStatus::io, capture::capture_error_text(bytes.error, file.path));
-  file.position = ReadPosition(bytes.bytes->regular_file());
-  capture::Opened opened = capture::open_capture(std::move(bytes.bytes), file.path, options);
+  if (!bytes) return fail(ExitStatus::io, capture::capture_error_text(bytes.error(), file.path));
+  file.position = ReadPosition((*bytes)->regular_file());
+  capture::Opened opened = capture::open_capture(std::move(*bytes), file.path, options);
   if (!opened) {
-    const bool no_layout = opened.error.cause == capture::CaptureCause::layout_missing;
+    const bool no_layout = opened.error().cause == capture::CaptureCause::layout_missing;
     return fail(ExitStatus::io,
                 no_layout ? fmt::format("{}: the sample rate of raw samples is not known; give "
                                         "--raw-rate, and --raw-bytes where a sample has more than "
                                         "one byte",
                                         file.path)
-                          : capture::capture_error_text(opened.error, file.path));
+                          : capture::capture_error_text(opened.error(), file.path));
   }
-  file.source = std::move(opened.source);
-  file.is_raw = opened.by_layout;
+  file.source = std::move(*opened);
   return ExitStatus::done;
 }
 
@@ -112,7 +111,7 @@ ExitStatus CaptureInput::open(std::vector<CaptureFile> files, const InputArgumen
   for (CaptureFile& file : files) {
     const ExitStatus opened = open_file(file, arguments);
     if (opened != ExitStatus::done) return opened;
-    any_raw = any_raw || file.is_raw;
+    any_raw = any_raw || file.source->is_raw();
     name_ += (name_.empty() ? "" : " + ") + file.path;
     paths_.push_back(file.path);
     positions_.push_back(std::move(file.position));

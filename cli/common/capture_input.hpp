@@ -52,8 +52,6 @@ struct CaptureFile {
   std::string path;
   std::unique_ptr<capture::EdgeSource> source = nullptr;
   ReadPosition position{-1};
-  /// Raw samples, read by the layout that the command line gives.
-  bool is_raw = false;
 };
 
 /// A capture: one file, or several that are read as one.
