@@ -99,19 +99,21 @@ tl::expected<EventCsvHeader, EventCsvHeaderFault> parse_event_csv_header(std::st
   bool last = false;
   const auto scale = event_csv_time_scale(unquote(take_cell(row, header.separator, last)));
   if (!scale) {
-    return tl::unexpected(EventCsvHeaderFault{0, "a header such as time_ns,MA,SLO with s, ms, us, ns or ps"});
+    return tl::unexpected(
+        EventCsvHeaderFault{0, "a header such as time_ns,MA,SLO with s, ms, us, ns or ps"});
   }
   header.scale = *scale;
   LineNames names;
   while (!last) {
     const auto offset = static_cast<std::size_t>(row.data() - start);
     const std::string name = unquote(take_cell(row, header.separator, last));
-    if (name.empty()) return tl::unexpected(EventCsvHeaderFault{offset, "the name of a line in every column"});
+    if (name.empty())
+      return tl::unexpected(EventCsvHeaderFault{offset, "the name of a line in every column"});
     header.lines.push_back(names.claim(name));
   }
   if (header.lines.empty()) {
     return tl::unexpected(EventCsvHeaderFault{static_cast<std::size_t>(row.data() - start),
-                               "a column for each line behind the time"});
+                                              "a column for each line behind the time"});
   }
   return header;
 }

@@ -21,8 +21,7 @@ std::unique_ptr<MergedSource> merge(std::string_view first, std::string_view sec
 }
 
 TEST(Merge, TwoSources_ComeInTheOrderOfTime) {
-  const Read read =
-      read_all(merge("time_ps,MA\n0,1\n5,0\n9,1\n", "time_ps,SLO\n-2,1\n5,0\n7,1\n"));
+  const Read read = read_all(merge("time_ps,MA\n0,1\n5,0\n9,1\n", "time_ps,SLO\n-2,1\n5,0\n7,1\n"));
   EXPECT_THAT(read.lines, ElementsAre("a.csv:MA", "b.csv:SLO"));
   EXPECT_THAT(read.edges, ElementsAre(edge(-2, 1, '1'), edge(0, 0, '1'), edge(5, 0, '0'),
                                       edge(5, 1, '0'), edge(7, 1, '1'), edge(9, 0, '1')));

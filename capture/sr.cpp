@@ -257,8 +257,7 @@ Opened no_session(const ZipArchive& archive) {
   const char* expected = "a sigrok session; this ZIP archive is something else";
   if (archive.find("header")) expected = "a sigrok session; this is a DSLogic capture";
   if (archive.find("meta.json")) expected = "a sigrok session; this is a .sal of Saleae Logic";
-  return tl::unexpected(
-      CaptureError{.cause = CaptureCause::unknown_format, .expected = expected});
+  return tl::unexpected(CaptureError{.cause = CaptureCause::unknown_format, .expected = expected});
 }
 
 Opened damaged_part(CaptureCause cause, const char* part, const char* expected) {
