@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "lab/campaign_block.hpp"
-#include "lab/campaign_estimate.hpp"
 #include "lab/experiment.hpp"
 
 namespace biss::lab {

@@ -3,16 +3,93 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <string>
 
 #include "lab/campaign_fitting.hpp"
-#include "lab/campaign_slices.hpp"
 #include "lab/experiment.hpp"
+#include "sim/random.hpp"
 
 namespace biss::lab {
 namespace {
 
+constexpr std::size_t lane_words = 4;
+constexpr std::size_t lane_frames = 64 * lane_words;
+
+// One bit of each of 256 frames: frame n is bit n % 64 of word n / 64. The compiler divides it where
+// vector units are narrower.
+using Lanes = std::uint64_t __attribute__((vector_size(8 * lane_words)));
+
+constexpr Lanes all_lanes(bool level) {
+  const std::uint64_t word = level ? ~std::uint64_t{0} : 0;
+  return Lanes{word, word, word, word};
+}
+
+bool any(const Lanes& lanes) { return (lanes[0] | lanes[1] | lanes[2] | lanes[3]) != 0; }
+
+// Four xoshiro256++ generators (Blackman and Vigna) side by side.
+class LaneRandom {
+ public:
+  explicit LaneRandom(std::uint64_t seed) {
+    sim::Random random(seed);
+    for (Lanes& part : state_) {
+      for (std::size_t word = 0; word < lane_words; ++word) part[word] = random.next();
+    }
+  }
+
+  Lanes next() {
+    const Lanes result = rotated<23>(state_[0] + state_[3]) + state_[0];
+    const Lanes shifted = state_[1] << 17U;
+    state_[2] ^= state_[0];
+    state_[3] ^= state_[1];
+    state_[1] ^= state_[2];
+    state_[0] ^= state_[3];
+    state_[2] ^= shifted;
+    state_[3] = rotated<45>(state_[3]);
+    return result;
+  }
+
+  // Bits that are 1 with a probability of rate / 2^32 each: a uniform number is compared with the
+  // rate from the highest bit on until it is decided for every lane. \pre rate is not 0
+  Lanes chosen(std::uint32_t rate) {
+    Lanes open = all_lanes(true);
+    Lanes below = all_lanes(false);
+    do {
+      const Lanes drawn = next();
+      if ((rate >> 31U) != 0) {
+        below |= open & ~drawn;
+        open &= drawn;
+      } else {
+        open &= ~drawn;
+      }
+      rate <<= 1U;
+    } while (rate != 0 && any(open));
+    return below;
+  }
+
+ private:
+  template <unsigned Bits>
+  static Lanes rotated(const Lanes& value) {
+    return (value << Bits) | (value >> (64U - Bits));
+  }
+
+  std::array<Lanes, 4> state_{};
+};
+
+// Random numbers of these kinds depend on their former names, so that counts stay reproducible.
+std::string seed_name(const FaultChoice& fault) {
+  std::string text = text_of(fault);
+  const auto replace = [&](std::string_view name, std::string_view former) {
+    if (text.starts_with(name)) text.replace(0, name.size(), former);
+  };
+  replace("lost_bit", "lost_clock");
+  replace("doubled_bit", "double_clock");
+  replace("lost_start", "late_start");
+  replace("false_start", "early_start");
+  return text;
+}
+
 std::uint64_t sequence_seed(const FaultSequence& sequence) {
-  return row_seed(sequence.seed, text_of(sequence.fault));
+  return row_seed(sequence.seed, seed_name(sequence.fault));
 }
 
 // Wrong bits of 256 frames; [0] is the last bit of the safety word.
@@ -161,7 +238,7 @@ template <class Visit>
 void for_each_frame(const CampaignFrame& frame, const FaultSequence& sequence, std::uint64_t block,
                     std::uint64_t frames, Visit visit) {
   const std::uint64_t seed = sequence_seed(sequence);
-  const bool flips = sequence.fault.kind == CampaignFault::flips;
+  const bool flips = sequence.fault.kind == FaultKind::flips;
   ErrorSlices slices(frame, sequence, block);
   for (std::uint64_t n = 0; n < frames; ++n) {
     const std::uint64_t index = block * block_frames + n;
@@ -186,7 +263,7 @@ CampaignCounts count_block_plainly(const CampaignFrame& frame, const FaultSequen
   if (sequence.fault.fitting) return count_fitting(frame, sequence, block, frames);
   CampaignCounts counts;
   counts.frames = frames;
-  const bool flips = sequence.fault.kind == CampaignFault::flips;
+  const bool flips = sequence.fault.kind == FaultKind::flips;
   for_each_frame(frame, sequence, block, frames,
                  [&](std::uint64_t index, const SentFrame& sent, const WordPair& encoded,
                      const WordPair& received) {
@@ -201,7 +278,7 @@ CampaignCounts count_block_plainly(const CampaignFrame& frame, const FaultSequen
 CampaignCounts count_block(const CampaignFrame& frame, const FaultSequence& sequence,
                            std::uint64_t block, std::uint64_t frames) {
   if (sequence.fault.fitting) return count_fitting(frame, sequence, block, frames);
-  if (sequence.fault.kind == CampaignFault::flips) {
+  if (sequence.fault.kind == FaultKind::flips) {
     return count_flips(frame, sequence, block, frames);
   }
   return count_block_plainly(frame, sequence, block, frames);

@@ -1,59 +1,32 @@
-// Faults that move bits, hold the line or shift START: each bit as read is a sum of bits of the
-// position, of random bits and of a constant, so what passes a check is the solutions of linear
+// The theory of faults other than flips. Each bit as read is an XOR of bits of the position, of
+// random bits and of a constant, so the frames that pass a check are the solutions of linear
 // equations.
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
 #include <vector>
 
-#include "lab/campaign_damage.hpp"
 #include "lab/campaign_theory.hpp"
-#include "lab/comparison.hpp"
-#include "lab/pair_checks.hpp"
+#include "lab/equations.hpp"
+#include "lab/pair.hpp"
 
 namespace biss::lab {
 namespace {
 
-// A sum of variables; the highest bit is the constant.
-using Sum = LineWord;
-constexpr Sum one = Sum{1} << 127U;
+// A bit of the line as an XOR of position bits, random bits and a constant.
+constexpr std::size_t unknowns = 127;
+using Sum = LinearBit<unknowns>;
+using LineEquations = Equations<unknowns>;
 
-unsigned lowest_bit(Sum sum) {
-  const auto low = static_cast<std::uint64_t>(sum);
-  if (low != 0) return static_cast<unsigned>(std::countr_zero(low));
-  return 64U + static_cast<unsigned>(std::countr_zero(static_cast<std::uint64_t>(sum >> 64U)));
+Sum constant(bool level) { return constant_bit<unknowns>(level); }
+
+Sum unknown(std::size_t number) {
+  Sum sum;
+  sum[number] = true;
+  return sum;
 }
 
-// Sums that have to be 0. The share of all values of the variables for which they are.
-class Equations {
- public:
-  void require_zero(Sum sum) {
-    for (const Row& row : rows_) {
-      if (((sum >> row.pivot) & 1U) != 0) sum ^= row.sum;
-    }
-    if ((sum & ~one) != 0) {
-      rows_.push_back({lowest_bit(sum), sum});
-    } else if (sum == one) {
-      impossible_ = true;
-    }
-  }
-  void require(Sum sum, bool value) { require_zero(value ? sum ^ one : sum); }
-  bool impossible() const { return impossible_; }
-  long double share() const {
-    return impossible_ ? 0 : std::ldexp(1.0L, -static_cast<int>(rows_.size()));
-  }
-
- private:
-  struct Row {
-    unsigned pivot;
-    Sum sum;
-  };
-  std::vector<Row> rows_;
-  bool impossible_ = false;
-};
-
-// A bit of the line each, the last one (STOP) first.
+// The bits of the line, the last one (STOP) first.
 using LineSums = std::vector<Sum>;
 
 // As sent with this counter; variable k is bit k of the position.
@@ -67,95 +40,91 @@ LineSums sent_sums(const CampaignFrame& frame, std::uint8_t counter) {
       if (((line >> bit) & 1U) != 0) sums[bit] ^= variable;
     }
   };
-  add(0, one, {});
+  add(0, constant(true), {});
   const WordPair zero = frame.encode({0, counter});
   for (unsigned bit = 0; bit < frame.cpw_format().position_bits(); ++bit) {
-    add(std::uint64_t{1} << bit, Sum{1} << bit, zero);
+    add(std::uint64_t{1} << bit, unknown(bit), zero);
   }
   return sums;
 }
 
-// damaged() of each variable by itself: the fault moves bits, it does not look at them.
+// damaged() for symbolic bits: the fault moves bits whatever their values.
 LineSums damaged_sums(const CampaignFrame& frame, const LineSums& sent, const FaultChoice& fault,
                       unsigned place) {
   const auto size = static_cast<unsigned>(sent.size());
   const unsigned first = size - 1U - place;  // the place as an index
-  const Sum level = is_high(fault.kind) ? one : 0;
+  const Sum level = constant(is_high(fault.kind));
   LineSums sums = sent;
   switch (fault.kind) {
-    case CampaignFault::flips:
-    case CampaignFault::late_start:
-    case CampaignFault::early_start:
-    case CampaignFault::cds_high:
+    case FaultKind::stop_high:
+      sums[0] = constant(true);
       break;
-    case CampaignFault::stop_high:
-      sums[0] = one;
-      break;
-    case CampaignFault::double_clock:
-    case CampaignFault::inserted_low:
-    case CampaignFault::inserted_high:
+    case FaultKind::doubled_bit:
+    case FaultKind::inserted_low:
+    case FaultKind::inserted_high:
       for (unsigned bit = 0; bit < first; ++bit) sums[bit] = sent[bit + 1U];
-      if (fault.kind != CampaignFault::double_clock) sums[first] = level;
+      if (fault.kind != FaultKind::doubled_bit) sums[first] = level;
       break;
-    case CampaignFault::gap_low:
-    case CampaignFault::gap_high:
+    case FaultKind::gap_low:
+    case FaultKind::gap_high:
       for (unsigned n = 0; n < fault.length_bits && n <= first; ++n) {
         sums[first - n] = level;
       }
       break;
-    case CampaignFault::burst:
+    case FaultKind::burst:
       for (unsigned n = 0; n < fault.length_bits; ++n) {
         const bool end = n == 0 || n + 1U == fault.length_bits;
-        sums[first - n] ^= end ? one : Sum{1} << (frame.cpw_format().position_bits() + n);
+        sums[first - n] ^= end ? constant(true) : unknown(frame.cpw_format().position_bits() + n);
       }
       break;
-    case CampaignFault::lost_clock:
-      for (unsigned bit = 0; bit <= first; ++bit) sums[bit] = bit == 0 ? 0 : sent[bit - 1U];
+    case FaultKind::lost_bit:
+      for (unsigned bit = 0; bit <= first; ++bit) sums[bit] = bit == 0 ? Sum() : sent[bit - 1U];
       break;
-    case CampaignFault::slo_low:
-    case CampaignFault::slo_high:
+    case FaultKind::slo_low:
+    case FaultKind::slo_high:
       for (unsigned bit = 0; bit <= first; ++bit) sums[bit] = level;
+      break;
+    default:
       break;
   }
   return sums;
 }
 
-// What the reader sees.
+// The line as the reader sees it.
 struct ReadLine {
   LineSums bits;
-  Sum cds = 0;
-  // Sums that are 0 where it comes to this.
+  Sum cds{};
+  // Sums that are 0 in this case.
   std::vector<Sum> given{};
-  // Never what was sent.
+  // The frame is never as it was sent.
   bool always_damaged = false;
 };
 
-// Read from `clocks` behind START on, as if that were START; before it where negative.
+// The frame as read if the bit `clocks` after START is taken for START; negative: before it.
 ReadLine shifted(const LineSums& sent, int clocks) {
   const auto stop = static_cast<int>(sent.size()) + 1;  // clocks from START
   const auto at = [&](int clock) -> Sum {
-    if (clock == 0) return one;
-    return clock < 2 || clock > stop ? 0 : sent[static_cast<std::size_t>(stop - clock)];
+    if (clock == 0) return constant(true);
+    return clock < 2 || clock > stop ? Sum() : sent[static_cast<std::size_t>(stop - clock)];
   };
   ReadLine read{.bits = {}, .cds = at(clocks + 1), .always_damaged = true};
   for (int bit = 0; bit < static_cast<int>(sent.size()); ++bit) {
     read.bits.push_back(at(clocks + stop - bit));
   }
   for (int before = 1; before <= clocks; ++before) {
-    read.given.push_back(before == clocks ? at(before) ^ one : at(before));
+    read.given.push_back(before == clocks ? at(before) ^ constant(true) : at(before));
   }
   return read;
 }
 
-// All that a fault can come to, which exclude each other.
+// All cases of a fault; they exclude each other.
 std::vector<ReadLine> read_lines(const CampaignFrame& frame, const LineSums& sent,
                                  const FaultChoice& fault, unsigned place) {
-  if (fault.kind == CampaignFault::early_start)
-    return {shifted(sent, -static_cast<int>(place) - 1)};
-  if (fault.kind != CampaignFault::late_start) {
+  if (fault.kind == FaultKind::false_start) return {shifted(sent, -static_cast<int>(place) - 1)};
+  if (fault.kind != FaultKind::lost_start) {
     ReadLine read{.bits = damaged_sums(frame, sent, fault, place)};
     read.always_damaged = is_around(fault.kind);
-    if (fault.kind == CampaignFault::cds_high) read.cds = one;
+    if (fault.kind == FaultKind::cds_high) read.cds = constant(true);
     return {read};
   }
   std::vector<ReadLine> lines;
@@ -167,22 +136,22 @@ std::vector<ReadLine> read_lines(const CampaignFrame& frame, const LineSums& sen
   return lines;
 }
 
-// One place, one counter: the line as sent and as read, from the last bit of a word on.
+// One place and one counter: the line as sent and as read. Bits of a word count from its last bit.
 class PlacedFault {
  public:
   PlacedFault(const CampaignFrame& frame, const LineSums& sent, const ReadLine& read)
       : frame_(frame), sent_(sent), read_(read) {
-    for (const Sum sum : read.given) given_.require_zero(sum);
+    for (const Sum& sum : read.given) given_.require_zero(sum);
   }
 
   CampaignTheory shares() const {
-    const Equations cpw = both_good(true, false);
-    const Equations spw = both_good(false, true);
-    Equations whole = same(given_, cpw_at(), frame_.cpw_bits());
+    const LineEquations cpw = both_good(true, false);
+    const LineEquations spw = both_good(false, true);
+    LineEquations whole = same(given_, cpw_at(), frame_.cpw_bits());
     const long double cpw_same = whole.share();
     const long double spw_same = same(given_, spw_at(), frame_.spw_bits()).share();
     whole = same(whole, spw_at(), frame_.spw_bits());
-    Equations whole_stop = whole;
+    LineEquations whole_stop = whole;
     whole_stop.require_zero(read_.bits[0]);
     const long double untouched = read_.always_damaged ? 0 : whole_stop.share();
     const long double safe = safe_share(false);
@@ -195,15 +164,15 @@ class PlacedFault {
   unsigned spw_at() const { return 1; }
   unsigned cpw_at() const { return 1U + frame_.spw_bits(); }
 
-  Equations both_good(bool cpw, bool spw) const {
-    Equations equations = given_;
+  LineEquations both_good(bool cpw, bool spw) const {
+    LineEquations equations = given_;
     if (cpw) require_crc(equations, cpw_at(), frame_.cpw_columns());
     if (spw) require_crc(equations, spw_at(), frame_.spw_columns());
     return equations;
   }
 
-  // What was sent is good, so the difference must have the checksum 0.
-  void require_crc(Equations& equations, unsigned at,
+  // The sent word is good, so the difference must have the checksum 0.
+  void require_crc(LineEquations& equations, unsigned at,
                    const std::vector<std::uint32_t>& columns) const {
     std::array<Sum, max_crc_bits> sums{};
     for (std::size_t bit = 0; bit < columns.size(); ++bit) {
@@ -212,20 +181,20 @@ class PlacedFault {
             sent_[at + bit] ^ read_.bits[at + bit];
       }
     }
-    for (const Sum sum : sums) equations.require_zero(sum);
+    for (const Sum& sum : sums) equations.require_zero(sum);
   }
 
-  Equations same(Equations equations, unsigned at, unsigned bits) const {
+  LineEquations same(LineEquations equations, unsigned at, unsigned bits) const {
     for (unsigned bit = at; bit < at + bits; ++bit)
       equations.require_zero(sent_[bit] ^ read_.bits[bit]);
     return equations;
   }
 
-  // The monitor says safe; with the position that was sent, where that is asked for.
+  // The monitor says `safe`; with the sent position if position_kept.
   long double safe_share(bool position_kept) const {
     const ChannelFormat& cpw = frame_.cpw_format();
     const ChannelFormat& spw = frame_.spw_format();
-    Equations base = both_good(true, true);
+    LineEquations base = both_good(true, true);
     base.require_zero(read_.bits[0]);
     if (frame_.format().cds0) base.require_zero(read_.cds);
     const unsigned cpw_error = cpw_at() + cpw.crc.width_bits + cpw.error.shift;
@@ -239,7 +208,7 @@ class PlacedFault {
     for (unsigned bit = 0; position_kept && bit < cpw.data_bits; ++bit) {
       if (((position >> bit) & 1U) != 0) base = same(base, cpw_at() + cpw.crc.width_bits + bit, 1);
     }
-    if (base.impossible()) return 0;
+    if (!base.possible()) return 0;
     const PairChecks checks = pair_checks_of(frame_.plan().setup());
     LineSums a;
     LineSums b;
@@ -256,14 +225,14 @@ class PlacedFault {
     return share;
   }
 
-  // The lowest `differing` bits are unlike, the others equal, and the values are neighbours.
-  static long double compared_share(Equations equations, const LineSums& a, const LineSums& b,
+  // The lowest `differing` bits differ, the others are equal, and the values are neighbours.
+  static long double compared_share(LineEquations equations, const LineSums& a, const LineSums& b,
                                     unsigned differing) {
     const auto bits = static_cast<unsigned>(a.size());
     for (unsigned bit = 0; bit < bits; ++bit) equations.require(a[bit] ^ b[bit], bit < differing);
-    if (differing <= 1 || equations.impossible()) return equations.share();
+    if (differing <= 1 || !equations.possible()) return equations.share();
     const auto pattern = [&](bool top, bool rest) {
-      Equations one_pattern = equations;
+      LineEquations one_pattern = equations;
       for (unsigned bit = 0; bit < differing; ++bit) {
         one_pattern.require(a[bit], bit + 1U == differing ? top : rest);
       }
@@ -277,7 +246,7 @@ class PlacedFault {
   const CampaignFrame& frame_;
   const LineSums& sent_;
   const ReadLine& read_;
-  Equations given_;
+  LineEquations given_;
 };
 
 }  // namespace
@@ -285,8 +254,8 @@ class PlacedFault {
 CampaignTheory placed_theory(const CampaignFrame& frame, const FaultChoice& fault) {
   CampaignTheory sum{};
   const unsigned places = fault.place ? 1 : places_of(fault, frame.bits());
-  // What a burst does to a checksum is the same whatever was sent.
-  const unsigned last = fault.kind == CampaignFault::burst ? frame.first_counter() : 63U;
+  // A burst changes a checksum in the same way for all frames.
+  const unsigned last = fault.kind == FaultKind::burst ? frame.first_counter() : 63U;
   for (unsigned counter = frame.first_counter(); counter <= last; ++counter) {
     const LineSums sent = sent_sums(frame, static_cast<std::uint8_t>(counter));
     for (unsigned n = 0; n < places; ++n) {

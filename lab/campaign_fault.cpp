@@ -2,18 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <array>
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <vector>
 
 namespace biss::lab {
 namespace {
-
-constexpr std::array<std::string_view, 14> names{
-    "flips",      "burst",        "lost_clock",    "double_clock", "slo_low",
-    "slo_high",   "inserted_low", "inserted_high", "gap_low",      "gap_high",
-    "late_start", "early_start",  "cds_high",      "stop_high"};
 
 constexpr std::string_view fitting_word = "fitting";
 
@@ -46,7 +41,7 @@ std::optional<std::uint32_t> rate_of(std::string_view text) {
 
 std::optional<FaultChoice> parse_flips(const std::vector<std::string_view>& parts) {
   if (parts.size() < 2 || parts.size() > 3) return std::nullopt;
-  FaultChoice fault{.kind = CampaignFault::flips};
+  FaultChoice fault{.kind = FaultKind::flips};
   const auto rate = rate_of(parts[1]);
   if (!rate) return std::nullopt;
   fault.rate = *rate;
@@ -64,31 +59,32 @@ std::optional<FaultChoice> parse_flips(const std::vector<std::string_view>& part
 std::optional<FaultChoice> parse_fault(std::string_view text) {
   std::vector<std::string_view> parts = parts_of(text);
   FaultChoice fault;
-  std::size_t kind = 0;
-  while (kind < names.size() && names[kind] != parts[0]) ++kind;
-  if (kind == names.size()) return std::nullopt;
-  fault.kind = static_cast<CampaignFault>(kind);
-  if (fault.kind == CampaignFault::flips) return parse_flips(parts);
+  const auto kind = sim::find_fault(parts[0]);
+  if (!kind ||
+      std::find(campaign_faults.begin(), campaign_faults.end(), *kind) == campaign_faults.end()) {
+    return std::nullopt;
+  }
+  fault.kind = *kind;
+  if (fault.kind == FaultKind::flips) return parse_flips(parts);
   parts.erase(parts.begin());
   if (has_length(fault.kind)) {
     const auto length = parts.empty() ? std::nullopt : number_of<unsigned>(parts[0]);
-    if (!length || *length < (fault.kind == CampaignFault::burst ? 2U : 1U) ||
-        *length > max_burst_bits)
+    if (!length || *length < (fault.kind == FaultKind::burst ? 2U : 1U) || *length > max_burst_bits)
       return std::nullopt;
     fault.length_bits = *length;
     parts.erase(parts.begin());
   }
   if (parts.size() > 1) return std::nullopt;
   if (parts.empty()) return fault;
-  if (is_around(fault.kind) && fault.kind != CampaignFault::early_start) return std::nullopt;
+  if (is_around(fault.kind) && fault.kind != FaultKind::false_start) return std::nullopt;
   fault.place = number_of<unsigned>(parts[0]);
   if (!fault.place) return std::nullopt;
   return fault;
 }
 
 std::string text_of(const FaultChoice& fault) {
-  std::string text(names[static_cast<std::size_t>(fault.kind)]);
-  // As few digits as bring the same part of 2^32 back.
+  std::string text(sim::name_of(fault.kind));
+  // The fewest digits that parse to the same part of 2^32.
   const auto rate = [](std::uint32_t parts) {
     std::string digits;
     for (int count = 1; count <= 10 && rate_of(digits) != parts; ++count) {
@@ -96,7 +92,7 @@ std::string text_of(const FaultChoice& fault) {
     }
     return ":" + digits;
   };
-  if (fault.kind == CampaignFault::flips) {
+  if (fault.kind == FaultKind::flips) {
     text += rate(fault.rate);
     if (fault.drawn_rate != 0) text += rate(fault.drawn_rate);
     if (fault.fitting) text += fmt::format(":{}", fitting_word);

@@ -1,81 +1,137 @@
-// What a campaign does to frames, as text and as data.
+// The faults that a campaign injects into frames, as text and as data.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
 
+#include "sim/fault.hpp"
+
 namespace biss::lab {
 
-/// Faults of the bits from the first of the control word to the last of the safety word, and of
-/// what frames them. Names are those of the line model or of lab/structure.hpp where they have the
-/// same.
-enum class CampaignFault : std::uint8_t {
-  flips,          ///< each bit is wrong with the same probability, independently of the others
-  burst,          ///< so many bits in a row, the first and the last one wrong, the others at random
-  lost_clock,     ///< the encoder misses a clock: from one bit on, each is read as the next one
-  double_clock,   ///< the encoder sees a clock twice: from one bit on, each is read as the one
-                  ///< before
-  slo_low,        ///< the line is low from one bit on, STOP included
-  slo_high,       ///< the line is high from one bit on, STOP included
-  inserted_low,   ///< a 0 is seen before one bit: each from there on is read a clock late
-  inserted_high,  ///< the same with a 1
-  gap_low,        ///< so many bits in a row read 0, then the frame goes on
-  gap_high,       ///< the same with 1
-  late_start,     ///< START reads 0, the next 1 is taken for it; behind STOP the line is low
-  early_start,    ///< a bit of ACK reads 1 and is taken for START
-  cds_high,       ///< CDS reads 1
-  stop_high,      ///< STOP reads 1
-};
+using sim::FaultKind;
 
-/// A fault as the user gives it. Probabilities are parts of 2^32, so that theory speaks of exactly
-/// what is drawn.
+/// The kinds that a campaign injects: errors in the bits from the first of the control word to the
+/// last of the safety word, and in the bits around them.
+inline constexpr std::array<FaultKind, 14> campaign_faults{
+    FaultKind::flips,    FaultKind::burst,    FaultKind::lost_bit,     FaultKind::doubled_bit,
+    FaultKind::slo_low,  FaultKind::slo_high, FaultKind::inserted_low, FaultKind::inserted_high,
+    FaultKind::gap_low,  FaultKind::gap_high, FaultKind::lost_start,   FaultKind::false_start,
+    FaultKind::cds_high, FaultKind::stop_high};
+
+/// One fault of a campaign. Probabilities are parts of 2^32, so that theory and random numbers use
+/// exactly the same ones.
 struct FaultChoice {
-  CampaignFault kind{};
-  /// flips: of a bit to be wrong; 1 to 2^31.
+  FaultKind kind = FaultKind::flips;
+  /// flips: the probability of a wrong bit; 1 to 2^31.
   std::uint32_t rate = 0;
-  /// flips: drawn with this probability instead, and weighed by how much likelier a pattern became;
-  /// 0: no importance sampling.
+  /// flips, importance sampling: bits are drawn with this probability, and patterns are weighted by
+  /// their likelihood ratio. 0: no importance sampling.
   std::uint32_t drawn_rate = 0;
-  /// flips: drawn so that they fit the checks, and weighed; see FittingDraws. Not with drawn_rate.
+  /// flips, importance sampling: patterns are drawn so that they pass the checks, and weighted; see
+  /// FittingDraws. Not with drawn_rate.
   bool fitting = false;
   /// burst: bits, 2 to 32. gap_low, gap_high: 1 to 32.
   unsigned length_bits = 0;
-  /// The first bit that it strikes, from 0; else drawn. early_start: in ACK, 0 for its last clock.
-  /// Not for flips, late_start, cds_high and stop_high.
+  /// The first bit affected, from 0; else drawn. false_start: the clock of ACK, 0 for the last one.
+  /// Not for flips, lost_start, cds_high and stop_high.
   std::optional<unsigned> place{};
 
   bool operator==(const FaultChoice&) const = default;
-  /// Drawn otherwise than the fault says, and weighed.
-  bool weighed() const { return drawn_rate != 0 || fitting; }
-  /// What is drawn in fact.
+  /// Whether importance sampling is used.
+  bool weighted() const { return drawn_rate != 0 || fitting; }
+  /// The probability with which bits are drawn.
   std::uint32_t sampling_rate() const { return drawn_rate != 0 ? drawn_rate : rate; }
 };
 
 inline constexpr unsigned max_burst_bits = 32;
 
-constexpr bool has_length(CampaignFault kind) {
-  return kind == CampaignFault::burst || kind == CampaignFault::gap_low ||
-         kind == CampaignFault::gap_high;
+constexpr bool has_length(FaultKind kind) {
+  return kind == FaultKind::burst || kind == FaultKind::gap_low || kind == FaultKind::gap_high;
 }
-constexpr bool is_high(CampaignFault kind) {
-  return kind == CampaignFault::slo_high || kind == CampaignFault::inserted_high ||
-         kind == CampaignFault::gap_high;
+constexpr bool is_high(FaultKind kind) {
+  return kind == FaultKind::slo_high || kind == FaultKind::inserted_high ||
+         kind == FaultKind::gap_high;
 }
-/// Whether the bits around the two words are struck, and not theirs.
-constexpr bool is_around(CampaignFault kind) { return kind >= CampaignFault::late_start; }
+/// Whether the fault affects bits around the two words, and not the words themselves.
+constexpr bool is_around(FaultKind kind) {
+  return kind == FaultKind::lost_start || kind == FaultKind::false_start ||
+         kind == FaultKind::cds_high || kind == FaultKind::stop_high;
+}
 
-/// `flips:RATE[:DRAWN]`, `flips:RATE:fitting`, `burst:BITS[:PLACE]`, or the name of another kind
-/// with `[:PLACE]`. Rates are from 2^-32 to 0.5. \return none where it is nothing of the kind
+/// Parses `flips:RATE[:DRAWN]`, `flips:RATE:fitting`, `burst:BITS[:PLACE]`, `gap_low:BITS[:PLACE]`,
+/// `gap_high:BITS[:PLACE]`, or the name of another kind with `[:PLACE]`. Rates are from 2^-32 to
+/// 0.5. \return nothing if the text is none of these
 std::optional<FaultChoice> parse_fault(std::string_view text);
 
-/// The text that parses to the same.
+/// Returns the text that parses to the same fault.
 std::string text_of(const FaultChoice& fault);
 
 /// A part of 2^32 as a number.
 constexpr long double probability_of(std::uint32_t rate) {
   return static_cast<long double>(rate) / 4294967296.0L;
+}
+
+/// Both words and STOP; bit 0 is STOP.
+__extension__ using LineWord = unsigned __int128;
+
+/// The number of places at which a fault can begin in a payload; 0 if the fault is longer than the
+/// payload.
+constexpr unsigned places_of(const FaultChoice& fault, unsigned payload_bits) {
+  switch (fault.kind) {
+    case FaultKind::burst:
+      return fault.length_bits > payload_bits ? 0 : payload_bits - fault.length_bits + 1U;
+    case FaultKind::false_start:  // at more distant places only zeros are read
+      return payload_bits + 1U;
+    case FaultKind::lost_start:
+    case FaultKind::cds_high:
+    case FaultKind::stop_high:
+      return 1;
+    default:
+      return payload_bits;
+  }
+}
+
+/// The line with the fault; unchanged if the fault affects none of these bits.
+/// \param size_bits payload and STOP
+/// \param place bits from the beginning of the payload
+/// \param pattern burst: the lower bits are those between the first and the last wrong bit
+constexpr LineWord damaged(LineWord line, unsigned size_bits, const FaultChoice& fault,
+                           unsigned place, std::uint64_t pattern) {
+  const unsigned after = size_bits - place;  // bits from the place on
+  const LineWord tail = (LineWord{1} << after) - 1U;
+  const LineWord level = is_high(fault.kind) ? ~LineWord{0} : 0;
+  switch (fault.kind) {
+    case FaultKind::stop_high:
+      return line | 1U;
+    case FaultKind::burst: {
+      const unsigned inside = fault.length_bits - 2U;
+      const LineWord between = pattern & ((std::uint64_t{1} << inside) - 1U);
+      const LineWord wrong = (LineWord{1} << (fault.length_bits - 1U)) | (between << 1U) | 1U;
+      return line ^ (wrong << (after - fault.length_bits));
+    }
+    case FaultKind::lost_bit:  // after STOP the line is low
+      return (line & ~tail) | ((line << 1U) & tail);
+    case FaultKind::doubled_bit:
+    case FaultKind::inserted_low:
+    case FaultKind::inserted_high: {
+      const LineWord rest = tail >> 1U;
+      const LineWord first = fault.kind == FaultKind::doubled_bit ? line : level;
+      return (line & ~tail) | (first & tail & ~rest) | ((line >> 1U) & rest);
+    }
+    case FaultKind::gap_low:
+    case FaultKind::gap_high: {
+      const LineWord rest = fault.length_bits >= after ? 0 : tail >> fault.length_bits;
+      return (line & ~(tail & ~rest)) | (level & tail & ~rest);
+    }
+    case FaultKind::slo_low:
+    case FaultKind::slo_high:
+      return (line & ~tail) | (level & tail);
+    default:
+      return line;
+  }
 }
 
 }  // namespace biss::lab

@@ -5,8 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "lab/campaign_counts.hpp"
-#include "lab/campaign_frame.hpp"
+#include "lab/campaign_block.hpp"
 #include "sim/random.hpp"
 
 namespace biss::lab {

@@ -7,6 +7,7 @@
 
 #include "biss/safety/configurations.hpp"
 #include "lab/campaign.hpp"
+#include "lab/campaign_theory.hpp"
 
 namespace biss::lab {
 namespace {

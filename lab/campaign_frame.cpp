@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "biss/base/bit_buffer.hpp"
-#include "lab/campaign_damage.hpp"
 #include "sim/random.hpp"
 
 namespace biss::lab {
@@ -22,7 +21,7 @@ std::vector<std::uint32_t> columns_of(const ChannelFormat& word) {
 
 using LineBits = BitBuffer<2048>;
 
-// Clocks of ACK before anything that may be START.
+// Clocks of ACK before the first bit that may be START.
 std::size_t ack_clocks(const CampaignFrame& frame) {
   return std::max<std::size_t>(1, frame.plan().setup().bounds.ack_min_clocks);
 }
@@ -40,7 +39,7 @@ LineBits line_of(const CampaignFrame& frame, const WordPair& words) {
   bits.append(words.cpw, frame.cpw_bits());
   bits.append(words.spw, frame.spw_bits());
   bits.append(words.stop);
-  // The reader counts from the START that it finds, and goes on clocking as long.
+  // The reader counts from the START that it finds, and sends as many clocks.
   if (!words.start) bits.append_run(false, frame.bits() + 2U);
   return bits;
 }
@@ -68,7 +67,7 @@ CampaignFrame::CampaignFrame(const FrameFormat& format, const SafetySetup& setup
 bool CampaignFrame::prepare() {
   const SafetySetup& setup = plan_->setup();
   const Picoseconds cycle = std::clamp(setup.cycle_min, setup.frame_gap_min, setup.frame_gap_max);
-  SharedMonitor tested{SharedSafetyPlan(*plan_)};
+  Monitor tested{SharedSafetyPlan(*plan_)};
   if (!tested.self_test()) return false;
   ready_.assign(64, tested);
   due_ = cycle * setup.start_frames;
@@ -80,7 +79,7 @@ bool CampaignFrame::prepare() {
       const unsigned turned = due - first + period * 5U - before;
       good.life_counter = static_cast<std::uint8_t>(first + turned % period);
       good.cause = SafetyVerdict::safe;
-      ready_[due].step(due_ - cycle * before, good, good);
+      ready_[due].step(due_ - cycle * before, good);
     }
   }
   return true;
@@ -114,14 +113,15 @@ WordPair CampaignFrame::damage(const WordPair& words, const FaultChoice& fault, 
   const LineWord line = (LineWord{words.cpw} << spw_bits() | words.spw) << 1U;
   const LineWord received = damaged(line, bits() + 1U, fault, place, random.next());
   const LineWord payload = received >> 1U;
-  WordPair struck{static_cast<std::uint64_t>(payload >> spw_bits()),
-                  static_cast<std::uint64_t>(payload) & low_mask(spw_bits()), (received & 1U) != 0};
-  struck.cds = fault.kind == CampaignFault::cds_high;
-  struck.start = fault.kind != CampaignFault::late_start;
-  if (fault.kind == CampaignFault::early_start) {
-    struck.early_clocks = static_cast<std::uint8_t>(place + 1U);
+  WordPair damaged_words{static_cast<std::uint64_t>(payload >> spw_bits()),
+                         static_cast<std::uint64_t>(payload) & low_mask(spw_bits()),
+                         (received & 1U) != 0};
+  damaged_words.cds = fault.kind == FaultKind::cds_high;
+  damaged_words.start = fault.kind != FaultKind::lost_start;
+  if (fault.kind == FaultKind::false_start) {
+    damaged_words.early_clocks = static_cast<std::uint8_t>(place + 1U);
   }
-  return struck;
+  return damaged_words;
 }
 
 std::optional<WordPair> CampaignFrame::read(const WordPair& received) const {
@@ -159,7 +159,7 @@ FrameOutcome CampaignFrame::judge(const SentFrame& sent, const WordPair& receive
 }
 
 SafetyJudgement CampaignFrame::monitor(const SentFrame& sent, const WordPair& received) const {
-  SharedMonitor running = ready_[sent.life_counter];
+  Monitor running = ready_[sent.life_counter];
   const LineBits bits = line_of(*this, received);
   return running.step(due_, bits.view());
 }

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
-#include <numeric>
 #include <utility>
 
 #include "lab/campaign.hpp"
@@ -195,7 +194,7 @@ void read_row(ExperimentRow<CampaignCounts>& row, const FaultChoice& fault, cons
   const std::uint64_t frames = frames_of(row.done, row.blocks);
   require(row.counts.frames == frames, "'frames' is {}, the blocks have {}", row.counts.frames,
           frames);
-  const bool flips = fault.kind == CampaignFault::flips;
+  const bool flips = fault.kind == FaultKind::flips;
   read_accepted(row.counts, object, flips);
   read_fitted(row.counts, object);
   const bool plain = std::all_of(row.counts.accepted.begin(), row.counts.accepted.end(),

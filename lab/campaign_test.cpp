@@ -22,7 +22,7 @@ CampaignPlan plan() {
   CampaignPlan asked{
       .format = "rxm", .rules = "", .seed = 7, .frames = 12 * block_frames + 1234, .faults = {}};
   for (const char* text :
-       {"flips:0.1", "flips:0.01:0.1", "flips:0.1:fitting", "burst:8", "lost_clock"}) {
+       {"flips:0.1", "flips:0.01:0.1", "flips:0.1:fitting", "burst:8", "lost_bit"}) {
     asked.faults.push_back(*parse_fault(text));
   }
   return asked;

@@ -1,29 +1,28 @@
-// What a campaign should count, by exact calculation: another way than the campaign's in every
-// step.
+// What a campaign should count, by exact calculation that shares no step with the campaign; and what
+// its counts say, with confidence limits.
 #pragma once
 
 #include <array>
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
-#include "lab/campaign_counts.hpp"
-#include "lab/campaign_fault.hpp"
-#include "lab/campaign_frame.hpp"
+#include "lab/campaign_block.hpp"
 #include "lab/residual.hpp"
 
 namespace biss::lab {
 
-/// The probability of each Acceptance, in its order. All words drawn evenly.
+/// The probability of each Acceptance, in its order. All words are equally likely.
 using CampaignTheory = std::array<long double, acceptance_count>;
 
-/// Of any fault: weights of the codes for flips, solutions of linear equations for the others.
-/// \return none where both checksums together have more than 24 bits, or the comparison tolerates
+/// For any fault: by the weights of the codes for flips, by linear equations for the others.
+/// \return nothing if both checksums together have more than 24 bits, or if the comparison tolerates
 /// more than one count
 std::optional<CampaignTheory> campaign_theory(const CampaignFrame& frame, const FaultChoice& fault);
 
-/// Flips at any rate. The patterns are counted once, in integers; what is left is a sum of positive
-/// terms, so that no digit is lost however rare a thing is.
+/// Flips at any rate. The patterns are counted once, in integers; the rest is a sum of positive
+/// terms, so that no digit is lost for rare events.
 class FlipsTheory {
  public:
   /// \pre the conditions of campaign_theory()
@@ -38,13 +37,13 @@ class FlipsTheory {
   Undetected wrong_;
 };
 
-/// All other kinds, see campaign_theory(). \pre its conditions
+/// Faults other than flips. \pre the conditions of campaign_theory()
 CampaignTheory placed_theory(const CampaignFrame& frame, const FaultChoice& fault);
 
-/// campaign_theory() of many faults of one frame, each calculated once.
+/// campaign_theory() for many faults of one frame; each is calculated once.
 class CampaignTheories {
  public:
-  /// The frame must outlive it.
+  /// \pre the frame outlives this
   explicit CampaignTheories(const CampaignFrame& frame) : frame_(frame) {}
 
   std::optional<CampaignTheory> of(const FaultChoice& fault);
@@ -54,5 +53,35 @@ class CampaignTheories {
   std::optional<FlipsTheory> flips_;
   std::map<std::string, CampaignTheory> placed_;
 };
+
+/// The estimate of one Acceptance.
+struct CampaignEstimate {
+  /// The rate of events a frame; weighted with importance sampling.
+  long double rate = 0;
+  /// 95 % confidence limits of the rate: Wilson's for plain counts, normal for weighted ones.
+  long double low = 0;
+  long double high = 1;
+  /// The deviation of the rate from theory in standard deviations. None without a theory, with fewer
+  /// than 100 expected events, or with fewer than 1000 effective weighted events.
+  std::optional<long double> sigma{};
+  /// The number of events that plain sampling is expected to count.
+  long double expected = 0;
+  /// The number of plain events with the same information: (sum of weights)^2 / sum of squares if
+  /// weighted, else the events.
+  long double effective = 0;
+};
+
+/// Whether a fault has counts of this kind: fitting draws count only `monitor` and `wrong`.
+bool is_counted(const FaultChoice& fault, Acceptance what);
+
+/// \pre is_counted(fault, what)
+CampaignEstimate estimate(const CampaignFrame& frame, const FaultChoice& fault,
+                          const CampaignCounts& counts, Acceptance what,
+                          std::optional<long double> theory);
+
+/// Returns the rows by importance sampling to add if plain sampling would see fewer than 100 events
+/// of an Acceptance: fitting draws for the monitor, a higher rate for the checksums if that helps.
+std::vector<FaultChoice> importance_of(const CampaignFrame& frame, const FaultChoice& fault,
+                                       std::uint64_t frames, const CampaignTheory& theory);
 
 }  // namespace biss::lab

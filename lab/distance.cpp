@@ -7,8 +7,8 @@
 namespace biss::lab {
 namespace {
 
-// Adds a bit to the word again and again and keeps the smallest number of bits whose remainders
-// cancel. A word may be shifted, so what is new is what has its first and its last bit wrong.
+// Extends the word bit by bit and keeps the smallest number of bits whose remainders cancel. A
+// pattern may be shifted, so only patterns whose first and last bit are wrong are new.
 class Growing {
  public:
   explicit Growing(std::uint32_t polynomial)
@@ -38,7 +38,7 @@ class Growing {
   unsigned with(std::uint32_t remainder) const {
     if (seen_[remainder]) return 2;
     if ((remainder ^ 1U) < seen_.size() && seen_[remainder ^ 1U]) return 3;
-    // Below 5 nothing but 2 and 3 can be smaller, and those were just looked at.
+    // Below 5 only 2 and 3 can be smaller, and these were just tested.
     return distance_ > 4 ? 1U + fewest_[remainder] : none;
   }
 
@@ -53,7 +53,7 @@ class Growing {
 
   std::uint32_t polynomial_;
   unsigned degree_;
-  std::vector<std::uint8_t> fewest_;  // bits that a remainder needs, by the remainder
+  std::vector<std::uint8_t> fewest_;  // the fewest bits that give a remainder, by remainder
   std::vector<bool> seen_;
   std::uint32_t remainder_ = 1;
   unsigned distance_ = none;

@@ -2,16 +2,88 @@
 
 #include <algorithm>
 #include <bit>
-#include <map>
-#include <vector>
+#include <utility>
 
-#include "lab/comparison.hpp"
 #include "lab/weights.hpp"
 
 namespace biss::lab {
 namespace {
 
-// One of the two words. Compared bits are renumbered: bit 0 is the least of them, as in the masks.
+// The bits that are wrong in the control word and in the safety word.
+struct MaskPair {
+  std::uint64_t control = 0;
+  std::uint64_t safety = 0;
+
+  constexpr auto operator<=>(const MaskPair&) const = default;
+};
+
+// How v + a and v + b differ from v in their bits, from the last bit on, for evenly distributed v.
+// Only the carries have to be kept.
+class Sums {
+ public:
+  Sums(int a, int b, unsigned bits, long double share) : a_(a), b_(b), states_{{{}, share}} {
+    for (unsigned i = 0; i < bits; ++i) step(i);
+  }
+
+  void add_to(std::map<MaskPair, long double>& shares) const {
+    for (const auto& [state, share] : states_) shares[state.masks] += share;
+  }
+
+ private:
+  struct State {
+    MaskPair masks;
+    bool carry_a = false;
+    bool carry_b = false;
+
+    auto operator<=>(const State&) const = default;
+  };
+
+  // Two's complement: the upper bits of a negative number are 1.
+  static bool bit_of(int number, unsigned i) {
+    return ((static_cast<std::int64_t>(number) >> std::min(i, 62U)) & 1) != 0;
+  }
+
+  static bool add(bool v, bool term, bool& carry, unsigned i, std::uint64_t& mask) {
+    const int sum = int{v} + int{term} + int{carry};
+    carry = sum > 1;
+    const bool changed = (sum % 2 != 0) != v;
+    mask |= std::uint64_t{changed} << i;
+    return changed;
+  }
+
+  void step(unsigned i) {
+    std::map<State, long double> next;
+    for (const auto& [state, share] : states_) {
+      for (const bool v : {false, true}) {
+        State after = state;
+        add(v, bit_of(a_, i), after.carry_a, i, after.masks.control);
+        add(v, bit_of(b_, i), after.carry_b, i, after.masks.safety);
+        next[after] += share / 2;
+      }
+    }
+    states_ = std::move(next);
+  }
+
+  int a_;
+  int b_;
+  std::map<State, long double> states_;
+};
+
+// passing_masks() for both words: the two values pass, and the control word's value is within the
+// tolerance of the true one.
+std::map<MaskPair, long double> harmless_masks(unsigned bits, unsigned tolerance) {
+  std::map<MaskPair, long double> pairs;
+  const int most = static_cast<int>(tolerance);
+  for (int error = -most; error <= most; ++error) {
+    for (int difference = -most; difference <= most; ++difference) {
+      Sums(error, error + difference, bits, 1).add_to(pairs);
+    }
+  }
+  return pairs;
+}
+
+// One of the two words. Compared bits are renumbered: bit 0 is the least significant one, as in the
+// masks.
 class Word {
  public:
   Word(const ChannelFormat& channel, const std::vector<ComparedBit>& compared, bool is_control,
@@ -33,7 +105,7 @@ class Word {
     return static_cast<unsigned>(std::popcount(free())) + code_.crc_bits;
   }
 
-  // The bits of a dual word: compared ones as a number, and how many of the free ones are 1.
+  // The bits of a dual word: the compared bits as a number, and the number of free bits that are 1.
   struct Dual {
     std::uint64_t compared = 0;
     unsigned free = 0;
@@ -79,17 +151,17 @@ class Word {
   WordCode code_;
   std::vector<std::uint8_t> shifts_;
   std::uint64_t compared_ = 0;
-  std::uint64_t right_ = 0;  // what must not be wrong
+  std::uint64_t right_ = 0;  // bits that must not be wrong
   std::uint64_t position_ = 0;
   std::map<std::uint64_t, Polynomial<Wide>> with_;
 };
 
-// Patterns over both words that both checksums accept, where the wrong compared bits of the two
-// words differ in exactly `mask`: MacWilliams again, over the pairs of dual words. A compared bit
-// outside the mask is wrong in both words or in neither: a factor 1 + z^2, or 1 - z^2 when it is in
-// one of the two dual words. Inside it is wrong in one of them: 2z, -2z when it is in both dual
-// words, 0 when it is in one. Masks are those of a carry, the lowest bits: one look at each pair of
-// dual words does for all of them.
+// Patterns over both words that both checksums accept and whose wrong compared bits differ in
+// exactly `mask`: MacWilliams' theorem over the pairs of dual words. A compared bit outside the mask
+// is wrong in both words or in neither: a factor 1 + z^2, or 1 - z^2 if it is in one of the two dual
+// words. A compared bit in the mask is wrong in one word: 2z, -2z if it is in both dual words, 0 if
+// it is in one. Masks are those of a carry, the lowest bits, so each pair of dual words is visited
+// once for all masks.
 class JointCount {
  public:
   JointCount(const Word& control, const Word& safety, unsigned compared)
@@ -99,7 +171,7 @@ class JointCount {
         checks_(control.code().crc_bits + safety.code().crc_bits),
         numbers_(compared + 1, std::vector<std::int64_t>((compared + 1) * (free_bits_ + 1), 0)) {
     for (const Word::Dual& a : control.duals()) {
-      // The sign of a mask is the parity of what of the control word's is in it.
+      // The sign of a mask is the parity of the control word's bits in it.
       std::vector<std::int64_t> signs{1};
       for (unsigned i = 0; i < compared; ++i) {
         signs.push_back(((a.compared >> i) & 1U) != 0 ? -signs.back() : signs.back());
@@ -161,6 +233,42 @@ void subtract(Polynomial<Wide>& from, const Polynomial<Wide>& what) {
 
 }  // namespace
 
+std::vector<ComparedBit> compared_bits(const ChannelFormat& control, const ChannelFormat& safety,
+                                       unsigned singleturn_bits, bool turns) {
+  const auto fine = [](const ChannelFormat& channel) {
+    return channel.position.present() ? channel.position : channel.singleturn;
+  };
+  if (control.singleturn_gray || safety.singleturn_gray) return {};
+  std::vector<ComparedBit> bits;
+  const Field a = fine(control);
+  const Field b = fine(safety);
+  const unsigned both = std::min(a.bits, b.bits);
+  const unsigned compared = singleturn_bits == 0 ? both : std::min(singleturn_bits, both);
+  const unsigned turn_bits = turns ? std::min(control.multiturn.bits, safety.multiturn.bits) : 0U;
+  const auto add = [&bits](unsigned control_shift, unsigned safety_shift) {
+    bits.push_back(
+        {static_cast<std::uint8_t>(control_shift), static_cast<std::uint8_t>(safety_shift)});
+  };
+  for (unsigned i = turn_bits; i-- > 0;) {
+    add(control.multiturn.shift + i, safety.multiturn.shift + i);
+  }
+  for (unsigned i = 1; i <= compared; ++i) {
+    add(unsigned{a.shift} + a.bits - i, unsigned{b.shift} + b.bits - i);
+  }
+  return bits;
+}
+
+std::map<std::uint64_t, long double> passing_masks(unsigned bits, unsigned tolerance) {
+  std::map<MaskPair, long double> pairs;
+  const int most = static_cast<int>(tolerance);
+  for (int difference = -most; difference <= most; ++difference) {
+    Sums(difference, 0, bits, 1).add_to(pairs);
+  }
+  std::map<std::uint64_t, long double> masks;
+  for (const auto& [pair, share] : pairs) masks[pair.control] += share;
+  return masks;
+}
+
 std::optional<PairError> pair_problem(const FrameFormat& format, const PairChecks& checks) {
   const ChannelFormat& control = format.channel_list[0];
   const ChannelFormat& safety = format.channel_list[1];
@@ -199,7 +307,7 @@ PairWeights pair_weights(const FrameFormat& format, const PairChecks& checks) {
     auto wrong = all;
     subtract(wrong, product_of(right_control, safety.with(mask)));
     add_share(out.wrong, wrong, share);
-    // Those with some share of harmless positions one by one, all others together.
+    // Patterns that are harmless for some positions are counted one by one, all others together.
     auto rest = all;
     for (const auto& [masks, harmless_share] : harmless) {
       if ((masks.control ^ masks.safety) != mask) continue;
@@ -220,7 +328,7 @@ const char* text_of(PairError error) {
     case PairError::nothing_to_compare:
       return "the two positions have no bit to compare";
     case PairError::tolerance:
-      return "the tolerance is more than 1, or than 0 where one bit is compared";
+      return "the tolerance is more than 1, or more than 0 with a single compared bit";
     case PairError::too_many_checks:
       return "the two checksums together have more than 24 bits";
   }

@@ -1,22 +1,25 @@
-// BiSS Safety's two words together: how often both are accepted and the position is wrong all the
-// same. A model of a channel, not a certificate; what it assumes stands in docs/safety-analysis.md.
+// The two words of BiSS Safety together: how often both are accepted although the position is wrong.
+// A model of a channel, not a certificate; docs/safety-experiments.md lists what it assumes.
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
+#include <vector>
 
 #include "biss/frame/format.hpp"
+#include "biss/safety/setup.hpp"
 #include "lab/residual.hpp"
 
 namespace biss::lab {
 
-/// What the receiver checks beside the two checksums. Where the documents are silent: a default.
+/// What the receiver checks besides the two checksums. Where the documents leave it open: a default.
 struct PairChecks {
-  /// Singleturn bits that are compared, ACC_MIN of the encoder's type; 0: as many as both have.
+  /// Singleturn bits that are compared, ACC_MIN of the encoder's type; 0: all that both words have.
   unsigned compare_bits = 0;
-  /// By how much the compared values may differ, modulo their range: 0 or 1 (Safety Concept A5).
+  /// Permitted difference of the compared values, modulo their range: 0 or 1 (Safety Concept A5).
   unsigned tolerance_lsb = 1;
-  /// Turns are compared where both words have some.
+  /// Turns are compared if both words have them.
   bool compare_turns = true;
   /// The counter must be the expected one.
   bool counter = true;
@@ -24,10 +27,39 @@ struct PairChecks {
   bool flags = true;
 };
 
+/// The checks of a monitor with this setup. A monitor always checks counter and nE.
+constexpr PairChecks pair_checks_of(const SafetySetup& setup) {
+  return {.compare_bits = setup.comparison.compare_bits,
+          .tolerance_lsb = setup.comparison.tolerance_lsb,
+          .compare_turns = setup.comparison.multiturn == MultiturnRule::with_carry};
+}
+
+/// A bit of the control word and the bit of the safety word that must agree with it. Both are
+/// counted from the last data bit of their word.
+struct ComparedBit {
+  std::uint8_t control_shift = 0;
+  std::uint8_t safety_shift = 0;
+};
+
+/// The bits of both positions with the same meaning, most significant first: singleturn (or `pos`)
+/// aligned at its first bit, turns at their last bit (fact sheet, 5.3). Turns and singleturn are one
+/// number, so a carry between them is no difference. Empty if nothing can be compared, and for Gray
+/// code.
+/// \param singleturn_bits compared bits of the singleturn (ACC_MIN); 0: all that both words have
+/// \param turns compare turns too, if both words have them
+std::vector<ComparedBit> compared_bits(const ChannelFormat& control, const ChannelFormat& safety,
+                                       unsigned singleturn_bits, bool turns);
+
+/// For each set of wrong bits among `bits` compared bits: the share of positions for which it
+/// passes. The true position is evenly distributed, and the two received values differ by at most
+/// `tolerance`, modulo 2^bits. Sets that never pass are not listed. All shares are exact.
+/// \pre bits is 1…64; tolerance is small and less than 2^(bits-1)
+std::map<std::uint64_t, long double> passing_masks(unsigned bits, unsigned tolerance);
+
 enum class PairError : std::uint8_t {
   no_pair,             ///< fewer than two channels, or no position in one of the first two
   nothing_to_compare,  ///< the positions have no bit in common, or one is in Gray code
-  tolerance,           ///< more than 1, or than 0 where a single bit is compared
+  tolerance,           ///< more than 1, or more than 0 with a single compared bit
   too_many_checks,     ///< the two checksums have more than 24 bits together: takes too long
 };
 
@@ -38,21 +70,21 @@ struct PairWeights {
   unsigned compared_bits = 0;  ///< turns included
   /// Any bit of either word is wrong.
   Undetected accepted;
-  /// The control word's position is wrong in any bit. Below the compared bits nothing but the
-  /// control word's own checksum looks at it.
+  /// Any bit of the control word's position is wrong. Below the compared bits, only the control
+  /// word's own checksum protects it.
   Undetected wrong;
-  /// It is wrong by more than the comparison's tolerance: only with undetected errors in both.
+  /// The position is wrong by more than the tolerance: only with undetected errors in both words.
   Undetected beyond_tolerance;
 };
 
-/// Why a format's first two channels cannot be counted; nothing when they can.
+/// Returns why the first two channels of a format cannot be analysed as a pair, or nothing.
 std::optional<PairError> pair_problem(const FrameFormat& format, const PairChecks& checks = {});
 
 /// The first channel is the control word, the second one the safety word.
-/// \pre pair_problem() has nothing to say
+/// \pre pair_problem() returns nothing
 PairWeights pair_weights(const FrameFormat& format, const PairChecks& checks = {});
 
-/// What PairError means, for people.
+/// Returns a human-readable text.
 const char* text_of(PairError error);
 
 }  // namespace biss::lab

@@ -11,7 +11,6 @@
 
 #include "biss/crc/engines.hpp"
 #include "biss/frame/format_text.hpp"
-#include "lab/comparison.hpp"
 #include "lab/weights.hpp"
 
 namespace biss::lab {

@@ -9,8 +9,8 @@
 namespace biss::lab {
 namespace {
 
-// The probability over a piece of 0…1 in Bernstein form: its coefficients at both ends are the
-// values there, and nowhere in the piece it is higher than the highest coefficient.
+// The probability over a part of 0…1 in Bernstein form: the first and the last coefficient are the
+// values at the ends, and the probability is nowhere higher than the highest coefficient.
 struct Piece {
   long double low = 0;
   long double high = 1;
@@ -20,7 +20,7 @@ struct Piece {
   bool operator<(const Piece& other) const { return bound() < other.bound(); }
 };
 
-// count[w] p^w (1-p)^(bits-w) is a Bernstein polynomial but for the binomial coefficient.
+// count[w] p^w (1-p)^(bits-w) is a Bernstein polynomial without its binomial coefficient.
 Piece whole_of(const Undetected& undetected) {
   Piece piece;
   const std::size_t bits = undetected.size() - 1;
@@ -47,7 +47,7 @@ std::pair<Piece, Piece> halves_of(const Piece& piece) {
   return {std::move(left), std::move(right)};
 }
 
-// The peak may be flat: its place needs more than a good probability.
+// Ternary search: the peak may be flat, so a good probability alone does not locate it.
 long double climb(const Undetected& undetected, long double low, long double high) {
   for (int i = 0; i < 200; ++i) {
     const long double left = low + (high - low) / 3;
@@ -72,8 +72,8 @@ Undetected undetected_of(const Polynomial<Count>& weights) {
 
 long double probability(const Undetected& undetected, long double bit_error_rate) {
   const std::size_t bits = undetected.size() - 1;
-  // Products and no powers: this is asked thousands of times, and a few hundred roundings are far
-  // below what is shown.
+  // Products instead of powers: this is called thousands of times, and a few hundred roundings are
+  // far below the digits shown.
   std::vector<long double> right(bits + 1, 1);
   for (std::size_t k = 1; k <= bits; ++k) right[k] = right[k - 1] * (1 - bit_error_rate);
   long double sum = 0;
@@ -87,7 +87,7 @@ long double probability(const Undetected& undetected, long double bit_error_rate
 
 WorstRate worst_rate(const Undetected& undetected) {
   constexpr long double tolerance = 1e-6L;
-  // Towards 1/2 the probability is so flat that rounding alone would decide between rates.
+  // Near 1/2 the probability is so flat that rounding alone would decide between rates.
   constexpr long double clearly = 1 + 1e-15L;
   constexpr long double highest = 0.5L;
   WorstRate worst{highest, probability(undetected, highest), 0};
@@ -111,7 +111,7 @@ WorstRate worst_rate(const Undetected& undetected) {
 }
 
 std::optional<long double> rate_reaching(const Undetected& undetected, long double limit) {
-  // Where it rises first: steps of a hundredth in rate, small enough for sums of such terms.
+  // Finds the first rise in steps of 1 % in rate, small enough for sums of such terms.
   constexpr long double smallest = 1e-30L;
   long double low = 0;
   long double high = smallest;

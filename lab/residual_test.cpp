@@ -9,6 +9,8 @@
 
 #include "lab/weights.hpp"
 
+#include "lab/statistics.hpp"
+
 namespace biss::lab {
 namespace {
 
@@ -114,6 +116,16 @@ TEST(RateReaching, ProbabilityThere_IsTheLimit) {
     EXPECT_LT(probability(undetected, *rate * 0.999L), limit);
   }
   EXPECT_EQ(rate_reaching(undetected, 1.6e-5L), std::nullopt);
+}
+
+TEST(Statistics, Deviation_IsThatOfTheSameProbability) {
+  // P(0 | 3) = exp(-3) = 0.049787; P(>= 10 | 3) = 0.00110249; P(>= 1 | 1e-6) = 1e-6.
+  EXPECT_NEAR(deviation_of(0, 3, 3), -1.64692, 1e-4);
+  EXPECT_NEAR(deviation_of(10, 3, 3), 3.06114, 1e-4);
+  EXPECT_NEAR(deviation_of(1, 1e-6L, 1e-6L), 4.75342, 1e-4);
+  EXPECT_GT(deviation_of(1, 1e-17L, 1e-17L), 8);
+  EXPECT_NEAR(deviation_of(0, 1e-9L, 1e-9L), 0, 1e-6);
+  EXPECT_NEAR(deviation_of(15'500, 15'873, 15'621), -2.984, 1e-3);
 }
 
 }  // namespace

@@ -1,19 +1,60 @@
 #include "lab/sequence.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numeric>
 #include <utility>
 
-#include "lab/experiment.hpp"
 #include "lab/parallel.hpp"
 #include "lab/sequence_block.hpp"
-#include "lab/sequence_fault.hpp"
-#include "lab/sequence_frame.hpp"
 #include "lab/sequence_theory.hpp"
+#include "lab/statistics.hpp"
 
 namespace biss::lab {
 namespace {
+
+constexpr std::array<SequenceVariant, 30> variants = [] {
+  using enum TransmissionError;
+  using I = Injection;
+  return std::array<SequenceVariant, 30>{{
+      {corruption, I::corrupt, "flips:0.5"},
+      {corruption, I::corrupt, "flips:0.1"},
+      {corruption, I::corrupt, "flips:0.01"},
+      {corruption, I::corrupt, "flips:0.001"},
+      {corruption, I::corrupt, "burst:8"},
+      {corruption, I::corrupt, "burst:16"},
+      {corruption, I::corrupt, "burst:32"},
+      {repetition, I::previous, "previous"},
+      {repetition, I::older, "older"},
+      {repetition, I::any_age, "any_age"},
+      {sequence, I::exchanged, "exchanged"},
+      {sequence, I::shuffled, "shuffled"},
+      {sequence, I::overtaken, "overtaken"},
+      {loss, I::no_answer, "no_answer"},
+      {loss, I::skipped, "skipped", "passed_over"},
+      {loss, I::not_called, "not_called", "unheard"},
+      {loss, I::whole_period, "whole_period"},
+      {delay, I::watched, "watched"},
+      {delay, I::unwatched, "unwatched"},
+      {delay, I::stored, "stored"},
+      {insertion, I::stale, "stale"},
+      {insertion, I::foreign, "foreign"},
+      {masquerade, I::noise, "noise"},
+      {masquerade, I::noise_word, "noise_word"},
+      {masquerade, I::wrong_start_value, "start_value"},
+      {masquerade, I::polynomial, "polynomial"},
+      {masquerade, I::standard, "standard"},
+      {addressing, I::one_frame, "one_frame"},
+      {addressing, I::permanent, "permanent", "for_good"},
+      {addressing, I::foreign_start_value, "start_value"},
+  }};
+}();
+
+constexpr std::uint64_t undamaged_block = 65'536;
+constexpr std::uint64_t event_block = 1'024;
 
 using Counters = SequencePlan::Counters;
 
@@ -44,7 +85,7 @@ void set_sigma(SequenceResult& result, long double expected, long double varianc
   }
 }
 
-// What follows from counts and theory.
+// Calculates what depends on counts and theory.
 void finish(SequenceResult& result, const SequenceFrame& frame) {
   if (result.row.task == SequenceTask::counter_mode) result.theory = 0;
   if (result.row.task == SequenceTask::fault) {
@@ -55,10 +96,10 @@ void finish(SequenceResult& result, const SequenceFrame& frame) {
   set_sigma(result, share * events, share * (1 - share) * events);
 }
 
-// Adds up rows of one kind that stand one behind the other.
-class KindSum {
+// Adds up consecutive rows of one error.
+class ErrorSum {
  public:
-  explicit KindSum(const SequenceResult& first) : sum_(first) {
+  explicit ErrorSum(const SequenceResult& first) : sum_(first) {
     sum_.row.variant = static_cast<unsigned>(variants_of(first.row.kind).size());
     sum_.row.size = 0;
     sum_.counts = {};
@@ -77,7 +118,7 @@ class KindSum {
     }
   }
   SequenceResult total() {
-    // Indices of several rows mean nothing.
+    // Indices belong to a row.
     sum_.counts.odd.clear();
     sum_.sigma.reset();
     if (known_ && sum_.counts.events != 0)
@@ -93,7 +134,7 @@ class KindSum {
   bool known_ = true;
 };
 
-bool same_kind(const SequenceRow& a, const SequenceRow& b) {
+bool same_error(const SequenceRow& a, const SequenceRow& b) {
   return a.task == SequenceTask::fault && b.task == SequenceTask::fault && a.kind == b.kind &&
          a.counter == b.counter && a.encoder_counter == b.encoder_counter;
 }
@@ -102,9 +143,9 @@ std::vector<SequenceResult> with_sums(const std::vector<SequenceResult>& results
   std::vector<SequenceResult> all;
   for (std::size_t first = 0; first < results.size();) {
     std::size_t end = first;
-    KindSum sum(results[first]);
+    ErrorSum sum(results[first]);
     while (end < results.size() &&
-           (end == first || same_kind(results[first].row, results[end].row))) {
+           (end == first || same_error(results[first].row, results[end].row))) {
       sum.add(results[end]);
       all.push_back(results[end++]);
     }
@@ -115,6 +156,63 @@ std::vector<SequenceResult> with_sums(const std::vector<SequenceResult>& results
 }
 
 }  // namespace
+
+std::span<const SequenceVariant> variants_of(TransmissionError error) {
+  const auto of_error = [error](const SequenceVariant& each) { return each.error == error; };
+  const auto first = std::find_if(variants.begin(), variants.end(), of_error);
+  return {first, std::find_if_not(first, variants.end(), of_error)};
+}
+
+std::string_view SequenceRow::name() const {
+  if (task == SequenceTask::undamaged) return "undamaged";
+  if (task == SequenceTask::counter_mode) return "counter_mode";
+  return biss::name_of(kind);
+}
+
+std::string_view SequenceRow::variant_name() const {
+  if (task != SequenceTask::fault) return sequence_motion_names[static_cast<std::size_t>(motion)];
+  const auto all = variants_of(kind);
+  return variant < all.size() ? all[variant].name : "all";
+}
+
+std::uint64_t SequenceRow::seed(std::uint64_t campaign_seed) const {
+  const std::string_view variant_text =
+      task == SequenceTask::fault ? variants_of(kind)[variant].seed_name : variant_name();
+  return row_seed(campaign_seed, fmt::format("{}:{}:{}:{}", name(), variant_text, name_of(counter),
+                                             name_of(encoder_counter)));
+}
+
+TrialBlocks SequenceRow::blocks() const {
+  return {size, task == SequenceTask::undamaged ? undamaged_block : event_block};
+}
+
+std::uint64_t SequenceCounts::detected() const {
+  return std::accumulate(verdicts.begin(), verdicts.end(), std::uint64_t{0});
+}
+
+void SequenceCounts::add_odd(std::uint64_t index) {
+  const auto place = std::lower_bound(odd.begin(), odd.end(), index);
+  if (place != odd.end() && *place == index) return;
+  if (place == odd.end() && odd.size() == odd_kept) return;
+  odd.insert(place, index);
+  if (odd.size() > odd_kept) odd.pop_back();
+}
+
+void SequenceCounts::add(const SequenceCounts& other) {
+  frames += other.frames;
+  false_alarms += other.false_alarms;
+  misread += other.misread;
+  position_wraps += other.position_wraps;
+  counter_wraps += other.counter_wraps;
+  events += other.events;
+  accepted += other.accepted;
+  wrong += other.wrong;
+  late += other.late;
+  unexpected += other.unexpected;
+  for (std::size_t k = 0; k < verdicts.size(); ++k) verdicts[k] += other.verdicts[k];
+  worst_cycles = std::max(worst_cycles, other.worst_cycles);
+  for (const std::uint64_t index : other.odd) add_odd(index);
+}
 
 void SequencePlan::add_undamaged(SequenceMotion motion, Counters counters, std::uint64_t frames) {
   rows.push_back({.task = SequenceTask::undamaged,
@@ -172,7 +270,7 @@ bool SequenceResult::passed() const {
 
 std::optional<std::vector<SequenceResult>> run_sequences(
     const SequencePlan& plan, unsigned threads,
-    const std::function<void(const SequenceProgress&)>& told) {
+    const std::function<void(const SequenceProgress&)>& report) {
   Frames frames(plan);
   std::vector<SequenceResult> results;
   std::vector<const SequenceFrame*> frame_of;
@@ -195,7 +293,7 @@ std::optional<std::vector<SequenceResult>> run_sequences(
   run.save = [&] {
     progress.done = 0;
     for (const auto& row : rows) progress.done += row.done.size();
-    if (told) told(progress);
+    if (report) report(progress);
     return true;
   };
   run_experiment(rows, run, [&](std::size_t row, std::uint64_t block) {

@@ -1,29 +1,167 @@
-// Long runs of safety frames in order before the whole monitor: undamaged ones by the billion, each
-// of the eight kinds of fault by the million. docs/safety-sequences.md says what is counted.
+// Long sequences of safety frames for the whole monitor: undamaged frames, and the eight transmission
+// errors of IEC 61784-3. docs/safety-experiments.md says what is counted.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
+#include <string_view>
 #include <vector>
 
 #include "biss/frame/format.hpp"
 #include "biss/safety/setup.hpp"
 #include "biss/safety/verdict.hpp"
-#include "lab/sequence_counts.hpp"
-#include "lab/sequence_row.hpp"
+#include "lab/experiment.hpp"
 
 namespace biss::lab {
 
-/// What is asked for. The same plan gives the same results, whatever the threads.
+enum class SequenceTask : std::uint8_t {
+  undamaged,     ///< frames as the encoder sends them: only `safe` after start-up
+  counter_mode,  ///< a counter of the other range: only the verdict `counter_mode`
+  fault,         ///< a transmission error, injected again and again into a safe sequence
+};
+
+/// How an undamaged encoder moves. Every 512 frames it is put to another place, every second time
+/// so that it passes zero; it moves 256 frames in one direction and 256 back.
+enum class SequenceMotion : std::uint8_t {
+  max,    ///< full speed: just below half a turn from frame to frame
+  steps,  ///< every speed from one count to half the range, each magnitude equally often
+  creep,  ///< a count or two in both directions, near a multiple of any power of two
+};
+
+inline constexpr std::array<std::string_view, 3> sequence_motion_names{"max", "steps", "creep"};
+
+/// The text of the option --counter.
+constexpr std::string_view name_of(CounterMode mode) {
+  constexpr std::array<std::string_view, 3> names{"count_1_63", "count_0_63", "learned"};
+  return names[static_cast<std::size_t>(mode)];
+}
+
+/// How a transmission error is injected.
+enum class Injection : std::uint8_t {
+  corrupt,
+  previous,
+  older,
+  any_age,
+  exchanged,
+  shuffled,
+  overtaken,
+  no_answer,
+  skipped,
+  not_called,
+  whole_period,
+  watched,
+  unwatched,
+  stored,
+  stale,
+  foreign,
+  noise,
+  noise_word,
+  wrong_start_value,
+  polynomial,
+  standard,
+  one_frame,
+  permanent,
+  foreign_start_value,
+};
+
+/// A way to inject a transmission error; docs/safety-experiments.md describes each.
+struct SequenceVariant {
+  TransmissionError error{};
+  Injection injection{};
+  /// The name that users see; for `corrupt` a fault that parse_fault() takes.
+  std::string_view name;
+  /// The name that the random numbers depend on. It does not change when a variant is renamed, so
+  /// that counts stay reproducible.
+  std::string_view seed_name = name;
+};
+
+std::span<const SequenceVariant> variants_of(TransmissionError error);
+
+/// A row of the table.
+struct SequenceRow {
+  SequenceTask task = SequenceTask::undamaged;
+  /// Of a fault: the error, and which of its variants.
+  TransmissionError kind{};
+  unsigned variant = 0;
+  /// The monitor's.
+  CounterMode counter = CounterMode::count_1_63;
+  /// The encoder's; not `learned`.
+  CounterMode encoder_counter = CounterMode::count_1_63;
+  SequenceMotion motion = SequenceMotion::max;
+  /// Undamaged frames, else events.
+  std::uint64_t size = 0;
+
+  bool operator==(const SequenceRow&) const = default;
+  /// undamaged, counter_mode, or the name of the error.
+  std::string_view name() const;
+  /// The motion, or the variant of the error; `all` for a sum of variants.
+  std::string_view variant_name() const;
+  /// \pre task is `fault`, and the row is no sum
+  Injection injection() const { return variants_of(kind)[variant].injection; }
+  /// The seed of the row's random numbers. It depends on everything but `size`, and not on other
+  /// rows.
+  std::uint64_t seed(std::uint64_t campaign_seed) const;
+  /// Values of the encoder's counter.
+  unsigned period() const { return encoder_counter == CounterMode::count_0_63 ? 64 : 63; }
+  /// Its frames or events in blocks.
+  TrialBlocks blocks() const;
+};
+
+/// The number of odd indices that are kept, the lowest ones.
+inline constexpr std::size_t odd_kept = 16;
+
+/// What a row counts: whole numbers, sums in any order.
+struct SequenceCounts {
+  /// Undamaged frames that the monitor received, those between faults included.
+  std::uint64_t frames = 0;
+  /// Verdicts other than `safe` for these frames, or by time alone before them, after start-up.
+  std::uint64_t false_alarms = 0;
+  /// Undamaged frames that were safe with another position, counter or warning than was sent.
+  std::uint64_t misread = 0;
+  std::uint64_t position_wraps = 0;
+  std::uint64_t counter_wraps = 0;
+
+  /// Injected faults, or trials of a wrong counter range.
+  std::uint64_t events = 0;
+  /// Events with a frame that was safe and must not be; see SequenceResult::theory.
+  std::uint64_t accepted = 0;
+  /// Accepted events with another position than the encoder's.
+  std::uint64_t wrong = 0;
+  /// Events that were neither accepted nor detected within the bound.
+  std::uint64_t late = 0;
+  /// Events whose first verdict is not one of the error's verdicts.
+  std::uint64_t unexpected = 0;
+  /// The first verdict of each event that was not accepted.
+  std::array<std::uint64_t, safety_verdict_count> verdicts{};
+  /// The longest time from the first affected request to that verdict, in cycles, rounded up.
+  std::uint64_t worst_cycles = 0;
+  /// Indices of frames or events in false_alarms, misread, accepted, late or unexpected.
+  std::vector<std::uint64_t> odd{};
+
+  bool operator==(const SequenceCounts&) const = default;
+
+  /// Events with this first verdict.
+  std::uint64_t detected_as(SafetyVerdict verdict) const {
+    return verdicts[static_cast<std::size_t>(verdict)];
+  }
+  /// Events that were not accepted and had a verdict.
+  std::uint64_t detected() const;
+  void add_odd(std::uint64_t index);
+  void add(const SequenceCounts& other);
+};
+
+/// What to run. The same plan has the same results for any number of threads.
 struct SequencePlan {
   FrameFormat format{};
-  /// The monitor's; its counter mode is that of the faults.
+  /// The monitor's setup; its counter mode is that of the faults.
   SafetySetup setup{};
   std::uint64_t seed = 1;
   std::vector<SequenceRow> rows{};
 
-  /// A CounterMode each.
   struct Counters {
     CounterMode monitor{};
     CounterMode encoder{};
@@ -32,52 +170,50 @@ struct SequencePlan {
     bool differ() const { return monitor != CounterMode::learned && monitor != encoder; }
   };
 
-  /// Rows: `frames` undamaged ones of each pair, or as many trials as `faults` where it differs.
   void add_undamaged(SequenceMotion motion, Counters counters, std::uint64_t frames);
   void add_counter_mode(Counters counters, std::uint64_t trials);
-  /// `faults` of a kind, shared evenly between its variants, a row each.
+  /// A row for each variant of the error; `faults` are divided evenly between them.
   void add_fault(TransmissionError kind, Counters counters, std::uint64_t faults);
 };
 
-/// Everything there is: undamaged at `motion` with both counters, set up and learned; both wrong
-/// assumptions; the eight kinds with the setup's counter (1…63 where it is learned).
+/// Everything: undamaged frames at `motion` with both counters, set up and learned; both wrong
+/// counter ranges; the eight errors with the setup's counter (1…63 if it is learned).
 SequencePlan whole_plan(const FrameFormat& format, const SafetySetup& setup, std::uint64_t frames,
                         std::uint64_t faults, std::uint64_t seed = 1);
 
-/// A row and what came of it; or the sum of a kind's rows, whose variant is variants_of().size().
+/// The result of a row; or the sum of an error's rows, whose variant is variants_of().size().
 struct SequenceResult {
   SequenceRow row{};
   SequenceCounts counts{};
-  /// The share of the events that has to be accepted: exact, 0 included. None where it is not
-  /// known, and then nothing is judged by it.
+  /// The exact share of events that must be accepted, 0 included. None if it is not known; then it
+  /// is not checked.
   std::optional<long double> theory{};
-  /// By how much the accepted ones are more than the theory, in standard deviations: the normal
-  /// deviate as unlikely as their number. None without theory, or where it is 0.
+  /// The deviation of `accepted` from theory in standard deviations. None without a theory, or if
+  /// it is 0.
   std::optional<double> sigma{};
-  /// Of a fault or trial: the verdict has to come within so many cycles.
+  /// Of a fault or trial: the verdict must come within this number of cycles.
   unsigned bound_cycles = 0;
 
-  /// No false alarm, nothing misread, late, under a wrong name, or more than five standard
-  /// deviations from the theory.
+  /// No false alarm; nothing misread, late or unexpected; at most sequence_sigma_limit from theory.
   bool passed() const;
 };
 
-/// Five standard deviations: by chance once in 3.5 million, on either side.
+/// By chance exceeded once in 3.5 million, on either side.
 inline constexpr double sequence_sigma_limit = 5;
 
+/// Blocks of all rows.
 struct SequenceProgress {
-  /// Blocks, of all rows.
   std::uint64_t done = 0;
   std::uint64_t all = 0;
 };
 
-/// Runs a plan on all cores.
+/// Runs a plan.
 /// \param threads 0: as many as there are cores
-/// \param told now and then, from any thread, one at a time
-/// \return a result a row, and one more behind the rows of a kind that has several; none where
-///   format and setup are no pair of words that can be monitored (see CampaignFrame::make())
+/// \param report called after each block, from any thread, one call at a time
+/// \return a result for each row, and one more after the rows of an error with several variants;
+///   nothing if format and setup cannot be monitored (see CampaignFrame::make())
 std::optional<std::vector<SequenceResult>> run_sequences(
     const SequencePlan& plan, unsigned threads = 0,
-    const std::function<void(const SequenceProgress&)>& told = {});
+    const std::function<void(const SequenceProgress&)>& report = {});
 
 }  // namespace biss::lab

@@ -1,5 +1,4 @@
-// The unit of work of a run of frames in order: a block that depends on nothing but the row, the
-// seed and its number.
+// The unit of work of a sequence: a block that depends on nothing but row, seed and number.
 #pragma once
 
 #include <cstdint>
@@ -7,25 +6,24 @@
 #include <optional>
 #include <string_view>
 
-#include "lab/sequence_counts.hpp"
 #include "lab/sequence_frame.hpp"
 
 namespace biss::lab {
 
-/// One call of the monitor, to be looked at.
+/// One call of the monitor.
 struct SequenceStep {
-  /// Of the frame or event, as counted in the row.
+  /// The index of the frame or event in the row.
   std::uint64_t index = 0;
   /// By the master's clock, which wraps around in every fourth block.
   Picoseconds time{};
-  /// `frame`: good; `fault`: a frame that is not this request's; `silence`: no answer; `watch`:
-  /// time alone.
+  /// `frame`: undamaged; `fault`: a frame that is not the answer to this request; `silence`: no
+  /// answer; `watch`: time alone.
   std::string_view what{};
-  /// Empty but for frames. Valid during the call.
+  /// Empty except for frames. Valid during the call.
   BitView bits{};
-  /// What the encoder would have said to this request; none for `watch`.
+  /// What the encoder sends to this request; none for `watch`.
   std::optional<SequenceWords> meant{};
-  SafetyJudgement told{};
+  SafetyJudgement judgement{};
 };
 
 using SequenceWatcher = std::function<void(const SequenceStep&)>;
@@ -36,5 +34,10 @@ using SequenceWatcher = std::function<void(const SequenceStep&)>;
 SequenceCounts count_sequence(const SequenceFrame& frame, const SequenceRow& row,
                               std::uint64_t seed, std::uint64_t block,
                               const SequenceWatcher& watcher = {});
+
+/// The verdict of a fault must come within this number of cycles after the first request that has
+/// it: 0, or the watchdog's cycles if a frame is missing and the monitor is not called. \pre the row
+/// is a fault
+unsigned reaction_bound(const SequenceFrame& frame, const SequenceRow& row);
 
 }  // namespace biss::lab

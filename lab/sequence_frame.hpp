@@ -1,20 +1,22 @@
-// A format and a setup, ready for runs of frames: monitor, words to bits, and other encoders.
+// A format and a setup, ready for sequences of frames; and an encoder that moves and counts.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "biss/base/units.hpp"
 #include "biss/frame/encode.hpp"
-#include "biss/safety/monitor.hpp"
 #include "lab/campaign_frame.hpp"
-#include "lab/sequence_row.hpp"
+#include "lab/sequence.hpp"
 #include "sim/random.hpp"
+#include "sim/sign_of_life.hpp"
 
 namespace biss::lab {
 
-/// What an encoder says in one frame, no error.
+/// What an encoder sends in one frame, with no error.
 struct SequenceWords {
   std::uint64_t cpw = 0;
   std::uint64_t spw = 0;
@@ -25,47 +27,48 @@ struct SequenceWords {
   bool operator==(const SequenceWords&) const = default;
 };
 
-/// The monitor of one row, and whatever sends it frames.
+/// The monitor of one row, and the codecs of encoders that send to it.
 class SequenceFrame {
  public:
   using Plan = CampaignFrame::Plan;
-  using Monitor = CampaignFrame::Monitor;
   using Codec = Plan::Codec;
 
-  /// \return none where CampaignFrame::make() gives none, or the monitor's self test fails
+  /// \return nothing if CampaignFrame::make() returns nothing, or if the monitor's self test fails
   static std::optional<SequenceFrame> make(const FrameFormat& format, SafetySetup setup,
                                            CounterMode counter, CounterMode encoder_counter);
 
-  const SafetySetup& setup() const { return ready_.plan().setup(); }
-  /// Tested, and without any frame seen.
+  const Plan& plan() const { return *plan_; }
+  const SafetySetup& setup() const { return plan_->setup(); }
+  /// After its self test, before the first frame.
   const Monitor& ready() const { return ready_; }
   /// The same pair of words with the encoder's counter, for theory.
   const CampaignFrame& words() const { return words_; }
-  const Codec& codec() const { return words_.plan().codec(); }
+  const Codec& codec() const { return plan_->codec(); }
   /// From request to request.
   Picoseconds cycle() const;
-  /// From a request that is not answered in time to the watchdog's bound: begun cycles.
+  /// From a request that is not answered in time to the watchdog's bound, in cycles, rounded up.
   unsigned watchdog_cycles() const;
 
-  /// Encoders of the same type but for the start values of their CRCs: of the SPW, of the CPW, or
-  /// of both. Their checksums differ from ours whatever the data.
+  /// Encoders of the same type with other start values of their CRCs: of the SPW, of the CPW, or of
+  /// both. Their checksums differ from ours for all data.
   const std::vector<Codec>& other_starts() const { return other_starts_; }
-  /// The same but for the polynomial of the SPW's CRC.
+  /// Encoders of the same type with another polynomial of the SPW's CRC.
   const std::vector<Codec>& other_polynomials() const { return other_polynomials_; }
 
-  /// The frame as an encoder with this codec sends it; how long ACK takes and where it begins is
-  /// drawn within the setup's bounds, up to 16 clocks each.
+  /// The frame as an encoder with this codec sends it. Beginning and length of ACK are drawn within
+  /// the setup's bounds, up to 16 clocks each.
   FrameBits encode(const SequenceWords& words, const Codec& codec, sim::Random& random) const;
   FrameBits encode(const SequenceWords& words, sim::Random& random) const {
     return encode(words, codec(), random);
   }
-  /// Where the payload's first bit is in encoded bits.
+  /// The place of the payload's first bit in encoded bits.
   std::size_t payload_at(const FrameBits& bits) const { return bits.size_bits() - 1U - bits_; }
 
  private:
-  SequenceFrame(const CampaignFrame& words, const Monitor& ready);
+  SequenceFrame(const CampaignFrame& words, std::shared_ptr<const Plan> plan);
 
   CampaignFrame words_;
+  std::shared_ptr<const Plan> plan_;
   Monitor ready_;
   std::vector<Codec> other_starts_;
   std::vector<Codec> other_polynomials_;
@@ -74,6 +77,59 @@ class SequenceFrame {
   std::uint16_t ack_min_ = 1;
   std::uint16_t ack_choice_ = 1;
   unsigned bits_ = 0;
+};
+
+/// How the safety word is derived from the position.
+enum class WordRule : std::uint8_t {
+  truncated,  ///< the upper part of the control word
+  rounded,    ///< by a scale of its own: up to the tolerance off, in both directions
+};
+
+/// An encoder that moves and counts, frame by frame; both words come from one true position.
+class SequenceEncoder {
+ public:
+  /// Begins at a random position. \pre counter is not `learned`
+  SequenceEncoder(const SequenceFrame& frame, CounterMode counter, SequenceMotion motion,
+                  WordRule rule, std::uint64_t seed);
+
+  /// The next frame, after a move and a step of the counter. Warnings are random.
+  SequenceWords next();
+  /// A frame of another encoder of this type, at any position, with any counter.
+  SequenceWords foreign(sim::Random& random) const;
+  /// Changes to another position and another counter.
+  void put_elsewhere();
+  /// Whether warnings are sent from now on.
+  void warn(bool sometimes) { warns_ = sometimes; }
+
+  std::uint64_t position_wraps() const { return position_wraps_; }
+  std::uint64_t counter_wraps() const { return counter_wraps_; }
+
+ private:
+  void begin_stretch();
+  void move();
+  std::uint64_t position() const { return place_ >> (64U - position_bits_); }
+  std::uint64_t spw_of(std::uint64_t position);
+  std::uint64_t full_speed();
+  std::uint64_t any_speed();
+
+  const ChannelFormat& cpw_;
+  const ChannelFormat& spw_;
+  SequenceMotion motion_;
+  sim::SignOfLife life_;
+  sim::Random random_;
+  unsigned position_bits_;
+  // The largest error in counts of the safety word; 0 if it is truncated.
+  std::uint64_t off_;
+  // In parts of 2^64 of the range, so that passing zero is an overflow.
+  std::uint64_t place_ = 0;
+  std::uint64_t speed_ = 0;
+  std::uint64_t stretches_ = 0;
+  std::uint64_t frames_ = 0;
+  unsigned in_stretch_ = 0;
+  bool warns_ = true;
+  std::uint64_t position_wraps_ = 0;
+  std::uint64_t counter_wraps_ = 0;
+  std::uint32_t life_counter_ = 0;
 };
 
 }  // namespace biss::lab

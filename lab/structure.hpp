@@ -1,78 +1,118 @@
-// Faults that no bit error makes: a bit lost, doubled or inserted, a line that is stuck, START
-// too early or too late, a gap. Which share of all positions passes with a wrong one is counted
-// exactly, for every place.
+// Faults that shift or replace bits of a frame: a bit lost, doubled or inserted, a line that is
+// stuck, a gap, START too early or too late. The share of all positions that passes although the
+// position is wrong is counted exactly, for every place.
+//
+// Every bit on the line is an XOR of data bits and a constant (a CRC is linear), and so is every
+// check. So with c independent conditions, exactly 2^-c of all data words pass, or none.
 #pragma once
 
+#include <array>
 #include <cstdint>
-#include <string_view>
-#include <vector>
+#include <optional>
 
 #include "biss/frame/format.hpp"
 #include "lab/pair.hpp"
+#include "sim/fault.hpp"
 
 namespace biss::lab {
 
-/// What happens at a place. Places count clocks from START, which is 0; CDS is 1, the first data
-/// bit 2, STOP comes behind the last CRC bit.
-enum class StructuralFault : std::uint8_t {
-  lost_bit,       ///< the bit is not seen: an edge of MA too many at the encoder
-  doubled_bit,    ///< the bit is seen twice: an edge of MA too few at the encoder
-  inserted_low,   ///< a 0 is seen before the bit
-  inserted_high,  ///< a 1 is seen before the bit
-  stuck_low,      ///< 0 from the bit on
-  stuck_high,     ///< 1 from the bit on, as when the cable is cut
-  gap_low,        ///< `gap_bits` bits from this one on read 0, then the frame goes on
-  gap_high,       ///< the same with 1
-  late_start,     ///< START reads 0 and the 1 at the place is taken for it
-  early_start,    ///< a bit of ACK reads 1, so many clocks before START, and is taken for it
-};
+using sim::FaultKind;
 
-inline constexpr StructuralFault structural_faults[] = {
-    StructuralFault::lost_bit,      StructuralFault::doubled_bit, StructuralFault::inserted_low,
-    StructuralFault::inserted_high, StructuralFault::stuck_low,   StructuralFault::stuck_high,
-    StructuralFault::gap_low,       StructuralFault::gap_high,    StructuralFault::late_start,
-    StructuralFault::early_start};
+/// The kinds that are analysed. A place counts clocks from START, which is 0; CDS is 1, the first
+/// data bit 2, and STOP follows the last CRC bit. The place of false_start counts clocks before
+/// START.
+inline constexpr std::array<FaultKind, 10> structural_faults{
+    FaultKind::lost_bit,      FaultKind::doubled_bit, FaultKind::inserted_low,
+    FaultKind::inserted_high, FaultKind::slo_low,     FaultKind::slo_high,
+    FaultKind::gap_low,       FaultKind::gap_high,    FaultKind::lost_start,
+    FaultKind::false_start};
 
-/// The enumerator's name.
-std::string_view name_of(StructuralFault fault);
-
-/// The encoder is healthy: flags say "no error, no warning", padding is 0, position and counter
-/// bits are independent and evenly distributed. The reader looks at as many bits as a frame has and
-/// at STOP, and the line is low behind it.
+/// The encoder is healthy: the flags say "no error, no warning", padding is 0, position and counter
+/// bits are independent and evenly distributed. The reader reads as many bits as a frame has, and
+/// STOP; the line is low after STOP.
 struct StructureModel {
-  /// The safety word carries the control word's position where the two are compared.
+  /// The compared bits of the safety word are those of the control word's position.
   bool pair = false;
   PairChecks checks = {};
-  bool cds = false;  ///< as the encoder sends it
+  bool cds = false;  ///< as sent by the encoder
   unsigned gap_bits = 8;
 };
 
-/// Shares of positions that pass although the first channel's position is wrong. The counted events
-/// grow rarer from one to the next.
+/// The model of a monitor with this setup, CDS sent as 0.
+constexpr StructureModel structure_model_of(const SafetySetup& setup) {
+  return {.pair = true, .checks = pair_checks_of(setup)};
+}
+
+/// Shares of positions that pass although the first channel's position is wrong. Each check is made
+/// in addition to those before it.
 struct PassedShares {
-  long double first_word = 0;  ///< STOP, CDS where known, and the first channel's checksum
-  long double all_words = 0;   ///< and all other checksums
-  long double trusted = 0;     ///< and nE says "no error" in all channels
-  long double pair = 0;        ///< and the counter is the expected one and the comparison passes
+  long double first_word = 0;  ///< STOP, CDS if known, and the first channel's checksum
+  long double all_words = 0;   ///< all other checksums
+  long double trusted = 0;     ///< nE says "no error" in all channels
+  long double pair = 0;        ///< the counter is the expected one and the comparison passes
 };
 
-/// One fault at one place.
-PassedShares passed_shares(const FrameFormat& format, StructuralFault fault, unsigned place,
+/// One fault at one place. \pre fault is one of structural_faults
+PassedShares passed_shares(const FrameFormat& format, FaultKind fault, unsigned place,
                            const StructureModel& model);
 
-/// One fault over all places at which it can be. `sum` is over the places; a fault that is equally
-/// likely at each passes with the share sum / places. For late_start the places exclude each other
-/// (it is the next 1 that counts), so that the sum itself is the share.
+/// One fault at all possible places. `sum` is over the places: a fault that is equally likely at
+/// each place passes with the share sum / places. For lost_start the places exclude each other (the
+/// next 1 counts), so the sum itself is the share.
 struct StructureRow {
-  StructuralFault fault{};
+  FaultKind fault{};
   unsigned places = 0;
   PassedShares sum;
   PassedShares worst;
-  /// Where the first word's share is highest.
+  /// The place with the highest share of the first word.
   unsigned worst_place = 0;
 };
 
-StructureRow structure_row(const FrameFormat& format, StructuralFault fault,
-                           const StructureModel& model);
+StructureRow structure_row(const FrameFormat& format, FaultKind fault, const StructureModel& model);
+
+/// What the encoder sends and what the reader checks when START is seen at a wrong place. Position
+/// and counter bits are independent and evenly distributed; padding is 0.
+struct SlipModel {
+  /// The flags say "no error, no warning". false: they are evenly distributed too.
+  bool healthy_flags = true;
+  /// The CDS bit that the encoder sends.
+  bool cds = false;
+  /// The position of every further channel is the upper bits of the first channel's position, as in
+  /// a safety word. false: independent.
+  bool aligned_words = false;
+  /// Count only frames that pass Frame::trusted().
+  bool trusted_only = false;
+  /// SLO must be low after STOP up to the last clock (SpiTail::must_stay_low).
+  bool tail_checked = false;
+};
+
+/// A START at the wrong place. Places count clocks from the true START, negative before it.
+struct Slip {
+  /// Where START is seen; not 0.
+  int place = 1;
+  /// Zeros that the encoder sent as ACK; before them the line was 1.
+  std::uint16_t ack_clocks = 1;
+  /// Only with place > 0: this many bits after the true START are 1 and extend the leading ones, as
+  /// when a single ACK bit was lost. The bits from there to `place` are the ACK that is seen.
+  std::uint16_t ones_clocks = 0;
+};
+
+/// Returns the number of independent conditions c: the share 2^-c of data words is accepted. Enough
+/// clocks are assumed to reach the STOP of the slipped frame. A word that passes is counted even if
+/// the slipped position happens to be right (all bits 1, for example).
+/// \pre ones_clocks is 0 or less than place - 1
+/// \return nothing if no word passes
+std::optional<unsigned> slip_conditions(const FrameFormat& format, const Slip& slip,
+                                        const SlipModel& model = {});
+
+/// START is read as 0 and the 1 that follows `distance_clocks` (1…) later is taken for START.
+/// \return as slip_conditions(): the share of all data words, also those whose next 1 is elsewhere
+std::optional<unsigned> lost_start_conditions(const FrameFormat& format, unsigned distance_clocks,
+                                              const SlipModel& model = {});
+
+/// The ACK bit `early_clocks` (1…) before START is read as 1 and taken for START.
+/// \return as slip_conditions()
+std::optional<unsigned> false_start_conditions(const FrameFormat& format, unsigned early_clocks,
+                                               const SlipModel& model = {});
 
 }  // namespace biss::lab

@@ -1,4 +1,4 @@
-// biss safety analyse: which errors a format's checks do not see, exactly.
+// biss safety analyse: the errors that a format's checks do not detect, calculated exactly.
 #include <fmt/format.h>
 
 #include <charconv>
@@ -27,7 +27,8 @@ struct AnalyseOptions {
   std::string output;
 };
 
-// A number like 1e-3, whatever the locale. \return nothing unless it is above 0 and at most `most`
+// A number like 1e-3, independent of the locale. Returns nothing unless it is above 0 and at most
+// `most`.
 std::optional<double> parse_positive(const std::string& text, double most) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -49,7 +50,7 @@ ExitStatus run_analyse(const AnalyseOptions& options) {
     const auto rate = parse_positive(text, 0.5);
     if (!rate) {
       return fail(ExitStatus::usage,
-                  fmt::format("--ber '{}': a number above 0, up to 0.5, is needed", text));
+                  fmt::format("--ber '{}': give a number above 0, up to 0.5", text));
     }
     question.bit_error_rates.push_back(*rate);
   }
@@ -57,7 +58,7 @@ ExitStatus run_analyse(const AnalyseOptions& options) {
   const auto limit = parse_positive(options.limit, 1e12);
   if (!limit) {
     return fail(ExitStatus::usage,
-                fmt::format("--limit '{}': a number above 0 is needed", options.limit));
+                fmt::format("--limit '{}': give a number above 0", options.limit));
   }
   question.limit_per_hour = *limit;
 
@@ -65,7 +66,7 @@ ExitStatus run_analyse(const AnalyseOptions& options) {
   if (!output.open(options.output)) return output.status();
   const SafetyAnalysis analysis = analyse(question);
   if (analysis.pair_problem) {
-    warn(fmt::format("the two words are not counted together: {}",
+    warn(fmt::format("the two words are not analysed as a pair: {}",
                      lab::text_of(*analysis.pair_problem)));
   }
   const std::string text = options.to == report::Format::jsonl ? analysis_jsonl(question, analysis)
@@ -79,23 +80,22 @@ Run add_safety_analyse(Verb verb) {
   const auto options = std::make_shared<AnalyseOptions>();
   add_format_option(verb, options->arguments, true);
   verb.add_option("--ber", options->rates,
-                  "Bit error rate, as often as you like; 1e-2, 1e-3 and 1e-4 by default")
+                  "Bit error rate. Repeatable; 1e-2, 1e-3 and 1e-4 by default")
       .type_name("P");
-  add_rate_option(verb, "--rate", into(options->frame_rate), "Frames a second; 32kHz by default");
-  verb.add_option("--limit", options->limit,
-                  "Wrong frames an hour for which a bit error rate is sought; 1e-9 by default")
+  add_rate_option(verb, "--rate", into(options->frame_rate), "Frames per second; 32kHz by default");
+  verb.add_option(
+          "--limit", options->limit,
+          "Find the bit error rate with this many undetected errors per hour; 1e-9 by default")
       .type_name("N");
   add_count_option(verb, "--compare", into(options->checks.compare_bits),
-                   "Singleturn bits that are compared (ACC_MIN); as many as both words have by "
-                   "default",
-                   64)
+                   "Compared singleturn bits (ACC_MIN); by default all that both words have", 64)
       .type_name("BITS");
   add_count_option(verb, "--tolerance", into(options->checks.tolerance_lsb),
-                   "By how much compared values may differ; 1 by default", 255)
+                   "Permitted difference of the compared values; 1 by default", 255)
       .type_name("LSB");
-  verb.add_flag("--ignore-turns", options->ignore_turns, "Turns are not compared");
+  verb.add_flag("--ignore-turns", options->ignore_turns, "Do not compare turns");
   add_count_option(verb, "--gap", into(options->gap_bits),
-                   "Bits in a gap of the line; 8 by default", 640)
+                   "Length of a gap on the line; 8 by default", 640)
       .type_name("BITS");
   add_to_option(verb, options->to, {report::Format::table, report::Format::jsonl});
   add_output_option(verb, options->output);

@@ -101,7 +101,7 @@ TEST(SafetyAnalyse, ForEyes_SaysWhatItIs) {
   EXPECT_THAT(ran.out, HasSubstr("not a certificate"));
   EXPECT_THAT(ran.out, HasSubstr("A3 = 119, A4 = 958, A5 = 5845, A6 = 30392"));
   EXPECT_THAT(ran.out, HasSubstr("3 for 1..57, 2 from 58 on"));
-  EXPECT_THAT(ran.out, HasSubstr("late_start"));
+  EXPECT_THAT(ran.out, HasSubstr("lost_start"));
 }
 
 TEST(SafetyAnalyse, PairThatCannotBeCounted_IsToldAndTheWordsAreShown) {

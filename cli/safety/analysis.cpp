@@ -17,7 +17,7 @@ Residual residual_of(const SafetyQuestion& question, lab::Undetected undetected)
   return residual;
 }
 
-// The names of BiSS Safety where a counter tells that it is a safety word.
+// The names of BiSS Safety if a word has a counter, as safety words have.
 std::string name_of_word(const FrameFormat& format, std::size_t k) {
   const auto& channels = format.channel_list;
   if (channels[k].life_counter.present()) return "SPW";
@@ -55,7 +55,7 @@ SafetyAnalysis analyse(const SafetyQuestion& question) {
   }
   const lab::StructureModel model{
       .pair = analysis.pair.has_value(), .checks = question.checks, .gap_bits = question.gap_bits};
-  for (const lab::StructuralFault fault : lab::structural_faults) {
+  for (const lab::FaultKind fault : lab::structural_faults) {
     analysis.structure.push_back(lab::structure_row(format, fault, model));
   }
   return analysis;

@@ -1,4 +1,4 @@
-// What `biss safety analyse` finds, and the two ways in which it is written.
+// The results of `biss safety analyse`, and its two output formats.
 #pragma once
 
 #include <optional>
@@ -15,11 +15,11 @@
 
 namespace biss::cli {
 
-/// Stands in all output of the analysis.
+/// Part of every output of the analysis.
 inline constexpr const char* channel_model_text =
     "binary symmetric channel: a model of a channel, not a certificate";
 
-/// What the user wants to know.
+/// The options of the user.
 struct SafetyQuestion {
   FrameFormat format;
   std::vector<double> bit_error_rates;
@@ -31,12 +31,12 @@ struct SafetyQuestion {
   long double frames_per_hour() const { return 3600 * static_cast<long double>(frame_rate.count); }
 };
 
-/// Of something that is accepted although it is wrong.
+/// The residual errors of a word or a pair.
 struct Residual {
   lab::Undetected undetected;
   std::vector<long double> probabilities;  ///< at each bit error rate
   lab::WorstRate worst;
-  /// The bit error rate at which so many frames an hour are accepted wrong; nothing: at none.
+  /// The bit error rate with limit_per_hour undetected errors; nothing if no rate reaches it.
   std::optional<long double> rate_at_limit;
 };
 
@@ -57,16 +57,16 @@ struct PairAnalysis {
 struct SafetyAnalysis {
   std::vector<WordAnalysis> words;
   std::optional<PairAnalysis> pair;
-  /// Why there is none though the second channel has a counter, as safety words have.
+  /// Why there is no pair although the second channel has a counter, as safety words have.
   std::optional<lab::PairError> pair_problem;
   std::vector<lab::StructureRow> structure;
 };
 
 SafetyAnalysis analyse(const SafetyQuestion& question);
 
-/// For eyes.
+/// Human-readable.
 std::string analysis_text(const SafetyQuestion& question, const SafetyAnalysis& analysis);
-/// An object a line: one a channel, one more for the pair.
+/// JSON lines: an object for each channel, and one for the pair.
 std::string analysis_jsonl(const SafetyQuestion& question, const SafetyAnalysis& analysis);
 
 }  // namespace biss::cli

@@ -10,7 +10,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Beyond 2^53 a reader that keeps numbers as doubles would change them.
+// A reader that stores numbers as doubles would change integers above 2^53.
 Json number(lab::Count count) {
   if (count <= lab::Count{1} << 53U) return static_cast<std::uint64_t>(count);
   std::string digits;
@@ -27,7 +27,7 @@ Json optional(const std::optional<T>& value) {
   return value ? Json(static_cast<double>(*value)) : Json();
 }
 
-// One rate: a number. Several: a list in the order given.
+// A number for one rate, a list in the given order for several.
 template <class Values>
 Json one_or_list(const Values& values) {
   Json list = Json::array();
@@ -65,7 +65,7 @@ Json structure_of(const SafetyAnalysis& analysis) {
   Json rows = Json::array();
   for (const lab::StructureRow& row : analysis.structure) {
     Json object;
-    object["fault"] = lab::name_of(row.fault);
+    object["fault"] = sim::name_of(row.fault);
     object["places"] = row.places;
     object["mean"] = shares(row.sum, row.places, analysis.pair.has_value());
     object["worst"] = shares(row.worst, 1, analysis.pair.has_value());
@@ -127,7 +127,7 @@ Json object_of(const SafetyQuestion& question, const SafetyAnalysis& analysis,
 std::string analysis_jsonl(const SafetyQuestion& question, const SafetyAnalysis& analysis) {
   std::vector<Json> objects;
   for (const WordAnalysis& word : analysis.words) objects.push_back(object_of(question, word));
-  // What a fault does to the frame stands with the pair, else with the first word.
+  // The faults of structure are part of the pair, else of the first word.
   if (analysis.pair) objects.push_back(object_of(question, analysis, *analysis.pair));
   (analysis.pair ? objects.back() : objects.front())["structure"] = structure_of(analysis);
   std::string text;

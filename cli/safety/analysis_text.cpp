@@ -95,14 +95,14 @@ std::string structure_table(const SafetyAnalysis& analysis) {
   report::StringSink sink;
   const auto table = report::make_table_writer(report::Format::table, columns, sink);
   for (const lab::StructureRow& row : analysis.structure) {
-    // Only one place can be the next 1: for a late START the sum is the share.
-    const long double places = row.fault == lab::StructuralFault::late_start ? 1 : row.places;
+    // Only one place can be the next 1: for lost_start the sum is the share.
+    const long double places = row.fault == lab::FaultKind::lost_start ? 1 : row.places;
     std::vector<std::string> shares = {share_text(row.sum.first_word / places),
                                        share_text(row.sum.all_words / places),
                                        share_text(row.sum.trusted / places)};
     if (analysis.pair) shares.push_back(share_text(row.sum.pair / places));
     shares.push_back(share_text(row.worst.first_word));
-    std::vector<report::Cell> cells = {lab::name_of(row.fault)};
+    std::vector<report::Cell> cells = {sim::name_of(row.fault)};
     for (const std::string& share : shares) cells.emplace_back(share);
     cells.emplace_back(row.worst_place);
     table->row(cells);

@@ -1,6 +1,5 @@
-// biss safety campaign: faults by the billion frames, beside the exact theory.
+// biss safety campaign: inject faults into frames and count undetected errors, with the exact theory.
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <charconv>
 #include <filesystem>
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "cli/common/interruption.hpp"
+#include "cli/common/terminal.hpp"
 #include "cli/common/text_file.hpp"
 #include "cli/common/verb.hpp"
 #include "cli/safety/campaign_plan.hpp"
@@ -25,8 +25,8 @@ constexpr const char* measured_faults =
     "flips:RATE[:DRAWN|:fitting] (up to 0.5), burst:BITS[:PLACE] (2 to 32), "
     "gap_low:BITS[:PLACE], gap_high:BITS[:PLACE] (1 to 32)";
 constexpr const char* placed_faults =
-    "lost_clock, double_clock, slo_low, slo_high, inserted_low, inserted_high, early_start";
-constexpr const char* other_faults = "late_start, cds_high, stop_high";
+    "lost_bit, doubled_bit, slo_low, slo_high, inserted_low, inserted_high, false_start";
+constexpr const char* other_faults = "lost_start, cds_high, stop_high";
 
 struct CampaignOptions {
   std::string format;
@@ -91,11 +91,6 @@ ExitStatus print_state(const lab::CampaignFrame& frame, const lab::CampaignState
 }
 
 bool save(const lab::CampaignState& state, const std::string& path) {
-  if (isatty(STDERR_FILENO) != 0) {
-    const std::uint64_t done = state.frames_done();
-    const std::uint64_t all = state.frames_planned();
-    print_summary(fmt::format("\r{} of {} frames", done, all) + (done == all ? "\n" : ""));
-  }
   if (path.empty()) return true;
   Output file;
   const bool saved = file.open(path) && file.write(lab::state_text(state)) && file.finish();
@@ -112,7 +107,13 @@ ExitStatus count_blocks(const lab::CampaignFrame& frame, lab::CampaignState& sta
                          .shard = shard,
                          .save_seconds = static_cast<double>(options.save_every.count) * 1e-12};
   run.save = [&] { return save(state, options.state); };
-  run.interrupted = [&] { return interruption && interruption->requested(); };
+  Progress progress;
+  run.interrupted = [&] {
+    if (progress.due()) {
+      progress.show(fmt::format("{} of {} frames", state.frames_done(), state.frames_planned()));
+    }
+    return interruption && interruption->requested();
+  };
   if (run_campaign(frame, state, run)) return ExitStatus::done;
   if (interruption && interruption->requested()) {
     warn(fmt::format("interrupted after {} of {} frames; the same command continues from {}",
@@ -134,9 +135,10 @@ ExitStatus run_counts(const lab::CampaignFrame& frame, lab::CampaignPlan plan,
     auto before = read_state_of(options.state);
     if (!before) return fail(ExitStatus::io, before.error());
     if (before->plan != plan) {
-      return fail(ExitStatus::io, fmt::format("{}: of another campaign (format, faults, frames or "
-                                              "seed); name another file",
-                                              options.state));
+      return fail(ExitStatus::io,
+                  fmt::format("{}: state of another campaign (format, faults, frames or "
+                              "seed differ); give another file",
+                              options.state));
     }
     if (!fits(frame, *before)) return fail(ExitStatus::io, too_many_bits(options.state));
     state = std::move(*before);
@@ -156,8 +158,9 @@ ExitStatus run_replay(const lab::CampaignFrame& frame, const lab::CampaignPlan& 
                                                index, lab::max_fitting_frames));
   }
   if (index >= plan.frames) {
-    warn(fmt::format("frame {} is behind the {} of --frames; shown as a longer campaign draws it",
-                     index, plan.frames));
+    warn(
+        fmt::format("frame {} is not below the {} of --frames; shown as a longer campaign draws it",
+                    index, plan.frames));
   }
   const lab::ReplayedFrame replayed = lab::replay_frame(frame, {plan.faults[0], plan.seed}, index);
   const SafetyJudgement judgement = frame.monitor(replayed.sent, replayed.received);
@@ -203,22 +206,24 @@ ExitStatus run_merge(const CampaignOptions& options) {
     const auto frame = campaign_frame_of(part->plan.format);
     if (!frame || campaign_rules(*frame) != part->plan.rules) {
       return fail(ExitStatus::io,
-                  fmt::format("{}: made for another monitor than this program's", path));
+                  fmt::format("{}: made with other monitor rules than this program's", path));
     }
     if (!fits(*frame, *part)) return fail(ExitStatus::io, too_many_bits(path));
     if (!sum) {
       sum = std::move(*part);
     } else if (!sum->merge(*part)) {
-      return fail(ExitStatus::io, fmt::format("{}: of another campaign, or with blocks that are "
-                                              "in an earlier file too",
-                                              path));
+      return fail(ExitStatus::io,
+                  fmt::format("{}: state of another campaign, or with blocks that an "
+                              "earlier file has too",
+                              path));
     }
   }
   const auto frame = campaign_frame_of(sum->plan.format);
   if (!options.state.empty() && !save(*sum, options.state)) return ExitStatus::io;
   const ExitStatus status = print_state(*frame, *sum, options);
   if (status != ExitStatus::done || sum->complete()) return status;
-  return fail(ExitStatus::data_failed, "parts are missing: the table is not the whole campaign's");
+  return fail(ExitStatus::data_failed,
+              "parts are missing: the table does not cover the whole campaign");
 }
 
 ExitStatus run_safety_campaign(const CampaignOptions& options) {
@@ -235,7 +240,7 @@ ExitStatus run_safety_campaign(const CampaignOptions& options) {
     if (add_campaign_fault(*frame, text, plan)) continue;
     return fail(
         ExitStatus::usage,
-        fmt::format("'{}' is no fault of these {} bits: {}, or one of {} with [:PLACE], or {}",
+        fmt::format("'{}' is not a fault of these {} bits: {}, or one of {} with [:PLACE], or {}",
                     text, frame->bits(), measured_faults, placed_faults, other_faults));
   }
   if (options.replay) return run_replay(*frame, plan, options);
@@ -248,34 +253,35 @@ Run add_safety_campaign(Verb verb) {
   const auto options = std::make_shared<CampaignOptions>();
   verb.add_option(
       "-f,--format", options->format,
-      "Safety configuration, catalogue name, or the format of a control and a safety word");
+      "Safety configuration, catalogue name, or frame format of a control and a safety word");
   verb.add_option(
           "--fault", options->faults,
-          fmt::format("{}; {}, each with [:PLACE]; {}; as often as wanted, all kinds by default",
-                      measured_faults, placed_faults, other_faults))
+          fmt::format(
+              "Fault to inject: {}; {}, each with [:PLACE]; {}. Repeatable; all kinds by default",
+              measured_faults, placed_faults, other_faults))
       .type_name("KIND");
   add_count_option(verb, "--frames", into(options->frames),
-                   "Frames of each fault; 10 million by default", lab::max_campaign_frames);
-  add_count_option(verb, "--seed", into(options->seed), "Of all that is drawn; 1 by default");
-  add_count_option(verb, "--threads", into(options->threads), "As many as there are cores", 1024);
-  verb.add_option("--shard", options->shard, "Only the K-th of N parts").type_name("K/N");
-  verb.add_option("--state", options->state,
-                  "Save progress here, and go on where an earlier run was ended")
+                   "Frames per fault; 10 million by default", lab::max_campaign_frames);
+  add_count_option(verb, "--seed", into(options->seed), "Random seed; 1 by default");
+  add_count_option(verb, "--threads", into(options->threads), "Threads; by default one per core",
+                   1024);
+  verb.add_option("--shard", options->shard, "Count only the K-th of N parts").type_name("K/N");
+  verb.add_option("--state", options->state, "Save progress to this file, and continue from it")
       .type_name("FILE")
       .file(FileUse::read_and_write);
   add_duration_option(verb, "--save-every", into(options->save_every),
-                      "Between two saves of --state; 5 s by default");
+                      "Time between two saves of --state; 5 s by default");
   verb.add_flag("--no-importance", options->plain,
-                "No importance sampling where plain sampling sees too little");
+                "Add no rows by importance sampling for rare events");
   add_count_option(verb, "--replay", into(options->replay),
-                   "Show one frame of the only --fault, a missed one for example",
+                   "Show one frame of a single --fault, for example a missed one",
                    lab::max_campaign_frames - 1);
-  Verb merge =
-      verb.add_verb({.name = "merge", .purpose = "Add up the states of shards", .examples = {}});
-  merge.add_option("FILE", options->parts, "States that --state wrote")
+  Verb merge = verb.add_verb(
+      {.name = "merge", .purpose = "Add up the states of several shards", .examples = {}});
+  merge.add_option("FILE", options->parts, "State files written by --state")
       .required()
       .file(FileUse::read);
-  merge.add_option("--state", options->state, "Write the sum here")
+  merge.add_option("--state", options->state, "Write the sum to this file")
       .type_name("FILE")
       .file(FileUse::write);
   for (const Verb& each : {verb, merge}) {

@@ -3,15 +3,15 @@
 #include <fmt/format.h>
 
 #include "cli/safety/format.hpp"
-#include "lab/campaign_damage.hpp"
+#include "lab/campaign_theory.hpp"
 
 namespace biss::cli {
 
 const std::vector<std::string>& usual_campaign_faults() {
   static const std::vector<std::string> faults{
-      "flips:0.5",    "flips:0.1",  "flips:0.01",  "burst:16",     "burst:32",      "lost_clock",
-      "double_clock", "slo_low",    "slo_high",    "inserted_low", "inserted_high", "gap_low:8",
-      "gap_high:8",   "late_start", "early_start", "cds_high",     "stop_high"};
+      "flips:0.5",   "flips:0.1",  "flips:0.01",  "burst:16",     "burst:32",      "lost_bit",
+      "doubled_bit", "slo_low",    "slo_high",    "inserted_low", "inserted_high", "gap_low:8",
+      "gap_high:8",  "lost_start", "false_start", "cds_high",     "stop_high"};
   return faults;
 }
 
@@ -42,7 +42,7 @@ void add_importance(const lab::CampaignFrame& frame, lab::CampaignPlan& plan) {
   const std::vector<lab::FaultChoice> asked = plan.faults;
   lab::CampaignTheories theories(frame);
   for (const lab::FaultChoice& fault : asked) {
-    if (fault.kind != lab::CampaignFault::flips) continue;
+    if (fault.kind != lab::FaultKind::flips) continue;
     const auto theory = theories.of(fault);
     if (!theory) continue;
     const auto weighed = lab::importance_of(frame, fault, plan.frames, *theory);

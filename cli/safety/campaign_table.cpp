@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "lab/campaign_theory.hpp"
+
 namespace biss::cli {
 namespace {
 
@@ -16,7 +18,7 @@ using report::Kind;
 
 constexpr std::array acceptances{Acceptance::cpw, Acceptance::spw, Acceptance::both,
                                  Acceptance::monitor, Acceptance::wrong};
-// A campaign of 10^9 frames leaves the theory by more than this once in two million counts.
+// By chance a count deviates by more than this once in two million counts.
 constexpr long double sigma_limit = 5;
 
 std::string number(long double value) { return fmt::format("{:.6e}", static_cast<double>(value)); }
@@ -25,7 +27,7 @@ struct Measured {
   std::string fault;
   const lab::CampaignCounts& counts;
   std::optional<lab::CampaignTheory> theory;
-  /// None where the fault's counts say nothing of it.
+  // None if the fault has no counts of this kind.
   std::array<std::optional<lab::CampaignEstimate>, lab::acceptance_count> estimates{};
 };
 
@@ -73,7 +75,7 @@ bool write_machine_row(report::TableWriter& table, const Measured& row) {
   };
   add(wrong, true);
   for (std::size_t what = 0; what < wrong; ++what) add(what, false);
-  // Cells own no text.
+  // Cells do not own their text.
   const std::string missed = fmt::format("{}", fmt::join(row.counts.missed, ";"));
   cells.emplace_back(missed);
   for (const auto& found : row.estimates) {
@@ -82,7 +84,7 @@ bool write_machine_row(report::TableWriter& table, const Measured& row) {
   return table.row(cells);
 }
 
-std::vector<report::Column> eye_columns() {
+std::vector<report::Column> readable_columns() {
   return {{.name = "fault"},
           {.name = "accepted by"},
           {.name = "frames", .kind = Kind::unsigned_integer},
@@ -95,7 +97,7 @@ std::vector<report::Column> eye_columns() {
           {.name = "sigma"}};
 }
 
-bool write_eye_rows(report::TableWriter& table, const Measured& row) {
+bool write_readable_rows(report::TableWriter& table, const Measured& row) {
   for (std::size_t what = 0; what < lab::acceptance_count; ++what) {
     if (!row.estimates[what]) continue;
     const lab::CampaignEstimate& found = *row.estimates[what];
@@ -129,8 +131,8 @@ std::string sigma_text(long double sigma) {
 
 CampaignTable write_campaign(const lab::CampaignFrame& frame, const lab::CampaignState& state,
                              report::Format to, report::TextSink& sink, bool colour) {
-  const bool eyes = to == report::Format::table;
-  const auto columns = eyes ? eye_columns() : machine_columns();
+  const bool readable = to == report::Format::table;
+  const auto columns = readable ? readable_columns() : machine_columns();
   const auto table = report::make_table_writer(to, columns, sink, {.colour = colour});
   lab::CampaignTheories theories(frame);
   CampaignTable result;
@@ -144,7 +146,8 @@ CampaignTable write_campaign(const lab::CampaignFrame& frame, const lab::Campaig
       const auto& sigma = row.estimates[what]->sigma;
       if (sigma && std::abs(*sigma) > sigma_limit) result.disagrees = true;
     }
-    if (!(eyes ? write_eye_rows(*table, row) : write_machine_row(*table, row))) return result;
+    if (!(readable ? write_readable_rows(*table, row) : write_machine_row(*table, row)))
+      return result;
   }
   result.written = table->finish();
   return result;

@@ -9,17 +9,18 @@
 namespace biss::cli {
 
 struct CampaignTable {
-  /// False: the sink did not take it.
+  /// False if the sink failed.
   bool written = false;
   /// A count is more than five standard deviations from the theory.
   bool disagrees = false;
 };
 
-/// For machines a row a fault; for eyes a row a fault and check.
+/// CSV and JSON lines have a row for each fault, the human-readable table a row for each fault and
+/// check.
 CampaignTable write_campaign(const lab::CampaignFrame& frame, const lab::CampaignState& state,
                              report::Format to, report::TextSink& sink, bool colour);
 
-/// A deviation for eyes, `+1.53`: what rounds to 0 has no sign.
+/// A deviation for the human-readable table, `+1.53`; 0 after rounding has no sign.
 std::string sigma_text(long double sigma);
 
 }  // namespace biss::cli

@@ -13,8 +13,8 @@
 #include "cli/safety/evidence.hpp"
 #include "lab/campaign_fault.hpp"
 #include "lab/sequence.hpp"
+#include "lab/statistics.hpp"
 #include "lab/weights.hpp"
-#include "lab/wilson.hpp"
 #include "report/table.hpp"
 #include "sim/fault.hpp"
 
@@ -77,7 +77,7 @@ CoverageRow campaign_row(const SafetyFormat& monitored, const CsvRow& cells) {
   const auto choice = lab::parse_fault(row.fault);
   const double frames = std::stod(cells.at("frames"));
   row.injected = static_cast<std::uint64_t>(
-      std::llround(choice && choice->weighed() ? frames : frames * damaged));
+      std::llround(choice && choice->weighted() ? frames : frames * damaged));
   row.accepted_wrong = count_of(cells, "wrong");
   row.share = share("rate");
   row.low = share("low");

@@ -16,7 +16,7 @@ using lab::SequenceTask;
 using report::Cell;
 using report::Kind;
 
-// The text of a row's cells: cells own none.
+// The text of a row's cells; cells do not own their text.
 struct Texts {
   std::optional<std::string> theory;
   std::optional<std::string> sigma;
@@ -48,7 +48,7 @@ struct Texts {
 Cell text(const std::optional<std::string>& value) { return value ? Cell(*value) : Cell(); }
 
 std::vector<report::Column> columns_for(report::Format to) {
-  const bool eyes = to == report::Format::table;
+  const bool readable = to == report::Format::table;
   const auto count = [](const char* name, const char* heading) {
     return report::Column{.name = name, .kind = Kind::unsigned_integer, .heading = heading};
   };
@@ -69,7 +69,7 @@ std::vector<report::Column> columns_for(report::Format to) {
                                          count("unexpected", ""),
                                          {.name = "result", .mark = report::Mark::status},
                                          {.name = "verdicts"}};
-  if (eyes) return columns;
+  if (readable) return columns;
   for (const char* name : {"wrong", "position_wraps", "counter_wraps"}) {
     columns.push_back(count(name, ""));
   }
@@ -123,12 +123,12 @@ std::string failure_of(const SequenceResult& result) {
   add(counts.false_alarms, "false alarms");
   add(counts.misread, "misread");
   add(counts.late, "late");
-  add(counts.unexpected, "under a name that is none of the fault's");
+  add(counts.unexpected, "with a verdict that is none of the error's");
   if (result.sigma && std::abs(*result.sigma) > lab::sequence_sigma_limit) {
     text += fmt::format(" {} accepted are {:+.1f} standard deviations from the theory,",
                         counts.accepted, *result.sigma);
   } else if (result.theory && *result.theory == 0 && counts.accepted != 0) {
-    text += fmt::format(" {} accepted that never can be,", counts.accepted);
+    text += fmt::format(" {} accepted that must be 0,", counts.accepted);
   }
   text.back() = ';';
   return text + fmt::format(" the first at {}", fmt::join(counts.odd, ", "));

@@ -1,4 +1,4 @@
-// The table of runs of safety frames in order.
+// The table of safety sequences.
 #pragma once
 
 #include <span>
@@ -9,12 +9,12 @@
 
 namespace biss::cli {
 
-/// Machines get every column; eyes those that say something, and a kind's sum as its last row.
-/// \return false where the sink did not take it
+/// CSV and JSON lines have all columns. The sum of an error's rows follows them.
+/// \return false if the sink failed
 bool write_sequences(std::span<const lab::SequenceResult> results, report::Format to,
                      report::TextSink& sink, bool colour);
 
-/// Why a row has not passed, for one line: its false alarms, what came late, ….
+/// Why a row has not passed, in one line: false alarms, late verdicts, ….
 std::string failure_of(const lab::SequenceResult& result);
 
 }  // namespace biss::cli

@@ -1,7 +1,6 @@
-// biss safety sequences: runs of frames in order before the monitor, undamaged and with every kind
-// of fault.
+// biss safety sequences: run the monitor on long sequences of frames, undamaged and with the eight
+// transmission errors.
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <memory>
@@ -9,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/common/terminal.hpp"
 #include "cli/common/verb.hpp"
 #include "cli/safety/format.hpp"
 #include "cli/safety/safety.hpp"
@@ -64,7 +64,7 @@ std::optional<CounterMode> mode_of(const std::string& name) {
   return std::nullopt;
 }
 
-// Every pair that the two options leave open.
+// All pairs that the two options permit.
 std::vector<Counters> counters_of(const SequenceOptions& options) {
   using enum CounterMode;
   const auto monitor = mode_of(options.counter);
@@ -80,7 +80,7 @@ std::vector<Counters> counters_of(const SequenceOptions& options) {
   return pairs;
 }
 
-// The pair under which faults are committed: as given, else both as set up.
+// The pair for injected faults: as given, else both as set up.
 Counters fault_counters(const SequenceOptions& options, CounterMode usual) {
   const auto monitor = mode_of(options.counter);
   const auto encoder = mode_of(options.encoder_counter);
@@ -150,9 +150,9 @@ bool write_step(report::TableWriter& table, const lab::SequenceStep& step) {
                         step.meant ? Cell(step.meant->cpw) : Cell(),
                         step.meant ? Cell(unsigned{step.meant->life_counter}) : Cell(),
                         step.bits.empty() ? Cell() : Cell(step.bits),
-                        name_of(step.told.verdict),
-                        unsigned{step.told.life_counter},
-                        Cell(step.told.position)};
+                        name_of(step.judgement.verdict),
+                        unsigned{step.judgement.life_counter},
+                        Cell(step.judgement.position)};
   return table.row(cells);
 }
 
@@ -160,7 +160,7 @@ ExitStatus run_replay(const lab::SequencePlan& plan, const SequenceOptions& opti
   const std::uint64_t index = *options.replay;
   if (plan.rows.size() != 1 || index >= plan.rows[0].size) {
     return fail(ExitStatus::usage,
-                "--replay needs one row and an index in it: one --kind with its --variant, or "
+                "--replay needs a single row and an index in it: one --kind with its --variant, or "
                 "undamaged with --motion, --counter and --encoder-counter");
   }
   const lab::SequenceRow& row = plan.rows[0];
@@ -171,7 +171,7 @@ ExitStatus run_replay(const lab::SequencePlan& plan, const SequenceOptions& opti
   if (!output.open(options.output)) return output.status();
   const auto table = report::make_table_writer(options.to, step_columns(), output,
                                                {.colour = output.wants_colour()});
-  // Frames before an undamaged one are rows of their own.
+  // The frames before an undamaged frame are shown too.
   const std::uint64_t before = row.task == lab::SequenceTask::undamaged ? 4 : 0;
   bool written = true;
   count_sequence(*frame, row, plan.seed, row.blocks().block_of(index),
@@ -183,11 +183,13 @@ ExitStatus run_replay(const lab::SequencePlan& plan, const SequenceOptions& opti
   return ExitStatus::done;
 }
 
-void show_progress(const lab::SequenceProgress& progress) {
-  if (isatty(STDERR_FILENO) == 0) return;
-  if (progress.done % 256 != 0 && progress.done != progress.all) return;
-  print_summary(fmt::format("\r{} of {} blocks", progress.done, progress.all) +
-                (progress.done == progress.all ? "\n" : ""));
+std::optional<std::vector<lab::SequenceResult>> run(const lab::SequencePlan& plan,
+                                                    unsigned threads) {
+  Progress line;
+  return lab::run_sequences(plan, threads, [&line](const lab::SequenceProgress& progress) {
+    if (!line.due()) return;
+    line.show(fmt::format("{} of {} blocks", progress.done, progress.all));
+  });
 }
 
 ExitStatus run_safety_sequences(SequenceOptions options) {
@@ -196,12 +198,11 @@ ExitStatus run_safety_sequences(SequenceOptions options) {
   if (plan) add_rows(options, *plan);
   if (plan && plan->rows.empty()) {
     return fail(ExitStatus::usage,
-                "nothing to run: no such --variant of the --kind, or a fault with a counter that "
-                "the monitor does not expect");
+                "nothing to run: the --kind has no such --variant, or the monitor expects another "
+                "counter than the encoder's");
   }
   if (plan && options.replay) return run_replay(*plan, options);
-  const auto results =
-      plan ? lab::run_sequences(*plan, options.threads, show_progress) : std::nullopt;
+  const auto results = plan ? run(*plan, options.threads) : std::nullopt;
   if (!results) return bad_format(options.format);
   Output output;
   if (!output.open(options.output)) return output.status();
@@ -220,34 +221,34 @@ Run add_safety_sequences(Verb verb) {
   const auto options = std::make_shared<SequenceOptions>();
   verb.add_option(
           "-f,--format", options->format,
-          "Safety configuration, catalogue name, or the format of a control and a safety word")
+          "Safety configuration, catalogue name, or frame format of a control and a safety word")
       .required();
   add_count_option(verb, "--frames", into(options->frames),
-                   "Undamaged frames a row; 10 million by default");
+                   "Undamaged frames per row; 10 million by default");
   add_count_option(verb, "--faults", into(options->faults),
-                   "Faults of each kind, and trials of a wrong counter; 100 000 by default");
+                   "Faults per kind, and trials of a wrong counter; 100 000 by default");
   verb.add_option(
           "--kind", options->kinds,
-          "undamaged, counter_mode, or one of the eight kinds of fault; as often as wanted, "
-          "all by default")
+          "undamaged, counter_mode, or one of the eight transmission errors. Repeatable; all by "
+          "default")
       .type_name("KIND")
       .one_of(run_names());
-  verb.add_option("--variant", options->variant, "Only this way of committing a fault")
+  verb.add_option("--variant", options->variant, "Only this variant of the fault")
       .type_name("NAME");
   verb.add_option("--motion", options->motions,
-                  "How undamaged encoders move: max, steps, creep; as often as wanted, max by "
-                  "default")
+                  "Motion of undamaged encoders: max, steps, creep. Repeatable; max by default")
       .type_name("NAME")
       .one_of(motion_names());
   add_name_option(verb, "--counter", options->counter, counter_names(true),
-                  "The sign of life as the monitor expects it; all by default, for faults the "
+                  "Sign-of-life counter that the monitor expects; all by default, for faults the "
                   "configuration's");
   add_name_option(verb, "--encoder-counter", options->encoder_counter, counter_names(false),
-                  "The sign of life as the encoder counts it; both by default");
-  add_count_option(verb, "--seed", into(options->seed), "Of all that is drawn; 1 by default");
-  add_count_option(verb, "--threads", into(options->threads), "As many as there are cores", 1024);
+                  "Sign-of-life counter of the encoder; both by default");
+  add_count_option(verb, "--seed", into(options->seed), "Random seed; 1 by default");
+  add_count_option(verb, "--threads", into(options->threads), "Threads; by default one per core",
+                   1024);
   add_count_option(verb, "--replay", into(options->replay),
-                   "Show one event, or an undamaged frame with the four before it");
+                   "Show one event, or an undamaged frame and the four before it");
   add_to_option(verb, options->to);
   add_output_option(verb, options->output);
   return [options] { return run_safety_sequences(*options); };

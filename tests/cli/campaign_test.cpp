@@ -24,7 +24,7 @@ namespace {
 std::vector<std::string> campaign(const std::vector<std::string>& more) {
   std::vector<std::string> arguments{
       "safety",   "campaign", "-f",      "rxm",     "--fault",    "flips:0.1", "--fault",
-      "burst:16", "--fault",  "slo_low", "--fault", "late_start", "--fault",   "flips:0.5:fitting",
+      "burst:16", "--fault",  "slo_low", "--fault", "lost_start", "--fault",   "flips:0.5:fitting",
       "--frames", "1000003",  "--seed",  "11",      "--to",       "csv",       "--no-importance"};
   arguments.insert(arguments.end(), more.begin(), more.end());
   return arguments;
@@ -182,7 +182,7 @@ TEST(Campaign, StateWithACountThatCannotBe_IsRefused) {
   }
 }
 
-TEST(Campaign, ReplayBehindItsFrames_IsTold) {
+TEST(Campaign, ReplayAfterTheLastFrame_IsReported) {
   const auto replay = [](const std::string& fault, const std::string& index) {
     return run({"safety", "campaign", "-f", "rxm", "--fault", fault, "--frames", "5000000",
                 "--replay", index, "--to", "csv"});
@@ -191,7 +191,8 @@ TEST(Campaign, ReplayBehindItsFrames_IsTold) {
   EXPECT_EQ(replay("flips:0.1:fitting", "4194303").err, "");
   const Outcome behind = replay("flips:0.1", "5000000");
   EXPECT_EQ(behind.status, 0);
-  EXPECT_NE(behind.err.find("frame 5000000 is behind the 5000000 of --frames"), std::string::npos)
+  EXPECT_NE(behind.err.find("frame 5000000 is not below the 5000000 of --frames"),
+            std::string::npos)
       << behind.err;
   EXPECT_EQ(rows_of(behind.out).size(), 1U);
 }
@@ -220,8 +221,8 @@ TEST(Campaign, WrongUsage_IsNamed) {
   refused({"-f", "rxm", "--fault", "flips"});
   refused({"-f", "rxm", "--fault", "slo_low:60"});
   refused({"-f", "rxm", "--fault", "burst:32:29"});
-  refused({"-f", "rxm", "--fault", "early_start:61"});
-  refused({"-f", "rxm", "--fault", "late_start:0"});
+  refused({"-f", "rxm", "--fault", "false_start:61"});
+  refused({"-f", "rxm", "--fault", "lost_start:0"});
   refused({"-f", "rxm", "--shard", "0/7"});
   refused({"-f", "rxm", "--shard", "8/7"});
   refused({"-f", "rxm", "--shard", "6/18446744073709551615"});

@@ -164,10 +164,10 @@ TEST(Sequences, WrongUsage_IsTold) {
   EXPECT_THAT(error_of("fs-36-28", {"--kind", "loss", "--counter", "count_0_63",
                                     "--encoder-counter", "count_1_63"}),
               HasSubstr("nothing to run"));
-  EXPECT_THAT(error_of("fs-36-28", {"--kind", "loss", "--replay", "1"}), HasSubstr("one row"));
-  EXPECT_THAT(error_of("fs-36-28", {"--kind", "loss", "--variant", "unheard", "--faults", "100",
+  EXPECT_THAT(error_of("fs-36-28", {"--kind", "loss", "--replay", "1"}), HasSubstr("single row"));
+  EXPECT_THAT(error_of("fs-36-28", {"--kind", "loss", "--variant", "not_called", "--faults", "100",
                                     "--replay", "25"}),
-              HasSubstr("one row"));
+              HasSubstr("single row"));
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "lab/slip.hpp"
+#include "lab/structure.hpp"
 #include "tests/core/test.hpp"
 #include "tests/exhaustive/scale.hpp"
 #include "tests/exhaustive/twin.hpp"
@@ -130,9 +130,9 @@ TEST_P(FlipTable, PositionsOfEachOutcome_HaveIt) {
 
 // The shares that the core computes for a format are those of the table.
 TEST_P(FlipTable, SharesOfSlips_AreTheCoresOwn) {
-  const biss::SlipModel model{.trusted_only = true};
-  const auto count = [](std::optional<unsigned> halvings) {
-    return halvings ? std::uint64_t{1} << (GetParam() - *halvings) : 0;
+  const biss::lab::SlipModel model{.trusted_only = true};
+  const auto count = [](std::optional<unsigned> conditions) {
+    return conditions ? std::uint64_t{1} << (GetParam() - *conditions) : 0;
   };
   for (const bool cds0 : {false, true}) {
     const Setting& loose = settings()[0];
@@ -141,13 +141,13 @@ TEST_P(FlipTable, SharesOfSlips_AreTheCoresOwn) {
     const Verdict verdict = judge_all(lost);
     for (unsigned distance = 1; distance < GetParam() + 9; ++distance) {
       EXPECT_EQ(accepted(verdict, lost.start_bit() + distance),
-                count(biss::lost_start_halvings<1>(format, distance, model)))
+                count(biss::lab::lost_start_conditions(format, distance, model)))
           << "distance " << distance;
     }
     for (const Case& early : cases_of(Fault::ack_between, loose, GetParam(), cds0)) {
       const auto clocks = static_cast<unsigned>(early.start_bit() - early.flip);
       EXPECT_EQ(accepted(judge_all(early), early.flip),
-                count(biss::early_start_halvings<1>(format, clocks, model)))
+                count(biss::lab::false_start_conditions(format, clocks, model)))
           << "early by " << clocks;
     }
   }

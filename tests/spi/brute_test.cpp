@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "biss/frame/format_text.hpp"
-#include "lab/slip.hpp"
+#include "lab/structure.hpp"
 #include "tests/spi/effort.hpp"
 #include "tests/spi/line_model.hpp"
 
@@ -58,21 +58,22 @@ struct Passed {
   }
 };
 
-std::uint64_t words(const Word& word, std::optional<unsigned> halvings) {
-  return halvings ? (std::uint64_t{1} << word.position_bits) >> *halvings : 0;
+std::uint64_t words(const Word& word, std::optional<unsigned> conditions) {
+  return conditions ? (std::uint64_t{1} << word.position_bits) >> *conditions : 0;
 }
 
 void expect_counted(const Word& word, const Passed& passed, int place) {
   const FrameFormat format = *parse_format(word.text());
   FrameFormat with_cds0 = format;
   with_cds0.cds0 = true;
-  const Slip slip{.place = place, .ack_clocks = 100};
-  EXPECT_EQ(words(word, slip_halvings(format, slip)), passed.any) << word.text() << ' ' << place;
-  EXPECT_EQ(words(word, slip_halvings(with_cds0, slip)), passed.cds0)
+  const lab::Slip slip{.place = place, .ack_clocks = 100};
+  EXPECT_EQ(words(word, lab::slip_conditions(format, slip)), passed.any)
       << word.text() << ' ' << place;
-  EXPECT_EQ(words(word, slip_halvings(format, slip, {.trusted_only = true})), passed.trusted)
+  EXPECT_EQ(words(word, lab::slip_conditions(with_cds0, slip)), passed.cds0)
       << word.text() << ' ' << place;
-  EXPECT_EQ(words(word, slip_halvings(format, slip, {.tail_checked = true})), passed.tail)
+  EXPECT_EQ(words(word, lab::slip_conditions(format, slip, {.trusted_only = true})), passed.trusted)
+      << word.text() << ' ' << place;
+  EXPECT_EQ(words(word, lab::slip_conditions(format, slip, {.tail_checked = true})), passed.tail)
       << word.text() << ' ' << place;
 }
 
@@ -136,11 +137,11 @@ TEST(SlipFacts, FrameSlippedByOneBit_IsCaughtBecauseTheCrcIsInverted) {
     const std::string text = "pos" + std::to_string(width) + ",nE,nW,crc6";
     const FrameFormat inverted = *parse_format(text);
     const FrameFormat plain = *parse_format(text + ":plain");
-    EXPECT_EQ(early_start_halvings(inverted, 1), std::nullopt) << width;
-    EXPECT_EQ(lost_start_halvings(inverted, 1, {.cds = true}), std::nullopt) << width;
+    EXPECT_EQ(lab::false_start_conditions(inverted, 1), std::nullopt) << width;
+    EXPECT_EQ(lab::lost_start_conditions(inverted, 1, {.cds = true}), std::nullopt) << width;
     // Half of the words end with the 0 that is taken for STOP, or begin with a 0.
-    EXPECT_EQ(early_start_halvings(plain, 1), 1U) << width;
-    EXPECT_EQ(lost_start_halvings(plain, 1, {.cds = true}), 1U) << width;
+    EXPECT_EQ(lab::false_start_conditions(plain, 1), 1U) << width;
+    EXPECT_EQ(lab::lost_start_conditions(plain, 1, {.cds = true}), 1U) << width;
   }
 }
 

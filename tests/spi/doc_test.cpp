@@ -98,9 +98,10 @@ std::string row(const Named& named, bool cds0, const char* bounds_name, const Fr
     text += " | " +
             number(worst(format, bounds, [&](const Transfer& t) { return rates.lost_start(t); }));
   }
-  for (const SlipModel model :
-       {SlipModel{.aligned_words = true}, SlipModel{.aligned_words = true, .tail_checked = true},
-        SlipModel{.aligned_words = true, .trusted_only = true, .tail_checked = true}}) {
+  for (const lab::SlipModel model :
+       {lab::SlipModel{.aligned_words = true},
+        lab::SlipModel{.aligned_words = true, .tail_checked = true},
+        lab::SlipModel{.aligned_words = true, .trusted_only = true, .tail_checked = true}}) {
     const Rates rates(format, model);
     text += " | " +
             number(worst(format, bounds, [&](const Transfer& t) { return rates.flipped_ack(t); }));
@@ -128,10 +129,10 @@ TEST(LostStartDocument, Places_AreTheComputedOnes) {
     std::string text = std::string("| ") + named.name + " |";
     unsigned shown = 0;
     for (unsigned place = 1; place < format.payload_bits() + 2 && shown < 3; ++place) {
-      const auto halvings = lost_start_halvings(format, place, {.aligned_words = true});
-      if (!halvings) continue;
-      text +=
-          (shown++ == 0 ? " " : ", ") + std::to_string(place) + ": 2^-" + std::to_string(*halvings);
+      const auto conditions = lab::lost_start_conditions(format, place, {.aligned_words = true});
+      if (!conditions) continue;
+      text += (shown++ == 0 ? " " : ", ") + std::to_string(place) + ": 2^-" +
+              std::to_string(*conditions);
     }
     if (shown == 0) text += " none";
     text += " |";

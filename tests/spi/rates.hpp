@@ -1,4 +1,4 @@
-// From the exact shares of lab/slip.hpp to the rate at which a damaged transfer passes.
+// From the exact shares of lab/structure.hpp to the rate at which a damaged transfer passes.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 #include "biss/frame/format.hpp"
 #include "biss/frame/frame.hpp"
-#include "lab/slip.hpp"
+#include "lab/structure.hpp"
 
 namespace biss::test::spi {
 
@@ -28,7 +28,7 @@ struct Transfer {
 /// after CDS is always seen and only a wrong START can pass.
 class Rates {
  public:
-  Rates(const FrameFormat& format, const SlipModel& model) : format_(format), model_(model) {}
+  Rates(const FrameFormat& format, const lab::SlipModel& model) : format_(format), model_(model) {}
 
   /// Share of transfers accepted although START was read as 0.
   double lost_start(const Transfer& transfer) const {
@@ -97,11 +97,11 @@ class Rates {
     const unsigned ack = in_front ? transfer.ack_clocks : max_ack;
     const auto [found, fresh] = known_.try_emplace({place, ack, ones});
     if (fresh) {
-      found->second = slip_halvings(format_,
-                                    {.place = place,
-                                     .ack_clocks = static_cast<std::uint16_t>(ack),
-                                     .ones_clocks = static_cast<std::uint16_t>(ones)},
-                                    model_);
+      found->second = lab::slip_conditions(format_,
+                                           {.place = place,
+                                            .ack_clocks = static_cast<std::uint16_t>(ack),
+                                            .ones_clocks = static_cast<std::uint16_t>(ones)},
+                                           model_);
     }
     return found->second ? std::ldexp(1.0, -static_cast<int>(*found->second)) : 0;
   }
@@ -109,7 +109,7 @@ class Rates {
   static constexpr unsigned max_ack = FrameBounds{}.ack_max_clocks + 1U;
 
   FrameFormat format_;
-  SlipModel model_;
+  lab::SlipModel model_;
   mutable std::map<std::tuple<int, unsigned, unsigned>, std::optional<unsigned>> known_;
 };
 

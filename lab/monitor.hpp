@@ -1,0 +1,50 @@
+// The safety monitor with a format and a setup that are known at run time, compiled once.
+#pragma once
+
+#include <optional>
+
+#include "biss/safety/monitor.hpp"
+
+namespace biss::lab {
+
+/// A plan that several monitors share, so that its tables are not copied with a monitor.
+class SharedSafetyPlan {
+ public:
+  using Codec = SafetyPlan<>::Codec;
+  using Frame = SafetyPlan<>::Frame;
+  static constexpr std::size_t most_channels = SafetyPlan<>::most_channels;
+  static constexpr unsigned most_payload_bits = SafetyPlan<>::most_payload_bits;
+  static constexpr unsigned least_payload_bits = SafetyPlan<>::least_payload_bits;
+
+  /// \pre the plan outlives this
+  explicit SharedSafetyPlan(const SafetyPlan<>& plan) : plan_(&plan) {}
+
+  const Codec& codec() const { return plan_->codec(); }
+  const FrameFormat& format() const { return plan_->format(); }
+  unsigned payload_bits() const { return plan_->payload_bits(); }
+  const SafetySetup& setup() const { return plan_->setup(); }
+  const safety_detail::Alignment& alignment() const { return plan_->alignment(); }
+
+ private:
+  const SafetyPlan<>* plan_;
+};
+
+/// A SafetyMonitor; its functions are the same.
+class Monitor {
+ public:
+  explicit Monitor(SharedSafetyPlan plan);
+
+  bool self_test();
+  SafetyJudgement step(Picoseconds now, const BitView& bits);
+  SafetyJudgement step(Picoseconds now, const SafetyFinding& finding);
+  SafetyJudgement watch(Picoseconds now);
+  std::optional<Picoseconds> deadline() const;
+  void acknowledge();
+  void restart();
+  SafetyState state() const;
+
+ private:
+  SafetyMonitor<SharedSafetyPlan> monitor_;
+};
+
+}  // namespace biss::lab
