@@ -171,9 +171,8 @@ void add_files(std::string& text, const std::vector<EvidenceCommand>& commands) 
   }
   text +=
       "* `coverage.csv`: diagnostic coverage of each fault, from these tables\n"
-      "* `configuration.json`: the frame bit by bit, every parameter of the monitor; the other "
-      "verbs\n"
-      "  take it with `-f configuration.json`\n"
+      "* `configuration.json`: the frame, every parameter of the monitor; the other verbs take it "
+      "with\n  `-f configuration.json`\n"
       "* `manifest.json`: the commands above with their exit statuses, the options of this "
       "bundle\n"
       "* `version.json`: the program\n"
@@ -192,24 +191,19 @@ void add_unchecked(std::string& text, const SafetyFormat& monitored) {
   const SafetyFormat::UncheckedBits bits = monitored.unchecked_bits();
   const auto alignment =
       safety_detail::alignment_of(monitored.cpw(), monitored.spw(), setup.comparison);
-  const CrcSpec& crc = monitored.cpw().crc;
-  const unsigned period = counter_period(setup.counter.mode);
-  text += "## What is not checked in this configuration\n";
-  add(text, "* **CPW bits below the SPW's resolution: {}.**\n", bits.below_resolution);
   add(text,
-      "* **CPW bits that both words have and that are not compared: {}** (`compare_bits` {}; 0 "
-      "compares all).\n",
-      bits.not_compared, setup.comparison.compare_bits);
-  add(text, "* **Turns of the CPW that are not compared: {}.**{}\n", bits.turns,
-      setup.comparison.multiturn == MultiturnRule::ignored ? " An option ignores them."
-      : bits.turns != 0                                    ? " The SPW does not have them."
-                                                           : "");
+      "## What is not checked in this configuration\n"
+      "`safety-matrix.md` explains each point.\n\n"
+      "* **CPW bits below the SPW's resolution: {}.**\n"
+      "* **CPW bits that both words have and that `compare_bits` leaves out: {}.**\n"
+      "* **Turns of the CPW that are not compared: {}.**\n",
+      bits.below_resolution, bits.not_compared, bits.turns);
   if (bits.all() != 0) {
+    const CrcSpec& crc = monitored.cpw().crc;
     const unsigned distance = lab::min_distance(lab::weights_of(lab::code_of(monitored.cpw())));
     add(text,
         "* Only the CPW's CRC protects these {} of {} bits. It detects every error of up to {} "
-        "bits and every\n  burst of up to {}, and accepts about one in {} of the others. A safety "
-        "function must not rely on\n  these bits.\n",
+        "bits and every\n  burst of up to {}, and accepts about one in {} of the others.\n",
         bits.all(), monitored.cpw().position_bits(), distance - 1, crc.width_bits,
         1U << crc.width_bits);
   }
@@ -220,20 +214,14 @@ void add_unchecked(std::string& text, const SafetyFormat& monitored) {
         "permanently `safe`.\n",
         counts, counts == 1 ? "" : "s", counts << alignment.cpw_shift);
   }
+  const unsigned period = counter_period(setup.counter.mode);
+  add(text,
+      "* **A frame of another encoder** with the expected counter: one in {}; **a frame exactly {} "
+      "frames old**.\n",
+      period, period);
   text +=
-      "* **A position that stands still in both words** while the sign of life goes on "
-      "(`frozen` in line.csv).\n"
-      "* **Both words wrong in the same way**, such as a slipped scale or a wrong zero. The "
-      "encoder's own\n  diagnosis must report this by nE.\n";
-  add(text,
-      "* **A frame of another encoder of the same format** with the expected counter: one in {}. "
-      "Different\n  CRC start values detect it.\n",
-      period);
-  add(text,
-      "* **A frame that is exactly {} frames old** in place of the expected one: the sign of life "
-      "has the same\n  value again (`any_age` in sequences.csv).\n",
-      period);
-  text += "* **nW** is reported and not judged.\n";
+      "* **A position that stands still in both words**, **both words wrong in the same way**, and "
+      "**nW**.\n";
   if (setup.budget.faults != 0) {
     add(text,
         "* **Up to {} faults in {}** are tolerated: only the positions of their frames are "

@@ -24,37 +24,6 @@ bool names_a_file(std::string_view text) {
   return text.ends_with(".json") || text.find('/') != std::string_view::npos;
 }
 
-// Places from the word's first bit on the line.
-Json field(const ChannelFormat& word, const char* name, unsigned shift, unsigned bits) {
-  return {{"field", name}, {"first_bit", word.data_bits - shift - bits}, {"bits", bits}};
-}
-
-Json fields_of(const ChannelFormat& word) {
-  Json fields = Json::array();
-  const auto add = [&](const char* name, const Field& each) {
-    if (each.present()) fields.push_back(field(word, name, each.shift, each.bits));
-  };
-  add("position", word.position);
-  add("multiturn", word.multiturn);
-  add("singleturn", word.singleturn);
-  if (word.error.present) fields.push_back(field(word, "nE", word.error.shift, 1));
-  if (word.warning.present) fields.push_back(field(word, "nW", word.warning.shift, 1));
-  add("life_counter", word.life_counter);
-  return fields;
-}
-
-Json word_json(const SafetyFormat& monitored, std::size_t k) {
-  const ChannelFormat& word = monitored.format.channel_list[k];
-  return {{"word", k == monitored.setup.cpw ? "CPW" : "SPW"},
-          {"data_bits", word.data_bits},
-          {"fields", fields_of(word)},
-          {"crc",
-           {{"bits", word.crc.width_bits},
-            {"polynomial", fmt::format("0x{:X}", word.crc.polynomial)},
-            {"start", fmt::format("0x{:X}", word.crc.start)},
-            {"inverted", word.crc.inverted}}}};
-}
-
 // Numbers, flags and times in picoseconds as they are, choices by name.
 struct WriteFields {
   Json& json;
@@ -169,7 +138,7 @@ std::string configuration_json(const SafetyFormat& monitored, std::string_view n
   const auto alignment = alignment_of(monitored);
   const SafetyFormat::UncheckedBits unchecked = monitored.unchecked_bits();
   const auto* known = find_safety_configuration(name);
-  Json setup = Json::object();
+  Json setup;
   SafetySetup fields = monitored.setup;
   for_each_field(fields, WriteFields{setup});
   const Json json = {{"configuration", name},
@@ -177,7 +146,6 @@ std::string configuration_json(const SafetyFormat& monitored, std::string_view n
                      {"resolution", known != nullptr ? Json(known->resolution) : Json()},
                      {"device", monitored.device},
                      {"format", format_text(monitored.format).view()},
-                     {"words", {word_json(monitored, 0), word_json(monitored, 1)}},
                      {"setup", setup},
                      {"compared_bits", alignment.bits},
                      {"compared_turns_bits", alignment.bits - alignment.singleturn_bits},

@@ -62,7 +62,7 @@ Option add_safety_format_option(Verb verb, std::string& target);
 /// Returns the highest rate that the setup's shortest cycle allows, in whole hertz.
 Hertz rate_of_cycle(const SafetySetup& setup);
 
-/// Returns configuration.json: frame and words bit by bit, every parameter of the setup.
+/// Returns configuration.json: the frame, every parameter of the setup.
 /// \param name of the configuration, or a text that says that there is none
 std::string configuration_json(const SafetyFormat& monitored, std::string_view name);
 
