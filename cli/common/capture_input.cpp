@@ -203,14 +203,15 @@ ExitStatus CaptureInput::report(const decode::LineError& error,
                   arguments.has_each && !arguments.each ? ", or read all with --each" : ""));
 }
 
-std::string CaptureInput::progress_text(std::uint64_t cycles) const {
+std::string CaptureInput::progress_text() const {
   std::optional<unsigned> least;
   for (const ReadPosition& position : positions_) {
     const auto percent = position.percent();
     if (percent) least = std::min(*percent, least.value_or(100));
   }
-  return fmt::format("{}:{} {} request cycles", name_, least ? fmt::format(" {} %,", *least) : "",
-                     cycles);
+  const std::int64_t milliseconds = end_time().count / 1'000'000'000;
+  return fmt::format("{}: {}{} ms of the capture read", name_,
+                     least ? fmt::format("{} %, ", *least) : "", milliseconds);
 }
 
 std::span<const wire::Edge> CaptureInput::pull() {

@@ -85,8 +85,8 @@ class CaptureInput {
   Picoseconds end_time() const { return source_->end_time(); }
   /// As EdgeSource::sample_period().
   Picoseconds sample_period() const { return source_->sample_period(); }
-  /// For a progress line: how much has been read, and how many cycles were found in it.
-  std::string progress_text(std::uint64_t cycles) const;
+  /// For a progress line: how much has been read.
+  std::string progress_text() const;
   /// One line, empty while reading succeeds.
   const std::string& error() const { return error_; }
 

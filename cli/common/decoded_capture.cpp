@@ -177,7 +177,9 @@ bool DecodedCapture::read(const OnCycle& on_cycle) {
       reader(), [&](const decode::Cycle& cycle) { wanted = wanted && on_cycle(number++, cycle); });
   for (auto block = input_.next(); !block.empty() && wanted; block = input_.next()) {
     decoder.push(block, lines().lines);
-    if (progress.due()) progress.show(input_.progress_text(number));
+    if (progress.due()) {
+      progress.show(fmt::format("{}, {} request cycles", input_.progress_text(), number));
+    }
   }
   decoder.finish(input_.end_time());
   return input_.error().empty();
@@ -214,8 +216,7 @@ ExitStatus write_captures(
   if (!output.open(output_path)) return output.status();
   const auto last = capture.columns();
   columns.insert(columns.end(), last.begin(), last.end());
-  const auto writer =
-      report::make_table_writer(to, columns, output, {.colour = output.wants_colour()});
+  const auto writer = report::make_table_writer(to, columns, output, output.table_options());
   CaptureRows rows(*writer, columns.size(), output, needs_all);
   RunMessages messages;
   ExitStatus status = ExitStatus::done;

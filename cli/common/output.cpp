@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -12,6 +13,7 @@
 
 #include "cli/common/files.hpp"
 #include "cli/common/message.hpp"
+#include "cli/common/terminal.hpp"
 
 namespace biss::cli {
 namespace {
@@ -65,6 +67,7 @@ bool Output::write(std::string_view text) {
 }
 
 bool Output::write_through(std::string_view text) {
+  clear_progress();
   while (!text.empty() && !reader_left_) {
     const ssize_t taken = ::write(descriptor_, text.data(), text.size());
     if (taken < 0 && errno == EINTR) continue;
@@ -114,12 +117,19 @@ ExitStatus Output::status() const {
   return error_.empty() ? ExitStatus::done : cli::fail(ExitStatus::io, error_);
 }
 
-bool Output::wants_colour() const {
+report::TableOptions Output::table_options() const {
+  if (descriptor_ < 0 || ::isatty(descriptor_) != 1) return {};
   const char* no_colour = std::getenv("NO_COLOR");
-  if (no_colour != nullptr && *no_colour != '\0') return false;
   const char* terminal = std::getenv("TERM");
-  if (terminal == nullptr || std::string_view(terminal) == "dumb") return false;
-  return descriptor_ >= 0 && ::isatty(descriptor_) == 1;
+  report::TableOptions options;
+  options.colour = (no_colour == nullptr || *no_colour == '\0') && terminal != nullptr &&
+                   std::string_view(terminal) != "dumb";
+  options.width = terminal_columns(descriptor_);
+  options.on_left_out = [](const std::vector<std::string>& columns) {
+    warn(fmt::format("the terminal is too narrow for {}; widen it, or use --to csv",
+                     fmt::join(columns, ", ")));
+  };
+  return options;
 }
 
 void prepare_process() {

@@ -8,6 +8,7 @@
 #include "cli/common/exit_status.hpp"
 #include "cli/common/temporary_file.hpp"
 #include "report/sink.hpp"
+#include "report/table.hpp"
 
 namespace biss::cli {
 
@@ -52,8 +53,9 @@ class Output final : public report::TextSink {
   /// `done` when nothing failed; otherwise prints error() and is `io`.
   ExitStatus status() const;
 
-  /// The output is a terminal that shows colour, and NO_COLOR is not set.
-  bool wants_colour() const;
+  /// How a table looks here: with colour on a terminal that shows it, unless NO_COLOR is set, and no
+  /// wider than the terminal; a message on stderr names the columns left out.
+  report::TableOptions table_options() const;
 
  private:
   bool write_through(std::string_view text);

@@ -369,7 +369,8 @@ TEST_F(OutputTest, StdoutClosed_IsAnErrorAndNoOtherFileTakesItsPlace) {
 TEST_F(OutputTest, Colour_IsForTerminalsOnly) {
   Output output;
   ASSERT_TRUE(output.open("/dev/null"));
-  EXPECT_FALSE(output.wants_colour());
+  EXPECT_FALSE(output.table_options().colour);
+  EXPECT_EQ(output.table_options().width, 0U);
 }
 
 }  // namespace

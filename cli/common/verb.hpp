@@ -24,7 +24,7 @@
 //     Output output;
 //     if (!output.open(options.output)) return output.status();
 //     const auto table = report::make_table_writer(options.to, columns, output,
-//                                                  {.colour = output.wants_colour()});
+//                                                  output.table_options());
 //     while (…) if (!table->row(cells)) return output.status();      // disk full, reader left
 //     if (input_failed) {                                            // rows so far to a pipe,
 //       table->finish();                                             // no partial file

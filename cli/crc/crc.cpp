@@ -208,7 +208,7 @@ std::vector<Part> all_parts(const FrameFormat& format, const Frame& frame,
 }
 
 bool write_table(const FrameFormat& format, const Frame& frame, const PlainCodec& codec,
-                 report::TextSink& sink, bool colour) {
+                 report::TextSink& sink, const report::TableOptions& table_options) {
   using report::Kind;
   const bool several = format.channel_count > 1;
   std::vector<report::Column> columns;
@@ -219,8 +219,7 @@ bool write_table(const FrameFormat& format, const Frame& frame, const PlainCodec
                                  {.name = "value"},
                                  {.name = "line", .heading = "on the line"},
                                  {.name = "meaning"}});
-  const auto table =
-      report::make_table_writer(report::Format::table, columns, sink, {.colour = colour});
+  const auto table = report::make_table_writer(report::Format::table, columns, sink, table_options);
   unsigned from = 0;
   for (const Part& part : all_parts(format, frame, codec)) {
     const std::string line = in_fours(part.word, part.bits);
@@ -286,7 +285,7 @@ ExitStatus run_crc(const CrcOptions& options) {
   Output output;
   if (!output.open(options.output)) return output.status();
   const bool written = options.to == report::Format::table
-                           ? write_table(format, *frame, codec, output, output.wants_colour())
+                           ? write_table(format, *frame, codec, output, output.table_options())
                            : write_object(format, *frame, codec, output);
   if (!written || !output.finish()) return output.status();
   return ExitStatus::done;

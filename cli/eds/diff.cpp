@@ -126,8 +126,7 @@ bool write_rows(const std::vector<Difference>& rows, report::Format format, Outp
                                                {.name = "b", .kind = Kind::unsigned_integer},
                                                {.name = "means_a", .heading = "a means"},
                                                {.name = "means_b", .heading = "b means"}};
-  const auto table =
-      report::make_table_writer(format, columns, output, {.colour = output.wants_colour()});
+  const auto table = report::make_table_writer(format, columns, output, output.table_options());
   const auto value = [](const Side* side) {
     return side == nullptr ? report::Cell() : report::Cell(side->value);
   };

@@ -37,8 +37,8 @@ bool write_table(const EdsSource& source, const ShowOptions& options, Output& ou
       {.name = "part"},   {.name = "address"},
       {.name = "symbol"}, {.name = "stored", .kind = Kind::unsigned_integer},
       {.name = "means"},  {.name = "what"}};
-  const auto table = report::make_table_writer(report::Format::table, columns, output,
-                                               {.colour = output.wants_colour()});
+  const auto table =
+      report::make_table_writer(report::Format::table, columns, output, output.table_options());
   for (const EdsEntry& entry : eds_entries(source.sheet)) {
     if (entry.unused && entry.value.value_or(0) == 0 && !options.all) continue;
     const std::string part = part_name(entry);

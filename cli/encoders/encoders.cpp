@@ -28,7 +28,7 @@ std::vector<std::string_view> doubts_of(const CatalogueEntry& entry) {
   return doubts;
 }
 
-bool write_list(report::TextSink& sink, bool colour) {
+bool write_list(report::TextSink& sink, const report::TableOptions& table_options) {
   using report::Kind;
   const std::vector<report::Column> columns = {
       {.name = "name"},
@@ -36,8 +36,7 @@ bool write_list(report::TextSink& sink, bool colour) {
       {.name = "format"},
       {.name = "clock", .kind = Kind::unsigned_integer, .unit = "MHz", .shift = 6, .places = 0},
       {.name = "doubts", .kind = Kind::unsigned_integer}};
-  const auto table =
-      report::make_table_writer(report::Format::table, columns, sink, {.colour = colour});
+  const auto table = report::make_table_writer(report::Format::table, columns, sink, table_options);
   for (const CatalogueEntry& entry : catalogue) {
     const std::size_t doubts = doubts_of(entry).size();
     const report::Cell cells[] = {
@@ -49,15 +48,14 @@ bool write_list(report::TextSink& sink, bool colour) {
   return table->finish();
 }
 
-bool write_configurations(report::TextSink& sink, bool colour) {
+bool write_configurations(report::TextSink& sink, const report::TableOptions& table_options) {
   using report::Kind;
   const std::vector<report::Column> columns = {
       {.name = "safety configuration"},
       {.name = "format"},
       {.name = "compared", .kind = Kind::unsigned_integer},
       {.name = "cycle", .kind = Kind::unsigned_integer, .unit = "us", .shift = 6, .places = 2}};
-  const auto table =
-      report::make_table_writer(report::Format::table, columns, sink, {.colour = colour});
+  const auto table = report::make_table_writer(report::Format::table, columns, sink, table_options);
   for (const SafetyConfiguration& each : safety_configurations) {
     const unsigned compared = each.setup.comparison.compare_bits;
     const report::Cell cells[] = {
@@ -178,10 +176,10 @@ ExitStatus run_encoders(const EncodersOptions& options) {
     }
     written = write_rows(entries, options.to, output);
   } else {
-    const bool colour = output.wants_colour();
+    const report::TableOptions table_options = output.table_options();
     written = entry != nullptr ? output.write(detail(*entry))
-                               : write_list(output, colour) && output.write("\n") &&
-                                     write_configurations(output, colour);
+                               : write_list(output, table_options) && output.write("\n") &&
+                                     write_configurations(output, table_options);
   }
   if (!written || !output.finish()) return output.status();
   if (entry == nullptr && options.to == report::Format::table) {

@@ -113,15 +113,15 @@ std::string timeout_text(const Plan& plan) {
                      text_of(timeout), timeout.release_half_periods);
 }
 
-bool write_parts(const Plan& plan, report::TextSink& sink, bool colour) {
+bool write_parts(const Plan& plan, report::TextSink& sink,
+                 const report::TableOptions& table_options) {
   using report::Kind;
   const std::vector<report::Column> columns = {
       {.name = "part"},
       {.name = "time", .kind = Kind::nanoseconds, .unit = "us", .shift = 3, .places = 3},
       {.name = "clocks", .kind = Kind::unsigned_integer},
       {.name = "what"}};
-  const auto table =
-      report::make_table_writer(report::Format::table, columns, sink, {.colour = colour});
+  const auto table = report::make_table_writer(report::Format::table, columns, sink, table_options);
   const CycleBudget& budget = plan.budget;
   const auto clocks = [&budget](Picoseconds time) {
     return static_cast<std::uint64_t>(time.count / budget.period.count);
@@ -228,14 +228,15 @@ std::string heading(const Device& device) {
                      device.entry->product, format.view());
 }
 
-bool write_page(const Plan& plan, report::TextSink& sink, bool colour) {
+bool write_page(const Plan& plan, report::TextSink& sink,
+                const report::TableOptions& table_options) {
   return sink.write(fmt::format("{}\n{}, {} of cable\n\n", heading(plan.device),
                                 text_of(plan.clock), length_text(plan.cable))) &&
-         write_parts(plan, sink, colour) && sink.write("\n") && sink.write(facts(plan));
+         write_parts(plan, sink, table_options) && sink.write("\n") && sink.write(facts(plan));
 }
 
 bool write_clocks(const std::vector<Plan>& plans, bool cable_given, report::TextSink& sink,
-                  bool colour) {
+                  const report::TableOptions& table_options) {
   using report::Kind;
   const Plan& first = plans.front();
   const std::string cable =
@@ -249,8 +250,7 @@ bool write_clocks(const std::vector<Plan>& plans, bool cable_given, report::Text
       {.name = "cycle", .kind = Kind::nanoseconds, .unit = "us", .shift = 3, .places = 2},
       {.name = "rate", .kind = Kind::unsigned_integer, .heading = "request rate", .unit = "Hz"},
       {.name = "spi", .kind = Kind::unsigned_integer, .heading = "SPI", .unit = "bytes"}};
-  const auto table =
-      report::make_table_writer(report::Format::table, columns, sink, {.colour = colour});
+  const auto table = report::make_table_writer(report::Format::table, columns, sink, table_options);
   for (const Plan& plan : plans) {
     const std::string without = length_or(plan.longest_uncompensated, "-");
     const std::string with = length_or(plan.longest_compensated, "-");
@@ -356,10 +356,11 @@ ExitStatus run_plan(const PlanOptions& options) {
   const bool one = options.clock && options.cable;
   Output output;
   if (!output.open(options.output)) return output.status();
-  const bool colour = output.wants_colour();
+  const report::TableOptions table_options = output.table_options();
   const bool written = options.to == report::Format::jsonl ? write_objects(plans, output)
-                       : one                               ? write_page(plans[0], output, colour)
-                             : write_clocks(plans, options.cable.has_value(), output, colour);
+                       : one
+                           ? write_page(plans[0], output, table_options)
+                           : write_clocks(plans, options.cable.has_value(), output, table_options);
   if (!written || !output.finish()) return output.status();
   if (options.clock) warn_of(plans[0]);
   return ExitStatus::done;

@@ -81,7 +81,7 @@ ExitStatus print_state(const lab::CampaignFrame& frame, const lab::CampaignState
   Output output;
   if (!output.open(options.output)) return output.status();
   const CampaignTable table =
-      write_campaign(frame, state, options.to, output, output.wants_colour());
+      write_campaign(frame, state, options.to, output, output.table_options());
   if (!table.written || !output.finish()) return output.status();
   if (table.disagrees) {
     return fail(ExitStatus::data_failed,
@@ -178,8 +178,7 @@ ExitStatus run_replay(const lab::CampaignFrame& frame, const lab::CampaignPlan& 
       {.name = "spw_read"},
       {.name = "verdict"},
       {.name = "position_read", .kind = Kind::unsigned_integer}};
-  const auto table =
-      report::make_table_writer(options.to, columns, output, {.colour = output.wants_colour()});
+  const auto table = report::make_table_writer(options.to, columns, output, output.table_options());
   const lab::WordPair read = frame.read(replayed.received).value_or(lab::WordPair());
   const auto word = [](std::uint64_t bits) { return fmt::format("0x{:X}", bits); };
   const std::string texts[] = {text_of(plan.faults[0]), word(replayed.encoded.cpw), word(read.cpw),

@@ -130,10 +130,11 @@ std::string sigma_text(long double sigma) {
 }
 
 CampaignTable write_campaign(const lab::CampaignFrame& frame, const lab::CampaignState& state,
-                             report::Format to, report::TextSink& sink, bool colour) {
+                             report::Format to, report::TextSink& sink,
+                             const report::TableOptions& table_options) {
   const bool readable = to == report::Format::table;
   const auto columns = readable ? readable_columns() : machine_columns();
-  const auto table = report::make_table_writer(to, columns, sink, {.colour = colour});
+  const auto table = report::make_table_writer(to, columns, sink, table_options);
   lab::CampaignTheories theories(frame);
   CampaignTable result;
   for (std::size_t n = 0; n < state.plan.faults.size(); ++n) {

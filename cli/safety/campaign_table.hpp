@@ -18,7 +18,8 @@ struct CampaignTable {
 /// CSV and JSON lines have a row for each fault, the human-readable table a row for each fault and
 /// check.
 CampaignTable write_campaign(const lab::CampaignFrame& frame, const lab::CampaignState& state,
-                             report::Format to, report::TextSink& sink, bool colour);
+                             report::Format to, report::TextSink& sink,
+                             const report::TableOptions& table_options);
 
 /// A deviation for the human-readable table, `+1.53`; 0 after rounding has no sign.
 std::string sigma_text(long double sigma);

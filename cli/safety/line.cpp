@@ -252,7 +252,7 @@ ExitStatus run_line(const LineRunOptions& options) {
   Output output;
   if (!output.open(options.output)) return output.status();
   const auto table =
-      report::make_table_writer(options.to, columns(), output, {.colour = output.wants_colour()});
+      report::make_table_writer(options.to, columns(), output, output.table_options());
   ExitStatus status = ExitStatus::done;
   for (std::size_t k = 0; k < all.size(); ++k) {
     const auto kind = static_cast<sim::FaultKind>(k);

@@ -80,9 +80,9 @@ std::vector<report::Column> columns_for(report::Format to) {
 }  // namespace
 
 bool write_sequences(std::span<const SequenceResult> results, report::Format to,
-                     report::TextSink& sink, bool colour) {
+                     report::TextSink& sink, const report::TableOptions& table_options) {
   const std::vector<report::Column> columns = columns_for(to);
-  const auto table = report::make_table_writer(to, columns, sink, {.colour = colour});
+  const auto table = report::make_table_writer(to, columns, sink, table_options);
   for (const SequenceResult& each : results) {
     const Texts texts(each);
     const lab::SequenceCounts& counts = each.counts;

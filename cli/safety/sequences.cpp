@@ -169,8 +169,8 @@ ExitStatus run_replay(const lab::SequencePlan& plan, const SequenceOptions& opti
   if (!frame) return bad_format(options.format);
   Output output;
   if (!output.open(options.output)) return output.status();
-  const auto table = report::make_table_writer(options.to, step_columns(), output,
-                                               {.colour = output.wants_colour()});
+  const auto table =
+      report::make_table_writer(options.to, step_columns(), output, output.table_options());
   // The frames before an undamaged frame are shown too.
   const std::uint64_t before = row.task == lab::SequenceTask::undamaged ? 4 : 0;
   bool written = true;
@@ -206,7 +206,7 @@ ExitStatus run_safety_sequences(SequenceOptions options) {
   if (!results) return bad_format(options.format);
   Output output;
   if (!output.open(options.output)) return output.status();
-  if (!write_sequences(*results, options.to, output, output.wants_colour()) || !output.finish()) {
+  if (!write_sequences(*results, options.to, output, output.table_options()) || !output.finish()) {
     return output.status();
   }
   for (const lab::SequenceResult& result : *results) {

@@ -13,6 +13,7 @@
 #include "cli/common/output.hpp"
 #include "cli/common/quantity.hpp"
 #include "cli/common/recorded_line.hpp"
+#include "cli/common/terminal.hpp"
 #include "cli/decode/table.hpp"
 #include "cli/simulate/truth.hpp"
 #include "sim/encoder.hpp"
@@ -79,7 +80,9 @@ ExitStatus pump(
     CaptureInput& input, ReplayOutput& output,
     const std::function<void(std::span<const wire::Edge>, std::vector<wire::Edge>&)>& push) {
   std::vector<wire::Edge> made;
+  Progress progress;
   for (auto block = input.next(); !block.empty(); block = input.next()) {
+    if (progress.due()) progress.show(input.progress_text());
     if (block.front().time < -sim::replay_time_max || block.back().time > sim::replay_time_max) {
       return fail(ExitStatus::io,
                   fmt::format("{}: has times of more than ten days; cut out what is to be replayed",
