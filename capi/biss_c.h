@@ -1,18 +1,18 @@
 /* The encoder's and the master's side of a BiSS C line for C and for whatever calls C: simulators,
  * Verilator and VPI/DPI, bindings of other languages. Both are steppers: nothing runs by itself,
- * time and levels are arguments. Cable and noise are the caller's: a level that one side drives
- * reaches the other when the caller says so.
+ * time and levels are arguments. The caller models cable and noise: a level that one side drives
+ * reaches the other side when the caller passes it on.
  *
- *   Times     int64_t in picoseconds, -BISS_TIME_MAX to BISS_TIME_MAX, any zero; never backwards
- *             for one handle. Durations are 0 to BISS_DURATION_MAX.
+ *   Times     int64_t in picoseconds, -BISS_TIME_MAX to BISS_TIME_MAX, with any zero. The time of
+ *             a handle never goes backwards. Durations are 0 to BISS_DURATION_MAX.
  *   Levels    bool: false low, true high. MA and SLO idle high.
- *   Errors    each call says in a biss_status how it went. A call that does not return BISS_OK has
- *             changed nothing unless it says otherwise. No C++ exception ever leaves a call.
- *   Lifetime  a handle lives from open to close. What open was given may go as soon as open
- *             returns, but for `user`, which is handed to the callbacks until close. Texts that
- *             are returned are static.
+ *   Errors    each call returns a biss_status. A call that does not return BISS_OK has changed
+ *             nothing unless its description says otherwise. No C++ exception leaves a call.
+ *   Lifetime  a handle is valid from open to close. The arguments of open may be freed when open
+ *             returns, except for `user`, which is passed to the callbacks until close. Returned
+ *             texts are static.
  *   Threads   a handle belongs to one thread at a time. Different handles share nothing. A
- *             callback may call anything but the handle that called it, and must return: no
+ *             callback may call everything except the handle that called it, and must return: no
  *             longjmp, no exception. */
 #pragma once
 
@@ -30,80 +30,81 @@ extern "C" {
 #define BISS_NEVER INT64_MAX
 #define BISS_MAX_CHANNELS 8
 
-/* In C++ an enumeration of any int, so that a number out of its range may be asked about. */
+/* In C++ an enumeration that may hold any int, so that a number out of its range is valid. */
 #ifdef __cplusplus
-#define BISS_ENUM(name) enum name : int
+#define BISS_INT : int
 #else
-#define BISS_ENUM(name) enum name
+#define BISS_INT
 #endif
 
-/* How a call went. */
-typedef BISS_ENUM(biss_status){
-    BISS_OK = 0,         BISS_NULL_ARGUMENT, /* a pointer that is needed is null */
-    BISS_NO_MEMORY,                          /* open: the handle does not fit */
-    BISS_BAD_FORMAT,     /* neither a catalogue name nor a format; see biss_format_problem() */
-    BISS_BAD_TIMING,     /* a biss_timing that no device can have: a duration out of range, a rule
-                          or a clock count that does not exist, an unordered pair */
-    BISS_BAD_SETUP,      /* another value of the setup is out of the range it names */
-    BISS_TIME_RANGE,     /* a time beyond BISS_TIME_MAX */
-    BISS_TIME_BACKWARDS, /* a time before the last one of this handle */
-    BISS_REENTERED,      /* called from its own callback */
-    BISS_VALUE_RANGE, /* slave step: `sample` gave a position or counter wider than its field. The
-                          step was done and its output is valid; the frame says "no data": all
+/* The result of a call. */
+typedef enum biss_status BISS_INT {
+  BISS_OK = 0,
+  BISS_NULL_ARGUMENT,  /* a required pointer is null */
+  BISS_NO_MEMORY,      /* open: no memory for the handle */
+  BISS_BAD_FORMAT,     /* neither a catalogue name nor a format; see biss_format_problem() */
+  BISS_BAD_TIMING,     /* a biss_timing that no device can have: a duration out of range, an
+                          unknown rule or clock count, a minimum above its maximum */
+  BISS_BAD_SETUP,      /* another value of the setup is out of its range */
+  BISS_TIME_RANGE,     /* a time beyond BISS_TIME_MAX */
+  BISS_TIME_BACKWARDS, /* a time before the last one of this handle */
+  BISS_REENTERED,      /* called from its own callback */
+  BISS_VALUE_RANGE,    /* slave step: `sample` set a position or counter wider than its field. The
+                          step was done and its output is valid; the frame means "no data": all
                           positions and counters 0, nE and nW active */
-    BISS_RUNNING,     /* begin, reading: a request is running */
-    BISS_SLO_LOW,     /* begin: refused, the encoder is not ready */
-    BISS_TOO_EARLY,   /* begin: refused, the device's shortest cycle has not passed, or MA was not
+  BISS_RUNNING,        /* begin, reading: a request is running */
+  BISS_SLO_LOW,        /* begin: refused, the encoder is not ready */
+  BISS_TOO_EARLY,      /* begin: refused, the device's shortest cycle has not passed, or MA was not
                           high long enough */
-    BISS_NO_READING   /* reading: no request was made yet */
+  BISS_NO_READING      /* reading: no request was made yet */
 } biss_status;
 
 /* The enumerator's name in lower case without "biss_": "slo_low"; "unknown" for any other number.
  */
 const char* biss_status_name(biss_status status);
-/* A line for a user, without a full stop. */
+/* A message for a user, without a full stop; "no such status" for any other number. */
 const char* biss_status_text(biss_status status);
 
-/* ---- What the bits mean, and how the device behaves in time ---- */
+/* ---- Format and timing of a device ---- */
 
 /* A format is a catalogue name ("resolute-26") or the grammar of the command
  * ("pos26,nE,nW,crc6;cds0", "mt12,st20,nE,nW,lc6,crc16").
- * Returns null when the text is a format, else what is wrong, and in *at (unless null) the index
- * of the character it is at. A null text is an empty one. */
+ * Returns null when the text is a format, otherwise the mistake, and in *at (unless null) the index
+ * of its character. A null text is an empty one. */
 const char* biss_format_problem(const char* format, size_t* at);
 
-typedef BISS_ENUM(biss_timeout_rule){
-    BISS_TIMEOUT_ADAPTIVE = 0, /* 1.5 periods of MA and up to `timeout_ps` after its last edge */
-    BISS_TIMEOUT_FIXED,        /* `timeout_ps` after the last edge of MA */
-    BISS_TIMEOUT_CYCLE         /* `timeout_ps` after the start of the request (Renishaw) */
+typedef enum biss_timeout_rule BISS_INT {
+  BISS_TIMEOUT_ADAPTIVE = 0, /* 1.5 periods of MA and up to `timeout_ps` after its last edge */
+  BISS_TIMEOUT_FIXED,        /* `timeout_ps` after the last edge of MA */
+  BISS_TIMEOUT_CYCLE         /* `timeout_ps` after the start of the request (Renishaw) */
 } biss_timeout_rule;
 
-/* How a type of encoder behaves in time. */
+/* The timing of a type of encoder. */
 typedef struct biss_timing {
-  uint32_t clock_min_hz; /* not judged here */
+  uint32_t clock_min_hz; /* not checked here */
   uint32_t clock_max_hz;
   int64_t start_min_ps;  /* first rising edge of MA (LAT) to START, at least */
   int64_t ack_max_ps;    /* second rising edge (ACK) to the answer, at most */
-  uint32_t ack_clocks;   /* clocks of ACK where it is always the same, up to 400; 0: not fixed */
+  uint32_t ack_clocks;   /* clocks of ACK where their number is fixed, up to 400; 0: not fixed */
   uint32_t timeout_rule; /* a biss_timeout_rule */
   int64_t timeout_ps;
-  uint32_t release_half_periods; /* BISS_TIMEOUT_CYCLE: SLO low after the last edge of MA where the
-                                    frame outlasts it, 2 to 255; 0: the default, 3 */
-  int64_t internal_delay_max_ps; /* not judged here */
+  uint32_t release_half_periods; /* BISS_TIMEOUT_CYCLE: how long SLO is low after the last edge of
+                                    MA of a longer frame, 2 to 255; 0: the default, 3 */
+  int64_t internal_delay_max_ps; /* not checked here */
   int64_t cycle_min_ps;          /* from one request to the next, at least */
   int64_t sampling_min_ps;       /* LAT to the moment whose position is sent */
   int64_t sampling_typical_ps;
   int64_t sampling_max_ps;
 } biss_timing;
 
-/* The catalogue's timing for a name, for a format of the grammar the widest that BiSS C allows.
+/* The catalogue's timing of a name; for a format of the grammar, the widest that BiSS C allows.
  * BISS_NULL_ARGUMENT, BISS_BAD_FORMAT. */
 biss_status biss_timing_of(const char* format, biss_timing* timing);
 
-/* Data channels of a format in *channels. BISS_NULL_ARGUMENT, BISS_BAD_FORMAT. */
+/* The number of data channels of a format, in *channels. BISS_NULL_ARGUMENT, BISS_BAD_FORMAT. */
 biss_status biss_channels_of(const char* format, size_t* channels);
 
-/* What one data channel says. */
+/* The values of one data channel. */
 typedef struct biss_channel {
   uint64_t position;     /* unsigned, multiturn above singleturn; 0 where there is none */
   uint32_t life_counter; /* 0 where there is none */
@@ -111,7 +112,7 @@ typedef struct biss_channel {
   bool nW;               /* low-active: false = warning */
 } biss_channel;
 
-/* What a stepper answers. Both hold until its next call. */
+/* What a stepper returns. Both values hold until its next call. */
 typedef struct biss_output {
   bool level;          /* what it drives from now on: the slave SLO, the master MA */
   int64_t deadline_ps; /* call step again at this time if no input changes before; or BISS_NEVER */
@@ -124,22 +125,24 @@ typedef struct biss_slave biss_slave;
 typedef struct biss_slave_setup {
   const char* format;
   const biss_timing* timing; /* null: biss_timing_of(format) */
-  int64_t ready_ps;          /* ACK to the answer; more than ack_max_ps is cut to that */
-  bool chained;              /* SLI comes from another slave; false: SLI is not looked at */
-  void* user;                /* handed to the callbacks; may be null */
-  /* Called once a frame, at the sampling moment, from within biss_slave_step(): fills channels[0]
-   * to channels[count - 1], in the order on the line. They come with position and counter 0 and
-   * neither error nor warning. `moment_ps` may lie before the time of the step. Not null. */
+  int64_t ready_ps;          /* ACK to the answer, limited to ack_max_ps */
+  bool chained;              /* SLI comes from another slave; false: SLI is ignored */
+  void* user;                /* passed to the callbacks; may be null */
+  /* Called once per frame, at the sampling moment, by biss_slave_step(): sets channels[0] to
+   * channels[count - 1], in the order on the line. They are initialised with position and counter 0
+   * and neither error nor warning. `moment_ps` may be before the time of the step. Not null. */
   void (*sample)(void* user, int64_t moment_ps, biss_channel* channels, size_t count);
-  /* The encoder's own CDS bit, asked when it is sent; a chained one sends it or its
+  /* The encoder's own CDS bit, called when it is sent. A chained encoder sends its bit or its
    * predecessor's 1. Null: 0. */
   bool (*cds)(void* user);
-  /* The CDM bit, told when a frame has ended. Null: nobody is told. */
+  /* Called with the CDM bit when a frame has ended. May be null. */
   void (*cdm)(void* user, bool bit);
-  /* Registers, 0 to 127: where these three are given, the encoder takes an ID and answers the
+  /* Registers, 0 to 127. Where these three are set, the encoder takes an ID and answers the
    * control communication itself; `cds` and `cdm` must be null. It obeys the commands that switch
-   * its channels and its control communication. False: refused; a value, or -1: busy, asked again
-   * with the next frame; a byte has come whose CRC was right. */
+   * its channels and its control communication.
+   *   register_permits  false: the access is refused
+   *   register_read     the value, or -1: busy, called again with the next frame
+   *   register_write    takes a byte whose CRC was right */
   bool (*register_permits)(void* user, bool write, uint8_t address);
   int (*register_read)(void* user, uint8_t address);
   void (*register_write)(void* user, uint8_t address, uint8_t value);
@@ -152,12 +155,12 @@ biss_slave_setup biss_slave_defaults(const char* format);
  * BISS_NULL_ARGUMENT, BISS_NO_MEMORY, BISS_BAD_FORMAT, BISS_BAD_TIMING, BISS_BAD_SETUP. */
 biss_status biss_slave_open(const biss_slave_setup* setup, biss_slave** slave);
 
-/* To be called at each change of MA or SLI and at the deadline; any further call does no harm.
+/* To be called at each change of MA or SLI and at the deadline; further calls change nothing.
  * What was due before `now_ps` happens first.
  * BISS_NULL_ARGUMENT, BISS_TIME_RANGE, BISS_TIME_BACKWARDS, BISS_REENTERED, BISS_VALUE_RANGE. */
 biss_status biss_slave_step(biss_slave* slave, int64_t now_ps, bool ma, bool sli, biss_output* out);
 
-/* What it waits for: "idle", "requested", "latched", "ack", "start", "data", "stop",
+/* The state, by what it waits for: "idle", "requested", "latched", "ack", "start", "data", "stop",
  * "early_request" (a request came before the timeout was over and is not answered), "chain_busy".
  * Null for a null handle. */
 const char* biss_slave_state(const biss_slave* slave);
@@ -176,40 +179,40 @@ typedef struct biss_master_setup {
   int64_t period_ps;         /* of MA; 32 ps or more */
   bool compensate;           /* sample half a period after each bit's arrival, by the line delay
                                 measured in this request; false: half a period after the edge */
-  uint32_t slaves;           /* devices one behind the other, 1 to 8 */
-  uint32_t extra_clocks;     /* behind the one of STOP, up to 65535 */
-  int64_t low_time_ps;       /* of MA in each clock, below the period; half a period */
+  uint32_t slaves;           /* devices in a daisy chain, 1 to 8 */
+  uint32_t extra_clocks;     /* clocks after the one of STOP, up to 65535 */
+  int64_t low_time_ps;       /* MA low in each clock, below the period; half a period */
   int64_t sample_step_ps;    /* resolution of the sampling point; a sixteenth of the period */
-  int64_t sample_shift_ps;   /* out of the middle, at most half a period either way */
-  int64_t line_delay_max_ps; /* how long to wait for ACK; 40 us */
+  int64_t sample_shift_ps;   /* from the middle, at most half a period in both directions */
+  int64_t line_delay_max_ps; /* the longest wait for ACK; 40 us */
   int64_t reset_time_ps;     /* MA high after a failed request; the device's timeout */
   int64_t idle_min_ps;       /* MA high between requests; half a period */
-  bool trust_cycle_time;     /* BISS_TIMEOUT_CYCLE: done when its time has passed, and begin may be
-                                told SLO low then, which rises a line delay later */
+  bool trust_cycle_time;     /* BISS_TIMEOUT_CYCLE: done when its time has passed; begin is then
+                                possible while SLO is low, which rises a line delay later */
 } biss_master_setup;
 
 /* A setup with compensation for one device, defaults everywhere else. */
 biss_master_setup biss_master_defaults(const char* format, int64_t period_ps);
 
-/* The one cause why there is no frame; as the statuses of `biss decode`. */
-typedef BISS_ENUM(biss_cause){
-    BISS_CAUSE_OK = 0,
-    BISS_CAUSE_NO_RESPONSE,    /* SLO stayed high */
-    BISS_CAUSE_NOT_READY,      /* refused; MA did not move */
-    BISS_CAUSE_RESPONSE_RANGE, /* SLO was low before ACK could begin, or ACK came too late */
-    BISS_CAUSE_NO_START,       /* ACK exceeded the device's bound */
-    BISS_CAUSE_ACK_RANGE,      /* START came before the device can answer */
-    BISS_CAUSE_TRUNCATED,      /* not from a master: the clock stopped early */
-    BISS_CAUSE_CDS,            /* CDS was 1 and the format says cds0 */
-    BISS_CAUSE_CRC,            /* the checksum of `cause_channel` is wrong */
-    BISS_CAUSE_STOP_BIT        /* the bit behind the last CRC bit was 1 */
+/* The one cause why there is no frame; the same as the statuses of `biss decode`. */
+typedef enum biss_cause BISS_INT {
+  BISS_CAUSE_OK = 0,
+  BISS_CAUSE_NO_RESPONSE,    /* SLO stayed high */
+  BISS_CAUSE_NOT_READY,      /* refused; MA did not move */
+  BISS_CAUSE_RESPONSE_RANGE, /* SLO was low before ACK could begin, or ACK came too late */
+  BISS_CAUSE_NO_START,       /* ACK exceeded the device's bound */
+  BISS_CAUSE_ACK_RANGE,      /* START came before the device can answer */
+  BISS_CAUSE_TRUNCATED,      /* not from a master: the clock stopped early */
+  BISS_CAUSE_CDS,            /* CDS was 1 and the format says cds0 */
+  BISS_CAUSE_CRC,            /* the checksum of `cause_channel` is wrong */
+  BISS_CAUSE_STOP_BIT        /* the bit after the last CRC bit was 1 */
 } biss_cause;
 
-/* The name that `biss decode` gives it: "ok", "no_response", …; "unknown" for any other
+/* The name in the output of `biss decode`: "ok", "no_response", …; "unknown" for any other
  * number. */
 const char* biss_cause_name(biss_cause cause);
 
-/* What came of a request. */
+/* The result of a request. */
 typedef struct biss_reading {
   biss_cause cause;
   uint32_t cause_channel; /* counts from 0 */
@@ -237,8 +240,8 @@ biss_status biss_master_open(const biss_master_setup* setup, biss_master** maste
 biss_status biss_master_begin(biss_master* master, int64_t now_ps, bool slo, bool cdm,
                               biss_output* out);
 
-/* To be called at each change of SLO and at the deadline, until biss_master_done(); any further
- * call does no harm. Of a change and a sample at the same time either may be told first.
+/* To be called at each change of SLO and at the deadline, until biss_master_done(); further calls
+ * change nothing. A change and a sample at the same time may be reported in either order.
  * BISS_NULL_ARGUMENT, BISS_TIME_RANGE, BISS_TIME_BACKWARDS. */
 biss_status biss_master_step(biss_master* master, int64_t now_ps, bool slo, biss_output* out);
 

@@ -67,7 +67,7 @@ TEST(CInterface, CdmAndCds_ArriveAtTheOtherEnd) {
     line.request(bit);
     EXPECT_EQ(line.reading().cds, !bit);
   }
-  EXPECT_THAT(encoder.told, testing::ElementsAre(true, false, false, true));
+  EXPECT_THAT(encoder.cdm_bits, testing::ElementsAre(true, false, false, true));
 }
 
 TEST(CInterface, Sampling_IsAskedForTheMomentOfTheDevice) {
@@ -160,7 +160,7 @@ struct Registers {
   }
 };
 
-// CDS bits, each of the frame behind that of the same CDM bit, and as many zeros before the first.
+// The CDS bits, each from the frame after that of the same CDM bit; 14 zeros precede the first.
 std::string cds_of(Line& line, std::string_view cdm) {
   for (int i = 0; i < 14; ++i) line.request(false);
   std::string cds;

@@ -1,4 +1,4 @@
-// What both handles of the C interface begin with: texts and numbers of C as the core's types.
+// What both handles of the C interface need: texts and numbers of C as the core's types.
 #pragma once
 
 #include <cstdlib>
@@ -21,7 +21,7 @@ struct Device {
 /// The catalogue's entry of that name, or the format that the text describes. \pre not null
 std::optional<Device> find_device(const char* format);
 
-/// Replaces the timing unless `timing` is null. False: no device behaves so.
+/// Replaces the timing unless `timing` is null. False: no device can have it.
 bool override_timing(const biss_timing* timing, Device& device);
 
 constexpr bool is_duration(std::int64_t count) { return count >= 0 && count <= BISS_DURATION_MAX; }

@@ -1,4 +1,4 @@
-// Handles that close themselves, and a line without delay between the two; for the tests.
+// Handles that close automatically, and a line without delay between the two; for the tests.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -31,12 +31,12 @@ inline MasterHandle open_master(const biss_master_setup& setup) {
   return MasterHandle(master);
 }
 
-/// What an encoder in a test says, and what it was asked and told.
+/// An encoder in a test: what it sends, and the calls that it received.
 struct Encoder {
   std::vector<biss_channel> says{};
   bool cds = false;
   std::vector<std::int64_t> moments{};
-  std::vector<bool> told{};
+  std::vector<bool> cdm_bits{};
 
   static void sample(void* user, std::int64_t moment, biss_channel* channels, std::size_t count) {
     auto& self = *static_cast<Encoder*>(user);
@@ -44,7 +44,9 @@ struct Encoder {
     std::copy_n(self.says.begin(), std::min(count, self.says.size()), channels);
   }
   static bool answer_cds(void* user) { return static_cast<Encoder*>(user)->cds; }
-  static void take_cdm(void* user, bool bit) { static_cast<Encoder*>(user)->told.push_back(bit); }
+  static void take_cdm(void* user, bool bit) {
+    static_cast<Encoder*>(user)->cdm_bits.push_back(bit);
+  }
 
   biss_slave_setup setup(const char* format) {
     biss_slave_setup setup = biss_slave_defaults(format);
@@ -61,7 +63,7 @@ class Line {
  public:
   Line(biss_slave* slave, biss_master* master) : slave_(slave), master_(master) {}
 
-  /// \return what the encoder's steps said, the first that was not BISS_OK
+  /// \return the first status of the encoder's steps that is not BISS_OK
   biss_status request(bool cdm) {
     biss_status status = BISS_OK;
     EXPECT_EQ(biss_master_begin(master_, now_, slo_.level, cdm, &ma_), BISS_OK);

@@ -14,10 +14,10 @@ struct StatusText {
 
 constexpr std::array<StatusText, BISS_NO_READING + 1> statuses{{
     {"ok", "done"},
-    {"null_argument", "a pointer that is needed is null"},
+    {"null_argument", "a required pointer is null"},
     {"no_memory", "no memory for the handle"},
     {"bad_format", "neither an encoder of the catalogue nor a frame format"},
-    {"bad_timing", "no device can behave so in time"},
+    {"bad_timing", "no device can have this timing"},
     {"bad_setup", "a value of the setup is out of its range"},
     {"time_range", "a time beyond BISS_TIME_MAX"},
     {"time_backwards", "a time before the last one"},
