@@ -3,9 +3,11 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <string_view>
 
 #include "biss/base/units.hpp"
 #include "biss/frame/format.hpp"
@@ -21,6 +23,10 @@ enum class CounterMode : std::uint8_t {
   count_0_63,  ///< after 63 comes 0
   learned,     ///< either; start-up lasts until the counter has shown which one
 };
+
+/// The names that users see, in the order of CounterMode.
+inline constexpr std::array<std::string_view, 3> counter_mode_names{"count_1_63", "count_0_63",
+                                                                    "learned"};
 
 /// Whether the encoder counts a request that gave no good frame. Open; it matters only where faults
 /// are tolerated.

@@ -34,10 +34,6 @@ struct SafetyArguments {
   bool given() const;
 };
 
-/// In the order of CounterMode.
-inline constexpr std::array<std::string_view, 3> counter_mode_names{"count_1_63", "count_0_63",
-                                                                    "learned"};
-
 /// Declares the options of the checks: counter, comparison, start-up.
 /// \pre arguments outlives the parsing
 void add_check_options(Verb verb, SafetyArguments& arguments);
