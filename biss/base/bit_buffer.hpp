@@ -6,10 +6,18 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <type_traits>
 
 #include "biss/base/bits.hpp"
 
 namespace biss {
+
+namespace bits_detail {
+
+// Not constexpr: the compiler names it where append() gets more bits than a word has.
+inline void a_word_has_at_most_64_bits() {}
+
+}  // namespace bits_detail
 
 /// Holds up to `CapacityBits` bits, written from the front. Bits that do not fit are dropped and
 /// set overflowed().
@@ -28,10 +36,9 @@ class BitBuffer {
 
   constexpr void append(bool bit) { append(std::uint64_t{bit}, 1); }
 
-  /// Appends the lowest `count` bits of `word`, most significant first. A count above 64 puts zeros
-  /// in front of the word.
+  /// Appends the lowest `count` bits of `word`, most significant first. \pre count is 0…64
   constexpr void append(std::uint64_t word, unsigned count) {
-    for (; count > 64; --count) append(0, 1);
+    if (std::is_constant_evaluated() && count > 64) bits_detail::a_word_has_at_most_64_bits();
     const std::size_t left = CapacityBits - size_bits_;
     if (count > left) {
       overflowed_ = true;

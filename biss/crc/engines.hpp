@@ -59,9 +59,9 @@ class CrcBitwise {
   constexpr const CrcSpec& spec() const { return spec_; }
 
   constexpr std::uint16_t operator()(std::uint64_t data, unsigned bits) const {
-    if (!spec_.present()) return 0;
     std::uint32_t reg = spec_.start;
-    for (unsigned i = bits; i-- > 0;) reg = crc_detail::step(spec_, reg, ((data >> i) & 1U) != 0);
+    for (unsigned i = spec_.present() ? bits : 0; i-- > 0;)
+      reg = crc_detail::step(spec_, reg, ((data >> i) & 1U) != 0);
     return crc_detail::finish(spec_, reg);
   }
 

@@ -257,25 +257,6 @@ BISS_TEST(BitBuffer, AppendPastCapacity_KeepsWhatFitsAndSaysSo) {
   BISS_EXPECT_EQ(buffer.size_bits(), 0);
 }
 
-constexpr bool count_above_64_puts_zeros_first() {
-  BitBuffer<100> bits;
-  bits.append(~std::uint64_t{0}, 70);
-  return bits.size_bits() == 70 && bits.view().find(true, 0) == 6 && !bits.overflowed();
-}
-static_assert(count_above_64_puts_zeros_first());
-
-BISS_TEST(BitBuffer, CountAbove64_PutsZerosBeforeTheWord) {
-  BitBuffer<80> bits;
-  bits.append(0xA5, 72);
-  BISS_EXPECT_EQ(bits.size_bits(), 72U);
-  BISS_EXPECT_EQ(bits.view().word(0, 64), 0U);
-  BISS_EXPECT_EQ(bits.view().word(64, 8), 0xA5U);
-  bits.append(~std::uint64_t{0}, 1'000);  // does not fit: its first eight bits are zeros
-  BISS_EXPECT(bits.overflowed());
-  BISS_EXPECT_EQ(bits.size_bits(), 80U);
-  BISS_EXPECT_EQ(bits.view().word(72, 8), 0U);
-}
-
 BISS_TEST(BitBuffer, RunFlipAndTruncate_ChangeOnlyTheirBits) {
   BitBuffer<64> buffer;
   buffer.append_run(true, 20);

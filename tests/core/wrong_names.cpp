@@ -1,5 +1,6 @@
 // Mistakes in names and texts while compiling: none of it compiles, and wrong_names.cmake holds what
 // the compiler says against the word at each line.
+#include "biss/base/bit_buffer.hpp"
 #include "biss/catalogue/catalogue.hpp"
 #include "biss/frame/format_text.hpp"
 #include "biss/safety/configurations.hpp"
@@ -22,5 +23,14 @@ constexpr auto wrong_4 = frame_format("pos26,nE,nW,crc6;cds0;cds0");
 constexpr auto wrong_5 = *parse_format("pos26,nE,nW,crc");
 // says: this_result_holds_a_value_and_no_error
 constexpr auto wrong_6 = parse_format("pos26").error();
+
+constexpr BitBuffer<80> appended(unsigned count) {
+  BitBuffer<80> bits;
+  bits.append(1, count);
+  return bits;
+}
+constexpr auto right_7 = appended(64);
+// says: a_word_has_at_most_64_bits
+constexpr auto wrong_7 = appended(65);
 
 }  // namespace biss
