@@ -40,7 +40,7 @@ struct Named {
   std::string tag;       // `1` of MA1, `enc2` of enc2_MA
   std::size_t rank = 0;  // in the list of usual names
 
-  // Several encoders in one capture are told apart by these.
+  // Several encoders in one capture are distinguished by these.
   std::size_t family() const { return rank < own_names ? 0 : 1; }
 };
 
@@ -49,7 +49,7 @@ std::string scope_of(std::string_view name) {
   return lower(name.substr(0, dot == std::string_view::npos ? 0 : dot));
 }
 
-// The tag of `base` when it is `usual` with a number behind it or, for BiSS's own names, with a
+// The tag of `base` when it is `usual` with a number after it or, for BiSS's own names, with a
 // prefix before it.
 std::optional<std::string> tag_of(std::string_view base, std::string_view usual, bool own) {
   if (base.starts_with(usual)) {

@@ -59,7 +59,7 @@ void append_printable(std::string& out, std::string_view text);
 /// Columns that printable text takes: combining marks none, wide East Asian characters two.
 std::size_t display_width(std::string_view text);
 
-/// Appends `text` with spaces before (or behind) it up to `width` columns.
+/// Appends `text` with spaces before (or after) it up to `width` columns.
 void append_padded(std::string& out, std::string_view text, std::size_t width, bool right_aligned);
 
 }  // namespace biss::report
