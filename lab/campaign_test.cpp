@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "biss/safety/configurations.hpp"
+#include "lab/campaign_theory.hpp"
 
 namespace biss::lab {
 namespace {
