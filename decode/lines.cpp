@@ -7,6 +7,8 @@
 #include <optional>
 #include <tuple>
 
+#include "decode/polarity.hpp"
+
 namespace biss::decode {
 
 namespace {
@@ -26,6 +28,7 @@ constexpr std::size_t own_names = 6;
 constexpr std::size_t busiest_lines = 8;
 constexpr std::size_t edges_to_try = 40'000;
 constexpr std::size_t contents_kept = 256;
+constexpr std::uint64_t points_of_structure = 20;
 
 std::string lower(std::string_view text) {
   std::string out(text);
@@ -181,7 +184,7 @@ Trial try_lines(const Lines& lines, Edges edges, const CycleReader& reader) {
     if (cycle.status == CycleStatus::crc) trial.points += 10;
     if (cycle.ack) ++trial.points;
     if (!is_good(cycle.status)) return;
-    trial.points += cycle.frame ? 1000U : 20U;
+    trial.points += cycle.frame ? 1000U : points_of_structure;
     if (trial.contents.size() < contents_kept) trial.contents.push_back(hash_of(cycle.raw.view()));
   });
   std::vector<wire::Edge> pair;
@@ -202,10 +205,19 @@ Trial try_lines(const Lines& lines, Edges edges, const CycleReader& reader) {
 std::vector<Trial> plausible(std::span<const Lines> pairs, Edges edges, const CycleReader& reader) {
   std::vector<Trial> trials;
   for (const Lines& lines : pairs) trials.push_back(try_lines(lines, edges, reader));
-  const auto best =
-      std::max_element(trials.begin(), trials.end(),
-                       [](const Trial& a, const Trial& b) { return a.points < b.points; });
-  if (best == trials.end() || best->points == 0) return {};
+  const auto best_one = [&] {
+    return std::max_element(trials.begin(), trials.end(),
+                            [](const Trial& a, const Trial& b) { return a.points < b.points; });
+  };
+  auto best = best_one();
+  if (best == trials.end()) return {};
+  if (best->points < points_of_structure * best->cycles / 2) {
+    for (Trial& trial : trials) {
+      trial = try_lines(find_polarity(trial.lines, edges, reader), edges, reader);
+    }
+    best = best_one();
+  }
+  if (best->points == 0) return {};
   std::rotate(trials.begin(), best, best + 1);
   std::erase_if(trials, [first = trials.front()](const Trial& t) { return !t.rivals(first); });
   return trials;

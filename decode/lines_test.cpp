@@ -49,6 +49,20 @@ std::vector<wire::Edge> together(const std::vector<std::vector<wire::Edge>>& cap
   return all;
 }
 
+TEST(Lines, NoNamesAndInvertedLines_AreFoundByBehaviour) {
+  for (const auto& [ma, slo] : {std::pair{true, false}, {false, true}, {true, true}}) {
+    auto edges = edges_on(1, 0);
+    for (wire::Edge& edge : edges) {
+      if (!(edge.line == 1 ? ma : slo)) continue;
+      edge.level = edge.level == wire::Level::low ? wire::Level::high : wire::Level::low;
+    }
+    for (const auto& reader : {reader_with_format(), reader_without_format()}) {
+      expect_lines(find_lines(Names{"D0", "D1"}, edges, {"", ""}, reader), {1, 0, ma, slo},
+                   LineOrigin::by_behaviour);
+    }
+  }
+}
+
 TEST(Lines, UsualNames_AreFoundWithoutRegardToCaseAndScope) {
   const auto reader = reader_with_format();
   expect_lines(find_lines(Names{"SLO", "MA"}, {}, {"", ""}, reader), {1, 0}, LineOrigin::by_name);

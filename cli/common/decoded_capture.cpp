@@ -7,7 +7,6 @@
 
 #include "cli/common/message.hpp"
 #include "cli/common/terminal.hpp"
-#include "decode/decoder.hpp"
 #include "decode/polarity.hpp"
 #include "decode/statistics.hpp"
 
@@ -106,6 +105,8 @@ ExitStatus DecodedCapture::open(const CaptureArguments& arguments, const MarginA
 }
 
 bool DecodedCapture::next() {
+  decoder_.reset();
+  first_cycles_.clear();
   if (pair_ + 1 < pairs_.size()) {
     ++pair_;
     const ExitStatus opened = input_.reopen(list_.arguments());
@@ -161,10 +162,20 @@ std::vector<report::Cell> DecodedCapture::cells() const {
   return cells;
 }
 
+decode::Decoder& DecodedCapture::decoder() {
+  if (!decoder_) {
+    decoder_.emplace(reader(), [this](const decode::Cycle& cycle) { deliver_(cycle); });
+  }
+  return *decoder_;
+}
+
 Picoseconds DecodedCapture::interval() {
   decode::Statistics first;
-  decode::Decoder decoder(reader(), [&](const decode::Cycle& cycle) { first.add(cycle); });
-  decoder.push(input_.beginning(), lines().lines);
+  deliver_ = [&](const decode::Cycle& cycle) {
+    first.add(cycle);
+    first_cycles_.push_back(cycle);
+  };
+  decoder().push(input_.next(), lines().lines);
   const decode::Distribution& interval = first.interval();
   return interval.count() == 0 ? Picoseconds{} : picoseconds(interval.median());
 }
@@ -173,15 +184,16 @@ bool DecodedCapture::read(const OnCycle& on_cycle) {
   std::uint64_t number = 0;
   bool wanted = true;
   Progress progress;
-  decode::Decoder decoder(
-      reader(), [&](const decode::Cycle& cycle) { wanted = wanted && on_cycle(number++, cycle); });
+  deliver_ = [&](const decode::Cycle& cycle) { wanted = wanted && on_cycle(number++, cycle); };
+  for (const decode::Cycle& cycle : std::exchange(first_cycles_, {})) deliver_(cycle);
   for (auto block = input_.next(); !block.empty() && wanted; block = input_.next()) {
-    decoder.push(block, lines().lines);
+    decoder().push(block, lines().lines);
     if (progress.due()) {
       progress.show(fmt::format("{}, {} request cycles", input_.progress_text(), number));
     }
   }
-  decoder.finish(input_.end_time());
+  decoder().finish(input_.end_time());
+  decoder_.reset();
   return input_.error().empty();
 }
 

@@ -12,7 +12,7 @@
 #include "cli/common/format_option.hpp"
 #include "cli/common/verb.hpp"
 #include "decode/cycle.hpp"
-#include "decode/cycle_reader.hpp"
+#include "decode/decoder.hpp"
 #include "report/table.hpp"
 
 namespace biss::cli {
@@ -89,6 +89,7 @@ class DecodedCapture {
  private:
   decode::CycleReader reader() const { return decode::CycleReader(format_, timing_, margin_); }
   bool open_next();
+  decode::Decoder& decoder();
   void measure_polarity(decode::FoundLines& found);
 
   std::optional<FrameFormat> format_;
@@ -101,6 +102,10 @@ class DecodedCapture {
   CaptureInput input_;
   std::vector<decode::FoundLines> pairs_;
   std::size_t pair_ = 0;
+  // The decoder of the current capture, and the cycles that interval() has read with it.
+  std::optional<decode::Decoder> decoder_;
+  std::function<void(const decode::Cycle&)> deliver_;
+  std::vector<decode::Cycle> first_cycles_;
   ExitStatus status_ = ExitStatus::done;
 };
 
