@@ -40,7 +40,7 @@ bool has_times(CycleStatus status) {
 Conformance::Conformance(const std::optional<FrameFormat>& format, const DeviceTiming& timing)
     : format_(format),
       timing_(timing),
-      listener_([this](const ControlAccess& access) { judge_access(access); }) {}
+      listener_([this](const SeenAccess& access) { judge_access(access); }) {}
 
 void Conformance::push(std::uint64_t number, const Cycle& cycle) {
   judge_idle(number, cycle);
@@ -199,7 +199,7 @@ void Conformance::watch_stray(std::uint64_t number, const Cycle& cycle) {
   settled_ = settled_ || zeros_ >= control_reset_zeros;
 }
 
-void Conformance::judge_access(const ControlAccess& access) {
+void Conformance::judge_access(const SeenAccess& access) {
   const AccessOutcome outcome = access.outcome;
   if (outcome == AccessOutcome::header_crc) {
     silence_left_ = silent_cycles;
@@ -214,14 +214,14 @@ void Conformance::judge_access(const ControlAccess& access) {
     return;
   }
   judge_ids(access);
-  if (access.kind != AccessKind::command) return judge_register(access);
+  if (access.kind != SeenAccess::Kind::command) return judge_register(access);
   announced_.reset();
   if (outcome == AccessOutcome::ok && access.command == ControlCommand::control) {
     control_off_ = access.slaves != 0;
   }
 }
 
-void Conformance::judge_ids(const ControlAccess& access) {
+void Conformance::judge_ids(const SeenAccess& access) {
   const bool anybody = access.slaves_present != 0;
   const bool pattern = access.outcome == AccessOutcome::id_pattern ||
                        (access.slaves_present & (access.slaves_present + 1U)) != 0;
@@ -233,15 +233,15 @@ void Conformance::judge_ids(const ControlAccess& access) {
     count(Rule::control_reset, anybody || pattern, access.cycle,
           "no answer after an access that was broken off");
   }
-  broken_off_ = access.outcome != AccessOutcome::ok && access.kind != AccessKind::command;
+  broken_off_ = access.outcome != AccessOutcome::ok && access.kind != SeenAccess::Kind::command;
   answered_ = answered_ || anybody;
 }
 
-void Conformance::judge_register(const ControlAccess& access) {
+void Conformance::judge_register(const SeenAccess& access) {
   const AccessOutcome outcome = access.outcome;
   judge_next(access);
   if (outcome == AccessOutcome::no_answer || outcome == AccessOutcome::no_such_slave ||
-      outcome == AccessOutcome::id_pattern || access.kind == AccessKind::unknown) {
+      outcome == AccessOutcome::id_pattern || access.kind == SeenAccess::Kind::unknown) {
     return;
   }
   const std::uint64_t at = access.cycle;
@@ -260,7 +260,7 @@ void Conformance::judge_register(const ControlAccess& access) {
       outcome == AccessOutcome::busy_too_long) {
     at_most(Rule::busy, access.busy, register_busy_max, {}, at);
   }
-  if (access.kind == AccessKind::write) {
+  if (access.kind == SeenAccess::Kind::write) {
     judge_write(access);
   } else if (outcome == AccessOutcome::ok || outcome == AccessOutcome::data_crc) {
     count(Rule::data_crc, outcome == AccessOutcome::ok, at, "a byte and its CRC do not fit");
@@ -271,7 +271,7 @@ void Conformance::judge_register(const ControlAccess& access) {
   judge_profile(access, seen);
 }
 
-void Conformance::judge_write(const ControlAccess& access) {
+void Conformance::judge_write(const SeenAccess& access) {
   const AccessOutcome outcome = access.outcome;
   const bool late = outcome == AccessOutcome::start_missing;
   if (late || outcome == AccessOutcome::ok || outcome == AccessOutcome::echo) {
@@ -284,7 +284,7 @@ void Conformance::judge_write(const ControlAccess& access) {
 }
 
 // P = 0 has said that the next register can be accessed in the same way.
-void Conformance::judge_next(const ControlAccess& access) {
+void Conformance::judge_next(const SeenAccess& access) {
   const AccessOutcome outcome = access.outcome;
   const bool announced = announced_ && announced_->id == access.id &&
                          announced_->kind == access.kind && announced_->next == access.address;
@@ -294,7 +294,7 @@ void Conformance::judge_next(const ControlAccess& access) {
     count(Rule::next_register, !no, access.cycle, "refused after P = 0");
   }
   announced_.reset();
-  const bool selects = access.kind == AccessKind::write && access.address == reg::bsel;
+  const bool selects = access.kind == SeenAccess::Kind::write && access.address == reg::bsel;
   if (outcome != AccessOutcome::ok || !access.next_available || selects ||
       access.address + 1U >= register_count) {
     return;
@@ -302,8 +302,8 @@ void Conformance::judge_next(const ControlAccess& access) {
   announced_ = {access.id, access.kind, static_cast<std::uint8_t>(access.address + 1U)};
 }
 
-void Conformance::judge_manufacturer(const ControlAccess& access) {
-  if (access.kind != AccessKind::read || access.address < reg::mfr_id) return;
+void Conformance::judge_manufacturer(const SeenAccess& access) {
+  if (access.kind != SeenAccess::Kind::read || access.address < reg::mfr_id) return;
   const bool no =
       access.outcome == AccessOutcome::refused || access.outcome == AccessOutcome::not_addressed;
   if (!no && access.outcome != AccessOutcome::ok) return;
@@ -311,8 +311,8 @@ void Conformance::judge_manufacturer(const ControlAccess& access) {
   if (!no) manufacturer_seen_[access.id] |= 1U << (access.address - reg::mfr_id);
 }
 
-void Conformance::judge_profile(const ControlAccess& access, const SeenRegisters& seen) {
-  if (access.outcome != AccessOutcome::ok || access.kind != AccessKind::read) return;
+void Conformance::judge_profile(const SeenAccess& access, const SeenRegisters& seen) {
+  if (access.outcome != AccessOutcome::ok || access.kind != SeenAccess::Kind::read) return;
   if (access.address != reg::bp_id && access.address != reg::bp_id + 1U) return;
   const auto stated = seen.identifier();
   if (!stated) return;

@@ -109,7 +109,7 @@ class Conformance {
   // A register that was accessed, and of which P said that the next one can be.
   struct Announced {
     std::uint8_t id = 0;
-    AccessKind kind = AccessKind::unknown;
+    SeenAccess::Kind kind = SeenAccess::Kind::unknown;
     std::uint8_t next = 0;
   };
 
@@ -129,13 +129,13 @@ class Conformance {
   void watch_silence(std::uint64_t number, const Cycle& cycle);
   void watch_stray(std::uint64_t number, const Cycle& cycle);
 
-  void judge_access(const ControlAccess& access);
-  void judge_ids(const ControlAccess& access);
-  void judge_register(const ControlAccess& access);
-  void judge_write(const ControlAccess& access);
-  void judge_next(const ControlAccess& access);
-  void judge_manufacturer(const ControlAccess& access);
-  void judge_profile(const ControlAccess& access, const SeenRegisters& seen);
+  void judge_access(const SeenAccess& access);
+  void judge_ids(const SeenAccess& access);
+  void judge_register(const SeenAccess& access);
+  void judge_write(const SeenAccess& access);
+  void judge_next(const SeenAccess& access);
+  void judge_manufacturer(const SeenAccess& access);
+  void judge_profile(const SeenAccess& access, const SeenRegisters& seen);
 
   std::optional<FrameFormat> format_;
   DeviceTiming timing_;

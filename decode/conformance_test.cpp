@@ -346,7 +346,7 @@ TEST(Conformance, ProfileIdentifier_WithoutFormatIsHeldAgainstTheFrames) {
     bench.access(read_43);
     const std::string_view sent = same ? "pos28,nE,nW,crc6" : "pos30,nE,nW,crc6";
     for (const Cycle& cycle : [&] {
-           test::Line line;
+           test::TestLine line;
            line.request({}, 0x123456, sent);
            return test::decode(line, {});
          }()) {
@@ -380,7 +380,7 @@ TEST(Conformance, DataSheetWithWrongSum_HasOneFindingMore) {
 }
 
 TEST(CycleRelease, IsTheTimeoutAndTheLineDelay) {
-  test::Line line;
+  test::TestLine line;
   for (const auto ending :
        {test::Ending::idle_high, test::Ending::low_until_timeout, test::Ending::low_until_next}) {
     line.request({.timeout = nanoseconds(13'500), .ending = ending}, 77);

@@ -24,7 +24,7 @@ std::string_view name_of(AccessOutcome outcome) {
   return names[static_cast<std::size_t>(outcome)];
 }
 
-std::string_view name_of(AccessKind kind) {
+std::string_view name_of(SeenAccess::Kind kind) {
   constexpr std::array<std::string_view, 4> names{"read", "write", "command", "unknown"};
   return names[static_cast<std::size_t>(kind)];
 }
@@ -107,7 +107,7 @@ void ControlListener::header() {
   access_.slaves = header->slaves;
   access_.address = header->address;
   access_.command = header->command;
-  if (!header->register_access) access_.kind = AccessKind::command;
+  if (!header->register_access) access_.kind = SeenAccess::Kind::command;
   phase_ = header->register_access ? Phase::kind : Phase::command;
 }
 
@@ -129,11 +129,11 @@ void ControlListener::kind(bool cdm) {
   const unsigned answered = cds_ & 3U;
   constexpr unsigned read = 0b10;
   constexpr unsigned write = 0b01;
-  if (asked == read) access_.kind = AccessKind::read;
-  if (asked == write) access_.kind = AccessKind::write;
+  if (asked == read) access_.kind = SeenAccess::Kind::read;
+  if (asked == write) access_.kind = SeenAccess::Kind::write;
   // A master that sees the reason in the IDs stops before R and W.
   if (const AccessOutcome ids = judge_ids(); ids != AccessOutcome::ok) return fail(ids);
-  if (access_.kind == AccessKind::unknown) return fail(AccessOutcome::rw_pattern);
+  if (access_.kind == SeenAccess::Kind::unknown) return fail(AccessOutcome::rw_pattern);
   if (answered == 0) {
     return fail(asked == read ? AccessOutcome::not_addressed
                               : AccessOutcome::refused_or_not_addressed);
@@ -177,7 +177,7 @@ void ControlListener::start(Picoseconds time, bool cds, bool cdm) {
     k_ = 1;
     return;
   }
-  if (!access_.continues && access_.kind == AccessKind::write)
+  if (!access_.continues && access_.kind == SeenAccess::Kind::write)
     return fail(AccessOutcome::start_missing);
   ++access_.busy_cycles;
   if (!cdm) fail(AccessOutcome::busy_too_long);
@@ -189,7 +189,7 @@ void ControlListener::byte() {
   const auto heard = static_cast<unsigned>(cds_ & 0xFFFU);
   const auto sent = static_cast<unsigned>(cdm_ >> 1U & 0xFFFU);
   phase_ = Phase::next;
-  if (access_.kind == AccessKind::read) {
+  if (access_.kind == SeenAccess::Kind::read) {
     if (!fits(heard)) return fail(AccessOutcome::data_crc);
     access_.data = static_cast<std::uint8_t>(heard >> 4U);
     return;

@@ -41,14 +41,13 @@ enum class AccessOutcome : std::uint8_t {
 inline constexpr std::size_t access_outcome_count = 19;
 std::string_view name_of(AccessOutcome outcome);
 
-enum class AccessKind : std::uint8_t { read, write, command, unknown };
-std::string_view name_of(AccessKind kind);
+/// One byte read or written, or one command, as seen on the line.
+struct SeenAccess {
+  enum class Kind : std::uint8_t { read, write, command, unknown };
 
-/// One byte read or written, or one command.
-struct ControlAccess {
   std::uint64_t cycle = 0;  ///< of the start bit; of a sequence's further bytes, of their S
   Picoseconds time{};       ///< of that cycle
-  AccessKind kind = AccessKind::unknown;
+  Kind kind = Kind::unknown;
   AccessOutcome outcome = AccessOutcome::ok;
   std::uint8_t id = 0;      ///< of the slave; registers only
   std::uint8_t slaves = 0;  ///< commands: bit k for the slave with ID k, 0: broadcast
@@ -68,11 +67,13 @@ struct ControlAccess {
   bool continues = false;
 };
 
+std::string_view name_of(SeenAccess::Kind kind);
+
 /// Follows every cycle in bounded memory. Whatever the bits are, 14 zeros on CDM reset it, as they
 /// reset a slave.
 class ControlListener {
  public:
-  using OnAccess = std::function<void(const ControlAccess&)>;
+  using OnAccess = std::function<void(const SeenAccess&)>;
 
   explicit ControlListener(OnAccess on_access) : on_access_(std::move(on_access)) {}
 
@@ -105,7 +106,7 @@ class ControlListener {
   void fail(AccessOutcome outcome);
 
   OnAccess on_access_;
-  ControlAccess access_;
+  SeenAccess access_;
   Phase phase_ = Phase::idle;
   // Index of the CDM bit of the next cycle in the control frame; in a byte, how many of its bits
   // CDM has brought.

@@ -14,8 +14,8 @@ namespace {
 
 // A listener and what it told; cycles of 31.25 us.
 struct Bench {
-  std::vector<ControlAccess> told;
-  ControlListener listener{[this](const ControlAccess& access) { told.push_back(access); }};
+  std::vector<SeenAccess> told;
+  ControlListener listener{[this](const SeenAccess& access) { told.push_back(access); }};
   std::uint64_t number = 0;
 
   void push(std::optional<bool> cds, std::optional<bool> cdm) {
@@ -31,14 +31,14 @@ struct Bench {
       push(k >= 1 && k <= cds.size() && cds[k - 1] == '1', k < cdm.size() && cdm[k] == '1');
     }
   }
-  const ControlAccess& only() const {
-    static const ControlAccess none;
+  const SeenAccess& only() const {
+    static const SeenAccess none;
     EXPECT_EQ(told.size(), 1U);
     return told.empty() ? none : told.front();
   }
 };
 
-void expect_register(const ControlAccess& access, AccessKind kind, unsigned id, unsigned address,
+void expect_register(const SeenAccess& access, SeenAccess::Kind kind, unsigned id, unsigned address,
                      unsigned data) {
   EXPECT_EQ(name_of(access.outcome), "ok");
   EXPECT_EQ(name_of(access.kind), name_of(kind));
@@ -51,24 +51,24 @@ void expect_register(const ControlAccess& access, AccessKind kind, unsigned id, 
 struct Printed {
   const char* cdm;
   const char* cds;
-  AccessKind kind;
+  SeenAccess::Kind kind;
   unsigned id, address, data;
 };
 
 // The control frames of one access each that the protocol's rules give.
 constexpr Printed printed[] = {
-    {"11000100001001111010000000000000", "10000000000000001010110001001000", AccessKind::read, 0,
-     0x42, 0x62},
-    {"11000100001101001010000000000000", "10000000000000001010001111010110", AccessKind::read, 0,
-     0x43, 0x1E},
-    {"11000111111011111010000000000000", "10000000000000001010110100110100", AccessKind::read, 0,
-     0x7E, 0x69},
-    {"11001100000111001010000000000000", "11000000000000001010000001010010", AccessKind::read, 1,
-     0x41, 0x02},
-    {"11000100000000010110000001010010", "10000000000000000110000001010010", AccessKind::write, 0,
-     0x40, 0x02},
-    {"11000000001000000110101010100100", "10000000000000000110101010100100", AccessKind::write, 0,
-     0x02, 0x55},
+    {"11000100001001111010000000000000", "10000000000000001010110001001000", SeenAccess::Kind::read,
+     0, 0x42, 0x62},
+    {"11000100001101001010000000000000", "10000000000000001010001111010110", SeenAccess::Kind::read,
+     0, 0x43, 0x1E},
+    {"11000111111011111010000000000000", "10000000000000001010110100110100", SeenAccess::Kind::read,
+     0, 0x7E, 0x69},
+    {"11001100000111001010000000000000", "11000000000000001010000001010010", SeenAccess::Kind::read,
+     1, 0x41, 0x02},
+    {"11000100000000010110000001010010", "10000000000000000110000001010010",
+     SeenAccess::Kind::write, 0, 0x40, 0x02},
+    {"11000000001000000110101010100100", "10000000000000000110101010100100",
+     SeenAccess::Kind::write, 0, 0x02, 0x55},
 };
 
 TEST(ControlListener, PrintedFrames_AreTold) {
@@ -96,7 +96,7 @@ TEST(ControlListener, Commands_AreToldWithTheirSlaves) {
   Bench bench;
   bench.zeros(14);
   bench.access("100000000000111111", "1000000000000000");
-  EXPECT_EQ(bench.only().kind, AccessKind::command);
+  EXPECT_EQ(bench.only().kind, SeenAccess::Kind::command);
   EXPECT_EQ(bench.only().slaves, 0);
   EXPECT_EQ(bench.only().command, ControlCommand::channels);
   EXPECT_EQ(name_of(bench.only().outcome), "ok");
@@ -189,7 +189,7 @@ TEST(ControlListener, SequenceWithBusyTimes_IsARowAByte) {
   bench.zeros(1);
   ASSERT_EQ(bench.told.size(), 5U);
   for (unsigned i = 0; i < 5; ++i) {
-    expect_register(bench.told[i], AccessKind::read, 0, 0x10 + i, 0xA0 + i);
+    expect_register(bench.told[i], SeenAccess::Kind::read, 0, 0x10 + i, 0xA0 + i);
     EXPECT_EQ(bench.told[i].busy_cycles, 2U);
     EXPECT_EQ(bench.told[i].busy, nanoseconds(2 * 31'250));
   }
@@ -208,7 +208,7 @@ TEST(ControlListener, LostCycle_BreaksTheAccessAndTheNextOneIsTold) {
     bench.zeros(14);
     bench.access(printed[1].cdm, printed[1].cds);
     ASSERT_EQ(bench.told.size(), 2U);
-    expect_register(bench.told[1], AccessKind::read, 0, 0x43, 0x1E);
+    expect_register(bench.told[1], SeenAccess::Kind::read, 0, 0x43, 0x1E);
   }
 }
 
@@ -248,7 +248,7 @@ TEST(ControlListener, ZerosBehindTheStartBit_AreADamagedHeader) {
   EXPECT_FALSE(bench.only().header_sent);
   bench.access(printed[0].cdm, printed[0].cds);
   ASSERT_EQ(bench.told.size(), 2U);
-  expect_register(bench.told[1], AccessKind::read, 0, 0x42, 0x62);
+  expect_register(bench.told[1], SeenAccess::Kind::read, 0, 0x42, 0x62);
 }
 
 TEST(ControlListener, EndOfCapture_IsTold) {
@@ -278,7 +278,7 @@ TEST(ControlListener, RandomBits_AreUnrestored) {
     bench.zeros(14);
     bench.told.clear();
     bench.access(printed[0].cdm, printed[0].cds);
-    expect_register(bench.only(), AccessKind::read, 0, 0x42, 0x62);
+    expect_register(bench.only(), SeenAccess::Kind::read, 0, 0x42, 0x62);
   }
 }
 

@@ -14,13 +14,13 @@ using Edges = std::vector<wire::Edge>;
 constexpr std::uint64_t first_position = 0x1234567;
 
 // Three requests; damage is done to the second.
-Line three(const Shape& shape = {}, std::uint64_t position = first_position) {
-  Line line;
+TestLine three(const Shape& shape = {}, std::uint64_t position = first_position) {
+  TestLine line;
   for (std::uint64_t k = 0; k < 3; ++k) line.request(shape, position + k);
   return line;
 }
 
-std::string_view status_of_second(const Line& line, std::string_view format = usual_format,
+std::string_view status_of_second(const TestLine& line, std::string_view format = usual_format,
                                   const DeviceTiming& timing = {}) {
   const auto cycles = decode(line, format, timing);
   if (cycles.size() != 3) return "not three rows";
@@ -45,8 +45,8 @@ std::size_t count_of(const std::vector<Cycle>& cycles, CycleStatus status) {
 }
 
 // Three requests, the second with these bits on the line.
-Line with_second(const FrameBits& bits, const Shape& shape = {}) {
-  Line line;
+TestLine with_second(const FrameBits& bits, const Shape& shape = {}) {
+  TestLine line;
   line.request(shape, first_position);
   line.request(shape, bits);
   line.request(shape, first_position + 2);
@@ -71,7 +71,7 @@ TEST(DecoderDamage, EveryBitOfDataAndCrc_GivesCrc) {
 }
 
 TEST(DecoderDamage, CdsOne_IsACauseOnlyWithCds0) {
-  const Line line = with_second(flipped(cds_at));
+  const TestLine line = with_second(flipped(cds_at));
   EXPECT_EQ(status_of_second(line, "pos26,nE,nW,crc6;cds0"), "cds");
   EXPECT_EQ(status_of_second(line), "ok");
 }
@@ -94,7 +94,7 @@ TEST(DecoderDamage, AnswerBeyondLineDelay_GivesResponseRange) {
 }
 
 TEST(DecoderDamage, AnswerBeforeItIsAsked_GivesResponseRange) {
-  Line line = three();
+  TestLine line = three();
   const Picoseconds begin = line.ma[line.begins[1]].time;
   for (LevelChange& change : line.slo) {
     if (change.time > begin && change.time < begin + nanoseconds(1'700)) {
@@ -105,7 +105,7 @@ TEST(DecoderDamage, AnswerBeforeItIsAsked_GivesResponseRange) {
 }
 
 TEST(DecoderDamage, EncoderStillBusy_GivesNotReady) {
-  Line line = three();
+  TestLine line = three();
   const Picoseconds begin = line.ma[line.begins[1]].time;
   // SLO's release behind the first cycle never comes, so the second begins low.
   std::erase_if(line.slo, [&](const LevelChange& change) {
@@ -127,7 +127,7 @@ TEST(DecoderDamage, LostStart_IsNeverOkWithAWrongPosition) {
   for (std::uint64_t k = 0; k < 500; ++k) {
     FrameBits bits = bits_of(usual_format, k * 0x9E3779B9U & low_mask(26));
     bits.flip(4);
-    Line line;
+    TestLine line;
     line.request({}, bits);
     EXPECT_NE(name_of(decode(line)[0].status), "ok") << k;
   }
@@ -135,7 +135,7 @@ TEST(DecoderDamage, LostStart_IsNeverOkWithAWrongPosition) {
 
 TEST(DecoderDamage, AckBeyondTheDevicesBound_GivesAckRange) {
   const Shape slow{.ack_clocks = 30};
-  Line line;
+  TestLine line;
   line.request({}, first_position);
   line.request(slow, first_position + 1);
   line.request({}, first_position + 2);
@@ -146,7 +146,7 @@ TEST(DecoderDamage, AckBeyondTheDevicesBound_GivesAckRange) {
 
 TEST(DecoderDamage, TooFewClocks_GivesTruncated) {
   for (const int missing : {2, 7, 20, 30}) {
-    Line line;
+    TestLine line;
     line.request({}, first_position);
     line.request({.extra_clocks = -missing}, first_position + 1);
     line.request({}, first_position + 2);
@@ -162,7 +162,7 @@ TEST(DecoderDamage, LostLowPulseOfMa_GivesMaClockAndTheNextCycleIsRight) {
     for (std::size_t cycle = 0; cycle < 3; ++cycle) {
       for (std::size_t clock = 0; clock < clocks; ++clock) {
         SCOPED_TRACE("cycle " + std::to_string(cycle) + ", clock " + std::to_string(clock));
-        Line line = three(shape);
+        TestLine line = three(shape);
         const auto at =
             line.ma.begin() + static_cast<std::ptrdiff_t>(line.begins[cycle] + 2 * clock);
         line.ma.erase(at, at + 2);
@@ -184,7 +184,7 @@ TEST(DecoderDamage, LostLowPulseOfMa_GivesMaClockAndTheNextCycleIsRight) {
 TEST(DecoderDamage, LostHighPulseOfMa_IsNeverAWrongPosition) {
   for (std::size_t clock = 0; clock + 1 < clocks; ++clock) {
     SCOPED_TRACE(clock);
-    Line line = three();
+    TestLine line = three();
     const auto at = line.ma.begin() + static_cast<std::ptrdiff_t>(line.begins[1] + 2 * clock + 1);
     line.ma.erase(at, at + 2);
     const auto cycles = decode(line);
@@ -202,9 +202,9 @@ TEST(DecoderDamage, DoubledPulseOfMa_GivesMaClock) {
   for (const std::int64_t width_ns : {20, 100, 200}) {
     for (std::size_t edge = 0; edge < 2 * clocks; ++edge) {
       SCOPED_TRACE(std::to_string(width_ns) + " ns behind edge " + std::to_string(edge));
-      Line line = three();
+      TestLine line = three();
       const Picoseconds at = line.ma[line.begins[1] + edge].time + nanoseconds(150);
-      Line::add_pulse(line.ma, at, nanoseconds(width_ns));
+      TestLine::add_pulse(line.ma, at, nanoseconds(width_ns));
       const auto cycles = decode(line);
       ASSERT_EQ(cycles.size(), 3U);
       expect_no_wrong_position(cycles);
@@ -220,9 +220,9 @@ TEST(DecoderDamage, DoubledPulseOfMa_GivesMaClock) {
 
 TEST(DecoderDamage, GlitchOnMaInIdle_IsARowOfItsOwn) {
   for (const std::int64_t width_ns : {1, 50, 500}) {
-    Line line = three();
-    Line::add_pulse(line.ma, line.ma[line.begins[1]].time - microseconds(12),
-                    nanoseconds(width_ns));
+    TestLine line = three();
+    TestLine::add_pulse(line.ma, line.ma[line.begins[1]].time - microseconds(12),
+                        nanoseconds(width_ns));
     const auto cycles = decode(line);
     ASSERT_EQ(cycles.size(), 4U);
     EXPECT_EQ(name_of(cycles[1].status), "ma_glitch");
@@ -232,8 +232,8 @@ TEST(DecoderDamage, GlitchOnMaInIdle_IsARowOfItsOwn) {
 }
 
 TEST(DecoderDamage, GlitchOnMaRightBeforeARequest_IsARowOfItsOwn) {
-  Line line = three();
-  Line::add_pulse(line.ma, line.ma[line.begins[1]].time - microseconds(2), nanoseconds(20));
+  TestLine line = three();
+  TestLine::add_pulse(line.ma, line.ma[line.begins[1]].time - microseconds(2), nanoseconds(20));
   const auto cycles = decode(line);
   ASSERT_EQ(cycles.size(), 4U);
   EXPECT_EQ(name_of(cycles[1].status), "ma_glitch");
@@ -241,13 +241,13 @@ TEST(DecoderDamage, GlitchOnMaRightBeforeARequest_IsARowOfItsOwn) {
 }
 
 TEST(DecoderDamage, PulseOfMaJustBeforeARequest_ShiftsNothing) {
-  const Line clean = three();
+  const TestLine clean = three();
   const Cycle second = decode(clean)[1];
   for (const std::int64_t before_ns : {1, 10, 50, 300, 480, 500, 700, 1'000, 1'200, 1'249}) {
     for (const std::int64_t width_ps : {1, 20, 49'999}) {
       SCOPED_TRACE(std::to_string(width_ps) + " ps, " + std::to_string(before_ns) + " ns before");
-      Line line = clean;
-      Line::add_pulse(
+      TestLine line = clean;
+      TestLine::add_pulse(
           line.ma, clean.ma[clean.begins[1]].time - nanoseconds(before_ns) - picoseconds(width_ps),
           picoseconds(width_ps));
       const auto cycles = decode(line);
@@ -264,12 +264,12 @@ TEST(DecoderDamage, PulseOfMaJustBeforeARequest_ShiftsNothing) {
 // `$dumpoff` makes every line x, `$dumpon` gives its level again.
 TEST(DecoderDamage, CaptureSwitchedOnJustBeforeARequest_TheRequestIsRead) {
   for (const std::int64_t before_ns : {1, 300, 500, 1'000, 1'249, 3'000}) {
-    Line line = three();
+    TestLine line = three();
     const Picoseconds begin = line.ma[line.begins[1]].time;
     const Picoseconds off = begin - microseconds(4);
     const Picoseconds width = microseconds(4) - nanoseconds(before_ns);
-    Line::add_pulse(line.ma, off, width, wire::Level::unknown);
-    Line::add_pulse(line.slo, off, width, wire::Level::unknown);
+    TestLine::add_pulse(line.ma, off, width, wire::Level::unknown);
+    TestLine::add_pulse(line.slo, off, width, wire::Level::unknown);
     const auto cycles = decode(line);
     ASSERT_EQ(cycles.size(), 4U) << before_ns;
     EXPECT_EQ(name_of(cycles[1].status), "unknown_level");
@@ -280,14 +280,14 @@ TEST(DecoderDamage, CaptureSwitchedOnJustBeforeARequest_TheRequestIsRead) {
 }
 
 TEST(DecoderDamage, CaptureSwitchedOnInsideAFrame_IsUnknown) {
-  const Line clean = three();
+  const TestLine clean = three();
   for (std::size_t edge = 2; edge < 2 * clocks - 2; ++edge) {
-    Line line = clean;
+    TestLine line = clean;
     const Picoseconds begin = clean.ma[clean.begins[1]].time;
     const Picoseconds on = clean.ma[clean.begins[1] + edge].time + nanoseconds(10);
     for (auto* changes : {&line.ma, &line.slo}) {
-      Line::add_pulse(*changes, begin - microseconds(4), on - begin + microseconds(4),
-                      wire::Level::unknown);
+      TestLine::add_pulse(*changes, begin - microseconds(4), on - begin + microseconds(4),
+                          wire::Level::unknown);
     }
     const auto cycles = decode(line);
     ASSERT_EQ(cycles.size(), 3U) << edge;
@@ -316,15 +316,15 @@ TEST(DecoderDamage, CaptureThatEndsAtTheTimeOfTheNextEdge_GivesCutEnd) {
 }
 
 TEST(DecoderDamage, GlitchOnSloAwayFromTheSamples_ChangesNothing) {
-  const Line clean = three();
+  const TestLine clean = three();
   const Picoseconds begin = clean.ma[clean.begins[1]].time;
   for (std::int64_t ns = -3'000; ns < 45'000; ns += 37) {
     // Sampled at 1100 + k * 1000 ns behind the begin, 100 ns of line delay included.
     const std::int64_t from_sample = ((ns - 1'100) % 1'000 + 1'000) % 1'000;
     if (from_sample < 30 || from_sample > 940) continue;
     SCOPED_TRACE(ns);
-    Line line = clean;
-    Line::add_pulse(line.slo, begin + nanoseconds(ns), nanoseconds(30));
+    TestLine line = clean;
+    TestLine::add_pulse(line.slo, begin + nanoseconds(ns), nanoseconds(30));
     const bool over_first_edge = ns <= 0 && ns >= -30;
     if (over_first_edge) continue;
     ASSERT_EQ(status_of_second(line), "ok");
@@ -332,12 +332,12 @@ TEST(DecoderDamage, GlitchOnSloAwayFromTheSamples_ChangesNothing) {
 }
 
 TEST(DecoderDamage, PulseOnSloOverASample_IsNeverAWrongPosition) {
-  const Line clean = three();
+  const TestLine clean = three();
   const Picoseconds begin = clean.ma[clean.begins[1]].time;
   for (std::int64_t ns = 0; ns < 45'000; ns += 43) {
     SCOPED_TRACE(ns);
-    Line line = clean;
-    Line::add_pulse(line.slo, begin + nanoseconds(ns), nanoseconds(700));
+    TestLine line = clean;
+    TestLine::add_pulse(line.slo, begin + nanoseconds(ns), nanoseconds(700));
     const auto cycles = decode(line);
     ASSERT_EQ(cycles.size(), 3U);
     expect_no_wrong_position(cycles);
@@ -348,14 +348,14 @@ TEST(DecoderDamage, PulseOnSloOverASample_IsNeverAWrongPosition) {
 TEST(DecoderDamage, UnknownLevels_AreNamed) {
   for (const std::int64_t ns : {-500, 100, 900, 1'600, 3'000, 20'300, 39'000}) {
     SCOPED_TRACE(ns);
-    Line line = three();
+    TestLine line = three();
     const Picoseconds at = line.ma[line.begins[1]].time + nanoseconds(ns);
-    Line::add_pulse(line.slo, at, nanoseconds(1'100), wire::Level::unknown);
+    TestLine::add_pulse(line.slo, at, nanoseconds(1'100), wire::Level::unknown);
     EXPECT_EQ(status_of_second(line), "unknown_level");
   }
-  Line line = three();
+  TestLine line = three();
   for (std::size_t edge = 0; edge < 2 * clocks; edge += 7) {
-    Line on_ma = line;
+    TestLine on_ma = line;
     on_ma.ma[on_ma.begins[1] + edge].level = wire::Level::unknown;
     const auto cycles = decode(on_ma);
     expect_no_wrong_position(cycles);
@@ -370,7 +370,7 @@ TEST(DecoderDamage, SloStuckFromAnyPoint_IsNeverAWrongPosition) {
   for (const wire::Level stuck : {wire::Level::low, wire::Level::high}) {
     for (std::int64_t ns = 0; ns < 50'000; ns += 500) {
       SCOPED_TRACE(ns);
-      Line line;
+      TestLine line;
       for (std::uint64_t k = 0; k < 3; ++k) line.request({}, first_position + k, format);
       const Picoseconds from = line.ma[line.begins[1]].time + nanoseconds(ns);
       std::erase_if(line.slo, [&](const LevelChange& change) { return change.time >= from; });

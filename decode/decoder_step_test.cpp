@@ -10,19 +10,19 @@ namespace {
 // Between two requests MA stands for 2.1 periods.
 const Shape tight{.timeout = nanoseconds(1'500), .gap = nanoseconds(10)};
 
-void add_good(Line& line, std::uint64_t cycles) {
+void add_good(TestLine& line, std::uint64_t cycles) {
   for (std::uint64_t k = 0; k < cycles; ++k) line.request(tight, 0x1234567 + k);
 }
 
 // Nobody answers for so many clocks.
-void add_silent(Line& line, std::size_t clocks) {
+void add_silent(TestLine& line, std::size_t clocks) {
   FrameBits bits;
   bits.append_run(true, clocks);
   line.request(tight, bits);
 }
 
 // Pulses on MA that are no clock; the next request comes as close as any.
-void add_slow_pulses(Line& line, int pulses, Picoseconds period) {
+void add_slow_pulses(TestLine& line, int pulses, Picoseconds period) {
   for (int i = 0; i < pulses; ++i) {
     line.ma.push_back(low_at(line.now));
     line.ma.push_back(high_at(line.now + period / 2));
@@ -32,7 +32,7 @@ void add_slow_pulses(Line& line, int pulses, Picoseconds period) {
 }
 
 // Rows from this request on are just the requests, and good.
-void expect_good_from(const Line& line, std::size_t request, std::string_view format) {
+void expect_good_from(const TestLine& line, std::size_t request, std::string_view format) {
   const auto cycles = decode(line, format);
   std::size_t row = 0;
   const auto begin = [&](std::size_t k) { return line.ma[line.begins[k]].time; };
@@ -45,7 +45,7 @@ void expect_good_from(const Line& line, std::size_t request, std::string_view fo
 }
 
 TEST(DecoderStep, SilentRequestBehindALongOne_EndsWhereAFrameBegins) {
-  Line line;
+  TestLine line;
   add_good(line, 3);
   add_silent(line, 160);
   add_silent(line, 45);
@@ -59,7 +59,7 @@ TEST(DecoderStep, SilentRequestBehindALongOne_EndsWhereAFrameBegins) {
 }
 
 TEST(DecoderStep, LastFrameOfTheCapture_EndsTheOneBeforeToo) {
-  Line line;
+  TestLine line;
   add_good(line, 2);
   add_silent(line, 160);
   add_silent(line, 45);
@@ -70,7 +70,7 @@ TEST(DecoderStep, LastFrameOfTheCapture_EndsTheOneBeforeToo) {
 // Bits that nothing checks prove no boundary.
 TEST(DecoderStep, FrameWithoutChecksum_EndsNothing) {
   constexpr std::string_view format = "pos26,nE,nW";
-  Line line;
+  TestLine line;
   for (std::uint64_t k = 0; k < 3; ++k) line.request(tight, k, format);
   add_silent(line, 160);
   add_silent(line, 45);
@@ -85,7 +85,7 @@ TEST(DecoderStep, EdgesMissingBeforeAck_AreNoBoundary) {
   Shape shape = tight;
   shape.line_delay = nanoseconds(6'000);
   shape.extra_clocks = 5;
-  Line line;
+  TestLine line;
   for (std::uint64_t k = 0; k < 3; ++k) line.request(shape, 0x1234567 + k);
   const auto at = line.ma.begin() + static_cast<std::ptrdiff_t>(line.begins[1] + 4);
   line.ma.erase(at, at + 2);
@@ -97,7 +97,7 @@ TEST(DecoderStep, EdgesMissingBeforeAck_AreNoBoundary) {
 TEST(DecoderStep, SlowPulsesBeforeTightRequests_SpoilOneRequestAtMost) {
   for (const std::int64_t period_us : {5, 10, 15}) {
     SCOPED_TRACE(period_us);
-    Line line;
+    TestLine line;
     add_good(line, 2);
     add_slow_pulses(line, 12, microseconds(period_us));
     add_good(line, 6);
@@ -107,7 +107,7 @@ TEST(DecoderStep, SlowPulsesBeforeTightRequests_SpoilOneRequestAtMost) {
 
 // Longer than any request: passed over, until the clock is a clock again.
 TEST(DecoderStep, EndlessSlowPulsesBeforeTightRequests_SpoilOneRequestAtMost) {
-  Line line;
+  TestLine line;
   add_good(line, 2);
   add_slow_pulses(line, 3'000, microseconds(10));
   add_good(line, 6);

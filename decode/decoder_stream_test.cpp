@@ -22,7 +22,7 @@ TEST(DecoderStream, FreeRunningClock_IsOneRowInBoundedMemory) {
     now += nanoseconds(500);
   }
   // And a request behind it.
-  Line line;
+  TestLine line;
   line.now = now + milliseconds(1);
   decoder.push_slo(high_at(now));
   line.request({}, 99);
@@ -37,7 +37,7 @@ TEST(DecoderStream, FreeRunningClock_IsOneRowInBoundedMemory) {
 }
 
 TEST(DecoderStream, SloMovesWhileMaRests_NextRequestIsRight) {
-  Line line;
+  TestLine line;
   Picoseconds now = nanoseconds(100);
   for (int i = 0; i < 200'000; ++i) {
     line.slo.push_back(i % 2 == 0 ? low_at(now) : high_at(now));

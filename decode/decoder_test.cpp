@@ -14,7 +14,7 @@ constexpr std::uint64_t position_of(std::uint64_t k) { return k * 0x9E3779B97F4A
 // Several requests of one shape; every row is right.
 void expect_all_right(const Shape& shape, std::string_view format = usual_format,
                       int requests = 5) {
-  Line line;
+  TestLine line;
   std::vector<Picoseconds> times;
   const unsigned bits = parse_format(format)->channel_list[0].position_bits();
   for (int k = 0; k < requests; ++k) {
@@ -64,14 +64,14 @@ TEST(Decoder, UnevenDuty_IsMeasuredAndHarmless) {
   for (const int duty : {40, 50, 60}) {
     const Shape shape{.high_percent = duty, .timeout = nanoseconds(1'500), .gap = nanoseconds(10)};
     expect_all_right(shape);
-    Line line;
+    TestLine line;
     line.request(shape, 5);
     EXPECT_EQ(decode(line)[0].duty_per_mille, static_cast<unsigned>(duty * 10));
   }
 }
 
 TEST(Decoder, JitterOfAnEighthEitherWay_IsHarmless) {
-  Line line(7);
+  TestLine line(7);
   for (std::uint64_t k = 0; k < 50; ++k) line.request({.jitter_percent = 12}, k);
   const auto cycles = decode(line);
   ASSERT_EQ(cycles.size(), 50U);
@@ -84,7 +84,7 @@ TEST(Decoder, JitterOfAnEighthEitherWay_IsHarmless) {
 // The status of three requests with this line delay, all of them the same.
 std::string_view status_at(const Shape& shape, const MarginSetup& margin,
                            std::optional<Picoseconds> delay = Picoseconds{}) {
-  Line line;
+  TestLine line;
   for (std::uint64_t k = 0; k < 3; ++k) line.request(shape, k);
   const auto cycles = decode(line.edges(), line.last_time(), usual_format, {}, margin);
   if (cycles.size() != 3) return "not three rows";
@@ -126,7 +126,7 @@ TEST(Decoder, SloBeforeMaByMoreThanAQuarterPeriod_IsResponseRangeInAnyCapture) {
 TEST(Decoder, SloBeforeMaWithinTheJitterOfMa_IsDelayZero) {
   // ACK's edge comes 40 ns late, so that SLO seems to fall before it.
   for (const std::int64_t later_ns : {0, 45}) {
-    Line line;
+    TestLine line;
     for (std::uint64_t k = 0; k < 3; ++k) line.request({.line_delay = Picoseconds{}}, k);
     for (const std::size_t begin : line.begins) line.ma[begin + 3].time += nanoseconds(40);
     for (LevelChange& change : line.slo) change.time -= nanoseconds(later_ns);
@@ -140,7 +140,7 @@ TEST(Decoder, CapturesWithFewSamplesAPeriod_ReadEveryPosition) {
   for (const std::int64_t sample_ps : {41'667, 40'000, 20'833, 10'000, 8'000}) {
     for (const std::int64_t delay_ns : {0, 13, 50, 99, 213, 1'234}) {
       SCOPED_TRACE(std::to_string(sample_ps) + " ps, delay " + std::to_string(delay_ns) + " ns");
-      Line line;
+      TestLine line;
       for (std::uint64_t k = 0; k < 40; ++k) {
         line.request({.period = nanoseconds(100),
                       .line_delay = nanoseconds(delay_ns),
@@ -163,7 +163,7 @@ TEST(Decoder, CdmOne_ReturningEdgeIsNoClock) {
   for (const Ending ending : {Ending::low_until_timeout, Ending::low_until_next}) {
     for (const Picoseconds timeout : {nanoseconds(1'600), microseconds(20)}) {
       expect_all_right({.timeout = timeout, .ending = ending});
-      Line line;
+      TestLine line;
       for (int k = 0; k < 3; ++k) line.request({.timeout = timeout, .ending = ending}, 3);
       for (const Cycle& cycle : decode(line)) {
         EXPECT_EQ(cycle.rising_edges, bits_of(usual_format, 3).size_bits());
@@ -173,7 +173,7 @@ TEST(Decoder, CdmOne_ReturningEdgeIsNoClock) {
 }
 
 TEST(Decoder, CaptureBeginsWithMaHeldLow_FirstCycleIsWhole) {
-  Line line;
+  TestLine line;
   line.ma = {low_at({}), high_at(line.now - nanoseconds(100))};
   line.request({}, 77);
   const auto cycles = decode(line);
@@ -207,7 +207,7 @@ TEST(Decoder, RequestBehindAShortPauseInWhichSloGoesIdle_IsACycleOfItsOwn) {
         // SLO is released 610 ns after the last edge, just after STOP is sampled.
         const Shape shape{
             .timeout = nanoseconds(510), .gap = nanoseconds(pause_ns - 610), .ending = ending};
-        Line line;
+        TestLine line;
         std::vector<Picoseconds> times;
         for (std::uint64_t k = 0; k < 19; ++k) times.push_back(line.request(shape, k));
         times.push_back(line.request({}, 19));
@@ -232,7 +232,7 @@ TEST(Decoder, RequestBehindAShortPauseAndADamagedFrame_HasItsOwnRow) {
   FrameBits zeros;
   zeros.append(true);
   zeros.append_run(false, 40);
-  Line line;
+  TestLine line;
   line.request(shape, 1);
   line.request(shape, damaged);
   line.request(shape, 2);
@@ -246,7 +246,7 @@ TEST(Decoder, RequestBehindAShortPauseAndADamagedFrame_HasItsOwnRow) {
 TEST(Decoder, PauseOfTheMasterInsideAFrame_IsNoEndOfIt) {
   // The clock stays high for 300 ns longer, at each clock of the frame in turn.
   for (std::size_t clock = 2; clock < 39; ++clock) {
-    Line line;
+    TestLine line;
     for (std::uint64_t k = 0; k < 3; ++k) line.request({}, 0x2C5'3A96 + k);
     const Picoseconds at = line.ma[line.begins[1] + 2 * clock].time;
     for (auto* changes : {&line.ma, &line.slo}) {
@@ -262,7 +262,7 @@ TEST(Decoder, PauseOfTheMasterInsideAFrame_IsNoEndOfIt) {
 
 TEST(Decoder, TightCyclesThatAllFail_AreStillCyclesOfTheirOwn) {
   const Shape tight{.timeout = nanoseconds(1'500), .gap = nanoseconds(10)};
-  Line line;
+  TestLine line;
   for (std::uint64_t k = 0; k < 10; ++k) line.request(tight, 0x2AAAAAA + k);
   const auto cycles = decode(line, "pos36,nE,nW,crc6");
   ASSERT_EQ(cycles.size(), 10U);
@@ -279,7 +279,7 @@ TEST(Decoder, RequestThatReachesTheEncoderJustWhenItIsReady_IsRead) {
   for (const std::int64_t delay_ns : {50, 142, 542, 1042}) {
     Shape shape{.period = nanoseconds(100), .line_delay = nanoseconds(delay_ns)};
     shape.gap = -shape.line_delay;
-    Line line;
+    TestLine line;
     for (std::uint64_t k = 0; k < 5; ++k) line.request(shape, 1000 + k);
     const DeviceTiming fixed_cycle{.timeout = {TimeoutRule::cycle, microseconds(31)}};
     const auto cycles = decode(line, usual_format, fixed_cycle);
@@ -294,7 +294,7 @@ TEST(Decoder, RequestThatReachesTheEncoderJustWhenItIsReady_IsRead) {
 
 TEST(Decoder, InvertedSlo_IsNeverReady) {
   const DeviceTiming fixed_cycle{.timeout = {TimeoutRule::cycle, microseconds(31)}};
-  Line line;
+  TestLine line;
   const Shape shape{.period = nanoseconds(100), .ack_clocks = 40};
   for (std::uint64_t k = 0; k < 5; ++k) line.request(shape, 0x1555555 + k);
   for (LevelChange& change : line.slo) {
@@ -311,13 +311,13 @@ TEST(Decoder, ClocksBehindStop_ChangeNothing) {
 
 TEST(Decoder, MasterWithoutClockForStop_IsOk) {
   expect_all_right({.extra_clocks = -1});
-  Line line;
+  TestLine line;
   line.request({.extra_clocks = -1}, 5);
   EXPECT_FALSE(decode(line)[0].frame->stop_seen);
 }
 
 TEST(Decoder, ClockThatChangesBetweenCycles_IsMeasuredEachTime) {
-  Line line;
+  TestLine line;
   const std::vector<std::int64_t> periods{4'000, 100, 1'000, 12'500, 100, 4'000};
   for (std::size_t k = 0; k < periods.size(); ++k) {
     line.request({.period = nanoseconds(periods[k])}, k);
@@ -332,7 +332,7 @@ TEST(Decoder, ClockThatChangesBetweenCycles_IsMeasuredEachTime) {
 }
 
 TEST(Decoder, RawBits_RunFromStartToStop) {
-  Line line;
+  TestLine line;
   line.request({.extra_clocks = 5}, 0x1234567);
   const Cycle cycle = decode(line)[0];
   const FrameBits bits = bits_of(usual_format, 0x1234567);
@@ -342,7 +342,7 @@ TEST(Decoder, RawBits_RunFromStartToStop) {
 }
 
 TEST(Decoder, WithoutFormat_GivesStructureAndRawOnly) {
-  Line line;
+  TestLine line;
   for (std::uint64_t k = 0; k < 5; ++k) line.request({}, k);
   const auto cycles = decode(line, "");
   ASSERT_EQ(cycles.size(), 5U);
@@ -357,7 +357,7 @@ TEST(Decoder, WithoutFormat_GivesStructureAndRawOnly) {
 TEST(Decoder, TimesAtTheEndsOfTheirRange_AreReadToo) {
   for (const Picoseconds shift :
        {picoseconds(INT64_MIN + 1), picoseconds(INT64_MAX) - milliseconds(2)}) {
-    Line line;
+    TestLine line;
     for (std::uint64_t k = 0; k < 3; ++k) line.request({}, k);
     auto edges = line.edges();
     for (wire::Edge& edge : edges) edge.time += shift;
@@ -369,11 +369,11 @@ TEST(Decoder, TimesAtTheEndsOfTheirRange_AreReadToo) {
 
 TEST(Decoder, NoEdges_NoRows) {
   EXPECT_TRUE(decode(std::vector<wire::Edge>{}, {}).empty());
-  EXPECT_TRUE(decode(Line(), usual_format).empty());
+  EXPECT_TRUE(decode(TestLine(), usual_format).empty());
 }
 
 TEST(Decoder, MaAlone_AnswersNothing) {
-  Line line;
+  TestLine line;
   line.request({}, 1);
   line.slo.resize(1);
   EXPECT_EQ(name_of(decode(line)[0].status), "no_response");

@@ -17,7 +17,7 @@ CycleReader reader_without_format() { return {std::nullopt, {}}; }
 // MA and SLO as these lines of a capture. Encoders of another `step` have other positions.
 std::vector<wire::Edge> edges_on(wire::LineIndex ma, wire::LineIndex slo,
                                  std::uint64_t step = 0x155'5555) {
-  Line line;
+  TestLine line;
   for (std::uint64_t k = 0; k < 8; ++k) line.request({}, (1 + step * k) & low_mask(26));
   auto edges = line.edges();
   for (wire::Edge& edge : edges) edge.line = edge.line == 0 ? ma : slo;

@@ -10,12 +10,12 @@ namespace {
 
 constexpr Picoseconds period = nanoseconds(1'000);
 
-std::vector<Cycle> decode_with(const Line& line, const MarginSetup& margin,
+std::vector<Cycle> decode_with(const TestLine& line, const MarginSetup& margin,
                                std::string_view format = usual_format) {
   return decode(line.edges(), line.last_time() + milliseconds(1), format, {}, margin);
 }
 
-std::optional<bool> marginal(const Line& line, const MarginSetup& margin = {},
+std::optional<bool> marginal(const TestLine& line, const MarginSetup& margin = {},
                              std::string_view format = usual_format) {
   const auto cycles = decode_with(line, margin, format);
   return cycles.size() == 1 ? cycles[0].marginal : std::nullopt;
@@ -23,8 +23,8 @@ std::optional<bool> marginal(const Line& line, const MarginSetup& margin = {},
 
 // One request; a change of SLO in the middle of the data comes late, or early, so that it is
 // `distance` from a sampling instant. That follows the mean of all changes, this one among them.
-Line with_change_at(Picoseconds distance, bool late) {
-  Line line;
+TestLine with_change_at(Picoseconds distance, bool late) {
+  TestLine line;
   line.request({}, 0x1555555);
   const Picoseconds last_rise = line.ma.back().time;
   const auto counted = std::count_if(line.slo.begin() + 1, line.slo.end(), [&](const auto& change) {
@@ -62,7 +62,7 @@ TEST(Margin, CoarseCapture_IsMarginalWhereThatIsCertain) {
   const MarginSetup fine{.resolution = nanoseconds(5)};
   EXPECT_EQ(marginal(with_change_at(nanoseconds(39), true), fine), true);
   EXPECT_EQ(marginal(with_change_at(nanoseconds(41), true), fine), false);
-  const Line line = with_change_at(nanoseconds(39), true);
+  const TestLine line = with_change_at(nanoseconds(39), true);
   EXPECT_EQ(marginal(line, {.resolution = nanoseconds(25)}), false);
   EXPECT_EQ(marginal(line, {.resolution = nanoseconds(26)}), std::nullopt);
 }
@@ -77,7 +77,7 @@ TEST(Margin, MasterWithoutCompensation_IsJudgedByItsOwnSamples) {
                                          {551, false},
                                          {700, false}}) {
       SCOPED_TRACE(std::to_string(whole) + " periods and " + std::to_string(delay_ns) + " ns");
-      Line line;
+      TestLine line;
       line.request({.line_delay = nanoseconds(whole * 1'000 + delay_ns), .extra_clocks = 3}, 5);
       EXPECT_EQ(marginal(line), false);
       EXPECT_EQ(marginal(line, {.compensated = false}), near);
@@ -92,11 +92,11 @@ TEST(Margin, BehindStop_IsOfNoInterest) {
   for (const bool compensated : {true, false}) {
     for (const std::size_t clock : {38U, 40U, 41U, 43U}) {
       SCOPED_TRACE(clock);
-      Line line;
+      TestLine line;
       line.request({.extra_clocks = 5}, 0x1555555);
       const Picoseconds rise = line.ma[line.begins[0] + 2 * clock + 1].time;
       const Picoseconds sample = rise + nanoseconds(compensated ? 600 : 500);
-      Line::add_pulse(line.slo, sample + nanoseconds(10), nanoseconds(3));
+      TestLine::add_pulse(line.slo, sample + nanoseconds(10), nanoseconds(3));
       EXPECT_EQ(marginal(line, {.compensated = compensated}), clock <= 40);
     }
   }
@@ -105,34 +105,34 @@ TEST(Margin, BehindStop_IsOfNoInterest) {
 // With a whole period of line delay STOP is the bit of the clock behind.
 TEST(Margin, StopOfALongCable_IsALaterSampleWithoutCompensation) {
   for (const std::size_t clock : {41U, 42U}) {
-    Line line;
+    TestLine line;
     line.request({.line_delay = nanoseconds(1'100), .extra_clocks = 5}, 0x1555555);
     const Picoseconds rise = line.ma[line.begins[0] + 2 * clock + 1].time;
-    Line::add_pulse(line.slo, rise + nanoseconds(510), nanoseconds(3));
+    TestLine::add_pulse(line.slo, rise + nanoseconds(510), nanoseconds(3));
     EXPECT_EQ(marginal(line, {.compensated = false}), clock == 41) << clock;
   }
 }
 
 TEST(Margin, BehindTheLastSampleOfAll_CountsToo) {
-  Line line;
+  TestLine line;
   line.request({}, 0x1555555);
-  Line::add_pulse(line.slo, line.ma.back().time + nanoseconds(610), nanoseconds(3));
+  TestLine::add_pulse(line.slo, line.ma.back().time + nanoseconds(610), nanoseconds(3));
   EXPECT_EQ(marginal(line), true);
 }
 
 TEST(Margin, SampleAheadOfTheFirstChange_CountsToo) {
-  Line line;
+  TestLine line;
   line.request({}, 0x1555555);
   const Picoseconds sample = line.ma[line.begins[0] + 3].time + nanoseconds(600);
   for (const std::int64_t from_ns : {-30, 10}) {
-    Line spoiled = line;
-    Line::add_pulse(spoiled.slo, sample + nanoseconds(from_ns), nanoseconds(3));
+    TestLine spoiled = line;
+    TestLine::add_pulse(spoiled.slo, sample + nanoseconds(from_ns), nanoseconds(3));
     EXPECT_EQ(marginal(spoiled), true) << from_ns;
   }
 }
 
 TEST(Margin, WhatIsNotSampled_IsNotJudged) {
-  Line line;
+  TestLine line;
   FrameBits silence;
   silence.append_run(true, 41);
   line.request({}, silence);
@@ -140,7 +140,7 @@ TEST(Margin, WhatIsNotSampled_IsNotJudged) {
 }
 
 TEST(Margin, FailedFrames_AreJudged) {
-  Line line;
+  TestLine line;
   FrameBits bits = bits_of(usual_format, 0x1555555);
   bits.flip(20);
   line.request({.line_delay = nanoseconds(460)}, bits);

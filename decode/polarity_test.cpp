@@ -23,7 +23,7 @@ std::vector<wire::Edge> inverted(std::vector<wire::Edge> edges, bool ma, bool sl
 }
 
 std::vector<wire::Edge> edges_of(const Shape& shape, std::uint64_t requests = 8) {
-  Line line;
+  TestLine line;
   for (std::uint64_t k = 0; k < requests; ++k) line.request(shape, 0x155'5555 * k & low_mask(26));
   return line.edges();
 }
@@ -66,7 +66,7 @@ TEST(Polarity, InversionThatIsGiven_IsKept) {
 TEST(Polarity, MaThatRestsLowForCdm_IsNotInverted) {
   const auto reader = reader_with_format();
   for (const Ending ending : {Ending::low_until_timeout, Ending::low_until_next}) {
-    Line line;
+    TestLine line;
     for (std::uint64_t k = 0; k < 8; ++k) {
       line.request(
           {.line_delay = nanoseconds(700), .ending = k % 3 == 0 ? ending : Ending::idle_high}, k);
@@ -79,7 +79,7 @@ TEST(Polarity, MaThatRestsLowForCdm_IsNotInverted) {
 
 TEST(Polarity, NoEncoder_NothingIsInverted) {
   for (const wire::Level level : {wire::Level::low, wire::Level::high}) {
-    Line line;
+    TestLine line;
     for (std::uint64_t k = 0; k < 8; ++k) line.request({}, k);
     line.slo = {{Picoseconds{}, level}};
     EXPECT_EQ(find_polarity(as_shown, line.edges(), reader_with_format()), as_shown);

@@ -6,10 +6,10 @@
 
 namespace biss::decode {
 
-void SeenRegisters::take(const ControlAccess& access) {
-  const bool written = access.kind == AccessKind::write;
+void SeenRegisters::take(const SeenAccess& access) {
+  const bool written = access.kind == SeenAccess::Kind::write;
   const bool selects = access.address == reg::bsel;
-  if (!written && access.kind != AccessKind::read) return;
+  if (!written && access.kind != SeenAccess::Kind::read) return;
   if (access.outcome != AccessOutcome::ok || !access.data) {
     const bool untouched = access.outcome == AccessOutcome::no_answer ||
                            access.outcome == AccessOutcome::no_such_slave ||

@@ -19,7 +19,7 @@ class SeenRegisters {
  public:
   /// An access to this slave. BSEL is 0 at power-up; a write to it of which the outcome is not
   /// certain leaves the bank unknown until the next one.
-  void take(const ControlAccess& access);
+  void take(const SeenAccess& access);
 
   /// One of the registers 0x40 … 0x7F. \pre 0x40 <= address <= 0x7F
   std::optional<std::uint8_t> direct(unsigned address) const {

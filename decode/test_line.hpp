@@ -58,7 +58,7 @@ inline FrameBits bits_of(std::string_view format, std::uint64_t position,
 }
 
 /// MA is line 0, SLO line 1; both are high from time 0 on.
-class Line {
+class TestLine {
  public:
   std::vector<LevelChange> ma{high_at({})};
   std::vector<LevelChange> slo{high_at({})};
@@ -67,7 +67,7 @@ class Line {
   /// Index of the first edge of MA of each request.
   std::vector<std::size_t> begins;
 
-  explicit Line(std::uint64_t seed = 1) : random_(seed) {}
+  explicit TestLine(std::uint64_t seed = 1) : random_(seed) {}
 
   /// One request, answered with these bits. \return when it began
   Picoseconds request(const Shape& shape, const FrameBits& bits) {
@@ -178,7 +178,7 @@ inline std::vector<Cycle> decode(const std::vector<wire::Edge>& edges, Picosecon
   return cycles;
 }
 
-inline std::vector<Cycle> decode(const Line& line, std::string_view format = usual_format,
+inline std::vector<Cycle> decode(const TestLine& line, std::string_view format = usual_format,
                                  const DeviceTiming& timing = {}) {
   return decode(line.edges(), line.last_time() + milliseconds(1), format, timing);
 }

@@ -17,10 +17,9 @@
 
 namespace {
 
-using biss::decode::AccessKind;
 using biss::decode::AccessOutcome;
-using biss::decode::ControlAccess;
 using biss::decode::ControlListener;
+using biss::decode::SeenAccess;
 using biss::fuzz::ByteSource;
 using biss::fuzz::require;
 using Bit = std::optional<bool>;
@@ -29,7 +28,7 @@ class Train {
  public:
   Train()
       : server_(biss::fuzz::OpenRegisters{}),
-        listener_([this](const ControlAccess& row) { check(row); }) {}
+        listener_([this](const SeenAccess& row) { check(row); }) {}
 
   void attack(ByteSource& bytes) {
     while (!bytes.done()) {
@@ -98,7 +97,7 @@ class Train {
     return word;
   }
 
-  void check(const ControlAccess& row) {
+  void check(const SeenAccess& row) {
     require(row.cycle < cycles_.size() && row.cycle >= last_);
     require(!name_of(row.kind).empty() && !name_of(row.outcome).empty());
     require(row.id < biss::control_max_slaves && row.address < biss::register_count);
@@ -106,14 +105,14 @@ class Train {
     last_ = row.cycle;
     if (row.outcome != AccessOutcome::ok) return;
     ++good_;
-    require(row.kind != AccessKind::unknown && row.header_sent);
-    require(row.data.has_value() == (row.kind != AccessKind::command));
+    require(row.kind != SeenAccess::Kind::unknown && row.header_sent);
+    require(row.data.has_value() == (row.kind != SeenAccess::Kind::command));
     // The further bytes of a sequence have no header of their own.
     if (!cycles_[row.cycle].fresh) return;
     require(cycles_[row.cycle].cdm == true);
     const auto header = biss::parse_header(bits(row.cycle + 1, 15, &Cycle::cdm));
-    require(header && header->register_access == (row.kind != AccessKind::command));
-    if (row.kind == AccessKind::command) {
+    require(header && header->register_access == (row.kind != SeenAccess::Kind::command));
+    if (row.kind == SeenAccess::Kind::command) {
       require(header->slaves == row.slaves && header->command == row.command);
       return;
     }
@@ -123,7 +122,7 @@ class Train {
     const std::size_t first = row.cycle + biss::control_bit::byte_start + 1 + row.busy_cycles;
     const std::uint32_t good = std::uint32_t{*row.data} << 4U | biss::byte_crc(*row.data);
     require(bits(first + 1, 12, &Cycle::cds) == good);
-    if (row.kind == AccessKind::write) require(bits(first, 12, &Cycle::cdm) == good);
+    if (row.kind == SeenAccess::Kind::write) require(bits(first, 12, &Cycle::cdm) == good);
   }
 
   std::vector<Cycle> cycles_{};

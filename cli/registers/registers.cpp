@@ -18,9 +18,8 @@ namespace biss::cli {
 
 namespace {
 
-using decode::AccessKind;
 using decode::AccessOutcome;
-using decode::ControlAccess;
+using decode::SeenAccess;
 using report::Cell;
 using report::Kind;
 
@@ -61,9 +60,9 @@ const std::vector<report::Column>& columns() {
 // The registers of each slave as far as the traffic shows them.
 class Dumps {
  public:
-  void take(const ControlAccess& access) {
-    const bool written = access.kind == AccessKind::write;
-    if (!access.header_sent || (!written && access.kind != AccessKind::read)) return;
+  void take(const SeenAccess& access) {
+    const bool written = access.kind == SeenAccess::Kind::write;
+    if (!access.header_sent || (!written && access.kind != SeenAccess::Kind::read)) return;
     Seen& seen = slaves_[access.id];
     if (access.outcome != AccessOutcome::ok) {
       const bool refused = access.outcome == AccessOutcome::no_answer ||
@@ -117,7 +116,7 @@ class RegistersRun {
     counts_ = {};
     accesses_ = 0;
     bytes_and_commands_ = 0;
-    decode::ControlListener listener([&](const ControlAccess& access) {
+    decode::ControlListener listener([&](const SeenAccess& access) {
       dumps_.take(access);
       ++counts_[static_cast<std::size_t>(access.outcome)];
       ++bytes_and_commands_;
@@ -140,9 +139,9 @@ class RegistersRun {
 
   // A command to several slaves is a row for each; a broadcast, and what a damaged header leaves
   // open, has no ID.
-  static void tell(report::TableWriter& writer, const ControlAccess& access) {
-    if (access.kind != AccessKind::command || access.slaves == 0) {
-      const bool known = access.header_sent && access.kind != AccessKind::command;
+  static void tell(report::TableWriter& writer, const SeenAccess& access) {
+    if (access.kind != SeenAccess::Kind::command || access.slaves == 0) {
+      const bool known = access.header_sent && access.kind != SeenAccess::Kind::command;
       return put(writer, access, known ? std::optional<unsigned>(access.id) : std::nullopt);
     }
     for (unsigned id = 0; id < control_max_slaves; ++id) {
@@ -150,9 +149,9 @@ class RegistersRun {
     }
   }
 
-  static void put(report::TableWriter& writer, const ControlAccess& access,
+  static void put(report::TableWriter& writer, const SeenAccess& access,
                   std::optional<unsigned> id) {
-    const bool command = access.kind == AccessKind::command;
+    const bool command = access.kind == SeenAccess::Kind::command;
     const std::string address = fmt::format("0x{:02X}", access.address);
     const std::string data = access.data ? fmt::format("{:02X}", *access.data) : std::string();
     std::array<Cell, 10> cells{};
