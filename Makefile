@@ -27,9 +27,18 @@ build:  ## the command: build/biss
 	@cmake --build --preset release
 
 .PHONY: test
-test:  ## all checks: both compilers, sanitizers, microcontroller, fuzz smoke
+test:  ## the checks of every change: both compilers, sanitizers, microcontroller, fuzz smoke
 	@scripts/install-packages build test fuzz firmware format
-	@scripts/test
+	@scripts/test quick
+
+.PHONY: test-long
+test-long:  ## besides: exhaustive sweeps, campaigns, all tests under sanitizers, Cortex-M0
+	@scripts/install-packages build test fuzz firmware coverage
+	@scripts/test long
+
+.PHONY: test-release
+test-release:  ## what takes hours: 10^7 executions of each fuzz target, mutants, 10^9 frames
+	@$(MAKE) --no-print-directory fuzz mutants safety-sequences
 
 .PHONY: test-shared
 test-shared:  ## the tests of captures, on those in the folder BISS_SHARED (../shared)
