@@ -103,7 +103,7 @@ static_assert(clocks_to_cover({std::numeric_limits<std::int64_t>::max()}, picose
 
 BISS_TEST(Units, RateAboveTheHighest_IsTheHighest) {
   const std::uint32_t most = hertz_max.count;
-  for (const std::uint32_t number : {4'295U, 5'000U, most}) {
+  for (const std::uint32_t number : {std::uint32_t{4'295}, std::uint32_t{5'000}, most}) {
     BISS_EXPECT(megahertz(number) == hertz_max) << number;
   }
   BISS_EXPECT(kilohertz(most) == hertz_max);
