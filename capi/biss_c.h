@@ -254,6 +254,8 @@ biss_status biss_master_reading(const biss_master* master, biss_reading* reading
 /* Null is allowed. */
 void biss_master_close(biss_master* master);
 
+#undef BISS_INT
+
 #ifdef __cplusplus
 }
 #endif

@@ -1,5 +1,5 @@
 # cmake -DCOMPILER=… -DROOT=… -DWORK_DIR=… -P user.cmake: does user.cpp compile with every header of
-# the core behind it, without a warning, and does its object hold nothing of the tables it only reads
+# the core in it, without a warning, and does its object hold nothing of the tables it only reads
 # while compiling?
 file(GLOB_RECURSE headers RELATIVE "${ROOT}" "${ROOT}/biss/*.hpp")
 list(TRANSFORM headers REPLACE "(.+)" "#include \"\\1\"")

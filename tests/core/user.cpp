@@ -1,5 +1,5 @@
 // A user's file: macros of Arduino and other headers before the core's, globals with common names
-// behind them, and templates that meet these globals. Compiled by user.cmake, never run.
+// after them, and templates that meet these globals. Compiled by user.cmake, never run.
 #ifdef STANDARD_FIRST
 #include <algorithm>
 #include <array>
