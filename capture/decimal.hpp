@@ -16,11 +16,11 @@ inline constexpr std::array<std::uint64_t, 9> powers_of_ten{
 
 struct Digits {
   std::uint64_t value;
-  const char* end;  ///< behind the last digit
+  const char* end;  ///< after the last digit
 };
 
-/// The digits at `text`, up to 19 of them; more give a `value` that means nothing.
-/// \pre something that is no digit follows, and 8 bytes behind that may be read
+/// The digits at `text`, up to 19 of them; with more, `value` is undefined.
+/// \pre a character that is no digit follows, and the 8 bytes after it may be read
 inline Digits read_digits(const char* text) {
   std::uint64_t value = 0;
   if constexpr (std::endian::native == std::endian::little) {

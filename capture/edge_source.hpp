@@ -17,34 +17,34 @@
 
 namespace biss::capture {
 
-/// A word of VCD or a row of CSV longer than this is refused, so that memory stays bounded.
+/// Longer words of VCD and rows of CSV are refused, so that memory stays bounded.
 inline constexpr std::size_t max_token_bytes = 65'536;
-/// One-bit signals a capture may have.
+/// The most one-bit signals of a capture.
 inline constexpr std::size_t max_lines = 65'536;
 
-/// Why a capture could not be read (on). One enumerator a cause; capture_error_text() is the line a
-/// user sees.
+/// Why a capture could not be read, or not read further. One enumerator for each cause;
+/// capture_error_text() gives the line that the user sees.
 enum class CaptureCause : std::uint8_t {
   cannot_open,        ///< missing, no permission
   is_directory,       ///< the path names a folder
-  read_failed,        ///< the system refused to read on
-  empty,              ///< no byte, or nothing but white space
-  unknown_format,     ///< neither the extension nor the content is one we know
+  read_failed,        ///< the system could not read further
+  empty,              ///< no byte, or only white space
+  unknown_format,     ///< neither the extension nor the content is known
   malformed,          ///< a token, number or header that the format does not allow
   token_too_long,     ///< a token (or CSV line) longer than any valid one
   too_many_lines,     ///< more signals than a capture may have
-  time_backwards,     ///< a time before the one already seen
+  time_backwards,     ///< a time before the previous one
   time_out_of_range,  ///< a time beyond what 64-bit picoseconds hold
   damaged,            ///< an archive or its compressed data is not whole
   layout_missing,     ///< raw samples, and no layout given for them
-  bad_layout,         ///< the layout given for raw samples is none
+  bad_layout,         ///< the layout given for raw samples is not possible
   truncated,          ///< the file ends inside a token, a header, a row or a sample
 };
 
 /// Where and why reading stopped. `line` and `column` count from 1, columns in bytes; `line` is 0
-/// when the cause lies not in the text. `expected` says what would have been right there: static
-/// text, or null. `part` names the part of an archive that this is about: static text, or null; its
-/// `part_number` counts from 1, 0 where parts have none.
+/// when the cause is not in the text. `expected` says what is right at that place: static text, or
+/// null. `part` names the part of an archive: static text, or null; its `part_number` counts from 1
+/// and is 0 where parts have no number.
 struct CaptureError {
   CaptureCause cause{};
   std::uint64_t line = 0;
@@ -57,8 +57,8 @@ struct CaptureError {
 /// A capture of changes, read once from front to back.
 ///
 /// Edges come in time order; the first edge of a line gives its initial level, every later one
-/// changes it. Everything read before an error has been delivered by earlier calls, so a damaged
-/// end loses only itself. Memory is bounded by the block size and the number of lines, never by the
+/// changes it. Everything before an error is delivered by earlier calls, so a damaged end loses only
+/// itself. Memory is bounded by the block size and the number of lines, never by the
 /// length of the file.
 class EdgeSource {
  public:
@@ -76,7 +76,7 @@ class EdgeSource {
   /// reading.
   virtual Picoseconds end_time() const = 0;
 
-  /// The longest time between two samples: a change is told at the first that shows it. 0 where the
+  /// The longest time between two samples: a change has the time of the first sample that shows it. 0 where the
   /// file holds changes.
   virtual Picoseconds sample_period() const { return {}; }
 
@@ -94,7 +94,7 @@ inline constexpr std::uint8_t no_level = 3;
 /// edge a line.
 class EdgeBlock {
  public:
-  /// `lines` edges always fit behind the last one for which full() was false.
+  /// `lines` edges always fit after the last one for which full() was false.
   void prepare(std::size_t lines) {
     count_ = 0;
     edges_.resize(limit_ + lines);

@@ -113,7 +113,7 @@ tl::expected<EventCsvHeader, EventCsvHeaderFault> parse_event_csv_header(std::st
   }
   if (header.lines.empty()) {
     return tl::unexpected(EventCsvHeaderFault{static_cast<std::size_t>(row.data() - start),
-                                              "a column for each line behind the time"});
+                                              "a column for each line after the time"});
   }
   return header;
 }

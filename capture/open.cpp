@@ -22,9 +22,9 @@ constexpr const char* expected_text =
     "a VCD, a sigrok session, or a CSV with a header such as time_ns,MA,SLO";
 constexpr const char* expected_layout = "the sample rate, unit size and bits";
 
-// Files that people have and that hold captures we do not read: the text says what they are.
+// Formats of captures that are not read, by their first bytes.
 constexpr std::string_view saleae_binary = "<SALEAE>";
-constexpr std::array<std::pair<std::string_view, const char*>, 5> strangers{{
+constexpr std::array<std::pair<std::string_view, const char*>, 5> known_others{{
     {saleae_binary, "a CSV of Saleae Logic; this is its binary export"},
     {"\x1F\x8B", "VCD, .sr or event CSV; this is compressed by gzip"},
     {"\xFF\xFE", "text in UTF-8; this is UTF-16"},
@@ -65,9 +65,9 @@ Format format_of_extension(std::string_view path) {
   return Format::other;
 }
 
-// What it is by name, when it is none of ours.
-const char* stranger_of(std::string_view head) {
-  for (const auto& [magic, expected] : strangers) {
+// What to do about a known format that is not read.
+const char* other_format_of(std::string_view head) {
+  for (const auto& [magic, expected] : known_others) {
     if (head.starts_with(magic)) return expected;
   }
   return nullptr;
@@ -82,7 +82,7 @@ Format format_of(std::string_view head, std::string_view path, bool raw_given) {
     return by_content;
   }
   if (by_name == Format::other && raw_given) return Format::raw;
-  return stranger_of(head) != nullptr ? Format::other : by_name;
+  return other_format_of(head) != nullptr ? Format::other : by_name;
 }
 
 Opened open_as(Format format, std::unique_ptr<ByteSource> bytes, const OpenOptions& options) {
@@ -145,9 +145,9 @@ std::pair<const char*, const char*> words_of(CaptureCause cause) {
     case CaptureCause::damaged:
       return {"is damaged", "copy or save the capture again"};
     case CaptureCause::layout_missing:
-      return {"raw samples do not say how they are laid out", "give their layout"};
+      return {"the layout of raw samples is not known", "give their layout"};
     case CaptureCause::bad_layout:
-      return {"cannot be laid out so", "correct the layout given"};
+      return {"has an impossible layout", "correct the layout given"};
     case CaptureCause::truncated:
       return {"the file ends in the middle", "the part before was read; export the rest again"};
   }
@@ -172,7 +172,7 @@ Opened open_capture(std::unique_ptr<ByteSource> bytes, std::string_view path,
     if (format_of_content(head) != Format::other) break;
   }
   const Format format = format_of(head, path, options.raw.has_value());
-  if (const char* const expected = format == Format::other ? stranger_of(head) : nullptr) {
+  if (const char* const expected = format == Format::other ? other_format_of(head) : nullptr) {
     return tl::unexpected(CaptureError{CaptureCause::unknown_format, 1, 1, expected});
   }
   if (format == Format::other && is_blank(head) && head.size() < head_bytes) {

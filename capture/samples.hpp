@@ -18,7 +18,7 @@
 
 namespace biss::capture {
 
-/// A sample is a little-endian number of so many bytes at most: 64 lines.
+/// A sample is a little-endian number of at most this many bytes: 64 lines.
 inline constexpr std::size_t max_unit_bytes = 8;
 
 /// A line and its bit in the sample; bit 0 is the lowest of the first byte.
@@ -68,7 +68,7 @@ class SampleClock {
     return index;
   }
 
-  /// The last sample whose time can be told.
+  /// The last sample whose time can be represented.
   constexpr std::uint64_t last_index() const {
     return whole_periods(std::numeric_limits<std::int64_t>::max());
   }
@@ -107,7 +107,7 @@ class SamplePieces {
 };
 
 /// The samples as edges. A capture without a whole sample is `empty`; one that ends inside a sample
-/// is `truncated`, behind its edges; samples beyond 106 days are `time_out_of_range`. Fails at once
+/// is `truncated`, after its edges; samples beyond 106 days are `time_out_of_range`. Fails at once
 /// with `bad_layout`.
 Opened open_samples(const RawLayout& layout, std::unique_ptr<SamplePieces> pieces,
                     bool is_raw = false);
@@ -117,7 +117,7 @@ Opened open_samples(const RawLayout& layout, std::unique_ptr<SamplePieces> piece
 Opened open_raw(std::unique_ptr<ByteSource> bytes, const RawLayout& layout);
 
 /// Samples the lines at a rate, the first sample at time 0, the last at the end of the capture or
-/// just behind it. A sample shows what has happened up to its own time, so what is shorter than a
+/// just after it. A sample shows what has happened up to its own time, so what is shorter than a
 /// sample may be lost. A line is low until its first edge, and where its level is unknown. Times
 /// before zero cannot be written.
 class SampledWriter : public EdgeWriter {

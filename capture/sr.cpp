@@ -206,7 +206,7 @@ class SrPieces final : public SamplePieces {
     return archive_->find(capture_file_ + '-' + std::to_string(++chunk_));
   }
 
-  // Behind the last chunk, or at one that is missing.
+  // After the last chunk, or at one that is missing.
   Piece ended() const {
     if (!whole_ && chunk_ <= chunks_) return damaged("every chunk up to the last");
     return std::span<const std::uint8_t>{};

@@ -19,7 +19,7 @@ struct SrMetadata {
 };
 
 /// Reads the first device that has logic samples. Sections and keys that say nothing of these are
-/// passed over; of a key that stands twice the last counts. Fails with `malformed`: a line that is
+/// skipped; of a key that occurs twice the last counts. Fails with `malformed`: a line that is
 /// no `key=value`, a rate, unit size or probe that cannot be, or nothing about logic samples.
 tl::expected<SrMetadata, CaptureError> parse_sr_metadata(std::string_view text);
 
@@ -37,7 +37,7 @@ bool looks_like_zip(std::string_view head);
 ///
 /// The samples are one member or numbered chunks, which need not hold whole samples. One chunk at a
 /// time is inflated, or a part of one that has more than 32 MiB, so that memory does not grow with
-/// the capture. Checksums are verified. Analog members are passed over.
+/// the capture. Checksums are verified. Analog members are skipped.
 ///
 /// Fails with `read_failed`, `unknown_format` (another kind of archive), `damaged` (no directory,
 /// members that overlap, data that does not inflate to the size and checksum the directory has, a

@@ -56,7 +56,7 @@ CaptureError TextWindow::error_at(const char* place, CaptureCause cause,
           expected};
 }
 
-// Moves the token without an end to the front when less than a block is free behind it.
+// Moves the token without an end to the front when less than a block is free after it.
 void TextWindow::make_room() {
   if (free_bytes() >= block_bytes_) return;
   std::memmove(buffer_.data(), buffer_.data() + cut_, filled_ - cut_);

@@ -20,12 +20,12 @@ constexpr bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 
 /// Text in windows, in order and without gaps.
 ///
-/// A window is begin()…end(), its last byte a delimiter; at least `readable_past_end` bytes behind
+/// A window is begin()…end(), its last byte a delimiter; at least `readable_past_end` bytes after
 /// it may be read and mean nothing. Blocks begin small and double while the source fills them;
 /// memory is at most two of the largest and one token.
 class TextWindow {
  public:
-  /// Where windows may end: behind any white space, or only behind a line feed.
+  /// Where windows may end: after any white space, or only after a line feed.
   enum class Cut : std::uint8_t { words, lines };
   enum class Fill : std::uint8_t { ready, ended, failed };
 
@@ -78,7 +78,7 @@ class TextWindow {
   std::size_t fresh_bytes_ = 0;
   std::size_t block_bytes_ = first_block_bytes;
   std::vector<char> buffer_;
-  // Places in the buffer: at_ <= cut_ <= filled_. Behind cut_ lies a token still without an end.
+  // Places in the buffer: at_ <= cut_ <= filled_. After cut_ there is a token still without an end.
   std::size_t at_ = 0;
   std::size_t cut_ = 0;
   std::size_t filled_ = 0;

@@ -131,7 +131,7 @@ std::uint32_t VcdIds::find(std::string_view id) const {
   if (id.empty()) return none;
   if (id.size() == 1) return find_one(id[0]);
   if (id.size() == 2) return find_two(id.data());
-  // A leading NUL would pack like the shorter identifier behind it.
+  // A leading NUL would pack like the shorter identifier after it.
   if (id.size() <= packed_chars) return id[0] == 0 ? none : slots_[slot_of(pack(id))].number;
   const auto entry = long_.find(id);
   return entry == long_.end() ? none : entry->second;
@@ -241,7 +241,7 @@ bool is_whole_range(std::string_view text) {
   return text.substr(1, colon - 1) == text.substr(colon + 1, text.size() - colon - 2);
 }
 
-// Names may stand in several words: a range behind the name, or a name with blanks in it.
+// Names may have several words: a range after the name, or a name with blanks in it.
 std::string join_name(const std::vector<std::string>& words, std::size_t first) {
   std::string name = words[first];
   for (std::size_t i = first + 1; i < words.size(); ++i) {
@@ -267,7 +267,7 @@ VcdHeader::Step VcdHeader::feed(std::string_view word) {
   if (section_ == Section::none) return begin_section(word);
   if (word == "$end") return end_section();
   if (section_ == Section::comment) return Step::more;
-  if (words_.size() == max_words) return malformed("$end, after so many words");
+  if (words_.size() == max_words) return malformed("$end, after this many words");
   words_.emplace_back(word);
   return Step::more;
 }
@@ -625,7 +625,7 @@ inline bool VcdReader::set_level(std::uint32_t variable, Level level) {
 
 inline const char* VcdReader::read_scalar(const char* p, Level level) {
   const char* const id = p + 1;
-  // What lies behind a space may be behind the window too: readable, and not used.
+  // The byte after a space may be after the window too: it can be read, and is not used.
   if (is_space(id[1])) {
     if (set_level(ids_.find_one(id[0]), level)) return id + 1;
   } else if (is_space(id[2])) {
@@ -636,7 +636,7 @@ inline const char* VcdReader::read_scalar(const char* p, Level level) {
   if (set_level(ids_.find(text_between(id, end)), level)) return end;
   const bool cut = window_.unterminated();
   return stop(p, cut ? CaptureCause::truncated : CaptureCause::malformed,
-              "a declared identifier right behind this value");
+              "a declared identifier directly after this value");
 }
 
 inline const char* VcdReader::set_tick(const char* p, std::uint64_t tick, const char* end) {
@@ -668,7 +668,7 @@ const char* VcdReader::read_long_time(const char* p, const char* end) {
   if (wrong != end || end == p + 1) {
     const bool cut = window_.unterminated() && end == p + 1;
     return stop(p, cut ? CaptureCause::truncated : CaptureCause::malformed,
-                "a whole number behind #");
+                "a whole number after #");
   }
   std::uint64_t tick = 0;
   for (const char* digit = p + 1; digit != end; ++digit) {
@@ -700,7 +700,7 @@ const char* VcdReader::read_vector(const char* p) {
   if (end == p + 1 || wrong != end) {
     const bool cut = window_.unterminated() && wrong == end;
     return stop(p, cut ? CaptureCause::truncated : CaptureCause::malformed,
-                "bits of a vector behind b");
+                "bits of a vector after b");
   }
   waiting_ = end == p + 2 ? Waiting::level : Waiting::skipped;
   waiting_level_ = static_cast<Level>(kind_of(p[1]));
@@ -719,7 +719,7 @@ const char* VcdReader::read_waiting(const char* p) {
   const bool cut = window_.unterminated();
   if (variable == VcdIds::none) {
     return stop(p, cut ? CaptureCause::truncated : CaptureCause::malformed,
-                "a declared identifier behind a value");
+                "a declared identifier after a value");
   }
   const Waiting waiting = std::exchange(waiting_, Waiting::no);
   if (waiting == Waiting::level) {

@@ -32,7 +32,7 @@ VcdTimescale parse_vcd_timescale(std::string_view text);
 
 /// Opens a VCD: reads its declarations, then delivers the changes of every one-bit signal.
 ///
-/// A VCD is read by words, not lines. Vectors of several bits, reals and strings are passed over.
+/// A VCD is read by words, not lines. Vectors of several bits, reals and strings are skipped.
 /// 0 and 1 are levels, and so are the L and H of VHDL dumps; x, z, u, w and - are Level::unknown.
 /// Values before the first time stand at time 0. A value that changes nothing gives no edge. Times
 /// are rounded to the picosecond.

@@ -43,7 +43,7 @@ struct Named {
   std::string tag;       // `1` of MA1, `enc2` of enc2_MA
   std::size_t rank = 0;  // in the list of usual names
 
-  // Several encoders in one capture are distinguished by these.
+  // Names of BiSS itself belong together, and so do those of a clock and its data.
   std::size_t family() const { return rank < own_names ? 0 : 1; }
 };
 

@@ -71,7 +71,7 @@ std::string pair_text(const std::vector<std::string>& names, const decode::Lines
   return fmt::format("{} with {}", names[lines.ma], names[lines.slo]);
 }
 
-// At most so many of a list, and that there are more.
+// The first of a list, with dots where it has more.
 std::string some_of(std::vector<std::string> list) {
   constexpr std::size_t most = 12;
   if (list.size() > most) {

@@ -109,7 +109,7 @@ class DecodedCapture {
   ExitStatus status_ = ExitStatus::done;
 };
 
-/// What a run says on stderr behind its rows.
+/// What a run prints on stderr after its rows.
 class RunMessages {
  public:
   void add_summary(std::string_view text);

@@ -151,7 +151,7 @@ TEST(Sampled, RawSamplesHalfDescribed_AreRefusedByName) {
     EXPECT_NE(refused.err.find(part), std::string::npos) << refused.err;
     EXPECT_EQ(refused.out, "");
   };
-  expect(raw, {}, 3, "line.bin: raw samples do not say their sample rate; give --raw-rate");
+  expect(raw, {}, 3, "line.bin: the sample rate of raw samples is not known; give --raw-rate");
   expect(raw, {"--raw-bytes", "1"}, 2, "--raw-rate");
   expect(raw, {"--raw-rate", "50MHz", "--raw-bytes", "0"}, 2, "a sample has 1 to 8 bytes");
   expect(raw, {"--raw-rate", "50MHz", "--raw-bytes", "9"}, 2, "--raw-bytes");
