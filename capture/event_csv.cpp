@@ -39,14 +39,6 @@ tl::expected<EventCsvHeader, EventCsvHeaderFault> parse_event_csv_header(std::st
 /// `text` without blanks, carriage returns and (when not the separator) tabs around it.
 std::string_view trim_cell(std::string_view text, char separator);
 
-std::string lower_case(std::string_view text) {
-  std::string lower(text);
-  for (char& c : lower) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return lower;
-}
-
 char find_separator(std::string_view row) {
   bool quoted = false;
   char separator = ',';
@@ -136,10 +128,6 @@ constexpr std::array<std::uint8_t, 256> make_levels() {
 }
 
 constexpr std::array<std::uint8_t, 256> levels = make_levels();
-
-std::string_view text_between(const char* from, const char* to) {
-  return {from, static_cast<std::size_t>(to - from)};
-}
 
 std::string_view without_quotes(std::string_view cell) {
   if (cell.size() < 2 || !cell.starts_with('"') || !cell.ends_with('"')) return cell;

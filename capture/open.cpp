@@ -54,10 +54,7 @@ Format format_of_content(std::string_view head) {
 }
 
 Format format_of_extension(std::string_view path) {
-  std::string extension(path.substr(std::min(path.rfind('.'), path.size())));
-  for (char& c : extension) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
+  const std::string extension = lower_case(path.substr(std::min(path.rfind('.'), path.size())));
   if (extension == ".vcd") return Format::vcd;
   if (extension == ".csv") return Format::event_csv;
   if (extension == ".sr") return Format::sr;

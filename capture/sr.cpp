@@ -11,6 +11,7 @@
 
 #include "capture/decimal.hpp"
 #include "capture/samples.hpp"
+#include "capture/text_source.hpp"
 #include "capture/zip.hpp"
 
 namespace biss::capture {
@@ -276,10 +277,7 @@ tl::expected<SrMetadata, CaptureError> parse_sr_metadata(std::string_view text) 
 Hertz parse_sample_rate(std::string_view text) {
   text = trimmed(text);
   const std::size_t digits = std::min(text.find_first_not_of("0123456789."), text.size());
-  std::string unit(trimmed(text.substr(digits)));
-  for (char& c : unit) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
+  std::string unit = lower_case(trimmed(text.substr(digits)));
   if (unit.ends_with("hz")) unit.resize(unit.size() - 2);
   int scale = 0;
   if (unit == "k") scale = 3;

@@ -26,6 +26,14 @@ std::uint64_t count_line_feeds(const char* from, const char* to) {
 
 }  // namespace
 
+std::string lower_case(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return lower;
+}
+
 TextWindow::TextWindow(std::unique_ptr<ByteSource> source, Cut cut)
     : source_(std::move(source)),
       cut_at_words_(cut == Cut::words),

@@ -7,6 +7,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -17,6 +18,13 @@ namespace biss::capture {
 
 /// White space as VCD has it.
 constexpr bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
+
+inline std::string_view text_between(const char* from, const char* to) {
+  return {from, static_cast<std::size_t>(to - from)};
+}
+
+/// `text` with the letters A to Z in lower case.
+std::string lower_case(std::string_view text);
 
 /// Text in windows, in order and without gaps.
 ///

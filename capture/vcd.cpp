@@ -461,10 +461,6 @@ const char* end_of_word(const char* p) {
   return p;
 }
 
-std::string_view text_between(const char* from, const char* to) {
-  return {from, static_cast<std::size_t>(to - from)};
-}
-
 class VcdReader final : public TextSource {
  public:
   explicit VcdReader(std::unique_ptr<ByteSource> bytes)
