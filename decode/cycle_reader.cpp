@@ -175,7 +175,8 @@ CycleReader::Response CycleReader::find_response(const CycleSpan& span,
   for (std::size_t i = begin; i < slo.size() && slo[i].time <= span.limit; ++i) {
     if (slo[i].level == Level::unknown) return {{}, CycleStatus::unknown_level};
     if (slo[i].level != Level::low) continue;
-    const Picoseconds settled = shifted(std::max(slo[i].time, earliest), clock_.period / 2);
+    Picoseconds settled = shifted(slo[i].time, clock_.period / 2);
+    if (slo[i].time < earliest) settled = std::max(settled, second_rise);
     if (i + 1 < slo.size() && slo[i + 1].time <= settled) continue;
     if (!ready && !ready_in_time(slo, i)) return {{}, CycleStatus::not_ready};
     const Picoseconds delay = slo[i].time < second_rise ? -elapsed(slo[i].time, second_rise)

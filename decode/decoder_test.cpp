@@ -114,6 +114,22 @@ TEST(Decoder, SloBeforeMaWithoutResolution_IsResponseRangeHoweverLittle) {
   }
 }
 
+TEST(Decoder, SloLowOverTheEdgeOfAck_IsAnEarlyAnswerFromHalfAPeriodOn) {
+  for (const std::int64_t width_ns : {400, 501, 700}) {
+    TestLine line;
+    for (std::uint64_t k = 0; k < 3; ++k) line.request({}, k);
+    const Picoseconds ack = line.ma[line.begins[1] + 3].time;
+    const Picoseconds begin = ack - nanoseconds(399);
+    for (LevelChange& change : line.slo) {
+      if (change.time == ack + nanoseconds(100)) change.time += nanoseconds(300);
+    }
+    TestLine::add_pulse(line.slo, begin, nanoseconds(width_ns), wire::Level::low);
+    const auto cycles = decode(line);
+    ASSERT_EQ(cycles.size(), 3U);
+    EXPECT_EQ(cycles[1].status == CycleStatus::response_range, width_ns > 500) << width_ns;
+  }
+}
+
 TEST(Decoder, SloBeforeMaByMoreThanAQuarterPeriod_IsResponseRangeInAnyCapture) {
   const MarginSetup coarse{.resolution = nanoseconds(600)};
   EXPECT_EQ(status_at({.line_delay = nanoseconds(-250)}, coarse), "ok");
