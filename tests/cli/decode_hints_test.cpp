@@ -17,11 +17,19 @@ using Words = std::vector<std::string>;
 
 constexpr const char* format = "pos26,nE,nW,crc6";
 
+// A master that reads a register.
+Words with_access(const Folder& folder) {
+  const std::string page = "bank 0\n0x40: 00 00 62 1E FF FF FF FF 00 00 00 00 00 00 8C FF\n";
+  return {"--registers", folder.file("registers.txt", page), "--access", "read:0x42"};
+}
+
 std::string simulate(const Folder& folder, const Words& more = {}) {
   const std::string capture = folder.path("line.csv");
-  Words words{"simulate", "-f",     format, "--clock", "1MHz", "--cycles",
-              "40",       "--seed", "3",    "-o",      capture};
+  Words words{"simulate", "-f", format, "--clock", "1MHz", "--seed", "3", "-o", capture};
   words.insert(words.end(), more.begin(), more.end());
+  if (std::find(more.begin(), more.end(), "--access") == more.end()) {
+    words.insert(words.end(), {"--cycles", "40"});
+  }
   const Outcome made = run(words);
   EXPECT_EQ(made.status, 0) << made.err;
   return capture;
@@ -37,7 +45,7 @@ Outcome decode(Words words, const Words& more = {}) {
 // The option that the line `try` proposes, and its value.
 Words proposed(const std::string& summary) {
   const std::size_t line = summary.find("\ntry ");
-  const std::size_t at = summary.find(" -", line);
+  const std::size_t at = summary.find(" --", line);
   if (line == std::string::npos || at == std::string::npos) return {};
   const std::size_t space = summary.find(' ', at + 1);
   const std::size_t end = summary.find_first_of(" \n;", space + 1);
@@ -87,15 +95,21 @@ TEST(DecodeHints, AckOfAlwaysTheSameClocks_GetsItsNumber) {
 
 TEST(DecodeHints, AckThatVaries_GetsALongerBoundOrNone) {
   const Folder folder;
-  const std::string capture = simulate(folder, {"--fault", "late_start:0.3"});
-  const Outcome refused = decode({capture, "-f", format}, {"--ack-max", "1us"});
+  // 40 cycles with 3 clocks of ACK, and 40 with 9 clocks.
+  std::string text = content_of(simulate(folder, {"--ack-clocks", "3"}));
+  for (const Row& row : rows_of(content_of(simulate(folder, {"--ack-clocks", "9"})))) {
+    text += std::to_string(std::stod(row.at("time_ns")) + 1e8) + "," + row.at("MA") + "," +
+            row.at("SLO") + "\n";
+  }
+  const std::string capture = folder.file("both.csv", text);
+  const Outcome refused = decode({capture, "-f", format}, {"--ack-max", "3us"});
+  EXPECT_THAT(refused.err, HasSubstr("40 ack_range"));
   const Words hint = proposed(refused.err);
-  ASSERT_EQ(hint.size(), 2U) << refused.err;
-  EXPECT_EQ(hint.front(), "--ack-max");
-  expect_all_ok(decode({capture, "-f", format}, hint));
+  EXPECT_EQ(hint, (Words{"--ack-max", "9000ns"})) << refused.err;
+  expect_all_ok(decode({capture, "-f", format}, hint), 80);
   const Outcome fixed = decode({capture, "-f", format}, {"--ack-clocks", "2"});
   EXPECT_THAT(fixed.err, HasSubstr("leave out --ack-clocks"));
-  expect_all_ok(decode({capture, "-f", format}));
+  expect_all_ok(decode({capture, "-f", format}), 80);
 }
 
 TEST(DecodeHints, SloASampleBeforeMa_GetsAResolution) {
@@ -126,7 +140,7 @@ TEST(DecodeHints, LinesExchanged_AreReadTheOtherWayRound) {
 
 TEST(DecodeHints, CdsOfAMasterThatUsesRegisters_IsLeftOut) {
   const Folder folder;
-  const std::string capture = simulate(folder, {"--access", "read:0x42"});
+  const std::string capture = simulate(folder, with_access(folder));
   const Outcome refused = decode({capture, "-f", std::string(format) + ";cds0"});
   EXPECT_THAT(refused.err, HasSubstr("leave ;cds0 out"));
   for (const Row& row : rows_of(decode({capture, "-f", format}).out)) {
@@ -155,7 +169,7 @@ TEST(DecodeLines, InvertedLines_GiveTheSameRows) {
 
 TEST(DecodeLines, InvertedLines_AreReadByEveryVerb) {
   const Folder folder;
-  const std::string capture = simulate(folder, {"--access", "read:0x42"});
+  const std::string capture = simulate(folder, with_access(folder));
   const std::string other = inverted(folder, capture, true, true);
   for (const char* const verb : {"registers", "conform"}) {
     const Outcome upright = run({verb, capture, "-f", format, "--to", "csv"});
