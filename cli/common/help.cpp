@@ -29,9 +29,15 @@ void append_wrapped(std::string& out, std::string_view text, std::size_t at, std
   }
 }
 
-// `  NAME   text`, the text in a column of its own.
+// `  NAME   text`, the text in a column of its own. A long list of values is broken after a `|`.
 void append_entry(std::string& out, const std::string& name, std::string_view text) {
   std::string line = "  " + name;
+  while (line.size() > help_width) {
+    const std::size_t bar = line.rfind('|', help_width - 1);
+    if (bar == std::string::npos) break;
+    out += line.substr(0, bar + 1) + '\n';
+    line = std::string(6, ' ') + line.substr(bar + 1);
+  }
   if (line.size() + 2 > text_column) {
     out += line + '\n' + std::string(text_column, ' ');
   } else {

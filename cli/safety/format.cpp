@@ -125,9 +125,12 @@ std::string safety_format_error(std::string_view text) {
 }
 
 Option add_safety_format_option(Verb verb, std::string& target) {
-  return verb.add_option("-f,--format", target,
-                         "Safety configuration, catalogue name, format of a control and a safety "
-                         "word, or configuration.json of an evidence bundle");
+  return verb
+      .add_option("-f,--format", target,
+                  "Safety configuration, catalogue name, format of a control and a safety "
+                  "word, or configuration.json of an evidence bundle")
+      .file(FileUse::read,
+            [](const std::string& text) { return names_a_file(text) ? text : std::string(); });
 }
 
 Hertz rate_of_cycle(const SafetySetup& setup) {

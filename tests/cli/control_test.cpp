@@ -189,9 +189,9 @@ TEST_F(SimulatedRegisters, WrongUsage_IsOneLine) {
   };
   expect_usage({"--cycles", "46", "--access", "read:0"}, "the accesses take 47 at least");
   EXPECT_EQ(simulate({"--cycles", "47", "--access", "read:0"}).status, 0);
-  expect_usage({"--access", "read:0x80"}, "an address is 0 to 0x7F");
+  expect_usage({"--access", "read:0x80"}, "the address must be 0 to 0x7F");
   expect_usage({"--outcomes", "-"}, "without --access");
-  expect_usage({"--access", "read:0", "--outcomes", truth}, "name the same file");
+  expect_usage({"--access", "read:0", "--outcomes", truth}, "are the same file");
   expect_usage({"-f", "resolute-26"}, "unidirectional");
   expect_usage({"-f", "pos26,nE,nW,crc6", "--registers", page}, "for ID 1");
   expect_usage({"--registers", "0:" + page}, "given twice");
