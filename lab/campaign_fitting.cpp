@@ -8,9 +8,9 @@ namespace biss::lab {
 namespace {
 
 constexpr unsigned most_chosen_bits = 6;
-// A difference of one count is a carry that seldom goes further.
+// A carry of one count rarely goes further.
 constexpr unsigned near_compared_bits = 3;
-// Parts of 2^32: nE or a counter's bit wrong, one more bit turned.
+// Parts of 2^32: nE or a counter bit wrong; one additional bit flipped.
 constexpr std::uint32_t refused_rate = 1U << 27U;
 constexpr std::uint32_t turned_rate = 1U << 29U;
 
@@ -36,7 +36,7 @@ std::uint64_t chosen(sim::Random& random, std::uint32_t rate) {
 
 std::uint8_t bits_of(std::uint64_t mask) { return static_cast<std::uint8_t>(std::popcount(mask)); }
 
-// What these wrong data bits do to the checksum.
+// How these wrong data bits change the checksum.
 std::uint64_t fitting_crc(const std::vector<std::uint32_t>& columns, unsigned width,
                           std::uint64_t data) {
   std::uint64_t crc = 0;
@@ -46,7 +46,7 @@ std::uint64_t fitting_crc(const std::vector<std::uint32_t>& columns, unsigned wi
   return crc;
 }
 
-// 1 over the number of sets of k out of n.
+// 1 divided by the number of sets of k out of n.
 long double share_of_a_set(unsigned n, unsigned k) {
   long double share = 1;
   for (unsigned i = 1; i <= k; ++i) share *= static_cast<long double>(i) / (n - i + 1U);
@@ -102,7 +102,7 @@ void FittingDraws::set_shares() {
   }
 }
 
-// The bits of the safety word's data that a compared value stands in.
+// The bits of the safety word's data that hold a compared value.
 std::uint64_t FittingDraws::compared_data(std::uint64_t value) const {
   const ChannelFormat& spw = frame_.spw_format();
   const unsigned shift = frame_.plan().alignment().spw_shift;

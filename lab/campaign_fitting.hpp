@@ -1,5 +1,5 @@
-// Wrong bits drawn so that they fit the checks: importance sampling for what no plain campaign ever
-// sees, a damaged frame that the whole monitor accepts.
+// Wrong bits drawn so that they pass the checks: importance sampling for frames that no plain
+// campaign sees, because the whole monitor accepts them.
 #pragma once
 
 #include <cstdint>
@@ -10,41 +10,41 @@
 
 namespace biss::lab {
 
-/// One draw after the other:
-/// * bits of the control word's data (not nE), and those of the safety word's data that nothing is
-///   compared with (not nE, not the counter): in a quarter of the draws each is wrong with the
-///   fault's rate; in another quarter 1 to 6 of them are, every set of that size alike; in half of
-///   the draws 1 to 6 of those that no comparison sees, or see only as the last bits of a count:
-///   all but the control word's compared bits from the fourth one on;
-/// * the safety word's compared bits are made to read what the control word's then read, plus a
-///   difference that is drawn evenly from one count more than is tolerated on either side;
-/// * nE and the counter are wrong with 1/32 a bit, and so refused;
-/// * both checksums fit, but for one frame in eight in which any one bit is turned as well.
+/// Each draw has these steps:
+/// * Bits of the control word's data (not nE) are wrong, and bits of the safety word's data that are
+///   not compared (not nE, not the counter). In a quarter of the draws each is wrong with the fault's
+///   rate; in another quarter 1 to 6 of them are wrong, every set of that size equally likely; in
+///   half of the draws 1 to 6 of the near bits: all without the control word's compared bits from
+///   the fourth one on.
+/// * The safety word's compared bits are changed to what the control word's then read, plus a
+///   difference that is drawn evenly, up to one count more than the tolerance in both directions.
+/// * nE and the counter's bits are wrong with 1/32 each, and the frame is then refused.
+/// * Both checksums fit. In one frame of eight, any one bit is flipped in addition.
 ///
-/// A frame that a right monitor accepts is reached in up to three ways, so that how likely it was
-/// drawn is a sum of as many terms; it depends on a few numbers of bits only.
+/// A frame that a correct monitor accepts is reached in up to three ways, so its probability is a
+/// sum of as many terms. It depends on a few numbers of bits only.
 class FittingDraws {
  public:
   struct Pattern {
     /// Right-aligned as in WordPair: 1 is a wrong bit.
     std::uint64_t cpw = 0;
     std::uint64_t spw = 0;
-    /// By which its weight is known.
+    /// They determine its weight.
     FittedBits bits{};
   };
 
   /// \param rate of a bit to be wrong in the campaign, a part of 2^32
   FittingDraws(const CampaignFrame& frame, std::uint32_t rate);
 
-  /// What happens to this frame. The same numbers give the same bits.
+  /// The wrong bits of this frame. The same numbers give the same bits.
   Pattern draw(const SentFrame& sent, std::uint64_t seed, std::uint64_t index) const;
 
-  /// How much likelier the fault makes an accepted pattern than it is drawn; 0 where no draw has
-  /// these numbers.
+  /// The probability of an accepted pattern with the fault, divided by the probability with which it
+  /// is drawn; 0 if no draw has these numbers.
   long double likelihood_ratio(const FittedBits& bits) const;
 
  private:
-  // A word's data bits: from the last one, the checksum not counted.
+  // Data bits of a word, counted from the last one, without the checksum.
   struct Word {
     std::uint64_t drawn = 0;
     std::uint64_t refused = 0;  // nE, counter
@@ -67,18 +67,18 @@ class FittingDraws {
   std::uint32_t rate_;
   Word cpw_;
   Word spw_;
-  // The control word's compared bits but the lowest ones.
+  // The control word's compared bits without the lowest ones.
   std::uint64_t far_ = 0;
   // The drawn bits, those in far_ last.
   std::vector<DataErrors> places_;
   unsigned near_places_ = 0;
   std::uint64_t differences_ = 1;
   std::uint64_t lowest_difference_ = 0;
-  // [k]: that this very set of k wrong bits comes, from the draws that know all places; and from
-  // those that are confined to the near ones.
+  // [k]: the probability of one set of k wrong bits, in draws from all places and in draws from the
+  // near places.
   std::vector<long double> among_all_;
   std::vector<long double> among_near_;
-  // Of all else that has to happen for a frame to be accepted.
+  // The probability of the other conditions for an accepted frame.
   long double passed_ = 1;
 };
 
