@@ -35,7 +35,7 @@ void add_safety(Command& command) {
         add_safety_sequences},
        {{"line",
          "Inject every fault of the line model and count undetected faults",
-         {"biss safety line -f fs-36-28 --cycles 50000"}},
+         {"biss safety line -f fs-36-28 --cycles 2000"}},
         add_safety_line},
        {{"evidence",
          "Run these verbs for a configuration and write a folder with hashes",
