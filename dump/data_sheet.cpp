@@ -9,8 +9,8 @@
 namespace biss::dump {
 namespace {
 
-// A profile's part begins with version, length and identifier. EDS_VER, EDS_LEN and two user banks
-// could read the same; no data sheet seen has its user area there.
+// A profile part begins with version, length and identifier. EDS_VER, EDS_LEN and two user banks
+// could have the same values; no known data sheet has its user area there.
 bool may_be_profile(const EdsBank& bank) {
   const ProfileIdentifier id{static_cast<std::uint16_t>(bank[2] << 8U | bank[3])};
   const bool shaped = id.profile() == Profile::bp3 || id.profile() == Profile::bp3s;
@@ -34,12 +34,12 @@ FoundPart part_in(const RegisterDump& dump, unsigned number) {
   return part;
 }
 
-// Which bank, and whether that is more than a guess about a lone bank.
+// The bank of the common part, where registers, options or contents show it.
 std::optional<unsigned> common_bank(const RegisterDump& dump, const FindOptions& options) {
   if (options.eds_bank) return options.eds_bank;
   if (const auto stated = dump.direct_byte(reg::eds_bank)) {
     if (eds_presence(*stated) == EdsPresence::present) return stated;
-    // 0xFF is a bank, or says that there is none: iC-MU.
+    // 0xFF is a bank, or means that there is none (iC-MU).
     if (*stated == 0 || !may_be_common(dump, *stated)) return std::nullopt;
     return stated;
   }
@@ -87,7 +87,7 @@ DataSheet find_data_sheet(const RegisterDump& dump, const FindOptions& options) 
     if (part.sl_off < max_channels) own_channel = part.sl_off;
   } else if (!dump.direct_byte(reg::eds_bank) && !options.eds_bank && range &&
              range->first == range->last) {
-    // A single bank, and nothing says what it is; its checksum may be what is wrong with it.
+    // A single bank and no hint what it is; its checksum may be wrong.
     const FoundPart lone = part_in(dump, range->first);
     (may_be_profile(lone.filled) ? sheet.profiles[0] : sheet.common) = lone;
   }

@@ -1,20 +1,19 @@
-// Accesses, as `biss registers FILE --to jsonl` prints them: an object a line with the keys `id`,
-// `access`, `address`, `data` and `outcome`. What was read or written with outcome `ok` makes the
-// dump; BSEL says which bank the registers 0x00…0x3F belong to.
+// Accesses, as `biss registers FILE --to jsonl` prints them: one object per line with the keys
+// `id`, `access`, `address`, `data` and `outcome`. Reads and writes with the outcome `ok` give the
+// bytes; BSEL shows which bank the registers 0x00…0x3F are in.
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
 
 #include "biss/control/session.hpp"
-#include "dump/hex_digits.hpp"
-#include "dump/read.hpp"
+#include "dump/readers.hpp"
 
 namespace biss::dump {
 namespace {
 
 using Json = nlohmann::json;
 
-// Failures after which BSEL certainly is what it was.
+// Failures after which BSEL certainly has its value from before.
 constexpr std::array unchanged_by{
     ControlError::bad_request, ControlError::no_answer,     ControlError::no_such_slave,
     ControlError::refused,     ControlError::not_addressed, ControlError::refused_or_not_addressed};
@@ -44,7 +43,7 @@ bool add_pairs(Bytes& bytes, std::string_view text) {
   for (auto word = next_word(text); !word.empty(); word = next_word(text)) {
     if (word.size() % 2 != 0) return false;
     for (std::size_t i = 0; i < word.size(); i += 2) {
-      const auto byte = hex_number(word.substr(i, 2));
+      const auto byte = hex_byte(word.substr(i, 2));
       if (!byte || !bytes.add(*byte)) return false;
     }
   }
@@ -80,11 +79,11 @@ class JsonLinesReader {
       const std::string_view row = trimmed(lines_.line());
       if (row.empty()) continue;
       const Json object = Json::parse(row.begin(), row.end(), nullptr, false);
-      if (!object.is_object()) return failure(malformed(row, "a JSON object"));
-      if (const auto error = take(row, object)) return failure(*error);
+      if (!object.is_object()) return tl::unexpected(malformed(row, "a JSON object"));
+      if (const auto error = take(row, object)) return tl::unexpected(*error);
     }
-    if (lines_.error()) return failure(*lines_.error());
-    if (!any_) return failure(DumpError{DumpCause::nothing_read});
+    if (lines_.error()) return tl::unexpected(*lines_.error());
+    if (!any_) return tl::unexpected(DumpError{DumpCause::nothing_read});
     return dump_;
   }
 
@@ -123,7 +122,7 @@ class JsonLinesReader {
       return lines_.error_at(row, DumpCause::outside);
     }
     if (!slave_) slave_ = static_cast<std::uint8_t>(*id & 0xFFU);
-    if (*id != slave_) return lines_.error_at(row, DumpCause::several_slaves, "one ID to be named");
+    if (*id != slave_) return lines_.error_at(row, DumpCause::several_slaves, "accesses to one ID");
     for (std::size_t i = 0; i < bytes->size; ++i) {
       take_byte(*address + static_cast<unsigned>(i), bytes->values[i]);
     }
@@ -145,7 +144,7 @@ class JsonLinesReader {
   LineSource& lines_;
   std::optional<std::uint32_t> slave_;
   bool slave_named_;
-  std::optional<unsigned> bank_;  // empty: a write of BSEL failed, nobody knows how far
+  std::optional<unsigned> bank_;  // empty: unknown since a write of BSEL failed
   RegisterDump dump_;
   bool any_ = false;
 };

@@ -6,33 +6,15 @@
 #include <iostream>
 #include <utility>
 
-#include "dump/hex_digits.hpp"
+#include "dump/readers.hpp"
 
 namespace biss::dump {
 namespace {
-
-// The first line that is neither blank nor a comment.
-std::string_view first_row(std::string_view text) {
-  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
-  while (!text.empty()) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    const std::string_view row = trimmed(text.substr(0, end));
-    if (!row.empty() && row.front() != '#') return row;
-    text.remove_prefix(std::min(end + 1, text.size()));
-  }
-  return {};
-}
 
 bool is_text(std::string_view bytes) {
   return std::all_of(bytes.begin(), bytes.end(), [](char c) {
     return static_cast<unsigned char>(c) >= 0x20 ? c != '\x7F' : is_blank(c) || c == '\n';
   });
-}
-
-std::size_t hex_digits_at_front(std::string_view row) {
-  const auto* const end =
-      std::find_if(row.begin(), row.end(), [](char c) { return hex_value(c) < 0; });
-  return static_cast<std::size_t>(end - row.begin());
 }
 
 std::optional<DumpFormat> format_of_row(std::string_view row) {
@@ -47,39 +29,8 @@ std::optional<DumpFormat> format_of_row(std::string_view row) {
   return std::nullopt;
 }
 
-}  // namespace
-
-std::string read_head(std::istream& stream) {
-  std::string head(head_bytes, '\0');
-  stream.read(head.data(), static_cast<std::streamsize>(head.size()));
-  head.resize(static_cast<std::size_t>(stream.gcount()));
-  return head;
-}
-
-std::optional<DumpFormat> recognise(std::string_view head) {
-  const std::string_view row = first_row(head);
-  if (is_text(head) && !row.empty()) {
-    if (const auto format = format_of_row(row)) return format;
-    // Bytes of a bank may all happen to be letters; a text that is not ours is seldom as long.
-    return head.size() % bank_bytes == 0 ? std::optional(DumpFormat::binary) : std::nullopt;
-  }
-  return DumpFormat::binary;
-}
-
-DumpResult read_dump(std::istream& stream, std::string head, const DumpOptions& options) {
-  if (stream.bad()) return failure(DumpError{DumpCause::read_failed});
-  if (head.empty()) return failure(DumpError{DumpCause::empty});
-  if (is_text(head) && first_row(head).empty() && head.size() < head_bytes) {
-    return failure(DumpError{DumpCause::empty});
-  }
-  const auto format = recognise(head);
-  if (!format) {
-    return failure(DumpError{DumpCause::unknown_format, 0, 0,
-                             "banks of 64 bytes, hex text, Intel HEX or JSON lines of accesses"});
-  }
-  if (*format == DumpFormat::binary) return read_binary(stream, std::move(head), options);
-  LineSource lines(stream, std::move(head));
-  switch (*format) {
+DumpResult read_text(DumpFormat format, LineSource& lines, const DumpOptions& options) {
+  switch (format) {
     case DumpFormat::hex_page:
       return read_hex_page(lines, options);
     case DumpFormat::hex_offsets:
@@ -91,14 +42,73 @@ DumpResult read_dump(std::istream& stream, std::string head, const DumpOptions& 
   }
 }
 
+}  // namespace
+
+std::string read_head(std::istream& stream) {
+  std::string head(head_bytes, '\0');
+  stream.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(stream.gcount()));
+  return head;
+}
+
+std::optional<DumpFormat> recognise(std::string_view head) {
+  const std::string_view row = first_row(head);
+  if (!is_text(head) || row.empty()) return DumpFormat::binary;
+  if (const auto format = format_of_row(row)) return format;
+  // The bytes of a few banks may all be printable characters; those of 64 banks are not.
+  const bool banks = head.size() % bank_bytes == 0 && head.size() < head_bytes;
+  return banks ? std::optional(DumpFormat::binary) : std::nullopt;
+}
+
+DumpResult read_dump(std::istream& stream, std::string head, const DumpOptions& options) {
+  if (stream.bad()) return tl::unexpected(DumpError{DumpCause::read_failed});
+  const bool blank = is_text(head) && first_row(head).empty() && head.size() < head_bytes;
+  if (head.empty() || blank) return tl::unexpected(DumpError{DumpCause::empty});
+  const auto format = recognise(head);
+  if (!format) return tl::unexpected(DumpError{DumpCause::unknown_format});
+  DumpResult result;
+  if (*format == DumpFormat::binary) {
+    result = read_binary(stream, std::move(head), options);
+  } else {
+    LineSource lines(stream, std::move(head));
+    result = read_text(*format, lines, options);
+  }
+  if (!result) result.error().format = format;
+  return result;
+}
+
+DumpResult read_binary(std::istream& stream, std::string head, const DumpOptions& options) {
+  std::string bytes = std::move(head);
+  const std::size_t had = bytes.size();
+  bytes.resize(std::max(had, image_bytes + 1));  // one more than there may be
+  if (stream) {
+    stream.read(bytes.data() + had, static_cast<std::streamsize>(bytes.size() - had));
+    bytes.resize(had + static_cast<std::size_t>(stream.gcount()));
+    if (stream.bad()) return tl::unexpected(DumpError{DumpCause::read_failed});
+  } else {
+    bytes.resize(had);
+  }
+  RegisterDump dump;
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    const auto byte = static_cast<std::uint8_t>(bytes[i]);
+    if (const auto cause = set_byte_at_offset(dump, i, byte, options)) {
+      return tl::unexpected(DumpError{*cause, 0, 0, "at most 256 banks", {}});
+    }
+  }
+  if (bytes.size() % bank_bytes != 0) {
+    return tl::unexpected(DumpError{DumpCause::not_whole_banks});
+  }
+  return dump;
+}
+
 DumpResult read_dump_file(const std::string& path, const DumpOptions& options) {
   if (path == "-") return read_dump(std::cin, read_head(std::cin), options);
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored)) {
-    return failure(DumpError{DumpCause::is_directory});
+    return tl::unexpected(DumpError{DumpCause::is_directory});
   }
   std::ifstream file(path, std::ios::binary);
-  if (!file) return failure(DumpError{DumpCause::cannot_open});
+  if (!file) return tl::unexpected(DumpError{DumpCause::cannot_open});
   return read_dump(file, read_head(file), options);
 }
 

@@ -11,7 +11,7 @@ namespace {
 // Cause, line and column of what a text fails with.
 std::string fails(const std::string& text, const DumpOptions& options = {}) {
   const DumpResult result = from_text(text, options);
-  if (result.ok()) return "ok";
+  if (result.has_value()) return "ok";
   return std::string(name_of(result.error().cause)) + " " + std::to_string(result.error().line) +
          ":" + std::to_string(result.error().column);
 }
@@ -209,9 +209,21 @@ TEST(Read, LinesAcrossTheBlocksOfAStream_StayWhole) {
 
 TEST(Read, TextOfError_SaysWhereAndWhatInstead) {
   const DumpResult result = from_text("0x00: 48 zz\n");
-  ASSERT_FALSE(result.ok());
+  ASSERT_FALSE(result.has_value());
   EXPECT_EQ(dump_error_text(result.error()),
-            "line 1, column 10: malformed; expected two hexadecimal digits, -- or x and a count");
+            "read as hex text: line 1, column 10: malformed; expected two hexadecimal digits, -- "
+            "or x and a count");
+  EXPECT_EQ(dump_error_text(from_text("\x01\x02").error()),
+            "read as binary banks of 64 bytes: the size is not a multiple of 64 bytes");
+}
+
+// 4096 bytes were taken for banks, because their number is a multiple of 64.
+TEST(Read, LongText_IsNotABinaryOfBanks) {
+  const std::string line = "An open toolkit for the BiSS C encoder interface, in plain English.\n";
+  std::string text;
+  while (text.size() < 3 * head_bytes) text += line;
+  EXPECT_EQ(fails(text), "unknown_format 0:0");
+  EXPECT_EQ(good(std::string(2 * 64, 'x')).bank(1)[63], 'x');
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// RegisterDump: the registers of one slave as far as somebody has read or written them.
+// RegisterDump: the registers of one slave, as far as they are known.
 #pragma once
 
 #include <array>
@@ -11,15 +11,15 @@
 
 namespace biss::dump {
 
-/// 64 registers; those that nobody knows, or the device has not, are empty.
+/// 64 registers; those that are unknown, or that the device does not have, are empty.
 using DumpedBytes = std::array<std::optional<std::uint8_t>, bank_bytes>;
 
-/// The registers 0x40…0x7F, which stand beside the banks.
+/// The registers 0x40…0x7F, which are in no bank.
 inline constexpr unsigned first_direct = reg::bsel;
 inline constexpr unsigned last_address = 0x7F;
 
-/// Where a byte stands in a file that has offsets only: bank b from 64 b on, then, behind the last
-/// of the 256 banks, the registers 0x40…0x7F.
+/// The place of a byte in a file that has offsets only: bank b begins at 64 b; the registers
+/// 0x40…0x7F follow the last of the 256 banks.
 inline constexpr std::size_t direct_offset = bank_count * bank_bytes;
 inline constexpr std::size_t image_bytes = direct_offset + bank_bytes;
 
@@ -30,7 +30,7 @@ class RegisterDump {
   /// Register 0x40 is the first.
   const DumpedBytes& direct() const { return banks_[bank_count]; }
 
-  /// The register that a slave shows at `address` while `number` is selected.
+  /// The register at `address` while bank `number` is selected.
   /// \pre number < 256, address <= 0x7F
   std::optional<std::uint8_t>& at(unsigned number, unsigned address) {
     return address < first_direct ? banks_[number][address]
@@ -51,14 +51,14 @@ class RegisterDump {
   std::optional<std::uint8_t> direct_byte(unsigned address) const {
     return direct()[address - first_direct];
   }
-  /// The number in `size` of them, most significant byte first; empty unless all are known.
+  /// The number in `size` registers, most significant byte first; empty unless all are known.
   std::optional<std::uint64_t> direct_number(unsigned address, unsigned size) const;
 
   /// How many bytes of a bank are known.
   std::size_t known_bytes(unsigned number) const;
-  /// A bank of which every byte is known.
+  /// A bank; empty unless every byte of it is known.
   std::optional<EdsBank> whole_bank(unsigned number) const;
-  /// First and last bank with a known byte; empty when there is none.
+  /// The first and the last bank with a known byte; empty without one.
   struct BankRange {
     unsigned first = 0;
     unsigned last = 0;

@@ -18,7 +18,7 @@ inline DumpResult from_text(const std::string& text, const DumpOptions& options 
 
 inline RegisterDump good(const std::string& text, const DumpOptions& options = {}) {
   const DumpResult result = from_text(text, options);
-  if (result.ok()) return *result;
+  if (result.has_value()) return *result;
   ADD_FAILURE() << dump_error_text(result.error());
   return {};
 }

@@ -4,44 +4,38 @@
 
 #include <algorithm>
 #include <iterator>
+#include <span>
 
 namespace biss::dump {
 namespace {
 
 constexpr std::size_t row_bytes = 16;
 
-using Row = std::span<const std::optional<std::uint8_t>, row_bytes>;
-
 bool any_known(std::span<const std::optional<std::uint8_t>> bytes) {
   return std::any_of(bytes.begin(), bytes.end(), [](const auto& byte) { return byte.has_value(); });
 }
 
-void append_rows(std::string& out, const DumpedBytes& bytes, unsigned first_address) {
+}  // namespace
+
+void append_hex_rows(std::string& out, const DumpedBytes& bytes, unsigned first_address,
+                     std::string_view separator) {
   for (std::size_t i = 0; i < bytes.size(); i += row_bytes) {
     const auto row = std::span(bytes).subspan(i, row_bytes);
     if (!any_known(row)) continue;
-    fmt::format_to(std::back_inserter(out), "0x{:02X}:", first_address + i);
-    for (const auto& byte : row) {
-      if (byte) {
-        fmt::format_to(std::back_inserter(out), " {:02X}", *byte);
-      } else {
-        out += " --";
-      }
-    }
+    fmt::format_to(std::back_inserter(out), "0x{:02X}{}", first_address + i, separator);
+    for (const auto& byte : row) out += byte ? fmt::format(" {:02X}", *byte) : " --";
     out += '\n';
   }
 }
-
-}  // namespace
 
 std::string write_hex_page(const RegisterDump& dump) {
   std::string out;
   for (unsigned number = 0; number < bank_count; ++number) {
     if (!any_known(dump.bank(number))) continue;
     fmt::format_to(std::back_inserter(out), "bank {}\n", number);
-    append_rows(out, dump.bank(number), 0);
+    append_hex_rows(out, dump.bank(number), 0, ":");
   }
-  append_rows(out, dump.direct(), first_direct);
+  append_hex_rows(out, dump.direct(), first_direct, ":");
   return out;
 }
 
@@ -79,7 +73,7 @@ std::string write_binary(const RegisterDump& dump, unsigned first) {
 std::string write_c_array(const RegisterDump& dump, std::string_view name, unsigned first) {
   const std::string bytes = write_binary(dump, first);
   std::string out =
-      fmt::format("/* Registers 0x00 to 0x3F of bank {} on, 64 bytes a bank. */\n", first);
+      fmt::format("/* Registers 0x00 to 0x3F from bank {} on, 64 bytes per bank. */\n", first);
   fmt::format_to(std::back_inserter(out), "const unsigned char {}[{}] = {{\n", name, bytes.size());
   for (std::size_t i = 0; i < bytes.size(); ++i) {
     if (i % bank_bytes == 0) {

@@ -10,21 +10,25 @@
 
 namespace biss::dump {
 
-/// What a byte that nobody knows is in formats that cannot leave it out: erased memory.
+/// The value of an unknown byte in formats that cannot leave it out: erased memory.
 inline constexpr std::uint8_t erased = 0xFF;
 
-/// Banks and registers by address, as read_hex_page() reads them; reads back to the same dump.
+/// Appends `0x40: 00 -- …`, 16 bytes per line, without lines of unknown bytes only. `separator`
+/// follows the address.
+void append_hex_rows(std::string& out, const DumpedBytes& bytes, unsigned first_address,
+                     std::string_view separator);
+
+/// Banks and registers by address as hex text; reads back to the same dump.
 std::string write_hex_page(const RegisterDump& dump);
 
-/// Records of up to 16 bytes by offset, as read_intel_hex() reads them; reads back to the same
-/// dump.
+/// Intel HEX, records of up to 16 bytes by offset; reads back to the same dump.
 std::string write_intel_hex(const RegisterDump& dump);
 
-/// The banks from `first` to the last that is known, 64 bytes each; a byte not known is erased. The
+/// The banks from `first` to the last known one, 64 bytes each; an unknown byte is `erased`. The
 /// registers 0x40…0x7F have no place in it.
 std::string write_binary(const RegisterDump& dump, unsigned first = 0);
 
-/// The same bytes as a constant of C. \pre name is an identifier
+/// The same bytes as a constant in C. \pre name is an identifier
 std::string write_c_array(const RegisterDump& dump, std::string_view name, unsigned first = 0);
 
 }  // namespace biss::dump

@@ -20,8 +20,8 @@
 
 #include "biss/eds/check.hpp"
 #include "dump/data_sheet.hpp"
-#include "dump/hex_digits.hpp"
 #include "dump/read.hpp"
+#include "dump/text.hpp"
 #include "dump/write.hpp"
 #include "fuzz/byte_source.hpp"
 #include "fuzz/dump_text.hpp"
@@ -87,7 +87,7 @@ DumpResult read_text(const std::string& text, const DumpOptions& options = {}) {
 
 void check_same(const RegisterDump& dump, const std::string& text) {
   const DumpResult again = read_text(text);
-  require(again.ok() && *again == dump);
+  require(again.has_value() && *again == dump);
 }
 
 // The banks from 0 on with nothing unknown, which is what a binary can say.
@@ -106,7 +106,7 @@ void check_binary(const RegisterDump& dump) {
   const RegisterDump filled = as_binary(dump);
   std::istringstream stream(binary);
   const DumpResult again = biss::dump::read_binary(stream, "", {});
-  require(again.ok() && *again == filled);
+  require(again.has_value() && *again == filled);
   require(write_c_array(dump, "image").size() > 5 * binary.size());
   if (binary.empty() || binary.size() > 2048) return;
   check_same(filled, biss::fuzz::offsets_text(binary, true));
@@ -117,7 +117,7 @@ void check_accesses(const RegisterDump& dump) {
   const std::string accesses = biss::fuzz::json_text(dump);
   if (accesses.empty()) return;
   const DumpResult result = read_text(accesses);
-  require(result.ok());
+  require(result.has_value());
   RegisterDump again = *result;
   // Accesses say what BSEL was, too.
   if (!dump.direct_byte(biss::reg::bsel)) again.at(0, biss::reg::bsel) = std::nullopt;
@@ -186,7 +186,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (!head.empty() && biss::dump::recognise(head) == DumpFormat::binary) {
     require(source.delivered() <= biss::dump::image_bytes + biss::dump::head_bytes + text.size());
   }
-  if (!result.ok()) {
+  if (!result) {
     check_error(result.error(), text, times);
   } else {
     check_dump(*result, static_cast<unsigned>(text.size()));

@@ -11,8 +11,7 @@
 #include <string_view>
 
 #include "cli/common/quantity.hpp"
-#include "dump/hex_digits.hpp"
-#include "dump/line_source.hpp"
+#include "dump/text.hpp"
 
 namespace biss::cli {
 

@@ -1,4 +1,4 @@
-// biss eds advise: which frame fits an encoder that is to be.
+// biss eds advise: the frame that fits a new encoder.
 #include <fmt/format.h>
 
 #include <bit>
@@ -38,12 +38,12 @@ struct AdviseOptions {
 
 const std::vector<std::string> advise_formats{"table", "jsonl", "description"};
 
-// How many bits count so many; 0 where the count is not given.
+// The bits that a counter of this range needs; 0 where the range is not given.
 unsigned bits_for(std::uint32_t count) {
   return count == 0 || count == 0xFFFF'FFFF ? 0 : static_cast<unsigned>(std::bit_width(count - 1));
 }
 
-// Resolution and turns as the first channel's BP3 part has them.
+// Resolution and turns from the first channel's BP3 part.
 void take_lengths(const EdsSource& source, AdviceWish& wish) {
   const auto& part = source.sheet.profiles[0];
   if (!part || !part->whole) return;
@@ -54,7 +54,7 @@ void take_lengths(const EdsSource& source, AdviceWish& wish) {
   wish.resolution_bits = unsigned{bp3.co_len} + bp3.fi_len;
 }
 
-// What the user wants; the line why it cannot be said, or nothing.
+// Returns one line where an option is wrong, else an empty text.
 std::string take_options(const AdviseOptions& options, AdviceWish& wish) {
   if (options.resolution) {
     wish.resolution_bits = *options.resolution;
@@ -76,7 +76,7 @@ std::string take_options(const AdviseOptions& options, AdviceWish& wish) {
 
 std::string crc_text(const Advice& advice) {
   const CrcSpec& crc = advice.channel.crc;
-  return fmt::format("0x{:X}, {} bits, as CPOLY 0x{:X}; up to {} wrong bits are always found",
+  return fmt::format("0x{:X}, {} bits, as CPOLY 0x{:X}; up to {} wrong bits are always detected",
                      crc.polynomial, crc.width_bits, crc.polynomial >> 1U,
                      advice.hamming_distance - 1);
 }
@@ -92,25 +92,25 @@ std::string summary_of(const AdviceWish& wish, const Advice& advice, const Frame
   out.entry("format", format_text(format).view());
   out.entry("data length", fmt::format("{} bits", advice.channel.data_bits),
             advice.identifier != 0 ? fmt::format("BP_ID 0x{:04X}", advice.identifier)
-                                   : "too long for BP3, which ends at 57");
+                                   : "too long for BP3, which allows 57");
   out.entry("CRC", crc_text(advice));
   if (wish.turns_bits != 0) {
     out.entry("turns", alignment_text(advice.leading_zeros, "before them", "fill their field"),
               "right-aligned, MT_FMT right");
   }
   if (wish.resolution_bits != 0) {
-    out.entry("resolution", alignment_text(advice.trailing_zeros, "behind it", "fills its field"),
+    out.entry("resolution", alignment_text(advice.trailing_zeros, "after it", "fills its field"),
               "left-aligned, FI_FMT left");
   }
   out.entry("cycle", fmt::format("{} at {}", text_of(advice.budget.total), text_of(clock)),
-            fmt::format("at most {} requests a second", advice.budget.request_rate_max.count));
+            fmt::format("at most {} requests per second", advice.budget.request_rate_max.count));
   if (wish.rate.count != 0) {
     out.entry(
         "rate",
         fmt::format("{} {}", text_of(wish.rate), advice.feasible ? "is feasible" : "is too fast"),
         advice.clock_needed.count != 0
-            ? fmt::format("from a clock of {} on", text_of(advice.clock_needed))
-            : "at no clock of this device");
+            ? fmt::format("needs a clock of at least {}", text_of(advice.clock_needed))
+            : "at any clock of this device");
   }
   return out.text();
 }
@@ -148,7 +148,7 @@ bool write_object(const Advice& advice, const FrameFormat& format, Output& outpu
   return table->row(cells) && table->finish();
 }
 
-// The part that says so, to be completed and built.
+// The BP3 part of the advised frame, to be completed and built.
 std::string description_of(const Advice& advice) {
   dump::DataSheet sheet;
   dump::FoundPart& part = sheet.profiles[0].emplace();
@@ -156,31 +156,44 @@ std::string description_of(const Advice& advice) {
   part.filled = bp3_bank_of(advice);
   for (std::size_t i = 0; i < bank_bytes; ++i) part.bytes[i] = part.filled[i];
   std::string text = write_description({}, sheet);
-  // It will not stay right.
+  // Left out, so that `build` derives it from the completed part.
   const std::size_t checksum = text.find("CHKSUM");
   if (checksum != std::string::npos) text.erase(checksum);
   return text;
 }
 
+// No lengths, neither in the options nor in the file.
+std::string nothing_to_advise(const std::string& file) {
+  if (file.empty()) {
+    return "give what the encoder sends, --resolution and --turns in bits, or a FILE with its BP3 "
+           "part; for example: biss eds advise --resolution 18 --turns 12";
+  }
+  return fmt::format(
+      "'{}' has no BP3 part of data channel 0 with lengths; give --resolution or --turns", file);
+}
+
 ExitStatus run_advise(const AdviseOptions& options) {
   AdviceWish wish;
   if (!options.arguments.file.empty()) {
-    const LoadedEds loaded = load_eds_with_part(options.arguments);
-    if (!loaded.source) return loaded.status;
+    const auto source = load_eds_with_part(options.arguments);
+    if (!source) return source.error();
     const auto ignore = [](const EdsRemark&) {};
-    const auto device =
-        describe_device(loaded.source->stored.image(), loaded.source->overrides, ignore);
+    const auto device = describe_device(source->stored.image(), source->overrides, ignore);
     if (device.ok()) {
       wish.timing = timing_at(*device, options.clock.value_or(device->timing.clock_max));
     }
-    take_lengths(*loaded.source, wish);
+    take_lengths(*source, wish);
   }
   const std::string error = take_options(options, wish);
   if (!error.empty()) return fail(ExitStatus::usage, error);
+  if (wish.resolution_bits == 0 && wish.turns_bits == 0) {
+    return fail(ExitStatus::usage, nothing_to_advise(options.arguments.file));
+  }
   const auto advice = advise(wish);
   if (!advice.ok()) return fail(ExitStatus::usage, text_of(advice.error()));
   if (options.to == "description" && advice->identifier == 0) {
-    return fail(ExitStatus::data_failed, "too long for BP3: there is no part to write");
+    return fail(ExitStatus::data_failed,
+                "the position is too long for BP3, so there is no part to write");
   }
   FrameFormat format;
   format.channel_count = 1;
@@ -202,17 +215,16 @@ Run add_eds_advise(Verb verb) {
   const auto bits = [&verb](const char* name, auto& target, const char* what) {
     add_count_option(verb, name, into(target), what, 64).type_name("BITS");
   };
-  bits("--resolution", options->resolution, "What counts within a turn, or along a scale");
-  bits("--turns", options->turns, "What counts turns");
-  bits("--resolution-field", options->resolution_field,
-       "As wide as the controller wants the resolution");
-  bits("--turns-field", options->turns_field, "As wide as the controller wants the turns");
+  bits("--resolution", options->resolution, "Bits that count within a turn, or along a scale");
+  bits("--turns", options->turns, "Bits that count turns");
+  bits("--resolution-field", options->resolution_field, "Width of the field of the resolution");
+  bits("--turns-field", options->turns_field, "Width of the field of the turns");
   verb.add_flag("--safety", options->safety,
-                "A word of a safety encoder: C = 1, the master does not check its CRC");
-  add_rate_option(verb, "--rate", into(options->rate), "Requests a second that are needed");
+                "Word of a safety encoder: C = 1, the master does not check its CRC");
+  add_rate_option(verb, "--rate", into(options->rate), "Requests per second that are needed");
   add_rate_option(verb, "--clock", into(options->clock),
-                  "Of MA; the highest that the encoder takes by default");
-  add_length_option(verb, "--cable", into(options->cable), "From master to encoder");
+                  "Frequency of MA; the highest of the encoder by default");
+  add_length_option(verb, "--cable", into(options->cable), "Cable length from master to encoder");
   add_timing_options(verb, options->timing);
   add_eds_options(verb, options->arguments);
   add_name_option(verb, "--to", options->to, advise_formats, "Output format; table by default");

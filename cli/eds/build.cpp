@@ -10,7 +10,7 @@
 
 #include "cli/common/verb.hpp"
 #include "cli/eds/eds.hpp"
-#include "cli/eds/findings.hpp"
+#include "cli/eds/rows.hpp"
 #include "cli/eds/source.hpp"
 #include "dump/write.hpp"
 
@@ -21,14 +21,14 @@ struct BuildOptions {
   EdsArguments arguments;
   std::string to;
   std::string name = "eds";
-  std::optional<std::uint8_t> first_bank;
+  std::optional<std::uint8_t> bank;
   bool force = false;
   std::string output;
 };
 
 const std::vector<std::string> build_formats{"hex", "bin", "ihex", "c"};
 
-// By extension, as `simulate -o` does; hex text where it says nothing.
+// By extension, as `simulate -o` does; hex text by default.
 std::string format_of(const BuildOptions& options) {
   if (!options.to.empty()) return options.to;
   const std::string extension = std::filesystem::path(options.output).extension().string();
@@ -46,6 +46,18 @@ bool is_identifier(const std::string& name) {
   return !name.empty();
 }
 
+// `CPOLY: the polynomial has its lowest bit … (67, expected 33)`
+std::string finding_line(const EdsFindingRow& row) {
+  std::string out = fmt::format("{}: {}", row.symbol, row.text);
+  if (!row.value) return out;
+  out += fmt::format(" ({}", *row.value);
+  if (row.expected) {
+    out += row.certain ? fmt::format(", expected {}", *row.expected)
+                       : fmt::format(", {} {}", row.against, *row.expected);
+  }
+  return out + ')';
+}
+
 std::string text_in(const std::string& format, const dump::RegisterDump& dump,
                     const BuildOptions& options, unsigned first) {
   if (format == "bin") return dump::write_binary(dump, first);
@@ -56,28 +68,29 @@ std::string text_in(const std::string& format, const dump::RegisterDump& dump,
 
 ExitStatus run_build(const BuildOptions& options) {
   if (!is_identifier(options.name)) {
-    return fail(ExitStatus::usage, fmt::format("--name '{}': no name in C", options.name));
+    return fail(ExitStatus::usage,
+                fmt::format("--name '{}': not an identifier in C", options.name));
   }
-  const LoadedEds loaded = load_eds(options.arguments);
-  if (!loaded.source) return loaded.status;
-  const dump::RegisterDump& dump = loaded.source->dump;
+  const auto source = load_eds(options.arguments);
+  if (!source) return source.error();
+  const dump::RegisterDump& dump = source->dump;
   const auto range = dump.banks();
-  if (!range) return fail(ExitStatus::data_failed, "no bank: there is nothing to write");
+  if (!range) return fail(ExitStatus::data_failed, "there is no bank to write");
   const std::string format = format_of(options);
   const bool banks_only = format == "bin" || format == "c";
-  const unsigned first = options.first_bank.value_or(0);
+  const unsigned first = options.bank.value_or(0);
   if (banks_only && first > range->last) {
     return fail(ExitStatus::usage,
-                fmt::format("--first-bank {}: the last bank is {}", first, range->last));
+                fmt::format("--bank {}: the last bank is {}", first, range->last));
   }
-  const auto findings = eds_findings(loaded.source->sheet);
+  const auto findings = eds_findings(source->sheet);
   for (const EdsFindingRow& row : findings) {
     warn(fmt::format("{}{} {}", row.part,
                      row.channel ? fmt::format(" of channel {}:", *row.channel) : ":",
                      finding_line(row)));
   }
   if (!findings.empty() && !options.force) {
-    return fail(ExitStatus::data_failed, "not written; --force writes it as it is");
+    return fail(ExitStatus::data_failed, "not written; --force writes it with these findings");
   }
   Output output;
   if (!output.open(options.output)) return output.status();
@@ -86,7 +99,7 @@ ExitStatus run_build(const BuildOptions& options) {
   }
   if (banks_only) {
     print_summary(fmt::format(
-        "banks {} to {}, {} bytes; the registers from 0x40 on have no place in this format\n",
+        "banks {} to {}, {} bytes; this format has no place for the registers from 0x40 on\n",
         first, range->last, (range->last - first + 1) * bank_bytes));
   }
   return ExitStatus::done;
@@ -98,12 +111,13 @@ Run add_eds_build(Verb verb) {
   const auto options = std::make_shared<BuildOptions>();
   add_eds_file(verb, options->arguments.file);
   add_name_option(verb, "--to", options->to, build_formats,
-                  "Output format, instead of by the extension of -o; hex by default");
-  add_count_option(verb, "--first-bank", into(options->first_bank),
-                   "Where bin and c begin; with bank 0 by default, erased where nothing is", 255);
-  verb.add_option("--name", options->name, "The constant's name in C; eds by default")
+                  "Output format; by default from the extension of -o, else hex");
+  add_count_option(verb, "--bank", into(options->bank),
+                   "First bank of bin and c; 0 by default. Banks without data are erased (0xFF)",
+                   255);
+  verb.add_option("--name", options->name, "Name of the constant in C; eds by default")
       .type_name("NAME");
-  verb.add_flag("--force", options->force, "Write it with whatever is wrong with it");
+  verb.add_flag("--force", options->force, "Write the banks in spite of findings");
   add_output_option(verb, options->output);
   return [options] { return run_build(*options); };
 }

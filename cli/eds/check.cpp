@@ -1,4 +1,4 @@
-// biss eds check: what is wrong with a data sheet.
+// biss eds check: the findings of a data sheet.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,8 +10,7 @@
 #include "biss/eds/check.hpp"
 #include "cli/common/verb.hpp"
 #include "cli/eds/eds.hpp"
-#include "cli/eds/entries.hpp"
-#include "cli/eds/findings.hpp"
+#include "cli/eds/rows.hpp"
 #include "cli/eds/source.hpp"
 
 namespace biss::cli {
@@ -28,7 +27,7 @@ struct CheckOptions {
 void warn_of_missing(const EdsSource& source) {
   const auto& sheet = source.sheet;
   if (!sheet.common) {
-    warn("the common part is not in the dump: the profile's part is judged alone");
+    warn("the common part is not in the dump: the profile part is judged alone");
     return;
   }
   const CommonPart common = parse_common_part(sheet.common->filled);
@@ -40,17 +39,40 @@ void warn_of_missing(const EdsSource& source) {
   }
 }
 
+// Nothing at all for a table without rows.
+bool write_findings(const std::vector<EdsFindingRow>& rows, report::Format format, Output& output) {
+  using report::Kind;
+  if (rows.empty() && format == report::Format::table) return true;
+  const std::vector<report::Column> columns = {{.name = "part"},
+                                               {.name = "symbol"},
+                                               {.name = "problem"},
+                                               {.name = "value", .kind = Kind::unsigned_integer},
+                                               {.name = "channel", .kind = Kind::unsigned_integer},
+                                               {.name = "against"},
+                                               {.name = "expected", .kind = Kind::unsigned_integer},
+                                               {.name = "text"}};
+  const auto table =
+      report::make_table_writer(format, columns, output, output.table_options());
+  for (const EdsFindingRow& row : rows) {
+    const report::Cell against = row.against.empty() ? report::Cell() : report::Cell(row.against);
+    const report::Cell cells[] = {row.part,    row.symbol, row.problem,  row.value,
+                                  row.channel, against,    row.expected, row.text};
+    if (!table->row(cells)) return false;
+  }
+  return table->finish();
+}
+
 ExitStatus run_check(const CheckOptions& options) {
-  const LoadedEds loaded = load_eds_with_part(options.arguments);
-  if (!loaded.source) return loaded.status;
+  const auto source = load_eds_with_part(options.arguments);
+  if (!source) return source.error();
   EdsCheckOptions rules = options.rules;
   if (options.strict) {
     rules.zero_is_absent = false;
     rules.ones_are_absent = false;
     rules.unnamed_zero = true;
   }
-  const std::vector<EdsFindingRow> findings = eds_findings(loaded.source->sheet, rules);
-  warn_of_missing(*loaded.source);
+  const std::vector<EdsFindingRow> findings = eds_findings(source->sheet, rules);
+  warn_of_missing(*source);
   Output output;
   if (!output.open(options.output)) return output.status();
   if (!write_findings(findings, options.to, output) || !output.finish()) return output.status();
@@ -69,7 +91,7 @@ Run add_eds_check(Verb verb) {
   add_eds_file(verb, options->arguments.file);
   add_eds_options(verb, options->arguments);
   verb.add_flag("--strict", options->strict,
-                "Values left out (0, all ones) and bytes that no source names are findings too");
+                "Also report values left out (0, all ones) and bytes that no source names");
   add_to_option(verb, options->to);
   add_output_option(verb, options->output);
   return [options] { return run_check(*options); };

@@ -3,21 +3,34 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
+#include <array>
+#include <iterator>
 #include <map>
 #include <optional>
+#include <set>
 #include <utility>
 #include <vector>
 
+#include "biss/control/register_map.hpp"
+#include "biss/eds/derive.hpp"
 #include "biss/eds/image.hpp"
 #include "cli/common/verb.hpp"
-#include "cli/eds/derive.hpp"
+#include "cli/eds/rows.hpp"
 #include "cli/eds/value.hpp"
-#include "dump/hex_digits.hpp"
-#include "dump/line_source.hpp"
+#include "dump/text.hpp"
+#include "dump/write.hpp"
 
 namespace biss::cli {
 namespace {
+
+using dump::any_number;
+using dump::next_word;
+using dump::trimmed;
+
+using Done = tl::expected<void, std::string>;
+
+// Registers longer than this are bytes, not a number.
+constexpr unsigned max_number_bytes = 6;
 
 enum class SectionKind : std::uint8_t { registers, common, bp3, bank };
 
@@ -33,27 +46,30 @@ struct Assignment {
   std::string symbol;
   std::string value;
   std::uint64_t line = 0;
-};
 
-std::string_view without_comment(std::string_view line) {
-  return dump::trimmed(line.substr(0, line.find('#')));
-}
+  template <class... Arguments>
+  tl::unexpected<std::string> error(fmt::format_string<Arguments...> text,
+                                    Arguments&&... arguments) const {
+    return tl::unexpected(fmt::format("line {}: ", line) +
+                          fmt::format(text, std::forward<Arguments>(arguments)...));
+  }
+};
 
 // `bp3 1` between the brackets.
 std::optional<Section> section_of(std::string_view inside) {
   std::string_view rest = inside;
-  const std::string_view name = dump::next_word(rest);
+  const std::string_view name = next_word(rest);
   const auto* const found = std::find(section_names.begin(), section_names.end(), name);
   if (found == section_names.end()) return std::nullopt;
   Section section{static_cast<SectionKind>(found - section_names.begin()), 0};
-  const std::string_view digits = dump::trimmed(rest);
-  const bool may = section.kind == SectionKind::bp3 || section.kind == SectionKind::bank;
+  const std::string_view digits = trimmed(rest);
   if (digits.empty()) {
     return section.kind == SectionKind::bank ? std::nullopt : std::optional(section);
   }
-  const auto number = dump::any_number(digits);
+  const bool numbered = section.kind == SectionKind::bp3 || section.kind == SectionKind::bank;
+  const auto number = any_number(digits);
   const std::size_t end = section.kind == SectionKind::bp3 ? max_channels : bank_count;
-  if (!may || !number || *number >= end) return std::nullopt;
+  if (!numbered || !number || *number >= end) return std::nullopt;
   section.number = *number;
   return section;
 }
@@ -62,187 +78,253 @@ class DescriptionReader {
  public:
   explicit DescriptionReader(dump::LineSource& lines) : lines_(lines) {}
 
-  DescribedDump read() {
-    DescribedDump result;
-    result.error = read_lines();
+  tl::expected<dump::RegisterDump, std::string> read() {
+    Done done = read_lines();
     for (const auto& [section, assignments] : sections_) {
-      if (result.error.empty()) result.error = take_section(section, assignments);
+      if (done) done = take_section(section, assignments);
     }
-    if (result.error.empty()) result.error = fill_in(parts_);
-    result.dump = parts_.dump;
-    return result;
+    if (done) done = place_parts();
+    return done.map([this] { return dump_; });
   }
 
  private:
   using Assignments = std::vector<Assignment>;
 
-  static std::string at(std::uint64_t line, std::string_view what) {
-    return fmt::format("line {}: {}", line, what);
-  }
-
-  std::string read_lines() {
+  Done read_lines() {
     std::optional<Section> section;
     while (lines_.next()) {
-      const std::string_view row = without_comment(lines_.line());
+      const std::string_view row = dump::without_comment(lines_.line());
       if (row.empty()) continue;
+      const std::size_t sign = row.find('=');
+      Assignment each{std::string(trimmed(row.substr(0, sign))), {}, lines_.number()};
       if (row.front() == '[') {
         section = row.back() == ']' ? section_of(row.substr(1, row.size() - 2)) : std::nullopt;
         if (!section) {
-          return at(lines_.number(),
-                    "a section is [registers], [common], [bp3], [bp3 1] to [bp3 7] or [bank 0] to "
-                    "[bank 255]");
+          return each.error(
+              "a section is [registers], [common], [bp3], [bp3 1] to [bp3 7] or [bank 0] to "
+              "[bank 255]");
         }
         sections_[*section];
         continue;
       }
-      const std::size_t sign = row.find('=');
-      if (sign == std::string_view::npos) return at(lines_.number(), "expected SYMBOL = value");
-      if (!section) return at(lines_.number(), "expected a section such as [common] first");
-      const std::string symbol(dump::trimmed(row.substr(0, sign)));
-      const std::string value(dump::trimmed(row.substr(sign + 1)));
-      if (symbol.empty()) return at(lines_.number(), "expected SYMBOL = value");
-      if (value.empty()) return at(lines_.number(), fmt::format("{} has no value", symbol));
+      if (sign == std::string_view::npos) return each.error("expected SYMBOL = value");
+      if (!section) return each.error("expected a section such as [common] first");
+      if (each.symbol.empty()) return each.error("expected SYMBOL = value");
+      each.value = trimmed(row.substr(sign + 1));
+      if (each.value.empty()) return each.error("{} has no value", each.symbol);
       for (const Assignment& before : sections_[*section]) {
-        if (before.symbol != symbol) continue;
-        return at(lines_.number(), fmt::format("{} was given in line {}", symbol, before.line));
+        if (before.symbol != each.symbol) continue;
+        return each.error("{} was given in line {}", each.symbol, before.line);
       }
-      sections_[*section].push_back({symbol, value, lines_.number()});
+      sections_[*section].push_back(std::move(each));
     }
-    return lines_.error() ? dump::dump_error_text(*lines_.error()) : std::string();
+    if (lines_.error()) return tl::unexpected(dump::dump_error_text(*lines_.error()));
+    return {};
   }
 
-  std::string take_section(const Section& section, const Assignments& assignments) {
-    switch (section.kind) {
-      case SectionKind::common:
-        parts_.common.emplace();
-        return take_fields(*parts_.common, common_fields, assignments);
-      case SectionKind::bp3:
-        parts_.profiles[section.number].emplace();
-        return take_fields(*parts_.profiles[section.number], bp3_fields, assignments);
-      case SectionKind::registers:
-        return take_registers(assignments);
-      case SectionKind::bank:
-        break;
+  Done take_section(const Section& section, const Assignments& assignments) {
+    if (section.kind == SectionKind::common) {
+      return take_fields(draft_.common.emplace(), common_fields, assignments);
+    }
+    if (section.kind == SectionKind::bp3) {
+      return take_fields(draft_.profiles[section.number].emplace(), bp3_fields, assignments);
     }
     for (const Assignment& each : assignments) {
-      std::string error = take_bytes(each, section.number, 0, dump::first_direct);
-      if (!error.empty()) return error;
+      Done done = section.kind == SectionKind::bank
+                      ? take_bytes(each, section.number, 0, dump::first_direct)
+                      : take_register(each);
+      if (!done) return done;
     }
     return {};
   }
 
-  static std::string take_fields(PartInWork& part, std::span<const EdsField> fields,
-                                 const Assignments& assignments) {
+  static Done take_fields(EdsPartDraft& part, std::span<const EdsField> fields,
+                          const Assignments& assignments) {
     const bool linear =
         std::any_of(assignments.begin(), assignments.end(), [](const Assignment& each) {
           return each.symbol == "EN_TYP" && (each.value == "linear" || each.value == "1");
         });
     for (const Assignment& each : assignments) {
       const EdsField* field = find_field(fields, each.symbol);
-      if (field == nullptr) return at(each.line, unknown(each.symbol, fields));
-      const EdsValue value = parse_eds_value(*field, each.value, linear);
-      if (!value.error.empty()) {
-        return at(each.line, fmt::format("{} = {}: {}", each.symbol, each.value, value.error));
+      if (field == nullptr) {
+        std::vector<std::string> symbols;
+        for (const EdsField& known : fields) symbols.emplace_back(known.symbol);
+        const std::string meant = nearest(each.symbol, symbols);
+        return each.error("this part has no '{}'{}", each.symbol,
+                          meant.empty() ? meant : fmt::format("; did you mean {}?", meant));
       }
-      part.set(*field, value.value);
+      const auto value = parse_eds_value(*field, each.value, linear);
+      if (!value) return each.error("{} = {}: {}", each.symbol, each.value, value.error());
+      part.give(*field, *value);
     }
     return {};
   }
 
-  static std::string unknown(const std::string& symbol, std::span<const EdsField> fields) {
-    std::vector<std::string> symbols;
-    for (const EdsField& field : fields) symbols.emplace_back(field.symbol);
-    const std::string meant = nearest(symbol, symbols);
-    return meant.empty() ? fmt::format("this part has no '{}'", symbol)
-                         : fmt::format("this part has no '{}'; did you mean {}?", symbol, meant);
-  }
-
-  std::string take_registers(const Assignments& assignments) {
-    for (const Assignment& each : assignments) {
-      std::string error;
-      const auto* const field =
-          std::find_if(register_fields.begin(), register_fields.end(),
-                       [&](const RegisterField& known) { return known.name == each.symbol; });
-      const bool number = field != register_fields.end() && field->bytes <= 6;
-      error = number ? take_number(each, *field)
-                     : take_bytes(each, 0, dump::first_direct, dump::last_address + 1U);
-      if (!error.empty()) return error;
+  Done take_register(const Assignment& each) {
+    const auto* const field =
+        std::find_if(register_fields.begin(), register_fields.end(),
+                     [&](const RegisterField& known) { return known.name == each.symbol; });
+    if (field == register_fields.end() || field->bytes > max_number_bytes) {
+      return take_bytes(each, 0, dump::first_direct, dump::last_address + 1U);
     }
-    return {};
-  }
-
-  std::string take_number(const Assignment& each, const RegisterField& field) {
-    const auto value = parse_count(each.value, low_mask(8U * field.bytes));
+    const auto value = parse_count(each.value, low_mask(8U * field->bytes));
     if (!value.ok()) {
-      return at(each.line, fmt::format("{} = {}: a number of at most {} bytes", each.symbol,
-                                       each.value, field.bytes));
+      return each.error("{} = {}: a number of at most {} bytes", each.symbol, each.value,
+                        field->bytes);
     }
-    for (unsigned i = 0; i < field.bytes; ++i) {
-      const auto byte = static_cast<std::uint8_t>(*value >> (8U * (field.bytes - 1U - i)));
-      std::string error = put(each, 0, field.address + i, byte);
-      if (!error.empty()) return error;
+    for (unsigned i = 0; i < field->bytes; ++i) {
+      const auto byte = static_cast<std::uint8_t>(*value >> (8U * (field->bytes - 1U - i)));
+      if (Done done = put(each, 0, field->address + i, byte); !done) return done;
     }
     return {};
   }
 
   // `0x48 = 00 01 FF`
-  std::string take_bytes(const Assignment& each, unsigned bank, unsigned first, unsigned end) {
-    const bool hexadecimal = each.symbol.starts_with("0x");
-    const auto address =
-        hexadecimal ? dump::hex_number(std::string_view(each.symbol).substr(2)) : std::nullopt;
+  Done take_bytes(const Assignment& each, unsigned bank, unsigned first, unsigned end) {
+    const auto address = dump::prefixed_hex_number(each.symbol);
     if (!address || *address < first || *address >= end) {
-      return at(each.line,
-                fmt::format("'{}' is no register here: 0x{:02X} to 0x{:02X}{}", each.symbol, first,
-                            end - 1, first == 0 ? "" : ", or EDS_BANK, BP_ID, DEV_SN, MFR_ID"));
+      return each.error("'{}' is no register here: 0x{:02X} to 0x{:02X}{}", each.symbol, first,
+                        end - 1, first == 0 ? "" : ", or EDS_BANK, BP_ID, DEV_SN, MFR_ID");
     }
     unsigned place = *address;
     std::string_view rest = each.value;
-    for (auto word = dump::next_word(rest); !word.empty(); word = dump::next_word(rest), ++place) {
-      const auto byte = dump::hex_number(word);
-      if (word == "--" && place < end) continue;
-      if (!byte || word.size() != 2 || place >= end) {
-        return at(each.line, place >= end ? fmt::format("bytes beyond 0x{:02X}", end - 1)
-                                          : fmt::format("'{}': expected bytes as 00 1A FF", word));
-      }
-      std::string error = put(each, bank, place, static_cast<std::uint8_t>(*byte));
-      if (!error.empty()) return error;
+    for (auto word = next_word(rest); !word.empty(); word = next_word(rest), ++place) {
+      if (place >= end) return each.error("bytes beyond 0x{:02X}", end - 1);
+      if (word == "--") continue;
+      const auto byte = dump::hex_byte(word);
+      if (!byte) return each.error("'{}': expected bytes as 00 1A FF", word);
+      if (Done done = put(each, bank, place, *byte); !done) return done;
     }
     return {};
   }
 
-  std::string put(const Assignment& each, unsigned bank, unsigned address, std::uint8_t byte) {
-    auto& place = parts_.dump.at(bank, address);
+  Done put(const Assignment& each, unsigned bank, unsigned address, std::uint8_t byte) {
+    auto& place = dump_.at(bank, address);
     if (place && *place != byte) {
-      return at(each.line,
-                fmt::format("register 0x{:02X} was given another value before", address));
+      return each.error("register 0x{:02X} was given another value before", address);
     }
     place = byte;
     return {};
   }
 
+  // Derives what was left out, and puts the parts into their banks.
+  Done place_parts() {
+    if (const auto bank = dump_.direct_byte(reg::eds_bank)) draft_.eds_bank = *bank;
+    derive_eds(draft_);
+    if (draft_.common) {
+      put_registers();
+      if (Done done = place_part(draft_.eds_bank, *draft_.common, "[common]"); !done) return done;
+    }
+    for (std::size_t i = 0; i < max_channels; ++i) {
+      if (!draft_.profiles[i]) continue;
+      Done done =
+          place_part(draft_.profile_bank(i), *draft_.profiles[i], fmt::format("[bp3 {}]", i));
+      if (!done) return done;
+    }
+    return {};
+  }
+
+  Done place_part(unsigned bank, const EdsPartDraft& part, std::string_view name) {
+    if (dump_.known_bytes(bank) != 0) {
+      return tl::unexpected(
+          fmt::format("{} belongs in bank {}, which is given otherwise", name, bank));
+    }
+    dump_.set_bank(bank, part.bank);
+    return {};
+  }
+
+  // The registers that lead to the data sheet.
+  void put_registers() {
+    dump_.at(0, reg::eds_bank) = draft_.eds_bank;
+    const auto identifier = derived_identifier(draft_);
+    if (!identifier || dump_.direct_byte(reg::bp_id) || dump_.direct_byte(reg::bp_id + 1)) return;
+    dump_.at(0, reg::bp_id) = static_cast<std::uint8_t>(*identifier >> 8U);
+    dump_.at(0, reg::bp_id + 1) = static_cast<std::uint8_t>(*identifier & 0xFFU);
+  }
+
   dump::LineSource& lines_;
   std::map<Section, Assignments> sections_;
-  PartsInWork parts_;
+  EdsDraft draft_;
+  dump::RegisterDump dump_;
 };
+
+void append_fields(std::string& out, const dump::FoundPart& part, EdsPart kind) {
+  const bool linear = kind == EdsPart::bp3 && parse_bp3_part(part.filled).linear();
+  for (const EdsField& field : fields_of(kind)) {
+    const std::uint32_t value = field_value(part.filled, field);
+    if (value == 0 && is_unused(field, kind, part.filled)) continue;
+    const std::string text = eds_value_text(field, value, linear);
+    const std::string given = fmt::format("{} = {}", field.symbol, text);
+    std::string means = eds_meaning(field, value, linear);
+    if (means == text) means.clear();
+    fmt::format_to(std::back_inserter(out), "{:<28} # {}{}{}\n", given, field.meaning,
+                   means.empty() ? "" : ": ", means);
+  }
+}
+
+// Fields that are whole by their name, the rest byte by byte.
+void append_registers(std::string& out, const dump::RegisterDump& dump,
+                      std::optional<std::uint8_t> eds_bank) {
+  dump::DumpedBytes rest = dump.direct();
+  std::string named;
+  for (const RegisterField& field : register_fields) {
+    if (field.address < dump::first_direct || field.bytes > max_number_bytes) continue;
+    auto value = dump.direct_number(field.address, field.bytes);
+    if (field.address == reg::eds_bank && !value && eds_bank) value = *eds_bank;
+    if (!value) continue;
+    fmt::format_to(std::back_inserter(named), "{} = 0x{:0{}X}\n", field.name, *value,
+                   2 * field.bytes);
+    for (unsigned i = 0; i < field.bytes; ++i) {
+      rest[field.address - dump::first_direct + i] = std::nullopt;
+    }
+  }
+  dump::append_hex_rows(named, rest, dump::first_direct, " =");
+  if (!named.empty()) out += "[registers]\n" + named;
+}
 
 }  // namespace
 
 bool looks_like_description(std::string_view head) {
-  if (head.starts_with("\xEF\xBB\xBF")) head.remove_prefix(3);
-  while (!head.empty()) {
-    const std::size_t end = std::min(head.find('\n'), head.size());
-    const std::string_view row = without_comment(head.substr(0, end));
-    if (!row.empty()) {
-      return row.size() > 1 && row.front() == '[' && row[1] >= 'a' && row[1] <= 'z';
-    }
-    head.remove_prefix(std::min(end + 1, head.size()));
-  }
-  return false;
+  const std::string_view row = dump::first_row(head);
+  return row.size() > 1 && row.front() == '[' && row[1] >= 'a' && row[1] <= 'z';
 }
 
-DescribedDump read_description(std::istream& stream, std::string head) {
+tl::expected<dump::RegisterDump, std::string> read_description(std::istream& stream,
+                                                               std::string head) {
   dump::LineSource lines(stream, std::move(head));
   return DescriptionReader(lines).read();
+}
+
+std::string write_description(const dump::RegisterDump& dump, const dump::DataSheet& sheet) {
+  std::string out;
+  std::set<unsigned> written;
+  append_registers(out, dump, sheet.eds_bank);
+  const auto heading = [&out](std::string_view text) {
+    fmt::format_to(std::back_inserter(out), "{}[{}]\n", out.empty() ? "" : "\n", text);
+  };
+  const bool has_common = sheet.common && sheet.common->whole && sheet.eds_bank;
+  if (has_common) {
+    heading("common");
+    append_fields(out, *sheet.common, EdsPart::common);
+    written.insert(sheet.common->bank);
+  }
+  const EdsImage image = sheet.image();
+  for (std::size_t i = 0; i < max_channels; ++i) {
+    const auto& part = sheet.profiles[i];
+    if (!part || !part->whole || written.contains(part->bank)) continue;
+    // Without common part nothing says in which bank it is.
+    if (!has_common && part->bank != i) continue;
+    if (profile_part(image, i) != EdsPart::bp3) continue;
+    heading(i == 0 ? "bp3" : fmt::format("bp3 {}", i));
+    append_fields(out, *part, EdsPart::bp3);
+    written.insert(part->bank);
+  }
+  for (unsigned number = 0; number < bank_count; ++number) {
+    if (written.contains(number) || dump.known_bytes(number) == 0) continue;
+    heading(fmt::format("bank {}", number));
+    dump::append_hex_rows(out, dump.bank(number), 0, " =");
+  }
+  return out;
 }
 
 }  // namespace biss::cli

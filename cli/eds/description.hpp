@@ -1,4 +1,5 @@
-// A data sheet as readable text: what a maker writes, and what `eds show --to description` prints.
+// A description: a data sheet as readable text, as makers write it and as
+// `biss eds show --to description` prints it.
 //
 //     [registers]
 //     MFR_ID = 0x6943
@@ -11,34 +12,31 @@
 //     [bank 5]
 //     0x00 = 01 02 03
 //
-// What is left out and can be derived is filled in: checksums, versions, EDS_LEN, DC_NUM, SL_NUM,
-// BANK_i, DLEN_i, CPOLY_i, BP_ID, FB1, FB2, POS_NUM, CPOLY, and the registers EDS_BANK and BP_ID.
-// docs/eds.md has the rules. What is given stays as given; whether it fits is for check_eds().
+// What is left out and follows from the rest is derived: see biss/eds/derive.hpp, and the registers
+// EDS_BANK and BP_ID. docs/eds.md has the rules. Given values stay as given; check_eds() judges
+// whether they fit.
 #pragma once
 
 #include <istream>
 #include <string>
 #include <string_view>
+#include <tl/expected.hpp>
 
 #include "dump/data_sheet.hpp"
 #include "dump/register_dump.hpp"
 
 namespace biss::cli {
 
-/// Whether a text begins as a description does: with a section, blank lines and comments before it.
+/// Whether a text begins as a description does: its first line that is not empty is a section.
 bool looks_like_description(std::string_view head);
 
-/// The dump that a description makes, or the one line why there is none, with the line's number.
-struct DescribedDump {
-  dump::RegisterDump dump;
-  std::string error;
-};
+/// Reads a description to its end; `head` holds the bytes already read from the stream. An error is
+/// one line of text with the line's number.
+tl::expected<dump::RegisterDump, std::string> read_description(std::istream& stream,
+                                                               std::string head);
 
-/// Reads a description to its end; `head` is what was read of the stream already.
-DescribedDump read_description(std::istream& stream, std::string head);
-
-/// The description of a dump whose parts are those of `sheet`; read again it gives the same bytes,
-/// and the registers EDS_BANK and BP_ID even where the dump had none.
+/// The description of a dump with the parts of `sheet`. Reading it gives the same bytes, and the
+/// registers EDS_BANK and BP_ID even where the dump had none.
 std::string write_description(const dump::RegisterDump& dump, const dump::DataSheet& sheet);
 
 }  // namespace biss::cli

@@ -16,15 +16,16 @@ using dump::DataSheet;
 using dump::RegisterDump;
 using testing::HasSubstr;
 
-DescribedDump read(const std::string& text) {
+tl::expected<RegisterDump, std::string> read(const std::string& text) {
   std::istringstream stream(text);
   return read_description(stream, {});
 }
 
 RegisterDump good(const std::string& text) {
-  const DescribedDump described = read(text);
-  EXPECT_EQ(described.error, "");
-  return described.dump;
+  const auto described = read(text);
+  if (described) return *described;
+  ADD_FAILURE() << described.error();
+  return {};
 }
 
 unsigned findings(const RegisterDump& dump) {
@@ -87,7 +88,10 @@ TEST(Description, RegistersAndBanks_TakeBytes) {
 }
 
 TEST(Description, Mistakes_NameTheirLine) {
-  const auto error = [](const std::string& text) { return read(text).error; };
+  const auto error = [](const std::string& text) {
+    const auto described = read(text);
+    return described ? std::string() : described.error();
+  };
   EXPECT_EQ(error("[bp3]\nMT_LEN = 12\nMT_LEM = 3\n"),
             "line 3: this part has no 'MT_LEM'; did you mean MT_LEN?");
   EXPECT_EQ(error("[bp3]\nMT_LEN = 12\nMT_LEN = 3\n"), "line 3: MT_LEN was given in line 2");
@@ -149,7 +153,7 @@ TEST(Description, DamagedText_IsRefusedOrRead) {
     for (int k = 0; k < 3; ++k) {
       damaged[random() % damaged.size()] = alphabet[random() % alphabet.size()];
     }
-    if (!read(damaged).error.empty()) ++refused;
+    if (!read(damaged)) ++refused;
   }
   EXPECT_GT(refused, 500U);
   EXPECT_LT(refused, 1990U);

@@ -13,7 +13,7 @@
 #include "biss/control/register_map.hpp"
 #include "cli/common/verb.hpp"
 #include "cli/eds/eds.hpp"
-#include "cli/eds/entries.hpp"
+#include "cli/eds/rows.hpp"
 #include "cli/eds/source.hpp"
 
 namespace biss::cli {
@@ -26,12 +26,12 @@ struct DiffOptions {
   std::string output;
 };
 
-/// Where something stands; the order of the rows.
-struct Place {
+/// The place of a value in a data sheet; rows are in this order.
+struct RowOrder {
   unsigned part = 0;  // registers, common, profiles, further banks
   unsigned channel_or_bank = 0;
   unsigned address = 0;
-  auto operator<=>(const Place&) const = default;
+  auto operator<=>(const RowOrder&) const = default;
 };
 
 struct Side {
@@ -41,7 +41,7 @@ struct Side {
   std::string means;
 };
 
-using Sides = std::map<Place, Side>;
+using Sides = std::map<RowOrder, Side>;
 
 void add_registers(Sides& sides, const dump::RegisterDump& dump) {
   for (const RegisterField& field : register_fields) {
@@ -61,20 +61,17 @@ void add_registers(Sides& sides, const dump::RegisterDump& dump) {
 Sides sides_of(const EdsSource& source) {
   Sides sides;
   add_registers(sides, source.dump);
-  std::set<unsigned> told;
-  for (const EdsEntry& entry : eds_entries(source.sheet)) {
-    told.insert(entry.bank);
-    if (!entry.value) continue;
-    const unsigned channel = entry.channel.value_or(0);
-    const std::string part =
-        channel == 0 ? std::string(entry.part) : fmt::format("{} {}", entry.part, channel);
-    sides[{entry.channel ? 2U : 1U, channel, entry.address}] = {part, entry.symbol, *entry.value,
-                                                                entry.means};
+  std::set<unsigned> listed;
+  for (const EdsFieldRow& field : eds_fields(source.sheet)) {
+    listed.insert(field.bank);
+    if (!field.value) continue;
+    const RowOrder place{field.channel ? 2U : 1U, field.channel.value_or(0), field.address};
+    sides[place] = {part_text(field.part, field.channel), field.symbol, *field.value, field.means};
   }
   for (unsigned bank = 0; bank < bank_count; ++bank) {
     const auto whole = source.dump.whole_bank(bank);
-    const bool erased = whole && is_filled_with(*whole, 0xFF);  // what a file of banks has between
-    if (told.contains(bank) || erased) continue;
+    const bool erased = whole && is_filled_with(*whole, 0xFF);  // as files of banks have in between
+    if (listed.contains(bank) || erased) continue;
     for (unsigned at = 0; at < bank_bytes; ++at) {
       const auto& byte = source.dump.bank(bank)[at];
       if (byte) {
@@ -86,8 +83,8 @@ Sides sides_of(const EdsSource& source) {
   return sides;
 }
 
-// Registers that a file of banks alone cannot hold are no difference.
-bool comparable(const Place& place, const dump::RegisterDump& other) {
+// A file of banks only cannot hold registers: no difference.
+bool comparable(const RowOrder& place, const dump::RegisterDump& other) {
   if (place.part == 0) return other.direct() != dump::DumpedBytes{};
   return true;
 }
@@ -100,11 +97,11 @@ struct Difference {
 
 std::vector<Difference> differences(const EdsSource& first, const EdsSource& second, const Sides& a,
                                     const Sides& b) {
-  std::set<Place> places;
+  std::set<RowOrder> places;
   for (const auto& [place, side] : a) places.insert(place);
   for (const auto& [place, side] : b) places.insert(place);
   std::vector<Difference> found;
-  for (const Place& place : places) {
+  for (const RowOrder& place : places) {
     const auto in_a = a.find(place);
     const auto in_b = b.find(place);
     const Difference each{in_a == a.end() ? nullptr : &in_a->second,
@@ -143,17 +140,17 @@ bool write_rows(const std::vector<Difference>& rows, report::Format format, Outp
 
 ExitStatus run_diff(const DiffOptions& options) {
   if (options.first.file == "-" && options.second == "-") {
-    return fail(ExitStatus::usage, "only one of the two can be stdin");
+    return fail(ExitStatus::usage, "only one of the two files can be stdin");
   }
-  const LoadedEds first = load_eds(options.first);
-  if (!first.source) return first.status;
+  const auto first = load_eds(options.first);
+  if (!first) return first.error();
   EdsArguments arguments = options.first;
   arguments.file = options.second;
-  const LoadedEds second = load_eds(arguments);
-  if (!second.source) return second.status;
-  const Sides a = sides_of(*first.source);
-  const Sides b = sides_of(*second.source);
-  const auto rows = differences(*first.source, *second.source, a, b);
+  const auto second = load_eds(arguments);
+  if (!second) return second.error();
+  const Sides a = sides_of(*first);
+  const Sides b = sides_of(*second);
+  const auto rows = differences(*first, *second, a, b);
   Output output;
   if (!output.open(options.output)) return output.status();
   if (!write_rows(rows, options.to, output) || !output.finish()) return output.status();
@@ -164,18 +161,18 @@ ExitStatus run_diff(const DiffOptions& options) {
 
 Run add_eds_diff(Verb verb) {
   const auto options = std::make_shared<DiffOptions>();
-  verb.add_option("A", options->first.file, "A dump of registers or a description; - is stdin")
+  verb.add_option("A", options->first.file, "Dump of registers or description; - is stdin")
       .required()
       .file(FileUse::read);
-  verb.add_option("B", options->second, "Another; exit status 1 where they differ")
+  verb.add_option("B", options->second, "The other one; the exit status is 1 where they differ")
       .required()
       .file(FileUse::read);
   add_count_option(verb, "--bank", into(options->first.bank),
-                   "The bank that both files begin with; 0 by default", 255);
+                   "First bank of both files; 0 by default", 255);
   add_count_option(verb, "--eds-bank", into(options->first.eds_bank),
-                   "The bank of both common parts, instead of what register 0x41 says", 255);
-  add_count_option(verb, "--slave", into(options->first.slave),
-                   "Of accesses to several slaves, take those to this ID", 7);
+                   "Bank of both common parts, instead of register 0x41", 255);
+  add_count_option(verb, "--slave", into(options->first.slave), "Read only the accesses to this ID",
+                   7);
   add_to_option(verb, options->to);
   add_output_option(verb, options->output);
   return [options] { return run_diff(*options); };

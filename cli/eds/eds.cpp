@@ -1,4 +1,4 @@
-// biss eds: electronic data sheets, read, judged, written, compared and planned.
+// biss eds: electronic data sheets.
 #include "cli/eds/eds.hpp"
 
 #include "cli/common/verb.hpp"
@@ -10,21 +10,21 @@ void add_eds(Command& command) {
   add_verb_group(
       command,
       {.name = "eds",
-       .purpose = "Read, judge, write and compare electronic data sheets",
+       .purpose = "Show, check, build and compare electronic data sheets",
        .examples = {"biss eds show registers.hex", "biss eds check registers.hex",
                     "biss eds build encoder.eds -o encoder.hex"}},
       {{{"show",
-         "Print a data sheet field by field, and the frame it describes",
+         "Print the fields of a data sheet, and the frame that it describes",
          {"biss eds show registers.hex", "biss eds show eeprom.bin --bank 2 --to jsonl",
           "biss eds show registers.hex --to description -o encoder.eds"}},
         add_eds_show},
        {{"check",
-         "Name what is wrong with a data sheet",
+         "Check a data sheet and list the findings",
          {"biss eds check registers.hex", "biss eds check bank3.bin --id 0x621E --to jsonl",
           "biss eds check registers.hex --override MT_LEN=12"}},
         add_eds_check},
        {{"build",
-         "Make the banks of a data sheet from a description",
+         "Build the banks of a data sheet from a description",
          {"biss eds build encoder.eds -o encoder.hex", "biss eds build encoder.eds -o encoder.bin",
           "biss eds build encoder.eds --to c --bank 1"}},
         add_eds_build},
@@ -33,7 +33,7 @@ void add_eds(Command& command) {
          {"biss eds diff encoder.eds registers.hex", "biss eds diff old.bin new.bin --to jsonl"}},
         add_eds_diff},
        {{"advise",
-         "Say which data length, CRC and alignment fit, and how often such a frame can come",
+         "Advise on the frame of a new encoder: data length, CRC, alignment, request rate",
          {"biss eds advise --resolution 18 --turns 12 --rate 16kHz --clock 10MHz",
           "biss eds advise --resolution 20 --to description", "biss eds advise encoder.eds"}},
         add_eds_advise}});

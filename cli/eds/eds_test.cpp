@@ -71,11 +71,44 @@ TEST_F(Eds, Build_WritesEveryFormat_AndAllReadBackToTheSame) {
     EXPECT_EQ(text(again), text(name));
   }
   EXPECT_EQ(text("e.bin").size(), 4U * 64U);
-  EXPECT_EQ(eds({"build", path("encoder.eds"), "-o", path("f.bin"), "--first-bank", "2"}).status,
+  EXPECT_EQ(eds({"build", path("encoder.eds"), "-o", path("f.bin"), "--bank", "2"}).status,
             ExitStatus::done);
   EXPECT_EQ(text("f.bin"), text("e.bin").substr(128));
   const Ran c = eds({"build", path("encoder.eds"), "--to", "c", "--name", "my_eds"});
   EXPECT_THAT(c.out, HasSubstr("const unsigned char my_eds[256] = {"));
+}
+
+TEST_F(Eds, FileOfAnotherKind_IsNamedWithTheKnownKinds) {
+  std::string page = "# biss\n\nAn open toolkit for the BiSS C encoder interface.\n";
+  while (page.size() < 3 * 4096) page += "One more line of text that is no dump.\n";
+  write("README.md", page);
+  const Ran text = eds({"show", path("README.md")});
+  EXPECT_EQ(text.status, ExitStatus::io);
+  EXPECT_THAT(text.err, HasSubstr("is text, but not a dump of registers; the known kinds are hex "
+                                  "text (0x40: 00 1A), xxd or hexdump -C, Intel HEX"));
+  EXPECT_THAT(text.err, HasSubstr("and descriptions ([common], TMA = 100ns)"));
+  write("photo.png", "\x89PNG\r\n");
+  EXPECT_THAT(eds({"show", path("photo.png")}).err,
+              HasSubstr("read as binary banks of 64 bytes: the size is not a multiple of 64 bytes; "
+                        "the known kinds are"));
+  write("wrong.hex", "0x40: 00 zz\n");
+  EXPECT_THAT(eds({"show", path("wrong.hex")}).err,
+              HasSubstr("read as hex text: line 1, column 10: malformed"));
+  write("wrong.eds", "[common]\nTMX = 1\n");
+  EXPECT_THAT(eds({"show", path("wrong.eds")}).err, HasSubstr("read as a description: line 2:"));
+}
+
+TEST_F(Eds, AdviseWithoutLengths_SaysWhatToGive) {
+  const Ran alone = eds({"advise"});
+  EXPECT_EQ(alone.status, ExitStatus::usage);
+  EXPECT_THAT(alone.err, HasSubstr("give what the encoder sends, --resolution and --turns in bits, "
+                                   "or a FILE with its BP3 part"));
+  EXPECT_THAT(alone.err, HasSubstr("biss eds advise --resolution 18 --turns 12"));
+  EXPECT_EQ(eds({"advise", "--resolution", "18", "--turns", "12"}).status, ExitStatus::done);
+  write("common.eds", "[common]\nTMA = 100ns\n");
+  const Ran common = eds({"advise", path("common.eds")});
+  EXPECT_EQ(common.status, ExitStatus::usage);
+  EXPECT_THAT(common.err, HasSubstr("has no BP3 part of data channel 0 with lengths"));
 }
 
 TEST_F(Eds, BuildWithAContradiction_WritesNothingUnlessForced) {

@@ -1,4 +1,4 @@
-// biss eds show: a data sheet field by field.
+// biss eds show: the fields of a data sheet, and the frame that it describes.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -6,13 +6,16 @@
 #include <string>
 #include <vector>
 
+#include "biss/eds/device.hpp"
 #include "biss/eds/image.hpp"
+#include "biss/frame/format_text.hpp"
+#include "cli/common/format_option.hpp"
 #include "cli/common/verb.hpp"
 #include "cli/eds/description.hpp"
 #include "cli/eds/eds.hpp"
-#include "cli/eds/entries.hpp"
+#include "cli/eds/rows.hpp"
 #include "cli/eds/source.hpp"
-#include "cli/eds/summary.hpp"
+#include "report/summary.hpp"
 
 namespace biss::cli {
 namespace {
@@ -26,11 +29,6 @@ struct ShowOptions {
 
 const std::vector<std::string> show_formats{"table", "csv", "jsonl", "description"};
 
-std::string part_name(const EdsEntry& entry) {
-  return entry.channel.value_or(0) == 0 ? std::string(entry.part)
-                                        : fmt::format("{} {}", entry.part, *entry.channel);
-}
-
 bool write_table(const EdsSource& source, const ShowOptions& options, Output& output) {
   using report::Kind;
   const std::vector<report::Column> columns = {
@@ -39,12 +37,12 @@ bool write_table(const EdsSource& source, const ShowOptions& options, Output& ou
       {.name = "means"},  {.name = "what"}};
   const auto table =
       report::make_table_writer(report::Format::table, columns, output, output.table_options());
-  for (const EdsEntry& entry : eds_entries(source.sheet)) {
-    if (entry.unused && entry.value.value_or(0) == 0 && !options.all) continue;
-    const std::string part = part_name(entry);
-    const std::string address = fmt::format("0x{:02X}", entry.address);
-    const report::Cell means = entry.means.empty() ? report::Cell() : report::Cell(entry.means);
-    const report::Cell cells[] = {part, address, entry.symbol, entry.value, means, entry.meaning};
+  for (const EdsFieldRow& field : eds_fields(source.sheet)) {
+    if (field.unused && field.value.value_or(0) == 0 && !options.all) continue;
+    const std::string part = part_text(field.part, field.channel);
+    const std::string address = fmt::format("0x{:02X}", field.address);
+    const report::Cell means = field.means.empty() ? report::Cell() : report::Cell(field.means);
+    const report::Cell cells[] = {part, address, field.symbol, field.value, means, field.meaning};
     if (!table->row(cells)) return false;
   }
   return table->finish();
@@ -60,16 +58,16 @@ bool write_csv(const EdsSource& source, Output& output) {
                                                {.name = "value", .kind = Kind::unsigned_integer},
                                                {.name = "means"}};
   const auto table = report::make_table_writer(report::Format::csv, columns, output);
-  for (const EdsEntry& entry : eds_entries(source.sheet)) {
-    const report::Cell cells[] = {entry.part,   entry.channel, entry.bank, entry.address,
-                                  entry.symbol, entry.value,   entry.means};
+  for (const EdsFieldRow& field : eds_fields(source.sheet)) {
+    const report::Cell cells[] = {field.part,   field.channel, field.bank, field.address,
+                                  field.symbol, field.value,   field.means};
     if (!table->row(cells)) return false;
   }
   return table->finish();
 }
 
-// An object a part: the documents' symbols, then which part it is.
-bool write_object(const EdsPartEntry& part, Output& output) {
+// One object per part: the documents' symbols, then which part it is.
+bool write_object(const EdsPartRow& part, Output& output) {
   using report::Kind;
   std::vector<report::Column> columns{{.name = "part"}};
   std::vector<report::Cell> cells{name_of(part.part)};
@@ -95,13 +93,89 @@ bool write_object(const EdsPartEntry& part, Output& output) {
 bool write_objects(const EdsSource& source, Output& output) {
   const auto parts = eds_parts(source.sheet);
   return std::all_of(parts.begin(), parts.end(),
-                     [&](const EdsPartEntry& part) { return write_object(part, output); });
+                     [&](const EdsPartRow& part) { return write_object(part, output); });
+}
+
+// Remarks that concern many fields: one line each for all symbols.
+struct Gathered {
+  std::string hypotheses;
+  std::string missing;
+};
+
+std::string remark_line(const EdsRemark& remark) {
+  const std::string where =
+      remark.part == EdsPart::common ? "" : fmt::format(" of channel {}", remark.channel);
+  std::string out = fmt::format("{}{}: {}", remark.symbol, where, text_of(remark.kind));
+  const bool both = remark.kind == EdsRemarkKind::overridden ||
+                    remark.kind == EdsRemarkKind::disagrees ||
+                    remark.kind == EdsRemarkKind::repaired;
+  if (both) out += fmt::format(" ({} stored, {} used)", remark.stored, remark.used);
+  return out;
+}
+
+std::string text_of_doubt(const EdsRemark& remark) {
+  return fmt::format("BP_ID: {}", doubt_of({static_cast<std::uint16_t>(remark.used)}));
+}
+
+void gather(std::string& list, std::string_view symbol) {
+  if (!list.empty()) list += ", ";
+  list += symbol;
+}
+
+void add_device(report::Summary& out, const EdsDevice& device) {
+  out.entry("format", format_text(device.format).view());
+  out.entry("clock", fmt::format("at most {}", text_of(device.timing.clock_max)));
+  std::string ack = fmt::format("at most {}", text_of(device.timing.ack_max));
+  if (device.busy_s_clocks != 0) ack += fmt::format(" and {} clocks", device.busy_s_clocks);
+  out.entry("ACK", ack);
+  out.entry("timeout", text_of(device.timing.timeout));
+  if (device.timing.cycle_min.count != 0) {
+    out.entry("shortest cycle", text_of(device.timing.cycle_min));
+  }
+  if (device.control_ready) {
+    out.entry("registers", fmt::format("{} after power-on", text_of(*device.control_ready)));
+  }
+  if (device.position_ready) {
+    out.entry("positions", fmt::format("{} after power-on", text_of(*device.position_ready)));
+  }
+}
+
+// Frame format, timing, and everything doubtful about them.
+std::string eds_summary(const EdsSource& source) {
+  std::vector<std::string> lines;
+  Gathered gathered;
+  const auto take = [&](const EdsRemark& remark) {
+    if (remark.kind == EdsRemarkKind::hypothesis) return gather(gathered.hypotheses, remark.symbol);
+    if (remark.kind == EdsRemarkKind::not_given) return gather(gathered.missing, remark.symbol);
+    lines.push_back(remark.kind == EdsRemarkKind::doubtful ? text_of_doubt(remark)
+                                                           : remark_line(remark));
+  };
+  const EdsImage image = source.stored.image();
+  const auto device = describe_device(image, source.overrides, take);
+  report::Summary out;
+  if (device.ok()) {
+    add_device(out, *device);
+  } else {
+    out.entry("format", fmt::format("none: {}", text_of(device.error().cause)));
+  }
+  if (!gathered.hypotheses.empty()) {
+    lines.push_back(gathered.hypotheses + ": no source confirms the unit (?)");
+  }
+  if (!gathered.missing.empty()) {
+    lines.push_back(gathered.missing + ": not given, the widest that BiSS C allows");
+  }
+  std::string_view key = "not certain";
+  for (const std::string& line : lines) {
+    out.entry(key, line);
+    key = "";
+  }
+  return "\n" + out.text();
 }
 
 dump::RegisterDump overridden_dump(const EdsSource& source) {
   dump::RegisterDump dump = source.dump;
   if (source.overrides.empty()) return dump;
-  for (const EdsPartEntry& part : eds_parts(source.sheet)) {
+  for (const EdsPartRow& part : eds_parts(source.sheet)) {
     if (part.found->whole) dump.set_bank(part.found->bank, part.found->filled);
   }
   return dump;
@@ -109,14 +183,14 @@ dump::RegisterDump overridden_dump(const EdsSource& source) {
 
 ExitStatus run_show(const ShowOptions& options) {
   const bool description = options.to == "description";
-  // A description can say anything that a dump holds, also of a device without data sheet.
-  const LoadedEds loaded =
+  // A description also holds the registers of a device without data sheet.
+  const auto loaded =
       description ? load_eds(options.arguments) : load_eds_with_part(options.arguments);
-  if (!loaded.source) return loaded.status;
-  const EdsSource& source = *loaded.source;
-  for (const EdsPartEntry& part : eds_parts(source.sheet)) {
+  if (!loaded) return loaded.error();
+  const EdsSource& source = *loaded;
+  for (const EdsPartRow& part : eds_parts(source.sheet)) {
     if (part.found->whole) continue;
-    warn(fmt::format("bank {} is not whole: its {} part is shown, not used", part.found->bank,
+    warn(fmt::format("bank {} is incomplete: its {} part is shown, but not used", part.found->bank,
                      name_of(part.part)));
   }
   Output output;
@@ -142,7 +216,7 @@ Run add_eds_show(Verb verb) {
   const auto options = std::make_shared<ShowOptions>();
   add_eds_file(verb, options->arguments.file);
   add_eds_options(verb, options->arguments);
-  verb.add_flag("--all", options->all, "In the table reserved bytes and unused channels too");
+  verb.add_flag("--all", options->all, "Also show reserved bytes and unused channels in the table");
   add_name_option(verb, "--to", options->to, show_formats, "Output format; table by default");
   add_output_option(verb, options->output);
   return [options] { return run_show(*options); };

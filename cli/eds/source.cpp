@@ -20,32 +20,38 @@ namespace {
 using dump::DataSheet;
 using dump::FoundPart;
 
-/// A dump, or the line why there is none.
-struct ReadDump {
-  dump::RegisterDump dump;
-  std::string error;
-};
+using ReadDump = tl::expected<dump::RegisterDump, std::string>;
+
+std::string text_of(const dump::DumpError& error) {
+  std::string text = dump::dump_error_text(error);
+  if (error.cause == dump::DumpCause::several_slaves) text += "; select one with --slave";
+  if (error.cause == dump::DumpCause::unknown_format || error.format == dump::DumpFormat::binary) {
+    text += fmt::format("; the known kinds are {}, and descriptions ([common], TMA = 100ns)",
+                        dump::known_formats);
+  }
+  return text;
+}
 
 ReadDump read_stream(std::istream& stream, const EdsArguments& arguments) {
   std::string head = dump::read_head(stream);
   if (looks_like_description(head)) {
-    DescribedDump described = read_description(stream, std::move(head));
-    return {described.dump, std::move(described.error)};
+    return read_description(stream, std::move(head)).map_error([](const std::string& error) {
+      return "read as a description: " + error;
+    });
   }
-  const auto dump =
-      dump::read_dump(stream, std::move(head), {.bank = arguments.bank, .slave = arguments.slave});
-  if (dump.ok()) return {*dump, {}};
-  const std::string hint =
-      dump.error().cause == dump::DumpCause::several_slaves ? " (name it with --slave)" : "";
-  return {{}, dump::dump_error_text(dump.error()) + hint};
+  return dump::read_dump(stream, std::move(head),
+                         {.bank = arguments.bank, .slave = arguments.slave})
+      .map_error(text_of);
 }
 
 ReadDump read_file(const EdsArguments& arguments) {
   if (arguments.file == "-") return read_stream(std::cin, arguments);
   std::error_code ignored;
-  if (std::filesystem::is_directory(arguments.file, ignored)) return {{}, "is a folder"};
+  if (std::filesystem::is_directory(arguments.file, ignored)) {
+    return tl::unexpected<std::string>("is a folder");
+  }
   std::ifstream file(arguments.file, std::ios::binary);
-  if (!file) return {{}, "cannot be opened"};
+  if (!file) return tl::unexpected<std::string>("cannot be opened");
   return read_stream(file, arguments);
 }
 
@@ -78,7 +84,7 @@ FoundPart* part_of(DataSheet& sheet, EdsPart part, unsigned channel) {
   return found && found->whole ? &*found : nullptr;
 }
 
-// Returns why it cannot be made.
+// Returns the reason where the override is impossible, else an empty text.
 std::string make_override(EdsSource& source, const std::string& text) {
   const std::size_t sign = text.find('=');
   if (sign == std::string::npos) return "expected SYMBOL=value";
@@ -96,18 +102,18 @@ std::string make_override(EdsSource& source, const std::string& text) {
     return fmt::format("the dump does not hold the whole {} part", name_of(part));
   }
   const bool linear = part == EdsPart::bp3 && parse_bp3_part(found->filled).linear();
-  const EdsValue value = parse_eds_value(*field, std::string_view(text).substr(sign + 1), linear);
-  if (!value.error.empty()) return value.error;
+  const auto value = parse_eds_value(*field, std::string_view(text).substr(sign + 1), linear);
+  if (!value) return value.error();
   const bool sealed_before = found->filled[eds_checksum_address] == eds_checksum(found->filled);
-  static_cast<void>(set_field(found->filled, *field, value.value));
+  static_cast<void>(set_field(found->filled, *field, *value));
   if (sealed_before && field->kind != EdsKind::checksum) found->filled = sealed(found->filled);
   for (std::size_t i = 0; i < eds_bank_bytes; ++i) found->bytes[i] = found->filled[i];
   source.overrides.push_back(
-      {part, static_cast<std::uint8_t>(name.channel), field->symbol, value.value});
+      {part, static_cast<std::uint8_t>(name.channel), field->symbol, *value});
   return {};
 }
 
-// BANK_i, DC_NUM and EDS_LEN decide what is found where.
+// BANK_i, DC_NUM and EDS_LEN decide which parts are found.
 void find_again(EdsSource& source, const EdsArguments& arguments) {
   if (!source.sheet.common || !source.sheet.eds_bank || !source.sheet.common->whole) return;
   dump::RegisterDump changed = source.dump;
@@ -124,73 +130,70 @@ std::string nothing_found(const EdsSource& source) {
   const auto stated = source.dump.direct_byte(reg::eds_bank);
   if (stated && *stated != 0 && *stated != 0xFF) {
     return fmt::format(
-        "register 0x41 says that the data sheet is in bank {}, which the dump does "
-        "not hold",
-        *stated);
+        "register 0x41 says that the data sheet is in bank {}, which is not in the dump", *stated);
   }
   if (stated) {
     return fmt::format(
-        "register 0x41 is 0x{:02X}: the device has no data sheet; --eds-bank looks "
-        "for one all the same",
+        "register 0x41 is 0x{:02X}: the device has no data sheet; --eds-bank looks for one in a "
+        "bank",
         *stated);
   }
-  return "no bank looks like a data sheet; name the one with its common part: --eds-bank";
+  return "no bank looks like a data sheet; give the bank of the common part with --eds-bank";
 }
 
 }  // namespace
 
 void add_eds_file(Verb verb, std::string& file, bool required) {
   verb.add_option("FILE", file,
-                  "A dump of registers (binary, hex text, Intel HEX, or accesses as JSON lines) or "
-                  "a description; - is stdin")
+                  "Dump of registers (binary, hex text, Intel HEX, or accesses as JSON lines) or "
+                  "description; - is stdin")
       .required(required)
       .file(FileUse::read)
       .type_name("");
 }
 
 void add_eds_options(Verb verb, EdsArguments& arguments) {
-  add_count_option(verb, "--bank", into(arguments.bank),
-                   "The bank that the file begins with; 0 by default", 255);
+  add_count_option(verb, "--bank", into(arguments.bank), "First bank of the file; 0 by default",
+                   255);
   add_count_option(verb, "--eds-bank", into(arguments.eds_bank),
-                   "The bank of the common part, instead of what register 0x41 says", 255);
-  add_count_option(verb, "--slave", into(arguments.slave),
-                   "Of accesses to several slaves, take those to this ID", 7);
+                   "Bank of the common part, instead of register 0x41", 255);
+  add_count_option(verb, "--slave", into(arguments.slave), "Read only the accesses to this ID", 7);
   add_count_option(verb, "--id", into(arguments.identifier),
-                   "The profile identifier of registers 0x42 and 0x43, instead of the dump's",
-                   0xFFFF);
-  verb.add_option("--override", arguments.overrides,
-                  "Take this value for the one stored; TMA, common.CPOLY_0, bp3.1.MT_LEN; may be "
-                  "repeated")
+                   "Profile identifier, instead of the registers 0x42 and 0x43", 0xFFFF);
+  verb.add_option(
+          "--override", arguments.overrides,
+          "Use this value instead of the stored one: TMA, common.CPOLY_0, bp3.1.MT_LEN; may "
+          "be repeated")
       .type_name("SYMBOL=VALUE");
 }
 
-LoadedEds load_eds(const EdsArguments& arguments) {
-  ReadDump read = read_file(arguments);
-  if (!read.error.empty()) {
-    return {std::nullopt,
-            fail(ExitStatus::io, fmt::format("'{}': {}", arguments.file, read.error))};
+tl::expected<EdsSource, ExitStatus> load_eds(const EdsArguments& arguments) {
+  const ReadDump read = read_file(arguments);
+  if (!read) {
+    return tl::unexpected(
+        fail(ExitStatus::io, fmt::format("'{}': {}", arguments.file, read.error())));
   }
   EdsSource source;
-  source.dump = read.dump;
+  source.dump = *read;
   source.stored = find_data_sheet(
       source.dump, {.eds_bank = arguments.eds_bank, .identifier = arguments.identifier});
   source.sheet = source.stored;
   for (const std::string& text : arguments.overrides) {
     const std::string error = make_override(source, text);
     if (!error.empty()) {
-      return {std::nullopt,
-              fail(ExitStatus::usage, fmt::format("--override '{}': {}", text, error))};
+      return tl::unexpected(
+          fail(ExitStatus::usage, fmt::format("--override '{}': {}", text, error)));
     }
   }
   if (!source.overrides.empty()) find_again(source, arguments);
-  return {std::move(source), ExitStatus::done};
+  return source;
 }
 
-LoadedEds load_eds_with_part(const EdsArguments& arguments) {
-  LoadedEds loaded = load_eds(arguments);
-  if (!loaded.source || !loaded.source->sheet.empty()) return loaded;
-  const std::string text = fmt::format("'{}': {}", arguments.file, nothing_found(*loaded.source));
-  return {std::nullopt, fail(ExitStatus::data_failed, text)};
+tl::expected<EdsSource, ExitStatus> load_eds_with_part(const EdsArguments& arguments) {
+  auto source = load_eds(arguments);
+  if (!source || !source->sheet.empty()) return source;
+  return tl::unexpected(fail(ExitStatus::data_failed,
+                             fmt::format("'{}': {}", arguments.file, nothing_found(*source))));
 }
 
 }  // namespace biss::cli

@@ -1,9 +1,10 @@
-// Where the verbs of `biss eds` have their data sheet from: a dump of registers or a description.
+// The data sheet that a verb of `biss eds` works on, from a dump of registers or a description.
 #pragma once
 
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <tl/expected.hpp>
 #include <vector>
 
 #include "biss/eds/device.hpp"
@@ -15,7 +16,7 @@ namespace biss::cli {
 
 class Verb;
 
-/// What the user typed.
+/// The user's arguments.
 struct EdsArguments {
   std::string file;
   std::optional<std::uint8_t> bank;
@@ -30,25 +31,21 @@ void add_eds_file(Verb verb, std::string& file, bool required = true);
 /// Declares --bank, --eds-bank, --slave, --id and --override.
 void add_eds_options(Verb verb, EdsArguments& arguments);
 
-/// What was found in a file. No part needs to be there.
+/// The contents of a file; it may hold no part of a data sheet.
 struct EdsSource {
   dump::RegisterDump dump;
   /// As stored.
   dump::DataSheet stored;
-  /// With the overrides made; a checksum that was right is right again.
+  /// With the overrides; a checksum that was right is updated.
   dump::DataSheet sheet;
-  /// Symbols are static.
+  /// Symbols are static text.
   std::vector<EdsOverride> overrides;
 };
 
-/// Reads a file, or prints the one line why not: `status` counts exactly when `source` is empty.
-struct LoadedEds {
-  std::optional<EdsSource> source;
-  ExitStatus status = ExitStatus::done;
-};
-LoadedEds load_eds(const EdsArguments& arguments);
+/// Reads a file; prints one line and returns the status where it cannot.
+tl::expected<EdsSource, ExitStatus> load_eds(const EdsArguments& arguments);
 
-/// The same, and a failure too where there is no part of a data sheet at all.
-LoadedEds load_eds_with_part(const EdsArguments& arguments);
+/// The same; a file without any part of a data sheet is an error too (data_failed).
+tl::expected<EdsSource, ExitStatus> load_eds_with_part(const EdsArguments& arguments);
 
 }  // namespace biss::cli

@@ -2,60 +2,57 @@
 
 #include <fmt/format.h>
 
-#include <vector>
-
 #include "biss/eds/common_part.hpp"
 #include "biss/eds/profile.hpp"
 #include "cli/common/quantity.hpp"
+#include "dump/text.hpp"
 
 namespace biss::cli {
 namespace {
 
-// What the tables have at most.
+// The longest table of names.
 constexpr std::uint32_t table_values = 3;
 
 bool has_table(const EdsField& field) { return !name_of(field.kind, 0).empty(); }
 
-// Ranges leave out 0 and all ones, probably for this (EdsField::may_be_absent()).
+// Probably the reason why ranges leave out 0 and all ones (EdsField::may_be_absent()).
 bool not_given(const EdsField& field, std::uint32_t value) {
   return field.may_be_absent() && (value == 0 || value == field.all_ones());
 }
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
-std::string_view without_blanks(std::string_view text) {
-  while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
-  while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
-  return text;
+using Value = tl::expected<std::uint32_t, std::string>;
+
+tl::unexpected<std::string> wrong(std::string error) { return tl::unexpected(std::move(error)); }
+
+Value checked(const EdsField& field, std::uint64_t value) {
+  if (value <= field.all_ones()) return static_cast<std::uint32_t>(value);
+  return wrong(
+      fmt::format("too large; {} at most {}",
+                  field.bytes == 1 ? "1 byte holds" : fmt::format("{} bytes hold", field.bytes),
+                  field.all_ones()));
 }
 
-EdsValue wrong(std::string error) { return {0, std::move(error)}; }
-
-EdsValue checked(const EdsField& field, std::uint64_t value) {
-  if (value <= field.all_ones()) return {static_cast<std::uint32_t>(value), {}};
-  return wrong(fmt::format("too large; {} byte{} hold at most {}", field.bytes,
-                           field.bytes == 1 ? "" : "s", field.all_ones()));
-}
-
-EdsValue parse_time(const EdsField& field, std::string_view text) {
+Value parse_time(const EdsField& field, std::string_view text) {
   const EdsScale& scale = *find_scale(field.symbol);
-  const bool owned_up = text.ends_with('?');
-  if (owned_up) text = without_blanks(text.substr(0, text.size() - 1));
+  const bool confirmed = text.ends_with('?');
+  if (confirmed) text = dump::trimmed(text.substr(0, text.size() - 1));
   const auto time = parse_duration(text);
   if (!time.ok()) return wrong(quantity_error_text(Quantity::duration, text, time.error()));
-  if (scale.hypothesis && !owned_up) {
+  if (scale.hypothesis && !confirmed) {
     return wrong(
-        fmt::format("that {} counts steps of {} is a hypothesis: write the number of "
-                    "steps, or {}? to go by it",
+        fmt::format("that {} counts steps of {} is a hypothesis; write the number of "
+                    "steps, or {}? to rely on it",
                     field.symbol, text_of(scale.step), text));
   }
   if (time->count % scale.step.count != 0) {
-    return wrong(fmt::format("no whole number of steps of {}", text_of(scale.step)));
+    return wrong(fmt::format("not a whole number of steps of {}", text_of(scale.step)));
   }
   return checked(field, static_cast<std::uint64_t>(time->count / scale.step.count));
 }
 
-// A name of the field's table.
+// The names of the field's table.
 std::string table_error(const EdsField& field) {
   std::string names;
   for (std::uint32_t value = 0; value < table_values; ++value) {
@@ -67,15 +64,16 @@ std::string table_error(const EdsField& field) {
 
 }  // namespace
 
-EdsValue parse_eds_value(const EdsField& field, std::string_view text, bool linear) {
-  text = without_blanks(text);
+tl::expected<std::uint32_t, std::string> parse_eds_value(const EdsField& field,
+                                                         std::string_view text, bool linear) {
+  text = dump::trimmed(text);
   for (std::uint32_t value = 0; has_table(field) && value < table_values; ++value) {
-    if (text == name_of(field.kind, value)) return {value, {}};
+    if (text == name_of(field.kind, value)) return value;
   }
   const bool hexadecimal = text.starts_with("0x") || text.starts_with("0X");
   std::size_t size = 0;
   while (size < text.size() && (hexadecimal ? text[size] != ' ' : is_digit(text[size]))) ++size;
-  const std::string_view unit = without_blanks(text.substr(size));
+  const std::string_view unit = dump::trimmed(text.substr(size));
   const auto number = parse_count(text.substr(0, size));
   if (number.ok() && unit.empty()) return checked(field, *number);
   if (field.unit == EdsUnit::time_step) return parse_time(field, text);
@@ -85,7 +83,7 @@ EdsValue parse_eds_value(const EdsField& field, std::string_view text, bool line
   const std::string_view due = text_of(field.unit, linear);
   if (unit == due || (field.unit == EdsUnit::banks && unit == "bank"))
     return checked(field, *number);
-  return wrong(due.empty() ? fmt::format("a bare number, without '{}'", unit)
+  return wrong(due.empty() ? fmt::format("a number without unit, not '{}'", unit)
                            : fmt::format("the unit is {}, not '{}'", due, unit));
 }
 

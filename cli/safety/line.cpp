@@ -192,7 +192,8 @@ LineCounts count(const SafetyFormat& monitored, sim::LineSetup setup, sim::Fault
   return watch.finish();
 }
 
-LineChoice line_of(const SafetyFormat& monitored, const LineRunOptions& options) {
+tl::expected<sim::LineSetup, std::string> line_of(const SafetyFormat& monitored,
+                                                  const LineRunOptions& options) {
   LineOptions line;
   const DeviceChoice device = parse_device(monitored.device);
   line.device.format =
@@ -204,9 +205,8 @@ LineChoice line_of(const SafetyFormat& monitored, const LineRunOptions& options)
   line.motion = "random";
   line.seed = options.seed;
   if (monitored.setup.counter.mode == CounterMode::count_0_63) line.counter = "count_0_63";
-  LineChoice choice = choose_line(line);
-  if (!choice.error.empty()) choice.error = "the line model, 10 MHz, 20 m: " + choice.error;
-  return choice;
+  return line_setup(line).map_error(
+      [](const std::string& error) { return "the line model, 10 MHz, 20 m: " + error; });
 }
 
 std::vector<report::Column> columns() {
@@ -237,9 +237,9 @@ bool write_row(report::TableWriter& table, sim::FaultKind kind, std::uint64_t cy
 ExitStatus run_line(const LineRunOptions& options) {
   const auto monitored = parse_safety_format(options.format);
   if (!monitored) return fail(ExitStatus::usage, safety_format_error(options.format));
-  const LineChoice line = line_of(*monitored, options);
-  if (!line) return fail(ExitStatus::usage, line.error);
-  const Picoseconds interval = sim::Line(*line.setup).nominal().interval;
+  const auto line = line_of(*monitored, options);
+  if (!line) return fail(ExitStatus::usage, line.error());
+  const Picoseconds interval = sim::Line(*line).nominal().interval;
   if (options.cycles > static_cast<std::uint64_t>(longest_run.count / interval.count)) {
     return fail(ExitStatus::usage,
                 fmt::format("--cycles: the line model holds 100 days, {} cycles at this rate",
@@ -247,7 +247,7 @@ ExitStatus run_line(const LineRunOptions& options) {
   }
   std::array<LineCounts, sim::simulated_fault_count> all;
   lab::parallel_for(options.threads, all.size(), [&](std::size_t k) {
-    all[k] = count(*monitored, *line.setup, static_cast<sim::FaultKind>(k), options.cycles);
+    all[k] = count(*monitored, *line, static_cast<sim::FaultKind>(k), options.cycles);
   });
   Output output;
   if (!output.open(options.output)) return output.status();

@@ -12,7 +12,7 @@ namespace biss::cli {
 
 namespace {
 
-// Of one slave, or of all.
+// True for the steps that concern one slave.
 bool asks_one(ConfigureStep step) {
   return step >= ConfigureStep::identity && step <= ConfigureStep::restore_bank;
 }
@@ -21,7 +21,7 @@ std::string counted(std::uint32_t requests) {
   return fmt::format("{} {}", requests, requests == 1 ? "request" : "requests");
 }
 
-// "4D484D234400 (MHM#D)": as a number, and its letters up to the first that is none.
+// "4D484D234400 (MHM#D)": the number, and its bytes as characters up to the first that is none.
 std::string device_text(std::uint64_t device) {
   std::string letters;
   for (unsigned shift = 48; shift != 0;) {

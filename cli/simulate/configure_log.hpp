@@ -1,5 +1,4 @@
-// What a master that began with knowing nothing asked, and what it found: the summary of
-// `biss simulate --configure`.
+// The summary of `biss simulate --configure`: what the master asked, and what it found.
 #pragma once
 
 #include <cstdint>
@@ -13,11 +12,11 @@ namespace biss::cli {
 
 class ConfigureLog {
  public:
-  /// Where it stands: before each request, and behind the last.
+  /// Call before each request and after the last one.
   void note(const Configurator& configurator);
 
-  /// The steps, and format, timing and identity with where each comes from; or the cause why not.
-  /// \param time that it took
+  /// The steps with their requests; format, timing and identity, each with its source, where they
+  /// were found. \param time the duration of the configuration
   std::string text(const Result<Configuration, ConfigureFault>& found, Picoseconds time) const;
 
  private:

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <limits>
 #include <optional>
 
 #include "biss/eds/device.hpp"
@@ -18,7 +17,7 @@ namespace biss::cli {
 
 namespace {
 
-// Of one encoder.
+// For one encoder.
 struct Loaded {
   sim::EncoderRegisters registers;
   FormatArguments device;
@@ -64,7 +63,7 @@ bool has_id(const std::string& argument) {
          argument[0] < '0' + static_cast<int>(control_max_slaves);
 }
 
-// By the data sheet, else by the identifier.
+// From the data sheet, else from the profile identifier.
 FormatArguments device_of(const dump::RegisterDump& dump, const dump::DataSheet& sheet) {
   FormatArguments device;
   const auto described = describe_device(sheet.image(), {}, [](const EdsRemark&) {});
@@ -101,29 +100,29 @@ std::string file_of_registers(const std::string& argument) {
   return has_id(argument) ? argument.substr(2) : argument;
 }
 
-LoadedRegisters load_registers(const std::vector<std::string>& arguments) {
+tl::expected<LoadedRegisters, ExitStatus> load_registers(
+    const std::vector<std::string>& arguments) {
   std::vector<std::optional<Loaded>> loaded;
-  const auto refuse = [](ExitStatus status, std::string_view text) {
-    if (!text.empty()) fail(status, text);
-    return LoadedRegisters{{}, status, {}};
+  const auto refuse = [](std::string_view text) {
+    return tl::unexpected(fail(ExitStatus::usage, text));
   };
   for (const std::string& argument : arguments) {
     std::size_t id = loaded.size();
     if (has_id(argument)) id = static_cast<std::size_t>(argument[0] - '0');
     if (id >= control_max_slaves) {
-      return refuse(ExitStatus::usage, "--registers: eight encoders have an ID, 0 to 7");
+      return refuse("--registers: only eight encoders have an ID, 0 to 7");
     }
     if (id < loaded.size() && loaded[id]) {
-      return refuse(ExitStatus::usage, fmt::format("--registers: ID {} is given twice", id));
+      return refuse(fmt::format("--registers: ID {} is given twice", id));
     }
     EdsArguments file;
     file.file = file_of_registers(argument);
     if (has_id(argument)) file.slave = static_cast<std::uint8_t>(id);
-    const LoadedEds source = load_eds(file);
-    if (!source.source) return refuse(source.status, {});
+    const auto source = load_eds(file);
+    if (!source) return tl::unexpected(source.error());
     loaded.resize(std::max(loaded.size(), id + 1));
-    loaded[id] = {registers_of(source.source->dump, source.source->sheet),
-                  device_of(source.source->dump, source.source->sheet)};
+    loaded[id] = {registers_of(source->dump, source->sheet),
+                  device_of(source->dump, source->sheet)};
   }
   LoadedRegisters all;
   if (loaded.size() == 1 && loaded[0]) all.device = loaded[0]->device;
@@ -132,24 +131,6 @@ LoadedRegisters load_registers(const std::vector<std::string>& arguments) {
     all.registers.push_back(encoder ? encoder->registers : sim::EncoderRegisters());
   }
   return all;
-}
-
-std::string read_busy(const std::string& text, Picoseconds interval, RegisterBusy& busy) {
-  constexpr std::uint16_t most = std::numeric_limits<std::uint16_t>::max();
-  std::uint64_t frames = 0;
-  if (const auto count = parse_count(text, most); count.ok()) {
-    frames = *count;
-  } else if (const auto time = parse_duration(text); time.ok()) {
-    frames = static_cast<std::uint64_t>((time->count + interval.count - 1) / interval.count);
-  } else {
-    return fmt::format("--register-busy: '{}': frames, up to {}, or a time like 3ms", text, most);
-  }
-  if (frames > most) {
-    return fmt::format("--register-busy: {} are {} frames at this rate; at most {} are possible",
-                       text, frames, most);
-  }
-  busy = {static_cast<std::uint16_t>(frames), static_cast<std::uint16_t>(frames)};
-  return {};
 }
 
 }  // namespace biss::cli

@@ -2,37 +2,32 @@
 #pragma once
 
 #include <string>
+#include <tl/expected.hpp>
 #include <vector>
 
-#include "biss/base/units.hpp"
 #include "cli/common/exit_status.hpp"
 #include "cli/common/format_option.hpp"
 #include "sim/encoder_registers.hpp"
 
 namespace biss::cli {
 
-/// Registers by ID; with a status other than `done` the one line why not was printed.
 struct LoadedRegisters {
+  /// By ID.
   std::vector<sim::EncoderRegisters> registers;
-  ExitStatus status = ExitStatus::done;
-  /// What the encoders say of themselves, as a user would: the format, and of one encoder alone
-  /// with a data sheet its timing. Empty where nothing is said.
+  /// The format that the encoders describe in their registers, and for one encoder with a data
+  /// sheet its timing. Empty where nothing is described.
   FormatArguments device;
 };
 
-/// Reads `FILE` for the encoder with the next ID, `ID:FILE` for that one; of a file with accesses
-/// to several slaves, those to this ID.
+/// Reads `FILE` for the encoder with the next ID, `ID:FILE` for that ID; in a file with accesses to
+/// several slaves, those to this ID. Prints one line and returns the status on an error.
 ///
-/// Every byte that a file knows can be read. Written can be BSEL, where the file knows it or more
-/// than one bank, and what is neither of the register map's own (0x41 … 0x47, 0x78 … 0x7F) nor a
-/// bank of the data sheet. All else is refused.
-LoadedRegisters load_registers(const std::vector<std::string>& arguments);
+/// Every byte in a file is readable. Writable are BSEL, where the file has it or more than one bank,
+/// and all bytes that are neither in the register map (0x41 … 0x47, 0x78 … 0x7F) nor in a bank of
+/// the data sheet. All other accesses are refused.
+tl::expected<LoadedRegisters, ExitStatus> load_registers(const std::vector<std::string>& arguments);
 
 /// The file that one of these arguments names.
 std::string file_of_registers(const std::string& argument);
-
-/// `--register-busy`: frames by which each byte is late, `12`, or those that begin in a time,
-/// `3ms`. \return an empty text, or the one line why it is neither
-std::string read_busy(const std::string& text, Picoseconds interval, RegisterBusy& busy);
 
 }  // namespace biss::cli

@@ -24,10 +24,10 @@ namespace biss::cli {
 
 namespace {
 
-// What a motion takes for the time between two requests: the recorded one is not known beforehand.
+// The time between two requests that motions assume: the recorded one is not known in advance.
 constexpr Picoseconds motion_interval = microseconds(100);
 
-// Where edges go, and rows beside them.
+// The capture and the rows of a replay.
 class ReplayOutput {
  public:
   ReplayOutput(const ReplayOptions& options, Hertz clock) : options_(options), clock_(clock) {}
@@ -46,7 +46,7 @@ class ReplayOutput {
     if (rows_) good_ = rows_->row(cells) && good_;
   }
 
-  /// Writes and forgets the edges. False when anything failed, rows included.
+  /// Writes and clears the edges. False when any output failed, rows included.
   bool write(std::vector<wire::Edge>& edges) {
     good_ = good_ && edges_->write(edges);
     edges.clear();
@@ -58,7 +58,7 @@ class ReplayOutput {
     return !rows_ || (rows_->finish() && rows_output_.finish());
   }
 
-  /// Says what failed.
+  /// Prints what failed.
   ExitStatus status() const {
     if (edges_ && edges_->status() != ExitStatus::done) return ExitStatus::io;
     if (output_.status() != ExitStatus::done) return ExitStatus::io;
@@ -75,7 +75,7 @@ class ReplayOutput {
   bool good_ = true;
 };
 
-// All blocks of the capture through `push`, which appends what it makes to its argument.
+// Passes all blocks of the capture to `push`, which appends edges to its argument.
 ExitStatus pump(
     CaptureInput& input, ReplayOutput& output,
     const std::function<void(std::span<const wire::Edge>, std::vector<wire::Edge>&)>& push) {
@@ -84,9 +84,10 @@ ExitStatus pump(
   for (auto block = input.next(); !block.empty(); block = input.next()) {
     if (progress.due()) progress.show(input.progress_text());
     if (block.front().time < -sim::replay_time_max || block.back().time > sim::replay_time_max) {
-      return fail(ExitStatus::io,
-                  fmt::format("{}: has times of more than ten days; cut out what is to be replayed",
-                              input.name()));
+      return fail(
+          ExitStatus::io,
+          fmt::format("{}: has times beyond ten days; cut the part to be replayed out of it",
+                      input.name()));
     }
     push(block, made);
     if (!output.write(made)) return output.status();
@@ -104,7 +105,7 @@ sim::MaReplaySetup setup_of(const sim::LineSetup& line, bool timeout_known) {
           .registers = line.registers.empty() ? std::nullopt : std::optional(line.registers[0])};
 }
 
-// The counts of answers by kind, and their rows of truth.
+// Counts answers by kind and makes their rows of truth.
 class AnswerLog {
  public:
   explicit AnswerLog(const FrameFormat& format) : table_(format) {}
@@ -125,12 +126,14 @@ class AnswerLog {
   }
 
   std::uint64_t total() const { return counts_[0] + counts_[1] + counts_[2]; }
+  /// The master ended requests before STOP, and not only the last one at the end of the capture.
+  bool cut() const { return counts_[1] > (counts_[0] == 0 ? 0U : 1U); }
   std::string text() const {
     std::string text = fmt::format("{} requests, {} answered up to STOP", total(), counts_[0]);
     if (counts_[1] != 0) text += fmt::format(", {} cut by the master", counts_[1]);
     if (counts_[2] != 0) {
       text +=
-          fmt::format(", {} before the encoder was ready (--timeout says when it is)", counts_[2]);
+          fmt::format(", {} before the encoder was ready (--timeout sets when it is)", counts_[2]);
     }
     return text + "\n";
   }
@@ -159,35 +162,44 @@ decode::Cycle cycle_of(const sim::ReplayReading& replayed, const FrameFormat& fo
   return cycle;
 }
 
+// A recorded master cannot wait for an answer that did not exist when it was recorded.
+std::string waiting_master(const std::string& output) {
+  return fmt::format(
+      "the recorded master ended requests before STOP. If it waits for START, feed it the SLO of "
+      "{}, "
+      "record its MA again and run --ma-from on the new recording; repeat until every request is "
+      "answered up to STOP",
+      output == "-" ? "the output" : fmt::format("'{}'", output));
+}
+
 ExitStatus no_request(const CaptureInput& input) {
-  return fail(ExitStatus::data_failed,
-              fmt::format("{}: no request on MA; is it the right line, and did the master ask?",
-                          input.name()));
+  return fail(ExitStatus::data_failed, fmt::format("{}: no request on MA; check that --ma names "
+                                                   "the right line and that the master was running",
+                                                   input.name()));
 }
 
 }  // namespace
 
 ExitStatus replay_ma(const ReplayOptions& options, const LineOptions& line) {
-  const LineChoice choice = choose_line(line);
-  if (!choice) return fail(ExitStatus::usage, choice.error);
+  const auto setup = line_setup(line);
+  if (!setup) return fail(ExitStatus::usage, setup.error());
   if (!line.register_busy.empty() && !parse_count(line.register_busy).ok()) {
     return fail(ExitStatus::usage,
-                "--register-busy: in frames; a recorded master asks when it likes");
+                "--register-busy: with --ma-from give a number of frames, not a time");
   }
-  const sim::LineSetup& setup = *choice.setup;
   const bool timeout_known =
       choose_device(line.device).device->entry != nullptr || !line.device.timeout.empty();
   RecordedLine recorded;
   const ExitStatus opened = recorded.open(options.ma_from, options.ma, {}, options.raw, false);
   if (opened != ExitStatus::done) return opened;
   ReplayOutput output(options, recorded.clock());
-  AnswerLog log(setup.format);
+  AnswerLog log(setup->format);
   if (!output.open(options.truth, log.columns())) return output.status();
 
-  sim::Encoder encoder(setup.format, sim::Motion(setup.motion, setup.format.channel_list[0],
-                                                 motion_interval, setup.seed));
+  sim::Encoder encoder(setup->format, sim::Motion(setup->motion, setup->format.channel_list[0],
+                                                  motion_interval, setup->seed));
   sim::MaReplay replay(
-      setup_of(setup, timeout_known), [&](Picoseconds moment) { return encoder.sample(moment); },
+      setup_of(*setup, timeout_known), [&](Picoseconds moment) { return encoder.sample(moment); },
       [&](const sim::Answer& answer) { output.row(log.cells(answer)); });
   CaptureInput& input = recorded.input();
   const ExitStatus pumped = pump(input, output, [&](auto edges, auto& made) {
@@ -199,30 +211,30 @@ ExitStatus replay_ma(const ReplayOptions& options, const LineOptions& line) {
   if (log.total() == 0) return no_request(input);
   if (!output.write(made) || !output.finish(end)) return output.status();
   print_summary(log.text());
+  if (log.cut()) warn(waiting_master(options.output));
   return ExitStatus::done;
 }
 
 ExitStatus replay_slo(const ReplayOptions& options, const LineOptions& line) {
-  const LineChoice choice = choose_line(line);
-  if (!choice) return fail(ExitStatus::usage, choice.error);
-  const sim::LineSetup& setup = *choice.setup;
+  const auto setup = line_setup(line);
+  if (!setup) return fail(ExitStatus::usage, setup.error());
   RecordedLine recorded;
   const ExitStatus opened =
       recorded.open(options.slo_from, options.ma, options.slo, options.raw, true);
   if (opened != ExitStatus::done) return opened;
   ReplayOutput output(options, recorded.clock());
-  DecodeTable table(setup.format);
+  DecodeTable table(setup->format);
   if (!output.open(options.readings, table.columns())) return output.status();
 
   MasterSetup master{
-      .timing = setup.timing, .slaves = setup.slaves, .compensate = setup.compensate};
-  if (options.own_clock) master.period = period_of(setup.clock);
+      .timing = setup->timing, .slaves = setup->slaves, .compensate = setup->compensate};
+  if (options.own_clock) master.period = period_of(setup->clock);
   std::uint64_t total = 0;
   std::uint64_t good = 0;
   std::uint64_t marginal = 0;
-  sim::SloReplay replay({FrameCodec<>(setup.format), master},
+  sim::SloReplay replay({FrameCodec<>(setup->format), master},
                         [&](const sim::ReplayReading& reading) {
-                          const decode::Cycle cycle = cycle_of(reading, setup.format);
+                          const decode::Cycle cycle = cycle_of(reading, setup->format);
                           output.row(table.cells(total++, cycle));
                           if (cycle.frame) ++good;
                           if (reading.reading.marginal) ++marginal;

@@ -1,4 +1,4 @@
-// `biss simulate --ma-from` and `--slo-from`: one side of the line is a capture, the other ours.
+// `biss simulate --ma-from` and `--slo-from`: one side of the line is recorded, the other simulated.
 #pragma once
 
 #include <optional>
@@ -11,28 +11,28 @@
 namespace biss::cli {
 
 struct ReplayOptions {
-  /// Exactly one of these two is given.
+  /// Exactly one of these two is set.
   std::string ma_from;
   std::string slo_from;
-  /// What it does not say of itself.
+  /// The layout of a capture of raw samples.
   RawSamples raw;
-  /// Names of lines in it; empty: found by name, else by behaviour.
+  /// Names of its lines; empty: found by name, else by behaviour.
   std::string ma;
   std::string slo;
-  /// Where our master's rows go; empty: nowhere.
+  /// The file for the rows of our master; empty: none.
   std::string readings;
-  /// Our master's clock is the user's and not the recorded one.
+  /// Our master has the clock that the user gives, not the recorded one.
   bool own_clock = false;
   std::optional<Hertz> sample_rate;
   std::string output;
   std::string truth;
 };
 
-/// Our encoder behind the recorded MA. A format without a timeout of its own gets the adaptive one,
-/// the shortest, so that it is ready for any master.
+/// Our encoder answers the recorded MA. Without a timeout given it has the adaptive one, the
+/// shortest, so that it is ready for any master.
 ExitStatus replay_ma(const ReplayOptions& options, const LineOptions& line);
 
-/// Our master before the recorded SLO.
+/// Our master reads the recorded SLO.
 ExitStatus replay_slo(const ReplayOptions& options, const LineOptions& line);
 
 }  // namespace biss::cli

@@ -4,11 +4,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "biss/timing/cable.hpp"
 #include "cli/common/fault_option.hpp"
 #include "cli/common/quantity.hpp"
-#include "cli/simulate/registers.hpp"
 #include "sim/line.hpp"
 
 namespace biss::cli {
@@ -32,16 +32,16 @@ std::string put_delays(const LineOptions& options, sim::LineSetup& setup) {
   setup.internal_delay = options.internal_delay.value_or(setup.timing.internal_delay_max);
   const Picoseconds delay = setup.ma_delay + setup.slo_delay + setup.internal_delay * setup.slaves;
   if (delay <= biss_line_delay_max) return {};
-  return fmt::format("--cable: a line delay of {}; BiSS C allows {}", text_of(delay, 3),
+  return fmt::format("--cable: the line delay is {}; BiSS C allows at most {}", text_of(delay, 3),
                      text_of(biss_line_delay_max));
 }
 
-// An edge cannot come before it was made.
+// An edge cannot arrive before it was sent.
 std::string check_jitter(const char* line, Picoseconds jitter, Picoseconds delay) {
   if (jitter <= delay) return {};
   return fmt::format(
-      "--jitter: an edge of {} takes {} and cannot come {} earlier; give a longer --cable, or "
-      "less jitter",
+      "--jitter: the delay of {} is {}, so its edges cannot come {} earlier; give a longer --cable "
+      "or less jitter",
       line, text_of(delay, 3), text_of(jitter, 3));
 }
 
@@ -84,7 +84,7 @@ std::string put_life(const LineOptions& options, sim::LineSetup& setup) {
     setup.life.starts[k] = static_cast<std::uint8_t>(start);
   }
   if (options.drift < INT32_MIN || options.drift > INT32_MAX) {
-    return "--drift: too much for a cycle";
+    return fmt::format("--drift: {} to {} counts per cycle", INT32_MIN, INT32_MAX);
   }
   setup.drift = static_cast<std::int32_t>(options.drift);
   return {};
@@ -95,18 +95,37 @@ std::string put_control(const LineOptions& options, sim::LineSetup& setup) {
   setup.accesses = options.accesses;
   setup.control.retries = static_cast<std::uint8_t>(options.retries);
   if (!options.registers.empty() && setup.format.cds0) {
-    return "--registers: by its format this encoder is unidirectional, its CDS is always 0";
+    return "--registers: the format has the option cds0, so this encoder has no registers";
   }
   if (options.registers.size() <= setup.slaves) return {};
-  return fmt::format("--registers: for ID {}, but there {}", options.registers.size() - 1,
-                     setup.slaves == 1 ? std::string("is one encoder, with ID 0; see --slaves")
-                                       : fmt::format("are {} encoders", setup.slaves));
+  return fmt::format("--registers: there is no encoder with ID {}; --slaves gives their number, {}",
+                     options.registers.size() - 1, setup.slaves);
 }
 
-// Behind put_rate(): a time is counted in cycles.
+// Frames by which each byte is late: `12`, or those that begin within `3ms`.
+std::string read_busy(const std::string& text, Picoseconds interval, RegisterBusy& busy) {
+  constexpr std::uint16_t most = std::numeric_limits<std::uint16_t>::max();
+  std::uint64_t frames = 0;
+  if (const auto count = parse_count(text, most); count.ok()) {
+    frames = *count;
+  } else if (const auto time = parse_duration(text); time.ok()) {
+    frames = static_cast<std::uint64_t>((time->count + interval.count - 1) / interval.count);
+  } else {
+    return fmt::format("--register-busy: '{}': give frames, at most {}, or a time like 3ms", text,
+                       most);
+  }
+  if (frames > most) {
+    return fmt::format("--register-busy: {} are {} frames at this rate; the limit is {}", text,
+                       frames, most);
+  }
+  busy = {static_cast<std::uint16_t>(frames), static_cast<std::uint16_t>(frames)};
+  return {};
+}
+
+// After put_rate(): a time is counted in cycles.
 std::string put_busy(const LineOptions& options, sim::LineSetup& setup) {
   if (options.register_busy.empty()) return {};
-  if (setup.registers.empty()) return "--register-busy: without --registers there are none";
+  if (setup.registers.empty()) return "--register-busy: needs --registers";
   RegisterBusy busy;
   std::string wrong = read_busy(options.register_busy, sim::Line(setup).nominal().interval, busy);
   for (sim::EncoderRegisters& registers : setup.registers) registers.set_busy(busy);
@@ -116,7 +135,7 @@ std::string put_busy(const LineOptions& options, sim::LineSetup& setup) {
 std::string put_rate(const LineOptions& options, sim::LineSetup& setup) {
   const DeviceTiming& timing = setup.timing;
   if (options.clock < timing.clock_min || options.clock > timing.clock_max) {
-    return fmt::format("--clock: this encoder takes {} to {}", text_of(timing.clock_min),
+    return fmt::format("--clock: this encoder accepts {} to {}", text_of(timing.clock_min),
                        text_of(timing.clock_max));
   }
   setup.clock = options.clock;
@@ -133,9 +152,9 @@ std::string put_rate(const LineOptions& options, sim::LineSetup& setup) {
 
 }  // namespace
 
-LineChoice choose_line(const LineOptions& options) {
+tl::expected<sim::LineSetup, std::string> line_setup(const LineOptions& options) {
   const DeviceChoice choice = choose_device(options.device);
-  if (!choice) return {.setup = {}, .error = choice.error};
+  if (!choice) return tl::unexpected(choice.error);
   sim::LineSetup setup;
   setup.format = choice.device->format;
   setup.timing = choice.device->timing;
@@ -145,11 +164,9 @@ LineChoice choose_line(const LineOptions& options) {
   setup.seed = options.seed;
   for (const auto put : {put_motion, put_chain, put_delays, put_jitter, put_life, put_faults,
                          put_control, put_rate, put_busy}) {
-    if (std::string wrong = put(options, setup); !wrong.empty()) {
-      return {.setup = {}, .error = std::move(wrong)};
-    }
+    if (std::string wrong = put(options, setup); !wrong.empty()) return tl::unexpected(wrong);
   }
-  return {.setup = std::move(setup), .error = {}};
+  return setup;
 }
 
 }  // namespace biss::cli

@@ -1,9 +1,10 @@
-// What `biss simulate` is asked for, and the line it means.
+// The options of `biss simulate` that describe the line.
 #pragma once
 
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <tl/expected.hpp>
 #include <vector>
 
 #include "biss/base/units.hpp"
@@ -18,16 +19,16 @@ namespace biss::cli {
 struct LineOptions {
   FormatArguments device;
   Hertz clock = megahertz(1);
-  /// As LineSetup has them.
+  /// As in LineSetup.
   std::int32_t clock_error_ppm = 0;
   std::uint32_t duty_per_mille = 500;
   Millimetres cable{};
-  /// The device's longest by default.
+  /// Empty: the device's longest.
   std::optional<Picoseconds> internal_delay;
-  /// One way each in the cable; half of the cable's by default.
+  /// One way each in the cable. Empty: half of the cable's.
   std::optional<Picoseconds> ma_delay;
   std::optional<Picoseconds> slo_delay;
-  /// Of both lines, where they have none of their own.
+  /// Of each line that has no jitter of its own.
   Picoseconds jitter{};
   std::optional<Picoseconds> ma_jitter;
   std::optional<Picoseconds> slo_jitter;
@@ -39,29 +40,22 @@ struct LineOptions {
   bool no_compensation = false;
   bool at_slave = false;
   std::uint64_t seed = 1;
-  /// The name of a range of the sign of life.
+  /// The range of the sign of life.
   std::string counter = "count_1_63";
-  /// First values of the signs of life, the channels' in order; the last one goes for the rest.
+  /// First values of the signs of life by channel; the last one applies to all further channels.
   std::vector<std::uint64_t> counter_start{};
-  /// As LineSetup has it.
+  /// As in LineSetup.
   std::int64_t drift = 0;
-  /// As LineSetup has them.
+  /// As in LineSetup.
   std::vector<sim::EncoderRegisters> registers{};
   std::vector<sim::ControlAccess> accesses{};
-  /// As read_busy() takes it; empty: at once.
+  /// Busy time of a register access per byte: frames (`12`) or a time (`3ms`); empty: none.
   std::string register_busy{};
   std::uint64_t retries = 0;
 };
 
-/// A line, or one line of text that says why there is none (usage: exit status 2).
-struct LineChoice {
-  std::optional<sim::LineSetup> setup;
-  std::string error;
-
-  explicit operator bool() const { return setup.has_value(); }
-};
-
-/// Checks the options against the device and its data sheet. \pre options.device.format is given
-LineChoice choose_line(const LineOptions& options);
+/// The line that the options describe, checked against the device and its data sheet; else one line
+/// of text (wrong usage). \pre options.device.format is given
+tl::expected<sim::LineSetup, std::string> line_setup(const LineOptions& options);
 
 }  // namespace biss::cli

@@ -12,9 +12,14 @@ LineOptions line_of(const std::string& format) {
 }
 
 sim::LineSetup chosen(const LineOptions& options) {
-  const LineChoice choice = choose_line(options);
-  EXPECT_EQ(choice.error, "");
-  return choice ? *choice.setup : sim::LineSetup{};
+  const auto setup = line_setup(options);
+  EXPECT_TRUE(setup.has_value()) << setup.error();
+  return setup.value_or(sim::LineSetup{});
+}
+
+std::string error_of(const LineOptions& options) {
+  const auto setup = line_setup(options);
+  return setup ? "" : setup.error();
 }
 
 TEST(LineOptions, DelaysOfEachLine_ReplaceHalfOfTheCable) {
@@ -31,7 +36,7 @@ TEST(LineOptions, DelaysOfEachLine_ReplaceHalfOfTheCable) {
   EXPECT_EQ(chosen(options).ma_delay, Picoseconds{});
   EXPECT_EQ(chosen(options).internal_delay, nanoseconds(1));
   options.ma_delay = microseconds(40);
-  EXPECT_EQ(choose_line(options).error, "--cable: a line delay of 40.008 us; BiSS C allows 40 us");
+  EXPECT_EQ(error_of(options), "--cable: the line delay is 40.008 us; BiSS C allows at most 40 us");
 }
 
 TEST(LineOptions, JitterOfEachLine_ReplacesThatOfBoth) {
@@ -50,15 +55,16 @@ TEST(LineOptions, JitterOfEachLine_ReplacesThatOfBoth) {
 TEST(LineOptions, JitterLongerThanTheDelay_IsRefused) {
   LineOptions options = line_of("resolute-26");
   options.jitter = nanoseconds(3);
-  EXPECT_EQ(choose_line(options).error,
-            "--jitter: an edge of MA takes 0 s and cannot come 3 ns earlier; give a longer "
-            "--cable, or less jitter");
+  EXPECT_EQ(
+      error_of(options),
+      "--jitter: the delay of MA is 0 s, so its edges cannot come 3 ns earlier; give a longer "
+      "--cable or less jitter");
   options.ma_jitter = Picoseconds{};
-  EXPECT_EQ(choose_line(options).error, "");
+  EXPECT_EQ(error_of(options), "");
   options.slo_jitter = nanoseconds(43);
-  EXPECT_EQ(choose_line(options).error,
-            "--jitter: an edge of SLO takes 42.5 ns and cannot come 43 ns earlier; give a longer "
-            "--cable, or less jitter");
+  EXPECT_EQ(error_of(options),
+            "--jitter: the delay of SLO is 42.5 ns, so its edges cannot come 43 ns earlier; give a "
+            "longer --cable or less jitter");
 }
 
 }  // namespace

@@ -1,5 +1,4 @@
-// `biss simulate`: master, cable and encoder on the wire, written as a capture, the truth beside
-// it.
+// `biss simulate`: a master, a cable and encoders, written as a capture with the truth beside it.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -31,10 +30,10 @@ struct SimulateOptions {
   std::vector<std::string> accesses;
 };
 
-// What times in 64-bit picoseconds hold, and something to spare.
+// Times in 64-bit picoseconds hold a little more.
 constexpr Picoseconds longest_capture = milliseconds(100LL * 24 * 3600 * 1000);
 
-// What the registers say stands where the user says nothing.
+// The registers describe what the user does not give.
 void take_described(const FormatArguments& described, FormatArguments& device) {
   for (const auto field :
        {&FormatArguments::format, &FormatArguments::ack_max, &FormatArguments::timeout,
@@ -49,45 +48,45 @@ class SimulateRun {
 
   ExitStatus run() {
     if (options_.write.sample_rate && !CaptureOutput::is_sampled(options_.write.output)) {
-      return fail(ExitStatus::usage,
-                  "--sample-rate: this output holds changes, not samples; write .sr, .bin or .raw");
+      return fail(
+          ExitStatus::usage,
+          "--sample-rate: this format stores changes, not samples; write .sr, .bin or .raw");
     }
     if (options_.replay.raw.rate && options_.replay.ma_from.empty() &&
         options_.replay.slo_from.empty()) {
       return fail(ExitStatus::usage,
-                  "--raw-rate: goes with --ma-from or --slo-from; for -o use --sample-rate");
+                  "--raw-rate: needs --ma-from or --slo-from; for -o use --sample-rate");
     }
     LineOptions line = options_.line;
     if (const ExitStatus status = load_control(line); status != ExitStatus::done) return status;
     if (line.device.format.empty()) {
-      return fail(
-          ExitStatus::usage,
-          "--format is required, or --registers with a profile identifier for each encoder");
+      return fail(ExitStatus::usage,
+                  "give --format, or --registers with a profile identifier for each encoder");
     }
     if (!options_.replay.ma_from.empty()) return replay_ma(replay_options(), line);
     if (!options_.replay.slo_from.empty()) return replay_slo(replay_options(), line);
-    const LineChoice choice = choose_line(line);
-    if (!choice) return fail(ExitStatus::usage, choice.error);
-    if (const std::string wrong = check_run(*choice.setup); !wrong.empty()) {
+    const auto setup = line_setup(line);
+    if (!setup) return fail(ExitStatus::usage, setup.error());
+    if (const std::string wrong = check_run(*setup); !wrong.empty()) {
       return fail(ExitStatus::usage, wrong);
     }
-    return write_line(*choice.setup, options_.write);
+    return write_line(*setup, options_.write);
   }
 
  private:
   ExitStatus load_control(LineOptions& line) const {
-    LoadedRegisters loaded = load_registers(options_.registers);
-    if (loaded.status != ExitStatus::done) return loaded.status;
-    line.registers = std::move(loaded.registers);
+    auto loaded = load_registers(options_.registers);
+    if (!loaded) return loaded.error();
+    line.registers = std::move(loaded->registers);
     if (line.device.format.empty()) {
-      take_described(loaded.device, line.device);
+      take_described(loaded->device, line.device);
       line.slaves = std::max<std::uint64_t>(line.slaves, line.registers.size());
     }
     auto accesses = read_accesses(options_.accesses);
     if (!accesses) return fail(accesses.error());
     line.accesses = std::move(*accesses);
     if (!line.accesses.empty() || options_.write.outcomes.empty()) return ExitStatus::done;
-    return fail(ExitStatus::usage, "--outcomes: without --access there are none");
+    return fail(ExitStatus::usage, "--outcomes: needs --access");
   }
 
   // Whether the line, the faults and the accesses fit into this many cycles.
@@ -97,12 +96,13 @@ class SimulateRun {
     const std::uint64_t cycles = options_.write.cycles.value_or(std::max(usual_cycles, least));
     const std::int64_t most = longest_capture.count / nominal.interval.count;
     if (cycles > static_cast<std::uint64_t>(most)) {
-      return fmt::format("--cycles: a capture holds 100 days, {} cycles at this rate", most);
+      return fmt::format("--cycles: a capture holds 100 days, which are {} cycles at this rate",
+                         most);
     }
     if (cycles < least) {
       return fmt::format(
-          "--cycles: the accesses take {} at least; without --cycles there are as "
-          "many as they need",
+          "--cycles: the accesses take at least {}; without --cycles the run is as long as they "
+          "need",
           least);
     }
     const auto checked = check_faults(setup.faults, nominal, cycles);
@@ -120,91 +120,97 @@ class SimulateRun {
   const SimulateOptions& options_;
 };
 
-void add_line_options(Verb verb, LineOptions& line) {
+void add_line_options(Verb all, LineOptions& line) {
+  Verb verb = all.section("Line");
   add_format_option(verb, line.device, false);
-  add_timing_options(verb, line.device);
-  add_rate_option(verb, "--clock", into(line.clock), "MA's frequency; 1 MHz by default");
+  add_rate_option(verb, "--clock", into(line.clock), "Frequency of MA; 1 MHz by default");
   add_deviation_option(verb, "--clock-error", into(line.clock_error_ppm),
-                       "How much faster the master's oscillator is: 200ppm, -0.5%");
+                       "Deviation of the master's oscillator: 200ppm, -0.5%");
   add_duty_option(verb, "--duty", into(line.duty_per_mille),
-                  "Share of a period that MA is high; 50% by default");
-  add_length_option(verb, "--cable", into(line.cable), "Cable, 10 ns of line delay a metre");
+                  "Part of a period in which MA is high; 50% by default");
+  add_length_option(verb, "--cable", into(line.cable),
+                    "Cable length; 10 ns of line delay per metre");
   add_duration_option(verb, "--ma-delay", into(line.ma_delay),
-                      "From the master to the encoder; half of the cable's by default");
+                      "Delay of MA to the encoder; half of the cable's by default");
   add_duration_option(verb, "--slo-delay", into(line.slo_delay),
-                      "From the encoder back to the master; half of the cable's by default");
+                      "Delay of SLO to the master; half of the cable's by default");
   add_duration_option(verb, "--internal-delay", into(line.internal_delay),
-                      "MA to SLO inside the encoder; its longest by default");
-  add_duration_option(verb, "--jitter", into(line.jitter),
-                      "Edges come up to so much earlier or later, each way");
-  add_duration_option(verb, "--ma-jitter", into(line.ma_jitter), "Only those of MA");
-  add_duration_option(verb, "--slo-jitter", into(line.slo_jitter), "Only those of SLO");
+                      "Delay from MA to SLO in the encoder; its longest by default");
+  add_duration_option(verb, "--jitter", into(line.jitter), "Peak edge jitter (±), both directions");
+  add_duration_option(verb, "--ma-jitter", into(line.ma_jitter), "Peak edge jitter (±) of MA only");
+  add_duration_option(verb, "--slo-jitter", into(line.slo_jitter),
+                      "Peak edge jitter (±) of SLO only");
   add_duration_option(verb, "--processing", into(line.processing),
-                      "From ACK until the encoder has its answer; its shortest by default");
-  add_count_option(verb, "--slaves", into(line.slaves),
-                   "Encoders in a chain, a channel each, the last one with the rest; 1 by default",
-                   max_channels);
+                      "Processing time, from ACK to START; the encoder's shortest by default");
+  add_count_option(
+      verb, "--slaves", into(line.slaves),
+      "Encoders in a daisy chain, one data channel each, the last one with all further "
+      "channels; 1 by default",
+      max_channels);
   add_rate_option(verb, "--rate", into(line.rate),
-                  "Requests a second; as fast as the encoder is ready by default");
-  verb.add_option("--motion", line.motion, "constant, ramp (the default), sine, random or max")
+                  "Requests per second; the highest that the encoder allows by default");
+  verb.add_flag("--no-compensation", line.no_compensation,
+                "Sample half a period after the master's own edge, without the line delay");
+  add_timing_options(verb, line.device);
+  verb = all.section("Motion");
+  verb.add_option("--motion", line.motion,
+                  "Kind of motion: constant, ramp (the default), sine, random or max")
       .type_name("KIND");
   add_name_option(verb, "--counter", line.counter, {"count_1_63", "count_0_63"},
-                  "The range of the sign of life; count_1_63 by default");
+                  "Range of the sign of life; count_1_63 by default");
   verb.add_option("--counter-start", line.counter_start,
-                  "The first sign of life after power-up, one for all words or one a word; 1 by "
-                  "default")
+                  "First sign of life after power-up, one value for all channels or one for each; "
+                  "1 by default")
       .delimiter(',')
       .type_name("N,...");
   verb.add_option("--drift", line.drift,
-                  "The words behind an encoder's first one show a position that is so many counts "
-                  "of the first one's further with each cycle")
+                  "With each cycle, move the further words of an encoder this many counts away "
+                  "from its first word")
       .type_name("COUNTS");
+  add_count_option(verb, "--seed", into(line.seed),
+                   "Random seed of positions, jitter and faults; 1 by default");
+  verb = all.section("Faults");
   verb.add_option("--fault", line.faults,
-                  "Damage that share of cycles, or, with @CYCLE, that one; ,bit=N or ,clock=N says "
-                  "where in it: " +
+                  "Inject a fault into this share of the cycles or, with @CYCLE, into one cycle; "
+                  ",bit=N or ,clock=N selects the place in it: " +
                       fault_kinds_text())
       .type_name("KIND:RATE|KIND@CYCLE[,PLACE]");
-  verb.add_flag("--no-compensation", line.no_compensation,
-                "The master samples half a period after its own edge");
-  verb.add_flag("--at-slave", line.at_slave, "Record MA and SLO at the encoder, too");
-  add_count_option(verb, "--seed", into(line.seed), "Seed of positions, jitter and faults");
 }
 
 void add_control_options(Verb verb, SimulateOptions& options) {
   verb.add_option("--registers", options.registers,
-                  "A dump with the registers of an encoder, that at the end of a chain first, or "
-                  "of the one with this ID; without -f their profiles say the format")
+                  "Dump with the registers of the next encoder, beginning at the far end of the "
+                  "chain, or of the one with this ID; without -f it also gives the format")
       .type_name("[ID:]FILE")
       .file(FileUse::read, file_of_registers);
   verb.add_option("--register-busy", options.line.register_busy,
-                  "The encoder is late by so many frames with each byte, or by such a time")
+                  "Busy time per byte, in frames or as a time")
       .type_name("N|TIME");
   verb.add_option("--access", options.accesses,
-                  "The master reads registers, writes some or sends a command, beside its requests "
-                  "for positions: read:0x42,2, 1/write:0x48=01FF, 0/command:channels, read:0@500 "
-                  "(not before a cycle), or those in a file, one a line")
+                  "Read registers, write registers or send a command, beside the requests for "
+                  "positions: read:0x42,2, 1/write:0x48=01FF, 0/command:channels, read:0@500 (not "
+                  "before cycle 500), or the accesses in a file, one per line")
       .type_name("[ID/]ACCESS|@FILE")
       .file(FileUse::read, file_of_accesses);
   add_count_option(verb, "--retries", into(options.line.retries),
-                   "Times that an access is tried again; 0 by default", 255);
+                   "Number of times to repeat a failed access; 0 by default", 255);
   verb.add_option("--outcomes", options.write.outcomes,
-                  "What became of the accesses, as CSV, or as JSON lines in FILE.jsonl")
+                  "Write the outcomes of the accesses as CSV, or as JSON lines to FILE.jsonl")
       .type_name("FILE")
       .file(FileUse::write);
-  verb.add_flag(
-      "--configure", options.write.configure,
-      "The master begins with knowing nothing: it asks the encoders for format and timing, "
-      "and reads the positions by that");
+  verb.add_flag("--configure", options.write.configure,
+                "Configure the master from the encoders' registers before it reads positions");
 }
 
-// Options of a side that is recorded say nothing; giving them is a mistake.
+// The recorded side has no options; giving them is a mistake.
 void add_replay_options(Verb verb, ReplayOptions& replay) {
   Option ma_from = verb.add_option(
       "--ma-from", replay.ma_from,
-      "Answer the requests of the master in this capture; its MA and our SLO are written");
-  Option slo_from = verb.add_option(
-      "--slo-from", replay.slo_from,
-      "Read the encoder in this capture where it was asked; our MA and its SLO are written");
+      "Answer the requests in this capture: write its MA and the simulated SLO. For a master that "
+      "waits for START, feed that SLO to it, record its MA again, and repeat");
+  Option slo_from =
+      verb.add_option("--slo-from", replay.slo_from,
+                      "Read the encoder in this capture: write its SLO and the simulated MA");
   ma_from.type_name("FILE").file(FileUse::read).excludes(slo_from);
   slo_from.type_name("FILE").file(FileUse::read);
   for (const char* name :
@@ -222,16 +228,31 @@ void add_replay_options(Verb verb, ReplayOptions& replay) {
                            "--register-busy", "--counter", "--counter-start", "--drift"}) {
     slo_from.excludes(verb.get_option(name));
   }
-  verb.add_option("--ma", replay.ma, "The capture's line that is MA").type_name("NAME");
-  verb.add_option("--slo", replay.slo, "The capture's line that is SLO")
+  verb.add_option("--ma", replay.ma, "Line of the capture that is MA").type_name("NAME");
+  verb.add_option("--slo", replay.slo, "Line of the capture that is SLO")
       .type_name("NAME")
       .needs(slo_from);
   add_raw_options(verb, replay.raw);
   verb.add_option("--readings", replay.readings,
-                  "What our master reads with --slo-from, as CSV with the columns of decode")
+                  "Write the readings of --slo-from as CSV, with the columns of decode")
       .type_name("FILE")
       .file(FileUse::write)
       .needs(slo_from);
+}
+
+void add_output_options(Verb verb, WriteOptions& write, LineOptions& line) {
+  add_output_option(verb, write.output).required();
+  add_count_option(verb, "--cycles", into(write.cycles),
+                   "Request cycles; 100 by default, or as many as --access takes", 100'000'000);
+  add_rate_option(
+      verb, "--sample-rate", into(write.sample_rate),
+      "Samples per second of .sr, .bin and .raw; by default the lowest of 1, 2, 5, 10 … "
+      "that is at least eight times the clock");
+  verb.add_flag("--at-slave", line.at_slave, "Also record MA and SLO at the encoder");
+  verb.add_option("--truth", write.truth,
+                  "Write what the encoder meant to send, and the faults, as CSV")
+      .type_name("FILE")
+      .file(FileUse::write);
 }
 
 }  // namespace
@@ -240,7 +261,7 @@ void add_simulate(Command& command) {
   const auto options = std::make_shared<SimulateOptions>();
   Verb verb = command.add_verb(
       {.name = "simulate",
-       .purpose = "Write a capture of a master reading an encoder, damaged where wanted",
+       .purpose = "Simulate a master that reads an encoder, and write the capture",
        .examples = {"biss simulate -f resolute-26 --clock 10MHz --cable 50m -o line.vcd",
                     "biss simulate -f pos18,nE,nW,crc6 --fault flip:0.1 --fault cut@40,bit=5 "
                     "-o line.csv --truth truth.csv",
@@ -250,17 +271,9 @@ void add_simulate(Command& command) {
                     "biss simulate -f pos26,nE,nW,crc6 --ma-from master.vcd -o answered.vcd"}},
       [options] { return SimulateRun(*options).run(); });
   add_line_options(verb, options->line);
-  add_count_option(verb, "--cycles", into(options->write.cycles),
-                   "Request cycles; by default 100, or as many as --access takes", 100'000'000);
-  add_rate_option(verb, "--sample-rate", into(options->write.sample_rate),
-                  "Samples a second of .sr, .bin and .raw; the next of 1, 2, 5, 10 … from eight "
-                  "times the clock on by default");
-  add_output_option(verb, options->write.output).required();
-  verb.add_option("--truth", options->write.truth, "What the encoder meant to send, as CSV")
-      .type_name("FILE")
-      .file(FileUse::write);
-  add_control_options(verb, *options);
-  add_replay_options(verb, options->replay);
+  add_control_options(verb.section("Registers"), *options);
+  add_output_options(verb.section("Output"), options->write, options->line);
+  add_replay_options(verb.section("Replay"), options->replay);
   verb.get_option("--clock").on_given([options] { options->replay.own_clock = true; });
 }
 

@@ -32,7 +32,7 @@ const std::vector<Cell>& TruthTable::cells(std::uint64_t number, const sim::Simu
   cells_.emplace_back(number);
   cells_.emplace_back(cycle.time);
   for (std::size_t k = 0; k < cycle.sent.channel_count; ++k) {
-    // What a channel does not have stays empty, as in the rows of `decode`.
+    // Values that a channel does not have stay empty, as in the rows of `decode`.
     const Channel& channel = cycle.sent.channel_list[k];
     const ChannelFormat& format = format_.channel_list[k];
     cells_.push_back(format.position_bits() != 0 ? Cell(channel.position) : Cell());
@@ -42,7 +42,7 @@ const std::vector<Cell>& TruthTable::cells(std::uint64_t number, const sim::Simu
   }
   cells_.resize(columns_.size() - 2);
   cells_.push_back(places_.empty() ? Cell() : Cell(places_));
-  // Without clocks our master did not ask.
+  // No clocks: the request was not made by our master.
   cells_.push_back(cycle.reading.clocks != 0 ? Cell(cycle.reading.marginal) : Cell());
   return cells_;
 }

@@ -1,4 +1,4 @@
-// The rows of `biss simulate --truth`: what the encoder meant to send, and what was done to it.
+// The rows of `biss simulate --truth`: what the encoder meant to send, and the faults of each cycle.
 #pragma once
 
 #include <cstdint>
@@ -11,10 +11,10 @@
 
 namespace biss::cli {
 
-/// `cycle,time_ns,position,nE,nW,faults`, then position, nE and nW of each further channel, then
-/// `places`: where faults began in the cycle, and `marginal`: our master sampled SLO within 5 % of
-/// a period of a change. What a channel does not have is empty, and `marginal` where another master
-/// asked.
+/// The columns are `cycle,time_ns,position,nE,nW,faults`, then position, nE and nW of each further
+/// channel, then `places` (where faults began in the cycle) and `marginal` (our master sampled SLO
+/// within 5 % of a period of a change). Values that a channel does not have are empty, and `marginal`
+/// with a recorded master.
 class TruthTable {
  public:
   explicit TruthTable(const FrameFormat& format);

@@ -1,17 +1,20 @@
 #include "cli/simulate/write.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <memory>
+#include <utility>
 #include <vector>
 
+#include "biss/control/register_map.hpp"
+#include "cli/common/access_option.hpp"
 #include "cli/common/capture_output.hpp"
 #include "cli/common/message.hpp"
 #include "cli/common/output.hpp"
 #include "cli/common/quantity.hpp"
 #include "cli/simulate/configure_log.hpp"
-#include "cli/simulate/outcome_table.hpp"
 #include "cli/simulate/truth.hpp"
 #include "sim/line.hpp"
 
@@ -19,20 +22,25 @@ namespace biss::cli {
 
 namespace {
 
-// How long a run lasts: as told, or until all accesses are over and the encoders at rest again.
+using report::Cell;
+using report::Kind;
+using sim::AccessKind;
+
+// The length of a run: the given number of cycles, or until all accesses are finished and the
+// encoders are idle again.
 class Duration {
  public:
-  explicit Duration(std::optional<std::uint64_t> told) : told_(told) {}
+  explicit Duration(std::optional<std::uint64_t> cycles) : cycles_(cycles) {}
 
   bool more(std::uint64_t cycle, const sim::ControlMaster* control) {
-    if (told_) return cycle < *told_;
+    if (cycles_) return cycle < *cycles_;
     if (control != nullptr && !control->done()) return true;
     if (control != nullptr && end_ == 0) end_ = cycle + control_reset_zeros;
     return cycle < std::max(usual_cycles, end_);
   }
 
  private:
-  std::optional<std::uint64_t> told_;
+  std::optional<std::uint64_t> cycles_;
   std::uint64_t end_ = 0;
 };
 
@@ -41,6 +49,104 @@ std::vector<std::string> names_of(const sim::LineSetup& setup) {
   if (setup.record_at_slave) names.insert(names.end(), {"MA_at_slave", "SLO_at_slave"});
   return names;
 }
+
+// `ok`, the cause's name, or `unfinished`.
+std::string_view outcome_name(const sim::ControlRecord& record) {
+  if (!record.finished) return "unfinished";
+  return record.outcome.error ? name_of(*record.outcome.error) : "ok";
+}
+
+// One line: "12 accesses: 10 ok, 2 refused".
+std::string outcome_summary(const std::vector<sim::ControlRecord>& records, std::size_t accesses) {
+  std::vector<std::pair<std::string_view, std::size_t>> counts;
+  const auto count = [&](std::string_view name, std::size_t by) {
+    const auto same = std::find_if(counts.begin(), counts.end(),
+                                   [name](const auto& one) { return one.first == name; });
+    if (same != counts.end()) {
+      same->second += by;
+    } else if (by != 0) {
+      counts.emplace_back(name, by);
+    }
+  };
+  for (const sim::ControlRecord& record : records) count(outcome_name(record), 1);
+  count("not begun", accesses - records.size());
+  std::string text = fmt::format("{} {}: ", accesses, accesses == 1 ? "access" : "accesses");
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    text += fmt::format("{}{} {}", i == 0 ? "" : ", ", counts[i].second, counts[i].first);
+  }
+  return text + "\n";
+}
+
+// The rows of --outcomes, written at the end of the run, and their summary.
+class OutcomeWriter {
+ public:
+  /// \param path empty: no rows. False: it cannot be written.
+  bool open(const std::string& path) {
+    if (path.empty()) return true;
+    if (!output_.open(path)) return false;
+    const std::vector<report::Column> columns = {
+        {.name = "cycle", .kind = Kind::unsigned_integer},
+        {.name = "time_ns", .kind = Kind::nanoseconds},
+        {.name = "id", .kind = Kind::unsigned_integer},
+        {.name = "access"},
+        {.name = "address"},
+        {.name = "name"},
+        {.name = "data"},
+        {.name = "outcome"},
+        {.name = "cycles", .kind = Kind::unsigned_integer}};
+    const auto format = path.ends_with(".jsonl") ? report::Format::jsonl : report::Format::csv;
+    rows_ = report::make_table_writer(format, columns, output_);
+    return true;
+  }
+
+  bool finish(const sim::ControlMaster& control) {
+    const auto records = control.records();
+    for (const sim::ControlRecord& record : records) {
+      if (rows_ && !write(control.accesses()[record.access], record)) return false;
+    }
+    if (rows_ && (!rows_->finish() || !output_.finish())) return false;
+    if (!control.accesses().empty()) {
+      print_summary(outcome_summary(records, control.accesses().size()));
+    }
+    return true;
+  }
+
+  ExitStatus status() const { return output_.status(); }
+
+ private:
+  // A command has a row for each slave that it addresses.
+  bool write(const sim::ControlAccess& access, const sim::ControlRecord& record) {
+    if (access.kind == AccessKind::broadcast) return write(access, record, Cell());
+    if (access.kind != AccessKind::command) return write(access, record, Cell(access.slave));
+    for (unsigned id = 0; id < control_max_slaves; ++id) {
+      if ((access.slaves >> id & 1U) != 0 && !write(access, record, Cell(id))) return false;
+    }
+    return true;
+  }
+
+  bool write(const sim::ControlAccess& access, const sim::ControlRecord& record, Cell id) {
+    const bool reads = access.kind == AccessKind::read;
+    const bool on_registers = reads || access.kind == AccessKind::write;
+    const std::string address = fmt::format("0x{:02X}", access.address);
+    const std::string data = fmt::format("{:02X}", fmt::join(record.data, " "));
+    const Cell cells[] = {
+        record.cycle,
+        record.time,
+        id,
+        reads          ? "read"
+        : on_registers ? "write"
+                       : "command",
+        on_registers ? Cell(address) : Cell(),
+        on_registers ? register_field(access.address).name : name_of(access.command),
+        data.empty() ? Cell() : Cell(data),
+        outcome_name(record),
+        record.cycles};
+    return rows_->row(cells);
+  }
+
+  Output output_;
+  std::unique_ptr<report::TableWriter> rows_;
+};
 
 // All lines are high from time 0 on.
 std::vector<wire::Edge> idle_levels(std::size_t lines) {
@@ -92,7 +198,7 @@ class LineWriter {
     return edges_->write(idle_levels(names.size())) ? ExitStatus::done : edges_->status();
   }
 
-  // Says what was found. False: the capture cannot be written.
+  // Prints what was found. False: the capture cannot be written.
   bool configure() {
     ConfigureLog log;
     const Picoseconds begin = line_.end();
@@ -107,8 +213,9 @@ class LineWriter {
     if (!found.ok()) return true;
     const DeviceTiming& timing = found->timing;
     if (setup_.clock < timing.clock_min || setup_.clock > timing.clock_max) {
-      warn(fmt::format("--clock: {} is not what was found, {} to {}", text_of(setup_.clock),
-                       text_of(timing.clock_min), text_of(timing.clock_max)));
+      warn(fmt::format("--clock: {} is outside the range that was found, {} to {}",
+                       text_of(setup_.clock), text_of(timing.clock_min),
+                       text_of(timing.clock_max)));
     }
     return true;
   }
@@ -131,7 +238,7 @@ class LineWriter {
   TruthTable truth_;
   Output output_;
   Output truth_output_;
-  OutcomeLog outcomes_;
+  OutcomeWriter outcomes_;
   std::optional<CaptureOutput> edges_;
   std::unique_ptr<report::TableWriter> rows_;
 };

@@ -219,7 +219,7 @@ TEST_F(SimulatedRegisters, RecordedMaster_GetsItsAnswersFromTheRegisters) {
   EXPECT_NE(answer({}), original);  // CDS stays 0
 }
 
-// What stands behind a key of the summary.
+// The value of a key in the summary.
 std::string found(const Outcome& outcome, const std::string& key) {
   const std::size_t line = outcome.err.find("\n" + key + " ");
   if (line == std::string::npos) return {};

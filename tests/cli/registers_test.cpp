@@ -57,17 +57,17 @@ TEST_F(HeardRegisters, EveryKindOfAccess_HasItsRow) {
   const auto rows = heard({"--access", "write:0x48=55", "--access", "read:0x20,8", "--access",
                            "read:0x60", "--access", "3/read:0x42", "--access", "command:channels",
                            "--access", "write:0x7F=01"});
-  std::vector<std::string> told;
+  std::vector<std::string> reported;
   for (Row row : rows) {
-    told.push_back(row["id"] + " " + row["access"] + " " + row["address"] + " " + row["data"] +
-                   " " + row["outcome"]);
+    reported.push_back(row["id"] + " " + row["access"] + " " + row["address"] + " " + row["data"] +
+                       " " + row["outcome"]);
   }
-  EXPECT_EQ(told.front(), "0 write 0x48 55 ok");
-  EXPECT_THAT(
-      told, testing::IsSupersetOf(
-                {std::string("0 read 0x20 11 ok"), std::string("0 read 0x23 88 ok"),
-                 std::string("0 read 0x60  refused"), std::string("3 unknown 0x42  no_such_slave"),
-                 std::string("0 write 0x7F  refused_or_not_addressed")}));
+  EXPECT_EQ(reported.front(), "0 write 0x48 55 ok");
+  EXPECT_THAT(reported, testing::IsSupersetOf(
+                            {std::string("0 read 0x20 11 ok"), std::string("0 read 0x23 88 ok"),
+                             std::string("0 read 0x60  refused"),
+                             std::string("3 unknown 0x42  no_such_slave"),
+                             std::string("0 write 0x7F  refused_or_not_addressed")}));
   EXPECT_EQ(std::count_if(rows.begin(), rows.end(),
                           [](const Row& row) { return row.at("access") == "command"; }),
             1);

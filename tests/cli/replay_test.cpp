@@ -88,6 +88,60 @@ TEST(Replay, CaptureOfMaAlone_IsAnswered) {
   EXPECT_TRUE(fell);
 }
 
+// A master that clocks until START and then reads 12 bits, CRC6 and STOP; without START it gives up
+// after 8 clocks. Times in nanoseconds. `slo` holds the times of SLO's edges, the first one falling.
+std::string waiting_master(const std::vector<double>& slo) {
+  const auto level = [&slo](double time) {
+    const auto edges = std::count_if(slo.begin(), slo.end(), [=](double at) { return at < time; });
+    return edges % 2 == 0;
+  };
+  std::string rows = "time_ns,MA\n0,1\n";
+  for (int request = 0; request < 3; ++request) {
+    const double begin = 10'000 + 100'000 * request;
+    bool acknowledged = false;
+    int left = 8;
+    for (int clock = 0; left != 0; ++clock, --left) {
+      const double rise = begin + 500 + 1000 * clock;
+      rows += std::to_string(rise - 500) + ",0\n" + std::to_string(rise) + ",1\n";
+      const bool high = level(rise);
+      if (acknowledged && high) {
+        left = 1 + 12 + 6 + 1;
+        acknowledged = false;
+      } else if (clock < 8 && !high) {
+        acknowledged = true;
+      }
+      if (clock >= 8) acknowledged = false;
+    }
+  }
+  return rows;
+}
+
+TEST(Replay, MasterThatWaitsForStart_IsNamedAndTheHintHelps) {
+  const Folder folder;
+  const std::string out = folder.path("out.csv");
+  const std::string master = folder.file("ma.csv", waiting_master({}));
+  const std::vector<std::string> arguments{"simulate", "-f", "pos12,crc6", "--ma-from",
+                                           master,     "-o", out};
+  const Outcome first = run(arguments);
+  EXPECT_EQ(first.status, 0) << first.err;
+  EXPECT_NE(first.err.find("3 requests, 0 answered up to STOP, 3 cut by the master"),
+            std::string::npos);
+  EXPECT_NE(first.err.find("If it waits for START, feed it the SLO of '" + out + "'"),
+            std::string::npos)
+      << first.err;
+  std::vector<double> slo;
+  bool before = true;
+  for (Row row : rows_of(content_of(out))) {
+    const bool level = row["SLO"] == "1";
+    if (level != before) slo.push_back(std::stod(row["time_ns"]));
+    before = level;
+  }
+  folder.file("ma.csv", waiting_master(slo));
+  const Outcome second = run(arguments);
+  EXPECT_NE(second.err.find("3 requests, 3 answered up to STOP"), std::string::npos) << second.err;
+  EXPECT_EQ(second.err.find("waits for START"), std::string::npos) << second.err;
+}
+
 TEST(Replay, EncoderThatIsNotReady_IsNamedInSummaryAndTruth) {
   const Folder folder;
   const std::string truth = folder.path("truth.csv");
