@@ -1,9 +1,11 @@
-// biss encoders: the catalogue, what is known and what is not.
+// biss encoders: the catalogue of encoders and safety configurations.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "biss/catalogue/catalogue.hpp"
@@ -28,7 +30,39 @@ std::vector<std::string_view> doubts_of(const CatalogueEntry& entry) {
   return doubts;
 }
 
-bool write_list(report::TextSink& sink, const report::TableOptions& table_options) {
+// What a word matches: everything for an empty one.
+struct Matches {
+  std::vector<const CatalogueEntry*> encoders;
+  std::vector<const SafetyConfiguration*> configurations;
+};
+
+char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
+
+bool contains(std::string_view text, std::string_view word) {
+  const auto same = [](char a, char b) { return lower(a) == lower(b); };
+  return std::search(text.begin(), text.end(), word.begin(), word.end(), same) != text.end();
+}
+
+// By name, maker and family. A safety configuration matches with the encoder that it is named after.
+Matches matches_of(std::string_view word) {
+  Matches found;
+  for (const CatalogueEntry& each : catalogue) {
+    const bool matches =
+        contains(each.name, word) || contains(each.vendor, word) || contains(each.product, word);
+    if (matches) found.encoders.push_back(&each);
+  }
+  for (const SafetyConfiguration& each : safety_configurations) {
+    const bool matches =
+        contains(each.name, word) ||
+        std::any_of(found.encoders.begin(), found.encoders.end(),
+                    [&](const auto* encoder) { return each.name.starts_with(encoder->name); });
+    if (matches) found.configurations.push_back(&each);
+  }
+  return found;
+}
+
+bool write_list(const Matches& found, report::TextSink& sink, const report::TableOptions& options) {
+  if (found.encoders.empty()) return true;
   using report::Kind;
   const std::vector<report::Column> columns = {
       {.name = "name"},
@@ -36,31 +70,34 @@ bool write_list(report::TextSink& sink, const report::TableOptions& table_option
       {.name = "format"},
       {.name = "clock", .kind = Kind::unsigned_integer, .unit = "MHz", .shift = 6, .places = 0},
       {.name = "doubts", .kind = Kind::unsigned_integer}};
-  const auto table = report::make_table_writer(report::Format::table, columns, sink, table_options);
-  for (const CatalogueEntry& entry : catalogue) {
-    const std::size_t doubts = doubts_of(entry).size();
+  const auto table = report::make_table_writer(report::Format::table, columns, sink, options);
+  for (const CatalogueEntry* entry : found.encoders) {
+    const std::size_t doubts = doubts_of(*entry).size();
     const report::Cell cells[] = {
-        entry.name, entry.vendor, entry.format,
-        entry.clock_known() ? report::Cell(entry.timing.clock_max) : report::Cell(),
+        entry->name, entry->vendor, entry->format,
+        entry->clock_known() ? report::Cell(entry->timing.clock_max) : report::Cell(),
         doubts == 0 ? report::Cell() : report::Cell(doubts)};
     if (!table->row(cells)) return false;
   }
   return table->finish();
 }
 
-bool write_configurations(report::TextSink& sink, const report::TableOptions& table_options) {
+bool write_configurations(const Matches& found, report::TextSink& sink,
+                          const report::TableOptions& options) {
+  if (found.configurations.empty()) return true;
+  if (!found.encoders.empty() && !sink.write("\n")) return false;
   using report::Kind;
   const std::vector<report::Column> columns = {
       {.name = "safety configuration"},
       {.name = "format"},
       {.name = "compared", .kind = Kind::unsigned_integer},
       {.name = "cycle", .kind = Kind::unsigned_integer, .unit = "us", .shift = 6, .places = 2}};
-  const auto table = report::make_table_writer(report::Format::table, columns, sink, table_options);
-  for (const SafetyConfiguration& each : safety_configurations) {
-    const unsigned compared = each.setup.comparison.compare_bits;
+  const auto table = report::make_table_writer(report::Format::table, columns, sink, options);
+  for (const SafetyConfiguration* each : found.configurations) {
+    const unsigned compared = each->setup.comparison.compare_bits;
     const report::Cell cells[] = {
-        each.name, each.format, compared == 0 ? report::Cell() : report::Cell(compared),
-        report::Cell(static_cast<std::uint64_t>(each.setup.cycle_min.count))};
+        each->name, each->format, compared == 0 ? report::Cell() : report::Cell(compared),
+        report::Cell(static_cast<std::uint64_t>(each->setup.cycle_min.count))};
     if (!table->row(cells)) return false;
   }
   return table->finish();
@@ -86,7 +123,7 @@ std::string detail(const CatalogueEntry& entry) {
   known("  timeout", text_of(timing.timeout));
   if (timing.cycle_min != Picoseconds{}) known("  shortest cycle", text_of(timing.cycle_min));
   if (timing.internal_delay_max != Picoseconds{}) {
-    known("  delay inside", fmt::format("at most {}", text_of(timing.internal_delay_max)));
+    known("  internal delay", fmt::format("at most {}", text_of(timing.internal_delay_max)));
   }
   if (timing.sampling_typical != Picoseconds{}) {
     known("  position taken",
@@ -150,44 +187,39 @@ bool write_rows(const std::vector<const CatalogueEntry*>& entries, report::Forma
   return table->finish();
 }
 
+std::string no_match(const std::string& name) {
+  const std::string names = suggested_encoders(name);
+  return fmt::format(
+      "no encoder with '{}' in its name, maker or family{} ('biss encoders' lists all)", name,
+      names.empty() ? "" : fmt::format("; did you mean {}?", names));
+}
+
 ExitStatus run_encoders(const EncodersOptions& options) {
-  const CatalogueEntry* entry = options.name.empty() ? nullptr : find_encoder(options.name);
-  if (!options.name.empty() && entry == nullptr) {
-    if (find_safety_configuration(options.name) != nullptr) {
-      return fail(ExitStatus::usage,
-                  fmt::format("'{}' is a safety configuration and no encoder: all there is to say "
-                              "of it is in the list of 'biss encoders'",
-                              options.name));
-    }
-    const std::string names = suggested_encoders(options.name);
+  const CatalogueEntry* const exact = find_encoder(options.name);
+  const bool as_table = options.to == report::Format::table;
+  const Matches found = exact == nullptr ? matches_of(options.name) : Matches{{exact}, {}};
+  if (found.encoders.empty() && found.configurations.empty()) {
+    return fail(ExitStatus::data_failed, no_match(options.name));
+  }
+  if (found.encoders.empty() && !as_table) {
     return fail(
-        ExitStatus::usage,
-        fmt::format("no encoder '{}' in the catalogue{} ('biss encoders' lists all)", options.name,
-                    names.empty() ? "" : fmt::format("; did you mean {}?", names)));
+        ExitStatus::data_failed,
+        fmt::format("'{}' is a safety configuration, which only the table lists", options.name));
   }
   Output output;
   if (!output.open(options.output)) return output.status();
-  bool written = false;
-  if (options.to != report::Format::table) {
-    std::vector<const CatalogueEntry*> entries;
-    if (entry != nullptr) entries.push_back(entry);
-    for (const CatalogueEntry& each : catalogue) {
-      if (entry == nullptr) entries.push_back(&each);
-    }
-    written = write_rows(entries, options.to, output);
-  } else {
-    const report::TableOptions table_options = output.table_options();
-    written = entry != nullptr ? output.write(detail(*entry))
-                               : write_list(output, table_options) && output.write("\n") &&
-                                     write_configurations(output, table_options);
-  }
+  const report::TableOptions table_options = output.table_options();
+  const bool written = !as_table          ? write_rows(found.encoders, options.to, output)
+                       : exact != nullptr ? output.write(detail(*exact))
+                                          : write_list(found, output, table_options) &&
+                                                write_configurations(found, output, table_options);
   if (!written || !output.finish()) return output.status();
-  if (entry == nullptr && options.to == report::Format::table) {
+  if (exact == nullptr && as_table) {
     print_summary(fmt::format(
-        "\n{} encoders, {} safety configurations; -f takes both. A dash is what the source does "
-        "not state.\n'biss encoders NAME' says what of an encoder is not certain, and "
-        "how it behaves in time.\n",
-        catalogue.size(), safety_configurations.size()));
+        "\n{} encoder{}, {} safety configuration{}; -f accepts both. A dash: the source does not "
+        "state it.\n'biss encoders NAME' shows an encoder's timing and what is uncertain.\n",
+        found.encoders.size(), found.encoders.size() == 1 ? "" : "s", found.configurations.size(),
+        found.configurations.size() == 1 ? "" : "s"));
   }
   return ExitStatus::done;
 }
@@ -199,9 +231,12 @@ void add_encoders(Command& command) {
   Verb verb = command.add_verb(
       {.name = "encoders",
        .purpose = "List the encoders and safety configurations that -f knows by name",
-       .examples = {"biss encoders", "biss encoders resolute-26", "biss encoders --to jsonl"}},
+       .examples = {"biss encoders", "biss encoders resolute-26", "biss encoders renishaw",
+                    "biss encoders --to jsonl"}},
       [options] { return run_encoders(*options); });
-  verb.add_option("NAME", options->name, "All there is to say of this one");
+  verb.add_option(
+      "NAME", options->name,
+      "Name of an encoder, for its details; or a part of a name, maker or family, as a filter");
   add_to_option(verb, options->to);
   add_output_option(verb, options->output);
 }

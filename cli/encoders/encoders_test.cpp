@@ -55,8 +55,10 @@ TEST(Encoders, Table_ListsTheSafetyConfigurationsToo) {
   EXPECT_THAT(out, testing::ContainsRegex("rsh  .* 13 +62.50\n"));
   EXPECT_THAT(out, testing::ContainsRegex("fortis-fs-36-28-1nm .* - +31.25\n"));
   const Ran one = encoders({"rsm"});
-  EXPECT_EQ(one.status, ExitStatus::usage);
-  EXPECT_THAT(one.err, HasSubstr("'rsm' is a safety configuration and no encoder"));
+  EXPECT_EQ(one.status, ExitStatus::done);
+  EXPECT_THAT(one.out, HasSubstr("\nrsm  "));
+  EXPECT_EQ(lines_of(one.out).size(), 4U);
+  EXPECT_EQ(encoders({"rsm", "--to", "csv"}).status, ExitStatus::data_failed);
 }
 
 TEST(Encoders, ClockThatIsNotStated_IsADash) {
@@ -84,12 +86,29 @@ TEST(Encoders, OneName_ShowsItsTimingAndDoubts) {
   EXPECT_EQ(lines_of(encoders({"lenz-b3", "--to", "csv"}).out).size(), 2U);
 }
 
-TEST(Encoders, UnknownName_IsWrongUsageWithASuggestion) {
+TEST(Encoders, Word_FiltersByNameMakerAndFamilyInAnyCase) {
+  for (const char* word : {"renishaw", "RENISHAW", "nisha"}) {
+    const auto lines = lines_of(encoders({word, "--to", "csv"}).out);
+    EXPECT_EQ(lines.size(), 1U + renishaw_encoders.size()) << word;
+  }
+  const auto fortis = lines_of(encoders({"fortis", "--to", "jsonl"}).out);
+  EXPECT_EQ(fortis.size(), 4U);
+  for (const std::string& line : fortis) EXPECT_THAT(line, HasSubstr("FORTiS"));
+  EXPECT_EQ(lines_of(encoders({"inductive", "--to", "csv"}).out).size(), 2U);
+  const std::string table = encoders({"renishaw"}).out;
+  EXPECT_THAT(table, HasSubstr("\nresolute-26 "));
+  EXPECT_THAT(table, HasSubstr("\nfortis-fs-36-28-1nm "));
+  EXPECT_THAT(table, testing::Not(HasSubstr("lenz")));
+  EXPECT_THAT(table, testing::Not(HasSubstr("\nrsm ")));
+}
+
+TEST(Encoders, WordWithoutMatch_Exits1WithASuggestion) {
   const Ran ran = encoders({"lens-b3"});
-  EXPECT_EQ(ran.status, ExitStatus::usage);
+  EXPECT_EQ(ran.status, ExitStatus::data_failed);
+  EXPECT_EQ(ran.out, "");
   EXPECT_EQ(ran.err,
-            "biss: no encoder 'lens-b3' in the catalogue; did you mean lenz-b3? ('biss encoders' "
-            "lists all)\n");
+            "biss: no encoder with 'lens-b3' in its name, maker or family; did you mean lenz-b3? "
+            "('biss encoders' lists all)\n");
 }
 
 // The list of encoders that the catalogue was made from, where it is at hand.
