@@ -1,4 +1,4 @@
-// The master's control communication beside its position frames: accesses one after the other.
+// The control communication of the master beside its position frames: one access after the other.
 #pragma once
 
 #include <cstddef>
@@ -12,41 +12,41 @@ namespace biss::sim {
 
 enum class AccessKind : std::uint8_t { read, write, command, broadcast };
 
-/// Something that the master does over CDM and CDS.
+/// An access of the master over CDM and CDS.
 struct ControlAccess {
   AccessKind kind = AccessKind::read;
   /// Read, write: ID and first address.
   std::uint8_t slave = 0;
   std::uint8_t address = 0;
-  /// Read: how many registers, 1 to 64.
+  /// Read: the number of registers, 1 to 64.
   std::uint8_t size = 1;
-  /// Write: what, 1 to 64 bytes.
+  /// Write: 1 to 64 bytes.
   std::vector<std::uint8_t> data{};
   /// Command: bit k for the slave with ID k.
   std::uint8_t slaves = 0;
   ControlCommand command{};
   ExecuteIf execute_if = ExecuteIf::all_accept;
-  /// Begins with this cycle, or when the one before it is over.
+  /// Begins at this cycle, or after the previous access if that is later.
   std::uint64_t not_before = 0;
 };
 
-/// Cycles that an access takes at least, without the 14 zeros before it.
+/// The least number of cycles of an access, without the 14 zeros before it.
 std::uint32_t least_cycles(const ControlAccess& access);
 
-/// How an access went.
+/// The outcome of an access.
 struct ControlRecord {
   std::size_t access = 0;   ///< its number in the list
-  std::uint64_t cycle = 0;  ///< the one that it began with, zeros before it included
+  std::uint64_t cycle = 0;  ///< its first cycle, including the zeros before it
   Picoseconds time{};       ///< of that cycle
   std::uint64_t cycles = 0;
   /// What was read, or written with a good echo.
   std::vector<std::uint8_t> data{};
   ControlOutcome outcome{};
-  /// False: the run ended first.
+  /// False: the run ended before the access.
   bool finished = false;
 };
 
-/// Makes one step a cycle and one access after the other, whatever became of the one before.
+/// Makes one step per cycle. The accesses follow each other, whatever their outcomes.
 class ControlMaster {
  public:
   ControlMaster(std::vector<ControlAccess> accesses, const ControlOptions& options)
@@ -54,14 +54,14 @@ class ControlMaster {
   ControlMaster(const ControlMaster&) = delete;
   ControlMaster& operator=(const ControlMaster&) = delete;
 
-  /// The CDS of a cycle. \param begin of the cycle \param now
-  /// \return the CDM that is to end it
+  /// Takes the CDS of a cycle. \param begin the begin of the cycle
+  /// \return the CDM that ends the cycle
   bool step(std::uint64_t cycle, Picoseconds begin, Picoseconds now, CdsBit cds);
 
-  /// Every access is over.
+  /// Every access is finished.
   bool done() const { return next_ == accesses_.size() && session_.done(); }
   const std::vector<ControlAccess>& accesses() const { return accesses_; }
-  /// In the order of the list; of the access under way, how far it is.
+  /// In the order of the list, including the access in progress.
   std::vector<ControlRecord> records() const;
 
  private:

@@ -163,7 +163,7 @@ TEST(ControlLine, Writes_ChangeWhatIsReadBehindThem) {
 
 TEST(ControlLine, RegistersNotThere_AreRefused) {
   LineSetup setup = setup_of("pos12,crc5+pos18,nE,nW,crc6", 2);
-  setup.registers = {registers_of(0)};  // and none for the one behind it
+  setup.registers = {registers_of(0)};  // and none for the next one
   setup.accesses = {{.address = reg::bsel},
                     {.slave = 1, .address = 0x42},
                     {.kind = AccessKind::write, .slave = 1, .address = 0x48, .data = {1}},
@@ -228,7 +228,7 @@ TEST(ControlLine, ChannelsSwitchedOff_ComeBackWhenSwitchedOn) {
   EXPECT_TRUE(line.next().reading.frame.ok());
 }
 
-// Every kind strikes; every access ends, and what it says it read is what stands there.
+// Every fault occurs; every access ends, and the values that it reports are those in the registers.
 TEST(ControlLine, EveryFault_SpoilsNoByteThatIsCalledGood) {
   for (std::size_t k = 0; k < simulated_fault_count; ++k) {
     const auto kind = static_cast<FaultKind>(k);
@@ -240,16 +240,16 @@ TEST(ControlLine, EveryFault_SpoilsNoByteThatIsCalledGood) {
     setup.control.busy_max = microseconds(200);
     setup.faults = {{.kind = kind, .share = std::uint64_t{1} << 25U}};
     Line line(setup);
-    std::uint64_t struck = 0;
+    std::uint64_t affected = 0;
     for (int i = 0; i < 50'000 && !line.control()->done(); ++i) {
       const SimulatedCycle& cycle = line.next();
-      struck += cycle.faults != 0 ? 1 : 0;
+      affected += cycle.faults != 0 ? 1 : 0;
       if (cycle.faults == 0 && cycle.reading.frame.ok()) {
         EXPECT_EQ(cycle.reading.frame->channel_list, cycle.sent.channel_list);
       }
     }
     ASSERT_TRUE(line.control()->done());
-    EXPECT_GT(struck, 5U);
+    EXPECT_GT(affected, 5U);
     std::size_t good = 0;
     for (const ControlRecord& record : line.control()->records()) {
       good += record.outcome.error ? 0U : 1U;

@@ -47,7 +47,7 @@ void Disturbance::change(FaultKind kind, bool begins) {
     case FaultKind::slo_high:
       return change(Place::slo_master, Effect::high, begins);
     case FaultKind::cut:
-    case FaultKind::exchange:  // each driver meets the other one, both inputs are left alone
+    case FaultKind::exchange:  // the drivers are connected to each other, both inputs are open
       // A receiver reads 1 where nothing drives it.
       change(Place::ma_slave, Effect::high, begins);
       return change(Place::slo_master, Effect::high, begins);
@@ -55,7 +55,7 @@ void Disturbance::change(FaultKind kind, bool begins) {
       change(Place::ma_slave, Effect::high, begins);
       return change(Place::slo_slave, Effect::high, begins);
     default:
-      return;  // no matter of levels
+      return;  // not a fault of levels
   }
 }
 

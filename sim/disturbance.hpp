@@ -1,4 +1,4 @@
-// What faults do to a level on its way.
+// The effect of faults on the levels of the lines.
 #pragma once
 
 #include <array>
@@ -9,18 +9,18 @@
 
 namespace biss::sim {
 
-/// Where a level can be changed.
+/// The places where a level can be changed.
 enum class Place : std::uint8_t {
-  ma_master,   ///< on the line at the master: what is recorded, and goes on to the encoder
-  ma_slave,    ///< only what the encoder gets
-  slo_slave,   ///< what leaves the encoder
-  slo_master,  ///< what the master gets, and is recorded
+  ma_master,   ///< on the line at the master: recorded, and passed on to the encoder
+  ma_slave,    ///< only at the input of the encoder
+  slo_slave,   ///< at the output of the encoder
+  slo_master,  ///< at the input of the master: recorded
 };
 
-/// All faults that are under way.
+/// All active faults.
 class Disturbance {
  public:
-  /// The level that goes on from there.
+  /// The level that results at a place.
   bool level(Place place, bool level) const {
     const Spot& spot = spots_[static_cast<std::size_t>(place)];
     if (spot.low != 0) return false;
@@ -32,22 +32,22 @@ class Disturbance {
   bool active(FaultKind kind) const { return (active_ & set_of(kind)) != 0; }
   FaultSet active() const { return active_; }
 
-  /// Whether bit `index` of the payload leaves the encoder turned over.
-  bool turns(unsigned index) const {
+  /// Whether bit `index` of the payload is inverted.
+  bool inverts(unsigned index) const {
     const bool in_burst =
         index - burst_begin_ < 64U && ((burst_ >> (index - burst_begin_)) & 1U) != 0;
     const bool in_noise =
         index - noise_begin_ < 64U && ((noise_ >> (index - noise_begin_)) & 1U) != 0;
     return (in_burst != in_noise) != (active(FaultKind::flip) && index == flip_);
   }
-  /// Which bit `flip` turns over.
+  /// The bit that `flip` inverts.
   void set_flip(unsigned bit) { flip_ = bit; }
-  /// What `burst` turns over: the bits that are 1, the lowest being bit `begin`; 0: nothing.
+  /// The bits that `burst` inverts: those that are 1, the lowest is bit `begin` of the payload.
   void set_burst(unsigned begin, std::uint64_t bits) {
     burst_begin_ = begin;
     burst_ = bits;
   }
-  /// What `masquerade` turns over, in the same way.
+  /// The bits that `masquerade` inverts, in the same way.
   void set_noise(unsigned begin, std::uint64_t bits) {
     noise_begin_ = begin;
     noise_ = bits;

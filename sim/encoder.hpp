@@ -1,5 +1,5 @@
-// What one encoder has to say: its position at the sampling moment, its flags, its sign of life,
-// and what is in its registers.
+// What one encoder sends: its position at the sampling moment, its flags, its sign of life, and the
+// contents of its registers.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace biss::sim {
 class Encoder {
  public:
   /// \param format its own channels; not empty
-  /// \param drift as LineSetup has it
+  /// \param drift as in LineSetup
   Encoder(const FrameFormat& format, const Motion& motion, const SignOfLife& life = {},
           std::int32_t drift = 0)
       : format_(format),
@@ -33,7 +33,7 @@ class Encoder {
 
   const Frame& sample(Picoseconds moment) {
     if (!frozen_) position_ = motion_.sample(moment);
-    // As often as it would have counted for the frames that never came.
+    // The sign of life also counts the lost frames.
     const std::uint32_t steps = wrong_.take_lost() + (wrong_.holds_counter() ? 0U : 1U);
     frames_ += frames_ + steps == 0 ? 1 : steps;  // the first frame has the start value
     drifted_ += static_cast<std::uint64_t>(std::int64_t{drift_});
@@ -50,7 +50,8 @@ class Encoder {
     if (control_) control_->cdm(bit);
   }
 
-  /// Takes part in the control communication, as after power-up; without, it is unidirectional.
+  /// Takes part in the control communication, as after power-up. Without registers the encoder is
+  /// unidirectional.
   /// \param registers must outlive it
   void set_registers(EncoderRegisters& registers) { control_.emplace(RegistersAt{&registers}); }
 
@@ -61,20 +62,20 @@ class Encoder {
     frozen_ = frozen;
   }
 
-  /// Kinds that are not the encoder's do nothing. \param detail what exactly the fault is
+  /// Other faults than those of an encoder have no effect. \param detail random bits of the fault
   void begin_fault(FaultKind kind, std::uint64_t detail) {
     wrong_.begin(kind, detail);
     if (kind == FaultKind::lc_restart) restart();
   }
   void end_fault(FaultKind kind) { wrong_.end(kind); }
-  /// As after power-up: the signs of life begin anew.
+  /// As after power-up: the signs of life start from their first values.
   void restart() { frames_ = 0; }
 
   /// A request cycle begins: nothing sampled yet.
   void begin_cycle() { sampled_ = false; }
 
-  /// What it sampled last since begin_cycle(), else what it would have at this time; whatever other
-  /// frame went out in its place.
+  /// The frame of the last sample since begin_cycle(), else of this moment; also when a fault sends
+  /// another one.
   const Frame& meant(Picoseconds moment) {
     if (!sampled_) {
       if (!frozen_) position_ = motion_.at(moment);

@@ -1,7 +1,6 @@
-// The registers of one simulated encoder, and what it does when it is commanded.
+// The registers of one simulated encoder, and its reaction to commands.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <optional>
 
@@ -11,60 +10,42 @@
 
 namespace biss::sim {
 
-/// 256 banks and the registers 0x40 … 0x7F; at first none is available. It obeys the commands that
-/// switch its data channels and its control communication, and accepts no other.
-class EncoderRegisters {
- public:
-  /// \pre number < 256
-  RegisterBank& bank(std::size_t number) { return map_.bank(number); }
-  void set_busy(const RegisterBusy& busy) { map_.set_busy(busy); }
-  /// One of the registers 0x41 … 0x7F.
-  void put(unsigned address, std::uint8_t value, RegisterProtection protection) {
-    map_.put(address, {&value, 1}, protection);
+/// Accepts the commands that switch the data channels and the control communication, and refuses all
+/// others.
+struct EncoderCommands : NoRegisterHooks {
+  bool channels_active = true;
+
+  static bool accepts(ControlCommand command, bool /*broadcast*/) {
+    return command == ControlCommand::channels || command == ControlCommand::control;
   }
-  /// Makes BSEL available; without, it is refused and bank 0 is the only one.
+  void execute(ControlCommand command, bool broadcast) {
+    if (command == ControlCommand::channels) channels_active = !broadcast;
+  }
+};
+
+/// 256 banks and the registers 0x40 … 0x7F; at first none is available.
+class EncoderRegisters : public BankedRegisters<bank_count, EncoderCommands> {
+ public:
+  /// Makes one of the registers 0x41 … 0x7F available.
+  void put(unsigned address, std::uint8_t value, RegisterProtection protection) {
+    BankedRegisters::put(address, {&value, 1}, protection);
+  }
+  /// Makes BSEL available. Before, accesses to it are refused and bank 0 is the only one.
   void put_bsel(std::uint8_t bank) {
     has_bsel_ = true;
-    map_.write(0, reg::bsel, bank);
+    write(0, reg::bsel, bank);
   }
-  std::uint8_t bsel() const { return map_.bsel(); }
-  /// As the master commanded.
-  bool channels_active() { return map_.hooks().channels_active; }
-
   bool permits(unsigned slave, RegisterAccess access, std::uint8_t address) {
-    return (address != reg::bsel || has_bsel_) && map_.permits(slave, access, address);
+    return (address != reg::bsel || has_bsel_) && BankedRegisters::permits(slave, access, address);
   }
-  std::optional<std::uint8_t> read(unsigned slave, std::uint8_t address) {
-    return map_.read(slave, address);
-  }
-  bool ready(unsigned slave) { return map_.ready(slave); }
-  void write(unsigned slave, std::uint8_t address, std::uint8_t value) {
-    map_.write(slave, address, value);
-  }
-  bool accepts(unsigned slave, ControlCommand command, bool broadcast) {
-    return map_.accepts(slave, command, broadcast);
-  }
-  void execute(unsigned slave, ControlCommand command, bool broadcast) {
-    map_.execute(slave, command, broadcast);
-  }
+  /// As commanded by the master.
+  bool channels_active() { return hooks().channels_active; }
 
  private:
-  struct Commands : NoRegisterHooks {
-    bool channels_active = true;
-
-    static bool accepts(ControlCommand command, bool /*broadcast*/) {
-      return command == ControlCommand::channels || command == ControlCommand::control;
-    }
-    void execute(ControlCommand command, bool broadcast) {
-      if (command == ControlCommand::channels) channels_active = !broadcast;
-    }
-  };
-
-  BankedRegisters<bank_count, Commands> map_;
   bool has_bsel_ = false;
 };
 
-/// Speaks for registers that stay where they are: some 20 KB, too many to go about with the server.
+/// Passes accesses on to registers elsewhere, which are too large (20 KB) to move with the server.
 struct RegistersAt {
   EncoderRegisters* registers = nullptr;
 

@@ -8,8 +8,8 @@ namespace biss::sim {
 
 namespace {
 
-// How long a master waits for SLO before it asks all the same: the longest timeout there is.
-constexpr Picoseconds patience = biss_static_timeout_max;
+// A master that waited this long for SLO asks again: the longest timeout there is.
+constexpr Picoseconds slo_wait_max = biss_static_timeout_max;
 constexpr int idle_periods = 20;
 constexpr int probe_cycles = 4;
 
@@ -26,7 +26,7 @@ MasterSetup master_setup(const LineSetup& setup) {
   master.slaves = setup.slaves;
   master.compensate = setup.compensate;
   master.trust_cycle_time = setup.interval.count != 0;
-  // Where nobody says otherwise: what a cycle has to leave room for.
+  // A cycle leaves room for CDM = 1.
   master.cdm = setup.has_control();
   master.low_time = master.period * (1000 - std::int64_t{setup.duty_per_mille}) / 1000;
   return master;
@@ -43,7 +43,7 @@ FrameFormat part_of(const FrameFormat& format, std::size_t slaves, std::size_t k
   return part;
 }
 
-// The one whose position the others repeat.
+// The channel whose position the others repeat.
 const ChannelFormat& position_channel(const FrameFormat& format) {
   for (const ChannelFormat& channel : format.channels()) {
     if (channel.position_bits() != 0) return channel;
@@ -106,7 +106,7 @@ void Line::add_nodes() {
     const FrameFormat format = part_of(setup_.format, setup_.slaves, k);
     const Motion motion(setup_.motion, position_channel(format), interval_, setup_.seed + k);
     SignOfLife life = setup_.life;
-    // Start values are those of the whole frame's channels.
+    // The start values are by channel of the whole frame.
     const std::size_t first = setup_.slaves - 1U - k;
     std::copy(setup_.life.starts.begin() + static_cast<std::ptrdiff_t>(first),
               setup_.life.starts.end(), life.starts.begin());
@@ -123,7 +123,7 @@ void Line::add_nodes() {
 SlaveTiming Line::node_timing(std::size_t k) const {
   SlaveTiming timing = slave_timing(setup_.timing, setup_.processing);
   timing.chained = k != 0;
-  // The device's fixed ACK is that of the one at the far end.
+  // Only the encoder at the far end has the fixed ACK of the device.
   if (timing.chained) timing.ack_clocks = 0;
   return timing;
 }
@@ -134,7 +134,7 @@ const SimulatedCycle& Line::next() {
   full_ ? run_request<true>() : run_request<false>();
   cycle_.reading = master_.reading();
   if (control_) end_control();
-  tell_sent();  // before a pulse behind the frame makes the encoder sample once more
+  set_sent();  // before a pulse after the frame makes the encoder sample again
   rest();
   ++number_;
   return cycle_;
@@ -151,14 +151,14 @@ void Line::begin_request() {
     set_start(disturbance_.active(FaultKind::late_start));
     cycle_.faults |= disturbance_.active();
   }
-  // SLO low and not known to rise is what the master would not begin with on its own.
-  const bool told = slo_ || !master_.ready_by_time(now_);
+  // The master would not begin by itself while SLO is low, unless it knows when SLO rises.
+  const bool seen = slo_ || !master_.ready_by_time(now_);
   switch_channels();
   answered_ = false;
-  const StepOutput out = control_ ? master_.begin(now_, told, false) : master_.begin(now_, told);
+  const StepOutput out = control_ ? master_.begin(now_, seen, false) : master_.begin(now_, seen);
   ma_ = out.level;
   master_due_ = out.deadline;
-  if (slo_ != told) master_due_ = master_.step(now_, slo_).deadline;
+  if (slo_ != seen) master_due_ = master_.step(now_, slo_).deadline;
   full_ ? put_ma<true>() : put_ma<false>();
 }
 
@@ -187,7 +187,7 @@ void Line::rest() {
   run(std::max({begin_ + interval_ + lateness_, master_.earliest(), rested}), false);
   lateness_ = {};
   if (!slo_ && !master_.ready_by_time(now_)) {
-    run(now_ + patience, true);
+    run(now_ + slo_wait_max, true);
     run(now_ + period_, false);
   }
   begin_ = now_;
@@ -203,8 +203,8 @@ void Line::run_rest(Picoseconds end, bool until_ready) {
   now_ = end;
 }
 
-// As the master sees it: the nearest encoder first.
-void Line::tell_sent() {
+// In the order on the line: the nearest encoder first.
+void Line::set_sent() {
   const Picoseconds moment = cycle_.time + setup_.timing.sampling_typical;
   cycle_.sent = Frame{};
   for (std::size_t k = nodes_.size(); k-- > 0;) {
@@ -224,7 +224,7 @@ Picoseconds Line::next_event() const {
   return std::min(next, schedule_.next());
 }
 
-// Everything that happens now but the master's part; true: the master's SLO has changed.
+// Everything that happens now, except the master's step. True: SLO has changed at the master.
 template <bool Full>
 bool Line::step_line() {
   const bool slo_before = slo_;
@@ -258,7 +258,7 @@ void Line::step_node(std::size_t k, bool ma_changed) {
     sli_changed = true;
   }
   if (!ma_changed && !sli_changed && now_ < node.due) return;
-  if (Full && k == 0 && start_ && ma_changed && !ma_slave_) tell_start();
+  if (Full && k == 0 && start_ && ma_changed && !ma_slave_) apply_start();
   const SlaveState before = node.slave.state();
   const StepOutput out = node.slave.step(now_, ma_slave_, node.sli);
   node.due = out.deadline;
@@ -268,7 +268,7 @@ void Line::step_node(std::size_t k, bool ma_changed) {
   put_node<Full>(k, out.level);
 }
 
-// Which bit of the payload goes out after a rising edge of MA.
+// Counts the bit of the payload that follows a rising edge of MA.
 void Line::count_payload(SlaveState before, SlaveState after) {
   if (after < SlaveState::data || after > SlaveState::stop) return;
   payload_bit_ = before == SlaveState::start ? 0U - 1U : payload_bit_ + 1U;
@@ -295,8 +295,8 @@ void Line::put_node(std::size_t k, bool level) {
   if (Full && last) {
     const SlaveState state = node.slave.state();
     const bool sends = state == SlaveState::data || state == SlaveState::stop;
-    level =
-        disturbance_.level(Place::slo_slave, level != (sends && disturbance_.turns(payload_bit_)));
+    level = disturbance_.level(Place::slo_slave,
+                               level != (sends && disturbance_.inverts(payload_bit_)));
   }
   if (level == node.level) return;
   node.level = level;
@@ -324,7 +324,7 @@ Picoseconds Line::arrival(Picoseconds delay, Picoseconds jitter) {
 void Line::act() {
   while (schedule_.next() <= now_) {
     const FaultAction action = schedule_.take();
-    // What ends as the cycle begins was done to those before it.
+    // A fault that ends with the begin of this cycle concerns only those before it.
     if (action.begins || action.time > begin_) cycle_.faults |= set_of(action.kind);
     action.begins ? begin_fault(action.kind) : end_fault(action.kind);
   }

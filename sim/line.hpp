@@ -25,8 +25,7 @@
 
 namespace biss::sim {
 
-/// Index of each line in the edges made here: as the master has them, and, where asked for, as the
-/// encoder next to it has.
+/// The index of each line in the edges: at the master and, if recorded, at the encoder next to it.
 inline constexpr wire::LineIndex ma_line = 0;
 inline constexpr wire::LineIndex slo_line = 1;
 inline constexpr wire::LineIndex ma_at_slave_line = 2;
@@ -35,26 +34,25 @@ inline constexpr wire::LineIndex slo_at_slave_line = 3;
 /// One request cycle, up to the next request.
 struct SimulatedCycle {
   Picoseconds time{};  ///< the first falling edge of MA
-  Frame sent;          ///< what the encoders meant to send
+  Frame sent;          ///< what the encoders would send without faults
   BasicReading<Frame> reading;
-  /// What was done to it.
+  /// The faults in it.
   FaultSet faults = 0;
-  /// Where in it faults began, in the order of time; those that begin nowhere are left out.
+  /// Where faults begin in it, in the order of time; only faults that have a place.
   std::vector<FaultStrike> strikes;
   /// In the order of time.
   std::vector<wire::Edge> edges;
 };
 
-/// Makes one cycle after the other. The first request comes after 20 periods of idle, MA and SLO
+/// Simulates one cycle after the other. The first request comes after 20 idle periods, MA and SLO
 /// high.
 ///
-/// A master that finds SLO low when a request is due waits for 40 µs and then asks all the same, so
-/// that the line shows what a master without that check gets. One that is asked for an interval
-/// does not wait where the encoder is ready by its fixed cycle time
-/// (RequestCycle::ready_by_time()).
+/// When a request is due while SLO is low, the master waits for 40 µs and then asks anyway, so that
+/// the line shows what a master without this check reads. With a given interval it does not wait
+/// where the encoder is ready by its fixed cycle time (RequestCycle::ready_by_time()).
 ///
-/// Where the encoders have registers or the master has accesses to make, each request also carries
-/// a bit of control communication each way, and no request comes later for what that bit is.
+/// Where the encoders have registers or the master has accesses, each request also carries one bit
+/// of control communication in each direction. The values of these bits delay no request.
 class Line {
  public:
   /// \pre setup keeps what LineSetup asks; setup.format has a channel, setup.clock is positive
@@ -63,32 +61,30 @@ class Line {
   /// Valid until the next call. \pre !configuring()
   const SimulatedCycle& next();
 
-  /// Lets a master that knows nothing ask the encoders first. It is ideal, and nothing is damaged
-  /// meanwhile. \pre next() has not been called
+  /// Lets an unconfigured, ideal master read the configuration from the encoders first. No fault is
+  /// injected meanwhile. \pre next() has not been called
   /// \param clock 250 kHz to 1 MHz
   void begin_configuration(const ConfigureOptions& options, Hertz clock);
   bool configuring() const { return configurer_ && !configuration_; }
-  /// Goes on until one request more has been answered. \return the edges of that time, valid until
-  /// the next call. \pre configuring()
+  /// Runs until one more request is answered. \return its edges, valid until the next call. \pre configuring()
   const std::vector<wire::Edge>& configure_next();
-  /// What is asked for, or was last. \pre begin_configuration()
+  /// The current step, or the last one. \pre begin_configuration() was called
   const Configurator& configurator() const { return configurer_->configurator(); }
-  /// What was found, once it is over. From then on the master reads by it, at the setup's clock,
-  /// and the registers are as it left them.
+  /// The result, once the configuration is finished. From then on the master uses it, at the
+  /// setup's clock, and the registers stay as it left them.
   const std::optional<Result<Configuration, ConfigureFault>>& configuration() const {
     return configuration_;
   }
 
-  /// From one request to the next while nothing is disturbed.
+  /// From one request to the next without faults.
   Picoseconds interval() const { return interval_; }
-  /// The cycle that faults are laid out by.
+  /// The cycle by which faults are placed.
   const NominalCycle& nominal() const { return schedule_.nominal(); }
   /// The master's control communication; null where there is none.
   const ControlMaster* control() const { return control_.get(); }
-  /// What is in the registers of an encoder now, that at the far end being 0. \pre it was given
-  /// some
+  /// The registers of an encoder; 0 is the one at the far end. \pre the setup has registers for it
   EncoderRegisters& registers(std::size_t encoder) { return registers_[encoder]; }
-  /// The next request's begin: all edges made so far are before it, or at it.
+  /// The time of the next request; no edge so far is later.
   Picoseconds end() const { return begin_; }
 
  private:
@@ -101,7 +97,7 @@ class Line {
     bool level = true;  // as it enters the pipe
     bool sli = true;
   };
-  // What a line without faults does.
+  // A line without faults.
   struct Undisturbed {
     Picoseconds interval{};
     std::uint32_t clocks = 0;
@@ -120,7 +116,7 @@ class Line {
   void answer_cds();
   void end_configuration();
   void end_control();
-  void tell_sent();
+  void set_sent();
   void rest();
   template <bool Full>
   void run_request();
@@ -148,9 +144,9 @@ class Line {
   void end_fault(FaultKind kind);
   void set_pattern(FaultKind kind);
   void set_noise();
-  void tell_strike(FaultKind kind);
+  void note_strike(FaultKind kind);
   void set_start(bool late);
-  void tell_start();
+  void apply_start();
   void restart();
   Picoseconds arrival(Picoseconds delay, Picoseconds jitter);
 
@@ -163,11 +159,11 @@ class Line {
   std::optional<Result<Configuration, ConfigureFault>> configuration_;
   bool answered_ = false;             // the CDS of the request under way
   std::vector<Node> nodes_;           // the far end's first
-  std::optional<SlaveTiming> start_;  // for the far end, once it is at rest
+  std::optional<SlaveTiming> start_;  // for the far end, once it is idle
   Pipe ma_pipe_;
   Random random_;
   FaultSchedule schedule_;
-  bool full_;  // a chain, faults or registers: the short way does not do
+  bool full_;  // a chain, faults or registers: needs the full event loop
   Disturbance disturbance_;
   SimulatedCycle cycle_;
   Picoseconds interval_{};
@@ -178,7 +174,7 @@ class Line {
   Picoseconds now_{};
   Picoseconds master_due_ = never;
   Picoseconds slo_delay_{};
-  unsigned payload_bit_ = 0;  // the one that the node next to the master sends
+  unsigned payload_bit_ = 0;  // that the node next to the master sends
   bool ma_ = true;            // the master drives
   bool ma_wire_ = true;       // on the line there
   bool ma_sent_ = true;       // on its way to the slaves

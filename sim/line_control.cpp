@@ -1,18 +1,18 @@
-// The control communication beside the position frames, and before the first of them.
+// The control communication, beside the position frames and before the first one.
 #include <algorithm>
 
 #include "sim/line.hpp"
 
 namespace biss::sim {
 
-// As the encoders were commanded.
+// Switches the data channels as commanded.
 void Line::switch_channels() {
   for (std::size_t k = 0; k < registers_.size(); ++k) {
     nodes_[k].slave.set_channels_active(registers_[k].channels_active());
   }
 }
 
-// CDS has come, and CDM may depend on it.
+// Once CDS is known: CDM may depend on it.
 void Line::answer_cds() {
   if (answered_ || master_.done() || !master_.reading().cds) return;
   answered_ = true;
@@ -20,7 +20,7 @@ void Line::answer_cds() {
   master_.set_cdm(control_->step(number_, begin_, now_, cds));
 }
 
-// CDS did not come, and what CDM was is open: the master stopped where it could.
+// Without CDS it is open what CDM was: the master stopped before.
 void Line::end_control() {
   if (!answered_) control_->step(number_, begin_, now_, CdsBit::missing);
 }
@@ -48,7 +48,7 @@ const std::vector<wire::Edge>& Line::configure_next() {
   return cycle_.edges;
 }
 
-// MA is high, and SLO gets time to be.
+// MA is high, and SLO gets time to become high.
 void Line::end_configuration() {
   configuration_ = configurer_->result();
   if (configuration_->ok()) {

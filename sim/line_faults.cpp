@@ -1,4 +1,4 @@
-// What each fault does beside the levels that Disturbance changes.
+// Effects of faults other than the levels that Disturbance changes.
 #include <algorithm>
 
 #include "sim/line.hpp"
@@ -10,7 +10,7 @@ void Line::begin_fault(FaultKind kind) {
   if (kind == FaultKind::flip || kind == FaultKind::burst) {
     set_pattern(kind);
   } else if (has_place(kind)) {
-    tell_strike(kind);
+    note_strike(kind);
   }
   for (Node& node : nodes_) node.slave.source().begin_fault(kind, schedule_.detail(kind));
   if (kind == FaultKind::brown_out) restart();
@@ -37,13 +37,13 @@ void Line::set_pattern(FaultKind kind) {
   Random random(schedule_.detail(kind));
   const std::optional<FaultPlace> place = schedule_.place(kind);
   const unsigned bits = setup_.format.payload_bits();
-  const auto tell = [&](unsigned bit) {
+  const auto note = [&](unsigned bit) {
     cycle_.strikes.push_back({kind, {PlaceUnit::bit, std::uint64_t{bit} * 1000U}});
   };
   if (kind == FaultKind::flip) {
     const auto drawn = static_cast<unsigned>(random.below(bits));
     const unsigned bit = place ? static_cast<unsigned>(place->whole()) : drawn;
-    tell(bit);
+    note(bit);
     return disturbance_.set_flip(bit);
   }
   constexpr unsigned longest = 16;
@@ -53,11 +53,11 @@ void Line::set_pattern(FaultKind kind) {
   const auto drawn = static_cast<unsigned>(random.below(bits - length + 1U));
   const unsigned first = place ? given : drawn;
   const std::uint64_t ends = (std::uint64_t{1} << (length - 1U)) | 1U;
-  tell(first);
+  note(first);
   disturbance_.set_burst(first, (random.next() & low_mask(length)) | ends);
 }
 
-// Of the last word and its checksum, 64 bits at most, the first one always wrong.
+// Random bits of the last word and its checksum, at most 64, the first one always inverted.
 void Line::set_noise() {
   const unsigned all = setup_.format.payload_bits();
   const unsigned word = setup_.format.channel_list[setup_.format.channel_count - 1U].total_bits();
@@ -66,13 +66,17 @@ void Line::set_noise() {
   disturbance_.set_noise(all - bits, (noise & low_mask(bits)) | 1U);
 }
 
-void Line::tell_strike(FaultKind kind) {
-  const auto since = static_cast<std::uint64_t>((now_ - begin_).count * 1000 / period_.count);
+void Line::note_strike(FaultKind kind) {
+  // Thousandths of a period; whole periods apart, because a cycle may last 1000 s and more.
+  const std::int64_t since = (now_ - begin_).count;
+  const std::int64_t part = since % period_.count * 1000 / period_.count;
+  const auto clock = static_cast<std::uint64_t>(since / period_.count * 1000 + part);
   cycle_.strikes.push_back(
-      {kind, schedule_.place(kind).value_or(FaultPlace{PlaceUnit::clock, since})});
+      {kind, schedule_.place(kind).value_or(FaultPlace{PlaceUnit::clock, clock})});
 }
 
-// Only an encoder at rest can be told: at once, or when the request reaches it (tell_start()).
+// The timing of an idle encoder changes now, of another one when the request reaches it
+// (apply_start()).
 void Line::set_start(bool late) {
   Encoding& slave = nodes_.front().slave;
   SlaveTiming timing = node_timing(0);
@@ -89,9 +93,9 @@ void Line::set_start(bool late) {
   start_ = timing;
 }
 
-// What was due by now comes first: at the highest rate an encoder comes to rest with the request.
-// One that does not keeps its ways, and the cycle is marked.
-void Line::tell_start() {
+// The pending step comes first: at the highest rate an encoder becomes idle with the request. An
+// encoder that is still not idle keeps its timing, and the cycle is marked.
+void Line::apply_start() {
   Node& far = nodes_.front();
   far.slave.step(now_, true, far.sli);
   if (far.slave.state() == SlaveState::idle) {
@@ -102,7 +106,7 @@ void Line::tell_start() {
   start_.reset();
 }
 
-// Without its supply an encoder forgets all but where it stands.
+// Without supply an encoder loses everything but its position.
 void Line::restart() {
   for (std::size_t k = 0; k < nodes_.size(); ++k) {
     Node& node = nodes_[k];

@@ -95,34 +95,34 @@ TEST(Line, Edges_ComeInTimeOrderAcrossCycles) {
   }
 }
 
-// Runs up to cycle 3, which the rule names, and gives what it tells.
-std::vector<FaultStrike> strikes_with(LineSetup setup, const FaultRule& rule) {
+// The places of faults in cycle 3, which the rule names.
+std::vector<FaultStrike> places_with(LineSetup setup, const FaultRule& rule) {
   setup.faults = {rule};
   Line line(setup);
-  std::vector<FaultStrike> strikes;
+  std::vector<FaultStrike> places;
   for (int i = 0; i < 4; ++i) {
     const SimulatedCycle& cycle = line.next();
-    strikes = cycle.strikes;
-    EXPECT_EQ(strikes.empty(), i != 3 || !has_place(rule.kind));
+    places = cycle.strikes;
+    EXPECT_EQ(places.empty(), i != 3 || !has_place(rule.kind));
     EXPECT_EQ(cycle.faults, i == 3 ? set_of(rule.kind) : 0U) << name_of(rule.kind);
   }
-  return strikes;
+  return places;
 }
 
-void expect_places_told(const LineSetup& setup, FaultKind kind, PlaceUnit unit) {
+void expect_places_reported(const LineSetup& setup, FaultKind kind, PlaceUnit unit) {
   const FaultPlaces places = places_of(kind, unit, Line(setup).nominal());
   if (places.empty()) return;
   for (const std::uint64_t whole : {places.first, (places.first + places.last) / 2, places.last}) {
     const FaultPlace place{unit, 1000 * whole + (places.whole ? 0U : 375U)};
     ASSERT_TRUE(places.contains(place));
-    const auto told = strikes_with(setup, {.kind = kind, .cycle = 3, .place = place});
-    EXPECT_EQ(told, (std::vector<FaultStrike>{{kind, place}})) << name_of(kind) << ' ' << whole;
+    const auto reported = places_with(setup, {.kind = kind, .cycle = 3, .place = place});
+    EXPECT_EQ(reported, (std::vector<FaultStrike>{{kind, place}})) << name_of(kind) << ' ' << whole;
   }
   EXPECT_FALSE(places.contains({unit, 1000 * (places.last + 1)}));
   EXPECT_EQ(places.contains({unit, 1000 * places.last + 1}), !places.whole);
 }
 
-TEST(Line, EveryKindAtItsPlaces_TellsThem) {
+TEST(Line, EveryKindAtItsPlaces_ReportsThem) {
   LineSetup one = setup_of("pos26,nE,nW,crc6;cds0");
   LineSetup chain = setup_of("pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0");
   chain.slaves = 2;
@@ -130,9 +130,9 @@ TEST(Line, EveryKindAtItsPlaces_TellsThem) {
   for (const LineSetup& setup : {one, chain}) {
     for (std::size_t k = 0; k < simulated_fault_count; ++k) {
       const auto kind = static_cast<FaultKind>(k);
-      expect_places_told(setup, kind, PlaceUnit::bit);
-      expect_places_told(setup, kind, PlaceUnit::clock);
-      const auto drawn = strikes_with(setup, {.kind = kind, .cycle = 3});
+      expect_places_reported(setup, kind, PlaceUnit::bit);
+      expect_places_reported(setup, kind, PlaceUnit::clock);
+      const auto drawn = places_with(setup, {.kind = kind, .cycle = 3});
       EXPECT_EQ(drawn.size(), has_place(kind) ? 1U : 0U);
     }
   }

@@ -43,17 +43,17 @@ void MaReplay::put_ma(const Edge& edge, std::vector<Edge>& out) {
   }
   const bool level = edge.level == Level::high;
   if (level == ma_) return;
-  const Picoseconds still = edge.time - last_edge_;
-  // One that is not answered is over when MA was still for longer than in a frame.
-  if (!level && slave_.state() == SlaveState::early_request && still > 3 * half_period_) {
+  const Picoseconds idle = edge.time - last_edge_;
+  // A request that is not answered ends when MA is idle for longer than in a frame.
+  if (!level && slave_.state() == SlaveState::early_request && idle > 3 * half_period_) {
     begin_answer(edge.time, AnswerKind::not_ready);
   }
   step(edge.time, level);
-  half_period_ = still;
+  half_period_ = idle;
   last_edge_ = edge.time;
 }
 
-// What the encoder does by itself up to this time, this time included.
+// Runs the encoder up to this time, this time included.
 void MaReplay::run_until(Picoseconds time) {
   while (output_.deadline <= time && output_.has_deadline()) step(output_.deadline, ma_);
 }
@@ -74,7 +74,7 @@ void MaReplay::follow(SlaveState before, Picoseconds now) {
   if (state == before) return;
   if (state == SlaveState::requested) begin_answer(now, AnswerKind::cut);
   if (state == SlaveState::stop) answer_.kind = AnswerKind::complete;
-  // It is known for one at its second edge.
+  // Recognised at its second edge.
   if (state == SlaveState::early_request) begin_answer(last_edge_, AnswerKind::not_ready);
   if (state == SlaveState::idle) end_answer();
 }

@@ -1,4 +1,4 @@
-// The encoder of this project behind a recorded master: MA as it was, SLO as our encoder answers.
+// The encoder of this project answers a recorded master: MA as recorded, SLO simulated.
 #pragma once
 
 #include <cstddef>
@@ -17,21 +17,21 @@
 
 namespace biss::sim {
 
-/// A replay takes captures whose edges lie so far from time 0 at most, either way: ten days, so
-/// that nothing it adds up leaves the range of times.
+/// The largest time of an edge that a replay accepts, positive or negative: ten days, so that no sum
+/// leaves the range of times.
 inline constexpr Picoseconds replay_time_max = milliseconds(864'000'000);
 
-/// What became of a recorded request.
+/// The outcome of a recorded request.
 enum class AnswerKind : std::uint8_t {
   complete,   ///< answered up to STOP
   cut,        ///< MA stopped before
-  not_ready,  ///< it came before the encoder's timeout was over, and is not answered
+  not_ready,  ///< it came before the encoder's timeout ended, and is not answered
 };
 
 struct Answer {
   Picoseconds time{};  ///< the first falling edge of MA
   AnswerKind kind = AnswerKind::cut;
-  /// What the encoder sampled; without channels where it did not come to that.
+  /// What the encoder sampled; without channels where it sampled nothing.
   Frame sent;
 };
 
@@ -39,43 +39,43 @@ struct MaReplaySetup {
   /// Of a format with a channel.
   FrameCodec<> codec;
   SlaveTiming timing;
-  /// From an edge of MA to the change of SLO it makes, both where MA was recorded; not negative.
+  /// From an edge of MA to the change of SLO that it causes, both at the place of the recording; not
+  /// negative.
   Picoseconds line_delay{};
-  /// Nothing: the encoder is unidirectional.
+  /// Empty: the encoder is unidirectional.
   std::optional<EncoderRegisters> registers{};
 };
 
-/// Answers the edges of MA in the order they come. The encoder is idle when the capture begins, so
-/// that a cycle which is cut there is answered as if it began there.
+/// Answers the edges of MA in their order. The encoder is idle when the capture begins, so that a
+/// cycle that is cut there is answered as if it began there.
 ///
-/// Levels of MA that are neither 0 nor 1 are recorded and change nothing for the encoder.
+/// Levels of MA that are neither 0 nor 1 are copied to the output; the encoder ignores them.
 class MaReplay {
  public:
   using Sample = std::function<Frame(Picoseconds moment)>;
   using OnAnswer = std::function<void(const Answer&)>;
 
   /// \param sample the channels' values as of that moment
-  /// \param on_answer told when a request is over; may be empty
+  /// \param on_answer called at the end of each request; may be empty
   MaReplay(const MaReplaySetup& setup, Sample sample, OnAnswer on_answer);
   MaReplay(const MaReplay&) = delete;
   MaReplay& operator=(const MaReplay&) = delete;
 
-  /// Appends to `out` what is known so far: ma_line and slo_line in time order. Edges of other
-  /// lines than `ma` are passed over.
-  /// \pre times do not fall, and lie within replay_time_max
+  /// Appends to `out` what is known so far: ma_line and slo_line in time order. Edges of other lines
+  /// than `ma` are skipped.
+  /// \pre times do not decrease, and are within replay_time_max
   void push(std::span<const wire::Edge> edges, wire::LineIndex ma, std::vector<wire::Edge>& out);
 
-  /// The capture ends at this time, not before its last edge; the answer under way goes on to its
-  /// end. \return the end of the replay
+  /// Ends the capture at this time, not before its last edge; an answer in progress is completed. \return the end of the replay
   Picoseconds finish(Picoseconds end, std::vector<wire::Edge>& out);
 
-  /// What is in the registers now. \pre the encoder has some
+  /// The registers as they are now. \pre the encoder has registers
   EncoderRegisters& registers() { return *registers_; }
-  /// Levels of MA that were neither 0 nor 1.
+  /// The number of levels of MA that were neither 0 nor 1.
   std::uint64_t unknown_levels() const { return unknown_levels_; }
 
  private:
-  // The slave's owner: asks `sample` and remembers what it said.
+  // The source of the slave: calls `sample` and keeps its result.
   struct Source {
     MaReplay* replay;
     const Frame& sample(Picoseconds moment) const {
@@ -105,9 +105,9 @@ class MaReplay {
   std::optional<EncoderControl> control_;
   Slave<FrameCodec<>, Source> slave_;
   StepOutput output_;
-  std::deque<wire::Edge> slo_;  // on their way
+  std::deque<wire::Edge> slo_;  // not yet at the master
   Answer answer_;
-  bool open_ = false;  // a request is under way
+  bool open_ = false;  // a request is in progress
   bool begun_ = false;
   bool ma_ = true;
   Picoseconds last_edge_{};

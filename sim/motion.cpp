@@ -12,8 +12,8 @@ constexpr std::int64_t requests_a_ramp = 1009;
 constexpr std::int64_t requests_a_sine = 500;
 constexpr std::int64_t requests_one_way = 250;
 
-// Sine of a phase in parts of 2^32 of a turn, in parts of 2^30; in integers, so that no compiler
-// and no library has a say. Taylor's series within a quarter; off by less than 10^-6.
+// The sine in units of 2^-30, of a phase in units of 2^-32 turns. Integers give the same result with
+// every compiler and library. Taylor series within a quarter turn; the error is below 10^-6.
 std::int64_t sine(std::uint32_t phase) {
   constexpr std::int64_t one = std::int64_t{1} << 30U;
   constexpr std::int64_t half_pi = 1'686'629'713;  // in parts of 2^30
@@ -37,7 +37,7 @@ std::uint64_t speed_of(MotionKind kind, const ChannelFormat& channel, Picosecond
   if (kind == MotionKind::ramp) return UINT64_MAX / requests_a_ramp / ps;
   if (kind == MotionKind::sine) return UINT64_MAX / requests_a_sine / ps;
   if (kind != MotionKind::max) return 0;
-  // A sixteenth less than half a turn: samples may come a little late.
+  // A sixteenth less than half a turn, because samples may come a little late.
   const std::uint64_t turn_shift = channel.position_bits() - turn_bits(channel);
   const std::uint64_t half_turn = (UINT64_MAX >> turn_shift) / 2;
   return half_turn / 16 * 15 / ps;
@@ -74,7 +74,7 @@ std::uint64_t Motion::at(Picoseconds time) const {
     const std::int64_t way = requests_one_way * interval_.count;
     const std::int64_t within = time.count % (2 * way);
     const std::int64_t ahead = within < way ? within : 2 * way - within;
-    // From a quarter of the way before zero to the rest behind it.
+    // A quarter of the way before zero, the rest after it.
     place = speed_ * static_cast<std::uint64_t>(ahead - way / 4);
   }
   return place >> (64U - position_bits_);

@@ -1,4 +1,4 @@
-// Where the encoder stands, at any time.
+// The position of an encoder at any time.
 #pragma once
 
 #include <array>
@@ -12,11 +12,11 @@
 namespace biss::sim {
 
 enum class MotionKind : std::uint8_t {
-  constant,  ///< the same position for ever
-  ramp,      ///< a steady speed, round and round, the whole range in about 1000 requests
-  sine,      ///< half the range, zero in its middle, 500 requests to and fro
-  random,    ///< a random walk: up to an eighth of the range, either way, from sample to sample
-  max,       ///< just less than half a turn a request, 250 requests forwards, 250 back across zero
+  constant,  ///< always the same position
+  ramp,      ///< constant speed, the whole range in about 1000 requests
+  sine,      ///< half the range around zero, 500 requests per period
+  random,    ///< a random walk: up to an eighth of the range in each direction per sample
+  max,       ///< nearly half a turn per request, 250 requests forwards, 250 back across zero
 };
 
 inline constexpr std::array<std::string_view, 5> motion_names{"constant", "ramp", "sine", "random",
@@ -25,11 +25,11 @@ inline constexpr std::array<std::string_view, 5> motion_names{"constant", "ramp"
 /// Positions of one channel. The same seed gives the same positions on every machine.
 class Motion {
  public:
-  /// \param channel  whose position it is; a turn is its singleturn, or all of it
+  /// \param channel  of this position; a turn is its singleturn part, else all of it
   /// \param interval from one request to the next; positive
   Motion(MotionKind kind, const ChannelFormat& channel, Picoseconds interval, std::uint64_t seed);
 
-  /// The position at this time. A random walk goes a step; its time does not matter.
+  /// The position at this time. A random walk makes a step, whatever the time.
   std::uint64_t sample(Picoseconds time);
   /// The same without a step.
   std::uint64_t at(Picoseconds time) const;
@@ -40,9 +40,9 @@ class Motion {
   unsigned position_bits_;
   Picoseconds interval_;
   Random random_;
-  // Shares of the range in parts of 2^64, so that a passage through zero is an overflow.
+  // In units of 2^-64 of the range, so that a passage through zero is an overflow.
   std::uint64_t start_;
-  std::uint64_t speed_;  // a picosecond; of a sine its phase
+  std::uint64_t speed_;  // per picosecond; for a sine, that of its phase
 };
 
 }  // namespace biss::sim

@@ -11,14 +11,14 @@
 
 namespace biss::sim {
 
-/// Changes of a level in flight, first in, first out; each turns the level over. The memory grows
-/// to the most that are ever in flight.
+/// Edges of a level in flight, first in, first out; each inverts the level. The memory grows to the
+/// largest number in flight.
 class Pipe {
  public:
-  /// When the next change arrives; `never` where none is on its way.
+  /// The arrival of the next edge; `never` without one in flight.
   Picoseconds front() const { return front_; }
 
-  /// A change that arrives at `arrival`, or a picosecond behind the one before it: edges do not
+  /// Adds an edge that arrives at `arrival`, or a picosecond after the previous one: edges do not
   /// overtake each other.
   void push(Picoseconds arrival) {
     if (first_ == end_) {

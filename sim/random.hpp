@@ -1,4 +1,4 @@
-// Random numbers that are the same on every machine, and at any place of the sequence at once.
+// Random numbers that are the same on every machine; any place of a sequence is reached directly.
 #pragma once
 
 #include <cstdint>

@@ -123,7 +123,7 @@ TEST(MaReplay, Edges_AreTheRecordedMaAndOurSloInTimeOrder) {
   EXPECT_TRUE(std::is_sorted(answers.made.begin(), answers.made.end(),
                              [](const Edge& a, const Edge& b) { return a.time < b.time; }));
   EXPECT_EQ(answers.made[1], (Edge{{}, slo_line, Level::high}));
-  // The answer goes on to its timeout: 40 µs behind the last edge.
+  // The answer goes on to its timeout: 40 µs after the last edge.
   EXPECT_EQ(answers.end, microseconds(90 + 24 + 40) + period / 2 + nanoseconds(700));
   EXPECT_EQ(answers.made.back(), (Edge{answers.end, slo_line, Level::high}));
 }

@@ -1,4 +1,4 @@
-// The counters that show an encoder to be alive.
+// The sign-of-life counters of an encoder.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace biss::sim {
 
-/// How they count. Both are open in the documents: 1…63 is the default.
+/// How the counters count. The documents leave range and start open; 1…63 is the default.
 struct SignOfLife {
   /// The lowest value: 1 (63 is followed by 1, 0 never comes) or 0.
   std::uint8_t first = 1;
@@ -23,8 +23,8 @@ struct SignOfLife {
   }
   constexpr unsigned period() const { return 64U - first; }
 
-  /// \param frames since power-up, this one not counted
-  /// \param bits the counter's; fewer than 6 show its lower ones
+  /// \param frames since power-up, without this one
+  /// \param bits of the counter; fewer than 6 show its lower bits
   constexpr std::uint32_t value(std::size_t channel, std::uint64_t frames, unsigned bits) const {
     const std::uint64_t steps = (starts[channel] - first + frames) % period();
     return static_cast<std::uint32_t>((first + steps) & low_mask(bits));

@@ -10,10 +10,10 @@ using wire::Level;
 
 namespace {
 
-// No clock is slower than that.
+// The slowest clock.
 constexpr Picoseconds longest_period = period_of(biss_clock_min);
 
-// Nor faster, by far: such edges are noise, and a request at their pace would be a flood of clocks.
+// Ten times the fastest clock. Shorter periods are noise, not a clock for a request.
 constexpr Picoseconds shortest_period = period_of(hertz(10 * biss_clock_max.count));
 
 Level level_of(bool high) { return high ? Level::high : Level::low; }
@@ -23,7 +23,7 @@ Level level_of(bool high) { return high ? Level::high : Level::low; }
 SloReplay::SloReplay(const SloReplaySetup& setup, OnReading on_reading)
     : setup_(setup), on_reading_(std::move(on_reading)) {
   setup_.master.timing.cycle_min = {};
-  still_ = longest_period * 5 / 4;
+  idle_min_ = longest_period * 5 / 4;
 }
 
 void SloReplay::push(std::span<const Edge> edges, wire::LineIndex ma, wire::LineIndex slo,
@@ -34,7 +34,7 @@ void SloReplay::push(std::span<const Edge> edges, wire::LineIndex ma, wire::Line
   }
 }
 
-bool SloReplay::is_still(Picoseconds now) const { return now - last_ma_ > still_; }
+bool SloReplay::is_idle(Picoseconds now) const { return now - last_ma_ > idle_min_; }
 
 void SloReplay::put_ma(const Edge& edge, std::vector<Edge>& out) {
   if (edge.level == Level::unknown) return;
@@ -48,22 +48,22 @@ void SloReplay::put_ma(const Edge& edge, std::vector<Edge>& out) {
   if (level == recorded_ma_) return;
   settle(edge.time, out);
   recorded_ma_ = level;
-  const bool was_still = is_still(edge.time);
+  const bool was_idle = is_idle(edge.time);
   last_ma_ = edge.time;
   if (collecting_) {
     ma_edges_.push_back(edge.time);
-    if (ma_edges_.size() == 3) still_ = (ma_edges_[2] - ma_edges_[0]) * 5 / 4;
-    if (ma_edges_.size() > edges_max) tell_kept(out);
+    if (ma_edges_.size() == 3) idle_min_ = (ma_edges_[2] - ma_edges_[0]) * 5 / 4;
+    if (ma_edges_.size() > edges_max) pass_on_kept(out);
     return;
   }
-  if (was_still) passing_ = false;
+  if (was_idle) passing_ = false;
   if (level || passing_) return;
   passing_ = true;
   run_until(edge.time, out);
   if (master_) return missed_.push_back(edge.time);
   collecting_ = true;
   ma_edges_.assign(1, edge.time);
-  still_ = longest_period * 5 / 4;
+  idle_min_ = longest_period * 5 / 4;
 }
 
 void SloReplay::put_slo(const Edge& edge, std::vector<Edge>& out) {
@@ -83,15 +83,15 @@ void SloReplay::change_slo(const Edge& edge, std::vector<Edge>& out) {
   if (master_) take(master_->step(edge.time, slo_), edge.time, out);
 }
 
-// The recorded request is over, its clock is known: ours begins where it began.
+// Once the recorded request ended, its clock is known: ours begins where it began.
 void SloReplay::settle(Picoseconds now, std::vector<Edge>& out) {
-  if (collecting_ && is_still(now)) begin(out);
+  if (collecting_ && is_idle(now)) begin(out);
 }
 
 MasterSetup SloReplay::setup_of_request() const {
   MasterSetup setup = setup_.master;
   if (setup.period.count == 0) {
-    // From rising edge to rising edge, as bits are counted.
+    // From rising edge to rising edge, which are one bit apart.
     const std::size_t rises = ma_edges_.size() / 2;
     const Picoseconds first_rise = ma_edges_[1];
     setup.period = (ma_edges_[2 * rises - 1] - first_rise) / static_cast<std::int64_t>(rises - 1);
@@ -110,10 +110,10 @@ void SloReplay::begin(std::vector<Edge>& out) {
       take(master_->begin(ma_edges_[0], slo_), ma_edges_[0], out);
     }
   }
-  tell_kept(out);
+  pass_on_kept(out);
 }
 
-void SloReplay::tell_kept(std::vector<Edge>& out) {
+void SloReplay::pass_on_kept(std::vector<Edge>& out) {
   collecting_ = false;
   for (const Edge& edge : slo_edges_) change_slo(edge, out);
   slo_edges_.clear();
@@ -134,7 +134,7 @@ void SloReplay::take(const StepOutput& output, Picoseconds now, std::vector<Edge
 
 void SloReplay::report() {
   ReplayReading reading{master_->reading(), master_->setup().period};
-  // Nothing was judged yet: the capture ends in the request.
+  // No result yet: the capture ends within the request.
   if (!master_->done() && reading.reading.clocks == 0) {
     reading.reading.frame = failure(FrameFault{FrameError::truncated});
   }
@@ -146,7 +146,7 @@ void SloReplay::report() {
   missed_.clear();
 }
 
-// A request that was recorded while ours was still under way.
+// A recorded request during one of ours.
 void SloReplay::miss(Picoseconds time) {
   ReplayReading reading;
   reading.reading.frame = failure(FrameFault{FrameError::not_ready});

@@ -1,5 +1,4 @@
-// Frames with good checksums that are not the ones to be sent: what an encoder, or a store on the
-// way, gives away in their place.
+// Wrong frames with good checksums that an encoder, or a store on the way, sends instead of its own.
 #pragma once
 
 #include <array>
@@ -19,26 +18,26 @@ class WrongFrames {
     if (kind == FaultKind::loss) lost_ = static_cast<std::uint32_t>(1 + detail % 8U);
     if (kind == FaultKind::insert || kind == FaultKind::other_encoder) {
       source_ = detail;
-      // Neither near the frames to come nor near those before.
+      // Far from the next frames and from the previous ones.
       apart_ = 10 + (detail >> 32U) % 43U;
     }
   }
   void end(FaultKind kind) { active_ &= ~set_of(kind); }
 
-  /// So many frames get lost before the next one; told once.
+  /// The number of frames lost before the next one; 0 when called again.
   std::uint32_t take_lost() {
     const std::uint32_t lost = lost_;
     lost_ = 0;
     return lost;
   }
-  /// Whether the encoder's own sign of life stands.
+  /// Whether the encoder's own sign of life does not count.
   bool holds_counter() const { return is(FaultKind::lc_frozen) || is(FaultKind::insert); }
-  /// Frames that another source is ahead; 0: none takes part.
+  /// How many frames another source is ahead; 0 without one.
   std::uint64_t ahead() const { return is_foreign() ? apart_ : 0; }
-  /// What another source's position is further, in parts of 2^64 of the range.
+  /// The distance of another source's position, in units of 2^-64 of the range.
   std::uint64_t position_share() const { return is_foreign() ? scrambled(source_) | 1U : 0; }
 
-  /// What is sent in the place of this frame, which is then remembered.
+  /// Stores a frame, and returns the one that is sent instead of it.
   const Frame& put(const Frame& own) {
     const std::uint32_t age = is(FaultKind::repeat) ? 1 : is(FaultKind::reorder) ? age_ : 0;
     const std::uint32_t back = age < count_ ? age : count_;
@@ -62,7 +61,7 @@ class WrongFrames {
   std::uint64_t apart_ = 0;
   std::array<Frame, depth> past_{};
   std::uint32_t next_ = 0;
-  std::uint32_t count_ = 0;  // frames before this one that are remembered
+  std::uint32_t count_ = 0;  // stored frames before this one
 };
 
 }  // namespace biss::sim
