@@ -51,8 +51,7 @@ bool write_findings(const std::vector<EdsFindingRow>& rows, report::Format forma
                                                {.name = "against"},
                                                {.name = "expected", .kind = Kind::unsigned_integer},
                                                {.name = "text"}};
-  const auto table =
-      report::make_table_writer(format, columns, output, output.table_options());
+  const auto table = report::make_table_writer(format, columns, output, output.table_options());
   for (const EdsFindingRow& row : rows) {
     const report::Cell against = row.against.empty() ? report::Cell() : report::Cell(row.against);
     const report::Cell cells[] = {row.part,    row.symbol, row.problem,  row.value,

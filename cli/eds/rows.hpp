@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "biss/eds/field.hpp"
 #include "biss/eds/check.hpp"
+#include "biss/eds/field.hpp"
 #include "cli/common/output.hpp"
 #include "dump/data_sheet.hpp"
 #include "report/table.hpp"
