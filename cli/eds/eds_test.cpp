@@ -87,7 +87,7 @@ TEST_F(Eds, FileOfAnotherKind_IsNamedWithTheKnownKinds) {
   EXPECT_THAT(text.err, HasSubstr("is text, but not a dump of registers; the known kinds are hex "
                                   "text (0x40: 00 1A), xxd or hexdump -C, Intel HEX"));
   EXPECT_THAT(text.err, HasSubstr("and descriptions ([common], TMA = 100ns)"));
-  write("photo.png", "\x89PNG\r\n");
+  write("photo.png", "\x89PNG\r\n\x1A\n");
   EXPECT_THAT(eds({"show", path("photo.png")}).err,
               HasSubstr("read as binary banks of 64 bytes: the size is not a multiple of 64 bytes; "
                         "the known kinds are"));

@@ -54,11 +54,11 @@ TEST(Encoders, Table_ListsTheSafetyConfigurationsToo) {
   }
   EXPECT_THAT(out, testing::ContainsRegex("rsh  .* 13 +62.50\n"));
   EXPECT_THAT(out, testing::ContainsRegex("fortis-fs-36-28-1nm .* - +31.25\n"));
-  const Ran one = encoders({"rsm"});
+  const Ran one = encoders({"rlh"});
   EXPECT_EQ(one.status, ExitStatus::done);
-  EXPECT_THAT(one.out, HasSubstr("\nrsm  "));
+  EXPECT_THAT(one.out, HasSubstr("\nrlh  "));
   EXPECT_EQ(lines_of(one.out).size(), 4U);
-  EXPECT_EQ(encoders({"rsm", "--to", "csv"}).status, ExitStatus::data_failed);
+  EXPECT_EQ(encoders({"rlh", "--to", "csv"}).status, ExitStatus::data_failed);
 }
 
 TEST(Encoders, ClockThatIsNotStated_IsADash) {

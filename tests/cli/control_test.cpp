@@ -187,19 +187,19 @@ TEST_F(SimulatedRegisters, WrongUsage_IsOneLine) {
     EXPECT_EQ(outcome.status, 2) << part;
     EXPECT_THAT(outcome.err, HasSubstr(part));
   };
-  expect_usage({"--cycles", "46", "--access", "read:0"}, "the accesses take 47 at least");
+  expect_usage({"--cycles", "46", "--access", "read:0"}, "the accesses take at least 47");
   EXPECT_EQ(simulate({"--cycles", "47", "--access", "read:0"}).status, 0);
   expect_usage({"--access", "read:0x80"}, "the address must be 0 to 0x7F");
-  expect_usage({"--outcomes", "-"}, "without --access");
+  expect_usage({"--outcomes", "-"}, "--outcomes: needs --access");
   expect_usage({"--access", "read:0", "--outcomes", truth}, "are the same file");
-  expect_usage({"-f", "resolute-26"}, "unidirectional");
-  expect_usage({"-f", "pos26,nE,nW,crc6", "--registers", page}, "for ID 1");
+  expect_usage({"-f", "resolute-26"}, "the option cds0");
+  expect_usage({"-f", "pos26,nE,nW,crc6", "--registers", page}, "with ID 1");
   expect_usage({"--registers", "0:" + page}, "given twice");
   expect_usage({"--register-busy", "long"}, "frames");
   EXPECT_EQ(simulate({"--registers", folder.path("none")}).status, 3);
   const Outcome outcome = run({"simulate", "-o", capture});
   EXPECT_EQ(outcome.status, 2);
-  EXPECT_THAT(outcome.err, HasSubstr("--format is required"));
+  EXPECT_THAT(outcome.err, HasSubstr("give --format, or --registers"));
 }
 
 TEST_F(SimulatedRegisters, RecordedMaster_GetsItsAnswersFromTheRegisters) {
@@ -285,7 +285,8 @@ TEST(ConfiguringMaster, ChainOfTwo_IsFoundAndBelievedAboutItsClock) {
            "--access", "0/read:0x42,2", "--outcomes", "-", "-o", capture, "--truth", truth});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_EQ(found(outcome, "format"), "mt12,st18,nE,nW,crc6+pos16,nE,nW,crc6");
-  EXPECT_THAT(outcome.err, HasSubstr("--clock: 2 MHz is not what was found, 250 kHz to 1 MHz"));
+  EXPECT_THAT(outcome.err,
+              HasSubstr("--clock: 2 MHz is outside the range that was found, 250 kHz to 1 MHz"));
   EXPECT_EQ(rows_of(outcome.out).at(0).at("data"), "62 12");
   expect_positions(capture, truth, found(outcome, "format"), 100);
 }
