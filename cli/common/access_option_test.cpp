@@ -101,19 +101,5 @@ TEST(AccessOption, LeastCycles_CountZerosOnceAndWaiting) {
   EXPECT_EQ(least_cycles({access_of("0/command:0@500"), access_of("write:0=00")}), 500U + 25 + 33);
 }
 
-TEST(RegisterBusy, FramesAndTimes_AreRead) {
-  RegisterBusy busy;
-  EXPECT_EQ(read_busy("12", microseconds(100), busy), "");
-  EXPECT_EQ(busy.read_frames, 12);
-  EXPECT_EQ(busy.write_frames, 12);
-  EXPECT_EQ(read_busy("250us", microseconds(100), busy), "");
-  EXPECT_EQ(busy.read_frames, 3);
-  EXPECT_EQ(read_busy("0", microseconds(100), busy), "");
-  EXPECT_EQ(busy.read_frames, 0);
-  EXPECT_THAT(read_busy("65536", microseconds(100), busy), HasSubstr("'65536'"));
-  EXPECT_THAT(read_busy("often", microseconds(100), busy), HasSubstr("'often'"));
-  EXPECT_THAT(read_busy("7s", microseconds(100), busy), HasSubstr("70000 frames"));
-}
-
 }  // namespace
 }  // namespace biss::cli

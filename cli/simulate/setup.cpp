@@ -102,26 +102,6 @@ std::string put_control(const LineOptions& options, sim::LineSetup& setup) {
                      options.registers.size() - 1, setup.slaves);
 }
 
-// Frames by which each byte is late: `12`, or those that begin within `3ms`.
-std::string read_busy(const std::string& text, Picoseconds interval, RegisterBusy& busy) {
-  constexpr std::uint16_t most = std::numeric_limits<std::uint16_t>::max();
-  std::uint64_t frames = 0;
-  if (const auto count = parse_count(text, most); count.ok()) {
-    frames = *count;
-  } else if (const auto time = parse_duration(text); time.ok()) {
-    frames = static_cast<std::uint64_t>((time->count + interval.count - 1) / interval.count);
-  } else {
-    return fmt::format("--register-busy: '{}': give frames, at most {}, or a time like 3ms", text,
-                       most);
-  }
-  if (frames > most) {
-    return fmt::format("--register-busy: {} are {} frames at this rate; the limit is {}", text,
-                       frames, most);
-  }
-  busy = {static_cast<std::uint16_t>(frames), static_cast<std::uint16_t>(frames)};
-  return {};
-}
-
 // After put_rate(): a time is counted in cycles.
 std::string put_busy(const LineOptions& options, sim::LineSetup& setup) {
   if (options.register_busy.empty()) return {};
@@ -151,6 +131,25 @@ std::string put_rate(const LineOptions& options, sim::LineSetup& setup) {
 }
 
 }  // namespace
+
+std::string read_busy(const std::string& text, Picoseconds interval, RegisterBusy& busy) {
+  constexpr std::uint16_t most = std::numeric_limits<std::uint16_t>::max();
+  std::uint64_t frames = 0;
+  if (const auto count = parse_count(text, most); count.ok()) {
+    frames = *count;
+  } else if (const auto time = parse_duration(text); time.ok()) {
+    frames = static_cast<std::uint64_t>((time->count + interval.count - 1) / interval.count);
+  } else {
+    return fmt::format("--register-busy: '{}': give frames, at most {}, or a time like 3ms", text,
+                       most);
+  }
+  if (frames > most) {
+    return fmt::format("--register-busy: {} are {} frames at this rate; the limit is {}", text,
+                       frames, most);
+  }
+  busy = {static_cast<std::uint16_t>(frames), static_cast<std::uint16_t>(frames)};
+  return {};
+}
 
 tl::expected<sim::LineSetup, std::string> line_setup(const LineOptions& options) {
   const DeviceChoice choice = choose_device(options.device);

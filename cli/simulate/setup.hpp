@@ -58,4 +58,9 @@ struct LineOptions {
 /// of text (wrong usage). \pre options.device.format is given
 tl::expected<sim::LineSetup, std::string> line_setup(const LineOptions& options);
 
+/// Reads the value of `--register-busy`: frames, or a time, which is rounded up to frames of
+/// `interval`.
+/// \return an empty text, or the one line why the value is wrong; `busy` is then unchanged
+std::string read_busy(const std::string& text, Picoseconds interval, RegisterBusy& busy);
+
 }  // namespace biss::cli

@@ -1,5 +1,6 @@
 #include "cli/simulate/setup.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace biss::cli {
@@ -65,6 +66,20 @@ TEST(LineOptions, JitterLongerThanTheDelay_IsRefused) {
   EXPECT_EQ(error_of(options),
             "--jitter: the delay of SLO is 42.5 ns, so its edges cannot come 43 ns earlier; give a "
             "longer --cable or less jitter");
+}
+
+TEST(RegisterBusy, FramesAndTimes_AreRead) {
+  RegisterBusy busy;
+  EXPECT_EQ(read_busy("12", microseconds(100), busy), "");
+  EXPECT_EQ(busy.read_frames, 12);
+  EXPECT_EQ(busy.write_frames, 12);
+  EXPECT_EQ(read_busy("250us", microseconds(100), busy), "");
+  EXPECT_EQ(busy.read_frames, 3);
+  EXPECT_EQ(read_busy("0", microseconds(100), busy), "");
+  EXPECT_EQ(busy.read_frames, 0);
+  EXPECT_THAT(read_busy("65536", microseconds(100), busy), testing::HasSubstr("'65536'"));
+  EXPECT_THAT(read_busy("often", microseconds(100), busy), testing::HasSubstr("'often'"));
+  EXPECT_THAT(read_busy("7s", microseconds(100), busy), testing::HasSubstr("70000 frames"));
 }
 
 }  // namespace
