@@ -237,11 +237,11 @@ struct FaultPlace {
 };
 
 /// The place where a fault began.
-struct FaultStrike {
+struct InjectedFault {
   FaultKind kind{};
   FaultPlace place{};
 
-  bool operator==(const FaultStrike&) const = default;
+  bool operator==(const InjectedFault&) const = default;
 };
 
 /// Returns false for kinds that affect whole cycles and so have no place in a cycle.

@@ -143,7 +143,7 @@ const SimulatedCycle& Line::next() {
 void Line::begin_request() {
   cycle_.time = begin_;
   cycle_.faults = 0;
-  cycle_.strikes.clear();
+  cycle_.injected.clear();
   for (Node& node : nodes_) node.slave.source().begin_cycle();
   schedule_.begin_cycle(number_, begin_);
   if (!schedule_.empty()) {

@@ -39,7 +39,7 @@ struct SimulatedCycle {
   /// The faults in it.
   FaultSet faults = 0;
   /// Where faults begin in it, in the order of time; only faults that have a place.
-  std::vector<FaultStrike> strikes;
+  std::vector<InjectedFault> injected;
   /// In the order of time.
   std::vector<wire::Edge> edges;
 };
@@ -144,7 +144,7 @@ class Line {
   void end_fault(FaultKind kind);
   void set_pattern(FaultKind kind);
   void set_noise();
-  void note_strike(FaultKind kind);
+  void note_injected(FaultKind kind);
   void set_start(bool late);
   void apply_start();
   void restart();

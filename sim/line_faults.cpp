@@ -10,7 +10,7 @@ void Line::begin_fault(FaultKind kind) {
   if (kind == FaultKind::flip || kind == FaultKind::burst) {
     set_pattern(kind);
   } else if (has_place(kind)) {
-    note_strike(kind);
+    note_injected(kind);
   }
   for (Node& node : nodes_) node.slave.source().begin_fault(kind, schedule_.detail(kind));
   if (kind == FaultKind::brown_out) restart();
@@ -38,7 +38,7 @@ void Line::set_pattern(FaultKind kind) {
   const std::optional<FaultPlace> place = schedule_.place(kind);
   const unsigned bits = setup_.format.payload_bits();
   const auto note = [&](unsigned bit) {
-    cycle_.strikes.push_back({kind, {PlaceUnit::bit, std::uint64_t{bit} * 1000U}});
+    cycle_.injected.push_back({kind, {PlaceUnit::bit, std::uint64_t{bit} * 1000U}});
   };
   if (kind == FaultKind::flip) {
     const auto drawn = static_cast<unsigned>(random.below(bits));
@@ -66,12 +66,12 @@ void Line::set_noise() {
   disturbance_.set_noise(all - bits, (noise & low_mask(bits)) | 1U);
 }
 
-void Line::note_strike(FaultKind kind) {
+void Line::note_injected(FaultKind kind) {
   // Thousandths of a period; whole periods apart, because a cycle may last 1000 s and more.
   const std::int64_t since = (now_ - begin_).count;
   const std::int64_t part = since % period_.count * 1000 / period_.count;
   const auto clock = static_cast<std::uint64_t>(since / period_.count * 1000 + part);
-  cycle_.strikes.push_back(
+  cycle_.injected.push_back(
       {kind, schedule_.place(kind).value_or(FaultPlace{PlaceUnit::clock, clock})});
 }
 

@@ -96,13 +96,13 @@ TEST(Line, Edges_ComeInTimeOrderAcrossCycles) {
 }
 
 // The places of faults in cycle 3, which the rule names.
-std::vector<FaultStrike> places_with(LineSetup setup, const FaultRule& rule) {
+std::vector<InjectedFault> places_with(LineSetup setup, const FaultRule& rule) {
   setup.faults = {rule};
   Line line(setup);
-  std::vector<FaultStrike> places;
+  std::vector<InjectedFault> places;
   for (int i = 0; i < 4; ++i) {
     const SimulatedCycle& cycle = line.next();
-    places = cycle.strikes;
+    places = cycle.injected;
     EXPECT_EQ(places.empty(), i != 3 || !has_place(rule.kind));
     EXPECT_EQ(cycle.faults, i == 3 ? set_of(rule.kind) : 0U) << name_of(rule.kind);
   }
@@ -116,7 +116,8 @@ void expect_places_reported(const LineSetup& setup, FaultKind kind, PlaceUnit un
     const FaultPlace place{unit, 1000 * whole + (places.whole ? 0U : 375U)};
     ASSERT_TRUE(places.contains(place));
     const auto reported = places_with(setup, {.kind = kind, .cycle = 3, .place = place});
-    EXPECT_EQ(reported, (std::vector<FaultStrike>{{kind, place}})) << name_of(kind) << ' ' << whole;
+    EXPECT_EQ(reported, (std::vector<InjectedFault>{{kind, place}}))
+        << name_of(kind) << ' ' << whole;
   }
   EXPECT_FALSE(places.contains({unit, 1000 * (places.last + 1)}));
   EXPECT_EQ(places.contains({unit, 1000 * places.last + 1}), !places.whole);

@@ -176,11 +176,11 @@ tl::expected<void, std::string> check_faults(std::span<const sim::FaultRule> rul
   return {};
 }
 
-std::string text_of(std::span<const sim::FaultStrike> strikes) {
+std::string text_of(std::span<const sim::InjectedFault> injected) {
   std::string text;
-  for (const sim::FaultStrike& strike : strikes) {
+  for (const sim::InjectedFault& fault : injected) {
     if (!text.empty()) text += ';';
-    text += fmt::format("{}@{}", sim::name_of(strike.kind), text_of(strike.place));
+    text += fmt::format("{}@{}", sim::name_of(fault.kind), text_of(fault.place));
   }
   return text;
 }

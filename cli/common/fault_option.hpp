@@ -24,6 +24,6 @@ tl::expected<void, std::string> check_faults(std::span<const sim::FaultRule> rul
 std::string fault_kinds_text();
 
 /// Where faults began, as `flip@bit=7;cut@clock=12.25`, chosen at random or not.
-std::string text_of(std::span<const sim::FaultStrike> strikes);
+std::string text_of(std::span<const sim::InjectedFault> injected);
 
 }  // namespace biss::cli

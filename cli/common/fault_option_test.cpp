@@ -133,11 +133,11 @@ TEST(FaultOption, EveryKind_HasAPlaceOrNone) {
 }
 
 TEST(FaultOption, Places_ArePrintedAsTheyAreGiven) {
-  const std::vector<sim::FaultStrike> strikes{{FaultKind::flip, {PlaceUnit::bit, 7'000}},
-                                              {FaultKind::cut, {PlaceUnit::clock, 12'250}},
-                                              {FaultKind::ma_low, {PlaceUnit::clock, 1'005}}};
-  EXPECT_EQ(text_of(strikes), "flip@bit=7;cut@clock=12.25;ma_low@clock=1.005");
-  EXPECT_EQ(text_of(std::vector<sim::FaultStrike>{}), "");
+  const std::vector<sim::InjectedFault> injected{{FaultKind::flip, {PlaceUnit::bit, 7'000}},
+                                                 {FaultKind::cut, {PlaceUnit::clock, 12'250}},
+                                                 {FaultKind::ma_low, {PlaceUnit::clock, 1'005}}};
+  EXPECT_EQ(text_of(injected), "flip@bit=7;cut@clock=12.25;ma_low@clock=1.005");
+  EXPECT_EQ(text_of(std::vector<sim::InjectedFault>{}), "");
 }
 
 }  // namespace

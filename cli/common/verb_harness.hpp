@@ -10,7 +10,7 @@
 
 namespace biss::cli {
 
-/// What a run left behind.
+/// The result of a run.
 struct Ran {
   ExitStatus status{};
   std::string out;

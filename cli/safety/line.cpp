@@ -185,7 +185,7 @@ LineCounts count(const SafetyFormat& monitored, sim::LineSetup setup, sim::Fault
   for (std::uint64_t i = 0; i < cycles; ++i) {
     const sim::SimulatedCycle& cycle = line.next();
     watch.expect({i, cycle.time, cycle.sent.channel_list[monitored.setup.cpw].position,
-                  (cycle.faults & sim::set_of(kind)) != 0, !cycle.strikes.empty()});
+                  (cycle.faults & sim::set_of(kind)) != 0, !cycle.injected.empty()});
     decoder.push(cycle.edges, {.ma = sim::ma_line, .slo = sim::slo_line});
   }
   decoder.finish(line.end() + milliseconds(2));

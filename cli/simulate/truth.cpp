@@ -28,7 +28,7 @@ TruthTable::TruthTable(const FrameFormat& format) : format_(format) {
 const std::vector<Cell>& TruthTable::cells(std::uint64_t number, const sim::SimulatedCycle& cycle) {
   cells_.clear();
   faults_ = sim::text_of(cycle.faults);
-  places_ = text_of(cycle.strikes);
+  places_ = text_of(cycle.injected);
   cells_.emplace_back(number);
   cells_.emplace_back(cycle.time);
   for (std::size_t k = 0; k < cycle.sent.channel_count; ++k) {

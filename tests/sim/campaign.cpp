@@ -74,7 +74,7 @@ class Judge {
     std::size_t last = 0;
     for (std::size_t k = 0; k < sim::line_fault_kind_count; ++k) {
       if (((truth.faults >> k) & 1U) == 0) continue;
-      ++outcome_.strikes[k];
+      ++outcome_.injected[k];
       ++kinds;
       last = k;
     }

@@ -29,7 +29,7 @@ struct Tally {
 /// What a whole run gave.
 struct Outcome {
   /// Cycles with an entry of that kind, alone or with others.
-  std::array<std::uint64_t, sim::simulated_fault_count> strikes{};
+  std::array<std::uint64_t, sim::simulated_fault_count> injected{};
   /// Cycles with that entry alone, and none before it.
   std::array<Tally, sim::simulated_fault_count> alone{};
   /// Cycles without an entry behind one that has.

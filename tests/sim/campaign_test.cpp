@@ -55,7 +55,7 @@ TEST(Damage, AMillionCyclesWithEveryKind_UndamagedAreOkAndWrongPositionsAsRareAs
   EXPECT_EQ(outcome.undamaged.right(), outcome.undamaged.cycles) << outcome.complaints;
   EXPECT_EQ(outcome.master_failed + outcome.master_wrong, 0U);
   for (std::size_t k = 0; k < sim::line_fault_kind_count; ++k) {
-    EXPECT_GE(100 * outcome.strikes[k], cycles) << sim::fault_list[k].name;
+    EXPECT_GE(100 * outcome.injected[k], cycles) << sim::fault_list[k].name;
   }
   expect_wrong_positions_as_explained(outcome);
   // The encoder's own word is no fault of the line.

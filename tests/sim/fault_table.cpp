@@ -25,7 +25,7 @@ std::vector<std::size_t> used_failures(const Outcome& outcome) {
 
 struct Line {
   std::string name;
-  std::string strikes;
+  std::string injected;
   const Tally* tally;
 };
 
@@ -33,7 +33,7 @@ std::vector<Line> lines_of(const Outcome& outcome) {
   std::vector<Line> lines;
   for (std::size_t k = 0; k < sim::line_fault_kind_count; ++k) {
     lines.push_back({fmt::format("`{}`", sim::fault_list[k].name),
-                     std::to_string(outcome.strikes[k]), &outcome.alone[k]});
+                     std::to_string(outcome.injected[k]), &outcome.alone[k]});
   }
   lines.push_back({"several", "", &outcome.several});
   lines.push_back({"only in the cycle before", "", &outcome.behind});
@@ -89,7 +89,7 @@ std::string fault_table(const Outcome& outcome) {
       "|---|---:|---:|---:|---:|---:|---:|\n";
   for (const Line& line : lines) {
     const Tally& tally = *line.tally;
-    text += fmt::format("| {} | {} | {} |", line.name, line.strikes, tally.cycles);
+    text += fmt::format("| {} | {} | {} |", line.name, line.injected, tally.cycles);
     for (const std::uint64_t count :
          {tally.right(), tally.wrong, tally.wrong_error, tally.missing}) {
       text += cell(count);
