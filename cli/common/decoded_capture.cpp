@@ -86,13 +86,14 @@ void add_capture_options(Verb verb, CaptureArguments& arguments) {
 
 ExitStatus DecodedCapture::open(const CaptureArguments& arguments, const MarginArguments& margin) {
   if (arguments.device.format.empty() || arguments.device.format == "none") {
-    const std::string wrong = override_timing(arguments.device, timing_);
-    if (!wrong.empty()) return fail(ExitStatus::usage, wrong);
+    const auto timing = override_timing(arguments.device, {});
+    if (!timing) return fail(ExitStatus::usage, timing.error());
+    timing_ = *timing;
   } else {
-    const DeviceChoice choice = choose_device(arguments.device);
-    if (!choice) return fail(ExitStatus::usage, choice.error);
-    format_ = choice.device->format;
-    timing_ = choice.device->timing;
+    const auto choice = choose_device(arguments.device);
+    if (!choice) return fail(ExitStatus::usage, choice.error());
+    format_ = choice->format;
+    timing_ = choice->timing;
   }
   resolution_ = arguments.resolution;
   invert_ma_ = arguments.invert_ma;

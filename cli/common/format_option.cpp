@@ -19,14 +19,18 @@ namespace {
 
 constexpr std::string_view profile_prefix = "bp3:";
 
-DeviceChoice wrong(std::string error) { return {std::nullopt, std::move(error)}; }
+using ReadDevice = tl::expected<Device, std::string>;
+
+tl::unexpected<std::string> wrong(std::string error) {
+  return tl::make_unexpected(std::move(error));
+}
 
 std::string shortened(std::string_view text, std::size_t most) {
   if (text.size() <= most) return std::string(text);
   return fmt::format("{}...", text.substr(0, most));
 }
 
-// One line: the text, the mistake, the character it is at, and what stands there.
+// One line: the text, the mistake, its place, and the item there.
 std::string grammar_error(std::string_view text, FormatTextError error) {
   const std::string_view said = text_of(error.mistake);
   const std::size_t split = std::min(said.find(';'), said.size());
@@ -45,7 +49,7 @@ std::string grammar_error(std::string_view text, FormatTextError error) {
                      said.substr(split));
 }
 
-// Whoever writes one word without a separator means a name rather than the grammar.
+// One word without a separator is a name rather than the grammar.
 bool looks_like_a_name(std::string_view text, FormatTextError error) {
   return error.mistake == FormatMistake::unknown_item && error.at == 0 &&
          text.find_first_of(",+;") == std::string_view::npos;
@@ -58,7 +62,7 @@ std::string name_error(std::string_view text) {
                      names.empty() ? "" : fmt::format("; did you mean {}?", names));
 }
 
-DeviceChoice from_profile(std::string_view text) {
+ReadDevice from_profile(std::string_view text) {
   const std::string_view digits = text.substr(profile_prefix.size());
   const auto identifier = parse_count(digits, 0xFFFF);
   if (!identifier.ok()) {
@@ -73,10 +77,10 @@ DeviceChoice from_profile(std::string_view text) {
     return wrong(fmt::format("format \"{}\": {}", text, biss::text_of(format.error())));
   }
   if (parts.profile() != Profile::bp3 && parts.profile() != Profile::bp3s) {
-    return wrong(fmt::format("format \"{}\": this identifier is {}'s and not BP3's", text,
+    return wrong(fmt::format("format \"{}\": this identifier is of profile {}, not of BP3", text,
                              name_of(parts.profile())));
   }
-  return {Device{*format, {}, nullptr}, {}};
+  return Device{*format, {}, nullptr};
 }
 
 std::string option_error(std::string_view option, Quantity quantity, std::string_view text,
@@ -122,7 +126,7 @@ std::string read_release(const std::string& text, Timeout& timeout) {
 
 std::string read_ack(const FormatArguments& arguments, DeviceTiming& timing) {
   if (!arguments.ack_max.empty() && !arguments.ack_clocks.empty()) {
-    return "--ack-max and --ack-clocks exclude each other: ACK is bounded or fixed";
+    return "--ack-max and --ack-clocks exclude each other: ACK has a limit or a fixed length";
   }
   if (!arguments.ack_max.empty()) {
     std::string error = read_duration("--ack-max", arguments.ack_max, timing.ack_max);
@@ -148,75 +152,81 @@ std::string read_ack(const FormatArguments& arguments, DeviceTiming& timing) {
 void add_format_option(Verb verb, FormatArguments& arguments, bool required,
                        const std::string& more) {
   verb.add_option("-f,--format", arguments.format,
-                  "What the bits mean: items in line order (pos26,nE,nW,crc6), a name that "
-                  "'biss encoders' lists, or bp3:0x621E" +
+                  "Frame format: items in line order (pos26,nE,nW,crc6), a name that 'biss "
+                  "encoders' lists, or a profile identifier (bp3:0x621E)" +
                       more)
       .required(required)
       .type_name("FORMAT");
 }
 
 void add_timing_options(Verb verb, FormatArguments& arguments) {
-  const auto option = [&verb](const char* name, std::string& value, const char* type,
-                              const char* help) {
-    verb.add_option(name, value, help).type_name(type).group("Device timing");
+  Verb section = verb.section("Device timing");
+  const auto option = [&section](const char* name, std::string& value, const char* type,
+                                 const char* help) {
+    section.add_option(name, value, help).type_name(type);
   };
-  option("--ack-max", arguments.ack_max, "TIME", "ACK at its longest: 16us");
-  option("--ack-clocks", arguments.ack_clocks, "N", "ACK where it always takes the same clocks");
-  option("--timeout", arguments.timeout, "RULE", "adaptive, static:20us or cycle:31.25us");
+  option("--ack-max", arguments.ack_max, "TIME", "Longest ACK, as a time: 16us");
+  option("--ack-clocks", arguments.ack_clocks, "N", "Fixed length of ACK in clocks");
+  option("--timeout", arguments.timeout, "RULE",
+         "Timeout rule: adaptive, static:20us or cycle:31.25us");
   option("--release", arguments.release, "N",
-         "Half periods of MA that SLO stays low after its last edge where the frame outlasts a "
-         "timeout of cycle:…; 3, an assumption");
-  option("--clock-max", arguments.clock_max, "RATE", "The highest clock of the device");
-  option("--cycle-min", arguments.cycle_min, "TIME", "From one request to the next, at least");
+         "Half periods of MA for which SLO stays low after the last edge of a frame that is longer "
+         "than a timeout of cycle:...; 3 by default, an assumption");
+  option("--clock-max", arguments.clock_max, "RATE", "Highest clock of the device");
+  option("--cycle-min", arguments.cycle_min, "TIME", "Least time from request to request");
 }
 
-DeviceChoice parse_device(std::string_view text) {
+tl::expected<Device, std::string> parse_device(std::string_view text) {
   if (text.starts_with(profile_prefix)) return from_profile(text);
   if (const CatalogueEntry* entry = find_encoder(text)) {
-    return {Device{entry->frame_format(), entry->timing, entry}, {}};
+    return Device{entry->frame_format(), entry->timing, entry};
   }
   if (const SafetyConfiguration* known = find_safety_configuration(text)) {
-    return {Device{known->frame_format(), {}, nullptr}, {}};
+    return Device{known->frame_format(), {}, nullptr};
   }
   const auto format = parse_format(text);
-  if (format.ok()) return {Device{*format, {}, nullptr}, {}};
+  if (format.ok()) return Device{*format, {}, nullptr};
   const bool name = looks_like_a_name(text, format.error());
   return wrong(name ? name_error(text) : grammar_error(text, format.error()));
 }
 
-DeviceChoice choose_device(const FormatArguments& arguments) {
-  DeviceChoice choice = parse_device(arguments.format);
-  if (!choice) return choice;
-  std::string error = override_timing(arguments, choice.device->timing);
-  return error.empty() ? choice : wrong(std::move(error));
+tl::expected<Device, std::string> choose_device(const FormatArguments& arguments) {
+  auto device = parse_device(arguments.format);
+  if (!device) return device;
+  auto timing = override_timing(arguments, device->timing);
+  if (!timing) return wrong(std::move(timing.error()));
+  device->timing = *timing;
+  return device;
 }
 
-std::string override_timing(const FormatArguments& arguments, DeviceTiming& timing) {
+tl::expected<DeviceTiming, std::string> override_timing(const FormatArguments& arguments,
+                                                        DeviceTiming timing) {
   std::string error = read_ack(arguments, timing);
-  if (!error.empty()) return error;
+  if (!error.empty()) return wrong(error);
   if (!arguments.timeout.empty()) {
     error = read_timeout(arguments.timeout, timing.timeout);
-    if (!error.empty()) return error;
+    if (!error.empty()) return wrong(error);
   }
   if (!arguments.release.empty()) {
     error = read_release(arguments.release, timing.timeout);
-    if (!error.empty()) return error;
+    if (!error.empty()) return wrong(error);
   }
   if (!arguments.clock_max.empty()) {
     const auto rate = parse_rate(arguments.clock_max);
     if (!rate.ok()) {
-      return option_error("--clock-max", Quantity::rate, arguments.clock_max, rate.error());
+      return wrong(option_error("--clock-max", Quantity::rate, arguments.clock_max, rate.error()));
     }
     if (*rate < timing.clock_min) {
-      return fmt::format("--clock-max '{}': below the device's lowest clock of {}",
-                         arguments.clock_max, text_of(timing.clock_min));
+      return wrong(fmt::format("--clock-max '{}': below the device's lowest clock of {}",
+                               arguments.clock_max, text_of(timing.clock_min)));
     }
     timing.clock_max = *rate;
   }
   if (!arguments.cycle_min.empty()) {
-    return read_duration("--cycle-min", arguments.cycle_min, timing.cycle_min);
+    error = read_duration("--cycle-min", arguments.cycle_min, timing.cycle_min);
+    if (!error.empty()) return wrong(error);
   }
-  return {};
+  return timing;
 }
 
 std::string text_of(const Timeout& timeout) {

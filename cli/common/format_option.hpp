@@ -1,9 +1,9 @@
-// `-f FORMAT` and the options of device timing, the same for every verb that has them.
+// `-f FORMAT` and the options of device timing, for every verb that has them.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <string_view>
+#include <tl/expected.hpp>
 
 #include "biss/catalogue/entry.hpp"
 #include "biss/frame/format.hpp"
@@ -13,7 +13,7 @@ namespace biss::cli {
 
 class Verb;
 
-/// What the user typed; empty where nothing.
+/// The values of the options as text; empty where not given.
 struct FormatArguments {
   std::string format;
   std::string ack_max;
@@ -31,41 +31,33 @@ void add_format_option(Verb verb, FormatArguments& arguments, bool required,
 /// Declares `--ack-max`, `--ack-clocks`, `--timeout`, `--release`, `--clock-max`, `--cycle-min`.
 void add_timing_options(Verb verb, FormatArguments& arguments);
 
-/// The encoder that a user describes: what its bits mean, how it behaves in time.
+/// The encoder that the options describe: the meaning of its bits and its behaviour in time.
 struct Device {
   FrameFormat format;
-  /// From the catalogue where a name was given, else the widest that BiSS C allows; single options
-  /// override.
+  /// That of the catalogue entry; without one the widest limits that BiSS C allows. Single options
+  /// override it.
   DeviceTiming timing;
-  /// Null unless a catalogue name was given. Lives as long as the program.
+  /// Null unless the format is a catalogue name. Lives as long as the program.
   const CatalogueEntry* entry = nullptr;
 };
 
-/// A device, or one line that says why there is none (usage: exit status 2).
-struct DeviceChoice {
-  std::optional<Device> device;
-  std::string error;
-
-  explicit operator bool() const { return device.has_value(); }
-};
-
 /// Reads a format alone: the grammar, a catalogue name (`resolute-26`), the name of a safety
-/// configuration (`rsm`), or a profile identifier (`bp3:0x621E`). A name that is both is the
-/// catalogue's.
-DeviceChoice parse_device(std::string_view format);
+/// configuration (`rsm`), or a profile identifier (`bp3:0x621E`). The catalogue takes precedence.
+/// The error is one line (usage: exit status 2).
+tl::expected<Device, std::string> parse_device(std::string_view format);
 
 /// Reads the format and all timing options. \pre arguments.format is given
-DeviceChoice choose_device(const FormatArguments& arguments);
+tl::expected<Device, std::string> choose_device(const FormatArguments& arguments);
 
-/// The timing options alone, put over `timing`: for a verb that works without a format.
-/// \return an empty text, or the one line why an option is wrong; `timing` is then half changed
-std::string override_timing(const FormatArguments& arguments, DeviceTiming& timing);
+/// Applies the timing options alone to `timing`, for a verb that works without a format.
+tl::expected<DeviceTiming, std::string> override_timing(const FormatArguments& arguments,
+                                                        DeviceTiming timing);
 
 /// `adaptive`, `adaptive:680ns`, `static:20us`, `cycle:31.25us`; the text parses to the same rule.
 std::string text_of(const Timeout& timeout);
 
-/// Names of encoders and safety configurations that `name` may be meant for: at most three that
-/// begin with it, else the one with the fewest typing slips; empty when none is near.
+/// Names of encoders and safety configurations close to `name`: at most three that begin with it,
+/// else the one with the fewest typing errors; empty when none is close.
 std::string suggested_encoders(std::string_view name);
 
 }  // namespace biss::cli

@@ -15,37 +15,37 @@ namespace {
 using testing::HasSubstr;
 
 std::string canonical(std::string_view text) {
-  const DeviceChoice choice = parse_device(text);
-  if (!choice) return "error: " + choice.error;
-  return std::string(format_text(choice.device->format).view());
+  const auto choice = parse_device(text);
+  if (!choice) return "error: " + choice.error();
+  return std::string(format_text(choice->format).view());
 }
 
 TEST(FormatOption, Grammar_GivesTheFormatAndTheWidestTiming) {
-  const DeviceChoice choice = parse_device("mt12,st20,nE,nW,lc6,crc16");
+  const auto choice = parse_device("mt12,st20,nE,nW,lc6,crc16");
   ASSERT_TRUE(choice);
-  EXPECT_EQ(choice.device->format, parse_format("mt12,st20,nE,nW,lc6,crc16").value());
-  EXPECT_EQ(choice.device->timing, DeviceTiming{});
-  EXPECT_EQ(choice.device->entry, nullptr);
+  EXPECT_EQ(choice->format, parse_format("mt12,st20,nE,nW,lc6,crc16").value());
+  EXPECT_EQ(choice->timing, DeviceTiming{});
+  EXPECT_EQ(choice->entry, nullptr);
 }
 
 TEST(FormatOption, EveryCatalogueName_BringsFormatAndTiming) {
   for (const CatalogueEntry& entry : catalogue) {
-    const DeviceChoice choice = parse_device(entry.name);
+    const auto choice = parse_device(entry.name);
     ASSERT_TRUE(choice) << entry.name;
-    EXPECT_EQ(choice.device->entry, &entry);
-    EXPECT_EQ(choice.device->format, parse_format(entry.format).value()) << entry.name;
-    EXPECT_EQ(choice.device->timing, entry.timing) << entry.name;
+    EXPECT_EQ(choice->entry, &entry);
+    EXPECT_EQ(choice->format, parse_format(entry.format).value()) << entry.name;
+    EXPECT_EQ(choice->timing, entry.timing) << entry.name;
   }
 }
 
 TEST(FormatOption, EverySafetyConfiguration_BringsItsFormat) {
   for (const SafetyConfiguration& each : safety_configurations) {
-    const DeviceChoice choice = parse_device(each.name);
-    ASSERT_TRUE(choice) << choice.error;
-    EXPECT_EQ(choice.device->format, each.frame_format()) << each.name;
+    const auto choice = parse_device(each.name);
+    ASSERT_TRUE(choice) << choice.error();
+    EXPECT_EQ(choice->format, each.frame_format()) << each.name;
     if (find_encoder(each.name) != nullptr) continue;
-    EXPECT_EQ(choice.device->timing, DeviceTiming{}) << each.name;
-    EXPECT_EQ(choice.device->entry, nullptr) << each.name;
+    EXPECT_EQ(choice->timing, DeviceTiming{}) << each.name;
+    EXPECT_EQ(choice->entry, nullptr) << each.name;
   }
 }
 
@@ -55,7 +55,7 @@ TEST(FormatOption, ProfileIdentifier_GivesBp3sFormat) {
   EXPECT_EQ(canonical("bp3:0x631E"), "pos22,nE,nW,pad6");
   EXPECT_EQ(canonical("bp3:0x7230"), "pos40,nE,nW,lc6,crc16");
   EXPECT_EQ(canonical("bp3:0x2814"),
-            "error: format \"bp3:0x2814\": this identifier is BP1's and not BP3's");
+            "error: format \"bp3:0x2814\": this identifier is of profile BP1, not of BP3");
   EXPECT_THAT(canonical("bp3:"), HasSubstr("a number like bp3:0x621E"));
   EXPECT_THAT(canonical("bp3:0x10000"), HasSubstr("at most 0xFFFF"));
   EXPECT_THAT(canonical("bp3:621E"), HasSubstr("a number like bp3:0x621E"));
@@ -97,15 +97,15 @@ TEST(FormatOption, NearlyACatalogueName_GetsASuggestion) {
 }
 
 TEST(FormatOption, SingleTimingOptions_OverrideTheCatalogue) {
-  const DeviceChoice choice = choose_device({.format = "resolute-26",
-                                             .ack_max = "20us",
-                                             .ack_clocks = "",
-                                             .timeout = "static:20us",
-                                             .release = "4",
-                                             .clock_max = "4MHz",
-                                             .cycle_min = "50us"});
-  ASSERT_TRUE(choice) << choice.error;
-  const DeviceTiming& timing = choice.device->timing;
+  const auto choice = choose_device({.format = "resolute-26",
+                                     .ack_max = "20us",
+                                     .ack_clocks = "",
+                                     .timeout = "static:20us",
+                                     .release = "4",
+                                     .clock_max = "4MHz",
+                                     .cycle_min = "50us"});
+  ASSERT_TRUE(choice) << choice.error();
+  const DeviceTiming& timing = choice->timing;
   EXPECT_EQ(timing.ack_max, microseconds(20));
   EXPECT_EQ(timing.timeout, (Timeout{TimeoutRule::fixed, microseconds(20), 4}));
   EXPECT_EQ(timing.clock_max, megahertz(4));
@@ -114,7 +114,8 @@ TEST(FormatOption, SingleTimingOptions_OverrideTheCatalogue) {
 }
 
 std::string timing_error(const FormatArguments& arguments) {
-  return choose_device(arguments).error;
+  const auto device = choose_device(arguments);
+  return device ? "" : device.error();
 }
 
 FormatArguments with_timeout(std::string timeout) {
@@ -127,9 +128,9 @@ FormatArguments with_timeout(std::string timeout) {
 TEST(TimingOptions, EachTimeoutRule_IsReadAndPrintedBack) {
   for (const char* const text :
        {"adaptive", "adaptive:680ns", "static:20us", "cycle:31.25us", "static:12.5us"}) {
-    const DeviceChoice choice = choose_device(with_timeout(text));
-    ASSERT_TRUE(choice) << choice.error;
-    EXPECT_EQ(text_of(choice.device->timing.timeout), text);
+    const auto choice = choose_device(with_timeout(text));
+    ASSERT_TRUE(choice) << choice.error();
+    EXPECT_EQ(text_of(choice->timing.timeout), text);
   }
 }
 
@@ -150,13 +151,13 @@ FormatArguments with_ack(std::string max, std::string clocks) {
 }
 
 TEST(TimingOptions, Ack_IsBoundedOrFixed) {
-  const DeviceChoice bounded = choose_device(with_ack("5us", ""));
+  const auto bounded = choose_device(with_ack("5us", ""));
   ASSERT_TRUE(bounded);
-  EXPECT_EQ(bounded.device->timing.ack_clocks, 0);
-  EXPECT_EQ(bounded.device->timing.ack_max, microseconds(5));
-  const DeviceChoice fixed = choose_device(with_ack("", "7"));
+  EXPECT_EQ(bounded->timing.ack_clocks, 0);
+  EXPECT_EQ(bounded->timing.ack_max, microseconds(5));
+  const auto fixed = choose_device(with_ack("", "7"));
   ASSERT_TRUE(fixed);
-  EXPECT_EQ(fixed.device->timing.ack_clocks, 7);
+  EXPECT_EQ(fixed->timing.ack_clocks, 7);
   EXPECT_THAT(timing_error(with_ack("5us", "7")), HasSubstr("exclude each other"));
   EXPECT_THAT(timing_error(with_ack("", "0")), HasSubstr("from 1 to 400"));
   EXPECT_THAT(timing_error(with_ack("", "401")), HasSubstr("from 1 to 400"));

@@ -1,23 +1,17 @@
-// A whole file as text, of a size that is bounded.
+// A whole file as text, up to a largest size.
 #pragma once
 
 #include <cstddef>
 #include <string>
+#include <tl/expected.hpp>
 
 namespace biss::cli {
 
-/// More is no file that this program writes: a state, a bundle's table.
+/// More than any file that this program writes: a state, a table of a bundle.
 inline constexpr std::size_t max_text_file_bytes = std::size_t{64} << 20U;
 
 /// The text, or why there is none: "cannot open it: No such file or directory", "it is a
 /// directory", "it is larger than 64 MiB", "cannot read it: …".
-struct TextFile {
-  std::string text;
-  std::string error;
-
-  explicit operator bool() const { return error.empty(); }
-};
-
-TextFile read_text_file(const std::string& path);
+tl::expected<std::string, std::string> read_text_file(const std::string& path);
 
 }  // namespace biss::cli

@@ -276,9 +276,9 @@ bool write_object(const FrameFormat& format, const Frame& frame, const PlainCode
 }
 
 ExitStatus run_crc(const CrcOptions& options) {
-  const DeviceChoice choice = choose_device(options.arguments);
-  if (!choice) return fail(ExitStatus::usage, choice.error);
-  const FrameFormat& format = choice.device->format;
+  const auto choice = choose_device(options.arguments);
+  if (!choice) return fail(ExitStatus::usage, choice.error());
+  const FrameFormat& format = choice->format;
   const auto frame = chosen_frame(options, format);
   if (!frame) return fail(ExitStatus::usage, frame.error());
   const PlainCodec codec(format);

@@ -69,9 +69,11 @@ std::string take_options(const AdviseOptions& options, AdviceWish& wish) {
   wish.in_safety_encoder = options.safety;
   wish.rate = options.rate.value_or(Hertz{});
   wish.clock = options.clock.value_or(Hertz{});
-  std::string error = override_timing(options.timing, wish.timing);
+  const auto timing = override_timing(options.timing, wish.timing);
+  if (!timing) return timing.error();
+  wish.timing = *timing;
   if (options.cable) wish.line_delay = line_delay(*options.cable, wish.timing.internal_delay_max);
-  return error;
+  return {};
 }
 
 std::string crc_text(const Advice& advice) {

@@ -345,10 +345,10 @@ std::vector<Hertz> clocks_to_show(const PlanOptions& options, const DeviceTiming
 }
 
 ExitStatus run_plan(const PlanOptions& options) {
-  const DeviceChoice choice = choose_device(options.arguments);
-  if (!choice) return fail(ExitStatus::usage, choice.error);
+  const auto choice = choose_device(options.arguments);
+  if (!choice) return fail(ExitStatus::usage, choice.error());
   if (options.slaves == 0) return fail(ExitStatus::usage, "--slaves '0': at least one is needed");
-  const Device& device = *choice.device;
+  const Device& device = *choice;
   std::vector<Plan> plans;
   for (const Hertz clock : clocks_to_show(options, device.timing)) {
     plans.push_back(plan_for(device, clock, options.cable.value_or(Millimetres{}), options.slaves));

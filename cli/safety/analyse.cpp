@@ -37,9 +37,9 @@ std::optional<double> parse_positive(const std::string& text, double most) {
 }
 
 ExitStatus run_analyse(const AnalyseOptions& options) {
-  const DeviceChoice device = parse_device(options.arguments.format);
-  if (!device) return fail(ExitStatus::usage, device.error);
-  SafetyQuestion question{.format = device.device->format,
+  const auto device = parse_device(options.arguments.format);
+  if (!device) return fail(ExitStatus::usage, device.error());
+  SafetyQuestion question{.format = device->format,
                           .bit_error_rates = {},
                           .frame_rate = options.frame_rate,
                           .limit_per_hour = 0,

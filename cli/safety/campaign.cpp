@@ -63,9 +63,9 @@ std::optional<lab::Shard> parse_shard(const std::string& text) {
 }
 
 tl::expected<lab::CampaignState, std::string> read_state_of(const std::string& path) {
-  const TextFile file = read_text_file(path);
-  if (!file) return tl::unexpected(fmt::format("{}: {}", path, file.error));
-  auto state = lab::read_state(file.text);
+  const auto file = read_text_file(path);
+  if (!file) return tl::unexpected(fmt::format("{}: {}", path, file.error()));
+  auto state = lab::read_state(*file);
   if (!state) {
     return tl::unexpected(fmt::format("{}: not a usable campaign state: {}", path, state.error()));
   }

@@ -276,9 +276,9 @@ std::string put_format(EvidenceSubject& subject) {
     subject.monitored.format = known->frame_format();
     return {};
   }
-  const DeviceChoice device = parse_device(name);
-  if (!device) return device.error;
-  subject.monitored.format = device.device->format;
+  const auto device = parse_device(name);
+  if (!device) return device.error();
+  subject.monitored.format = device->format;
   if (is_safety_format(subject.monitored.format)) return {};
   return fmt::format("'{}' is not the format of a control and a safety word; fs-36-28 is, or rxm",
                      name);
@@ -291,9 +291,9 @@ std::string put_setup(EvidenceSubject& subject) {
   SafetyArguments alone;
   alone.configuration = options.setup.configuration;
   // As in parse_safety_format(), only a name stands for a configuration.
-  const DeviceChoice device = parse_device(options.format);
-  alone.by_widths = find_safety_configuration(options.format) == nullptr && device &&
-                    device.device->entry == nullptr;
+  const auto device = parse_device(options.format);
+  alone.by_widths =
+      find_safety_configuration(options.format) == nullptr && device && device->entry == nullptr;
   const SafetyChoice known = choose_safety(alone, options.format, format, {});
   if (!known.setup) return known.error;
   subject.rate = options.rate.value_or(rate_of_cycle(*known.setup));

@@ -135,8 +135,8 @@ std::optional<std::vector<ListedHash>> parse_hash_list(std::string_view text) {
 
 // Not a file in it but those of its list and the list.
 bool is_bundle(const fs::path& folder, const std::vector<std::string>& names) {
-  const TextFile list = read_text_file(folder / hash_list_name);
-  const auto listed = list ? parse_hash_list(list.text) : std::nullopt;
+  const auto list = read_text_file(folder / hash_list_name);
+  const auto listed = list ? parse_hash_list(*list) : std::nullopt;
   if (!listed) return false;
   return std::all_of(names.begin(), names.end(), [&](const std::string& name) {
     return name == hash_list_name ||
@@ -219,8 +219,8 @@ ReadBundle read_bundle(const std::string& folder) {
     bundle.error = fmt::format("cannot read '{}': {}", folder, error.message());
     return bundle;
   }
-  const TextFile list = read_text_file(fs::path(folder) / hash_list_name);
-  const auto listed = list ? parse_hash_list(list.text) : std::nullopt;
+  const auto list = read_text_file(fs::path(folder) / hash_list_name);
+  const auto listed = list ? parse_hash_list(*list) : std::nullopt;
   if (!listed) {
     bundle.error = fmt::format("'{}' is not a bundle: {} is missing or not a list of hashes",
                                folder, hash_list_name);
@@ -229,15 +229,15 @@ ReadBundle read_bundle(const std::string& folder) {
   std::erase(names, hash_list_name);
   for (const ListedHash& each : *listed) {
     std::erase(names, each.name);
-    TextFile content = read_text_file(fs::path(folder) / each.name);
+    auto content = read_text_file(fs::path(folder) / each.name);
     if (!content) {
-      bundle.findings.push_back(each.name + ": missing or unreadable: " + content.error);
+      bundle.findings.push_back(each.name + ": missing or unreadable: " + content.error());
       continue;
     }
-    if (sha256_of(content.text) != each.hash) {
+    if (sha256_of(*content) != each.hash) {
       bundle.findings.push_back(each.name + ": another hash");
     }
-    bundle.files.push_back({each.name, std::move(content.text)});
+    bundle.files.push_back({each.name, std::move(*content)});
   }
   for (const std::string& name : names) bundle.findings.push_back(name + ": not in the list");
   return bundle;

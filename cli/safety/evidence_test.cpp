@@ -275,11 +275,11 @@ TEST(EvidencePages, LinksOutOfTheBundle_ArePlainText) {
 }
 
 TEST(TextFile, WhatCannotBeRead_IsNamed) {
-  EXPECT_EQ(read_text_file("/dev/null").text, "");
-  EXPECT_TRUE(read_text_file("/dev/null"));
-  EXPECT_EQ(read_text_file("/").error, "it is a directory");
-  EXPECT_EQ(read_text_file("/none/at/all").error, "cannot open it: No such file or directory");
-  EXPECT_EQ(read_text_file("/dev/zero").error, "it is larger than 64 MiB");
+  EXPECT_EQ(*read_text_file("/dev/null"), "");
+  EXPECT_TRUE(read_text_file("/dev/null").has_value());
+  EXPECT_EQ(read_text_file("/").error(), "it is a directory");
+  EXPECT_EQ(read_text_file("/none/at/all").error(), "cannot open it: No such file or directory");
+  EXPECT_EQ(read_text_file("/dev/zero").error(), "it is larger than 64 MiB");
 }
 
 TEST(EvidenceCoverage, Share_HasWilsonsLimits) {

@@ -97,13 +97,13 @@ std::optional<SafetyFormat> parse_safety_format(std::string_view text) {
     return SafetyFormat{known->frame_format(), known->setup, std::string(text)};
   }
   if (names_a_file(text)) {
-    const TextFile file = read_text_file(std::string(text));
-    return file ? parse_configuration_json(file.text) : std::nullopt;
+    const auto file = read_text_file(std::string(text));
+    return file ? parse_configuration_json(*file) : std::nullopt;
   }
-  const DeviceChoice choice = parse_device(text);
-  if (!choice || !is_safety_format(choice.device->format)) return std::nullopt;
-  SafetyFormat found{choice.device->format, {}, std::string(text)};
-  if (choice.device->entry != nullptr) {
+  const auto choice = parse_device(text);
+  if (!choice || !is_safety_format(choice->format)) return std::nullopt;
+  SafetyFormat found{choice->format, {}, std::string(text)};
+  if (choice->entry != nullptr) {
     const SafetyConfiguration* implied = implied_configuration(text, found.format);
     if (implied != nullptr) found.setup = implied->setup;
   }
@@ -112,12 +112,12 @@ std::optional<SafetyFormat> parse_safety_format(std::string_view text) {
 
 std::string safety_format_error(std::string_view text) {
   if (names_a_file(text)) {
-    const TextFile file = read_text_file(std::string(text));
+    const auto file = read_text_file(std::string(text));
     return fmt::format("'{}': {}", text,
-                       file ? "it is not configuration.json of an evidence bundle" : file.error);
+                       file ? "it is not configuration.json of an evidence bundle" : file.error());
   }
-  const DeviceChoice choice = parse_device(text);
-  if (!choice) return choice.error;
+  const auto choice = parse_device(text);
+  if (!choice) return choice.error();
   return fmt::format(
       "'{}' is neither a safety configuration such as fs-36-28 nor the format of a control and a "
       "safety word that can be monitored",

@@ -195,10 +195,10 @@ LineCounts count(const SafetyFormat& monitored, sim::LineSetup setup, sim::Fault
 tl::expected<sim::LineSetup, std::string> line_of(const SafetyFormat& monitored,
                                                   const LineRunOptions& options) {
   LineOptions line;
-  const DeviceChoice device = parse_device(monitored.device);
+  const auto device = parse_device(monitored.device);
   line.device.format =
       device ? monitored.device : std::string(format_text(monitored.format).view());
-  if (!device || device.device->entry == nullptr) line.device.timeout = "adaptive";
+  if (!device || device->entry == nullptr) line.device.timeout = "adaptive";
   line.clock = clock;
   line.cable = cable;
   line.rate = options.rate.value_or(rate_of_cycle(monitored.setup));

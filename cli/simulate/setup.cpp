@@ -152,11 +152,11 @@ std::string read_busy(const std::string& text, Picoseconds interval, RegisterBus
 }
 
 tl::expected<sim::LineSetup, std::string> line_setup(const LineOptions& options) {
-  const DeviceChoice choice = choose_device(options.device);
-  if (!choice) return tl::unexpected(choice.error);
+  const auto choice = choose_device(options.device);
+  if (!choice) return tl::unexpected(choice.error());
   sim::LineSetup setup;
-  setup.format = choice.device->format;
-  setup.timing = choice.device->timing;
+  setup.format = choice->format;
+  setup.timing = choice->timing;
   setup.processing = options.processing;
   setup.compensate = !options.no_compensation;
   setup.record_at_slave = options.at_slave;
