@@ -175,13 +175,13 @@ Inflater::Inflater() : decompressor_(or_throw(libdeflate_alloc_decompressor())) 
 
 Deflater::Deflater() : compressor_(or_throw(libdeflate_alloc_compressor(compression_level))) {}
 
-bool Inflater::inflate(std::span<const std::uint8_t> deflated, std::span<std::uint8_t> into) {
+bool Inflater::inflate(std::span<const std::uint8_t> compressed, std::span<std::uint8_t> into) {
   std::size_t used = 0;
   std::size_t made = 0;
   const auto result =
-      libdeflate_deflate_decompress_ex(decompressor_.get(), deflated.data(), deflated.size(),
+      libdeflate_deflate_decompress_ex(decompressor_.get(), compressed.data(), compressed.size(),
                                        into.data(), into.size(), &used, &made);
-  return result == LIBDEFLATE_SUCCESS && used == deflated.size() && made == into.size();
+  return result == LIBDEFLATE_SUCCESS && used == compressed.size() && made == into.size();
 }
 
 void Deflater::deflate(std::span<const std::uint8_t> bytes, std::string& out) {

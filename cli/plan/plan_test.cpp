@@ -119,7 +119,7 @@ TEST(Plan, FrameThatOutlastsTheCycle_CountsTheReleaseThatIsAssumed) {
                                                 "0", "--release", "2", "--to", "jsonl"}));
   EXPECT_EQ(other.at(0)["timeout_ns"], 4'000);
   EXPECT_THAT(::biss::cli::plan({"-f", "resolute-18", "--clock", "250kHz", "--cable", "0"}).out,
-              HasSubstr("cycle:31.25us is over before: 3 half periods assumed, see --release"));
+              HasSubstr("cycle:31.25us ends within the frame: 3 half periods assumed, see --release"));
 }
 
 TEST(Plan, RateWhereSloMustBeSeen_IsNamedWithItsReason) {
@@ -134,9 +134,9 @@ TEST(Plan, PageForEyes_SaysWhatToDo) {
   const Ran ran = plan({"-f", "resolute-26", "--clock", "10MHz", "--cable", "50m"});
   EXPECT_EQ(ran.err, "");
   EXPECT_THAT(ran.out, HasSubstr("resolute-26 (Renishaw RESOLUTE rotary, 26 bit)"));
-  EXPECT_THAT(ran.out, HasSubstr("compensation     needed"));
-  EXPECT_THAT(ran.out, HasSubstr("SPI              26 bytes"));
-  EXPECT_THAT(ran.out, HasSubstr("request rate     32 kHz"));
+  EXPECT_THAT(ran.out, HasSubstr("compensation      needed"));
+  EXPECT_THAT(ran.out, HasSubstr("SPI               26 bytes"));
+  EXPECT_THAT(ran.out, HasSubstr("request rate      32 kHz"));
 }
 
 TEST(Plan, ClockOrCableOutOfRange_IsAWarning) {
@@ -146,15 +146,15 @@ TEST(Plan, ClockOrCableOutOfRange_IsAWarning) {
             "biss: a clock of 100 kHz is outside the encoder's range of 250 kHz to 10 MHz\n");
   const Ran cable = plan({"-f", "resolute-26", "--clock", "10MHz", "--cable", "60m"});
   EXPECT_EQ(cable.err,
-            "biss: 60 m of cable is too long: at 10 MHz at most 50 m, with line-delay "
-            "compensation\n");
+            "biss: 60 m of cable is too long: at 10 MHz the limit is 50 m with "
+            "line-delay compensation\n");
   EXPECT_THAT(plan({"-f", "pos26", "--clock", "12MHz", "--cable", "1m"}).err,
               HasSubstr("no cable length is known for clocks above 10 MHz"));
 }
 
 TEST(Plan, Between5And10MHz_SaysWhichLengthItTook) {
   EXPECT_THAT(plan({"-f", "resolute-26", "--clock", "7MHz", "--cable", "1m"}).out,
-              HasSubstr("nothing is published between 5 and 10 MHz"));
+              HasSubstr("no length is published between 5 and 10 MHz"));
 }
 
 TEST(Plan, AnotherMakersEncoder_SaysWhoseRuleItIs) {

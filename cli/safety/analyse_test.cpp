@@ -111,13 +111,19 @@ TEST(SafetyAnalyse, PairThatCannotBeCounted_IsToldAndTheWordsAreShown) {
   EXPECT_EQ(std::count(ran.out.begin(), ran.out.end(), '\n'), 2);
 }
 
+TEST(SafetyAnalyse, ToleranceAboveOne_AnalysesTheWordsAndSaysThatThePairIsMissing) {
+  const Ran ran = analyse({"-f", "fs-36-28", "--tolerance", "2"});
+  EXPECT_EQ(ran.status, ExitStatus::done);
+  EXPECT_NE(ran.err.find("the two words are not analysed as a pair"), std::string::npos) << ran.err;
+}
+
 TEST(SafetyAnalyse, WrongUsage_IsOneLineAndStatus2) {
   for (const std::vector<std::string>& arguments : {std::vector<std::string>{},
                                                     {"-f", "nonsense"},
                                                     {"-f", "fs-36-28", "--ber", "0"},
                                                     {"-f", "fs-36-28", "--ber", "0.6"},
                                                     {"-f", "fs-36-28", "--ber", "1e-3x"},
-                                                    {"-f", "fs-36-28", "--tolerance", "2"},
+                                                    {"-f", "fs-36-28", "--tolerance", "256"},
                                                     {"-f", "fs-36-28", "--limit", "-1"}}) {
     const Ran ran = analyse(arguments);
     EXPECT_EQ(ran.status, ExitStatus::usage);
