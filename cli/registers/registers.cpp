@@ -233,7 +233,7 @@ void add_registers(Command& command) {
                         .purpose = "Read the control communication in a capture, a row an access",
                         .examples = {"biss registers capture.vcd",
                                      "biss registers capture.vcd -f pos26,nE,nW,crc6 --to jsonl",
-                                     "biss registers capture.sr --dump encoder.hex"}},
+                                     "biss registers capture.sr --dump seen.hex"}},
                        [options] { return RegistersRun(*options).run(); });
   add_capture_options(verb, options->capture);
   verb.add_option("--dump", options->dump,

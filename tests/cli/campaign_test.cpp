@@ -75,7 +75,7 @@ TEST(Campaign, KilledAtAnyTime_GoesOnToTheSameTable) {
 TEST(Campaign, InterruptedBeforeTheFirstSave_KeepsItsProgress) {
   const Folder folder;
   const std::string state = folder.path("state.json");
-  const auto arguments = campaign({"--state", state, "--save-every", "3600s"});
+  const auto arguments = campaign({"--state", state, "--save-every", "1000s"});
   // Once it takes signals, the first one leaves a state.
   int status = 0;
   for (auto time = std::chrono::milliseconds(50); !std::filesystem::exists(state); time *= 2) {

@@ -223,8 +223,8 @@ TEST(FaultPlace, PlaceThatIsNotThere_IsWrongUsageAndWritesNothing) {
   const Folder folder;
   for (const auto& [fault, part] : std::vector<std::pair<std::string, std::string>>{
            {"flip@3,bit=34", "bit 0 to 33"},
-           {"swap_ma@3,clock=4", "no place in a cycle"},
-           {"no_answer:0.1,bit=4", "no place in a cycle"},
+           {"swap_ma@3,clock=4", "has no place"},
+           {"no_answer:0.1,bit=4", "has no place"},
            {"extra_clock@3,bit=4", "takes a clock"},
            {"cut@3,clock=400", "on this line it takes clock 0 to "},
            {"flip@100", "no cycle 100"},

@@ -181,7 +181,7 @@ std::string shortened(const std::string& example) {
   };
   set("--frames", "5000");
   if (line.find("sequences") != std::string::npos || line.find("evidence") != std::string::npos) {
-    set("--faults", "20");
+    set("--faults", "200");
   }
   if (line.find("evidence") != std::string::npos) set("--cycles", "300");
   return line;
