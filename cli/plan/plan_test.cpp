@@ -118,8 +118,9 @@ TEST(Plan, FrameThatOutlastsTheCycle_CountsTheReleaseThatIsAssumed) {
   const auto other = objects(::biss::cli::plan({"-f", "resolute-18", "--clock", "250kHz", "--cable",
                                                 "0", "--release", "2", "--to", "jsonl"}));
   EXPECT_EQ(other.at(0)["timeout_ns"], 4'000);
-  EXPECT_THAT(::biss::cli::plan({"-f", "resolute-18", "--clock", "250kHz", "--cable", "0"}).out,
-              HasSubstr("cycle:31.25us ends within the frame: 3 half periods assumed, see --release"));
+  EXPECT_THAT(
+      ::biss::cli::plan({"-f", "resolute-18", "--clock", "250kHz", "--cable", "0"}).out,
+      HasSubstr("cycle:31.25us ends within the frame: 3 half periods assumed, see --release"));
 }
 
 TEST(Plan, RateWhereSloMustBeSeen_IsNamedWithItsReason) {
