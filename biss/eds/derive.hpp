@@ -3,7 +3,7 @@
 //
 //     EdsDraft draft;
 //     draft.profiles[0].emplace().give(*find_field(bp3_fields, "FI_LEN"), 24);
-//     derive_eds(draft);                  // draft.profiles[0]->bank is complete
+//     derive_eds(draft);  // draft.profiles[0]->bank is complete
 #pragma once
 
 #include <algorithm>
