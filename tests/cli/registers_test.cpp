@@ -90,8 +90,8 @@ TEST_F(HeardRegisters, CaptureThatEndsInAnAccess_IsCutAndNotLost) {
             0);
   const std::string text = content_of(whole);
   std::size_t in_access = 0;
-  for (std::size_t cut = 1; cut < 60; ++cut) {
-    const std::size_t end = text.find('\n', text.size() * cut / 60) + 1;
+  for (std::size_t cut = 1; cut < 90; ++cut) {
+    const std::size_t end = text.find('\n', text.size() * cut / 90) + 1;
     folder.file("cut.csv", text.substr(0, end));
     for (const Row& row :
          rows_of(run({"registers", folder.path("cut.csv"), "-f", format, "--to", "csv"}).out)) {
@@ -99,7 +99,7 @@ TEST_F(HeardRegisters, CaptureThatEndsInAnAccess_IsCutAndNotLost) {
       in_access += row.at("outcome") == "cut_end" ? 1U : 0U;
     }
   }
-  EXPECT_GT(in_access, 10U);
+  EXPECT_GT(in_access, 20U);
 }
 
 TEST_F(HeardRegisters, SequentialAccess_IsOneAccessOfManyBytes) {
