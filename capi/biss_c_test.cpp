@@ -12,7 +12,7 @@
 #include "capi/handles.hpp"
 
 namespace biss::capi {
-namespace {
+namespace biss_c_test {
 
 constexpr std::int64_t period_1mhz = 1'000'000;
 
@@ -203,5 +203,5 @@ TEST(Registers, HalfOfTheCallbacks_AreRefused) {
   EXPECT_EQ(slave, nullptr);
 }
 
-}  // namespace
+}  // namespace biss_c_test
 }  // namespace biss::capi

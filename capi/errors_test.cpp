@@ -10,7 +10,7 @@
 #include "capi/handles.hpp"
 
 namespace biss::capi {
-namespace {
+namespace errors_test {
 
 constexpr const char* format = "pos26,nE,nW,crc6";
 constexpr std::int64_t period = 1'000'000;
@@ -264,5 +264,5 @@ TEST(CErrors, StepFromItsOwnCallback_IsRefused) {
   EXPECT_STREQ(biss_slave_state(slave.get()), "latched");
 }
 
-}  // namespace
+}  // namespace errors_test
 }  // namespace biss::capi

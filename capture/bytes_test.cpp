@@ -8,7 +8,7 @@
 #include <string>
 
 namespace biss::capture {
-namespace {
+namespace bytes_test {
 
 std::string drain(ByteSource& bytes, std::size_t at_most) {
   std::string text;
@@ -65,5 +65,5 @@ TEST(ByteSource, Prefixed_DeliversHeadThenRest) {
   EXPECT_EQ(drain(*bytes, 2), "abcdefg");
 }
 
-}  // namespace
+}  // namespace bytes_test
 }  // namespace biss::capture

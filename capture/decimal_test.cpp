@@ -10,7 +10,7 @@
 #include <string>
 
 namespace biss::capture {
-namespace {
+namespace decimal_test {
 
 constexpr std::int64_t largest = std::numeric_limits<std::int64_t>::max();
 
@@ -112,5 +112,5 @@ TEST(Digits, EveryCountAndFollower_GivesValueAndEnd) {
   }
 }
 
-}  // namespace
+}  // namespace decimal_test
 }  // namespace biss::capture

@@ -8,7 +8,7 @@
 #include "capture/test_capture.hpp"
 
 namespace biss::capture {
-namespace {
+namespace event_csv_test {
 
 using testing::ElementsAre;
 
@@ -190,5 +190,5 @@ TEST(EventCsv, AnyBlockSize_GivesTheSameEdgesAndErrors) {
   }
 }
 
-}  // namespace
+}  // namespace event_csv_test
 }  // namespace biss::capture

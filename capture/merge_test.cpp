@@ -9,7 +9,7 @@
 #include "capture/test_capture.hpp"
 
 namespace biss::capture {
-namespace {
+namespace merge_test {
 
 using testing::ElementsAre;
 
@@ -89,5 +89,5 @@ TEST(Merge, NoSources_IsAnEmptyCapture) {
   EXPECT_TRUE(merged.next_block()->empty());
 }
 
-}  // namespace
+}  // namespace merge_test
 }  // namespace biss::capture

@@ -9,7 +9,7 @@
 #include "capture/test_samples.hpp"
 
 namespace biss::capture {
-namespace {
+namespace open_test {
 
 Read read_as(std::string_view text, std::string_view path, std::size_t block = one_block) {
   return read_all(open_capture(memory_bytes(text, block), path));
@@ -123,5 +123,5 @@ TEST(ErrorText, EveryCause_IsOneLineWithAdvice) {
             "standard input: is empty; export the capture again");
 }
 
-}  // namespace
+}  // namespace open_test
 }  // namespace biss::capture

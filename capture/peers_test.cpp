@@ -17,7 +17,7 @@
 #include "capture/vcd.hpp"
 
 namespace biss::capture {
-namespace {
+namespace peers_test {
 
 bool runs(const std::string& command) {
   return std::system((command + " >/dev/null 2>&1").c_str()) == 0;
@@ -163,5 +163,5 @@ TEST(Gtkwave, OurVcd_BecomesAnFstWithTheSameEdges) {
   EXPECT_EQ(by_line(back.edges), by_line(ours.edges));
 }
 
-}  // namespace
+}  // namespace peers_test
 }  // namespace biss::capture

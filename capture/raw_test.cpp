@@ -11,7 +11,7 @@
 #include "capture/test_samples.hpp"
 
 namespace biss::capture {
-namespace {
+namespace raw_test {
 
 using testing::ElementsAre;
 
@@ -162,5 +162,5 @@ TEST(RawWriter, FullDisk_StopsALongRest) {
   std::fclose(full);
 }
 
-}  // namespace
+}  // namespace raw_test
 }  // namespace biss::capture

@@ -12,7 +12,7 @@
 #include "capture/vcd.hpp"
 
 namespace biss::capture {
-namespace {
+namespace round_trip_test {
 
 struct Capture {
   std::vector<std::string> lines;
@@ -104,5 +104,5 @@ TEST(RoundTrip, NamesOfEveryKind_ComeBackFromEventCsv) {
   expect_same(capture, read_csv(text_of<EventCsvWriter>(capture)));
 }
 
-}  // namespace
+}  // namespace round_trip_test
 }  // namespace biss::capture

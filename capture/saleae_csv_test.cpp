@@ -8,7 +8,7 @@
 #include "capture/test_capture.hpp"
 
 namespace biss::capture {
-namespace {
+namespace saleae_csv_test {
 
 using testing::ElementsAre;
 
@@ -57,5 +57,5 @@ TEST(SaleaeCsvWriter, LargestTimes_ComeBack) {
   EXPECT_EQ(read_csv(text).edges, edges);
 }
 
-}  // namespace
+}  // namespace saleae_csv_test
 }  // namespace biss::capture

@@ -8,7 +8,7 @@
 #include <random>
 
 namespace biss::capture {
-namespace {
+namespace samples_test {
 
 static_assert(SampleClock(megahertz(100)).time_of(7) == nanoseconds(70));
 static_assert(SampleClock(megahertz(3)).time_of(1) == picoseconds(333'333));
@@ -58,5 +58,5 @@ TEST(SampleClock, LastIndex_IsTheLastThatFits) {
   }
 }
 
-}  // namespace
+}  // namespace samples_test
 }  // namespace biss::capture

@@ -5,7 +5,7 @@
 #include <string>
 
 namespace biss::capture {
-namespace {
+namespace sr_metadata_test {
 
 const std::string good =
     "[device 1]\ncapturefile=logic-1\nsamplerate=1 MHz\nprobe1=MA\nunitsize=1\n";
@@ -92,5 +92,5 @@ TEST(SrMetadata, OurText_ComesBack) {
   }
 }
 
-}  // namespace
+}  // namespace sr_metadata_test
 }  // namespace biss::capture

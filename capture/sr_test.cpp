@@ -14,7 +14,7 @@
 #include "capture/test_samples.hpp"
 
 namespace biss::capture {
-namespace {
+namespace sr_test {
 
 using testing::ElementsAre;
 
@@ -265,5 +265,5 @@ TEST(ZipWriter, MoreMembersThanAnArchiveHolds_AreRefused) {
   EXPECT_EQ(out.size(), size);
 }
 
-}  // namespace
+}  // namespace sr_test
 }  // namespace biss::capture

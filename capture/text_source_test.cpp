@@ -8,7 +8,7 @@
 #include "capture/test_capture.hpp"
 
 namespace biss::capture {
-namespace {
+namespace text_source_test {
 
 std::vector<std::string> windows_of(std::string_view text, TextWindow::Cut cut, std::size_t block) {
   TextWindow window(memory_bytes(text, block), cut);
@@ -103,5 +103,5 @@ TEST(TextWindow, DroppedLongWord_GoesOnBehindItWithRightColumns) {
   }
 }
 
-}  // namespace
+}  // namespace text_source_test
 }  // namespace biss::capture

@@ -9,7 +9,7 @@
 #include "capture/test_capture.hpp"
 
 namespace biss::capture {
-namespace {
+namespace vcd_header_test {
 
 using testing::ElementsAre;
 
@@ -206,5 +206,5 @@ TEST(VcdHeader, IdentifiersOfEveryLength_AreFoundAgain) {
   }
 }
 
-}  // namespace
+}  // namespace vcd_header_test
 }  // namespace biss::capture

@@ -8,7 +8,7 @@
 #include "capture/test_capture.hpp"
 
 namespace biss::capture {
-namespace {
+namespace vcd_reader_test {
 
 using testing::ElementsAre;
 using testing::IsEmpty;
@@ -308,5 +308,5 @@ TEST(Vcd, IdentifierThatDrivesManyLines_KeepsBlocksBounded) {
   EXPECT_EQ(edges, names * changes);
 }
 
-}  // namespace
+}  // namespace vcd_reader_test
 }  // namespace biss::capture

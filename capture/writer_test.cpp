@@ -11,7 +11,7 @@
 #include "capture/vcd.hpp"
 
 namespace biss::capture {
-namespace {
+namespace writer_test {
 
 const std::vector<wire::Edge> some_edges{edge(0, 0, '1'),          edge(0, 1, '1'),
                                          edge(42'007'500, 0, '0'), edge(42'007'500, 0, '0'),
@@ -101,5 +101,5 @@ TEST(EdgeWriter, StreamThatFails_ReportsWriteFailed) {
   EXPECT_EQ(writer.finish({}).error(), WriteCause::write_failed);
 }
 
-}  // namespace
+}  // namespace writer_test
 }  // namespace biss::capture

@@ -9,7 +9,8 @@ function(biss_install)
   set(package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/biss")
   install(DIRECTORY "${PROJECT_SOURCE_DIR}/biss" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}"
           COMPONENT core FILES_MATCHING PATTERN "*.hpp")
-  install(TARGETS biss_core EXPORT biss COMPONENT core)
+  install(TARGETS biss_core EXPORT biss COMPONENT core
+          INCLUDES DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
   install(EXPORT biss NAMESPACE biss:: FILE biss-targets.cmake DESTINATION "${package_dir}"
           COMPONENT core)
   configure_package_config_file("${PROJECT_SOURCE_DIR}/cmake/biss-config.cmake.in"
@@ -25,7 +26,8 @@ function(biss_install)
     # Exported apart, so that the core alone is a whole package.
     install(FILES "${PROJECT_SOURCE_DIR}/capi/biss_c.h" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}"
             COMPONENT c)
-    install(TARGETS biss_c EXPORT biss-c ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT c)
+    install(TARGETS biss_c EXPORT biss-c ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT c
+            INCLUDES DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
     install(EXPORT biss-c NAMESPACE biss:: FILE biss-c-targets.cmake DESTINATION "${package_dir}"
             COMPONENT c)
   endif()

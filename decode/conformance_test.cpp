@@ -10,7 +10,7 @@
 #include "decode/test_line.hpp"
 
 namespace biss::decode {
-namespace {
+namespace conformance_test {
 
 // The control frames that the protocol's rules give: reads of 0x42, 0x43, 0x7E, a write to 0x02.
 constexpr std::string_view read_42[2] = {"11000100001001111010000000000000",
@@ -392,5 +392,5 @@ TEST(CycleRelease, IsTheTimeoutAndTheLineDelay) {
   }
 }
 
-}  // namespace
+}  // namespace conformance_test
 }  // namespace biss::decode

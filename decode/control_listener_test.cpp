@@ -10,7 +10,7 @@
 #include "biss/control/session.hpp"
 
 namespace biss::decode {
-namespace {
+namespace control_listener_test {
 
 // A listener and what it told; cycles of 31.25 us.
 struct Bench {
@@ -282,5 +282,5 @@ TEST(ControlListener, RandomBits_AreUnrestored) {
   }
 }
 
-}  // namespace
+}  // namespace control_listener_test
 }  // namespace biss::decode

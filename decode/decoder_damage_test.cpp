@@ -7,7 +7,7 @@
 #include "decode/test_line.hpp"
 
 namespace biss::decode::test {
-namespace {
+namespace decoder_damage_test {
 
 using Edges = std::vector<wire::Edge>;
 
@@ -443,5 +443,5 @@ TEST(DecoderDamage, CaptureCutAtEveryEdge_NamesTheCutCycleAndReadsTheOthers) {
   }
 }
 
-}  // namespace
+}  // namespace decoder_damage_test
 }  // namespace biss::decode::test

@@ -5,7 +5,7 @@
 #include "decode/test_line.hpp"
 
 namespace biss::decode::test {
-namespace {
+namespace decoder_step_test {
 
 // Between two requests MA stands for 2.1 periods.
 const Shape tight{.timeout = nanoseconds(1'500), .gap = nanoseconds(10)};
@@ -114,5 +114,5 @@ TEST(DecoderStep, EndlessSlowPulsesBeforeTightRequests_SpoilOneRequestAtMost) {
   expect_good_from(line, 3, usual_format);
 }
 
-}  // namespace
+}  // namespace decoder_step_test
 }  // namespace biss::decode::test

@@ -6,7 +6,7 @@
 #include "decode/test_line.hpp"
 
 namespace biss::decode::test {
-namespace {
+namespace decoder_stream_test {
 
 TEST(DecoderStream, FreeRunningClock_IsOneRowInBoundedMemory) {
   std::vector<Cycle> cycles;
@@ -78,5 +78,5 @@ TEST(DecoderStream, RandomEdges_GiveRowsInOrderAndEndIsFound) {
   EXPECT_GT(rows, 1000U);
 }
 
-}  // namespace
+}  // namespace decoder_stream_test
 }  // namespace biss::decode::test

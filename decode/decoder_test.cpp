@@ -7,7 +7,7 @@
 #include "decode/test_line.hpp"
 
 namespace biss::decode::test {
-namespace {
+namespace decoder_test {
 
 constexpr std::uint64_t position_of(std::uint64_t k) { return k * 0x9E3779B97F4A7C15U >> 3U; }
 
@@ -397,5 +397,5 @@ TEST(Decoder, MaAlone_AnswersNothing) {
   EXPECT_EQ(name_of(decode(line)[0].status), "unknown_level");
 }
 
-}  // namespace
+}  // namespace decoder_test
 }  // namespace biss::decode::test

@@ -8,7 +8,7 @@
 #include "decode/statistics.hpp"
 
 namespace biss::decode {
-namespace {
+namespace distribution_test {
 
 TEST(Distribution, FewValues_AreExact) {
   Distribution values;
@@ -108,5 +108,5 @@ TEST(Statistics, GlitchesAndCutCycles_SayNothingOfTheRate) {
   EXPECT_EQ(statistics.interval().max(), microseconds(100).count);
 }
 
-}  // namespace
+}  // namespace distribution_test
 }  // namespace biss::decode

@@ -26,7 +26,6 @@ constexpr std::array<std::string_view, 14> slo_names{"slo",   "sl",     "slo+", 
 constexpr std::size_t own_names = 6;
 
 constexpr std::size_t busiest_lines = 8;
-constexpr std::size_t edges_to_try = 40'000;
 constexpr std::size_t contents_kept = 256;
 constexpr std::uint64_t points_of_structure = 20;
 
@@ -187,12 +186,7 @@ Trial try_lines(const Lines& lines, Edges edges, const CycleReader& reader) {
     trial.points += cycle.frame ? 1000U : points_of_structure;
     if (trial.contents.size() < contents_kept) trial.contents.push_back(hash_of(cycle.raw.view()));
   });
-  std::vector<wire::Edge> pair;
-  for (const wire::Edge& edge : edges) {
-    if (edge.line != lines.ma && edge.line != lines.slo) continue;
-    pair.push_back(edge);
-    if (pair.size() == edges_to_try) break;
-  }
+  const std::vector<wire::Edge> pair = first_edges(lines, edges);
   decoder.push(pair, lines);
   decoder.finish(pair.empty() ? Picoseconds{} : pair.back().time);
   auto& contents = trial.contents;

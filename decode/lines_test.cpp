@@ -7,7 +7,7 @@
 #include "decode/test_line.hpp"
 
 namespace biss::decode::test {
-namespace {
+namespace lines_test {
 
 using Names = std::vector<std::string>;
 
@@ -238,5 +238,5 @@ TEST(Lines, MaAlone_IsFoundByNameOrRefused) {
   EXPECT_EQ(find_ma({"X"}, {}, "MA", reader).error().problem, LineProblem::no_such_ma);
 }
 
-}  // namespace
+}  // namespace lines_test
 }  // namespace biss::decode::test

@@ -6,7 +6,7 @@
 #include "decode/test_line.hpp"
 
 namespace biss::decode::test {
-namespace {
+namespace margin_test {
 
 constexpr Picoseconds period = nanoseconds(1'000);
 
@@ -150,5 +150,5 @@ TEST(Margin, FailedFrames_AreJudged) {
   EXPECT_EQ(cycles[0].marginal, true);
 }
 
-}  // namespace
+}  // namespace margin_test
 }  // namespace biss::decode::test

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <optional>
-#include <vector>
 
 #include "decode/times.hpp"
 
@@ -11,17 +10,6 @@ namespace biss::decode {
 namespace {
 
 constexpr std::size_t edges_to_try = 40'000;
-
-// The edges of MA and SLO alone.
-std::vector<wire::Edge> edges_of(const Lines& lines, std::span<const wire::Edge> edges) {
-  std::vector<wire::Edge> pair;
-  for (const wire::Edge& edge : edges) {
-    if (edge.line != lines.ma && edge.line != lines.slo) continue;
-    pair.push_back(edge);
-    if (pair.size() == edges_to_try) break;
-  }
-  return pair;
-}
 
 // How well the cycles read in one polarity.
 struct Reading {
@@ -71,9 +59,19 @@ bool rests_low(wire::LineIndex ma, std::span<const wire::Edge> edges, Picosecond
 
 }  // namespace
 
+std::vector<wire::Edge> first_edges(const Lines& lines, std::span<const wire::Edge> edges) {
+  std::vector<wire::Edge> pair;
+  for (const wire::Edge& edge : edges) {
+    if (edge.line != lines.ma && edge.line != lines.slo) continue;
+    pair.push_back(edge);
+    if (pair.size() == edges_to_try) break;
+  }
+  return pair;
+}
+
 Lines find_polarity(const Lines& lines, std::span<const wire::Edge> beginning,
                     const CycleReader& reader) {
-  const std::vector<wire::Edge> edges = edges_of(lines, beginning);
+  const std::vector<wire::Edge> edges = first_edges(lines, beginning);
   const Reading as_is = read(lines, edges, reader);
   const bool low = !lines.ma_inverted && as_is.longest_period.count != 0 &&
                    rests_low(lines.ma, edges, as_is.longest_period);

@@ -2,10 +2,14 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "decode/decoder.hpp"
 
 namespace biss::decode {
+
+/// The first edges of MA and SLO, without those of other lines: as many as a trial reads.
+std::vector<wire::Edge> first_edges(const Lines& lines, std::span<const wire::Edge> edges);
 
 /// The same lines with the polarity that fits best.
 ///

@@ -7,7 +7,7 @@
 #include "decode/test_line.hpp"
 
 namespace biss::decode::test {
-namespace {
+namespace polarity_test {
 
 constexpr Lines as_shown{0, 1};
 
@@ -93,5 +93,5 @@ TEST(Polarity, WrongFormat_InvertedLinesAreFoundToo) {
   EXPECT_EQ(find_polarity(as_shown, edges_of({}), reader), as_shown);
 }
 
-}  // namespace
+}  // namespace polarity_test
 }  // namespace biss::decode::test

@@ -7,7 +7,7 @@
 #include "dump/test_dumps.hpp"
 
 namespace biss::dump {
-namespace {
+namespace data_sheet_test {
 
 // Common part in bank 2, one BP3 part in bank 3.
 RegisterDump device() {
@@ -100,5 +100,5 @@ TEST(DataSheet, SecondSlave_GivesTheSecondChannelItsIdentifier) {
   EXPECT_EQ(sheet.identifiers[1], 0x6210);
 }
 
-}  // namespace
+}  // namespace data_sheet_test
 }  // namespace biss::dump

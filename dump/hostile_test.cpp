@@ -8,7 +8,7 @@
 #include "dump/write.hpp"
 
 namespace biss::dump {
-namespace {
+namespace hostile_test {
 
 std::string json_of(const RegisterDump& dump) {
   std::string out;
@@ -105,5 +105,5 @@ TEST(Hostile, EndlessLine_IsRefusedInBoundedMemory) {
             DumpCause::line_too_long);
 }
 
-}  // namespace
+}  // namespace hostile_test
 }  // namespace biss::dump

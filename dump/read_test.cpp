@@ -6,7 +6,7 @@
 #include "dump/test_dumps.hpp"
 
 namespace biss::dump {
-namespace {
+namespace read_test {
 
 // Cause, line and column of what a text fails with.
 std::string fails(const std::string& text, const DumpOptions& options = {}) {
@@ -226,5 +226,5 @@ TEST(Read, LongText_IsNotABinaryOfBanks) {
   EXPECT_EQ(good(std::string(2 * 64, 'x')).bank(1)[63], 'x');
 }
 
-}  // namespace
+}  // namespace read_test
 }  // namespace biss::dump

@@ -6,7 +6,7 @@
 #include "dump/test_dumps.hpp"
 
 namespace biss::dump {
-namespace {
+namespace write_test {
 
 using testing::HasSubstr;
 
@@ -65,5 +65,5 @@ TEST(Write, CArray_HoldsTheBinarysBytes) {
   EXPECT_THAT(text, testing::EndsWith("0xFF,\n};\n"));
 }
 
-}  // namespace
+}  // namespace write_test
 }  // namespace biss::dump

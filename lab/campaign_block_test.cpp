@@ -5,7 +5,7 @@
 #include "biss/safety/configurations.hpp"
 
 namespace biss::lab {
-namespace {
+namespace campaign_block_test {
 
 constexpr std::uint64_t seed = 20'261'121;
 
@@ -172,5 +172,5 @@ TEST(CampaignDamage, EachFault_ChangesWhatItSays) {
   EXPECT_EQ(after("burst:2", 3) == (line ^ 0b000110), true);
 }
 
-}  // namespace
+}  // namespace campaign_block_test
 }  // namespace biss::lab

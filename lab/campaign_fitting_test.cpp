@@ -10,7 +10,7 @@
 #include "lab/campaign_theory.hpp"
 
 namespace biss::lab {
-namespace {
+namespace campaign_fitting_test {
 
 constexpr std::uint64_t seed = 5;
 
@@ -186,5 +186,5 @@ TEST(FittingDraws, MonitorWithoutOneOfItsChecks_IsFarFromTheTheory) {
   }
 }
 
-}  // namespace
+}  // namespace campaign_fitting_test
 }  // namespace biss::lab

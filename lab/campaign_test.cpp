@@ -10,7 +10,7 @@
 #include "lab/campaign_theory.hpp"
 
 namespace biss::lab {
-namespace {
+namespace campaign_test {
 
 const CampaignFrame& frame() {
   static const SafetyConfiguration& known = *find_safety_configuration("rxm");
@@ -189,5 +189,5 @@ TEST(CampaignEstimate, WeighedCounts_AreScaledByTheirLikelihood) {
   EXPECT_NEAR(static_cast<double>(found.rate), 0.1 * 0.125 * std::pow(0.875 / 0.75, others), 1e-12);
 }
 
-}  // namespace
+}  // namespace campaign_test
 }  // namespace biss::lab

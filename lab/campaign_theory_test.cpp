@@ -11,7 +11,7 @@
 #include "lab/structure.hpp"
 
 namespace biss::lab {
-namespace {
+namespace campaign_theory_test {
 
 constexpr std::uint64_t seed = 1;
 
@@ -411,5 +411,5 @@ TEST(CampaignAround, StartThatComesLaterThanTheBounds_IsNoFrame) {
   EXPECT_LT(campaign_theory(frame, fault)->front(), campaign_theory(any, fault)->front());
 }
 
-}  // namespace
+}  // namespace campaign_theory_test
 }  // namespace biss::lab

@@ -9,7 +9,7 @@
 #include "lab/parallel.hpp"
 
 namespace biss::lab {
-namespace {
+namespace experiment_test {
 
 struct Sum {
   std::uint64_t trials = 0;
@@ -113,5 +113,5 @@ TEST(BlockSet, RunThatIsEmptyOrNotInOrder_IsNotAppended) {
   EXPECT_EQ(set.runs(), (std::vector<BlockSet::Run>{{2, 5}}));
 }
 
-}  // namespace
+}  // namespace experiment_test
 }  // namespace biss::lab

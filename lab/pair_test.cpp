@@ -14,7 +14,7 @@
 #include "lab/weights.hpp"
 
 namespace biss::lab {
-namespace {
+namespace pair_test {
 
 FrameFormat format_of(std::string_view text) {
   const auto format = parse_format(text);
@@ -209,5 +209,5 @@ TEST(Comparison, PassingMasks_AreWhatCountingFinds) {
   }
 }
 
-}  // namespace
+}  // namespace pair_test
 }  // namespace biss::lab

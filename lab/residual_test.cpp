@@ -12,7 +12,7 @@
 #include "lab/statistics.hpp"
 
 namespace biss::lab {
-namespace {
+namespace residual_test {
 
 struct Listed {
   std::uint32_t polynomial;
@@ -128,5 +128,5 @@ TEST(Statistics, Deviation_IsThatOfTheSameProbability) {
   EXPECT_NEAR(deviation_of(15'500, 15'873, 15'621), -2.984, 1e-3);
 }
 
-}  // namespace
+}  // namespace residual_test
 }  // namespace biss::lab

@@ -14,7 +14,7 @@
 #include "lab/sequence_theory.hpp"
 
 namespace biss::lab {
-namespace {
+namespace sequence_test {
 
 using enum CounterMode;
 
@@ -505,5 +505,5 @@ TEST(SequenceTheory, ZerosThatMayBeAWord_HaveNone) {
   EXPECT_FALSE(sequence_theory(frame, row_of(TransmissionError::masquerade, "standard")));
 }
 
-}  // namespace
+}  // namespace sequence_test
 }  // namespace biss::lab

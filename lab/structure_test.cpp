@@ -18,7 +18,7 @@
 #include "biss/frame/format_text.hpp"
 
 namespace biss::lab {
-namespace {
+namespace structure_test {
 
 using Levels = std::vector<bool>;
 
@@ -387,5 +387,5 @@ TEST(Slip, RenishawsWidths_PassAsTheFactSheetSays) {
   EXPECT_EQ(false_start_conditions(*parse_format("pos18,nE,nW,crc6:plain"), 1), 1U);
 }
 
-}  // namespace
+}  // namespace structure_test
 }  // namespace biss::lab

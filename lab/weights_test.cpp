@@ -12,7 +12,7 @@
 #include "lab/distance.hpp"
 
 namespace biss::lab {
-namespace {
+namespace weights_test {
 
 struct Listed {
   std::uint32_t polynomial;
@@ -225,5 +225,5 @@ TEST(Bursts, EveryPattern_AsManyUnseenAsTold) {
   }
 }
 
-}  // namespace
+}  // namespace weights_test
 }  // namespace biss::lab

@@ -18,7 +18,7 @@ bool right_aligned(const Column& column) {
   return column.kind != Kind::text && column.kind != Kind::bits;
 }
 
-void append_cell(std::string& out, const Cell& cell, const Column& column) {
+void append_plain(std::string& out, const Cell& cell, const Column& column) {
   const unsigned shift = column.shift;
   switch (cell.kind()) {
     case Kind::absent:
@@ -73,7 +73,7 @@ class EyeWriter final : public TableWriter {
     for (std::size_t i = 0; i < columns_.size(); ++i) {
       std::string& text = texts_[first + i];
       text.clear();
-      append_cell(text, i < cells.size() ? cells[i] : Cell(), columns_[i]);
+      append_plain(text, i < cells.size() ? cells[i] : Cell(), columns_[i]);
       has_values_[i] = has_values_[i] || text != absent;
       widths_[i] = std::max(widths_[i], display_width(text));
     }

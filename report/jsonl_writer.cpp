@@ -60,7 +60,7 @@ void append_safely(std::string& out, std::uint64_t integer_part, Append append) 
   if (quoted) out.push_back('"');
 }
 
-void append_cell(std::string& out, const Cell& cell) {
+void append_value(std::string& out, const Cell& cell) {
   switch (cell.kind()) {
     case Kind::absent:
       return void(out.append("null"));
@@ -103,7 +103,7 @@ class JsonlWriter final : public TableWriter {
     if (keys_.empty()) out.push_back('{');
     for (std::size_t i = 0; i < keys_.size(); ++i) {
       out.append(keys_[i]);
-      append_cell(out, i < cells.size() ? cells[i] : Cell());
+      append_value(out, i < cells.size() ? cells[i] : Cell());
     }
     out.append("}\n");
     return writer_.line_done();

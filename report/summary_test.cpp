@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace biss::report {
-namespace {
+namespace summary_test {
 
 TEST(Summary, KeysValuesAndNotes_AreAligned) {
   Summary summary;
@@ -34,5 +34,5 @@ TEST(Summary, Nothing_IsEmpty) {
   EXPECT_EQ(Summary().text(), "");
 }
 
-}  // namespace
+}  // namespace summary_test
 }  // namespace biss::report

@@ -12,7 +12,7 @@
 #include <vector>
 
 namespace biss::report {
-namespace {
+namespace table_test {
 
 using Json = nlohmann::ordered_json;
 
@@ -395,5 +395,5 @@ TEST(Table, ANarrowTerminal_ShowsFewerColumnsAndSaysWhich) {
   EXPECT_EQ(write(Format::csv, columns, {}, options), "cycle,status,raw,delay,safety\n");
 }
 
-}  // namespace
+}  // namespace table_test
 }  // namespace biss::report

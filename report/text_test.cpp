@@ -12,7 +12,7 @@
 #include <vector>
 
 namespace biss::report {
-namespace {
+namespace text_test {
 
 std::string nanoseconds_text(std::int64_t picosecond_count) {
   std::string out;
@@ -193,5 +193,5 @@ TEST(Padding, NarrowText_IsFilledAndWideTextIsKept) {
   EXPECT_EQ(out, "  µs編  wider");
 }
 
-}  // namespace
+}  // namespace text_test
 }  // namespace biss::report

@@ -12,7 +12,7 @@
 #include "sim/ma_replay.hpp"
 
 namespace biss::sim {
-namespace {
+namespace control_test {
 
 constexpr auto read_write = RegisterProtection::read_write;
 
@@ -372,5 +372,5 @@ TEST(ControlReplay, RecordedMaster_GetsTheSameAnswersFromOurRegisters) {
   EXPECT_EQ(replay.registers().read(0, 6), 0x55);
 }
 
-}  // namespace
+}  // namespace control_test
 }  // namespace biss::sim

@@ -8,7 +8,7 @@
 #include "biss/timing/step.hpp"
 
 namespace biss::sim {
-namespace {
+namespace fault_schedule_test {
 
 TEST(FaultList, Names_AreUniqueAndFound) {
   std::set<std::string_view> names;
@@ -53,5 +53,5 @@ TEST(FaultSchedule, IntervalOfTenSeconds_KeepsFaultsWithinTheCycle) {
   EXPECT_GT(latest, milliseconds(9'000));
 }
 
-}  // namespace
+}  // namespace fault_schedule_test
 }  // namespace biss::sim

@@ -9,7 +9,7 @@
 #include "biss/frame/format_text.hpp"
 
 namespace biss::sim {
-namespace {
+namespace line_test {
 
 LineSetup setup_of(std::string_view format) {
   LineSetup setup;
@@ -244,5 +244,5 @@ TEST(Line, Chain_DeliversTheNearestEncoderFirst) {
   }
 }
 
-}  // namespace
+}  // namespace line_test
 }  // namespace biss::sim

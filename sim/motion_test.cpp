@@ -7,7 +7,7 @@
 #include "biss/frame/format_text.hpp"
 
 namespace biss::sim {
-namespace {
+namespace motion_test {
 
 constexpr Picoseconds interval = microseconds(40);
 
@@ -77,5 +77,5 @@ TEST(Motion, FullSpeed_CrossesZeroBothWaysAndTurnsCanBeCounted) {
   EXPECT_TRUE(backwards);
 }
 
-}  // namespace
+}  // namespace motion_test
 }  // namespace biss::sim

@@ -13,7 +13,7 @@
 #include "sim/slo_replay.hpp"
 
 namespace biss::sim {
-namespace {
+namespace replay_test {
 
 using testing::ElementsAre;
 using wire::Edge;
@@ -298,5 +298,5 @@ TEST(SloReplay, BusyRecordedEncoder_IsNotReady) {
   EXPECT_EQ(readings.readings[0].period, Picoseconds{});
 }
 
-}  // namespace
+}  // namespace replay_test
 }  // namespace biss::sim

@@ -5,7 +5,7 @@
 #include <set>
 
 namespace biss::sim {
-namespace {
+namespace sign_of_life_test {
 
 std::uint32_t value(const SignOfLife& life, std::uint64_t frames) {
   return life.value(0, frames, 6);
@@ -61,5 +61,5 @@ TEST(SignOfLife, ManyFrames_StayInStep) {
   EXPECT_EQ(value(life, 63 * periods + 62), 63U);
 }
 
-}  // namespace
+}  // namespace sign_of_life_test
 }  // namespace biss::sim

@@ -5,7 +5,7 @@
 #include <set>
 
 namespace biss::sim {
-namespace {
+namespace wrong_frames_test {
 
 // Frames 0, 1, 2, … by their position; \return that of what is sent in the place of the next one.
 class Sender {
@@ -124,5 +124,5 @@ TEST(WrongFrames, TwoFaultsAtOnce_EndEachByItself) {
   EXPECT_EQ(sender.next(), 9U);
 }
 
-}  // namespace
+}  // namespace wrong_frames_test
 }  // namespace biss::sim

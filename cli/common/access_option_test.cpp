@@ -8,7 +8,7 @@
 #include "cli/simulate/registers.hpp"
 
 namespace biss::cli {
-namespace {
+namespace access_option_test {
 
 using sim::AccessKind;
 using sim::ControlAccess;
@@ -101,5 +101,5 @@ TEST(AccessOption, LeastCycles_CountZerosOnceAndWaiting) {
   EXPECT_EQ(least_cycles({access_of("0/command:0@500"), access_of("write:0=00")}), 500U + 25 + 33);
 }
 
-}  // namespace
+}  // namespace access_option_test
 }  // namespace biss::cli

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace biss::cli {
-namespace {
+namespace capture_output_test {
 
 TEST(SampleRate, NextUsualOneFromEightTimesTheClock) {
   EXPECT_EQ(usual_sample_rate(megahertz(10)), megahertz(100));
@@ -29,5 +29,5 @@ TEST(CaptureOutput, Extension_SaysWhetherItIsSampled) {
   }
 }
 
-}  // namespace
+}  // namespace capture_output_test
 }  // namespace biss::cli

@@ -9,7 +9,7 @@
 #include "cli/common/verb.hpp"
 
 namespace biss::cli {
-namespace {
+namespace command_test {
 
 struct Options {
   std::string format;
@@ -217,5 +217,5 @@ TEST(Nearest, TypingSlips_AreCountedAndFarWordsAreNot) {
   EXPECT_EQ(nearest(std::string(100'000, 'd'), words), "");
 }
 
-}  // namespace
+}  // namespace command_test
 }  // namespace biss::cli

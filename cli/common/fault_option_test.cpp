@@ -5,7 +5,7 @@
 #include <vector>
 
 namespace biss::cli {
-namespace {
+namespace fault_option_test {
 
 using sim::FaultKind;
 using sim::FaultPlace;
@@ -140,5 +140,5 @@ TEST(FaultOption, Places_ArePrintedAsTheyAreGiven) {
   EXPECT_EQ(text_of(std::vector<sim::InjectedFault>{}), "");
 }
 
-}  // namespace
+}  // namespace fault_option_test
 }  // namespace biss::cli

@@ -10,7 +10,7 @@
 #include "biss/safety/configurations.hpp"
 
 namespace biss::cli {
-namespace {
+namespace format_option_test {
 
 using testing::HasSubstr;
 
@@ -179,5 +179,5 @@ TEST(TimingOptions, WrongClockOrCycle_NamesTheOption) {
   EXPECT_THAT(timing_error(arguments), HasSubstr("--cycle-min '1,5us'"));
 }
 
-}  // namespace
+}  // namespace format_option_test
 }  // namespace biss::cli

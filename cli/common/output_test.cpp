@@ -22,7 +22,7 @@
 #include <thread>
 
 namespace biss::cli {
-namespace {
+namespace output_test {
 
 namespace fs = std::filesystem;
 
@@ -373,5 +373,5 @@ TEST_F(OutputTest, Colour_IsForTerminalsOnly) {
   EXPECT_EQ(output.table_options().width, 0U);
 }
 
-}  // namespace
+}  // namespace output_test
 }  // namespace biss::cli

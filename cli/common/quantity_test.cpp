@@ -8,7 +8,7 @@
 #include <string>
 
 namespace biss::cli {
-namespace {
+namespace quantity_test {
 
 Hertz rate(std::string_view text) {
   const auto parsed = parse_rate(text);
@@ -285,5 +285,5 @@ TEST(Quantities, LocaleWithComma_ChangesNothing) {
   std::locale::global(old);
 }
 
-}  // namespace
+}  // namespace quantity_test
 }  // namespace biss::cli

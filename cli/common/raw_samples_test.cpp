@@ -5,7 +5,7 @@
 #include <string>
 
 namespace biss::cli {
-namespace {
+namespace raw_samples_test {
 
 TEST(RawSamples, BothLinesNamed_NoOtherBitIsLookedAt) {
   const capture::RawLayout layout = layout_of({.rate = megahertz(100), .bytes = 2}, "D11", "D3");
@@ -36,5 +36,5 @@ TEST(RawSamples, AnyLineNotKnown_EveryBitIsALine) {
   EXPECT_EQ(lines("MA", "SLO"), 24U);
 }
 
-}  // namespace
+}  // namespace raw_samples_test
 }  // namespace biss::cli

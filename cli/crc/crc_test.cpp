@@ -11,7 +11,7 @@
 #include "cli/common/verbs.hpp"
 
 namespace biss::cli {
-namespace {
+namespace crc_test {
 
 using testing::HasSubstr;
 
@@ -121,5 +121,5 @@ TEST(Crc, ChannelWithoutPosition_TakesZero) {
   EXPECT_THAT(crc({"-f", "pad3,crc3", "0", "--to", "jsonl"}).out, HasSubstr("{\"position\":null"));
 }
 
-}  // namespace
+}  // namespace crc_test
 }  // namespace biss::cli

@@ -12,7 +12,7 @@ namespace biss::cli {
 
 namespace {
 
-std::string_view text_of(SafetySetupError mistake) {
+std::string_view message_of(SafetySetupError mistake) {
   switch (mistake) {
     case SafetySetupError::channels:
       return "the frame has no two words";
@@ -132,7 +132,7 @@ SafetyChoice choose_safety(const SafetyArguments& arguments, std::string_view fo
   put(arguments, cycle, *choice.setup);
   if (const auto mistake = check_safety(format, *choice.setup)) {
     choice.setup.reset();
-    choice.error = fmt::format("BiSS Safety: {}", text_of(*mistake));
+    choice.error = fmt::format("BiSS Safety: {}", message_of(*mistake));
   }
   return choice;
 }

@@ -10,7 +10,7 @@
 #include "dump/data_sheet.hpp"
 
 namespace biss::cli {
-namespace {
+namespace description_test {
 
 using dump::DataSheet;
 using dump::RegisterDump;
@@ -159,5 +159,5 @@ TEST(Description, DamagedText_IsRefusedOrRead) {
   EXPECT_LT(refused, 1990U);
 }
 
-}  // namespace
+}  // namespace description_test
 }  // namespace biss::cli

@@ -11,7 +11,7 @@
 #include "cli/common/verbs.hpp"
 
 namespace biss::cli {
-namespace {
+namespace eds_test {
 
 using testing::HasSubstr;
 using testing::Not;
@@ -296,5 +296,5 @@ TEST_F(Eds, WrongUsage_NamesTheVerbBelow) {
   }
 }
 
-}  // namespace
+}  // namespace eds_test
 }  // namespace biss::cli

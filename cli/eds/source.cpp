@@ -22,7 +22,7 @@ using dump::FoundPart;
 
 using ReadDump = tl::expected<dump::RegisterDump, std::string>;
 
-std::string text_of(const dump::DumpError& error) {
+std::string message_of(const dump::DumpError& error) {
   std::string text = dump::dump_error_text(error);
   if (error.cause == dump::DumpCause::several_slaves) text += "; select one with --slave";
   if (error.cause == dump::DumpCause::unknown_format || error.format == dump::DumpFormat::binary) {
@@ -41,7 +41,7 @@ ReadDump read_stream(std::istream& stream, const EdsArguments& arguments) {
   }
   return dump::read_dump(stream, std::move(head),
                          {.bank = arguments.bank, .slave = arguments.slave})
-      .map_error(text_of);
+      .map_error(message_of);
 }
 
 ReadDump read_file(const EdsArguments& arguments) {

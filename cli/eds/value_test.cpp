@@ -10,7 +10,7 @@
 #include "biss/eds/image.hpp"
 
 namespace biss::cli {
-namespace {
+namespace value_test {
 
 using testing::HasSubstr;
 
@@ -99,5 +99,5 @@ TEST(EdsValue, Meanings_MarkHypotheses) {
   EXPECT_EQ(eds_meaning(common("BC_OFF"), 0x13, false), "slave 3");
 }
 
-}  // namespace
+}  // namespace value_test
 }  // namespace biss::cli

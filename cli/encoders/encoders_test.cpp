@@ -19,7 +19,7 @@
 #include "cli/common/verbs.hpp"
 
 namespace biss::cli {
-namespace {
+namespace encoders_test {
 
 using nlohmann::json;
 using testing::HasSubstr;
@@ -289,5 +289,5 @@ TEST(EncoderList, EveryRow_IsInTheCatalogueOrHasNoWidths) {
   EXPECT_EQ(seen.size(), catalogue.size());
 }
 
-}  // namespace
+}  // namespace encoders_test
 }  // namespace biss::cli

@@ -11,7 +11,7 @@
 #include "cli/common/verbs.hpp"
 
 namespace biss::cli {
-namespace {
+namespace plan_test {
 
 using nlohmann::json;
 using testing::HasSubstr;
@@ -201,5 +201,5 @@ TEST(Plan, WrongUsage_IsOneLineAndStatus2) {
   }
 }
 
-}  // namespace
+}  // namespace plan_test
 }  // namespace biss::cli

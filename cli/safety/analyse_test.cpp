@@ -11,7 +11,7 @@
 #include "cli/common/verbs.hpp"
 
 namespace biss::cli {
-namespace {
+namespace analyse_test {
 
 using nlohmann::json;
 using testing::HasSubstr;
@@ -132,5 +132,5 @@ TEST(SafetyAnalyse, WrongUsage_IsOneLineAndStatus2) {
   }
 }
 
-}  // namespace
+}  // namespace analyse_test
 }  // namespace biss::cli

@@ -21,7 +21,7 @@ constexpr std::array acceptances{Acceptance::cpw, Acceptance::spw, Acceptance::b
 // By chance a count deviates by more than this once in two million counts.
 constexpr long double sigma_limit = 5;
 
-std::string number(long double value) { return fmt::format("{:.6e}", static_cast<double>(value)); }
+std::string scientific(long double value) { return fmt::format("{:.6e}", static_cast<double>(value)); }
 
 struct Measured {
   std::string fault;
@@ -102,10 +102,10 @@ bool write_readable_rows(report::TableWriter& table, const Measured& row) {
     if (!row.estimates[what]) continue;
     const lab::CampaignEstimate& found = *row.estimates[what];
     const std::string effective = fmt::format("{:.0f}", static_cast<double>(found.effective));
-    const std::string rate = number(found.rate);
-    const std::string low = number(found.low);
-    const std::string high = number(found.high);
-    const std::string theory = row.theory ? number((*row.theory)[what]) : "";
+    const std::string rate = scientific(found.rate);
+    const std::string low = scientific(found.low);
+    const std::string high = scientific(found.high);
+    const std::string theory = row.theory ? scientific((*row.theory)[what]) : "";
     const std::string sigma = found.sigma ? sigma_text(*found.sigma) : "";
     const report::Cell cells[] = {row.fault,
                                   lab::acceptance_names[what],

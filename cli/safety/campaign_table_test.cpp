@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace biss::cli {
-namespace {
+namespace campaign_table_test {
 
 TEST(CampaignTable, SigmaThatRoundsToZero_HasNoSign) {
   EXPECT_EQ(sigma_text(-0.004L), "0.00");
@@ -13,5 +13,5 @@ TEST(CampaignTable, SigmaThatRoundsToZero_HasNoSign) {
   EXPECT_EQ(sigma_text(10.0L), "+10.00");
 }
 
-}  // namespace
+}  // namespace campaign_table_test
 }  // namespace biss::cli

@@ -18,7 +18,7 @@
 #include "cli/safety/setup_fields.hpp"
 
 namespace biss::cli {
-namespace {
+namespace documents_test {
 
 namespace fs = std::filesystem;
 
@@ -217,5 +217,5 @@ TEST(SafetyDocuments, EveryTestOfTheMatrix_Exists) {
   }
 }
 
-}  // namespace
+}  // namespace documents_test
 }  // namespace biss::cli

@@ -15,7 +15,7 @@
 #include "sim/fault.hpp"
 
 namespace biss::cli {
-namespace {
+namespace evidence_test {
 
 EvidenceSubject subject_of(const EvidenceOptions& options) {
   const EvidenceChoice choice = choose_evidence(options);
@@ -296,5 +296,5 @@ TEST(EvidenceCoverage, Share_HasWilsonsLimits) {
   EXPECT_NEAR(row.high, 0.003827, 1e-6);
 }
 
-}  // namespace
+}  // namespace evidence_test
 }  // namespace biss::cli

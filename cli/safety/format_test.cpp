@@ -7,7 +7,7 @@
 #include "biss/frame/format_text.hpp"
 
 namespace biss::cli {
-namespace {
+namespace format_test {
 
 using testing::HasSubstr;
 
@@ -63,5 +63,5 @@ TEST(SafetyFormat, WhatCannotBeMonitored_IsTold) {
   EXPECT_THAT(safety_format_error("fs-36-29"), HasSubstr("did you mean fs-36-28"));
 }
 
-}  // namespace
+}  // namespace format_test
 }  // namespace biss::cli

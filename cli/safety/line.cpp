@@ -27,8 +27,8 @@ namespace {
 
 // One cycle of this many has the fault.
 constexpr std::uint64_t spacing = 32;
-constexpr Hertz clock = megahertz(10);
-constexpr Millimetres cable = metres(20);
+constexpr Hertz line_clock = megahertz(10);
+constexpr Millimetres line_cable = metres(20);
 // A fault shows in its own cycles, or in the next one if it begins after the last bit.
 constexpr std::uint64_t reaction_cycles = 1;
 // The simulator's times hold 106 days.
@@ -179,7 +179,7 @@ LineCounts count(const SafetyFormat& monitored, sim::LineSetup setup, sim::Fault
   FaultWatch watch(monitored, kind);
   decode::Decoder decoder(
       decode::CycleReader(setup.format, setup.timing),
-      [&](const decode::Cycle& cycle) { watch.row(cycle, period_of(clock) / 2); });
+      [&](const decode::Cycle& cycle) { watch.row(cycle, period_of(line_clock) / 2); });
   decoder.push_ma({{}, wire::Level::high});
   decoder.push_slo({{}, wire::Level::high});
   for (std::uint64_t i = 0; i < cycles; ++i) {
@@ -199,8 +199,8 @@ tl::expected<sim::LineSetup, std::string> line_of(const SafetyFormat& monitored,
   line.device.format =
       device ? monitored.device : std::string(format_text(monitored.format).view());
   if (!device || device->entry == nullptr) line.device.timeout = "adaptive";
-  line.clock = clock;
-  line.cable = cable;
+  line.clock = line_clock;
+  line.cable = line_cable;
   line.rate = options.rate.value_or(rate_of_cycle(monitored.setup));
   line.motion = "random";
   line.seed = options.seed;

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace biss::cli {
-namespace {
+namespace setup_test {
 
 LineOptions line_of(const std::string& format) {
   LineOptions line;
@@ -82,5 +82,5 @@ TEST(RegisterBusy, FramesAndTimes_AreRead) {
   EXPECT_THAT(read_busy("7s", microseconds(100), busy), testing::HasSubstr("70000 frames"));
 }
 
-}  // namespace
+}  // namespace setup_test
 }  // namespace biss::cli

@@ -3,13 +3,11 @@
 #include "tests/core/test.hpp"
 
 namespace control_loop {
-namespace {
+namespace position_policy_test {
 
 constexpr PolicyLimits limits_for(BadFrameRule rule) {
   return {.rule = rule, .trip_after = 3, .max_step = 100};
 }
-
-}  // namespace
 
 BISS_TEST(PositionPolicy, BadFramesBeforeTheFirst_GiveNoneAndThenTrip) {
   PositionPolicy policy(limits_for(BadFrameRule::extrapolate));
@@ -88,3 +86,5 @@ BISS_TEST(PositionPolicy, StepBeyondTheLimit_IsABadCycleEitherWay) {
 }
 
 }  // namespace control_loop
+
+}  // namespace position_policy_test

@@ -15,7 +15,7 @@
 #include "tests/cli/run_command.hpp"
 
 namespace biss::cli {
-namespace {
+namespace bad_input_test {
 
 constexpr const char* usual = "pos26,nE,nW,crc6";
 
@@ -591,5 +591,5 @@ TEST(BadInput, NoCycleInTheTimeAskedFor_SaysSo) {
   expect_one_line(outcome, "no request cycle between --since and --until; outside: 30");
 }
 
-}  // namespace
+}  // namespace bad_input_test
 }  // namespace biss::cli

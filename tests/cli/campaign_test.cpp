@@ -19,7 +19,7 @@
 extern char** environ;
 
 namespace biss::cli {
-namespace {
+namespace campaign_test {
 
 std::vector<std::string> campaign(const std::vector<std::string>& more) {
   std::vector<std::string> arguments{
@@ -251,5 +251,5 @@ TEST(Campaign, StateThatCannotBeRead_IsNamed) {
   refused({"safety", "campaign", "merge", folder.path("none")}, "cannot open it: No such file");
 }
 
-}  // namespace
+}  // namespace campaign_test
 }  // namespace biss::cli

@@ -7,7 +7,7 @@
 #include "tests/cli/run_command.hpp"
 
 namespace biss::cli {
-namespace {
+namespace captures_test {
 
 class Captures : public testing::TestWithParam<std::string> {};
 
@@ -62,5 +62,5 @@ TEST_P(Captures, TheLinesAtTheSlave_GiveTheSamePositions) {
 INSTANTIATE_TEST_SUITE_P(Of, Captures, testing::Values(".vcd", ".csv"),
                          [](const auto& kind) { return kind.param.substr(1); });
 
-}  // namespace
+}  // namespace captures_test
 }  // namespace biss::cli

@@ -8,7 +8,7 @@
 #include "tests/cli/run_command.hpp"
 
 namespace biss::cli {
-namespace {
+namespace conform_test {
 
 using Words = std::vector<std::string>;
 
@@ -107,5 +107,5 @@ TEST_F(Conform, JsonLines_HaveTheKeysThatStay) {
       << outcome.out;
 }
 
-}  // namespace
+}  // namespace conform_test
 }  // namespace biss::cli

@@ -9,7 +9,7 @@
 #include "tests/cli/run_command.hpp"
 
 namespace biss::cli {
-namespace {
+namespace control_test {
 
 using testing::HasSubstr;
 using Words = std::vector<std::string>;
@@ -300,5 +300,5 @@ TEST(ConfiguringMaster, WithoutControl_SaysWhyAndLeavesTheCapture) {
   EXPECT_GT(rows_of(run({"decode", capture, "--to", "csv"}).out).size(), 100U);
 }
 
-}  // namespace
+}  // namespace control_test
 }  // namespace biss::cli

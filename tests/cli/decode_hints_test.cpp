@@ -9,7 +9,7 @@
 #include "tests/cli/run_command.hpp"
 
 namespace biss::cli {
-namespace {
+namespace decode_hints_test {
 
 using testing::HasSubstr;
 using testing::Not;
@@ -179,5 +179,5 @@ TEST(DecodeLines, InvertedLines_AreReadByEveryVerb) {
   }
 }
 
-}  // namespace
+}  // namespace decode_hints_test
 }  // namespace biss::cli

@@ -14,17 +14,17 @@
 #include "tests/cli/run_command.hpp"
 
 namespace biss::cli {
-namespace {
+namespace evidence_test {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
 // Small checksums: their theory takes no time.
-constexpr const char* format = "pos14,nE,nW,crc4+pos10,nE,nW,lc6,crc8;cds0";
+constexpr const char* safety_pair = "pos14,nE,nW,crc4+pos10,nE,nW,lc6,crc8;cds0";
 
 std::vector<std::string> evidence(const std::string& folder,
                                   const std::vector<std::string>& more = {}) {
-  std::vector<std::string> arguments{"safety",   "evidence", "-f",       format,
+  std::vector<std::string> arguments{"safety",   "evidence", "-f",       safety_pair,
                                      "--frames", "3000",     "--faults", "200",
                                      "--cycles", "300",      "-o",       folder};
   arguments.insert(arguments.end(), more.begin(), more.end());
@@ -309,18 +309,18 @@ TEST(Evidence, WrongUsage_IsNamed) {
   refused({"-f", "fs-36-29", "-o", target}, "fs-36-29");
   refused({"-f", "resolute-26", "-o", target}, "not the format of a control and a safety word");
   refused({"-f", "fs-36-28"}, "-o DIR");
-  refused({"-f", format, "-o", target, "--ber", "0.7"}, "--ber");
-  refused({"-f", format, "-o", target, "--compare-bits", "11"}, "--compare-bits");
-  refused({"-f", format, "-o", target, "--start-frames", "1"}, "--start-frames");
-  refused({"-f", format, "-o", target, "--watchdog", "3ms"}, "--watchdog");
-  refused({"-f", format, "-o", target, "--budget", "5"}, "--budget");
-  refused({"-f", format, "-o", target, "--rate", "200kHz"}, "the line model");
-  refused({"-f", format, "-o", target, "--counter", "count_2_63"}, "--counter");
+  refused({"-f", safety_pair, "-o", target, "--ber", "0.7"}, "--ber");
+  refused({"-f", safety_pair, "-o", target, "--compare-bits", "11"}, "--compare-bits");
+  refused({"-f", safety_pair, "-o", target, "--start-frames", "1"}, "--start-frames");
+  refused({"-f", safety_pair, "-o", target, "--watchdog", "3ms"}, "--watchdog");
+  refused({"-f", safety_pair, "-o", target, "--budget", "5"}, "--budget");
+  refused({"-f", safety_pair, "-o", target, "--rate", "200kHz"}, "the line model");
+  refused({"-f", safety_pair, "-o", target, "--counter", "count_2_63"}, "--counter");
   refused({"--check", bundle(), "-o", target}, "--check");
-  refused({"--check", bundle(), "-f", format}, "--check");
-  refused({"-f", format, "--force"}, "--force");
+  refused({"--check", bundle(), "-f", safety_pair}, "--check");
+  refused({"-f", safety_pair, "--force"}, "--force");
   EXPECT_EQ(folder.files(), 0U);
 }
 
-}  // namespace
+}  // namespace evidence_test
 }  // namespace biss::cli

@@ -11,7 +11,7 @@
 #include "tests/cli/run_command.hpp"
 
 namespace biss::cli {
-namespace {
+namespace fault_place_test {
 
 constexpr unsigned payload_bits = 30;
 constexpr std::size_t cycles = 8;
@@ -237,5 +237,5 @@ TEST(FaultPlace, PlaceThatIsNotThere_IsWrongUsageAndWritesNothing) {
   }
 }
 
-}  // namespace
+}  // namespace fault_place_test
 }  // namespace biss::cli

@@ -13,7 +13,7 @@
 #include "tests/cli/run_command.hpp"
 
 namespace biss::cli {
-namespace {
+namespace help_test {
 
 using Words = std::vector<std::string>;
 
@@ -262,5 +262,5 @@ TEST(Help, Completion_OffersVerbsOptionsAndValues) {
   }
 }
 
-}  // namespace
+}  // namespace help_test
 }  // namespace biss::cli

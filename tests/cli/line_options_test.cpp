@@ -9,7 +9,7 @@
 #include "tests/cli/run_command.hpp"
 
 namespace biss::cli {
-namespace {
+namespace line_options_test {
 
 // The rows of `decode` for a line with these options, held against the truth.
 std::vector<Row> rows_with(const std::vector<std::string>& options) {
@@ -114,5 +114,5 @@ TEST(LineOptions, WhatNoLineHas_IsWrongUsage) {
   }
 }
 
-}  // namespace
+}  // namespace line_options_test
 }  // namespace biss::cli

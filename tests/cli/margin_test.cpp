@@ -7,16 +7,16 @@
 #include "tests/cli/run_command.hpp"
 
 namespace biss::cli {
-namespace {
+namespace margin_test {
 
-constexpr const char* format = "pos26,nE,nW,crc6";
+constexpr const char* resolute = "pos26,nE,nW,crc6";
 
 // 20 cycles at 5 MHz by a master without compensation; the delay is in nanoseconds of 200.
 std::string simulate(const Folder& folder, const std::string& name, const std::string& delay,
                      const std::vector<std::string>& more = {}) {
   const std::string capture = folder.path(name);
   std::vector<std::string> arguments{"simulate", "-f",
-                                     format,     "--clock",
+                                     resolute,     "--clock",
                                      "5MHz",     "--slo-delay",
                                      delay,      "--cycles",
                                      "20",       "--motion",
@@ -30,7 +30,7 @@ std::string simulate(const Folder& folder, const std::string& name, const std::s
 }
 
 Outcome decode(const std::string& capture, const std::vector<std::string>& more) {
-  std::vector<std::string> arguments{"decode", capture, "-f", format};
+  std::vector<std::string> arguments{"decode", capture, "-f", resolute};
   arguments.insert(arguments.end(), more.begin(), more.end());
   return run(arguments);
 }
@@ -92,7 +92,7 @@ TEST(Margin, ReadingsOfARecordedEncoder_HaveTheMastersWord) {
   for (const auto& [delay, marginal] : {std::pair{"89.8ns", "0"}, std::pair{"90.2ns", "1"}}) {
     const std::string capture = simulate(folder, "line.vcd", delay);
     const std::string readings = folder.path("readings.csv");
-    const Outcome made = run({"simulate", "-f", format, "--slo-from", capture, "--no-compensation",
+    const Outcome made = run({"simulate", "-f", resolute, "--slo-from", capture, "--no-compensation",
                               "-o", folder.path("read.vcd"), "--readings", readings});
     ASSERT_EQ(made.status, 0) << made.err;
     expect_all(content_of(readings), marginal);
@@ -103,7 +103,7 @@ TEST(Margin, AnswersToARecordedMaster_AreNotJudged) {
   const Folder folder;
   const std::string capture = simulate(folder, "line.vcd", "100ns");
   const std::string truth = folder.path("answers.csv");
-  const Outcome made = run({"simulate", "-f", format, "--ma-from", capture, "-o",
+  const Outcome made = run({"simulate", "-f", resolute, "--ma-from", capture, "-o",
                             folder.path("answered.vcd"), "--truth", truth});
   ASSERT_EQ(made.status, 0) << made.err;
   expect_all(content_of(truth), "");
@@ -151,5 +151,5 @@ TEST(Margin, ResolutionOfChanges_IsWhatIsSaid) {
   EXPECT_EQ(with("2ms").status, 2);
 }
 
-}  // namespace
+}  // namespace margin_test
 }  // namespace biss::cli

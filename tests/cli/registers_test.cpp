@@ -9,7 +9,7 @@
 #include "tests/cli/run_command.hpp"
 
 namespace biss::cli {
-namespace {
+namespace registers_test {
 
 using testing::HasSubstr;
 using Words = std::vector<std::string>;
@@ -126,5 +126,5 @@ TEST_F(HeardRegisters, JsonLines_AreADumpAgain) {
   EXPECT_THAT(again.out, HasSubstr("62 1E"));
 }
 
-}  // namespace
+}  // namespace registers_test
 }  // namespace biss::cli

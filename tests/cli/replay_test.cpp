@@ -9,7 +9,7 @@
 #include "tests/cli/run_command.hpp"
 
 namespace biss::cli {
-namespace {
+namespace replay_test {
 
 class RecordedCaptures : public testing::TestWithParam<std::string> {};
 
@@ -238,5 +238,5 @@ TEST(Replay, TimesOfMoreThanTenDays_AreRefused) {
   }
 }
 
-}  // namespace
+}  // namespace replay_test
 }  // namespace biss::cli

@@ -8,7 +8,7 @@
 #include "tests/cli/run_command.hpp"
 
 namespace biss::cli {
-namespace {
+namespace round_trip_test {
 
 using testing::HasSubstr;
 using testing::Not;
@@ -198,5 +198,5 @@ TEST(DecodeVerb, SinceAndUntil_KeepTheNumbersOfTheCapture) {
   EXPECT_EQ(some.back().at("cycle"), "9");
 }
 
-}  // namespace
+}  // namespace round_trip_test
 }  // namespace biss::cli

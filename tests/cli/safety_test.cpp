@@ -9,7 +9,7 @@
 #include "tests/cli/run_command.hpp"
 
 namespace biss::cli {
-namespace {
+namespace safety_test {
 
 std::vector<Row> decoded(const Folder& folder, const std::vector<std::string>& made,
                          const std::vector<std::string>& read) {
@@ -209,5 +209,5 @@ TEST(Safety, WrongOptions_AreRefused) {
   EXPECT_EQ(run({"decode", capture, "-f", "pos26,nE,nW,crc6", "--latch"}).status, 2);
 }
 
-}  // namespace
+}  // namespace safety_test
 }  // namespace biss::cli

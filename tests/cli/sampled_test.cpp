@@ -10,7 +10,7 @@
 #include "tests/cli/run_command.hpp"
 
 namespace biss::cli {
-namespace {
+namespace sampled_test {
 
 void expect_true_positions(const Folder& folder, const std::string& capture,
                            const std::vector<std::string>& options) {
@@ -195,5 +195,5 @@ TEST(Sampled, SessionCutOff_IsDamaged) {
   EXPECT_NE(cut.err.find("cut.sr: is damaged"), std::string::npos) << cut.err;
 }
 
-}  // namespace
+}  // namespace sampled_test
 }  // namespace biss::cli

@@ -8,7 +8,7 @@
 #include "tests/cli/run_command.hpp"
 
 namespace biss::cli {
-namespace {
+namespace sequences_test {
 
 using ::testing::HasSubstr;
 
@@ -170,5 +170,5 @@ TEST(Sequences, WrongUsage_IsTold) {
               HasSubstr("single row"));
 }
 
-}  // namespace
+}  // namespace sequences_test
 }  // namespace biss::cli

@@ -9,13 +9,13 @@
 #include "tests/cli/run_command.hpp"
 
 namespace biss::cli {
-namespace {
+namespace several_captures_test {
 
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-const std::string format = "pos26,nE,nW,crc6";
+const std::string plain_format = "pos26,nE,nW,crc6";
 
 using Positions = std::vector<std::string>;
 
@@ -24,7 +24,7 @@ class SeveralCaptures : public testing::Test {
   // An encoder whose positions no other seed gives.
   std::string simulated(const std::string& name, int seed) const {
     const std::string path = folder_.path(name);
-    const Outcome made = run({"simulate", "-f", format, "--clock", "1MHz", "--cycles", "6",
+    const Outcome made = run({"simulate", "-f", plain_format, "--clock", "1MHz", "--cycles", "6",
                               "--motion", "random", "--seed", std::to_string(seed), "-o", path});
     EXPECT_EQ(made.status, 0) << made.err;
     return path;
@@ -60,7 +60,7 @@ class SeveralCaptures : public testing::Test {
 
   static Outcome decode(std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), "decode");
-    arguments.insert(arguments.end(), {"-f", format, "--to", "csv"});
+    arguments.insert(arguments.end(), {"-f", plain_format, "--to", "csv"});
     return run(arguments);
   }
 
@@ -177,12 +177,12 @@ TEST_P(SeveralEncoders, InOneCapture_AreRefusedWithTheCandidatesOrReadOneByOne) 
   EXPECT_THAT(each.out, HasSubstr(",safety,ma,slo\n"));
 
   for (const char* verb : {"registers", "conform"}) {
-    const Outcome refused = run({verb, capture, "-f", format});
+    const Outcome refused = run({verb, capture, "-f", plain_format});
     EXPECT_EQ(refused.status, 1) << verb;
     EXPECT_THAT(refused.err, HasSubstr("several lines can be MA and SLO")) << verb;
   }
   const std::string made = folder_.path("made.vcd");
-  const Outcome replay = run({"simulate", "-f", format, "--slo-from", capture, "-o", made});
+  const Outcome replay = run({"simulate", "-f", plain_format, "--slo-from", capture, "-o", made});
   EXPECT_EQ(replay.status, 1);
   EXPECT_THAT(replay.err, AllOf(HasSubstr(names[0]), Not(HasSubstr("--each"))));
 }
@@ -202,11 +202,11 @@ TEST_F(SeveralCaptures, EncodersWithoutUsefulNames_AreRefusedWithTheirCandidates
 TEST_F(SeveralCaptures, ReplayOfMa_IsRefusedWhereTwoLinesAreMa) {
   const std::string capture = together("both.csv", "a.MA,a.SLO,b.MA,b.SLO", a_, b_);
   const std::string made = folder_.path("made.vcd");
-  const Outcome tie = run({"simulate", "-f", format, "--ma-from", capture, "-o", made});
+  const Outcome tie = run({"simulate", "-f", plain_format, "--ma-from", capture, "-o", made});
   EXPECT_EQ(tie.status, 1);
   EXPECT_THAT(tie.err, HasSubstr("a.MA, b.MA"));
   EXPECT_EQ(
-      run({"simulate", "-f", format, "--ma-from", capture, "--ma", "b.MA", "-o", made}).status, 0);
+      run({"simulate", "-f", plain_format, "--ma-from", capture, "--ma", "b.MA", "-o", made}).status, 0);
 }
 
 TEST_F(SeveralCaptures, RegistersAndConform_SayWhichFile) {
@@ -214,12 +214,12 @@ TEST_F(SeveralCaptures, RegistersAndConform_SayWhichFile) {
   EXPECT_EQ(registers.status, 0) << registers.err;
   EXPECT_THAT(registers.out, HasSubstr(",busy_ns,file\n"));
   EXPECT_THAT(registers.err, AllOf(HasSubstr(a_), HasSubstr(b_)));
-  const Outcome conform = run({"conform", a_, b_, "-f", format, "--to", "csv"});
+  const Outcome conform = run({"conform", a_, b_, "-f", plain_format, "--to", "csv"});
   EXPECT_THAT(conform.out, AllOf(HasSubstr(",note,file\n"), HasSubstr(',' + a_ + '\n'),
                                  HasSubstr(',' + b_ + '\n')));
   const Outcome dump = run({"registers", a_, b_, "--dump", folder_.path("x.hex")});
   EXPECT_EQ(dump.status, 2);
 }
 
-}  // namespace
+}  // namespace several_captures_test
 }  // namespace biss::cli

@@ -8,7 +8,7 @@
 #include "decode/cycle.hpp"
 
 namespace biss::cli {
-namespace {
+namespace status_document_test {
 
 TEST(StatusDocument, EveryStatus_HasItsRowInOrder) {
   std::ifstream document(BISS_SOURCE_FOLDER "/docs/status.md");
@@ -25,5 +25,5 @@ TEST(StatusDocument, EveryStatus_HasItsRowInOrder) {
   EXPECT_EQ(named, statuses);
 }
 
-}  // namespace
+}  // namespace status_document_test
 }  // namespace biss::cli

@@ -8,7 +8,7 @@
 #include "tests/core/test.hpp"
 
 namespace biss::test {
-namespace {
+namespace banked_registers_test {
 
 using Level = RegisterProtection;
 
@@ -59,7 +59,7 @@ static_assert(RegisterOwner<Registers> && RegisterOwner<PerSlave<Registers, 2>>)
 static_assert(RegisterHooks<NoRegisterHooks>);
 static_assert(three_banks().read(0, 0x44) == 0x12 && three_banks().read(0, 0x47) == 0x78);
 
-}  // namespace
+}  // namespace banked_registers_test
 
 BISS_TEST(BankedRegisters, Bsel_ChoosesTheWindow) {
   Registers registers = three_banks();

@@ -12,7 +12,7 @@
 #include "tests/core/test.hpp"
 
 namespace biss {
-namespace {
+namespace base_test {
 
 enum class Cause : std::uint8_t { none, small, large };
 
@@ -53,7 +53,7 @@ static_assert(BitView(sample).word(0, 8) == 0xA5);
 static_assert(BitView(sample).word(4, 64) == 0x50F00FF123456789);
 static_assert(BitView(sample).find(true, 12) == 12 && BitView(sample).find(true, 16) == 24);
 
-}  // namespace
+}  // namespace base_test
 
 BISS_TEST(Units, Constructors_CountPicoseconds) {
   BISS_EXPECT_EQ(picoseconds(7).count, 7);

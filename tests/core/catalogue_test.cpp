@@ -11,7 +11,7 @@
 #include "tests/core/test.hpp"
 
 namespace biss {
-namespace {
+namespace catalogue_test {
 
 static_assert(find_encoder("resolute-26")->frame_format() ==
               parse_format("pos26,nE,nW,crc6;cds0").value());
@@ -87,5 +87,5 @@ BISS_TEST(Catalogue, RenishawsTypes_AreUnidirectionalAt32kHz) {
   BISS_EXPECT_EQ(find_encoder("fs-36-28")->frame_format().payload_bits(), 96U);
 }
 
-}  // namespace
+}  // namespace catalogue_test
 }  // namespace biss

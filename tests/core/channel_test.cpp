@@ -8,7 +8,7 @@
 #include "tests/core/test.hpp"
 
 namespace biss {
-namespace {
+namespace channel_test {
 
 using test::format_of;
 using test::frame_of;
@@ -24,7 +24,7 @@ constexpr Channel reading_of(const FrameFormat& format, std::uint64_t data) {
   return unpack(format.channel_list[0], data);
 }
 
-}  // namespace
+}  // namespace channel_test
 
 BISS_TEST(Encode, ValuesThatDoNotFit_HaveTheirCauses) {
   constexpr FrameFormat counted = format_of("pos18,nE,nW,lc6,crc6");

@@ -7,7 +7,7 @@
 #include "tests/core/configure_bench.hpp"
 #include "tests/core/test.hpp"
 
-namespace {
+namespace configure_eds_test {
 
 using namespace biss;
 using namespace biss::test::configure;
@@ -19,8 +19,6 @@ EncoderSlave with_eds(EncoderState& state, std::uint16_t registers_say,
   put_eds(slave.source().server.owner(), eds_says);
   return slave;
 }
-
-}  // namespace
 
 BISS_TEST(ConfigureEds, GoodDataSheet_GivesFormatAndTimingAndBselIsPutBack) {
   for (const std::uint8_t bsel : {std::uint8_t{0}, std::uint8_t{1}, std::uint8_t{3}}) {
@@ -189,3 +187,5 @@ BISS_TEST(ConfigureEds, DeviceOfTwoSlaves_IsDescribedByEitherOfThem) {
     }
   }
 }
+
+}  // namespace configure_eds_test

@@ -10,7 +10,7 @@
 #include "tests/core/configure_bench.hpp"
 #include "tests/core/test.hpp"
 
-namespace {
+namespace configure_hostile_test {
 
 using namespace biss;
 using namespace biss::test::configure;
@@ -23,8 +23,6 @@ EncoderSlave with_eds(EncoderState& state) {
   put_eds(registers, 0x621E);
   return slave;
 }
-
-}  // namespace
 
 BISS_TEST(ConfigureHostile, CableCutAtAnyRequest_EndsAndNamesTheLine) {
   std::uint32_t all = 0;
@@ -150,3 +148,5 @@ BISS_TEST(ConfigureHostile, NinthSlave_IsTooManyAndKeepsItsChannelsOff) {
     BISS_EXPECT_EQ(configurator.unrestored().channels_off, switch_channels);
   }
 }
+
+}  // namespace configure_hostile_test

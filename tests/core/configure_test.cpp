@@ -13,7 +13,7 @@
 #include "tests/core/test.hpp"
 #include "tests/core/wire.hpp"
 
-namespace {
+namespace configure_test {
 
 using namespace biss;
 using namespace biss::test::configure;
@@ -44,8 +44,6 @@ EncoderSlave mhm(EncoderState& state) {
       {.ready = microseconds(4), .timeout = {TimeoutRule::adaptive, nanoseconds(60)}},
       Encoder{Server(registers, {.busy_frames = 1}), &state});
 }
-
-}  // namespace
 
 BISS_TEST(Configure, RegistersOfAnMhm_GiveBp3With28BitsAndTheMasterReads) {
   for (const std::int64_t delay : {0, 730, 9'000}) {
@@ -313,3 +311,5 @@ BISS_TEST(Configure, EachName_IsItsEnumerators) {
   BISS_EXPECT(name_of(ValueSource::defaults) == "default");
   BISS_EXPECT(name_of(ValueSource::eds) == "eds");
 }
+
+}  // namespace configure_test

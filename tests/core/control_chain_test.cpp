@@ -16,7 +16,7 @@
 #include "tests/core/test.hpp"
 
 namespace biss::test {
-namespace {
+namespace control_chain_test {
 
 using Codec = FrameCodec<CrcFast, 1>;
 
@@ -159,7 +159,7 @@ void reads_and_writes() {
   }
 }
 
-}  // namespace
+}  // namespace control_chain_test
 
 BISS_TEST(ControlChain, FramesWithChannels_CarryRegisters) {
   reads_and_writes<1>();

@@ -9,7 +9,7 @@
 #include "tests/core/test.hpp"
 
 namespace biss::test {
-namespace {
+namespace control_damage_test {
 
 using Byte = std::array<std::uint8_t, 1>;
 using Error = ControlError;
@@ -130,7 +130,7 @@ void for_accesses(unsigned step, const Check& check) {
   for_accesses_in_a_chain<8>(step + 60, check);
 }
 
-}  // namespace
+}  // namespace control_damage_test
 
 BISS_TEST(ControlDamage, EachCdsBitFlipped_HasItsCause) {
   for_accesses(1, []<std::size_t Count>(Damaged<Count> damaged) {
@@ -171,13 +171,13 @@ BISS_TEST(ControlDamage, OneInTheLead_IsAnErrorOrDoesNoHarm) {
   });
 }
 
-namespace {
+namespace control_damage_test {
 
 constexpr unsigned with_crc(unsigned byte) {
   return byte << 4U | byte_crc(static_cast<std::uint8_t>(byte));
 }
 
-}  // namespace
+}  // namespace control_damage_test
 
 BISS_TEST(ControlDamage, ResetAnywhere_IsAnErrorOrDoesNoHarm) {
   unsigned lies = 0;

@@ -9,7 +9,7 @@
 #include "tests/core/test.hpp"
 
 namespace biss {
-namespace {
+namespace control_failure_test {
 
 using test::Frames;
 using test::Line;
@@ -103,7 +103,7 @@ bool same_bits(std::string_view bits, std::string_view spaced) {
   return bits == line.view();
 }
 
-}  // namespace
+}  // namespace control_failure_test
 
 BISS_TEST(ControlFailure, EachCause_IsNamedAndTheNextAccessWorks) {
   for (std::size_t i = 0; i < cases.size(); ++i) {

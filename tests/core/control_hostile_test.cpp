@@ -15,7 +15,7 @@ namespace biss {
 using test::Frames;
 using test::Line;
 
-namespace {
+namespace control_hostile_test {
 
 // Calls `flip` with every mask of `weight` bits among the lowest `bits`.
 template <class Flip>
@@ -25,7 +25,7 @@ void each_mask(unsigned bits, unsigned weight, Flip flip) {
   }
 }
 
-}  // namespace
+}  // namespace control_hostile_test
 
 BISS_TEST(ControlHostile, FlippedBitsOfAHeader_PassAsOftenAsCalculated) {
   constexpr std::array<unsigned, 5> passing{1, 0, 0, 35, 105};
@@ -70,7 +70,7 @@ BISS_TEST(ControlHostile, FlippedBitsOfAByte_PassAsOftenAsCalculated) {
   }
 }
 
-namespace {
+namespace control_hostile_test {
 
 constexpr std::uint32_t most_busy_frames = 82;  // 20 ms at 250 us, the first and the last one
 
@@ -95,7 +95,7 @@ CdsBit hostile_cds(test::Random& random, const Character& character, std::size_t
   return random.below(1000) < character.ones ? CdsBit::one : CdsBit::zero;
 }
 
-}  // namespace
+}  // namespace control_hostile_test
 
 BISS_TEST(ControlHostile, WhateverCdsDoes_EachAccessEndsAndTheNextOneWorks) {
   BISS_RANDOM(random, 0xB155'0057);

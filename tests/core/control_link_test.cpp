@@ -9,7 +9,7 @@
 #include "tests/core/test.hpp"
 
 namespace biss::test {
-namespace {
+namespace control_link_test {
 
 using Byte = std::array<std::uint8_t, 1>;
 using Error = ControlError;
@@ -52,7 +52,7 @@ void every_address_of_every_slave() {
   }
 }
 
-}  // namespace
+}  // namespace control_link_test
 
 BISS_TEST(ControlLink, EveryAddress_IsReadWrittenAndRefused) {
   every_address_of_every_slave<1>();

@@ -6,7 +6,7 @@
 #include "tests/core/test.hpp"
 
 namespace biss::test {
-namespace {
+namespace control_sequence_test {
 
 using Bytes = std::array<std::uint8_t, 2>;
 
@@ -62,7 +62,7 @@ void expect_told(bool write, const Bytes& truth, unsigned kind, std::uint32_t fr
   BISS_EXPECT(next || sequence.link.read(1, 0x42, sequence.bytes)) << "frame " << frame;
 }
 
-}  // namespace
+}  // namespace control_sequence_test
 
 BISS_TEST(ControlSequence, OneDamagedFrameAnywhere_IsToldAndRepairedByARetry) {
   for (const Bytes& truth : values) {

@@ -12,7 +12,7 @@
 #include "tests/core/test.hpp"
 
 namespace biss {
-namespace {
+namespace control_session_test {
 
 using test::Frames;
 using test::Line;
@@ -74,7 +74,7 @@ void expect_command(std::uint8_t slaves, ControlCommand command, std::string_vie
   BISS_EXPECT_EQ(session.outcome().accepted, slaves);
 }
 
-}  // namespace
+}  // namespace control_session_test
 
 BISS_TEST(ControlSession, SingleAccesses_SayAndHearTheVectors) {
   for (const Vector& vector : vectors) {

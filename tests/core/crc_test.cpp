@@ -9,7 +9,7 @@
 #include "tests/core/test.hpp"
 
 namespace biss {
-namespace {
+namespace crc_test {
 
 constexpr CrcSpec crc4{.polynomial = 0x13, .start = 0, .width_bits = 4, .inverted = true};
 
@@ -175,7 +175,7 @@ unsigned triples_that_pass(const CrcBitwise& crc, std::uint64_t data, unsigned d
   return passed;
 }
 
-}  // namespace
+}  // namespace crc_test
 
 BISS_TEST(Crc, PublishedNumbers_AreReached) {
   for (const Vector& vector : published) {

@@ -6,7 +6,7 @@
 #include "tests/core/test.hpp"
 
 namespace biss {
-namespace {
+namespace eds_advise_test {
 
 static_assert(advise({.resolution_bits = 20, .turns_bits = 12})->identifier == 0x6222);
 
@@ -71,5 +71,5 @@ BISS_TEST(EdsAdvice, ImpossibleWishes_SayWhy) {
                  AdviceError::clock_refused);
 }
 
-}  // namespace
+}  // namespace eds_advise_test
 }  // namespace biss

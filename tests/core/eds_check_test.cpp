@@ -12,7 +12,7 @@
 #include "tests/core/test.hpp"
 
 namespace biss {
-namespace {
+namespace eds_check_test {
 
 constexpr std::array good_bp3{&test::rotary_18,  &test::multiturn_12_20, &test::multiturn_odd,
                               &test::linear_36,  &test::linear_26,       &test::longest_55,
@@ -339,5 +339,5 @@ BISS_TEST(EdsCheck, CorruptionBesideTheOtherPart_IsReportedUnderItsField) {
   BISS_EXPECT(common.by_symbol * 3U > common.banks * 2U) << common.by_symbol;
 }
 
-}  // namespace
+}  // namespace eds_check_test
 }  // namespace biss

@@ -14,7 +14,7 @@
 #include "tests/core/test.hpp"
 
 namespace biss {
-namespace {
+namespace eds_device_test {
 
 using enum EdsRemarkKind;
 
@@ -335,5 +335,5 @@ BISS_TEST(EdsDevice, AdvisedBank_IsGoodAndDescribesTheAdvisedFrame) {
   }
 }
 
-}  // namespace
+}  // namespace eds_device_test
 }  // namespace biss

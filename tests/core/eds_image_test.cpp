@@ -10,7 +10,7 @@
 #include "tests/core/test.hpp"
 
 namespace biss {
-namespace {
+namespace eds_image_test {
 
 // One data sheet, its banks its own, and what its check says.
 struct Sheet {
@@ -255,5 +255,5 @@ BISS_TEST(EdsImage, RandomGoodParts_AreGoodAndBuildBack) {
   }
 }
 
-}  // namespace
+}  // namespace eds_image_test
 }  // namespace biss

@@ -11,7 +11,7 @@
 #include "tests/core/test.hpp"
 
 namespace biss {
-namespace {
+namespace eds_part_test {
 
 static_assert(parse_bp3_part(test::multiturn_12_20).mt_len == 12);
 static_assert(build_bank(parse_common_part(test::one_channel)) == test::one_channel);
@@ -368,5 +368,5 @@ BISS_TEST(EdsScale, OnlyTheClockAndBusyS_AreSourced) {
   BISS_EXPECT(eds_time("PON_DLY", 250) == EdsTime({250, milliseconds(250), true}));
 }
 
-}  // namespace
+}  // namespace eds_part_test
 }  // namespace biss

@@ -9,7 +9,7 @@
 #include "tests/core/test.hpp"
 
 namespace biss {
-namespace {
+namespace eds_profile_test {
 
 static_assert(format_text(profile_format(0x621E).value()).view() == "pos28,nE,nW,crc6");
 
@@ -150,5 +150,5 @@ BISS_TEST(Profile, Formats_HaveTheirIdentifierOrNone) {
   BISS_EXPECT_EQ(of("pos26,nE,nW,crc6", Profile::bp1).error(), ProfileError::unknown_profile);
 }
 
-}  // namespace
+}  // namespace eds_profile_test
 }  // namespace biss

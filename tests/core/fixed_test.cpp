@@ -12,7 +12,7 @@
 #include "biss/frame/format_text.hpp"
 #include "tests/core/test.hpp"
 
-namespace {
+namespace fixed_test {
 
 using namespace biss;
 
@@ -70,8 +70,6 @@ void expect_same_as_frame(std::uint64_t seed) {
   BISS_EXPECT(good > test::rounds(5'000, 50));
 }
 
-}  // namespace
-
 BISS_TEST(FixedChannel, RandomWordsOf24Bits_AsByDecodeFrame) {
   expect_same_as_frame<"pos24,nE,nW,crc6">(0xF1ED);
 }
@@ -109,8 +107,6 @@ BISS_TEST(FixedChannel, EveryFlippedBit_IsACrcFault) {
   }
 }
 
-namespace {
-
 // A whole line, one bit of it wrong in half the rounds, read with the format as a constant and as
 // data.
 template <Text Format>
@@ -145,8 +141,6 @@ void expect_same_as_codec(std::uint64_t seed) {
   }
 }
 
-}  // namespace
-
 BISS_TEST(FixedCodec, LinesOf26Bits_AsByFrameCodec) {
   expect_same_as_codec<"pos26,nE,nW,crc6;cds0">(0xF1F1);
 }
@@ -156,3 +150,5 @@ BISS_TEST(FixedCodec, LinesOfTwoWords_AsByFrameCodec) {
 }
 
 BISS_TEST(FixedCodec, LinesWithoutCrc_AsByFrameCodec) { expect_same_as_codec<"mt4,st60">(0xF1F3); }
+
+}  // namespace fixed_test

@@ -8,7 +8,7 @@
 #include "tests/core/test.hpp"
 
 namespace biss {
-namespace {
+namespace format_test {
 
 using Mistake = FormatMistake;
 
@@ -240,7 +240,7 @@ class TextMaker {
   bool first_ = true;
 };
 
-}  // namespace
+}  // namespace format_test
 
 BISS_TEST(FormatText, EachSpelling_HasItsCanonicalText) {
   for (const Spelling& spelling : spellings) {

@@ -14,7 +14,7 @@
 #include "tests/core/test.hpp"
 
 namespace biss {
-namespace {
+namespace frame_test {
 
 using test::format_of;
 using test::frame_of;
@@ -95,7 +95,7 @@ class FlipCounter {
   std::size_t first_bit_;
 };
 
-}  // namespace
+}  // namespace frame_test
 
 BISS_TEST(Frame, KnownPosition_HasItsBitsBothWays) {
   const SmallCodec codec(pos18);

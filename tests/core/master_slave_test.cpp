@@ -12,7 +12,7 @@
 #include "tests/core/scripted_slo.hpp"
 #include "tests/core/test.hpp"
 
-namespace {
+namespace master_slave_test {
 
 using namespace biss;
 
@@ -108,8 +108,6 @@ constexpr DeviceTiming resolute = catalogue_encoder("resolute-18").timing;
 std::uint64_t position_of(const auto& reading, std::size_t channel = 0) {
   return reading.frame.ok() ? reading.frame->channel_list[channel].position : ~std::uint64_t{0};
 }
-
-}  // namespace
 
 BISS_TEST(MasterAndSlave, AnyClockAndDelay_EveryPositionIsRead) {
   for (const std::uint32_t clock : {250'000U, 1'000'000U, 2'000'000U, 5'000'000U, 10'000'000U}) {
@@ -249,3 +247,5 @@ BISS_TEST(MasterAndSlave, ChainOfThree_IsReadNearestFirst) {
     }
   }
 }
+
+}  // namespace master_slave_test

@@ -11,7 +11,7 @@
 #include "biss/frame/format_text.hpp"
 #include "tests/core/test.hpp"
 
-namespace {
+namespace quick_test {
 
 using namespace biss;
 
@@ -112,8 +112,6 @@ void sweep(const char* text, std::uint64_t seed) {
   }
 }
 
-}  // namespace
-
 BISS_TEST(TwoRuns, AnyPlaceAndLength_AsByTwoSearches) {
   BISS_RANDOM(random, 0x2A00);
   std::uint32_t seen = 0;
@@ -200,3 +198,5 @@ BISS_TEST(QuickDecode, DamagedLinesOfOneTurnValue_AsStepByStep) {
 BISS_TEST(QuickDecode, DamagedLinesWithoutPosition_AsStepByStep) {
   sweep("pad9,nE,lc32,crc6:0x43:0x3F:plain", 0x2A0D);
 }
+
+}  // namespace quick_test

@@ -10,7 +10,7 @@
 #include "tests/core/test.hpp"
 
 namespace biss {
-namespace {
+namespace register_map_test {
 
 // Read from an iC-MHM (AN22): BSEL 0, EDS in bank 2, profile BP3 with 30 bits, no serial number,
 // "MHM#D", "iC".
@@ -21,7 +21,7 @@ static_assert(from_big_endian(std::span<const std::uint8_t, 8>(mhm_identity)) ==
               0x4D48'4D23'4400'6943U);
 static_assert(device_identity(mhm_identity) == DeviceIdentity{0x4D48'4D23'4400U, 0x6943});
 
-}  // namespace
+}  // namespace register_map_test
 
 BISS_TEST(RegisterMap, Fields_CoverEveryAddressOnce) {
   unsigned next = 0;

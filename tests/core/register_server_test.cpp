@@ -10,7 +10,7 @@
 #include "tests/core/test.hpp"
 
 namespace biss::test {
-namespace {
+namespace register_server_test {
 
 using Server = RegisterServer<TestOwner>;
 
@@ -46,7 +46,7 @@ struct Bench {
 // Headers with their CRC.
 constexpr std::string_view read_40 = "1 1 000 1000000 0001";
 
-}  // namespace
+}  // namespace register_server_test
 
 BISS_TEST(RegisterServer, DerivedVectorsOfOneSlave_AreAnswered) {
   struct Vector {

@@ -7,15 +7,14 @@
 #include "tests/core/requests.hpp"
 #include "tests/core/test.hpp"
 
-namespace {
+namespace request_end_test {
 
 using namespace biss;
 using namespace biss::test::request;
+
 using test::run;
 using test::ScriptedSlo;
 using test::Seen;
-
-}  // namespace
 
 BISS_TEST(RequestEnd, NoAnswer_EndsWithMaHighForTheResetTime) {
   for (const bool compensate : {true, false}) {
@@ -252,8 +251,6 @@ BISS_TEST(RequestEnd, RandomSlo_AlwaysEndsAndTheNextIsTaken) {
   }
 }
 
-namespace {
-
 constexpr DeviceTiming by_time{.start_min = nanoseconds(500),
                                .ack_max = nanoseconds(600),
                                .timeout = {TimeoutRule::cycle, microseconds(10)},
@@ -285,8 +282,6 @@ FrameError cause_with_slo(Master master, Picoseconds rise, Picoseconds fall) {
   }
   return cause_of(master.reading());
 }
-
-}  // namespace
 
 BISS_TEST(RequestEnd, FixedCycleTimeTrusted_EndsWithItAndTakesSloLow) {
   Master master = after_a_frame();
@@ -328,3 +323,5 @@ BISS_TEST(RequestEnd, SloThatDoesNotRiseInTime_IsResponseRange) {
               FrameError::response_range);
   BISS_EXPECT(cause_with_slo(master, nanoseconds(300), nanoseconds(400)) == FrameError::no_start);
 }
+
+}  // namespace request_end_test

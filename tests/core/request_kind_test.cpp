@@ -12,10 +12,11 @@
 #include "tests/core/test.hpp"
 #include "tests/core/wire.hpp"
 
-namespace {
+namespace request_kind_test {
 
 using namespace biss;
 using namespace biss::test::request;
+
 using test::ScriptedSlo;
 
 struct Encoder {
@@ -58,8 +59,6 @@ constexpr DeviceTiming device_with(TimeoutRule rule) {
 
 /// A device without active channels, or at least its SLO: LAT, ACK, START, CDS, STOP.
 test::Line short_script(bool cds) { return test::line_of(cds ? "10000011" : "10000010"); }
-
-}  // namespace
 
 BISS_TEST(RequestKind, ControlOnlyWithActiveChannels_BringsCdsAndCdmAndStopsEarly) {
   BISS_RANDOM(random, 0x3101);
@@ -322,3 +321,5 @@ BISS_TEST(RequestKind, EachName_IsItsEnumerators) {
   BISS_EXPECT(name_of(RequestKind::control_only) == "control_only");
   BISS_EXPECT(name_of(RequestKind::reduced) == "reduced");
 }
+
+}  // namespace request_kind_test

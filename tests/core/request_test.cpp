@@ -7,15 +7,14 @@
 #include "tests/core/requests.hpp"
 #include "tests/core/test.hpp"
 
-namespace {
+namespace request_test {
 
 using namespace biss;
 using namespace biss::test::request;
+
 using test::run;
 using test::ScriptedSlo;
 using test::Seen;
-
-}  // namespace
 
 BISS_TEST(Request, DeviceWithoutDelay_IsReadWithJustItsClocks) {
   Master master(Codec{}, setup);
@@ -202,3 +201,5 @@ BISS_TEST(Request, SamplingPoint_LiesOnTheGrid) {
   BISS_EXPECT(!out.level);
   BISS_EXPECT(out.deadline == nanoseconds(225));
 }
+
+}  // namespace request_test

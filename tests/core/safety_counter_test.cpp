@@ -4,7 +4,7 @@
 #include "tests/core/test.hpp"
 
 namespace biss {
-namespace {
+namespace safety_counter_test {
 
 using enum SafetyVerdict;
 using test::SafetyBench;
@@ -271,5 +271,5 @@ BISS_TEST(SafetyCounter, Learned_NamesFaultsWhileItLearns) {
   BISS_EXPECT_EQ(bench.monitor.state(), SafetyState::starting);
 }
 
-}  // namespace
+}  // namespace safety_counter_test
 }  // namespace biss

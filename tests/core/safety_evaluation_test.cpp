@@ -10,7 +10,7 @@
 #include "tests/core/test.hpp"
 
 namespace biss {
-namespace {
+namespace safety_evaluation_test {
 
 using enum SafetyVerdict;
 using test::Findings;
@@ -352,5 +352,5 @@ BISS_TEST(SafetyFinding, WithAPlanKnownWhileCompiling_IsTheSameToo) {
   expect_one_finding(Fixed(), random, test::rounds(20'000, 300));
 }
 
-}  // namespace
+}  // namespace safety_evaluation_test
 }  // namespace biss

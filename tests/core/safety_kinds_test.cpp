@@ -7,7 +7,7 @@
 #include "tests/core/test.hpp"
 
 namespace biss {
-namespace {
+namespace safety_kinds_test {
 
 using enum SafetyVerdict;
 using test::SafetyBench;
@@ -161,5 +161,5 @@ BISS_TEST(SafetyKinds, EveryKind_MayShowInTheWaysOfItsRow) {
   }
 }
 
-}  // namespace
+}  // namespace safety_kinds_test
 }  // namespace biss

@@ -4,7 +4,7 @@
 #include "tests/core/test.hpp"
 
 namespace biss {
-namespace {
+namespace safety_monitor_test {
 
 using enum SafetyVerdict;
 using test::RunPlan;
@@ -377,5 +377,5 @@ constexpr bool works_while_compiling() {
 }
 static_assert(works_while_compiling());
 
-}  // namespace
+}  // namespace safety_monitor_test
 }  // namespace biss

@@ -5,7 +5,7 @@
 #include "tests/core/test.hpp"
 
 namespace biss {
-namespace {
+namespace safety_self_test_test {
 
 using enum SafetyVerdict;
 using Plan = test::RunPlan;
@@ -220,5 +220,5 @@ BISS_TEST(SafetySelfTest, OfAFrameWithMoreChannels_PassesAndKnowsWhoseCrcIsWhose
   BISS_EXPECT(!blind.self_test());
 }
 
-}  // namespace
+}  // namespace safety_self_test_test
 }  // namespace biss

@@ -8,7 +8,7 @@
 #include "tests/core/test.hpp"
 
 namespace biss {
-namespace {
+namespace safety_setup_test {
 
 using test::format_of;
 
@@ -178,5 +178,5 @@ BISS_TEST(SafetyVerdicts, CounterOfAnyDistance_IsARepetitionsAndALossesToo) {
   }
 }
 
-}  // namespace
+}  // namespace safety_setup_test
 }  // namespace biss

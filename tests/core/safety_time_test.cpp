@@ -8,7 +8,7 @@
 #include "tests/core/test.hpp"
 
 namespace biss {
-namespace {
+namespace safety_time_test {
 
 using enum SafetyVerdict;
 using test::SafetyBench;
@@ -201,5 +201,5 @@ BISS_TEST(SafetyTime, SetupsOfAnyTimes_AreJudgedWithoutARunOver) {
   }
 }
 
-}  // namespace
+}  // namespace safety_time_test
 }  // namespace biss

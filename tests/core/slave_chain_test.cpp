@@ -10,7 +10,7 @@
 #include "tests/core/test.hpp"
 
 namespace biss::test {
-namespace {
+namespace slave_chain_test {
 
 template <std::size_t Count>
 struct Chain {
@@ -85,7 +85,7 @@ void expect_chain(const Chain<3>& chain, unsigned ack_clocks) {
   }
 }
 
-}  // namespace
+}  // namespace slave_chain_test
 
 BISS_TEST(SlaveChain, Three_HandStartOnAndSendLastFirst) {
   Chain<3> chain =

@@ -12,7 +12,7 @@
 #include "tests/core/test.hpp"
 
 namespace biss::test {
-namespace {
+namespace slave_test {
 
 using Codec = TestCodec;
 
@@ -61,7 +61,7 @@ constexpr Result<Codec::Frame, FrameFault> read(const Bench& bench, const FrameF
   return decode_frame(bench.bits.view(), Codec(f), FrameBounds{});
 }
 
-}  // namespace
+}  // namespace slave_test
 
 BISS_TEST(Slave, WholeRequest_IsTheEncodedFrame) {
   Bench bench({});
@@ -325,7 +325,7 @@ BISS_TEST(Slave, StateNames_AreTheEnumerators) {
   BISS_EXPECT(name_of(SlaveState::chain_busy) == "chain_busy");
 }
 
-namespace {
+namespace slave_test {
 
 // The slave at compile time, and what its owner may leave out.
 constexpr bool first_bits_are_right() {
@@ -340,6 +340,6 @@ struct NoCdm {
 };
 static_assert(!SlaveSource<NoCdm, Codec>);
 
-}  // namespace
+}  // namespace slave_test
 
 }  // namespace biss::test

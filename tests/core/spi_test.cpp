@@ -15,7 +15,7 @@
 #include "tests/core/test.hpp"
 
 namespace biss {
-namespace {
+namespace spi_test {
 
 using Codec = FrameCodec<CrcTable<4>, 1>;
 using Reader = SpiReader<Codec>;
@@ -93,7 +93,7 @@ Reader reader_of(SpiTail tail, Timeout timeout) {
   return Reader(codec, setup, device);
 }
 
-}  // namespace
+}  // namespace spi_test
 
 BISS_TEST(SpiReader, EveryBitOffset_GivesTheFrame) {
   BISS_RANDOM(random, 0x5A11);

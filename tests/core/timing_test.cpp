@@ -12,7 +12,7 @@
 #include "tests/core/test.hpp"
 
 namespace biss {
-namespace {
+namespace timing_test {
 
 constexpr DeviceTiming renishaw{
     .clock_min = kilohertz(250),
@@ -314,5 +314,5 @@ BISS_TEST(SamplingPoint, IsHalfAPeriodAfterTheDelay) {
               SamplingPoint{5, nanoseconds(92)});
 }
 
-}  // namespace
+}  // namespace timing_test
 }  // namespace biss

@@ -6,7 +6,7 @@
 #include "tests/core/test.hpp"
 
 namespace biss {
-namespace {
+namespace turns_test {
 
 /// The truth: a position that never wraps, two words wide, moved by signed steps.
 class Motion {
@@ -246,5 +246,5 @@ BISS_TEST(TurnCounter, Position_IsThereExactlyWhereItFits) {
   BISS_EXPECT(!at(64, -1, 0).has_value());
 }
 
-}  // namespace
+}  // namespace turns_test
 }  // namespace biss

@@ -12,7 +12,7 @@
 #include "tests/oracle/oracle.hpp"
 
 namespace published {
-namespace {
+namespace published_test {
 
 std::string data_file(const char* name) { return std::string(BISS_TEST_DATA "/") + name; }
 
@@ -95,5 +95,6 @@ TEST(PublishedSlaveLog, EachLine_HoldsBothWays) {
   EXPECT_EQ(check_all(file), file.data_lines);
 }
 
-}  // namespace
 }  // namespace published
+
+}  // namespace published_test

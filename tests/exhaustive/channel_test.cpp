@@ -13,7 +13,7 @@
 #include "tests/exhaustive/twin.hpp"
 
 namespace exhaustive {
-namespace {
+namespace channel_test {
 
 using oracle::Item;
 using oracle::Kind;
@@ -180,5 +180,6 @@ TEST(EveryCrc, AtEveryDataWidth_IsTheIdentityForBothReaders) {
   }
 }
 
-}  // namespace
 }  // namespace exhaustive
+
+}  // namespace channel_test

@@ -9,7 +9,7 @@
 #include "tests/oracle/oracle.hpp"
 
 namespace exhaustive {
-namespace {
+namespace engines_test {
 
 biss::CrcSpec random_spec(biss::test::Random& random, unsigned width) {
   const std::uint64_t polynomial =
@@ -47,5 +47,6 @@ TEST(Engines, RandomPolynomialsAtEveryWidthAndLength_AgreeWithDivision) {
   }
 }
 
-}  // namespace
 }  // namespace exhaustive
+
+}  // namespace engines_test

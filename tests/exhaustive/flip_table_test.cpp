@@ -14,7 +14,7 @@
 #include "tests/exhaustive/twin.hpp"
 
 namespace exhaustive {
-namespace {
+namespace flip_table_test {
 
 using Codec = biss::FrameCodec<biss::CrcFast, 1>;
 
@@ -192,5 +192,6 @@ TEST(FlipTable, Document_HasTheTablesAsComputed) {
       << "print the tables again with the target biss_flip_table";
 }
 
-}  // namespace
 }  // namespace exhaustive
+
+}  // namespace flip_table_test

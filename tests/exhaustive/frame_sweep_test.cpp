@@ -10,7 +10,7 @@
 #include "tests/exhaustive/twin.hpp"
 
 namespace exhaustive {
-namespace {
+namespace frame_sweep_test {
 
 using Codec = biss::FrameCodec<biss::CrcTable<4>>;
 
@@ -75,5 +75,6 @@ TEST(RandomFrames, OfAnyFormat_AreReadAlikeWholeAndDamaged) {
   EXPECT_EQ(seen.size(), biss::frame_error_count + 1) << "a cause was never met";
 }
 
-}  // namespace
 }  // namespace exhaustive
+
+}  // namespace frame_sweep_test

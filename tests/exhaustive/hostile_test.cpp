@@ -14,7 +14,7 @@
 #include "tests/exhaustive/twin.hpp"
 
 namespace exhaustive {
-namespace {
+namespace hostile_test {
 
 // Runs of equal bits, as lines have, and noise.
 std::vector<std::uint8_t> random_bytes(biss::test::Random& random) {
@@ -112,5 +112,6 @@ TEST(HostileText, NextToAFormat_ReadsOrPointsInside) {
   }
 }
 
-}  // namespace
 }  // namespace exhaustive
+
+}  // namespace hostile_test

@@ -12,7 +12,7 @@
 #include "tests/exhaustive/twin.hpp"
 
 namespace exhaustive {
-namespace {
+namespace word_flips_test {
 
 using Codec = biss::FrameCodec<biss::CrcFast, 1>;
 
@@ -181,5 +181,6 @@ TEST(Prefixes, OfEveryWord_HaveTheirCauseForBothReaders) {
   }
 }
 
-}  // namespace
 }  // namespace exhaustive
+
+}  // namespace word_flips_test

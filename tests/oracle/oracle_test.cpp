@@ -6,7 +6,7 @@
 #include <string>
 
 namespace oracle {
-namespace {
+namespace oracle_test {
 
 // Spaces are for the reader.
 Bits line_of(const std::string& text) {
@@ -109,5 +109,6 @@ TEST(Oracle, SecondChannelDamaged_IsNamed) {
   EXPECT_EQ(reading.channel, 1U);
 }
 
-}  // namespace
 }  // namespace oracle
+
+}  // namespace oracle_test

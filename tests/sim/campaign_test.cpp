@@ -12,7 +12,7 @@
 #include "tests/sim/fault_table.hpp"
 
 namespace biss::campaign {
-namespace {
+namespace campaign_test {
 
 const Tally& alone(const Outcome& outcome, sim::FaultKind kind) {
   return outcome.alone[static_cast<std::size_t>(kind)];
@@ -124,5 +124,5 @@ TEST(Damage, ProbesExchangedForSomeCycles_StepIsFoundAgain) {
   });
 }
 
-}  // namespace
+}  // namespace campaign_test
 }  // namespace biss::campaign

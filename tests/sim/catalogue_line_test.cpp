@@ -12,7 +12,7 @@
 #include "tests/sim/campaign.hpp"
 
 namespace biss::campaign {
-namespace {
+namespace catalogue_line_test {
 
 template <class Check>
 std::size_t for_each_line(Check check) {
@@ -114,5 +114,5 @@ TEST(CatalogueLine, WithoutCompensation_PositionIsTrueOrThereIsACause) {
   });
 }
 
-}  // namespace
+}  // namespace catalogue_line_test
 }  // namespace biss::campaign

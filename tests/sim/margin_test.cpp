@@ -9,7 +9,7 @@
 #include "tests/exhaustive/scale.hpp"
 
 namespace biss::campaign {
-namespace {
+namespace margin_test {
 
 // 26 bits at 5 MHz: a period is 200 ns.
 sim::LineSetup line_with_delay(Picoseconds delay, bool compensate) {
@@ -82,5 +82,5 @@ TEST(Margin, JitterAroundTheBound_MasterAndDecoderAgreeOnEveryCycle) {
   EXPECT_LT(marginal, cycles * 19 / 20);
 }
 
-}  // namespace
+}  // namespace margin_test
 }  // namespace biss::campaign

@@ -16,7 +16,7 @@
 #include "tests/spi/line_model.hpp"
 
 namespace biss::test::spi {
-namespace {
+namespace align_test {
 
 using Codec = FrameCodec<CrcTable<4>, 1>;
 using Reader = SpiReader<Codec>;
@@ -121,7 +121,7 @@ class Bench {
 
 constexpr unsigned width_step = slow_build ? 23 : 1;
 
-}  // namespace
+}  // namespace align_test
 
 /// Wide bounds: whatever lies within is read.
 TEST(SpiAlign, EveryOffsetAckDelayPhaseWidth_GivesTheFrame) {

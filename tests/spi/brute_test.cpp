@@ -13,7 +13,7 @@
 #include "tests/spi/line_model.hpp"
 
 namespace biss::test::spi {
-namespace {
+namespace brute_test {
 
 std::uint64_t mask(unsigned bits) { return (std::uint64_t{1} << bits) - 1; }
 
@@ -83,7 +83,7 @@ std::vector<Word> small_words() {
           {16, 6, 0x43}, {17, 7, 0x89}, {18, 6, 0x43}, {18, 8, 0x12F}, {14, 16, 0x190D9}};
 }
 
-}  // namespace
+}  // namespace brute_test
 
 TEST(SlipBrute, LostStart_PassesForAsManyPositionsAsCounted) {
   for (const Word& word : small_words()) {

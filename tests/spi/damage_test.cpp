@@ -20,7 +20,7 @@
 #include "tests/spi/rates.hpp"
 
 namespace biss::test::spi {
-namespace {
+namespace damage_test {
 
 /// Buffers a case; BISS_DAMAGED_BUFFERS changes it.
 std::uint64_t buffers(std::uint64_t usual) {
@@ -212,7 +212,7 @@ void damage(const Case& the_case, std::uint64_t seed, std::uint64_t count) {
 constexpr std::uint64_t ten_million = 10'000'000;
 constexpr std::uint64_t million = 1'000'000;
 
-}  // namespace
+}  // namespace damage_test
 
 TEST(SpiDamage, Renishaw18Bits_PassAtTheComputedRate) {
   damage<1>({"pos18,nE,nW,crc6;cds0", 32, 160, 3}, 0xDA18, buffers(ten_million));

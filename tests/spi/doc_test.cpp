@@ -19,7 +19,7 @@
 #include "tests/spi/rates.hpp"
 
 namespace biss::test::spi {
-namespace {
+namespace doc_test {
 
 std::string document(const char* name) {
   std::ifstream file(std::string(BISS_DOCUMENTS) + "/" + name);
@@ -109,7 +109,7 @@ std::string row(const Named& named, bool cds0, const char* bounds_name, const Fr
   return text + " |";
 }
 
-}  // namespace
+}  // namespace doc_test
 
 TEST(LostStartDocument, Rates_AreTheComputedOnes) {
   std::vector<std::string> rows;

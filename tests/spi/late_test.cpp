@@ -18,7 +18,7 @@
 #include "tests/spi/line_model.hpp"
 
 namespace biss::test::spi {
-namespace {
+namespace late_test {
 
 using Codec = FrameCodec<CrcTable<4>, 1>;
 using Reader = SpiReader<Codec>;
@@ -82,7 +82,7 @@ bool same(const Read& a, const Read& b) {
   return a.error().cause == b.error().cause && a.error().channel == b.error().channel;
 }
 
-}  // namespace
+}  // namespace late_test
 
 /// At each clock, with each cable, with either phase and however a tie is seen, SLO rising at any
 /// moment up to the line delay.

@@ -19,7 +19,7 @@
 #include "tests/spi/line_model.hpp"
 
 namespace biss::test::spi {
-namespace {
+namespace total_test {
 
 constexpr std::size_t requests = 4;
 
@@ -153,7 +153,7 @@ std::size_t for_each_place(Check check) {
   return places;
 }
 
-}  // namespace
+}  // namespace total_test
 
 /// With a fixed cycle time at exactly `total`; else when SLO can be seen high, the line delay
 /// later.

@@ -22,7 +22,7 @@
 #include "tests/timing/scenario.hpp"
 
 namespace timing_test {
-namespace {
+namespace catalogue_test {
 
 using biss::CatalogueEntry;
 using biss::Picoseconds;
@@ -308,8 +308,6 @@ std::optional<Picoseconds> too_soon(const Installation& place) {
   return fixed_time ? biss::picoseconds(1) : 2 * budget.period;
 }
 
-}  // namespace
-
 TEST(CatalogueAgainstOracle, EveryEncoderClockAndCable_IsAnsweredAlike) {
   constexpr std::uint64_t seed = 0xCA7A'0001;
   std::printf("[   seed   ] 0x%llX\n", static_cast<unsigned long long>(seed));
@@ -349,3 +347,5 @@ TEST(CatalogueAgainstOracle, RequestsSoonerThanTheBudget_AreNotAnswered) {
 }
 
 }  // namespace timing_test
+
+}  // namespace catalogue_test

@@ -8,7 +8,7 @@
 #include "tests/timing/feature.hpp"
 
 namespace timing_test {
-namespace {
+namespace feature_test {
 
 std::vector<Feature> features() { return read_features(BISS_TIMING_FEATURES); }
 
@@ -24,8 +24,6 @@ void expect_written(const Feature& feature, const Answers& answers, const char* 
     EXPECT_EQ(answers[k].cdm, cdm) << feature.file << ", slave " << k << who;
   }
 }
-
-}  // namespace
 
 TEST(TimingFeatures, Slave_AnswersAsWritten) {
   ASSERT_GE(features().size(), 16U);
@@ -63,3 +61,5 @@ TEST(TimingFeatures, Document_IsDrawnFromTheFiles) {
 }
 
 }  // namespace timing_test
+
+}  // namespace feature_test

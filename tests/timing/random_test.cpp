@@ -10,7 +10,7 @@
 #include "tests/timing/scenario.hpp"
 
 namespace timing_test {
-namespace {
+namespace random_test {
 
 using biss::test::Random;
 using oracle::Time;
@@ -117,8 +117,6 @@ void compare(std::uint64_t seed, int count, const Edges& edges) {
   EXPECT_GT(frames, static_cast<std::size_t>(count));
 }
 
-}  // namespace
-
 TEST(SlaveAgainstOracle, Requests_AreAnsweredAlike) {
   compare(0x51A7E'0001, rounds, random_requests);
 }
@@ -126,3 +124,5 @@ TEST(SlaveAgainstOracle, Requests_AreAnsweredAlike) {
 TEST(SlaveAgainstOracle, AnyEdges_AreAnsweredAlike) { compare(0x51A7E'0002, rounds, random_edges); }
 
 }  // namespace timing_test
+
+}  // namespace random_test
