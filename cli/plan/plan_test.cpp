@@ -115,11 +115,11 @@ TEST(Plan, FrameThatOutlastsTheCycle_CountsTheReleaseThatIsAssumed) {
   const json plan = one("resolute-18", "250kHz", "0");
   EXPECT_EQ(plan["timeout_ns"], 6'000);
   EXPECT_EQ(plan["cycle_ns"], 36 * 4'000 + 6'000);
-  const auto other = objects(::biss::cli::plan({"-f", "resolute-18", "--clock", "250kHz", "--cable",
-                                                "0", "--release", "2", "--to", "jsonl"}));
+  const auto other = objects(plan_test::plan({"-f", "resolute-18", "--clock", "250kHz", "--cable",
+                                              "0", "--release", "2", "--to", "jsonl"}));
   EXPECT_EQ(other.at(0)["timeout_ns"], 4'000);
   EXPECT_THAT(
-      ::biss::cli::plan({"-f", "resolute-18", "--clock", "250kHz", "--cable", "0"}).out,
+      plan_test::plan({"-f", "resolute-18", "--clock", "250kHz", "--cable", "0"}).out,
       HasSubstr("cycle:31.25us ends within the frame: 3 half periods assumed, see --release"));
 }
 

@@ -21,7 +21,9 @@ constexpr std::array acceptances{Acceptance::cpw, Acceptance::spw, Acceptance::b
 // By chance a count deviates by more than this once in two million counts.
 constexpr long double sigma_limit = 5;
 
-std::string scientific(long double value) { return fmt::format("{:.6e}", static_cast<double>(value)); }
+std::string scientific(long double value) {
+  return fmt::format("{:.6e}", static_cast<double>(value));
+}
 
 struct Measured {
   std::string fault;

@@ -85,6 +85,6 @@ BISS_TEST(PositionPolicy, StepBeyondTheLimit_IsABadCycleEitherWay) {
   BISS_EXPECT_EQ(policy.good(400).position, 400);
 }
 
-}  // namespace control_loop
-
 }  // namespace position_policy_test
+
+}  // namespace control_loop

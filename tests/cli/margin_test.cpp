@@ -16,7 +16,7 @@ std::string simulate(const Folder& folder, const std::string& name, const std::s
                      const std::vector<std::string>& more = {}) {
   const std::string capture = folder.path(name);
   std::vector<std::string> arguments{"simulate", "-f",
-                                     resolute,     "--clock",
+                                     resolute,   "--clock",
                                      "5MHz",     "--slo-delay",
                                      delay,      "--cycles",
                                      "20",       "--motion",
@@ -92,8 +92,9 @@ TEST(Margin, ReadingsOfARecordedEncoder_HaveTheMastersWord) {
   for (const auto& [delay, marginal] : {std::pair{"89.8ns", "0"}, std::pair{"90.2ns", "1"}}) {
     const std::string capture = simulate(folder, "line.vcd", delay);
     const std::string readings = folder.path("readings.csv");
-    const Outcome made = run({"simulate", "-f", resolute, "--slo-from", capture, "--no-compensation",
-                              "-o", folder.path("read.vcd"), "--readings", readings});
+    const Outcome made =
+        run({"simulate", "-f", resolute, "--slo-from", capture, "--no-compensation", "-o",
+             folder.path("read.vcd"), "--readings", readings});
     ASSERT_EQ(made.status, 0) << made.err;
     expect_all(content_of(readings), marginal);
   }

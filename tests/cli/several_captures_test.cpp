@@ -205,8 +205,9 @@ TEST_F(SeveralCaptures, ReplayOfMa_IsRefusedWhereTwoLinesAreMa) {
   const Outcome tie = run({"simulate", "-f", plain_format, "--ma-from", capture, "-o", made});
   EXPECT_EQ(tie.status, 1);
   EXPECT_THAT(tie.err, HasSubstr("a.MA, b.MA"));
-  EXPECT_EQ(
-      run({"simulate", "-f", plain_format, "--ma-from", capture, "--ma", "b.MA", "-o", made}).status, 0);
+  EXPECT_EQ(run({"simulate", "-f", plain_format, "--ma-from", capture, "--ma", "b.MA", "-o", made})
+                .status,
+            0);
 }
 
 TEST_F(SeveralCaptures, RegistersAndConform_SayWhichFile) {

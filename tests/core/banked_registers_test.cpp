@@ -59,8 +59,6 @@ static_assert(RegisterOwner<Registers> && RegisterOwner<PerSlave<Registers, 2>>)
 static_assert(RegisterHooks<NoRegisterHooks>);
 static_assert(three_banks().read(0, 0x44) == 0x12 && three_banks().read(0, 0x47) == 0x78);
 
-}  // namespace banked_registers_test
-
 BISS_TEST(BankedRegisters, Bsel_ChoosesTheWindow) {
   Registers registers = three_banks();
   BISS_EXPECT_EQ(*registers.read(0, 0x40), 0);
@@ -164,4 +162,5 @@ BISS_TEST(BankedRegisters, PerSlave_KeepsThemApart) {
   BISS_EXPECT(device.owner[0].hooks().executed == 0 && device.owner[1].hooks().executed == 1);
 }
 
+}  // namespace banked_registers_test
 }  // namespace biss::test

@@ -53,8 +53,6 @@ static_assert(BitView(sample).word(0, 8) == 0xA5);
 static_assert(BitView(sample).word(4, 64) == 0x50F00FF123456789);
 static_assert(BitView(sample).find(true, 12) == 12 && BitView(sample).find(true, 16) == 24);
 
-}  // namespace base_test
-
 BISS_TEST(Units, Constructors_CountPicoseconds) {
   BISS_EXPECT_EQ(picoseconds(7).count, 7);
   BISS_EXPECT_EQ(nanoseconds(-3).count, -3'000);
@@ -275,4 +273,5 @@ BISS_TEST(BitBuffer, RunFlipAndTruncate_ChangeOnlyTheirBits) {
   BISS_EXPECT_EQ(buffer.size_bits(), 64);
 }
 
+}  // namespace base_test
 }  // namespace biss

@@ -12,8 +12,8 @@ namespace channel_test {
 
 using test::format_of;
 using test::frame_of;
-using test::Line;
 using test::line_of;
+using test::LineBits;
 
 // The data word of channel 1 of a frame of one channel without CRC.
 constexpr std::uint64_t word_of(const FrameFormat& format, const Channel& values) {
@@ -23,8 +23,6 @@ constexpr std::uint64_t word_of(const FrameFormat& format, const Channel& values
 constexpr Channel reading_of(const FrameFormat& format, std::uint64_t data) {
   return unpack(format.channel_list[0], data);
 }
-
-}  // namespace channel_test
 
 BISS_TEST(Encode, ValuesThatDoNotFit_HaveTheirCauses) {
   constexpr FrameFormat counted = format_of("pos18,nE,nW,lc6,crc6");
@@ -103,7 +101,7 @@ BISS_TEST(Channel, PaddingOfAnyLevel_IsCoveredAndNotJudged) {
   constexpr FrameFormat padded = format_of("pad2,pos3,pad1,nE,crc4");
   const PlainCodec codec(padded);
   for (std::uint64_t data = 0; data < 128; ++data) {
-    Line line = line_of("1 0 1 0");
+    LineBits line = line_of("1 0 1 0");
     line.append(data, 7);
     line.append(codec.crc(0, data), 4);
     const auto frame = decode_frame(line.view(), codec);
@@ -123,4 +121,5 @@ BISS_TEST(Channel, LifeCounter_CountsThroughItsWidth) {
   }
 }
 
+}  // namespace channel_test
 }  // namespace biss

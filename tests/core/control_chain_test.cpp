@@ -105,7 +105,7 @@ class ChainLine {
   }
 
   ControlSession session;
-  test::Line bits;
+  test::LineBits bits;
   Picoseconds now = microseconds(5);
 
  private:
@@ -158,8 +158,6 @@ void reads_and_writes() {
     }
   }
 }
-
-}  // namespace control_chain_test
 
 BISS_TEST(ControlChain, FramesWithChannels_CarryRegisters) {
   reads_and_writes<1>();
@@ -226,4 +224,5 @@ BISS_TEST(ControlChain, FrameCutBehindCds_IsEnough) {
   BISS_EXPECT(frame->channel_list[0].position == 4 && frame->channel_list[1].position == 1);
 }
 
+}  // namespace control_chain_test
 }  // namespace biss::test

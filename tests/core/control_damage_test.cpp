@@ -130,8 +130,6 @@ void for_accesses(unsigned step, const Check& check) {
   for_accesses_in_a_chain<8>(step + 60, check);
 }
 
-}  // namespace control_damage_test
-
 BISS_TEST(ControlDamage, EachCdsBitFlipped_HasItsCause) {
   for_accesses(1, []<std::size_t Count>(Damaged<Count> damaged) {
     for (unsigned index = 0; index < 32; ++index) {
@@ -171,13 +169,9 @@ BISS_TEST(ControlDamage, OneInTheLead_IsAnErrorOrDoesNoHarm) {
   });
 }
 
-namespace control_damage_test {
-
 constexpr unsigned with_crc(unsigned byte) {
   return byte << 4U | byte_crc(static_cast<std::uint8_t>(byte));
 }
-
-}  // namespace control_damage_test
 
 BISS_TEST(ControlDamage, ResetAnywhere_IsAnErrorOrDoesNoHarm) {
   unsigned lies = 0;
@@ -288,4 +282,5 @@ BISS_TEST(ControlDamage, ManyDamages_OneAfterTheOther) {
   }
 }
 
+}  // namespace control_damage_test
 }  // namespace biss::test

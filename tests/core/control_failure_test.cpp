@@ -11,8 +11,8 @@
 namespace biss {
 namespace control_failure_test {
 
+using test::CdsScript;
 using test::Frames;
-using test::Line;
 
 constexpr std::string_view good_read = "1000000000000000 101 01100010 0100 0";  // 0x42: 0x62
 constexpr std::string_view good_echo = "1000000000000000 011 01100010 0100 0";
@@ -98,12 +98,10 @@ void expect_recovery(Access& access) {
 std::string_view behind_header(const Frames& frames) { return frames.cdm().substr(16); }
 
 bool same_bits(std::string_view bits, std::string_view spaced) {
-  Line line;
+  CdsScript line;
   line.add(spaced);
   return bits == line.view();
 }
-
-}  // namespace control_failure_test
 
 BISS_TEST(ControlFailure, EachCause_IsNamedAndTheNextAccessWorks) {
   for (std::size_t i = 0; i < cases.size(); ++i) {
@@ -133,7 +131,7 @@ BISS_TEST(ControlFailure, ErrorNames_AreTheEnumerators) {
 BISS_TEST(ControlFailure, SlavesPresent_AreCounted) {
   for (unsigned count = 1; count <= 9; ++count) {
     for (unsigned slave = 0; slave < 8; ++slave) {
-      Line cds;
+      CdsScript cds;
       for (unsigned i = 0; i < 16; ++i) cds.add(i < count ? '1' : '0');
       cds.add("101 01100010 0100 0");
       Access access;
@@ -155,7 +153,7 @@ BISS_TEST(ControlFailure, SlavesPresent_AreCounted) {
 BISS_TEST(ControlFailure, Commands_AreExecutedIfEnoughAccept) {
   // Slaves 0 and 7 are addressed; the last word is IDA7's, in the frame that EX ends.
   const auto run = [](ExecuteIf execute_if, std::string_view ids, std::string_view ida) {
-    Line cds;
+    CdsScript cds;
     cds.add(ids);
     cds.add(ida);
     ControlSession session;
@@ -194,7 +192,7 @@ BISS_TEST(ControlFailure, ARetry_FollowsWhereDamageCanBeTheCause) {
     const bool again = !access.session.done();
     BISS_EXPECT_EQ(again, worth_retrying(c.error)) << "case " << i;
     if (!again) continue;
-    Line cds;
+    CdsScript cds;
     cds.add(c.ask == Ask::command ? "1000000000000000 10000000"
             : c.ask == Ask::read  ? good_read
                                   : good_echo);
@@ -210,7 +208,7 @@ BISS_TEST(ControlFailure, ARetry_FollowsWhereDamageCanBeTheCause) {
     if (c.ask == Ask::command) continue;
     BISS_EXPECT(access.bytes[0] == 0x62 && access.bytes[1] == 0x62);
     // It goes on with the byte that is not yet done.
-    Line bits;
+    CdsScript bits;
     bits.number(register_header(0, 0x42 + c.bytes_done), 11);
     BISS_EXPECT(access.frames.cdm().substr(1, 11) == bits.view()) << "case " << i;
   }
@@ -233,7 +231,7 @@ BISS_TEST(ControlFailure, BusySlaves_AreWaitedFor) {
   for (const bool write : {false, true}) {
     for (unsigned at = write ? 1 : 0; at < 2; ++at) {
       for (unsigned busy = 0; busy < 120; ++busy) {
-        Line cds;
+        CdsScript cds;
         cds.add(write ? test::write_accepted : test::read_accepted);
         --cds.size;
         for (unsigned i = 0; i < 2; ++i) {
@@ -262,7 +260,7 @@ BISS_TEST(ControlFailure, BusySlaves_AreWaitedFor) {
 
 BISS_TEST(ControlFailure, TheLongestWaitOfAnAccess_IsTold) {
   for (const bool first_is_longer : {false, true}) {
-    Line cds;
+    CdsScript cds;
     cds.add(test::read_accepted);
     --cds.size;
     cds.add(first_is_longer ? "00000" : "00");
@@ -301,7 +299,7 @@ BISS_TEST(ControlFailure, AFrameLostAnywhere_IsNamedUnlessAllIsDone) {
   for (const Ask ask : {Ask::read, Ask::write, Ask::command}) {
     const unsigned bits = ask == Ask::command ? 24 : 46;
     for (unsigned lost = 0; lost < bits; ++lost) {
-      Line cds;
+      CdsScript cds;
       cds.add(ask == Ask::command ? "1000000000000000 10000000"
               : ask == Ask::read  ? good_read
                                   : good_echo);
@@ -352,4 +350,5 @@ BISS_TEST(ControlFailure, CancelledAnywhere_IsFollowedBy14Zeros) {
   }
 }
 
+}  // namespace control_failure_test
 }  // namespace biss

@@ -12,8 +12,8 @@
 
 namespace biss {
 
+using test::CdsScript;
 using test::Frames;
-using test::Line;
 
 namespace control_hostile_test {
 
@@ -24,8 +24,6 @@ void each_mask(unsigned bits, unsigned weight, Flip flip) {
     if (static_cast<unsigned>(std::popcount(mask)) == weight) flip(mask);
   }
 }
-
-}  // namespace control_hostile_test
 
 BISS_TEST(ControlHostile, FlippedBitsOfAHeader_PassAsOftenAsCalculated) {
   constexpr std::array<unsigned, 5> passing{1, 0, 0, 35, 105};
@@ -50,7 +48,7 @@ BISS_TEST(ControlHostile, FlippedBitsOfAByte_PassAsOftenAsCalculated) {
       each_mask(12, weight, [&](std::uint32_t mask) {
         const std::uint32_t word = (data << 4U | test::plain_crc4(data, 8)) ^ mask;
         for (const bool write : {false, true}) {
-          Line cds;
+          CdsScript cds;
           cds.add(write ? test::write_accepted : test::read_accepted);
           cds.number(word, 12);
           cds.add('0');
@@ -69,8 +67,6 @@ BISS_TEST(ControlHostile, FlippedBitsOfAByte_PassAsOftenAsCalculated) {
     }
   }
 }
-
-namespace control_hostile_test {
 
 constexpr std::uint32_t most_busy_frames = 82;  // 20 ms at 250 us, the first and the last one
 
@@ -95,8 +91,6 @@ CdsBit hostile_cds(test::Random& random, const Character& character, std::size_t
   return random.below(1000) < character.ones ? CdsBit::one : CdsBit::zero;
 }
 
-}  // namespace control_hostile_test
-
 BISS_TEST(ControlHostile, WhateverCdsDoes_EachAccessEndsAndTheNextOneWorks) {
   BISS_RANDOM(random, 0xB155'0057);
   std::array<std::uint32_t, control_error_count + 1> seen{};
@@ -111,7 +105,7 @@ BISS_TEST(ControlHostile, WhateverCdsDoes_EachAccessEndsAndTheNextOneWorks) {
     std::array<std::uint8_t, 64> bytes{};
     const unsigned size = 1 + random.below(random.flip() ? 64 : 3);
     const unsigned kind = random.below(3);
-    Line good;
+    CdsScript good;
     good.add(kind == 0   ? test::read_accepted
              : kind == 1 ? test::write_accepted
                          : "1000000000000000 10000000");
@@ -164,4 +158,5 @@ BISS_TEST(ControlHostile, WhateverCdsDoes_EachAccessEndsAndTheNextOneWorks) {
   }
 }
 
+}  // namespace control_hostile_test
 }  // namespace biss

@@ -52,8 +52,6 @@ void every_address_of_every_slave() {
   }
 }
 
-}  // namespace control_link_test
-
 BISS_TEST(ControlLink, EveryAddress_IsReadWrittenAndRefused) {
   every_address_of_every_slave<1>();
   every_address_of_every_slave<2>();
@@ -195,4 +193,5 @@ BISS_TEST(ControlLink, SlaveWithoutControlCommunication_LeavesItsIdToTheNext) {
   BISS_EXPECT(link.read(2, 0x10, byte) && byte[0] == value_of(2, 0x10));
 }
 
+}  // namespace control_link_test
 }  // namespace biss::test

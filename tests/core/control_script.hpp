@@ -11,7 +11,7 @@
 namespace biss::test {
 
 /// A line of bits as characters: '0', '1', and '?' for a frame without CDS.
-struct Line {
+struct CdsScript {
   std::array<char, 1024> text{};
   std::size_t size = 0;
 
@@ -41,7 +41,7 @@ constexpr std::uint32_t plain_crc4(std::uint32_t data, unsigned bits) {
 }
 
 /// A byte and its CRC.
-constexpr void add_byte(Line& line, std::uint32_t data) {
+constexpr void add_byte(CdsScript& line, std::uint32_t data) {
   line.number(data, 8);
   line.number(plain_crc4(data, 8), 4);
 }
@@ -116,7 +116,7 @@ class Frames {
   std::string_view cds_;
   std::size_t at_ = 0;
   bool started_ = false;
-  Line heard_;
+  CdsScript heard_;
 };
 
 }  // namespace biss::test

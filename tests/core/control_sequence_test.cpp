@@ -62,8 +62,6 @@ void expect_told(bool write, const Bytes& truth, unsigned kind, std::uint32_t fr
   BISS_EXPECT(next || sequence.link.read(1, 0x42, sequence.bytes)) << "frame " << frame;
 }
 
-}  // namespace control_sequence_test
-
 BISS_TEST(ControlSequence, OneDamagedFrameAnywhere_IsToldAndRepairedByARetry) {
   for (const Bytes& truth : values) {
     for (unsigned kind = 0; kind < damages; ++kind) {
@@ -115,4 +113,5 @@ BISS_TEST(ControlSequence, OneDamagedFrameOfACommand_NeverMakesItRunTwiceOrElsew
   }
 }
 
+}  // namespace control_sequence_test
 }  // namespace biss::test

@@ -14,8 +14,8 @@
 namespace biss {
 namespace control_session_test {
 
+using test::CdsScript;
 using test::Frames;
-using test::Line;
 
 using Bytes = std::array<std::uint8_t, 64>;
 
@@ -74,8 +74,6 @@ void expect_command(std::uint8_t slaves, ControlCommand command, std::string_vie
   BISS_EXPECT_EQ(session.outcome().accepted, slaves);
 }
 
-}  // namespace control_session_test
-
 BISS_TEST(ControlSession, SingleAccesses_SayAndHearTheVectors) {
   for (const Vector& vector : vectors) {
     ControlSession session;
@@ -119,7 +117,7 @@ BISS_TEST(ControlSession, ReadsOfTi_AreSaidBitByBit) {
     session.read(0, ti_addresses[i], byte);
     Frames frames(session);
     frames.run("1000000000000000 101 00000000 1111 0");
-    Line word;
+    CdsScript word;
     word.number(ti_reads[i], 32);
     BISS_EXPECT(frames.cdm().substr(1) == word.view()) << "address " << ti_addresses[i];
     const auto header = parse_header(ti_reads[i] >> 17U);
@@ -136,7 +134,7 @@ BISS_TEST(ControlSession, WriteOfTi_IsRefusedAsPrintedAndSaidAsCorrected) {
   session.write(0, 0x60, byte);
   Frames frames(session);
   frames.run("1000000000000000 011 00000110 0101 0");
-  Line word;
+  CdsScript word;
   word.number(0x8C16C194U, 32);
   BISS_EXPECT(frames.cdm().substr(1) == word.view());
   BISS_EXPECT(!session.outcome().error);
@@ -149,8 +147,8 @@ BISS_TEST(ControlSession, SequentialAccesses_TakeFourteenFramesAByte) {
       Bytes sent{};
       for (auto& byte : sent) byte = static_cast<std::uint8_t>(random.bits(8));
       const unsigned address = random.below(128 - size + 1);
-      Line cds;
-      Line cdm;
+      CdsScript cds;
+      CdsScript cdm;
       cds.add(write ? test::write_accepted : test::read_accepted);
       cdm.add('1');
       cdm.number(register_header(0, address), 11);
@@ -294,4 +292,5 @@ BISS_TEST(ControlHeader, EveryHeader_IsReadAsItWasMade) {
   }
 }
 
+}  // namespace control_session_test
 }  // namespace biss

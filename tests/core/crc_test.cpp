@@ -175,8 +175,6 @@ unsigned triples_that_pass(const CrcBitwise& crc, std::uint64_t data, unsigned d
   return passed;
 }
 
-}  // namespace crc_test
-
 BISS_TEST(Crc, PublishedNumbers_AreReached) {
   for (const Vector& vector : published) {
     BISS_EXPECT_EQ(CrcBitwise(vector.spec)(vector.data, vector.bits), vector.crc)
@@ -304,4 +302,5 @@ BISS_TEST(CrcSpec, Mask_IsAsWideAsTheChecksum) {
   BISS_EXPECT_EQ(CrcSpec{}.mask(), 0);
 }
 
+}  // namespace crc_test
 }  // namespace biss

@@ -240,8 +240,6 @@ class TextMaker {
   bool first_ = true;
 };
 
-}  // namespace format_test
-
 BISS_TEST(FormatText, EachSpelling_HasItsCanonicalText) {
   for (const Spelling& spelling : spellings) {
     const auto format = parse_format(spelling.text);
@@ -336,4 +334,5 @@ BISS_TEST(FrameFormat, EveryItem_StandsAtItsPlace) {
   BISS_EXPECT_EQ(format->payload_bits(), 30);
 }
 
+}  // namespace format_test
 }  // namespace biss

@@ -18,8 +18,8 @@ namespace frame_test {
 
 using test::format_of;
 using test::frame_of;
-using test::Line;
 using test::line_of;
+using test::LineBits;
 using SmallCodec = FrameCodec<CrcTable<4>, 2>;
 
 constexpr FrameFormat pos18 = format_of("pos18,nE,nW,crc6;cds0");
@@ -95,11 +95,9 @@ class FlipCounter {
   std::size_t first_bit_;
 };
 
-}  // namespace frame_test
-
 BISS_TEST(Frame, KnownPosition_HasItsBitsBothWays) {
   const SmallCodec codec(pos18);
-  const Line line = line_of(levels_of_12345);
+  const LineBits line = line_of(levels_of_12345);
   const auto bits = encode_frame(frame_of(0x12345), codec);
   BISS_ASSERT(bits.ok());
   BISS_EXPECT(same_bits(bits->view(), line.view()));
@@ -150,7 +148,7 @@ BISS_TEST(Frame, ResponseOutsideItsBounds_ReportsResponseRange) {
   BISS_EXPECT_EQ(cause_of(levels_of_12345, FrameBounds{.lead_max_clocks = 1}),
                  FrameError::response_range);
   BISS_EXPECT_EQ(cause_of("110", FrameBounds{.lead_max_clocks = 1}), FrameError::response_range);
-  const Line line = line_of(levels_of_12345);
+  const LineBits line = line_of(levels_of_12345);
   const FrameBounds exact{2, 2, 3, 3};
   BISS_EXPECT(decode_frame(line.view(), SmallCodec(pos18), exact).ok());
 }
@@ -169,7 +167,7 @@ BISS_TEST(Frame, AckOutsideItsBounds_ReportsAckRange) {
 
 BISS_TEST(Frame, EveryPrefix_ReportsWhatIsMissing) {
   const SmallCodec codec(pos18);
-  const Line line = line_of(levels_of_12345);
+  const LineBits line = line_of(levels_of_12345);
   const std::size_t without_stop = line.size_bits() - 1;
   for (std::size_t size = 0; size < without_stop; ++size) {
     const FrameError expected = size <= 2   ? FrameError::no_response
@@ -185,7 +183,7 @@ BISS_TEST(Frame, EveryPrefix_ReportsWhatIsMissing) {
 
 BISS_TEST(Frame, CdsOne_IsACauseOnlyWhereItMustBeZero) {
   BISS_EXPECT_EQ(cause_of("11 000 1 1 010010001101000101 1 1 001101 0"), FrameError::cds);
-  const Line line = line_of("11 000 1 1 010010001101000101 1 1 001101 0");
+  const LineBits line = line_of("11 000 1 1 010010001101000101 1 1 001101 0");
   const auto frame = decode_frame(line.view(), SmallCodec(pos18_any_cds));
   BISS_ASSERT(frame.ok());
   BISS_EXPECT(frame->cds);
@@ -203,7 +201,7 @@ BISS_TEST(Frame, StopBitOne_IsReported) {
 }
 
 BISS_TEST(Frame, BitsBehindStop_ChangeNothing) {
-  const Line line = line_of("11 000 1 0 010010001101000101 1 1 001101 0 1110101");
+  const LineBits line = line_of("11 000 1 0 010010001101000101 1 1 001101 0 1110101");
   BISS_EXPECT(decode_frame(line.view(), SmallCodec(pos18)).ok());
 }
 
@@ -217,7 +215,7 @@ BISS_TEST(Frame, FlagsOnTheWire_DecideTrust) {
 }
 
 BISS_TEST(Frame, NullWord_HasAGoodCrcAndIsNotTrusted) {
-  const Line line = line_of("1 0 1 0 000000000000000000 0 0 111111 0");
+  const LineBits line = line_of("1 0 1 0 000000000000000000 0 0 111111 0");
   const auto frame = decode_frame(line.view(), SmallCodec(pos18));
   BISS_ASSERT(frame.ok());
   BISS_EXPECT(!frame->trusted());
@@ -292,7 +290,7 @@ BISS_TEST(Frame, EveryAckLength_IsMeasured) {
 
 BISS_TEST(Frame, SmallestFrame_IsOneBit) {
   constexpr FrameFormat flag = format_of("nE");
-  const Line line = line_of("1 0 1 0 1 0");
+  const LineBits line = line_of("1 0 1 0 1 0");
   const auto frame = decode_frame(line.view(), PlainCodec(flag));
   BISS_ASSERT(frame.ok());
   BISS_EXPECT(frame->channel_list[0].nE && frame->channel_list[0].nW);
@@ -327,4 +325,5 @@ BISS_TEST(Flips, RandomBits_AreAFrameOrACause) {
   BISS_EXPECT(seen[static_cast<std::size_t>(FrameError::crc)] > 0);
 }
 
+}  // namespace frame_test
 }  // namespace biss

@@ -14,11 +14,11 @@ namespace biss::test {
 /// \pre the text is a format
 constexpr FrameFormat format_of(std::string_view text) { return *parse_format(text); }
 
-using Line = BitBuffer<512>;
+using LineBits = BitBuffer<512>;
 
 /// Levels written as 1 and 0; spaces are for the reader.
-constexpr Line line_of(std::string_view levels) {
-  Line line;
+constexpr LineBits line_of(std::string_view levels) {
+  LineBits line;
   for (const char c : levels) {
     if (c != ' ') line.append(c == '1');
   }

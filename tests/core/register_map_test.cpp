@@ -21,8 +21,6 @@ static_assert(from_big_endian(std::span<const std::uint8_t, 8>(mhm_identity)) ==
               0x4D48'4D23'4400'6943U);
 static_assert(device_identity(mhm_identity) == DeviceIdentity{0x4D48'4D23'4400U, 0x6943});
 
-}  // namespace register_map_test
-
 BISS_TEST(RegisterMap, Fields_CoverEveryAddressOnce) {
   unsigned next = 0;
   for (const RegisterField& field : register_fields) {
@@ -93,4 +91,5 @@ BISS_TEST(BigEndian, NumbersAndBytes_AreEachOthersInverse) {
   }
 }
 
+}  // namespace register_map_test
 }  // namespace biss

@@ -46,8 +46,6 @@ struct Bench {
 // Headers with their CRC.
 constexpr std::string_view read_40 = "1 1 000 1000000 0001";
 
-}  // namespace register_server_test
-
 BISS_TEST(RegisterServer, DerivedVectorsOfOneSlave_AreAnswered) {
   struct Vector {
     std::uint8_t address;
@@ -363,4 +361,5 @@ BISS_TEST(RegisterServer, CdsAskedTwice_IsTheSameBit) {
   BISS_EXPECT_EQ(seen, 0b1100000000000000'101'00100010'0011U);
 }
 
+}  // namespace register_server_test
 }  // namespace biss::test

@@ -23,7 +23,7 @@ BISS_TEST(RequestEnd, NoAnswer_EndsWithMaHighForTheResetTime) {
     lonely.line_delay_max = microseconds(4);
     lonely.cdm = true;
     Master master(Codec{}, lonely);
-    test::Line ones;
+    test::LineBits ones;
     ones.append_run(true, 500);
     ScriptedSlo device{.script = ones};
     const Seen seen = run(master, device, {}, true);
@@ -188,7 +188,7 @@ BISS_TEST(RequestEnd, GlitchWithoutAnAnswer_IsNoResponse) {
     MasterSetup either = setup;
     either.compensate = compensate;
     Master master(Codec{}, either);
-    test::Line ones;
+    test::LineBits ones;
     ones.append_run(true, 500);
     ScriptedSlo device{.script = ones};
     device.line.put_at(nanoseconds(520), false);

@@ -58,7 +58,7 @@ constexpr DeviceTiming device_with(TimeoutRule rule) {
 }
 
 /// A device without active channels, or at least its SLO: LAT, ACK, START, CDS, STOP.
-test::Line short_script(bool cds) { return test::line_of(cds ? "10000011" : "10000010"); }
+test::LineBits short_script(bool cds) { return test::line_of(cds ? "10000011" : "10000010"); }
 
 BISS_TEST(RequestKind, ControlOnlyWithActiveChannels_BringsCdsAndCdmAndStopsEarly) {
   BISS_RANDOM(random, 0x3101);

@@ -28,17 +28,17 @@ inline constexpr MasterSetup setup{.period = period, .timing = timing};
 inline constexpr unsigned payload_bits = 26;
 
 /// Levels of SLO from the first clock on: LAT, `ack` clocks of ACK, START, CDS, the channel, STOP.
-inline Line script_of(std::uint64_t position, unsigned ack = 5) {
+inline LineBits script_of(std::uint64_t position, unsigned ack = 5) {
   auto frame = frame_of(position);
   frame.lead_clocks = 1;
   frame.ack_clocks = static_cast<std::uint16_t>(ack);
   const auto bits = encode_frame(frame, Codec{});
-  Line line;
+  LineBits line;
   for (std::size_t i = 0; i < bits->size_bits(); ++i) line.append(bits->view()[i]);
   return line;
 }
 
-inline Line low_from_ack() { return line_of("1"); }
+inline LineBits low_from_ack() { return line_of("1"); }
 
 inline std::uint64_t position_of(const Reading& reading) {
   return reading.frame.ok() ? reading.frame->channel_list[0].position : ~std::uint64_t{0};

@@ -28,8 +28,8 @@ struct Piece {
   unsigned bits;
 };
 template <std::size_t Count>
-test::Line line_of(const std::array<Piece, Count>& pieces) {
-  test::Line line = test::line_of("11 000 10");
+test::LineBits line_of(const std::array<Piece, Count>& pieces) {
+  test::LineBits line = test::line_of("11 000 10");
   for (const Piece& piece : pieces) line.append(piece.value, piece.bits);
   line.append(false);
   return line;
@@ -39,8 +39,8 @@ BISS_TEST(SafetyWords, PublishedSpwOfAn21_IsTakenAndMade) {
   // iC-Haus AN21: D9 CF E0 C0 DA, CRC 0x5F29. The CPW is the same place with a CRC of its own.
   const RunPlan plan = plan_of("mt12,st20,nE,nW,crc6+mt12,st20,nE,nW,lc6,crc16");
   const std::uint64_t cpw = 0xD9CFE0C0U * 4ULL + 3U;
-  const test::Line line = line_of(std::array{Piece{cpw, 34}, Piece{plan.codec().crc(0, cpw), 6},
-                                             Piece{0xD9CFE0C0DAU, 40}, Piece{0x5F29, 16}});
+  const test::LineBits line = line_of(std::array{Piece{cpw, 34}, Piece{plan.codec().crc(0, cpw), 6},
+                                                 Piece{0xD9CFE0C0DAU, 40}, Piece{0x5F29, 16}});
   const Findings findings(plan, line.view());
   BISS_EXPECT(findings.are(safe));
   BISS_EXPECT_EQ(findings.first.position, 0xD9CFE0C0U);
@@ -108,7 +108,7 @@ BISS_TEST(SafetyWords, DerivedSpws_AreTakenAndMadeWithBothStartValues) {
     const unsigned spw_bits = format.channel_list[1].position.bits;
     const std::uint64_t spw = each.cpw >> (cpw_bits - spw_bits);
     const std::uint64_t cpw_data = each.cpw * 4U + 3U;
-    const test::Line line = line_of(std::array{
+    const test::LineBits line = line_of(std::array{
         Piece{cpw_data, cpw_bits + 2U}, Piece{plan.codec().crc(0, cpw_data), 6},
         Piece{spw, spw_bits}, Piece{3, 2}, Piece{each.life_counter, 6}, Piece{each.crc, 16}});
     const Findings findings(plan, line.view());
@@ -240,7 +240,7 @@ class TightLine {
   }
 
  private:
-  std::array<std::uint8_t, test::Line::capacity_bits / 8U> bytes_{};
+  std::array<std::uint8_t, test::LineBits::capacity_bits / 8U> bytes_{};
   std::size_t size_;
   unsigned first_bit_;
   std::size_t size_bits_;
@@ -267,7 +267,7 @@ static_assert(reads_nothing_behind_the_end());
 // bounds: one finding.
 template <class Plan>
 void expect_one_finding(const Plan& plan, test::Random& random, std::uint64_t rounds) {
-  test::Line line;
+  test::LineBits line;
   for (std::uint64_t round = 0; round < rounds; ++round) {
     line.clear();
     const std::uint32_t kind = random.below(4);

@@ -56,7 +56,7 @@ using DelayLine = BasicDelayLine<128>;
 /// Puts bit k of the script on SLO at rising edge k + 1 of MA, 0 behind the last one, and 1 when MA
 /// has rested for `timeout`.
 struct ScriptedSlo {
-  Line script;
+  LineBits script;
   Picoseconds delay{};
   Picoseconds timeout = microseconds(20);
   /// Each change comes up to so much later, a different time each.

@@ -19,7 +19,7 @@ struct Chain {
   std::array<StepOutput, Count> out{};
   Picoseconds now = microseconds(5);
   bool ma = true;
-  Line bits;
+  LineBits bits;
 
   void settle() {
     bool sli = false;
@@ -84,8 +84,6 @@ void expect_chain(const Chain<3>& chain, unsigned ack_clocks) {
     BISS_EXPECT_EQ(frame->channel_list[k].position, 9 + 2 - k);
   }
 }
-
-}  // namespace slave_chain_test
 
 BISS_TEST(SlaveChain, Three_HandStartOnAndSendLastFirst) {
   Chain<3> chain =
@@ -180,4 +178,5 @@ BISS_TEST(SlaveChain, RequestWhilePredecessorIsBusy_IsEarly) {
   BISS_EXPECT(chain.out[2].level);
 }
 
+}  // namespace slave_chain_test
 }  // namespace biss::test

@@ -54,14 +54,12 @@ struct Bench {
   Picoseconds now = microseconds(5);
   bool slave_ma = true;
   StepOutput out;
-  Line bits;
+  LineBits bits;
 };
 
 constexpr Result<Codec::Frame, FrameFault> read(const Bench& bench, const FrameFormat& f = format) {
   return decode_frame(bench.bits.view(), Codec(f), FrameBounds{});
 }
-
-}  // namespace slave_test
 
 BISS_TEST(Slave, WholeRequest_IsTheEncodedFrame) {
   Bench bench({});
@@ -325,8 +323,6 @@ BISS_TEST(Slave, StateNames_AreTheEnumerators) {
   BISS_EXPECT(name_of(SlaveState::chain_busy) == "chain_busy");
 }
 
-namespace slave_test {
-
 // The slave at compile time, and what its owner may leave out.
 constexpr bool first_bits_are_right() {
   Bench bench({});
@@ -341,5 +337,4 @@ struct NoCdm {
 static_assert(!SlaveSource<NoCdm, Codec>);
 
 }  // namespace slave_test
-
 }  // namespace biss::test

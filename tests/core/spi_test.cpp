@@ -93,8 +93,6 @@ Reader reader_of(SpiTail tail, Timeout timeout) {
   return Reader(codec, setup, device);
 }
 
-}  // namespace spi_test
-
 BISS_TEST(SpiReader, EveryBitOffset_GivesTheFrame) {
   BISS_RANDOM(random, 0x5A11);
   for (unsigned padding = 0; padding < 40; ++padding) {
@@ -269,4 +267,5 @@ BISS_TEST(SpiReader, AnyBuffer_IsReadInsideItsBytes) {
   BISS_EXPECT(frames < 20);
 }
 
+}  // namespace spi_test
 }  // namespace biss

@@ -95,6 +95,6 @@ TEST(PublishedSlaveLog, EachLine_HoldsBothWays) {
   EXPECT_EQ(check_all(file), file.data_lines);
 }
 
-}  // namespace published
-
 }  // namespace published_test
+
+}  // namespace published

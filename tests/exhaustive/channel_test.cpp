@@ -180,6 +180,6 @@ TEST(EveryCrc, AtEveryDataWidth_IsTheIdentityForBothReaders) {
   }
 }
 
-}  // namespace exhaustive
-
 }  // namespace channel_test
+
+}  // namespace exhaustive

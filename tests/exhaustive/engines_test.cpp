@@ -47,6 +47,6 @@ TEST(Engines, RandomPolynomialsAtEveryWidthAndLength_AgreeWithDivision) {
   }
 }
 
-}  // namespace exhaustive
-
 }  // namespace engines_test
+
+}  // namespace exhaustive

@@ -108,7 +108,7 @@ std::string cell(std::uint64_t count, std::uint64_t total) {
 }
 
 // One format in front of one reader. `bits` may name several widths.
-struct Line {
+struct TableLine {
   std::string reader;
   std::string bits;
   std::string cds0;
@@ -125,7 +125,7 @@ Shares shares_of(const Tally& tally) {
 }
 
 // Adds the format of `line` to the row if the reader and the result are the same.
-bool joined(Line& row, const Line& line) {
+bool joined(TableLine& row, const TableLine& line) {
   if (row.reader != line.reader || shares_of(row.tally) != shares_of(line.tally)) return false;
   if (row.bits == line.bits) {
     row.cds0 = "any";
@@ -138,26 +138,26 @@ bool joined(Line& row, const Line& line) {
 }
 
 // First joins the two rows of each width, with CDS known to be 0 and not, then the widths.
-std::vector<Line> merged(const std::vector<Line>& lines) {
-  std::vector<Line> formats;
-  for (const Line& line : lines) {
+std::vector<TableLine> merged(const std::vector<TableLine>& lines) {
+  std::vector<TableLine> formats;
+  for (const TableLine& line : lines) {
     if (formats.empty() || !joined(formats.back(), line)) formats.push_back(line);
   }
-  std::vector<Line> rows;
-  for (const Line& line : formats) {
+  std::vector<TableLine> rows;
+  for (const TableLine& line : formats) {
     const bool done =
-        std::any_of(rows.begin(), rows.end(), [&](Line& row) { return joined(row, line); });
+        std::any_of(rows.begin(), rows.end(), [&](TableLine& row) { return joined(row, line); });
     if (!done) rows.push_back(line);
   }
   return rows;
 }
 
 std::string table_of(const std::string& title, const std::string& reader_columns,
-                     const std::string& reader_rule, const std::vector<Line>& lines) {
-  const std::vector<Line> rows = merged(lines);
+                     const std::string& reader_rule, const std::vector<TableLine>& lines) {
+  const std::vector<TableLine> rows = merged(lines);
   const auto seen = [&](std::size_t i) {
     return std::any_of(rows.begin(), rows.end(),
-                       [i](const Line& row) { return row.tally[i] != 0; });
+                       [i](const TableLine& row) { return row.tally[i] != 0; });
   };
   std::string head = "| " + reader_columns + " | bits | `cds0` |";
   std::string rule = "|" + reader_rule + "---|---|";
@@ -167,7 +167,7 @@ std::string table_of(const std::string& title, const std::string& reader_columns
     rule += "---:|";
   }
   std::string text = "### " + title + "\n\n" + head + "\n" + rule + "\n";
-  for (const Line& row : rows) {
+  for (const TableLine& row : rows) {
     const Shares shares = shares_of(row.tally);
     text += "| " + row.reader + " | " + row.bits + " | " + row.cds0 + " |";
     for (std::size_t i = 0; i < outcome_count; ++i) {
@@ -201,7 +201,7 @@ const char* title_of(Fault fault) {
 }
 
 std::string table_of(Fault fault) {
-  std::vector<Line> lines;
+  std::vector<TableLine> lines;
   for (const Setting& setting : settings()) {
     const std::string reader = setting.limits + (" | " + std::to_string(setting.ack_clocks));
     for (const unsigned width : table_widths) {
@@ -215,7 +215,7 @@ std::string table_of(Fault fault) {
 }
 
 std::string lone_ack_table() {
-  std::vector<Line> lines;
+  std::vector<TableLine> lines;
   for (const bool goes_on : {false, true}) {
     for (const unsigned width : table_widths) {
       for (const bool cds0 : {true, false}) {

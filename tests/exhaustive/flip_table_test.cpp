@@ -192,6 +192,6 @@ TEST(FlipTable, Document_HasTheTablesAsComputed) {
       << "print the tables again with the target biss_flip_table";
 }
 
-}  // namespace exhaustive
-
 }  // namespace flip_table_test
+
+}  // namespace exhaustive

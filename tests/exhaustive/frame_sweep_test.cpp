@@ -75,6 +75,6 @@ TEST(RandomFrames, OfAnyFormat_AreReadAlikeWholeAndDamaged) {
   EXPECT_EQ(seen.size(), biss::frame_error_count + 1) << "a cause was never met";
 }
 
-}  // namespace exhaustive
-
 }  // namespace frame_sweep_test
+
+}  // namespace exhaustive

@@ -112,6 +112,6 @@ TEST(HostileText, NextToAFormat_ReadsOrPointsInside) {
   }
 }
 
-}  // namespace exhaustive
-
 }  // namespace hostile_test
+
+}  // namespace exhaustive

@@ -181,6 +181,6 @@ TEST(Prefixes, OfEveryWord_HaveTheirCauseForBothReaders) {
   }
 }
 
-}  // namespace exhaustive
-
 }  // namespace word_flips_test
+
+}  // namespace exhaustive

@@ -109,6 +109,6 @@ TEST(Oracle, SecondChannelDamaged_IsNamed) {
   EXPECT_EQ(reading.channel, 1U);
 }
 
-}  // namespace oracle
-
 }  // namespace oracle_test
+
+}  // namespace oracle

@@ -121,8 +121,6 @@ class Bench {
 
 constexpr unsigned width_step = slow_build ? 23 : 1;
 
-}  // namespace align_test
-
 /// Wide bounds: whatever lies within is read.
 TEST(SpiAlign, EveryOffsetAckDelayPhaseWidth_GivesTheFrame) {
   std::printf("seed 0xA11, widths 18 to 64 by %u\n", width_step);
@@ -222,4 +220,5 @@ TEST(SpiAlign, EveryPrefix_GivesACauseUntilTheLastCrcBit) {
   }
 }
 
+}  // namespace align_test
 }  // namespace biss::test::spi

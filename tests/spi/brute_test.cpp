@@ -83,8 +83,6 @@ std::vector<Word> small_words() {
           {16, 6, 0x43}, {17, 7, 0x89}, {18, 6, 0x43}, {18, 8, 0x12F}, {14, 16, 0x190D9}};
 }
 
-}  // namespace brute_test
-
 TEST(SlipBrute, LostStart_PassesForAsManyPositionsAsCounted) {
   for (const Word& word : small_words()) {
     const unsigned bits = word.payload_bits() + 2;
@@ -145,4 +143,5 @@ TEST(SlipFacts, FrameSlippedByOneBit_IsCaughtBecauseTheCrcIsInverted) {
   }
 }
 
+}  // namespace brute_test
 }  // namespace biss::test::spi

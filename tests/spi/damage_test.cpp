@@ -212,8 +212,6 @@ void damage(const Case& the_case, std::uint64_t seed, std::uint64_t count) {
 constexpr std::uint64_t ten_million = 10'000'000;
 constexpr std::uint64_t million = 1'000'000;
 
-}  // namespace damage_test
-
 TEST(SpiDamage, Renishaw18Bits_PassAtTheComputedRate) {
   damage<1>({"pos18,nE,nW,crc6;cds0", 32, 160, 3}, 0xDA18, buffers(ten_million));
 }
@@ -267,4 +265,5 @@ TEST(SpiDamage, SafetyWordsOfOnePosition_PassAtTheComputedRate) {
             0xDA56, buffers(million));
 }
 
+}  // namespace damage_test
 }  // namespace biss::test::spi

@@ -109,8 +109,6 @@ std::string row(const Named& named, bool cds0, const char* bounds_name, const Fr
   return text + " |";
 }
 
-}  // namespace doc_test
-
 TEST(LostStartDocument, Rates_AreTheComputedOnes) {
   std::vector<std::string> rows;
   for (const Named& named : formats) {
@@ -201,4 +199,5 @@ TEST(LostStartDocument, WorkedExample_IsWhatTheReaderSays) {
   expect_said("`ack_clocks` is " + std::to_string(read->ack_clocks));
 }
 
+}  // namespace doc_test
 }  // namespace biss::test::spi

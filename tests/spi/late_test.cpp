@@ -82,8 +82,6 @@ bool same(const Read& a, const Read& b) {
   return a.error().cause == b.error().cause && a.error().channel == b.error().channel;
 }
 
-}  // namespace late_test
-
 /// At each clock, with each cable, with either phase and however a tie is seen, SLO rising at any
 /// moment up to the line delay.
 TEST(SpiLate, EncoderReadyJustAsTheRequestComes_IsRead) {
@@ -294,4 +292,5 @@ TEST(SpiLate, WrongSampleBeforeAck_NeverMovesStart) {
   }
 }
 
+}  // namespace late_test
 }  // namespace biss::test::spi

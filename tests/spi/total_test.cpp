@@ -153,8 +153,6 @@ std::size_t for_each_place(Check check) {
   return places;
 }
 
-}  // namespace total_test
-
 /// With a fixed cycle time at exactly `total`; else when SLO can be seen high, the line delay
 /// later.
 TEST(SpiTotal, EveryEncoderClockAndCable_IsReadAtOnce) {
@@ -181,4 +179,5 @@ TEST(SpiTotal, RequestsSoonerThanThat_AreNotRead) {
   EXPECT_GT(places, 600U);
 }
 
+}  // namespace total_test
 }  // namespace biss::test::spi

@@ -346,6 +346,6 @@ TEST(CatalogueAgainstOracle, RequestsSoonerThanTheBudget_AreNotAnswered) {
   EXPECT_GE(places * thin, 2 * 8 * biss::catalogue.size());
 }
 
-}  // namespace timing_test
-
 }  // namespace catalogue_test
+
+}  // namespace timing_test

@@ -60,6 +60,6 @@ TEST(TimingFeatures, Document_IsDrawnFromTheFiles) {
                                                      "biss_timing_document tests/timing/features";
 }
 
-}  // namespace timing_test
-
 }  // namespace feature_test
+
+}  // namespace timing_test

@@ -123,6 +123,6 @@ TEST(SlaveAgainstOracle, Requests_AreAnsweredAlike) {
 
 TEST(SlaveAgainstOracle, AnyEdges_AreAnsweredAlike) { compare(0x51A7E'0002, rounds, random_edges); }
 
-}  // namespace timing_test
-
 }  // namespace random_test
+
+}  // namespace timing_test
