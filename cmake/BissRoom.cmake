@@ -26,8 +26,10 @@ set(biss_common_headers
     <nlohmann/json.hpp> <tl/expected.hpp>
     "${PROJECT_SOURCE_DIR}/biss/frame/decode.hpp")
 
-# biss_precompile(TARGET room|test): TARGET uses the common headers, test those of GoogleTest too.
-function(biss_precompile target kind)
+# biss_kind(TARGET room|command|test): TARGET uses the common headers, test those of GoogleTest too,
+# and the compiler options of its kind: BISS_COMMAND_OPTIONS, BISS_TEST_OPTIONS.
+function(biss_kind target kind)
+  string(TOUPPER ${kind} upper)
   if(NOT TARGET biss_${kind}_headers)
     file(CONFIGURE OUTPUT "${PROJECT_BINARY_DIR}/${kind}_headers.cpp" CONTENT "// No code.\n")
     add_library(biss_${kind}_headers OBJECT "${PROJECT_BINARY_DIR}/${kind}_headers.cpp")
@@ -37,15 +39,18 @@ function(biss_precompile target kind)
       target_link_libraries(biss_test_headers PRIVATE GTest::gtest GTest::gmock)
       list(APPEND headers <gtest/gtest.h> <gmock/gmock.h>)
     endif()
+    target_compile_options(biss_${kind}_headers PRIVATE ${BISS_${upper}_OPTIONS})
     target_precompile_headers(biss_${kind}_headers PRIVATE ${headers})
   endif()
   target_precompile_headers(${target} REUSE_FROM biss_${kind}_headers)
+  target_compile_options(${target} PRIVATE ${BISS_${upper}_OPTIONS})
   target_link_libraries(${target} PRIVATE biss_core fmt::fmt)
 endfunction()
 
-# A library of the given sources; without sources an interface of its headers.
+# A library of the given sources; without sources an interface of its headers. COMMAND: of the kind
+# that is compiled for size.
 function(biss_room name)
-  cmake_parse_arguments(PARSE_ARGV 1 room "" "" "SOURCES;LINKS")
+  cmake_parse_arguments(PARSE_ARGV 1 room "COMMAND" "" "SOURCES;LINKS")
   if(room_UNPARSED_ARGUMENTS)
     message(FATAL_ERROR "biss_room(${name}): unexpected ${room_UNPARSED_ARGUMENTS}")
   endif()
@@ -54,8 +59,10 @@ function(biss_room name)
     target_include_directories(biss_${name} PUBLIC ${PROJECT_SOURCE_DIR})
     target_link_libraries(biss_${name} PUBLIC ${room_LINKS} PRIVATE biss_flags)
     target_compile_features(biss_${name} PUBLIC cxx_std_20)
-    if(NOT name STREQUAL oracle)
-      biss_precompile(biss_${name} room)
+    if(room_COMMAND)
+      biss_kind(biss_${name} command)
+    elseif(NOT name STREQUAL oracle)
+      biss_kind(biss_${name} room)
     endif()
   else()
     add_library(biss_${name} INTERFACE)
@@ -64,20 +71,15 @@ function(biss_room name)
   endif()
 endfunction()
 
-# For targets that take longer to compile than to run; see BISS_COLD_OPTIONS.
-function(biss_cold)
-  foreach(target IN LISTS ARGN)
-    if(TARGET ${target})
-      target_compile_options(${target} PRIVATE ${BISS_COLD_OPTIONS})
-    endif()
-  endforeach()
-endfunction()
-
 # biss_room_test(NAME [LONG] SOURCE…): the room's unit tests, one CTest a case, labelled with the
-# room's name. LONG tests take minutes: they are labelled `long` and built with BISS_LONG_TESTS.
+# room's name. LONG tests take minutes: they are labelled `long`, built with BISS_LONG_TESTS, and
+# optimised like a room.
 function(biss_room_test name)
   cmake_parse_arguments(PARSE_ARGV 1 test "LONG" "" "")
   if(NOT BISS_TESTS OR (test_LONG AND NOT BISS_LONG_TESTS))
+    return()
+  endif()
+  if(name MATCHES "^(capture|dump|decode)$" AND NOT BISS_BYTE_TESTS)
     return()
   endif()
   set(label ${name})
@@ -87,8 +89,9 @@ function(biss_room_test name)
   add_executable(biss_${name}_test ${test_UNPARSED_ARGUMENTS})
   target_link_libraries(biss_${name}_test PRIVATE biss_${name} biss_flags GTest::gtest
                                                   GTest::gmock GTest::gtest_main)
-  biss_precompile(biss_${name}_test test)
-  biss_cold(biss_${name}_test)
+  if(NOT test_LONG)
+    biss_kind(biss_${name}_test test)
+  endif()
   gtest_discover_tests(biss_${name}_test DISCOVERY_TIMEOUT 60 PROPERTIES LABELS ${label})
 endfunction()
 
