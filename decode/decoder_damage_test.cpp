@@ -443,5 +443,27 @@ TEST(DecoderDamage, CaptureCutAtEveryEdge_NamesTheCutCycleAndReadsTheOthers) {
   }
 }
 
+// 40 hours, in picoseconds times 100, do not fit into 64 bits.
+TEST(DecoderDamage, MaThatStopsForDays_IsAClockFaultOfThatCycleAlone) {
+  const Edges all = three().edges();
+  std::vector<Picoseconds> begins;
+  for (const Cycle& cycle : decode(all, all.back().time)) begins.push_back(cycle.time);
+  ASSERT_EQ(begins.size(), 3U);
+  Edges edges;
+  std::size_t falling = 0;
+  bool stopped = false;
+  for (wire::Edge edge : all) {
+    if (edge.line == 0 && edge.level == wire::Level::low && edge.time > begins[1]) ++falling;
+    if (stopped) edge.time = edge.time + 40LL * 3600 * 1000 * milliseconds(1);
+    stopped = falling >= 12;
+    edges.push_back(edge);
+  }
+  const auto cycles = decode(edges, edges.back().time);
+  ASSERT_EQ(cycles.size(), 3U);
+  EXPECT_EQ(cycles[0].status, CycleStatus::ok);
+  EXPECT_EQ(name_of(cycles[1].status), "ma_clock");
+  EXPECT_EQ(cycles[2].status, CycleStatus::ok);
+}
+
 }  // namespace decoder_damage_test
 }  // namespace biss::decode::test

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "biss/base/units.hpp"
@@ -17,8 +18,12 @@ inline constexpr std::int64_t irregular_above_percent = 160;
 inline constexpr std::int64_t irregular_below_percent = 55;
 
 constexpr bool irregular(Picoseconds interval, Picoseconds usual) {
-  return interval.count * 100 > usual.count * irregular_above_percent ||
-         interval.count * 100 < usual.count * irregular_below_percent;
+  // 12 hours: longer ones are all alike, and the products below fit.
+  constexpr std::int64_t longest = std::numeric_limits<std::int64_t>::max() / 200;
+  const std::int64_t count = std::min(interval.count, longest);
+  const std::int64_t expected = std::min(usual.count, longest);
+  return count * 100 > expected * irregular_above_percent ||
+         count * 100 < expected * irregular_below_percent;
 }
 
 inline Picoseconds median(std::vector<Picoseconds>& values) {

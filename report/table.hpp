@@ -13,6 +13,7 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "biss/base/bits.hpp"
@@ -102,6 +103,16 @@ struct Column {
   unsigned width = 0;
   Mark mark = Mark::none;
 };
+
+/// A column of times in nanoseconds, which a reader sees in milliseconds with four places.
+inline Column time_column(std::string name, std::string heading) {
+  return {.name = std::move(name),
+          .kind = Kind::nanoseconds,
+          .heading = std::move(heading),
+          .unit = "ms",
+          .shift = 6,
+          .places = 4};
+}
 
 /// Writes rows in one format to a sink. Nothing is complete before finish().
 class TableWriter {

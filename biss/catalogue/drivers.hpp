@@ -9,20 +9,6 @@ namespace biss {
 
 namespace catalogue_detail {
 
-constexpr CatalogueEntry synapticon(std::string_view name, std::string_view vendor,
-                                    std::string_view product, std::string_view format,
-                                    std::string_view resolution, std::string_view source) {
-  return {.name = name,
-          .vendor = vendor,
-          .product = product,
-          .format = format,
-          .resolution = resolution,
-          .source = source,
-          .uncertain = {doubt::driver, doubt::clock_configured,
-                        "the source configures the timeout, its limit is not known: the longest "
-                        "legal assumed"}};
-}
-
 constexpr CatalogueEntry telescope(std::string_view name, std::string_view vendor,
                                    std::string_view product, std::string_view format,
                                    std::string_view resolution, std::string_view source) {
@@ -33,6 +19,16 @@ constexpr CatalogueEntry telescope(std::string_view name, std::string_view vendo
           .resolution = resolution,
           .source = source,
           .uncertain = {doubt::driver, doubt::clock, doubt::timeout}};
+}
+
+constexpr CatalogueEntry synapticon(std::string_view name, std::string_view vendor,
+                                    std::string_view product, std::string_view format,
+                                    std::string_view resolution, std::string_view source) {
+  CatalogueEntry entry = telescope(name, vendor, product, format, resolution, source);
+  entry.uncertain = {doubt::driver, doubt::clock_configured,
+                     "the source configures the timeout, its limit is not known: the longest "
+                     "legal assumed"};
+  return entry;
 }
 
 constexpr CatalogueEntry aksim(std::string_view name, std::string_view format,

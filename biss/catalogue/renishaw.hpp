@@ -49,15 +49,10 @@ constexpr CatalogueEntry renishaw_plain(std::string_view name, std::string_view 
 constexpr CatalogueEntry renishaw_double(std::string_view name, std::string_view product,
                                          std::string_view format, std::string_view resolution,
                                          std::string_view remark) {
-  return {.name = name,
-          .vendor = "Renishaw",
-          .product = product,
-          .format = format,
-          .timing = renishaw_timing,
-          .resolution = resolution,
-          .remark = remark,
-          .source = renishaw_safety,
-          .uncertain = {renishaw_counter, renishaw_release}};
+  CatalogueEntry entry = renishaw_plain(name, product, format, resolution, remark);
+  entry.source = renishaw_safety;
+  entry.uncertain = {renishaw_counter, renishaw_release};
+  return entry;
 }
 
 }  // namespace catalogue_detail

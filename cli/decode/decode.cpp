@@ -56,11 +56,13 @@ class DecodeRun {
     if (!options_.safety.given() && !is_safety_format(*format)) {
       return fail_on_.asks_safety() ? "--fail-on: this format is not one of BiSS Safety" : "";
     }
-    const SafetyChoice choice = choose_safety(options_.safety, options_.capture.device.format,
-                                              *format, capture_.interval());
-    if (choice.setup) safety_.emplace(*format, *choice.setup);
-    safety_name_ = choice.name;
-    return choice.error;
+    if (options_.safety.configuration == "off") return "";
+    auto choice = choose_safety(options_.safety, options_.capture.device.format, *format,
+                                capture_.interval());
+    if (!choice) return choice.error();
+    safety_.emplace(*format, choice->setup);
+    safety_name_ = std::move(choice->name);
+    return "";
   }
 
   // The rows of one capture.

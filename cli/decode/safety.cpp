@@ -44,14 +44,14 @@ std::string_view message_of(SafetySetupError mistake) {
 }
 
 SafetyChoice by_widths() {
-  return {.setup = SafetySetup{}, .name = "by the words' widths", .error = {}};
+  return {.setup = SafetySetup{}, .name = "by the words' widths"};
 }
 
 // Setup and name of the configuration that the format implies.
 SafetyChoice implied(std::string_view format_text, const FrameFormat& format) {
   const SafetyConfiguration* known = implied_configuration(format_text, format);
   if (known == nullptr) return by_widths();
-  return {.setup = known->setup, .name = std::string(known->name), .error = {}};
+  return {.setup = known->setup, .name = std::string(known->name)};
 }
 
 void put(const SafetyArguments& arguments, Picoseconds cycle, SafetySetup& setup) {
@@ -121,18 +121,15 @@ void add_safety_options(Verb verb, SafetyArguments& arguments) {
                 "Let a fault hold for the rest of the capture, as in a machine");
 }
 
-SafetyChoice choose_safety(const SafetyArguments& arguments, std::string_view format_text,
+tl::expected<SafetyChoice, std::string> choose_safety(const SafetyArguments& arguments, std::string_view format_text,
                            const FrameFormat& format, Picoseconds cycle) {
-  if (arguments.configuration == "off") return {};
-  if (!arguments.given() && !is_safety_format(format)) return {};
   SafetyChoice choice = arguments.by_widths ? by_widths() : implied(format_text, format);
   if (const auto* named = find_safety_configuration(arguments.configuration)) {
-    choice = {.setup = named->setup, .name = arguments.configuration, .error = {}};
+    choice = {.setup = named->setup, .name = arguments.configuration};
   }
-  put(arguments, cycle, *choice.setup);
-  if (const auto mistake = check_safety(format, *choice.setup)) {
-    choice.setup.reset();
-    choice.error = fmt::format("BiSS Safety: {}", message_of(*mistake));
+  put(arguments, cycle, choice.setup);
+  if (const auto mistake = check_safety(format, choice.setup)) {
+    return tl::unexpected(fmt::format("BiSS Safety: {}", message_of(*mistake)));
   }
   return choice;
 }

@@ -7,6 +7,8 @@
 #include <string>
 #include <string_view>
 
+#include <tl/expected.hpp>
+
 #include "biss/frame/format.hpp"
 #include "biss/safety/setup.hpp"
 #include "biss/safety/verdict.hpp"
@@ -41,20 +43,20 @@ void add_check_options(Verb verb, SafetyArguments& arguments);
 /// Declares `--safety` and the options that go with it. \pre arguments outlives the parsing
 void add_safety_options(Verb verb, SafetyArguments& arguments);
 
-/// How to monitor. Empty where the format is not one of BiSS Safety; `error` is one line that says
-/// what is wrong (usage: exit status 2).
+/// How to monitor, and the name of the configuration.
 struct SafetyChoice {
-  std::optional<SafetySetup> setup;
+  SafetySetup setup;
   std::string name;
-  std::string error;
 };
 
 /// Chooses the configuration that is named, else that of the format's name, else the first one with
 /// the format's widths (not with by_widths), else the widths of the words. Single options override
 /// it. Faults do not latch without `--latch`, so that every cycle has its own verdict.
 /// \param cycle time from request to request; the watchdog allows one and a half of them
-SafetyChoice choose_safety(const SafetyArguments& arguments, std::string_view format_text,
-                           const FrameFormat& format, Picoseconds cycle);
+/// \return or one line that says what is wrong (usage: exit status 2)
+tl::expected<SafetyChoice, std::string> choose_safety(const SafetyArguments& arguments,
+                                                      std::string_view format_text,
+                                                      const FrameFormat& format, Picoseconds cycle);
 
 /// Adds the lines `safety`, `counter` and `comparison`. \param name of the configuration
 void add_safety(report::Summary& summary, const decode::SafetyWatch& watch, std::string_view name);

@@ -28,12 +28,7 @@ std::optional<Hertz> clock_of(const decode::Cycle& cycle) {
 DecodeTable::DecodeTable(const std::optional<FrameFormat>& format) : format_(format) {
   columns_ = {
       {.name = "cycle", .kind = Kind::unsigned_integer},
-      {.name = "time_ns",
-       .kind = Kind::nanoseconds,
-       .heading = "time",
-       .unit = "ms",
-       .shift = 6,
-       .places = 4},
+      report::time_column("time_ns", "time"),
       {.name = "status", .kind = Kind::text, .mark = report::Mark::status},
       {.name = "position", .kind = Kind::unsigned_integer},
       {.name = "nE", .kind = Kind::flag},

@@ -35,12 +35,7 @@ struct RegistersOptions {
 const std::vector<report::Column>& columns() {
   static const std::vector<report::Column> all{
       {.name = "cycle", .kind = Kind::unsigned_integer},
-      {.name = "time_ns",
-       .kind = Kind::nanoseconds,
-       .heading = "time",
-       .unit = "ms",
-       .shift = 6,
-       .places = 4},
+      report::time_column("time_ns", "time"),
       {.name = "id", .kind = Kind::unsigned_integer},
       {.name = "access", .kind = Kind::text},
       {.name = "address", .kind = Kind::text},
@@ -48,12 +43,7 @@ const std::vector<report::Column>& columns() {
       {.name = "data", .kind = Kind::text},
       {.name = "outcome", .kind = Kind::text, .mark = report::Mark::status},
       {.name = "cycles", .kind = Kind::unsigned_integer},
-      {.name = "busy_ns",
-       .kind = Kind::nanoseconds,
-       .heading = "busy",
-       .unit = "ms",
-       .shift = 6,
-       .places = 4}};
+      report::time_column("busy_ns", "busy")};
   return all;
 }
 

@@ -165,26 +165,26 @@ Bundle make_bundle(const EvidenceSubject& subject, const std::vector<std::string
 void warn_of_choice(const EvidenceSubject& subject) {
   const EvidenceOptions& options = subject.options;
   const SafetyFormat& monitored = subject.monitored;
-  const SafetyChoice named = choose_safety({}, options.format, monitored.format, {});
-  if (options.setup.configuration.empty() && named.name != subject.configuration) {
+  const auto named = choose_safety({}, options.format, monitored.format, {});
+  if (options.setup.configuration.empty() && named && named->name != subject.configuration) {
     warn(
         fmt::format("the text of a format is monitored by the widths of its words; "
                     "-f {} is the configuration with these words",
-                    named.name));
+                    named->name));
   }
   for (const std::string& each : not_run(options)) warn("nothing was run: " + each);
 }
 
 ExitStatus run_make(const VerbOptions& options, const std::vector<std::string>& made_by) {
-  const EvidenceChoice choice = choose_evidence(options.evidence);
-  if (!choice.subject) return fail(ExitStatus::usage, choice.error);
+  const auto subject = choose_evidence(options.evidence);
+  if (!subject) return fail(ExitStatus::usage, subject.error());
   // Before the minutes that the commands take.
   if (const std::string wrong = check_target(options.folder, options.force); !wrong.empty()) {
     return fail(ExitStatus::io, wrong);
   }
-  const Bundle bundle = make_bundle(*choice.subject, made_by, options.threads);
+  const Bundle bundle = make_bundle(*subject, made_by, options.threads);
   if (bundle.files.empty()) return bundle.status;
-  warn_of_choice(*choice.subject);
+  warn_of_choice(*subject);
   const std::string wrong = write_bundle(options.folder, bundle.files, options.force);
   if (!wrong.empty()) return fail(ExitStatus::io, wrong);
   print_summary(
@@ -224,23 +224,23 @@ bool is_of_program(const std::string& name) {
 }
 
 ExitStatus run_check(const VerbOptions& options) {
-  ReadBundle found = read_bundle(options.checked);
-  if (!found.error.empty()) return fail(ExitStatus::io, found.error);
-  for (const std::string& finding : found.findings) warn(finding);
-  const auto made_by = read_made_by(found.find("manifest.json"));
+  auto found = read_bundle(options.checked);
+  if (!found) return fail(ExitStatus::io, found.error());
+  for (const std::string& finding : found->findings) warn(finding);
+  const auto made_by = read_made_by(found->find("manifest.json"));
   const auto asked = made_by ? parse_made_by(*made_by) : std::nullopt;
-  const EvidenceChoice choice = asked ? choose_evidence(*asked) : EvidenceChoice{};
-  if (!choice.subject) {
+  const auto subject = asked ? choose_evidence(*asked) : tl::unexpected(std::string());
+  if (!subject) {
     return fail(ExitStatus::io,
                 fmt::format("'{}': manifest.json cannot be read as the options of a bundle",
                             options.checked));
   }
-  const Bundle again = make_bundle(*choice.subject, *made_by, options.threads);
+  const Bundle again = make_bundle(*subject, *made_by, options.threads);
   if (again.files.empty()) return ExitStatus::io;
   std::size_t same = 0;
-  bool differs = !found.findings.empty();
+  bool differs = !found->findings.empty();
   for (const EvidenceFile& file : again.files) {
-    const EvidenceFile* before = found.find(file.name);
+    const EvidenceFile* before = found->find(file.name);
     if (before != nullptr && before->text == file.text) {
       ++same;
     } else if (before != nullptr && is_of_program(file.name)) {
@@ -294,15 +294,15 @@ std::string put_setup(EvidenceSubject& subject) {
   const auto device = parse_device(options.format);
   alone.by_widths =
       find_safety_configuration(options.format) == nullptr && device && device->entry == nullptr;
-  const SafetyChoice known = choose_safety(alone, options.format, format, {});
-  if (!known.setup) return known.error;
-  subject.rate = options.rate.value_or(rate_of_cycle(*known.setup));
+  const auto known = choose_safety(alone, options.format, format, {});
+  if (!known) return known.error();
+  subject.rate = options.rate.value_or(rate_of_cycle(known->setup));
   SafetyArguments arguments = options.setup;
   arguments.latch = true;
   arguments.by_widths = alone.by_widths;
-  SafetyChoice choice = choose_safety(arguments, options.format, format, period_of(subject.rate));
-  if (!choice.setup) return choice.error;
-  SafetySetup& setup = *choice.setup;
+  auto choice = choose_safety(arguments, options.format, format, period_of(subject.rate));
+  if (!choice) return choice.error();
+  SafetySetup& setup = choice->setup;
   if (options.missed == missed_names[1]) setup.counter.missed = MissedFrames::perhaps;
   if (options.ignore_turns) setup.comparison.multiturn = MultiturnRule::ignored;
   setup.budget = {static_cast<std::uint8_t>(options.budget), options.budget_window};
@@ -318,7 +318,7 @@ std::string put_setup(EvidenceSubject& subject) {
                : "--ignore-turns: nothing is left to compare";
   }
   subject.monitored.setup = setup;
-  subject.configuration = choice.name;
+  subject.configuration = choice->name;
   return {};
 }
 
@@ -343,13 +343,13 @@ std::string typed(Hertz rate) {
 
 }  // namespace
 
-EvidenceChoice choose_evidence(const EvidenceOptions& options) {
+tl::expected<EvidenceSubject, std::string> choose_evidence(const EvidenceOptions& options) {
   EvidenceSubject subject;
   subject.options = options;
   for (const auto put : {put_format, put_setup}) {
-    if (std::string wrong = put(subject); !wrong.empty()) return {{}, std::move(wrong)};
+    if (std::string wrong = put(subject); !wrong.empty()) return tl::unexpected(std::move(wrong));
   }
-  return {std::move(subject), {}};
+  return subject;
 }
 
 std::vector<EvidenceCommand> evidence_commands(const EvidenceSubject& subject) {

@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include <tl/expected.hpp>
+
 #include "biss/base/units.hpp"
 #include "cli/decode/safety.hpp"
 #include "cli/safety/evidence_folder.hpp"
@@ -45,12 +47,7 @@ struct EvidenceSubject {
 };
 
 /// The subject, or one line of text that says what is wrong (usage: exit status 2).
-struct EvidenceChoice {
-  std::optional<EvidenceSubject> subject;
-  std::string error;
-};
-
-EvidenceChoice choose_evidence(const EvidenceOptions& options);
+tl::expected<EvidenceSubject, std::string> choose_evidence(const EvidenceOptions& options);
 
 /// A command line of the bundle and the file that holds what it printed.
 struct EvidenceCommand {

@@ -211,20 +211,18 @@ const EvidenceFile* ReadBundle::find(std::string_view name) const {
   return found == files.end() ? nullptr : &*found;
 }
 
-ReadBundle read_bundle(const std::string& folder) {
+tl::expected<ReadBundle, std::string> read_bundle(const std::string& folder) {
   ReadBundle bundle;
   std::error_code error;
   std::vector<std::string> names = names_in(folder, error);
   if (error) {
-    bundle.error = fmt::format("cannot read '{}': {}", folder, error.message());
-    return bundle;
+    return tl::unexpected(fmt::format("cannot read '{}': {}", folder, error.message()));
   }
   const auto list = read_text_file(fs::path(folder) / hash_list_name);
   const auto listed = list ? parse_hash_list(*list) : std::nullopt;
   if (!listed) {
-    bundle.error = fmt::format("'{}' is not a bundle: {} is missing or not a list of hashes",
-                               folder, hash_list_name);
-    return bundle;
+    return tl::unexpected(fmt::format("'{}' is not a bundle: {} is missing or not a list of hashes",
+                                      folder, hash_list_name));
   }
   std::erase(names, hash_list_name);
   for (const ListedHash& each : *listed) {

@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include <tl/expected.hpp>
+
 #include "cli/common/exit_status.hpp"
 
 namespace biss::cli {
@@ -33,16 +35,16 @@ std::string check_target(const std::string& folder, bool replace);
 std::string write_bundle(const std::string& folder, const std::vector<EvidenceFile>& files,
                          bool replace);
 
-/// A bundle on the disk, or one line that says why it cannot be read.
+/// A bundle on the disk.
 struct ReadBundle {
   std::vector<EvidenceFile> files;
   /// A line for each file that is changed, missing, or not in the list of hashes.
   std::vector<std::string> findings;
-  std::string error;
 
   const EvidenceFile* find(std::string_view name) const;
 };
 
-ReadBundle read_bundle(const std::string& folder);
+/// The bundle, or one line that says why it cannot be read.
+tl::expected<ReadBundle, std::string> read_bundle(const std::string& folder);
 
 }  // namespace biss::cli

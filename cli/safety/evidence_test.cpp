@@ -18,9 +18,9 @@ namespace biss::cli {
 namespace evidence_test {
 
 EvidenceSubject subject_of(const EvidenceOptions& options) {
-  const EvidenceChoice choice = choose_evidence(options);
-  EXPECT_TRUE(choice.subject) << choice.error;
-  return choice.subject.value_or(EvidenceSubject{});
+  const auto choice = choose_evidence(options);
+  EXPECT_TRUE(choice.has_value()) << choice.error();
+  return choice.value_or(EvidenceSubject{});
 }
 
 TEST(EvidenceHash, PublishedVectors_AreReached) {
