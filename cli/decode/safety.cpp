@@ -43,9 +43,7 @@ std::string_view message_of(SafetySetupError mistake) {
   return "";
 }
 
-SafetyChoice by_widths() {
-  return {.setup = SafetySetup{}, .name = "by the words' widths"};
-}
+SafetyChoice by_widths() { return {.setup = SafetySetup{}, .name = "by the words' widths"}; }
 
 // Setup and name of the configuration that the format implies.
 SafetyChoice implied(std::string_view format_text, const FrameFormat& format) {
@@ -121,8 +119,10 @@ void add_safety_options(Verb verb, SafetyArguments& arguments) {
                 "Let a fault hold for the rest of the capture, as in a machine");
 }
 
-tl::expected<SafetyChoice, std::string> choose_safety(const SafetyArguments& arguments, std::string_view format_text,
-                           const FrameFormat& format, Picoseconds cycle) {
+tl::expected<SafetyChoice, std::string> choose_safety(const SafetyArguments& arguments,
+                                                      std::string_view format_text,
+                                                      const FrameFormat& format,
+                                                      Picoseconds cycle) {
   SafetyChoice choice = arguments.by_widths ? by_widths() : implied(format_text, format);
   if (const auto* named = find_safety_configuration(arguments.configuration)) {
     choice = {.setup = named->setup, .name = arguments.configuration};
