@@ -1,5 +1,5 @@
-// Fault campaigns against BiSS Safety: a frame drawn, damaged, and judged by both checksums and the
-// whole monitor.
+// Fault campaigns against BiSS Safety: a frame is drawn, damaged, and judged by both checksums and
+// by the complete monitor.
 #include "bench/rows.hpp"
 #include "biss/safety/configurations.hpp"
 #include "lab/campaign_block.hpp"

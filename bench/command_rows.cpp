@@ -1,4 +1,4 @@
-// The command as a whole process: its start, the file, the rows on its output.
+// The command as a whole process: start, reading the file, writing the rows.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t cycles = 20'000;
 
-// A folder of its own that goes when it is done.
+// A temporary folder, removed by the destructor.
 class Folder {
  public:
   Folder() {

@@ -1,4 +1,4 @@
-// The CRC engines: how many a nanosecond, and how long one alone takes.
+// The CRC engines: throughput, and the latency of a single CRC.
 #include <cstdint>
 #include <string>
 #include <vector>

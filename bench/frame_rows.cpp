@@ -1,4 +1,4 @@
-// Frames out of SPI buffers, and the other way.
+// Decoding frames from SPI buffers, and encoding frames.
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -28,7 +28,7 @@ Codec hidden_codec(const char* text) {
   return codec;
 }
 
-// What a user asks of each channel: the position, and whether it may be used.
+// What a user reads of each channel: the position, and whether it may be used.
 std::uint64_t used(const Channel& channel) {
   return channel.position * 2U + std::uint64_t{channel.nE};
 }
@@ -40,7 +40,7 @@ std::uint64_t used(const Frame& frame) {
   return sum;
 }
 
-// `decode(i)` is the answer to buffer i. All are compared once, so that no wrong one is ever fast.
+// `decode(i)` decodes buffer i. All results are checked once, so that only right results are timed.
 template <std::size_t Looked, class Decode>
 void run(benchmark::State& state, const Pool& pool, Decode decode) {
   for (std::size_t i = 0; i < pool_size; ++i) {
@@ -76,7 +76,7 @@ void spi(benchmark::State& state, const char* text) {
 
 constexpr FrameFormat format_22 = parse_format(text_22).value();
 
-// The same search, the format known at compile time.
+// The same search with the format as a compile-time constant.
 void search_fixed(benchmark::State& state) {
   const Pool pool(text_22);
   run<1>(state, pool, [buffers = pool.buffers()](std::size_t i) {

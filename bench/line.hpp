@@ -1,4 +1,4 @@
-// A simulated line as edges and as captures, for what reads them: 26 bits at 10 MHz.
+// A simulated line of 26 bits at 10 MHz, as edges and as captures.
 #pragma once
 
 #include <cstddef>
@@ -22,7 +22,7 @@ struct Line {
 /// Random positions, no faults.
 Line make_line(std::size_t cycles);
 
-/// The line as a file's text; empty when that failed.
+/// The line as the text of a capture file; empty after an error.
 std::string vcd_text(const Line& line);
 std::string csv_text(const Line& line);
 

@@ -54,7 +54,7 @@ bool write_into(const std::string& path, const Table& table) {
   return static_cast<bool>(std::ofstream(path) << text);
 }
 
-// Takes --write out of the arguments; what comes first can be overridden by what follows.
+// Removes --write from the arguments. Later options override earlier ones.
 std::vector<std::string> arguments(int count, char** values, std::vector<std::string>& files) {
   std::vector<std::string> kept{values[0], "--benchmark_repetitions=9", "--benchmark_min_time=0.05",
                                 "--benchmark_enable_random_interleaving=true"};

@@ -1,5 +1,5 @@
-// The loop around what is measured. All of it is inlined there, as it is where a program has one
-// place that decodes.
+// The measuring loop. The measured function is inlined into it, as in a program that decodes in one
+// place.
 #pragma once
 
 #include <benchmark/benchmark.h>
@@ -10,8 +10,8 @@
 
 namespace biss::bench {
 
-/// `work(i)` for i = 0…count - 1, again and again; the answers are hashed, so that none can be left
-/// out and none waits for another.
+/// Calls `work(i)` for i = 0…count - 1, again and again. The results are hashed, so that none can
+/// be left out and no call waits for another.
 template <class Work>
 [[gnu::flatten]] void measure(benchmark::State& state, std::size_t count, Work work) {
   for ([[maybe_unused]] auto _ : state) {
@@ -22,7 +22,7 @@ template <class Work>
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(count));
 }
 
-/// The same, each call waiting for the answer of the one before: `work(i, answer)`.
+/// The same, but each call waits for the result of the one before: `work(i, answer)`.
 template <class Work>
 [[gnu::flatten]] void measure_chain(benchmark::State& state, std::size_t count, Work work) {
   for ([[maybe_unused]] auto _ : state) {

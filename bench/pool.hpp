@@ -1,4 +1,4 @@
-// Varied input: SPI buffers with a frame somewhere in each.
+// Varied input: SPI buffers with one frame each, at varied offsets.
 #pragma once
 
 #include <cstddef>
@@ -21,7 +21,7 @@ class Random {
   explicit Random(std::uint64_t seed) : engine_(seed) {}
   /// `count` random bits, 0…64.
   std::uint64_t bits(unsigned count) { return count == 0 ? 0 : engine_() >> (64U - count); }
-  /// 0…limit - 1, near enough.
+  /// 0…limit - 1, with a negligible bias.
   std::uint32_t below(std::uint32_t limit) {
     return static_cast<std::uint32_t>(((engine_() >> 32U) * limit) >> 32U);
   }

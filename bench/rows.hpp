@@ -1,4 +1,4 @@
-// What is measured, a function a subject; each puts its rows into the table.
+// The measured subjects, one function each. Each function adds its rows to the table.
 #pragma once
 
 #include "bench/table.hpp"
@@ -6,9 +6,9 @@
 namespace biss::bench {
 
 void add_crc_rows(Table& table);
-/// Frames out of SPI buffers, and the other way.
+/// Decoding frames from SPI buffers, and encoding frames.
 void add_frame_rows(Table& table);
-/// Format text, turns, and the machine itself: its clock and its memory.
+/// Format text, turns, and the machine itself: its clock rate and its memory.
 void add_core_rows(Table& table);
 /// The readers of captures, and the decoder that uses them.
 void add_capture_rows(Table& table);

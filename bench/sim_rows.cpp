@@ -41,7 +41,7 @@ void one_encoder(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations());
 }
 
-// Each core has its share of the encoders; the time is that of the whole, on the wall.
+// Each core has its share of the encoders. The time is the wall-clock time of all of them.
 void many_encoders(benchmark::State& state) {
   std::vector<std::unique_ptr<sim::Line>> lines;
   for (std::size_t i = 0; i < encoders; ++i) {

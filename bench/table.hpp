@@ -1,4 +1,4 @@
-// The table of all figures: what is measured, against what, and how fast it should be.
+// The table of all figures: the subject, its reference, and its limit.
 #pragma once
 
 #include <benchmark/benchmark.h>
@@ -16,16 +16,17 @@ enum class Unit {
   million_a_second  ///< 10^6 items a second
 };
 
-/// A line of the table. The figure is the median of the repetitions, beside it the best one.
+/// One row of the table. The figure is the median of the repetitions; the best one is shown beside
+/// it.
 struct Row {
   /// Also the name to filter for.
   std::string name{};
   Unit unit = Unit::nanoseconds;
   /// Name of the row it is compared with, empty for none.
   std::string reference{};
-  /// The most that is wanted, in nanoseconds; 0 for none.
+  /// The limit in nanoseconds; 0 for none.
   double target = 0;
-  /// The benchmark takes the time itself.
+  /// The benchmark measures the time itself.
   bool own_time = false;
 };
 
@@ -38,7 +39,7 @@ class Table {
 
   /// The table as Markdown, without the rows that were not run.
   std::string text() const;
-  /// What went wrong, a line a benchmark.
+  /// The errors, one line for each benchmark.
   const std::vector<std::string>& errors() const { return errors_; }
 
  private:
@@ -56,7 +57,7 @@ class Table {
   std::vector<std::string> errors_;
 };
 
-/// Where and how the figures were made: processor, compiler, flags.
+/// The conditions of the measurement: processor, compiler, flags.
 std::string circumstances();
 
 }  // namespace biss::bench

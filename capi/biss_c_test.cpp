@@ -132,7 +132,7 @@ TEST(CInterface, FormatProblem_SaysWhatAndWhere) {
   EXPECT_EQ(channels, 2U);
 }
 
-// An encoder with registers from 0x40 on, and two at 2 that can only be written.
+// An encoder with registers from 0x40 on, and two write-only registers at 2.
 struct Registers {
   std::array<std::uint8_t, 128> values{};
   int busy = 0;

@@ -1,4 +1,4 @@
-// biss_master: the core's RequestCycle behind a handle.
+// biss_master: a handle of the core's RequestCycle.
 #include <algorithm>
 #include <cstdint>
 #include <limits>

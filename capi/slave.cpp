@@ -1,4 +1,4 @@
-// biss_slave: the core's Slave behind a handle, its callbacks in C.
+// biss_slave: a handle of the core's Slave, with callbacks in C.
 #include <array>
 #include <cstdint>
 #include <optional>

@@ -34,7 +34,7 @@ class ByteSource {
 using OpenedBytes = tl::expected<std::unique_ptr<ByteSource>, CaptureError>;
 
 /// Opens a file, a pipe or a device; `-` is standard input, which stays open afterwards.
-/// Fails with `cannot_open` or `is_directory`. What a slow pipe has is delivered at once.
+/// Fails with `cannot_open` or `is_directory`. Bytes of a slow pipe are delivered as they arrive.
 OpenedBytes open_bytes(const std::string& path);
 
 /// `text` as a stream that hands out at most `block_bytes` a call; `text` must outlive it.
@@ -55,7 +55,7 @@ class ByteSink {
   virtual bool flush() = 0;
 };
 
-/// Writes to a C stream that somebody else opens and closes.
+/// Writes to a C stream that the caller opens and closes.
 class FileSink final : public ByteSink {
  public:
   explicit FileSink(std::FILE* file) : file_(file) {}

@@ -4,7 +4,7 @@ namespace biss::capture {
 
 std::string LineNames::claim(const std::string& wanted) {
   if (taken_.insert(wanted).second) return wanted;
-  // Numbering goes on where it stopped, so that many equal names cost no more than as many others.
+  // Numbering continues from the last number, so equal names cost as much as different names.
   std::uint32_t& number = asked_.try_emplace(wanted, 1U).first->second;
   for (;;) {
     std::string name = wanted + '#' + std::to_string(++number);

@@ -70,7 +70,7 @@ const char* other_format_of(std::string_view head) {
   return nullptr;
 }
 
-// Samples may look like anything, so where a layout is given they need no more than the name.
+// Raw samples have no signature: where a layout is given, the file name alone selects them.
 Format format_of(std::string_view head, std::string_view path, bool raw_given) {
   if (head.starts_with(saleae_binary)) return Format::other;
   const Format by_name = format_of_extension(path);

@@ -1,5 +1,5 @@
-// Our files in the programs of others, and theirs in ours. The packages stand in
-// scripts/packages.txt; where they are missing the tests report themselves as skipped.
+// Capture files of this project in other programs, and theirs in its readers. scripts/packages.txt
+// lists the packages. Where they are missing, the tests report themselves as skipped.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -53,7 +53,8 @@ struct Lines {
 
 constexpr Hertz rate = megahertz(100);
 
-// Edges at samples: bursts as of request cycles, long rests between them, more than one chunk.
+// Edges at sample times: bursts as of request cycles, long idle times between them, more than one
+// chunk.
 Lines bursts(std::size_t count) {
   Lines lines;
   for (std::size_t i = 0; i < count; ++i) lines.names.push_back("L" + std::to_string(i));
@@ -110,7 +111,7 @@ class Sigrok : public testing::TestWithParam<std::size_t> {
     save(folder_.path("ours.sr"), written<SrWriter>(lines_, lines_.names, rate));
   }
 
-  // What sigrok-cli makes of our session in that format.
+  // The session converted by sigrok-cli to that format.
   std::string theirs(const std::string& format, const std::string& name) const {
     const std::string path = folder_.path(name);
     EXPECT_TRUE(runs("sigrok-cli -i " + folder_.path("ours.sr") + " -O " + format + " -o " + path));
@@ -146,7 +147,7 @@ TEST_P(Sigrok, VcdItWroteFromOurs_HasTheSameEdges) {
 INSTANTIATE_TEST_SUITE_P(Lines, Sigrok, testing::Values(2, 9, 32));
 
 TEST(Gtkwave, OurVcd_BecomesAnFstWithTheSameEdges) {
-  // Without arguments both explain themselves and fail.
+  // Without arguments both print their usage and fail.
   if (!runs("command -v vcd2fst") || !runs("command -v fst2vcd")) {
     GTEST_SKIP() << "no vcd2fst: scripts/install-packages test";
   }

@@ -92,7 +92,7 @@ TEST(Raw, LayoutsThatCannotBe_ReportBadLayout) {
   }
 }
 
-// The same samples over and over, far more than a file would hold.
+// The same samples repeatedly, far more than a file would hold.
 class EndlessPieces final : public SamplePieces {
  public:
   Result<std::span<const std::uint8_t>, CaptureError> next() override {

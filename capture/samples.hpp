@@ -75,7 +75,7 @@ class SampleClock {
 
  private:
   static constexpr std::uint64_t second = picoseconds_per_second;
-  // A second is a million times a million: two steps of long division need no more than 64 bits.
+  // A second is a million times a million, so two steps of long division fit 64 bits.
   static constexpr std::uint64_t million = 1'000'000;
 
   constexpr std::uint64_t count_of(std::uint64_t index) const {

@@ -34,8 +34,8 @@ TEST(SampleClock, RandomTimes_LieWithinHalfAPicosecondOfTheExactOnes) {
     const SampleClock clock(rate);
     const std::uint64_t index = (random() >> (random() % 64U)) % clock.last_index();
     const Picoseconds time = clock.time_of(index);
-    // time × rate / 10^12 is off from the index by no more than rate / 2, in 10^12ths: compared
-    // without the common multiple of 2^64 that both sides have lost.
+    // time × rate / 10^12 differs from the index by at most rate / 2, in units of 10^-12. The
+    // comparison omits the common multiple of 2^64 that both sides lack.
     const auto error =
         static_cast<std::int64_t>(static_cast<std::uint64_t>(time.count) * rate.count -
                                   index * std::uint64_t{picoseconds_per_second});

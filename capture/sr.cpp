@@ -144,7 +144,8 @@ class MetadataParser {
   CaptureError error_;
 };
 
-// Inflated at once; PulseView's chunks have 10 MiB. Larger members are read in pieces.
+// Members up to this size are inflated in one piece; PulseView's chunks have 10 MiB. Larger members
+// are read in pieces.
 constexpr std::uint64_t most_at_once = 32U * 1024U * 1024U;
 constexpr std::size_t stream_piece_bytes = 1024U * 1024U;
 constexpr std::size_t max_metadata_bytes = 1024U * 1024U;

@@ -111,7 +111,8 @@ TEST(Sr, ArchiveCutAnywhere_ReportsDamaged) {
   }
 }
 
-// What loses its name loses its samples: of the last chunk nobody can know.
+// A member whose name is damaged is not found, and its samples are missing. A missing last chunk
+// cannot be detected.
 TEST(Sr, AnyByteDamaged_EndsInACauseOrInNoOtherEdges) {
   const std::string whole = zip_of(session_of({some_samples, some_samples}));
   const std::vector<wire::Edge> edges = read_sr(whole).edges;

@@ -232,7 +232,7 @@ bool is_number(std::string_view text) {
          std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
 
-// `[0:0]` says no more than that the signal has one bit; `[3]` says which bit of what it is.
+// `[0:0]` only says that the signal has one bit; `[3]` says which bit of a wider signal it is.
 bool is_whole_range(std::string_view text) {
   const std::size_t colon = text.find(':');
   if (!text.starts_with('[') || !text.ends_with(']') || colon == std::string_view::npos) {

@@ -59,7 +59,7 @@ const RuleText& text_of(Rule rule);
 enum class Verdict : std::uint8_t {
   pass,
   fail,
-  marginal,    ///< beyond the limit by no more than the measurement uncertainty
+  marginal,    ///< beyond the limit by at most the measurement uncertainty
   not_judged,  ///< the capture holds no case
 };
 std::string_view name_of(Verdict verdict);

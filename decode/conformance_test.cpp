@@ -66,7 +66,7 @@ struct Bench {
   void zeros(unsigned count = 14) {
     for (unsigned i = 0; i < count; ++i) push(cycle());
   }
-  // The CDS bit k comes a cycle behind the CDM bit k.
+  // The CDS bit k comes one cycle after the CDM bit k.
   void access(std::string_view cdm, std::string_view cds) {
     for (std::size_t k = 0; k <= cds.size() || k < cdm.size(); ++k) {
       push(cycle(k >= 1 && k <= cds.size() && cds[k - 1] == '1', k < cdm.size() && cdm[k] == '1'));
@@ -153,7 +153,7 @@ TEST(Conformance, CdsBeforeFourteenZeros_MayBelongToAnAccess) {
   EXPECT_EQ(bench.failing(), "");
 }
 
-// CDS bit `k` of a good access turned over, and the rule that tells.
+// Bit `k` of CDS in a good access is inverted; `fails` is the rule that reports it.
 struct Turned {
   const std::string_view (&access)[2];
   std::size_t k;
@@ -299,7 +299,7 @@ TEST(Conformance, StatusOfFrames_FailsItsRule) {
   EXPECT_EQ(failing(CycleStatus::no_start), "frame_structure");
   EXPECT_EQ(failing(CycleStatus::no_response), "frame_structure");
   EXPECT_EQ(failing(CycleStatus::response_range), "line_delay");
-  EXPECT_EQ(failing(CycleStatus::not_ready), "");  // 60 us behind the last edge is too early
+  EXPECT_EQ(failing(CycleStatus::not_ready), "");  // 60 us after the last edge is too early
   for (const CycleStatus status : {CycleStatus::truncated, CycleStatus::cut_end,
                                    CycleStatus::ma_clock, CycleStatus::unknown_level}) {
     EXPECT_EQ(failing(status), "") << name_of(status);

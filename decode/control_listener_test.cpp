@@ -12,7 +12,7 @@
 namespace biss::decode {
 namespace control_listener_test {
 
-// A listener and what it told; cycles of 31.25 us.
+// A listener and the accesses that it reported; cycles of 31.25 us.
 struct Bench {
   std::vector<SeenAccess> told;
   ControlListener listener{[this](const SeenAccess& access) { told.push_back(access); }};
@@ -25,7 +25,7 @@ struct Bench {
   void zeros(unsigned count) {
     for (unsigned i = 0; i < count; ++i) push(false, false);
   }
-  // The CDS bit k comes a cycle behind the CDM bit k.
+  // The CDS bit k comes one cycle after the CDM bit k.
   void access(std::string_view cdm, std::string_view cds) {
     for (std::size_t k = 0; k <= cds.size() || k < cdm.size(); ++k) {
       push(k >= 1 && k <= cds.size() && cds[k - 1] == '1', k < cdm.size() && cdm[k] == '1');
@@ -117,7 +117,7 @@ TEST(ControlListener, Commands_AreToldWithTheirSlaves) {
   EXPECT_EQ(name_of(bench.only().outcome), "dropped");
 }
 
-// The read of the table, its CDS another.
+// The read access of the table with another CDS.
 std::string_view outcome_of(std::string_view cdm, std::string_view cds) {
   static Bench bench;
   bench.told.clear();
@@ -158,7 +158,7 @@ TEST(ControlListener, AnyBitBehindTheIds_IsAnIdPattern) {
   }
 }
 
-// The master's session against bits that a slave would send, with a busy time before each byte.
+// The master's session with the bits of a slave, with a busy time before each byte.
 TEST(ControlListener, SequenceWithBusyTimes_IsARowAByte) {
   Bench bench;
   ControlSession session;
@@ -230,7 +230,7 @@ TEST(ControlListener, CycleCutByTheEndOfTheCapture_GivesCutEnd) {
     Bench bench;
     for (unsigned k = 0; k < 14; ++k) bench.listener.push(bench.number++, whole);
     bench.listener.push(bench.number++, start);
-    // A cut frame may have brought its CDS, but not the level of MA behind it.
+    // A cut frame may contain its CDS, but not the level of MA after it.
     Cycle ends = last;
     if (ends.status == CycleStatus::cut_end) ends.cdm.reset();
     bench.listener.push(bench.number++, ends);
@@ -259,7 +259,7 @@ TEST(ControlListener, EndOfCapture_IsTold) {
   EXPECT_EQ(name_of(bench.only().outcome), "cut_end");
 }
 
-// Whatever comes: fourteen zeros later an access is told as it is, and `ok` has a right CRC.
+// After any bits and fourteen zeros, an access is reported as sent, and `ok` implies a right CRC.
 TEST(ControlListener, RandomBits_AreUnrestored) {
   std::uint64_t state = 0xB155;
   std::cout << "seed " << state << '\n';

@@ -19,7 +19,7 @@ constexpr std::int64_t margin_share = 20;
 // capture is: SLO that falls earlier was not moved by that edge.
 constexpr std::int64_t uncertain_share = 4;
 
-// The ACK of this device is judged apart.
+// The ACK of this device is judged separately.
 constexpr FrameBounds anywhere{.lead_max_clocks = 1, .ack_max_clocks = UINT16_MAX};
 
 bool has_unknown(std::span<const LevelChange> ma) {

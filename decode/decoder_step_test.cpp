@@ -1,5 +1,5 @@
-// Requests so close that the stillness between them may as well be missing edges: where one ends
-// must be found again behind whatever came before.
+// Requests so close together that the idle time between them may also be missing edges. The decoder
+// must find the end of each request, whatever came before it.
 #include <gtest/gtest.h>
 
 #include "decode/test_line.hpp"
@@ -7,21 +7,21 @@
 namespace biss::decode::test {
 namespace decoder_step_test {
 
-// Between two requests MA stands for 2.1 periods.
+// Between two requests MA is idle for 2.1 periods.
 const Shape tight{.timeout = nanoseconds(1'500), .gap = nanoseconds(10)};
 
 void add_good(TestLine& line, std::uint64_t cycles) {
   for (std::uint64_t k = 0; k < cycles; ++k) line.request(tight, 0x1234567 + k);
 }
 
-// Nobody answers for so many clocks.
+// A request of `clocks` clocks without an answer.
 void add_silent(TestLine& line, std::size_t clocks) {
   FrameBits bits;
   bits.append_run(true, clocks);
   line.request(tight, bits);
 }
 
-// Pulses on MA that are no clock; the next request comes as close as any.
+// Pulses on MA that are no clock; the next request follows at the usual distance.
 void add_slow_pulses(TestLine& line, int pulses, Picoseconds period) {
   for (int i = 0; i < pulses; ++i) {
     line.ma.push_back(low_at(line.now));
@@ -31,7 +31,7 @@ void add_slow_pulses(TestLine& line, int pulses, Picoseconds period) {
   line.now += nanoseconds(1'600) - period / 2;
 }
 
-// Rows from this request on are just the requests, and good.
+// From this request on there is one good row for each request and no other.
 void expect_good_from(const TestLine& line, std::size_t request, std::string_view format) {
   const auto cycles = decode(line, format);
   std::size_t row = 0;
@@ -67,7 +67,7 @@ TEST(DecoderStep, LastFrameOfTheCapture_EndsTheOneBeforeToo) {
   expect_good_from(line, 4, usual_format);
 }
 
-// Bits that nothing checks prove no boundary.
+// Bits without a CRC prove no cycle boundary.
 TEST(DecoderStep, FrameWithoutChecksum_EndsNothing) {
   constexpr std::string_view format = "pos26,nE,nW";
   TestLine line;
@@ -80,7 +80,7 @@ TEST(DecoderStep, FrameWithoutChecksum_EndsNothing) {
   EXPECT_GT(cycles[4].rising_edges, 45U);
 }
 
-// MA loses clocks before ACK: what is left is a whole answer, but no request began there.
+// MA loses clocks before ACK: the rest looks like a complete answer, but no request began there.
 TEST(DecoderStep, EdgesMissingBeforeAck_AreNoBoundary) {
   Shape shape = tight;
   shape.line_delay = nanoseconds(6'000);
@@ -105,7 +105,7 @@ TEST(DecoderStep, SlowPulsesBeforeTightRequests_SpoilOneRequestAtMost) {
   }
 }
 
-// Longer than any request: passed over, until the clock is a clock again.
+// Pulses for longer than any request are skipped until the clock is regular again.
 TEST(DecoderStep, EndlessSlowPulsesBeforeTightRequests_SpoilOneRequestAtMost) {
   TestLine line;
   add_good(line, 2);

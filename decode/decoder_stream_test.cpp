@@ -1,4 +1,4 @@
-// Streams of any length and none at all: memory stays bounded, the way is found again.
+// Streams of any length, also empty ones: memory stays bounded, and the decoder resynchronizes.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -21,7 +21,7 @@ TEST(DecoderStream, FreeRunningClock_IsOneRowInBoundedMemory) {
     decoder.push_slo(i % 2 == 0 ? high_at(now) : low_at(now));
     now += nanoseconds(500);
   }
-  // And a request behind it.
+  // A request follows.
   TestLine line;
   line.now = now + milliseconds(1);
   decoder.push_slo(high_at(now));
@@ -63,7 +63,7 @@ TEST(DecoderStream, RandomEdges_GiveRowsInOrderAndEndIsFound) {
   });
   Picoseconds now{};
   for (int i = 0; i < 1'000'000; ++i) {
-    // Quiet and busy stretches of many scales.
+    // Idle and busy periods of many lengths.
     now += picoseconds(static_cast<std::int64_t>(random() >> (40U + random() % 24U)));
     const auto level = random() % 64 == 0  ? wire::Level::unknown
                        : random() % 2 == 0 ? wire::Level::low

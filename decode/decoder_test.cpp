@@ -197,7 +197,8 @@ TEST(Decoder, CaptureBeginsWithMaHeldLow_FirstCycleIsWhole) {
   EXPECT_EQ(name_of(cycles[0].status), "ok");
 }
 
-// The encoder is ready 1.5 periods behind the last edge and the master asks at once.
+// The encoder is ready 1.5 periods after the last edge, and the master sends the next request
+// immediately.
 TEST(Decoder, NextRequestRightBehindAdaptiveTimeout_IsACycleOfItsOwn) {
   for (const int duty : {40, 50, 60}) {
     for (const std::int64_t period_ns : {100, 1'000, 4'000}) {
@@ -211,7 +212,7 @@ TEST(Decoder, NextRequestRightBehindAdaptiveTimeout_IsACycleOfItsOwn) {
   }
 }
 
-// Neither a pause that is hardly longer than half a period hides a request.
+// A pause slightly longer than half a period does not hide a request either.
 TEST(Decoder, RequestBehindAShortPauseInWhichSloGoesIdle_IsACycleOfItsOwn) {
   for (const std::int64_t pause_ns : {620, 700, 800, 900, 1'000, 1'100, 1'220, 1'300, 1'400}) {
     for (const Ending ending : {Ending::idle_high, Ending::low_until_next}) {
@@ -291,7 +292,7 @@ TEST(Decoder, TightCyclesThatAllFail_AreStillCyclesOfTheirOwn) {
 }
 
 TEST(Decoder, RequestThatReachesTheEncoderJustWhenItIsReady_IsRead) {
-  // The master sees the release of SLO a line delay behind its own first edge.
+  // The master sees the release of SLO one line delay after its own first edge.
   for (const std::int64_t delay_ns : {50, 142, 542, 1042}) {
     Shape shape{.period = nanoseconds(100), .line_delay = nanoseconds(delay_ns)};
     shape.gap = -shape.line_delay;

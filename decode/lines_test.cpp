@@ -122,7 +122,7 @@ TEST(Lines, SixteenLines_TheRightTwoAreFound) {
   Names names;
   for (int i = 0; i < 16; ++i) names.push_back("D" + std::to_string(i));
   auto edges = edges_on(11, 6);
-  // Others: a second clock, a slow toggle, one that never moves.
+  // Other lines: a second clock, a slow toggle, one without changes.
   const Picoseconds end = edges.back().time;
   for (Picoseconds now{}; now < end; now += nanoseconds(700)) {
     edges.push_back({now, 3, now.count % 1'400'000 == 0 ? wire::Level::low : wire::Level::high});
@@ -155,7 +155,7 @@ TEST(Lines, NothingLikeMaAndSlo_IsNamed) {
 
 TEST(Lines, TwoScopes_AreNotPairedCrosswise) {
   const auto reader = reader_with_format();
-  // The order of the lines in the file must not decide.
+  // The result does not depend on the order of the lines in the file.
   const Names names{"enc1.MA", "enc2.MA", "enc2.SLO", "enc1.SLO"};
   const auto edges = together({edges_on(0, 3), edges_on(1, 2, 0x12'3457)});
   expect_problem(find_lines(names, edges, {"", ""}, reader), LineProblem::ambiguous,
@@ -185,7 +185,7 @@ TEST(Lines, TwoEncodersWithoutNames_AreRefusedWithTheirCandidates) {
     const auto found = find_lines(names, edges, {"", ""}, reader);
     ASSERT_FALSE(found);
     EXPECT_EQ(found.error().problem, LineProblem::ambiguous);
-    EXPECT_EQ(found.error().candidates.size(), 4U);  // one clock: nothing tells who answers whom
+    EXPECT_EQ(found.error().candidates.size(), 4U);  // one clock: pairs of MA and SLO are ambiguous
     EXPECT_FALSE(find_lines(names, edges, {"D0", ""}, reader));
     expect_lines(find_lines(names, edges, {"D0", "D1"}, reader), {0, 1}, LineOrigin::given);
   }

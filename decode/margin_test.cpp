@@ -1,4 +1,4 @@
-// `marginal`: how close SLO may change to a moment at which it is sampled.
+// `marginal`: the least distance between a change of SLO and a sampling instant.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,8 +21,9 @@ std::optional<bool> marginal(const TestLine& line, const MarginSetup& margin = {
   return cycles.size() == 1 ? cycles[0].marginal : std::nullopt;
 }
 
-// One request; a change of SLO in the middle of the data comes late, or early, so that it is
-// `distance` from a sampling instant. That follows the mean of all changes, this one among them.
+// One request. One change of SLO in the middle of the data is late or early, so that it is
+// `distance` from a sampling instant. The instant follows the mean of all changes, which includes
+// this one.
 TestLine with_change_at(Picoseconds distance, bool late) {
   TestLine line;
   line.request({}, 0x1555555);
@@ -57,7 +58,7 @@ TEST(Margin, WithoutFormat_IsJudgedToo) {
   EXPECT_EQ(marginal(with_change_at(nanoseconds(51), true), {}, ""), false);
 }
 
-// Two edges and their mean may each be a sample off.
+// Two edges and their mean may each be wrong by one sample.
 TEST(Margin, CoarseCapture_IsMarginalWhereThatIsCertain) {
   const MarginSetup fine{.resolution = nanoseconds(5)};
   EXPECT_EQ(marginal(with_change_at(nanoseconds(39), true), fine), true);
@@ -88,7 +89,7 @@ TEST(Margin, MasterWithoutCompensation_IsJudgedByItsOwnSamples) {
 }
 
 TEST(Margin, BehindStop_IsOfNoInterest) {
-  // LAT 0, …, STOP 40; bits are sampled 600 ns behind their rising edges.
+  // LAT 0, …, STOP 40; bits are sampled 600 ns after their rising edges.
   for (const bool compensated : {true, false}) {
     for (const std::size_t clock : {38U, 40U, 41U, 43U}) {
       SCOPED_TRACE(clock);
@@ -102,7 +103,7 @@ TEST(Margin, BehindStop_IsOfNoInterest) {
   }
 }
 
-// With a whole period of line delay STOP is the bit of the clock behind.
+// With a line delay of a whole period, STOP is the bit of the next clock.
 TEST(Margin, StopOfALongCable_IsALaterSampleWithoutCompensation) {
   for (const std::size_t clock : {41U, 42U}) {
     TestLine line;

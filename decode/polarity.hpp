@@ -8,7 +8,7 @@
 
 namespace biss::decode {
 
-/// The first edges of MA and SLO, without those of other lines: as many as a trial reads.
+/// The first edges of MA and SLO, as many as a trial reads. Edges of other lines are left out.
 std::vector<wire::Edge> first_edges(const Lines& lines, std::span<const wire::Edge> edges);
 
 /// The same lines with the polarity that fits best.

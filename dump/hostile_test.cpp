@@ -1,4 +1,4 @@
-// Damaged and random text: an error with a name or a dump, and never anything else.
+// Damaged and random text: the result is a named error or a dump.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

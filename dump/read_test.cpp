@@ -8,7 +8,7 @@
 namespace biss::dump {
 namespace read_test {
 
-// Cause, line and column of what a text fails with.
+// The cause, line and column of an error.
 std::string fails(const std::string& text, const DumpOptions& options = {}) {
   const DumpResult result = from_text(text, options);
   if (result.has_value()) return "ok";

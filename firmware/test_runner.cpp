@@ -1,4 +1,4 @@
-// Runs every test of the image and prints a line each: `ok NAME` or `FAILED NAME`.
+// Runs every test of the image and prints one line for each: `ok NAME` or `FAILED NAME`.
 #include <cstdint>
 
 #include "firmware/platform/semihosting.hpp"
@@ -57,8 +57,8 @@ Report& Report::operator<<(const Shown& value) {
 
 namespace std {
 
-// What a checked call of the library (string_view::substr) goes to without exceptions. Only test
-// images have it: in firmware it would bring in the whole of them.
+// The function that a checked call of the library (string_view::substr) uses without exceptions.
+// Only test images have it: in firmware it would link the exceptions.
 [[noreturn]] void __throw_out_of_range_fmt(const char* what, ...);
 void __throw_out_of_range_fmt(const char* what, ...) {
   firmware::write("OUT OF RANGE: ");

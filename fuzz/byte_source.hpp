@@ -8,7 +8,7 @@
 
 namespace biss::fuzz {
 
-/// Behind the last byte there are zeros.
+/// After the last byte, all bytes are zero.
 class ByteSource {
  public:
   ByteSource(const std::uint8_t* data, std::size_t size) : rest_(data, size) {}

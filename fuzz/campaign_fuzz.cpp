@@ -1,4 +1,4 @@
-// The reader of a campaign's state on hostile files: a refusal with a cause, or counts that can be.
+// The reader of a campaign's state on hostile files: an error with a cause, or possible counts.
 #include <algorithm>
 #include <array>
 #include <cstddef>

@@ -16,10 +16,10 @@
 
 namespace biss::fuzz {
 
-/// A block size that follows from the input, so that inputs stay plain captures.
+/// A block size derived from the input, so that inputs stay plain captures.
 inline std::size_t block_size_of(std::string_view text) {
   constexpr std::array<std::size_t, 8> sizes{1, 3, 7, 64, 500, 1'000, 4'096, 1'000'000};
-  // Single bytes cost the most and find no more in long text.
+  // Blocks of one byte cost the most and find no further errors in long text.
   constexpr std::size_t short_text = 512;
   constexpr std::size_t small_sizes = 3;
   std::size_t mixed = text.size();
@@ -30,15 +30,15 @@ inline std::size_t block_size_of(std::string_view text) {
   return sizes[small_sizes + mixed % (sizes.size() - small_sizes)];
 }
 
-/// What a capture said up to its end or its first error.
+/// The content of a capture up to its end or its first error.
 struct Read {
   std::vector<std::string> lines;
   std::vector<wire::Edge> edges;
   Picoseconds end{};
 };
 
-/// Reads to the end. A finding: times fall, a line is not in the list, an edge changes nothing, an
-/// error cannot be put in words, or the end is not the end.
+/// Reads to the end. Reports a finding if times decrease, a line is not in the list, an edge
+/// changes no level, an error has no text, or the end is not final.
 inline Read read_checked(capture::Opened opened) {
   Read read;
   std::vector<wire::Edge>& all = read.edges;
@@ -70,8 +70,8 @@ inline Read read_checked(capture::Opened opened) {
   return read;
 }
 
-/// Reads `text` in blocks of the size that follows from it and, for short text, in one block too:
-/// the edges must be the same. Then reads their request cycles. Returns what it said.
+/// Reads `text` in blocks of the size derived from it and, for short text, in one block too: the
+/// edges must be the same. Then reads their request cycles. Returns the content.
 template <class Open>
 Read check_reader(std::string_view text, Open open) {
   Read read = read_checked(open(capture::memory_bytes(text, block_size_of(text))));

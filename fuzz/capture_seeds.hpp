@@ -1,5 +1,4 @@
-// Valid captures to begin fuzzing from: request cycles of BiSS frames with a good CRC, some
-// damaged.
+// Valid captures as seeds: request cycles of BiSS frames with a good CRC, some of them damaged.
 #pragma once
 
 #include <algorithm>
@@ -34,7 +33,7 @@ struct SplitMix {
   }
 };
 
-/// What SLO shows in a request cycle. Every fourth seed has another format than the one that
+/// The levels of SLO in a request cycle. Every fourth seed has another format than the one that
 /// cycles are read with, every eighth a damaged bit.
 inline FrameBits frame_bits(std::uint64_t seed, SplitMix& random) {
   const auto text = seed % 4 == 3 ? frame_formats[random() % 3] : capture_format;
@@ -50,7 +49,7 @@ inline FrameBits frame_bits(std::uint64_t seed, SplitMix& random) {
   return bits;
 }
 
-/// Half a clock period of the cycles of this seed is so many times 50 ns.
+/// Half a clock period of the cycles of this seed, in steps of 50 ns.
 inline std::uint32_t half_period_steps(std::uint64_t seed) {
   return 1U + static_cast<std::uint32_t>(SplitMix{seed}() % 10);
 }
@@ -82,8 +81,8 @@ inline std::vector<wire::Edge> cycle_edges(std::uint64_t seed, unsigned cycles) 
   return edges;
 }
 
-/// A capture of one to three cycles, by a writer of the capture room. `make` makes it of the names
-/// of the lines and the sink.
+/// A capture of one to three cycles, written by a writer of capture/. `make` creates the writer
+/// from the names of the lines and the sink.
 template <class MakeWriter>
 std::string seed_capture(std::uint64_t seed, MakeWriter make) {
   std::string text;
@@ -106,8 +105,8 @@ inline std::string saleae_seed(std::uint64_t seed) {
   });
 }
 
-/// Enough samples to tell both halves of a clock apart, few enough for many executions a second: at
-/// a rate that divides the clock, or at one that does not.
+/// Enough samples to separate both halves of a clock, few enough for many executions per second.
+/// The sample rate divides the clock for some seeds and does not for others.
 inline capture::RawLayout sampled_layout(std::uint64_t seed) {
   const Hertz rate{(seed % 2 == 0 ? 60'000'000U : 73'000'000U) / half_period_steps(seed)};
   return capture::packed_layout({"MA", "SLO"}, rate);
@@ -120,7 +119,7 @@ inline std::string sr_seed(std::uint64_t seed) {
   });
 }
 
-/// The same as nothing but samples.
+/// The same as raw samples.
 inline std::string raw_seed(std::uint64_t seed) {
   return seed_capture(seed, [seed](const auto&, auto& sink) {
     return capture::RawWriter(sampled_layout(seed), sink);

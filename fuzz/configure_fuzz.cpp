@@ -1,10 +1,10 @@
-// Configuration against encoders whose answers are changed on the way, or that are not as they
-// should be: it always ends, what comes out can be, and what it left behind is told.
+// Configuration against encoders with changed answers or wrong data. Configuration always ends, its
+// result is possible, and it reports every state that it did not restore.
 //
-// Input: options and how many devices; of each 8 bytes (struct Device) and changes of its banks;
-// what happens when the input is used up; then a byte for so many frames: bits 0 and 1 what CDS is
-// (0, 1, missing, what the encoders say), bit 2 that the encoders do not hear a frame without CDS,
-// bits 3…6 how often, as a power of two.
+// Input: options and the number of devices. For each device 8 bytes (struct Device) and the changes
+// of its banks. One byte for the answers after the end of the input. Then one byte for each run of
+// frames: bits 0 and 1 the source of CDS (0, 1, missing, the encoders), bit 2 the encoders do not
+// receive a frame without CDS, bits 3…6 the number of frames, as a power of two.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -35,7 +35,7 @@ constexpr std::size_t device_banks = 5;
 
 using Banks = std::array<biss::EdsBank, device_banks>;
 
-/// Good data sheets, from bank 1 on.
+/// Valid data sheets, from bank 1 on.
 const std::array<Banks, 16>& good_sheets() {
   static const std::array<Banks, 16> sheets = [] {
     std::array<Banks, 16> made{};
@@ -111,7 +111,7 @@ Device read_device(ByteSource& bytes) {
   device.busy_frames = (flags & 8U) != 0 ? 1 : 0;
   device.bsel = device.bsel_at_first = (flags & 16U) != 0 ? bytes.next() : std::uint8_t{0};
   device.direct[1] = (flags & 32U) != 0 ? bytes.next() : eds_bank;
-  // The profile of the first channel, or any.
+  // The profile of the first channel, or any profile.
   device.direct[2] = device.banks[2][2];
   device.direct[3] = device.banks[2][3];
   const std::size_t changes = flags >> 6U;
@@ -158,7 +158,7 @@ Line::Line(ByteSource& bytes) {
   options_.max_requests = bounds[flags % 4U];
   options_.switch_channels = (flags & 4U) == 0;
   options_.control.retries = (flags >> 3U) % 4U;
-  // Mostly one, seldom more than there are IDs.
+  // Mostly one device, rarely more than there are IDs.
   constexpr std::array<std::uint8_t, 8> counts{1, 1, 1, 2, 0, 3, 2, 10};
   devices_.resize(counts[flags >> 5U]);
   for (Device& device : devices_) device = read_device(bytes);
@@ -224,7 +224,7 @@ void check_fault(const biss::ConfigureFault& fault) {
   require((fault.cause == ConfigureError::unknown_profile) == fault.profile.has_value());
 }
 
-// Answers that were lost are no excuse.
+// Every state that was not restored is reported, also after lost answers.
 void Line::check_told() const {
   const biss::Unrestored left = configurator_->unrestored();
   for (std::size_t k = 0; k < devices_.size(); ++k) {

@@ -1,4 +1,4 @@
-// The other end of the control communication where it behaves: registers and an encoder of one
+// The other end of the control communication, with valid behaviour: registers and an encoder of one
 // slave, and accesses that must succeed.
 #pragma once
 
@@ -31,8 +31,9 @@ struct OpenRegisters {
 
 using OpenServer = RegisterServer<OpenRegisters>;
 
-/// Steps a session until it is done; `frame` takes nothing and gives CDS, then takes CDM. \return
-/// the frames it took; a finding where they are more than `most`
+/// Steps a session until it is done. `frame` returns CDS, then takes CDM. More frames than `most`
+/// are a finding.
+/// \return the number of frames
 template <class Cds, class Cdm>
 std::uint32_t run_access(ControlSession& session, Picoseconds& now, std::uint32_t most, Cds cds,
                          Cdm cdm) {

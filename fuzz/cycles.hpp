@@ -1,4 +1,4 @@
-// From what a reader delivered on to request cycles, and how many inputs came that far.
+// Reads request cycles from the edges of a reader, and counts the inputs that reach a cycle.
 #pragma once
 
 #include <cstdint>
@@ -43,7 +43,7 @@ inline bool is_request(const decode::Cycle& cycle) {
          cycle.status != decode::CycleStatus::unknown_level;
 }
 
-/// What holds for every row.
+/// Checks the invariants of every row.
 inline void check_cycle(const decode::Cycle& cycle, const FrameFormat& format) {
   require(cycle.frame.has_value() == (cycle.status == decode::CycleStatus::ok));
   require(!name_of(cycle.status).empty());
@@ -55,9 +55,9 @@ inline void check_cycle(const decode::Cycle& cycle, const FrameFormat& format) {
   if (cycle.frame) require(cycle.crc_ok[0] == true);
 }
 
-/// Finds MA and SLO, reads the cycles, checks each row, and counts the input. Among many lines MA
-/// and SLO are looked for in an eighth of the inputs only, because each pair is decoded for that;
-/// else they are the first two.
+/// Finds MA and SLO, reads the cycles, checks each row, and counts the input. With many lines, MA
+/// and SLO are searched for in an eighth of the inputs only, because the search decodes each pair.
+/// Otherwise they are the first two lines.
 inline void check_cycles(const std::vector<std::string>& lines,
                          const std::vector<wire::Edge>& edges, Picoseconds end) {
   static Tally tally;

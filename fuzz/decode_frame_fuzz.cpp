@@ -1,7 +1,7 @@
 // Hostile bits read as frames.
 //
-// Input: the format's number in frame_formats, ACK's most clocks (0: the widest bounds), how many
-// bits of the last byte are not there; then the bits.
+// Input: the format's number in frame_formats, the longest ACK in clocks (0: the widest bounds),
+// the number of unused bits in the last byte; then the bits.
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -23,7 +23,7 @@ struct Codecs {
   bool padded;
 };
 
-// Bits that no item claims cannot be given back.
+// Bits outside all items are not encoded again.
 bool has_padding(const biss::FrameFormat& format) {
   for (const biss::ChannelFormat& channel : format.channels()) {
     const unsigned claimed = channel.position_bits() + channel.life_counter.bits +
@@ -45,7 +45,7 @@ const std::vector<Codecs>& all_codecs() {
   return codecs;
 }
 
-// What was read, sent again, is what came.
+// Encoding the decoded values gives the same bits.
 void check_given_back(const biss::Frame& frame, biss::BitView bits, const Codecs& codecs) {
   const auto sent = encode_frame(frame, codecs.plain);
   require(sent.ok());

@@ -1,9 +1,9 @@
-// The readers of register dumps on hostile files: a dump or an error that points into the file, in
-// bounded memory; what was read, written in any format and read again, is the same.
+// The readers of register dumps on hostile files: the result is a dump or an error with a position
+// in the file, in bounded memory. A dump written in any format and read again is the same.
 //
-// Input: bits 0 and 1 whether bank and slave are named, 2 that the sums of Intel HEX are made
-// right, 3…5 how often the file is repeated where 6 and 7 are both set; bank and slave; then the
-// file.
+// Input: bits 0 and 1 whether bank and slave are given, bit 2 the checksums of Intel HEX are
+// corrected, bits 3…5 the number of repetitions of the file if bits 6 and 7 are both set; bank and
+// slave; then the file.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -38,7 +38,7 @@ using biss::dump::RegisterDump;
 using biss::fuzz::ByteSource;
 using biss::fuzz::require;
 
-/// A file several times over, without being kept so often.
+/// A file repeated several times, stored once.
 class Repeated : public std::streambuf {
  public:
   Repeated(std::string text, std::size_t times) : text_(std::move(text)), times_(times) {}
@@ -59,7 +59,7 @@ class Repeated : public std::streambuf {
   std::size_t delivered_ = 0;
 };
 
-// What a record's last byte must be.
+// Sets the last byte of a record to its checksum.
 void repair_record(std::span<char> record) {
   if (record.size() < 11 || record.size() % 2 == 0) return;
   unsigned sum = 0;
@@ -90,7 +90,7 @@ void check_same(const RegisterDump& dump, const std::string& text) {
   require(again.has_value() && *again == dump);
 }
 
-// The banks from 0 on with nothing unknown, which is what a binary can say.
+// The banks from 0 on without unknown registers: the content that a binary file can represent.
 RegisterDump as_binary(const RegisterDump& dump) {
   RegisterDump filled;
   const auto range = dump.banks();
@@ -119,7 +119,7 @@ void check_accesses(const RegisterDump& dump) {
   const DumpResult result = read_text(accesses);
   require(result.has_value());
   RegisterDump again = *result;
-  // Accesses say what BSEL was, too.
+  // Accesses contain BSEL, too.
   if (!dump.direct_byte(biss::reg::bsel)) again.at(0, biss::reg::bsel) = std::nullopt;
   require(again == dump);
 }
@@ -130,7 +130,8 @@ void check_data_sheet(const RegisterDump& dump) {
   check_eds(sheet.image(), [](const biss::EdsFinding&) {});
 }
 
-// One way back an input: each costs more than reading it did.
+// Each input is written in one format only, because writing and reading again costs more than the
+// first reading.
 void check_dump(const RegisterDump& dump, unsigned way) {
   switch (way % 5U) {
     case 0:

@@ -1,4 +1,4 @@
-// Dumps of registers as text, where dump/ itself only reads it; dumps to begin with.
+// Register dumps as text, in formats that dump/ only reads; dumps as seeds.
 #pragma once
 
 #include <fmt/format.h>
@@ -15,7 +15,7 @@
 
 namespace biss::fuzz {
 
-/// As xxd prints a binary, or hexdump -C.
+/// The output of xxd or hexdump -C for a binary.
 inline std::string offsets_text(const std::string& binary, bool xxd) {
   std::string out;
   for (std::size_t i = 0; i < binary.size(); i += 16) {
@@ -30,8 +30,8 @@ inline std::string offsets_text(const std::string& binary, bool xxd) {
   return out;
 }
 
-/// Accesses that read the whole of it: BSEL written, then runs of registers read. BSEL itself comes
-/// last, where it is known.
+/// Accesses that read the complete dump: BSEL written, then runs of registers read. BSEL itself
+/// comes last, if it is known.
 inline std::string json_text(const dump::RegisterDump& dump) {
   std::string out;
   const auto row = [&](const char* access, unsigned address, const std::string& data) {
@@ -87,7 +87,7 @@ inline dump::RegisterDump dump_seed(std::uint64_t seed) {
   return dump;
 }
 
-/// A file of every format that is read.
+/// One file in every readable format.
 inline std::string dump_file_seed(std::uint64_t seed) {
   const dump::RegisterDump dump = dump_seed(seed);
   switch (seed % 6) {

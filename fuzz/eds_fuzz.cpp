@@ -1,11 +1,11 @@
-// Data sheets of any bytes: parts parse and build back, findings name fields and values that are
-// there, and the device that comes out is one that can be.
+// Data sheets of any bytes: parts are rebuilt as they were parsed, findings name existing fields
+// and values, and the derived device is possible.
 //
-// Input: what there is (bit 0 common part, 1 its bank is told, 2 identifiers, 3 and 4 checksums of
-// common part and profiles made right, 5…7 overrides), which profiles there are, the options of
-// checking and describing, the common part's bank; an identifier of two bytes for each channel that
-// the next byte names; for each override part and channel, field, value; then the banks, 64 bytes
-// each.
+// Input: what is present (bit 0 the common part, 1 the number of its bank, 2 identifiers, 3 and 4
+// corrected checksums of common part and profiles, 5…7 overrides), the profiles, the options of
+// checking and describing, the bank of the common part. The next byte selects the channels with an
+// identifier of two bytes. For each override part and channel, field, value. Then the banks, 64
+// bytes each.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -42,7 +42,7 @@ struct Input {
   bool profiles_sealed = false;
 };
 
-// Symbols are those of the tables, now and then none.
+// A symbol is from the tables, sometimes empty.
 biss::EdsOverride read_override(ByteSource& bytes) {
   const std::uint8_t where = bytes.next();
   biss::EdsOverride made;
@@ -96,7 +96,7 @@ void read_input(ByteSource bytes, Input& input) {
   }
 }
 
-// A profile whose layout is not known has these two fields only.
+// A profile of unknown layout has only these two fields.
 bool is_raw_symbol(std::string_view symbol) { return symbol == "BP_VER" || symbol == "CHKSUM"; }
 
 const EdsBank& bank_of(const EdsImage& image, EdsPart part, std::size_t channel) {
@@ -128,7 +128,7 @@ void check_finding(const EdsImage& image, const EdsFinding& found) {
   }
 }
 
-/// Whether there is nothing to find fault with.
+/// Whether the checks report no finding.
 bool check_findings(const Input& input) {
   std::vector<EdsFinding> all;
   check_eds(
@@ -169,7 +169,7 @@ void check_codecs(const Input& input) {
   }
 }
 
-// What a channel's fields take lies within its data, and no bit is taken twice.
+// The fields of a channel lie within its data and do not overlap.
 void check_channel(const biss::ChannelFormat& channel) {
   require(channel.data_bits >= 1 && channel.data_bits <= biss::max_data_bits);
   std::uint64_t taken = 0;
@@ -258,7 +258,7 @@ void check_description(const Input& input, bool faultless) {
     require(said.overridden == input.overrides.size());
     check_device(*device);
   }
-  // What the checks find nothing wrong with can be described without any repair.
+  // A data sheet without findings is described without any repair.
   if (faultless && input.overrides.empty() && is_whole(input.image)) {
     require(device.ok() && !said.contradicts);
   }

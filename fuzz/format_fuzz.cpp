@@ -1,4 +1,4 @@
-// The frame format's grammar on hostile text.
+// The grammar of frame formats on hostile text.
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
@@ -21,7 +21,7 @@ void check_limits(const biss::FrameFormat& format) {
   }
 }
 
-// A format that is accepted also works: what is sent comes back.
+// Every accepted format works: the decoded values are the encoded ones.
 void check_round_trip(const biss::FrameFormat& format, std::string_view text) {
   const biss::PlainCodec codec(format);
   biss::Frame frame;

@@ -1,4 +1,4 @@
-// Formats that the targets read frames of: one of every kind of item.
+// The formats of the frames that the targets read: every kind of item occurs.
 #pragma once
 
 #include <array>

@@ -1,8 +1,10 @@
-// The listener of the control communication on trains of CDM and CDS bits: what it calls good is
-// good bit by bit, its rows keep their contract, and after 14 zeros it hears a good access in full.
+// The listener of the control communication on trains of CDM and CDS bits. An access reported as
+// good is good in every bit, the rows keep their contract, and after 14 zeros a good access is
+// received completely.
 //
-// Input: a byte for so many cycles: bits 0 and 1 who sends CDM (0, 1, a master that behaves, none),
-// bits 2 and 3 who sends CDS (0, 1, an encoder, none), bits 4…6 how often, as a power of two.
+// Input: one byte for each run of cycles: bits 0 and 1 the source of CDM (0, 1, a valid master,
+// none), bits 2 and 3 the source of CDS (0, 1, an encoder, none), bits 4…6 the number of cycles, as
+// a power of two.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -87,7 +89,7 @@ class Train {
     session_.write(0, address, written_);
   }
 
-  // `size` bits from a cycle on, all of them there.
+  // `size` bits from a cycle on; none of them is missing.
   std::uint32_t bits(std::size_t from, unsigned size, Bit Cycle::*side) const {
     std::uint32_t word = 0;
     for (std::size_t i = from; i < from + size; ++i) {
@@ -118,7 +120,7 @@ class Train {
     }
     require(header->slave == row.id && header->address == row.address);
     require(row.slaves_present != 0 && (row.slaves_present & (row.slaves_present + 1U)) == 0);
-    // CDS comes a cycle later than CDM of the same number.
+    // The CDS bit of a number comes one cycle after the CDM bit.
     const std::size_t first = row.cycle + biss::control_bit::byte_start + 1 + row.busy_cycles;
     const std::uint32_t good = std::uint32_t{*row.data} << 4U | biss::byte_crc(*row.data);
     require(bits(first + 1, 12, &Cycle::cds) == good);

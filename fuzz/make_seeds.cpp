@@ -1,4 +1,4 @@
-// make_seeds FOLDER: valid inputs for every target, one folder each. The same on every machine.
+// make_seeds FOLDER: writes valid inputs, one folder per target, identical on every machine.
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
@@ -36,8 +36,8 @@ class Corpus {
   std::uint64_t count_ = 0;
 };
 
-// The bits of a frame of that format, position and ACK at random, every fourth one damaged; 0: a
-// few leading ones.
+// The bits of a frame of that format with random position and ACK; every fourth frame is damaged.
+// With `lead_clocks` 0 there are a few leading ones.
 std::string frame_bytes(std::size_t format_number, std::uint64_t seed,
                         std::uint16_t lead_clocks = 0) {
   std::mt19937_64 random(seed);
@@ -73,8 +73,8 @@ std::string spi_header(std::size_t format_number) {
           '\0'};
 }
 
-// A master that takes such frames, the script behind it: compensation, a clock of 90 ns, any delay
-// up to 12 clocks.
+// A master that accepts these frames, followed by the script: compensation, a clock of 90 ns, any
+// line delay up to 12 clocks.
 std::string master_header(std::size_t format_number, std::uint64_t seed) {
   constexpr char compensated_script = 1 | 8;
   constexpr char ack_half_clocks = 60;
@@ -98,8 +98,8 @@ std::string slave_train(std::size_t format_number, std::uint64_t seed) {
   return train + std::string(2 * (20 + seed), half_a_period_and_turn_ma);
 }
 
-// A request of 20 to 83 clocks, SLO turning now and then with a rising edge; then a pause and
-// another.
+// A request of 20 to 83 clocks with some changes of SLO at rising edges; then a pause and another
+// request.
 std::string replay_train(std::size_t format_number, std::uint64_t seed) {
   constexpr char half_a_period = 4;
   constexpr char turn_both = 3 << 5;
@@ -117,8 +117,7 @@ std::string replay_train(std::size_t format_number, std::uint64_t seed) {
   return train;
 }
 
-// A monitored encoder: good frames until the state is safe, and something every few frames behind
-// them.
+// A monitored encoder: good frames until the state is safe, then an event every few frames.
 std::string safety_story(std::uint64_t seed) {
   constexpr char good_run = 1;
   std::mt19937_64 random(seed);
@@ -132,7 +131,7 @@ std::string safety_story(std::uint64_t seed) {
   return story;
 }
 
-// Samples of an even clock, the layout before them.
+// The layout, then samples of an even clock.
 std::string raw_samples(std::uint64_t seed) {
   return biss::fuzz::raw_header(biss::fuzz::sampled_layout(seed)) + biss::fuzz::raw_seed(seed);
 }

@@ -1,4 +1,5 @@
-// The master against any SLO: it always ends, in bounded time, and reads what decode_frame() reads.
+// The master with any SLO: every request ends in bounded time, and its reading is that of
+// decode_frame().
 //
 // Input: the format's number in frame_formats; the period above 50 ns in 20 ns; bit 0 compensation,
 // bit 1 CDM, bit 2 late calls, bit 3 a script instead of an edge train, bits 4…5 the timeout's
@@ -61,7 +62,7 @@ MasterSetup setup_of(const std::uint8_t* header) {
           .line_delay_max = period * header[6] / 2};
 }
 
-// The longest a request can take when no call is late.
+// The longest duration of a request without late calls.
 Picoseconds longest(const MasterSetup& setup, unsigned payload_bits) {
   const std::int64_t clocks =
       request_ack_bounds(setup).max_clocks + payload_bits + setup.extra_clocks + std::int64_t{12};
@@ -69,7 +70,7 @@ Picoseconds longest(const MasterSetup& setup, unsigned payload_bits) {
   return setup.period * clocks + 2 * setup.line_delay_max + rest;
 }
 
-// SLO as the input says.
+// SLO with the changes of the input.
 class Train {
  public:
   Train(std::span<const std::uint8_t> bytes, Picoseconds period) : bytes_(bytes), period_(period) {
@@ -77,7 +78,7 @@ class Train {
   }
   Picoseconds next() const { return next_; }
   void tell(bool, Picoseconds) {}
-  // What the master sees from now on.
+  // The level that the master sees from now on.
   bool level(Picoseconds now) {
     while (next_ <= now) {
       level_ = !level_;
@@ -105,7 +106,7 @@ class Train {
   bool level_ = true;
 };
 
-// SLO as a device answers: a bit of the script at each rising edge, 1 again after the timeout.
+// SLO of a device: one bit of the script at each rising edge, 1 again after the timeout.
 class Script {
  public:
   Script(BitView bits, Picoseconds delay, Picoseconds timeout)
@@ -143,7 +144,7 @@ class Script {
   bool level_ = true;
 };
 
-// One request. \return when it ended
+// Makes one request. \return its end
 template <class Device>
 Picoseconds run(Master& master, Device& device, Picoseconds now, bool late) {
   const bool cdm = master.setup().cdm;
@@ -164,7 +165,7 @@ Picoseconds run(Master& master, Device& device, Picoseconds now, bool late) {
     device.tell(out.level, now);
     const StepOutput next = master.step(now, device.level(now));
     if (next.level != out.level) {
-      // Only SLO's rise, which ends CDM, is no clock.
+      // Only the rise of MA at the end of CDM, caused by SLO, may come sooner.
       require(now - edge >= shortest || (master.done() && next.level));
       edge = now;
     }
@@ -190,7 +191,7 @@ void check(const Master::Reading& reading, const Master& master) {
   require(reading.frame->ack_clocks == reading.ack_clocks && reading.frame->stop_seen);
 }
 
-// A device whose answer comes undisturbed is read as its bits are.
+// An undisturbed answer of a device is read bit by bit.
 void check_script(const Master& master, BitView script) {
   const Master::Reading& reading = master.reading();
   FrameBits bits;
@@ -241,7 +242,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   Script script(bits, setup.period * data[7] / 8, setup.timing.timeout.time + 2 * setup.period);
   run(master, script, now, late);
   check(master.reading(), master);
-  // Devices answer at the second clock; the master counts on it.
+  // Devices answer at the second clock; the master relies on it.
   const bool device = bits.size_bits() > 1 && bits[0] && !bits[1];
   const bool plain = !late && setup.sample_shift.count == 0 && setup.compensate;
   if (plain && device) check_script(master, bits);

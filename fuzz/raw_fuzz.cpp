@@ -1,4 +1,5 @@
-// Raw samples of any layout: the reader says what a plain one says, or the layout cannot be.
+// Raw samples of any layout: the reader's edges are those of a plain reader, or the layout is
+// invalid.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -36,7 +37,7 @@ bool is_high(std::string_view sample, unsigned bit) {
   return (static_cast<unsigned char>(sample[bit / 8]) >> (bit % 8) & 1) != 0;
 }
 
-// Sample by sample, bit by bit; edges of one time in the order of the bits.
+// Reads sample by sample and bit by bit. Edges at the same time are in the order of the bits.
 std::vector<biss::wire::Edge> plain_edges(const RawLayout& layout, std::string_view bytes) {
   using biss::wire::Level;
   const biss::capture::SampleClock clock(layout.rate);
@@ -70,7 +71,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto read = biss::fuzz::check_reader(samples, [&](auto bytes) {
     return biss::capture::open_capture(std::move(bytes), "x.raw", {.raw = layout});
   });
-  // A binary export of Saleae's is none, whatever its name.
+  // A binary export of Saleae Logic is not raw samples, whatever its name.
   if (samples.starts_with("<SALEAE>")) return 0;
   require(read.lines.size() == (can_be(layout) ? layout.lines.size() : 0));
   if (can_be(layout)) require(read.edges == plain_edges(layout, samples));
@@ -92,7 +93,7 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
     std::memcpy(data, input.data(), input.size());
     return LLVMFuzzerMutate(data, input.size(), max_size);
   }
-  // A layout spoiled, or a sample more or less, so that a change comes earlier or later.
+  // Damages the layout, or adds or removes a sample, so that a change comes earlier or later.
   const std::size_t samples = input.size() - raw_header_bytes;
   const std::size_t at = raw_header_bytes + random() % samples;
   switch (random() % 4) {

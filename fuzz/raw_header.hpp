@@ -1,4 +1,4 @@
-// How the layout of raw samples stands before them in an input.
+// The layout of raw samples in the first bytes of an input.
 #pragma once
 
 #include <algorithm>
@@ -11,8 +11,8 @@
 
 namespace biss::fuzz {
 
-/// The sample rate, little end first; bytes a sample; how many lines; the bit of each of the first
-/// eight.
+/// The sample rate, little end first; bytes per sample; the number of lines; the bit of each of the
+/// first eight lines.
 inline constexpr std::size_t raw_header_bytes = 4 + 1 + 1 + 8;
 
 inline std::string raw_header(const capture::RawLayout& layout) {
@@ -31,7 +31,7 @@ inline capture::RawLayout raw_layout(std::string_view header) {
   capture::RawLayout layout;
   for (std::size_t i = 0; i < 4; ++i) layout.rate.count |= std::uint32_t{byte(i)} << (8 * i);
   layout.unit_bytes = byte(4);
-  // Two names are those of a BiSS line, and some come twice.
+  // Two names are those of BiSS lines, and some occur twice.
   constexpr std::string_view names[] = {"MA", "SLO", "a", "b", "a", "SLO", "", "c"};
   const std::size_t lines = std::min<std::size_t>(byte(5), std::size(names));
   for (std::size_t i = 0; i < lines; ++i) {

@@ -1,4 +1,4 @@
-// Valid input for the targets about registers: data sheets, and masters and encoders that behave.
+// Valid input for the targets about registers: data sheets, and valid masters and encoders.
 #pragma once
 
 #include <algorithm>
@@ -50,7 +50,7 @@ inline void append_bank(std::string& input, const EdsBank& bank) {
   for (const std::uint8_t byte : bank) input += static_cast<char>(byte);
 }
 
-/// All of a data sheet and what the registers say of it.
+/// A complete data sheet and the registers that describe it.
 inline std::string eds_seed(std::uint64_t seed) {
   constexpr char everything_and_sums = 0b000'11111;
   constexpr std::uint8_t eds_bank = 2;
@@ -65,7 +65,7 @@ inline std::string eds_seed(std::uint64_t seed) {
   return input;
 }
 
-/// Three accesses of every kind; the encoder mostly says what it should.
+/// Three accesses of every kind; most answers of the encoder are right.
 inline std::string session_seed(std::uint64_t seed) {
   constexpr char says_what_it_should = 3;
   std::mt19937_64 random(seed);
@@ -87,7 +87,7 @@ inline std::string session_seed(std::uint64_t seed) {
   return input;
 }
 
-/// Writes, reads and commands of a master that behaves but for a wrong bit now and then.
+/// Writes, reads and commands of a valid master with an occasional wrong bit.
 inline std::string server_seed(std::uint64_t seed) {
   enum Op : unsigned { raw, zeros, access, command, choice, data, ones, device };
   std::mt19937_64 random(seed);
@@ -119,7 +119,7 @@ inline std::string server_seed(std::uint64_t seed) {
   return input;
 }
 
-/// Accesses of a master that behaves, disturbed now and then.
+/// Accesses of a valid master with occasional faults.
 inline std::string listener_seed(std::uint64_t seed) {
   constexpr unsigned both_behave = 2 | 2 << 2U;
   std::mt19937_64 random(seed);
@@ -131,7 +131,7 @@ inline std::string listener_seed(std::uint64_t seed) {
   return input;
 }
 
-/// One to three devices with a data sheet or without; answers mostly as they should be.
+/// One to three devices with or without a data sheet; most answers are right.
 inline std::string configure_seed(std::uint64_t seed) {
   constexpr char as_they_are = 3;
   constexpr std::array<unsigned, 4> one_two_three{0, 3, 5, 6};

@@ -1,5 +1,5 @@
-// A recorded master before our encoder and a recorded encoder before our master, on any train of
-// edges; and one behind the other on even clocks, where every position must come back.
+// A recorded master with our encoder, and a recorded encoder with our master, on any train of
+// edges. With both in series and an even clock, every position must be read back.
 //
 // Input: the format's number in frame_formats; bits 0 and 1 the timeout's rule, bit 2 no
 // compensation, bit 3 a clock of our own, bit 4 requests at an even clock too, bits 5…7 where in
@@ -27,10 +27,10 @@ using wire::Edge;
 using wire::Level;
 
 constexpr std::size_t header_bytes = 5;
-// As the capture numbers them; the replays number theirs.
+// The line numbers of the capture; the replays have their own.
 constexpr wire::LineIndex ma = 3;
 constexpr wire::LineIndex slo = 1;
-// Such are told in two blocks and in one, which must make no difference.
+// Trains up to this length are passed in two blocks and in one; the results must be equal.
 constexpr std::size_t short_train = 64;
 
 using Codec = FrameCodec<>;
@@ -79,7 +79,7 @@ Setup setup_of(const std::uint8_t* header) {
       .begin = begins[flags >> 5U]};
 }
 
-/// The edges that the input's events are.
+/// The edges of the input's events.
 std::vector<Edge> train(std::span<const std::uint8_t> events, const Setup& setup) {
   constexpr unsigned eighths = 24;
   constexpr std::array<Picoseconds, 8> others{{{},
@@ -115,7 +115,7 @@ void require_time_order(const std::vector<Edge>& edges) {
                          [](const Edge& a, const Edge& b) { return a.time < b.time; }));
 }
 
-// The edges of one line are those of another in other edges, and nothing else.
+// The edges of one line equal those of another line in other edges.
 void require_same(const std::vector<Edge>& edges, wire::LineIndex line,
                   const std::vector<Edge>& others, wire::LineIndex other_line) {
   auto other = others.begin();
@@ -131,7 +131,7 @@ void require_same(const std::vector<Edge>& edges, wire::LineIndex line,
   require(!next());
 }
 
-// Our line begins high, and each of its edges turns it. Returns how many.
+// The replayed line begins high, and each of its edges inverts it. Returns the number of edges.
 std::size_t require_turns(const std::vector<Edge>& edges, wire::LineIndex line) {
   std::size_t turns = 0;
   for (const Edge& edge : edges) {
@@ -148,7 +148,7 @@ struct Answered {
   Picoseconds end{};
 };
 
-/// The position of a request is its number in every channel, as far as the bits go.
+/// The position of a request: a hash of its number, limited to the width of the position.
 std::uint64_t position(const Setup& setup, std::size_t channel, std::uint64_t number) {
   return number * 0x9E37'79B9'7F4A'7C15U &
          low_mask(setup.format().channel_list[channel].position_bits());
@@ -181,7 +181,7 @@ void check_ma_replay(const Setup& setup, const std::vector<Edge>& recorded) {
   require_time_order(made.edges);
   require_same(made.edges, sim::ma_line, recorded, ma);
   require_turns(made.edges, sim::slo_line);
-  // An edge of MA moves SLO once, and so does the end of an answer.
+  // An edge of MA causes at most one edge of SLO, and so does the end of an answer.
   require(made.edges.size() <= 3 * recorded.size());
   require(made.end >= recorded.back().time && made.end >= made.edges.back().time);
   require(made.end - recorded.back().time <= microseconds(200));
@@ -214,7 +214,7 @@ Readings read(const Setup& setup, std::span<const Edge> recorded, std::size_t cu
   return made;
 }
 
-// Its clocks are not told.
+// A truncated reading does not contain its number of clocks.
 bool is_truncated(const BasicReading<Frame>& reading) {
   return !reading.frame.ok() && reading.frame.error().cause == FrameError::truncated;
 }
@@ -231,7 +231,7 @@ Readings check_slo_replay(const Setup& setup, const std::vector<Edge>& recorded)
   for (const auto& [reading, period] : made.readings) {
     require(reading.begin >= last && reading.begin <= recorded.back().time);
     last = reading.begin;
-    // Line delay, ACK and frame at their longest.
+    // Line delay, ACK and frame at their maximum.
     const std::int64_t in_flight = period.count == 0 ? 0 : biss_line_delay_max.count / period.count;
     const auto most = static_cast<std::size_t>(900 + 2 * in_flight);
     require(reading.clocks <= most);
@@ -249,7 +249,7 @@ Readings check_slo_replay(const Setup& setup, const std::vector<Edge>& recorded)
   return made;
 }
 
-/// Requests at an even clock, answered by our encoder, are read by our master.
+/// The master of the core reads the answers of the core's encoder to requests at an even clock.
 void check_pair(Setup setup) {
   constexpr int requests = 2;
   setup.line_delay = std::min(setup.line_delay, 8 * setup.period);

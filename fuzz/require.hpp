@@ -1,4 +1,4 @@
-// What must hold, whatever the input was.
+// Conditions that hold for every input.
 #pragma once
 
 #include <cstdio>
@@ -6,7 +6,7 @@
 
 namespace biss::fuzz {
 
-/// A finding unless `holds`; says which line is broken.
+/// Reports a finding with file and line unless `holds`.
 inline void require(bool holds, const char* file = __builtin_FILE(), int line = __builtin_LINE()) {
   if (holds) return;
   std::fprintf(stderr, "%s:%d: does not hold\n", file, line);

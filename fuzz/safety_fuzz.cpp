@@ -1,9 +1,9 @@
-// A safety monitor on an encoder that errs, against a plain reading of what it has to say; and no
-// position but that of a frame that is right by that reading.
+// A safety monitor on an encoder with faults, against an oracle of its verdicts. Every position is
+// that of a frame which the oracle accepts.
 //
-// Input: the setup's number (two bytes), where the clock begins, the encoder's range and place;
-// then what happens, two bytes each: bits 0…3 of the first one what (enum Op), the others and the
-// second one how.
+// Input: the setup's number (two bytes), the start of the clock, the encoder's range and counter;
+// then the events, two bytes each: bits 0…3 of the first byte the kind (enum Op), the other bits
+// the parameters.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -53,7 +53,7 @@ constexpr std::array<std::string_view, 16> formats{
     "lc6,pos40,nW,nE,crc5+lc6,nE,pos44,crc7",
     "mt2,st60,nE,nW,crc6+mt2,st54,nE,nW,lc6,crc16",
 };
-// The words of those whose first two channels are not.
+// The words of the setups whose words are not the first two channels.
 constexpr std::uint8_t cpw_of(std::size_t k) { return k == 10 ? 1 : k == 12 ? 2 : 0; }
 constexpr std::uint8_t spw_of(std::size_t k) { return k == 10 ? 0 : k == 12 ? 3 : 1; }
 
@@ -87,7 +87,7 @@ SafetySetup random_setup(std::mt19937_64& random, std::size_t format) {
   return setup;
 }
 
-// A monitor that has passed its self test: every setup that check_safety() takes does.
+// A monitor after its self test; every setup that check_safety() accepts passes it.
 const Monitor& tested_monitor(std::size_t number) {
   static std::vector<std::unique_ptr<const Monitor>> made(setup_count);
   auto& monitor = made[number % setup_count];
@@ -105,7 +105,7 @@ const Monitor& tested_monitor(std::size_t number) {
 }
 
 enum Op : std::uint8_t { good, good_run, flip, burst, counter, apart, flags, silent, lost, time };
-// And these, where there are more.
+// The operations beyond the ones above.
 enum : std::uint8_t { tick = 10, button, shape, raw, differ, again };
 
 class Bench {
@@ -151,7 +151,7 @@ class Bench {
   Picoseconds clock() const {
     return {static_cast<std::int64_t>(static_cast<std::uint64_t>(now_))};
   }
-  // At the edges of what the setup allows.
+  // At the limits of the setup.
   Wide gap(unsigned how) const {
     const Wide edges[] = {setup().frame_gap_min.count, setup().frame_gap_max.count,
                           setup().budget.window.count, 0};
@@ -170,7 +170,7 @@ class Bench {
   std::uint16_t lead_ = 2;
   std::uint16_t ack_ = 5;
   FrameBits last_;
-  // Two rounds of the counter, and what is learned from them.
+  // Two rounds of the counter, and the learned range.
   unsigned frames_left_ = 200;
 };
 
@@ -197,7 +197,7 @@ FrameBits Bench::bits_of(const Frame& frame) const {
 
 void Bench::send(const Frame& frame, unsigned flips) {
   FrameBits bits = bits_of(frame);
-  // From the end of the frame on.
+  // Measured from the end of the frame.
   for (unsigned i = 0; i < 8; ++i) {
     if ((flips >> i & 1U) != 0)
       bits.flip((bits.size_bits() - 1U + i + flips / 8U) % bits.size_bits());
@@ -211,7 +211,7 @@ void Bench::show(const std::vector<std::uint8_t>& bytes, unsigned first, std::si
                  int change) {
   if (frames_left_ == 0) return;
   --frames_left_;
-  // Storage of just that size, and then the bits one by one.
+  // Storage of exactly that size, then the bits one by one.
   const std::vector<std::uint8_t> tight(bytes);
   const BitView view(tight, first, size_bits);
   std::vector<bool> levels;
@@ -245,7 +245,7 @@ void Bench::show(const std::vector<std::uint8_t>& bytes, unsigned first, std::si
   require(!told.position ||
           (told.state == SafetyState::safe && frame.cause == SafetyVerdict::safe));
   require(monitor_.counter_mode() == oracle_.range());
-  // What a clock that went backwards leaves in the budget means nothing.
+  // The budget's content is undefined after a clock that went backwards.
   if (now_ < latest_) press(0);
   latest_ = now_;
   const auto deadline = oracle_.deadline();
@@ -258,7 +258,7 @@ void Bench::show(const std::vector<std::uint8_t>& bytes, unsigned first, std::si
 
 void Bench::press(unsigned how) {
   if (how % 8U == 0) {
-    // As after its self test, which takes too long for here.
+    // The state after a self test, which takes too long here.
     monitor_.restart();
     oracle_.restart();
   } else {
@@ -312,7 +312,7 @@ void Bench::happen(unsigned what, unsigned how) {
       break;
     }
     case silent:
-      // An answer that is missing, counted or not.
+      // A missing answer; the encoder counts it or not.
       if ((how & 1U) != 0) next_frame();
       show({}, 0, 0);
       break;

@@ -1,5 +1,5 @@
-// A plain reading of what a safety monitor has to say: bits one by one, counters by counting on,
-// time as a number that never wraps around. No code shared with biss/safety but its data types.
+// The expected verdicts of a safety monitor, computed plainly: bits one by one, counters by
+// increments, time as a number that never wraps around. It shares only data types with biss/safety.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ namespace biss::fuzz {
 
 using Wide = __int128;
 
-/// One frame, read.
+/// One decoded frame.
 struct OracleFrame {
   SafetyVerdict cause = SafetyVerdict::no_frame;
   std::uint64_t position = 0;
@@ -82,7 +82,7 @@ class SafetyOracle {
   CounterMode range_{};
   bool seen_ = false;  // the range, in the counter itself
   std::optional<unsigned> place_;
-  std::vector<unsigned> roll_overs_;  // what came behind 63, while learning
+  std::vector<unsigned> roll_overs_;  // the counters after 63, while learning
   unsigned missed_ = 0;
   unsigned good_ = 0;
   Wide last_good_ = 0;
@@ -142,7 +142,7 @@ inline OracleFrame SafetyOracle::read(const Bits& bits) const {
   }
   if (at < bits.size() && bits[at]) return frame;
 
-  // Fields lie so many bits before the CRC.
+  // A field lies `shift` bits before the CRC.
   const auto value = [&](std::size_t k, const Field& field) {
     std::uint64_t number = 0;
     const std::size_t end = words[k].size() - field.shift;

@@ -1,4 +1,4 @@
-// Digital CSV of Saleae Logic: the reader on hostile text, the writer on what was read.
+// Digital CSV of Saleae Logic: the reader on hostile text, the writer on its result.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -17,7 +17,7 @@ namespace {
 using biss::fuzz::Read;
 using biss::fuzz::require;
 
-// Saleae's rows have a level for every line, X before the first.
+// Rows of Saleae have a level for every line, X before the first change.
 std::vector<biss::wire::Edge> known_edges(const Read& read) {
   std::vector<biss::wire::Edge> known;
   known.reserve(read.edges.size());

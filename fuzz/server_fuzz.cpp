@@ -1,9 +1,9 @@
-// The encoder's end of the control communication under a master that sends anything: no write
-// without permission, nothing on CDS but what is due, and no state that 14 zeros do not end; behind
-// them every register reads as it should.
+// The encoder's end of the control communication with a master that sends any bits. No write occurs
+// without permission, CDS has no bit that is not due, and 14 zeros end every state. After them
+// every register reads as expected.
 //
-// Input: options of the server and its registers, five bytes; then what the master does, a byte or
-// two each: bits 0…2 what (enum Op), the others how.
+// Input: options of the server and its registers, five bytes; then the actions of the master, one
+// or two bytes each: bits 0…2 the kind (enum Op), the other bits the parameters.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -27,8 +27,7 @@ using biss::fuzz::require;
 
 constexpr unsigned banks = 2;
 
-/// What a register of a slave allows; `bank` is of no meaning from 0x40 on. BSEL has rules of its
-/// own.
+/// The protection of a slave's register. `bank` is ignored from 0x40 on. BSEL has its own rules.
 RegisterProtection protection_of(unsigned slave, unsigned bank, unsigned address) {
   if (address == biss::reg::bsel) return RegisterProtection::read_write;
   if (address < biss::reg::bsel && bank >= banks) return RegisterProtection::not_available;
@@ -46,7 +45,7 @@ bool permits(unsigned slave, unsigned bank, RegisterAccess access, unsigned addr
          (protection == RegisterProtection::read_only && access == RegisterAccess::read);
 }
 
-/// What one slave's registers should be, kept apart from them.
+/// The expected content of one slave's registers, kept separately from them.
 struct Mirror {
   unsigned slave = 0;
   bool busy = false;
@@ -267,11 +266,11 @@ void Bench<Ids>::run(biss::ControlSession& session) {
 template <unsigned Ids>
 void Bench<Ids>::check_slave(unsigned slave, unsigned id) {
   Mirror& mirror = mirrors_[slave];
-  // Behind what may be busy 3 frames for the server and 3 for the registers.
+  // The server and the registers before this one may each be busy for 3 frames.
   biss::ControlSession session({.busy_max = biss::microseconds(8 * 50)});
   std::array<std::uint8_t, 8> bytes{};
   session.read(id, setup_.address, std::span(bytes).first(setup_.size));
-  if (session.done()) return;  // Behind the last register.
+  if (session.done()) return;  // The range is beyond the last register.
   run(session);
   unsigned due = 0;
   while (due < setup_.size && due < setup_.server.sequence_bytes &&
@@ -283,7 +282,7 @@ void Bench<Ids>::check_slave(unsigned slave, unsigned id) {
   auto refused = setup_.server.w_inversion ? ControlError::refused : ControlError::busy_too_long;
   if (due != 0) refused = ControlError::next_unavailable;
   require(session.outcome().error == (due == setup_.size ? std::nullopt : std::optional(refused)));
-  // A write is believed by nobody but who was meant, and only where it is allowed.
+  // A write changes only the addressed slave, and only where writing is permitted.
   const auto before = mirrors_;
   const std::array value{static_cast<std::uint8_t>(~mirror.at(biss::reg::mfr_id))};
   const bool writable = permits(slave, mirror.bsel, RegisterAccess::write, biss::reg::mfr_id);
@@ -301,7 +300,7 @@ template <unsigned Ids>
 void Bench<Ids>::check_answers() {
   for (Mirror& mirror : mirrors_) mirror.busy = false;
   if (setup_.behind_another) predecessor_.emplace(biss::fuzz::OpenRegisters{});
-  // Slaves whose control communication was switched off take no ID; those behind move up.
+  // A slave with inactive control communication takes no ID, so the slaves after it move up.
   unsigned id = predecessor_ ? 1 : 0;
   bool any_silent = false;
   for (unsigned slave = 0; slave < Ids; ++slave) {

@@ -1,12 +1,12 @@
-// The master's end of the control communication against an encoder that answers anything: every
-// access ends in bounded time, touches only its own bytes, and begins only when the encoder is
-// idle; the next one against an encoder that behaves works.
+// The master's end of the control communication with an encoder that sends any answer. Every access
+// ends in bounded time, changes only its own bytes, and begins only when the encoder is idle. The
+// next access to a valid encoder succeeds.
 //
-// Input: up to six accesses. Each: kind and when to execute, slave and address, size, retries and
-// the longest delay, who answers when the input is used up; then a byte for so many frames: bits 0
-// and 1 what CDS is (0, 1, missing, what a good encoder says), bits 2 and 3 the time to the next
-// frame, bit 4 that the encoder does not hear a frame without CDS, bits 5…7 how often; 0xFF
-// cancels.
+// Input: up to six accesses. For each access: its kind and the time of execution, slave and
+// address, size, retries and the longest delay, the source of CDS after the end of the input. Then
+// one byte for each run of frames: bits 0 and 1 the source of CDS (0, 1, missing, a valid encoder),
+// bits 2 and 3 the time to the next frame, bit 4 the encoder does not receive a frame without CDS,
+// bits 5…7 the number of frames, as a power of two. 0xFF cancels the access.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -54,7 +54,7 @@ Access read_access(ByteSource& bytes) {
   access.kind = static_cast<Kind>(kind % 4U);
   access.execute_if = static_cast<biss::ExecuteIf>((kind >> 2U) % 3U);
   access.slave = bytes.next();
-  // Mostly the slave that is there, or its neighbour.
+  // Mostly the existing slave, or its neighbour.
   if (access.kind != Kind::command && access.slave >= 16) access.slave %= 2;
   access.address = bytes.next();
   access.size = bytes.next();
@@ -67,8 +67,8 @@ Access read_access(ByteSource& bytes) {
   return access;
 }
 
-/// A try: frames lost before the start bit, zeros, header, each byte as late as can be; the frame
-/// in which S is first due, and the one behind the last.
+/// One try: the frames lost before the start bit, the zeros and the header. For each byte its bits,
+/// the longest delay, the frame in which S is first due, and the first frame after the limit.
 std::uint32_t most_frames(const Access& access) {
   const std::uint32_t each = 14U + access.busy_cycles + 2U;
   return (1U + access.retries) * (13U + 14U + 25U + each * access.size + 1U);
@@ -162,7 +162,7 @@ void Line::frame(std::uint8_t byte, const Access& access) {
   }
   const bool counts = cds != CdsBit::missing || access.kind == Kind::broadcast;
   if (owed_ != 0 && !cdm && counts) --owed_;
-  // A frame without CDS may have been no frame; that of a broadcast counts as one.
+  // A frame without CDS may not have been received; that of a broadcast is received.
   const bool heard = cds != CdsBit::missing || (byte & 16U) == 0;
   if (heard || (running && access.kind == Kind::broadcast)) server_.cdm(cdm);
 }
@@ -179,10 +179,10 @@ void Line::check_outcome(const Access& access) const {
     require(!registers || outcome.bytes_done == access.size);
     require(access.kind == Kind::broadcast || outcome.slaves_present != 0);
   }
-  // Taken IDs have no gap.
+  // The IDs taken have no gap.
   require((outcome.slaves_present & (outcome.slaves_present + 1U)) == 0);
   require(!outcome.more_slaves || outcome.slaves_present == 0xFF);
-  // S in the first frame behind the limit still counts.
+  // S in the first frame after the limit is still accepted.
   require(outcome.longest_busy <= std::int64_t{access.busy_cycles + 4} * cycle);
   require(access.busy_cycles != 0 || outcome.longest_busy == Picoseconds{});
   const std::size_t written = access.kind == Kind::read ? outcome.bytes_done : 0U;
@@ -203,7 +203,7 @@ void Line::attack(ByteSource& bytes) {
       cancelled = true;
       break;
     }
-    // Steps behind the end are idle frames.
+    // Steps after the end are idle frames.
     for (unsigned i = 0; i < 1U << (byte >> 5U); ++i) {
       frame(byte, access);
       require(frames_ <= most);
@@ -217,7 +217,8 @@ void Line::attack(ByteSource& bytes) {
   check_outcome(access);
 }
 
-// Whatever was, this works at once: the session knows how many zeros are still due.
+// This access succeeds immediately after any sequence: the session knows how many zeros are still
+// due.
 void Line::check_good_access() {
   session_.set_options({.busy_max = Picoseconds{}});
   if (!server_.control_active(0)) {

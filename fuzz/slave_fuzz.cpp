@@ -1,10 +1,10 @@
-// The slave on any train of edges: nothing it gets into lasts longer than its timeout, and it
-// answers the next request.
+// The slave on any train of edges: no state lasts longer than its timeout, and it answers the next
+// request.
 //
 // Input: the format's number in frame_formats; bits 0 and 1 the timeout's rule, bit 2 chained, bits
 // 3…7 busy_s and the fixed ACK; sampling, ready and the timeout, each a byte; the clock period in
-// steps of 50 ns above 100 ns; then a byte an event: bits 0…5 the time to it in eighths of a
-// period and 1 ns, 63 a long pause; bit 6 turns MA, bit 7 turns SLI.
+// steps of 50 ns above 100 ns; then one byte for each event: bits 0…5 the time to it in eighths of
+// a period and 1 ns, 63 a long pause; bit 6 inverts MA, bit 7 inverts SLI.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -40,7 +40,7 @@ const std::vector<Codec>& all_codecs() {
   return codecs;
 }
 
-/// Positions that count up; checks when it is called.
+/// Counts positions up, and checks the time of each call.
 struct Owner {
   const biss::FrameFormat* format = nullptr;
   std::uint64_t samples = 0;
@@ -83,7 +83,7 @@ biss::SlaveTiming timing_of(const std::uint8_t* header, Picoseconds period) {
           .chained = (header[1] & 4U) != 0};
 }
 
-/// Drives the slave; checks what each step promises.
+/// Drives the slave and checks the contract of each step.
 class Line {
  public:
   explicit Line(Slave& slave) : slave_(slave) {}
@@ -128,7 +128,7 @@ class Line {
   bool sli_ = true;
 };
 
-// The next request on a quiet line; a predecessor, where there is one, answers at once with zeros.
+// The next request on an idle line; a predecessor, if any, answers immediately with zeros.
 void check_answer(Slave& slave, Line& line, Picoseconds period) {
   const Codec& codec = slave.codec();
   const bool chained = slave.timing().chained;
@@ -166,7 +166,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     line.wait(eighths == 63 ? biss::microseconds(45) : period * eighths / 8 + least_pause);
     line.step(line.ma() != ((*at & 64U) != 0), line.sli() != ((*at & 128U) != 0));
   }
-  // MA high, and SLI as at the end of every request, for longer than any timeout.
+  // MA is high, and SLI as at the end of every request, for longer than any timeout.
   line.step(true, slave.timing().chained);
   line.wait(biss::microseconds(45));
   require(slave.state() == biss::SlaveState::idle && line.out().level);

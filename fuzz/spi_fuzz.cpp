@@ -1,4 +1,4 @@
-// Hostile SPI buffers: what the reader accepts lies in the buffer, within the bounds, and is whole.
+// Hostile SPI buffers: every accepted frame lies within the buffer and the bounds, and is complete.
 //
 // Input: the format's number in frame_formats; the clock period above 100 ns in ns; bits 0…3 the
 // least line delay in quarter periods; bit 0 the phase, bit 1 the tail's rule, bit 2 the timeout's,
@@ -55,7 +55,7 @@ biss::DeviceTiming timing_of(const std::uint8_t* header, Picoseconds period) {
                       biss::nanoseconds(31'250)}};
 }
 
-// What was read, sent again, is what came, but for zeros where the first ones should be.
+// Encoding the decoded frame gives the same bits, except zeros in place of the first ones.
 void check_given_back(const Codec::Frame& frame, const biss::BitView& bits, std::size_t zeros,
                       const Codec& codec) {
   const auto sent = encode_frame(frame, codec);

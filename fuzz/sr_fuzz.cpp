@@ -20,7 +20,8 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
                                                std::size_t max_size, unsigned seed) {
   const std::string archive(reinterpret_cast<const char*>(data), size);
   const std::string changed = biss::fuzz::SrMutator(seed).mutate(archive);
-  // Half an archive has no directory: what has grown too large begins anew.
+  // A truncated archive has no directory, so an archive that is too large is replaced by the
+  // original.
   const std::string& result = changed.size() <= max_size ? changed : archive;
   const std::size_t kept = std::min(result.size(), max_size);
   std::memcpy(data, result.data(), kept);

@@ -1,5 +1,5 @@
-// Mutations of a sigrok session that mostly leave a session: its members are changed and packed
-// again; sometimes its packing is.
+// Mutations of a sigrok session that mostly leave a valid session: the members are changed and
+// packed again, and sometimes the archive itself is changed.
 #pragma once
 
 #include <algorithm>
@@ -23,7 +23,7 @@ class SrMutator {
  public:
   explicit SrMutator(std::uint64_t seed) : random_{seed} {}
 
-  /// `archive` changed in one or two places; a new seed in place of what is no session.
+  /// Changes `archive` in one or two places, and replaces an invalid session by a new seed.
   std::string mutate(std::string archive) {
     const std::uint64_t kind = below(16);
     if (kind == 1) return changed_header(std::move(archive));
@@ -36,7 +36,7 @@ class SrMutator {
   }
 
  private:
-  // No more of a bomb is taken into the next generation.
+  // Larger members are not used for the next generation.
   static constexpr std::size_t most_samples = 1U << 16U;
 
   std::size_t below(std::size_t limit) { return static_cast<std::size_t>(random_() % limit); }
@@ -48,7 +48,7 @@ class SrMutator {
                 {"logic-1-1", raw_seed(seed)}};
   }
 
-  // Some member whose name begins so, if there is one.
+  // A member whose name begins with `begins`; any member if there is none.
   std::string& text_of(std::string_view begins) {
     const std::size_t first = below(members_.size());
     for (std::size_t i = 0; i < members_.size(); ++i) {
@@ -95,7 +95,7 @@ class SrMutator {
     text = TokenMutator(std::move(text), "=\n", words, random_()).mutate();
   }
 
-  // All the samples in other chunks, or in one member.
+  // Splits the samples into other chunks, or joins them in one member.
   void cut_chunks() {
     std::string all;
     std::erase_if(members_, [&](const ZipText& member) {
@@ -126,7 +126,7 @@ class SrMutator {
     }
   }
 
-  // One sample more or less of a run, so that a change comes later or earlier.
+  // Adds or removes a sample of a run, so that a change comes later or earlier.
   void move_change(std::string& samples) {
     if (samples.empty()) return;
     const std::size_t at = below(samples.size());
@@ -145,7 +145,7 @@ class SrMutator {
     return bytes;
   }
 
-  // A number in one of the headers, or behind it, becomes another.
+  // Replaces a number in one of the headers or after it.
   std::string changed_header(std::string archive) {
     std::size_t at = archive.find("PK", below(archive.size()));
     if (at == std::string::npos) at = archive.rfind("PK");

@@ -1,4 +1,4 @@
-// Mutations of text that leave most of it readable: tokens, not bytes, are changed.
+// Mutations of text that leave most of it readable: they change tokens instead of bytes.
 #pragma once
 
 #include <algorithm>
@@ -16,11 +16,10 @@ extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, st
 
 namespace biss::fuzz {
 
-/// Changes a few tokens of a text, wherever they happen to be; the cost hardly depends on its
-/// length.
+/// Changes a few tokens of a text at random places; the cost hardly depends on its length.
 class TokenMutator {
  public:
-  /// `delimiters` end tokens; `words` are tokens worth putting in.
+  /// `delimiters` end tokens; `words` are inserted as tokens.
   TokenMutator(std::string text, std::string_view delimiters,
                std::span<const std::string_view> words, std::uint64_t seed)
       : text_(std::move(text)), delimiters_(delimiters), words_(words), random_{seed} {}
@@ -48,7 +47,7 @@ class TokenMutator {
     return {first, std::max(first, std::min(text_.find_first_of(delimiters_, at), text_.size()))};
   }
 
-  // Several tokens in a row, with what ends them.
+  // Several consecutive tokens with their delimiters.
   Range any_span() {
     Range span = any_token();
     for (std::size_t more = below(16); more > 0 && span.end < text_.size(); --more) {
@@ -121,7 +120,7 @@ class TokenMutator {
   SplitMix random_;
 };
 
-/// The whole of a custom mutator: mostly tokens, sometimes bytes, a fresh seed for what is too
+/// The body of a custom mutator: mostly tokens, sometimes bytes, and a new seed if the text is too
 /// small to be a capture.
 template <class MakeSeed>
 std::size_t mutate_capture(std::span<std::uint8_t> space, std::size_t size, unsigned seed,

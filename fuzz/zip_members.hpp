@@ -1,5 +1,5 @@
-// ZIP archives taken apart and put together: what mutations of their members need, without the cost
-// of compression. Not a reader for archives from elsewhere.
+// Splits ZIP archives into members and joins members into archives, for mutations of the members
+// without the cost of compression. It does not read archives of other programs.
 #pragma once
 
 #include <cstddef>
@@ -39,7 +39,7 @@ inline void put_little(std::string& out, std::uint64_t value, std::size_t bytes)
   for (; bytes-- > 0; value >>= 8U) out += static_cast<char>(value & 0xFFU);
 }
 
-/// A deflated text of `size` bytes; nothing when it is damaged.
+/// Inflates a text of `size` bytes; nothing if it is damaged.
 inline std::optional<std::string> inflated(std::string_view data, std::size_t size) {
   if (data.size() == stored_block_bytes + size && data[0] == 1) {
     return std::string(data.substr(stored_block_bytes));
@@ -51,7 +51,7 @@ inline std::optional<std::string> inflated(std::string_view data, std::size_t si
   return text;
 }
 
-/// The members up to the first that is damaged, those of more than `most_bytes` left out.
+/// The members up to the first damaged one, without those of more than `most_bytes`.
 inline std::vector<ZipText> unpack_zip(std::string_view archive, std::size_t most_bytes) {
   std::vector<ZipText> members;
   while (archive.size() >= zip_local_bytes && archive.starts_with(zip_local)) {
@@ -74,8 +74,8 @@ inline std::vector<ZipText> unpack_zip(std::string_view archive, std::size_t mos
   return members;
 }
 
-/// An archive of these members: some stored, most deflated into a block that compresses nothing,
-/// few compressed, by chance.
+/// An archive of these members: some stored, most deflated into a block without compression, a few
+/// compressed, at random.
 class ZipPacker {
  public:
   explicit ZipPacker(SplitMix& random) : random_(random) {}
@@ -111,7 +111,8 @@ class ZipPacker {
       }
       data += member.text;
     }
-    // What a local header and the directory share: version, flags, method, date and sizes.
+    // The fields that a local header and the directory share: version, flags, method, date and
+    // sizes.
     std::string shared;
     put_little(shared, 20, 2);
     put_little(shared, 0x0800, 2);

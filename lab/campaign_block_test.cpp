@@ -34,7 +34,7 @@ TEST(CampaignFrame, FormatThatIsNoPair_IsRefused) {
   }
 }
 
-// 2^20 frames of each, so that every kind of acceptance comes.
+// 2^20 frames of each, so that every kind of acceptance occurs.
 TEST(CampaignBlock, BitSlices_CountAsDecodeAndMonitorDo) {
   for (const char* name : {"fs-36-28", "rxm", "ruh"}) {
     const CampaignFrame frame = frame_of(name);
@@ -149,7 +149,7 @@ TEST(CampaignFault, TextThatIsNoFault_IsRefused) {
   }
 }
 
-// 10110 and STOP = 0, so that each fault shows.
+// 10110 and STOP = 0, so that each fault is visible.
 constexpr LineWord line = 0b101100;
 
 LineWord after(const char* text, unsigned place, std::uint64_t pattern = 0) {

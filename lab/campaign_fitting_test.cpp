@@ -23,7 +23,7 @@ CampaignFrame frame_of(const char* text, SafetyComparison comparison = {}) {
       .value();
 }
 
-// Also where there are fewer than 1000 effective events.
+// Also with fewer than 1000 effective events.
 double sigma_of(const CampaignFrame& frame, const FaultChoice& fault, const CampaignCounts& counts,
                 Acceptance what, CampaignTheories& theories) {
   const long double theory = (*theories.of(fault))[static_cast<std::size_t>(what)];
@@ -63,7 +63,7 @@ TEST(FittingDraws, EveryFormat_IsWithinFiveDeviationsOfTheTheory) {
   expect_theory(frame_of("fs-28-24", {.tolerance_lsb = 0}), "no tolerance", 1);
 }
 
-// So few bits that every pattern comes many times: a wrong weight would show.
+// With these few bits every pattern occurs many times, so a wrong weight would be visible.
 TEST(FittingDraws, SmallFrames_AreWithinFiveDeviationsOfTheTheory) {
   for (const char* text :
        {"pos5,nE,crc3+pos3,nE,lc6,crc3", "pos3,nE,nW,crc3+pos4,nE,nW,lc6,crc4",
@@ -108,7 +108,7 @@ TEST(FittingDraws, Replayed_AreTheFramesThatWereCounted) {
   }
 }
 
-// One check of the theory is not the monitor's.
+// One check of the theory differs from the monitor.
 TEST(FittingDraws, TheoryOfAnotherComparison_IsFarFromTheCounts) {
   const CampaignFrame frame = frame_of("fs-36-28");
   const FaultChoice fault = *parse_fault("flips:0.5:fitting");
@@ -121,7 +121,7 @@ TEST(FittingDraws, TheoryOfAnotherComparison_IsFarFromTheCounts) {
   }
 }
 
-// A receiver of its own, one of whose checks can be left out.
+// An independent receiver; one of its checks can be left out.
 class PlainReceiver {
  public:
   enum class Check { none, cpw_crc, spw_crc, cpw_error, spw_error, counter, comparison, tolerance };

@@ -54,8 +54,8 @@ TEST(Campaign, EndedAtAnySave_GoesOnToTheSame) {
     CampaignState state = read_state(saved).value();
     ExperimentRun part{.threads = 3, .save_seconds = 0.001};
     const std::string begun = saved;
-    // It ends with the first save that has more than the one before, however slow the machine is.
-    // What is counted after that is lost, as it is when the process is killed.
+    // Stops at the first save that has more events than the one before, on a machine of any speed.
+    // Later counts are lost, as when the process is killed.
     part.save = [&] {
       saved = state_text(state);
       return saved == begun;
@@ -137,7 +137,7 @@ TEST(CampaignState, BlocksThatAreNotTheFrames_AreRefused) {
             "flips:0.1: 'blocks' has an entry without 2 values");
 }
 
-// Counts become rates, and rates become doubles: none may be more than its frames.
+// Counts become rates in floating point: no count may exceed its frames.
 TEST(CampaignState, CountThatCannotBe_IsRefused) {
   const std::string accepted = "\"cpw\":[[0,";
   for (const auto& [count, shown] : {std::pair{"-5", "-5"}, std::pair{"99999999", "99999999"},

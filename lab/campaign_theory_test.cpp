@@ -57,7 +57,7 @@ TEST(CampaignTheory, Words_HaveThePublishedResidualError) {
   EXPECT_NEAR(static_cast<double>(theory[1]), 3.806e-10, 1e-13);
 }
 
-// 8 and 6 bits of position: all that can be read, for every position.
+// 8 and 6 bits of position: every possible reading for every position.
 TEST(CampaignTheory, SmallFrame_IsAsEnumerated) {
   SafetySetup setup;
   const auto frame =
@@ -70,7 +70,7 @@ TEST(CampaignTheory, SmallFrame_IsAsEnumerated) {
   for (std::uint64_t wrong = 1; wrong < patterns; ++wrong) {
     const double share = std::pow(rate, std::popcount(wrong)) *
                          std::pow(1 - rate, static_cast<int>(frame->bits()) - std::popcount(wrong));
-    // The checksums do not look at the position, so one shows whether they pass.
+    // The checksums are independent of the position, so one position shows whether they pass.
     const auto received = [&](std::uint64_t position) {
       WordPair words = frame->encode({position, 9});
       words.cpw ^= wrong >> frame->spw_bits();
@@ -93,7 +93,7 @@ TEST(CampaignTheory, SmallFrame_IsAsEnumerated) {
   }
 }
 
-// Bits of a word that must come as they were sent, or the monitor says no.
+// Bits of a word that must be received as sent, or the monitor rejects the word.
 std::uint64_t fixed_bits(const ChannelFormat& word, bool counter) {
   std::uint64_t data = std::uint64_t{1} << word.error.shift;
   if (counter) data |= word.life_counter.placed(~std::uint64_t{0});
@@ -218,9 +218,9 @@ long double passing(const PassingMean& mean, const std::vector<std::uint64_t>& c
   return sum / static_cast<long double>(cpw.size()) / static_cast<long double>(spw.size());
 }
 
-// The theory of flips on another way: as a mean of signs over all pairs of dual words, in floating
-// point from the first step on. It shares no code with weights and pairs. Rounded at about 1e-19 of
-// 1, so differences below 1e-16 mean little. \pre the conditions of campaign_theory()
+// The theory of flips by another method: as a mean of signs over all pairs of dual words, in
+// floating point. It shares no code with weights and pairs. The rounding error is about 1e-19 of 1,
+// so differences below 1e-16 are not significant. \pre the conditions of campaign_theory()
 CampaignTheory dual_sums(const CampaignFrame& frame, long double rate) {
   const auto cpw = sign_words(frame.cpw_columns(), frame.cpw_format().crc.width_bits);
   const auto spw = sign_words(frame.spw_columns(), frame.spw_format().crc.width_bits);

@@ -82,7 +82,7 @@ struct Shard {
 };
 
 struct ExperimentRun {
-  /// 0: as many as there are cores.
+  /// 0: one for each core.
   unsigned threads = 0;
   Shard shard{};
   /// Called every `save_seconds` and at the end, while the rows do not change. False ends the run.

@@ -22,7 +22,7 @@ FrameFormat format_of(std::string_view text) {
   return *format;
 }
 
-// Every position, every error pattern over both words, every check done as a receiver does it.
+// Every position, every error pattern over both words, every check as in a receiver.
 class Counted {
  public:
   Counted(const FrameFormat& format, const PairChecks& checks, unsigned compare_bits)
@@ -50,7 +50,7 @@ class Counted {
     unsigned wrong_bits;
   };
 
-  // Error patterns that the checksum takes for right, found by trying.
+  // Error patterns that the checksum does not detect, found by search.
   static std::vector<Error> accepted(const ChannelFormat& channel) {
     std::vector<Error> errors;
     const CrcBitwise crc(channel.crc);

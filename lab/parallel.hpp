@@ -10,7 +10,7 @@ namespace biss::lab {
 /// Runs threads that call step() until it returns false, and returns when all have ended. An
 /// exception of step() ends the other threads after their current step and is rethrown here. If a
 /// thread cannot be started, those that run do its work.
-/// \param threads 0: as many as there are cores
+/// \param threads 0: one for each core
 void run_workers(unsigned threads, const std::function<bool()>& step);
 
 /// Calls work(n) once for every n below `count`, in any order, several at a time.

@@ -17,39 +17,39 @@ namespace biss::lab {
 namespace {
 
 constexpr std::array<SequenceVariant, 30> variants = [] {
-  using enum TransmissionError;
+  using E = TransmissionError;
   using I = Injection;
   return std::array<SequenceVariant, 30>{{
-      {corruption, I::corrupt, "flips:0.5"},
-      {corruption, I::corrupt, "flips:0.1"},
-      {corruption, I::corrupt, "flips:0.01"},
-      {corruption, I::corrupt, "flips:0.001"},
-      {corruption, I::corrupt, "burst:8"},
-      {corruption, I::corrupt, "burst:16"},
-      {corruption, I::corrupt, "burst:32"},
-      {repetition, I::previous, "previous"},
-      {repetition, I::older, "older"},
-      {repetition, I::any_age, "any_age"},
-      {sequence, I::exchanged, "exchanged"},
-      {sequence, I::shuffled, "shuffled"},
-      {sequence, I::overtaken, "overtaken"},
-      {loss, I::no_answer, "no_answer"},
-      {loss, I::skipped, "skipped", "passed_over"},
-      {loss, I::not_called, "not_called", "unheard"},
-      {loss, I::whole_period, "whole_period"},
-      {delay, I::watched, "watched"},
-      {delay, I::unwatched, "unwatched"},
-      {delay, I::stored, "stored"},
-      {insertion, I::stale, "stale"},
-      {insertion, I::foreign, "foreign"},
-      {masquerade, I::noise, "noise"},
-      {masquerade, I::noise_word, "noise_word"},
-      {masquerade, I::wrong_start_value, "start_value"},
-      {masquerade, I::polynomial, "polynomial"},
-      {masquerade, I::standard, "standard"},
-      {addressing, I::one_frame, "one_frame"},
-      {addressing, I::permanent, "permanent", "for_good"},
-      {addressing, I::foreign_start_value, "start_value"},
+      {E::corruption, I::corrupt, "flips:0.5"},
+      {E::corruption, I::corrupt, "flips:0.1"},
+      {E::corruption, I::corrupt, "flips:0.01"},
+      {E::corruption, I::corrupt, "flips:0.001"},
+      {E::corruption, I::corrupt, "burst:8"},
+      {E::corruption, I::corrupt, "burst:16"},
+      {E::corruption, I::corrupt, "burst:32"},
+      {E::repetition, I::previous, "previous"},
+      {E::repetition, I::older, "older"},
+      {E::repetition, I::any_age, "any_age"},
+      {E::sequence, I::exchanged, "exchanged"},
+      {E::sequence, I::shuffled, "shuffled"},
+      {E::sequence, I::overtaken, "overtaken"},
+      {E::loss, I::no_answer, "no_answer"},
+      {E::loss, I::skipped, "skipped", "passed_over"},
+      {E::loss, I::not_called, "not_called", "unheard"},
+      {E::loss, I::whole_period, "whole_period"},
+      {E::delay, I::watched, "watched"},
+      {E::delay, I::unwatched, "unwatched"},
+      {E::delay, I::stored, "stored"},
+      {E::insertion, I::stale, "stale"},
+      {E::insertion, I::foreign, "foreign"},
+      {E::masquerade, I::noise, "noise"},
+      {E::masquerade, I::noise_word, "noise_word"},
+      {E::masquerade, I::wrong_start_value, "start_value"},
+      {E::masquerade, I::polynomial, "polynomial"},
+      {E::masquerade, I::standard, "standard"},
+      {E::addressing, I::one_frame, "one_frame"},
+      {E::addressing, I::permanent, "permanent", "for_good"},
+      {E::addressing, I::foreign_start_value, "start_value"},
   }};
 }();
 
@@ -177,7 +177,7 @@ std::string_view SequenceRow::variant_name() const {
 
 std::uint64_t SequenceRow::seed(std::uint64_t campaign_seed) const {
   const std::string_view variant_text =
-      task == SequenceTask::fault ? variants_of(kind)[variant].seed_name : variant_name();
+      task == SequenceTask::fault ? variants_of(kind)[variant].seed_name() : variant_name();
   return row_seed(campaign_seed, fmt::format("{}:{}:{}:{}", name(), variant_text, name_of(counter),
                                              name_of(encoder_counter)));
 }
@@ -230,14 +230,14 @@ void SequencePlan::add_counter_mode(Counters counters, std::uint64_t trials) {
 }
 
 void SequencePlan::add_fault(TransmissionError kind, Counters counters, std::uint64_t faults) {
-  const std::uint64_t variants = variants_of(kind).size();
-  for (unsigned variant = 0; variant < variants; ++variant) {
+  const std::uint64_t count = variants_of(kind).size();
+  for (unsigned variant = 0; variant < count; ++variant) {
     rows.push_back({.task = SequenceTask::fault,
                     .kind = kind,
                     .variant = variant,
                     .counter = counters.monitor,
                     .encoder_counter = counters.encoder,
-                    .size = faults / variants + (variant < faults % variants ? 1 : 0)});
+                    .size = faults / count + (variant < faults % count ? 1 : 0)});
   }
 }
 

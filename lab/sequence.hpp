@@ -74,9 +74,11 @@ struct SequenceVariant {
   Injection injection{};
   /// The name that users see; for `corrupt` a fault that parse_fault() takes.
   std::string_view name;
-  /// The name that the random numbers depend on. It does not change when a variant is renamed, so
-  /// that counts stay reproducible.
-  std::string_view seed_name = name;
+  /// The former name of a renamed variant, or empty.
+  std::string_view former = {};
+
+  /// The name that the random numbers depend on. A new name does not change the counts.
+  constexpr std::string_view seed_name() const { return former.empty() ? name : former; }
 };
 
 std::span<const SequenceVariant> variants_of(TransmissionError error);
@@ -208,7 +210,7 @@ struct SequenceProgress {
 };
 
 /// Runs a plan.
-/// \param threads 0: as many as there are cores
+/// \param threads 0: one for each core
 /// \param report called after each block, from any thread, one call at a time
 /// \return a result for each row, and one more after the rows of an error with several variants;
 ///   nothing if format and setup cannot be monitored (see CampaignFrame::make())

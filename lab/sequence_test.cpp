@@ -19,7 +19,7 @@ namespace sequence_test {
 using enum CounterMode;
 
 constexpr std::uint64_t seed = 20'261'121;
-// Weak checksums, so that much is accepted, and theory is quick.
+// Weak checksums, so that many events are accepted and the theory is quick to compute.
 constexpr std::string_view weak_text = "pos12,nE,nW,crc5+pos10,nE,nW,lc6,crc6";
 
 SequencePlan plan_of(const SafetyConfiguration& type) {
@@ -66,7 +66,7 @@ TEST(Sequence, FourBlocks_AreNeverAnAlarm) {
   EXPECT_GT(results[0].counts.counter_wraps, 4090U);
 }
 
-// Shows that an alarm would be counted.
+// Shows that a false alarm would be counted.
 TEST(Sequence, WrongCounterTakenForUndamaged_IsAnAlarmARound) {
   SequencePlan plan = plan_of("fs-36-28");
   plan.add_undamaged(SequenceMotion::max, {count_0_63, count_1_63}, 6300);
@@ -101,7 +101,7 @@ TEST(Sequence, EveryKindOfFault_IsToldInTimeAndAcceptedAsTheorySays) {
     for (const SequenceResult& each : results) {
       ASSERT_TRUE(each.theory) << each.row.variant_name();
       EXPECT_EQ(each.counts.accepted + each.counts.detected(), each.counts.events);
-      // Something has to be accepted where so much has to be.
+      // With 30 or more expected acceptances, at least one event must be accepted.
       const long double expected = *each.theory * static_cast<long double>(each.counts.events);
       EXPECT_TRUE(expected < 30 || each.counts.accepted > 0) << each.row.variant_name();
     }
@@ -119,7 +119,8 @@ TEST(Sequence, SumOfAKind_IsThatOfItsVariants) {
   EXPECT_NEAR(static_cast<double>(*results[3].theory), 667 / 63.0 / 1000, 1e-12);
 }
 
-// The counter sees what a longer watchdog does not: as a loss if few are, by another name if many.
+// The counter detects what a longer watchdog does not: as a loss if few frames are lost, with
+// another verdict if many are.
 TEST(Sequence, LossWithinALongWatchdog_IsSeenByTheCounter) {
   SequencePlan plan = plan_of("fs-36-28");
   plan.setup.frame_gap_max = plan.setup.cycle_min * 40;

@@ -64,7 +64,7 @@ Levels line_of(const FrameFormat& format, const Truth& truth, bool aligned) {
   return line;
 }
 
-// Damages the line; where START is seen then.
+// Damages the line. Returns where START is read then.
 std::size_t damage(Levels& line, FaultKind fault, unsigned place, unsigned gap_bits) {
   const auto at = line.begin() + static_cast<std::ptrdiff_t>(ack + place);
   switch (fault) {
@@ -224,7 +224,7 @@ TEST(Structure, FactSheet_IsTheListed) {
     return structure_row(format_of(text), fault, {});
   };
   const auto lost = row("pos32,nE,nW,crc6;cds0", FaultKind::lost_bit);
-  // But for a single position that comes out right.
+  // Except a single position that is read right.
   EXPECT_EQ(lost.worst.first_word, 0.125L - std::ldexp(1.0L, -32));
   EXPECT_NEAR(static_cast<double>(lost.sum.first_word / lost.places), 0.01, 0.006);
   const auto late = row("pos18,nE,nW,crc6;cds0", FaultKind::lost_start);
@@ -377,7 +377,7 @@ TEST(Slip, WordsOfOnePosition_AreCountedOnce) {
 }
 
 TEST(Slip, RenishawsWidths_PassAsTheFactSheetSays) {
-  // START lost at 18 bits: a position passes if and only if it begins 010.
+  // START lost at 18 bits: a position passes if and only if it begins with 010.
   EXPECT_EQ(lost_start_conditions(renishaw18, 3), 3U);
   // One bit early or late passes nowhere at Renishaw's widths because the CRC is inverted …
   EXPECT_EQ(false_start_conditions(renishaw18, 1), none);

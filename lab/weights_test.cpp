@@ -100,7 +100,7 @@ TEST(Weights, WithoutChecksum_AreTheBinomialCoefficients) {
   for (unsigned w = 0; w <= 64; ++w) EXPECT_TRUE(weights[w] == binomial(64, w)) << w;
 }
 
-// Every data word through the core's CRC, which knows nothing of dual codes.
+// Every data word through the core's CRC, which does not use dual codes.
 TEST(Weights, SmallWords_AreWhatCountingFinds) {
   for (const CrcSpec& spec :
        {CrcSpec{0x0B, 0, 3, true}, CrcSpec{0x43, 0, 6, true}, CrcSpec{0x12F, 0, 8, false},
@@ -200,7 +200,7 @@ TEST(Distance, EveryLengthOfAChannel_IsTheSmallestWeight) {
   }
 }
 
-// A burst is a multiple of the polynomial or is seen.
+// A burst is a multiple of the polynomial, or it is detected.
 bool divides(std::uint32_t polynomial, std::uint32_t pattern) {
   const auto degree = static_cast<int>(std::bit_width(polynomial)) - 1;
   for (auto i = static_cast<int>(std::bit_width(pattern)) - 1; i >= degree; --i) {

@@ -11,7 +11,7 @@ class TextSink {
  public:
   virtual ~TextSink() = default;
 
-  /// False when the text could not be taken; whoever owns the sink knows why.
+  /// False when the text could not be taken; the owner of the sink knows the cause.
   virtual bool write(std::string_view text) = 0;
 };
 

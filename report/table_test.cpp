@@ -192,7 +192,7 @@ TEST(Jsonl, EveryByteAlone_ParsesAsOneLine) {
   }
 }
 
-// What the writer says is what the library would say of the same values.
+// The writer prints the same as the library for the same values.
 TEST(Jsonl, RandomRows_EqualTheLibrarysText) {
   const auto seed = std::random_device{}();
   std::printf("seed %u\n", seed);

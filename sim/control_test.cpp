@@ -1,4 +1,4 @@
-// Registers and commands on the simulated line, beside its positions.
+// Registers and commands on the simulated line, together with its positions.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -16,7 +16,7 @@ namespace control_test {
 
 constexpr auto read_write = RegisterProtection::read_write;
 
-// Every register says who it is.
+// The value of a register depends on the encoder and the address.
 std::uint8_t value_of(unsigned encoder, unsigned address) {
   return static_cast<std::uint8_t>(address * 37U + encoder * 101U + 5U);
 }
@@ -108,7 +108,7 @@ TEST(ControlLine, Chain_EachEncoderAnswersForItself) {
   EXPECT_EQ(line.control()->records().back().outcome.slaves_present, 0b111);
 }
 
-// At the highest feasible rate, too, by every timeout rule; the times are those without traffic.
+// Also at the highest feasible rate, by every timeout rule; the times are those without traffic.
 TEST(ControlLine, RequestTimes_AreThoseWithoutTraffic) {
   for (const Timeout& timeout : {Timeout{TimeoutRule::adaptive, nanoseconds(200)},
                                  Timeout{TimeoutRule::fixed, microseconds(20)},

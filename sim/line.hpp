@@ -1,7 +1,7 @@
 // Master, cable and encoders in picoseconds: an event loop around the core's steppers.
 //
 //   RequestCycle ──MA──> ma_delay ──┬──> Slave 0 ──> … ──> Slave n-1 ──> slo_delay ──SLO──> back
-//        recorded here              └ all slaves at once   internal_delay each     recorded here
+//        recorded here              └ in parallel          internal_delay each     recorded here
 #pragma once
 
 #include <cstdint>

@@ -67,7 +67,7 @@ void Line::set_noise() {
 }
 
 void Line::note_injected(FaultKind kind) {
-  // Thousandths of a period; whole periods apart, because a cycle may last 1000 s and more.
+  // Thousandths of a period. Whole periods are separate, because a cycle may last 1000 s and more.
   const std::int64_t since = (now_ - begin_).count;
   const std::int64_t part = since % period_.count * 1000 / period_.count;
   const auto clock = static_cast<std::uint64_t>(since / period_.count * 1000 + part);

@@ -57,7 +57,7 @@ TEST(Line, WordsOfOneEncoder_LieOnEachOther) {
   second_of("mt12,crc6+mt8,crc16", [](Value p) { return p >> 4U; });
 }
 
-// At the shortest interval the encoder comes to rest only as the request reaches it.
+// At the shortest interval the encoder becomes idle just when the request arrives.
 TEST(Line, LateStart_ComesAtEveryInterval) {
   const CatalogueEntry* entry = find_encoder("fs-36-28");
   ASSERT_NE(entry, nullptr);
@@ -167,7 +167,7 @@ TEST(Line, FlipAtABitOfAChain_IsThatBitOfThatChannel) {
   }
 }
 
-// The clock that the edges of a cycle show: its first period, and how long MA is high in it.
+// The clock of a cycle's edges: its first period, and the high time of MA in it.
 struct Clock {
   Picoseconds period;
   Picoseconds high;

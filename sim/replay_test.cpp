@@ -1,4 +1,4 @@
-// A recorded master before our encoder, a recorded encoder before our master.
+// A recorded master with our encoder, and a recorded encoder with our master.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -155,7 +155,7 @@ TEST(MaReplay, EndWhileSloIsOnItsWay_IsNotBeforeItsLastEdge) {
   Answers answers("pos12,nE,nW,crc6", timing, delay);
   std::vector<Edge> edges = idle();
   add_request(edges, microseconds(3), 25);
-  // The encoder is idle by then, and says so.
+  // The encoder is idle by then, and SLO shows it.
   const Picoseconds idle_at = microseconds(3 + 24) + period / 2 + nanoseconds(12'500);
   edges.push_back({idle_at, recorded_ma, Level::unknown});
   answers.run(edges, idle_at);
@@ -259,7 +259,7 @@ TEST(SloReplay, CaptureThatEndsInARequest_IsTruncated) {
 }
 
 TEST(SloReplay, RequestsWhileOursRuns_AreToldBehindIt) {
-  // Our clock is slow: ours still runs when the encoder is asked again.
+  // Our clock is slow: it still runs when the recorded encoder is requested again.
   const char* format = "pos12,nE,nW,crc6";
   std::vector<Edge> edges = recorded_pair(format, 1, 25, nanoseconds(480));
   add_request(edges, microseconds(60), 4);

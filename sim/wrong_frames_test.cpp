@@ -61,7 +61,7 @@ TEST(WrongFrames, Reorder_SendsOneOfTwoToEightFramesBefore) {
     const std::uint64_t age = 20 - sender.next();
     EXPECT_EQ(age, 2 + detail % 7);
     ages.insert(age);
-    // All that is remembered, again and again: the store goes round.
+    // The complete memory, several times: the ring buffer wraps around.
     EXPECT_EQ(21 - sender.next(), age);
   }
   EXPECT_EQ(ages, (std::set<std::uint64_t>{2, 3, 4, 5, 6, 7, 8}));

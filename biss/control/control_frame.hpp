@@ -28,7 +28,7 @@ namespace biss {
 
 /// This many CDM = 0 return every slave's control logic to idle, and must precede a control frame.
 inline constexpr unsigned control_reset_zeros = 14;
-/// Slaves that can be addressed at once; IDL8 indicates more.
+/// Slaves that one control frame can address; IDL8 indicates more.
 inline constexpr unsigned control_max_slaves = 8;
 /// Bytes of one sequential access, at most.
 inline constexpr std::size_t sequential_max_bytes = 64;

@@ -303,7 +303,7 @@ class ControlSession {
   constexpr explicit ControlSession(const ControlOptions& options = {}) : options_(options) {}
 
   /// Begins to read `to.size()` registers (1…64) from `address` on, the last one at most 127. `to`
-  /// must live until done(). What no control frame can request is done at once, with bad_request.
+  /// must live until done(). What no control frame can request ends immediately, with bad_request.
   /// \pre done()
   /// \param slave ID, 0…7
   constexpr void read(unsigned slave, unsigned address, std::span<std::uint8_t> to) {

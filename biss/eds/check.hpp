@@ -46,7 +46,7 @@ enum class EdsProblem : std::uint8_t {
   polynomial,            ///< not the profile's, or no CRC of 3 to 16 bits
   min_above_max,         ///< a shortest, lowest, first above its longest, highest, last
   lengths,               ///< MT_LEN, CO_LEN, FI_LEN, flags (and CRC with C = 1) do not add up to DL
-  count_above_length,    ///< more counts than the bits of its length can tell apart
+  count_above_length,    ///< more counts than its length in bits can represent
   encoder_type,          ///< rotary or linear, but counts, lengths and checksum fit the other
   crc_bit,               ///< C = 0 beside a safety word, where C must be 1
   identifier,            ///< differs from registers 0x42 and 0x43

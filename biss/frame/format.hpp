@@ -12,7 +12,7 @@
 
 namespace biss {
 
-/// A BiSS master addresses at most 8 slaves at once (protocol description D2).
+/// A BiSS master addresses at most 8 slaves (protocol description D2).
 inline constexpr std::size_t max_channels = 8;
 inline constexpr unsigned max_channel_bits = max_data_bits + max_crc_bits;
 /// Width of the sign-of-life counter of BiSS Safety (Safety Concept A5, Renishaw's data sheet).

@@ -31,9 +31,9 @@ namespace biss {
 
 // ---- MA of one request
 
-/// MA of one request: falls at once, or rises first where CDM was held low; runs until stop_at()
-/// says where to end; rests at the level of CDM. Each edge is timed from the one before it, so an
-/// edge made late delays all that follow and no clock is shortened.
+/// MA of one request: falls immediately, or rises first where CDM was held low; runs until
+/// stop_at() says where to end; rests at the level of CDM. Each edge is timed from the one before
+/// it, so an edge made late delays all that follow and no clock is shortened.
 class MaClock {
  public:
   /// \pre low_time is above 0 and below period
@@ -335,7 +335,7 @@ class BitSampler {
   std::uint16_t ack_clocks_ = 0;
   std::uint16_t left_ = 0;  // bits of the payload to come
   std::uint32_t start_clock_ = 0;
-  // Bits on their way to bits_, which takes up to 34 at once.
+  // Bits on their way to bits_, which takes up to 34 per call.
   std::uint64_t word_ = 0;
   Picoseconds next_ = never;
   Picoseconds ack_edge_{};

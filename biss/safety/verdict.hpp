@@ -28,7 +28,7 @@ enum class SafetyVerdict : std::uint8_t {
   spw_crc,            ///< the safety position word's CRC is wrong
   cpw_error,          ///< nE of the control position word is 0
   spw_error,          ///< nE of the safety position word is 0
-  comparison,         ///< the two words' positions are too far apart
+  comparison,         ///< the positions of the two words differ too much
   counter_mode,       ///< the counter has the other range (1…63 or 0…63): wrong setup
   counter_repeated,   ///< the counter stands still
   counter_skipped,    ///< the counter is ahead by a few frames: they are lost
@@ -162,7 +162,7 @@ constexpr Picoseconds later(Picoseconds from, Picoseconds by) {
 }  // namespace safety_detail
 
 /// The result of one evaluation of one frame, without the frames before. The results of two
-/// evaluations of the same bits must be equal. It has no padding, so two are compared at once.
+/// evaluations of the same bits must be equal. It has no padding, so a comparison takes all bytes.
 struct SafetyFinding {
   /// The CPW's position. This and the members up to `cause` are 0 (nW: true) unless both CRCs are
   /// good.

@@ -120,7 +120,7 @@ class IdAssignment {
   std::uint8_t silent_ = 0;
 };
 
-// ---- A command's bits after its header: IDA and EX, or EX at once for a broadcast
+// ---- A command's bits after its header: IDA and EX, or only EX for a broadcast
 
 template <RegisterOwner Owner, unsigned Ids>
 class CommandAnswer {

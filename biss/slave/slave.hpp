@@ -31,8 +31,8 @@ namespace biss {
 // ---- The timing of one slave
 
 /// The timing of one slave: a device of a type that DeviceTiming describes, with one value where
-/// the type has a range. The defaults: position sampled at LAT, answer ready at once, the longest
-/// timeout.
+/// the type has a range. The defaults: position sampled at LAT, answer ready immediately, the
+/// longest timeout.
 struct SlaveTiming {
   /// From the first rising edge of MA (LAT) to the moment whose position is sent; not negative.
   Picoseconds sampling{};

@@ -22,7 +22,7 @@ struct Options {
   std::vector<std::string> positions;
 };
 
-// The command with verbs that do nothing, or fail in the way their name says.
+// The command with verbs that do nothing, or fail as their name says.
 class CommandTest : public testing::Test {
  protected:
   CommandTest() {

@@ -1,4 +1,4 @@
-// What the command tells the shell.
+// The exit status of the command.
 #pragma once
 
 namespace biss::cli {

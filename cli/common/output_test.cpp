@@ -26,7 +26,7 @@ namespace output_test {
 
 namespace fs = std::filesystem;
 
-// A folder of its own, removed at the end; SIGPIPE ignored as the command does.
+// A temporary folder, removed by the destructor. Ignores SIGPIPE as the command does.
 class OutputTest : public testing::Test {
  protected:
   void SetUp() override {
@@ -266,7 +266,7 @@ TEST_F(OutputTest, AbandonedStraight_KeepsWhatWasTaken) {
   EXPECT_EQ(content(path("log")), "so far\n");
 }
 
-// Has open() with O_TMPFILE fail from now on, as on a file system without it.
+// Makes open() with O_TMPFILE fail from now on, as on a file system that does not support it.
 bool refuse_files_without_name() {
   constexpr std::uint32_t flag = O_TMPFILE & ~O_DIRECTORY;
   sock_filter steps[] = {BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
@@ -280,7 +280,7 @@ bool refuse_files_without_name() {
          ::prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) == 0;
 }
 
-// How a process of its own ends that runs `body`.
+// The exit status of a child process that runs `body`.
 template <class Body>
 int status_of(const Body& body) {
   const pid_t child = ::fork();

@@ -21,7 +21,7 @@ Ran crc(std::initializer_list<std::string> arguments) {
   return run_verb(add_crc, all);
 }
 
-// Each run of spaces as one, so that widths do not matter.
+// Replaces each run of spaces by one, so that column widths do not matter.
 std::string squeezed(const std::string& text) {
   std::string out;
   std::unique_copy(text.begin(), text.end(), std::back_inserter(out),

@@ -4,9 +4,9 @@
 #include <algorithm>
 
 #include "cli/common/decoded_capture.hpp"
-#include "cli/common/fail_on.hpp"
 #include "cli/common/verb.hpp"
 #include "cli/common/verbs.hpp"
+#include "cli/decode/fail_on.hpp"
 #include "cli/decode/safety.hpp"
 #include "cli/decode/summary.hpp"
 #include "cli/decode/table.hpp"

@@ -123,7 +123,7 @@ TEST(Description, OnlyTextWithASection_LooksLikeOne) {
   EXPECT_FALSE(looks_like_description(""));
 }
 
-// Whatever stands in a dump whose registers lead to its data sheet, right or wrong.
+// Any content of a dump whose registers point to its data sheet, right or wrong.
 TEST(Description, OfAnyDump_BuildsTheSameDump) {
   constexpr unsigned seed = 31;
   std::mt19937 random(seed);

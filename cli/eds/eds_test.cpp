@@ -1,4 +1,4 @@
-// biss eds, as the shell would run it.
+// biss eds, run as by a shell.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

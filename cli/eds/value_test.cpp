@@ -69,7 +69,7 @@ TEST(EdsValue, Mistakes_AreSaid) {
   EXPECT_THAT(wrong(common("TMA"), "fast"), HasSubstr("'fast'"));
 }
 
-// Whatever is stored can be written down and read again.
+// Every stored value can be printed and parsed again.
 TEST(EdsValue, EveryValueOfEveryField_ReadsBack) {
   for (const EdsPart part : {EdsPart::common, EdsPart::bp3}) {
     for (const EdsField& field : fields_of(part)) {

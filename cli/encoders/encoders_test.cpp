@@ -111,7 +111,7 @@ TEST(Encoders, WordWithoutMatch_Exits1WithASuggestion) {
             "('biss encoders' lists all)\n");
 }
 
-// The list of encoders that the catalogue was made from, where it is at hand.
+// The list of encoders from which the catalogue was made, if it is available.
 
 using Row = std::map<std::string, std::string>;
 
@@ -166,7 +166,7 @@ std::set<unsigned> widths_of(const std::string& cell) {
   return widths;
 }
 
-/// Which entries a row became; none: it states no widths, or any can be configured.
+/// The entries made of a row; none if it states no widths, or if any width can be configured.
 const std::map<std::string, std::string>& entries_by_family() {
   static const std::map<std::string, std::string> entries = {
       {"RESOLUTE rotary 18 bit", "resolute-18"},
@@ -240,7 +240,7 @@ void expect_row(const Row& row, const std::vector<const CatalogueEntry*>& entrie
     const ChannelFormat& channel = format.channel_list[safety_word ? 1 : 0];
     multiturn.insert(channel.multiturn.bits);
     singleturn.insert(channel.position_bits() - channel.multiturn.bits);
-    // Where the maker names none, 0x43 is assumed and said to be.
+    // If the maker gives no polynomial, 0x43 is assumed, and the entry says so.
     const auto stated = polynomial.empty() ? 0x43U : std::stoul(polynomial, nullptr, 16);
     EXPECT_EQ(channel.crc.polynomial, stated) << entry->name;
     EXPECT_EQ(polynomial.empty(), entry->doubts(doubt::polynomial)) << entry->name;
@@ -257,7 +257,7 @@ void expect_row(const Row& row, const std::vector<const CatalogueEntry*>& entrie
     EXPECT_TRUE(!from_code || entry->doubts(doubt::driver)) << entry->name;
   }
   EXPECT_EQ(singleturn, widths_of(row.at("st_bits"))) << family;
-  // An empty cell is a total: it is one position.
+  // An empty cell means that the total is given: the position is one number.
   const auto stated = widths_of(row.at("mt_bits"));
   EXPECT_EQ(multiturn, stated.empty() ? std::set<unsigned>{0} : stated) << family;
 }

@@ -73,7 +73,7 @@ std::string fixed(std::int64_t number, unsigned shift, unsigned places) {
 
 /// Thousandths of a clock, to the nearest one.
 std::int64_t milliclocks(Picoseconds time, Picoseconds period) {
-  // Whole periods apart, because a time of hours times 1000 does not fit.
+  // Whole periods are computed separately, because a time of hours times 1000 does not fit.
   return time.count / period.count * 1000 +
          (time.count % period.count * 1000 + period.count / 2) / period.count;
 }

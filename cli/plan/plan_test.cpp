@@ -176,7 +176,7 @@ TEST(Plan, ClocksTheEncoderDoesNotTake_AreNotListed) {
   const auto found = objects(plan({"-f", "faulhaber-aemt", "--to", "jsonl"}));
   ASSERT_EQ(found.size(), 4U);
   EXPECT_EQ(found.back()["clock_hz"], 2'000'000);
-  // None of the usual ones: all are shown.
+  // None of the usual rates matches: all are shown.
   EXPECT_EQ(objects(plan({"-f", "pos24", "--clock-max", "100kHz", "--to", "jsonl"})).size(), 8U);
 }
 

@@ -30,7 +30,7 @@ std::string text_of(const fs::path& path) {
 
 std::string source(const std::string& path) { return text_of(fs::path(BISS_SOURCE_FOLDER) / path); }
 
-// Names that the first group of the expression finds.
+// The names matched by the first group of the expression.
 std::vector<std::string> all_of(const std::string& text, const std::string& expression) {
   const std::regex pattern(expression, std::regex::ECMAScript | std::regex::multiline);
   std::vector<std::string> found;
@@ -166,7 +166,7 @@ TEST(SafetyDocuments, EveryMeasure_IsInTheTableOfErrors) {
   }
 }
 
-// Suite.Name of every test in a source that a build lists.
+// Suite.Name of every test in the sources of a build list.
 std::set<std::string> tests_of_the_build() {
   std::set<std::string> tests;
   for (const auto& entry : fs::recursive_directory_iterator(BISS_SOURCE_FOLDER)) {
@@ -209,7 +209,7 @@ TEST(SafetyDocuments, EveryTestOfTheMatrix_Exists) {
   const std::size_t requirements = all_of(part, "^(### )").size();
   EXPECT_EQ(all_of(part, "^### .*\nSource: .*\n(\\* `)").size(), requirements);
   EXPECT_GT(requirements, 30U);
-  // Each suite about the monitor is named.
+  // Each suite about the monitor is mentioned.
   for (const char* suite :
        {"SafetyMonitor", "SafetyCounter", "SafetyWords", "SafetyComparison", "SafetyFinding",
         "SafetySelfTest", "SafetySetup", "SafetyTime", "SafetyVerdicts", "SafetyConfigurations"}) {

@@ -8,10 +8,10 @@
 #include <sstream>
 
 #include "biss/safety/configurations.hpp"
-#include "cli/common/text_file.hpp"
 #include "cli/common/verb_harness.hpp"
 #include "cli/common/verbs.hpp"
 #include "cli/safety/format.hpp"
+#include "cli/safety/text_file.hpp"
 #include "sim/fault.hpp"
 
 namespace biss::cli {
@@ -165,7 +165,7 @@ TEST(EvidenceSubject, FormatsText_IsMonitoredByItsWidths) {
     const SafetySetup setup = parse_safety_format(name).value().setup;
     EXPECT_EQ(subject_of(options).monitored.setup, setup) << name;
   }
-  // The catalogue's name is a name.
+  // A name of the catalogue is a valid name.
   options = {};
   options.format = "fortis-fs-36-28";
   EXPECT_EQ(subject_of(options).configuration, "fs-36-28");
@@ -190,7 +190,7 @@ std::vector<std::map<std::string, std::string>> rows_of(const std::string& csv) 
   return rows;
 }
 
-// At a rate at which the encoder becomes ready only with the next request.
+// At a rate at which the encoder becomes ready only when the next request begins.
 TEST(SafetyLine, EachFault_IsDetectedInTimeOrDoesNoHarm) {
   const Ran ran =
       run_verb(add_safety, {"safety", "line", "-f", "fs-36-28", "--cycles", "2000", "--to", "csv"});
@@ -201,7 +201,7 @@ TEST(SafetyLine, EachFault_IsDetectedInTimeOrDoesNoHarm) {
     const std::string& fault = row.at("fault");
     EXPECT_GT(std::stoul(row.at("injected")), 30U) << fault;
     EXPECT_EQ(row.at("false_alarms"), "0") << fault;
-    // These last for up to three cycles, and not each of them has a row that shows it.
+    // These faults last up to three cycles, and not every cycle has a row that shows them.
     const std::set<std::string> lasting{"ma_low", "ma_high", "swap_ma", "delay_step"};
     if (!row.at("reaction_cycles").empty()) {
       EXPECT_LE(std::stoul(row.at("reaction_cycles")), lasting.contains(fault) ? 4U : 1U) << fault;

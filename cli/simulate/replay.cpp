@@ -8,13 +8,13 @@
 #include <optional>
 #include <vector>
 
-#include "cli/common/capture_output.hpp"
 #include "cli/common/message.hpp"
 #include "cli/common/output.hpp"
 #include "cli/common/quantity.hpp"
-#include "cli/common/recorded_line.hpp"
 #include "cli/common/terminal.hpp"
 #include "cli/decode/table.hpp"
+#include "cli/simulate/capture_output.hpp"
+#include "cli/simulate/recorded_line.hpp"
 #include "cli/simulate/truth.hpp"
 #include "sim/encoder.hpp"
 #include "sim/ma_replay.hpp"

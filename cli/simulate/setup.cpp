@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "biss/timing/cable.hpp"
-#include "cli/common/fault_option.hpp"
 #include "cli/common/quantity.hpp"
+#include "cli/simulate/fault_option.hpp"
 #include "sim/line.hpp"
 
 namespace biss::cli {

@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "cli/common/access_option.hpp"
-#include "cli/common/capture_output.hpp"
-#include "cli/common/fault_option.hpp"
 #include "cli/common/verb.hpp"
 #include "cli/common/verbs.hpp"
+#include "cli/simulate/capture_output.hpp"
+#include "cli/simulate/fault_option.hpp"
 #include "cli/simulate/registers.hpp"
 #include "cli/simulate/replay.hpp"
 #include "cli/simulate/setup.hpp"

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "cli/common/fault_option.hpp"
+#include "cli/simulate/fault_option.hpp"
 
 namespace biss::cli {
 

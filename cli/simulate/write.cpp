@@ -10,10 +10,10 @@
 
 #include "biss/control/register_map.hpp"
 #include "cli/common/access_option.hpp"
-#include "cli/common/capture_output.hpp"
 #include "cli/common/message.hpp"
 #include "cli/common/output.hpp"
 #include "cli/common/quantity.hpp"
+#include "cli/simulate/capture_output.hpp"
 #include "cli/simulate/configure_log.hpp"
 #include "cli/simulate/truth.hpp"
 #include "sim/line.hpp"

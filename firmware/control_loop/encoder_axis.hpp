@@ -1,12 +1,12 @@
-// One encoder on one SPI peripheral with DMA, asked once a control period.
+// One encoder on one SPI peripheral with DMA, requested once per control period.
 //
 //   control timer interrupt                DMA complete interrupt
 //   ------------------------------------   -------------------------------
 //   use latest() and age(now)              axis.transfer_complete()
 //   axis.request(now): SPI starts    --->    decode, turns, policy
 //
-// Give both interrupts the same priority: neither then breaks into the other, and nothing here
-// needs a lock. The frame is decoded once, in the second one, long before the first needs it.
+// Give both interrupts the same priority, so that neither interrupts the other and no lock is
+// needed. The frame is decoded once, in the second interrupt, before the first one needs it.
 #pragma once
 
 #include <array>
@@ -24,25 +24,25 @@
 
 namespace control_loop {
 
-/// The board's SPI peripheral: MA from its clock (idle high), SLO on its data input, DMA fills a
+/// The board's SPI peripheral: its clock is MA (idle high), its data input is SLO. DMA fills a
 /// buffer without a gap between the clocks.
 template <class T>
 concept SpiDma = requires(T& spi, std::span<std::uint8_t> receive) {
-  /// Starts a transfer of as many bytes as `receive` has; they stay the DMA's until the interrupt.
-  /// \return false: the one before has not ended, nothing was started
+  /// Starts a transfer of `receive.size()` bytes. The DMA uses them until the interrupt.
+  /// \return false if the previous transfer has not ended; then nothing was started
   { spi.start(receive) } -> std::same_as<bool>;
 };
 
-/// A position to control with.
+/// A position for the controller.
 struct AxisPosition {
   PolicyOutput output{};
-  /// The moment the position belongs to; for a held one that of its measurement.
+  /// The time of the position; for a held position the time of its measurement.
   biss::Picoseconds moment{};
-  /// Why the last cycle was bad; empty after a good one, and when it was the encoder's nE or a
-  /// step too large.
+  /// The cause of the last bad cycle. Empty after a good one, after nE = 0, and after a step that
+  /// is too large.
   std::optional<biss::FrameFault> fault{};
 
-  /// How old the position is. Feed it to the observer: speed × age is the error of ignoring it.
+  /// The age of the position, for the observer: speed × age is the error if it is ignored.
   constexpr biss::Picoseconds age(biss::Picoseconds now) const { return now - moment; }
 };
 
@@ -50,33 +50,34 @@ struct AxisPosition {
 template <SpiDma Spi, class Reader, std::size_t max_bytes>
 class EncoderAxis {
  public:
-  /// All three outlive the axis; the reader may lie in flash.
+  /// All three must outlive the axis; the reader may be in flash.
   /// \pre reader.bytes() <= max_bytes, the format has one channel with a position
   constexpr EncoderAxis(Spi& spi, const Reader& reader, biss::Picoseconds ma_period,
                         const biss::DeviceTiming& timing, const PolicyLimits& limits)
       : spi_(spi),
         reader_(reader),
-        // The position is the one at the sampling moment, which counts from the first rising edge.
+        // The position is that of the sampling time, which is measured from the first rising edge.
         to_sampling_(ma_period / 2 + timing.sampling_typical),
         turns_(reader.codec().format().channel_list[0].position_bits(),
                static_cast<std::uint64_t>(limits.max_step)),
         policy_(limits) {}
 
-  /// Asks the encoder. For the control timer's interrupt, once a period, after latest() was used.
-  /// \param now the moment of the first falling edge of MA
+  /// Requests a position. Call it once per period in the control timer's interrupt, after the use
+  /// of latest().
+  /// \param now the time of the first falling edge of MA
   constexpr void request(biss::Picoseconds now) {
     asked_at_ = now;
     if (spi_.start(std::span(buffer_).first(reader_.bytes()))) return;
     bad(std::nullopt);
   }
 
-  /// Reads what came. For the DMA's interrupt at the end of the transfer.
+  /// Decodes the transfer. Call it in the DMA's interrupt at the end of the transfer.
   constexpr void transfer_complete() {
     const auto frame = reader_.read(std::span<const std::uint8_t>(buffer_).first(reader_.bytes()));
     if (!frame.ok()) return bad(frame.error());
     if (!frame->trusted()) return bad(std::nullopt);
 
-    // Tried on a copy: a step that the policy refuses must not count turns.
+    // Works on a copy: a step that the policy refuses must not count turns.
     biss::TurnCounter turns = turns_;
     const bool ambiguous =
         turns.update(frame->channels()[0].position, policy_.output().bad_in_a_row) ==

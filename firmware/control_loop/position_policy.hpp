@@ -1,20 +1,20 @@
-// What a controller does with the cycles that brought no good position: hold, extrapolate, trip.
+// The reaction of a controller to cycles without a good position: hold, extrapolate, trip.
 #pragma once
 
 #include <cstdint>
 
 namespace control_loop {
 
-/// What one bad cycle leads to.
+/// The reaction to one bad cycle.
 enum class BadFrameRule : std::uint8_t {
-  hold,         ///< the last measured position stands
-  extrapolate,  ///< it goes on at the last measured speed; held until a speed is known
-  trip,         ///< the first one trips
+  hold,         ///< keeps the last measured position
+  extrapolate,  ///< continues at the last measured speed; holds until a speed is known
+  trip,         ///< trips at the first bad cycle
 };
 
-/// What a position is worth.
+/// The quality of a position.
 enum class Quality : std::uint8_t {
-  none,          ///< nothing was measured yet, the position means nothing
+  none,          ///< no measurement yet, the position is undefined
   measured,      ///< from a good frame of this cycle
   held,          ///< the last measured one
   extrapolated,  ///< the last measured one moved on at the last measured speed
@@ -25,28 +25,28 @@ struct PolicyLimits {
   BadFrameRule rule = BadFrameRule::extrapolate;
   /// The number of bad cycles in a row that trips, also at the start; 0 counts as 1.
   std::uint16_t trip_after = 4;
-  /// The farthest the axis can move in one cycle, in counts. A good frame that says more counts as
-  /// a bad cycle: a CRC of 6 bits lets one in 64 of the worst damages pass.
+  /// The largest movement of the axis in one cycle, in counts. A good frame with a larger step
+  /// counts as a bad cycle: in the worst case a CRC of 6 bits does not detect one in 64 faults.
   std::int64_t max_step = 0;
 };
 
 struct PolicyOutput {
-  /// Counts, turns included.
+  /// The position in counts, including turns.
   std::int64_t position = 0;
   Quality quality = Quality::none;
   /// Bad cycles since the last measured position.
   std::uint16_t bad_in_a_row = 0;
 };
 
-/// Judges one cycle after the other: good() or bad() once each. Plain arithmetic, no clock. Counts
-/// stay below 2^62 either way.
+/// Judges each cycle: call good() or bad() once per cycle. It uses no clock. Positions must stay
+/// below 2^62 counts in either direction.
 class PositionPolicy {
  public:
   /// \pre limits.max_step is positive
   constexpr explicit PositionPolicy(const PolicyLimits& limits) : limits_(limits) {}
 
-  /// A good frame came. \return measured; what bad() returns when the step is too large; tripped
-  /// when it was
+  /// Reports a good frame. \return measured; the result of bad() if the step is too large; tripped
+  /// if the policy has tripped
   constexpr PolicyOutput good(std::int64_t position) {
     if (out_.quality == Quality::tripped) return out_;
     const std::int64_t cycles = std::int64_t{out_.bad_in_a_row} + 1;
@@ -62,7 +62,7 @@ class PositionPolicy {
     return out_ = {.position = position, .quality = Quality::measured, .bad_in_a_row = 0};
   }
 
-  /// No frame, a damaged one, or one whose encoder says nE. \return none, held or extrapolated by
+  /// Reports a missing or damaged frame, or one with nE = 0. \return none, held or extrapolated by
   /// the rule; tripped at the limit and from then on
   constexpr PolicyOutput bad() {
     if (out_.quality == Quality::tripped) return out_;
@@ -79,14 +79,14 @@ class PositionPolicy {
     return out_;
   }
 
-  /// Trips for a reason of the caller's, such as turns that are no longer known.
+  /// Trips for a reason of the caller, such as unknown turns.
   constexpr PolicyOutput trip() {
     out_.position = last_;
     out_.quality = Quality::tripped;
     return out_;
   }
 
-  /// Back to the start, the trip forgotten: for whoever found out why.
+  /// Resets the policy to its initial state and clears the trip. Call it after the cause was found.
   constexpr void reset() { *this = PositionPolicy(limits_); }
 
   constexpr const PolicyOutput& output() const { return out_; }

@@ -1,5 +1,5 @@
-// An SPI peripheral with DMA and an encoder at its end, made of software: QEMU has none that could
-// clock a BiSS frame in. The axis turns back and forth across zero, and the line is damaged.
+// A software model of an SPI peripheral with DMA and an encoder: QEMU has none that could read a
+// BiSS frame. The axis turns back and forth across zero, and the line is damaged.
 #pragma once
 
 #include <cstdint>

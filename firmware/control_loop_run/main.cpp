@@ -1,6 +1,6 @@
-// Runs the control loop of firmware/control_loop under QEMU and checks every cycle against what the
-// axis really did. SysTick plays the control timer and, a quarter of a period later, the end of the
-// SPI transfer.
+// Runs the control loop of firmware/control_loop under QEMU and checks every cycle against the true
+// position of the axis. SysTick is the control timer and, a quarter of a period later, the end of
+// the SPI transfer.
 #include <algorithm>
 #include <array>
 #include <cstddef>

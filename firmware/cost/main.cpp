@@ -1,5 +1,5 @@
-// Counts the instructions and the stack of every row over many samples; each call's answer is
-// checked. Prints `row NAME|TITLE|MEAN|MOST|STACK` for firmware/sizes.
+// Counts the instructions and the stack of every row over many samples, and checks the result of
+// each call. Prints `row NAME|TITLE|MEAN|MOST|STACK` for firmware/sizes.
 #include <algorithm>
 #include <array>
 #include <cstdint>

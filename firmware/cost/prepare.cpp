@@ -22,8 +22,8 @@ std::uint16_t random_ack(Random& random) {
   return static_cast<std::uint16_t>(33U + random.below(128));
 }
 
-// CDS bit k of the only slave, which agrees to everything, and is busy for `late` frames before the
-// first byte and `busy` before the second; its data are 0. Kinds as in control_frame().
+// CDS bit k of the only slave, which accepts every access. It is busy for `late` frames before the
+// first byte and for `busy` before the second; its data are 0. Kinds as in control_frame().
 bool agreeing_cds(std::uint32_t k, std::uint32_t kind, std::uint32_t late, std::uint32_t busy) {
   if (k == 0) return true;
   if (kind == 2) return k == biss::control_bit::ida;
@@ -61,7 +61,7 @@ void ack(Sample& sample, Random& random) {
   sample.expected = start;
   sample.bytes = {};
   sample.bytes[0] = 0xC0;
-  // START is after byte 0, which therefore keeps its ones.
+  // START is after byte 0, so byte 0 keeps its ones.
   sample.bytes[start / 8U] = static_cast<std::uint8_t>(0x80U >> (start % 8U));
   sample.size_bytes = static_cast<std::uint32_t>(sample.bytes.size());
 }
@@ -90,7 +90,7 @@ void step(Sample& sample, Random& random) {
 void data_bit(Sample& sample, Random& random) {
   const biss::Picoseconds half = setup.period / 2;
   const std::uint64_t position = random.bits(26);
-  // The adaptive timeout, whose end moves with each edge, costs most.
+  // The adaptive timeout costs the most, because each edge moves its end.
   *sample.slave = EncoderSlave({}, {.timeout = {biss::TimeoutRule::adaptive, {}}}, {position});
   biss::Picoseconds now = biss::microseconds(1 + random.below(1000));
   const auto clock = [&] {
@@ -100,7 +100,7 @@ void data_bit(Sample& sample, Random& random) {
     return out;
   };
   while (sample.slave->state() != biss::SlaveState::data) clock();
-  // The first clock of data fetches it.
+  // The first clock of data fetches the data.
   const std::uint32_t bit = random.below(25);
   for (std::uint32_t i = 0; i <= bit; ++i) clock();
   sample.value = static_cast<std::uint64_t>(now.count);
@@ -119,7 +119,7 @@ void data_sample(Sample& sample, Random& random) {
   biss::Picoseconds rise = biss::microseconds(1 + random.below(1000));
   bool slo = true;
   master.begin(rise - half, slo);
-  // Every bit of the data is another than the one before.
+  // Each data bit differs from the one before.
   const std::uint32_t clocks = start + 2U + random.below(30);
   for (std::uint32_t clock = 1; clock <= clocks; ++clock, rise += setup.period) {
     master.step(rise, slo);
@@ -145,7 +145,7 @@ void control_frame(Sample& sample, Random& random) {
   if (kind == 3) control.broadcast(biss::ControlCommand::channels);
   const std::uint32_t busy = random.below(2);
   const std::uint32_t late = kind == 0 ? busy : 0;
-  // Every other time a frame in which something is judged: IDL, IDA, the CRC, P.
+  // Every other frame contains a checked bit: IDL, IDA, the CRC, P.
   constexpr std::array<std::array<std::uint32_t, 2>, 4> judged{{{16, 31}, {16, 32}, {16, 24}, {}}};
   const std::uint32_t k = random.flip() ? judged[kind][random.below(2)] : random.below(36);
   constexpr std::uint32_t zeros = biss::control_reset_zeros;
@@ -182,8 +182,8 @@ void server_frame(Sample& sample, Random& random) {
   if (kind == 0) session.read(0, random.below(63), bytes);
   if (kind == 1) session.write(0, random.below(63), bytes);
   if (kind == 2) session.command(1, biss::ControlCommand::channels, biss::ExecuteIf::always);
-  // Every other time a frame in which more is done than a bit passed on: the header's end, W, S,
-  // the last bit of a byte, P.
+  // Every other frame does more than pass a bit on: the header's end, W, S, the last bit of a byte,
+  // P.
   constexpr std::array<std::uint32_t, 5> busiest{15, 17, 18, 30, 31};
   const std::uint32_t k = random.flip() ? busiest[random.below(5)] : random.below(45);
   for (std::uint32_t frame = 0; frame < biss::control_reset_zeros + k; ++frame) {

@@ -1,4 +1,4 @@
-// Makes the samples: varied input, and what the measured call has to answer.
+// Prepares the samples: varied input, and the expected result of the measured call.
 #pragma once
 
 #include "firmware/cost/sample.hpp"

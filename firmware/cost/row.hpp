@@ -1,9 +1,10 @@
-// A measured function. Each has a source of its own in rows/, as it would have in a firmware that
-// calls it once, and a line that says all:
+// A measured function. Each has its own source in rows/, as in a firmware that calls it once, and
+// one line that defines it:
 //
 //   BISS_ROW(crc6, "CRC6 of 28 bits", crc) { return engine(s.value, 28); }
 //
-// name, title in the table, who prepares the sample (prepare.hpp), and the call of sample `s`.
+// The line has the name, the title in the table, the function that prepares the sample
+// (prepare.hpp), and the call for sample `s`.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +16,7 @@ namespace cost {
 
 using Run = std::uint64_t (*)(const Sample&);
 
-/// How often a row is measured, unless it says otherwise.
+/// The default number of samples of a row.
 inline constexpr std::uint32_t usual_samples = 256;
 
 struct Row {
@@ -28,7 +29,7 @@ struct Row {
 
 }  // namespace cost
 
-// The record lies in a section that only the measuring image keeps; an image of the function alone
+// The record is in a section that only the measuring image keeps. An image of the function alone
 // drops it and shows the function's size.
 #define BISS_ROW(row, row_title, maker) BISS_ROW_TIMES(row, row_title, maker, cost::usual_samples)
 #define BISS_ROW_TIMES(row, row_title, maker, times)                      \

@@ -14,7 +14,7 @@ volatile std::uint32_t* systick() {
   return reinterpret_cast<volatile std::uint32_t*>(0xE000'E010U);
 }
 
-// Nothing but the block and the return, so that a block of 0 is what a call costs.
+// Only the block and the return, so that a block of 0 measures the cost of a call.
 template <std::uint32_t Count>
 [[gnu::naked, gnu::noinline]] std::uint64_t nops(const Sample&) {
   asm volatile(".rept %c0\n nop\n .endr\n bx lr" ::"i"(Count));

@@ -1,5 +1,5 @@
-// A ruler for instructions: SysTick under QEMU's -icount, where every instruction takes the same
-// virtual time. How many ticks that is comes from blocks of known length in the same run.
+// Counts instructions with SysTick under QEMU's -icount, where every instruction takes the same
+// virtual time. The ticks per instruction are measured on blocks of known length in the same run.
 #pragma once
 
 #include <cstdint>
@@ -8,20 +8,20 @@
 
 namespace cost {
 
-/// What a call took and gave.
+/// The ticks and the result of a call.
 struct Timed {
   std::uint32_t ticks = 0;
   std::uint64_t answer = 0;
 };
 
-/// Calls `run` between two looks at the clock.
+/// Calls `run` between two readings of the clock.
 Timed timed(Run run, const Sample& sample);
 
 /// Ticks = ticks_of_none + slope * instructions; a call and its return are part of ticks_of_none.
 struct Ruler {
   std::uint32_t ticks_of_none = 0;
   std::uint32_t ticks_of_long_block = 0;
-  /// The other blocks come out to the instruction.
+  /// The other blocks are measured to the exact instruction.
   bool straight = false;
 
   /// Instructions of a call that took this number of ticks, rounded; call and return not counted.

@@ -1,4 +1,4 @@
-// The input of one measured call, made outside of the measured time.
+// The input of one measured call, prepared outside the measured time.
 #pragma once
 
 #include <array>
@@ -30,7 +30,7 @@ inline constexpr biss::SpiSetup setup{.period = biss::period_of(biss::megahertz(
 using Codec = biss::FrameCodec<biss::CrcFast, 1>;
 using PlainCodec = biss::FrameCodec<biss::CrcBitwise, 1>;
 
-/// An encoder whose position is given.
+/// An encoder with a given position.
 struct Position {
   std::uint64_t value = 0;
 
@@ -50,14 +50,14 @@ using EncoderServer = biss::RegisterServer<biss::BankedRegisters<2>>;
 using EncoderMaster = biss::RequestCycle<biss::FixedCodec<format>>;
 
 inline constexpr biss::MasterSetup master_setup{.period = setup.period, .timing = encoder.timing};
-/// Of what the master hears; less than half a period.
+/// The line delay of the master's input; less than half a period.
 inline constexpr biss::Picoseconds master_line_delay = biss::nanoseconds(20);
 
 inline constexpr biss::FrameFormat safety_format =
     biss::safety_configuration("fs-36-28").frame_format();
 inline constexpr biss::SafetySetup safety_setup = [] {
   biss::SafetySetup safety = biss::safety_configuration("fs-36-28").setup;
-  // Asked again only when SLO is high.
+  // The next request begins only when SLO is high.
   safety.bounds = biss::spi_bounds(setup, biss::catalogue_encoder("fs-36-28").timing);
   safety.bounds.late_max_clocks = 0;
   return safety;
@@ -79,7 +79,7 @@ struct Sample {
   biss::ControlSession* control = nullptr;
   EncoderServer* server = nullptr;
   SafetyMonitor* safety = nullptr;
-  /// What the measured call has to return.
+  /// The expected result of the measured call.
   std::uint64_t expected = 0;
 
   std::span<const std::uint8_t> span() const {

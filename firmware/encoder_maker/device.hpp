@@ -1,4 +1,4 @@
-// The device behind the line: what its registers mean, and what it says of itself.
+// The device itself: the meaning of its registers, and its electronic data sheet.
 //
 // An example of an encoder maker's own part: a rotary encoder of 24 bits with profile BP3, an
 // electronic data sheet in bank 1, 32 user bytes in bank 0, and a preset command.
@@ -40,8 +40,8 @@ inline constexpr std::uint8_t temperature = 0x4D;
 inline constexpr std::uint8_t preset_command = 0x02;
 inline constexpr std::uint8_t unknown_command = 0x01;
 
-/// The common part. Times in the units that the EDS hypotheses give; a device's own figures go
-/// here.
+/// The common part. Times are in the units that the EDS hypotheses give; enter the device's own
+/// figures here.
 inline constexpr biss::EdsBank common_part = biss::sealed(biss::build_bank(biss::CommonPart{
     .eds_len = 2,
     .usr_sta = user_bank,
@@ -65,8 +65,8 @@ inline constexpr biss::EdsBank profile_part =
                                                 .tmp_min = 233,
                                                 .tmp_max = 378}));
 
-/// What a register sets off. Runs within the interrupts of MA, so slow work (the flash) is only
-/// ordered here; the main loop does it and says so.
+/// The effects of register accesses. They run within the interrupts of MA, so slow work (the flash)
+/// is only requested here. The main loop does it and reports its end.
 struct Hooks : biss::NoRegisterHooks {
   bool preset_ordered = false;
   bool channels_active = true;
@@ -98,7 +98,7 @@ struct Hooks : biss::NoRegisterHooks {
 
 using Registers = biss::BankedRegisters<3, Hooks>;
 
-/// As it leaves the factory.
+/// The state as delivered.
 constexpr Registers factory_registers(std::uint32_t serial_number) {
   using enum biss::RegisterProtection;
   namespace reg = biss::reg;

@@ -4,9 +4,10 @@
 //   ----------------------------    -------------------------------     ---------------------------
 //   encoder.step()                  encoder.step()                      encoder.do_ordered_work()
 //
-// Give both interrupts the same priority: neither then breaks into the other. Between MA's edge and
-// SLO's lies what one step costs (docs/firmware.md, "slave, one bit of data"), so that sets the fastest
-// clock; a maker with a shift register in hardware loads it with the same bits.
+// Give both interrupts the same priority, so that neither interrupts the other. The time from an
+// edge of MA to the edge of SLO is the cost of one step (docs/firmware.md, "slave, one bit of
+// data"). That time limits the clock rate. With a hardware shift register, load the register with
+// the same bits.
 #pragma once
 
 #include <concepts>
@@ -20,26 +21,25 @@
 
 namespace encoder_maker {
 
-/// The board: two pins, a free-running clock with one alarm, the sensor, and a place to keep
-/// things.
+/// The board: two pins, a free-running clock with one alarm, the sensor, and non-volatile memory.
 template <class T>
 concept Board = requires(T& board, biss::Picoseconds at, std::uint32_t count, bool level) {
   { board.now() } -> std::same_as<biss::Picoseconds>;
   { board.ma() } -> std::same_as<bool>;
   board.drive_slo(level);
-  /// One alarm; a later call moves it, biss::never takes it back.
+  /// Sets the only alarm. A later call moves it, biss::never cancels it.
   board.set_alarm(at);
-  /// The sensor's count as of that moment, `position_bits` of it.
+  /// The sensor's count at that time, in `position_bits` bits.
   { board.sensor(at) } -> std::same_as<std::uint32_t>;
   /// Degrees Celsius.
   { board.temperature() } -> std::same_as<int>;
-  /// The interrupts that call step(), and a barrier for the compiler.
+  /// Masks the interrupts that call step(), and is a barrier for the compiler.
   board.mask_interrupts(level);
-  /// Kept over a power cycle; may take milliseconds.
+  /// Stores the value permanently; may take milliseconds.
   board.store_offset(count);
 };
 
-/// What the slave asks while it is stepped.
+/// The source of the slave's values while it is stepped.
 template <Board Hardware>
 struct Source {
   Hardware* board;
@@ -67,7 +67,7 @@ class Encoder {
             Source<Hardware>{&board, offset,
                              biss::RegisterServer<Registers>(factory_registers(serial_number))}) {}
 
-  /// For the interrupts: an edge of MA, or the alarm.
+  /// Call it in the interrupts: at an edge of MA, and at the alarm.
   constexpr void step() {
     const biss::StepOutput out = slave_.step(board_.now(), board_.ma(), false);
     board_.drive_slo(out.level);
@@ -75,7 +75,7 @@ class Encoder {
     slave_.set_channels_active(hooks().channels_active);
   }
 
-  /// For the main loop, as often as it likes: a preset waits for it.
+  /// Call it in the main loop, at any interval; a preset waits for it.
   constexpr void do_ordered_work() {
     const auto temperature = static_cast<std::uint8_t>(board_.temperature() + 40);
     board_.mask_interrupts(true);
@@ -99,7 +99,7 @@ class Encoder {
   constexpr const auto& slave() const { return slave_; }
 
  private:
-  // The position at LAT, ready at once; 20 µs of timeout.
+  // Samples the position at LAT, is ready immediately, and has a timeout of 20 µs.
   static constexpr biss::SlaveTiming timing{
       .timeout = {biss::TimeoutRule::fixed, biss::microseconds(20)}};
 

@@ -1,5 +1,5 @@
-// Runs the encoder of firmware/encoder_maker under QEMU: a master of software clocks MA, reads
-// positions and, in the same frames, works with the registers. Everything it sees is checked.
+// Runs the encoder of firmware/encoder_maker under QEMU: a software master clocks MA, reads
+// positions and accesses the registers in the same frames. Every result is checked.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -24,10 +24,10 @@ using biss::Picoseconds;
 
 constexpr std::uint32_t serial_number = 20'260'001;
 constexpr Picoseconds half_period = biss::nanoseconds(500);
-/// So often the encoder's main loop comes round; some 12 ms, and a master waits for 20.
+/// Frames per round of the encoder's main loop: about 12 ms, within the master's limit of 20 ms.
 constexpr std::uint32_t main_loop_frames = 200;
 
-/// Pins, clock, sensor and flash, made of software.
+/// A software model of pins, clock, sensor and flash.
 struct FakeBoard {
   Picoseconds time = biss::microseconds(100);
   Picoseconds alarm = biss::never;
@@ -41,7 +41,7 @@ struct FakeBoard {
   bool ma() const { return ma_level; }
   void drive_slo(bool level) { slo = level; }
   void set_alarm(Picoseconds at) { alarm = at; }
-  /// A shaft that turns evenly, one count in 1024 ns.
+  /// A shaft at constant speed, one count in 1024 ns.
   std::uint32_t sensor(Picoseconds at) const {
     return static_cast<std::uint32_t>(at.count >> 20U) & 0xFF'FFFFU;
   }
@@ -74,7 +74,7 @@ struct Line {
   std::uint32_t until_main_loop = main_loop_frames;
 };
 
-// Constant-initialised, like everything that lives before firmware_main().
+// Constant-initialised, like every object that is used before firmware_main().
 constinit Line line;
 
 void expect(bool right, const char* what) {
@@ -194,7 +194,7 @@ void preset() {
   namespace address = encoder_maker::address;
   const std::array<std::uint8_t, 3> wanted{0x12, 0x34, 0x56};
   expect(write(address::preset, wanted), "the preset's position");
-  line.until_main_loop = main_loop_frames;  // so that the master is there first
+  line.until_main_loop = main_loop_frames;  // so that the master's access comes first
   expect(write(address::command, std::array{encoder_maker::preset_command}), "the preset");
   std::array<std::uint8_t, 1> command{0xFF};
   expect(read(address::command, command) && command[0] == 0, "it is not done");

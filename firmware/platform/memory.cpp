@@ -1,9 +1,9 @@
-// The functions that a compiler may call even in a freestanding program. Nothing else of a C
+// The functions that a compiler may call even in a freestanding program. No other part of a C
 // library is linked.
 #include <cstddef>
 #include <cstdint>
 
-// Without this the compiler would make a call to memcpy out of the loop that is memcpy.
+// Without this, the compiler replaces the loop in memcpy by a call of memcpy.
 #pragma GCC optimize("no-tree-loop-distribute-patterns")
 
 namespace {

@@ -10,7 +10,7 @@ void write(const char* text);
 /// Writes a number in decimal, or in hexadecimal with 0x before it.
 void write_decimal(std::uint64_t value);
 void write_hex(std::uint64_t value);
-/// Ends the emulation with that exit status.
+/// Ends the emulation with the given exit status.
 [[noreturn]] void exit(int status);
 
 }  // namespace firmware

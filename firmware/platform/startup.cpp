@@ -1,4 +1,4 @@
-// Vector table, the way from reset to firmware_main(), and what a fault prints.
+// Vector table, start-up from reset to firmware_main(), and the message of a fault.
 #include "firmware/platform/startup.hpp"
 
 #include <cstddef>
@@ -64,7 +64,8 @@ void reset_handler() {
   firmware::exit(firmware_main());
 }
 
-// A stack that ran over cannot be used to say so: take the frame's address and start a fresh one.
+// An overflowed stack cannot be used to report the fault: take the frame's address and start a new
+// stack.
 [[gnu::naked]] void fault_handler() {
   asm volatile(
       "mrs r0, msp\n"

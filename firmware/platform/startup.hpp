@@ -1,4 +1,4 @@
-// What an image supplies, and what the start-up code tells it about memory.
+// The functions that an image supplies, and the memory limits that the linker script supplies.
 #pragma once
 
 #include <cstdint>

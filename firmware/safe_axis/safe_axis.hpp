@@ -1,12 +1,12 @@
-// One BiSS Safety encoder on one SPI peripheral with DMA, asked once a control period.
+// One BiSS Safety encoder on one SPI peripheral with DMA, requested once per control period.
 //
 //   control timer interrupt                DMA complete interrupt
 //   ------------------------------------   -------------------------------
 //   position(now): none -> torque off      axis.transfer_complete()
 //   axis.request(now): SPI starts    --->    both evaluations, verdict
 //
-// Give both interrupts the same priority: neither then breaks into the other, and nothing here
-// needs a lock. What makes the torque go off is the board's; this says when it has to.
+// Give both interrupts the same priority, so that neither interrupts the other and no lock is
+// needed. The board switches the torque off; this class says when.
 #pragma once
 
 #include <array>
@@ -21,44 +21,45 @@
 
 namespace safe_axis {
 
-/// `Monitor` is a biss::SafetyMonitor; `bytes` hold a whole answer: spi_bytes() of the master's
-/// setup.
+/// `Monitor` is a biss::SafetyMonitor. `bytes` is the size of a complete answer: spi_bytes() of the
+/// master's setup.
 template <control_loop::SpiDma Spi, class Monitor, std::size_t bytes>
 class SafeAxis {
  public:
-  /// `spi` outlives the axis.
+  /// `spi` must outlive the axis.
   constexpr explicit SafeAxis(Spi& spi) : spi_(spi) {}
 
-  /// At power-up, before the interrupts are on. False: this processor does not see what it has to;
-  /// there will never be a position.
+  /// Runs the self test at power-up, before the interrupts are enabled. False: the self test failed
+  /// on this processor, and there is never a position.
   [[nodiscard]] constexpr bool power_up() { return monitor_.self_test(); }
 
-  /// Asks the encoder. For the control timer's interrupt, once a period, after position().
-  /// \param now the moment of the first falling edge of MA
+  /// Requests a position. Call it once per period in the control timer's interrupt, after
+  /// position().
+  /// \param now the time of the first falling edge of MA
   constexpr void request(biss::Picoseconds now) {
     asked_at_ = now;
-    // A transfer that has not ended is no answer, whatever its buffer holds.
+    // A transfer that has not ended is no answer, whatever its buffer contains.
     if (!spi_.start(buffer_)) latest_ = monitor_.step(now, biss::BitView());
   }
 
-  /// Judges what came. For the DMA's interrupt at the end of the transfer.
+  /// Judges the transfer. Call it in the DMA's interrupt at the end of the transfer.
   constexpr void transfer_complete() { latest_ = monitor_.step(asked_at_, biss::BitView(buffer_)); }
 
-  /// The CPW's position at the last request; none where it is not to be trusted, and the axis must
-  /// go to its safe state. Time alone can be the reason: an encoder or a DMA that is silent.
+  /// The CPW's position at the last request; none if it is not safe, and the axis must go to its
+  /// safe state. Time alone can be the cause: an encoder or a DMA without an answer.
   constexpr std::optional<std::uint64_t> position(biss::Picoseconds now) {
     const biss::SafetyJudgement watched = monitor_.watch(now);
     if (watched.verdict == biss::SafetyVerdict::watchdog) latest_ = watched;
     return latest_.position;
   }
 
-  /// Why there is a position, or none; while a fault holds, that fault.
+  /// The verdict on the position; while a fault is latched, that fault.
   constexpr biss::SafetyVerdict cause() const {
     return latest_.verdict == biss::SafetyVerdict::latched ? monitor_.latched_cause()
                                                            : latest_.verdict;
   }
 
-  /// Once somebody has seen to the fault.
+  /// Acknowledges a fault. Call it after the cause of the fault was removed.
   constexpr void acknowledge() { monitor_.acknowledge(); }
 
  private:

@@ -1,5 +1,5 @@
-// Runs the axis of firmware/safe_axis against an encoder of software: good cycles without a false
-// alarm, and after each fault of the line or the board no position until it is acknowledged.
+// Runs the axis of firmware/safe_axis with a software encoder: good cycles without a false alarm;
+// after each fault of the line or the board, no position until the fault is acknowledged.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -22,7 +22,7 @@ constexpr auto type = biss::safety_configuration("fs-36-28");
 using Plan = biss::FixedSafetyPlan<type.frame_format(), type.setup>;
 using biss::SafetyVerdict;
 
-// Leading ones and ACK as far as the encoder here goes, CDS, both words, STOP.
+// The leading ones and ACK of this encoder, CDS, both words, STOP.
 constexpr std::size_t buffer_bytes = 32;
 constexpr biss::Picoseconds period = biss::nanoseconds(31'250);
 constexpr std::uint32_t cycles = 3000;
@@ -71,7 +71,7 @@ biss::FrameBits answer(Run& run, bool nE) {
   return biss::encode_frame(frame, Plan::codec()).value();
 }
 
-// The hardware's part of a cycle. False: no interrupt comes.
+// The hardware's part of a cycle. False: no interrupt occurs.
 bool transfer(Run& run, const Fault* fault) {
   auto bits = answer(run, fault == nullptr || *fault != Fault::error_bit);
   if (fault != nullptr && (*fault == Fault::no_interrupt || *fault == Fault::silent)) return false;
@@ -120,7 +120,7 @@ void cycles_of(Run& run) {
   }
 }
 
-// Without its self test a monitor says nothing.
+// A monitor without a self test gives no position.
 void untested(Run& run) {
   run.axis.request({});
   if (transfer(run, nullptr)) run.axis.transfer_complete();

@@ -28,7 +28,7 @@ constexpr bool sanitized() {
   return false;
 }
 
-// One line on stderr that names the program, and, where a summary precedes it, the last one.
+// One line on stderr that names the program. With a summary before it, the last line.
 void expect_one_line(const Outcome& outcome, const std::string& part) {
   const std::size_t last = outcome.err.rfind("biss: ");
   ASSERT_NE(last, std::string::npos) << outcome.err;
@@ -45,7 +45,7 @@ std::string good_capture(const Folder& folder, const std::string& extension) {
   return content_of(path);
 }
 
-// Decodes into a file that must stay as it was.
+// Decodes into a file that must stay unchanged.
 void expect_refused(const Folder& folder, const std::string& input, int status,
                     const std::string& part) {
   SCOPED_TRACE(input);
@@ -169,7 +169,7 @@ TEST(BadInput, NoRequestOnTheLines_FailsTheData) {
 
 TEST(BadInput, EndlessToken_IsRefusedInBoundedMemory) {
   const Folder folder;
-  // Written piece by piece: the memory of this process would count as the command's.
+  // Written in pieces: the memory of this process would count as the command's.
   const std::string piece(1'000'000, 'a');
   for (const char* begin :
        {"", "$timescale 1ns $end\n$var wire 1 ! MA $end\n$enddefinitions $end\n#", "$comment ",
@@ -219,7 +219,7 @@ TEST(BadInput, AccessFileThatCannotBeRead_IsRefusedWithItsLine) {
   EXPECT_FALSE(std::filesystem::exists(folder.path("line.vcd")));
 }
 
-// The status of `biss WORDS… | head -c 1`, the reader of its output gone after a byte.
+// The status of `biss WORDS… | head -c 1`: the reader closes the pipe after one byte.
 int status_with_short_reader(const Folder& folder, const std::string& words) {
   const std::string status = folder.path("status");
   const std::string line = std::string("{ '") + BISS_COMMAND + "' " + words +
@@ -233,7 +233,7 @@ TEST(BadInput, ReaderThatLeaves_GetsTheJudgementAndTheOtherOutputsDone) {
   const std::string capture = folder.path("bad.csv");
   const std::string truth = folder.path("truth.csv");
   const std::string simulate = std::string("simulate -f ") + usual;
-  // Only the last of so many rows that no pipe holds them.
+  // Only the last row is bad, and the rows before it exceed the capacity of a pipe.
   ASSERT_EQ(run({"simulate", "-f", usual, "--cycles", "3000", "--fault", "flip@2999,bit=9", "-o",
                  capture})
                 .status,
@@ -247,7 +247,7 @@ TEST(BadInput, ReaderThatLeaves_GetsTheJudgementAndTheOtherOutputsDone) {
   EXPECT_EQ(rows_of(content_of(truth)).size(), 1'000U);
 }
 
-// A session of its bytes behind `gap` others: all offsets in the archive grow by that.
+// The archive with `gap` bytes before it: all its offsets grow by `gap`.
 std::string with_gap(std::string archive, std::uint32_t gap) {
   const auto grow = [&](std::size_t at) {
     std::uint32_t offset = 0;
@@ -483,7 +483,7 @@ TEST(BadInput, TwoOutputsInOneFile_AreWrongUsage) {
                            "safety campaign -f rxm --frames 100 --state %q -o %q"}) {
     expect_same_file(folder, line);
   }
-  // What takes everything may take it twice.
+  // /dev/null may be the target of several outputs.
   EXPECT_EQ(run({"simulate", "-f", usual, "-o", "/dev/null", "--truth", "/dev/null"}).status, 0);
 }
 

@@ -1,4 +1,4 @@
-// biss safety campaign: killed and resumed, in shards, on any number of threads.
+// biss safety campaign: killed and resumed, in shards, with any number of threads.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -35,7 +35,7 @@ const std::string& whole() {
   return table;
 }
 
-// Starts the command and sends it the signal after so long. Returns the status of waitpid().
+// Starts the command and sends it the signal after that time. Returns the status of waitpid().
 int run_for(std::chrono::microseconds time, const std::vector<std::string>& arguments,
             int signal_number = SIGKILL) {
   std::vector<std::string> words{BISS_COMMAND};
@@ -76,7 +76,7 @@ TEST(Campaign, InterruptedBeforeTheFirstSave_KeepsItsProgress) {
   const Folder folder;
   const std::string state = folder.path("state.json");
   const auto arguments = campaign({"--state", state, "--save-every", "1000s"});
-  // Once it takes signals, the first one leaves a state.
+  // After the command handles signals, the first one makes it write a state.
   int status = 0;
   for (auto time = std::chrono::milliseconds(50); !std::filesystem::exists(state); time *= 2) {
     ASSERT_LT(time, std::chrono::minutes(2));

@@ -39,7 +39,7 @@ TEST_P(Captures, EveryRow_IsAsTheTruthHasIt) {
 }
 
 TEST_P(Captures, TheLinesAtTheSlave_GiveTheSamePositions) {
-  if (GetParam() == ".csv") return;  // has the two lines at the master only
+  if (GetParam() == ".csv") return;  // has only the two lines at the master
   const std::string file = reference_captures().back().path + ".vcd";
   const auto at_master =
       rows_of(run({"decode", file, "-f", "pos26,nE,nW,crc6", "--to", "csv"}).out);
@@ -50,7 +50,7 @@ TEST_P(Captures, TheLinesAtTheSlave_GiveTheSamePositions) {
   ASSERT_EQ(at_slave.size(), at_master.size());
   std::size_t good = 0;
   for (std::size_t i = 0; i < at_slave.size(); ++i) {
-    // The bits were flipped between the two.
+    // The bits were flipped between the two recorders.
     if (at_master[i].at("status") != "ok") continue;
     ++good;
     EXPECT_EQ(at_slave[i]["position"], at_master[i].at("position"));

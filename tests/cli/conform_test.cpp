@@ -1,4 +1,4 @@
-// Encoders judged by simulated captures of them.
+// Conformance verdicts on simulated captures of encoders.
 #include <gtest/gtest.h>
 
 #include <map>

@@ -1,4 +1,4 @@
-// Control communication beside the positions, as `biss simulate` makes it.
+// Control communication together with the positions, as simulated by `biss simulate`.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -14,8 +14,8 @@ namespace control_test {
 using testing::HasSubstr;
 using Words = std::vector<std::string>;
 
-// What iC-Haus' application note AN22 shows of an iC-MHM: BP3 with 28 bits of position, EDS_BANK
-// names a bank that is not shown.
+// The registers of an iC-MHM in iC-Haus' application note AN22: BP3 with 28 bits of position,
+// EDS_BANK names a bank that is not shown.
 constexpr const char* mhm_page =
     "0x00: 48 44 00 78 80 00 00 00 CF 80 00 00 23 00 00 00\n"
     "0x10: 00 00 00 8C -- -- -- -- -- -- -- -- -- -- -- --\n"
@@ -41,7 +41,7 @@ class SimulatedRegisters : public testing::Test {
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     return rows_of(outcome.out);
   }
-  // Rows of the capture, each of them right.
+  // The rows of the capture, after a check that each is right.
   std::vector<Row> expect_right(const std::string& format) const {
     const Outcome read = run({"decode", capture, "-f", format, "--to", "csv"});
     EXPECT_EQ(read.status, 0) << read.err;
@@ -74,7 +74,8 @@ TEST_F(SimulatedRegisters, ProfileIdentifier_IsReadOverTheWireAndIsTheFormat) {
   EXPECT_EQ(rows[0].at("cycle"), "0");
   EXPECT_EQ(rows[0].at("cycles"), "61");
   EXPECT_EQ(rows[1].at("data"), "4D 48 4D 23 44 00 69 43");
-  // 33 + 14 · 2 frames, 33 + 14 · 8 less the 14 zeros that the first read ends with, 14 to rest.
+  // 33 + 14 · 2 frames, then 33 + 14 · 8 without the 14 zeros that end the first read, then 14
+  // zeros.
   EXPECT_EQ(rows[1].at("cycles"), "131");
   EXPECT_EQ(expect_right("pos28,nE,nW,crc6").size(), 61U + 131U + 14U);
 }
@@ -227,7 +228,8 @@ std::string found(const Outcome& outcome, const std::string& key) {
   return outcome.err.substr(from, outcome.err.find_first_of(" \n", from) - from);
 }
 
-// Rows of the capture in truth's cycles: each is there, and right.
+// The rows of the capture for the cycles of the truth file, after a check that each exists and is
+// right.
 void expect_positions(const std::string& capture, const std::string& truth,
                       const std::string& format, std::size_t cycles) {
   const auto meant = rows_of(content_of(truth));

@@ -1,4 +1,5 @@
-// What the summary of `decode` proposes works, and what it says about the lines is true.
+// The options proposed in the summary of `decode` work, and its statements about the lines are
+// true.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -42,7 +43,7 @@ Outcome decode(Words words, const Words& more = {}) {
   return run(words);
 }
 
-// The option that the line `try` proposes, and its value.
+// The option and its value in the line `try` of the summary.
 Words proposed(const std::string& summary) {
   const std::size_t line = summary.find("\ntry ");
   const std::size_t at = summary.find(" --", line);
@@ -58,7 +59,7 @@ void expect_all_ok(const Outcome& outcome, std::size_t cycles = 40) {
   for (const Row& row : rows) EXPECT_EQ(row.at("status"), "ok") << outcome.err;
 }
 
-// The capture with its lines in two files, MA this much later.
+// The capture with its lines in two files; MA is delayed by this time.
 Words with_late_ma(const Folder& folder, const std::string& capture, double later_ns) {
   std::string ma = "time_ns,MA\n";
   std::string slo = "time_ns,SLO\n";

@@ -1,4 +1,4 @@
-// biss safety evidence: a bundle that is whole, proves itself, and is made again to the byte.
+// biss safety evidence: a complete bundle that verifies itself and is reproducible byte by byte.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ namespace evidence_test {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-// Small checksums: their theory takes no time.
+// Small checksums, so that their theory is quick to compute.
 constexpr const char* safety_pair = "pos14,nE,nW,crc4+pos10,nE,nW,lc6,crc8;cds0";
 
 std::vector<std::string> evidence(const std::string& folder,
@@ -31,7 +31,7 @@ std::vector<std::string> evidence(const std::string& folder,
   return arguments;
 }
 
-// One bundle for all tests that only read it.
+// One bundle, shared by all tests that only read it.
 const std::string& bundle() {
   static const Folder folder;
   static const std::string path = [] {
@@ -63,7 +63,7 @@ int shell(const std::string& line) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
-// The words of a command in backquotes that begins so, as a shell would split them.
+// The words of a command in backquotes that begins with `begin`, split as by a shell.
 std::vector<std::string> command_in(const std::string& text, const std::string& begin) {
   const std::size_t at = text.find("`" + begin);
   if (at == std::string::npos) return {};
@@ -130,7 +130,7 @@ TEST(Evidence, ChangedBundle_IsFound) {
             "line.csv: missing or unreadable"});
   fs::remove(copy + "/notes.txt");
   fs::rename(folder.path("line.csv"), copy + "/line.csv");
-  // Whoever renews the hashes too is found out by the tables.
+  // A change with renewed hashes is detected by the tables.
   ASSERT_EQ(shell("cd '" + copy + "' && sha256sum $(ls | grep -v SHA256SUMS) > SHA256SUMS"), 0);
   found(1, {"coverage.csv: differs"});
   const auto manifest = [&](const std::string& made_by) {
@@ -194,7 +194,7 @@ TEST(Evidence, Coverage_HasEveryFaultOfTheLineAndEveryKind) {
     if (row.at("by") == "sequences") kinds.insert(row.at("error"));
     if (row.at("by") == "campaign" && row.at("fault") == "flips:0.1") {
       flips = true;
-      // Of the frames in which a bit was wrong.
+      // Only the frames with a wrong bit are counted.
       EXPECT_EQ(row.at("injected"), "2976");
       EXPECT_NEAR(std::stod(row.at("dc_theory")), 1 - std::stod(row.at("share_theory")), 2e-9);
     }
@@ -206,7 +206,7 @@ TEST(Evidence, Coverage_HasEveryFaultOfTheLineAndEveryKind) {
       EXPECT_EQ(row.at("reaction_cycles"), "0");
       EXPECT_EQ(row.at("accepted_wrong"), "0");
     }
-    // Nothing of the monitor sees that: it has to be said.
+    // The monitor does not detect this, so the report must mention it.
     if (row.at("fault") == "frozen") {
       EXPECT_EQ(row.at("accepted_wrong"), row.at("injected"));
       EXPECT_EQ(row.at("dc"), "0.000000000");
@@ -277,7 +277,7 @@ TEST(Evidence, EmptyFolderOrBundleByForce_IsReplaced) {
   EXPECT_EQ(names_in(folder.path("")), std::set<std::string>{"target"});
 }
 
-// A limit on the size of a file, as a disk that is full.
+// A limit on the file size, in place of a full disk.
 TEST(Evidence, FilesThatCannotBeWritten_LeaveWhatWasThere) {
   const Folder folder;
   const std::string copy = copy_of_bundle(folder);

@@ -1,5 +1,5 @@
-// Faults at a place: what `biss simulate` is told to spoil, `biss decode` finds spoilt, there and
-// nowhere else, and the truth says so.
+// Faults at a place: `biss decode` finds a fault where `biss simulate` injects it and nowhere else,
+// and the truth file lists it.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ struct Seen {
   std::vector<Row> edges;
 };
 
-// A line of some delay, without a checksum so that every bit shows.
+// A line with a delay, without a checksum, so that every bit is visible.
 Seen seen_with(const std::vector<std::string>& options) {
   const Folder folder;
   const std::string capture = folder.path("line.csv");
@@ -56,7 +56,7 @@ Seen seen_with(const std::vector<std::string>& options) {
           rows_of(content_of(capture))};
 }
 
-// The payload of a row, its first bit first: what stands behind START and CDS in `raw`.
+// The payload of a row, first bit first: the bits after START and CDS in `raw`.
 std::string payload_of(Row row) {
   std::string bits;
   for (const char digit : row["raw"].substr(2)) {
@@ -72,7 +72,7 @@ const Seen& undamaged() {
   return seen;
 }
 
-// Whether a cycle reads as it does without faults.
+// Whether a cycle is read as without faults.
 void expect_others_unchanged(const Seen& seen, std::size_t from = struck) {
   ASSERT_EQ(seen.rows.size(), cycles);
   for (std::size_t i = 0; i < cycles; ++i) {

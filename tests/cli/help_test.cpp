@@ -1,4 +1,4 @@
-// The help of every verb: what it shows is there, fits, and its examples work.
+// The help of every verb: it names existing items, fits the width, and its examples work.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
@@ -54,7 +54,7 @@ void collect(const Words& verb, std::vector<Words>& all) {
   }
 }
 
-// The command itself, then every verb: {"eds", "show"}.
+// The command itself, then every verb, such as {"eds", "show"}.
 const std::vector<Words>& all_verbs() {
   static const std::vector<Words> all = [] {
     std::vector<Words> verbs;
@@ -70,7 +70,7 @@ std::string joined(const Words& words) {
   return text;
 }
 
-// The options in a help: `--clock`.
+// The options in a help text, such as `--clock`.
 Words options_of(const std::string& help) {
   Words options;
   const std::regex option("\n  (?:-[A-Za-z], )?(--[a-z-]+)");
@@ -88,7 +88,7 @@ TEST(Help, EveryVerb_IsReachedAndFits) {
     EXPECT_NE(help.find("\nUsage: biss"), std::string::npos) << help;
     EXPECT_EQ(help.find("Excludes"), std::string::npos) << help;
     for (const std::string& line : lines_of(help)) {
-      if (line.starts_with("  biss ")) continue;  // an example is not broken
+      if (line.starts_with("  biss ")) continue;  // examples are not wrapped
       EXPECT_LE(line.size(), 100U) << line;
     }
     Words asked{"help"};
@@ -111,7 +111,7 @@ TEST(Help, Version_HasAShortOption) {
   EXPECT_TRUE(std::regex_match(outcome.out, std::regex("biss \\d+\\.\\d+\\.\\d+\n")));
 }
 
-// The files that the examples name, made by the command itself.
+// The files named in the examples, made by the command itself.
 class ExampleFolder {
  public:
   ExampleFolder() {
@@ -133,7 +133,7 @@ class ExampleFolder {
           "safety campaign -f fs-36-28 --frames 5000 --shard 2/7 --state part2.json"}) {
       EXPECT_LE(status_of(std::string("biss ") + command), 1) << command << '\n' << error();
     }
-    // One line a file, each with a name of its own.
+    // One line for each file, each with its own name.
     std::string ma = "time_ns,D0\n";
     std::string slo = "time_ns,D1\n";
     for (const Row& row : rows_of(content_of(path("both.csv")))) {
@@ -146,13 +146,13 @@ class ExampleFolder {
     std::string samples = content_of(path("samples.bin"));
     for (char& sample : samples) sample = static_cast<char>((sample & 1) | (sample & 2) << 2);
     folder_.file("samples.bin", samples);
-    // The bank of the profile's part alone.
+    // Only the bank of the profile's part.
     folder_.file("bank3.bin", content_of(path("eeprom.bin")).substr(3 * 64, 64));
   }
 
   std::string path(const std::string& name) const { return folder_.path(name); }
 
-  /// Runs a line as the shell does, in the folder.
+  /// Runs a line as a shell does, in the folder.
   int status_of(const std::string& line) const {
     const std::filesystem::path command(BISS_COMMAND);
     const std::string all = "cd '" + path("") + "' && PATH='" + command.parent_path().string() +
@@ -166,7 +166,7 @@ class ExampleFolder {
   Folder folder_;
 };
 
-// Verbs that count by the million do so in a fraction of a second here.
+// Verbs with millions of counts run in a fraction of a second here.
 std::string shortened(const std::string& example) {
   static const std::regex counted("biss safety (campaign -f|sequences|evidence -f)");
   if (!std::regex_search(example, counted)) return example;
@@ -196,7 +196,7 @@ TEST(Help, EveryExample_Works) {
       const std::string example = shortened(line.substr(2));
       SCOPED_TRACE(example);
       ++examples;
-      // 1: a judgement of the data, with its reason in the output.
+      // Exit status 1: a judgement of the data, with its reason in the output.
       EXPECT_LE(folder.status_of(example), 1) << folder.error();
     }
   }
@@ -226,7 +226,7 @@ TEST(Help, ManualPage_HasEveryVerbOptionAndExample) {
   }
 }
 
-// What bash offers for the last word of a line.
+// The completions of bash for the last word of a line.
 Words completions(const std::string& line) {
   const Folder folder;
   const std::string script = folder.path("biss.bash");

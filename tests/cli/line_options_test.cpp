@@ -1,4 +1,4 @@
-// What `biss simulate` is told of the line shows in the capture, and every position stays right.
+// The line options of `biss simulate` are visible in the capture, and every position stays right.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 namespace biss::cli {
 namespace line_options_test {
 
-// The rows of `decode` for a line with these options, held against the truth.
+// The rows of `decode` for a line with these options, compared with the truth file.
 std::vector<Row> rows_with(const std::vector<std::string>& options) {
   const Folder folder;
   const std::string capture = folder.path("line.vcd");

@@ -1,4 +1,4 @@
-// `marginal` in every place where the command tells it.
+// `marginal` in every output that reports it.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -35,7 +35,7 @@ Outcome decode(const std::string& capture, const std::vector<std::string>& more)
   return run(arguments);
 }
 
-// All 20 rows have this in their column.
+// Checks that all 20 rows have this value in the column.
 void expect_all(const std::string& csv, const std::string& marginal) {
   EXPECT_NE(csv.substr(0, csv.find('\n')).find(",marginal"), std::string::npos) << csv;
   const auto rows = rows_of(csv);
@@ -54,7 +54,7 @@ void expect_positions(const std::string& csv, const std::string& truth) {
 
 TEST(Margin, ChangeNearTheSampleOfAMasterWithoutCompensation_IsToldEverywhere) {
   const Folder folder;
-  // The sample is 100 ns behind the edge, the margin 10 ns.
+  // The sample is 100 ns after the edge, the margin 10 ns.
   for (const auto& [delay, marginal] : {std::pair{"89.8ns", "0"}, std::pair{"90.2ns", "1"},
                                         std::pair{"109.8ns", "1"}, std::pair{"110.2ns", "0"}}) {
     SCOPED_TRACE(delay);
@@ -126,8 +126,8 @@ TEST(Margin, SamplesTooFarApart_TellNothingAndSaySo) {
 
 TEST(Margin, SamplesCloseEnough_TellWhatIsCertain) {
   const Folder folder;
-  // A sample of 2 ns: what is seen within 8 ns of the sampling instant was within 10 ns. MA's edges
-  // fall on samples; 109 ns are seen as 110 ns.
+  // A sample of 2 ns: a distance below 8 ns in the capture was below 10 ns on the line. MA's edges
+  // coincide with samples; 109 ns are recorded as 110 ns.
   for (const auto& [delay, marginal] :
        {std::pair{"100ns", "1"}, std::pair{"94ns", "1"}, std::pair{"109ns", "0"}}) {
     SCOPED_TRACE(delay);

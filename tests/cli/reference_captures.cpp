@@ -16,7 +16,7 @@ struct Known {
   std::vector<std::string> simulated_by;
 };
 
-// The line delays, clocks and damages of the recorded captures.
+// The line delays, clocks and faults of the recorded captures.
 const std::vector<Known>& known_captures() {
   static const std::vector<Known> all{
       {"hardware_32bit_1MHz",

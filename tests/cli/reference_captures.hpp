@@ -23,8 +23,8 @@ struct ReferenceCapture {
   std::vector<ReferenceFrame> frames;
 };
 
-/// Three captures made by `biss simulate`; with the variable BISS_SHARED in the environment (see
-/// `make test-shared`) those of hardware and of independent cores in that folder.
+/// Three captures made by `biss simulate`. With the variable BISS_SHARED in the environment (see
+/// `make test-shared`), the captures of hardware and of independent cores in that folder.
 const std::vector<ReferenceCapture>& reference_captures();
 
 }  // namespace biss::cli

@@ -1,4 +1,4 @@
-// What the control communication says in a simulated capture, `biss registers` tells.
+// `biss registers` reports the control communication of a simulated capture.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@ namespace registers_test {
 using testing::HasSubstr;
 using Words = std::vector<std::string>;
 
-// Bank 0 whole, the direct registers as of an iC-MHM, some of them not there.
+// Bank 0 complete; the direct registers as of an iC-MHM, some of them absent.
 constexpr const char* page =
     "bank 0\n"
     "0x00: 48 44 00 78 80 00 00 00 CF 80 00 00 23 00 00 00\n"

@@ -1,5 +1,5 @@
-// `biss simulate --ma-from` and `--slo-from`: recorded masters before our encoder, recorded
-// encoders before our master.
+// `biss simulate --ma-from` and `--slo-from`: recorded masters with a simulated encoder, recorded
+// encoders with a simulated master.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -63,7 +63,7 @@ TEST_P(RecordedCaptures, RecordedAnswers_AreReadByOurMaster) {
 INSTANTIATE_TEST_SUITE_P(Kinds, RecordedCaptures, testing::Values(".vcd", ".csv"),
                          [](const auto& name) { return name.param.substr(1); });
 
-// A capture of our own: 20 requests at 2 MHz.
+// A simulated capture: 20 requests at 2 MHz.
 std::string simulated(const Folder& folder) {
   const std::string path = folder.path("master.vcd");
   EXPECT_EQ(run({"simulate", "-f", "resolute-26", "--clock", "2MHz", "--cycles", "20", "-o", path})

@@ -1,4 +1,4 @@
-// What `biss simulate` writes, `biss decode` reads: every undamaged cycle is right.
+// `biss decode` reads the output of `biss simulate`: every undamaged cycle is right.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -39,7 +39,7 @@ const std::vector<Case>& cases() {
   return all;
 }
 
-// Rows by their time, against the truth; counts the cycles that are ok.
+// Compares rows with the truth file by time; counts the cycles that are ok.
 std::size_t expect_truth(const std::vector<Row>& rows, const std::vector<Row>& truth,
                          double period_ns) {
   EXPECT_EQ(rows.size(), truth.size());

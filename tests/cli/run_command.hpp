@@ -1,4 +1,4 @@
-// Runs the command in a process of its own, and reads the tables it writes.
+// Runs the command in a child process, and reads the tables that it writes.
 #pragma once
 
 #include <filesystem>
@@ -9,19 +9,19 @@
 
 namespace biss::cli {
 
-/// What a run left behind.
+/// The result of a run.
 struct Outcome {
   int status = -1;  ///< exit status; 128 and the signal's number where one ended it
   std::string out;
   std::string err;
-  long peak_kib = 0;  ///< most memory held at once
+  long peak_kib = 0;  ///< peak memory
 };
 
 /// Runs `biss` with these arguments; its standard input is `input` (a file), or empty.
 Outcome run(const std::vector<std::string>& arguments,
             const std::filesystem::path& input = "/dev/null");
 
-/// A folder of its own for each test, gone with it.
+/// A temporary folder for each test, removed by the destructor.
 class Folder {
  public:
   Folder();

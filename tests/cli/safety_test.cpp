@@ -1,4 +1,4 @@
-// BiSS Safety on the wire: `simulate` commits each fault, `decode` names it.
+// BiSS Safety on the wire: `simulate` injects each fault, `decode` names it.
 #include <gtest/gtest.h>
 
 #include <set>
@@ -48,7 +48,7 @@ TEST(Safety, UndamagedEncoders_AreSafeFromTheThirdFrameOn) {
   }
 }
 
-// A configuration's name alone says what bits there are and how they are monitored.
+// The name of a configuration alone defines the format and the monitor.
 TEST(Safety, EveryConfigurationsName_IsAFormat) {
   const Folder folder;
   for (const char* name : {"fortis-fs-36-28-10nm", "fortis-fs-36-28-1nm", "rxm", "rxh", "rsm",
@@ -63,7 +63,8 @@ TEST(Safety, EveryConfigurationsName_IsAFormat) {
   }
 }
 
-// A fault of `simulate`, the rows behind the struck one until it shows, and what it is called.
+// A fault of `simulate`, the number of rows from the injection to the reaction, and the verdicts
+// that may be reported.
 struct Committed {
   std::string kind;
   std::size_t reaction;
@@ -96,14 +97,15 @@ INSTANTIATE_TEST_SUITE_P(
     Each, SafetyFault,
     testing::Values(
         Committed{"flip", 0, {"cpw_crc", "spw_crc"}},
-        // A burst that a CRC of 6 bits lets pass differs from the other word, or says nE.
+        // A burst that a CRC of 6 bits does not detect differs from the other word, or sets nE to
+        // 0.
         Committed{"burst", 0, {"cpw_crc", "spw_crc", "comparison", "cpw_error"}},
         Committed{"repeat", 0, {"counter_repeated"}},
         Committed{"reorder", 0, {"counter_backwards"}}, Committed{"loss", 0, {"counter_skipped"}},
         Committed{"delay", 1, {"watchdog"}}, Committed{"insert", 0, {"counter_foreign"}},
         Committed{"masquerade", 0, {"spw_crc"}}, Committed{"other_encoder", 0, {"counter_foreign"}},
         Committed{"lc_frozen", 0, {"counter_repeated"}},
-        // From 50 to 1: 14 ahead round the end.
+        // From 50 to 1: 14 counts ahead, across the roll-over.
         Committed{"lc_restart", 0, {"counter_foreign"}}, Committed{"no_answer", 0, {"no_frame"}},
         Committed{"nE", 0, {"cpw_error"}}),
     [](const auto& fault) { return fault.param.kind; });
@@ -147,7 +149,7 @@ TEST(Safety, WordsThatDriftApart_AreSafeUpToTheTolerance) {
         decoded(folder, made, {"-f", "fs-36-28", "--tolerance", std::to_string(tolerance)});
     std::size_t last_safe = 0;
     for (std::size_t i = 2; i < rows.size() && rows[i].at("safety") == "safe"; ++i) last_safe = i;
-    // Where between two counts of the short word the position stands is drawn.
+    // The place between two counts of the short word is random.
     EXPECT_NEAR(static_cast<double>(last_safe), apart - 9.0, 9.0);
     EXPECT_EQ(count(rows, "comparison"), rows.size() - 1 - last_safe);
   }

@@ -1,5 +1,5 @@
-// What `biss simulate` samples, `biss decode` reads: the positions of every cycle, at the rate that
-// is chosen when none is given and at one that divides no clock.
+// `biss decode` reads the samples of `biss simulate`: the positions of every cycle, at the default
+// rate and at one that divides no clock.
 #include <gtest/gtest.h>
 
 #include <cstdint>
@@ -62,7 +62,7 @@ Outcome decode_samples(const std::string& capture, const std::vector<std::string
   return run(arguments);
 }
 
-// Samples of several bytes with MA and SLO on these bits, all others noise that says nothing.
+// Samples of several bytes with MA and SLO on these bits and noise on all others.
 std::string widened(const std::string& samples, unsigned bytes, unsigned ma, unsigned slo) {
   std::string wide;
   std::uint64_t noise = 1;

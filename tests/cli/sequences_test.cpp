@@ -1,4 +1,5 @@
-// biss safety sequences: the table, its verdict as exit status, threads, and single events again.
+// biss safety sequences: the table, its verdict as exit status, threads, and repeated single
+// events.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -12,7 +13,7 @@ namespace sequences_test {
 
 using ::testing::HasSubstr;
 
-// Weak checksums: quick theory, and much that is accepted.
+// Weak checksums, so that the theory is quick to compute and many events are accepted.
 constexpr const char* weak = "pos12,nE,nW,crc5+pos10,nE,nW,lc6,crc6";
 
 Outcome sequences(const std::string& format, const std::vector<std::string>& more) {
@@ -47,7 +48,7 @@ TEST(Sequences, UndamagedFrames_HaveNoFalseAlarmWithAnyCounter) {
   }
 }
 
-// The same of a format whose theory of corruption takes seconds, without it.
+// The same for a format whose theory of corruption takes seconds, without that theory.
 TEST(Sequences, SevenKindsWithStrongChecksums_AreToldWithinTheirCycles) {
   std::vector<std::string> arguments{"--faults", "10000"};
   for (const char* name :

@@ -1,5 +1,5 @@
-// Several captures, and several encoders in one capture: no line is paired with that of another
-// encoder.
+// Several captures, and several encoders in one capture: lines of different encoders are not
+// paired.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ using Positions = std::vector<std::string>;
 
 class SeveralCaptures : public testing::Test {
  protected:
-  // An encoder whose positions no other seed gives.
+  // An encoder with positions that differ from those of every other seed.
   std::string simulated(const std::string& name, int seed) const {
     const std::string path = folder_.path(name);
     const Outcome made = run({"simulate", "-f", plain_format, "--clock", "1MHz", "--cycles", "6",
@@ -30,7 +30,7 @@ class SeveralCaptures : public testing::Test {
     return path;
   }
 
-  // Two event CSVs as one with these lines.
+  // Joins two event CSVs into one with these lines.
   std::string together(const std::string& name, const std::string& lines, const std::string& first,
                        const std::string& second) const {
     std::vector<std::pair<double, std::string>> rows;
@@ -48,7 +48,7 @@ class SeveralCaptures : public testing::Test {
     return folder_.file(name, text);
   }
 
-  // One column of an event CSV as a capture.
+  // One column of an event CSV as a separate capture.
   std::string one_line(const std::string& name, const std::string& line,
                        const std::string& capture) const {
     std::string text = "time_ns," + line + '\n';

@@ -1,4 +1,4 @@
-// docs/status.md names every status, and no other.
+// docs/status.md names every status and no other.
 #include <gtest/gtest.h>
 
 #include <fstream>

@@ -1,4 +1,4 @@
-// The ready-made registers: banks behind BSEL, protection, what a write sets off.
+// The ready-made registers: banks selected by BSEL, protection, the effects of a write.
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -12,7 +12,7 @@ namespace banked_registers_test {
 
 using Level = RegisterProtection;
 
-/// Remembers what it was told.
+/// Records the last notification.
 struct Hooks : NoRegisterHooks {
   std::uint32_t written_count = 0;
   std::uint8_t bank = 0;

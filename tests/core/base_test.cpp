@@ -25,14 +25,14 @@ constexpr Result<int, Cause> half(int value) {
 static_assert(half(10).ok() && *half(10) == 5);
 static_assert(half(-1).error() == Cause::small);
 
-/// The contract of word(), read one bit at a time.
+/// The contract of word(), computed bit by bit.
 std::uint64_t plain_word(const BitView& view, std::size_t index, unsigned count) {
   std::uint64_t value = 0;
   for (unsigned i = 0; i < count; ++i) value = (value << 1U) | (view[index + i] ? 1U : 0U);
   return value;
 }
 
-/// The contract of find(), read one bit at a time.
+/// The contract of find(), computed bit by bit.
 std::size_t plain_find(const BitView& view, bool level, std::size_t from) {
   for (std::size_t i = from; i < view.size_bits(); ++i) {
     if (view[i] == level) return i;

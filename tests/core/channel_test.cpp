@@ -1,4 +1,4 @@
-// Values in and out of a channel's data word, and values that do not fit.
+// Writes and reads values in a channel's data word, also values that do not fit.
 #include <cstdint>
 
 #include "biss/frame/codec.hpp"

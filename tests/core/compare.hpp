@@ -1,4 +1,4 @@
-// Comparing and showing values, the same way on host and target.
+// Comparison and output of values, identical on host and target.
 #pragma once
 
 #include <concepts>
@@ -8,7 +8,7 @@
 
 namespace biss::test {
 
-/// A value as a failure shows it: sign and magnitude, or nothing to show.
+/// A value in the message of a failure: sign and magnitude, or no value.
 struct Shown {
   bool is_number = false;
   bool negative = false;

@@ -1,4 +1,4 @@
-// Encoders with registers on a line of which the master knows nothing.
+// Encoders with registers on a line with an unconfigured master.
 #pragma once
 
 #include <algorithm>
@@ -24,11 +24,11 @@
 
 namespace biss::test::configure {
 
-/// What tests change and see of one encoder.
+/// The state of one encoder that tests change and check.
 struct EncoderState {
   std::uint64_t position = 0;
   bool channels = true;
-  bool obeys_channels = true;  // knows command 00
+  bool obeys_channels = true;  // supports command 00
   bool unidirectional = false;
   bool keeps_bsel = false;  // BSEL can be read, not written
   std::uint32_t channel_commands = 0;
@@ -78,10 +78,10 @@ struct Encoder {
 };
 
 using EncoderSlave = Slave<Codec, Encoder, 256>;
-/// Short, for a small stack: a clock of 1 MHz has few edges under way.
+/// A short queue, for a small stack: with a clock of 1 MHz few edges are in transit.
 using ShortLine = BasicDelayLine<64>;
 
-/// Encoders in a row, slave 0 at the far end.
+/// Encoders in a daisy chain; slave 0 is at the far end.
 template <std::size_t Count>
 struct Encoders {
   std::array<EncoderSlave, Count> slaves;
@@ -156,7 +156,8 @@ struct Line {
   ShortLine way_out{Picoseconds{}};
   ShortLine way_back{Picoseconds{}};
   Picoseconds now{};
-  /// From this request on, for so many: SLO is high, and the encoders hear nothing.
+  /// From request `cut_at` on, for `cut_for` requests, SLO is high and the encoders receive
+  /// nothing.
   std::uint32_t cut_at = 0xFFFF'FFFF;
   std::uint32_t cut_for = 0xFFFF'FFFF;
   /// MA low without an edge.
@@ -165,7 +166,7 @@ struct Line {
   Line(Device& of, const ConfigureOptions& options = {}, Picoseconds delay = {})
       : cycle(options), device(of), way_out(delay / 2), way_back(delay - delay / 2) {}
 
-  /// The whole of it. False: it has not ended.
+  /// Runs the complete configuration. False: it has not ended.
   bool run(std::uint64_t most_steps = 30'000'000) {
     StepOutput out = cycle.begin(now);
     StepOutput answered;
@@ -201,7 +202,7 @@ struct Line {
   }
 };
 
-/// Reads the line with what the configuration says, and nothing else.
+/// Reads the line with the result of the configuration only.
 template <class Device>
 [[gnu::noinline]] auto read_with(const Configuration& config, Device& device, Picoseconds now,
                                  Picoseconds delay) {

@@ -153,7 +153,7 @@ BISS_TEST(ConfigureEds, DeviceOfTwoSlaves_IsDescribedByEitherOfThem) {
     chained.chained = true;
     const auto one = [&](std::size_t k) {
       states[k].position = 0x80 + k;
-      // The two of the device say nothing of their own profile.
+      // Only the third slave gives its profile in its registers.
       return encoder(format_of_profile(profiles[k]), k == 0 ? usual_timing : chained,
                      {.profile = k == 2 ? profiles[2] : std::uint16_t{0},
                       .eds_bank = static_cast<std::uint8_t>(k == holder ? 1 : 0)},
@@ -178,7 +178,7 @@ BISS_TEST(ConfigureEds, DeviceOfTwoSlaves_IsDescribedByEitherOfThem) {
     BISS_EXPECT(result->slaves()[1].source == ValueSource::eds);
     BISS_EXPECT(result->slaves()[2].source == ValueSource::profile);
     BISS_EXPECT(result->format_source == ValueSource::profile);
-    // The third says nothing of its clock.
+    // The third slave does not give its clock rate.
     BISS_EXPECT(result->timing.clock_max == megahertz(1));
     const auto frame = read_with(*result, device, line.now + microseconds(50), {});
     BISS_ASSERT(frame.ok()) << static_cast<int>(frame.error().cause);

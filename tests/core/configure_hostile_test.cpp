@@ -1,5 +1,5 @@
-// Configuration where something goes wrong: a cable that is cut, bits that are no answers, a device
-// that wants more than there is.
+// Configuration with faults: a cable that is cut, bits that are no answers, a device that exceeds
+// the limits.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -45,7 +45,7 @@ BISS_TEST(ConfigureHostile, CableCutAtAnyRequest_EndsAndNamesTheLine) {
     BISS_ASSERT(line.cycle.configurator().requests() < all + 500);
     const auto result = line.cycle.result();
     if (result.ok()) {
-      // Nothing was left to do but zeros.
+      // Only zeros were still to be sent.
       BISS_ASSERT(at + 20 >= all) << "cut at " << at;
       continue;
     }
@@ -54,10 +54,11 @@ BISS_TEST(ConfigureHostile, CableCutAtAnyRequest_EndsAndNamesTheLine) {
     const bool expected = fault.cause == ConfigureError::line_lost ||
                           fault.cause == ConfigureError::channels_stay_off ||
                           (fault.cause == ConfigureError::no_encoder && at < 40) ||
-                          // The answer to the last try of the very first access was half heard.
+                          // The answer to the last try of the very first access was received in
+                          // part.
                           (fault.cause == ConfigureError::control_failed && at < 100);
     BISS_ASSERT(expected) << "cut at " << at << ", cause " << static_cast<int>(fault.cause);
-    // What is not as it was is told.
+    // Every state that was not restored is reported.
     const Unrestored left = line.cycle.configurator().unrestored();
     BISS_ASSERT_EQ(device.registers().bsel() != 0 && left.banks == 0, false) << "cut at " << at;
     BISS_ASSERT(state.channels || left.channels_off) << "cut at " << at;
@@ -127,8 +128,8 @@ BISS_TEST(ConfigureHostile, DeviceThatIsBusyWithEachByte_MeetsTheBound) {
 
 BISS_TEST(ConfigureHostile, NinthSlave_IsTooManyAndKeepsItsChannelsOff) {
   for (const bool switch_channels : {true, false}) {
-    // IDL0 … IDL8 and IDA0 … IDA7 set in every control frame, as nine slaves answer; and nothing
-    // else is said.
+    // IDL0 … IDL8 and IDA0 … IDA7 are set in every control frame, as nine slaves answer; all other
+    // bits are 0.
     Configurator configurator({.switch_channels = switch_channels});
     Picoseconds now{};
     unsigned zeros = 0;

@@ -1,4 +1,5 @@
-// Encoders that are asked what they are, over the whole line, and then read by what they said.
+// Encoders are configured from their registers over the line, and then read with that
+// configuration.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -67,9 +68,9 @@ BISS_TEST(Configure, RegistersOfAnMhm_GiveBp3With28BitsAndTheMasterReads) {
     BISS_EXPECT_EQ(slave.profile.value_or(0), 0x621E);
     BISS_EXPECT_EQ(slave.eds_bank, 2);
     BISS_EXPECT(slave.eds_unused);
-    // CDM 1 was held from one request to the next.
+    // CDM = 1 was held between two requests.
     BISS_EXPECT(line.longest_low > microseconds(200));
-    // Everything as it was, and the encoder waits for a start bit.
+    // All registers are restored, and the encoder waits for a start bit.
     BISS_EXPECT(device.slaves[0].source().server.idle());
     BISS_EXPECT_EQ(device.registers().bsel(), 0);
     BISS_EXPECT(state.channels);
@@ -160,7 +161,7 @@ BISS_TEST(Configure, OldDeviceWithoutWInversion_IsWaitedFor) {
   Encoders<1> device{
       {encoder(format_of_profile(0x6214), usual_timing,
                {.profile = 0x6214, .eds_bank = 9, .options = {.w_inversion = false}}, state)}};
-  // No identity, no serial number: each is refused by never starting.
+  // No identity, no serial number: the encoder refuses each by sending no start bit.
   constexpr std::array<std::uint8_t, 8> nothing{};
   device.registers().put(reg::dev_id, nothing, RegisterProtection::not_available);
   device.registers().put(reg::dev_sn, std::span(nothing).first<4>(),
@@ -175,7 +176,7 @@ BISS_TEST(Configure, OldDeviceWithoutWInversion_IsWaitedFor) {
 }
 
 BISS_TEST(Configure, DeviceThatKeepsItsBsel_HasNothingToPutBack) {
-  // Without W inversion a write is refused by not echoing its start bit.
+  // Without W inversion the encoder refuses a write by not echoing its start bit.
   for (const bool w_inversion : {true, false}) {
     EncoderState state{.keeps_bsel = true};
     Encoders<1> device{{encoder(
@@ -284,7 +285,7 @@ BISS_TEST(Configure, ChainOfThree_IsAskedOneByOneAndReadHighestIdFirst) {
     const auto result = line.cycle.result();
     BISS_ASSERT(result.ok()) << "cause " << static_cast<int>(result.error().cause);
     BISS_ASSERT_EQ(result->slave_count, 3);
-    // busy_s is not known; each further device may take a clock.
+    // busy_s is unknown; each further device may take one clock.
     BISS_EXPECT_EQ(result->start_delay_clocks, 8 + 2);
     BISS_ASSERT_EQ(result->format.channel_count, 3);
     for (std::size_t k = 0; k < 3; ++k) {

@@ -1,4 +1,4 @@
-// Registers that tests can look into, and register servers in a chain, a BiSS frame at a time.
+// Registers that tests can inspect, and a daisy chain of register servers, stepped by BiSS frames.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace biss::test {
 
-/// One slave's registers: all 128 of one kind but for what a test changes.
+/// One slave's registers: all 128 have the same protection, except those that a test changes.
 struct TestRegisters {
   std::array<std::uint8_t, register_count> value{};
   std::array<RegisterProtection, register_count> protection{};
@@ -31,7 +31,7 @@ struct TestOwner {
   TestRegisters* slaves = nullptr;
 
   constexpr bool permits(unsigned slave, RegisterAccess access, std::uint8_t address) const {
-    if (address >= register_count) return true;  // nobody must ask
+    if (address >= register_count) return true;  // the server must not ask for these
     const RegisterProtection level = slaves[slave].protection[address];
     return level == RegisterProtection::read_write ||
            (level == RegisterProtection::read_only && access == RegisterAccess::read);
@@ -59,7 +59,7 @@ struct TestOwner {
   }
 };
 
-/// One BiSS frame through servers one behind the other: CDS of this frame, then CDM.
+/// One BiSS frame through a daisy chain of servers: CDS of this frame, then CDM.
 template <class Servers>
 constexpr bool control_frame(Servers& servers, bool cdm) {
   bool cds = false;
@@ -68,9 +68,10 @@ constexpr bool control_frame(Servers& servers, bool cdm) {
   return cds;
 }
 
-/// A control frame bit by bit, spelled in '0' and '1' (blanks between are for the eye): whether the
-/// CDS bits are these, each read in the frame behind that of the same index. Where `cds` is shorter
-/// than `cdm` the rest is 0. \return the index of the first that differs; none: all are right
+/// Compares the CDS bits of a control frame, spelled in '0' and '1' (blanks are ignored), with
+/// `cds`. Each CDS bit is read in the frame after the CDM bit of the same index. Where `cds` is
+/// shorter than `cdm`, the rest is 0.
+/// \return the index of the first difference; none if all bits are equal
 template <class Servers>
 constexpr std::optional<std::size_t> first_difference(Servers& servers, std::string_view cdm,
                                                       std::string_view cds) {

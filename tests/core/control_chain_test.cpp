@@ -1,5 +1,5 @@
-// Control communication on the line itself: slaves one behind the other, stepped by the edges of
-// MA, and the session at their end. Frames with channels, without any, and reduced ones.
+// Control communication on the line itself: a daisy chain of slaves, stepped by the edges of MA,
+// and the session at its end. Frames with channels, without channels, and reduced ones.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -79,7 +79,7 @@ class ChainLine {
     return count;
   }
 
-  /// One request of so many clocks, 0: a whole one; then CDM and the timeouts.
+  /// One request of `clocks` clocks (0: a complete frame); then CDM and the timeouts.
   void frame(unsigned clocks = 0) {
     bits.clear();
     if (clocks == 0) clocks = 8 + static_cast<unsigned>(Count) + channel_bits * channels_on();

@@ -1,5 +1,5 @@
-// One damage in an access: each bit of CDM and CDS, a reset or a cut in each frame. Every access
-// ends and has its cause, none that was not done says it was, and the next one works.
+// One fault in an access: each bit of CDM and CDS, a reset or a cut in each frame. Every access
+// ends with its cause, no failed access reports success, and the next one works.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -21,12 +21,13 @@ constexpr std::uint32_t lead = control_reset_zeros;
 constexpr std::uint8_t written = 0x11;
 static_assert((byte_crc(written) & 1U) == 1);
 
-/// What a flip of the CDS bit with this index makes of a single access to a slave of so many.
+/// The error of a single access in which the CDS bit `index` is flipped, in a chain of `slaves`
+/// slaves.
 constexpr Error after_cds_flip(RegisterAccess access, unsigned slave, unsigned slaves,
                                unsigned index) {
   const bool read = access == RegisterAccess::read;
-  if (index == slaves) return none;  // one more seems to be there
-  if (index + 1 == slaves) {         // one less
+  if (index == slaves) return none;  // looks like one more slave
+  if (index + 1 == slaves) {         // looks like one slave less
     if (slaves == 1) return Error::no_answer;
     return slave == index ? Error::no_such_slave : none;
   }
@@ -40,7 +41,7 @@ constexpr Error after_cds_flip(RegisterAccess access, unsigned slave, unsigned s
   return none;
 }
 
-/// The same for CDM from CTS on; a header that is damaged is heard by nobody.
+/// The same for CDM from CTS on; no slave accepts a damaged header.
 constexpr Error after_cdm_flip(RegisterAccess access, unsigned index) {
   const bool read = access == RegisterAccess::read;
   if (index < control_bit::header_end)
@@ -52,8 +53,8 @@ constexpr Error after_cdm_flip(RegisterAccess access, unsigned index) {
   return none;
 }
 
-/// Whether a header with this bit flipped has, with the R of a write behind it, a run of 14 zeros:
-/// then it is none any more.
+/// Whether a header with this bit flipped, with the R of a write after it, contains a run of 14
+/// zeros. Such a header is ignored.
 constexpr bool resets(RegisterAccess access, unsigned slave, unsigned address, unsigned flipped) {
   const std::uint32_t header = register_header(slave, address);
   std::uint32_t bits = (0x800U | header) << 4U | header_crc(static_cast<std::uint16_t>(header));
@@ -62,7 +63,7 @@ constexpr bool resets(RegisterAccess access, unsigned slave, unsigned address, u
   return r_too || (bits & 0x3FFFU) == 0 || (bits & 0x7FFEU) == 0;
 }
 
-/// One access with one damage, then the line is whole again.
+/// One access with one fault, then accesses on an undamaged line.
 template <std::size_t Count>
 struct Damaged {
   ControlLink<Count>& link;
@@ -75,7 +76,7 @@ struct Damaged {
     TestRegisters& registers = link.registers[slave];
     registers.writes = 0;
     Byte byte{written};
-    // 14 zeros, as behind an error, whatever was before.
+    // 14 zeros, as after an error, for any state before.
     for (std::uint32_t i = 0; i < lead; ++i) link.step();
     link.session = ControlSession();
     link.damage(damage);
@@ -84,7 +85,7 @@ struct Damaged {
     BISS_ASSERT(link.session.done()) << address;
     first = link.error();
     link.damage({});
-    // No error: done. And never anything else than what was asked.
+    // An access without error is done. A fault never causes another access.
     if (done && !may_lie) {
       BISS_EXPECT_EQ(read ? byte[0] : registers.value[address],
                      read ? value_of(slave, address) : written);
@@ -97,8 +98,8 @@ struct Damaged {
         BISS_ASSERT_EQ(link.registers[device].value[other], value_of(device, other)) << address;
       }
     }
-    // Damage in bits that nobody looks at can cost the access behind it its 14 zeros; then the
-    // one behind that works.
+    // A fault in bits that are not evaluated can cost the next access its 14 zeros. The access
+    // after that one succeeds.
     const bool next = link.read(slave, address, byte);
     BISS_EXPECT(next || first == none) << address;
     BISS_EXPECT(next || link.read(slave, address, byte)) << address;
@@ -144,7 +145,7 @@ BISS_TEST(ControlDamage, EachCdsBitFlipped_HasItsCause) {
 
 BISS_TEST(ControlDamage, EachCdmBitFlipped_HasItsCause) {
   for_accesses(1, []<std::size_t Count>(Damaged<Count> damaged) {
-    damaged.run({.flip_cdm = lead});  // S: the slave takes CTS for it
+    damaged.run({.flip_cdm = lead});  // S: the slave reads CTS as S
     BISS_EXPECT(damaged.first == Error::id_pattern || damaged.first == Error::no_answer);
     for (unsigned index = 1; index < 32; ++index) {
       damaged.run({.flip_cdm = lead + index});
@@ -185,7 +186,7 @@ BISS_TEST(ControlDamage, ResetAnywhere_IsAnErrorOrDoesNoHarm) {
         BISS_EXPECT(damaged.first != none) << frame;
       }
       if (!read || damaged.first != none || damaged.heard == truth) continue;
-      // A byte whose end became zeros, and fits its four bits of CRC all the same.
+      // A byte whose last bits became zeros, and whose four bits of CRC still match.
       ++lies;
       const unsigned lost = lead + 32 - frame;
       BISS_EXPECT_EQ(with_crc(damaged.heard), with_crc(truth) >> lost << lost) << frame;
@@ -195,7 +196,7 @@ BISS_TEST(ControlDamage, ResetAnywhere_IsAnErrorOrDoesNoHarm) {
 }
 
 BISS_TEST(ControlDamage, ResetInTheLastZerosOfAnEcho_LooksLikeAnEcho) {
-  // The protocol cannot tell: who must know reads back.
+  // The protocol cannot detect this case. Read the register back where it matters.
   constexpr Byte byte{0x40};
   static_assert(byte_crc(byte[0]) == 0b1000);
   for (std::uint32_t frame = lead + 25; frame < 47; ++frame) {
@@ -214,7 +215,7 @@ BISS_TEST(ControlDamage, CutAnywhere_IsTold) {
       for (const std::uint32_t lost : std::array<std::uint32_t, 4>{1, 2, 13, 40}) {
         for (const bool deaf : {false, true}) {
           damaged.run({.cut = frame, .cut_frames = lost, .deaf = deaf});
-          // In front of the start bit there is time for zeros; behind the last byte comes P.
+          // Zeros are due before the start bit, and P comes after the last byte.
           const bool harmless = frame == 46 || (frame <= lead && lost < 14);
           BISS_EXPECT(damaged.first == (harmless ? none : Error::frame_lost)) << frame;
         }
@@ -224,8 +225,8 @@ BISS_TEST(ControlDamage, CutAnywhere_IsTold) {
 }
 
 BISS_TEST(ControlDamage, SOfAReadLostOnCds_ShiftsTheByte) {
-  // The slave goes on; the master waits and takes the byte's first 1 for S. The four bits of CRC
-  // see it for each of the 256 bytes.
+  // The slave continues; the master waits and reads the byte's first 1 as S. The four bits of CRC
+  // detect it for each of the 256 bytes.
   for (unsigned value = 0; value < 256; ++value) {
     ControlLink<1> link;
     link.registers[0].value[0x20] = static_cast<std::uint8_t>(value);
@@ -242,7 +243,7 @@ BISS_TEST(ControlDamage, HostileMaster_LeavesNoStateThat14ZerosDoNot) {
   BISS_RANDOM(random, 0xC0D1);
   ControlLink<3> link;
   for (int round = 0; round < 2000; ++round) {
-    // From noise to long runs, and headers that are right now and then.
+    // From noise to long runs, with some valid headers.
     const unsigned rarity = random.below(5);
     bool bit = false;
     for (unsigned i = random.below(200); i-- != 0;) {

@@ -1,4 +1,4 @@
-// Every cause, what a retry does about it, and how long a slave may be busy.
+// Every cause, the effect of a retry, and the longest busy time of a slave.
 #include <array>
 #include <cstdint>
 #include <span>
@@ -41,7 +41,7 @@ struct Case {
   Ask ask;
   std::string_view cds;
   ControlError error;
-  /// CDM behind the 16 bits of the header, as far as it goes.
+  /// CDM after the 16 bits of the header, up to the end of this text.
   std::string_view cdm;
   unsigned bytes_done;
 };
@@ -207,7 +207,7 @@ BISS_TEST(ControlFailure, ARetry_FollowsWhereDamageCanBeTheCause) {
     BISS_EXPECT_EQ(outcome.frames, count + zeros + access.frames.cdm().size()) << "case " << i;
     if (c.ask == Ask::command) continue;
     BISS_EXPECT(access.bytes[0] == 0x62 && access.bytes[1] == 0x62);
-    // It goes on with the byte that is not yet done.
+    // The retry continues with the first byte that is not done.
     CdsScript bits;
     bits.number(register_header(0, 0x42 + c.bytes_done), 11);
     BISS_EXPECT(access.frames.cdm().substr(1, 11) == bits.view()) << "case " << i;
@@ -241,7 +241,7 @@ BISS_TEST(ControlFailure, BusySlaves_AreWaitedFor) {
         Access access;
         access.ask(write ? Ask::write : Ask::read);
         const std::uint32_t frames = access.frames.run(cds.view());
-        // 20 ms are 80 frames: the 81st comes 20 ms behind the one in which S could have come.
+        // 20 ms are 80 frames: the 81st comes 20 ms after the one in which S was first due.
         const auto& outcome = access.session.outcome();
         if (busy <= 81) {
           BISS_EXPECT(!outcome.error) << busy << " frames";
@@ -272,7 +272,7 @@ BISS_TEST(ControlFailure, TheLongestWaitOfAnAccess_IsTold) {
     access.frames.run(cds.view());
     BISS_EXPECT(!access.session.outcome().error);
     BISS_EXPECT(access.session.outcome().longest_busy == microseconds(5 * 250));
-    // Another limit for the next access, which tells its own waits.
+    // The next access has another limit and reports its own delays.
     access.session.set_options({.busy_max = microseconds(250)});
     access.ask(Ask::read);
     access.frames.run(cds.view());

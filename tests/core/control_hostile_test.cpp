@@ -1,4 +1,4 @@
-// Flipped bits, exhaustively, and encoders that do as they like.
+// Flipped bits, exhaustively, and encoders with random answers.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -70,13 +70,14 @@ BISS_TEST(ControlHostile, FlippedBitsOfAByte_PassAsOftenAsCalculated) {
 
 constexpr std::uint32_t most_busy_frames = 82;  // 20 ms at 250 us, the first and the last one
 
-// A try: lost frames and zeros before the start bit, header, and each byte as late as can be.
+// One try: lost frames and zeros before the start bit, the header, and each byte with the longest
+// delay.
 std::uint32_t most_frames(unsigned bytes, unsigned tries) {
   return tries * (13 + 14 + 19 + bytes * (14 + most_busy_frames) + 1);
 }
 
-// An encoder of some character: how often in a thousand CDS is 1, how often it is missing, how
-// often it is what a good one would say, and from which bit of the control frame on it stays at 0.
+// An encoder with random answers. Shares in thousandths: how often CDS is 1, how often it is
+// missing, how often it is right, and from which bit of the control frame on it stays 0.
 struct Character {
   std::uint32_t ones;
   std::uint32_t missing;
@@ -149,7 +150,7 @@ BISS_TEST(ControlHostile, WhateverCdsDoes_EachAccessEndsAndTheNextOneWorks) {
     BISS_EXPECT(frames.zeros_before >= 14);
   }
   if (rounds < 60'000) return;
-  // Nothing but what depends on the request alone is left out.
+  // Every error occurs, except those that depend on the request alone.
   for (std::size_t i = 0; i < seen.size(); ++i) {
     const auto error = static_cast<ControlError>(i);
     const bool asked = error != ControlError::bad_request && error != ControlError::cancelled &&

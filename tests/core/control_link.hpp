@@ -1,5 +1,5 @@
-// A control session and register servers on one line, a BiSS frame at a time, and what can happen
-// to them on the way.
+// A control session and register servers on one line, stepped by BiSS frames, with faults on the
+// line.
 #pragma once
 
 #include <array>
@@ -16,14 +16,14 @@ namespace biss::test {
 
 inline constexpr std::uint32_t never_frame = 0xFFFF'FFFF;
 
-/// What happens in which frame, counted from where the damage was set; 0 is the next one.
+/// The fault and its frame, counted from the call of damage(); 0 is the next frame.
 struct Damage {
-  std::uint32_t flip_cdm = never_frame;  ///< the slaves hear the other bit
-  std::uint32_t flip_cds = never_frame;  ///< the master does
+  std::uint32_t flip_cdm = never_frame;  ///< the slaves receive the inverted bit
+  std::uint32_t flip_cds = never_frame;  ///< the master receives the inverted bit
   std::uint32_t reset = never_frame;     ///< all devices are as after power-up, before this frame
-  std::uint32_t cut = never_frame;       ///< from this frame on nothing arrives at either end …
-  std::uint32_t cut_frames = 0;          ///< … for so many
-  bool deaf = false;  ///< of a cut: SLO only; the slaves go on hearing the master
+  std::uint32_t cut = never_frame;       ///< first frame that neither end receives
+  std::uint32_t cut_frames = 0;          ///< number of frames of the cut
+  bool deaf = false;  ///< the cut affects SLO only: the slaves still receive
 };
 
 /// A chain of `Count` devices of one slave each, and their master.
@@ -64,7 +64,7 @@ class ControlLink {
     ++frame_;
   }
 
-  /// Until the access has ended. False: it does not end.
+  /// Runs until the access has ended. False: it does not end.
   bool run(std::uint32_t most = 3000) {
     for (std::uint32_t i = 0; i < most && !session.done(); ++i) step();
     return session.done();
@@ -78,7 +78,7 @@ class ControlLink {
     session.write(slave, address, from);
     return run() && !session.outcome().error;
   }
-  /// A frame of a master that is not the session.
+  /// A frame of another master than the session.
   void noise(bool cdm) { control_frame(servers_, cdm); }
 
   ControlError error() const { return session.outcome().error.value_or(no_error); }
@@ -103,12 +103,12 @@ class ControlLink {
   std::uint32_t frame_ = 0;
 };
 
-/// What fill() puts there.
+/// The value that fill() writes there.
 constexpr std::uint8_t value_of(std::size_t slave, unsigned address) {
   return static_cast<std::uint8_t>(address * 37U + slave * 101U + 5U);
 }
 
-/// Every register of every slave, each with another value.
+/// Sets every register of every slave to a different value.
 template <std::size_t Count>
 void fill(ControlLink<Count>& link) {
   for (std::size_t k = 0; k < Count; ++k) {

@@ -1,5 +1,5 @@
-// The two ends of the control communication against each other on a whole line: every address and
-// every way an access can end.
+// The master's session with the slaves' servers on one line: every address, and every result of an
+// access.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -80,7 +80,7 @@ BISS_TEST(ControlLink, EveryLength_FromEveryAddress) {
   }
 }
 
-/// The last of the chain is busy.
+/// The last slave of the chain is busy.
 template <unsigned Slaves>
 void expect_busy_waits() {
   constexpr unsigned id = Slaves - 1;
@@ -102,7 +102,7 @@ void expect_busy_waits() {
         BISS_EXPECT_EQ(link.session.outcome().longest_busy.count,
                        (ControlLink<Slaves>::cycle * busy).count);
       }
-      // The other one is not disturbed by it, nor is this one once it is ready.
+      // The other slave is not affected, nor is this one after it is ready.
       Byte byte{};
       if (id != 0) {
         BISS_EXPECT(link.read(0, address, byte) && byte[0] == value_of(0, address));

@@ -1,4 +1,4 @@
-// A control session against a script: the CDS bits of a control frame, written down.
+// A control session with a script of the CDS bits of a control frame.
 #pragma once
 
 #include <array>
@@ -30,7 +30,7 @@ struct CdsScript {
   constexpr std::string_view view() const { return {text.data(), size}; }
 };
 
-/// CRC of the control channel as the protocol says it, apart from the core: the remainder of
+/// CRC of the control channel as the protocol defines it, independent of the core: the remainder of
 /// data * x^4 by x^4 + x + 1, inverted.
 constexpr std::uint32_t plain_crc4(std::uint32_t data, unsigned bits) {
   std::uint32_t rest = data << 4U;
@@ -50,13 +50,13 @@ constexpr void add_byte(CdsScript& line, std::uint32_t data) {
 inline constexpr std::string_view read_accepted = "1000000000000000 101";
 inline constexpr std::string_view write_accepted = "1000000000000000 011";
 
-/// Frame after frame. CDS bit k of the script comes in the frame behind the one that CDM bit k
-/// ended; bit 0 belongs to the next 1 of CDM.
+/// Steps frame by frame. CDS bit k of the script comes in the frame after the one that CDM bit k
+/// ended. Bit 0 belongs to the next 1 of CDM.
 class Frames {
  public:
   constexpr explicit Frames(ControlSession& session) : session_(session) {}
 
-  /// From here on the script counts from the next 1 of CDM.
+  /// The script counts from the next 1 of CDM on.
   constexpr void answer(std::string_view cds) {
     cds_ = cds;
     started_ = false;
@@ -82,7 +82,7 @@ class Frames {
     return bit;
   }
 
-  /// Until the access has ended, or so many frames. Returns the frames.
+  /// Runs until the access has ended, at most `most` frames. Returns the number of frames.
   constexpr std::uint32_t run(std::uint32_t most = 2000) {
     std::uint32_t count = 0;
     for (; !session_.done() && count < most; ++count) step();

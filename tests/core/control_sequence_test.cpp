@@ -1,4 +1,5 @@
-// One damage in a sequence of bytes or in a command: what is told, and what a retry repairs.
+// One fault in a sequence of bytes or in a command: the reported error, and the errors that a retry
+// repairs.
 #include <array>
 #include <cstdint>
 
@@ -19,7 +20,7 @@ Damage damage_of(unsigned kind, std::uint32_t frame) {
   return {.cut = frame, .cut_frames = 1, .deaf = kind == 2};
 }
 
-// Two bytes of the slave in the middle of three.
+// Two bytes of the middle one of three slaves.
 struct Sequence {
   ControlLink<3> link;
   Bytes bytes{};
@@ -48,15 +49,15 @@ void expect_told(bool write, const Bytes& truth, unsigned kind, std::uint32_t fr
                  std::uint8_t retries) {
   Sequence sequence({.retries = retries});
   sequence.run(write, truth, damage_of(kind, frame));
-  // A lost S of a byte that is written behind another shows as a delay only, see below.
+  // A lost S of a byte that is written after another one shows only as a delay, see below.
   const bool late = write && sequence.delayed();
   BISS_EXPECT(!sequence.good || sequence.right || late) << "kind " << kind << " frame " << frame;
   BISS_EXPECT_EQ(sequence.link.registers[0].writes + sequence.link.registers[2].writes, 0);
-  // A no of the slave may come of damage too, but is not asked twice.
+  // A refusal by the slave may also be an effect of the fault, but is not retried.
   const ControlError error = sequence.link.error();
   const bool no = error == ControlError::refused || error == ControlError::next_unavailable;
   BISS_EXPECT(sequence.good || no || retries == 0) << "kind " << kind << " frame " << frame;
-  // A slave that took a don't care for a 1 counts fewer zeros than the master has sent.
+  // A slave that read a don't-care bit as 1 counts fewer zeros than the master has sent.
   sequence.link.damage({});
   const bool next = sequence.link.read(1, 0x42, sequence.bytes);
   BISS_EXPECT(next || sequence.link.read(1, 0x42, sequence.bytes)) << "frame " << frame;
@@ -105,7 +106,7 @@ BISS_TEST(ControlSequence, OneDamagedFrameOfACommand_NeverMakesItRunTwiceOrElsew
       const auto executed = [&](unsigned slave) {
         return link.registers[slave].addressed[static_cast<std::size_t>(ControlCommand::user)];
       };
-      // Nobody is told when the slave does not understand what comes behind its IDA.
+      // No error is reported when the slave does not understand the bits after its IDA.
       const bool untold = kind == 0 && frame >= control_reset_zeros + control_bit::ida + 2;
       BISS_EXPECT_EQ(executed(1), untold ? 0 : 1) << "kind " << kind << " frame " << frame;
       BISS_EXPECT_EQ(executed(0) + executed(2), 0);

@@ -1,4 +1,4 @@
-// Every control frame that was ever printed, bit by bit, and how long accesses take.
+// Every published control frame, bit by bit, and the duration of accesses.
 #include "biss/control/session.hpp"
 
 #include <array>
@@ -19,7 +19,7 @@ using test::Frames;
 
 using Bytes = std::array<std::uint8_t, 64>;
 
-// A compiler can run a session: read 0x62 from 0x42.
+// A session in a constant expression: read 0x62 from 0x42.
 constexpr std::uint32_t compiled = [] {
   ControlSession session;
   std::array<std::uint8_t, 1> byte{};
@@ -189,7 +189,7 @@ BISS_TEST(ControlSession, ReadBehindARead_NeedsNoFurtherZeros) {
     BISS_EXPECT(!session.outcome().error);
     BISS_EXPECT_EQ(frames.zeros_before, 14);
   }
-  // What the master sends meanwhile counts.
+  // The zeros that the master sends meanwhile count.
   for (unsigned i = 0; i < 20; ++i) BISS_EXPECT(!frames.step(CdsBit::zero));
   session.read(0, 0x42, byte);
   BISS_EXPECT_EQ(frames.run(vectors[0].cds), 33);
@@ -239,7 +239,7 @@ BISS_TEST(ControlSession, Broadcast_NeedsNoCds) {
   frames.step(CdsBit::missing);
   BISS_EXPECT(session.done() && !session.outcome().error);
   BISS_EXPECT(frames.cdm() == "100000000001110011");
-  // What CDS says does not matter either.
+  // CDS does not matter either.
   session.broadcast(ControlCommand::channels);
   frames.answer("");
   for (unsigned i = 0; i < 32; ++i) frames.step(CdsBit::one);

@@ -109,7 +109,7 @@ constexpr CrcSpec spec_of(unsigned width) {
           .inverted = true};
 }
 
-// Start values that a mistake in any bit of the register would show in.
+// Start values in which a fault in any bit of the register is visible.
 constexpr std::array<std::uint16_t, 4> starts{0x0000, 0x0001, 0xFFFF, 0xA53C};
 
 template <class Crc>
@@ -140,7 +140,7 @@ void compare_every_width(test::Random& random) {
 
 constexpr bool on_host = test::rounds(1, 0) == 1;
 
-// A sliced engine is 4 KiB: one a width on the host, fewer in a microcontroller's flash.
+// A sliced engine has 4 KiB: one for each width on the host, fewer in a microcontroller's flash.
 template <unsigned Width>
 void compare_sliced(test::Random& random) {
   if constexpr (on_host || Width == 3 || Width == 7 || Width == 16) {
@@ -157,7 +157,8 @@ void compare_sliced_widths(test::Random& random, std::integer_sequence<unsigned,
   (compare_sliced<min_crc_bits + Offsets>(random), ...);
 }
 
-/// How many flips of exactly three bits in a word of `bits` leave the checksum right.
+/// The number of patterns of exactly three flips in a word of `bits` bits that leave the checksum
+/// right.
 unsigned triples_that_pass(const CrcBitwise& crc, std::uint64_t data, unsigned data_bits) {
   const unsigned width = crc.spec().width_bits;
   const unsigned bits = data_bits + width;

@@ -19,7 +19,7 @@ constexpr std::array good_bp3{&test::rotary_18,  &test::multiturn_12_20, &test::
                               &test::safety_cpw, &test::shortest_0};
 constexpr std::array good_common{&test::one_channel, &test::two_channels, &test::slow_coupler};
 
-// The findings of one check, the first few kept.
+// The first findings of one check.
 struct Findings {
   std::array<EdsFinding, 16> list{};
   std::size_t count = 0;
@@ -57,7 +57,7 @@ EdsBank with(const EdsBank& bank, EdsPart part, std::string_view symbol, std::ui
   return sealed(changed);
 }
 
-// Proof at compile time that checking needs nothing but the bytes.
+// Checking in a constant expression shows that it needs only the bytes.
 constexpr unsigned count_findings(const EdsBank& bank) {
   unsigned count = 0;
   check_bp3_part(bank, [&](const EdsFinding&) { ++count; });
@@ -81,8 +81,8 @@ struct Wrong {
   EdsProblem problem;
 };
 
-// One field each made wrong, the checksum right again: the field and the fault must be named, and
-// nothing else.
+// In each case one field is wrong and the checksum is corrected. Only that field and its fault may
+// be reported.
 BISS_TEST(EdsCheck, OneWrongField_IsTheOnlyFinding) {
   using enum EdsProblem;
   constexpr EdsPart bp3 = EdsPart::bp3;
@@ -236,7 +236,7 @@ BISS_TEST(EdsCheck, AllCountsLittleEndian_AreAllNamed) {
     if (field.bytes == 1) continue;
     BISS_ASSERT(set_field(bank, field, bytes_swapped(field_value(bank, field), field.bytes)));
   }
-  const Findings found = check_of(EdsPart::bp3, bank);  // the sum of the bytes stays
+  const Findings found = check_of(EdsPart::bp3, bank);  // the sum of the bytes is unchanged
   for (const std::string_view symbol :
        {"BP_ID", "MT_CNT", "SIP_CNT", "SIP_RES", "CPOLY", "TMP_MIN", "TMP_MAX"}) {
     BISS_EXPECT(found.has(symbol, EdsProblem::little_endian));
@@ -253,7 +253,7 @@ BISS_TEST(EdsCheck, WrongType_IsToldByTheChecksum) {
   BISS_EXPECT_EQ(found.count, 2U);
 }
 
-// Whether a finding can speak of this field.
+// Whether a finding may concern this field.
 bool concerns(const EdsFinding& finding, std::string_view symbol) {
   const auto any_of = [&](std::initializer_list<std::string_view> symbols) {
     for (const std::string_view each : symbols) {
@@ -273,7 +273,8 @@ struct Sweep {
   std::uint32_t by_symbol = 0;
 };
 
-// Every byte, every other value: the checksum tells always, and what else is said is of that byte.
+// Every byte is set to every other value. The checksum always reports the change, and every other
+// finding concerns that byte.
 template <class Check>
 Sweep sweep(const EdsBank& good, EdsPart part, Check check) {
   Sweep result;

@@ -46,7 +46,7 @@ BISS_TEST(EdsDerive, CommonPart_GetsWhatItsChannelsSay) {
   part.give(bp3("MT_LEN"), 12);
   part.give(bp3("FI_LEN"), 20);
   derive_eds(draft);
-  // All fields of the other channels are given, as 0: the device then has them too.
+  // All fields of the other channels are given as 0, so the device has these channels.
   draft.common->give(common("DC_NUM"), 1);
   draft.common->derive(common("CHKSUM"), eds_checksum(draft.common->bank));
   BISS_EXPECT(draft.common->bank == test::one_channel);
@@ -68,7 +68,7 @@ BISS_TEST(EdsDerive, GivenFields_StayAsGiven) {
   BISS_EXPECT_EQ(found.eds_len, 9);
   BISS_EXPECT_EQ(parse_bp3_part(draft.profiles[1]->bank).bp_ver, 3);
   BISS_EXPECT_EQ(parse_bp3_part(draft.profiles[1]->bank).chksum, 0);
-  // This slave sends channel 0, of which nothing is known.
+  // This slave sends channel 0, which is not described.
   BISS_EXPECT(!derived_identifier(draft).has_value());
 }
 

@@ -148,7 +148,7 @@ BISS_TEST(EdsDevice, Disagreement_IsSettledAndSaid) {
   BISS_EXPECT(said.remarks.has("BP_ID", disagrees, 0x6222, 0x621C));
   BISS_EXPECT(said.remarks.has("MT_LEN", undivided, 32, 26));
   BISS_EXPECT(said.remarks.has("DLEN_0", disagrees, 34, 28));
-  // Registers without a profile say nothing.
+  // Registers without a profile give no remark.
   const Described silent = describe(image_of(&test::one_channel, &test::multiturn_12_20, 0));
   BISS_EXPECT(silent.is("mt12,st20,nE,nW,crc6"));
   const EdsBank other = with(test::one_channel, EdsPart::common, "CPOLY_0", 0x12);

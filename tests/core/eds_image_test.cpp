@@ -1,4 +1,4 @@
-// Data sheets as a whole: the parts and the registers against each other.
+// Complete data sheets: the parts compared with the registers.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -12,7 +12,7 @@
 namespace biss {
 namespace eds_image_test {
 
-// One data sheet, its banks its own, and what its check says.
+// One data sheet with its own banks, and the findings of its check.
 struct Sheet {
   EdsBank common = test::one_channel;
   std::array<EdsBank, 2> profiles{test::multiturn_12_20, test::multiturn_12_20};
@@ -119,13 +119,13 @@ BISS_TEST(EdsImage, TwoAgainstOne_TellsWhichLengthIsWrong) {
   sheet = {};
   sheet.set_bp3(0, "CO_LEN", 5);
   BISS_EXPECT(says_only(sheet, EdsPart::bp3, "CO_LEN", EdsProblem::lengths));
-  // DLEN_i outvotes the identifier, even where a count leaves bits to spare.
+  // DLEN_i and the lengths outvote the identifier, even where a count leaves unused bits.
   sheet = {};
   sheet.identifiers[0] = std::nullopt;
   sheet.set_bp3(0, "MT_CNT", 1000);
   sheet.set_bp3(0, "BP_ID", 0x6223);
   BISS_EXPECT(says_only(sheet, EdsPart::bp3, "BP_ID", EdsProblem::lengths));
-  // Without counts to bear them out, no length is more suspect than the other.
+  // Without counts as evidence, no length is more suspect than the other.
   sheet = {};
   sheet.profiles[0] = test::shortest_0;
   sheet.set_bp3(0, "BP_ID", 0x6222);

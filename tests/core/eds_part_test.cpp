@@ -16,7 +16,7 @@ namespace eds_part_test {
 static_assert(parse_bp3_part(test::multiturn_12_20).mt_len == 12);
 static_assert(build_bank(parse_common_part(test::one_channel)) == test::one_channel);
 
-// Each row typed again from the documents.
+// Each row of the documents, typed a second time.
 struct Row {
   std::string_view symbol;
   unsigned address;

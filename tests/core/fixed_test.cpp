@@ -1,4 +1,4 @@
-// The channel with constants against the frame codec that reads its format at run time.
+// The channel with a constant format compared with the codec that reads its format at run time.
 #include "biss/frame/fixed.hpp"
 
 #include <algorithm>
@@ -31,7 +31,7 @@ inline constexpr FrameFormat format_of =
 template <Text Format>
 using Fixed = FixedChannel<format_of<Format>.channel_list[0]>;
 
-// A line with nothing but lead, ACK, START, CDS, the payload and STOP.
+// A line with only lead, ACK, START, CDS, the payload and STOP.
 template <class Channel>
 Result<BasicFrame<1>, FrameFault> by_frame(std::uint64_t payload, const FrameFormat& format) {
   BitBuffer<80> line;
@@ -42,7 +42,7 @@ Result<BasicFrame<1>, FrameFault> by_frame(std::uint64_t payload, const FrameFor
   return decode_frame(line.view(), FrameCodec<CrcBitwise, 1>(format));
 }
 
-// Padding does not survive the way there and back.
+// Padding is not restored by encoding and decoding.
 template <Text Format, bool Padded = false>
 void expect_same_as_frame(std::uint64_t seed) {
   using Channel = Fixed<Format>;
@@ -107,8 +107,8 @@ BISS_TEST(FixedChannel, EveryFlippedBit_IsACrcFault) {
   }
 }
 
-// A whole line, one bit of it wrong in half the rounds, read with the format as a constant and as
-// data.
+// A complete line, with one wrong bit in half of the rounds, decoded with the format as a constant
+// and at run time.
 template <Text Format>
 void expect_same_as_codec(std::uint64_t seed) {
   constexpr FixedCodec<format_of<Format>> fixed;

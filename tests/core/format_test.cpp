@@ -170,7 +170,7 @@ static_assert(reads_back("mt12,st20:gray,nE,nW,lc6,pad3,crc16:0x190D9:0x1:plain+
 static_assert(parse_format("pos18,nE,nX").error() == FormatTextError{Mistake::unknown_item, 9});
 static_assert(parse_format("pos18,nE,nW,crc6")->payload_bits() == 26);
 
-/// A random text of the grammar, in at most one spelling a format.
+/// A random text of the grammar, with at most one spelling for each format.
 class TextMaker {
  public:
   explicit TextMaker(test::Random& random) : random_(random) {}

@@ -59,7 +59,7 @@ static_assert(returns(frame_of(0x3FFFF, false, true), PlainCodec(pos18)));
 static_assert(returns(frame_of(0, true, false), SmallCodec(pos18)));
 static_assert(decode_frame(BitView(), PlainCodec(pos18)).error().cause == FrameError::no_response);
 
-/// What cause_of() says of a frame that was accepted.
+/// The result of cause_of() for an accepted frame.
 constexpr auto accepted = static_cast<FrameError>(frame_error_count);
 
 template <class Codec>
@@ -72,7 +72,7 @@ constexpr FrameError cause_of(std::string_view levels, const FrameBounds& bounds
   return cause_of(line_of(levels).view(), PlainCodec(pos18), bounds);
 }
 
-/// Decodes with up to four bits of the word flipped and counts what is accepted.
+/// Decodes with up to four flipped bits in the word and counts accepted frames.
 class FlipCounter {
  public:
   explicit FlipCounter(const SmallCodec& codec, const FrameBits& bits, std::size_t first_bit)

@@ -1,4 +1,4 @@
-// Formats, lines and frames written short, for the tests of the frame codec.
+// Short notations for formats, lines and frames, for the tests of the frame codec.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ constexpr LineBits line_of(std::string_view levels) {
   return line;
 }
 
-/// One channel behind 2 leading ones and 3 clocks of ACK.
+/// One channel after 2 leading ones and 3 clocks of ACK.
 constexpr Frame frame_of(std::uint64_t position, bool nE = true, bool nW = true) {
   Frame frame;
   frame.channel_count = 1;

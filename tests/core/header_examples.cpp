@@ -1,5 +1,5 @@
-// The examples of the core's headers, compiled and never run. header_examples.py holds the lines
-// between two `// ----` against the header that is named.
+// The examples of the core's headers, compiled but never run. header_examples.py compares the lines
+// between two `// ----` with the named header.
 #include <array>
 #include <cstdint>
 #include <optional>

@@ -1,4 +1,4 @@
-// Master and slave read each other over two delay lines, the way out and the way back.
+// A master and a slave on two delay lines, one for MA and one for SLO.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -16,7 +16,7 @@ namespace master_slave_test {
 
 using namespace biss;
 
-/// A position that is the time it was taken at, in steps of 25 ns.
+/// The position is the sampling time in steps of 25 ns.
 struct Encoder {
   Picoseconds sampled{};
   bool next_cds = false;
@@ -47,7 +47,7 @@ using Codec = FixedCodec<format>;
 using ChainCodec = FixedCodec<chain_format>;
 constexpr std::size_t chain_bits = 64;
 
-/// A master, its cable, and slaves in a row, slave 0 at the far end.
+/// A master, its cable, and slaves in a daisy chain; slave 0 is at the far end.
 template <class MasterCodec, std::size_t Slaves>
 struct Link {
   using Encoders = std::array<Slave<Codec, Encoder, Slaves == 1 ? 0 : chain_bits>, Slaves>;
@@ -84,7 +84,7 @@ struct Link {
     while (next() < time) step(next());
     now = time;
   }
-  /// A request as soon as it may be.
+  /// Makes a request at the earliest permitted time.
   const auto& request(bool cdm = false) {
     rest_until(std::max(now, master.earliest()));
     drive(master.begin(now, way_back.level(now), cdm));
@@ -121,7 +121,7 @@ BISS_TEST(MasterAndSlave, AnyClockAndDelay_EveryPositionIsRead) {
         BISS_ASSERT_EQ(position_of(reading), Encoder::position_at(encoder.sampled))
             << "clock " << clock << ", delay " << delay;
         BISS_ASSERT(reading.line_delay == nanoseconds(delay));
-        // 3.25 us behind the first rising edge as it arrives.
+        // 3.25 us after the first rising edge as it arrives.
         BISS_ASSERT(encoder.sampled == reading.begin + period / 2 + nanoseconds(delay) / 2 +
                                            resolute.sampling_typical);
         BISS_ASSERT(!reading.marginal && reading.ready);
@@ -136,7 +136,7 @@ BISS_TEST(MasterAndSlave, HighestRate_IsTheDevices) {
                    slave_timing(resolute, microseconds(16)), nanoseconds(520));
   constexpr std::int64_t requests = 20;
   for (std::int64_t i = 0; i < requests; ++i) BISS_ASSERT(link.request().frame.ok());
-  // Each begins when SLO has risen, the delay later than the encoder is ready.
+  // Each request begins when SLO has risen: the line delay after the encoder is ready.
   const Picoseconds cycle = resolute.cycle_min + nanoseconds(520);
   BISS_EXPECT(link.master.reading().begin == (requests - 1) * cycle);
 }

@@ -1,5 +1,5 @@
-// The short cut of decode_frame() against the way step by step, and the look at two runs at once
-// against two searches: on good lines, on damaged ones and on noise.
+// The fast path of decode_frame() against the plain path, and the combined search for two runs
+// against two searches: on good lines, damaged lines and noise.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -27,7 +27,7 @@ struct Buffer {
   }
 };
 
-// Random ones, zeros and a one from `first` on; the rest is noise.
+// Random ones, zeros and a one from `first` on; all other bits are noise.
 Buffer runs(test::Random& random, std::size_t first) {
   Buffer buffer;
   for (auto& byte : buffer.bytes) byte = static_cast<std::uint8_t>(random.bits(8));

@@ -1,4 +1,5 @@
-// The encoder's end of the control communication, bit by bit against PROTOCOL's vectors and rules.
+// The encoder's end of the control communication, checked bit by bit with PROTOCOL's vectors and
+// rules.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -28,7 +29,7 @@ struct Bench {
   Bench(const Bench&) = delete;
   Bench& operator=(const Bench&) = delete;
 
-  /// The CDS index that is not as it should be; -1: none.
+  /// The index of the first wrong CDS bit; -1: none.
   constexpr int wrong_at(std::string_view cdm, std::string_view cds) {
     const auto at = first_difference(servers, cdm, cds);
     send_zeros(servers);
@@ -96,12 +97,12 @@ BISS_TEST(RegisterServer, DerivedCommands_AreAcceptedAndExecuted) {
   for (const TestRegisters& registers : bench.registers) {
     BISS_EXPECT(registers.broadcast[0] == 1 && registers.broadcast[1] == 1);
   }
-  // 01: slave 1 takes no ID any more.
+  // 01: slave 1 no longer takes an ID.
   BISS_EXPECT_EQ(bench.wrong_at("1001000000010011100000001", "1100000000000000 01000000 0"), -1);
   BISS_EXPECT(executed(1, 1) == 1 && executed(0, 1) == 0);
   BISS_EXPECT(!bench.servers[1].control_active(0) && bench.servers[0].control_active(0));
   BISS_EXPECT_EQ(bench.wrong_at("11001100000111001010000000000000", "1"), -1);
-  // It hears the broadcast all the same.
+  // It still receives the broadcast.
   BISS_EXPECT_EQ(bench.wrong_at("100000000001110011", "1"), -1);
   BISS_EXPECT(bench.servers[1].control_active(0));
   BISS_EXPECT_EQ(
@@ -112,7 +113,7 @@ BISS_TEST(RegisterServer, CommandWithoutEx_OrNotAccepted_IsDropped) {
   Bench<2> bench;
   BISS_EXPECT_EQ(bench.wrong_at("1010000000000010100000000", "1100000000000000 1"), -1);
   BISS_EXPECT_EQ(bench.wrong_at("100000000000111110", "11"), -1);
-  // Ones where IDA is due, and no S.
+  // Ones in place of IDA, and no S.
   BISS_EXPECT_EQ(bench.wrong_at("1010000000000010100010001", "1100000000000000 1"), -1);
   BISS_EXPECT_EQ(bench.wrong_at("1010000000000010000000001", "11"), -1);
   BISS_EXPECT_EQ(bench.wrong_at("100000000000111101", "11"), -1);
@@ -127,7 +128,7 @@ BISS_TEST(RegisterServer, BroadcastInReducedFrames_NeedsNoCds) {
   Bench<1> bench;
   for (const char bit : std::string_view("100000000000111111")) bench.servers[0].cdm(bit == '1');
   BISS_EXPECT_EQ(bench.registers[0].broadcast[0], 1);
-  // Nobody takes an ID without CDS.
+  // No slave takes an ID without CDS.
   send_zeros(bench.servers);
   for (const char bit : std::string_view("1010000000000010100000001")) {
     bench.servers[0].cdm(bit == '1');
@@ -139,7 +140,7 @@ BISS_TEST(RegisterServer, FourteenZeros_NotThirteen_LetAHeaderBegin) {
   for (const unsigned zeros : {0U, 1U, 13U, 14U, 15U, 300U}) {
     TestRegisters registers;
     std::array servers{Server({&registers})};
-    // From power-up, and behind a 1 that means nothing.
+    // From power-up, and after a 1 without meaning.
     for (int round = 0; round < 2; ++round) {
       send_zeros(servers, zeros);
       BISS_EXPECT_EQ(servers[0].idle(), zeros >= 14) << zeros;
@@ -190,7 +191,7 @@ BISS_TEST(RegisterServer, RAndWThatMeanNothing_AreNoAccess) {
   BISS_EXPECT_EQ(bench.wrong_at("1100010000000001 001 1111 1111 1111 1", "1"), -1);
   BISS_EXPECT_EQ(bench.wrong_at("1100010000000001 111 1111 1111 1111 1", "1000000000000000 11"),
                  -1);
-  // No S where it is due.
+  // S is missing.
   BISS_EXPECT_EQ(bench.wrong_at("1100010000000001 100 1111 1111 1111 1", "1000000000000000 1"), -1);
   BISS_EXPECT_EQ(bench.wrong_at("1100010000000001 010 0010 0010 0011 1", "1000000000000000 01"),
                  -1);
@@ -204,7 +205,7 @@ BISS_TEST(RegisterServer, SequentialRead_CountsUpToTheLastRegister) {
   BISS_EXPECT_EQ(bench.wrong_at("1 1 000 1111110 1111 10 1 000000000000 0 1 000000000000 0 1 0",
                                 "1000000000000000 10 1 00010001 1001 0 1 00100010 0011 1"),
                  -1);
-  // Don't-care bits may be ones; then 14 zeros have to come anew.
+  // Don't-care bits may be ones; then another 14 zeros must follow.
   BISS_EXPECT_EQ(bench.wrong_at("1 1 000 1111110 1111 10 1 111111111111 1 1 111111111111 1 1 1",
                                 "1000000000000000 10 1 00010001 1001 0 1 00100010 0011 1"),
                  -1);
@@ -255,7 +256,7 @@ BISS_TEST(RegisterServer, Busy_DelaysSAndNothingElse) {
   BISS_EXPECT_EQ(bench.wrong_at("1100010000000001 10 1111 000000000000 0 1111 000000000000 0",
                                 "1000000000000000 10 0001 00010001 1001 0 0001 00100010 0011"),
                  -1);
-  // The master gives up after two.
+  // The master ends the access after two busy frames.
   bench.registers[0].waited = 0;
   BISS_EXPECT_EQ(bench.wrong_at("1100010000000001 10 11 0 11 000000000", "1000000000000000 10"),
                  -1);
@@ -320,7 +321,7 @@ BISS_TEST(RegisterServer, DeviceOfSeveralSlaves_TakesConsecutiveIds) {
   std::array<TestRegisters, 3> registers{};
   std::array servers{RegisterServer<TestOwner, 3>({registers.data()})};
   registers[1].value[0x40] = 0x22;
-  // A predecessor takes the first two.
+  // A predecessor takes the first two IDs.
   for (unsigned i = 0; i < 14; ++i) servers[0].cdm(false);
   std::uint32_t seen = 0;
   for (const char bit : std::string_view("1100110000001010 10 1 000000000000")) {

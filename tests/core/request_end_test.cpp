@@ -1,4 +1,4 @@
-// How requests end that do not go well, and when the next may come.
+// The end of failed requests, and the earliest time of the next one.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -47,7 +47,7 @@ BISS_TEST(RequestEnd, AckLongerThanTheDeviceAllows_EndsWithMaHighForTheResetTime
   BISS_EXPECT_EQ(seen.rises, 9U);
   BISS_EXPECT(seen.end >= seen.last_rise + microseconds(20));
   BISS_EXPECT(master.reading().ready);
-  // The next one is read.
+  // The next request is read.
   device.script = script_of(77, 6);
   run(master, device, master.earliest());
   BISS_EXPECT_EQ(position_of(master.reading()), 77);
@@ -66,7 +66,7 @@ BISS_TEST(RequestEnd, ResetTime_IsTheDevicesOrAsAsked) {
   BISS_EXPECT(rest_after({TimeoutRule::fixed, microseconds(13)}, {}) == microseconds(13));
   BISS_EXPECT(rest_after({TimeoutRule::adaptive, {}}, {}) == microseconds(40));
   BISS_EXPECT(rest_after({TimeoutRule::adaptive, microseconds(50)}, {}) == nanoseconds(50'150));
-  // From the beginning, of which 9 clocks have passed.
+  // Measured from the beginning of the request, 9 clocks before.
   BISS_EXPECT(rest_after({TimeoutRule::cycle, nanoseconds(31'250)}, {}) == nanoseconds(30'400));
   BISS_EXPECT(rest_after({TimeoutRule::cycle, nanoseconds(100)}, {}) == nanoseconds(150));
   BISS_EXPECT(rest_after({}, microseconds(3)) == microseconds(3));
@@ -161,7 +161,7 @@ BISS_TEST(RequestEnd, Cdm_IsMasLevelUntilSloRises) {
     BISS_EXPECT_EQ(seen.rises, seen.falls);
     BISS_EXPECT(seen.shortest == period / 2);
     BISS_EXPECT(seen.end == seen.last_edge || !cdm);
-    // MA has been low until now: it shall be high for a while.
+    // MA was low until now, so it must be high for half a period.
     BISS_EXPECT(master.earliest() == seen.last_edge + period / 2);
   }
 }
@@ -174,7 +174,7 @@ BISS_TEST(RequestEnd, DamagedBits_KeepTheirCauseAndWaitForTheTimeout) {
     const bool cds = bit == 7;
     const bool stop = bit == 34;
     const Seen seen = run(master, device, master.earliest() + milliseconds(1));
-    if (bit == 6) continue;  // START: what follows may be anything
+    if (bit == 6) continue;  // START: any bits may follow
     BISS_EXPECT(cause_of(master.reading()) == (cds    ? FrameError::cds
                                                : stop ? FrameError::stop_bit
                                                       : FrameError::crc))
@@ -257,17 +257,17 @@ constexpr DeviceTiming by_time{.start_min = nanoseconds(500),
                                .cycle_min = microseconds(10)};
 constexpr MasterSetup trusting{.period = period, .timing = by_time, .trust_cycle_time = true};
 
-/// A master that has read a frame and is done while SLO is low.
+/// A master that has read a frame and is done while SLO is still low.
 Master after_a_frame(const MasterSetup& with = trusting, bool cdm = false) {
   Master master(Codec{}, with);
-  // SLO would rise 20 us after the last edge: it does not, as far as these tests go.
+  // SLO would rise 20 us after the last edge, which is after the end of these tests.
   ScriptedSlo device{.script = script_of(0x155), .delay = nanoseconds(300)};
   run(master, device, {}, cdm);
   BISS_EXPECT_EQ(position_of(master.reading()), 0x155);
   return master;
 }
 
-/// What comes of a request at the earliest time, with SLO high from `rise` to `fall` only.
+/// The result of a request at the earliest time, with SLO high only from `rise` to `fall`.
 FrameError cause_with_slo(Master master, Picoseconds rise, Picoseconds fall) {
   const Picoseconds begin = master.earliest();
   StepOutput out = master.begin(begin, false);
@@ -288,7 +288,7 @@ BISS_TEST(RequestEnd, FixedCycleTimeTrusted_EndsWithItAndTakesSloLow) {
   BISS_EXPECT(master.earliest() == microseconds(10));
   BISS_EXPECT(master.reading().ready);
   BISS_EXPECT(master.ready_by_time(microseconds(10)));
-  // The line delay and half a period of grace later, SLO must be high.
+  // After the line delay and half a period of grace, SLO must be high.
   BISS_EXPECT(master.ready_by_time(nanoseconds(10'349)));
   BISS_EXPECT(!master.ready_by_time(nanoseconds(10'350)));
   Master late = master;
@@ -318,7 +318,7 @@ BISS_TEST(RequestEnd, SloThatDoesNotRiseInTime_IsResponseRange) {
               FrameError::response_range);
   BISS_EXPECT(cause_with_slo(master, nanoseconds(349), microseconds(90)) ==
               FrameError::no_response);
-  // High for less than a clock was no end of a cycle.
+  // A high level shorter than a clock does not end a cycle.
   BISS_EXPECT(cause_with_slo(master, nanoseconds(200), nanoseconds(299)) ==
               FrameError::response_range);
   BISS_EXPECT(cause_with_slo(master, nanoseconds(300), nanoseconds(400)) == FrameError::no_start);

@@ -1,4 +1,4 @@
-// Requests for less than a frame, and CDM that is held from one to the next.
+// Requests for less than a frame, and CDM that is held between requests.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -57,7 +57,7 @@ constexpr DeviceTiming device_with(TimeoutRule rule) {
   return device;
 }
 
-/// A device without active channels, or at least its SLO: LAT, ACK, START, CDS, STOP.
+/// The SLO of a device without active channels: LAT, ACK, START, CDS, STOP.
 test::LineBits short_script(bool cds) { return test::line_of(cds ? "10000011" : "10000010"); }
 
 BISS_TEST(RequestKind, ControlOnlyWithActiveChannels_BringsCdsAndCdmAndStopsEarly) {
@@ -76,7 +76,7 @@ BISS_TEST(RequestKind, ControlOnlyWithActiveChannels_BringsCdsAndCdmAndStopsEarl
         const bool whole = random.below(4) == 0;
         const Reading& reading =
             link.request(whole ? RequestKind::frame : RequestKind::control_only, cdm);
-        // Where the master knows when the encoder is ready, it does not wait to see it.
+        // If the master knows when the encoder is ready, it does not wait for SLO.
         link.rest_until(link.now + nanoseconds(delay));
         BISS_ASSERT(reading.cds.has_value()) << "delay " << delay << ", request " << i;
         BISS_ASSERT_EQ(*reading.cds, encoder.next_cds) << "delay " << delay << ", request " << i;
@@ -89,7 +89,8 @@ BISS_TEST(RequestKind, ControlOnlyWithActiveChannels_BringsCdsAndCdmAndStopsEarl
           continue;
         }
         BISS_ASSERT(cause_of(reading) == FrameError::truncated);
-        // STOP's clock of a device without channels, those under way, one to set CDM in.
+        // The clock of STOP of a device without channels, the clocks in transit, and one clock to
+        // set CDM.
         const Picoseconds under_way = nanoseconds(delay) + clock;
         const auto most = static_cast<std::uint32_t>(under_way.count / clock.count);
         BISS_ASSERT(reading.clocks <= 4U + reading.ack_clocks + (delay == 0 ? 0U : most + 1U));
@@ -102,7 +103,7 @@ BISS_TEST(RequestKind, CdmThatAnswersCds_ArrivesWithTheSameRequest) {
   BISS_RANDOM(random, 0x3103);
   for (const TimeoutRule rule : {TimeoutRule::adaptive, TimeoutRule::fixed, TimeoutRule::cycle}) {
     for (std::uint32_t i = 0; i < test::rounds(200, 8); ++i) {
-      // More than the whole payload may be under way.
+      // More bits than the complete payload may be in transit.
       const Picoseconds delay = picoseconds(random.below(i % 2 == 0 ? 9'000'000 : 300'000));
       MasterSetup with{.period = period, .timing = device_with(rule)};
       with.hold_cdm = random.flip();
@@ -152,7 +153,7 @@ BISS_TEST(RequestKind, ControlOnlyWithoutChannels_IsTheShortFrameAndEndsWithSlo)
           BISS_EXPECT(reading.ready);
           BISS_EXPECT_EQ(device.ma_at_timeout, !cdm) << "delay " << delay;
           BISS_EXPECT_EQ(out.level, !(hold && cdm));
-          // The timeout behind the last edge, there and back.
+          // The timeout after the last edge, and the line delay in both directions.
           BISS_EXPECT(now - rise <= microseconds(20) + period + nanoseconds(delay));
         }
       }
@@ -169,7 +170,7 @@ BISS_TEST(RequestKind, ControlOnlyThatStopsAtAOne_HoldsCdmForTheLongestTimeout) 
     Picoseconds now{};
     Picoseconds last{};
     while (!master.done()) {
-      // It held still until now.
+      // MA was unchanged until now.
       if (out.level != ma) last = now;
       ma = out.level;
       device.step(now, ma);
@@ -205,7 +206,7 @@ BISS_TEST(RequestKind, Reduced_IsTwoClocksAndCarriesCdm) {
           BISS_ASSERT_EQ(encoder.last_cdm, cdm) << "delay " << delay << ", request " << i;
           BISS_ASSERT(reading.ready && link.shortest >= clock / 2);
         }
-        // The encoder is none the worse for it.
+        // The encoder works normally afterwards.
         BISS_ASSERT(link.request().frame.ok());
       }
     }
@@ -223,7 +224,7 @@ BISS_TEST(RequestKind, ReducedWithoutAnswer_IsNoResponseAndMaIsHigh) {
     BISS_EXPECT_EQ(reading.clocks, 2);
     BISS_EXPECT(link.driven.level);
     BISS_EXPECT_EQ(link.falls, 3U);
-    // CDM went out all the same: the line delay is waited for with MA low.
+    // CDM was sent anyway: the master waits for the line delay with MA low.
     BISS_EXPECT(link.device.slaves[0].source().last_cdm);
     BISS_EXPECT(link.now >= link.last_edge + microseconds(20));
   }

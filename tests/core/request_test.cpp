@@ -1,4 +1,4 @@
-// What a master reads: line delay, sampling point, clocks.
+// The readings of a master: line delay, sampling point, clocks.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -34,7 +34,7 @@ BISS_TEST(Request, DeviceWithoutDelay_IsReadWithJustItsClocks) {
   BISS_EXPECT_EQ(seen.rises, reading.clocks);
   BISS_EXPECT_EQ(seen.falls, reading.clocks);
   BISS_EXPECT(seen.shortest == period / 2);
-  // Ready as soon as SLO is high again.
+  // The master is ready as soon as SLO is high again.
   BISS_EXPECT(seen.end == seen.last_rise + microseconds(20));
 }
 
@@ -54,7 +54,7 @@ BISS_TEST(Request, AnyLineDelay_IsMeasuredAndMadeUpFor) {
     BISS_ASSERT_EQ(position_of(reading), position) << "delay " << delay.count;
     BISS_ASSERT_EQ(reading.line_delay.value_or(never).count, delay.count);
     BISS_ASSERT(!reading.marginal && reading.ready);
-    // The clock knows where to stop unless the whole rest of the frame is on its way.
+    // The clock stops after STOP unless the complete rest of the frame is in transit.
     const std::int64_t under_way = (delay.count + clock.count) / clock.count;
     BISS_ASSERT(reading.clocks >= 4U + ack + payload_bits);
     BISS_ASSERT(under_way > payload_bits || reading.clocks == 4U + ack + payload_bits);
@@ -104,7 +104,7 @@ BISS_TEST(Request, WithoutCompensation_ShortDelayIsReadAndNearHalfAPeriodIsMargi
     ScriptedSlo device{.script = script_of(0x2F0F3), .delay = nanoseconds(delay)};
     run(master, device, {});
     const Reading& reading = master.reading();
-    // Far from the moment of change every bit is seen, only later.
+    // Far from the change of SLO, every bit is read, only later.
     const std::int64_t from_change = (delay + 50) % 100;
     const bool near = from_change <= 5 || from_change >= 95;
     BISS_ASSERT_EQ(reading.marginal, near) << "delay " << delay;
@@ -120,7 +120,8 @@ BISS_TEST(Request, ChangeAndSampleAtOnce_EitherMayBeToldFirst) {
   plain.compensate = false;
   Master change_first(Codec{}, plain);
   Master sample_first(Codec{}, plain);
-  // Half a period of delay: changes fall on samples. `run` tells both in one call.
+  // With half a period of delay, changes of SLO coincide with samples. `run` reports both in one
+  // call.
   ScriptedSlo device{.script = script_of(0x12345), .delay = period / 2};
   ScriptedSlo same = device;
   run(change_first, device, {});

@@ -1,4 +1,4 @@
-// A master and its device as the tests of requests use them.
+// A master and its device for the tests of requests.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// A safety encoder that can be made to err, and a monitor on it, for the tests of biss/safety.
+// A safety encoder with injected faults and its monitor, for the tests of biss/safety.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ namespace biss::test {
 
 using RunPlan = SafetyPlan<2>;
 
-/// What an encoder puts into the two words.
+/// The content of the two words.
 struct SafetyWords {
   std::uint64_t cpw = 0;
   std::uint64_t spw = 0;
@@ -25,7 +25,7 @@ struct SafetyWords {
   bool spw_nW = true;
 };
 
-/// One frame of two channels behind 2 leading ones and `ack` zeros. \pre the values fit
+/// One frame of two channels after 2 leading ones and `ack` zeros. \pre the values fit
 template <class Plan>
 constexpr FrameBits bits_of(const Plan& plan, const SafetyWords& words, std::uint16_t ack = 3) {
   BasicFrame<2> frame;
@@ -38,7 +38,7 @@ constexpr FrameBits bits_of(const Plan& plan, const SafetyWords& words, std::uin
   return *encode_frame(frame, plan.codec());
 }
 
-/// The two findings of one frame, which have to be the same.
+/// The two findings of one frame, which must be equal.
 template <class Plan>
 struct Findings {
   SafetyFinding first;
@@ -72,7 +72,7 @@ class SafetyBench {
 
   const RunPlan& plan() const { return plan_; }
 
-  /// The next frame of an encoder without fault, a cycle later.
+  /// The next frame of an encoder without faults, one cycle later.
   SafetyJudgement good() { return send(next()); }
   /// Good frames.
   SafetyJudgement good(unsigned frames) {
@@ -86,7 +86,7 @@ class SafetyBench {
     while (monitor.state() != SafetyState::safe && frames++ < most) good();
     return frames;
   }
-  /// What the encoder would send next; it is then sent, and counted.
+  /// The next words of the encoder. They count as sent.
   SafetyWords next() {
     counter = counter == 63 ? lowest : counter + 1U;
     position += 1000;
@@ -97,13 +97,13 @@ class SafetyBench {
             .spw = (position & low_mask(36)) >> 8U,
             .life_counter = counter};
   }
-  /// A cycle later.
+  /// Sends these words, one cycle later.
   SafetyJudgement send(const SafetyWords& sent) {
     wait();
     const FrameBits bits = bits_of(plan_, sent);
     return monitor.step(now, bits.view());
   }
-  /// A frame in which bits changed.
+  /// A frame with changed bits.
   SafetyJudgement send_flipped(std::size_t payload_bit) {
     FrameBits bits = bits_of(plan_, next());
     bits.flip(2U + 3U + 2U + payload_bit);

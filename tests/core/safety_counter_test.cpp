@@ -1,4 +1,4 @@
-// The sign of life: every value behind every other, both ranges, learning, and a wrong setup.
+// The sign of life: every value after every other, both ranges, learning, and a wrong setup.
 #include "biss/safety/field_evaluation.hpp"
 #include "tests/core/safety_bench.hpp"
 #include "tests/core/test.hpp"
@@ -9,7 +9,7 @@ namespace safety_counter_test {
 using enum SafetyVerdict;
 using test::SafetyBench;
 
-// The verdict by counting on, frame by frame.
+// The expected verdict, computed frame by frame.
 SafetyVerdict expected_verdict(unsigned last, unsigned value, unsigned lowest, unsigned near) {
   if (value == last) return counter_repeated;
   if (value < lowest) return value == 0 && last == 63 ? counter_mode : counter_foreign;
@@ -47,7 +47,7 @@ BISS_TEST(SafetyCounter, EveryValueBehindEveryOther_HasItsVerdict) {
   }
 }
 
-// A counter of that range, which has been seen, at that place.
+// A counter with this range, already detected, and the last value `last`.
 LifeCounter counter_at(unsigned last, unsigned lowest) {
   LifeCounter counter(lowest == 1 ? CounterMode::count_1_63 : CounterMode::count_0_63);
   counter.accept(63, 0, 2);
@@ -144,7 +144,7 @@ BISS_TEST(SafetyCounter, WrongRangeInTheSetup_IsNamedAtTheFirstRollOver) {
     BISS_EXPECT_EQ(told.verdict, counter_mode) << lowest;
     BISS_EXPECT_EQ(bench.counter, lowest);
     BISS_EXPECT_EQ(told.state, SafetyState::latched);
-    // And again, however often it is acknowledged.
+    // The verdict is the same after each acknowledgement.
     bench.monitor.acknowledge();
     told = {};
     for (unsigned i = 0; i < 70 && told.verdict != counter_mode; ++i) told = bench.good();
@@ -177,7 +177,7 @@ BISS_TEST(SafetyCounter, ARangeThatWasSeen_MakesTheSameStepALoss) {
   while (bench.counter != 63) bench.good();
   bench.next();
   BISS_EXPECT_EQ(bench.good().verdict, counter_skipped);
-  // What is known of the device stays, until it may be another one.
+  // The learned range is kept until another device may be connected.
   bench.monitor.acknowledge();
   bench.until_safe();
   while (bench.counter != 63) bench.good();
@@ -198,7 +198,7 @@ BISS_TEST(SafetyCounter, ARollOverWithAMissedFrame_IsNoProofOfTheRange) {
   });
   bench.until_safe();
   while (bench.counter != 63) bench.good();
-  // The encoder leaves out 0, which might as well have been in the frame that is missing.
+  // The encoder skips 0, which could also be in the missing frame.
   BISS_EXPECT(bench.silence().tolerated);
   BISS_EXPECT_EQ(bench.good().verdict, safe);
   BISS_EXPECT_EQ(bench.counter, 1);
@@ -215,13 +215,13 @@ BISS_TEST(SafetyCounter, Learned_ReportsTheRangeAndIsSafeFromTheSecondRollOver) 
       });
       bench.lowest = lowest;
       BISS_EXPECT(!bench.monitor.counter_mode());
-      // From 11 to 63, and the rounds behind that.
+      // From 11 to 63, then the further rounds.
       const unsigned frames = 53U + (rollovers - 1U) * (64U - lowest) + 1U;
       BISS_EXPECT_EQ(bench.until_safe(400), frames) << lowest;
       BISS_EXPECT(bench.monitor.counter_mode() ==
                   (lowest == 1 ? CounterMode::count_1_63 : CounterMode::count_0_63));
       for (unsigned i = 0; i < 200; ++i) BISS_EXPECT_EQ(bench.good().verdict, safe) << i;
-      // As exact from here on as if it had been set up.
+      // From here on the range is as strict as a configured one.
       while (bench.counter != 63) bench.good();
       bench.counter = lowest == 0 ? 0 : 63;
       auto words = bench.words();
@@ -235,12 +235,12 @@ BISS_TEST(SafetyCounter, Learned_BeginsAnewWhereTheRollOversDiffer) {
   SafetyBench bench([](SafetySetup& setup) { setup.counter.mode = CounterMode::learned; });
   bench.lowest = 0;
   while (bench.counter != 0) bench.good();
-  // The next 0 is lost, and one does not know.
+  // The next 0 is lost, so the range is undecided.
   while (bench.counter != 63) bench.good();
   bench.next();
   BISS_EXPECT_EQ(bench.good().verdict, starting);
   BISS_EXPECT(!bench.monitor.counter_mode());
-  // It takes two in a row again, and then it is the right one.
+  // Two consecutive roll-overs decide it again, with the right range.
   while (bench.counter != 0) bench.good();
   BISS_EXPECT(!bench.monitor.counter_mode());
   bench.good(64);

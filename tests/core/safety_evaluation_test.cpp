@@ -1,5 +1,5 @@
 // The two evaluations of one frame: published and derived words, fields, flags, the comparison, and
-// that they agree on whatever is on the line.
+// their agreement on any bits.
 #include <algorithm>
 #include <array>
 #include <span>
@@ -56,7 +56,8 @@ BISS_TEST(SafetyWords, PublishedSpwOfAn21_IsTakenAndMade) {
 
 BISS_TEST(SafetyWords, PublishedCaptureOfTi_IsTakenAndMade) {
   // TI motor-control-sdk: turns 65535 of 16 bits, 2924 of 12 bits, e_w = 1 (nE 0), LC 57, 0xD79F.
-  // Its CPW is not printed; the one of the same value has nE 1 here, so that the SPW's is seen.
+  // Its CPW is not published. The CPW of the same value has nE = 1 here, so that the nE of the SPW
+  // decides.
   const RunPlan plan = plan_of("mt16,st12,nE,nW,crc6+mt16,st12,nE,nW,lc6,crc16");
   const std::uint64_t place = 65535U * 4096ULL + 2924U;
   const std::uint64_t cpw = place * 4U + 3U;
@@ -118,7 +119,7 @@ BISS_TEST(SafetyWords, DerivedSpws_AreTakenAndMadeWithBothStartValues) {
     const FrameBits made =
         test::bits_of(plan, {.cpw = each.cpw, .spw = spw, .life_counter = each.life_counter});
     BISS_EXPECT_EQ(made.view().word(line.size_bits() - 17U, 16), each.crc);
-    // The other encoder's frame, where start values tell them apart.
+    // The frame of the other encoder, where the start values differ.
     format.channel_list[1].crc.start = static_cast<std::uint16_t>(1U - each.start);
     BISS_EXPECT(Findings(RunPlan(format, {}), line.view()).are(spw_crc));
   }
@@ -127,7 +128,7 @@ BISS_TEST(SafetyWords, DerivedSpws_AreTakenAndMadeWithBothStartValues) {
   BISS_EXPECT_EQ(test::plan_of("fs-32-32").codec().crc(0, 0x12345678U * 4ULL + 3U), 0x05);
 }
 
-// The comparison by trying every offset.
+// The comparison, computed by a search over every offset.
 BISS_TEST(SafetyComparison, EveryDistance_IsMeasuredTheShortWayRound) {
   // 6 bits against 4: all positions of both.
   for (const std::uint8_t bits : {std::uint8_t{0}, std::uint8_t{3}, std::uint8_t{4}}) {
@@ -168,7 +169,7 @@ BISS_TEST(SafetyComparison, TurnsAreOneNumberWithTheSingleturnOrIgnored) {
     BISS_EXPECT_EQ(verdict(0x123'0000, 0x123'FFF), carry ? comparison : safe);
     BISS_EXPECT_EQ(verdict(0x123'0000, 0x124'000), carry ? comparison : safe);
     BISS_EXPECT_EQ(verdict(0x123'0000, 0x122'FF0), carry ? comparison : comparison);
-    BISS_EXPECT_EQ(verdict(0x000'0000, 0xFFF'FFF), safe);  // the last turn's end is next to 0
+    BISS_EXPECT_EQ(verdict(0x000'0000, 0xFFF'FFF), safe);  // the end of the last turn is next to 0
     BISS_EXPECT_EQ(verdict(0xFFF'FFFF, 0x000'000), safe);
     BISS_EXPECT_EQ(verdict(0x000'0000, 0xFFF'000), carry ? comparison : safe);
   }
@@ -225,8 +226,8 @@ BISS_TEST(SafetyFinding, OfACoarserCpwOrWordsInTheOtherOrder_IsFoundToo) {
   }
 }
 
-// Bits whose last byte is the last one of its storage: a look behind it stops the compiler, where
-// it evaluates, and is a sanitizer's finding.
+// Bits whose last byte is the last one of their storage. A read beyond the end stops the compiler
+// in a constant expression, and is a finding of the sanitizer at run time.
 class TightLine {
  public:
   constexpr explicit TightLine(const BitView& bits)
@@ -246,7 +247,7 @@ class TightLine {
   std::size_t size_bits_;
 };
 
-// The shortest frame of all in a plan with room for the longest ones, and cut.
+// The shortest frame, complete and cut, in a plan with room for the longest ones.
 constexpr bool reads_nothing_behind_the_end() {
   const SafetyConfiguration& type = *find_safety_configuration("rxm");
   const SafetyPlan<2, CrcBitwise> plan(type.frame_format(), type.setup);
@@ -263,8 +264,7 @@ constexpr bool reads_nothing_behind_the_end() {
 }
 static_assert(reads_nothing_behind_the_end());
 
-// Frames that are nearly right, and lines that are not frames at all, cut at any place and with any
-// bounds: one finding.
+// Nearly valid frames and random lines, cut at any place and with any bounds, give equal findings.
 template <class Plan>
 void expect_one_finding(const Plan& plan, test::Random& random, std::uint64_t rounds) {
   test::LineBits line;

@@ -1,4 +1,4 @@
-// The eight faults of a transmission by IEC 61784-3: each has its verdict in the cycle it should.
+// The eight transmission errors of IEC 61784-3: each gives its verdict in the specified cycle.
 #include <array>
 
 #include "biss/safety/monitor.hpp"
@@ -13,24 +13,25 @@ using enum SafetyVerdict;
 using test::SafetyBench;
 using test::SafetyWords;
 
-// Commits the fault; what is told of the first frame, or tick, from which it can be seen.
+// Injects the fault. Returns the judgement of the first frame or tick in which it can be detected.
 using Commit = SafetyJudgement (*)(SafetyBench&);
 
 struct Kind {
   TransmissionError kind;
   SafetyVerdict verdict;
-  /// From the first frame that is not as it should be, or is not there, to the verdict.
+  /// The time from the first wrong or missing frame to the verdict.
   unsigned reaction_cycles;
   Commit commit;
 };
 
-// In the order of the kinds; a kind may show in several ways, the first one is its measure's.
+// In the order of the kinds. A kind may have several symptoms; the first one is that of its
+// measure.
 constexpr Kind kinds[] = {
     {TransmissionError::corruption, spw_crc, 0, [](SafetyBench& b) { return b.send_flipped(60); }},
     {TransmissionError::corruption, cpw_crc, 0, [](SafetyBench& b) { return b.send_flipped(20); }},
     {TransmissionError::corruption, comparison, 0,
      [](SafetyBench& b) {
-       // Whatever passed the CPW's CRC.
+       // A corruption that passed the CPW's CRC.
        SafetyWords words = b.next();
        words.cpw ^= std::uint64_t{1} << 30U;
        return b.send(words);
@@ -39,7 +40,7 @@ constexpr Kind kinds[] = {
      [](SafetyBench& b) { return b.send(b.words()); }},
     {TransmissionError::sequence, counter_backwards, 0,
      [](SafetyBench& b) {
-       // The frame before the last one, once more.
+       // Repeats the frame before the last one.
        b.counter -= 1;
        return b.send(b.words());
      }},
@@ -51,7 +52,7 @@ constexpr Kind kinds[] = {
     {TransmissionError::loss, no_frame, 0, [](SafetyBench& b) { return b.silence(); }},
     {TransmissionError::loss, watchdog, 1,
      [](SafetyBench& b) {
-       // Not even the master knows of it: nothing is stepped.
+       // The master does not notice it either: no step is made.
        b.now = *b.monitor.deadline() + picoseconds(1);
        return b.monitor.watch(b.now);
      }},
@@ -82,14 +83,14 @@ constexpr Kind kinds[] = {
      }},
     {TransmissionError::addressing, counter_foreign, 0,
      [](SafetyBench& b) {
-       // Another encoder, somewhere else, which counts for itself.
+       // Another encoder with another position and its own counter.
        b.position = 77;
        b.counter += 31;
        return b.good();
      }},
     {TransmissionError::addressing, spw_crc, 0,
      [](SafetyBench& b) {
-       // The same with a start value of its own.
+       // The same with another start value.
        FrameFormat format = b.plan().format();
        format.channel_list[1].crc.start = 0x1234;
        const FrameBits bits = test::bits_of(test::RunPlan(format, b.plan().setup()), b.next());
@@ -102,7 +103,7 @@ BISS_TEST(SafetyKinds, EachFault_HasItsVerdictInItsCycleAndThePositionIsWithheld
   for (const Kind& each : kinds) {
     SafetyBench bench([](SafetySetup& setup) { setup.frame_gap_min = SafetyBench::cycle * 3 / 4; });
     bench.until_safe();
-    // Wherever the counter's roll-over is far enough for the names.
+    // Far enough from the counter's roll-over for the verdicts of this table.
     while (bench.counter != 25) bench.good();
     const Picoseconds last_good = bench.now;
     const SafetyJudgement told = each.commit(bench);
@@ -128,7 +129,7 @@ BISS_TEST(SafetyKinds, EveryKind_HasOneVerdictOfItsOwn) {
   BISS_EXPECT_EQ(seen, transmission_error_count);
 }
 
-// Which others there may be, written out.
+// The other possible verdicts, listed explicitly.
 BISS_TEST(SafetyKinds, EveryKind_MayShowInTheWaysOfItsRow) {
   constexpr std::array<std::array<bool, 18>, transmission_error_count> may_be = [] {
     std::array<std::array<bool, 18>, transmission_error_count> made{};
@@ -140,7 +141,7 @@ BISS_TEST(SafetyKinds, EveryKind_MayShowInTheWaysOfItsRow) {
           TransmissionError::addressing}) {
       allow(kind, no_frame, cpw_crc, spw_crc, cpw_error, spw_error, comparison);
     }
-    // Whatever is wrong, the counter may be it.
+    // The counter may report any kind.
     for (auto& kind : made) {
       for (const SafetyVerdict verdict :
            {counter_mode, counter_repeated, counter_skipped, counter_backwards, counter_foreign}) {

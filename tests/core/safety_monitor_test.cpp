@@ -1,4 +1,4 @@
-// The safety monitor's states: start-up, safe, latched; time; the budget; the self test.
+// The safety monitor's states: starting, safe, latched; time; the budget; the self test.
 #include "biss/safety/monitor.hpp"
 #include "tests/core/safety_bench.hpp"
 #include "tests/core/test.hpp"
@@ -192,7 +192,7 @@ BISS_TEST(SafetyMonitor, Budget_ToleratesSoManyFaultsInAnyWindow) {
   }
   BISS_EXPECT(bench.send_flipped(50).tolerated);
   bench.good();
-  // Seven cycles behind the second last one.
+  // Seven cycles after the second last one.
   const SafetyJudgement told = bench.send_flipped(50);
   BISS_EXPECT_EQ(told.verdict, spw_crc);
   BISS_EXPECT(!told.tolerated);
@@ -226,7 +226,7 @@ BISS_TEST(SafetyMonitor, Budget_IsEmptyAgainAfterRestartAndHasNoRoomForTimeOrSet
   BISS_EXPECT(bench.send_flipped(1).tolerated);
   bench.good();
   BISS_EXPECT_EQ(bench.monitor.watch(bench.now + milliseconds(1)).state, SafetyState::latched);
-  // The counter leaves out 0: the setup is wrong.
+  // The counter skips 0: the setup is wrong.
   bench.monitor.acknowledge();
   bench.counter = 50;
   bench.until_safe();
@@ -284,7 +284,7 @@ BISS_TEST(SafetyMonitor, ReadersResult_IsJudgedAsTheBitsAre) {
   const SafetyJudgement told = bench.monitor.step(bench.now, bits.view(), frame);
   BISS_EXPECT_EQ(told.verdict, safe);
   BISS_EXPECT_EQ(*told.position, bench.position);
-  // A reader that saw another frame than the line shows.
+  // A reader with another frame than the line.
   const auto other = test::bits_of(bench.plan(), bench.next());
   bench.now += SafetyBench::cycle;
   BISS_EXPECT_EQ(bench.monitor.step(bench.now, other.view(), frame).verdict, disagreement);
@@ -368,7 +368,7 @@ BISS_TEST(SafetyMonitor, SelfTest_PassesWithEveryConfigurationAndSetup) {
   }
 }
 
-// The plan that is known while compiling, and all of it while compiling.
+// A plan known at compile time, and all steps in a constant expression.
 constexpr bool works_while_compiling() {
   constexpr const SafetyConfiguration& type = *find_safety_configuration("rsm");
   SafetyMonitor<FixedSafetyPlan<type.frame_format(), type.setup, CrcBitwise>> monitor;

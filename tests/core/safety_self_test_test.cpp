@@ -1,4 +1,4 @@
-// The power-up test of the safety monitor against monitors of which one part does not work.
+// The self test of the safety monitor, run on monitors with one defective part.
 #include "biss/safety/monitor.hpp"
 
 #include "tests/core/safety_bench.hpp"
@@ -10,8 +10,8 @@ namespace safety_self_test_test {
 using enum SafetyVerdict;
 using Plan = test::RunPlan;
 
-// What both evaluations make of a finding, the second one alone, and the monitor of a verdict;
-// changed by each test.
+// The result of a finding in both evaluations, of a finding in the second evaluation, and of a
+// verdict in the monitor. Each test changes one of them.
 struct Sabotage {
   SafetyFinding (*finding)(SafetyFinding, const BitView&) = [](SafetyFinding found,
                                                                const BitView&) { return found; };
@@ -125,7 +125,7 @@ BISS_TEST(SafetySelfTest, OfEvaluationsThatOverlookTheLine_Fails) {
     if (bits.size_bits() < 100) found.cause = safe;
     return found;
   }}));
-  // STOP, and CDS behind START: 1, 0, 1.
+  // STOP, and CDS after START: 1, 0, 1.
   BISS_EXPECT(!passes({.finding = [](SafetyFinding found, const BitView& bits) {
     if (bits.size_bits() == 101 && bits[100]) found.cause = safe;
     return found;
@@ -147,7 +147,7 @@ BISS_TEST(SafetySelfTest, OfAMonitorThatLetsOneThingPass_Fails) {
   BISS_EXPECT(!passes({.watch = turned<watchdog>}));
   BISS_EXPECT(!passes({.step = turned<latched>}));
   BISS_EXPECT(!passes({.step = turned<disagreement>}));
-  // Never safe; without a latch nothing else shows it.
+  // A monitor that is never safe; without a latch no other check detects it.
   BISS_EXPECT(!passes({.step = turned<safe, starting>}, false));
 }
 
@@ -184,7 +184,7 @@ BISS_TEST(SafetySelfTest, InOperation_BeginsAnewAndForgetsAllButTheSetup) {
   BISS_EXPECT(bench.monitor.self_test());
   BISS_EXPECT_EQ(bench.monitor.state(), SafetyState::starting);
   BISS_EXPECT(!bench.monitor.counter_mode() && !bench.monitor.deadline());
-  // Later, at another number.
+  // Later, with another counter value.
   bench.counter = 40;
   bench.now += milliseconds(1);
   BISS_EXPECT_EQ(bench.good().verdict, starting);
@@ -207,7 +207,7 @@ BISS_TEST(SafetySelfTest, OfAFrameWithMoreChannels_PassesAndKnowsWhoseCrcIsWhose
   const auto format = test::format_of("pos9,crc6+pos20,nE,nW,lc6,crc16+pos24,nE,nW,crc6+pad8");
   SafetyMonitor<SafetyPlan<4>> monitor(SafetyPlan<4>(format, setup));
   BISS_EXPECT(monitor.self_test());
-  // One that does not look at the third channel's CRC.
+  // A monitor that ignores the third channel's CRC.
   using Wide = SafetyPlan<4>;
   SafetyMonitor<Wide, FirstOf<Wide>, SecondOf<Wide>> blind(Wide(format, setup));
   BISS_EXPECT(blind.self_test());

@@ -163,7 +163,8 @@ BISS_TEST(SafetyVerdicts, EveryKindOfFault_HasAMeasureThatIsAFault) {
   BISS_EXPECT(safety_measures[0].may_be(cpw_crc) && safety_measures[3].may_be(watchdog));
 }
 
-// Repeated from long ago, or more lost between two requests than are near.
+// Any distance may be an old frame repeated, or a loss of more than the near frames between two
+// requests.
 BISS_TEST(SafetyVerdicts, CounterOfAnyDistance_IsARepetitionsAndALossesToo) {
   LifeCounter counter(CounterMode::count_1_63);
   for (std::uint8_t value = 60; value != 3; value = value == 63 ? 1 : value + 1) {

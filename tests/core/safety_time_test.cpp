@@ -1,5 +1,5 @@
-// The safety monitor and time: a clock that wraps around, stands still or jumps; the budget of
-// faults over start-ups and over ages.
+// The safety monitor and time: a clock that wraps around, stops or jumps; the budget of faults
+// across start-ups and across ages.
 #include <array>
 #include <limits>
 
@@ -16,7 +16,7 @@ using test::SafetyBench;
 constexpr Picoseconds end_of_time{std::numeric_limits<std::int64_t>::max()};
 constexpr Picoseconds begin_of_time{std::numeric_limits<std::int64_t>::min()};
 
-// A bench whose clock shows this at its first frame.
+// A bench with this time at its first frame.
 SafetyBench bench_at(Picoseconds first, const auto& change) {
   SafetyBench bench(change);
   bench.now = safety_detail::later(first, -SafetyBench::cycle);
@@ -89,7 +89,7 @@ BISS_TEST(SafetyTime, WatchThatBites_LeavesNothingToTheFrameBehindIt) {
   BISS_EXPECT_EQ(bench.good().verdict, safe);
 }
 
-// One fault a window is tolerated; good frames for a second start-up, then a second fault.
+// One fault per window is tolerated. Good frames follow for a second start-up, then a second fault.
 BISS_TEST(SafetyTime, Budget_IsOfAWindowWhateverStartUpsItHolds) {
   const auto one_fault = [](SafetySetup& setup) {
     setup.budget = {.faults = 1, .window = SafetyBench::cycle * 20};
@@ -109,7 +109,7 @@ BISS_TEST(SafetyTime, Budget_IsOfAWindowWhateverStartUpsItHolds) {
       BISS_EXPECT_EQ(bench.send_flipped(50).tolerated, goods == 19) << goods;
     }
   }
-  // Another encoder has another line.
+  // Another encoder is on another line.
   SafetyBench bench(one_fault);
   bench.until_safe();
   BISS_EXPECT(bench.send_flipped(50).tolerated);
@@ -131,7 +131,7 @@ BISS_TEST(SafetyTime, Budget_IsNotSpentByFaultsOfTheClocksLastRound) {
       bench.good();
     }
     bench.good(20);
-    // As if these good frames had gone on for half a round.
+    // As if these good frames had lasted for half a round of the clock.
     bench.now = safety_detail::later(bench.now, end_of_time - SafetyBench::cycle * 2);
     BISS_EXPECT_EQ(bench.good().verdict, watchdog);
     bench.until_safe();
@@ -143,7 +143,8 @@ BISS_TEST(SafetyTime, Budget_IsNotSpentByFaultsOfTheClocksLastRound) {
   }
 }
 
-// As the budget's text says: no span of a window has more, by a list of all that was tolerated.
+// The budget's contract: no window contains more faults than the budget. Checked on a list of all
+// tolerated faults.
 BISS_TEST(SafetyTime, Budget_HoldsInEverySpanOfRandomFaults) {
   BISS_RANDOM(random, 0x5AFE'0010);
   for (const std::uint8_t faults :

@@ -1,4 +1,4 @@
-// A device that answers from a script, at the end of a delay line: for the tests of the master.
+// A device that answers from a script through a delay line, for the tests of the master.
 #pragma once
 
 #include <algorithm>
@@ -13,14 +13,15 @@
 
 namespace biss::test {
 
-/// Levels on their way, at most `Capacity`; what is put in comes out `delay` later, in order.
+/// Levels in transit, at most `Capacity`. Each level comes out `delay` after it was put in, in
+/// order.
 template <std::size_t Capacity>
 class BasicDelayLine {
  public:
   constexpr explicit BasicDelayLine(Picoseconds delay) : delay_(delay) {}
 
   void put(Picoseconds now, bool level) { put_at(now + delay_, level); }
-  /// \pre not before what is on its way already
+  /// \pre not before the levels in transit
   void put_at(Picoseconds time, bool level) {
     if (level == last_) return;
     BISS_ASSERT(size_ != ring_.size());
@@ -28,7 +29,7 @@ class BasicDelayLine {
     ring_[(first_ + size_++) % ring_.size()] = {time, level};
   }
   constexpr Picoseconds next() const { return size_ == 0 ? never : ring_[first_].time; }
-  /// Lets out what has arrived; the level at the end.
+  /// Removes the levels that have arrived. Returns the level at the end.
   constexpr bool level(Picoseconds now) {
     while (size_ != 0 && ring_[first_].time <= now) {
       level_ = ring_[first_].level;
@@ -53,13 +54,13 @@ class BasicDelayLine {
 
 using DelayLine = BasicDelayLine<128>;
 
-/// Puts bit k of the script on SLO at rising edge k + 1 of MA, 0 behind the last one, and 1 when MA
-/// has rested for `timeout`.
+/// Puts bit k of the script on SLO at rising edge k + 1 of MA, 0 after the last one, and 1 when MA
+/// was idle for `timeout`.
 struct ScriptedSlo {
   LineBits script;
   Picoseconds delay{};
   Picoseconds timeout = microseconds(20);
-  /// Each change comes up to so much later, a different time each.
+  /// The peak jitter: each change is delayed by a different time up to this one.
   Picoseconds jitter{};
 
   DelayLine line{delay};
@@ -81,7 +82,7 @@ struct ScriptedSlo {
     }
     if (new_ma == ma) return;
     ma = new_ma;
-    // Where MA returns from CDM there is no clock.
+    // The edge of MA that ends CDM is no clock.
     if (rises == 0 && ma && expires == never) return;
     expires = now + timeout;
     if (!ma) return;
@@ -97,7 +98,7 @@ struct ScriptedSlo {
   }
 };
 
-/// What was seen of MA in one request.
+/// MA in one request.
 struct Seen {
   std::uint32_t rises = 0;
   std::uint32_t falls = 0;
@@ -107,7 +108,7 @@ struct Seen {
   Picoseconds end{};
 };
 
-/// Runs a request from `now` on; each deadline is served up to `late` later.
+/// Runs a request from `now` on. Each deadline is served with a delay of up to `late`.
 template <class AnyMaster, class Device>
 Seen run(AnyMaster& master, Device& device, Picoseconds now, bool cdm = false,
          Picoseconds late = {}) {

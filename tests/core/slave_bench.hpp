@@ -8,7 +8,7 @@
 
 namespace biss::test {
 
-/// What the owner was asked and told.
+/// The calls that the owner received.
 struct Log {
   std::uint64_t position = 0;
   bool cds = false;

@@ -1,4 +1,4 @@
-// Slaves one behind the other: SLO of one is SLI of the next.
+// Slaves in a daisy chain: SLO of one is SLI of the next.
 #include <algorithm>
 #include <array>
 #include <cstddef>

@@ -196,7 +196,7 @@ BISS_TEST(Slave, Cdm_IsTheInverseOfMaAtTheEnd) {
 }
 
 BISS_TEST(Slave, CdmOfACutFrame_IsToldToo) {
-  // Reduced, without START, without CDS, short, within the data: the same bit at the same time.
+  // Reduced, without START, without CDS, short, cut in the data: the bit and its time are the same.
   for (const unsigned clocks : {2U, 3U, 4U, 5U, 20U}) {
     for (const bool bit : {false, true}) {
       Bench bench({.timeout = {TimeoutRule::fixed, microseconds(20)}});
@@ -226,7 +226,7 @@ BISS_TEST(Slave, WithoutChannels_SendsFiveBits) {
   bench.wait(microseconds(41));
   BISS_EXPECT_EQ(bench.log.cdm_count, 1);
 
-  // Not in the middle of a frame.
+  // No sampling in the middle of a frame.
   bench.bits.clear();
   bench.clock(2);
   bench.slave.set_channels_active(true);
@@ -323,7 +323,7 @@ BISS_TEST(Slave, StateNames_AreTheEnumerators) {
   BISS_EXPECT(name_of(SlaveState::chain_busy) == "chain_busy");
 }
 
-// The slave at compile time, and what its owner may leave out.
+// The slave in a constant expression, and the optional parts of its owner.
 constexpr bool first_bits_are_right() {
   Bench bench({});
   bench.clock(4);

@@ -48,7 +48,7 @@ static_assert(leads(rising, 101, 799, 3, 9) && leads(rising, 0, 40'000, 2, 402))
 static_assert(leads(falling, 0, 49, 2, 2) && leads(falling, 0, 50, 2, 3));
 static_assert(leads(falling, 51, 149, 3, 3) && leads(falling, 50, 150, 2, 4));
 static_assert(leads(falling, 0, 40'000, 2, 402));
-// Longer than BiSS allows is cut to what it allows.
+// A value above the limit of BiSS is cut to the limit.
 static_assert(leads(rising, 0, 90'000, 2, 402) && leads(rising, 50'000, 90'000, 402, 402));
 static_assert(bounds_of(rising, 0, 0).ack_min_clocks == 4 &&
               bounds_of(rising, 0, 0).ack_max_clocks == 6);
@@ -116,7 +116,7 @@ BISS_TEST(SpiReader, EveryBitOffset_GivesTheFrame) {
 }
 
 BISS_TEST(SpiReader, SampledOnTheFallingEdge_ComesHalfAPeriodEarlier) {
-  // Up to half a period the phases see the same; then the falling edge sees one more 1.
+  // Up to half a period both phases read the same; then the falling edge reads one more 1.
   for (const SpiPhase phase : {rising, falling}) {
     const SpiSetup setup{
         .period = period, .phase = phase, .line_delay = {nanoseconds(60), nanoseconds(90)}};

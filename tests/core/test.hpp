@@ -39,7 +39,7 @@ constexpr std::uint64_t rounds([[maybe_unused]] std::uint64_t host,
 
 }  // namespace biss::test
 
-/// A random source called `name`, its seed printed.
+/// A random source with the name `name`; prints its seed.
 #define BISS_RANDOM(name, seed)   \
   ::biss::test::print_seed(seed); \
   ::biss::test::Random name { seed }  // NOLINT(bugprone-macro-parentheses)

@@ -25,7 +25,7 @@ constexpr DeviceTiming renishaw{
 };
 constexpr Picoseconds internal = renishaw.internal_delay_max;
 
-/// Without what does not belong to the frame: the figures are of the frame alone.
+/// The time of the frame alone, as in the published figures.
 constexpr Picoseconds frame_time(unsigned payload_bits, Hertz clock) {
   const CycleBudget budget = cycle_budget({payload_bits}, renishaw, clock, {});
   return budget.total - budget.timeout - budget.idle;
@@ -91,7 +91,7 @@ BISS_TEST(Cycle, CycleRule_FillsUpToItsTimeAndThenIsTheRelease) {
   DeviceTiming other = renishaw;
   other.timeout.release_half_periods = 8;
   BISS_EXPECT_EQ(cycle_budget({plain(26)}, other, megahertz(1), {}).total.count, 59'000'000);
-  // 31.2 us of frame leave no time to read STOP within the cycle.
+  // A frame of 31.2 us leaves no time to read STOP within the cycle.
   BISS_EXPECT_EQ(cycle_budget({147}, renishaw, megahertz(10), {}).total.count, 31'350'000);
 }
 
@@ -205,7 +205,7 @@ BISS_TEST(Cable, WithoutCompensation_IsTheDataSheetsTable) {
 
 BISS_TEST(Cable, WithoutCompensation_NeverBeatsTheCableItself) {
   BISS_EXPECT(cable_max_uncompensated(kilohertz(80), internal) == metres(100));
-  // A quarter of the period is used up by the encoder, or more.
+  // The encoder uses a quarter of the period, or more.
   BISS_EXPECT(!cable_max_uncompensated(megahertz(1), nanoseconds(246)).has_value());
   BISS_EXPECT(!cable_max_uncompensated(megahertz(1), nanoseconds(251)).has_value());
   BISS_EXPECT(cable_max_uncompensated(megahertz(1), nanoseconds(245)) == millimetres(500));
@@ -246,7 +246,7 @@ BISS_TEST(LineDelay, EightMeasurements_GiveMeanAndSpread) {
     BISS_EXPECT_EQ(meter.result(nanoseconds(100)).error(), LineDelayError::too_few);
     meter.add(nanoseconds(200 + i));
   }
-  meter.add(nanoseconds(900));  // one more than wanted
+  meter.add(nanoseconds(900));  // one more than requested
   const auto delay = meter.result(nanoseconds(100));
   BISS_ASSERT(delay.ok());
   BISS_EXPECT_EQ(delay->mean.count, 203'500);

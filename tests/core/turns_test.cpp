@@ -8,7 +8,7 @@
 namespace biss {
 namespace turns_test {
 
-/// The truth: a position that never wraps, two words wide, moved by signed steps.
+/// The true position: it never wraps, is two words wide, and moves by signed steps.
 class Motion {
  public:
   Motion(unsigned width_bits, std::uint64_t count) : width_bits_(width_bits), count_(count) {}
@@ -16,7 +16,7 @@ class Motion {
   void move(bool forward, std::uint64_t step) {
     const std::uint64_t mask = low_mask(width_bits_);
     if (forward) {
-      // The carry is found without adding beyond the width.
+      // The carry is detected without an addition beyond the width.
       if (step > mask - count_) ++turns_;
       count_ = (count_ + step) & mask;
     } else {
@@ -129,7 +129,7 @@ BISS_TEST(TurnCounter, AnyGapWithoutAKnownSpeed_IsAmbiguous) {
 }
 
 BISS_TEST(TurnCounter, Gap_IsBridgedWhileItsMotionStaysBelowHalfATurn) {
-  // 26 bits, at most 2^20 counts a sample: half a turn is 32 of them.
+  // 26 bits, at most 2^20 counts per sample: half a turn has 32 of these steps.
   constexpr std::uint64_t step = std::uint64_t{1} << 20U;
   for (const bool forward : {true, false}) {
     Motion truth(26, 5);
@@ -160,7 +160,7 @@ BISS_TEST(TurnCounter, StepBeyondTheLargest_IsAmbiguous) {
 }
 
 BISS_TEST(TurnCounter, SpeedOfHalfATurnASample_IsAmbiguousAtEveryStep) {
-  // 8 bits: 56 on may have been 200 back.
+  // With 8 bits, 56 forward may have been 200 backward.
   for (const std::uint64_t step : {std::uint64_t{128}, std::uint64_t{200}}) {
     TurnCounter counter(8, step);
     counter.update(0);

@@ -1,5 +1,5 @@
-// A user's file: macros of Arduino and other headers before the core's, globals with common names
-// after them, and templates that meet these globals. Compiled by user.cmake, never run.
+// A user's source: macros of Arduino and other headers before the core's headers, globals with
+// common names after them, and templates that use these globals. Compiled by user.cmake, never run.
 #ifdef STANDARD_FIRST
 #include <algorithm>
 #include <array>
@@ -16,7 +16,7 @@
 #include <utility>
 #endif
 
-// As the AVR core of Arduino has them, in the order of its headers.
+// The macros of Arduino's AVR core, in the order of its headers.
 #define min(a, b) ((a) < (b) ? (a) : (b))
 #define max(a, b) ((a) > (b) ? (a) : (b))
 #ifdef STANDARD_FIRST  // <cstdlib>, which <algorithm> includes, declares abs()
@@ -59,7 +59,7 @@
 #define LSBFIRST 0
 #define MSBFIRST 1
 
-// user.cmake puts every header of the core here.
+// user.cmake inserts every header of the core here.
 
 int codec, setup, timing, reader, format, frame, bytes, clocks, bits, bounds, options, owner,
     source, plan, channel, channels, slave, master, monitor, line, now, position, period, phase,

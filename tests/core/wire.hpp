@@ -1,4 +1,4 @@
-// A master, a cable, and the device at its other end.
+// A master, a cable, and the device at its end.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@
 
 namespace biss::test {
 
-/// Slaves in a row as one device, slave 0 at the far end.
+/// A daisy chain of slaves as one device; slave 0 is at the far end.
 template <class AnySlave, std::size_t Count>
 struct Row {
   std::array<AnySlave, Count> slaves;
@@ -37,12 +37,12 @@ struct Wire {
   Device device;
   Delay way_out;
   Delay way_back;
-  /// SLO as the master sees it, whatever the device does: a wire that is broken.
+  /// A fixed level of SLO at the master, for a broken wire.
   std::optional<bool> stuck{};
   Picoseconds now{};
   StepOutput driven{};
   StepOutput answered{};
-  /// Of the last request: MA as it left the master.
+  /// MA of the last request, as it left the master.
   std::uint32_t rises = 0;
   std::uint32_t falls = 0;
   Picoseconds last_edge{};
@@ -63,12 +63,12 @@ struct Wire {
     while (next() < time) step(next());
     now = std::max(now, time);
   }
-  /// A request as soon as it may be, not before `at`.
+  /// Makes a request at the earliest permitted time, not before `at`.
   const auto& request(RequestKind kind = RequestKind::frame, bool cdm = false,
                       Picoseconds at = {}) {
     return request_with(kind, cdm, at, [cdm](bool) { return cdm; });
   }
-  /// The same; `answer(cds)` gives another CDM as soon as CDS has come.
+  /// The same, but `answer(cds)` returns another CDM as soon as CDS was received.
   template <class Answer>
   const auto& request_with(RequestKind kind, bool cdm, Picoseconds at, Answer answer) {
     rest_until(std::max({now, master.earliest(), at}));

@@ -1,5 +1,5 @@
-// Mistakes in names and texts while compiling: none of it compiles, and wrong_names.cmake holds what
-// the compiler says against the word at each line.
+// Mistakes in names and texts in constant expressions. No line compiles, and wrong_names.cmake
+// compares the compiler's message with the text at each line.
 #include "biss/base/bit_buffer.hpp"
 #include "biss/catalogue/catalogue.hpp"
 #include "biss/frame/format_text.hpp"

@@ -1,5 +1,5 @@
-// A FixedSafetyPlan for every SafetySetupError, and a name that no configuration has: none of it
-// compiles, and wrong_plans.cmake holds what the compiler says against the sentence at each line.
+// A FixedSafetyPlan for every SafetySetupError, and an unknown configuration name. No line
+// compiles, and wrong_plans.cmake compares the compiler's message with the text at each line.
 #include "biss/frame/format_text.hpp"
 #include "biss/safety/configurations.hpp"
 #include "biss/safety/plan.hpp"

@@ -54,7 +54,7 @@ void expect_both_ways(const Vector& vector, const biss::FrameFormat& format) {
   }
 }
 
-// The same by division of polynomials, from the published bits alone.
+// The same by polynomial division, from the published bits alone.
 void expect_oracle_agrees(const Vector& vector, const biss::CrcSpec& crc) {
   const std::size_t width = crc.width_bits;
   oracle::Bits data;

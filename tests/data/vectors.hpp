@@ -1,4 +1,4 @@
-// The files of published frames, read.
+// Reads the files of published frames.
 #pragma once
 
 #include <cstddef>
@@ -25,11 +25,11 @@ struct Vector {
 
 struct File {
   std::vector<Vector> vectors;
-  /// Lines that hold data, counted without reading them.
+  /// The number of lines with data, counted without parsing.
   std::size_t data_lines = 0;
 };
 
-/// `vectors.csv`. Throws what is wrong with a line.
+/// Reads `vectors.csv`. Throws with the fault of a line.
 File read_vectors(const std::string& path);
 /// `slave_log.txt`: MT12, ST12, two flags, CRC6.
 File read_slave_log(const std::string& path);

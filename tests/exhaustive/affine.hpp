@@ -1,6 +1,6 @@
-// Shares of positions, counted and not sampled: every bit on the line is a sum of position bits and
-// a constant, so the positions for which some bits have some levels are the solutions of linear
-// equations over GF(2).
+// Counts positions without sampling. Every bit on the line is a sum of position bits and a
+// constant. The positions for which certain bits have certain levels are therefore the solutions of
+// linear equations over GF(2).
 #pragma once
 
 #include <cstdint>
@@ -32,18 +32,18 @@ class Positions {
  public:
   explicit Positions(unsigned bits) : bits_(bits) {}
 
-  /// Those of them for which the bit has this level.
+  /// The subset for which the bit has this level.
   Positions with(AffineBit bit, bool level) const;
   bool contains(std::uint64_t position) const;
-  /// How many there are: a power of two or none.
+  /// The number of solutions: a power of two, or 0.
   std::uint64_t count() const;
-  /// One of them at random. \pre there is one
+  /// A random solution. \pre there is one
   std::uint64_t any(biss::test::Random& random) const;
 
  private:
   unsigned bits_;
   bool none_ = false;
-  // Each says that its bit is 0; the lowest set bit of a mask is in no other mask.
+  // Each equation states that its bit is 0. The lowest set bit of a mask is in no other mask.
   AffineBits equations_;
 };
 

@@ -1,4 +1,4 @@
-// Every CRC engine against the bitwise one and against polynomial division.
+// Every CRC engine compared with the bitwise one and with polynomial division.
 #include <gtest/gtest.h>
 
 #include <cstdint>

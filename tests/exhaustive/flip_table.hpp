@@ -55,11 +55,11 @@ AffineBits affine_line(const Case& what);
 
 struct Verdict {
   Tally tally{};
-  /// All outcomes but `crc`, which is what is left.
+  /// All outcomes except `crc`, which is the remainder.
   std::vector<Leaf> leaves;
 };
 
-/// All positions judged by counting.
+/// The outcomes of all positions, by counting.
 Verdict judge_all(const Case& what);
 
 /// The bit that is read wrong; one table for each.

@@ -1,4 +1,4 @@
-// The table of docs/flips.md: its counts against decode_frame(), its text against the document.
+// The table of docs/flips.md: its counts compared with decode_frame(), its text with the document.
 #include "tests/exhaustive/flip_table.hpp"
 
 #include <gtest/gtest.h>
@@ -113,7 +113,7 @@ TEST_P(FlipTable, RandomPositions_HaveTheCountedOutcome) {
   EXPECT_GE(tried, rounds(1'000'000));
 }
 
-// Outcomes too rare for chance: positions are drawn from each one's own set.
+// For outcomes too rare for random positions, positions are drawn from the set of each outcome.
 TEST_P(FlipTable, PositionsOfEachOutcome_HaveIt) {
   BISS_RANDOM(random, 0xF11C'0000 + GetParam());
   for (const Case& what : all_cases(GetParam())) {

@@ -1,5 +1,5 @@
-// Input that no encoder sends: the decoder takes any bits and the parser any text. Buffers have exactly
-// their size, so that a sanitizer sees a step outside.
+// Input that no encoder sends: the decoder accepts any bits and the parser any text. Buffers have
+// exactly their size, so that a sanitizer detects an access outside.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -98,7 +98,7 @@ TEST(HostileText, OfTheGrammarsWords_ReadsOrPointsInside) {
   EXPECT_GT(read, rounds(500'000) / 500);
 }
 
-// One character of a good text changed, left out or doubled.
+// A good text with one character changed, left out or doubled.
 TEST(HostileText, NextToAFormat_ReadsOrPointsInside) {
   BISS_RANDOM(random, 0x4057'0004);
   for (std::uint64_t round = 0; round < rounds(100'000); ++round) {

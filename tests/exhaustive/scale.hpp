@@ -1,4 +1,4 @@
-// How much of a sweep is done: all of it in an optimised build, a part where every step is slow.
+// The share of a sweep: all of it in an optimised build, a part of it in a slow one.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@ inline constexpr bool slow_build = true;
 inline constexpr bool slow_build = false;
 #endif
 
-/// One of `thin` cases is tried. A prime, so that no dimension of a sweep is hit at one value only.
+/// One of `thin` cases is tested. A prime, so that every value of each dimension of a sweep occurs.
 inline constexpr std::uint64_t thin = slow_build ? 31 : 1;
 
 /// Rounds of a random test.

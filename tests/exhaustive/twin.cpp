@@ -66,7 +66,7 @@ std::string text_of(const oracle::Description& description) {
   return description.cds_must_be_0 ? text + ";cds0" : text;
 }
 
-// All zeros and all ones are where carries and masks go wrong.
+// All zeros and all ones reveal wrong carries and masks.
 std::uint64_t random_number(biss::test::Random& random, std::size_t bits) {
   const std::uint32_t choice = random.below(8);
   if (choice == 0) return 0;

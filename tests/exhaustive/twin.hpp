@@ -1,4 +1,4 @@
-// One format in both readings, the core's and the oracle's, and the questions put to both.
+// One format in the core and in the oracle, and the comparisons of both.
 #pragma once
 
 #include <algorithm>
@@ -25,14 +25,14 @@ struct Twin {
   biss::FrameFormat format;
 };
 
-/// The core's format is made from the text, so its parser is judged too. Throws when the core does
-/// not take the text, or its canonical text does not read back.
+/// The core's format is made from the text, so its parser is tested too. Throws if the core does
+/// not accept the text, or does not parse its canonical text back.
 Twin twin_of(const oracle::Description& description);
 
 /// A polynomial for every width from 3 to 16, in the oracle's form.
 oracle::Checksum checksum_of(unsigned width, bool inverted, std::uint64_t start);
 
-/// What a frame is made of, apart from its format.
+/// The content of a frame, without its format.
 struct Sent {
   std::vector<oracle::Values> values;
   std::size_t lead = 1;
@@ -40,20 +40,20 @@ struct Sent {
   bool cds = false;
 };
 
-/// Random values that fit: now and then all ones or all zeros.
+/// Random values within the ranges, sometimes all ones or all zeros.
 Sent random_sent(const oracle::Description& description, biss::test::Random& random);
 
 biss::Frame frame_of(const Sent& sent);
 oracle::Bits bits_of(const biss::BitView& view);
-/// A line of the oracle's as the core wants it.
+/// A line of the oracle in the core's type.
 using Line = biss::BitBuffer<2048>;
 Line line_of(const oracle::Bits& bits);
 
 oracle::Limits limits_of(const biss::FrameBounds& bounds);
-/// What is different, empty when both readers say the same.
+/// The difference between the two results; empty if they are equal.
 std::string difference(const biss::Result<biss::Frame, biss::FrameFault>& core,
                        const oracle::Reading& judge);
-/// The same of a codec with room for fewer channels.
+/// The same for a codec with room for fewer channels.
 template <std::size_t Channels>
 std::string difference(const biss::Result<biss::BasicFrame<Channels>, biss::FrameFault>& core,
                        const oracle::Reading& judge) {
@@ -69,10 +69,10 @@ std::string difference(const biss::Result<biss::BasicFrame<Channels>, biss::Fram
   std::copy_n(core->channel_list.begin(), Channels, wide.channel_list.begin());
   return difference(biss::Result<biss::Frame, biss::FrameFault>(wide), judge);
 }
-/// What is different between a reading and what was sent.
+/// The difference between a reading and the sent values.
 std::string difference(const oracle::Reading& judge, const Sent& sent);
 
-/// Encodes with both, decodes with both; all must agree with what was sent.
+/// Encodes and decodes with both; all results must agree with the sent values.
 /// \return the first disagreement, empty when there is none
 template <class Codec>
 std::string judge_frame(const Twin& twin, const Codec& codec, const Sent& sent) {

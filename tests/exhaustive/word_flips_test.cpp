@@ -1,5 +1,5 @@
-// Flips inside the word, all of them up to a weight: a cause, or exactly as many accepted as the
-// weight distribution of the code has. And lines that end too early.
+// All flips inside the word up to a weight: each gives a cause, or exactly as many are accepted as
+// the weight distribution of the code gives. Also lines that end too early.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -138,7 +138,7 @@ TEST(WordFlips, SixInAnSpw_PassAsOftenAsTheCodeSays) {
   }
 }
 
-// First and last bit wrong, those between in any way, anywhere in the word.
+// First and last bit wrong, any bits between them, at any place in the word.
 TEST(WordBursts, UpToTheWidthOfTheChecksum_NeverPass) {
   BISS_RANDOM(random, 0xF11D'0005);
   const auto passing = [&](const Word& word, unsigned longest_bits) {
@@ -152,7 +152,7 @@ TEST(WordBursts, UpToTheWidthOfTheChecksum_NeverPass) {
   };
   for (const Word& word : cpw) EXPECT_EQ(passing(word, 6), 0U) << word.format;
   for (const Word& word : spw) EXPECT_EQ(passing(word, slow_build ? 10 : 16), 0U) << word.format;
-  // One bit more: the checksum's own polynomial, wherever it stands.
+  // One bit longer: the checksum's own polynomial, at any place.
   EXPECT_EQ(passing(cpw[4], 7), cpw[4].word_bits - 6U);
   if (slow_build) return;
   EXPECT_EQ(passing(spw[2], 17), spw[2].word_bits - 16U);

@@ -1,5 +1,6 @@
-// The oracle: a second reading of the protocol, written from its description alone. It shares no
-// code with the core, is slow and plain, and judges encoder and decoder in the tests.
+// The oracle: a second implementation of the protocol, written from its description alone. It
+// shares no code with the core, is slow and simple, and is the reference for encoder and decoder in
+// the tests.
 #pragma once
 
 #include <cstddef>
@@ -64,7 +65,7 @@ struct Values {
   bool operator==(const Values&) const = default;
 };
 
-/// How many clocks of what may come before START.
+/// The permitted number of clocks before START.
 struct Limits {
   std::size_t lead_min = 1;
   std::size_t lead_max = 402;
@@ -72,7 +73,7 @@ struct Limits {
   std::size_t ack_max = 400;
 };
 
-/// A frame as read: the cause why there is none (empty: all is well), else its values.
+/// A decoded frame: the cause of the failure (empty: none), else its values.
 struct Reading {
   std::string cause;
   std::size_t channel = 0;  ///< where the cause is `crc`
@@ -85,7 +86,7 @@ struct Reading {
 
 /// The lowest `count` bits of a number, most significant first.
 Bits bits_of(std::uint64_t number, std::size_t count);
-/// The number that the bits from `first` on make, most significant first.
+/// The number in the bits from `first` on, most significant first.
 std::uint64_t number_of(const Bits& bits, std::size_t first, std::size_t count);
 
 /// The checksum of some data as transmitted: the remainder of data * x^width, with the start value

@@ -1,4 +1,4 @@
-// The oracle against published numbers and hand-written lines. It must be right by itself.
+// The oracle compared with published numbers and hand-written lines, independent of the core.
 #include "tests/oracle/oracle.hpp"
 
 #include <gtest/gtest.h>

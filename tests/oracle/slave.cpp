@@ -8,7 +8,7 @@ namespace {
 
 constexpr Time forever = 9'000'000'000'000'000'000;
 
-// The level from `time` on; a change at that very moment counts.
+// The level from `time` on; a change at exactly that time counts.
 bool level_at(const Line& line, Time time) {
   bool level = true;
   for (const Change& change : line) {
@@ -25,7 +25,7 @@ Time first_rise_after(const Line& line, Time time) {
   return forever;
 }
 
-// One request: the edges of MA that the slave takes as its own, and what follows from their number.
+// One request: the edges of MA that belong to it, and the results of their number.
 class Request {
  public:
   Request(const SlaveDescription& slave, const Line& sli, Time begin)
@@ -69,7 +69,7 @@ class Request {
     return next_heard();
   }
 
-  // When the slave's own timeout is over if no further edge comes.
+  // The end of the slave's own timeout if no further edge comes.
   Time end() const {
     const bool measured = rising_.size() >= 2;
     switch (slave_.kind) {
@@ -173,7 +173,7 @@ class Reader {
     return at;
   }
 
-  // Takes edges until the slave's own timeout is over.
+  // Reads edges until the slave's own timeout is over.
   std::size_t edges(Request& request, std::size_t at, bool may_sample) {
     do {
       const Change edge = ma_[at++];

@@ -1,5 +1,5 @@
-// The oracle's slave: all of SLO worked out from all of MA, by counting edges. No stepping, no
-// state kept between requests.
+// The oracle's slave: computes SLO from the complete MA by counting edges. It has no stepping and
+// no state between requests.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,7 @@ struct Change {
   bool operator==(const Change&) const = default;
 };
 
-/// Every change of a line that begins high, in order of time, levels in turn.
+/// Every change of a line that begins high, in time order, with alternating levels.
 using Line = std::vector<Change>;
 
 enum class TimeoutKind { adaptive, fixed, cycle };

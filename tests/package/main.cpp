@@ -1,4 +1,4 @@
-// Uses the installed core the way another project would.
+// Uses the installed core as another project would.
 #include <cstdio>
 
 #include "biss/base/units.hpp"

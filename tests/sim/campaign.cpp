@@ -37,7 +37,7 @@ void count(Tally& tally, const Truth& truth, const decode::Cycle* row) {
   }
 }
 
-// Pairs the decoder's rows with the cycles that were made, by their time.
+// Pairs the decoder's rows with the simulated cycles by time.
 class Judge {
  public:
   explicit Judge(Picoseconds tolerance) : tolerance_(tolerance) {}
@@ -79,7 +79,7 @@ class Judge {
       last = k;
     }
     if (kinds > 1) return outcome_.several;
-    // A fault that lasts may have begun before.
+    // A lasting fault may have begun earlier.
     return (truth.before & ~truth.faults) == 0 ? outcome_.alone[last] : outcome_.several;
   }
 
@@ -95,12 +95,12 @@ class Judge {
   Outcome outcome_;
 };
 
-// Whose probes change places.
+// A recorder that exchanges its probes.
 class Recorder {
  public:
   explicit Recorder(const ProbeExchange& probes) : probes_(probes) {}
 
-  /// Exchanged in some of this cycle.
+  /// Whether the probes are exchanged during part of this cycle.
   bool spoils(std::uint64_t number) const {
     return probes_.every != 0 && number % probes_.every >= probes_.every - probes_.length;
   }
@@ -108,7 +108,7 @@ class Recorder {
   std::span<const wire::Edge> record(std::uint64_t number, std::span<const wire::Edge> edges) {
     if (probes_.every == 0) return edges;
     recorded_.clear();
-    // Anywhere in the first of them, and anywhere in the last.
+    // The exchange begins at any edge of the first cycle and ends at any edge of the last.
     std::size_t begin = edges.size();
     std::size_t end = edges.size();
     if (spoils(number)) {

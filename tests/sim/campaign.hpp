@@ -1,4 +1,4 @@
-// A damaged line, read by the decoder and held against the truth.
+// A damaged line, decoded and compared with the truth.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace biss::campaign {
 
-/// What became of cycles that suffered the same.
+/// The results of the cycles with the same fault.
 struct Tally {
   std::uint64_t cycles = 0;
   /// By status; `ok` with the true position.
@@ -26,19 +26,19 @@ struct Tally {
   std::uint64_t right() const { return statuses[0]; }
 };
 
-/// What a whole run gave.
+/// The result of a complete run.
 struct Outcome {
   /// Cycles with an entry of that kind, alone or with others.
   std::array<std::uint64_t, sim::simulated_fault_count> injected{};
   /// Cycles with that entry alone, and none before it.
   std::array<Tally, sim::simulated_fault_count> alone{};
-  /// Cycles without an entry behind one that has.
+  /// Cycles without an entry after a cycle with one.
   Tally behind;
-  /// Cycles with several entries, or one behind a cycle with one.
+  /// Cycles with several entries, or with one entry after a cycle with one.
   Tally several;
   /// Neither the cycle nor the one before it has an entry.
   Tally undamaged;
-  /// Of the undamaged ones, those that are not `ok` with the true position, told apart.
+  /// The undamaged cycles that are not `ok` with the true position, one line for each.
   std::string complaints;
   /// Rows at a time without a request.
   std::uint64_t extra_rows = 0;
@@ -47,14 +47,14 @@ struct Outcome {
   std::uint64_t master_failed = 0;
 };
 
-/// MA and SLO change places at the recorder: for the last `length` of every `every` cycles, from
-/// within the first of them to within the last. Counts as the fault `exchange`.
+/// MA and SLO are exchanged at the recorder during the last `length` of every `every` cycles: from
+/// within the first of these cycles to within the last. Counts as the fault `exchange`.
 struct ProbeExchange {
   std::uint64_t every = 0;  ///< 0: never
   std::uint64_t length = 0;
 };
 
-/// Runs the line for so many cycles and reads what it records.
+/// Runs the line for `cycles` cycles and decodes its capture.
 Outcome run(const sim::LineSetup& setup, std::uint64_t cycles, const ProbeExchange& probes = {});
 
 /// Every kind of fault at this share of cycles, in parts of 2^32.

@@ -1,4 +1,4 @@
-// The line with every kind of damage, read by the decoder.
+// The line with every kind of fault, read by the decoder.
 #include "tests/sim/campaign.hpp"
 
 #include <gtest/gtest.h>
@@ -47,7 +47,7 @@ TEST(FaultsDocument, Lists_AreThoseOfTheCode) {
   expect_document_has(place_table());
 }
 
-// One test, because the run is the same for all that it shows.
+// One test, because all its checks use the same run.
 TEST(Damage, AMillionCyclesWithEveryKind_UndamagedAreOkAndWrongPositionsAsRareAsTheChecksumSays) {
   const std::uint64_t cycles = exhaustive::slow_build ? documented_cycles / 10 : documented_cycles;
   const Outcome outcome = run(documented_line(), cycles);
@@ -58,7 +58,7 @@ TEST(Damage, AMillionCyclesWithEveryKind_UndamagedAreOkAndWrongPositionsAsRareAs
     EXPECT_GE(100 * outcome.injected[k], cycles) << sim::fault_list[k].name;
   }
   expect_wrong_positions_as_explained(outcome);
-  // The encoder's own word is no fault of the line.
+  // An error that the encoder itself reports is no fault of the line.
   for (const auto kind : {sim::FaultKind::nE, sim::FaultKind::nW, sim::FaultKind::frozen}) {
     EXPECT_EQ(alone(outcome, kind).right(), alone(outcome, kind).cycles);
   }
@@ -85,8 +85,8 @@ TEST(Damage, OtherEncodersAndClocks_UndamagedCyclesAreOk) {
   }
 }
 
-// Encoders that are ready 1.5 periods behind the last clock: between two requests MA stands no
-// longer than where a few edges of it are missing, so a spoiled cycle does not end by itself.
+// Encoders that are ready 1.5 periods after the last clock. Between two requests MA is idle no
+// longer than in a request with a few missing edges, so a damaged cycle does not end by itself.
 template <class Check>
 void for_each_tight_line(Check check) {
   std::size_t lines = 0;

@@ -1,4 +1,4 @@
-// Every encoder of the catalogue at every clock and cable that its data sheet allows.
+// Every encoder of the catalogue with every clock rate and cable that its data sheet permits.
 #include <gtest/gtest.h>
 
 #include <fmt/format.h>
@@ -81,8 +81,8 @@ TEST(CatalogueLine, RequestsAtExactlyTheBudget_AreAllReadAndTrue) {
   });
 }
 
-// Where the frame is the limit, at most 3.5 periods are kept back: one of ACK's reserve, less than
-// one each of timeout and line delay in whole clocks, half of one for CDM 1.
+// Where the frame is the limit, at most 3.5 periods are reserved: one for ACK, less than one each
+// for the timeout and the line delay in whole clocks, half of one for CDM 1.
 TEST(CatalogueLine, Budget_IsNotMuchLongerThanTheLineNeeds) {
   std::size_t by_frame = 0;
   std::size_t by_time = 0;

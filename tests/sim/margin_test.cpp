@@ -1,4 +1,4 @@
-// `marginal` as the model's master says it, and as the decoder sees it in what is recorded.
+// `marginal` as the simulated master reports it, and as the decoder reports it from the capture.
 #include <gtest/gtest.h>
 
 #include <vector>
@@ -61,7 +61,7 @@ TEST(Margin, CableThatPutsTheChangeFivePercentFromTheSample_IsToldFromOneThatDoe
       // 4.9 % and 5.1 % of the period.
       expect_all(line_with_delay(sample + side * picoseconds(9'800), false), true);
       expect_all(line_with_delay(sample + side * picoseconds(10'200), false), false);
-      // A master that makes up for the delay does not care.
+      // A master that compensates the delay is not affected.
       expect_all(line_with_delay(sample + side * picoseconds(9'800), true), false);
     }
   }

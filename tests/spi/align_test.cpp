@@ -62,7 +62,7 @@ SpiSetup setup_of(Edge edge, std::int64_t least, std::int64_t most, unsigned fir
           .first_bit = static_cast<std::uint16_t>(first_bit)};
 }
 
-/// One position of one width, put on the line and sampled.
+/// One position of one width, encoded and sampled.
 class Bench {
  public:
   explicit Bench(unsigned width, std::uint64_t seed)
@@ -70,7 +70,7 @@ class Bench {
 
   const Codec& codec() const { return codec_; }
 
-  /// A new position, sampled with as many clocks as `reader` wants; bits outside are random.
+  /// A new position, sampled with the number of clocks of `reader`; bits outside are random.
   void send(const Reader& reader, const Clock& clock, unsigned ack, std::int64_t delay,
             unsigned first_bit) {
     position_ = random_.bits(width_);
@@ -90,7 +90,7 @@ class Bench {
   Result<Reader::Frame, FrameFault> read(const Reader& reader) const {
     return reader.read(bytes_, clocks_);
   }
-  /// As if the clock had stopped early.
+  /// As if the clock had stopped too early.
   Result<Reader::Frame, FrameFault> read_first(const Reader& reader, std::size_t clocks) const {
     return reader.read(bytes_, clocks);
   }
@@ -121,7 +121,7 @@ class Bench {
 
 constexpr unsigned width_step = slow_build ? 23 : 1;
 
-/// Wide bounds: whatever lies within is read.
+/// Wide bounds: every frame within them is read.
 TEST(SpiAlign, EveryOffsetAckDelayPhaseWidth_GivesTheFrame) {
   std::printf("seed 0xA11, widths 18 to 64 by %u\n", width_step);
   std::uint64_t frames = 0;
@@ -148,7 +148,8 @@ TEST(SpiAlign, EveryOffsetAckDelayPhaseWidth_GivesTheFrame) {
   std::printf("%llu frames\n", static_cast<unsigned long long>(frames));
 }
 
-/// Bounds that fit the line exactly accept it, whatever a tie shows; those one step off say why.
+/// Bounds that fit the line exactly accept it, whatever a tie reads; bounds that are wrong by one
+/// step give the cause.
 TEST(SpiAlign, BoundsOfOneDelayAndOneAck_AcceptThatAndNothingElse) {
   for (unsigned width = 18; width <= widest; width += slow_build ? 23 : 4) {
     Bench bench(width, 0xB0 + width);
@@ -156,7 +157,7 @@ TEST(SpiAlign, BoundsOfOneDelayAndOneAck_AcceptThatAndNothingElse) {
       for (const std::int64_t delay : delays()) {
         for (const unsigned ack : {2U, 3U, 33U, 160U}) {
           for (const Tie tie : {Tie::old_level, Tie::new_level}) {
-            // No line has a delay of 0: the sampling edge itself cannot show its own change.
+            // No line has a delay of 0: a sampling edge cannot read the change that it causes.
             if (delay == 0 && edge == Edge::rising && tie == Tie::new_level) continue;
             const Clock clock{.period = period, .edge = edge, .tie = tie};
             const Reader exact(bench.codec(), setup_of(edge, delay, delay, 3), acks(ack, ack));
@@ -182,7 +183,7 @@ TEST(SpiAlign, BoundsOfOneDelayAndOneAck_AcceptThatAndNothingElse) {
   }
 }
 
-/// The delay that a frame shows holds the delay of the line.
+/// The delay range of a frame contains the delay of the line.
 TEST(SpiAlign, ObservedLineDelay_HoldsTheDelayOfTheLine) {
   Bench bench(26, 0xDE1A);
   for (const Edge edge : {Edge::rising, Edge::falling}) {

@@ -1,5 +1,5 @@
-// Every position of small formats, read from every wrong START: as many pass as were counted. The
-// reading here is its own; it shares nothing with the codec.
+// Every position of small formats, read from every wrong START: the number of accepted words is the
+// computed one. This test has its own reader, which shares no code with the codec.
 #include <gtest/gtest.h>
 
 #include <cstdint>
@@ -35,7 +35,7 @@ struct Word {
   }
 };
 
-/// How many words pass: with CDS and nE looked at or not, and with the tail looked at.
+/// The number of accepted words: with CDS and nE checked or not, and with the tail checked.
 struct Passed {
   std::uint64_t any = 0;
   std::uint64_t cds0 = 0;
@@ -137,7 +137,7 @@ TEST(SlipFacts, FrameSlippedByOneBit_IsCaughtBecauseTheCrcIsInverted) {
     const FrameFormat plain = *parse_format(text + ":plain");
     EXPECT_EQ(lab::false_start_conditions(inverted, 1), std::nullopt) << width;
     EXPECT_EQ(lab::lost_start_conditions(inverted, 1, {.cds = true}), std::nullopt) << width;
-    // Half of the words end with the 0 that is taken for STOP, or begin with a 0.
+    // Half of the words end with the 0 that is read as STOP, or begin with a 0.
     EXPECT_EQ(lab::false_start_conditions(plain, 1), 1U) << width;
     EXPECT_EQ(lab::lost_start_conditions(plain, 1, {.cds = true}), 1U) << width;
   }

@@ -1,4 +1,5 @@
-// Damaged buffers by the million: as many pass with a wrong position as docs/lost-start.md says.
+// Millions of damaged buffers: as many are accepted with a wrong position as docs/lost-start.md
+// states.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,7 +23,7 @@
 namespace biss::test::spi {
 namespace damage_test {
 
-/// Buffers a case; BISS_DAMAGED_BUFFERS changes it.
+/// Buffers per case; BISS_DAMAGED_BUFFERS changes the number.
 std::uint64_t buffers(std::uint64_t usual) {
   const char* const wanted = std::getenv("BISS_DAMAGED_BUFFERS");
   if (wanted != nullptr) return std::strtoull(wanted, nullptr, 10);
@@ -39,14 +40,14 @@ struct Case {
   bool cds = false;
   /// Further channels carry the top bits of the first one's position.
   bool aligned_words = false;
-  /// SLO is low at first, as behind a cable when the encoder has a fixed cycle time: with as many
-  /// zeros as may be, or fewer.
+  /// SLO is low at first, as after a cable with an encoder of fixed cycle time. The number of zeros
+  /// is the largest possible one, or less.
   bool late = false;
 };
 
 constexpr Picoseconds period = nanoseconds(100);
 
-/// Frames of one case with a position, an ACK and a line delay drawn for each.
+/// Frames of one case with a random position, ACK and line delay each.
 template <std::size_t Channels>
 class Bench {
   using Codec = FrameCodec<CrcFast, Channels>;
@@ -68,7 +69,7 @@ class Bench {
                                  .aligned_words = the_case.aligned_words,
                                  .tail_checked = the_case.tail == SpiTail::must_stay_low}) {}
 
-  /// What passes of `count` transfers with START read as 0 is what was computed.
+  /// The number of accepted transfers, of `count` with START read as 0, is the computed one.
   void lose_start(std::uint64_t count) {
     run(count, "START lost", [this](const Transfer& transfer) {
       bits_.flip(transfer.lead_clocks + transfer.ack_clocks);
@@ -161,12 +162,12 @@ class Bench {
     std::printf("%llu of %llu pass, %.1f +- %.1f computed\n",
                 static_cast<unsigned long long>(wrong_), static_cast<unsigned long long>(count),
                 expected, sigma);
-    // Where hardly any may pass, counts are whole numbers and not Gaussian.
+    // Small expected counts are not Gaussian.
     const double margin = share == 0 ? 0 : std::max(5 * sigma, 5.0);
     EXPECT_LE(std::abs(static_cast<double>(wrong_) - expected), margin);
   }
 
-  /// A buffer quick to fill.
+  /// A buffer that is filled quickly.
   class Bits {
    public:
     void fill_front(std::size_t ones) {
@@ -230,7 +231,7 @@ TEST(SpiDamage, WidestAckTailIgnored_PassAtTheComputedRate) {
 }
 
 TEST(SpiDamage, LoneAckBit_PassesAtTheComputedRate) {
-  // ACK of one clock: when it is lost the leading ones reach into the data.
+  // ACK of one clock: if it is lost, the leading ones extend into the data.
   damage<1>({"pos18,nE,nW,crc6;cds0", 1, 4, 6, SpiTail::ignored}, 0xDA1A, buffers(million));
   damage<1>({"pos12,nE,nW,crc4", 1, 4, 6, SpiTail::must_stay_low, true}, 0xDA1B, buffers(million));
 }

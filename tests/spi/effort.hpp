@@ -1,4 +1,4 @@
-// How much a long test does in this build.
+// The effort of a long test in this build.
 #pragma once
 
 namespace biss::test::spi {
@@ -11,7 +11,7 @@ namespace biss::test::spi {
 #endif
 #endif
 
-/// True where every step is slow: instrumented or not optimised.
+/// True in slow builds: instrumented or not optimised.
 #if defined(BISS_SPI_SANITIZED) || !defined(__OPTIMIZE__)
 inline constexpr bool slow_build = true;
 #else

@@ -1,5 +1,5 @@
-// An encoder with a fixed cycle time, asked just when it is ready: the buffer begins with SLO still
-// low. What is read then is what would have been read after leading ones, and nothing else is.
+// An encoder with a fixed cycle time, requested exactly when it is ready: the buffer begins while
+// SLO is still low. A frame is read if and only if it would be read after leading ones.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ using Samples = std::vector<std::uint8_t>;
 
 constexpr DeviceTiming renishaw = catalogue_encoder("resolute-18").timing;
 
-/// The same device if it were ready by another rule: there, leading zeros are never allowed.
+/// The same device with another timeout rule, which never permits leading zeros.
 constexpr DeviceTiming without_cycle_time(DeviceTiming timing) {
   timing.timeout = {TimeoutRule::fixed, timing.timeout.time};
   return timing;
@@ -67,7 +67,7 @@ SpiSetup setup_of(const Clock& clock, std::int64_t delay_max) {
           .line_delay = {{}, picoseconds(delay_max)}};
 }
 
-/// The zeros at the front turned to ones.
+/// The leading zeros replaced by ones.
 Samples with_ones(Samples samples) {
   std::fill(samples.begin(), std::find(samples.begin(), samples.end(), 1), std::uint8_t{1});
   return samples;
@@ -82,8 +82,8 @@ bool same(const Read& a, const Read& b) {
   return a.error().cause == b.error().cause && a.error().channel == b.error().channel;
 }
 
-/// At each clock, with each cable, with either phase and however a tie is seen, SLO rising at any
-/// moment up to the line delay.
+/// At each clock rate, with each cable, with either phase and any reading of a tie, SLO rises at
+/// any time up to the line delay.
 TEST(SpiLate, EncoderReadyJustAsTheRequestComes_IsRead) {
   const Codec codec(*parse_format("pos18,nE,nW,crc6;cds0"));
   Random random(0x1A7E);
@@ -126,7 +126,8 @@ TEST(SpiLate, EncoderReadyJustAsTheRequestComes_IsRead) {
   EXPECT_GT(late_frames, frames / 3);
 }
 
-/// Later than the line delay that the setup permits, or that any cable has, nothing is believed.
+/// After a rise later than the permitted line delay, or than that of any cable, no frame is
+/// accepted.
 TEST(SpiLate, SloLowForLonger_IsNotReady) {
   const Codec codec(*parse_format("pos18,nE,nW,crc6;cds0"));
   for (const std::int64_t permitted : {0, 42'500, 250'000, 1'042'500, 40'000'000}) {
@@ -137,7 +138,7 @@ TEST(SpiLate, SloLowForLonger_IsNotReady) {
       for (std::size_t zeros = 1; zeros < 40; ++zeros) {
         const bool within = clock.sample(zeros - 1) <= longest;
         EXPECT_EQ(within, zeros <= reader.bounds().late_max_clocks) << permitted << ' ' << zeros;
-        // Of the longest line, or one where a 1 is left after the zeros.
+        // The longest line, or one that leaves a 1 after the zeros.
         const std::size_t lead = std::max<std::size_t>(reader.bounds().lead_max_clocks, zeros + 1);
         const auto delay = static_cast<std::int64_t>(lead - 2) * 100'000;
         Samples samples = samples_of({.period = 100'000}, 0x2ABCD, 40, delay, 600);
@@ -149,7 +150,7 @@ TEST(SpiLate, SloLowForLonger_IsNotReady) {
   }
 }
 
-/// Zeros, ones, and no ACK in time: the encoder was not ready, and did not hear the request.
+/// Zeros, ones, and no ACK in time: the encoder was not ready and did not receive the request.
 TEST(SpiLate, SloThatRisesAndStays_IsNotReady) {
   const Codec codec(*parse_format("pos18,nE,nW,crc6;cds0"));
   const Reader reader(codec, setup_of({}, 1'042'500), renishaw);
@@ -162,8 +163,8 @@ TEST(SpiLate, SloThatRisesAndStays_IsNotReady) {
   }
 }
 
-/// Whatever the buffer, zeros at its front are no more than ones there: nothing is accepted that
-/// would not have been, with the same position.
+/// In any buffer, leading zeros have the same effect as leading ones: every accepted frame would
+/// also be accepted after ones, with the same position.
 TEST(SpiLate, AnyBuffer_IsReadAsIfItBeganWithOnes) {
   Random random(0x1A7F);
   std::uint64_t read_late = 0;
@@ -207,8 +208,8 @@ TEST(SpiLate, AnyBuffer_IsReadAsIfItBeganWithOnes) {
   EXPECT_GT(not_ready, 0U);
 }
 
-/// One or two wrong samples anywhere in a frame that began with ones, of any device: where it
-/// passes only because zeros may come first, START stands where the encoder sent it.
+/// One or two wrong samples anywhere in a frame of any device that began with ones. If it is
+/// accepted only because leading zeros are permitted, START is where the encoder sent it.
 TEST(SpiLate, OneOrTwoWrongSamples_NeverMakeAnotherStartPassThroughThis) {
   const FrameFormat format = *parse_format("pos12,nE,nW,crc4");
   const Codec codec(format);
@@ -243,10 +244,10 @@ TEST(SpiLate, OneOrTwoWrongSamples_NeverMakeAnotherStartPassThroughThis) {
           const Read frame = read(reader, damaged);
           if (!frame.ok()) continue;
           ++through_this;
-          // START was not taken for a leading one.
+          // START was not read as a leading one.
           ASSERT_LT(std::find(damaged.begin(), damaged.end(), 1) - damaged.begin(), lead);
-          // The zeros are as good as ones. Where that leaves one wrong sample elsewhere, it passes
-          // as rarely as it does without zeros.
+          // The zeros are equivalent to ones. If that leaves one wrong sample elsewhere, it is
+          // accepted as rarely as without zeros.
           if (with_ones(damaged) != whole) {
             ASSERT_TRUE(read(strict, with_ones(damaged)).ok());
             continue;
@@ -260,8 +261,8 @@ TEST(SpiLate, OneOrTwoWrongSamples_NeverMakeAnotherStartPassThroughThis) {
   EXPECT_GT(through_this, 1'000U);
 }
 
-/// The same for a frame that did begin with zeros: a single wrong sample among them or among the
-/// ones never moves START.
+/// The same for a frame that did begin with zeros: one wrong sample among the zeros or the ones
+/// never moves START.
 TEST(SpiLate, WrongSampleBeforeAck_NeverMovesStart) {
   const Codec codec(*parse_format("pos18,nE,nW,crc6;cds0"));
   Random random(0x1A81);

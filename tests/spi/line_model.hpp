@@ -1,5 +1,5 @@
-// Encoder, cable and SPI peripheral in time. Written from the protocol alone: it knows nothing of
-// the aligner it is there to judge.
+// Timing model of encoder, cable and SPI peripheral. It is written from the protocol alone and does
+// not use the aligner that it tests.
 #pragma once
 
 #include <cstddef>
@@ -8,10 +8,10 @@
 
 namespace biss::test::spi {
 
-/// The edge of MA that the peripheral samples at.
+/// The edge of MA at which the peripheral samples.
 enum class Edge : std::uint8_t { rising, falling };
 
-/// Whether a change that arrives in the very moment of sampling is seen.
+/// Whether a change at exactly the sampling time is read.
 enum class Tie : std::uint8_t { old_level, new_level };
 
 /// MA falls at 0, T, 2 T, … and rises half a period later; times are picoseconds.
@@ -44,8 +44,8 @@ inline void append_bits(Output& out, std::uint64_t value, unsigned count) {
   for (unsigned i = count; i-- > 0;) out.push_back((value >> i) & 1U);
 }
 
-/// What the peripheral samples with `clocks` clocks when SLO comes `delay` after MA. The line is 1
-/// until the first bit arrives.
+/// The samples of the peripheral with `clocks` clocks when SLO comes `delay` after MA. The line is
+/// 1 until the first bit arrives.
 inline void sample(const Output& out, const Clock& clock, std::int64_t delay, std::size_t clocks,
                    std::vector<std::uint8_t>& samples) {
   samples.resize(clocks);

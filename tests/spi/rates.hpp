@@ -1,4 +1,4 @@
-// From the exact shares of lab/structure.hpp to the rate at which a damaged transfer passes.
+// Computes the rate of accepted damaged transfers from the exact shares of lab/structure.hpp.
 #pragma once
 
 #include <algorithm>
@@ -15,11 +15,11 @@
 
 namespace biss::test::spi {
 
-/// A frame as the encoder sent it, and how the reader looks at it.
+/// A frame as the encoder sent it, and the checks of the reader.
 struct Transfer {
   unsigned lead_clocks = 2;
   unsigned ack_clocks = 1;
-  /// Samples that the reader has.
+  /// The number of samples of the reader.
   std::size_t clocks = 0;
   FrameBounds bounds{};
 };
@@ -42,7 +42,7 @@ class Rates {
     if (at == 0 || at > start) return 0;
     if (at == start) return lost_start(transfer);
     const int lead = static_cast<int>(transfer.lead_clocks);
-    // A 0 among the leading ones: the next sample is 1 and looks like START.
+    // After a 0 among the leading ones, the next sample is 1 and looks like START.
     if (at < lead - 1) return seen(transfer, at, 1) ? share(at + 1 - start, transfer, 0) : 0;
     if (at == lead - 1) return 0;
     if (at > lead) return seen(transfer, lead, at - lead) ? share(at - start, transfer, 0) : 0;
@@ -66,7 +66,7 @@ class Rates {
            ack >= bounds.ack_min_clocks && ack <= bounds.ack_max_clocks;
   }
 
-  // The only ACK bit is 1: the leading ones go on through START, and through what is 1 after it.
+  // The only ACK bit is 1: the leading ones continue through START and the ones after it.
   double lost_ack(const Transfer& transfer) const {
     double sum = 0;
     for (unsigned ones = 0; ones <= payload_and_cds(); ++ones) {
@@ -92,7 +92,7 @@ class Rates {
   unsigned payload_and_cds() const { return format_.payload_bits() + 1; }
 
   double share(int place, const Transfer& transfer, unsigned ones) const {
-    // The length of ACK matters only to a START in front of it.
+    // The length of ACK affects only a START before it.
     const bool in_front = -place > static_cast<int>(transfer.ack_clocks);
     const unsigned ack = in_front ? transfer.ack_clocks : max_ack;
     const auto [found, fresh] = known_.try_emplace({place, ack, ones});

@@ -1,5 +1,5 @@
-// Every encoder of the catalogue on an SPI peripheral: our slave behind a cable, asked as soon as
-// the cycle budget says, read by SpiReader.
+// Every encoder of the catalogue on an SPI peripheral: the slave of the core at the end of a cable,
+// requested at the interval of the cycle budget, read by SpiReader.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ namespace total_test {
 
 constexpr std::size_t requests = 4;
 
-/// Positions at random, kept to compare.
+/// Random positions, stored for the comparison.
 struct Encoder {
   const FrameFormat* format = nullptr;
   Random* random = nullptr;
@@ -82,7 +82,7 @@ class Slo {
   bool level_ = true;
 };
 
-/// What is wrong with one of the requests, begun `interval` apart; empty: each is read and true.
+/// The first error of a series of requests at the given interval; empty if every reading is right.
 std::string judged(const Place& place, Picoseconds interval, Random& random) {
   const DeviceTiming& timing = place.entry->timing;
   const FrameFormat format = place.entry->frame_format();
@@ -153,8 +153,8 @@ std::size_t for_each_place(Check check) {
   return places;
 }
 
-/// With a fixed cycle time at exactly `total`; else when SLO can be seen high, the line delay
-/// later.
+/// With a fixed cycle time the request comes after exactly `total`; otherwise when SLO is read
+/// high, a line delay later.
 TEST(SpiTotal, EveryEncoderClockAndCable_IsReadAtOnce) {
   constexpr std::uint64_t seed = 0x70741;
   std::printf("seed 0x%llX\n", static_cast<unsigned long long>(seed));
@@ -168,7 +168,7 @@ TEST(SpiTotal, EveryEncoderClockAndCable_IsReadAtOnce) {
   EXPECT_GT(places, 600U);
 }
 
-/// Two periods sooner nothing is read where the encoder's timeout is the limit.
+/// Two periods earlier no frame is read if the encoder's timeout is the limit.
 TEST(SpiTotal, RequestsSoonerThanThat_AreNotRead) {
   Random random(0x70742);
   const std::size_t places = for_each_place([&](const Place& place) {

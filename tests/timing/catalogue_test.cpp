@@ -1,5 +1,5 @@
-// Every encoder of the catalogue, the core's slave against the oracle's, edge by edge: at each
-// clock it takes, with each cable the rule allows, as quick and as slow as it may be.
+// Every encoder of the catalogue: the core's slave compared with the oracle's, edge by edge, at
+// each clock rate, with each permitted cable, as fast and as slow as the data sheet permits.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -31,7 +31,7 @@ using oracle::Time;
 
 constexpr std::size_t requests = 4;
 
-/// An encoder, its clock, its cable.
+/// An encoder, its clock rate, its cable.
 struct Installation {
   const CatalogueEntry* entry = nullptr;
   biss::Hertz clock;
@@ -45,7 +45,7 @@ struct Installation {
   }
 };
 
-/// What the encoder has to say at each request.
+/// The expected answers of the encoder, one for each request.
 using Said = std::vector<std::vector<oracle::Values>>;
 
 oracle::Checksum checksum_of(unsigned bits) {
@@ -76,7 +76,7 @@ void add_item(oracle::ChannelDescription& channel, const std::string& text) {
   throw std::invalid_argument(text);
 }
 
-// The catalogue's text read without the core: no more of the grammar than the catalogue needs.
+// Reads the catalogue's text without the core, limited to the grammar that the catalogue uses.
 oracle::Description description_of(std::string text) {
   oracle::Description description;
   const std::size_t options = text.find(';');
@@ -244,8 +244,8 @@ oracle::SlaveAnswer answer_of_oracle(const Installation& place, const oracle::Li
   return oracle::answer(timing_of(place), ma, {}, payload, cds);
 }
 
-// What a master that samples at MA's falling edges reads wrong, STOP included: two answers that
-// agree could still be two silences.
+// The errors in the bits that a master reads at MA's falling edges, STOP included: two equal
+// answers could still both be missing.
 std::string unread(const oracle::SlaveAnswer& answer, const Clocks& clocks,
                    const oracle::Description& description, const Said& said) {
   auto change = answer.slo.begin();
@@ -278,7 +278,8 @@ std::string judged(const Installation& place, const oracle::Description& descrip
   return unread(judge, clocks, description, said);
 }
 
-// Where every step is slow, one of five installations; no divisor of how many an encoder has.
+// In slow builds, one of five installations. The number divides no encoder's number of
+// installations.
 constexpr std::size_t thin = exhaustive::slow_build ? 5 : 1;
 
 std::vector<Installation> installations_of(const CatalogueEntry& entry, std::size_t& passed) {
@@ -297,9 +298,10 @@ std::vector<Installation> installations_of(const CatalogueEntry& entry, std::siz
   return places;
 }
 
-// How much sooner than `total` the encoder is not ready for certain. A timeout that ends in the
-// middle of a clock is rounded up, and half a period is kept for CDM 1; a fixed cycle time is
-// exact. None where the device's shortest cycle is longer than its timeout: nothing refuses then.
+// The time before `total` at which the encoder is certainly not ready. A timeout that ends in the
+// middle of a clock is rounded up, and half a period is reserved for CDM 1; a fixed cycle time is
+// exact. None if the device's shortest cycle is longer than its timeout, because no request is
+// refused then.
 std::optional<Picoseconds> too_soon(const Installation& place) {
   const biss::CycleBudget budget = budget_of(place);
   if (budget.idle.count != 0) return std::nullopt;

@@ -1,4 +1,4 @@
-// Each file in features/ before the core's slave and before the oracle's.
+// Each file in features/ run with the core's slave and with the oracle's.
 #include <gtest/gtest.h>
 
 #include <fstream>

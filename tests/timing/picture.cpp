@@ -51,7 +51,7 @@ std::optional<std::size_t> column_of(Time time, const std::vector<Piece>& pieces
   return std::nullopt;
 }
 
-// Each name is in the lowest row with room for it, above a stroke at its time.
+// Each name is in the lowest row with room for it, above a mark at its time.
 std::string names_of(const std::vector<Mark>& marks, const std::vector<Piece>& pieces) {
   std::vector<std::string> rows;
   std::string strokes;

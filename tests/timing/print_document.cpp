@@ -1,4 +1,4 @@
-// biss_timing_document FOLDER: prints docs/timing.md, made of the features in the folder.
+// biss_timing_document FOLDER: prints docs/timing.md, made from the features in the folder.
 #include <cstdio>
 #include <exception>
 

@@ -1,4 +1,5 @@
-// The core's slave against the oracle's, edge by edge, on clocks that a master sends and on others.
+// The core's slave compared with the oracle's, edge by edge, on clocks of a master and on other
+// clocks.
 #include <gtest/gtest.h>
 
 #include <cstdint>

@@ -54,7 +54,7 @@ biss::SlaveTiming timing_of(const oracle::SlaveDescription& slave) {
           .chained = slave.chained};
 }
 
-// The chain of the core's slaves; a change runs through it without delay.
+// The daisy chain of the core's slaves; a change passes through it without delay.
 class Chain {
  public:
   explicit Chain(const std::vector<Device>& devices) : answers_(devices.size()) {

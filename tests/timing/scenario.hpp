@@ -1,4 +1,4 @@
-// Slaves in a chain and what is done to them, answered by the core and by the oracle.
+// Slaves in a daisy chain with stimuli, simulated by the core and by the oracle.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@ struct Device {
   unsigned position_bits = 3;
   unsigned crc_bits = 3;  ///< 3 or 6, the usual polynomial of that width
   std::uint64_t position = 0;
-  /// The position of sampling n (0, 1, …) is `position` with these bits of n turned.
+  /// The position of sampling n (0, 1, …) is `position` with these bits of n inverted.
   std::uint64_t changing = 0;
   bool cds = false;
   oracle::SlaveDescription timing;
@@ -27,14 +27,14 @@ struct Scenario {
   oracle::Line ma;
 };
 
-/// What each slave did, in the order of the chain.
+/// The results of each slave, in the order of the chain.
 using Answers = std::vector<oracle::SlaveAnswer>;
 
 /// Steps the core's slaves at each edge of MA and at each deadline.
 Answers answers_of_core(const Scenario& scenario);
 Answers answers_of_oracle(const Scenario& scenario);
 
-/// The first difference of a slave, empty when there is none.
+/// The first difference of a slave; empty if there is none.
 std::string difference(const Answers& first, const Answers& second);
 
 /// All changes on one line, times in ns.

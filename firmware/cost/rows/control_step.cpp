@@ -1,6 +1,6 @@
 #include "firmware/cost/row.hpp"
 
-// What the title says.
+// The size in the title.
 static_assert(sizeof(biss::ControlSession) == 80);
 
 BISS_ROW(control_step, "control session (80 bytes), one step", control_frame) {

@@ -1,9 +1,9 @@
 #include "firmware/cost/row.hpp"
 
-// What the title says.
+// The size in the title.
 static_assert(sizeof(cost::SafetyMonitor) == 56);
 
-// As many samples as it takes to meet what is rare: random and hostile frames.
+// Enough samples for rare events: random and hostile frames.
 BISS_ROW_TIMES(safety_frame, "safety monitor (56 bytes), frame of 36 + 28 bits, with decode",
                safety_frame, 100'000) {
   const biss::SafetyJudgement judgement =

@@ -1,4 +1,4 @@
-#include "cli/common/fault_option.hpp"
+#include "cli/simulate/fault_option.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

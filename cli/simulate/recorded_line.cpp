@@ -1,4 +1,4 @@
-#include "cli/common/recorded_line.hpp"
+#include "cli/simulate/recorded_line.hpp"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "cli/common/interruption.hpp"
+#include "cli/safety/interruption.hpp"
 
 #include <array>
 #include <atomic>

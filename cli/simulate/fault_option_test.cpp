@@ -1,4 +1,4 @@
-#include "cli/common/fault_option.hpp"
+#include "cli/simulate/fault_option.hpp"
 
 #include <gtest/gtest.h>
 

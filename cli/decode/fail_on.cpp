@@ -1,4 +1,4 @@
-#include "cli/common/fail_on.hpp"
+#include "cli/decode/fail_on.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "cli/common/capture_output.hpp"
+#include "cli/simulate/capture_output.hpp"
 
 #include <gtest/gtest.h>
 
