@@ -107,8 +107,8 @@ class SamplePieces {
 };
 
 /// The samples as edges. A capture without a whole sample is `empty`; one that ends inside a sample
-/// is `truncated`, after its edges; samples beyond 106 days are `time_out_of_range`. Fails at once
-/// with `bad_layout`.
+/// is `truncated`, after its edges; samples beyond 106 days are `time_out_of_range`. A layout that
+/// cannot be fails immediately with `bad_layout`.
 Opened open_samples(const RawLayout& layout, std::unique_ptr<SamplePieces> pieces,
                     bool is_raw = false);
 

@@ -39,7 +39,7 @@ std::string with_flip(std::string_view text, std::size_t index) {
   return flipped;
 }
 
-// A device at 1 MHz, asked every 100 us.
+// A device at 1 MHz, requested every 100 us.
 struct Bench {
   explicit Bench(std::string_view format = {}, const DeviceTiming& timing = {})
       : conformance(format.empty() ? std::nullopt : std::optional(*parse_format(format)), timing) {}

@@ -1,4 +1,4 @@
-// What must hold for every capture that a reader delivers, whatever the input was.
+// The invariants of every capture that a reader delivers, for any input.
 #pragma once
 
 #include <array>

@@ -1,13 +1,13 @@
 // The master with any SLO: every request ends in bounded time, and its reading is that of
 // decode_frame().
 //
-// Input: the format's number in frame_formats; the period above 50 ns in 20 ns; bit 0 compensation,
-// bit 1 CDM, bit 2 late calls, bit 3 a script instead of an edge train, bits 4…5 the timeout's
-// rule, bits 6…7 slaves; longest ACK in half periods; extra clocks; bits 0…3 resolution and bits
-// 4…7 shift of the sampling point; the longest line delay in half periods; the line delay of a
-// script in eighths of a period; then either changes of SLO, two bytes each, the time since the
-// last one in sixteenths of a period, or the script: SLO's level at each rising edge of MA from the
-// first on.
+// Input: the format's number in frame_formats; the period above 50 ns in steps of 20 ns; bit 0
+// compensation, bit 1 CDM, bit 2 late calls, bit 3 a script instead of an edge train, bits 4…5 the
+// timeout's rule, bits 6…7 slaves; longest ACK in half periods; extra clocks; bits 0…3 resolution
+// and bits 4…7 shift of the sampling point; the longest line delay in half periods; the line delay
+// of a script in eighths of a period; then either changes of SLO, two bytes each, the time since
+// the last one in sixteenths of a period, or the script: SLO's level at each rising edge of MA from
+// the first on.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>

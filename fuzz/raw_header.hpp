@@ -25,7 +25,7 @@ inline std::string raw_header(const capture::RawLayout& layout) {
   return header;
 }
 
-/// The layout a header stands for; also one that cannot be. \pre header.size() >= raw_header_bytes
+/// The layout of a header, which may be invalid. \pre header.size() >= raw_header_bytes
 inline capture::RawLayout raw_layout(std::string_view header) {
   const auto byte = [header](std::size_t i) { return static_cast<std::uint8_t>(header[i]); };
   capture::RawLayout layout;

@@ -2,10 +2,10 @@
 // edges. With both in series and an even clock, every position must be read back.
 //
 // Input: the format's number in frame_formats; bits 0 and 1 the timeout's rule, bit 2 no
-// compensation, bit 3 a clock of our own, bit 4 requests at an even clock too, bits 5…7 where in
-// time the train begins; the line delay, the time until the answer is ready and the period, a byte
-// each; then a byte an event: bits 0…4 the time to it in eighths of a period, the last eight
-// other times, bits 5…7 what it is.
+// compensation, bit 3 another clock for the simulated master, bit 4 also requests at an even clock,
+// bits 5…7 the start time of the train; the line delay, the time until the answer is ready and the
+// period, one byte each; then one byte for each event: bits 0…4 the time to it in eighths of a
+// period (the last eight values are other times), bits 5…7 its kind.
 #include <algorithm>
 #include <array>
 #include <cstddef>

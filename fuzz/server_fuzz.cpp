@@ -50,7 +50,7 @@ struct Mirror {
   unsigned slave = 0;
   bool busy = false;
   bool accepts = false;
-  bool accepted = false;  // when it was asked last
+  bool accepted = false;  // at the last request
   std::uint32_t cdm = 0;  // the last bits sent, the latest lowest
   std::uint8_t bsel = 0;
   std::array<std::array<std::uint8_t, biss::bank_bytes>, banks + 1> parts{};

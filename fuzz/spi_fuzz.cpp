@@ -1,9 +1,9 @@
 // Hostile SPI buffers: every accepted frame lies within the buffer and the bounds, and is complete.
 //
 // Input: the format's number in frame_formats; the clock period above 100 ns in ns; bits 0…3 the
-// least line delay in quarter periods; bit 0 the phase, bit 1 the tail's rule, bit 2 the timeout's,
-// bits 3…7 what the longest line delay adds in quarter periods; bits of padding; ACK's most clocks;
-// clocks sent, high and low byte; then the buffer.
+// least line delay in quarter periods; bit 0 the phase, bit 1 the tail's rule, bit 2 the timeout's
+// rule, bits 3…7 the range of line delays in quarter periods; bits of padding; the longest ACK in
+// clocks; clocks sent, high and low byte; then the buffer.
 #include <cstddef>
 #include <cstdint>
 #include <span>

@@ -108,7 +108,7 @@ unsigned position_shift(const ChannelFormat& word) {
   return shift + word.crc.width_bits;
 }
 
-// Sums a word of the dual code for each of its index: bit j is whether error bit j turns its sign.
+// Sums one word of the dual code for each index: bit j is whether error bit j inverts its sign.
 std::vector<std::uint64_t> sign_words(const std::vector<std::uint32_t>& columns, unsigned width) {
   std::vector<std::uint64_t> words(std::size_t{1} << width);
   for (std::size_t word = 0; word < words.size(); ++word) {

@@ -47,7 +47,7 @@ LineSetup setup_of(std::string_view format, std::uint8_t slaves = 1) {
   return setup;
 }
 
-// All of encoder 0 … n-1 are read, whatever their number.
+// Reads all registers of encoder 0 … n-1.
 std::vector<ControlAccess> read_all(unsigned encoders) {
   std::vector<ControlAccess> accesses;
   for (unsigned slave = 0; slave < encoders; ++slave) {

@@ -91,7 +91,7 @@ void SloReplay::settle(Picoseconds now, std::vector<Edge>& out) {
 MasterSetup SloReplay::setup_of_request() const {
   MasterSetup setup = setup_.master;
   if (setup.period.count == 0) {
-    // From rising edge to rising edge, which are one bit apart.
+    // Measured between rising edges, which are one bit period apart.
     const std::size_t rises = ma_edges_.size() / 2;
     const Picoseconds first_rise = ma_edges_[1];
     setup.period = (ma_edges_[2 * rises - 1] - first_rise) / static_cast<std::int64_t>(rises - 1);

@@ -121,7 +121,7 @@ struct ControlOptions {
 struct ControlOutcome {
   /// The longest time by which a slave delayed S of a byte; 0 where it never did. An S whose 1 was
   /// damaged on CDS looks like a delay, too. What is read then is always detected as wrong. A byte
-  /// that is written after another one is not: master and slave are a bit apart, and the echo
+  /// that is written after another one is not: master and slave differ by a bit, and the echo
   /// agrees for half of all values although nothing was written. Read back what was written with a
   /// delay, or write such registers in separate accesses, where the protocol allows no delay.
   Picoseconds longest_busy{};

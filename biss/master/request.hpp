@@ -411,7 +411,7 @@ constexpr bool released_by_time(const MasterSetup& setup, Picoseconds begin,
 /// With MasterSetup::trust_cycle_time, waiting after a good frame ends when the encoder is known to
 /// be ready: by TimeoutRule::cycle, a fixed time after the request began. SLO shows it a line delay
 /// later, so done() may be true, and begin() may be called, while SLO is low (ready_by_time()).
-/// Requests then come as fast as the device allows, behind any cable. SLO must rise within the line
+/// Requests then come as fast as the device allows, with any cable. SLO must rise within the line
 /// delay measured before and stay high for a period until ACK. This needs compensation and CDM 0; a
 /// frame that is longer than the time waits for SLO.
 ///

@@ -142,8 +142,8 @@ constexpr std::uint16_t line_delay_clocks(const BasicFrame<Channels>& frame) {
   return static_cast<std::uint16_t>(frame.lead_clocks - 2U);
 }
 
-/// The line delay that a good frame shows: at least `min`, at most `max`, a period apart (half a
-/// period where the delay cannot be negative).
+/// The range of line delays that fit a good frame, from `min` to `max`. Its width is one period
+/// (half a period where the delay cannot be negative).
 /// \pre the frame came from a SpiReader of this setup
 template <std::size_t Channels>
 constexpr LineDelayRange observed_line_delay(const BasicFrame<Channels>& frame,

@@ -187,7 +187,8 @@ VerbText help_verb() {
 }
 
 void declare_help(Verb verb, HelpOptions& options) {
-  verb.add_option("VERB", options.verb, "The verb; the help of the command by default");
+  verb.add_option("VERB", options.verb,
+                  "Verb whose help is printed; by default the help of biss itself");
   add_name_option(verb, "--to", options.to, {"text", "man", "bash"},
                   "A verb's help (the default), the manual page, or a completion script for bash");
   add_output_option(verb, options.output);

@@ -71,13 +71,12 @@ void add_capture_options(Verb verb, CaptureArguments& arguments) {
   verb.add_option("--slo", arguments.slo, "The line that is SLO")
       .type_name("NAME|FILE:NAME")
       .file(FileUse::read, file_of_line);
-  verb.add_flag("--invert-ma", arguments.invert_ma,
-                "The capture shows MA inverted; measured by default");
-  verb.add_flag("--invert-slo", arguments.invert_slo,
-                "The capture shows SLO inverted; measured by default");
-  add_duration_option(verb, "--resolution", into(arguments.resolution),
-                      "Edge timing uncertainty of the capture: its sample period where the file "
-                      "gives it, else 0");
+  verb.add_flag("--invert-ma", arguments.invert_ma, "Treat MA as inverted; detected by default");
+  verb.add_flag("--invert-slo", arguments.invert_slo, "Treat SLO as inverted; detected by default");
+  add_duration_option(
+      verb, "--resolution", into(arguments.resolution),
+      "Edge timing uncertainty of the capture; by default the sample period that the "
+      "file gives, else 0");
   arguments.has_each = true;
   verb.add_flag("--each", arguments.each,
                 "Read every encoder of a capture: all pairs of MA and SLO, one after the other");

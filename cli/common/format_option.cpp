@@ -165,15 +165,15 @@ void add_timing_options(Verb verb, FormatArguments& arguments) {
                                  const char* help) {
     section.add_option(name, value, help).type_name(type);
   };
-  option("--ack-max", arguments.ack_max, "TIME", "Longest ACK, as a time: 16us");
+  option("--ack-max", arguments.ack_max, "TIME", "Longest ACK, as a time, for example 16us");
   option("--ack-clocks", arguments.ack_clocks, "N", "Fixed length of ACK in clocks");
   option("--timeout", arguments.timeout, "RULE",
          "Timeout rule: adaptive, static:20us or cycle:31.25us");
   option("--release", arguments.release, "N",
-         "Half periods of MA for which SLO stays low after the last edge of a frame that is longer "
-         "than a timeout of cycle:...; 3 by default, an assumption");
+         "Half periods of MA for which SLO stays low after the last edge, if the frame is longer "
+         "than the timeout cycle:...; 3 by default, which is assumed");
   option("--clock-max", arguments.clock_max, "RATE", "Highest clock of the device");
-  option("--cycle-min", arguments.cycle_min, "TIME", "Least time from request to request");
+  option("--cycle-min", arguments.cycle_min, "TIME", "Shortest time from request to request");
 }
 
 tl::expected<Device, std::string> parse_device(std::string_view text) {

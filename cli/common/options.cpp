@@ -25,10 +25,8 @@ Option add_parsed(Verb verb, const std::string& name, const std::string& descrip
 
 }  // namespace
 
-Option add_output_option(Verb verb, std::string& path) {
-  return verb.add_option("-o,--output", path, "Output file; standard output (-) by default")
-      .type_name("FILE")
-      .file(FileUse::write);
+Option add_output_option(Verb verb, std::string& path, const std::string& help) {
+  return verb.add_option("-o,--output", path, help).type_name("FILE").file(FileUse::write);
 }
 
 Option add_to_option(Verb verb, report::Format& target,

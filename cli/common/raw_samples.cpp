@@ -7,17 +7,16 @@
 namespace biss::cli {
 
 void add_raw_options(Verb verb, RawSamples& raw) {
-  const Option rate =
-      add_rate_option(verb, "--raw-rate", into(raw.rate),
-                      "Samples a second of a capture of raw samples (.bin, .raw), which does not "
-                      "say it; its bits are the lines D0, D1, ... for --ma and --slo");
+  const Option rate = add_rate_option(
+      verb, "--raw-rate", into(raw.rate),
+      "Sample rate of a raw capture (.bin, .raw); its bits are the lines D0, D1, ... "
+      "for --ma and --slo");
   const auto set_bytes = [&raw](std::uint64_t bytes) {
     if (bytes == 0) wrong_value("--raw-bytes", "a sample has 1 to 8 bytes");
     raw.bytes = bytes;
   };
   add_count_option(verb, "--raw-bytes", set_bytes,
-                   "Bytes of such a sample, the lowest first; 1 by default",
-                   capture::max_unit_bytes)
+                   "Bytes per raw sample, lowest byte first; 1 by default", capture::max_unit_bytes)
       .needs(rate);
 }
 

@@ -189,7 +189,8 @@ struct GroupVerb {
 void add_verb_group(Command& command, const VerbText& group, const std::vector<GroupVerb>& verbs);
 
 /// `-o,--output FILE`, to be given to Output::open().
-Option add_output_option(Verb verb, std::string& path);
+Option add_output_option(Verb verb, std::string& path,
+                         const std::string& help = "Output file; standard output (-) by default");
 
 /// `--to FORMAT` of the formats allowed; `target` holds the default.
 Option add_to_option(Verb verb, report::Format& target,

@@ -130,7 +130,7 @@ void add_conform(Command& command) {
   const auto options = std::make_shared<ConformOptions>();
   Verb verb = command.add_verb(
       {.name = "conform",
-       .purpose = "Judge an encoder by a capture of its positions and registers, rule by rule",
+       .purpose = "Check in a capture, rule by rule, whether an encoder conforms to BiSS C",
        .examples = {"biss conform capture.vcd -f pos26,nE,nW,crc6",
                     "biss conform capture.sr -f pos26,nE,nW,crc6 --timeout adaptive:680ns",
                     "biss conform capture.vcd --to jsonl"}},

@@ -308,7 +308,8 @@ void add_crc(Command& command) {
       .required();
   verb.add_flag("--error", options->error, "Report an error: nE is 0");
   verb.add_flag("--warning", options->warning, "Report a warning: nW is 0");
-  add_count_option(verb, "--lc", into(options->life_counter), "Sign-of-life counter; 0 by default");
+  add_count_option(verb, "--lc", into(options->life_counter),
+                   "Value of the sign-of-life counter; 0 by default");
   add_to_option(verb, options->to, {report::Format::table, report::Format::jsonl});
   add_output_option(verb, options->output);
 }

@@ -1,4 +1,4 @@
-// `biss decode`: a capture in, a row a request cycle out.
+// `biss decode`: a capture in, one row per request cycle out.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -127,7 +127,7 @@ void add_decode(Command& command) {
   const auto options = std::make_shared<DecodeOptions>();
   Verb verb = command.add_verb(
       {.name = "decode",
-       .purpose = "Read the positions in a capture of MA and SLO, a row a request cycle",
+       .purpose = "Read the positions in a capture of MA and SLO, one row per request cycle",
        .examples = {"biss decode capture.vcd -f pos26,nE,nW,crc6",
                     "biss decode capture.csv -f resolute-32 --to csv -o rows.csv",
                     "biss decode ma.csv slo.csv --ma ma.csv:D0 --slo slo.csv:D1 -f fs-36-28",
@@ -136,12 +136,12 @@ void add_decode(Command& command) {
   add_capture_options(verb, options->capture);
   add_safety_options(verb, options->safety);
   verb.add_flag("--no-compensation", options->margin.no_compensation,
-                "Judge the column marginal for a master that samples half a period after its own "
+                "Compute the column marginal for a master that samples half a period after its own "
                 "edges of MA; positions are unaffected");
-  add_time_option(verb, "--since", into(options->since), "Only cycles that begin then or later");
-  add_time_option(verb, "--until", into(options->until), "Only cycles that begin then or earlier");
+  add_time_option(verb, "--since", into(options->since), "Skip cycles that begin before this time");
+  add_time_option(verb, "--until", into(options->until), "Skip cycles that begin after this time");
   verb.add_option("--fail-on", options->fail_on,
-                  "Exit with 1 when such a row occurs: nE, nW, marginal, safety (a fault in that "
+                  "Exit with 1 if such a row occurs: nE, nW, marginal, safety (a fault in that "
                   "column), one of its verdicts, a status such as crc, or any: nE and every status "
                   "but ok, cut_start and cut_end")
       .delimiter(',')

@@ -108,7 +108,7 @@ void add_safety_options(Verb verb, SafetyArguments& arguments) {
   std::vector<std::string> names{"off"};
   for (const SafetyConfiguration& each : safety_configurations) names.emplace_back(each.name);
   add_name_option(verb, "--safety", arguments.configuration, names,
-                  "Configuration of the safety monitor; the one of the format by default");
+                  "Configuration of the safety monitor; by default that of the format");
   add_check_options(verb, arguments);
   add_duration_option(verb, "--watchdog", into(arguments.watchdog),
                       "Longest time from one good frame to the next; one and a half cycles of the "
@@ -116,7 +116,7 @@ void add_safety_options(Verb verb, SafetyArguments& arguments) {
   add_duration_option(verb, "--shortest-gap", into(arguments.shortest),
                       "Shortest time from one good frame to the next; 0s by default");
   verb.add_flag("--latch", arguments.latch,
-                "Let a fault hold for the rest of the capture, as in a machine");
+                "Keep a fault until the end of the capture, as a monitor in a machine does");
 }
 
 tl::expected<SafetyChoice, std::string> choose_safety(const SafetyArguments& arguments,

@@ -165,7 +165,7 @@ void add_marginal(report::Summary& summary, const decode::Statistics& statistics
   if (statistics.margin_judged() != 0) {
     summary.entry("marginal",
                   fmt::format("{} of {}", statistics.marginal(), statistics.margin_judged()),
-                  "SLO changes within 5 % of a period of the sampling instant");
+                  "SLO changes within 5 % of a period of the sampling point");
   } else if (margin.resolution.count != 0 && statistics.line_delay().count() != 0) {
     summary.entry("marginal", "not known",
                   fmt::format("edges are known to {}, 5 % of a period is {}",

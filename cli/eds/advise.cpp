@@ -217,13 +217,13 @@ Run add_eds_advise(Verb verb) {
   const auto bits = [&verb](const char* name, auto& target, const char* what) {
     add_count_option(verb, name, into(target), what, 64).type_name("BITS");
   };
-  bits("--resolution", options->resolution, "Bits that count within a turn, or along a scale");
-  bits("--turns", options->turns, "Bits that count turns");
+  bits("--resolution", options->resolution, "Bits of the position within a turn or along a scale");
+  bits("--turns", options->turns, "Bits of the number of turns");
   bits("--resolution-field", options->resolution_field, "Width of the field of the resolution");
   bits("--turns-field", options->turns_field, "Width of the field of the turns");
   verb.add_flag("--safety", options->safety,
                 "Word of a safety encoder: C = 1, the master does not check its CRC");
-  add_rate_option(verb, "--rate", into(options->rate), "Requests per second that are needed");
+  add_rate_option(verb, "--rate", into(options->rate), "Required requests per second");
   add_rate_option(verb, "--clock", into(options->clock),
                   "Frequency of MA; the highest of the encoder by default");
   add_length_option(verb, "--cable", into(options->cable), "Cable length from master to encoder");

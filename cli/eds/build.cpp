@@ -117,7 +117,7 @@ Run add_eds_build(Verb verb) {
                    255);
   verb.add_option("--name", options->name, "Name of the constant in C; eds by default")
       .type_name("NAME");
-  verb.add_flag("--force", options->force, "Write the banks in spite of findings");
+  verb.add_flag("--force", options->force, "Write the banks even if there are findings");
   add_output_option(verb, options->output);
   return [options] { return run_build(*options); };
 }

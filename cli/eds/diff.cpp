@@ -161,10 +161,11 @@ ExitStatus run_diff(const DiffOptions& options) {
 
 Run add_eds_diff(Verb verb) {
   const auto options = std::make_shared<DiffOptions>();
-  verb.add_option("A", options->first.file, "Dump of registers or description; - is stdin")
+  verb.add_option("A", options->first.file, "Dump of registers or description; - is standard input")
       .required()
       .file(FileUse::read);
-  verb.add_option("B", options->second, "The other one; the exit status is 1 where they differ")
+  verb.add_option("B", options->second,
+                  "Second dump or description; the exit status is 1 if they differ")
       .required()
       .file(FileUse::read);
   add_count_option(verb, "--bank", into(options->first.bank),

@@ -33,7 +33,7 @@ void add_eds(Command& command) {
          {"biss eds diff encoder.eds registers.hex", "biss eds diff old.bin new.bin --to jsonl"}},
         add_eds_diff},
        {{"advise",
-         "Advise on the frame of a new encoder: data length, CRC, alignment, request rate",
+         "Recommend a frame for a new encoder: data length, CRC, alignment, request rate",
          {"biss eds advise --resolution 18 --turns 12 --rate 16kHz --clock 10MHz",
           "biss eds advise --resolution 20 --to description", "biss eds advise encoder.eds"}},
         add_eds_advise}});

@@ -146,7 +146,7 @@ std::string nothing_found(const EdsSource& source) {
 void add_eds_file(Verb verb, std::string& file, bool required) {
   verb.add_option("FILE", file,
                   "Dump of registers (binary, hex text, Intel HEX, or accesses as JSON lines) or "
-                  "description; - is stdin")
+                  "description; - is standard input")
       .required(required)
       .file(FileUse::read)
       .type_name("");

@@ -230,7 +230,7 @@ void add_encoders(Command& command) {
   const auto options = std::make_shared<EncodersOptions>();
   Verb verb = command.add_verb(
       {.name = "encoders",
-       .purpose = "List the encoders and safety configurations that -f knows by name",
+       .purpose = "List the names of encoders and safety configurations that -f accepts",
        .examples = {"biss encoders", "biss encoders resolute-26", "biss encoders renishaw",
                     "biss encoders --to jsonl"}},
       [options] { return run_encoders(*options); });

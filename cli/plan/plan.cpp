@@ -384,7 +384,7 @@ void add_plan(Command& command) {
   add_rate_option(verb, "--clock", into(options->clock),
                   "Frequency of MA; by default one line for each usual clock");
   add_length_option(verb, "--cable", into(options->cable),
-                    "Length of the cable; by default the longest for each clock");
+                    "Cable length; by default the longest for each clock");
   add_count_option(verb, "--slaves", into(options->slaves),
                    "Encoders in a daisy chain; 1 by default, also for BiSS Safety", max_channels);
   add_timing_options(verb, options->arguments);

@@ -1,4 +1,4 @@
-// `biss registers`: the control communication in a capture, a row an access.
+// `biss registers`: the control communication in a capture, one row per access.
 #include <fmt/format.h>
 
 #include <array>
@@ -218,20 +218,21 @@ class RegistersRun {
 
 void add_registers(Command& command) {
   const auto options = std::make_shared<RegistersOptions>();
-  Verb verb =
-      command.add_verb({.name = "registers",
-                        .purpose = "Read the control communication in a capture, a row an access",
-                        .examples = {"biss registers capture.vcd",
-                                     "biss registers capture.vcd -f pos26,nE,nW,crc6 --to jsonl",
-                                     "biss registers capture.sr --dump seen.hex"}},
-                       [options] { return RegistersRun(*options).run(); });
+  Verb verb = command.add_verb(
+      {.name = "registers",
+       .purpose = "Read the control communication in a capture, one row per access",
+       .examples = {"biss registers capture.vcd",
+                    "biss registers capture.vcd -f pos26,nE,nW,crc6 --to jsonl",
+                    "biss registers capture.sr --dump seen.hex"}},
+      [options] { return RegistersRun(*options).run(); });
   add_capture_options(verb, options->capture);
-  verb.add_option("--dump", options->dump,
-                  "Write what the traffic shows of a slave's registers: a hex page, .ihex or .bin")
+  verb.add_option(
+          "--dump", options->dump,
+          "Write the registers of a slave that the accesses show: as hex text, .ihex or .bin")
       .type_name("FILE")
       .file(FileUse::write);
-  add_count_option(verb, "--id", into(options->id), "The slave of --dump", 7);
-  verb.add_flag("--fail", options->fail_on_any, "Exit with 1 when an access did not end with ok");
+  add_count_option(verb, "--id", into(options->id), "ID of the slave for --dump", 7);
+  verb.add_flag("--fail", options->fail_on_any, "Exit with 1 if an access did not end with ok");
   add_output_option(verb, options->output);
   add_to_option(verb, options->to);
 }

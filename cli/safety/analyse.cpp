@@ -80,18 +80,22 @@ Run add_safety_analyse(Verb verb) {
   const auto options = std::make_shared<AnalyseOptions>();
   add_format_option(verb, options->arguments, true);
   verb.add_option("--ber", options->rates,
-                  "Bit error rate. Repeatable; 1e-2, 1e-3 and 1e-4 by default")
+                  "Bit error rate. May be repeated; 1e-2, 1e-3 and 1e-4 by default")
       .type_name("P");
   add_rate_option(verb, "--rate", into(options->frame_rate), "Frames per second; 32kHz by default");
   verb.add_option(
           "--limit", options->limit,
           "Find the bit error rate with this many undetected errors per hour; 1e-9 by default")
       .type_name("N");
-  add_count_option(verb, "--compare", into(options->checks.compare_bits),
-                   "Compared singleturn bits (ACC_MIN); by default all that both words have", 64)
+  add_count_option(
+      verb, "--compare", into(options->checks.compare_bits),
+      "Number of upper singleturn bits to compare (ACC_MIN); by default all that both words have",
+      64)
       .type_name("BITS");
-  add_count_option(verb, "--tolerance", into(options->checks.tolerance_lsb),
-                   "Permitted difference of the compared values; 1 by default", 255)
+  add_count_option(
+      verb, "--tolerance", into(options->checks.tolerance_lsb),
+      "Largest difference of the two words, in counts of the lowest bit compared; 1 by default",
+      255)
       .type_name("LSB");
   verb.add_flag("--ignore-turns", options->ignore_turns, "Do not compare turns");
   add_count_option(verb, "--gap", into(options->gap_bits),

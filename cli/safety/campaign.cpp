@@ -252,18 +252,18 @@ Run add_safety_campaign(Verb verb) {
   const auto options = std::make_shared<CampaignOptions>();
   verb.add_option(
       "-f,--format", options->format,
-      "Safety configuration, catalogue name, or frame format of a control and a safety word");
-  verb.add_option(
-          "--fault", options->faults,
-          fmt::format(
-              "Fault to inject: {}; {}, each with [:PLACE]; {}. Repeatable; all kinds by default",
-              measured_faults, placed_faults, other_faults))
+      "Safety configuration, catalogue name, frame format of a control and a safety word, or the "
+      "configuration.json of an evidence bundle");
+  verb.add_option("--fault", options->faults,
+                  fmt::format("Fault to inject: {}; {}, each with [:PLACE]; {}. May be repeated; "
+                              "all kinds by default",
+                              measured_faults, placed_faults, other_faults))
       .type_name("KIND");
   add_count_option(verb, "--frames", into(options->frames),
                    "Frames per fault; 10 million by default", lab::max_campaign_frames);
   add_count_option(verb, "--seed", into(options->seed), "Random seed; 1 by default");
-  add_count_option(verb, "--threads", into(options->threads), "Threads; by default one per core",
-                   1024);
+  add_count_option(verb, "--threads", into(options->threads),
+                   "Worker threads; by default one per core", 1024);
   verb.add_option("--shard", options->shard, "Count only the K-th of N parts").type_name("K/N");
   verb.add_option("--state", options->state, "Save progress to this file, and continue from it")
       .type_name("FILE")
@@ -271,7 +271,7 @@ Run add_safety_campaign(Verb verb) {
   add_duration_option(verb, "--save-every", into(options->save_every),
                       "Time between two saves of --state; 5 s by default");
   verb.add_flag("--no-importance", options->plain,
-                "Add no rows by importance sampling for rare events");
+                "Omit the rows by importance sampling, which are for rare events");
   add_count_option(verb, "--replay", into(options->replay),
                    "Show one frame of a single --fault, for example a missed one",
                    lab::max_campaign_frames - 1);

@@ -408,7 +408,7 @@ void add_evidence_options(Verb verb, EvidenceOptions& options) {
                    most_line_cycles);
   add_count_option(verb, "--seed", into(options.seed), "Random seed; 1 by default");
   verb.add_option("--ber", options.bit_error_rates,
-                  "Bit error rate, can be repeated; 1e-2, 1e-3 and 1e-4 by default")
+                  "Bit error rate. May be repeated; 1e-2, 1e-3 and 1e-4 by default")
       .type_name("P");
   add_rate_option(verb, "--rate", into(options.rate),
                   "Requests per second; by default 1 / the configuration's shortest cycle");
@@ -428,7 +428,7 @@ void add_evidence_options(Verb verb, EvidenceOptions& options) {
   add_count_option(verb, "--budget", into(options.budget),
                    "Faults that are tolerated within --budget-window; 0 by default", 255);
   add_duration_option(verb, "--budget-window", into(options.budget_window),
-                      "Time of the budget; 64 times the watchdog time by default");
+                      "Time window of --budget; 64 times the watchdog time by default");
 }
 
 Run add_safety_evidence(Verb verb) {
@@ -437,12 +437,12 @@ Run add_safety_evidence(Verb verb) {
   add_count_option(verb, "--threads", into(options->threads),
                    "Worker threads; by default one per core", 1024);
   const Option folder = verb.add_option("-o,--output", options->folder,
-                                        "Create this folder; it must not exist, or be empty")
+                                        "Create this folder; it must be empty or not exist")
                             .type_name("DIR");
   verb.add_flag("--force", options->force, "Replace an existing bundle").needs(folder);
   verb.add_option("--check", options->checked,
-                  "Check the hashes of a bundle, make it again and compare; only --threads can be "
-                  "given besides")
+                  "Check the hashes of a bundle, make it again and compare; of the other options "
+                  "only --threads is allowed")
       .type_name("DIR");
   return [options, verb] {
     if (!options->checked.empty()) {

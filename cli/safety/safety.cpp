@@ -38,7 +38,8 @@ void add_safety(Command& command) {
          {"biss safety line -f fs-36-28 --cycles 2000"}},
         add_safety_line},
        {{"evidence",
-         "Run these verbs for a configuration and write a folder with hashes",
+         "Run the other safety verbs for one configuration and write their results and hashes to a "
+         "folder",
          {"biss safety evidence -f fs-36-28 -o evidence", "biss safety evidence --check evidence"}},
         add_safety_evidence}});
 }

@@ -219,9 +219,10 @@ ExitStatus run_safety_sequences(SequenceOptions options) {
 
 Run add_safety_sequences(Verb verb) {
   const auto options = std::make_shared<SequenceOptions>();
-  verb.add_option(
-          "-f,--format", options->format,
-          "Safety configuration, catalogue name, or frame format of a control and a safety word")
+  verb.add_option("-f,--format", options->format,
+                  "Safety configuration, catalogue name, frame format of a control and a safety "
+                  "word, or the "
+                  "configuration.json of an evidence bundle")
       .required();
   add_count_option(verb, "--frames", into(options->frames),
                    "Undamaged frames per row; 10 million by default");
@@ -229,24 +230,27 @@ Run add_safety_sequences(Verb verb) {
                    "Faults per kind, and trials of a wrong counter; 100 000 by default");
   verb.add_option(
           "--kind", options->kinds,
-          "undamaged, counter_mode, or one of the eight transmission errors. Repeatable; all by "
-          "default")
+          "undamaged, counter_mode, or one of the eight transmission errors. May be repeated; all "
+          "by default")
       .type_name("KIND")
       .one_of(run_names());
-  verb.add_option("--variant", options->variant, "Only this variant of the fault")
+  verb.add_option("--variant", options->variant, "Inject only this variant of the fault")
       .type_name("NAME");
-  verb.add_option("--motion", options->motions,
-                  "Motion of undamaged encoders: max, steps, creep. Repeatable; max by default")
+  verb.add_option(
+          "--motion", options->motions,
+          "Motion of undamaged encoders: max, steps, creep. May be repeated; max by default")
       .type_name("NAME")
       .one_of(motion_names());
   add_name_option(verb, "--counter", options->counter, counter_names(true),
                   "Sign-of-life counter that the monitor expects; all by default, for faults the "
                   "configuration's");
-  add_name_option(verb, "--encoder-counter", options->encoder_counter, counter_names(false),
-                  "Sign-of-life counter of the encoder; both by default");
+  add_name_option(
+      verb, "--encoder-counter", options->encoder_counter, counter_names(false),
+      "Sign-of-life counter of the encoder; both by default, for faults the same as the "
+      "monitor's");
   add_count_option(verb, "--seed", into(options->seed), "Random seed; 1 by default");
-  add_count_option(verb, "--threads", into(options->threads), "Threads; by default one per core",
-                   1024);
+  add_count_option(verb, "--threads", into(options->threads),
+                   "Worker threads; by default one per core", 1024);
   add_count_option(verb, "--replay", into(options->replay),
                    "Show one event, or an undamaged frame and the four before it");
   add_to_option(verb, options->to);

@@ -127,15 +127,16 @@ void add_line_options(Verb all, LineOptions& line) {
   add_deviation_option(verb, "--clock-error", into(line.clock_error_ppm),
                        "Deviation of the master's oscillator: 200ppm, -0.5%");
   add_duty_option(verb, "--duty", into(line.duty_per_mille),
-                  "Part of a period in which MA is high; 50% by default");
+                  "Share of a period in which MA is high; 50% by default");
   add_length_option(verb, "--cable", into(line.cable),
                     "Cable length; 10 ns of line delay per metre");
   add_duration_option(verb, "--ma-delay", into(line.ma_delay),
                       "Delay of MA to the encoder; half of the cable's by default");
   add_duration_option(verb, "--slo-delay", into(line.slo_delay),
                       "Delay of SLO to the master; half of the cable's by default");
-  add_duration_option(verb, "--internal-delay", into(line.internal_delay),
-                      "Delay from MA to SLO in the encoder; its longest by default");
+  add_duration_option(
+      verb, "--internal-delay", into(line.internal_delay),
+      "Delay from MA to SLO in the encoder; by default the longest of this encoder");
   add_duration_option(verb, "--jitter", into(line.jitter), "Peak edge jitter (±), both directions");
   add_duration_option(verb, "--ma-jitter", into(line.ma_jitter), "Peak edge jitter (±) of MA only");
   add_duration_option(verb, "--slo-jitter", into(line.slo_jitter),
@@ -144,8 +145,8 @@ void add_line_options(Verb all, LineOptions& line) {
                       "Processing time, from ACK to START; the encoder's shortest by default");
   add_count_option(
       verb, "--slaves", into(line.slaves),
-      "Encoders in a daisy chain, one data channel each, the last one with all further "
-      "channels; 1 by default",
+      "Encoders in a daisy chain; 1 by default. Each has one data channel, and the last one has "
+      "all further channels",
       max_channels);
   add_rate_option(verb, "--rate", into(line.rate),
                   "Requests per second; the highest that the encoder allows by default");
@@ -164,8 +165,8 @@ void add_line_options(Verb all, LineOptions& line) {
       .delimiter(',')
       .type_name("N,...");
   verb.add_option("--drift", line.drift,
-                  "With each cycle, move the further words of an encoder this many counts away "
-                  "from its first word")
+                  "Drift of the other words of an encoder against its first word, in counts per "
+                  "cycle")
       .type_name("COUNTS");
   add_count_option(verb, "--seed", into(line.seed),
                    "Random seed of positions, jitter and faults; 1 by default");
@@ -186,10 +187,11 @@ void add_control_options(Verb verb, SimulateOptions& options) {
   verb.add_option("--register-busy", options.line.register_busy,
                   "Busy time per byte, in frames or as a time")
       .type_name("N|TIME");
-  verb.add_option("--access", options.accesses,
-                  "Read registers, write registers or send a command, beside the requests for "
-                  "positions: read:0x42,2, 1/write:0x48=01FF, 0/command:channels, read:0@500 (not "
-                  "before cycle 500), or the accesses in a file, one per line")
+  verb.add_option(
+          "--access", options.accesses,
+          "Read registers, write registers or send a command, in addition to the requests for "
+          "positions: read:0x42,2, 1/write:0x48=01FF, 0/command:channels, read:0@500 (not "
+          "before cycle 500), or the accesses in a file, one per line")
       .type_name("[ID/]ACCESS|@FILE")
       .file(FileUse::read, file_of_accesses);
   add_count_option(verb, "--retries", into(options.line.retries),
@@ -241,7 +243,7 @@ void add_replay_options(Verb verb, ReplayOptions& replay) {
 }
 
 void add_output_options(Verb verb, WriteOptions& write, LineOptions& line) {
-  add_output_option(verb, write.output).required();
+  add_output_option(verb, write.output, "Output file; - is standard output").required();
   add_count_option(verb, "--cycles", into(write.cycles),
                    "Request cycles; 100 by default, or as many as --access takes", 100'000'000);
   add_rate_option(

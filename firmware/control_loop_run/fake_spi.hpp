@@ -25,7 +25,7 @@ enum class Damage : std::uint8_t {
   pulled,     ///< SLO goes high in the middle of the data and stays
   unplugged,  ///< SLO is high throughout
   stuck_low,  ///< SLO is low throughout
-  error_bit,  ///< a good frame whose encoder says nE = 0
+  error_bit,  ///< a good frame with nE = 0
 };
 
 /// The axis: its speed changes by `acceleration` a cycle, up and down between plus and minus
@@ -44,7 +44,7 @@ struct Axis {
 
 class FakeSpi {
  public:
-  /// As the concept SpiDma says.
+  /// Implements the concept SpiDma.
   bool start(std::span<std::uint8_t> receive);
 
   /// The hardware's part: answers the request, writes the buffer, raises the DMA interrupt. Nothing

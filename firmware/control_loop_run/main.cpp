@@ -133,7 +133,7 @@ void check_period(biss::Picoseconds now) {
   sum.turns_least = std::min(sum.turns_least, turns);
 }
 
-// What a drive's control interrupt does: use the position, ask for the next one.
+// The control interrupt of a drive: uses the position, requests the next one.
 void control_period(biss::Picoseconds now) {
   if (loop.cycle > 0) check_period(now);
   if (loop.cycle == cycles) {

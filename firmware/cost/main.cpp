@@ -100,7 +100,7 @@ int firmware_main() {
   firmware::write(ruler.straight ? " for none, straight\n" : " for none, NOT STRAIGHT\n");
   if (!ruler.straight) return 1;
 
-  // Through a volatile pointer, so that the compiler knows nothing of the format in advance.
+  // Through a volatile pointer, so that the format is unknown to the compiler.
   const biss::FrameFormat* volatile hidden = &format;
   const biss::SpiReader<Codec> reader(Codec(*hidden), setup, encoder.timing);
 

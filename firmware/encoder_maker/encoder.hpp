@@ -88,7 +88,7 @@ class Encoder {
 
     const auto mask = static_cast<std::uint32_t>(biss::low_mask(position_bits));
     const std::uint32_t offset = (wanted - board_.sensor(board_.now())) & mask;
-    board_.store_offset(offset);  // the slow part; a master that asks meanwhile gets "busy"
+    board_.store_offset(offset);  // the slow part; meanwhile the master receives "busy"
     board_.mask_interrupts(true);
     slave_.source().offset = offset;
     hooks().command_byte = 0;

@@ -88,8 +88,9 @@ TEST(Replay, CaptureOfMaAlone_IsAnswered) {
   EXPECT_TRUE(fell);
 }
 
-// A master that clocks until START and then reads 12 bits, CRC6 and STOP; without START it gives up
-// after 8 clocks. Times in nanoseconds. `slo` holds the times of SLO's edges, the first one falling.
+// A master that clocks until START and then reads 12 bits, CRC6 and STOP; without START it stops
+// after 8 clocks. Times are in nanoseconds. `slo` holds the times of SLO's edges, the first one
+// falling.
 std::string waiting_master(const std::vector<double>& slo) {
   const auto level = [&slo](double time) {
     const auto edges = std::count_if(slo.begin(), slo.end(), [=](double at) { return at < time; });

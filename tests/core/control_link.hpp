@@ -23,7 +23,7 @@ struct Damage {
   std::uint32_t reset = never_frame;     ///< all devices are as after power-up, before this frame
   std::uint32_t cut = never_frame;       ///< first frame that neither end receives
   std::uint32_t cut_frames = 0;          ///< number of frames of the cut
-  bool deaf = false;  ///< the cut affects SLO only: the slaves still receive
+  bool deaf = false;                     ///< the cut affects SLO only: the slaves still receive
 };
 
 /// A chain of `Count` devices of one slave each, and their master.
@@ -83,7 +83,7 @@ class ControlLink {
 
   ControlError error() const { return session.outcome().error.value_or(no_error); }
 
-  /// Stands for "ended without error" where outcomes are compared.
+  /// Means "ended without error" where outcomes are compared.
   static constexpr auto no_error = static_cast<ControlError>(255);
   static constexpr Picoseconds cycle = microseconds(100);
 

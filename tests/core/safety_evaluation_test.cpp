@@ -36,7 +36,7 @@ test::LineBits line_of(const std::array<Piece, Count>& pieces) {
 }
 
 BISS_TEST(SafetyWords, PublishedSpwOfAn21_IsTakenAndMade) {
-  // iC-Haus AN21: D9 CF E0 C0 DA, CRC 0x5F29. The CPW is the same place with a CRC of its own.
+  // iC-Haus AN21: D9 CF E0 C0 DA, CRC 0x5F29. The CPW has the same position and its own CRC.
   const RunPlan plan = plan_of("mt12,st20,nE,nW,crc6+mt12,st20,nE,nW,lc6,crc16");
   const std::uint64_t cpw = 0xD9CFE0C0U * 4ULL + 3U;
   const test::LineBits line = line_of(std::array{Piece{cpw, 34}, Piece{plan.codec().crc(0, cpw), 6},

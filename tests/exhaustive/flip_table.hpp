@@ -1,5 +1,6 @@
 // The result of a frame when one bit outside its word is read wrong: an ACK bit, START, CDS or
-// STOP. Exact shares of all positions, for the formats `posN,nE,nW,crc6` of an encoder without error.
+// STOP. Exact shares of all positions, for the formats `posN,nE,nW,crc6` of an encoder without
+// error.
 #pragma once
 
 #include <array>
