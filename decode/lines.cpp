@@ -51,12 +51,16 @@ std::string scope_of(std::string_view name) {
   return lower(name.substr(0, dot == std::string_view::npos ? 0 : dot));
 }
 
-// The tag of `base` when it is `usual` with a number after it or, for BiSS's own names, with a
-// prefix before it.
+// The tag of `base` when it is `usual` with a number or a letter after it (_n is the inverted wire) or,
+// for BiSS's own names, with a prefix before it.
 std::optional<std::string> tag_of(std::string_view base, std::string_view usual, bool own) {
   if (base.starts_with(usual)) {
     std::string_view rest = base.substr(usual.size());
-    if (rest.starts_with('_')) rest.remove_prefix(1);
+    const bool separate = rest.starts_with('_');
+    if (separate) rest.remove_prefix(1);
+    const bool letter = separate && rest.size() == 1 && rest != "n" && rest != "p" &&
+                        std::isalpha(static_cast<unsigned char>(rest.front())) != 0;
+    if (letter) return std::string(rest);
     if (!rest.empty() && rest.find_first_not_of("0123456789") == std::string_view::npos) {
       return std::string(rest);
     }
@@ -256,6 +260,23 @@ Choice choose_each(std::span<const Named> mas, std::span<const Named> slos, Edge
     if (!one) return one;
     each.push_back(one->front());
   }
+  // Two SLO with one MA while another MA could be that of one of them: which, the data does not say.
+  for (const Named& ma : mas) {
+    const auto uses_it = [&](const Lines& lines) { return lines.ma == ma.line; };
+    if (std::any_of(each.begin(), each.end(), uses_it)) continue;
+    std::vector<Lines> candidates;
+    for (const Lines& lines : each) {
+      const bool shared = std::count_if(each.begin(), each.end(), [&](const Lines& other) {
+                            return other.ma == lines.ma;
+                          }) > 1;
+      if (shared && try_lines({ma.line, lines.slo}, edges, reader).points != 0) {
+        candidates.push_back({ma.line, lines.slo});
+      }
+    }
+    if (candidates.empty()) continue;
+    candidates.insert(candidates.begin(), each.begin(), each.end());
+    return tl::unexpected(LineError{LineProblem::ambiguous, candidates});
+  }
   return each;
 }
 
@@ -334,7 +355,14 @@ tl::expected<std::vector<FoundLines>, LineError> find_lines(const Names& names, 
         names, beginning, ma_given || use_names ? std::span(mas) : std::span<const Named>(),
         slo_given || use_names ? std::span(slos) : std::span<const Named>(), request.each, reader);
   }
-  if (!chosen) return tl::unexpected(chosen.error());
+  if (!chosen) {
+    LineError error = chosen.error();
+    if (error.problem == LineProblem::ambiguous && !request.each) {
+      error.each_helps =
+          find_lines(names, beginning, {request.ma, request.slo, true}, reader).has_value();
+    }
+    return tl::unexpected(error);
+  }
   std::vector<FoundLines> found;
   for (const Lines& lines : *chosen) {
     found.push_back({.lines = lines, .origin = origin});

@@ -25,7 +25,9 @@ enum class LineProblem : std::uint8_t {
 struct LineError {
   LineProblem problem{};
   /// With `ambiguous`: the pairs that fit.
-  std::vector<Lines> candidates;
+  std::vector<Lines> candidates = {};
+  /// With `ambiguous`: `LineRequest::each` finds every pair.
+  bool each_helps = false;
 };
 
 /// How MA and SLO were found.
@@ -51,8 +53,8 @@ struct LineRequest {
 /// Finds MA and SLO: one pair, or every pair when `request.each` is set.
 ///
 /// A name given matches a whole name, or the end of one that begins after a dot or a colon, in upper
-/// or lower case. Usual names (MA, SLO, CLK, DATA, …) may carry a number or a prefix (MA1, enc2_SLO). Pairs
-/// come from one scope and have the same number or prefix. Without names, all pairs of the busiest
+/// or lower case. Usual names (MA, SLO, CLK, DATA, …) may carry a number, a letter or a prefix (MA1,
+/// MA_A, enc2_SLO). Pairs come from one scope and have the same number, letter or prefix. Without names, all pairs of the busiest
 /// lines are tried with `reader`, and the one with the best cycles is taken. Where several pairs fit
 /// equally well the data decides: pairs that carry the same data are one encoder and the best of
 /// them is taken, else the choice is `ambiguous`.

@@ -221,9 +221,25 @@ TEST(Lines, Each_FindsEveryPair) {
   EXPECT_EQ(pairs_of({"a.MA", "a.SLO", "b.MA", "b.SLO"}, ""), both);
   EXPECT_EQ(pairs_of({"MA", "SLO", "CLK", "DATA"}, ""), both);
   EXPECT_EQ(pairs_of({"MA", "SLO1", "X", "SLO2"}, ""), (std::vector<Lines>{{0, 1}, {0, 3}}));
+  EXPECT_EQ(pairs_of({"MA_A", "SLO_A", "MA_B", "SLO_B"}, ""), both);
   EXPECT_EQ(pairs_of({"D0", "D1", "D2", "D3"}, "D2"), (std::vector<Lines>{{2, 1}, {2, 3}}));
   expect_problem(find_lines({"D0", "D1", "D2", "D3"}, edges, {"", "", true}, reader),
                  LineProblem::ambiguous, {{0, 1}, {0, 3}, {2, 1}, {2, 3}});
+}
+
+TEST(Lines, EncodersWithTheSameClocks_ArePairedByNamesOrRefused) {
+  const auto reader = reader_with_format();
+  const auto edges = together({edges_on(0, 1), edges_on(2, 3, 0x12'3457)});
+  const Names files{"ma_a.csv:MA", "slo_a.csv:SLO", "ma_b.csv:MA", "slo_b.csv:SLO"};
+  for (const bool each : {false, true}) {
+    const auto found = find_lines(files, edges, {"", "", each}, reader);
+    ASSERT_FALSE(found);
+    EXPECT_EQ(found.error().problem, LineProblem::ambiguous);
+    EXPECT_FALSE(found.error().each_helps);
+  }
+  const auto numbered = find_lines({"a.MA", "a.SLO", "b.MA", "b.SLO"}, edges, {}, reader);
+  ASSERT_FALSE(numbered);
+  EXPECT_TRUE(numbered.error().each_helps);
 }
 
 TEST(Lines, MaAlone_IsFoundByNameOrRefused) {

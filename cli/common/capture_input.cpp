@@ -200,7 +200,7 @@ ExitStatus CaptureInput::report(const decode::LineError& error,
       fmt::format("{}: several lines can be MA and SLO: {}; name one pair with --ma and "
                   "--slo{}",
                   name_, some_of(pairs),
-                  arguments.has_each && !arguments.each ? ", or read all with --each" : ""));
+                  arguments.has_each && error.each_helps ? ", or read all with --each" : ""));
 }
 
 std::string CaptureInput::progress_text() const {

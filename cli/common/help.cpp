@@ -51,7 +51,7 @@ std::string label_of(const OptionHelp& option) {
   return option.value.empty() ? option.name : option.name + ' ' + option.value;
 }
 
-std::string text_of(const OptionHelp& option) {
+std::string label_text(const OptionHelp& option) {
   const bool argument = option.heading.empty();
   return option.required && !argument ? option.text + " (required)" : option.text;
 }
@@ -92,7 +92,7 @@ void append_options(std::string& out, const VerbHelp& verb, const std::string& t
     if (!wanted(option)) continue;
     if (first) out += '\n' + title + ":\n";
     first = false;
-    append_entry(out, label_of(option), text_of(option));
+    append_entry(out, label_of(option), label_text(option));
   }
 }
 
@@ -145,7 +145,7 @@ void append_manual(std::string& out, const VerbHelp& verb) {
                      roff(usage_of(verb)));
   for (const OptionHelp& option : verb.options) {
     if (option.name.ends_with("--help")) continue;
-    out += fmt::format(".TP\n.B {}\n{}.\n", roff(label_of(option)), roff(text_of(option)));
+    out += fmt::format(".TP\n.B {}\n{}.\n", roff(label_of(option)), roff(label_text(option)));
   }
   if (!verb.examples.empty()) out += ".PP\nExamples:\n.PP\n.nf\n";
   for (const std::string& example : verb.examples) out += "    " + roff(example) + '\n';
@@ -204,7 +204,7 @@ std::string man_page(const VerbHelp& command, std::string_view version) {
   out += description;
   out += ".SH OPTIONS\n";
   for (const OptionHelp& option : command.options) {
-    out += fmt::format(".TP\n.B {}\n{}.\n", roff(label_of(option)), roff(text_of(option)));
+    out += fmt::format(".TP\n.B {}\n{}.\n", roff(label_of(option)), roff(label_text(option)));
   }
   out += ".SH VERBS\n";
   for (const VerbHelp& verb : command.verbs) append_manual(out, verb);

@@ -45,10 +45,13 @@ class DecodeRun {
   }
 
  private:
-  // The watchdog depends on the rate of requests at the beginning of the capture.
-  std::string set_safety() {
+  // Says what is wrong, or nothing. The watchdog depends on the rate of requests at the beginning of the capture.
+  std::string choose_monitor() {
     const auto& format = capture_.format();
     if (!format) {
+      if (fail_on_.asks_format()) {
+        return "--fail-on: nE, nW and crc are not known without the format of the frame; give -f";
+      }
       return options_.safety.given() || fail_on_.asks_safety()
                  ? "BiSS Safety: what is in the words is not known without -f"
                  : "";
@@ -69,7 +72,7 @@ class DecodeRun {
   ExitStatus write_rows(DecodeTable& table, report::TableWriter& writer, RunMessages& messages) {
     statistics_ = {};
     outside_ = 0;
-    const std::string wrong = set_safety();
+    const std::string wrong = choose_monitor();
     if (!wrong.empty()) return fail(ExitStatus::usage, wrong);
     const bool read = capture_.read([&](std::uint64_t number, const decode::Cycle& cycle) {
       if (!is_wanted(cycle.time)) return true;

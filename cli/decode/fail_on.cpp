@@ -40,6 +40,11 @@ bool FailOn::read_status(const std::string& word) {
   return false;
 }
 
+bool FailOn::asks_format() const {
+  return error_ || warning_ ||
+         std::find(statuses_.begin(), statuses_.end(), decode::CycleStatus::crc) != statuses_.end();
+}
+
 bool FailOn::met_by(const decode::Statistics& statistics, const decode::SafetyWatch* safety) const {
   if (safety != nullptr) {
     if (safety_ && safety->faults() != 0) return true;

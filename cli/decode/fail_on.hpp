@@ -18,6 +18,9 @@ class FailOn {
   /// Whether a safety monitor is needed.
   bool asks_safety() const { return safety_ || !verdicts_.empty(); }
 
+  /// Whether the format of the frame is needed: for nE, nW and crc.
+  bool asks_format() const;
+
   /// \param safety null where there is no monitor
   bool met_by(const decode::Statistics& statistics, const decode::SafetyWatch* safety) const;
 

@@ -5,12 +5,14 @@
 #include <array>
 #include <deque>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "biss/frame/format_text.hpp"
+#include "cli/common/terminal.hpp"
 #include "cli/common/verb.hpp"
 #include "cli/decode/safety.hpp"
 #include "cli/safety/format.hpp"
@@ -246,9 +248,17 @@ ExitStatus run_line(const LineRunOptions& options) {
                             longest_run.count / interval.count));
   }
   std::array<LineCounts, sim::simulated_fault_count> all;
-  lab::parallel_for(options.threads, all.size(), [&](std::size_t k) {
-    all[k] = count(*monitored, *line, static_cast<sim::FaultKind>(k), options.cycles);
-  });
+  {
+    Progress progress;
+    std::mutex mutex;
+    std::size_t done = 0;
+    lab::parallel_for(options.threads, all.size(), [&](std::size_t k) {
+      all[k] = count(*monitored, *line, static_cast<sim::FaultKind>(k), options.cycles);
+      const std::lock_guard lock(mutex);
+      ++done;
+      if (progress.due()) progress.show(fmt::format("{} of {} faults", done, all.size()));
+    });
+  }
   Output output;
   if (!output.open(options.output)) return output.status();
   const auto table =

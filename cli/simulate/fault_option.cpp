@@ -83,7 +83,7 @@ std::optional<sim::FaultPlace> read_place(std::string_view text) {
 }
 
 // `12`, `12.25`.
-std::string text_of(const sim::FaultPlace& place) {
+std::string place_text(const sim::FaultPlace& place) {
   std::string text = fmt::format("{}={}", name_of(place.unit), place.whole());
   if (place.thousandths % 1000 == 0) return text;
   text += fmt::format(".{:03}", place.thousandths % 1000);
@@ -111,11 +111,11 @@ Checked check_place(sim::FaultKind kind, const sim::FaultPlace& place,
   const std::string range =
       fmt::format("{} {} to {}", name_of(place.unit), places.first, places.last);
   if (place.whole() < places.first || place.whole() > places.last) {
-    return wrong(fmt::format("--fault: no {} for {}; on this line it takes {}", text_of(place),
+    return wrong(fmt::format("--fault: no {} for {}; on this line it takes {}", place_text(place),
                              name, range));
   }
   return wrong(fmt::format("--fault: {} takes a whole {}, not {}", name, name_of(place.unit),
-                           text_of(place)));
+                           place_text(place)));
 }
 
 }  // namespace
@@ -180,7 +180,7 @@ std::string text_of(std::span<const sim::InjectedFault> injected) {
   std::string text;
   for (const sim::InjectedFault& fault : injected) {
     if (!text.empty()) text += ';';
-    text += fmt::format("{}@{}", sim::name_of(fault.kind), text_of(fault.place));
+    text += fmt::format("{}@{}", sim::name_of(fault.kind), place_text(fault.place));
   }
   return text;
 }

@@ -13,6 +13,7 @@
 #include "cli/common/message.hpp"
 #include "cli/common/output.hpp"
 #include "cli/common/quantity.hpp"
+#include "cli/common/terminal.hpp"
 #include "cli/simulate/capture_output.hpp"
 #include "cli/simulate/configure_log.hpp"
 #include "cli/simulate/truth.hpp"
@@ -222,7 +223,9 @@ class LineWriter {
 
   ExitStatus write_cycles() {
     Duration duration(options_.cycles);
+    Progress progress;
     for (std::uint64_t i = 0; duration.more(i, line_.control()); ++i) {
+      if (i % 1024 == 0 && progress.due()) progress.show(fmt::format("{} request cycles", i));
       const sim::SimulatedCycle& cycle = line_.next();
       if (!edges_->write(cycle.edges)) return edges_->status();
       if (rows_ && !rows_->row(truth_.cells(i, cycle))) return truth_output_.status();

@@ -162,7 +162,12 @@ TEST(DecodeVerb, WithoutFormat_NothingIsCalledOk) {
   EXPECT_THAT(outcome.err, HasSubstr("give -f FORMAT"));
   EXPECT_THAT(outcome.err, Not(HasSubstr("nE = 0")));
   EXPECT_EQ(run({"decode", capture, "--fail-on", "any"}).status, 1);
-  EXPECT_EQ(run({"decode", capture, "--fail-on", "crc"}).status, 0);
+  EXPECT_EQ(run({"decode", capture, "--fail-on", "truncated"}).status, 0);
+  for (const char* unknown : {"crc", "nE", "nW"}) {
+    const auto refused = run({"decode", capture, "--fail-on", unknown});
+    EXPECT_EQ(refused.status, 2) << unknown;
+    EXPECT_THAT(refused.err, HasSubstr("give -f")) << unknown;
+  }
   EXPECT_EQ(run({"decode", capture, "-f", "none", "--to", "csv"}).out, outcome.out);
   EXPECT_EQ(run({"crc", "-f", "none", "5"}).status, 2);
 }
