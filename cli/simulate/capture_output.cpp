@@ -28,7 +28,7 @@ std::unique_ptr<capture::EdgeWriter> make_writer(const std::string& path,
   return std::make_unique<capture::VcdWriter>(lines, sink);
 }
 
-const char* text_of(capture::WriteCause cause) {
+const char* cause_text(capture::WriteCause cause) {
   switch (cause) {
     case capture::WriteCause::too_many_lines:
       return "more lines than a sample has bits; write a VCD";
@@ -65,7 +65,7 @@ bool CaptureOutput::finish(Picoseconds end_time) { return take(writer_->finish(e
 
 ExitStatus CaptureOutput::status() const {
   if (!cause_ || *cause_ == capture::WriteCause::write_failed) return output_.status();
-  return fail(ExitStatus::io, std::string("cannot write the capture: ") + text_of(*cause_));
+  return fail(ExitStatus::io, std::string("cannot write the capture: ") + cause_text(*cause_));
 }
 
 Hertz usual_sample_rate(Hertz clock) {

@@ -264,13 +264,14 @@ void add_simulate(Command& command) {
   Verb verb = command.add_verb(
       {.name = "simulate",
        .purpose = "Simulate a master that reads an encoder, and write the capture",
-       .examples = {"biss simulate -f resolute-26 --clock 10MHz --cable 50m -o line.vcd",
-                    "biss simulate -f resolute-18 --fault flip:0.1 --fault cut@40,bit=5 -o line.csv "
-                    "--truth truth.csv",
-                    "biss simulate -f resolute-26 --clock 10MHz --sample-rate 200MHz -o line.sr",
-                    "biss simulate --registers encoder.hex --access read:0x78,8 --outcomes - "
-                    "-o line.vcd",
-                    "biss simulate -f pos26,nE,nW,crc6 --ma-from master.vcd -o answered.vcd"}},
+       .examples =
+           {"biss simulate -f resolute-26 --clock 10MHz --cable 50m -o line.vcd",
+            "biss simulate -f resolute-18 --fault flip:0.1 --fault cut@40,bit=5 -o line.csv "
+            "--truth truth.csv",
+            "biss simulate -f resolute-26 --clock 10MHz --sample-rate 200MHz -o line.sr",
+            "biss simulate --registers encoder.hex --access read:0x78,8 --outcomes - "
+            "-o line.vcd",
+            "biss simulate -f pos26,nE,nW,crc6 --ma-from master.vcd -o answered.vcd"}},
       [options] { return SimulateRun(*options).run(); });
   add_line_options(verb, options->line);
   add_control_options(verb.section("Registers"), *options);
