@@ -153,7 +153,7 @@ void append_manual(std::string& out, const VerbHelp& verb) {
   for (const VerbHelp& below : verb.verbs) append_manual(out, below);
 }
 
-constexpr std::string_view description = R"(.SH DESCRIPTION
+constexpr std::string_view manual_introduction = R"(.SH DESCRIPTION
 .B biss
 reads captures of the BiSS C lines MA and SLO, simulates encoders and masters, reads and writes
 electronic data sheets (EDS), and computes how strong the checks of a frame are.
@@ -201,7 +201,7 @@ std::string man_page(const VerbHelp& command, std::string_view version) {
       ".TH BISS 1 \"\" \"biss {}\" \"User Commands\"\n.SH NAME\nbiss \\- toolkit for the BiSS C "
       "encoder interface\n.SH SYNOPSIS\n.B biss\n.I VERB\n[\\fIOPTION\\fR]...\n",
       version);
-  out += description;
+  out += manual_introduction;
   out += ".SH OPTIONS\n";
   for (const OptionHelp& option : command.options) {
     out += fmt::format(".TP\n.B {}\n{}.\n", roff(label_of(option)), roff(label_text(option)));
