@@ -26,14 +26,15 @@ set(biss_common_headers
     <nlohmann/json.hpp> <tl/expected.hpp>
     "${PROJECT_SOURCE_DIR}/biss/frame/decode.hpp")
 
-# biss_kind(TARGET room|command|test): TARGET uses the common headers, test those of GoogleTest too,
-# and the compiler options of its kind: BISS_COMMAND_OPTIONS, BISS_TEST_OPTIONS.
+# biss_kind(TARGET room|small|test): TARGET uses the common headers, test those of GoogleTest too,
+# and the compiler options of its kind: BISS_SMALL_OPTIONS, BISS_TEST_OPTIONS.
 function(biss_kind target kind)
   string(TOUPPER ${kind} upper)
   if(NOT TARGET biss_${kind}_headers)
     file(CONFIGURE OUTPUT "${PROJECT_BINARY_DIR}/${kind}_headers.cpp" CONTENT "// No code.\n")
     add_library(biss_${kind}_headers OBJECT "${PROJECT_BINARY_DIR}/${kind}_headers.cpp")
-    target_link_libraries(biss_${kind}_headers PRIVATE biss_core biss_flags fmt::fmt)
+    target_link_libraries(biss_${kind}_headers PRIVATE biss_core biss_flags fmt::fmt
+                                                       nlohmann_json::nlohmann_json)
     set(headers ${biss_common_headers})
     if(kind STREQUAL test)
       target_link_libraries(biss_test_headers PRIVATE GTest::gtest GTest::gmock)
@@ -44,13 +45,13 @@ function(biss_kind target kind)
   endif()
   target_precompile_headers(${target} REUSE_FROM biss_${kind}_headers)
   target_compile_options(${target} PRIVATE ${BISS_${upper}_OPTIONS})
-  target_link_libraries(${target} PRIVATE biss_core fmt::fmt)
+  target_link_libraries(${target} PRIVATE biss_core fmt::fmt nlohmann_json::nlohmann_json)
 endfunction()
 
-# A library of the given sources; without sources an interface of its headers. COMMAND: of the kind
-# that is compiled for size.
+# A library of the given sources; without sources an interface of its headers. SMALL: compiled for
+# size, where a user does not wait for it.
 function(biss_room name)
-  cmake_parse_arguments(PARSE_ARGV 1 room "COMMAND" "" "SOURCES;LINKS")
+  cmake_parse_arguments(PARSE_ARGV 1 room "SMALL" "" "SOURCES;LINKS")
   if(room_UNPARSED_ARGUMENTS)
     message(FATAL_ERROR "biss_room(${name}): unexpected ${room_UNPARSED_ARGUMENTS}")
   endif()
@@ -59,8 +60,8 @@ function(biss_room name)
     target_include_directories(biss_${name} PUBLIC ${PROJECT_SOURCE_DIR})
     target_link_libraries(biss_${name} PUBLIC ${room_LINKS} PRIVATE biss_flags)
     target_compile_features(biss_${name} PUBLIC cxx_std_20)
-    if(room_COMMAND)
-      biss_kind(biss_${name} command)
+    if(room_SMALL)
+      biss_kind(biss_${name} small)
     elseif(NOT name STREQUAL oracle)
       biss_kind(biss_${name} room)
     endif()

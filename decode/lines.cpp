@@ -51,8 +51,8 @@ std::string scope_of(std::string_view name) {
   return lower(name.substr(0, dot == std::string_view::npos ? 0 : dot));
 }
 
-// The tag of `base` when it is `usual` with a number or a letter after it (_n is the inverted wire) or,
-// for BiSS's own names, with a prefix before it.
+// The tag of `base` when it is `usual` with a number or a letter after it or, for BiSS's own names,
+// with a prefix before it. The letters p and n name the two wires of one line.
 std::optional<std::string> tag_of(std::string_view base, std::string_view usual, bool own) {
   if (base.starts_with(usual)) {
     std::string_view rest = base.substr(usual.size());
@@ -245,6 +245,26 @@ Choice choose_one(std::span<const Lines> pairs, Edges edges, const CycleReader& 
   return std::vector{trials.front().lines};
 }
 
+// Empty unless two SLO share one MA, and an MA of no pair fits one of them too: the data does not say
+// whose MA it is. Then these pairs and the others that fit.
+std::vector<Lines> unsettled_pairs(const std::vector<Lines>& each, std::span<const Named> mas,
+                                   Edges edges, const CycleReader& reader) {
+  const auto pairs_with = [&](wire::LineIndex ma) {
+    return std::count_if(each.begin(), each.end(), [ma](const Lines& a) { return a.ma == ma; });
+  };
+  std::vector<Lines> all = each;
+  for (const Named& ma : mas) {
+    if (pairs_with(ma.line) != 0) continue;
+    for (const Lines& lines : each) {
+      const Lines other{ma.line, lines.slo};
+      if (pairs_with(lines.ma) > 1 && try_lines(other, edges, reader).points != 0) {
+        all.push_back(other);
+      }
+    }
+  }
+  return all.size() == each.size() ? std::vector<Lines>() : all;
+}
+
 // The MA of each SLO.
 Choice choose_each(std::span<const Named> mas, std::span<const Named> slos, Edges edges,
                    const CycleReader& reader) {
@@ -260,22 +280,8 @@ Choice choose_each(std::span<const Named> mas, std::span<const Named> slos, Edge
     if (!one) return one;
     each.push_back(one->front());
   }
-  // Two SLO with one MA while another MA could be that of one of them: which, the data does not say.
-  for (const Named& ma : mas) {
-    const auto uses_it = [&](const Lines& lines) { return lines.ma == ma.line; };
-    if (std::any_of(each.begin(), each.end(), uses_it)) continue;
-    std::vector<Lines> candidates;
-    for (const Lines& lines : each) {
-      const bool shared = std::count_if(each.begin(), each.end(), [&](const Lines& other) {
-                            return other.ma == lines.ma;
-                          }) > 1;
-      if (shared && try_lines({ma.line, lines.slo}, edges, reader).points != 0) {
-        candidates.push_back({ma.line, lines.slo});
-      }
-    }
-    if (candidates.empty()) continue;
-    candidates.insert(candidates.begin(), each.begin(), each.end());
-    return tl::unexpected(LineError{LineProblem::ambiguous, candidates});
+  if (auto unsettled = unsettled_pairs(each, mas, edges, reader); !unsettled.empty()) {
+    return tl::unexpected(LineError{LineProblem::ambiguous, std::move(unsettled)});
   }
   return each;
 }

@@ -54,8 +54,8 @@ struct LineRequest {
 ///
 /// A name given matches a whole name, or the end of one that begins after a dot or a colon, in upper
 /// or lower case. Usual names (MA, SLO, CLK, DATA, …) may carry a number, a letter or a prefix (MA1,
-/// MA_A, enc2_SLO). Pairs come from one scope and have the same number, letter or prefix. Without names, all pairs of the busiest
-/// lines are tried with `reader`, and the one with the best cycles is taken. Where several pairs fit
+/// MA_A, enc2_SLO). Pairs come from one scope and have the same number, letter or prefix. Without
+/// names, all pairs of the busiest lines are tried with `reader`, and the one with the best cycles is taken. Where several pairs fit
 /// equally well the data decides: pairs that carry the same data are one encoder and the best of
 /// them is taken, else the choice is `ambiguous`.
 /// \param names the lines of the capture

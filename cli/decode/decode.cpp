@@ -36,6 +36,11 @@ class DecodeRun {
     if (!wrong.empty()) return fail(ExitStatus::usage, wrong);
     const ExitStatus opened = capture_.open(options_.capture, options_.margin);
     if (opened != ExitStatus::done) return opened;
+    if (!capture_.format() && fail_on_.asks_format()) {
+      return fail(
+          ExitStatus::usage,
+          "--fail-on: nE, nW and crc are not known without the format of the frame; give -f");
+    }
     DecodeTable table(capture_.format());
     return write_captures(capture_, options_.output, options_.to, table.columns(),
                           !options_.fail_on.empty(),
@@ -45,13 +50,11 @@ class DecodeRun {
   }
 
  private:
-  // Says what is wrong, or nothing. The watchdog depends on the rate of requests at the beginning of the capture.
+  // Returns what is wrong, or nothing. The watchdog depends on the rate of requests at the beginning
+  // of the capture.
   std::string choose_monitor() {
     const auto& format = capture_.format();
     if (!format) {
-      if (fail_on_.asks_format()) {
-        return "--fail-on: nE, nW and crc are not known without the format of the frame; give -f";
-      }
       return options_.safety.given() || fail_on_.asks_safety()
                  ? "BiSS Safety: what is in the words is not known without -f"
                  : "";

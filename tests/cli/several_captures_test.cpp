@@ -187,9 +187,29 @@ TEST_P(SeveralEncoders, InOneCapture_AreRefusedWithTheCandidatesOrReadOneByOne) 
   EXPECT_THAT(replay.err, AllOf(HasSubstr(names[0]), Not(HasSubstr("--each"))));
 }
 
+// The clocks of both are the same, so the data does not say which MA belongs to which SLO.
+TEST_F(SeveralCaptures, FourFilesOfTwoEncoders_AreReadOnlyIfTheirPairsAreNamed) {
+  std::vector<std::string> files;
+  for (const auto& [name, capture] : {std::pair{"a", a_}, std::pair{"b", b_}}) {
+    files.push_back(one_line(std::string("ma_") + name + ".csv", "MA", capture));
+    files.push_back(one_line(std::string("slo_") + name + ".csv", "SLO", capture));
+  }
+  for (const bool each : {false, true}) {
+    auto arguments = files;
+    if (each) arguments.emplace_back("--each");
+    const Outcome refused = decode(arguments);
+    EXPECT_EQ(refused.status, 1) << refused.out;
+    EXPECT_THAT(refused.err, AllOf(HasSubstr("several lines can be MA and SLO"),
+                                   HasSubstr("name one pair"), Not(HasSubstr("--each"))));
+  }
+  auto named = files;
+  named.insert(named.end(), {"--ma", "ma_b.csv:MA", "--slo", "slo_b.csv:SLO"});
+  EXPECT_EQ(positions_of(decode(named)), of_b_);
+}
+
 INSTANTIATE_TEST_SUITE_P(Names, SeveralEncoders,
                          testing::Values("MA1,SLO1,MA2,SLO2", "enc1.MA,enc1.SLO,enc2.MA,enc2.SLO",
-                                         "x_MA,x_SLO,y_MA,y_SLO"));
+                                         "x_MA,x_SLO,y_MA,y_SLO", "MA_A,SLO_A,MA_B,SLO_B"));
 
 TEST_F(SeveralCaptures, EncodersWithoutUsefulNames_AreRefusedWithTheirCandidates) {
   const std::string capture = together("both.csv", "D0,D1,D2,D3", a_, b_);
