@@ -198,8 +198,8 @@ ExitStatus CaptureInput::report(const decode::LineError& error,
   return fail(
       ExitStatus::data_failed,
       fmt::format("{}: several lines can be MA and SLO: {}; name one pair with --ma and "
-                  "--slo{}",
-                  name_, some_of(pairs),
+                  "--slo{}{}",
+                  name_, some_of(pairs), paths_.size() > 1 ? ", and give only its files" : "",
                   arguments.has_each && error.each_helps ? ", or read all with --each" : ""));
 }
 

@@ -200,11 +200,11 @@ TEST_F(SeveralCaptures, FourFilesOfTwoEncoders_AreReadOnlyIfTheirPairsAreNamed) 
     const Outcome refused = decode(arguments);
     EXPECT_EQ(refused.status, 1) << refused.out;
     EXPECT_THAT(refused.err, AllOf(HasSubstr("several lines can be MA and SLO"),
-                                   HasSubstr("name one pair"), Not(HasSubstr("--each"))));
+                                   HasSubstr("give only its files"), Not(HasSubstr("--each"))));
   }
-  auto named = files;
-  named.insert(named.end(), {"--ma", "ma_b.csv:MA", "--slo", "slo_b.csv:SLO"});
-  EXPECT_EQ(positions_of(decode(named)), of_b_);
+  EXPECT_EQ(positions_of(
+                decode({files[2], files[3], "--ma", files[2] + ":MA", "--slo", files[3] + ":SLO"})),
+            of_b_);
 }
 
 INSTANTIATE_TEST_SUITE_P(Names, SeveralEncoders,
