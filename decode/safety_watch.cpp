@@ -40,7 +40,7 @@ class SafetyWatch::Monitor : public SafetyMonitor<SafetyPlan<max_channels>> {
 SafetyWatch::SafetyWatch(const FrameFormat& format, const SafetySetup& setup)
     : monitor_(std::make_unique<Monitor>(SafetyPlan<max_channels>(format, setup))) {
   // Where it fails, every verdict is `self_test`.
-  static_cast<void>(monitor_->self_test());
+  static_cast<void>(monitor_->self_test(monitor_->plan().fingerprint()));
 }
 
 SafetyWatch::~SafetyWatch() = default;
@@ -53,15 +53,17 @@ std::optional<SafetyVerdict> SafetyWatch::judge(const Cycle& cycle) {
     return std::nullopt;
   }
   const MonitorBits bits = bits_of(cycle);
-  const SafetyJudgement judgement = monitor_->step(cycle.time, bits.view());
-  ++counts_[static_cast<std::size_t>(judgement.verdict)];
+  const SafetyJudgement judgement = monitor_->step(OneClock{cycle.time}, bits.view());
+  ++counts_[index_of(judgement.verdict)];
   if (cycle.status == CycleStatus::ok) learn(judgement);
   return judgement.verdict;
 }
 
 // From the bits on the line, whatever range is set up.
 void SafetyWatch::learn(const SafetyJudgement& judgement) {
-  if (judgement.verdict == SafetyVerdict::latched) return;
+  if (judgement.verdict == SafetyVerdict::latched || judgement.verdict == SafetyVerdict::failed) {
+    return;
+  }
   ++compared_;
   worst_ = std::max(worst_, std::abs(std::int64_t{judgement.difference_lsb}));
   if (last_counter_ == 63 && judgement.life_counter <= 1) ++rollovers_[judgement.life_counter];
@@ -71,7 +73,7 @@ void SafetyWatch::learn(const SafetyJudgement& judgement) {
 std::uint64_t SafetyWatch::faults() const {
   std::uint64_t sum = 0;
   for (std::size_t i = 0; i < safety_verdict_count; ++i) {
-    if (is_fault(static_cast<SafetyVerdict>(i))) sum += counts_[i];
+    if (is_fault(verdict_of(i))) sum += counts_[i];
   }
   return sum;
 }

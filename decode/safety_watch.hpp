@@ -27,9 +27,7 @@ class SafetyWatch {
   /// end of the capture, or a pulse.
   std::optional<SafetyVerdict> judge(const Cycle& cycle);
 
-  std::uint64_t count(SafetyVerdict verdict) const {
-    return counts_[static_cast<std::size_t>(verdict)];
-  }
+  std::uint64_t count(SafetyVerdict verdict) const { return counts_[index_of(verdict)]; }
   /// Number of verdicts that are a fault.
   std::uint64_t faults() const;
 

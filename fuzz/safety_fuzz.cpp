@@ -73,7 +73,10 @@ SafetySetup random_setup(std::mt19937_64& random, std::size_t format) {
                    .near_frames = below(4) == 0 ? byte(32) : std::uint8_t{8},
                    .learn_rollovers = byte(3)};
   setup.frame_gap_max = setup.cycle_min * (1 + below(8)) + setup.cycle_min / 2;
-  if (below(2) == 0) setup.frame_gap_min = setup.cycle_min * below(3) / 2;
+  setup.frame_gap_min = below(2) == 0 ? setup.cycle_min * below(3) / 2 : Picoseconds{};
+  if (below(2) == 0) setup.clocks.tolerance = setup.frame_gap_max * below(8) / 8;
+  setup.clocks.still_requests = below(2) == 0 ? std::uint8_t{0} : byte(4);
+  if (below(8) == 0) setup.counter.first = byte(64);
   setup.budget = {.faults = below(2) == 0 ? std::uint8_t{0} : byte(6),
                   .window = setup.cycle_min * below(40)};
   if (below(4) == 0) {
@@ -99,7 +102,7 @@ const Monitor& tested_monitor(std::size_t number) {
   while (!setup || check_safety(format, *setup)) setup = random_setup(random, k);
   Monitor untested{Plan(format, *setup)};
   require(untested.state() == SafetyState::untested);
-  require(untested.self_test());
+  require(untested.self_test({format, *setup}));
   monitor = std::make_unique<const Monitor>(untested);
   return *monitor;
 }
@@ -107,11 +110,15 @@ const Monitor& tested_monitor(std::size_t number) {
 enum Op : std::uint8_t { good, good_run, flip, burst, counter, apart, flags, silent, lost, time };
 // The operations beyond the ones above.
 enum : std::uint8_t { tick = 10, button, shape, raw, differ, again };
+// Bits of the first byte of `good`: what happens besides.
+constexpr unsigned clocks_drift = 1;
+constexpr unsigned clock_stops = 2;
+constexpr unsigned expects_position = 4;
 
 class Bench {
  public:
   Bench(const Monitor& tested, ByteSource& bytes)
-      : monitor_(tested), oracle_(format(), setup()), bytes_(bytes) {
+      : tested_(tested), monitor_(tested), oracle_(format(), setup()), bytes_(bytes) {
     // A tested monitor waits for its first frame.
     const std::uint8_t begin = bytes.next();
     now_ = (Wide{begin} - 128) << 56U;
@@ -144,13 +151,19 @@ class Bench {
   void send(const Frame& frame, unsigned flips = 0);
   void show(const std::vector<std::uint8_t>& bytes, unsigned first, std::size_t size_bits,
             int change = -1);
+  static std::vector<bool> levels_of(const FrameBits& bits) {
+    std::vector<bool> levels;
+    for (std::size_t i = 0; i < bits.size_bits(); ++i) levels.push_back(bits.view()[i]);
+    return levels;
+  }
   void show(const FrameBits& bits) {
     const auto stored = bits.bytes();
     show({stored.begin(), stored.end()}, 0, bits.size_bits());
   }
-  Picoseconds clock() const {
-    return {static_cast<std::int64_t>(static_cast<std::uint64_t>(now_))};
+  static Picoseconds wrapped(Wide time) {
+    return {static_cast<std::int64_t>(static_cast<std::uint64_t>(time))};
   }
+  TwoClocks clocks() const { return {wrapped(now_), wrapped(now_ + ahead_)}; }
   // At the limits of the setup.
   Wide gap(unsigned how) const {
     const Wide edges[] = {setup().frame_gap_min.count, setup().frame_gap_max.count,
@@ -159,10 +172,13 @@ class Bench {
     return edges[how % 4U] + (Wide{how / 4U % 4U} - 1);
   }
 
+  const Monitor& tested_;
   Monitor monitor_;
   SafetyOracle oracle_;
   ByteSource& bytes_;
   Wide now_ = 0;
+  // The second clock less the first one.
+  Wide ahead_ = 0;
   Wide latest_ = 0;
   unsigned lowest_ = 1;
   unsigned counter_ = 0;
@@ -224,21 +240,25 @@ void Bench::show(const std::vector<std::uint8_t>& bytes, unsigned first, std::si
   const SafetyFinding one = FieldEvaluation<Plan>::find(plan, view);
   SafetyFinding other = LineEvaluation<Plan>::find(plan, view);
   require(one == other);
-  require(one.cause == frame.cause && one.position == frame.position);
+  require(one.cause == frame.cause && one.cpw_position == frame.position);
+  require(one.spw_position == frame.spw_position);
   require(one.difference_lsb == frame.apart && one.life_counter == frame.life_counter);
-  if (change == 0) other.position ^= 1U;
+  if (change == 0) other.cpw_position ^= 1U;
   if (change == 1) other.difference_lsb ^= 1;
   if (change == 2) other.life_counter ^= 1U;
-  if (change == 3) other.cpw_nW = !other.cpw_nW;
-  if (change == 4) other.spw_nW = !other.spw_nW;
+  if (change == 3) other.nW ^= 2U;
+  if (change == 4) other.spw_position ^= 1U;
   if (change == 5)
     other.cause =
         other.cause == SafetyVerdict::safe ? SafetyVerdict::no_frame : SafetyVerdict::safe;
   const SafetyJudgement told =
-      change < 0 ? monitor_.step(clock(), view) : monitor_.step(clock(), one, other);
-  const SafetyJudgement due = oracle_.step(now_, frame, change >= 0);
+      change < 0 ? monitor_.step(clocks(), view) : monitor_.step(clocks(), one, other);
+  const SafetyJudgement due = oracle_.step(now_, ahead_, frame, change >= 0);
   require(told.verdict == due.verdict && told.state == due.state);
-  require(told.tolerated == due.tolerated && told.position == due.position);
+  require(told.tolerated == due.tolerated);
+  require(told.position.has_value() == due.position.has_value());
+  require(!told.position || *told.position == *due.position);
+  require(!told.position || control_position(plan, *told.position) == frame.position);
   require(told.cpw_nW == due.cpw_nW && told.spw_nW == due.spw_nW);
   require(told.life_counter == due.life_counter && told.difference_lsb == due.difference_lsb);
   require(told.position.has_value() == (told.verdict == SafetyVerdict::safe));
@@ -258,11 +278,16 @@ void Bench::show(const std::vector<std::uint8_t>& bytes, unsigned first, std::si
 
 void Bench::press(unsigned how) {
   if (how % 8U == 0) {
-    // The state after a self test, which takes too long here.
-    monitor_.restart();
-    oracle_.restart();
+    // The next power-up.
+    monitor_ = tested_;
+    oracle_ = SafetyOracle(format(), setup());
+  } else if (how % 8U == 1) {
+    monitor_.encoder_restarted();
+    oracle_.encoder_restarted();
   } else {
-    monitor_.acknowledge();
+    if (monitor_.state() == SafetyState::latched) {
+      require(monitor_.acknowledge(monitor_.latched_cause()));
+    }
     oracle_.acknowledge();
   }
 }
@@ -331,8 +356,8 @@ void Bench::happen(unsigned what, unsigned how) {
     }
     case tick: {
       now_ += gap(how) / 2;
-      const SafetyJudgement told = monitor_.watch(clock());
-      const SafetyJudgement due = oracle_.watch(now_);
+      const SafetyJudgement told = monitor_.watch(clocks());
+      const SafetyJudgement due = oracle_.watch(now_, ahead_);
       require(told.verdict == due.verdict && told.state == due.state && !told.position);
       latest_ = std::max(latest_, now_);
       break;
@@ -370,8 +395,24 @@ void Bench::happen(unsigned what, unsigned how) {
       now_ += setup().cycle_min.count;
       if (last_.size_bits() != 0) show(last_);
       break;
-    default:
-      send(next_frame());
+    default: {
+      if ((more & clocks_drift) != 0) {
+        const Wide tolerance = setup().clocks.tolerance.count;
+        ahead_ += ((how & 1U) != 0 ? 1 : -1) * (tolerance + how / 2U % 4U - 1);
+      }
+      const Wide before = now_;
+      const Frame frame = next_frame();
+      if ((more & clock_stops) != 0) now_ = before;
+      if ((more & expects_position) != 0) {
+        const std::uint64_t value = oracle_.read(levels_of(bits_of(frame))).safe.value;
+        const std::uint64_t low = value + how % 3U - 1U;
+        const std::uint64_t high = value + how / 3U % 3U - 1U;
+        monitor_.expect_position(low, high);
+        // A monitor that judges nothing keeps the expectation, too.
+        oracle_.expect(low, high);
+      }
+      send(frame);
+    }
   }
 }
 

@@ -2,6 +2,7 @@
 // increments, time as a number that never wraps around. It shares only data types with biss/safety.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -18,6 +19,9 @@ using Wide = __int128;
 struct OracleFrame {
   SafetyVerdict cause = SafetyVerdict::no_frame;
   std::uint64_t position = 0;
+  std::uint64_t spw_position = 0;
+  /// Of a frame whose cause is safe.
+  SafePosition safe{};
   std::int64_t apart = 0;
   unsigned life_counter = 0;
   bool cpw_nW = true;
@@ -28,21 +32,25 @@ class SafetyOracle {
  public:
   SafetyOracle(const FrameFormat& format, const SafetySetup& setup)
       : format_(format), setup_(setup) {
-    restart();
+    encoder_restarted();
   }
 
   OracleFrame read(const std::vector<bool>& bits) const;
-  SafetyJudgement step(Wide now, const OracleFrame& frame, bool disagree);
-  SafetyJudgement watch(Wide now);
+  /// \param ahead by how much the second clock is ahead of the first one
+  SafetyJudgement step(Wide now, Wide ahead, const OracleFrame& frame, bool disagree);
+  SafetyJudgement watch(Wide now, Wide ahead);
+  void expect(std::uint64_t low, std::uint64_t high) { window_ = {low, high}; }
   void acknowledge() {
     if (state_ == SafetyState::latched) start();
   }
-  void restart() {
+  void encoder_restarted() {
     range_ = setup_.counter.mode;
     seen_ = false;
     tolerated_.clear();
     roll_overs_.clear();
-    start();
+    first_request_ = true;
+    stale_ = false;
+    if (state_ == SafetyState::starting || state_ == SafetyState::safe) start();
   }
   std::optional<Wide> deadline() const {
     if (good_ == 0) return std::nullopt;
@@ -66,10 +74,19 @@ class SafetyOracle {
   bool may_come(unsigned value, bool zero) const;
   SafetyVerdict counter_verdict(unsigned value) const;
   void take(unsigned value);
+  bool clocks_differ(Wide ahead) const {
+    const Wide apart = ahead - last_ahead_;
+    return good_ != 0 &&
+           (apart > setup_.clocks.tolerance.count || -apart > setup_.clocks.tolerance.count);
+  }
+  bool is_late(Wide gap) const { return gap < 0 || gap > setup_.frame_gap_max.count; }
   bool tolerates(Wide now, SafetyVerdict verdict);
   bool refuse(Wide now, SafetyVerdict verdict);
   void start() {
     state_ = SafetyState::starting;
+    forget();
+  }
+  void forget() {
     good_ = 0;
     missed_ = 0;
     place_.reset();
@@ -78,7 +95,7 @@ class SafetyOracle {
 
   FrameFormat format_;
   SafetySetup setup_;
-  SafetyState state_{};
+  SafetyState state_ = SafetyState::starting;
   CounterMode range_{};
   bool seen_ = false;  // the range, in the counter itself
   std::optional<unsigned> place_;
@@ -86,6 +103,12 @@ class SafetyOracle {
   unsigned missed_ = 0;
   unsigned good_ = 0;
   Wide last_good_ = 0;
+  Wide last_ahead_ = 0;
+  std::optional<Wide> last_request_;
+  unsigned still_ = 0;
+  bool first_request_ = true;  // since the encoder's power-up
+  bool stale_ = false;
+  std::optional<std::array<std::uint64_t, 2>> window_;
   std::vector<Wide> tolerated_;
 };
 
@@ -188,6 +211,33 @@ inline OracleFrame SafetyOracle::read(const Bits& bits) const {
                 : !near                        ? SafetyVerdict::comparison
                                                : SafetyVerdict::safe;
   frame.position = (a.turns << a.single_bits) | a.single;
+  frame.spw_position = (b.turns << b.single_bits) | b.single;
+  {
+    // Plain numbers: both positions in 128 bits, modulo the range that is compared.
+    const Wide turn = Wide{1} << turn_bits;
+    const unsigned fine = b.single_bits - bits_compared;
+    const Wide step = Wide{1} << fine;
+    const Wide range = turn << b.single_bits;
+    const Wide spw_value = ((b.turns % turn) << b.single_bits) + b.single;
+    const auto wrapped = [](Wide number, Wide modulus) {
+      return static_cast<std::uint64_t>(((number % modulus) + modulus) % modulus);
+    };
+    const Wide from = spw_value / step * step - step * setup_.comparison.tolerance_lsb;
+    const Wide to = spw_value / step * step + step * (setup_.comparison.tolerance_lsb + 1) - 1;
+    const Wide cpw_range = turn << a.single_bits;
+    const Wide cpw_value = ((a.turns % turn) << a.single_bits) + a.single;
+    const Wide aligned = a.single_bits >= b.single_bits
+                             ? spw_value << (a.single_bits - b.single_bits)
+                             : spw_value >> (b.single_bits - a.single_bits);
+    Wide offset = cpw_value - aligned;
+    while (offset >= cpw_range / 2) offset -= cpw_range;
+    while (offset < -cpw_range / 2) offset += cpw_range;
+    frame.safe = {.value = static_cast<std::uint64_t>(spw_value),
+                  .low = wrapped(from, range),
+                  .high = wrapped(to, range),
+                  .cpw_only_offset = static_cast<std::int64_t>(offset),
+                  .cpw_only_turns = a.turns / static_cast<std::uint64_t>(turn)};
+  }
   constexpr Wide most = INT32_MAX;
   if (turn_bits + bits_compared > 32) apart = apart > most ? most : apart < -most ? -most : apart;
   frame.apart = static_cast<std::int64_t>(apart);

@@ -56,8 +56,10 @@ inline void SafetyOracle::take(unsigned value) {
 }
 
 inline bool SafetyOracle::tolerates(Wide now, SafetyVerdict verdict) {
-  const bool never = verdict == SafetyVerdict::disagreement || verdict == SafetyVerdict::watchdog ||
-                     verdict == SafetyVerdict::counter_mode;
+  using enum SafetyVerdict;
+  const bool never = verdict == disagreement || verdict == clock || verdict == watchdog ||
+                     verdict == cpw_error || verdict == spw_error || verdict == comparison ||
+                     verdict == counter_mode || verdict == counter_first || verdict == stimulus;
   if (state_ != SafetyState::safe || never) return false;
   const auto in_window = std::count_if(tolerated_.begin(), tolerated_.end(), [&](Wide then) {
     return now - then <= setup_.budget.window.count;
@@ -72,34 +74,57 @@ inline bool SafetyOracle::refuse(Wide now, SafetyVerdict verdict) {
     ++missed_;
     return true;
   }
-  const bool holds = state_ == SafetyState::safe || verdict == SafetyVerdict::disagreement;
+  const bool was_safe = state_ == SafetyState::safe;
   start();
-  if (holds && setup_.latch) state_ = SafetyState::latched;
+  if (was_safe && setup_.latch) state_ = SafetyState::latched;
+  if (verdict == SafetyVerdict::disagreement) state_ = SafetyState::failed;
   return false;
 }
 
-inline SafetyJudgement SafetyOracle::step(Wide now, const OracleFrame& frame, bool disagree) {
+inline SafetyJudgement SafetyOracle::step(Wide now, Wide ahead, const OracleFrame& frame,
+                                          bool disagree) {
   if (state_ == SafetyState::latched) return {.verdict = SafetyVerdict::latched, .state = state_};
+  if (state_ == SafetyState::failed) return {.verdict = SafetyVerdict::failed, .state = state_};
+  still_ = last_request_ == now ? still_ + 1 : 0;
+  last_request_ = now;
   SafetyJudgement told{.cpw_nW = frame.cpw_nW,
                        .spw_nW = frame.spw_nW,
                        .life_counter = static_cast<std::uint8_t>(frame.life_counter),
                        .difference_lsb = static_cast<std::int32_t>(frame.apart)};
   const Wide gap = now - last_good_;
+  const Wide other_gap = gap + ahead - last_ahead_;
+  const Wide least = setup_.frame_gap_min.count;
+  const bool first_wrong =
+      setup_.counter.first != any_first_value &&
+      (stale_ || (first_request_ && frame.life_counter != setup_.counter.first));
   told.verdict = disagree ? SafetyVerdict::disagreement
-                 : good_ != 0 && (gap < 0 || gap > setup_.frame_gap_max.count)
-                     ? SafetyVerdict::watchdog
-                 : good_ != 0 && gap < setup_.frame_gap_min.count ? SafetyVerdict::early
-                 : frame.cause != SafetyVerdict::safe             ? frame.cause
+                 : still_ > setup_.clocks.still_requests || clocks_differ(ahead)
+                     ? SafetyVerdict::clock
+                 : good_ != 0 && (is_late(gap) || is_late(other_gap)) ? SafetyVerdict::watchdog
+                 : good_ != 0 && (gap < least || other_gap < least)   ? SafetyVerdict::early
+                 : frame.cause != SafetyVerdict::safe                 ? frame.cause
                                                       : counter_verdict(frame.life_counter);
+  if (told.verdict == SafetyVerdict::safe && first_wrong) {
+    told.verdict = SafetyVerdict::counter_first;
+  } else if (told.verdict == SafetyVerdict::safe && window_) {
+    const auto [low, high] = *window_;
+    const std::uint64_t at = frame.safe.value;
+    const bool inside = low <= high ? at >= low && at <= high : at >= low || at <= high;
+    if (!inside) told.verdict = SafetyVerdict::stimulus;
+  }
+  window_.reset();
+  if (first_request_ && told.verdict != SafetyVerdict::safe) stale_ = true;
+  first_request_ = false;
   if (told.verdict != SafetyVerdict::safe) {
     told.tolerated = refuse(now, told.verdict);
   } else {
     take(frame.life_counter);
     last_good_ = now;
+    last_ahead_ = ahead;
     ++good_;
     if (good_ >= setup_.start_frames && range()) state_ = SafetyState::safe;
     if (state_ == SafetyState::safe) {
-      told.position = frame.position;
+      told.position = frame.safe;
     } else {
       told.verdict = SafetyVerdict::starting;
     }
@@ -108,12 +133,16 @@ inline SafetyJudgement SafetyOracle::step(Wide now, const OracleFrame& frame, bo
   return told;
 }
 
-inline SafetyJudgement SafetyOracle::watch(Wide now) {
+inline SafetyJudgement SafetyOracle::watch(Wide now, Wide ahead) {
   if (state_ == SafetyState::latched) return {.verdict = SafetyVerdict::latched, .state = state_};
+  if (state_ == SafetyState::failed) return {.verdict = SafetyVerdict::failed, .state = state_};
   const Wide gap = now - last_good_;
-  if (good_ != 0 && (gap < 0 || gap > setup_.frame_gap_max.count)) {
-    refuse(now, SafetyVerdict::watchdog);
-    return {.verdict = SafetyVerdict::watchdog, .state = state_};
+  const bool late = good_ != 0 && (is_late(gap) || is_late(gap + ahead - last_ahead_));
+  if (clocks_differ(ahead) || late) {
+    const SafetyVerdict verdict =
+        clocks_differ(ahead) ? SafetyVerdict::clock : SafetyVerdict::watchdog;
+    refuse(now, verdict);
+    return {.verdict = verdict, .state = state_};
   }
   const bool safe = state_ == SafetyState::safe;
   return {.verdict = safe ? SafetyVerdict::safe : SafetyVerdict::starting, .state = state_};

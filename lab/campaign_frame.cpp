@@ -154,7 +154,7 @@ FrameOutcome CampaignFrame::judge(const SentFrame& sent, const WordPair& receive
   if (!cpw_good || !spw_good) return outcome;
   const SafetyJudgement judgement = monitor(sent, received);
   outcome.monitor = judgement.verdict == SafetyVerdict::safe;
-  outcome.wrong = outcome.monitor && judgement.position != sent.position;
+  outcome.wrong = outcome.monitor && control_position(*plan_, *judgement.position) != sent.position;
   return outcome;
 }
 

@@ -4,23 +4,23 @@ namespace biss::lab {
 
 Monitor::Monitor(SharedSafetyPlan plan) : monitor_(plan) {}
 
-bool Monitor::self_test() { return monitor_.self_test(); }
+bool Monitor::self_test() { return monitor_.self_test(monitor_.plan().fingerprint()); }
 
 SafetyJudgement Monitor::step(Picoseconds now, const BitView& bits) {
-  return monitor_.step(now, bits);
+  return monitor_.step(OneClock{now}, bits);
 }
 
 SafetyJudgement Monitor::step(Picoseconds now, const SafetyFinding& finding) {
-  return monitor_.step(now, finding, finding);
+  return monitor_.step(OneClock{now}, finding, finding);
 }
 
-SafetyJudgement Monitor::watch(Picoseconds now) { return monitor_.watch(now); }
+SafetyJudgement Monitor::watch(Picoseconds now) { return monitor_.watch(OneClock{now}); }
 
 std::optional<Picoseconds> Monitor::deadline() const { return monitor_.deadline(); }
 
-void Monitor::acknowledge() { monitor_.acknowledge(); }
+void Monitor::acknowledge() { monitor_.acknowledge(monitor_.latched_cause()); }
 
-void Monitor::restart() { monitor_.restart(); }
+void Monitor::encoder_restarted() { monitor_.encoder_restarted(); }
 
 SafetyState Monitor::state() const { return monitor_.state(); }
 

@@ -17,19 +17,24 @@ class SharedSafetyPlan {
   static constexpr unsigned least_payload_bits = SafetyPlan<>::least_payload_bits;
 
   /// \pre the plan outlives this
-  explicit SharedSafetyPlan(const SafetyPlan<>& plan) : plan_(&plan) {}
+  explicit SharedSafetyPlan(const SafetyPlan<>& plan)
+      : plan_(&plan), fingerprint_(plan.fingerprint()) {}
 
   const Codec& codec() const { return plan_->codec(); }
   const FrameFormat& format() const { return plan_->format(); }
   unsigned payload_bits() const { return plan_->payload_bits(); }
   const SafetySetup& setup() const { return plan_->setup(); }
   const safety_detail::Alignment& alignment() const { return plan_->alignment(); }
+  const SafetyFingerprint& fingerprint() const { return fingerprint_; }
+  // Faults of this computer's memory are no subject of the experiments.
+  bool is(const SafetyFingerprint& expected) const { return fingerprint_ == expected; }
 
  private:
   const SafetyPlan<>* plan_;
+  SafetyFingerprint fingerprint_;
 };
 
-/// A SafetyMonitor; its functions are the same.
+/// A SafetyMonitor with one clock; its functions are the same.
 class Monitor {
  public:
   explicit Monitor(SharedSafetyPlan plan);
@@ -39,8 +44,9 @@ class Monitor {
   SafetyJudgement step(Picoseconds now, const SafetyFinding& finding);
   SafetyJudgement watch(Picoseconds now);
   std::optional<Picoseconds> deadline() const;
+  /// Whatever fault is latched.
   void acknowledge();
-  void restart();
+  void encoder_restarted();
   SafetyState state() const;
 
  private:

@@ -147,9 +147,7 @@ struct SequenceCounts {
   bool operator==(const SequenceCounts&) const = default;
 
   /// Events with this first verdict.
-  std::uint64_t detected_as(SafetyVerdict verdict) const {
-    return verdicts[static_cast<std::size_t>(verdict)];
-  }
+  std::uint64_t detected_as(SafetyVerdict verdict) const { return verdicts[index_of(verdict)]; }
   /// Events that were not accepted and had a verdict.
   std::uint64_t detected() const;
   void add_odd(std::uint64_t index);

@@ -69,7 +69,7 @@ class SequenceRig {
     } else {
       const bool late = !verdict_ || cycles_ > bound_cycles;
       const bool unexpected = verdict_ && !allowed(*verdict_);
-      if (verdict_) ++counts_.verdicts[static_cast<std::size_t>(*verdict_)];
+      if (verdict_) ++counts_.verdicts[index_of(*verdict_)];
       if (late) ++counts_.late;
       if (unexpected) ++counts_.unexpected;
       counts_.worst_cycles = std::max(counts_.worst_cycles, cycles_);
@@ -145,7 +145,10 @@ void SequenceRig::log(std::string_view what, const BitView& bits, const Sequence
             .what = what,
             .bits = bits,
             .meant = meant != nullptr ? std::optional(*meant) : std::nullopt,
-            .judgement = judgement});
+            .judgement = judgement,
+            .position_read = judgement.position ? std::optional(control_position(
+                                                      frame_.plan(), *judgement.position))
+                                                : std::nullopt});
 }
 
 void SequenceRig::pass(Picoseconds time) { now_ = later(now_, time); }
@@ -179,7 +182,7 @@ bool SequenceRig::good(const SequenceWords& words, bool may_start) {
   const bool starts = may_start && judgement.verdict == SafetyVerdict::starting;
   const bool expected = was_safe && (safe || starts);
   const bool right = judgement.position.has_value() == safe &&
-                     judgement.position.value_or(words.cpw) == words.cpw &&
+                     (!safe || control_position(frame_.plan(), *judgement.position) == words.cpw) &&
                      judgement.life_counter == words.life_counter &&
                      judgement.cpw_nW == words.cpw_nW && judgement.spw_nW == words.spw_nW;
   if (!expected) {
@@ -198,7 +201,8 @@ void SequenceRig::fault_begins() {
 void SequenceRig::note(const SafetyJudgement& judgement, const SequenceWords* meant) {
   if (judgement.position) {
     accepted_ = true;
-    wrong_ = wrong_ || meant == nullptr || *judgement.position != meant->cpw;
+    wrong_ = wrong_ || meant == nullptr ||
+             control_position(frame_.plan(), *judgement.position) != meant->cpw;
   }
   if (verdict_ || !is_fault(judgement.verdict)) return;
   verdict_ = judgement.verdict;
@@ -223,7 +227,7 @@ void SequenceRig::settle(bool forget) {
   pass(frame_.setup().frame_gap_max + frame_.cycle());
   monitor_.watch(now_);
   monitor_.acknowledge();
-  if (forget) monitor_.restart();
+  if (forget) monitor_.encoder_restarted();
 }
 
 constexpr unsigned most_repeats = 8;

@@ -24,6 +24,8 @@ struct SequenceStep {
   /// What the encoder sends to this request; none for `watch`.
   std::optional<SequenceWords> meant{};
   SafetyJudgement judgement{};
+  /// control_position() of a safe judgement.
+  std::optional<std::uint64_t> position_read{};
 };
 
 using SequenceWatcher = std::function<void(const SequenceStep&)>;

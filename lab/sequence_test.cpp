@@ -278,7 +278,7 @@ std::int32_t difference_of(const SequenceFrame& frame, const SequenceWords& word
   const FrameBits bits = frame.encode(words, random);
   const SafetyFinding found = FieldEvaluation<SequenceFrame::Plan>::find(frame.plan(), bits.view());
   EXPECT_EQ(found.life_counter, words.life_counter);
-  EXPECT_EQ(found.position, words.cpw);
+  EXPECT_EQ(found.cpw_position, words.cpw);
   return found.difference_lsb;
 }
 

@@ -39,8 +39,8 @@ constexpr bool is_one_word(const FrameFormat& format) {
 // All members describe the word that BitView::window() gives for CDS, or the data in it.
 class WordPlan {
  public:
-  constexpr explicit WordPlan(const FrameFormat& format) : one_word_(is_one_word(format)) {
-    if (!one_word_) return;
+  constexpr explicit WordPlan(const FrameFormat& format) : one_word_(is_one_word(format) ? 1 : 0) {
+    if (one_word_ == 0) return;
     const ChannelFormat& channel = format.channel_list[0];
     payload_bits_ = static_cast<std::uint8_t>(format.payload_bits());
     data_bits_ = channel.data_bits;
@@ -56,7 +56,7 @@ class WordPlan {
   }
 
   // False: another format; the other members are undefined.
-  constexpr bool one_word() const { return one_word_; }
+  constexpr bool one_word() const { return one_word_ != 0; }
   constexpr unsigned payload_bits() const { return payload_bits_; }
   constexpr unsigned data_bits() const { return data_bits_; }
   constexpr bool cds(std::uint64_t word) const { return (word & cds_bit) != 0; }
@@ -94,7 +94,8 @@ class WordPlan {
     }
   };
 
-  bool one_word_;
+  // Not bool: after a fault of the memory it still has a value.
+  std::uint8_t one_word_;
   std::uint8_t payload_bits_ = 1;
   std::uint8_t data_bits_ = 1;
   std::uint8_t crc_bits_ = 1;
@@ -190,6 +191,8 @@ class FrameCodec {
   constexpr bool one_word() const { return plan_.one_word(); }
   /// For decode_frame().
   constexpr const frame_detail::WordPlan& plan() const { return plan_; }
+  /// What the engine of channel k computes: the CRC of its format.
+  constexpr const CrcSpec& engine_spec(std::size_t k) const { return engines_[k].spec(); }
   /// CRC of channel k's data word, as transmitted. \pre the channel has a CRC
   constexpr std::uint16_t crc(std::size_t k, std::uint64_t data) const {
     return engines_[k](data, format_.channel_list[k].data_bits);

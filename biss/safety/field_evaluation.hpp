@@ -46,7 +46,7 @@ class LifeCounter {
     if (value == last_) return SafetyVerdict::counter_repeated;
     // While the range is being learned, no value fits this one.
     const unsigned other_first = 1U - first_;
-    if (!confirmed_ && fits(value, missed, setup.missed, other_first)) {
+    if (confirmed_ == 0 && fits(value, missed, setup.missed, other_first)) {
       return SafetyVerdict::counter_mode;
     }
     return cause_of(value, missed, setup.near_frames);
@@ -60,7 +60,7 @@ class LifeCounter {
         candidate_ = value;
         if (rollovers_ >= learn_rollovers) first_ = value;
       }
-      confirmed_ = first_ != unknown;
+      confirmed_ = first_ != unknown ? 1 : 0;
     }
     last_ = value;
   }
@@ -70,6 +70,8 @@ class LifeCounter {
     if (first_ == unknown) return std::nullopt;
     return first_ == 1 ? CounterMode::count_1_63 : CounterMode::count_0_63;
   }
+
+  constexpr bool operator==(const LifeCounter&) const = default;
 
  private:
   static constexpr std::uint8_t unknown = 2;
@@ -110,7 +112,8 @@ class LifeCounter {
   std::uint8_t last_ = none;
   std::uint8_t candidate_ = unknown;
   std::uint8_t rollovers_ = 0;
-  bool confirmed_ = false;
+  // Not bool: after a fault of the memory it still has a value.
+  std::uint8_t confirmed_ = 0;
 };
 
 /// Reads fields by shift and mask, compares modulo the range, checks the counter by the distance
@@ -133,12 +136,35 @@ class FieldEvaluation {
     const Channel& cpw = frame->channel_list[plan.setup().cpw];
     const Channel& spw = frame->channel_list[plan.setup().spw];
     const std::int32_t apart = difference(plan.alignment(), cpw.position, spw.position);
-    return {.position = cpw.position,
+    return {.cpw_position = cpw.position,
+            .spw_position = spw.position,
             .difference_lsb = apart,
             .life_counter = static_cast<std::uint8_t>(spw.life_counter),
-            .cpw_nW = cpw.nW,
-            .spw_nW = spw.nW,
+            .nW = static_cast<std::uint8_t>((cpw.nW ? 2U : 0U) | (spw.nW ? 1U : 0U)),
             .cause = cause_of(plan.setup(), cpw, spw, apart)};
+  }
+
+  /// The position of a finding whose cause is safe, by masks and shifts.
+  static constexpr SafePosition safe_position(const Plan& plan, const SafetyFinding& finding) {
+    const safety_detail::Alignment& alignment = plan.alignment();
+    const std::uint64_t tolerance = plan.setup().comparison.tolerance_lsb;
+    const std::uint64_t mask = low_mask(alignment.bits);
+    const std::uint64_t key = finding.spw_position >> alignment.spw_shift;
+    const unsigned cpw_bits = alignment.bits + alignment.cpw_shift;
+    const std::uint64_t value =
+        finding.spw_position & low_mask(alignment.bits + alignment.spw_shift);
+    // In counts of the CPW.
+    const std::uint64_t aligned = alignment.cpw_shift >= alignment.spw_shift
+                                      ? value << (alignment.cpw_shift - alignment.spw_shift)
+                                      : value >> (alignment.spw_shift - alignment.cpw_shift);
+    const std::uint64_t half = std::uint64_t{1} << (cpw_bits - 1U);
+    const std::uint64_t apart = (finding.cpw_position - aligned) & low_mask(cpw_bits);
+    return {
+        .value = value,
+        .low = ((key - tolerance) & mask) << alignment.spw_shift,
+        .high = (((key + tolerance) & mask) << alignment.spw_shift) | low_mask(alignment.spw_shift),
+        .cpw_only_offset = static_cast<std::int64_t>((apart ^ half) - half),
+        .cpw_only_turns = finding.cpw_position >> cpw_bits};
   }
 
   constexpr SafetyVerdict judge_counter(std::uint8_t value, unsigned missed,
@@ -150,6 +176,8 @@ class FieldEvaluation {
   }
   constexpr void lose_place() { counter_.lose_place(); }
   constexpr std::optional<CounterMode> counter_mode() const { return counter_.mode(); }
+
+  constexpr bool operator==(const FieldEvaluation&) const = default;
 
  private:
   static constexpr SafetyVerdict cause_of(const SafetySetup& setup, const FrameFault& fault) {

@@ -7,6 +7,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <type_traits>
@@ -166,7 +167,10 @@ namespace biss {
 template <class Plan>
 class LineEvaluation {
  public:
-  constexpr explicit LineEvaluation(const SafetySetup&) {}
+  constexpr explicit LineEvaluation(const SafetySetup& setup)
+      : range_(setup.counter.mode == CounterMode::count_1_63   ? Range::from_1
+               : setup.counter.mode == CounterMode::count_0_63 ? Range::from_0
+                                                               : Range::unknown) {}
 
   /// \param bits SLO once a MA clock, as for find_start()
   // Not inlined: in one function the two evaluations compete for registers.
@@ -186,31 +190,72 @@ class LineEvaluation {
     return found(plan, words);
   }
 
-  /// Whether the counter may have this value. \param mode none while it is being learned
-  constexpr bool counter_follows(std::uint8_t value, std::optional<CounterMode> mode) const {
-    if (!begun_) return value != 0 || mode != CounterMode::count_1_63;
+  /// The position of a finding whose cause is safe, with all numbers at the top of a word, so that
+  /// they wrap around by themselves.
+  static constexpr SafePosition safe_position(const Plan& plan, const SafetyFinding& finding) {
+    const Compared compared(plan.format(), plan.setup());
+    const unsigned key_at = 64U - compared.bits;
+    const unsigned cpw_at = key_at - compared.cpw_fine_bits;
+    const unsigned spw_at = key_at - compared.spw_fine_bits;
+    const std::uint64_t value = finding.spw_position << spw_at;
+    const std::uint64_t step = std::uint64_t{1} << key_at;
+    const std::uint64_t low = (value & (0U - step)) - step * plan.setup().comparison.tolerance_lsb;
+    const std::uint64_t high = low + step * (2U * plan.setup().comparison.tolerance_lsb + 1U) - 1U;
+    const std::uint64_t aligned = value & (~std::uint64_t{0} << cpw_at);
+    const std::uint64_t cpw = finding.cpw_position << cpw_at;
+    return {.value = value >> spw_at,
+            .low = low >> spw_at,
+            .high = high >> spw_at,
+            .cpw_only_offset = static_cast<std::int64_t>(cpw - aligned) >> cpw_at,
+            .cpw_only_turns = (finding.cpw_position ^ (cpw >> cpw_at)) >> (64U - cpw_at)};
+  }
+
+  /// Whether the counter may have this value.
+  constexpr bool counter_follows(std::uint8_t value) const {
+    if (begun_ == 0) return value != 0 || range_ != Range::from_1;
     auto next = static_cast<std::uint8_t>(~complement_);
     for (unsigned more = perhaps_; value != next; --more) {
-      if (next == 0 && !mode) return value == 1;
+      if (next == 0 && range_ == Range::unknown) return value == 1;
       if (more == 0) return false;
-      next = after(next, mode);
+      next = after(next);
     }
     return true;
   }
-  constexpr void accept_counter(std::uint8_t value, std::optional<CounterMode> mode) {
-    begun_ = true;
+  constexpr void accept_counter(std::uint8_t value, const SafetySetup& setup) {
+    if (rolls_over_ != 0 && range_ == Range::unknown) {
+      // Roll-overs to 0 count up, those to 1 count down.
+      if (value == 0) votes_ = static_cast<std::int16_t>(votes_ > 0 ? votes_ + 1 : 1);
+      if (value == 1) votes_ = static_cast<std::int16_t>(votes_ < 0 ? votes_ - 1 : -1);
+      if (votes_ >= setup.counter.learn_rollovers) range_ = Range::from_0;
+      if (-votes_ >= setup.counter.learn_rollovers) range_ = Range::from_1;
+    }
+    rolls_over_ = value == 63 ? 1 : 0;
+    begun_ = 1;
     perhaps_ = 0;
-    expect(after(value, mode));
+    expect(after(value));
   }
   /// A frame was not accepted; the sequence continues.
-  constexpr void miss_counter(MissedFrames rule, std::optional<CounterMode> mode) {
+  constexpr void miss_counter(MissedFrames rule) {
+    rolls_over_ = 0;
     if (rule == MissedFrames::perhaps) {
       ++perhaps_;
     } else {
-      expect(after(static_cast<std::uint8_t>(~complement_), mode));
+      expect(after(static_cast<std::uint8_t>(~complement_)));
     }
   }
-  constexpr void lose_place() { begun_ = false; }
+  /// The next value starts a new sequence. The known range stays.
+  constexpr void lose_place() {
+    begun_ = 0;
+    rolls_over_ = 0;
+    votes_ = 0;
+  }
+  /// The counter's range, from the setup or learned; none while it is being learned.
+  constexpr std::optional<CounterMode> counter_mode() const {
+    if (range_ == Range::unknown) return std::nullopt;
+    return range_ == Range::from_1 ? CounterMode::count_1_63 : CounterMode::count_0_63;
+  }
+
+  constexpr bool operator==(const LineEvaluation&) const = default;
 
  private:
   // START, CDS, the channels, STOP.
@@ -226,6 +271,33 @@ class LineEvaluation {
            lead <= bounds.lead_max_clocks && runs.zeros >= bounds.ack_min_clocks &&
            runs.zeros <= bounds.ack_max_clocks;
   }
+
+  // What is compared: the upper bits of both singleturn values, and the turns that both have.
+  // FieldEvaluation has its own calculation.
+  struct Compared {
+    unsigned singleturn_bits;
+    unsigned turns;
+    unsigned bits;
+    unsigned cpw_fine_bits;
+    unsigned spw_fine_bits;
+
+    [[gnu::always_inline]] constexpr Compared(const FrameFormat& format, const SafetySetup& setup) {
+      const ChannelFormat& cpw = format.channel_list[setup.cpw];
+      const ChannelFormat& spw = format.channel_list[setup.spw];
+      // Either `position` or `singleturn` has no bits.
+      const unsigned of_cpw = unsigned{cpw.position.bits} + cpw.singleturn.bits;
+      const unsigned of_spw = unsigned{spw.position.bits} + spw.singleturn.bits;
+      singleturn_bits = setup.comparison.compare_bits;
+      if (singleturn_bits == 0) singleturn_bits = of_cpw < of_spw ? of_cpw : of_spw;
+      turns = 0;
+      if (setup.comparison.multiturn == MultiturnRule::with_carry) {
+        turns = cpw.multiturn.bits < spw.multiturn.bits ? cpw.multiturn.bits : spw.multiturn.bits;
+      }
+      bits = turns + singleturn_bits;
+      cpw_fine_bits = of_cpw - singleturn_bits;
+      spw_fine_bits = of_spw - singleturn_bits;
+    }
+  };
 
   // The place of the channel's first bit.
   [[gnu::always_inline]] static constexpr unsigned begin_of(const FrameFormat& format,
@@ -320,16 +392,14 @@ class LineEvaluation {
       return value(channel.multiturn) << singleturn().bits | value(singleturn());
     }
     // The lower bits of the turns and the upper ones of the singleturn value, at the top of a word.
-    [[gnu::always_inline]] constexpr std::uint64_t key(
-        const safety_detail::Alignment& alignment) const {
-      const unsigned turns = alignment.bits - alignment.singleturn_bits;
+    [[gnu::always_inline]] constexpr std::uint64_t key(const Compared& compared) const {
       const unsigned front = end - singleturn().shift - singleturn().bits;
-      std::uint64_t key = words.value(front, alignment.singleturn_bits);
-      if (turns != 0) {
-        key |= words.value(end - channel.multiturn.shift - turns, turns)
-               << alignment.singleturn_bits;
+      std::uint64_t key = words.value(front, compared.singleturn_bits);
+      if (compared.turns != 0) {
+        key |= words.value(end - channel.multiturn.shift - compared.turns, compared.turns)
+               << compared.singleturn_bits;
       }
-      return key << (64U - alignment.bits);
+      return key << (64U - compared.bits);
     }
   };
 
@@ -338,26 +408,35 @@ class LineEvaluation {
     const SafetySetup& setup = plan.setup();
     const Word cpw(plan.format(), setup.cpw, words);
     const Word spw(plan.format(), setup.spw, words);
-    const safety_detail::Alignment& alignment = plan.alignment();
-    const unsigned unused = 64U - alignment.bits;
-    const auto apart = static_cast<std::int64_t>(cpw.key(alignment) - spw.key(alignment));
+    const Compared compared(plan.format(), setup);
+    const unsigned unused = 64U - compared.bits;
+    const auto apart = static_cast<std::int64_t>(cpw.key(compared) - spw.key(compared));
     const std::int64_t limit = std::int64_t{setup.comparison.tolerance_lsb} << unused;
     SafetyVerdict cause = SafetyVerdict::safe;
     if (apart > limit || apart < -limit) cause = SafetyVerdict::comparison;
     if (!spw.level(spw.channel.error)) cause = SafetyVerdict::spw_error;
     if (!cpw.level(cpw.channel.error)) cause = SafetyVerdict::cpw_error;
-    return {.position = cpw.position(),
-            .difference_lsb = safety_detail::held(apart >> unused, alignment.bits),
+    unsigned warnings = cpw.level(cpw.channel.warning) ? 1 : 0;
+    warnings = 2U * warnings + (spw.level(spw.channel.warning) ? 1U : 0U);
+    std::int64_t difference = apart >> unused;
+    if (compared.bits > 32) {
+      constexpr std::int64_t most = std::numeric_limits<std::int32_t>::max();
+      difference = std::max(std::min(difference, most), -most);
+    }
+    return {.cpw_position = cpw.position(),
+            .spw_position = spw.position(),
+            .difference_lsb = static_cast<std::int32_t>(difference),
             .life_counter = static_cast<std::uint8_t>(spw.value(spw.channel.life_counter)),
-            .cpw_nW = cpw.level(cpw.channel.warning),
-            .spw_nW = spw.level(spw.channel.warning),
+            .nW = static_cast<std::uint8_t>(warnings),
             .cause = cause};
   }
 
+  enum class Range : std::uint8_t { from_0, from_1, unknown };
+
   // While the range is being learned, 0; counter_follows() then accepts 1, too.
-  static constexpr std::uint8_t after(std::uint8_t value, std::optional<CounterMode> mode) {
+  constexpr std::uint8_t after(std::uint8_t value) const {
     if (value != 63) return static_cast<std::uint8_t>(value + 1U);
-    return mode == CounterMode::count_1_63 ? 1 : 0;
+    return range_ == Range::from_1 ? 1 : 0;
   }
   constexpr void expect(std::uint8_t next) { complement_ = static_cast<std::uint8_t>(~next); }
 
@@ -365,7 +444,12 @@ class LineEvaluation {
   std::uint8_t complement_ = 0;
   /// How many further values are accepted as well.
   std::uint8_t perhaps_ = 0;
-  bool begun_ = false;
+  Range range_;
+  // The flags are not bool: after a fault of the memory they still have a value.
+  std::uint8_t begun_ = 0;
+  /// The last frame was good and had 63.
+  std::uint8_t rolls_over_ = 0;
+  std::int16_t votes_ = 0;
 };
 
 }  // namespace biss

@@ -4,18 +4,12 @@
 //   SafetyMonitor<FixedSafetyPlan<type.frame_format(), type.setup>> monitor;
 //   if (!monitor.self_test()) stop();  // at power-up
 //   // Every request, answered or not:
-//   const SafetyJudgement judgement = monitor.step(now, bits);
-//   judgement.position ? use(*judgement.position) : stop();
+//   const SafetyJudgement judgement = monitor.step(TwoClocks{now, second}, bits);
+//   judgement.position ? use(judgement.position->low, judgement.position->high) : stop();
 //   // At deadline(), or in a tick:
-//   if (monitor.watch(now).verdict != SafetyVerdict::safe) stop();
+//   if (monitor.watch(TwoClocks{now, second}).verdict != SafetyVerdict::safe) stop();
 //
-//   untested --self_test()--> starting --start_frames good frames--> safe --fault--> latched
-//                                ^  ^                                 |                 |
-//                                |  '----------- fault, no latch -----'                 |
-//                                '------------------- acknowledge() --------------------'
-//
-// In `starting`, a fault is reported and the count of good frames starts again; only `disagreement`
-// latches. In `safe`, a fault within the budget is reported and only that frame has no position.
+// states.hpp has the states and what leads from one to another.
 #pragma once
 
 #include <algorithm>
@@ -35,6 +29,38 @@
 #include "biss/safety/setup.hpp"
 #include "biss/safety/verdict.hpp"
 
+namespace biss {
+
+/// One SPI transfer as the clock has measured it; only looked at where
+/// SafetyClocks::bit_period is given.
+struct Transfer {
+  Picoseconds time{};
+  /// Clocks of MA. step() with bits takes their number.
+  std::uint32_t clocks = 0;
+};
+
+/// One clock only. If it runs at a wrong rate or jumps by less than the watchdog's time, nothing
+/// detects it; use TwoClocks in a safety function.
+struct OneClock {
+  Picoseconds now{};
+  Transfer transfer{};
+};
+
+/// Two independent clocks, read at the same moment. They need not show the same time.
+struct TwoClocks {
+  Picoseconds now{};
+  Picoseconds second{};
+  Transfer transfer{};
+
+  constexpr TwoClocks(Picoseconds first_clock, Picoseconds second_clock, Transfer measured)
+      : now(first_clock), second(second_clock), transfer(measured) {}
+  constexpr TwoClocks(Picoseconds first_clock, Picoseconds second_clock)
+      : TwoClocks(first_clock, second_clock, {}) {}
+  constexpr TwoClocks(const OneClock& clock) : TwoClocks(clock.now, clock.now, clock.transfer) {}
+};
+
+}  // namespace biss
+
 namespace biss::safety_detail {
 
 // ---- The power-up test: every check gets input that it must refuse
@@ -50,7 +76,7 @@ class SelfTest {
 
   constexpr bool passes() {
     return reads_good_frame() && refuses_flips() && refuses_lines() && refuses_errors() &&
-           compares() && judges_frames();
+           compares() && judges_frames() && judges_clocks() && judges_expectations();
   }
 
  private:
@@ -86,7 +112,7 @@ class SelfTest {
     encode(position, spw_position(cpw(), spw(), position));
     good_ = First::find(starting_.plan(), bits_.view());
     return finds(SafetyVerdict::safe) && good_.life_counter == counter &&
-           good_.position == position;
+           good_.cpw_position == position;
   }
 
   // Every single bit that a CRC covers, and of the CRC.
@@ -159,7 +185,7 @@ class SelfTest {
   constexpr SafetyJudgement step(Monitor& monitor, unsigned value, Picoseconds now) const {
     SafetyFinding finding = good_;
     finding.life_counter = static_cast<std::uint8_t>(value);
-    return monitor.step(now, finding, finding);
+    return monitor.step(OneClock{now}, finding, finding);
   }
   constexpr std::uint8_t lowest() const {
     return setup_.counter.mode == CounterMode::count_0_63 ? 0 : 1;
@@ -178,19 +204,78 @@ class SelfTest {
     const Picoseconds late = setup_.frame_gap_max + picoseconds(1);
     const Picoseconds soon = setup_.frame_gap_min - picoseconds(1);
     // Without a shortest gap, this is before the last good frame.
-    const auto early = soon < Picoseconds{} ? SafetyVerdict::watchdog : SafetyVerdict::early;
+    const bool still = soon == Picoseconds{} && setup_.clocks.still_requests == 0;
+    const auto early = soon < Picoseconds{} ? SafetyVerdict::watchdog
+                       : still              ? SafetyVerdict::clock
+                                            : SafetyVerdict::early;
     if (next_of(monitor, counter + 1U, soon) != early) return false;
-    if (Monitor(monitor).watch(late).verdict != SafetyVerdict::watchdog) return false;
+    if (Monitor(monitor).watch(OneClock{late}).verdict != SafetyVerdict::watchdog) return false;
     SafetyFinding other = good_;
-    other.position ^= 1U;
-    if (Monitor(monitor).step({}, good_, other).verdict != SafetyVerdict::disagreement) {
+    other.cpw_position ^= 1U;
+    Monitor failing = monitor;
+    if (failing.step(OneClock{late}, good_, other).verdict != SafetyVerdict::disagreement) {
       return false;
     }
+    if (step(failing, counter + 1U, late).verdict != SafetyVerdict::failed) return false;
     if (step(monitor, counter + 1U, late).verdict != SafetyVerdict::watchdog) return false;
     return !setup_.latch || step(monitor, counter + 2U, late).verdict == SafetyVerdict::latched;
   }
   constexpr SafetyVerdict next_of(Monitor monitor, unsigned value, Picoseconds now) const {
     return step(monitor, value, now).verdict;
+  }
+
+  // Clocks that differ, in a frame and in a tick; a clock that stands still; a transfer's time.
+  constexpr bool judges_clocks() const {
+    Monitor monitor = starting_;
+    if (!reach_safe(monitor)) return false;
+    const Picoseconds now = setup_.frame_gap_max;
+    const Picoseconds apart = setup_.clocks.tolerance + picoseconds(1);
+    for (const Picoseconds second : {now - apart, now + apart}) {
+      if (clock_verdict(monitor, TwoClocks{now, second}) != SafetyVerdict::clock) return false;
+      if (Monitor(monitor).watch(TwoClocks{now, second}).verdict != SafetyVerdict::clock) {
+        return false;
+      }
+    }
+    if (clock_verdict(monitor, TwoClocks{now, now}) != SafetyVerdict::safe) return false;
+    Monitor still = monitor;
+    still.memory_.still_requests = setup_.clocks.still_requests;
+    still.keep();
+    if (step(still, counter + 1U, {}).verdict != SafetyVerdict::clock) return false;
+    if (setup_.clocks.bit_period.count == 0) return true;
+    const TwoClocks long_transfer{now, now, {apart + setup_.clocks.bit_period, 1}};
+    return clock_verdict(monitor, long_transfer) == SafetyVerdict::clock;
+  }
+  constexpr SafetyVerdict clock_verdict(Monitor monitor, const TwoClocks& now) const {
+    SafetyFinding finding = good_;
+    finding.life_counter = counter + 1U;
+    return monitor.step(now, finding, finding).verdict;
+  }
+
+  // A position outside the expected bounds, and the first value of the counter.
+  constexpr bool judges_expectations() const {
+    Monitor monitor = starting_;
+    if (!reach_safe(monitor)) return false;
+    const std::uint64_t value = First::safe_position(starting_.plan(), good_).value;
+    for (const std::uint64_t beside : {value + 1U, value - 1U}) {
+      Monitor expecting = monitor;
+      expecting.expect_position(beside, beside);
+      if (step(expecting, counter + 1U, setup_.frame_gap_max).verdict != SafetyVerdict::stimulus) {
+        return false;
+      }
+    }
+    Monitor expecting = monitor;
+    expecting.expect_position(value, value);
+    if (step(expecting, counter + 1U, setup_.frame_gap_max).verdict != SafetyVerdict::safe) {
+      return false;
+    }
+    if (setup_.counter.first == any_first_value) return true;
+    Monitor fresh = starting_;
+    fresh.await_first();
+    fresh.keep();
+    const unsigned wrong = setup_.counter.first == counter ? counter + 1U : counter;
+    return step(fresh, wrong, {}).verdict == SafetyVerdict::counter_first &&
+           step(fresh, setup_.counter.first, setup_.frame_gap_max).verdict ==
+               SafetyVerdict::counter_first;
   }
 
   using Frame = typename std::remove_cvref_t<decltype(std::declval<Monitor>().plan())>::Frame;
@@ -208,202 +293,394 @@ class SelfTest {
 namespace biss {
 
 /// `Plan` is a SafetyPlan or FixedSafetyPlan; it is kept by value. `First` and `Second` are the two
-/// evaluations.
+/// evaluations. The monitor keeps its memory twice and compares before it uses it.
 template <class Plan, class First = FieldEvaluation<Plan>, class Second = LineEvaluation<Plan>>
 class SafetyMonitor {
  public:
   constexpr explicit SafetyMonitor(const Plan& plan = Plan())
-      : plan_(plan), first_(plan.setup()), second_(plan.setup()) {}
+      : plan_(plan), memory_(plan.setup()), copy_(memory_) {}
 
   constexpr const Plan& plan() const { return plan_; }
-  constexpr SafetyState state() const { return state_; }
-  /// The cause of the latch. \pre state() is latched
-  constexpr SafetyVerdict latched_cause() const { return cause_; }
+  constexpr SafetyState state() const { return memory_.state; }
+  /// The cause of the fault that holds. \pre state() is latched or failed
+  constexpr SafetyVerdict latched_cause() const { return memory_.cause; }
   /// The counter's range, from the setup or learned; none while it is being learned.
-  constexpr std::optional<CounterMode> counter_mode() const { return first_.counter_mode(); }
+  constexpr std::optional<CounterMode> counter_mode() const { return memory_.first.counter_mode(); }
 
-  /// Gives every check a frame that it must refuse, and good frames; then the state is `starting`.
-  /// Takes as long as some hundred frames. False: a check does not work; the state stays
-  /// `untested`, and every verdict is `self_test`.
-  [[nodiscard]] constexpr bool self_test() {
-    state_ = SafetyState::untested;
-    SafetyMonitor trial(plan_);
-    trial.start();
-    if (!safety_detail::SelfTest<SafetyMonitor, First, Second>(trial).passes()) return false;
-    forget();
-    return true;
+  /// Gives every check a frame that it must refuse, and good frames. Takes as long as some hundred
+  /// frames. At power-up it leads from `untested` to `starting`. In any other state it changes
+  /// nothing if it passes, and clears no fault; if it fails, the state is `failed`.
+  /// \param expected the fingerprint of the format and the setup, from a constant: what the plan
+  ///   has in memory is compared with it now and before every frame
+  /// \return false: a check does not work, and every verdict is `self_test` or `failed`
+  [[nodiscard]] constexpr bool self_test(const SafetyFingerprint& expected) {
+    if (!is_intact()) return false;
+    memory_.expected = expected;
+    const bool passed = plan_.is(expected) && passes_self_test();
+    const bool at_power_up = memory_.state == SafetyState::untested;
+    if (!passed) memory_.cause = SafetyVerdict::self_test;
+    change(passed ? SafetyEvent::self_test_passed : SafetyEvent::self_test_failed);
+    if (passed && at_power_up) await_first();
+    keep();
+    return passed;
+  }
+  /// The same for a FixedSafetyPlan, which is a constant itself.
+  [[nodiscard]] constexpr bool self_test() requires(requires { Plan::fingerprint(); }) {
+    return self_test(Plan::fingerprint());
   }
 
-  /// Judges the answer to one request.
-  /// \param now time of any clock that does not go backwards, taken at the same moment of every
-  ///   cycle; it may wrap around at the limits of its type. A time before the last good frame gives
-  ///   `watchdog`.
+  /// Judges the answer to one request. What the monitor cannot see: answers that are all late by a
+  /// constant number of requests since power-up, unless SafetyCounter::first or expect_position()
+  /// is used.
+  /// \param time taken at the same moment of every cycle; it may wrap around at the limits of its
+  ///   type. A time before the last good frame gives `watchdog`.
   /// \param bits SLO once per MA clock, as for find_start(); empty where there was no answer
-  constexpr SafetyJudgement step(Picoseconds now, const BitView& bits) {
-    return step(now, First::find(plan_, bits), Second::find(plan_, bits));
+  constexpr SafetyJudgement step(TwoClocks time, const BitView& bits) {
+    if (const auto verdict = obstacle(); verdict != SafetyVerdict::safe) {
+      return judgement_of(verdict);
+    }
+    time.transfer.clocks = static_cast<std::uint32_t>(bits.size_bits());
+    return judgement_of(time, First::find(plan_, bits), Second::find(plan_, bits));
   }
   /// The same, where decode_frame() or an SpiReader has already decoded these bits.
-  constexpr SafetyJudgement step(Picoseconds now, const BitView& bits,
+  constexpr SafetyJudgement step(TwoClocks time, const BitView& bits,
                                  const Result<typename Plan::Frame, FrameFault>& frame) {
-    return step(now, First::find(plan_, frame), Second::find(plan_, bits));
+    if (const auto verdict = obstacle(); verdict != SafetyVerdict::safe) {
+      return judgement_of(verdict);
+    }
+    time.transfer.clocks = static_cast<std::uint32_t>(bits.size_bits());
+    return judgement_of(time, First::find(plan_, frame), Second::find(plan_, bits));
   }
   /// The same, where the evaluations were made separately, on two processors for example.
-  constexpr SafetyJudgement step(Picoseconds now, const SafetyFinding& first,
+  constexpr SafetyJudgement step(const TwoClocks& time, const SafetyFinding& first,
                                  const SafetyFinding& second) {
-    if (state_ == SafetyState::untested) return judgement_of(SafetyVerdict::self_test);
-    if (state_ == SafetyState::latched) return judgement_of(SafetyVerdict::latched);
-    SafetyVerdict verdict = judge(now, first, second);
-    bool tolerated = false;
-    if (verdict == SafetyVerdict::safe) {
-      accept(now, first.life_counter);
-      if (state_ != SafetyState::safe) verdict = SafetyVerdict::starting;
-    } else {
-      tolerated = refuse(now, verdict);
+    if (const auto verdict = obstacle(); verdict != SafetyVerdict::safe) {
+      return judgement_of(verdict);
     }
-    return {
-        .verdict = verdict,
-        .state = state_,
-        .tolerated = tolerated,
-        .cpw_nW = first.cpw_nW,
-        .spw_nW = first.spw_nW,
-        .life_counter = first.life_counter,
-        .difference_lsb = first.difference_lsb,
-        .position = verdict == SafetyVerdict::safe ? std::optional(first.position) : std::nullopt};
+    return judgement_of(time, first, second);
   }
 
   /// Checks the time only: `watchdog` once the last good frame is too long ago, or where the clock
-  /// is before it; otherwise the monitor's state. To be called at deadline(), or as often as the
-  /// caller likes. It never returns a position.
-  constexpr SafetyJudgement watch(Picoseconds now) {
-    if (state_ == SafetyState::untested) return judgement_of(SafetyVerdict::self_test);
-    if (state_ == SafetyState::latched) return judgement_of(SafetyVerdict::latched);
-    if (is_late(now)) {
-      refuse(now, SafetyVerdict::watchdog);
-      return judgement_of(SafetyVerdict::watchdog);
+  /// is before it; `clock` where the clocks differ; otherwise the monitor's state. To be called at
+  /// deadline(), or as often as the caller likes. It never returns a position.
+  constexpr SafetyJudgement watch(const TwoClocks& time) {
+    SafetyVerdict verdict = obstacle();
+    if (verdict != SafetyVerdict::safe) return judgement_of(verdict);
+    verdict = memory_.state == SafetyState::safe ? SafetyVerdict::safe : SafetyVerdict::starting;
+    if (clocks_differ(time)) {
+      verdict = SafetyVerdict::clock;
+    } else if (is_late(time)) {
+      verdict = SafetyVerdict::watchdog;
     }
-    return judgement_of(state_ == SafetyState::safe ? SafetyVerdict::safe
-                                                    : SafetyVerdict::starting);
+    if (is_fault(verdict)) {
+      refuse(time.now, verdict);
+      keep();
+    }
+    return judgement_of(verdict);
   }
 
-  /// The last moment at which the watchdog is satisfied; none while no frame is expected.
+  /// The last moment of the first clock at which the watchdog is satisfied; none while no frame is
+  /// expected.
   constexpr std::optional<Picoseconds> deadline() const {
-    if (good_frames_ == 0) return std::nullopt;
-    return safety_detail::later(last_good_, plan_.setup().frame_gap_max);
+    if (memory_.good_frames == 0) return std::nullopt;
+    return safety_detail::later(memory_.last_good, plan_.setup().frame_gap_max);
   }
 
-  /// Changes from `latched` to `starting`; in any other state nothing happens. What was learned of
-  /// the counter's range stays.
-  constexpr void acknowledge() {
-    if (state_ == SafetyState::latched) start();
+  /// The next frame must have its position, in counts of the SPW, from `low` to `high`; `low` may
+  /// be above `high`, across the wrap-around. Otherwise it is the fault `stimulus`. The caller has
+  /// moved the axis or knows that it moves: an old frame then has a position outside.
+  constexpr void expect_position(std::uint64_t low, std::uint64_t high) {
+    if (!is_intact()) return;
+    memory_.expected_low = low;
+    memory_.expected_high = high;
+    memory_.expects_position = 1;
+    keep();
   }
 
-  /// To be called after the encoder was switched off or exchanged. The monitor is as after
-  /// self_test(): it keeps nothing, not even a latched fault. A monitor whose self test has not
-  /// passed stays `untested`.
-  constexpr void restart() {
-    if (state_ != SafetyState::untested) forget();
+  /// Clears the fault with this cause: from `latched` to `starting`. What was learned of the
+  /// counter's range stays.
+  /// \return false where another fault, or none, is latched; nothing changes then
+  constexpr bool acknowledge(SafetyVerdict cause) {
+    if (!is_intact() || memory_.state != SafetyState::latched || memory_.cause != cause) {
+      return false;
+    }
+    change(SafetyEvent::acknowledged);
+    keep();
+    return true;
+  }
+
+  /// To be called after the encoder was switched off or exchanged. The monitor forgets the
+  /// counter's place and what it has learned of its range, and starts again. It clears no fault.
+  constexpr void encoder_restarted() {
+    if (!is_intact()) return;
+    const SafetySetup& setup = plan_.setup();
+    memory_.first = First(setup);
+    memory_.second = Second(setup);
+    memory_.tolerated = 0;
+    change(SafetyEvent::encoder_restarted);
+    lose_place();
+    await_first();
+    keep();
   }
 
  private:
-  constexpr SafetyVerdict judge(Picoseconds now, const SafetyFinding& first,
-                                const SafetyFinding& second) const {
-    if (!(first == second)) return SafetyVerdict::disagreement;
-    if (is_late(now)) return SafetyVerdict::watchdog;
-    if (is_early(now)) return SafetyVerdict::early;
-    if (first.cause != SafetyVerdict::safe) return first.cause;
-    const SafetySetup& setup = plan_.setup();
-    const SafetyVerdict counter = first_.judge_counter(first.life_counter, missed_, setup);
-    const bool follows = second_.counter_follows(second.life_counter, first_.counter_mode());
-    if ((counter == SafetyVerdict::safe) != follows) return SafetyVerdict::disagreement;
-    return counter;
+  template <class, class, class>
+  friend class safety_detail::SelfTest;
+
+  // Whether the first answer since power-up has the counter's first value.
+  enum class Freshness : std::uint8_t { proven, next_frame, failed };
+
+  struct Memory {
+    constexpr explicit Memory(const SafetySetup& setup) : first(setup), second(setup) {}
+    constexpr bool operator==(const Memory&) const = default;
+
+    SafetyFingerprint expected{};
+    Picoseconds last_good{};
+    Picoseconds last_good_second{};
+    Picoseconds last_request{};
+    std::uint64_t expected_low = 0;
+    std::uint64_t expected_high = 0;
+    std::array<Picoseconds, max_tolerated_faults> fault_times{};
+    First first;
+    Second second;
+    SafetyState state = SafetyState::untested;
+    SafetyVerdict cause = SafetyVerdict::self_test;
+    std::uint8_t good_frames = 0;
+    std::uint8_t missed = 0;
+    std::uint8_t tolerated = 0;
+    std::uint8_t oldest = 0;
+    std::uint8_t newest = 0;
+    std::uint8_t still_requests = 0;
+    Freshness freshness = Freshness::proven;
+    // The flags are not bool: after a fault of the memory they still have a value.
+    std::uint8_t expects_position = 0;
+    std::uint8_t has_requested = 0;
+  };
+
+  // ---- Memory
+
+  // Both copies are read from memory, whatever the compiler knows of them.
+  constexpr bool is_intact() {
+    if (!std::is_constant_evaluated()) asm volatile("" : : "r"(this) : "memory");
+    if (memory_ == copy_) return true;
+    memory_.state = SafetyState::failed;
+    memory_.cause = SafetyVerdict::memory;
+    keep();
+    return false;
+  }
+  constexpr void keep() { copy_ = memory_; }
+
+  // Why no frame can be judged; `safe` where one can.
+  constexpr SafetyVerdict obstacle() {
+    if (!is_intact()) return SafetyVerdict::memory;
+    switch (memory_.state) {
+      case SafetyState::untested:
+        return SafetyVerdict::self_test;
+      case SafetyState::latched:
+        return SafetyVerdict::latched;
+      case SafetyState::starting:
+      case SafetyState::safe:
+        break;
+      case SafetyState::failed:
+      default:
+        return SafetyVerdict::failed;
+    }
+    if (plan_.is(memory_.expected)) return SafetyVerdict::safe;
+    hold(SafetyEvent::receiver_fault, SafetyVerdict::memory);
+    keep();
+    return SafetyVerdict::memory;
+  }
+  constexpr SafetyJudgement judgement_of(SafetyVerdict verdict) const {
+    return {.verdict = verdict, .state = memory_.state};
   }
 
+  // ---- One frame
+
+  constexpr SafetyJudgement judgement_of(const TwoClocks& time, const SafetyFinding& first,
+                                         const SafetyFinding& second) {
+    const bool still = memory_.has_requested != 0 && time.now == memory_.last_request;
+    memory_.still_requests = still ? static_cast<std::uint8_t>(memory_.still_requests + 1U) : 0;
+    memory_.last_request = time.now;
+    memory_.has_requested = 1;
+    SafePosition position;
+    SafetyVerdict verdict = judge(time, first, second, position);
+    memory_.expects_position = 0;
+    if (memory_.freshness == Freshness::next_frame) {
+      memory_.freshness = verdict == SafetyVerdict::safe ? Freshness::proven : Freshness::failed;
+    }
+    SafetyJudgement judgement{.cpw_nW = first.cpw_nW(),
+                              .spw_nW = first.spw_nW(),
+                              .life_counter = first.life_counter,
+                              .difference_lsb = first.difference_lsb};
+    if (verdict != SafetyVerdict::safe) {
+      judgement.tolerated = refuse(time.now, verdict);
+    } else {
+      accept(time, first.life_counter, second.life_counter);
+      if (memory_.state == SafetyState::safe) {
+        judgement.position = position;
+      } else {
+        verdict = SafetyVerdict::starting;
+      }
+    }
+    judgement.verdict = verdict;
+    judgement.state = memory_.state;
+    keep();
+    return judgement;
+  }
+
+  constexpr SafetyVerdict judge(const TwoClocks& time, const SafetyFinding& first,
+                                const SafetyFinding& second, SafePosition& position) const {
+    if (!(first == second)) return SafetyVerdict::disagreement;
+    if (is_clock_wrong(time)) return SafetyVerdict::clock;
+    if (is_late(time)) return SafetyVerdict::watchdog;
+    if (is_early(time)) return SafetyVerdict::early;
+    if (first.cause != SafetyVerdict::safe) return first.cause;
+    const SafetyVerdict counter = judge_counter(first.life_counter, second.life_counter);
+    if (counter != SafetyVerdict::safe) return counter;
+    position = First::safe_position(plan_, first);
+    if (!(position == Second::safe_position(plan_, second))) return SafetyVerdict::disagreement;
+    return is_expected(position.value) ? SafetyVerdict::safe : SafetyVerdict::stimulus;
+  }
+  constexpr SafetyVerdict judge_counter(std::uint8_t first, std::uint8_t second) const {
+    const SafetySetup& setup = plan_.setup();
+    if (memory_.first.counter_mode() != memory_.second.counter_mode()) {
+      return SafetyVerdict::disagreement;
+    }
+    const SafetyVerdict counter = memory_.first.judge_counter(first, memory_.missed, setup);
+    if ((counter == SafetyVerdict::safe) != memory_.second.counter_follows(second)) {
+      return SafetyVerdict::disagreement;
+    }
+    const bool stale = memory_.freshness == Freshness::failed ||
+                       (memory_.freshness == Freshness::next_frame && first != setup.counter.first);
+    return counter == SafetyVerdict::safe && stale ? SafetyVerdict::counter_first : counter;
+  }
+  constexpr bool is_expected(std::uint64_t value) const {
+    if (memory_.expects_position == 0) return true;
+    const bool from_low = value >= memory_.expected_low;
+    const bool to_high = value <= memory_.expected_high;
+    return memory_.expected_low <= memory_.expected_high ? from_low && to_high
+                                                         : from_low || to_high;
+  }
+
+  // ---- Time
+
+  constexpr bool is_clock_wrong(const TwoClocks& time) const {
+    const SafetyClocks& clocks = plan_.setup().clocks;
+    if (memory_.still_requests > clocks.still_requests || clocks_differ(time)) return true;
+    if (clocks.bit_period.count == 0 || time.transfer.clocks == 0) return false;
+    const Picoseconds nominal = clocks.bit_period * std::int64_t{time.transfer.clocks};
+    return is_apart(time.transfer.time, nominal);
+  }
+  constexpr bool clocks_differ(const TwoClocks& time) const {
+    return memory_.good_frames != 0 &&
+           is_apart(safety_detail::elapsed(memory_.last_good, time.now),
+                    safety_detail::elapsed(memory_.last_good_second, time.second));
+  }
+  constexpr bool is_apart(Picoseconds a, Picoseconds b) const {
+    const Picoseconds tolerance = plan_.setup().clocks.tolerance;
+    // The difference of two 64-bit numbers may need 65 bits.
+    const Picoseconds apart = safety_detail::elapsed(b, a);
+    return a < b ? apart >= Picoseconds{} || apart < -tolerance
+                 : apart < Picoseconds{} || apart > tolerance;
+  }
   // A clock that went backwards proves nothing, either.
-  constexpr bool is_late(Picoseconds now) const {
-    if (good_frames_ == 0) return false;
-    const Picoseconds gap = safety_detail::elapsed(last_good_, now);
+  constexpr bool is_late(const TwoClocks& time) const {
+    if (memory_.good_frames == 0) return false;
+    return is_late(safety_detail::elapsed(memory_.last_good, time.now)) ||
+           is_late(safety_detail::elapsed(memory_.last_good_second, time.second));
+  }
+  constexpr bool is_late(Picoseconds gap) const {
     return gap < Picoseconds{} || gap > plan_.setup().frame_gap_max;
   }
-  constexpr bool is_early(Picoseconds now) const {
-    return good_frames_ != 0 &&
-           safety_detail::elapsed(last_good_, now) < plan_.setup().frame_gap_min;
+  constexpr bool is_early(const TwoClocks& time) const {
+    if (memory_.good_frames == 0) return false;
+    const Picoseconds least = plan_.setup().frame_gap_min;
+    return safety_detail::elapsed(memory_.last_good, time.now) < least ||
+           safety_detail::elapsed(memory_.last_good_second, time.second) < least;
   }
 
-  constexpr void accept(Picoseconds now, std::uint8_t life_counter) {
+  // ---- What a frame changes
+
+  constexpr void accept(const TwoClocks& time, std::uint8_t first, std::uint8_t second) {
     const SafetySetup& setup = plan_.setup();
-    first_.accept_counter(life_counter, missed_, setup);
-    second_.accept_counter(life_counter, first_.counter_mode());
-    if (setup.budget.faults != 0) drop_old_faults(now);
-    last_good_ = now;
-    missed_ = 0;
-    if (good_frames_ < setup.start_frames) ++good_frames_;
-    if (good_frames_ == setup.start_frames && first_.counter_mode()) state_ = SafetyState::safe;
+    memory_.first.accept_counter(first, memory_.missed, setup);
+    memory_.second.accept_counter(second, setup);
+    if (setup.budget.faults != 0) drop_old_faults(time.now);
+    memory_.last_good = time.now;
+    memory_.last_good_second = time.second;
+    memory_.missed = 0;
+    if (memory_.good_frames < setup.start_frames) ++memory_.good_frames;
+    const bool last = memory_.good_frames == setup.start_frames && memory_.first.counter_mode();
+    change(last ? SafetyEvent::last_start_frame : SafetyEvent::good_frame);
   }
 
   // Returns true where the fault is tolerated.
   constexpr bool refuse(Picoseconds now, SafetyVerdict cause) {
-    if (state_ == SafetyState::safe && is_tolerable(cause) && is_within_budget(now)) {
-      ++missed_;
-      second_.miss_counter(plan_.setup().counter.missed, first_.counter_mode());
+    const SafetySetup& setup = plan_.setup();
+    if (memory_.state == SafetyState::safe && is_tolerable(cause) && is_within_budget(now)) {
+      ++memory_.missed;
+      memory_.second.miss_counter(setup.counter.missed);
+      change(SafetyEvent::tolerated_fault);
       return true;
     }
-    const bool holds = state_ == SafetyState::safe || cause == SafetyVerdict::disagreement;
-    start();
-    if (holds && plan_.setup().latch) {
-      state_ = SafetyState::latched;
-      cause_ = cause;
+    if (place_of(cause) == FaultPlace::receiver) {
+      hold(SafetyEvent::receiver_fault, cause);
+    } else {
+      hold(setup.latch ? SafetyEvent::fault : SafetyEvent::unlatched_fault, cause);
     }
     return false;
+  }
+  // A fault ends the sequence of good frames; its cause is kept where it holds.
+  constexpr void hold(SafetyEvent event, SafetyVerdict cause) {
+    change(event);
+    lose_place();
+    if (memory_.state != SafetyState::starting) memory_.cause = cause;
   }
 
   // Whether the window that ends now has room for one more fault, which is then counted.
   constexpr bool is_within_budget(Picoseconds now) {
     const SafetyBudget& budget = plan_.setup().budget;
     if (budget.faults == 0) return false;
-    if (tolerated_ == budget.faults && is_in_window(oldest_, now)) return false;
-    fault_times_[oldest_] = now;
-    newest_ = oldest_;
-    oldest_ = static_cast<std::uint8_t>(oldest_ + 1U == budget.faults ? 0 : oldest_ + 1U);
-    if (tolerated_ < budget.faults) ++tolerated_;
+    if (memory_.tolerated == budget.faults && is_in_window(memory_.oldest, now)) return false;
+    memory_.fault_times[memory_.oldest] = now;
+    memory_.newest = memory_.oldest;
+    memory_.oldest =
+        static_cast<std::uint8_t>(memory_.oldest + 1U == budget.faults ? 0 : memory_.oldest + 1U);
+    if (memory_.tolerated < budget.faults) ++memory_.tolerated;
     return true;
   }
   // Before the wrapped clock reaches their times again.
   constexpr void drop_old_faults(Picoseconds now) {
-    if (!is_in_window(newest_, now)) tolerated_ = 0;
+    if (!is_in_window(memory_.newest, now)) memory_.tolerated = 0;
   }
   constexpr bool is_in_window(std::uint8_t fault, Picoseconds now) const {
-    return safety_detail::elapsed(fault_times_[fault], now) <= plan_.setup().budget.window;
+    return safety_detail::elapsed(memory_.fault_times[fault], now) <= plan_.setup().budget.window;
   }
 
-  constexpr void forget() {
-    first_ = First(plan_.setup());
-    tolerated_ = 0;
-    start();
+  constexpr void change(SafetyEvent event) { memory_.state = next_state(memory_.state, event); }
+  constexpr void lose_place() {
+    memory_.good_frames = 0;
+    memory_.missed = 0;
+    memory_.first.lose_place();
+    memory_.second.lose_place();
+  }
+  constexpr void await_first() {
+    const bool any = plan_.setup().counter.first == any_first_value;
+    memory_.freshness = any ? Freshness::proven : Freshness::next_frame;
   }
 
-  constexpr void start() {
-    state_ = SafetyState::starting;
-    good_frames_ = 0;
-    first_.lose_place();
-    second_.lose_place();
-  }
-
-  constexpr SafetyJudgement judgement_of(SafetyVerdict verdict) const {
-    return {.verdict = verdict, .state = state_};
+  // With monitors of its own, which have the plan as it is in memory now.
+  constexpr bool passes_self_test() const {
+    SafetyMonitor trial(plan_);
+    trial.memory_.expected = memory_.expected;
+    trial.change(SafetyEvent::self_test_passed);
+    trial.keep();
+    return safety_detail::SelfTest<SafetyMonitor, First, Second>(trial).passes();
   }
 
   [[no_unique_address]] Plan plan_;
-  Picoseconds last_good_{};
-  std::array<Picoseconds, max_tolerated_faults> fault_times_{};
-  First first_;
-  Second second_;
-  SafetyState state_ = SafetyState::untested;
-  SafetyVerdict cause_ = SafetyVerdict::self_test;
-  std::uint8_t good_frames_ = 0;
-  std::uint8_t missed_ = 0;
-  std::uint8_t tolerated_ = 0;
-  std::uint8_t oldest_ = 0;
-  std::uint8_t newest_ = 0;
+  Memory memory_;
+  Memory copy_;
 };
 
 }  // namespace biss

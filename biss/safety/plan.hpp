@@ -6,6 +6,7 @@
 #include "biss/frame/codec.hpp"
 #include "biss/frame/fixed.hpp"
 #include "biss/safety/setup.hpp"
+#include "biss/safety/verdict.hpp"
 
 namespace biss {
 
@@ -32,6 +33,21 @@ class SafetyPlan {
   constexpr unsigned payload_bits() const { return codec_.payload_bits(); }
   constexpr const SafetySetup& setup() const { return setup_; }
   constexpr const safety_detail::Alignment& alignment() const { return alignment_; }
+  /// Of the plan as it is in memory now.
+  constexpr SafetyFingerprint fingerprint() const { return {format(), setup_}; }
+  /// Whether the plan is still that of this fingerprint. The monitor asks before every frame; what
+  /// this does not see (the tables of the first evaluation) makes the two evaluations differ.
+  constexpr bool is(const SafetyFingerprint& expected) const {
+    if (fingerprint() != expected || payload_bits() != format().payload_bits()) return false;
+    for (std::size_t k = 0; k < format().channel_count; ++k) {
+      const CrcSpec& expected_crc = format().channel_list[k].crc;
+      if (SafetyFingerprint::word_of(codec_.engine_spec(k)) !=
+          SafetyFingerprint::word_of(expected_crc)) {
+        return false;
+      }
+    }
+    return true;
+  }
 
  private:
   Codec codec_;
@@ -63,12 +79,15 @@ class FixedSafetyPlan {
   static_assert(is_not<SafetySetupError::tolerance>, "tolerance_lsb takes in every position");
   static_assert(is_not<SafetySetupError::start_frames>, "start_frames is less than 2");
   static_assert(is_not<SafetySetupError::counter>,
-                "near_frames is above 30, or learn_rollovers is 0");
+                "near_frames is above 30, learn_rollovers is 0, or the first value is above 63");
   static_assert(is_not<SafetySetupError::budget>,
                 "too many faults in the budget, or its window is shorter than frame_gap_max");
   static_assert(is_not<SafetySetupError::frame_gap>,
                 "not 0 <= frame_gap_min < frame_gap_max <= max_frame_gap, or frame_gap_max is not "
                 "shorter than the counter's period");
+  static_assert(is_not<SafetySetupError::clocks>,
+                "the clocks' tolerance is not from 0 to below frame_gap_max, or bit_period is "
+                "negative");
 
  public:
   using Codec = FixedCodec<Format, Crc>;
@@ -83,11 +102,27 @@ class FixedSafetyPlan {
   static constexpr unsigned payload_bits() { return most_payload_bits; }
   static constexpr const SafetySetup& setup() { return setup_; }
   static constexpr const safety_detail::Alignment& alignment() { return alignment_; }
+  static constexpr SafetyFingerprint fingerprint() { return fingerprint_; }
+  static constexpr bool is(const SafetyFingerprint& expected) { return fingerprint_ == expected; }
 
  private:
+  static constexpr SafetyFingerprint fingerprint_{Format, Setup};
   static constexpr SafetySetup setup_ = Setup;
   static constexpr safety_detail::Alignment alignment_ = safety_detail::alignment_of(
       Format.channel_list[Setup.cpw], Format.channel_list[Setup.spw], Setup.comparison);
 };
+
+/// The CPW's position of a safe frame, for motion control only: only the CPW's CRC protects its fine
+/// bits and the turns that are not compared.
+template <class Plan>
+constexpr std::uint64_t control_position(const Plan& plan, const SafePosition& position) {
+  const safety_detail::Alignment& alignment = plan.alignment();
+  const unsigned bits = alignment.bits + alignment.cpw_shift;
+  const std::uint64_t aligned = alignment.cpw_shift >= alignment.spw_shift
+                                    ? position.value << (alignment.cpw_shift - alignment.spw_shift)
+                                    : position.value >> (alignment.spw_shift - alignment.cpw_shift);
+  const std::uint64_t offset = static_cast<std::uint64_t>(position.cpw_only_offset);
+  return position.cpw_only_turns << bits | ((aligned + offset) & low_mask(bits));
+}
 
 }  // namespace biss

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -54,6 +56,8 @@ struct SafetyComparison {
   constexpr bool operator==(const SafetyComparison&) const = default;
 };
 
+inline constexpr std::uint8_t any_first_value = 0xFF;
+
 /// The expected sign of life.
 struct SafetyCounter {
   CounterMode mode = CounterMode::count_1_63;
@@ -63,6 +67,10 @@ struct SafetyCounter {
   std::uint8_t near_frames = 8;
   /// Learned mode: how often in a row the counter must roll over in the same way.
   std::uint8_t learn_rollovers = 2;
+  /// The counter's value in the answer to the first request after the encoder's power-up;
+  /// any_first_value: not checked. Open: no document gives it. It detects answers that are delayed
+  /// by a constant number of requests since power-up.
+  std::uint8_t first = any_first_value;
 
   constexpr bool operator==(const SafetyCounter&) const = default;
 };
@@ -79,6 +87,20 @@ struct SafetyBudget {
 };
 
 inline constexpr std::uint8_t max_tolerated_faults = 4;
+
+/// The measures against a wrong time base.
+struct SafetyClocks {
+  /// How far two clocks may be apart from one good frame to the next, and a transfer's measured
+  /// time from its nominal one. Open: a 32nd of the cycle.
+  Picoseconds tolerance = nanoseconds(31'250) / 32;
+  /// How many requests in a row may have the same time as the one before. Open.
+  std::uint8_t still_requests = 0;
+  /// The SPI clock's period: a transfer takes this time a bit. 0: the transfer's time is not
+  /// checked.
+  Picoseconds bit_period{};
+
+  constexpr bool operator==(const SafetyClocks&) const = default;
+};
 
 /// Far above any cycle, and small enough for the times of the self test.
 inline constexpr Picoseconds max_frame_gap = milliseconds(100'000);
@@ -100,8 +122,10 @@ struct SafetySetup {
   /// shorter than the counter's period times cycle_min, or the loss of a whole period would be
   /// undetected. Open; see at_cycle().
   Picoseconds frame_gap_max = nanoseconds(46'875);
-  /// From one good frame to the next at least; 0: not checked. Open.
-  Picoseconds frame_gap_min{};
+  /// From one good frame to the next at least; 0: not checked. The default is the shortest cycle
+  /// less the tolerance of the clocks.
+  Picoseconds frame_gap_min = nanoseconds(31'250) - nanoseconds(31'250) / 32;
+  SafetyClocks clocks{};
   SafetyBudget budget{};
   /// The bounds of what precedes the data, in clocks. The narrower, the fewer damaged ACKs pass.
   FrameBounds bounds{};
@@ -112,6 +136,25 @@ struct SafetySetup {
 /// The setup for requests at this interval: the watchdog takes effect after one and a half of them.
 constexpr SafetySetup at_cycle(SafetySetup setup, Picoseconds cycle) {
   setup.frame_gap_max = cycle + cycle / 2;
+  setup.clocks.tolerance = cycle / 32;
+  return setup;
+}
+
+/// The setup for an encoder with this timing at this period of MA: the shortest time between
+/// requests and the bounds of ACK, in clocks. \pre period is positive
+/// \param line_delay_max of the cable and the encoder together, both ways
+constexpr SafetySetup with_timing(SafetySetup setup, const DeviceTiming& timing, Picoseconds period,
+                                  Picoseconds line_delay_max = biss_line_delay_max) {
+  const AckBounds ack = ack_bounds(timing, period);
+  setup.bounds.ack_min_clocks = ack.min_clocks;
+  setup.bounds.ack_max_clocks = ack.max_clocks;
+  // LAT, the clock in which SLO falls, and the delay.
+  setup.bounds.lead_max_clocks =
+      static_cast<std::uint16_t>(2 + clocks_to_cover(line_delay_max, period));
+  if (timing.cycle_min.count != 0) {
+    setup.cycle_min = timing.cycle_min;
+    setup.frame_gap_min = timing.cycle_min - timing.cycle_min / 32;
+  }
   return setup;
 }
 
@@ -131,9 +174,10 @@ enum class SafetySetupError : std::uint8_t {
   compare_bits,  ///< more bits to be compared than both words have
   tolerance,     ///< the tolerance takes in every position
   start_frames,  ///< fewer than 2
-  counter,       ///< near_frames above 30, or no learn_rollovers
-  budget,        ///< more than max_tolerated_faults, or too short a window
+  counter,  ///< near_frames above 30, no learn_rollovers, or a `first` that the counter does not have
+  budget,     ///< more than max_tolerated_faults, or too short a window
   frame_gap,  ///< not 0 <= min < max <= max_frame_gap, or max not shorter than the counter's period
+  clocks,     ///< tolerance not from 0 to below frame_gap_max, or a negative bit_period
 };
 
 namespace safety_detail {
@@ -180,7 +224,10 @@ constexpr std::optional<SafetySetupError> check_word(const ChannelFormat& word) 
 
 constexpr std::optional<SafetySetupError> check_numbers(const SafetySetup& setup) {
   if (setup.start_frames < 2) return SafetySetupError::start_frames;
-  if (setup.counter.near_frames > 30 || setup.counter.learn_rollovers == 0) {
+  const SafetyCounter& counter = setup.counter;
+  if (counter.near_frames > 30 || counter.learn_rollovers == 0 ||
+      (counter.first != any_first_value && counter.first > 63) ||
+      (counter.first == 0 && counter.mode == CounterMode::count_1_63)) {
     return SafetySetupError::counter;
   }
   if (setup.budget.faults > max_tolerated_faults) return SafetySetupError::budget;
@@ -195,10 +242,75 @@ constexpr std::optional<SafetySetupError> check_numbers(const SafetySetup& setup
   if (most / counter_period(setup.counter.mode) >= setup.cycle_min) {
     return SafetySetupError::frame_gap;
   }
+  const SafetyClocks& clocks = setup.clocks;
+  if (clocks.tolerance.count < 0 || clocks.tolerance >= most || clocks.bit_period.count < 0) {
+    return SafetySetupError::clocks;
+  }
   return std::nullopt;
 }
 
 }  // namespace safety_detail
+
+/// A number that identifies what a monitor works with: the format and the setup. If one bit of them
+/// changes, or several bits of one field, the number changes.
+class SafetyFingerprint {
+ public:
+  constexpr SafetyFingerprint() = default;
+  constexpr SafetyFingerprint(const FrameFormat& format, const SafetySetup& setup) {
+    add(format.channel_count, format.cds0);
+    // The number of channels may be what has changed.
+    const std::size_t count = std::min<std::size_t>(format.channel_count, max_channels);
+    for (std::size_t k = 0; k < count; ++k) add(format.channel_list[k]);
+    add(setup.cpw, setup.spw, setup.start_frames, setup.latch);
+    add(setup.comparison.compare_bits, setup.comparison.tolerance_lsb, setup.comparison.multiturn);
+    add(setup.counter.mode, setup.counter.missed, setup.counter.near_frames,
+        setup.counter.learn_rollovers, setup.counter.first, setup.clocks.still_requests,
+        setup.budget.faults);
+    for (const Picoseconds time :
+         {setup.cycle_min, setup.frame_gap_max, setup.frame_gap_min, setup.clocks.tolerance,
+          setup.clocks.bit_period, setup.budget.window}) {
+      add_word(static_cast<std::uint64_t>(time.count));
+    }
+    add_word((std::uint64_t{setup.bounds.lead_min_clocks} << 48U) |
+             (std::uint64_t{setup.bounds.lead_max_clocks} << 32U) |
+             (std::uint64_t{setup.bounds.ack_min_clocks} << 16U) | setup.bounds.ack_max_clocks);
+    add_word(setup.bounds.late_max_clocks);
+  }
+
+  constexpr bool operator==(const SafetyFingerprint&) const = default;
+  constexpr std::uint64_t number() const { return number_; }
+
+  /// All of a checksum's parameters, as they are in memory.
+  static constexpr std::uint64_t word_of(const CrcSpec& crc) {
+    return (std::uint64_t{crc.polynomial} << 32U) | (std::uint64_t{crc.start} << 16U) |
+           (std::uint64_t{crc.width_bits} << 8U) | std::bit_cast<std::uint8_t>(crc.inverted);
+  }
+
+ private:
+  // Reversible, so that different words never give the same number.
+  constexpr void add_word(std::uint64_t word) {
+    number_ = (number_ ^ word) * 0x100'0000'01B3U;
+    number_ ^= number_ >> 32U;
+  }
+  // At most eight bytes, as they are in memory: a bool may be neither 0 nor 1 after a fault.
+  template <class... Bytes>
+  constexpr void add(const Bytes&... bytes) {
+    std::uint64_t word = 0;
+    ((word = (word << 8U) | std::bit_cast<std::uint8_t>(bytes)), ...);
+    add_word(word);
+  }
+  constexpr void add(const ChannelFormat& channel) {
+    add(channel.data_bits, channel.position.shift, channel.position.bits, channel.multiturn.shift,
+        channel.multiturn.bits, channel.singleturn.shift, channel.singleturn.bits,
+        channel.singleturn_gray);
+    add(channel.error.shift, channel.error.present, channel.error.active_high,
+        channel.warning.shift, channel.warning.present, channel.warning.active_high,
+        channel.life_counter.shift, channel.life_counter.bits);
+    add_word(word_of(channel.crc));
+  }
+
+  std::uint64_t number_ = 0xCBF2'9CE4'8422'2325U;
+};
 
 /// \return the first mistake in the order of the enumerators; none where the frames of this format
 ///   can be monitored

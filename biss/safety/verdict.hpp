@@ -10,65 +10,157 @@
 #include <string_view>
 
 #include "biss/base/units.hpp"
+#include "biss/safety/states.hpp"
 
 namespace biss {
 
 /// The verdict on one frame. The causes are in the order in which they are checked, so a frame has
-/// the first one that applies.
-enum class SafetyVerdict : std::uint8_t {
-  safe,               ///< everything agrees; the only verdict that comes with a position
-  starting,           ///< a good frame, and not yet enough of them in a row
-  latched,            ///< an earlier fault is latched until acknowledge()
-  self_test,          ///< the power-up test has not run, or has failed
-  disagreement,       ///< the two evaluations of the frame differ: a fault of the receiver
-  watchdog,           ///< the last good frame is too long ago, or the clock is before it
-  early,              ///< sooner after the last good frame than any cycle can be
-  no_frame,           ///< no answer, no START, ACK or STOP wrong, cut short, another channel's CRC
-  cpw_crc,            ///< the control position word's CRC is wrong
-  spw_crc,            ///< the safety position word's CRC is wrong
-  cpw_error,          ///< nE of the control position word is 0
-  spw_error,          ///< nE of the safety position word is 0
-  comparison,         ///< the positions of the two words differ too much
-  counter_mode,       ///< the counter has the other range (1…63 or 0…63): wrong setup
-  counter_repeated,   ///< the counter stands still
-  counter_skipped,    ///< the counter is ahead by a few frames: they are lost
-  counter_backwards,  ///< the counter is back by a few frames: wrong order, or late frames
-  counter_foreign,    ///< the counter is far off: a frame of another source
+/// the first one that applies. The values differ in four bits or more from each other, from 0 and
+/// from all ones; index_of() numbers them.
+enum class SafetyVerdict : std::uint16_t {
+  /// Everything agrees; the only verdict that comes with a position.
+  safe = safety_detail::code_word(1),
+  /// A good frame, and not yet enough of them in a row.
+  starting = safety_detail::code_word(2),
+  /// An earlier fault is latched until acknowledge().
+  latched = safety_detail::code_word(3),
+  /// An earlier fault of the receiver; it holds until the next power-up.
+  failed = safety_detail::code_word(4),
+  /// The power-up test has not run, or has failed.
+  self_test = safety_detail::code_word(5),
+  /// The monitor's memory has changed: a fault of the receiver.
+  memory = safety_detail::code_word(6),
+  /// The two evaluations of the frame differ: a fault of the receiver.
+  disagreement = safety_detail::code_word(7),
+  /// The two clocks differ, the clock stands still, or the transfer took too long or too short.
+  clock = safety_detail::code_word(8),
+  /// The last good frame is too long ago, or the clock is before it.
+  watchdog = safety_detail::code_word(9),
+  /// Sooner after the last good frame than any cycle can be.
+  early = safety_detail::code_word(10),
+  /// No answer, no START, ACK or STOP wrong, cut short, another channel's CRC.
+  no_frame = safety_detail::code_word(11),
+  /// The control position word's CRC is wrong.
+  cpw_crc = safety_detail::code_word(12),
+  /// The safety position word's CRC is wrong.
+  spw_crc = safety_detail::code_word(13),
+  /// nE of the control position word is 0.
+  cpw_error = safety_detail::code_word(14),
+  /// nE of the safety position word is 0.
+  spw_error = safety_detail::code_word(15),
+  /// The positions of the two words differ too much.
+  comparison = safety_detail::code_word(16),
+  /// The counter has the other range (1…63 or 0…63): wrong setup.
+  counter_mode = safety_detail::code_word(17),
+  /// The counter stands still.
+  counter_repeated = safety_detail::code_word(18),
+  /// The counter is ahead by a few frames: they are lost.
+  counter_skipped = safety_detail::code_word(19),
+  /// The counter is back by a few frames: wrong order, or late frames.
+  counter_backwards = safety_detail::code_word(20),
+  /// The counter is far off: a frame of another source.
+  counter_foreign = safety_detail::code_word(21),
+  /// The answer to the first request after power-up does not have the counter's first value.
+  counter_first = safety_detail::code_word(22),
+  /// The position is not where expect_position() says: an old frame, or another axis.
+  stimulus = safety_detail::code_word(23),
 };
 
-inline constexpr std::size_t safety_verdict_count = 18;
+inline constexpr std::size_t safety_verdict_count = 23;
 
-/// The name users see, the same as the enumerator's.
+/// The number of a verdict, 0 for `safe`; safety_verdict_count for a value that is no verdict.
+constexpr std::size_t index_of(SafetyVerdict verdict) {
+  const auto word = static_cast<std::uint16_t>(verdict);
+  const unsigned number = word >> 5U;
+  const bool valid =
+      number >= 1 && number <= safety_verdict_count && word == safety_detail::code_word(number);
+  return valid ? number - 1U : safety_verdict_count;
+}
+
+/// The verdict of a number. \pre index is less than safety_verdict_count
+constexpr SafetyVerdict verdict_of(std::size_t index) {
+  return static_cast<SafetyVerdict>(safety_detail::code_word(static_cast<unsigned>(index) + 1U));
+}
+
+/// The name users see, the same as the enumerator's; "invalid" for a value that is no verdict.
 constexpr std::string_view name_of(SafetyVerdict verdict) {
-  constexpr std::array<std::string_view, safety_verdict_count> names{"safe",
-                                                                     "starting",
-                                                                     "latched",
-                                                                     "self_test",
-                                                                     "disagreement",
-                                                                     "watchdog",
-                                                                     "early",
-                                                                     "no_frame",
-                                                                     "cpw_crc",
-                                                                     "spw_crc",
-                                                                     "cpw_error",
-                                                                     "spw_error",
-                                                                     "comparison",
-                                                                     "counter_mode",
-                                                                     "counter_repeated",
-                                                                     "counter_skipped",
-                                                                     "counter_backwards",
-                                                                     "counter_foreign"};
-  return names[static_cast<std::size_t>(verdict)];
+  constexpr std::array<std::string_view, safety_verdict_count + 1> names{"safe",
+                                                                         "starting",
+                                                                         "latched",
+                                                                         "failed",
+                                                                         "self_test",
+                                                                         "memory",
+                                                                         "disagreement",
+                                                                         "clock",
+                                                                         "watchdog",
+                                                                         "early",
+                                                                         "no_frame",
+                                                                         "cpw_crc",
+                                                                         "spw_crc",
+                                                                         "cpw_error",
+                                                                         "spw_error",
+                                                                         "comparison",
+                                                                         "counter_mode",
+                                                                         "counter_repeated",
+                                                                         "counter_skipped",
+                                                                         "counter_backwards",
+                                                                         "counter_foreign",
+                                                                         "counter_first",
+                                                                         "stimulus",
+                                                                         "invalid"};
+  return names[index_of(verdict)];
+}
+
+/// Where a fault lies. It decides whether the fault can be tolerated and how it is cleared.
+enum class FaultPlace : std::uint8_t {
+  none,      ///< no fault, only a state of the monitor
+  line,      ///< cable, driver, bus master: a budget may tolerate a few of them
+  encoder,   ///< the encoder says so, or its two words differ
+  request,   ///< time, setup, or an expectation of the caller
+  receiver,  ///< our own processor: final until the next power-up
+};
+
+constexpr FaultPlace place_of(SafetyVerdict verdict) {
+  using enum SafetyVerdict;
+  switch (verdict) {
+    case safe:
+    case starting:
+    case latched:
+    case failed:
+      return FaultPlace::none;
+    case early:
+    case no_frame:
+    case cpw_crc:
+    case spw_crc:
+    case counter_repeated:
+    case counter_skipped:
+    case counter_backwards:
+    case counter_foreign:
+      return FaultPlace::line;
+    case cpw_error:
+    case spw_error:
+    case comparison:
+      return FaultPlace::encoder;
+    case clock:
+    case watchdog:
+    case counter_mode:
+    case counter_first:
+    case stimulus:
+      return FaultPlace::request;
+    // `default` takes in every value that is no verdict.
+    case self_test:
+    case memory:
+    case disagreement:
+    default:
+      return FaultPlace::receiver;
+  }
 }
 
 /// Whether this is a fault, and not only a state of the monitor.
-constexpr bool is_fault(SafetyVerdict verdict) { return verdict > SafetyVerdict::latched; }
+constexpr bool is_fault(SafetyVerdict verdict) { return place_of(verdict) != FaultPlace::none; }
 
-/// Whether a fault can come from the line, so that a few of them may be tolerated. Faults of the
-/// monitor, of its setup, and of a time that has already run out cannot.
-constexpr bool is_tolerable(SafetyVerdict verdict) {
-  return verdict > SafetyVerdict::watchdog && verdict != SafetyVerdict::counter_mode;
-}
+/// Whether a fault can come from the line, so that a few of them may be tolerated.
+constexpr bool is_tolerable(SafetyVerdict verdict) { return place_of(verdict) == FaultPlace::line; }
 
 /// The eight transmission errors of IEC 61784-3.
 enum class TransmissionError : std::uint8_t {
@@ -97,12 +189,12 @@ struct SafetyMeasure {
   TransmissionError error{};
   /// The verdict if nothing else is wrong with the frame.
   SafetyVerdict verdict{};
-  /// Other possible verdicts, bit (1 << verdict) each; a frame has the first cause that applies.
+  /// Other possible verdicts, bit (1 << index) each; a frame has the first cause that applies.
   std::uint32_t others = 0;
 
   /// Returns whether the error can have this verdict.
   constexpr bool may_be(SafetyVerdict seen) const {
-    return seen == verdict || ((others >> static_cast<unsigned>(seen)) & 1U) != 0;
+    return seen == verdict || ((others >> index_of(seen)) & 1U) != 0;
   }
 };
 
@@ -110,7 +202,7 @@ namespace safety_detail {
 
 template <class... Verdicts>
 constexpr std::uint32_t set_of(Verdicts... verdicts) {
-  return ((std::uint32_t{1} << static_cast<unsigned>(verdicts)) | ...);
+  return ((std::uint32_t{1} << index_of(verdicts)) | ...);
 }
 
 using enum SafetyVerdict;
@@ -164,29 +256,72 @@ constexpr Picoseconds later(Picoseconds from, Picoseconds by) {
 /// The result of one evaluation of one frame, without the frames before. The results of two
 /// evaluations of the same bits must be equal. It has no padding, so a comparison takes all bytes.
 struct SafetyFinding {
-  /// The CPW's position. This and the members up to `cause` are 0 (nW: true) unless both CRCs are
-  /// good.
-  std::uint64_t position = 0;
+  /// The positions of both words. All members up to `cause` are 0 (nW: both bits 1) unless both
+  /// CRCs are good.
+  std::uint64_t cpw_position = 0;
+  std::uint64_t spw_position = 0;
   /// CPW minus SPW in counts of the lowest bit compared, in the shorter direction; limited to its
   /// type.
   std::int32_t difference_lsb = 0;
   std::uint8_t life_counter = 0;
-  bool cpw_nW = true;
-  bool spw_nW = true;
+  /// Low-active; bit 1: the CPW's nW, bit 0: the SPW's.
+  std::uint8_t nW = 3;
   /// no_frame … comparison, or safe.
   SafetyVerdict cause = SafetyVerdict::no_frame;
 
+  constexpr bool cpw_nW() const { return (nW & 2U) != 0; }
+  constexpr bool spw_nW() const { return (nW & 1U) != 0; }
+
   constexpr bool operator==(const SafetyFinding& other) const {
-    using Words = std::array<std::uint64_t, 2>;
+    using Words = std::array<std::uint64_t, 3>;
     return std::bit_cast<Words>(*this) == std::bit_cast<Words>(other);
   }
 };
 
-enum class SafetyState : std::uint8_t {
-  untested,  ///< self_test() has not run or has failed
-  starting,  ///< fewer good frames in a row than are asked for
-  safe,
-  latched,  ///< after a fault, until acknowledge()
+/// The position that CPW and SPW agree on. It has the SPW's resolution and the turns that are
+/// compared: what the CPW has beyond that, only its CRC of 6 bits protects.
+struct SafePosition {
+  /// The SPW's position in counts of the SPW, turns above singleturn.
+  std::uint64_t value = 0;
+  /// The least and the largest position in counts of the SPW if only one of the two words is right,
+  /// whichever it is: `value` with the tolerance and the bits that are not compared. They wrap
+  /// around with the range, so `low` may be above `high`.
+  std::uint64_t low = 0;
+  std::uint64_t high = 0;
+  /// Of the CPW alone: its position minus `value`, in counts of the CPW. A safety function must not
+  /// use it.
+  std::int64_t cpw_only_offset = 0;
+  /// Of the CPW alone: turns above those that are compared. A safety function must not use them.
+  std::uint64_t cpw_only_turns = 0;
+
+  constexpr bool operator==(const SafePosition&) const = default;
+};
+
+/// A SafePosition or none, like an optional. It holds a complement of itself, so that a position is
+/// there only if no bit of it has changed in memory.
+class GuardedPosition {
+ public:
+  constexpr GuardedPosition() = default;
+  constexpr GuardedPosition(const SafePosition& position)
+      : position_(position), complement_(complement(position)) {}
+
+  constexpr bool has_value() const { return complement_ == complement(position_); }
+  constexpr explicit operator bool() const { return has_value(); }
+  /// \pre has_value()
+  constexpr const SafePosition& operator*() const { return position_; }
+  constexpr const SafePosition* operator->() const { return &position_; }
+
+ private:
+  using Words = std::array<std::uint64_t, sizeof(SafePosition) / 8U>;
+
+  static constexpr Words complement(const SafePosition& position) {
+    Words words = std::bit_cast<Words>(position);
+    for (std::uint64_t& word : words) word = ~word;
+    return words;
+  }
+
+  SafePosition position_{};
+  Words complement_{};
 };
 
 /// The monitor's judgement of one frame.
@@ -205,8 +340,8 @@ struct SafetyJudgement {
   /// CPW minus SPW in counts of the lowest bit compared; the margin is the tolerance less its
   /// magnitude. 0 without good CRCs.
   std::int32_t difference_lsb = 0;
-  /// The CPW's position where the verdict is safe and belongs to a frame; none otherwise.
-  std::optional<std::uint64_t> position{};
+  /// There only where the verdict is safe and belongs to a frame.
+  GuardedPosition position{};
 };
 
 }  // namespace biss

@@ -39,11 +39,16 @@ std::string_view message_of(SafetySetupError mistake) {
     case SafetySetupError::frame_gap:
       return "--watchdog: longer than --shortest-gap, shorter than the counter's period, at most "
              "100 s";
+    case SafetySetupError::clocks:
+      return "the clocks' tolerance is out of range";
   }
   return "";
 }
 
-SafetyChoice by_widths() { return {.setup = SafetySetup{}, .name = "by the words' widths"}; }
+// Nothing is known of the encoder's timing.
+SafetyChoice by_widths() {
+  return {.setup = SafetySetup{.frame_gap_min = {}}, .name = "by the words' widths"};
+}
 
 // Setup and name of the configuration that the format implies.
 SafetyChoice implied(std::string_view format_text, const FrameFormat& format) {
@@ -65,7 +70,8 @@ void put(const SafetyArguments& arguments, Picoseconds cycle, SafetySetup& setup
   if (arguments.start_frames) setup.start_frames = small(*arguments.start_frames);
   if (cycle.count != 0) {
     setup.cycle_min = cycle;
-    setup = at_cycle(setup, cycle);
+    // Frames sooner than the encoder permits are all `early`.
+    setup = at_cycle(setup, std::max(cycle, setup.frame_gap_min));
   }
   if (arguments.watchdog) setup.frame_gap_max = *arguments.watchdog;
   if (arguments.shortest) setup.frame_gap_min = *arguments.shortest;
@@ -114,7 +120,8 @@ void add_safety_options(Verb verb, SafetyArguments& arguments) {
                       "Longest time from one good frame to the next; one and a half cycles of the "
                       "capture by default");
   add_duration_option(verb, "--shortest-gap", into(arguments.shortest),
-                      "Shortest time from one good frame to the next; 0s by default");
+                      "Shortest time from one good frame to the next; by default the shortest "
+                      "cycle of the configuration, less a 32nd");
   verb.add_flag("--latch", arguments.latch,
                 "Keep a fault until the end of the capture, as a monitor in a machine does");
 }
@@ -137,7 +144,7 @@ tl::expected<SafetyChoice, std::string> choose_safety(const SafetyArguments& arg
 void add_safety(report::Summary& summary, const decode::SafetyWatch& watch, std::string_view name) {
   std::string text;
   for (std::size_t i = 0; i < safety_verdict_count; ++i) {
-    const auto verdict = static_cast<SafetyVerdict>(i);
+    const SafetyVerdict verdict = verdict_of(i);
     if (watch.count(verdict) == 0) continue;
     fmt::format_to(std::back_inserter(text), "{}{} {}", text.empty() ? "" : ", ",
                    watch.count(verdict), name_of(verdict));
@@ -157,7 +164,7 @@ void add_safety(report::Summary& summary, const decode::SafetyWatch& watch, std:
 
 std::optional<SafetyVerdict> safety_verdict_of(std::string_view name) {
   for (std::size_t i = 0; i < safety_verdict_count; ++i) {
-    const auto verdict = static_cast<SafetyVerdict>(i);
+    const SafetyVerdict verdict = verdict_of(i);
     if (name_of(verdict) == name) return verdict;
   }
   return std::nullopt;

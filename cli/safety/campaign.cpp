@@ -183,6 +183,9 @@ ExitStatus run_replay(const lab::CampaignFrame& frame, const lab::CampaignPlan& 
   const auto word = [](std::uint64_t bits) { return fmt::format("0x{:X}", bits); };
   const std::string texts[] = {text_of(plan.faults[0]), word(replayed.encoded.cpw), word(read.cpw),
                                word(replayed.encoded.spw), word(read.spw)};
+  const report::Cell read_position =
+      judgement.position ? report::Cell(control_position(frame.plan(), *judgement.position))
+                         : report::Cell();
   const report::Cell cells[] = {texts[0],
                                 index,
                                 replayed.sent.position,
@@ -192,7 +195,7 @@ ExitStatus run_replay(const lab::CampaignFrame& frame, const lab::CampaignPlan& 
                                 texts[3],
                                 texts[4],
                                 name_of(judgement.verdict),
-                                report::Cell(judgement.position)};
+                                read_position};
   if (!table->row(cells) || !table->finish() || !output.finish()) return output.status();
   return ExitStatus::done;
 }

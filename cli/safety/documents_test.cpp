@@ -78,28 +78,14 @@ TEST(SafetyDocuments, EveryParameter_HasItsRowAndDefault) {
   SafetySetup setup;
   const Tables tables;
   for_each_field(setup, tables);
-  EXPECT_EQ(tables.text().size(), 5U);
+  EXPECT_EQ(tables.text().size(), 6U);
   for (const auto& [group, table] : tables.text()) {
     EXPECT_NE(page.find(table + "\n"), std::string::npos) << "docs/safety.md needs this table:\n"
                                                           << table;
   }
 }
 
-// The switches name every enumerator: the compiler warns of a missing one.
-std::string_view name_of(SafetyState state) {
-  switch (state) {
-    case SafetyState::untested:
-      return "untested";
-    case SafetyState::starting:
-      return "starting";
-    case SafetyState::safe:
-      return "safe";
-    case SafetyState::latched:
-      return "latched";
-  }
-  return "";
-}
-
+// The switch names every enumerator: the compiler warns of a missing one.
 std::string_view name_of(SafetySetupError error) {
   switch (error) {
     case SafetySetupError::channels:
@@ -126,6 +112,8 @@ std::string_view name_of(SafetySetupError error) {
       return "budget";
     case SafetySetupError::frame_gap:
       return "frame_gap";
+    case SafetySetupError::clocks:
+      return "clocks";
   }
   return "";
 }
@@ -136,14 +124,12 @@ TEST(SafetyDocuments, EveryName_IsOnThePage) {
     EXPECT_NE(page.find(fmt::format("{}`{}`{}", begin, name, end)), std::string::npos) << name;
   };
   for (std::size_t i = 0; i < safety_verdict_count; ++i) {
-    has("\n| ", name_of(static_cast<SafetyVerdict>(i)), " |");
+    has("\n| ", name_of(verdict_of(i)), " |");
   }
   for (std::size_t i = 0; i < transmission_error_count; ++i) {
     has("\n| ", name_of(static_cast<TransmissionError>(i)), " |");
   }
-  for (unsigned i = 0; !name_of(static_cast<SafetyState>(i)).empty(); ++i) {
-    has("\n| ", name_of(static_cast<SafetyState>(i)), " |");
-  }
+  for (std::size_t i = 0; i < safety_state_count; ++i) has("\n| ", name_of(state_of(i)), " |");
   for (unsigned i = 0; !name_of(static_cast<SafetySetupError>(i)).empty(); ++i) {
     has("", name_of(static_cast<SafetySetupError>(i)), "");
   }
@@ -152,6 +138,25 @@ TEST(SafetyDocuments, EveryName_IsOnThePage) {
                            std::span<const std::string_view>(multiturn_names)}) {
     for (const std::string_view name : names) has("", name, "");
   }
+}
+
+TEST(SafetyDocuments, TableOfTransitions_IsTheMonitors) {
+  std::string table = "| event |";
+  for (std::size_t i = 0; i < safety_state_count; ++i) {
+    table += fmt::format(" `{}` |", name_of(state_of(i)));
+  }
+  table += "\n|---|---|---|---|---|---|\n";
+  for (std::size_t event = 0; event < safety_event_count; ++event) {
+    table += fmt::format("| `{}` |", safety_event_names[event]);
+    for (std::size_t i = 0; i < safety_state_count; ++i) {
+      table +=
+          fmt::format(" {} |", name_of(next_state(state_of(i), static_cast<SafetyEvent>(event))));
+    }
+    table += "\n";
+  }
+  EXPECT_NE(source("docs/safety.md").find(table + "\n"), std::string::npos)
+      << "docs/safety.md needs this table:\n"
+      << table;
 }
 
 // The verdict of each measure is in the row of its error.
@@ -212,7 +217,8 @@ TEST(SafetyDocuments, EveryTestOfTheMatrix_Exists) {
   // Each suite about the monitor is mentioned.
   for (const char* suite :
        {"SafetyMonitor", "SafetyCounter", "SafetyWords", "SafetyComparison", "SafetyFinding",
-        "SafetySelfTest", "SafetySetup", "SafetyTime", "SafetyVerdicts", "SafetyConfigurations"}) {
+        "SafetySelfTest", "SafetySetup", "SafetyTime", "SafetyVerdicts", "SafetyConfigurations",
+        "SafetyStates", "SafetyMemory", "SafetyCodes"}) {
     EXPECT_TRUE(suites.contains(suite)) << suite;
   }
 }

@@ -93,7 +93,7 @@ std::string sorted_verdicts(const std::string& cell, std::uint64_t& sum) {
     const std::size_t colon = each.find(':');
     const auto verdict = safety_verdict_of(each.substr(0, colon));
     if (!verdict) continue;
-    sum += counts[static_cast<std::size_t>(*verdict)] = std::stoull(each.substr(colon + 1));
+    sum += counts[index_of(*verdict)] = std::stoull(each.substr(colon + 1));
   }
   return verdicts_text(counts);
 }

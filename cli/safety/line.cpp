@@ -159,7 +159,7 @@ class FaultWatch {
     if (fault.wrong) ++counts_.accepted_wrong;
     if (fault.verdict) {
       ++counts_.detected;
-      ++counts_.verdicts[static_cast<std::size_t>(*fault.verdict)];
+      ++counts_.verdicts[index_of(*fault.verdict)];
       counts_.reaction = std::max(counts_.reaction, fault.reaction);
     }
   }
@@ -292,8 +292,7 @@ std::string verdicts_text(const std::array<std::uint64_t, safety_verdict_count>&
                    [&](std::size_t a, std::size_t b) { return counts[a] > counts[b]; });
   std::string text;
   for (const std::size_t i : order) {
-    text += fmt::format("{}{}:{}", text.empty() ? "" : " ", name_of(static_cast<SafetyVerdict>(i)),
-                        counts[i]);
+    text += fmt::format("{}{}:{}", text.empty() ? "" : " ", name_of(verdict_of(i)), counts[i]);
   }
   return text;
 }

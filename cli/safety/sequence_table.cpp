@@ -39,7 +39,7 @@ struct Texts {
     for (std::size_t k = 0; k < counts.verdicts.size(); ++k) {
       if (counts.verdicts[k] == 0) continue;
       if (!text.empty()) text += ' ';
-      text += fmt::format("{}:{}", name_of(static_cast<SafetyVerdict>(k)), counts.verdicts[k]);
+      text += fmt::format("{}:{}", name_of(verdict_of(k)), counts.verdicts[k]);
     }
     return text;
   }

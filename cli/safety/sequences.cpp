@@ -152,7 +152,7 @@ bool write_step(report::TableWriter& table, const lab::SequenceStep& step) {
                         step.bits.empty() ? Cell() : Cell(step.bits),
                         name_of(step.judgement.verdict),
                         unsigned{step.judgement.life_counter},
-                        Cell(step.judgement.position)};
+                        Cell(step.position_read)};
   return table.row(cells);
 }
 

@@ -31,7 +31,7 @@ void for_each_field(SafetySetup& setup, const Visitor& visitor) {
     return SetupField{group, name, meaning};
   };
   auto& [cpw, spw, start_frames, latch, comparison, counter, cycle_min, frame_gap_max,
-         frame_gap_min, budget, bounds] = setup;
+         frame_gap_min, clocks, budget, bounds] = setup;
   visitor.number(field("cpw", "channel of the control word, from 0"), cpw);
   visitor.number(field("spw", "channel of the safety word"), spw);
   visitor.number(
@@ -52,7 +52,7 @@ void for_each_field(SafetySetup& setup, const Visitor& visitor) {
   visitor.choice(field("multiturn", "whether the turns are compared, as one number"), multiturn,
                  multiturn_names);
   group = "SafetyCounter";
-  auto& [mode, missed, near_frames, learn_rollovers] = counter;
+  auto& [mode, missed, near_frames, learn_rollovers, first] = counter;
   visitor.choice(field("mode", "range of the sign of life"), mode, counter_mode_names);
   visitor.choice(field("missed", "whether the encoder counts requests without a good frame"),
                  missed, missed_names);
@@ -60,6 +60,16 @@ void for_each_field(SafetySetup& setup, const Visitor& visitor) {
                  near_frames);
   visitor.number(field("learn_rollovers", "equal roll-overs in a row until a range is learned"),
                  learn_rollovers);
+  visitor.number(field("first", "value in the first answer after power-up; 255: not checked"),
+                 first);
+  group = "SafetyClocks";
+  auto& [clock_tolerance, still_requests, bit_period] = clocks;
+  visitor.time(field("tolerance", "allowed difference of two clocks between good frames"),
+               clock_tolerance);
+  visitor.number(field("still_requests", "requests in a row with an unchanged time, allowed"),
+                 still_requests);
+  visitor.time(field("bit_period", "period of the SPI clock; 0: transfers are not timed"),
+               bit_period);
   group = "SafetyBudget";
   auto& [faults, window] = budget;
   visitor.number(field("faults", "tolerated faults of the line in a window; at most 4"), faults);

@@ -77,13 +77,14 @@ void damage(Sample& sample, Random& random) {
 
 // In the safe state, the last counter `last` at the time 0.
 void make_safe(SafetyMonitor& monitor, std::uint32_t last) {
-  monitor.restart();
+  monitor.encoder_restarted();
   biss::SafetyFinding finding;
   finding.cause = biss::SafetyVerdict::safe;
   for (std::uint32_t left = safety_setup.start_frames; left-- != 0;) {
     const std::uint32_t value = (last + 62U - left) % 63U + 1U;
     finding.life_counter = static_cast<std::uint8_t>(value);
-    monitor.step(biss::microseconds(31) * -std::int64_t{left}, finding, finding);
+    monitor.step(clocks_at(biss::nanoseconds(31'250).count * -std::int64_t{left}), finding,
+                 finding);
   }
 }
 
@@ -101,15 +102,15 @@ void safety_frame(Sample& sample, Random& random) {
   if (kind == 1) change(sent, random);
   put(sample, sent, random);
   if (kind == 2) damage(sample, random);
-  const biss::Picoseconds now = biss::microseconds(31 + (random.below(8) == 0 ? 30 : 0));
+  const biss::Picoseconds now = biss::nanoseconds(random.below(8) == 0 ? 61'250 : 31'250);
   sample.value = static_cast<std::uint64_t>(now.count);
   const SafetyMonitor here = *sample.safety;
-  const biss::SafetyJudgement judgement = sample.safety->step(now, sample.bits());
+  const biss::SafetyJudgement judgement = sample.safety->step(clocks_at(now.count), sample.bits());
   *sample.safety = here;
-  sample.expected =
-      judgement.position.value_or(0) << 8U | static_cast<std::uint64_t>(judgement.verdict);
+  sample.expected = result_of(judgement);
   const bool good = kind == 0 && now <= safety_setup.frame_gap_max;
-  if (good && judgement.position != sent.position) sample.expected = ~sample.expected;
+  if (good && control_position(Plan(), *judgement.position) != sent.position)
+    sample.expected = ~sample.expected;
 }
 
 }  // namespace cost::prepare

@@ -66,6 +66,16 @@ inline constexpr biss::SafetySetup safety_setup = [] {
 using SafetyMonitor =
     biss::SafetyMonitor<biss::FixedSafetyPlan<safety_format, safety_setup, biss::CrcTable<8>>>;
 
+/// Two clocks, of which the second one started elsewhere.
+constexpr biss::TwoClocks clocks_at(std::int64_t picoseconds) {
+  return {biss::picoseconds(picoseconds), biss::picoseconds(picoseconds) + biss::milliseconds(7)};
+}
+/// Verdict and position in one number.
+constexpr std::uint64_t result_of(const biss::SafetyJudgement& judgement) {
+  const std::uint64_t value = judgement.position ? judgement.position->value : 0;
+  return value << 16U | static_cast<std::uint64_t>(judgement.verdict);
+}
+
 struct Sample {
   std::array<std::uint8_t, 48> bytes{};
   std::uint32_t size_bytes = 0;

@@ -5,6 +5,9 @@
 //   position(now): none -> torque off      axis.transfer_complete()
 //   axis.request(now): SPI starts    --->    both evaluations, verdict
 //
+// Two clocks: `now` is the control timer's, `second` that of another oscillator, for example the
+// time base of the network. biss::OneClock compiles as well, and names the weaker monitor.
+//
 // Give both interrupts the same priority, so that neither interrupts the other and no lock is
 // needed. The board switches the torque off; this class says when.
 #pragma once
@@ -12,11 +15,10 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 
 #include "biss/base/bits.hpp"
 #include "biss/base/units.hpp"
-#include "biss/safety/verdict.hpp"
+#include "biss/safety/monitor.hpp"
 #include "firmware/control_loop/encoder_axis.hpp"
 
 namespace safe_axis {
@@ -35,8 +37,8 @@ class SafeAxis {
 
   /// Requests a position. Call it once per period in the control timer's interrupt, after
   /// position().
-  /// \param now the time of the first falling edge of MA
-  constexpr void request(biss::Picoseconds now) {
+  /// \param now both clocks at the first falling edge of MA
+  constexpr void request(const biss::TwoClocks& now) {
     asked_at_ = now;
     // A transfer that has not ended is no answer, whatever its buffer contains.
     if (!spi_.start(buffer_)) latest_ = monitor_.step(now, biss::BitView());
@@ -45,27 +47,29 @@ class SafeAxis {
   /// Judges the transfer. Call it in the DMA's interrupt at the end of the transfer.
   constexpr void transfer_complete() { latest_ = monitor_.step(asked_at_, biss::BitView(buffer_)); }
 
-  /// The CPW's position at the last request; none if it is not safe, and the axis must go to its
-  /// safe state. Time alone can be the cause: an encoder or a DMA without an answer.
-  constexpr std::optional<std::uint64_t> position(biss::Picoseconds now) {
+  /// The position at the last request; none if it is not safe, and the axis must go to its safe
+  /// state. Time alone can be the cause: an encoder or a DMA without an answer.
+  constexpr biss::GuardedPosition position(const biss::TwoClocks& now) {
     const biss::SafetyJudgement watched = monitor_.watch(now);
-    if (watched.verdict == biss::SafetyVerdict::watchdog) latest_ = watched;
+    if (biss::is_fault(watched.verdict)) latest_ = watched;
     return latest_.position;
   }
 
-  /// The verdict on the position; while a fault is latched, that fault.
+  /// The verdict on the position; while a fault holds, that fault.
   constexpr biss::SafetyVerdict cause() const {
-    return latest_.verdict == biss::SafetyVerdict::latched ? monitor_.latched_cause()
-                                                           : latest_.verdict;
+    const bool holds = latest_.verdict == biss::SafetyVerdict::latched ||
+                       latest_.verdict == biss::SafetyVerdict::failed;
+    return holds ? monitor_.latched_cause() : latest_.verdict;
   }
 
-  /// Acknowledges a fault. Call it after the cause of the fault was removed.
-  constexpr void acknowledge() { monitor_.acknowledge(); }
+  /// Acknowledges the fault with this cause. Call it after its cause was removed. A fault of this
+  /// processor (biss::FaultPlace::receiver) holds until the next power-up.
+  constexpr bool acknowledge(biss::SafetyVerdict cause) { return monitor_.acknowledge(cause); }
 
  private:
   Spi& spi_;
   Monitor monitor_;
-  biss::Picoseconds asked_at_{};
+  biss::TwoClocks asked_at_{{}, {}};
   biss::SafetyJudgement latest_{};
   std::array<std::uint8_t, bytes> buffer_{};
 };

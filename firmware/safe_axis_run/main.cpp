@@ -28,10 +28,19 @@ constexpr biss::Picoseconds period = biss::nanoseconds(31'250);
 constexpr std::uint32_t cycles = 3000;
 constexpr std::uint32_t fault_every = 50;
 
-enum class Fault : std::uint8_t { flip, no_dma, no_interrupt, silent, error_bit, asked_twice };
+enum class Fault : std::uint8_t {
+  flip,
+  no_dma,
+  no_interrupt,
+  silent,
+  error_bit,
+  asked_twice,
+  clock_jumps
+};
 constexpr std::array causes{SafetyVerdict::cpw_crc,   SafetyVerdict::counter_repeated,
                             SafetyVerdict::watchdog,  SafetyVerdict::watchdog,
-                            SafetyVerdict::cpw_error, SafetyVerdict::no_frame};
+                            SafetyVerdict::cpw_error, SafetyVerdict::no_frame,
+                            SafetyVerdict::clock};
 
 class FakeSpi {
  public:
@@ -92,39 +101,45 @@ void expect(Run& run, std::uint32_t cycle, bool right, const char* what) {
   firmware::write("\n");
 }
 
+// The second clock started elsewhere.
+biss::TwoClocks clocks(biss::Picoseconds now) { return {now, now + biss::milliseconds(5)}; }
+
 void cycles_of(Run& run) {
   std::uint32_t good_in_a_row = 0;
   for (std::uint32_t cycle = 0; cycle < cycles; ++cycle) {
     const biss::Picoseconds now = period * cycle;
-    run.axis.request(now);
     const bool faulty = cycle % fault_every == fault_every - 1U;
     const auto kind = static_cast<Fault>(cycle / fault_every % causes.size());
+    auto asked = clocks(now);
+    if (faulty && kind == Fault::clock_jumps) asked.now += biss::microseconds(2);
+    run.axis.request(asked);
     // Before the watchdog reacts: the request that the board refuses is reported.
-    if (faulty && kind == Fault::asked_twice) run.axis.request(now + period / 4);
+    if (faulty && kind == Fault::asked_twice) run.axis.request(clocks(now + period / 4));
     if (transfer(run, faulty ? &kind : nullptr)) run.axis.transfer_complete();
     biss::Picoseconds end = now + period;
-    if (faulty && kind == Fault::no_interrupt) run.axis.request(end);  // and is refused
+    if (faulty && kind == Fault::no_interrupt) run.axis.request(clocks(end));  // and is refused
     if (faulty && kind == Fault::silent) end = now + 2 * period;
-    const auto position = run.axis.position(end);
+    const auto position = run.axis.position(clocks(end));
     good_in_a_row = faulty ? 0 : good_in_a_row + 1;
     if (faulty) {
       expect(run, cycle, !position, "a position after a fault");
       expect(run, cycle, run.axis.cause() == causes[static_cast<std::size_t>(kind)], "the cause");
       run.spi.end();
-      run.axis.acknowledge();
+      run.axis.acknowledge(run.axis.cause());
     } else if (good_in_a_row < type.setup.start_frames) {
       expect(run, cycle, !position, "a position while starting");
     } else {
-      expect(run, cycle, position == run.position, "the position is not the axis's");
+      expect(run, cycle, position && biss::control_position(Plan(), *position) == run.position,
+             "the position is not the axis's");
     }
   }
 }
 
 // A monitor without a self test gives no position.
 void untested(Run& run) {
-  run.axis.request({});
+  run.axis.request(clocks({}));
   if (transfer(run, nullptr)) run.axis.transfer_complete();
-  expect(run, 0, !run.axis.position(period) && run.axis.cause() == SafetyVerdict::self_test,
+  expect(run, 0, !run.axis.position(clocks(period)) && run.axis.cause() == SafetyVerdict::self_test,
          "a position before the self test");
 }
 

@@ -68,7 +68,7 @@ class SafetyBench {
 
   SafetyBench() : SafetyBench([](SafetySetup&) {}) {}
   explicit SafetyBench(const auto& change)
-      : plan_(plan_of("fs-36-28", change)), monitor(plan_), passed(monitor.self_test()) {}
+      : plan_(plan_of("fs-36-28", change)), monitor(plan_), passed(monitor.self_test(plan_.fingerprint())) {}
 
   const RunPlan& plan() const { return plan_; }
 
@@ -101,19 +101,22 @@ class SafetyBench {
   SafetyJudgement send(const SafetyWords& sent) {
     wait();
     const FrameBits bits = bits_of(plan_, sent);
-    return monitor.step(now, bits.view());
+    return monitor.step(OneClock{now}, bits.view());
   }
   /// A frame with changed bits.
   SafetyJudgement send_flipped(std::size_t payload_bit) {
     FrameBits bits = bits_of(plan_, next());
     bits.flip(2U + 3U + 2U + payload_bit);
     wait();
-    return monitor.step(now, bits.view());
+    return monitor.step(OneClock{now}, bits.view());
   }
+  /// The fault that is latched.
+  bool acknowledge() { return monitor.acknowledge(monitor.latched_cause()); }
+  SafetyJudgement watch(Picoseconds at) { return monitor.watch(OneClock{at}); }
   /// No answer to a request.
   SafetyJudgement silence() {
     wait();
-    return monitor.step(now, BitView());
+    return monitor.step(OneClock{now}, BitView());
   }
 
  private:

@@ -90,17 +90,17 @@ BISS_TEST(SafetyCounter, BothEvaluations_AgreeForAllValuesAndMissedFrames) {
       const SafetyCounter setup{.mode = mode, .missed = rule};
       for (unsigned last = mode == CounterMode::count_1_63 ? 1 : 0; last < 64; ++last) {
         LifeCounter field(mode);
-        Line line{SafetySetup{}};
+        const SafetySetup whole{.counter = setup};
+        Line line{whole};
         field.accept(static_cast<std::uint8_t>(last), 0, 2);
-        line.accept_counter(static_cast<std::uint8_t>(last), mode);
+        line.accept_counter(static_cast<std::uint8_t>(last), whole);
         for (unsigned missed = 0; missed <= max_tolerated_faults; ++missed) {
           for (unsigned v = 0; v < 64; ++v) {
             const auto value = static_cast<std::uint8_t>(v);
-            BISS_EXPECT_EQ(line.counter_follows(value, mode),
-                           field.judge(value, missed, setup) == safe)
+            BISS_EXPECT_EQ(line.counter_follows(value), field.judge(value, missed, setup) == safe)
                 << last << " " << missed << " " << v;
           }
-          line.miss_counter(rule, mode);
+          line.miss_counter(rule);
         }
       }
     }
@@ -115,10 +115,12 @@ BISS_TEST(SafetyCounter, FirstValue_IsAnyButAZeroThatCannotBe) {
     BISS_EXPECT_EQ(LifeCounter(CounterMode::count_0_63).judge(value, 0, {}), safe);
     BISS_EXPECT_EQ(LifeCounter(CounterMode::learned).judge(value, 0, {}), safe);
     using Line = LineEvaluation<test::RunPlan>;
-    const Line line{SafetySetup{}};
-    BISS_EXPECT_EQ(line.counter_follows(value, CounterMode::count_1_63), v != 0);
-    BISS_EXPECT(line.counter_follows(value, CounterMode::count_0_63));
-    BISS_EXPECT(line.counter_follows(value, std::nullopt));
+    const auto follows = [&](CounterMode mode) {
+      return Line(SafetySetup{.counter = {.mode = mode}}).counter_follows(value);
+    };
+    BISS_EXPECT_EQ(follows(CounterMode::count_1_63), v != 0);
+    BISS_EXPECT(follows(CounterMode::count_0_63));
+    BISS_EXPECT(follows(CounterMode::learned));
   }
 }
 
@@ -145,7 +147,7 @@ BISS_TEST(SafetyCounter, WrongRangeInTheSetup_IsNamedAtTheFirstRollOver) {
     BISS_EXPECT_EQ(bench.counter, lowest);
     BISS_EXPECT_EQ(told.state, SafetyState::latched);
     // The verdict is the same after each acknowledgement.
-    bench.monitor.acknowledge();
+    bench.acknowledge();
     told = {};
     for (unsigned i = 0; i < 70 && told.verdict != counter_mode; ++i) told = bench.good();
     BISS_EXPECT_EQ(told.verdict, counter_mode);
@@ -178,12 +180,13 @@ BISS_TEST(SafetyCounter, ARangeThatWasSeen_MakesTheSameStepALoss) {
   bench.next();
   BISS_EXPECT_EQ(bench.good().verdict, counter_skipped);
   // The learned range is kept until another device may be connected.
-  bench.monitor.acknowledge();
+  bench.acknowledge();
   bench.until_safe();
   while (bench.counter != 63) bench.good();
   bench.next();
   BISS_EXPECT_EQ(bench.good().verdict, counter_skipped);
-  bench.monitor.restart();
+  bench.acknowledge();
+  bench.monitor.encoder_restarted();
   bench.until_safe();
   while (bench.counter != 63) bench.good();
   bench.next();

@@ -43,10 +43,10 @@ BISS_TEST(SafetyWords, PublishedSpwOfAn21_IsTakenAndMade) {
                                                  Piece{0xD9CFE0C0DAU, 40}, Piece{0x5F29, 16}});
   const Findings findings(plan, line.view());
   BISS_EXPECT(findings.are(safe));
-  BISS_EXPECT_EQ(findings.first.position, 0xD9CFE0C0U);
+  BISS_EXPECT_EQ(findings.first.cpw_position, 0xD9CFE0C0U);
   BISS_EXPECT_EQ(findings.first.life_counter, 26);
   BISS_EXPECT_EQ(findings.first.difference_lsb, 0);
-  BISS_EXPECT(findings.first.cpw_nW && findings.first.spw_nW);
+  BISS_EXPECT(findings.first.cpw_nW() && findings.first.spw_nW());
   const FrameBits made =
       test::bits_of(plan, {.cpw = 0xD9CFE0C0U, .spw = 0xD9CFE0C0U, .life_counter = 26});
   for (std::size_t i = 0; i < line.size_bits(); ++i) {
@@ -68,7 +68,7 @@ BISS_TEST(SafetyWords, PublishedCaptureOfTi_IsTakenAndMade) {
   const Findings findings(plan, line(57, 0xD79F).view());
   BISS_EXPECT(findings.are(spw_error));
   BISS_EXPECT_EQ(findings.first.life_counter, 57);
-  BISS_EXPECT_EQ(findings.first.position, place);
+  BISS_EXPECT_EQ(findings.first.cpw_position, place);
   BISS_EXPECT(Findings(plan, line(58, 0xD79F).view()).are(spw_crc));
   BISS_EXPECT(Findings(plan, line(57, 0xD79E).view()).are(spw_crc));
   const FrameBits made =
@@ -114,7 +114,7 @@ BISS_TEST(SafetyWords, DerivedSpws_AreTakenAndMadeWithBothStartValues) {
         Piece{spw, spw_bits}, Piece{3, 2}, Piece{each.life_counter, 6}, Piece{each.crc, 16}});
     const Findings findings(plan, line.view());
     BISS_EXPECT(findings.are(safe)) << each.name << " " << each.crc;
-    BISS_EXPECT_EQ(findings.first.position, each.cpw);
+    BISS_EXPECT_EQ(findings.first.cpw_position, each.cpw);
     BISS_EXPECT_EQ(findings.first.life_counter, each.life_counter);
     const FrameBits made =
         test::bits_of(plan, {.cpw = each.cpw, .spw = spw, .life_counter = each.life_counter});
@@ -179,7 +179,7 @@ BISS_TEST(SafetyComparison, SpwWithoutTurns_IsComparedWithinTheTurn) {
   const RunPlan plan = test::plan_of("rum");
   const auto cause = [&](std::uint64_t cpw, std::uint64_t spw) {
     const Findings findings(plan, test::bits_of(plan, {.cpw = cpw, .spw = spw}).view());
-    BISS_EXPECT_EQ(findings.first.position, cpw);
+    BISS_EXPECT_EQ(findings.first.cpw_position, cpw);
     return findings.agree() ? findings.first.cause : disagreement;
   };
   BISS_EXPECT_EQ(cause(0x123'8000, 0x800), safe);
@@ -219,10 +219,10 @@ BISS_TEST(SafetyFinding, OfACoarserCpwOrWordsInTheOtherOrder_IsFoundToo) {
     words.spw_nE = random.below(4) != 0;
     const Findings findings(plan, test::bits_of(plan, words).view());
     BISS_EXPECT(findings.are(!words.cpw_nE ? cpw_error : !words.spw_nE ? spw_error : safe));
-    BISS_EXPECT_EQ(findings.first.position, words.cpw);
+    BISS_EXPECT_EQ(findings.first.cpw_position, words.cpw);
     BISS_EXPECT_EQ(findings.first.life_counter, words.life_counter);
-    BISS_EXPECT_EQ(findings.first.cpw_nW, words.cpw_nW);
-    BISS_EXPECT_EQ(findings.first.spw_nW, words.spw_nW);
+    BISS_EXPECT_EQ(findings.first.cpw_nW(), words.cpw_nW);
+    BISS_EXPECT_EQ(findings.first.spw_nW(), words.spw_nW);
   }
 }
 
@@ -350,6 +350,73 @@ BISS_TEST(SafetyFinding, WithAPlanKnownWhileCompiling_IsTheSameToo) {
   constexpr FrameFormat format = find_safety_configuration("fs-36-28")->frame_format();
   using Fixed = FixedSafetyPlan<format, bounded, CrcBitwise>;
   expect_one_finding(Fixed(), random, test::rounds(20'000, 300));
+}
+
+// ---- The safe position
+
+struct Positions {
+  SafePosition first;
+  SafePosition second;
+};
+Positions positions_of(const RunPlan& plan, const test::SafetyWords& words) {
+  const FrameBits bits = test::bits_of(plan, words);
+  const test::Findings<RunPlan> findings(plan, bits.view());
+  BISS_EXPECT(findings.agree());
+  return {FieldEvaluation<RunPlan>::safe_position(plan, findings.first),
+          LineEvaluation<RunPlan>::safe_position(plan, findings.second)};
+}
+
+BISS_TEST(SafePosition, HasTheResolutionOfTheSpwAndNamesWhatOnlyTheCpwHas) {
+  const RunPlan plan = plan_of("pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16");
+  const auto [first, second] = positions_of(plan, {.cpw = 0x1'2345'6789U, .spw = 0x123'4568U});
+  BISS_EXPECT(first == second);
+  BISS_EXPECT_EQ(first.value, 0x123'4568U);
+  BISS_EXPECT_EQ(first.low, 0x123'4567U);
+  BISS_EXPECT_EQ(first.high, 0x123'4569U);
+  BISS_EXPECT_EQ(first.cpw_only_offset, 0x89 - 0x100);
+  BISS_EXPECT_EQ(first.cpw_only_turns, 0);
+  BISS_EXPECT_EQ(control_position(plan, first), 0x1'2345'6789U);
+}
+
+BISS_TEST(SafePosition, BitsThatAreNotCompared_WidenTheBounds) {
+  const SafetySetup setup{.comparison = {.compare_bits = 9}};
+  const RunPlan plan = plan_of("mt12,st16,nE,nW,crc6+st12,nE,nW,lc6,crc16", setup);
+  // Turn 0x9AB, of which the SPW has nothing; at the end of the turn.
+  const auto [first, second] = positions_of(plan, {.cpw = 0x9AB'FFF7U, .spw = 0xFFE});
+  BISS_EXPECT(first == second);
+  BISS_EXPECT_EQ(first.value, 0xFFE);
+  BISS_EXPECT_EQ(first.low, 0xFF0);
+  BISS_EXPECT_EQ(first.high, 0x007);
+  BISS_EXPECT_EQ(first.cpw_only_turns, 0x9AB);
+  BISS_EXPECT_EQ(control_position(plan, first), 0x9AB'FFF7U);
+}
+
+// Whichever word has the bits that are wrong but accepted: the true position is within the bounds.
+BISS_TEST(SafePosition, TruePosition_IsWithinTheBoundsIfOneWordIsRight) {
+  BISS_RANDOM(random, 0x5AFE'0020);
+  for (const std::uint8_t compare : {std::uint8_t{0}, std::uint8_t{7}, std::uint8_t{10}}) {
+    const SafetySetup setup{.comparison = {.compare_bits = compare}};
+    const RunPlan plan = plan_of("mt3,st14,nE,nW,crc6+mt3,st10,nE,nW,lc6,crc16", setup);
+    const ChannelFormat& cpw = plan.format().channel_list[0];
+    const ChannelFormat& spw = plan.format().channel_list[1];
+    for (std::uint64_t left = test::rounds(20'000, 2'000); left != 0; --left) {
+      const std::uint64_t place = random.bits(17);
+      test::SafetyWords words{.cpw = place, .spw = spw_position(cpw, spw, place)};
+      // One word is somewhere else.
+      (random.flip() ? words.cpw : words.spw) = random.bits(13);
+      const FrameBits bits = test::bits_of(plan, words);
+      const test::Findings<RunPlan> findings(plan, bits.view());
+      if (findings.first.cause != safe) continue;
+      const auto [first, second] = positions_of(plan, words);
+      BISS_EXPECT(first == second);
+      const std::uint64_t truth = spw_position(cpw, spw, place);
+      const bool wraps = first.low > first.high;
+      const bool from_low = truth >= first.low;
+      const bool to_high = truth <= first.high;
+      BISS_EXPECT(wraps ? from_low || to_high : from_low && to_high) << place;
+      BISS_EXPECT_EQ(control_position(plan, first), words.cpw);
+    }
+  }
 }
 
 }  // namespace safety_evaluation_test

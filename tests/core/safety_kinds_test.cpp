@@ -54,7 +54,7 @@ constexpr Kind kinds[] = {
      [](SafetyBench& b) {
        // The master does not notice it either: no step is made.
        b.now = *b.monitor.deadline() + picoseconds(1);
-       return b.monitor.watch(b.now);
+       return b.watch(b.now);
      }},
     {TransmissionError::delay, watchdog, 1,
      [](SafetyBench& b) {
@@ -79,7 +79,7 @@ constexpr Kind kinds[] = {
        format.channel_list[1].crc.polynomial = 0x11021;
        const FrameBits bits = test::bits_of(test::RunPlan(format, b.plan().setup()), b.next());
        b.now += SafetyBench::cycle;
-       return b.monitor.step(b.now, bits.view());
+       return b.monitor.step(OneClock{b.now}, bits.view());
      }},
     {TransmissionError::addressing, counter_foreign, 0,
      [](SafetyBench& b) {
@@ -95,7 +95,7 @@ constexpr Kind kinds[] = {
        format.channel_list[1].crc.start = 0x1234;
        const FrameBits bits = test::bits_of(test::RunPlan(format, b.plan().setup()), b.next());
        b.now += SafetyBench::cycle;
-       return b.monitor.step(b.now, bits.view());
+       return b.monitor.step(OneClock{b.now}, bits.view());
      }},
 };
 
@@ -131,32 +131,32 @@ BISS_TEST(SafetyKinds, EveryKind_HasOneVerdictOfItsOwn) {
 
 // The other possible verdicts, listed explicitly.
 BISS_TEST(SafetyKinds, EveryKind_MayShowInTheWaysOfItsRow) {
-  constexpr std::array<std::array<bool, 18>, transmission_error_count> may_be = [] {
-    std::array<std::array<bool, 18>, transmission_error_count> made{};
-    const auto allow = [&](TransmissionError kind, auto... verdicts) {
-      ((made[static_cast<std::size_t>(kind)][static_cast<std::size_t>(verdicts)] = true), ...);
-    };
-    for (const TransmissionError kind :
-         {TransmissionError::corruption, TransmissionError::masquerade,
-          TransmissionError::addressing}) {
-      allow(kind, no_frame, cpw_crc, spw_crc, cpw_error, spw_error, comparison);
-    }
-    // The counter may report any kind.
-    for (auto& kind : made) {
-      for (const SafetyVerdict verdict :
-           {counter_mode, counter_repeated, counter_skipped, counter_backwards, counter_foreign}) {
-        kind[static_cast<std::size_t>(verdict)] = true;
-      }
-    }
-    allow(TransmissionError::loss, no_frame, watchdog);
-    allow(TransmissionError::delay, watchdog, no_frame);
-    allow(TransmissionError::insertion, early);
-    return made;
-  }();
+  constexpr std::array<std::array<bool, safety_verdict_count>, transmission_error_count> may_be =
+      [] {
+        std::array<std::array<bool, safety_verdict_count>, transmission_error_count> made{};
+        const auto allow = [&](TransmissionError kind, auto... verdicts) {
+          ((made[static_cast<std::size_t>(kind)][index_of(verdicts)] = true), ...);
+        };
+        for (const TransmissionError kind :
+             {TransmissionError::corruption, TransmissionError::masquerade,
+              TransmissionError::addressing}) {
+          allow(kind, no_frame, cpw_crc, spw_crc, cpw_error, spw_error, comparison);
+        }
+        // The counter may report any kind.
+        for (auto& kind : made) {
+          for (const SafetyVerdict verdict : {counter_mode, counter_repeated, counter_skipped,
+                                              counter_backwards, counter_foreign}) {
+            kind[index_of(verdict)] = true;
+          }
+        }
+        allow(TransmissionError::loss, no_frame, watchdog);
+        allow(TransmissionError::delay, watchdog, no_frame);
+        allow(TransmissionError::insertion, early);
+        return made;
+      }();
   for (std::size_t kind = 0; kind < transmission_error_count; ++kind) {
     for (std::size_t verdict = 0; verdict < safety_verdict_count; ++verdict) {
-      BISS_EXPECT_EQ(safety_measures[kind].may_be(static_cast<SafetyVerdict>(verdict)),
-                     may_be[kind][verdict])
+      BISS_EXPECT_EQ(safety_measures[kind].may_be(verdict_of(verdict)), may_be[kind][verdict])
           << kind << " " << verdict;
     }
   }

@@ -40,12 +40,12 @@ using Second = SecondOf<Plan>;
 struct Monitor : SafetyMonitor<Plan, FieldEvaluation<Plan>, LineEvaluation<Plan>> {
   using Sound = SafetyMonitor<Plan, FieldEvaluation<Plan>, LineEvaluation<Plan>>;
   using Sound::Sound;
-  SafetyJudgement step(Picoseconds now, const SafetyFinding& a, const SafetyFinding& b) {
+  SafetyJudgement step(const TwoClocks& now, const SafetyFinding& a, const SafetyFinding& b) {
     SafetyJudgement told = Sound::step(now, a, b);
     told.verdict = sabotage.step(told.verdict);
     return told;
   }
-  SafetyJudgement watch(Picoseconds now) {
+  SafetyJudgement watch(const TwoClocks& now) {
     SafetyJudgement told = Sound::watch(now);
     told.verdict = sabotage.watch(told.verdict);
     return told;
@@ -55,7 +55,7 @@ struct Monitor : SafetyMonitor<Plan, FieldEvaluation<Plan>, LineEvaluation<Plan>
 bool passes(const Sabotage& with, bool latch = true) {
   sabotage = {};
   Monitor monitor(test::plan_of("fs-36-28", [&](SafetySetup& setup) { setup.latch = latch; }));
-  if (!monitor.self_test()) return false;
+  if (!monitor.self_test(monitor.plan().fingerprint())) return false;
   sabotage = with;
   return safety_detail::SelfTest<Monitor, First, Second>(monitor).passes();
 }
@@ -87,7 +87,7 @@ BISS_TEST(SafetySelfTest, OfEvaluationsThatTakeOneWrongThing_Fails) {
 BISS_TEST(SafetySelfTest, OfEvaluationsThatReadWrongly_Fails) {
   BISS_EXPECT(!passes({.finding = taken<safe, comparison>}));
   BISS_EXPECT(!passes({.finding = [](SafetyFinding found, const BitView&) {
-    found.position ^= 1U;
+    found.cpw_position ^= 1U;
     return found;
   }}));
   BISS_EXPECT(!passes({.finding = [](SafetyFinding found, const BitView&) {
@@ -103,7 +103,7 @@ BISS_TEST(SafetySelfTest, OfEvaluationsThatReadWrongly_Fails) {
 
 BISS_TEST(SafetySelfTest, OfASecondEvaluationThatLosesUpperBits_Fails) {
   BISS_EXPECT(!passes({.second = [](SafetyFinding found) {
-    found.position &= 0xFFFF'FFFFU;
+    found.cpw_position &= 0xFFFF'FFFFU;
     return found;
   }}));
 }
@@ -156,49 +156,57 @@ BISS_TEST(SafetySelfTest, OfAMonitorThatTakesFramesAtAnyTime_FailsWithAShortestG
     sabotage = {};
     Monitor monitor(
         test::plan_of("fs-36-28", [](SafetySetup& s) { s.frame_gap_min = s.cycle_min; }));
-    BISS_EXPECT(monitor.self_test());
+    BISS_EXPECT(monitor.self_test(monitor.plan().fingerprint()));
     sabotage.step = step;
     const bool passed = safety_detail::SelfTest<Monitor, First, Second>(monitor).passes();
     BISS_EXPECT(!passed);
   }
 }
 
-BISS_TEST(SafetySelfTest, ThatFailsInOperation_LeavesTheMonitorUntested) {
+BISS_TEST(SafetySelfTest, ThatFailsInOperation_IsFinal) {
   sabotage = {};
   SafetyMonitor<Plan, First, Second> monitor(test::plan_of("fs-36-28"));
-  BISS_EXPECT(monitor.self_test());
+  BISS_EXPECT(monitor.self_test(monitor.plan().fingerprint()));
   sabotage.finding = taken<cpw_crc>;
-  BISS_EXPECT(!monitor.self_test());
-  BISS_EXPECT_EQ(monitor.state(), SafetyState::untested);
-  BISS_EXPECT_EQ(monitor.watch({}).verdict, self_test);
+  BISS_EXPECT(!monitor.self_test(monitor.plan().fingerprint()));
+  BISS_EXPECT_EQ(monitor.state(), SafetyState::failed);
+  BISS_EXPECT_EQ(monitor.latched_cause(), self_test);
+  BISS_EXPECT_EQ(monitor.watch(OneClock{}).verdict, failed);
   sabotage = {};
-  BISS_EXPECT(monitor.self_test());
-  BISS_EXPECT_EQ(monitor.state(), SafetyState::starting);
+  BISS_EXPECT(monitor.self_test(monitor.plan().fingerprint()));
+  BISS_EXPECT_EQ(monitor.state(), SafetyState::failed);
 }
 
-BISS_TEST(SafetySelfTest, InOperation_BeginsAnewAndForgetsAllButTheSetup) {
+BISS_TEST(SafetySelfTest, InOperation_ChangesNothingAndClearsNoFault) {
   sabotage = {};
   test::SafetyBench bench([](SafetySetup& setup) { setup.counter.mode = CounterMode::learned; });
+  const auto passes_again = [&] { return bench.monitor.self_test(bench.plan().fingerprint()); };
   bench.until_safe();
+  BISS_EXPECT(passes_again());
   BISS_EXPECT(bench.monitor.counter_mode().has_value());
-  BISS_EXPECT(bench.monitor.self_test());
-  BISS_EXPECT_EQ(bench.monitor.state(), SafetyState::starting);
-  BISS_EXPECT(!bench.monitor.counter_mode() && !bench.monitor.deadline());
-  // Later, with another counter value.
-  bench.counter = 40;
-  bench.now += milliseconds(1);
-  BISS_EXPECT_EQ(bench.good().verdict, starting);
-  BISS_EXPECT(bench.until_safe() > 63);
+  BISS_EXPECT_EQ(bench.good().verdict, safe);
   BISS_EXPECT_EQ(bench.silence().state, SafetyState::latched);
-  BISS_EXPECT(bench.monitor.self_test());
-  BISS_EXPECT_EQ(bench.monitor.state(), SafetyState::starting);
+  BISS_EXPECT(passes_again());
+  BISS_EXPECT_EQ(bench.monitor.state(), SafetyState::latched);
+  BISS_EXPECT_EQ(bench.monitor.latched_cause(), no_frame);
+  BISS_EXPECT_EQ(bench.good().verdict, latched);
+}
+
+BISS_TEST(SafetySelfTest, WithTheFingerprintOfAnotherSetup_Fails) {
+  sabotage = {};
+  const test::RunPlan other =
+      test::plan_of("fs-36-28", [](SafetySetup& setup) { setup.comparison.tolerance_lsb = 0; });
+  SafetyMonitor<Plan> monitor(test::plan_of("fs-36-28"));
+  BISS_EXPECT(!monitor.self_test(other.fingerprint()));
+  BISS_EXPECT_EQ(monitor.state(), SafetyState::untested);
+  BISS_EXPECT(monitor.self_test(monitor.plan().fingerprint()));
 }
 
 BISS_TEST(SafetySelfTest, WithBoundsThatNoFrameMeets_Fails) {
   sabotage = {};
   SafetyMonitor<Plan> monitor(
       test::plan_of("fs-36-28", [](SafetySetup& setup) { setup.bounds.ack_min_clocks = 401; }));
-  BISS_EXPECT(!monitor.self_test());
+  BISS_EXPECT(!monitor.self_test(monitor.plan().fingerprint()));
 }
 
 BISS_TEST(SafetySelfTest, OfAFrameWithMoreChannels_PassesAndKnowsWhoseCrcIsWhose) {
@@ -206,18 +214,18 @@ BISS_TEST(SafetySelfTest, OfAFrameWithMoreChannels_PassesAndKnowsWhoseCrcIsWhose
   SafetySetup setup{.cpw = 2, .spw = 1};
   const auto format = test::format_of("pos9,crc6+pos20,nE,nW,lc6,crc16+pos24,nE,nW,crc6+pad8");
   SafetyMonitor<SafetyPlan<4>> monitor(SafetyPlan<4>(format, setup));
-  BISS_EXPECT(monitor.self_test());
+  BISS_EXPECT(monitor.self_test(monitor.plan().fingerprint()));
   // A monitor that ignores the third channel's CRC.
   using Wide = SafetyPlan<4>;
   SafetyMonitor<Wide, FirstOf<Wide>, SecondOf<Wide>> blind(Wide(format, setup));
-  BISS_EXPECT(blind.self_test());
+  BISS_EXPECT(blind.self_test(blind.plan().fingerprint()));
   sabotage.finding = [](SafetyFinding found, const BitView& bits) {
     const std::size_t whole = 1U + 1U + 2U + 15U + 44U + 32U + 8U + 1U;
     const bool other = bits.size_bits() == whole && !bits[whole - 1U];
     if (other && found.cause == no_frame) found.cause = safe;
     return found;
   };
-  BISS_EXPECT(!blind.self_test());
+  BISS_EXPECT(!blind.self_test(blind.plan().fingerprint()));
 }
 
 }  // namespace safety_self_test_test

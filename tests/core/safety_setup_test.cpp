@@ -140,12 +140,17 @@ BISS_TEST(SafetyVerdicts, HaveNamesAndTellFaultsFromStates) {
   BISS_EXPECT(name_of(TransmissionError::corruption) == "corruption");
   BISS_EXPECT(name_of(TransmissionError::addressing) == "addressing");
   for (std::size_t i = 0; i < safety_verdict_count; ++i) {
-    const auto verdict = static_cast<SafetyVerdict>(i);
-    BISS_EXPECT(!name_of(verdict).empty());
-    BISS_EXPECT_EQ(is_fault(verdict), i > 2) << i;
-    const bool own = verdict == counter_mode || i <= static_cast<std::size_t>(watchdog);
-    BISS_EXPECT_EQ(is_tolerable(verdict), !own) << i;
+    const SafetyVerdict verdict = verdict_of(i);
+    BISS_EXPECT_EQ(index_of(verdict), i);
+    BISS_EXPECT(!name_of(verdict).empty() && name_of(verdict) != "invalid");
+    BISS_EXPECT_EQ(is_fault(verdict), i > 3) << i;
+    const bool of_line = verdict == early || verdict == no_frame || verdict == cpw_crc ||
+                         verdict == spw_crc || verdict == counter_repeated ||
+                         verdict == counter_skipped || verdict == counter_backwards ||
+                         verdict == counter_foreign;
+    BISS_EXPECT_EQ(is_tolerable(verdict), of_line) << i;
   }
+  BISS_EXPECT(name_of(SafetyVerdict{}) == "invalid" && is_fault(SafetyVerdict{}));
 }
 
 BISS_TEST(SafetyVerdicts, EveryKindOfFault_HasAMeasureThatIsAFault) {

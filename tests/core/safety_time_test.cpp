@@ -31,7 +31,7 @@ BISS_TEST(SafetyTime, ClockThatWrapsAround_IsNoFault) {
     SafetyBench bench = bench_at(end_of_time - SafetyBench::cycle * cycles);
     for (int i = 0; i < 8; ++i) {
       BISS_EXPECT_EQ(bench.good().verdict, i < 2 ? starting : safe) << cycles << " " << i;
-      BISS_EXPECT_EQ(bench.monitor.watch(bench.now).verdict, i < 2 ? starting : safe);
+      BISS_EXPECT_EQ(bench.watch(bench.now).verdict, i < 2 ? starting : safe);
     }
     BISS_EXPECT(bench.now < Picoseconds{});
   }
@@ -44,8 +44,8 @@ BISS_TEST(SafetyTime, DeadlineBehindTheClocksEnd_IsAtItsBegin) {
   const Picoseconds deadline = *bench.monitor.deadline();
   BISS_EXPECT_EQ((deadline - begin_of_time).count,
                  (bench.plan().setup().frame_gap_max - picoseconds(1)).count);
-  BISS_EXPECT_EQ(bench.monitor.watch(deadline).verdict, safe);
-  BISS_EXPECT_EQ(bench.monitor.watch(deadline + picoseconds(1)).verdict, watchdog);
+  BISS_EXPECT_EQ(bench.watch(deadline).verdict, safe);
+  BISS_EXPECT_EQ(bench.watch(deadline + picoseconds(1)).verdict, watchdog);
 }
 
 BISS_TEST(SafetyTime, ClockThatGoesBackwards_IsTheWatchdogsInAFrameAndInATick) {
@@ -57,7 +57,7 @@ BISS_TEST(SafetyTime, ClockThatGoesBackwards_IsTheWatchdogsInAFrameAndInATick) {
     BISS_EXPECT_EQ(bench.good().verdict, watchdog);
     SafetyBench watched;
     watched.until_safe();
-    const SafetyJudgement told = watched.monitor.watch(safety_detail::later(watched.now, -back));
+    const SafetyJudgement told = watched.watch(safety_detail::later(watched.now, -back));
     BISS_EXPECT_EQ(told.verdict, watchdog);
     BISS_EXPECT_EQ(told.state, SafetyState::latched);
   }
@@ -66,7 +66,7 @@ BISS_TEST(SafetyTime, ClockThatGoesBackwards_IsTheWatchdogsInAFrameAndInATick) {
 BISS_TEST(SafetyTime, ATickBeforeTheFirstFrame_IsNoFaultWhateverTheClockShows) {
   SafetyBench bench;
   for (const Picoseconds now : {begin_of_time, picoseconds(-1), Picoseconds{}, end_of_time}) {
-    BISS_EXPECT_EQ(bench.monitor.watch(now).verdict, starting);
+    BISS_EXPECT_EQ(bench.watch(now).verdict, starting);
   }
 }
 
@@ -84,7 +84,7 @@ BISS_TEST(SafetyTime, WatchThatBites_LeavesNothingToTheFrameBehindIt) {
   SafetyBench bench([](SafetySetup& setup) { setup.latch = false; });
   bench.until_safe();
   const Picoseconds late = *bench.monitor.deadline() + picoseconds(1);
-  BISS_EXPECT_EQ(bench.monitor.watch(late).state, SafetyState::starting);
+  BISS_EXPECT_EQ(bench.watch(late).state, SafetyState::starting);
   BISS_EXPECT_EQ(bench.good(2).verdict, starting);
   BISS_EXPECT_EQ(bench.good().verdict, safe);
 }
@@ -104,7 +104,7 @@ BISS_TEST(SafetyTime, Budget_IsOfAWindowWhateverStartUpsItHolds) {
       bench.until_safe();
       BISS_EXPECT(bench.send_flipped(50).tolerated);
       BISS_EXPECT(!bench.send_flipped(50).tolerated);
-      bench.monitor.acknowledge();
+      bench.acknowledge();
       BISS_EXPECT_EQ(bench.good(goods).state, SafetyState::safe);
       BISS_EXPECT_EQ(bench.send_flipped(50).tolerated, goods == 19) << goods;
     }
@@ -113,7 +113,7 @@ BISS_TEST(SafetyTime, Budget_IsOfAWindowWhateverStartUpsItHolds) {
   SafetyBench bench(one_fault);
   bench.until_safe();
   BISS_EXPECT(bench.send_flipped(50).tolerated);
-  bench.monitor.restart();
+  bench.monitor.encoder_restarted();
   bench.until_safe();
   BISS_EXPECT(bench.send_flipped(50).tolerated);
 }
@@ -185,7 +185,10 @@ BISS_TEST(SafetyTime, SetupsOfAnyTimes_AreJudgedWithoutARunOver) {
   for (const Picoseconds cycle : times) {
     for (const Picoseconds most : times) {
       for (const Picoseconds least : times) {
-        const SafetySetup setup{.cycle_min = cycle, .frame_gap_max = most, .frame_gap_min = least};
+        const SafetySetup setup{.cycle_min = cycle,
+                                .frame_gap_max = most,
+                                .frame_gap_min = least,
+                                .clocks = {.tolerance = {}}};
         const bool order = least.count >= 0 && least < most && most <= max_frame_gap;
         const bool period = cycle.count > 0 && most.count / 63 < cycle.count;
         const auto mistake = check_safety(format, setup);
@@ -196,10 +199,158 @@ BISS_TEST(SafetyTime, SetupsOfAnyTimes_AreJudgedWithoutARunOver) {
         slow.counter.learn_rollovers = 255;
         slow.start_frames = 255;
         SafetyMonitor<test::RunPlan> monitor(test::RunPlan(format, slow));
-        BISS_EXPECT(monitor.self_test()) << cycle.count << " " << most.count;
+        BISS_EXPECT(monitor.self_test(monitor.plan().fingerprint()))
+            << cycle.count << " " << most.count;
       }
     }
   }
+}
+
+// ---- Two clocks
+
+constexpr Picoseconds tolerance = SafetyClocks{}.tolerance;
+
+// The next good frame, at these times.
+SafetyJudgement good_at(SafetyBench& bench, const TwoClocks& time) {
+  bench.now = time.now;
+  const FrameBits bits = test::bits_of(bench.plan(), bench.next());
+  return bench.monitor.step(time, bits.view());
+}
+// A bench that is safe with a second clock that runs ahead.
+constexpr Picoseconds ahead = milliseconds(3);
+void make_safe(SafetyBench& bench) {
+  for (int i = 0; i < 4; ++i) {
+    const Picoseconds now = bench.now + SafetyBench::cycle;
+    good_at(bench, {now, now + ahead});
+  }
+}
+
+BISS_TEST(SafetyClock, StoppedOrJumpingClock_IsAFaultWhicheverOfTheTwoItIs) {
+  for (const Picoseconds error :
+       {tolerance + picoseconds(1), -tolerance - picoseconds(1), SafetyBench::cycle * 5}) {
+    for (const bool first : {true, false}) {
+      SafetyBench bench;
+      make_safe(bench);
+      BISS_ASSERT(bench.monitor.state() == SafetyState::safe);
+      TwoClocks time{bench.now + SafetyBench::cycle, bench.now + SafetyBench::cycle + ahead};
+      (first ? time.now : time.second) += error;
+      BISS_EXPECT_EQ(SafetyBench(bench).monitor.watch(time).verdict, SafetyVerdict::clock);
+      const SafetyJudgement told = good_at(bench, time);
+      BISS_EXPECT_EQ(told.verdict, SafetyVerdict::clock);
+      BISS_EXPECT(!told.position && told.state == SafetyState::latched);
+    }
+  }
+}
+
+BISS_TEST(SafetyClock, ClocksThatDifferByTheTolerance_AreSafe) {
+  for (const Picoseconds error : {tolerance, -tolerance}) {
+    SafetyBench bench([](SafetySetup& setup) { setup.frame_gap_min = {}; });
+    make_safe(bench);
+    const Picoseconds now = bench.now + SafetyBench::cycle;
+    BISS_EXPECT_EQ(good_at(bench, {now, now + ahead + error}).verdict, safe);
+  }
+}
+
+// Each clock's time is checked, so that a second clock cannot lag behind step by step.
+BISS_TEST(SafetyClock, BothClocks_AreWatched) {
+  SafetyBench bench([](SafetySetup& setup) { setup.frame_gap_max = SafetyBench::cycle; });
+  make_safe(bench);
+  const Picoseconds now = bench.now + SafetyBench::cycle;
+  SafetyBench late(bench);
+  BISS_EXPECT_EQ(good_at(late, {now, now + ahead + picoseconds(1)}).verdict, watchdog);
+  SafetyBench soon([](SafetySetup& setup) { setup.frame_gap_min = SafetyBench::cycle; });
+  make_safe(soon);
+  BISS_EXPECT_EQ(good_at(soon, {now, now + ahead - picoseconds(1)}).verdict, early);
+}
+
+BISS_TEST(SafetyClock, TimeThatStandsStill_IsAFaultAfterTheRequestsThatAreAllowed) {
+  for (const std::uint8_t allowed : {std::uint8_t{0}, std::uint8_t{1}, std::uint8_t{7}}) {
+    // Nothing else measures time in this setup.
+    SafetyBench bench([&](SafetySetup& setup) {
+      setup.clocks.still_requests = allowed;
+      setup.frame_gap_min = {};
+    });
+    bench.until_safe();
+    for (unsigned i = 0; i < allowed; ++i) {
+      BISS_EXPECT_EQ(good_at(bench, OneClock{bench.now}).verdict, safe) << unsigned{allowed};
+    }
+    BISS_EXPECT_EQ(good_at(bench, OneClock{bench.now}).verdict, SafetyVerdict::clock);
+  }
+}
+
+// The SPI clock as the second measure of time.
+BISS_TEST(SafetyClock, TransferOfAWrongTime_IsAFault) {
+  static constexpr Picoseconds bit = nanoseconds(100);
+  const auto verdict_of = [](Picoseconds error, bool measured) {
+    SafetyBench bench([](SafetySetup& setup) { setup.clocks.bit_period = bit; });
+    SafetyJudgement told;
+    for (int i = 0; i < 4; ++i) {
+      const FrameBits bits = test::bits_of(bench.plan(), bench.next());
+      bench.now += SafetyBench::cycle;
+      const auto nominal = bit * static_cast<std::int64_t>(bits.size_bits());
+      const Picoseconds time = nominal + (i == 3 ? error : Picoseconds{});
+      const OneClock clock{bench.now, {.time = measured || i < 3 ? time : Picoseconds{}}};
+      told = bench.monitor.step(clock, bits.view());
+    }
+    return told.verdict;
+  };
+  BISS_EXPECT_EQ(verdict_of({}, true), safe);
+  BISS_EXPECT_EQ(verdict_of(tolerance, true), safe);
+  BISS_EXPECT_EQ(verdict_of(-tolerance, true), safe);
+  BISS_EXPECT_EQ(verdict_of(tolerance + picoseconds(1), true), SafetyVerdict::clock);
+  BISS_EXPECT_EQ(verdict_of(-tolerance - picoseconds(1), true), SafetyVerdict::clock);
+  // A time that was not measured is no transfer's time.
+  BISS_EXPECT_EQ(verdict_of({}, false), SafetyVerdict::clock);
+}
+
+// ---- Answers that are late by a constant number of requests
+
+BISS_TEST(SafetyDelay, AnswersFromBeforeTheFirstRequest_AreRefusedByTheFirstValue) {
+  const auto verdict_after = [](unsigned late) {
+    SafetyBench bench([](SafetySetup& setup) { setup.counter.first = 1; });
+    // A buffer gives nothing first, then the first answer.
+    bench.counter = 63;
+    for (unsigned i = 0; i < late; ++i) bench.silence();
+    return bench.good(10).verdict;
+  };
+  BISS_EXPECT_EQ(verdict_after(0), safe);
+  BISS_EXPECT_EQ(verdict_after(1), counter_first);
+  BISS_EXPECT_EQ(verdict_after(40), counter_first);
+}
+
+BISS_TEST(SafetyDelay, FirstAnswerWithAnotherValue_IsRefusedUntilTheEncoderRestarts) {
+  SafetyBench bench([](SafetySetup& setup) { setup.counter.first = 1; });
+  for (int i = 0; i < 80; ++i) BISS_EXPECT_EQ(bench.good().verdict, counter_first);
+  bench.monitor.encoder_restarted();
+  bench.counter = 63;
+  BISS_EXPECT_EQ(bench.good(2).verdict, starting);
+  BISS_EXPECT_EQ(bench.good().verdict, safe);
+}
+
+BISS_TEST(SafetyDelay, OldPositionAfterAStimulus_IsAFault) {
+  const auto verdict_of = [](std::uint64_t low, std::uint64_t high) {
+    SafetyBench bench;
+    bench.until_safe();
+    bench.position = 1000U << 8U;
+    bench.monitor.expect_position(low, high);
+    const SafetyJudgement told = bench.good();
+    BISS_EXPECT(told.position.has_value() == (told.verdict == safe));
+    return told.verdict;
+  };
+  const std::uint64_t at = ((1000U << 8U) + 1000U) >> 8U;
+  BISS_EXPECT_EQ(verdict_of(at, at), safe);
+  BISS_EXPECT_EQ(verdict_of(at - 1U, at + 1U), safe);
+  BISS_EXPECT_EQ(verdict_of(at + 1U, at + 5U), stimulus);
+  BISS_EXPECT_EQ(verdict_of(at - 5U, at - 1U), stimulus);
+  // Across the wrap-around.
+  BISS_EXPECT_EQ(verdict_of(at + 100U, at + 1U), safe);
+  BISS_EXPECT_EQ(verdict_of(at + 100U, at - 1U), stimulus);
+  // It holds for one frame.
+  SafetyBench bench;
+  bench.until_safe();
+  const std::uint64_t next = (bench.position + 1000U) >> 8U;
+  bench.monitor.expect_position(next, next);
+  BISS_EXPECT_EQ(bench.good(5).verdict, safe);
 }
 
 }  // namespace safety_time_test

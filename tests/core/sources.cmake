@@ -10,6 +10,7 @@ set(BISS_CORE_TESTS banked_registers_test.cpp base_test.cpp catalogue_test.cpp c
                     quick_test.cpp register_map_test.cpp register_server_test.cpp
                     request_end_test.cpp request_kind_test.cpp request_test.cpp
                     safety_counter_test.cpp safety_evaluation_test.cpp safety_kinds_test.cpp
-                    safety_monitor_test.cpp safety_self_test_test.cpp safety_setup_test.cpp
+                    safety_memory_test.cpp safety_monitor_test.cpp
+                    safety_self_test_test.cpp safety_setup_test.cpp safety_states_test.cpp
                     safety_time_test.cpp slave_chain_test.cpp
                     slave_test.cpp spi_test.cpp timing_test.cpp turns_test.cpp)

@@ -7,6 +7,6 @@ static_assert(sizeof(cost::SafetyMonitor) == 56);
 BISS_ROW_TIMES(safety_frame, "safety monitor (56 bytes), frame of 36 + 28 bits, with decode",
                safety_frame, 100'000) {
   const biss::SafetyJudgement judgement =
-      s.safety->step(biss::Picoseconds{static_cast<std::int64_t>(s.value)}, s.bits());
-  return judgement.position.value_or(0) << 8U | static_cast<std::uint64_t>(judgement.verdict);
+      s.safety->step(cost::clocks_at(static_cast<std::int64_t>(s.value)), s.bits());
+  return cost::result_of(judgement);
 }

@@ -1,0 +1,245 @@
+// The safety monitor and faults of the memory: every bit of its state, its plan, and its judgement.
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+
+#include "biss/safety/monitor.hpp"
+#include "tests/core/safety_bench.hpp"
+#include "tests/core/test.hpp"
+
+namespace biss {
+namespace safety_memory_test {
+
+using enum SafetyVerdict;
+
+// The engine of the microcontrollers: its tables are small enough to flip all their bits.
+using Plan = SafetyPlan<2, CrcTable<4>>;
+using Monitor = SafetyMonitor<Plan>;
+
+constexpr Picoseconds cycle = nanoseconds(31'250);
+
+BISS_TEST(SafetyCodes, VerdictsAndStates_DifferInFourBits) {
+  constexpr std::size_t count = safety_verdict_count + safety_state_count + 2;
+  std::array<std::uint16_t, count> codes{};
+  std::size_t k = 0;
+  for (std::size_t i = 0; i < safety_verdict_count; ++i) {
+    codes[k++] = static_cast<std::uint16_t>(verdict_of(i));
+  }
+  for (std::size_t i = 0; i < safety_state_count; ++i) {
+    codes[k++] = static_cast<std::uint16_t>(state_of(i));
+  }
+  codes[k++] = 0;
+  codes[k++] = 0xFFFF;
+  for (std::size_t a = 0; a < count; ++a) {
+    for (std::size_t b = 0; b < a; ++b) {
+      const auto apart = static_cast<std::uint16_t>(codes[a] ^ codes[b]);
+      BISS_EXPECT(std::popcount(apart) >= 4) << a << " " << b;
+    }
+  }
+}
+
+// A monitor as bytes that a fault can change.
+class Bytes {
+ public:
+  explicit Bytes(const Monitor& monitor) : monitor_(monitor) {}
+
+  static constexpr std::size_t size_bits = sizeof(Monitor) * 8U;
+
+  void flip(std::size_t bit) {
+    auto* bytes = reinterpret_cast<unsigned char*>(&monitor_);
+    bytes[bit / 8U] = static_cast<unsigned char>(bytes[bit / 8U] ^ (1U << (bit % 8U)));
+  }
+  Monitor& monitor() { return monitor_; }
+
+ private:
+  Monitor monitor_;
+};
+
+// What a monitor may be asked, each to be refused. The encoder's last counter is 20.
+class Probe {
+ public:
+  explicit Probe(const Plan& plan) : good(bits(plan, words(21))) {
+    repeated = bits(plan, words(20));
+    lost = bits(plan, words(22));
+    auto wrong = words(21);
+    wrong.spw += 2;
+    apart = bits(plan, wrong);
+    wrong = words(21);
+    wrong.cpw_nE = false;
+    error = bits(plan, wrong);
+    flipped = good;
+    flipped.flip(2U + 3U + 2U + 50U);
+  }
+
+  static test::SafetyWords words(std::uint32_t counter) {
+    return {.cpw = 0x5'5555'1234U, .spw = 0x5'5555'1234U >> 8U, .life_counter = counter};
+  }
+  static FrameBits bits(const Plan& plan, const test::SafetyWords& sent) {
+    return test::bits_of(plan, sent);
+  }
+
+  // The number of wrong frames for which this monitor gives a position.
+  unsigned accepted_by(const Monitor& monitor) const {
+    unsigned accepted = 0;
+    for (const FrameBits* each : {&repeated, &lost, &apart, &error, &flipped}) {
+      accepted += gives_position(monitor, cycle, *each) ? 1U : 0U;
+    }
+    accepted += gives_position(monitor, 2 * cycle, good) ? 1U : 0U;
+    accepted += gives_position(monitor, cycle / 2, good) ? 1U : 0U;
+    return accepted;
+  }
+  static bool gives_position(Monitor monitor, Picoseconds now, const FrameBits& sent) {
+    return monitor.step(OneClock{now}, sent.view()).position.has_value();
+  }
+
+  FrameBits good;
+  FrameBits repeated;
+  FrameBits lost;
+  FrameBits apart;
+  FrameBits error;
+  FrameBits flipped;
+};
+
+Plan plan_of(const auto& change) {
+  const SafetyConfiguration& type = *find_safety_configuration("fs-36-28");
+  SafetySetup setup = type.setup;
+  change(setup);
+  return {type.frame_format(), setup};
+}
+
+// A monitor that is safe at the time 0 with the counter 20.
+Monitor safe_monitor(const Plan& plan) {
+  Monitor monitor(plan);
+  static_cast<void>(monitor.self_test(plan.fingerprint()));
+  for (std::uint32_t counter = 10; counter <= 20; ++counter) {
+    const FrameBits sent = Probe::bits(plan, Probe::words(counter));
+    monitor.step(OneClock{(std::int64_t{counter} - 20) * cycle}, sent.view());
+  }
+  return monitor;
+}
+
+BISS_TEST(SafetyMemory, AnyBitOfASafeMonitor_NeverMakesItAcceptAWrongFrame) {
+  const Plan plan = plan_of([](SafetySetup&) {});
+  const Probe probe(plan);
+  const Monitor sound = safe_monitor(plan);
+  BISS_ASSERT(sound.state() == SafetyState::safe);
+  BISS_EXPECT(Probe::gives_position(sound, cycle, probe.good));
+  BISS_EXPECT_EQ(probe.accepted_by(sound), 0);
+  Bytes bytes(sound);
+  for (std::size_t bit = 0; bit < Bytes::size_bits; ++bit) {
+    bytes.flip(bit);
+    BISS_EXPECT_EQ(probe.accepted_by(bytes.monitor()), 0) << bit;
+    bytes.flip(bit);
+  }
+}
+
+BISS_TEST(SafetyMemory, AnyTwoBitsOfAWord_NeverMakeASafeMonitorAcceptAWrongFrame) {
+  const Plan plan = plan_of([](SafetySetup&) {});
+  const Probe probe(plan);
+  Bytes bytes(safe_monitor(plan));
+  // Under emulation one word of eight.
+  const std::size_t step = 32U * test::rounds(1, 8);
+  for (std::size_t word = 0; word < Bytes::size_bits; word += step) {
+    for (std::size_t a = word; a < word + 32U; ++a) {
+      bytes.flip(a);
+      for (std::size_t b = word; b < a; ++b) {
+        bytes.flip(b);
+        BISS_EXPECT_EQ(probe.accepted_by(bytes.monitor()), 0) << a << " " << b;
+        bytes.flip(b);
+      }
+      bytes.flip(a);
+    }
+  }
+}
+
+// A monitor that must refuse every frame: latched, failed, untested.
+BISS_TEST(SafetyMemory, AnyTwoBitsOfAMonitorThatRefuses_GiveNoPosition) {
+  const Plan plan = plan_of([](SafetySetup&) {});
+  const Probe probe(plan);
+  Monitor latched_one = safe_monitor(plan);
+  latched_one.step(OneClock{cycle / 2}, BitView());
+  Monitor failed_one = safe_monitor(plan);
+  const SafetyFinding wrong;
+  failed_one.step(OneClock{cycle / 2}, SafetyFinding{.cause = safe}, wrong);
+  BISS_EXPECT_EQ(latched_one.state(), SafetyState::latched);
+  BISS_EXPECT_EQ(failed_one.state(), SafetyState::failed);
+  for (const Monitor& refusing : {latched_one, failed_one, Monitor(plan)}) {
+    Bytes bytes(refusing);
+    const std::size_t step = 32U * test::rounds(1, 8);
+    for (std::size_t word = 0; word < Bytes::size_bits; word += step) {
+      for (std::size_t a = word; a < word + 32U; ++a) {
+        bytes.flip(a);
+        for (std::size_t b = word; b <= a; ++b) {
+          if (b != a) bytes.flip(b);
+          BISS_EXPECT(!Probe::gives_position(bytes.monitor(), cycle, probe.good)) << a << " " << b;
+          if (b != a) bytes.flip(b);
+        }
+        bytes.flip(a);
+      }
+    }
+  }
+}
+
+BISS_TEST(SafetyMemory, AnyBitOfAPlan_FailsTheSelfTestOrIsRefusedInEveryFrame) {
+  const Plan plan = plan_of([](SafetySetup&) {});
+  const Probe probe(plan);
+  for (std::size_t bit = 0; bit < sizeof(Plan) * 8U; bit += test::rounds(1, 64)) {
+    Plan wrong = plan;
+    auto* bytes = reinterpret_cast<unsigned char*>(&wrong);
+    bytes[bit / 8U] = static_cast<unsigned char>(bytes[bit / 8U] ^ (1U << (bit % 8U)));
+    Monitor monitor(wrong);
+    if (!monitor.self_test(plan.fingerprint())) continue;
+    for (std::uint32_t counter = 10; counter <= 20; ++counter) {
+      const FrameBits sent = Probe::bits(plan, Probe::words(counter));
+      monitor.step(OneClock{(std::int64_t{counter} - 20) * cycle}, sent.view());
+    }
+    BISS_EXPECT_EQ(probe.accepted_by(monitor), 0) << bit;
+  }
+}
+
+BISS_TEST(SafetyMemory, AChangedBit_IsNamedOnceAndThenHolds) {
+  const Plan plan = plan_of([](SafetySetup&) {});
+  const Probe probe(plan);
+  Bytes bytes(safe_monitor(plan));
+  // The monitor's memory lies behind its plan.
+  bytes.flip(8U * sizeof(Plan) + 70U);
+  Monitor& monitor = bytes.monitor();
+  BISS_EXPECT_EQ(monitor.step(OneClock{cycle}, probe.good.view()).verdict, memory);
+  BISS_EXPECT_EQ(monitor.state(), SafetyState::failed);
+  BISS_EXPECT_EQ(monitor.latched_cause(), memory);
+  BISS_EXPECT_EQ(monitor.step(OneClock{2 * cycle}, probe.good.view()).verdict, failed);
+  BISS_EXPECT(!monitor.acknowledge(memory));
+  monitor.encoder_restarted();
+  BISS_EXPECT(monitor.self_test(plan.fingerprint()));
+  BISS_EXPECT_EQ(monitor.state(), SafetyState::failed);
+}
+
+BISS_TEST(SafetyMemory, AnyTwoBitsOfAJudgement_NeverChangeOrInventAPosition) {
+  const Plan plan = plan_of([](SafetySetup&) {});
+  const Probe probe(plan);
+  Monitor monitor = safe_monitor(plan);
+  const SafetyJudgement good = monitor.step(OneClock{cycle}, probe.good.view());
+  BISS_ASSERT(good.position.has_value());
+  const SafetyJudgement bad = monitor.step(OneClock{2 * cycle}, probe.good.view());
+  BISS_EXPECT(!bad.position.has_value());
+  for (const SafetyJudgement& sound : {good, bad}) {
+    GuardedPosition changed = sound.position;
+    auto* bytes = reinterpret_cast<unsigned char*>(&changed);
+    const auto flip = [&](std::size_t bit) {
+      bytes[bit / 8U] = static_cast<unsigned char>(bytes[bit / 8U] ^ (1U << (bit % 8U)));
+    };
+    for (std::size_t a = 0; a < sizeof changed * 8U; ++a) {
+      flip(a);
+      for (std::size_t b = a / 32U * 32U; b <= a; ++b) {
+        if (b != a) flip(b);
+        BISS_EXPECT(!changed.has_value()) << a << " " << b;
+        if (b != a) flip(b);
+      }
+      flip(a);
+    }
+  }
+}
+
+}  // namespace safety_memory_test
+}  // namespace biss
