@@ -394,8 +394,8 @@ TEST(SequenceFrame, WordsThatCannotBeMonitored_AreRefused) {
 
 constexpr std::string_view small_text = "pos6,nE,nW,crc3+pos5,nE,nW,lc6,crc4";
 
-SequenceFrame frame_with(std::string_view text, CounterMode counter = CounterMode::count_1_63) {
-  SafetySetup setup;
+SequenceFrame frame_with(std::string_view text, SafetySetup setup = {}) {
+  const CounterMode counter = setup.counter.mode;
   setup.comparison.compare_bits = text == small_text ? 4 : 0;
   return SequenceFrame::make(*parse_format(text), setup, counter, counter).value();
 }
@@ -442,7 +442,7 @@ TEST(SequenceTheory, NoiseInTheSafetyWord_IsWhatAllWordsOfASmallFrameGive) {
 
 TEST(SequenceTheory, AnotherPolynomial_IsWhatAllPositionsAndCountersGive) {
   for (const CounterMode counter : {CounterMode::count_1_63, CounterMode::count_0_63}) {
-    const SequenceFrame frame = frame_with(small_text, counter);
+    const SequenceFrame frame = frame_with(small_text, {.counter = {.mode = counter}});
     sim::Random random(1);
     std::uint64_t accepted = 0;
     std::uint64_t all = 0;
@@ -491,13 +491,16 @@ TEST(SequenceTheory, WhatTheCounterSees_IsNeverAccepted) {
 }
 
 TEST(SequenceTheory, AnotherSource_FitsOnceInAPeriod) {
-  const SequenceFrame frame = frame_with(small_text);
+  const SequenceFrame frame = frame_with(small_text, {.frame_gap_min = {}});
   for (const auto& [kind, variant] : {std::pair{TransmissionError::repetition, "any_age"},
                                       std::pair{TransmissionError::insertion, "foreign"},
                                       std::pair{TransmissionError::addressing, "one_frame"}}) {
     EXPECT_EQ(sequence_theory(frame, row_of(kind, variant)), 1.0L / 63);
     EXPECT_EQ(sequence_theory(frame, row_of(kind, variant, CounterMode::count_0_63)), 1.0L / 64);
   }
+  // A frame between two requests is too early for any encoder whose cycle is known.
+  const SequenceRow inserted = row_of(TransmissionError::insertion, "foreign");
+  EXPECT_EQ(sequence_theory(frame_with(small_text), inserted), 0.0L);
 }
 
 // A word of zeros is a good one there.

@@ -63,8 +63,13 @@ class DecodeRun {
       return fail_on_.asks_safety() ? "--fail-on: this format is not one of BiSS Safety" : "";
     }
     if (options_.safety.configuration == "off") return "";
-    auto choice = choose_safety(options_.safety, options_.capture.device.format, *format,
-                                capture_.interval());
+    SafetyArguments safety = options_.safety;
+    const std::string& text = options_.capture.device.format;
+    // The shortest cycle of an encoder without a name is not known.
+    const bool named =
+        !safety.configuration.empty() || implied_configuration(text, *format) != nullptr;
+    if (!safety.shortest && !named) safety.shortest = Picoseconds{};
+    auto choice = choose_safety(safety, text, *format, capture_.interval());
     if (!choice) return choice.error();
     safety_.emplace(*format, choice->setup);
     safety_name_ = std::move(choice->name);

@@ -45,10 +45,7 @@ std::string_view message_of(SafetySetupError mistake) {
   return "";
 }
 
-// Nothing is known of the encoder's timing.
-SafetyChoice by_widths() {
-  return {.setup = SafetySetup{.frame_gap_min = {}}, .name = "by the words' widths"};
-}
+SafetyChoice by_widths() { return {.setup = SafetySetup{}, .name = "by the words' widths"}; }
 
 // Setup and name of the configuration that the format implies.
 SafetyChoice implied(std::string_view format_text, const FrameFormat& format) {

@@ -50,7 +50,7 @@ class Tables {
   }
   void time(SetupField field, Picoseconds value) const {
     row(field,
-        value.count == 0 ? "0 s" : fmt::format("{} us", static_cast<double>(value.count) * 1e-6));
+        value.count == 0 ? "0 s" : fmt::format("{} us", static_cast<double>(value.count) / 1e6));
   }
   template <class Choice>
   void choice(SetupField field, Choice value, std::span<const std::string_view> names) const {

@@ -68,7 +68,9 @@ class SafetyBench {
 
   SafetyBench() : SafetyBench([](SafetySetup&) {}) {}
   explicit SafetyBench(const auto& change)
-      : plan_(plan_of("fs-36-28", change)), monitor(plan_), passed(monitor.self_test(plan_.fingerprint())) {}
+      : plan_(plan_of("fs-36-28", change)),
+        monitor(plan_),
+        passed(monitor.self_test(plan_.fingerprint())) {}
 
   const RunPlan& plan() const { return plan_; }
 
