@@ -4,6 +4,7 @@
 #include <array>
 
 #include "biss/catalogue/entry.hpp"
+#include "biss/timing/renishaw.hpp"
 
 namespace biss {
 
@@ -17,20 +18,6 @@ inline constexpr std::string_view renishaw_counter =
     "the sign-of-life counter's range is not clear: 63 or 64 values";
 inline constexpr std::string_view renishaw_release =
     "when SLO returns to 1 is not stated for frames longer than 31.25 us: 1.5 periods assumed";
-
-// Both data sheets, "Timing information" and "Timeout".
-inline constexpr DeviceTiming renishaw_timing{
-    .clock_min = kilohertz(250),
-    .clock_max = megahertz(10),
-    .start_min = nanoseconds(3'225),
-    .ack_max = microseconds(16),
-    .timeout = {TimeoutRule::cycle, nanoseconds(31'250)},
-    .internal_delay_max = picoseconds(42'500),
-    .cycle_min = nanoseconds(31'250),
-    .sampling_min = nanoseconds(3'225),
-    .sampling_typical = nanoseconds(3'250),
-    .sampling_max = nanoseconds(3'275),
-};
 
 constexpr CatalogueEntry renishaw_plain(std::string_view name, std::string_view product,
                                         std::string_view format, std::string_view resolution,

@@ -9,9 +9,11 @@
 #include <vector>
 
 #include "biss/frame/format_text.hpp"
+#include "biss/safety/configurations.hpp"
 #include "biss/timing/cable.hpp"
 #include "biss/timing/cycle.hpp"
 #include "biss/timing/line_delay.hpp"
+#include "biss/timing/renishaw.hpp"
 #include "cli/common/format_option.hpp"
 #include "cli/common/verb.hpp"
 #include "cli/common/verbs.hpp"
@@ -157,6 +159,11 @@ std::string ack_text(AckBounds ack) {
   return fmt::format("{} to {} clocks", ack.min_clocks, ack.max_clocks);
 }
 
+bool is_renishaw(const Device& device) {
+  if (device.entry != nullptr) return device.entry->vendor == "Renishaw";
+  return device.configuration != nullptr && device.configuration->timing == renishaw_timing;
+}
+
 void add_cable_facts(const Plan& plan, report::Summary& out) {
   out.entry("compensation", plan.compensation ? "needed" : "not needed",
             fmt::format("without it {} of cable, with it {}",
@@ -165,7 +172,7 @@ void add_cable_facts(const Plan& plan, report::Summary& out) {
   if (plan.clock > megahertz(5) && plan.clock < megahertz(10)) {
     out.entry("", "", "no length is published between 5 and 10 MHz: that of 10 MHz is used");
   }
-  if (plan.device.entry == nullptr || plan.device.entry->vendor != "Renishaw") {
+  if (!is_renishaw(plan.device)) {
     out.entry("", "", "by Renishaw's rule; no other maker publishes one");
   }
   const Picoseconds margin = margin_uncompensated(plan.clock, plan.delay);
@@ -225,6 +232,9 @@ std::string facts(const Plan& plan) {
 
 std::string heading(const Device& device) {
   const FormatText format = format_text(device.format);
+  if (device.configuration != nullptr) {
+    return fmt::format("{}  {}", device.configuration->name, format.view());
+  }
   if (device.entry == nullptr) return std::string(format.view());
   return fmt::format("{} ({} {})  {}", device.entry->name, device.entry->vendor,
                      device.entry->product, format.view());

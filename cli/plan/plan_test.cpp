@@ -95,6 +95,23 @@ TEST(Plan, RequestRate_Is32kHzExactlyWhereTheFrameFits) {
   EXPECT_LT(one("fs-28-24", "5MHz", "0")["request_rate_max_hz"], 32'000);
 }
 
+// Renishaw's data sheet of BiSS Safety: ACK up to 16 us, 32 kHz.
+TEST(Plan, EveryNameOfRenishawsSafetyRows_HasTheDataSheetsTiming) {
+  for (const char* const name : {"fs-32-32", "fs-28-24", "fs-36-28", "fortis-fs-36-28",
+                                 "fortis-fs-36-28-10nm", "fortis-fs-36-28-1nm"}) {
+    SCOPED_TRACE(name);
+    const json plan = one(name, "10MHz", "50m");
+    EXPECT_EQ(plan["request_rate_max_hz"], 32'000);
+    EXPECT_EQ(plan["cycle_ns"], 31'250);
+    EXPECT_EQ(plan["ack_max_clocks"], 160);
+    EXPECT_EQ(plan["ack_min_clocks"], 32);
+    EXPECT_EQ(plan["line_delay_ns"], 542.5);
+    const std::string page = plan_test::plan({"-f", name, "--clock", "10MHz", "--cable", "1m"}).out;
+    EXPECT_EQ(page.rfind(name, 0), 0U) << page;
+    EXPECT_THAT(page, testing::Not(HasSubstr("by Renishaw's rule")));
+  }
+}
+
 TEST(Plan, LongCableAtAHighClock_CountsDelayInClocks) {
   const json plan = one("resolute-26", "10MHz", "50m");
   EXPECT_EQ(plan["line_delay_ns"], 542.5);

@@ -8,6 +8,7 @@
 #include "biss/frame/decode.hpp"
 #include "biss/frame/encode.hpp"
 #include "biss/frame/format_text.hpp"
+#include "biss/safety/configurations.hpp"
 #include "tests/core/test.hpp"
 
 namespace biss {
@@ -41,6 +42,26 @@ BISS_TEST(Catalogue, EveryEntry_HasPossibleTiming) {
     BISS_EXPECT(timing.sampling_min <= timing.sampling_typical);
     BISS_EXPECT(timing.sampling_typical <= timing.sampling_max);
   }
+}
+
+BISS_TEST(Catalogue, SafetyConfigurationOfAnEncoder_HasItsTiming) {
+  unsigned of_encoders = 0;
+  for (const SafetyConfiguration& each : safety_configurations) {
+    bool of_encoder = false;
+    for (const CatalogueEntry& entry : catalogue) {
+      if (!each.name.starts_with(entry.name)) continue;
+      of_encoder = true;
+      BISS_EXPECT(each.timing == entry.timing);
+      BISS_EXPECT(each.frame_format() == entry.frame_format());
+    }
+    BISS_EXPECT(of_encoder != (each.timing == DeviceTiming{}));
+    if (!of_encoder) continue;
+    ++of_encoders;
+    BISS_EXPECT_EQ(each.timing.ack_max.count, microseconds(16).count);
+    BISS_EXPECT_EQ(each.timing.cycle_min.count, nanoseconds(31'250).count);
+    BISS_EXPECT(each.timing.clock_min == kilohertz(250));
+  }
+  BISS_EXPECT_EQ(of_encoders, 5);
 }
 
 BISS_TEST(Catalogue, NamesNobodyHas_AreNotFound) {
