@@ -86,6 +86,18 @@ TEST(Encoders, OneName_ShowsItsTimingAndDoubts) {
   EXPECT_EQ(lines_of(encoders({"lenz-b3", "--to", "csv"}).out).size(), 2U);
 }
 
+TEST(Encoders, WhatIsInferredOrCalculated_IsShown) {
+  const std::string rotary = encoders({"resolute-18"}).out;
+  EXPECT_THAT(rotary, HasSubstr("4.94 arcsec (calculated)"));
+  EXPECT_THAT(rotary, HasSubstr("which of 18, 26, 32 and 36 bits are rotary: inferred"));
+  const std::string linear = encoders({"resolute-linear-26"}).out;
+  EXPECT_THAT(linear, HasSubstr("pos26,nE,nW,crc6;cds0"));
+  EXPECT_THAT(linear, HasSubstr("50 nm, range 3.36 m (calculated)"));
+  EXPECT_THAT(linear, HasSubstr("50 nm with 26 bits is stated for FORTiS only: inferred"));
+  EXPECT_THAT(encoders({"fortis-36"}).out, HasSubstr("1 nm or 10 nm is not stated"));
+  EXPECT_THAT(encoders({"fortis-36", "--to", "csv"}).out, HasSubstr("1 nm or 10 nm is not stated"));
+}
+
 TEST(Encoders, Word_FiltersByNameMakerAndFamilyInAnyCase) {
   for (const char* word : {"renishaw", "RENISHAW", "nisha"}) {
     const auto lines = lines_of(encoders({word, "--to", "csv"}).out);
@@ -165,6 +177,10 @@ std::set<unsigned> widths_of(const std::string& cell) {
   }
   return widths;
 }
+
+/// The entries without a row of their own.
+const std::set<std::string> inferred_entries{"resolute-linear-26", "resolute-linear-32",
+                                             "resolute-linear-36"};
 
 /// The entries made of a row; none if it states no widths, or if any width can be configured.
 const std::map<std::string, std::string>& entries_by_family() {
@@ -286,7 +302,8 @@ TEST(EncoderList, EveryRow_IsInTheCatalogueOrHasNoWidths) {
   }
   EXPECT_EQ(used, 41U);
   EXPECT_EQ(left_out, 7U);
-  EXPECT_EQ(seen.size(), catalogue.size());
+  EXPECT_EQ(seen.size() + inferred_entries.size(), catalogue.size());
+  for (const std::string& name : inferred_entries) EXPECT_NE(find_encoder(name), nullptr) << name;
 }
 
 }  // namespace encoders_test

@@ -99,13 +99,43 @@ BISS_TEST(Catalogue, EncodeThenDecode_IsTheIdentityForEveryFormat) {
 }
 
 BISS_TEST(Catalogue, RenishawsTypes_AreUnidirectionalAt32kHz) {
-  BISS_EXPECT_EQ(renishaw_encoders.size(), 10U);
+  BISS_EXPECT_EQ(renishaw_encoders.size(), 13U);
   for (const CatalogueEntry& entry : renishaw_encoders) {
     BISS_EXPECT(entry.frame_format().cds0);
     BISS_EXPECT(entry.timing.timeout == Timeout({TimeoutRule::cycle, nanoseconds(31'250)}));
     BISS_EXPECT(entry.timing.ack_max == microseconds(16));
   }
   BISS_EXPECT_EQ(find_encoder("fs-36-28")->frame_format().payload_bits(), 96U);
+}
+
+bool doubts_of_contain(std::string_view name, std::string_view part) {
+  const CatalogueEntry* entry = find_encoder(name);
+  return entry != nullptr && std::any_of(entry->uncertain.begin(), entry->uncertain.end(),
+                                         [&](std::string_view sentence) {
+                                           return sentence.find(part) != std::string_view::npos;
+                                         });
+}
+
+// The data sheet lists the widths 18, 26, 32 and 36 bits without a word on rotary and linear, and
+// the sizes of a count for FORTiS with 26 and 32 bits only.
+BISS_TEST(Catalogue, WhatIsInferredOfRenishawsTypes_IsADoubt) {
+  for (const std::string_view name : {"resolute-18", "resolute-26", "resolute-32"}) {
+    BISS_EXPECT(doubts_of_contain(name, "which of 18, 26, 32 and 36 bits are rotary: inferred"));
+  }
+  for (const std::string_view name :
+       {"resolute-linear-26", "resolute-linear-32", "resolute-linear-36"}) {
+    BISS_EXPECT(doubts_of_contain(name, "which of 18, 26, 32 and 36 bits are linear: inferred"));
+  }
+  BISS_EXPECT(doubts_of_contain("resolute-linear-26", "stated for FORTiS only"));
+  BISS_EXPECT(doubts_of_contain("resolute-linear-36", "stated for RESOLUTE FS only"));
+  BISS_EXPECT(find_encoder("resolute-linear-32")->resolution.empty());
+  BISS_EXPECT(doubts_of_contain("fortis-36", "1 nm or 10 nm"));
+  BISS_EXPECT(doubts_of_contain("fortis-fs-36-28", "10 nm or 1 nm"));
+  for (const CatalogueEntry& entry : renishaw_encoders) {
+    const bool calculated = entry.resolution.find("calculated") != std::string_view::npos;
+    BISS_EXPECT(calculated == (entry.resolution.find("range") != std::string_view::npos ||
+                               entry.resolution.find("(calc") != std::string_view::npos));
+  }
 }
 
 }  // namespace catalogue_test
