@@ -1,7 +1,6 @@
 // Renishaw: RESOLUTE and FORTiS with BiSS C (unidirectional), and with BiSS Safety.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <string_view>
 
@@ -65,13 +64,6 @@ constexpr CatalogueEntry renishaw_double(std::string_view name, std::string_view
   return entry;
 }
 
-// The standard word of FORTiS has two resolutions, and nothing in the frame shows which.
-constexpr CatalogueEntry two_resolutions(CatalogueEntry entry, std::string_view doubt) {
-  const auto free = std::find(entry.uncertain.begin(), entry.uncertain.end(), std::string_view());
-  *free = doubt;
-  return entry;
-}
-
 }  // namespace catalogue_detail
 
 /// The sizes of one count are those of the data sheets where they print them; "calculated" follows
@@ -95,7 +87,7 @@ inline constexpr std::array renishaw_encoders{
     catalogue_detail::resolute_linear("resolute-linear-36", "RESOLUTE linear, 36 bit",
                                       "pos36,nE,nW,crc6;cds0", "1 nm, range 68.7 m (calculated)",
                                       "1 nm with 36 bits is stated for RESOLUTE FS only: inferred"),
-    catalogue_detail::two_resolutions(
+    catalogue_detail::with_doubt(
         catalogue_detail::renishaw_plain(
             "fortis-36", "FORTiS linear, 36 bit", "pos36,nE,nW,crc6;cds0",
             "1 nm (range 68.7 m, calculated) or 10 nm (687 m, calculated)",
@@ -118,7 +110,7 @@ inline constexpr std::array renishaw_encoders{
         "fs-36-28", "RESOLUTE FS linear, 1 nm (RSH)", "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0",
         "1 nm and 256 nm, range 68.7 m (calculated)",
         "BiSS Safety: the safety word is the control word's upper 28 bits"),
-    catalogue_detail::two_resolutions(
+    catalogue_detail::with_doubt(
         catalogue_detail::renishaw_double(
             "fortis-fs-36-28", "FORTiS FS linear, 10 nm or 1 nm (RSH)",
             "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0", "10 nm and 2560 nm, or 1 nm and 256 nm",

@@ -244,6 +244,21 @@ const std::map<std::string, std::string>& entries_by_family() {
   return entries;
 }
 
+// `low=error`; an empty cell or another text: the flag and its doubt are the entry's own.
+void expect_flag(const std::string& cell, const FlagField& flag, std::string_view name) {
+  if (!cell.starts_with("low=") && !cell.starts_with("high=")) return;
+  EXPECT_TRUE(flag.present) << name;
+  EXPECT_EQ(flag.active_high, cell.starts_with("high=")) << name;
+}
+
+// An empty cell is not stated: the entry says what it assumes.
+void expect_crc_doubts(const Row& row, const CatalogueEntry& entry) {
+  const bool from_profile = row.at("crc_poly_hex").find("BP3") != std::string::npos;
+  const bool both = from_profile || entry.doubts(doubt::start_and_inversion);
+  EXPECT_EQ(row.at("crc_start").empty(), both || entry.doubts(doubt::start_unstated)) << entry.name;
+  EXPECT_EQ(row.at("crc_inverted").empty(), both) << entry.name;
+}
+
 void expect_row(const Row& row, const std::vector<const CatalogueEntry*>& entries) {
   const std::string& family = row.at("family");
   const bool safety_word = family.ends_with(" SPW");
@@ -269,6 +284,10 @@ void expect_row(const Row& row, const std::vector<const CatalogueEntry*>& entrie
     } else {
       EXPECT_FALSE(entry->clock_known()) << entry->name;
     }
+    expect_flag(row.at("error_bit"), channel.error, entry->name);
+    expect_flag(row.at("warn_bit"), channel.warning, entry->name);
+    EXPECT_TRUE(channel.crc.inverted && channel.crc.start == 0) << entry->name;
+    expect_crc_doubts(row, *entry);
     const bool from_code = row.at("notes").starts_with("code");
     EXPECT_TRUE(!from_code || entry->doubts(doubt::driver)) << entry->name;
   }
