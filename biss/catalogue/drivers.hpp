@@ -27,7 +27,8 @@ constexpr CatalogueEntry synapticon(std::string_view name, std::string_view vend
   CatalogueEntry entry = telescope(name, vendor, product, format, resolution, source);
   entry.uncertain = {doubt::driver, doubt::clock_configured,
                      "the source configures the timeout, its limit is not known: the longest "
-                     "legal assumed"};
+                     "legal assumed",
+                     doubt::start_unstated};
   return entry;
 }
 
@@ -60,12 +61,18 @@ inline constexpr std::array driver_encoders{
     CatalogueEntry{.name = "broadcom-as37",
                    .vendor = "Broadcom",
                    .product = "AS37-H39B-B rotary multiturn",
-                   .format = "mt16,st23,nE,nW,crc6",
+                   .format = "mt16,st23,E,nW,crc6",
                    .resolution = "2^23 a turn, 2^16 turns",
-                   .source = "OnStepX src/lib/encoder/bissc/As37h39bb.cpp",
-                   .uncertain = {doubt::driver, doubt::timeout}},
-    catalogue_detail::telescope("jtw-24", "JTW", "telescope encoder, 24 bit", "pos24,nE,nW,crc6",
-                                "2^24 a turn", "OnStepX src/lib/encoder/bissc/Jtw24.cpp"),
+                   .remark = "the error bit is high-active: 1 means error",
+                   .source = "OnStepX src/lib/encoder/bissc/As37h39bb.cpp and Bissc.h",
+                   .uncertain = {doubt::driver,
+                                 "the clock range is a comment in the source on similar encoders",
+                                 doubt::timeout}},
+    catalogue_detail::with_doubt(
+        catalogue_detail::telescope("jtw-24", "JTW", "telescope encoder, 24 bit",
+                                    "pos24,nE,nW,crc6", "2^24 a turn",
+                                    "OnStepX src/lib/encoder/bissc/Jtw24.cpp"),
+        "older versions of the source read 24 bits of turns too, and a high-active error bit"),
     catalogue_detail::telescope("jtw-26", "JTW", "telescope encoder, 26 bit", "pos26,nE,nW,crc6",
                                 "2^26 a turn", "OnStepX src/lib/encoder/bissc/Jtw26.cpp"),
     catalogue_detail::aksim("aksim2-18", "pos18,nE,nW,crc6", "2^18 a turn"),

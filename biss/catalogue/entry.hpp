@@ -27,7 +27,7 @@ struct CatalogueEntry {
   /// The source of these facts.
   std::string_view source{};
   /// What is assumed, deduced or not confirmed, one sentence each; empty ones follow the last.
-  std::array<std::string_view, 4> uncertain{};
+  std::array<std::string_view, 5> uncertain{};
 
   /// The format as data. \pre format is good text
   constexpr FrameFormat frame_format() const { return parse_format(format).value(); }
@@ -55,9 +55,24 @@ inline constexpr std::string_view polynomial =
 inline constexpr std::string_view flags =
     "the two flags are not stated: nE and nW before the CRC assumed";
 inline constexpr std::string_view start = "the CRC's start value can be programmed: 0 assumed";
+inline constexpr std::string_view start_unstated = "the CRC's start value is not stated: 0 assumed";
+inline constexpr std::string_view start_and_inversion =
+    "the CRC's start value and inversion are not stated: 0, inverted assumed";
 inline constexpr std::string_view clock_configured =
     "the source configures 4 MHz, the limit is not known: 10 MHz assumed";
 }  // namespace doubt
+
+namespace catalogue_detail {
+
+/// The entry with one more doubt. \pre there is room
+constexpr CatalogueEntry with_doubt(CatalogueEntry entry, std::string_view sentence) {
+  std::size_t free = 0;
+  while (!entry.uncertain[free].empty()) ++free;
+  entry.uncertain[free] = sentence;
+  return entry;
+}
+
+}  // namespace catalogue_detail
 
 constexpr bool CatalogueEntry::clock_known() const {
   return !doubts(doubt::clock) && !doubts(doubt::clock_configured);

@@ -45,7 +45,7 @@ constexpr CatalogueEntry ic_md(std::string_view name, std::string_view format) {
           .remark = "channel 0 alone; channels 1 and 2 (24 bits, 2 flags, CRC 0x25) can follow",
           .source = "iC-Haus iC-MD data sheet B1, page 25",
           .uncertain = {doubt::clock, doubt::timeout, "the flags are configured: nE and nW assumed",
-                        "the CRC's start value and inversion are not stated: 0, inverted assumed"}};
+                        doubt::start_unstated}};
 }
 
 }  // namespace catalogue_detail

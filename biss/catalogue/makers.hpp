@@ -20,7 +20,7 @@ constexpr CatalogueEntry lika(std::string_view name, std::string_view product,
           .resolution = resolution,
           .remark = remark,
           .source = source,
-          .uncertain = {doubt::clock, doubt::timeout}};
+          .uncertain = {doubt::clock, doubt::timeout, doubt::start_unstated}};
 }
 
 inline constexpr std::string_view lika_amx = "Lika AMx36 manual E1.1, pages 21 to 23";
@@ -39,21 +39,20 @@ constexpr CatalogueEntry waycon(std::string_view name, std::string_view format) 
           .remark = "the second flag is reserved for the maker",
           .source = "WayCon MXS2 manual, pages 10 to 18",
           .uncertain = {"the width is deduced from the SSI table: check which one yours has",
-                        doubt::clock, doubt::timeout}};
+                        doubt::clock, doubt::timeout, doubt::start_unstated}};
 }
 
 constexpr CatalogueEntry kuebler(std::string_view name, std::string_view format) {
-  return {
-      .name = name,
-      .vendor = "Kuebler",
-      .product = "Sendix S36 motor feedback",
-      .format = format,
-      .timing = {.clock_min = kilohertz(50)},
-      .resolution = "2^12 turns",
-      .remark = "early devices have no EDS",
-      .source = "Kuebler Sendix S36 manual; KEB F5 and F6 encoder manuals",
-      .uncertain = {doubt::flags, "the CRC is known from KEB's notes, start and inversion assumed",
-                    doubt::timeout}};
+  return {.name = name,
+          .vendor = "Kuebler",
+          .product = "Sendix S36 motor feedback",
+          .format = format,
+          .timing = {.clock_min = kilohertz(50)},
+          .resolution = "2^12 turns",
+          .remark = "early devices have no EDS",
+          .source = "Kuebler Sendix S36 manual; KEB F5 and F6 encoder manuals",
+          .uncertain = {doubt::flags, "the CRC polynomial is known from KEB's notes",
+                        doubt::start_and_inversion, doubt::timeout}};
 }
 
 }  // namespace catalogue_detail
@@ -82,11 +81,15 @@ inline constexpr std::array maker_encoders{
                            catalogue_detail::lika_smra_remark, catalogue_detail::lika_smra),
     catalogue_detail::lika("lika-smra-14", "SMRA ring encoder, 14 bit", "pos14,nE,nW,crc6", {},
                            catalogue_detail::lika_smra_remark, catalogue_detail::lika_smra),
-    catalogue_detail::lika("lika-sma1", "SMA1 and MTA1 linear magnetic", "pos24,nE,nW,crc6", {},
-                           "profile identifier 0x2814 (BP1, variant 0-24)",
-                           "Lika SMA1 manual E2.9, pages 21 and 35"),
+    catalogue_detail::with_doubt(
+        catalogue_detail::lika("lika-sma1", "SMA1 and MTA1 linear magnetic", "pos24,nE,nW,crc6", {},
+                               "profile identifier 0x2814 (BP1, variant 0-24)",
+                               "Lika SMA1 manual E2.9, pages 21 and 35"),
+        "24 + 2 + 6 bits are stated in the manual's chapter on BiSS B"),
     catalogue_detail::waycon("waycon-mxs2-18", "pos18,nE,pad1,crc6"),
-    catalogue_detail::waycon("waycon-mxs2-19", "pos19,nE,pad1,crc6"),
+    // 18 bits are stated for 50 um; the SSI table, with the error bit, has 19, 21, 22, 23 and 24.
+    catalogue_detail::with_doubt(catalogue_detail::waycon("waycon-mxs2-19", "pos19,nE,pad1,crc6"),
+                                 "no variant of 19 bits follows from that table"),
     catalogue_detail::waycon("waycon-mxs2-20", "pos20,nE,pad1,crc6"),
     catalogue_detail::waycon("waycon-mxs2-21", "pos21,nE,pad1,crc6"),
     catalogue_detail::waycon("waycon-mxs2-22", "pos22,nE,pad1,crc6"),
@@ -99,9 +102,7 @@ inline constexpr std::array maker_encoders{
         .timing = {.timeout = {TimeoutRule::adaptive, {}}, .cycle_min = microseconds(50)},
         .remark = "the position is signed: a sign and 24 bits; start-up below 250 ms",
         .source = "SIKO MSA213C manual 111/22, page 17",
-        .uncertain = {doubt::sampling_clock,
-                      "the CRC's start value and inversion are not stated: 0, inverted "
-                      "assumed",
+        .uncertain = {doubt::sampling_clock, doubt::start_and_inversion,
                       "cycle of 50 us as stated for 10 MHz"}},
     CatalogueEntry{
         .name = "faulhaber-aemt",
@@ -112,7 +113,7 @@ inline constexpr std::array maker_encoders{
         .resolution = "2^12 a turn, 2^16 turns",
         .remark = "nE is 0 on a low battery too",
         .source = "Faulhaber AEMT manual 7000.05070, page 11",
-        .uncertain = {doubt::polynomial,
+        .uncertain = {doubt::polynomial, doubt::start_and_inversion,
                       "the manual draws DATA and CLK inverted: check the polarity"}},
     catalogue_detail::kuebler("kuebler-s36-12", "mt12,st12,nE,nW,crc6"),
     catalogue_detail::kuebler("kuebler-s36-13", "mt12,st13,nE,nW,crc6"),
@@ -144,7 +145,7 @@ inline constexpr std::array maker_encoders{
                    .source = "Festo GDCP-SFC-LACI manual 0812NH, page 3-13",
                    .uncertain = {"the error bits' polarity is not stated",
                                  "an early device (2008): the BiSS version is not stated",
-                                 doubt::clock, doubt::timeout}},
+                                 doubt::clock, doubt::timeout, doubt::start_unstated}},
 };
 
 }  // namespace biss

@@ -7,17 +7,22 @@
 
 #include "biss/frame/format_text.hpp"
 #include "biss/safety/setup.hpp"
+#include "biss/timing/device_timing.hpp"
+#include "biss/timing/renishaw.hpp"
 
 namespace biss {
 
-/// A frame format and the setup of its monitor. All text is static. For any other encoder, pass a
-/// FrameFormat and a SafetySetup.
+/// A frame format, the setup of its monitor, and how the encoder behaves in time. All text is
+/// static. For any other encoder, pass a FrameFormat and a SafetySetup.
 struct SafetyConfiguration {
   /// The name that a user types, in lower case.
   std::string_view name{};
   /// Text of the frame format; it parses (proven at compile time).
   std::string_view format{};
   SafetySetup setup{};
+  /// The timing of the encoder that the row describes. The types of the Safety Concept are no
+  /// encoders: the widest limits that BiSS C allows.
+  DeviceTiming timing{};
   /// The size of one count of CPW and SPW, where it is known.
   std::string_view resolution{};
   std::string_view source{};
@@ -36,8 +41,12 @@ inline constexpr std::string_view concept_a5 = "BiSS Safety Concept A5, table 1"
 // is the upper part of the CPW.
 constexpr SafetyConfiguration renishaw_row(std::string_view name, std::string_view format,
                                            std::string_view resolution) {
-  return {
-      .name = name, .format = format, .setup = {}, .resolution = resolution, .source = renishaw};
+  return {.name = name,
+          .format = format,
+          .setup = {},
+          .timing = renishaw_timing,
+          .resolution = resolution,
+          .source = renishaw};
 }
 
 // `cycle` is the shortest safety cycle of the table, `compare_bits` its ACC_MIN.
@@ -48,6 +57,7 @@ constexpr SafetyConfiguration type(std::string_view name, std::string_view forma
   return {.name = name,
           .format = format,
           .setup = at_cycle(setup, cycle),
+          .timing = {},
           .resolution = {},
           .source = concept_a5};
 }

@@ -14,9 +14,17 @@ namespace biss {
 /// Delay of a cable, to the encoder and back: 10 ns/m.
 constexpr Picoseconds cable_delay(Millimetres cable) { return picoseconds(10 * cable.count); }
 
-/// The delay from MA to SLO at the master: cable and encoder.
-constexpr Picoseconds line_delay(Millimetres cable, Picoseconds internal_delay) {
-  return cable_delay(cable) + internal_delay;
+/// The delay from MA to SLO at the master. \param other_delay inside the encoder; where it is known,
+/// plus the delay of the master itself, which the data sheet's table of cables leaves out
+constexpr Picoseconds line_delay(Millimetres cable, Picoseconds other_delay) {
+  return cable_delay(cable) + other_delay;
+}
+
+/// Whether the data sheet's table of cables has a row for this clock. Lengths at other clocks are
+/// interpolated by the rules below.
+constexpr bool is_published_clock(Hertz clock) {
+  return clock == kilohertz(250) || clock == megahertz(1) || clock == megahertz(2) ||
+         clock == megahertz(5) || clock == megahertz(10);
 }
 
 /// The longest cable for a master that compensates the line delay: 100 m up to 5 MHz, 50 m up to
@@ -31,22 +39,22 @@ constexpr std::optional<Millimetres> cable_max_compensated(Hertz clock) {
 /// The longest cable for a master that samples half a period after its own edge. The line delay may
 /// take a quarter of the period. The length is rounded down to 1 m, below 1 m to 0.5 m, and is
 /// never more than with compensation. None when less than 0.5 m is left.
+/// \param other_delay as for line_delay()
 /// \pre clock is not 0 Hz
-constexpr std::optional<Millimetres> cable_max_uncompensated(Hertz clock,
-                                                             Picoseconds internal_delay) {
+constexpr std::optional<Millimetres> cable_max_uncompensated(Hertz clock, Picoseconds other_delay) {
   const auto most = cable_max_compensated(clock);
   if (!most) return std::nullopt;
   // Not by period_of(): its rounding could change the length by a step.
   const std::int64_t quarter = picoseconds_per_second / (std::int64_t{4} * clock.count);
-  const std::int64_t length = (quarter - internal_delay.count) / cable_delay({1}).count;
+  const std::int64_t length = (quarter - other_delay.count) / cable_delay({1}).count;
   const std::int64_t step = length < 1'000 ? 500 : 1'000;
   if (length < step) return std::nullopt;
   return std::min(millimetres(length / step * step), *most);
 }
 
 /// Whether this cable needs a master that compensates the line delay.
-constexpr bool needs_compensation(Hertz clock, Millimetres cable, Picoseconds internal_delay) {
-  const auto longest = cable_max_uncompensated(clock, internal_delay);
+constexpr bool needs_compensation(Hertz clock, Millimetres cable, Picoseconds other_delay) {
+  const auto longest = cable_max_uncompensated(clock, other_delay);
   return !longest || cable > *longest;
 }
 

@@ -80,7 +80,7 @@ ReadDevice from_profile(std::string_view text) {
     return wrong(fmt::format("format \"{}\": this identifier is of profile {}, not of BP3", text,
                              name_of(parts.profile())));
   }
-  return Device{*format, {}, nullptr};
+  return Device{*format, {}, nullptr, nullptr};
 }
 
 std::string option_error(std::string_view option, Quantity quantity, std::string_view text,
@@ -176,16 +176,20 @@ void add_timing_options(Verb verb, FormatArguments& arguments) {
   option("--cycle-min", arguments.cycle_min, "TIME", "Shortest time from request to request");
 }
 
+bool Device::timing_known() const {
+  return entry != nullptr || (configuration != nullptr && configuration->timing != DeviceTiming{});
+}
+
 tl::expected<Device, std::string> parse_device(std::string_view text) {
   if (text.starts_with(profile_prefix)) return from_profile(text);
   if (const CatalogueEntry* entry = find_encoder(text)) {
-    return Device{entry->frame_format(), entry->timing, entry};
+    return Device{entry->frame_format(), entry->timing, entry, nullptr};
   }
   if (const SafetyConfiguration* known = find_safety_configuration(text)) {
-    return Device{known->frame_format(), {}, nullptr};
+    return Device{known->frame_format(), known->timing, nullptr, known};
   }
   const auto format = parse_format(text);
-  if (format.ok()) return Device{*format, {}, nullptr};
+  if (format.ok()) return Device{*format, {}, nullptr, nullptr};
   const bool name = looks_like_a_name(text, format.error());
   return wrong(name ? name_error(text) : grammar_error(text, format.error()));
 }

@@ -9,6 +9,12 @@
 #include "biss/frame/format.hpp"
 #include "biss/timing/device_timing.hpp"
 
+namespace biss {
+
+struct SafetyConfiguration;
+
+}  // namespace biss
+
 namespace biss::cli {
 
 class Verb;
@@ -34,11 +40,17 @@ void add_timing_options(Verb verb, FormatArguments& arguments);
 /// The encoder that the options describe: the meaning of its bits and its behaviour in time.
 struct Device {
   FrameFormat format;
-  /// That of the catalogue entry; without one the widest limits that BiSS C allows. Single options
-  /// override it.
+  /// That of the catalogue entry or of the safety configuration; without one the widest limits that
+  /// BiSS C allows. Single options override it.
   DeviceTiming timing;
   /// Null unless the format is a catalogue name. Lives as long as the program.
   const CatalogueEntry* entry = nullptr;
+  /// Null unless the format is the name of a safety configuration and not a catalogue name. Lives as
+  /// long as the program.
+  const SafetyConfiguration* configuration = nullptr;
+
+  /// Whether the name stands for a device, so that its timing is more than the limits of BiSS C.
+  bool timing_known() const;
 };
 
 /// Reads a format alone: the grammar, a catalogue name (`resolute-26`), the name of a safety

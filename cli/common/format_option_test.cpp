@@ -38,15 +38,26 @@ TEST(FormatOption, EveryCatalogueName_BringsFormatAndTiming) {
   }
 }
 
-TEST(FormatOption, EverySafetyConfiguration_BringsItsFormat) {
+TEST(FormatOption, EverySafetyConfiguration_BringsFormatAndTiming) {
   for (const SafetyConfiguration& each : safety_configurations) {
     const auto choice = parse_device(each.name);
     ASSERT_TRUE(choice) << choice.error();
     EXPECT_EQ(choice->format, each.frame_format()) << each.name;
+    EXPECT_EQ(choice->timing, each.timing) << each.name;
+    EXPECT_EQ(choice->timing_known(), each.timing != DeviceTiming{}) << each.name;
     if (find_encoder(each.name) != nullptr) continue;
-    EXPECT_EQ(choice->timing, DeviceTiming{}) << each.name;
     EXPECT_EQ(choice->entry, nullptr) << each.name;
+    EXPECT_EQ(choice->configuration, &each);
   }
+}
+
+TEST(FormatOption, TextOfAFormat_HasNoKnownTiming) {
+  FormatArguments arguments;
+  arguments.format = find_safety_configuration("fs-36-28")->format;
+  arguments.ack_max = "16us";
+  EXPECT_FALSE(choose_device(arguments)->timing_known());
+  arguments.format = "bp3:0x621E";
+  EXPECT_FALSE(choose_device(arguments)->timing_known());
 }
 
 TEST(FormatOption, ProfileIdentifier_GivesBp3sFormat) {

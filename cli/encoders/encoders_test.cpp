@@ -86,6 +86,18 @@ TEST(Encoders, OneName_ShowsItsTimingAndDoubts) {
   EXPECT_EQ(lines_of(encoders({"lenz-b3", "--to", "csv"}).out).size(), 2U);
 }
 
+TEST(Encoders, WhatIsInferredOrCalculated_IsShown) {
+  const std::string rotary = encoders({"resolute-18"}).out;
+  EXPECT_THAT(rotary, HasSubstr("4.94 arcsec (calculated)"));
+  EXPECT_THAT(rotary, HasSubstr("which of 18, 26, 32 and 36 bits are rotary: inferred"));
+  const std::string linear = encoders({"resolute-linear-26"}).out;
+  EXPECT_THAT(linear, HasSubstr("pos26,nE,nW,crc6;cds0"));
+  EXPECT_THAT(linear, HasSubstr("50 nm, range 3.36 m (calculated)"));
+  EXPECT_THAT(linear, HasSubstr("50 nm with 26 bits is stated for FORTiS only: inferred"));
+  EXPECT_THAT(encoders({"fortis-36"}).out, HasSubstr("1 nm or 10 nm is not stated"));
+  EXPECT_THAT(encoders({"fortis-36", "--to", "csv"}).out, HasSubstr("1 nm or 10 nm is not stated"));
+}
+
 TEST(Encoders, Word_FiltersByNameMakerAndFamilyInAnyCase) {
   for (const char* word : {"renishaw", "RENISHAW", "nisha"}) {
     const auto lines = lines_of(encoders({word, "--to", "csv"}).out);
@@ -166,6 +178,10 @@ std::set<unsigned> widths_of(const std::string& cell) {
   return widths;
 }
 
+/// The entries without a row of their own.
+const std::set<std::string> inferred_entries{"resolute-linear-26", "resolute-linear-32",
+                                             "resolute-linear-36"};
+
 /// The entries made of a row; none if it states no widths, or if any width can be configured.
 const std::map<std::string, std::string>& entries_by_family() {
   static const std::map<std::string, std::string> entries = {
@@ -228,6 +244,21 @@ const std::map<std::string, std::string>& entries_by_family() {
   return entries;
 }
 
+// `low=error`; an empty cell or another text: the flag and its doubt are the entry's own.
+void expect_flag(const std::string& cell, const FlagField& flag, std::string_view name) {
+  if (!cell.starts_with("low=") && !cell.starts_with("high=")) return;
+  EXPECT_TRUE(flag.present) << name;
+  EXPECT_EQ(flag.active_high, cell.starts_with("high=")) << name;
+}
+
+// An empty cell is not stated: the entry says what it assumes.
+void expect_crc_doubts(const Row& row, const CatalogueEntry& entry) {
+  const bool from_profile = row.at("crc_poly_hex").find("BP3") != std::string::npos;
+  const bool both = from_profile || entry.doubts(doubt::start_and_inversion);
+  EXPECT_EQ(row.at("crc_start").empty(), both || entry.doubts(doubt::start_unstated)) << entry.name;
+  EXPECT_EQ(row.at("crc_inverted").empty(), both) << entry.name;
+}
+
 void expect_row(const Row& row, const std::vector<const CatalogueEntry*>& entries) {
   const std::string& family = row.at("family");
   const bool safety_word = family.ends_with(" SPW");
@@ -253,6 +284,10 @@ void expect_row(const Row& row, const std::vector<const CatalogueEntry*>& entrie
     } else {
       EXPECT_FALSE(entry->clock_known()) << entry->name;
     }
+    expect_flag(row.at("error_bit"), channel.error, entry->name);
+    expect_flag(row.at("warn_bit"), channel.warning, entry->name);
+    EXPECT_TRUE(channel.crc.inverted && channel.crc.start == 0) << entry->name;
+    expect_crc_doubts(row, *entry);
     const bool from_code = row.at("notes").starts_with("code");
     EXPECT_TRUE(!from_code || entry->doubts(doubt::driver)) << entry->name;
   }
@@ -286,7 +321,8 @@ TEST(EncoderList, EveryRow_IsInTheCatalogueOrHasNoWidths) {
   }
   EXPECT_EQ(used, 41U);
   EXPECT_EQ(left_out, 7U);
-  EXPECT_EQ(seen.size(), catalogue.size());
+  EXPECT_EQ(seen.size() + inferred_entries.size(), catalogue.size());
+  for (const std::string& name : inferred_entries) EXPECT_NE(find_encoder(name), nullptr) << name;
 }
 
 }  // namespace encoders_test

@@ -9,9 +9,11 @@
 #include <vector>
 
 #include "biss/frame/format_text.hpp"
+#include "biss/safety/configurations.hpp"
 #include "biss/timing/cable.hpp"
 #include "biss/timing/cycle.hpp"
 #include "biss/timing/line_delay.hpp"
+#include "biss/timing/renishaw.hpp"
 #include "cli/common/format_option.hpp"
 #include "cli/common/verb.hpp"
 #include "cli/common/verbs.hpp"
@@ -25,6 +27,7 @@ struct PlanOptions {
   FormatArguments arguments;
   std::optional<Hertz> clock;
   std::optional<Millimetres> cable;
+  Picoseconds master_delay{};
   unsigned slaves = 1;
   report::Format to = report::Format::table;
   std::string output;
@@ -35,6 +38,7 @@ struct Plan {
   Device device;
   Hertz clock;
   Millimetres cable;
+  Picoseconds master_delay;
   Picoseconds delay;
   CycleBudget budget;
   AckBounds ack;
@@ -47,21 +51,23 @@ struct Plan {
   std::int64_t spi_bytes() const { return (budget.clocks_to_send + 7) / 8; }
 };
 
-Plan plan_for(const Device& device, Hertz clock, Millimetres cable, unsigned slaves) {
-  const Picoseconds internal = device.timing.internal_delay_max;
+Plan plan_for(const Device& device, Hertz clock, const PlanOptions& options) {
+  const Millimetres cable = options.cable.value_or(Millimetres{});
+  const Picoseconds other_delay = device.timing.internal_delay_max + options.master_delay;
   Plan plan;
   plan.device = device;
   plan.clock = clock;
   plan.cable = cable;
-  plan.delay = line_delay(cable, internal);
-  plan.budget =
-      cycle_budget({device.format.payload_bits(), slaves}, device.timing, clock, plan.delay);
+  plan.master_delay = options.master_delay;
+  plan.delay = line_delay(cable, other_delay);
+  plan.budget = cycle_budget({device.format.payload_bits(), options.slaves}, device.timing, clock,
+                             plan.delay);
   plan.ack = ack_bounds(device.timing, plan.budget.period);
   plan.longest_compensated = cable_max_compensated(clock);
-  plan.longest_uncompensated = cable_max_uncompensated(clock, internal);
+  plan.longest_uncompensated = cable_max_uncompensated(clock, other_delay);
   plan.clock_ok = accepts_clock(device.timing, clock);
   plan.cable_ok = plan.longest_compensated && cable <= *plan.longest_compensated;
-  plan.compensation = needs_compensation(clock, cable, internal);
+  plan.compensation = needs_compensation(clock, cable, other_delay);
   return plan;
 }
 
@@ -143,7 +149,8 @@ bool write_parts(const Plan& plan, report::TextSink& sink,
   in_clocks("START, CDS", budget.start_cds, "");
   in_clocks("data, CRC", budget.payload, "");
   in_clocks("STOP", budget.stop, "");
-  in_clocks("line delay", budget.line_delay, "cable (both ways) and encoder, in whole clocks");
+  in_clocks("line delay", budget.line_delay,
+            "cable (both ways), encoder and master, in whole clocks");
   const std::string rule = timeout_text(plan);
   in_time("timeout", budget.timeout, rule);
   if (budget.idle != Picoseconds{})
@@ -157,6 +164,23 @@ std::string ack_text(AckBounds ack) {
   return fmt::format("{} to {} clocks", ack.min_clocks, ack.max_clocks);
 }
 
+bool is_renishaw(const Device& device) {
+  if (device.entry != nullptr) return device.entry->vendor == "Renishaw";
+  return device.configuration != nullptr && device.configuration->timing == renishaw_timing;
+}
+
+bool is_interpolated(const Plan& plan) {
+  return is_renishaw(plan.device) && plan.longest_compensated && !is_published_clock(plan.clock);
+}
+
+// Where the lengths of cable come from.
+std::string_view lengths_text(const Plan& plan) {
+  if (!plan.longest_compensated) return "not known";
+  if (!is_renishaw(plan.device)) return "Renishaw's rule";
+  if (is_interpolated(plan)) return "interpolated";
+  return plan.master_delay == Picoseconds{} ? "data sheet" : "calculated";
+}
+
 void add_cable_facts(const Plan& plan, report::Summary& out) {
   out.entry("compensation", plan.compensation ? "needed" : "not needed",
             fmt::format("without it {} of cable, with it {}",
@@ -164,8 +188,10 @@ void add_cable_facts(const Plan& plan, report::Summary& out) {
                         length_or(plan.longest_compensated, "an unknown length")));
   if (plan.clock > megahertz(5) && plan.clock < megahertz(10)) {
     out.entry("", "", "no length is published between 5 and 10 MHz: that of 10 MHz is used");
+  } else if (is_interpolated(plan)) {
+    out.entry("", "", "the data sheet has no row for this clock: interpolated");
   }
-  if (plan.device.entry == nullptr || plan.device.entry->vendor != "Renishaw") {
+  if (!is_renishaw(plan.device)) {
     out.entry("", "", "by Renishaw's rule; no other maker publishes one");
   }
   const Picoseconds margin = margin_uncompensated(plan.clock, plan.delay);
@@ -175,6 +201,21 @@ void add_cable_facts(const Plan& plan, report::Summary& out) {
   out.entry("", fmt::format("{} ns", fixed(margin.count, 3, 1)),
             margin.count < 0 ? "without: every bit is sampled too early"
                              : "without: half a period minus the line delay");
+}
+
+// The data sheets' notes at the table of cables.
+void add_cable_notes(const Plan& plan, report::Summary& out) {
+  if (!is_renishaw(plan.device)) return;
+  out.entry(
+      "cable notes", "Renishaw's only",
+      "its readhead cable and approved extension cable; for FORTiS see its data sheet of cables");
+  out.entry("", "above 50 m", "ask Renishaw");
+  out.entry("", "5 V +-10 %", "the supply at the readhead");
+  out.entry("", "master",
+            plan.master_delay == Picoseconds{}
+                ? std::string("its own delay is not in the lengths: give --master-delay")
+                : fmt::format("its own delay of {} is counted; with compensation it is measured",
+                              text_of(plan.master_delay)));
 }
 
 /// The rate for a master that waits until it sees SLO high, one line delay after the encoder.
@@ -199,12 +240,15 @@ std::string facts(const Plan& plan) {
     out.entry("", text_of(rate_seen(plan)), seen_text(timing.timeout));
   }
   out.entry("line delay", text_of(plan.delay),
-            fmt::format("{} clocks; {} of cable {}, inside the encoder {}",
+            fmt::format("{} clocks; {} of cable {}, inside the encoder {}{}",
                         fixed(milliclocks(plan.delay, budget.period), 3, 3),
                         length_text(plan.cable), text_of(cable_delay(plan.cable)),
                         timing.internal_delay_max == Picoseconds{}
                             ? std::string("not known")
-                            : fmt::format("at most {}", text_of(timing.internal_delay_max))));
+                            : fmt::format("at most {}", text_of(timing.internal_delay_max)),
+                        plan.master_delay == Picoseconds{}
+                            ? std::string()
+                            : fmt::format(", master {}", text_of(plan.master_delay))));
   add_cable_facts(plan, out);
   const SamplingPoint point = sampling_point(plan.delay, budget.period);
   out.entry("sample at",
@@ -220,11 +264,15 @@ std::string facts(const Plan& plan) {
               fmt::format("after the first rising edge of MA ({} to {})",
                           text_of(timing.sampling_min), text_of(timing.sampling_max)));
   }
+  add_cable_notes(plan, out);
   return out.text();
 }
 
 std::string heading(const Device& device) {
   const FormatText format = format_text(device.format);
+  if (device.configuration != nullptr) {
+    return fmt::format("{}  {}", device.configuration->name, format.view());
+  }
   if (device.entry == nullptr) return std::string(format.view());
   return fmt::format("{} ({} {})  {}", device.entry->name, device.entry->vendor,
                      device.entry->product, format.view());
@@ -251,7 +299,8 @@ bool write_clocks(const std::vector<Plan>& plans, bool cable_given, report::Text
       {.name = "needed", .heading = "compensation"},
       {.name = "cycle", .kind = Kind::nanoseconds, .unit = "us", .shift = 3, .places = 2},
       {.name = "rate", .kind = Kind::unsigned_integer, .heading = "request rate", .unit = "Hz"},
-      {.name = "spi", .kind = Kind::unsigned_integer, .heading = "SPI", .unit = "bytes"}};
+      {.name = "spi", .kind = Kind::unsigned_integer, .heading = "SPI", .unit = "bytes"},
+      {.name = "lengths", .heading = "cable lengths"}};
   const auto table = report::make_table_writer(report::Format::table, columns, sink, table_options);
   for (const Plan& plan : plans) {
     const std::string without = length_or(plan.longest_uncompensated, "-");
@@ -264,10 +313,13 @@ bool write_clocks(const std::vector<Plan>& plans, bool cable_given, report::Text
                                                       : "not needed",
                                   plan.budget.total,
                                   plan.budget.request_rate_max,
-                                  plan.spi_bytes()};
+                                  plan.spi_bytes(),
+                                  lengths_text(plan)};
     if (!table->row(cells)) return false;
   }
-  return table->finish();
+  report::Summary notes;
+  add_cable_notes(first, notes);
+  return table->finish() && (notes.empty() || sink.write("\n" + notes.text()));
 }
 
 /// A key of the machine output and its value.
@@ -315,7 +367,9 @@ std::vector<Key> keys_of(const Plan& plan, std::string_view format) {
           {"spi_bytes", number, plan.spi_bytes()},
           {"ack_min_clocks", count, plan.ack.min_clocks},
           {"ack_max_clocks", count, plan.ack.max_clocks},
-          {"request_rate_seen_hz", count, rate_seen(plan)}};
+          {"request_rate_seen_hz", count, rate_seen(plan)},
+          {"master_delay_ns", time, plan.master_delay},
+          {"cable_lengths", Kind::text, lengths_text(plan)}};
 }
 
 bool write_objects(const std::vector<Plan>& plans, report::TextSink& sink) {
@@ -350,10 +404,14 @@ ExitStatus run_plan(const PlanOptions& options) {
   const auto choice = choose_device(options.arguments);
   if (!choice) return fail(ExitStatus::usage, choice.error());
   if (options.slaves == 0) return fail(ExitStatus::usage, "--slaves '0': at least one is needed");
+  if (options.master_delay > biss_line_delay_max) {
+    return fail(ExitStatus::usage, fmt::format("--master-delay: BiSS C allows a line delay of {}",
+                                               text_of(biss_line_delay_max)));
+  }
   const Device& device = *choice;
   std::vector<Plan> plans;
   for (const Hertz clock : clocks_to_show(options, device.timing)) {
-    plans.push_back(plan_for(device, clock, options.cable.value_or(Millimetres{}), options.slaves));
+    plans.push_back(plan_for(device, clock, options));
   }
   const bool one = options.clock && options.cable;
   Output output;
@@ -385,6 +443,10 @@ void add_plan(Command& command) {
                   "Frequency of MA; by default one line for each usual clock");
   add_length_option(verb, "--cable", into(options->cable),
                     "Cable length; by default the longest for each clock");
+  add_duration_option(
+      verb, "--master-delay", into(options->master_delay),
+      "Delay of the master itself from MA to SLO: its drivers, receivers and logic; "
+      "0s by default");
   add_count_option(verb, "--slaves", into(options->slaves),
                    "Encoders in a daisy chain; 1 by default, also for BiSS Safety", max_channels);
   add_timing_options(verb, options->arguments);

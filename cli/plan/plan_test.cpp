@@ -95,6 +95,23 @@ TEST(Plan, RequestRate_Is32kHzExactlyWhereTheFrameFits) {
   EXPECT_LT(one("fs-28-24", "5MHz", "0")["request_rate_max_hz"], 32'000);
 }
 
+// Renishaw's data sheet of BiSS Safety: ACK up to 16 us, 32 kHz.
+TEST(Plan, EveryNameOfRenishawsSafetyRows_HasTheDataSheetsTiming) {
+  for (const char* const name : {"fs-32-32", "fs-28-24", "fs-36-28", "fortis-fs-36-28",
+                                 "fortis-fs-36-28-10nm", "fortis-fs-36-28-1nm"}) {
+    SCOPED_TRACE(name);
+    const json plan = one(name, "10MHz", "50m");
+    EXPECT_EQ(plan["request_rate_max_hz"], 32'000);
+    EXPECT_EQ(plan["cycle_ns"], 31'250);
+    EXPECT_EQ(plan["ack_max_clocks"], 160);
+    EXPECT_EQ(plan["ack_min_clocks"], 32);
+    EXPECT_EQ(plan["line_delay_ns"], 542.5);
+    const std::string page = plan_test::plan({"-f", name, "--clock", "10MHz", "--cable", "1m"}).out;
+    EXPECT_EQ(page.rfind(name, 0), 0U) << page;
+    EXPECT_THAT(page, testing::Not(HasSubstr("by Renishaw's rule")));
+  }
+}
+
 TEST(Plan, LongCableAtAHighClock_CountsDelayInClocks) {
   const json plan = one("resolute-26", "10MHz", "50m");
   EXPECT_EQ(plan["line_delay_ns"], 542.5);
@@ -158,6 +175,69 @@ TEST(Plan, Between5And10MHz_SaysWhichLengthItTook) {
               HasSubstr("no length is published between 5 and 10 MHz"));
 }
 
+TEST(Plan, RenishawsNotesOnCables_AreShown) {
+  for (const char* const name : {"resolute-26", "fs-36-28", "fortis-fs-36-28-1nm"}) {
+    for (const std::vector<std::string>& more :
+         {std::vector<std::string>{}, {"--clock", "10MHz", "--cable", "20m"}}) {
+      std::vector<std::string> arguments{"-f", name};
+      arguments.insert(arguments.end(), more.begin(), more.end());
+      const std::string out = plan(arguments).out;
+      EXPECT_THAT(out, HasSubstr("readhead cable and approved extension cable"));
+      EXPECT_THAT(out, testing::ContainsRegex("above 50 m +ask Renishaw\n"));
+      EXPECT_THAT(out, testing::ContainsRegex("5 V \\+-10 % +the supply at the readhead\n"));
+      EXPECT_THAT(out, HasSubstr("its own delay is not in the lengths: give --master-delay"));
+    }
+  }
+  EXPECT_THAT(plan({"-f", "lenz-b3"}).out, testing::Not(HasSubstr("ask Renishaw")));
+}
+
+TEST(Plan, RowsThatTheDataSheetDoesNotHave_AreMarked) {
+  const auto found = objects(plan({"-f", "resolute-26", "--to", "jsonl"}));
+  ASSERT_EQ(found.size(), 8U);
+  for (const json& row : found) {
+    const int kilohertz = row["clock_hz"].get<int>() / 1000;
+    const bool published = kilohertz == 250 || kilohertz == 1000 || kilohertz == 2000 ||
+                           kilohertz == 5000 || kilohertz == 10'000;
+    EXPECT_EQ(row["cable_lengths"], published ? "data sheet" : "interpolated") << kilohertz;
+  }
+  const std::string table = plan({"-f", "resolute-26"}).out;
+  EXPECT_THAT(table, testing::ContainsRegex(" 1\\.50  12 m [^\n]* interpolated\n"));
+  EXPECT_THAT(table, testing::ContainsRegex(" 2\\.00  8 m [^\n]* data sheet\n"));
+  EXPECT_THAT(plan({"-f", "resolute-26", "--clock", "3MHz", "--cable", "1m"}).out,
+              HasSubstr("no row for this clock: interpolated"));
+  EXPECT_THAT(plan({"-f", "resolute-26", "--clock", "2MHz", "--cable", "1m"}).out,
+              testing::Not(HasSubstr("interpolated")));
+  EXPECT_EQ(one("lenz-b3", "2MHz", "1m")["cable_lengths"], "Renishaw's rule");
+}
+
+TEST(Plan, DelayOfTheMaster_ShortensTheCableAndMovesTheSample) {
+  const auto with = [](const char* clock, const char* delay) {
+    return objects(plan({"-f", "resolute-26", "--clock", clock, "--cable", "10m", "--master-delay",
+                         delay, "--to", "jsonl"}))
+        .at(0);
+  };
+  const json none = with("1MHz", "0");
+  EXPECT_EQ(none, one("resolute-26", "1MHz", "10m"));
+  EXPECT_EQ(none["line_delay_ns"], 142.5);
+  const json late = with("1MHz", "100ns");
+  EXPECT_EQ(late["master_delay_ns"], 100);
+  EXPECT_EQ(late["line_delay_ns"], 242.5);
+  EXPECT_EQ(late["cable_max_mm_uncompensated"], 10'000);
+  EXPECT_EQ(late["cable_max_mm_compensated"], 100'000);
+  EXPECT_EQ(late["compensation_needed"], 0);
+  EXPECT_EQ(late["margin_uncompensated_ns"], 257.5);
+  EXPECT_EQ(late["sample_rest_ns"], 742.5);
+  EXPECT_EQ(late["cable_lengths"], "calculated");
+  EXPECT_EQ(with("1MHz", "108ns")["compensation_needed"], 1);
+  EXPECT_EQ(with("10MHz", "500ns")["clocks_to_send"].get<int>(),
+            with("10MHz", "0")["clocks_to_send"].get<int>() + 5);
+  const std::string page =
+      plan({"-f", "resolute-26", "--clock", "1MHz", "--cable", "10m", "--master-delay", "100ns"})
+          .out;
+  EXPECT_THAT(page, HasSubstr("at most 42.5 ns, master 100 ns"));
+  EXPECT_THAT(page, HasSubstr("its own delay of 100 ns is counted"));
+}
+
 TEST(Plan, AnotherMakersEncoder_SaysWhoseRuleItIs) {
   EXPECT_THAT(plan({"-f", "lenz-b3", "--clock", "5MHz", "--cable", "1m"}).out,
               HasSubstr("by Renishaw's rule"));
@@ -190,6 +270,8 @@ TEST(Plan, WrongUsage_IsOneLineAndStatus2) {
       {"-f", "pos26", "--slaves", "9"},
       {"-f", "pos26", "--timeout", "never"},
       {"-f", "pos26", "--release", "1"},
+      {"-f", "pos26", "--master-delay", "30"},
+      {"-f", "pos26", "--master-delay", "41us"},
       {"-f", "pos26", "--release", "256"},
       {"-f", "pos26", "--to", "csv"},
   };

@@ -200,7 +200,7 @@ tl::expected<sim::LineSetup, std::string> line_of(const SafetyFormat& monitored,
   const auto device = parse_device(monitored.device);
   line.device.format =
       device ? monitored.device : std::string(format_text(monitored.format).view());
-  if (!device || device->entry == nullptr) line.device.timeout = "adaptive";
+  if (!device || !device->timing_known()) line.device.timeout = "adaptive";
   line.clock = line_clock;
   line.cable = line_cable;
   line.rate = options.rate.value_or(rate_of_cycle(monitored.setup));

@@ -188,7 +188,7 @@ ExitStatus replay_ma(const ReplayOptions& options, const LineOptions& line) {
                 "--register-busy: with --ma-from give a number of frames, not a time");
   }
   const bool timeout_known =
-      choose_device(line.device)->entry != nullptr || !line.device.timeout.empty();
+      choose_device(line.device)->timing_known() || !line.device.timeout.empty();
   RecordedLine recorded;
   const ExitStatus opened = recorded.open(options.ma_from, options.ma, {}, options.raw, false);
   if (opened != ExitStatus::done) return opened;

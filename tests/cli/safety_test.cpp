@@ -63,6 +63,34 @@ TEST(Safety, EveryConfigurationsName_IsAFormat) {
   }
 }
 
+// Renishaw's data sheet of BiSS Safety: MA from 250 kHz, ACK up to 16 us, a request every 31.25 us.
+TEST(Safety, EveryNameOfRenishawsRows_HasTheDataSheetsTiming) {
+  const Folder folder;
+  const std::string slow = folder.path("slow.csv");
+  ASSERT_EQ(run({"simulate", "-f", "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0", "--clock", "5MHz",
+                 "--processing", "20us", "--cycles", "20", "-o", slow})
+                .status,
+            0);
+  for (const char* name :
+       {"fs-36-28", "fortis-fs-36-28", "fortis-fs-36-28-10nm", "fortis-fs-36-28-1nm"}) {
+    SCOPED_TRACE(name);
+    const std::string capture = folder.path("named.csv");
+    const auto simulate = [&](const char* clock, const char* rate) {
+      return run({"simulate", "-f", name, "--cycles", "20", "--clock", clock, "--rate", rate, "-o",
+                  capture});
+    };
+    EXPECT_EQ(simulate("10MHz", "32kHz").status, 0);
+    EXPECT_NE(simulate("10MHz", "33kHz").err.find("at most 32 kHz"), std::string::npos);
+    EXPECT_NE(simulate("100kHz", "1kHz").err.find("accepts 250 kHz"), std::string::npos);
+    const Outcome late = run({"decode", slow, "-f", name, "--fail-on", "ack_range"});
+    EXPECT_EQ(late.status, 1) << late.err;
+    const Outcome line = run({"safety", "line", "-f", name, "--cycles", "100", "--rate", "33kHz"});
+    EXPECT_NE(line.err.find("at most 32 kHz"), std::string::npos) << line.err;
+    EXPECT_EQ(run({"safety", "line", "-f", name, "--cycles", "100", "-o", folder.path("t")}).status,
+              0);
+  }
+}
+
 // A fault of `simulate`, the number of rows from the injection to the reaction, and the verdicts
 // that may be reported.
 struct Committed {

@@ -221,6 +221,25 @@ BISS_TEST(Cable, WithCompensation_Is100mUpTo5MHzAnd50mUpTo10MHz) {
   BISS_EXPECT(!cable_max_uncompensated(hertz(10'000'001), {}).has_value());
 }
 
+BISS_TEST(Cable, DataSheet_HasFiveClocks) {
+  unsigned published = 0;
+  for (std::uint32_t kilo = 10; kilo <= 12'000; kilo += 10) {
+    if (is_published_clock(kilohertz(kilo))) ++published;
+  }
+  BISS_EXPECT_EQ(published, 5U);
+  for (const Hertz clock :
+       {kilohertz(250), megahertz(1), megahertz(2), megahertz(5), megahertz(10)}) {
+    BISS_EXPECT(is_published_clock(clock));
+  }
+}
+
+BISS_TEST(Cable, DelayOfTheMaster_ShortensTheCable) {
+  const Picoseconds master = nanoseconds(30);
+  BISS_EXPECT_EQ(line_delay(metres(50), internal + master).count, 572'500);
+  BISS_EXPECT(cable_max_uncompensated(megahertz(1), internal + master) == metres(17));
+  BISS_EXPECT(!cable_max_uncompensated(megahertz(5), internal + master).has_value());
+}
+
 BISS_TEST(Cable, Margin_ShrinksWithTheDelayAndGoesBelowZero) {
   BISS_EXPECT_EQ(line_delay(metres(50), internal).count, 542'500);
   BISS_EXPECT_EQ(margin_uncompensated(megahertz(1), nanoseconds(200)).count, 300'000);

@@ -63,12 +63,13 @@ void add_item(oracle::ChannelDescription& channel, const std::string& text) {
     channel.checksum = checksum_of(static_cast<unsigned>(bits));
     return;
   }
-  const std::array<std::pair<const char*, Kind>, 7> kinds{{{"pos", Kind::position},
+  const std::array<std::pair<const char*, Kind>, 8> kinds{{{"pos", Kind::position},
                                                            {"mt", Kind::multiturn},
                                                            {"st", Kind::singleturn},
                                                            {"pad", Kind::padding},
                                                            {"nE", Kind::nE},
                                                            {"nW", Kind::nW},
+                                                           {"E", Kind::E},
                                                            {"lc", Kind::counter}}};
   for (const auto& [kind_name, kind] : kinds) {
     if (name == kind_name) return channel.items.push_back({kind, bits});
@@ -120,7 +121,7 @@ Said random_values(const oracle::Description& description, Random& random) {
       };
       values.push_back({random.bits(static_cast<unsigned>(width_of(channel, false))),
                         random.bits(static_cast<unsigned>(width_of(channel, true))),
-                        !has(oracle::Kind::nE) || random.flip(),
+                        !(has(oracle::Kind::nE) || has(oracle::Kind::E)) || random.flip(),
                         !has(oracle::Kind::nW) || random.flip()});
     }
   }
