@@ -64,8 +64,7 @@ void read_options(ByteSource& bytes, Input& input) {
                  .unnamed_zero = (check & 8U) != 0,
                  .length_counts_crc = (check & 16U) == 0,
                  .raw_checksum = (check & 32U) == 0};
-  input.device = {.check_crc_in_data = (check & 64U) != 0,
-                  .length_counts_crc = (check & 16U) == 0,
+  input.device = {.length_counts_crc = (check & 16U) == 0,
                   .use_hypotheses = (check & 128U) == 0,
                   .highest_channel_first = (bytes.next() & 1U) == 0};
 }
@@ -97,7 +96,9 @@ void read_input(ByteSource bytes, Input& input) {
 }
 
 // A profile of unknown layout has only these two fields.
-bool is_raw_symbol(std::string_view symbol) { return symbol == "BP_VER" || symbol == "CHKSUM"; }
+bool is_raw_symbol(std::string_view symbol) {
+  return symbol == "BP_VER" || symbol == "BP_ID" || symbol == "CHKSUM";
+}
 
 const EdsBank& bank_of(const EdsImage& image, EdsPart part, std::size_t channel) {
   require(channel < biss::max_channels);

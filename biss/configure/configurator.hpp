@@ -609,7 +609,7 @@ class Configurator {
     config_.slave_list[slave_] = query_.description();
     if (!query_.has_eds()) {
       builder_.add_profile(slave_, query_.description(),
-                           {options_.eds.check_crc_in_data, options_.eds.length_counts_crc});
+                           {.length_counts_crc = options_.eds.length_counts_crc});
       return;
     }
     const auto device = configure_detail::eds_device(query_.image(), config_.slave_list, slave_,

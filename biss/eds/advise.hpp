@@ -102,14 +102,16 @@ constexpr Hertz lowest_clock(const AdviceWish& wish, const FrameLength& frame) {
   return {high};
 }
 
-constexpr ChannelFormat advised_channel(unsigned turns, unsigned resolution, const CrcSpec& crc) {
-  const unsigned bits = turns + resolution;
-  ChannelFormat channel = position_channel(bits, 0, 0, crc);
-  if (turns == 0) return channel;
-  channel.position = {};
-  if (resolution != 0) channel.singleturn = {2, static_cast<std::uint8_t>(resolution)};
-  channel.multiturn = {static_cast<std::uint8_t>(2 + resolution), static_cast<std::uint8_t>(turns)};
-  return channel;
+// Turns and singleturn without the zeros of their fields.
+constexpr void divide(ChannelFormat& channel, const AdviceWish& wish, unsigned resolution) {
+  const auto field = [](unsigned shift, unsigned bits) -> Field {
+    if (bits == 0) return {};
+    return {static_cast<std::uint8_t>(shift), static_cast<std::uint8_t>(bits)};
+  };
+  const Field low = field(2 + resolution - wish.resolution_bits, wish.resolution_bits);
+  channel.position = wish.turns_bits == 0 ? low : Field{};
+  channel.singleturn = wish.turns_bits == 0 ? Field{} : low;
+  channel.multiturn = field(2 + resolution, wish.turns_bits);
 }
 
 }  // namespace eds_detail
@@ -137,9 +139,10 @@ constexpr Result<Advice, AdviceError> advise(const AdviceWish& wish) {
   }
   const bool fits_bp3 = resolution + turns + 2 <= bp3_max_data_bits;
   Advice advice;
-  advice.channel = eds_detail::advised_channel(turns, resolution, fits_bp3 ? crc6 : crc16);
+  advice.channel = eds_detail::position_channel(turns + resolution, 0, fits_bp3 ? crc6 : crc16);
   const auto identifier = profile_identifier(advice.channel, Profile::bp3, wish.in_safety_encoder);
   if (identifier.ok()) advice.identifier = *identifier;
+  eds_detail::divide(advice.channel, wish, resolution);
   advice.hamming_distance =
       eds_detail::hamming_distance(advice.channel.crc, advice.channel.data_bits);
   advice.leading_zeros = static_cast<std::uint8_t>(turns - wish.turns_bits);
@@ -151,18 +154,25 @@ constexpr Result<Advice, AdviceError> advise(const AdviceWish& wish) {
   return advice;
 }
 
-/// The BP3 part of an advised frame: identifier, lengths and alignment, and the turns where 32 bits
-/// hold them; all other fields are marked as not given. Rotary; set EN_TYP for a scale.
-/// \pre advice.identifier is not 0
+/// The BP3 part of an advised frame: identifier, lengths, alignment and counts (the turns where 32
+/// bits hold them); all other fields are marked as not given. Rotary; set EN_TYP and the counts for
+/// a scale. \pre advice.identifier is not 0
 constexpr EdsBank bp3_bank_of(const Advice& advice) {
   const ChannelFormat& channel = advice.channel;
+  constexpr unsigned most_bits = 31;  // of one count
+  const unsigned turns_bits = channel.multiturn.bits;
+  const unsigned resolution_bits = channel.position_bits() - turns_bits;
   Bp3Part part;
   part.bp_id = advice.identifier;
-  part.mt_len = channel.multiturn.bits;
-  part.fi_len = static_cast<std::uint8_t>(channel.position_bits() - channel.multiturn.bits);
+  part.mt_len = static_cast<std::uint8_t>(turns_bits + advice.leading_zeros);
+  part.fi_len = static_cast<std::uint8_t>(resolution_bits + advice.trailing_zeros);
   part.fi_fmt = 1;
-  const unsigned turns_bits = unsigned{part.mt_len} - advice.leading_zeros;
-  if (part.mt_len != 0 && turns_bits < 32) part.mt_cnt = std::uint32_t{1} << turns_bits;
+  if (turns_bits != 0 && turns_bits <= most_bits) part.mt_cnt = std::uint32_t{1} << turns_bits;
+  if (resolution_bits != 0) {
+    const unsigned fine = resolution_bits < most_bits ? resolution_bits : most_bits;
+    part.sip_cnt = std::uint32_t{1} << (resolution_bits - fine);
+    part.sip_res = std::uint32_t{1} << fine;
+  }
   return sealed(build_bank(part));
 }
 

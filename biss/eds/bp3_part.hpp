@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
@@ -210,3 +211,70 @@ constexpr std::string_view suspect_length(const Bp3Part& part) {
 }
 
 }  // namespace biss::eds_detail
+
+namespace biss {
+
+// ---- Zeros in a BP3 position where its fields are longer than their counts need
+//
+// Table F: right-aligned values have leading zeros, left-aligned ones trailing zeros. Coarse and
+// fine are one value, the singleturn value; on a scale, turns, coarse and fine are one value.
+
+/// The zeros of one value. All 0 where a count is not given, is 1, or does not fit.
+struct Bp3Zeros {
+  unsigned leading = 0;
+  unsigned trailing = 0;
+  /// The upper field is left-aligned and the lower one right-aligned: the zeros are between them,
+  /// which no frame format expresses.
+  bool inside = false;
+};
+
+namespace eds_detail {
+
+struct Bp3Run {
+  unsigned bits = 0;
+  bool left = false;
+  std::uint32_t count = 1;
+};
+
+constexpr unsigned bits_for(std::uint64_t counts) {
+  return static_cast<unsigned>(std::bit_width(counts - 1));
+}
+
+// The zeros of one value in one field or two.
+constexpr Bp3Zeros zeros_of(const Bp3Run& upper, const Bp3Run& lower) {
+  if (!count_given(upper.count) || !count_given(lower.count)) return {};
+  const unsigned bits = upper.bits + lower.bits;
+  const unsigned upper_used = bits_for(upper.count);
+  const unsigned lower_used = bits_for(lower.count);
+  const bool apart =
+      upper.bits != 0 && lower.bits != 0 && upper_used <= upper.bits && lower_used <= lower.bits;
+  const unsigned used =
+      apart ? upper_used + lower_used : bits_for(std::uint64_t{upper.count} * lower.count);
+  if (used == 0 || used >= bits) return {};
+  const bool upper_left = upper.bits != 0 ? upper.left : lower.left;
+  const bool lower_left = lower.bits != 0 ? lower.left : upper.left;
+  if (upper_left && !lower_left) return {.inside = true};
+  if (!lower_left) return {.leading = bits - used};
+  if (upper_left || !apart) return {.trailing = bits - used};
+  return {.leading = upper.bits - upper_used, .trailing = lower.bits - lower_used};
+}
+
+}  // namespace eds_detail
+
+/// The zeros of MT.
+constexpr Bp3Zeros turns_zeros(const Bp3Part& part) {
+  return eds_detail::zeros_of({part.mt_len, part.mt_fmt == 1, part.mt_cnt}, {});
+}
+/// The zeros of CO and FI of a rotary encoder.
+constexpr Bp3Zeros singleturn_zeros(const Bp3Part& part) {
+  return eds_detail::zeros_of({part.co_len, part.co_fmt == 1, part.sip_cnt},
+                              {part.fi_len, part.fi_fmt == 1, part.sip_res});
+}
+/// The zeros of the whole position of a scale: MT_CNT periods of SIP_RES counts.
+constexpr Bp3Zeros scale_zeros(const Bp3Part& part) {
+  const std::uint8_t upper_fmt = part.mt_len != 0 ? part.mt_fmt : part.co_fmt;
+  return eds_detail::zeros_of({unsigned{part.mt_len} + part.co_len, upper_fmt == 1, part.mt_cnt},
+                              {part.fi_len, part.fi_fmt == 1, part.sip_res});
+}
+
+}  // namespace biss

@@ -46,9 +46,11 @@ enum class EdsProblem : std::uint8_t {
   polynomial,            ///< not the profile's, or no CRC of 3 to 16 bits
   min_above_max,         ///< a shortest, lowest, first above its longest, highest, last
   lengths,               ///< MT_LEN, CO_LEN, FI_LEN, flags (and CRC with C = 1) do not add up to DL
+  length_reading,        ///< C = 1: they add up to DL in the other reading, with or without CRC
   count_above_length,    ///< more counts than its length in bits can represent
+  alignment,             ///< zeros not where BP3 has them: before MT, after the singleturn value
   encoder_type,          ///< rotary or linear, but counts, lengths and checksum fit the other
-  crc_bit,               ///< C = 0 beside a safety word, where C must be 1
+  crc_bit,               ///< C = 0 in a safety encoder, C = 1 in a standard encoder
   identifier,            ///< differs from registers 0x42 and 0x43
   channel_count,         ///< DC_NUM is not the number of channels that are filled in
   channel_unused,        ///< something in a channel beyond DC_NUM
@@ -63,7 +65,7 @@ enum class EdsProblem : std::uint8_t {
   polynomial_differs,    ///< CPOLY_i is not the profile's CPOLY
 };
 
-inline constexpr std::size_t eds_problem_count = 30;
+inline constexpr std::size_t eds_problem_count = 32;
 
 /// The name that scripts see, the same as the enumerator's.
 constexpr std::string_view name_of(EdsProblem problem) {
@@ -82,7 +84,9 @@ constexpr std::string_view name_of(EdsProblem problem) {
                                                                   "polynomial",
                                                                   "min_above_max",
                                                                   "lengths",
+                                                                  "length_reading",
                                                                   "count_above_length",
+                                                                  "alignment",
                                                                   "encoder_type",
                                                                   "crc_bit",
                                                                   "identifier",
@@ -118,9 +122,13 @@ constexpr std::string_view text_of(EdsProblem problem) {
       "not a polynomial of this profile",
       "the lower limit is above the upper one",
       "MT_LEN, CO_LEN, FI_LEN and the flags do not add up to DL",
+      "the lengths and flags fit only the other reading of DL; with C = 1, BP3's table 5 adds the "
+      "CRC bits to the data length, and table 6 says \"data length without CRC\"",
       "more counts than its length can tell apart",
+      "BP3 aligns turns right, with leading zeros, and the singleturn value left, with trailing "
+      "zeros",
       "counts, lengths and checksum are those of the other type",
-      "beside a safety word C must be 1",
+      "C must be 1 in a safety encoder, and 0 in a standard encoder",
       "not what the registers 0x42 and 0x43 say",
       "not the number of channels that are filled in",
       "something stands in a channel that DC_NUM leaves out",
@@ -452,11 +460,20 @@ struct Bp3Context {
   std::optional<std::uint16_t> identifier{};
   /// DLEN_i of the common part.
   std::optional<std::uint8_t> dlen{};
-  /// The device sends a safety position word (BP3S) too.
-  bool beside_safety = false;
+  /// Whether the device sends a safety position word (BP3S), too; empty: not known.
+  std::optional<bool> safety_encoder{};
 };
 
 namespace eds_detail {
+
+// BP3 Rev A3, table 5: C = 1 is mandatory within a safety encoder, and C = 0 is expected within a
+// standard encoder.
+template <class Report>
+constexpr void check_crc_bit(ProfileIdentifier id, std::optional<bool> safety_encoder,
+                             const Report& report) {
+  if (!safety_encoder || id.crc_is_data() == *safety_encoder) return;
+  report(EdsProblem::crc_bit, "BP_ID", id.raw);
+}
 
 template <class Report>
 class Bp3Check {
@@ -477,6 +494,9 @@ class Bp3Check {
     check_values(bank_, std::span(bp3_fields).subspan(1), options_, report_);
     check_polynomial();
     check_orders();
+    if (part_.mt_len != 0 && part_.mt_fmt == 1) {
+      report_(EdsProblem::alignment, "MT_FMT", part_.mt_fmt, "MT_LEN", 0);
+    }
     const bool length_known = check_identifier();
     if (lengths_in_range()) check_counts(!length_known || check_lengths());
     check_sum(bank_, report_);
@@ -512,7 +532,7 @@ class Bp3Check {
     if (id_.data_length() < bp3_min_data_bits || id_.data_length() > most) {
       return bad(EdsProblem::data_length);
     }
-    if (context_.beside_safety && !id_.crc_is_data()) bad(EdsProblem::crc_bit);
+    check_crc_bit(id_, context_.safety_encoder, report_);
     return true;
   }
 
@@ -522,9 +542,21 @@ class Bp3Check {
     return part_.position_bits() + 2 + (counted ? crc6.width_bits : 0U);
   }
 
+  // The same sum decides which reading a decoder takes.
+  constexpr bool fits_other_reading() const {
+    const unsigned data = part_.position_bits() + 2;
+    const unsigned other = options_.length_counts_crc ? data : data + crc6.width_bits;
+    return id_.crc_is_data() && other == id_.data_length();
+  }
+
   constexpr bool check_lengths() const {
     const unsigned sum = data_length_of_parts();
     if (sum == id_.data_length()) return true;
+    if (fits_other_reading()) {
+      report_(EdsProblem::length_reading, "BP_ID", part_.bp_id, "FI_LEN",
+              (part_.bp_id & 0xFF80U) | sum);
+      return false;
+    }
     const std::string_view suspect = suspect_length(part_);
     const bool registers = context_.identifier.has_value();  // and they agree, or we were not here
     const bool outvoted = context_.dlen == sum;
@@ -543,7 +575,8 @@ class Bp3Check {
 
   // Only where the lengths are right: consequences of a wrong length are not reported.
   constexpr void check_counts(bool lengths_hold) const {
-    if (!lengths_hold || part_.en_typ > 1 || counts_of_type_fit(part_)) return;
+    if (!lengths_hold || part_.en_typ > 1) return;
+    if (counts_of_type_fit(part_)) return check_alignment();
     if (type_is_wrong()) {
       report_(EdsProblem::encoder_type, "EN_TYP", part_.en_typ, "MT_CNT", 1U - part_.en_typ);
       return;
@@ -561,6 +594,16 @@ class Bp3Check {
     if (!periods_fit(part_)) {
       check_pair("SIP_CNT", part_.sip_cnt, unsigned{part_.co_len} + part_.fi_len, periods_fit);
     }
+  }
+
+  // A right-aligned singleturn value that fills its field is left-aligned, too.
+  constexpr void check_alignment() const {
+    const Bp3Zeros zeros = part_.linear() ? scale_zeros(part_) : singleturn_zeros(part_);
+    const bool leading = zeros.leading != 0 && !(part_.linear() && part_.mt_len != 0);
+    if (!leading && !zeros.inside) return;
+    const bool fine = part_.fi_len != 0 && part_.fi_fmt != 1;
+    report_(EdsProblem::alignment, fine ? "FI_FMT" : "CO_FMT", fine ? part_.fi_fmt : part_.co_fmt,
+            fine ? "SIP_RES" : "SIP_CNT", 1);
   }
 
   // With the other type everything fits, including the checksum, and no count with one byte changed
@@ -615,7 +658,7 @@ class Bp3Check {
     const std::uint32_t stored = part_.cpoly;
     constexpr std::uint32_t due = crc6.polynomial >> 1U;
     if (stored == due) return;
-    // Where the CRC is not checked, there need not be a polynomial.
+    // BP3 states its polynomial with the condition C = 0.
     if (stored == 0 && id_.profile() == Profile::bp3 && id_.crc_is_data()) return;
     if (bytes_swapped(stored, 4) == due) {
       report_(EdsProblem::little_endian, "CPOLY", stored, {}, due);
@@ -702,28 +745,43 @@ constexpr void check_channel_against(const CommonChannel& channel, std::size_t i
   report(EdsProblem::polynomial_differs, symbols[3], channel.cpoly, "CPOLY", due);
 }
 
-constexpr bool sends_safety_word(const EdsImage& image) {
+// The identifier of a channel: that of the registers, else that of its part; 0: not read.
+constexpr ProfileIdentifier identifier_of(const EdsImage& image, std::size_t channel) {
+  if (image.identifiers[channel].value_or(0) != 0) return {*image.identifiers[channel]};
+  if (image.profiles[channel] == nullptr) return {};
+  return {parse_bp3_part(*image.profiles[channel]).bp_id};
+}
+
+// Whether this is a safety encoder. A standard encoder is known as one when every slave of the
+// device has a channel with a known profile, and none is BP3S.
+constexpr std::optional<bool> is_safety_encoder(const EdsImage& image) {
+  bool all_known = image.common != nullptr;
   for (std::size_t i = 0; i < max_channels; ++i) {
-    std::uint16_t id = image.identifiers[i].value_or(0);
-    if (image.profiles[i] != nullptr && !image.identifiers[i]) {
-      id = parse_bp3_part(*image.profiles[i]).bp_id;
-    }
-    if (ProfileIdentifier{id}.profile() == Profile::bp3s) return true;
+    const Profile profile = identifier_of(image, i).profile();
+    if (profile == Profile::bp3s) return true;
+    const bool known =
+        profile == Profile::bp0 || profile == Profile::bp1 || profile == Profile::bp3;
+    all_known = all_known && (i >= channel_count(image) || known);
+  }
+  if (!all_known || channel_count(image) < parse_common_part(*image.common).sl_num) {
+    return std::nullopt;
   }
   return false;
 }
 
 template <class Sink>
-constexpr void check_raw_part(const EdsBank& bank, std::size_t channel, Sink& sink,
-                              const EdsCheckOptions& options) {
+constexpr void check_raw_part(const EdsBank& bank, std::size_t channel, ProfileIdentifier id,
+                              Sink& sink, const EdsCheckOptions& options) {
   const PartReport<Sink> report{sink, EdsPart::raw, static_cast<std::uint8_t>(channel)};
   if (check_filling(bank, "BP_VER", report)) return;
+  if (id.profile() == Profile::bp3s) check_crc_bit(id, true, report);
   if (options.raw_checksum) check_sum(bank, report);
 }
 
 template <class Sink>
 constexpr void check_profile(const EdsImage& image, std::size_t i, const CommonPart* common,
-                             bool safety, Sink& sink, const EdsCheckOptions& options) {
+                             std::optional<bool> safety, Sink& sink,
+                             const EdsCheckOptions& options) {
   const EdsBank* bank = image.profiles[i];
   const PartReport<Sink> report{sink};
   const CommonChannel* channel =
@@ -735,7 +793,7 @@ constexpr void check_profile(const EdsImage& image, std::size_t i, const CommonP
     return;
   }
   if (profile_part(image, i) == EdsPart::raw) {
-    check_raw_part(*bank, i, sink, options);
+    check_raw_part(*bank, i, identifier_of(image, i), sink, options);
     return;
   }
   Bp3Context context{static_cast<std::uint8_t>(i), image.identifiers[i], std::nullopt, safety};
@@ -759,7 +817,7 @@ constexpr void check_eds(const EdsImage& image, Sink&& sink, const EdsCheckOptio
     check_common_part(*image.common, sink, image.eds_bank, options);
     common = parse_common_part(*image.common);
   }
-  const bool safety = eds_detail::sends_safety_word(image);
+  const std::optional<bool> safety = eds_detail::is_safety_encoder(image);
   for (std::size_t i = 0; i < max_channels; ++i) {
     eds_detail::check_profile(image, i, common_read ? &common : nullptr, safety, sink, options);
   }

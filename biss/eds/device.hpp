@@ -44,24 +44,25 @@ struct EdsOverride {
 
 /// The kinds of remarks.
 enum class EdsRemarkKind : std::uint8_t {
-  overridden,  ///< `used` instead of what the bank holds
-  disagrees,   ///< another source has another value, which is used: `used`
-  repaired,    ///< a common mistake, corrected: `used`
-  not_usable,  ///< not a valid value; the profile's or the widest value is used
-  not_given,   ///< nothing is stored; the profile's or the widest value is used
-  undivided,   ///< the lengths do not fit DL: the position is not divided into turns
-  hypothesis,  ///< used in a unit or a layout that no source confirms
-  doubtful,    ///< the format of an identifier; doubt_of() gives the reason
-  order,       ///< several channels: which is first on the line is an assumption
+  overridden,     ///< `used` instead of what the bank holds
+  disagrees,      ///< another source has another value, which is used: `used`
+  repaired,       ///< a common mistake, corrected: `used`
+  not_usable,     ///< not a valid value; the profile's or the widest value is used
+  not_given,      ///< nothing is stored; the profile's or the widest value is used
+  undivided,      ///< the lengths do not fit DL: the position is not divided into turns
+  other_reading,  ///< C = 1: the lengths fit DL only in the other reading, which is used
+  hypothesis,     ///< used in a unit or a layout that no source confirms
+  doubtful,       ///< the format of an identifier; doubt_of() gives the reason
+  order,          ///< several channels: which is first on the line is an assumption
 };
 
-inline constexpr std::size_t eds_remark_count = 9;
+inline constexpr std::size_t eds_remark_count = 10;
 
 /// The name that scripts see, the same as the enumerator's.
 constexpr std::string_view name_of(EdsRemarkKind kind) {
   constexpr std::array<std::string_view, eds_remark_count> names{
-      "overridden", "disagrees",  "repaired", "not_usable", "not_given",
-      "undivided",  "hypothesis", "doubtful", "order"};
+      "overridden", "disagrees",     "repaired",   "not_usable", "not_given",
+      "undivided",  "other_reading", "hypothesis", "doubtful",   "order"};
   return names[static_cast<std::size_t>(kind)];
 }
 
@@ -74,6 +75,7 @@ constexpr std::string_view text_of(EdsRemarkKind kind) {
       "not usable, the default stands in",
       "not given, the default stands in",
       "MT_LEN, CO_LEN and FI_LEN do not fit DL, the position is left undivided",
+      "whether DL counts the CRC (BP3, table 5) or not (table 6): the lengths decide",
       "used, though no source confirms its unit or place",
       "what the identifier means is not beyond doubt",
       "that the highest channel comes first on the line is an assumption"};
@@ -98,8 +100,7 @@ concept EdsRemarkSink = std::invocable<T&, const EdsRemark&>;
 
 /// What no document defines.
 struct EdsDeviceOptions {
-  /// C = 1: whether to check the CRC, and whether DL counts it (ProfileOptions::length_counts_crc).
-  bool check_crc_in_data = false;
+  /// C = 1, where no lengths decide it: ProfileOptions::length_counts_crc.
   bool length_counts_crc = true;
   /// Use the times whose unit is a hypothesis; false replaces them by the widest that BiSS C
   /// allows.
@@ -227,7 +228,7 @@ class ChannelReader {
                           Sink& sink)
       : reader_(from),
         index_(number),
-        options_{chosen.check_crc_in_data, chosen.length_counts_crc},
+        options_{.length_counts_crc = chosen.length_counts_crc},
         sink_(sink) {
     const EdsImage& image = from.image();
     if (image.common != nullptr) common_ = from.common().channels[number];
@@ -241,20 +242,21 @@ class ChannelReader {
 
   constexpr Answer run() {
     if (common_ && common_->actuator()) return fail(EdsDeviceCause::actuator);
-    const std::uint16_t identifier = chosen_identifier();
-    const auto channel = profile_channel(identifier, options_);
+    const ProfileIdentifier id{chosen_identifier()};
+    const bool same_layout = part_ && id.profile() == Profile::bp3;
+    options_.crc = stated_crc(id, same_layout);
+    const bool by_lengths = same_layout && id.crc_is_data() && take_reading(id);
+    const auto channel = profile_channel(id.raw, options_);
     if (!channel.ok()) {
-      if (identifier != 0) remark_part(EdsRemarkKind::not_usable, "BP_ID", identifier, 0);
+      if (id.raw != 0) remark_part(EdsRemarkKind::not_usable, "BP_ID", id.raw, 0);
       return from_lengths();
     }
-    const ProfileIdentifier id{identifier};
-    if (!doubt_of(id).empty()) {
-      remark_part(EdsRemarkKind::doubtful, "BP_ID", identifier, identifier);
+    if (!doubt_of(id).empty() && !by_lengths) {
+      remark_part(EdsRemarkKind::doubtful, "BP_ID", id.raw, id.raw);
     }
     ChannelFormat format = *channel;
-    if (id.profile() == Profile::bp3 && part_) refine(format);
+    if (same_layout) refine(format);
     compare_with_common(id, format);
-    if (raw_) use_raw_crc(format);
     return format;
   }
 
@@ -300,12 +302,70 @@ class ChannelReader {
     return used;
   }
 
+  // The CRC that the data sheet states: an overridden CPOLY_i, then the profile's part. Without one
+  // that is usable the profile's.
+  constexpr CrcSpec stated_crc(ProfileIdentifier id, bool same_layout) const {
+    CrcSpec crc = raw_ ? raw_crc(id) : same_layout ? part_crc(id.crc_is_data()) : CrcSpec{};
+    if (common_ && common_overrides(3)) {
+      const CrcSpec by_hand = crc_of_stored(common_->cpoly, 0);
+      if (by_hand.present()) crc = with_start(by_hand, crc.start);
+    }
+    return crc;
+  }
+
+  static constexpr CrcSpec with_start(CrcSpec crc, std::uint32_t start) {
+    crc.start = start <= crc.mask() ? static_cast<std::uint16_t>(start) : std::uint16_t{0};
+    return crc;
+  }
+
+  // BP3 states no polynomial for C = 1, so CPOLY may be left out.
+  constexpr CrcSpec part_crc(bool crc_is_data) const {
+    CrcSpec crc = crc_of_stored(repaired(EdsPart::bp3, "CPOLY", part_->cpoly), 0);
+    if (!crc.present()) {
+      const bool left_out = crc_is_data && part_->cpoly == 0;
+      remark(EdsPart::bp3, left_out ? EdsRemarkKind::not_given : EdsRemarkKind::not_usable, "CPOLY",
+             part_->cpoly, 0);
+      crc = crc6;
+    }
+    if (part_->cstart > crc.mask()) {
+      remark(EdsPart::bp3, EdsRemarkKind::not_usable, "CSTART", part_->cstart, 0);
+    }
+    return with_start(crc, part_->cstart);
+  }
+
+  // NXP's driver reads CPOLY and CSTART at BP3's addresses for every profile. A safety position word
+  // has a CRC of 16 bits, whatever these bytes mean.
+  constexpr CrcSpec raw_crc(ProfileIdentifier id) const {
+    const bool safety = id.profile() == Profile::bp3s;
+    CrcSpec crc = crc_of_stored(raw_->cpoly, 0);
+    if (!crc.present() || raw_->cstart > crc.mask()) return {};
+    if (safety && crc.width_bits != bp3s_crc.width_bits) return {};
+    crc = with_start(crc, raw_->cstart);
+    if (crc == (safety ? bp3s_crc : crc6)) return {};
+    remark(EdsPart::raw, EdsRemarkKind::hypothesis, "CPOLY", raw_->cpoly, raw_->cpoly);
+    return crc;
+  }
+
+  // C = 1: whether DL counts the CRC, as the lengths of the part say. False: they fit neither
+  // reading.
+  constexpr bool take_reading(ProfileIdentifier id) {
+    const unsigned data_bits = part_->position_bits() + 2;
+    const bool counts = data_bits + options_.crc.width_bits == id.data_length();
+    if (!counts && data_bits != id.data_length()) return false;
+    if (counts != options_.length_counts_crc) {
+      remark(EdsPart::bp3, EdsRemarkKind::other_reading, "BP_ID", id.raw, id.raw);
+      options_.length_counts_crc = counts;
+    }
+    return true;
+  }
+
   // Without a usable identifier: the lengths of the BP3 part, or DLEN_i with its two flags.
   constexpr Answer from_lengths() {
     const bool by_hand = common_ && common_overrides(1);
     if (part_ && !by_hand && part_->position_bits() >= 1 &&
         part_->position_bits() + 2 <= bp3_max_data_bits) {
-      ChannelFormat format = position_channel(part_->position_bits(), 0, 0, crc6);
+      if (!options_.crc.present()) options_.crc = stated_crc({}, true);
+      ChannelFormat format = position_channel(part_->position_bits(), 0, options_.crc);
       refine(format);
       return format;
     }
@@ -314,12 +374,12 @@ class ChannelReader {
     }
     ChannelFormat format;
     format.data_bits = common_->dlen;
-    if (common_->dlen >= 2) format = position_channel(common_->dlen - 2U, 0, 0, {});
+    if (common_->dlen >= 2) format = position_channel(common_->dlen - 2U, 0, {});
     format.crc =
         crc_of_stored(repaired(EdsPart::common, channel_symbols[index_][3], common_->cpoly), 0);
-    if (raw_) {
-      use_raw_crc(format);
-    } else if (!format.crc.present()) {
+    if (raw_ && options_.crc.present()) {
+      format.crc = options_.crc;
+    } else if (!raw_ && !format.crc.present()) {
       remark(EdsPart::common, EdsRemarkKind::not_given, channel_symbols[index_][3], common_->cpoly,
              0);
     }
@@ -329,33 +389,35 @@ class ChannelReader {
   constexpr void refine(ChannelFormat& format) const {
     divide(format);
     set_flags(format);
-    if (!format.crc.present()) return;
-    const std::uint32_t stored = repaired(EdsPart::bp3, "CPOLY", part_->cpoly);
-    const CrcSpec crc = crc_of_stored(stored, part_->cstart);
-    if (!crc.present()) {
-      remark(EdsPart::bp3, EdsRemarkKind::not_usable, "CPOLY", part_->cpoly, 0);
-    } else {
-      format.crc = crc;
-    }
-    if (part_->cstart > format.crc.mask()) {
-      remark(EdsPart::bp3, EdsRemarkKind::not_usable, "CSTART", part_->cstart, 0);
-      format.crc.start = 0;
-    }
   }
 
-  // Turns above singleturn where the lengths fit; a scale has no turns.
+  // Turns above singleturn where the lengths fit; a scale has no turns. Bits that the counts do not
+  // need are padding.
   constexpr void divide(ChannelFormat& format) const {
     if (part_->position_bits() != format.position.bits) {
       remark(EdsPart::bp3, EdsRemarkKind::undivided, "MT_LEN", part_->position_bits(),
              format.position.bits);
       return;
     }
-    const unsigned singleturn = unsigned{part_->co_len} + part_->fi_len;
-    if (part_->linear() || part_->mt_len == 0) return;
-    const std::uint8_t shift = format.position.shift;
+    const bool turns = !part_->linear() && part_->mt_len != 0;
+    const Bp3Zeros zeros = part_->linear() ? scale_zeros(*part_) : singleturn_zeros(*part_);
+    if (zeros.inside) remark(EdsPart::bp3, EdsRemarkKind::not_usable, "FI_FMT", part_->fi_fmt, 0);
+    const unsigned low = format.position.shift;
+    if (!turns) {
+      format.position = without(zeros, low, format.position.bits);
+      return;
+    }
+    const unsigned singleturn = singleturn_bits(*part_);
     format.position = {};
-    if (singleturn != 0) format.singleturn = {shift, static_cast<std::uint8_t>(singleturn)};
-    format.multiturn = {static_cast<std::uint8_t>(shift + singleturn), part_->mt_len};
+    if (singleturn != 0) format.singleturn = without(zeros, low, singleturn);
+    format.multiturn = without(turns_zeros(*part_), low + singleturn, part_->mt_len);
+  }
+
+  // What is left of `bits` bits from `shift` on without these zeros.
+  static constexpr Field without(const Bp3Zeros& zeros, unsigned shift, unsigned bits) {
+    if (bits == 0) return {};
+    return {static_cast<std::uint8_t>(shift + zeros.trailing),
+            static_cast<std::uint8_t>(bits - zeros.leading - zeros.trailing)};
   }
 
   // Table B: 1 is nE, 2 is nW, 0 any value.
@@ -390,37 +452,21 @@ class ChannelReader {
   }
 
   // The profile has precedence, unless the common part's field is overridden.
-  constexpr void compare_with_common(ProfileIdentifier id, ChannelFormat& format) const {
+  constexpr void compare_with_common(ProfileIdentifier id, const ChannelFormat& format) const {
     if (!common_) return;
     const auto& symbols = channel_symbols[index_];
     // With C = 1, the sources do not say whether DLEN_i counts the CRC.
-    const bool same =
-        common_->dlen == format.data_bits ||
-        (id.crc_is_data() && common_->dlen == id.data_length()) ||
-        (id.crc_is_data() && unsigned{common_->dlen} + crc6.width_bits == id.data_length());
+    const bool same = common_->dlen == format.data_bits ||
+                      (id.crc_is_data() && common_->dlen == format.total_bits());
     if (!same && common_->dlen != 0) {
       remark(EdsPart::common, EdsRemarkKind::disagrees, symbols[1], common_->dlen,
              format.data_bits);
     }
-    if (!format.crc.present() || common_->cpoly == 0) return;
-    if (common_overrides(3)) {
-      const CrcSpec crc = crc_of_stored(common_->cpoly, format.crc.start);
-      if (crc.present()) format.crc = crc;
-    } else if (common_->cpoly != format.crc.polynomial >> 1U) {
+    if (common_->cpoly == 0 || common_overrides(3)) return;
+    if (common_->cpoly != format.crc.polynomial >> 1U) {
       remark(EdsPart::common, EdsRemarkKind::disagrees, symbols[3], common_->cpoly,
              format.crc.polynomial >> 1U);
     }
-  }
-
-  // NXP's driver reads CPOLY and CSTART at BP3's addresses for every profile.
-  constexpr void use_raw_crc(ChannelFormat& format) const {
-    if (raw_->cpoly == 0 || raw_->cpoly == format.crc.polynomial >> 1U) return;
-    const CrcSpec crc = crc_of_stored(raw_->cpoly, raw_->cstart);
-    // A format that transmits its CRC as data keeps it so, and a start value must fit.
-    const bool carried = !format.crc.present() && format.life_counter.present();
-    if (!crc.present() || carried || raw_->cstart > crc.mask()) return;
-    remark(EdsPart::raw, EdsRemarkKind::hypothesis, "CPOLY", raw_->cpoly, raw_->cpoly);
-    format.crc = crc;
   }
 
   const EdsReader& reader_;

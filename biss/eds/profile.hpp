@@ -51,7 +51,8 @@ struct ProfileIdentifier {
   }
   /// BP3, BP3S: only version 1 is known.
   constexpr unsigned version() const { return (raw >> 9U) & 0b111U; }
-  /// BP3, BP3S: bit C; the CRC's bits are data to the master, which does not check them.
+  /// BP3, BP3S: bit C; the bus master passes the CRC on with the data, and whoever uses the position
+  /// checks it. Mandatory within a safety encoder (BP3 Rev A3, table 5).
   constexpr bool crc_is_data() const { return (raw & 0x100U) != 0; }
   constexpr bool bit7() const { return (raw & 0x80U) != 0; }
   /// BP0: data bits, 0 = no channel. BP3, BP3S: DL.
@@ -90,11 +91,12 @@ constexpr std::string_view doubt_of(ProfileIdentifier id) {
     case Profile::bp1:
       return "BP1: seen on one device, the identifier's division is not known";
     case Profile::bp3:
-      return id.crc_is_data()
-                 ? "C = 1: that DL counts the 6 CRC bits is deduced, the master does not check them"
-                 : std::string_view{};
+      return id.crc_is_data() ? "C = 1: that DL counts the CRC is deduced (BP3, table 5); table 6 "
+                                "says \"without CRC\""
+                              : std::string_view{};
     case Profile::bp3s:
-      return "BP3S: the document was not available, the identifier's division is BP3's";
+      return "BP3S: the document was not available; assumed are BP3's identifier, and a DL that "
+             "counts nE, nW, 6 bits of sign of life and, with C = 1, CRC16";
     default:
       return {};
   }
@@ -134,12 +136,11 @@ constexpr std::string_view text_of(ProfileError error) {
 
 /// What the documents leave open.
 struct ProfileOptions {
-  /// C = 1, where the master does not check: false treats the CRC's bits as padding, true checks
-  /// them anyway. The bits on the line are the same.
-  bool check_crc_in_data = false;
-  /// C = 1: whether DL counts the CRC's bits. BP3's text says that they are added to the data, and
-  /// 63 is 57 plus 6; the heading of table 6 says "without CRC".
+  /// C = 1: whether DL counts the CRC's bits. BP3's table 5 says that they are added to the data
+  /// length, and 63 is 57 plus 6; table 6 says "data length without CRC". Assumed for BP3S, too.
   bool length_counts_crc = true;
+  /// The CRC where another source than the identifier states it; without one the profile's.
+  CrcSpec crc{};
 };
 
 /// BP3's data length with C = 0: position and two flags. 57 data bits and 6 of CRC are the longest
@@ -151,32 +152,45 @@ inline constexpr unsigned bp3_max_data_bits = 57;
 inline constexpr unsigned bp3_max_length_crc_is_data = 63;
 /// The longest safety position word, its CRC included (SC-A5).
 inline constexpr unsigned max_spw_bits = 64;
+
+// ---- Assumptions about BP3S, whose document was not available: its identifier is divided like
+// BP3's (NXP's driver), and DL counts position, nE, nW, the sign-of-life counter and, with C = 1, the
+// CRC, as they are on the line (Safety Concept A5).
+
+/// The sign-of-life counter of the safety position word.
+inline constexpr unsigned bp3s_counter_bits = safety_counter_bits;
+/// The CRC of the safety position word: 0x190D9, start value 0 (Safety Concept A5).
+inline constexpr CrcSpec bp3s_crc = crc16;
+
 /// BP0 (NXP's driver, the association's list of profiles).
 inline constexpr CrcSpec bp0_crc{.polynomial = 0x25, .width_bits = 5};
 
 namespace eds_detail {
 
-// nE and nW, and below them `counter` bits of counter and `pad` bits of a CRC that is not checked.
-constexpr ChannelFormat position_channel(unsigned position_bits, unsigned counter, unsigned pad,
+// nE and nW, and below them `counter` bits of counter.
+constexpr ChannelFormat position_channel(unsigned position_bits, unsigned counter,
                                          const CrcSpec& crc) {
-  const unsigned flags = counter + pad;
   const auto byte = [](unsigned value) { return static_cast<std::uint8_t>(value); };
   ChannelFormat channel;
-  channel.data_bits = byte(position_bits + 2 + flags);
-  if (position_bits != 0) channel.position = {byte(flags + 2), byte(position_bits)};
-  channel.error = {.shift = byte(flags + 1), .present = true};
-  channel.warning = {.shift = byte(flags), .present = true};
-  if (counter != 0) channel.life_counter = {byte(pad), byte(counter)};
+  channel.data_bits = byte(position_bits + 2 + counter);
+  if (position_bits != 0) channel.position = {byte(counter + 2), byte(position_bits)};
+  channel.error = {.shift = byte(counter + 1), .present = true};
+  channel.warning = {.shift = byte(counter), .present = true};
+  if (counter != 0) channel.life_counter = {0, byte(counter)};
   channel.crc = crc;
   return channel;
+}
+
+constexpr CrcSpec stated_or(const ProfileOptions& options, const CrcSpec& of_profile) {
+  return options.crc.present() ? options.crc : of_profile;
 }
 
 // BP3 and BP3S have one shape and differ in counter and CRC.
 constexpr Result<ChannelFormat, ProfileError> standard_channel(ProfileIdentifier id,
                                                                const ProfileOptions& options) {
   const bool safety = id.profile() == Profile::bp3s;
-  const CrcSpec crc = safety ? crc16 : crc6;
-  const unsigned counter = safety ? safety_counter_bits : 0;
+  const CrcSpec crc = stated_or(options, safety ? bp3s_crc : crc6);
+  const unsigned counter = safety ? bp3s_counter_bits : 0;
   if (id.version() != 1) return failure(ProfileError::version);
   if (id.bit7()) return failure(ProfileError::reserved_bit);
   const bool counted = id.crc_is_data() && options.length_counts_crc;
@@ -186,23 +200,25 @@ constexpr Result<ChannelFormat, ProfileError> standard_channel(ProfileIdentifier
   if (length < bp3_min_data_bits || length > most) return failure(ProfileError::data_length);
   const unsigned around = 2 + counter + (counted ? crc.width_bits : 0U);
   if (length < around) return failure(ProfileError::crc_does_not_fit);
-  const bool carried = id.crc_is_data() && !options.check_crc_in_data;
-  return position_channel(length - around, counter, carried ? crc.width_bits : 0U,
-                          carried ? CrcSpec{} : crc);
+  return position_channel(length - around, counter, crc);
 }
 
-constexpr Result<ChannelFormat, ProfileError> universal_channel(ProfileIdentifier id) {
+constexpr Result<ChannelFormat, ProfileError> universal_channel(ProfileIdentifier id,
+                                                                const ProfileOptions& options) {
   if (id.data_length() == 0) return failure(ProfileError::no_channel);
   if (id.actuator()) return failure(ProfileError::actuator);
   ChannelFormat channel;
   channel.data_bits = static_cast<std::uint8_t>(id.data_length());
-  channel.crc = bp0_crc;
+  channel.crc = stated_or(options, bp0_crc);
   return channel;
 }
 
-constexpr Result<ChannelFormat, ProfileError> bp1_channel(ProfileIdentifier id) {
+constexpr Result<ChannelFormat, ProfileError> bp1_channel(ProfileIdentifier id,
+                                                          const ProfileOptions& options) {
   for (const Bp1Seen& seen : bp1_seen) {
-    if (seen.identifier == id.raw) return position_channel(seen.position_bits, 0, 0, crc6);
+    if (seen.identifier == id.raw) {
+      return position_channel(seen.position_bits, 0, stated_or(options, crc6));
+    }
   }
   return failure(ProfileError::bp1_layout);
 }
@@ -236,9 +252,9 @@ constexpr Result<ChannelFormat, ProfileError> profile_channel(std::uint16_t iden
     case Profile::none:
       return failure(ProfileError::none_given);
     case Profile::bp0:
-      return eds_detail::universal_channel(id);
+      return eds_detail::universal_channel(id, options);
     case Profile::bp1:
-      return eds_detail::bp1_channel(id);
+      return eds_detail::bp1_channel(id, options);
     case Profile::bp3:
     case Profile::bp3s:
       return eds_detail::standard_channel(id, options);
@@ -261,24 +277,21 @@ constexpr Result<FrameFormat, ProfileError> profile_format(std::uint16_t identif
 }
 
 /// The identifier of a BP3 or BP3S device that sends this channel; with `crc_is_data` the one with
-/// C = 1, whether the channel checks the CRC or transmits it as padding. Adjacent turns and
-/// singleturn count as one position. ProfileError::unknown_profile for another profile.
+/// C = 1. Adjacent turns and singleturn count as one position. ProfileError::unknown_profile for
+/// another profile.
 constexpr Result<std::uint16_t, ProfileError> profile_identifier(const ChannelFormat& channel,
                                                                  Profile profile, bool crc_is_data,
                                                                  bool length_counts_crc = true) {
   if (profile != Profile::bp3 && profile != Profile::bp3s) {
     return failure(ProfileError::unknown_profile);
   }
-  const bool checked = channel.crc.present();
-  const unsigned width = profile == Profile::bp3s ? crc16.width_bits : crc6.width_bits;
+  const unsigned width = profile == Profile::bp3s ? bp3s_crc.width_bits : crc6.width_bits;
   unsigned length = channel.data_bits;
-  if (crc_is_data && checked && length_counts_crc) length += width;
-  if (crc_is_data && !checked && !length_counts_crc) length -= width;
+  if (crc_is_data && length_counts_crc) length += width;
   const unsigned kind = profile == Profile::bp3 ? 0x6200U : 0x7200U;
   if (length > 0x7F) return failure(ProfileError::data_length);
   const auto identifier = static_cast<std::uint16_t>(kind | (crc_is_data ? 0x100U : 0U) | length);
-  const auto expected = profile_channel(
-      identifier, {.check_crc_in_data = checked, .length_counts_crc = length_counts_crc});
+  const auto expected = profile_channel(identifier, {.length_counts_crc = length_counts_crc});
   if (!expected.ok()) return failure(expected.error());
   if (!eds_detail::same_bits(*expected, channel)) return failure(ProfileError::other_bits);
   return identifier;

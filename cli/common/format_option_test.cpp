@@ -63,7 +63,8 @@ TEST(FormatOption, TextOfAFormat_HasNoKnownTiming) {
 TEST(FormatOption, ProfileIdentifier_GivesBp3sFormat) {
   EXPECT_EQ(canonical("bp3:0x621E"), "pos28,nE,nW,crc6");
   EXPECT_EQ(canonical("bp3:0x6239"), "pos55,nE,nW,crc6");
-  EXPECT_EQ(canonical("bp3:0x631E"), "pos22,nE,nW,pad6");
+  EXPECT_EQ(canonical("bp3:0x631E"), "pos22,nE,nW,crc6");
+  EXPECT_EQ(canonical("bp3:0x7330"), "pos24,nE,nW,lc6,crc16");
   EXPECT_EQ(canonical("bp3:0x7230"), "pos40,nE,nW,lc6,crc16");
   EXPECT_EQ(canonical("bp3:0x2814"),
             "error: format \"bp3:0x2814\": this identifier is of profile BP1, not of BP3");

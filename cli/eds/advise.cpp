@@ -38,20 +38,17 @@ struct AdviseOptions {
 
 const std::vector<std::string> advise_formats{"table", "jsonl", "description"};
 
-// The bits that a counter of this range needs; 0 where the range is not given.
-unsigned bits_for(std::uint32_t count) {
-  return count == 0 || count == 0xFFFF'FFFF ? 0 : static_cast<unsigned>(std::bit_width(count - 1));
-}
-
 // Resolution and turns from the first channel's BP3 part.
 void take_lengths(const EdsSource& source, AdviceWish& wish) {
   const auto& part = source.sheet.profiles[0];
   if (!part || !part->whole) return;
   const Bp3Part bp3 = parse_bp3_part(part->filled);
-  const unsigned turns = bits_for(bp3.mt_cnt);
-  wish.turns_bits = turns != 0 && turns <= bp3.mt_len ? turns : bp3.mt_len;
-  wish.turns_field_bits = bp3.mt_len;
-  wish.resolution_bits = unsigned{bp3.co_len} + bp3.fi_len;
+  const Bp3Zeros turns = turns_zeros(bp3);
+  const Bp3Zeros singleturn = bp3.linear() ? scale_zeros(bp3) : singleturn_zeros(bp3);
+  wish.turns_field_bits = bp3.linear() ? 0 : bp3.mt_len;
+  wish.turns_bits = wish.turns_field_bits - (bp3.linear() ? 0 : turns.leading + turns.trailing);
+  wish.resolution_field_bits = bp3.position_bits() - wish.turns_field_bits;
+  wish.resolution_bits = wish.resolution_field_bits - singleturn.leading - singleturn.trailing;
 }
 
 // Returns one line where an option is wrong, else an empty text.
@@ -222,7 +219,7 @@ Run add_eds_advise(Verb verb) {
   bits("--resolution-field", options->resolution_field, "Width of the field of the resolution");
   bits("--turns-field", options->turns_field, "Width of the field of the turns");
   verb.add_flag("--safety", options->safety,
-                "Word of a safety encoder: C = 1, the master does not check its CRC");
+                "Word of a safety encoder: C = 1, its CRC stays with the data");
   add_rate_option(verb, "--rate", into(options->rate), "Required requests per second");
   add_rate_option(verb, "--clock", into(options->clock),
                   "Frequency of MA; the highest of the encoder by default");

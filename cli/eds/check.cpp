@@ -61,6 +61,21 @@ bool write_findings(const std::vector<EdsFindingRow>& rows, report::Format forma
   return table->finish();
 }
 
+// A remark and no finding: the value can mean that the delay is not given.
+void warn_of_power_on_delay(const EdsSource& source) {
+  const EdsField& field = *find_field(bp3_fields, "PON_PDL");
+  for (const EdsPartRow& part : eds_parts(source.sheet)) {
+    const EdsBank& bank = part.found->filled;
+    const bool is_empty = is_filled_with(bank, 0x00) || is_filled_with(bank, 0xFF);
+    if (part.part != EdsPart::bp3 || !part.found->whole || is_empty) continue;
+    const std::uint32_t value = field_value(bank, field);
+    if (field.in_range(value)) continue;
+    warn(fmt::format(
+        "{} of channel {} is {}, outside {} to {} ms: the delay from power-on is not given",
+        field.symbol, part.channel.value_or(0), value, field.min, field.max));
+  }
+}
+
 ExitStatus run_check(const CheckOptions& options) {
   const auto source = load_eds_with_part(options.arguments);
   if (!source) return source.error();
@@ -72,6 +87,7 @@ ExitStatus run_check(const CheckOptions& options) {
   }
   const std::vector<EdsFindingRow> findings = eds_findings(source->sheet, rules);
   warn_of_missing(*source);
+  if (!options.strict) warn_of_power_on_delay(*source);
   Output output;
   if (!output.open(options.output)) return output.status();
   if (!write_findings(findings, options.to, output) || !output.finish()) return output.status();

@@ -177,6 +177,68 @@ TEST_F(Eds, CheckAgainstRegisters_TakesThoseOfTheDumpOrTheOption) {
               HasSubstr("\"symbol\":\"BP_ID\",\"problem\":\"identifier\",\"value\":25120"));
 }
 
+TEST_F(Eds, Check_NamesAWrongBitC) {
+  write("standard.eds", std::string(description) + "BP_ID = 0x6326\n");
+  const Ran standard = eds({"check", path("standard.eds"), "--to", "jsonl"});
+  EXPECT_EQ(standard.status, ExitStatus::data_failed);
+  EXPECT_THAT(standard.out, HasSubstr("\"symbol\":\"BP_ID\",\"problem\":\"crc_bit\""));
+  EXPECT_THAT(standard.out, HasSubstr("1 in a safety encoder, and 0 in a standard encoder"));
+  std::string other = "[bank 4]\n0x00 = 01 01 73 30\n";
+  for (unsigned i = 4; i < 63; ++i)
+    other += "0x" + std::string(1, "0123"[i / 16]) + "0123456789ABCDEF"[i % 16] + " = 00\n";
+  other += "0x3F = A5\n";
+  write("safety.eds", std::string(description) + other +
+                          "[common]\nDC_NUM = 2\nSL_NUM = 2\nEDS_LEN = 3\nBANK_1 = 4\n"
+                          "DLEN_1 = 32\n");
+  const Ran safety = eds({"check", path("safety.eds"), "--to", "jsonl"});
+  EXPECT_EQ(safety.status, ExitStatus::data_failed) << safety.err;
+  EXPECT_THAT(safety.out, HasSubstr("\"problem\":\"crc_bit\",\"value\":25120"));
+}
+
+TEST_F(Eds, LengthsThatFitTheOtherReadingOfDl_AreNamedAndFollowed) {
+  write("part.eds",
+        "[bp3]\nBP_ID = 0x6320\nPON_PDL = 1\nMT_LEN = 12\nMT_CNT = 4096\nFI_LEN = 18\n");
+  const Ran checked = eds({"check", path("part.eds"), "--to", "jsonl"});
+  EXPECT_EQ(checked.status, ExitStatus::data_failed);
+  EXPECT_THAT(checked.out, HasSubstr("\"problem\":\"length_reading\",\"value\":25376"));
+  EXPECT_THAT(checked.out, HasSubstr("\"expected\":25382"));
+  EXPECT_THAT(checked.out, HasSubstr("table 5 adds the CRC bits"));
+  EXPECT_THAT(checked.out, HasSubstr("table 6 says"));
+  const Ran shown = eds({"show", path("part.eds")});
+  EXPECT_THAT(shown.err, HasSubstr("mt12,st18,nE,nW,crc6"));
+  EXPECT_THAT(shown.err, HasSubstr("BP_ID of channel 0: whether DL counts the CRC"));
+}
+
+TEST_F(Eds, Alignment_PlacesThePaddingAndIsCheckedAgainstBp3) {
+  const std::string part =
+      "[bp3]\nPON_PDL = 1\nMT_LEN = 12\nMT_CNT = 256\nFI_LEN = 18\n"
+      "SIP_CNT = 1\nSIP_RES = 65536\n";
+  write("good.eds", part + "FI_FMT = left\n");
+  EXPECT_EQ(eds({"check", path("good.eds")}).status, ExitStatus::done);
+  EXPECT_THAT(eds({"show", path("good.eds")}).err, HasSubstr("pad4,mt8,st16,pad2,nE,nW,crc6"));
+  write("wrong.eds", part + "MT_FMT = left\n");
+  EXPECT_THAT(eds({"show", path("wrong.eds")}).err, HasSubstr("mt8,pad6,st16,nE,nW,crc6"));
+  const Ran wrong = eds({"check", path("wrong.eds"), "--to", "jsonl"});
+  EXPECT_EQ(wrong.status, ExitStatus::data_failed);
+  EXPECT_THAT(wrong.out, HasSubstr("\"symbol\":\"MT_FMT\",\"problem\":\"alignment\""));
+  EXPECT_THAT(wrong.out, HasSubstr("\"symbol\":\"FI_FMT\",\"problem\":\"alignment\""));
+}
+
+TEST_F(Eds, PowerOnDelayOutsideItsRange_IsARemark) {
+  for (const std::string value : {"0", "255"}) {
+    write("part.eds", "[bp3]\nFI_LEN = 18\nPON_PDL = " + value + "\n");
+    const Ran checked = eds({"check", path("part.eds")});
+    EXPECT_EQ(checked.status, ExitStatus::done);
+    EXPECT_THAT(checked.err,
+                HasSubstr("PON_PDL of channel 0 is " + value + ", outside 1 to 254 ms"));
+    const Ran strict = eds({"check", path("part.eds"), "--strict"});
+    EXPECT_EQ(strict.status, ExitStatus::data_failed);
+    EXPECT_THAT(strict.out, HasSubstr("PON_PDL"));
+    EXPECT_THAT(strict.err, Not(HasSubstr("PON_PDL")));
+  }
+  EXPECT_THAT(eds({"check", path("encoder.eds")}).err, Not(HasSubstr("PON_PDL")));
+}
+
 TEST_F(Eds, CheckOfABankWithHoles_SaysIncomplete) {
   write("holes.hex", "bank 0\n0x00: 01 01 62 20\n");
   const Ran ran = eds({"check", path("holes.hex"), "--to", "jsonl"});
@@ -250,7 +312,7 @@ TEST_F(Eds, AdviceAsDescription_CanBeBuilt) {
   write("whole.eds", text("part.eds") + "[common]\nTMA = 100ns\n");
   const Ran built = eds({"build", path("whole.eds"), "-o", path("whole.hex")});
   EXPECT_EQ(built.status, ExitStatus::done) << built.err;
-  EXPECT_THAT(eds({"show", path("whole.hex")}).err, HasSubstr("mt12,st18,nE,nW,crc6"));
+  EXPECT_THAT(eds({"show", path("whole.hex")}).err, HasSubstr("mt12,st16,pad2,nE,nW,crc6"));
 }
 
 TEST_F(Eds, AdviceOfADataSheet_TakesItsLengthsAndTimes) {

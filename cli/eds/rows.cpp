@@ -50,6 +50,8 @@ bool states_right_value(const EdsFinding& found) {
     case EdsProblem::identifier:
     case EdsProblem::channel_count:
     case EdsProblem::encoder_type:
+    case EdsProblem::length_reading:
+    case EdsProblem::alignment:
     case EdsProblem::data_length_differs:
     case EdsProblem::polynomial_differs:
       return true;

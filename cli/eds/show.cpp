@@ -114,7 +114,9 @@ std::string remark_line(const EdsRemark& remark) {
 }
 
 std::string text_of_doubt(const EdsRemark& remark) {
-  return fmt::format("BP_ID: {}", doubt_of({static_cast<std::uint16_t>(remark.used)}));
+  const std::string where =
+      remark.channel == 0 ? "" : fmt::format(" of channel {}", remark.channel);
+  return fmt::format("BP_ID{}: {}", where, doubt_of({static_cast<std::uint16_t>(remark.used)}));
 }
 
 void gather(std::string& list, std::string_view symbol) {
@@ -146,7 +148,10 @@ std::string eds_summary(const EdsSource& source) {
   Gathered gathered;
   const auto take = [&](const EdsRemark& remark) {
     if (remark.kind == EdsRemarkKind::hypothesis) return gather(gathered.hypotheses, remark.symbol);
-    if (remark.kind == EdsRemarkKind::not_given) return gather(gathered.missing, remark.symbol);
+    const bool is_time = remark.part == EdsPart::common && find_scale(remark.symbol) != nullptr;
+    if (remark.kind == EdsRemarkKind::not_given && is_time) {
+      return gather(gathered.missing, remark.symbol);
+    }
     lines.push_back(remark.kind == EdsRemarkKind::doubtful ? text_of_doubt(remark)
                                                            : remark_line(remark));
   };

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "biss/configure/configure_cycle.hpp"
+#include "biss/frame/format_text.hpp"
 #include "tests/core/configure_bench.hpp"
 #include "tests/core/test.hpp"
 
@@ -186,6 +187,86 @@ BISS_TEST(ConfigureEds, DeviceOfTwoSlaves_IsDescribedByEitherOfThem) {
       BISS_EXPECT_EQ(frame->channels()[2 - k].position, 0x80 + k);
     }
   }
+}
+
+// The CPW is the slave next to the master. Bank 2 has the SPW's part, bank 3 the CPW's.
+void put_safety_eds(Registers& registers) {
+  CommonPart common{
+      .eds_len = 3, .tma = 125, .dc_num = 2, .sl_num = 2, .sl_off = 1, .unnamed_13 = 0};
+  common.channels[0] = {.bank = 2, .dlen = 32};
+  common.channels[1] = {.bank = 3, .dlen = 30, .cpoly = 0x21};
+  const Bp3Part spw{.bp_id = 0x7330, .cpoly = 0xC86C};
+  const Bp3Part cpw{.bp_id = 0x6324, .mt_len = 12, .fi_len = 16};
+  constexpr auto read_only = RegisterProtection::read_only;
+  registers.bank(1) = RegisterBank(sealed(build_bank(common)), read_only);
+  registers.bank(2) = RegisterBank(sealed(build_bank(spw)), read_only);
+  registers.bank(3) = RegisterBank(sealed(build_bank(cpw)), read_only);
+}
+
+// C = 1 in both words. A wrong start value of an encoder's CRC makes every frame of it wrong.
+BISS_TEST(ConfigureEds, SafetyEncoderWithC_IsReadWithBothCrcs) {
+  for (const bool eds : {false, true}) {
+    for (const std::size_t damaged : {std::size_t{0}, std::size_t{1}, std::size_t{2}}) {
+      std::array<EncoderState, 2> states{EncoderState{.position = 0x12'3456},
+                                         EncoderState{.position = 0x123'4567}};
+      constexpr std::array<std::uint16_t, 2> profiles{0x7330, 0x6324};
+      SlaveTiming chained = usual_timing;
+      chained.chained = true;
+      const auto one = [&](std::size_t k) {
+        FrameFormat format =
+            parse_format(k == 0 ? "pos24,nE,nW,lc6,crc16" : "pos28,nE,nW,crc6").value();
+        if (k == damaged) format.channel_list[0].crc.start = 1;
+        const auto bank = static_cast<std::uint8_t>(eds && k == 1 ? 1 : 0);
+        return encoder(format, k == 0 ? usual_timing : chained,
+                       {.profile = profiles[k], .eds_bank = bank}, states[k]);
+      };
+      Encoders<2> device{{one(0), one(1)}};
+      if (eds) put_safety_eds(device.registers(1));
+      Line line(device);
+      BISS_ASSERT(line.run());
+      const auto result = line.cycle.result();
+      BISS_ASSERT(result.ok()) << "cause " << static_cast<int>(result.error().cause);
+      BISS_EXPECT(format_text(result->format).view() ==
+                  (eds ? "mt12,st16,nE,nW,crc6+pos24,nE,nW,lc6,crc16"
+                       : "pos28,nE,nW,crc6+pos24,nE,nW,lc6,crc16"));
+      BISS_EXPECT(result->format_source == (eds ? ValueSource::eds : ValueSource::profile));
+      const auto frame = read_with(*result, device, line.now + microseconds(50), {});
+      BISS_EXPECT_EQ(frame.ok(), damaged == 2);
+      if (!frame.ok()) {
+        // The CPW (slave 1) is first on the line.
+        const auto channel = static_cast<std::uint8_t>(1 - damaged);
+        BISS_EXPECT(frame.error() == FrameFault({FrameError::crc, channel}));
+        continue;
+      }
+      BISS_EXPECT_EQ(frame->channels()[0].position, 0x123'4567U);
+      BISS_EXPECT_EQ(frame->channels()[1].position, 0x12'3456U);
+    }
+  }
+}
+
+BISS_TEST(ConfigureEds, LeftAlignedTurns_AreDividedFromTheirZeros) {
+  EncoderState state{.position = 0x035'1234};
+  const FrameFormat sent = parse_format("mt8,pad4,st16,nE,nW,crc6").value();
+  Encoders<1> device{{encoder(sent, usual_timing, {.profile = 0x621E, .eds_bank = 1}, state)}};
+  put_eds(device.registers(), 0x621E);
+  const Bp3Part part{.bp_id = 0x621E,
+                     .mt_len = 12,
+                     .mt_fmt = 1,
+                     .fi_len = 16,
+                     .fi_fmt = 1,
+                     .mt_cnt = 256,
+                     .sip_cnt = 1,
+                     .sip_res = 65536};
+  device.registers().bank(2) =
+      RegisterBank(sealed(build_bank(part)), RegisterProtection::read_only);
+  Line line(device);
+  BISS_ASSERT(line.run());
+  const auto result = line.cycle.result();
+  BISS_ASSERT(result.ok());
+  BISS_EXPECT(result->format == sent);
+  const auto frame = read_with(*result, device, line.now + microseconds(50), {});
+  BISS_ASSERT(frame.ok());
+  BISS_EXPECT_EQ(frame->channels()[0].position, 0x035'1234U);
 }
 
 }  // namespace configure_eds_test

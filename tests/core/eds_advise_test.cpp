@@ -31,7 +31,12 @@ BISS_TEST(EdsAdvice, UsualEncoders_GetTheUsualFrames) {
   BISS_EXPECT_EQ(advice->leading_zeros, 2);
   BISS_EXPECT_EQ(advice->trailing_zeros, 3);
   BISS_EXPECT_EQ(advice->identifier, 0x6222);
-  BISS_EXPECT_EQ(parse_bp3_part(bp3_bank_of(*advice)).mt_cnt, 1024);
+  BISS_EXPECT(advice->channel == parse_format("pad2,mt10,st17,pad3,nE,nW,crc6")->channel_list[0]);
+  const Bp3Part part = parse_bp3_part(bp3_bank_of(*advice));
+  BISS_EXPECT_EQ(part.mt_len, 12);
+  BISS_EXPECT_EQ(part.fi_len, 20);
+  BISS_EXPECT_EQ(part.mt_cnt, 1024);
+  BISS_EXPECT_EQ(part.sip_cnt * part.sip_res, std::uint32_t{1} << 17U);
 }
 
 BISS_TEST(EdsAdvice, Rate_NeedsAClock) {

@@ -90,6 +90,7 @@ BISS_TEST(EdsCheck, OneWrongField_IsTheOnlyFinding) {
   const EdsBank* multi = &test::multiturn_12_20;
   const EdsBank* rotary = &test::rotary_18;
   const EdsBank* linear = &test::linear_36;
+  const EdsBank* cpw = &test::safety_cpw;
   const EdsBank* one = &test::one_channel;
   const EdsBank* two = &test::two_channels;
   const std::array wrong{
@@ -105,7 +106,8 @@ BISS_TEST(EdsCheck, OneWrongField_IsTheOnlyFinding) {
       Wrong{multi, bp3, "BP_ID", 0x6201, data_length},
       Wrong{multi, bp3, "BP_ID", 0x623A, data_length},
       Wrong{multi, bp3, "BP_ID", 0x6221, lengths},
-      Wrong{multi, bp3, "BP_ID", 0x6322, lengths},
+      Wrong{multi, bp3, "BP_ID", 0x6322, length_reading},
+      Wrong{cpw, bp3, "BP_ID", 0x631E, length_reading},
       Wrong{multi, bp3, "BP_ID", 0x2262, little_endian},
       Wrong{multi, bp3, "FB1", 0, out_of_range},
       Wrong{multi, bp3, "FB1", 2, out_of_range},
@@ -116,6 +118,7 @@ BISS_TEST(EdsCheck, OneWrongField_IsTheOnlyFinding) {
       Wrong{multi, bp3, "POS_NUM", 3, out_of_range},
       Wrong{multi, bp3, "MT_LEN", 58, out_of_range},
       Wrong{multi, bp3, "MT_LEN", 14, lengths},
+      Wrong{multi, bp3, "MT_FMT", 1, alignment},
       Wrong{multi, bp3, "MT_FMT", 2, out_of_range},
       Wrong{multi, bp3, "CO_LEN", 7, lengths},
       Wrong{multi, bp3, "CO_FMT", 255, out_of_range},
@@ -142,6 +145,7 @@ BISS_TEST(EdsCheck, OneWrongField_IsTheOnlyFinding) {
       Wrong{multi, bp3, "RES_3E", 1, reserved_not_zero},
       Wrong{rotary, bp3, "MT_CNT", 2, count_above_length},
       Wrong{rotary, bp3, "FI_LEN", 17, lengths},
+      Wrong{&test::longest_55, bp3, "FI_FMT", 0, alignment},
       Wrong{rotary, bp3, "SIP_RES", 4097, count_above_length},
       Wrong{linear, bp3, "MT_CNT", 5'000'000, count_above_length},
       Wrong{linear, bp3, "EN_TYP", 0, count_above_length},
@@ -188,6 +192,38 @@ BISS_TEST(EdsCheck, OneWrongField_IsTheOnlyFinding) {
                 each.symbol == "EN_TYP")
         << "wrong bank " << i;
     BISS_EXPECT(first.part == each.part);
+  }
+}
+
+BISS_TEST(EdsCheck, ZerosInTheSingleturnValue_MayOnlyTrail) {
+  struct Case {
+    std::uint8_t co_fmt;
+    std::uint8_t fi_fmt;
+    std::uint32_t sip_cnt;
+    std::uint32_t sip_res;
+    std::string_view symbol;
+  };
+  constexpr std::array cases{
+      Case{1, 1, 256, 4096, ""},       Case{0, 0, 256, 4096, "FI_FMT"},
+      Case{1, 0, 256, 4096, "FI_FMT"}, Case{0, 1, 256, 4096, "CO_FMT"},
+      Case{0, 1, 1024, 4096, ""},      Case{0, 0, 1024, 16384, ""},
+      Case{0, 0, 0, 4096, ""},         Case{0, 0, 0xFFFF'FFFF, 4096, ""},
+  };
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    const Case& each = cases[i];
+    const Findings found =
+        check_of(EdsPart::bp3, sealed(build_bank(Bp3Part{.bp_id = 0x621A,
+                                                         .co_len = 10,
+                                                         .co_fmt = each.co_fmt,
+                                                         .fi_len = 14,
+                                                         .fi_fmt = each.fi_fmt,
+                                                         .sip_cnt = each.sip_cnt,
+                                                         .sip_res = each.sip_res})));
+    if (each.symbol.empty()) {
+      BISS_EXPECT_EQ(found.count, 0U) << i;
+    } else {
+      BISS_EXPECT(found.only(each.symbol, EdsProblem::alignment, 0)) << i;
+    }
   }
 }
 
@@ -262,8 +298,10 @@ bool concerns(const EdsFinding& finding, std::string_view symbol) {
     return false;
   };
   if (finding.symbol == symbol || finding.against == symbol) return true;
-  if (finding.problem == EdsProblem::lengths)
+  if (finding.problem == EdsProblem::lengths || finding.problem == EdsProblem::length_reading)
     return any_of({"BP_ID", "MT_LEN", "CO_LEN", "FI_LEN"});
+  if (finding.problem == EdsProblem::alignment)
+    return any_of({"EN_TYP", "MT_CNT", "SIP_CNT", "SIP_RES"});
   if (finding.problem == EdsProblem::bank_in_user_area) return any_of({"USR_STA", "USR_END"});
   return false;
 }

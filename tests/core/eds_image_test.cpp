@@ -181,6 +181,41 @@ BISS_TEST(EdsImage, ControlWordWithoutC_IsWrongBesideASafetyWord) {
   BISS_EXPECT(is_good(sheet));
 }
 
+BISS_TEST(EdsImage, SafetyWordWithoutC_IsWrong) {
+  Sheet sheet = safety_sheet();
+  sheet.profiles[0] = sealed(EdsBank{1, 1, 0x72, 0x2A});
+  BISS_EXPECT(says_only(sheet, EdsPart::raw, "BP_ID", EdsProblem::crc_bit));
+  sheet.identifiers[0] = 0x7330;  // the registers take precedence
+  BISS_EXPECT(is_good(sheet));
+}
+
+BISS_TEST(EdsImage, StandardEncoderWithC_IsWrong) {
+  Sheet sheet;
+  sheet.profiles[0] = test::safety_cpw;
+  sheet.set_common("DLEN_0", 30);
+  for (const std::uint16_t registers : {std::uint16_t{0x6324}, std::uint16_t{0}}) {
+    sheet.identifiers[0] = registers;
+    if (registers == 0) sheet.identifiers[0].reset();
+    BISS_EXPECT(says_only(sheet, EdsPart::bp3, "BP_ID", EdsProblem::crc_bit));
+  }
+  // The device may have a safety word that was not read.
+  sheet.set_common("SL_NUM", 2);
+  BISS_EXPECT(is_good(sheet));
+  Sheet two = safety_sheet();
+  two.parts = 2;
+  EdsImage image = two.image();
+  image.profiles[0] = nullptr;
+  Only found;
+  check_eds(image, found);
+  BISS_EXPECT_EQ(found.count, 0U);
+  image.identifiers[0] = 0x2814;
+  check_eds(image, found);
+  BISS_EXPECT(found.count == 1 && found.last.problem == EdsProblem::crc_bit);
+  // A part alone does not show to which encoder it belongs.
+  check_bp3_part(test::safety_cpw, found = {});
+  BISS_EXPECT_EQ(found.count, 0U);
+}
+
 BISS_TEST(EdsImage, UnknownProfiles_AreJudgedByTheirChecksumOnly) {
   Sheet sheet = safety_sheet();
   sheet.profiles[0][20] ^= 1U;
@@ -224,9 +259,7 @@ Bp3Part random_part(test::Random& random) {
                                           (data ? 6U : 0U));
   part.en_typ = random.flip();
   part.pos_num = static_cast<std::uint8_t>(1 + random.below(2));
-  part.mt_fmt = random.flip();
-  part.co_fmt = random.flip();
-  part.fi_fmt = random.flip();
+  part.co_fmt = part.fi_fmt = 1;
   part.pon_pdl = static_cast<std::uint8_t>(random.bits(8));
   const auto count_of = [&](unsigned bits) { return 1U + random.below(std::uint32_t{1} << bits); };
   part.mt_cnt = count_of(part.mt_len);

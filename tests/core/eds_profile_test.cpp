@@ -13,7 +13,6 @@ namespace eds_profile_test {
 
 static_assert(format_text(profile_format(0x621E).value()).view() == "pos28,nE,nW,crc6");
 
-constexpr ProfileOptions checked{.check_crc_in_data = true};
 constexpr ProfileOptions not_counted{.length_counts_crc = false};
 
 bool gives(std::uint16_t identifier, std::string_view text, const ProfileOptions& options = {}) {
@@ -59,29 +58,38 @@ BISS_TEST(Profile, Bp3_IsPositionFlagsAndCrc) {
   BISS_EXPECT(gives(0x6239, "pos55,nE,nW,crc6"));
 }
 
-BISS_TEST(Profile, CSet_TakesTheCrcForData) {
-  BISS_EXPECT(gives(0x6324, "pos28,nE,nW,pad6"));
-  BISS_EXPECT(gives(0x6324, "pos28,nE,nW,crc6", checked));
-  BISS_EXPECT(gives(0x633F, "pos55,nE,nW,pad6"));
-  BISS_EXPECT(gives(0x631E, "pos28,nE,nW,pad6", not_counted));
+BISS_TEST(Profile, CSet_LengthCountsTheCrcAndTheCrcIsChecked) {
+  BISS_EXPECT(gives(0x631E, "pos22,nE,nW,crc6"));
+  BISS_EXPECT(gives(0x6324, "pos28,nE,nW,crc6"));
+  BISS_EXPECT(gives(0x633F, "pos55,nE,nW,crc6"));
+  BISS_EXPECT(gives(0x6308, "nE,nW,crc6"));
+  BISS_EXPECT(gives(0x631E, "pos28,nE,nW,crc6", not_counted));
   for (unsigned length = 8; length <= 63; ++length) {
     const auto id = static_cast<std::uint16_t>(0x6300U | length);
-    const auto carried = profile_channel(id);
-    const auto judged = profile_channel(id, checked);
-    BISS_ASSERT(carried.ok() && judged.ok());
-    BISS_EXPECT_EQ(carried->total_bits(), length);
-    BISS_EXPECT_EQ(judged->total_bits(), length);
-    BISS_EXPECT_EQ(profile_identifier(*carried, Profile::bp3, true).value(), id);
-    BISS_EXPECT_EQ(profile_identifier(*judged, Profile::bp3, true).value(), id);
+    const auto channel = profile_channel(id);
+    BISS_ASSERT(channel.ok());
+    BISS_EXPECT_EQ(channel->total_bits(), length);
+    BISS_EXPECT_EQ(channel->position_bits(), length - 8);
+    BISS_EXPECT(channel->crc == crc6);
+    BISS_EXPECT_EQ(profile_identifier(*channel, Profile::bp3, true).value(), id);
   }
   const auto outside = profile_channel(0x631E, not_counted);
   BISS_EXPECT_EQ(profile_identifier(*outside, Profile::bp3, true, false).value(), 0x631E);
 }
 
+BISS_TEST(Profile, StatedCrc_IsTheOneThatTheLengthCounts) {
+  constexpr CrcSpec wide{.polynomial = 0x11021, .start = 0x1D0F, .width_bits = 16};
+  BISS_EXPECT(gives(0x6324, "pos18,nE,nW,crc16:0x11021:0x1D0F", {.crc = wide}));
+  BISS_EXPECT(gives(0x621E, "pos28,nE,nW,crc16:0x11021:0x1D0F", {.crc = wide}));
+  BISS_EXPECT(gives(0x7330, "pos24,nE,nW,lc6,crc16:0x11021:0x1D0F", {.crc = wide}));
+  BISS_EXPECT_EQ(profile_channel(0x6308, {.crc = wide}).error(), ProfileError::crc_does_not_fit);
+}
+
 BISS_TEST(Profile, Bp3s_HasTheSignOfLifeAndCrc16) {
   BISS_EXPECT(gives(0x7220, "pos24,nE,nW,lc6,crc16"));
-  BISS_EXPECT(gives(0x7330, "pos24,nE,nW,lc6,pad16"));
-  BISS_EXPECT(gives(0x7330, "pos24,nE,nW,lc6,crc16", checked));
+  BISS_EXPECT(gives(0x7330, "pos24,nE,nW,lc6,crc16"));
+  BISS_EXPECT(gives(0x7330, "pos40,nE,nW,lc6,crc16", not_counted));
+  BISS_EXPECT(bp3s_crc.polynomial == 0x190D9 && bp3s_crc.start == 0);
   for (unsigned length = 8; length <= 48; ++length) {
     const auto id = static_cast<std::uint16_t>(0x7200U | length);
     BISS_EXPECT_EQ(profile_identifier(profile_channel(id).value(), Profile::bp3s, false).value(),

@@ -1,0 +1,96 @@
+// Formats from profile identifiers and data sheets, on captures of the simulator.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "tests/cli/run_command.hpp"
+
+namespace biss::cli {
+namespace profile_test {
+
+using Words = std::vector<std::string>;
+
+// The rows with a status or, where `column` is given, a value.
+std::size_t count(const std::vector<Row>& rows, const std::string& value,
+                  const std::string& column = "status") {
+  return static_cast<std::size_t>(std::count_if(
+      rows.begin(), rows.end(), [&](const Row& row) { return row.at(column) == value; }));
+}
+
+std::vector<Row> decoded(const std::string& capture, const std::string& format) {
+  const Outcome read = run({"decode", capture, "-f", format, "--to", "csv"});
+  EXPECT_EQ(read.status, 0) << read.err;
+  return rows_of(read.out);
+}
+
+TEST(ProfileIdentifier, WithC_DamagedFramesHaveTheStatusCrc) {
+  const Folder folder;
+  const std::string capture = folder.path("line.vcd");
+  const Words encoder{"simulate", "-f", "pos22,nE,nW,crc6", "--cycles", "200", "-o", capture};
+  ASSERT_EQ(run(encoder).status, 0);
+  EXPECT_EQ(count(decoded(capture, "bp3:0x631E"), "ok"), 200U);
+  Words damaged = encoder;
+  damaged.insert(damaged.end(), {"--fault", "flip:1"});
+  ASSERT_EQ(run(damaged).status, 0);
+  const auto rows = decoded(capture, "bp3:0x631E");
+  EXPECT_EQ(count(rows, "crc"), 200U);
+  EXPECT_EQ(count(rows, "", "position"), 200U);
+}
+
+TEST(ProfileIdentifier, OfSafetyWordWithC_ChecksItsCrc16) {
+  const Folder folder;
+  const std::string capture = folder.path("line.vcd");
+  ASSERT_EQ(run({"simulate", "-f", "pos24,nE,nW,lc6,crc16", "--cycles", "100", "--fault", "flip:1",
+                 "-o", capture})
+                .status,
+            0);
+  EXPECT_EQ(count(decoded(capture, "bp3:0x7330"), "crc"), 100U);
+}
+
+// A control word of 12-bit turns in 12 bits and 14 of 16 singleturn bits, beside a safety word.
+constexpr const char* safety_sheet =
+    "[registers]\nEDS_BANK = 1\n"
+    "[common]\nTMA = 100ns\nEDS_LEN = 3\nDC_NUM = 2\nSL_NUM = 2\nSL_OFF = 1\n"
+    "BANK_0 = 2\nDLEN_0 = 32\nBANK_1 = 3\n"
+    "[bp3 1]\nBP_ID = 0x6324\nPON_PDL = 50ms\nMT_LEN = 12\nMT_CNT = 4096\n"
+    "FI_LEN = 16\nFI_FMT = left\nSIP_CNT = 1\nSIP_RES = 16384\n";
+
+// The encoder's faults begin after the configuration, whose rows come first.
+TEST(ConfiguringMaster, SafetyEncoderWithC_ChecksBothCrcs) {
+  const Folder folder;
+  const std::string capture = folder.path("line.vcd");
+  const std::string safety_word = folder.file("spw.txt", "0x40: 00 00 73 30\n");
+  const std::string safety_format = "pos24,nE,nW,lc6,crc16";
+  struct Case {
+    std::string control_word;
+    std::string format;
+  };
+  const std::vector<Case> cases{
+      {folder.file("cpw.txt", "0x40: 00 00 63 24\n"), "pos28,nE,nW,crc6+" + safety_format},
+      {folder.file("cpw.eds", safety_sheet), "mt12,st14,pad2,nE,nW,crc6+" + safety_format}};
+  for (const Case& each : cases) {
+    const Words words{"simulate",    "-f",          "mt12,st14,pad2,nE,nW,crc6+" + safety_format,
+                      "--slaves",    "2",           "--registers",
+                      safety_word,   "--registers", each.control_word,
+                      "--configure", "-o",          capture};
+    const Outcome configured = run(words);
+    ASSERT_EQ(configured.status, 0) << configured.err;
+    EXPECT_THAT(configured.err, testing::HasSubstr("\nformat          " + each.format + " "));
+    const auto expect_last_100 = [&](const std::string& status) {
+      const auto rows = decoded(capture, each.format);
+      ASSERT_GT(rows.size(), 100U);
+      EXPECT_EQ(count({rows.end() - 100, rows.end()}, status), 100U);
+    };
+    expect_last_100("ok");
+    Words damaged = words;
+    damaged.insert(damaged.end(), {"--fault", "flip:1"});
+    ASSERT_EQ(run(damaged).status, 0);
+    expect_last_100("crc");
+  }
+}
+
+}  // namespace profile_test
+}  // namespace biss::cli
