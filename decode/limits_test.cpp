@@ -189,7 +189,7 @@ TEST(Limits, ClockThatFallsToTwoThirds_IsAChange) {
 TEST(Limits, ClockThatChangesInASampledCapture_IsSeenInSeveralPeriods) {
   const test::Shape shape{.period = nanoseconds(200)};
   test::TestLine line = line_of(shape, 60 * shape.period, 120 * shape.period);
-  const std::vector<wire::Edge> edges = warped(line, 20 * shape.period, 667);
+  const std::vector<wire::Edge> edges = warped(line, 20 * shape.period, 800);
   line.ma.clear();
   line.slo.clear();
   for (const wire::Edge& edge : edges) {
