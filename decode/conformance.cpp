@@ -35,14 +35,33 @@ bool has_times(CycleStatus status) {
          status == CycleStatus::cds || status == CycleStatus::stop_bit;
 }
 
+// Nothing where rules of their own judge the limit.
+std::optional<Rule> rule_of(Limit limit) {
+  switch (limit) {
+    case Limit::clock_max:
+      return Rule::clock_max;
+    case Limit::clock_min:
+      return Rule::clock_min;
+    case Limit::clock_change:
+      return Rule::clock_change;
+    case Limit::cycle_min:
+      return Rule::cycle_min;
+    case Limit::release:
+      break;
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 Conformance::Conformance(const std::optional<FrameFormat>& format, const DeviceTiming& timing)
     : format_(format),
       timing_(timing),
+      limits_(timing),
       listener_([this](const SeenAccess& access) { judge_access(access); }) {}
 
 void Conformance::push(std::uint64_t number, const Cycle& cycle) {
+  judge_master(number, cycle);
   judge_idle(number, cycle);
   judge_frame(number, cycle);
   if (has_times(cycle.status)) judge_times(number, cycle);
@@ -80,6 +99,19 @@ void Conformance::measure(Rule rule, const RuleResult::Time& time, Picoseconds d
   of.time = time;
   of.doubt = doubt;
   of.cycle = cycle;
+}
+
+// What the master must keep: else the other rules prove nothing.
+void Conformance::judge_master(std::uint64_t number, const Cycle& cycle) {
+  for (const LimitCase& each : limits_.compare(cycle)) {
+    const auto rule = rule_of(each.limit);
+    if (!rule) continue;
+    if (each.is_longest) {
+      at_most(*rule, each.value, each.bound, each.doubt, number);
+    } else {
+      at_least(*rule, each.value, each.bound, each.doubt, number);
+    }
+  }
 }
 
 // SLO low at a request is the device's fault only where the master has waited long enough.
@@ -134,27 +166,10 @@ void Conformance::judge_times(std::uint64_t number, const Cycle& cycle) {
 }
 
 void Conformance::judge_timeout(std::uint64_t number, const Cycle& cycle) {
-  const Picoseconds period = *cycle.period;
   const Picoseconds seen = *cycle.release - *cycle.line_delay;
-  const Picoseconds adaptive = 3 * period / 2;
-  const Picoseconds time = timing_.timeout.time;
-  Picoseconds least = std::min(adaptive, biss_static_timeout_min);
-  Picoseconds most = std::max(adaptive, biss_static_timeout_max);
-  if (timing_.timeout.rule == TimeoutRule::adaptive) {
-    least = adaptive;
-    most = adaptive + time;
-  } else if (timing_.timeout.rule == TimeoutRule::cycle) {
-    // How long MA ran is known to half a period.
-    least = std::int64_t{biss_release_half_periods_min} * period / 2;
-    most = std::max(time - std::int64_t{cycle.rising_edges} * period + period,
-                    release_time(timing_.timeout, period));
-  } else if (!(timing_.timeout == Timeout{})) {
-    least = std::min(time, biss_static_timeout_min);
-    most = time;
-  }
-  const Picoseconds doubt = period / jitter_share;
-  at_least(Rule::timeout_shortest, seen, least, doubt, number);
-  at_most(Rule::timeout_longest, seen, most, doubt, number);
+  const auto [least, most] = release_bounds(timing_, cycle);
+  at_least(Rule::timeout_shortest, seen, least, release_doubt(cycle, least), number);
+  at_most(Rule::timeout_longest, seen, most, release_doubt(cycle, most), number);
 }
 
 void Conformance::judge_stated_crc(std::uint64_t number, const Cycle& cycle) {

@@ -14,6 +14,7 @@
 #include "biss/timing/device_timing.hpp"
 #include "decode/control_listener.hpp"
 #include "decode/cycle.hpp"
+#include "decode/limits.hpp"
 #include "decode/seen_registers.hpp"
 
 namespace biss::decode {
@@ -43,9 +44,13 @@ enum class Rule : std::uint8_t {
   profile,
   data_sheet,
   control_reset,
+  clock_max,
+  clock_min,
+  clock_change,
+  cycle_min,
 };
 
-inline constexpr std::size_t rule_count = 23;
+inline constexpr std::size_t rule_count = 27;
 
 struct RuleText {
   std::string_view name;
@@ -121,6 +126,7 @@ class Conformance {
                 std::uint64_t cycle);
   void measure(Rule rule, const RuleResult::Time& time, Picoseconds doubt, std::uint64_t cycle);
 
+  void judge_master(std::uint64_t number, const Cycle& cycle);
   void judge_frame(std::uint64_t number, const Cycle& cycle);
   void judge_times(std::uint64_t number, const Cycle& cycle);
   void judge_timeout(std::uint64_t number, const Cycle& cycle);
@@ -139,6 +145,7 @@ class Conformance {
 
   std::optional<FrameFormat> format_;
   DeviceTiming timing_;
+  LimitWatch limits_;
   std::array<Tally, rule_count> tallies_{};
   ControlListener listener_;
   std::map<unsigned, SeenRegisters> slaves_;

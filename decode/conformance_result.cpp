@@ -68,6 +68,10 @@ const RuleText& text_of(Rule rule) {
       {"profile", "cases", "D2, registers; BP3"},
       {"data_sheet", "findings", "BP3; common part: inferred"},
       {"control_reset", "accesses", "D2, control communication"},
+      {"clock_max", "ns", "data sheet; D2, characteristics, row 1"},
+      {"clock_min", "ns", "data sheet; D2, characteristics, row 1"},
+      {"clock_change", "ns", "data sheet"},
+      {"cycle_min", "ns", "data sheet"},
   }};
   return texts[static_cast<std::size_t>(rule)];
 }

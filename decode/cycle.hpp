@@ -59,6 +59,13 @@ static_assert(status_of(FrameError::stop_bit) == CycleStatus::stop_bit);
 /// START to STOP as received.
 using RawBits = BitBuffer<max_payload_bits + 3>;
 
+/// How much the clock changes within a request: the largest difference between two times of 1, 2, 4
+/// or 8 periods of MA, and the part of it that jitter and the resolution of the capture may be.
+struct ClockChange {
+  Picoseconds most{};
+  Picoseconds doubt{};
+};
+
 /// A request cycle and what was measured in it. An absent value could not be measured.
 struct Cycle {
   /// The first falling edge of MA (the first edge seen when that one is before the capture).
@@ -81,11 +88,19 @@ struct Cycle {
   /// (MarginSetup). Absent where nothing was sampled, or the capture is too coarse.
   std::optional<bool> marginal;
   std::uint32_t rising_edges = 0;
+  /// From `time` to the last edge of MA.
+  Picoseconds clocked{};
+  /// How much a time between two edges of this cycle may be off: the resolution of the capture and
+  /// the jitter of MA, up to a quarter of a period.
+  Picoseconds uncertainty{};
+  /// Only for a device with DeviceTiming::clock_constant.
+  std::optional<ClockChange> clock_change;
   RawBits raw;
   /// The master's bit: 1 where MA rests low after the frame. Absent where that is not seen.
   std::optional<bool> cdm;
-  /// Last edge of MA to the next rising edge of SLO, at the master: the timeout plus the line
-  /// delay. Absent where SLO was not low then, or did not rise before the next request.
+  /// Last edge of MA to the rising edge of SLO after the frame, at the master: the timeout plus the
+  /// line delay; negative where SLO rises while MA still runs. Absent where SLO was not low after the
+  /// frame, did not rise before the next request, or fell again.
   std::optional<Picoseconds> release;
 
   /// The encoder's bit after START, whatever the status is.

@@ -19,6 +19,10 @@ constexpr std::int64_t margin_share = 20;
 // capture is: SLO that falls earlier was not moved by that edge.
 constexpr std::int64_t uncertain_share = 4;
 
+// Peak-to-peak jitter of a period over the usual difference of two neighbours: 4 for jitter that is
+// evenly spread, and a reserve.
+constexpr std::int64_t jitter_factor = 5;
+
 // The ACK of this device is judged separately.
 constexpr FrameBounds anywhere{.lead_max_clocks = 1, .ack_max_clocks = UINT16_MAX};
 
@@ -63,6 +67,7 @@ CycleReading CycleReader::read(const CycleSpan& span, const LineHistory& slo) {
     return change.level == Level::low;
   });
   cycle.time = fall == span.ma.end() ? span.ma.front().time : fall->time;
+  cycle.clocked = elapsed(cycle.time, std::max(cycle.time, span.ma.back().time));
   measure_clock(span.ma, cycle);
   if (has_unknown(span.ma)) {
     cycle.status = CycleStatus::unknown_level;
@@ -91,7 +96,10 @@ CycleReading CycleReader::read(const CycleSpan& span, const LineHistory& slo) {
       if (rise && *rise > response.fall) cycle.ack = *rise - response.fall;
     }
     judge(span, sampled, start, reading);
-    cycle.release = release(span, slo, delay);
+    const bool known_end = codec_ && start.ok();
+    cycle.release = release(
+        span, slo, delay,
+        known_end ? start->start_bit + 1 + codec_->payload_bits() : clock_.rises.size() - 1);
     cycle.marginal = judge_margin(span, slo, response.fall, sampled,
                                   start.ok() ? start->start_bit : sampled.bits.size_bits());
   }
@@ -115,7 +123,43 @@ void CycleReader::measure_clock(std::span<const LevelChange> ma, Cycle& cycle) {
   // Edges at one and the same time have no period.
   clock_.period = std::max(clock_.period, picoseconds(1));
   cycle.period = clock_.period;
+  cycle.uncertainty = uncertainty();
+  if (timing_.clock_constant) cycle.clock_change = measure_change();
   measure_duty(ma, cycle);
+}
+
+// The capture and the jitter of MA: by how much the time between two edges may be off.
+Picoseconds CycleReader::uncertainty() const {
+  return std::min(margin_.resolution + clock_.jitter, clock_.period / uncertain_share);
+}
+
+// Jitter moves each edge about its place, so that it changes the time of 8 periods no more than
+// that of one; another clock changes it eight times as much.
+ClockChange CycleReader::measure_change() const {
+  const std::vector<Picoseconds>& rises = clock_.rises;
+  Picoseconds most{};
+  for (std::size_t periods = 1; periods <= 8 && periods < rises.size(); periods *= 2) {
+    Picoseconds shortest = elapsed(rises[0], rises[periods]);
+    Picoseconds longest = shortest;
+    for (std::size_t i = periods + 1; i < rises.size(); ++i) {
+      const Picoseconds time = elapsed(rises[i - periods], rises[i]);
+      shortest = std::min(shortest, time);
+      longest = std::max(longest, time);
+    }
+    most = std::max(most, longest - shortest);
+  }
+  return {most, 2 * margin_.resolution + jitter_in_doubt()};
+}
+
+// The jitter that neighbouring periods show: a step of the clock is not among it.
+Picoseconds CycleReader::jitter_in_doubt() const {
+  std::vector<Picoseconds> steps;
+  for (std::size_t i = 1; i < clock_.intervals.size(); ++i) {
+    const Picoseconds step = clock_.intervals[i] - clock_.intervals[i - 1];
+    steps.push_back(std::max(step, -step));
+  }
+  if (steps.empty()) return {};
+  return std::min(jitter_factor * median(steps), clock_.period / uncertain_share);
 }
 
 // The mean of the intervals that are a period; notes the first that is none.
@@ -169,9 +213,7 @@ CycleReader::Response CycleReader::find_response(const CycleSpan& span,
   const bool ready = slo.level_before(begin) == Level::high;
   const Picoseconds second_rise = clock_.rises[1];
   // The capture and the jitter of MA may show SLO before the edge of MA that moved it.
-  const Picoseconds uncertainty =
-      std::min(margin_.resolution + clock_.jitter, clock_.period / uncertain_share);
-  const Picoseconds earliest = shifted(second_rise, -uncertainty);
+  const Picoseconds earliest = shifted(second_rise, -uncertainty());
   for (std::size_t i = begin; i < slo.size() && slo[i].time <= span.limit; ++i) {
     if (slo[i].level == Level::unknown) return {{}, CycleStatus::unknown_level};
     if (slo[i].level != Level::low) continue;
@@ -181,7 +223,7 @@ CycleReader::Response CycleReader::find_response(const CycleSpan& span,
     if (!ready && !ready_in_time(slo, i)) return {{}, CycleStatus::not_ready};
     const Picoseconds delay = slo[i].time < second_rise ? -elapsed(slo[i].time, second_rise)
                                                         : elapsed(second_rise, slo[i].time);
-    const bool in_range = is_response_delay(delay, uncertainty);
+    const bool in_range = is_response_delay(delay, uncertainty());
     return {slo[i].time, in_range ? CycleStatus::ok : CycleStatus::response_range};
   }
   return {{}, ready ? silence(span) : CycleStatus::not_ready};
@@ -206,14 +248,17 @@ std::optional<bool> CycleReader::resting_level(const CycleSpan& span) const {
   return seen ? std::optional(last.level == Level::low) : std::nullopt;
 }
 
-// What the last edge moves comes a quarter of a period after the line delay at the latest.
+// SLO rises once after STOP, or after the last clock where that one comes earlier.
 std::optional<Picoseconds> CycleReader::release(const CycleSpan& span, const LineHistory& slo,
-                                                Picoseconds delay) const {
-  const Picoseconds last = span.ma.back().time;
-  const std::size_t next = slo.after(shifted(last, delay + clock_.period / 4));
+                                                Picoseconds delay, std::size_t last_bit) const {
+  const std::size_t stop = std::min(last_bit + 1, clock_.rises.size() - 1);
+  const std::size_t next = slo.after(shifted(clock_.rises[stop], delay + clock_.period / 2));
   if (slo.level_before(next) != Level::low || next >= slo.size()) return std::nullopt;
-  if (slo[next].level != Level::high || slo[next].time > span.limit) return std::nullopt;
-  return elapsed(last, slo[next].time);
+  const Picoseconds rise = slo[next].time;
+  if (slo[next].level != Level::high || rise > span.limit) return std::nullopt;
+  if (next + 1 < slo.size() && slo[next + 1].time <= span.limit) return std::nullopt;
+  const Picoseconds last = span.ma.back().time;
+  return rise < last ? -elapsed(rise, last) : elapsed(last, rise);
 }
 
 // SLO never fell: because it was not asked long enough, or for good.

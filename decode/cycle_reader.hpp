@@ -92,12 +92,15 @@ class CycleReader {
 
   void measure_clock(std::span<const LevelChange> ma, Cycle& cycle);
   Picoseconds usual_period();
+  Picoseconds uncertainty() const;
+  ClockChange measure_change() const;
+  Picoseconds jitter_in_doubt() const;
   void measure_duty(std::span<const LevelChange> ma, Cycle& cycle) const;
   Response find_response(const CycleSpan& span, const LineHistory& slo) const;
   bool ready_in_time(const LineHistory& slo, std::size_t ack) const;
   std::optional<bool> resting_level(const CycleSpan& span) const;
   std::optional<Picoseconds> release(const CycleSpan& span, const LineHistory& slo,
-                                     Picoseconds delay) const;
+                                     Picoseconds delay, std::size_t last_bit) const;
   CycleStatus silence(const CycleSpan& span) const;
   Picoseconds sampling_delay(const LineHistory& slo, Picoseconds fall);
   Delay delay_from(const std::vector<Picoseconds>& rises, const LineHistory& slo,

@@ -7,13 +7,15 @@
 
 #include "decode/cycle.hpp"
 #include "decode/distribution.hpp"
+#include "decode/limits.hpp"
 
 namespace biss::decode {
 
 /// Counts and distributions over all cycles added. Times in picoseconds, duty in thousandths.
 class Statistics {
  public:
-  void add(const Cycle& cycle);
+  /// \param exceeded its limits
+  void add(const Cycle& cycle, LimitSet exceeded = 0);
 
   std::uint64_t cycles() const { return cycles_; }
   std::uint64_t count(CycleStatus status) const {
@@ -29,6 +31,10 @@ class Statistics {
   /// Good frames in which a channel reported an error or a warning.
   std::uint64_t errors() const { return errors_; }
   std::uint64_t warnings() const { return warnings_; }
+
+  /// Rows that exceed this limit, and any limit.
+  std::uint64_t count(Limit limit) const { return by_limit_[static_cast<std::size_t>(limit)]; }
+  std::uint64_t limited() const { return limited_; }
 
   /// Cycles that were sampled close to a change of SLO, and cycles in which that can be seen.
   std::uint64_t marginal() const { return marginal_; }
@@ -50,6 +56,8 @@ class Statistics {
   std::array<std::uint64_t, cycle_status_count> by_status_{};
   std::uint64_t errors_ = 0;
   std::uint64_t warnings_ = 0;
+  std::array<std::uint64_t, limit_count> by_limit_{};
+  std::uint64_t limited_ = 0;
   std::uint64_t marginal_ = 0;
   std::uint64_t margin_judged_ = 0;
   Distribution period_;

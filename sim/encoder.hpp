@@ -7,12 +7,26 @@
 #include <optional>
 
 #include "biss/frame/codec.hpp"
+#include "biss/timing/device_timing.hpp"
 #include "sim/encoder_registers.hpp"
 #include "sim/motion.hpp"
+#include "sim/random.hpp"
 #include "sim/sign_of_life.hpp"
 #include "sim/wrong_frames.hpp"
 
 namespace biss::sim {
+
+/// How much later than typical an encoder of this type takes the position of its request `number`,
+/// negative: earlier. Drawn between the bounds of the type; the same for the same seed and number.
+constexpr Picoseconds sampling_shift(const DeviceTiming& timing, std::uint64_t seed,
+                                     std::uint64_t number) {
+  if (timing.sampling_max <= timing.sampling_min) return {};
+  const auto width =
+      static_cast<std::uint64_t>((timing.sampling_max - timing.sampling_min).count) + 1U;
+  const std::uint64_t drawn = Random(seed ^ scrambled(number)).next() % width;
+  return timing.sampling_min - timing.sampling_typical +
+         picoseconds(static_cast<std::int64_t>(drawn));
+}
 
 /// The source of a Slave.
 class Encoder {
@@ -32,12 +46,13 @@ class Encoder {
   }
 
   const Frame& sample(Picoseconds moment) {
+    moment += shift_;
     if (!frozen_) position_ = motion_.sample(moment);
     // The sign of life also counts the lost frames.
     const std::uint32_t steps = wrong_.take_lost() + (wrong_.holds_counter() ? 0U : 1U);
     frames_ += frames_ + steps == 0 ? 1 : steps;  // the first frame has the start value
     drifted_ += static_cast<std::uint64_t>(std::int64_t{drift_});
-    sampled_ = true;
+    sampled_ = moment;
     meant_ = filled(position_, 0);
     if (wrong_.ahead() == 0) return wrong_.put(meant_);
     const std::uint64_t apart =
@@ -72,13 +87,19 @@ class Encoder {
   void restart() { frames_ = 0; }
 
   /// A request cycle begins: nothing sampled yet.
-  void begin_cycle() { sampled_ = false; }
+  /// \param shift sampling_shift() of this cycle
+  void begin_cycle(Picoseconds shift = {}) {
+    sampled_.reset();
+    shift_ = shift;
+  }
+  /// When the position of the last frame since begin_cycle() was taken.
+  std::optional<Picoseconds> sampled() const { return sampled_; }
 
   /// The frame of the last sample since begin_cycle(), else of this moment; also when a fault sends
   /// another one.
   const Frame& meant(Picoseconds moment) {
     if (!sampled_) {
-      if (!frozen_) position_ = motion_.at(moment);
+      if (!frozen_) position_ = motion_.at(moment + shift_);
       meant_ = filled(position_, 0);
     }
     return meant_;
@@ -143,7 +164,8 @@ class Encoder {
   bool nE_ = true;
   bool nW_ = true;
   bool frozen_ = false;
-  bool sampled_ = false;
+  std::optional<Picoseconds> sampled_;
+  Picoseconds shift_{};
 };
 
 }  // namespace biss::sim

@@ -144,7 +144,9 @@ void Line::begin_request() {
   cycle_.time = begin_;
   cycle_.faults = 0;
   cycle_.injected.clear();
-  for (Node& node : nodes_) node.slave.source().begin_cycle();
+  for (std::size_t k = 0; k < nodes_.size(); ++k) {
+    nodes_[k].slave.source().begin_cycle(sampling_shift(setup_.timing, setup_.seed + k, number_));
+  }
   schedule_.begin_cycle(number_, begin_);
   if (!schedule_.empty()) {
     act();
@@ -207,6 +209,7 @@ void Line::run_rest(Picoseconds end, bool until_ready) {
 void Line::set_sent() {
   const Picoseconds moment = cycle_.time + setup_.timing.sampling_typical;
   cycle_.sent = Frame{};
+  cycle_.sampled = nodes_.back().slave.source().sampled();
   for (std::size_t k = nodes_.size(); k-- > 0;) {
     const Frame& part = nodes_[k].slave.source().meant(moment);
     for (const Channel& channel : part.channels()) {

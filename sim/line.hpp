@@ -35,6 +35,8 @@ inline constexpr wire::LineIndex slo_at_slave_line = 3;
 struct SimulatedCycle {
   Picoseconds time{};  ///< the first falling edge of MA
   Frame sent;          ///< what the encoders would send without faults
+  /// When the encoder next to the master took the position that it sent.
+  std::optional<Picoseconds> sampled;
   BasicReading<Frame> reading;
   /// The faults in it.
   FaultSet faults = 0;

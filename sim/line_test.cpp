@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <string>
+#include <vector>
 
 #include "biss/catalogue/catalogue.hpp"
 #include "biss/frame/format_text.hpp"
@@ -34,6 +36,48 @@ TEST(Line, EveryCycleWithoutFaults_ReadsWhatWasSent) {
       EXPECT_EQ(cycle.faults, 0U);
     }
   }
+}
+
+// Each request has its own moment between the bounds of the type, the same for the same seed.
+TEST(Line, SamplingMoment_IsDrawnBetweenTheBoundsOfTheType) {
+  LineSetup setup = setup_of("pos36,nE,nW,crc6;cds0");
+  setup.timing = find_encoder("fortis-36")->timing;
+  setup.motion = MotionKind::max;
+  const Motion motion(setup.motion, setup.format.channel_list[0], Line(setup).interval(),
+                      setup.seed);
+  const auto moments = [&](std::uint64_t seed) {
+    setup.seed = seed;
+    Line line(setup);
+    std::vector<Picoseconds> after_lat;
+    for (int i = 0; i < 300; ++i) {
+      const SimulatedCycle& cycle = line.next();
+      const Picoseconds lat = cycle.time + period_of(setup.clock) / 2 + setup.ma_delay;
+      after_lat.push_back(cycle.sampled.value_or(Picoseconds{}) - lat);
+      EXPECT_TRUE(cycle.reading.frame.ok());
+      EXPECT_EQ(cycle.reading.frame->channel_list, cycle.sent.channel_list);
+      if (seed != 1) continue;
+      EXPECT_EQ(cycle.sent.channel_list[0].position, motion.at(*cycle.sampled));
+    }
+    return after_lat;
+  };
+  const auto first = moments(1);
+  const auto [earliest, latest] = std::minmax_element(first.begin(), first.end());
+  EXPECT_GE(*earliest, nanoseconds(3'225));
+  EXPECT_LT(*earliest, nanoseconds(3'228));
+  EXPECT_LE(*latest, nanoseconds(3'275));
+  EXPECT_GT(*latest, nanoseconds(3'272));
+  EXPECT_EQ(moments(1), first);
+  EXPECT_NE(moments(2), first);
+}
+
+// Without bounds it is LAT, and the truth of a cycle without an answer has none.
+TEST(Line, SamplingMomentWithoutBounds_IsThatOfTheType) {
+  LineSetup setup = setup_of("pos26,nE,nW,crc6");
+  setup.faults = {{.kind = FaultKind::no_answer, .cycle = 1}};
+  Line line(setup);
+  const SimulatedCycle& cycle = line.next();
+  EXPECT_EQ(cycle.sampled, cycle.time + nanoseconds(50) + setup.ma_delay);
+  EXPECT_EQ(line.next().sampled, std::nullopt);
 }
 
 // Singleturn at its top, turns at their bottom; a word without turns shows the place in the turn.

@@ -86,6 +86,8 @@ struct DeviceTiming {
   Picoseconds sampling_min{};
   Picoseconds sampling_typical{};
   Picoseconds sampling_max{};
+  /// The clock must not change within a request, nor pause.
+  bool clock_constant = false;
 
   constexpr bool operator==(const DeviceTiming&) const = default;
 };

@@ -19,6 +19,7 @@ inline constexpr DeviceTiming renishaw_timing{
     .sampling_min = nanoseconds(3'225),
     .sampling_typical = nanoseconds(3'250),
     .sampling_max = nanoseconds(3'275),
+    .clock_constant = true,
 };
 
 }  // namespace biss

@@ -10,6 +10,7 @@
 #include "cli/decode/safety.hpp"
 #include "cli/decode/summary.hpp"
 #include "cli/decode/table.hpp"
+#include "decode/limits.hpp"
 
 namespace biss::cli {
 
@@ -26,6 +27,18 @@ struct DecodeOptions {
   report::Format to = report::Format::table;
 };
 
+// What makes the limit known.
+std::string_view source_of(decode::Limit limit) {
+  switch (limit) {
+    case decode::Limit::cycle_min:
+      return "-f NAME or --cycle-min";
+    case decode::Limit::release:
+      return "-f NAME or --timeout";
+    default:
+      return "-f NAME";
+  }
+}
+
 // One run of the verb; what must live as long as the rows do.
 class DecodeRun {
  public:
@@ -40,6 +53,11 @@ class DecodeRun {
       return fail(
           ExitStatus::usage,
           "--fail-on: nE, nW and crc are not known without the format of the frame; give -f");
+    }
+    if (const auto limit = fail_on_.unknown_limit(capture_.timing())) {
+      return fail(ExitStatus::usage,
+                  fmt::format("--fail-on: {} is not known for this encoder; give {}",
+                              name_of(*limit), source_of(*limit)));
     }
     DecodeTable table(capture_.format());
     return write_captures(capture_, options_.output, options_.to, table.columns(),
@@ -82,11 +100,13 @@ class DecodeRun {
     outside_ = 0;
     const std::string wrong = choose_monitor();
     if (!wrong.empty()) return fail(ExitStatus::usage, wrong);
+    decode::LimitWatch limits(capture_.timing());
     const bool read = capture_.read([&](std::uint64_t number, const decode::Cycle& cycle) {
+      const decode::LimitSet exceeded = limits.judge(cycle);
       if (!is_wanted(cycle.time)) return true;
       const auto verdict = safety_ ? safety_->judge(cycle) : std::nullopt;
-      statistics_.add(cycle);
-      return writer.row(table.cells(number, cycle, verdict));
+      statistics_.add(cycle, exceeded);
+      return writer.row(table.cells(number, cycle, verdict, exceeded));
     });
     const std::string summary = decode_summary(statistics_, capture_, safety(), safety_name_);
     if (!read) {
@@ -151,10 +171,11 @@ void add_decode(Command& command) {
                 "edges of MA; positions are unaffected");
   add_time_option(verb, "--since", into(options->since), "Skip cycles that begin before this time");
   add_time_option(verb, "--until", into(options->until), "Skip cycles that begin after this time");
-  verb.add_option("--fail-on", options->fail_on,
-                  "Exit with 1 if such a row occurs: nE, nW, marginal, safety (a fault in that "
-                  "column), one of its verdicts, a status such as crc, or any: nE and every status "
-                  "but ok, cut_start and cut_end")
+  verb.add_option(
+          "--fail-on", options->fail_on,
+          "Exit with 1 if such a row occurs: nE, nW, marginal, safety (a fault in that "
+          "column), one of its verdicts, limits, one of these such as clock_max, a status such "
+          "as crc, or any: nE, limits and every status but ok, cut_start and cut_end")
       .delimiter(',')
       .type_name("CAUSE,...");
   add_output_option(verb, options->output);

@@ -18,12 +18,14 @@ std::string FailOn::read(const std::vector<std::string>& words) {
       marginal_ = true;
     } else if (word == "safety") {
       safety_ = true;
+    } else if (word == "limits") {
+      limits_ = true;
     } else if (const auto verdict = safety_verdict_of(word)) {
       verdicts_.push_back(*verdict);
-    } else if (!read_status(word)) {
+    } else if (!read_status(word) && !read_limit(word)) {
       return fmt::format(
-          "--fail-on: '{}' is none of any, nE, nW, marginal, safety, its verdicts and the causes "
-          "of docs/status.md",
+          "--fail-on: '{}' is none of any, nE, nW, marginal, safety, its verdicts, limits, each of "
+          "them and the causes of docs/status.md",
           word);
     }
   }
@@ -38,6 +40,23 @@ bool FailOn::read_status(const std::string& word) {
     return true;
   }
   return false;
+}
+
+bool FailOn::read_limit(const std::string& word) {
+  for (std::size_t i = 0; i < decode::limit_count; ++i) {
+    const auto limit = static_cast<decode::Limit>(i);
+    if (name_of(limit) != word) continue;
+    each_limit_.push_back(limit);
+    return true;
+  }
+  return false;
+}
+
+std::optional<decode::Limit> FailOn::unknown_limit(const DeviceTiming& timing) const {
+  const decode::LimitWatch watch(timing);
+  const auto unknown = std::find_if_not(each_limit_.begin(), each_limit_.end(),
+                                        [&](decode::Limit limit) { return watch.knows(limit); });
+  return unknown == each_limit_.end() ? std::nullopt : std::optional(*unknown);
 }
 
 bool FailOn::asks_format() const {
@@ -55,6 +74,11 @@ bool FailOn::met_by(const decode::Statistics& statistics, const decode::SafetyWa
   if ((error_ || any_) && statistics.errors() != 0) return true;
   if (warning_ && statistics.warnings() != 0) return true;
   if (marginal_ && statistics.marginal() != 0) return true;
+  if ((limits_ || any_) && statistics.limited() != 0) return true;
+  if (std::any_of(each_limit_.begin(), each_limit_.end(),
+                  [&](auto limit) { return statistics.count(limit) != 0; })) {
+    return true;
+  }
   return std::any_of(statuses_.begin(), statuses_.end(),
                      [&](auto status) { return statistics.count(status) != 0; });
 }

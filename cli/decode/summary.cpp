@@ -174,6 +174,44 @@ void add_marginal(report::Summary& summary, const decode::Statistics& statistics
   }
 }
 
+std::string limit_hint(decode::Limit limit, const DeviceTiming& timing) {
+  switch (limit) {
+    case decode::Limit::clock_max:
+      return fmt::format("{} at most: lower the clock, or give --clock-max if the encoder has more",
+                         text_of(timing.clock_max));
+    case decode::Limit::clock_min:
+      return fmt::format("{} at least: raise the clock", text_of(timing.clock_min));
+    case decode::Limit::clock_change:
+      return "send all clocks of a request at one frequency and without a pause";
+    case decode::Limit::cycle_min:
+      return fmt::format("{} from request to request at least: lower the rate, or give --cycle-min",
+                         text_of(timing.cycle_min));
+    case decode::Limit::release:
+      return fmt::format(
+          "SLO does not keep the timeout {}: does -f name this encoder? else --timeout",
+          text_of(timing.timeout));
+  }
+  return "";
+}
+
+// All limits that are exceeded, and what to do about the most frequent one.
+void add_limits(report::Summary& summary, const decode::Statistics& statistics,
+                const DeviceTiming& timing) {
+  if (statistics.limited() == 0) return;
+  std::string text;
+  auto foremost = decode::Limit::clock_max;
+  for (std::size_t i = 0; i < decode::limit_count; ++i) {
+    const auto limit = static_cast<decode::Limit>(i);
+    const std::uint64_t count = statistics.count(limit);
+    if (count == 0) continue;
+    fmt::format_to(std::back_inserter(text), "{}{} {}", text.empty() ? "" : ", ", count,
+                   name_of(limit));
+    if (count > statistics.count(foremost)) foremost = limit;
+  }
+  summary.entry("limits", text,
+                fmt::format("{}: {}", name_of(foremost), limit_hint(foremost, timing)));
+}
+
 }  // namespace
 
 std::string decode_summary(const decode::Statistics& statistics, const DecodedCapture& capture,
@@ -195,6 +233,7 @@ std::string decode_summary(const decode::Statistics& statistics, const DecodedCa
     summary.entry("format", "none",
                   "only the structure is checked; give -f FORMAT for positions and flags");
   }
+  add_limits(summary, statistics, capture.timing());
   add_marginal(summary, statistics, capture.margin());
   if (safety != nullptr) add_safety(summary, *safety, safety_name);
   add_rate(summary, "clock", statistics.period());

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <string>
-
 namespace biss::cli {
 
 namespace {
@@ -54,6 +52,7 @@ DecodeTable::DecodeTable(const std::optional<FrameFormat>& format) : format_(for
   }
   columns_.push_back({.name = "marginal", .kind = Kind::flag});
   columns_.push_back({.name = "safety", .kind = Kind::text});
+  columns_.push_back({.name = "limits", .kind = Kind::text});
 }
 
 void DecodeTable::add_channel_columns(std::size_t k, const ChannelFormat& channel) {
@@ -109,7 +108,8 @@ void DecodeTable::add_channel_cells(std::size_t k, const decode::Cycle& cycle) {
 }
 
 const std::vector<Cell>& DecodeTable::cells(std::uint64_t number, const decode::Cycle& cycle,
-                                            std::optional<SafetyVerdict> safety) {
+                                            std::optional<SafetyVerdict> safety,
+                                            decode::LimitSet limits) {
   cells_.clear();
   cells_.emplace_back(number);
   cells_.emplace_back(cycle.time);
@@ -125,6 +125,8 @@ const std::vector<Cell>& DecodeTable::cells(std::uint64_t number, const decode::
   }
   cells_.emplace_back(cycle.marginal);
   cells_.push_back(safety ? Cell(name_of(*safety)) : Cell());
+  limits_ = decode::text_of(limits);
+  cells_.push_back(limits_.empty() ? Cell() : Cell(limits_));
   return cells_;
 }
 

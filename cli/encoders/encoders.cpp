@@ -118,7 +118,8 @@ std::string detail(const CatalogueEntry& entry) {
   known("  format", entry.format);
   known("  resolution", entry.resolution);
   known("  remark", entry.remark);
-  known("  clock", fmt::format("{} to {}", text_of(timing.clock_min), text_of(timing.clock_max)));
+  known("  clock", fmt::format("{} to {}{}", text_of(timing.clock_min), text_of(timing.clock_max),
+                               timing.clock_constant ? ", constant within a request" : ""));
   known("  ACK", ack_text(timing));
   known("  timeout", text_of(timing.timeout));
   if (timing.cycle_min != Picoseconds{}) known("  shortest cycle", text_of(timing.cycle_min));

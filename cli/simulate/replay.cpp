@@ -112,10 +112,12 @@ class AnswerLog {
 
   const std::vector<report::Column>& columns() const { return table_.columns(); }
 
-  std::vector<report::Cell> cells(const sim::Answer& answer) {
+  /// \param sampled when the encoder took its last position
+  std::vector<report::Cell> cells(const sim::Answer& answer, std::optional<Picoseconds> sampled) {
     sim::SimulatedCycle cycle;
     cycle.time = answer.time;
     cycle.sent = answer.sent;
+    if (answer.sent.channel_count != 0) cycle.sampled = sampled;
     std::vector<report::Cell> cells = table_.cells(total(), cycle);
     ++counts_[static_cast<std::size_t>(answer.kind)];
     constexpr std::size_t faults = 5;
@@ -199,8 +201,12 @@ ExitStatus replay_ma(const ReplayOptions& options, const LineOptions& line) {
   sim::Encoder encoder(setup->format, sim::Motion(setup->motion, setup->format.channel_list[0],
                                                   motion_interval, setup->seed));
   sim::MaReplay replay(
-      setup_of(*setup, timeout_known), [&](Picoseconds moment) { return encoder.sample(moment); },
-      [&](const sim::Answer& answer) { output.row(log.cells(answer)); });
+      setup_of(*setup, timeout_known),
+      [&](Picoseconds moment) {
+        encoder.begin_cycle(sim::sampling_shift(setup->timing, setup->seed, log.total()));
+        return encoder.sample(moment);
+      },
+      [&](const sim::Answer& answer) { output.row(log.cells(answer, encoder.sampled())); });
   CaptureInput& input = recorded.input();
   const ExitStatus pumped = pump(input, output, [&](auto edges, auto& made) {
     replay.push(edges, recorded.lines().ma, made);

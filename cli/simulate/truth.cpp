@@ -23,6 +23,7 @@ TruthTable::TruthTable(const FrameFormat& format) : format_(format) {
   }
   columns_.push_back({.name = "places", .kind = Kind::text});
   columns_.push_back({.name = "marginal", .kind = Kind::flag});
+  columns_.push_back({.name = "sampled_ns", .kind = Kind::nanoseconds});
 }
 
 const std::vector<Cell>& TruthTable::cells(std::uint64_t number, const sim::SimulatedCycle& cycle) {
@@ -40,10 +41,11 @@ const std::vector<Cell>& TruthTable::cells(std::uint64_t number, const sim::Simu
     cells_.push_back(format.warning.present ? Cell(channel.nW) : Cell());
     if (k == 0) cells_.push_back(faults_.empty() ? Cell() : Cell(faults_));
   }
-  cells_.resize(columns_.size() - 2);
+  cells_.resize(columns_.size() - 3);
   cells_.push_back(places_.empty() ? Cell() : Cell(places_));
   // No clocks: the request was not made by our master.
   cells_.push_back(cycle.reading.clocks != 0 ? Cell(cycle.reading.marginal) : Cell());
+  cells_.emplace_back(cycle.sampled);
   return cells_;
 }
 

@@ -12,9 +12,9 @@
 namespace biss::cli {
 
 /// The columns are `cycle,time_ns,position,nE,nW,faults`, then position, nE and nW of each further
-/// channel, then `places` (where faults began in the cycle) and `marginal` (our master sampled SLO
-/// within 5 % of a period of a change). Values that a channel does not have are empty, and `marginal`
-/// with a recorded master.
+/// channel, then `places` (where faults began in the cycle), `marginal` (our master sampled SLO
+/// within 5 % of a period of a change) and `sampled_ns` (when the position of channel 1 was taken).
+/// Values that a channel does not have are empty, and `marginal` with a recorded master.
 class TruthTable {
  public:
   explicit TruthTable(const FrameFormat& format);

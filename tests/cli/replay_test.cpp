@@ -2,6 +2,7 @@
 // encoders with a simulated master.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -182,6 +183,47 @@ TEST(Replay, SampledOutput_HoldsTheSameFrames) {
   const auto rows = rows_of(decoded.out);
   EXPECT_EQ(rows.size(), 20U);
   for (Row row : rows) EXPECT_EQ(row["status"], "ok");
+}
+
+// The moments of all positions, in nanoseconds after the first rising edge of MA.
+std::vector<double> moments(const std::string& truth, double lat_ns) {
+  std::vector<double> all;
+  for (const Row& row : rows_of(truth)) {
+    all.push_back(std::stod(row.at("sampled_ns")) - std::stod(row.at("time_ns")) - lat_ns);
+  }
+  return all;
+}
+
+TEST(Truth, MomentsOfTheEncoder_LieBetweenItsBoundsAndRepeat) {
+  const Folder folder;
+  const std::string capture = folder.path("line.vcd");
+  const std::string truth = folder.path("truth.csv");
+  const auto simulated = [&](const std::string& seed) {
+    EXPECT_EQ(run({"simulate", "-f", "resolute-26", "--clock", "10MHz", "--ma-delay", "20ns",
+                   "--seed", seed, "-o", capture, "--truth", truth})
+                  .status,
+              0);
+    return moments(content_of(truth), 70);
+  };
+  const auto answered = [&](const std::string& seed) {
+    EXPECT_EQ(run({"simulate", "-f", "resolute-26", "--ma-from", capture, "--seed", seed, "-o",
+                   folder.path("answered.vcd"), "--truth", truth})
+                  .status,
+              0);
+    return moments(content_of(truth), 50);
+  };
+  const auto check = [&](const auto& moments_with) {
+    const std::vector<double> first = moments_with("1");
+    ASSERT_EQ(first.size(), 100U);
+    const auto [earliest, latest] = std::minmax_element(first.begin(), first.end());
+    EXPECT_GE(*earliest, 3224.999);
+    EXPECT_LE(*latest, 3275.001);
+    EXPECT_GT(*latest - *earliest, 40);
+    EXPECT_EQ(moments_with("1"), first);
+    EXPECT_NE(moments_with("2"), first);
+  };
+  check(simulated);
+  check(answered);
 }
 
 TEST(Replay, WrongUse_IsRefusedAndNothingWritten) {

@@ -150,7 +150,7 @@ TEST(DecodeVerb, WithoutFormat_NothingIsCalledOk) {
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_EQ(outcome.out.substr(0, outcome.out.find('\n')),
             "cycle,time_ns,status,position,nE,nW,crc_ok,line_delay_ns,ack_ns,clock_hz,raw,marginal,"
-            "safety");
+            "safety,limits");
   const auto rows = rows_of(outcome.out);
   ASSERT_EQ(rows.size(), 20U);
   for (const Row& row : rows) {
@@ -183,10 +183,11 @@ TEST(DecodeVerb, ColumnsOfAFormat_StandBehindTheElevenInOrder) {
   const Folder folder;
   const std::string eleven =
       "cycle,time_ns,status,position,nE,nW,crc_ok,line_delay_ns,ack_ns,clock_hz,raw";
-  EXPECT_EQ(header_for(folder, usual_format), eleven + ",marginal,safety");
+  EXPECT_EQ(header_for(folder, usual_format), eleven + ",marginal,safety,limits");
   EXPECT_EQ(header_for(folder, "fs-36-28"),
-            eleven + ",position2,nE2,nW2,crc2_ok,lc2,marginal,safety");
-  EXPECT_EQ(header_for(folder, "mt12,st20,nE,nW,lc6,crc16"), eleven + ",lc,mt,st,marginal,safety");
+            eleven + ",position2,nE2,nW2,crc2_ok,lc2,marginal,safety,limits");
+  EXPECT_EQ(header_for(folder, "mt12,st20,nE,nW,lc6,crc16"),
+            eleven + ",lc,mt,st,marginal,safety,limits");
 }
 
 TEST(DecodeVerb, SinceAndUntil_KeepTheNumbersOfTheCapture) {

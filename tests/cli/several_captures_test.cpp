@@ -88,7 +88,7 @@ TEST_F(SeveralCaptures, TwoOfOneType_AreDecodedOneAfterTheOther) {
   EXPECT_EQ(rows_of(both.out).size(), 12U);
   EXPECT_EQ(positions_of(both, "file", a_), of_a_);
   EXPECT_EQ(positions_of(both, "file", b_), of_b_);
-  EXPECT_THAT(both.out, HasSubstr(",marginal,safety,file\n"));
+  EXPECT_THAT(both.out, HasSubstr(",marginal,safety,limits,file\n"));
   EXPECT_EQ(rows_of(both.out).at(6).at("cycle"), "0");
   EXPECT_THAT(both.err, AllOf(HasSubstr(a_ + ": 6 request cycles"), HasSubstr(b_ + ": 6 request")));
   EXPECT_THAT(decode({a_}).out, Not(HasSubstr("file")));
@@ -174,7 +174,7 @@ TEST_P(SeveralEncoders, InOneCapture_AreRefusedWithTheCandidatesOrReadOneByOne) 
   ASSERT_EQ(each.status, 0) << each.err;
   EXPECT_EQ(positions_of(each, "slo", names[1]), of_a_);
   EXPECT_EQ(positions_of(each, "slo", names[3]), of_b_);
-  EXPECT_THAT(each.out, HasSubstr(",safety,ma,slo\n"));
+  EXPECT_THAT(each.out, HasSubstr(",safety,limits,ma,slo\n"));
 
   for (const char* verb : {"registers", "conform"}) {
     const Outcome refused = run({verb, capture, "-f", plain_format});

@@ -1,0 +1,146 @@
+#include "decode/limits.hpp"
+
+#include <algorithm>
+
+#include "decode/times.hpp"
+
+namespace biss::decode {
+
+namespace {
+
+// The oscillators of the master and of the analyser are off by less than this share of a time.
+constexpr std::int64_t oscillator_share = 1000;
+// Of a period, the most by which the clock of a request may change: edges may jitter.
+constexpr std::int64_t change_share = 4;
+// Of a period, the variation of the line delay (D2, characteristics, row 8).
+constexpr std::int64_t delay_share = 4;
+
+// Its edges of MA can be counted, so that its clock is known.
+bool has_clock(const Cycle& cycle) {
+  switch (cycle.status) {
+    case CycleStatus::cut_start:
+    case CycleStatus::cut_end:
+    case CycleStatus::ma_glitch:
+    case CycleStatus::ma_clock:
+    case CycleStatus::unknown_level:
+      return false;
+    default:
+      return cycle.period.has_value();
+  }
+}
+
+}  // namespace
+
+std::string text_of(LimitSet limits) {
+  std::string text;
+  for (std::size_t i = 0; i < limit_count; ++i) {
+    const auto limit = static_cast<Limit>(i);
+    if ((limits & set_of(limit)) == 0) continue;
+    if (!text.empty()) text += ';';
+    text += name_of(limit);
+  }
+  return text;
+}
+
+ReleaseBounds release_bounds(const DeviceTiming& timing, const Cycle& cycle) {
+  const Picoseconds period = *cycle.period;
+  // The encoder measures from the first falling to the second rising edge of MA: D2, row 6.
+  const std::int64_t low_per_mille = 1000 - std::int64_t{cycle.duty_per_mille.value_or(500)};
+  const Picoseconds adaptive = period + period * low_per_mille / 1000;
+  const Picoseconds time = timing.timeout.time;
+  if (timing.timeout.rule == TimeoutRule::adaptive) return {adaptive, adaptive + time};
+  if (timing.timeout.rule == TimeoutRule::cycle) {
+    const Picoseconds rest = time - cycle.clocked;
+    return {std::max(rest, std::int64_t{biss_release_half_periods_min} * period / 2),
+            std::max(rest, release_time(timing.timeout, period))};
+  }
+  if (timing.timeout == Timeout{}) {
+    return {std::min(adaptive, biss_static_timeout_min),
+            std::max(adaptive, biss_static_timeout_max)};
+  }
+  return {std::min(time, biss_static_timeout_min), time};
+}
+
+Picoseconds release_doubt(const Cycle& cycle, Picoseconds bound) {
+  return *cycle.period / delay_share + cycle.uncertainty +
+         (bound + cycle.clocked) / oscillator_share;
+}
+
+bool LimitWatch::knows(Limit limit) const {
+  switch (limit) {
+    case Limit::clock_max:
+    case Limit::clock_min:
+      return true;
+    case Limit::clock_change:
+      return timing_.clock_constant;
+    case Limit::cycle_min:
+      return timing_.cycle_min.count != 0;
+    case Limit::release:
+      return timing_.timeout != Timeout{};
+  }
+  return false;
+}
+
+std::span<const LimitCase> LimitWatch::compare(const Cycle& cycle) {
+  count_ = 0;
+  if (has_clock(cycle)) compare_clock(cycle);
+  compare_interval(cycle);
+  const bool complete = is_good(cycle.status) || cycle.status == CycleStatus::ack_range;
+  if (complete && knows(Limit::release)) compare_release(cycle);
+  return std::span(cases_).first(count_);
+}
+
+LimitSet LimitWatch::judge(const Cycle& cycle) {
+  LimitSet exceeded = 0;
+  for (const LimitCase& each : compare(cycle)) {
+    if (each.exceeded()) exceeded = static_cast<LimitSet>(exceeded | set_of(each.limit));
+  }
+  return exceeded;
+}
+
+void LimitWatch::compare_clock(const Cycle& cycle) {
+  const Picoseconds period = *cycle.period;
+  // The period is the mean of all of them.
+  const std::int64_t periods = std::max<std::int64_t>(1, std::int64_t{cycle.rising_edges} - 1);
+  const Picoseconds doubt = period / oscillator_share + cycle.uncertainty / periods;
+  add({Limit::clock_max, period, period_of(timing_.clock_max), false, doubt});
+  if (timing_.clock_min.count != 0) {
+    add({Limit::clock_min, period, period_of(timing_.clock_min), true, doubt});
+  }
+  if (timing_.clock_constant && cycle.clock_change) {
+    add({Limit::clock_change, cycle.clock_change->most, period / change_share, true,
+         cycle.clock_change->doubt});
+  }
+}
+
+void LimitWatch::compare_interval(const Cycle& cycle) {
+  if (cycle.status == CycleStatus::ma_glitch) return;
+  const auto before = last_time_;
+  last_time_.reset();
+  if (cycle.status == CycleStatus::cut_start || cycle.status == CycleStatus::cut_end ||
+      cycle.status == CycleStatus::unknown_level) {
+    return;
+  }
+  last_time_ = cycle.time;
+  const Picoseconds uncertainty = std::max(cycle.uncertainty, last_uncertainty_);
+  last_uncertainty_ = cycle.uncertainty;
+  if (!before || !knows(Limit::cycle_min)) return;
+  add({Limit::cycle_min, elapsed(*before, cycle.time), timing_.cycle_min, false,
+       timing_.cycle_min / oscillator_share + uncertainty});
+}
+
+void LimitWatch::compare_release(const Cycle& cycle) {
+  if (!cycle.period || !cycle.release || !cycle.line_delay) return;
+  const ReleaseBounds bounds = release_bounds(timing_, cycle);
+  const Picoseconds seen = *cycle.release - *cycle.line_delay;
+  const bool by_cycle = timing_.timeout.rule == TimeoutRule::cycle;
+  // When SLO rises after a longer frame is not known.
+  if (by_cycle && bounds.least != bounds.most) return;
+  add({Limit::release, seen, bounds.least, false, release_doubt(cycle, bounds.least)});
+  // For the other rules, the time is one that is typical, or excludes register accesses.
+  if (by_cycle) {
+    add({Limit::release, seen, bounds.most, true, release_doubt(cycle, bounds.most)});
+  }
+}
+
+}  // namespace biss::decode
