@@ -12,7 +12,8 @@
 
 namespace biss {
 
-/// A frame format, the setup of its monitor, and how the encoder behaves in time. All text is
+/// A frame format, the setup of its monitor, and how the encoder behaves in time. The setup's bounds
+/// are in clocks of the encoder's highest rate; with_timing() makes those of another. All text is
 /// static. For any other encoder, pass a FrameFormat and a SafetySetup.
 struct SafetyConfiguration {
   /// The name that a user types, in lower case.
@@ -43,7 +44,8 @@ constexpr SafetyConfiguration renishaw_row(std::string_view name, std::string_vi
                                            std::string_view resolution) {
   return {.name = name,
           .format = format,
-          .setup = {},
+          .setup = with_timing({}, renishaw_timing, period_of(renishaw_timing.clock_max),
+                               renishaw_line_delay_max),
           .timing = renishaw_timing,
           .resolution = resolution,
           .source = renishaw};
@@ -52,7 +54,7 @@ constexpr SafetyConfiguration renishaw_row(std::string_view name, std::string_vi
 // `cycle` is the shortest safety cycle of the table, `compare_bits` its ACC_MIN.
 constexpr SafetyConfiguration type(std::string_view name, std::string_view format,
                                    std::uint8_t compare_bits, Picoseconds cycle) {
-  SafetySetup setup{.cycle_min = cycle};
+  SafetySetup setup{.cycle_min = cycle, .frame_gap_min = cycle - cycle / 32};
   setup.comparison.compare_bits = compare_bits;
   return {.name = name,
           .format = format,

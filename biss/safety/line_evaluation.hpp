@@ -167,10 +167,10 @@ namespace biss {
 template <class Plan>
 class LineEvaluation {
  public:
-  constexpr explicit LineEvaluation(const SafetySetup& setup)
-      : range_(setup.counter.mode == CounterMode::count_1_63   ? Range::from_1
-               : setup.counter.mode == CounterMode::count_0_63 ? Range::from_0
-                                                               : Range::unknown) {}
+  constexpr explicit LineEvaluation(const SafetySetup& chosen)
+      : range_(chosen.counter.mode == CounterMode::count_1_63   ? Range::from_1
+               : chosen.counter.mode == CounterMode::count_0_63 ? Range::from_0
+                                                                : Range::unknown) {}
 
   /// \param bits SLO once a MA clock, as for find_start()
   // Not inlined: in one function the two evaluations compete for registers.
@@ -281,16 +281,16 @@ class LineEvaluation {
     unsigned cpw_fine_bits;
     unsigned spw_fine_bits;
 
-    [[gnu::always_inline]] constexpr Compared(const FrameFormat& format, const SafetySetup& setup) {
-      const ChannelFormat& cpw = format.channel_list[setup.cpw];
-      const ChannelFormat& spw = format.channel_list[setup.spw];
+    [[gnu::always_inline]] constexpr Compared(const FrameFormat& whole, const SafetySetup& chosen) {
+      const ChannelFormat& cpw = whole.channel_list[chosen.cpw];
+      const ChannelFormat& spw = whole.channel_list[chosen.spw];
       // Either `position` or `singleturn` has no bits.
       const unsigned of_cpw = unsigned{cpw.position.bits} + cpw.singleturn.bits;
       const unsigned of_spw = unsigned{spw.position.bits} + spw.singleturn.bits;
-      singleturn_bits = setup.comparison.compare_bits;
+      singleturn_bits = chosen.comparison.compare_bits;
       if (singleturn_bits == 0) singleturn_bits = of_cpw < of_spw ? of_cpw : of_spw;
       turns = 0;
-      if (setup.comparison.multiturn == MultiturnRule::with_carry) {
+      if (chosen.comparison.multiturn == MultiturnRule::with_carry) {
         turns = cpw.multiturn.bits < spw.multiturn.bits ? cpw.multiturn.bits : spw.multiturn.bits;
       }
       bits = turns + singleturn_bits;

@@ -431,7 +431,7 @@ class SafetyMonitor {
   enum class Freshness : std::uint8_t { proven, next_frame, failed };
 
   struct Memory {
-    constexpr explicit Memory(const SafetySetup& setup) : first(setup), second(setup) {}
+    constexpr explicit Memory(const SafetySetup& chosen) : first(chosen), second(chosen) {}
     constexpr bool operator==(const Memory&) const = default;
 
     SafetyFingerprint expected{};

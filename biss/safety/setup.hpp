@@ -256,25 +256,26 @@ constexpr std::optional<SafetySetupError> check_numbers(const SafetySetup& setup
 class SafetyFingerprint {
  public:
   constexpr SafetyFingerprint() = default;
-  constexpr SafetyFingerprint(const FrameFormat& format, const SafetySetup& setup) {
-    add(format.channel_count, format.cds0);
+  constexpr SafetyFingerprint(const FrameFormat& whole, const SafetySetup& chosen) {
+    add(whole.channel_count, whole.cds0);
     // The number of channels may be what has changed.
-    const std::size_t count = std::min<std::size_t>(format.channel_count, max_channels);
-    for (std::size_t k = 0; k < count; ++k) add(format.channel_list[k]);
-    add(setup.cpw, setup.spw, setup.start_frames, setup.latch);
-    add(setup.comparison.compare_bits, setup.comparison.tolerance_lsb, setup.comparison.multiturn);
-    add(setup.counter.mode, setup.counter.missed, setup.counter.near_frames,
-        setup.counter.learn_rollovers, setup.counter.first, setup.clocks.still_requests,
-        setup.budget.faults);
+    const std::size_t count = std::min<std::size_t>(whole.channel_count, max_channels);
+    for (std::size_t k = 0; k < count; ++k) add(whole.channel_list[k]);
+    add(chosen.cpw, chosen.spw, chosen.start_frames, chosen.latch);
+    add(chosen.comparison.compare_bits, chosen.comparison.tolerance_lsb,
+        chosen.comparison.multiturn);
+    add(chosen.counter.mode, chosen.counter.missed, chosen.counter.near_frames,
+        chosen.counter.learn_rollovers, chosen.counter.first, chosen.clocks.still_requests,
+        chosen.budget.faults);
     for (const Picoseconds time :
-         {setup.cycle_min, setup.frame_gap_max, setup.frame_gap_min, setup.clocks.tolerance,
-          setup.clocks.bit_period, setup.budget.window}) {
+         {chosen.cycle_min, chosen.frame_gap_max, chosen.frame_gap_min, chosen.clocks.tolerance,
+          chosen.clocks.bit_period, chosen.budget.window}) {
       add_word(static_cast<std::uint64_t>(time.count));
     }
-    add_word((std::uint64_t{setup.bounds.lead_min_clocks} << 48U) |
-             (std::uint64_t{setup.bounds.lead_max_clocks} << 32U) |
-             (std::uint64_t{setup.bounds.ack_min_clocks} << 16U) | setup.bounds.ack_max_clocks);
-    add_word(setup.bounds.late_max_clocks);
+    add_word((std::uint64_t{chosen.bounds.lead_min_clocks} << 48U) |
+             (std::uint64_t{chosen.bounds.lead_max_clocks} << 32U) |
+             (std::uint64_t{chosen.bounds.ack_min_clocks} << 16U) | chosen.bounds.ack_max_clocks);
+    add_word(chosen.bounds.late_max_clocks);
   }
 
   constexpr bool operator==(const SafetyFingerprint&) const = default;

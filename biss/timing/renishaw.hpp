@@ -22,4 +22,9 @@ inline constexpr DeviceTiming renishaw_timing{
     .clock_constant = true,
 };
 
+/// 100 m of cable at 10 ns/m for both ways, the longest that the data sheets allow, and the delay
+/// inside the encoder.
+inline constexpr Picoseconds renishaw_line_delay_max =
+    microseconds(1) + renishaw_timing.internal_delay_max;
+
 }  // namespace biss

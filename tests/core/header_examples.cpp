@@ -106,15 +106,15 @@ void request(RequestCycle<PlainCodec>& master, Picoseconds now, bool slo) {
 }
 
 // ---- biss/safety/monitor.hpp
-void monitor(Picoseconds now, const BitView& bits) {
+void monitor(Picoseconds now, Picoseconds second, const BitView& bits) {
   constexpr auto type = safety_configuration("fs-36-28");
   SafetyMonitor<FixedSafetyPlan<type.frame_format(), type.setup>> monitor;
   if (!monitor.self_test()) stop();  // at power-up
   // Every request, answered or not:
-  const SafetyJudgement judgement = monitor.step(now, bits);
-  judgement.position ? use(*judgement.position) : stop();
+  const SafetyJudgement judgement = monitor.step(TwoClocks{now, second}, bits);
+  judgement.position ? use(judgement.position->low, judgement.position->high) : stop();
   // At deadline(), or in a tick:
-  if (monitor.watch(now).verdict != SafetyVerdict::safe) stop();
+  if (monitor.watch(TwoClocks{now, second}).verdict != SafetyVerdict::safe) stop();
 }
 
 // ---- biss/safety/plan.hpp

@@ -25,9 +25,13 @@ struct SafetyWords {
   bool spw_nW = true;
 };
 
+/// Renishaw's encoders have 32 to 160 clocks of ACK at 10 MHz.
+inline constexpr std::uint16_t ack_clocks = 32;
+
 /// One frame of two channels after 2 leading ones and `ack` zeros. \pre the values fit
 template <class Plan>
-constexpr FrameBits bits_of(const Plan& plan, const SafetyWords& words, std::uint16_t ack = 3) {
+constexpr FrameBits bits_of(const Plan& plan, const SafetyWords& words,
+                            std::uint16_t ack = ack_clocks) {
   BasicFrame<2> frame;
   frame.channel_count = 2;
   frame.lead_clocks = 2;
@@ -108,7 +112,7 @@ class SafetyBench {
   /// A frame with changed bits.
   SafetyJudgement send_flipped(std::size_t payload_bit) {
     FrameBits bits = bits_of(plan_, next());
-    bits.flip(2U + 3U + 2U + payload_bit);
+    bits.flip(2U + ack_clocks + 2U + payload_bit);
     wait();
     return monitor.step(OneClock{now}, bits.view());
   }

@@ -22,14 +22,16 @@ RunPlan plan_of(std::string_view format, const SafetySetup& setup = {}) {
   return {format_of(format), setup};
 }
 
-// 110001 and the payload: numbers and their widths, then STOP.
+// Ones, ACK, START, CDS and the payload: numbers and their widths, then STOP.
 struct Piece {
   std::uint64_t value;
   unsigned bits;
 };
 template <std::size_t Count>
 test::LineBits line_of(const std::array<Piece, Count>& pieces) {
-  test::LineBits line = test::line_of("11 000 10");
+  test::LineBits line = test::line_of("11");
+  line.append_run(false, test::ack_clocks);
+  line.append(0b10, 2);
   for (const Piece& piece : pieces) line.append(piece.value, piece.bits);
   line.append(false);
   return line;

@@ -69,7 +69,7 @@ class Probe {
     wrong.cpw_nE = false;
     error = bits(plan, wrong);
     flipped = good;
-    flipped.flip(2U + 3U + 2U + 50U);
+    flipped.flip(2U + test::ack_clocks + 2U + 50U);
   }
 
   static test::SafetyWords words(std::uint32_t counter) {

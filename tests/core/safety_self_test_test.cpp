@@ -54,7 +54,11 @@ struct Monitor : SafetyMonitor<Plan, FieldEvaluation<Plan>, LineEvaluation<Plan>
 
 bool passes(const Sabotage& with, bool latch = true) {
   sabotage = {};
-  Monitor monitor(test::plan_of("fs-36-28", [&](SafetySetup& setup) { setup.latch = latch; }));
+  Monitor monitor(test::plan_of("fs-36-28", [&](SafetySetup& setup) {
+    setup.latch = latch;
+    // The tests below know the size of the frames of the self test.
+    setup.bounds = {};
+  }));
   if (!monitor.self_test(monitor.plan().fingerprint())) return false;
   sabotage = with;
   return safety_detail::SelfTest<Monitor, First, Second>(monitor).passes();

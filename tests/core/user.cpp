@@ -95,7 +95,7 @@ bool answer(const Codec& Codec1, std::int64_t Time, bool Ma) {
 constexpr SafetyConfiguration Type = safety_configuration("fs-36-28");
 bool watch(std::int64_t Time, const BitView& Bits) {
   SafetyMonitor<FixedSafetyPlan<Type.frame_format(), Type.setup>> Monitor;
-  return Monitor.self_test() && Monitor.step({Time}, Bits).position;
+  return Monitor.self_test() && Monitor.step(OneClock{{Time}}, Bits).position;
 }
 
 }  // namespace user
