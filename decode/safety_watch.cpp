@@ -40,9 +40,9 @@ class SafetyWatch::Monitor : public SafetyMonitor<SafetyPlan<max_channels>> {
 namespace {
 
 // The decoder judges line delay and ACK in time, whatever the clock: their causes are statuses.
-SafetySetup without_bounds(SafetySetup setup) {
+UnratedSafetySetup without_bounds(SafetySetup setup) {
   setup.bounds = {};
-  return setup;
+  return UnratedSafetySetup(setup);
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ namespace biss::decode {
 /// safety_watch.cpp.
 class SafetyWatch {
  public:
-  /// \pre !check_safety(format, setup)
+  /// \pre !check_safety(format, UnratedSafetySetup(setup))
   SafetyWatch(const FrameFormat& format, const SafetySetup& setup);
   ~SafetyWatch();
   SafetyWatch(SafetyWatch&& other) noexcept;

@@ -99,8 +99,9 @@ const Monitor& tested_monitor(std::size_t number) {
   const std::size_t k = number % formats.size();
   const FrameFormat format = *parse_format(formats[k]);
   std::optional<SafetySetup> setup;
-  while (!setup || check_safety(format, *setup)) setup = random_setup(random, k);
-  Monitor untested{Plan(format, *setup)};
+  while (!setup || check_safety(format, UnratedSafetySetup(*setup)))
+    setup = random_setup(random, k);
+  Monitor untested{Plan(format, UnratedSafetySetup(*setup))};
   require(untested.state() == SafetyState::untested);
   require(untested.self_test({format, *setup}));
   monitor = std::make_unique<const Monitor>(untested);

@@ -49,7 +49,7 @@ LineBits line_of(const CampaignFrame& frame, const WordPair& words) {
 std::optional<CampaignFrame> CampaignFrame::make(const FrameFormat& format, SafetySetup setup) {
   if (format.channel_count != 2 || setup.cpw != 0 || setup.spw != 1) return std::nullopt;
   if (setup.counter.mode == CounterMode::learned) setup.counter.mode = CounterMode::count_1_63;
-  if (check_safety(format, setup)) return std::nullopt;
+  if (check_safety(format, UnratedSafetySetup(setup))) return std::nullopt;
   if (format.channel_list[0].total_bits() > 64 || format.channel_list[1].total_bits() > 64 ||
       format.payload_bits() > 126) {
     return std::nullopt;
@@ -60,7 +60,7 @@ std::optional<CampaignFrame> CampaignFrame::make(const FrameFormat& format, Safe
 }
 
 CampaignFrame::CampaignFrame(const FrameFormat& format, const SafetySetup& setup)
-    : plan_(std::make_shared<const Plan>(format, setup)),
+    : plan_(std::make_shared<const Plan>(format, UnratedSafetySetup(setup))),
       cpw_columns_(columns_of(cpw_format())),
       spw_columns_(columns_of(spw_format())) {}
 

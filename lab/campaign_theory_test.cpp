@@ -397,13 +397,14 @@ TEST(CampaignAround, Counts_AreWithinFiveDeviations) {
 TEST(CampaignAround, StartThatComesLaterThanTheBounds_IsNoFrame) {
   const SafetyConfiguration& known = *find_safety_configuration("fs-36-28");
   SafetySetup setup = known.setup;
+  setup.bounds = {};
+  const CampaignFrame any = CampaignFrame::make(known.frame_format(), setup).value();
   setup.bounds.ack_max_clocks = 30;
   const CampaignFrame frame = CampaignFrame::make(known.frame_format(), setup).value();
   // ACK, START and CDS are zeros as well.
   EXPECT_TRUE(frame.read({.cpw = std::uint64_t{1} << 16U, .start = false}));
   EXPECT_FALSE(frame.read({.cpw = std::uint64_t{1} << 15U, .start = false}));
 
-  const CampaignFrame any = CampaignFrame::make(known.frame_format(), known.setup).value();
   const FaultChoice fault = *parse_fault("lost_start");
   const WordPair late{.cpw = 0xFFU, .start = false};
   EXPECT_TRUE(any.read(late));

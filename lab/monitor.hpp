@@ -25,6 +25,7 @@ class SharedSafetyPlan {
   unsigned payload_bits() const { return plan_->payload_bits(); }
   const SafetySetup& setup() const { return plan_->setup(); }
   const safety_detail::Alignment& alignment() const { return plan_->alignment(); }
+  std::optional<SafetySetupError> mistake() const { return plan_->mistake(); }
   const SafetyFingerprint& fingerprint() const { return fingerprint_; }
   // Faults of this computer's memory are no subject of the experiments.
   bool is(const SafetyFingerprint& expected) const { return fingerprint_ == expected; }

@@ -59,8 +59,9 @@ std::optional<SequenceFrame> SequenceFrame::make(const FrameFormat& format, Safe
   setup.counter.mode = encoder_counter;
   const auto words = CampaignFrame::make(format, setup);
   setup.counter.mode = counter;
-  if (!words || check_safety(format, setup)) return std::nullopt;
-  SequenceFrame frame(*words, std::make_shared<const Plan>(format, setup));
+  const UnratedSafetySetup unrated(setup);
+  if (!words || check_safety(format, unrated)) return std::nullopt;
+  SequenceFrame frame(*words, std::make_shared<const Plan>(format, unrated));
   if (!frame.ready_.self_test()) return std::nullopt;
   return frame;
 }

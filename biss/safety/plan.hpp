@@ -2,6 +2,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <type_traits>
 
 #include "biss/frame/codec.hpp"
 #include "biss/frame/fixed.hpp"
@@ -21,18 +24,24 @@ class SafetyPlan {
   static constexpr unsigned most_payload_bits = Channels * max_channel_bits;
   static constexpr unsigned least_payload_bits = 0;
 
-  /// \pre !check_safety(format, setup), and format has at most Channels channels
+  /// The self test of a monitor fails where check_safety(format, setup) finds a mistake.
+  /// \pre !check_safety(format, UnratedSafetySetup(setup)), and format has at most Channels channels
   constexpr SafetyPlan(const FrameFormat& format, const SafetySetup& setup)
-      : codec_(format),
-        setup_(setup),
-        alignment_(safety_detail::alignment_of(format.channel_list[setup.cpw],
-                                               format.channel_list[setup.spw], setup.comparison)) {}
+      : SafetyPlan(format, setup, true) {}
+  /// For a monitor that nothing rates.
+  constexpr SafetyPlan(const FrameFormat& format, const UnratedSafetySetup& setup)
+      : SafetyPlan(format, setup, false) {}
 
   constexpr const Codec& codec() const { return codec_; }
   constexpr const FrameFormat& format() const { return codec_.format(); }
   constexpr unsigned payload_bits() const { return codec_.payload_bits(); }
   constexpr const SafetySetup& setup() const { return setup_; }
   constexpr const safety_detail::Alignment& alignment() const { return alignment_; }
+  /// The mistake that keeps a monitor from working.
+  constexpr std::optional<SafetySetupError> mistake() const {
+    return rated_ != 0 ? check_safety(format(), setup_)
+                       : check_safety(format(), UnratedSafetySetup(setup_));
+  }
   /// Of the plan as it is in memory now.
   constexpr SafetyFingerprint fingerprint() const { return {format(), setup_}; }
   /// Whether the plan is still that of this fingerprint. The monitor asks before every frame; what
@@ -50,18 +59,28 @@ class SafetyPlan {
   }
 
  private:
+  constexpr SafetyPlan(const FrameFormat& format, const SafetySetup& setup, bool rated)
+      : codec_(format),
+        setup_(setup),
+        alignment_(safety_detail::alignment_of(format.channel_list[setup.cpw],
+                                               format.channel_list[setup.spw], setup.comparison)),
+        rated_(rated ? 1 : 0) {}
+
   Codec codec_;
   SafetySetup setup_;
   safety_detail::Alignment alignment_;
+  std::uint8_t rated_;
 };
 
-/// Prepared at compile time: it takes no memory but flash, and a mistake in the setup stops the
+/// Prepared at compile time for a SafetySetup or an UnratedSafetySetup: it takes no memory but flash, and a mistake in the setup stops the
 /// build with the sentence below that names it.
 ///
 ///   constexpr auto type = safety_configuration("fs-36-28");
 ///   SafetyMonitor<FixedSafetyPlan<type.frame_format(), type.setup>> monitor;
-template <FrameFormat Format, SafetySetup Setup, class Crc = CrcFast>
+template <FrameFormat Format, auto Setup, class Crc = CrcFast>
 class FixedSafetyPlan {
+  static_assert(std::is_base_of_v<SafetySetup, decltype(Setup)>,
+                "the setup is a SafetySetup or an UnratedSafetySetup");
   template <SafetySetupError Mistake>
   static constexpr bool is_not = check_safety(Format, Setup) != Mistake;
 
@@ -88,6 +107,18 @@ class FixedSafetyPlan {
   static_assert(is_not<SafetySetupError::clocks>,
                 "the clocks' tolerance is not from 0 to below frame_gap_max, or bit_period is "
                 "negative");
+  static_assert(is_not<SafetySetupError::checksum>,
+                "the CPW's CRC is not 0x43, or the SPW's is not 0x190D9; UnratedSafetySetup "
+                "permits it");
+  static_assert(is_not<SafetySetupError::weak_comparison>,
+                "fewer than 9 bits are compared, or tolerance_lsb is above 1; UnratedSafetySetup "
+                "permits it");
+  static_assert(is_not<SafetySetupError::unrated>,
+                "the words have no rating ('biss safety analyse --to c' prints it); "
+                "UnratedSafetySetup permits it");
+  static_assert(is_not<SafetySetupError::residual>,
+                "more undetected errors an hour than residual_max_e15; UnratedSafetySetup permits "
+                "it");
 
  public:
   using Codec = FixedCodec<Format, Crc>;
@@ -102,6 +133,7 @@ class FixedSafetyPlan {
   static constexpr unsigned payload_bits() { return most_payload_bits; }
   static constexpr const SafetySetup& setup() { return setup_; }
   static constexpr const safety_detail::Alignment& alignment() { return alignment_; }
+  static constexpr std::optional<SafetySetupError> mistake() { return std::nullopt; }
   static constexpr SafetyFingerprint fingerprint() { return fingerprint_; }
   static constexpr bool is(const SafetyFingerprint& expected) { return fingerprint_ == expected; }
 

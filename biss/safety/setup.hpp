@@ -14,6 +14,7 @@
 #include "biss/base/units.hpp"
 #include "biss/frame/format.hpp"
 #include "biss/frame/frame.hpp"
+#include "biss/safety/rating.hpp"
 #include "biss/timing/device_timing.hpp"
 
 namespace biss {
@@ -129,8 +130,22 @@ struct SafetySetup {
   SafetyBudget budget{};
   /// The bounds of what precedes the data, in clocks. The narrower, the fewer damaged ACKs pass.
   FrameBounds bounds{};
+  /// Of words that safety_ratings does not have.
+  SafetyRating rating{};
+  /// The most undetected errors an hour, times 1e15, at a bit error rate of 1e-2 and a frame every
+  /// frame_gap_min. The default is 1e-9: 1 % of the limit of SIL 3 (IEC 61784-3).
+  std::uint64_t residual_max_e15 = 1'000'000;
 
   constexpr bool operator==(const SafetySetup&) const = default;
+};
+
+/// A setup for words that have no rating, or whose rating or comparison is too weak for
+/// check_safety(): for experiments, and for encoders that another analysis covers.
+struct UnratedSafetySetup : SafetySetup {
+  constexpr UnratedSafetySetup() = default;
+  constexpr explicit UnratedSafetySetup(const SafetySetup& setup) : SafetySetup(setup) {}
+
+  constexpr bool operator==(const UnratedSafetySetup&) const = default;
 };
 
 /// The setup for requests at this interval: the watchdog takes effect after one and a half of them.
@@ -178,6 +193,10 @@ enum class SafetySetupError : std::uint8_t {
   budget,     ///< more than max_tolerated_faults, or too short a window
   frame_gap,  ///< not 0 <= min < max <= max_frame_gap, or max not shorter than the counter's period
   clocks,     ///< tolerance not from 0 to below frame_gap_max, or a negative bit_period
+  checksum,   ///< the CPW's CRC is not 0x43, or the SPW's is not 0x190D9
+  weak_comparison,  ///< fewer than 9 bits compared, or a tolerance above 1
+  unrated,          ///< no rating, or one of other words or with a wrong check
+  residual,         ///< more undetected errors an hour than residual_max_e15
 };
 
 namespace safety_detail {
@@ -278,6 +297,16 @@ class SafetyFingerprint {
     add_word(chosen.bounds.late_max_clocks);
   }
 
+  /// Of two words and what is compared of them.
+  constexpr SafetyFingerprint(const ChannelFormat& cpw, const ChannelFormat& spw,
+                              const SafetyComparison& comparison) {
+    const auto alignment = safety_detail::alignment_of(cpw, spw, comparison);
+    add(cpw);
+    add(spw);
+    add(static_cast<std::uint8_t>(alignment.bits),
+        static_cast<std::uint8_t>(alignment.singleturn_bits), comparison.tolerance_lsb);
+  }
+
   constexpr bool operator==(const SafetyFingerprint&) const = default;
   constexpr std::uint64_t number() const { return number_; }
 
@@ -313,10 +342,10 @@ class SafetyFingerprint {
   std::uint64_t number_ = 0xCBF2'9CE4'8422'2325U;
 };
 
-/// \return the first mistake in the order of the enumerators; none where the frames of this format
-///   can be monitored
+/// \return the first mistake up to `clocks` in the order of the enumerators; none where the frames
+///   of this format can be monitored
 constexpr std::optional<SafetySetupError> check_safety(const FrameFormat& format,
-                                                       const SafetySetup& setup) {
+                                                       const UnratedSafetySetup& setup) {
   if (setup.cpw >= format.channel_count || setup.spw >= format.channel_count ||
       setup.cpw == setup.spw) {
     return SafetySetupError::channels;
@@ -335,6 +364,67 @@ constexpr std::optional<SafetySetupError> check_safety(const FrameFormat& format
   const unsigned bits = safety_detail::alignment_of(cpw, spw, comparison).bits;
   if (2U * comparison.tolerance_lsb >= low_mask(bits)) return SafetySetupError::tolerance;
   return safety_detail::check_numbers(setup);
+}
+
+/// What a rating of these words is for. \pre both have a position
+constexpr std::uint64_t rated_words(const ChannelFormat& cpw, const ChannelFormat& spw,
+                                    const SafetyComparison& comparison) {
+  return SafetyFingerprint(cpw, spw, comparison).number();
+}
+
+namespace safety_detail {
+
+// Safety Concept A5: the CRCs of both words, the smallest ACC_MIN of its types, its tolerance.
+inline constexpr std::uint32_t cpw_polynomial = 0x43;
+inline constexpr std::uint32_t spw_polynomial = 0x190D9;
+inline constexpr unsigned least_compared_bits = 9;
+inline constexpr unsigned most_tolerance_lsb = 1;
+
+// The rating of the setup or of the table; null where there is none.
+constexpr const SafetyRating* rating_of(std::uint64_t words, const SafetySetup& setup) {
+  const SafetyRating& own = setup.rating;
+  if (own.words == words && own.check == rating_check(words, own.residual_e24)) {
+    return &setup.rating;
+  }
+  for (const SafetyRating& each : safety_ratings) {
+    if (each.words == words) return &each;
+  }
+  return nullptr;
+}
+
+constexpr bool is_within_residual(const SafetyRating& rating, const SafetySetup& setup) {
+  constexpr std::int64_t hour = 3'600 * picoseconds_per_second;
+  constexpr std::uint64_t e15_to_e24 = 1'000'000'000;
+  if (setup.frame_gap_min.count <= 0) return false;
+  const auto frames = static_cast<std::uint64_t>(hour / setup.frame_gap_min.count) + 1U;
+  constexpr std::uint64_t most = std::numeric_limits<std::uint64_t>::max() / e15_to_e24;
+  const std::uint64_t limit = std::min(setup.residual_max_e15, most) * e15_to_e24;
+  return rating.residual_e24 <= limit / frames;
+}
+
+}  // namespace safety_detail
+
+/// \return the first mistake in the order of the enumerators; none where the frames of this format
+///   can be monitored, with the CRCs and the comparison that the Safety Concept demands and at most
+///   residual_max_e15 undetected errors
+constexpr std::optional<SafetySetupError> check_safety(const FrameFormat& format,
+                                                       const SafetySetup& setup) {
+  if (const auto mistake = check_safety(format, UnratedSafetySetup(setup))) return mistake;
+  const ChannelFormat& cpw = format.channel_list[setup.cpw];
+  const ChannelFormat& spw = format.channel_list[setup.spw];
+  if (cpw.crc.polynomial != safety_detail::cpw_polynomial ||
+      spw.crc.polynomial != safety_detail::spw_polynomial) {
+    return SafetySetupError::checksum;
+  }
+  const auto alignment = safety_detail::alignment_of(cpw, spw, setup.comparison);
+  if (alignment.singleturn_bits < safety_detail::least_compared_bits ||
+      setup.comparison.tolerance_lsb > safety_detail::most_tolerance_lsb) {
+    return SafetySetupError::weak_comparison;
+  }
+  const auto* rating = safety_detail::rating_of(rated_words(cpw, spw, setup.comparison), setup);
+  if (rating == nullptr) return SafetySetupError::unrated;
+  if (!safety_detail::is_within_residual(*rating, setup)) return SafetySetupError::residual;
+  return std::nullopt;
 }
 
 /// The position in the SPW when the CPW has this one: the same place in the SPW's counts. Turns and

@@ -5,12 +5,14 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <tl/expected.hpp>
 #include <vector>
 
 #include "cli/common/format_option.hpp"
 #include "cli/common/verb.hpp"
 #include "cli/safety/analysis.hpp"
 #include "cli/safety/safety.hpp"
+#include "lab/rating.hpp"
 
 namespace biss::cli {
 namespace {
@@ -23,7 +25,7 @@ struct AnalyseOptions {
   lab::PairChecks checks;
   bool ignore_turns = false;
   unsigned gap_bits = 8;
-  report::Format to = report::Format::table;
+  std::string to = "table";
   std::string output;
 };
 
@@ -34,6 +36,32 @@ std::optional<double> parse_positive(const std::string& text, double most) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc{} || end != text.data() + text.size()) return {};
   return value > 0 && value <= most ? std::optional(value) : std::nullopt;
+}
+
+// The rating as C++ text, with the command that prints it.
+tl::expected<std::string, std::string> rating_text(const SafetyQuestion& question) {
+  const auto comparison =
+      SafetyComparison{.compare_bits = static_cast<std::uint8_t>(question.checks.compare_bits),
+                       .tolerance_lsb = static_cast<std::uint8_t>(question.checks.tolerance_lsb),
+                       .multiturn = question.checks.compare_turns ? MultiturnRule::with_carry
+                                                                  : MultiturnRule::ignored};
+  const auto rating = lab::safety_rating(question.format, comparison);
+  if (!rating) {
+    const auto problem = lab::pair_problem(question.format, question.checks);
+    return tl::unexpected(fmt::format(
+        "no rating: {}", problem ? lab::text_of(*problem) : "the residual error is too large"));
+  }
+  const auto per_hour = static_cast<double>(static_cast<long double>(rating->residual_e24) *
+                                            1e-24L * question.frames_per_hour());
+  return fmt::format(
+      "// {}: {} upper bits compared, tolerance {}{}\n"
+      "// {:.4g} undetected errors an hour at {} frames a second and a bit error rate of {}\n"
+      "biss::SafetyRating{{0x{:X}U, {}U, 0x{:X}U}}\n",
+      format_text(question.format).view(),
+      question.checks.compare_bits == 0 ? "all" : std::to_string(question.checks.compare_bits),
+      question.checks.tolerance_lsb, question.checks.compare_turns ? "" : ", turns ignored",
+      per_hour, question.frame_rate.count, lab::rated_bit_error_rate, rating->words,
+      rating->residual_e24, rating->check);
 }
 
 ExitStatus run_analyse(const AnalyseOptions& options) {
@@ -64,13 +92,18 @@ ExitStatus run_analyse(const AnalyseOptions& options) {
 
   Output output;
   if (!output.open(options.output)) return output.status();
+  if (options.to == "c") {
+    const auto rating = rating_text(question);
+    if (!rating) return fail(ExitStatus::usage, rating.error());
+    return output.write(*rating) && output.finish() ? ExitStatus::done : output.status();
+  }
   const SafetyAnalysis analysis = analyse(question);
   if (analysis.pair_problem) {
     warn(fmt::format("the two words are not analysed as a pair: {}",
                      lab::text_of(*analysis.pair_problem)));
   }
-  const std::string text = options.to == report::Format::jsonl ? analysis_jsonl(question, analysis)
-                                                               : analysis_text(question, analysis);
+  const std::string text = options.to == "jsonl" ? analysis_jsonl(question, analysis)
+                                                 : analysis_text(question, analysis);
   return output.write(text) && output.finish() ? ExitStatus::done : output.status();
 }
 
@@ -101,7 +134,8 @@ Run add_safety_analyse(Verb verb) {
   add_count_option(verb, "--gap", into(options->gap_bits),
                    "Length of a gap on the line; 8 by default", 640)
       .type_name("BITS");
-  add_to_option(verb, options->to, {report::Format::table, report::Format::jsonl});
+  add_name_option(verb, "--to", options->to, {"table", "jsonl", "c"},
+                  "Output format; c: the rating for SafetySetup; table by default");
   add_output_option(verb, options->output);
   return [options] { return run_analyse(*options); };
 }

@@ -309,7 +309,7 @@ std::string put_setup(EvidenceSubject& subject) {
   if (options.budget != 0 && options.budget_window.count == 0) {
     setup.budget.window = setup.frame_gap_max * 64;
   }
-  if (const auto mistake = check_safety(format, setup)) {
+  if (const auto mistake = check_safety(format, UnratedSafetySetup(setup))) {
     return *mistake == SafetySetupError::budget
                ? fmt::format(
                      "--budget: at most {} faults, in a --budget-window that is not "

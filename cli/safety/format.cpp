@@ -89,7 +89,7 @@ const SafetyConfiguration* implied_configuration(std::string_view text, const Fr
 }
 
 bool is_safety_format(const FrameFormat& format) {
-  return format.channel_count == 2 && !check_safety(format, SafetySetup{});
+  return format.channel_count == 2 && !check_safety(format, UnratedSafetySetup());
 }
 
 std::optional<SafetyFormat> parse_safety_format(std::string_view text) {
@@ -168,7 +168,7 @@ std::optional<SafetyFormat> parse_configuration_json(const std::string& text) tr
   found.format = *format;
   json.at("device").get_to(found.device);
   for_each_field(found.setup, ReadFields{json.at("setup")});
-  if (check_safety(found.format, found.setup)) return std::nullopt;
+  if (check_safety(found.format, UnratedSafetySetup(found.setup))) return std::nullopt;
   return found;
 } catch (const std::exception&) {
   return std::nullopt;

@@ -31,7 +31,7 @@ void for_each_field(SafetySetup& setup, const Visitor& visitor) {
     return SetupField{group, name, meaning};
   };
   auto& [cpw, spw, start_frames, latch, comparison, counter, cycle_min, frame_gap_max,
-         frame_gap_min, clocks, budget, bounds] = setup;
+         frame_gap_min, clocks, budget, bounds, rating, residual_max_e15] = setup;
   visitor.number(field("cpw", "channel of the control word, from 0"), cpw);
   visitor.number(field("spw", "channel of the safety word"), spw);
   visitor.number(
@@ -43,6 +43,9 @@ void for_each_field(SafetySetup& setup, const Visitor& visitor) {
                frame_gap_max);
   visitor.time(field("frame_gap_min", "shortest time between two good frames; 0: not checked"),
                frame_gap_min);
+  visitor.number(
+      field("residual_max_e15", "most undetected errors an hour, times 1e15, at a BER of 1e-2"),
+      residual_max_e15);
   group = "SafetyComparison";
   auto& [compare_bits, tolerance_lsb, multiturn] = comparison;
   visitor.number(field("compare_bits", "upper singleturn bits that are compared (ACC_MIN); 0: all"),
@@ -86,6 +89,12 @@ void for_each_field(SafetySetup& setup, const Visitor& visitor) {
                  ack_max_clocks);
   visitor.number(field("late_max_clocks", "zeros allowed in place of the first ones"),
                  late_max_clocks);
+  group = "SafetyRating";
+  auto& [words, residual_e24, check] = rating;
+  visitor.number(field("words", "what the rating is for; 0: that of the table"), words);
+  visitor.number(field("residual_e24", "undetected errors in 1e24 frames at a BER of 1e-2"),
+                 residual_e24);
+  visitor.number(field("check", "checksum of the other two"), check);
 }
 
 }  // namespace biss::cli

@@ -59,7 +59,7 @@ inline RunPlan plan_of(std::string_view name, const auto& change) {
   const SafetyConfiguration& configuration = *find_safety_configuration(name);
   SafetySetup setup = configuration.setup;
   change(setup);
-  return {configuration.frame_format(), setup};
+  return {configuration.frame_format(), UnratedSafetySetup(setup)};
 }
 inline RunPlan plan_of(std::string_view name) {
   return plan_of(name, [](SafetySetup&) {});

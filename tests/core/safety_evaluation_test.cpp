@@ -19,7 +19,7 @@ using test::RunPlan;
 using test::SafetyWords;
 
 RunPlan plan_of(std::string_view format, const SafetySetup& setup = {}) {
-  return {format_of(format), setup};
+  return {format_of(format), UnratedSafetySetup(setup)};
 }
 
 // Ones, ACK, START, CDS and the payload: numbers and their widths, then STOP.
@@ -106,7 +106,7 @@ BISS_TEST(SafetyWords, DerivedSpws_AreTakenAndMadeWithBothStartValues) {
   for (const Case& each : cases) {
     FrameFormat format = find_safety_configuration(each.name)->frame_format();
     format.channel_list[1].crc.start = each.start;
-    const RunPlan plan(format, {});
+    const RunPlan plan(format, UnratedSafetySetup());
     const unsigned cpw_bits = format.channel_list[0].position.bits;
     const unsigned spw_bits = format.channel_list[1].position.bits;
     const std::uint64_t spw = each.cpw >> (cpw_bits - spw_bits);
@@ -123,7 +123,7 @@ BISS_TEST(SafetyWords, DerivedSpws_AreTakenAndMadeWithBothStartValues) {
     BISS_EXPECT_EQ(made.view().word(line.size_bits() - 17U, 16), each.crc);
     // The frame of the other encoder, where the start values differ.
     format.channel_list[1].crc.start = static_cast<std::uint16_t>(1U - each.start);
-    BISS_EXPECT(Findings(RunPlan(format, {}), line.view()).are(spw_crc));
+    BISS_EXPECT(Findings(RunPlan(format, UnratedSafetySetup()), line.view()).are(spw_crc));
   }
   // PROTOCOL 8: CRC6 0x34 of 36 bits, 0x05 of 32 bits.
   BISS_EXPECT_EQ(test::plan_of("fs-36-28").codec().crc(0, 0x123456789U * 4ULL + 3U), 0x34);
@@ -327,13 +327,13 @@ BISS_TEST(SafetyFinding, OfAnyLine_IsTheSameInBothEvaluations) {
                                .late_max_clocks = 3};
   for (const SafetyConfiguration& each : safety_configurations) {
     SafetySetup setup = each.setup;
-    expect_one_finding(RunPlan(each.frame_format(), setup), random, rounds);
+    expect_one_finding(RunPlan(each.frame_format(), UnratedSafetySetup(setup)), random, rounds);
     setup.bounds = narrow;
-    expect_one_finding(RunPlan(each.frame_format(), setup), random, rounds);
+    expect_one_finding(RunPlan(each.frame_format(), UnratedSafetySetup(setup)), random, rounds);
   }
   // The longest words, a third and a fourth channel, one of them without a CRC.
   const auto wide = [&](std::string_view text, SafetySetup setup) {
-    expect_one_finding(SafetyPlan<4>(format_of(text), setup), random, rounds);
+    expect_one_finding(SafetyPlan<4>(format_of(text), UnratedSafetySetup(setup)), random, rounds);
   };
   wide("pos62,nE,nW,crc16+pos56,nE,nW,lc6,crc16:0x190D9:0xFFFF:plain;cds0", {});
   wide("pos10,nE,nW,crc3+pos10,nE,nW,lc6,crc16+pos20,crc6+pad12", {});

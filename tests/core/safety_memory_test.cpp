@@ -105,7 +105,7 @@ Plan plan_of(const auto& change) {
   const SafetyConfiguration& type = *find_safety_configuration("fs-36-28");
   SafetySetup setup = type.setup;
   change(setup);
-  return {type.frame_format(), setup};
+  return {type.frame_format(), UnratedSafetySetup(setup)};
 }
 
 // A monitor that is safe at the time 0 with the counter 20.

@@ -215,7 +215,7 @@ BISS_TEST(SafetySelfTest, WithBoundsThatNoFrameMeets_Fails) {
 
 BISS_TEST(SafetySelfTest, OfAFrameWithMoreChannels_PassesAndKnowsWhoseCrcIsWhose) {
   sabotage = {};
-  SafetySetup setup{.cpw = 2, .spw = 1};
+  const UnratedSafetySetup setup(SafetySetup{.cpw = 2, .spw = 1});
   const auto format = test::format_of("pos9,crc6+pos20,nE,nW,lc6,crc16+pos24,nE,nW,crc6+pad8");
   SafetyMonitor<SafetyPlan<4>> monitor(SafetyPlan<4>(format, setup));
   BISS_EXPECT(monitor.self_test(monitor.plan().fingerprint()));

@@ -1,8 +1,10 @@
 // Setups that cannot be monitored, the named configurations, and the table of faults.
 #include "biss/safety/setup.hpp"
 
+#include "biss/frame/encode.hpp"
 #include "biss/safety/configurations.hpp"
 #include "biss/safety/field_evaluation.hpp"
+#include "biss/safety/monitor.hpp"
 #include "biss/safety/verdict.hpp"
 #include "tests/core/frames.hpp"
 #include "tests/core/test.hpp"
@@ -16,7 +18,7 @@ constexpr std::string_view good_text = "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;c
 
 void expect_mistake(std::string_view format, SafetySetupError mistake,
                     const SafetySetup& setup = {}) {
-  const auto found = check_safety(format_of(format), setup);
+  const auto found = check_safety(format_of(format), UnratedSafetySetup(setup));
   BISS_ASSERT(found.has_value());
   BISS_EXPECT_EQ(*found, mistake);
 }
@@ -29,7 +31,7 @@ void expect_mistake(SafetySetupError mistake, const auto& change) {
 
 BISS_TEST(SafetySetup, OfFormatsThatLackSomething_IsRefused) {
   using enum SafetySetupError;
-  BISS_EXPECT(!check_safety(format_of(good_text), {}));
+  BISS_EXPECT(!check_safety(format_of(good_text), SafetySetup()));
   expect_mistake("pos36,nE,nW,crc6", channels);
   expect_mistake(good_text, channels, {.cpw = 2});
   expect_mistake(good_text, channels, {.cpw = 0, .spw = 0});
@@ -49,7 +51,7 @@ BISS_TEST(SafetySetup, OutOfRange_IsRefusedAndTheLastOneWithinIsNot) {
   const auto accepts = [](const auto& change) {
     SafetySetup setup;
     change(setup);
-    return !check_safety(format_of(good_text), setup);
+    return !check_safety(format_of(good_text), UnratedSafetySetup(setup));
   };
   BISS_EXPECT(accepts([](auto& s) { s.comparison.compare_bits = 28; }));
   expect_mistake(compare_bits, [](auto& s) { s.comparison.compare_bits = 29; });
@@ -78,7 +80,7 @@ BISS_TEST(SafetySetup, Watchdog_IsShorterThanTheCountersPeriod) {
     SafetySetup setup;
     setup.counter.mode = mode;
     setup.frame_gap_max = setup.cycle_min * period - picoseconds(1);
-    BISS_EXPECT(!check_safety(format_of(good_text), setup));
+    BISS_EXPECT(!check_safety(format_of(good_text), UnratedSafetySetup(setup)));
     setup.frame_gap_max += picoseconds(1);
     expect_mistake(good_text, frame_gap, setup);
   }
@@ -131,6 +133,116 @@ BISS_TEST(SafetyConfigurations, AreRenishawsFiveRowsAndTheNineTypes) {
     BISS_EXPECT(found->resolution.empty() == (row.compare_bits != 0));
   }
   BISS_EXPECT(find_safety_configuration("rxl") == nullptr);
+}
+
+// 10 MHz: START not before 3.225 us after LAT, ACK at most 16 us, the line delay of 100 m.
+BISS_TEST(SafetyConfigurations, FrameThatNoEncoderSends_IsRefusedByItsTiming) {
+  for (const char* name : {"fs-32-32", "fs-36-28", "fortis-fs-36-28-10nm", "fortis-fs-36-28-1nm"}) {
+    const SafetyConfiguration& type = *find_safety_configuration(name);
+    const SafetyPlan<2> plan(type.frame_format(), type.setup);
+    const auto cause_of = [&](std::uint16_t lead, std::uint16_t ack) {
+      BasicFrame<2> frame;
+      frame.channel_count = 2;
+      frame.lead_clocks = lead;
+      frame.ack_clocks = ack;
+      frame.channel_list[1].life_counter = 1;
+      const auto bits = encode_frame(frame, plan.codec());
+      BISS_EXPECT(bits.ok());
+      const auto found = FieldEvaluation<SafetyPlan<2>>::find(plan, bits->view());
+      BISS_EXPECT(found == LineEvaluation<SafetyPlan<2>>::find(plan, bits->view()));
+      return found.cause;
+    };
+    using enum SafetyVerdict;
+    BISS_EXPECT_EQ(cause_of(2, 1), no_frame);
+    BISS_EXPECT_EQ(cause_of(2, 31), no_frame);
+    BISS_EXPECT_EQ(cause_of(2, 32), safe);
+    BISS_EXPECT_EQ(cause_of(2, 160), safe);
+    BISS_EXPECT_EQ(cause_of(2, 161), no_frame);
+    BISS_EXPECT_EQ(cause_of(2, 400), no_frame);
+    BISS_EXPECT_EQ(cause_of(13, 32), safe);
+    BISS_EXPECT_EQ(cause_of(14, 32), no_frame);
+    // 0.1 us after the last frame.
+    BISS_EXPECT(type.setup.frame_gap_min > microseconds(30));
+    BISS_EXPECT(type.setup.frame_gap_min < nanoseconds(31'250));
+  }
+}
+
+// ---- The floor under a configuration
+
+SafetySetup rated(const FrameFormat& format, std::uint64_t residual_e24) {
+  SafetySetup setup;
+  SafetyRating& rating = setup.rating;
+  rating.words = rated_words(format.channel_list[0], format.channel_list[1], setup.comparison);
+  rating.residual_e24 = residual_e24;
+  rating.check = rating_check(rating.words, residual_e24);
+  return setup;
+}
+
+BISS_TEST(SafetyRating, WeakChecksums_AreRefusedWhateverTheirRating) {
+  for (const char* text :
+       {"pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc3;cds0", "pos36,nE,nW,crc5+pos28,nE,nW,lc6,crc16;cds0",
+        "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16:0x11021;cds0"}) {
+    const FrameFormat format = format_of(text);
+    const SafetySetup setup = rated(format, 1);
+    BISS_EXPECT(check_safety(format, setup) == SafetySetupError::checksum) << text;
+    BISS_EXPECT(!check_safety(format, UnratedSafetySetup(setup))) << text;
+    SafetyMonitor<SafetyPlan<2>> monitor(SafetyPlan<2>(format, setup));
+    BISS_EXPECT(!monitor.self_test(monitor.plan().fingerprint())) << text;
+  }
+}
+
+BISS_TEST(SafetyRating, FewComparedBitsOrAWideTolerance_AreRefused) {
+  const FrameFormat format = format_of(good_text);
+  const auto mistake_of = [&](std::uint8_t bits, std::uint8_t tolerance) {
+    SafetySetup setup;
+    setup.comparison = {.compare_bits = bits, .tolerance_lsb = tolerance};
+    BISS_EXPECT(!check_safety(format, UnratedSafetySetup(setup)));
+    return check_safety(format, setup);
+  };
+  BISS_EXPECT(mistake_of(2, 0) == SafetySetupError::weak_comparison);
+  BISS_EXPECT(mistake_of(8, 1) == SafetySetupError::weak_comparison);
+  BISS_EXPECT(mistake_of(0, 2) == SafetySetupError::weak_comparison);
+  BISS_EXPECT(mistake_of(0, 255) == SafetySetupError::weak_comparison);
+  // Nine bits are enough bits, but nothing rates them.
+  BISS_EXPECT(mistake_of(9, 1) == SafetySetupError::unrated);
+  BISS_EXPECT(!mistake_of(0, 1));
+}
+
+BISS_TEST(SafetyRating, OfOtherWordsOrCopiedWrongly_IsRefused) {
+  const FrameFormat format = format_of("pos35,nE,nW,crc6+pos27,nE,nW,lc6,crc16;cds0");
+  BISS_EXPECT(check_safety(format, SafetySetup()) == SafetySetupError::unrated);
+  const SafetySetup good = rated(format, 5'000'000);
+  BISS_EXPECT(!check_safety(format, good));
+  for (unsigned bit = 0; bit < 64; ++bit) {
+    for (std::uint64_t SafetyRating::*const member :
+         {&SafetyRating::words, &SafetyRating::residual_e24, &SafetyRating::check}) {
+      SafetySetup wrong = good;
+      wrong.rating.*member ^= std::uint64_t{1} << bit;
+      BISS_EXPECT(check_safety(format, wrong) == SafetySetupError::unrated) << bit;
+    }
+  }
+  const FrameFormat other = format_of("pos35,nE,nW,crc6+pos26,nE,nW,lc6,crc16;cds0");
+  BISS_EXPECT(check_safety(other, good) == SafetySetupError::unrated);
+}
+
+BISS_TEST(SafetyRating, MoreErrorsThanTheLimitAtTheHighestRate_AreRefused) {
+  const FrameFormat format = format_of("pos35,nE,nW,crc6+pos27,nE,nW,lc6,crc16;cds0");
+  // 118 916 128 frames an hour: 1e-9 an hour are 8.409288e-18 a frame.
+  SafetySetup setup = rated(format, 8'409'288);
+  BISS_EXPECT(!check_safety(format, setup));
+  setup = rated(format, 8'409'289);
+  BISS_EXPECT(check_safety(format, setup) == SafetySetupError::residual);
+  setup.residual_max_e15 = 1'000'100;
+  BISS_EXPECT(!check_safety(format, setup));
+  // Half the rate, half the errors.
+  setup = rated(format, 16'818'576);
+  BISS_EXPECT(check_safety(format, setup) == SafetySetupError::residual);
+  setup.frame_gap_min = setup.frame_gap_min * 2;
+  setup.frame_gap_max = setup.frame_gap_max * 2;
+  BISS_EXPECT(!check_safety(format, setup));
+  // Without a shortest gap there is no highest rate.
+  setup.frame_gap_min = {};
+  BISS_EXPECT(check_safety(format, setup) == SafetySetupError::residual);
 }
 
 BISS_TEST(SafetyVerdicts, HaveNamesAndTellFaultsFromStates) {

@@ -1,4 +1,4 @@
-// A FixedSafetyPlan for every SafetySetupError, and an unknown configuration name. No line
+// A FixedSafetyPlan for every SafetySetupError, and an unknown configuration name. No such line
 // compiles, and wrong_plans.cmake compares the compiler's message with the text at each line.
 #include "biss/frame/format_text.hpp"
 #include "biss/safety/configurations.hpp"
@@ -6,7 +6,7 @@
 
 namespace biss {
 
-template <FrameFormat Format, SafetySetup Setup = SafetySetup{}>
+template <FrameFormat Format, auto Setup = SafetySetup{}>
 inline constexpr auto payload_bits = FixedSafetyPlan<Format, Setup>::payload_bits();
 
 constexpr FrameFormat format(const char* text) { return parse_format(text).value(); }
@@ -34,7 +34,16 @@ constexpr SafetySetup lenient = with([](SafetySetup& setup) { setup.budget.fault
 constexpr SafetySetup patient =
     with([](SafetySetup& setup) { setup.frame_gap_max = milliseconds(2); });
 
+constexpr SafetySetup drifting =
+    with([](SafetySetup& setup) { setup.clocks.tolerance = setup.frame_gap_max; });
+constexpr SafetySetup two_bits =
+    with([](SafetySetup& setup) { setup.comparison.compare_bits = 2; });
+constexpr SafetySetup demanding =
+    with([](SafetySetup& setup) { setup.residual_max_e15 = 100'000; });
+
 constexpr auto right = payload_bits<good>;
+// A type that says so permits them.
+constexpr auto unrated = payload_bits<good, UnratedSafetySetup(two_bits)>;
 
 // says: a word has no CRC
 constexpr auto wrong_1 = payload_bits<format("pos9,nE,nW+pos9,nE,nW,lc6,crc16")>;
@@ -60,6 +69,16 @@ constexpr auto wrong_10 = payload_bits<good, far>;
 constexpr auto wrong_11 = payload_bits<good, lenient>;
 // says: shorter than the counter's period
 constexpr auto wrong_12 = payload_bits<good, patient>;
+// says: the clocks' tolerance is not from 0 to below frame_gap_max
+constexpr auto wrong_13 = payload_bits<good, drifting>;
+// says: the CPW's CRC is not 0x43, or the SPW's is not 0x190D9
+constexpr auto wrong_14 = payload_bits<format("pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc3;cds0")>;
+// says: fewer than 9 bits are compared, or tolerance_lsb is above 1
+constexpr auto wrong_15 = payload_bits<good, two_bits>;
+// says: the words have no rating
+constexpr auto wrong_16 = payload_bits<format("pos35,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0")>;
+// says: more undetected errors an hour than residual_max_e15
+constexpr auto wrong_17 = payload_bits<good, demanding>;
 // says: no_safety_configuration_of_this_name
 constexpr auto unknown = safety_configuration("fs-36-27");
 
