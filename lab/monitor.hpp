@@ -15,6 +15,7 @@ class SharedSafetyPlan {
   static constexpr std::size_t most_channels = SafetyPlan<>::most_channels;
   static constexpr unsigned most_payload_bits = SafetyPlan<>::most_payload_bits;
   static constexpr unsigned least_payload_bits = SafetyPlan<>::least_payload_bits;
+  static constexpr std::size_t most_faults = SafetyPlan<>::most_faults;
 
   /// \pre the plan outlives this
   explicit SharedSafetyPlan(const SafetyPlan<>& plan)

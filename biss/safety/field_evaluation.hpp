@@ -71,8 +71,6 @@ class LifeCounter {
     return first_ == 1 ? CounterMode::count_1_63 : CounterMode::count_0_63;
   }
 
-  constexpr bool operator==(const LifeCounter&) const = default;
-
  private:
   static constexpr std::uint8_t unknown = 2;
   static constexpr std::uint8_t highest = 63;
@@ -176,8 +174,6 @@ class FieldEvaluation {
   }
   constexpr void lose_place() { counter_.lose_place(); }
   constexpr std::optional<CounterMode> counter_mode() const { return counter_.mode(); }
-
-  constexpr bool operator==(const FieldEvaluation&) const = default;
 
  private:
   static constexpr SafetyVerdict cause_of(const SafetySetup& setup, const FrameFault& fault) {

@@ -223,11 +223,10 @@ class LineEvaluation {
   }
   constexpr void accept_counter(std::uint8_t value, const SafetySetup& setup) {
     if (rolls_over_ != 0 && range_ == Range::unknown) {
-      // Roll-overs to 0 count up, those to 1 count down.
-      if (value == 0) votes_ = static_cast<std::int16_t>(votes_ > 0 ? votes_ + 1 : 1);
-      if (value == 1) votes_ = static_cast<std::int16_t>(votes_ < 0 ? votes_ - 1 : -1);
-      if (votes_ >= setup.counter.learn_rollovers) range_ = Range::from_0;
-      if (-votes_ >= setup.counter.learn_rollovers) range_ = Range::from_1;
+      to_0_ = static_cast<std::uint8_t>(value == 0 ? to_0_ + 1U : 0U);
+      to_1_ = static_cast<std::uint8_t>(value == 1 ? to_1_ + 1U : 0U);
+      if (to_0_ >= setup.counter.learn_rollovers) range_ = Range::from_0;
+      if (to_1_ >= setup.counter.learn_rollovers) range_ = Range::from_1;
     }
     rolls_over_ = value == 63 ? 1 : 0;
     begun_ = 1;
@@ -247,15 +246,14 @@ class LineEvaluation {
   constexpr void lose_place() {
     begun_ = 0;
     rolls_over_ = 0;
-    votes_ = 0;
+    to_0_ = 0;
+    to_1_ = 0;
   }
   /// The counter's range, from the setup or learned; none while it is being learned.
   constexpr std::optional<CounterMode> counter_mode() const {
     if (range_ == Range::unknown) return std::nullopt;
     return range_ == Range::from_1 ? CounterMode::count_1_63 : CounterMode::count_0_63;
   }
-
-  constexpr bool operator==(const LineEvaluation&) const = default;
 
  private:
   // START, CDS, the channels, STOP.
@@ -449,7 +447,9 @@ class LineEvaluation {
   std::uint8_t begun_ = 0;
   /// The last frame was good and had 63.
   std::uint8_t rolls_over_ = 0;
-  std::int16_t votes_ = 0;
+  /// Roll-overs in a row to 0 and to 1.
+  std::uint8_t to_0_ = 0;
+  std::uint8_t to_1_ = 0;
 };
 
 }  // namespace biss

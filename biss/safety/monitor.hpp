@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -293,12 +294,13 @@ class SelfTest {
 namespace biss {
 
 /// `Plan` is a SafetyPlan or FixedSafetyPlan; it is kept by value. `First` and `Second` are the two
-/// evaluations. The monitor keeps its memory twice and compares before it uses it.
+/// evaluations. A checksum of the monitor's memory is
+/// checked before each use.
 template <class Plan, class First = FieldEvaluation<Plan>, class Second = LineEvaluation<Plan>>
 class SafetyMonitor {
  public:
   constexpr explicit SafetyMonitor(const Plan& plan = Plan())
-      : plan_(plan), memory_(plan.setup()), copy_(memory_) {}
+      : plan_(plan), memory_(plan.setup()), check_(check_of(memory_)) {}
 
   constexpr const Plan& plan() const { return plan_; }
   constexpr SafetyState state() const { return memory_.state; }
@@ -432,7 +434,6 @@ class SafetyMonitor {
 
   struct Memory {
     constexpr explicit Memory(const SafetySetup& chosen) : first(chosen), second(chosen) {}
-    constexpr bool operator==(const Memory&) const = default;
 
     SafetyFingerprint expected{};
     Picoseconds last_good{};
@@ -440,7 +441,7 @@ class SafetyMonitor {
     Picoseconds last_request{};
     std::uint64_t expected_low = 0;
     std::uint64_t expected_high = 0;
-    std::array<Picoseconds, max_tolerated_faults> fault_times{};
+    std::array<Picoseconds, Plan::most_faults> fault_times{};
     First first;
     Second second;
     SafetyState state = SafetyState::untested;
@@ -455,20 +456,43 @@ class SafetyMonitor {
     // The flags are not bool: after a fault of the memory they still have a value.
     std::uint8_t expects_position = 0;
     std::uint8_t has_requested = 0;
+    std::array<std::uint8_t, 7> spare{};
   };
+  // Without padding, so that all bytes can be compared.
+  static_assert(std::has_unique_object_representations_v<Memory>);
+  static constexpr std::size_t memory_words = sizeof(Memory) / 4U;
+
+  // Without a copy of the memory, except while compiling.
+  static constexpr std::uint32_t word_of(const Memory& memory, std::size_t k) {
+    if (std::is_constant_evaluated()) {
+      return std::bit_cast<std::array<std::uint32_t, memory_words>>(memory)[k];
+    }
+    std::uint32_t word = 0;
+    __builtin_memcpy(&word, reinterpret_cast<const unsigned char*>(&memory) + 4U * k, 4U);
+    return word;
+  }
+  [[gnu::noinline]] static constexpr std::uint32_t check_of(const Memory& memory) {
+    return check_of(memory, std::make_index_sequence<memory_words>());
+  }
+  template <std::size_t... K>
+  static constexpr std::uint32_t check_of(const Memory& memory, std::index_sequence<K...>) {
+    safety_detail::Check check;
+    (check.add(word_of(memory, K)), ...);
+    return check.sum();
+  }
 
   // ---- Memory
 
-  // Both copies are read from memory, whatever the compiler knows of them.
+  // Read from memory, whatever the compiler knows of it.
   constexpr bool is_intact() {
     if (!std::is_constant_evaluated()) asm volatile("" : : "r"(this) : "memory");
-    if (memory_ == copy_) return true;
+    if (check_of(memory_) == check_) return true;
     memory_.state = SafetyState::failed;
     memory_.cause = SafetyVerdict::memory;
     keep();
     return false;
   }
-  constexpr void keep() { copy_ = memory_; }
+  constexpr void keep() { check_ = check_of(memory_); }
 
   // Why no frame can be judged; `safe` where one can.
   constexpr SafetyVerdict obstacle() {
@@ -502,8 +526,15 @@ class SafetyMonitor {
     memory_.still_requests = still ? static_cast<std::uint8_t>(memory_.still_requests + 1U) : 0;
     memory_.last_request = time.now;
     memory_.has_requested = 1;
-    SafePosition position;
-    SafetyVerdict verdict = judge(time, first, second, position);
+    SafetyVerdict verdict = judge(time, first, second);
+    const SafePosition position = First::safe_position(plan_, first);
+    if (verdict == SafetyVerdict::safe) {
+      if (!(position == Second::safe_position(plan_, second))) {
+        verdict = SafetyVerdict::disagreement;
+      } else if (!is_expected(position.value)) {
+        verdict = SafetyVerdict::stimulus;
+      }
+    }
     memory_.expects_position = 0;
     if (memory_.freshness == Freshness::next_frame) {
       memory_.freshness = verdict == SafetyVerdict::safe ? Freshness::proven : Freshness::failed;
@@ -529,17 +560,13 @@ class SafetyMonitor {
   }
 
   constexpr SafetyVerdict judge(const TwoClocks& time, const SafetyFinding& first,
-                                const SafetyFinding& second, SafePosition& position) const {
+                                const SafetyFinding& second) const {
     if (!(first == second)) return SafetyVerdict::disagreement;
     if (is_clock_wrong(time)) return SafetyVerdict::clock;
     if (is_late(time)) return SafetyVerdict::watchdog;
     if (is_early(time)) return SafetyVerdict::early;
     if (first.cause != SafetyVerdict::safe) return first.cause;
-    const SafetyVerdict counter = judge_counter(first.life_counter, second.life_counter);
-    if (counter != SafetyVerdict::safe) return counter;
-    position = First::safe_position(plan_, first);
-    if (!(position == Second::safe_position(plan_, second))) return SafetyVerdict::disagreement;
-    return is_expected(position.value) ? SafetyVerdict::safe : SafetyVerdict::stimulus;
+    return judge_counter(first.life_counter, second.life_counter);
   }
   constexpr SafetyVerdict judge_counter(std::uint8_t first, std::uint8_t second) const {
     const SafetySetup& setup = plan_.setup();
@@ -680,7 +707,7 @@ class SafetyMonitor {
 
   [[no_unique_address]] Plan plan_;
   Memory memory_;
-  Memory copy_;
+  std::uint32_t check_;
 };
 
 }  // namespace biss

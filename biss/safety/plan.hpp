@@ -1,6 +1,7 @@
 // A format and a setup prepared for monitoring, at run time or at compile time.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -23,6 +24,8 @@ class SafetyPlan {
   static constexpr std::size_t most_channels = Channels;
   static constexpr unsigned most_payload_bits = Channels * max_channel_bits;
   static constexpr unsigned least_payload_bits = 0;
+  /// The most faults that a budget of this plan can tolerate; at least 1.
+  static constexpr std::size_t most_faults = max_tolerated_faults;
 
   /// The self test of a monitor fails where check_safety(format, setup) finds a mistake.
   /// \pre !check_safety(format, UnratedSafetySetup(setup)), and format has at most Channels channels
@@ -127,6 +130,7 @@ class FixedSafetyPlan {
   static constexpr std::size_t most_channels = Format.channel_count;
   static constexpr unsigned most_payload_bits = Format.payload_bits();
   static constexpr unsigned least_payload_bits = most_payload_bits;
+  static constexpr std::size_t most_faults = std::max<std::size_t>(Setup.budget.faults, 1);
 
   static constexpr Codec codec() { return {}; }
   static constexpr const FrameFormat& format() { return Codec::format(); }

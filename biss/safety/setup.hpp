@@ -273,6 +273,30 @@ constexpr std::optional<SafetySetupError> check_numbers(const SafetySetup& setup
 /// A number that identifies what a monitor works with: the format and the setup. If one bit of them
 /// changes, or several bits of one field, the number changes.
 class SafetyFingerprint {
+  // Reversible, so that different words never give the same number.
+  constexpr void add_word(std::uint64_t word) {
+    number_ = (number_ ^ word) * 0x100'0000'01B3U;
+    number_ ^= number_ >> 32U;
+  }
+  // At most eight bytes, as they are in memory: a bool may be neither 0 nor 1 after a fault.
+  template <class... Bytes>
+  constexpr void add(const Bytes&... bytes) {
+    std::uint64_t word = 0;
+    ((word = (word << 8U) | std::bit_cast<std::uint8_t>(bytes)), ...);
+    add_word(word);
+  }
+  constexpr void add(const ChannelFormat& channel) {
+    add(channel.data_bits, channel.position.shift, channel.position.bits, channel.multiturn.shift,
+        channel.multiturn.bits, channel.singleturn.shift, channel.singleturn.bits,
+        channel.singleturn_gray);
+    add(channel.error.shift, channel.error.present, channel.error.active_high,
+        channel.warning.shift, channel.warning.present, channel.warning.active_high,
+        channel.life_counter.shift, channel.life_counter.bits);
+    add_word(word_of(channel.crc));
+  }
+
+  std::uint64_t number_ = 0xCBF2'9CE4'8422'2325U;
+
  public:
   constexpr SafetyFingerprint() = default;
   constexpr SafetyFingerprint(const FrameFormat& whole, const SafetySetup& chosen) {
@@ -315,31 +339,6 @@ class SafetyFingerprint {
     return (std::uint64_t{crc.polynomial} << 32U) | (std::uint64_t{crc.start} << 16U) |
            (std::uint64_t{crc.width_bits} << 8U) | std::bit_cast<std::uint8_t>(crc.inverted);
   }
-
- private:
-  // Reversible, so that different words never give the same number.
-  constexpr void add_word(std::uint64_t word) {
-    number_ = (number_ ^ word) * 0x100'0000'01B3U;
-    number_ ^= number_ >> 32U;
-  }
-  // At most eight bytes, as they are in memory: a bool may be neither 0 nor 1 after a fault.
-  template <class... Bytes>
-  constexpr void add(const Bytes&... bytes) {
-    std::uint64_t word = 0;
-    ((word = (word << 8U) | std::bit_cast<std::uint8_t>(bytes)), ...);
-    add_word(word);
-  }
-  constexpr void add(const ChannelFormat& channel) {
-    add(channel.data_bits, channel.position.shift, channel.position.bits, channel.multiturn.shift,
-        channel.multiturn.bits, channel.singleturn.shift, channel.singleturn.bits,
-        channel.singleturn_gray);
-    add(channel.error.shift, channel.error.present, channel.error.active_high,
-        channel.warning.shift, channel.warning.present, channel.warning.active_high,
-        channel.life_counter.shift, channel.life_counter.bits);
-    add_word(word_of(channel.crc));
-  }
-
-  std::uint64_t number_ = 0xCBF2'9CE4'8422'2325U;
 };
 
 /// \return the first mistake up to `clocks` in the order of the enumerators; none where the frames

@@ -58,10 +58,19 @@ inline constexpr std::size_t safety_event_count = 10;
 namespace safety_detail {
 
 constexpr std::size_t index_of(SafetyState state) {
-  const auto word = static_cast<std::uint16_t>(state);
-  const unsigned number = word >> 5U;
-  const bool valid = number >= 65 && number < 65 + safety_state_count && word == code_word(number);
-  return valid ? number - 65U : safety_state_count;
+  switch (state) {
+    case SafetyState::untested:
+      return 0;
+    case SafetyState::starting:
+      return 1;
+    case SafetyState::safe:
+      return 2;
+    case SafetyState::latched:
+      return 3;
+    case SafetyState::failed:
+      return 4;
+  }
+  return safety_state_count;
 }
 
 constexpr auto make_transitions() {

@@ -241,6 +241,17 @@ inline constexpr std::array<SafetyMeasure, transmission_error_count> safety_meas
 
 namespace safety_detail {
 
+// A checksum of words in memory. Each step is reversible, so a change within one word always changes
+// it; others do except for one in 2^32.
+class Check {
+ public:
+  constexpr void add(std::uint32_t word) { sum_ = (sum_ ^ word) * 0x9E37'79B1U; }
+  constexpr std::uint32_t sum() const { return sum_; }
+
+ private:
+  std::uint32_t sum_ = 0x5A3C'96E1U;
+};
+
 // The difference on a clock that wraps around.
 constexpr Picoseconds elapsed(Picoseconds from, Picoseconds to) {
   const auto apart = static_cast<std::uint64_t>(to.count) - static_cast<std::uint64_t>(from.count);
@@ -274,7 +285,9 @@ struct SafetyFinding {
 
   constexpr bool operator==(const SafetyFinding& other) const {
     using Words = std::array<std::uint64_t, 3>;
-    return std::bit_cast<Words>(*this) == std::bit_cast<Words>(other);
+    const auto a = std::bit_cast<Words>(*this);
+    const auto b = std::bit_cast<Words>(other);
+    return ((a[0] ^ b[0]) | (a[1] ^ b[1]) | (a[2] ^ b[2])) == 0;
   }
 };
 
@@ -294,34 +307,43 @@ struct SafePosition {
   /// Of the CPW alone: turns above those that are compared. A safety function must not use them.
   std::uint64_t cpw_only_turns = 0;
 
-  constexpr bool operator==(const SafePosition&) const = default;
+  // All bytes at once: there is no padding.
+  constexpr bool operator==(const SafePosition& other) const {
+    return ((value ^ other.value) | (low ^ other.low) | (high ^ other.high) |
+            static_cast<std::uint64_t>(cpw_only_offset ^ other.cpw_only_offset) |
+            (cpw_only_turns ^ other.cpw_only_turns)) == 0;
+  }
 };
 
-/// A SafePosition or none, like an optional. It holds a complement of itself, so that a position is
-/// there only if no bit of it has changed in memory.
+/// A SafePosition or none, like an optional. It holds a checksum of itself, so that a position is
+/// there only if no bit of it has changed in memory, nor any two bits of a word.
 class GuardedPosition {
  public:
   constexpr GuardedPosition() = default;
   constexpr GuardedPosition(const SafePosition& position)
-      : position_(position), complement_(complement(position)) {}
+      : position_(position), check_(check_of(position)) {}
 
-  constexpr bool has_value() const { return complement_ == complement(position_); }
+  constexpr bool has_value() const { return check_ == check_of(position_); }
   constexpr explicit operator bool() const { return has_value(); }
   /// \pre has_value()
   constexpr const SafePosition& operator*() const { return position_; }
   constexpr const SafePosition* operator->() const { return &position_; }
 
  private:
-  using Words = std::array<std::uint64_t, sizeof(SafePosition) / 8U>;
-
-  static constexpr Words complement(const SafePosition& position) {
-    Words words = std::bit_cast<Words>(position);
-    for (std::uint64_t& word : words) word = ~word;
-    return words;
+  // Not 0 for a position of zeros, so that a memory of zeros is no position.
+  static constexpr std::uint32_t check_of(const SafePosition& position) {
+    safety_detail::Check check;
+    for (const std::uint64_t word :
+         {position.value, position.low, position.high,
+          static_cast<std::uint64_t>(position.cpw_only_offset), position.cpw_only_turns}) {
+      check.add(static_cast<std::uint32_t>(word));
+      check.add(static_cast<std::uint32_t>(word >> 32U));
+    }
+    return check.sum();
   }
 
   SafePosition position_{};
-  Words complement_{};
+  std::uint32_t check_ = 0;
 };
 
 /// The monitor's judgement of one frame.

@@ -51,6 +51,7 @@ Cost cost_of(const Row& row, const Ruler& ruler, const biss::SpiReader<Codec>& r
   EncoderServer server{biss::BankedRegisters<2>()};
   SafetyMonitor safety;
   cost.right = safety.self_test();
+  const SafetyMonitor tested = safety;
   Sample sample;
   sample.reader = &reader;
   sample.counter = &counter;
@@ -59,6 +60,7 @@ Cost cost_of(const Row& row, const Ruler& ruler, const biss::SpiReader<Codec>& r
   sample.control = &control;
   sample.server = &server;
   sample.safety = &safety;
+  sample.tested = &tested;
   for (std::uint32_t i = 0; i < row.samples; ++i) {
     row.prepare(sample, random);
     const Timed call = timed(row.run, sample);

@@ -77,7 +77,6 @@ void damage(Sample& sample, Random& random) {
 
 // In the safe state, the last counter `last` at the time 0.
 void make_safe(SafetyMonitor& monitor, std::uint32_t last) {
-  monitor.encoder_restarted();
   biss::SafetyFinding finding;
   finding.cause = biss::SafetyVerdict::safe;
   for (std::uint32_t left = safety_setup.start_frames; left-- != 0;) {
@@ -92,6 +91,7 @@ void make_safe(SafetyMonitor& monitor, std::uint32_t last) {
 
 void safety_frame(Sample& sample, Random& random) {
   const std::uint32_t last = 1U + random.below(63);
+  *sample.safety = *sample.tested;
   make_safe(*sample.safety, last);
   Sent sent;
   sent.position = random.bits(36);

@@ -89,6 +89,8 @@ struct Sample {
   biss::ControlSession* control = nullptr;
   EncoderServer* server = nullptr;
   SafetyMonitor* safety = nullptr;
+  /// A monitor after its self test.
+  const SafetyMonitor* tested = nullptr;
   /// The expected result of the measured call.
   std::uint64_t expected = 0;
 

@@ -117,7 +117,9 @@ void cycles_of(Run& run) {
     if (faulty && kind == Fault::asked_twice) run.axis.request(clocks(now + period / 4));
     if (transfer(run, faulty ? &kind : nullptr)) run.axis.transfer_complete();
     biss::Picoseconds end = now + period;
-    if (faulty && kind == Fault::no_interrupt) run.axis.request(clocks(end));  // and is refused
+    // The next request is refused, too: the SPI is still busy.
+    if (faulty && kind == Fault::no_interrupt)
+      run.axis.request(clocks(end - biss::microseconds(1)));
     if (faulty && kind == Fault::silent) end = now + 2 * period;
     const auto position = run.axis.position(clocks(end));
     good_in_a_row = faulty ? 0 : good_in_a_row + 1;

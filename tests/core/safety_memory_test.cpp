@@ -139,7 +139,7 @@ BISS_TEST(SafetyMemory, AnyTwoBitsOfAWord_NeverMakeASafeMonitorAcceptAWrongFrame
   const Probe probe(plan);
   Bytes bytes(safe_monitor(plan));
   // Under emulation one word of eight.
-  const std::size_t step = 32U * test::rounds(1, 8);
+  const auto step = static_cast<std::size_t>(32U * test::rounds(1, 8));
   for (std::size_t word = 0; word < Bytes::size_bits; word += step) {
     for (std::size_t a = word; a < word + 32U; ++a) {
       bytes.flip(a);
@@ -166,7 +166,7 @@ BISS_TEST(SafetyMemory, AnyTwoBitsOfAMonitorThatRefuses_GiveNoPosition) {
   BISS_EXPECT_EQ(failed_one.state(), SafetyState::failed);
   for (const Monitor& refusing : {latched_one, failed_one, Monitor(plan)}) {
     Bytes bytes(refusing);
-    const std::size_t step = 32U * test::rounds(1, 8);
+    const auto step = static_cast<std::size_t>(32U * test::rounds(1, 8));
     for (std::size_t word = 0; word < Bytes::size_bits; word += step) {
       for (std::size_t a = word; a < word + 32U; ++a) {
         bytes.flip(a);
@@ -184,7 +184,8 @@ BISS_TEST(SafetyMemory, AnyTwoBitsOfAMonitorThatRefuses_GiveNoPosition) {
 BISS_TEST(SafetyMemory, AnyBitOfAPlan_FailsTheSelfTestOrIsRefusedInEveryFrame) {
   const Plan plan = plan_of([](SafetySetup&) {});
   const Probe probe(plan);
-  for (std::size_t bit = 0; bit < sizeof(Plan) * 8U; bit += test::rounds(1, 64)) {
+  for (std::size_t bit = 0; bit < sizeof(Plan) * 8U;
+       bit += static_cast<std::size_t>(test::rounds(1, 64))) {
     Plan wrong = plan;
     auto* bytes = reinterpret_cast<unsigned char*>(&wrong);
     bytes[bit / 8U] = static_cast<unsigned char>(bytes[bit / 8U] ^ (1U << (bit % 8U)));
@@ -233,7 +234,8 @@ BISS_TEST(SafetyMemory, AnyTwoBitsOfAJudgement_NeverChangeOrInventAPosition) {
       flip(a);
       for (std::size_t b = a / 32U * 32U; b <= a; ++b) {
         if (b != a) flip(b);
-        BISS_EXPECT(!changed.has_value()) << a << " " << b;
+        const bool same = sound.position && *changed == *sound.position;
+        BISS_EXPECT(!changed.has_value() || same) << a << " " << b;
         if (b != a) flip(b);
       }
       flip(a);
