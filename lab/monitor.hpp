@@ -16,6 +16,8 @@ class SharedSafetyPlan {
   static constexpr unsigned most_payload_bits = SafetyPlan<>::most_payload_bits;
   static constexpr unsigned least_payload_bits = SafetyPlan<>::least_payload_bits;
   static constexpr std::size_t most_faults = SafetyPlan<>::most_faults;
+  // Faults of this computer's memory are no subject of the experiments.
+  static constexpr bool checks_memory = false;
 
   /// \pre the plan outlives this
   explicit SharedSafetyPlan(const SafetyPlan<>& plan)
@@ -28,7 +30,6 @@ class SharedSafetyPlan {
   const safety_detail::Alignment& alignment() const { return plan_->alignment(); }
   std::optional<SafetySetupError> mistake() const { return plan_->mistake(); }
   const SafetyFingerprint& fingerprint() const { return fingerprint_; }
-  // Faults of this computer's memory are no subject of the experiments.
   bool is(const SafetyFingerprint& expected) const { return fingerprint_ == expected; }
 
  private:

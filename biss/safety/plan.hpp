@@ -26,6 +26,8 @@ class SafetyPlan {
   static constexpr unsigned least_payload_bits = 0;
   /// The most faults that a budget of this plan can tolerate; at least 1.
   static constexpr std::size_t most_faults = max_tolerated_faults;
+  /// Whether a monitor checks its memory before each use.
+  static constexpr bool checks_memory = true;
 
   /// The self test of a monitor fails where check_safety(format, setup) finds a mistake.
   /// \pre !check_safety(format, UnratedSafetySetup(setup)), and format has at most Channels channels
@@ -131,6 +133,7 @@ class FixedSafetyPlan {
   static constexpr unsigned most_payload_bits = Format.payload_bits();
   static constexpr unsigned least_payload_bits = most_payload_bits;
   static constexpr std::size_t most_faults = std::max<std::size_t>(Setup.budget.faults, 1);
+  static constexpr bool checks_memory = true;
 
   static constexpr Codec codec() { return {}; }
   static constexpr const FrameFormat& format() { return Codec::format(); }
