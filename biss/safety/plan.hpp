@@ -77,8 +77,8 @@ class SafetyPlan {
   std::uint8_t rated_;
 };
 
-/// Prepared at compile time for a SafetySetup or an UnratedSafetySetup: it takes no memory but flash, and a mistake in the setup stops the
-/// build with the sentence below that names it.
+/// Prepared at compile time, for a SafetySetup or an UnratedSafetySetup. It takes flash and no RAM. A
+/// mistake in the setup stops the build with the sentence below that names it.
 ///
 ///   constexpr auto type = safety_configuration("fs-36-28");
 ///   SafetyMonitor<FixedSafetyPlan<type.frame_format(), type.setup>> monitor;

@@ -12,8 +12,8 @@ namespace biss {
 struct SafetyRating {
   /// What the rating is for: rated_words().
   std::uint64_t words = 0;
-  /// The share of frames that are accepted although the position is wrong by more than the
-  /// tolerance, at a bit error rate of 1e-2; times 1e24, rounded up.
+  /// The share of frames that are accepted although the compared bits of the CPW are wrong by more
+  /// than the tolerance, at a bit error rate of 1e-2; times 1e24, rounded up.
   std::uint64_t residual_e24 = 0;
   /// rating_check() of the other two, so that a rating that was copied wrongly is refused.
   std::uint64_t check = 0;

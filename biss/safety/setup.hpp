@@ -50,7 +50,8 @@ struct SafetyComparison {
   /// The number of upper bits of the singleturn value (or of the whole position, where there are no
   /// turns) that are compared: ACC_MIN of the Safety Concept. 0: all that both words have.
   std::uint8_t compare_bits = 0;
-  /// In counts of the lowest bit compared (Safety Concept A5: 1). The wrap-around is no distance.
+  /// In counts of the lowest bit compared (Safety Concept A5: 1). The difference is measured in the
+  /// shorter direction, across the wrap-around if need be.
   std::uint8_t tolerance_lsb = 1;
   MultiturnRule multiturn = MultiturnRule::with_carry;
 
@@ -130,7 +131,7 @@ struct SafetySetup {
   SafetyBudget budget{};
   /// The bounds of what precedes the data, in clocks. The narrower, the fewer damaged ACKs pass.
   FrameBounds bounds{};
-  /// Of words that safety_ratings does not have.
+  /// For words that safety_ratings does not have.
   SafetyRating rating{};
   /// The most undetected errors an hour, times 1e15, at a bit error rate of 1e-2 and a frame every
   /// frame_gap_min. The default is 1e-9: 1 % of the limit of SIL 3 (IEC 61784-3).
@@ -189,8 +190,8 @@ enum class SafetySetupError : std::uint8_t {
   compare_bits,  ///< more bits to be compared than both words have
   tolerance,     ///< the tolerance takes in every position
   start_frames,  ///< fewer than 2
-  counter,  ///< near_frames above 30, no learn_rollovers, or a `first` that the counter does not have
-  budget,     ///< more than max_tolerated_faults, or too short a window
+  counter,       ///< near_frames above 30, no learn_rollovers, or a `first` that cannot occur
+  budget,        ///< more than max_tolerated_faults, or too short a window
   frame_gap,  ///< not 0 <= min < max <= max_frame_gap, or max not shorter than the counter's period
   clocks,     ///< tolerance not from 0 to below frame_gap_max, or a negative bit_period
   checksum,   ///< the CPW's CRC is not 0x43, or the SPW's is not 0x190D9

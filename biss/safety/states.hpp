@@ -77,7 +77,7 @@ constexpr auto make_transitions() {
   using enum SafetyState;
   using Row = std::array<SafetyState, safety_event_count>;
   return std::array<Row, safety_state_count>{
-      // passed, failed, good, last start, tolerated, fault, unlatched, receiver, acknowledged, restarted
+      // The columns are the events in their order.
       Row{starting, untested, untested, untested, untested, untested, untested, failed, untested,
           untested},
       Row{starting, failed, starting, safe, starting, starting, starting, failed, starting,

@@ -36,7 +36,7 @@ enum class SafetyVerdict : std::uint16_t {
   clock = safety_detail::code_word(8),
   /// The last good frame is too long ago, or the clock is before it.
   watchdog = safety_detail::code_word(9),
-  /// Sooner after the last good frame than any cycle can be.
+  /// Sooner after the last good frame than frame_gap_min.
   early = safety_detail::code_word(10),
   /// No answer, no START, ACK or STOP wrong, cut short, another channel's CRC.
   no_frame = safety_detail::code_word(11),

@@ -102,6 +102,14 @@ TEST(SafetyAnalyse, ForEyes_SaysWhatItIs) {
   EXPECT_THAT(ran.out, HasSubstr("A3 = 119, A4 = 958, A5 = 5845, A6 = 30392"));
   EXPECT_THAT(ran.out, HasSubstr("3 for 1..57, 2 from 58 on"));
   EXPECT_THAT(ran.out, HasSubstr("lost_start"));
+  // Both figures of the pair say what they are.
+  const std::size_t safe = ran.out.find("safe position");
+  const std::size_t control = ran.out.find("control position");
+  ASSERT_LT(safe, control);
+  ASSERT_NE(control, std::string::npos);
+  EXPECT_THAT(ran.out.substr(safe, control - safe), HasSubstr("3.882e-18 a frame at 0.01"));
+  EXPECT_THAT(ran.out.substr(control), HasSubstr("2.245e-06 a frame at 0.01"));
+  EXPECT_THAT(ran.out.substr(control), HasSubstr("only the CPW's CRC protects it"));
 }
 
 TEST(SafetyAnalyse, PairThatCannotBeCounted_IsToldAndTheWordsAreShown) {

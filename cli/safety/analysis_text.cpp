@@ -36,14 +36,19 @@ std::string weights_text(const Weights& weights, Number number) {
   return text.empty() ? "none" : text;
 }
 
-void add_residual(report::Summary& out, const SafetyQuestion& question, const Residual& residual,
-                  const char* what) {
+void add_rates(report::Summary& out, const SafetyQuestion& question, const Residual& residual,
+               const char* what) {
   for (std::size_t i = 0; i < residual.probabilities.size(); ++i) {
     const long double p = residual.probabilities[i];
     out.entry(i == 0 ? what : "",
               fmt::format("{} a frame at {:g}", share_text(p), question.bit_error_rates[i]),
               fmt::format("{} an hour", share_text(p * question.frames_per_hour())));
   }
+}
+
+void add_residual(report::Summary& out, const SafetyQuestion& question, const Residual& residual,
+                  const char* what) {
+  add_rates(out, question, residual, what);
   out.entry("at most", fmt::format("{} a frame at {:.4f}", share_text(residual.worst.probability),
                                    residual.worst.bit_error_rate));
   out.entry(fmt::format("{:g} an hour", question.limit_per_hour),
@@ -77,13 +82,12 @@ void add_pair(report::Summary& out, const SafetyQuestion& question, const PairAn
   const auto number = [](long double count) { return fmt::format("{:.6g}", count); };
   out.entry("undetected", weights_text(pair.weights.beyond_tolerance, number),
             "averaged over positions");
-  add_residual(out, question, pair.beyond_tolerance, "off by more");
-  for (std::size_t i = 0; i < pair.wrong.probabilities.size(); ++i) {
-    const long double p = pair.wrong.probabilities[i];
-    out.entry(i == 0 ? "any CPW bit" : "",
-              fmt::format("{} a frame at {:g}", share_text(p), question.bit_error_rates[i]),
-              fmt::format("{} an hour", share_text(p * question.frames_per_hour())));
-  }
+  out.entry("safe position", "wrong by more than the tolerance",
+            "protected by both CRCs, nE, counter and comparison");
+  add_residual(out, question, pair.beyond_tolerance, "accepted wrong");
+  out.entry("control position", "any bit of the CPW wrong",
+            "below the compared bits, only the CPW's CRC protects it");
+  add_rates(out, question, pair.wrong, "accepted wrong");
 }
 
 std::string structure_table(const SafetyAnalysis& analysis) {

@@ -1,5 +1,5 @@
 // docs/safety.md has every parameter with its default, every verdict and every transmission error;
-// docs/safety-matrix.md names tests that exist.
+// docs/safety-matrix.md and docs/assessor.md name tests that exist, and figures that are calculated.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -14,7 +14,9 @@
 #include <string_view>
 #include <vector>
 
+#include "biss/safety/configurations.hpp"
 #include "biss/safety/verdict.hpp"
+#include "cli/safety/evidence.hpp"
 #include "cli/safety/setup_fields.hpp"
 
 namespace biss::cli {
@@ -83,47 +85,6 @@ TEST(SafetyDocuments, EveryParameter_HasItsRowAndDefault) {
     EXPECT_NE(page.find(table + "\n"), std::string::npos) << "docs/safety.md needs this table:\n"
                                                           << table;
   }
-}
-
-// The switch names every enumerator: the compiler warns of a missing one.
-std::string_view name_of(SafetySetupError error) {
-  switch (error) {
-    case SafetySetupError::channels:
-      return "channels";
-    case SafetySetupError::no_crc:
-      return "no_crc";
-    case SafetySetupError::no_error_bit:
-      return "no_error_bit";
-    case SafetySetupError::no_position:
-      return "no_position";
-    case SafetySetupError::gray:
-      return "gray";
-    case SafetySetupError::no_counter:
-      return "no_counter";
-    case SafetySetupError::compare_bits:
-      return "compare_bits";
-    case SafetySetupError::tolerance:
-      return "tolerance";
-    case SafetySetupError::start_frames:
-      return "start_frames";
-    case SafetySetupError::counter:
-      return "counter";
-    case SafetySetupError::budget:
-      return "budget";
-    case SafetySetupError::frame_gap:
-      return "frame_gap";
-    case SafetySetupError::clocks:
-      return "clocks";
-    case SafetySetupError::checksum:
-      return "checksum";
-    case SafetySetupError::weak_comparison:
-      return "weak_comparison";
-    case SafetySetupError::unrated:
-      return "unrated";
-    case SafetySetupError::residual:
-      return "residual";
-  }
-  return "";
 }
 
 TEST(SafetyDocuments, EveryName_IsOnThePage) {
@@ -199,23 +160,97 @@ std::set<std::string> tests_of_the_build() {
       tests.insert((*at)[1].str() + "." + (*at)[2].str());
     }
   }
+  // A test that is a command of its own.
+  const std::string list = source("tests/core/CMakeLists.txt");
+  for (const std::string& name : all_of(list, R"(add_test\(NAME (\w+\.\w+))")) tests.insert(name);
   return tests;
+}
+
+// The section of that title, up to the next one.
+std::string section_of(const std::string& page, const std::string& title) {
+  const std::size_t at = page.find("\n## " + title + "\n");
+  EXPECT_NE(at, std::string::npos) << title;
+  return at == std::string::npos ? "" : page.substr(at + 1, page.find("\n## ", at + 1) - at);
+}
+
+// The tests in the last column of a table, without `Each/`. All of them exist.
+std::set<std::string> tests_of_table(const std::string& section) {
+  const std::set<std::string> tests = tests_of_the_build();
+  std::set<std::string> named;
+  for (const std::string& name :
+       all_of(section, "^\\|[^|]*\\| `(?:Each/)?([A-Z]\\w+\\.\\w+)` \\|$")) {
+    EXPECT_TRUE(tests.contains(name)) << name;
+    named.insert(name);
+  }
+  return named;
+}
+
+std::set<std::string> suites_of(const std::set<std::string>& tests) {
+  std::set<std::string> suites;
+  for (const std::string& test : tests) suites.insert(test.substr(0, test.find('.')));
+  return suites;
+}
+
+TEST(SafetyDocuments, EveryPointOfTheReview_HasTestsThatExist) {
+  const std::string part = section_of(source("docs/safety-matrix.md"), "Points of the review");
+  EXPECT_EQ(all_of(part, "^\\| ([^|]+) \\| `").size(), 14U);
+  const std::set<std::string> named = tests_of_table(part);
+  EXPECT_GT(named.size(), 40U);
+  const std::set<std::string> suites = suites_of(named);
+  for (const char* suite : {"SafetyStates", "SafetyMemory", "SafetyCodes", "SafetyRating",
+                            "SafetyRatings", "SafetyClock", "SafetyDelay", "SafePosition"}) {
+    EXPECT_TRUE(suites.contains(suite)) << suite;
+  }
+}
+
+TEST(SafetyDocuments, EveryStatementForTheAssessor_HasTestsThatExist) {
+  const std::string page = source("docs/assessor.md");
+  const std::string part = section_of(page, "Tests");
+  EXPECT_GT(tests_of_table(part).size(), 60U);
+  for (const std::string& statement : all_of(page, "^\\| ([EMFSD]\\d+) \\|")) {
+    // What no test can show: how the encoder is installed.
+    if (statement == "D15") continue;
+    const std::string any = statement.front() == 'E' ? "E1…E8" : statement;
+    EXPECT_FALSE(all_of(part, "^\\|[^|`]*\\b(" + any + ")[ ,]").empty()) << statement;
+  }
+}
+
+// The figures of the named configurations, without those that have the words of another one.
+TEST(SafetyDocuments, FiguresForTheAssessor_AreThoseOfTheAnalysis) {
+  std::string table =
+      "| configuration | ACC_MIN | bits | frames/s | safe, CPW | safe, SPW | control | "
+      "`check_safety()` |\n|---|---:|---:|---:|---:|---:|---:|---:|\n";
+  for (const SafetyConfiguration& each : safety_configurations) {
+    if (each.name.starts_with("fortis")) continue;
+    const SafetyFormat monitored{each.frame_format(), each.setup, {}};
+    const auto shares = undetected_shares(monitored);
+    ASSERT_TRUE(shares) << each.name;
+    const SafetyComparison& comparison = each.setup.comparison;
+    const auto rate = rate_of_cycle(each.setup).count;
+    const auto frames = 3600 * static_cast<long double>(rate);
+    const long double most = 3600e12L / static_cast<long double>(each.setup.frame_gap_min.count);
+    table +=
+        fmt::format("| `{}` | {} | {} | {} | {:.3g} | {:.3g} | {:.0f} | {:.3g} |\n", each.name,
+                    comparison.compare_bits == 0 ? "all" : std::to_string(comparison.compare_bits),
+                    safety_detail::alignment_of(monitored.cpw(), monitored.spw(), comparison).bits,
+                    rate, shares->by_cpw * frames, shares->by_spw * frames,
+                    shares->control_position * frames, shares->by_cpw * most);
+  }
+  EXPECT_NE(source("docs/assessor.md").find(table + "\n"), std::string::npos)
+      << "docs/assessor.md needs this table:\n"
+      << table;
 }
 
 TEST(SafetyDocuments, EveryTestOfTheMatrix_Exists) {
   const std::set<std::string> tests = tests_of_the_build();
   EXPECT_GT(tests.size(), 500U);
   const std::string page = source("docs/safety-matrix.md");
-  const std::size_t at = page.find("\n## Requirements and tests\n");
-  ASSERT_NE(at, std::string::npos);
-  const std::string part = page.substr(at + 1, page.find("\n## ", at + 1) - at);
+  const std::string part = section_of(page, "Requirements and tests");
   std::set<std::string> named;
-  std::set<std::string> suites;
   for (const std::string& name : all_of(part, "^\\* `((?:Each/)?[A-Z]\\w+\\.\\w+)`$")) {
     const std::string plain = name.starts_with("Each/") ? name.substr(5) : name;
     EXPECT_TRUE(tests.contains(plain)) << name;
     named.insert(plain);
-    suites.insert(plain.substr(0, plain.find('.')));
   }
   EXPECT_GT(named.size(), 60U);
   // Each requirement has a source and a test.
@@ -223,10 +258,12 @@ TEST(SafetyDocuments, EveryTestOfTheMatrix_Exists) {
   EXPECT_EQ(all_of(part, "^### .*\nSource: .*\n(\\* `)").size(), requirements);
   EXPECT_GT(requirements, 30U);
   // Each suite about the monitor is mentioned.
+  const std::set<std::string> suites = suites_of(named);
   for (const char* suite :
        {"SafetyMonitor", "SafetyCounter", "SafetyWords", "SafetyComparison", "SafetyFinding",
         "SafetySelfTest", "SafetySetup", "SafetyTime", "SafetyVerdicts", "SafetyConfigurations",
-        "SafetyStates", "SafetyMemory", "SafetyCodes"}) {
+        "SafetyStates", "SafetyMemory", "SafetyCodes", "SafetyRating", "SafetyRatings",
+        "SafetyClock", "SafetyDelay", "SafePosition"}) {
     EXPECT_TRUE(suites.contains(suite)) << suite;
   }
 }

@@ -423,8 +423,9 @@ void add_evidence_options(Verb verb, EvidenceOptions& options) {
   verb.add_flag("--ignore-turns", options.ignore_turns, "Do not compare the turns");
   add_duration_option(verb, "--watchdog", into(setup.watchdog),
                       "Longest time between two good frames; 1.5 cycles by default");
-  add_duration_option(verb, "--shortest-gap", into(setup.shortest),
-                      "Shortest time between two good frames; 0s by default");
+  add_duration_option(
+      verb, "--shortest-gap", into(setup.shortest),
+      "Shortest time between two good frames; that of the configuration by default");
   add_count_option(verb, "--budget", into(options.budget),
                    "Faults that are tolerated within --budget-window; 0 by default", 255);
   add_duration_option(verb, "--budget-window", into(options.budget_window),

@@ -8,10 +8,15 @@
 #include <iterator>
 #include <map>
 #include <regex>
+#include <utility>
 
 #include "cli/common/quantity.hpp"
 #include "cli/safety/evidence.hpp"
+#include "cli/safety/setup_fields.hpp"
 #include "lab/campaign_fault.hpp"
+#include "lab/pair.hpp"
+#include "lab/rating.hpp"
+#include "lab/residual.hpp"
 #include "lab/sequence.hpp"
 #include "lab/statistics.hpp"
 #include "lab/weights.hpp"
@@ -186,6 +191,57 @@ void add_files(std::string& text, const std::vector<EvidenceCommand>& commands) 
       "`campaign.csv` lists as missed.\n\n";
 }
 
+const char* meaning_of(SafetySetupError error) {
+  switch (error) {
+    case SafetySetupError::checksum:
+      return "the CPW's CRC is not 0x43, or the SPW's is not 0x190D9";
+    case SafetySetupError::weak_comparison:
+      return "fewer than 9 bits are compared, or the tolerance is above 1";
+    case SafetySetupError::unrated:
+      return "no rating for these words and this comparison";
+    case SafetySetupError::residual:
+      return "more undetected errors an hour than `residual_max_e15` permits";
+    default:
+      return "the monitor does not accept this setup";
+  }
+}
+
+void add_rating(std::string& text, const EvidenceSubject& subject) {
+  const SafetyFormat& monitored = subject.monitored;
+  const SafetySetup& setup = monitored.setup;
+  add(text,
+      "## Undetected errors and rating\n"
+      "On a binary symmetric channel with a bit error rate of {:g}, with the comparison of this "
+      "configuration.\n\n",
+      lab::rated_bit_error_rate);
+  if (const auto shares = undetected_shares(monitored)) {
+    const auto frames = 3600 * static_cast<long double>(subject.rate.count);
+    add(text,
+        "| position | protected by | per frame | per hour at {} |\n|---|---|---:|---:|\n"
+        "| safe position (`low`, `high`) | both CRCs, nE, counter, comparison | {:.3g} | {:.3g} |\n"
+        "| control position (`cpw_only_…`) | below the compared bits only the CPW's CRC | {:.3g} | "
+        "{:.3g} |\n\n"
+        "`analysis.txt` counts an error of the safe position by the CPW; here the larger number of "
+        "CPW and\nSPW is given.\n\n",
+        text_of(subject.rate), shares->safe_position(), shares->safe_position() * frames,
+        shares->control_position, shares->control_position * frames);
+  } else {
+    text += "The two words cannot be analysed together: see `analysis.txt`.\n\n";
+  }
+  const double limit = static_cast<double>(setup.residual_max_e15) * 1e-15;
+  if (const auto mistake = check_safety(monitored.format, setup)) {
+    add(text,
+        "**Not rated:** `check_safety()` returns `{}`: {}. The limit\n(`residual_max_e15`) is {:g} "
+        "an hour, at a frame every `frame_gap_min`, {}.\n\n",
+        name_of(*mistake), meaning_of(*mistake), limit, text_of(setup.frame_gap_min));
+  } else {
+    add(text,
+        "**Rated:** `check_safety()` accepts this configuration: at most {:g} undetected errors an "
+        "hour\n(`residual_max_e15`), at a frame every `frame_gap_min`, {}.\n\n",
+        limit, text_of(setup.frame_gap_min));
+  }
+}
+
 void add_unchecked(std::string& text, const SafetyFormat& monitored) {
   const SafetySetup& setup = monitored.setup;
   const SafetyFormat::UncheckedBits bits = monitored.unchecked_bits();
@@ -222,6 +278,18 @@ void add_unchecked(std::string& text, const SafetyFormat& monitored) {
   text +=
       "* **A position that stands still in both words**, **both words wrong in the same way**, and "
       "**nW**.\n";
+  if (setup.counter.first == any_first_value) {
+    text +=
+        "* **A constant delay since power-up**: answers that are all late by the same number of "
+        "requests.\n  The counter's first value (`SafetyCounter::first`) is not given; only a "
+        "stimulus\n  (`expect_position()`) shows this delay.\n";
+  }
+  add(text,
+      "* **A clock at a wrong rate, with one clock** (`OneClock`, as in these commands). Two "
+      "clocks "
+      "(`TwoClocks`)\n  may differ by up to {} between good frames.{}\n",
+      text_of(setup.clocks.tolerance),
+      setup.clocks.bit_period.count == 0 ? " The time of a transfer is not checked." : "");
   if (setup.budget.faults != 0) {
     add(text,
         "* **Up to {} faults in {}** are tolerated: only the positions of their frames are "
@@ -268,6 +336,21 @@ void set_share(CoverageRow& row) {
   row.share = static_cast<double>(share);
   row.low = static_cast<double>(limits.low);
   row.high = static_cast<double>(limits.high);
+}
+
+std::optional<UndetectedShares> undetected_shares(const SafetyFormat& monitored) {
+  const lab::PairChecks checks = lab::pair_checks_of(monitored.setup);
+  if (lab::pair_problem(monitored.format, checks)) return std::nullopt;
+  FrameFormat exchanged = monitored.format;
+  std::swap(exchanged.channel_list[0], exchanged.channel_list[1]);
+  const lab::PairWeights by_cpw = lab::pair_weights(monitored.format, checks);
+  const lab::PairWeights by_spw = lab::pair_weights(exchanged, checks);
+  const auto share = [](const lab::Undetected& of) {
+    return lab::probability(of, lab::rated_bit_error_rate);
+  };
+  return UndetectedShares{.by_cpw = share(by_cpw.beyond_tolerance),
+                          .by_spw = share(by_spw.beyond_tolerance),
+                          .control_position = share(by_cpw.wrong)};
 }
 
 std::vector<CoverageRow> read_coverage(const EvidenceSubject& subject,
@@ -371,6 +454,7 @@ EvidenceFile readme_file(const EvidenceSubject& subject,
         "under a name that\nit cannot have.\n\n";
   }
   add_files(text, commands);
+  add_rating(text, subject);
   add_unchecked(text, subject.monitored);
   add_coverage(text, coverage);
   return {"README.md", std::move(text)};

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 #include <set>
 #include <sstream>
@@ -264,6 +265,78 @@ TEST(EvidenceReadme, NothingRun_IsSaid) {
   EXPECT_EQ(exact.find("A difference of up to"), std::string::npos);
   EXPECT_THAT(exact, HasSubstr("**Finding:** `biss safety sequences"));
   for (const std::string& each : {text, exact}) EXPECT_EQ(each.find(" \n"), std::string::npos);
+}
+
+// The lines of README.md, joined.
+std::string readme_of(const EvidenceOptions& options) {
+  const EvidenceSubject subject = subject_of(options);
+  std::string text = readme_file(subject, evidence_commands(subject), {}).text;
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text;
+}
+
+TEST(EvidenceReadme, ConstantDelayAndOneClock_AreNamed) {
+  EvidenceOptions options;
+  options.format = "fs-36-28";
+  using testing::HasSubstr;
+  const std::string text = readme_of(options);
+  EXPECT_THAT(text, HasSubstr("**A constant delay since power-up**"));
+  EXPECT_THAT(text, HasSubstr("**A clock at a wrong rate, with one clock** (`OneClock`"));
+  EXPECT_THAT(text, HasSubstr("The time of a transfer is not checked."));
+  EvidenceSubject subject = subject_of(options);
+  subject.monitored.setup.counter.first = 1;
+  subject.monitored.setup.clocks.bit_period = nanoseconds(100);
+  const std::string known = readme_file(subject, {}, {}).text;
+  EXPECT_EQ(known.find("constant delay"), std::string::npos);
+  EXPECT_EQ(known.find("The time of a transfer"), std::string::npos);
+}
+
+TEST(EvidenceReadme, BothFiguresAndTheRating_AreThoseOfTheConfiguration) {
+  EvidenceOptions options;
+  using testing::HasSubstr;
+  options.format = "fs-36-28";
+  const std::string rated = readme_of(options);
+  EXPECT_THAT(rated, HasSubstr("per hour at 32 kHz |"));
+  EXPECT_THAT(rated, HasSubstr("counter, comparison | 6.25e-18 | 7.2e-10 |"));
+  EXPECT_THAT(rated, HasSubstr("only the CPW's CRC | 4.83e-06 | 557 |"));
+  EXPECT_THAT(rated, HasSubstr("**Rated:** `check_safety()` accepts this configuration: at most "
+                               "1e-09 undetected errors an hour (`residual_max_e15`)"));
+  // The comparison and the rate are those of the bundle.
+  options.setup.compare_bits = 9;
+  options.rate = kilohertz(1);
+  const std::string fewer = readme_of(options);
+  EXPECT_THAT(fewer, HasSubstr("per hour at 1 kHz |"));
+  EXPECT_EQ(fewer.find("6.25e-18"), std::string::npos);
+  EXPECT_THAT(fewer, HasSubstr("**Not rated:** `check_safety()` returns `unrated`: no rating"));
+  options.setup.compare_bits = 8;
+  EXPECT_THAT(readme_of(options), HasSubstr("returns `weak_comparison`: fewer than 9 bits"));
+  options = {};
+  options.format = "pos36,nE,nW,crc5+pos28,nE,nW,lc6,crc16";
+  EXPECT_THAT(readme_of(options), HasSubstr("returns `checksum`: the CPW's CRC is not 0x43"));
+  // Without a shortest gap, the number of frames an hour has no limit.
+  options = {};
+  options.format = "rsh";
+  options.setup.shortest = Picoseconds{};
+  EXPECT_THAT(readme_of(options), HasSubstr("returns `residual`: more undetected errors"));
+  options.setup.tolerance = 2;
+  const std::string wide = readme_of(options);
+  EXPECT_THAT(wide, HasSubstr("The two words cannot be analysed together"));
+  EXPECT_THAT(wide, HasSubstr("returns `weak_comparison`"));
+}
+
+// The ratings count errors of the CPW; the safe position is the SPW's.
+TEST(EvidenceResidual, SafePositionOfEveryConfiguration_IsWithinItsLimitCountedByEitherWord) {
+  for (const SafetyConfiguration& each : safety_configurations) {
+    const auto shares = undetected_shares({each.frame_format(), each.setup, {}});
+    ASSERT_TRUE(shares) << each.name;
+    const long double frames = 3600e12L / static_cast<long double>(each.setup.frame_gap_min.count);
+    const auto limit = static_cast<long double>(each.setup.residual_max_e15) * 1e-15L;
+    EXPECT_LE(shares->by_cpw * frames, limit) << each.name;
+    EXPECT_LE(shares->by_spw * frames, limit) << each.name;
+    EXPECT_NEAR(static_cast<double>(shares->by_spw / shares->by_cpw), 1, 0.14) << each.name;
+    EXPECT_EQ(shares->safe_position(), std::max(shares->by_cpw, shares->by_spw));
+    EXPECT_GT(shares->control_position, shares->safe_position()) << each.name;
+  }
 }
 
 TEST(EvidencePages, LinksOutOfTheBundle_ArePlainText) {
