@@ -456,7 +456,7 @@ class SafetyMonitor {
     // The flags are not bool: after a fault of the memory they still have a value.
     std::uint8_t expects_position = 0;
     std::uint8_t has_requested = 0;
-    std::array<std::uint8_t, 7> spare{};
+    std::array<std::uint8_t, 6> spare{};
   };
   // Without padding, so that all bytes can be compared.
   static_assert(std::has_unique_object_representations_v<Memory>);

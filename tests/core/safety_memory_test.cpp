@@ -175,6 +175,25 @@ BISS_TEST(SafetyMemory, AnyTwoBitsOfAWord_NeverMakeASafeMonitorAcceptAWrongFrame
   }
 }
 
+BISS_TEST(SafetyMemory, SameBitOfTwoWords_ChangesTheChecksum) {
+  const Plan plan = plan_of([](SafetySetup&) {});
+  const Probe probe(plan);
+  Bytes bytes(safe_monitor(plan));
+  constexpr std::size_t begin = sizeof(Plan) * 8U;
+  // The checksum itself, and what follows it, are not among the words.
+  constexpr std::size_t end = Bytes::size_bits - 96U;
+  for (std::size_t apart = 32; apart <= 128; apart += 32) {
+    for (std::size_t bit = begin; bit + apart < end; ++bit) {
+      bytes.flip(bit);
+      bytes.flip(bit + apart);
+      Monitor changed = bytes.monitor();
+      BISS_EXPECT_EQ(changed.step(OneClock{cycle}, probe.good.view()).verdict, memory) << bit;
+      bytes.flip(bit);
+      bytes.flip(bit + apart);
+    }
+  }
+}
+
 // A monitor that must refuse every frame: latched, failed, untested.
 BISS_TEST(SafetyMemory, AnyTwoBitsOfAMonitorThatRefuses_GiveNoPosition) {
   const Plan plan = plan_of([](SafetySetup&) {});
