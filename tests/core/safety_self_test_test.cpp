@@ -257,6 +257,7 @@ BISS_TEST(SafetySelfTest, InOperation_ChangesNothingAndClearsNoFault) {
   const auto passes_again = [&] { return bench.monitor.self_test(bench.plan().fingerprint()); };
   bench.until_safe();
   BISS_EXPECT(passes_again());
+  BISS_EXPECT_EQ(bench.monitor.state(), SafetyState::safe);
   BISS_EXPECT(bench.monitor.counter_mode().has_value());
   BISS_EXPECT_EQ(bench.good().verdict, safe);
   BISS_EXPECT_EQ(bench.silence().state, SafetyState::latched);
