@@ -257,6 +257,25 @@ BISS_TEST(SafetyMemory, AChangedBit_IsNamedOnceAndThenHolds) {
   BISS_EXPECT_EQ(monitor.state(), SafetyState::failed);
 }
 
+BISS_TEST(SafetyMemory, AChangedPlan_IsAFaultThatHoldsAfterItIsRightAgain) {
+  const Plan plan = plan_of([](SafetySetup&) {});
+  const Probe probe(plan);
+  const Monitor sound = safe_monitor(plan);
+  unsigned named = 0;
+  for (std::size_t bit = 0; bit < sizeof(Plan) * 8U; ++bit) {
+    Bytes bytes(sound);
+    bytes.flip(bit);
+    Monitor& monitor = bytes.monitor();
+    if (monitor.step(OneClock{cycle}, probe.good.view()).verdict != memory) continue;
+    ++named;
+    bytes.flip(bit);
+    BISS_EXPECT_EQ(monitor.state(), SafetyState::failed) << bit;
+    BISS_EXPECT_EQ(monitor.latched_cause(), memory) << bit;
+    BISS_EXPECT_EQ(monitor.step(OneClock{2 * cycle}, probe.good.view()).verdict, failed) << bit;
+  }
+  BISS_EXPECT(named > 500);
+}
+
 BISS_TEST(SafetyMemory, AnyBitOfAMonitorWithAPlanMadeWhileCompiling_IsNamed) {
   constexpr auto type = safety_configuration("fs-36-28");
   using Fixed = SafetyMonitor<FixedSafetyPlan<type.frame_format(), type.setup, CrcTable<4>>>;
