@@ -405,6 +405,24 @@ BISS_TEST(SafePosition, BitsThatAreNotCompared_WidenTheBounds) {
   BISS_EXPECT_EQ(control_position(plan, first), 0x9AB'FFF7U);
 }
 
+BISS_TEST(SafePosition, WithOneOtherMember_IsAnother) {
+  using Change = void (*)(SafePosition&);
+  constexpr Change changes[] = {
+      [](SafePosition& p) { p.value ^= 1U; },
+      [](SafePosition& p) { p.low ^= 1U; },
+      [](SafePosition& p) { p.high ^= 1U; },
+      [](SafePosition& p) { p.cpw_only_offset = -p.cpw_only_offset; },
+      [](SafePosition& p) { p.cpw_only_turns ^= std::uint64_t{1} << 40U; },
+  };
+  const SafePosition whole{.value = 5, .low = 4, .high = 6, .cpw_only_offset = 3};
+  for (const Change change : changes) {
+    SafePosition other = whole;
+    BISS_EXPECT(other == whole);
+    change(other);
+    BISS_EXPECT(!(other == whole));
+  }
+}
+
 BISS_TEST(SafePosition, OfAFinerSpw_HasItsResolutionToo) {
   const RunPlan plan = plan_of("pos12,nE,nW,crc6+pos20,nE,nW,lc6,crc16");
   const auto [first, second] = positions_of(plan, {.cpw = 0x123, .spw = 0x124'56});
