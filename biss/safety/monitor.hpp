@@ -77,7 +77,7 @@ class SelfTest {
 
   constexpr bool passes() {
     return reads_good_frame() && refuses_flips() && refuses_lines() && refuses_errors() &&
-           compares() && judges_frames() && judges_clocks() && judges_expectations();
+           compares() && judges();
   }
 
  private:
@@ -192,11 +192,16 @@ class SelfTest {
     return setup_.counter.mode == CounterMode::count_0_63 ? 0 : 1;
   }
 
+  constexpr bool judges() const {
+    Monitor monitor = starting_;
+    return reach_safe(monitor) && judges_frames(monitor) && judges_clocks(monitor) &&
+           judges_expectations(monitor);
+  }
+
   // Checks every value of the counter, late and early frames, the time without a frame, the latch,
   // and evaluations that differ.
-  constexpr bool judges_frames() const {
-    Monitor monitor = starting_;
-    if (!reach_safe(monitor)) return false;
+  // \param monitor one that is safe, as for the next functions
+  constexpr bool judges_frames(Monitor monitor) const {
     for (unsigned value = 0; value < 64; ++value) {
       const SafetyVerdict verdict = next_of(monitor, value, setup_.frame_gap_max);
       if (verdict == SafetyVerdict::disagreement) return false;
@@ -226,9 +231,7 @@ class SelfTest {
   }
 
   // Clocks that differ, in a frame and in a tick; a clock that stands still; a transfer's time.
-  constexpr bool judges_clocks() const {
-    Monitor monitor = starting_;
-    if (!reach_safe(monitor)) return false;
+  constexpr bool judges_clocks(const Monitor& monitor) const {
     const Picoseconds now = setup_.frame_gap_max;
     const Picoseconds apart = setup_.clocks.tolerance + picoseconds(1);
     for (const Picoseconds second : {now - apart, now + apart}) {
@@ -237,7 +240,6 @@ class SelfTest {
         return false;
       }
     }
-    if (clock_verdict(monitor, TwoClocks{now, now}) != SafetyVerdict::safe) return false;
     Monitor still = monitor;
     still.memory_.still_requests = setup_.clocks.still_requests;
     still.keep();
@@ -253,9 +255,7 @@ class SelfTest {
   }
 
   // A position outside the expected bounds, and the first value of the counter.
-  constexpr bool judges_expectations() const {
-    Monitor monitor = starting_;
-    if (!reach_safe(monitor)) return false;
+  constexpr bool judges_expectations(const Monitor& monitor) const {
     const std::uint64_t value = First::safe_position(starting_.plan(), good_).value;
     for (const std::uint64_t beside : {value + 1U, value - 1U}) {
       Monitor expecting = monitor;
@@ -446,17 +446,17 @@ class SafetyMonitor {
     Second second;
     SafetyState state = SafetyState::untested;
     SafetyVerdict cause = SafetyVerdict::self_test;
+    std::uint16_t still_requests = 0;
     std::uint8_t good_frames = 0;
     std::uint8_t missed = 0;
     std::uint8_t tolerated = 0;
     std::uint8_t oldest = 0;
     std::uint8_t newest = 0;
-    std::uint8_t still_requests = 0;
     Freshness freshness = Freshness::proven;
     // The flags are not bool: after a fault of the memory they still have a value.
     std::uint8_t expects_position = 0;
     std::uint8_t has_requested = 0;
-    std::array<std::uint8_t, 7> spare{};
+    std::array<std::uint8_t, 6> spare{};
   };
   // Without padding, so that all bytes can be compared.
   static_assert(std::has_unique_object_representations_v<Memory>);
@@ -500,18 +500,11 @@ class SafetyMonitor {
   // Why no frame can be judged; `safe` where one can.
   constexpr SafetyVerdict obstacle() {
     if (!is_intact()) return SafetyVerdict::memory;
-    switch (memory_.state) {
-      case SafetyState::untested:
-        return SafetyVerdict::self_test;
-      case SafetyState::latched:
-        return SafetyVerdict::latched;
-      case SafetyState::starting:
-      case SafetyState::safe:
-        break;
-      case SafetyState::failed:
-      default:
-        return SafetyVerdict::failed;
-    }
+    const SafetyState state = memory_.state;
+    if (state == SafetyState::untested) return SafetyVerdict::self_test;
+    if (state == SafetyState::latched) return SafetyVerdict::latched;
+    // A value that is no state, too.
+    if (state != SafetyState::starting && state != SafetyState::safe) return SafetyVerdict::failed;
     if (plan_.is(memory_.expected)) return SafetyVerdict::safe;
     hold(SafetyEvent::receiver_fault, SafetyVerdict::memory);
     keep();
@@ -526,7 +519,9 @@ class SafetyMonitor {
   constexpr SafetyJudgement judgement_of(const TwoClocks& time, const SafetyFinding& first,
                                          const SafetyFinding& second) {
     const bool still = memory_.has_requested != 0 && time.now == memory_.last_request;
-    memory_.still_requests = still ? static_cast<std::uint8_t>(memory_.still_requests + 1U) : 0;
+    // It stops above the largest number that a setup can allow.
+    const unsigned requests = still ? std::min(memory_.still_requests + 1U, 0x100U) : 0U;
+    memory_.still_requests = static_cast<std::uint16_t>(requests);
     memory_.last_request = time.now;
     memory_.has_requested = 1;
     SafetyVerdict verdict = judge(time, first, second);

@@ -242,10 +242,11 @@ inline constexpr std::array<SafetyMeasure, transmission_error_count> safety_meas
 namespace safety_detail {
 
 // A checksum of words in memory. Each step is reversible, so a change within one word always changes
-// it; others do except for one in 2^32.
+// it; others do except for one in 2^32. The rotation spreads the uppermost bit, too: a product has it
+// only in its own place.
 class Check {
  public:
-  constexpr void add(std::uint32_t word) { sum_ = (sum_ ^ word) * 0x9E37'79B1U; }
+  constexpr void add(std::uint32_t word) { sum_ = std::rotl((sum_ ^ word) * 0x9E37'79B1U, 15); }
   constexpr std::uint32_t sum() const { return sum_; }
 
  private:

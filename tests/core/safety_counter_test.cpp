@@ -261,6 +261,18 @@ BISS_TEST(SafetyCounter, Learned_CountsRollOversInARowWithoutAFault) {
   BISS_EXPECT(bench.monitor.counter_mode() == CounterMode::count_1_63);
 }
 
+BISS_TEST(SafetyCounter, Learned_IsForgottenByBothEvaluationsAtARestart) {
+  SafetyBench bench([](SafetySetup& setup) { setup.counter.mode = CounterMode::learned; });
+  bench.until_safe();
+  BISS_EXPECT(bench.monitor.counter_mode() == CounterMode::count_1_63);
+  bench.monitor.encoder_restarted();
+  BISS_EXPECT(!bench.monitor.counter_mode());
+  bench.lowest = 0;
+  bench.until_safe();
+  BISS_EXPECT(bench.monitor.counter_mode() == CounterMode::count_0_63);
+  for (unsigned i = 0; i < 100; ++i) BISS_EXPECT_EQ(bench.good().verdict, safe) << i;
+}
+
 BISS_TEST(SafetyCounter, Learned_NamesFaultsWhileItLearns) {
   SafetyBench bench([](SafetySetup& setup) { setup.counter.mode = CounterMode::learned; });
   bench.good(5);

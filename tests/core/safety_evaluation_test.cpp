@@ -190,6 +190,18 @@ BISS_TEST(SafetyComparison, SpwWithoutTurns_IsComparedWithinTheTurn) {
   BISS_EXPECT_EQ(cause(0x124'8000, 0x810), comparison);
 }
 
+BISS_TEST(SafetyComparison, SpwWithMoreTurns_IsComparedInTheTurnsOfTheCpw) {
+  const RunPlan plan = plan_of("mt4,st8,nE,nW,crc6+mt6,st8,nE,nW,lc6,crc16");
+  const auto cause = [&](std::uint64_t cpw, std::uint64_t spw) {
+    const Findings findings(plan, test::bits_of(plan, {.cpw = cpw, .spw = spw}).view());
+    return findings.agree() ? findings.first.cause : disagreement;
+  };
+  BISS_EXPECT_EQ(cause(0x380, 0x380), safe);
+  BISS_EXPECT_EQ(cause(0x380, 0x3380), safe);
+  BISS_EXPECT_EQ(cause(0x000, 0x0FFF), safe);
+  BISS_EXPECT_EQ(cause(0x380, 0x280), comparison);
+}
+
 BISS_TEST(SafetyComparison, WideWords_HoldTheDifferenceAtItsLimits) {
   // 48 bits are compared: more than the difference's type holds.
   const RunPlan plan = plan_of("mt24,st24,nE,nW,crc6+mt24,st16,nE,nW,lc6,crc16");
@@ -391,6 +403,35 @@ BISS_TEST(SafePosition, BitsThatAreNotCompared_WidenTheBounds) {
   BISS_EXPECT_EQ(first.high, 0x007);
   BISS_EXPECT_EQ(first.cpw_only_turns, 0x9AB);
   BISS_EXPECT_EQ(control_position(plan, first), 0x9AB'FFF7U);
+}
+
+BISS_TEST(SafePosition, WithOneOtherMember_IsAnother) {
+  using Change = void (*)(SafePosition&);
+  constexpr Change changes[] = {
+      [](SafePosition& p) { p.value ^= 1U; },
+      [](SafePosition& p) { p.low ^= 1U; },
+      [](SafePosition& p) { p.high ^= 1U; },
+      [](SafePosition& p) { p.cpw_only_offset = -p.cpw_only_offset; },
+      [](SafePosition& p) { p.cpw_only_turns ^= std::uint64_t{1} << 40U; },
+  };
+  const SafePosition whole{.value = 5, .low = 4, .high = 6, .cpw_only_offset = 3};
+  for (const Change change : changes) {
+    SafePosition other = whole;
+    BISS_EXPECT(other == whole);
+    change(other);
+    BISS_EXPECT(!(other == whole));
+  }
+}
+
+BISS_TEST(SafePosition, OfAFinerSpw_HasItsResolutionToo) {
+  const RunPlan plan = plan_of("pos12,nE,nW,crc6+pos20,nE,nW,lc6,crc16");
+  const auto [first, second] = positions_of(plan, {.cpw = 0x123, .spw = 0x124'56});
+  BISS_EXPECT(first == second);
+  BISS_EXPECT_EQ(first.value, 0x124'56U);
+  BISS_EXPECT_EQ(first.low, 0x123'00U);
+  BISS_EXPECT_EQ(first.high, 0x125'FFU);
+  BISS_EXPECT_EQ(first.cpw_only_offset, -1);
+  BISS_EXPECT_EQ(control_position(plan, first), 0x123U);
 }
 
 // Whichever word has the bits that are wrong but accepted: the true position is within the bounds.

@@ -39,6 +39,28 @@ BISS_TEST(SafetyCodes, VerdictsAndStates_DifferInFourBits) {
   }
 }
 
+// Every value that is none of the listed ones: none of them has a number or a name.
+BISS_TEST(SafetyCodes, OtherValues_AreNoVerdictsAndNoStates) {
+  for (unsigned value = 0; value < 0x10000U; ++value) {
+    const auto word = static_cast<std::uint16_t>(value);
+    std::size_t verdict = 0;
+    while (verdict < safety_verdict_count &&
+           static_cast<std::uint16_t>(verdict_of(verdict)) != word) {
+      ++verdict;
+    }
+    BISS_EXPECT_EQ(index_of(static_cast<SafetyVerdict>(word)), verdict) << value;
+    std::size_t state = 0;
+    while (state < safety_state_count && static_cast<std::uint16_t>(state_of(state)) != word) {
+      ++state;
+    }
+    const auto as_state = static_cast<SafetyState>(word);
+    BISS_EXPECT_EQ(name_of(as_state) == "invalid", state == safety_state_count) << value;
+    if (state == safety_state_count) {
+      BISS_EXPECT_EQ(next_state(as_state, SafetyEvent::good_frame), SafetyState::failed) << value;
+    }
+  }
+}
+
 // A monitor as bytes that a fault can change.
 class Bytes {
  public:
@@ -153,6 +175,25 @@ BISS_TEST(SafetyMemory, AnyTwoBitsOfAWord_NeverMakeASafeMonitorAcceptAWrongFrame
   }
 }
 
+BISS_TEST(SafetyMemory, SameBitOfTwoWords_ChangesTheChecksum) {
+  const Plan plan = plan_of([](SafetySetup&) {});
+  const Probe probe(plan);
+  Bytes bytes(safe_monitor(plan));
+  constexpr std::size_t begin = sizeof(Plan) * 8U;
+  // The checksum itself, and what follows it, are not among the words.
+  constexpr std::size_t end = Bytes::size_bits - 96U;
+  for (std::size_t apart = 32; apart <= 128; apart += 32) {
+    for (std::size_t bit = begin; bit + apart < end; ++bit) {
+      bytes.flip(bit);
+      bytes.flip(bit + apart);
+      Monitor changed = bytes.monitor();
+      BISS_EXPECT_EQ(changed.step(OneClock{cycle}, probe.good.view()).verdict, memory) << bit;
+      bytes.flip(bit);
+      bytes.flip(bit + apart);
+    }
+  }
+}
+
 // A monitor that must refuse every frame: latched, failed, untested.
 BISS_TEST(SafetyMemory, AnyTwoBitsOfAMonitorThatRefuses_GiveNoPosition) {
   const Plan plan = plan_of([](SafetySetup&) {});
@@ -214,6 +255,90 @@ BISS_TEST(SafetyMemory, AChangedBit_IsNamedOnceAndThenHolds) {
   monitor.encoder_restarted();
   BISS_EXPECT(monitor.self_test(plan.fingerprint()));
   BISS_EXPECT_EQ(monitor.state(), SafetyState::failed);
+}
+
+BISS_TEST(SafetyMemory, AChangedPlan_IsAFaultThatHoldsAfterItIsRightAgain) {
+  const Plan plan = plan_of([](SafetySetup&) {});
+  const Probe probe(plan);
+  const Monitor sound = safe_monitor(plan);
+  unsigned named = 0;
+  for (std::size_t bit = 0; bit < sizeof(Plan) * 8U; ++bit) {
+    Bytes bytes(sound);
+    bytes.flip(bit);
+    Monitor& monitor = bytes.monitor();
+    if (monitor.step(OneClock{cycle}, probe.good.view()).verdict != memory) continue;
+    ++named;
+    bytes.flip(bit);
+    BISS_EXPECT_EQ(monitor.state(), SafetyState::failed) << bit;
+    BISS_EXPECT_EQ(monitor.latched_cause(), memory) << bit;
+    BISS_EXPECT_EQ(monitor.step(OneClock{2 * cycle}, probe.good.view()).verdict, failed) << bit;
+  }
+  BISS_EXPECT(named > 500);
+}
+
+BISS_TEST(SafetyMemory, AnyBitOfAMonitorWithAPlanMadeWhileCompiling_IsNamed) {
+  constexpr auto type = safety_configuration("fs-36-28");
+  using Fixed = SafetyMonitor<FixedSafetyPlan<type.frame_format(), type.setup, CrcTable<4>>>;
+  Fixed monitor;
+  BISS_EXPECT(monitor.self_test());
+  auto* bytes = reinterpret_cast<unsigned char*>(&monitor);
+  // The checksum comes last; what follows it is not used.
+  for (std::size_t bit = 0; bit < sizeof monitor * 8U - 32U; ++bit) {
+    const auto flipped = static_cast<unsigned char>(1U << (bit % 8U));
+    const Fixed sound = monitor;
+    bytes[bit / 8U] = static_cast<unsigned char>(bytes[bit / 8U] ^ flipped);
+    BISS_EXPECT_EQ(monitor.watch(OneClock{}).verdict, memory) << bit;
+    monitor = sound;
+  }
+}
+
+// Nothing that the caller may do makes a changed memory the right one.
+BISS_TEST(SafetyMemory, NoFunction_KeepsAChangedBit) {
+  using Call = void (*)(Monitor&);
+  constexpr Call calls[] = {
+      [](Monitor& m) { static_cast<void>(m.self_test(m.plan().fingerprint())); },
+      [](Monitor& m) { m.acknowledge(m.latched_cause()); },
+      [](Monitor& m) { m.encoder_restarted(); },
+      [](Monitor& m) { m.expect_position(1, 2); },
+      [](Monitor& m) { m.watch(OneClock{cycle}); },
+  };
+  const Plan plan = plan_of([](SafetySetup&) {});
+  const Monitor safe_one = safe_monitor(plan);
+  Monitor latched_one = safe_one;
+  latched_one.step(OneClock{cycle / 2}, BitView());
+  for (const Monitor& sound : {safe_one, latched_one}) {
+    for (const Call call : calls) {
+      Bytes bytes(sound);
+      bytes.flip(8U * sizeof(Plan) + 70U);
+      call(bytes.monitor());
+      BISS_EXPECT_EQ(bytes.monitor().state(), SafetyState::failed);
+      BISS_EXPECT_EQ(bytes.monitor().latched_cause(), memory);
+    }
+  }
+}
+
+// The length of the frame and the engines of the CRCs are in the plan, not in its fingerprint.
+BISS_TEST(SafetyMemory, PlanWithAnotherLengthOrEngine_IsNoLongerItself) {
+  const Plan plan = plan_of([](SafetySetup&) {});
+  BISS_EXPECT(plan.is(plan.fingerprint()));
+  unsigned lengths = 0;
+  unsigned engines = 0;
+  for (std::size_t bit = 0; bit < sizeof(Plan) * 8U; ++bit) {
+    Plan wrong = plan;
+    auto* bytes = reinterpret_cast<unsigned char*>(&wrong);
+    bytes[bit / 8U] = static_cast<unsigned char>(bytes[bit / 8U] ^ (1U << (bit % 8U)));
+    const bool length = wrong.payload_bits() != plan.payload_bits();
+    bool engine = false;
+    for (const std::size_t k : {std::size_t{0}, std::size_t{1}}) {
+      engine = engine || SafetyFingerprint::word_of(wrong.codec().engine_spec(k)) !=
+                             SafetyFingerprint::word_of(plan.codec().engine_spec(k));
+    }
+    lengths += length ? 1U : 0U;
+    engines += engine ? 1U : 0U;
+    const bool same = !length && !engine;
+    BISS_EXPECT(same || !wrong.is(plan.fingerprint())) << bit;
+  }
+  BISS_EXPECT(lengths != 0 && engines != 0);
 }
 
 BISS_TEST(SafetyMemory, AnyTwoBitsOfAJudgement_NeverChangeOrInventAPosition) {

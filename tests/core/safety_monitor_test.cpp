@@ -296,6 +296,7 @@ BISS_TEST(SafetyMonitor, ReadersResult_IsJudgedAsTheBitsAre) {
   BISS_EXPECT_EQ(bench.monitor.step(OneClock{bench.now}, other.view(), frame).verdict,
                  disagreement);
   BISS_EXPECT_EQ(bench.monitor.latched_cause(), disagreement);
+  BISS_EXPECT_EQ(bench.monitor.step(OneClock{bench.now}, other.view(), frame).verdict, failed);
 }
 
 BISS_TEST(SafetyMonitor, Disagreement_OfAnyPartLatchesAtOnce) {
@@ -346,6 +347,22 @@ struct Blind : LineEvaluation<Plan> {
   }
 };
 
+// A second evaluation that has learned another range, or calculates another safe position.
+template <class Plan>
+struct Unlearned : LineEvaluation<Plan> {
+  using LineEvaluation<Plan>::LineEvaluation;
+  static constexpr std::optional<CounterMode> counter_mode() { return CounterMode::count_0_63; }
+};
+template <class Plan>
+struct Elsewhere : LineEvaluation<Plan> {
+  using LineEvaluation<Plan>::LineEvaluation;
+  static constexpr SafePosition safe_position(const Plan& plan, const SafetyFinding& finding) {
+    SafePosition position = LineEvaluation<Plan>::safe_position(plan, finding);
+    ++position.high;
+    return position;
+  }
+};
+
 BISS_TEST(SafetyMonitor, SelfTest_FindsBrokenParts) {
   using Sound = SafetyPlan<2>;
   const SafetyConfiguration& type = *find_safety_configuration("fs-36-28");
@@ -356,6 +373,10 @@ BISS_TEST(SafetyMonitor, SelfTest_FindsBrokenParts) {
   BISS_EXPECT(!trusting.self_test(sound.fingerprint()));
   SafetyMonitor<Sound, FieldEvaluation<Sound>, Blind<Sound>> blind(sound);
   BISS_EXPECT(!blind.self_test(sound.fingerprint()));
+  SafetyMonitor<Sound, FieldEvaluation<Sound>, Unlearned<Sound>> unlearned(sound);
+  BISS_EXPECT(!unlearned.self_test(sound.fingerprint()));
+  SafetyMonitor<Sound, FieldEvaluation<Sound>, Elsewhere<Sound>> elsewhere(sound);
+  BISS_EXPECT(!elsewhere.self_test(sound.fingerprint()));
   const SafetyFinding good{.life_counter = 1, .cause = safe};
   BISS_EXPECT_EQ(blind.step(OneClock{}, good, good).verdict, self_test);
   BISS_EXPECT_EQ(blind.state(), SafetyState::untested);

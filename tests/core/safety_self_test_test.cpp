@@ -10,14 +10,19 @@ namespace safety_self_test_test {
 using enum SafetyVerdict;
 using Plan = test::RunPlan;
 
-// The result of a finding in both evaluations, of a finding in the second evaluation, and of a
-// verdict in the monitor. Each test changes one of them.
+// The result of a finding in both evaluations, of a finding in the second evaluation, of a verdict
+// in the monitor, of a verdict at a time, and the bounds of an expected position. Each test changes
+// one of them.
 struct Sabotage {
   SafetyFinding (*finding)(SafetyFinding, const BitView&) = [](SafetyFinding found,
                                                                const BitView&) { return found; };
   SafetyFinding (*second)(SafetyFinding) = [](SafetyFinding found) { return found; };
   SafetyVerdict (*step)(SafetyVerdict) = [](SafetyVerdict told) { return told; };
   SafetyVerdict (*watch)(SafetyVerdict) = [](SafetyVerdict told) { return told; };
+  SafetyVerdict (*at)(SafetyVerdict, const TwoClocks&) = [](SafetyVerdict told, const TwoClocks&) {
+    return told;
+  };
+  std::uint64_t expected_shift = 0;
 };
 constinit Sabotage sabotage;
 
@@ -42,8 +47,11 @@ struct Monitor : SafetyMonitor<Plan, FieldEvaluation<Plan>, LineEvaluation<Plan>
   using Sound::Sound;
   SafetyJudgement step(const TwoClocks& now, const SafetyFinding& a, const SafetyFinding& b) {
     SafetyJudgement told = Sound::step(now, a, b);
-    told.verdict = sabotage.step(told.verdict);
+    told.verdict = sabotage.at(sabotage.step(told.verdict), now);
     return told;
+  }
+  void expect_position(std::uint64_t low, std::uint64_t high) {
+    Sound::expect_position(low + sabotage.expected_shift, high + sabotage.expected_shift);
   }
   SafetyJudgement watch(const TwoClocks& now) {
     SafetyJudgement told = Sound::watch(now);
@@ -52,16 +60,25 @@ struct Monitor : SafetyMonitor<Plan, FieldEvaluation<Plan>, LineEvaluation<Plan>
   }
 };
 
-bool passes(const Sabotage& with, bool latch = true) {
+bool passes(const Sabotage& with, const auto& change) {
   sabotage = {};
   Monitor monitor(test::plan_of("fs-36-28", [&](SafetySetup& setup) {
-    setup.latch = latch;
+    change(setup);
     // The tests below know the size of the frames of the self test.
     setup.bounds = {};
   }));
   if (!monitor.self_test(monitor.plan().fingerprint())) return false;
+  // The self test begins with a monitor that has no good frame and does not await the first value.
+  const SafetyFinding answer{.life_counter = monitor.plan().setup().counter.first, .cause = safe};
+  if (answer.life_counter != any_first_value) {
+    monitor.step(OneClock{picoseconds(-2)}, answer, answer);
+    monitor.step(OneClock{picoseconds(-1)}, SafetyFinding{}, SafetyFinding{});
+  }
   sabotage = with;
   return safety_detail::SelfTest<Monitor, First, Second>(monitor).passes();
+}
+bool passes(const Sabotage& with, bool latch = true) {
+  return passes(with, [&](SafetySetup& setup) { setup.latch = latch; });
 }
 
 template <SafetyVerdict From, SafetyVerdict To = safe>
@@ -155,6 +172,59 @@ BISS_TEST(SafetySelfTest, OfAMonitorThatLetsOneThingPass_Fails) {
   BISS_EXPECT(!passes({.step = turned<safe, starting>}, false));
 }
 
+BISS_TEST(SafetySelfTest, OfAMonitorThatGoesOnAfterAFaultOfTheReceiver_Fails) {
+  BISS_EXPECT(!passes({.step = turned<failed>}));
+}
+
+BISS_TEST(SafetySelfTest, OfAMonitorThatOverlooksAClock_Fails) {
+  BISS_EXPECT(!passes({.step = turned<SafetyVerdict::clock>}));
+  BISS_EXPECT(!passes({.watch = turned<SafetyVerdict::clock>}));
+  // Clocks that differ, in a frame only.
+  BISS_EXPECT(!passes({.at = [](SafetyVerdict told, const TwoClocks& now) {
+    return now.now != now.second ? safe : told;
+  }}));
+  // A clock that stands still.
+  BISS_EXPECT(!passes({.at = [](SafetyVerdict told, const TwoClocks& now) {
+    return now.now == Picoseconds{} && told == SafetyVerdict::clock ? safe : told;
+  }}));
+  const auto timed = [](SafetySetup& setup) { setup.clocks.bit_period = nanoseconds(100); };
+  BISS_EXPECT(passes({}, timed));
+  const Sabotage transfer{.at = [](SafetyVerdict told, const TwoClocks& now) {
+    return now.transfer.clocks != 0 ? safe : told;
+  }};
+  BISS_EXPECT(!passes(transfer, timed));
+}
+
+// The shortest gap that is checked: a picosecond less is a clock that stands still.
+BISS_TEST(SafetySelfTest, WithAShortestGapOfAPicosecond_Passes) {
+  for (const std::uint8_t still : {std::uint8_t{0}, std::uint8_t{1}, std::uint8_t{255}}) {
+    BISS_EXPECT(passes({}, [&](SafetySetup& setup) {
+      setup.frame_gap_min = picoseconds(1);
+      setup.clocks.still_requests = still;
+    })) << unsigned{still};
+  }
+}
+
+BISS_TEST(SafetySelfTest, OfAMonitorThatTakesAnyPosition_Fails) {
+  BISS_EXPECT(!passes({.step = turned<stimulus>}));
+  // Or that expects another one.
+  BISS_EXPECT(!passes({.expected_shift = 1}));
+  BISS_EXPECT(!passes({.expected_shift = 5}));
+}
+
+BISS_TEST(SafetySelfTest, OfAMonitorThatTakesAnyFirstValue_Fails) {
+  // 20 is the counter's value in the frames of the self test.
+  for (const std::uint8_t first : {std::uint8_t{1}, std::uint8_t{20}}) {
+    const auto awaits = [&](SafetySetup& setup) { setup.counter.first = first; };
+    BISS_EXPECT(passes({}, awaits));
+    BISS_EXPECT(!passes({.step = turned<counter_first>}, awaits));
+    const Sabotage second{.at = [](SafetyVerdict told, const TwoClocks& now) {
+      return now.now != Picoseconds{} && told == counter_first ? starting : told;
+    }};
+    BISS_EXPECT(!passes(second, awaits));
+  }
+}
+
 BISS_TEST(SafetySelfTest, OfAMonitorThatTakesFramesAtAnyTime_FailsWithAShortestGapToo) {
   for (const auto step : {turned<early>, turned<watchdog>}) {
     sabotage = {};
@@ -187,6 +257,7 @@ BISS_TEST(SafetySelfTest, InOperation_ChangesNothingAndClearsNoFault) {
   const auto passes_again = [&] { return bench.monitor.self_test(bench.plan().fingerprint()); };
   bench.until_safe();
   BISS_EXPECT(passes_again());
+  BISS_EXPECT_EQ(bench.monitor.state(), SafetyState::safe);
   BISS_EXPECT(bench.monitor.counter_mode().has_value());
   BISS_EXPECT_EQ(bench.good().verdict, safe);
   BISS_EXPECT_EQ(bench.silence().state, SafetyState::latched);
@@ -194,6 +265,15 @@ BISS_TEST(SafetySelfTest, InOperation_ChangesNothingAndClearsNoFault) {
   BISS_EXPECT_EQ(bench.monitor.state(), SafetyState::latched);
   BISS_EXPECT_EQ(bench.monitor.latched_cause(), no_frame);
   BISS_EXPECT_EQ(bench.good().verdict, latched);
+}
+
+BISS_TEST(SafetySelfTest, InOperation_DoesNotAwaitTheFirstValueAgain) {
+  sabotage = {};
+  test::SafetyBench bench([](SafetySetup& setup) { setup.counter.first = 1; });
+  bench.counter = 63;
+  BISS_EXPECT_EQ(bench.good(3).verdict, safe);
+  BISS_EXPECT(bench.monitor.self_test(bench.plan().fingerprint()));
+  BISS_EXPECT_EQ(bench.good().verdict, safe);
 }
 
 BISS_TEST(SafetySelfTest, WithTheFingerprintOfAnotherSetup_Fails) {

@@ -66,6 +66,20 @@ BISS_TEST(SafetySetup, OutOfRange_IsRefusedAndTheLastOneWithinIsNot) {
   expect_mistake(counter, [](auto& s) { s.counter.near_frames = 31; });
   BISS_EXPECT(accepts([](auto& s) { s.counter.learn_rollovers = 1; }));
   expect_mistake(counter, [](auto& s) { s.counter.learn_rollovers = 0; });
+  BISS_EXPECT(accepts([](auto& s) { s.counter.first = 63; }));
+  expect_mistake(counter, [](auto& s) { s.counter.first = 64; });
+  expect_mistake(counter, [](auto& s) { s.counter.first = 254; });
+  // A counter from 1 on never has 0.
+  expect_mistake(counter, [](auto& s) { s.counter.first = 0; });
+  BISS_EXPECT(accepts([](auto& s) {
+    s.counter.first = 0;
+    s.counter.mode = CounterMode::count_0_63;
+  }));
+  BISS_EXPECT(accepts([](auto& s) { s.clocks.tolerance = {}; }));
+  BISS_EXPECT(accepts([](auto& s) { s.clocks.tolerance = s.frame_gap_max - picoseconds(1); }));
+  expect_mistake(clocks, [](auto& s) { s.clocks.tolerance = s.frame_gap_max; });
+  expect_mistake(clocks, [](auto& s) { s.clocks.tolerance = picoseconds(-1); });
+  expect_mistake(clocks, [](auto& s) { s.clocks.bit_period = picoseconds(-1); });
   BISS_EXPECT(accepts([](auto& s) { s.budget = {4, s.frame_gap_max}; }));
   expect_mistake(budget, [](auto& s) { s.budget = {5, s.frame_gap_max}; });
   expect_mistake(budget, [](auto& s) { s.budget = {1, s.frame_gap_max - picoseconds(1)}; });
@@ -221,6 +235,8 @@ BISS_TEST(SafetyRating, OfOtherWordsOrCopiedWrongly_IsRefused) {
       BISS_EXPECT(check_safety(format, wrong) == SafetySetupError::unrated) << bit;
     }
   }
+  // A mistake of another kind comes first.
+  BISS_EXPECT(check_safety(format, SafetySetup{.spw = 0}) == SafetySetupError::channels);
   const FrameFormat other = format_of("pos35,nE,nW,crc6+pos26,nE,nW,lc6,crc16;cds0");
   BISS_EXPECT(check_safety(other, good) == SafetySetupError::unrated);
 }
@@ -234,6 +250,9 @@ BISS_TEST(SafetyRating, MoreErrorsThanTheLimitAtTheHighestRate_AreRefused) {
   BISS_EXPECT(check_safety(format, setup) == SafetySetupError::residual);
   setup.residual_max_e15 = 1'000'100;
   BISS_EXPECT(!check_safety(format, setup));
+  // The limit times 1e9 is above 2^64.
+  setup.residual_max_e15 = 18'446'744'074;
+  BISS_EXPECT(!check_safety(format, setup));
   // Half the rate, half the errors.
   setup = rated(format, 16'818'576);
   BISS_EXPECT(check_safety(format, setup) == SafetySetupError::residual);
@@ -243,6 +262,62 @@ BISS_TEST(SafetyRating, MoreErrorsThanTheLimitAtTheHighestRate_AreRefused) {
   // Without a shortest gap there is no highest rate.
   setup.frame_gap_min = {};
   BISS_EXPECT(check_safety(format, setup) == SafetySetupError::residual);
+}
+
+// ---- The fingerprint
+
+BISS_TEST(SafetyFingerprint, EveryFieldOfTheSetup_ChangesIt) {
+  using Change = void (*)(SafetySetup&);
+  constexpr Change changes[] = {
+      [](SafetySetup& s) { s.cpw = 2; },
+      [](SafetySetup& s) { s.spw = 2; },
+      [](SafetySetup& s) { s.start_frames = 4; },
+      [](SafetySetup& s) { s.latch = false; },
+      [](SafetySetup& s) { s.comparison.compare_bits = 9; },
+      [](SafetySetup& s) { s.comparison.tolerance_lsb = 0; },
+      [](SafetySetup& s) { s.comparison.multiturn = MultiturnRule::ignored; },
+      [](SafetySetup& s) { s.counter.mode = CounterMode::learned; },
+      [](SafetySetup& s) { s.counter.missed = MissedFrames::perhaps; },
+      [](SafetySetup& s) { s.counter.near_frames = 9; },
+      [](SafetySetup& s) { s.counter.learn_rollovers = 3; },
+      [](SafetySetup& s) { s.counter.first = 1; },
+      [](SafetySetup& s) { s.cycle_min += picoseconds(1); },
+      [](SafetySetup& s) { s.frame_gap_max += picoseconds(1); },
+      [](SafetySetup& s) { s.frame_gap_min += picoseconds(1); },
+      [](SafetySetup& s) { s.clocks.tolerance += picoseconds(1); },
+      [](SafetySetup& s) { s.clocks.still_requests = 1; },
+      [](SafetySetup& s) { s.clocks.bit_period = picoseconds(1); },
+      [](SafetySetup& s) { s.budget.faults = 1; },
+      [](SafetySetup& s) { s.budget.window = picoseconds(1); },
+      [](SafetySetup& s) { ++s.bounds.lead_min_clocks; },
+      [](SafetySetup& s) { ++s.bounds.lead_max_clocks; },
+      [](SafetySetup& s) { ++s.bounds.ack_min_clocks; },
+      [](SafetySetup& s) { ++s.bounds.ack_max_clocks; },
+      [](SafetySetup& s) { ++s.bounds.late_max_clocks; },
+  };
+  const FrameFormat format = format_of(good_text);
+  const SafetyFingerprint whole(format, {});
+  for (std::size_t i = 0; i < std::size(changes); ++i) {
+    SafetySetup setup;
+    changes[i](setup);
+    BISS_EXPECT(!(SafetyFingerprint(format, setup) == whole)) << i;
+  }
+}
+
+BISS_TEST(SafetyFingerprint, EveryPartOfTheFormat_ChangesIt) {
+  const SafetyFingerprint whole(format_of(good_text), {});
+  for (const std::string_view text :
+       {"pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16", "pos35,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0",
+        "pos36,E,nW,crc6+pos28,nE,nW,lc6,crc16;cds0", "pos36,nE,W,crc6+pos28,nE,nW,lc6,crc16;cds0",
+        "pos36,nW,nE,crc6+pos28,nE,nW,lc6,crc16;cds0",
+        "pos36,nE,nW,crc6+mt4,st24,nE,nW,lc6,crc16;cds0",
+        "pos36,nE,nW,crc6+pos28,nE,nW,lc5,crc16;cds0",
+        "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16:0x11021;cds0",
+        "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16:0x190D9:0x0001;cds0",
+        "pos36,nE,nW,crc6:0x43:0x00:plain+pos28,nE,nW,lc6,crc16;cds0",
+        "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16+pad8;cds0"}) {
+    BISS_EXPECT(!(SafetyFingerprint(format_of(text), {}) == whole)) << text;
+  }
 }
 
 BISS_TEST(SafetyVerdicts, HaveNamesAndTellFaultsFromStates) {

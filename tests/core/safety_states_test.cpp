@@ -2,6 +2,8 @@
 // documents show.
 #include "biss/safety/states.hpp"
 
+#include <string_view>
+
 #include "biss/safety/monitor.hpp"
 #include "tests/core/safety_bench.hpp"
 #include "tests/core/test.hpp"
@@ -104,6 +106,21 @@ BISS_TEST(SafetyStates, EveryEventInEveryState_LeadsWhereTheTableSays) {
   // All but tolerated faults while starting, and faults of the receiver in monitors that judge
   // nothing.
   BISS_EXPECT_EQ(seen, safety_state_count * safety_event_count - 3);
+}
+
+// The table, listed explicitly: a row for each state, a letter for each event. The letters: untested,
+// (i) starting, safe, latched, failed.
+BISS_TEST(SafetyStates, EveryTransition_IsTheListedOne) {
+  constexpr std::string_view letters = "uislf";
+  constexpr std::string_view rows[] = {"iuuuuuufuu", "ifisiiifii", "sfssslifsi", "lflllllfil",
+                                       "ffffffffff"};
+  for (std::size_t row = 0; row < safety_state_count; ++row) {
+    for (std::size_t column = 0; column < safety_event_count; ++column) {
+      const SafetyState next = state_of(letters.find(rows[row][column]));
+      BISS_EXPECT_EQ(next_state(state_of(row), static_cast<SafetyEvent>(column)), next)
+          << row << " " << column;
+    }
+  }
 }
 
 BISS_TEST(SafetyStates, OnlyAPowerUpLeavesFailed) {

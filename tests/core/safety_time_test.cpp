@@ -278,6 +278,41 @@ BISS_TEST(SafetyClock, TimeThatStandsStill_IsAFaultAfterTheRequestsThatAreAllowe
   }
 }
 
+// The number of such requests does not begin again.
+BISS_TEST(SafetyClock, TimeThatStandsStillForEver_IsNeverSafeAgain) {
+  for (const std::uint8_t allowed : {std::uint8_t{7}, std::uint8_t{255}}) {
+    SafetyBench bench([&](SafetySetup& setup) {
+      setup.clocks.still_requests = allowed;
+      setup.frame_gap_min = {};
+      setup.latch = false;
+    });
+    bench.until_safe();
+    for (unsigned i = 0; i < 1000; ++i) {
+      const SafetyVerdict verdict = good_at(bench, OneClock{bench.now}).verdict;
+      BISS_EXPECT_EQ(verdict, i < allowed ? safe : SafetyVerdict::clock) << i;
+    }
+  }
+}
+
+// The first request may have any time, 0 too.
+BISS_TEST(SafetyClock, FirstRequestAtZero_DoesNotStandStill) {
+  SafetyBench bench = bench_at(Picoseconds{});
+  BISS_EXPECT_EQ(bench.good().verdict, starting);
+  BISS_EXPECT_EQ(bench.good(2).verdict, safe);
+}
+
+// Their difference then needs more bits than a time has.
+BISS_TEST(SafetyClock, ClocksThatJumpApartByHalfTheirRange_Differ) {
+  constexpr Picoseconds far{end_of_time.count / 4 * 3};
+  for (const Picoseconds error : {far, -far}) {
+    SafetyBench bench;
+    make_safe(bench);
+    const TwoClocks time{bench.now + error, bench.now + ahead - error};
+    BISS_EXPECT_EQ(SafetyBench(bench).monitor.watch(time).verdict, SafetyVerdict::clock);
+    BISS_EXPECT_EQ(good_at(bench, time).verdict, SafetyVerdict::clock);
+  }
+}
+
 // The SPI clock as the second measure of time.
 BISS_TEST(SafetyClock, TransferOfAWrongTime_IsAFault) {
   static constexpr Picoseconds bit = nanoseconds(100);
@@ -345,6 +380,8 @@ BISS_TEST(SafetyDelay, OldPositionAfterAStimulus_IsAFault) {
   // Across the wrap-around.
   BISS_EXPECT_EQ(verdict_of(at + 100U, at + 1U), safe);
   BISS_EXPECT_EQ(verdict_of(at + 100U, at - 1U), stimulus);
+  BISS_EXPECT_EQ(verdict_of(at, at - 100U), safe);
+  BISS_EXPECT_EQ(verdict_of(at + 1U, at - 100U), stimulus);
   // It holds for one frame.
   SafetyBench bench;
   bench.until_safe();
