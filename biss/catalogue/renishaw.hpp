@@ -68,54 +68,62 @@ constexpr CatalogueEntry renishaw_double(std::string_view name, std::string_view
 
 /// The sizes of one count are those of the data sheets where they print them; "calculated" follows
 /// from the number of bits.
-inline constexpr std::array renishaw_encoders{
-    catalogue_detail::resolute_rotary("resolute-18", "RESOLUTE rotary, 18 bit",
-                                      "pos18,nE,nW,crc6;cds0",
-                                      "2^18 a turn, 4.94 arcsec (calculated)"),
-    catalogue_detail::resolute_rotary("resolute-26", "RESOLUTE rotary, 26 bit",
-                                      "pos26,nE,nW,crc6;cds0",
-                                      "2^26 a turn, 0.0193 arcsec (calculated)"),
-    catalogue_detail::resolute_rotary("resolute-32", "RESOLUTE rotary, 32 bit",
-                                      "pos32,nE,nW,crc6;cds0",
-                                      "2^32 a turn, 0.000302 arcsec (calculated)"),
-    catalogue_detail::resolute_linear("resolute-linear-26", "RESOLUTE linear, 26 bit",
-                                      "pos26,nE,nW,crc6;cds0", "50 nm, range 3.36 m (calculated)",
-                                      "50 nm with 26 bits is stated for FORTiS only: inferred"),
-    catalogue_detail::resolute_linear(
-        "resolute-linear-32", "RESOLUTE linear, 32 bit", "pos32,nE,nW,crc6;cds0", {},
-        "the size of a count is not stated; 10 nm with 32 bits is stated for FORTiS only"),
-    catalogue_detail::resolute_linear("resolute-linear-36", "RESOLUTE linear, 36 bit",
-                                      "pos36,nE,nW,crc6;cds0", "1 nm, range 68.7 m (calculated)",
-                                      "1 nm with 36 bits is stated for RESOLUTE FS only: inferred"),
-    catalogue_detail::with_doubt(
-        catalogue_detail::renishaw_plain(
-            "fortis-36", "FORTiS linear, 36 bit", "pos36,nE,nW,crc6;cds0",
-            "1 nm (range 68.7 m, calculated) or 10 nm (687 m, calculated)",
-            "the standard word of FORTiS"),
-        "1 nm or 10 nm is not stated here but for FORTiS FS: see the type of your encoder"),
-    catalogue_detail::renishaw_plain("fortis-26", "FORTiS linear, 26 bit", "pos26,nE,nW,crc6;cds0",
-                                     "50 nm, range 3.36 m (calculated)", "on special request"),
-    catalogue_detail::renishaw_plain("fortis-32", "FORTiS linear, 32 bit", "pos32,nE,nW,crc6;cds0",
-                                     "10 nm, range 42.9 m (calculated)", "on special request"),
-    catalogue_detail::renishaw_double(
-        "fs-32-32", "RESOLUTE FS rotary (LMM)", "pos32,nE,nW,crc6+pos32,nE,nW,lc6,crc16;cds0",
-        "2^32 a turn, 0.0003 arcsec",
-        "BiSS Safety: control word, then safety word of the same value"),
-    catalogue_detail::renishaw_double(
-        "fs-28-24", "RESOLUTE FS linear, 50 nm (RSM)",
-        "pos28,nE,nW,crc6+pos24,nE,nW,lc6,crc16;cds0",
-        "50 nm and 800 nm, range 13.4 m (calculated)",
-        "BiSS Safety: the safety word is the control word's upper 24 bits"),
-    catalogue_detail::renishaw_double(
-        "fs-36-28", "RESOLUTE FS linear, 1 nm (RSH)", "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0",
-        "1 nm and 256 nm, range 68.7 m (calculated)",
-        "BiSS Safety: the safety word is the control word's upper 28 bits"),
-    catalogue_detail::with_doubt(
-        catalogue_detail::renishaw_double(
-            "fortis-fs-36-28", "FORTiS FS linear, 10 nm or 1 nm (RSH)",
-            "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0", "10 nm and 2560 nm, or 1 nm and 256 nm",
-            "BiSS Safety: the safety word is the control word's upper 28 bits"),
-        "10 nm or 1 nm: see the type of your encoder"),
-};
+// Made by a function, so that GCC 12 puts the table into read-only memory.
+inline constexpr auto renishaw_encoders = [] {
+  return std::array{
+      catalogue_detail::resolute_rotary("resolute-18", "RESOLUTE rotary, 18 bit",
+                                        "pos18,nE,nW,crc6;cds0",
+                                        "2^18 a turn, 4.94 arcsec (calculated)"),
+      catalogue_detail::resolute_rotary("resolute-26", "RESOLUTE rotary, 26 bit",
+                                        "pos26,nE,nW,crc6;cds0",
+                                        "2^26 a turn, 0.0193 arcsec (calculated)"),
+      catalogue_detail::resolute_rotary("resolute-32", "RESOLUTE rotary, 32 bit",
+                                        "pos32,nE,nW,crc6;cds0",
+                                        "2^32 a turn, 0.000302 arcsec (calculated)"),
+      catalogue_detail::resolute_linear("resolute-linear-26", "RESOLUTE linear, 26 bit",
+                                        "pos26,nE,nW,crc6;cds0", "50 nm, range 3.36 m (calculated)",
+                                        "50 nm with 26 bits is stated for FORTiS only: inferred"),
+      catalogue_detail::resolute_linear(
+          "resolute-linear-32", "RESOLUTE linear, 32 bit", "pos32,nE,nW,crc6;cds0", {},
+          "the size of a count is not stated; 10 nm with 32 bits is stated for FORTiS only"),
+      catalogue_detail::resolute_linear(
+          "resolute-linear-36", "RESOLUTE linear, 36 bit", "pos36,nE,nW,crc6;cds0",
+          "1 nm, range 68.7 m (calculated)",
+          "1 nm with 36 bits is stated for RESOLUTE FS only: inferred"),
+      catalogue_detail::with_doubt(
+          catalogue_detail::renishaw_plain(
+              "fortis-36", "FORTiS linear, 36 bit", "pos36,nE,nW,crc6;cds0",
+              "1 nm (range 68.7 m, calculated) or 10 nm (687 m, calculated)",
+              "the standard word of FORTiS"),
+          "1 nm or 10 nm is not stated here but for FORTiS FS: see the type of your encoder"),
+      catalogue_detail::renishaw_plain("fortis-26", "FORTiS linear, 26 bit",
+                                       "pos26,nE,nW,crc6;cds0", "50 nm, range 3.36 m (calculated)",
+                                       "on special request"),
+      catalogue_detail::renishaw_plain("fortis-32", "FORTiS linear, 32 bit",
+                                       "pos32,nE,nW,crc6;cds0", "10 nm, range 42.9 m (calculated)",
+                                       "on special request"),
+      catalogue_detail::renishaw_double(
+          "fs-32-32", "RESOLUTE FS rotary (LMM)", "pos32,nE,nW,crc6+pos32,nE,nW,lc6,crc16;cds0",
+          "2^32 a turn, 0.0003 arcsec",
+          "BiSS Safety: control word, then safety word of the same value"),
+      catalogue_detail::renishaw_double(
+          "fs-28-24", "RESOLUTE FS linear, 50 nm (RSM)",
+          "pos28,nE,nW,crc6+pos24,nE,nW,lc6,crc16;cds0",
+          "50 nm and 800 nm, range 13.4 m (calculated)",
+          "BiSS Safety: the safety word is the control word's upper 24 bits"),
+      catalogue_detail::renishaw_double(
+          "fs-36-28", "RESOLUTE FS linear, 1 nm (RSH)",
+          "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0",
+          "1 nm and 256 nm, range 68.7 m (calculated)",
+          "BiSS Safety: the safety word is the control word's upper 28 bits"),
+      catalogue_detail::with_doubt(
+          catalogue_detail::renishaw_double(
+              "fortis-fs-36-28", "FORTiS FS linear, 10 nm or 1 nm (RSH)",
+              "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0",
+              "10 nm and 2560 nm, or 1 nm and 256 nm",
+              "BiSS Safety: the safety word is the control word's upper 28 bits"),
+          "10 nm or 1 nm: see the type of your encoder"),
+  };
+}();
 
 }  // namespace biss

@@ -78,37 +78,41 @@ inline constexpr Picoseconds two_cycles = nanoseconds(62'500);
 /// Renishaw's five rows, then the nine types of the Safety Concept. For the types RSH and LMM the
 /// Safety Concept has 62.5 us, for frames of the same size Renishaw has 31.25 us; each row follows
 /// its source.
-inline constexpr std::array safety_configurations{
-    safety_detail::renishaw_row("fs-32-32", "pos32,nE,nW,crc6+pos32,nE,nW,lc6,crc16;cds0",
-                                "0.0003 arcsec both; RESOLUTE rotary, LMM"),
-    safety_detail::renishaw_row("fs-28-24", "pos28,nE,nW,crc6+pos24,nE,nW,lc6,crc16;cds0",
-                                "50 nm and 800 nm; RESOLUTE linear, RSM"),
-    safety_detail::renishaw_row("fs-36-28", "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0",
-                                "1 nm and 256 nm; RESOLUTE linear, RSH"),
-    safety_detail::renishaw_row("fortis-fs-36-28-10nm",
-                                "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0",
-                                "10 nm and 2560 nm; FORTiS linear, RSH"),
-    safety_detail::renishaw_row("fortis-fs-36-28-1nm",
-                                "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0",
-                                "1 nm and 256 nm; FORTiS linear, RSH"),
-    safety_detail::type("rxm", "st16,nE,nW,crc6+st12,nE,nW,lc6,crc16", 9, safety_detail::one_cycle),
-    safety_detail::type("rxh", "st24,nE,nW,crc6+st16,nE,nW,lc6,crc16", 13,
-                        safety_detail::one_cycle),
-    safety_detail::type("rsm", "mt12,st16,nE,nW,crc6+mt12,st12,nE,nW,lc6,crc16", 9,
-                        safety_detail::one_cycle),
-    safety_detail::type("rsh", "mt12,st24,nE,nW,crc6+mt12,st16,nE,nW,lc6,crc16", 13,
-                        safety_detail::two_cycles),
-    safety_detail::type("rlm", "mt24,st16,nE,nW,crc6+mt24,st12,nE,nW,lc6,crc16", 9,
-                        safety_detail::two_cycles),
-    safety_detail::type("rlh", "mt24,st24,nE,nW,crc6+mt24,st16,nE,nW,lc6,crc16", 13,
-                        safety_detail::two_cycles),
-    safety_detail::type("rum", "mt12,st16,nE,nW,crc6+st12,nE,nW,lc6,crc16", 9,
-                        safety_detail::one_cycle),
-    safety_detail::type("ruh", "mt12,st24,nE,nW,crc6+st16,nE,nW,lc6,crc16", 13,
-                        safety_detail::two_cycles),
-    safety_detail::type("lmm", "mt16,st16,nE,nW,crc6+mt16,st16,nE,nW,lc6,crc16", 11,
-                        safety_detail::two_cycles),
-};
+// Made by a function, so that GCC 12 puts the table into read-only memory.
+inline constexpr auto safety_configurations = [] {
+  return std::array{
+      safety_detail::renishaw_row("fs-32-32", "pos32,nE,nW,crc6+pos32,nE,nW,lc6,crc16;cds0",
+                                  "0.0003 arcsec both; RESOLUTE rotary, LMM"),
+      safety_detail::renishaw_row("fs-28-24", "pos28,nE,nW,crc6+pos24,nE,nW,lc6,crc16;cds0",
+                                  "50 nm and 800 nm; RESOLUTE linear, RSM"),
+      safety_detail::renishaw_row("fs-36-28", "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0",
+                                  "1 nm and 256 nm; RESOLUTE linear, RSH"),
+      safety_detail::renishaw_row("fortis-fs-36-28-10nm",
+                                  "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0",
+                                  "10 nm and 2560 nm; FORTiS linear, RSH"),
+      safety_detail::renishaw_row("fortis-fs-36-28-1nm",
+                                  "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0",
+                                  "1 nm and 256 nm; FORTiS linear, RSH"),
+      safety_detail::type("rxm", "st16,nE,nW,crc6+st12,nE,nW,lc6,crc16", 9,
+                          safety_detail::one_cycle),
+      safety_detail::type("rxh", "st24,nE,nW,crc6+st16,nE,nW,lc6,crc16", 13,
+                          safety_detail::one_cycle),
+      safety_detail::type("rsm", "mt12,st16,nE,nW,crc6+mt12,st12,nE,nW,lc6,crc16", 9,
+                          safety_detail::one_cycle),
+      safety_detail::type("rsh", "mt12,st24,nE,nW,crc6+mt12,st16,nE,nW,lc6,crc16", 13,
+                          safety_detail::two_cycles),
+      safety_detail::type("rlm", "mt24,st16,nE,nW,crc6+mt24,st12,nE,nW,lc6,crc16", 9,
+                          safety_detail::two_cycles),
+      safety_detail::type("rlh", "mt24,st24,nE,nW,crc6+mt24,st16,nE,nW,lc6,crc16", 13,
+                          safety_detail::two_cycles),
+      safety_detail::type("rum", "mt12,st16,nE,nW,crc6+st12,nE,nW,lc6,crc16", 9,
+                          safety_detail::one_cycle),
+      safety_detail::type("ruh", "mt12,st24,nE,nW,crc6+st16,nE,nW,lc6,crc16", 13,
+                          safety_detail::two_cycles),
+      safety_detail::type("lmm", "mt16,st16,nE,nW,crc6+mt16,st16,nE,nW,lc6,crc16", 11,
+                          safety_detail::two_cycles),
+  };
+}();
 
 /// The configuration of that name, null when there is none. Names are compared exactly. The pointer
 /// keeps all configurations in the program; firmware uses safety_configuration().

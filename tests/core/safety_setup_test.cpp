@@ -316,7 +316,7 @@ BISS_TEST(SafetyFingerprint, EveryPartOfTheFormat_ChangesIt) {
         "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16:0x190D9:0x0001;cds0",
         "pos36,nE,nW,crc6:0x43:0x00:plain+pos28,nE,nW,lc6,crc16;cds0",
         "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16+pad8;cds0"}) {
-    BISS_EXPECT(!(SafetyFingerprint(format_of(text), {}) == whole)) << text;
+    BISS_EXPECT(!(SafetyFingerprint(format_of(text), {}) == whole)) << text.data();
   }
 }
 
