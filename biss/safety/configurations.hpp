@@ -53,7 +53,7 @@ constexpr SafetyConfiguration renishaw_row(std::string_view name, std::string_vi
 
 // The Safety Concept names the types suitable for SIL 3; its residual error model is not public. On
 // a binary symmetric channel with a bit error rate of 1e-2, with ACC_MIN bits compared, the types
-// have up to 2.13e-9 undetected errors an hour: more than 1 % of SIL 3, less than 1 % of SIL 2.
+// have up to 2.24e-9 undetected errors an hour: more than 1 % of SIL 3, less than 1 % of SIL 2.
 inline constexpr std::uint64_t type_residual_max_e15 = 2'500'000;
 
 // `cycle` is the shortest safety cycle of the table, `compare_bits` its ACC_MIN.

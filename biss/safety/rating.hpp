@@ -12,8 +12,9 @@ namespace biss {
 struct SafetyRating {
   /// What the rating is for: rated_words().
   std::uint64_t words = 0;
-  /// The share of frames that are accepted although the compared bits of the CPW are wrong by more
-  /// than the tolerance, at a bit error rate of 1e-2; times 1e24, rounded up.
+  /// The share of frames that are accepted although the compared bits of the CPW or of the SPW,
+  /// whichever is worse, are wrong by more than the tolerance; at a bit error rate of 1e-2, times
+  /// 1e24, rounded up.
   std::uint64_t residual_e24 = 0;
   /// rating_check() of the other two, so that a rating that was copied wrongly is refused.
   std::uint64_t check = 0;
@@ -40,21 +41,21 @@ inline constexpr std::array safety_ratings{
     // fs-36-28
     SafetyRating{0x941F'DE94'538F'4D3FU, 6'249'988, 0x2B6A'641D'8C55'0EA1U},
     // rxm
-    SafetyRating{0xD5CA'8010'1E34'B184U, 4'753'908, 0x679E'66D6'4A2F'0710U},
+    SafetyRating{0xD5CA'8010'1E34'B184U, 5'377'414, 0xEE9A'F7E9'9D8B'736EU},
     // rxh
-    SafetyRating{0xCEC1'82D4'90A3'6FD4U, 15'704'130, 0x13A7'2E5B'1393'2BA3U},
+    SafetyRating{0xCEC1'82D4'90A3'6FD4U, 16'019'443, 0xDE4B'7E73'61DB'203AU},
     // rsm
-    SafetyRating{0xC80B'D065'403A'5706U, 13'233'335, 0x635D'2744'4A46'6C92U},
+    SafetyRating{0xC80B'D065'403A'5706U, 13'723'210, 0x64DE'C14C'B42E'4F51U},
     // rsh
-    SafetyRating{0x698F'DAAB'62F3'CA39U, 23'770'031, 0x3E41'0591'DD30'F71FU},
+    SafetyRating{0x698F'DAAB'62F3'CA39U, 24'017'766, 0xE327'72DE'EC4E'BB80U},
     // rlm
-    SafetyRating{0x6DF7'3179'F439'EEDDU, 17'180'828, 0xA493'4353'52B1'58E9U},
+    SafetyRating{0x6DF7'3179'F439'EEDDU, 17'565'712, 0xF6F6'E5F6'8D1E'487FU},
     // rlh
-    SafetyRating{0x4072'522F'CE87'527EU, 31'524'428, 0x1C81'50D7'3BA8'C431U},
+    SafetyRating{0x4072'522F'CE87'527EU, 31'719'068, 0xCB89'085D'EC10'9502U},
     // rum
-    SafetyRating{0x821C'D240'4404'C1DDU, 16'647'809, 0x6C22'8653'3A1E'D9EAU},
+    SafetyRating{0x821C'D240'4404'C1DDU, 18'378'656, 0x81A4'5D69'65D5'406AU},
     // ruh
-    SafetyRating{0xEEE1'4339'D9BC'EB8DU, 35'832'318, 0x25B0'01B4'2CBB'1DA1U},
+    SafetyRating{0xEEE1'4339'D9BC'EB8DU, 37'669'520, 0xE806'6A63'9CBE'8F21U},
     // lmm
     SafetyRating{0xA85C'AA5F'025A'BD6EU, 19'865'317, 0x8B16'36F0'0A89'3A55U},
 };

@@ -18,6 +18,7 @@
 #include "biss/safety/verdict.hpp"
 #include "cli/safety/evidence.hpp"
 #include "cli/safety/setup_fields.hpp"
+#include "lab/rating.hpp"
 
 namespace biss::cli {
 namespace documents_test {
@@ -223,7 +224,7 @@ TEST(SafetyDocuments, FiguresForTheAssessor_AreThoseOfTheAnalysis) {
   for (const SafetyConfiguration& each : safety_configurations) {
     if (each.name.starts_with("fortis")) continue;
     const SafetyFormat monitored{each.frame_format(), each.setup, {}};
-    const auto shares = undetected_shares(monitored);
+    const auto shares = lab::undetected_shares(monitored.format, monitored.setup.comparison);
     ASSERT_TRUE(shares) << each.name;
     const SafetyComparison& comparison = each.setup.comparison;
     const auto rate = rate_of_cycle(each.setup).count;
@@ -234,7 +235,7 @@ TEST(SafetyDocuments, FiguresForTheAssessor_AreThoseOfTheAnalysis) {
                     comparison.compare_bits == 0 ? "all" : std::to_string(comparison.compare_bits),
                     safety_detail::alignment_of(monitored.cpw(), monitored.spw(), comparison).bits,
                     rate, shares->by_cpw * frames, shares->by_spw * frames,
-                    shares->control_position * frames, shares->by_cpw * most);
+                    shares->control_position * frames, shares->safe_position() * most);
   }
   EXPECT_NE(source("docs/assessor.md").find(table + "\n"), std::string::npos)
       << "docs/assessor.md needs this table:\n"

@@ -87,21 +87,6 @@ std::vector<CoverageRow> read_coverage(const EvidenceSubject& subject,
 /// Sets share and limits (Wilson's, 95 %) from the counts.
 void set_share(CoverageRow& row);
 
-/// The share of frames with an undetected error, at lab::rated_bit_error_rate, on a binary symmetric
-/// channel.
-struct UndetectedShares {
-  /// The compared bits are wrong by more than the tolerance: those of the CPW, as `biss safety
-  /// analyse` counts, and those of the SPW, which the safe position consists of.
-  long double by_cpw = 0;
-  long double by_spw = 0;
-  /// Any bit of the CPW is wrong.
-  long double control_position = 0;
-
-  long double safe_position() const { return by_cpw > by_spw ? by_cpw : by_spw; }
-};
-/// Nothing if the words cannot be analysed together.
-std::optional<UndetectedShares> undetected_shares(const SafetyFormat& monitored);
-
 EvidenceFile coverage_file(const std::vector<CoverageRow>& rows);
 /// Requirement, source and test: the table of docs/safety-matrix.md, a row for each test.
 EvidenceFile matrix_file();

@@ -214,7 +214,7 @@ void add_rating(std::string& text, const EvidenceSubject& subject) {
       "On a binary symmetric channel with a bit error rate of {:g}, with the comparison of this "
       "configuration.\n\n",
       lab::rated_bit_error_rate);
-  if (const auto shares = undetected_shares(monitored)) {
+  if (const auto shares = lab::undetected_shares(monitored.format, monitored.setup.comparison)) {
     const auto frames = 3600 * static_cast<long double>(subject.rate.count);
     add(text,
         "| position | protected by | per frame | per hour at {} |\n|---|---|---:|---:|\n"
@@ -336,21 +336,6 @@ void set_share(CoverageRow& row) {
   row.share = static_cast<double>(share);
   row.low = static_cast<double>(limits.low);
   row.high = static_cast<double>(limits.high);
-}
-
-std::optional<UndetectedShares> undetected_shares(const SafetyFormat& monitored) {
-  const lab::PairChecks checks = lab::pair_checks_of(monitored.setup);
-  if (lab::pair_problem(monitored.format, checks)) return std::nullopt;
-  FrameFormat exchanged = monitored.format;
-  std::swap(exchanged.channel_list[0], exchanged.channel_list[1]);
-  const lab::PairWeights by_cpw = lab::pair_weights(monitored.format, checks);
-  const lab::PairWeights by_spw = lab::pair_weights(exchanged, checks);
-  const auto share = [](const lab::Undetected& of) {
-    return lab::probability(of, lab::rated_bit_error_rate);
-  };
-  return UndetectedShares{.by_cpw = share(by_cpw.beyond_tolerance),
-                          .by_spw = share(by_spw.beyond_tolerance),
-                          .control_position = share(by_cpw.wrong)};
 }
 
 std::vector<CoverageRow> read_coverage(const EvidenceSubject& subject,

@@ -13,6 +13,7 @@
 #include "cli/common/verbs.hpp"
 #include "cli/safety/format.hpp"
 #include "cli/safety/text_file.hpp"
+#include "lab/rating.hpp"
 #include "sim/fault.hpp"
 
 namespace biss::cli {
@@ -327,7 +328,7 @@ TEST(EvidenceReadme, BothFiguresAndTheRating_AreThoseOfTheConfiguration) {
 // The ratings count errors of the CPW; the safe position is the SPW's.
 TEST(EvidenceResidual, SafePositionOfEveryConfiguration_IsWithinItsLimitCountedByEitherWord) {
   for (const SafetyConfiguration& each : safety_configurations) {
-    const auto shares = undetected_shares({each.frame_format(), each.setup, {}});
+    const auto shares = lab::undetected_shares(each.frame_format(), each.setup.comparison);
     ASSERT_TRUE(shares) << each.name;
     const long double frames = 3600e12L / static_cast<long double>(each.setup.frame_gap_min.count);
     const auto limit = static_cast<long double>(each.setup.residual_max_e15) * 1e-15L;
