@@ -36,7 +36,8 @@ namespace biss {
 /// SafetyClocks::bit_period is given.
 struct Transfer {
   Picoseconds time{};
-  /// Clocks of MA. step() with bits takes their number.
+  /// Clocks of MA. step() with bits takes their number; a good frame without it is the fault
+  /// `clock`.
   std::uint32_t clocks = 0;
 };
 
@@ -186,7 +187,7 @@ class SelfTest {
   constexpr SafetyJudgement step(Monitor& monitor, unsigned value, Picoseconds now) const {
     SafetyFinding finding = good_;
     finding.life_counter = static_cast<std::uint8_t>(value);
-    return monitor.step(OneClock{now}, finding, finding);
+    return monitor.step(OneClock{now, good_transfer()}, finding, finding);
   }
   constexpr std::uint8_t lowest() const {
     return setup_.counter.mode == CounterMode::count_0_63 ? 0 : 1;
@@ -235,7 +236,8 @@ class SelfTest {
     const Picoseconds now = setup_.frame_gap_max;
     const Picoseconds apart = setup_.clocks.tolerance + picoseconds(1);
     for (const Picoseconds second : {now - apart, now + apart}) {
-      if (clock_verdict(monitor, TwoClocks{now, second}) != SafetyVerdict::clock) return false;
+      const TwoClocks differ{now, second, good_transfer()};
+      if (clock_verdict(monitor, differ) != SafetyVerdict::clock) return false;
       if (Monitor(monitor).watch(TwoClocks{now, second}).verdict != SafetyVerdict::clock) {
         return false;
       }
@@ -248,6 +250,7 @@ class SelfTest {
     const TwoClocks long_transfer{now, now, {apart + setup_.clocks.bit_period, 1}};
     return clock_verdict(monitor, long_transfer) == SafetyVerdict::clock;
   }
+  constexpr Transfer good_transfer() const { return {setup_.clocks.bit_period, 1}; }
   constexpr SafetyVerdict clock_verdict(Monitor monitor, const TwoClocks& now) const {
     SafetyFinding finding = good_;
     finding.life_counter = counter + 1U;
@@ -294,8 +297,7 @@ class SelfTest {
 namespace biss {
 
 /// `Plan` is a SafetyPlan or FixedSafetyPlan; it is kept by value. `First` and `Second` are the two
-/// evaluations. A checksum of the monitor's memory is
-/// checked before each use.
+/// evaluations. A checksum of the monitor's memory is checked before each use.
 template <class Plan, class First = FieldEvaluation<Plan>, class Second = LineEvaluation<Plan>>
 class SafetyMonitor {
  public:
@@ -564,6 +566,7 @@ class SafetyMonitor {
     if (is_late(time)) return SafetyVerdict::watchdog;
     if (is_early(time)) return SafetyVerdict::early;
     if (first.cause != SafetyVerdict::safe) return first.cause;
+    if (is_transfer_missing(time)) return SafetyVerdict::clock;
     return judge_counter(first.life_counter, second.life_counter);
   }
   constexpr SafetyVerdict judge_counter(std::uint8_t first, std::uint8_t second) const {
@@ -595,6 +598,9 @@ class SafetyMonitor {
     if (clocks.bit_period.count == 0 || time.transfer.clocks == 0) return false;
     const Picoseconds nominal = clocks.bit_period * std::int64_t{time.transfer.clocks};
     return is_apart(time.transfer.time, nominal);
+  }
+  constexpr bool is_transfer_missing(const TwoClocks& time) const {
+    return plan_.setup().clocks.bit_period.count != 0 && time.transfer.clocks == 0;
   }
   constexpr bool clocks_differ(const TwoClocks& time) const {
     return memory_.good_frames != 0 &&

@@ -338,6 +338,21 @@ BISS_TEST(SafetyClock, TransferOfAWrongTime_IsAFault) {
   BISS_EXPECT_EQ(verdict_of({}, false), SafetyVerdict::clock);
 }
 
+BISS_TEST(SafetyClock, FindingWithoutItsTransfer_IsAFaultWhereTransfersAreTimed) {
+  SafetyBench bench([](SafetySetup& setup) { setup.clocks.bit_period = nanoseconds(100); });
+  const auto verdict_of = [&](const OneClock& clock) {
+    const FrameBits bits = test::bits_of(bench.plan(), bench.next());
+    const test::Findings<test::RunPlan> findings(bench.plan(), bits.view());
+    return bench.monitor.step(clock, findings.first, findings.second).verdict;
+  };
+  bench.now += SafetyBench::cycle;
+  BISS_EXPECT_EQ(verdict_of({bench.now, {nanoseconds(10'000), 100}}), starting);
+  bench.now += SafetyBench::cycle;
+  BISS_EXPECT_EQ(verdict_of({bench.now}), SafetyVerdict::clock);
+  // No answer is no transfer.
+  BISS_EXPECT_EQ(bench.silence().verdict, no_frame);
+}
+
 // ---- Answers that are late by a constant number of requests
 
 BISS_TEST(SafetyDelay, AnswersFromBeforeTheFirstRequest_AreRefusedByTheFirstValue) {
