@@ -469,8 +469,9 @@ class SafetyMonitor {
     if (std::is_constant_evaluated()) {
       return std::bit_cast<std::array<std::uint32_t, memory_words>>(memory)[k];
     }
+    const auto* at = reinterpret_cast<const unsigned char*>(&memory) + 4U * k;
     std::uint32_t word = 0;
-    __builtin_memcpy(&word, reinterpret_cast<const unsigned char*>(&memory) + 4U * k, 4U);
+    __builtin_memcpy(&word, __builtin_assume_aligned(at, 4), 4U);
     return word;
   }
   [[gnu::noinline]] static constexpr std::uint32_t check_of(const Memory& memory) {
