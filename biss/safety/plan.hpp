@@ -53,6 +53,11 @@ class SafetyPlan {
   /// this does not see (the tables of the first evaluation) makes the two evaluations differ.
   constexpr bool is(const SafetyFingerprint& expected) const {
     if (fingerprint() != expected || payload_bits() != format().payload_bits()) return false;
+    if (alignment_ != safety_detail::alignment_of(format().channel_list[setup_.cpw],
+                                                  format().channel_list[setup_.spw],
+                                                  setup_.comparison)) {
+      return false;
+    }
     for (std::size_t k = 0; k < format().channel_count; ++k) {
       const CrcSpec& expected_crc = format().channel_list[k].crc;
       if (SafetyFingerprint::word_of(codec_.engine_spec(k)) !=

@@ -213,6 +213,8 @@ struct Alignment {
   unsigned singleturn_bits = 0;
   unsigned cpw_shift = 0;
   unsigned spw_shift = 0;
+
+  constexpr bool operator==(const Alignment&) const = default;
 };
 
 // A distance in counts of the lowest of `bits`, limited to its type.
