@@ -252,19 +252,19 @@ void Bench::show(const std::vector<std::uint8_t>& bytes, unsigned first, std::si
   if (change == 5)
     other.cause =
         other.cause == SafetyVerdict::safe ? SafetyVerdict::no_frame : SafetyVerdict::safe;
-  const SafetyJudgement told =
+  const SafetyJudgement judged =
       change < 0 ? monitor_.step(clocks(), view) : monitor_.step(clocks(), one, other);
   const SafetyJudgement due = oracle_.step(now_, ahead_, frame, change >= 0);
-  require(told.verdict == due.verdict && told.state == due.state);
-  require(told.tolerated == due.tolerated);
-  require(told.position.has_value() == due.position.has_value());
-  require(!told.position || *told.position == *due.position);
-  require(!told.position || control_position(plan, *told.position) == frame.position);
-  require(told.cpw_nW == due.cpw_nW && told.spw_nW == due.spw_nW);
-  require(told.life_counter == due.life_counter && told.difference_lsb == due.difference_lsb);
-  require(told.position.has_value() == (told.verdict == SafetyVerdict::safe));
-  require(!told.position ||
-          (told.state == SafetyState::safe && frame.cause == SafetyVerdict::safe));
+  require(judged.verdict == due.verdict && judged.state == due.state);
+  require(judged.tolerated == due.tolerated);
+  require(judged.position.has_value() == due.position.has_value());
+  require(!judged.position || *judged.position == *due.position);
+  require(!judged.position || control_position(plan, *judged.position) == frame.position);
+  require(judged.cpw_nW == due.cpw_nW && judged.spw_nW == due.spw_nW);
+  require(judged.life_counter == due.life_counter && judged.difference_lsb == due.difference_lsb);
+  require(judged.position.has_value() == (judged.verdict == SafetyVerdict::safe));
+  require(!judged.position ||
+          (judged.state == SafetyState::safe && frame.cause == SafetyVerdict::safe));
   require(monitor_.counter_mode() == oracle_.range());
   // The budget's content is undefined after a clock that went backwards.
   if (now_ < latest_) press(0);
@@ -357,9 +357,9 @@ void Bench::happen(unsigned what, unsigned how) {
     }
     case tick: {
       now_ += gap(how) / 2;
-      const SafetyJudgement told = monitor_.watch(clocks());
+      const SafetyJudgement judged = monitor_.watch(clocks());
       const SafetyJudgement due = oracle_.watch(now_, ahead_);
-      require(told.verdict == due.verdict && told.state == due.state && !told.position);
+      require(judged.verdict == due.verdict && judged.state == due.state && !judged.position);
       latest_ = std::max(latest_, now_);
       break;
     }

@@ -87,36 +87,36 @@ inline SafetyJudgement SafetyOracle::step(Wide now, Wide ahead, const OracleFram
   if (state_ == SafetyState::failed) return {.verdict = SafetyVerdict::failed, .state = state_};
   still_ = last_request_ == now ? still_ + 1 : 0;
   last_request_ = now;
-  SafetyJudgement told{.cpw_nW = frame.cpw_nW,
-                       .spw_nW = frame.spw_nW,
-                       .life_counter = static_cast<std::uint8_t>(frame.life_counter),
-                       .difference_lsb = static_cast<std::int32_t>(frame.apart)};
+  SafetyJudgement judged{.cpw_nW = frame.cpw_nW,
+                         .spw_nW = frame.spw_nW,
+                         .life_counter = static_cast<std::uint8_t>(frame.life_counter),
+                         .difference_lsb = static_cast<std::int32_t>(frame.apart)};
   const Wide gap = now - last_good_;
   const Wide other_gap = gap + ahead - last_ahead_;
   const Wide least = setup_.frame_gap_min.count;
   const bool first_wrong =
       setup_.counter.first != any_first_value &&
       (stale_ || (first_request_ && frame.life_counter != setup_.counter.first));
-  told.verdict = disagree ? SafetyVerdict::disagreement
-                 : still_ > setup_.clocks.still_requests || clocks_differ(ahead)
-                     ? SafetyVerdict::clock
-                 : good_ != 0 && (is_late(gap) || is_late(other_gap)) ? SafetyVerdict::watchdog
-                 : good_ != 0 && (gap < least || other_gap < least)   ? SafetyVerdict::early
-                 : frame.cause != SafetyVerdict::safe                 ? frame.cause
-                                                      : counter_verdict(frame.life_counter);
-  if (told.verdict == SafetyVerdict::safe && first_wrong) {
-    told.verdict = SafetyVerdict::counter_first;
-  } else if (told.verdict == SafetyVerdict::safe && window_) {
+  judged.verdict = disagree ? SafetyVerdict::disagreement
+                   : still_ > setup_.clocks.still_requests || clocks_differ(ahead)
+                       ? SafetyVerdict::clock
+                   : good_ != 0 && (is_late(gap) || is_late(other_gap)) ? SafetyVerdict::watchdog
+                   : good_ != 0 && (gap < least || other_gap < least)   ? SafetyVerdict::early
+                   : frame.cause != SafetyVerdict::safe                 ? frame.cause
+                                                        : counter_verdict(frame.life_counter);
+  if (judged.verdict == SafetyVerdict::safe && first_wrong) {
+    judged.verdict = SafetyVerdict::counter_first;
+  } else if (judged.verdict == SafetyVerdict::safe && window_) {
     const auto [low, high] = *window_;
     const std::uint64_t at = frame.safe.value;
     const bool inside = low <= high ? at >= low && at <= high : at >= low || at <= high;
-    if (!inside) told.verdict = SafetyVerdict::stimulus;
+    if (!inside) judged.verdict = SafetyVerdict::stimulus;
   }
   window_.reset();
-  if (first_request_ && told.verdict != SafetyVerdict::safe) stale_ = true;
+  if (first_request_ && judged.verdict != SafetyVerdict::safe) stale_ = true;
   first_request_ = false;
-  if (told.verdict != SafetyVerdict::safe) {
-    told.tolerated = refuse(now, told.verdict);
+  if (judged.verdict != SafetyVerdict::safe) {
+    judged.tolerated = refuse(now, judged.verdict);
   } else {
     take(frame.life_counter);
     last_good_ = now;
@@ -124,13 +124,13 @@ inline SafetyJudgement SafetyOracle::step(Wide now, Wide ahead, const OracleFram
     ++good_;
     if (good_ >= setup_.start_frames && range()) state_ = SafetyState::safe;
     if (state_ == SafetyState::safe) {
-      told.position = frame.safe;
+      judged.position = frame.safe;
     } else {
-      told.verdict = SafetyVerdict::starting;
+      judged.verdict = SafetyVerdict::starting;
     }
   }
-  told.state = state_;
-  return told;
+  judged.state = state_;
+  return judged;
 }
 
 inline SafetyJudgement SafetyOracle::watch(Wide now, Wide ahead) {

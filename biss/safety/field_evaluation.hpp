@@ -151,10 +151,7 @@ class FieldEvaluation {
     const unsigned cpw_bits = alignment.bits + alignment.cpw_shift;
     const std::uint64_t value =
         finding.spw_position & low_mask(alignment.bits + alignment.spw_shift);
-    // In counts of the CPW.
-    const std::uint64_t aligned = alignment.cpw_shift >= alignment.spw_shift
-                                      ? value << (alignment.cpw_shift - alignment.spw_shift)
-                                      : value >> (alignment.spw_shift - alignment.cpw_shift);
+    const std::uint64_t aligned = safety_detail::in_cpw_counts(plan, value);
     const std::uint64_t half = std::uint64_t{1} << (cpw_bits - 1U);
     const std::uint64_t apart = (finding.cpw_position - aligned) & low_mask(cpw_bits);
     return {

@@ -156,15 +156,23 @@ class FixedSafetyPlan {
       Format.channel_list[Setup.cpw], Format.channel_list[Setup.spw], Setup.comparison);
 };
 
+namespace safety_detail {
+
+// A position in counts of the SPW, in those of the CPW: spw_position() the other way.
+template <class Plan>
+constexpr std::uint64_t in_cpw_counts(const Plan& plan, std::uint64_t position) {
+  const auto& channels = plan.format().channel_list;
+  return spw_position(channels[plan.setup().spw], channels[plan.setup().cpw], position);
+}
+
+}  // namespace safety_detail
+
 /// The CPW's position of a safe frame, for motion control only: only the CPW's CRC protects its fine
 /// bits and the turns that are not compared.
 template <class Plan>
 constexpr std::uint64_t control_position(const Plan& plan, const SafePosition& position) {
-  const safety_detail::Alignment& alignment = plan.alignment();
-  const unsigned bits = alignment.bits + alignment.cpw_shift;
-  const std::uint64_t aligned = alignment.cpw_shift >= alignment.spw_shift
-                                    ? position.value << (alignment.cpw_shift - alignment.spw_shift)
-                                    : position.value >> (alignment.spw_shift - alignment.cpw_shift);
+  const unsigned bits = plan.alignment().bits + plan.alignment().cpw_shift;
+  const std::uint64_t aligned = safety_detail::in_cpw_counts(plan, position.value);
   const std::uint64_t offset = static_cast<std::uint64_t>(position.cpw_only_offset);
   return position.cpw_only_turns << bits | ((aligned + offset) & low_mask(bits));
 }

@@ -200,6 +200,19 @@ enum class SafetySetupError : std::uint8_t {
   residual,         ///< more undetected errors an hour than residual_max_e15
 };
 
+inline constexpr std::size_t safety_setup_error_count = 17;
+static_assert(static_cast<std::size_t>(SafetySetupError::residual) + 1U ==
+              safety_setup_error_count);
+
+/// The name users see, the same as the enumerator's.
+constexpr std::string_view name_of(SafetySetupError error) {
+  constexpr std::array<std::string_view, safety_setup_error_count> names{
+      "channels",     "no_crc",    "no_error_bit",    "no_position", "gray",    "no_counter",
+      "compare_bits", "tolerance", "start_frames",    "counter",     "budget",  "frame_gap",
+      "clocks",       "checksum",  "weak_comparison", "unrated",     "residual"};
+  return names[static_cast<std::size_t>(error)];
+}
+
 namespace safety_detail {
 
 constexpr unsigned singleturn_bits(const ChannelFormat& word) {
@@ -276,11 +289,7 @@ constexpr std::optional<SafetySetupError> check_numbers(const SafetySetup& setup
 /// A number that identifies what a monitor works with: the format and the setup. If one bit of them
 /// changes, or several bits of one field, the number changes.
 class SafetyFingerprint {
-  // Reversible, so that different words never give the same number.
-  constexpr void add_word(std::uint64_t word) {
-    number_ = (number_ ^ word) * 0x100'0000'01B3U;
-    number_ ^= number_ >> 32U;
-  }
+  constexpr void add_word(std::uint64_t word) { sum_.add(word); }
   // At most eight bytes, as they are in memory: a bool may be neither 0 nor 1 after a fault.
   template <class... Bytes>
   constexpr void add(const Bytes&... bytes) {
@@ -298,7 +307,7 @@ class SafetyFingerprint {
     add_word(word_of(channel.crc));
   }
 
-  std::uint64_t number_ = 0xCBF2'9CE4'8422'2325U;
+  safety_detail::Sum64 sum_;
 
  public:
   constexpr SafetyFingerprint() = default;
@@ -335,7 +344,7 @@ class SafetyFingerprint {
   }
 
   constexpr bool operator==(const SafetyFingerprint&) const = default;
-  constexpr std::uint64_t number() const { return number_; }
+  constexpr std::uint64_t number() const { return sum_.number(); }
 
   /// All of a checksum's parameters, as they are in memory.
   static constexpr std::uint64_t word_of(const CrcSpec& crc) {

@@ -12,45 +12,6 @@ namespace biss::cli {
 
 namespace {
 
-std::string_view message_of(SafetySetupError mistake) {
-  switch (mistake) {
-    case SafetySetupError::channels:
-      return "the frame has no two words";
-    case SafetySetupError::no_crc:
-      return "a word has no CRC";
-    case SafetySetupError::no_error_bit:
-      return "a word has no nE";
-    case SafetySetupError::no_position:
-      return "a word has no position";
-    case SafetySetupError::gray:
-      return "a word's position is in Gray code";
-    case SafetySetupError::no_counter:
-      return "the second word has no lc6";
-    case SafetySetupError::compare_bits:
-      return "--compare-bits: more than both words have";
-    case SafetySetupError::tolerance:
-      return "--tolerance: accepts every position";
-    case SafetySetupError::start_frames:
-      return "--start-frames: 2 or more";
-    case SafetySetupError::counter:
-      return "the counter's settings are out of range";
-    case SafetySetupError::budget:
-      return "the fault budget is out of range";
-    case SafetySetupError::frame_gap:
-      return "--watchdog: longer than --shortest-gap, shorter than the counter's period, at most "
-             "100 s";
-    case SafetySetupError::clocks:
-      return "the clocks' tolerance is out of range";
-    // Not demanded here: this monitor may be unrated.
-    case SafetySetupError::checksum:
-    case SafetySetupError::weak_comparison:
-    case SafetySetupError::unrated:
-    case SafetySetupError::residual:
-      break;
-  }
-  return "";
-}
-
 SafetyChoice by_widths() { return {.setup = SafetySetup{}, .name = "by the words' widths"}; }
 
 // Setup and name of the configuration that the format implies.
@@ -93,6 +54,47 @@ std::string counter_text(const decode::SafetyWatch& watch) {
 }
 
 }  // namespace
+
+std::string_view message_of(SafetySetupError mistake) {
+  switch (mistake) {
+    case SafetySetupError::channels:
+      return "the frame has no two words";
+    case SafetySetupError::no_crc:
+      return "a word has no CRC";
+    case SafetySetupError::no_error_bit:
+      return "a word has no nE";
+    case SafetySetupError::no_position:
+      return "a word has no position";
+    case SafetySetupError::gray:
+      return "a word's position is in Gray code";
+    case SafetySetupError::no_counter:
+      return "the second word has no lc6";
+    case SafetySetupError::compare_bits:
+      return "--compare-bits: more than both words have";
+    case SafetySetupError::tolerance:
+      return "--tolerance: accepts every position";
+    case SafetySetupError::start_frames:
+      return "--start-frames: 2 or more";
+    case SafetySetupError::counter:
+      return "the counter's settings are out of range";
+    case SafetySetupError::budget:
+      return "the fault budget is out of range";
+    case SafetySetupError::frame_gap:
+      return "--watchdog: longer than --shortest-gap, shorter than the counter's period, at most "
+             "100 s";
+    case SafetySetupError::clocks:
+      return "the clocks' tolerance is out of range";
+    case SafetySetupError::checksum:
+      return "the CPW's CRC is not 0x43, or the SPW's is not 0x190D9";
+    case SafetySetupError::weak_comparison:
+      return "fewer than 9 bits are compared, or the tolerance is above 1";
+    case SafetySetupError::unrated:
+      return "no rating for these words and this comparison";
+    case SafetySetupError::residual:
+      return "more undetected errors an hour than residual_max_e15 permits";
+  }
+  return "";
+}
 
 bool SafetyArguments::given() const {
   return !configuration.empty() || !counter.empty() || compare_bits || tolerance || start_frames ||

@@ -61,6 +61,9 @@ tl::expected<SafetyChoice, std::string> choose_safety(const SafetyArguments& arg
 /// Adds the lines `safety`, `counter` and `comparison`. \param name of the configuration
 void add_safety(report::Summary& summary, const decode::SafetyWatch& watch, std::string_view name);
 
+/// What is wrong with a setup, with the option that corrects it where there is one.
+std::string_view message_of(SafetySetupError mistake);
+
 /// The verdict of that name, or none.
 std::optional<SafetyVerdict> safety_verdict_of(std::string_view name);
 

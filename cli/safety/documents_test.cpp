@@ -100,7 +100,7 @@ TEST(SafetyDocuments, EveryName_IsOnThePage) {
     has("\n| ", name_of(static_cast<TransmissionError>(i)), " |");
   }
   for (std::size_t i = 0; i < safety_state_count; ++i) has("\n| ", name_of(state_of(i)), " |");
-  for (unsigned i = 0; !name_of(static_cast<SafetySetupError>(i)).empty(); ++i) {
+  for (std::size_t i = 0; i < safety_setup_error_count; ++i) {
     has("", name_of(static_cast<SafetySetupError>(i)), "");
   }
   for (const auto names : {std::span<const std::string_view>(counter_mode_names),

@@ -191,21 +191,6 @@ void add_files(std::string& text, const std::vector<EvidenceCommand>& commands) 
       "`campaign.csv` lists as missed.\n\n";
 }
 
-const char* meaning_of(SafetySetupError error) {
-  switch (error) {
-    case SafetySetupError::checksum:
-      return "the CPW's CRC is not 0x43, or the SPW's is not 0x190D9";
-    case SafetySetupError::weak_comparison:
-      return "fewer than 9 bits are compared, or the tolerance is above 1";
-    case SafetySetupError::unrated:
-      return "no rating for these words and this comparison";
-    case SafetySetupError::residual:
-      return "more undetected errors an hour than `residual_max_e15` permits";
-    default:
-      return "the monitor does not accept this setup";
-  }
-}
-
 void add_rating(std::string& text, const EvidenceSubject& subject) {
   const SafetyFormat& monitored = subject.monitored;
   const SafetySetup& setup = monitored.setup;
@@ -233,7 +218,7 @@ void add_rating(std::string& text, const EvidenceSubject& subject) {
     add(text,
         "**Not rated:** `check_safety()` returns `{}`: {}. The limit\n(`residual_max_e15`) is {:g} "
         "an hour, at a frame every `frame_gap_min`, {}.\n\n",
-        name_of(*mistake), meaning_of(*mistake), limit, text_of(setup.frame_gap_min));
+        name_of(*mistake), message_of(*mistake), limit, text_of(setup.frame_gap_min));
   } else {
     add(text,
         "**Rated:** `check_safety()` accepts this configuration: at most {:g} undetected errors an "

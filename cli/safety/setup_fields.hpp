@@ -16,48 +16,6 @@ inline constexpr std::array<std::string_view, 2> missed_names{"counted", "perhap
 /// In the order of MultiturnRule.
 inline constexpr std::array<std::string_view, 2> multiturn_names{"with_carry", "ignored"};
 
-/// The name users see, the same as the enumerator's; empty for a value that is none. The switch
-/// names every enumerator: the compiler warns of a missing one.
-inline std::string_view name_of(SafetySetupError error) {
-  switch (error) {
-    case SafetySetupError::channels:
-      return "channels";
-    case SafetySetupError::no_crc:
-      return "no_crc";
-    case SafetySetupError::no_error_bit:
-      return "no_error_bit";
-    case SafetySetupError::no_position:
-      return "no_position";
-    case SafetySetupError::gray:
-      return "gray";
-    case SafetySetupError::no_counter:
-      return "no_counter";
-    case SafetySetupError::compare_bits:
-      return "compare_bits";
-    case SafetySetupError::tolerance:
-      return "tolerance";
-    case SafetySetupError::start_frames:
-      return "start_frames";
-    case SafetySetupError::counter:
-      return "counter";
-    case SafetySetupError::budget:
-      return "budget";
-    case SafetySetupError::frame_gap:
-      return "frame_gap";
-    case SafetySetupError::clocks:
-      return "clocks";
-    case SafetySetupError::checksum:
-      return "checksum";
-    case SafetySetupError::weak_comparison:
-      return "weak_comparison";
-    case SafetySetupError::unrated:
-      return "unrated";
-    case SafetySetupError::residual:
-      return "residual";
-  }
-  return "";
-}
-
 /// A parameter. The meaning is for docs/safety.md.
 struct SetupField {
   const char* group;  ///< the struct

@@ -82,9 +82,9 @@ class SafetyBench {
   SafetyJudgement good() { return send(next()); }
   /// Good frames.
   SafetyJudgement good(unsigned frames) {
-    SafetyJudgement told;
-    while (frames-- != 0) told = good();
-    return told;
+    SafetyJudgement judged;
+    while (frames-- != 0) judged = good();
+    return judged;
   }
   /// Good frames until the monitor is safe. \return how many
   unsigned until_safe(unsigned most = 300) {

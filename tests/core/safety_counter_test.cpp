@@ -141,16 +141,16 @@ BISS_TEST(SafetyCounter, WrongRangeInTheSetup_IsNamedAtTheFirstRollOver) {
     });
     bench.lowest = lowest;
     bench.until_safe();
-    SafetyJudgement told = bench.good();
-    for (unsigned i = 0; i < 64 && told.verdict == safe; ++i) told = bench.good();
-    BISS_EXPECT_EQ(told.verdict, counter_mode) << lowest;
+    SafetyJudgement judged = bench.good();
+    for (unsigned i = 0; i < 64 && judged.verdict == safe; ++i) judged = bench.good();
+    BISS_EXPECT_EQ(judged.verdict, counter_mode) << lowest;
     BISS_EXPECT_EQ(bench.counter, lowest);
-    BISS_EXPECT_EQ(told.state, SafetyState::latched);
+    BISS_EXPECT_EQ(judged.state, SafetyState::latched);
     // The verdict is the same after each acknowledgement.
     bench.acknowledge();
-    told = {};
-    for (unsigned i = 0; i < 70 && told.verdict != counter_mode; ++i) told = bench.good();
-    BISS_EXPECT_EQ(told.verdict, counter_mode);
+    judged = {};
+    for (unsigned i = 0; i < 70 && judged.verdict != counter_mode; ++i) judged = bench.good();
+    BISS_EXPECT_EQ(judged.verdict, counter_mode);
   }
 }
 

@@ -108,11 +108,11 @@ BISS_TEST(SafetyKinds, EachFault_HasItsVerdictInItsCycleAndThePositionIsWithheld
     // Far enough from the counter's roll-over for the verdicts of this table.
     while (bench.counter != 25) bench.good();
     const Picoseconds last_good = bench.now;
-    const SafetyJudgement told = each.commit(bench);
+    const SafetyJudgement judged = each.commit(bench);
     const auto kind = static_cast<std::size_t>(each.kind);
-    BISS_EXPECT_EQ(told.verdict, each.verdict) << kind;
-    BISS_EXPECT(safety_measures[kind].may_be(told.verdict)) << kind;
-    BISS_EXPECT(!told.position && told.state == SafetyState::latched) << kind;
+    BISS_EXPECT_EQ(judged.verdict, each.verdict) << kind;
+    BISS_EXPECT(safety_measures[kind].may_be(judged.verdict)) << kind;
+    BISS_EXPECT(!judged.position && judged.state == SafetyState::latched) << kind;
     // A part of a cycle counts in full.
     const Picoseconds due = last_good + SafetyBench::cycle;
     BISS_EXPECT_EQ(clocks_to_cover(bench.now - due, SafetyBench::cycle), each.reaction_cycles);

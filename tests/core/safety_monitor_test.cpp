@@ -14,9 +14,9 @@ BISS_TEST(SafetyMonitor, BeforeItsSelfTest_GivesNothing) {
   SafetyMonitor<RunPlan> monitor(test::plan_of("fs-36-28"));
   const SafetyFinding good{.life_counter = 1, .cause = safe};
   for (int i = 0; i < 5; ++i) {
-    const SafetyJudgement told = monitor.step(OneClock{SafetyBench::cycle * i}, good, good);
-    BISS_EXPECT_EQ(told.verdict, self_test);
-    BISS_EXPECT(!told.position);
+    const SafetyJudgement judged = monitor.step(OneClock{SafetyBench::cycle * i}, good, good);
+    BISS_EXPECT_EQ(judged.verdict, self_test);
+    BISS_EXPECT(!judged.position);
   }
   BISS_EXPECT_EQ(monitor.watch(OneClock{}).verdict, self_test);
   monitor.encoder_restarted();
@@ -32,19 +32,19 @@ BISS_TEST(SafetyMonitor, FromTheThirdGoodFrame_IsSafeAndGivesThePosition) {
   BISS_EXPECT_EQ(bench.watch(milliseconds(1000)).verdict, starting);
   BISS_EXPECT(!bench.monitor.deadline());
   for (int i = 0; i < 2; ++i) {
-    const SafetyJudgement told = bench.good();
-    BISS_EXPECT_EQ(told.verdict, starting);
-    BISS_EXPECT_EQ(told.state, SafetyState::starting);
-    BISS_EXPECT(!told.position);
+    const SafetyJudgement judged = bench.good();
+    BISS_EXPECT_EQ(judged.verdict, starting);
+    BISS_EXPECT_EQ(judged.state, SafetyState::starting);
+    BISS_EXPECT(!judged.position);
   }
-  const SafetyJudgement told = bench.good();
-  BISS_EXPECT_EQ(told.verdict, safe);
-  BISS_EXPECT_EQ(told.state, SafetyState::safe);
-  BISS_ASSERT(told.position.has_value());
-  BISS_EXPECT_EQ(told.position->value, bench.position >> 8U);
-  BISS_EXPECT_EQ(told.life_counter, bench.counter);
-  BISS_EXPECT_EQ(told.difference_lsb, 0);
-  BISS_EXPECT(told.cpw_nW && told.spw_nW && !told.tolerated);
+  const SafetyJudgement judged = bench.good();
+  BISS_EXPECT_EQ(judged.verdict, safe);
+  BISS_EXPECT_EQ(judged.state, SafetyState::safe);
+  BISS_ASSERT(judged.position.has_value());
+  BISS_EXPECT_EQ(judged.position->value, bench.position >> 8U);
+  BISS_EXPECT_EQ(judged.life_counter, bench.counter);
+  BISS_EXPECT_EQ(judged.difference_lsb, 0);
+  BISS_EXPECT(judged.cpw_nW && judged.spw_nW && !judged.tolerated);
   BISS_EXPECT_EQ(bench.watch(bench.now).verdict, safe);
   BISS_EXPECT(!bench.watch(bench.now).position);
 }
@@ -63,14 +63,14 @@ BISS_TEST(SafetyMonitor, Warnings_AreToldAndNoFault) {
   bench.until_safe();
   test::SafetyWords words = bench.next();
   words.cpw_nW = false;
-  SafetyJudgement told = bench.send(words);
-  BISS_EXPECT_EQ(told.verdict, safe);
-  BISS_EXPECT(!told.cpw_nW && told.spw_nW && told.position.has_value());
+  SafetyJudgement judged = bench.send(words);
+  BISS_EXPECT_EQ(judged.verdict, safe);
+  BISS_EXPECT(!judged.cpw_nW && judged.spw_nW && judged.position.has_value());
   words = bench.next();
   words.spw_nW = false;
-  told = bench.send(words);
-  BISS_EXPECT_EQ(told.verdict, safe);
-  BISS_EXPECT(told.cpw_nW && !told.spw_nW);
+  judged = bench.send(words);
+  BISS_EXPECT_EQ(judged.verdict, safe);
+  BISS_EXPECT(judged.cpw_nW && !judged.spw_nW);
 }
 
 BISS_TEST(SafetyMonitor, EveryFault_IsNamedInItsFrameAndHoldsUntilAcknowledged) {
@@ -115,16 +115,16 @@ BISS_TEST(SafetyMonitor, EveryFault_IsNamedInItsFrameAndHoldsUntilAcknowledged) 
   for (const Case& each : cases) {
     SafetyBench bench;
     bench.until_safe();
-    SafetyJudgement told = each.commit(bench);
-    BISS_EXPECT_EQ(told.verdict, each.verdict);
-    BISS_EXPECT_EQ(told.state, SafetyState::latched) << static_cast<int>(each.verdict);
-    BISS_EXPECT(!told.position && !told.tolerated);
+    SafetyJudgement judged = each.commit(bench);
+    BISS_EXPECT_EQ(judged.verdict, each.verdict);
+    BISS_EXPECT_EQ(judged.state, SafetyState::latched) << static_cast<int>(each.verdict);
+    BISS_EXPECT(!judged.position && !judged.tolerated);
     BISS_EXPECT_EQ(bench.monitor.latched_cause(), each.verdict);
     BISS_EXPECT(!bench.monitor.deadline());
     for (int i = 0; i < 6; ++i) {
-      told = bench.good();
-      BISS_EXPECT_EQ(told.verdict, latched);
-      BISS_EXPECT(!told.position);
+      judged = bench.good();
+      BISS_EXPECT_EQ(judged.verdict, latched);
+      BISS_EXPECT(!judged.position);
     }
     BISS_EXPECT_EQ(bench.watch(bench.now).verdict, latched);
     bench.acknowledge();
@@ -150,9 +150,9 @@ BISS_TEST(SafetyMonitor, Watchdog_BitesBehindItsDeadlineAndNotAtIt) {
   const Picoseconds deadline = *bench.monitor.deadline();
   BISS_EXPECT_EQ((deadline - bench.now).count, nanoseconds(46'875).count);
   BISS_EXPECT_EQ(bench.watch(deadline).verdict, safe);
-  SafetyJudgement told = bench.watch(deadline + picoseconds(1));
-  BISS_EXPECT_EQ(told.verdict, watchdog);
-  BISS_EXPECT_EQ(told.state, SafetyState::latched);
+  SafetyJudgement judged = bench.watch(deadline + picoseconds(1));
+  BISS_EXPECT_EQ(judged.verdict, watchdog);
+  BISS_EXPECT_EQ(judged.state, SafetyState::latched);
   BISS_EXPECT_EQ(bench.watch(deadline + picoseconds(2)).verdict, latched);
 }
 
@@ -183,10 +183,10 @@ BISS_TEST(SafetyMonitor, Budget_ToleratesSoManyFaultsInAnyWindow) {
   for (int round = 0; round < 4; ++round) {
     // Faults at 0 and 4, then after 11, of which the first is out of the window.
     for (const unsigned goods : {3U, 6U}) {
-      const SafetyJudgement told = bench.send_flipped(50);
-      BISS_EXPECT_EQ(told.verdict, spw_crc);
-      BISS_EXPECT_EQ(told.state, SafetyState::safe) << round << " " << goods;
-      BISS_EXPECT(told.tolerated && !told.position);
+      const SafetyJudgement judged = bench.send_flipped(50);
+      BISS_EXPECT_EQ(judged.verdict, spw_crc);
+      BISS_EXPECT_EQ(judged.state, SafetyState::safe) << round << " " << goods;
+      BISS_EXPECT(judged.tolerated && !judged.position);
       const SafetyJudgement after = bench.good(goods);
       BISS_EXPECT_EQ(after.verdict, safe);
       BISS_EXPECT_EQ(after.position->value, bench.position >> 8U);
@@ -195,10 +195,10 @@ BISS_TEST(SafetyMonitor, Budget_ToleratesSoManyFaultsInAnyWindow) {
   BISS_EXPECT(bench.send_flipped(50).tolerated);
   bench.good();
   // Seven cycles after the second last one.
-  const SafetyJudgement told = bench.send_flipped(50);
-  BISS_EXPECT_EQ(told.verdict, spw_crc);
-  BISS_EXPECT(!told.tolerated);
-  BISS_EXPECT_EQ(told.state, SafetyState::latched);
+  const SafetyJudgement judged = bench.send_flipped(50);
+  BISS_EXPECT_EQ(judged.verdict, spw_crc);
+  BISS_EXPECT(!judged.tolerated);
+  BISS_EXPECT_EQ(judged.state, SafetyState::latched);
 }
 
 BISS_TEST(SafetyMonitor, Budget_WindowEndsJustWhenItIsOver) {
@@ -232,10 +232,10 @@ BISS_TEST(SafetyMonitor, Budget_IsEmptyAgainAfterRestartAndHasNoRoomForTimeOrSet
   bench.acknowledge();
   bench.counter = 50;
   bench.until_safe();
-  SafetyJudgement told;
-  while (bench.counter != 1) told = bench.good();
-  BISS_EXPECT_EQ(told.verdict, counter_mode);
-  BISS_EXPECT_EQ(told.state, SafetyState::latched);
+  SafetyJudgement judged;
+  while (bench.counter != 1) judged = bench.good();
+  BISS_EXPECT_EQ(judged.verdict, counter_mode);
+  BISS_EXPECT_EQ(judged.state, SafetyState::latched);
 }
 
 BISS_TEST(SafetyMonitor, ToleratedLosses_AreExpectedInTheCounterByTheRule) {
@@ -253,14 +253,14 @@ BISS_TEST(SafetyMonitor, ToleratedLosses_AreExpectedInTheCounterByTheRule) {
       bench.silence();
       bench.silence();
       for (std::uint32_t i = 0; i < counted; ++i) bench.next();
-      const SafetyJudgement told = bench.good();
+      const SafetyJudgement judged = bench.good();
       const bool right = counted == 2 || (counted < 2 && rule == MissedFrames::perhaps);
-      BISS_EXPECT_EQ(told.verdict == safe, right) << counted;
-      BISS_EXPECT_EQ(told.position.has_value(), right) << counted;
+      BISS_EXPECT_EQ(judged.verdict == safe, right) << counted;
+      BISS_EXPECT_EQ(judged.position.has_value(), right) << counted;
       if (right) {
         BISS_EXPECT_EQ(bench.good().verdict, safe);
       } else {
-        BISS_EXPECT_EQ(told.verdict, counted == 3 ? counter_skipped : counter_backwards);
+        BISS_EXPECT_EQ(judged.verdict, counted == 3 ? counter_skipped : counter_backwards);
       }
     }
   }
@@ -287,9 +287,9 @@ BISS_TEST(SafetyMonitor, ReadersResult_IsJudgedAsTheBitsAre) {
   const auto bits = test::bits_of(bench.plan(), bench.next());
   bench.now += SafetyBench::cycle;
   const auto frame = decode_frame(bits.view(), bench.plan().codec());
-  const SafetyJudgement told = bench.monitor.step(OneClock{bench.now}, bits.view(), frame);
-  BISS_EXPECT_EQ(told.verdict, safe);
-  BISS_EXPECT_EQ(told.position->value, bench.position >> 8U);
+  const SafetyJudgement judged = bench.monitor.step(OneClock{bench.now}, bits.view(), frame);
+  BISS_EXPECT_EQ(judged.verdict, safe);
+  BISS_EXPECT_EQ(judged.position->value, bench.position >> 8U);
   // A reader with another frame than the line.
   const auto other = test::bits_of(bench.plan(), bench.next());
   bench.now += SafetyBench::cycle;
@@ -307,9 +307,9 @@ BISS_TEST(SafetyMonitor, Disagreement_OfAnyPartLatchesAtOnce) {
     if (!monitor.self_test(monitor.plan().fingerprint())) return self_test;
     SafetyFinding other = good;
     change(other);
-    const SafetyJudgement told = monitor.step(OneClock{}, good, other);
-    BISS_EXPECT_EQ(told.state, SafetyState::failed);
-    return told.verdict;
+    const SafetyJudgement judged = monitor.step(OneClock{}, good, other);
+    BISS_EXPECT_EQ(judged.state, SafetyState::failed);
+    return judged.verdict;
   };
   for (const bool latch : {true, false}) {
     BISS_EXPECT_EQ(verdict_of([](auto& f) { f.cpw_position ^= 1U; }, latch), disagreement);

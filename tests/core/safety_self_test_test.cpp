@@ -17,11 +17,10 @@ struct Sabotage {
   SafetyFinding (*finding)(SafetyFinding, const BitView&) = [](SafetyFinding found,
                                                                const BitView&) { return found; };
   SafetyFinding (*second)(SafetyFinding) = [](SafetyFinding found) { return found; };
-  SafetyVerdict (*step)(SafetyVerdict) = [](SafetyVerdict told) { return told; };
-  SafetyVerdict (*watch)(SafetyVerdict) = [](SafetyVerdict told) { return told; };
-  SafetyVerdict (*at)(SafetyVerdict, const TwoClocks&) = [](SafetyVerdict told, const TwoClocks&) {
-    return told;
-  };
+  SafetyVerdict (*step)(SafetyVerdict) = [](SafetyVerdict judged) { return judged; };
+  SafetyVerdict (*watch)(SafetyVerdict) = [](SafetyVerdict judged) { return judged; };
+  SafetyVerdict (*at)(SafetyVerdict, const TwoClocks&) = [](SafetyVerdict judged,
+                                                            const TwoClocks&) { return judged; };
   std::uint64_t expected_shift = 0;
 };
 constinit Sabotage sabotage;
@@ -46,17 +45,17 @@ struct Monitor : SafetyMonitor<Plan, FieldEvaluation<Plan>, LineEvaluation<Plan>
   using Sound = SafetyMonitor<Plan, FieldEvaluation<Plan>, LineEvaluation<Plan>>;
   using Sound::Sound;
   SafetyJudgement step(const TwoClocks& now, const SafetyFinding& a, const SafetyFinding& b) {
-    SafetyJudgement told = Sound::step(now, a, b);
-    told.verdict = sabotage.at(sabotage.step(told.verdict), now);
-    return told;
+    SafetyJudgement judged = Sound::step(now, a, b);
+    judged.verdict = sabotage.at(sabotage.step(judged.verdict), now);
+    return judged;
   }
   void expect_position(std::uint64_t low, std::uint64_t high) {
     Sound::expect_position(low + sabotage.expected_shift, high + sabotage.expected_shift);
   }
   SafetyJudgement watch(const TwoClocks& now) {
-    SafetyJudgement told = Sound::watch(now);
-    told.verdict = sabotage.watch(told.verdict);
-    return told;
+    SafetyJudgement judged = Sound::watch(now);
+    judged.verdict = sabotage.watch(judged.verdict);
+    return judged;
   }
 };
 
@@ -180,17 +179,17 @@ BISS_TEST(SafetySelfTest, OfAMonitorThatOverlooksAClock_Fails) {
   BISS_EXPECT(!passes({.step = turned<SafetyVerdict::clock>}));
   BISS_EXPECT(!passes({.watch = turned<SafetyVerdict::clock>}));
   // Clocks that differ, in a frame only.
-  BISS_EXPECT(!passes({.at = [](SafetyVerdict told, const TwoClocks& now) {
-    return now.now != now.second ? safe : told;
+  BISS_EXPECT(!passes({.at = [](SafetyVerdict judged, const TwoClocks& now) {
+    return now.now != now.second ? safe : judged;
   }}));
   // A clock that stands still.
-  BISS_EXPECT(!passes({.at = [](SafetyVerdict told, const TwoClocks& now) {
-    return now.now == Picoseconds{} && told == SafetyVerdict::clock ? safe : told;
+  BISS_EXPECT(!passes({.at = [](SafetyVerdict judged, const TwoClocks& now) {
+    return now.now == Picoseconds{} && judged == SafetyVerdict::clock ? safe : judged;
   }}));
   const auto timed = [](SafetySetup& setup) { setup.clocks.bit_period = nanoseconds(100); };
   BISS_EXPECT(passes({}, timed));
-  const Sabotage transfer{.at = [](SafetyVerdict told, const TwoClocks& now) {
-    return now.transfer.time > nanoseconds(100) ? safe : told;
+  const Sabotage transfer{.at = [](SafetyVerdict judged, const TwoClocks& now) {
+    return now.transfer.time > nanoseconds(100) ? safe : judged;
   }};
   BISS_EXPECT(!passes(transfer, timed));
 }
@@ -218,8 +217,8 @@ BISS_TEST(SafetySelfTest, OfAMonitorThatTakesAnyFirstValue_Fails) {
     const auto awaits = [&](SafetySetup& setup) { setup.counter.first = first; };
     BISS_EXPECT(passes({}, awaits));
     BISS_EXPECT(!passes({.step = turned<counter_first>}, awaits));
-    const Sabotage second{.at = [](SafetyVerdict told, const TwoClocks& now) {
-      return now.now != Picoseconds{} && told == counter_first ? starting : told;
+    const Sabotage second{.at = [](SafetyVerdict judged, const TwoClocks& now) {
+      return now.now != Picoseconds{} && judged == counter_first ? starting : judged;
     }};
     BISS_EXPECT(!passes(second, awaits));
   }

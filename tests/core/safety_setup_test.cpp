@@ -364,10 +364,10 @@ BISS_TEST(SafetyVerdicts, CounterOfAnyDistance_IsARepetitionsAndALossesToo) {
   }
   for (std::uint8_t value = 1; value < 64; ++value) {
     if (value == 3) continue;
-    const SafetyVerdict told = counter.judge(value, 0, {});
-    BISS_EXPECT(told != SafetyVerdict::safe);
-    BISS_EXPECT(safety_measures[1].may_be(told)) << value;
-    BISS_EXPECT(safety_measures[3].may_be(told)) << value;
+    const SafetyVerdict judged = counter.judge(value, 0, {});
+    BISS_EXPECT(judged != SafetyVerdict::safe);
+    BISS_EXPECT(safety_measures[1].may_be(judged)) << value;
+    BISS_EXPECT(safety_measures[3].may_be(judged)) << value;
   }
 }
 

@@ -181,9 +181,9 @@ BISS_TEST(SafetyStates, ABudgetOfLineFaults_ToleratesNoFaultOfTheEncoderOrTheRec
     SafetyBench bench(
         [](SafetySetup& setup) { setup.budget = {.faults = 4, .window = milliseconds(1)}; });
     bench.until_safe();
-    const SafetyJudgement told = each.send(bench);
-    BISS_EXPECT_EQ(told.verdict, each.verdict);
-    BISS_EXPECT(!told.tolerated && told.state != SafetyState::safe);
+    const SafetyJudgement judged = each.send(bench);
+    BISS_EXPECT_EQ(judged.verdict, each.verdict);
+    BISS_EXPECT(!judged.tolerated && judged.state != SafetyState::safe);
   }
 }
 

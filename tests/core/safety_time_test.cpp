@@ -57,9 +57,9 @@ BISS_TEST(SafetyTime, ClockThatGoesBackwards_IsTheWatchdogsInAFrameAndInATick) {
     BISS_EXPECT_EQ(bench.good().verdict, watchdog);
     SafetyBench watched;
     watched.until_safe();
-    const SafetyJudgement told = watched.watch(safety_detail::later(watched.now, -back));
-    BISS_EXPECT_EQ(told.verdict, watchdog);
-    BISS_EXPECT_EQ(told.state, SafetyState::latched);
+    const SafetyJudgement judged = watched.watch(safety_detail::later(watched.now, -back));
+    BISS_EXPECT_EQ(judged.verdict, watchdog);
+    BISS_EXPECT_EQ(judged.state, SafetyState::latched);
   }
 }
 
@@ -161,11 +161,11 @@ BISS_TEST(SafetyTime, Budget_HoldsInEverySpanOfRandomFaults) {
     for (std::int64_t at = 0; at < cycles; ++at) {
       const bool was_safe = bench.monitor.state() == SafetyState::safe;
       const bool spoil = random.below(16) == 0;
-      const SafetyJudgement told = spoil ? bench.send_flipped(50) : bench.good();
+      const SafetyJudgement judged = spoil ? bench.send_flipped(50) : bench.good();
       if (!spoil) continue;
       const bool room = at - last[faults - 1U] > window;
-      BISS_ASSERT_EQ(told.tolerated, was_safe && room) << unsigned{faults};
-      if (!told.tolerated) continue;
+      BISS_ASSERT_EQ(judged.tolerated, was_safe && room) << unsigned{faults};
+      if (!judged.tolerated) continue;
       for (std::size_t i = last.size() - 1U; i != 0; --i) last[i] = last[i - 1U];
       last[0] = at;
     }
@@ -235,9 +235,9 @@ BISS_TEST(SafetyClock, StoppedOrJumpingClock_IsAFaultWhicheverOfTheTwoItIs) {
       TwoClocks time{bench.now + SafetyBench::cycle, bench.now + SafetyBench::cycle + ahead};
       (first ? time.now : time.second) += error;
       BISS_EXPECT_EQ(SafetyBench(bench).monitor.watch(time).verdict, SafetyVerdict::clock);
-      const SafetyJudgement told = good_at(bench, time);
-      BISS_EXPECT_EQ(told.verdict, SafetyVerdict::clock);
-      BISS_EXPECT(!told.position && told.state == SafetyState::latched);
+      const SafetyJudgement judged = good_at(bench, time);
+      BISS_EXPECT_EQ(judged.verdict, SafetyVerdict::clock);
+      BISS_EXPECT(!judged.position && judged.state == SafetyState::latched);
     }
   }
 }
@@ -318,16 +318,16 @@ BISS_TEST(SafetyClock, TransferOfAWrongTime_IsAFault) {
   static constexpr Picoseconds bit = nanoseconds(100);
   const auto verdict_of = [](Picoseconds error, bool measured) {
     SafetyBench bench([](SafetySetup& setup) { setup.clocks.bit_period = bit; });
-    SafetyJudgement told;
+    SafetyJudgement judged;
     for (int i = 0; i < 4; ++i) {
       const FrameBits bits = test::bits_of(bench.plan(), bench.next());
       bench.now += SafetyBench::cycle;
       const auto nominal = bit * static_cast<std::int64_t>(bits.size_bits());
       const Picoseconds time = nominal + (i == 3 ? error : Picoseconds{});
       const OneClock clock{bench.now, {.time = measured || i < 3 ? time : Picoseconds{}}};
-      told = bench.monitor.step(clock, bits.view());
+      judged = bench.monitor.step(clock, bits.view());
     }
-    return told.verdict;
+    return judged.verdict;
   };
   BISS_EXPECT_EQ(verdict_of({}, true), safe);
   BISS_EXPECT_EQ(verdict_of(tolerance, true), safe);
@@ -383,9 +383,9 @@ BISS_TEST(SafetyDelay, OldPositionAfterAStimulus_IsAFault) {
     bench.until_safe();
     bench.position = 1000U << 8U;
     bench.monitor.expect_position(low, high);
-    const SafetyJudgement told = bench.good();
-    BISS_EXPECT(told.position.has_value() == (told.verdict == safe));
-    return told.verdict;
+    const SafetyJudgement judged = bench.good();
+    BISS_EXPECT(judged.position.has_value() == (judged.verdict == safe));
+    return judged.verdict;
   };
   const std::uint64_t at = ((1000U << 8U) + 1000U) >> 8U;
   BISS_EXPECT_EQ(verdict_of(at, at), safe);
