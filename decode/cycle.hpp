@@ -60,9 +60,14 @@ static_assert(status_of(FrameError::stop_bit) == CycleStatus::stop_bit);
 using RawBits = BitBuffer<max_payload_bits + 3>;
 
 /// How much the clock changes within a request: the largest difference between two times of 1, 2, 4
-/// or 8 periods of MA, and the part of it that jitter and the resolution of the capture may be.
+/// or 8 periods of MA.
 struct ClockChange {
+  /// Of a period, the most by which the clock of a request may change: edges may jitter.
+  static constexpr std::int64_t share = 4;
+
   Picoseconds most{};
+  /// The part of `most` that jitter and the resolution of the capture may be; 0 where the change is
+  /// within `share`.
   Picoseconds doubt{};
 };
 

@@ -10,8 +10,6 @@ namespace {
 
 // The oscillators of the master and of the analyser are off by less than this share of a time.
 constexpr std::int64_t oscillator_share = 1000;
-// Of a period, the most by which the clock of a request may change: edges may jitter.
-constexpr std::int64_t change_share = 4;
 // Of a period, the variation of the line delay (D2, characteristics, row 8).
 constexpr std::int64_t delay_share = 4;
 
@@ -108,7 +106,7 @@ void LimitWatch::compare_clock(const Cycle& cycle) {
     add({Limit::clock_min, period, period_of(timing_.clock_min), true, doubt});
   }
   if (timing_.clock_constant && cycle.clock_change) {
-    add({Limit::clock_change, cycle.clock_change->most, period / change_share, true,
+    add({Limit::clock_change, cycle.clock_change->most, period / ClockChange::share, true,
          cycle.clock_change->doubt});
   }
 }
