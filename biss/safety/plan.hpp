@@ -115,8 +115,8 @@ class FixedSafetyPlan {
                 "not 0 <= frame_gap_min < frame_gap_max <= max_frame_gap, or frame_gap_max is not "
                 "shorter than the counter's period");
   static_assert(is_not<SafetySetupError::clocks>,
-                "the clocks' tolerance is not from 0 to below frame_gap_max, or bit_period is "
-                "negative");
+                "the clocks' tolerance is not from 0 to below frame_gap_max, or bit_period is not "
+                "from 0 to 1 ms");
   static_assert(is_not<SafetySetupError::checksum>,
                 "the CPW's CRC is not 0x43, or the SPW's is not 0x190D9; UnratedSafetySetup "
                 "permits it");

@@ -90,6 +90,9 @@ struct SafetyBudget {
 
 inline constexpr std::uint8_t max_tolerated_faults = 4;
 
+/// Far above any clock of MA; times 2^32 bits it is a number of picoseconds.
+inline constexpr Picoseconds max_bit_period = milliseconds(1);
+
 /// The measures against a wrong time base.
 struct SafetyClocks {
   /// How far two clocks may be apart from one good frame to the next, and a transfer's measured
@@ -193,7 +196,7 @@ enum class SafetySetupError : std::uint8_t {
   counter,       ///< near_frames above 30, no learn_rollovers, or a `first` that cannot occur
   budget,        ///< more than max_tolerated_faults, or too short a window
   frame_gap,  ///< not 0 <= min < max <= max_frame_gap, or max not shorter than the counter's period
-  clocks,     ///< tolerance not from 0 to below frame_gap_max, or a negative bit_period
+  clocks,     ///< tolerance not from 0 to below frame_gap_max, or bit_period not from 0 to 1 ms
   checksum,   ///< the CPW's CRC is not 0x43, or the SPW's is not 0x190D9
   weak_comparison,  ///< fewer than 9 bits compared, or a tolerance above 1
   unrated,          ///< no rating, or one of other words or with a wrong check
@@ -278,7 +281,8 @@ constexpr std::optional<SafetySetupError> check_numbers(const SafetySetup& setup
     return SafetySetupError::frame_gap;
   }
   const SafetyClocks& clocks = setup.clocks;
-  if (clocks.tolerance.count < 0 || clocks.tolerance >= most || clocks.bit_period.count < 0) {
+  if (clocks.tolerance.count < 0 || clocks.tolerance >= most || clocks.bit_period.count < 0 ||
+      clocks.bit_period > max_bit_period) {
     return SafetySetupError::clocks;
   }
   return std::nullopt;

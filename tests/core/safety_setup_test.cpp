@@ -80,6 +80,7 @@ BISS_TEST(SafetySetup, OutOfRange_IsRefusedAndTheLastOneWithinIsNot) {
   expect_mistake(clocks, [](auto& s) { s.clocks.tolerance = s.frame_gap_max; });
   expect_mistake(clocks, [](auto& s) { s.clocks.tolerance = picoseconds(-1); });
   expect_mistake(clocks, [](auto& s) { s.clocks.bit_period = picoseconds(-1); });
+  expect_mistake(clocks, [](auto& s) { s.clocks.bit_period = max_bit_period + picoseconds(1); });
   BISS_EXPECT(accepts([](auto& s) { s.budget = {4, s.frame_gap_max}; }));
   expect_mistake(budget, [](auto& s) { s.budget = {5, s.frame_gap_max}; });
   expect_mistake(budget, [](auto& s) { s.budget = {1, s.frame_gap_max - picoseconds(1)}; });
