@@ -1,0 +1,227 @@
+#include "identify/format.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "biss/catalogue/catalogue.hpp"
+#include "biss/safety/configurations.hpp"
+
+namespace biss::identify {
+
+namespace {
+
+constexpr std::size_t most_candidates = 5;
+// The motion of an axis is not random, so that its frames agree with a wrong checksum more often
+// than chance says. So many bits of the evidence are therefore not counted.
+constexpr double reserve_bits = 10;
+// Where the meaning of the bits is doubtful, however sure the checksum is.
+constexpr double doubtful_confidence = 0.8;
+
+std::vector<Word> words_of(const std::vector<const Sample*>& samples,
+                           const ChannelLayout& channel) {
+  std::vector<Word> words;
+  for (const Sample* sample : samples) {
+    words.push_back(
+        {sample->bits.view().word(channel.begin, channel.data_bits), sample->cycle});
+  }
+  return words;
+}
+
+// Damaged frames whose checksums happen to be right.
+double strays(const Layout& layout, std::size_t frames) {
+  double pass = 1;
+  for (const ChannelLayout& channel : layout.channels) {
+    pass = std::min(pass, std::pow(2.0, -static_cast<double>(channel.crc.width_bits)));
+  }
+  return static_cast<double>(frames) * (1 - layout.right_share) * pass;
+}
+
+// ---- The catalogue
+
+std::uint64_t mask_of(const Field& field) { return low_mask(field.bits) << field.shift; }
+std::uint64_t mask_of(const FlagField& flag) {
+  return flag.present ? std::uint64_t{1} << flag.shift : 0;
+}
+
+// A flag that moved has the same place and level.
+bool same_level(const FlagField& known, const FlagField& seen, std::uint64_t moved) {
+  return (mask_of(seen) & moved) == 0 || known == seen;
+}
+
+// The bits that moved have a meaning in `known` that fits how they moved.
+bool explains(const ChannelFormat& known, const Fields& seen) {
+  if (known.data_bits != seen.channel.data_bits || known.crc != seen.channel.crc) return false;
+  const std::uint64_t position =
+      mask_of(known.position) | mask_of(known.multiturn) | mask_of(known.singleturn);
+  const std::uint64_t flags = mask_of(known.error) | mask_of(known.warning);
+  const std::uint64_t counter = mask_of(known.life_counter);
+  const std::uint64_t counted = mask_of(seen.channel.life_counter) & seen.moved;
+  if ((seen.moved & ~(position | flags | counter)) != 0) return false;
+  if ((seen.position_moved & flags) != 0 || (seen.flags_moved & ~flags) != 0) return false;
+  if (!same_level(known.error, seen.channel.error, seen.moved) ||
+      !same_level(known.warning, seen.channel.warning, seen.moved)) {
+    return false;
+  }
+  if ((counted & ~counter) != 0 || (seen.moved & counter & ~counted) != 0) return false;
+  const bool order_seen =
+      std::find(seen.doubts.begin(), seen.doubts.end(), Doubt::order) == seen.doubts.end();
+  if (seen.channel.singleturn_gray || order_seen) {
+    return known.singleturn_gray == seen.channel.singleturn_gray;
+  }
+  return true;
+}
+
+bool explains(const FrameFormat& known, const FormatCandidate& candidate) {
+  if (known.channel_count != candidate.format.channel_count) return false;
+  for (std::size_t k = 0; k < known.channel_count; ++k) {
+    if (!explains(known.channel_list[k], candidate.fields[k])) return false;
+  }
+  return true;
+}
+
+// Flags that most frames show as active.
+unsigned active_flags(const FrameFormat& format, const std::vector<std::vector<Word>>& words) {
+  unsigned active = 0;
+  for (std::size_t k = 0; k < format.channel_count; ++k) {
+    const ChannelFormat& channel = format.channel_list[k];
+    for (const FlagField* flag : {&channel.error, &channel.warning}) {
+      std::size_t low = 0;
+      for (const Word& word : words[k]) low += flag->low_active(word.data) ? 0U : 1U;
+      active += 2 * low > words[k].size() ? 1U : 0U;
+    }
+  }
+  return active;
+}
+
+struct KnownFormat {
+  FrameFormat format;
+  std::vector<std::string_view> names;
+  unsigned active = 0;
+};
+
+std::vector<KnownFormat> known_formats(const FormatCandidate& candidate,
+                                       const std::vector<std::vector<Word>>& words, bool cds) {
+  std::vector<KnownFormat> known;
+  const auto add = [&](const FrameFormat& format, std::string_view name) {
+    if ((format.cds0 && cds) || !explains(format, candidate)) return;
+    const auto same = std::find_if(known.begin(), known.end(),
+                                   [&](const KnownFormat& each) { return each.format == format; });
+    if (same != known.end()) {
+      same->names.push_back(name);
+    } else {
+      known.push_back({format, {name}, active_flags(format, words)});
+    }
+  };
+  for (const CatalogueEntry& entry : catalogue) add(entry.frame_format(), entry.name);
+  for (const SafetyConfiguration& each : safety_configurations) {
+    if (find_encoder(each.name) == nullptr) add(each.frame_format(), each.name);
+  }
+  std::stable_sort(known.begin(), known.end(), [](const KnownFormat& a, const KnownFormat& b) {
+    return a.active < b.active;
+  });
+  return known;
+}
+
+void drop(std::vector<Doubt>& doubts, std::initializer_list<Doubt> settled) {
+  std::erase_if(doubts, [&](Doubt doubt) {
+    return std::find(settled.begin(), settled.end(), doubt) != settled.end();
+  });
+}
+
+// A catalogue format gives the meaning of what the motion does not show.
+void compare_with_catalogue(FormatCandidate& candidate, const std::vector<std::vector<Word>>& words,
+                            bool cds) {
+  const std::vector<KnownFormat> known = known_formats(candidate, words, cds);
+  if (known.empty()) return;
+  candidate.format = known.front().format;
+  candidate.encoders = known.front().names;
+  for (std::size_t i = 1; i < known.size(); ++i) candidate.equal.push_back(known[i].format);
+  for (Fields& each : candidate.fields) {
+    drop(each.doubts, {Doubt::order, Doubt::flag_place});
+    if (known.front().active == 0) drop(each.doubts, {Doubt::flag_level});
+  }
+}
+
+FormatCandidate candidate_of(std::span<const Sample> samples, const Layout& layout) {
+  FormatCandidate candidate;
+  candidate.layout = layout;
+  std::vector<std::vector<Word>> words;
+  const std::vector<const Sample*> right = right_samples(layout, samples);
+  for (const ChannelLayout& channel : layout.channels) {
+    words.push_back(words_of(right, channel));
+    candidate.fields.push_back(
+        find_fields(words.back(), channel.data_bits, strays(layout, samples.size())));
+    candidate.fields.back().channel.crc = channel.crc;
+    candidate.format.channel_list[candidate.format.channel_count++] =
+        candidate.fields.back().channel;
+  }
+  const bool cds =
+      std::any_of(samples.begin(), samples.end(), [](const Sample& each) { return each.cds; });
+  compare_with_catalogue(candidate, words, cds);
+  return candidate;
+}
+
+// The share of a layout among all, by one kind of score.
+double share_of(const std::vector<Layout>& layouts, std::size_t which, double Layout::*score) {
+  double others = 0;
+  for (std::size_t i = 0; i < layouts.size(); ++i) {
+    if (i == which) continue;
+    others += std::pow(2.0, std::min(64.0, layouts[i].*score - layouts[which].*score));
+  }
+  const double wrong = others * std::pow(2.0, reserve_bits);
+  return wrong < 0.5 ? 1 - wrong : 0.5 / (1 + others);
+}
+
+bool is_usual(const Layout& layout) {
+  return std::all_of(layout.channels.begin(), layout.channels.end(), [](const ChannelLayout& each) {
+    const CrcSpec usual{default_polynomial(each.crc.width_bits), 0, each.crc.width_bits, true};
+    return each.crc.present() && each.crc == usual;
+  });
+}
+
+// Another checksum hardly looks like a usual one. One that is not usual has to be shown without the
+// help of what is likely.
+double confidence_of(const std::vector<Layout>& layouts, std::size_t which) {
+  if (is_usual(layouts[which])) return share_of(layouts, which, &Layout::score);
+  return std::min(share_of(layouts, which, &Layout::score),
+                  share_of(layouts, which, &Layout::evidence));
+}
+
+}  // namespace
+
+bool FormatCandidate::has(Doubt doubt) const {
+  return std::any_of(fields.begin(), fields.end(), [doubt](const Fields& each) {
+    return std::find(each.doubts.begin(), each.doubts.end(), doubt) != each.doubts.end();
+  });
+}
+
+const FormatCandidate* FormatFinding::sure() const {
+  if (still || candidates.empty() || candidates.front().confidence < sure_confidence) return nullptr;
+  return &candidates.front();
+}
+
+FormatFinding find_format(std::span<const Sample> samples) {
+  FormatFinding finding;
+  const std::vector<Layout> layouts = find_layouts(samples, 16 * most_candidates);
+  for (std::size_t i = 0; i < layouts.size() && i < most_candidates; ++i) {
+    if (layouts[i].channels.front().data_bits == 0) continue;
+    FormatCandidate candidate = candidate_of(samples, layouts[i]);
+    candidate.confidence = confidence_of(layouts, i);
+    const bool doubtful = std::any_of(candidate.fields.begin(), candidate.fields.end(),
+                                      [](const Fields& each) { return !each.doubts.empty(); });
+    const bool unchecked = std::any_of(
+        layouts[i].channels.begin(), layouts[i].channels.end(),
+        [](const ChannelLayout& each) { return !each.crc.present(); });
+    if (doubtful || unchecked) {
+      candidate.confidence = std::min(candidate.confidence, doubtful_confidence);
+    }
+    finding.candidates.push_back(std::move(candidate));
+  }
+  finding.still = !finding.candidates.empty() &&
+                  std::all_of(finding.candidates.front().fields.begin(),
+                              finding.candidates.front().fields.end(),
+                              [](const Fields& each) { return each.position_moved == 0; });
+  return finding;
+}
+
+}  // namespace biss::identify

@@ -1,0 +1,50 @@
+// The frame format that explains the frames of a capture.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "biss/frame/format.hpp"
+#include "identify/checksum.hpp"
+#include "identify/fields.hpp"
+#include "identify/sample.hpp"
+
+namespace biss::identify {
+
+/// A format that fits the frames.
+struct FormatCandidate {
+  FrameFormat format;
+  /// 0 to 1; see docs/identify.md. At 0.9 and above `decode` uses the format.
+  double confidence = 0;
+  /// Encoders of the catalogue with this format. Names live as long as the program.
+  std::vector<std::string_view> encoders;
+  /// Other formats of the catalogue that cannot be told from this one by these frames.
+  std::vector<FrameFormat> equal;
+  /// Of each channel.
+  std::vector<Fields> fields;
+  Layout layout;
+
+  bool has(Doubt doubt) const;
+};
+
+/// The format of the frames, as far as they show it.
+struct FormatFinding {
+  /// The most likely first; empty where there is no frame.
+  std::vector<FormatCandidate> candidates;
+  /// No bit of a position has moved: the format cannot be known.
+  bool still = false;
+
+  /// Used without asking: the first candidate, where it is sure.
+  const FormatCandidate* sure() const;
+};
+
+/// From this confidence on a format is used.
+inline constexpr double sure_confidence = 0.9;
+
+/// \param samples frames of one encoder in the order of their cycles
+FormatFinding find_format(std::span<const Sample> samples);
+
+}  // namespace biss::identify

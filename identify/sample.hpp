@@ -1,0 +1,42 @@
+// The frames of a capture from which the format is inferred.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "biss/base/bit_buffer.hpp"
+#include "biss/base/units.hpp"
+#include "decode/cycle.hpp"
+#include "identify/gf2.hpp"
+
+namespace biss::identify {
+
+/// A frame whose structure is good: what follows CDS, as received.
+struct Sample {
+  /// Number of its request cycle.
+  std::uint64_t cycle = 0;
+  Picoseconds time{};
+  bool cds = false;
+  BitBuffer<max_payload_bits + 1> bits;
+};
+
+/// A part of the bits after CDS: [begin, end).
+struct Span {
+  unsigned begin = 0;
+  unsigned end = 0;
+
+  bool operator==(const Span&) const = default;
+  unsigned bits() const { return end - begin; }
+};
+
+/// The bits of a part as a polynomial, the first one on the line with the highest power.
+/// \pre the sample has these bits; 128 at most
+inline Polynomial polynomial_of(const Sample& sample, Span span) {
+  const BitView bits = sample.bits.view();
+  const unsigned low = span.bits() > 64 ? span.bits() - 64 : 0;
+  const Polynomial high = low == 0 ? 0 : bits.word(span.begin, low);
+  const unsigned rest = span.bits() - low;
+  return (rest == 0 ? 0 : high << rest) | bits.word(span.begin + low, rest);
+}
+
+}  // namespace biss::identify
