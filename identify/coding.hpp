@@ -6,8 +6,6 @@
 #include <span>
 #include <vector>
 
-#include "biss/base/units.hpp"
-
 namespace biss::identify {
 
 /// The data of a channel in a frame with right checksums.

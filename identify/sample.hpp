@@ -2,11 +2,9 @@
 #pragma once
 
 #include <cstdint>
-#include <vector>
 
 #include "biss/base/bit_buffer.hpp"
-#include "biss/base/units.hpp"
-#include "decode/cycle.hpp"
+#include "biss/frame/format.hpp"
 #include "identify/gf2.hpp"
 
 namespace biss::identify {
@@ -15,7 +13,6 @@ namespace biss::identify {
 struct Sample {
   /// Number of its request cycle.
   std::uint64_t cycle = 0;
-  Picoseconds time{};
   bool cds = false;
   BitBuffer<max_payload_bits + 1> bits;
 };

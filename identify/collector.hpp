@@ -1,0 +1,56 @@
+// Frames of a capture of any length in bounded memory.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "decode/cycle.hpp"
+#include "identify/sample.hpp"
+
+namespace biss::identify {
+
+/// Keeps the first frames of a capture, and of the rest blocks of neighbouring frames, evenly from
+/// all of it.
+class SampleCollector {
+ public:
+  /// Takes each cycle, read without a format; keeps those in which START was found.
+  void add(std::uint64_t number, const decode::Cycle& cycle) {
+    if (cycle.status != decode::CycleStatus::unchecked &&
+        cycle.status != decode::CycleStatus::ack_range) {
+      return;
+    }
+    const BitView raw = cycle.raw.view();
+    if (raw.size_bits() < 3 || !is_wanted(number)) return;
+    Sample sample{.cycle = number, .cds = raw[1]};
+    sample.bits.append(raw.from(2));
+    samples_.push_back(sample);
+    if (samples_.size() == most_) thin_out();
+  }
+
+  std::span<const Sample> samples() const { return samples_; }
+
+ private:
+  // The meaning of the bits follows from how they move between neighbouring frames.
+  static constexpr std::uint64_t block = 64;
+  static constexpr std::uint64_t first_cycles_ = 1024;
+  static constexpr std::size_t most_ = 3072;
+
+  bool is_wanted(std::uint64_t number) const {
+    return number < first_cycles_ || number / block % stride_ == 0;
+  }
+
+  void thin_out() {
+    while (samples_.size() > most_ / 4 * 3) {
+      const std::size_t before = samples_.size();
+      stride_ *= 2;
+      std::erase_if(samples_, [this](const Sample& each) { return !is_wanted(each.cycle); });
+      if (samples_.size() == before && stride_ > (std::uint64_t{1} << 62U)) return;
+    }
+  }
+
+  std::vector<Sample> samples_;
+  std::uint64_t stride_ = 1;
+};
+
+}  // namespace biss::identify
