@@ -27,6 +27,8 @@ constexpr std::size_t fewest_clocks = 8;
 constexpr std::uint32_t longest_ssi_clocks = 36;
 // Bits that agree by chance once in four thousand captures.
 constexpr double sure_bits = 12;
+// The checksum of a type of the catalogue whose frame has just this length.
+constexpr double least_bits_of_a_type = 5;
 
 // The cycles of a pair of lines, read without a format.
 struct Cycles {
@@ -66,6 +68,10 @@ struct Structure {
   std::int64_t ack_clocks = 0;
   double period = 0;
   double line_delay = 0;
+  // SLO's release after the last edge of MA; 0 where it is not seen.
+  double release = 0;
+  // Share of the frames with CDS 1.
+  double cds_share = 0;
   // START to the last clock, of the usual length.
   std::vector<decode::RawBits> frames;
 };
@@ -93,6 +99,8 @@ Structure structure_of(const Cycles& cycles) {
   found.ack_clocks = most_frequent(acks);
   const std::size_t usual_length = most_frequent(lengths);
   std::map<std::uint32_t, std::size_t> clocks;
+  std::vector<double> releases;
+  double cds = 0;
   for (const Cycle& cycle : cycles.requests) {
     if (!decode::is_good(cycle.status) || !cycle.ack || !cycle.period || !cycle.line_delay) continue;
     const double delay = static_cast<double>(cycle.line_delay->count);
@@ -100,9 +108,13 @@ Structure structure_of(const Cycles& cycles) {
     if (std::abs(clocks_of_ack(cycle) - found.ack_clocks) > 1) continue;
     ++found.alike;
     ++clocks[cycle.rising_edges];
+    if (cycle.release) releases.push_back(static_cast<double>(cycle.release->count));
+    cds += cycle.cds().value_or(false) ? 1 : 0;
     if (cycle.raw.view().size_bits() == usual_length) found.frames.push_back(cycle.raw);
   }
   found.clocks = most_frequent(clocks);
+  found.release = median_of(releases);
+  found.cds_share = found.alike == 0 ? 0 : cds / static_cast<double>(found.alike);
   found.share = static_cast<double>(found.alike) / static_cast<double>(cycles.requests.size());
   return found;
 }
@@ -126,55 +138,95 @@ std::vector<Word> distinct_words(const Structure& structure, std::size_t& bits) 
 struct CatalogueFit {
   std::string_view name;
   double bits = 0;
+  // No clock follows STOP.
+  bool exact = false;
 };
 
-CatalogueFit best_of_catalogue(const Structure& structure, std::size_t distinct) {
+// The part of a frame from CDS to STOP, as a word.
+Word payload_of(BitView raw, std::size_t payload_bits) {
+  Word word{};
+  for (std::size_t i = 1; i < payload_bits && i < word_bits_max; ++i) append(word, raw[i]);
+  return word;
+}
+
+// STOP is 0, and so is everything after it.
+bool rests_low(BitView raw, std::size_t payload_bits) {
+  return raw.find(true, payload_bits - 1) == raw.size_bits();
+}
+
+CatalogueFit fit_of(const Structure& structure, const CatalogueEntry& entry) {
+  const FrameCodec<> codec(entry.frame_format());
+  const std::size_t payload_bits = codec.payload_bits() + 3U;
+  const std::size_t received = structure.frames.front().view().size_bits();
+  if (payload_bits > received || received > payload_bits + 16) return {};
+  unsigned width_bits = 0;
+  for (const ChannelFormat& channel : codec.format().channels()) {
+    width_bits += channel.crc.width_bits;
+  }
+  std::vector<Word> good;
+  for (const decode::RawBits& raw : structure.frames) {
+    const BitView view = raw.view();
+    const bool fits = rests_low(view, payload_bits) &&
+                      decode_payload(view, FrameStart{0, 1, 1}, codec).ok();
+    if (fits) good.push_back(payload_of(view, payload_bits));
+  }
+  if (10 * good.size() < 8 * structure.frames.size()) return {};
+  const double rank = std::min(3.0, static_cast<double>(rank_of_differences(good)));
+  return {entry.name, width_bits * (1 + rank), payload_bits == received};
+}
+
+CatalogueFit best_of_catalogue(const Structure& structure) {
   CatalogueFit best;
   std::set<std::string_view> tried;
-  std::size_t fitting = 0;
   for (const CatalogueEntry& entry : catalogue) {
     if (structure.frames.empty() || !tried.insert(entry.format).second) continue;
-    const FrameCodec<> codec(entry.frame_format());
-    const std::size_t payload_bits = codec.payload_bits() + 3U;
-    const std::size_t received = structure.frames.front().view().size_bits();
-    if (payload_bits > received || received > payload_bits + 16) continue;
-    ++fitting;
-    unsigned width_bits = 0;
-    for (const ChannelFormat& channel : codec.format().channels()) {
-      width_bits += channel.crc.width_bits;
-    }
-    std::size_t good = 0;
-    for (const decode::RawBits& raw : structure.frames) {
-      good += decode_payload(raw.view(), FrameStart{0, 1, 1}, codec).ok() ? 1U : 0U;
-    }
-    if (10 * good < 8 * structure.frames.size()) continue;
-    const double words = std::min(4.0, static_cast<double>(distinct));
-    const double bits = width_bits * words + (payload_bits == received ? 2 : 0);
-    if (bits > best.bits) best = {entry.name, bits};
+    const CatalogueFit fit = fit_of(structure, entry);
+    if (fit.bits > best.bits) best = fit;
   }
-  best.bits -= std::log2(static_cast<double>(std::max<std::size_t>(fitting, 1)));
   return best;
 }
 
 // SSI with several words in a burst repeats its word.
 bool repeats(const std::vector<Word>& words, std::size_t bits) {
-  if (words.size() < 3) return false;
-  for (std::size_t distance = 10; 2 * distance <= bits; ++distance) {
-    const auto bit = [](const Word& word, std::size_t at) {
-      return (word[at / 64] >> (at % 64) & 1U) != 0;
-    };
+  const auto bit = [](const Word& word, std::size_t at) {
+    return (word[at / 64] >> (at % 64) & 1U) != 0;
+  };
+  // Two words of nothing but zeros are no repetition.
+  const auto changes = [&](const Word& word, std::size_t count) {
+    std::size_t found = 0;
+    for (std::size_t i = 1; i < count; ++i) found += bit(word, i) != bit(word, i - 1) ? 1U : 0U;
+    return found;
+  };
+  constexpr std::size_t overlap_min = 14;
+  for (std::size_t distance = 12; distance + overlap_min < bits; ++distance) {
+    const std::size_t overlap = bits - distance - 1;
     const bool all = std::all_of(words.begin(), words.end(), [&](const Word& word) {
-      for (std::size_t i = 0; i + distance + 1 < bits; ++i) {
+      for (std::size_t i = 0; i < overlap; ++i) {
         if (bit(word, i) != bit(word, i + distance)) return false;
       }
-      return true;
+      return changes(word, overlap) >= 5;
     });
-    if (all) return true;
+    if (all && !words.empty()) return true;
   }
   return false;
 }
 
-BissTrial judge(const Cycles& cycles) {
+// What words of this many clocks, released after this time, may be as well.
+bool may_be_ssi(std::size_t pulses, double release) {
+  constexpr double microsecond = 1e6;
+  const bool monoflop = release == 0 || (release > 8 * microsecond && release < 40 * microsecond);
+  return pulses <= longest_ssi_clocks && monoflop;
+}
+
+// How sure the words are those of BiSS C where no checksum says so.
+double confidence_of_structure(const Structure& structure, std::size_t pulses, std::size_t rank) {
+  // Much has moved and no checksum with it.
+  if (rank >= 8) return 0.3;
+  if (may_be_ssi(pulses, structure.release) || pulses % 8 == 0) return 0.42;
+  return 0.93;
+}
+
+BissTrial judge(const Cycles& cycles, std::size_t pulses) {
   BissTrial trial;
   trial.guess.protocol = Protocol::biss_c;
   trial.guess.clock = cycles.lines.ma;
@@ -186,34 +238,29 @@ BissTrial judge(const Cycles& cycles) {
   const std::vector<Word> words = distinct_words(structure, bits);
   const ChecksumEvidence checksum = find_checksum(words, bits);
   std::string evidence = "no checksum seen";
-  double sure = checksum.bits;
+  bool sure = checksum.bits >= sure_bits;
   if (checksum.width_bits != 0) {
     evidence = fmt::format("a CRC of {} bits fits", checksum.width_bits);
   }
-  if (sure < sure_bits) {
-    const CatalogueFit fit = best_of_catalogue(structure, words.size());
-    if (fit.bits > sure) {
-      sure = fit.bits;
-      evidence = fmt::format("the checksums of {} fit", fit.name);
-    }
+  if (!sure) {
+    const CatalogueFit fit = best_of_catalogue(structure);
+    if (fit.bits != 0) evidence = fmt::format("the checksums of {} fit", fit.name);
+    sure = fit.bits >= sure_bits || (fit.exact && fit.bits >= least_bits_of_a_type);
   }
-  const std::size_t rank = rank_of_differences(words);
   const double few = structure.alike < 8 ? 0.7 : 1;
   const double clean = std::min(1.0, structure.share / 0.8);
   double confidence = 0;
-  if (sure >= sure_bits) {
+  if (sure) {
     trial.evidence = BissEvidence::checksum;
-    confidence = 0.9 + 0.08 * clean;
+    confidence = 0.91 + 0.07 * clean;
   } else {
     trial.evidence = BissEvidence::structure;
-    const bool longer_than_ssi = structure.clocks > longest_ssi_clocks;
-    const bool bytes = structure.clocks % 8 == 0;
-    confidence = longer_than_ssi && !bytes ? 0.93 * clean : 0.42 * clean;
-    if (sure >= 5 && structure.ack_clocks >= 2) confidence = std::max(confidence, 0.48);
-    // Much has moved and no checksum with it.
-    if (rank >= 8 && checksum.width_bits == 0) confidence = std::min(confidence, 0.3);
+    confidence = clean * confidence_of_structure(structure, pulses, rank_of_differences(words));
   }
+  // CDS is 1 only now and then; the inverse of another protocol has it always.
+  if (structure.cds_share > 0.95) confidence = std::min(confidence, 0.25);
   if (repeats(words, bits)) confidence = std::min(confidence, 0.2);
+  if (confidence < 0.5) trial.evidence = BissEvidence::structure;
   trial.guess.confidence = confidence * few;
   trial.guess.why = fmt::format(
       "{} of {} requests are answered alike: {} clocks, ACK of {} clocks after {:.0f} ns; {}",
@@ -245,7 +292,8 @@ BissTrial try_biss(const Scene& scene) {
       const Lines lines{scene.traces[c].line, scene.traces[d].line};
       const std::vector<wire::Edge> edges = edges_of(lines, scene.edges);
       const BissTrial trial =
-          judge(read_cycles(decode::find_polarity(lines, edges, reader), edges));
+          judge(read_cycles(decode::find_polarity(lines, edges, reader), edges),
+                usual_pulses(scene.clocks[c].bursts));
       if (trial.guess.confidence > best.guess.confidence) best = trial;
     }
   }

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <numbers>
 #include <optional>
 #include <set>
@@ -43,14 +42,14 @@ struct Transfer {
 struct Pair {
   const Trace* clock = nullptr;
   const ClockShape* shape = nullptr;
+  const Trace* line = nullptr;
+  // The line without pulses that are too short for bits.
   Trace data;
   // Changes of data per burst, and how far they keep to one phase of the clock: 0 to 1.
   double changes = 0;
   double coherence = 0;
   // The usual phase, in periods after the clock's return to idle: -0.5 to 0.5.
   double phase = 0;
-  // Share of the changes that were pulses too short for bits.
-  double glitches = 0;
   std::vector<Transfer> transfers;
 
   double period() const { return shape->period; }
@@ -137,10 +136,8 @@ Pair read_pair(const Scene& scene, std::size_t clock, std::size_t data) {
   Pair pair;
   pair.clock = &scene.traces[clock];
   pair.shape = &scene.clocks[clock];
-  const Trace& line = scene.traces[data];
-  pair.data = without_pulses(line, glitch_share * pair.period());
-  const auto all = static_cast<double>(line.changes.size());
-  pair.glitches = 1 - static_cast<double>(pair.data.changes.size()) / all;
+  pair.line = &scene.traces[data];
+  pair.data = without_pulses(*pair.line, glitch_share * pair.period());
   measure_phase(pair);
   const std::size_t count = std::min(pair.shape->bursts.size(), bursts_used);
   for (std::size_t i = 0; i < count; ++i) {
@@ -156,15 +153,6 @@ double share_of(const std::vector<Transfer>& transfers, Property property) {
   return static_cast<double>(count) / static_cast<double>(transfers.size());
 }
 
-std::size_t usual_pulses(const std::vector<Transfer>& transfers) {
-  std::map<std::size_t, std::size_t> counts;
-  for (const Transfer& transfer : transfers) ++counts[transfer.pulses];
-  const auto most = std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) {
-    return a.second < b.second;
-  });
-  return most == counts.end() ? 0 : most->first;
-}
-
 ProtocolGuess guess_of(Protocol protocol, const Pair& pair, double confidence, std::string why) {
   return {protocol, confidence, std::move(why), pair.clock->line, pair.data.line, true};
 }
@@ -172,7 +160,7 @@ ProtocolGuess guess_of(Protocol protocol, const Pair& pair, double confidence, s
 // SSI: data rests at 1, then a bit with each return of the clock to idle, then 0 for a fixed time.
 ProtocolGuess try_ssi(const Pair& pair, const BissTrial& biss) {
   const auto& transfers = pair.transfers;
-  const std::size_t pulses = usual_pulses(transfers);
+  const std::size_t pulses = usual_pulses(pair.shape->bursts);
   // Multiple transmission: the next burst comes before the encoder is idle again.
   const bool rest = pair.shape->idle_high;
   const double rests = share_of(transfers, [&](const Transfer& t) { return t.before == rest; });
@@ -337,42 +325,47 @@ double endat_mode_share(const Pair& pair, bool inverted) {
 // Frames that differ and have the CRC at one place: F1, F2, position, CRC from the first 1 after the
 // master's bits on.
 EndatFit fit_endat(const Pair& pair, bool inverted, double phase) {
-  std::set<std::vector<bool>> distinct;
+  std::vector<std::vector<bool>> words;
   for (std::vector<bool>& bits : encoder_bits(pair, phase)) {
     std::size_t start = 9;
     while (start < bits.size() && bits[start] == inverted) ++start;
     if (start + 1 >= bits.size()) continue;
     bits.erase(bits.begin(), bits.begin() + static_cast<std::ptrdiff_t>(start + 1));
-    distinct.insert(std::move(bits));
+    words.push_back(std::move(bits));
   }
   EndatFit best;
-  if (distinct.empty()) return best;
-  for (std::size_t count = 9; count <= 52; ++count) {
-    const auto good = static_cast<std::size_t>(
-        std::count_if(distinct.begin(), distinct.end(), [&](const std::vector<bool>& bits) {
-          return endat_crc_fits(bits, 0, count, inverted);
-        }));
-    if (10 * good < 7 * distinct.size()) continue;
-    double bits = 5 * static_cast<double>(good) - std::log2(44.0);
+  if (words.size() < 2) return best;
+  std::size_t length_bits = 0;
+  for (const auto& word : words) length_bits = std::max(length_bits, word.size());
+  for (std::size_t count = 9; count <= 52 && count + 5 <= length_bits; ++count) {
+    // Only words that differ up to the CRC count.
+    std::set<std::vector<bool>> good;
+    std::size_t fitting = 0;
+    for (const auto& word : words) {
+      if (!endat_crc_fits(word, 0, count, inverted)) continue;
+      ++fitting;
+      good.insert({word.begin(), word.begin() + static_cast<std::ptrdiff_t>(count + 5)});
+    }
+    if (10 * fitting < 7 * words.size()) continue;
     // The clocks end with the CRC, or with that of additional information.
-    const std::size_t rest = distinct.begin()->size() - std::min(distinct.begin()->size(), count + 5);
-    const bool all_used = rest % 30 <= 2 && rest <= 62;
-    bits += all_used ? 4 : 0;
+    const std::size_t rest = length_bits - count - 5;
+    const bool all_used = rest % 30 <= 1 && rest <= 61;
+    double bits = 5 * static_cast<double>(good.size()) - (all_used ? 2.5 : 5.5);
     for (std::size_t more = 0; all_used && more < rest / 30; ++more) {
       const std::size_t from = count + 5 + 30 * more + 1;
-      const bool fits = std::all_of(distinct.begin(), distinct.end(), [&](const auto& each) {
+      const auto fits = std::count_if(words.begin(), words.end(), [&](const auto& each) {
         return endat_crc_fits(each, from, 24, inverted);
       });
-      if (fits) bits += 5;
+      bits += 10 * static_cast<std::size_t>(fits) >= 7 * words.size() ? 5 : -5;
     }
-    if (bits > best.bits) best = {bits, count, good};
+    if (bits > best.bits) best = {bits, count, fitting};
   }
   return best;
 }
 
 ProtocolGuess try_endat(const Pair& pair) {
   ProtocolGuess guess = guess_of(Protocol::endat22, pair, 0, "");
-  if (usual_pulses(pair.transfers) < 24 || pair.transfers.size() < 2) return guess;
+  if (usual_pulses(pair.shape->bursts) < 24 || pair.transfers.size() < 2) return guess;
   for (const bool inverted : {false, true}) {
     const double modes = endat_mode_share(pair, inverted);
     if (modes < 0.8) continue;
@@ -381,7 +374,7 @@ ProtocolGuess try_endat(const Pair& pair) {
       const EndatFit fit = fit_endat(pair, inverted, phase);
       if (fit.bits > best.bits) best = fit;
     }
-    const double confidence = best.bits >= 14 ? 0.97 : best.bits >= 7 ? 0.8 : best.bits >= 3 ? 0.4 : 0.1;
+    const double confidence = best.bits >= 14 ? 0.97 : best.bits >= 7 ? 0.85 : best.bits > 2 ? 0.6 : 0.1;
     if (confidence <= guess.confidence) continue;
     guess.confidence = confidence * modes;
     guess.why = fmt::format(
@@ -419,7 +412,7 @@ ProtocolGuess try_spi(const Scene& scene, const Pair& pair, const BissTrial& bis
   if (biss.evidence == BissEvidence::checksum) confidence *= 0.4;
   guess.confidence = confidence * bytes;
   guess.why = fmt::format("bursts of {} clocks, idle {}, data in step with them{}{}",
-                          usual_pulses(transfers), idle_low ? "low" : "high",
+                          usual_pulses(pair.shape->bursts), idle_low ? "low" : "high",
                           second ? ", on a second line too" : "",
                           selected ? ", framed by a select line" : "");
   return guess;
@@ -432,20 +425,15 @@ ProtocolGuess try_alone(const Scene& scene, std::size_t clock, std::span<const P
   if (shape.regular < 0.75) return guess;
   double answers = 0;
   for (const Pair& pair : pairs) {
-    if (is_select(scene.traces[static_cast<std::size_t>(
-                      std::find_if(scene.traces.begin(), scene.traces.end(),
-                                   [&](const Trace& t) { return t.line == pair.data.line; }) -
-                      scene.traces.begin())],
-                  shape, *pair.clock)) {
-      continue;
-    }
-    const double share = pair.transfers.empty()
-                             ? static_cast<double>(pair.data.changes.size()) > 8 ? 1.0 : 0.0
-                             : share_of(pair.transfers, [](const Transfer& t) {
-                                 return t.first_change.has_value() || t.gap_changes != 0;
-                               });
+    const Trace& data = *pair.line;
+    if (is_select(data, shape, *pair.clock)) continue;
+    // Pulses that are too short for this clock may be those of another one.
+    const bool busy = 5 * data.changes.size() > pair.clock->changes.size();
+    const double share = busy ? 1.0 : share_of(pair.transfers, [](const Transfer& t) {
+      return t.first_change.has_value() || t.gap_changes != 0;
+    });
     answers = std::max(answers, share);
-    guess.data = pair.data.line;
+    guess.data = data.line;
   }
   guess.confidence = answers < 0.02 ? 0.93 : answers < 0.1 ? 0.6 : 0;
   guess.why = shape.pauses ? fmt::format("{} bursts of a clock of {:.0f} kHz, nothing answers",

@@ -90,6 +90,8 @@ struct Words {
   unsigned length_bits = 0;
   std::size_t count = 0;
   std::size_t wrong = 0;
+  // With a 0 among the data; a pulse on a line at rest has none.
+  std::size_t filled = 0;
   // Data bytes, for words of ten bits, with a gap before the first one of each group.
   std::vector<std::vector<unsigned>> groups;
 
@@ -135,6 +137,7 @@ Words read_words(const Trace& line, double bit, unsigned length_bits, Picosecond
       if (line.level_at(moment(k + 0.5)) == idle) value |= 1U << (k - 1U);
     }
     ++words.count;
+    if (value + 1U != 1U << (length_bits - 2U)) ++words.filled;
     if (line.level_at(stop) != idle) ++words.wrong;
     if (words.groups.empty() || length(last_stop, start) > 3 * bit) words.groups.emplace_back();
     words.groups.back().push_back(value);
@@ -148,10 +151,21 @@ Words read_words(const Trace& line, double bit, unsigned length_bits, Picosecond
   return words;
 }
 
+bool is_encoder_rate(double bit) {
+  constexpr std::array<double, 5> bits{400, 250, 200, 125, 62.5};
+  return std::any_of(bits.begin(), bits.end(), [&](double nanoseconds) {
+    return std::abs(bit - nanoseconds * nanosecond) < 0.03 * nanoseconds * nanosecond;
+  });
+}
+
 // The shortest words that fit best.
 Words best_words(const Trace& line, double bit, Picoseconds end) {
   Words best;
-  for (const unsigned length_bits : {10U, 11U, 9U, 12U, 18U, 8U, 7U}) {
+  if (is_encoder_rate(bit)) {
+    Words words = read_words(line, bit, 18, end);
+    if (words.count >= 20 && words.wrong == 0) return words;
+  }
+  for (const unsigned length_bits : {10U, 11U, 9U, 12U, 8U, 7U}) {
     Words words = read_words(line, bit, length_bits, end);
     if (best.count == 0 || words.error_share() < best.error_share() - 0.004) best = std::move(words);
   }
@@ -179,13 +193,6 @@ double summed_share(const Words& words) {
   return answers < 3 ? 0 : static_cast<double>(good) / static_cast<double>(answers);
 }
 
-bool is_encoder_rate(double bit) {
-  constexpr std::array<double, 5> bits{400, 250, 200, 125, 62.5};
-  return std::any_of(bits.begin(), bits.end(), [&](double nanoseconds) {
-    return std::abs(bit - nanoseconds * nanosecond) < 0.03 * nanoseconds * nanosecond;
-  });
-}
-
 ProtocolGuess dsl_of(const Trace& line, const Grid& grid) {
   ProtocolGuess guess{Protocol::hiperface_dsl, 0, "", line.line, line.line, false};
   constexpr double dsl_bit = 1e6 / 9.375;  // ps
@@ -203,6 +210,7 @@ ProtocolGuess words_of(const Trace& line, const Grid& grid, const Scene& scene) 
   if (grid.bit <= 0 || grid.off > coarse || grid.whole < 0.97) return guess;
   const Words words = best_words(line, grid.bit, scene.end);
   if (words.count < 6 || words.error_share() > 0.02) return guess;
+  if (2 * words.filled < words.count) return guess;
   const double summed = words.length_bits == 10 ? summed_share(words) : 0;
   const bool encoder_rate = is_encoder_rate(grid.bit);
   const bool encoder = encoder_rate && (summed > 0.8 || words.length_bits == 18);

@@ -1,6 +1,7 @@
 #include "identify/protocol_trace.hpp"
 
 #include <cmath>
+#include <map>
 #include <numeric>
 
 namespace biss::identify {
@@ -132,6 +133,15 @@ ClockShape clock_shape(const Trace& trace, Picoseconds sample_period) {
   split(trace, shape);
   shape.regular = regular_share(trace, shape, static_cast<double>(sample_period.count));
   return shape;
+}
+
+std::size_t usual_pulses(std::span<const Burst> bursts) {
+  std::map<std::size_t, std::size_t> counts;
+  for (const Burst& burst : bursts) ++counts[burst.pulses()];
+  const auto most =
+      std::max_element(counts.begin(), counts.end(),
+                       [](const auto& a, const auto& b) { return a.second < b.second; });
+  return most == counts.end() ? 0 : most->first;
 }
 
 double median_of(std::vector<double> values) {

@@ -65,6 +65,9 @@ struct ClockShape {
 
 ClockShape clock_shape(const Trace& trace, Picoseconds sample_period);
 
+/// The most frequent length of the bursts; 0 without a burst.
+std::size_t usual_pulses(std::span<const Burst> bursts);
+
 /// The middle one; 0 where there is none.
 double median_of(std::vector<double> values);
 
