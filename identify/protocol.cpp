@@ -57,8 +57,11 @@ std::vector<ProtocolGuess> recognise_protocol(std::span<const wire::Edge> beginn
   };
   take(try_two_wire(scene));
   take(try_serial(scene));
-  // EnDat seen inverted answers much as BiSS C does, and has a CRC.
-  if (confidence_in(guesses, Protocol::endat22) > 0.9) biss.guess.confidence *= 0.3;
+  // These have structures of their own, which no frame of BiSS C shows by chance. Inverted EnDat
+  // answers much as BiSS C does, and has a CRC.
+  for (const Protocol other : {Protocol::endat22, Protocol::i2c}) {
+    if (confidence_in(guesses, other) > 0.9) biss.guess.confidence *= 0.3;
+  }
   guesses.push_back(std::move(biss.guess));
   guesses.push_back({Protocol::unknown, clear, "no protocol is clear", scene.traces.front().line,
                      scene.traces.front().line, false});

@@ -157,6 +157,25 @@ ProtocolGuess guess_of(Protocol protocol, const Pair& pair, double confidence, s
   return {protocol, confidence, std::move(why), pair.clock->line, pair.data.line, true};
 }
 
+// The clocks of one word, where every burst gives one word several times; 0 where none does.
+std::size_t repeated_word(const std::vector<Transfer>& transfers, std::size_t pulses) {
+  for (const std::size_t words : {2U, 3U, 4U, 5U, 6U, 7U, 8U}) {
+    const std::size_t length_bits = pulses / words;
+    if (pulses % words != 0 || length_bits < 10) continue;
+    const double same = share_of(transfers, [&](const Transfer& t) {
+      if (t.pulses != pulses || t.bits.size() != pulses) return false;
+      std::size_t changes = 0;
+      for (std::size_t k = 0; k + length_bits < pulses; ++k) {
+        if (t.bits[k] != t.bits[k + length_bits]) return false;
+        changes += t.bits[k] != t.bits[k + 1] ? 1U : 0U;
+      }
+      return changes >= 3;
+    });
+    if (same > 0.8) return length_bits;
+  }
+  return 0;
+}
+
 // SSI: data rests at 1, then a bit with each return of the clock to idle, then 0 for a fixed time.
 ProtocolGuess try_ssi(const Pair& pair, const BissTrial& biss) {
   const auto& transfers = pair.transfers;
@@ -207,13 +226,13 @@ ProtocolGuess try_ssi(const Pair& pair, const BissTrial& biss) {
   const double structure = std::min({low_after, one_release, unprepared, late, steady});
   if (!monoflop || structure < 0.8) return guess;
   guess.confidence = 0.9 * structure;
-  if (ring) guess.confidence = std::min(guess.confidence, 0.75);
-  const bool bytes = pulses % 8 == 0;
+  const std::size_t word = repeated_word(transfers, pulses);
+  if (ring && word == 0) guess.confidence = std::min(guess.confidence, 0.75);
+  const bool bytes = pulses % 8 == 0 && word == 0;
   if (bytes) guess.confidence = std::min(guess.confidence, 0.55);
   if (biss.evidence == BissEvidence::checksum) guess.confidence *= 0.3;
   // Without a 0 in the first bit the encoder could be one of BiSS C.
-  if (first_bit < 0.05 && biss.guess.confidence > 0.2 && pulses > 34) guess.confidence *= 0.5;
-  if (first_bit < 0.05 && biss.guess.confidence > 0.2) {
+  if (word == 0 && first_bit < 0.05 && biss.guess.confidence > 0.2) {
     guess.confidence = std::min(guess.confidence, 0.6);
   }
   guess.why = fmt::format(
@@ -310,7 +329,7 @@ std::vector<std::vector<bool>> encoder_bits(const Pair& pair, double phase) {
 
 double endat_mode_share(const Pair& pair, bool inverted) {
   double best = 0;
-  for (const double phase : {-0.05, 0.45}) {
+  for (const double phase : {-0.05, 0.2, 0.45}) {
     const auto all = master_bits(pair, phase);
     for (const std::size_t from : {1U, 2U, 3U}) {
       const auto legal = std::count_if(all.begin(), all.end(), [&](const std::vector<bool>& bits) {
@@ -363,9 +382,34 @@ EndatFit fit_endat(const Pair& pair, bool inverted, double phase) {
   return best;
 }
 
+// Data rests at the level at which the clock does not, and returns there from the other one a fixed
+// time after the last clock: the recovery time of 1.25 us to 3.75 us, or of 10 us to 30 us.
+bool has_recovery(const Pair& pair) {
+  const bool rest = !pair.shape->idle_high;
+  std::vector<double> times;
+  std::size_t resting = 0;
+  for (std::size_t i = 1; i < pair.transfers.size(); ++i) {
+    if (pair.transfers[i].before != rest) continue;
+    ++resting;
+    const Picoseconds next = later(pair.transfers[i].begin, -0.1 * pair.period());
+    const std::size_t at = pair.data.after(next);
+    const Picoseconds end = pair.transfers[i - 1].end;
+    if (at != 0 && pair.data.changes[at - 1] > end) {
+      times.push_back(length(end, pair.data.changes[at - 1]));
+    }
+  }
+  constexpr double microsecond = 1e6;
+  const double usual = median_of(times);
+  const bool legal = usual > 1.0 * microsecond && usual < 35 * microsecond;
+  const double steady = share_near_median(times, 0.15 * usual + 2 * pair.period() / 8);
+  return 10 * resting >= 9 * (pair.transfers.size() - 1) && 10 * times.size() >= 9 * resting &&
+         legal && steady > 0.85;
+}
+
 ProtocolGuess try_endat(const Pair& pair) {
   ProtocolGuess guess = guess_of(Protocol::endat22, pair, 0, "");
   if (usual_pulses(pair.shape->bursts) < 24 || pair.transfers.size() < 2) return guess;
+  const double recovery_bits = has_recovery(pair) ? 5 : 0;
   for (const bool inverted : {false, true}) {
     const double modes = endat_mode_share(pair, inverted);
     if (modes < 0.8) continue;
@@ -374,6 +418,7 @@ ProtocolGuess try_endat(const Pair& pair) {
       const EndatFit fit = fit_endat(pair, inverted, phase);
       if (fit.bits > best.bits) best = fit;
     }
+    if (best.bits > 0 || recovery_bits != 0) best.bits += recovery_bits;
     const double confidence = best.bits >= 14 ? 0.97 : best.bits >= 7 ? 0.85 : best.bits > 2 ? 0.6 : 0.1;
     if (confidence <= guess.confidence) continue;
     guess.confidence = confidence * modes;

@@ -209,7 +209,7 @@ ProtocolGuess words_of(const Trace& line, const Grid& grid, const Scene& scene) 
   const double coarse = 0.1 + 0.5 * scene.sample() / std::max(grid.bit, 1.0);
   if (grid.bit <= 0 || grid.off > coarse || grid.whole < 0.97) return guess;
   const Words words = best_words(line, grid.bit, scene.end);
-  if (words.count < 6 || words.error_share() > 0.02) return guess;
+  if (words.count < 6 || words.error_share() > 0.007) return guess;
   if (2 * words.filled < words.count) return guess;
   const double summed = words.length_bits == 10 ? summed_share(words) : 0;
   const bool encoder_rate = is_encoder_rate(grid.bit);
@@ -247,11 +247,22 @@ ProtocolGuess noise_of(const Scene& scene, const Trace& line, const Grid& grid) 
 
 }  // namespace
 
+namespace {
+
+// A clock changes more often than its data; a line that enables a driver does not.
+bool has_clock(const Scene& scene, const Trace& data) {
+  for (std::size_t i = 0; i < scene.traces.size(); ++i) {
+    if (scene.clocks[i].regular < clock_share) continue;
+    if (scene.traces[i].changes.size() > data.changes.size()) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
 Guesses try_serial(const Scene& scene) {
   Guesses guesses;
-  const bool clocked = std::any_of(scene.clocks.begin(), scene.clocks.end(), [](const auto& clock) {
-    return clock.regular >= clock_share;
-  });
+  bool any_clock = false;
   std::size_t noisy = 0;
   ProtocolGuess noise{Protocol::noise, 0, "", 0, 0, false};
   std::size_t busy = 0;
@@ -259,6 +270,8 @@ Guesses try_serial(const Scene& scene) {
     const auto index = static_cast<std::size_t>(&line - scene.traces.data());
     if (line.changes.size() < 12) continue;
     ++busy;
+    const bool clocked = has_clock(scene, line);
+    any_clock = any_clock || clocked;
     if (scene.clocks[index].regular >= clock_share) continue;
     const Grid grid = grid_of(line);
     guesses.push_back(dsl_of(line, grid));
@@ -272,7 +285,7 @@ Guesses try_serial(const Scene& scene) {
       if (scattered.confidence > noise.confidence) noise = std::move(scattered);
     }
   }
-  if (!clocked && noisy == busy && busy != 0) guesses.push_back(std::move(noise));
+  if (!any_clock && noisy == busy && busy != 0) guesses.push_back(std::move(noise));
   return guesses;
 }
 
