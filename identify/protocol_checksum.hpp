@@ -1,0 +1,40 @@
+// Whether the words of a line carry a CRC, whatever its polynomial: the generator divides the
+// difference of any two words.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace biss::identify {
+
+/// A word of at most 256 bits as a polynomial over GF(2); the bit sent last is the coefficient of 1.
+using Word = std::array<std::uint64_t, 4>;
+
+inline constexpr std::size_t word_bits_max = 256;
+
+/// `word` without its last `count` bits moved out, then with `bit` appended.
+void append(Word& word, bool bit);
+
+/// A checksum that the words agree on.
+struct ChecksumEvidence {
+  /// Degree of the common divisor; 0 where there is none.
+  unsigned width_bits = 0;
+  /// Of the divisor, without its leading 1.
+  std::uint32_t polynomial = 0;
+  /// How many independent bits agree with it beyond those it was found from.
+  double bits = 0;
+};
+
+/// Searches for the generator of a CRC that ends the words, over the whole word and over each of
+/// its ends (a frame of several channels). Up to three in ten words may be damaged. Repetition and
+/// parity, whose divisors are powers of x + 1, are not taken for a CRC.
+/// \param words of `bits` bits each, distinct; the first 200 are used
+ChecksumEvidence find_checksum(std::span<const Word> words, std::size_t bits);
+
+/// The number of bits of the words that change independently of each other.
+std::size_t rank_of_differences(std::span<const Word> words);
+
+}  // namespace biss::identify
