@@ -51,7 +51,7 @@ double sum(const std::vector<double>& values) {
   return total;
 }
 
-std::vector<double> step_lengths(std::span<const Word> words, Bits bits, unsigned gray_bits) {
+std::vector<double> step_lengths(std::span<const DataWord> words, Bits bits, unsigned gray_bits) {
   std::vector<double> steps;
   std::vector<double> changes;
   const std::uint64_t mask = low_mask(bits.count);
@@ -69,7 +69,7 @@ std::vector<double> step_lengths(std::span<const Word> words, Bits bits, unsigne
   return sum(changes) < sum(steps) ? changes : steps;
 }
 
-Coding find_coding(std::span<const Word> words, Bits bits) {
+Coding find_coding(std::span<const DataWord> words, Bits bits) {
   const std::vector<double> binary = step_lengths(words, bits, 0);
   if (binary.size() < 8 || bits.count < 2) return {};
   Coding coding;

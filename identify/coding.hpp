@@ -9,7 +9,7 @@
 namespace biss::identify {
 
 /// The data of a channel in a frame with right checksums.
-struct Word {
+struct DataWord {
   std::uint64_t data = 0;
   std::uint64_t cycle = 0;
 };
@@ -30,7 +30,7 @@ inline constexpr unsigned least_gray_bits = 6;
 /// How many bits it takes to write down each step of the value in `bits`, the lowest `gray_bits` of
 /// it read as Gray code. A smooth motion has short steps, or steps that are nearly alike. Steps
 /// over missing cycles are left out.
-std::vector<double> step_lengths(std::span<const Word> words, Bits bits, unsigned gray_bits);
+std::vector<double> step_lengths(std::span<const DataWord> words, Bits bits, unsigned gray_bits);
 
 double sum(const std::vector<double>& values);
 
@@ -43,6 +43,6 @@ struct Coding {
 };
 
 /// \param bits from the lowest to the highest bit that moves
-Coding find_coding(std::span<const Word> words, Bits bits);
+Coding find_coding(std::span<const DataWord> words, Bits bits);
 
 }  // namespace biss::identify

@@ -29,7 +29,7 @@ struct Division {
 
 class FieldSearch {
  public:
-  FieldSearch(std::span<const Word> words, unsigned data_bits, double strays)
+  FieldSearch(std::span<const DataWord> words, unsigned data_bits, double strays)
       : words_(words), data_bits_(data_bits) {
     fields_.channel.data_bits = static_cast<std::uint8_t>(data_bits);
     collect_history();
@@ -471,7 +471,7 @@ class FieldSearch {
   static constexpr double least_gain = 24;
   static constexpr double whole_counter_gain = 8;
 
-  std::span<const Word> words_;
+  std::span<const DataWord> words_;
   unsigned data_bits_;
   std::vector<BitHistory> history_;
   Fields fields_;
@@ -488,7 +488,7 @@ class FieldSearch {
 
 }  // namespace
 
-Fields find_fields(std::span<const Word> words, unsigned data_bits, double strays) {
+Fields find_fields(std::span<const DataWord> words, unsigned data_bits, double strays) {
   return FieldSearch(words, data_bits, strays).find();
 }
 

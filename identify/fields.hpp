@@ -2,6 +2,7 @@
 // the bits move from frame to frame; what has not moved is not known.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -21,6 +22,8 @@ enum class Doubt : std::uint8_t {
   further_bits,  ///< bits move that are neither position, flag nor sign of life
 };
 
+inline constexpr std::size_t doubt_count = 6;
+
 /// The meaning of a channel's bits, without the checksum.
 struct Fields {
   ChannelFormat channel;
@@ -35,6 +38,6 @@ struct Fields {
 /// \param words in the order of their cycles
 /// \param data_bits of the channel, 1 to 64
 /// \param strays at most so many words may be damaged in spite of a right checksum
-Fields find_fields(std::span<const Word> words, unsigned data_bits, double strays);
+Fields find_fields(std::span<const DataWord> words, unsigned data_bits, double strays);
 
 }  // namespace biss::identify

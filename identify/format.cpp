@@ -17,9 +17,9 @@ constexpr double reserve_bits = 10;
 // Where the meaning of the bits is doubtful, however sure the checksum is.
 constexpr double doubtful_confidence = 0.8;
 
-std::vector<Word> words_of(const std::vector<const Sample*>& samples,
+std::vector<DataWord> words_of(const std::vector<const Sample*>& samples,
                            const ChannelLayout& channel) {
-  std::vector<Word> words;
+  std::vector<DataWord> words;
   for (const Sample* sample : samples) {
     words.push_back(
         {sample->bits.view().word(channel.begin, channel.data_bits), sample->cycle});
@@ -80,13 +80,13 @@ bool explains(const FrameFormat& known, const FormatCandidate& candidate) {
 }
 
 // Flags that most frames show as active.
-unsigned active_flags(const FrameFormat& format, const std::vector<std::vector<Word>>& words) {
+unsigned active_flags(const FrameFormat& format, const std::vector<std::vector<DataWord>>& words) {
   unsigned active = 0;
   for (std::size_t k = 0; k < format.channel_count; ++k) {
     const ChannelFormat& channel = format.channel_list[k];
     for (const FlagField* flag : {&channel.error, &channel.warning}) {
       std::size_t low = 0;
-      for (const Word& word : words[k]) low += flag->low_active(word.data) ? 0U : 1U;
+      for (const DataWord& word : words[k]) low += flag->low_active(word.data) ? 0U : 1U;
       active += 2 * low > words[k].size() ? 1U : 0U;
     }
   }
@@ -100,7 +100,7 @@ struct KnownFormat {
 };
 
 std::vector<KnownFormat> known_formats(const FormatCandidate& candidate,
-                                       const std::vector<std::vector<Word>>& words, bool cds) {
+                                       const std::vector<std::vector<DataWord>>& words, bool cds) {
   std::vector<KnownFormat> known;
   const auto add = [&](const FrameFormat& format, std::string_view name) {
     if ((format.cds0 && cds) || !explains(format, candidate)) return;
@@ -129,7 +129,7 @@ void drop(std::vector<Doubt>& doubts, std::initializer_list<Doubt> settled) {
 }
 
 // A catalogue format gives the meaning of what the motion does not show.
-void compare_with_catalogue(FormatCandidate& candidate, const std::vector<std::vector<Word>>& words,
+void compare_with_catalogue(FormatCandidate& candidate, const std::vector<std::vector<DataWord>>& words,
                             bool cds) {
   const std::vector<KnownFormat> known = known_formats(candidate, words, cds);
   if (known.empty()) return;
@@ -145,7 +145,7 @@ void compare_with_catalogue(FormatCandidate& candidate, const std::vector<std::v
 FormatCandidate candidate_of(std::span<const Sample> samples, const Layout& layout) {
   FormatCandidate candidate;
   candidate.layout = layout;
-  std::vector<std::vector<Word>> words;
+  std::vector<std::vector<DataWord>> words;
   const std::vector<const Sample*> right = right_samples(layout, samples);
   for (const ChannelLayout& channel : layout.channels) {
     words.push_back(words_of(right, channel));

@@ -139,6 +139,13 @@ ExitStatus CaptureInput::reopen(const InputArguments& arguments) {
   return open(std::move(files), arguments);
 }
 
+bool CaptureInput::can_reopen() const {
+  return std::all_of(paths_.begin(), paths_.end(), [](const std::string& path) {
+    struct stat about {};
+    return ::stat(path.c_str(), &about) == 0 && S_ISREG(about.st_mode);
+  });
+}
+
 // What a name given by the user is among the lines of this capture; empty where the name is one of
 // another capture.
 std::string CaptureInput::request_for(const std::string& text,
@@ -150,11 +157,15 @@ std::string CaptureInput::request_for(const std::string& text,
 }
 
 tl::expected<std::vector<decode::FoundLines>, ExitStatus> CaptureInput::find_lines(
-    const InputArguments& arguments, const decode::CycleReader& reader) {
+    const InputArguments& arguments, const decode::CycleReader& reader, bool quiet) {
   const std::string ma = request_for(arguments.ma, arguments);
   const std::string slo = request_for(arguments.slo, arguments);
   auto found = decode::find_lines(lines(), beginning(), {ma, slo, arguments.each}, reader);
   if (found) return std::move(*found);
+  using enum LineProblem;
+  const LineProblem problem = found.error().problem;
+  const bool named = problem == no_such_ma || problem == no_such_slo || problem == same_line;
+  if (quiet && !named && error_.empty()) return tl::unexpected(ExitStatus::data_failed);
   return tl::unexpected(report(found.error(), arguments));
 }
 

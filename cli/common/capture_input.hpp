@@ -62,6 +62,9 @@ class CaptureInput {
   /// Begins at the beginning once more. Prints why it cannot.
   ExitStatus reopen(const InputArguments& arguments);
 
+  /// reopen() is possible: every file is a regular one.
+  bool can_reopen() const;
+
   /// Names of the lines; with several files FILE:NAME.
   const std::vector<std::string>& lines() const { return source_->lines(); }
   /// What the user calls it; with several files FILE + FILE.
@@ -70,8 +73,9 @@ class CaptureInput {
   /// MA and SLO: one pair, or every pair with `each`. Prints why there is none: `usage` for a name
   /// that the capture does not have, `data_failed` where no lines look like MA and SLO or several
   /// do, `io` where reading failed.
+  /// \param quiet prints nothing with `data_failed`
   tl::expected<std::vector<decode::FoundLines>, ExitStatus> find_lines(
-      const InputArguments& arguments, const decode::CycleReader& reader);
+      const InputArguments& arguments, const decode::CycleReader& reader, bool quiet = false);
   /// MA alone.
   tl::expected<wire::LineIndex, ExitStatus> find_ma(const InputArguments& arguments,
                                                     const decode::CycleReader& reader);

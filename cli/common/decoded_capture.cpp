@@ -9,6 +9,7 @@
 #include "cli/common/terminal.hpp"
 #include "decode/polarity.hpp"
 #include "decode/statistics.hpp"
+#include "identify/collector.hpp"
 
 namespace biss::cli {
 
@@ -84,6 +85,7 @@ void add_capture_options(Verb verb, CaptureArguments& arguments) {
 }
 
 ExitStatus DecodedCapture::open(const CaptureArguments& arguments, const MarginArguments& margin) {
+  identifies_ = arguments.identify && arguments.device.format.empty();
   if (arguments.device.format.empty() || arguments.device.format == "none") {
     const auto timing = override_timing(arguments.device, {});
     if (!timing) return fail(ExitStatus::usage, timing.error());
@@ -94,6 +96,7 @@ ExitStatus DecodedCapture::open(const CaptureArguments& arguments, const MarginA
     format_ = choice->format;
     timing_ = choice->timing;
   }
+  keeps_unknown_ = arguments.keep_unknown;
   resolution_ = arguments.resolution;
   invert_ma_ = arguments.invert_ma;
   invert_slo_ = arguments.invert_slo;
@@ -111,7 +114,9 @@ bool DecodedCapture::next() {
     ++pair_;
     const ExitStatus opened = input_.reopen(list_.arguments());
     status_ = std::max(status_, opened);
-    return opened == ExitStatus::done;
+    if (opened != ExitStatus::done) return false;
+    identify_format();
+    return true;
   }
   while (status_ <= ExitStatus::data_failed && !list_.at_end()) {
     if (open_next()) return true;
@@ -122,19 +127,56 @@ bool DecodedCapture::next() {
 bool DecodedCapture::open_next() {
   pairs_.clear();
   pair_ = 0;
+  if (identifies_) format_.reset();
   ExitStatus status = list_.open_next(input_);
   if (status == ExitStatus::done) {
     margin_.resolution = resolution_.value_or(input_.sample_period());
-    auto found = input_.find_lines(list_.arguments(), reader());
+    auto found = input_.find_lines(list_.arguments(), reader(), keeps_unknown_);
     if (found) {
       pairs_ = std::move(*found);
       for (decode::FoundLines& pair : pairs_) measure_polarity(pair);
-    } else {
+      identify_format();
+    } else if (!keeps_unknown_ || found.error() != ExitStatus::data_failed) {
       status = found.error();
     }
   }
   status_ = std::max(status_, status);
   return status == ExitStatus::done;
+}
+
+// From the beginning of the capture, and where that does not show it, from all of it.
+void DecodedCapture::identify_format() {
+  if (!identifies_) return;
+  format_.reset();
+  identify::SampleCollector collector;
+  std::uint64_t number = 0;
+  decode::Decoder structure(
+      reader(), [&](const decode::Cycle& cycle) { collector.add(number++, cycle); });
+  const auto first = input_.beginning();
+  structure.push(first, lines().lines);
+  structure.finish(first.empty() ? Picoseconds{} : first.back().time);
+  finding_ = identify::find_format(collector.samples());
+  if (finding_->sure() == nullptr && input_.can_reopen()) identify_from_all();
+  if (const auto* sure = finding_->sure()) format_ = sure->format;
+}
+
+void DecodedCapture::identify_from_all() {
+  identify::SampleCollector collector;
+  std::uint64_t number = 0;
+  decode::Decoder structure(
+      reader(), [&](const decode::Cycle& cycle) { collector.add(number++, cycle); });
+  Progress progress;
+  const std::size_t first = input_.beginning().size();
+  std::size_t edges = 0;
+  for (auto block = input_.next(); !block.empty(); block = input_.next()) {
+    structure.push(block, lines().lines);
+    edges += block.size();
+    if (progress.due()) progress.show(input_.progress_text() + " to identify the format");
+  }
+  structure.finish(input_.end_time());
+  if (edges > first) finding_ = identify::find_format(collector.samples());
+  // What fails here was read before.
+  static_cast<void>(input_.reopen(list_.arguments()));
 }
 
 void DecodedCapture::measure_polarity(decode::FoundLines& found) {
@@ -147,7 +189,7 @@ void DecodedCapture::measure_polarity(decode::FoundLines& found) {
 std::vector<report::Column> DecodedCapture::columns() const {
   std::vector<report::Column> columns;
   if (list_.several()) columns.push_back({.name = "file"});
-  if (!list_.arguments().each) return columns;
+  if (!list_.arguments().each || keeps_unknown_) return columns;
   columns.push_back({.name = "ma", .heading = "MA"});
   columns.push_back({.name = "slo", .heading = "SLO"});
   return columns;
@@ -156,7 +198,7 @@ std::vector<report::Column> DecodedCapture::columns() const {
 std::vector<report::Cell> DecodedCapture::cells() const {
   std::vector<report::Cell> cells;
   if (list_.several()) cells.emplace_back(input_.name());
-  if (!list_.arguments().each) return cells;
+  if (!list_.arguments().each || keeps_unknown_) return cells;
   cells.emplace_back(ma_name());
   cells.emplace_back(slo_name());
   return cells;
@@ -221,15 +263,16 @@ void RunMessages::print() const {
 
 ExitStatus write_captures(
     DecodedCapture& capture, const std::string& output_path, report::Format to,
-    std::vector<report::Column> columns, bool needs_all,
+    const std::function<std::vector<report::Column>()>& columns, bool needs_all,
     const std::function<ExitStatus(report::TableWriter& writer, RunMessages& messages)>& write) {
   if (!capture.next()) return capture.status();
   Output output;
   if (!output.open(output_path)) return output.status();
+  std::vector<report::Column> all = columns();
   const auto last = capture.columns();
-  columns.insert(columns.end(), last.begin(), last.end());
-  const auto writer = report::make_table_writer(to, columns, output, output.table_options());
-  CaptureRows rows(*writer, columns.size(), output, needs_all);
+  all.insert(all.end(), last.begin(), last.end());
+  const auto writer = report::make_table_writer(to, all, output, output.table_options());
+  CaptureRows rows(*writer, all.size(), output, needs_all);
   RunMessages messages;
   ExitStatus status = ExitStatus::done;
   do {

@@ -13,6 +13,7 @@
 #include "cli/common/verb.hpp"
 #include "decode/cycle.hpp"
 #include "decode/decoder.hpp"
+#include "identify/format.hpp"
 #include "report/table.hpp"
 
 namespace biss::cli {
@@ -25,6 +26,10 @@ struct CaptureArguments : InputArguments {
   bool invert_slo = false;
   /// When not given, the sample period of the capture, or 0.
   std::optional<Picoseconds> resolution;
+  /// Where no format is given, use that which the frames show.
+  bool identify = false;
+  /// Deliver a capture in which no lines are MA and SLO too; has_lines() is then false.
+  bool keep_unknown = false;
 };
 
 /// FILE…, -f, --ma, --slo, --invert-ma, --invert-slo, --each, --resolution, the timing and the raw
@@ -74,11 +79,19 @@ class DecodedCapture {
   /// One line: no cycle was found, and what to check.
   std::string no_request() const;
 
-  /// Empty when no format was given: frames are then judged by their structure alone.
+  /// Empty where no format was given and none was identified: frames are then judged by their
+  /// structure alone.
   const std::optional<FrameFormat>& format() const { return format_; }
+  /// What the frames of this capture show of their format; null where a format was given, or none
+  /// is wanted. format() is the first candidate where it is sure.
+  const identify::FormatFinding* finding() const { return finding_ ? &*finding_ : nullptr; }
+  /// Does not use the format that was identified.
+  void judge_structure() { format_.reset(); }
   const DeviceTiming& timing() const { return timing_; }
   const decode::MarginSetup& margin() const { return margin_; }
   const CaptureInput& input() const { return input_; }
+  CaptureInput& input() { return input_; }
+  bool has_lines() const { return !pairs_.empty(); }
   const decode::FoundLines& lines() const { return pairs_[pair_]; }
   const std::string& ma_name() const { return input_.lines()[lines().lines.ma]; }
   const std::string& slo_name() const { return input_.lines()[lines().lines.slo]; }
@@ -89,11 +102,16 @@ class DecodedCapture {
  private:
   decode::CycleReader reader() const { return decode::CycleReader(format_, timing_, margin_); }
   bool open_next();
+  void identify_format();
+  void identify_from_all();
   decode::Decoder& decoder();
   void measure_polarity(decode::FoundLines& found);
 
   std::optional<FrameFormat> format_;
   DeviceTiming timing_;
+  bool identifies_ = false;
+  bool keeps_unknown_ = false;
+  std::optional<identify::FormatFinding> finding_;
   std::optional<Picoseconds> resolution_;
   bool invert_ma_ = false;
   bool invert_slo_ = false;
@@ -125,11 +143,12 @@ class RunMessages {
 /// Writes one table of all captures: calls `write` for each, which writes the rows of the capture
 /// at hand. Columns that say which capture a row is from are added.
 /// \param output as for Output::open()
+/// \param columns of the rows; called when the first capture is open
 /// \param needs_all the status depends on every row, also when the reader of a pipe has left
 /// \return the worst status of all captures; with `usage` and `io` the output file is left as it was
 ExitStatus write_captures(
     DecodedCapture& capture, const std::string& output, report::Format to,
-    std::vector<report::Column> columns, bool needs_all,
+    const std::function<std::vector<report::Column>()>& columns, bool needs_all,
     const std::function<ExitStatus(report::TableWriter& writer, RunMessages& messages)>& write);
 
 }  // namespace biss::cli

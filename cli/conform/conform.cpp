@@ -76,7 +76,7 @@ class ConformRun {
   ExitStatus run() {
     const ExitStatus opened = capture_.open(options_.capture);
     if (opened != ExitStatus::done) return opened;
-    return write_captures(capture_, options_.output, options_.to, columns(), true,
+    return write_captures(capture_, options_.output, options_.to, columns, true,
                           [&](report::TableWriter& writer, RunMessages& messages) {
                             return judge(writer, messages);
                           });

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "biss/frame/format_text.hpp"
 #include "cli/common/decoded_capture.hpp"
 #include "cli/common/verb.hpp"
 #include "cli/common/verbs.hpp"
@@ -49,25 +50,47 @@ class DecodeRun {
     if (!wrong.empty()) return fail(ExitStatus::usage, wrong);
     const ExitStatus opened = capture_.open(options_.capture, options_.margin);
     if (opened != ExitStatus::done) return opened;
-    if (!capture_.format() && fail_on_.asks_format()) {
-      return fail(
-          ExitStatus::usage,
-          "--fail-on: nE, nW and crc are not known without the format of the frame; give -f");
-    }
     if (const auto limit = fail_on_.unknown_limit(capture_.timing())) {
       return fail(ExitStatus::usage,
                   fmt::format("--fail-on: {} is not known for this encoder; give {}",
                               name_of(*limit), source_of(*limit)));
     }
-    DecodeTable table(capture_.format());
-    return write_captures(capture_, options_.output, options_.to, table.columns(),
-                          !options_.fail_on.empty(),
-                          [&](report::TableWriter& writer, RunMessages& messages) {
-                            return write_rows(table, writer, messages);
-                          });
+    return write_captures(
+        capture_, options_.output, options_.to,
+        [&] {
+          table_.emplace(capture_.format());
+          return table_->columns();
+        },
+        !options_.fail_on.empty(),
+        [&](report::TableWriter& writer, RunMessages& messages) {
+          return write_rows(writer, messages);
+        });
   }
 
  private:
+  // The rows of all captures have the columns of the first one. A capture whose format needs others
+  // is judged by its structure.
+  void choose_table() {
+    DecodeTable own(capture_.format());
+    const auto same_name = [](const report::Column& a, const report::Column& b) {
+      return a.name == b.name;
+    };
+    if (std::equal(own.columns().begin(), own.columns().end(), table_->columns().begin(),
+                   table_->columns().end(), same_name)) {
+      table_ = std::move(own);
+    } else {
+      capture_.judge_structure();
+    }
+  }
+
+  // The format as the user typed it, or as he could.
+  std::string format_name() const {
+    const std::string& given = options_.capture.device.format;
+    return given.empty() && capture_.format()
+               ? std::string(format_text(*capture_.format()).view())
+               : given;
+  }
+
   // Returns what is wrong, or nothing. The watchdog depends on the rate of requests at the beginning
   // of the capture.
   std::string choose_monitor() {
@@ -82,7 +105,7 @@ class DecodeRun {
     }
     if (options_.safety.configuration == "off") return "";
     SafetyArguments safety = options_.safety;
-    const std::string& text = options_.capture.device.format;
+    const std::string text = format_name();
     // The shortest cycle of an encoder without a name is not known.
     const bool named =
         !safety.configuration.empty() || implied_configuration(text, *format) != nullptr;
@@ -95,7 +118,8 @@ class DecodeRun {
   }
 
   // The rows of one capture.
-  ExitStatus write_rows(DecodeTable& table, report::TableWriter& writer, RunMessages& messages) {
+  ExitStatus write_rows(report::TableWriter& writer, RunMessages& messages) {
+    choose_table();
     statistics_ = {};
     outside_ = 0;
     const std::string wrong = choose_monitor();
@@ -106,7 +130,7 @@ class DecodeRun {
       if (!is_wanted(cycle.time)) return true;
       const auto verdict = safety_ ? safety_->judge(cycle) : std::nullopt;
       statistics_.add(cycle, exceeded);
-      return writer.row(table.cells(number, cycle, verdict, exceeded));
+      return writer.row(table_->cells(number, cycle, verdict, exceeded));
     });
     const std::string summary = decode_summary(statistics_, capture_, safety(), safety_name_);
     if (!read) {
@@ -122,6 +146,12 @@ class DecodeRun {
     }
     if (!has_request()) return messages.fail(ExitStatus::data_failed, capture_.no_request());
     messages.add_summary(summary);
+    if (!capture_.format() && fail_on_.asks_format()) {
+      return messages.fail(ExitStatus::data_failed,
+                           fmt::format("{}: --fail-on: nE, nW and crc are not known without the "
+                                       "format of the frame; give -f",
+                                       name));
+    }
     return fail_on_.met_by(statistics_, safety()) ? ExitStatus::data_failed : ExitStatus::done;
   }
 
@@ -145,6 +175,7 @@ class DecodeRun {
   const DecodeOptions& options_;
   FailOn fail_on_;
   DecodedCapture capture_;
+  std::optional<DecodeTable> table_;
   // Of the capture that is being read.
   decode::Statistics statistics_;
   std::optional<decode::SafetyWatch> safety_;
@@ -156,6 +187,7 @@ class DecodeRun {
 
 void add_decode(Command& command) {
   const auto options = std::make_shared<DecodeOptions>();
+  options->capture.identify = true;
   Verb verb = command.add_verb(
       {.name = "decode",
        .purpose = "Read the positions in a capture of MA and SLO, one row per request cycle",

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "biss/frame/format_text.hpp"
+#include "cli/common/identified.hpp"
 #include "cli/common/quantity.hpp"
 #include "cli/decode/safety.hpp"
 #include "report/summary.hpp"
@@ -16,13 +17,13 @@ namespace {
 
 using decode::CycleStatus;
 
-constexpr unsigned places = 3;
+constexpr unsigned summary_places = 3;
 
 std::string time_text(std::int64_t picoseconds) {
-  return text_of(Picoseconds{picoseconds}, places);
+  return text_of(Picoseconds{picoseconds}, summary_places);
 }
 std::string rate_text(std::int64_t picoseconds) {
-  return text_of(rate_of(Picoseconds{picoseconds}), places);
+  return text_of(rate_of(Picoseconds{picoseconds}), summary_places);
 }
 std::string percent_text(std::int64_t per_mille) {
   return fmt::format("{}.{} %", per_mille / 10, per_mille % 10);
@@ -229,8 +230,12 @@ std::string decode_summary(const decode::Statistics& statistics, const DecodedCa
   if (capture.format()) {
     summary.entry("flags", fmt::format("{} with nE = 0, {} with nW = 0", statistics.errors(),
                                        statistics.warnings()));
-  } else {
-    summary.entry("format", "none",
+  }
+  if (const identify::FormatFinding* finding = capture.finding()) {
+    add_format(summary, *finding, capture.format().has_value());
+  }
+  if (!capture.format()) {
+    summary.entry(capture.finding() ? "" : "format", "none",
                   "only the structure is checked; give -f FORMAT for positions and flags");
   }
   add_limits(summary, statistics, capture.timing());

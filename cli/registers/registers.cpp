@@ -92,7 +92,7 @@ class RegistersRun {
       return fail(ExitStatus::usage, "--dump: of one capture and one pair of lines only");
     }
     const ExitStatus status =
-        write_captures(capture_, options_.output, options_.to, columns(),
+        write_captures(capture_, options_.output, options_.to, columns,
                        options_.fail_on_any || !options_.dump.empty(),
                        [&](report::TableWriter& writer, RunMessages& messages) {
                          return write_rows(writer, messages);

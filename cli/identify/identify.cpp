@@ -1,0 +1,239 @@
+// `biss identify`: what the lines of a capture carry, and the frame format.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "cli/common/decoded_capture.hpp"
+#include "cli/common/identified.hpp"
+#include "cli/common/quantity.hpp"
+#include "cli/common/verbs.hpp"
+#include "decode/statistics.hpp"
+#include "identify/collector.hpp"
+#include "identify/line_facts.hpp"
+#include "identify/protocol.hpp"
+#include "report/summary.hpp"
+
+namespace biss::cli {
+
+namespace {
+
+using identify::FormatCandidate;
+using identify::FormatFinding;
+using identify::Protocol;
+using identify::ProtocolGuess;
+using report::Cell;
+using report::Kind;
+
+struct IdentifyOptions {
+  CaptureArguments capture;
+  std::string output;
+  report::Format to = report::Format::table;
+};
+
+// Without `file`, which the list of captures adds only where there are several.
+const std::vector<report::Column>& identify_columns() {
+  static const std::vector<report::Column> all{
+      {.name = "file", .kind = Kind::text},
+      {.name = "ma", .kind = Kind::text, .heading = "MA"},
+      {.name = "slo", .kind = Kind::text, .heading = "SLO"},
+      {.name = "inverted", .kind = Kind::text},
+      {.name = "clock_hz",
+       .kind = Kind::unsigned_integer,
+       .heading = "clock",
+       .unit = "MHz",
+       .shift = 6,
+       .places = 3},
+      {.name = "line_delay_ns",
+       .kind = Kind::nanoseconds,
+       .heading = "delay",
+       .unit = "ns",
+       .places = 1},
+      {.name = "ack_clocks", .kind = Kind::unsigned_integer, .heading = "ACK", .unit = "clocks"},
+      {.name = "format", .kind = Kind::text},
+      {.name = "confidence", .kind = Kind::real, .places = 2},
+      {.name = "equal", .kind = Kind::text},
+      {.name = "alternatives", .kind = Kind::text},
+      {.name = "encoders", .kind = Kind::text},
+      {.name = "protocol", .kind = Kind::text},
+      {.name = "protocol_confidence", .kind = Kind::real, .heading = "sure", .places = 2},
+      {.name = "cycles", .kind = Kind::unsigned_integer},
+      {.name = "frames", .kind = Kind::unsigned_integer},
+      {.name = "timeout", .kind = Kind::text}};
+  return all;
+}
+
+// What was measured on one pair of lines.
+struct Line {
+  decode::Statistics statistics;
+  identify::SampleCollector samples;
+  identify::ReleaseRule release;
+  FormatFinding finding;
+
+  void add(std::uint64_t number, const decode::Cycle& cycle) {
+    statistics.add(cycle);
+    samples.add(number, cycle);
+    release.add(cycle);
+  }
+};
+
+std::string joined(const std::vector<std::string>& texts) {
+  return fmt::format("{}", fmt::join(texts, " | "));
+}
+
+class IdentifyRun {
+ public:
+  explicit IdentifyRun(const IdentifyOptions& options) : options_(options) {}
+
+  ExitStatus run() {
+    const ExitStatus opened = capture_.open(options_.capture);
+    if (opened != ExitStatus::done) return opened;
+    return write_captures(
+        capture_, options_.output, options_.to, [] { return identify_columns(); }, true,
+        [&](report::TableWriter& writer, RunMessages& messages) {
+          return identify(writer, messages);
+        });
+  }
+
+ private:
+  // The row of one pair of lines.
+  ExitStatus identify(report::TableWriter& writer, RunMessages& messages) {
+    const auto beginning = capture_.input().beginning();
+    const Picoseconds end = beginning.empty() ? Picoseconds{} : beginning.back().time;
+    const ProtocolGuess guess =
+        identify::recognise_protocol(beginning, capture_.input().lines().size(),
+                                     capture_.input().sample_period(), end)
+            .front();
+    const bool other = guess.protocol != Protocol::biss_c && guess.protocol != Protocol::unknown &&
+                       guess.protocol != Protocol::clock_alone;
+    if (!capture_.has_lines() || other) {
+      put_other(writer, guess);
+      report::Summary summary;
+      summary.title(capture_.input().name());
+      add_protocol(summary, guess);
+      messages.add_summary(summary.text());
+      return ExitStatus::data_failed;
+    }
+    Line line;
+    const bool read = capture_.read([&](std::uint64_t number, const decode::Cycle& cycle) {
+      line.add(number, cycle);
+      return true;
+    });
+    line.finding = identify::find_format(line.samples.samples());
+    put(writer, guess, line);
+    messages.add_summary(summary(guess, line));
+    if (!read) return messages.fail(ExitStatus::io, capture_.input().error());
+    if (line.statistics.cycles() == 0) {
+      return messages.fail(ExitStatus::data_failed, capture_.no_request());
+    }
+    return line.finding.sure() != nullptr ? ExitStatus::done : ExitStatus::data_failed;
+  }
+
+  void put_other(report::TableWriter& writer, const ProtocolGuess& guess) {
+    std::vector<Cell> cells(identify_columns().size());
+    cells[0] = capture_.input().name();
+    cells[12] = name_of(guess.protocol);
+    cells[13] = guess.confidence;
+    writer.row(cells);
+  }
+
+  void put(report::TableWriter& writer, const ProtocolGuess& guess, const Line& line) {
+    const decode::Statistics& statistics = line.statistics;
+    std::vector<Cell> cells(identify_columns().size());
+    const decode::Lines& lines = capture_.lines().lines;
+    const std::string inverted = fmt::format("{}{}{}", lines.ma_inverted ? "MA" : "",
+                                             lines.ma_inverted && lines.slo_inverted ? ";" : "",
+                                             lines.slo_inverted ? "SLO" : "");
+    cells[0] = capture_.input().name();
+    cells[1] = capture_.ma_name();
+    cells[2] = capture_.slo_name();
+    if (!inverted.empty()) cells[3] = inverted;
+    if (statistics.period().count() != 0) {
+      cells[4] = rate_of(picoseconds(statistics.period().median()));
+    }
+    if (statistics.line_delay().count() != 0) {
+      cells[5] = picoseconds(statistics.line_delay().median());
+    }
+    if (statistics.ack_clocks().count() != 0) {
+      cells[6] = static_cast<std::uint64_t>(statistics.ack_clocks().median());
+    }
+    std::string format;
+    std::vector<std::string> equal;
+    std::vector<std::string> alternatives;
+    std::string encoders;
+    const auto& candidates = line.finding.candidates;
+    if (!candidates.empty()) {
+      const FormatCandidate& best = candidates.front();
+      format = text_of(best.format);
+      for (const FrameFormat& each : best.equal) equal.push_back(text_of(each));
+      encoders = encoders_text(best, best.encoders.size());
+      cells[7] = format;
+      if (!line.finding.still) cells[8] = best.confidence;
+    }
+    for (std::size_t i = 1; i < candidates.size(); ++i) {
+      alternatives.push_back(text_of(candidates[i].format));
+    }
+    const std::string equal_text = joined(equal);
+    const std::string alternatives_text = joined(alternatives);
+    if (!equal.empty()) cells[9] = equal_text;
+    if (!alternatives.empty()) cells[10] = alternatives_text;
+    if (!encoders.empty()) cells[11] = encoders;
+    cells[12] = name_of(guess.protocol);
+    cells[13] = guess.confidence;
+    cells[14] = statistics.cycles();
+    cells[15] = statistics.good();
+    const auto rule = line.release.rule();
+    const std::string timeout = rule ? cli::text_of(*rule) : std::string();
+    if (rule) cells[16] = timeout;
+    writer.row(cells);
+  }
+
+  static void add_protocol(report::Summary& summary, const ProtocolGuess& guess) {
+    summary.entry("protocol", name_of(guess.protocol),
+                  fmt::format("confidence {:.2f}: {}", guess.confidence, guess.why));
+  }
+
+  std::string summary(const ProtocolGuess& guess, const Line& line) const {
+    report::Summary out;
+    out.title(fmt::format("{}: {} request cycles, {} with a frame", capture_.input().name(),
+                          line.statistics.cycles(), line.statistics.good()));
+    add_protocol(out, guess);
+    out.entry("lines", fmt::format("MA = {}, SLO = {}", capture_.ma_name(), capture_.slo_name()),
+              capture_.lines().look_swapped ? "exchanged? the other way round cycles can be read"
+                                            : "");
+    add_format(out, line.finding, true);
+    for (const FormatCandidate& each : line.finding.candidates) {
+      if (&each != &line.finding.candidates.front()) continue;
+      out.entry("evidence",
+                fmt::format("{:.0f} bits", each.layout.score),
+                fmt::format("{} independent differences, checksums right in {:.1f} % of the frames",
+                            each.layout.channels.front().rank, 100 * each.layout.right_share));
+    }
+    return out.text();
+  }
+
+  const IdentifyOptions& options_;
+  DecodedCapture capture_;
+};
+
+}  // namespace
+
+void add_identify(Command& command) {
+  const auto options = std::make_shared<IdentifyOptions>();
+  options->capture.each = true;
+  options->capture.keep_unknown = true;
+  Verb verb = command.add_verb(
+      {.name = "identify",
+       .purpose = "Find out what the lines of a capture carry, and the frame format",
+       .examples = {"biss identify capture.vcd", "biss identify *.sr --to jsonl",
+                    "biss identify probes.vcd --ma D0 --slo D3"}},
+      [options] { return IdentifyRun(*options).run(); });
+  add_capture_options(verb, options->capture);
+  add_output_option(verb, options->output);
+  add_to_option(verb, options->to);
+}
+
+}  // namespace biss::cli
