@@ -25,6 +25,8 @@ struct CaptureArguments : InputArguments {
   bool invert_slo = false;
   /// When not given, the sample period of the capture, or 0.
   std::optional<Picoseconds> resolution;
+  /// Takes the place of the timing that a name in `device` has; the options override it.
+  std::optional<DeviceTiming> timing;
 };
 
 /// FILE…, -f, --ma, --slo, --invert-ma, --invert-slo, --each, --resolution, the timing and the raw
@@ -34,6 +36,8 @@ void add_capture_options(Verb verb, CaptureArguments& arguments);
 /// How `marginal` is judged.
 struct MarginArguments {
   bool no_compensation = false;
+  /// Also measure Cycle::signal.
+  bool signal = false;
 };
 
 /// The captures of a command line, decoded one after the other:

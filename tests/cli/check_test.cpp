@@ -8,7 +8,7 @@
 #include "tests/cli/run_command.hpp"
 
 namespace biss::cli {
-namespace conform_test {
+namespace check_test {
 
 using Words = std::vector<std::string>;
 
@@ -108,5 +108,5 @@ TEST_F(Conform, JsonLines_HaveTheKeysThatStay) {
       << outcome.out;
 }
 
-}  // namespace conform_test
+}  // namespace check_test
 }  // namespace biss::cli
