@@ -20,9 +20,14 @@ ControlRules::ControlRules(const std::optional<FrameFormat>& format, Tallies& ta
       listener_([this](const SeenAccess& access) { judge_access(access); }) {}
 
 void ControlRules::push(std::uint64_t number, const Cycle& cycle) {
+  period_ = cycle.period.value_or(period_);
   judge_stated_crc(number, cycle);
   watch_silence(number, cycle);
   watch_stray(number, cycle);
+}
+
+void ControlRules::count(Rule rule, bool good, std::uint64_t cycle, std::string_view note) {
+  tallies_.count_sampled(rule, good, period_, cycle, note);
 }
 
 void ControlRules::finish() { listener_.finish(); }
@@ -57,8 +62,8 @@ void ControlRules::judge_stated_crc(std::uint64_t number, const Cycle& cycle) {
   const BitView raw = cycle.raw.view();
   if (!channel.crc.present() || raw.size_bits() < channel.total_bits() + 2U) return;
   const std::uint64_t sent = raw.word(2U + channel.data_bits, channel.crc.width_bits);
-  tallies_.count(Rule::profile, sent == stated_->crc(0, raw.word(2, channel.data_bits)), number,
-                 "the frame does not fit the profile identifier");
+  count(Rule::profile, sent == stated_->crc(0, raw.word(2, channel.data_bits)), number,
+        "the frame does not fit the profile identifier");
 }
 
 // After a damaged header the device must behave as if it was not addressed.
@@ -69,9 +74,9 @@ void ControlRules::watch_silence(std::uint64_t number, const Cycle& cycle) {
     silence_left_ = 0;
   } else if (*cds) {
     silence_left_ = 0;
-    tallies_.count(Rule::header_damaged, false, number, "R or W answers a damaged header");
+    count(Rule::header_damaged, false, number, "R or W answers a damaged header");
   } else if (--silence_left_ == 0) {
-    tallies_.count(Rule::header_damaged, true, damaged_at_);
+    count(Rule::header_damaged, true, damaged_at_);
   }
 }
 
@@ -87,8 +92,7 @@ void ControlRules::watch_stray(std::uint64_t number, const Cycle& cycle) {
     return;
   }
   if (settled_) {
-    tallies_.count(Rule::cds_idle, listener_.stray_cds() == cds_before, number,
-                   "CDS = 1 without an access");
+    count(Rule::cds_idle, listener_.stray_cds() == cds_before, number, "CDS = 1 without an access");
   }
   zeros_ = *cycle.cdm ? 0 : zeros_ + 1;
   settled_ = settled_ || zeros_ >= control_reset_zeros;
@@ -121,12 +125,12 @@ void ControlRules::judge_ids(const SeenAccess& access) {
   const bool pattern = access.outcome == AccessOutcome::id_pattern ||
                        (access.slaves_present & (access.slaves_present + 1U)) != 0;
   if (!control_off_ || anybody) {
-    tallies_.count(Rule::id_answer, anybody || pattern, access.cycle, "IDL0 stays 0");
+    count(Rule::id_answer, anybody || pattern, access.cycle, "IDL0 stays 0");
   }
-  if (anybody || pattern) tallies_.count(Rule::id_pattern, !pattern, access.cycle, "IDL has a gap");
+  if (anybody || pattern) count(Rule::id_pattern, !pattern, access.cycle, "IDL has a gap");
   if (broken_off_ && answered_ && !control_off_) {
-    tallies_.count(Rule::control_reset, anybody || pattern, access.cycle,
-                   "no answer after an access that was broken off");
+    count(Rule::control_reset, anybody || pattern, access.cycle,
+          "no answer after an access that was broken off");
   }
   broken_off_ = access.outcome != AccessOutcome::ok && access.kind != SeenAccess::Kind::command;
   answered_ = answered_ || anybody;
@@ -144,11 +148,11 @@ void ControlRules::judge_register(const SeenAccess& access) {
                        outcome == AccessOutcome::not_addressed ||
                        outcome == AccessOutcome::refused_or_not_addressed;
   if (refused) {
-    tallies_.count(Rule::refusal, outcome != AccessOutcome::not_addressed, at,
-                   "a read is refused with W = 0");
+    count(Rule::refusal, outcome != AccessOutcome::not_addressed, at,
+          "a read is refused with W = 0");
   }
   const bool pattern = outcome == AccessOutcome::rw_pattern;
-  tallies_.count(Rule::rw_pattern, !pattern, at, "R and W as no slave sends them");
+  count(Rule::rw_pattern, !pattern, at, "R and W as no slave sends them");
   judge_manufacturer(access);
   if (refused || pattern) return;
   if (outcome == AccessOutcome::ok || outcome == AccessOutcome::data_crc ||
@@ -158,8 +162,7 @@ void ControlRules::judge_register(const SeenAccess& access) {
   if (access.kind == SeenAccess::Kind::write) {
     judge_write(access);
   } else if (outcome == AccessOutcome::ok || outcome == AccessOutcome::data_crc) {
-    tallies_.count(Rule::data_crc, outcome == AccessOutcome::ok, at,
-                   "a byte and its CRC do not fit");
+    count(Rule::data_crc, outcome == AccessOutcome::ok, at, "a byte and its CRC do not fit");
   }
   SeenRegisters& seen = slaves_[access.id];
   seen.take(access);
@@ -171,11 +174,11 @@ void ControlRules::judge_write(const SeenAccess& access) {
   const AccessOutcome outcome = access.outcome;
   const bool late = outcome == AccessOutcome::start_missing;
   if (late || outcome == AccessOutcome::ok || outcome == AccessOutcome::echo) {
-    tallies_.count(Rule::write_start, !late, access.cycle, "S of the first byte is not echoed");
+    count(Rule::write_start, !late, access.cycle, "S of the first byte is not echoed");
   }
   if (outcome == AccessOutcome::ok || outcome == AccessOutcome::echo) {
-    tallies_.count(Rule::write_echo, outcome == AccessOutcome::ok, access.cycle,
-                   "the echo is not what was sent");
+    count(Rule::write_echo, outcome == AccessOutcome::ok, access.cycle,
+          "the echo is not what was sent");
   }
 }
 
@@ -187,7 +190,7 @@ void ControlRules::judge_next(const SeenAccess& access) {
   const bool no =
       outcome == AccessOutcome::refused || outcome == AccessOutcome::refused_or_not_addressed;
   if (announced && (no || outcome == AccessOutcome::ok)) {
-    tallies_.count(Rule::next_register, !no, access.cycle, "refused after P = 0");
+    count(Rule::next_register, !no, access.cycle, "refused after P = 0");
   }
   announced_.reset();
   const bool selects = access.kind == SeenAccess::Kind::write && access.address == reg::bsel;
@@ -203,7 +206,7 @@ void ControlRules::judge_manufacturer(const SeenAccess& access) {
   const bool no =
       access.outcome == AccessOutcome::refused || access.outcome == AccessOutcome::not_addressed;
   if (!no && access.outcome != AccessOutcome::ok) return;
-  tallies_.count(Rule::manufacturer, !no, access.cycle, "a mandatory register is refused");
+  count(Rule::manufacturer, !no, access.cycle, "a mandatory register is refused");
   if (!no) manufacturer_seen_[access.id] |= 1U << (access.address - reg::mfr_id);
 }
 
@@ -219,8 +222,7 @@ void ControlRules::judge_profile(const SeenAccess& access, const SeenRegisters& 
                          channel.error() == ProfileError::bp1_layout ||
                          channel.error() == ProfileError::no_channel ||
                          channel.error() == ProfileError::actuator;
-    if (!unknown)
-      tallies_.count(Rule::profile, false, access.cycle, "no identifier of its profile");
+    if (!unknown) count(Rule::profile, false, access.cycle, "no identifier of its profile");
     return;
   }
   if (!format_) {
@@ -236,8 +238,7 @@ void ControlRules::judge_profile(const SeenAccess& access, const SeenRegisters& 
                             sent.crc.polynomial == channel->crc.polynomial;
     return sent.total_bits() == channel->total_bits() && same_check;
   });
-  tallies_.count(Rule::profile, fits, access.cycle,
-                 "no channel of the frame has the length it states");
+  count(Rule::profile, fits, access.cycle, "no channel of the frame has the length it states");
 }
 
 }  // namespace biss::decode

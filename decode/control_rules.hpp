@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <string_view>
 
 #include "biss/frame/codec.hpp"
 #include "decode/control_listener.hpp"
@@ -36,6 +37,7 @@ class ControlRules {
     std::uint8_t next = 0;
   };
 
+  void count(Rule rule, bool good, std::uint64_t cycle, std::string_view note = {});
   void judge_stated_crc(std::uint64_t number, const Cycle& cycle);
   void watch_silence(std::uint64_t number, const Cycle& cycle);
   void watch_stray(std::uint64_t number, const Cycle& cycle);
@@ -57,6 +59,8 @@ class ControlRules {
   std::optional<Announced> announced_;
   // By the profile identifier of the only slave, where no format was given.
   std::optional<FrameCodec<>> stated_;
+  // Of the last cycle that has one.
+  Picoseconds period_{};
   // Zeros of CDM since the last 1 or the last cycle not heard.
   unsigned zeros_ = 0;
   bool settled_ = false;

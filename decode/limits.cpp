@@ -131,7 +131,8 @@ void LimitWatch::compare_clock(const Cycle& cycle) {
   const Picoseconds period = *cycle.period;
   // The period is the mean of all of them.
   const std::int64_t periods = std::max<std::int64_t>(1, std::int64_t{cycle.rising_edges} - 1);
-  const Picoseconds doubt = period / oscillator_share + cycle.uncertainty / periods;
+  const Picoseconds doubt =
+      period / oscillator_share + std::max(cycle.uncertainty, resolution_) / periods;
   add({Rule::clock_max, period, period_of(timing_.clock_max), false, doubt});
   if (timing_.clock_min.count != 0) {
     add({Rule::clock_min, period, period_of(timing_.clock_min), true, doubt});
@@ -151,7 +152,7 @@ void LimitWatch::compare_interval(const Cycle& cycle) {
     return;
   }
   last_time_ = cycle.time;
-  const Picoseconds uncertainty = std::max(cycle.uncertainty, last_uncertainty_);
+  const Picoseconds uncertainty = std::max({cycle.uncertainty, last_uncertainty_, resolution_});
   last_uncertainty_ = cycle.uncertainty;
   if (!before || !knows(Limit::cycle_min)) return;
   add({Rule::cycle_min, elapsed(*before, cycle.time), timing_.cycle_min, false,
@@ -165,10 +166,14 @@ void LimitWatch::compare_release(const Cycle& cycle) {
   const bool by_cycle = timing_.timeout.rule == TimeoutRule::cycle;
   // When SLO rises after a longer frame is not known.
   if (by_cycle && bounds.least != bounds.most) return;
-  add({Rule::timeout_shortest, seen, bounds.least, false, release_doubt(cycle, bounds.least)});
+  // Of two times, with two edges each.
+  const Picoseconds coarse = 2 * resolution_;
+  add({Rule::timeout_shortest, seen, bounds.least, false,
+       release_doubt(cycle, bounds.least) + coarse});
   // For the other rules, the time is one that is typical, or excludes register accesses.
   if (by_cycle) {
-    add({Rule::timeout_longest, seen, bounds.most, true, release_doubt(cycle, bounds.most)});
+    add({Rule::timeout_longest, seen, bounds.most, true,
+         release_doubt(cycle, bounds.most) + coarse});
   }
 }
 

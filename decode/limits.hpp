@@ -71,7 +71,9 @@ Picoseconds release_doubt(const Cycle& cycle, Picoseconds bound);
 /// Compares the cycles of a capture, in their order, with the limits of a device.
 class LimitWatch {
  public:
-  explicit LimitWatch(const DeviceTiming& timing) : timing_(timing) {}
+  /// \param resolution as MarginSetup::resolution
+  explicit LimitWatch(const DeviceTiming& timing, Picoseconds resolution = {})
+      : timing_(timing), resolution_(resolution) {}
 
   /// Whether the device has this limit. Clocks are always limited.
   bool knows(Limit limit) const;
@@ -88,6 +90,7 @@ class LimitWatch {
   void add(const LimitCase& each) { cases_[count_++] = each; }
 
   DeviceTiming timing_;
+  Picoseconds resolution_;
   // SLO may be released too early and too late.
   std::array<LimitCase, limit_count + 1> cases_{};
   std::size_t count_ = 0;

@@ -99,9 +99,11 @@ RuleResult Tallies::result(Rule rule) const {
     result.measured->worst =
         std::clamp(result.measured->worst, -most_thousandths, most_thousandths);
   }
+  const bool may_explain =
+      result.verdict == Verdict::not_judged || (result.verdict == Verdict::marginal && of.advice);
   if (result.verdict == Verdict::not_judged && of.needed) {
     result.note = coarse(resolution_, *of.needed);
-  } else if (result.note.empty() && result.verdict != Verdict::pass) {
+  } else if (result.note.empty() && may_explain) {
     result.note = of.why;
   }
   return result;

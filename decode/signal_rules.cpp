@@ -160,7 +160,10 @@ void SignalRules::judge_delay(std::uint64_t number, const Cycle& cycle) {
 void SignalRules::judge_cable(std::uint64_t number, const Cycle& cycle) {
   if (!setup_.renishaw_cables) return;
   // A clock that is just above the one of the table is meant to be that.
-  const Hertz clock = rate_of(*cycle.period + *cycle.period / (oscillator_share / 2));
+  const std::int64_t periods = std::max<std::int64_t>(1, std::int64_t{cycle.rising_edges} - 1);
+  const Picoseconds doubt =
+      *cycle.period / (oscillator_share / 2) + tallies_.resolution() / periods;
+  const Hertz clock = rate_of(*cycle.period + doubt);
   const auto longest = cable_max_compensated(clock);
   if (!longest) return;
   const Picoseconds limit = line_delay(*longest, setup_.timing.internal_delay_max);
