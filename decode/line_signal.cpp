@@ -65,7 +65,8 @@ bool is_in_pulse(const LineHistory& slo, std::size_t i, Picoseconds pulse_max) {
 
 LineSignal measure_signal(const SignalSpan& span, const LineHistory& slo) {
   LineSignal signal;
-  const std::int64_t shorter = std::min(span.duty_per_mille, 1000U - span.duty_per_mille);
+  const std::uint32_t high = std::min(span.duty_per_mille, 1000U);
+  const std::int64_t shorter = std::min(high, 1000U - high);
   signal.pulse_max = span.period * shorter / 2000;
   measure_ma(span, signal);
   count_slo_pulses(span, slo, signal);

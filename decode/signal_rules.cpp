@@ -20,6 +20,10 @@ constexpr std::int64_t level_percent = 40;
 // The oscillators of the master and of the analyser are off by less than this share of a time.
 constexpr std::int64_t oscillator_share = 1000;
 
+// No request has more.
+constexpr std::int64_t most_clocks = 1'000'000;
+
+// In thousandths of a per cent.
 std::int64_t percent(Picoseconds time, Picoseconds period) {
   return 100'000 * time.count / period.count;
 }
@@ -116,7 +120,8 @@ void SignalRules::judge_clocks(std::uint64_t number, const Cycle& cycle) {
   const auto end = clocks_end(cycle, frame_end);
   if (!end) return;
   const std::int64_t extra = std::int64_t{cycle.rising_edges} - std::int64_t{*needed};
-  const std::int64_t limit = clocks_to_cover(*end - frame_end, *cycle.period);
+  const std::int64_t limit =
+      std::min(most_clocks, clocks_to_cover(*end - frame_end, *cycle.period));
   // One for the line delay to the encoder, one for rounding.
   tallies_.measure(Rule::extra_clocks, {1'000 * limit, 1'000 * extra, 1'000 * (limit - extra)},
                    2'000, number);
