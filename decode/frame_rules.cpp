@@ -41,11 +41,7 @@ FrameRules::FrameRules(const DeviceTiming& timing, bool unidirectional, Tallies&
     : timing_(timing),
       unidirectional_(unidirectional),
       tallies_(tallies),
-      limits_(timing, tallies.resolution()) {
-  tallies_.explain(Rule::clock_change, "the encoder does not demand a constant clock");
-  tallies_.explain(Rule::cycle_min, "the shortest cycle of the encoder is not known");
-  tallies_.explain(Rule::cds_zero, "the encoder may be bidirectional: CDS may be 1");
-}
+      limits_(timing, tallies.resolution()) {}
 
 void FrameRules::push(std::uint64_t number, const Cycle& cycle) {
   judge_master(number, cycle);

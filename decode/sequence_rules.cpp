@@ -70,9 +70,6 @@ SequenceRules::SequenceRules(const std::optional<FrameFormat>& format, const Dev
       speed_max_(std::min(speed_max, most_speed)),
       tallies_(tallies) {
   tallies_.make_advice(Rule::nW);
-  tallies_.explain(Rule::nW, "position is valid");
-  tallies_.explain(Rule::missing_request, "the requests do not come at one rate");
-  tallies_.explain(Rule::speed, "the highest speed is not known: give --speed-max");
 }
 
 void SequenceRules::push(std::uint64_t number, const Cycle& cycle) {

@@ -31,16 +31,10 @@ std::int64_t percent(Picoseconds time, Picoseconds period) {
 }  // namespace
 
 SignalRules::SignalRules(const Setup& setup, Tallies& tallies) : setup_(setup), tallies_(tallies) {
-  tallies_.explain(Rule::duty, "the encoder does not demand a duty of 1:1");
-  tallies_.explain(Rule::extra_clocks, "no limit of the encoder is known");
-  tallies_.explain(Rule::cable, "no table of cables is known for the encoder");
-  if (setup.compensated) {
-    tallies_.make_advice(Rule::sampling_uncompensated);
-    tallies_.explain(Rule::sampling_uncompensated,
-                     "for a master that does not compensate the line delay");
-  } else {
-    tallies_.explain(Rule::sampling_margin, "the master does not compensate the line delay");
-  }
+  if (!setup.compensated) return;
+  tallies_.make_advice(Rule::sampling_uncompensated);
+  tallies_.explain(Rule::sampling_uncompensated,
+                   "for a master that does not compensate the line delay");
 }
 
 void SignalRules::push(std::uint64_t number, const Cycle& cycle) {

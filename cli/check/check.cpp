@@ -1,6 +1,7 @@
 // `biss check`: an encoder, its master and their line judged by a capture, rule by rule. `biss
 // conform` is `biss check --against biss-c`.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -171,29 +172,37 @@ class CheckRun {
     check.finish();
     if (!read) return messages.fail(ExitStatus::io, capture_.input().error());
     if (cycles == 0) return messages.fail(ExitStatus::data_failed, capture_.no_request());
-    std::array<unsigned, 4> verdicts{};
+    Verdicts verdicts{};
     for (std::size_t i = 0; i < decode::rule_count; ++i) {
       const auto rule = static_cast<Rule>(i);
       const RuleResult result = check.result(rule);
-      ++verdicts[static_cast<std::size_t>(result.verdict)];
+      verdicts[static_cast<std::size_t>(result.verdict)].push_back(text_of(rule).name);
       put(writer, rule, result);
     }
     messages.add_summary(summary(verdicts));
-    const bool failed = verdicts[static_cast<std::size_t>(Verdict::fail)] != 0;
+    const bool failed = !verdicts[static_cast<std::size_t>(Verdict::fail)].empty();
     return failed ? ExitStatus::data_failed : ExitStatus::done;
   }
 
-  std::string summary(const std::array<unsigned, 4>& verdicts) const {
+  // The names of the rules by verdict.
+  using Verdicts = std::array<std::vector<std::string_view>, 4>;
+
+  std::string summary(const Verdicts& verdicts) const {
     std::string counted;
     for (std::size_t i = 0; i < verdicts.size(); ++i) {
-      if (verdicts[i] == 0) continue;
-      counted += fmt::format("{}{} {}", counted.empty() ? "" : ", ", verdicts[i],
+      if (verdicts[i].empty()) continue;
+      counted += fmt::format("{}{} {}", counted.empty() ? "" : ", ", verdicts[i].size(),
                              name_of(static_cast<Verdict>(i)));
     }
     report::Summary out;
     out.title(fmt::format("{}: {} rules against {}", capture_.input().name(), decode::rule_count,
                           options_.against));
     out.entry("verdict", counted);
+    for (const Verdict named : {Verdict::fail, Verdict::marginal}) {
+      const auto& rules = verdicts[static_cast<std::size_t>(named)];
+      if (rules.empty()) continue;
+      out.entry(std::string(name_of(named)), fmt::format("{}", fmt::join(rules, ", ")));
+    }
     return out.text();
   }
 
