@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "decode/rules.hpp"
 #include "tests/cli/run_command.hpp"
 
 namespace biss::cli {
@@ -237,6 +238,15 @@ TEST_F(Check, UnknownLimits_AreWrongUsage) {
   EXPECT_EQ(run({"check", capture, "--against", "pos26,nE,nW,crc6"}).status, 2);
   for (const char* speed : {"fast", "0", "rpm", "-3rpm", "1e6"}) {
     EXPECT_EQ(run({"check", capture, "--speed-max", speed}).status, 2) << speed;
+  }
+}
+
+TEST(CheckDocument, EveryRule_IsExplained) {
+  const std::string document = content_of(BISS_SOURCE_FOLDER "/docs/check.md");
+  const std::string rules = document.substr(document.find("\n## Rules"));
+  for (std::size_t i = 0; i < decode::rule_count; ++i) {
+    const std::string name(text_of(static_cast<decode::Rule>(i)).name);
+    EXPECT_THAT(rules, testing::HasSubstr('`' + name + '`')) << name;
   }
 }
 

@@ -55,6 +55,43 @@ void draw_line(sim::Random& random, sim::LineSetup& setup) {
   setup.seed = random.next();
 }
 
+// The part of the capture that the analyser records.
+std::vector<wire::Edge> recorded(const std::vector<wire::Edge>& edges,
+                                 const CleanCapture& capture) {
+  const Picoseconds length = edges.back().time;
+  const Picoseconds begin = length / 1'000 * capture.from;
+  const Picoseconds end = length / 1'000 * capture.to;
+  std::vector<wire::Edge> seen{{begin, sim::ma_line, wire::Level::high},
+                               {begin, sim::slo_line, wire::Level::high}};
+  for (const wire::Edge& edge : edges) {
+    if (edge.time <= begin) seen[edge.line].level = edge.level;
+    if (edge.time > begin && (edge.time <= end || capture.to == 1'000)) seen.push_back(edge);
+  }
+  return seen;
+}
+
+// As an analyser with this sample period sees them: at the next sample. Of two in between, none.
+std::vector<wire::Edge> sampled(const std::vector<wire::Edge>& edges, const CleanCapture& capture) {
+  std::vector<wire::Edge> seen;
+  std::array<wire::Level, 2> levels{};
+  const auto sample_of = [&](const wire::Edge& edge) {
+    return (edge.time - capture.phase).count / capture.sample.count + 1;
+  };
+  for (std::size_t i = 0; i < edges.size();) {
+    const std::int64_t sample = sample_of(edges[i]);
+    std::array<wire::Level, 2> now = levels;
+    for (; i < edges.size() && sample_of(edges[i]) == sample; ++i) {
+      now[edges[i].line] = edges[i].level;
+    }
+    for (const wire::LineIndex each : {sim::ma_line, sim::slo_line}) {
+      if (now[each] == levels[each]) continue;
+      seen.push_back({sample * capture.sample + capture.phase, each, now[each]});
+    }
+    levels = now;
+  }
+  return seen;
+}
+
 }  // namespace
 
 CleanCapture clean_capture(std::uint64_t number) {
@@ -67,6 +104,10 @@ CleanCapture clean_capture(std::uint64_t number) {
   setup.clock = draw_clock(random, setup.timing);
   draw_line(random, setup);
   capture.cycles = static_cast<std::uint64_t>(draw(random, 5, 80));
+  if (draw(random, 0, 2) == 0) {
+    capture.from = draw(random, 0, 400);
+    capture.to = draw(random, 600, 1'000);
+  }
   if (draw(random, 0, 3) == 0) return capture;
   // From 3 to 100 samples in a period.
   const std::int64_t samples = 3 + draw(random, 0, 97) * draw(random, 0, 100) / 100;
@@ -78,40 +119,22 @@ CleanCapture clean_capture(std::uint64_t number) {
 std::string CleanCapture::name() const {
   return fmt::format(
       "{} {} Hz {} ppm, duty {}, line delay {}+{}+{} ps, jitter {} {} ps, "
-      "processing {} ps, interval {} ps, {} cycles, sample {} ps + {} ps",
+      "processing {} ps, interval {} ps, {} cycles, {} to {} thousandths, sample {} ps + {} ps",
       entry->name, setup.clock.count, setup.clock_error_ppm, setup.duty_per_mille,
       setup.ma_delay.count, setup.internal_delay.count, setup.slo_delay.count,
       setup.ma_jitter.count, setup.slo_jitter.count, setup.processing.count, setup.interval.count,
-      cycles, sample.count, phase.count);
+      cycles, from, to, sample.count, phase.count);
 }
 
 std::vector<wire::Edge> edges_of(const CleanCapture& capture) {
-  std::vector<wire::Edge> edges{{{}, sim::ma_line, wire::Level::high},
-                                {{}, sim::slo_line, wire::Level::high}};
+  std::vector<wire::Edge> edges;
   sim::Line line(capture.setup);
   for (std::uint64_t i = 0; i < capture.cycles; ++i) {
     const sim::SimulatedCycle& cycle = line.next();
     edges.insert(edges.end(), cycle.edges.begin(), cycle.edges.end());
   }
-  if (capture.sample == Picoseconds{}) return edges;
-  // An edge is seen at the next sample; of two in between, none.
-  std::vector<wire::Edge> seen;
-  std::array<wire::Level, 2> levels{};
-  for (std::size_t i = 0; i < edges.size();) {
-    const auto sample_of = [&](const wire::Edge& edge) {
-      return (edge.time - capture.phase).count / capture.sample.count + 1;
-    };
-    const std::int64_t sample = sample_of(edges[i]);
-    std::array<wire::Level, 2> now = levels;
-    for (; i < edges.size() && sample_of(edges[i]) == sample; ++i)
-      now[edges[i].line] = edges[i].level;
-    for (const wire::LineIndex each : {sim::ma_line, sim::slo_line}) {
-      if (now[each] == levels[each]) continue;
-      seen.push_back({sample * capture.sample + capture.phase, each, now[each]});
-    }
-    levels = now;
-  }
-  return seen;
+  edges = recorded(edges, capture);
+  return capture.sample == Picoseconds{} ? edges : sampled(edges, capture);
 }
 
 decode::CheckSetup own_limits(const CleanCapture& capture) {
@@ -133,7 +156,7 @@ std::string failing_rules(const CleanCapture& capture, const decode::CheckSetup&
       [&](const decode::Cycle& cycle) { check.push(number++, cycle); });
   const std::vector<wire::Edge> edges = edges_of(capture);
   decoder.push(edges, {.ma = sim::ma_line, .slo = sim::slo_line});
-  decoder.finish(edges.back().time + microseconds(100));
+  decoder.finish(edges.back().time + (capture.to == 1'000 ? microseconds(100) : Picoseconds{}));
   check.finish();
   std::string failing;
   for (std::size_t i = 0; i < decode::rule_count; ++i) {

@@ -17,6 +17,9 @@ struct CleanCapture {
   const CatalogueEntry* entry = nullptr;
   sim::LineSetup setup;
   std::uint64_t cycles = 0;
+  /// The analyser records from the first share of the time to the second, in thousandths.
+  std::int64_t from = 0;
+  std::int64_t to = 1'000;
   /// Time between two samples of the analyser; 0: it records every edge.
   Picoseconds sample{};
   Picoseconds phase{};
@@ -28,7 +31,7 @@ struct CleanCapture {
 /// The capture of this number; the same on every machine.
 CleanCapture clean_capture(std::uint64_t number);
 
-/// The edges of MA and SLO as the analyser records them.
+/// The edges of MA and SLO as the analyser records them; the first ones give the initial levels.
 std::vector<wire::Edge> edges_of(const CleanCapture& capture);
 
 /// Names of the rules that fail, with their notes; empty when all is well.
