@@ -202,6 +202,9 @@ std::vector<Breach> breaches() {
       {"", renishaw(), with(slow_renishaw)},
       {"", setup_of(safety_format), [] { return lives(0); }},
       {"", slow, [] { return speeds(2'000); }},
+      // Backwards, across zero.
+      {"", slow, [] { return speeds((std::uint64_t{1} << 26U) - 6'000); }},
+      {"speed", slow, [] { return speeds((std::uint64_t{1} << 26U) - 16'000); }},
       {"clock_max", usual, with({.period = nanoseconds(95), .line_delay = nanoseconds(20)})},
       {"clock_min", usual, with({.period = nanoseconds(12'700), .timeout = microseconds(25)})},
       {"cycle_min", long_cycle, with({})},
@@ -240,6 +243,8 @@ std::vector<Breach> breaches() {
        }},
       {"frame_structure start", usual, without_start},
       {"cds_zero", one_way, [=] { return with_frame(frame_of(test::usual_format, good, true)); }},
+      {"frame_structure cds_zero", setup_of("pos26,nE,nW,crc6;cds0"),
+       [=] { return with_frame(frame_of(test::usual_format, good, true)); }},
       {"frame_structure stop", usual,
        [=] { return with_frame(with_last(frame_of(test::usual_format, good), true)); }},
       {"line_delay_jitter", usual,
@@ -369,6 +374,7 @@ TEST(RequestGaps, OtherRateAndNoRate_AreNoGap) {
        {std::vector<int>{100, 100, 100, 100, 100, 200, 200, 200, 200, 200},
         std::vector<int>{100, 200, 100, 200, 100, 200, 100, 200},
         std::vector<int>{100, 100, 100, 100, 100, 250, 100, 100},
+        std::vector<int>{100, 100, 100, 100, 100, 1'100, 100, 100},
         std::vector<int>{100, 150, 220, 100, 90, 300, 100, 80}}) {
     RequestGaps gaps;
     for (const int interval : intervals) {

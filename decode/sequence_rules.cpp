@@ -52,7 +52,8 @@ std::optional<std::uint64_t> RequestGaps::push(Picoseconds interval, Picoseconds
   }
   const std::int64_t times = known ? (interval + usual_ / 2).count / usual_.count : 0;
   const Picoseconds off = interval - times * usual_;
-  const bool multiple = times >= 2 && std::max(off, -off) <= usual_ / same_share + doubt;
+  const bool multiple =
+      times >= 2 && times <= most_times && std::max(off, -off) <= usual_ / same_share + doubt;
   if (multiple && !gap_) {
     gap_ = static_cast<std::uint64_t>(times - 1);
     return std::nullopt;

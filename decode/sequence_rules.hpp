@@ -26,6 +26,8 @@ class RequestGaps {
 
   // Equal intervals in a row that make a rate.
   static constexpr unsigned needed = 4;
+  // A longer interval is a pause of the master.
+  static constexpr std::int64_t most_times = 10;
 
   Picoseconds usual_{};
   unsigned usual_count_ = 0;
