@@ -188,7 +188,7 @@ std::vector<Breach> breaches() {
   CheckSetup uncompensated = usual;
   uncompensated.compensated = false;
   CheckSetup slow = usual;
-  slow.speed_max = 50'000'000;
+  slow.speed_max = 100'000'000;
   CheckSetup one_way = usual;
   one_way.unidirectional = true;
   CheckSetup long_cycle = usual;
