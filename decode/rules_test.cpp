@@ -182,6 +182,15 @@ test::TestLine faster() {
   return line;
 }
 
+// SLO falls while it is idle, and stays low; the master waits long enough before each request.
+test::TestLine stuck_low() {
+  test::TestLine line = requests({.gap = microseconds(150)});
+  const Picoseconds fall = line.ma[line.begins[6]].time - microseconds(3);
+  std::erase_if(line.slo, [&](const LevelChange& change) { return change.time >= fall; });
+  line.slo.push_back(test::low_at(fall));
+  return line;
+}
+
 std::vector<Breach> breaches() {
   using test::Shape;
   const CheckSetup usual = setup_of();
@@ -215,6 +224,7 @@ std::vector<Breach> breaches() {
          return shape;
        }())},
       {"ma_level", usual, with({.high_percent = 3})},
+      {"slo_idle", usual, stuck_low},
       {"ready", usual, with({.gap = nanoseconds(-1'000)})},
       {"ack_shortest", renishaw(), with([] {
          Shape shape = slow_renishaw;
@@ -381,6 +391,26 @@ TEST(RequestGaps, OtherRateAndNoRate_AreNoGap) {
       EXPECT_EQ(gaps.push(microseconds(interval), {}).value_or(0), 0U);
     }
   }
+}
+
+// 100 ns low and high; a pulse of 10 ns leaves 30 and 60 ns of a level, which are no level of MA.
+TEST(LineSignal, PulseInALevelOfMa_IsOneAndNoLevel) {
+  std::vector<LevelChange> ma;
+  Picoseconds now = microseconds(1);
+  bool high = false;
+  for (const int level : {100, 100, 30, 10, 60, 100, 100, 100}) {
+    ma.push_back({now, high ? wire::Level::high : wire::Level::low});
+    high = !high;
+    now += nanoseconds(level);
+  }
+  LineHistory slo;
+  slo.push(test::high_at({}));
+  const LineSignal signal =
+      measure_signal({.ma = ma, .limit = now, .period = nanoseconds(200)}, slo);
+  EXPECT_EQ(signal.pulse_max, nanoseconds(50));
+  EXPECT_EQ(signal.ma_pulses, 1U);
+  EXPECT_EQ(signal.ma_shortest, nanoseconds(100));
+  EXPECT_FALSE(signal.ready) << "SLO was high from the beginning";
 }
 
 TEST(Rules, Names_AreDifferent) {
