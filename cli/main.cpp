@@ -7,6 +7,7 @@ int main(int argc, char** argv) {
   prepare_process();
   Command command;
   add_decode(command);
+  add_check(command);
   add_conform(command);
   add_crc(command);
   add_encoders(command);

@@ -11,6 +11,7 @@
 #include "biss/base/units.hpp"
 #include "biss/frame/encode.hpp"
 #include "biss/frame/frame.hpp"
+#include "decode/line_signal.hpp"
 
 namespace biss::decode {
 
@@ -107,6 +108,8 @@ struct Cycle {
   /// line delay; negative where SLO rises while MA still runs. Absent where SLO was not low after the
   /// frame, did not rise before the next request, or fell again.
   std::optional<Picoseconds> release;
+  /// Only where MarginSetup::signal asks for it.
+  std::optional<LineSignal> signal;
 
   /// The encoder's bit after START, whatever the status is.
   std::optional<bool> cds() const {

@@ -61,6 +61,37 @@ CycleReader::CycleReader(std::optional<FrameFormat> format, const DeviceTiming& 
 }
 
 CycleReading CycleReader::read(const CycleSpan& span, const LineHistory& slo) {
+  answer_.reset();
+  CycleReading reading = read_answer(span, slo);
+  Cycle& cycle = reading.cycle;
+  if (margin_.signal && cycle.period && span.begins_idle &&
+      cycle.status != CycleStatus::unknown_level) {
+    cycle.signal = signal(span, slo, cycle);
+  }
+  return reading;
+}
+
+LineSignal CycleReader::signal(const CycleSpan& span, const LineHistory& slo,
+                               const Cycle& cycle) const {
+  LineSignal signal = measure_signal({.ma = span.ma,
+                                      .limit = span.limit,
+                                      .period = clock_.period,
+                                      .duty_per_mille = cycle.duty_per_mille.value_or(500),
+                                      .resolution = margin_.resolution},
+                                     slo);
+  if (!answer_) return signal;
+  const std::size_t rises = clock_.rises.size();
+  const std::size_t stop = answer_->stop.value_or(rises - 1);
+  if (answer_->stop) signal.frame_clocks = static_cast<std::uint32_t>(stop + 1);
+  // Without a format, the last change may be the end of the timeout.
+  if (!answer_->stop || clock_.first_irregular <= stop) return signal;
+  const auto seen = std::span<const Picoseconds>(clock_.rises).first(std::min(stop + 1, rises));
+  signal.changes = measure_changes(seen, slo, answer_->fall, signal.pulse_max);
+  signal.changes->sampled = answer_->delay;
+  return signal;
+}
+
+CycleReading CycleReader::read_answer(const CycleSpan& span, const LineHistory& slo) {
   CycleReading reading;
   Cycle& cycle = reading.cycle;
   const auto fall = std::find_if(span.ma.begin(), span.ma.end(), [](const LevelChange& change) {
@@ -94,6 +125,10 @@ CycleReading CycleReader::read(const CycleSpan& span, const LineHistory& slo) {
           shifted(clock_.rises[start->start_bit], delay + clock_.period / 2);
       const auto rise = rise_before(slo, sampled_at);
       if (rise && *rise > response.fall) cycle.ack = *rise - response.fall;
+    }
+    if (start.ok()) {
+      answer_ = {response.fall, delay, std::nullopt};
+      if (codec_) answer_->stop = start->start_bit + 2 + codec_->payload_bits();
     }
     judge(span, sampled, start, reading);
     const bool known_end = codec_ && start.ok();

@@ -45,6 +45,8 @@ struct MarginSetup {
   /// capture, 0 where it holds changes. `marginal` is given only where it is certain, and SLO may
   /// seem to fall this much before the edge of MA that moved it.
   Picoseconds resolution{};
+  /// Also measure Cycle::signal.
+  bool signal = false;
 };
 
 /// Reads cycles as the master would see them: SLO is sampled at each rising edge of MA plus the
@@ -90,6 +92,16 @@ class CycleReader {
     Picoseconds spread{};
   };
 
+  // What read() needs of an answered request for its signal.
+  struct Answer {
+    Picoseconds fall{};
+    Picoseconds delay{};
+    // Index of the rising edge of STOP; with a format only.
+    std::optional<std::size_t> stop;
+  };
+
+  CycleReading read_answer(const CycleSpan& span, const LineHistory& slo);
+  LineSignal signal(const CycleSpan& span, const LineHistory& slo, const Cycle& cycle) const;
   void measure_clock(std::span<const LevelChange> ma, Cycle& cycle);
   Picoseconds usual_period();
   Picoseconds uncertainty() const;
@@ -122,6 +134,7 @@ class CycleReader {
   DeviceTiming timing_;
   MarginSetup margin_;
   Clock clock_;
+  std::optional<Answer> answer_;
 };
 
 }  // namespace biss::decode

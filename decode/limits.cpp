@@ -27,7 +27,38 @@ bool has_clock(const Cycle& cycle) {
   }
 }
 
+Limit limit_of(Rule rule) {
+  switch (rule) {
+    case Rule::clock_max:
+      return Limit::clock_max;
+    case Rule::clock_min:
+      return Limit::clock_min;
+    case Rule::clock_change:
+      return Limit::clock_change;
+    case Rule::cycle_min:
+      return Limit::cycle_min;
+    default:
+      return Limit::release;
+  }
+}
+
 }  // namespace
+
+std::string_view name_of(Limit limit) {
+  switch (limit) {
+    case Limit::clock_max:
+      return text_of(Rule::clock_max).name;
+    case Limit::clock_min:
+      return text_of(Rule::clock_min).name;
+    case Limit::clock_change:
+      return text_of(Rule::clock_change).name;
+    case Limit::cycle_min:
+      return text_of(Rule::cycle_min).name;
+    case Limit::release:
+      break;
+  }
+  return "release";
+}
 
 std::string text_of(LimitSet limits) {
   std::string text;
@@ -91,7 +122,7 @@ std::span<const LimitCase> LimitWatch::compare(const Cycle& cycle) {
 LimitSet LimitWatch::judge(const Cycle& cycle) {
   LimitSet exceeded = 0;
   for (const LimitCase& each : compare(cycle)) {
-    if (each.exceeded()) exceeded = static_cast<LimitSet>(exceeded | set_of(each.limit));
+    if (each.exceeded()) exceeded = static_cast<LimitSet>(exceeded | set_of(limit_of(each.rule)));
   }
   return exceeded;
 }
@@ -100,13 +131,14 @@ void LimitWatch::compare_clock(const Cycle& cycle) {
   const Picoseconds period = *cycle.period;
   // The period is the mean of all of them.
   const std::int64_t periods = std::max<std::int64_t>(1, std::int64_t{cycle.rising_edges} - 1);
-  const Picoseconds doubt = period / oscillator_share + cycle.uncertainty / periods;
-  add({Limit::clock_max, period, period_of(timing_.clock_max), false, doubt});
+  const Picoseconds doubt =
+      period / oscillator_share + std::max(cycle.uncertainty, resolution_) / periods;
+  add({Rule::clock_max, period, period_of(timing_.clock_max), false, doubt});
   if (timing_.clock_min.count != 0) {
-    add({Limit::clock_min, period, period_of(timing_.clock_min), true, doubt});
+    add({Rule::clock_min, period, period_of(timing_.clock_min), true, doubt});
   }
   if (timing_.clock_constant && cycle.clock_change) {
-    add({Limit::clock_change, cycle.clock_change->most, period / ClockChange::share, true,
+    add({Rule::clock_change, cycle.clock_change->most, period / ClockChange::share, true,
          cycle.clock_change->doubt});
   }
 }
@@ -120,10 +152,10 @@ void LimitWatch::compare_interval(const Cycle& cycle) {
     return;
   }
   last_time_ = cycle.time;
-  const Picoseconds uncertainty = std::max(cycle.uncertainty, last_uncertainty_);
+  const Picoseconds uncertainty = std::max({cycle.uncertainty, last_uncertainty_, resolution_});
   last_uncertainty_ = cycle.uncertainty;
   if (!before || !knows(Limit::cycle_min)) return;
-  add({Limit::cycle_min, elapsed(*before, cycle.time), timing_.cycle_min, false,
+  add({Rule::cycle_min, elapsed(*before, cycle.time), timing_.cycle_min, false,
        timing_.cycle_min / oscillator_share + uncertainty});
 }
 
@@ -134,10 +166,14 @@ void LimitWatch::compare_release(const Cycle& cycle) {
   const bool by_cycle = timing_.timeout.rule == TimeoutRule::cycle;
   // When SLO rises after a longer frame is not known.
   if (by_cycle && bounds.least != bounds.most) return;
-  add({Limit::release, seen, bounds.least, false, release_doubt(cycle, bounds.least)});
+  // Of two times, with two edges each.
+  const Picoseconds coarse = 2 * resolution_;
+  add({Rule::timeout_shortest, seen, bounds.least, false,
+       release_doubt(cycle, bounds.least) + coarse});
   // For the other rules, the time is one that is typical, or excludes register accesses.
   if (by_cycle) {
-    add({Limit::release, seen, bounds.most, true, release_doubt(cycle, bounds.most)});
+    add({Rule::timeout_longest, seen, bounds.most, true,
+         release_doubt(cycle, bounds.most) + coarse});
   }
 }
 

@@ -1,5 +1,5 @@
-// The limits that a request cycle exceeds, whatever its status is: the clock, the time between
-// requests, the timeout.
+// The rules that a row of `decode` names where its cycle breaks them, whatever its status is: the
+// clock, the time between requests, the timeout.
 #pragma once
 
 #include <array>
@@ -13,6 +13,7 @@
 #include "biss/base/units.hpp"
 #include "biss/timing/device_timing.hpp"
 #include "decode/cycle.hpp"
+#include "decode/rules.hpp"
 
 namespace biss::decode {
 
@@ -27,11 +28,8 @@ enum class Limit : std::uint8_t {
 
 inline constexpr std::size_t limit_count = 5;
 
-constexpr std::string_view name_of(Limit limit) {
-  constexpr std::array<std::string_view, limit_count> names{"clock_max", "clock_min",
-                                                            "clock_change", "cycle_min", "release"};
-  return names[static_cast<std::size_t>(limit)];
-}
+/// The name of its rule; `release` has two rules and a name of its own.
+std::string_view name_of(Limit limit);
 
 /// A set of limits: bit k is the limit of that number.
 using LimitSet = std::uint8_t;
@@ -44,9 +42,9 @@ constexpr LimitSet set_of(Limit limit) {
 /// Returns the names, separated by `;`.
 std::string text_of(LimitSet limits);
 
-/// A measured time beside its limit.
+/// A measured time beside the limit of a rule.
 struct LimitCase {
-  Limit limit{};
+  Rule rule{};
   Picoseconds value{};
   Picoseconds bound{};
   /// `bound` is the longest time, not the shortest.
@@ -73,7 +71,9 @@ Picoseconds release_doubt(const Cycle& cycle, Picoseconds bound);
 /// Compares the cycles of a capture, in their order, with the limits of a device.
 class LimitWatch {
  public:
-  explicit LimitWatch(const DeviceTiming& timing) : timing_(timing) {}
+  /// \param resolution as MarginSetup::resolution
+  explicit LimitWatch(const DeviceTiming& timing, Picoseconds resolution = {})
+      : timing_(timing), resolution_(resolution) {}
 
   /// Whether the device has this limit. Clocks are always limited.
   bool knows(Limit limit) const;
@@ -90,6 +90,7 @@ class LimitWatch {
   void add(const LimitCase& each) { cases_[count_++] = each; }
 
   DeviceTiming timing_;
+  Picoseconds resolution_;
   // SLO may be released too early and too late.
   std::array<LimitCase, limit_count + 1> cases_{};
   std::size_t count_ = 0;

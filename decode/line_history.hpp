@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "biss/base/units.hpp"
@@ -44,12 +45,20 @@ class LineHistory {
     return index == 0 ? before_ : changes_[index - 1].level;
   }
 
+  /// When the line took that level; nothing where that was before it was first known.
+  std::optional<Picoseconds> taken_at(std::size_t index) const {
+    if (index == 0) return before_since_;
+    const bool known = level_before(index - 1) != wire::Level::unknown;
+    return known ? std::optional(changes_[index - 1].time) : std::nullopt;
+  }
+
   std::size_t size() const { return changes_.size(); }
   const LevelChange& operator[](std::size_t index) const { return changes_[index]; }
 
   /// Forgets what lies before `time`, keeping the level it left.
   void forget_before(Picoseconds time) {
     const std::size_t gone = after(time);
+    before_since_ = taken_at(gone);
     before_ = level_before(gone);
     changes_.erase(changes_.begin(), changes_.begin() + static_cast<std::ptrdiff_t>(gone));
   }
@@ -57,6 +66,7 @@ class LineHistory {
  private:
   std::vector<LevelChange> changes_;
   wire::Level before_ = wire::Level::unknown;
+  std::optional<Picoseconds> before_since_;
 };
 
 }  // namespace biss::decode

@@ -1,4 +1,5 @@
-// Reads request cycles from the edges of a reader, and counts the inputs that reach a cycle.
+// Reads request cycles from the edges of a reader, judges them, and counts the inputs that reach a
+// cycle.
 #pragma once
 
 #include <cstdint>
@@ -8,6 +9,8 @@
 #include <vector>
 
 #include "biss/frame/format_text.hpp"
+#include "biss/timing/renishaw.hpp"
+#include "decode/check.hpp"
 #include "decode/decoder.hpp"
 #include "decode/lines.hpp"
 #include "fuzz/require.hpp"
@@ -55,6 +58,15 @@ inline void check_cycle(const decode::Cycle& cycle, const FrameFormat& format) {
   if (cycle.frame) require(cycle.crc_ok[0] == true);
 }
 
+/// A rule that fails has a fault, one that passes has a case.
+inline void check_verdicts(const decode::Check& check) {
+  for (std::size_t i = 0; i < decode::rule_count; ++i) {
+    const decode::RuleResult result = check.result(static_cast<decode::Rule>(i));
+    if (result.verdict == decode::Verdict::fail) require(result.faults != 0 && result.cycle);
+    if (result.verdict == decode::Verdict::pass) require(result.cases != 0 && result.faults == 0);
+  }
+}
+
 /// Finds MA and SLO, reads the cycles, checks each row, and counts the input. With many lines, MA
 /// and SLO are searched for in an eighth of the inputs only, because the search decodes each pair.
 /// Otherwise they are the first two lines.
@@ -62,10 +74,16 @@ inline void check_cycles(const std::vector<std::string>& lines,
                          const std::vector<wire::Edge>& edges, Picoseconds end) {
   static Tally tally;
   static const FrameFormat format = *parse_format(capture_format);
-  static const decode::CycleReader reader(format, DeviceTiming{});
+  static const decode::CycleReader reader(format, DeviceTiming{}, {.signal = true});
   bool reached_cycle = false;
   bool reached_frame = false;
   Picoseconds last{INT64_MIN};
+  decode::Check check({.format = format,
+                       .timing = renishaw_timing,
+                       .unidirectional = true,
+                       .renishaw_cables = true,
+                       .speed_max = 1'000'000});
+  std::uint64_t number = 0;
   const bool given = lines.size() > 3 && edges.size() % 8 != 0;
   decode::LineRequest request{.ma = {}, .slo = {}, .each = edges.size() % 3 == 0};
   if (given) request = {.ma = lines[0], .slo = lines[1]};
@@ -74,6 +92,7 @@ inline void check_cycles(const std::vector<std::string>& lines,
   if (found) {
     decode::Decoder decoder(reader, [&](const decode::Cycle& cycle) {
       check_cycle(cycle, format);
+      check.push(number++, cycle);
       require(cycle.time >= last && cycle.time <= end);
       last = cycle.time;
       reached_cycle = reached_cycle || is_request(cycle);
@@ -81,6 +100,8 @@ inline void check_cycles(const std::vector<std::string>& lines,
     });
     decoder.push(edges, found->front().lines);
     decoder.finish(end);
+    check.finish();
+    check_verdicts(check);
   }
   tally.add(reached_cycle, reached_frame);
 }

@@ -88,6 +88,8 @@ struct DeviceTiming {
   Picoseconds sampling_max{};
   /// The clock must not change within a request, nor pause.
   bool clock_constant = false;
+  /// MA must be high for half of each period.
+  bool duty_even = false;
 
   constexpr bool operator==(const DeviceTiming&) const = default;
 };

@@ -20,6 +20,7 @@ inline constexpr DeviceTiming renishaw_timing{
     .sampling_typical = nanoseconds(3'250),
     .sampling_max = nanoseconds(3'275),
     .clock_constant = true,
+    .duty_even = true,
 };
 
 /// 100 m of cable at 10 ns/m for both ways, the longest that the data sheets allow, and the delay

@@ -87,12 +87,18 @@ void add_capture_options(Verb verb, CaptureArguments& arguments) {
 ExitStatus DecodedCapture::open(const CaptureArguments& arguments, const MarginArguments& margin) {
   identifies_ = arguments.identify && arguments.device.format.empty();
   if (arguments.device.format.empty() || arguments.device.format == "none") {
-    const auto timing = override_timing(arguments.device, {});
+    const auto timing =
+        override_timing(arguments.device, arguments.timing.value_or(DeviceTiming{}));
     if (!timing) return fail(ExitStatus::usage, timing.error());
     timing_ = *timing;
   } else {
-    const auto choice = choose_device(arguments.device);
+    auto choice = choose_device(arguments.device);
     if (!choice) return fail(ExitStatus::usage, choice.error());
+    if (arguments.timing) {
+      const auto timing = override_timing(arguments.device, *arguments.timing);
+      if (!timing) return fail(ExitStatus::usage, timing.error());
+      choice->timing = *timing;
+    }
     format_ = choice->format;
     timing_ = choice->timing;
   }
@@ -101,6 +107,7 @@ ExitStatus DecodedCapture::open(const CaptureArguments& arguments, const MarginA
   invert_ma_ = arguments.invert_ma;
   invert_slo_ = arguments.invert_slo;
   margin_.compensated = !margin.no_compensation;
+  margin_.signal = margin.signal;
   if (resolution_ && !is_resolution(*resolution_)) {
     return fail(ExitStatus::usage, "--resolution: from 0s to 1ms");
   }

@@ -30,6 +30,8 @@ struct CaptureArguments : InputArguments {
   bool identify = false;
   /// Deliver a capture in which no lines are MA and SLO too; has_lines() is then false.
   bool keep_unknown = false;
+  /// Takes the place of the timing that a name in `device` has; the options override it.
+  std::optional<DeviceTiming> timing;
 };
 
 /// FILE…, -f, --ma, --slo, --invert-ma, --invert-slo, --each, --resolution, the timing and the raw
@@ -39,6 +41,8 @@ void add_capture_options(Verb verb, CaptureArguments& arguments);
 /// How `marginal` is judged.
 struct MarginArguments {
   bool no_compensation = false;
+  /// Also measure Cycle::signal.
+  bool signal = false;
 };
 
 /// The captures of a command line, decoded one after the other:

@@ -6,6 +6,7 @@ namespace biss::cli {
 class Command;
 
 void add_decode(Command& command);
+void add_check(Command& command);
 void add_conform(Command& command);
 void add_crc(Command& command);
 void add_encoders(Command& command);

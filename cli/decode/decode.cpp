@@ -124,7 +124,7 @@ class DecodeRun {
     outside_ = 0;
     const std::string wrong = choose_monitor();
     if (!wrong.empty()) return fail(ExitStatus::usage, wrong);
-    decode::LimitWatch limits(capture_.timing());
+    decode::LimitWatch limits(capture_.timing(), capture_.margin().resolution);
     const bool read = capture_.read([&](std::uint64_t number, const decode::Cycle& cycle) {
       const decode::LimitSet exceeded = limits.judge(cycle);
       if (!is_wanted(cycle.time)) return true;

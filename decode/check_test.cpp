@@ -1,4 +1,4 @@
-#include "decode/conformance.hpp"
+#include "decode/check.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include "decode/test_line.hpp"
 
 namespace biss::decode {
-namespace conformance_test {
+namespace check_test {
 
 // The control frames that the protocol's rules give: reads of 0x42, 0x43, 0x7E, a write to 0x02.
 constexpr std::string_view read_42[2] = {"11000100001001111010000000000000",
@@ -42,7 +42,8 @@ std::string with_flip(std::string_view text, std::size_t index) {
 // A device at 1 MHz, requested every 100 us.
 struct Bench {
   explicit Bench(std::string_view format = {}, const DeviceTiming& timing = {})
-      : conformance(format.empty() ? std::nullopt : std::optional(*parse_format(format)), timing) {}
+      : check({.format = format.empty() ? std::nullopt : std::optional(*parse_format(format)),
+               .timing = timing}) {}
 
   Cycle cycle(bool cds = false, bool cdm = false) const {
     Cycle made;
@@ -57,7 +58,7 @@ struct Bench {
     made.cdm = cdm;
     return made;
   }
-  void push(const Cycle& made) { conformance.push(number++, made); }
+  void push(const Cycle& made) { check.push(number++, made); }
   void push_status(CycleStatus status) {
     Cycle made = cycle();
     made.status = status;
@@ -84,32 +85,32 @@ struct Bench {
     const std::string tail = "011" + bits(data, 8) + bits(byte_crc(data), 4) + "0";
     access(header_of(address) + tail, "1" + std::string(15, '0') + tail);
   }
-  std::string_view verdict(Rule rule) const { return name_of(conformance.result(rule).verdict); }
+  std::string_view verdict(Rule rule) const { return name_of(check.result(rule).verdict); }
   // The rules that fail, by name.
   std::string failing() const {
     std::string names;
     for (std::size_t i = 0; i < rule_count; ++i) {
       const auto rule = static_cast<Rule>(i);
-      if (conformance.result(rule).verdict != Verdict::fail) continue;
+      if (check.result(rule).verdict != Verdict::fail) continue;
       names += names.empty() ? "" : " ";
       names += text_of(rule).name;
     }
     return names;
   }
 
-  Conformance conformance;
+  Check check;
   std::uint64_t number = 0;
 };
 
-TEST(Conformance, NothingSeen_NothingJudged) {
+TEST(Check, NothingSeen_NothingJudged) {
   Bench bench;
-  bench.conformance.finish();
+  bench.check.finish();
   for (std::size_t i = 0; i < rule_count; ++i) {
     EXPECT_EQ(bench.verdict(static_cast<Rule>(i)), "not_judged") << i;
   }
 }
 
-TEST(Conformance, GoodAccesses_PassTheirRules) {
+TEST(Check, GoodAccesses_PassTheirRules) {
   Bench bench;
   bench.zeros();
   bench.access(read_42);
@@ -131,22 +132,22 @@ TEST(Conformance, GoodAccesses_PassTheirRules) {
   }
 }
 
-TEST(Conformance, OneManufacturerByte_IsNotJudged) {
+TEST(Check, OneManufacturerByte_IsNotJudged) {
   Bench bench;
   bench.zeros();
   bench.access(read_7e);
   EXPECT_EQ(bench.verdict(Rule::manufacturer), "not_judged");
 }
 
-TEST(Conformance, CdsBesideAnAccess_FailsInThatCycle) {
+TEST(Check, CdsBesideAnAccess_FailsInThatCycle) {
   Bench bench;
   bench.zeros(20);
   bench.push(bench.cycle(true));
   EXPECT_EQ(bench.failing(), "cds_idle");
-  EXPECT_EQ(bench.conformance.result(Rule::cds_idle).cycle, 20U);
+  EXPECT_EQ(bench.check.result(Rule::cds_idle).cycle, 20U);
 }
 
-TEST(Conformance, CdsBeforeFourteenZeros_MayBelongToAnAccess) {
+TEST(Check, CdsBeforeFourteenZeros_MayBelongToAnAccess) {
   Bench bench;
   bench.zeros(5);
   bench.push(bench.cycle(true));
@@ -160,46 +161,45 @@ struct Turned {
   std::string_view fails;
 };
 
-class ConformanceTurned : public testing::TestWithParam<std::size_t> {};
+class CheckTurned : public testing::TestWithParam<std::size_t> {};
 const Turned turned[] = {
     {read_42, 0, "id_answer"},    {read_42, 4, "id_pattern"}, {read_42, 16, "refusal"},
     {write_02, 16, "rw_pattern"}, {read_42, 20, "data_crc"},  {write_02, 18, "write_start"},
     {write_02, 22, "write_echo"},
 };
-TEST_P(ConformanceTurned, Bit_FailsItsRule) {
+TEST_P(CheckTurned, Bit_FailsItsRule) {
   const Turned& each = turned[GetParam()];
   Bench bench;
   bench.zeros();
   bench.access(each.access[0], with_flip(each.access[1], each.k));
   EXPECT_EQ(bench.failing(), each.fails);
   for (std::size_t i = 0; i < rule_count; ++i) {
-    const RuleResult result = bench.conformance.result(static_cast<Rule>(i));
+    const RuleResult result = bench.check.result(static_cast<Rule>(i));
     if (result.verdict != Verdict::fail) continue;
     EXPECT_EQ(result.cycle, 14U);
   }
 }
-INSTANTIATE_TEST_SUITE_P(Bits, ConformanceTurned,
-                         testing::Range(std::size_t{0}, std::size(turned)));
+INSTANTIATE_TEST_SUITE_P(Bits, CheckTurned, testing::Range(std::size_t{0}, std::size(turned)));
 
-TEST(Conformance, ProperRefusals_Pass) {
+TEST(Check, ProperRefusals_Pass) {
   Bench bench;
   bench.zeros();
   bench.access(header_of(0x20) + "101" + std::string(13, '0'), "1" + std::string(15, '0') + "110");
   bench.access(header_of(0x20) + "011" + std::string(13, '0'), "1" + std::string(15, '0') + "000");
   bench.access(read_42);
   EXPECT_EQ(bench.failing(), "");
-  EXPECT_EQ(bench.conformance.result(Rule::refusal).cases, 2U);
+  EXPECT_EQ(bench.check.result(Rule::refusal).cases, 2U);
   EXPECT_EQ(bench.verdict(Rule::control_reset), "pass");
 }
 
-TEST(Conformance, MandatoryRegisterRefused_Fails) {
+TEST(Check, MandatoryRegisterRefused_Fails) {
   Bench bench;
   bench.zeros();
   bench.access(header_of(0x7E) + "101" + std::string(13, '0'), "1" + std::string(15, '0') + "110");
   EXPECT_EQ(bench.failing(), "manufacturer");
 }
 
-TEST(Conformance, DamagedHeader_SilenceIsRight_AnAnswerIsNot) {
+TEST(Check, DamagedHeader_SilenceIsRight_AnAnswerIsNot) {
   for (const bool answers : {false, true}) {
     Bench bench;
     bench.zeros();
@@ -210,7 +210,7 @@ TEST(Conformance, DamagedHeader_SilenceIsRight_AnAnswerIsNot) {
   }
 }
 
-TEST(Conformance, NoAnswerBehindABrokenAccess_FailsTheReset) {
+TEST(Check, NoAnswerBehindABrokenAccess_FailsTheReset) {
   Bench bench;
   bench.zeros();
   bench.access(read_42);
@@ -219,7 +219,7 @@ TEST(Conformance, NoAnswerBehindABrokenAccess_FailsTheReset) {
   EXPECT_EQ(bench.failing(), "id_answer control_reset");
 }
 
-TEST(Conformance, RefusedBehindPZero_Fails) {
+TEST(Check, RefusedBehindPZero_Fails) {
   Bench bench;
   bench.zeros();
   bench.access(read_42);
@@ -227,7 +227,7 @@ TEST(Conformance, RefusedBehindPZero_Fails) {
   EXPECT_EQ(bench.failing(), "next_register");
 }
 
-TEST(Conformance, BusyBeyondTwentyMilliseconds_Fails) {
+TEST(Check, BusyBeyondTwentyMilliseconds_Fails) {
   for (const std::size_t late : {199U, 200U, 201U}) {
     Bench bench;
     bench.zeros();
@@ -235,14 +235,14 @@ TEST(Conformance, BusyBeyondTwentyMilliseconds_Fails) {
                  "1" + std::string(15, '0') + "10" + std::string(late, '0') +
                      std::string(read_42[1].substr(18)));
     EXPECT_EQ(bench.failing(), late > 200 ? "busy" : "") << late;
-    const auto result = bench.conformance.result(Rule::busy);
-    ASSERT_TRUE(result.time);
-    EXPECT_EQ(result.time->worst, static_cast<std::int64_t>(late) * microseconds(100));
-    EXPECT_EQ(result.time->limit, milliseconds(20));
+    const auto result = bench.check.result(Rule::busy);
+    ASSERT_TRUE(result.measured);
+    EXPECT_EQ(result.measured->worst, (static_cast<std::int64_t>(late) * microseconds(100)).count);
+    EXPECT_EQ(result.measured->limit, milliseconds(20).count);
   }
 }
 
-TEST(Conformance, Timeout_IsJudgedByTheRuleOfTheDevice) {
+TEST(Check, Timeout_IsJudgedByTheRuleOfTheDevice) {
   DeviceTiming adaptive;
   adaptive.timeout = {.rule = TimeoutRule::adaptive, .time = nanoseconds(300)};
   DeviceTiming fixed;
@@ -270,7 +270,7 @@ TEST(Conformance, Timeout_IsJudgedByTheRuleOfTheDevice) {
   }
 }
 
-TEST(Conformance, Ack_IsOneClockToFortyMicroseconds) {
+TEST(Check, Ack_IsOneClockToFortyMicroseconds) {
   const auto verdicts = [](std::int64_t ack_ns) {
     Bench bench;
     Cycle cycle = bench.cycle();
@@ -287,7 +287,7 @@ TEST(Conformance, Ack_IsOneClockToFortyMicroseconds) {
   EXPECT_EQ(verdicts(41'000), "pass fail");
 }
 
-TEST(Conformance, StatusOfFrames_FailsItsRule) {
+TEST(Check, StatusOfFrames_FailsItsRule) {
   const auto failing = [](CycleStatus status) {
     Bench bench;
     bench.zeros(2);
@@ -296,8 +296,8 @@ TEST(Conformance, StatusOfFrames_FailsItsRule) {
   };
   EXPECT_EQ(failing(CycleStatus::stop_bit), "frame_structure");
   EXPECT_EQ(failing(CycleStatus::cds), "frame_structure");
-  EXPECT_EQ(failing(CycleStatus::no_start), "frame_structure");
-  EXPECT_EQ(failing(CycleStatus::no_response), "frame_structure");
+  EXPECT_EQ(failing(CycleStatus::no_start), "frame_structure start");
+  EXPECT_EQ(failing(CycleStatus::no_response), "frame_structure start");
   EXPECT_EQ(failing(CycleStatus::response_range), "line_delay");
   EXPECT_EQ(failing(CycleStatus::not_ready), "");  // 60 us after the last edge is too early
   for (const CycleStatus status : {CycleStatus::truncated, CycleStatus::cut_end,
@@ -306,7 +306,7 @@ TEST(Conformance, StatusOfFrames_FailsItsRule) {
   }
 }
 
-TEST(Conformance, WrongCrc_FailsItsRule) {
+TEST(Check, WrongCrc_FailsItsRule) {
   Bench bench("pos26,nE,nW,crc6");
   Cycle cycle = bench.cycle();
   cycle.crc_ok[0] = true;
@@ -316,10 +316,10 @@ TEST(Conformance, WrongCrc_FailsItsRule) {
   cycle.status = CycleStatus::crc;
   bench.push(cycle);
   EXPECT_EQ(bench.failing(), "frame_crc");
-  EXPECT_EQ(bench.conformance.result(Rule::frame_crc).cycle, 1U);
+  EXPECT_EQ(bench.check.result(Rule::frame_crc).cycle, 1U);
 }
 
-TEST(Conformance, SloStaysLow_FailsOnceItHadTime) {
+TEST(Check, SloStaysLow_FailsOnceItHadTime) {
   Bench bench;
   bench.zeros(2);
   bench.number += 2;
@@ -327,7 +327,7 @@ TEST(Conformance, SloStaysLow_FailsOnceItHadTime) {
   EXPECT_EQ(bench.failing(), "slo_idle");
 }
 
-TEST(Conformance, ProfileIdentifier_IsHeldAgainstTheFormat) {
+TEST(Check, ProfileIdentifier_IsHeldAgainstTheFormat) {
   for (const bool same : {true, false}) {
     Bench bench(same ? "pos28,nE,nW,crc6" : "pos26,nE,nW,crc6");
     bench.zeros();
@@ -338,7 +338,7 @@ TEST(Conformance, ProfileIdentifier_IsHeldAgainstTheFormat) {
   }
 }
 
-TEST(Conformance, ProfileIdentifier_WithoutFormatIsHeldAgainstTheFrames) {
+TEST(Check, ProfileIdentifier_WithoutFormatIsHeldAgainstTheFrames) {
   for (const bool same : {true, false}) {
     Bench bench;
     bench.zeros();
@@ -356,7 +356,7 @@ TEST(Conformance, ProfileIdentifier_WithoutFormatIsHeldAgainstTheFrames) {
   }
 }
 
-TEST(Conformance, DataSheetWithWrongSum_HasOneFindingMore) {
+TEST(Check, DataSheetWithWrongSum_HasOneFindingMore) {
   std::uint64_t findings[2]{};
   for (const unsigned wrong : {0U, 1U}) {
     EdsBank bank{};
@@ -371,7 +371,7 @@ TEST(Conformance, DataSheetWithWrongSum_HasOneFindingMore) {
     for (unsigned i = 0; i < 63; ++i) bench.read(i, bank[i]);
     EXPECT_EQ(bench.verdict(Rule::data_sheet), "not_judged");
     bench.read(63, bank[63]);
-    const RuleResult result = bench.conformance.result(Rule::data_sheet);
+    const RuleResult result = bench.check.result(Rule::data_sheet);
     EXPECT_EQ(bench.failing(), "data_sheet");
     EXPECT_NE(result.note, "");
     findings[wrong] = result.faults;
@@ -392,5 +392,5 @@ TEST(CycleRelease, IsTheTimeoutAndTheLineDelay) {
   }
 }
 
-}  // namespace conformance_test
+}  // namespace check_test
 }  // namespace biss::decode

@@ -1,178 +1,62 @@
-#include "decode/conformance.hpp"
+#include "decode/control_rules.hpp"
 
 #include <algorithm>
 
 #include "biss/eds/profile.hpp"
-#include "decode/times.hpp"
+#include "decode/frame_rules.hpp"
 
 namespace biss::decode {
 
 namespace {
 
-// Within a frame the line delay may vary by this share of a period (D2, characteristics, row 8).
-constexpr std::int64_t jitter_share = 4;
 // R and W, and the bit before them.
 constexpr unsigned silent_cycles = 3;
 
-// The device could not answer such a request in full, or the capture does not show it.
-bool is_no_evidence(CycleStatus status) {
-  switch (status) {
-    case CycleStatus::truncated:
-    case CycleStatus::cut_start:
-    case CycleStatus::cut_end:
-    case CycleStatus::ma_glitch:
-    case CycleStatus::ma_clock:
-    case CycleStatus::unknown_level:
-      return true;
-    default:
-      return false;
-  }
-}
-
-// START was found, and MA ran as it should.
-bool has_times(CycleStatus status) {
-  return is_good(status) || status == CycleStatus::crc || status == CycleStatus::ack_range ||
-         status == CycleStatus::cds || status == CycleStatus::stop_bit;
-}
-
-// Nothing where rules of their own judge the limit.
-std::optional<Rule> rule_of(Limit limit) {
-  switch (limit) {
-    case Limit::clock_max:
-      return Rule::clock_max;
-    case Limit::clock_min:
-      return Rule::clock_min;
-    case Limit::clock_change:
-      return Rule::clock_change;
-    case Limit::cycle_min:
-      return Rule::cycle_min;
-    case Limit::release:
-      break;
-  }
-  return std::nullopt;
-}
-
 }  // namespace
 
-Conformance::Conformance(const std::optional<FrameFormat>& format, const DeviceTiming& timing)
+ControlRules::ControlRules(const std::optional<FrameFormat>& format, Tallies& tallies)
     : format_(format),
-      timing_(timing),
-      limits_(timing),
+      tallies_(tallies),
       listener_([this](const SeenAccess& access) { judge_access(access); }) {}
 
-void Conformance::push(std::uint64_t number, const Cycle& cycle) {
-  judge_master(number, cycle);
-  judge_idle(number, cycle);
-  judge_frame(number, cycle);
-  if (has_times(cycle.status)) judge_times(number, cycle);
+void ControlRules::push(std::uint64_t number, const Cycle& cycle) {
+  period_ = cycle.period.value_or(period_);
   judge_stated_crc(number, cycle);
   watch_silence(number, cycle);
   watch_stray(number, cycle);
 }
 
-void Conformance::finish() { listener_.finish(); }
-
-void Conformance::count(Rule rule, bool good, std::uint64_t cycle, std::string_view note) {
-  Tally& of = tally(rule);
-  ++of.cases;
-  if (good || of.faults++ != 0) return;
-  of.cycle = cycle;
-  of.note = note;
+void ControlRules::count(Rule rule, bool good, std::uint64_t cycle, std::string_view note) {
+  tallies_.count_sampled(rule, good, period_, cycle, note);
 }
 
-void Conformance::at_most(Rule rule, Picoseconds value, Picoseconds limit, Picoseconds doubt,
-                          std::uint64_t cycle) {
-  measure(rule, {limit, value, limit - value}, doubt, cycle);
+void ControlRules::finish() { listener_.finish(); }
+
+bool ControlRules::manufacturer_seen() const {
+  return std::any_of(manufacturer_seen_.begin(), manufacturer_seen_.end(),
+                     [](unsigned seen) { return seen == 3; });
 }
 
-void Conformance::at_least(Rule rule, Picoseconds value, Picoseconds limit, Picoseconds doubt,
-                           std::uint64_t cycle) {
-  measure(rule, {limit, value, value - limit}, doubt, cycle);
-}
-
-void Conformance::measure(Rule rule, const RuleResult::Time& time, Picoseconds doubt,
-                          std::uint64_t cycle) {
-  Tally& of = tally(rule);
-  ++of.cases;
-  if (time.margin < -doubt) ++of.faults;
-  if (of.time && of.time->margin + of.doubt <= time.margin + doubt) return;
-  of.time = time;
-  of.doubt = doubt;
-  of.cycle = cycle;
-}
-
-// What the master must keep: else the other rules prove nothing.
-void Conformance::judge_master(std::uint64_t number, const Cycle& cycle) {
-  for (const LimitCase& each : limits_.compare(cycle)) {
-    const auto rule = rule_of(each.limit);
-    if (!rule) continue;
-    if (each.is_longest) {
-      at_most(*rule, each.value, each.bound, each.doubt, number);
-    } else {
-      at_least(*rule, each.value, each.bound, each.doubt, number);
+RuleResult ControlRules::data_sheet() const {
+  RuleResult result;
+  for (const auto& [id, seen] : slaves_) {
+    const auto judged = seen.judge_eds();
+    if (!judged) continue;
+    ++result.cases;
+    if (judged->findings == 0) continue;
+    if (result.faults == 0) {
+      result.cycle = last_access_.at(id);
+      result.note = std::string(judged->first.symbol) + ": ";
+      result.note += text_of(judged->first.problem);
     }
+    result.faults += judged->findings;
   }
+  if (result.cases == 0) return result;
+  result.verdict = result.faults == 0 ? Verdict::pass : Verdict::fail;
+  return result;
 }
 
-// SLO low at a request is the device's fault only where the master has waited long enough.
-void Conformance::judge_idle(std::uint64_t number, const Cycle& cycle) {
-  const bool early = ready_by_ && cycle.time < *ready_by_;
-  if (cycle.status == CycleStatus::not_ready) {
-    if (!early) count(Rule::slo_idle, false, number, "SLO is low before the request");
-  } else if (!is_no_evidence(cycle.status) || cycle.status == CycleStatus::truncated) {
-    count(Rule::slo_idle, true, number);
-  }
-  const Picoseconds longest = std::max({timing_.timeout.time, biss_static_timeout_max,
-                                        2 * cycle.period.value_or(period_of(biss_clock_min))});
-  const Picoseconds clocks =
-      (std::int64_t{cycle.rising_edges} + 1) * cycle.period.value_or(Picoseconds{});
-  ready_by_ = shifted(cycle.time, clocks + longest + biss_line_delay_max);
-}
-
-void Conformance::judge_frame(std::uint64_t number, const Cycle& cycle) {
-  const CycleStatus status = cycle.status;
-  if (is_no_evidence(status) || status == CycleStatus::not_ready) return;
-  if (status == CycleStatus::response_range) {
-    return count(Rule::line_delay, false, number, "SLO falls too early or too late");
-  }
-  const Picoseconds asked = std::int64_t{cycle.rising_edges} * cycle.period.value_or(Picoseconds{});
-  const bool long_enough = (usual_edges_ != 0 && cycle.rising_edges >= usual_edges_) ||
-                           asked > biss_busy_max + biss_line_delay_max;
-  const bool silent = status == CycleStatus::no_response || status == CycleStatus::no_start;
-  if (silent && !long_enough) return;
-  const bool good =
-      has_times(status) && status != CycleStatus::cds && status != CycleStatus::stop_bit;
-  count(Rule::frame_structure, good, number, name_of(status));
-  if (is_good(status)) usual_edges_ = std::max(usual_edges_, cycle.rising_edges);
-  const bool checked = std::any_of(cycle.crc_ok.begin(), cycle.crc_ok.end(),
-                                   [](const auto& right) { return right.has_value(); });
-  if (good && checked) count(Rule::frame_crc, status != CycleStatus::crc, number);
-}
-
-void Conformance::judge_times(std::uint64_t number, const Cycle& cycle) {
-  if (!cycle.period) return;
-  const Picoseconds jitter = *cycle.period / jitter_share;
-  if (cycle.line_delay) {
-    at_most(Rule::line_delay, *cycle.line_delay, biss_line_delay_max, {}, number);
-  }
-  if (cycle.ack) {
-    const AckBounds bounds = ack_bounds(timing_, *cycle.period);
-    at_least(Rule::ack_shortest, *cycle.ack, std::int64_t{bounds.min_clocks} * *cycle.period,
-             jitter, number);
-    at_most(Rule::ack_longest, *cycle.ack, std::int64_t{bounds.max_clocks} * *cycle.period, jitter,
-            number);
-  }
-  if (cycle.release && cycle.line_delay) judge_timeout(number, cycle);
-}
-
-void Conformance::judge_timeout(std::uint64_t number, const Cycle& cycle) {
-  const Picoseconds seen = *cycle.release - *cycle.line_delay;
-  const auto [least, most] = release_bounds(timing_, cycle);
-  at_least(Rule::timeout_shortest, seen, least, release_doubt(cycle, least), number);
-  at_most(Rule::timeout_longest, seen, most, release_doubt(cycle, most), number);
-}
-
-void Conformance::judge_stated_crc(std::uint64_t number, const Cycle& cycle) {
+void ControlRules::judge_stated_crc(std::uint64_t number, const Cycle& cycle) {
   if (!stated_ || !has_times(cycle.status)) return;
   const ChannelFormat& channel = stated_->format().channels().front();
   const BitView raw = cycle.raw.view();
@@ -183,7 +67,7 @@ void Conformance::judge_stated_crc(std::uint64_t number, const Cycle& cycle) {
 }
 
 // After a damaged header the device must behave as if it was not addressed.
-void Conformance::watch_silence(std::uint64_t number, const Cycle& cycle) {
+void ControlRules::watch_silence(std::uint64_t number, const Cycle& cycle) {
   if (silence_left_ == 0 || cycle.status == CycleStatus::ma_glitch) return;
   const auto cds = cycle.cds();
   if (!cds) {
@@ -197,7 +81,7 @@ void Conformance::watch_silence(std::uint64_t number, const Cycle& cycle) {
 }
 
 // Only after 14 zeros of CDM it is certain that no access is running.
-void Conformance::watch_stray(std::uint64_t number, const Cycle& cycle) {
+void ControlRules::watch_stray(std::uint64_t number, const Cycle& cycle) {
   const std::uint64_t cds_before = listener_.stray_cds();
   const std::uint64_t cdm_before = listener_.stray_cdm();
   listener_.push(number, cycle);
@@ -214,7 +98,7 @@ void Conformance::watch_stray(std::uint64_t number, const Cycle& cycle) {
   settled_ = settled_ || zeros_ >= control_reset_zeros;
 }
 
-void Conformance::judge_access(const SeenAccess& access) {
+void ControlRules::judge_access(const SeenAccess& access) {
   const AccessOutcome outcome = access.outcome;
   if (outcome == AccessOutcome::header_crc) {
     silence_left_ = silent_cycles;
@@ -236,7 +120,7 @@ void Conformance::judge_access(const SeenAccess& access) {
   }
 }
 
-void Conformance::judge_ids(const SeenAccess& access) {
+void ControlRules::judge_ids(const SeenAccess& access) {
   const bool anybody = access.slaves_present != 0;
   const bool pattern = access.outcome == AccessOutcome::id_pattern ||
                        (access.slaves_present & (access.slaves_present + 1U)) != 0;
@@ -252,7 +136,7 @@ void Conformance::judge_ids(const SeenAccess& access) {
   answered_ = answered_ || anybody;
 }
 
-void Conformance::judge_register(const SeenAccess& access) {
+void ControlRules::judge_register(const SeenAccess& access) {
   const AccessOutcome outcome = access.outcome;
   judge_next(access);
   if (outcome == AccessOutcome::no_answer || outcome == AccessOutcome::no_such_slave ||
@@ -273,7 +157,7 @@ void Conformance::judge_register(const SeenAccess& access) {
   if (refused || pattern) return;
   if (outcome == AccessOutcome::ok || outcome == AccessOutcome::data_crc ||
       outcome == AccessOutcome::busy_too_long) {
-    at_most(Rule::busy, access.busy, register_busy_max, {}, at);
+    tallies_.at_most(Rule::busy, access.busy, register_busy_max, {}, at);
   }
   if (access.kind == SeenAccess::Kind::write) {
     judge_write(access);
@@ -286,7 +170,7 @@ void Conformance::judge_register(const SeenAccess& access) {
   judge_profile(access, seen);
 }
 
-void Conformance::judge_write(const SeenAccess& access) {
+void ControlRules::judge_write(const SeenAccess& access) {
   const AccessOutcome outcome = access.outcome;
   const bool late = outcome == AccessOutcome::start_missing;
   if (late || outcome == AccessOutcome::ok || outcome == AccessOutcome::echo) {
@@ -299,7 +183,7 @@ void Conformance::judge_write(const SeenAccess& access) {
 }
 
 // P = 0 has said that the next register can be accessed in the same way.
-void Conformance::judge_next(const SeenAccess& access) {
+void ControlRules::judge_next(const SeenAccess& access) {
   const AccessOutcome outcome = access.outcome;
   const bool announced = announced_ && announced_->id == access.id &&
                          announced_->kind == access.kind && announced_->next == access.address;
@@ -317,7 +201,7 @@ void Conformance::judge_next(const SeenAccess& access) {
   announced_ = {access.id, access.kind, static_cast<std::uint8_t>(access.address + 1U)};
 }
 
-void Conformance::judge_manufacturer(const SeenAccess& access) {
+void ControlRules::judge_manufacturer(const SeenAccess& access) {
   if (access.kind != SeenAccess::Kind::read || access.address < reg::mfr_id) return;
   const bool no =
       access.outcome == AccessOutcome::refused || access.outcome == AccessOutcome::not_addressed;
@@ -326,7 +210,7 @@ void Conformance::judge_manufacturer(const SeenAccess& access) {
   if (!no) manufacturer_seen_[access.id] |= 1U << (access.address - reg::mfr_id);
 }
 
-void Conformance::judge_profile(const SeenAccess& access, const SeenRegisters& seen) {
+void ControlRules::judge_profile(const SeenAccess& access, const SeenRegisters& seen) {
   if (access.outcome != AccessOutcome::ok || access.kind != SeenAccess::Kind::read) return;
   if (access.address != reg::bp_id && access.address != reg::bp_id + 1U) return;
   const auto stated = seen.identifier();

@@ -1,0 +1,57 @@
+// An encoder, its master and the line between them, judged by what a capture shows, rule by rule.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "biss/base/units.hpp"
+#include "biss/frame/format.hpp"
+#include "biss/timing/device_timing.hpp"
+#include "decode/control_rules.hpp"
+#include "decode/cycle.hpp"
+#include "decode/frame_rules.hpp"
+#include "decode/rules.hpp"
+#include "decode/sequence_rules.hpp"
+#include "decode/signal_rules.hpp"
+
+namespace biss::decode {
+
+/// What a capture is compared with.
+struct CheckSetup {
+  /// Without a format frames are judged by their structure, and by the profile identifier as soon
+  /// as the only slave was asked for it.
+  std::optional<FrameFormat> format;
+  /// A timeout of just the default is taken as unknown: either rule will do.
+  DeviceTiming timing;
+  /// CDS is always 0. A format with `cds0` says so too.
+  bool unidirectional = false;
+  /// Renishaw's table of cables holds.
+  bool renishaw_cables = false;
+  /// As in MarginSetup.
+  bool compensated = true;
+  Picoseconds resolution{};
+  /// In counts of the first channel's position per second; 0: not known.
+  std::uint64_t speed_max = 0;
+};
+
+/// Takes every cycle, measured with MarginSetup::signal. Bounded memory.
+class Check {
+ public:
+  explicit Check(const CheckSetup& setup);
+  Check(const Check&) = delete;
+  Check& operator=(const Check&) = delete;
+
+  void push(std::uint64_t number, const Cycle& cycle);
+  void finish();
+
+  RuleResult result(Rule rule) const;
+
+ private:
+  Tallies tallies_;
+  FrameRules frames_;
+  SignalRules signal_;
+  SequenceRules sequence_;
+  ControlRules control_;
+};
+
+}  // namespace biss::decode

@@ -1,0 +1,164 @@
+#include "decode/frame_rules.hpp"
+
+#include <algorithm>
+
+#include "decode/times.hpp"
+
+namespace biss::decode {
+
+namespace {
+
+// Within a frame the line delay may vary by this share of a period (D2, characteristics, row 8).
+constexpr std::int64_t jitter_share = 4;
+
+bool was_checked(const Cycle& cycle) {
+  return std::any_of(cycle.crc_ok.begin(), cycle.crc_ok.end(),
+                     [](const auto& right) { return right.has_value(); });
+}
+
+}  // namespace
+
+bool is_no_evidence(CycleStatus status) {
+  switch (status) {
+    case CycleStatus::truncated:
+    case CycleStatus::cut_start:
+    case CycleStatus::cut_end:
+    case CycleStatus::ma_glitch:
+    case CycleStatus::ma_clock:
+    case CycleStatus::unknown_level:
+      return true;
+    default:
+      return false;
+  }
+}
+
+bool has_times(CycleStatus status) {
+  return is_good(status) || status == CycleStatus::crc || status == CycleStatus::ack_range ||
+         status == CycleStatus::cds || status == CycleStatus::stop_bit;
+}
+
+FrameRules::FrameRules(const DeviceTiming& timing, bool unidirectional, Tallies& tallies)
+    : timing_(timing),
+      unidirectional_(unidirectional),
+      tallies_(tallies),
+      limits_(timing, tallies.resolution()) {}
+
+void FrameRules::push(std::uint64_t number, const Cycle& cycle) {
+  judge_master(number, cycle);
+  judge_idle(number, cycle);
+  judge_frame(number, cycle);
+  judge_bits(number, cycle);
+  if (has_times(cycle.status)) judge_times(number, cycle);
+  if (cycle.line_delay) line_delay_ = cycle.line_delay;
+}
+
+// What the master must keep: else the other rules prove nothing. The timeout is judged below, for
+// more cycles than a row of `decode` names it.
+void FrameRules::judge_master(std::uint64_t number, const Cycle& cycle) {
+  for (const LimitCase& each : limits_.compare(cycle)) {
+    if (each.rule == Rule::timeout_shortest || each.rule == Rule::timeout_longest) continue;
+    const Picoseconds margin = each.is_longest ? each.bound - each.value : each.value - each.bound;
+    tallies_.measure(each.rule, {each.bound.count, each.value.count, margin.count},
+                     each.doubt.count, number);
+  }
+}
+
+// SLO low at a request is the device's fault only where the master has waited long enough.
+void FrameRules::judge_idle(std::uint64_t number, const Cycle& cycle) {
+  const bool early = !ready_by_ || cycle.time < *ready_by_;
+  if (cycle.status == CycleStatus::not_ready) {
+    if (!early) tallies_.count(Rule::slo_idle, false, number, "SLO is low before the request");
+  } else if (!is_no_evidence(cycle.status) || cycle.status == CycleStatus::truncated) {
+    tallies_.count(Rule::slo_idle, true, number);
+  }
+  judge_ready(number, cycle, early);
+  const Picoseconds longest = std::max({timing_.timeout.time, biss_static_timeout_max,
+                                        2 * cycle.period.value_or(period_of(biss_clock_min))});
+  const Picoseconds clocks =
+      (std::int64_t{cycle.rising_edges} + 1) * cycle.period.value_or(Picoseconds{});
+  ready_by_ = shifted(cycle.time, clocks + longest + biss_line_delay_max);
+}
+
+// The master waits for SLO. An encoder with a fixed cycle time may be asked by the time: the
+// request then arrives when it is ready, and the master sees that a line delay later.
+void FrameRules::judge_ready(std::uint64_t number, const Cycle& cycle, bool early) {
+  if (!cycle.signal || !cycle.signal->ready || is_no_evidence(cycle.status)) return;
+  const Picoseconds ready = *cycle.signal->ready;
+  // Else it is SLO that stays low.
+  if (ready < Picoseconds{} && !(early && ready_by_)) return;
+  const auto delay = cycle.line_delay ? cycle.line_delay : line_delay_;
+  const bool by_time = timing_.timeout.rule == TimeoutRule::cycle;
+  if (by_time && !delay) return;
+  Picoseconds limit{};
+  Picoseconds doubt = 2 * tallies_.resolution();
+  if (by_time) {
+    limit = -*delay;
+    doubt += *cycle.period / jitter_share;
+  }
+  tallies_.measure(Rule::ready, {limit.count, ready.count, (ready - limit).count}, doubt.count,
+                   number);
+}
+
+void FrameRules::judge_frame(std::uint64_t number, const Cycle& cycle) {
+  const CycleStatus status = cycle.status;
+  if (is_no_evidence(status) || status == CycleStatus::not_ready) return;
+  if (status == CycleStatus::response_range) {
+    return tallies_.count_sampled(Rule::line_delay, false, cycle.period.value_or(Picoseconds{}),
+                                  number, "SLO falls too early or too late");
+  }
+  const Picoseconds asked = std::int64_t{cycle.rising_edges} * cycle.period.value_or(Picoseconds{});
+  const bool long_enough = (usual_edges_ != 0 && cycle.rising_edges >= usual_edges_) ||
+                           asked > biss_busy_max + biss_line_delay_max;
+  const bool silent = status == CycleStatus::no_response || status == CycleStatus::no_start;
+  if (silent && !long_enough) return;
+  const bool good =
+      has_times(status) && status != CycleStatus::cds && status != CycleStatus::stop_bit;
+  tallies_.count_sampled(Rule::frame_structure, good, cycle.period.value_or(Picoseconds{}), number,
+                         name_of(status));
+  const bool started = status != CycleStatus::no_response && status != CycleStatus::no_start;
+  tallies_.count_sampled(Rule::start, started, cycle.period.value_or(Picoseconds{}), number,
+                         name_of(status));
+  if (is_good(status)) usual_edges_ = std::max(usual_edges_, cycle.rising_edges);
+  if (good && was_checked(cycle)) {
+    tallies_.count_sampled(Rule::frame_crc, status != CycleStatus::crc, *cycle.period, number);
+  }
+}
+
+// START is followed by CDS; the frame ends in STOP.
+void FrameRules::judge_bits(std::uint64_t number, const Cycle& cycle) {
+  if (!has_times(cycle.status) || !cycle.period) return;
+  const auto cds = cycle.cds();
+  if (unidirectional_ && cds) {
+    tallies_.count_sampled(Rule::cds_zero, !*cds, *cycle.period, number, "CDS is 1");
+  }
+  // Where a checksum is wrong, the bits may not be those of the format.
+  const bool has_stop = is_good(cycle.status) || cycle.status == CycleStatus::stop_bit;
+  if (!has_stop || !was_checked(cycle)) return;
+  tallies_.count_sampled(Rule::stop, cycle.status != CycleStatus::stop_bit, *cycle.period, number,
+                         "STOP is 1");
+}
+
+void FrameRules::judge_times(std::uint64_t number, const Cycle& cycle) {
+  if (!cycle.period) return;
+  const Picoseconds jitter = *cycle.period / jitter_share;
+  if (cycle.line_delay) {
+    tallies_.at_most(Rule::line_delay, *cycle.line_delay, biss_line_delay_max, {}, number);
+  }
+  if (cycle.ack) {
+    const AckBounds bounds = ack_bounds(timing_, *cycle.period);
+    tallies_.at_least(Rule::ack_shortest, *cycle.ack,
+                      std::int64_t{bounds.min_clocks} * *cycle.period, jitter, number);
+    tallies_.at_most(Rule::ack_longest, *cycle.ack, std::int64_t{bounds.max_clocks} * *cycle.period,
+                     jitter, number);
+  }
+  if (cycle.release && cycle.line_delay) judge_timeout(number, cycle);
+}
+
+void FrameRules::judge_timeout(std::uint64_t number, const Cycle& cycle) {
+  const Picoseconds seen = *cycle.release - *cycle.line_delay;
+  const auto [least, most] = release_bounds(timing_, cycle);
+  tallies_.at_least(Rule::timeout_shortest, seen, least, release_doubt(cycle, least), number);
+  tallies_.at_most(Rule::timeout_longest, seen, most, release_doubt(cycle, most), number);
+}
+
+}  // namespace biss::decode

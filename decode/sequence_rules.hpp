@@ -1,0 +1,66 @@
+// Rules on how requests and frames follow one another, and on what the encoder says of itself.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "biss/base/units.hpp"
+#include "biss/frame/format.hpp"
+#include "biss/timing/device_timing.hpp"
+#include "decode/cycle.hpp"
+#include "decode/rules.hpp"
+
+namespace biss::decode {
+
+/// Finds requests that are missing in a regular sequence.
+class RequestGaps {
+ public:
+  /// The next interval. \return how many requests are missing in the one before it; nothing where
+  ///   that is not known, because the requests do not come at one rate
+  std::optional<std::uint64_t> push(Picoseconds interval, Picoseconds doubt);
+  void reset() { usual_count_ = 0, gap_.reset(); }
+
+ private:
+  bool is_usual(Picoseconds interval, Picoseconds doubt) const;
+
+  // Equal intervals in a row that make a rate.
+  static constexpr unsigned needed = 4;
+  // A longer interval is a pause of the master.
+  static constexpr std::int64_t most_times = 10;
+
+  Picoseconds usual_{};
+  unsigned usual_count_ = 0;
+  // The interval before, where it is a multiple of the usual one.
+  std::optional<std::uint64_t> gap_;
+};
+
+class SequenceRules {
+ public:
+  SequenceRules(const std::optional<FrameFormat>& format, const DeviceTiming& timing,
+                std::uint64_t speed_max, Tallies& tallies);
+
+  void push(std::uint64_t number, const Cycle& cycle);
+
+ private:
+  void judge_interval(std::uint64_t number, const Cycle& cycle);
+  void judge_flags(std::uint64_t number, const Frame& frame);
+  void judge_life(std::uint64_t number, const Frame& frame);
+  void judge_speed(std::uint64_t number, const Cycle& cycle, const Frame& frame);
+
+  std::optional<FrameFormat> format_;
+  // When the position is taken differs by so much from frame to frame.
+  Picoseconds sampling_spread_;
+  std::uint64_t speed_max_;
+  Tallies& tallies_;
+  RequestGaps gaps_;
+  std::optional<Picoseconds> last_request_;
+  std::uint64_t last_number_ = 0;
+  // Of the cycle before, where it was good.
+  std::optional<Frame> last_frame_;
+  // Of the last good cycle.
+  std::optional<std::uint64_t> last_position_;
+  Picoseconds position_time_{};
+};
+
+}  // namespace biss::decode

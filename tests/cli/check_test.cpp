@@ -1,0 +1,254 @@
+// Verdicts of `check` and `conform` on simulated captures of encoders.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "decode/rules.hpp"
+#include "tests/cli/run_command.hpp"
+
+namespace biss::cli {
+namespace check_test {
+
+using Words = std::vector<std::string>;
+
+constexpr const char* registers =
+    "0x40: 00 00 62 1E 00 00 00 01 00 00\n"
+    "0x70: -- -- -- -- -- -- -- -- 4D 48 4D 23 44 00 69 43\n";
+
+// Without a data sheet.
+bool no_limit(const std::string& rule) {
+  return rule == "duty" || rule == "extra_clocks" || rule == "cds_zero" || rule == "cable" ||
+         rule == "sign_of_life" || rule == "speed";
+}
+
+bool needs_format(const std::string& rule) {
+  return rule == "frame_crc" || rule == "stop" || rule == "line_delay_jitter" ||
+         rule.starts_with("sampling") || rule == "nE" || rule == "nW";
+}
+
+class Conform : public testing::Test {
+ protected:
+  void simulate(const Words& more) const {
+    Words words{"simulate", "--registers", page, "-o", capture};
+    words.insert(words.end(), more.begin(), more.end());
+    const Outcome outcome = run(words);
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+  }
+  // Verdicts by rule, and the exit status.
+  std::map<std::string, std::string> judge(const Words& more, int status) const {
+    Words words{"conform", capture, "--to", "csv"};
+    words.insert(words.end(), more.begin(), more.end());
+    const Outcome outcome = run(words);
+    EXPECT_EQ(outcome.status, status) << outcome.out << outcome.err;
+    std::map<std::string, std::string> verdicts;
+    for (const Row& row : rows_of(outcome.out)) verdicts[row.at("rule")] = row.at("verdict");
+    EXPECT_EQ(verdicts.size(), 46U);
+    return verdicts;
+  }
+  void expect_only_failing(const Words& more, const std::string& rule) const {
+    for (const auto& [name, verdict] : judge(more, 1)) {
+      EXPECT_EQ(verdict == "fail", name == rule) << name << ' ' << verdict;
+    }
+  }
+
+  Folder folder;
+  std::string page = folder.file("page.txt", registers);
+  std::string capture = folder.path("line.vcd");
+  Words usual{"--access",      "read:0x42,2", "--access",  "read:0x78,8", "--access",
+              "write:0x48=5A", "--access",    "read:0x20", "--access",    "read:0x48",
+              "--clock",       "2MHz",        "--cable",   "20m"};
+};
+
+TEST_F(Conform, SimulatedEncoder_PassesEveryRuleThatTheCaptureShows) {
+  simulate(usual);
+  for (const Words& format : {Words{"-f", "pos28,nE,nW,crc6"}, Words{}}) {
+    const bool named = !format.empty();
+    for (const auto& [rule, verdict] : judge(format, 0)) {
+      const bool no_case = rule == "header_damaged" || rule == "data_sheet" ||
+                           rule == "clock_change" || rule == "cycle_min" || no_limit(rule) ||
+                           (needs_format(rule) && !named);
+      const bool warning = rule == "sampling_uncompensated";
+      EXPECT_EQ(verdict, no_case ? "not_judged" : warning ? "marginal" : "pass") << rule;
+    }
+  }
+}
+
+TEST_F(Conform, FrameOfAnotherLengthThanTheIdentifier_FailsProfile) {
+  Words words = usual;
+  words.insert(words.end(), {"-f", "pos30,nE,nW,crc6"});
+  simulate(words);
+  expect_only_failing({"-f", "pos30,nE,nW,crc6"}, "profile");
+  expect_only_failing({}, "profile");
+}
+
+TEST_F(Conform, DamagedFrame_FailsCrc) {
+  Words words = usual;
+  words.insert(words.end(), {"--fault", "flip@3,bit=7"});
+  simulate(words);
+  expect_only_failing({"-f", "pos28,nE,nW,crc6"}, "frame_crc");
+}
+
+TEST_F(Conform, TimeoutLongerThanTold_Fails) {
+  simulate(usual);
+  expect_only_failing({"-f", "pos28,nE,nW,crc6", "--timeout", "static:20us"}, "timeout_longest");
+}
+
+TEST_F(Conform, AckLongerThanTold_Fails) {
+  Words words = usual;
+  words.insert(words.end(), {"--processing", "9us"});
+  simulate(words);
+  const auto verdicts = judge({"-f", "pos28,nE,nW,crc6", "--ack-max", "5us"}, 1);
+  EXPECT_EQ(verdicts.at("ack_longest"), "fail");
+  EXPECT_EQ(judge({"-f", "pos28,nE,nW,crc6"}, 0).at("ack_longest"), "pass");
+}
+
+TEST_F(Conform, BusyBeyondTwentyMilliseconds_Fails) {
+  simulate({"--access", "read:0x42", "--register-busy", "30ms"});
+  EXPECT_EQ(judge({"-f", "pos28,nE,nW,crc6"}, 1).at("busy"), "fail");
+}
+
+TEST_F(Conform, JsonLines_HaveTheKeysThatStay) {
+  simulate(usual);
+  const Outcome outcome = run({"conform", capture, "--to", "jsonl"});
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_NE(outcome.out.find(R"({"rule":"line_delay","limit":40000,"worst":)"), std::string::npos)
+      << outcome.out;
+  EXPECT_NE(outcome.out.find(R"({"rule":"data_sheet","limit":null,"worst":null,"unit":"findings",)"
+                             R"("margin":null,"cycle":null,"verdict":"not_judged")"),
+            std::string::npos)
+      << outcome.out;
+}
+
+TEST_F(Conform, IsCheckAgainstBissC) {
+  simulate(usual);
+  for (const Words& more : {Words{"-f", "pos28,nE,nW,crc6"}, Words{"-f", "resolute-26"}, Words{}}) {
+    Words conform{"conform", capture, "--to", "jsonl"};
+    Words check{"check", capture, "--against", "biss-c", "--to", "jsonl"};
+    conform.insert(conform.end(), more.begin(), more.end());
+    check.insert(check.end(), more.begin(), more.end());
+    const Outcome old = run(conform);
+    const Outcome now = run(check);
+    EXPECT_EQ(now.out, old.out);
+    EXPECT_EQ(now.err, old.err);
+    EXPECT_EQ(now.status, old.status);
+  }
+}
+
+class Check : public testing::Test {
+ protected:
+  void simulate(const Words& more) const {
+    Words words{"simulate", "-o", capture};
+    words.insert(words.end(), more.begin(), more.end());
+    const Outcome outcome = run(words);
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+  }
+  // The rules that fail, by name, and those that are judged.
+  std::string failing(const Words& more) {
+    Words words{"check", capture, "--to", "csv"};
+    words.insert(words.end(), more.begin(), more.end());
+    const Outcome outcome = run(words);
+    std::string names;
+    judged.clear();
+    for (const Row& row : rows_of(outcome.out)) {
+      if (row.at("verdict") != "not_judged") judged += ' ' + row.at("rule") + ' ';
+      if (row.at("verdict") != "fail") continue;
+      names += (names.empty() ? "" : " ") + row.at("rule");
+    }
+    EXPECT_EQ(outcome.status, names.empty() ? 0 : 1) << outcome.err;
+    return names;
+  }
+
+  Folder folder;
+  std::string capture = folder.path("line.vcd");
+  std::string judged;
+};
+
+// The type brings its format and its limits.
+TEST_F(Check, TypeOfTheEncoder_Passes) {
+  simulate({"-f", "fs-36-28", "--clock", "5MHz", "--cable", "0.5m"});
+  EXPECT_EQ(failing({"--against", "fs-36-28"}), "");
+  for (const char* rule : {"frame_crc", "duty", "clock_change", "cycle_min", "cable", "cds_zero",
+                           "sign_of_life", "extra_clocks", "ready", "nE", "sampling_margin"}) {
+    EXPECT_THAT(judged, testing::HasSubstr(std::string(" ") + rule + ' '));
+  }
+}
+
+TEST_F(Check, Renishaw_IsTheLimitsOfItsDataSheetsWithAnyFormat) {
+  simulate({"-f", "pos26,nE,nW,crc6", "--clock", "2MHz", "--cable", "10m"});
+  EXPECT_EQ(failing({"--against", "biss-c", "-f", "pos26,nE,nW,crc6"}), "");
+  EXPECT_EQ(failing({"--against", "renishaw", "-f", "pos26,nE,nW,crc6"}).substr(0, 12),
+            "ack_shortest");
+  EXPECT_EQ(failing({"--against", "renishaw"}).substr(0, 12), "ack_shortest");
+}
+
+TEST_F(Check, OptionsOfTiming_ReplaceSingleLimits) {
+  simulate({"-f", "resolute-26", "--clock", "5MHz"});
+  EXPECT_EQ(failing({"--against", "renishaw", "--clock-max", "4MHz"}), "clock_max");
+  EXPECT_EQ(failing({"--against", "resolute-26", "--clock-max", "4MHz"}), "clock_max");
+}
+
+TEST_F(Check, SpeedMax_IsInCountsOrTurns) {
+  simulate({"-f", "resolute-26", "--clock", "5MHz", "--rate", "10kHz"});
+  // The ramp takes 1000 requests for a turn: 10 turns a second.
+  EXPECT_EQ(failing({"--against", "resolute-26", "--speed-max", "620rpm"}), "");
+  EXPECT_EQ(failing({"--against", "resolute-26", "--speed-max", "580rpm"}), "speed");
+  EXPECT_EQ(failing({"--against", "resolute-26", "--speed-max", "700000000"}), "");
+  EXPECT_EQ(failing({"--against", "resolute-26", "--speed-max", "600000000"}), "speed");
+}
+
+TEST_F(Check, MasterWithoutCompensation_FailsOnALongCable) {
+  simulate({"-f", "resolute-26", "--clock", "2MHz", "--cable", "10m"});
+  EXPECT_EQ(failing({"--against", "resolute-26"}), "");
+  EXPECT_EQ(failing({"--against", "resolute-26", "--no-compensation"}), "sampling_uncompensated");
+  simulate({"-f", "resolute-26", "--clock", "2MHz", "--cable", "8m"});
+  EXPECT_EQ(failing({"--against", "resolute-26", "--no-compensation"}), "");
+}
+
+TEST_F(Check, FaultsOfTheLine_FailTheirRules) {
+  struct Case {
+    Words faults;
+    std::string fails;
+  };
+  const Case cases[] = {
+      {{"--fault", "flip@5"}, "frame_crc"},
+      {{"--fault", "nE@5"}, "nE"},
+      {{"--fault", "nW@5"}, ""},
+      {{"--fault", "delay@9"}, "missing_request"},
+      // The encoder counts it as well, and answers the next request too early.
+      {{"--fault", "glitch_ma_idle@5"}, "line_delay glitch_ma"},
+      {{"--fault", "glitch_slo_idle@5"}, "glitch_slo"},
+  };
+  for (const Case& each : cases) {
+    SCOPED_TRACE(each.faults[1]);
+    Words words{"-f", "fs-28-24", "--clock", "1MHz", "--cycles", "40"};
+    words.insert(words.end(), each.faults.begin(), each.faults.end());
+    simulate(words);
+    EXPECT_EQ(failing({"--against", "fs-28-24"}), each.fails);
+  }
+}
+
+TEST_F(Check, UnknownLimits_AreWrongUsage) {
+  simulate({"-f", "resolute-26"});
+  const Outcome unknown = run({"check", capture, "--against", "resolut-26"});
+  EXPECT_EQ(unknown.status, 2);
+  EXPECT_THAT(unknown.err, testing::HasSubstr("did you mean resolute-26?"));
+  EXPECT_EQ(run({"check", capture, "--against", "pos26,nE,nW,crc6"}).status, 2);
+  for (const char* speed : {"fast", "0", "rpm", "-3rpm", "1e6"}) {
+    EXPECT_EQ(run({"check", capture, "--speed-max", speed}).status, 2) << speed;
+  }
+}
+
+TEST(CheckDocument, EveryRule_IsExplained) {
+  const std::string document = content_of(BISS_SOURCE_FOLDER "/docs/check.md");
+  const std::string rules = document.substr(document.find("\n## Rules"));
+  for (std::size_t i = 0; i < decode::rule_count; ++i) {
+    const std::string name(text_of(static_cast<decode::Rule>(i)).name);
+    EXPECT_THAT(rules, testing::HasSubstr('`' + name + '`')) << name;
+  }
+}
+
+}  // namespace check_test
+}  // namespace biss::cli
