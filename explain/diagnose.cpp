@@ -26,6 +26,9 @@ struct CauseShares {
 };
 constexpr double elsewhere = 0.003;
 
+// With fewer samples in a period of MA, edges are in doubt.
+constexpr double coarse_samples = 5.2;
+
 const std::vector<CauseShares>& cause_shares() {
   using C = Cause;
   using S = Symptom;
@@ -34,22 +37,23 @@ const std::vector<CauseShares>& cause_shares() {
        {{S::flipped, .6}, {S::slipped, .6}, {S::cut_short, .5}, {S::other_ack, .5},
         {S::cds_high, .7}, {S::tail_low, .3}, {S::tail_high, .2}, {S::cut_in_ack, .05},
         {S::error_flag, .02}}},
-      {C::slo_inverted, {{S::inverted, .9}, {S::busy, .1}, {S::stuck, .05}}},
-      {C::ma_inverted, {{S::half_early, .9}, {S::flipped, .1}, {S::slipped, .1}}},
+      {C::slo_inverted, {{S::inverted, .7}, {S::busy, .15}, {S::stuck, .3}}},
+      {C::ma_inverted,
+       {{S::half_early, .9}, {S::flipped, .1}, {S::slipped, .1}, {S::delay_changed, .01}}},
       {C::clock_too_fast_for_cable,
-       {{S::smeared, .6}, {S::delay_changed, .5}, {S::flipped, .08}, {S::slipped, .05},
-        {S::late_answer, .03}}},
-      {C::ack_longer_than_master_waits, {{S::cut_in_ack, .95}, {S::cut_short, .15}}},
+       {{S::smeared, .6}, {S::delay_changed, .5}, {S::flipped, .08}, {S::slipped, .25},
+        {S::late_answer, .03}, {S::half_early, .1}}},
+      {C::ack_longer_than_master_waits, {{S::cut_in_ack, .95}, {S::cut_short, .3}}},
       {C::master_stops_early, {{S::cut_short, .9}, {S::cut_in_ack, .1}, {S::tail_high, .05}}},
       {C::requested_too_soon,
-       {{S::busy, .7}, {S::early, .3}, {S::stuck, .05}, {S::silent, .02}, {S::late_answer, .05}}},
+       {{S::busy, .7}, {S::early, .3}, {S::stuck, .35}, {S::silent, .02}, {S::late_answer, .05}}},
       {C::noise_on_slo,
        {{S::flipped, .75}, {S::slo_pulse, .9}, {S::slipped, .05}, {S::smeared, .03},
         {S::tail_low, .02}, {S::other_ack, .06}, {S::cut_in_ack, .03}, {S::cut_short, .03},
         {S::early, .02}, {S::cds_high, .02}}},
       {C::noise_on_ma,
        {{S::ma_pulse, .95}, {S::ma_uneven, .3}, {S::slipped, .5}, {S::flipped, .05},
-        {S::cut_short, .02}, {S::other_ack, .04}}},
+        {S::cut_short, .02}, {S::other_ack, .04}, {S::slo_pulse, .15}}},
       {C::supply_or_intermittent,
        {{S::silent, .6}, {S::late_answer, .5}, {S::tail_high, .6}, {S::flipped, .05},
         {S::other_ack, .05}, {S::cut_short, .05}, {S::cut_in_ack, .03}, {S::early, .03},
@@ -119,6 +123,8 @@ class Diagnosis {
 
   double wrong_format_gate() const {
     if (!evidence_.has_format) return 1e-6;
+    // Not a matter of bits.
+    if (share(evidence_.count(Symptom::early)) > 0.15) return 0.1;
     if (const auto& found = context_.identified; found && found->confidence >= 0.9) {
       return found->format == *context_.format ? 0.01 : 20;
     }
@@ -130,9 +136,9 @@ class Diagnosis {
     if (2 * truncated > refused()) {
       if (!nearly_all) return 0.01;
       // The whole frame is there: it ends with a STOP, after a bit that changes.
-      const bool complete =
-          evidence_.truncated_low == truncated && evidence_.before_last_changes;
-      return complete ? 8 : 0.1;
+      if (evidence_.truncated_low != truncated) return 0.02;
+      if (evidence_.before_last_changes || evidence_.usual_checksum) return 8;
+      return 0.5;
     }
     if (evidence_.count(Symptom::cds_high) * 2 > refused()) return 8;
     if (evidence_.count(Symptom::other_ack) * 2 > refused()) return 4;
@@ -141,23 +147,29 @@ class Diagnosis {
 
   double not_biss_gate() const {
     if (context_.other && context_.other->confidence >= 0.5) return 20;
-    const double answers = share(evidence_.answered);
     const double good = share(evidence_.good);
     if (good > 0.5 && evidence_.has_format) return 1e-4;
+    if (good > 0.1 && evidence_.crc_bits >= 5) return 0.02;
     const double far = share(evidence_.far_delays);
     const double odd = share(evidence_.count(Symptom::early) + evidence_.count(Symptom::ma_uneven) +
                              evidence_.count(Symptom::late_answer));
+    // Of one cause most cycles look alike.
+    const auto kinds = std::count_if(
+        evidence_.symptoms.begin(), evidence_.symptoms.end(),
+        [&](const Sightings& seen) { return share(seen.count) > 0.08; });
     double gate = 0.1;
-    if (odd > 0.3) gate = 1.5;
-    if (far > 0.15 || answers < 0.3) gate = std::max(gate, 1.0);
-    if (odd > 0.15 && far > 0.15) gate = 4;
-    return gate;
+    if (share(evidence_.answered) < 0.3 || far > 0.15) gate = 1;
+    if (odd > 0.1 && evidence_.passed == 0) gate = 6;
+    if (kinds >= 3 && evidence_.passed == 0) gate = 8;
+    return samples_per_period() < coarse_samples ? gate / 10 : gate;
   }
 
   double sampling_gate() const {
     const double samples = samples_per_period();
-    if (samples > 6) return 1e-4;
-    return samples < 4.5 ? 20 : 1;
+    const bool hopeless = 10 * evidence_.good < evidence_.cycles;
+    if (hopeless && samples < coarse_samples + 2) return 20;
+    if (samples > coarse_samples + 1) return samples < 14 && hopeless ? 2 : 1e-4;
+    return samples < coarse_samples ? 20 : 1;
   }
 
   // How plausible each cause is by what is seen in the whole capture.
@@ -178,7 +190,14 @@ class Diagnosis {
     if (evidence_.count(Symptom::silent) + evidence_.count(Symptom::late_answer) == 0) {
       at(gates_, Cause::supply_or_intermittent) = 0.2;
     }
-    if (evidence_.pulses_on_ma == 0) at(gates_, Cause::noise_on_ma) = 0.6;
+    // SLO may be low because the encoder had too little time, or for good.
+    if (const auto& rest = evidence_.rest_of_bad; rest.count() != 0) {
+      const bool hurried = rest.median() < timeout().count;
+      at(gates_, Cause::requested_too_soon) = hurried ? 3 : 0.5;
+    }
+    at(gates_, Cause::noise_on_ma) = evidence_.pulses_on_ma == 0 ? 0.9 : 1;
+    // Bits that are wrong beside pulses on MA come from these.
+    if (evidence_.count(Symptom::ma_pulse) >= 3) at(gates_, Cause::noise_on_slo) = 0.15;
     if (evidence_.passed == 0) {
       // Noise that leaves no frame good is rare.
       at(gates_, Cause::noise_on_slo) *= 0.2;
@@ -187,12 +206,21 @@ class Diagnosis {
     gate_truncation();
   }
 
+  // By the encoder's rule, or as measured.
+  Picoseconds timeout() const {
+    if (evidence_.release.count() >= 3) return {evidence_.release.min() * 19 / 20};
+    const Timeout& rule = context_.timing.timeout;
+    const Picoseconds period{evidence_.period.count() == 0 ? 0 : evidence_.period.median()};
+    if (rule.rule == TimeoutRule::fixed) return rule.time;
+    return period * 3 / 2;
+  }
+
   // No good cycle shows how long ACK is and how many clocks the master sends.
   void gate_truncation() {
     if (evidence_.ack_clocks.count() != 0 || evidence_.truncated == 0) return;
     const auto& ack = evidence_.truncated_ack_clocks;
     const bool varies = ack.count() != 0 && ack.max() > ack.min() + 1;
-    if (varies) at(gates_, Cause::ack_longer_than_master_waits) = 8;
+    if (varies && evidence_.count(Symptom::early) == 0) at(gates_, Cause::ack_longer_than_master_waits) = 8;
   }
 
   // Which cause explains which share of the unusual cycles: the most likely mixture.
@@ -241,8 +269,10 @@ class Diagnosis {
       at(weights_, cause) += 1;
     };
     if (context_.reading.swapped) put_first(Cause::ma_slo_swapped);
-    if (context_.reading.slo_inverted) put_first(Cause::slo_inverted);
-    if (context_.reading.ma_inverted) put_first(Cause::ma_inverted);
+    // What reads hardly better that way says nothing.
+    const bool reads = 2 * evidence_.answered > evidence_.cycles;
+    if (context_.reading.slo_inverted && reads) put_first(Cause::slo_inverted);
+    if (context_.reading.ma_inverted && reads) put_first(Cause::ma_inverted);
     // Pairs exchanged at the connector: both inputs are open.
     if (at(weights_, Cause::no_encoder) > 0.5) at(weights_, Cause::ma_slo_swapped) += 0.08;
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "biss/crc/engines.hpp"
 #include "decode/times.hpp"
 
 namespace biss::explain {
@@ -36,12 +37,30 @@ bool lies_on(Picoseconds gap, Picoseconds step) {
   return grid_tolerance * std::max(off, -off) <= step.count;
 }
 
+// Which usual checksums a frame from START to STOP has: bit k of the result is that of number k.
+unsigned usual_checksums(BitView raw) {
+  constexpr std::array<std::uint8_t, 4> widths{5, 6, 8, 16};
+  unsigned fitting = 0;
+  for (std::size_t k = 0; k < widths.size(); ++k) {
+    const std::size_t width = widths[k];
+    if (raw.size_bits() < width + 4 || raw.size_bits() > width + 3 + max_data_bits) continue;
+    const std::size_t data_bits = raw.size_bits() - width - 3;
+    const CrcBitwise crc({.polynomial = default_polynomial(widths[k]), .width_bits = widths[k]});
+    const std::uint64_t data = raw.word(2, static_cast<unsigned>(data_bits));
+    if (raw.word(2 + data_bits, widths[k]) == crc(data, static_cast<unsigned>(data_bits))) {
+      fitting |= 1U << k;
+    }
+  }
+  return fitting;
+}
+
 }  // namespace
 
 void SampleGrid::push(wire::Edge edge, wire::LineIndex ma) {
   if (gaps_.size() < gaps_kept) {
     if (last_ && *last_ < edge.time) gaps_.push_back(decode::elapsed(*last_, edge.time));
     last_ = edge.time;
+    if (edge.line != ma) ++slo_edges_;
   }
   if (edge.line != ma || ma_gaps_.size() >= gaps_kept) return;
   if (last_ma_) ma_gaps_.push_back(decode::elapsed(*last_ma_, edge.time));
@@ -49,7 +68,7 @@ void SampleGrid::push(wire::Edge edge, wire::LineIndex ma) {
 }
 
 std::optional<Picoseconds> SampleGrid::step() const {
-  if (gaps_.size() < 64 || ma_gaps_.size() < 32) return std::nullopt;
+  if (gaps_.size() < 64 || ma_gaps_.size() < 32 || slo_edges_ < 16) return std::nullopt;
   const Picoseconds step = *std::min_element(gaps_.begin(), gaps_.end());
   const auto is_short = [&](Picoseconds gap) { return gap <= grid_steps * step; };
   std::size_t on = 0;
@@ -59,16 +78,20 @@ std::optional<Picoseconds> SampleGrid::step() const {
     ++judged;
     if (lies_on(gap, step)) ++on;
   }
-  // Lengths of MA that vary by a step: a clock without jitter has at most two, high and low.
+  // Lengths of MA that vary by a step: those of an even clock do not.
   std::array<std::size_t, 8> lengths{};
   for (const Picoseconds gap : ma_gaps_) {
     const std::int64_t steps = clocks_in(gap, step);
     if (steps < 8) ++lengths[static_cast<std::size_t>(steps)];
   }
-  const std::size_t kinds = static_cast<std::size_t>(
-      std::count_if(lengths.begin(), lengths.end(),
-                    [&](std::size_t count) { return 20 * count > ma_gaps_.size(); }));
-  if (judged < 64 || 100 * on < 97 * judged || kinds < 2) return std::nullopt;
+  std::size_t short_lengths = 0;
+  for (const std::size_t count : lengths) short_lengths += count;
+  const auto occurs = [&](std::size_t steps) { return 100 * lengths[steps] > short_lengths; };
+  const bool varies = (occurs(1) && occurs(2)) || (occurs(2) && occurs(3));
+  // Levels of many different lengths are data, for example of a UART.
+  const std::size_t long_lengths = lengths[4] + lengths[5] + lengths[6] + lengths[7];
+  const bool is_clock = varies && 25 * long_lengths < short_lengths;
+  if (judged < 64 || 100 * on < 97 * judged || !is_clock) return std::nullopt;
   return step;
 }
 
@@ -138,8 +161,16 @@ void Observer::note(Symptom symptom, const CycleEdges& edges) {
 void Observer::note_frame(const Cycle& cycle) {
   if (cycle.ack && cycle.line_delay) ++evidence_.answered;
   if (is_good(cycle.status)) ++evidence_.passed;
-  if (cycle.status == CycleStatus::truncated) note_truncated(cycle);
+  const bool short_of_bits =
+      cycle.status == CycleStatus::ack_range &&
+      cycle.raw.view().size_bits() < std::size_t{2} + evidence_.payload_bits;
+  if (cycle.status == CycleStatus::truncated || short_of_bits) note_truncated(cycle);
   const BitView raw = cycle.raw.view();
+  if (cycle.frame && raw.size_bits() == evidence_.payload_bits + 3U) {
+    const bool last = raw[raw.size_bits() - 2];
+    last_crc_bit_changes_ = last_crc_bit_changes_ || (last_crc_bit_ && *last_crc_bit_ != last);
+    last_crc_bit_ = last;
+  }
   if (cycle.status != CycleStatus::crc || raw.size_bits() < 4) return;
   if (raw.size_bits() < evidence_.payload_bits + 3U) return;
   ++evidence_.failed_checks;
@@ -159,6 +190,8 @@ void Observer::note_truncated(const Cycle& cycle) {
   }
   if (raw.size_bits() < 4) return;
   if (!raw[raw.size_bits() - 1]) ++evidence_.truncated_low;
+  fitting_checksums_ &= usual_checksums(raw);
+  evidence_.usual_checksum = fitting_checksums_ != 0;
   const bool before = raw[raw.size_bits() - 2];
   if (bit_before_last_ && *bit_before_last_ != before) evidence_.before_last_changes = true;
   bit_before_last_ = before;
@@ -213,8 +246,12 @@ void Observer::settle() {
   // An encoder that counted a clock too many sends STOP where the last bit is expected; one that
   // missed a clock sends the last bit where STOP is expected.
   const std::uint64_t failed = evidence_.failed_checks;
-  if (failed >= 8 && (10 * evidence_.last_bit_low >= 9 * failed || 5 * evidence_.stop_high >= failed)) {
-    move(Symptom::flipped, Symptom::slipped);
+  if (failed >= 5 && last_crc_bit_changes_) {
+    const std::uint64_t low = evidence_.last_bit_low;
+    const bool slips = failed < 10 ? low == failed || evidence_.stop_high != 0
+                                   : 100 * low >= 85 * failed ||
+                                         100 * evidence_.stop_high >= 15 * failed;
+    slips ? move(Symptom::flipped, Symptom::slipped) : move(Symptom::slipped, Symptom::flipped);
   }
   // START came later than in any good cycle, but before the first good one.
   const auto& late = evidence_.truncated_ack_clocks;

@@ -37,6 +37,7 @@ class SampleGrid {
   std::vector<Picoseconds> ma_gaps_;
   std::optional<Picoseconds> last_;
   std::optional<Picoseconds> last_ma_;
+  std::size_t slo_edges_ = 0;
 };
 
 /// Counts over a capture. Public data: filled by Observer, read by diagnose().
@@ -65,6 +66,8 @@ struct Evidence {
   std::uint64_t truncated = 0;
   std::uint64_t truncated_low = 0;
   bool before_last_changes = false;
+  /// A usual checksum ends just before the last bit in all of them.
+  bool usual_checksum = false;
   decode::Distribution truncated_ack_clocks;
   decode::Distribution missing_bits;
   /// Of good cycles.
@@ -136,6 +139,11 @@ class Observer {
   std::uint64_t silence_ = 0;
   std::optional<Picoseconds> first_delay_;
   std::optional<bool> bit_before_last_;
+  // Bit k: the usual checksum of that number fits all truncated frames so far.
+  unsigned fitting_checksums_ = ~0U;
+  // The last CRC bit of the good frames, and whether it changes.
+  std::optional<bool> last_crc_bit_;
+  bool last_crc_bit_changes_ = false;
 };
 
 }  // namespace biss::explain

@@ -21,6 +21,8 @@ constexpr std::int64_t ma_pulse_percent = 40;
 constexpr std::int64_t slo_pulse_share = 4;
 // A change of SLO further from its place than a period over this is smeared.
 constexpr std::int64_t smear_share = 5;
+// As many changes in a wrong place are a clock too many at the encoder, not a smeared signal.
+constexpr unsigned stray_changes = 2;
 // Bits at the end of a frame that are all alike by more than chance.
 constexpr std::size_t high_tail_bits = 5;
 constexpr std::size_t low_tail_bits = 10;
@@ -75,6 +77,11 @@ std::size_t best_slip(BitView bits, BitView reference, std::ptrdiff_t shift) {
   }
   return best;
 }
+
+// A line delay that is off by this, in thousandths of a period: far, half a period, a clock.
+bool is_far(std::int64_t off) { return off > 200 || off < -200; }
+bool is_half(std::int64_t off) { return (off > 450 && off < 550) || (off > -550 && off < -450); }
+bool is_whole(std::int64_t off) { return (off > 900 && off < 1100) || (off > -1100 && off < -900); }
 
 }  // namespace
 
@@ -175,6 +182,7 @@ void SymptomReader::mark_slo(const CycleEdges& edges, LineMarks& marks) const {
     Picoseconds off = after == rises.end() ? moved_at - rises.back() : *after - moved_at;
     if (after != rises.begin()) off = std::min(off, moved_at - *(after - 1));
     marks.smear = std::max(marks.smear, off);
+    if (smear_share * off > period + 2 * smear_share * cycle.uncertainty) ++marks.smeared_changes;
   }
 }
 
@@ -203,17 +211,32 @@ Symptom SymptomReader::of_status(const CycleEdges& edges) {
   if (off && *off > 1500) return Symptom::late_answer;
   if (marks_.slo_pulses != 0) return Symptom::slo_pulse;
   if (cycle.status == CycleStatus::no_start) return Symptom::cut_in_ack;
-  if (cycle.status == CycleStatus::truncated) return of_short(edges);
+  const bool short_of_bits =
+      format_ && cycle.raw.view().size_bits() < std::size_t{2} + format_->payload_bits();
+  if (cycle.status == CycleStatus::truncated ||
+      (cycle.status == CycleStatus::ack_range && short_of_bits)) {
+    return of_short(edges);
+  }
   return of_bits(edges);
 }
 
 // SLO is low where the request begins.
 Symptom SymptomReader::of_low_request(const CycleEdges& edges) {
-  const decode::CycleReading inverted = read_again(edges, again_, true);
-  const Cycle& other = inverted.cycle;
-  const bool in_time = other.line_delay && other.period && *other.line_delay < 8 * *other.period;
-  if (is_good(other.status) && in_time) return Symptom::inverted;
-  return marks_.rise ? Symptom::busy : Symptom::stuck;
+  if (answers_inverted(edges)) return Symptom::inverted;
+  // As long a rest was enough before.
+  const bool rested = rest_before_ && shortest_rest_ && *rest_before_ >= *shortest_rest_;
+  return marks_.rise && !rested ? Symptom::busy : Symptom::stuck;
+}
+
+// Whether SLO, inverted, answers this request. A master that sees SLO inverted may stop before the
+// frame: SLO then shows ACK alone, and goes back to the level at which it rests.
+bool SymptomReader::answers_inverted(const CycleEdges& edges) {
+  const Cycle other = read_again(edges, again_, true).cycle;
+  if (!other.line_delay || !other.period) return false;
+  const bool in_time = *other.line_delay < 2 * *other.period || delay_off(other) == 0;
+  if (is_good(other.status)) return *other.line_delay < 8 * *other.period;
+  const bool rests_low = !edges.slo.empty() && edges.slo.back().level == Level::low;
+  return in_time && rests_low && marks_.slo_pulses == 0;
 }
 
 // SLO fell before the edge of ACK, or far too late.
@@ -237,30 +260,28 @@ Symptom SymptomReader::of_short(const CycleEdges& edges) const {
 Symptom SymptomReader::of_bits(const CycleEdges& edges) const {
   const Cycle& cycle = edges.cycle;
   const BitView raw = cycle.raw.view();
-  const Picoseconds period = cycle.period.value_or(Picoseconds{});
+  const auto off = delay_off(cycle);
+  if (off && is_half(*off)) return Symptom::half_early;
   if (tail_of(raw, true) >= high_tail_bits) return Symptom::tail_high;
   if (tail_of(raw, false) >= low_tail_bits &&
       tail_of(last_good_.view(), false) + 4 < tail_of(raw, false)) {
     return Symptom::tail_low;
   }
-  if (smear_share * marks_.smear > period + smear_share * 2 * cycle.uncertainty) {
-    return Symptom::smeared;
-  }
-  if (const auto off = delay_off(cycle); off && (*off > 200 || *off < -200)) {
-    return Symptom::smeared;
-  }
+  if (marks_.smeared_changes > stray_changes) return Symptom::smeared;
+  if (marks_.smeared_changes != 0) return Symptom::slipped;
+  if (off && is_far(*off)) return is_whole(*off) ? Symptom::slipped : Symptom::smeared;
   const bool right = cycle.crc_ok[0].value_or(false);
   if (cycle.status == CycleStatus::ack_range && right) return Symptom::other_ack;
   if (cycle.status == CycleStatus::cds && right) return Symptom::cds_high;
   return slips(cycle) ? Symptom::slipped : Symptom::flipped;
 }
 
-Symptom SymptomReader::of_good(const Cycle& cycle) {
+Symptom SymptomReader::of_good(const Cycle& cycle) const {
   if (cycle.frame && !cycle.frame->trusted()) return Symptom::error_flag;
   const auto off = delay_off(cycle);
-  if (!off) return Symptom::none;
-  if (*off < -375 && *off > -625) return Symptom::half_early;
-  return *off > 200 || *off < -200 ? Symptom::delay_changed : Symptom::none;
+  if (!off || !is_far(*off)) return Symptom::none;
+  if (is_half(*off)) return Symptom::half_early;
+  return is_whole(*off) ? Symptom::slipped : Symptom::delay_changed;
 }
 
 // Whether the frame is the last good one with a bit lost or doubled: much more like it than without.
@@ -271,7 +292,7 @@ bool SymptomReader::slips(const Cycle& cycle) const {
   std::size_t direct = 0;
   for (std::size_t i = 0; i < raw.size_bits(); ++i) direct += raw[i] != good[i] ? 1U : 0U;
   const std::size_t slipped = std::min(best_slip(raw, good, 1), best_slip(raw, good, -1));
-  return slipped + 4 <= direct;
+  return slipped + 4 <= direct && slipped <= 2 + raw.size_bits() / 12;
 }
 
 // The line delay less the usual one, in thousandths of a period.
@@ -286,6 +307,7 @@ std::optional<std::int64_t> SymptomReader::delay_off(const Cycle& cycle) const {
 void SymptomReader::learn(const Cycle& cycle) {
   longest_ack_ = std::max(longest_ack_, ack_clocks_of(cycle));
   last_good_ = cycle.raw;
+  if (rest_before_) shortest_rest_ = std::min(*rest_before_, shortest_rest_.value_or(*rest_before_));
   if (!cycle.line_delay) return;
   const auto off = delay_off(cycle);
   if (!off || (*off < 200 && *off > -200)) usual_delay_ = cycle.line_delay;

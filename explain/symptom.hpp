@@ -48,8 +48,9 @@ struct LineMarks {
   unsigned ma_pulses = 0;
   unsigned slo_pulses = 0;
   std::optional<Picoseconds> shortest_pulse;
-  /// Furthest that SLO changes from its place in a bit.
+  /// Furthest that SLO changes from its place in a bit, and how many changes are far from it.
   Picoseconds smear{};
+  unsigned smeared_changes = 0;
   /// SLO rises after it was low at the request, before the next request.
   std::optional<Picoseconds> rise;
 };
@@ -76,7 +77,8 @@ class SymptomReader {
   Symptom of_early(const decode::CycleEdges& edges) const;
   Symptom of_short(const decode::CycleEdges& edges) const;
   Symptom of_bits(const decode::CycleEdges& edges) const;
-  Symptom of_good(const decode::Cycle& cycle);
+  Symptom of_good(const decode::Cycle& cycle) const;
+  bool answers_inverted(const decode::CycleEdges& edges);
   bool slips(const decode::Cycle& cycle) const;
   std::optional<std::int64_t> delay_off(const decode::Cycle& cycle) const;
   void learn(const decode::Cycle& cycle);
@@ -89,6 +91,7 @@ class SymptomReader {
   std::optional<Picoseconds> usual_delay_;
   std::uint16_t longest_ack_ = 0;
   decode::RawBits last_good_;
+  std::optional<Picoseconds> shortest_rest_;
   std::optional<Picoseconds> last_edge_;
   std::optional<Picoseconds> rest_before_;
 };

@@ -316,9 +316,8 @@ void make_too_fast(Random& random, Link& link) {
   }
 }
 
-void make_long_ack(Random& random, Link& link) {
+void make_fixed_clocks(Random& random, Link& link) {
   sim::LineSetup setup = any_line(random, link);
-  if (one_in(random, 2)) return run_faults(setup, {FaultKind::late_start}, random, link);
   // The master always sends as many clocks as some of the answers need.
   std::vector<Request> requests;
   const std::uint64_t clocks = clocks_of(setup);
@@ -342,7 +341,6 @@ void make_long_ack(Random& random, Link& link) {
   answer(quick, requests, fast);
   answer(setup, requests, link);
   const Picoseconds later = fast.end + microseconds(100);
-  if (one_in(random, 3)) return;
   for (Edge edge : link.edges) {
     if (edge.time.count == 0) continue;
     edge.time += later;
@@ -353,7 +351,17 @@ void make_long_ack(Random& random, Link& link) {
   link.story += ", half of them in time";
 }
 
-void make_stops_early(Random& random, Link& link) {
+void make_long_ack(Random& random, Link& link) {
+  if (one_in(random, 2)) {
+    const sim::LineSetup setup = any_line(random, link);
+    return run_faults(setup, {FaultKind::late_start}, random, link);
+  }
+  do {
+    make_fixed_clocks(random, link);
+  } while (observe_link(link).truncated < 10 || observe_link(link).good < 10);
+}
+
+void stop_early(Random& random, Link& link) {
   const sim::LineSetup setup = any_line(random, link);
   const std::uint64_t clocks = clocks_of(setup);
   const std::uint64_t payload = setup.format.payload_bits();
@@ -369,6 +377,12 @@ void make_stops_early(Random& random, Link& link) {
   }
   link.story += fmt::format(", kind {}, {} clocks fewer", kind, fixed);
   answer(setup, requests, link);
+}
+
+void make_stops_early(Random& random, Link& link) {
+  do {
+    stop_early(random, link);
+  } while (bad_cycles(link) < 10);
 }
 
 void make_too_soon(Random& random, Link& link) {
@@ -449,9 +463,10 @@ void make_encoder_error(Random& random, Link& link) {
 void make_slow_sampling(Random& random, Link& link) {
   for (;;) {
     const sim::LineSetup setup = any_line(random, link);
+    link.resolution = {};
     run_line(setup, some_cycles(random) + 30, link);
     const Picoseconds step = period_of(setup.clock) * 100 /
-                             static_cast<std::int64_t>(between(random, 90, 290));
+                             static_cast<std::int64_t>(between(random, 120, 290));
     sample(link, step, step / 3);
     if (one_in(random, 2)) link.resolution = step;
     link.story += fmt::format(", sampled every {} ns", step.count / 1000);
