@@ -11,6 +11,7 @@ int main(int argc, char** argv) {
   add_crc(command);
   add_encoders(command);
   add_eds(command);
+  add_explain(command);
   add_plan(command);
   add_registers(command);
   add_safety(command);

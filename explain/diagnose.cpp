@@ -26,6 +26,9 @@ struct CauseShares {
 };
 constexpr double elsewhere = 0.003;
 
+// What is less likely is not listed.
+constexpr double least_likelihood = 0.015;
+
 // With fewer samples in a period of MA, edges are in doubt.
 constexpr double coarse_samples = 5.2;
 
@@ -124,6 +127,7 @@ class Diagnosis {
   double wrong_format_gate() const {
     if (!evidence_.has_format) return 1e-6;
     // Not a matter of bits.
+    if (context_.other && context_.other->confidence >= 0.5) return 0.1;
     if (share(evidence_.count(Symptom::early)) > 0.15) return 0.1;
     if (const auto& found = context_.identified; found && found->confidence >= 0.9) {
       return found->format == *context_.format ? 0.01 : 20;
@@ -159,8 +163,9 @@ class Diagnosis {
         [&](const Sightings& seen) { return share(seen.count) > 0.08; });
     double gate = 0.1;
     if (share(evidence_.answered) < 0.3 || far > 0.15) gate = 1;
-    if (odd > 0.1 && evidence_.passed == 0) gate = 6;
-    if (kinds >= 3 && evidence_.passed == 0) gate = 8;
+    const bool hardly_any = share(evidence_.passed) < 0.05;
+    if (odd > 0.1 && hardly_any) gate = 6;
+    if (kinds >= 3 && hardly_any) gate = 8;
     return samples_per_period() < coarse_samples ? gate / 10 : gate;
   }
 
@@ -282,7 +287,9 @@ class Diagnosis {
     const bool found = context_.reading.swapped || context_.reading.slo_inverted || context_.reading.ma_inverted;
     const std::uint64_t bad = unusual();
     double left = 0;
-    if (evidence_.cycles != 0 && !found) left = bad == 0 ? 1 : bad <= 2 ? 0.4 : 0.01;
+    if (evidence_.cycles != 0 && !found) {
+      left = bad == 0 ? 1 : bad <= 2 && 20 * bad <= evidence_.cycles ? 0.4 : 0.01;
+    }
     const double fast = too_fast();
     if (bad == 0) {
       at(weights_, Cause::clock_too_fast_for_cable) += left * fast;
@@ -323,7 +330,7 @@ class Diagnosis {
       const auto cause = static_cast<Cause>(c);
       // Nothing is certain.
       const double likelihood = sum <= 0 ? 0 : 0.98 * weights_[c] / sum;
-      if (likelihood < 0.01) continue;
+      if (likelihood < least_likelihood) continue;
       all.push_back({cause, likelihood});
     }
     std::stable_sort(all.begin(), all.end(), [](const Finding& a, const Finding& b) {

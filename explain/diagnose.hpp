@@ -50,7 +50,7 @@ struct Finding {
 /// The symptoms that a cause usually shows, the most typical ones first.
 std::vector<Symptom> symptoms_of(Cause cause);
 
-/// The likely causes, the likeliest first; at least one. Causes below 0.01 are left out.
+/// The likely causes, the likeliest first; at least one. Unlikely ones are left out.
 std::vector<Finding> diagnose(const Evidence& evidence, const Context& context);
 
 }  // namespace biss::explain

@@ -79,7 +79,7 @@ std::size_t best_slip(BitView bits, BitView reference, std::ptrdiff_t shift) {
 }
 
 // A line delay that is off by this, in thousandths of a period: far, half a period, a clock.
-bool is_far(std::int64_t off) { return off > 200 || off < -200; }
+bool is_far(std::int64_t off) { return off > 300 || off < -300; }
 bool is_half(std::int64_t off) { return (off > 450 && off < 550) || (off > -550 && off < -450); }
 bool is_whole(std::int64_t off) { return (off > 900 && off < 1100) || (off > -1100 && off < -900); }
 
@@ -233,7 +233,8 @@ Symptom SymptomReader::of_low_request(const CycleEdges& edges) {
 bool SymptomReader::answers_inverted(const CycleEdges& edges) {
   const Cycle other = read_again(edges, again_, true).cycle;
   if (!other.line_delay || !other.period) return false;
-  const bool in_time = *other.line_delay < 2 * *other.period || delay_off(other) == 0;
+  const auto off = delay_off(other);
+  const bool in_time = *other.line_delay < 2 * *other.period || (off && !is_far(*off));
   if (is_good(other.status)) return *other.line_delay < 8 * *other.period;
   const bool rests_low = !edges.slo.empty() && edges.slo.back().level == Level::low;
   return in_time && rests_low && marks_.slo_pulses == 0;

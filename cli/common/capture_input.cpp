@@ -149,12 +149,40 @@ std::string CaptureInput::request_for(const std::string& text,
   return contains(arguments.files, parts.file) ? std::string() : text;
 }
 
+namespace {
+
+// The line with the most edges as MA, the next one as SLO. \pre there are two
+decode::Lines busiest_lines(std::size_t lines, std::span<const wire::Edge> edges) {
+  std::vector<std::size_t> counts(lines, 0);
+  for (const wire::Edge& edge : edges) ++counts[edge.line];
+  decode::Lines busiest{.ma = 0, .slo = 1};
+  if (counts[1] > counts[0]) std::swap(busiest.ma, busiest.slo);
+  for (std::size_t i = 2; i < lines; ++i) {
+    const auto line = static_cast<wire::LineIndex>(i);
+    if (counts[i] > counts[busiest.ma]) {
+      busiest = {.ma = line, .slo = busiest.ma};
+    } else if (counts[i] > counts[busiest.slo]) {
+      busiest.slo = line;
+    }
+  }
+  return busiest;
+}
+
+}  // namespace
+
 tl::expected<std::vector<decode::FoundLines>, ExitStatus> CaptureInput::find_lines(
     const InputArguments& arguments, const decode::CycleReader& reader) {
   const std::string ma = request_for(arguments.ma, arguments);
   const std::string slo = request_for(arguments.slo, arguments);
   auto found = decode::find_lines(lines(), beginning(), {ma, slo, arguments.each}, reader);
   if (found) return std::move(*found);
+  const LineProblem problem = found.error().problem;
+  const bool none = problem == LineProblem::too_few_lines ||
+                    problem == LineProblem::nothing_behaves;
+  if (arguments.any_lines && none && error_.empty() && lines().size() >= 2) {
+    return std::vector{decode::FoundLines{.lines = busiest_lines(lines().size(), beginning()),
+                                          .origin = decode::LineOrigin::by_behaviour}};
+  }
   return tl::unexpected(report(found.error(), arguments));
 }
 
