@@ -24,25 +24,24 @@ bool is_earlier(const LevelChange& change, Picoseconds time) { return change.tim
 
 CycleReading read_again(const CycleEdges& edges, CycleReader& reader, bool slo_inverted) {
   LineHistory slo;
-  slo.push({shifted(edges.cycle.time, -picoseconds(1)),
-            level_seen(edges.slo_before, slo_inverted)});
+  slo.push(
+      {shifted(edges.cycle.time, -picoseconds(1)), level_seen(edges.slo_before, slo_inverted)});
   for (const LevelChange& change : edges.slo) {
     slo.push({change.time, level_seen(change.level, slo_inverted)});
   }
   const Picoseconds last = edges.ma.empty() ? edges.cycle.time : edges.ma.back().time;
   const LevelChange nothing{edges.cycle.time, Level::low};
-  return reader.read(
-      {.ma = edges.ma.empty() ? std::span<const LevelChange>(&nothing, 1) : edges.ma,
-       .begins_idle = edges.cycle.status != CycleStatus::cut_start,
-       .limit = std::min(edges.limit, shifted(last, slo_matters_after_ma)),
-       .last_of_capture = edges.last_of_capture},
-      slo);
+  return reader.read({.ma = edges.ma.empty() ? std::span<const LevelChange>(&nothing, 1) : edges.ma,
+                      .begins_idle = edges.cycle.status != CycleStatus::cut_start,
+                      .limit = std::min(edges.limit, shifted(last, slo_matters_after_ma)),
+                      .last_of_capture = edges.last_of_capture},
+                     slo);
 }
 
 CycleEdgeReader::CycleEdgeReader(const CycleReader& reader, const Lines& lines, OnCycle on_cycle)
-    : lines_(lines), on_cycle_(std::move(on_cycle)), decoder_(reader, [this](const Cycle& cycle) {
-        take(cycle);
-      }) {}
+    : lines_(lines),
+      on_cycle_(std::move(on_cycle)),
+      decoder_(reader, [this](const Cycle& cycle) { take(cycle); }) {}
 
 void CycleEdgeReader::push(std::span<const wire::Edge> edges) {
   // In pieces, so that what is kept ahead of the decoder is bounded.
@@ -104,7 +103,8 @@ void CycleEdgeReader::Line::forget_before(Picoseconds time) {
   changes.erase(changes.begin(), end);
 }
 
-std::span<const LevelChange> CycleEdgeReader::Line::between(Picoseconds from, Picoseconds to) const {
+std::span<const LevelChange> CycleEdgeReader::Line::between(Picoseconds from,
+                                                            Picoseconds to) const {
   const auto first = std::lower_bound(changes.begin(), changes.end(), from, is_earlier);
   const auto last = std::lower_bound(first, changes.end(), to, is_earlier);
   return std::span<const LevelChange>(changes).subspan(

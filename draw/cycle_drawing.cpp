@@ -157,8 +157,8 @@ class Drawer {
   void copy_edges() {
     Picoseconds last = edges_.ma.empty() ? edges_.cycle.time : edges_.ma.back().time;
     if (!sampled_.empty()) last = std::max(last, sampled_.back());
-    drawing_.end = std::min(decode::shifted(last, periods_after * period()),
-                            std::max(edges_.limit, last));
+    drawing_.end =
+        std::min(decode::shifted(last, periods_after * period()), std::max(edges_.limit, last));
     const auto copy = [&](std::span<const LevelChange> from, std::vector<LevelChange>& to) {
       for (const LevelChange& change : from) {
         if (change.time <= drawing_.end) to.push_back(change);
@@ -191,8 +191,8 @@ class Drawer {
 
   // ACK lasts until the first 1 after it.
   void name_bits() {
-    const std::vector<std::string> names = format_ ? payload_names(*format_)
-                                                   : std::vector<std::string>();
+    const std::vector<std::string> names =
+        format_ ? payload_names(*format_) : std::vector<std::string>();
     const BitView raw = drawing_.cycle.raw.view();
     std::optional<std::size_t> start;
     for (DrawnBit& bit : drawing_.bits) {

@@ -76,9 +76,10 @@ class Renderer {
     step_ = drawing.cycle.period.value_or(microseconds(1)) / clock_columns;
     step_ = std::max(step_, picoseconds(1));
     begin_ = decode::shifted(drawing.cycle.time, -clock_columns / 2 * step_);
-    const std::int64_t wanted = decode::elapsed(begin_, std::max(begin_, drawing.end)).count /
-                                    step_.count + 1;
+    const std::int64_t wanted =
+        decode::elapsed(begin_, std::max(begin_, drawing.end)).count / step_.count + 1;
     columns_ = static_cast<std::size_t>(std::min(wanted, columns_max));
+    columns_ = std::min(columns_, last_event() + clock_columns_ / 2 + 1);
   }
 
   std::string run(std::size_t width) {
@@ -131,6 +132,17 @@ class Renderer {
   std::size_t column_of(Picoseconds time) const {
     if (time <= begin_) return 0;
     return static_cast<std::size_t>(decode::elapsed(begin_, time).count / step_.count);
+  }
+
+  // Nothing changes and nothing is sampled after this column.
+  std::size_t last_event() const {
+    std::size_t last = 0;
+    if (!drawing_.ma.empty()) last = std::max(last, column_of(drawing_.ma.back().time));
+    if (!drawing_.slo.empty()) last = std::max(last, column_of(drawing_.slo.back().time));
+    for (const DrawnBit& bit : drawing_.bits) {
+      if (bit.sampled_at) last = std::max(last, column_of(*bit.sampled_at));
+    }
+    return last;
   }
 
   // The upper and the lower half of a line.
@@ -187,14 +199,13 @@ std::string flips_text(const CycleDrawing& drawing, std::string_view label,
 std::string check_text(const CycleDrawing& drawing, const DrawnCheck& check) {
   std::string text = fmt::format("CRC{} received 0x{:X}, expected 0x{:X}: {}\n",
                                  check.channel == 0 ? "" : fmt::format(" {}", check.channel + 1),
-                                 check.received, check.expected,
-                                 check.right() ? "right" : "wrong");
+                                 check.received, check.expected, check.right() ? "right" : "wrong");
   if (check.right()) return text;
   text += check.singles.empty() ? "  no flip of one bit mends it\n"
                                 : flips_text(drawing, "a flip that mends it", check.singles);
-  text += flips_text(drawing, fmt::format("{} pair{} would", check.pair_count,
-                                          check.pair_count == 1 ? "" : "s"),
-                     check.pairs);
+  text += flips_text(
+      drawing, fmt::format("{} pair{} would", check.pair_count, check.pair_count == 1 ? "" : "s"),
+      check.pairs);
   if (check.pair_count > check.pairs.size()) text += fmt::format("  {:<20}…\n", "");
   return text;
 }

@@ -14,7 +14,8 @@ constexpr std::array<CauseText, cause_count> texts{{
     {"wrong_format",
      "compare -f with the encoder's data sheet: bits, flags, CRC width, polynomial and start; look "
      "at the column raw of decode"},
-    {"ma_slo_swapped", "exchange --ma and --slo, or the probes; else the two pairs at the connector"},
+    {"ma_slo_swapped",
+     "exchange --ma and --slo, or the probes; else the two pairs at the connector"},
     {"slo_inverted",
      "exchange the two wires of SLO, or put the probe on the other one; decode takes --invert-slo"},
     {"ma_inverted",

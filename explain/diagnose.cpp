@@ -37,45 +37,99 @@ const std::vector<CauseShares>& cause_shares() {
   using S = Symptom;
   static const std::vector<CauseShares> all{
       {C::wrong_format,
-       {{S::flipped, .6}, {S::slipped, .6}, {S::cut_short, .5}, {S::other_ack, .5},
-        {S::cds_high, .7}, {S::tail_low, .3}, {S::tail_high, .2}, {S::cut_in_ack, .05},
+       {{S::flipped, .6},
+        {S::slipped, .6},
+        {S::cut_short, .5},
+        {S::other_ack, .5},
+        {S::cds_high, .7},
+        {S::tail_low, .3},
+        {S::tail_high, .2},
+        {S::cut_in_ack, .05},
         {S::error_flag, .02}}},
       {C::slo_inverted, {{S::inverted, .7}, {S::busy, .15}, {S::stuck, .3}}},
       {C::ma_inverted,
        {{S::half_early, .9}, {S::flipped, .1}, {S::slipped, .1}, {S::delay_changed, .01}}},
       {C::clock_too_fast_for_cable,
-       {{S::smeared, .6}, {S::delay_changed, .5}, {S::flipped, .08}, {S::slipped, .25},
-        {S::late_answer, .03}, {S::half_early, .1}}},
+       {{S::smeared, .6},
+        {S::delay_changed, .5},
+        {S::flipped, .08},
+        {S::slipped, .25},
+        {S::late_answer, .03},
+        {S::half_early, .1}}},
       {C::ack_longer_than_master_waits, {{S::cut_in_ack, .95}, {S::cut_short, .3}}},
       {C::master_stops_early, {{S::cut_short, .9}, {S::cut_in_ack, .1}, {S::tail_high, .05}}},
       {C::requested_too_soon,
        {{S::busy, .7}, {S::early, .3}, {S::stuck, .35}, {S::silent, .02}, {S::late_answer, .05}}},
       {C::noise_on_slo,
-       {{S::flipped, .75}, {S::slo_pulse, .9}, {S::slipped, .05}, {S::smeared, .03},
-        {S::tail_low, .02}, {S::other_ack, .06}, {S::cut_in_ack, .03}, {S::cut_short, .03},
-        {S::early, .02}, {S::cds_high, .02}}},
+       {{S::flipped, .75},
+        {S::slo_pulse, .9},
+        {S::slipped, .05},
+        {S::smeared, .03},
+        {S::tail_low, .02},
+        {S::other_ack, .06},
+        {S::cut_in_ack, .03},
+        {S::cut_short, .03},
+        {S::early, .02},
+        {S::cds_high, .02}}},
       {C::noise_on_ma,
-       {{S::ma_pulse, .95}, {S::ma_uneven, .3}, {S::slipped, .5}, {S::flipped, .05},
-        {S::cut_short, .02}, {S::other_ack, .04}, {S::slo_pulse, .15}}},
+       {{S::ma_pulse, .95},
+        {S::ma_uneven, .3},
+        {S::slipped, .5},
+        {S::flipped, .05},
+        {S::cut_short, .02},
+        {S::other_ack, .04},
+        {S::slo_pulse, .15}}},
       {C::supply_or_intermittent,
-       {{S::silent, .6}, {S::late_answer, .5}, {S::tail_high, .6}, {S::flipped, .05},
-        {S::other_ack, .05}, {S::cut_short, .05}, {S::cut_in_ack, .03}, {S::early, .03},
-        {S::slipped, .02}, {S::smeared, .03}, {S::slo_pulse, .01}}},
+       {{S::silent, .6},
+        {S::late_answer, .5},
+        {S::tail_high, .6},
+        {S::flipped, .05},
+        {S::other_ack, .05},
+        {S::cut_short, .05},
+        {S::cut_in_ack, .03},
+        {S::early, .03},
+        {S::slipped, .02},
+        {S::smeared, .03},
+        {S::slo_pulse, .01}}},
       {C::no_encoder, {{S::silent, .98}, {S::slo_pulse, .1}}},
-      {C::stuck_low,
-       {{S::stuck, .95}, {S::tail_low, .5}, {S::cut_in_ack, .12}, {S::busy, .1}}},
+      {C::stuck_low, {{S::stuck, .95}, {S::tail_low, .5}, {S::cut_in_ack, .12}, {S::busy, .1}}},
       {C::encoder_error, {{S::error_flag, .98}}},
       {C::sampling_too_slow,
-       {{S::ma_uneven, .5}, {S::ma_pulse, .3}, {S::flipped, .2}, {S::slipped, .2},
-        {S::cut_short, .2}, {S::early, .2}, {S::half_early, .2}, {S::silent, .1}, {S::busy, .2},
-        {S::smeared, .2}, {S::other_ack, .2}, {S::late_answer, .2}, {S::delay_changed, .2},
-        {S::stuck, .2}, {S::cut_in_ack, .1}, {S::slo_pulse, .1}}},
+       {{S::ma_uneven, .5},
+        {S::ma_pulse, .3},
+        {S::flipped, .2},
+        {S::slipped, .2},
+        {S::cut_short, .2},
+        {S::early, .2},
+        {S::half_early, .2},
+        {S::silent, .1},
+        {S::busy, .2},
+        {S::smeared, .2},
+        {S::other_ack, .2},
+        {S::late_answer, .2},
+        {S::delay_changed, .2},
+        {S::stuck, .2},
+        {S::cut_in_ack, .1},
+        {S::slo_pulse, .1}}},
       {C::not_biss,
-       {{S::early, .5}, {S::busy, .1}, {S::half_early, .2}, {S::ma_uneven, .3},
-        {S::late_answer, .3}, {S::cut_in_ack, .15}, {S::flipped, .2}, {S::slipped, .2},
-        {S::silent, .1}, {S::stuck, .15}, {S::ma_pulse, .2}, {S::cut_short, .1},
-        {S::tail_high, .1}, {S::tail_low, .2}, {S::slo_pulse, .1}, {S::inverted, .05},
-        {S::smeared, .1}, {S::other_ack, .1}}},
+       {{S::early, .5},
+        {S::busy, .1},
+        {S::half_early, .2},
+        {S::ma_uneven, .3},
+        {S::late_answer, .3},
+        {S::cut_in_ack, .15},
+        {S::flipped, .2},
+        {S::slipped, .2},
+        {S::silent, .1},
+        {S::stuck, .15},
+        {S::ma_pulse, .2},
+        {S::cut_short, .1},
+        {S::tail_high, .1},
+        {S::tail_low, .2},
+        {S::slo_pulse, .1},
+        {S::inverted, .05},
+        {S::smeared, .1},
+        {S::other_ack, .1}}},
   };
   return all;
 }
@@ -158,9 +212,9 @@ class Diagnosis {
     const double odd = share(evidence_.count(Symptom::early) + evidence_.count(Symptom::ma_uneven) +
                              evidence_.count(Symptom::late_answer));
     // Of one cause most cycles look alike.
-    const auto kinds = std::count_if(
-        evidence_.symptoms.begin(), evidence_.symptoms.end(),
-        [&](const Sightings& seen) { return share(seen.count) > 0.08; });
+    const auto kinds =
+        std::count_if(evidence_.symptoms.begin(), evidence_.symptoms.end(),
+                      [&](const Sightings& seen) { return share(seen.count) > 0.08; });
     double gate = 0.1;
     if (share(evidence_.answered) < 0.3 || far > 0.15) gate = 1;
     const bool hardly_any = share(evidence_.passed) < 0.05;
@@ -186,8 +240,8 @@ class Diagnosis {
     at(gates_, Cause::not_biss) = not_biss_gate();
     at(gates_, Cause::sampling_too_slow) = sampling_gate();
     // An encoder that answers at times is there.
-    const bool silent = evidence_.answered == 0 &&
-                        10 * evidence_.count(Symptom::silent) >= 9 * evidence_.cycles;
+    const bool silent =
+        evidence_.answered == 0 && 10 * evidence_.count(Symptom::silent) >= 9 * evidence_.cycles;
     at(gates_, Cause::no_encoder) = silent ? 4 : 0.001;
     if (evidence_.answered != 0 && evidence_.count(Symptom::stuck) < evidence_.cycles / 50) {
       at(gates_, Cause::stuck_low) = 0.3;
@@ -225,7 +279,8 @@ class Diagnosis {
     if (evidence_.ack_clocks.count() != 0 || evidence_.truncated == 0) return;
     const auto& ack = evidence_.truncated_ack_clocks;
     const bool varies = ack.count() != 0 && ack.max() > ack.min() + 1;
-    if (varies && evidence_.count(Symptom::early) == 0) at(gates_, Cause::ack_longer_than_master_waits) = 8;
+    if (varies && evidence_.count(Symptom::early) == 0)
+      at(gates_, Cause::ack_longer_than_master_waits) = 8;
   }
 
   // Which cause explains which share of the unusual cycles: the most likely mixture.
@@ -284,7 +339,8 @@ class Diagnosis {
 
   // What good cycles say: nothing is wrong, or the clock is at its limit.
   void weigh_good_cycles() {
-    const bool found = context_.reading.swapped || context_.reading.slo_inverted || context_.reading.ma_inverted;
+    const bool found =
+        context_.reading.swapped || context_.reading.slo_inverted || context_.reading.ma_inverted;
     const std::uint64_t bad = unusual();
     double left = 0;
     if (evidence_.cycles != 0 && !found) {
@@ -315,8 +371,8 @@ class Diagnosis {
     const double margin = std::abs(place - 0.5);
     // A master that compensates nothing sees START as many clocks late and sends as many more.
     const auto late = static_cast<std::int64_t>(std::floor(periods + 0.5));
-    const bool sends_more = late >= 1 && evidence_.extra_clocks.count() != 0 &&
-                            evidence_.extra_clocks.median() == late;
+    const bool sends_more =
+        late >= 1 && evidence_.extra_clocks.count() != 0 && evidence_.extra_clocks.median() == late;
     if (sends_more) likely = std::max(likely, margin < 0.25 ? 0.8 : 0.45);
     if (context_.compensated == false && (margin < 0.25 || periods > 0.25)) likely = 0.9;
     return likely;

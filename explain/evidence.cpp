@@ -161,9 +161,8 @@ void Observer::note(Symptom symptom, const CycleEdges& edges) {
 void Observer::note_frame(const Cycle& cycle) {
   if (cycle.ack && cycle.line_delay) ++evidence_.answered;
   if (is_good(cycle.status)) ++evidence_.passed;
-  const bool short_of_bits =
-      cycle.status == CycleStatus::ack_range &&
-      cycle.raw.view().size_bits() < std::size_t{2} + evidence_.payload_bits;
+  const bool short_of_bits = cycle.status == CycleStatus::ack_range &&
+                             cycle.raw.view().size_bits() < std::size_t{2} + evidence_.payload_bits;
   if (cycle.status == CycleStatus::truncated || short_of_bits) note_truncated(cycle);
   const BitView raw = cycle.raw.view();
   if (cycle.frame && raw.size_bits() == evidence_.payload_bits + 3U) {
@@ -248,9 +247,9 @@ void Observer::settle() {
   const std::uint64_t failed = evidence_.failed_checks;
   if (failed >= 5 && last_crc_bit_changes_) {
     const std::uint64_t low = evidence_.last_bit_low;
-    const bool slips = failed < 10 ? low == failed || evidence_.stop_high != 0
-                                   : 100 * low >= 85 * failed ||
-                                         100 * evidence_.stop_high >= 15 * failed;
+    const bool slips = failed < 10
+                           ? low == failed || evidence_.stop_high != 0
+                           : 100 * low >= 85 * failed || 100 * evidence_.stop_high >= 15 * failed;
     slips ? move(Symptom::flipped, Symptom::slipped) : move(Symptom::slipped, Symptom::flipped);
   }
   // START came later than in any good cycle, but before the first good one.

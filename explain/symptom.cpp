@@ -65,7 +65,7 @@ std::size_t best_slip(BitView bits, BitView reference, std::ptrdiff_t shift) {
   const auto differs = [&](std::ptrdiff_t at, std::ptrdiff_t by) {
     const std::ptrdiff_t other = std::clamp<std::ptrdiff_t>(at + by, 0, size - 1);
     return bits[static_cast<std::size_t>(at)] != reference[static_cast<std::size_t>(other)] ? 1U
-                                                                                           : 0U;
+                                                                                            : 0U;
   };
   std::size_t sum = 0;
   for (std::ptrdiff_t at = 0; at < size; ++at) sum += differs(at, shift);
@@ -308,7 +308,8 @@ std::optional<std::int64_t> SymptomReader::delay_off(const Cycle& cycle) const {
 void SymptomReader::learn(const Cycle& cycle) {
   longest_ack_ = std::max(longest_ack_, ack_clocks_of(cycle));
   last_good_ = cycle.raw;
-  if (rest_before_) shortest_rest_ = std::min(*rest_before_, shortest_rest_.value_or(*rest_before_));
+  if (rest_before_)
+    shortest_rest_ = std::min(*rest_before_, shortest_rest_.value_or(*rest_before_));
   if (!cycle.line_delay) return;
   const auto off = delay_off(cycle);
   if (!off || (*off < 200 && *off > -200)) usual_delay_ = cycle.line_delay;

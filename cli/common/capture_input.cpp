@@ -177,8 +177,8 @@ tl::expected<std::vector<decode::FoundLines>, ExitStatus> CaptureInput::find_lin
   auto found = decode::find_lines(lines(), beginning(), {ma, slo, arguments.each}, reader);
   if (found) return std::move(*found);
   const LineProblem problem = found.error().problem;
-  const bool none = problem == LineProblem::too_few_lines ||
-                    problem == LineProblem::nothing_behaves;
+  const bool none =
+      problem == LineProblem::too_few_lines || problem == LineProblem::nothing_behaves;
   if (arguments.any_lines && none && error_.empty() && lines().size() >= 2) {
     return std::vector{decode::FoundLines{.lines = busiest_lines(lines().size(), beginning()),
                                           .origin = decode::LineOrigin::by_behaviour}};

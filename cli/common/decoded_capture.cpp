@@ -197,8 +197,7 @@ bool DecodedCapture::read(const OnCycle& on_cycle) {
   return input_.error().empty();
 }
 
-bool DecodedCapture::read_edges(
-    const std::function<bool(std::span<const wire::Edge>)>& on_edges) {
+bool DecodedCapture::read_edges(const std::function<bool(std::span<const wire::Edge>)>& on_edges) {
   Progress progress;
   for (auto block = input_.next(); !block.empty() && on_edges(block); block = input_.next()) {
     if (progress.due()) progress.show(input_.progress_text());

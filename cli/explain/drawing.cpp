@@ -38,18 +38,17 @@ bool mends_alone(const draw::CycleDrawing& drawing, std::size_t payload_bit) {
 }  // namespace
 
 const std::vector<report::Column>& drawing_columns() {
-  static const std::vector<report::Column> all{
-      {.name = "cycle", .kind = Kind::unsigned_integer},
-      {.name = "bit", .kind = Kind::unsigned_integer},
-      {.name = "time_ns", .kind = Kind::nanoseconds},
-      {.name = "ma", .kind = Kind::unsigned_integer},
-      {.name = "slo", .kind = Kind::unsigned_integer},
-      {.name = "sample", .kind = Kind::nanoseconds},
-      {.name = "field", .kind = Kind::text},
-      {.name = "clock", .kind = Kind::unsigned_integer},
-      {.name = "expected", .kind = Kind::unsigned_integer},
-      {.name = "mends", .kind = Kind::flag},
-      {.name = "status", .kind = Kind::text}};
+  static const std::vector<report::Column> all{{.name = "cycle", .kind = Kind::unsigned_integer},
+                                               {.name = "bit", .kind = Kind::unsigned_integer},
+                                               {.name = "time_ns", .kind = Kind::nanoseconds},
+                                               {.name = "ma", .kind = Kind::unsigned_integer},
+                                               {.name = "slo", .kind = Kind::unsigned_integer},
+                                               {.name = "sample", .kind = Kind::nanoseconds},
+                                               {.name = "field", .kind = Kind::text},
+                                               {.name = "clock", .kind = Kind::unsigned_integer},
+                                               {.name = "expected", .kind = Kind::unsigned_integer},
+                                               {.name = "mends", .kind = Kind::flag},
+                                               {.name = "status", .kind = Kind::text}};
   return all;
 }
 
@@ -74,8 +73,8 @@ bool write_drawing(const draw::CycleDrawing& drawing, report::TableWriter& write
 
 std::string drawing_title(const draw::CycleDrawing& drawing) {
   const decode::Cycle& cycle = drawing.cycle;
-  std::string text = fmt::format("cycle {} at {}: {}", drawing.number, text_of(cycle.time),
-                                 name_of(cycle.status));
+  std::string text =
+      fmt::format("cycle {} at {}: {}", drawing.number, text_of(cycle.time), name_of(cycle.status));
   if (cycle.period) text += fmt::format(", MA {}", text_of(rate_of(*cycle.period), 3));
   if (cycle.line_delay) text += fmt::format(", line delay {}", text_of(*cycle.line_delay, 3));
   if (cycle.early) text += fmt::format(", SLO {} early", text_of(*cycle.early, 3));

@@ -92,7 +92,12 @@ class ExplainRun {
     decode::Lines lines = capture_.lines().lines;
     lines.ma_inverted = options_.capture.invert_ma;
     lines.slo_inverted = options_.capture.invert_slo;
-    return explain::choose_reading(lines, capture_.beginning(), capture_.reader());
+    explain::Reading reading =
+        explain::choose_reading(lines, capture_.beginning(), capture_.reader());
+    // Lines without names cannot have the wrong ones.
+    const bool named = capture_.lines().origin != decode::LineOrigin::by_behaviour;
+    reading.swapped = reading.swapped && named;
+    return reading;
   }
 
   // False when reading failed.
@@ -131,7 +136,6 @@ class ExplainRun {
     if (!drawing) cycles.finish(capture_.input().end_time());
     return drawing;
   }
-
 
   ExitStatus write_findings(report::TableWriter& writer, RunMessages& messages) {
     std::vector<Finding> findings;
@@ -199,8 +203,8 @@ class ExplainRun {
                        evidence_.cycles, evidence_.cycles == 1 ? "" : "s", evidence_.good);
     std::size_t number = 0;
     for (const Finding& finding : findings) {
-      text += fmt::format("\n{}. {}  {:.2f}\n", ++number, name_of(finding.cause),
-                          finding.likelihood);
+      text +=
+          fmt::format("\n{}. {}  {:.2f}\n", ++number, name_of(finding.cause), finding.likelihood);
       const std::string seen = evidence_text(finding.cause, evidence_, context_);
       if (!seen.empty()) text += "   seen  " + wrapped(seen, columns(), 9) + '\n';
       const std::string remedy = remedy_text(finding.cause, evidence_, context_);

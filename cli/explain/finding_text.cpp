@@ -21,7 +21,7 @@ using explain::Symptom;
 
 constexpr std::size_t symptoms_shown = 3;
 
-std::string time_text(std::int64_t picoseconds) { return text_of(Picoseconds{picoseconds}, 3); }
+std::string time_words(std::int64_t picoseconds) { return text_of(Picoseconds{picoseconds}, 3); }
 
 // Parts joined by semicolons.
 class Parts {
@@ -43,19 +43,18 @@ void add_symptoms(Cause cause, const Evidence& evidence, Parts& parts) {
   for (const Symptom symptom : explain::symptoms_of(cause)) {
     if (evidence.count(symptom) != 0) seen.push_back(symptom);
   }
-  std::stable_sort(seen.begin(), seen.end(), [&](Symptom a, Symptom b) {
-    return evidence.count(a) > evidence.count(b);
-  });
+  std::stable_sort(seen.begin(), seen.end(),
+                   [&](Symptom a, Symptom b) { return evidence.count(a) > evidence.count(b); });
   seen.resize(std::min(seen.size(), symptoms_shown));
   for (const Symptom symptom : seen) {
     const Sightings& where = evidence.seen(symptom);
     if (where.first_cycle == where.last_cycle) {
       parts.add("{} of {} cycles: {} (cycle {} at {})", where.count, evidence.cycles,
-                text_of(symptom), where.first_cycle, time_text(where.first_time.count));
+                text_of(symptom), where.first_cycle, time_words(where.first_time.count));
     } else {
       parts.add("{} of {} cycles: {} (cycles {} to {}, first at {})", where.count, evidence.cycles,
                 text_of(symptom), where.first_cycle, where.last_cycle,
-                time_text(where.first_time.count));
+                time_words(where.first_time.count));
     }
   }
 }
@@ -63,9 +62,9 @@ void add_symptoms(Cause cause, const Evidence& evidence, Parts& parts) {
 void add_range(std::string_view what, const Distribution& values, Parts& parts) {
   if (values.count() == 0) return;
   if (values.min() == values.max()) {
-    parts.add("{} {}", what, time_text(values.min()));
+    parts.add("{} {}", what, time_words(values.min()));
   } else {
-    parts.add("{} {} to {}", what, time_text(values.min()), time_text(values.max()));
+    parts.add("{} {} to {}", what, time_words(values.min()), time_words(values.max()));
   }
 }
 
@@ -73,7 +72,7 @@ void add_delay(const Evidence& evidence, Parts& parts) {
   if (evidence.line_delay.count() == 0 || evidence.period.count() == 0) return;
   const std::int64_t delay = evidence.line_delay.median();
   const std::int64_t period = std::max<std::int64_t>(evidence.period.median(), 1);
-  parts.add("the line delay is {}, {:.2f} periods of {}", time_text(delay),
+  parts.add("the line delay is {}, {:.2f} periods of {}", time_words(delay),
             static_cast<double>(delay) / static_cast<double>(period),
             text_of(rate_of(Picoseconds{period}), 3));
   const auto& extra = evidence.extra_clocks;
@@ -114,14 +113,14 @@ void add_pulses(std::string_view line, std::uint64_t pulses, const Evidence& evi
   if (pulses == 0) return;
   parts.add("{} short pulse{} on {}", pulses, pulses == 1 ? "" : "s", line);
   if (evidence.shortest_pulse) {
-    parts.add("the shortest pulse lasts {}", time_text(evidence.shortest_pulse->count));
+    parts.add("the shortest pulse lasts {}", time_words(evidence.shortest_pulse->count));
   }
 }
 
 void add_sampling(const Evidence& evidence, Parts& parts) {
   if (evidence.resolution.count == 0 || evidence.period.count() == 0) return;
   parts.add("the capture knows edges to {}: {:.1f} samples in a period of MA",
-            time_text(evidence.resolution.count),
+            time_words(evidence.resolution.count),
             static_cast<double>(evidence.period.median()) /
                 static_cast<double>(evidence.resolution.count));
 }
@@ -151,7 +150,7 @@ void add_figures(Cause cause, const Evidence& evidence, const Context& context, 
     }
     case Cause::clock_too_fast_for_cable:
       if (evidence.smear.count != 0) {
-        parts.add("SLO changes up to {} from its place", time_text(evidence.smear.count));
+        parts.add("SLO changes up to {} from its place", time_words(evidence.smear.count));
       }
       return add_delay(evidence, parts);
     case Cause::ack_longer_than_master_waits:

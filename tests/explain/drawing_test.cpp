@@ -56,11 +56,10 @@ Recording record(const sim::LineSetup& setup) {
 std::vector<CycleDrawing> draw_all(const std::vector<Edge>& edges, Picoseconds end,
                                    const FrameFormat& format, const DeviceTiming& timing = {}) {
   std::vector<CycleDrawing> drawings;
-  decode::CycleEdgeReader reader(
-      decode::CycleReader(format, timing), {.ma = 0, .slo = 1},
-      [&](const decode::CycleEdges& cycle) {
-        drawings.push_back(draw_cycle(cycle, format, timing));
-      });
+  decode::CycleEdgeReader reader(decode::CycleReader(format, timing), {.ma = 0, .slo = 1},
+                                 [&](const decode::CycleEdges& cycle) {
+                                   drawings.push_back(draw_cycle(cycle, format, timing));
+                                 });
   reader.push(edges);
   reader.finish(end);
   return drawings;
@@ -166,9 +165,9 @@ TEST(CycleDrawing, PulseOfAFault_IsDrawnWhereTheSimulatorMadeIt) {
     for (std::uint64_t clock = 6; clock < 50; clock += 6) {
       sim::LineSetup setup = clean_line();
       // In the middle of a level, so that the pulse does not move an edge.
-      setup.faults.push_back(
-          {.kind = kind, .cycle = spoiled_cycle,
-           .place = sim::FaultPlace{sim::PlaceUnit::clock, clock * 1000 + 740}});
+      setup.faults.push_back({.kind = kind,
+                              .cycle = spoiled_cycle,
+                              .place = sim::FaultPlace{sim::PlaceUnit::clock, clock * 1000 + 740}});
       const Recording recording = record(setup);
       const auto& spoiled = recording.cycles[spoiled_cycle];
       const Picoseconds period = period_of(setup.clock);
@@ -189,7 +188,8 @@ TEST(CycleDrawing, PulseOfAFault_IsDrawnWhereTheSimulatorMadeIt) {
 TEST(CycleDrawing, FlipOfAnyBit_IsTheOneThatMendsTheFrame) {
   sim::LineSetup setup = clean_line();
   for (unsigned bit = 0; bit < setup.format.payload_bits(); bit += 3) {
-    setup.faults = {{.kind = FaultKind::flip, .cycle = spoiled_cycle,
+    setup.faults = {{.kind = FaultKind::flip,
+                     .cycle = spoiled_cycle,
                      .place = sim::FaultPlace{sim::PlaceUnit::bit, bit * 1000U}}};
     const Recording recording = record(setup);
     const auto drawings = draw_all(recording.edges, recording.end, setup.format, setup.timing);
@@ -212,16 +212,16 @@ TEST(CycleDrawing, FlipOfAnyBit_IsTheOneThatMendsTheFrame) {
       const bool as_sent = sent.view()[1 + 3 + 2 + *drawn.payload_bit];
       EXPECT_EQ(*drawn.level == as_sent, *drawn.payload_bit != bit) << drawn.name;
     }
-    EXPECT_THAT(drawing_text(drawing),
-                HasSubstr("mends it" + std::string(drawing.name_of(bit)) + " (bit " +
-                          std::to_string(bit) + ")"));
+    EXPECT_THAT(drawing_text(drawing), HasSubstr("mends it" + std::string(drawing.name_of(bit)) +
+                                                 " (bit " + std::to_string(bit) + ")"));
   }
 }
 
 TEST(CycleDrawing, Burst_BeginsAtThePlaceOfTheSimulator) {
   for (unsigned bit = 0; bit + 1 < 50; bit += 7) {
     sim::LineSetup setup = clean_line();
-    setup.faults = {{.kind = FaultKind::burst, .cycle = spoiled_cycle,
+    setup.faults = {{.kind = FaultKind::burst,
+                     .cycle = spoiled_cycle,
                      .place = sim::FaultPlace{sim::PlaceUnit::bit, bit * 1000U}}};
     const Recording clean = record(clean_line());
     const Recording recording = record(setup);
@@ -316,10 +316,10 @@ TEST(CycleDrawing, SeveralChannels_HaveTheirNumberInTheNames) {
   std::vector<std::string> names;
   for (const DrawnBit& bit : drawings.at(0).bits) names.push_back(bit.name);
   const std::vector<std::string> expected{
-      "LAT",    "ACK",    "ACK",    "ACK",    "START",  "CDS",    "mt3",    "mt2",    "mt1",
-      "mt0",    "st7",    "st6",    "st5",    "st4",    "st3",    "st2",    "st1",    "st0",
-      "pad",    "pad",    "E",      "W",      "crc4",   "crc3",   "crc2",   "crc1",   "crc0",
-      "pos6.2", "pos5.2", "pos4.2", "pos3.2", "pos2.2", "pos1.2", "pos0.2", "nE.2",   "lc2.2",
+      "LAT",    "ACK",    "ACK",    "ACK",    "START",  "CDS",    "mt3",    "mt2",  "mt1",
+      "mt0",    "st7",    "st6",    "st5",    "st4",    "st3",    "st2",    "st1",  "st0",
+      "pad",    "pad",    "E",      "W",      "crc4",   "crc3",   "crc2",   "crc1", "crc0",
+      "pos6.2", "pos5.2", "pos4.2", "pos3.2", "pos2.2", "pos1.2", "pos0.2", "nE.2", "lc2.2",
       "lc1.2",  "lc0.2",  "crc3.2", "crc2.2", "crc1.2", "crc0.2", "STOP"};
   EXPECT_EQ(names, expected);
   EXPECT_EQ(drawings[0].checks.size(), 2U);

@@ -63,9 +63,7 @@ sim::LineSetup any_line(Random& random, Link& link) {
   return setup;
 }
 
-void begin(Link& link) {
-  link.edges = {{{}, 0, Level::high}, {{}, 1, Level::high}};
-}
+void begin(Link& link) { link.edges = {{{}, 0, Level::high}, {{}, 1, Level::high}}; }
 
 struct Run {
   std::uint64_t cycles = 0;
@@ -135,7 +133,8 @@ void invert(Link& link, wire::LineIndex line) {
 // Records some healthy captures with an analyser that is fast enough.
 void sample_some(const sim::LineSetup& setup, Random& random, Link& link) {
   if (!one_in(random, 3)) return;
-  const Picoseconds step = period_of(setup.clock) / static_cast<std::int64_t>(between(random, 8, 40));
+  const Picoseconds step =
+      period_of(setup.clock) / static_cast<std::int64_t>(between(random, 8, 40));
   sample(link, step, step / 3);
   if (one_in(random, 2)) link.resolution = step;
   link.story += ", sampled";
@@ -195,9 +194,10 @@ void answer(const sim::LineSetup& setup, const std::vector<Request>& requests, L
 std::uint64_t clocks_of(const sim::LineSetup& setup) {
   const Picoseconds period = period_of(setup.clock);
   const auto ack = static_cast<std::uint64_t>(
-      setup.timing.ack_clocks != 0
-          ? setup.timing.ack_clocks
-          : std::max(clocks_to_cover(setup.processing, period), clocks_to_cover(setup.timing.start_min, period)) + 1);
+      setup.timing.ack_clocks != 0 ? setup.timing.ack_clocks
+                                   : std::max(clocks_to_cover(setup.processing, period),
+                                              clocks_to_cover(setup.timing.start_min, period)) +
+                                         1);
   return 4 + ack + setup.format.payload_bits();
 }
 
@@ -302,7 +302,8 @@ void make_too_fast(Random& random, Link& link) {
         return;
       }
       case 1: {  // the cable smears the edges
-        const Picoseconds jitter = period * static_cast<std::int64_t>(between(random, 30, 48)) / 100;
+        const Picoseconds jitter =
+            period * static_cast<std::int64_t>(between(random, 30, 48)) / 100;
         setup.slo_delay = std::max(setup.slo_delay, jitter);
         setup.slo_jitter = jitter;
         link.story += ", smeared";
@@ -396,7 +397,8 @@ void make_too_soon(Random& random, Link& link) {
     for (std::uint64_t i = 0; i < some_cycles(random) + 60; ++i) {
       Picoseconds rest = safe;
       if (one_in(random, one)) {
-        rest = std::max(period * 3 / 2, safe * static_cast<std::int64_t>(between(random, 5, 60)) / 100);
+        rest = std::max(period * 3 / 2,
+                        safe * static_cast<std::int64_t>(between(random, 5, 60)) / 100);
       }
       requests.push_back({clocks, rest});
     }
@@ -465,8 +467,8 @@ void make_slow_sampling(Random& random, Link& link) {
     const sim::LineSetup setup = any_line(random, link);
     link.resolution = {};
     run_line(setup, some_cycles(random) + 30, link);
-    const Picoseconds step = period_of(setup.clock) * 100 /
-                             static_cast<std::int64_t>(between(random, 120, 290));
+    const Picoseconds step =
+        period_of(setup.clock) * 100 / static_cast<std::int64_t>(between(random, 120, 290));
     sample(link, step, step / 3);
     if (one_in(random, 2)) link.resolution = step;
     link.story += fmt::format(", sampled every {} ns", step.count / 1000);
@@ -543,7 +545,8 @@ class OtherLine {
 void make_not_biss(Random& random, Link& link) {
   OtherLine line(random);
   const std::uint64_t kind = random.below(3);
-  const Picoseconds half = picoseconds(static_cast<std::int64_t>(between(random, 100'000, 2'000'000)));
+  const Picoseconds half =
+      picoseconds(static_cast<std::int64_t>(between(random, 100'000, 2'000'000)));
   const std::uint64_t cycles = some_cycles(random);
   const auto bits = static_cast<unsigned>(between(random, 12, 32));
   std::uint64_t position = random.next();
@@ -565,10 +568,10 @@ void make_not_biss(Random& random, Link& link) {
 Link make_link(Cause truth, std::uint64_t seed) {
   using Make = void (*)(Random&, Link&);
   constexpr std::array<Make, cause_count> makers{
-      make_healthy,      make_wrong_format,   make_swapped,      make_slo_inverted,
-      make_ma_inverted,  make_too_fast,       make_long_ack,     make_stops_early,
-      make_too_soon,     make_noise_on_slo,   make_noise_on_ma,  make_intermittent,
-      make_no_encoder,   make_stuck_low,      make_encoder_error, make_slow_sampling,
+      make_healthy,     make_wrong_format, make_swapped,       make_slo_inverted,
+      make_ma_inverted, make_too_fast,     make_long_ack,      make_stops_early,
+      make_too_soon,    make_noise_on_slo, make_noise_on_ma,   make_intermittent,
+      make_no_encoder,  make_stuck_low,    make_encoder_error, make_slow_sampling,
       make_not_biss};
   Random random(sim::scrambled(seed * cause_count + static_cast<std::uint64_t>(truth)));
   Link link;

@@ -11,7 +11,9 @@ namespace biss::explain::test {
 namespace {
 
 std::string symptoms_text(const Evidence& evidence) {
-  std::string text = fmt::format("{} cycles of {} ps, edges to {} ps", evidence.cycles, evidence.period.count() == 0 ? 0 : evidence.period.median(), evidence.resolution.count);
+  std::string text = fmt::format("{} cycles of {} ps, edges to {} ps", evidence.cycles,
+                                 evidence.period.count() == 0 ? 0 : evidence.period.median(),
+                                 evidence.resolution.count);
   for (std::size_t s = 0; s < symptom_count; ++s) {
     if (evidence.symptoms[s].count == 0) continue;
     fmt::format_to(std::back_inserter(text), ", {} {}", evidence.symptoms[s].count,
