@@ -366,7 +366,8 @@ class Diagnosis {
     const auto longest = cable_max_compensated(rate_of(cycle_period));
     const Picoseconds inside = context_.timing.internal_delay_max;
     const Picoseconds seen{evidence_.line_delay.median()};
-    if (longest && 10 * seen > 11 * line_delay(*longest, inside)) likely = 0.7;
+    // A line delay is measured to a sample, a good part of the period at most.
+    if (longest && seen > line_delay(*longest, inside) * 11 / 10 + cycle_period / 4) likely = 0.7;
     const double place = periods - std::floor(periods);
     const double margin = std::abs(place - 0.5);
     // A master that compensates nothing sees START as many clocks late and sends as many more.
