@@ -47,6 +47,13 @@ test-shared:  ## the tests of captures, on those in the folder BISS_SHARED (../s
 	@cmake --build --preset release --target biss_command_test biss_cli_test
 	@BISS_SHARED=$(abspath $(or $(BISS_SHARED),../shared)) ctest --preset release -R 'Captures|EncoderList'
 
+.PHONY: explain-matrix
+explain-matrix:  ## how often biss explain finds each cause; renews docs/explain.md
+	@scripts/install-packages build test
+	@cmake --preset release -DBISS_TESTS=ON >/dev/null
+	@cmake --build --preset release --target biss_explain_matrix
+	@scripts/explain-matrix docs/explain.md
+
 .PHONY: bench
 bench:  ## the benchmarks, at full optimisation
 	@scripts/install-packages build bench

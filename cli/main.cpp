@@ -13,6 +13,7 @@ int main(int argc, char** argv) {
   add_encoders(command);
   add_eds(command);
   add_identify(command);
+  add_explain(command);
   add_plan(command);
   add_registers(command);
   add_safety(command);

@@ -94,6 +94,7 @@ LineSignal CycleReader::signal(const CycleSpan& span, const LineHistory& slo,
 CycleReading CycleReader::read_answer(const CycleSpan& span, const LineHistory& slo) {
   CycleReading reading;
   Cycle& cycle = reading.cycle;
+  sampled_after_.reset();
   const auto fall = std::find_if(span.ma.begin(), span.ma.end(), [](const LevelChange& change) {
     return change.level == Level::low;
   });
@@ -118,6 +119,7 @@ CycleReading CycleReader::read_answer(const CycleSpan& span, const LineHistory& 
     if (response.status != CycleStatus::ok) return reading;
     cycle.line_delay = std::max(Picoseconds{}, response.fall - clock_.rises[1]);
     const Picoseconds delay = sampling_delay(slo, response.fall);
+    sampled_after_ = delay + clock_.period / 2;
     const Sampled sampled = sample(span, slo, delay);
     const auto start = find_start(sampled.bits.view(), anywhere);
     if (start.ok()) {
@@ -139,6 +141,13 @@ CycleReading CycleReader::read_answer(const CycleSpan& span, const LineHistory& 
                                   start.ok() ? start->start_bit : sampled.bits.size_bits());
   }
   return reading;
+}
+
+std::vector<Picoseconds> CycleReader::sample_times() const {
+  std::vector<Picoseconds> times;
+  if (!sampled_after_) return times;
+  for (const Picoseconds rise : clock_.rises) times.push_back(shifted(rise, *sampled_after_));
+  return times;
 }
 
 void CycleReader::measure_clock(std::span<const LevelChange> ma, Cycle& cycle) {

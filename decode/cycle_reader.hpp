@@ -61,6 +61,10 @@ class CycleReader {
   /// \param slo must reach back to the span's first edge
   CycleReading read(const CycleSpan& span, const LineHistory& slo);
 
+  /// When the last read() sampled SLO: element k belongs to rising edge k of MA, LAT's included.
+  /// Empty where SLO gave no ACK.
+  std::vector<Picoseconds> sample_times() const;
+
  private:
   // The clock of this cycle. A member, so that its memory is used again.
   struct Clock {
@@ -135,6 +139,8 @@ class CycleReader {
   MarginSetup margin_;
   Clock clock_;
   std::optional<Answer> answer_;
+  // From a rising edge of MA to the sample of its bit, in the last read().
+  std::optional<Picoseconds> sampled_after_;
 };
 
 }  // namespace biss::decode

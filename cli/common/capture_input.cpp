@@ -156,6 +156,27 @@ std::string CaptureInput::request_for(const std::string& text,
   return contains(arguments.files, parts.file) ? std::string() : text;
 }
 
+namespace {
+
+// The line with the most edges as MA, the next one as SLO. \pre there are two
+decode::Lines busiest_lines(std::size_t lines, std::span<const wire::Edge> edges) {
+  std::vector<std::size_t> counts(lines, 0);
+  for (const wire::Edge& edge : edges) ++counts[edge.line];
+  decode::Lines busiest{.ma = 0, .slo = 1};
+  if (counts[1] > counts[0]) std::swap(busiest.ma, busiest.slo);
+  for (std::size_t i = 2; i < lines; ++i) {
+    const auto line = static_cast<wire::LineIndex>(i);
+    if (counts[i] > counts[busiest.ma]) {
+      busiest = {.ma = line, .slo = busiest.ma};
+    } else if (counts[i] > counts[busiest.slo]) {
+      busiest.slo = line;
+    }
+  }
+  return busiest;
+}
+
+}  // namespace
+
 tl::expected<std::vector<decode::FoundLines>, ExitStatus> CaptureInput::find_lines(
     const InputArguments& arguments, const decode::CycleReader& reader, bool quiet) {
   const std::string ma = request_for(arguments.ma, arguments);
@@ -164,8 +185,14 @@ tl::expected<std::vector<decode::FoundLines>, ExitStatus> CaptureInput::find_lin
   if (found) return std::move(*found);
   using enum LineProblem;
   const LineProblem problem = found.error().problem;
-  const bool named = problem == no_such_ma || problem == no_such_slo || problem == same_line;
-  if (quiet && !named && error_.empty()) return tl::unexpected(ExitStatus::data_failed);
+  const bool none = problem == too_few_lines || problem == nothing_behaves;
+  if (arguments.any_lines && none && error_.empty() && lines().size() >= 2) {
+    return std::vector{decode::FoundLines{.lines = busiest_lines(lines().size(), beginning()),
+                                          .origin = decode::LineOrigin::by_behaviour}};
+  }
+  if (quiet && (none || problem == ambiguous) && error_.empty()) {
+    return tl::unexpected(ExitStatus::data_failed);
+  }
   return tl::unexpected(report(found.error(), arguments));
 }
 

@@ -27,6 +27,8 @@ struct InputArguments {
   std::string slo;
   /// Read every pair of MA and SLO, not one.
   bool each = false;
+  /// Where no lines look like MA and SLO, take the two busiest ones.
+  bool any_lines = false;
   /// The verb has the option --each.
   bool has_each = false;
   RawSamples raw;

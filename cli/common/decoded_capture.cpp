@@ -246,6 +246,14 @@ bool DecodedCapture::read(const OnCycle& on_cycle) {
   return input_.error().empty();
 }
 
+bool DecodedCapture::read_edges(const std::function<bool(std::span<const wire::Edge>)>& on_edges) {
+  Progress progress;
+  for (auto block = input_.next(); !block.empty() && on_edges(block); block = input_.next()) {
+    if (progress.due()) progress.show(input_.progress_text());
+  }
+  return input_.error().empty();
+}
+
 std::string DecodedCapture::no_request() const {
   return fmt::format(
       "{}: no request cycle found on MA ({}); is it the right line, is the time unit "

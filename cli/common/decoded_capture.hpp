@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -80,6 +81,13 @@ class DecodedCapture {
   /// \return false where reading failed, and input().error() says why; the cycles up to there have
   ///   been delivered
   bool read(const OnCycle& on_cycle);
+  /// Reads the edges alone, in place of read(), until `on_edges` returns false.
+  /// \return as read()
+  bool read_edges(const std::function<bool(std::span<const wire::Edge>)>& on_edges);
+  /// As CaptureInput::beginning(). \pre next() was true and nothing has been read since
+  std::span<const wire::Edge> beginning() { return input_.beginning(); }
+  /// A reader of cycles as read() uses it.
+  decode::CycleReader reader() const { return decode::CycleReader(format_, timing_, margin_); }
   /// One line: no cycle was found, and what to check.
   std::string no_request() const;
 
@@ -104,7 +112,6 @@ class DecodedCapture {
   Picoseconds interval();
 
  private:
-  decode::CycleReader reader() const { return decode::CycleReader(format_, timing_, margin_); }
   bool open_next();
   void identify_format();
   void identify_from_all();

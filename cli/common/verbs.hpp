@@ -12,6 +12,7 @@ void add_crc(Command& command);
 void add_encoders(Command& command);
 void add_eds(Command& command);
 void add_identify(Command& command);
+void add_explain(Command& command);
 void add_plan(Command& command);
 void add_registers(Command& command);
 void add_safety(Command& command);

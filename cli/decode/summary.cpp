@@ -9,6 +9,7 @@
 #include "cli/common/identified.hpp"
 #include "cli/common/quantity.hpp"
 #include "cli/decode/safety.hpp"
+#include "explain/cause.hpp"
 #include "report/summary.hpp"
 
 namespace biss::cli {
@@ -16,6 +17,7 @@ namespace biss::cli {
 namespace {
 
 using decode::CycleStatus;
+using explain::Cause;
 
 constexpr unsigned summary_places = 3;
 
@@ -76,25 +78,39 @@ std::string status_counts(const decode::Statistics& statistics) {
   return text;
 }
 
-// An option that accepts the ACK of this capture.
+std::string remedy_words(Cause cause) { return std::string(remedy_of(cause)); }
+
+// Some cycles are good, so that the format fits and the encoder answers.
+bool works_at_times(const decode::Statistics& statistics) { return statistics.good() != 0; }
+
+// An option that accepts the ACK of this capture, where there is one.
 std::string ack_hint(const decode::Statistics& statistics, const DecodedCapture& capture) {
   const DeviceTiming& timing = capture.timing();
   const decode::Distribution& clocks = statistics.ack_clocks();
-  if (clocks.count() == 0) return "does -f name this encoder?";
+  if (clocks.count() == 0) return remedy_words(Cause::wrong_format);
+  // Single cycles: START was disturbed.
+  if (20 * statistics.count(CycleStatus::ack_range) < statistics.good()) {
+    return remedy_words(Cause::noise_on_slo);
+  }
   if (clocks.min() == clocks.max()) {
     return fmt::format("does -f name this encoder? else give --ack-clocks {}", clocks.max());
   }
   const Picoseconds longest{statistics.ack().max()};
   const Picoseconds period{statistics.period().median()};
-  if (timing.ack_clocks == 0 && longest <= biss_busy_max &&
-      clocks.min() >= ack_bounds(timing, period).min_clocks) {
+  if (longest > biss_busy_max) {
+    return fmt::format("ACK takes up to {}, longer than BiSS C allows: no option accepts it",
+                       text_of(longest, places));
+  }
+  const bool long_enough = clocks.min() >= ack_bounds(timing, period).min_clocks;
+  if (timing.ack_clocks == 0 && long_enough) {
     return fmt::format("does -f name this encoder? else give --ack-max {}ns",
                        (longest.count + 999) / 1000);
   }
   const auto& format = capture.format();
-  return fmt::format("ACK takes {} to {} clocks: leave out --ack-clocks{}", clocks.min(),
-                     clocks.max(),
-                     format ? fmt::format(", or give -f {}", format_text(*format).view()) : "");
+  return fmt::format("ACK takes {} to {} clocks: {}{}", clocks.min(), clocks.max(),
+                     timing.ack_clocks != 0 ? "leave out --ack-clocks, or " : "",
+                     format ? fmt::format("give -f {}", format_text(*format).view())
+                            : "leave out the limits of ACK");
 }
 
 std::string response_hint(const decode::Statistics& statistics) {
@@ -105,36 +121,36 @@ std::string response_hint(const decode::Statistics& statistics) {
         "SLO falls up to {} before the edge of ACK; in a sampled capture give --resolution {}ns",
         time_text(early.max()), (early.max() + 999) / 1000);
   }
-  if (statistics.good() != 0) return "does the master ask too soon? leave the encoder its timeout";
-  return "are MA and SLO exchanged, or is it another protocol? SSI has no ACK";
+  return remedy_words(works_at_times(statistics) ? Cause::requested_too_soon : Cause::not_biss);
 }
 
-// The first thing to try; docs/status.md has them all.
+// The first thing to try, in the words of `explain`; docs/status.md has them all.
 std::string what_to_try(CycleStatus cause, const decode::Statistics& statistics,
                         const DecodedCapture& capture) {
+  const bool at_times = works_at_times(statistics);
   switch (cause) {
     case CycleStatus::no_response:
-      return "is the encoder supplied and connected, does MA reach it, is SLO the right line?";
+      return remedy_words(at_times ? Cause::supply_or_intermittent : Cause::no_encoder);
     case CycleStatus::not_ready:
-      return "leave the encoder its timeout between requests; is SLO stuck low?";
+      return remedy_words(at_times ? Cause::requested_too_soon : Cause::stuck_low);
     case CycleStatus::response_range:
       return response_hint(statistics);
     case CycleStatus::no_start:
-      return "send more clocks: the encoder is still processing";
+      return remedy_words(Cause::ack_longer_than_master_waits);
     case CycleStatus::ack_range:
       return ack_hint(statistics, capture);
     case CycleStatus::truncated:
-      return "a format with fewer bits, or more clocks from the master";
+      return at_times ? remedy_words(Cause::master_stops_early)
+                      : "a format with fewer bits, or more clocks from the master";
     case CycleStatus::cds:
       return "leave ;cds0 out of the format if the master uses registers";
     case CycleStatus::crc:
-      return "all cycles: another format, see raw; some: cable, shield, supply, slower clock";
     case CycleStatus::stop_bit:
-      return "a format with more bits";
+      return remedy_words(at_times ? Cause::noise_on_slo : Cause::wrong_format);
     case CycleStatus::ma_glitch:
-      return "look at MA's signal, the probe's ground and threshold; sample faster";
+      return remedy_words(Cause::noise_on_ma);
     case CycleStatus::ma_clock:
-      return "sample at four times the clock or more; does the master pause inside a frame?";
+      return remedy_words(at_times ? Cause::noise_on_ma : Cause::sampling_too_slow);
     case CycleStatus::unknown_level:
       return "x or z on a line: reset, two drivers, or a capture that was switched off";
     case CycleStatus::ok:
@@ -247,7 +263,7 @@ std::string decode_summary(const decode::Statistics& statistics, const DecodedCa
   add_spread(summary, "line delay", statistics.line_delay(), time_text);
   add_spread(summary, "ACK", statistics.ack(), time_text);
   if (found.look_swapped) {
-    summary.entry("try", "swapped?", "exchange --ma and --slo, or the probes");
+    summary.entry("try", "swapped?", remedy_of(Cause::ma_slo_swapped));
   } else if (const auto cause = foremost_cause(statistics)) {
     summary.entry("try", name_of(*cause), what_to_try(*cause, statistics, capture));
   }

@@ -127,7 +127,7 @@ TEST(DecodeHints, SloFarBeforeMa_IsNoQuestionOfResolution) {
   const Folder folder;
   const Outcome refused = decode(with_late_ma(folder, simulate(folder), 300));
   EXPECT_THAT(refused.err, HasSubstr("40 response_range"));
-  EXPECT_THAT(refused.err, HasSubstr("another protocol"));
+  EXPECT_THAT(refused.err, HasSubstr("which interface the device has"));
   EXPECT_THAT(refused.err, Not(HasSubstr("--resolution")));
 }
 

@@ -1,0 +1,253 @@
+// `biss explain`: why the link in a capture does not work, and what to do.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "cli/common/decoded_capture.hpp"
+#include "cli/common/message.hpp"
+#include "cli/common/output.hpp"
+#include "cli/common/terminal.hpp"
+#include "cli/common/verbs.hpp"
+#include "cli/explain/drawing.hpp"
+#include "cli/explain/finding_text.hpp"
+#include "draw/text.hpp"
+#include "explain/diagnose.hpp"
+
+namespace biss::cli {
+
+namespace {
+
+using explain::Finding;
+using report::Cell;
+using report::Kind;
+
+struct ExplainOptions {
+  CaptureArguments capture;
+  MarginArguments margin;
+  std::optional<std::uint64_t> cycle;
+  std::string output;
+  report::Format to = report::Format::table;
+};
+
+constexpr std::size_t usual_columns = 80;
+
+const std::vector<report::Column>& finding_columns() {
+  static const std::vector<report::Column> all{{.name = "cause", .kind = Kind::text},
+                                               {.name = "likelihood", .kind = Kind::real},
+                                               {.name = "evidence", .kind = Kind::text},
+                                               {.name = "remedy", .kind = Kind::text}};
+  return all;
+}
+
+// Two places: no more is known.
+double rounded(double likelihood) {
+  return static_cast<double>(static_cast<int>(likelihood * 100 + 0.5)) / 100;
+}
+
+// Text in lines of at most `columns`, all but the first one indented.
+std::string wrapped(std::string_view text, std::size_t columns, std::size_t indent) {
+  std::string out;
+  std::size_t used = indent;
+  while (!text.empty()) {
+    const std::size_t space = std::min(text.find(' '), text.size());
+    const std::string_view word = text.substr(0, space);
+    if (used > indent && used + 1 + word.size() > columns) {
+      out += '\n' + std::string(indent, ' ');
+      used = indent;
+    } else if (used > indent) {
+      out += ' ';
+      ++used;
+    }
+    out += word;
+    used += word.size();
+    text.remove_prefix(std::min(space + 1, text.size()));
+  }
+  return out;
+}
+
+class ExplainRun {
+ public:
+  explicit ExplainRun(const ExplainOptions& options) : options_(options) {}
+
+  ExitStatus run() {
+    CaptureArguments arguments = options_.capture;
+    arguments.any_lines = true;
+    const ExitStatus opened = capture_.open(arguments, options_.margin);
+    if (opened != ExitStatus::done) return opened;
+    if (options_.to == report::Format::table) return write_text();
+    const auto& columns = options_.cycle ? drawing_columns() : finding_columns();
+    return write_captures(capture_, options_.output, options_.to, columns, true,
+                          [&](report::TableWriter& writer, RunMessages& messages) {
+                            return options_.cycle ? write_bits(writer, messages)
+                                                  : write_findings(writer, messages);
+                          });
+  }
+
+ private:
+  explain::Reading choose_reading() {
+    decode::Lines lines = capture_.lines().lines;
+    lines.ma_inverted = options_.capture.invert_ma;
+    lines.slo_inverted = options_.capture.invert_slo;
+    explain::Reading reading =
+        explain::choose_reading(lines, capture_.beginning(), capture_.reader());
+    // Lines without names cannot have the wrong ones.
+    const bool named = capture_.lines().origin != decode::LineOrigin::by_behaviour;
+    reading.swapped = reading.swapped && named;
+    return reading;
+  }
+
+  // False when reading failed.
+  bool find(std::vector<Finding>& findings) {
+    context_ = {};
+    context_.format = capture_.format();
+    context_.timing = capture_.timing();
+    if (options_.margin.no_compensation) context_.compensated = false;
+    context_.reading = choose_reading();
+    explain::Observer observer(capture_.format(), capture_.timing(), capture_.margin(),
+                               context_.reading.lines);
+    const bool read = capture_.read_edges([&](std::span<const wire::Edge> edges) {
+      observer.push(edges);
+      return true;
+    });
+    evidence_ = observer.finish(capture_.input().end_time());
+    findings = diagnose(evidence_, context_);
+    return read;
+  }
+
+  // Reads until the cycle that is asked for. Nothing when the capture has fewer cycles.
+  std::optional<draw::CycleDrawing> draw_cycle() {
+    std::optional<draw::CycleDrawing> drawing;
+    cycles_ = 0;
+    decode::CycleEdgeReader cycles(
+        capture_.reader(), choose_reading().lines, [&](const decode::CycleEdges& edges) {
+          cycles_ = edges.number + 1;
+          if (edges.number != *options_.cycle) return;
+          drawing =
+              draw::draw_cycle(edges, capture_.format(), capture_.timing(), capture_.margin());
+        });
+    capture_.read_edges([&](std::span<const wire::Edge> edges) {
+      cycles.push(edges);
+      return !drawing;
+    });
+    if (!drawing) cycles.finish(capture_.input().end_time());
+    return drawing;
+  }
+
+  ExitStatus write_findings(report::TableWriter& writer, RunMessages& messages) {
+    std::vector<Finding> findings;
+    if (!find(findings)) return messages.fail(ExitStatus::io, capture_.input().error());
+    for (const Finding& finding : findings) {
+      const std::string evidence = evidence_text(finding.cause, evidence_, context_);
+      const std::string remedy = remedy_text(finding.cause, evidence_, context_);
+      const Cell cells[] = {name_of(finding.cause), rounded(finding.likelihood), evidence, remedy};
+      if (!writer.row(cells)) break;
+    }
+    if (evidence_.cycles != 0) return ExitStatus::done;
+    return messages.fail(ExitStatus::data_failed, capture_.no_request());
+  }
+
+  ExitStatus write_bits(report::TableWriter& writer, RunMessages& messages) {
+    const auto drawing = draw_cycle();
+    if (!drawing) return messages.fail(no_cycle_status(), no_cycle());
+    write_drawing(*drawing, writer);
+    return ExitStatus::done;
+  }
+
+  ExitStatus no_cycle_status() const {
+    return capture_.input().error().empty() ? ExitStatus::data_failed : ExitStatus::io;
+  }
+
+  std::string no_cycle() const {
+    if (!capture_.input().error().empty()) return capture_.input().error();
+    return fmt::format("{}: no cycle {}; the capture has {} request cycle{}, counted from 0",
+                       capture_.input().name(), *options_.cycle, cycles_, cycles_ == 1 ? "" : "s");
+  }
+
+  // For eyes: a paragraph for each cause, or the drawing.
+  ExitStatus write_text() {
+    if (!capture_.next()) return capture_.status();
+    Output output;
+    if (!output.open(options_.output)) return output.status();
+    RunMessages messages;
+    ExitStatus status = ExitStatus::done;
+    do {
+      std::string text;
+      const ExitStatus one =
+          options_.cycle ? drawn_text(text, messages) : findings_text(text, messages);
+      status = std::max(status, one);
+      if (!output.write(text)) return output.status();
+    } while (status < ExitStatus::usage && capture_.next());
+    status = std::max(status, capture_.status());
+    if (status >= ExitStatus::usage) {
+      output.abandon();
+    } else if (!output.finish()) {
+      return output.status();
+    }
+    messages.print();
+    return status;
+  }
+
+  std::size_t columns() const {
+    const std::size_t terminal = terminal_columns(STDOUT_FILENO);
+    return terminal == 0 || !options_.output.empty() ? usual_columns : terminal;
+  }
+
+  ExitStatus findings_text(std::string& text, RunMessages& messages) {
+    std::vector<Finding> findings;
+    if (!find(findings)) return messages.fail(ExitStatus::io, capture_.input().error());
+    text = fmt::format("{}: {} request cycle{}, {} good\n", capture_.input().name(),
+                       evidence_.cycles, evidence_.cycles == 1 ? "" : "s", evidence_.good);
+    std::size_t number = 0;
+    for (const Finding& finding : findings) {
+      text +=
+          fmt::format("\n{}. {}  {:.2f}\n", ++number, name_of(finding.cause), finding.likelihood);
+      const std::string seen = evidence_text(finding.cause, evidence_, context_);
+      if (!seen.empty()) text += "   seen  " + wrapped(seen, columns(), 9) + '\n';
+      const std::string remedy = remedy_text(finding.cause, evidence_, context_);
+      text += "   do    " + wrapped(remedy, columns(), 9) + '\n';
+    }
+    if (evidence_.cycles != 0) return ExitStatus::done;
+    return messages.fail(ExitStatus::data_failed, capture_.no_request());
+  }
+
+  ExitStatus drawn_text(std::string& text, RunMessages& messages) {
+    const auto drawing = draw_cycle();
+    if (!drawing) return messages.fail(no_cycle_status(), no_cycle());
+    text = drawing_title(*drawing) + '\n' + draw::drawing_text(*drawing, columns());
+    return ExitStatus::done;
+  }
+
+  const ExplainOptions& options_;
+  DecodedCapture capture_;
+  // Of the capture that is being read.
+  explain::Evidence evidence_;
+  explain::Context context_;
+  std::uint64_t cycles_ = 0;
+};
+
+}  // namespace
+
+void add_explain(Command& command) {
+  const auto options = std::make_shared<ExplainOptions>();
+  Verb verb = command.add_verb(
+      {.name = "explain",
+       .purpose = "Find out why a link does not work: likely causes, evidence, and what to do",
+       .examples = {"biss explain capture.vcd -f resolute-26",
+                    "biss explain capture.vcd -f pos26,nE,nW,crc6 --cycle 12",
+                    "biss explain capture.sr -f resolute-26 --to jsonl"}},
+      [options] { return ExplainRun(*options).run(); });
+  add_capture_options(verb, options->capture);
+  verb.add_flag("--no-compensation", options->margin.no_compensation,
+                "The master of this link samples half a period after its own edges of MA");
+  add_count_option(verb, "--cycle", into(options->cycle),
+                   "Draw this cycle bit by bit, counted from 0 as the rows of decode")
+      .type_name("N");
+  add_output_option(verb, options->output);
+  add_to_option(verb, options->to);
+}
+
+}  // namespace biss::cli

@@ -1,0 +1,217 @@
+#include "cli/explain/finding_text.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+
+#include "biss/frame/format_text.hpp"
+#include "cli/common/quantity.hpp"
+
+namespace biss::cli {
+
+namespace {
+
+using decode::Distribution;
+using explain::Cause;
+using explain::Context;
+using explain::Evidence;
+using explain::Sightings;
+using explain::Symptom;
+
+constexpr std::size_t symptoms_shown = 3;
+
+std::string time_words(std::int64_t picoseconds) { return text_of(Picoseconds{picoseconds}, 3); }
+
+// Parts joined by semicolons.
+class Parts {
+ public:
+  template <class... Values>
+  void add(fmt::format_string<Values...> format, Values&&... values) {
+    if (!text_.empty()) text_ += "; ";
+    fmt::format_to(std::back_inserter(text_), format, std::forward<Values>(values)...);
+  }
+  std::string text() && { return std::move(text_); }
+
+ private:
+  std::string text_;
+};
+
+// The symptoms of a cause, the most frequent ones first, and where they were seen.
+void add_symptoms(Cause cause, const Evidence& evidence, Parts& parts) {
+  std::vector<Symptom> seen;
+  for (const Symptom symptom : explain::symptoms_of(cause)) {
+    if (evidence.count(symptom) != 0) seen.push_back(symptom);
+  }
+  std::stable_sort(seen.begin(), seen.end(),
+                   [&](Symptom a, Symptom b) { return evidence.count(a) > evidence.count(b); });
+  seen.resize(std::min(seen.size(), symptoms_shown));
+  for (const Symptom symptom : seen) {
+    const Sightings& where = evidence.seen(symptom);
+    if (where.first_cycle == where.last_cycle) {
+      parts.add("{} of {} cycles: {} (cycle {} at {})", where.count, evidence.cycles,
+                text_of(symptom), where.first_cycle, time_words(where.first_time.count));
+    } else {
+      parts.add("{} of {} cycles: {} (cycles {} to {}, first at {})", where.count, evidence.cycles,
+                text_of(symptom), where.first_cycle, where.last_cycle,
+                time_words(where.first_time.count));
+    }
+  }
+}
+
+void add_range(std::string_view what, const Distribution& values, Parts& parts) {
+  if (values.count() == 0) return;
+  if (values.min() == values.max()) {
+    parts.add("{} {}", what, time_words(values.min()));
+  } else {
+    parts.add("{} {} to {}", what, time_words(values.min()), time_words(values.max()));
+  }
+}
+
+void add_delay(const Evidence& evidence, Parts& parts) {
+  if (evidence.line_delay.count() == 0 || evidence.period.count() == 0) return;
+  const std::int64_t delay = evidence.line_delay.median();
+  const std::int64_t period = std::max<std::int64_t>(evidence.period.median(), 1);
+  parts.add("the line delay is {}, {:.2f} periods of {}", time_words(delay),
+            static_cast<double>(delay) / static_cast<double>(period),
+            text_of(rate_of(Picoseconds{period}), 3));
+  const auto& extra = evidence.extra_clocks;
+  if (extra.count() != 0 && extra.median() > 0) {
+    parts.add("the master sends {} clock{} after STOP", extra.median(),
+              extra.median() == 1 ? "" : "s");
+  }
+}
+
+void add_format(const Evidence& evidence, const Context& context, Parts& parts) {
+  if (evidence.has_format) {
+    parts.add("{} of {} frames with START pass the format {}", evidence.passed,
+              std::max(evidence.answered, evidence.passed),
+              context.format ? format_text(*context.format).view() : "");
+  }
+  if (evidence.truncated != 0 && evidence.missing_bits.count() != 0) {
+    parts.add("requests end {} bit{} before the last one of the format{}",
+              evidence.missing_bits.median(), evidence.missing_bits.median() == 1 ? "" : "s",
+              evidence.truncated_low == evidence.truncated ? ", always with a 0 as STOP has" : "");
+  }
+  if (context.identified) {
+    parts.add("the frames fit {} (confidence {:.2f})",
+              format_text(context.identified->format).view(), context.identified->confidence);
+  }
+}
+
+void add_ack(const Evidence& evidence, Parts& parts) {
+  const auto& late = evidence.truncated_ack_clocks;
+  const auto& good = evidence.ack_clocks;
+  if (late.count() != 0) {
+    parts.add("ACK takes up to {} clocks where bits are missing", late.max());
+  }
+  if (good.count() != 0) parts.add("{} clocks at most where the frame is good", good.max());
+}
+
+void add_pulses(std::string_view line, std::uint64_t pulses, const Evidence& evidence,
+                Parts& parts) {
+  if (pulses == 0) return;
+  parts.add("{} short pulse{} on {}", pulses, pulses == 1 ? "" : "s", line);
+  if (evidence.shortest_pulse) {
+    parts.add("the shortest pulse lasts {}", time_words(evidence.shortest_pulse->count));
+  }
+}
+
+void add_sampling(const Evidence& evidence, Parts& parts) {
+  if (evidence.resolution.count == 0 || evidence.period.count() == 0) return;
+  parts.add("the capture knows edges to {}: {:.1f} samples in a period of MA",
+            time_words(evidence.resolution.count),
+            static_cast<double>(evidence.period.median()) /
+                static_cast<double>(evidence.resolution.count));
+}
+
+void add_figures(Cause cause, const Evidence& evidence, const Context& context, Parts& parts) {
+  switch (cause) {
+    case Cause::healthy:
+      parts.add("{} of {} cycles are good", evidence.good, evidence.cycles);
+      if (!evidence.has_format) parts.add("without -f no checksum is judged");
+      return add_delay(evidence, parts);
+    case Cause::wrong_format:
+      return add_format(evidence, context, parts);
+    case Cause::ma_slo_swapped:
+    case Cause::slo_inverted:
+    case Cause::ma_inverted: {
+      const explain::Reading& reading = context.reading;
+      const bool changed = (cause == Cause::ma_slo_swapped && reading.swapped) ||
+                           (cause == Cause::slo_inverted && reading.slo_inverted) ||
+                           (cause == Cause::ma_inverted && reading.ma_inverted);
+      if (changed) {
+        parts.add("{} of {} cycles have ACK and START when the capture is read that way",
+                  evidence.answered, evidence.cycles);
+      } else if (cause == Cause::ma_slo_swapped) {
+        parts.add("SLO stays high, as an open input does");
+      }
+      return;
+    }
+    case Cause::clock_too_fast_for_cable:
+      if (evidence.smear.count != 0) {
+        parts.add("SLO changes up to {} from its place", time_words(evidence.smear.count));
+      }
+      return add_delay(evidence, parts);
+    case Cause::ack_longer_than_master_waits:
+      return add_ack(evidence, parts);
+    case Cause::master_stops_early:
+      add_range("clocks of MA last", evidence.period, parts);
+      if (evidence.missing_bits.count() != 0) {
+        parts.add("{} to {} bits are missing", evidence.missing_bits.min(),
+                  evidence.missing_bits.max());
+      }
+      return;
+    case Cause::requested_too_soon:
+      add_range("from the last edge of MA to such a request:", evidence.rest_of_bad, parts);
+      return add_range("before good cycles:", evidence.good_rest, parts);
+    case Cause::noise_on_slo:
+      return add_pulses("SLO", evidence.pulses_on_slo, evidence, parts);
+    case Cause::noise_on_ma:
+      return add_pulses("MA", evidence.pulses_on_ma, evidence, parts);
+    case Cause::supply_or_intermittent:
+      if (evidence.silent_runs != 0) {
+        parts.add("{} time{} without an answer, for up to {} cycles", evidence.silent_runs,
+                  evidence.silent_runs == 1 ? "" : "s", evidence.longest_silence);
+      }
+      return;
+    case Cause::no_encoder:
+    case Cause::stuck_low:
+      parts.add("{} edges on SLO beside {} on MA", evidence.slo_edges, evidence.ma_edges);
+      return;
+    case Cause::sampling_too_slow:
+      return add_sampling(evidence, parts);
+    case Cause::not_biss:
+      if (context.other) {
+        parts.add("the lines look like {} ({:.2f})", context.other->name,
+                  context.other->confidence);
+      }
+      parts.add("{} of {} requests have ACK and START", evidence.answered, evidence.cycles);
+      return;
+    case Cause::encoder_error:
+      return;
+  }
+}
+
+}  // namespace
+
+std::string evidence_text(Cause cause, const Evidence& evidence, const Context& context) {
+  Parts parts;
+  add_symptoms(cause, evidence, parts);
+  add_figures(cause, evidence, context, parts);
+  return std::move(parts).text();
+}
+
+std::string remedy_text(Cause cause, const Evidence& evidence, const Context& context) {
+  std::string remedy(remedy_of(cause));
+  if (cause == Cause::wrong_format && context.identified) {
+    remedy = fmt::format("give -f {}", format_text(context.identified->format).view());
+  }
+  if (cause == Cause::sampling_too_slow && evidence.period.count() != 0) {
+    const Picoseconds period{std::max<std::int64_t>(evidence.period.median(), 10)};
+    remedy += fmt::format("; this clock needs {} or more", text_of(rate_of(period / 10), 0));
+  }
+  return remedy;
+}
+
+}  // namespace biss::cli

@@ -1,0 +1,262 @@
+#include "draw/cycle_drawing.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "biss/frame/codec.hpp"
+#include "decode/times.hpp"
+
+namespace biss::draw {
+
+namespace {
+
+using decode::CycleEdges;
+using decode::LevelChange;
+using wire::Level;
+
+// Without a measured period, of the last clock of a cycle.
+constexpr Picoseconds period_when_unknown = microseconds(1);
+// SLO is drawn for this many periods after the last edge of MA and of SLO's bits.
+constexpr std::int64_t periods_after = 2;
+
+std::string numbered(std::string_view field, unsigned bit, std::size_t channel) {
+  std::string name(field);
+  name += std::to_string(bit);
+  if (channel != 0) name += '.' + std::to_string(channel + 1);
+  return name;
+}
+
+std::string flag_name(std::string_view low, std::string_view high, const FlagField& flag,
+                      std::size_t channel) {
+  std::string name(flag.active_high ? high : low);
+  if (channel != 0) name += '.' + std::to_string(channel + 1);
+  return name;
+}
+
+// The name of a data bit; `shift` counts from the last one.
+std::string data_name(const ChannelFormat& format, unsigned shift, std::size_t channel) {
+  const std::pair<std::string_view, Field> fields[] = {{"pos", format.position},
+                                                       {"mt", format.multiturn},
+                                                       {"st", format.singleturn},
+                                                       {"lc", format.life_counter}};
+  for (const auto& [name, field] : fields) {
+    if (field.present() && shift >= field.shift && shift < unsigned{field.shift} + field.bits) {
+      return numbered(name, shift - field.shift, channel);
+    }
+  }
+  if (format.error.present && format.error.shift == shift) {
+    return flag_name("nE", "E", format.error, channel);
+  }
+  if (format.warning.present && format.warning.shift == shift) {
+    return flag_name("nW", "W", format.warning, channel);
+  }
+  return channel == 0 ? "pad" : "pad." + std::to_string(channel + 1);
+}
+
+std::vector<std::string> payload_names(const FrameFormat& format) {
+  std::vector<std::string> names;
+  for (std::size_t k = 0; k < format.channel_count; ++k) {
+    const ChannelFormat& channel = format.channel_list[k];
+    for (unsigned shift = channel.data_bits; shift-- > 0;) {
+      names.push_back(data_name(channel, shift, k));
+    }
+    for (unsigned bit = channel.crc.width_bits; bit-- > 0;) {
+      names.push_back(numbered("crc", bit, k));
+    }
+  }
+  return names;
+}
+
+// How the CRC changes when one bit of the channel is inverted, data first.
+std::vector<std::uint16_t> changes_of(const PlainCodec& codec, std::size_t k) {
+  const ChannelFormat& channel = codec.format().channel_list[k];
+  std::vector<std::uint16_t> changes;
+  const std::uint16_t none = codec.crc(k, 0);
+  for (unsigned shift = channel.data_bits; shift-- > 0;) {
+    changes.push_back(static_cast<std::uint16_t>(codec.crc(k, std::uint64_t{1} << shift) ^ none));
+  }
+  for (unsigned bit = channel.crc.width_bits; bit-- > 0;) {
+    changes.push_back(static_cast<std::uint16_t>(1U << bit));
+  }
+  return changes;
+}
+
+// Which flips make a CRC right that is wrong by `difference`. \param first bit of the channel
+void find_flips(const std::vector<std::uint16_t>& changes, std::uint16_t difference,
+                std::size_t first, DrawnCheck& check) {
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    if (changes[i] == difference) check.singles.push_back({first + i});
+    for (std::size_t j = i + 1; j < changes.size(); ++j) {
+      if ((changes[i] ^ changes[j]) != difference) continue;
+      if (check.pair_count++ < drawn_pairs) check.pairs.push_back({first + i, first + j});
+    }
+  }
+}
+
+std::vector<DrawnCheck> checks_of(BitView raw, const FrameFormat& format) {
+  std::vector<DrawnCheck> checks;
+  const PlainCodec codec(format);
+  std::size_t at = 0;
+  for (std::size_t k = 0; k < format.channel_count; ++k) {
+    const ChannelFormat& channel = format.channel_list[k];
+    // START and CDS come before.
+    if (at + 2 + channel.total_bits() > raw.size_bits()) break;
+    if (channel.crc.present()) {
+      const std::uint64_t data = raw.word(at + 2, channel.data_bits);
+      DrawnCheck check{.channel = k,
+                       .received = static_cast<std::uint16_t>(
+                           raw.word(at + 2 + channel.data_bits, channel.crc.width_bits)),
+                       .expected = codec.crc(k, data),
+                       .singles = {},
+                       .pairs = {}};
+      if (!check.right()) {
+        find_flips(changes_of(codec, k),
+                   static_cast<std::uint16_t>(check.received ^ check.expected), at, check);
+      }
+      checks.push_back(std::move(check));
+    }
+    at += channel.total_bits();
+  }
+  return checks;
+}
+
+Level level_at(const std::vector<LevelChange>& changes, Level before, Picoseconds time) {
+  Level level = before;
+  for (const LevelChange& change : changes) {
+    if (change.time > time) break;
+    level = change.level;
+  }
+  return level;
+}
+
+class Drawer {
+ public:
+  Drawer(const CycleEdges& edges, const std::optional<FrameFormat>& format,
+         const DeviceTiming& timing, const decode::MarginSetup& margin)
+      : edges_(edges), format_(format), reader_(format, timing, margin) {}
+
+  CycleDrawing run() {
+    drawing_.number = edges_.number;
+    drawing_.cycle = edges_.cycle;
+    drawing_.slo_before = edges_.slo_before;
+    if (!edges_.ma.empty() && edges_.ma.front().level == Level::high) {
+      drawing_.ma_before = Level::low;
+    }
+    drawing_.cycle.raw = read_again(edges_, reader_).cycle.raw;
+    sampled_ = reader_.sample_times();
+    copy_edges();
+    add_bits();
+    if (format_) drawing_.checks = checks_of(drawing_.cycle.raw.view(), *format_);
+    add_expected();
+    return std::move(drawing_);
+  }
+
+ private:
+  Picoseconds period() const { return edges_.cycle.period.value_or(period_when_unknown); }
+
+  void copy_edges() {
+    Picoseconds last = edges_.ma.empty() ? edges_.cycle.time : edges_.ma.back().time;
+    if (!sampled_.empty()) last = std::max(last, sampled_.back());
+    drawing_.end =
+        std::min(decode::shifted(last, periods_after * period()), std::max(edges_.limit, last));
+    const auto copy = [&](std::span<const LevelChange> from, std::vector<LevelChange>& to) {
+      for (const LevelChange& change : from) {
+        if (change.time <= drawing_.end) to.push_back(change);
+      }
+    };
+    copy(edges_.ma, drawing_.ma);
+    copy(edges_.ma_after, drawing_.ma);
+    copy(edges_.slo, drawing_.slo);
+  }
+
+  void add_bits() {
+    std::size_t clock = 0;
+    for (const LevelChange& change : edges_.ma) {
+      if (change.level != Level::high) continue;
+      DrawnBit bit;
+      bit.clock = clock;
+      bit.time = change.time;
+      if (clock < sampled_.size()) {
+        bit.sampled_at = sampled_[clock];
+        const Level level = level_at(drawing_.slo, drawing_.slo_before, *bit.sampled_at);
+        if (level != Level::unknown) bit.level = level == Level::high;
+        // The reader has found ACK there, whatever the sample shows.
+        if (clock <= 1) bit.level = clock == 0;
+      }
+      drawing_.bits.push_back(std::move(bit));
+      ++clock;
+    }
+    name_bits();
+  }
+
+  // ACK lasts until the first 1 after it.
+  void name_bits() {
+    const std::vector<std::string> names =
+        format_ ? payload_names(*format_) : std::vector<std::string>();
+    const BitView raw = drawing_.cycle.raw.view();
+    std::optional<std::size_t> start;
+    for (DrawnBit& bit : drawing_.bits) {
+      if (!bit.sampled_at) {
+        if (bit.clock == 0) bit.name = "LAT";
+        continue;
+      }
+      if (!start && bit.clock >= 2 && bit.level == true && !raw.empty()) start = bit.clock;
+      if (!start) {
+        bit.name = bit.clock == 0 ? "LAT" : "ACK";
+        continue;
+      }
+      const std::size_t at = bit.clock - *start;
+      // The reader's bits count.
+      if (at < raw.size_bits()) bit.level = raw[at];
+      if (at <= 1) {
+        bit.name = at == 0 ? "START" : "CDS";
+      } else if (!format_) {
+        bit.name = "bit";
+      } else if (at - 2 < names.size()) {
+        bit.name = names[at - 2];
+        bit.payload_bit = at - 2;
+      } else if (at - 2 == names.size()) {
+        bit.name = "STOP";
+      }
+    }
+  }
+
+  void add_expected() {
+    for (const DrawnCheck& check : drawing_.checks) {
+      std::size_t first = 0;
+      for (std::size_t k = 0; k < check.channel; ++k) {
+        first += format_->channel_list[k].total_bits();
+      }
+      const ChannelFormat& channel = format_->channel_list[check.channel];
+      first += channel.data_bits;
+      for (DrawnBit& bit : drawing_.bits) {
+        if (!bit.payload_bit || *bit.payload_bit < first) continue;
+        const std::size_t place = *bit.payload_bit - first;
+        if (place >= channel.crc.width_bits) continue;
+        bit.expected = ((check.expected >> (channel.crc.width_bits - 1U - place)) & 1U) != 0;
+      }
+    }
+  }
+
+  const CycleEdges& edges_;
+  const std::optional<FrameFormat>& format_;
+  decode::CycleReader reader_;
+  std::vector<Picoseconds> sampled_;
+  CycleDrawing drawing_;
+};
+
+}  // namespace
+
+std::string_view CycleDrawing::name_of(std::size_t payload_bit) const {
+  for (const DrawnBit& bit : bits) {
+    if (bit.payload_bit == payload_bit) return bit.name;
+  }
+  return {};
+}
+
+CycleDrawing draw_cycle(const CycleEdges& edges, const std::optional<FrameFormat>& format,
+                        const DeviceTiming& timing, const decode::MarginSetup& margin) {
+  return Drawer(edges, format, timing, margin).run();
+}
+
+}  // namespace biss::draw

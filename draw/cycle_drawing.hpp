@@ -1,0 +1,76 @@
+// A request cycle as a drawing: both lines over time, the sampling points, the bits by name, the
+// checksums and the flips that would mend them. How it looks is the matter of a renderer.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "biss/frame/format.hpp"
+#include "decode/cycle_edges.hpp"
+
+namespace biss::draw {
+
+/// A clock of MA and the bit that belongs to it.
+struct DrawnBit {
+  /// Rising edges of MA are counted from 0; 0 is LAT, 1 is ACK.
+  std::size_t clock = 0;
+  /// The rising edge of MA.
+  Picoseconds time{};
+  /// When SLO is sampled for it; absent where there was no ACK.
+  std::optional<Picoseconds> sampled_at;
+  /// Of SLO at the sample; absent where it is not known.
+  std::optional<bool> level;
+  /// `LAT`, `ACK`, `START`, `CDS`, `STOP`, a field of the format with the bit's number (`pos25`,
+  /// `crc0`, `nE`), with the number of the channel after a dot from the second one on (`pos27.2`);
+  /// `bit` where no format is known; empty after STOP.
+  std::string name;
+  /// Number among the bits of data and CRC, from 0, as `bit=N` of a fault.
+  std::optional<std::size_t> payload_bit;
+  /// Of a CRC bit: what the received data need.
+  std::optional<bool> expected;
+};
+
+/// One or two bits of data and CRC, by their payload_bit.
+using Flips = std::vector<std::size_t>;
+
+/// The checksum of a channel whose bits are all there.
+struct DrawnCheck {
+  std::size_t channel = 0;
+  std::uint16_t received = 0;
+  /// Of the received data.
+  std::uint16_t expected = 0;
+  /// Where they differ: single bits that would mend the channel.
+  std::vector<Flips> singles;
+  /// Pairs of bits: how many would mend it, and the first of them.
+  std::size_t pair_count = 0;
+  std::vector<Flips> pairs;
+
+  bool right() const { return received == expected; }
+};
+
+inline constexpr std::size_t drawn_pairs = 4;
+
+struct CycleDrawing {
+  std::uint64_t number = 0;
+  decode::Cycle cycle;
+  wire::Level ma_before = wire::Level::high;
+  wire::Level slo_before = wire::Level::unknown;
+  /// From the first edge of MA until SLO has settled after the last one.
+  std::vector<decode::LevelChange> ma;
+  std::vector<decode::LevelChange> slo;
+  Picoseconds end{};
+  std::vector<DrawnBit> bits;
+  std::vector<DrawnCheck> checks;
+
+  /// The name of a bit of data and CRC; empty where it was not received.
+  std::string_view name_of(std::size_t payload_bit) const;
+};
+
+/// \param margin as for the reader of the cycle
+CycleDrawing draw_cycle(const decode::CycleEdges& edges, const std::optional<FrameFormat>& format,
+                        const DeviceTiming& timing, const decode::MarginSetup& margin = {});
+
+}  // namespace biss::draw

@@ -1,0 +1,56 @@
+// From what a capture shows to the likely causes.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "biss/frame/format.hpp"
+#include "biss/timing/device_timing.hpp"
+#include "explain/cause.hpp"
+#include "explain/evidence.hpp"
+#include "explain/reading.hpp"
+
+namespace biss::explain {
+
+/// A frame format that fits the capture, found without `-f`.
+struct IdentifiedFormat {
+  FrameFormat format;
+  /// 0 to 1.
+  double confidence = 0;
+};
+
+/// Another protocol that the lines look like.
+struct OtherProtocol {
+  std::string name;
+  /// 0 to 1.
+  double confidence = 0;
+};
+
+/// What is known beside the cycles.
+struct Context {
+  /// As given by the user; empty without `-f`.
+  std::optional<FrameFormat> format;
+  DeviceTiming timing;
+  /// The master of this link compensates the line delay; empty: not known.
+  std::optional<bool> compensated;
+  /// How the capture was read. The evidence is that of these lines.
+  Reading reading;
+  std::optional<IdentifiedFormat> identified;
+  std::optional<OtherProtocol> other;
+};
+
+/// A likely cause.
+struct Finding {
+  Cause cause{};
+  /// 0 to 1, never 1; those of all findings add up to about 1.
+  double likelihood = 0;
+};
+
+/// The symptoms that a cause usually shows, the most typical ones first.
+std::vector<Symptom> symptoms_of(Cause cause);
+
+/// The likely causes, the likeliest first; at least one. Unlikely ones are left out.
+std::vector<Finding> diagnose(const Evidence& evidence, const Context& context);
+
+}  // namespace biss::explain

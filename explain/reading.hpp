@@ -1,0 +1,26 @@
+// How a capture has to be read: as it is, inverted, or with MA and SLO exchanged.
+#pragma once
+
+#include <span>
+
+#include "decode/decoder.hpp"
+
+namespace biss::explain {
+
+/// The lines with which the cycles read best, and what had to be changed for that.
+struct Reading {
+  decode::Lines lines;
+  bool swapped = false;
+  bool ma_inverted = false;
+  bool slo_inverted = false;
+};
+
+/// Chooses polarity as decode::find_polarity(), and exchanges MA and SLO where the capture reads
+/// well that way and hardly at all as `lines` say.
+/// \param lines as named by the user or the capture; what is inverted there stays so and is not a
+///   change
+/// \param beginning edges from the beginning of the capture
+Reading choose_reading(const decode::Lines& lines, std::span<const wire::Edge> beginning,
+                       const decode::CycleReader& reader);
+
+}  // namespace biss::explain

@@ -1,0 +1,191 @@
+// `biss explain`: causes with the figures of the capture, and a cycle drawn bit by bit.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "tests/cli/run_command.hpp"
+
+namespace biss::cli {
+namespace explain_test {
+
+using nlohmann::json;
+using testing::HasSubstr;
+using testing::Not;
+using Words = std::vector<std::string>;
+
+constexpr const char* format = "pos26,nE,nW,crc6";
+
+std::string simulate(const Folder& folder, const Words& more = {}) {
+  const std::string capture = folder.path("line.csv");
+  Words words{"simulate", "-f", format, "--clock", "1MHz",     "--cable", "20m",
+              "--seed",   "3",  "-o",   capture,   "--cycles", "200"};
+  words.insert(words.end(), more.begin(), more.end());
+  const Outcome made = run(words);
+  EXPECT_EQ(made.status, 0) << made.err;
+  return capture;
+}
+
+std::vector<json> rows_in(const std::string& text) {
+  std::vector<json> rows;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) rows.push_back(json::parse(line));
+  return rows;
+}
+
+std::vector<json> explain(Words words, const std::string& input = "/dev/null") {
+  words.insert(words.begin(), "explain");
+  words.insert(words.end(), {"-f", format, "--to", "jsonl"});
+  const Outcome outcome = run(words, input);
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  return rows_in(outcome.out);
+}
+
+// A master that asks again 7 µs after the last frame every fifth time; the encoder needs 20 µs.
+std::string requests_too_soon(const Folder& folder) {
+  std::string ma = "time_ns,MA\n0,1\n";
+  std::int64_t now = 50'000;
+  for (int request = 0; request < 60; ++request) {
+    for (int clock = 0; clock < 39; ++clock) {
+      ma += fmt::format("{},0\n{},1\n", now, now + 500);
+      now += 1000;
+    }
+    now += request % 5 == 4 ? 7'000 : 40'000;
+  }
+  const std::string capture = folder.path("soon.csv");
+  const Outcome made = run({"simulate", "-f", format, "--ma-from", folder.file("ma.csv", ma),
+                            "--timeout", "static:20us", "-o", capture});
+  EXPECT_EQ(made.status, 0) << made.err;
+  return capture;
+}
+
+TEST(ExplainVerb, CleanCapture_IsHealthy) {
+  const Folder folder;
+  const auto rows = explain({simulate(folder)});
+  ASSERT_FALSE(rows.empty());
+  EXPECT_EQ(rows[0].at("cause"), "healthy");
+  EXPECT_GT(rows[0].at("likelihood").get<double>(), 0.9);
+  EXPECT_THAT(rows[0].at("evidence").get<std::string>(), HasSubstr("200 of 200 cycles are good"));
+}
+
+TEST(ExplainVerb, FlippedBits_AreNoiseWithTheirCyclesAndARemedy) {
+  const Folder folder;
+  const std::string capture =
+      simulate(folder, {"--fault", "flip@20", "--fault", "flip@21", "--fault", "flip@90", "--fault",
+                        "flip@91", "--fault", "flip@150"});
+  const auto rows = explain({capture});
+  EXPECT_EQ(rows.at(0).at("cause"), "noise_on_slo");
+  EXPECT_THAT(rows[0].at("evidence").get<std::string>(),
+              HasSubstr("5 of 200 cycles: the checksum is wrong (cycles 20 to 150"));
+  EXPECT_THAT(rows[0].at("remedy").get<std::string>(), HasSubstr("shield"));
+  for (const json& row : rows) EXPECT_EQ(row.size(), 4U);
+  // The same from a pipe.
+  EXPECT_EQ(explain({"-"}, capture), rows);
+}
+
+TEST(ExplainVerb, Cycle_IsDrawnWithTheFlipThatMendsIt) {
+  const Folder folder;
+  const std::string capture = simulate(folder, {"--fault", "flip@20,bit=7"});
+  const Outcome drawn = run({"explain", capture, "-f", format, "--cycle", "20"});
+  EXPECT_EQ(drawn.status, 0) << drawn.err;
+  EXPECT_THAT(drawn.out, HasSubstr("cycle 20 at "));
+  EXPECT_THAT(drawn.out, HasSubstr("START  CDS  pos25"));
+  EXPECT_THAT(drawn.out, HasSubstr("pos18 (bit 7)"));
+  EXPECT_THAT(drawn.out, HasSubstr("expected"));
+  std::vector<std::uint64_t> mending;
+  std::string received;
+  for (const json& row : explain({capture, "--cycle", "20"})) {
+    EXPECT_EQ(row.at("cycle"), 20);
+    EXPECT_EQ(row.at("status"), "crc");
+    if (row.at("bit").is_null()) continue;
+    if (row.at("mends") == 1) mending.push_back(row.at("bit").get<std::uint64_t>());
+    if (row.at("field").get<std::string>().starts_with("pos")) {
+      received += row.at("slo") == 1 ? '1' : '0';
+    }
+  }
+  EXPECT_THAT(mending, testing::Contains(7U));
+  EXPECT_EQ(received.size(), 26U);
+  // The next cycle is whole.
+  EXPECT_THAT(run({"explain", capture, "-f", format, "--cycle", "21"}).out, HasSubstr(": right\n"));
+}
+
+TEST(ExplainVerb, CycleThatTheCaptureDoesNotHave_IsNamed) {
+  const Folder folder;
+  const Outcome outcome = run({"explain", simulate(folder), "-f", format, "--cycle", "200"});
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_THAT(outcome.err, HasSubstr("no cycle 200; the capture has 200 request cycles"));
+}
+
+TEST(ExplainVerb, LinesExchanged_AreNamed) {
+  const Folder folder;
+  const auto rows = explain({simulate(folder), "--ma", "SLO", "--slo", "MA"});
+  EXPECT_EQ(rows.at(0).at("cause"), "ma_slo_swapped");
+  EXPECT_THAT(rows[0].at("evidence").get<std::string>(), HasSubstr("200 of 200"));
+}
+
+TEST(ExplainVerb, InvertedSlo_IsNamedUnlessTheUserSaysIt) {
+  const Folder folder;
+  std::string text = "time_ns,MA,SLO\n";
+  for (const Row& row : rows_of(content_of(simulate(folder)))) {
+    text +=
+        row.at("time_ns") + "," + row.at("MA") + "," + (row.at("SLO") == "0" ? "1" : "0") + "\n";
+  }
+  const std::string capture = folder.file("inverted.csv", text);
+  EXPECT_EQ(explain({capture}).at(0).at("cause"), "slo_inverted");
+  EXPECT_EQ(explain({capture, "--invert-slo"}).at(0).at("cause"), "healthy");
+}
+
+TEST(ExplainVerb, WrongFormat_IsNamed) {
+  const Folder folder;
+  const std::string capture = simulate(folder, {"--motion", "random"});
+  const Outcome outcome = run({"explain", capture, "-f", "pos25,nE,nW,crc6", "--to", "jsonl"});
+  EXPECT_EQ(rows_in(outcome.out).at(0).at("cause"), "wrong_format");
+}
+
+TEST(ExplainVerb, RequestsTooSoon_AreNamedAsInTheHintOfDecode) {
+  const Folder folder;
+  const std::string capture = requests_too_soon(folder);
+  const auto rows = explain({capture});
+  EXPECT_EQ(rows.at(0).at("cause"), "requested_too_soon") << rows.at(0);
+  const Outcome decoded = run({"decode", capture, "-f", format, "--to", "csv"});
+  EXPECT_THAT(decoded.err, HasSubstr(rows[0].at("remedy").get<std::string>())) << decoded.err;
+  EXPECT_THAT(decoded.err, Not(HasSubstr("which interface")));
+}
+
+// Where no lines look like MA and SLO, decode refuses; explain says what that means.
+TEST(ExplainVerb, LinesOfAUart_AreNotBiss) {
+  const Folder folder;
+  std::string text = "time_ns,D0,D1\n0,1,1\n";
+  std::uint32_t random = 7;
+  std::int64_t now = 100'000;
+  for (int byte = 0; byte < 300; ++byte) {
+    random = random * 1'664'525U + 1'013'904'223U;
+    const unsigned bits = (((random >> 16U) & 0xFFU) << 1U) | 0x200U;
+    for (unsigned bit = 0; bit < 10; ++bit) {
+      const unsigned level = (bits >> bit) & 1U;
+      text += byte % 2 == 0 ? fmt::format("{},{},1\n", now, level)
+                            : fmt::format("{},1,{}\n", now, level);
+      now += 8'680;
+    }
+    now += 200'000;
+  }
+  const Outcome outcome =
+      run({"explain", folder.file("uart.csv", text), "-f", format, "--to", "jsonl"});
+  ASSERT_FALSE(outcome.out.empty()) << outcome.err;
+  EXPECT_EQ(rows_in(outcome.out).at(0).at("cause"), "not_biss") << outcome.out;
+}
+
+TEST(ExplainVerb, CaptureWithoutARequest_Fails) {
+  const Folder folder;
+  const Outcome outcome =
+      run({"explain", folder.file("idle.csv", "time_ns,MA,SLO\n0,1,1\n1000,1,0\n2000,1,1\n")});
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_THAT(outcome.err, HasSubstr("no request cycle"));
+}
+
+}  // namespace explain_test
+}  // namespace biss::cli

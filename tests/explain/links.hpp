@@ -1,0 +1,41 @@
+// Captures of links that do not work, each with its true cause, made by the simulator.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "biss/frame/format.hpp"
+#include "biss/timing/device_timing.hpp"
+#include "explain/cause.hpp"
+#include "explain/diagnose.hpp"
+#include "wire/edge.hpp"
+
+namespace biss::explain::test {
+
+/// A capture, and what its user says about it.
+struct Link {
+  Cause truth{};
+  /// How it was made.
+  std::string story;
+  std::vector<wire::Edge> edges;
+  Picoseconds end{};
+  decode::Lines lines{.ma = 0, .slo = 1};
+  FrameFormat format;
+  DeviceTiming timing;
+  /// As the file states it; 0 where it holds changes.
+  Picoseconds resolution{};
+};
+
+/// A capture with this cause, of random encoder, clock, cable, motion and strength. The same seed
+/// gives the same capture. At least 10 cycles are affected.
+Link make_link(Cause truth, std::uint64_t seed);
+
+/// What `biss explain` finds in it; the truth is not looked at.
+std::vector<Finding> explain_link(const Link& link);
+
+/// The evidence in it, for messages of tests.
+Evidence observe_link(const Link& link);
+
+}  // namespace biss::explain::test

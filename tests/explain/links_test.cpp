@@ -1,0 +1,74 @@
+// A sample of the captures of every cause; all of them are in the long tests.
+#include "tests/explain/links.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/explain/matrix.hpp"
+
+namespace biss::explain::test {
+namespace links_test {
+
+TEST(Explain, SampleOfEachCause_IsFoundFirst) {
+  const Matrix matrix = measure_matrix(documented_seed + 5000, 12, 60);
+  std::uint64_t first = 0;
+  std::uint64_t all = 0;
+  for (std::size_t c = 1; c < cause_count; ++c) {
+    const auto cause = static_cast<Cause>(c);
+    EXPECT_GE(matrix.right(cause), 10U) << name_of(cause) << '\n' << matrix.misses;
+    first += matrix.right(cause);
+    all += matrix.links[c];
+  }
+  EXPECT_GE(100 * first, 95 * all) << matrix.misses;
+  EXPECT_EQ(matrix.right(Cause::healthy), 60U) << matrix.misses;
+}
+
+TEST(Explain, Likelihoods_FallAndAddUpToLessThanOne) {
+  for (std::size_t c = 0; c < cause_count; ++c) {
+    const auto findings = explain_link(make_link(static_cast<Cause>(c), 77));
+    ASSERT_FALSE(findings.empty());
+    double sum = 0;
+    double last = 1;
+    for (const Finding& finding : findings) {
+      EXPECT_LE(finding.likelihood, last);
+      last = finding.likelihood;
+      sum += finding.likelihood;
+    }
+    EXPECT_LT(sum, 1);
+    EXPECT_GT(sum, 0.8);
+  }
+}
+
+// What other rooms know decides where they are sure.
+TEST(Explain, AnotherProtocolThatIsRecognised_IsNotBiss) {
+  const Link link = make_link(Cause::wrong_format, 3);
+  const Evidence evidence = observe_link(link);
+  Context context;
+  context.format = link.format;
+  context.timing = link.timing;
+  EXPECT_EQ(diagnose(evidence, context).front().cause, Cause::wrong_format);
+  context.other = {.name = "SSI", .confidence = 0.95};
+  EXPECT_EQ(diagnose(evidence, context).front().cause, Cause::not_biss);
+}
+
+TEST(Explain, IdentifiedFormatThatIsTheGivenOne_IsNoWrongFormat) {
+  const Link link = make_link(Cause::master_stops_early, 4);
+  const Evidence evidence = observe_link(link);
+  Context context;
+  context.format = link.format;
+  context.timing = link.timing;
+  context.identified = {.format = link.format, .confidence = 0.95};
+  const auto findings = diagnose(evidence, context);
+  EXPECT_EQ(findings.front().cause, Cause::master_stops_early);
+  for (const Finding& finding : findings) EXPECT_NE(finding.cause, Cause::wrong_format);
+}
+
+TEST(Explain, NamesAndRemedies_AreThereForEachCause) {
+  for (std::size_t c = 0; c < cause_count; ++c) {
+    EXPECT_FALSE(name_of(static_cast<Cause>(c)).empty());
+    EXPECT_FALSE(remedy_of(static_cast<Cause>(c)).empty());
+  }
+}
+
+}  // namespace links_test
+}  // namespace biss::explain::test
