@@ -12,6 +12,9 @@ namespace biss::identify {
 struct DataWord {
   std::uint64_t data = 0;
   std::uint64_t cycle = 0;
+  /// Requests since the word before, by the time between them: rows may be missing, or come from
+  /// pulses.
+  std::uint64_t requests = 0;
 };
 
 /// A run of bits in a word; `low` counts from the last data bit.

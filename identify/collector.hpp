@@ -22,7 +22,7 @@ class SampleCollector {
     }
     const BitView raw = cycle.raw.view();
     if (raw.size_bits() < 3 || !is_wanted(number)) return;
-    Sample sample{.cycle = number, .cds = raw[1], .bits = {}};
+    Sample sample{.cycle = number, .time = cycle.time, .cds = raw[1], .bits = {}};
     sample.bits.append(raw.from(2));
     samples_.push_back(sample);
     if (samples_.size() == most_) thin_out();

@@ -236,11 +236,15 @@ class FieldSearch {
     return counters;
   }
 
-  // The next value, `frames` later; where the counter starts again, 0 may be left out.
-  static bool follows(std::uint64_t value, std::uint64_t next, std::uint64_t frames,
-                      std::uint64_t mask) {
-    const std::uint64_t due = value + frames;
-    return next == (due & mask) || (due > mask && next == ((due + 1) & mask));
+  // The next value; where the counter starts again, 0 may be left out.
+  static bool follows(std::uint64_t value, std::uint64_t next, std::uint64_t mask) {
+    return next == ((value + 1) & mask) || (value == mask && next == 1);
+  }
+
+  // This word answers the request after that of the word before. Where a request is not answered, an
+  // encoder need not count.
+  bool is_next(std::size_t i) const {
+    return words_[i].cycle - words_[i - 1].cycle == 1 && words_[i].requests <= 1;
   }
 
   // The moving bits directly below a run.
@@ -266,11 +270,10 @@ class FieldSearch {
     }
     Carries carries;
     for (std::size_t i = 1; i < words_.size(); ++i) {
-      const std::uint64_t frames = words_[i].cycle - words_[i - 1].cycle;
       const bool fell = below.of(words_[i].data) < below.of(words_[i - 1].data);
-      if (frames != 1 || fell != (down < up)) continue;
+      if (!is_next(i) || fell != (down < up)) continue;
       ++carries.overflows;
-      if (!follows(bits.of(words_[i - 1].data), bits.of(words_[i].data), 1, low_mask(bits.count))) {
+      if (!follows(bits.of(words_[i - 1].data), bits.of(words_[i].data), low_mask(bits.count))) {
         ++carries.carried;
       }
     }
@@ -295,7 +298,7 @@ class FieldSearch {
   }
 
   double length_of_counter(Bits bits) const {
-    constexpr double an_exception = 30;
+    constexpr double an_exception = 20;
     return static_cast<double>(count_steps(bits).wrong) * an_exception;
   }
 
@@ -307,12 +310,11 @@ class FieldSearch {
   CountedSteps count_steps(Bits bits) const {
     CountedSteps steps;
     for (std::size_t i = 1; i < words_.size(); ++i) {
-      const std::uint64_t frames = words_[i].cycle - words_[i - 1].cycle;
-      if (frames > 4) continue;
+      if (!is_next(i)) continue;
       const std::uint64_t from = bits.of(words_[i - 1].data);
       const std::uint64_t to = bits.of(words_[i].data);
       ++steps.all;
-      if (!follows(from, to, frames, low_mask(bits.count))) {
+      if (!follows(from, to, low_mask(bits.count))) {
         ++steps.wrong;
       } else if (to < from) {
         ++steps.restarts;
@@ -403,7 +405,9 @@ class FieldSearch {
       set_flag(channel.warning, pair);
       set_flag(channel.error, pair + 1);
       same_polarity();
-      if (pair != low) add(Doubt::flag_place);
+      // The bit of nE may be one of the position.
+      const bool alone = is_moved(pair) && !is_moved(pair + 1);
+      if (pair != low || alone) add(Doubt::flag_place);
     }
     // Bits that have not moved between the position and the flags may belong to it.
     if (low == bottom_) position_low_ = pair + (one ? 1 : 2);

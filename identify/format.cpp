@@ -5,6 +5,7 @@
 
 #include "biss/catalogue/catalogue.hpp"
 #include "biss/safety/configurations.hpp"
+#include "biss/frame/codec.hpp"
 
 namespace biss::identify {
 
@@ -17,12 +18,32 @@ constexpr double reserve_bits = 10;
 // Where the meaning of the bits is doubtful, however sure the checksum is.
 constexpr double doubtful_confidence = 0.8;
 
+// The time from request to request, as far as the frames show it.
+Picoseconds usual_interval(const std::vector<const Sample*>& samples) {
+  std::vector<Picoseconds> intervals;
+  for (std::size_t i = 1; i < samples.size(); ++i) {
+    if (samples[i]->cycle - samples[i - 1]->cycle != 1) continue;
+    intervals.push_back(samples[i]->time - samples[i - 1]->time);
+  }
+  if (intervals.empty()) return {};
+  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
+  std::nth_element(intervals.begin(), middle, intervals.end());
+  return *middle;
+}
+
 std::vector<DataWord> words_of(const std::vector<const Sample*>& samples,
-                           const ChannelLayout& channel) {
+                               const ChannelLayout& channel) {
+  const Picoseconds interval = usual_interval(samples);
   std::vector<DataWord> words;
+  const Sample* before = nullptr;
   for (const Sample* sample : samples) {
-    words.push_back(
-        {sample->bits.view().word(channel.begin, channel.data_bits), sample->cycle});
+    DataWord word{sample->bits.view().word(channel.begin, channel.data_bits), sample->cycle, 0};
+    if (before != nullptr && interval.count > 0) {
+      word.requests = static_cast<std::uint64_t>(
+          (sample->time - before->time + interval / 2).count / interval.count);
+    }
+    words.push_back(word);
+    before = sample;
   }
   return words;
 }
@@ -187,6 +208,23 @@ double confidence_of(const std::vector<Layout>& layouts, std::size_t which) {
                   share_of(layouts, which, &Layout::evidence));
 }
 
+bool checksums_right(const FrameCodec<>& codec, const Sample& sample) {
+  const FrameFormat& format = codec.format();
+  if (sample.bits.size_bits() < format.payload_bits()) return false;
+  std::size_t at = 0;
+  for (std::size_t k = 0; k < format.channel_count; ++k) {
+    const ChannelFormat& channel = format.channel_list[k];
+    const std::uint64_t data = sample.bits.view().word(at, channel.data_bits);
+    at += channel.data_bits;
+    if (sample.bits.view().word(at, channel.crc.width_bits) !=
+        (channel.crc.present() ? codec.crc(k, data) : 0)) {
+      return false;
+    }
+    at += channel.crc.width_bits;
+  }
+  return true;
+}
+
 }  // namespace
 
 bool FormatCandidate::has(Doubt doubt) const {
@@ -198,6 +236,18 @@ bool FormatCandidate::has(Doubt doubt) const {
 const FormatCandidate* FormatFinding::sure() const {
   if (still || candidates.empty() || candidates.front().confidence < sure_confidence) return nullptr;
   return &candidates.front();
+}
+
+bool same_verdicts(const FrameFormat& a, const FrameFormat& b, std::span<const Sample> samples) {
+  const FrameCodec<> codec_a(a);
+  const FrameCodec<> codec_b(b);
+  std::size_t right = 0;
+  for (const Sample& sample : samples) {
+    const bool in_a = checksums_right(codec_a, sample);
+    if (in_a != checksums_right(codec_b, sample)) return false;
+    right += in_a ? 1U : 0U;
+  }
+  return right != 0;
 }
 
 FormatFinding find_format(std::span<const Sample> samples) {

@@ -44,6 +44,9 @@ struct FormatFinding {
 /// From this confidence on a format is used.
 inline constexpr double sure_confidence = 0.9;
 
+/// The checksums of both formats have the same verdict on every frame, and are right in one.
+bool same_verdicts(const FrameFormat& a, const FrameFormat& b, std::span<const Sample> samples);
+
 /// \param samples frames of one encoder in the order of their cycles
 FormatFinding find_format(std::span<const Sample> samples);
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "biss/base/bit_buffer.hpp"
+#include "biss/base/units.hpp"
 #include "biss/frame/format.hpp"
 #include "identify/gf2.hpp"
 
@@ -13,6 +14,7 @@ namespace biss::identify {
 struct Sample {
   /// Number of its request cycle.
   std::uint64_t cycle = 0;
+  Picoseconds time{};
   bool cds = false;
   BitBuffer<max_payload_bits + 1> bits;
 };
