@@ -214,8 +214,10 @@ class FieldSearch {
     division.position.low = moving[below];
     division.position.count = moving[moving.size() - above - 1] + 1 - moving[below];
     const Bits bits = division.position;
-    // Bits of the counter and flags are no part of the position.
-    if ((bits.mask() & (counter.mask() | certain_flags_)) != 0) return {counter, {}, 0, HUGE_VAL};
+    if ((bits.mask() & counter.mask()) != 0) return {counter, {}, 0, HUGE_VAL};
+    // Bits that look like flags are hardly part of the position.
+    constexpr double a_flag_inside = 200;
+    division.length += a_flag_inside * std::popcount(bits.mask() & certain_flags_);
     division.length += length_of(bits);
     return division;
   }
@@ -352,13 +354,16 @@ class FieldSearch {
     place_flags_after();
     fields_.channel.position = {static_cast<std::uint8_t>(position_low_),
                                 static_cast<std::uint8_t>(top_ - position_low_)};
-    fields_.position_moved = fields_.moved & best_.position.mask();
+    const std::uint64_t position = low_mask(top_ - position_low_) << position_low_;
+    fields_.position_moved = fields_.moved & position;
+    if ((best_.flicker & position) != 0) add(Doubt::flag_place);
     const unsigned lowest = best_.position.low;
     if (best_.position.count > 1 && is_rare(lowest) && is_short_lived(lowest)) {
       add(Doubt::flag_place);
     }
     const std::uint64_t unexplained =
-        seen_ & ~fields_.flags_moved & ~counter.mask() & ~best_.position.mask();
+        seen_ & ~fields_.flags_moved & ~counter.mask() &
+                                      ~best_.position.mask() & ~(best_.flicker & position);
     if (unexplained != 0) add(Doubt::further_bits);
   }
 
@@ -375,10 +380,14 @@ class FieldSearch {
       last = bit;
     }
     if (first == high || (first == last && last <= low + 1)) return low;
+    // Two flags at rest in their usual place.
+    if (is_mostly_high(low) && is_mostly_high(low + 1)) return low;
     if (first != last || first == low) return first;
     const bool pair_above = history_[first - 1].ones == 0 && first + 1 < high;
     return pair_above ? first : first - 1;
   }
+
+  bool is_mostly_high(unsigned bit) const { return 4 * history_[bit].ones >= 3 * words_.size(); }
 
   // Usually the last two bits before the sign of life or the checksum; or after the sign of life.
   void place_flags_after() {

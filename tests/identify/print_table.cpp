@@ -54,6 +54,8 @@ int main(int argc, char** argv) {
                  one.text,
                  format_text(result.finding.candidates.front().format).view());
     }
+    if (std::getenv("MISSES") && judged && one.cycles >= 100 && !result.mistake.empty())
+      fmt::print(stderr, "trial {}: {}: {} damage {:.3f} motion {} cycles {} read as {}\n", first + i, result.mistake, one.text, one.damage, static_cast<int>(one.setup.motion), one.cycles, format_text(result.finding.candidates.front().format).view());
     const unsigned low = one.cycles < 50 ? 20 : one.cycles < 100 ? 50 : one.cycles < 200 ? 100 : 200;
     const std::string frames = low == 20    ? "020 to 49"
                                : low == 50  ? "050 to 99"
