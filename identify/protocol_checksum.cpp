@@ -153,7 +153,7 @@ std::size_t rank_of_differences(std::span<const Word> words) {
     Word difference = sum(words[0], words[i]);
     for (const Word& each : basis) {
       const Word reduced = sum(difference, each);
-      if (reduced[3] != difference[3] ? reduced[3] < difference[3]
+      if (reduced[3] != difference[3]   ? reduced[3] < difference[3]
           : reduced[2] != difference[2] ? reduced[2] < difference[2]
           : reduced[1] != difference[1] ? reduced[1] < difference[1]
                                         : reduced[0] < difference[0]) {

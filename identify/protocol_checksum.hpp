@@ -15,7 +15,7 @@ using Word = std::array<std::uint64_t, 4>;
 
 inline constexpr std::size_t word_bits_max = 256;
 
-/// `word` without its last `count` bits moved out, then with `bit` appended.
+/// Appends a bit that was sent after those of `word`; the first of more than 256 bits is lost.
 void append(Word& word, bool bit);
 
 /// A checksum that the words agree on.
@@ -24,7 +24,7 @@ struct ChecksumEvidence {
   unsigned width_bits = 0;
   /// Of the divisor, without its leading 1.
   std::uint32_t polynomial = 0;
-  /// How many independent bits agree with it beyond those it was found from.
+  /// Independent bits that agree with it: by chance they do so once in 2^bits captures.
   double bits = 0;
 };
 
