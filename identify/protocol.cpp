@@ -56,10 +56,16 @@ std::vector<ProtocolGuess> recognise_protocol(std::span<const wire::Edge> beginn
   };
   take(try_two_wire(scene));
   take(try_serial(scene));
-  // These have structures of their own, which no frame of BiSS C shows by chance. Inverted EnDat
-  // answers much as BiSS C does, and has a CRC.
-  for (const Protocol other : {Protocol::endat22, Protocol::i2c}) {
-    if (confidence_in(guesses, other) > 0.9) biss.guess.confidence *= 0.3;
+  // Inverted EnDat answers much as BiSS C does, and has a CRC.
+  if (confidence_in(guesses, Protocol::endat22) > 0.9) biss.guess.confidence *= 0.3;
+  // A frame of BiSS C that does not change may have the clocks of whole bytes, and a byte of I2C the
+  // bits of a frame; a checksum decides.
+  if (biss.evidence == BissEvidence::checksum) {
+    for (ProtocolGuess& guess : guesses) {
+      if (guess.protocol == Protocol::i2c) guess.confidence *= 0.3;
+    }
+  } else if (confidence_in(guesses, Protocol::i2c) > 0.9) {
+    biss.guess.confidence *= 0.3;
   }
   const double neighbour =
       std::max(confidence_in(guesses, Protocol::endat22), confidence_in(guesses, Protocol::ssi));

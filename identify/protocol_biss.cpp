@@ -173,7 +173,7 @@ CatalogueFit fit_of(const Structure& structure, const CatalogueEntry& entry) {
         rests_low(view, payload_bits) && decode_payload(view, FrameStart{0, 1, 1}, codec).ok();
     if (fits) good.push_back(payload_of(view, payload_bits));
   }
-  if (10 * good.size() < 8 * structure.frames.size()) return {};
+  if (10 * good.size() < 6 * structure.frames.size()) return {};
   const double rank = std::min(3.0, static_cast<double>(rank_of_differences(good)));
   return {entry.name, width_bits * (1 + rank), payload_bits == received};
 }
@@ -207,9 +207,11 @@ bool repeats(const std::vector<Word>& words, std::size_t bits) {
       for (std::size_t i = 0; i < overlap; ++i) {
         if (bit(word, i) != bit(word, i + distance)) return false;
       }
-      return changes(word, overlap) >= 5;
+      return true;
     });
-    if (all && !words.empty()) return true;
+    const bool varied = std::any_of(words.begin(), words.end(),
+                                    [&](const Word& word) { return changes(word, overlap) >= 5; });
+    if (all && varied) return true;
   }
   return false;
 }

@@ -29,7 +29,7 @@ struct ChecksumEvidence {
 };
 
 /// Searches for the generator of a CRC that ends the words, over the whole word and over each of
-/// its ends (a frame of several channels). Up to three in ten words may be damaged. Repetition and
+/// its ends (a frame of several channels). Up to four in ten words may be damaged. Repetition and
 /// parity, whose divisors are powers of x + 1, are not taken for a CRC.
 /// \param words of `bits` bits each, distinct; the first 200 are used
 ChecksumEvidence find_checksum(std::span<const Word> words, std::size_t bits);

@@ -146,25 +146,17 @@ Score score(std::uint64_t seed, unsigned others, unsigned biss) {
 }
 
 std::string table_of(const Score& score) {
-  std::vector<std::size_t> columns;
-  for (std::size_t p = 0; p < identify::protocol_count; ++p) {
-    if (std::any_of(score.rows.begin(), score.rows.end(),
-                    [&](const Row& row) { return row.counts[p] != 0; })) {
-      columns.push_back(p);
-    }
-  }
-  std::string text = "| capture of | number |";
-  for (const std::size_t p : columns)
-    text += fmt::format(" `{}` |", identify::name_of(static_cast<Protocol>(p)));
-  text += "\n|---|---|";
-  for (std::size_t i = 0; i < columns.size(); ++i) text += "---|";
-  text += '\n';
+  std::string text = "| capture of | number | right | taken for |\n|---|---|---|---|\n";
   for (const Row& row : score.rows) {
-    text += fmt::format("| {} | {} |", row.name, row.all);
-    for (const std::size_t p : columns) {
-      text += row.counts[p] == 0 ? std::string(" |") : fmt::format(" {} |", row.counts[p]);
+    std::string others;
+    for (std::size_t p = 0; p < identify::protocol_count; ++p) {
+      const auto protocol = static_cast<Protocol>(p);
+      if (row.counts[p] == 0 || protocol == row.protocol) continue;
+      others += fmt::format("{}{} `{}`", others.empty() ? "" : ", ", row.counts[p],
+                            identify::name_of(protocol));
     }
-    text += '\n';
+    text += fmt::format("| {} | {} | {} `{}` | {} |\n", row.name, row.all, row.right(),
+                        identify::name_of(row.protocol), others);
   }
   return text;
 }
