@@ -67,6 +67,10 @@ std::vector<ProtocolGuess> recognise_protocol(std::span<const wire::Edge> beginn
   } else if (confidence_in(guesses, Protocol::i2c) > 0.9) {
     biss.guess.confidence *= 0.3;
   }
+  // So sure only with a select line.
+  if (!biss.of_catalogue && confidence_in(guesses, Protocol::spi) > 0.9) {
+    biss.guess.confidence = std::min(biss.guess.confidence, 0.4);
+  }
   const double neighbour =
       std::max(confidence_in(guesses, Protocol::endat22), confidence_in(guesses, Protocol::ssi));
   if (biss.evidence == BissEvidence::structure && neighbour > clear) {

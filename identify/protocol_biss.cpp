@@ -210,7 +210,7 @@ bool repeats(const std::vector<Word>& words, std::size_t bits) {
       return true;
     });
     const bool varied = std::any_of(words.begin(), words.end(),
-                                    [&](const Word& word) { return changes(word, overlap) >= 5; });
+                                    [&](const Word& word) { return changes(word, overlap) >= 3; });
     if (all && varied) return true;
   }
   return false;
@@ -247,9 +247,10 @@ BissTrial judge(const Cycles& cycles, std::size_t pulses) {
   if (checksum.width_bits != 0) {
     evidence = fmt::format("a CRC of {} bits fits", checksum.width_bits);
   }
+  const CatalogueFit fit = best_of_catalogue(structure);
+  trial.of_catalogue = fit.bits != 0;
   if (!certain) {
-    const CatalogueFit fit = best_of_catalogue(structure);
-    if (fit.bits != 0) evidence = fmt::format("the checksums of {} fit", fit.name);
+    if (trial.of_catalogue) evidence = fmt::format("the checksums of {} fit", fit.name);
     certain = fit.bits >= certain_bits || (fit.exact && fit.bits >= least_bits_of_a_type);
   }
   const double few = structure.alike < 8 ? 0.7 : 1;

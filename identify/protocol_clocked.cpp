@@ -136,7 +136,9 @@ ProtocolGuess try_spi(const Pair& pair, std::span<const Pair> pairs, const BissT
   double confidence = idle_low || prepared > 0.1 ? 0.8 : 0.7;
   if (second) confidence = 0.85;
   if (selected) confidence = 0.93;
-  if (biss.evidence == BissEvidence::checksum) confidence *= 0.4;
+  // Sensors on SPI have checksums too; a select line says which it is.
+  const bool may_be_biss = biss.of_catalogue || !selected;
+  if (biss.evidence == BissEvidence::checksum && may_be_biss) confidence *= 0.4;
   guess.confidence = confidence * bytes;
   guess.why = fmt::format("bursts of {} clocks, idle {}, data in step with them{}{}",
                           usual_pulses(pair.shape->bursts), idle_low ? "low" : "high",

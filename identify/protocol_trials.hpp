@@ -35,6 +35,8 @@ enum class BissEvidence : std::uint8_t { none, structure, checksum };
 
 struct BissTrial {
   BissEvidence evidence = BissEvidence::none;
+  /// The checksums of a type of the catalogue fit.
+  bool of_catalogue = false;
   ProtocolGuess guess;
 };
 
