@@ -203,7 +203,7 @@ bool repeats(const std::vector<Word>& words, std::size_t bits) {
   constexpr std::size_t overlap_min = 14;
   for (std::size_t distance = 12; distance + overlap_min < bits; ++distance) {
     const std::size_t overlap = bits - distance - 1;
-    const bool all = std::all_of(words.begin(), words.end(), [&](const Word& word) {
+    const auto same = std::count_if(words.begin(), words.end(), [&](const Word& word) {
       for (std::size_t i = 0; i < overlap; ++i) {
         if (bit(word, i) != bit(word, i + distance)) return false;
       }
@@ -211,7 +211,7 @@ bool repeats(const std::vector<Word>& words, std::size_t bits) {
     });
     const bool varied = std::any_of(words.begin(), words.end(),
                                     [&](const Word& word) { return changes(word, overlap) >= 3; });
-    if (all && varied) return true;
+    if (varied && 10 * static_cast<std::size_t>(same) >= 8 * words.size()) return true;
   }
   return false;
 }
@@ -265,6 +265,9 @@ BissTrial judge(const Cycles& cycles, std::size_t pulses) {
   }
   // CDS is 1 only now and then; the inverse of another protocol has it always.
   if (structure.cds_share > 0.95) confidence = std::min(confidence, 0.25);
+  // A clock in bytes that idles low, read from its second edge on.
+  const bool one_less = pulses % 8 == 0 && structure.clocks + 1U == pulses;
+  if (one_less) confidence = std::min(confidence, 0.4);
   if (repeats(words, bits)) confidence = std::min(confidence, 0.2);
   if (confidence < 0.5) trial.evidence = BissEvidence::structure;
   trial.guess.confidence = confidence * few;
