@@ -201,10 +201,13 @@ bool repeats(const std::vector<Word>& words, std::size_t bits) {
     return found;
   };
   constexpr std::size_t overlap_min = 14;
-  for (std::size_t distance = 12; distance + overlap_min < bits; ++distance) {
+  // A first bit of 1 looks like a line delay of a clock, and as many bits at the end are no longer
+  // of the word.
+  constexpr std::size_t after_the_end = 6;
+  for (std::size_t distance = 12; distance + overlap_min + after_the_end / 2 < bits; ++distance) {
     const std::size_t overlap = bits - distance - 1;
     const auto same = std::count_if(words.begin(), words.end(), [&](const Word& word) {
-      for (std::size_t i = 0; i < overlap; ++i) {
+      for (std::size_t i = after_the_end; i < overlap; ++i) {
         if (bit(word, i) != bit(word, i + distance)) return false;
       }
       return true;
