@@ -81,6 +81,13 @@ firmware-sizes:  ## flash, RAM, instructions on Cortex-M; renews docs/firmware.m
 	@scripts/install-packages build firmware
 	@firmware/sizes --write docs/firmware.md
 
+.PHONY: identify-tables
+identify-tables:  ## what is taken for which protocol; renews docs/identify.md
+	@scripts/install-packages build test
+	@cmake --preset release -DBISS_TESTS=ON >/dev/null
+	@cmake --build --preset release --target biss_protocol_table
+	@scripts/identify-tables
+
 .PHONY: safety-sequences
 safety-sequences: build  ## the safety monitor before 10^9 frames a counter and 10^6 faults a kind
 	@nice -n 10 build/biss safety sequences -f fs-36-28 --frames 1000000000 --faults 1000000

@@ -23,9 +23,8 @@ double confidence_in(const Guesses& guesses, Protocol protocol) {
 
 // One guess a protocol, best first.
 Guesses sorted(Guesses guesses) {
-  std::stable_sort(guesses.begin(), guesses.end(), [](const auto& a, const auto& b) {
-    return a.confidence > b.confidence;
-  });
+  std::stable_sort(guesses.begin(), guesses.end(),
+                   [](const auto& a, const auto& b) { return a.confidence > b.confidence; });
   Guesses kept;
   for (ProtocolGuess& guess : guesses) {
     const bool known = std::any_of(kept.begin(), kept.end(), [&](const ProtocolGuess& other) {
@@ -57,10 +56,25 @@ std::vector<ProtocolGuess> recognise_protocol(std::span<const wire::Edge> beginn
   };
   take(try_two_wire(scene));
   take(try_serial(scene));
-  // These have structures of their own, which no frame of BiSS C shows by chance. Inverted EnDat
-  // answers much as BiSS C does, and has a CRC.
-  for (const Protocol other : {Protocol::endat22, Protocol::i2c}) {
-    if (confidence_in(guesses, other) > 0.9) biss.guess.confidence *= 0.3;
+  // Inverted EnDat answers much as BiSS C does, and has a CRC.
+  if (confidence_in(guesses, Protocol::endat22) > 0.9) biss.guess.confidence *= 0.3;
+  // A frame of BiSS C that does not change may have the clocks of whole bytes, and a byte of I2C the
+  // bits of a frame; a checksum decides.
+  if (biss.evidence == BissEvidence::checksum) {
+    for (ProtocolGuess& guess : guesses) {
+      if (guess.protocol == Protocol::i2c) guess.confidence *= 0.3;
+    }
+  } else if (confidence_in(guesses, Protocol::i2c) > 0.9) {
+    biss.guess.confidence *= 0.3;
+  }
+  // So sure only with a select line.
+  if (!biss.of_catalogue && confidence_in(guesses, Protocol::spi) > 0.9) {
+    biss.guess.confidence = std::min(biss.guess.confidence, 0.4);
+  }
+  const double neighbour =
+      std::max(confidence_in(guesses, Protocol::endat22), confidence_in(guesses, Protocol::ssi));
+  if (biss.evidence == BissEvidence::structure && neighbour > clear) {
+    biss.guess.confidence = std::min(biss.guess.confidence, 0.4);
   }
   guesses.push_back(std::move(biss.guess));
   guesses.push_back({Protocol::unknown, clear, "no protocol is clear", scene.traces.front().line,

@@ -26,7 +26,7 @@ constexpr std::size_t fewest_clocks = 8;
 // Of clocks or pauses between clocks, what no SSI encoder sends: the longest word and its STOP.
 constexpr std::uint32_t longest_ssi_clocks = 36;
 // Bits that agree by chance once in four thousand captures.
-constexpr double sure_bits = 12;
+constexpr double certain_bits = 12;
 // The checksum of a type of the catalogue whose frame has just this length.
 constexpr double least_bits_of_a_type = 5;
 
@@ -77,7 +77,8 @@ struct Structure {
 };
 
 std::int64_t clocks_of_ack(const Cycle& cycle) {
-  return (cycle.ack->count + cycle.period->count / 2) / std::max<std::int64_t>(cycle.period->count, 1);
+  return (cycle.ack->count + cycle.period->count / 2) /
+         std::max<std::int64_t>(cycle.period->count, 1);
 }
 
 Structure structure_of(const Cycles& cycles) {
@@ -87,7 +88,8 @@ Structure structure_of(const Cycles& cycles) {
   std::map<std::int64_t, std::size_t> acks;
   std::map<std::size_t, std::size_t> lengths;
   for (const Cycle& cycle : cycles.requests) {
-    if (!decode::is_good(cycle.status) || !cycle.ack || !cycle.period || !cycle.line_delay) continue;
+    if (!decode::is_good(cycle.status) || !cycle.ack || !cycle.period || !cycle.line_delay)
+      continue;
     delays.push_back(static_cast<double>(cycle.line_delay->count));
     periods.push_back(static_cast<double>(cycle.period->count));
     ++acks[clocks_of_ack(cycle)];
@@ -102,7 +104,8 @@ Structure structure_of(const Cycles& cycles) {
   std::vector<double> releases;
   double cds = 0;
   for (const Cycle& cycle : cycles.requests) {
-    if (!decode::is_good(cycle.status) || !cycle.ack || !cycle.period || !cycle.line_delay) continue;
+    if (!decode::is_good(cycle.status) || !cycle.ack || !cycle.period || !cycle.line_delay)
+      continue;
     const double delay = static_cast<double>(cycle.line_delay->count);
     if (std::abs(delay - found.line_delay) > 0.5 * found.period) continue;
     if (std::abs(clocks_of_ack(cycle) - found.ack_clocks) > 1) continue;
@@ -166,11 +169,11 @@ CatalogueFit fit_of(const Structure& structure, const CatalogueEntry& entry) {
   std::vector<Word> good;
   for (const decode::RawBits& raw : structure.frames) {
     const BitView view = raw.view();
-    const bool fits = rests_low(view, payload_bits) &&
-                      decode_payload(view, FrameStart{0, 1, 1}, codec).ok();
+    const bool fits =
+        rests_low(view, payload_bits) && decode_payload(view, FrameStart{0, 1, 1}, codec).ok();
     if (fits) good.push_back(payload_of(view, payload_bits));
   }
-  if (10 * good.size() < 8 * structure.frames.size()) return {};
+  if (10 * good.size() < 6 * structure.frames.size()) return {};
   const double rank = std::min(3.0, static_cast<double>(rank_of_differences(good)));
   return {entry.name, width_bits * (1 + rank), payload_bits == received};
 }
@@ -198,15 +201,20 @@ bool repeats(const std::vector<Word>& words, std::size_t bits) {
     return found;
   };
   constexpr std::size_t overlap_min = 14;
-  for (std::size_t distance = 12; distance + overlap_min < bits; ++distance) {
+  // A first bit of 1 looks like a line delay of a clock, and as many bits at the end are no longer
+  // of the word.
+  constexpr std::size_t after_the_end = 6;
+  for (std::size_t distance = 12; distance + overlap_min + after_the_end / 2 < bits; ++distance) {
     const std::size_t overlap = bits - distance - 1;
-    const bool all = std::all_of(words.begin(), words.end(), [&](const Word& word) {
-      for (std::size_t i = 0; i < overlap; ++i) {
+    const auto same = std::count_if(words.begin(), words.end(), [&](const Word& word) {
+      for (std::size_t i = after_the_end; i < overlap; ++i) {
         if (bit(word, i) != bit(word, i + distance)) return false;
       }
-      return changes(word, overlap) >= 5;
+      return true;
     });
-    if (all && !words.empty()) return true;
+    const bool varied = std::any_of(words.begin(), words.end(),
+                                    [&](const Word& word) { return changes(word, overlap) >= 3; });
+    if (varied && 10 * static_cast<std::size_t>(same) >= 8 * words.size()) return true;
   }
   return false;
 }
@@ -238,19 +246,20 @@ BissTrial judge(const Cycles& cycles, std::size_t pulses) {
   const std::vector<Word> words = distinct_words(structure, bits);
   const ChecksumEvidence checksum = find_checksum(words, bits);
   std::string evidence = "no checksum seen";
-  bool sure = checksum.bits >= sure_bits;
+  bool certain = checksum.bits >= certain_bits;
   if (checksum.width_bits != 0) {
     evidence = fmt::format("a CRC of {} bits fits", checksum.width_bits);
   }
-  if (!sure) {
-    const CatalogueFit fit = best_of_catalogue(structure);
-    if (fit.bits != 0) evidence = fmt::format("the checksums of {} fit", fit.name);
-    sure = fit.bits >= sure_bits || (fit.exact && fit.bits >= least_bits_of_a_type);
+  const CatalogueFit fit = best_of_catalogue(structure);
+  trial.of_catalogue = fit.bits != 0;
+  if (!certain) {
+    if (trial.of_catalogue) evidence = fmt::format("the checksums of {} fit", fit.name);
+    certain = fit.bits >= certain_bits || (fit.exact && fit.bits >= least_bits_of_a_type);
   }
   const double few = structure.alike < 8 ? 0.7 : 1;
   const double clean = std::min(1.0, structure.share / 0.8);
   double confidence = 0;
-  if (sure) {
+  if (certain) {
     trial.evidence = BissEvidence::checksum;
     confidence = 0.91 + 0.07 * clean;
   } else {
@@ -259,6 +268,9 @@ BissTrial judge(const Cycles& cycles, std::size_t pulses) {
   }
   // CDS is 1 only now and then; the inverse of another protocol has it always.
   if (structure.cds_share > 0.95) confidence = std::min(confidence, 0.25);
+  // A clock in bytes that idles low, read from its second edge on.
+  const bool one_less = pulses % 8 == 0 && structure.clocks + 1U == pulses;
+  if (one_less) confidence = std::min(confidence, 0.4);
   if (repeats(words, bits)) confidence = std::min(confidence, 0.2);
   if (confidence < 0.5) trial.evidence = BissEvidence::structure;
   trial.guess.confidence = confidence * few;
@@ -291,9 +303,8 @@ BissTrial try_biss(const Scene& scene) {
       if (c == d) continue;
       const Lines lines{scene.traces[c].line, scene.traces[d].line};
       const std::vector<wire::Edge> edges = edges_of(lines, scene.edges);
-      const BissTrial trial =
-          judge(read_cycles(decode::find_polarity(lines, edges, reader), edges),
-                usual_pulses(scene.clocks[c].bursts));
+      const BissTrial trial = judge(read_cycles(decode::find_polarity(lines, edges, reader), edges),
+                                    usual_pulses(scene.clocks[c].bursts));
       if (trial.guess.confidence > best.guess.confidence) best = trial;
     }
   }

@@ -107,7 +107,7 @@ ChecksumEvidence try_words(std::span<const Word> words, std::size_t bits, std::s
     const Word part = lower_part(word, bits);
     if (degree(remainder(sum(base, part), divisor)) < 0) agreeing.push_back(part);
   }
-  if (10 * agreeing.size() < 7 * words.size()) return {};
+  if (10 * agreeing.size() < 6 * words.size()) return {};
   const double rank = static_cast<double>(rank_of_differences(agreeing));
   ChecksumEvidence found;
   found.width_bits = static_cast<unsigned>(width);
@@ -135,7 +135,7 @@ void append(Word& word, bool bit) {
 ChecksumEvidence find_checksum(std::span<const Word> words, std::size_t bits) {
   words = words.first(std::min(words.size(), distinct_words_used));
   if (words.size() < 3 || bits > word_bits_max) return {};
-  ChecksumEvidence best = best_of_tries(words, bits, 8);
+  ChecksumEvidence best = best_of_tries(words, bits, 16);
   if (best.bits >= 12) return best;
   constexpr std::size_t shortest_end = 8;
   for (std::size_t end = shortest_end; end < bits; ++end) {
@@ -153,7 +153,7 @@ std::size_t rank_of_differences(std::span<const Word> words) {
     Word difference = sum(words[0], words[i]);
     for (const Word& each : basis) {
       const Word reduced = sum(difference, each);
-      if (reduced[3] != difference[3] ? reduced[3] < difference[3]
+      if (reduced[3] != difference[3]   ? reduced[3] < difference[3]
           : reduced[2] != difference[2] ? reduced[2] < difference[2]
           : reduced[1] != difference[1] ? reduced[1] < difference[1]
                                         : reduced[0] < difference[0]) {

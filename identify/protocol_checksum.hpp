@@ -15,7 +15,7 @@ using Word = std::array<std::uint64_t, 4>;
 
 inline constexpr std::size_t word_bits_max = 256;
 
-/// `word` without its last `count` bits moved out, then with `bit` appended.
+/// Appends a bit that was sent after those of `word`; the first of more than 256 bits is lost.
 void append(Word& word, bool bit);
 
 /// A checksum that the words agree on.
@@ -24,12 +24,12 @@ struct ChecksumEvidence {
   unsigned width_bits = 0;
   /// Of the divisor, without its leading 1.
   std::uint32_t polynomial = 0;
-  /// How many independent bits agree with it beyond those it was found from.
+  /// Independent bits that agree with it: by chance they do so once in 2^bits captures.
   double bits = 0;
 };
 
 /// Searches for the generator of a CRC that ends the words, over the whole word and over each of
-/// its ends (a frame of several channels). Up to three in ten words may be damaged. Repetition and
+/// its ends (a frame of several channels). Up to four in ten words may be damaged. Repetition and
 /// parity, whose divisors are powers of x + 1, are not taken for a CRC.
 /// \param words of `bits` bits each, distinct; the first 200 are used
 ChecksumEvidence find_checksum(std::span<const Word> words, std::size_t bits);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
 
 #include "identify/protocol_trials.hpp"
 
@@ -73,7 +74,8 @@ Grid grid_of(const Trace& line) {
     const double bits = value / bit;
     half += bits >= 0.5 ? 1 : 0;
     longer += bits > 5.5 ? 1 : 0;
-    grid.longest_run = std::max(grid.longest_run, static_cast<std::size_t>(std::min(bits + 0.5, 1e6)));
+    grid.longest_run =
+        std::max(grid.longest_run, static_cast<std::size_t>(std::min(bits + 0.5, 1e6)));
     if (bits > 9.5) continue;
     off += std::abs(bits - std::round(bits));
     ++measured;
@@ -92,6 +94,7 @@ struct Words {
   std::size_t wrong = 0;
   // With a 0 among the data; a pulse on a line at rest has none.
   std::size_t filled = 0;
+  std::set<unsigned> values;
   // Data bytes, for words of ten bits, with a gap before the first one of each group.
   std::vector<std::vector<unsigned>> groups;
 
@@ -104,13 +107,13 @@ bool idles_high(const Trace& line, double bit) {
   double high = 0;
   for (std::size_t i = 0; i + 1 < line.changes.size(); ++i) {
     const double bits = line.interval(i) / bit;
-    if (bits > 10.5) high += line.level_before(i + 1) ? 1 : -1;
+    if (bits > 10.5) high += line.level_before(i + 1) ? bits : -bits;
   }
   return high >= 0;
 }
 
 Words read_words(const Trace& line, double bit, unsigned length_bits, Picoseconds end) {
-  Words words{.length_bits = length_bits, .groups = {}};
+  Words words{.length_bits = length_bits, .values = {}, .groups = {}};
   const bool idle = idles_high(line, bit);
   std::size_t at = 0;
   // Begins after a gap, if there is one: before it the place in a word is not known.
@@ -137,6 +140,7 @@ Words read_words(const Trace& line, double bit, unsigned length_bits, Picosecond
       if (line.level_at(moment(k + 0.5)) == idle) value |= 1U << (k - 1U);
     }
     ++words.count;
+    words.values.insert(value);
     if (value + 1U != 1U << (length_bits - 2U)) ++words.filled;
     if (line.level_at(stop) != idle) ++words.wrong;
     if (words.groups.empty() || length(last_stop, start) > 3 * bit) words.groups.emplace_back();
@@ -167,7 +171,8 @@ Words best_words(const Trace& line, double bit, Picoseconds end) {
   }
   for (const unsigned length_bits : {10U, 11U, 9U, 12U, 8U, 7U}) {
     Words words = read_words(line, bit, length_bits, end);
-    if (best.count == 0 || words.error_share() < best.error_share() - 0.004) best = std::move(words);
+    if (best.count == 0 || words.error_share() < best.error_share() - 0.004)
+      best = std::move(words);
   }
   return best;
 }
@@ -197,23 +202,26 @@ ProtocolGuess dsl_of(const Trace& line, const Grid& grid) {
   ProtocolGuess guess{Protocol::hiperface_dsl, 0, "", line.line, line.line, false};
   constexpr double dsl_bit = 1e6 / 9.375;  // ps
   const bool rate = std::abs(grid.bit - dsl_bit * 1e0) < 0.02 * dsl_bit;
-  if (!rate || line.changes.size() < 300 || grid.long_share > 0.005 || grid.off > 0.25) return guess;
+  if (!rate || line.changes.size() < 300 || grid.long_share > 0.005 || grid.off > 0.25)
+    return guess;
   guess.confidence = 0.95;
-  guess.why = fmt::format("{:.3f} Mbit/s, {} changes, never more than {} equal bits", 1e6 / grid.bit,
-                          line.changes.size(), grid.longest_run);
+  guess.why = fmt::format("{:.3f} Mbit/s, {} changes, never more than {} equal bits",
+                          1e6 / grid.bit, line.changes.size(), grid.longest_run);
   return guess;
 }
 
 ProtocolGuess words_of(const Trace& line, const Grid& grid, const Scene& scene) {
   ProtocolGuess guess{Protocol::uart, 0, "", line.line, line.line, false};
   const double coarse = 0.1 + 0.5 * scene.sample() / std::max(grid.bit, 1.0);
-  if (grid.bit <= 0 || grid.off > coarse || grid.whole < 0.97) return guess;
+  if (grid.bit <= 0 || grid.bit < 2.5 * scene.sample() || grid.off > coarse || grid.whole < 0.97)
+    return guess;
   const Words words = best_words(line, grid.bit, scene.end);
   if (words.count < 6 || words.error_share() > 0.007) return guess;
   if (2 * words.filled < words.count) return guess;
   const double summed = words.length_bits == 10 ? summed_share(words) : 0;
   const bool encoder_rate = is_encoder_rate(grid.bit);
   const bool encoder = encoder_rate && (summed > 0.8 || words.length_bits == 18);
+  if (!encoder && words.values.size() < (words.count < 40 ? 3U : 5U)) return guess;
   guess.protocol = encoder ? Protocol::serial_encoder : Protocol::uart;
   guess.confidence = encoder ? 0.95 : words.count >= 12 ? 0.9 : 0.65;
   guess.why = fmt::format("{} words of {} bits at {:.0f} kBd, {} without a stop bit{}", words.count,
@@ -222,7 +230,19 @@ ProtocolGuess words_of(const Trace& line, const Grid& grid, const Scene& scene) 
   return guess;
 }
 
-// Share of the intervals that no grid and no period explains.
+// Most of the rising or of the falling edges come at one interval: a timer, not noise.
+bool is_periodic(const Trace& line) {
+  for (const std::size_t first : {0U, 1U}) {
+    std::vector<double> periods;
+    for (std::size_t i = first; i + 2 < std::min(line.changes.size(), intervals_used); i += 2) {
+      periods.push_back(length(line.changes[i], line.changes[i + 2]));
+    }
+    if (share_near_median(periods, 0.05 * median_of(periods)) > 0.7) return true;
+  }
+  return false;
+}
+
+// Changes that no bit time and no period explains.
 ProtocolGuess noise_of(const Scene& scene, const Trace& line, const Grid& grid) {
   ProtocolGuess guess{Protocol::noise, 0, "", line.line, line.line, false};
   const std::vector<double> intervals = intervals_of(line);
@@ -239,7 +259,7 @@ ProtocolGuess noise_of(const Scene& scene, const Trace& line, const Grid& grid) 
   const double spread = std::sqrt(std::max(0.0, square / count - mean * mean));
   const bool coarse = grid.bit < 6 * scene.sample();
   const bool scattered = grid.off > 0.17 || coarse || grid.whole < 0.9;
-  if (!scattered || spread < 0.5) return guess;
+  if (!scattered || spread < 0.5 || is_periodic(line)) return guess;
   guess.confidence = coarse ? 0.6 : 0.75;
   guess.why = fmt::format("{} changes in no period and no bit time", line.changes.size());
   return guess;

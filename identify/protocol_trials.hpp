@@ -30,17 +30,18 @@ using Guesses = std::vector<ProtocolGuess>;
 inline constexpr double clock_share = 0.7;
 inline constexpr double damaged_clock_share = 0.4;
 
-/// What a checksum says about words that might be those of BiSS C.
+/// What says that the words are those of BiSS C.
 enum class BissEvidence : std::uint8_t { none, structure, checksum };
 
-/// The words look like BiSS C: nothing else says so where `evidence` is `structure`.
 struct BissTrial {
   BissEvidence evidence = BissEvidence::none;
+  /// The checksums of a type of the catalogue fit.
+  bool of_catalogue = false;
   ProtocolGuess guess;
 };
 
 BissTrial try_biss(const Scene& scene);
-/// SSI, EnDat 2.2, SPI, a clock alone.
+/// SSI, EnDat, SPI, a clock alone.
 Guesses try_clocked(const Scene& scene, const BissTrial& biss);
 /// I2C and quadrature.
 Guesses try_two_wire(const Scene& scene);

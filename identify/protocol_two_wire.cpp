@@ -33,28 +33,21 @@ void merge(const Trace& first, const Trace& second, Take take) {
 class I2cReader {
  public:
   void clock(bool level) {
-    if (level && started_) {
-      ++rises_;
-      if (rises_ == 9) acknowledged_ += data_ ? 0U : 1U;
-    }
+    if (level && started_) ++rises_;
     clock_ = level;
-    if (!level) changed_ = false;
   }
   void data(bool level) {
-    data_ = level;
     if (!clock_) {
       ++shifts_;
       return;
     }
     if (started_) end_part();
     if (!level) ++starts_;
-    if (level) ++stops_;
     started_ = !level;
     rises_ = 0;
   }
 
   double bytes() const { return static_cast<double>(bytes_); }
-  double acknowledged() const { return static_cast<double>(acknowledged_); }
   double parts() const { return static_cast<double>(good_ + bad_); }
   double good() const { return static_cast<double>(good_); }
   double shifts() const { return static_cast<double>(shifts_); }
@@ -69,16 +62,12 @@ class I2cReader {
   }
 
   bool clock_ = true;
-  bool data_ = true;
-  bool changed_ = false;
   bool started_ = false;
   std::size_t rises_ = 0;
   std::size_t starts_ = 0;
-  std::size_t stops_ = 0;
   std::size_t good_ = 0;
   std::size_t bad_ = 0;
   std::size_t bytes_ = 0;
-  std::size_t acknowledged_ = 0;
   std::size_t shifts_ = 0;
 };
 
@@ -89,7 +78,8 @@ ProtocolGuess try_i2c(const Trace& clock, const Trace& data) {
   merge(clock, data, [&](Picoseconds, bool is_data, bool level) {
     is_data ? reader.data(level) : reader.clock(level);
   });
-  if (reader.parts() < 2 || reader.bytes() < 4) return guess;
+  if (reader.parts() < 2 || reader.bytes() < 4 || reader.shifts() < 2 * reader.parts())
+    return guess;
   const double share = reader.good() / reader.parts();
   if (share < 0.8) return guess;
   const double certain = std::min(1.0, reader.bytes() / 8);
@@ -125,7 +115,8 @@ ProtocolGuess try_quadrature(const Trace& a, const Trace& b) {
     last_time = time;
   });
   const double alternate = static_cast<double>(alternating) / static_cast<double>(steps);
-  const double even = between == 0 ? 0 : static_cast<double>(centred) / static_cast<double>(between);
+  const double even =
+      between == 0 ? 0 : static_cast<double>(centred) / static_cast<double>(between);
   if (alternate < 0.93 || even < 0.85) return guess;
   guess.confidence = 0.92 * std::min(1.0, static_cast<double>(steps) / 48);
   guess.why = fmt::format("{} of {} changes alternate between the lines, a quarter period apart",

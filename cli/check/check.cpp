@@ -142,6 +142,7 @@ class CheckRun {
 
   ExitStatus run() {
     CaptureArguments arguments = options_.capture;
+    arguments.identify = true;
     const std::string wrong = apply_against(options_.against, arguments);
     if (!wrong.empty()) return fail(ExitStatus::usage, wrong);
     renishaw_ = arguments.timing == renishaw_timing;

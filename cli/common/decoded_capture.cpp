@@ -86,6 +86,7 @@ void add_capture_options(Verb verb, CaptureArguments& arguments) {
 
 ExitStatus DecodedCapture::open(const CaptureArguments& arguments, const MarginArguments& margin) {
   identifies_ = arguments.identify && arguments.device.format.empty();
+  finds_format_ = identifies_ || (arguments.identify_besides && !arguments.device.format.empty());
   if (arguments.device.format.empty() || arguments.device.format == "none") {
     const auto timing =
         override_timing(arguments.device, arguments.timing.value_or(DeviceTiming{}));
@@ -151,39 +152,72 @@ bool DecodedCapture::open_next() {
   return status == ExitStatus::done;
 }
 
+namespace {
+
+// The frames of a capture, read without a format.
+class FrameCollection {
+ public:
+  FrameCollection(const decode::MarginSetup& margin, const decode::Lines& lines)
+      : lines_(lines),
+        decoder_(decode::CycleReader(std::nullopt, {}, margin),
+                 [this](const decode::Cycle& cycle) { collector_.add(number_++, cycle); }) {}
+
+  void push(std::span<const wire::Edge> edges) {
+    decoder_.push(edges, lines_);
+    edges_ += edges.size();
+  }
+  std::span<const identify::Sample> finish(Picoseconds end) {
+    decoder_.finish(end);
+    return collector_.samples();
+  }
+  std::size_t edges() const { return edges_; }
+
+ private:
+  decode::Lines lines_;
+  identify::SampleCollector collector_;
+  std::uint64_t number_ = 0;
+  std::size_t edges_ = 0;
+  decode::Decoder decoder_;
+};
+
+}  // namespace
+
 // From the beginning of the capture, and where that does not show it, from all of it.
 void DecodedCapture::identify_format() {
-  if (!identifies_) return;
-  format_.reset();
-  identify::SampleCollector collector;
-  std::uint64_t number = 0;
-  decode::Decoder structure(
-      reader(), [&](const decode::Cycle& cycle) { collector.add(number++, cycle); });
+  if (!finds_format_) return;
+  if (identifies_) format_.reset();
+  FrameCollection frames(margin_, lines().lines);
+  frames.push(input_.beginning());
   const auto first = input_.beginning();
-  structure.push(first, lines().lines);
-  structure.finish(first.empty() ? Picoseconds{} : first.back().time);
-  finding_ = identify::find_format(collector.samples());
-  if (finding_->sure() == nullptr && input_.can_reopen()) identify_from_all();
-  if (const auto* sure = finding_->sure()) format_ = sure->format;
+  take_finding(frames.finish(first.empty() ? Picoseconds{} : first.back().time));
+  if (identifies_ && finding_->sure() == nullptr && input_.can_reopen()) identify_from_all();
+  const auto* sure = finding_->sure();
+  if (identifies_ && sure != nullptr) format_ = sure->format;
 }
 
 void DecodedCapture::identify_from_all() {
-  identify::SampleCollector collector;
-  std::uint64_t number = 0;
-  decode::Decoder structure(
-      reader(), [&](const decode::Cycle& cycle) { collector.add(number++, cycle); });
-  Progress progress;
+  FrameCollection frames(margin_, lines().lines);
   const std::size_t first = input_.beginning().size();
-  std::size_t edges = 0;
+  Progress progress;
   for (auto block = input_.next(); !block.empty(); block = input_.next()) {
-    structure.push(block, lines().lines);
-    edges += block.size();
+    frames.push(block);
     if (progress.due()) progress.show(input_.progress_text() + " to identify the format");
   }
-  structure.finish(input_.end_time());
-  if (edges > first) finding_ = identify::find_format(collector.samples());
+  const auto samples = frames.finish(input_.end_time());
+  if (frames.edges() > first) take_finding(samples);
   // What fails here was read before.
   static_cast<void>(input_.reopen(list_.arguments()));
+}
+
+void DecodedCapture::take_finding(std::span<const identify::Sample> samples) {
+  finding_ = identify::find_format(samples);
+  const auto* sure = finding_->sure();
+  finding_agrees_ =
+      sure != nullptr && format_ && identify::same_verdicts(*format_, sure->format, samples);
+}
+
+const identify::FormatCandidate* DecodedCapture::better_format() const {
+  return finding_ && !finding_agrees_ ? finding_->sure() : nullptr;
 }
 
 void DecodedCapture::measure_polarity(decode::FoundLines& found) {

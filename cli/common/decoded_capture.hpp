@@ -29,6 +29,8 @@ struct CaptureArguments : InputArguments {
   std::optional<Picoseconds> resolution;
   /// Where no format is given, use that which the frames show.
   bool identify = false;
+  /// Where one is given, find that which the frames show all the same.
+  bool identify_besides = false;
   /// Deliver a capture in which no lines are MA and SLO too; has_lines() is then false.
   bool keep_unknown = false;
   /// Takes the place of the timing that a name in `device` has; the options override it.
@@ -94,9 +96,12 @@ class DecodedCapture {
   /// Empty where no format was given and none was identified: frames are then judged by their
   /// structure alone.
   const std::optional<FrameFormat>& format() const { return format_; }
-  /// What the frames of this capture show of their format; null where a format was given, or none
-  /// is wanted. format() is the first candidate where it is sure.
+  /// What the frames of this capture show of their format; null where that is not asked for. Where
+  /// no format was given, format() is the first candidate if it is sure.
   const identify::FormatFinding* finding() const { return finding_ ? &*finding_ : nullptr; }
+  /// The format that is sure, unless its checksums have the same verdicts as those of the format
+  /// given.
+  const identify::FormatCandidate* better_format() const;
   /// Does not use the format that was identified.
   void judge_structure() { format_.reset(); }
   const DeviceTiming& timing() const { return timing_; }
@@ -115,14 +120,18 @@ class DecodedCapture {
   bool open_next();
   void identify_format();
   void identify_from_all();
+  void take_finding(std::span<const identify::Sample> samples);
   decode::Decoder& decoder();
   void measure_polarity(decode::FoundLines& found);
 
   std::optional<FrameFormat> format_;
   DeviceTiming timing_;
+  // To use the format, or only to find it.
   bool identifies_ = false;
+  bool finds_format_ = false;
   bool keeps_unknown_ = false;
   std::optional<identify::FormatFinding> finding_;
+  bool finding_agrees_ = false;
   std::optional<Picoseconds> resolution_;
   bool invert_ma_ = false;
   bool invert_slo_ = false;

@@ -16,6 +16,7 @@
 #include "cli/explain/finding_text.hpp"
 #include "draw/text.hpp"
 #include "explain/diagnose.hpp"
+#include "identify/protocol.hpp"
 
 namespace biss::cli {
 
@@ -76,10 +77,12 @@ class ExplainRun {
   ExitStatus run() {
     CaptureArguments arguments = options_.capture;
     arguments.any_lines = true;
+    arguments.identify = true;
+    arguments.identify_besides = true;
     const ExitStatus opened = capture_.open(arguments, options_.margin);
     if (opened != ExitStatus::done) return opened;
     if (options_.to == report::Format::table) return write_text();
-    const auto& columns = options_.cycle ? drawing_columns() : finding_columns();
+    const auto columns = [this] { return options_.cycle ? drawing_columns() : finding_columns(); };
     return write_captures(capture_, options_.output, options_.to, columns, true,
                           [&](report::TableWriter& writer, RunMessages& messages) {
                             return options_.cycle ? write_bits(writer, messages)
@@ -100,6 +103,27 @@ class ExplainRun {
     return reading;
   }
 
+  // Another protocol than BiSS C that these lines carry.
+  std::optional<explain::OtherProtocol> other_protocol() {
+    const auto beginning = capture_.beginning();
+    const Picoseconds end = beginning.empty() ? Picoseconds{} : beginning.back().time;
+    const identify::ProtocolGuess guess =
+        identify::recognise_protocol(beginning, capture_.input().lines().size(),
+                                     capture_.input().sample_period(), end)
+            .front();
+    using enum identify::Protocol;
+    switch (guess.protocol) {
+      case biss_c:
+      case unknown:
+      case idle:
+      case noise:
+      case clock_alone:
+        return std::nullopt;
+      default:
+        return explain::OtherProtocol{std::string(name_of(guess.protocol)), guess.confidence};
+    }
+  }
+
   // False when reading failed.
   bool find(std::vector<Finding>& findings) {
     context_ = {};
@@ -107,6 +131,10 @@ class ExplainRun {
     context_.timing = capture_.timing();
     if (options_.margin.no_compensation) context_.compensated = false;
     context_.reading = choose_reading();
+    if (const auto* better = capture_.better_format()) {
+      context_.identified = {better->format, better->confidence};
+    }
+    context_.other = other_protocol();
     explain::Observer observer(capture_.format(), capture_.timing(), capture_.margin(),
                                context_.reading.lines);
     const bool read = capture_.read_edges([&](std::span<const wire::Edge> edges) {

@@ -27,7 +27,8 @@ class Answers {
   std::uint64_t next(Picoseconds time) {
     const std::uint64_t value = axis_.at(time);
     switch (content_) {
-      case Content::sensor: return value;
+      case Content::sensor:
+        return value;
       case Content::counter_with_crc: {
         if (bits_ < 16) return value;
         const std::uint64_t data = value >> 8U;
@@ -38,10 +39,12 @@ class Answers {
         return data << 1U | static_cast<unsigned>(__builtin_popcountll(data) & 1);
       }
       // Left zeros, right zeros: a converter of fewer bits.
-      case Content::slow_with_zeros: return value >> shift_ & ~std::uint64_t{dice_zeros()};
+      case Content::slow_with_zeros:
+        return value >> shift_ & ~std::uint64_t{dice_zeros()};
       case Content::status_first:
         return (value >> 3U | status_ << (bits_ - 3)) & mask();
-      default: return dice_.bits(std::min(bits_, 40U));
+      default:
+        return dice_.bits(std::min(bits_, 40U));
     }
   }
 
@@ -80,7 +83,8 @@ Drawing draw_spi(Dice& dice) {
   const auto undriven = dice.between(0, 2);
   const Picoseconds out = std::min(nanoseconds(dice.between(5, 60)), period * 4 / 10);
   const Picoseconds setup = std::max(nanoseconds(50), period * dice.between(3, 30) / 10);
-  const Picoseconds interval = period * dice.between(4, 10) + microseconds(dice.between(1, dice.chance(50) ? 50 : 1000));
+  const Picoseconds interval =
+      period * dice.between(4, 10) + microseconds(dice.between(1, dice.chance(50) ? 50 : 1000));
   const unsigned command_bits = has_mosi && dice.chance(50) ? 8 : 0;
   Answers answers(dice, bits);
   Drawing drawing;
@@ -137,8 +141,9 @@ Drawing draw_spi(Dice& dice) {
 
 // A register read: address, register, repeated START, address, bytes; or a write.
 Drawing draw_i2c(Dice& dice) {
-  const Picoseconds period = picoseconds_of(1e12 / dice.of<double>({100e3, 100e3, 400e3, 400e3, 1e6, 3.4e6}) *
-                                            (1 + static_cast<double>(dice.between(0, 150)) / 1000));
+  const Picoseconds period =
+      picoseconds_of(1e12 / dice.of<double>({100e3, 100e3, 400e3, 400e3, 1e6, 3.4e6}) *
+                     (1 + static_cast<double>(dice.between(0, 150)) / 1000));
   const Picoseconds hold = period * dice.between(5, 25) / 100;
   const bool stretches = dice.chance(30);
   const auto read_bytes = static_cast<unsigned>(dice.between(1, 8));
@@ -201,7 +206,8 @@ Drawing draw_i2c(Dice& dice) {
   }
   drawing.end = time;
   drawing.finest = period / 2;
-  drawing.note = fmt::format("i2c {} ns, {} bytes read{}", period.count / 1000, read_bytes, stretches ? ", stretches" : "");
+  drawing.note = fmt::format("i2c {} ns, {} bytes read{}", period.count / 1000, read_bytes,
+                             stretches ? ", stretches" : "");
   return drawing;
 }
 
@@ -213,7 +219,8 @@ struct Framing {
   unsigned stop_bits = 1;
 };
 
-Picoseconds put_uart(Wave& wave, Picoseconds time, double bit, unsigned value, const Framing& framing) {
+Picoseconds put_uart(Wave& wave, Picoseconds time, double bit, unsigned value,
+                     const Framing& framing) {
   unsigned at = 0;
   const auto put = [&](bool level) {
     wave.set(time + picoseconds_of(at * bit), level);
@@ -232,16 +239,19 @@ Picoseconds put_uart(Wave& wave, Picoseconds time, double bit, unsigned value, c
 }
 
 constexpr std::string_view log_text =
-    "[00:01:32.118] motor: speed 1480 rpm, torque 2.31 Nm, temp 41 C\r\n$GPGGA,092750.000,5321.6802,N"
+    "[00:01:32.118] motor: speed 1480 rpm, torque 2.31 Nm, temp 41 "
+    "C\r\n$GPGGA,092750.000,5321.6802,N"
     ",00630.3372,W,1,8,1.03,61.7,M,55.2,M,,*76\r\nOK\r\n> read position\r\nposition = 0x00A31F\r\n";
 
 }  // namespace
 
 // One line that sends, or two that send in turn or at once: text or bytes.
 Drawing draw_uart(Dice& dice) {
-  const double rate = dice.of<double>({9600, 19200, 38400, 57600, 115200, 115200, 230400, 460800, 921600, 1e6, 2e6, 3e6});
+  const double rate = dice.of<double>(
+      {9600, 19200, 38400, 57600, 115200, 115200, 230400, 460800, 921600, 1e6, 2e6, 3e6});
   const double bit = 1e12 / rate * (1 + static_cast<double>(dice.between(-20, 20)) / 1000);
-  const Framing framing = dice.of<Framing>({{8, 'N', 1}, {8, 'N', 1}, {8, 'N', 1}, {8, 'E', 1}, {7, 'E', 1}, {8, 'N', 2}, {8, 'O', 1}});
+  const Framing framing = dice.of<Framing>(
+      {{8, 'N', 1}, {8, 'N', 1}, {8, 'N', 1}, {8, 'E', 1}, {7, 'E', 1}, {8, 'N', 2}, {8, 'O', 1}});
   const bool text = dice.chance(50);
   const bool both = dice.chance(70);
   Drawing drawing;
@@ -257,7 +267,8 @@ Drawing draw_uart(Dice& dice) {
         const auto letter = static_cast<unsigned char>(log_text[at++ % log_text.size()]);
         const unsigned value = text ? letter : static_cast<unsigned>(dice.bits(8));
         time = put_uart(drawing.lines[line], time, bit, value, framing);
-        if (dice.chance(10)) time += picoseconds_of(bit * static_cast<double>(dice.between(0, 40)) / 10);
+        if (dice.chance(10))
+          time += picoseconds_of(bit * static_cast<double>(dice.between(0, 40)) / 10);
       }
       time += picoseconds_of(bit * static_cast<double>(dice.between(15, 400)));
     }
@@ -265,8 +276,8 @@ Drawing draw_uart(Dice& dice) {
   }
   drawing.end = end;
   drawing.finest = picoseconds_of(bit);
-  drawing.note = fmt::format("uart {:.0f} Bd {}{}{} {}{}", rate, framing.data_bits, framing.parity, framing.stop_bits,
-                             text ? "text" : "bytes", both ? ", both ways" : "");
+  drawing.note = fmt::format("uart {:.0f} Bd {}{}{} {}{}", rate, framing.data_bits, framing.parity,
+                             framing.stop_bits, text ? "text" : "bytes", both ? ", both ways" : "");
   return drawing;
 }
 
@@ -287,15 +298,17 @@ Drawing draw_modbus(Dice& dice) {
     drawing.lines[1].set(time, false);
     time += picoseconds_of(bit * static_cast<double>(dice.between(40, 200)));
     const std::uint64_t value = axis.at(time);
-    for (const std::uint64_t each : {std::uint64_t{1}, std::uint64_t{3}, std::uint64_t{4}, value >> 8U & 0xFFU,
-                                     value & 0xFFU, std::uint64_t{0}, value * 31 & 0xFFU, value * 17 & 0xFFU}) {
+    for (const std::uint64_t each :
+         {std::uint64_t{1}, std::uint64_t{3}, std::uint64_t{4}, value >> 8U & 0xFFU, value & 0xFFU,
+          std::uint64_t{0}, value * 31 & 0xFFU, value * 17 & 0xFFU}) {
       time = put_uart(drawing.lines[0], time, bit, static_cast<unsigned>(each), framing);
     }
     time += picoseconds_of(bit * static_cast<double>(dice.between(60, 600)));
   }
   drawing.end = time;
   drawing.finest = picoseconds_of(bit);
-  drawing.note = fmt::format("modbus {:.0f} Bd {}{}", 1e12 / bit, framing.data_bits, framing.parity);
+  drawing.note =
+      fmt::format("modbus {:.0f} Bd {}{}", 1e12 / bit, framing.data_bits, framing.parity);
   return drawing;
 }
 
@@ -305,6 +318,7 @@ Drawing draw_pwm(Dice& dice) {
   const bool complementary = dice.chance(50);
   const bool moves = dice.chance(70);
   Drawing drawing;
+  drawing.may_have_company = false;
   drawing.lines = {Wave(false), Wave(complementary)};
   double time = 5e6;
   const std::int64_t pulses = dice.between(100, 1500);
@@ -331,7 +345,8 @@ Drawing draw_pwm(Dice& dice) {
   }
   drawing.end = picoseconds_of(time);
   drawing.finest = picoseconds_of(period / 4);
-  drawing.note = fmt::format("pwm {:.1f} us{}", period / 1e6, complementary ? ", complementary" : "");
+  drawing.note =
+      fmt::format("pwm {:.1f} us{}", period / 1e6, complementary ? ", complementary" : "");
   return drawing;
 }
 
@@ -341,10 +356,12 @@ Drawing draw_clock_alone(Dice& dice) {
   const auto kind = dice.between(0, 3);
   const bool idle = kind < 2 || dice.chance(50);
   const bool stuck = dice.chance(50);
-  const std::int64_t clocks = kind == 0 ? dice.between(30, 90) : kind == 1 ? dice.between(14, 33)
-                                                                            : 8 * dice.between(1, 4);
+  const std::int64_t clocks = kind == 0   ? dice.between(30, 90)
+                              : kind == 1 ? dice.between(14, 33)
+                                          : 8 * dice.between(1, 4);
   const Picoseconds pause = period * dice.between(3, 10) + microseconds(dice.between(5, 500));
   Drawing drawing;
+  drawing.may_have_company = false;
   drawing.lines = {Wave(idle), Wave(stuck)};
   Picoseconds time = microseconds(20);
   const std::int64_t bursts = dice.between(10, 120);
@@ -358,13 +375,15 @@ Drawing draw_clock_alone(Dice& dice) {
   }
   drawing.end = time;
   drawing.finest = period;
-  drawing.note = fmt::format("clock alone, {} clocks, {} ns{}", clocks, period.count / 1000, kind == 3 ? ", no pause" : "");
+  drawing.note = fmt::format("clock alone, {} clocks, {} ns{}", clocks, period.count / 1000,
+                             kind == 3 ? ", no pause" : "");
   return drawing;
 }
 
 // Edges without a sender: an open input, bursts of ringing, or a clock coupled to the other line.
 Drawing draw_noise(Dice& dice) {
   Drawing drawing;
+  drawing.may_have_company = false;
   drawing.lines = {Wave(dice.chance(50)), Wave(dice.chance(50))};
   const auto kind = dice.between(0, 2);
   const double mean = dice.decades(1e5, 1e8);
@@ -384,13 +403,15 @@ Drawing draw_noise(Dice& dice) {
       double width = mean * 0.3;
       for (int k = 0; k < 6; ++k) {
         drawing.lines[0].pulse(picoseconds_of(time), picoseconds_of(width));
-        if (dice.chance(60)) drawing.lines[1].pulse(picoseconds_of(time + width * 0.2), picoseconds_of(width * 0.7));
+        if (dice.chance(60))
+          drawing.lines[1].pulse(picoseconds_of(time + width * 0.2), picoseconds_of(width * 0.7));
         time += 2.3 * width;
         width *= 0.8;
       }
     } else {
       drawing.lines[1].pulse(picoseconds_of(time), picoseconds_of(mean * dice.decades(0.01, 0.3)));
-      if (dice.chance(50)) drawing.lines[0].pulse(picoseconds_of(time + mean * 0.01), picoseconds_of(mean * 0.02));
+      if (dice.chance(50))
+        drawing.lines[0].pulse(picoseconds_of(time + mean * 0.01), picoseconds_of(mean * 0.02));
     }
   }
   drawing.end = picoseconds_of(time + mean);
@@ -400,6 +421,7 @@ Drawing draw_noise(Dice& dice) {
 
 Drawing draw_idle(Dice& dice) {
   Drawing drawing;
+  drawing.may_have_company = false;
   drawing.lines = {Wave(dice.chance(50)), Wave(dice.chance(50))};
   drawing.end = milliseconds(dice.between(1, 100));
   drawing.finest = microseconds(1);

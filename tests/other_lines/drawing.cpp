@@ -62,7 +62,34 @@ Changes Wave::changes() const {
   return without_repeats(all, first_);
 }
 
-Capture captured(const Drawing& drawing, Dice& dice) {
+namespace {
+
+// Which lines the probe shows inverted: none, all, or any.
+std::vector<bool> inversions(const Drawing& drawing, Dice& dice) {
+  std::vector<bool> inverted(drawing.lines.size(), false);
+  if (!drawing.may_be_inverted || dice.chance(86)) return inverted;
+  if (dice.chance(50)) return std::vector<bool>(drawing.lines.size(), true);
+  for (std::size_t i = 0; i < inverted.size(); ++i) inverted[i] = dice.chance(50);
+  return inverted;
+}
+
+// A light, a trigger, an interrupt.
+Wave company(Picoseconds end, Dice& dice) {
+  Wave wave(dice.chance(50));
+  const std::int64_t changes = dice.between(1, 60);
+  for (std::int64_t i = 0; i < changes; ++i) {
+    wave.set(end / 100'000 * dice.between(0, 100'000), dice.chance(50));
+  }
+  return wave;
+}
+
+}  // namespace
+
+Capture captured(const Drawing& alone, Dice& dice) {
+  Drawing drawing = alone;
+  if (drawing.may_have_company && dice.chance(15)) {
+    drawing.lines.push_back(company(drawing.end, dice));
+  }
   Capture capture;
   capture.note = drawing.note;
   Picoseconds phase{};
@@ -76,27 +103,32 @@ Capture captured(const Drawing& drawing, Dice& dice) {
   std::vector<wire::LineIndex> order(capture.lines);
   std::iota(order.begin(), order.end(), 0U);
   for (std::size_t i = order.size(); i > 1; --i) {
-    std::swap(order[i - 1], order[static_cast<std::size_t>(dice.between(0, static_cast<std::int64_t>(i) - 1))]);
+    std::swap(order[i - 1],
+              order[static_cast<std::size_t>(dice.between(0, static_cast<std::int64_t>(i) - 1))]);
   }
-  const bool inverted = drawing.may_be_inverted && dice.chance(10);
-  const Picoseconds begin = dice.chance(25) ? drawing.end * dice.between(1, 100) / 1000 : Picoseconds{};
+  const std::vector<bool> inverse = inversions(drawing, dice);
+  const Picoseconds begin =
+      dice.chance(25) ? drawing.end * dice.between(1, 100) / 1000 : Picoseconds{};
   for (std::size_t i = 0; i < capture.lines; ++i) {
     const wire::LineIndex line = order[i];
     const bool drawn = i < drawing.lines.size();
+    const bool inverted = drawn && inverse[i];
     bool level = drawn ? drawing.lines[i].first() : dice.chance(50);
     std::vector<wire::Edge> later;
     if (drawn) {
       Changes changes = drawing.lines[i].changes();
-      if (capture.sample_period.count != 0) changes = sampled(changes, capture.sample_period, phase, level);
+      if (capture.sample_period.count != 0)
+        changes = sampled(changes, capture.sample_period, phase, level);
       for (const auto& [time, high] : changes) {
         if (time <= begin) {
           level = high;
         } else {
-          later.push_back({time - begin, line, high != inverted ? wire::Level::high : wire::Level::low});
+          later.push_back(
+              {time - begin, line, high != inverted ? wire::Level::high : wire::Level::low});
         }
       }
     }
-    capture.edges.push_back({{}, line, (level != (drawn && inverted)) ? wire::Level::high : wire::Level::low});
+    capture.edges.push_back({{}, line, (level != inverted) ? wire::Level::high : wire::Level::low});
     capture.edges.insert(capture.edges.end(), later.begin(), later.end());
   }
   std::stable_sort(capture.edges.begin(), capture.edges.end(),
@@ -106,18 +138,26 @@ Capture captured(const Drawing& drawing, Dice& dice) {
 }
 
 Axis::Axis(Dice& dice, unsigned bits)
-    : dice_(dice), bits_(bits), start_(static_cast<double>(dice.bits(30)) / static_cast<double>(1U << 30U)) {
+    : dice_(dice),
+      bits_(bits),
+      start_(static_cast<double>(dice.bits(30)) / static_cast<double>(1U << 30U)) {
   if (dice.chance(20)) start_ /= 4096;  // shortly after it was set to zero
   const double second = 1e12;
   switch (dice.between(0, 4)) {
-    case 0: break;
-    case 1: speed_ = dice.decades(1e-5, 1e-1) / second; break;
-    case 2: speed_ = dice.decades(1, 200) / second; break;
+    case 0:
+      break;
+    case 1:
+      speed_ = dice.decades(1e-5, 1e-1) / second;
+      break;
+    case 2:
+      speed_ = dice.decades(1, 200) / second;
+      break;
     case 3:
       wave_ = dice.decades(1e-4, 0.4);
       rate_ = dice.decades(1, 500) * 6.28 / second;
       break;
-    default: noise_ = static_cast<unsigned>(dice.between(1, 4));
+    default:
+      noise_ = static_cast<unsigned>(dice.between(1, 4));
   }
   if (dice.chance(50)) speed_ = -speed_;
 }

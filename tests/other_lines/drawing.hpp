@@ -63,6 +63,8 @@ struct Drawing {
   std::string note;
   /// Either polarity of the pair can be on the probe.
   bool may_be_inverted = true;
+  /// Other lines of the board can be on the probe too.
+  bool may_have_company = true;
 };
 
 /// A capture as a file delivers it.
@@ -75,7 +77,8 @@ struct Capture {
 };
 
 /// Lets an analyser see the drawing: as changes or at a sample rate of 4 to 40 samples in `finest`,
-/// lines in any order, now and then inverted, begun in the middle, or with idle lines beside.
+/// lines in any order, now and then inverted, begun in the middle, with idle lines beside or with
+/// one that changes now and then.
 Capture captured(const Drawing& drawing, Dice& dice);
 
 /// A position at a time: standstill, slow, fast, or with noise in its last bits.

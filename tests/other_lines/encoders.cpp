@@ -38,7 +38,8 @@ class Clock {
 
  private:
   Picoseconds jitter() {
-    return jitter_.count == 0 ? Picoseconds{} : Picoseconds{dice_.between(-jitter_.count, jitter_.count)};
+    return jitter_.count == 0 ? Picoseconds{}
+                              : Picoseconds{dice_.between(-jitter_.count, jitter_.count)};
   }
   Dice& dice_;
   Picoseconds period_;
@@ -64,7 +65,8 @@ Drawing draw_ssi(Dice& dice) {
   const Picoseconds delay = std::min(loop_delay(dice, length), period * 2 / 5);
   const Picoseconds monoflop = nanoseconds(dice.between(10'000, 30'000));
   const int words = dice.chance(20) ? static_cast<int>(dice.between(2, 3)) : 1;
-  const Picoseconds between_words = words == 1 || dice.chance(50) ? Picoseconds{} : period * dice.between(1, 2);
+  const Picoseconds between_words =
+      words == 1 || dice.chance(50) ? Picoseconds{} : period * dice.between(1, 2);
   const Picoseconds pause = monoflop + microseconds(dice.between(5, dice.chance(50) ? 60 : 900));
   Axis axis(dice, bits);
   Clock clock(dice, period);
@@ -85,7 +87,8 @@ Drawing draw_ssi(Dice& dice) {
       for (unsigned k = 0; k <= bits + extra_bits; ++k) {
         rise = clock.pulse(drawing.lines[0], time);
         const bool last = k == bits + extra_bits;
-        drawing.lines[1].set(rise + delay, !last && (word >> (bits + extra_bits - 1 - k) & 1U) != 0);
+        drawing.lines[1].set(rise + delay,
+                             !last && (word >> (bits + extra_bits - 1 - k) & 1U) != 0);
         time += period;
       }
       if (w + 1 < words) time += between_words < monoflop * 4 / 5 ? between_words : Picoseconds{};
@@ -96,8 +99,9 @@ Drawing draw_ssi(Dice& dice) {
   }
   drawing.end = time;
   drawing.finest = period;
-  drawing.note = fmt::format("ssi {} bits, {}, {} words, {} ns, delay {} ns", bits + extra_bits,
-                             is_gray ? "Gray" : "binary", words, period.count / 1000, delay.count / 1000);
+  drawing.note =
+      fmt::format("ssi {} bits, {}, {} words, {} ns, delay {} ns", bits + extra_bits,
+                  is_gray ? "Gray" : "binary", words, period.count / 1000, delay.count / 1000);
   return drawing;
 }
 
@@ -128,7 +132,8 @@ void append_with_crc(std::vector<bool>& out, const std::vector<bool>& bits) {
 Drawing draw_endat(Dice& dice) {
   const bool is_22 = dice.chance(65);
   const auto bits = static_cast<unsigned>(dice.between(13, 37));
-  const Picoseconds period = period_of_rate(is_22 ? dice.decades(100e3, 16e6) : dice.decades(100e3, 2e6));
+  const Picoseconds period =
+      period_of_rate(is_22 ? dice.decades(100e3, 16e6) : dice.decades(100e3, 2e6));
   std::int64_t length = dice.between(0, 100);
   if (period < nanoseconds(125)) length /= 5;
   Picoseconds delay = loop_delay(dice, length);
@@ -137,7 +142,10 @@ Drawing draw_endat(Dice& dice) {
   const Picoseconds recovery = short_recovery ? nanoseconds(dice.between(1'250, 3'750))
                                               : nanoseconds(dice.between(10'000, 30'000));
   const int additional = is_22 ? static_cast<int>(dice.between(0, 2)) : 0;
-  const unsigned mode = is_22 ? (additional == 0 && dice.chance(50) ? 0x07U : dice.of<unsigned>({0x38, 0x38, 0x09, 0x1B, 0x24})) : 0x07U;
+  const unsigned mode = is_22 ? (additional == 0 && dice.chance(50)
+                                     ? 0x07U
+                                     : dice.of<unsigned>({0x38, 0x38, 0x09, 0x1B, 0x24}))
+                              : 0x07U;
   const bool two_flags = is_22 && mode != 0x07U;
   const bool at_falling = dice.chance(75);
   const Picoseconds calculation = nanoseconds(dice.between(500, 5'000));
@@ -158,15 +166,18 @@ Drawing draw_endat(Dice& dice) {
     append_with_crc(sent, word);
     for (int a = 0; a < additional && two_flags; ++a) {
       std::vector<bool> info;
-      const std::uint64_t value = std::uint64_t{0x40} << 16U | (dice.chance(50) ? position & 0xFFFFU : 0x1234U);
+      const std::uint64_t value =
+          std::uint64_t{0x40} << 16U | (dice.chance(50) ? position & 0xFFFFU : 0x1234U);
       for (int k = 23; k >= 0; --k) info.push_back((value >> k & 1U) != 0);
       sent.push_back(true);
       append_with_crc(sent, info);
     }
     const Picoseconds begin = time;
     // START waits for the position.
-    const std::int64_t wait = std::max<std::int64_t>(0, (calculation.count - 10 * period.count) / period.count + 1);
-    const auto clocks = static_cast<std::int64_t>(10 + wait) + static_cast<std::int64_t>(sent.size());
+    const std::int64_t wait =
+        std::max<std::int64_t>(0, (calculation.count - 10 * period.count) / period.count + 1);
+    const auto clocks =
+        static_cast<std::int64_t>(10 + wait) + static_cast<std::int64_t>(sent.size());
     Picoseconds rise{};
     for (std::int64_t k = 0; k < clocks; ++k) {
       rise = clock.pulse(drawing.lines[0], time);
@@ -191,7 +202,8 @@ Drawing draw_endat(Dice& dice) {
   drawing.end = time;
   drawing.finest = period;
   drawing.note = fmt::format("endat {} mode {:06b}, {} bits, {} additional, {} ns, delay {} ns",
-                             is_22 ? "2.2" : "2.1", mode, bits, additional, period.count / 1000, delay.count / 1000);
+                             is_22 ? "2.2" : "2.1", mode, bits, additional, period.count / 1000,
+                             delay.count / 1000);
   return drawing;
 }
 
@@ -203,7 +215,8 @@ constexpr std::array<unsigned, 32> six_of{
     0b111001, 0b100101, 0b010101, 0b110100, 0b001101, 0b101100, 0b011100, 0b010111,
     0b011011, 0b100011, 0b010011, 0b110010, 0b001011, 0b101010, 0b011010, 0b111010,
     0b110011, 0b100110, 0b010110, 0b110110, 0b001110, 0b101110, 0b011110, 0b101011};
-constexpr std::array<unsigned, 8> four_of{0b1011, 0b1001, 0b0101, 0b1100, 0b1101, 0b1010, 0b0110, 0b1110};
+constexpr std::array<unsigned, 8> four_of{0b1011, 0b1001, 0b0101, 0b1100,
+                                          0b1101, 0b1010, 0b0110, 0b1110};
 
 int ones(unsigned value) { return __builtin_popcount(value); }
 
@@ -213,7 +226,8 @@ void append_8b10b(std::vector<bool>& bits, unsigned byte, int& disparity) {
   if (disparity > 0 && (ones(six) != 3 || six == 0b111000)) six = ~six & 63U;
   if (ones(six) != 3) disparity = -disparity;
   unsigned four = four_of[byte >> 5U & 7U];
-  const bool alternate = (byte >> 5U & 7U) == 7 && ((disparity < 0 && (six & 3U) == 3) || (disparity > 0 && (six & 3U) == 0));
+  const bool alternate = (byte >> 5U & 7U) == 7 &&
+                         ((disparity < 0 && (six & 3U) == 3) || (disparity > 0 && (six & 3U) == 0));
   if (alternate) four = 0b0111;
   if (disparity > 0 && (ones(four) != 2 || four == 0b1100)) four = ~four & 15U;
   if (ones(four) != 2) disparity = -disparity;
@@ -232,10 +246,12 @@ Drawing draw_dsl(Dice& dice) {
   std::vector<bool> bits;
   int disparity = -1;
   const std::int64_t bytes = dice.between(200, 1200);
-  for (std::int64_t i = 0; i < bytes; ++i) append_8b10b(bits, static_cast<unsigned>(dice.bits(8)), disparity);
+  for (std::int64_t i = 0; i < bytes; ++i)
+    append_8b10b(bits, static_cast<unsigned>(dice.bits(8)), disparity);
   Picoseconds time = microseconds(1);
   for (std::size_t i = 0; i < bits.size(); ++i) {
-    const Picoseconds at = time + Picoseconds{static_cast<std::int64_t>(static_cast<double>(i) * 1e12 / 9.375e6)};
+    const Picoseconds at =
+        time + Picoseconds{static_cast<std::int64_t>(static_cast<double>(i) * 1e12 / 9.375e6)};
     drawing.lines[0].set(at, bits[i]);
     if (both) drawing.lines[1].set(at, !bits[i]);
     drawing.end = at;
@@ -268,7 +284,8 @@ Drawing draw_tamagawa(Dice& dice) {
   };
   const Id id = dice.of<Id>({{0x02, 3}, {0x8A, 3}, {0x92, 1}, {0x1A, 8}, {0x2A, 5}, {0x52, 6}});
   const double bit = 400e3 * (1 + static_cast<double>(dice.between(-3, 3)) * 1e-4);
-  const Picoseconds turn = nanoseconds(dice.between(2'000, 6'000)) + loop_delay(dice, dice.between(0, 50));
+  const Picoseconds turn =
+      nanoseconds(dice.between(2'000, 6'000)) + loop_delay(dice, dice.between(0, 50));
   const Picoseconds interval = microseconds(dice.between(40, dice.chance(50) ? 70 : 500));
   const bool apart = dice.chance(25);
   const bool enable = dice.chance(30);
@@ -290,7 +307,9 @@ Drawing draw_tamagawa(Dice& dice) {
     at = put_word(from_encoder, at, bit, id.control, 8);
     at = put_word(from_encoder, at, bit, 0, 8);
     for (unsigned k = 0; k < id.data_words; ++k) {
-      const unsigned value = k < 3 ? static_cast<unsigned>(position >> (8 * k) & 0xFFU) : k == 3 ? 0x17U : (k * 0x35U) & 0xFFU;
+      const unsigned value = k < 3    ? static_cast<unsigned>(position >> (8 * k) & 0xFFU)
+                             : k == 3 ? 0x17U
+                                      : (k * 0x35U) & 0xFFU;
       sum ^= value;
       at = put_word(from_encoder, at, bit, value, 8);
     }
@@ -356,7 +375,8 @@ Drawing draw_quadrature(Dice& dice) {
     state = (state + (turns_back && i > back ? 3 : 1)) % 4;
     drawing.lines[0].set(from_double(time), state == 1 || state == 2);
     drawing.lines[1].set(from_double(time), state == 2 || state == 3);
-    if (drawing.lines.size() > 2 && i % 1000 == 500) drawing.lines[2].pulse(from_double(time), from_double(step));
+    if (drawing.lines.size() > 2 && i % 1000 == 500)
+      drawing.lines[2].pulse(from_double(time), from_double(step));
   }
   drawing.end = from_double(time + step);
   drawing.finest = from_double(step);

@@ -1,7 +1,6 @@
 // Prints the confusion tables of docs/identify.md: biss_protocol_table [SEED…]
 #include <fmt/format.h>
 
-#include <chrono>
 #include <cstdlib>
 
 #include "tests/other_lines/score.hpp"

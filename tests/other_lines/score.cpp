@@ -37,11 +37,12 @@ constexpr std::string_view biss_name = "BiSS C";
 
 sim::LineSetup biss_setup(Dice& dice, std::string& note) {
   while (true) {
-    const CatalogueEntry& entry =
-        catalogue[static_cast<std::size_t>(dice.between(0, static_cast<std::int64_t>(catalogue.size()) - 1))];
+    const CatalogueEntry& entry = catalogue[static_cast<std::size_t>(
+        dice.between(0, static_cast<std::int64_t>(catalogue.size()) - 1))];
     const Hertz clock{static_cast<std::uint32_t>(dice.decades(80e3, 10e6))};
     const std::int64_t length = dice.between(0, 100);
-    if (!accepts_clock(entry.timing, clock) || metres(length) > cable_max_compensated(clock)) continue;
+    if (!accepts_clock(entry.timing, clock) || metres(length) > cable_max_compensated(clock))
+      continue;
     sim::LineSetup setup;
     setup.format = entry.frame_format();
     setup.timing = entry.timing;
@@ -51,7 +52,8 @@ sim::LineSetup biss_setup(Dice& dice, std::string& note) {
     setup.motion = static_cast<sim::MotionKind>(dice.between(0, 4));
     setup.processing = nanoseconds(dice.between(0, entry.timing.ack_max.count / 1000));
     if (entry.timing.ack_clocks != 0) setup.processing = {};
-    if (dice.chance(50)) setup.interval = sim::least_interval(setup) + microseconds(dice.between(0, 300));
+    if (dice.chance(50))
+      setup.interval = sim::least_interval(setup) + microseconds(dice.between(0, 300));
     setup.duty_per_mille = static_cast<std::uint32_t>(dice.between(440, 560));
     setup.ma_jitter = std::min(setup.ma_delay, period_of(clock) * dice.between(0, 10) / 1000);
     setup.slo_jitter = std::min(setup.slo_delay, period_of(clock) * dice.between(0, 10) / 1000);
@@ -63,9 +65,12 @@ sim::LineSetup biss_setup(Dice& dice, std::string& note) {
       setup.faults = {{.kind = kind, .share = static_cast<std::uint64_t>(damage) * 4'294'967U}};
     }
     note = fmt::format("{} {} kHz, {} m, {}, processing {} ns, {} per mille damaged", entry.name,
-                       clock.count / 1000, length, sim::motion_names[static_cast<std::size_t>(setup.motion)],
+                       clock.count / 1000, length,
+                       sim::motion_names[static_cast<std::size_t>(setup.motion)],
                        setup.processing.count / 1000, damage);
-    if (damage != 0) note += fmt::format(" by {}", sim::fault_list[static_cast<std::size_t>(setup.faults[0].kind)].name);
+    if (damage != 0)
+      note += fmt::format(" by {}",
+                          sim::fault_list[static_cast<std::size_t>(setup.faults[0].kind)].name);
     return setup;
   }
 }
@@ -110,9 +115,10 @@ void judge(const Capture& capture, std::string_view id, Row& row, std::string& w
   const bool is_biss = row.protocol == Protocol::biss_c;
   if (!is_biss && confidence >= 0.5) ++row.taken_for_biss;
   if (best == row.protocol && (is_biss ? confidence >= 0.9 : confidence < 0.5)) return;
-  wrong += fmt::format("{} [{}; sample {} ps]: {} {:.2f} ({}), BiSS C {:.2f} ({})\n", id, capture.note,
-                       capture.sample_period.count, identify::name_of(best), guesses.front().confidence,
-                       guesses.front().why, confidence, biss == guesses.end() ? "" : biss->why);
+  wrong +=
+      fmt::format("{} [{}; sample {} ps]: {} {:.2f} ({}), BiSS C {:.2f} ({})\n", id, capture.note,
+                  capture.sample_period.count, identify::name_of(best), guesses.front().confidence,
+                  guesses.front().why, confidence, biss == guesses.end() ? "" : biss->why);
 }
 
 }  // namespace
@@ -126,35 +132,31 @@ Score score(std::uint64_t seed, unsigned others, unsigned biss) {
     for (unsigned i = 0; i < count; ++i) {
       Dice dice(seed << 32U | k << 24U | i);
       const Drawing drawing = kind.draw(dice);
-      judge(captured(drawing, dice), fmt::format("{} {}/{}", kind.name, seed, i), score.rows.back(), score.wrong);
+      judge(captured(drawing, dice), fmt::format("{} {}/{}", kind.name, seed, i), score.rows.back(),
+            score.wrong);
     }
   }
   score.rows.push_back({.name = biss_name, .protocol = Protocol::biss_c});
   for (unsigned i = 0; i < biss; ++i) {
     Dice dice(seed << 32U | std::uint64_t{255} << 24U | i);
-    judge(biss_capture(dice), fmt::format("{} {}/{}", biss_name, seed, i), score.rows.back(), score.wrong);
+    judge(biss_capture(dice), fmt::format("{} {}/{}", biss_name, seed, i), score.rows.back(),
+          score.wrong);
   }
   return score;
 }
 
 std::string table_of(const Score& score) {
-  std::vector<std::size_t> columns;
-  for (std::size_t p = 0; p < identify::protocol_count; ++p) {
-    if (std::any_of(score.rows.begin(), score.rows.end(), [&](const Row& row) { return row.counts[p] != 0; })) {
-      columns.push_back(p);
-    }
-  }
-  std::string text = "| capture of | number |";
-  for (const std::size_t p : columns) text += fmt::format(" `{}` |", identify::name_of(static_cast<Protocol>(p)));
-  text += "\n|---|---|";
-  for (std::size_t i = 0; i < columns.size(); ++i) text += "---|";
-  text += '\n';
+  std::string text = "| capture of | number | right | taken for |\n|---|---|---|---|\n";
   for (const Row& row : score.rows) {
-    text += fmt::format("| {} | {} |", row.name, row.all);
-    for (const std::size_t p : columns) {
-      text += row.counts[p] == 0 ? std::string(" |") : fmt::format(" {} |", row.counts[p]);
+    std::string others;
+    for (std::size_t p = 0; p < identify::protocol_count; ++p) {
+      const auto protocol = static_cast<Protocol>(p);
+      if (row.counts[p] == 0 || protocol == row.protocol) continue;
+      others += fmt::format("{}{} `{}`", others.empty() ? "" : ", ", row.counts[p],
+                            identify::name_of(protocol));
     }
-    text += '\n';
+    text += fmt::format("| {} | {} | {} `{}` | {} |\n", row.name, row.all, row.right(),
+                        identify::name_of(row.protocol), others);
   }
   return text;
 }
