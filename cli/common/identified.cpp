@@ -91,7 +91,7 @@ std::string what_is_still(const FormatCandidate& candidate) {
   return fmt::format("{}", fmt::join(parts, ", "));
 }
 
-void add_format(report::Summary& summary, const FormatFinding& finding, bool used) {
+void add_identified(report::Summary& summary, const FormatFinding& finding, bool used) {
   if (const FormatCandidate* sure = finding.sure()) {
     const std::string text = text_of(sure->format);
     summary.entry("format", text,

@@ -29,6 +29,6 @@ std::string what_is_still(const identify::FormatCandidate& candidate);
 
 /// Lines `format` of a summary: the format and how to give it; or what is missing, and the
 /// candidates.
-void add_format(report::Summary& summary, const identify::FormatFinding& finding, bool used);
+void add_identified(report::Summary& summary, const identify::FormatFinding& finding, bool used);
 
 }  // namespace biss::cli

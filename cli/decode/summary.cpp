@@ -99,7 +99,7 @@ std::string ack_hint(const decode::Statistics& statistics, const DecodedCapture&
   const Picoseconds period{statistics.period().median()};
   if (longest > biss_busy_max) {
     return fmt::format("ACK takes up to {}, longer than BiSS C allows: no option accepts it",
-                       text_of(longest, places));
+                       text_of(longest, summary_places));
   }
   const bool long_enough = clocks.min() >= ack_bounds(timing, period).min_clocks;
   if (timing.ack_clocks == 0 && long_enough) {
@@ -248,7 +248,7 @@ std::string decode_summary(const decode::Statistics& statistics, const DecodedCa
                                        statistics.warnings()));
   }
   if (const identify::FormatFinding* finding = capture.finding()) {
-    add_format(summary, *finding, capture.format().has_value());
+    add_identified(summary, *finding, capture.format().has_value());
   }
   if (!capture.format()) {
     summary.entry(capture.finding() ? "" : "format", "none",

@@ -103,6 +103,17 @@ class ExplainRun {
     return reading;
   }
 
+  // The format that the frames show; the one given where both judge every frame alike.
+  std::optional<explain::IdentifiedFormat> identified() const {
+    const auto* finding = capture_.finding();
+    const auto* sure = finding != nullptr ? finding->sure() : nullptr;
+    if (sure == nullptr) return std::nullopt;
+    if (capture_.better_format() != nullptr || !capture_.format()) {
+      return explain::IdentifiedFormat{sure->format, sure->confidence};
+    }
+    return explain::IdentifiedFormat{*capture_.format(), sure->confidence};
+  }
+
   // Another protocol than BiSS C that these lines carry.
   std::optional<explain::OtherProtocol> other_protocol() {
     const auto beginning = capture_.beginning();
@@ -131,9 +142,7 @@ class ExplainRun {
     context_.timing = capture_.timing();
     if (options_.margin.no_compensation) context_.compensated = false;
     context_.reading = choose_reading();
-    if (const auto* better = capture_.better_format()) {
-      context_.identified = {better->format, better->confidence};
-    }
+    context_.identified = identified();
     context_.other = other_protocol();
     explain::Observer observer(capture_.format(), capture_.timing(), capture_.margin(),
                                context_.reading.lines);

@@ -204,7 +204,7 @@ class IdentifyRun {
     out.entry("lines", fmt::format("MA = {}, SLO = {}", capture_.ma_name(), capture_.slo_name()),
               capture_.lines().look_swapped ? "exchanged? the other way round cycles can be read"
                                             : "");
-    add_format(out, line.finding, true);
+    add_identified(out, line.finding, true);
     for (const FormatCandidate& each : line.finding.candidates) {
       if (&each != &line.finding.candidates.front()) continue;
       out.entry("evidence",
