@@ -85,7 +85,7 @@ firmware-sizes:  ## flash, RAM, instructions on Cortex-M; renews docs/firmware.m
 identify-tables:  ## what is taken for which protocol; renews docs/identify.md
 	@scripts/install-packages build test
 	@cmake --preset release -DBISS_TESTS=ON >/dev/null
-	@cmake --build --preset release --target biss_protocol_table
+	@cmake --build --preset release --target biss_protocol_table biss_format_table
 	@scripts/identify-tables
 
 .PHONY: safety-sequences

@@ -79,7 +79,7 @@ std::uint16_t start_for(std::uint32_t generator, unsigned width, unsigned data_b
   return static_cast<std::uint16_t>(reg);
 }
 
-// The checksum whose word has this remainder. Start value and inversion cannot be told apart where
+// The checksum whose word has this remainder. Start value and inversion cannot be separated where
 // all words have one length: without a start value where that is possible, else inverted.
 CrcSpec spec_of(std::uint32_t generator, unsigned data_bits, std::uint32_t rest) {
   const auto width = static_cast<unsigned>(degree(generator));
@@ -400,9 +400,8 @@ class LayoutSearch {
 
   template <class Item, class Score>
   static void keep_best(std::vector<Item>& items, std::size_t most, Score score) {
-    std::stable_sort(items.begin(), items.end(), [&](const Item& a, const Item& b) {
-      return score(a) > score(b);
-    });
+    std::stable_sort(items.begin(), items.end(),
+                     [&](const Item& a, const Item& b) { return score(a) > score(b); });
     if (items.size() > most) items.resize(most);
   }
 

@@ -33,7 +33,7 @@ struct ChannelLayout {
 /// The channels of a frame, and how much speaks for them.
 struct Layout {
   std::vector<ChannelLayout> channels;
-  /// The evidence less what a choice among so many possible layouts costs, in bits: the layout is
+  /// The evidence less what a choice among N possible layouts costs, in bits: the layout is
   /// 2^score times as likely as a frame without a checksum.
   double score = 0;
   /// The evidence less the number of possible checksums, each as likely as the other.

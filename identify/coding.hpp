@@ -27,7 +27,7 @@ struct Bits {
   std::uint64_t of(std::uint64_t data) const { return (data & mask()) >> low; }
 };
 
-/// A singleturn position in Gray code has at least so many bits.
+/// The least number of bits of a singleturn position in Gray code.
 inline constexpr unsigned least_gray_bits = 6;
 
 /// How many bits it takes to write down each step of the value in `bits`, the lowest `gray_bits` of

@@ -85,8 +85,8 @@ class FieldSearch {
       const bool whole = steps.wrong == 0 && steps.restarts > (is_apart(counter) ? 0U : 1U) &&
                          division.position.count != 0;
       const double needed = whole ? -whole_counter_gain : least_gain;
-      doubtful = doubtful || ((!whole || !proven) &&
-                              std::abs(division.length - without) < 2 * least_gain);
+      doubtful =
+          doubtful || ((!whole || !proven) && std::abs(division.length - without) < 2 * least_gain);
       if (!whole && !is_apart(counter)) continue;
       if (division.length + needed < best_.length) best_ = division;
     }
@@ -120,7 +120,8 @@ class FieldSearch {
     gray_ = 4 * sum(step_lengths(words_, all, all.count)) < 3 * sum(step_lengths(words_, all, 0));
     for (std::size_t i = 0; i < moving.size(); ++i) {
       const unsigned bit = moving[i];
-      if (!is_rare(bit) || !is_short_lived(bit) || 3 * history_[bit].changes >= most_changes) continue;
+      if (!is_rare(bit) || !is_short_lived(bit) || 3 * history_[bit].changes >= most_changes)
+        continue;
       if (share_carried(moving, i) >= 0.5 || (gray_ && i >= moving.size() / 2)) continue;
       certain_flags_ |= std::uint64_t{1} << bit;
     }
@@ -344,8 +345,7 @@ class FieldSearch {
     const Bits counter = best_.counter;
     const bool still = best_.position.count == 0;
     if (still) add(Doubt::still);
-    const bool counter_above =
-        counter.count != 0 && !still && counter.low >= best_.position.high();
+    const bool counter_above = counter.count != 0 && !still && counter.low >= best_.position.high();
     const bool counter_below = counter.count != 0 && !counter_above;
     bottom_ = counter_below ? counter.high() : 0;
     top_ = counter_above ? counter.low : data_bits_;
@@ -361,8 +361,7 @@ class FieldSearch {
     if (best_.position.count > 1 && is_rare(lowest) && is_short_lived(lowest)) {
       add(Doubt::flag_place);
     }
-    const std::uint64_t unexplained =
-        seen_ & ~fields_.flags_moved & ~counter.mask() &
+    const std::uint64_t unexplained = seen_ & ~fields_.flags_moved & ~counter.mask() &
                                       ~best_.position.mask() & ~(best_.flicker & position);
     if (unexplained != 0) add(Doubt::further_bits);
   }

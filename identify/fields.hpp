@@ -37,7 +37,7 @@ struct Fields {
 
 /// \param words in the order of their cycles
 /// \param data_bits of the channel, 1 to 64
-/// \param strays at most so many words may be damaged in spite of a right checksum
+/// \param strays words that may be damaged in spite of a right checksum, at most
 Fields find_fields(std::span<const DataWord> words, unsigned data_bits, double strays);
 
 }  // namespace biss::identify

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "biss/catalogue/catalogue.hpp"
-#include "biss/safety/configurations.hpp"
 #include "biss/frame/codec.hpp"
+#include "biss/safety/configurations.hpp"
 
 namespace biss::identify {
 
@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t most_candidates = 5;
 // The motion of an axis is not random, so that its frames agree with a wrong checksum more often
-// than chance says. So many bits of the evidence are therefore not counted.
+// than chance says. These bits of the evidence are therefore not counted.
 constexpr double reserve_bits = 10;
 // Where the meaning of the bits is doubtful, however sure the checksum is.
 constexpr double doubtful_confidence = 0.8;
@@ -138,7 +138,7 @@ std::vector<KnownFormat> known_formats(const FormatCandidate& candidate,
     if (find_encoder(each.name) == nullptr) add(each.frame_format(), each.name);
   }
   std::stable_sort(known.begin(), known.end(), [](const KnownFormat& a, const KnownFormat& b) {
-    return a.active < b.active;
+    return a.active != b.active ? a.active < b.active : a.names.size() > b.names.size();
   });
   return known;
 }
@@ -150,13 +150,16 @@ void drop(std::vector<Doubt>& doubts, std::initializer_list<Doubt> settled) {
 }
 
 // A catalogue format gives the meaning of what the motion does not show.
-void compare_with_catalogue(FormatCandidate& candidate, const std::vector<std::vector<DataWord>>& words,
-                            bool cds) {
+void compare_with_catalogue(FormatCandidate& candidate,
+                            const std::vector<std::vector<DataWord>>& words, bool cds) {
   const std::vector<KnownFormat> known = known_formats(candidate, words, cds);
   if (known.empty()) return;
   candidate.format = known.front().format;
-  candidate.encoders = known.front().names;
-  for (std::size_t i = 1; i < known.size(); ++i) candidate.equal.push_back(known[i].format);
+  for (const KnownFormat& each : known) {
+    if (each.format != candidate.format) candidate.equal.push_back(each.format);
+    if (each.active != known.front().active) continue;
+    candidate.encoders.insert(candidate.encoders.end(), each.names.begin(), each.names.end());
+  }
   for (Fields& each : candidate.fields) {
     drop(each.doubts, {Doubt::order, Doubt::flag_place});
     if (known.front().active == 0) drop(each.doubts, {Doubt::flag_level});
@@ -234,7 +237,8 @@ bool FormatCandidate::has(Doubt doubt) const {
 }
 
 const FormatCandidate* FormatFinding::sure() const {
-  if (still || candidates.empty() || candidates.front().confidence < sure_confidence) return nullptr;
+  if (still || candidates.empty() || candidates.front().confidence < sure_confidence)
+    return nullptr;
   return &candidates.front();
 }
 
@@ -259,9 +263,9 @@ FormatFinding find_format(std::span<const Sample> samples) {
     candidate.confidence = confidence_of(layouts, i);
     const bool doubtful = std::any_of(candidate.fields.begin(), candidate.fields.end(),
                                       [](const Fields& each) { return !each.doubts.empty(); });
-    const bool unchecked = std::any_of(
-        layouts[i].channels.begin(), layouts[i].channels.end(),
-        [](const ChannelLayout& each) { return !each.crc.present(); });
+    const bool unchecked =
+        std::any_of(layouts[i].channels.begin(), layouts[i].channels.end(),
+                    [](const ChannelLayout& each) { return !each.crc.present(); });
     if (doubtful || unchecked) {
       candidate.confidence = std::min(candidate.confidence, doubtful_confidence);
     }

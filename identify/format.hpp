@@ -19,9 +19,9 @@ struct FormatCandidate {
   FrameFormat format;
   /// 0 to 1; see docs/identify.md. At 0.9 and above `decode` uses the format.
   double confidence = 0;
-  /// Encoders of the catalogue with this format. Names live as long as the program.
+  /// Encoders of the catalogue that these frames can be from. Names live as long as the program.
   std::vector<std::string_view> encoders;
-  /// Other formats of the catalogue that cannot be told from this one by these frames.
+  /// Other formats of the catalogue that these frames cannot separate from this one.
   std::vector<FrameFormat> equal;
   /// Of each channel.
   std::vector<Fields> fields;

@@ -31,8 +31,8 @@ class ReleaseRule {
     const bool fixed = is_constant(after_clock_);
     const bool cycle = is_constant(after_begin_);
     // 1.5 periods, and up to three clocks of the encoder.
-    const bool adaptive = is_constant(in_periods_) && in_periods_.median() >= 1400 &&
-                          in_periods_.median() <= 3000;
+    const bool adaptive =
+        is_constant(in_periods_) && in_periods_.median() >= 1400 && in_periods_.median() <= 3000;
     if (int{fixed} + int{cycle} + int{adaptive} != 1) return std::nullopt;
     if (adaptive) return Timeout{TimeoutRule::adaptive, {}};
     if (fixed) return Timeout{TimeoutRule::fixed, picoseconds(after_clock_.median())};

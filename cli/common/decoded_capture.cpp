@@ -229,7 +229,7 @@ void DecodedCapture::measure_polarity(decode::FoundLines& found) {
 
 std::vector<report::Column> DecodedCapture::columns() const {
   std::vector<report::Column> columns;
-  if (list_.several()) columns.push_back({.name = "file"});
+  if (list_.several() && !keeps_unknown_) columns.push_back({.name = "file"});
   if (!list_.arguments().each || keeps_unknown_) return columns;
   columns.push_back({.name = "ma", .heading = "MA"});
   columns.push_back({.name = "slo", .heading = "SLO"});
@@ -238,7 +238,7 @@ std::vector<report::Column> DecodedCapture::columns() const {
 
 std::vector<report::Cell> DecodedCapture::cells() const {
   std::vector<report::Cell> cells;
-  if (list_.several()) cells.emplace_back(input_.name());
+  if (list_.several() && !keeps_unknown_) cells.emplace_back(input_.name());
   if (!list_.arguments().each || keeps_unknown_) return cells;
   cells.emplace_back(ma_name());
   cells.emplace_back(slo_name());

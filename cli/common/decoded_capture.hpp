@@ -29,7 +29,7 @@ struct CaptureArguments : InputArguments {
   std::optional<Picoseconds> resolution;
   /// Where no format is given, use that which the frames show.
   bool identify = false;
-  /// Where one is given, find that which the frames show all the same.
+  /// Where one is given, find that which the frames show too.
   bool identify_besides = false;
   /// Deliver a capture in which no lines are MA and SLO too; has_lines() is then false.
   bool keep_unknown = false;

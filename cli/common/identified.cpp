@@ -25,7 +25,8 @@ std::string_view sentence_of(Doubt doubt) {
       return "the position jumps too far to show the order of its bits and Gray code: capture a "
              "slower motion";
     case Doubt::flag_level:
-      return "a flag is 0 in most frames: the encoder reports an error or a warning, or the flag is "
+      return "a flag is 0 in most frames: the encoder reports an error or a warning, or the flag "
+             "is "
              "active-high";
     case Doubt::flag_place:
       return "a bit changes in single frames, and is not where nE and nW usually are";
@@ -45,7 +46,8 @@ std::string text_of(const FrameFormat& format) { return std::string(format_text(
 std::string encoders_text(const FormatCandidate& candidate, std::size_t most) {
   const auto& names = candidate.encoders;
   const std::size_t count = std::min(most, names.size());
-  return fmt::format("{}{}", fmt::join(names.begin(), names.begin() + static_cast<long>(count), ", "),
+  return fmt::format("{}{}",
+                     fmt::join(names.begin(), names.begin() + static_cast<long>(count), ", "),
                      count < names.size() ? ", ..." : "");
 }
 
@@ -58,9 +60,9 @@ std::vector<std::string> what_is_missing(const FormatFinding& finding) {
     const auto doubt = static_cast<Doubt>(i);
     if (best.has(doubt)) sentences.emplace_back(sentence_of(doubt));
   }
-  const bool checked = std::all_of(
-      best.layout.channels.begin(), best.layout.channels.end(),
-      [](const identify::ChannelLayout& each) { return each.crc.present(); });
+  const bool checked =
+      std::all_of(best.layout.channels.begin(), best.layout.channels.end(),
+                  [](const identify::ChannelLayout& each) { return each.crc.present(); });
   if (!checked) {
     sentences.emplace_back("no checksum fits the frames");
   } else if (sentences.empty()) {

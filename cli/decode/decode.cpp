@@ -86,9 +86,8 @@ class DecodeRun {
   // The format as the user typed it, or as he could.
   std::string format_name() const {
     const std::string& given = options_.capture.device.format;
-    return given.empty() && capture_.format()
-               ? std::string(format_text(*capture_.format()).view())
-               : given;
+    return given.empty() && capture_.format() ? std::string(format_text(*capture_.format()).view())
+                                              : given;
   }
 
   // Returns what is wrong, or nothing. The watchdog depends on the rate of requests at the beginning
@@ -147,7 +146,7 @@ class DecodeRun {
     if (!has_request()) return messages.fail(ExitStatus::data_failed, capture_.no_request());
     messages.add_summary(summary);
     if (!capture_.format() && fail_on_.asks_format()) {
-      return messages.fail(ExitStatus::data_failed,
+      return messages.fail(ExitStatus::usage,
                            fmt::format("{}: --fail-on: nE, nW and crc are not known without the "
                                        "format of the frame; give -f",
                                        name));

@@ -3,7 +3,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
+#include <cmath>
 #include <memory>
 #include <vector>
 
@@ -34,7 +34,6 @@ struct IdentifyOptions {
   report::Format to = report::Format::table;
 };
 
-// Without `file`, which the list of captures adds only where there are several.
 const std::vector<report::Column>& identify_columns() {
   static const std::vector<report::Column> all{
       {.name = "file", .kind = Kind::text},
@@ -66,6 +65,17 @@ const std::vector<report::Column>& identify_columns() {
   return all;
 }
 
+// For eyes the first nine columns; the summary has the rest.
+std::vector<report::Column> columns_for(report::Format to) {
+  constexpr std::ptrdiff_t shown = 9;
+  const auto& all = identify_columns();
+  if (to != report::Format::table) return all;
+  return {all.begin(), all.begin() + shown};
+}
+
+// Four places: no more is known.
+double rounded_down(double confidence) { return std::floor(confidence * 1e4) / 1e4; }
+
 // What was measured on one pair of lines.
 struct Line {
   decode::Statistics statistics;
@@ -92,7 +102,7 @@ class IdentifyRun {
     const ExitStatus opened = capture_.open(options_.capture);
     if (opened != ExitStatus::done) return opened;
     return write_captures(
-        capture_, options_.output, options_.to, [] { return identify_columns(); }, true,
+        capture_, options_.output, options_.to, [this] { return columns_for(options_.to); }, true,
         [&](report::TableWriter& writer, RunMessages& messages) {
           return identify(writer, messages);
         });
@@ -137,6 +147,7 @@ class IdentifyRun {
     cells[0] = capture_.input().name();
     cells[12] = name_of(guess.protocol);
     cells[13] = guess.confidence;
+    cells.resize(columns_for(options_.to).size());
     writer.row(cells);
   }
 
@@ -171,7 +182,7 @@ class IdentifyRun {
       for (const FrameFormat& each : best.equal) equal.push_back(text_of(each));
       encoders = encoders_text(best, best.encoders.size());
       cells[7] = format;
-      if (!line.finding.still) cells[8] = best.confidence;
+      if (!line.finding.still) cells[8] = rounded_down(best.confidence);
     }
     for (std::size_t i = 1; i < candidates.size(); ++i) {
       alternatives.push_back(text_of(candidates[i].format));
@@ -188,6 +199,7 @@ class IdentifyRun {
     const auto rule = line.release.rule();
     const std::string timeout = rule ? cli::text_of(*rule) : std::string();
     if (rule) cells[16] = timeout;
+    cells.resize(columns_for(options_.to).size());
     writer.row(cells);
   }
 
@@ -201,16 +213,15 @@ class IdentifyRun {
     out.title(fmt::format("{}: {} request cycles, {} with a frame", capture_.input().name(),
                           line.statistics.cycles(), line.statistics.good()));
     add_protocol(out, guess);
-    out.entry("lines", fmt::format("MA = {}, SLO = {}", capture_.ma_name(), capture_.slo_name()),
-              capture_.lines().look_swapped ? "exchanged? the other way round cycles can be read"
-                                            : "");
+    out.entry(
+        "lines", fmt::format("MA = {}, SLO = {}", capture_.ma_name(), capture_.slo_name()),
+        capture_.lines().look_swapped ? "exchanged? the other way round cycles can be read" : "");
     add_identified(out, line.finding, true);
-    for (const FormatCandidate& each : line.finding.candidates) {
-      if (&each != &line.finding.candidates.front()) continue;
-      out.entry("evidence",
-                fmt::format("{:.0f} bits", each.layout.score),
+    if (!line.finding.candidates.empty()) {
+      const identify::Layout& best = line.finding.candidates.front().layout;
+      out.entry("evidence", fmt::format("{:.0f} bits", best.score),
                 fmt::format("{} independent differences, checksums right in {:.1f} % of the frames",
-                            each.layout.channels.front().rank, 100 * each.layout.right_share));
+                            best.channels.front().rank, 100 * best.right_share));
     }
     return out.text();
   }
@@ -229,7 +240,7 @@ void add_identify(Command& command) {
       {.name = "identify",
        .purpose = "Find out what the lines of a capture carry, and the frame format",
        .examples = {"biss identify capture.vcd", "biss identify *.sr --to jsonl",
-                    "biss identify probes.vcd --ma D0 --slo D3"}},
+                    "biss identify samples.bin --raw-rate 100MHz --ma D0 --slo D3"}},
       [options] { return IdentifyRun(*options).run(); });
   add_capture_options(verb, options->capture);
   add_output_option(verb, options->output);

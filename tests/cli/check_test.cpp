@@ -64,8 +64,8 @@ class Conform : public testing::Test {
 
 TEST_F(Conform, SimulatedEncoder_PassesEveryRuleThatTheCaptureShows) {
   simulate(usual);
-  for (const Words& format : {Words{"-f", "pos28,nE,nW,crc6"}, Words{}}) {
-    const bool named = !format.empty();
+  for (const Words& format : {Words{"-f", "pos28,nE,nW,crc6"}, Words{}, Words{"-f", "none"}}) {
+    const bool named = format != Words{"-f", "none"};
     for (const auto& [rule, verdict] : judge(format, 0)) {
       const bool no_case = rule == "header_damaged" || rule == "data_sheet" ||
                            rule == "clock_change" || rule == "cycle_min" || no_limit(rule) ||

@@ -206,7 +206,8 @@ TEST(Safety, FailOn_KnowsTheVerdicts) {
   EXPECT_EQ(status("counter_skipped"), 1);
   EXPECT_EQ(status("comparison,counter_repeated"), 0);
   EXPECT_EQ(status("nothing"), 2);
-  EXPECT_EQ(run({"decode", capture, "--fail-on", "safety"}).status, 2);
+  EXPECT_EQ(run({"decode", capture, "--fail-on", "safety"}).status, 1);
+  EXPECT_EQ(run({"decode", capture, "-f", "none", "--fail-on", "safety"}).status, 2);
   EXPECT_EQ(run({"decode", capture, "-f", "pos26,nE,nW,crc6", "--fail-on", "safety"}).status, 2);
 }
 

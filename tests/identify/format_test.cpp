@@ -44,8 +44,8 @@ TEST(FindFormat, RandomFormats_AreFoundAndNeverWronglySure) {
 }
 
 TEST(FindFormat, PositionAtRest_IsNotKnown) {
-  const TrialResult result = run(
-      trial_of(parse_format("pos26,nE,nW,crc6").value(), sim::MotionKind::constant, 200, 1));
+  const TrialResult result =
+      run(trial_of(parse_format("pos26,nE,nW,crc6").value(), sim::MotionKind::constant, 200, 1));
   EXPECT_TRUE(result.finding.still);
   EXPECT_EQ(result.finding.sure(), nullptr);
   EXPECT_FALSE(result.finding.candidates.empty());

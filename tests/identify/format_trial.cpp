@@ -94,9 +94,11 @@ class RandomFormat {
     if (one_of(3)) return fmt::format("crc{}", one_of(2) ? 6 : usual[random_.below(usual.size())]);
     const unsigned width = from(min_crc_bits, max_crc_bits);
     const std::uint32_t top = 1U << width;
-    const std::uint32_t polynomial = top | 1U | (static_cast<std::uint32_t>(random_.next()) & (top - 1));
+    const std::uint32_t polynomial =
+        top | 1U | (static_cast<std::uint32_t>(random_.next()) & (top - 1));
     const std::string start =
-        one_of(3) ? fmt::format(":0x{:X}", static_cast<std::uint32_t>(random_.next()) & (top - 1)) : "";
+        one_of(3) ? fmt::format(":0x{:X}", static_cast<std::uint32_t>(random_.next()) & (top - 1))
+                  : "";
     return fmt::format("crc{}:0x{:X}{}{}", width, polynomial, start, one_of(4) ? ":plain" : "");
   }
 
@@ -121,14 +123,15 @@ sim::LineSetup line_of(const FrameFormat& format, sim::Random& random) {
 
 // Each fault of the line, and flags.
 void add_faults(sim::LineSetup& setup, double damage) {
-  constexpr std::array kinds{FaultKind::flip,       FaultKind::flip,        FaultKind::burst,
-                             FaultKind::glitch_slo, FaultKind::lost_clock,  FaultKind::extra_clock,
-                             FaultKind::no_answer,  FaultKind::nE,          FaultKind::nW,
+  constexpr std::array kinds{FaultKind::flip,       FaultKind::flip,       FaultKind::burst,
+                             FaultKind::glitch_slo, FaultKind::lost_clock, FaultKind::extra_clock,
+                             FaultKind::no_answer,  FaultKind::nE,         FaultKind::nW,
                              FaultKind::slo_high,   FaultKind::brown_out};
   const double each = damage / static_cast<double>(kinds.size()) * 4294967296.0;
   for (const FaultKind kind : kinds) {
-    const auto same = std::find_if(setup.faults.begin(), setup.faults.end(),
-                                   [kind](const sim::FaultRule& rule) { return rule.kind == kind; });
+    const auto same =
+        std::find_if(setup.faults.begin(), setup.faults.end(),
+                     [kind](const sim::FaultRule& rule) { return rule.kind == kind; });
     if (same != setup.faults.end()) {
       same->share += static_cast<std::uint64_t>(each);
     } else {
@@ -213,16 +216,19 @@ void compare(const FrameFormat& truth, std::span<const Sample> samples, TrialRes
     }
     if (!right.right) continue;
     if (!first) first = right;
-    for (std::size_t k = 0; k < truth.channel_count; ++k) moved[k] |= right.data[k] ^ first->data[k];
+    for (std::size_t k = 0; k < truth.channel_count; ++k)
+      moved[k] |= right.data[k] ^ first->data[k];
   }
   for (std::size_t k = 0; k < truth.channel_count && result.mistake.empty(); ++k) {
     const ChannelFormat& channel = truth.channel_list[k];
     result.mistake = mistake_in(channel, found.channel_list[k], moved[k]);
     const bool position_moved = (position_of(channel) & moved[k]) != 0;
-    result.other_coding = result.other_coding || (position_moved && channel.singleturn_gray !=
-                                                                       found.channel_list[k].singleturn_gray);
+    result.other_coding =
+        result.other_coding ||
+        (position_moved && channel.singleturn_gray != found.channel_list[k].singleturn_gray);
   }
-  result.moved = static_cast<unsigned>(std::popcount(position_of(truth.channel_list[0]) & moved[0]));
+  result.moved =
+      static_cast<unsigned>(std::popcount(position_of(truth.channel_list[0]) & moved[0]));
 }
 
 }  // namespace

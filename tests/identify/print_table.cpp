@@ -23,8 +23,10 @@ struct Row {
 using Table = std::map<std::string, Row>;
 
 void print(const std::string& heading, const Table& table) {
-  fmt::print("| {} | captures | judged | found | sure | sure and wrong |\n|---|---:|---:|---:|---:|---:|\n",
-             heading);
+  fmt::print(
+      "| {} | captures | judged | found | sure | sure and wrong "
+      "|\n|---|---:|---:|---:|---:|---:|\n",
+      heading);
   for (const auto& [name, row] : table) {
     fmt::print("| {} | {} | {} | {:.1f} % | {} | {} |\n", name, row.trials, row.judged,
                row.judged == 0 ? 0.0 : 100.0 * row.found / row.judged, row.sure, row.wrong);
@@ -51,12 +53,12 @@ int main(int argc, char** argv) {
     codings += result.sure && result.other_coding ? 1U : 0U;
     if (wrong) {
       fmt::print(stderr, "trial {}: sure and wrong: {}: {} read as {}\n", first + i, result.mistake,
-                 one.text,
-                 format_text(result.finding.candidates.front().format).view());
+                 one.text, format_text(result.finding.candidates.front().format).view());
     }
-    if (std::getenv("MISSES") && judged && one.cycles >= 100 && !result.mistake.empty())
-      fmt::print(stderr, "trial {}: {}: {} damage {:.3f} motion {} cycles {} read as {}\n", first + i, result.mistake, one.text, one.damage, static_cast<int>(one.setup.motion), one.cycles, format_text(result.finding.candidates.front().format).view());
-    const unsigned low = one.cycles < 50 ? 20 : one.cycles < 100 ? 50 : one.cycles < 200 ? 100 : 200;
+    const unsigned low = one.cycles < 50    ? 20
+                         : one.cycles < 100 ? 50
+                         : one.cycles < 200 ? 100
+                                            : 200;
     const std::string frames = low == 20    ? "020 to 49"
                                : low == 50  ? "050 to 99"
                                : low == 100 ? "100 to 199"

@@ -1,0 +1,142 @@
+// `identify`, and `decode` without a format.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tests/cli/run_command.hpp"
+
+namespace biss::cli {
+namespace identify_verb_test {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using Words = std::vector<std::string>;
+
+class Identify : public testing::Test {
+ protected:
+  std::string simulated(const std::string& name, Words words) const {
+    const std::string path = folder_.path(name);
+    words.insert(words.begin(), "simulate");
+    words.insert(words.end(), {"-o", path});
+    const Outcome made = run(words);
+    EXPECT_EQ(made.status, 0) << made.err;
+    return path;
+  }
+  // The only row.
+  static nlohmann::json identified(const std::string& capture, int status) {
+    const Outcome outcome = run({"identify", capture, "--to", "jsonl"});
+    EXPECT_EQ(outcome.status, status) << outcome.err;
+    return nlohmann::json::parse(outcome.out);
+  }
+
+  const Folder folder_;
+};
+
+TEST_F(Identify, UnknownFormatInMotion_IsFoundWithItsLine) {
+  const std::string format = "pos24,nE,nW,lc6,crc9:0x2CF:0x15";
+  const std::string capture =
+      simulated("line.vcd", {"-f", format, "--clock", "2MHz", "--cable", "20m", "--cycles", "200",
+                             "--motion", "max", "--timeout", "static:20us"});
+  const nlohmann::json row = identified(capture, 1);
+  EXPECT_EQ(row["ma"], "MA");
+  EXPECT_EQ(row["slo"], "SLO");
+  EXPECT_EQ(row["inverted"], nullptr);
+  EXPECT_EQ(row["clock_hz"], 2'000'000);
+  EXPECT_EQ(row["format"], format);
+  EXPECT_EQ(row["protocol"], "biss_c");
+  EXPECT_EQ(row["cycles"], 200);
+  // Clock and length of the frames are constant, so that every rule fits.
+  EXPECT_EQ(row["timeout"], nullptr);
+}
+
+TEST_F(Identify, EncoderOfTheCatalogue_IsSureAndNamed) {
+  const nlohmann::json row = identified(
+      simulated("line.csv", {"-f", "fs-36-28", "--clock", "5MHz", "--cycles", "200"}), 0);
+  EXPECT_EQ(row["format"], "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0");
+  EXPECT_GE(row["confidence"], 0.9);
+  EXPECT_THAT(row["encoders"].get<std::string>(), HasSubstr("fs-36-28"));
+}
+
+TEST_F(Identify, DamagedCycles_DoNotSpoilIt) {
+  const nlohmann::json row =
+      identified(simulated("line.vcd", {"-f", "lenz-b3", "--cycles", "200", "--fault", "flip:0.03",
+                                        "--fault", "burst:0.03", "--fault", "lost_clock:0.02"}),
+                 0);
+  EXPECT_EQ(row["alternatives"].get<std::string>().find("st24,nE,nW,crc6"), std::string::npos);
+  EXPECT_THAT(row["encoders"].get<std::string>(), HasSubstr("lenz-b3"));
+}
+
+TEST_F(Identify, PositionAtRest_CannotBeKnown) {
+  const std::string capture =
+      simulated("line.vcd", {"-f", "resolute-26", "--cycles", "200", "--motion", "constant"});
+  EXPECT_EQ(identified(capture, 1)["confidence"], nullptr);
+  const Outcome decoded = run({"decode", capture, "--to", "csv"});
+  EXPECT_THAT(decoded.err, AllOf(HasSubstr("format      not known"), HasSubstr("did not move"),
+                                 HasSubstr("200 unchecked")));
+  for (const Row& row : rows_of(decoded.out)) EXPECT_EQ(row.at("position"), "");
+}
+
+TEST_F(Identify, DecodeWithoutFormat_GivesTheRowsOfTheFormat) {
+  const std::string capture = simulated("line.sr", {"-f", "resolute-32", "--clock", "1MHz",
+                                                    "--cycles", "200", "--fault", "flip:0.02"});
+  const Outcome found = run({"decode", capture, "--to", "csv"});
+  EXPECT_EQ(found.out, run({"decode", capture, "--to", "csv", "-f", "pos32,nE,nW,crc6;cds0"}).out);
+  EXPECT_THAT(found.err,
+              AllOf(HasSubstr("identified, confidence 1.00"),
+                    HasSubstr("-f \"pos32,nE,nW,crc6;cds0\""), HasSubstr("resolute-32")));
+}
+
+TEST_F(Identify, DecodeWithoutFormatFromAPipe_GivesTheSameRows) {
+  const std::string capture = simulated("line.vcd", {"-f", "resolute-26", "--cycles", "200"});
+  EXPECT_EQ(run({"decode", "-", "--to", "csv"}, capture).out,
+            run({"decode", capture, "--to", "csv"}).out);
+}
+
+TEST_F(Identify, FormatNone_ChecksTheStructureOnly) {
+  const std::string capture = simulated("line.vcd", {"-f", "resolute-26", "--cycles", "200"});
+  const Outcome outcome = run({"decode", capture, "--to", "csv", "-f", "none"});
+  for (const Row& row : rows_of(outcome.out)) EXPECT_EQ(row.at("status"), "unchecked");
+}
+
+TEST_F(Identify, TwoCapturesWithDifferentColumns_AreBothRead) {
+  const std::string one = simulated("one.vcd", {"-f", "resolute-26", "--cycles", "200"});
+  const std::string two = simulated("two.vcd", {"-f", "fs-36-28", "--cycles", "200"});
+  const Outcome outcome = run({"decode", one, two, "--to", "csv"});
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  const auto rows = rows_of(outcome.out);
+  ASSERT_EQ(rows.size(), 400U);
+  EXPECT_EQ(rows[199].at("status"), "ok");
+  EXPECT_EQ(rows[200].at("status"), "unchecked");
+  EXPECT_EQ(rows[200].at("file"), two);
+  EXPECT_THAT(outcome.err, HasSubstr("decode it alone"));
+  EXPECT_EQ(run({"identify", one, two, "--to", "csv"}).status, 0);
+}
+
+TEST_F(Identify, LineThatIsNoBissC_IsNamed) {
+  // 9600 Bd, 8N1, "biss identify" again and again on one line; the other one is idle.
+  std::string csv = "time_us,A,B\n0,1,1\n";
+  double time = 1000;
+  int level = 1;
+  for (int i = 0; i < 40; ++i) {
+    for (const char c : std::string("biss identify\r\n")) {
+      const int frame = (c << 1) | 0x200;
+      for (int bit = 0; bit < 10; ++bit) {
+        const int next = (frame >> bit) & 1;
+        if (next != level) csv += std::to_string(time) + ',' + std::to_string(next) + ",1\n";
+        level = next;
+        time += 1e6 / 9600;
+      }
+    }
+    time += 5000;
+  }
+  const std::string capture = folder_.file("text.csv", csv);
+  const nlohmann::json row = identified(capture, 1);
+  EXPECT_EQ(row["protocol"], "uart");
+  EXPECT_EQ(row["format"], nullptr);
+}
+
+}  // namespace identify_verb_test
+}  // namespace biss::cli
