@@ -146,6 +146,7 @@ bool DecodedCapture::open_next() {
       identify_format();
     } else if (!keeps_unknown_ || found.error() != ExitStatus::data_failed) {
       status = found.error();
+      if (identifies_ && status == ExitStatus::data_failed) warn_of_protocol();
     }
   }
   status_ = std::max(status_, status);
@@ -218,6 +219,23 @@ void DecodedCapture::take_finding(std::span<const identify::Sample> samples) {
 
 const identify::FormatCandidate* DecodedCapture::better_format() const {
   return finding_ && !finding_agrees_ ? finding_->sure() : nullptr;
+}
+
+identify::ProtocolGuess DecodedCapture::protocol() {
+  const auto first = input_.beginning();
+  const Picoseconds end = first.empty() ? Picoseconds{} : first.back().time;
+  return identify::recognise_protocol(first, input_.lines().size(), input_.sample_period(), end)
+      .front();
+}
+
+void DecodedCapture::warn_of_protocol() {
+  const identify::ProtocolGuess guess = protocol();
+  if (guess.protocol == identify::Protocol::unknown ||
+      guess.protocol == identify::Protocol::biss_c) {
+    return;
+  }
+  warn(fmt::format("{}: the lines look like {} ({})", input_.name(), name_of(guess.protocol),
+                   guess.why));
 }
 
 void DecodedCapture::measure_polarity(decode::FoundLines& found) {

@@ -15,6 +15,7 @@
 #include "decode/cycle.hpp"
 #include "decode/decoder.hpp"
 #include "identify/format.hpp"
+#include "identify/protocol.hpp"
 #include "report/table.hpp"
 
 namespace biss::cli {
@@ -90,6 +91,9 @@ class DecodedCapture {
   std::span<const wire::Edge> beginning() { return input_.beginning(); }
   /// A reader of cycles as read() uses it.
   decode::CycleReader reader() const { return decode::CycleReader(format_, timing_, margin_); }
+  /// What the lines at the beginning of the capture carry. \pre next() was true and read() has not
+  /// been called since
+  identify::ProtocolGuess protocol();
   /// One line: no cycle was found, and what to check.
   std::string no_request() const;
 
@@ -118,6 +122,7 @@ class DecodedCapture {
 
  private:
   bool open_next();
+  void warn_of_protocol();
   void identify_format();
   void identify_from_all();
   void take_finding(std::span<const identify::Sample> samples);

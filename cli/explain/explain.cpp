@@ -116,12 +116,7 @@ class ExplainRun {
 
   // Another protocol than BiSS C that these lines carry.
   std::optional<explain::OtherProtocol> other_protocol() {
-    const auto beginning = capture_.beginning();
-    const Picoseconds end = beginning.empty() ? Picoseconds{} : beginning.back().time;
-    const identify::ProtocolGuess guess =
-        identify::recognise_protocol(beginning, capture_.input().lines().size(),
-                                     capture_.input().sample_period(), end)
-            .front();
+    const identify::ProtocolGuess guess = capture_.protocol();
     using enum identify::Protocol;
     switch (guess.protocol) {
       case biss_c:

@@ -111,12 +111,7 @@ class IdentifyRun {
  private:
   // The row of one pair of lines.
   ExitStatus identify(report::TableWriter& writer, RunMessages& messages) {
-    const auto beginning = capture_.input().beginning();
-    const Picoseconds end = beginning.empty() ? Picoseconds{} : beginning.back().time;
-    const ProtocolGuess guess =
-        identify::recognise_protocol(beginning, capture_.input().lines().size(),
-                                     capture_.input().sample_period(), end)
-            .front();
+    const ProtocolGuess guess = capture_.protocol();
     const bool other = guess.protocol != Protocol::biss_c && guess.protocol != Protocol::unknown &&
                        guess.protocol != Protocol::clock_alone;
     if (!capture_.has_lines() || other) {
