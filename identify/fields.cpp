@@ -30,9 +30,10 @@ struct Division {
 class FieldSearch {
  public:
   FieldSearch(std::span<const DataWord> words, unsigned data_bits, double strays)
-      : words_(words), data_bits_(data_bits) {
+      : words_(words.begin(), words.end()), data_bits_(data_bits), strays_(strays) {
     fields_.channel.data_bits = static_cast<std::uint8_t>(data_bits);
     collect_history();
+    if (strays > 0.005 && drop_strays()) collect_history();
     find_moved(strays);
   }
 
@@ -46,7 +47,7 @@ class FieldSearch {
 
  private:
   void collect_history() {
-    history_.resize(data_bits_);
+    history_.assign(data_bits_, {});
     for (std::size_t i = 0; i < words_.size(); ++i) {
       const std::uint64_t changed = i == 0 ? 0 : words_[i].data ^ words_[i - 1].data;
       for (unsigned bit = 0; bit < data_bits_; ++bit) {
@@ -54,6 +55,22 @@ class FieldSearch {
         history_[bit].changes += (changed >> bit) & 1U;
       }
     }
+  }
+
+  // A word in which several bits differ from all others was damaged.
+  bool drop_strays() {
+    constexpr int least_bits = 3;
+    std::uint64_t once_one = 0;
+    std::uint64_t once_zero = 0;
+    for (unsigned bit = 0; bit < data_bits_; ++bit) {
+      const std::uint64_t mask = std::uint64_t{1} << bit;
+      if (history_[bit].ones == 1) once_one |= mask;
+      if (history_[bit].ones + 1 == words_.size()) once_zero |= mask;
+    }
+    return std::erase_if(words_, [&](const DataWord& word) {
+             const std::uint64_t odd = (word.data & once_one) | (~word.data & once_zero);
+             return std::popcount(odd) >= least_bits;
+           }) != 0;
   }
 
   std::size_t minority(unsigned bit) const {
@@ -85,10 +102,11 @@ class FieldSearch {
       const bool whole = steps.wrong == 0 && steps.restarts > (is_apart(counter) ? 0U : 1U) &&
                          division.position.count != 0;
       const double needed = whole ? -whole_counter_gain : least_gain;
+      const bool possible = whole || is_apart(counter);
+      const bool clear = possible && division.length + 2 * least_gain < without;
       doubtful =
-          doubtful || ((!whole || !proven) && std::abs(division.length - without) < 2 * least_gain);
-      if (!whole && !is_apart(counter)) continue;
-      if (division.length + needed < best_.length) best_ = division;
+          doubtful || (!(whole && proven) && !clear && division.length < without + 2 * least_gain);
+      if (possible && division.length + needed < best_.length) best_ = division;
     }
     if (doubtful) add(Doubt::counter);
     widen_counter();
@@ -226,14 +244,19 @@ class FieldSearch {
   // ---- The sign of life: a counter that goes up by one from request to request
 
   // Runs whose lowest bit changes in nearly every frame, and which count in most frames.
-  std::vector<Bits> possible_counters() const {
+  std::vector<Bits> possible_counters() {
     std::vector<Bits> counters;
     for (unsigned low = 0; low < data_bits_; ++low) {
       if (!is_moved(low) || 5 * history_[low].changes < 4 * (words_.size() - 1)) continue;
       Bits bits{low, 2};
       for (; bits.count <= max_life_counter_bits && bits.high() <= data_bits_; ++bits.count) {
         if (!is_moved(bits.high() - 1) || exceptions(bits) > 0.15) break;
-        if (bits.count >= 3 && !is_carried_into(bits)) counters.push_back(bits);
+        if (bits.count < 3) continue;
+        if (!is_carried_into(bits)) {
+          counters.push_back(bits);
+        } else if (carries_into(bits).overflows < 2 && count_steps(bits).restarts > 0) {
+          add(Doubt::counter);
+        }
       }
     }
     return counters;
@@ -357,13 +380,18 @@ class FieldSearch {
     const std::uint64_t position = low_mask(top_ - position_low_) << position_low_;
     fields_.position_moved = fields_.moved & position;
     if ((best_.flicker & position) != 0) add(Doubt::flag_place);
-    const unsigned lowest = best_.position.low;
-    if (best_.position.count > 1 && is_rare(lowest) && is_short_lived(lowest)) {
-      add(Doubt::flag_place);
-    }
+    judge_lowest_bits();
     const std::uint64_t unexplained = seen_ & ~fields_.flags_moved & ~counter.mask() &
                                       ~best_.position.mask() & ~(best_.flicker & position);
     if (unexplained != 0) add(Doubt::further_bits);
+  }
+
+  // Where the lowest bits of a position hardly move, they may be flags, and flags may be such bits.
+  void judge_lowest_bits() {
+    const unsigned lowest = best_.position.low;
+    if (best_.position.count < 2 || !is_rare(lowest)) return;
+    if (fields_.flags_moved != 0) add(Doubt::low_bits);
+    if (is_short_lived(lowest)) add(strays_ > 0.01 ? Doubt::low_bits : Doubt::flag_place);
   }
 
   bool is_flicker(unsigned bit) const { return ((best_.flicker >> bit) & 1U) != 0; }
@@ -462,6 +490,8 @@ class FieldSearch {
     const Coding coding = find_coding(words_, best_.position);
     if (!coding.sure) add(Doubt::order);
     if (coding.gray_bits == 0) return;
+    // The lowest bits of Gray code change half as often.
+    if (fields_.flags_moved != 0) add(Doubt::low_bits);
     ChannelFormat& channel = fields_.channel;
     const Field position = std::exchange(channel.position, {});
     const unsigned split = best_.position.low + coding.gray_bits;
@@ -483,8 +513,9 @@ class FieldSearch {
   static constexpr double least_gain = 24;
   static constexpr double whole_counter_gain = 8;
 
-  std::span<const DataWord> words_;
+  std::vector<DataWord> words_;
   unsigned data_bits_;
+  double strays_;
   std::vector<BitHistory> history_;
   Fields fields_;
   bool gray_ = false;

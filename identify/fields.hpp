@@ -19,10 +19,11 @@ enum class Doubt : std::uint8_t {
   flag_level,    ///< a flag is mostly 0: an active flag, or one that is active-high
   flag_place,    ///< a bit changes for single frames and is not where flags usually are
   counter,       ///< part of a position that counts frames, or a sign of life
+  low_bits,      ///< the lowest bits of the position hardly move, and flags do
   further_bits,  ///< bits move that are neither position, flag nor sign of life
 };
 
-inline constexpr std::size_t doubt_count = 6;
+inline constexpr std::size_t doubt_count = 7;
 
 /// The meaning of a channel's bits, without the checksum.
 struct Fields {

@@ -33,6 +33,9 @@ std::string_view sentence_of(Doubt doubt) {
     case Doubt::counter:
       return "some bits count the frames: a sign of life, or a position at constant speed; capture "
              "another speed";
+    case Doubt::low_bits:
+      return "the lowest bits of the position hardly move, and cannot be separated from flags: "
+             "capture another motion";
     case Doubt::further_bits:
       return "bits change that are neither position, flag nor sign of life";
   }

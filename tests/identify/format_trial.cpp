@@ -191,7 +191,32 @@ std::string mistake_in(const ChannelFormat& truth, const ChannelFormat& found,
   return "";
 }
 
-void compare(const FrameFormat& truth, std::span<const Sample> samples, TrialResult& result) {
+// Which bits of each channel moved in the frames that were sent without a fault.
+class Motions {
+ public:
+  explicit Motions(const FrameFormat& format) : format_(format) {}
+
+  void add(const sim::SimulatedCycle& cycle) {
+    constexpr sim::FaultSet harmless = sim::set_of(FaultKind::nE) | sim::set_of(FaultKind::nW);
+    if ((cycle.faults & ~harmless) != 0) return;
+    for (std::size_t k = 0; k < format_.channel_count; ++k) {
+      const std::uint64_t data = pack(format_.channel_list[k], cycle.sent.channel_list[k]);
+      if (!seen_) first_[k] = data;
+      moved_[k] |= data ^ first_[k];
+    }
+    seen_ = true;
+  }
+  std::uint64_t of(std::size_t channel) const { return moved_[channel]; }
+
+ private:
+  const FrameFormat& format_;
+  bool seen_ = false;
+  std::array<std::uint64_t, max_channels> first_{};
+  std::array<std::uint64_t, max_channels> moved_{};
+};
+
+void compare(const FrameFormat& truth, std::span<const Sample> samples, const Motions& motions,
+             TrialResult& result) {
   const FrameFormat& found = result.finding.candidates.front().format;
   if (found.channel_count != truth.channel_count) {
     result.mistake = "channels";
@@ -216,8 +241,9 @@ void compare(const FrameFormat& truth, std::span<const Sample> samples, TrialRes
     }
     if (!right.right) continue;
     if (!first) first = right;
-    for (std::size_t k = 0; k < truth.channel_count; ++k)
-      moved[k] |= right.data[k] ^ first->data[k];
+    for (std::size_t k = 0; k < truth.channel_count; ++k) {
+      moved[k] |= (right.data[k] ^ first->data[k]) & motions.of(k);
+    }
   }
   for (std::size_t k = 0; k < truth.channel_count && result.mistake.empty(); ++k) {
     const ChannelFormat& channel = truth.channel_list[k];
@@ -262,8 +288,11 @@ TrialResult run(const FormatTrial& trial) {
   std::uint64_t number = 0;
   decode::Decoder decoder(decode::CycleReader(std::nullopt, {}),
                           [&](const decode::Cycle& cycle) { collector.add(number++, cycle); });
+  Motions motions(trial.setup.format);
   for (unsigned i = 0; i < trial.cycles; ++i) {
-    decoder.push(line.next().edges, {.ma = sim::ma_line, .slo = sim::slo_line});
+    const sim::SimulatedCycle& cycle = line.next();
+    motions.add(cycle);
+    decoder.push(cycle.edges, {.ma = sim::ma_line, .slo = sim::slo_line});
   }
   decoder.finish(line.end());
   TrialResult result;
@@ -272,7 +301,7 @@ TrialResult run(const FormatTrial& trial) {
   if (result.finding.candidates.empty()) {
     result.mistake = "nothing";
   } else {
-    compare(trial.setup.format, collector.samples(), result);
+    compare(trial.setup.format, collector.samples(), motions, result);
   }
   return result;
 }
