@@ -97,6 +97,9 @@ class SampleClock {
   std::uint64_t step_;  // the period where it is a whole number of picoseconds, else 0
 };
 
+/// The period of a rate, rounded up to the picosecond. \pre rate is not 0 Hz
+Picoseconds longest_period(Hertz rate);
+
 /// The bytes of all samples, in order, in pieces of any length.
 class SamplePieces {
  public:
