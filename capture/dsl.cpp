@@ -316,4 +316,74 @@ Opened open_dsl(std::unique_ptr<ZipArchive> archive) {
   return std::make_unique<DslSource>(std::move(archive), std::move(*header));
 }
 
+DslWriter::DslWriter(const std::vector<std::string>& lines, Hertz rate, ByteSink& sink)
+    : SampledWriter(packed_layout(lines, rate), sink),
+      layout_(packed_layout(lines, rate)),
+      planes_(lines.size()) {}
+
+bool DslWriter::put_samples(std::string_view bytes) {
+  sample_ = 0;
+  for (std::size_t i = layout_.unit_bytes; i-- > 0;) {
+    sample_ = sample_ << 8U | static_cast<unsigned char>(bytes[i]);
+  }
+  std::uint64_t left = bytes.size() / layout_.unit_bytes;
+  total_samples_ += left;
+  while (left != 0) {
+    const std::uint64_t some = std::min(left, dsl_block_samples - block_samples_);
+    put_bits(some);
+    left -= some;
+    if (block_samples_ == dsl_block_samples && !put_block()) return false;
+  }
+  return true;
+}
+
+// Appends the last sample to the planes that many times.
+void DslWriter::put_bits(std::uint64_t samples) {
+  const auto first = static_cast<std::size_t>(block_samples_);
+  const auto end = first + static_cast<std::size_t>(samples);
+  for (std::size_t line = 0; line < planes_.size(); ++line) {
+    std::string& plane = planes_[line];
+    const bool high = (sample_ >> line & 1U) != 0;
+    const std::size_t began = plane.size();
+    plane.resize((end + 7) / 8, high ? '\xFF' : '\0');
+    if (!high) continue;
+    // Bits of bytes that are only partly these samples.
+    if (first % 8 != 0) {
+      plane[began - 1] = static_cast<char>(plane[began - 1] | (0xFF << first % 8));
+    }
+    if (end % 8 != 0) plane.back() = static_cast<char>(plane.back() & (0xFF >> (8 - end % 8)));
+  }
+  block_samples_ = end;
+}
+
+bool DslWriter::put_block() {
+  for (std::size_t line = 0; line < planes_.size(); ++line) {
+    const std::string name = "L-" + std::to_string(line) + '/' + std::to_string(blocks_);
+    if (!archive_.add(name, planes_[line], text())) refuse(WriteCause::too_large);
+    planes_[line].clear();
+    if (!flush_full()) return false;
+  }
+  block_samples_ = 0;
+  ++blocks_;
+  return true;
+}
+
+void DslWriter::put_close() {
+  // DSView reads samples by 64; those beyond the number in the header are not shown.
+  if (block_samples_ % word_bits != 0) put_bits(word_bits - block_samples_ % word_bits);
+  if (block_samples_ != 0 && !put_block()) return;
+  std::string header = "[version]\nversion = " + std::to_string(newest_version) +
+                       "\n[header]\ndriver = biss\ndevice mode = 0\ncapturefile = data\n";
+  header += "total samples = " + std::to_string(total_samples_) + '\n';
+  header += "total probes = " + std::to_string(planes_.size()) + '\n';
+  header += "total blocks = " + std::to_string(blocks_) + '\n';
+  header += "samplerate = " + sample_rate_text(layout_.rate) + '\n';
+  header += "trigger time = 0\ntrigger pos = 0\n";
+  for (const SampleLine& line : layout_.lines) {
+    header += "probe" + std::to_string(line.bit) + " = " + escaped(line.name) + '\n';
+  }
+  if (!archive_.add("header", header, text())) return refuse(WriteCause::too_large);
+  archive_.finish(text());
+}
+
 }  // namespace biss::capture

@@ -46,4 +46,27 @@ tl::expected<DslHeader, CaptureError> parse_dsl_header(std::string_view text);
 Opened open_dsl(std::unique_ptr<ByteSource> bytes);
 Opened open_dsl(std::unique_ptr<ZipArchive> archive);
 
+/// Writes a DSLogic capture of version 3. Line k is probe k; up to 64 lines. It holds back a block of
+/// every line, 2 MiB each. Fails with `too_large` when the archive would pass 4 GiB or 65535 members;
+/// see SampledWriter for the rest.
+class DslWriter final : public SampledWriter {
+ public:
+  /// \pre rate is not 0 Hz
+  DslWriter(const std::vector<std::string>& lines, Hertz rate, ByteSink& sink);
+
+ private:
+  bool put_samples(std::string_view bytes) override;
+  void put_close() override;
+  void put_bits(std::uint64_t samples);
+  bool put_block();
+
+  RawLayout layout_;
+  ZipWriter archive_;
+  std::vector<std::string> planes_;
+  std::uint64_t sample_ = 0;         // the last
+  std::uint64_t block_samples_ = 0;  // in the planes
+  std::uint64_t total_samples_ = 0;
+  std::uint64_t blocks_ = 0;
+};
+
 }  // namespace biss::capture

@@ -1,6 +1,7 @@
 #include "capture/saleae_binary.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -26,6 +27,14 @@ std::uint64_t get_number(const char* at, std::size_t bytes) {
   std::uint64_t number = 0;
   while (bytes-- > 0) number = number << 8U | static_cast<unsigned char>(at[bytes]);
   return number;
+}
+
+void put_number(std::string& out, std::uint64_t number, std::size_t bytes) {
+  for (; bytes-- > 0; number >>= 8U) out += static_cast<char>(number & 0xFFU);
+}
+
+void put_double(std::string& out, double value) {
+  put_number(out, std::bit_cast<std::uint64_t>(value), 8);
 }
 
 double get_double(const char* at) { return std::bit_cast<double>(get_number(at, 8)); }
@@ -257,6 +266,78 @@ Opened open_saleae_binary(std::unique_ptr<ByteSource> bytes, std::string name) {
   auto reader = std::make_unique<SaleaeBinary>(std::move(bytes), std::move(name));
   if (const auto error = reader->open()) return tl::unexpected(*error);
   return reader;
+}
+
+SaleaeBinaryWriter::SaleaeBinaryWriter(std::vector<std::string> lines, Hertz rate, ByteSink& sink)
+    : EdgeWriter(std::move(lines), sink), rate_(rate) {
+  if (this->lines().size() > 1) refuse(WriteCause::too_many_lines);
+}
+
+void SaleaeBinaryWriter::put(const wire::Edge& edge, bool) {
+  if (edge.level == wire::Level::unknown) {
+    if (level_ != wire::Level::unknown) end_chunk(edge.time);
+  } else if (level_ == wire::Level::unknown) {
+    first_level_ = edge.level;
+    begin_ = edge.time;
+  } else {
+    std::string change;
+    put_double(change, seconds_of(edge.time));
+    if (!changes_.append(change)) refuse(WriteCause::write_failed);
+    ++changes_in_chunk_;
+  }
+  level_ = edge.level;
+  last_ = edge.time;
+}
+
+// The header of the chunk, as version 1 has it.
+void SaleaeBinaryWriter::end_chunk(Picoseconds end) {
+  std::string header;
+  put_number(header, first_level_ == wire::Level::high ? 1 : 0, 4);
+  put_double(header, rate_.count);
+  put_double(header, seconds_of(begin_));
+  put_double(header, seconds_of(end));
+  put_number(header, changes_in_chunk_, 8);
+  if (!chunks_.append(header)) refuse(WriteCause::write_failed);
+  changes_in_chunk_ = 0;
+  ++chunk_count_;
+}
+
+void SaleaeBinaryWriter::put_end(Picoseconds end_time, bool later) {
+  // A channel without a level has one, so that the file can be read.
+  if (level_ == wire::Level::unknown && chunk_count_ == 0) {
+    first_level_ = wire::Level::low;
+    begin_ = end_time;
+    level_ = wire::Level::low;
+    later = true;
+  }
+  if (level_ != wire::Level::unknown) end_chunk(later ? end_time : last_);
+  if (!changes_.rewind() || !chunks_.rewind()) return refuse(WriteCause::write_failed);
+  const std::uint64_t version = chunk_count_ == 1 ? 0 : 1;
+  text() += saleae_magic;
+  put_number(text(), version, 4);
+  put_number(text(), digital, 4);
+  if (version == 1) put_number(text(), chunk_count_, chunk_count_bytes);
+  std::array<char, chunk_bytes_of_1> header{};
+  for (; chunk_count_ != 0; --chunk_count_) {
+    if (chunks_.read(header) != header.size()) return refuse(WriteCause::write_failed);
+    const std::string_view bytes(header.data(), header.size());
+    text() += bytes.substr(0, 4);
+    text() += bytes.substr(version == 0 ? 12 : 4);
+    put_changes(get_number(header.data() + 28, 8));
+  }
+}
+
+void SaleaeBinaryWriter::put_changes(std::uint64_t changes) {
+  constexpr std::uint64_t at_once = 1'024;
+  std::array<char, 8 * at_once> block{};
+  while (changes != 0) {
+    const auto some = static_cast<std::size_t>(std::min(changes, at_once));
+    const std::span<char> bytes = std::span(block).first(8 * some);
+    if (changes_.read(bytes) != bytes.size()) return refuse(WriteCause::write_failed);
+    text().append(bytes.data(), bytes.size());
+    changes -= some;
+    if (!flush_full()) return;
+  }
 }
 
 }  // namespace biss::capture

@@ -129,7 +129,8 @@ class SampledWriter : public EdgeWriter {
   /// `too_many_lines`. \pre otherwise fault_of(layout) is null
   SampledWriter(const RawLayout& layout, ByteSink& sink);
 
-  /// The bytes of the next samples, whole ones, at most 64 KiB at a time; calls flush_full().
+  /// The bytes of the next samples, whole ones and all equal, at most 64 KiB at a time; calls
+  /// flush_full().
   virtual bool put_samples(std::string_view bytes) = 0;
   /// The last sample has been put.
   virtual void put_close() = 0;

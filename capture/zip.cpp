@@ -8,12 +8,11 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <cstdlib>
-#include <filesystem>
 #include <limits>
 #include <new>
-#include <system_error>
 #include <utility>
+
+#include "capture/spool.hpp"
 
 namespace biss::capture {
 namespace {
@@ -28,11 +27,6 @@ T* or_throw(T* allocated) {
 }
 
 constexpr std::size_t most_in_memory = 16U * 1024U * 1024U;
-
-struct CloseStdio {
-  void operator()(std::FILE* file) const { std::fclose(file); }
-};
-using Stdio = std::unique_ptr<std::FILE, CloseStdio>;
 
 struct FreeSource {
   void operator()(zip_source_t* source) const { zip_source_free(source); }
@@ -55,23 +49,6 @@ Source source_of_file(Stdio file) {
   Source source(zip_source_filep_create(file.get(), 0, -1, nullptr));
   if (source) static_cast<void>(file.release());  // the source closes it
   return source;
-}
-
-// A file without a name in TMPDIR, /tmp by default. Null on failure.
-Stdio temporary_file() {
-  std::error_code none;
-  const std::filesystem::path folder = std::filesystem::temp_directory_path(none);
-  if (none) return nullptr;
-  int descriptor = ::open(folder.c_str(), O_RDWR | O_TMPFILE | O_CLOEXEC, 0600);
-  if (descriptor < 0) {
-    std::string path = (folder / "biss-XXXXXX").string();
-    descriptor = ::mkostemp(path.data(), O_CLOEXEC);
-    if (descriptor >= 0) ::unlink(path.c_str());
-  }
-  if (descriptor < 0) return nullptr;
-  Stdio file(::fdopen(descriptor, "w+b"));
-  if (!file) ::close(descriptor);
-  return file;
 }
 
 struct Gathered {

@@ -8,6 +8,7 @@ int main(int argc, char** argv) {
   Command command;
   add_decode(command);
   add_conform(command);
+  add_convert(command);
   add_crc(command);
   add_encoders(command);
   add_eds(command);
