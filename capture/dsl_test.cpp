@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 #include <string>
 #include <vector>
@@ -180,6 +181,58 @@ TEST(Dsl, DamagedArchives_AreNamed) {
   std::string flipped = zip_of(capture_of(samples, ma_and_slo));
   flipped[flipped.find("L-2/0") + 10] ^= 4;
   EXPECT_EQ(read_dsl(flipped).cause(), CaptureCause::damaged);
+}
+
+std::string written(const RawLayout& layout, const std::vector<wire::Edge>& edges,
+                    Picoseconds end) {
+  std::string bytes;
+  StringSink sink(bytes);
+  std::vector<std::string> names;
+  for (const SampleLine& line : layout.lines) names.push_back(line.name);
+  DslWriter writer(names, layout.rate, sink);
+  EXPECT_TRUE(writer.write(edges).ok());
+  EXPECT_TRUE(writer.finish(end).ok());
+  return bytes;
+}
+
+TEST(DslWriter, RandomSamples_ComeBack) {
+  std::mt19937_64 random(7'702);
+  for (int i = 0; i < 100; ++i) {
+    const std::size_t unit_bytes = 1 + random() % 8;
+    RawLayout layout = random_layout(random, unit_bytes, megahertz(100));
+    const std::string samples = random_samples(random, unit_bytes, 1 + random() % 3'000);
+    const auto edges = plain_edges(layout, samples);
+    const Picoseconds end =
+        nanoseconds(10) * static_cast<std::int64_t>(samples.size() / unit_bytes - 1);
+    const Read read = read_dsl(written(layout, edges, end));
+    EXPECT_FALSE(read.error);
+    EXPECT_EQ(read.lines.size(), layout.lines.size());
+    EXPECT_EQ(read.end_time, end);
+    // Changes of one time come by lines here and by bits there.
+    std::vector<wire::Edge> sorted = edges;
+    std::stable_sort(sorted.begin(), sorted.end(), [](const wire::Edge& a, const wire::Edge& b) {
+      return a.time != b.time ? a.time < b.time : a.line < b.line;
+    });
+    ASSERT_TRUE(read.edges == sorted) << i;
+  }
+}
+
+TEST(DslWriter, ChangesAroundTheEndOfABlock_ComeBack) {
+  const std::int64_t block = std::int64_t{dsl_block_samples} * 10'000;
+  const std::vector<wire::Edge> edges{edge(0, 0, '1'),
+                                      edge(0, 1, '0'),
+                                      edge(block - 20'000, 1, '1'),
+                                      edge(block - 10'000, 0, '0'),
+                                      edge(block, 1, '0'),
+                                      edge(block + 10'000, 0, '1'),
+                                      edge(2 * block + 30'000, 0, '0')};
+  const RawLayout layout{megahertz(100), 1, {{"MA", 0}, {" =SLO", 1}}};
+  const Picoseconds end{2 * block + 50'000};
+  const Read read = read_dsl(written(layout, edges, end));
+  EXPECT_FALSE(read.error);
+  EXPECT_EQ(read.edges, edges);
+  EXPECT_EQ(read.lines, (std::vector<std::string>{"MA", " =SLO"}));
+  EXPECT_EQ(read.end_time, end);
 }
 
 TEST(Dsl, Content_DecidesWhateverTheExtension) {

@@ -171,6 +171,57 @@ TEST(SaleaeBinary, ErrorInAChunk_NamesIt) {
             "a.bin: chunk 2: time runs backwards; sort by time or export the capture again");
 }
 
+TEST(SaleaeBinaryWriter, RandomLevels_ComeBack) {
+  std::mt19937_64 random(7'603);
+  for (int i = 0; i < 200; ++i) {
+    std::vector<wire::Edge> edges;
+    std::int64_t now = -static_cast<std::int64_t>(random() % 1'000'000);
+    char level = '0';
+    const std::size_t count = 1 + random() % 300;
+    const bool unknown = i % 2 == 0;
+    for (std::size_t k = 0; k < count; ++k) {
+      edges.push_back(edge(now, 0, level));
+      now += static_cast<std::int64_t>(1 + random() % 100'000);
+      const char before = level;
+      while (level == before) level = (unknown ? "01x" : "01")[random() % (unknown ? 3 : 2)];
+    }
+    if (edges.back().level == wire::Level::unknown) edges.pop_back();
+    const Picoseconds end = edges.back().time + nanoseconds(7);
+    std::string bytes;
+    StringSink sink(bytes);
+    SaleaeBinaryWriter writer({"MA"}, megahertz(0), sink);
+    ASSERT_TRUE(writer.write(edges).ok());
+    ASSERT_TRUE(writer.finish(end).ok());
+    const Read read = read_binary(bytes);
+    EXPECT_FALSE(read.error);
+    ASSERT_TRUE(read.edges == edges) << i;
+    EXPECT_EQ(read.end_time, end);
+  }
+}
+
+TEST(SaleaeBinaryWriter, TwoLines_AreRefused) {
+  std::string bytes;
+  StringSink sink(bytes);
+  SaleaeBinaryWriter writer({"MA", "SLO"}, {}, sink);
+  EXPECT_EQ(writer.write({}).error(), WriteCause::too_many_lines);
+}
+
+TEST(Spool, MoreThanMemoryHolds_ComesBackFromTheFile) {
+  for (const std::size_t count : {std::size_t{0}, std::size_t{10}, std::size_t{5'000'000}}) {
+    Spool spool;
+    for (std::size_t i = 0; i < count; ++i) ASSERT_TRUE(spool.append(little(i, 4)));
+    ASSERT_TRUE(spool.rewind());
+    std::string block(4'000, ' ');
+    std::string text;
+    while (const std::size_t got = spool.read(block)) text.append(block, 0, got);
+    ASSERT_EQ(text.size(), 4 * count);
+    if (count != 0) {
+      EXPECT_EQ(text.substr(text.size() - 4), little(count - 1, 4));
+      EXPECT_EQ(text.substr(4 * (count / 2), 4), little(count / 2, 4));
+    }
+  }
+}
+
 TEST(SaleaeBinary, Line_IsCalledAsTheFile) {
   const std::string bytes = version_0(0, 0, 1, {});
   const auto name_in = [&](const char* path) {

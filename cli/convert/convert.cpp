@@ -262,15 +262,14 @@ class ConvertRun {
 
 void add_convert(Command& command) {
   const auto options = std::make_shared<ConvertOptions>();
-  Verb verb =
-      command.add_verb({.name = "convert",
-                        .purpose = "Write a capture in another format, or a part of it",
-                        .examples = {"biss convert capture.vcd capture.sr --rate 100MHz",
-                                     "biss convert digital_0.bin digital_1.bin --line digital_0=MA "
-                                     "--line digital_1=SLO line.vcd",
-                                     "biss convert capture.csv.gz part.csv --since 1ms --until 2ms",
-                                     "biss convert capture.sr - --to vcd"}},
-                       [options] { return ConvertRun(*options).run(); });
+  Verb verb = command.add_verb(
+      {.name = "convert",
+       .purpose = "Write a capture in another format, or a part of it",
+       .examples = {"biss convert capture.vcd capture.sr --rate 100MHz",
+                    "biss convert ma.csv slo.csv line.vcd --line D0=MA --line D1=SLO",
+                    "biss convert capture.csv part.csv --since 1ms --until 2ms",
+                    "biss convert capture.sr - --to vcd"}},
+      [options] { return ConvertRun(*options).run(); });
   verb.add_option("FILE", options->input.files,
                   "Captures, read as one whose times count from the same moment; the last file is "
                   "the one to write, unless -o names it; - is standard input or output");
