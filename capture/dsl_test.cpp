@@ -197,7 +197,7 @@ std::string written(const RawLayout& layout, const std::vector<wire::Edge>& edge
 
 TEST(DslWriter, RandomSamples_ComeBack) {
   std::mt19937_64 random(7'702);
-  for (int i = 0; i < 100; ++i) {
+  for (int i = 0; i < 40; ++i) {
     const std::size_t unit_bytes = 1 + random() % 8;
     RawLayout layout = random_layout(random, unit_bytes, megahertz(100));
     const std::string samples = random_samples(random, unit_bytes, 1 + random() % 3'000);

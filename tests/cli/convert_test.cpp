@@ -306,6 +306,22 @@ TEST(Convert, MoreSamplesThanADiskHolds_AreRefused) {
   EXPECT_EQ(folder.files(), 1U);
 }
 
+TEST(Convert, SmallFileThatDecompressesToALargeOne_NeedsLittleMemory) {
+  const Folder folder;
+  std::string text = "time_ns,MA,SLO\n0,1,1\n";
+  text.append(std::size_t{100} << 20U, '\n');
+  const std::string in = folder.file("in.csv", text);
+  if (std::system(("gzip -1 " + in).c_str()) != 0) GTEST_SKIP() << "no gzip";
+  text.clear();
+  text.shrink_to_fit();
+  ASSERT_LT(std::filesystem::file_size(in + ".gz"), 1'000'000U);
+  const Outcome done = convert({in + ".gz", folder.path("out.vcd")});
+  EXPECT_EQ(done.status, 0) << done.err;
+  EXPECT_TRUE(contains(content_of(folder.path("out.vcd")), "#0\n1!\n1\"\n"));
+  const Outcome raw = convert({in + ".gz", folder.path("out.sr"), "--rate", "1MHz"});
+  EXPECT_EQ(raw.status, 0) << raw.err;
+}
+
 class ConvertSigrok : public testing::Test {
  protected:
   static bool runs(const std::string& command) {
