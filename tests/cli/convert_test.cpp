@@ -308,18 +308,21 @@ TEST(Convert, MoreSamplesThanADiskHolds_AreRefused) {
 
 TEST(Convert, SmallFileThatDecompressesToALargeOne_NeedsLittleMemory) {
   const Folder folder;
-  std::string text = "time_ns,MA,SLO\n0,1,1\n";
-  text.append(std::size_t{100} << 20U, '\n');
-  const std::string in = folder.file("in.csv", text);
-  if (std::system(("gzip -1 " + in).c_str()) != 0) GTEST_SKIP() << "no gzip";
-  text.clear();
-  text.shrink_to_fit();
+  const std::string in = folder.path("in.csv");
+  // Made by a shell, because a process inherits the peak of its parent.
+  const std::string made =
+      "(printf 'time_ns,MA,SLO\\n0,1,1\\n'; head -c 104857600 /dev/zero | "
+      "tr '\\0' '\\n') | gzip -1 >" +
+      in + ".gz";
+  ASSERT_EQ(std::system(made.c_str()), 0);
   ASSERT_LT(std::filesystem::file_size(in + ".gz"), 1'000'000U);
   const Outcome done = convert({in + ".gz", folder.path("out.vcd")});
   EXPECT_EQ(done.status, 0) << done.err;
   EXPECT_TRUE(contains(content_of(folder.path("out.vcd")), "#0\n1!\n1\"\n"));
-  const Outcome raw = convert({in + ".gz", folder.path("out.sr"), "--rate", "1MHz"});
-  EXPECT_EQ(raw.status, 0) << raw.err;
+#if !defined(__has_feature)
+  // A sanitized process needs more. The text alone has 102400 KiB.
+  EXPECT_LT(done.peak_kib, 90'000);
+#endif
 }
 
 class ConvertSigrok : public testing::Test {
