@@ -36,6 +36,7 @@ enum class CaptureCause : std::uint8_t {
   time_backwards,     ///< a time before the previous one
   time_out_of_range,  ///< a time beyond what 64-bit picoseconds hold
   damaged,            ///< an archive or its compressed data is not whole
+  too_large,          ///< a compressed archive beyond what is copied to a temporary file
   layout_missing,     ///< raw samples, and no layout given for them
   bad_layout,         ///< the layout given for raw samples is not possible
   truncated,          ///< the file ends inside a token, a header, a row or a sample
@@ -79,6 +80,10 @@ class EdgeSource {
   /// The longest time between two samples: a change has the time of the first sample that shows it. 0 where the
   /// file holds changes.
   virtual Picoseconds sample_period() const { return {}; }
+
+  /// The rate of the samples; 0 Hz where the file holds changes, and where its rate is no whole number
+  /// of hertz or changes.
+  virtual Hertz sample_rate() const { return {}; }
 
   /// These are raw samples, read by the layout that the caller gave.
   virtual bool is_raw() const { return false; }

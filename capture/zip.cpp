@@ -8,12 +8,11 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <cstdlib>
-#include <filesystem>
 #include <limits>
 #include <new>
-#include <system_error>
 #include <utility>
+
+#include "capture/spool.hpp"
 
 namespace biss::capture {
 namespace {
@@ -28,11 +27,6 @@ T* or_throw(T* allocated) {
 }
 
 constexpr std::size_t most_in_memory = 16U * 1024U * 1024U;
-
-struct CloseStdio {
-  void operator()(std::FILE* file) const { std::fclose(file); }
-};
-using Stdio = std::unique_ptr<std::FILE, CloseStdio>;
 
 struct FreeSource {
   void operator()(zip_source_t* source) const { zip_source_free(source); }
@@ -57,26 +51,9 @@ Source source_of_file(Stdio file) {
   return source;
 }
 
-// A file without a name in TMPDIR, /tmp by default. Null on failure.
-Stdio temporary_file() {
-  std::error_code none;
-  const std::filesystem::path folder = std::filesystem::temp_directory_path(none);
-  if (none) return nullptr;
-  int descriptor = ::open(folder.c_str(), O_RDWR | O_TMPFILE | O_CLOEXEC, 0600);
-  if (descriptor < 0) {
-    std::string path = (folder / "biss-XXXXXX").string();
-    descriptor = ::mkostemp(path.data(), O_CLOEXEC);
-    if (descriptor >= 0) ::unlink(path.c_str());
-  }
-  if (descriptor < 0) return nullptr;
-  Stdio file(::fdopen(descriptor, "w+b"));
-  if (!file) ::close(descriptor);
-  return file;
-}
-
 struct Gathered {
   Stdio file;  // null when everything is in memory
-  bool ok = false;
+  std::optional<CaptureError> error;
 };
 
 bool write_all(std::string_view bytes, std::FILE* file) {
@@ -93,18 +70,25 @@ Gathered gather(ByteSource& bytes, std::string& memory) {
   for (;;) {
     if (filled == memory.size()) memory.resize(filled + std::clamp(filled, least_room, most_room));
     const auto got = bytes.read(std::span(memory).subspan(filled));
-    if (!got.ok()) return gathered;
+    if (!got.ok()) {
+      gathered.error = got.error();
+      return gathered;
+    }
     if (*got == 0) break;
     filled += *got;
     if (filled < most_in_memory) continue;
     if (!gathered.file) gathered.file = temporary_file();
-    if (!gathered.file || !write_all({memory.data(), filled}, gathered.file.get())) return gathered;
+    if (!gathered.file || !write_all({memory.data(), filled}, gathered.file.get())) {
+      gathered.error = read_failed;
+      return gathered;
+    }
     filled = 0;
   }
   memory.resize(filled);
-  gathered.ok = true;
   if (!gathered.file) return gathered;
-  gathered.ok = write_all(memory, gathered.file.get()) && std::fflush(gathered.file.get()) == 0;
+  if (!write_all(memory, gathered.file.get()) || std::fflush(gathered.file.get()) != 0) {
+    gathered.error = read_failed;
+  }
   memory = {};
   return gathered;
 }
@@ -131,7 +115,7 @@ bool is_numbered(std::string_view name, std::string_view begins) {
 }
 
 // All of `into`, from a file that may give less at a time.
-bool read_whole(zip_file_t* file, std::span<std::uint8_t> into) {
+bool fill(zip_file_t* file, std::span<std::uint8_t> into) {
   while (!into.empty()) {
     const zip_int64_t got = zip_fread(file, into.data(), into.size());
     if (got <= 0) return false;
@@ -200,6 +184,10 @@ void ZipArchive::CloseArchive::operator()(zip* archive) const { zip_discard(arch
 
 void ZipArchive::CloseFile::operator()(zip_file* file) const { zip_fclose(file); }
 
+bool looks_like_zip(std::string_view head) {
+  return head.starts_with("PK\x03\x04") || head.starts_with("PK\x05\x06");
+}
+
 ZipArchive::~ZipArchive() = default;
 
 OpenedZip ZipArchive::open(std::unique_ptr<ByteSource> bytes) {
@@ -214,7 +202,7 @@ std::optional<CaptureError> ZipArchive::open_source(std::unique_ptr<ByteSource> 
     source = source_of_file(reopened(descriptor));
   } else {
     Gathered gathered = gather(*bytes, memory_);
-    if (!gathered.ok) return read_failed;
+    if (gathered.error) return gathered.error;
     source = gathered.file
                  ? source_of_file(std::move(gathered.file))
                  : Source(zip_source_buffer_create(memory_.data(), memory_.size(), 0, nullptr));
@@ -267,7 +255,7 @@ std::uint64_t ZipArchive::count_numbered(std::string_view name_begins) const {
 bool ZipArchive::read_compressed(const ZipMember& member, std::span<std::uint8_t> into) {
   const std::unique_ptr<zip_file, CloseFile> file(
       zip_fopen_index(archive_.get(), member.index, ZIP_FL_COMPRESSED));
-  return file && read_whole(file.get(), into);
+  return file && fill(file.get(), into);
 }
 
 std::optional<std::string> ZipArchive::read_text(const ZipMember& member, std::size_t max_bytes) {
@@ -280,6 +268,13 @@ std::optional<std::string> ZipArchive::read_text(const ZipMember& member, std::s
     if (*got == 0) return text;
     text.append(block.begin(), block.begin() + *got);
   }
+}
+
+bool ZipArchive::read_whole(const ZipMember& member, std::span<std::uint8_t> into) {
+  if (!begin_stream(member) || !fill(stream_.get(), into)) return false;
+  // The checksum is verified at the end.
+  std::uint8_t more = 0;
+  return read_stream({&more, 1}) == std::size_t{0};
 }
 
 bool ZipArchive::begin_stream(const ZipMember& member) {

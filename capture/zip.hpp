@@ -54,6 +54,9 @@ class Deflater {
 /// CRC-32 as ZIP has it.
 std::uint32_t zip_checksum(std::span<const std::uint8_t> bytes);
 
+/// Whether a file that begins so may be a ZIP archive.
+bool looks_like_zip(std::string_view head);
+
 /// What the archive's directory says of a member; not yet known to be true.
 struct ZipMember {
   std::uint64_t index = 0;
@@ -92,6 +95,9 @@ class ZipArchive {
   /// A small member as it was before compression; nothing when it cannot be read, is damaged, or
   /// has more than `max_bytes`.
   std::optional<std::string> read_text(const ZipMember& member, std::size_t max_bytes);
+
+  /// Reads a member of any compression. False when it is damaged or has another size.
+  bool read_whole(const ZipMember& member, std::span<std::uint8_t> into);
 
   /// Reads a member of any size and compression piece by piece, slower than an Inflater. False when
   /// it cannot be opened.

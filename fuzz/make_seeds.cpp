@@ -12,6 +12,7 @@
 #include "capture/event_csv.hpp"
 #include "capture/vcd.hpp"
 #include "fuzz/capture_seeds.hpp"
+#include "fuzz/compress.hpp"
 #include "fuzz/dump_text.hpp"
 #include "fuzz/frame_formats.hpp"
 #include "fuzz/raw_header.hpp"
@@ -168,6 +169,9 @@ int main(int argc, char** argv) {
   Corpus saleae(root / "saleae");
   Corpus sr(root / "sr");
   Corpus raw(root / "raw");
+  Corpus dsl(root / "dsl");
+  Corpus saleae_binary(root / "saleae_binary");
+  Corpus compressed(root / "compressed");
   Corpus replay(root / "replay");
   Corpus eds(root / "eds");
   Corpus dump(root / "dump");
@@ -189,6 +193,9 @@ int main(int argc, char** argv) {
     saleae.add(biss::fuzz::saleae_seed(seed));
     sr.add(biss::fuzz::sr_seed(seed));
     raw.add(raw_samples(seed));
+    dsl.add(biss::fuzz::dsl_seed(seed));
+    saleae_binary.add(biss::fuzz::saleae_binary_seed(seed));
+    compressed.add(biss::fuzz::compressed_seed(seed));
     replay.add(replay_train(k, seed));
     eds.add(biss::fuzz::eds_seed(seed));
     dump.add(std::string(2, '\0') + biss::fuzz::dump_file_seed(seed));
