@@ -75,4 +75,9 @@ Picoseconds MergedSource::sample_period() const {
   return longest;
 }
 
+bool MergedSource::is_analog() const {
+  return std::any_of(inputs_.begin(), inputs_.end(),
+                     [](const Input& input) { return input.source->is_analog(); });
+}
+
 }  // namespace biss::capture

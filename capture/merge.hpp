@@ -32,6 +32,8 @@ class MergedSource final : public EdgeSource {
   Picoseconds end_time() const override;
   /// The longest of the sources' sample periods.
   Picoseconds sample_period() const override;
+  /// Of any source.
+  bool is_analog() const override;
 
   /// Which source the error of next_block() comes from.
   std::size_t failed_source() const { return failed_source_; }

@@ -5,6 +5,8 @@
 #include <utility>
 
 #include "capture/event_csv.hpp"
+#include "capture/saleae_analog.hpp"
+#include "capture/sampled_csv.hpp"
 #include "capture/samples.hpp"
 #include "capture/sr.hpp"
 #include "capture/text_source.hpp"
@@ -13,13 +15,14 @@
 namespace biss::capture {
 namespace {
 
-enum class Format : std::uint8_t { vcd, event_csv, sr, raw, other };
+enum class Format : std::uint8_t { vcd, event_csv, sampled_csv, saleae_analog, sr, raw, other };
 
 // Enough for the comments before a header, little enough to keep.
 constexpr std::size_t head_bytes = 65'536;
 
 constexpr const char* expected_text =
-    "a VCD, a sigrok session, or a CSV with a header such as time_ns,MA,SLO";
+    "a VCD, a sigrok session, the CSV of an oscilloscope, or a CSV with a header such as "
+    "time_ns,MA,SLO";
 constexpr const char* expected_layout = "the sample rate, unit size and bits";
 
 // Formats of captures that are not read, by their first bytes.
@@ -45,8 +48,13 @@ std::string_view first_row(std::string_view text) {
   return {};
 }
 
-Format format_of_content(std::string_view head) {
+// `whole`: no more is going to be seen; else `other` may be another format once more is seen.
+Format format_of_content(std::string_view head, bool whole) {
   if (looks_like_zip(head)) return Format::sr;
+  if (looks_like_saleae_analog(head)) return Format::saleae_analog;
+  const Likeness sampled = looks_like_sampled_csv(head, whole);
+  if (sampled == Likeness::yes) return Format::sampled_csv;
+  if (sampled == Likeness::not_yet) return Format::other;
   const std::string_view row = first_row(head);
   if (row.size() > 1 && row[0] == '$' && row[1] >= 'a' && row[1] <= 'z') return Format::vcd;
   if (looks_like_event_csv(row)) return Format::event_csv;
@@ -72,10 +80,11 @@ const char* other_format_of(std::string_view head) {
 
 // Raw samples have no signature: where a layout is given, the file name alone selects them.
 Format format_of(std::string_view head, std::string_view path, bool raw_given) {
+  if (looks_like_saleae_analog(head)) return Format::saleae_analog;
   if (head.starts_with(saleae_binary)) return Format::other;
   const Format by_name = format_of_extension(path);
   if (raw_given && by_name == Format::raw) return Format::raw;
-  if (const Format by_content = format_of_content(head); by_content != Format::other) {
+  if (const Format by_content = format_of_content(head, true); by_content != Format::other) {
     return by_content;
   }
   if (by_name == Format::other && raw_given) return Format::raw;
@@ -88,6 +97,10 @@ Opened open_as(Format format, std::unique_ptr<ByteSource> bytes, const OpenOptio
       return open_vcd(std::move(bytes));
     case Format::event_csv:
       return open_event_csv(std::move(bytes));
+    case Format::sampled_csv:
+      return open_sampled_csv(std::move(bytes), options.analog);
+    case Format::saleae_analog:
+      return open_saleae_analog(std::move(bytes), options.analog);
     case Format::sr:
       return open_sr(std::move(bytes));
     case Format::raw:
@@ -145,6 +158,11 @@ std::pair<const char*, const char*> words_of(CaptureCause cause) {
       return {"the layout of raw samples is not known", "give their layout"};
     case CaptureCause::bad_layout:
       return {"has an impossible layout", "correct the layout given"};
+    case CaptureCause::no_two_levels:
+      return {"no signal with two levels", "give the threshold, as in --threshold 1.5V"};
+    case CaptureCause::no_such_channel:
+      return {"--differential does not name two of its analog channels",
+              "give the names of its header, as in CH1-CH2=MA"};
     case CaptureCause::truncated:
       return {"the file ends in the middle", "the part before was read; export the rest again"};
   }
@@ -166,7 +184,7 @@ Opened open_capture(std::unique_ptr<ByteSource> bytes, std::string_view path,
     // Judged when it has doubled: sources may hand out single bytes.
     if (head.size() < 2 * judged) continue;
     judged = head.size();
-    if (format_of_content(head) != Format::other) break;
+    if (format_of_content(head, false) != Format::other) break;
   }
   const Format format = format_of(head, path, options.raw.has_value());
   if (const char* const expected = format == Format::other ? other_format_of(head) : nullptr) {
