@@ -105,6 +105,9 @@ std::optional<CaptureError> SampledCsvReader::read_beginning() {
     const std::string_view trimmed = trim_cell(text, ',');
     if (trimmed.empty()) continue;
     any_text = true;
+    // There may be thousands of them before the first sample.
+    const bool sigrok = !beginning_.empty() && beginning_[0].text.starts_with(';');
+    if (sigrok && is_sigrok_remark(trimmed)) continue;
     bytes += text.size();
     beginning_.push_back({std::string(text), line_, window_.unterminated()});
   }
@@ -250,6 +253,7 @@ void SampledCsvReader::read_row(std::string_view row, bool cut, SampleRows& rows
   const std::string_view trimmed = trim_cell(row, layout_.separator);
   if (trimmed.empty() || trimmed.front() == '#') return;
   if (trimmed.front() == ';' && layout_.separator != ';') return;
+  if (layout_.skips_remarks && is_sigrok_remark(trimmed)) return;
   Picoseconds time;
   if (!read_cells(row, cut) || !read_time(time_text_, time_column_, time)) {
     // A number that was cut off is no fault of the row.

@@ -24,6 +24,9 @@ enum class Likeness : std::uint8_t { no, yes, not_yet };
 /// \param whole the file has no more than this
 Likeness looks_like_sampled_csv(std::string_view head, bool whole);
 
+/// A row that sigrok-cli writes among the samples: `A0: 3.0902 V DC`.
+bool is_sigrok_remark(std::string_view row);
+
 /// A column of the file that is a channel.
 struct CsvChannel {
   std::size_t cell = 0;  ///< counted from 0
@@ -36,6 +39,8 @@ struct CsvChannel {
 /// `time_cell`, or the number of the row where there is none.
 struct SampledCsvLayout {
   char separator = ',';
+  /// Rows that are remarks of sigrok-cli are skipped.
+  bool skips_remarks = false;
   std::size_t header_rows = 0;
   std::optional<std::size_t> time_cell;
   int time_scale = 12;

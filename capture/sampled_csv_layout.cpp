@@ -219,7 +219,9 @@ class LayoutParser {
 bool LayoutParser::find_samples(CsvMaker maker) {
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     if (is_skipped(rows_[i])) continue;
-    if (maker == CsvMaker::sigrok && rows_[i].starts_with(';')) continue;
+    if (maker == CsvMaker::sigrok && (rows_[i].starts_with(';') || is_sigrok_remark(rows_[i]))) {
+      continue;
+    }
     if (is_data(cells(i), layout_.separator)) {
       samples_ = i;
       return true;
@@ -386,6 +388,7 @@ LayoutParser::Done LayoutParser::take_sigrok() {
   const std::string time_name = lower_case(heads[0]);
   const bool has_time = time_name.starts_with("time") || time_name.ends_with("seconds");
   take_rate(rate, time_name);
+  layout_.skips_remarks = true;
   if (has_time) layout_.time_cell = 0;
   if (!has_time) layout_.index_step = 1;
   std::string list = comment("): ");
@@ -402,7 +405,7 @@ LayoutParser::Done LayoutParser::take_sigrok() {
     // A unit, or a voltage in the first rows.
     bool analog = heads[i] == "V" || contains(heads[i], "V DC") || contains(heads[i], "V AC");
     for (std::size_t row = samples_; row < rows_.size() && heads[i] != "logic"; ++row) {
-      if (is_skipped(rows_[row])) continue;
+      if (is_skipped(rows_[row]) || is_sigrok_remark(rows_[row])) continue;
       const Cells values = cells(row);
       const bool level = i >= values.size() || values[i].empty() || values[i] == "0" ||
                          values[i] == "1" || lower_case(values[i]) == "x";
@@ -486,6 +489,10 @@ Likeness looks_like_sampled_csv(std::string_view head, bool whole) {
     head.remove_prefix(end == std::string_view::npos ? head.size() : end + 1);
   }
   return judge(rows, whole || rows.size() > rows_judged).likeness;
+}
+
+bool is_sigrok_remark(std::string_view row) {
+  return !row.empty() && row.front() >= 'A' && row.find(": ") != std::string_view::npos;
 }
 
 tl::expected<SampledCsvLayout, const char*> parse_sampled_csv_layout(

@@ -49,7 +49,7 @@ void add_analog_options(Verb verb, capture::AnalogOptions& analog) {
           "Threshold of analog channels and its hysteresis (100mV by default); by default both are "
           "measured for each channel at the beginning of the capture")
       .type_name("VOLTAGE[:VOLTAGE]");
-  verb.add_text_option(
+  verb.add_repeated_option(
           "--differential",
           [&analog](const std::string& text) {
             analog.differentials.push_back(differential_of(text));
