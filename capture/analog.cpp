@@ -25,6 +25,13 @@ bool is_voltage(Nanovolts sample) {
   return sample <= over_range && sample >= Nanovolts{-over_range.count};
 }
 
+// Limited to what a duration can be.
+Picoseconds elapsed(Picoseconds from, Picoseconds to) {
+  const auto ps = static_cast<std::uint64_t>(to.count) - static_cast<std::uint64_t>(from.count);
+  constexpr auto longest = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
+  return {static_cast<std::int64_t>(std::min(ps, longest))};
+}
+
 // A line and the columns that it is made of.
 struct AnalogLine {
   std::size_t plus = 0;
@@ -96,7 +103,7 @@ class Slicer {
     const std::int64_t limit = level == high ? upper_ : lower_;
     const double share =
         static_cast<double>(limit - last_) / static_cast<double>(sample.count - last_);
-    const double step = static_cast<double>((time - last_time_).count);
+    const double step = static_cast<double>(elapsed(last_time_, time).count);
     const std::int64_t offset = std::llround(std::clamp(share, 0.0, 1.0) * step);
     return std::min(time, last_time_ + picoseconds(offset));
   }
@@ -325,7 +332,7 @@ void AnalogSource::measure_period() {
   if (sample_period_ != Picoseconds{}) return;
   hold_more(rows_of_period);
   for (std::size_t i = 1; i < std::min(rows_held(), rows_of_period); ++i) {
-    sample_period_ = std::max(sample_period_, rows_.times[i] - rows_.times[i - 1]);
+    sample_period_ = std::max(sample_period_, elapsed(rows_.times[i - 1], rows_.times[i]));
   }
 }
 

@@ -42,9 +42,9 @@ struct Differential {
 /// What the user says about analog channels.
 struct AnalogOptions {
   /// For every analog line. Nothing: measured for each line at the beginning of the capture.
-  std::optional<Threshold> threshold;
+  std::optional<Threshold> threshold = {};
   /// Their channels are no lines of their own.
-  std::vector<Differential> differentials;
+  std::vector<Differential> differentials = {};
 
   bool given() const { return threshold.has_value() || !differentials.empty(); }
 };

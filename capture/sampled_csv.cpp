@@ -6,6 +6,7 @@
 
 #include "capture/csv_cells.hpp"
 #include "capture/decimal.hpp"
+#include "capture/samples.hpp"
 #include "capture/text_source.hpp"
 
 namespace biss::capture {
@@ -80,6 +81,8 @@ class SampledCsvReader final : public AnalogSamples {
   std::optional<Picoseconds> last_time_;
   bool repeated_ = false;
   std::optional<CaptureError> error_;
+  // After the rows of the beginning.
+  std::optional<CaptureError> late_error_;
 };
 
 bool SampledCsvReader::stop(CaptureCause cause, std::size_t column, const char* expected) {
@@ -93,15 +96,21 @@ std::optional<CaptureError> SampledCsvReader::read_beginning() {
   while (beginning_.size() < beginning_rows && bytes < beginning_bytes) {
     if (window_.begin() == window_.end()) {
       const TextWindow::Fill fill = window_.next();
-      if (fill == TextWindow::Fill::failed) return window_.error();
-      if (fill == TextWindow::Fill::ended) break;
+      if (fill == TextWindow::Fill::failed) {
+        if (beginning_.empty()) return window_.error();
+        late_error_ = window_.error();
+      }
+      if (fill != TextWindow::Fill::ready) break;
     }
     const char* const row = window_.begin();
     const char* const end = find_or_end(row, window_.end(), '\n');
+    const std::string_view text = text_between(row, end);
+    if (text.size() > max_token_bytes) {
+      if (beginning_.empty()) return CaptureError{CaptureCause::token_too_long, line_ + 1, 1};
+      break;
+    }
     window_.advance(end + 1);
     ++line_;
-    const std::string_view text = text_between(row, end);
-    if (text.size() > max_token_bytes) return CaptureError{CaptureCause::token_too_long, line_, 1};
     const std::string_view trimmed = trim_cell(text, ',');
     if (trimmed.empty()) continue;
     any_text = true;
@@ -151,6 +160,12 @@ std::optional<CaptureError> SampledCsvReader::open() {
 
 bool SampledCsvReader::time_of_index(std::uint64_t index, Picoseconds& time) {
   constexpr auto greatest = std::numeric_limits<std::int64_t>::max();
+  if (layout_.rate.count != 0) {
+    const SampleClock clock(layout_.rate);
+    if (index > clock.last_index()) return stop(CaptureCause::time_out_of_range, 0);
+    time = clock.time_of(index);
+    return true;
+  }
   const auto step = static_cast<std::uint64_t>(layout_.step_femtoseconds);
   if (index > (static_cast<std::uint64_t>(greatest) - 500) / step) {
     return stop(CaptureCause::time_out_of_range, 0);
@@ -162,7 +177,7 @@ bool SampledCsvReader::time_of_index(std::uint64_t index, Picoseconds& time) {
 }
 
 bool SampledCsvReader::read_time(std::string_view cell, std::size_t column, Picoseconds& time) {
-  const bool by_index = layout_.step_femtoseconds != 0;
+  const bool by_index = layout_.step_femtoseconds != 0 || layout_.rate.count != 0;
   if (by_index && !layout_.time_cell) return time_of_index(rows_read_, time);
   const int scale = by_index ? 0 : layout_.time_scale;
   const auto number = parse_decimal(cell, scale, layout_.separator != ',');
@@ -275,6 +290,7 @@ std::optional<CaptureError> SampledCsvReader::next(SampleRows& rows) {
     line_ = line;
   }
   if (!rows.times.empty()) return std::nullopt;
+  error_ = late_error_;
   while (rows.times.size() < rows_of_block && !error_) {
     if (window_.begin() == window_.end()) {
       if (!rows.times.empty()) break;

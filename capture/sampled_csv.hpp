@@ -35,8 +35,8 @@ struct CsvChannel {
 };
 
 /// Where a CSV of samples keeps what. The time of a row is the cell `time_cell` times 10^time_scale
-/// picoseconds; or, where `step_femtoseconds` is not 0, start + index × step with the index from
-/// `time_cell`, or the number of the row where there is none.
+/// picoseconds. With a rate or a step the row has an index instead, from `time_cell`, or the number
+/// of the row where there is none; its time is start + index × step, or index / rate.
 struct SampledCsvLayout {
   char separator = ',';
   /// Rows that are remarks of sigrok-cli are skipped.
@@ -46,6 +46,7 @@ struct SampledCsvLayout {
   int time_scale = 12;
   Picoseconds start;
   std::int64_t step_femtoseconds = 0;
+  Hertz rate;
   /// The cell `time_cell` is this times the index.
   std::int64_t index_step = 1;
   Picoseconds sample_period;

@@ -367,13 +367,11 @@ std::string LayoutParser::comment(std::string_view key) const {
 // sigrok gives times in the unit of which a second has at least as many as samples, as the index
 // times the whole units of a period: at 3 MHz 333, 666, 999 ns.
 void LayoutParser::take_rate(Hertz rate, std::string_view time_name) {
-  constexpr std::uint64_t femtoseconds_per_second = 1'000'000'000'000'000;
   if (rate.count == 0) return;
   layout_.sample_period =
       period_of(rate) + picoseconds(picoseconds_per_second % rate.count == 0 ? 0 : 1);
   if (time_name.ends_with("(s)")) return;  // DSView
-  layout_.step_femtoseconds =
-      static_cast<std::int64_t>((femtoseconds_per_second + rate.count / 2) / rate.count);
+  layout_.rate = rate;
   std::uint64_t units = 1'000;
   while (units < rate.count) units *= 1'000;
   layout_.index_step = static_cast<std::int64_t>(units / rate.count);

@@ -74,8 +74,10 @@ inline constexpr std::array<ScopeText, 14> scope_texts{{
      "Model,MSO44\nFirmware Version,2.0.3\n\nWaveform Type,ANALOG\nHorizontal Units,s\nSample "
      "Interval,STEP\nRecord Length,1000\n\nLabels,,\nTIME,CH1,CH2\n",
      "%.10e,%.3f,%.3f\n"},
-    {"tektronix_old", "Source,CH1,,0.000000000000,3.40000,\n", ",,,%.12f,%10.5f,\n", 1, false, true,
-     true},
+    {"tektronix_old",
+     "Record Length,2.500000e+03,,-0.000000080000,   3.40000,\n"
+     "Source,CH1,,-0.000000040000,   3.40000,\n",
+     ",,,%.12f,%10.5f,\n", 1, false, true, true},
     {"lecroy",
      "LECROYMAUI,0,Waveform\nSegments,1,SegmentSize,1000\nSegment,TrigTime,TimeSinceSegment1\n"
      "#1,24-Feb-2016 16:34:36,0                 \nTime,Ampl1,Ampl2\n",
