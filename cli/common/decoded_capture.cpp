@@ -59,7 +59,8 @@ class CaptureRows final : public report::TableWriter {
 
 void add_capture_options(Verb verb, CaptureArguments& arguments) {
   verb.add_option("FILE", arguments.files,
-                  "Captures (VCD, event CSV, .sr, Saleae CSV, raw samples), read one after the "
+                  "Captures (VCD, event CSV, oscilloscope CSV, .sr, Saleae, raw samples), read one "
+                  "after the "
                   "other; files "
                   "with one line each are read as one capture; - is standard input")
       .file(FileUse::read);
