@@ -146,10 +146,11 @@ ExitStatus CaptureInput::open(std::vector<CaptureFile> files, const InputArgumen
     return fail(ExitStatus::usage,
                 fmt::format("--raw-rate: {} says its times itself; leave the option out", name_));
   }
-  if (arguments.raw.analog.threshold && !any_analog) {
+  if (arguments.raw.analog.given() && !any_analog) {
+    const char* const option = arguments.raw.analog.threshold ? "--threshold" : "--differential";
     return fail(
         ExitStatus::usage,
-        fmt::format("--threshold: {} has levels, not voltages; leave the option out", name_));
+        fmt::format("{}: {} has levels, not voltages; leave the option out", option, name_));
   }
   if (sources.size() == 1) {
     source_ = std::move(sources.front().source);
