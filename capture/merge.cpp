@@ -83,4 +83,9 @@ Hertz MergedSource::sample_rate() const {
   return same ? first : Hertz{};
 }
 
+bool MergedSource::is_analog() const {
+  return std::any_of(inputs_.begin(), inputs_.end(),
+                     [](const Input& input) { return input.source->is_analog(); });
+}
+
 }  // namespace biss::capture

@@ -34,6 +34,8 @@ class MergedSource final : public EdgeSource {
   Picoseconds sample_period() const override;
   /// The rate of all sources; 0 Hz where they differ.
   Hertz sample_rate() const override;
+  /// Of any source.
+  bool is_analog() const override;
 
   /// Which source the error of next_block() comes from.
   std::size_t failed_source() const { return failed_source_; }

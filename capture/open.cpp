@@ -9,7 +9,9 @@
 #include "capture/compressed.hpp"
 #include "capture/dsl.hpp"
 #include "capture/event_csv.hpp"
+#include "capture/saleae_analog.hpp"
 #include "capture/saleae_binary.hpp"
+#include "capture/sampled_csv.hpp"
 #include "capture/samples.hpp"
 #include "capture/sr.hpp"
 #include "capture/text_source.hpp"
@@ -19,14 +21,24 @@
 namespace biss::capture {
 namespace {
 
-enum class Format : std::uint8_t { vcd, event_csv, zip, saleae_binary, raw, other };
+enum class Format : std::uint8_t {
+  vcd,
+  event_csv,
+  sampled_csv,
+  zip,
+  saleae_binary,
+  saleae_analog,
+  raw,
+  other
+};
 
 // Enough for the comments before a header, little enough to keep.
 constexpr std::size_t head_bytes = 65'536;
 
 constexpr const char* expected_text =
-    "a VCD, a sigrok session, a DSLogic capture, a binary export of Saleae Logic, or a CSV with a "
-    "header such as time_ns,MA,SLO";
+    "a VCD, a sigrok session, a DSLogic capture, an export of Saleae Logic, the CSV of an "
+    "oscilloscope, "
+    "or a CSV with a header such as time_ns,MA,SLO";
 constexpr const char* expected_layout = "the sample rate, unit size and bits";
 
 // Formats of captures that are not read, by their first bytes.
@@ -57,9 +69,16 @@ std::string_view first_row(std::string_view text) {
   return {};
 }
 
-Format format_of_content(std::string_view head) {
+// `whole`: no more is going to be seen; else `other` may be another format once more is seen.
+Format format_of_content(std::string_view head, bool whole) {
   if (looks_like_zip(head)) return Format::zip;
-  if (head.starts_with(saleae_magic)) return Format::saleae_binary;
+  if (head.starts_with(saleae_magic)) {
+    if (looks_like_saleae_analog(head)) return Format::saleae_analog;
+    return whole || head.size() >= saleae_header_bytes ? Format::saleae_binary : Format::other;
+  }
+  const Likeness sampled = looks_like_sampled_csv(head, whole);
+  if (sampled == Likeness::yes) return Format::sampled_csv;
+  if (sampled == Likeness::not_yet) return Format::other;
   const std::string_view row = first_row(head);
   if (row.size() > 1 && row[0] == '$' && row[1] >= 'a' && row[1] <= 'z') return Format::vcd;
   if (looks_like_event_csv(row)) return Format::event_csv;
@@ -85,10 +104,10 @@ const char* other_format_of(std::string_view head) {
 
 // Raw samples have no signature: where a layout is given, the file name alone selects them.
 Format format_of(std::string_view head, std::string_view path, bool raw_given) {
-  if (head.starts_with(saleae_magic)) return Format::saleae_binary;
+  if (head.starts_with(saleae_magic)) return format_of_content(head, true);
   const Format by_name = format_of_extension(path);
   if (raw_given && by_name == Format::raw) return Format::raw;
-  if (const Format by_content = format_of_content(head); by_content != Format::other) {
+  if (const Format by_content = format_of_content(head, true); by_content != Format::other) {
     return by_content;
   }
   if (by_name == Format::other && raw_given) return Format::raw;
@@ -96,12 +115,12 @@ Format format_of(std::string_view head, std::string_view path, bool raw_given) {
 }
 
 // The name of the file without folder and extension: what a line is called that has no name.
-std::string stem_of(std::string_view path) {
-  if (path == "-") return "digital";
+std::string stem_of(std::string_view path, const char* otherwise) {
+  if (path == "-") return otherwise;
   path.remove_prefix(std::min(path.rfind('/') + 1, path.size()));
   std::string_view stem = path.substr(0, path.rfind('.'));
   if (stem.ends_with(".saleae")) stem.remove_suffix(std::string_view(".saleae").size());
-  return stem.empty() ? "digital" : std::string(stem);
+  return stem.empty() ? otherwise : std::string(stem);
 }
 
 Opened open_zip(std::unique_ptr<ByteSource> bytes) {
@@ -118,10 +137,14 @@ Opened open_as(Format format, std::unique_ptr<ByteSource> bytes, std::string_vie
       return open_vcd(std::move(bytes));
     case Format::event_csv:
       return open_event_csv(std::move(bytes));
+    case Format::sampled_csv:
+      return open_sampled_csv(std::move(bytes), options.analog);
     case Format::zip:
       return open_zip(std::move(bytes));
     case Format::saleae_binary:
-      return open_saleae_binary(std::move(bytes), stem_of(path));
+      return open_saleae_binary(std::move(bytes), stem_of(path, "digital"));
+    case Format::saleae_analog:
+      return open_saleae_analog(std::move(bytes), stem_of(path, "analog"), options.analog);
     case Format::raw:
     case Format::other:
       break;
@@ -179,6 +202,11 @@ std::pair<const char*, const char*> words_of(CaptureCause cause) {
       return {"the layout of raw samples is not known", "give their layout"};
     case CaptureCause::bad_layout:
       return {"has an impossible layout", "correct the layout given"};
+    case CaptureCause::no_two_levels:
+      return {"no signal with two levels", "give the threshold, as in --threshold 1.5V"};
+    case CaptureCause::no_such_channel:
+      return {"--differential does not name two of its analog channels",
+              "give the names of its header, as in CH1-CH2=MA"};
     case CaptureCause::truncated:
       return {"the file ends in the middle", "the part before was read; export the rest again"};
   }
@@ -206,7 +234,7 @@ Head read_head(ByteSource& bytes) {
     // Judged when it has doubled: sources may hand out single bytes.
     if (head.text.size() < 2 * judged) continue;
     judged = head.text.size();
-    if (format_of_content(head.text) != Format::other) break;
+    if (format_of_content(head.text, false) != Format::other) break;
     if (compression_of(head.text) != Compression::none) break;
   }
   return head;

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "capture/analog.hpp"
 #include "capture/bytes.hpp"
 #include "capture/edge_source.hpp"
 #include "capture/samples.hpp"
@@ -17,6 +18,8 @@ struct OpenOptions {
   /// Raw samples: a file `.bin` or `.raw` whatever its content, but not the binary export of Saleae
   /// Logic; and any file that is known neither by its content nor by its extension.
   std::optional<RawLayout> raw;
+  /// How voltages become levels.
+  AnalogOptions analog = {};
 };
 
 /// Opens the capture at `path`; `-` is standard input. The content decides what it is, the

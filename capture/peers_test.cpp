@@ -55,7 +55,7 @@ constexpr Hertz rate = megahertz(100);
 
 // Edges at sample times: bursts as of request cycles, long idle times between them, more than one
 // chunk.
-Lines bursts(std::size_t count) {
+Lines bursts(std::size_t count, unsigned longest_idle = 200'000) {
   Lines lines;
   for (std::size_t i = 0; i < count; ++i) lines.names.push_back("L" + std::to_string(i));
   lines.names[0] = "MA";
@@ -66,7 +66,7 @@ Lines bursts(std::size_t count) {
   std::vector<bool> high(count, true);
   Picoseconds now{};
   for (int burst = 0; burst < 60; ++burst) {
-    now += nanoseconds(10) * static_cast<std::int64_t>(1 + random() % 200'000);
+    now += nanoseconds(10) * static_cast<std::int64_t>(1 + random() % longest_idle);
     for (int i = 0; i < 100; ++i) {
       now += nanoseconds(10) * static_cast<std::int64_t>(1 + random() % 9);
       const std::size_t line = random() % count;
@@ -142,6 +142,48 @@ TEST_P(Sigrok, VcdItWroteFromOurs_HasTheSameEdges) {
   EXPECT_FALSE(read.error);
   EXPECT_EQ(read.lines, lines_.names);
   EXPECT_EQ(read.edges, lines_.edges);
+}
+
+// Without times the first sample is at 0, with times one period later.
+TEST(SigrokCsv, CsvItWroteFromOurSession_HasTheSameEdges) {
+  if (!runs("sigrok-cli --version")) GTEST_SKIP() << no_sigrok;
+  const Folder folder;
+  const Lines lines = bursts(3, 100);
+  save(folder.path("ours.sr"), written<SrWriter>(lines, lines.names, rate));
+  for (const std::string format :
+       {"csv", "csv:label=channel", "csv:time=true", "csv:time=true:label=channel:dedup=true"}) {
+    SCOPED_TRACE(format);
+    ASSERT_TRUE(runs("sigrok-cli -i " + folder.path("ours.sr") + " -O " + format + " -o " +
+                     folder.path("theirs.csv")));
+    const Read read = read_all(open_capture(folder.path("theirs.csv")));
+    EXPECT_FALSE(read.error);
+    EXPECT_EQ(read.lines, lines.names);
+    std::vector<wire::Edge> expected = lines.edges;
+    for (wire::Edge& edge : expected) {
+      edge.time += nanoseconds(format.find("time") != std::string::npos ? 10 : 0);
+    }
+    EXPECT_EQ(read.edges, expected);
+  }
+}
+
+TEST(SigrokAnalog, CsvOfItsDemoDevice_HasItsSquareWave) {
+  if (!runs("sigrok-cli --version")) GTEST_SKIP() << no_sigrok;
+  const Folder folder;
+  const std::string path = folder.path("demo.csv");
+  ASSERT_TRUE(
+      runs("sigrok-cli -d demo:analog_channels=2:logic_channels=1 --samples 20000 --config "
+           "samplerate=1m -O csv -o " +
+           path));
+  const Read read = read_all(open_capture(path));
+  EXPECT_FALSE(read.error);
+  EXPECT_EQ(read.lines, (std::vector<std::string>{"D0", "A0", "A1"}));
+  // One channel is a square wave, one a sine, of ten samples a period and up; both cross 0 V.
+  for (const wire::LineIndex line : {1U, 2U}) {
+    const auto changes =
+        std::count_if(read.edges.begin(), read.edges.end(),
+                      [line](const wire::Edge& edge) { return edge.line == line; });
+    EXPECT_GT(changes, 100) << line;
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Lines, Sigrok, testing::Values(2, 9, 32));

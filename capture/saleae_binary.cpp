@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -11,33 +10,17 @@
 #include <utility>
 #include <vector>
 
+#include "capture/little_endian.hpp"
 #include "capture/seconds.hpp"
 
 namespace biss::capture {
 namespace {
 
-constexpr std::size_t header_bytes = 16;      // magic, version, type
 constexpr std::size_t chunk_count_bytes = 8;  // of version 1
 constexpr std::size_t chunk_bytes_of_0 = 28;  // level, begin, end, number of changes
 constexpr std::size_t chunk_bytes_of_1 = 36;  // with the sample rate after the level
 constexpr std::uint32_t digital = 0;
 constexpr std::uint32_t analog = 1;
-
-std::uint64_t get_number(const char* at, std::size_t bytes) {
-  std::uint64_t number = 0;
-  while (bytes-- > 0) number = number << 8U | static_cast<unsigned char>(at[bytes]);
-  return number;
-}
-
-void put_number(std::string& out, std::uint64_t number, std::size_t bytes) {
-  for (; bytes-- > 0; number >>= 8U) out += static_cast<char>(number & 0xFFU);
-}
-
-void put_double(std::string& out, double value) {
-  put_number(out, std::bit_cast<std::uint64_t>(value), 8);
-}
-
-double get_double(const char* at) { return std::bit_cast<double>(get_number(at, 8)); }
 
 class SaleaeBinary final : public EdgeSource {
  public:
@@ -123,8 +106,8 @@ const char* SaleaeBinary::take(std::size_t bytes) {
 }
 
 std::optional<CaptureError> SaleaeBinary::open() {
-  if (!ensure(header_bytes, "the header")) return error_;
-  const char* const header = take(header_bytes);
+  if (!ensure(saleae_header_bytes, "the header")) return error_;
+  const char* const header = take(saleae_header_bytes);
   const std::uint64_t version = get_number(header + 8, 4);
   const std::uint64_t type = get_number(header + 12, 4);
   if (version > 1) {

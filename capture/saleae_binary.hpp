@@ -1,6 +1,7 @@
 // The binary export of Saleae Logic 2: a file for each channel.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -16,6 +17,8 @@ namespace biss::capture {
 
 /// What a file of the binary export begins with.
 inline constexpr std::string_view saleae_magic = "<SALEAE>";
+/// The magic, the version, and the type of the channel.
+inline constexpr std::size_t saleae_header_bytes = 16;
 
 /// Opens a digital channel of version 0 or 1; its one line is called `name`.
 ///

@@ -17,6 +17,7 @@
 #include "fuzz/frame_formats.hpp"
 #include "fuzz/raw_header.hpp"
 #include "fuzz/register_seeds.hpp"
+#include "fuzz/scope_seeds.hpp"
 
 namespace {
 
@@ -167,6 +168,8 @@ int main(int argc, char** argv) {
   Corpus vcd(root / "vcd");
   Corpus event_csv(root / "event_csv");
   Corpus saleae(root / "saleae");
+  Corpus sampled_csv(root / "sampled_csv");
+  Corpus saleae_analog(root / "saleae_analog");
   Corpus sr(root / "sr");
   Corpus raw(root / "raw");
   Corpus dsl(root / "dsl");
@@ -191,6 +194,8 @@ int main(int argc, char** argv) {
     vcd.add(biss::fuzz::seed_text<biss::capture::VcdWriter>(seed));
     event_csv.add(biss::fuzz::seed_text<biss::capture::EventCsvWriter>(seed));
     saleae.add(biss::fuzz::saleae_seed(seed));
+    sampled_csv.add(biss::fuzz::scope_seed(seed));
+    saleae_analog.add(biss::fuzz::saleae_analog_seed(seed));
     sr.add(biss::fuzz::sr_seed(seed));
     raw.add(raw_samples(seed));
     dsl.add(biss::fuzz::dsl_seed(seed));

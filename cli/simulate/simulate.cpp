@@ -58,6 +58,11 @@ class SimulateRun {
       return fail(ExitStatus::usage,
                   "--raw-rate: needs --ma-from or --slo-from; for -o use --sample-rate");
     }
+    if (options_.replay.raw.analog.given() && options_.replay.ma_from.empty() &&
+        options_.replay.slo_from.empty()) {
+      return fail(ExitStatus::usage,
+                  "--threshold and --differential: need --ma-from or --slo-from");
+    }
     LineOptions line = options_.line;
     if (const ExitStatus status = load_control(line); status != ExitStatus::done) return status;
     if (line.device.format.empty()) {
