@@ -5,6 +5,8 @@
 #include <utility>
 
 #include "capture/event_csv.hpp"
+#include "capture/fst.hpp"
+#include "capture/ghw.hpp"
 #include "capture/samples.hpp"
 #include "capture/sr.hpp"
 #include "capture/text_source.hpp"
@@ -13,13 +15,13 @@
 namespace biss::capture {
 namespace {
 
-enum class Format : std::uint8_t { vcd, event_csv, sr, raw, other };
+enum class Format : std::uint8_t { vcd, event_csv, sr, fst, ghw, raw, other };
 
 // Enough for the comments before a header, little enough to keep.
 constexpr std::size_t head_bytes = 65'536;
 
 constexpr const char* expected_text =
-    "a VCD, a sigrok session, or a CSV with a header such as time_ns,MA,SLO";
+    "a VCD, FST, GHW, a sigrok session, or a CSV with a header such as time_ns,MA,SLO";
 constexpr const char* expected_layout = "the sample rate, unit size and bits";
 
 // Formats of captures that are not read, by their first bytes.
@@ -47,6 +49,8 @@ std::string_view first_row(std::string_view text) {
 
 Format format_of_content(std::string_view head) {
   if (looks_like_zip(head)) return Format::sr;
+  if (looks_like_fst(head)) return Format::fst;
+  if (looks_like_ghw(head)) return Format::ghw;
   const std::string_view row = first_row(head);
   if (row.size() > 1 && row[0] == '$' && row[1] >= 'a' && row[1] <= 'z') return Format::vcd;
   if (looks_like_event_csv(row)) return Format::event_csv;
@@ -58,6 +62,8 @@ Format format_of_extension(std::string_view path) {
   if (extension == ".vcd") return Format::vcd;
   if (extension == ".csv") return Format::event_csv;
   if (extension == ".sr") return Format::sr;
+  if (extension == ".fst") return Format::fst;
+  if (extension == ".ghw") return Format::ghw;
   if (extension == ".bin" || extension == ".raw") return Format::raw;
   return Format::other;
 }
@@ -90,6 +96,10 @@ Opened open_as(Format format, std::unique_ptr<ByteSource> bytes, const OpenOptio
       return open_event_csv(std::move(bytes));
     case Format::sr:
       return open_sr(std::move(bytes));
+    case Format::fst:
+      return open_fst(std::move(bytes));
+    case Format::ghw:
+      return open_ghw(std::move(bytes));
     case Format::raw:
     case Format::other:
       break;
@@ -135,6 +145,9 @@ std::pair<const char*, const char*> words_of(CaptureCause cause) {
       return {"a word or a row of more than 64 KiB", export_again};
     case CaptureCause::too_many_lines:
       return {"more signals than a capture may have (65536 of one bit)", "export fewer signals"};
+    case CaptureCause::block_too_large:
+      return {"a part of it needs more than 256 MiB of memory",
+              "record fewer signals or less time"};
     case CaptureCause::time_backwards:
       return {"time runs backwards", "sort by time or export the capture again"};
     case CaptureCause::time_out_of_range:
