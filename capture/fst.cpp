@@ -222,6 +222,11 @@ class FstReader final : public EdgeSource {
     fail(CaptureCause::damaged, expected);
     return false;
   }
+  bool wrong_time() {
+    if (!times_.beyond()) return damaged("a time for each change");
+    fail(CaptureCause::time_out_of_range);
+    return false;
+  }
   // Accounts for memory of the block.
   bool take_memory(std::uint64_t bytes) {
     if (bytes <= memory_left_) {
@@ -305,14 +310,7 @@ bool FstReader::apply_switch(std::uint64_t before_tick) {
 // False if something else comes first.
 bool FstReader::go_to(std::uint64_t time_index) {
   const auto tick = times_.tick_at(time_index, file_.timescale().last_tick());
-  if (!tick) {
-    if (times_.beyond()) {
-      fail(CaptureCause::time_out_of_range);
-    } else {
-      damaged("a time for each change");
-    }
-    return false;
-  }
+  if (!tick) return wrong_time();
   if (*tick < tick_) {
     fail(CaptureCause::time_backwards);
     return false;
@@ -456,7 +454,8 @@ bool FstReader::read_frame(const Layout& layout) {
   const std::uint64_t last_tick = file_.timescale().last_tick();
   if (times_.count() == 0) return true;
   const auto first = times_.tick_at(0, last_tick);
-  if (!first || layout.begin_tick > *first) return damaged("a first time after its begin");
+  if (!first) return wrong_time();
+  if (layout.begin_tick > *first) return damaged("a first time after its begin");
   if (layout.frame_size / max_packing_ratio > layout.frame_packed) {
     return damaged("a size of its initial values that the compressed data can have");
   }

@@ -14,6 +14,8 @@
 #include "fuzz/capture_seeds.hpp"
 #include "fuzz/dump_text.hpp"
 #include "fuzz/frame_formats.hpp"
+#include "fuzz/fst_mutator.hpp"
+#include "fuzz/ghw_mutator.hpp"
 #include "fuzz/raw_header.hpp"
 #include "fuzz/register_seeds.hpp"
 
@@ -168,6 +170,9 @@ int main(int argc, char** argv) {
   Corpus saleae(root / "saleae");
   Corpus sr(root / "sr");
   Corpus raw(root / "raw");
+  Corpus fst(root / "fst");
+  Corpus ghw(root / "ghw");
+  ghw.add(biss::fuzz::ghw_composite_seed());
   Corpus replay(root / "replay");
   Corpus eds(root / "eds");
   Corpus dump(root / "dump");
@@ -189,6 +194,8 @@ int main(int argc, char** argv) {
     saleae.add(biss::fuzz::saleae_seed(seed));
     sr.add(biss::fuzz::sr_seed(seed));
     raw.add(raw_samples(seed));
+    fst.add(biss::fuzz::fst_seed(seed));
+    ghw.add(biss::fuzz::ghw_seed(seed));
     replay.add(replay_train(k, seed));
     eds.add(biss::fuzz::eds_seed(seed));
     dump.add(std::string(2, '\0') + biss::fuzz::dump_file_seed(seed));
