@@ -265,8 +265,8 @@ bool HeaderReader::read_sections() {
   }
 }
 
-// Each string begins with so many letters of the one before. Letters are Latin-1; what ends a
-// string says how many the next one shares.
+// A string shares its first letters with the one before. Letters are Latin-1; what ends a string
+// says how many the next one shares.
 bool HeaderReader::read_strings() {
   part_ = "the strings";
   const std::uint32_t count = stream_.word();

@@ -3,11 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <map>
 #include <random>
 #include <string>
 #include <utility>
@@ -16,37 +11,12 @@
 #include "capture/open.hpp"
 #include "capture/samples.hpp"
 #include "capture/sr.hpp"
+#include "capture/test_peers.hpp"
 #include "capture/test_samples.hpp"
 #include "capture/vcd.hpp"
 
 namespace biss::capture {
 namespace peers_test {
-
-bool runs(const std::string& command) {
-  return std::system((command + " >/dev/null 2>&1").c_str()) == 0;
-}
-
-std::string content_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-class Folder {
- public:
-  Folder() {
-    std::string name = testing::TempDir() + "biss-peers-XXXXXX";
-    if (mkdtemp(name.data()) == nullptr) std::abort();
-    folder_ = name;
-  }
-  ~Folder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
-  }
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-
- private:
-  std::filesystem::path folder_;
-};
 
 struct Lines {
   std::vector<std::string> names;
@@ -98,10 +68,6 @@ std::vector<wire::Edge> by_line(std::vector<wire::Edge> edges) {
   std::stable_sort(edges.begin(), edges.end(),
                    [](const wire::Edge& a, const wire::Edge& b) { return a.line < b.line; });
   return edges;
-}
-
-void save(const std::string& path, const std::string& bytes) {
-  std::ofstream(path, std::ios::binary) << bytes;
 }
 
 constexpr const char* no_sigrok = "no sigrok-cli: scripts/install-packages test";
@@ -165,23 +131,6 @@ TEST(Gtkwave, OurVcd_BecomesAnFstWithTheSameEdges) {
   EXPECT_FALSE(back.error);
   EXPECT_EQ(back.lines, ours.lines);
   EXPECT_EQ(by_line(back.edges), by_line(ours.edges));
-}
-
-// The changes of each line, by its name below `tb`.
-using Changes = std::map<std::string, std::vector<std::pair<std::int64_t, wire::Level>>>;
-
-Changes changes_of(const std::string& path) {
-  const Read read = read_all(open_capture(path));
-  EXPECT_FALSE(read.error) << capture_error_text(*read.error, path);
-  std::vector<std::string> names = read.lines;
-  for (std::string& name : names) name = name.starts_with("tb.") ? name.substr(3) : name;
-  Changes changes;
-  for (const std::string& name : names) changes[name];
-  for (const wire::Edge& edge : read.edges) {
-    changes[names[edge.line]].emplace_back(edge.time.count, edge.level);
-  }
-  EXPECT_EQ(changes.size(), read.lines.size());
-  return changes;
 }
 
 class Vcd2fst : public testing::TestWithParam<const char*> {};

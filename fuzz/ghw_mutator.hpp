@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
-#include <vector>
+#include <string_view>
 
 #include "capture/test_ghw.hpp"
 #include "fuzz/capture_seeds.hpp"
@@ -22,32 +22,30 @@ inline std::string ghw_seed(std::uint64_t seed) {
 
 /// A GHW with an array, a record and a generate before its end of the header.
 inline std::string ghw_composite_seed() {
+  using namespace std::string_view_literals;
   capture::GhwText text = capture::ghw_start();
   text.strings({"'0'", "'1'", "bit", "int", "vec", "rec", "a", "v", "MA", "SLO", "time", "fs"});
   text.section("TYP");
   text.word(7);
   text.put(
-      {"\x16\3\2\1\2\x19\4\x1F\5\1\1\2\x23\5\3\x99\3\2\x20\6\2\7\1\x08\4\x1D\x0B\1\x0C\1\x22"
-       "\3\1\x16\0\1",
-       36});
+      "\x16\3\2\1\2\x19\4\x1F\5\1\1\2\x23\5\3\x99\3\2\x20\6\2\7\1\x08\4\x1D\x0B\1\x0C\1\x22"
+      "\3\1\x16\0\1"sv);
   text.byte(0);
   text.section("WKT");
-  text.put({"\2\1\0", 3});
+  text.put("\2\1\0"sv);
   text.section("HIE");
   for (const std::uint32_t count : {2U, 4U, 8U}) text.word(count);
   text.put(
-      {"\6\6\x10\x09\4\1\2\5\7\2\3\x10\x0A\2\3\x0D\6\x0F\x10\6\5\4\5\6\x0F\0EOH\0SNP\0\0\0\0\0",
-       42});
+      "\6\6\x10\x09\4\1\2\5\7\2\3\x10\x0A\2\3\x0D\6\x0F\x10\6\5\4\5\6\x0F\0EOH\0SNP\0\0\0\0\0"sv);
   text.time(0);
-  text.put({"\1\1\5\0\1\1ESN\0CYC\0", 14});
+  text.put("\1\1\5\0\1\1ESN\0CYC\0"sv);
   text.time(0);
   for (int i = 0; i < 30; ++i) {
-    text.put({"\1\0\0\x0A\1\1\0\x0A", 8});
+    text.put("\1\0\0\x0A\1\1\0\x0A"sv);
   }
   text.put(
-      {"\0\x7F"
-       "ECY\0",
-       6});
+      "\0\x7F"
+      "ECY\0"sv);
   return text.text();
 }
 
