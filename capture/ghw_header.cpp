@@ -201,7 +201,7 @@ class HeaderReader {
   bool read_type_id(std::uint32_t& id);
   bool read_type(Type& type);
   bool read_enumeration(Type& type);
-  bool read_physical(Type& type);
+  bool read_units();
   bool read_array(Type& type);
   bool read_record(Type& type);
   bool read_range(Range& range);
@@ -355,7 +355,7 @@ bool HeaderReader::read_type(Type& type) {
       return true;
     case physical_32:
     case physical_64:
-      return read_physical(type);
+      return read_units();
     case scalar_subtype:
       if (!read_type_id(base) || !read_range(range)) return false;
       type = types_[base];
@@ -395,7 +395,7 @@ bool HeaderReader::read_enumeration(Type& type) {
   return true;
 }
 
-bool HeaderReader::read_physical(Type& /*type*/) {
+bool HeaderReader::read_units() {
   if (version_ == 0) return true;
   const std::uint32_t units = stream_.unsigned_number();
   for (std::uint32_t i = 0; i < units; ++i) {

@@ -119,7 +119,7 @@ class FstMutator {
     block.times_count = big_endian(content.substr(content.size() - 8));
     const std::uint64_t times = big_endian(content.substr(content.size() - 24, 8));
     content.remove_suffix(24);
-    if (times + 8 > content.size()) return false;
+    if (times > content.size() - 8) return false;
     block.times = content.substr(content.size() - static_cast<std::size_t>(times));
     content.remove_suffix(block.times.size());
     const std::uint64_t index = big_endian(content.substr(content.size() - 8));

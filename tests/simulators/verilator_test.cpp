@@ -34,6 +34,7 @@ constexpr const char* program =
     if (i > 20) top.MA = !top.MA;
     top.eval();
     trace.dump(context.time());
+    if (i % 700 == 699) trace.flush();  // ends a block of an FST
     context.timeInc(i % 90 == 60 ? 1000000 : 50500);
   }
   trace.close();
@@ -55,7 +56,7 @@ TEST(Verilator, FstOfARun_HasTheEdgesOfItsVcd) {
   const Changes vcd = changes_of(folder.path("trace.vcd"));
   EXPECT_EQ(changes_of(folder.path("trace.fst")), vcd);
   EXPECT_GT(vcd.at("copy").size(), 3'000U);
-  EXPECT_GT(vcd.at("TOP.SLO").size(), 1'000U);
+  EXPECT_GT(vcd.at("SLO").size(), 1'000U);
 }
 
 }  // namespace verilator_test
