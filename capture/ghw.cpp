@@ -26,7 +26,8 @@ class GhwReader final : public EdgeSource {
         lines_(header.lines.take_names()),
         driven_(header.lines, header.variables),
         signals_(std::move(header.signals)),
-        letters_(std::move(header.letters)) {}
+        letters_(std::move(header.letters)),
+        held_levels_(header.variables, no_level) {}
 
   const std::vector<std::string>& lines() const override { return lines_; }
   Picoseconds end_time() const override { return now_; }
@@ -59,12 +60,17 @@ class GhwReader final : public EdgeSource {
   void read_change();
   void next_time();
   bool set_time(std::int64_t femtosecond);
+  void release();
 
   std::unique_ptr<GhwStream> stream_;
   std::vector<std::string> lines_;
   DrivenLines driven_;
   std::vector<GhwSignal> signals_;
   std::vector<std::vector<Level>> letters_;
+  // The values of a snapshot are held: the cycle after it may change them at the same time, and a
+  // VCD has only what they are then.
+  std::vector<std::uint8_t> held_levels_;
+  bool held_ = false;
   EdgeBlock block_;
   State state_ = State::section;
   CaptureError error_;
@@ -101,7 +107,9 @@ void GhwReader::begin_section() {
   if (section == "SNP\0"sv) {
     stream_->skip(4);
     signal_ = 0;
-    if (set_time(stream_->time())) state_ = State::snapshot;
+    if (!set_time(stream_->time())) return;
+    state_ = State::snapshot;
+    held_ = true;
   } else if (section == "CYC\0"sv) {
     signal_ = 0;
     if (set_time(stream_->time())) state_ = State::changes;
@@ -110,6 +118,7 @@ void GhwReader::begin_section() {
   } else if (section == "TAI\0"sv) {
     stream_->skip(8);
     state_ = State::ended;
+    release();
     if (stream_->failed()) malformed("the place of the directory");
   } else {
     malformed("the section SNP, CYC, DIR or TAI");
@@ -132,6 +141,7 @@ bool GhwReader::set_time(std::int64_t femtosecond) {
   } else if (femtosecond < time_) {
     fail(CaptureCause::time_backwards, nullptr);
   } else {
+    if (femtosecond != time_) release();
     time_ = femtosecond;
     now_ = femtoseconds.time_of(static_cast<std::uint64_t>(femtosecond));
     return true;
@@ -152,7 +162,11 @@ void GhwReader::read_value() {
     if (signal.variable == GhwSignal::no_variable) return;
     const std::vector<Level>& meanings = letters_[signal.type];
     if (letter >= meanings.size()) return malformed("a value that the type has");
-    driven_.set(signal.variable, meanings[letter], now_, block_);
+    if (held_) {
+      held_levels_[signal.variable] = static_cast<std::uint8_t>(meanings[letter]);
+    } else {
+      driven_.set(signal.variable, meanings[letter], now_, block_);
+    }
   }
   if (stream_->failed()) malformed(nullptr);
 }
@@ -169,7 +183,16 @@ void GhwReader::read_change() {
   read_value();
 }
 
+void GhwReader::release() {
+  if (!std::exchange(held_, false)) return;
+  for (std::uint32_t variable = 0; variable < held_levels_.size(); ++variable) {
+    const std::uint8_t level = std::exchange(held_levels_[variable], no_level);
+    if (level != no_level) driven_.set(variable, static_cast<Level>(level), now_, block_);
+  }
+}
+
 void GhwReader::next_time() {
+  if (held_) return release();
   const std::int64_t delta = stream_->signed_number();
   if (!stream_->failed() && delta == -1) {
     state_ = State::section;

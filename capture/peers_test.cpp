@@ -220,6 +220,7 @@ architecture sim of tb is
   signal ma : std_logic := '1';
   signal slo : std_logic;
   signal b : bit;
+  signal early : bit;
   signal levels : std_ulogic := 'Z';
   signal pins : std_logic_vector(7 downto 0) := x"00";
   signal memory : rows(0 to 15)(7 downto 0);
@@ -229,6 +230,7 @@ architecture sim of tb is
   signal t : time := 1 ns;
   signal g : grid(0 to 1, 2 downto 1);
 begin
+  early <= '1';
   dut : entity work.encoder port map (ma_in => ma, slo_out => slo);
   lanes : for i in 0 to 1 generate signal lane : std_logic := 'H'; begin lane <= ma; end generate;
   process begin
