@@ -244,6 +244,21 @@ TEST(Fst, Hierarchy_IsCheckedEntryByEntry) {
   EXPECT_EQ(cause_of(std::string("\xFC\0\0note\0\7\xFD", 10)), std::nullopt);
 }
 
+TEST(Fst, HierarchyPackedTwice_IsUnpackedTwice) {
+  const FstParts parts = fst_parts_of(ma_slo, some_edges());
+  const std::string once = lz4_literals(parts.hierarchy);
+  std::string content;
+  put_big_endian(content, parts.hierarchy.size());
+  put_varint(content, once.size());
+  const std::string start = fst_header(-12) + fst_block(parts.blocks[0]);
+  // Without the geometry, the hierarchy says how many bits a variable has.
+  const Read read = read_fst(start + fst_section(7, content + lz4_literals(once)));
+  EXPECT_EQ(text_of(read), "");
+  EXPECT_EQ(read.edges, some_edges());
+  const std::string cut = lz4_literals(once.substr(1));
+  EXPECT_EQ(read_fst(start + fst_section(7, content + cut)).cause(), CaptureCause::damaged);
+}
+
 TEST(Fst, Content_IsRecognised) {
   const std::string file = fst_of(fst_parts_of(ma_slo, some_edges()));
   for (const char* path : {"a.fst", "a.vcd", "-"}) {
