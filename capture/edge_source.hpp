@@ -33,6 +33,7 @@ enum class CaptureCause : std::uint8_t {
   malformed,          ///< a token, number or header that the format does not allow
   token_too_long,     ///< a token (or CSV line) longer than any valid one
   too_many_lines,     ///< more signals than a capture may have
+  block_too_large,    ///< a part that has to be in memory at once takes more than 256 MiB
   time_backwards,     ///< a time before the previous one
   time_out_of_range,  ///< a time beyond what 64-bit picoseconds hold
   damaged,            ///< an archive or its compressed data is not whole

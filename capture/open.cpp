@@ -9,6 +9,9 @@
 #include "capture/compressed.hpp"
 #include "capture/dsl.hpp"
 #include "capture/event_csv.hpp"
+#include "capture/fst.hpp"
+#include "capture/gather.hpp"
+#include "capture/ghw.hpp"
 #include "capture/saleae_analog.hpp"
 #include "capture/saleae_binary.hpp"
 #include "capture/sampled_csv.hpp"
@@ -26,6 +29,8 @@ enum class Format : std::uint8_t {
   event_csv,
   sampled_csv,
   zip,
+  fst,
+  ghw,
   saleae_binary,
   saleae_analog,
   raw,
@@ -36,9 +41,9 @@ enum class Format : std::uint8_t {
 constexpr std::size_t head_bytes = 65'536;
 
 constexpr const char* expected_text =
-    "a VCD, a sigrok session, a DSLogic capture, an export of Saleae Logic, the CSV of an "
-    "oscilloscope, "
-    "or a CSV with a header such as time_ns,MA,SLO";
+    "a VCD, FST, GHW, a sigrok session, a DSLogic capture, an export of Saleae Logic, the CSV of "
+    "an "
+    "oscilloscope, or a CSV with a header such as time_ns,MA,SLO";
 constexpr const char* expected_layout = "the sample rate, unit size and bits";
 
 // Formats of captures that are not read, by their first bytes.
@@ -50,11 +55,10 @@ constexpr std::array<std::pair<std::string_view, const char*>, 2> known_others{{
 // A file compressed more often is a mistake or an attack.
 constexpr int most_compressions = 3;
 
-// A ZIP archive is read at any place, so what was compressed once more goes into a temporary file.
-constexpr std::uint64_t most_archive_bytes = std::uint64_t{4} << 30U;
+// A ZIP archive or an FST is read at any place, so what was compressed once more is gathered.
 constexpr CaptureError archive_too_large{
     .cause = CaptureCause::too_large,
-    .expected = "an archive of at most 4 GiB inside a compressed file"};
+    .expected = "an archive or FST of at most 4 GiB inside a compressed file"};
 
 // The first line that is neither blank nor a comment.
 std::string_view first_row(std::string_view text) {
@@ -72,6 +76,8 @@ std::string_view first_row(std::string_view text) {
 // `whole`: no more is going to be seen; else `other` may be another format once more is seen.
 Format format_of_content(std::string_view head, bool whole) {
   if (looks_like_zip(head)) return Format::zip;
+  if (looks_like_fst(head)) return Format::fst;
+  if (looks_like_ghw(head)) return Format::ghw;
   if (head.starts_with(saleae_magic)) {
     if (looks_like_saleae_analog(head)) return Format::saleae_analog;
     return whole || head.size() >= saleae_header_bytes ? Format::saleae_binary : Format::other;
@@ -90,6 +96,8 @@ Format format_of_extension(std::string_view path) {
   if (extension == ".vcd") return Format::vcd;
   if (extension == ".csv") return Format::event_csv;
   if (extension == ".sr" || extension == ".dsl") return Format::zip;
+  if (extension == ".fst") return Format::fst;
+  if (extension == ".ghw") return Format::ghw;
   if (extension == ".bin" || extension == ".raw") return Format::raw;
   return Format::other;
 }
@@ -145,6 +153,10 @@ Opened open_as(Format format, std::unique_ptr<ByteSource> bytes, std::string_vie
       return open_saleae_binary(std::move(bytes), stem_of(path, "digital"));
     case Format::saleae_analog:
       return open_saleae_analog(std::move(bytes), stem_of(path, "analog"), options.analog);
+    case Format::fst:
+      return open_fst(std::move(bytes));
+    case Format::ghw:
+      return open_ghw(std::move(bytes));
     case Format::raw:
     case Format::other:
       break;
@@ -190,6 +202,9 @@ std::pair<const char*, const char*> words_of(CaptureCause cause) {
       return {"a word or a row of more than 64 KiB", export_again};
     case CaptureCause::too_many_lines:
       return {"more signals than a capture may have (65536 of one bit)", "export fewer signals"};
+    case CaptureCause::block_too_large:
+      return {"a part of it needs more than 256 MiB of memory",
+              "record fewer signals or less time"};
     case CaptureCause::time_backwards:
       return {"time runs backwards", "sort by time or export the capture again"};
     case CaptureCause::time_out_of_range:
@@ -267,8 +282,8 @@ Opened open_bytes_of(std::unique_ptr<ByteSource> bytes, std::string_view path,
   if (format == Format::other && blank) {
     return tl::unexpected(head.error.value_or(CaptureError{.cause = CaptureCause::empty}));
   }
-  if (format == Format::zip && compressions != 0) {
-    bytes = limited_bytes(std::move(bytes), most_archive_bytes, archive_too_large);
+  if ((format == Format::zip || format == Format::fst) && compressions != 0) {
+    bytes = limited_bytes(std::move(bytes), most_gathered_bytes, archive_too_large);
   }
   return open_as(format, std::move(bytes), path, options);
 }

@@ -9,8 +9,8 @@
 #include "capture/csv_cells.hpp"
 #include "capture/decimal.hpp"
 #include "capture/event_csv.hpp"
+#include "capture/key_file.hpp"
 #include "capture/sampled_csv.hpp"
-#include "capture/sr.hpp"
 #include "capture/text_source.hpp"
 
 namespace biss::capture {

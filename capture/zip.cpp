@@ -1,18 +1,15 @@
 #include "capture/zip.hpp"
 
-#include <fcntl.h>
 #include <libdeflate.h>
-#include <unistd.h>
 #include <zip.h>
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <limits>
 #include <new>
 #include <utility>
 
-#include "capture/spool.hpp"
+#include "capture/gather.hpp"
 
 namespace biss::capture {
 namespace {
@@ -26,8 +23,6 @@ T* or_throw(T* allocated) {
   return allocated;
 }
 
-constexpr std::size_t most_in_memory = 16U * 1024U * 1024U;
-
 struct FreeSource {
   void operator()(zip_source_t* source) const { zip_source_free(source); }
 };
@@ -35,62 +30,11 @@ using Source = std::unique_ptr<zip_source_t, FreeSource>;
 
 constexpr CaptureError read_failed{.cause = CaptureCause::read_failed};
 
-// A stream of its own on the same file.
-Stdio reopened(int descriptor) {
-  const int copy = ::dup(descriptor);
-  if (copy < 0) return nullptr;
-  Stdio file(::fdopen(copy, "rb"));
-  if (!file) ::close(copy);
-  return file;
-}
-
 Source source_of_file(Stdio file) {
   if (!file) return nullptr;
   Source source(zip_source_filep_create(file.get(), 0, -1, nullptr));
   if (source) static_cast<void>(file.release());  // the source closes it
   return source;
-}
-
-struct Gathered {
-  Stdio file;  // null when everything is in memory
-  std::optional<CaptureError> error;
-};
-
-bool write_all(std::string_view bytes, std::FILE* file) {
-  return std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
-}
-
-// What cannot be read at any place is copied to where it can be. Small files do not pay for the
-// room that large ones want.
-Gathered gather(ByteSource& bytes, std::string& memory) {
-  constexpr std::size_t least_room = 4'096;
-  constexpr std::size_t most_room = 1'048'576;
-  Gathered gathered;
-  std::size_t filled = 0;
-  for (;;) {
-    if (filled == memory.size()) memory.resize(filled + std::clamp(filled, least_room, most_room));
-    const auto got = bytes.read(std::span(memory).subspan(filled));
-    if (!got.ok()) {
-      gathered.error = got.error();
-      return gathered;
-    }
-    if (*got == 0) break;
-    filled += *got;
-    if (filled < most_in_memory) continue;
-    if (!gathered.file) gathered.file = temporary_file();
-    if (!gathered.file || !write_all({memory.data(), filled}, gathered.file.get())) {
-      gathered.error = read_failed;
-      return gathered;
-    }
-    filled = 0;
-  }
-  memory.resize(filled);
-  if (!gathered.file) return gathered;
-  if (!write_all(memory, gathered.file.get()) || std::fflush(gathered.file.get()) != 0) {
-    gathered.error = read_failed;
-  }
-  memory = {};
-  return gathered;
 }
 
 std::optional<ZipMember> member_at(zip_t* archive, zip_uint64_t index) {
@@ -159,12 +103,15 @@ Inflater::Inflater() : decompressor_(or_throw(libdeflate_alloc_decompressor())) 
 
 Deflater::Deflater() : compressor_(or_throw(libdeflate_alloc_compressor(compression_level))) {}
 
-bool Inflater::inflate(std::span<const std::uint8_t> compressed, std::span<std::uint8_t> into) {
+bool Inflater::inflate(std::span<const std::uint8_t> compressed, std::span<std::uint8_t> into,
+                       DeflateFrame frame) {
   std::size_t used = 0;
   std::size_t made = 0;
-  const auto result =
-      libdeflate_deflate_decompress_ex(decompressor_.get(), compressed.data(), compressed.size(),
-                                       into.data(), into.size(), &used, &made);
+  const auto decompress = frame == DeflateFrame::none   ? libdeflate_deflate_decompress_ex
+                          : frame == DeflateFrame::zlib ? libdeflate_zlib_decompress_ex
+                                                        : libdeflate_gzip_decompress_ex;
+  const auto result = decompress(decompressor_.get(), compressed.data(), compressed.size(),
+                                 into.data(), into.size(), &used, &made);
   return result == LIBDEFLATE_SUCCESS && used == compressed.size() && made == into.size();
 }
 
@@ -197,16 +144,12 @@ OpenedZip ZipArchive::open(std::unique_ptr<ByteSource> bytes) {
 }
 
 std::optional<CaptureError> ZipArchive::open_source(std::unique_ptr<ByteSource> bytes) {
-  Source source;
-  if (const int descriptor = bytes->regular_file(); descriptor >= 0) {
-    source = source_of_file(reopened(descriptor));
-  } else {
-    Gathered gathered = gather(*bytes, memory_);
-    if (gathered.error) return gathered.error;
-    source = gathered.file
-                 ? source_of_file(std::move(gathered.file))
-                 : Source(zip_source_buffer_create(memory_.data(), memory_.size(), 0, nullptr));
-  }
+  auto gathered = gather(std::move(bytes));
+  if (!gathered) return gathered.error();
+  memory_ = std::move(gathered->memory);
+  Source source =
+      gathered->file ? source_of_file(std::move(gathered->file))
+                     : Source(zip_source_buffer_create(memory_.data(), memory_.size(), 0, nullptr));
   zip_stat_t about{};
   if (!source || zip_source_stat(source.get(), &about) != 0) return read_failed;
   archive_.reset(zip_open_from_source(source.get(), ZIP_RDONLY, nullptr));

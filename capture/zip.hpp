@@ -23,12 +23,16 @@ namespace biss::capture {
 /// A byte of deflated data makes no more bytes than this.
 inline constexpr std::uint64_t max_deflate_ratio = 1'032;
 
+/// What stands around deflated data: nothing, or header and checksum of RFC 1950 or RFC 1952.
+enum class DeflateFrame : std::uint8_t { none, zlib, gzip };
+
 class Inflater {
  public:
   Inflater();
 
   /// Whether `deflated` is whole and makes exactly `into.size()` bytes, which are then in `into`.
-  bool inflate(std::span<const std::uint8_t> deflated, std::span<std::uint8_t> into);
+  bool inflate(std::span<const std::uint8_t> deflated, std::span<std::uint8_t> into,
+               DeflateFrame frame = DeflateFrame::none);
 
  private:
   struct Free {
