@@ -10,6 +10,7 @@
 
 #include "capture/open.hpp"
 #include "capture/test_capture.hpp"
+#include "capture/test_compressed.hpp"
 #include "capture/test_fst.hpp"
 
 namespace biss::capture {
@@ -61,6 +62,40 @@ TEST(Fst, ChainsOfSignals_BecomeEdgesInTheOrderOfTime) {
     EXPECT_EQ(read.edges, some_edges());
     EXPECT_EQ(read.end_time, picoseconds(150'000'001));
   }
+}
+
+// A file as a whole in gzip, which says that it has `size` bytes.
+std::string wrapped(const std::string& packed, std::uint64_t size) {
+  std::string bytes(1, static_cast<char>(254));
+  put_big_endian(bytes, packed.size() + 16);
+  put_big_endian(bytes, size);
+  return bytes + packed;
+}
+
+TEST(Fst, FileInGzip_IsReadAsTheFile) {
+  const std::string file = fst_of(fst_parts_of(ma_slo, some_edges()));
+  const std::string bytes = wrapped(gzip_of(file), file.size());
+  for (const std::string& text : {bytes, gzip_of(bytes), gzip_of(file), zstd_of(file)}) {
+    for (const std::size_t block : {std::size_t{1}, one_block}) {
+      const Read read = read_all(open_capture(memory_bytes(text, block), "a"));
+      EXPECT_EQ(text_of(read), "");
+      EXPECT_EQ(read.edges, some_edges());
+    }
+  }
+}
+
+TEST(Fst, DamagedWrapper_IsNamed) {
+  const std::string file = fst_of(fst_parts_of(ma_slo, some_edges()));
+  const std::string packed = gzip_of(file);
+  const auto cause = [](const std::string& bytes) { return read_fst(bytes).cause(); };
+  EXPECT_EQ(cause(wrapped(packed, file.size() - 1)), CaptureCause::damaged);
+  EXPECT_EQ(cause(wrapped(packed, file.size() + 1)), CaptureCause::damaged);
+  EXPECT_EQ(cause(wrapped(packed, std::uint64_t{1} << 40U)), CaptureCause::damaged);
+  EXPECT_EQ(cause(wrapped(packed.substr(0, packed.size() - 9), file.size())),
+            CaptureCause::damaged);
+  std::string changed = packed;
+  changed.back() ^= 1;
+  EXPECT_EQ(cause(wrapped(changed, file.size())), CaptureCause::damaged);
 }
 
 TEST(Fst, ManyLinesAndChanges_AreMerged) {

@@ -8,6 +8,7 @@
 
 #include "capture/open.hpp"
 #include "capture/test_capture.hpp"
+#include "capture/test_compressed.hpp"
 #include "capture/test_scope.hpp"
 
 namespace biss::capture {
@@ -61,6 +62,34 @@ TEST(SaleaeAnalog, Version0_GivesItsEdges) {
                                         edge(1'500'000, 0, '0')));
     EXPECT_EQ(read.end_time, microseconds(2));
   }
+}
+
+TEST(SaleaeAnalog, Compressed_IsReadInAnyPieces) {
+  const std::string bytes = gzip_of(version_0({0.F, 2.F, 2.F, 0.F}));
+  for (const std::size_t block : {std::size_t{1}, one_block}) {
+    const Read read =
+        read_all(open_capture(memory_bytes(bytes, block), "d/MA.bin.gz", at_one_volt));
+    EXPECT_FALSE(read.error);
+    EXPECT_THAT(read.lines, ElementsAre("MA"));
+    EXPECT_EQ(read.edges.size(), 3U);
+  }
+}
+
+TEST(SaleaeAnalog, SampleRate_IsThatOfAllWaveforms) {
+  const auto rate_of_bytes = [](const std::string& bytes) {
+    const Opened opened = open_capture(memory_bytes(bytes), "x.bin", at_one_volt);
+    if (!opened) return Hertz{};
+    while (true) {
+      const auto block = (*opened)->next_block();
+      if (!block.ok() || block->empty()) return (*opened)->sample_rate();
+    }
+  };
+  const std::string two = signature(1) + bytes_of(2);
+  const std::string first = waveform(0, 1e6, 2, {0.F, 2.F});
+  EXPECT_EQ(rate_of_bytes(version_0({0.F, 2.F})), megahertz(1));
+  EXPECT_EQ(rate_of_bytes(two + first + waveform(1, 1e6, 2, {0.F})), kilohertz(500));
+  EXPECT_EQ(rate_of_bytes(two + first + waveform(1, 1e6, 1, {0.F})), Hertz{});
+  EXPECT_EQ(rate_of_bytes(two + waveform(0, 1e6, 3, {0.F}) + first), Hertz{});
 }
 
 TEST(SaleaeAnalog, Waveforms_AreNotJoined) {

@@ -36,7 +36,7 @@ std::optional<Nanovolts> voltage_word(std::string_view cell) {
 // 0 Hz where it is not known, or no whole number of hertz.
 Hertz rate_of(const SampledCsvLayout& layout) {
   constexpr std::int64_t femtoseconds_of_second = 1'000'000'000'000'000;
-  if (layout.rate.count != 0 || layout.step_femtoseconds == 0) return layout.rate;
+  if (layout.sample_rate.count != 0 || layout.step_femtoseconds == 0) return layout.sample_rate;
   const std::int64_t rate = femtoseconds_of_second / layout.step_femtoseconds;
   const bool whole = rate * layout.step_femtoseconds == femtoseconds_of_second;
   return whole && rate <= hertz_max.count ? Hertz{static_cast<std::uint32_t>(rate)} : Hertz{};

@@ -50,6 +50,8 @@ struct SampledCsvLayout {
   /// The cell `time_cell` is this times the index.
   std::int64_t index_step = 1;
   Picoseconds sample_period;
+  /// That of the file, also where the times are a column; 0 Hz where it names none.
+  Hertz sample_rate;
   std::vector<CsvChannel> channels;
 };
 

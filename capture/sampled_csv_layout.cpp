@@ -370,6 +370,7 @@ void LayoutParser::take_rate(Hertz rate, std::string_view time_name) {
   if (rate.count == 0) return;
   layout_.sample_period =
       period_of(rate) + picoseconds(picoseconds_per_second % rate.count == 0 ? 0 : 1);
+  layout_.sample_rate = rate;
   if (time_name.ends_with("(s)")) return;  // DSView
   layout_.rate = rate;
   std::uint64_t units = 1'000;
