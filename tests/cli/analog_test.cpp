@@ -108,6 +108,22 @@ TEST_F(Analog, DifferentialPairs_DecodeToTheTruth) {
                 "--threshold=-100mV:1V"});
 }
 
+TEST_F(Analog, Converted_DecodesToTheTruth) {
+  const std::string pairs = differential();
+  const std::string line = folder_.path("converted.vcd");
+  const Outcome made = run({"convert", pairs, line, "--differential", "MA+-MA-=MA",
+                            "--differential", "SLO+-SLO-=SLO", "--threshold=0V:1V"});
+  ASSERT_EQ(made.status, 0) << made.err;
+  expect_truth({line});
+  // A scope with a known increment gives the rate of the samples.
+  const std::string scope =
+      folder_.file("scope.csv", scope_text(capture::scope_texts[0], samples_, step));
+  const std::string session = folder_.path("converted.sr");
+  const Outcome sampled = run({"convert", scope, session, "--line", "CH1=MA", "--line", "CH2=SLO"});
+  ASSERT_EQ(sampled.status, 0) << sampled.err;
+  expect_truth({session});
+}
+
 TEST_F(Analog, WrongOptions_AreNamed) {
   const std::string pairs = differential();
   const std::string line = folder_.path("line.csv");
