@@ -83,6 +83,35 @@ class PrefixedBytes final : public ByteSource {
   std::unique_ptr<ByteSource> rest_;
 };
 
+class FailedBytes final : public ByteSource {
+ public:
+  explicit FailedBytes(const CaptureError& error) : error_(error) {}
+
+  Result<std::size_t, CaptureError> read(std::span<char>) override { return failure(error_); }
+
+ private:
+  CaptureError error_;
+};
+
+class LimitedBytes final : public ByteSource {
+ public:
+  LimitedBytes(std::unique_ptr<ByteSource> bytes, std::uint64_t most, const CaptureError& error)
+      : bytes_(std::move(bytes)), left_(most), error_(error) {}
+
+  Result<std::size_t, CaptureError> read(std::span<char> into) override {
+    const auto got = bytes_->read(into);
+    if (!got.ok()) return got;
+    if (*got > left_) return failure(error_);
+    left_ -= *got;
+    return got;
+  }
+
+ private:
+  std::unique_ptr<ByteSource> bytes_;
+  std::uint64_t left_;
+  CaptureError error_;
+};
+
 bool is_directory(int descriptor) {
   struct stat about {};
   return ::fstat(descriptor, &about) == 0 && S_ISDIR(about.st_mode);
@@ -103,6 +132,15 @@ OpenedBytes open_bytes(const std::string& path) {
 
 std::unique_ptr<ByteSource> memory_bytes(std::string_view text, std::size_t block_bytes) {
   return std::make_unique<MemoryBytes>(text, block_bytes);
+}
+
+std::unique_ptr<ByteSource> failed_bytes(const CaptureError& error) {
+  return std::make_unique<FailedBytes>(error);
+}
+
+std::unique_ptr<ByteSource> limited_bytes(std::unique_ptr<ByteSource> bytes, std::uint64_t most,
+                                          const CaptureError& error) {
+  return std::make_unique<LimitedBytes>(std::move(bytes), most, error);
 }
 
 std::unique_ptr<ByteSource> prefixed_bytes(std::string head, std::unique_ptr<ByteSource> rest) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <cstdio>
 #include <iosfwd>
 #include <limits>
@@ -21,7 +22,8 @@ class ByteSource {
   virtual ~ByteSource() = default;
 
   /// Puts the next bytes at the front of `into` and returns how many: at least one, 0 at the end.
-  /// Fails with `read_failed`.
+  /// Fails with `read_failed`; bytes that are decompressed also with `damaged`, `truncated` and
+  /// `too_large`.
   /// \pre into is not empty
   virtual Result<std::size_t, CaptureError> read(std::span<char> into) = 0;
 
@@ -41,6 +43,13 @@ OpenedBytes open_bytes(const std::string& path);
 /// \pre block_bytes > 0
 std::unique_ptr<ByteSource> memory_bytes(
     std::string_view text, std::size_t block_bytes = std::numeric_limits<std::size_t>::max());
+
+/// Fails each time.
+std::unique_ptr<ByteSource> failed_bytes(const CaptureError& error);
+
+/// At most `most` bytes of `bytes`; then fails with `error`, unless `bytes` have ended.
+std::unique_ptr<ByteSource> limited_bytes(std::unique_ptr<ByteSource> bytes, std::uint64_t most,
+                                          const CaptureError& error);
 
 /// `head`, then everything of `rest`: gives back what was read to look at the beginning.
 std::unique_ptr<ByteSource> prefixed_bytes(std::string head, std::unique_ptr<ByteSource> rest);

@@ -33,11 +33,15 @@ enum class CaptureCause : std::uint8_t {
   malformed,          ///< a token, number or header that the format does not allow
   token_too_long,     ///< a token (or CSV line) longer than any valid one
   too_many_lines,     ///< more signals than a capture may have
+  block_too_large,    ///< a part that has to be in memory at once takes more than 256 MiB
   time_backwards,     ///< a time before the previous one
   time_out_of_range,  ///< a time beyond what 64-bit picoseconds hold
   damaged,            ///< an archive or its compressed data is not whole
+  too_large,          ///< a compressed archive beyond what is copied to a temporary file
   layout_missing,     ///< raw samples, and no layout given for them
   bad_layout,         ///< the layout given for raw samples is not possible
+  no_two_levels,      ///< no analog channel has two levels, so there is no threshold
+  no_such_channel,    ///< a differential that does not name two analog channels of the capture
   truncated,          ///< the file ends inside a token, a header, a row or a sample
 };
 
@@ -76,12 +80,20 @@ class EdgeSource {
   /// reading.
   virtual Picoseconds end_time() const = 0;
 
-  /// The longest time between two samples: a change has the time of the first sample that shows it. 0 where the
-  /// file holds changes.
+  /// The longest time between two samples; 0 where the file holds changes. A change has the time of
+  /// the first sample that shows it. Of analog samples it is interpolated between two samples; also
+  /// then it is certain only to this period, because the signal may have changed anywhere in it.
   virtual Picoseconds sample_period() const { return {}; }
+
+  /// The rate of the samples; 0 Hz where the file holds changes, and where its rate is not known, no
+  /// whole number of hertz, or changes.
+  virtual Hertz sample_rate() const { return {}; }
 
   /// These are raw samples, read by the layout that the caller gave.
   virtual bool is_raw() const { return false; }
+
+  /// Some lines are voltages, compared with a threshold.
+  virtual bool is_analog() const { return false; }
 };
 
 /// An opened capture, or why it cannot be read.

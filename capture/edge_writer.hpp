@@ -13,11 +13,11 @@
 namespace biss::capture {
 
 enum class WriteCause : std::uint8_t {
-  write_failed,      ///< the sink refused
+  write_failed,      ///< the sink refused, or a temporary file
   no_such_line,      ///< an edge of a line that the writer was not given
   time_backwards,    ///< an edge before the one already written
   time_before_zero,  ///< the format cannot hold a negative time
-  too_many_lines,    ///< more lines than a sample of the format has bits
+  too_many_lines,    ///< more lines than the format holds
   too_large,         ///< beyond what the format can address
 };
 

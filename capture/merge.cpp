@@ -75,4 +75,17 @@ Picoseconds MergedSource::sample_period() const {
   return longest;
 }
 
+Hertz MergedSource::sample_rate() const {
+  const Hertz first = inputs_.empty() ? Hertz{} : inputs_.front().source->sample_rate();
+  const bool same = std::all_of(inputs_.begin(), inputs_.end(), [first](const Input& input) {
+    return input.source->sample_rate() == first;
+  });
+  return same ? first : Hertz{};
+}
+
+bool MergedSource::is_analog() const {
+  return std::any_of(inputs_.begin(), inputs_.end(),
+                     [](const Input& input) { return input.source->is_analog(); });
+}
+
 }  // namespace biss::capture

@@ -32,6 +32,10 @@ class MergedSource final : public EdgeSource {
   Picoseconds end_time() const override;
   /// The longest of the sources' sample periods.
   Picoseconds sample_period() const override;
+  /// The rate of all sources; 0 Hz where they differ.
+  Hertz sample_rate() const override;
+  /// Of any source.
+  bool is_analog() const override;
 
   /// Which source the error of next_block() comes from.
   std::size_t failed_source() const { return failed_source_; }

@@ -2,35 +2,63 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
+#include <optional>
 #include <utility>
 
+#include "capture/compressed.hpp"
+#include "capture/dsl.hpp"
 #include "capture/event_csv.hpp"
+#include "capture/fst.hpp"
+#include "capture/gather.hpp"
+#include "capture/ghw.hpp"
+#include "capture/saleae_analog.hpp"
+#include "capture/saleae_binary.hpp"
+#include "capture/sampled_csv.hpp"
 #include "capture/samples.hpp"
 #include "capture/sr.hpp"
 #include "capture/text_source.hpp"
 #include "capture/vcd.hpp"
+#include "capture/zip.hpp"
 
 namespace biss::capture {
 namespace {
 
-enum class Format : std::uint8_t { vcd, event_csv, sr, raw, other };
+enum class Format : std::uint8_t {
+  vcd,
+  event_csv,
+  sampled_csv,
+  zip,
+  fst,
+  ghw,
+  saleae_binary,
+  saleae_analog,
+  raw,
+  other
+};
 
 // Enough for the comments before a header, little enough to keep.
 constexpr std::size_t head_bytes = 65'536;
 
 constexpr const char* expected_text =
-    "a VCD, a sigrok session, or a CSV with a header such as time_ns,MA,SLO";
+    "a VCD, FST, GHW, a sigrok session, a DSLogic capture, an export of Saleae Logic, the CSV of "
+    "an "
+    "oscilloscope, or a CSV with a header such as time_ns,MA,SLO";
 constexpr const char* expected_layout = "the sample rate, unit size and bits";
 
 // Formats of captures that are not read, by their first bytes.
-constexpr std::string_view saleae_binary = "<SALEAE>";
-constexpr std::array<std::pair<std::string_view, const char*>, 5> known_others{{
-    {saleae_binary, "a CSV of Saleae Logic; this is its binary export"},
-    {"\x1F\x8B", "VCD, .sr or event CSV; this is compressed by gzip"},
+constexpr std::array<std::pair<std::string_view, const char*>, 2> known_others{{
     {"\xFF\xFE", "text in UTF-8; this is UTF-16"},
     {"\xFE\xFF", "text in UTF-8; this is UTF-16"},
-    {"(\xB5/\xFD", "VCD, .sr or event CSV; this is compressed by zstd"},
 }};
+
+// A file compressed more often is a mistake or an attack.
+constexpr int most_compressions = 3;
+
+// A ZIP archive or an FST is read at any place, so what was compressed once more is gathered.
+constexpr CaptureError archive_too_large{
+    .cause = CaptureCause::too_large,
+    .expected = "an archive or FST of at most 4 GiB inside a compressed file"};
 
 // The first line that is neither blank nor a comment.
 std::string_view first_row(std::string_view text) {
@@ -45,8 +73,18 @@ std::string_view first_row(std::string_view text) {
   return {};
 }
 
-Format format_of_content(std::string_view head) {
-  if (looks_like_zip(head)) return Format::sr;
+// `whole`: no more is going to be seen; else `other` may be another format once more is seen.
+Format format_of_content(std::string_view head, bool whole) {
+  if (looks_like_zip(head)) return Format::zip;
+  if (looks_like_fst(head)) return Format::fst;
+  if (looks_like_ghw(head)) return Format::ghw;
+  if (head.starts_with(saleae_magic)) {
+    if (looks_like_saleae_analog(head)) return Format::saleae_analog;
+    return whole || head.size() >= saleae_header_bytes ? Format::saleae_binary : Format::other;
+  }
+  const Likeness sampled = looks_like_sampled_csv(head, whole);
+  if (sampled == Likeness::yes) return Format::sampled_csv;
+  if (sampled == Likeness::not_yet) return Format::other;
   const std::string_view row = first_row(head);
   if (row.size() > 1 && row[0] == '$' && row[1] >= 'a' && row[1] <= 'z') return Format::vcd;
   if (looks_like_event_csv(row)) return Format::event_csv;
@@ -57,7 +95,9 @@ Format format_of_extension(std::string_view path) {
   const std::string extension = lower_case(path.substr(std::min(path.rfind('.'), path.size())));
   if (extension == ".vcd") return Format::vcd;
   if (extension == ".csv") return Format::event_csv;
-  if (extension == ".sr") return Format::sr;
+  if (extension == ".sr" || extension == ".dsl") return Format::zip;
+  if (extension == ".fst") return Format::fst;
+  if (extension == ".ghw") return Format::ghw;
   if (extension == ".bin" || extension == ".raw") return Format::raw;
   return Format::other;
 }
@@ -72,24 +112,51 @@ const char* other_format_of(std::string_view head) {
 
 // Raw samples have no signature: where a layout is given, the file name alone selects them.
 Format format_of(std::string_view head, std::string_view path, bool raw_given) {
-  if (head.starts_with(saleae_binary)) return Format::other;
+  if (head.starts_with(saleae_magic)) return format_of_content(head, true);
   const Format by_name = format_of_extension(path);
   if (raw_given && by_name == Format::raw) return Format::raw;
-  if (const Format by_content = format_of_content(head); by_content != Format::other) {
+  if (const Format by_content = format_of_content(head, true); by_content != Format::other) {
     return by_content;
   }
   if (by_name == Format::other && raw_given) return Format::raw;
   return other_format_of(head) != nullptr ? Format::other : by_name;
 }
 
-Opened open_as(Format format, std::unique_ptr<ByteSource> bytes, const OpenOptions& options) {
+// The name of the file without folder and extension: what a line is called that has no name.
+std::string stem_of(std::string_view path, const char* otherwise) {
+  if (path == "-") return otherwise;
+  path.remove_prefix(std::min(path.rfind('/') + 1, path.size()));
+  std::string_view stem = path.substr(0, path.rfind('.'));
+  if (stem.ends_with(".saleae")) stem.remove_suffix(std::string_view(".saleae").size());
+  return stem.empty() ? otherwise : std::string(stem);
+}
+
+Opened open_zip(std::unique_ptr<ByteSource> bytes) {
+  auto archive = ZipArchive::open(std::move(bytes));
+  if (!archive) return tl::unexpected(archive.error());
+  const bool is_dsl = (*archive)->find("header") && !(*archive)->find("metadata");
+  return is_dsl ? open_dsl(std::move(*archive)) : open_sr(std::move(*archive));
+}
+
+Opened open_as(Format format, std::unique_ptr<ByteSource> bytes, std::string_view path,
+               const OpenOptions& options) {
   switch (format) {
     case Format::vcd:
       return open_vcd(std::move(bytes));
     case Format::event_csv:
       return open_event_csv(std::move(bytes));
-    case Format::sr:
-      return open_sr(std::move(bytes));
+    case Format::sampled_csv:
+      return open_sampled_csv(std::move(bytes), options.analog);
+    case Format::zip:
+      return open_zip(std::move(bytes));
+    case Format::saleae_binary:
+      return open_saleae_binary(std::move(bytes), stem_of(path, "digital"));
+    case Format::saleae_analog:
+      return open_saleae_analog(std::move(bytes), stem_of(path, "analog"), options.analog);
+    case Format::fst:
+      return open_fst(std::move(bytes));
+    case Format::ghw:
+      return open_ghw(std::move(bytes));
     case Format::raw:
     case Format::other:
       break;
@@ -135,47 +202,97 @@ std::pair<const char*, const char*> words_of(CaptureCause cause) {
       return {"a word or a row of more than 64 KiB", export_again};
     case CaptureCause::too_many_lines:
       return {"more signals than a capture may have (65536 of one bit)", "export fewer signals"};
+    case CaptureCause::block_too_large:
+      return {"a part of it needs more than 256 MiB of memory",
+              "record fewer signals or less time"};
     case CaptureCause::time_backwards:
       return {"time runs backwards", "sort by time or export the capture again"};
     case CaptureCause::time_out_of_range:
       return {"a time beyond 106 days", "check the unit of time"};
     case CaptureCause::damaged:
       return {"is damaged", "copy or save the capture again"};
+    case CaptureCause::too_large:
+      return {"is too large", "decompress it to a file first"};
     case CaptureCause::layout_missing:
       return {"the layout of raw samples is not known", "give their layout"};
     case CaptureCause::bad_layout:
       return {"has an impossible layout", "correct the layout given"};
+    case CaptureCause::no_two_levels:
+      return {"no signal with two levels", "give the threshold, as in --threshold 1.5V"};
+    case CaptureCause::no_such_channel:
+      return {"--differential does not name two of its analog channels",
+              "give the names of its header, as in CH1-CH2=MA"};
     case CaptureCause::truncated:
       return {"the file ends in the middle", "the part before was read; export the rest again"};
   }
   return {"", ""};
 }
 
+struct Head {
+  std::string text;
+  std::optional<CaptureError> error;  // why there is no more of it
+};
+
+// As much of the beginning as shows what the file is.
+Head read_head(ByteSource& bytes) {
+  Head head;
+  std::array<char, 4'096> block{};
+  std::size_t judged = 0;
+  while (head.text.size() < head_bytes) {
+    const auto got = bytes.read(block);
+    if (!got.ok()) {
+      head.error = got.error();
+      break;
+    }
+    if (*got == 0) break;
+    head.text.append(block.data(), *got);
+    // Judged when it has doubled: sources may hand out single bytes.
+    if (head.text.size() < 2 * judged) continue;
+    judged = head.text.size();
+    if (format_of_content(head.text, false) != Format::other) break;
+    if (compression_of(head.text) != Compression::none) break;
+  }
+  return head;
+}
+
+// `compressions` is how often these bytes were compressed.
+Opened open_bytes_of(std::unique_ptr<ByteSource> bytes, std::string_view path,
+                     const OpenOptions& options, int compressions) {
+  Head head = read_head(*bytes);
+  if (head.error && head.text.empty()) return tl::unexpected(*head.error);
+  const bool raw_by_name = options.raw && format_of_extension(path) == Format::raw;
+  const Compression compression = raw_by_name ? Compression::none : compression_of(head.text);
+  const Format format = format_of(head.text, path, options.raw.has_value());
+  const bool blank = is_blank(head.text) && head.text.size() < head_bytes;
+  const char* const other = other_format_of(head.text);
+  // What was read before an error is delivered before it.
+  if (head.error) bytes = failed_bytes(*head.error);
+  bytes = prefixed_bytes(std::move(head.text), std::move(bytes));
+  if (compression != Compression::none) {
+    if (compressions == most_compressions) {
+      return tl::unexpected(CaptureError{.cause = CaptureCause::unknown_format,
+                                         .expected = "a file that is compressed at most 3 times"});
+    }
+    return open_bytes_of(decompressed(std::move(bytes), compression), without_compression(path),
+                         options, compressions + 1);
+  }
+  if (format == Format::other && other != nullptr) {
+    return tl::unexpected(CaptureError{CaptureCause::unknown_format, 1, 1, other});
+  }
+  if (format == Format::other && blank) {
+    return tl::unexpected(head.error.value_or(CaptureError{.cause = CaptureCause::empty}));
+  }
+  if ((format == Format::zip || format == Format::fst) && compressions != 0) {
+    bytes = limited_bytes(std::move(bytes), most_gathered_bytes, archive_too_large);
+  }
+  return open_as(format, std::move(bytes), path, options);
+}
+
 }  // namespace
 
 Opened open_capture(std::unique_ptr<ByteSource> bytes, std::string_view path,
                     const OpenOptions& options) {
-  std::string head;
-  std::array<char, 4'096> block{};
-  std::size_t judged = 0;
-  while (head.size() < head_bytes) {
-    const auto got = bytes->read(block);
-    if (!got.ok()) return tl::unexpected(got.error());
-    if (*got == 0) break;
-    head.append(block.data(), *got);
-    // Judged when it has doubled: sources may hand out single bytes.
-    if (head.size() < 2 * judged) continue;
-    judged = head.size();
-    if (format_of_content(head) != Format::other) break;
-  }
-  const Format format = format_of(head, path, options.raw.has_value());
-  if (const char* const expected = format == Format::other ? other_format_of(head) : nullptr) {
-    return tl::unexpected(CaptureError{CaptureCause::unknown_format, 1, 1, expected});
-  }
-  if (format == Format::other && is_blank(head) && head.size() < head_bytes) {
-    return tl::unexpected(CaptureError{.cause = CaptureCause::empty});
-  }
-  return open_as(format, prefixed_bytes(std::move(head), std::move(bytes)), options);
+  return open_bytes_of(std::move(bytes), path, options, 0);
 }
 
 Opened open_capture(const std::string& path, const OpenOptions& options) {

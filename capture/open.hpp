@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "capture/analog.hpp"
 #include "capture/bytes.hpp"
 #include "capture/edge_source.hpp"
 #include "capture/samples.hpp"
@@ -17,13 +18,17 @@ struct OpenOptions {
   /// Raw samples: a file `.bin` or `.raw` whatever its content, but not the binary export of Saleae
   /// Logic; and any file that is known neither by its content nor by its extension.
   std::optional<RawLayout> raw;
+  /// How voltages become levels.
+  AnalogOptions analog = {};
 };
 
 /// Opens the capture at `path`; `-` is standard input. The content decides what it is, the
-/// extension (`.vcd`, `.csv`, `.sr`) where the content does not say. Fails with every CaptureCause.
+/// extension (`.vcd`, `.csv`, `.sr`, `.dsl`) where the content does not say. What is compressed by gzip
+/// or zstd, up to three times, is decompressed as it is read. A line without a name is called as the
+/// file, without folder and extension. Fails with every CaptureCause.
 Opened open_capture(const std::string& path, const OpenOptions& options = {});
 
-/// The same for bytes from elsewhere; of `path` only the extension counts.
+/// The same for bytes from elsewhere; of `path` only the name counts.
 Opened open_capture(std::unique_ptr<ByteSource> bytes, std::string_view path,
                     const OpenOptions& options = {});
 

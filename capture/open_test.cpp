@@ -47,14 +47,11 @@ TEST(Open, Empty_IsSaidWhateverTheExtension) {
 }
 
 TEST(Open, FormatsOfOthers_AreNamed) {
-  const Read gzip = read_as("\x1F\x8B\x08", "a.vcd");
-  ASSERT_EQ(gzip.cause(), CaptureCause::unknown_format);
-  EXPECT_NE(std::string(gzip.error->expected).find("gzip"), std::string::npos);
-  EXPECT_EQ(read_as("<SALEAE>\x01", "a.bin").cause(), CaptureCause::unknown_format);
+  EXPECT_EQ(read_as("\x1F\x8B\x08", "a.vcd").cause(), CaptureCause::truncated);
   EXPECT_EQ(read_as("\xFF\xFE$", "a.vcd").cause(), CaptureCause::unknown_format);
   const Read sal = read_as(zip_of({{"meta.json", "{}"}}), "a.sal");
   ASSERT_EQ(sal.cause(), CaptureCause::unknown_format);
-  EXPECT_NE(std::string(sal.error->expected).find("Saleae"), std::string::npos);
+  EXPECT_NE(std::string(sal.error->expected).find("in Logic 2, export"), std::string::npos);
 }
 
 TEST(Open, Session_IsKnownWhateverTheExtension) {
@@ -82,7 +79,7 @@ TEST(Open, RawSamples_NeedALayout) {
   EXPECT_EQ(read_with("\xFF\xFE", "a.samples").edges.size(), 2U);
   EXPECT_EQ(read_with(csv, "a.csv").lines.size(), 2U);
   EXPECT_EQ(read_with(vcd, "-").lines.size(), 2U);
-  EXPECT_EQ(read_with("<SALEAE>\x01", "a.bin").cause(), CaptureCause::unknown_format);
+  EXPECT_EQ(read_with("<SALEAE>\x01", "a.bin").cause(), CaptureCause::truncated);
   EXPECT_EQ(read_with("hello", "a.csv").cause(), CaptureCause::malformed);
   EXPECT_TRUE(open_capture(memory_bytes("\1"), "a.bin", options).value()->is_raw());
   EXPECT_FALSE(open_capture(memory_bytes(csv), "a.csv", options).value()->is_raw());

@@ -3,47 +3,20 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <random>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "capture/open.hpp"
 #include "capture/samples.hpp"
 #include "capture/sr.hpp"
+#include "capture/test_peers.hpp"
 #include "capture/test_samples.hpp"
 #include "capture/vcd.hpp"
 
 namespace biss::capture {
 namespace peers_test {
-
-bool runs(const std::string& command) {
-  return std::system((command + " >/dev/null 2>&1").c_str()) == 0;
-}
-
-std::string content_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-class Folder {
- public:
-  Folder() {
-    std::string name = testing::TempDir() + "biss-peers-XXXXXX";
-    if (mkdtemp(name.data()) == nullptr) std::abort();
-    folder_ = name;
-  }
-  ~Folder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
-  }
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-
- private:
-  std::filesystem::path folder_;
-};
 
 struct Lines {
   std::vector<std::string> names;
@@ -55,7 +28,7 @@ constexpr Hertz rate = megahertz(100);
 
 // Edges at sample times: bursts as of request cycles, long idle times between them, more than one
 // chunk.
-Lines bursts(std::size_t count) {
+Lines bursts(std::size_t count, unsigned longest_idle = 200'000) {
   Lines lines;
   for (std::size_t i = 0; i < count; ++i) lines.names.push_back("L" + std::to_string(i));
   lines.names[0] = "MA";
@@ -66,7 +39,7 @@ Lines bursts(std::size_t count) {
   std::vector<bool> high(count, true);
   Picoseconds now{};
   for (int burst = 0; burst < 60; ++burst) {
-    now += nanoseconds(10) * static_cast<std::int64_t>(1 + random() % 200'000);
+    now += nanoseconds(10) * static_cast<std::int64_t>(1 + random() % longest_idle);
     for (int i = 0; i < 100; ++i) {
       now += nanoseconds(10) * static_cast<std::int64_t>(1 + random() % 9);
       const std::size_t line = random() % count;
@@ -95,10 +68,6 @@ std::vector<wire::Edge> by_line(std::vector<wire::Edge> edges) {
   std::stable_sort(edges.begin(), edges.end(),
                    [](const wire::Edge& a, const wire::Edge& b) { return a.line < b.line; });
   return edges;
-}
-
-void save(const std::string& path, const std::string& bytes) {
-  std::ofstream(path, std::ios::binary) << bytes;
 }
 
 constexpr const char* no_sigrok = "no sigrok-cli: scripts/install-packages test";
@@ -144,6 +113,48 @@ TEST_P(Sigrok, VcdItWroteFromOurs_HasTheSameEdges) {
   EXPECT_EQ(read.edges, lines_.edges);
 }
 
+// Without times the first sample is at 0, with times one period later.
+TEST(SigrokCsv, CsvItWroteFromOurSession_HasTheSameEdges) {
+  if (!runs("sigrok-cli --version")) GTEST_SKIP() << no_sigrok;
+  const Folder folder;
+  const Lines lines = bursts(3, 100);
+  save(folder.path("ours.sr"), written<SrWriter>(lines, lines.names, rate));
+  for (const std::string format :
+       {"csv", "csv:label=channel", "csv:time=true", "csv:time=true:label=channel:dedup=true"}) {
+    SCOPED_TRACE(format);
+    ASSERT_TRUE(runs("sigrok-cli -i " + folder.path("ours.sr") + " -O " + format + " -o " +
+                     folder.path("theirs.csv")));
+    const Read read = read_all(open_capture(folder.path("theirs.csv")));
+    EXPECT_FALSE(read.error);
+    EXPECT_EQ(read.lines, lines.names);
+    std::vector<wire::Edge> expected = lines.edges;
+    for (wire::Edge& edge : expected) {
+      edge.time += nanoseconds(format.find("time") != std::string::npos ? 10 : 0);
+    }
+    EXPECT_EQ(read.edges, expected);
+  }
+}
+
+TEST(SigrokAnalog, CsvOfItsDemoDevice_HasItsSquareWave) {
+  if (!runs("sigrok-cli --version")) GTEST_SKIP() << no_sigrok;
+  const Folder folder;
+  const std::string path = folder.path("demo.csv");
+  ASSERT_TRUE(
+      runs("sigrok-cli -d demo:analog_channels=2:logic_channels=1 --samples 20000 --config "
+           "samplerate=1m -O csv -o " +
+           path));
+  const Read read = read_all(open_capture(path));
+  EXPECT_FALSE(read.error);
+  EXPECT_EQ(read.lines, (std::vector<std::string>{"D0", "A0", "A1"}));
+  // One channel is a square wave, one a sine, of ten samples a period and up; both cross 0 V.
+  for (const wire::LineIndex line : {1U, 2U}) {
+    const auto changes =
+        std::count_if(read.edges.begin(), read.edges.end(),
+                      [line](const wire::Edge& edge) { return edge.line == line; });
+    EXPECT_GT(changes, 100) << line;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Lines, Sigrok, testing::Values(2, 9, 32));
 
 TEST(Gtkwave, OurVcd_BecomesAnFstWithTheSameEdges) {
@@ -162,6 +173,137 @@ TEST(Gtkwave, OurVcd_BecomesAnFstWithTheSameEdges) {
   EXPECT_FALSE(back.error);
   EXPECT_EQ(back.lines, ours.lines);
   EXPECT_EQ(by_line(back.edges), by_line(ours.edges));
+}
+
+class Vcd2fst : public testing::TestWithParam<const char*> {};
+
+TEST_P(Vcd2fst, OurVcd_BecomesAnFstThatWeReadTheSame) {
+  if (!runs("command -v vcd2fst")) GTEST_SKIP() << "no vcd2fst: scripts/install-packages test";
+  const Folder folder;
+  Lines lines = bursts(5);
+  lines.edges.insert(lines.edges.begin() + 50, {lines.edges[49].time, 2, wire::Level::unknown});
+  save(folder.path("ours.vcd"), written<VcdWriter>(lines, lines.names));
+  ASSERT_TRUE(runs("vcd2fst " + std::string(GetParam()) + " " + folder.path("ours.vcd") + " " +
+                   folder.path("theirs.fst")));
+  const Read ours = read_all(open_capture(folder.path("ours.vcd")));
+  const Read theirs = read_all(open_capture(folder.path("theirs.fst")));
+  EXPECT_FALSE(theirs.error);
+  EXPECT_EQ(theirs.lines, ours.lines);
+  EXPECT_TRUE(by_line(theirs.edges) == by_line(ours.edges));
+  EXPECT_EQ(theirs.end_time, ours.end_time);
+}
+
+INSTANTIATE_TEST_SUITE_P(Packings, Vcd2fst,
+                         testing::Values("-4", "-F", "-Z", "-4 -c", "-F -c", "-Z -c", "-p"));
+
+constexpr const char* verilog = R"(`timescale 1ns/1ps
+module encoder(input wire ma, output reg slo);
+  reg [11:0] position = 12'ha5c;
+  integer n = 0;
+  initial slo = 1'b1;
+  always @(posedge ma) begin n = n + 1; slo <= #20 position[n % 12]; end
+endmodule
+module tb;
+  reg MA; wire SLO; reg floats; reg [7:0] bus; real r; wire [3:0] pins;
+  assign pins = {MA, 3'b0};
+  encoder dut(.ma(MA), .slo(SLO));
+  integer i;
+  initial begin
+    $dumpfile("wave"); $dumpvars(0, tb);
+    MA = 1; bus = 0; r = 0.5; floats = 1'bz; #1000;
+    for (i = 0; i < 300; i = i + 1) begin
+      MA = 0; #50.5; MA = 1; bus = bus + 1; r = r + 2; if (i % 7 == 0) floats = i; #49.5;
+    end
+    #500; $dumpoff; #333; MA = 0; #100 MA = 1; #100 $dumpon; #3000;
+    for (i = 0; i < 300; i = i + 1) begin MA = 0; #50; MA = 1; #50; end
+    $finish;
+  end
+endmodule
+)";
+
+TEST(Icarus, FstOfARun_HasTheEdgesOfItsVcd) {
+  if (!runs("iverilog -V")) GTEST_SKIP() << "no iverilog: scripts/install-packages test";
+  const Folder folder;
+  save(folder.path("tb.v"), verilog);
+  const std::string run = "cd " + folder.path(".") + " && vvp tb -";
+  ASSERT_TRUE(runs("iverilog -g2012 -o " + folder.path("tb") + " " + folder.path("tb.v")));
+  ASSERT_TRUE(runs(run + "vcd"));
+  for (const char* format : {"fst", "fst-space"}) {
+    ASSERT_TRUE(runs(run + format));
+    EXPECT_EQ(changes_of(folder.path("wave.fst")), changes_of(folder.path("wave.vcd"))) << format;
+  }
+  EXPECT_GT(changes_of(folder.path("wave.fst"))["SLO"].size(), 200U);
+}
+
+constexpr const char* vhdl = R"(library ieee;
+use ieee.std_logic_1164.all;
+entity encoder is port (ma_in : in std_logic; slo_out : out std_logic); end;
+architecture rtl of encoder is
+  signal count : integer := 0;
+  signal odd : boolean := false;
+  constant frame : std_logic_vector(0 to 11) := "001011010011";
+begin
+  process (ma_in) begin
+    if rising_edge(ma_in) then
+      slo_out <= frame(count mod 12) after 20 ns;
+      count <= count + 1;
+      odd <= not odd;
+    end if;
+  end process;
+end;
+library ieee;
+use ieee.std_logic_1164.all;
+entity tb is end;
+architecture sim of tb is
+  type open_pair is record a : std_logic; v : std_logic_vector; end record;
+  type state is (idle, run, stop);
+  type grid is array (natural range <>, natural range <>) of bit;
+  type rows is array (natural range <>) of std_logic_vector;
+  signal ma : std_logic := '1';
+  signal slo : std_logic;
+  signal b : bit;
+  signal early : bit;
+  signal levels : std_ulogic := 'Z';
+  signal pins : std_logic_vector(7 downto 0) := x"00";
+  signal memory : rows(0 to 15)(7 downto 0);
+  signal both : open_pair(v(1 downto 0));
+  signal now_in : state;
+  signal r : real := 0.5;
+  signal t : time := 1 ns;
+  signal g : grid(0 to 1, 2 downto 1);
+begin
+  early <= '1';
+  dut : entity work.encoder port map (ma_in => ma, slo_out => slo);
+  lanes : for i in 0 to 1 generate signal lane : std_logic := 'H'; begin lane <= ma; end generate;
+  process begin
+    wait for 1 us;
+    for i in 0 to 299 loop
+      ma <= '0'; b <= not b; pins(3) <= ma; wait for 50500 ps;
+      ma <= '1'; both.v(0) <= ma; now_in <= run; r <= r + 2.0; t <= t + 3 ns; g(1, 1) <= not g(1, 1);
+      memory(i mod 16)(3) <= ma; wait for 49500 ps;
+    end loop;
+    for level in std_ulogic loop levels <= level; wait for 7 ns; end loop;
+    wait;
+  end process;
+end;
+)";
+
+TEST(Ghdl, FstAndGhwOfARun_HaveTheEdgesOfItsVcd) {
+  if (!runs("ghdl --version")) GTEST_SKIP() << "no ghdl: scripts/install-packages test";
+  const Folder folder;
+  save(folder.path("tb.vhdl"), vhdl);
+  const std::string in_folder = "cd " + folder.path(".") + " && ghdl -";
+  ASSERT_TRUE(runs(in_folder + "a --std=08 tb.vhdl"));
+  ASSERT_TRUE(runs(in_folder + "r --std=08 tb --vcd=a.vcd --fst=a.fst --wave=a.ghw"));
+  const Changes vcd = changes_of(folder.path("a.vcd"));
+  EXPECT_GT(vcd.at("slo").size(), 100U);
+  EXPECT_EQ(changes_of(folder.path("a.fst")), vcd);
+  Changes ghw = changes_of(folder.path("a.ghw"));
+  EXPECT_EQ(ghw["pins(3)"].size(), 2U);
+  EXPECT_EQ(ghw["both.v(0)"].size(), 2U);
+  EXPECT_EQ(ghw["g(1,1)"].size(), 301U);
+  EXPECT_FALSE(ghw.contains("memory(0)(3)"));
+  for (const auto& [name, changes] : vcd) EXPECT_EQ(ghw[name], changes) << name;
 }
 
 }  // namespace peers_test

@@ -192,10 +192,8 @@ class SampledSource final : public EdgeSource {
   const std::vector<std::string>& lines() const override { return lines_; }
   bool is_raw() const override { return is_raw_; }
   Picoseconds end_time() const override { return scanner_.end_time(); }
-  Picoseconds sample_period() const override {
-    const bool whole = picoseconds_per_second % rate_.count == 0;
-    return period_of(rate_) + picoseconds(whole ? 0 : 1);
-  }
+  Picoseconds sample_period() const override { return longest_period(rate_); }
+  Hertz sample_rate() const override { return rate_; }
 
   Result<std::span<const wire::Edge>, CaptureError> next_block() override {
     block_.grow();
@@ -293,6 +291,11 @@ const char* fault_of(const RawLayout& layout) {
     taken |= bit;
   }
   return nullptr;
+}
+
+Picoseconds longest_period(Hertz rate) {
+  const bool whole = picoseconds_per_second % rate.count == 0;
+  return period_of(rate) + picoseconds(whole ? 0 : 1);
 }
 
 RawLayout packed_layout(const std::vector<std::string>& lines, Hertz rate) {

@@ -97,6 +97,9 @@ class SampleClock {
   std::uint64_t step_;  // the period where it is a whole number of picoseconds, else 0
 };
 
+/// The period of a rate, rounded up to the picosecond. \pre rate is not 0 Hz
+Picoseconds longest_period(Hertz rate);
+
 /// The bytes of all samples, in order, in pieces of any length.
 class SamplePieces {
  public:
@@ -126,7 +129,8 @@ class SampledWriter : public EdgeWriter {
   /// `too_many_lines`. \pre otherwise fault_of(layout) is null
   SampledWriter(const RawLayout& layout, ByteSink& sink);
 
-  /// The bytes of the next samples, whole ones, at most 64 KiB at a time; calls flush_full().
+  /// The bytes of the next samples, whole ones and all equal, at most 64 KiB at a time; calls
+  /// flush_full().
   virtual bool put_samples(std::string_view bytes) = 0;
   /// The last sample has been put.
   virtual void put_close() = 0;

@@ -2,16 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
-#include <limits>
 #include <map>
 #include <optional>
 #include <string>
 #include <utility>
 
-#include "capture/decimal.hpp"
+#include "capture/key_file.hpp"
 #include "capture/samples.hpp"
-#include "capture/text_source.hpp"
 #include "capture/zip.hpp"
 
 namespace biss::capture {
@@ -19,61 +16,14 @@ namespace {
 
 constexpr unsigned max_probes = 8 * max_unit_bytes;
 
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view blanks = " \t\r";
-  text.remove_prefix(std::min(text.find_first_not_of(blanks), text.size()));
-  return text.substr(0, text.find_last_not_of(blanks) + 1);
-}
-
-// Key files write what could not stand there as \s, \n, \t, \r and doubled backslashes.
-constexpr std::array<std::pair<char, char>, 5> escapes{
-    {{'s', ' '}, {'n', '\n'}, {'t', '\t'}, {'r', '\r'}, {'\\', '\\'}}};
-
-std::string unescaped(std::string_view value) {
-  std::string text;
-  for (std::size_t i = 0; i < value.size(); ++i) {
-    const auto* const escape = std::find_if(escapes.begin(), escapes.end(), [&](const auto& e) {
-      return value[i] == '\\' && i + 1 < value.size() && value[i + 1] == e.first;
-    });
-    if (escape != escapes.end()) ++i;
-    text += escape != escapes.end() ? escape->second : value[i];
-  }
-  return text;
-}
-
-std::string escaped(std::string_view text) {
-  std::string value;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const auto* const escape = std::find_if(escapes.begin(), escapes.end(),
-                                            [&](const auto& e) { return text[i] == e.second; });
-    // Blanks inside stand as they are.
-    const bool plain = text[i] == ' ' && i != 0 && i + 1 != text.size();
-    if (escape == escapes.end() || plain) {
-      value += text[i];
-    } else {
-      value += {'\\', escape->first};
-    }
-  }
-  return value;
-}
-
-std::optional<unsigned> whole_number(std::string_view text) {
-  unsigned number = 0;
-  const auto [end, failed] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (failed != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  return number;
-}
-
 class MetadataParser {
  public:
   tl::expected<SrMetadata, CaptureError> parse(std::string_view text) {
     while (!text.empty() && !done_) {
       ++line_;
-      const std::size_t end = std::min(text.find('\n'), text.size());
-      const std::string_view row = trimmed(text.substr(0, end));
-      text.remove_prefix(std::min(end + 1, text.size()));
-      if (row.empty() || row.front() == '#' || row.front() == ';') continue;
-      if (!take_row(row)) return tl::unexpected(error_);
+      const std::string_view row = take_row(text);
+      if (is_comment_row(row)) continue;
+      if (!read_row(row)) return tl::unexpected(error_);
     }
     if (!done_ && !complete()) return tl::unexpected(error_);
     return std::move(found_);
@@ -89,7 +39,7 @@ class MetadataParser {
     return false;
   }
 
-  bool take_row(std::string_view row) {
+  bool read_row(std::string_view row) {
     if (row.front() == '[') {
       if (in_device_ && !found_.capture_file.empty()) return done_ = complete();
       in_device_ = row.starts_with("[device ") && row.back() == ']';
@@ -111,12 +61,12 @@ class MetadataParser {
       found_.layout.rate = parse_sample_rate(value);
       if (found_.layout.rate.count == 0) return wrong("a sample rate of 1 Hz to 4.29 GHz");
     } else if (key == "unitsize") {
-      const auto bytes = whole_number(value);
+      const auto bytes = whole_number<unsigned>(value);
       if (!bytes || *bytes < 1 || *bytes > max_unit_bytes) return wrong("a unitsize of 1 to 8");
       found_.layout.unit_bytes = *bytes;
       has_unit_ = true;
     } else if (key.starts_with("probe")) {
-      const auto number = whole_number(key.substr(5));
+      const auto number = whole_number<unsigned>(key.substr(5));
       if (!number || *number < 1 || *number > max_probes) return wrong("probe1 to probe64");
       probes_[*number] = unescaped(value);
     }
@@ -256,9 +206,12 @@ class SrPieces final : public SamplePieces {
 };
 
 Opened no_session(const ZipArchive& archive) {
-  const char* expected = "a sigrok session; this ZIP archive is something else";
-  if (archive.find("header")) expected = "a sigrok session; this is a DSLogic capture";
-  if (archive.find("meta.json")) expected = "a sigrok session; this is a .sal of Saleae Logic";
+  const char* expected = "a sigrok session or a DSLogic capture; this ZIP archive is neither";
+  if (archive.find("meta.json")) {
+    expected =
+        "an export of Saleae Logic; this is its .sal: in Logic 2, export the raw data as CSV "
+        "or binary";
+  }
   return tl::unexpected(CaptureError{.cause = CaptureCause::unknown_format, .expected = expected});
 }
 
@@ -275,29 +228,10 @@ tl::expected<SrMetadata, CaptureError> parse_sr_metadata(std::string_view text) 
   return MetadataParser().parse(text);
 }
 
-Hertz parse_sample_rate(std::string_view text) {
-  text = trimmed(text);
-  const std::size_t digits = std::min(text.find_first_not_of("0123456789."), text.size());
-  std::string unit = lower_case(trimmed(text.substr(digits)));
-  if (unit.ends_with("hz")) unit.resize(unit.size() - 2);
-  int scale = 0;
-  if (unit == "k") scale = 3;
-  if (unit == "m") scale = 6;
-  if (unit == "g") scale = 9;
-  if (scale == 0 && !unit.empty()) return {};
-  const auto rate = parse_decimal(text.substr(0, digits), scale);
-  if (!rate.ok() || *rate > std::numeric_limits<std::uint32_t>::max()) return {};
-  return {static_cast<std::uint32_t>(*rate)};
-}
-
 std::string sr_metadata_text(const RawLayout& layout) {
-  constexpr std::array<std::pair<std::uint32_t, const char*>, 4> units{
-      {{1'000'000'000, " GHz"}, {1'000'000, " MHz"}, {1'000, " kHz"}, {1, " Hz"}}};
-  const auto* const unit = std::find_if(
-      units.begin(), units.end(), [&](const auto& u) { return layout.rate.count % u.first == 0; });
   std::string text = "[global]\nsigrok version=0.5.2\n\n[device 1]\ncapturefile=logic-1\n";
   text += "total probes=" + std::to_string(layout.lines.size()) + '\n';
-  text += "samplerate=" + std::to_string(layout.rate.count / unit->first) + unit->second + '\n';
+  text += "samplerate=" + sample_rate_text(layout.rate) + '\n';
   text += "total analog=0\n";
   for (const SampleLine& line : layout.lines) {
     text += "probe" + std::to_string(line.bit + 1) + '=' + escaped(line.name) + '\n';
@@ -305,14 +239,13 @@ std::string sr_metadata_text(const RawLayout& layout) {
   return text + "unitsize=" + std::to_string(layout.unit_bytes) + '\n';
 }
 
-bool looks_like_zip(std::string_view head) {
-  return head.starts_with("PK\x03\x04") || head.starts_with("PK\x05\x06");
-}
-
 Opened open_sr(std::unique_ptr<ByteSource> bytes) {
   auto opened = ZipArchive::open(std::move(bytes));
   if (!opened) return tl::unexpected(opened.error());
-  std::unique_ptr<ZipArchive>& archive = *opened;
+  return open_sr(std::move(*opened));
+}
+
+Opened open_sr(std::unique_ptr<ZipArchive> archive) {
   const auto version = archive->find("version");
   const auto metadata = archive->find("metadata");
   if (!version || !metadata) return no_session(*archive);
@@ -326,8 +259,11 @@ Opened open_sr(std::unique_ptr<ByteSource> bytes) {
   auto parsed = parse_sr_metadata(*metadata_text);
   if (!parsed) return tl::unexpected(parsed.error());
   auto& [layout, capture_file] = *parsed;
-  return open_samples(layout,
-                      std::make_unique<SrPieces>(std::move(archive), std::move(capture_file)));
+  return open_samples(layout, zip_samples(std::move(archive), std::move(capture_file)));
+}
+
+std::unique_ptr<SamplePieces> zip_samples(std::unique_ptr<ZipArchive> archive, std::string name) {
+  return std::make_unique<SrPieces>(std::move(archive), std::move(name));
 }
 
 SrWriter::SrWriter(const std::vector<std::string>& lines, Hertz rate, ByteSink& sink)

@@ -26,13 +26,6 @@ tl::expected<SrMetadata, CaptureError> parse_sr_metadata(std::string_view text);
 /// The metadata that our own files have. \pre fault_of(layout) is null
 std::string sr_metadata_text(const RawLayout& layout);
 
-/// `100 MHz`, `12.5 MHz`, `2000000`: hertz, kilohertz, megahertz or gigahertz, with or without
-/// `Hz`, rounded to the hertz. 0 Hz for what is no rate, or beyond 4.29 GHz.
-Hertz parse_sample_rate(std::string_view text);
-
-/// Whether a file that begins so may be a session: every ZIP archive does.
-bool looks_like_zip(std::string_view head);
-
 /// Opens a sigrok session of version 1 or 2 and delivers the changes of its logic probes.
 ///
 /// The samples are one member or numbered chunks, which need not hold whole samples. One chunk at a
@@ -44,6 +37,10 @@ bool looks_like_zip(std::string_view head);
 /// chunk that is missing between others), `malformed` (metadata), `empty`, `truncated` (the last
 /// sample is not whole) and `time_out_of_range`.
 Opened open_sr(std::unique_ptr<ByteSource> bytes);
+Opened open_sr(std::unique_ptr<ZipArchive> archive);
+
+/// The samples of the member `name`, or of its numbered chunks `name-1`, `name-2`, …
+std::unique_ptr<SamplePieces> zip_samples(std::unique_ptr<ZipArchive> archive, std::string name);
 
 /// Writes a `.sr`: version, metadata, and samples in deflated chunks of 4 MiB. Line k is probe
 /// k + 1; up to 64 lines. It holds back one chunk. Fails with `too_large` when the archive would

@@ -1,3 +1,4 @@
+#include "capture/key_file.hpp"
 #include "capture/sr.hpp"
 
 #include <gtest/gtest.h>

@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <limits>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "capture/decimal.hpp"
+#include "capture/declared_lines.hpp"
 #include "capture/edge_source.hpp"
 #include "capture/text_source.hpp"
 
@@ -137,28 +138,17 @@ std::uint32_t VcdIds::find(std::string_view id) const {
   return entry == long_.end() ? none : entry->second;
 }
 
-/// Whom a value of an identifier concerns: `lines` entries of VcdSignals::driven from `first`.
-/// None for what is no line: vectors, reals, strings, events.
-struct VcdVariable {
-  std::uint32_t first = 0;
-  std::uint32_t lines = 0;
-};
-
 /// What the declarations say once they are complete.
 struct VcdSignals {
-  VcdTimescale timescale;
+  Timescale timescale;
   VcdIds ids;
-  std::vector<VcdVariable> variables;   ///< indexed by the number of the identifier
-  std::vector<wire::LineIndex> driven;  ///< the lines of each variable, one after the other
   std::vector<std::string> lines;
+  DrivenLines driven;  ///< a variable is the number of an identifier
 };
 
 /// Takes the declarations word by word.
 ///
-/// Each one-bit `$var` is a line. Its name is the plain one, `top.cap.MA` with its scopes where
-/// another line is called the same. Signals of the same name and the same identifier are one line;
-/// signals of another name and the same identifier are lines that change together. A bit
-/// `MA [3]` is called `MA[3]`; the range `[0:0]` of a one-bit signal is left out.
+/// Each one-bit `$var` is a line; its variable is the number of its identifier.
 class VcdHeader {
  public:
   enum class Step : std::uint8_t { more, done, failed };
@@ -177,19 +167,6 @@ class VcdHeader {
   enum class Section : std::uint8_t { none, comment, timescale, var, scope, upscope, end };
 
   static constexpr std::size_t max_words = 64;
-  static constexpr std::size_t max_scopes = 256;
-  static constexpr std::size_t max_variables = 1U << 20U;
-  static constexpr std::size_t max_stored_bytes = 64U << 20U;
-
-  struct Scope {
-    std::string name;
-    std::uint32_t parent;
-  };
-  struct Signal {
-    std::string name;
-    std::uint32_t scope;
-    std::uint32_t variable;
-  };
 
   Step fail(CaptureCause cause, const char* expected);
   Step malformed(const char* expected) { return fail(CaptureCause::malformed, expected); }
@@ -200,24 +177,15 @@ class VcdHeader {
   Step end_scope();
   Step end_upscope();
   Step end_definitions();
-  bool store(std::size_t bytes);
-  std::string path_of(const Signal& signal) const;
-  bool name_lines();
-  void connect_lines();
 
   Section section_ = Section::none;
   bool started_ = false;
   std::vector<std::string> words_;
-  std::vector<Scope> scopes_;
-  std::vector<std::uint32_t> open_scopes_;
-  std::vector<Signal> lines_;
-  std::size_t stored_bytes_ = 0;
+  DeclaredLines lines_;
   VcdSignals signals_;
   CaptureCause cause_{};
   const char* expected_ = nullptr;
 };
-
-constexpr std::uint32_t no_scope = UINT32_MAX;
 
 bool is_one_bit(std::string_view type, std::string_view size) {
   constexpr std::array<std::string_view, 4> without_level{"real", "realtime", "string", "event"};
@@ -232,35 +200,10 @@ bool is_number(std::string_view text) {
          std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
 
-// `[0:0]` only says that the signal has one bit; `[3]` says which bit of a wider signal it is.
-bool is_whole_range(std::string_view text) {
-  const std::size_t colon = text.find(':');
-  if (!text.starts_with('[') || !text.ends_with(']') || colon == std::string_view::npos) {
-    return false;
-  }
-  return text.substr(1, colon - 1) == text.substr(colon + 1, text.size() - colon - 2);
-}
-
-// Names may have several words: a range after the name, or a name with blanks in it.
-std::string join_name(const std::vector<std::string>& words, std::size_t first) {
-  std::string name = words[first];
-  for (std::size_t i = first + 1; i < words.size(); ++i) {
-    if (is_whole_range(words[i])) continue;
-    if (!words[i].starts_with('[')) name += ' ';
-    name += words[i];
-  }
-  return name;
-}
-
 VcdHeader::Step VcdHeader::fail(CaptureCause cause, const char* expected) {
   cause_ = cause;
   expected_ = expected;
   return Step::failed;
-}
-
-bool VcdHeader::store(std::size_t bytes) {
-  stored_bytes_ += bytes;
-  return stored_bytes_ <= max_stored_bytes;
 }
 
 VcdHeader::Step VcdHeader::feed(std::string_view word) {
@@ -317,7 +260,7 @@ VcdHeader::Step VcdHeader::end_section() {
 VcdHeader::Step VcdHeader::end_timescale() {
   std::string text;
   for (const std::string& word : words_) text += word;
-  const VcdTimescale timescale = parse_vcd_timescale(text);
+  const Timescale timescale = parse_vcd_timescale(text);
   if (!timescale.known()) {
     return malformed("a time scale of 1, 10 or 100 and s, ms, us, ns, ps or fs before this $end");
   }
@@ -335,95 +278,37 @@ VcdHeader::Step VcdHeader::end_var() {
     return malformed("an identifier of printable characters as the third word of this $var");
   }
   const std::uint32_t variable = signals_.ids.add(words_[2]);
-  if (signals_.ids.size() > max_variables || !store(words_[2].size())) {
+  if (signals_.ids.size() > max_variables || !lines_.store(words_[2].size())) {
     return fail(CaptureCause::too_many_lines, nullptr);
   }
   if (!is_one_bit(words_[0], words_[1])) return Step::more;
-  std::string name = join_name(words_, 3);
-  if (lines_.size() == max_lines || !store(name.size())) {
+  if (!lines_.add(joined_name(std::span(words_).subspan(3)), variable)) {
     return fail(CaptureCause::too_many_lines, nullptr);
   }
-  lines_.push_back(
-      {std::move(name), open_scopes_.empty() ? no_scope : open_scopes_.back(), variable});
   return Step::more;
 }
 
 VcdHeader::Step VcdHeader::end_scope() {
   if (words_.size() < 2) return malformed("kind and name of the scope before this $end");
-  if (open_scopes_.size() == max_scopes) return malformed("at most 256 scopes in one another");
-  const std::uint32_t parent = open_scopes_.empty() ? no_scope : open_scopes_.back();
-  if (!store(words_[1].size() + sizeof(Scope))) return fail(CaptureCause::too_many_lines, nullptr);
-  open_scopes_.push_back(static_cast<std::uint32_t>(scopes_.size()));
-  scopes_.push_back({words_[1], parent});
+  if (lines_.depth() == DeclaredLines::max_depth) {
+    return malformed("at most 256 scopes in one another");
+  }
+  if (!lines_.open_scope(words_[1])) return fail(CaptureCause::too_many_lines, nullptr);
   return Step::more;
 }
 
 VcdHeader::Step VcdHeader::end_upscope() {
-  if (open_scopes_.empty()) return malformed("a $scope for this $upscope to close");
-  open_scopes_.pop_back();
+  if (lines_.depth() == 0) return malformed("a $scope for this $upscope to close");
+  lines_.close_scope();
   return Step::more;
 }
 
 VcdHeader::Step VcdHeader::end_definitions() {
   if (!signals_.timescale.known()) return malformed("a $timescale before $enddefinitions");
-  if (!name_lines()) return fail(CaptureCause::too_many_lines, nullptr);
-  connect_lines();
+  if (!lines_.finish()) return fail(CaptureCause::too_many_lines, nullptr);
+  signals_.driven = DrivenLines(lines_, signals_.ids.size());
+  signals_.lines = lines_.take_names();
   return Step::done;
-}
-
-std::string VcdHeader::path_of(const Signal& signal) const {
-  std::vector<const std::string*> names;
-  for (std::uint32_t at = signal.scope; at != no_scope; at = scopes_[at].parent) {
-    names.push_back(&scopes_[at].name);
-  }
-  std::string path;
-  for (auto name = names.rbegin(); name != names.rend(); ++name) path += **name + '.';
-  return path + signal.name;
-}
-
-// Gives each line its name and removes signals that are another one over again. False when the
-// names would take too much memory.
-bool VcdHeader::name_lines() {
-  struct Group {
-    std::uint32_t variable;
-    bool differ;
-    bool named;
-  };
-  std::unordered_map<std::string_view, Group> groups;
-  for (const Signal& signal : lines_) {
-    const auto entry = groups.try_emplace(signal.name, Group{signal.variable, false, false}).first;
-    if (entry->second.variable != signal.variable) entry->second.differ = true;
-  }
-  LineNames names;
-  std::vector<Signal> kept;
-  for (const Signal& signal : lines_) {
-    Group& group = groups.at(signal.name);
-    if (!group.differ && std::exchange(group.named, true)) continue;
-    std::string name = group.differ ? path_of(signal) : signal.name;
-    if (!store(name.size())) return false;
-    signals_.lines.push_back(names.claim(name));
-    kept.push_back({{}, no_scope, signal.variable});
-  }
-  lines_ = std::move(kept);
-  return true;
-}
-
-// Sorts the lines by the identifier that drives them.
-void VcdHeader::connect_lines() {
-  std::vector<VcdVariable>& variables = signals_.variables;
-  variables.resize(signals_.ids.size());
-  for (const Signal& line : lines_) ++variables[line.variable].lines;
-  std::uint32_t first = 0;
-  for (VcdVariable& variable : variables) {
-    variable.first = std::exchange(first, first + variable.lines);
-  }
-  std::vector<std::uint32_t> next(variables.size());
-  std::transform(variables.begin(), variables.end(), next.begin(),
-                 [](const VcdVariable& variable) { return variable.first; });
-  signals_.driven.resize(lines_.size());
-  for (std::size_t line = 0; line < lines_.size(); ++line) {
-    signals_.driven[next[lines_[line].variable]++] = static_cast<wire::LineIndex>(line);
-  }
 }
 
 using wire::Level;
@@ -473,12 +358,6 @@ class VcdReader final : public TextSource {
   // The value of a vector whose identifier is still to come.
   enum class Waiting : std::uint8_t { no, level, skipped };
 
-  struct Variable {
-    std::uint32_t first;  // the line itself when there is one, else a place in driven_
-    std::uint32_t lines;
-    std::uint8_t level;
-  };
-
   void parse() override;
   void finish() override;
   bool in_comment() const override { return in_comment_; }
@@ -494,13 +373,11 @@ class VcdReader final : public TextSource {
   const char* read_waiting(const char* p);
   const char* read_keyword(const char* p);
   const char* skip_comment(const char* p);
-  void lose_levels();
   const char* set_tick(const char* p, std::uint64_t tick, const char* end);
   bool set_level(std::uint32_t variable, Level level);
 
-  std::vector<Variable> variables_;
-  std::vector<wire::LineIndex> driven_;
-  VcdTimescale timescale_;
+  DrivenLines driven_;
+  Timescale timescale_;
   std::uint64_t last_tick_ = 0;
   std::uint64_t tick_ = 0;
   VcdIds ids_;
@@ -563,10 +440,6 @@ void VcdReader::take_signals() {
   driven_ = std::move(signals.driven);
   timescale_ = signals.timescale;
   last_tick_ = timescale_.last_tick();
-  for (const VcdVariable& variable : signals.variables) {
-    const std::uint32_t first = variable.lines == 1 ? driven_[variable.first] : variable.first;
-    variables_.push_back({first, variable.lines, no_level});
-  }
   header_.reset();
 }
 
@@ -606,16 +479,7 @@ void VcdReader::finish() {
 // False when no such identifier was declared.
 inline bool VcdReader::set_level(std::uint32_t variable, Level level) {
   if (variable == VcdIds::none) return false;
-  Variable& driver = variables_[variable];
-  if (driver.level == static_cast<std::uint8_t>(level)) return true;
-  driver.level = static_cast<std::uint8_t>(level);
-  if (driver.lines == 1) {
-    block_.push({end_time_, driver.first, level});
-    return true;
-  }
-  for (std::uint32_t i = 0; i < driver.lines; ++i) {
-    block_.push({end_time_, driven_[driver.first + i], level});
-  }
+  driven_.set(variable, level, end_time_, block_);
   return true;
 }
 
@@ -720,16 +584,10 @@ const char* VcdReader::read_waiting(const char* p) {
   const Waiting waiting = std::exchange(waiting_, Waiting::no);
   if (waiting == Waiting::level) {
     set_level(variable, waiting_level_);
-  } else if (variables_[variable].lines != 0) {
+  } else if (driven_.drives(variable)) {
     return stop(p, CaptureCause::malformed, "the value of one bit for a signal of one bit");
   }
   return end;
-}
-
-void VcdReader::lose_levels() {
-  for (std::uint32_t variable = 0; variable < variables_.size(); ++variable) {
-    if (variables_[variable].level != no_level) set_level(variable, Level::unknown);
-  }
 }
 
 const char* VcdReader::read_keyword(const char* p) {
@@ -741,7 +599,7 @@ const char* VcdReader::read_keyword(const char* p) {
   const std::string_view word = text_between(p, end);
   if (std::find(dump_words.begin(), dump_words.end(), word) != dump_words.end()) {
     // Nothing is recorded from here to $dumpon, whether or not the file says x for every signal.
-    if (word == "$dumpoff") lose_levels();
+    if (word == "$dumpoff") driven_.lose_levels(end_time_, block_);
     return end;
   }
   if (std::find(comments.begin(), comments.end(), word) != comments.end()) {
@@ -791,18 +649,7 @@ std::string one_word(std::string_view name) {
 
 }  // namespace
 
-std::uint64_t VcdTimescale::last_tick() const {
-  if (divisor != 1) return std::numeric_limits<std::uint64_t>::max();
-  return static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max()) / factor;
-}
-
-Picoseconds VcdTimescale::time_of(std::uint64_t ticks) const {
-  if (divisor == 1) return {static_cast<std::int64_t>(ticks * factor)};
-  const std::uint64_t round_up = ticks % divisor >= divisor / 2 ? 1 : 0;
-  return {static_cast<std::int64_t>(ticks / divisor + round_up)};
-}
-
-VcdTimescale parse_vcd_timescale(std::string_view text) {
+Timescale parse_vcd_timescale(std::string_view text) {
   const std::size_t digits = std::min(text.find_first_not_of("01"), text.size());
   const std::string_view number = text.substr(0, digits);
   if (number != "1" && number != "10" && number != "100") return {};

@@ -1,7 +1,6 @@
 // Value change dumps (IEEE 1364), as simulators and logic analysers write them.
 #pragma once
 
-#include <cstdint>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -10,25 +9,12 @@
 #include "capture/bytes.hpp"
 #include "capture/edge_source.hpp"
 #include "capture/edge_writer.hpp"
+#include "capture/timescale.hpp"
 
 namespace biss::capture {
 
-/// Ticks of a VCD to picoseconds: a whole factor, or for femtoseconds a divisor.
-struct VcdTimescale {
-  std::uint64_t factor = 0;  ///< picoseconds a tick; 0 while no time scale is known
-  std::uint64_t divisor = 1;
-
-  bool known() const { return factor != 0; }
-  /// The last tick that picoseconds can hold.
-  std::uint64_t last_tick() const;
-  /// \pre ticks <= last_tick(). Halves are rounded up.
-  Picoseconds time_of(std::uint64_t ticks) const;
-
-  bool operator==(const VcdTimescale&) const = default;
-};
-
 /// `1ns`, `10 us`, `100fs`, without white space; not known() for anything else.
-VcdTimescale parse_vcd_timescale(std::string_view text);
+Timescale parse_vcd_timescale(std::string_view text);
 
 /// Opens a VCD: reads its declarations, then delivers the changes of every one-bit signal.
 ///

@@ -1,19 +1,15 @@
 #include "capture/zip.hpp"
 
-#include <fcntl.h>
 #include <libdeflate.h>
-#include <unistd.h>
 #include <zip.h>
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
-#include <cstdlib>
-#include <filesystem>
 #include <limits>
 #include <new>
-#include <system_error>
 #include <utility>
+
+#include "capture/gather.hpp"
 
 namespace biss::capture {
 namespace {
@@ -27,13 +23,6 @@ T* or_throw(T* allocated) {
   return allocated;
 }
 
-constexpr std::size_t most_in_memory = 16U * 1024U * 1024U;
-
-struct CloseStdio {
-  void operator()(std::FILE* file) const { std::fclose(file); }
-};
-using Stdio = std::unique_ptr<std::FILE, CloseStdio>;
-
 struct FreeSource {
   void operator()(zip_source_t* source) const { zip_source_free(source); }
 };
@@ -41,72 +30,11 @@ using Source = std::unique_ptr<zip_source_t, FreeSource>;
 
 constexpr CaptureError read_failed{.cause = CaptureCause::read_failed};
 
-// A stream of its own on the same file.
-Stdio reopened(int descriptor) {
-  const int copy = ::dup(descriptor);
-  if (copy < 0) return nullptr;
-  Stdio file(::fdopen(copy, "rb"));
-  if (!file) ::close(copy);
-  return file;
-}
-
 Source source_of_file(Stdio file) {
   if (!file) return nullptr;
   Source source(zip_source_filep_create(file.get(), 0, -1, nullptr));
   if (source) static_cast<void>(file.release());  // the source closes it
   return source;
-}
-
-// A file without a name in TMPDIR, /tmp by default. Null on failure.
-Stdio temporary_file() {
-  std::error_code none;
-  const std::filesystem::path folder = std::filesystem::temp_directory_path(none);
-  if (none) return nullptr;
-  int descriptor = ::open(folder.c_str(), O_RDWR | O_TMPFILE | O_CLOEXEC, 0600);
-  if (descriptor < 0) {
-    std::string path = (folder / "biss-XXXXXX").string();
-    descriptor = ::mkostemp(path.data(), O_CLOEXEC);
-    if (descriptor >= 0) ::unlink(path.c_str());
-  }
-  if (descriptor < 0) return nullptr;
-  Stdio file(::fdopen(descriptor, "w+b"));
-  if (!file) ::close(descriptor);
-  return file;
-}
-
-struct Gathered {
-  Stdio file;  // null when everything is in memory
-  bool ok = false;
-};
-
-bool write_all(std::string_view bytes, std::FILE* file) {
-  return std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
-}
-
-// What cannot be read at any place is copied to where it can be. Small files do not pay for the
-// room that large ones want.
-Gathered gather(ByteSource& bytes, std::string& memory) {
-  constexpr std::size_t least_room = 4'096;
-  constexpr std::size_t most_room = 1'048'576;
-  Gathered gathered;
-  std::size_t filled = 0;
-  for (;;) {
-    if (filled == memory.size()) memory.resize(filled + std::clamp(filled, least_room, most_room));
-    const auto got = bytes.read(std::span(memory).subspan(filled));
-    if (!got.ok()) return gathered;
-    if (*got == 0) break;
-    filled += *got;
-    if (filled < most_in_memory) continue;
-    if (!gathered.file) gathered.file = temporary_file();
-    if (!gathered.file || !write_all({memory.data(), filled}, gathered.file.get())) return gathered;
-    filled = 0;
-  }
-  memory.resize(filled);
-  gathered.ok = true;
-  if (!gathered.file) return gathered;
-  gathered.ok = write_all(memory, gathered.file.get()) && std::fflush(gathered.file.get()) == 0;
-  memory = {};
-  return gathered;
 }
 
 std::optional<ZipMember> member_at(zip_t* archive, zip_uint64_t index) {
@@ -131,7 +59,7 @@ bool is_numbered(std::string_view name, std::string_view begins) {
 }
 
 // All of `into`, from a file that may give less at a time.
-bool read_whole(zip_file_t* file, std::span<std::uint8_t> into) {
+bool fill(zip_file_t* file, std::span<std::uint8_t> into) {
   while (!into.empty()) {
     const zip_int64_t got = zip_fread(file, into.data(), into.size());
     if (got <= 0) return false;
@@ -175,12 +103,15 @@ Inflater::Inflater() : decompressor_(or_throw(libdeflate_alloc_decompressor())) 
 
 Deflater::Deflater() : compressor_(or_throw(libdeflate_alloc_compressor(compression_level))) {}
 
-bool Inflater::inflate(std::span<const std::uint8_t> compressed, std::span<std::uint8_t> into) {
+bool Inflater::inflate(std::span<const std::uint8_t> compressed, std::span<std::uint8_t> into,
+                       DeflateFrame frame) {
   std::size_t used = 0;
   std::size_t made = 0;
-  const auto result =
-      libdeflate_deflate_decompress_ex(decompressor_.get(), compressed.data(), compressed.size(),
-                                       into.data(), into.size(), &used, &made);
+  const auto decompress = frame == DeflateFrame::none   ? libdeflate_deflate_decompress_ex
+                          : frame == DeflateFrame::zlib ? libdeflate_zlib_decompress_ex
+                                                        : libdeflate_gzip_decompress_ex;
+  const auto result = decompress(decompressor_.get(), compressed.data(), compressed.size(),
+                                 into.data(), into.size(), &used, &made);
   return result == LIBDEFLATE_SUCCESS && used == compressed.size() && made == into.size();
 }
 
@@ -200,6 +131,10 @@ void ZipArchive::CloseArchive::operator()(zip* archive) const { zip_discard(arch
 
 void ZipArchive::CloseFile::operator()(zip_file* file) const { zip_fclose(file); }
 
+bool looks_like_zip(std::string_view head) {
+  return head.starts_with("PK\x03\x04") || head.starts_with("PK\x05\x06");
+}
+
 ZipArchive::~ZipArchive() = default;
 
 OpenedZip ZipArchive::open(std::unique_ptr<ByteSource> bytes) {
@@ -209,16 +144,12 @@ OpenedZip ZipArchive::open(std::unique_ptr<ByteSource> bytes) {
 }
 
 std::optional<CaptureError> ZipArchive::open_source(std::unique_ptr<ByteSource> bytes) {
-  Source source;
-  if (const int descriptor = bytes->regular_file(); descriptor >= 0) {
-    source = source_of_file(reopened(descriptor));
-  } else {
-    Gathered gathered = gather(*bytes, memory_);
-    if (!gathered.ok) return read_failed;
-    source = gathered.file
-                 ? source_of_file(std::move(gathered.file))
-                 : Source(zip_source_buffer_create(memory_.data(), memory_.size(), 0, nullptr));
-  }
+  auto gathered = gather(std::move(bytes));
+  if (!gathered) return gathered.error();
+  memory_ = std::move(gathered->memory);
+  Source source =
+      gathered->file ? source_of_file(std::move(gathered->file))
+                     : Source(zip_source_buffer_create(memory_.data(), memory_.size(), 0, nullptr));
   zip_stat_t about{};
   if (!source || zip_source_stat(source.get(), &about) != 0) return read_failed;
   archive_.reset(zip_open_from_source(source.get(), ZIP_RDONLY, nullptr));
@@ -267,7 +198,7 @@ std::uint64_t ZipArchive::count_numbered(std::string_view name_begins) const {
 bool ZipArchive::read_compressed(const ZipMember& member, std::span<std::uint8_t> into) {
   const std::unique_ptr<zip_file, CloseFile> file(
       zip_fopen_index(archive_.get(), member.index, ZIP_FL_COMPRESSED));
-  return file && read_whole(file.get(), into);
+  return file && fill(file.get(), into);
 }
 
 std::optional<std::string> ZipArchive::read_text(const ZipMember& member, std::size_t max_bytes) {
@@ -280,6 +211,13 @@ std::optional<std::string> ZipArchive::read_text(const ZipMember& member, std::s
     if (*got == 0) return text;
     text.append(block.begin(), block.begin() + *got);
   }
+}
+
+bool ZipArchive::read_whole(const ZipMember& member, std::span<std::uint8_t> into) {
+  if (!begin_stream(member) || !fill(stream_.get(), into)) return false;
+  // The checksum is verified at the end.
+  std::uint8_t more = 0;
+  return read_stream({&more, 1}) == std::size_t{0};
 }
 
 bool ZipArchive::begin_stream(const ZipMember& member) {

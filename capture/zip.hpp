@@ -23,12 +23,16 @@ namespace biss::capture {
 /// A byte of deflated data makes no more bytes than this.
 inline constexpr std::uint64_t max_deflate_ratio = 1'032;
 
+/// What stands around deflated data: nothing, or header and checksum of RFC 1950 or RFC 1952.
+enum class DeflateFrame : std::uint8_t { none, zlib, gzip };
+
 class Inflater {
  public:
   Inflater();
 
   /// Whether `deflated` is whole and makes exactly `into.size()` bytes, which are then in `into`.
-  bool inflate(std::span<const std::uint8_t> deflated, std::span<std::uint8_t> into);
+  bool inflate(std::span<const std::uint8_t> deflated, std::span<std::uint8_t> into,
+               DeflateFrame frame = DeflateFrame::none);
 
  private:
   struct Free {
@@ -53,6 +57,9 @@ class Deflater {
 
 /// CRC-32 as ZIP has it.
 std::uint32_t zip_checksum(std::span<const std::uint8_t> bytes);
+
+/// Whether a file that begins so may be a ZIP archive.
+bool looks_like_zip(std::string_view head);
 
 /// What the archive's directory says of a member; not yet known to be true.
 struct ZipMember {
@@ -92,6 +99,9 @@ class ZipArchive {
   /// A small member as it was before compression; nothing when it cannot be read, is damaged, or
   /// has more than `max_bytes`.
   std::optional<std::string> read_text(const ZipMember& member, std::size_t max_bytes);
+
+  /// Reads a member of any compression. False when it is damaged or has another size.
+  bool read_whole(const ZipMember& member, std::span<std::uint8_t> into);
 
   /// Reads a member of any size and compression piece by piece, slower than an Inflater. False when
   /// it cannot be opened.

@@ -1,14 +1,19 @@
+#include <new>
+
+#include "cli/common/message.hpp"
 #include "cli/common/output.hpp"
 #include "cli/common/verb.hpp"
 #include "cli/common/verbs.hpp"
 
-int main(int argc, char** argv) {
-  using namespace biss::cli;
-  prepare_process();
+namespace biss::cli {
+namespace {
+
+ExitStatus run(int argc, char** argv) {
   Command command;
   add_decode(command);
   add_check(command);
   add_conform(command);
+  add_convert(command);
   add_crc(command);
   add_encoders(command);
   add_eds(command);
@@ -18,5 +23,19 @@ int main(int argc, char** argv) {
   add_registers(command);
   add_safety(command);
   add_simulate(command);
-  return static_cast<int>(command.run(argc, argv));
+  return command.run(argc, argv);
+}
+
+}  // namespace
+}  // namespace biss::cli
+
+int main(int argc, char** argv) {
+  using namespace biss::cli;
+  prepare_process();
+  // Declaring the verbs takes memory too.
+  try {
+    return static_cast<int>(run(argc, argv));
+  } catch (const std::bad_alloc&) {
+    return static_cast<int>(fail(ExitStatus::io, "out of memory"));
+  }
 }

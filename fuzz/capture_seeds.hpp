@@ -11,7 +11,9 @@
 #include "biss/frame/encode.hpp"
 #include "biss/frame/format_text.hpp"
 #include "capture/bytes.hpp"
+#include "capture/dsl.hpp"
 #include "capture/event_csv.hpp"
+#include "capture/saleae_binary.hpp"
 #include "capture/samples.hpp"
 #include "capture/sr.hpp"
 #include "fuzz/cycles.hpp"
@@ -124,6 +126,38 @@ inline std::string raw_seed(std::uint64_t seed) {
   return seed_capture(seed, [seed](const auto&, auto& sink) {
     return capture::RawWriter(sampled_layout(seed), sink);
   });
+}
+
+/// The same as a DSLogic capture.
+inline std::string dsl_seed(std::uint64_t seed) {
+  return seed_capture(seed, [seed](const auto& names, auto& sink) {
+    return capture::DslWriter(names, sampled_layout(seed).rate, sink);
+  });
+}
+
+/// Both channels in the binary export of Saleae Logic: the size of the first in four bytes, little
+/// end first, then both files. In every third seed the levels are unknown for a time.
+inline std::string saleae_binary_seed(std::uint64_t seed) {
+  std::string both;
+  for (const wire::LineIndex line : {0U, 1U}) {
+    std::string text;
+    capture::StringSink sink(text);
+    capture::SaleaeBinaryWriter writer({"line"}, sampled_layout(seed).rate, sink);
+    const std::vector<wire::Edge> edges = cycle_edges(seed, 1 + static_cast<unsigned>(seed % 3));
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+      wire::Edge edge = edges[i];
+      if (edge.line != line) continue;
+      edge.line = 0;
+      if (seed % 3 == 1 && i + 8 > edges.size()) edge.level = wire::Level::unknown;
+      if (!writer.write({&edge, 1}).ok()) return {};
+    }
+    if (!writer.finish(edges.back().time).ok()) return {};
+    if (line == 0) {
+      for (unsigned i = 0; i < 4; ++i) both += static_cast<char>(text.size() >> (8 * i));
+    }
+    both += text;
+  }
+  return both;
 }
 
 }  // namespace biss::fuzz

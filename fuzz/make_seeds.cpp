@@ -12,10 +12,14 @@
 #include "capture/event_csv.hpp"
 #include "capture/vcd.hpp"
 #include "fuzz/capture_seeds.hpp"
+#include "fuzz/compress.hpp"
 #include "fuzz/dump_text.hpp"
 #include "fuzz/frame_formats.hpp"
+#include "fuzz/fst_mutator.hpp"
+#include "fuzz/ghw_mutator.hpp"
 #include "fuzz/raw_header.hpp"
 #include "fuzz/register_seeds.hpp"
+#include "fuzz/scope_seeds.hpp"
 
 namespace {
 
@@ -166,8 +170,16 @@ int main(int argc, char** argv) {
   Corpus vcd(root / "vcd");
   Corpus event_csv(root / "event_csv");
   Corpus saleae(root / "saleae");
+  Corpus sampled_csv(root / "sampled_csv");
+  Corpus saleae_analog(root / "saleae_analog");
   Corpus sr(root / "sr");
   Corpus raw(root / "raw");
+  Corpus dsl(root / "dsl");
+  Corpus saleae_binary(root / "saleae_binary");
+  Corpus compressed(root / "compressed");
+  Corpus fst(root / "fst");
+  Corpus ghw(root / "ghw");
+  ghw.add(biss::fuzz::ghw_composite_seed());
   Corpus replay(root / "replay");
   Corpus eds(root / "eds");
   Corpus dump(root / "dump");
@@ -187,8 +199,15 @@ int main(int argc, char** argv) {
     vcd.add(biss::fuzz::seed_text<biss::capture::VcdWriter>(seed));
     event_csv.add(biss::fuzz::seed_text<biss::capture::EventCsvWriter>(seed));
     saleae.add(biss::fuzz::saleae_seed(seed));
+    sampled_csv.add(biss::fuzz::scope_seed(seed));
+    saleae_analog.add(biss::fuzz::saleae_analog_seed(seed));
     sr.add(biss::fuzz::sr_seed(seed));
     raw.add(raw_samples(seed));
+    dsl.add(biss::fuzz::dsl_seed(seed));
+    saleae_binary.add(biss::fuzz::saleae_binary_seed(seed));
+    compressed.add(biss::fuzz::compressed_seed(seed));
+    fst.add(biss::fuzz::fst_seed(seed));
+    ghw.add(biss::fuzz::ghw_seed(seed));
     replay.add(replay_train(k, seed));
     eds.add(biss::fuzz::eds_seed(seed));
     dump.add(std::string(2, '\0') + biss::fuzz::dump_file_seed(seed));

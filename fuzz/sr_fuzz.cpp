@@ -1,10 +1,9 @@
 // The reader of sigrok sessions on hostile archives, metadata and samples.
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
-#include <string>
+#include <memory>
 #include <string_view>
+#include <utility>
 
 #include "capture/sr.hpp"
 #include "fuzz/capture_check.hpp"
@@ -12,18 +11,13 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view archive(reinterpret_cast<const char*>(data), size);
-  biss::fuzz::check_reader(archive, biss::capture::open_sr);
+  biss::fuzz::check_reader(archive, [](std::unique_ptr<biss::capture::ByteSource> bytes) {
+    return biss::capture::open_sr(std::move(bytes));
+  });
   return 0;
 }
 
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
                                                std::size_t max_size, unsigned seed) {
-  const std::string archive(reinterpret_cast<const char*>(data), size);
-  const std::string changed = biss::fuzz::SrMutator(seed).mutate(archive);
-  // A truncated archive has no directory, so an archive that is too large is replaced by the
-  // original.
-  const std::string& result = changed.size() <= max_size ? changed : archive;
-  const std::size_t kept = std::min(result.size(), max_size);
-  std::memcpy(data, result.data(), kept);
-  return kept;
+  return biss::fuzz::mutate_archive<biss::fuzz::SrMutator>(data, size, max_size, seed);
 }

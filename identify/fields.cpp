@@ -254,7 +254,7 @@ class FieldSearch {
         if (bits.count < 3) continue;
         if (!is_carried_into(bits)) {
           counters.push_back(bits);
-        } else if (carries_into(bits).overflows < 2 && count_steps(bits).restarts > 0) {
+        } else if (carries_into(bits).overflows < 4 && count_steps(bits).restarts > 1) {
           add(Doubt::counter);
         }
       }

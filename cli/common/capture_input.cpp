@@ -41,10 +41,47 @@ bool contains(const std::vector<std::string>& list, const std::string& item) {
   return std::find(list.begin(), list.end(), item) != list.end();
 }
 
+// The first of a list, with dots where it has more.
+std::string some_of(std::vector<std::string> list) {
+  constexpr std::size_t most = 12;
+  if (list.size() > most) {
+    list.resize(most);
+    list.emplace_back("...");
+  }
+  return fmt::format("{}", fmt::join(list, ", "));
+}
+
+// The channels of a file that --differential does not fit, for the message.
+std::string channels_of(const std::string& path, capture::OpenOptions options) {
+  options.analog.differentials.clear();
+  // Only the names matter.
+  options.analog.threshold.emplace();
+  if (path == "-") return "other channels";
+  const capture::Opened opened = capture::open_capture(path, options);
+  return opened ? some_of((*opened)->lines()) : "no channels";
+}
+
+std::string open_error_text(const capture::CaptureError& error, const std::string& path,
+                            const capture::OpenOptions& options) {
+  switch (error.cause) {
+    case capture::CaptureCause::layout_missing:
+      return fmt::format(
+          "{}: the sample rate of raw samples is not known; give --raw-rate, and --raw-bytes where "
+          "a sample has more than one byte",
+          path);
+    case capture::CaptureCause::no_such_channel:
+      return fmt::format(
+          "--differential: {} does not have both analog channels of each pair; it has {}", path,
+          channels_of(path, options));
+    default:
+      return capture::capture_error_text(error, path);
+  }
+}
+
 // Prints why it cannot.
 ExitStatus open_file(CaptureFile& file, const InputArguments& arguments) {
   if (file.source) return ExitStatus::done;
-  capture::OpenOptions options;
+  capture::OpenOptions options{.raw = std::nullopt, .analog = arguments.raw.analog};
   if (arguments.raw.rate) {
     options.raw = layout_of(arguments.raw, name_in(file.path, arguments.ma),
                             name_in(file.path, arguments.slo));
@@ -54,13 +91,9 @@ ExitStatus open_file(CaptureFile& file, const InputArguments& arguments) {
   file.position = ReadPosition((*bytes)->regular_file());
   capture::Opened opened = capture::open_capture(std::move(*bytes), file.path, options);
   if (!opened) {
-    const bool no_layout = opened.error().cause == capture::CaptureCause::layout_missing;
-    return fail(ExitStatus::io,
-                no_layout ? fmt::format("{}: the sample rate of raw samples is not known; give "
-                                        "--raw-rate, and --raw-bytes where a sample has more than "
-                                        "one byte",
-                                        file.path)
-                          : capture::capture_error_text(opened.error(), file.path));
+    const bool usage = opened.error().cause == capture::CaptureCause::no_such_channel;
+    return fail(usage ? ExitStatus::usage : ExitStatus::io,
+                open_error_text(opened.error(), file.path, options));
   }
   file.source = std::move(*opened);
   return ExitStatus::done;
@@ -69,16 +102,6 @@ ExitStatus open_file(CaptureFile& file, const InputArguments& arguments) {
 std::string pair_text(const std::vector<std::string>& names, const decode::Lines& lines) {
   if (lines.ma == lines.slo) return names[lines.ma];
   return fmt::format("{} with {}", names[lines.ma], names[lines.slo]);
-}
-
-// The first of a list, with dots where it has more.
-std::string some_of(std::vector<std::string> list) {
-  constexpr std::size_t most = 12;
-  if (list.size() > most) {
-    list.resize(most);
-    list.emplace_back("...");
-  }
-  return fmt::format("{}", fmt::join(list, ", "));
 }
 
 }  // namespace
@@ -108,10 +131,12 @@ ExitStatus CaptureInput::open(std::vector<CaptureFile> files, const InputArgumen
   *this = CaptureInput();
   std::vector<capture::NamedSource> sources;
   bool any_raw = files.size() < arguments.files.size();
+  bool any_analog = any_raw;
   for (CaptureFile& file : files) {
     const ExitStatus opened = open_file(file, arguments);
     if (opened != ExitStatus::done) return opened;
     any_raw = any_raw || file.source->is_raw();
+    any_analog = any_analog || file.source->is_analog();
     name_ += (name_.empty() ? "" : " + ") + file.path;
     paths_.push_back(file.path);
     positions_.push_back(std::move(file.position));
@@ -120,6 +145,12 @@ ExitStatus CaptureInput::open(std::vector<CaptureFile> files, const InputArgumen
   if (arguments.raw.rate && !any_raw) {
     return fail(ExitStatus::usage,
                 fmt::format("--raw-rate: {} says its times itself; leave the option out", name_));
+  }
+  if (arguments.raw.analog.given() && !any_analog) {
+    const char* const option = arguments.raw.analog.threshold ? "--threshold" : "--differential";
+    return fail(
+        ExitStatus::usage,
+        fmt::format("{}: {} has levels, not voltages; leave the option out", option, name_));
   }
   if (sources.size() == 1) {
     source_ = std::move(sources.front().source);

@@ -91,6 +91,8 @@ class CaptureInput {
   Picoseconds end_time() const { return source_->end_time(); }
   /// As EdgeSource::sample_period().
   Picoseconds sample_period() const { return source_->sample_period(); }
+  /// As EdgeSource::sample_rate().
+  Hertz sample_rate() const { return source_->sample_rate(); }
   /// For a progress line: how much has been read.
   std::string progress_text() const;
   /// One line, empty while reading succeeds.

@@ -299,6 +299,15 @@ Option Verb::add_text_option(const std::string& name, std::function<void(const s
   return declared(app_->add_option_function(name, std::move(set), description));
 }
 
+Option Verb::add_repeated_option(const std::string& name,
+                                 std::function<void(const std::string&)> set,
+                                 const std::string& description) {
+  const auto take = [set = std::move(set)](const std::vector<std::string>& values) {
+    for (const std::string& value : values) set(value);
+  };
+  return declared(app_->add_option_function<std::vector<std::string>>(name, take, description));
+}
+
 Option Verb::declared(CLI::Option* option, bool is_value) const {
   option->group(heading_);
   if (is_value) {

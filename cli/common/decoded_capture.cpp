@@ -60,9 +60,10 @@ class CaptureRows final : public report::TableWriter {
 
 void add_capture_options(Verb verb, CaptureArguments& arguments) {
   verb.add_option("FILE", arguments.files,
-                  "Captures (VCD, event CSV, .sr, Saleae CSV, raw samples), read one after the "
-                  "other; files "
-                  "with one line each are read as one capture; - is standard input")
+                  "Captures (VCD, FST, GHW, event CSV, oscilloscope CSV, .sr, .dsl, Saleae CSV and "
+                  "binary, raw samples; also compressed by gzip or zstd), read one after the "
+                  "other; files with "
+                  "one line each are read as one capture; - is standard input")
       .file(FileUse::read);
   add_format_option(verb, arguments.device, false, "; none: check the structure alone");
   add_timing_options(verb, arguments.device);

@@ -34,6 +34,9 @@ constexpr std::array length_units = {Unit{"mm", 0}, Unit{"cm", 1}, Unit{"m", 3},
 constexpr std::array duty_units = {Unit{"%", 1}};
 constexpr std::array deviation_units = {Unit{"ppm", 0}, Unit{"%", 4}};
 
+constexpr std::array voltage_units = {Unit{"nV", 0}, Unit{"uV", 3}, Unit{"mV", 6}, Unit{"V", 9},
+                                      Unit{"kV", 12}};
+
 constexpr auto second = static_cast<std::uint64_t>(picoseconds_per_second);
 constexpr std::string_view time_names = "ps, ns, us, ms or s";
 constexpr Scale rate_scale = {rate_units, 1, UINT32_MAX, "Hz, kHz, MHz or GHz",
@@ -47,6 +50,9 @@ constexpr Scale length_scale = {length_units, 0, 10'000'000, "mm, cm, m or km",
 constexpr Scale duty_scale = {duty_units, 1, 999, "%", "0.1 % to 99.9 % in steps of 0.1 %"};
 constexpr Scale deviation_scale = {deviation_units, 0, 100'000, "ppm or %",
                                    "-10 % to 10 % in steps of 1 ppm"};
+
+constexpr Scale voltage_scale = {voltage_units, 0, 1'000'000'000'000'000, "nV, uV, mV, V or kV",
+                                 "-1000 kV to 1000 kV in steps of 1 nV"};
 
 const Scale& scale_of(Quantity quantity) {
   switch (quantity) {
@@ -62,6 +68,8 @@ const Scale& scale_of(Quantity quantity) {
       return duty_scale;
     case Quantity::deviation:
       return deviation_scale;
+    case Quantity::voltage:
+      return voltage_scale;
     case Quantity::count:
       break;
   }
@@ -262,6 +270,12 @@ Result<std::int32_t, QuantityError> parse_deviation(std::string_view text) {
   const auto value = parse_signed(text, deviation_scale);
   if (!value) return failure(value.error());
   return static_cast<std::int32_t>(*value);
+}
+
+Result<capture::Nanovolts, QuantityError> parse_voltage(std::string_view text) {
+  const auto value = parse_signed(text, voltage_scale);
+  if (!value) return failure(value.error());
+  return capture::Nanovolts{*value};
 }
 
 Result<std::uint64_t, QuantityError> parse_count(std::string_view text, std::uint64_t largest) {

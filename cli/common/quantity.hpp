@@ -8,6 +8,7 @@
 
 #include "biss/base/result.hpp"
 #include "biss/base/units.hpp"
+#include "capture/voltage.hpp"
 
 namespace biss::cli {
 
@@ -51,13 +52,25 @@ Result<std::uint32_t, QuantityError> parse_duty(std::string_view text);
 /// The deviation of a rate: `200ppm`, `-50 ppm`, `+0.5%`; ±10 %. \return parts per million
 Result<std::int32_t, QuantityError> parse_deviation(std::string_view text);
 
+/// A voltage with or without a sign: `1.2V`, `-200 mV`; uV, mV, V, kV; ±1 MV in steps of 1 nV.
+Result<capture::Nanovolts, QuantityError> parse_voltage(std::string_view text);
+
 /// A count or a position: decimal, or hexadecimal after `0x`; 0 to `largest`. A sign, a point, a
 /// unit or a space is not_a_number.
 Result<std::uint64_t, QuantityError> parse_count(std::string_view text,
                                                  std::uint64_t largest = UINT64_MAX);
 
 /// What a text was expected to be.
-enum class Quantity : std::uint8_t { rate, duration, time, length, duty, deviation, count };
+enum class Quantity : std::uint8_t {
+  rate,
+  duration,
+  time,
+  length,
+  duty,
+  deviation,
+  voltage,
+  count
+};
 
 /// One line: "'10m': at character 3: unknown unit; use Hz, kHz, MHz or GHz".
 /// \param largest as given to parse_count()

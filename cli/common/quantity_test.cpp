@@ -111,6 +111,19 @@ TEST(Time, EitherSign_IsExact) {
   expect_wrong(parse_time("-8640000.1s"), QuantityCause::too_large, 1);
 }
 
+TEST(Voltage, EitherSignAndEveryUnit_IsExact) {
+  EXPECT_EQ(parse_voltage("1.2V")->count, 1'200'000'000);
+  EXPECT_EQ(parse_voltage("-200 mV")->count, -200'000'000);
+  EXPECT_EQ(parse_voltage("+3uV")->count, 3'000);
+  EXPECT_EQ(parse_voltage("7nV")->count, 7);
+  EXPECT_EQ(parse_voltage("-1000kV")->count, -1'000'000'000'000'000);
+  EXPECT_EQ(parse_voltage("0")->count, 0);
+  expect_wrong(parse_voltage("1.2"), QuantityCause::unit_missing, 3);
+  expect_wrong(parse_voltage("--1V"), QuantityCause::not_a_number, 1);
+  expect_wrong(parse_voltage("1000.1kV"), QuantityCause::too_large, 0);
+  expect_wrong(parse_voltage("0.5nV"), QuantityCause::too_fine, 2);
+}
+
 TEST(Length, BareNumber_NeedsAUnit) {
   expect_wrong(parse_length("100"), QuantityCause::unit_missing, 3);
 }

@@ -1,4 +1,5 @@
-// `--raw-rate` and `--raw-bytes`: what a file of raw samples does not say of itself.
+// `--raw-rate`, `--raw-bytes`, `--threshold` and `--differential`: what a file of samples does not
+// say of itself.
 #pragma once
 
 #include <cstdint>
@@ -6,21 +7,24 @@
 #include <string>
 
 #include "biss/base/units.hpp"
+#include "capture/analog.hpp"
 #include "capture/samples.hpp"
 
 namespace biss::cli {
 
 class Verb;
 
-/// What the user said of his raw samples.
+/// What the user said of his samples.
 struct RawSamples {
-  /// Nothing: he has none.
+  /// Of raw samples. Nothing: he has none.
   std::optional<Hertz> rate;
-  /// Of a sample, 1 to 8.
+  /// Of a raw sample, 1 to 8.
   std::uint64_t bytes = 1;
+  /// How voltages become levels.
+  capture::AnalogOptions analog = {};
 };
 
-/// Declares both options. \pre raw outlives the parsing
+/// Declares the options. \pre raw outlives the parsing
 void add_raw_options(Verb verb, RawSamples& raw);
 
 /// The layout of one file. Bit k of a sample is the line `Dk`, bit 0 the lowest of the first byte.

@@ -129,6 +129,10 @@ class Verb {
   Option add_text_option(const std::string& name, std::function<void(const std::string&)> set,
                          const std::string& description);
 
+  /// The same for an option that may be given several times: `set` gets the text of each value.
+  Option add_repeated_option(const std::string& name, std::function<void(const std::string&)> set,
+                             const std::string& description);
+
   /// An option declared before. \pre it was
   Option get_option(const std::string& name) const;
   /// The options that the command line has.

@@ -97,11 +97,11 @@ struct Difference {
 
 std::vector<Difference> differences(const EdsSource& first, const EdsSource& second, const Sides& a,
                                     const Sides& b) {
-  std::set<RowOrder> places;
-  for (const auto& [place, side] : a) places.insert(place);
-  for (const auto& [place, side] : b) places.insert(place);
+  std::set<RowOrder> row_orders;
+  for (const auto& [place, side] : a) row_orders.insert(place);
+  for (const auto& [place, side] : b) row_orders.insert(place);
   std::vector<Difference> found;
-  for (const RowOrder& place : places) {
+  for (const RowOrder& place : row_orders) {
     const auto in_a = a.find(place);
     const auto in_b = b.find(place);
     const Difference each{in_a == a.end() ? nullptr : &in_a->second,

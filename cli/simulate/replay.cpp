@@ -8,12 +8,12 @@
 #include <optional>
 #include <vector>
 
+#include "cli/common/capture_output.hpp"
 #include "cli/common/message.hpp"
 #include "cli/common/output.hpp"
 #include "cli/common/quantity.hpp"
 #include "cli/common/terminal.hpp"
 #include "cli/decode/table.hpp"
-#include "cli/simulate/capture_output.hpp"
 #include "cli/simulate/recorded_line.hpp"
 #include "cli/simulate/truth.hpp"
 #include "sim/encoder.hpp"
@@ -34,7 +34,8 @@ class ReplayOutput {
 
   bool open(const std::string& rows_path, std::span<const report::Column> columns) {
     if (!output_.open(options_.output)) return false;
-    edges_.emplace(options_.output, std::vector<std::string>{"MA", "SLO"},
+    edges_.emplace(capture_format_of(options_.output).value_or(CaptureFormat::vcd),
+                   std::vector<std::string>{"MA", "SLO"},
                    options_.sample_rate.value_or(usual_sample_rate(clock_)), output_);
     if (rows_path.empty()) return true;
     if (!rows_output_.open(rows_path)) return false;

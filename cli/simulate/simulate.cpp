@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "cli/common/access_option.hpp"
+#include "cli/common/capture_output.hpp"
 #include "cli/common/verb.hpp"
 #include "cli/common/verbs.hpp"
-#include "cli/simulate/capture_output.hpp"
 #include "cli/simulate/fault_option.hpp"
 #include "cli/simulate/registers.hpp"
 #include "cli/simulate/replay.hpp"
@@ -47,15 +47,21 @@ class SimulateRun {
   explicit SimulateRun(const SimulateOptions& options) : options_(options) {}
 
   ExitStatus run() {
-    if (options_.write.sample_rate && !CaptureOutput::is_sampled(options_.write.output)) {
+    const auto format = capture_format_of(options_.write.output);
+    if (options_.write.sample_rate && !is_sampled(format.value_or(CaptureFormat::vcd))) {
       return fail(
           ExitStatus::usage,
-          "--sample-rate: this format stores changes, not samples; write .sr, .bin or .raw");
+          "--sample-rate: this format stores changes, not samples; write .sr, .dsl, .bin or .raw");
     }
     if (options_.replay.raw.rate && options_.replay.ma_from.empty() &&
         options_.replay.slo_from.empty()) {
       return fail(ExitStatus::usage,
                   "--raw-rate: needs --ma-from or --slo-from; for -o use --sample-rate");
+    }
+    if (options_.replay.raw.analog.given() && options_.replay.ma_from.empty() &&
+        options_.replay.slo_from.empty()) {
+      return fail(ExitStatus::usage,
+                  "--threshold and --differential: need --ma-from or --slo-from");
     }
     LineOptions line = options_.line;
     if (const ExitStatus status = load_control(line); status != ExitStatus::done) return status;

@@ -10,11 +10,11 @@
 
 #include "biss/control/register_map.hpp"
 #include "cli/common/access_option.hpp"
+#include "cli/common/capture_output.hpp"
 #include "cli/common/message.hpp"
 #include "cli/common/output.hpp"
 #include "cli/common/quantity.hpp"
 #include "cli/common/terminal.hpp"
-#include "cli/simulate/capture_output.hpp"
 #include "cli/simulate/configure_log.hpp"
 #include "cli/simulate/truth.hpp"
 #include "sim/line.hpp"
@@ -191,7 +191,7 @@ class LineWriter {
     }
     if (!outcomes_.open(options_.outcomes)) return outcomes_.status();
     const std::vector<std::string> names = names_of(setup_);
-    edges_.emplace(options_.output, names,
+    edges_.emplace(capture_format_of(options_.output).value_or(CaptureFormat::vcd), names,
                    options_.sample_rate.value_or(usual_sample_rate(setup_.clock)), output_);
     if (!options_.truth.empty()) {
       rows_ = report::make_table_writer(report::Format::csv, truth_.columns(), truth_output_);

@@ -1,0 +1,404 @@
+#include "capture/analog.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace biss::capture {
+namespace {
+
+// Held until the levels are known.
+constexpr std::size_t first_rows_judged = 4'096;
+constexpr std::size_t most_samples_held = std::size_t{1} << 20U;
+constexpr unsigned changes_of_sure_levels = 16;
+// A swing below this part of the largest one is crosstalk or noise.
+constexpr std::int64_t least_part_of_swing = 16;
+constexpr std::int64_t hysteresis_part = 5;
+constexpr Threshold logic_threshold{millivolts(500), {}};
+// The time between samples is taken from this many rows where the file does not say it.
+constexpr std::size_t rows_of_period = 1'024;
+
+bool is_voltage(Nanovolts sample) {
+  return sample <= over_range && sample >= Nanovolts{-over_range.count};
+}
+
+// Limited to what a duration can be.
+Picoseconds elapsed(Picoseconds from, Picoseconds to) {
+  const auto ps = static_cast<std::uint64_t>(to.count) - static_cast<std::uint64_t>(from.count);
+  constexpr auto longest = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
+  return {static_cast<std::int64_t>(std::min(ps, longest))};
+}
+
+// A line and the columns that it is made of.
+struct AnalogLine {
+  std::size_t plus = 0;
+  std::optional<std::size_t> minus;
+  bool logic = false;
+};
+
+Nanovolts voltage_of(const AnalogLine& line, const Nanovolts* row) {
+  const Nanovolts plus = row[line.plus];
+  if (!line.minus || !is_voltage(plus)) return plus;
+  const Nanovolts minus = row[*line.minus];
+  if (!is_voltage(minus)) return minus;
+  const std::int64_t difference = plus.count - minus.count;
+  return {std::clamp(difference, -over_range.count, over_range.count)};
+}
+
+// Turns the samples of one line into edges.
+class Slicer {
+ public:
+  // Without a threshold the level is unknown.
+  Slicer(std::optional<Threshold> threshold, bool interpolate)
+      : blind_(!threshold), interpolate_(interpolate) {
+    if (blind_) return;
+    upper_ = threshold->centre.count + threshold->hysteresis.count / 2;
+    lower_ = threshold->centre.count - threshold->hysteresis.count / 2;
+  }
+
+  // The next sample does not follow the last one.
+  void break_off() { has_last_ = false; }
+
+  // The edge that this sample makes.
+  std::optional<wire::Edge> push(Picoseconds time, Nanovolts sample, wire::LineIndex line) {
+    if (sample == no_sample) {
+      break_off();
+      return std::nullopt;
+    }
+    const std::uint8_t level = level_of(sample);
+    std::optional<wire::Edge> edge;
+    if (level != level_) {
+      edge = wire::Edge{crossing(time, sample, level), line, static_cast<wire::Level>(level)};
+      level_ = level;
+    }
+    has_last_ = is_inside(sample);
+    last_time_ = time;
+    last_ = sample.count;
+    return edge;
+  }
+
+ private:
+  static constexpr auto low = static_cast<std::uint8_t>(wire::Level::low);
+  static constexpr auto high = static_cast<std::uint8_t>(wire::Level::high);
+  static constexpr auto unknown = static_cast<std::uint8_t>(wire::Level::unknown);
+
+  static bool is_inside(Nanovolts sample) {
+    return sample < over_range && sample > Nanovolts{-over_range.count};
+  }
+
+  std::uint8_t level_of(Nanovolts sample) const {
+    if (blind_ || sample == bad_sample) return unknown;
+    if (sample.count >= upper_) return high;
+    if (sample.count < lower_) return low;
+    return level_ == no_level ? unknown : level_;
+  }
+
+  // Linear between the last sample and this one.
+  Picoseconds crossing(Picoseconds time, Nanovolts sample, std::uint8_t level) const {
+    const bool changes = (level_ == low && level == high) || (level_ == high && level == low);
+    if (!interpolate_ || !has_last_ || !changes || !is_inside(sample)) return time;
+    const std::int64_t limit = level == high ? upper_ : lower_;
+    const double share =
+        static_cast<double>(limit - last_) / static_cast<double>(sample.count - last_);
+    const double step = static_cast<double>(elapsed(last_time_, time).count);
+    const std::int64_t offset = std::llround(std::clamp(share, 0.0, 1.0) * step);
+    return std::min(time, last_time_ + picoseconds(offset));
+  }
+
+  bool blind_;
+  bool interpolate_;
+  std::int64_t upper_ = 0;
+  std::int64_t lower_ = 0;
+  std::uint8_t level_ = no_level;
+  bool has_last_ = false;
+  Picoseconds last_time_;
+  std::int64_t last_ = 0;
+};
+
+class AnalogSource final : public EdgeSource {
+ public:
+  explicit AnalogSource(std::unique_ptr<AnalogSamples> samples)
+      : samples_(std::move(samples)), columns_(samples_->channels().size()) {}
+
+  // Finds the lines and their thresholds; the cause where it cannot.
+  std::optional<CaptureError> open(const AnalogOptions& options);
+
+  const std::vector<std::string>& lines() const override { return names_; }
+  Picoseconds end_time() const override { return end_time_; }
+  Picoseconds sample_period() const override { return sample_period_; }
+  Hertz sample_rate() const override { return samples_->sample_rate(); }
+  bool is_analog() const override { return any_analog_; }
+  Result<std::span<const wire::Edge>, CaptureError> next_block() override;
+
+ private:
+  std::optional<CaptureError> find_lines(const std::vector<Differential>& differentials);
+  std::optional<CaptureError> measure();
+  std::optional<std::vector<std::optional<SignalLevels>>> judge(bool last_try);
+  bool hold_more(std::size_t rows);
+  void drop_held();
+  void set_thresholds(const std::vector<std::optional<SignalLevels>>& levels);
+  void measure_period();
+  void slice_rows();
+  const Nanovolts* row(std::size_t index) const { return rows_.values.data() + index * columns_; }
+  std::size_t rows_held() const { return rows_.times.size(); }
+
+  std::unique_ptr<AnalogSamples> samples_;
+  std::size_t columns_;
+  std::vector<AnalogLine> analog_lines_;
+  std::vector<std::string> names_;
+  bool any_analog_ = false;
+  bool any_logic_ = false;
+  std::vector<Slicer> slicers_;
+  Picoseconds sample_period_;
+
+  // Rows that are not sliced yet, from next_row_ on; what follows them.
+  SampleRows rows_;
+  SampleRows fresh_;
+  std::size_t next_row_ = 0;
+  bool ended_ = false;
+  std::optional<CaptureError> error_;
+  // A row before those that are held; rows between were dropped.
+  SampleRows first_row_;
+
+  EdgeBlock block_;
+  std::vector<wire::Edge> row_edges_;
+  Picoseconds end_time_;
+};
+
+// Where `pair` divides into two of the names; nothing where it does not, or where it can in two
+// ways.
+std::optional<std::pair<std::size_t, std::size_t>> divide(
+    const std::string& pair, const std::vector<AnalogChannel>& channels) {
+  const auto index_of = [&](std::string_view name) {
+    std::size_t index = 0;
+    while (index < channels.size() && (channels[index].name != name || channels[index].logic)) {
+      ++index;
+    }
+    return index;
+  };
+  std::optional<std::pair<std::size_t, std::size_t>> found;
+  for (std::size_t dash = pair.find('-'); dash != std::string::npos;
+       dash = pair.find('-', dash + 1)) {
+    const std::size_t plus = index_of(std::string_view(pair).substr(0, dash));
+    const std::size_t minus = index_of(std::string_view(pair).substr(dash + 1));
+    if (plus == channels.size() || minus == channels.size() || plus == minus) continue;
+    if (found) return std::nullopt;
+    found = {plus, minus};
+  }
+  return found;
+}
+
+std::optional<CaptureError> AnalogSource::find_lines(
+    const std::vector<Differential>& differentials) {
+  const std::vector<AnalogChannel>& channels = samples_->channels();
+  std::vector<bool> taken(channels.size());
+  std::vector<AnalogLine> pairs;
+  for (const Differential& differential : differentials) {
+    const auto divided = divide(differential.pair, channels);
+    if (!divided) return CaptureError{.cause = CaptureCause::no_such_channel};
+    pairs.push_back({divided->first, divided->second, false});
+    taken[divided->first] = taken[divided->second] = true;
+  }
+  LineNames names;
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    if (taken[i]) continue;
+    analog_lines_.push_back({i, std::nullopt, channels[i].logic});
+    names_.push_back(names.claim(channels[i].name));
+  }
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    analog_lines_.push_back(pairs[i]);
+    names_.push_back(names.claim(differentials[i].name));
+  }
+  for (const AnalogLine& line : analog_lines_) (line.logic ? any_logic_ : any_analog_) = true;
+  return std::nullopt;
+}
+
+// Reads until that many rows are held; false when there are no more.
+bool AnalogSource::hold_more(std::size_t rows) {
+  while (!ended_ && rows_held() < rows) {
+    fresh_.clear();
+    error_ = samples_->next(fresh_);
+    ended_ = error_.has_value() || fresh_.times.empty();
+    rows_.times.insert(rows_.times.end(), fresh_.times.begin(), fresh_.times.end());
+    rows_.values.insert(rows_.values.end(), fresh_.values.begin(), fresh_.values.end());
+  }
+  return rows_held() >= rows;
+}
+
+// No line changes in the rows held: of these the first and the last quarter, in which a burst may
+// have begun, are enough.
+void AnalogSource::drop_held() {
+  if (first_row_.times.empty()) {
+    first_row_.times.assign(1, rows_.times.front());
+    first_row_.values.assign(row(0), row(1));
+  }
+  const auto dropped = static_cast<std::ptrdiff_t>(rows_held() - rows_held() / 4);
+  rows_.times.erase(rows_.times.begin(), rows_.times.begin() + dropped);
+  rows_.values.erase(rows_.values.begin(),
+                     rows_.values.begin() + dropped * static_cast<std::ptrdiff_t>(columns_));
+}
+
+unsigned changes_between(SignalLevels levels, std::span<const Nanovolts> samples,
+                         std::size_t stride) {
+  const std::int64_t middle = levels.low.count + (levels.high.count - levels.low.count) / 2;
+  unsigned changes = 0;
+  bool high = samples[0].count > middle;
+  for (std::size_t i = 0; i < samples.size(); i += stride) {
+    const bool now = samples[i].count > middle;
+    if (now != high && is_voltage(samples[i])) {
+      ++changes;
+      high = now;
+    }
+  }
+  return changes;
+}
+
+// The levels of each line in the rows held; nothing where more rows are needed to be sure.
+std::optional<std::vector<std::optional<SignalLevels>>> AnalogSource::judge(bool last_try) {
+  std::vector<std::optional<SignalLevels>> levels;
+  bool any = false;
+  std::vector<Nanovolts> voltages(rows_held());
+  for (const AnalogLine& line : analog_lines_) {
+    levels.emplace_back();
+    if (line.logic) continue;
+    for (std::size_t i = 0; i < rows_held(); ++i) voltages[i] = voltage_of(line, row(i));
+    levels.back() = estimate_levels(voltages);
+    any = any || levels.back().has_value();
+    if (last_try) continue;
+    if (!levels.back()) return std::nullopt;
+    if (changes_between(*levels.back(), voltages, 1) < changes_of_sure_levels) return std::nullopt;
+  }
+  // A file with logic channels is worth reading without its analog ones.
+  if (!any && !(last_try && any_logic_)) return std::nullopt;
+  return levels;
+}
+
+std::int64_t swing_of(const SignalLevels& levels) { return levels.high.count - levels.low.count; }
+
+Threshold middle_of(const SignalLevels& levels) {
+  const std::int64_t swing = swing_of(levels);
+  return {{levels.low.count + swing / 2}, {swing / hysteresis_part}};
+}
+
+void AnalogSource::set_thresholds(const std::vector<std::optional<SignalLevels>>& levels) {
+  // The largest swing of plain lines and of differentials.
+  std::array<std::optional<SignalLevels>, 2> largest;
+  for (std::size_t i = 0; i < levels.size(); ++i) {
+    auto& best = largest[analog_lines_[i].minus ? 1 : 0];
+    if (levels[i] && (!best || swing_of(*levels[i]) > swing_of(*best))) best = levels[i];
+  }
+  for (std::size_t i = 0; i < levels.size(); ++i) {
+    const AnalogLine& line = analog_lines_[i];
+    if (line.logic) {
+      slicers_.emplace_back(logic_threshold, false);
+      continue;
+    }
+    const auto& best = largest[line.minus ? 1 : 0];
+    const bool own = levels[i] && swing_of(*levels[i]) >= swing_of(*best) / least_part_of_swing;
+    std::optional<Threshold> threshold;
+    if (own || best) threshold = middle_of(own ? *levels[i] : *best);
+    // A differential without a change is compared with 0 V.
+    if (!threshold && line.minus) threshold = Threshold{{}, default_hysteresis};
+    slicers_.emplace_back(threshold, true);
+  }
+}
+
+std::optional<CaptureError> AnalogSource::measure() {
+  const std::size_t most_rows = most_samples_held / columns_;
+  std::size_t wanted = first_rows_judged;
+  for (;;) {
+    const bool more = hold_more(wanted);
+    const bool last_try = !more || wanted >= most_rows;
+    if (const auto levels = judge(last_try)) {
+      set_thresholds(*levels);
+      return std::nullopt;
+    }
+    if (!more) {
+      if (error_) return error_;
+      return CaptureError{.cause = CaptureCause::no_two_levels};
+    }
+    if (wanted >= most_rows) {
+      drop_held();
+    } else {
+      wanted = std::min(4 * wanted, most_rows);
+    }
+  }
+}
+
+void AnalogSource::measure_period() {
+  sample_period_ = samples_->sample_period();
+  if (sample_period_ != Picoseconds{}) return;
+  hold_more(rows_of_period);
+  for (std::size_t i = 1; i < std::min(rows_held(), rows_of_period); ++i) {
+    sample_period_ = std::max(sample_period_, elapsed(rows_.times[i - 1], rows_.times[i]));
+  }
+}
+
+std::optional<CaptureError> AnalogSource::open(const AnalogOptions& options) {
+  if (const auto error = find_lines(options.differentials)) return error;
+  measure_period();
+  if (rows_held() == 0 && ended_) {
+    if (error_) return error_;
+    return CaptureError{.cause = CaptureCause::empty};
+  }
+  if (any_analog_ && !options.threshold) return measure();
+  for (const AnalogLine& line : analog_lines_) {
+    slicers_.emplace_back(line.logic ? std::optional(logic_threshold) : options.threshold,
+                          !line.logic);
+  }
+  return std::nullopt;
+}
+
+void AnalogSource::slice_rows() {
+  const auto slice = [this](const SampleRows& rows, std::size_t index) {
+    row_edges_.clear();
+    for (std::size_t i = 0; i < analog_lines_.size(); ++i) {
+      const Nanovolts voltage = voltage_of(analog_lines_[i], rows.values.data() + index * columns_);
+      const auto edge =
+          slicers_[i].push(rows.times[index], voltage, static_cast<wire::LineIndex>(i));
+      if (edge) row_edges_.push_back(*edge);
+    }
+    end_time_ = rows.times[index];
+    if (row_edges_.size() > 1) {
+      std::stable_sort(row_edges_.begin(), row_edges_.end(),
+                       [](const wire::Edge& a, const wire::Edge& b) { return a.time < b.time; });
+    }
+    for (const wire::Edge& edge : row_edges_) block_.push(edge);
+  };
+  if (!first_row_.times.empty()) {
+    slice(first_row_, 0);
+    first_row_.clear();
+    for (Slicer& slicer : slicers_) slicer.break_off();
+  }
+  while (next_row_ < rows_held() && !block_.full()) slice(rows_, next_row_++);
+}
+
+Result<std::span<const wire::Edge>, CaptureError> AnalogSource::next_block() {
+  block_.grow();
+  block_.prepare(names_.size() * 2);
+  while (block_.empty()) {
+    if (next_row_ == rows_held() && first_row_.times.empty()) {
+      if (ended_) break;
+      rows_.clear();
+      next_row_ = 0;
+      hold_more(1);
+      continue;
+    }
+    slice_rows();
+  }
+  if (block_.empty() && error_) return failure(*error_);
+  return block_.edges();
+}
+
+}  // namespace
+
+Opened open_analog(std::unique_ptr<AnalogSamples> samples, const AnalogOptions& options) {
+  auto source = std::make_unique<AnalogSource>(std::move(samples));
+  if (const auto error = source->open(options)) return tl::unexpected(*error);
+  return source;
+}
+
+}  // namespace biss::capture

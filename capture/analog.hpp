@@ -1,0 +1,117 @@
+// Voltages as logic levels: samples of analog channels become edges by a threshold with hysteresis.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "capture/edge_source.hpp"
+#include "capture/voltage.hpp"
+
+namespace biss::capture {
+
+/// A channel has no sample at this time (an empty cell): its level stays.
+inline constexpr Nanovolts no_sample{std::numeric_limits<std::int64_t>::min()};
+/// A channel's sample is no number: its level is unknown.
+inline constexpr Nanovolts bad_sample{std::numeric_limits<std::int64_t>::min() + 1};
+/// A sample above the range of the instrument; below it, the negative of this. Larger voltages are
+/// limited to it.
+inline constexpr Nanovolts over_range{1'000'000'000'000'000};
+
+/// A line rises where the voltage reaches centre + hysteresis / 2, and falls where it passes
+/// centre - hysteresis / 2.
+struct Threshold {
+  Nanovolts centre;
+  Nanovolts hysteresis;
+};
+
+/// Hysteresis of a threshold for which none is given.
+inline constexpr Nanovolts default_hysteresis = millivolts(100);
+
+/// Two channels that give one line: A - B. `pair` is the text `A-B`; names may contain `-`.
+struct Differential {
+  std::string pair;
+  std::string name;
+};
+
+/// What the user says about analog channels.
+struct AnalogOptions {
+  /// For every analog line. Nothing: measured for each line at the beginning of the capture.
+  std::optional<Threshold> threshold = {};
+  /// Their channels are no lines of their own.
+  std::vector<Differential> differentials = {};
+
+  bool given() const { return threshold.has_value() || !differentials.empty(); }
+};
+
+/// A column of samples. A logic channel has the samples 0 V and 1 V.
+struct AnalogChannel {
+  std::string name;
+  bool logic = false;
+};
+
+/// Samples of all channels at each of some times: row by row, `channels` values in a row.
+struct SampleRows {
+  std::vector<Picoseconds> times;
+  std::vector<Nanovolts> values;
+
+  void clear() {
+    times.clear();
+    values.clear();
+  }
+};
+
+/// A capture of samples, read once from front to back.
+class AnalogSamples {
+ public:
+  virtual ~AnalogSamples() = default;
+
+  /// Constant. At least one, at most `max_analog_channels`.
+  virtual const std::vector<AnalogChannel>& channels() const = 0;
+  /// Puts the next rows into `rows`, which is empty: none at the end, and a bounded number. Times
+  /// never fall. Rows before an error are delivered with it; it is the last call.
+  virtual std::optional<CaptureError> next(SampleRows& rows) = 0;
+  /// The time between two samples where the file says it; 0 where it does not.
+  virtual Picoseconds sample_period() const { return {}; }
+  /// As EdgeSource::sample_rate().
+  virtual Hertz sample_rate() const { return {}; }
+};
+
+inline constexpr std::size_t max_analog_channels = 64;
+
+/// The two levels of a signal.
+struct SignalLevels {
+  Nanovolts low;
+  Nanovolts high;
+};
+
+/// The two levels of a signal, from its samples: the medians of the two classes into which a
+/// threshold by Otsu's method divides them. Nothing where the samples do not form two levels: fewer
+/// than 8 samples in a class, levels less than 100 mV apart, or classes as wide as their distance
+/// (noise). Samples that are no voltage are ignored.
+/// \param samples every `stride`-th is one of this signal, from the first on
+std::optional<SignalLevels> estimate_levels(std::span<const Nanovolts> samples,
+                                            std::size_t stride = 1);
+
+/// Opens samples as edges.
+///
+/// Without a threshold it is measured for each line, on the first 4096 rows, or up to 2^20 samples
+/// where a line has not changed by then: the middle between both levels, with a hysteresis of a
+/// fifth of their distance. A beginning in which no line changes is skipped, whatever its length.
+/// An analog line without two levels takes the threshold of the analog line with the largest
+/// swing; it must be clearly above or below, else its level is unknown.
+///
+/// The time of an edge is interpolated linearly between the two samples around the crossing. It is
+/// the time of the first sample that shows it for a logic channel, after a missing sample, and for
+/// a sample beyond the range.
+///
+/// Fails with `no_two_levels` where no line has two levels, `no_such_channel` for a differential
+/// that names other channels, and with the errors of the samples.
+Opened open_analog(std::unique_ptr<AnalogSamples> samples, const AnalogOptions& options);
+
+}  // namespace biss::capture

@@ -1,0 +1,204 @@
+#include "capture/compressed.hpp"
+
+#include <zlib.h>
+#include <zstd.h>
+#include <zstd_errors.h>
+
+#include <algorithm>
+#include <limits>
+#include <new>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "capture/text_source.hpp"
+
+namespace biss::capture {
+namespace {
+
+constexpr std::string_view gzip_magic = "\x1F\x8B\x08";
+constexpr std::string_view zstd_magic = "(\xB5/\xFD";
+// RFC 8878, 3.1.2: the first byte of a skippable frame is 50 to 5F.
+constexpr std::string_view skippable_magic_end = "*M\x18";
+
+/// One step of a decompressor: how many bytes it made, and the fault after them.
+struct Step {
+  std::size_t made = 0;
+  const char* fault = nullptr;
+};
+
+class CompressedBytes : public ByteSource {
+ public:
+  Result<std::size_t, CaptureError> read(std::span<char> into) final {
+    while (!error_) {
+      if (input_.empty() && !holds_output() && !refill()) break;
+      if (ended_) return std::size_t{0};
+      const Step step = decompress(input_, into);
+      if (step.fault != nullptr) stop(CaptureCause::damaged, step.fault);
+      if (step.made != 0) return step.made;
+    }
+    return failure(*error_);
+  }
+
+ protected:
+  CompressedBytes(std::unique_ptr<ByteSource> bytes, const char* part)
+      : bytes_(std::move(bytes)), part_(part), buffer_(block_bytes) {}
+
+  /// Takes bytes off the front of `input`.
+  virtual Step decompress(std::string_view& input, std::span<char> into) = 0;
+  /// decompress() makes bytes without further input.
+  virtual bool holds_output() const = 0;
+  /// The compressed data may end here.
+  virtual bool whole() const = 0;
+
+ private:
+  static constexpr std::size_t block_bytes = 65'536;
+
+  void stop(CaptureCause cause, const char* expected) {
+    error_ = {.cause = cause, .expected = expected, .part = part_};
+  }
+
+  bool refill() {
+    const auto got = bytes_->read(buffer_);
+    if (!got.ok()) {
+      error_ = got.error();
+    } else if (*got != 0) {
+      input_ = std::string_view(buffer_.data(), *got);
+    } else if (whole()) {
+      ended_ = true;
+    } else {
+      stop(CaptureCause::truncated, "the rest of the compressed data");
+    }
+    return !error_;
+  }
+
+  std::unique_ptr<ByteSource> bytes_;
+  const char* part_;
+  std::vector<char> buffer_;
+  std::string_view input_;
+  bool ended_ = false;
+  std::optional<CaptureError> error_;
+};
+
+class GzipBytes final : public CompressedBytes {
+ public:
+  explicit GzipBytes(std::unique_ptr<ByteSource> bytes)
+      : CompressedBytes(std::move(bytes), "gzip data") {
+    constexpr int gzip_of_any_window = 15 + 16;
+    if (inflateInit2(&stream_, gzip_of_any_window) != Z_OK) throw std::bad_alloc();
+  }
+  GzipBytes(const GzipBytes&) = delete;
+  GzipBytes& operator=(const GzipBytes&) = delete;
+  ~GzipBytes() override { inflateEnd(&stream_); }
+
+ private:
+  Step decompress(std::string_view& input, std::span<char> into) override {
+    if (between_members_) {
+      // Tapes and some tools pad the end with zeros.
+      input.remove_prefix(std::min(input.find_first_not_of('\0'), input.size()));
+      if (input.empty()) return {};
+      if (input.front() != gzip_magic.front()) {
+        return {.fault = "another gzip member or the end of the file"};
+      }
+      inflateReset(&stream_);
+      between_members_ = false;
+    }
+    return inflate_member(input, into);
+  }
+
+  Step inflate_member(std::string_view& input, std::span<char> into) {
+    const auto room =
+        static_cast<uInt>(std::min<std::size_t>(into.size(), std::numeric_limits<uInt>::max()));
+    stream_.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(input.data()));
+    stream_.avail_in = static_cast<uInt>(input.size());
+    stream_.next_out = reinterpret_cast<Bytef*>(into.data());
+    stream_.avail_out = room;
+    const int result = inflate(&stream_, Z_NO_FLUSH);
+    input.remove_prefix(input.size() - stream_.avail_in);
+    Step step{.made = room - stream_.avail_out};
+    between_members_ = result == Z_STREAM_END;
+    holds_output_ = result == Z_OK && stream_.avail_out == 0;
+    if (result == Z_MEM_ERROR) throw std::bad_alloc();
+    if (result != Z_OK && result != Z_STREAM_END && result != Z_BUF_ERROR) {
+      step.fault = "compressed data that inflates to its size and checksum";
+    }
+    return step;
+  }
+
+  bool holds_output() const override { return holds_output_; }
+  bool whole() const override { return between_members_; }
+
+  z_stream stream_{};
+  bool between_members_ = false;
+  bool holds_output_ = false;
+};
+
+class ZstdBytes final : public CompressedBytes {
+ public:
+  explicit ZstdBytes(std::unique_ptr<ByteSource> bytes)
+      : CompressedBytes(std::move(bytes), "zstd data"), stream_(ZSTD_createDStream()) {
+    if (!stream_) throw std::bad_alloc();
+  }
+
+ private:
+  struct Free {
+    void operator()(ZSTD_DStream* stream) const { ZSTD_freeDStream(stream); }
+  };
+
+  Step decompress(std::string_view& input, std::span<char> into) override {
+    ZSTD_inBuffer in{input.data(), input.size(), 0};
+    ZSTD_outBuffer out{into.data(), into.size(), 0};
+    const std::size_t left = ZSTD_decompressStream(stream_.get(), &out, &in);
+    input.remove_prefix(in.pos);
+    between_frames_ = left == 0;
+    holds_output_ = left != 0 && out.pos == out.size;
+    return {.made = out.pos, .fault = ZSTD_isError(left) != 0 ? fault_of_code(left) : nullptr};
+  }
+
+  static const char* fault_of_code(std::size_t code) {
+    switch (ZSTD_getErrorCode(code)) {
+      case ZSTD_error_memory_allocation:
+        throw std::bad_alloc();
+      case ZSTD_error_frameParameter_windowTooLarge:
+        return "a window of at most 128 MiB (decompress it with zstd -d --long=31 first)";
+      case ZSTD_error_prefix_unknown:
+        return "another zstd frame or the end of the file";
+      default:
+        return "compressed data that decompresses to its size and checksum";
+    }
+  }
+
+  bool holds_output() const override { return holds_output_; }
+  bool whole() const override { return between_frames_; }
+
+  std::unique_ptr<ZSTD_DStream, Free> stream_;
+  bool between_frames_ = false;
+  bool holds_output_ = false;
+};
+
+}  // namespace
+
+Compression compression_of(std::string_view head) {
+  if (head.starts_with(gzip_magic)) return Compression::gzip;
+  if (head.starts_with(zstd_magic)) return Compression::zstd;
+  const bool skippable = !head.empty() && head.front() >= 'P' && head.front() <= '_' &&
+                         head.substr(1).starts_with(skippable_magic_end);
+  return skippable ? Compression::zstd : Compression::none;
+}
+
+std::string_view without_compression(std::string_view path) {
+  const std::size_t dot = path.rfind('.');
+  if (dot == std::string_view::npos) return path;
+  const std::string extension = lower_case(path.substr(dot));
+  const bool compressed = extension == ".gz" || extension == ".zst" || extension == ".gzip";
+  return compressed ? path.substr(0, dot) : path;
+}
+
+std::unique_ptr<ByteSource> decompressed(std::unique_ptr<ByteSource> bytes,
+                                         Compression compression) {
+  if (compression == Compression::zstd) return std::make_unique<ZstdBytes>(std::move(bytes));
+  return std::make_unique<GzipBytes>(std::move(bytes));
+}
+
+}  // namespace biss::capture

@@ -1,0 +1,33 @@
+// Captures compressed by gzip or zstd: their bytes as they were before.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string_view>
+
+#include "capture/bytes.hpp"
+
+namespace biss::capture {
+
+enum class Compression : std::uint8_t { none, gzip, zstd };
+
+/// How bytes that begin so are compressed. Four bytes are enough.
+Compression compression_of(std::string_view head);
+
+/// The path without the extension of a compressed file: `a.vcd` of `a.vcd.gz`.
+std::string_view without_compression(std::string_view path);
+
+/// What `bytes` were before their compression.
+///
+/// Members or frames that follow each other are one text, as for gzip and zstd themselves. Bytes are
+/// decompressed as they are read, so memory does not depend on their number: 64 KiB and the window,
+/// 32 KiB for gzip and at most 128 MiB for zstd. Checksums are verified.
+///
+/// Everything before a fault is delivered first. Then every read fails with `truncated` (the
+/// compressed data ends in the middle), `damaged` (it is not what its format allows, or has the wrong
+/// checksum), or with what `bytes` fail with.
+/// \pre compression is not none
+std::unique_ptr<ByteSource> decompressed(std::unique_ptr<ByteSource> bytes,
+                                         Compression compression);
+
+}  // namespace biss::capture

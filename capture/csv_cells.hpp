@@ -1,0 +1,31 @@
+// Rows of CSV as cells: what every reader of CSV shares.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace biss::capture {
+
+/// A tab or a semicolon where one stands outside quotes, else a comma.
+char find_separator(std::string_view row);
+
+/// `text` without blanks, carriage returns and (when not the separator) tabs around it.
+std::string_view trim_cell(std::string_view text, char separator);
+
+/// Takes the first cell off `row`; `last` when no separator followed it.
+std::string_view take_cell(std::string_view& row, char separator, bool& last);
+
+/// The cell without the quotes around it.
+std::string_view without_quotes(std::string_view cell);
+
+/// A quoted cell without its quotes, doubled ones made single.
+std::string unquote(std::string_view cell);
+
+/// All cells of a row, unquoted.
+std::vector<std::string> cells_of(std::string_view row, char separator);
+
+/// The first place of `wanted`, or `end`.
+const char* find_or_end(const char* from, const char* end, char wanted);
+
+}  // namespace biss::capture

@@ -1,0 +1,113 @@
+// The one-bit signals that a simulator's file declares in scopes, and the lines they become.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "capture/edge_source.hpp"
+#include "wire/edge.hpp"
+
+namespace biss::capture {
+
+/// The most variables of a file, whatever their width.
+inline constexpr std::size_t max_variables = 1U << 20U;
+
+/// A name of several words: a range after the name, or a name with blanks in it. `MA [3]` is
+/// `MA[3]`; the range `[0:0]` of a one-bit signal is left out. \pre words is not empty
+std::string joined_name(std::span<const std::string> words);
+
+/// Collects signals of one bit. A signal has a name, a scope, and a variable: the number of what
+/// the file's values belong to.
+///
+/// The name of a line is the plain one, `top.cap.MA` with its scopes where another line is called
+/// the same. Signals of the same name and variable are one line; signals of another name and the
+/// same variable are lines that change together.
+class DeclaredLines {
+ public:
+  static constexpr std::size_t max_depth = 256;
+
+  /// False when the names take too much memory. \pre depth() < max_depth
+  bool open_scope(std::string_view name);
+  /// \pre depth() != 0
+  void close_scope() { open_scopes_.pop_back(); }
+  std::size_t depth() const { return open_scopes_.size(); }
+
+  /// Declares a signal in the open scope; false when there are too many.
+  bool add(std::string name, std::uint32_t variable);
+  /// Accounts for memory that the caller spends on names; false when it is too much.
+  bool store(std::size_t bytes);
+
+  /// Gives each line its name; false when the names take too much memory. Nothing is declared later.
+  bool finish();
+  /// The variable of each line. \pre finish() gave true
+  const std::vector<std::uint32_t>& variables() const { return variables_; }
+  std::vector<std::string> take_names() { return std::move(names_); }
+
+ private:
+  static constexpr std::size_t max_stored_bytes = 64U << 20U;
+
+  struct Scope {
+    std::string name;
+    std::uint32_t parent;
+  };
+  struct Signal {
+    std::string name;
+    std::uint32_t scope;
+    std::uint32_t variable;
+  };
+
+  std::string path_of(const Signal& signal) const;
+
+  std::vector<Scope> scopes_;
+  std::vector<std::uint32_t> open_scopes_;
+  std::vector<Signal> signals_;
+  std::size_t stored_bytes_ = 0;
+  std::vector<std::uint32_t> variables_;
+  std::vector<std::string> names_;
+};
+
+/// The last level of each variable, and the lines that show it.
+class DrivenLines {
+ public:
+  DrivenLines() = default;
+  /// \pre every variable of `lines` is below `variables`
+  DrivenLines(const DeclaredLines& lines, std::uint32_t variables);
+
+  bool drives(std::uint32_t variable) const { return variables_[variable].lines != 0; }
+  /// The number of lines of a variable.
+  std::uint32_t lines_of(std::uint32_t variable) const { return variables_[variable].lines; }
+
+  /// Pushes an edge for each line of the variable if that changes its level.
+  void set(std::uint32_t variable, wire::Level level, Picoseconds time, EdgeBlock& block) {
+    Variable& driver = variables_[variable];
+    if (driver.level == static_cast<std::uint8_t>(level)) return;
+    driver.level = static_cast<std::uint8_t>(level);
+    if (driver.lines == 1) {
+      block.push({time, driver.first, level});
+      return;
+    }
+    for (std::uint32_t i = 0; i < driver.lines; ++i) {
+      block.push({time, driven_[driver.first + i], level});
+    }
+  }
+
+  /// Every level that was known is unknown from now on.
+  void lose_levels(Picoseconds time, EdgeBlock& block);
+
+ private:
+  struct Variable {
+    std::uint32_t first = 0;  // the line itself when there is one, else a place in driven_
+    std::uint32_t lines = 0;
+    std::uint8_t level = no_level;
+  };
+
+  std::vector<Variable> variables_;
+  std::vector<wire::LineIndex> driven_;  // the lines of each variable, one after the other
+};
+
+}  // namespace biss::capture

@@ -1,0 +1,567 @@
+#include "capture/fst.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "capture/fst_file.hpp"
+
+namespace biss::capture {
+namespace {
+
+using wire::Level;
+
+// FST_RCV_STR of fstapi.c: x z h u w l - ?
+constexpr std::array<Level, 8> rare_levels{Level::unknown, Level::unknown, Level::high,
+                                           Level::unknown, Level::unknown, Level::low,
+                                           Level::unknown, Level::unknown};
+
+Level level_of(std::uint8_t letter) {
+  if (letter == '0' || letter == 'l' || letter == 'L') return Level::low;
+  if (letter == '1' || letter == 'h' || letter == 'H') return Level::high;
+  return Level::unknown;
+}
+
+// The times of a block: differences, read from front to back.
+class FstTimes {
+ public:
+  FstTimes() = default;
+  FstTimes(std::vector<std::uint8_t> deltas, std::uint64_t count)
+      : deltas_(std::move(deltas)), count_(count) {}
+
+  std::uint64_t count() const { return count_; }
+  // The tick of a time; nothing if it is damaged or beyond `last`. Indexes do not fall.
+  // \pre index < count()
+  std::optional<std::uint64_t> tick_at(std::uint64_t index, std::uint64_t last) {
+    while (given_ <= index) {
+      std::uint64_t delta = 0;
+      if (!next(delta)) return std::nullopt;
+      if (delta > last - tick_) {
+        beyond_ = true;
+        return std::nullopt;
+      }
+      tick_ += delta;
+      ++given_;
+    }
+    return tick_;
+  }
+  bool beyond() const { return beyond_; }
+
+ private:
+  bool next(std::uint64_t& delta) {
+    FstCursor cursor(std::span<const std::uint8_t>(deltas_).subspan(at_));
+    delta = cursor.varint();
+    at_ += cursor.at();
+    return !cursor.failed();
+  }
+
+  std::vector<std::uint8_t> deltas_;
+  std::uint64_t count_ = 0;
+  std::size_t at_ = 0;
+  std::uint64_t given_ = 0;
+  std::uint64_t tick_ = 0;
+  bool beyond_ = false;
+};
+
+// The changes of one variable in a block.
+struct FstChain {
+  std::uint32_t variable = 0;
+  std::uint64_t time_index = 0;
+  Level level = Level::unknown;
+  std::span<const std::uint8_t> rest;
+
+  // Goes to the next change. False if there is none or it is damaged.
+  bool next(bool& damaged) {
+    if (rest.empty()) return false;
+    FstCursor cursor(rest);
+    const std::uint64_t code = cursor.varint();
+    damaged = cursor.failed() || code > UINT32_MAX;
+    if (damaged) return false;
+    rest = rest.subspan(cursor.at());
+    const bool rare = (code & 1U) != 0;
+    level = rare ? rare_levels[code >> 1U & 7U] : (code & 2U) != 0 ? Level::high : Level::low;
+    time_index += rare ? code >> 4U : code >> 2U;
+    return true;
+  }
+};
+
+// Where the chain of a handle is in the block; handles may share one.
+struct FstChainPlace {
+  std::uint64_t place = 0;  // from the letter of the packing on; 0: no changes
+  std::uint64_t size = 0;
+  std::uint32_t owner = 0;
+};
+
+// The places of a block's chains, from its index.
+class FstChainIndex {
+ public:
+  // False if the index is damaged. `end` is where the chains end.
+  bool read(std::span<const std::uint8_t> index, bool is_signed, std::size_t most_handles,
+            std::uint64_t end) {
+    FstCursor cursor(index);
+    while (!cursor.at_end()) {
+      if (!(is_signed ? read_signed(cursor, most_handles) : read_plain(cursor, most_handles))) {
+        return false;
+      }
+      if (cursor.failed() || places_.size() > most_handles || last_place_ > end) return false;
+    }
+    if (has_last_) places_[last_].size = end - last_place_;
+    for (FstChainPlace& place : places_) {
+      if (place.place == 0) place = places_[place.owner];
+    }
+    return true;
+  }
+
+  std::span<const FstChainPlace> places() const { return places_; }
+
+ private:
+  bool read_plain(FstCursor& cursor, std::size_t most_handles) {
+    const std::uint64_t code = cursor.varint();
+    if (code == 0) return add_alias(cursor.varint());
+    return (code & 1U) != 0 ? add_chain(code >> 1U) : skip(code >> 1U, most_handles);
+  }
+
+  bool read_signed(FstCursor& cursor, std::size_t most_handles) {
+    FstCursor again = cursor;
+    const std::int64_t code = cursor.signed_varint();
+    if ((code & 1) == 0) {
+      // Numbers of handles without changes have no sign.
+      std::swap(cursor, again);
+      return skip(cursor.varint() >> 1U, most_handles);
+    }
+    const std::int64_t step = code >> 1;
+    if (step > 0) return add_chain(static_cast<std::uint64_t>(step));
+    if (step < 0) last_alias_ = 0 - static_cast<std::uint64_t>(step);
+    return add_alias(last_alias_);
+  }
+
+  bool add_chain(std::uint64_t step) {
+    if (step == 0 || step > UINT64_MAX - last_place_) return false;
+    if (has_last_) places_[last_].size = step;
+    last_place_ += step;
+    last_ = static_cast<std::uint32_t>(places_.size());
+    has_last_ = true;
+    places_.push_back({last_place_, 0, last_});
+    return true;
+  }
+
+  // An alias names an earlier handle, from 1.
+  bool add_alias(std::uint64_t handle) {
+    if (handle == 0 || handle > places_.size()) return false;
+    places_.push_back({0, 0, places_[handle - 1].owner});
+    return true;
+  }
+
+  bool skip(std::uint64_t handles, std::size_t most_handles) {
+    if (handles > most_handles - std::min(most_handles, places_.size())) return false;
+    for (; handles != 0; --handles) {
+      places_.push_back({0, 0, static_cast<std::uint32_t>(places_.size())});
+    }
+    return true;
+  }
+
+  std::vector<FstChainPlace> places_;
+  std::uint64_t last_place_ = 0;
+  std::uint64_t last_alias_ = 0;
+  std::uint32_t last_ = 0;
+  bool has_last_ = false;
+};
+
+class FstReader final : public EdgeSource {
+ public:
+  explicit FstReader(FstFile file)
+      : file_(std::move(file)),
+        lines_(file_.declared().take_names()),
+        driven_(file_.declared(), static_cast<std::uint32_t>(file_.lengths().size())),
+        levels_(file_.lengths().size(), no_level) {
+    constexpr std::uint64_t most_changes_a_byte = 1U << 20U;
+    changes_left_ = file_.size() * most_changes_a_byte;
+  }
+
+  const std::vector<std::string>& lines() const override { return lines_; }
+  Picoseconds end_time() const override { return now_; }
+
+  Result<std::span<const wire::Edge>, CaptureError> next_block() override {
+    block_.grow();
+    block_.prepare(lines_.size());
+    while (state_ != State::ended && state_ != State::failed && !block_.full()) step();
+    if (block_.empty() && state_ == State::failed) return failure(error_);
+    return block_.edges();
+  }
+
+ private:
+  enum class State : std::uint8_t { between, in_block, ended, failed };
+
+  // What of a block is needed while it is opened; places are in the file.
+  struct Layout {
+    std::uint64_t begin_tick = 0;
+    std::uint64_t frame_place = 0;
+    std::uint64_t frame_size = 0;
+    std::uint64_t frame_packed = 0;
+    std::uint64_t chains_place = 0;
+    std::uint64_t index_place = 0;
+    std::uint64_t index_size = 0;
+    std::uint64_t times_place = 0;
+    std::uint64_t times_size = 0;
+    std::uint64_t times_packed = 0;
+    std::uint64_t times_count = 0;
+    Packing packing{};
+  };
+
+  void fail(CaptureCause cause, const char* expected = nullptr) {
+    error_ = {.cause = cause, .expected = expected, .part = "block", .part_number = block_number_};
+    state_ = State::failed;
+  }
+  bool damaged(const char* expected) {
+    fail(CaptureCause::damaged, expected);
+    return false;
+  }
+  bool wrong_time() {
+    if (!times_.beyond()) return damaged("a time for each change");
+    fail(CaptureCause::time_out_of_range);
+    return false;
+  }
+  // Accounts for memory of the block.
+  bool take_memory(std::uint64_t bytes) {
+    if (bytes <= memory_left_) {
+      memory_left_ -= bytes;
+      return true;
+    }
+    fail(CaptureCause::block_too_large);
+    return false;
+  }
+
+  void step();
+  void open_block();
+  bool read_layout(const FstBlock& block, Layout& layout);
+  bool read_head(const FstBlock& block, Layout& layout);
+  bool read_times(const Layout& layout);
+  bool read_chains(const FstBlock& block, const Layout& layout);
+  bool add_chain(std::uint32_t variable, const FstChainPlace& place, const Layout& layout);
+  std::optional<std::vector<std::uint8_t>> chain_data(const FstChainPlace& place,
+                                                      const Layout& layout);
+  bool push_chain(FstChain chain, std::size_t number);
+  bool read_frame(const Layout& layout);
+  void take_change();
+  void finish_block();
+  bool go_to(std::uint64_t time_index);
+  bool apply_switch(std::uint64_t before_tick);
+  void set_tick(std::uint64_t tick);
+
+  FstFile file_;
+  std::vector<std::string> lines_;
+  DrivenLines driven_;
+  std::vector<std::uint8_t> levels_;  // of variables, also while dumping is off
+  EdgeBlock block_;
+  State state_ = State::between;
+  CaptureError error_;
+  Picoseconds now_;
+  std::uint64_t tick_ = 0;
+  std::size_t next_switch_ = 0;
+  bool on_ = true;
+  std::uint64_t changes_left_ = 0;
+
+  // The block that is read.
+  std::uint64_t block_number_ = 0;
+  std::uint64_t memory_left_ = 0;
+  FstTimes times_;
+  std::vector<std::vector<std::uint8_t>> chain_data_;
+  std::vector<FstChain> chains_;
+  std::vector<std::uint64_t> heap_;  // time index and number of the chain, the earliest first
+};
+
+// Each step pushes at most one edge a line.
+void FstReader::step() {
+  if (state_ == State::between) return open_block();
+  if (heap_.empty()) return finish_block();
+  if (go_to(heap_.front() >> 32U)) take_change();
+}
+
+void FstReader::set_tick(std::uint64_t tick) {
+  tick_ = tick;
+  now_ = file_.timescale().time_of(tick);
+}
+
+// Switches at a time come after its changes. False if there is none before that tick.
+bool FstReader::apply_switch(std::uint64_t before_tick) {
+  const std::vector<FstSwitch>& switches = file_.switches();
+  if (next_switch_ == switches.size() || switches[next_switch_].tick >= before_tick) return false;
+  const FstSwitch change = switches[next_switch_++];
+  set_tick(std::max(tick_, change.tick));
+  if (change.on == on_) return true;
+  on_ = change.on;
+  if (!on_) {
+    driven_.lose_levels(now_, block_);
+    return true;
+  }
+  for (std::uint32_t variable = 0; variable < levels_.size(); ++variable) {
+    if (levels_[variable] == no_level || !driven_.drives(variable)) continue;
+    driven_.set(variable, static_cast<Level>(levels_[variable]), now_, block_);
+  }
+  return true;
+}
+
+// False if something else comes first.
+bool FstReader::go_to(std::uint64_t time_index) {
+  const auto tick = times_.tick_at(time_index, file_.timescale().last_tick());
+  if (!tick) return wrong_time();
+  if (*tick < tick_) {
+    fail(CaptureCause::time_backwards);
+    return false;
+  }
+  if (apply_switch(*tick)) return false;
+  set_tick(*tick);
+  return true;
+}
+
+void FstReader::take_change() {
+  std::pop_heap(heap_.begin(), heap_.end(), std::greater<>());
+  const auto number = static_cast<std::uint32_t>(heap_.back());
+  heap_.pop_back();
+  FstChain& chain = chains_[number];
+  levels_[chain.variable] = static_cast<std::uint8_t>(chain.level);
+  if (on_) driven_.set(chain.variable, chain.level, now_, block_);
+  push_chain(chain, number);
+}
+
+// Puts the next change of a chain among those to come.
+bool FstReader::push_chain(FstChain chain, std::size_t number) {
+  bool is_damaged = false;
+  const bool more = chain.next(is_damaged);
+  if (is_damaged) return damaged("changes that are whole");
+  if (more && chain.time_index >= times_.count()) return damaged("a time for each change");
+  chains_[number] = chain;
+  if (!more) return true;
+  heap_.push_back(chain.time_index << 32U | number);
+  std::push_heap(heap_.begin(), heap_.end(), std::greater<>());
+  return true;
+}
+
+// The last times may be without changes.
+void FstReader::finish_block() {
+  if (times_.count() != 0 && !go_to(times_.count() - 1)) return;
+  state_ = State::between;
+}
+
+void FstReader::open_block() {
+  ++block_number_;
+  const auto next = file_.next_block();
+  if (!next) return fail(next.error().cause);
+  if (!*next) {
+    // What is left of the switches at the last time.
+    if (!apply_switch(tick_ + 1)) state_ = State::ended;
+    return;
+  }
+  const FstBlock& block = **next;
+  memory_left_ = FstFile::most_block_bytes;
+  chains_.clear();
+  chain_data_.clear();
+  heap_.clear();
+  times_ = {};
+  Layout layout;
+  state_ = State::in_block;
+  if (!read_layout(block, layout) || !read_times(layout)) return;
+  if (block_number_ == 1 && !read_frame(layout)) return;
+  read_chains(block, layout);
+}
+
+bool FstReader::read_layout(const FstBlock& block, Layout& layout) {
+  constexpr std::uint64_t tail_bytes = 24;
+  constexpr std::uint64_t index_size_bytes = 8;
+  if (!read_head(block, layout)) return false;
+  const std::uint64_t end = block.place + block.size;
+  std::array<std::uint8_t, tail_bytes> tail{};
+  if (end - layout.chains_place < tail_bytes + index_size_bytes ||
+      !file_.read(end - tail_bytes, tail)) {
+    return damaged("the sizes of its times");
+  }
+  FstCursor cursor(tail);
+  layout.times_size = cursor.fixed64();
+  layout.times_packed = cursor.fixed64();
+  layout.times_count = cursor.fixed64();
+  std::uint64_t room = end - layout.chains_place - tail_bytes - index_size_bytes;
+  if (layout.times_packed > room) return damaged("times that fit into it");
+  layout.times_place = end - tail_bytes - layout.times_packed;
+  room -= layout.times_packed;
+  std::array<std::uint8_t, index_size_bytes> index_size{};
+  if (!file_.read(layout.times_place - index_size_bytes, index_size)) {
+    return damaged("the size of its index");
+  }
+  layout.index_size = FstCursor(index_size).fixed64();
+  if (layout.index_size > room) return damaged("an index that fits into it");
+  layout.index_place = layout.times_place - index_size_bytes - layout.index_size;
+  return true;
+}
+
+// From the times of the block to the letter of its packing.
+bool FstReader::read_head(const FstBlock& block, Layout& layout) {
+  constexpr std::uint64_t times_and_three_numbers = 24 + 30;
+  constexpr std::uint64_t number_and_letter = 11;
+  const auto head_part = [&](std::uint64_t place, std::uint64_t most) {
+    const std::uint64_t room = block.place + block.size - place;
+    std::vector<std::uint8_t> bytes(static_cast<std::size_t>(std::min(room, most)));
+    if (!file_.read(place, bytes)) bytes.clear();
+    return bytes;
+  };
+  const auto head = head_part(block.place, times_and_three_numbers);
+  FstCursor cursor(head);
+  layout.begin_tick = cursor.fixed64();
+  cursor.fixed64();  // the end
+  cursor.fixed64();  // the memory that fstapi takes for it
+  layout.frame_size = cursor.varint();
+  layout.frame_packed = cursor.varint();
+  cursor.varint();  // variables in the frame
+  layout.frame_place = block.place + cursor.at();
+  if (cursor.failed() || layout.frame_packed > block.size - cursor.at()) {
+    return damaged("initial values that fit into it");
+  }
+  const auto rest = head_part(layout.frame_place + layout.frame_packed, number_and_letter);
+  FstCursor letter(rest);
+  letter.varint();  // variables with changes
+  const std::uint8_t packing = letter.byte();
+  if (letter.failed()) return damaged("how its changes are packed");
+  layout.chains_place = layout.frame_place + layout.frame_packed + letter.at() - 1;
+  layout.packing = packing == '4' ? Packing::lz4 : packing == 'F' ? Packing::fastlz : Packing::zlib;
+  if (packing == '4' || packing == 'F' || packing == 'Z' || packing == '!') return true;
+  return damaged("changes packed by zlib, LZ4 or FastLZ");
+}
+
+bool FstReader::read_times(const Layout& layout) {
+  if (layout.times_size / max_packing_ratio > layout.times_packed) {
+    return damaged("a size of its times that the compressed data can have");
+  }
+  if (layout.times_count > layout.times_size || layout.times_count > UINT32_MAX) {
+    return damaged("no more times than bytes of them");
+  }
+  if (!take_memory(layout.times_size + layout.times_packed)) return false;
+  std::vector<std::uint8_t> times(static_cast<std::size_t>(layout.times_size));
+  if (!file_.unpack(Packing::zlib, layout.times_place, layout.times_packed, times)) {
+    return damaged("times that inflate to their size");
+  }
+  times_ = FstTimes(std::move(times), layout.times_count);
+  return true;
+}
+
+// The initial values. Where changes begin at the same time, an unknown one says only that there is
+// none: fst2vcd leaves it out too.
+bool FstReader::read_frame(const Layout& layout) {
+  const std::uint64_t last_tick = file_.timescale().last_tick();
+  if (times_.count() == 0) return true;
+  const auto first = times_.tick_at(0, last_tick);
+  if (!first) return wrong_time();
+  if (layout.begin_tick > *first) return damaged("a first time after its begin");
+  if (layout.frame_size / max_packing_ratio > layout.frame_packed) {
+    return damaged("a size of its initial values that the compressed data can have");
+  }
+  if (!take_memory(layout.frame_size + layout.frame_packed)) return false;
+  std::vector<std::uint8_t> values(static_cast<std::size_t>(layout.frame_size));
+  if (!file_.unpack(Packing::zlib, layout.frame_place, layout.frame_packed, values)) {
+    return damaged("initial values that inflate to their size");
+  }
+  set_tick(layout.begin_tick);
+  std::uint64_t at = 0;
+  for (std::uint32_t variable = 0; variable < levels_.size() && at < values.size(); ++variable) {
+    const std::uint64_t place = std::exchange(at, at + file_.lengths()[variable]);
+    if (!driven_.drives(variable)) continue;
+    const Level level = level_of(values[static_cast<std::size_t>(place)]);
+    if (level == Level::unknown && layout.begin_tick == *first) continue;
+    levels_[variable] = static_cast<std::uint8_t>(level);
+    driven_.set(variable, level, now_, block_);
+  }
+  memory_left_ += layout.frame_size + layout.frame_packed;
+  return true;
+}
+
+bool FstReader::read_chains(const FstBlock& block, const Layout& layout) {
+  FstChainIndex index;
+  const std::size_t handles = levels_.size();
+  if (!take_memory(layout.index_size + handles * sizeof(FstChainPlace))) return false;
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(layout.index_size));
+  if (!file_.read(layout.index_place, bytes) ||
+      !index.read(bytes, block.signed_index, handles, layout.index_place - layout.chains_place)) {
+    return damaged("an index of its changes");
+  }
+  // Where the data of an owner is, from 1.
+  std::vector<std::uint32_t> data_of(index.places().size());
+  for (std::uint32_t variable = 0; variable < index.places().size(); ++variable) {
+    const FstChainPlace& place = index.places()[variable];
+    if (place.place == 0 || !driven_.drives(variable)) continue;
+    std::uint32_t& data = data_of[place.owner];
+    if (data == 0) {
+      auto unpacked = chain_data(place, layout);
+      if (!unpacked) return false;
+      chain_data_.push_back(std::move(*unpacked));
+      data = static_cast<std::uint32_t>(chain_data_.size());
+    }
+    if (!take_memory(sizeof(FstChain) + sizeof(std::uint64_t))) return false;
+    const std::vector<std::uint8_t>& changes = chain_data_[data - 1];
+    const std::uint64_t most_edges = changes.size() * driven_.lines_of(variable);
+    if (most_edges > changes_left_) return damaged("fewer changes than a file of its size has");
+    changes_left_ -= most_edges;
+    chains_.push_back({.variable = variable, .rest = changes});
+    if (!push_chain(chains_.back(), chains_.size() - 1)) return false;
+  }
+  return true;
+}
+
+// The changes of one chain, unpacked.
+std::optional<std::vector<std::uint8_t>> FstReader::chain_data(const FstChainPlace& place,
+                                                               const Layout& layout) {
+  constexpr std::uint64_t most_varint_bytes = 10;
+  const std::uint64_t at = layout.chains_place + place.place;
+  std::vector<std::uint8_t> head(static_cast<std::size_t>(std::min(place.size, most_varint_bytes)));
+  FstCursor cursor(head);
+  const bool whole = file_.read(at, head);
+  const std::uint64_t size = cursor.varint();
+  if (!whole || cursor.failed()) {
+    damaged("the size of each chain of changes");
+    return std::nullopt;
+  }
+  const std::uint64_t packed = place.size - cursor.at();
+  if (size / max_packing_ratio > packed) {
+    damaged("a size that the compressed data can have");
+    return std::nullopt;
+  }
+  const std::uint64_t unpacked_size = size == 0 ? packed : size;
+  if (!take_memory(unpacked_size + packed + sizeof(std::vector<std::uint8_t>))) {
+    return std::nullopt;
+  }
+  memory_left_ += packed;  // only while it is unpacked
+  std::vector<std::uint8_t> changes(static_cast<std::size_t>(unpacked_size));
+  const bool good = size == 0
+                        ? file_.read(at + cursor.at(), changes)
+                        : file_.unpack(layout.packing, at + cursor.at(), packed, changes, false);
+  if (good) return changes;
+  damaged("changes that unpack to their size");
+  return std::nullopt;
+}
+
+}  // namespace
+
+bool looks_like_fst(std::string_view head) {
+  constexpr std::string_view plain_head("\0\0\0\0\0\0\0\1\x49", 9);
+  constexpr std::string_view e_little("\x69\x57\x14\x8B\x0A\xBF\x05\x40", 8);
+  constexpr std::string_view e_big("\x40\x05\xBF\x0A\x8B\x14\x57\x69", 8);
+  constexpr std::size_t e_place = 25;
+  constexpr std::size_t gzip_place = 17;
+  if (head.size() < e_place + e_little.size()) return false;
+  if (head.starts_with(plain_head)) {
+    const std::string_view e = head.substr(e_place, e_little.size());
+    return e == e_little || e == e_big;
+  }
+  return head[0] == '\xFE' && head.substr(gzip_place).starts_with("\x1F\x8B");
+}
+
+Opened open_fst(std::unique_ptr<ByteSource> bytes) {
+  auto file = FstFile::open(std::move(bytes));
+  if (!file) return tl::unexpected(file.error());
+  return std::make_unique<FstReader>(std::move(*file));
+}
+
+}  // namespace biss::capture

@@ -1,0 +1,118 @@
+#include "capture/gather.hpp"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <string_view>
+#include <utility>
+
+namespace biss::capture {
+namespace {
+
+constexpr std::size_t most_in_memory = 16U * 1024U * 1024U;
+
+// A stream of its own on the same file.
+Stdio reopened(int descriptor) {
+  const int copy = ::dup(descriptor);
+  if (copy < 0) return nullptr;
+  Stdio file(::fdopen(copy, "rb"));
+  if (!file) ::close(copy);
+  return file;
+}
+
+bool write_all(std::string_view bytes, std::FILE* file) {
+  return std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
+}
+
+// Reads on from a place.
+class BytesFrom final : public ByteSource {
+ public:
+  BytesFrom(const PlacedBytes& bytes, std::uint64_t place) : bytes_(&bytes), place_(place) {}
+
+  Result<std::size_t, CaptureError> read(std::span<char> into) override {
+    const std::uint64_t left = bytes_->size() - std::min(place_, bytes_->size());
+    const auto count = static_cast<std::size_t>(std::min<std::uint64_t>(left, into.size()));
+    if (!bytes_->read(place_, {reinterpret_cast<std::uint8_t*>(into.data()), count})) {
+      return failure(CaptureError{.cause = CaptureCause::read_failed});
+    }
+    place_ += count;
+    return count;
+  }
+
+ private:
+  const PlacedBytes* bytes_;
+  std::uint64_t place_;
+};
+
+}  // namespace
+
+// What cannot be read at any place is copied to where it can be. Small files do not pay for the
+// room that large ones want.
+tl::expected<Gathered, CaptureError> gather(std::unique_ptr<ByteSource> bytes) {
+  const auto no_room = tl::unexpected(CaptureError{.cause = CaptureCause::read_failed});
+  constexpr std::size_t least_room = 4'096;
+  constexpr std::size_t most_room = 1'048'576;
+  Gathered gathered;
+  if (const int descriptor = bytes->regular_file(); descriptor >= 0) {
+    gathered.file = reopened(descriptor);
+    if (!gathered.file) return no_room;
+    return gathered;
+  }
+  std::string& memory = gathered.memory;
+  std::size_t filled = 0;
+  for (;;) {
+    if (filled == memory.size()) memory.resize(filled + std::clamp(filled, least_room, most_room));
+    const auto got = bytes->read(std::span(memory).subspan(filled));
+    if (!got.ok()) return tl::unexpected(got.error());
+    if (*got == 0) break;
+    filled += *got;
+    if (filled < most_in_memory) continue;
+    if (!gathered.file) gathered.file = temporary_file();
+    if (!gathered.file || !write_all({memory.data(), filled}, gathered.file.get())) {
+      return no_room;
+    }
+    filled = 0;
+  }
+  memory.resize(filled);
+  if (!gathered.file) return gathered;
+  if (!write_all(memory, gathered.file.get()) || std::fflush(gathered.file.get()) != 0) {
+    return no_room;
+  }
+  memory = {};
+  return gathered;
+}
+
+std::unique_ptr<ByteSource> bytes_from(const PlacedBytes& bytes, std::uint64_t place) {
+  return std::make_unique<BytesFrom>(bytes, place);
+}
+
+PlacedBytes::PlacedBytes(Gathered bytes) : bytes_(std::move(bytes)), size_(bytes_.memory.size()) {
+  if (!bytes_.file) return;
+  struct stat about {};
+  if (::fstat(::fileno(bytes_.file.get()), &about) != 0 || about.st_size < 0) return;
+  size_ = static_cast<std::uint64_t>(about.st_size);
+}
+
+bool PlacedBytes::read(std::uint64_t place, std::span<std::uint8_t> into) const {
+  if (place > size_ || into.size() > size_ - place) return false;
+  if (into.empty()) return true;
+  if (!bytes_.file) {
+    std::memcpy(into.data(), bytes_.memory.data() + place, into.size());
+    return true;
+  }
+  while (!into.empty()) {
+    const ssize_t got =
+        ::pread(::fileno(bytes_.file.get()), into.data(), into.size(), static_cast<off_t>(place));
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) return false;
+    into = into.subspan(static_cast<std::size_t>(got));
+    place += static_cast<std::uint64_t>(got);
+  }
+  return true;
+}
+
+}  // namespace biss::capture

@@ -1,0 +1,326 @@
+#include "capture/saleae_binary.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "capture/little_endian.hpp"
+#include "capture/seconds.hpp"
+
+namespace biss::capture {
+namespace {
+
+constexpr std::size_t chunk_count_bytes = 8;  // of version 1
+constexpr std::size_t chunk_bytes_of_0 = 28;  // level, begin, end, number of changes
+constexpr std::size_t chunk_bytes_of_1 = 36;  // with the sample rate after the level
+constexpr std::uint32_t digital = 0;
+constexpr std::uint32_t analog = 1;
+
+class SaleaeBinary final : public EdgeSource {
+ public:
+  SaleaeBinary(std::unique_ptr<ByteSource> bytes, std::string name)
+      : bytes_(std::move(bytes)), lines_{std::move(name)}, buffer_(buffer_bytes) {}
+
+  /// Reads up to the first chunk; the cause when there is none.
+  std::optional<CaptureError> open();
+
+  const std::vector<std::string>& lines() const override { return lines_; }
+  Picoseconds end_time() const override { return end_time_; }
+  Picoseconds sample_period() const override { return period_; }
+  Hertz sample_rate() const override { return rate_; }
+  Result<std::span<const wire::Edge>, CaptureError> next_block() override;
+
+ private:
+  static constexpr std::size_t buffer_bytes = 65'536;
+  static constexpr std::size_t most_edges_of_a_step = 2;  // a chunk after a gap
+
+  bool ensure(std::size_t bytes, const char* expected);
+  const char* take(std::size_t bytes);
+  bool take_time(const char* at, Picoseconds earliest, Picoseconds& time);
+  bool begin_chunk();
+  bool take_rate(double rate);
+  void end_chunk_when_read();
+  void read_changes();
+  void finish();
+  void stop(CaptureCause cause, const char* expected = nullptr);
+  void push(Picoseconds time, wire::Level level);
+
+  std::unique_ptr<ByteSource> bytes_;
+  std::vector<std::string> lines_;
+  EdgeBlock block_;
+  std::vector<char> buffer_;
+  std::size_t at_ = 0;
+  std::size_t filled_ = 0;
+  std::uint64_t version_ = 0;
+  std::uint64_t chunks_ = 0;  // in the file
+  std::uint64_t chunk_ = 0;   // being read, from 1
+  std::uint64_t changes_left_ = 0;
+  Picoseconds chunk_end_;
+  Picoseconds end_time_;
+  Picoseconds chunk_period_;
+  Picoseconds period_;
+  Hertz rate_;
+  std::uint8_t level_ = no_level;
+  bool first_block_ = true;
+  bool stopped_ = false;
+  std::optional<CaptureError> error_;
+};
+
+void SaleaeBinary::stop(CaptureCause cause, const char* expected) {
+  stopped_ = true;
+  error_ = CaptureError{.cause = cause, .expected = expected};
+  if (version_ == 0 || chunk_ == 0) return;
+  error_->part = "chunk";
+  error_->part_number = chunk_;
+}
+
+// Has that many bytes in the buffer. False after the end, `truncated` when `expected` is not null.
+bool SaleaeBinary::ensure(std::size_t bytes, const char* expected) {
+  if (filled_ - at_ >= bytes) return true;
+  std::memmove(buffer_.data(), buffer_.data() + at_, filled_ - at_);
+  filled_ -= std::exchange(at_, 0);
+  while (filled_ < bytes) {
+    const auto got = bytes_->read(std::span(buffer_).subspan(filled_));
+    if (!got.ok()) {
+      stopped_ = true;
+      error_ = got.error();
+      return false;
+    }
+    if (*got == 0) {
+      if (expected != nullptr) stop(CaptureCause::truncated, expected);
+      return false;
+    }
+    filled_ += *got;
+  }
+  return true;
+}
+
+const char* SaleaeBinary::take(std::size_t bytes) {
+  return buffer_.data() + std::exchange(at_, at_ + bytes);
+}
+
+std::optional<CaptureError> SaleaeBinary::open() {
+  if (!ensure(saleae_header_bytes, "the header")) return error_;
+  const char* const header = take(saleae_header_bytes);
+  const std::uint64_t version = get_number(header + 8, 4);
+  const std::uint64_t type = get_number(header + 12, 4);
+  if (version > 1) {
+    return CaptureError{
+        .cause = CaptureCause::unknown_format,
+        .expected = "version 0 or 1 of Saleae's binary export; this is a newer one"};
+  }
+  if (type == analog) {
+    return CaptureError{
+        .cause = CaptureCause::unknown_format,
+        .expected = "a digital channel; this is the binary export of an analog one"};
+  }
+  if (type != digital) {
+    return CaptureError{.cause = CaptureCause::malformed,
+                        .expected = "type 0 (digital) or 1 (analog)"};
+  }
+  version_ = version;
+  chunks_ = 1;
+  if (version == 1) {
+    if (!ensure(chunk_count_bytes, "the number of chunks")) return error_;
+    chunks_ = get_number(take(chunk_count_bytes), 8);
+    if (chunks_ == 0) return CaptureError{.cause = CaptureCause::empty};
+  }
+  block_.prepare(most_edges_of_a_step);
+  if (!begin_chunk()) return error_;
+  return std::nullopt;
+}
+
+bool SaleaeBinary::take_time(const char* at, Picoseconds earliest, Picoseconds& time) {
+  const auto found = picoseconds_of(get_double(at));
+  if (!found.ok()) {
+    stop(found.error(), "a time that is a number");
+  } else if (*found < earliest) {
+    stop(CaptureCause::time_backwards);
+  } else {
+    time = *found;
+  }
+  return !stopped_;
+}
+
+// A rate of 0 is one that is not known.
+bool SaleaeBinary::take_rate(double rate) {
+  constexpr double fastest = 1e12;
+  if (!(rate >= 0) || rate > fastest) {
+    stop(CaptureCause::malformed, "a sample rate of 0 to 1 THz");
+    return false;
+  }
+  // A rate below 1 Hz has a period that is longer than anything a period decides.
+  chunk_period_ =
+      rate == 0 ? Picoseconds{}
+                : picoseconds(static_cast<std::int64_t>(std::ceil(std::min(1e12 / rate, 1e12))));
+  period_ = std::max(period_, chunk_period_);
+  const bool whole = rate >= 1 && rate <= hertz_max.count && std::floor(rate) == rate;
+  const Hertz of_chunk = whole ? Hertz{static_cast<std::uint32_t>(rate)} : Hertz{};
+  rate_ = chunk_ == 1 || rate_ == of_chunk ? of_chunk : Hertz{};
+  return true;
+}
+
+bool SaleaeBinary::begin_chunk() {
+  ++chunk_;
+  const std::size_t bytes = version_ == 0 ? chunk_bytes_of_0 : chunk_bytes_of_1;
+  if (!ensure(bytes, "the header of a chunk")) return false;
+  const char* at = take(bytes);
+  const std::uint64_t level = get_number(at, 4);
+  if (level > 1) {
+    stop(CaptureCause::malformed, "0 or 1 as the first level");
+    return false;
+  }
+  at += 4;
+  const Picoseconds gap = chunk_period_;
+  if (version_ != 0) {
+    if (!take_rate(get_double(at))) return false;
+    at += 8;
+  }
+  Picoseconds begin;
+  const Picoseconds earliest = chunk_ == 1 ? Picoseconds{INT64_MIN} : end_time_;
+  if (!take_time(at, earliest, begin) || !take_time(at + 8, begin, chunk_end_)) return false;
+  changes_left_ = get_number(at + 16, 8);
+  // The difference of two times may be beyond what one can be.
+  const auto later = static_cast<std::uint64_t>(begin.count) -
+                     static_cast<std::uint64_t>(chunk_ == 1 ? begin.count : end_time_.count);
+  if (later > static_cast<std::uint64_t>(gap.count)) push(end_time_, wire::Level::unknown);
+  push(begin, level == 1 ? wire::Level::high : wire::Level::low);
+  end_time_ = begin;
+  end_chunk_when_read();
+  return true;
+}
+
+void SaleaeBinary::end_chunk_when_read() {
+  if (changes_left_ == 0) end_time_ = std::max(end_time_, chunk_end_);
+}
+
+void SaleaeBinary::push(Picoseconds time, wire::Level level) {
+  if (level_ == static_cast<std::uint8_t>(level)) return;
+  level_ = static_cast<std::uint8_t>(level);
+  block_.push({time, 0, level});
+}
+
+void SaleaeBinary::read_changes() {
+  constexpr auto high = static_cast<std::uint8_t>(wire::Level::high);
+  while (changes_left_ != 0 && !block_.full()) {
+    if (!ensure(8, "as many changes as the chunk has")) return;
+    if (!take_time(take(8), end_time_, end_time_)) return;
+    push(end_time_, level_ == high ? wire::Level::low : wire::Level::high);
+    --changes_left_;
+  }
+  end_chunk_when_read();
+}
+
+void SaleaeBinary::finish() {
+  if (ensure(1, nullptr)) {
+    stop(CaptureCause::malformed, "the end of the file after the last change");
+  }
+  stopped_ = true;
+}
+
+Result<std::span<const wire::Edge>, CaptureError> SaleaeBinary::next_block() {
+  // open() has put the level at the begin of the first chunk into the block.
+  if (!std::exchange(first_block_, false)) {
+    block_.grow();
+    block_.prepare(most_edges_of_a_step);
+  }
+  while (!stopped_ && !block_.full()) {
+    if (changes_left_ != 0) {
+      read_changes();
+    } else if (chunk_ < chunks_) {
+      begin_chunk();
+    } else {
+      finish();
+    }
+  }
+  if (block_.empty() && error_) return failure(*error_);
+  return block_.edges();
+}
+
+}  // namespace
+
+Opened open_saleae_binary(std::unique_ptr<ByteSource> bytes, std::string name) {
+  auto reader = std::make_unique<SaleaeBinary>(std::move(bytes), std::move(name));
+  if (const auto error = reader->open()) return tl::unexpected(*error);
+  return reader;
+}
+
+SaleaeBinaryWriter::SaleaeBinaryWriter(std::vector<std::string> lines, Hertz rate, ByteSink& sink)
+    : EdgeWriter(std::move(lines), sink), rate_(rate) {
+  if (this->lines().size() > 1) refuse(WriteCause::too_many_lines);
+}
+
+void SaleaeBinaryWriter::put(const wire::Edge& edge, bool) {
+  if (edge.level == wire::Level::unknown) {
+    if (level_ != wire::Level::unknown) end_chunk(edge.time);
+  } else if (level_ == wire::Level::unknown) {
+    first_level_ = edge.level;
+    begin_ = edge.time;
+  } else {
+    std::string change;
+    put_double(change, seconds_of(edge.time));
+    if (!changes_.append(change)) refuse(WriteCause::write_failed);
+    ++changes_in_chunk_;
+  }
+  level_ = edge.level;
+  last_ = edge.time;
+}
+
+// The header of the chunk, as version 1 has it.
+void SaleaeBinaryWriter::end_chunk(Picoseconds end) {
+  std::string header;
+  put_number(header, first_level_ == wire::Level::high ? 1 : 0, 4);
+  put_double(header, rate_.count);
+  put_double(header, seconds_of(begin_));
+  put_double(header, seconds_of(end));
+  put_number(header, changes_in_chunk_, 8);
+  if (!chunks_.append(header)) refuse(WriteCause::write_failed);
+  changes_in_chunk_ = 0;
+  ++chunk_count_;
+}
+
+void SaleaeBinaryWriter::put_end(Picoseconds end_time, bool later) {
+  // A channel without a level has one, so that the file can be read.
+  if (level_ == wire::Level::unknown && chunk_count_ == 0) {
+    first_level_ = wire::Level::low;
+    begin_ = end_time;
+    level_ = wire::Level::low;
+    later = true;
+  }
+  if (level_ != wire::Level::unknown) end_chunk(later ? end_time : last_);
+  if (!changes_.rewind() || !chunks_.rewind()) return refuse(WriteCause::write_failed);
+  const std::uint64_t version = chunk_count_ == 1 ? 0 : 1;
+  text() += saleae_magic;
+  put_number(text(), version, 4);
+  put_number(text(), digital, 4);
+  if (version == 1) put_number(text(), chunk_count_, chunk_count_bytes);
+  std::array<char, chunk_bytes_of_1> header{};
+  for (; chunk_count_ != 0; --chunk_count_) {
+    if (chunks_.read(header) != header.size()) return refuse(WriteCause::write_failed);
+    const std::string_view bytes(header.data(), header.size());
+    text() += bytes.substr(0, 4);
+    text() += bytes.substr(version == 0 ? 12 : 4);
+    put_changes(get_number(header.data() + 28, 8));
+  }
+}
+
+void SaleaeBinaryWriter::put_changes(std::uint64_t changes) {
+  constexpr std::uint64_t at_once = 1'024;
+  std::array<char, 8 * at_once> block{};
+  while (changes != 0) {
+    const auto some = static_cast<std::size_t>(std::min(changes, at_once));
+    const std::span<char> bytes = std::span(block).first(8 * some);
+    if (changes_.read(bytes) != bytes.size()) return refuse(WriteCause::write_failed);
+    text().append(bytes.data(), bytes.size());
+    changes -= some;
+    if (!flush_full()) return;
+  }
+}
+
+}  // namespace biss::capture

@@ -1,0 +1,77 @@
+// CSV of samples: oscilloscopes, sigrok, DSView, and the analog export of Saleae Logic 2.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "capture/analog.hpp"
+#include "capture/bytes.hpp"
+#include "capture/edge_source.hpp"
+
+namespace biss::capture {
+
+/// What the beginning of a file says; `not_yet` where more of it is needed.
+enum class Likeness : std::uint8_t { no, yes, not_yet };
+
+/// Whether a file that begins so is a CSV of samples. A header of event CSV is one too when its
+/// rows hold voltages: half of the first 16 or more. The answer does not depend on how much of the
+/// file is seen, once it is given.
+/// \param whole the file has no more than this
+Likeness looks_like_sampled_csv(std::string_view head, bool whole);
+
+/// A row that sigrok-cli writes among the samples: `A0: 3.0902 V DC`.
+bool is_sigrok_remark(std::string_view row);
+
+/// A column of the file that is a channel.
+struct CsvChannel {
+  std::size_t cell = 0;  ///< counted from 0
+  AnalogChannel channel;
+  int scale = 9;  ///< a cell of 1 is 10^scale nanovolts; without meaning for logic
+};
+
+/// Where a CSV of samples keeps what. The time of a row is the cell `time_cell` times 10^time_scale
+/// picoseconds. With a rate or a step the row has an index instead, from `time_cell`, or the number
+/// of the row where there is none; its time is start + index × step, or index / rate.
+struct SampledCsvLayout {
+  char separator = ',';
+  /// Rows that are remarks of sigrok-cli are skipped.
+  bool skips_remarks = false;
+  std::size_t header_rows = 0;
+  std::optional<std::size_t> time_cell;
+  int time_scale = 12;
+  Picoseconds start;
+  std::int64_t step_femtoseconds = 0;
+  Hertz rate;
+  /// The cell `time_cell` is this times the index.
+  std::int64_t index_step = 1;
+  Picoseconds sample_period;
+  /// That of the file, also where the times are a column; 0 Hz where it names none.
+  Hertz sample_rate;
+  std::vector<CsvChannel> channels;
+};
+
+/// Reads the rows before the samples, and a few of the samples. Where the layout cannot be, static
+/// text that says what would be right.
+/// \param rows of the file, without line feeds
+tl::expected<SampledCsvLayout, const char*> parse_sampled_csv_layout(
+    const std::vector<std::string>& rows);
+
+/// Opens a CSV of samples. Values become levels as AnalogOptions say.
+///
+/// Cells of samples are decimal numbers, with a decimal comma where `;` or a tab separates; an
+/// empty cell is no sample; `nan` is an unknown level; `inf` and the sign for infinity are beyond
+/// the range. Rows have at least the cells of the channels and the time, else they are
+/// `truncated` at the end of the file and `malformed` elsewhere. A byte order mark, CRLF, blanks
+/// around cells, blank rows and rows that begin with `#` are no matter.
+///
+/// Fails with `empty`, `read_failed`, `malformed` (header, number; more than two rows of the same
+/// time: it has too few digits), `token_too_long` (a row of more than 64 KiB), `too_many_lines`,
+/// `time_backwards`, `time_out_of_range`, `truncated`, and as open_analog().
+Opened open_sampled_csv(std::unique_ptr<ByteSource> bytes, const AnalogOptions& options);
+
+}  // namespace biss::capture

@@ -1,0 +1,39 @@
+// Bytes that are kept until they can be used: in memory, or in a temporary file when they are many.
+#pragma once
+
+#include <cstddef>
+#include <cstdio>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace biss::capture {
+
+struct CloseStdio {
+  void operator()(std::FILE* file) const { std::fclose(file); }
+};
+using Stdio = std::unique_ptr<std::FILE, CloseStdio>;
+
+/// A file without a name in TMPDIR, /tmp by default. Null on failure.
+Stdio temporary_file();
+
+/// Appended first, then read once from the beginning. More than 16 MiB are in a temporary file.
+class Spool {
+ public:
+  /// False when the temporary file cannot be written.
+  bool append(std::string_view bytes);
+  /// Ends appending. False when the temporary file cannot be written.
+  bool rewind();
+  /// Fills `into` with the next bytes and returns how many there were. \pre rewind() gave true
+  std::size_t read(std::span<char> into);
+
+ private:
+  bool spill();
+
+  std::string memory_;
+  Stdio file_;
+  std::size_t read_bytes_ = 0;
+};
+
+}  // namespace biss::capture

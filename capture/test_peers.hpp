@@ -1,0 +1,69 @@
+// What the tests with other programs share: a folder for their files, running them, and what a capture
+// says of each line.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "capture/open.hpp"
+#include "capture/test_capture.hpp"
+
+namespace biss::capture {
+
+inline bool runs(const std::string& command) {
+  return std::system((command + " >/dev/null 2>&1").c_str()) == 0;
+}
+
+inline std::string content_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+class Folder {
+ public:
+  Folder() {
+    std::string name = testing::TempDir() + "biss-peers-XXXXXX";
+    if (mkdtemp(name.data()) == nullptr) std::abort();
+    folder_ = name;
+  }
+  ~Folder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(folder_, ignored);
+  }
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+inline void save(const std::string& path, const std::string& bytes) {
+  std::ofstream(path, std::ios::binary) << bytes;
+}
+
+// The changes of each line, by its name below `tb`.
+using Changes = std::map<std::string, std::vector<std::pair<std::int64_t, wire::Level>>>;
+
+inline Changes changes_of(const std::string& path) {
+  const Read read = read_all(open_capture(path));
+  EXPECT_FALSE(read.error) << capture_error_text(*read.error, path);
+  std::vector<std::string> names = read.lines;
+  for (std::string& name : names) name = name.starts_with("tb.") ? name.substr(3) : name;
+  Changes changes;
+  for (const std::string& name : names) changes[name];
+  for (const wire::Edge& edge : read.edges) {
+    changes[names[edge.line]].emplace_back(edge.time.count, edge.level);
+  }
+  EXPECT_EQ(changes.size(), read.lines.size());
+  return changes;
+}
+
+}  // namespace biss::capture

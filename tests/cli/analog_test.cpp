@@ -1,0 +1,151 @@
+// `biss decode` reads what `biss simulate` writes after it became the voltages of an oscilloscope:
+// the true positions in the file of every maker, and what is said about wrong options.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "capture/test_scope.hpp"
+#include "tests/cli/run_command.hpp"
+
+namespace biss::cli {
+namespace analog_test {
+
+constexpr Picoseconds step = nanoseconds(50);
+
+// Ten cycles of a resolute-26 at 2 MHz as voltages.
+class Analog : public testing::Test {
+ protected:
+  void SetUp() override {
+    const std::string line = folder_.path("line.csv");
+    const Outcome simulated =
+        run({"simulate", "-f", "resolute-26", "--clock", "2MHz", "--cycles", "10", "--motion",
+             "random", "-o", line, "--truth", folder_.path("truth.csv")});
+    ASSERT_EQ(simulated.status, 0) << simulated.err;
+    truth_ = rows_of(content_of(folder_.path("truth.csv")));
+    std::vector<wire::Edge> edges;
+    for (Row& row : rows_of(content_of(line))) {
+      const Picoseconds time{static_cast<std::int64_t>(std::stod(row["time_ns"]) * 1e3 + 0.5)};
+      for (const wire::LineIndex i : {0U, 1U}) {
+        const std::string level = row[i == 0 ? "MA" : "SLO"];
+        if (level.empty()) continue;
+        edges.push_back({time, i, level == "1" ? wire::Level::high : wire::Level::low});
+      }
+    }
+    const auto count = static_cast<std::size_t>(edges.back().time.count / step.count + 100);
+    samples_ = capture::scope_samples(edges, step, count, 11);
+  }
+
+  void expect_truth(const std::vector<std::string>& more) const {
+    std::vector<std::string> arguments{"decode", "-f", "resolute-26", "--to", "csv"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Outcome decoded = run(arguments);
+    ASSERT_EQ(decoded.status, 0) << decoded.err;
+    std::vector<Row> rows = rows_of(decoded.out);
+    std::vector<Row> truth = truth_;
+    ASSERT_EQ(rows.size(), truth.size());
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      EXPECT_EQ(rows[i]["status"], "ok") << i;
+      EXPECT_EQ(rows[i]["position"], truth[i]["position"]) << i;
+    }
+  }
+
+  void expect_refusal(const std::vector<std::string>& more, int status,
+                      const std::string& message) const {
+    std::vector<std::string> arguments{"decode", "-f", "resolute-26"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.status, status) << message;
+    EXPECT_NE(outcome.err.find(message), std::string::npos) << outcome.err;
+  }
+
+  std::string differential() const {
+    std::string text = "Time [s],MA+,MA-,SLO+,SLO-\n";
+    for (const capture::ScopeSample& s : samples_) {
+      std::array<char, 128> row{};
+      std::snprintf(row.data(), row.size(), "%.12f,%.3f,%.3f,%.3f,%.3f\n",
+                    static_cast<double>(s.time.count) * 1e-12, s.ma, 3.5 - s.ma, s.slo,
+                    3.5 - s.slo);
+      text += row.data();
+    }
+    return folder_.file("pairs.csv", text);
+  }
+
+  Folder folder_;
+  std::vector<Row> truth_;
+  std::vector<capture::ScopeSample> samples_;
+};
+
+TEST_F(Analog, CsvOfEveryMaker_DecodesToTheTruth) {
+  for (const capture::ScopeText& maker : capture::scope_texts) {
+    SCOPED_TRACE(maker.name);
+    const std::string path =
+        folder_.file(std::string(maker.name) + ".csv", scope_text(maker, samples_, step));
+    if (!maker.one_channel) {
+      expect_truth({path});
+      expect_truth({path, "--threshold", "1.6V:300mV"});
+      continue;
+    }
+    std::vector<capture::ScopeSample> slo = samples_;
+    for (capture::ScopeSample& sample : slo) sample.ma = sample.slo;
+    expect_truth({path, folder_.file("slo.csv", scope_text(maker, slo, step))});
+  }
+}
+
+TEST_F(Analog, BinaryExportOfSaleae_DecodesToTheTruth) {
+  for (const std::uint32_t version : {0U, 1U}) {
+    expect_truth({folder_.file("ma.bin", saleae_analog_text(samples_, step, false, version)),
+                  folder_.file("slo.bin", saleae_analog_text(samples_, step, true, version))});
+  }
+}
+
+TEST_F(Analog, DifferentialPairs_DecodeToTheTruth) {
+  const std::string path = differential();
+  expect_truth({path, "--differential", "MA+-MA-=MA", "--differential", "SLO+-SLO-=SLO"});
+  expect_truth({path, "--differential", "MA+-MA-", "--ma", "MA+-MA-", "--slo", "SLO+"});
+  expect_truth({path, "--differential", "MA+-MA-=MA", "--differential", "SLO+-SLO-=SLO",
+                "--threshold=-100mV:1V"});
+}
+
+TEST_F(Analog, Converted_DecodesToTheTruth) {
+  const std::string pairs = differential();
+  const std::string line = folder_.path("converted.vcd");
+  const Outcome made = run({"convert", pairs, line, "--differential", "MA+-MA-=MA",
+                            "--differential", "SLO+-SLO-=SLO", "--threshold=0V:1V"});
+  ASSERT_EQ(made.status, 0) << made.err;
+  expect_truth({line});
+  // A scope with a known increment gives the rate of the samples.
+  const std::string scope =
+      folder_.file("scope.csv", scope_text(capture::scope_texts[0], samples_, step));
+  const std::string session = folder_.path("converted.sr");
+  const Outcome sampled = run({"convert", scope, session, "--line", "CH1=MA", "--line", "CH2=SLO"});
+  ASSERT_EQ(sampled.status, 0) << sampled.err;
+  expect_truth({session});
+}
+
+TEST_F(Analog, WrongOptions_AreNamed) {
+  const std::string pairs = differential();
+  const std::string line = folder_.path("line.csv");
+  expect_refusal({pairs, "--differential", "MA+-MB-=MA"}, 2, "it has MA+, MA-, SLO+, SLO-");
+  expect_refusal({pairs, "--differential", "MA"}, 2, "'MA' is not A-B or A-B=NAME");
+  expect_refusal({pairs, "--differential", "MA+-MA-="}, 2, "is not A-B or A-B=NAME");
+  expect_refusal({pairs, "--threshold", "1"}, 2, "no unit; use nV, uV, mV, V or kV");
+  expect_refusal({pairs, "--threshold", "1V:-1V"}, 2, "the hysteresis is not negative");
+  expect_refusal({line, "--threshold", "1V"}, 2, "has levels, not voltages");
+  expect_refusal({line, "--differential", "MA-SLO"}, 2, "has levels, not voltages");
+  const Outcome simulated =
+      run({"simulate", "-f", "resolute-26", "--threshold", "1V", "-o", folder_.path("x.vcd")});
+  EXPECT_EQ(simulated.status, 2);
+  EXPECT_NE(simulated.err.find("--ma-from"), std::string::npos) << simulated.err;
+}
+
+TEST_F(Analog, SignalsWithoutTwoLevels_NameTheOption) {
+  std::vector<capture::ScopeSample> idle = samples_;
+  for (capture::ScopeSample& sample : idle) sample.ma = sample.slo = 3.4;
+  expect_refusal({folder_.file("idle.csv", scope_text(capture::scope_texts[0], idle, step))}, 3,
+                 "no signal with two levels; give the threshold, as in --threshold 1.5V");
+}
+
+}  // namespace analog_test
+}  // namespace biss::cli
