@@ -254,7 +254,8 @@ class FieldSearch {
         if (bits.count < 3) continue;
         if (!is_carried_into(bits)) {
           counters.push_back(bits);
-        } else if (carries_into(bits).overflows < 4 && count_steps(bits).restarts > 1) {
+        } else if (is_whole_run(bits) && carries_into(bits).overflows < 4 &&
+                   count_steps(bits).restarts > 1) {
           add(Doubt::counter);
         }
       }
@@ -305,6 +306,9 @@ class FieldSearch {
     }
     return carries;
   }
+
+  // No moving bit follows above.
+  bool is_whole_run(Bits bits) const { return bits.high() == data_bits_ || !is_moved(bits.high()); }
 
   // The bits below carry into this run: it is the upper part of a position that moves evenly.
   bool is_carried_into(Bits bits) const {
