@@ -1,6 +1,7 @@
 #include "identify/checksum.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <map>
@@ -366,8 +367,8 @@ class LayoutSearch {
     const Span check{channel.data().end, channel.end()};
     Basis data;
     Polynomial first_data = 0;
-    Polynomial first_check = 0;
-    Polynomial moved = 0;
+    std::array<std::size_t, max_crc_bits> ones{};
+    std::size_t patterns = 0;
     double frames = 0;
     const ChannelCheck check_of(channel);
     for (std::size_t i = 0; i < patterns_.size(); ++i) {
@@ -375,21 +376,22 @@ class LayoutSearch {
       open.right[i] = open.right[i] && check_of.is_right(sample);
       if (!open.right[i]) continue;
       const Polynomial this_data = polynomial_of(sample, channel.data());
-      const Polynomial this_check = polynomial_of(sample, check);
-      if (frames == 0) {
-        first_data = this_data;
-        first_check = this_check;
-      }
+      const std::uint64_t this_check = sample.bits.view().word(check.begin, check.bits());
+      if (frames == 0) first_data = this_data;
       frames += patterns_[i].frames;
+      ++patterns;
       data.add(this_data ^ first_data);
-      moved |= this_check ^ first_check;
+      for (unsigned bit = 0; bit < check.bits(); ++bit) ones[bit] += (this_check >> bit) & 1U;
     }
     if (frames < least_share * frames_) return false;
     channel.rank = data.rank();
     layout.right_share = frames / frames_;
     const unsigned width = channel.crc.width_bits;
-    // A bit of a checksum moves in half of the independent differences.
-    const int still = static_cast<int>(width) - std::popcount(static_cast<std::uint32_t>(moved));
+    // A bit of a checksum moves in half of the independent differences. A few damaged frames may be
+    // right by chance, where a clock is lost.
+    const auto still = std::count_if(ones.begin(), ones.begin() + width, [&](std::size_t count) {
+      return 20 * std::min(count, patterns - count) < patterns;
+    });
     const double gain = static_cast<double>(width) * (channel.rank + 1.0) -
                         static_cast<double>(still) * channel.rank -
                         (layout.channels.size() > 1 ? further_channel_cost : 0.0);

@@ -117,10 +117,15 @@ class FieldSearch {
     Bits wider = best_.counter;
     if (wider.count == 0) return;
     while (++wider.count <= max_life_counter_bits && wider.high() <= data_bits_ &&
-           is_moved(wider.high() - 1) && count_steps(wider).wrong == 0) {
+           is_moved(wider.high() - 1) && counts_whole(wider)) {
       const Division division = division_of(wider);
       if (division.length < best_.length + whole_counter_gain) best_ = division;
     }
+  }
+
+  bool counts_whole(Bits bits) const {
+    const CountedSteps steps = count_steps(bits);
+    return steps.wrong == 0 && steps.top_changes != 0;
   }
 
   // Bits that leave their usual level for a few frames where other bits change often, and without a
@@ -251,7 +256,7 @@ class FieldSearch {
       Bits bits{low, 2};
       for (; bits.count <= max_life_counter_bits && bits.high() <= data_bits_; ++bits.count) {
         if (!is_moved(bits.high() - 1) || exceptions(bits) > 0.15) break;
-        if (bits.count < 3) continue;
+        if (bits.count < 3 || count_steps(bits).top_changes == 0) continue;
         if (!is_carried_into(bits)) {
           counters.push_back(bits);
         } else if (is_whole_run(bits) && carries_into(bits).overflows < 4 &&
@@ -336,6 +341,8 @@ class FieldSearch {
     std::size_t all = 0;
     std::size_t wrong = 0;
     std::size_t restarts = 0;
+    // At which the highest bit changes.
+    std::size_t top_changes = 0;
   };
   CountedSteps count_steps(Bits bits) const {
     CountedSteps steps;
@@ -346,8 +353,9 @@ class FieldSearch {
       ++steps.all;
       if (!follows(from, to, low_mask(bits.count))) {
         ++steps.wrong;
-      } else if (to < from) {
-        ++steps.restarts;
+      } else {
+        steps.restarts += to < from ? 1U : 0U;
+        steps.top_changes += ((from ^ to) >> (bits.count - 1U)) & 1U;
       }
     }
     return steps;
