@@ -101,7 +101,8 @@ class FieldSearch {
       const bool proven = steps.restarts > 1 || carries_into(counter).overflows > 1;
       const bool whole = steps.wrong == 0 && steps.restarts > (is_apart(counter) ? 0U : 1U) &&
                          division.position.count != 0;
-      const double needed = whole ? -whole_counter_gain : least_gain;
+      // Right below other moving bits it may be the end of a position that moves evenly.
+      const double needed = whole && is_whole_run(counter) ? -whole_counter_gain : least_gain;
       const bool possible = whole || is_apart(counter);
       const bool clear = possible && division.length + 2 * least_gain < without;
       doubtful =
