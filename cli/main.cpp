@@ -8,6 +8,7 @@ int main(int argc, char** argv) {
   Command command;
   add_decode(command);
   add_check(command);
+  add_compare(command);
   add_conform(command);
   add_crc(command);
   add_encoders(command);

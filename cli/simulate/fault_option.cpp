@@ -52,7 +52,7 @@ std::string unknown_kind(const std::string& kind) {
 
 constexpr std::array<std::string_view, 2> unit_names{"bit", "clock"};
 
-std::string_view name_of(PlaceUnit unit) { return unit_names[static_cast<std::size_t>(unit)]; }
+std::string_view unit_name(PlaceUnit unit) { return unit_names[static_cast<std::size_t>(unit)]; }
 
 // A number with up to three decimals, in thousandths.
 std::optional<std::uint64_t> read_thousandths(std::string_view text) {
@@ -74,7 +74,7 @@ std::optional<std::uint64_t> read_thousandths(std::string_view text) {
 
 std::optional<sim::FaultPlace> read_place(std::string_view text) {
   for (const PlaceUnit unit : {PlaceUnit::bit, PlaceUnit::clock}) {
-    const std::string_view name = name_of(unit);
+    const std::string_view name = unit_name(unit);
     if (!text.starts_with(name) || text.substr(name.size(), 1) != "=") continue;
     const auto thousandths = read_thousandths(text.substr(name.size() + 1));
     if (thousandths) return sim::FaultPlace{unit, *thousandths};
@@ -84,7 +84,7 @@ std::optional<sim::FaultPlace> read_place(std::string_view text) {
 
 // `12`, `12.25`.
 std::string place_text(const sim::FaultPlace& place) {
-  std::string text = fmt::format("{}={}", name_of(place.unit), place.whole());
+  std::string text = fmt::format("{}={}", unit_name(place.unit), place.whole());
   if (place.thousandths % 1000 == 0) return text;
   text += fmt::format(".{:03}", place.thousandths % 1000);
   while (text.back() == '0') text.pop_back();
@@ -105,16 +105,16 @@ Checked check_place(sim::FaultKind kind, const sim::FaultPlace& place,
     if (places_of(kind, other, nominal).empty()) {
       return wrong(fmt::format("--fault: {} does not fit into this frame", name));
     }
-    return wrong(
-        fmt::format("--fault: {} takes a {}, not a {}", name, name_of(other), name_of(place.unit)));
+    return wrong(fmt::format("--fault: {} takes a {}, not a {}", name, unit_name(other),
+                             unit_name(place.unit)));
   }
   const std::string range =
-      fmt::format("{} {} to {}", name_of(place.unit), places.first, places.last);
+      fmt::format("{} {} to {}", unit_name(place.unit), places.first, places.last);
   if (place.whole() < places.first || place.whole() > places.last) {
     return wrong(fmt::format("--fault: no {} for {}; on this line it takes {}", place_text(place),
                              name, range));
   }
-  return wrong(fmt::format("--fault: {} takes a whole {}, not {}", name, name_of(place.unit),
+  return wrong(fmt::format("--fault: {} takes a whole {}, not {}", name, unit_name(place.unit),
                            place_text(place)));
 }
 
