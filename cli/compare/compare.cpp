@@ -1,6 +1,7 @@
 // `biss compare`: what differs between a link that works and one that does not.
 #include <fmt/format.h>
 
+#include <cmath>
 #include <memory>
 
 #include "cli/common/identified.hpp"
@@ -32,6 +33,14 @@ const std::vector<report::Column>& compare_columns() {
                                                {.name = "bad", .kind = Kind::text},
                                                {.name = "effect", .kind = Kind::real}};
   return all;
+}
+
+// Whole numbers are written as such: 1000000 and not 1e+06.
+Cell cell_of(const std::variant<double, std::string>& value) {
+  if (const auto* words = std::get_if<std::string>(&value)) return *words;
+  const double number = std::get<double>(value);
+  const bool is_whole = std::abs(number) < 9e15 && number == std::floor(number);
+  return is_whole ? Cell(static_cast<std::int64_t>(number)) : Cell(number);
 }
 
 // One of the two captures.
@@ -119,12 +128,10 @@ class CompareRun {
     if (!output.open(options_.output)) return output.status();
     const auto writer =
         report::make_table_writer(options_.to, compare_columns(), output, output.table_options());
-    const auto cell = [](const auto& value) {
-      return std::visit([](const auto& each) { return Cell(each); }, value);
-    };
     for (const Difference& each : found) {
       const Cell unit = each.unit.empty() ? Cell() : Cell(each.unit);
-      const Cell cells[] = {each.property, unit, cell(each.good), cell(each.bad), each.effect};
+      const Cell cells[] = {each.property, unit, cell_of(each.good), cell_of(each.bad),
+                            each.effect};
       if (!writer->row(cells)) return output.status();
     }
     if (!writer->finish() || !output.finish()) return output.status();

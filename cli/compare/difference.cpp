@@ -73,8 +73,8 @@ double share_effect(const Count& good, const Count& bad, bool may_exceed_one = f
 class Comparison {
  public:
   Comparison(const Link& good, const Link& bad) : good_(good), bad_(bad) {
-    resolution_ = static_cast<double>(good.evidence.resolution.count) +
-                  static_cast<double>(bad.evidence.resolution.count);
+    resolution_ =
+        static_cast<double>(good.resolution.count) + static_cast<double>(bad.resolution.count);
     period_ = times(good.evidence.period, bad.evidence.period);
   }
 
@@ -191,7 +191,7 @@ class Comparison {
   // Sampling that is finer than needed makes no difference.
   void compare_sampling() {
     const auto samples = [](const Link& link, double period) {
-      const auto step = static_cast<double>(link.evidence.resolution.count);
+      const auto step = static_cast<double>(link.resolution.count);
       return step == 0 ? enough_samples : std::min(enough_samples, period / step);
     };
     const Times both{samples(good_, period_->good), samples(bad_, period_->bad), 0};
@@ -260,28 +260,32 @@ class Comparison {
     add_times("rest", rest, beside_clock(rest));
   }
 
-  // Beside those that a longer frame, ACK or line delay needs.
+  // More or fewer clocks than a longer or shorter frame, ACK and line delay explain.
   void compare_clocks() {
     const Distribution& good = good_.evidence.rising_edges;
     const Distribution& bad = bad_.evidence.rising_edges;
     if (good.count() == 0 || bad.count() == 0) return;
-    double needed = 0;
+    double least = 0;
+    double most = 0;
+    const auto explain = [&](double clocks) { (clocks < 0 ? least : most) += clocks; };
     if (const auto* of_good = format_of(good_), *of_bad = format_of(bad_); of_good && of_bad) {
-      needed += static_cast<double>(of_bad->payload_bits()) -
-                static_cast<double>(of_good->payload_bits());
+      explain(static_cast<double>(of_bad->payload_bits()) -
+              static_cast<double>(of_good->payload_bits()));
     }
     const Distribution& ack_good = good_.statistics.ack_clocks();
     const Distribution& ack_bad = bad_.statistics.ack_clocks();
     if (ack_good.count() != 0 && ack_bad.count() != 0) {
-      needed += static_cast<double>(ack_bad.median() - ack_good.median());
+      explain(static_cast<double>(ack_bad.median() - ack_good.median()));
     }
     if (const auto delay = delays(); delay && has_clock()) {
-      needed += std::floor(delay->bad / period_->bad) - std::floor(delay->good / period_->good);
+      explain(std::round(delay->bad / period_->bad - delay->good / period_->good));
     }
-    const Times clocks{static_cast<double>(good.median()) + needed,
-                       static_cast<double>(bad.median()), static_cast<double>(good.spread()) / 2};
-    add("clocks", "clocks", static_cast<double>(good.median()), clocks.bad,
-        clocks.apart() / clocks_of_full_effect);
+    const auto of_good = static_cast<double>(good.median());
+    const auto of_bad = static_cast<double>(bad.median());
+    const double change = of_bad - of_good;
+    const double doubt = static_cast<double>(good.spread()) / 2;
+    const double beyond = std::max({0.0, change - most - doubt, least - doubt - change});
+    add("clocks", "clocks", of_good, of_bad, beyond / clocks_of_full_effect);
   }
 
   void compare_results() {
@@ -331,9 +335,17 @@ class Comparison {
 
   // Rules that the statuses and the other properties do not show.
   void compare_rules() {
-    constexpr std::array shown{
-        Rule::frame_structure, Rule::frame_crc,  Rule::start, Rule::cds_zero, Rule::stop,
-        Rule::glitch_ma,       Rule::glitch_slo, Rule::nE,    Rule::nW,       Rule::speed};
+    constexpr std::array shown{Rule::frame_structure,
+                               Rule::frame_crc,
+                               Rule::start,
+                               Rule::cds_zero,
+                               Rule::stop,
+                               Rule::glitch_ma,
+                               Rule::glitch_slo,
+                               Rule::nE,
+                               Rule::nW,
+                               Rule::speed,
+                               Rule::sampling_uncompensated};
     for (std::size_t i = 0; i < decode::rule_count; ++i) {
       const auto rule = static_cast<Rule>(i);
       if (std::find(shown.begin(), shown.end(), rule) != shown.end()) continue;

@@ -97,6 +97,7 @@ std::optional<Link> read_link(DecodedCapture& capture, const CaptureArguments& a
   Link link;
   link.context = explain_context(capture, arguments, margin);
   const decode::Lines& lines = link.context.reading.lines;
+  link.resolution = capture.margin().resolution;
   link.ma = capture.input().lines()[lines.ma];
   link.slo = capture.input().lines()[lines.slo];
   LinkReader reader(link, capture);

@@ -22,6 +22,8 @@ struct Link {
   /// Names of MA and SLO as they were read.
   std::string ma;
   std::string slo;
+  /// As MarginSetup::resolution.
+  Picoseconds resolution{};
   /// From the last edge of MA to the next request.
   decode::Distribution rest;
   /// By how much the shortest level of MA in a cycle is shorter than its usual length.

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
@@ -107,7 +107,7 @@ INSTANTIATE_TEST_SUITE_P(
         OneDifference{"clock_a_tenth", {.clock = "1.2MHz"}, "clock"},
         OneDifference{"cable", {.cable = "50m"}, "line_delay"},
         OneDifference{"ack", {.more = {"--processing", "9us"}}, "ack_clocks"},
-        OneDifference{"rate", {.more = {"--rate", "5kHz"}}, "rest"},
+        OneDifference{"rate", {.more = {"--rate", "5kHz"}}, "request_rate"},
         OneDifference{"duty", {.more = {"--duty", "40%"}}, "duty"},
         OneDifference{"jitter", {.more = {"--jitter", "60ns"}}, "jitter_slo"},
         OneDifference{"pulses_on_slo", {.more = {"--fault", "glitch_slo:0.1"}}, "pulses_slo"},
@@ -144,8 +144,8 @@ TEST(CompareVerb, OtherFormat_IsNamedWithBothFormats) {
   const auto rows = compare(good, bad);
   ASSERT_FALSE(rows.empty());
   EXPECT_EQ(rows[0].at("property"), "format") << as_text(rows);
-  EXPECT_EQ(rows[0].at("good"), "pos26,nE,nW,crc6");
-  EXPECT_EQ(rows[0].at("bad"), "pos32,nE,nW,crc6");
+  EXPECT_EQ(rows[0].at("good"), "pos26,nE,nW,crc6;cds0");
+  EXPECT_EQ(rows[0].at("bad"), "pos32,nE,nW,crc6;cds0");
   EXPECT_EQ(rows[0].at("unit"), nullptr);
   EXPECT_EQ(rows[0].at("effect"), 1.0);
   // The master of the good link reads the other one with the wrong format.
