@@ -175,8 +175,7 @@ void add_compare(Command& command) {
       {.name = "compare",
        .purpose = "Show what differs between a link that works and one that does not",
        .examples = {"biss compare good.vcd bad.vcd",
-                    "biss compare good.sr bad.sr -f resolute-26 --to jsonl",
-                    "biss compare good_ma.csv good_slo.csv bad_ma.csv bad_slo.csv"}},
+                    "biss compare good.vcd bad.vcd -f resolute-26 --to jsonl"}},
       [options] { return CompareRun(*options).run(); });
   add_pair_options(verb, options->capture);
   verb.add_flag("--no-compensation", options->margin.no_compensation,

@@ -22,7 +22,7 @@ constexpr double consequence = 0.5;
 constexpr double enough_samples = 10;
 // A request that is this many clocks shorter has no frame.
 constexpr double clocks_of_full_effect = 4;
-// A tenth of a period of MA more or less at a level of MA is what a data sheet allows.
+// Half of the shorter level of an even clock.
 constexpr double duty_of_full_effect = 25;
 
 double rounded(double value, double parts) { return std::round(value * parts) / parts; }
@@ -247,17 +247,23 @@ class Comparison {
         rounded(of_bad.share(), 1e4), share_effect(of_good, of_bad, true));
   }
 
+  // A master that gets no answer goes on in another way.
+  double request_weight() const {
+    const bool good = good_.statistics.ack().count() != 0;
+    return good == (bad_.statistics.ack().count() != 0) ? 1 : consequence * consequence;
+  }
+
   void compare_requests() {
     compare_clocks();
     const auto interval = times(good_.statistics.interval(), bad_.statistics.interval());
     if (interval && interval->good > 0 && interval->bad > 0) {
       add("request_rate", "Hz", rounded(1e12 / interval->good, 10),
-          rounded(1e12 / interval->bad, 10), beside_clock(interval));
+          rounded(1e12 / interval->bad, 10), request_weight() * beside_clock(interval));
     }
     if (good_.rest.count() == 0 || bad_.rest.count() == 0) return;
     const std::optional<Times> rest = Times{static_cast<double>(good_.rest.tenth()),
                                             static_cast<double>(bad_.rest.tenth()), resolution_};
-    add_times("rest", rest, beside_clock(rest));
+    add_times("rest", rest, request_weight() * beside_clock(rest));
   }
 
   // More or fewer clocks than a longer or shorter frame, ACK and line delay explain.
@@ -285,7 +291,8 @@ class Comparison {
     const double change = of_bad - of_good;
     const double doubt = static_cast<double>(good.spread()) / 2;
     const double beyond = std::max({0.0, change - most - doubt, least - doubt - change});
-    add("clocks", "clocks", of_good, of_bad, beyond / clocks_of_full_effect);
+    add("clocks", "clocks", of_good, of_bad,
+        request_weight() * std::min(1.0, beyond / clocks_of_full_effect));
   }
 
   void compare_results() {
@@ -333,7 +340,8 @@ class Comparison {
     compare("speed", "counts/s", good_.speed.median(), bad_.speed.median());
   }
 
-  // Rules that the statuses and the other properties do not show.
+  // Rules that the statuses and the other properties do not show. The drift is judged against the
+  // whole capture before: a single cycle makes all later ones fail.
   void compare_rules() {
     constexpr std::array shown{Rule::frame_structure,
                                Rule::frame_crc,
@@ -345,7 +353,8 @@ class Comparison {
                                Rule::nE,
                                Rule::nW,
                                Rule::speed,
-                               Rule::sampling_uncompensated};
+                               Rule::sampling_uncompensated,
+                               Rule::line_delay_drift};
     for (std::size_t i = 0; i < decode::rule_count; ++i) {
       const auto rule = static_cast<Rule>(i);
       if (std::find(shown.begin(), shown.end(), rule) != shown.end()) continue;

@@ -113,7 +113,9 @@ INSTANTIATE_TEST_SUITE_P(
         OneDifference{"pulses_on_slo", {.more = {"--fault", "glitch_slo:0.1"}}, "pulses_slo"},
         OneDifference{"pulses_on_ma", {.more = {"--fault", "glitch_ma:0.1"}}, "pulses_ma"},
         OneDifference{"damage", {.more = {"--fault", "flip:0.1"}}, "status_crc"},
-        OneDifference{"no_encoder", {.more = {"--fault", "no_answer:0.5"}}, "status_no_response"},
+        OneDifference{"no_encoder", {.more = {"--fault", "no_answer:1"}}, "status_no_response"},
+        OneDifference{
+            "missing_answers", {.more = {"--fault", "no_answer:0.3"}}, "status_no_response"},
         OneDifference{"error", {.more = {"--fault", "nE:0.2"}}, "nE"}),
     [](const auto& test) { return test.param.name; });
 
