@@ -216,7 +216,9 @@ class Comparison {
       release->bad -= delay->bad;
       release->doubt += delay->doubt;
     }
-    add_times("timeout", release, beside_clock(release));
+    if (release && release->good > 0 && release->bad > 0) {
+      add_times("timeout", release, beside_clock(release));
+    }
     const auto flags = [](const Link& link, std::uint64_t count) {
       return Count{count, link.statistics.count(CycleStatus::ok)};
     };

@@ -59,7 +59,8 @@ class LinkReader {
     link_.jitter_slo.add((changes.latest - changes.earliest).count);
     const std::int64_t before = (changes.sampled - changes.latest).count + period / 2;
     const std::int64_t after = (changes.earliest - changes.sampled).count + period / 2;
-    link_.margin.add(std::min(before, after) * 1000 / period);
+    const auto nearest = static_cast<double>(std::min(before, after));
+    link_.margin.add(static_cast<std::int64_t>(1000 * nearest / static_cast<double>(period)));
   }
 
   // The shorter way around the ring of positions is the least that the encoder has moved.
