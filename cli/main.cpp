@@ -12,6 +12,7 @@ ExitStatus run(int argc, char** argv) {
   Command command;
   add_decode(command);
   add_check(command);
+  add_compare(command);
   add_conform(command);
   add_convert(command);
   add_crc(command);

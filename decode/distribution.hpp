@@ -1,4 +1,4 @@
-// Minimum, median and maximum of any number of values in bounded memory.
+// Minimum, median, spread and maximum of any number of values in bounded memory.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace biss::decode {
 
-/// Non-negative values. Minimum and maximum are always exact; the median is exact up to 65 536
+/// Non-negative values. Minimum and maximum are always exact; the others are exact up to 65 536
 /// values and within 0.1 % beyond, where values are counted in buckets of that width.
 class Distribution {
  public:
@@ -31,8 +31,18 @@ class Distribution {
   std::int64_t min() const { return min_; }
   std::int64_t max() const { return max_; }
   /// The lower median. \pre count() > 0
-  std::int64_t median() const {
-    const std::uint64_t rank = (count_ - 1) / 2;
+  std::int64_t median() const { return at_rank((count_ - 1) / 2); }
+  /// The value with a tenth of the others below it. \pre count() > 0
+  std::int64_t tenth() const { return at_rank((count_ - 1) / 10); }
+  /// From there to the value with a tenth of the others above it. \pre count() > 0
+  std::int64_t spread() const { return at_rank(count_ - 1 - (count_ - 1) / 10) - tenth(); }
+
+ private:
+  static constexpr std::size_t exact_values = std::size_t{1} << 16U;
+  static constexpr unsigned mantissa_bits = 10;
+
+  // The value with this many before it in their order.
+  std::int64_t at_rank(std::uint64_t rank) const {
     if (buckets_.empty()) {
       std::vector<std::int64_t> sorted = values_;
       const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(rank);
@@ -44,10 +54,6 @@ class Distribution {
     while (below + buckets_[bucket] <= rank) below += buckets_[bucket++];
     return std::clamp(middle_of(bucket), min_, max_);
   }
-
- private:
-  static constexpr std::size_t exact_values = std::size_t{1} << 16U;
-  static constexpr unsigned mantissa_bits = 10;
 
   // Values below 2^10 have a bucket each; above, every power of two has 2^9 buckets.
   static std::size_t bucket_of(std::int64_t value) {

@@ -122,11 +122,16 @@ class FieldSearch {
       const Division division = division_of(wider);
       if (division.length < best_.length + whole_counter_gain) best_ = division;
     }
+    const Bits counter = best_.counter;
+    if (counter.count < safety_counter_bits && counter.high() < data_bits_ &&
+        is_moved(counter.high())) {
+      add(Doubt::counter);
+    }
   }
 
   bool counts_whole(Bits bits) const {
     const CountedSteps steps = count_steps(bits);
-    return steps.wrong == 0 && steps.top_changes != 0;
+    return steps.wrong == 0 && steps.top_changes > (bits.count > safety_counter_bits ? 1U : 0U);
   }
 
   // Bits that leave their usual level for a few frames where other bits change often, and without a
@@ -456,7 +461,8 @@ class FieldSearch {
       same_polarity();
       // The bit of nE may be one of the position.
       const bool alone = is_moved(pair) && !is_moved(pair + 1);
-      if (pair != low || alone) add(Doubt::flag_place);
+      if (pair != low) add(Doubt::flag_place);
+      if (alone && 4 * history_[best_.position.low].changes < words_.size()) add(Doubt::low_bits);
     }
     // Bits that have not moved between the position and the flags may belong to it.
     if (low == bottom_) position_low_ = pair + (one ? 1 : 2);

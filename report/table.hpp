@@ -121,7 +121,7 @@ class TableWriter {
 
   /// Takes a row, one cell a column in their order; a missing cell is absent. False as soon as the
   /// sink has failed: the caller may stop, further rows are dropped.
-  /// \pre a cell is absent or of its column's kind
+  /// \pre a cell is absent or of its column's kind; a column of text takes cells of any kind
   virtual bool row(std::span<const Cell> cells) = 0;
 
   /// Writes what is held back. False when any of the text did not reach the sink.

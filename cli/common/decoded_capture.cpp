@@ -58,13 +58,9 @@ class CaptureRows final : public report::TableWriter {
 
 }  // namespace
 
-void add_capture_options(Verb verb, CaptureArguments& arguments) {
-  verb.add_option("FILE", arguments.files,
-                  "Captures (VCD, FST, GHW, event CSV, oscilloscope CSV, .sr, .dsl, Saleae CSV and "
-                  "binary, raw samples; also compressed by gzip or zstd), read one after the "
-                  "other; files with "
-                  "one line each are read as one capture; - is standard input")
-      .file(FileUse::read);
+namespace {
+
+void add_decode_options(Verb verb, CaptureArguments& arguments) {
   add_format_option(verb, arguments.device, false, "; none: check the structure alone");
   add_timing_options(verb, arguments.device);
   verb.add_option("--ma", arguments.ma, "The line that is MA")
@@ -79,9 +75,29 @@ void add_capture_options(Verb verb, CaptureArguments& arguments) {
       verb, "--resolution", into(arguments.resolution),
       "Edge timing uncertainty of the capture; by default the sample period that the "
       "file gives, else 0");
+}
+
+}  // namespace
+
+void add_capture_options(Verb verb, CaptureArguments& arguments) {
+  verb.add_option("FILE", arguments.files,
+                  "Captures (VCD, FST, GHW, event CSV, oscilloscope CSV, .sr, .dsl, Saleae CSV and "
+                  "binary, raw samples; also compressed by gzip or zstd), read one after the "
+                  "other; files with one line each are read as one capture; - is standard input")
+      .file(FileUse::read);
+  add_decode_options(verb, arguments);
   arguments.has_each = true;
   verb.add_flag("--each", arguments.each,
                 "Read every encoder of a capture: all pairs of MA and SLO, one after the other");
+  add_raw_options(verb, arguments.raw);
+}
+
+void add_pair_options(Verb verb, CaptureArguments& arguments) {
+  verb.add_option("FILE", arguments.files,
+                  "The capture GOOD and the capture BAD; where each file has one line: the two "
+                  "files of GOOD, then the two of BAD; - is standard input")
+      .file(FileUse::read);
+  add_decode_options(verb, arguments);
   add_raw_options(verb, arguments.raw);
 }
 

@@ -41,6 +41,8 @@ struct CaptureArguments : InputArguments {
 /// FILE…, -f, --ma, --slo, --invert-ma, --invert-slo, --each, --resolution, the timing and the raw
 /// options.
 void add_capture_options(Verb verb, CaptureArguments& arguments);
+/// The same for two captures that are compared: without --each.
+void add_pair_options(Verb verb, CaptureArguments& arguments);
 
 /// How `marginal` is judged.
 struct MarginArguments {
@@ -108,6 +110,8 @@ class DecodedCapture {
   const identify::FormatCandidate* better_format() const;
   /// Does not use the format that was identified.
   void judge_structure() { format_.reset(); }
+  /// Uses this format for the capture at hand. \pre as beginning()
+  void judge_by(const FrameFormat& format) { format_ = format; }
   const DeviceTiming& timing() const { return timing_; }
   const decode::MarginSetup& margin() const { return margin_; }
   const CaptureInput& input() const { return input_; }

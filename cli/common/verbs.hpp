@@ -7,6 +7,7 @@ class Command;
 
 void add_decode(Command& command);
 void add_check(Command& command);
+void add_compare(Command& command);
 void add_conform(Command& command);
 void add_convert(Command& command);
 void add_crc(Command& command);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "cli/common/decoded_capture.hpp"
+#include "cli/common/explained.hpp"
 #include "cli/common/message.hpp"
 #include "cli/common/output.hpp"
 #include "cli/common/terminal.hpp"
@@ -16,7 +17,6 @@
 #include "cli/explain/finding_text.hpp"
 #include "draw/text.hpp"
 #include "explain/diagnose.hpp"
-#include "identify/protocol.hpp"
 
 namespace biss::cli {
 
@@ -91,54 +91,9 @@ class ExplainRun {
   }
 
  private:
-  explain::Reading choose_reading() {
-    decode::Lines lines = capture_.lines().lines;
-    lines.ma_inverted = options_.capture.invert_ma;
-    lines.slo_inverted = options_.capture.invert_slo;
-    explain::Reading reading =
-        explain::choose_reading(lines, capture_.beginning(), capture_.reader());
-    // Lines without names cannot have the wrong ones.
-    const bool named = capture_.lines().origin != decode::LineOrigin::by_behaviour;
-    reading.swapped = reading.swapped && named;
-    return reading;
-  }
-
-  // The format that the frames show; the one given where both judge every frame alike.
-  std::optional<explain::IdentifiedFormat> identified() const {
-    const auto* finding = capture_.finding();
-    const auto* sure = finding != nullptr ? finding->sure() : nullptr;
-    if (sure == nullptr) return std::nullopt;
-    if (capture_.better_format() != nullptr || !capture_.format()) {
-      return explain::IdentifiedFormat{sure->format, sure->confidence};
-    }
-    return explain::IdentifiedFormat{*capture_.format(), sure->confidence};
-  }
-
-  // Another protocol than BiSS C that these lines carry.
-  std::optional<explain::OtherProtocol> other_protocol() {
-    const identify::ProtocolGuess guess = capture_.protocol();
-    using enum identify::Protocol;
-    switch (guess.protocol) {
-      case biss_c:
-      case unknown:
-      case idle:
-      case noise:
-      case clock_alone:
-        return std::nullopt;
-      default:
-        return explain::OtherProtocol{std::string(name_of(guess.protocol)), guess.confidence};
-    }
-  }
-
   // False when reading failed.
   bool find(std::vector<Finding>& findings) {
-    context_ = {};
-    context_.format = capture_.format();
-    context_.timing = capture_.timing();
-    if (options_.margin.no_compensation) context_.compensated = false;
-    context_.reading = choose_reading();
-    context_.identified = identified();
-    context_.other = other_protocol();
+    context_ = explain_context(capture_, options_.capture, options_.margin);
     explain::Observer observer(capture_.format(), capture_.timing(), capture_.margin(),
                                context_.reading.lines);
     const bool read = capture_.read_edges([&](std::span<const wire::Edge> edges) {
@@ -155,7 +110,8 @@ class ExplainRun {
     std::optional<draw::CycleDrawing> drawing;
     cycles_ = 0;
     decode::CycleEdgeReader cycles(
-        capture_.reader(), choose_reading().lines, [&](const decode::CycleEdges& edges) {
+        capture_.reader(), choose_reading(capture_, options_.capture).lines,
+        [&](const decode::CycleEdges& edges) {
           cycles_ = edges.number + 1;
           if (edges.number != *options_.cycle) return;
           drawing =

@@ -129,7 +129,8 @@ class ExampleFolder {
           "simulate --registers encoder.hex -f pos26,nE,nW,crc6 --access read:0x78,8 -o capture.sr",
           "simulate -f resolute-32 -o capture.csv", "simulate -f fs-36-28 -o both.csv",
           "simulate -f resolute-26 --sample-rate 100MHz -o samples.bin",
-          "simulate -f pos26,nE,nW,crc6 -o master.vcd",
+          "simulate -f pos26,nE,nW,crc6 -o master.vcd", "simulate -f resolute-26 -o good.vcd",
+          "simulate -f resolute-26 --clock 2MHz -o bad.vcd",
           "safety campaign -f fs-36-28 --frames 5000 --shard 2/7 --state part2.json"}) {
       EXPECT_LE(status_of(std::string("biss ") + command), 1) << command << '\n' << error();
     }

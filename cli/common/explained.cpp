@@ -1,0 +1,61 @@
+#include "cli/common/explained.hpp"
+
+#include "identify/protocol.hpp"
+
+namespace biss::cli {
+
+namespace {
+
+// The format that the frames show; the one given where both judge every frame alike.
+std::optional<explain::IdentifiedFormat> identified_format(const DecodedCapture& capture) {
+  const auto* finding = capture.finding();
+  const auto* sure = finding != nullptr ? finding->sure() : nullptr;
+  if (sure == nullptr) return std::nullopt;
+  if (capture.better_format() != nullptr || !capture.format()) {
+    return explain::IdentifiedFormat{sure->format, sure->confidence};
+  }
+  return explain::IdentifiedFormat{*capture.format(), sure->confidence};
+}
+
+// Another protocol than BiSS C that these lines carry.
+std::optional<explain::OtherProtocol> other_protocol(DecodedCapture& capture) {
+  const identify::ProtocolGuess guess = capture.protocol();
+  using enum identify::Protocol;
+  switch (guess.protocol) {
+    case biss_c:
+    case unknown:
+    case idle:
+    case noise:
+    case clock_alone:
+      return std::nullopt;
+    default:
+      return explain::OtherProtocol{std::string(name_of(guess.protocol)), guess.confidence};
+  }
+}
+
+}  // namespace
+
+explain::Reading choose_reading(DecodedCapture& capture, const CaptureArguments& arguments) {
+  decode::Lines lines = capture.lines().lines;
+  lines.ma_inverted = arguments.invert_ma;
+  lines.slo_inverted = arguments.invert_slo;
+  explain::Reading reading = explain::choose_reading(lines, capture.beginning(), capture.reader());
+  // Lines without names cannot have the wrong ones.
+  const bool named = capture.lines().origin != decode::LineOrigin::by_behaviour;
+  reading.swapped = reading.swapped && named;
+  return reading;
+}
+
+explain::Context explain_context(DecodedCapture& capture, const CaptureArguments& arguments,
+                                 const MarginArguments& margin) {
+  explain::Context context;
+  context.format = capture.format();
+  context.timing = capture.timing();
+  if (margin.no_compensation) context.compensated = false;
+  context.reading = choose_reading(capture, arguments);
+  context.identified = identified_format(capture);
+  context.other = other_protocol(capture);
+  return context;
+}
+
+}  // namespace biss::cli

@@ -1,0 +1,275 @@
+// `biss compare`: the one thing that differs between two links is named first.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "tests/cli/run_command.hpp"
+
+namespace biss::cli {
+namespace compare_test {
+
+using nlohmann::json;
+using testing::HasSubstr;
+using Words = std::vector<std::string>;
+
+constexpr const char* format = "pos26,nE,nW,crc6";
+
+struct Line {
+  std::string clock = "1MHz";
+  std::string cable = "20m";
+  std::string seed = "3";
+  std::string format = compare_test::format;
+  std::string motion = "sine";
+  Words more = {};
+};
+
+std::string simulate(const Folder& folder, const std::string& name, const Line& line) {
+  const std::string capture = folder.path(name);
+  Words words{"simulate", "-f",       line.format, "--clock",   line.clock,
+              "--cable",  line.cable, "--motion",  line.motion, "--seed",
+              line.seed,  "--cycles", "300",       "-o",        capture};
+  words.insert(words.end(), line.more.begin(), line.more.end());
+  const Outcome made = run(words);
+  EXPECT_EQ(made.status, 0) << made.err;
+  return capture;
+}
+
+std::vector<json> compare(const std::string& good, const std::string& bad, const Words& more = {}) {
+  Words words{"compare", good, bad, "--to", "jsonl"};
+  words.insert(words.end(), more.begin(), more.end());
+  const Outcome outcome = run(words);
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  std::vector<json> rows;
+  std::istringstream lines(outcome.out);
+  for (std::string line; std::getline(lines, line);) rows.push_back(json::parse(line));
+  return rows;
+}
+
+std::vector<std::string> properties(const std::vector<json>& rows) {
+  std::vector<std::string> names;
+  for (const json& row : rows) names.push_back(row.at("property"));
+  return names;
+}
+
+std::string as_text(const std::vector<json>& rows) {
+  std::string text;
+  for (const json& row : rows) text += row.dump() + '\n';
+  return text;
+}
+
+// A capture with other levels: `change` gets MA and SLO of each row.
+std::string rewritten(const Folder& folder, const std::string& name, const std::string& capture,
+                      const std::function<void(std::string& ma, std::string& slo)>& change) {
+  std::string text = "time_ns,MA,SLO\n";
+  for (Row row : rows_of(content_of(capture))) {
+    change(row["MA"], row["SLO"]);
+    text += row["time_ns"] + "," + row["MA"] + "," + row["SLO"] + "\n";
+  }
+  return folder.file(name, text);
+}
+
+struct OneDifference {
+  std::string name;
+  Line bad;
+  std::string first;
+};
+
+class CompareLinks : public testing::TestWithParam<OneDifference> {};
+
+TEST_P(CompareLinks, NameWhatDiffersFirst) {
+  const Folder folder;
+  const std::string good = simulate(folder, "good.csv", {});
+  const std::string bad = simulate(folder, "bad.csv", GetParam().bad);
+  for (const Words& more : {Words{}, Words{"-f", format}}) {
+    const auto rows = compare(good, bad, more);
+    ASSERT_FALSE(rows.empty());
+    EXPECT_EQ(rows[0].at("property"), GetParam().first) << as_text(rows);
+    EXPECT_GT(rows[0].at("effect").get<double>(), 0.1) << as_text(rows);
+    // Exchanged: the same, with the values exchanged.
+    const auto back = compare(bad, good, more);
+    ASSERT_FALSE(back.empty());
+    EXPECT_EQ(back[0].at("property"), GetParam().first) << as_text(back);
+    EXPECT_EQ(back[0].at("good"), rows[0].at("bad"));
+    EXPECT_EQ(back[0].at("bad"), rows[0].at("good"));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    OneThing, CompareLinks,
+    testing::Values(
+        OneDifference{"clock", {.clock = "2MHz"}, "clock"},
+        OneDifference{"clock_a_tenth", {.clock = "1.2MHz"}, "clock"},
+        OneDifference{"cable", {.cable = "50m"}, "line_delay"},
+        OneDifference{"ack", {.more = {"--processing", "9us"}}, "ack_clocks"},
+        OneDifference{"rate", {.more = {"--rate", "5kHz"}}, "request_rate"},
+        OneDifference{"duty", {.more = {"--duty", "40%"}}, "duty"},
+        OneDifference{"jitter", {.more = {"--jitter", "60ns"}}, "jitter_slo"},
+        OneDifference{"pulses_on_slo", {.more = {"--fault", "glitch_slo:0.1"}}, "pulses_slo"},
+        OneDifference{"pulses_on_ma", {.more = {"--fault", "glitch_ma:0.1"}}, "pulses_ma"},
+        OneDifference{"damage", {.more = {"--fault", "flip:0.1"}}, "status_crc"},
+        OneDifference{"no_encoder", {.more = {"--fault", "no_answer:1"}}, "status_no_response"},
+        OneDifference{
+            "missing_answers", {.more = {"--fault", "no_answer:0.3"}}, "status_no_response"},
+        OneDifference{"error", {.more = {"--fault", "nE:0.2"}}, "nE"}),
+    [](const auto& test) { return test.param.name; });
+
+TEST(CompareVerb, SameFileTwice_DiffersInNothing) {
+  const Folder folder;
+  const std::string capture = simulate(folder, "line.csv", {.more = {"--fault", "flip:0.1"}});
+  const Outcome outcome = run({"compare", capture, capture, "--to", "jsonl"});
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(outcome.out, "");
+  EXPECT_THAT(outcome.err, HasSubstr("nothing"));
+}
+
+TEST(CompareVerb, OtherSeeds_HaveNoEffect) {
+  const Folder folder;
+  const Words noisy{"--jitter", "20ns", "--fault", "flip:0.05"};
+  const std::string first = simulate(folder, "first.csv", {.more = noisy});
+  for (const char* seed : {"4", "5", "6", "7"}) {
+    const auto rows = compare(first, simulate(folder, "second.csv", {.seed = seed, .more = noisy}));
+    for (const json& row : rows) EXPECT_LT(row.at("effect").get<double>(), 0.2) << row;
+  }
+}
+
+TEST(CompareVerb, OtherFormat_IsNamedWithBothFormats) {
+  const Folder folder;
+  const std::string good = simulate(folder, "good.csv", {});
+  const std::string bad = simulate(folder, "bad.csv", {.format = "pos32,nE,nW,crc6"});
+  const Outcome outcome = run({"compare", good, bad, "--to", "jsonl"});
+  const auto rows = compare(good, bad);
+  ASSERT_FALSE(rows.empty());
+  EXPECT_EQ(rows[0].at("property"), "format") << as_text(rows);
+  EXPECT_EQ(rows[0].at("good"), "pos26,nE,nW,crc6;cds0");
+  EXPECT_EQ(rows[0].at("bad"), "pos32,nE,nW,crc6;cds0");
+  EXPECT_EQ(rows[0].at("unit"), nullptr);
+  EXPECT_EQ(rows[0].at("effect"), 1.0);
+  // The master of the good link reads the other one with the wrong format.
+  EXPECT_THAT(outcome.err, HasSubstr("wrong_format"));
+}
+
+TEST(CompareVerb, InvertedSlo_IsNamedFirst) {
+  const Folder folder;
+  const std::string good = simulate(folder, "good.csv", {});
+  const std::string bad = rewritten(folder, "bad.csv", good, [](std::string&, std::string& slo) {
+    slo = slo == "0" ? "1" : "0";
+  });
+  const auto rows = compare(good, bad);
+  ASSERT_EQ(properties(rows), (Words{"inverted"})) << as_text(rows);
+  EXPECT_EQ(rows[0].at("good"), "none");
+  EXPECT_EQ(rows[0].at("bad"), "SLO");
+}
+
+TEST(CompareVerb, ExchangedLines_AreNamedFirst) {
+  const Folder folder;
+  const std::string good = simulate(folder, "good.csv", {});
+  const std::string bad = rewritten(folder, "bad.csv", good,
+                                    [](std::string& ma, std::string& slo) { std::swap(ma, slo); });
+  const auto rows = compare(good, bad);
+  ASSERT_EQ(properties(rows), (Words{"lines"})) << as_text(rows);
+  EXPECT_EQ(rows[0].at("bad"), "MA = SLO, SLO = MA");
+}
+
+TEST(CompareVerb, Rows_HaveTheirKeysAndFallingEffects) {
+  const Folder folder;
+  const std::string good = simulate(folder, "good.csv", {});
+  const std::string bad = simulate(
+      folder, "bad.csv", {.clock = "2MHz", .cable = "50m", .more = {"--fault", "flip:0.2"}});
+  const Outcome outcome = run({"compare", good, bad, "--to", "jsonl"});
+  EXPECT_THAT(outcome.out, testing::StartsWith(R"({"property":"clock","unit":"Hz","good":)"
+                                               R"(1000000,"bad":2000000,"effect":1})"));
+  const auto rows = compare(good, bad);
+  ASSERT_GT(rows.size(), 3U);
+  EXPECT_THAT(properties(rows), testing::Contains("status_crc"));
+  EXPECT_THAT(properties(rows), testing::Contains("good"));
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    EXPECT_EQ(rows[i].size(), 5U);
+    const double effect = rows[i].at("effect");
+    EXPECT_GT(effect, 0);
+    EXPECT_LE(effect, i == 0 ? 1 : rows[i - 1].at("effect").get<double>());
+  }
+  EXPECT_THAT(outcome.err, HasSubstr("cause")) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("noise_on_slo")) << outcome.err;
+}
+
+// A damaged link may show too little of its format.
+TEST(CompareVerb, BadLinkThatDoesNotShowItsFormat_IsJudgedByThatOfTheGoodOne) {
+  const Folder folder;
+  const std::string good = simulate(folder, "good.csv", {});
+  const std::string bad =
+      simulate(folder, "bad.csv", {.motion = "constant", .more = {"--fault", "flip:0.5"}});
+  const auto rows = compare(good, bad);
+  EXPECT_THAT(properties(rows), testing::Contains("status_crc")) << as_text(rows);
+}
+
+TEST(CompareVerb, FilesWithOneLineEach_AreJoinedInPairs) {
+  const Folder folder;
+  Words files;
+  for (const char* clock : {"1MHz", "2MHz"}) {
+    const auto rows = rows_of(content_of(simulate(folder, "line.csv", {.clock = clock})));
+    for (const char* line : {"MA", "SLO"}) {
+      std::string text = fmt::format("time_ns,{}\n", line);
+      std::string last;
+      for (const Row& row : rows) {
+        if (row.at(line) == last) continue;
+        last = row.at(line);
+        text += row.at("time_ns") + "," + last + "\n";
+      }
+      files.push_back(folder.file(fmt::format("{}_{}.csv", clock, line), text));
+    }
+  }
+  Words words{"compare", "--to", "jsonl"};
+  words.insert(words.end(), files.begin(), files.end());
+  const Outcome outcome = run(words);
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, testing::StartsWith(R"({"property":"clock")"));
+}
+
+TEST(CompareVerb, GoodFromAPipe_IsReadToo) {
+  const Folder folder;
+  const std::string good = simulate(folder, "good.csv", {});
+  const std::string bad = simulate(folder, "bad.csv", {.cable = "50m"});
+  const Outcome outcome = run({"compare", "-", bad, "--to", "jsonl"}, good);
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, testing::StartsWith(R"({"property":"line_delay")"));
+}
+
+TEST(CompareVerb, CaptureWithoutARequest_Fails) {
+  const Folder folder;
+  const std::string good = simulate(folder, "good.csv", {});
+  const std::string idle = folder.file("idle.csv", "time_ns,MA,SLO\n0,1,1\n1000,1,0\n2000,1,1\n");
+  for (const Words& files : {Words{good, idle}, Words{idle, good}}) {
+    const Outcome outcome = run({"compare", files[0], files[1], "--to", "jsonl"});
+    EXPECT_EQ(outcome.status, 1) << outcome.err;
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_THAT(outcome.err, HasSubstr("idle.csv: no request cycle"));
+  }
+}
+
+TEST(CompareVerb, FileThatCannotBeRead_EndsWithStatus3) {
+  const Folder folder;
+  const std::string good = simulate(folder, "good.csv", {});
+  EXPECT_EQ(run({"compare", good, folder.path("missing.csv")}).status, 3);
+  EXPECT_EQ(run({"compare", folder.file("bad.vcd", "$timescale 1 nonsense $end"), good}).status, 3);
+}
+
+TEST(CompareVerb, OneCaptureOrThree_AreWrongUsage) {
+  const Folder folder;
+  const std::string good = simulate(folder, "good.csv", {});
+  for (const Words& files : {Words{good}, Words{good, good, good}, Words{good, good, good, good}}) {
+    Words words{"compare"};
+    words.insert(words.end(), files.begin(), files.end());
+    const Outcome outcome = run(words);
+    EXPECT_EQ(outcome.status, 2);
+    EXPECT_THAT(outcome.err, HasSubstr("GOOD"));
+  }
+}
+
+}  // namespace compare_test
+}  // namespace biss::cli
