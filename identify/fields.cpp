@@ -124,7 +124,7 @@ class FieldSearch {
     }
     const Bits counter = best_.counter;
     if (counter.count < safety_counter_bits && counter.high() < data_bits_ &&
-        is_moved(counter.high())) {
+        ((seen_ >> counter.high()) & 1U) != 0) {
       add(Doubt::counter);
     }
   }
@@ -398,16 +398,21 @@ class FieldSearch {
     const std::uint64_t position = low_mask(top_ - position_low_) << position_low_;
     fields_.position_moved = fields_.moved & position;
     if ((best_.flicker & position) != 0) add(Doubt::flag_place);
-    judge_lowest_bits();
+    judge_end_bits();
     const std::uint64_t unexplained = seen_ & ~fields_.flags_moved & ~counter.mask() &
                                       ~best_.position.mask() & ~(best_.flicker & position);
     if (unexplained != 0) add(Doubt::further_bits);
   }
 
-  // Where the lowest bits of a position hardly move, they may be flags, and flags may be such bits.
-  void judge_lowest_bits() {
+  // Where the end bits of a position hardly move, they may be flags, and flags may be such bits.
+  void judge_end_bits() {
     const unsigned lowest = best_.position.low;
-    if (best_.position.count < 2 || !is_rare(lowest)) return;
+    const unsigned highest = best_.position.high() - 1;
+    if (best_.position.count < 2) return;
+    if (is_rare(highest) && is_short_lived(highest) && history_[highest].changes <= 4) {
+      add(Doubt::flag_place);
+    }
+    if (!is_rare(lowest)) return;
     if (fields_.flags_moved != 0) add(Doubt::low_bits);
     if (is_short_lived(lowest)) add(strays_ > 0.01 ? Doubt::low_bits : Doubt::flag_place);
   }

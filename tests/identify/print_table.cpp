@@ -59,8 +59,8 @@ int main(int argc, char** argv) {
                          : one.cycles < 100 ? 50
                          : one.cycles < 200 ? 100
                                             : 200;
-    const std::string frames = low == 20    ? "20 to 49"
-                               : low == 50  ? "050 to 99"
+    const std::string frames = low == 20    ? "  20 to 49"
+                               : low == 50  ? " 50 to 99"
                                : low == 100 ? "100 to 199"
                                             : "200 to 400";
     const std::string damage = one.damage == 0      ? "none"
