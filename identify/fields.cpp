@@ -375,6 +375,7 @@ class FieldSearch {
            !is_moved(counter.high()) && history_[counter.high()].ones == 0) {
       ++counter.count;
     }
+    if (counter.count < safety_counter_bits) add(Doubt::counter);
     fields_.channel.life_counter = {static_cast<std::uint8_t>(counter.low),
                                     static_cast<std::uint8_t>(counter.count)};
   }
