@@ -3,6 +3,7 @@
 
 #include "biss/catalogue/catalogue.hpp"
 #include "biss/frame/format_text.hpp"
+#include "sim/random.hpp"
 #include "tests/identify/format_trial.hpp"
 
 namespace biss::trial {
@@ -49,6 +50,34 @@ TEST(FindFormat, PositionAtRest_IsNotKnown) {
   EXPECT_TRUE(result.finding.still);
   EXPECT_EQ(result.finding.sure(), nullptr);
   EXPECT_FALSE(result.finding.candidates.empty());
+}
+
+// Bits without a checksum, of any length: noise, a word at rest, single flips, a counter.
+std::vector<identify::Sample> bits_without_checksum(std::uint64_t number) {
+  sim::Random random(number);
+  const auto length = static_cast<unsigned>(1 + random.below(max_payload_bits));
+  const std::uint64_t kind = random.below(4);
+  const std::uint64_t rest = random.next();
+  std::vector<identify::Sample> samples(random.below(250));
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    samples[i].cycle = i;
+    samples[i].time = microseconds(static_cast<std::int64_t>(i) * 50);
+    for (unsigned at = 0; at < length; at += 64) {
+      const unsigned count = std::min(64U, length - at);
+      std::uint64_t word = rest + at;
+      if (kind == 0) word = random.next();
+      if (kind == 1 && random.below(2) == 0) word ^= std::uint64_t{1} << random.below(64);
+      if (kind == 2 && at == 0) word += i << (64U - count);
+      samples[i].bits.append(word >> (64U - count), count);
+    }
+  }
+  return samples;
+}
+
+TEST(FindFormat, BitsWithoutChecksum_AreNeverSure) {
+  for (std::uint64_t number = 1; number <= 30; ++number) {
+    EXPECT_EQ(identify::find_format(bits_without_checksum(number)).sure(), nullptr) << number;
+  }
 }
 
 TEST(FindFormat, NoFrame_FindsNothing) {
