@@ -86,7 +86,7 @@ bool is_whole(std::int64_t off) { return (off > 900 && off < 1100) || (off > -11
 }  // namespace
 
 std::string_view text_of(Symptom symptom) {
-  constexpr std::array<std::string_view, symptom_count> texts{
+  constexpr std::array<std::string_view, symptom_count> symptom_texts{
       "good",
       "a good frame reports an error (nE = 0)",
       "a pulse on MA",
@@ -109,7 +109,7 @@ std::string_view text_of(Symptom symptom) {
       "the line delay changes",
       "bits are shifted by a clock",
       "the checksum is wrong"};
-  return texts[static_cast<std::size_t>(symptom)];
+  return symptom_texts[static_cast<std::size_t>(symptom)];
 }
 
 SymptomReader::SymptomReader(const std::optional<FrameFormat>& format, const DeviceTiming& timing,

@@ -52,6 +52,7 @@ Grid grid_of(const Trace& line) {
   }
   if (count == 0) return grid;
   bit /= count;
+  if (!(bit > 0)) return grid;
   for (int pass = 0; pass < 3; ++pass) {
     double time = 0;
     double bits = 0;
@@ -64,7 +65,8 @@ Grid grid_of(const Trace& line) {
     if (bits == 0) return grid;
     bit = time / bits;
   }
-  if (bit <= 0) return grid;
+  // Not where all edges are at one time.
+  if (!(bit > 0)) return grid;
   grid.bit = bit;
   double off = 0;
   double measured = 0;
