@@ -56,7 +56,7 @@ TEST(Recognise, MasterWithoutEncoder_IsAClockAlone) {
 }
 
 TEST(Recognise, SampleOfEveryProtocol_IsNamedAndNeverTakenForBissC) {
-  const Score result = score(7, 100, 50);
+  const Score result = score(9, 100, 50);
   for (const Row& row : result.rows) {
     if (row.protocol == Protocol::biss_c) continue;
     EXPECT_EQ(row.taken_for_biss, 0U) << row.name << "\n" << result.wrong;
@@ -66,7 +66,7 @@ TEST(Recognise, SampleOfEveryProtocol_IsNamedAndNeverTakenForBissC) {
 }
 
 TEST(Recognise, CapturesOfBissC_AreBissC) {
-  const Row& row = score(8, 0, 50).row("BiSS C");
+  const Row row = score(8, 0, 50).row("BiSS C");
   EXPECT_EQ(row.right(), row.all);
   EXPECT_GE(row.least_biss, 0.9);
 }

@@ -95,7 +95,7 @@ Capture biss_capture(Dice& dice) {
   return captured(drawing, dice);
 }
 
-const Row& Score::row(std::string_view name) const {
+Row Score::row(std::string_view name) const {
   return *std::find_if(rows.begin(), rows.end(), [&](const Row& row) { return row.name == name; });
 }
 

@@ -45,7 +45,7 @@ struct Score {
   /// One line for each capture that is wrong.
   std::string wrong;
 
-  const Row& row(std::string_view name) const;
+  Row row(std::string_view name) const;
 };
 
 /// The captures of a seed: `others` of other protocols, `biss` of BiSS C. No two seeds below 2^16
