@@ -137,11 +137,10 @@ bool DecodedCapture::next() {
   first_cycles_.clear();
   if (pair_ + 1 < pairs_.size()) {
     ++pair_;
-    const ExitStatus opened = input_.reopen(list_.arguments());
+    ExitStatus opened = input_.reopen(list_.arguments());
+    if (opened == ExitStatus::done) opened = identify_format();
     status_ = std::max(status_, opened);
-    if (opened != ExitStatus::done) return false;
-    identify_format();
-    return true;
+    return opened == ExitStatus::done;
   }
   while (status_ <= ExitStatus::data_failed && !list_.at_end()) {
     if (open_next()) return true;
@@ -160,7 +159,7 @@ bool DecodedCapture::open_next() {
     if (found) {
       pairs_ = std::move(*found);
       for (decode::FoundLines& pair : pairs_) measure_polarity(pair);
-      identify_format();
+      status = identify_format();
     } else if (!keeps_unknown_ || found.error() != ExitStatus::data_failed) {
       status = found.error();
       if (identifies_ && status == ExitStatus::data_failed) warn_of_protocol();
@@ -200,20 +199,25 @@ class FrameCollection {
 
 }  // namespace
 
-// From the beginning of the capture, and where that does not show it, from all of it.
-void DecodedCapture::identify_format() {
-  if (!finds_format_) return;
+// From the beginning of the capture, and where that does not show it, from all of it. Fails where
+// the capture cannot be opened a second time.
+ExitStatus DecodedCapture::identify_format() {
+  if (!finds_format_) return ExitStatus::done;
   if (identifies_) format_.reset();
   FrameCollection frames(margin_, lines().lines);
   frames.push(input_.beginning());
   const auto first = input_.beginning();
   take_finding(frames.finish(first.empty() ? Picoseconds{} : first.back().time));
-  if (identifies_ && finding_->sure() == nullptr && input_.can_reopen()) identify_from_all();
+  ExitStatus status = ExitStatus::done;
+  if (identifies_ && finding_->sure() == nullptr && input_.can_reopen()) {
+    status = identify_from_all();
+  }
   const auto* sure = finding_->sure();
   if (identifies_ && sure != nullptr) format_ = sure->format;
+  return status;
 }
 
-void DecodedCapture::identify_from_all() {
+ExitStatus DecodedCapture::identify_from_all() {
   FrameCollection frames(margin_, lines().lines);
   const std::size_t first = input_.beginning().size();
   Progress progress;
@@ -223,8 +227,7 @@ void DecodedCapture::identify_from_all() {
   }
   const auto samples = frames.finish(input_.end_time());
   if (frames.edges() > first) take_finding(samples);
-  // What fails here was read before.
-  static_cast<void>(input_.reopen(list_.arguments()));
+  return input_.reopen(list_.arguments());
 }
 
 void DecodedCapture::take_finding(std::span<const identify::Sample> samples) {

@@ -127,8 +127,8 @@ class DecodedCapture {
  private:
   bool open_next();
   void warn_of_protocol();
-  void identify_format();
-  void identify_from_all();
+  ExitStatus identify_format();
+  ExitStatus identify_from_all();
   void take_finding(std::span<const identify::Sample> samples);
   decode::Decoder& decoder();
   void measure_polarity(decode::FoundLines& found);

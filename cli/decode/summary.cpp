@@ -251,7 +251,7 @@ std::string decode_summary(const decode::Statistics& statistics, const DecodedCa
     add_identified(summary, *finding, capture.format().has_value());
   }
   if (!capture.format()) {
-    summary.entry(capture.finding() ? "" : "format", "none",
+    summary.entry(capture.finding() ? "" : "format", capture.finding() ? "used: none" : "none",
                   "only the structure is checked; give -f FORMAT for positions and flags");
   }
   add_limits(summary, statistics, capture.timing());
