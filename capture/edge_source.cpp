@@ -1,6 +1,12 @@
 #include "capture/edge_source.hpp"
 
+#include "capture/pair_source.hpp"
+
 namespace biss::capture {
+
+std::unique_ptr<PairSource> EdgeSource::pairs(wire::LineIndex /*ma*/, wire::LineIndex /*slo*/) {
+  return nullptr;
+}
 
 std::string LineNames::claim(const std::string& wanted) {
   if (taken_.insert(wanted).second) return wanted;

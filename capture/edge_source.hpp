@@ -58,6 +58,8 @@ struct CaptureError {
   std::uint64_t part_number = 0;
 };
 
+class PairSource;
+
 /// A capture of changes, read once from front to back.
 ///
 /// Edges come in time order; the first edge of a line gives its initial level, every later one
@@ -94,6 +96,11 @@ class EdgeSource {
 
   /// Some lines are voltages, compared with a threshold.
   virtual bool is_analog() const { return false; }
+
+  /// The rest of the capture, from where next_block() stands, as arrays of the changes of these two
+  /// lines; null where this source reads edges only. Afterwards next_block() is not called again;
+  /// this object must outlive the pairs.
+  virtual std::unique_ptr<PairSource> pairs(wire::LineIndex ma, wire::LineIndex slo);
 };
 
 /// An opened capture, or why it cannot be read.
