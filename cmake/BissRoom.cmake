@@ -72,6 +72,12 @@ function(biss_room name)
   endif()
 endfunction()
 
+# biss_simd(FILE…): files of a room that are compiled once for each SIMD level (Highway), and so alone.
+function(biss_simd)
+  set_source_files_properties(${ARGN} TARGET_DIRECTORY biss_core PROPERTIES
+                              SKIP_UNITY_BUILD_INCLUSION ON SKIP_PRECOMPILE_HEADERS ON)
+endfunction()
+
 # biss_room_test(NAME [LONG] SOURCE…): the room's unit tests, one CTest a case, labelled with the
 # room's name. LONG tests take minutes: they are labelled `long`, built with BISS_LONG_TESTS, and
 # optimised like a room.
