@@ -65,30 +65,39 @@ struct Most {
   HWY_INLINE std::int32_t get() const { return hn::GetLane(hn::MaxOfLanes(D(), value)); }
 };
 
-// times[i] - begin for whole vectors, up to the first that is `far` or more: those are `far`.
-// Returns how many are below `end_at`, or `count`. Only the lower halves of the times are needed.
+// times[i] - begin for whole vectors from `from` on, up to the first that is `far` or more: those are
+// `far`. `done` is told the place, the new times, and their distances from the times before, which
+// hold where both are below `far`. \return the end of what was converted
 template <class Done>
-HWY_INLINE std::size_t convert(std::span<const std::int64_t> times, std::int64_t begin,
-                               std::size_t from, Times& out, Done done) {
+HWY_INLINE std::size_t convert(std::span<const std::int64_t> times, std::int64_t begin, Times& out,
+                               Done done) {
   const D d;
   const std::size_t lanes = hn::Lanes(d);
   const std::size_t count = std::min(times.size(), CleanScratch::max_edges);
   const V base = hn::Set(d, static_cast<std::int32_t>(static_cast<std::uint64_t>(begin)));
-  std::size_t i = from;
-  for (; i + lanes <= count; i += lanes) {
+  // Only the lower halves of the times are needed.
+  const auto low_halves = [&](std::size_t i) HWY_ATTR {
     V low;
     V high;
     hn::LoadInterleaved2(d, reinterpret_cast<const std::int32_t*>(times.data() + i), low, high);
+    return low;
+  };
+  out[0] = static_cast<std::int32_t>(std::min<std::int64_t>(times[0] - begin, far));
+  std::size_t i = 1;
+  for (; i + lanes <= count && times[i + lanes - 1] - begin < far; i += lanes) {
+    const V low = low_halves(i);
     hn::StoreU(hn::Sub(low, base), d, out.data() + i);
-    if (times[i + lanes - 1] - begin >= far) break;
-    if (done(i, i + lanes)) return i + lanes;
+    if (done(i, i + lanes, hn::Sub(low, base), hn::Sub(low, low_halves(i - 1)))) return i + lanes;
   }
   // Those that are left, one by one: the end of the array, or the last ones before a long pause.
   const std::size_t end = std::min(i + lanes, count);
   for (std::size_t k = i; k < end; ++k) {
     out[k] = static_cast<std::int32_t>(std::min<std::int64_t>(times[k] - begin, far));
   }
-  done(i, end);
+  if (i < end) {
+    const V now = hn::LoadU(d, out.data() + i);
+    done(i, end, now, hn::Sub(now, hn::LoadU(d, out.data() + i - 1)));
+  }
   return end;
 }
 
@@ -144,6 +153,17 @@ HWY_INLINE Clock measure_clock(const Times& edges, std::size_t count, Times& ris
           .high = hn::GetLane(hn::SumOfLanes(d, high))};
 }
 
+// The longest of the gaps by which the decoder tells a pause.
+HWY_INLINE std::int32_t longest_of_first(const Times& edges) {
+  const D d;
+  Most longest;
+  for (std::size_t i = 1; i < lookahead_edges; i += hn::Lanes(d)) {
+    longest.add(hn::Sub(hn::LoadU(d, edges.data() + i), hn::LoadU(d, edges.data() + i - 1)),
+                first_lanes(lookahead_edges - i));
+  }
+  return longest.get();
+}
+
 HWY_INLINE std::int32_t clock_change(const Times& rises, std::size_t count) {
   const D d;
   std::int32_t most = 0;
@@ -162,34 +182,63 @@ HWY_INLINE std::int32_t clock_change(const Times& rises, std::size_t count) {
   return most;
 }
 
-// A clock and how far it is moved: for each change, the first edge that is not before it.
+// Rising edges as they were measured, and those of an even clock, which need not be looked up.
+struct Measured {
+  const std::int32_t* rises;
+
+  HWY_INLINE V at(V index) const { return hn::GatherIndex(D(), rises, index); }
+};
+struct Even {
+  std::int32_t begin;
+  std::int32_t period;
+
+  HWY_INLINE V at(V index) const {
+    const D d;
+    return hn::Add(hn::Set(d, begin), hn::Mul(index, hn::Set(d, period)));
+  }
+};
+
+// A clock and how far it is moved.
+template <class Rises>
 struct Grid {
-  const Times& rises;
+  Rises rises;
   std::int32_t count;
+  std::int32_t second;
   std::int32_t shift;
   float per_period;
 
-  // From 1 to `count`; the distance to the edge, and to the one before. False where it is not found
-  // soon: the clock is not even enough.
-  HWY_INLINE bool find(V change, V& index, V& after, V& before) const {
+  // For each change the first edge that is not before it, from 1 to `count`, and the edge before
+  // that. False where they are not found soon: the clock is not even enough.
+  HWY_INLINE bool find(V change, V& index, V& edge, V& edge_before) const {
     const D d;
     const hn::Rebind<float, D> df;
     const V one = hn::Set(d, 1);
     const V end = hn::Set(d, count);
     const V moved = hn::Sub(change, hn::Set(d, shift));
-    const V from_first = hn::Sub(moved, hn::Set(d, rises[1]));
-    const auto place = hn::Ceil(hn::Mul(hn::ConvertTo(df, from_first), hn::Set(df, per_period)));
+    const V from_second = hn::Sub(moved, hn::Set(d, second));
+    const auto place = hn::Ceil(hn::Mul(hn::ConvertTo(df, from_second), hn::Set(df, per_period)));
     index = hn::Min(hn::Max(hn::Add(hn::ConvertTo(d, place), one), one), end);
     for (int i = 0; i < 4; ++i) {
-      after = hn::Sub(hn::GatherIndex(d, rises.data(), index), moved);
-      before = hn::Sub(moved, hn::GatherIndex(d, rises.data(), hn::Sub(index, one)));
-      const M later = hn::And(hn::Lt(after, hn::Zero(d)), hn::Lt(index, end));
-      const M earlier = hn::And(hn::Lt(before, one), hn::Gt(index, one));
+      edge = rises.at(index);
+      edge_before = rises.at(hn::Sub(index, one));
+      const M later = hn::And(hn::Lt(edge, moved), hn::Lt(index, end));
+      const M earlier = hn::And(hn::Gt(hn::Add(edge_before, one), moved), hn::Gt(index, one));
       if (hn::AllFalse(d, hn::Or(later, earlier))) return true;
       index = hn::Add(index, hn::IfThenElseZero(later, one));
       index = hn::Sub(index, hn::IfThenElseZero(earlier, one));
     }
     return false;
+  }
+
+  // The same where what was found for another shift may hold.
+  HWY_INLINE bool confirm(V change, V& index, V& edge, V& edge_before) const {
+    const D d;
+    const V one = hn::Set(d, 1);
+    const V moved = hn::Sub(change, hn::Set(d, shift));
+    const M later = hn::And(hn::Lt(edge, moved), hn::Lt(index, hn::Set(d, count)));
+    const M earlier = hn::And(hn::Gt(hn::Add(edge_before, one), moved), hn::Gt(index, one));
+    if (hn::AllFalse(d, hn::Or(later, earlier))) return true;
+    return find(change, index, edge, edge_before);
   }
 };
 
@@ -198,25 +247,32 @@ struct Delay {
   std::int32_t spread = 0;
 };
 
-// From an edge of the clock to SLO's change, averaged over the cycle.
-HWY_INLINE bool delay_from(const Times& rises, std::int32_t rise_count, float per_period,
-                           std::int32_t half, const Times& changes, std::size_t count,
-                           Delay& delay) {
+// From an edge of the clock to SLO's change, averaged over the cycle. `keep` gets what was found for
+// each vector of changes.
+template <class Rises, class Keep>
+HWY_INLINE bool delay_from(const Rises& rises, std::int32_t second, const CleanMeasure& m,
+                           float per_period, const Times& changes, Delay& delay, Keep keep) {
   const D d;
-  const std::int32_t first = changes[0] - rises[1];
-  const Grid grid{rises, rise_count, first + half, per_period};
+  const std::int32_t first = changes[0] - second;
+  const std::int32_t half = m.period / 2;
+  const auto rise_count = static_cast<std::int32_t>(m.rises);
+  const Grid<Rises> grid{rises, rise_count, second, first + half, per_period};
   V sum = hn::Zero(d);
   V least = hn::Zero(d);
   V most = hn::Zero(d);
   std::size_t valid_count = 0;
-  for (std::size_t i = 1; i < count; i += hn::Lanes(d)) {
+  // The change that makes ACK is off by nothing, and counted.
+  for (std::size_t i = 0; i < m.changes; i += hn::Lanes(d)) {
+    const V change = hn::LoadU(d, changes.data() + i);
     V index;
-    V after;
-    V before;
-    if (!grid.find(hn::LoadU(d, changes.data() + i), index, after, before)) return false;
-    const V off = hn::Sub(hn::Set(d, half), after);
-    const M valid = hn::And(hn::And(first_lanes(count - i), hn::Lt(index, hn::Set(d, rise_count))),
-                            hn::Gt(off, hn::Set(d, -half - 1)));
+    V edge;
+    V edge_before;
+    if (!grid.find(change, index, edge, edge_before)) return false;
+    keep(i, index, edge, edge_before);
+    const V off = hn::Sub(hn::Sub(change, edge), hn::Set(d, first));
+    const M valid =
+        hn::And(hn::And(first_lanes(m.changes - i), hn::Lt(index, hn::Set(d, rise_count))),
+                hn::Gt(off, hn::Set(d, -half - 1)));
     const V counted = hn::IfThenElseZero(valid, off);
     sum = hn::Add(sum, counted);
     least = hn::Min(least, counted);
@@ -224,66 +280,94 @@ HWY_INLINE bool delay_from(const Times& rises, std::int32_t rise_count, float pe
     valid_count += hn::CountTrue(d, valid);
   }
   const std::int32_t total = hn::GetLane(hn::SumOfLanes(d, sum));
-  delay.mean = first + total / static_cast<std::int32_t>(valid_count + 1);
+  delay.mean = first + total / static_cast<std::int32_t>(valid_count);
   delay.spread = hn::GetLane(hn::MaxOfLanes(d, most)) - hn::GetLane(hn::MinOfLanes(d, least));
   return true;
 }
 
-// False where the clock is not even.
+// The beginning of an even clock that fits best; false where the clock is not even.
 HWY_INLINE bool lay_even_clock(const Times& rises, std::int32_t count, std::int32_t period,
-                               Times& even) {
+                               std::int32_t& begin) {
   const D d;
   const auto lanes = static_cast<std::int32_t>(hn::Lanes(d));
-  const V first = hn::Set(d, rises[0]);
   const V step = hn::Set(d, period);
   const V half = hn::Set(d, period / 2);
   V sum = hn::Zero(d);
   M uneven = hn::FirstN(d, 0);
   for (std::int32_t i = 0; i < count; i += lanes) {
     const auto at = static_cast<std::size_t>(i);
-    const V place = hn::Add(first, hn::Mul(hn::Iota(d, i), step));
+    const V place = hn::Add(hn::Set(d, rises[0]), hn::Mul(hn::Iota(d, i), step));
     const V off = hn::IfThenElseZero(first_lanes(static_cast<std::size_t>(count - i)),
                                      hn::Sub(hn::LoadU(d, rises.data() + at), place));
     // Of whole numbers, 2 * off > period where off > period / 2.
     uneven = hn::Or(uneven, hn::Gt(hn::Abs(off), half));
     sum = hn::Add(sum, off);
-    hn::StoreU(place, d, even.data() + at);
   }
-  if (!hn::AllFalse(d, uneven)) return false;
-  const V moved = hn::Set(d, hn::GetLane(hn::SumOfLanes(d, sum)) / count);
-  for (std::int32_t i = 0; i < count; i += lanes) {
-    const auto at = static_cast<std::size_t>(i);
-    hn::StoreU(hn::Add(hn::LoadU(d, even.data() + at), moved), d, even.data() + at);
+  begin = rises[0] + hn::GetLane(hn::SumOfLanes(d, sum)) / count;
+  return hn::AllFalse(d, uneven);
+}
+
+// `sampling_delay` of CycleReader. What was found of the clock as it was measured stays in `scratch`.
+HWY_INLINE bool measure_delay(const Clock& clock, float per_period, CleanScratch& scratch,
+                              CleanMeasure& m) {
+  const D d;
+  const auto keep = [&](std::size_t i, V index, V edge, V edge_before) HWY_ATTR {
+    hn::StoreU(index, d, scratch.samples.data() + i);
+    hn::StoreU(edge, d, scratch.found.data() + i);
+    hn::StoreU(edge_before, d, scratch.found_before.data() + i);
+  };
+  const std::int32_t first = scratch.rises[0];
+  const Times& changes = scratch.changes;
+  Delay seen;
+  const bool exact = clock.rise_least == clock.rise_most;
+  const bool found =
+      exact ? delay_from(Even{first, m.period}, m.second_rise, m, per_period, changes, seen, keep)
+            : delay_from(Measured{scratch.rises.data()}, m.second_rise, m, per_period, changes,
+                         seen, keep);
+  if (!found) return false;
+  m.delay = seen.mean;
+  std::int32_t begin = 0;
+  if (8 * seen.spread <= m.period ||
+      !lay_even_clock(scratch.rises, static_cast<std::int32_t>(m.rises), m.period, begin)) {
+    return true;
   }
-  even[static_cast<std::size_t>(count)] = far;
+  Delay even;
+  const auto drop = [](std::size_t, V, V, V) HWY_ATTR {};
+  if (!delay_from(Even{begin, m.period}, begin + m.period, m, per_period, changes, even, drop)) {
+    return false;
+  }
+  if (even.spread < seen.spread) m.delay = even.mean;
   return true;
 }
 
 // The sample that each change of SLO is the first to precede, and the first sample that is close.
-HWY_INLINE bool place_samples(const Times& rises, const CleanMeasure& m, float per_period,
-                              std::int32_t margin, CleanScratch& scratch,
-                              std::int32_t& first_marginal) {
+HWY_INLINE bool place_samples(float per_period, std::int32_t margin, CleanScratch& scratch,
+                              CleanMeasure& m) {
   const D d;
   const auto rise_count = static_cast<std::int32_t>(m.rises);
-  const Grid grid{rises, rise_count, m.delay + m.period / 2, per_period};
+  const std::int32_t shift = m.delay + m.period / 2;
+  const Grid<Measured> grid{{scratch.rises.data()}, rise_count, m.second_rise, shift, per_period};
   const V one = hn::Set(d, 1);
   const V nothing = hn::Set(d, none);
+  const V too_far = hn::Set(d, margin + 1);
   V marginal = nothing;
   for (std::size_t i = 0; i < m.changes; i += hn::Lanes(d)) {
-    V index;
-    V after;
-    V before;
-    if (!grid.find(hn::LoadU(d, scratch.changes.data() + i), index, after, before)) return false;
+    V index = hn::LoadU(d, scratch.samples.data() + i);
+    V edge = hn::LoadU(d, scratch.found.data() + i);
+    V edge_before = hn::LoadU(d, scratch.found_before.data() + i);
+    const V change = hn::LoadU(d, scratch.changes.data() + i);
+    if (!grid.confirm(change, index, edge, edge_before)) return false;
     const M valid = first_lanes(m.changes - i);
     hn::StoreU(hn::IfThenElse(valid, index, nothing), d, scratch.samples.data() + i);
-    const V too_far = hn::Set(d, margin + 1);
-    const M behind = hn::And(hn::Lt(before, too_far), hn::Gt(index, one));
-    const M ahead = hn::And(hn::Lt(after, too_far), hn::Lt(index, hn::Set(d, rise_count)));
-    const V close =
-        hn::IfThenElse(behind, hn::Sub(index, one), hn::IfThenElse(ahead, index, nothing));
+    const V moved = hn::Sub(change, hn::Set(d, shift));
+    const M just_after = hn::And(hn::Lt(hn::Sub(moved, edge_before), too_far), hn::Gt(index, one));
+    const M just_before =
+        hn::And(hn::Lt(hn::Sub(edge, moved), too_far), hn::Lt(index, hn::Set(d, rise_count)));
+    const V close = hn::IfThenElse(just_after, hn::Sub(index, one),
+                                   hn::IfThenElse(just_before, index, nothing));
     marginal = hn::Min(marginal, hn::IfThenElse(valid, close, nothing));
   }
-  first_marginal = hn::GetLane(hn::MinOfLanes(d, marginal));
+  m.first_marginal = hn::GetLane(hn::MinOfLanes(d, marginal));
   return true;
 }
 
@@ -318,12 +402,19 @@ inline bool has_pause(const CleanScratch& scratch, const CleanMeasure& m, const 
 }
 
 HWY_INLINE void collect_bits(const CleanScratch& scratch, CleanMeasure& m) {
-  constexpr std::size_t capacity = CleanMeasure::bit_words * 64;
+  // Nearly all cycles have no more than two words: these stay in registers.
   std::array<std::uint64_t, CleanMeasure::bit_words + 1> toggles{};
+  std::uint64_t first = 0;
+  std::uint64_t second = 0;
   for (std::size_t i = 0; i < m.changes; ++i) {
-    const auto at = std::min<std::size_t>(static_cast<std::uint32_t>(scratch.samples[i]), capacity);
-    toggles[at / 64] ^= std::uint64_t{1} << (63U - at % 64);
+    const auto at = static_cast<std::uint32_t>(scratch.samples[i]);
+    const std::uint64_t bit = std::uint64_t{1} << (63U - at % 64U);
+    first ^= at < 64 ? bit : 0;
+    second ^= at / 64 == 1 ? bit : 0;
+    if (at >= 128) toggles[std::min<std::size_t>(at / 64, CleanMeasure::bit_words)] ^= bit;
   }
+  toggles[0] = first;
+  toggles[1] = second;
   std::uint64_t level = ~std::uint64_t{0};
   const std::size_t words = (m.rises + 63) / 64;
   for (std::size_t w = 0; w < words; ++w) {
@@ -346,18 +437,12 @@ HWY_INLINE bool split(const CleanLines& lines, CleanScratch& scratch, CleanMeasu
   const V gap_limit = hn::Set(d, first_period + first_period / 4);
   std::size_t end = 0;
   const std::size_t count =
-      convert(lines.ma, begin, 0, edges, [&](std::size_t from, std::size_t to) HWY_ATTR {
-        // The distance to the edge before.
-        const std::size_t first = std::max<std::size_t>(from, 1);
-        for (std::size_t i = first; i < to; i += hn::Lanes(d)) {
-          const V gap = hn::Sub(hn::LoadU(d, edges.data() + i), hn::LoadU(d, edges.data() + i - 1));
-          const M longer = hn::And(hn::Gt(gap, gap_limit), first_lanes(to - i));
-          const auto found = hn::FindFirstTrue(d, longer);
-          if (found < 0) continue;
-          end = i + static_cast<std::size_t>(found);
-          return true;
-        }
-        return false;
+      convert(lines.ma, begin, edges, [&](std::size_t from, std::size_t to, V, V gaps) HWY_ATTR {
+        const M longer = hn::And(hn::Gt(gaps, gap_limit), first_lanes(to - from));
+        const auto found = hn::FindFirstTrue(d, longer);
+        if (found < 0) return false;
+        end = from + static_cast<std::size_t>(found);
+        return true;
       });
   if (end < least_edges || end + 1 >= count + (end % 2 == 0 ? 1 : 0)) return false;
   m.edges = static_cast<std::uint32_t>(end);
@@ -372,21 +457,27 @@ HWY_INLINE bool split(const CleanLines& lines, CleanScratch& scratch, CleanMeasu
 
 // The changes of SLO before the next request.
 HWY_INLINE bool take_changes(const CleanLines& lines, CleanScratch& scratch, CleanMeasure& m) {
+  const D d;
   const std::int64_t next = lines.ma[m.next_fall];
+  if (lines.slo.empty() || lines.slo[0] >= next) return false;
+  const std::int32_t next_time = scratch.edges[m.next_fall];
+  const V end = hn::Set(d, next_time);
+  std::size_t found = 1;
   const std::size_t count =
-      convert(lines.slo, lines.ma[0], 0, scratch.changes,
-              [&](std::size_t, std::size_t to) { return lines.slo[to - 1] >= next; });
-  if (count == 0) return false;
-  const auto begin = lines.slo.begin();
-  const std::size_t lanes = hn::Lanes(D());
-  const auto from = begin + static_cast<std::ptrdiff_t>(count - std::min(count, lanes));
-  const auto end = std::lower_bound(from, begin + static_cast<std::ptrdiff_t>(count), next);
-  const auto found = static_cast<std::size_t>(end - begin);
-  if (found == count && count != lines.slo.size() && lines.slo[count] < next) return false;
+      convert(lines.slo, lines.ma[0], scratch.changes,
+              [&](std::size_t from, std::size_t to, V now, V) HWY_ATTR {
+                found += hn::CountTrue(d, hn::And(hn::Lt(now, end), first_lanes(to - from)));
+                return found < to;
+              });
+  if (next_time == far) {
+    const auto begin = lines.slo.begin();
+    found = static_cast<std::size_t>(std::lower_bound(begin, lines.slo.end(), next) - begin);
+  }
+  if (found > count || (found == count && count == CleanScratch::max_edges)) return false;
   // Which of two edges at one time comes first would matter.
   if (found < lines.slo.size() && lines.slo[found] == next) return false;
   m.changes = static_cast<std::uint32_t>(found);
-  for (std::size_t i = 0; i < lanes; ++i) scratch.changes[found + i] = 0;
+  hn::StoreU(hn::Zero(d), d, scratch.changes.data() + found);
   return m.changes >= 2;
 }
 
@@ -428,32 +519,18 @@ bool measure(const CleanLines& lines, const CleanSetup& setup, CleanScratch& scr
   if (setup.clock_change) m.clock_change = clock_change(rises, m.rises);
   if (!find_ack(scratch, clock, m)) return false;
   // The decoder's pause is at least this long.
-  std::int32_t pause = 0;
-  for (std::size_t i = 1; i < lookahead_edges; ++i) {
-    pause = std::max(pause, scratch.edges[i] - scratch.edges[i - 1]);
-  }
-  pause += std::min(clock.rise_least, clock.fall_least) / pause_share;
+  const std::int32_t pause =
+      longest_of_first(scratch.edges) + std::min(clock.rise_least, clock.fall_least) / pause_share;
   if (clock.longest_gap > pause && has_pause(scratch, m, clock, pause)) return false;
 
   const std::int32_t half = m.period / 2;
   const float per_period = 1.0F / static_cast<float>(m.period);
   // Nothing that comes later may count: it may not have been seen when the cycle is read.
   if (rises[m.rises - 1] + (m.fall - m.second_rise) + half >= m.limit) return false;
-  Delay seen;
-  if (!delay_from(rises, rise_count, per_period, half, scratch.changes, m.changes, seen)) {
-    return false;
-  }
-  m.delay = seen.mean;
-  if (8 * seen.spread > m.period && lay_even_clock(rises, rise_count, m.period, scratch.even)) {
-    Delay even;
-    if (!delay_from(scratch.even, rise_count, per_period, half, scratch.changes, m.changes, even)) {
-      return false;
-    }
-    if (even.spread < seen.spread) m.delay = even.mean;
-  }
+  if (!measure_delay(clock, per_period, scratch, m)) return false;
   if (rises[m.rises - 1] + m.delay + half >= m.limit) return false;
   const auto margin = static_cast<std::int32_t>(m.period / setup.margin_share - setup.margin_doubt);
-  if (!place_samples(rises, m, per_period, margin, scratch, m.first_marginal)) return false;
+  if (!place_samples(per_period, margin, scratch, m)) return false;
   // ACK alone moves SLO before its own sample.
   if (scratch.samples[0] != 1 || scratch.samples[1] < 2) return false;
   collect_bits(scratch, m);

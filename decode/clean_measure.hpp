@@ -65,15 +65,17 @@ struct CleanSetup {
 class CleanScratch {
  public:
   static constexpr std::size_t max_edges = 1024;
-  /// Room for whole vectors behind the last element.
+  /// Room for whole vectors past the last element.
   static constexpr std::size_t padding = 64;
   using Times = std::array<std::int32_t, max_edges + padding>;
 
   alignas(64) Times edges{};
   alignas(64) Times rises{};
-  alignas(64) Times even{};
   alignas(64) Times changes{};
+  /// For each change the first sample that is not before it, and its edge of MA and the one before.
   alignas(64) Times samples{};
+  alignas(64) Times found{};
+  alignas(64) Times found_before{};
 };
 
 /// False where the cycle is not clean: MA is uneven, a gap may be a pause, SLO moves where it should
