@@ -32,7 +32,7 @@ std::size_t first_after(const LineRun& slo, std::size_t from, std::int64_t time)
 
 CleanCycleFinder::CleanCycleFinder(const std::optional<FrameFormat>& format,
                                    const DeviceTiming& timing, const MarginSetup& margin)
-    : timing_(timing), margin_(margin), scratch_(std::make_unique<CleanScratch>()) {
+    : timing_(timing), margin_(margin) {
   if (format && margin.compensated && !margin.signal) codec_.emplace(*format);
   setup_ = {.margin_share = margin_share,
             .margin_doubt = margin_doubt(margin).count,
@@ -65,7 +65,7 @@ void CleanCycleFinder::find(const PairRun& run, std::vector<CleanCycle>& found) 
 }
 
 bool CleanCycleFinder::read(CleanCycle& cycle, const CleanLines& lines) {
-  if (!measure_clean(lines, setup_, *scratch_, measured_)) return false;
+  if (!measure_clean(lines, setup_, scratch_, measured_)) return false;
   CycleReading& reading = cycle.reading;
   reading.cycle.time = {lines.ma[0]};
   measure_times(reading);
@@ -121,12 +121,12 @@ bool CleanCycleFinder::read_frame(CycleReading& reading) {
   } else {
     cycle.status = CycleStatus::ack_range;
   }
-  const auto first = scratch_->samples.begin();
+  const auto first = scratch_.samples.begin();
   const auto last = first + measured_.changes;
   const auto start_sample = static_cast<std::int32_t>(start_bit);
   const auto after_start = std::upper_bound(first, last, start_sample) - first;
   cycle.ack =
-      Picoseconds{scratch_->changes[static_cast<std::size_t>(after_start - 1)] - measured_.fall};
+      Picoseconds{scratch_.changes[static_cast<std::size_t>(after_start - 1)] - measured_.fall};
   const std::size_t stop = start_bit + 2 + codec_->payload_bits();
   cycle.release = release(stop);
   if (*cycle.period / margin_share >= margin_doubt(margin_)) {
@@ -140,12 +140,12 @@ bool CleanCycleFinder::read_frame(CycleReading& reading) {
 std::optional<Picoseconds> CleanCycleFinder::release(std::size_t last_bit) const {
   const std::size_t stop = std::min<std::size_t>(last_bit, measured_.rises - 1);
   std::size_t next = measured_.changes;
-  while (next > 0 && static_cast<std::size_t>(scratch_->samples[next - 1]) > stop) --next;
+  while (next > 0 && static_cast<std::size_t>(scratch_.samples[next - 1]) > stop) --next;
   const bool low = next % 2 != 0;
   if (!low || next == measured_.changes) return std::nullopt;
-  const std::int32_t rise = scratch_->changes[next];
+  const std::int32_t rise = scratch_.changes[next];
   if (rise >= measured_.limit) return std::nullopt;
-  if (next + 1 < measured_.changes && scratch_->changes[next + 1] < measured_.limit) {
+  if (next + 1 < measured_.changes && scratch_.changes[next + 1] < measured_.limit) {
     return std::nullopt;
   }
   return Picoseconds{rise - measured_.last_edge};

@@ -4,7 +4,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -49,6 +48,9 @@ class CleanCycleFinder {
   CleanCycleFinder(const std::optional<FrameFormat>& format, const DeviceTiming& timing,
                    const MarginSetup& margin);
 
+  /// False: nothing will be found.
+  bool may_find() const { return codec_.has_value(); }
+
   /// The clean cycles in order. \param found is emptied first; its memory is used again
   void find(const PairRun& run, std::vector<CleanCycle>& found);
 
@@ -63,7 +65,7 @@ class CleanCycleFinder {
   MarginSetup margin_;
   CleanSetup setup_;
   CleanMeasure measured_;
-  std::unique_ptr<CleanScratch> scratch_;
+  CleanScratch scratch_;
 };
 
 }  // namespace biss::decode

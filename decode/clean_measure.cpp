@@ -66,7 +66,7 @@ struct Most {
 };
 
 // times[i] - begin for whole vectors from `from` on, up to the first that is `far` or more: those are
-// `far`. `done` is told the place, the new times, and their distances from the times before, which
+// `far`. `done` gets the place, the new times, and their distances from the times before, which
 // hold where both are below `far`. \return the end of what was converted
 template <class Done>
 HWY_INLINE std::size_t convert(std::span<const std::int64_t> times, std::int64_t begin, Times& out,
