@@ -19,7 +19,7 @@ namespace {
 constexpr std::size_t chunk_count_bytes = 8;  // of version 1
 constexpr std::size_t chunk_bytes_of_0 = 28;  // level, begin, end, number of changes
 constexpr std::size_t chunk_bytes_of_1 = 36;  // with the sample rate after the level
-constexpr std::uint32_t digital_type = 0;
+constexpr std::uint32_t digital = 0;
 constexpr std::uint32_t analog_type = 1;
 
 class SaleaeBinary final : public EdgeSource {
@@ -120,7 +120,7 @@ std::optional<CaptureError> SaleaeBinary::open() {
         .cause = CaptureCause::unknown_format,
         .expected = "a digital channel; this is the binary export of an analog one"};
   }
-  if (type != digital_type) {
+  if (type != digital) {
     return CaptureError{.cause = CaptureCause::malformed,
                         .expected = "type 0 (digital) or 1 (analog)"};
   }
@@ -298,7 +298,7 @@ void SaleaeBinaryWriter::put_end(Picoseconds end_time, bool later) {
   const std::uint64_t version = chunk_count_ == 1 ? 0 : 1;
   text() += saleae_magic;
   put_number(text(), version, 4);
-  put_number(text(), digital_type, 4);
+  put_number(text(), digital, 4);
   if (version == 1) put_number(text(), chunk_count_, chunk_count_bytes);
   std::array<char, chunk_bytes_of_1> header{};
   for (; chunk_count_ != 0; --chunk_count_) {
