@@ -8,49 +8,11 @@
 #include <random>
 #include <string>
 
+#include "decode/test_cycle_text.hpp"
 #include "decode/test_line.hpp"
 
 namespace biss::decode::test {
 namespace clean_cycles_test {
-
-template <class T>
-std::string text(const std::optional<T>& value) {
-  if (!value) return "-";
-  if constexpr (std::is_same_v<T, Picoseconds>) {
-    return fmt::format("{}", value->count);
-  } else {
-    return fmt::format("{}", *value);
-  }
-}
-
-// Everything that a row can show, and a little more.
-std::string text_of(const Cycle& cycle) {
-  std::string text = fmt::format(
-      "{} {} delay {} early {} ack {} period {} duty {} marginal {} rises {} clocked {} doubt {} "
-      "cdm {} release {}",
-      cycle.time.count, name_of(cycle.status), clean_cycles_test::text(cycle.line_delay),
-      clean_cycles_test::text(cycle.early), clean_cycles_test::text(cycle.ack),
-      clean_cycles_test::text(cycle.period), clean_cycles_test::text(cycle.duty_per_mille),
-      clean_cycles_test::text(cycle.marginal), cycle.rising_edges, cycle.clocked.count,
-      cycle.uncertainty.count, clean_cycles_test::text(cycle.cdm),
-      clean_cycles_test::text(cycle.release));
-  if (cycle.clock_change) {
-    text += fmt::format(" change {} {}", cycle.clock_change->most.count,
-                        cycle.clock_change->doubt.count);
-  }
-  text += " raw ";
-  for (std::size_t i = 0; i < cycle.raw.size_bits(); ++i) text += cycle.raw.view()[i] ? '1' : '0';
-  for (const auto& ok : cycle.crc_ok) text += fmt::format(" {}", clean_cycles_test::text(ok));
-  if (cycle.frame) {
-    text += fmt::format(" frame {} {} {} {}", cycle.frame->cds, cycle.frame->stop_seen,
-                        cycle.frame->lead_clocks, cycle.frame->ack_clocks);
-    for (const Channel& channel : cycle.frame->channels()) {
-      text += fmt::format(" [{} {} {} {}]", channel.position, channel.life_counter, channel.nE,
-                          channel.nW);
-    }
-  }
-  return text;
-}
 
 struct Reading {
   std::string format;
