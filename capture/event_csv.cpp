@@ -65,8 +65,8 @@ using wire::Level;
 
 class EventCsvReader final : public TextSource {
  public:
-  EventCsvReader(std::unique_ptr<ByteSource> bytes, std::size_t piece_bytes)
-      : TextSource(std::move(bytes), TextWindow::Cut::lines, piece_bytes) {}
+  EventCsvReader(std::unique_ptr<ByteSource> bytes, std::size_t piece_limit)
+      : TextSource(std::move(bytes), TextWindow::Cut::lines, piece_limit) {}
 
   // Reads the header; the cause when there is none.
   std::optional<CaptureError> open();
@@ -288,8 +288,8 @@ bool looks_like_event_csv(std::string_view row) {
   return lower_case(unquote(cell)).starts_with("time");
 }
 
-Opened open_event_csv(std::unique_ptr<ByteSource> bytes, std::size_t piece_bytes) {
-  auto reader = std::make_unique<EventCsvReader>(std::move(bytes), piece_bytes);
+Opened open_event_csv(std::unique_ptr<ByteSource> bytes, std::size_t piece_limit) {
+  auto reader = std::make_unique<EventCsvReader>(std::move(bytes), piece_limit);
   if (const auto error = reader->open()) return tl::unexpected(*error);
   return reader;
 }

@@ -36,9 +36,9 @@ bool looks_like_event_csv(std::string_view row);
 /// `truncated`. A row counts whole or not at all. A missing line feed at the end is no fault, but a
 /// last row without one is `truncated` when columns are missing or its last cell is empty.
 ///
-/// \param piece_bytes the most text of a piece of pairs()
+/// \param piece_limit the most text of a piece of pairs()
 Opened open_event_csv(std::unique_ptr<ByteSource> bytes,
-                      std::size_t piece_bytes = default_piece_bytes);
+                      std::size_t piece_limit = default_piece_bytes);
 
 /// How rows are written.
 enum class CsvDialect : std::uint8_t {

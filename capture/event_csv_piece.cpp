@@ -187,7 +187,6 @@ class EventCsvQuickParser {
   EventCsvPiece& piece_;
   EventCsvShape shape_;
   std::int64_t time_ = std::numeric_limits<std::int64_t>::min();
-  std::size_t added_ = 0;
   ChangeBatch ma_;
   ChangeBatch slo_;
 };
@@ -196,7 +195,6 @@ void EventCsvQuickParser::take_batches() {
   const auto as_is = [](std::int64_t time) { return time; };
   ma_.take(piece_.ma, as_is);
   slo_.take(piece_.slo, as_is);
-  added_ = 0;
 }
 
 // False when arrays cannot say it, or time runs backwards.
@@ -208,7 +206,7 @@ inline bool EventCsvQuickParser::add(const EventCsvRow& row) {
   time_ = row.time;
   if (row.ma != unchanged_cell) ma_.add(row.time, row.ma);
   if (row.slo != unchanged_cell) slo_.add(row.time, row.slo);
-  if (++added_ == ChangeBatch::size) take_batches();
+  if (ma_.full() || slo_.full()) take_batches();
   return true;
 }
 

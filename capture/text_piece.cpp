@@ -9,11 +9,11 @@
 
 namespace biss::capture {
 
-TextCutter::TextCutter(TextRest rest, std::size_t piece_bytes)
+TextCutter::TextCutter(TextRest rest, std::size_t piece_limit)
     : source_(std::move(rest.source)),
       cut_at_words_(rest.cut_at_words),
-      piece_bytes_(piece_bytes),
-      block_bytes_(std::min(TextWindow::first_block_bytes, piece_bytes)),
+      piece_limit_(piece_limit),
+      block_bytes_(std::min(TextWindow::first_block_bytes, piece_limit)),
       state_(rest.source_ended ? State::ended : State::reading),
       carry_(std::move(rest.text)) {}
 
@@ -30,7 +30,7 @@ void TextCutter::read_more(TextPiece& piece) {
     return;
   }
   if (*got == 0) state_ = State::ended;
-  if (*got == block_bytes_) block_bytes_ = std::min(2 * block_bytes_, piece_bytes_);
+  if (*got == block_bytes_) block_bytes_ = std::min(2 * block_bytes_, piece_limit_);
   piece.bytes += *got;
 }
 

@@ -14,7 +14,7 @@
 namespace biss::capture {
 
 /// The most text of a piece that ends with whole words or rows.
-inline constexpr std::size_t default_piece_bytes = std::size_t{1} << 20U;
+inline constexpr std::size_t default_piece_bytes = std::size_t{1} << 18U;
 
 /// A stretch of text, whole words or rows.
 ///
@@ -76,8 +76,8 @@ struct TextRest {
 /// slow pipe are delivered as they arrive.
 class TextCutter {
  public:
-  /// \pre piece_bytes > 0
-  TextCutter(TextRest rest, std::size_t piece_bytes);
+  /// \pre piece_limit > 0
+  TextCutter(TextRest rest, std::size_t piece_limit);
 
   /// The next text; false after the last, which is `rest` or `failed`.
   bool next(TextPiece& piece);
@@ -93,7 +93,7 @@ class TextCutter {
 
   std::unique_ptr<ByteSource> source_;
   bool cut_at_words_;
-  std::size_t piece_bytes_;
+  std::size_t piece_limit_;
   std::size_t block_bytes_;
   State state_ = State::reading;
   CaptureError error_;
@@ -106,12 +106,13 @@ class ChangeBatch {
  public:
   static constexpr std::size_t size = 512;
 
-  /// \pre at most `size` - 1 times since take()
+  /// \pre not full()
   void add(std::int64_t time, std::uint32_t level) {
     times_[count_] = time;
     count_ += level_ != level ? 1U : 0U;
     level_ = level;
   }
+  bool full() const { return count_ == size; }
   /// Moves what was collected to the end of `changes`, each time as `convert` gives it.
   template <class Convert>
   void take(LineChanges& changes, Convert convert) {

@@ -198,7 +198,7 @@ void TextWindow::pass(const TextPiece& piece) {
 class TextSource::Pairs final : public PairSource {
  public:
   explicit Pairs(TextSource& text)
-      : text_(&text), cutter_(text.window_.hand_over(), text.piece_bytes_) {
+      : text_(&text), cutter_(text.window_.hand_over(), text.piece_limit_) {
     ended_ = text.state_ != State::reading;
     if (text.failed()) error_ = text.error_;
   }

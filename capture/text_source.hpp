@@ -121,9 +121,9 @@ class TextSource : public EdgeSource {
   std::unique_ptr<PairSource> pairs(wire::LineIndex ma, wire::LineIndex slo) final;
 
  protected:
-  /// \param piece_bytes the most text of a piece of pairs()
-  TextSource(std::unique_ptr<ByteSource> bytes, TextWindow::Cut cut, std::size_t piece_bytes)
-      : window_(std::move(bytes), cut), piece_bytes_(piece_bytes) {}
+  /// \param piece_limit the most text of a piece of pairs()
+  TextSource(std::unique_ptr<ByteSource> bytes, TextWindow::Cut cut, std::size_t piece_limit)
+      : window_(std::move(bytes), cut), piece_limit_(piece_limit) {}
 
   /// Reads on from the window's begin until the window is used up, the block is full or fail() was
   /// called; advances the window.
@@ -162,7 +162,7 @@ class TextSource : public EdgeSource {
   bool settle(TextPiece& piece, const PairSource::OnEdges& on_edges);
   void parse_piece(const PairSource::OnEdges& on_edges);
 
-  std::size_t piece_bytes_;
+  std::size_t piece_limit_;
   State state_ = State::reading;
   CaptureError error_;
 };

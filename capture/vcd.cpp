@@ -199,8 +199,8 @@ using Kind = VcdKind;
 
 class VcdReader final : public TextSource {
  public:
-  VcdReader(std::unique_ptr<ByteSource> bytes, std::size_t piece_bytes)
-      : TextSource(std::move(bytes), TextWindow::Cut::words, piece_bytes) {}
+  VcdReader(std::unique_ptr<ByteSource> bytes, std::size_t piece_limit)
+      : TextSource(std::move(bytes), TextWindow::Cut::words, piece_limit) {}
 
   // Reads the declarations; the cause when there are none.
   std::optional<CaptureError> open();
@@ -546,8 +546,8 @@ Timescale parse_vcd_timescale(std::string_view text) {
   return {};
 }
 
-Opened open_vcd(std::unique_ptr<ByteSource> bytes, std::size_t piece_bytes) {
-  auto reader = std::make_unique<VcdReader>(std::move(bytes), piece_bytes);
+Opened open_vcd(std::unique_ptr<ByteSource> bytes, std::size_t piece_limit) {
+  auto reader = std::make_unique<VcdReader>(std::move(bytes), piece_limit);
   if (const auto error = reader->open()) return tl::unexpected(*error);
   return reader;
 }

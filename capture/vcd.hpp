@@ -33,8 +33,8 @@ Timescale parse_vcd_timescale(std::string_view text);
 /// stands. `#4235750` may be what is left of `#42357500`; this cannot be seen unless time would run
 /// backwards, which is then called `truncated`, and harms nothing since no value follows.
 ///
-/// \param piece_bytes the most text of a piece of pairs()
-Opened open_vcd(std::unique_ptr<ByteSource> bytes, std::size_t piece_bytes = default_piece_bytes);
+/// \param piece_limit the most text of a piece of pairs()
+Opened open_vcd(std::unique_ptr<ByteSource> bytes, std::size_t piece_limit = default_piece_bytes);
 
 /// Writes a VCD with a time scale of 1 ps and a one-bit wire a line; only changes. White space and
 /// control characters in names become `_`. Times before zero cannot be written.

@@ -47,7 +47,7 @@ class VcdQuickParser {
   bool add(VcdPair::Role role, VcdKind level);
   void add_known(VcdPair::Role role, std::uint32_t level) {
     batches_[role].add(static_cast<std::int64_t>(tick_), level);
-    if (++added_ == ChangeBatch::size) take_batches();
+    if (batches_[role].full()) take_batches();
   }
   void take_batches();
   template <class Convert>
@@ -61,7 +61,6 @@ class VcdQuickParser {
   Timescale timescale_;
   std::uint64_t tick_ = 0;
   std::uint64_t line_feeds_ = 0;
-  std::size_t added_ = 0;
   bool timed_ = false;
   std::array<ChangeBatch, 3> batches_;  // by role
 };
@@ -71,7 +70,6 @@ void VcdQuickParser::take_batches(Convert convert) {
   batches_[VcdPair::ma].take(piece_.ma, convert);
   batches_[VcdPair::slo].take(piece_.slo, convert);
   batches_[VcdPair::other].forget();
-  added_ = 0;
 }
 
 // A time beyond the range may be converted to anything: then the piece is not regular.
@@ -189,6 +187,7 @@ bool VcdQuickParser::finish() {
 bool VcdQuickParser::parse() {
   const char* p = piece_.begin();
   const char* const end = piece_.end();
+  std::uint64_t line_feeds = 0;  // in a register, which those of other words are not
   FixedDigits digits(0);
   while (p != end) {
     if (*p == '#') {
@@ -196,22 +195,25 @@ bool VcdQuickParser::parse() {
       std::uint64_t tick = 0;
       if (*time_end == '\n' && digits.count() != 0 && digits.read(time_end, tick)) {
         if (!set_tick(tick)) return false;
-        ++line_feeds_;
+        ++line_feeds;
         p = time_end + 1;
       } else {
         p = read_time(p, digits);
+        if (p == nullptr) return false;
       }
-    } else if ((*p == '0' || *p == '1') && p[2] == '\n') {
+    }
+    if ((*p == '0' || *p == '1') && p[2] == '\n') {
       const VcdPair::Role role = pair_.role_of(p[1]);
       if (role == VcdPair::undeclared) return false;
       add_known(role, static_cast<std::uint32_t>(*p - '0'));
-      ++line_feeds_;
+      ++line_feeds;
       p += 3;
-    } else {
+    } else if (p != end && *p != '#') {
       p = read_other(p);
+      if (p == nullptr) return false;
     }
-    if (p == nullptr) return false;
   }
+  line_feeds_ += line_feeds;
   return finish();
 }
 

@@ -169,6 +169,7 @@ int main(int argc, char** argv) {
   Corpus slave(root / "slave");
   Corpus vcd(root / "vcd");
   Corpus event_csv(root / "event_csv");
+  Corpus pairs_text(root / "pairs_text");
   Corpus saleae(root / "saleae");
   Corpus sampled_csv(root / "sampled_csv");
   Corpus saleae_analog(root / "saleae_analog");
@@ -198,6 +199,8 @@ int main(int argc, char** argv) {
     slave.add(slave_train(k, seed));
     vcd.add(biss::fuzz::seed_text<biss::capture::VcdWriter>(seed));
     event_csv.add(biss::fuzz::seed_text<biss::capture::EventCsvWriter>(seed));
+    pairs_text.add(seed % 2 == 0 ? biss::fuzz::seed_text<biss::capture::VcdWriter>(seed)
+                                 : biss::fuzz::seed_text<biss::capture::EventCsvWriter>(seed));
     saleae.add(biss::fuzz::saleae_seed(seed));
     sampled_csv.add(biss::fuzz::scope_seed(seed));
     saleae_analog.add(biss::fuzz::saleae_analog_seed(seed));
