@@ -20,7 +20,7 @@ constexpr std::size_t chunk_count_bytes = 8;  // of version 1
 constexpr std::size_t chunk_bytes_of_0 = 28;  // level, begin, end, number of changes
 constexpr std::size_t chunk_bytes_of_1 = 36;  // with the sample rate after the level
 constexpr std::uint32_t digital = 0;
-constexpr std::uint32_t analog = 1;
+constexpr std::uint32_t analog_channel = 1;
 
 class SaleaeBinary final : public EdgeSource {
  public:
@@ -115,7 +115,7 @@ std::optional<CaptureError> SaleaeBinary::open() {
         .cause = CaptureCause::unknown_format,
         .expected = "version 0 or 1 of Saleae's binary export; this is a newer one"};
   }
-  if (type == analog) {
+  if (type == analog_channel) {
     return CaptureError{
         .cause = CaptureCause::unknown_format,
         .expected = "a digital channel; this is the binary export of an analog one"};
