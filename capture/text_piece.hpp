@@ -13,9 +13,6 @@
 
 namespace biss::capture {
 
-/// The most text of a piece that ends with whole words or rows.
-inline constexpr std::size_t default_piece_bytes = std::size_t{1} << 18U;
-
 /// A stretch of text, whole words or rows.
 ///
 /// A format adds quick_parse(), which knows what the text nearly always looks like. What it does

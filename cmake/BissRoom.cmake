@@ -72,10 +72,12 @@ function(biss_room name)
   endif()
 endfunction()
 
-# biss_simd(FILE…): files of a room that are compiled once for each SIMD level (Highway), and so alone.
+# biss_simd(FILE…): files of a room that Highway compiles once for each SIMD level: alone, and at full
+# optimisation.
 function(biss_simd)
-  set_source_files_properties(${ARGN} TARGET_DIRECTORY biss_core PROPERTIES
-                              SKIP_UNITY_BUILD_INCLUSION ON SKIP_PRECOMPILE_HEADERS ON)
+  set_source_files_properties(${ARGN} PROPERTIES
+                              SKIP_UNITY_BUILD_INCLUSION ON SKIP_PRECOMPILE_HEADERS ON
+                              COMPILE_OPTIONS "$<$<CONFIG:Release>:-O3>")
 endfunction()
 
 # biss_room_test(NAME [LONG] SOURCE…): the room's unit tests, one CTest a case, labelled with the

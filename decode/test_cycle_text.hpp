@@ -27,10 +27,9 @@ inline std::string text_of(const Cycle& cycle) {
       "{} {} delay {} early {} ack {} period {} duty {} marginal {} rises {} clocked {} doubt {} "
       "cdm {} release {}",
       cycle.time.count, name_of(cycle.status), text_of_value(cycle.line_delay),
-      text_of_value(cycle.early), text_of_value(cycle.ack),
-      text_of_value(cycle.period), text_of_value(cycle.duty_per_mille),
-      text_of_value(cycle.marginal), cycle.rising_edges, cycle.clocked.count,
-      cycle.uncertainty.count, text_of_value(cycle.cdm),
+      text_of_value(cycle.early), text_of_value(cycle.ack), text_of_value(cycle.period),
+      text_of_value(cycle.duty_per_mille), text_of_value(cycle.marginal), cycle.rising_edges,
+      cycle.clocked.count, cycle.uncertainty.count, text_of_value(cycle.cdm),
       text_of_value(cycle.release));
   if (cycle.clock_change) {
     text += fmt::format(" change {} {}", cycle.clock_change->most.count,

@@ -176,6 +176,7 @@ int main(int argc, char** argv) {
   Corpus sr(root / "sr");
   Corpus raw(root / "raw");
   Corpus dsl(root / "dsl");
+  Corpus pairs_samples(root / "pairs_samples");
   Corpus saleae_binary(root / "saleae_binary");
   Corpus compressed(root / "compressed");
   Corpus fst(root / "fst");
@@ -207,6 +208,9 @@ int main(int argc, char** argv) {
     sr.add(biss::fuzz::sr_seed(seed));
     raw.add(raw_samples(seed));
     dsl.add(biss::fuzz::dsl_seed(seed));
+    pairs_samples.add(seed % 3 == 0   ? raw_samples(seed)
+                      : seed % 3 == 1 ? biss::fuzz::sr_seed(seed)
+                                      : biss::fuzz::dsl_seed(seed));
     saleae_binary.add(biss::fuzz::saleae_binary_seed(seed));
     compressed.add(biss::fuzz::compressed_seed(seed));
     fst.add(biss::fuzz::fst_seed(seed));
