@@ -13,6 +13,7 @@
 #include "cli/common/output.hpp"
 #include "cli/common/terminal.hpp"
 #include "cli/common/verbs.hpp"
+#include "cli/common/wrap.hpp"
 #include "cli/explain/drawing.hpp"
 #include "cli/explain/finding_text.hpp"
 #include "draw/text.hpp"
@@ -47,27 +48,6 @@ const std::vector<report::Column>& finding_columns() {
 // Two places: no more is known.
 double rounded(double likelihood) {
   return static_cast<double>(static_cast<int>(likelihood * 100 + 0.5)) / 100;
-}
-
-// Text in lines of at most `columns`, all but the first one indented.
-std::string wrapped(std::string_view text, std::size_t columns, std::size_t indent) {
-  std::string out;
-  std::size_t used = indent;
-  while (!text.empty()) {
-    const std::size_t space = std::min(text.find(' '), text.size());
-    const std::string_view word = text.substr(0, space);
-    if (used > indent && used + 1 + word.size() > columns) {
-      out += '\n' + std::string(indent, ' ');
-      used = indent;
-    } else if (used > indent) {
-      out += ' ';
-      ++used;
-    }
-    out += word;
-    used += word.size();
-    text.remove_prefix(std::min(space + 1, text.size()));
-  }
-  return out;
 }
 
 class ExplainRun {
@@ -184,6 +164,12 @@ class ExplainRun {
     return terminal == 0 || !options_.output.empty() ? usual_columns : terminal;
   }
 
+  void append_entry(std::string& text, std::string_view label, std::string_view entry) const {
+    text += label;
+    append_wrapped(text, entry, {label.size(), label.size(), columns()});
+    text += '\n';
+  }
+
   ExitStatus findings_text(std::string& text, RunMessages& messages) {
     std::vector<Finding> findings;
     if (!find(findings)) return messages.fail(ExitStatus::io, capture_.input().error());
@@ -194,9 +180,8 @@ class ExplainRun {
       text +=
           fmt::format("\n{}. {}  {:.2f}\n", ++number, name_of(finding.cause), finding.likelihood);
       const std::string seen = evidence_text(finding.cause, evidence_, context_);
-      if (!seen.empty()) text += "   seen  " + wrapped(seen, columns(), 9) + '\n';
-      const std::string remedy = remedy_text(finding.cause, evidence_, context_);
-      text += "   do    " + wrapped(remedy, columns(), 9) + '\n';
+      if (!seen.empty()) append_entry(text, "   seen  ", seen);
+      append_entry(text, "   do    ", remedy_text(finding.cause, evidence_, context_));
     }
     if (evidence_.cycles != 0) return ExitStatus::done;
     return messages.fail(ExitStatus::data_failed, capture_.no_request());
