@@ -82,7 +82,9 @@ bool SampleGrid::varies_by(Picoseconds step) const {
       ++lengths[static_cast<std::size_t>(steps)];
       ++all;
     }
-    const auto occurs = [&](std::size_t steps) { return 100 * lengths[steps] > all; };
+    const auto occurs = [&](std::size_t steps) {
+      return lengths[steps] >= 3 && 400 * lengths[steps] > all;
+    };
     if ((occurs(1) && occurs(2)) || (occurs(2) && occurs(3))) varies = true;
     // Levels of many different lengths are data, for example of a UART.
     if (25 * (lengths[4] + lengths[5] + lengths[6] + lengths[7]) >= all + 1) return false;
@@ -254,7 +256,7 @@ void Observer::settle() {
   // An encoder that counted a clock too many sends STOP where the last bit is expected; one that
   // missed a clock sends the last bit where STOP is expected.
   const std::uint64_t failed = evidence_.failed_checks;
-  if (failed >= 5 && last_crc_bit_changes_) {
+  if (last_crc_bit_changes_ && (failed >= 5 || evidence_.stop_high != 0)) {
     const std::uint64_t low = evidence_.last_bit_low;
     const bool slips = failed < 10
                            ? low == failed || evidence_.stop_high != 0
