@@ -107,13 +107,20 @@ class ExplainRun {
 
   ExitStatus write_findings(report::TableWriter& writer, RunMessages& messages) {
     std::vector<Finding> findings;
-    if (!find(findings)) return messages.fail(ExitStatus::io, capture_.input().error());
+    const bool whole = find(findings);
+    if (!whole && evidence_.cycles == 0) return read_status(whole, messages);
     for (const Finding& finding : findings) {
       const std::string evidence = evidence_text(finding.cause, evidence_, context_);
       const std::string remedy = remedy_text(finding.cause, evidence_, context_);
       const Cell cells[] = {name_of(finding.cause), rounded(finding.likelihood), evidence, remedy};
       if (!writer.row(cells)) break;
     }
+    return read_status(whole, messages);
+  }
+
+  // What comes before the damage of a capture is explained too.
+  ExitStatus read_status(bool whole, RunMessages& messages) const {
+    if (!whole) return messages.fail(ExitStatus::io, capture_.input().error());
     if (evidence_.cycles != 0) return ExitStatus::done;
     return messages.fail(ExitStatus::data_failed, capture_.no_request());
   }
@@ -172,7 +179,8 @@ class ExplainRun {
 
   ExitStatus findings_text(std::string& text, RunMessages& messages) {
     std::vector<Finding> findings;
-    if (!find(findings)) return messages.fail(ExitStatus::io, capture_.input().error());
+    const bool whole = find(findings);
+    if (!whole && evidence_.cycles == 0) return read_status(whole, messages);
     text = fmt::format("{}: {} request cycle{}, {} good\n", capture_.input().name(),
                        evidence_.cycles, evidence_.cycles == 1 ? "" : "s", evidence_.good);
     std::size_t number = 0;
@@ -183,8 +191,7 @@ class ExplainRun {
       if (!seen.empty()) append_entry(text, "   seen  ", seen);
       append_entry(text, "   do    ", remedy_text(finding.cause, evidence_, context_));
     }
-    if (evidence_.cycles != 0) return ExitStatus::done;
-    return messages.fail(ExitStatus::data_failed, capture_.no_request());
+    return read_status(whole, messages);
   }
 
   ExitStatus drawn_text(std::string& text, RunMessages& messages) {

@@ -179,6 +179,17 @@ TEST(ExplainVerb, LinesOfAUart_AreNotBiss) {
   EXPECT_EQ(rows_in(outcome.out).at(0).at("cause"), "not_biss") << outcome.out;
 }
 
+TEST(ExplainVerb, FileThatEndsInTheMiddle_ExplainsThePartBefore) {
+  const Folder folder;
+  const std::string whole =
+      run({"simulate", "-f", format, "--cycles", "40", "--to", "csv", "-o", "-"}).out;
+  const Outcome outcome = run(
+      {"explain", folder.file("cut.csv", whole.substr(0, whole.size() / 2) + "\n?"), "-f", format});
+  EXPECT_EQ(outcome.status, 3);
+  EXPECT_THAT(outcome.out, HasSubstr("1. healthy"));
+  EXPECT_THAT(outcome.err, HasSubstr("cut.csv:"));
+}
+
 TEST(ExplainVerb, CaptureWithoutARequest_Fails) {
   const Folder folder;
   const Outcome outcome =
