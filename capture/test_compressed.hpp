@@ -40,8 +40,7 @@ inline std::string zstd_of(std::string_view text, int level = ZSTD_CLEVEL_DEFAUL
   ZSTD_CCtx_setParameter(context.get(), ZSTD_c_checksumFlag, 1);
   ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, level);
   std::string bytes(ZSTD_compressBound(text.size()), '\0');
-  bytes.resize(
-      ZSTD_compress2(context.get(), bytes.data(), bytes.size(), text.data(), text.size()));
+  bytes.resize(ZSTD_compress2(context.get(), bytes.data(), bytes.size(), text.data(), text.size()));
   return bytes;
 }
 

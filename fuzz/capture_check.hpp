@@ -29,9 +29,8 @@ inline std::size_t mixed_from(std::string_view text) {
 /// The size of the blocks that an input is read in. Blocks of a few bytes cost the most, and
 /// the other sizes find most of what they find.
 inline std::size_t block_size_of(std::string_view text) {
-  constexpr std::array<std::size_t, 16> sizes{1,     3,     7,     64,    64,        500,
-                                              500,   1'000, 1'000, 4'096, 4'096,     4'096,
-                                              4'096, 4'096, 4'096, 1'000'000};
+  constexpr std::array<std::size_t, 16> sizes{
+      1, 3, 7, 64, 64, 500, 500, 1'000, 1'000, 4'096, 4'096, 4'096, 4'096, 4'096, 4'096, 1'000'000};
   return sizes[mixed_from(text) % sizes.size()];
 }
 
@@ -99,8 +98,8 @@ Read check_blocks(std::string_view input, Open open) {
 /// The same with `open` for the bytes of a file.
 template <class Open>
 Read check_reader(std::string_view text, Open open) {
-  return check_blocks(
-      text, [&](std::size_t block) { return open(capture::memory_bytes(text, block)); });
+  return check_blocks(text,
+                      [&](std::size_t block) { return open(capture::memory_bytes(text, block)); });
 }
 
 }  // namespace biss::fuzz

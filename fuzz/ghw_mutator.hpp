@@ -93,7 +93,6 @@ class GhwMutator final : public ByteMutator {
     }
     return bytes;
   }
-
 };
 
 }  // namespace biss::fuzz

@@ -28,9 +28,8 @@ void replace_double(std::string& text, std::size_t at, double value) {
 // A number of a file: most are times. Chunks begin at multiples of four bytes.
 std::size_t number_place(const std::string& input, SplitMix& random) {
   constexpr std::size_t header_bytes = 16;
-  const std::size_t first =
-      biss::fuzz::first_size_bytes +
-      (random() % 2 == 0 ? 0 : biss::fuzz::split_files(input).first.size());
+  const std::size_t first = biss::fuzz::first_size_bytes +
+                            (random() % 2 == 0 ? 0 : biss::fuzz::split_files(input).first.size());
   const std::size_t begin = std::min(first + header_bytes, input.size() - 8);
   return begin + 4 * (random() % ((input.size() - 8 - begin) / 4 + 1));
 }
