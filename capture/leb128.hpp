@@ -10,7 +10,7 @@ namespace biss::capture {
 /// Nothing where the number has more than 64 bits.
 /// \param next gives the next byte
 template <class Next>
-std::optional<std::uint64_t> unsigned_leb128(Next next) {
+constexpr std::optional<std::uint64_t> unsigned_leb128(Next next) {
   std::uint64_t value = 0;
   for (unsigned shift = 0; shift < 64; shift += 7) {
     const std::uint8_t byte = next();
@@ -23,7 +23,7 @@ std::optional<std::uint64_t> unsigned_leb128(Next next) {
 
 /// The same of a number with a sign, which is bit 6 of the last byte.
 template <class Next>
-std::optional<std::int64_t> signed_leb128(Next next) {
+constexpr std::optional<std::int64_t> signed_leb128(Next next) {
   std::uint64_t value = 0;
   for (unsigned shift = 0; shift < 64; shift += 7) {
     const std::uint8_t byte = next();
