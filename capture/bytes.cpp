@@ -130,6 +130,16 @@ bool is_directory(int descriptor) {
 
 }  // namespace
 
+Result<std::span<const char>, CaptureError> BlockReader::read(ByteSource& source) {
+  constexpr std::size_t least = 4'096;
+  constexpr std::size_t most = 65'536;
+  if (filled_ == block_.size()) block_.resize(std::clamp(2 * filled_, least, most));
+  const auto got = source.read(block_);
+  if (!got.ok()) return failure(got.error());
+  filled_ = *got;
+  return std::span<const char>(block_).first(filled_);
+}
+
 OpenedBytes open_bytes(const std::string& path) {
   const bool standard_input = path == "-";
   const int descriptor = standard_input ? STDIN_FILENO : ::open(path.c_str(), O_RDONLY | O_CLOEXEC);

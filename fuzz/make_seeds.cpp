@@ -140,6 +140,20 @@ std::string raw_samples(std::uint64_t seed) {
   return biss::fuzz::raw_header(biss::fuzz::sampled_layout(seed)) + biss::fuzz::raw_seed(seed);
 }
 
+// A format, and frames whose positions move by small steps; every eighth has a fate of its own.
+std::string find_format_story(std::uint64_t seed) {
+  constexpr std::size_t header_bytes = 12;
+  std::mt19937_64 random(seed);
+  std::string story{static_cast<char>(seed)};
+  while (story.size() < header_bytes) story += static_cast<char>(random() % 256);
+  for (std::uint64_t frame = 0; frame < 12 + seed % 20; ++frame) {
+    story += '\0';
+    story += static_cast<char>(random() % 64);
+    story += static_cast<char>(random() % 8 == 0 ? random() % 256 : 0);
+  }
+  return story;
+}
+
 // The state of a campaign, as its command writes it.
 std::string campaign_state(std::uint64_t seed) {
   const std::uint64_t wrong = seed % 5;
@@ -191,6 +205,7 @@ int main(int argc, char** argv) {
   Corpus listener(root / "listener");
   Corpus safety(root / "safety");
   Corpus campaign(root / "campaign");
+  Corpus find_format(root / "find_format");
   for (std::uint64_t seed = 0; seed < seeds_a_target; ++seed) {
     const std::size_t k = seed % biss::fuzz::frame_formats.size();
     const std::string bits = frame_bytes(k, seed);
@@ -224,6 +239,7 @@ int main(int argc, char** argv) {
     listener.add(biss::fuzz::listener_seed(seed));
     safety.add(safety_story(seed));
     campaign.add(campaign_state(seed));
+    find_format.add(find_format_story(seed));
   }
   return 0;
 }
