@@ -1,4 +1,6 @@
 // Sampled captures on their way to the changes of two lines, beside what the machine can do.
+#include <hwy/highway.h>
+
 #include <algorithm>
 #include <map>
 #include <memory>
@@ -35,7 +37,7 @@ const Samples& line_in_memory() {
 }
 
 const Samples& rest_in_memory() {
-  static const Samples samples = sampled_line(memory_samples, 0);
+  static const Samples samples = sampled_line(memory_samples / 2, 0);
   return samples;
 }
 
@@ -76,6 +78,15 @@ void expand_memory(benchmark::State& state, const Samples& samples) {
     }
   }
   state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(samples.size()));
+}
+
+// The same with the vectors of an older processor, or none.
+void expand_memory_at(benchmark::State& state, std::int64_t target) {
+  hwy::SetSupportedTargetsForTest(target | HWY_STATIC_TARGET);
+  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  expand_memory(state, line_in_memory());
+  hwy::SetSupportedTargetsForTest(0);
+  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
 }
 
 void inflate(benchmark::State& state, std::size_t period) {
@@ -139,6 +150,14 @@ void add_samples_rows(Table& table) {
              .unit = Unit::megabytes,
              .reference = planes},
             [](benchmark::State& state) { expand_memory(state, line_in_memory()); });
+  for (const auto& [name, target] : {std::pair{"AVX2", std::int64_t{HWY_AVX2}},
+                                     std::pair{"no vectors", std::int64_t{HWY_STATIC_TARGET}}}) {
+    if ((hwy::SupportedTargets() & target) == 0 && target != HWY_STATIC_TARGET) continue;
+    table.add({.name = std::string("samples in memory, to changes of MA and SLO, ") + name,
+               .unit = Unit::megabytes,
+               .reference = planes},
+              [level = target](benchmark::State& state) { expand_memory_at(state, level); });
+  }
   table.add({.name = "samples in memory, a rest line to changes",
              .unit = Unit::megabytes,
              .reference = reading},

@@ -1,7 +1,8 @@
 // The loops of bit_scan.hpp with vectors: compiled once for each kind of processor, of which the best
 // is chosen at run time.
 #define HWY_WANT_AVX3_DL
-#define HWY_DISABLED_TARGETS HWY_SSSE3
+// Vectors whose length is not known when compiling are not used: a word of 64 samples has to hold them.
+#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "capture/bit_scan_simd.cpp"
