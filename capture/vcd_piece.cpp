@@ -20,12 +20,6 @@ VcdPair::VcdPair(const VcdIds& ids, const DrivenLines& driven, Timescale timesca
   }
 }
 
-VcdPair::Role VcdPair::role_of(std::uint32_t variable) const {
-  if (variable == VcdIds::none) return undeclared;
-  if (variable == ma_variable_) return ma;
-  return variable == slo_variable_ ? slo : other;
-}
-
 namespace {
 
 /// Reads a piece. What it does not know ends it.
@@ -45,10 +39,7 @@ class VcdQuickParser {
   const char* skip_space(const char* p);
   std::uint32_t find(const char* id, const char* end) const;
   bool add(VcdPair::Role role, VcdKind level);
-  void add_known(VcdPair::Role role, std::uint32_t level) {
-    batches_[role].add(static_cast<std::int64_t>(tick_), level);
-    if (batches_[role].full()) take_batches();
-  }
+  bool add_known(VcdPair::Role role, char level);
   void take_batches();
   template <class Convert>
   void take_batches(Convert convert);
@@ -128,13 +119,19 @@ inline std::uint32_t VcdQuickParser::find(const char* id, const char* end) const
   return text.size() > long_enough ? VcdIds::none : pair_.ids().find(text);
 }
 
+/// \pre level is 0 or 1
+inline bool VcdQuickParser::add_known(VcdPair::Role role, char level) {
+  if (role == VcdPair::undeclared) return false;
+  batches_[role].add(static_cast<std::int64_t>(tick_), static_cast<std::uint32_t>(level - '0'));
+  if (batches_[role].full()) take_batches();
+  return true;
+}
+
 // False for a level that arrays cannot say.
 inline bool VcdQuickParser::add(VcdPair::Role role, VcdKind level) {
-  if (role == VcdPair::undeclared) return false;
   if (role == VcdPair::other) return true;
   if (level == VcdKind::unknown) return false;
-  add_known(role, static_cast<std::uint32_t>(level));
-  return true;
+  return add_known(role, level == VcdKind::high ? '1' : '0');
 }
 
 inline const char* VcdQuickParser::read_scalar(const char* p, VcdKind level) {
@@ -193,21 +190,24 @@ bool VcdQuickParser::parse() {
     if (*p == '#') {
       const char* const time_end = p + 1 + digits.count();
       std::uint64_t tick = 0;
-      if (*time_end == '\n' && digits.count() != 0 && digits.read(time_end, tick)) {
+      if (is_space(*time_end) && digits.count() != 0 && digits.read(time_end, tick)) {
         if (!set_tick(tick)) return false;
-        ++line_feeds;
+        line_feeds += *time_end == '\n' ? 1U : 0U;
         p = time_end + 1;
       } else {
         p = read_time(p, digits);
         if (p == nullptr) return false;
       }
     }
-    if ((*p == '0' || *p == '1') && p[2] == '\n') {
-      const VcdPair::Role role = pair_.role_of(p[1]);
-      if (role == VcdPair::undeclared) return false;
-      add_known(role, static_cast<std::uint32_t>(*p - '0'));
-      ++line_feeds;
+    const bool level = *p == '0' || *p == '1';
+    if (level && is_space(p[2])) {
+      if (!add_known(pair_.role_of(p[1]), *p)) return false;
+      line_feeds += p[2] == '\n' ? 1U : 0U;
       p += 3;
+    } else if (level && is_space(p[3])) {
+      if (!add_known(pair_.role_of(pair_.ids().find_two(p + 1)), *p)) return false;
+      line_feeds += p[3] == '\n' ? 1U : 0U;
+      p += 4;
     } else if (p != end && *p != '#') {
       p = read_other(p);
       if (p == nullptr) return false;

@@ -23,7 +23,11 @@ class VcdPair {
           std::uint32_t ma_variable, std::uint32_t slo_variable);
 
   Role role_of(char id) const { return roles_[static_cast<unsigned char>(id)]; }
-  Role role_of(std::uint32_t variable) const;
+  Role role_of(std::uint32_t variable) const {
+    if (variable == VcdIds::none) return undeclared;
+    if (variable == ma_variable_) return ma;
+    return variable == slo_variable_ ? slo : other;
+  }
   const VcdIds& ids() const { return *ids_; }
   bool drives(std::uint32_t variable) const { return driven_->drives(variable); }
   Timescale timescale() const { return timescale_; }
