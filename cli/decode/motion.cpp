@@ -7,7 +7,7 @@ namespace biss::cli {
 namespace {
 
 std::uint64_t usual_step(unsigned position_bits) {
-  constexpr unsigned share_bits = 3;
+  constexpr unsigned share_bits = 5;
   return std::uint64_t{1} << (std::max(position_bits, share_bits) - share_bits);
 }
 

@@ -38,7 +38,7 @@ struct MotionValues {
 
 class Motion {
  public:
-  /// \param max_step as TurnCounter has it; nullopt: an eighth of the range
+  /// \param max_step as TurnCounter has it; nullopt: a 32nd of the range
   /// \param scale without one, velocity is in counts a second
   /// \pre position_bits is 1…64, max_step is 1 or more
   Motion(unsigned position_bits, std::optional<std::uint64_t> max_step, bool unwrap,

@@ -26,7 +26,7 @@ void add_motion_options(Verb verb, MotionArguments& arguments) {
         if (count == 0) wrong_value("--max-step", "'0' is not 1 or more");
         arguments.max_step = count;
       },
-      "Largest step in counts from one request to the next; by default an eighth of the range");
+      "Largest step in counts from one request to the next; by default a 32nd of the range");
   verb.add_text_option(
           "--scale",
           [&arguments](const std::string& text) {
