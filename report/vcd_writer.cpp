@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -11,15 +13,13 @@ namespace {
 
 constexpr unsigned word_bits = 64;
 
-// Binary, without the zeros in front that a reader adds itself.
-void append_binary(std::string& out, std::uint64_t value) {
+// The lowest `count` bits as digits.
+void append_bits(std::string& out, std::uint64_t word, unsigned count) {
   std::array<char, word_bits> digits;
-  std::size_t first = digits.size();
-  do {
-    digits[--first] = static_cast<char>('0' + (value & 1U));
-    value >>= 1U;
-  } while (value != 0);
-  out.append(digits.data() + first, digits.size() - first);
+  for (unsigned i = 0; i < count; ++i) {
+    digits[i] = static_cast<char>('0' + (word >> (count - 1 - i) & 1U));
+  }
+  out.append(digits.data(), count);
 }
 
 // As GTKWave reads strings: a backslash and three octal digits for what would end the value.
@@ -136,16 +136,30 @@ class Variable {
   }
 
   void append_vector(std::string& out, const Cell& cell) const {
-    if (cell.kind() == Kind::unsigned_integer) return append_binary(out, cell.unsigned_value());
-    if (cell.kind() == Kind::signed_integer) {
-      const auto value = static_cast<std::uint64_t>(cell.signed_value());
-      // All bits: a reader would fill up with zeros.
-      for (unsigned bit = bits_; bit-- > 0;) out.push_back((value >> bit & 1U) != 0 ? '1' : '0');
-      return;
+    switch (cell.kind()) {
+      case Kind::unsigned_integer: {
+        // Without the zeros in front that a reader adds itself.
+        const std::uint64_t value = cell.unsigned_value();
+        const auto count = word_bits - static_cast<unsigned>(std::countl_zero(value | 1U));
+        return append_bits(out, value, count);
+      }
+      case Kind::signed_integer:
+        // All of them, because a reader adds zeros.
+        return append_bits(out, static_cast<std::uint64_t>(cell.signed_value()), bits_);
+      case Kind::bits:
+        if (!cell.bits().empty()) return append_all(out, cell.bits());
+        break;
+      default:
+        break;
     }
-    if (cell.kind() != Kind::bits || cell.bits().empty()) return out.push_back('x');
-    for (std::size_t i = 0; i < cell.bits().size_bits(); ++i) {
-      out.push_back(cell.bits()[i] ? '1' : '0');
+    out.push_back('x');
+  }
+
+  static void append_all(std::string& out, BitView bits) {
+    for (std::size_t at = 0; at < bits.size_bits(); at += word_bits) {
+      const auto count =
+          static_cast<unsigned>(std::min<std::size_t>(bits.size_bits() - at, word_bits));
+      append_bits(out, bits.word(at, count), count);
     }
   }
 

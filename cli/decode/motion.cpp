@@ -15,7 +15,8 @@ std::uint64_t usual_step(unsigned position_bits) {
 
 Motion::Motion(unsigned position_bits, std::optional<std::uint64_t> max_step, bool unwrap,
                std::optional<Scale> scale)
-    : unwrapped_(position_bits, max_step.value_or(usual_step(position_bits))),
+    : position_bits_(position_bits),
+      unwrapped_(position_bits, max_step.value_or(usual_step(position_bits))),
       step_(unwrapped_),
       unwrap_(unwrap),
       scale_(std::move(scale)) {}
@@ -40,20 +41,17 @@ MotionValues Motion::take(Picoseconds time, std::optional<std::uint64_t> positio
 }
 
 std::optional<double> Motion::velocity(Picoseconds time, std::uint64_t position) {
-  // Whole turns are left out, so that two positions are all that matters.
-  const auto before = static_cast<std::int64_t>(step_.count());
-  const TurnState state = step_.update(position, missed_);
-  const auto after = step_.position();
-  const bool certain = state == TurnState::tracked && after && time > last_time_;
-  const auto steps = certain ? static_cast<std::int64_t>(static_cast<std::uint64_t>(*after) -
-                                                         static_cast<std::uint64_t>(before))
-                             : 0;
+  // In the shorter direction: the difference of that many bits, with its sign.
+  const unsigned unused_bits = 64U - position_bits_;
+  const auto difference =
+      static_cast<std::int64_t>((position - step_.count()) << unused_bits) >> unused_bits;
+  const bool certain = step_.update(position, missed_) == TurnState::tracked && time > last_time_;
   step_.restart();
   step_.update(position);
   if (!certain) return std::nullopt;
   const double seconds =
       static_cast<double>((time - last_time_).count) / static_cast<double>(picoseconds_per_second);
-  return static_cast<double>(steps) * (scale_ ? scale_->per_count : 1.0) / seconds;
+  return static_cast<double>(difference) * (scale_ ? scale_->per_count : 1.0) / seconds;
 }
 
 }  // namespace biss::cli

@@ -47,12 +47,13 @@ class Motion {
   /// Takes the next row.
   MotionValues take(Picoseconds time, std::optional<std::uint64_t> position);
 
-  /// Rows without a position at the end of those taken, or from a row whose way is not certain on.
+  /// The way to one of the positions taken was not certain.
   bool lost() const { return unwrapped_.state() == TurnState::ambiguous; }
 
  private:
   std::optional<double> velocity(Picoseconds time, std::uint64_t position);
 
+  unsigned position_bits_;
   TurnCounter unwrapped_;
   // From the last position to this one alone.
   TurnCounter step_;
