@@ -1,11 +1,14 @@
 // The readers of captures, and the decoder that uses them.
+#include <span>
 #include <string>
+#include <utility>
 
 #include "bench/line.hpp"
 #include "bench/measure.hpp"
 #include "bench/rows.hpp"
 #include "capture/bytes.hpp"
 #include "capture/open.hpp"
+#include "capture/pair_source.hpp"
 #include "decode/decoder.hpp"
 
 namespace biss::bench {
@@ -27,6 +30,28 @@ void read(benchmark::State& state, const std::string& text, const char* path) {
     }
   }
   benchmark::DoNotOptimize(edges);
+  state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(text.size()));
+}
+
+// fetch(), expand() and settle() in one thread.
+void read_pairs(benchmark::State& state, const std::string& text, const char* path) {
+  if (text.empty()) return state.SkipWithError("the capture could not be written");
+  std::size_t changes = 0;
+  for ([[maybe_unused]] auto _ : state) {
+    const auto opened = capture::open_capture(capture::memory_bytes(text), path);
+    if (!opened) return state.SkipWithError("the capture could not be opened");
+    const auto pairs = (*opened)->pairs(0, 1);
+    if (!pairs) return state.SkipWithError("the capture has no pairs");
+    for (auto piece = pairs->fetch(nullptr); piece; piece = pairs->fetch(std::move(piece))) {
+      piece->expand();
+      const auto count = [&](std::span<const wire::Edge> edges) { changes += edges.size(); };
+      if (pairs->settle(*piece, count)) {
+        changes += piece->ma.times.size() + piece->slo.times.size();
+      }
+    }
+    if (pairs->error()) return state.SkipWithError("the capture could not be read");
+  }
+  benchmark::DoNotOptimize(changes);
   state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(text.size()));
 }
 
@@ -58,6 +83,14 @@ void add_capture_rows(Table& table) {
             [](benchmark::State& state) { read(state, vcd_text(make_line(cycles)), "x.vcd"); });
   table.add({.name = "read an event CSV", .unit = Unit::megabytes, .reference = memory},
             [](benchmark::State& state) { read(state, csv_text(make_line(cycles)), "x.csv"); });
+  table.add(
+      {.name = "read a VCD, two lines as arrays", .unit = Unit::megabytes, .reference = memory},
+      [](benchmark::State& state) { read_pairs(state, vcd_text(make_line(cycles)), "x.vcd"); });
+  table.add(
+      {.name = "read an event CSV, two lines as arrays",
+       .unit = Unit::megabytes,
+       .reference = memory},
+      [](benchmark::State& state) { read_pairs(state, csv_text(make_line(cycles)), "x.csv"); });
   table.add({.name = "edges to frames, cycles of 26 bits", .unit = Unit::million_a_second},
             decode_edges);
 }

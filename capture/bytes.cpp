@@ -57,6 +57,12 @@ class MemoryBytes final : public ByteSource {
     return count;
   }
 
+  std::span<const char> take(std::size_t most) override {
+    const std::string_view taken = rest_.substr(0, std::min(most, block_bytes_));
+    rest_.remove_prefix(taken.size());
+    return taken;
+  }
+
  private:
   std::string_view rest_;
   std::size_t block_bytes_;
@@ -73,6 +79,11 @@ class PrefixedBytes final : public ByteSource {
     std::memcpy(into.data(), head_.data() + given_, count);
     given_ += count;
     return count;
+  }
+
+  std::span<const char> take(std::size_t most) override {
+    if (given_ != head_.size()) return {};
+    return rest_->take(most);
   }
 
   int regular_file() const override { return rest_->regular_file(); }

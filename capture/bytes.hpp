@@ -27,6 +27,13 @@ class ByteSource {
   /// \pre into is not empty
   virtual Result<std::size_t, CaptureError> read(std::span<char> into) = 0;
 
+  /// The next bytes where they lie in memory, at most `most`, valid as long as this source; empty
+  /// where they have to be read, and at the end.
+  virtual std::span<const char> take(std::size_t most) {
+    static_cast<void>(most);
+    return {};
+  }
+
   /// Descriptor of the regular file that all of these bytes are, from its beginning, for formats
   /// that are read at any place; -1 where there is none. It stays open as long as the source lives,
   /// and may be read instead of the source, not beside it.

@@ -19,8 +19,8 @@ namespace {
 constexpr std::size_t chunk_count_bytes = 8;  // of version 1
 constexpr std::size_t chunk_bytes_of_0 = 28;  // level, begin, end, number of changes
 constexpr std::size_t chunk_bytes_of_1 = 36;  // with the sample rate after the level
-constexpr std::uint32_t digital = 0;
-constexpr std::uint32_t analog = 1;
+constexpr std::uint32_t digital_export = 0;
+constexpr std::uint32_t analog_export = 1;
 
 class SaleaeBinary final : public EdgeSource {
  public:
@@ -115,12 +115,12 @@ std::optional<CaptureError> SaleaeBinary::open() {
         .cause = CaptureCause::unknown_format,
         .expected = "version 0 or 1 of Saleae's binary export; this is a newer one"};
   }
-  if (type == analog) {
+  if (type == analog_export) {
     return CaptureError{
         .cause = CaptureCause::unknown_format,
         .expected = "a digital channel; this is the binary export of an analog one"};
   }
-  if (type != digital) {
+  if (type != digital_export) {
     return CaptureError{.cause = CaptureCause::malformed,
                         .expected = "type 0 (digital) or 1 (analog)"};
   }
@@ -298,7 +298,7 @@ void SaleaeBinaryWriter::put_end(Picoseconds end_time, bool later) {
   const std::uint64_t version = chunk_count_ == 1 ? 0 : 1;
   text() += saleae_magic;
   put_number(text(), version, 4);
-  put_number(text(), digital, 4);
+  put_number(text(), digital_export, 4);
   if (version == 1) put_number(text(), chunk_count_, chunk_count_bytes);
   std::array<char, chunk_bytes_of_1> header{};
   for (; chunk_count_ != 0; --chunk_count_) {

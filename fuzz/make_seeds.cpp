@@ -169,12 +169,14 @@ int main(int argc, char** argv) {
   Corpus slave(root / "slave");
   Corpus vcd(root / "vcd");
   Corpus event_csv(root / "event_csv");
+  Corpus pairs_text(root / "pairs_text");
   Corpus saleae(root / "saleae");
   Corpus sampled_csv(root / "sampled_csv");
   Corpus saleae_analog(root / "saleae_analog");
   Corpus sr(root / "sr");
   Corpus raw(root / "raw");
   Corpus dsl(root / "dsl");
+  Corpus pairs_samples(root / "pairs_samples");
   Corpus saleae_binary(root / "saleae_binary");
   Corpus compressed(root / "compressed");
   Corpus fst(root / "fst");
@@ -198,12 +200,17 @@ int main(int argc, char** argv) {
     slave.add(slave_train(k, seed));
     vcd.add(biss::fuzz::seed_text<biss::capture::VcdWriter>(seed));
     event_csv.add(biss::fuzz::seed_text<biss::capture::EventCsvWriter>(seed));
+    pairs_text.add(seed % 2 == 0 ? biss::fuzz::seed_text<biss::capture::VcdWriter>(seed)
+                                 : biss::fuzz::seed_text<biss::capture::EventCsvWriter>(seed));
     saleae.add(biss::fuzz::saleae_seed(seed));
     sampled_csv.add(biss::fuzz::scope_seed(seed));
     saleae_analog.add(biss::fuzz::saleae_analog_seed(seed));
     sr.add(biss::fuzz::sr_seed(seed));
     raw.add(raw_samples(seed));
     dsl.add(biss::fuzz::dsl_seed(seed));
+    pairs_samples.add(seed % 3 == 0   ? raw_samples(seed)
+                      : seed % 3 == 1 ? biss::fuzz::sr_seed(seed)
+                                      : biss::fuzz::dsl_seed(seed));
     saleae_binary.add(biss::fuzz::saleae_binary_seed(seed));
     compressed.add(biss::fuzz::compressed_seed(seed));
     fst.add(biss::fuzz::fst_seed(seed));

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "capture/edge_pairs.hpp"
 #include "capture/merge.hpp"
 #include "capture/open.hpp"
 #include "cli/common/message.hpp"
@@ -288,13 +289,30 @@ std::span<const wire::Edge> CaptureInput::pull() {
   const auto block = source_->next_block();
   if (!block.ok()) {
     ended_ = true;
-    const auto* merged = dynamic_cast<const capture::MergedSource*>(source_.get());
-    const std::size_t which = merged != nullptr ? merged->failed_source() : 0;
-    error_ = capture::capture_error_text(block.error(), paths_[which]);
+    note_error(block.error());
     return {};
   }
   ended_ = block->empty();
   return *block;
+}
+
+void CaptureInput::note_error(const capture::CaptureError& error) {
+  const auto* merged = dynamic_cast<const capture::MergedSource*>(source_.get());
+  const std::size_t which = merged != nullptr ? merged->failed_source() : 0;
+  error_ = capture::capture_error_text(error, paths_[which]);
+}
+
+capture::PairSource& CaptureInput::pairs(const decode::Lines& lines) {
+  auto first = beginning_pending_ ? std::move(beginning_) : std::vector<wire::Edge>{};
+  beginning_ = {};
+  beginning_pending_ = false;
+  pairs_ = capture::pairs_of(std::move(first), *source_, lines.ma, lines.slo);
+  return *pairs_;
+}
+
+bool CaptureInput::end_pairs() {
+  if (const auto& error = pairs_->error()) note_error(*error);
+  return error_.empty();
 }
 
 std::span<const wire::Edge> CaptureInput::beginning() {

@@ -13,6 +13,7 @@
 #include "cli/common/format_option.hpp"
 #include "cli/common/table_output.hpp"
 #include "cli/common/verb.hpp"
+#include "decode/clean_cycles.hpp"
 #include "decode/cycle.hpp"
 #include "decode/decoder.hpp"
 #include "identify/format.hpp"
@@ -35,6 +36,8 @@ struct CaptureArguments : InputArguments {
   bool identify_besides = false;
   /// Deliver a capture in which no lines are MA and SLO too; has_lines() is then false.
   bool keep_unknown = false;
+  /// Threads that read the cycles; 0: as many as the machine has processors.
+  std::uint64_t threads = 0;
   /// Takes the place of the timing that a name in `device` has; the options override it.
   std::optional<DeviceTiming> timing;
 };
@@ -132,6 +135,8 @@ class DecodedCapture {
   ExitStatus identify_from_all();
   void take_finding(std::span<const identify::Sample> samples);
   decode::Decoder& decoder();
+  void read_blocks(const std::function<bool()>& go_on);
+  void read_pieces(const decode::CleanCycleFinder& finder, const std::function<bool()>& go_on);
   void measure_polarity(decode::FoundLines& found);
 
   std::optional<FrameFormat> format_;
@@ -143,6 +148,7 @@ class DecodedCapture {
   std::optional<identify::FormatFinding> finding_;
   bool finding_agrees_ = false;
   std::optional<Picoseconds> resolution_;
+  std::uint64_t threads_ = 0;
   bool invert_ma_ = false;
   bool invert_slo_ = false;
   decode::MarginSetup margin_;

@@ -1,0 +1,24 @@
+// Samples of a BiSS line, and the least work that planes of them cost.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace biss::bench {
+
+/// Samples at 100 MS/s of one byte: MA in bit 0 at 9.83 MHz with jitter, SLO in bit 1 with random
+/// frames of a 32-bit position, ACK of 1 to 24 clocks, a request every `period` samples; 0: none.
+std::vector<std::uint8_t> sampled_line(std::size_t samples, std::size_t period);
+
+/// The samples as a `.sr` with chunks of 4 MiB.
+std::string sr_archive(std::span<const std::uint8_t> samples);
+
+/// Both planes of each 16384 samples into a small buffer, with the best vectors of this processor.
+std::uint64_t plane_pass(std::span<const std::uint8_t> samples);
+/// Reads the bytes with the same vectors.
+std::uint64_t read_pass(std::span<const std::uint8_t> bytes);
+
+}  // namespace biss::bench
