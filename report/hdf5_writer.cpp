@@ -1,189 +1,41 @@
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstring>
-#include <limits>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "report/hdf5.hpp"
-#include "report/hdf5_file.hpp"
+#include "report/hdf5_data_set.hpp"
 #include "report/text.hpp"
 
 namespace biss::report {
 namespace {
 
-constexpr std::size_t block_rows = 16384;
 // A double holds integers up to this width.
 constexpr unsigned double_bits = 53;
 
-// How the values of a data set are stored. The order is that of `types`.
-enum class Storage : std::uint8_t { real, wide_unsigned, wide_signed, flag, code, bit_count };
-
-struct StorageType {
-  hid_t (*type)();
-  std::size_t bytes;
-  const char* matlab;
-};
-
-constexpr std::array<StorageType, 6> types{{
-    {[] { return H5T_IEEE_F64LE; }, 8, "double"},
-    {[] { return H5T_STD_U64LE; }, 8, "uint64"},
-    {[] { return H5T_STD_I64LE; }, 8, "int64"},
-    {[] { return H5T_STD_U8LE; }, 1, "uint8"},
-    {[] { return H5T_STD_U32LE; }, 4, "uint32"},
-    {[] { return H5T_STD_U16LE; }, 2, "uint16"},
-}};
-
-const StorageType& type_of(Storage storage) { return types[static_cast<std::size_t>(storage)]; }
-
-Storage storage_of(const Column& column) {
+Hdf5Storage storage_of(const Column& column) {
   const bool narrow = column.bits != 0 && column.bits <= double_bits;
   switch (column.kind) {
     case Kind::unsigned_integer:
-      return narrow ? Storage::real : Storage::wide_unsigned;
+      return narrow ? Hdf5Storage::real : Hdf5Storage::wide_unsigned;
     case Kind::signed_integer:
-      return narrow ? Storage::real : Storage::wide_signed;
+      return narrow ? Hdf5Storage::real : Hdf5Storage::wide_signed;
     case Kind::bits:
-      return Storage::wide_unsigned;
+      return Hdf5Storage::wide_unsigned;
     case Kind::flag:
-      return Storage::flag;
+      return Hdf5Storage::flag;
     case Kind::text:
     case Kind::absent:
-      return Storage::code;
+      return Hdf5Storage::code;
     case Kind::nanoseconds:
     case Kind::real:
       break;
   }
-  return Storage::real;
+  return Hdf5Storage::real;
 }
-
-bool put_attribute(hid_t object, const char* name, std::string_view text) {
-  if (text.empty()) return true;
-  const Hdf5Id type(H5Tcopy(H5T_C_S1), H5Tclose);
-  const Hdf5Id space(H5Screate(H5S_SCALAR), H5Sclose);
-  if (H5Tset_size(type.get(), text.size()) < 0) return false;
-  const Hdf5Id made(H5Acreate2(object, name, type.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT),
-                    H5Aclose);
-  return made.good() && H5Awrite(made.get(), type.get(), text.data()) >= 0;
-}
-
-bool put_attribute(hid_t object, const char* name, hid_t type, const void* value) {
-  const Hdf5Id space(H5Screate(H5S_SCALAR), H5Sclose);
-  const Hdf5Id made(H5Acreate2(object, name, type, space.get(), H5P_DEFAULT, H5P_DEFAULT),
-                    H5Aclose);
-  return made.good() && H5Awrite(made.get(), type, value) >= 0;
-}
-
-// A data set of some lanes with a value each row, and the block of it that is being filled.
-class DataSet {
- public:
-  DataSet(std::string name, std::string unit, Storage storage, std::size_t lanes, bool zero_absent)
-      : name_(std::move(name)),
-        unit_(std::move(unit)),
-        storage_(storage),
-        lanes_(lanes),
-        says_absent_(!zero_absent && storage != Storage::real) {
-    const double nan = std::numeric_limits<double>::quiet_NaN();
-    if (storage == Storage::real) {
-      std::memcpy(absent_.data(), &nan, sizeof nan);
-    } else if (says_absent_ && storage == Storage::wide_signed) {
-      const auto least = std::numeric_limits<std::int64_t>::min();
-      std::memcpy(absent_.data(), &least, sizeof least);
-    } else if (says_absent_) {
-      absent_.fill(0xFF);
-    }
-    block_.resize(lanes * block_rows * bytes());
-    clear();
-  }
-
-  // The values of a row are absent until they are put.
-  template <class Value>
-  void put(std::size_t row, Value value, std::size_t lane = 0) {
-    used_ = true;
-    std::memcpy(block_.data() + (lane * block_rows + row) * sizeof value, &value, sizeof value);
-  }
-
-  // The last block of a long table, all of a short one.
-  bool write(hid_t file, std::uint64_t first_row, std::size_t rows, bool is_last) {
-    if (!set_.good() && !create(file, is_last, rows)) return false;
-    if (chunked_ && !resize(first_row + rows)) return false;
-    // A block without a value is not written: it reads as absent and takes no space.
-    if (used_ && !(chunked_ ? write_chunk(first_row) : write_all(rows))) return false;
-    if (used_) clear();
-    used_ = false;
-    return !is_last || set_.close();
-  }
-
- private:
-  std::size_t bytes() const { return type_of(storage_).bytes; }
-
-  void clear() {
-    if (bytes() == sizeof(std::uint64_t)) {
-      std::uint64_t value = 0;
-      std::memcpy(&value, absent_.data(), sizeof value);
-      auto* const first = reinterpret_cast<std::uint64_t*>(block_.data());
-      std::fill(first, first + block_.size() / sizeof value, value);
-    } else {
-      std::memset(block_.data(), absent_[0], block_.size());
-    }
-  }
-
-  // `whole`: with all rows of a table; else it grows by blocks.
-  bool create(hid_t file, bool whole, std::size_t rows) {
-    chunked_ = !whole;
-    const std::array<hsize_t, 2> size{lanes_, rows};
-    const std::array<hsize_t, 2> most{lanes_, chunked_ ? H5S_UNLIMITED : rows};
-    const std::array<hsize_t, 2> chunk{lanes_, block_rows};
-    const Hdf5Id space(H5Screate_simple(2, size.data(), most.data()), H5Sclose);
-    const Hdf5Id setup(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-    const hid_t type = type_of(storage_).type();
-    const bool ready = space.good() && H5Pset_obj_track_times(setup.get(), false) >= 0 &&
-                       H5Pset_fill_value(setup.get(), type, absent_.data()) >= 0 &&
-                       (!chunked_ || H5Pset_chunk(setup.get(), 2, chunk.data()) >= 0);
-    if (!ready) return false;
-    set_ = Hdf5Id(
-        H5Dcreate2(file, name_.c_str(), type, space.get(), H5P_DEFAULT, setup.get(), H5P_DEFAULT),
-        H5Dclose);
-    return set_.good() && put_attribute(set_.get(), "MATLAB_class", type_of(storage_).matlab) &&
-           put_attribute(set_.get(), "unit", unit_) &&
-           (!says_absent_ || put_attribute(set_.get(), "absent_value", type, absent_.data()));
-  }
-
-  bool resize(std::uint64_t rows) {
-    const std::array<hsize_t, 2> size{lanes_, rows};
-    return H5Dset_extent(set_.get(), size.data()) >= 0;
-  }
-
-  bool write_chunk(std::uint64_t first_row) {
-    const std::array<hsize_t, 2> place{0, first_row};
-    return H5Dwrite_chunk(set_.get(), H5P_DEFAULT, 0, place.data(), block_.size(), block_.data()) >=
-           0;
-  }
-
-  bool write_all(std::size_t rows) {
-    const std::array<hsize_t, 2> size{lanes_, block_rows};
-    const std::array<hsize_t, 2> first{0, 0};
-    const std::array<hsize_t, 2> part{lanes_, rows};
-    const Hdf5Id memory(H5Screate_simple(2, size.data(), nullptr), H5Sclose);
-    return H5Sselect_hyperslab(memory.get(), H5S_SELECT_SET, first.data(), nullptr, part.data(),
-                               nullptr) >= 0 &&
-           H5Dwrite(set_.get(), type_of(storage_).type(), memory.get(), H5S_ALL, H5P_DEFAULT,
-                    block_.data()) >= 0;
-  }
-
-  std::string name_;
-  std::string unit_;
-  Storage storage_;
-  std::size_t lanes_;
-  bool says_absent_;
-  std::array<std::uint8_t, 8> absent_{};
-  std::vector<std::uint8_t> block_;
-  bool used_ = false;
-  bool chunked_ = false;
-  Hdf5Id set_;
-};
 
 // The texts of a column by number, from 1 on; 0 is none.
 class Texts {
@@ -217,8 +69,8 @@ class Texts {
                                 setup.get(), H5P_DEFAULT),
                      H5Dclose);
     constexpr std::int32_t as_characters = 2;
-    return set.good() && put_attribute(set.get(), "MATLAB_class", "char") &&
-           put_attribute(set.get(), "MATLAB_int_decode", H5T_STD_I32LE, &as_characters) &&
+    return set.good() && put_hdf5_attribute(set.get(), "MATLAB_class", "char") &&
+           put_hdf5_attribute(set.get(), "MATLAB_int_decode", H5T_STD_I32LE, &as_characters) &&
            H5Dwrite(set.get(), H5T_STD_U16LE, H5S_ALL, H5S_ALL, H5P_DEFAULT, units.data()) >= 0;
   }
 
@@ -252,8 +104,9 @@ class StoredColumn {
         storage_(storage_of(column)),
         words_(column.kind == Kind::bits ? std::max((column.bits + 63U) / 64U, 1U) : 1U),
         values_(name_, column.kind == Kind::nanoseconds ? "ns" : column.value_unit, storage_,
-                words_, column.kind == Kind::bits || storage_ == Storage::code) {
-    if (kind_ == Kind::bits) bit_counts_.emplace(name_ + "_bits", "", Storage::bit_count, 1, true);
+                words_, column.kind == Kind::bits || storage_ == Hdf5Storage::code) {
+    if (kind_ == Kind::bits)
+      bit_counts_.emplace(name_ + "_bits", "", Hdf5Storage::bit_count, 1, true);
   }
 
   // False where the cell is not what the column says.
@@ -293,7 +146,7 @@ class StoredColumn {
 
  private:
   bool put_unsigned(std::size_t row, std::uint64_t value) {
-    if (storage_ != Storage::real) {
+    if (storage_ != Hdf5Storage::real) {
       values_.put(row, value);
       return true;
     }
@@ -302,7 +155,7 @@ class StoredColumn {
   }
 
   bool put_signed(std::size_t row, std::int64_t value) {
-    if (storage_ != Storage::real) {
+    if (storage_ != Hdf5Storage::real) {
       values_.put(row, value);
       return true;
     }
@@ -324,10 +177,10 @@ class StoredColumn {
 
   std::string name_;
   Kind kind_;
-  Storage storage_;
+  Hdf5Storage storage_;
   unsigned words_;
-  DataSet values_;
-  std::optional<DataSet> bit_counts_;
+  Hdf5DataSet values_;
+  std::optional<Hdf5DataSet> bit_counts_;
   Texts texts_;
 };
 
@@ -353,7 +206,7 @@ class Hdf5Writer final : public TableWriter {
 
   bool row(std::span<const Cell> cells) override {
     if (!good_) return false;
-    if (rows_ == block_rows && !write_block(false)) return false;
+    if (rows_ == hdf5_block_rows && !write_block(false)) return false;
     const std::size_t count = std::min(cells.size(), columns_.size());
     for (std::size_t i = 0; i < count; ++i) {
       if (!columns_[i].put(rows_, cells[i])) return fail("HDF5: a value does not fit its column");
