@@ -80,7 +80,7 @@ class CleanScratch {
 
 /// False where the cycle is not clean: MA is uneven, a gap may be a pause, SLO moves where it should
 /// not, or the end of the cycle is not in these arrays. The cycle must then be read edge by edge.
-/// What is true is what CycleReader and Decoder find; docs/decisions/house-0017.md says why.
+/// What is true is what CycleReader and Decoder find; docs/decisions/house-0019-flow.md says why.
 bool measure_clean(const CleanLines& lines, const CleanSetup& setup, CleanScratch& scratch,
                    CleanMeasure& found);
 

@@ -371,7 +371,7 @@ void RunMessages::print() const {
 }
 
 ExitStatus write_captures(
-    DecodedCapture& capture, const std::string& output_path, report::Format to,
+    DecodedCapture& capture, const std::string& output_path, const TableChoice& to,
     const std::function<std::vector<report::Column>()>& columns, bool needs_all,
     const std::function<ExitStatus(report::TableWriter& writer, RunMessages& messages)>& write) {
   if (!capture.next()) return capture.status();
@@ -380,7 +380,9 @@ ExitStatus write_captures(
   std::vector<report::Column> all = columns();
   const auto last = capture.columns();
   all.insert(all.end(), last.begin(), last.end());
-  const auto writer = report::make_table_writer(to, all, output, output.table_options());
+  const auto made = make_table(to, all, output);
+  if (!made) return fail(ExitStatus::usage, made.error());
+  report::TableWriter* const writer = made->get();
   CaptureRows rows(*writer, all.size(), output, needs_all);
   RunMessages messages;
   ExitStatus status = ExitStatus::done;

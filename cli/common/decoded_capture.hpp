@@ -11,6 +11,7 @@
 #include "cli/common/capture_input.hpp"
 #include "cli/common/exit_status.hpp"
 #include "cli/common/format_option.hpp"
+#include "cli/common/table_output.hpp"
 #include "cli/common/verb.hpp"
 #include "decode/clean_cycles.hpp"
 #include "decode/cycle.hpp"
@@ -178,11 +179,12 @@ class RunMessages {
 /// Writes one table of all captures: calls `write` for each, which writes the rows of the capture
 /// at hand. Columns that say which capture a row is from are added.
 /// \param output as for Output::open()
+/// \param to the format, and the columns of all where not every one is written
 /// \param columns of the rows; called when the first capture is open
 /// \param needs_all the status depends on every row, also when the reader of a pipe has left
 /// \return the worst status of all captures; with `usage` and `io` the output file is left as it was
 ExitStatus write_captures(
-    DecodedCapture& capture, const std::string& output, report::Format to,
+    DecodedCapture& capture, const std::string& output, const TableChoice& to,
     const std::function<std::vector<report::Column>()>& columns, bool needs_all,
     const std::function<ExitStatus(report::TableWriter& writer, RunMessages& messages)>& write);
 

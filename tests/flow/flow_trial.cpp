@@ -131,7 +131,8 @@ std::vector<std::string> by_flow(const Trial& trial, const Container& container,
     if (first.ok()) beginning.assign(first->begin(), first->end());
     const auto pairs = capture::pairs_of(std::move(beginning), **source, 0, 1);
     const decode::CleanCycleFinder finder(trial.setup.format, trial.setup.timing, margin);
-    flow::decode_pieces(*pairs, finder, {.lines = {0, 1}, .threads = threads, .go_on = {}}, decoder);
+    flow::decode_pieces(*pairs, finder, {.lines = {0, 1}, .threads = threads, .go_on = {}},
+                        decoder);
     return pairs->end_time();
   });
 }
