@@ -5,6 +5,8 @@
 #include <utility>
 
 #include "bench/pool.hpp"
+#include "biss/frame/encode.hpp"
+#include "biss/frame/format_text.hpp"
 #include "capture/samples.hpp"
 #include "capture/sr.hpp"
 #include "capture/zip.hpp"
@@ -16,7 +18,6 @@ namespace {
 constexpr std::uint8_t ma_bit = 1;
 constexpr std::uint8_t slo_bit = 2;
 constexpr double samples_per_clock = 100 / 9.83;
-constexpr std::size_t position_frame_bits = 2 + 32 + 2 + 6;  // start and CDS, position, nE nW, CRC
 
 // Times of the changes of both lines in a request cycle.
 struct Cycle {
@@ -26,10 +27,8 @@ struct Cycle {
 
 double fraction(Random& random) { return static_cast<double>(random.bits(16)) / 65'536; }
 
-Cycle random_cycle(Random& random, double begin) {
+Cycle random_cycle(Random& random, double begin, BitView bits) {
   Cycle cycle;
-  const std::size_t ack_clocks = 1 + random.below(24);
-  const std::size_t clocks = 2 + ack_clocks + position_frame_bits;
   const double delay = 8 + 3 * fraction(random);
   bool slo_high = true;
   const auto set_slo = [&](std::size_t clock, bool high) {
@@ -37,16 +36,14 @@ Cycle random_cycle(Random& random, double begin) {
     slo_high = high;
     cycle.slo.push_back(begin + (static_cast<double>(clock) + 0.5) * samples_per_clock + delay);
   };
-  for (std::size_t clock = 0; clock < clocks; ++clock) {
+  for (std::size_t clock = 0; clock < bits.size_bits(); ++clock) {
     for (const double half : {0.0, 0.5}) {
       const double jitter = 0.4 * (fraction(random) - 0.5);
       cycle.ma.push_back(begin + (static_cast<double>(clock) + half) * samples_per_clock + jitter);
     }
-    const bool is_ack = clock > 0 && clock <= ack_clocks;
-    set_slo(clock, clock == 0 || (!is_ack && (clock == ack_clocks + 1 || random.bits(1) != 0)));
+    set_slo(clock, bits[clock]);
   }
-  set_slo(clocks, false);
-  set_slo(clocks + 20, true);
+  set_slo(bits.size_bits() + 20, true);
   return cycle;
 }
 
@@ -63,13 +60,26 @@ void put(std::span<std::uint8_t> samples, std::uint8_t bit, std::span<const doub
 
 }  // namespace
 
-std::vector<std::uint8_t> sampled_line(std::size_t samples, std::size_t period) {
-  std::vector<std::uint8_t> line(samples, ma_bit | slo_bit);
+SampledLine sampled_line(std::size_t samples, std::size_t period) {
+  SampledLine line{.samples = std::vector<std::uint8_t>(samples, ma_bit | slo_bit)};
+  const FrameCodec<CrcFast, 1> codec(parse_format(sampled_format_text).value());
   Random random(pool_seed);
   for (std::size_t at = 0; period != 0 && at + period <= samples; at += period) {
-    const Cycle cycle = random_cycle(random, 100 + fraction(random));
-    put(std::span(line).subspan(at), ma_bit, cycle.ma);
-    put(std::span(line).subspan(at), slo_bit, cycle.slo);
+    FrameCodec<CrcFast, 1>::Frame frame;
+    frame.channel_count = 1;
+    frame.lead_clocks = 1;
+    frame.ack_clocks = static_cast<std::uint16_t>(1 + random.below(24));
+    frame.channel_list[0].position = random.bits(32);
+    FrameBits bits = encode_frame(frame, codec).value();
+    const bool damaged = random.below(1000) == 0;
+    // A bit of the position: the checksum shows it.
+    if (damaged) bits.flip(bits.size_bits() - 12);
+    const Cycle cycle = random_cycle(random, 100 + fraction(random), bits.view());
+    put(std::span(line.samples).subspan(at), ma_bit, cycle.ma);
+    put(std::span(line.samples).subspan(at), slo_bit, cycle.slo);
+    ++line.requests;
+    line.good += damaged ? 0 : 1;
+    line.position_sum += damaged ? 0 : frame.channel_list[0].position;
   }
   return line;
 }

@@ -1,7 +1,9 @@
 // Sampled captures on their way to the changes of two lines, beside what the machine can do.
+#include <fmt/format.h>
 #include <hwy/highway.h>
 
 #include <algorithm>
+#include <chrono>
 #include <map>
 #include <memory>
 #include <span>
@@ -12,10 +14,14 @@
 #include "bench/measure.hpp"
 #include "bench/rows.hpp"
 #include "bench/samples.hpp"
+#include "biss/frame/format_text.hpp"
+#include "capture/edge_pairs.hpp"
 #include "capture/pair_source.hpp"
 #include "capture/samples.hpp"
 #include "capture/sr.hpp"
 #include "capture/zip.hpp"
+#include "decode/statistics.hpp"
+#include "flow/cycle_flow.hpp"
 
 namespace biss::bench {
 
@@ -31,21 +37,77 @@ constexpr std::size_t idle_period = 60'000;
 using Samples = std::vector<std::uint8_t>;
 
 // Made when the first row needs them, and kept.
-const Samples& line_in_memory() {
-  static const Samples samples = sampled_line(memory_samples, request_period);
-  return samples;
+const SampledLine& whole_line() {
+  static const SampledLine line = sampled_line(memory_samples, request_period);
+  return line;
 }
+
+const Samples& line_in_memory() { return whole_line().samples; }
 
 const Samples& rest_in_memory() {
-  static const Samples samples = sampled_line(memory_samples / 2, 0);
-  return samples;
+  static const SampledLine line = sampled_line(memory_samples / 2, 0);
+  return line.samples;
 }
 
-const std::string& archive_of(std::size_t period) {
-  static std::map<std::size_t, std::string> archives;
-  std::string& archive = archives[period];
-  if (archive.empty()) archive = sr_archive(sampled_line(archive_samples, period));
+// The line without its samples, and they as an archive.
+struct Archive {
+  SampledLine line;
+  std::string bytes;
+};
+
+const Archive& archive_of(std::size_t period) {
+  static std::map<std::size_t, Archive> archives;
+  Archive& archive = archives[period];
+  if (archive.bytes.empty()) {
+    archive.line = sampled_line(archive_samples, period);
+    archive.bytes = sr_archive(std::exchange(archive.line.samples, {}));
+  }
   return archive;
+}
+
+// Decodes the capture to its request cycles and their statistics; false where a position is wrong.
+bool decode_all(capture::Opened opened, const SampledLine& line, unsigned threads) {
+  if (!opened) return false;
+  const auto format = parse_format(sampled_format_text).value();
+  const decode::MarginSetup margin{.resolution = (*opened)->sample_period()};
+  decode::Statistics statistics;
+  std::uint64_t sum = 0;
+  decode::Decoder decoder(decode::CycleReader(format, {}, margin), [&](const decode::Cycle& cycle) {
+    statistics.add(cycle);
+    if (cycle.frame) sum += cycle.frame->channel_list[0].position;
+  });
+  const auto pairs = capture::pairs_of({}, **opened, 0, 1);
+  flow::decode_pieces(*pairs, decode::CleanCycleFinder(format, {}, margin),
+                      {.lines = {0, 1}, .threads = threads, .go_on = {}}, decoder);
+  decoder.finish(pairs->end_time());
+  return !pairs->error() && statistics.good() == line.good && sum == line.position_sum;
+}
+
+void decode_memory(benchmark::State& state, unsigned threads) {
+  const SampledLine& line = whole_line();
+  const capture::RawLayout layout = capture::packed_layout({"MA", "SLO"}, megahertz(100));
+  const std::string_view text(reinterpret_cast<const char*>(line.samples.data()),
+                              line.samples.size());
+  for ([[maybe_unused]] auto _ : state) {
+    const auto begin = std::chrono::steady_clock::now();
+    if (!decode_all(capture::open_raw(capture::memory_bytes(text), layout), line, threads)) {
+      return state.SkipWithError("a wrong position");
+    }
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+    state.SetIterationTime(took.count());
+  }
+  state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(text.size()));
+}
+
+void decode_archive(benchmark::State& state, std::size_t period, bool verify) {
+  const Archive& archive = archive_of(period);
+  for ([[maybe_unused]] auto _ : state) {
+    if (!decode_all(capture::open_sr(capture::memory_bytes(archive.bytes), {.verify = verify}),
+                    archive.line, 1)) {
+      return state.SkipWithError("a wrong position");
+    }
+  }
+  state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(archive_samples));
 }
 
 // Fetches and expands all pieces; returns the number of changes, 0 after an error.
@@ -90,7 +152,7 @@ void expand_memory_at(benchmark::State& state, std::int64_t target) {
 }
 
 void inflate(benchmark::State& state, std::size_t period) {
-  const auto archive = capture::ZipArchive::open(capture::memory_bytes(archive_of(period)));
+  const auto archive = capture::ZipArchive::open(capture::memory_bytes(archive_of(period).bytes));
   if (!archive) return state.SkipWithError("the archive could not be opened");
   std::vector<std::pair<Samples, std::uint64_t>> members;
   std::uint64_t most_bytes = 0;
@@ -115,7 +177,7 @@ void inflate(benchmark::State& state, std::size_t period) {
 }
 
 void expand_archive(benchmark::State& state, std::size_t period, bool verify) {
-  const std::string& archive = archive_of(period);
+  const std::string& archive = archive_of(period).bytes;
   for ([[maybe_unused]] auto _ : state) {
     const auto changes =
         changes_in(capture::open_sr(capture::memory_bytes(archive), {.verify = verify}));
@@ -134,6 +196,10 @@ void add_archive_rows(Table& table, const std::string& line, std::size_t period)
                .unit = Unit::megabytes,
                .reference = ceiling},
               [=](benchmark::State& state) { expand_archive(state, period, verify); });
+    table.add({.name = ".sr, " + line + ", to request cycles" + checksums,
+               .unit = Unit::megabytes,
+               .reference = ceiling},
+              [=](benchmark::State& state) { decode_archive(state, period, verify); });
   }
 }
 
@@ -150,6 +216,14 @@ void add_samples_rows(Table& table) {
              .unit = Unit::megabytes,
              .reference = planes},
             [](benchmark::State& state) { expand_memory(state, line_in_memory()); });
+  for (const unsigned threads : {1U, 2U}) {
+    table.add({.name = fmt::format("samples in memory, to request cycles, {} thread{}", threads,
+                                   threads == 1 ? "" : "s"),
+               .unit = Unit::megabytes,
+               .reference = planes,
+               .own_time = true},
+              [=](benchmark::State& state) { decode_memory(state, threads); });
+  }
   for (const auto& [name, target] : {std::pair{"AVX2", std::int64_t{HWY_AVX2}},
                                      std::pair{"no vectors", std::int64_t{HWY_STATIC_TARGET}}}) {
     if ((hwy::SupportedTargets() & target) == 0 && target != HWY_STATIC_TARGET) continue;

@@ -83,10 +83,13 @@ void Decoder::push(std::span<const wire::Edge> edges, const Lines& lines) {
 void Decoder::push(const PairRun& run, std::span<const CleanCycle> clean) {
   RunPlace at;
   for (const CleanCycle& cycle : clean) {
-    // The edge that begins the cycle shows whether everything before it is read.
-    push_mixed(run, at, {cycle.ma_begin + 1, cycle.slo_begin});
-    at = {cycle.ma_begin + 1, cycle.slo_begin};
-    if (!waits_since_this_edge()) continue;
+    const bool follows = at.ma == cycle.ma_begin && at.slo == cycle.slo_begin && waits();
+    if (!follows) {
+      // The edge that begins the cycle shows whether everything before it is read.
+      push_mixed(run, at, {cycle.ma_begin + 1, cycle.slo_begin});
+      at = {cycle.ma_begin + 1, cycle.slo_begin};
+      if (!waits_since_this_edge()) continue;
+    }
     emit_clean(cycle, run);
     at = {cycle.ma_end, cycle.slo_end};
   }
@@ -111,6 +114,11 @@ void Decoder::push_mixed(const PairRun& run, RunPlace from, RunPlace to) {
       ++from.ma;
     }
   }
+}
+
+// MA rests, and all requests before have been emitted.
+bool Decoder::waits() const {
+  return idle_known_ && !skipping_ && scanned_ == 0 && ma_.empty() && ma_level_ == Level::high;
 }
 
 // The last edge was a falling one of MA, and may begin a request; all before it has been emitted.

@@ -89,6 +89,7 @@ class Decoder {
   };
   void push_mixed(const PairRun& run, RunPlace from, RunPlace to);
   void emit_clean(const CleanCycle& clean, const PairRun& run);
+  bool waits() const;
   bool waits_since_this_edge() const;
   void drain(bool at_end);
   bool find_begin(bool at_end);

@@ -141,6 +141,14 @@ std::string raw_samples(std::uint64_t seed) {
 }
 
 // A format, and frames whose positions move by small steps; every eighth has a fate of its own.
+// Any bytes are a line.
+std::string clean_cycles_story(std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::string story;
+  for (int i = 0; i < 160; ++i) story += static_cast<char>(random() & 0xFFU);
+  return story;
+}
+
 std::string find_format_story(std::uint64_t seed) {
   constexpr std::size_t header_bytes = 12;
   std::mt19937_64 random(seed);
@@ -206,6 +214,7 @@ int main(int argc, char** argv) {
   Corpus safety(root / "safety");
   Corpus campaign(root / "campaign");
   Corpus find_format(root / "find_format");
+  Corpus clean_cycles(root / "clean_cycles");
   for (std::uint64_t seed = 0; seed < seeds_a_target; ++seed) {
     const std::size_t k = seed % biss::fuzz::frame_formats.size();
     const std::string bits = frame_bytes(k, seed);
@@ -240,6 +249,7 @@ int main(int argc, char** argv) {
     safety.add(safety_story(seed));
     campaign.add(campaign_state(seed));
     find_format.add(find_format_story(seed));
+    clean_cycles.add(clean_cycles_story(seed));
   }
   return 0;
 }

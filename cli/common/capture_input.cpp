@@ -82,7 +82,7 @@ std::string open_error_text(const capture::CaptureError& error, const std::strin
 // Prints why it cannot.
 ExitStatus open_file(CaptureFile& file, const InputArguments& arguments) {
   if (file.source) return ExitStatus::done;
-  capture::OpenOptions options{.raw = std::nullopt, .analog = arguments.raw.analog};
+  capture::OpenOptions options{.no_verify = arguments.no_verify, .analog = arguments.raw.analog};
   if (arguments.raw.rate) {
     options.raw = layout_of(arguments.raw, name_in(file.path, arguments.ma),
                             name_in(file.path, arguments.slo));

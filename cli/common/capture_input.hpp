@@ -32,6 +32,8 @@ struct InputArguments {
   bool any_lines = false;
   /// The verb has the option --each.
   bool has_each = false;
+  /// As OpenOptions::no_verify.
+  bool no_verify = false;
   RawSamples raw;
 };
 

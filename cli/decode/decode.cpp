@@ -302,6 +302,8 @@ void add_decode(Command& command) {
           "as crc, or any: nE, limits and every status but ok, cut_start and cut_end")
       .delimiter(',')
       .type_name("CAUSE,...");
+  verb.add_flag("--no-verify", options->capture.no_verify,
+                "Do not verify the checksums of compressed samples (.sr, .dsl)");
   add_count_option(verb, "--threads", into(options->capture.threads),
                    "Worker threads; by default one per core. The rows do not depend on it", 1024);
   add_row_options(verb, *options);
