@@ -7,28 +7,21 @@
 
 namespace biss::bench {
 
-namespace {
-
-constexpr std::uint32_t lead_least = 2;
-constexpr std::uint32_t lead_most = 9;
-constexpr std::uint32_t ack_least = 33;
-constexpr std::uint32_t ack_most = 160;
-
-}  // namespace
-
-Pool::Pool(std::string_view format) {
+Pool::Pool(std::string_view format, const Shape& shape) {
   const FrameCodec<> codec(parse_format(format).value());
   Random random(pool_seed);
-  stride_ = (lead_most + ack_most + 3U + codec.payload_bits() + 7U) / 8U;
+  stride_ = shape.bytes != 0
+                ? shape.bytes
+                : (shape.lead_most + shape.ack_most + 3U + codec.payload_bits() + 7U) / 8U;
   bytes_.resize(pool_size * stride_);
   frames_.reserve(pool_size);
   for (std::size_t i = 0; i < pool_size; ++i) {
     Frame frame;
     frame.channel_count = codec.format().channel_count;
-    frame.lead_clocks =
-        static_cast<std::uint16_t>(lead_least + random.below(lead_most - lead_least + 1));
-    frame.ack_clocks =
-        static_cast<std::uint16_t>(ack_least + random.below(ack_most - ack_least + 1));
+    frame.lead_clocks = static_cast<std::uint16_t>(
+        shape.lead_least + random.below(shape.lead_most - shape.lead_least + 1U));
+    frame.ack_clocks = static_cast<std::uint16_t>(
+        shape.ack_least + random.below(shape.ack_most - shape.ack_least + 1U));
     for (std::size_t k = 0; k < frame.channel_count; ++k) {
       const ChannelFormat& channel = codec.format().channel_list[k];
       frame.channel_list[k].position = random.bits(channel.position_bits());

@@ -30,12 +30,24 @@ class Random {
   std::mt19937_64 engine_;
 };
 
-/// 4096 buffers of one format, all of the length that the longest frame needs: 2 to 9 ones, ACK of
-/// 33 to 160 clocks, random positions and flags, so that START comes at any bit; zeros after STOP.
+/// 4096 buffers of one format, all of one length; unless a shape says otherwise, 2 to 9 ones and ACK
+/// of 33 to 160 clocks. Random positions and flags, so that START comes at any bit; zeros after STOP.
 /// A pool fits a second-level cache.
 class Pool {
  public:
-  explicit Pool(std::string_view format);
+  /// What precedes the data, and the length of all buffers; 0: the length that the longest frame
+  /// needs.
+  struct Shape {
+    std::uint16_t lead_least = 2;
+    std::uint16_t lead_most = 9;
+    std::uint16_t ack_least = 33;
+    std::uint16_t ack_most = 160;
+    std::size_t bytes = 0;
+  };
+
+  explicit Pool(std::string_view format) : Pool(format, Shape()) {}
+  /// \pre every frame fits shape.bytes
+  Pool(std::string_view format, const Shape& shape);
 
   /// The buffers by index; small enough to stay in registers. The pool must outlive it.
   struct Buffers {

@@ -26,6 +26,8 @@ struct Row {
   std::string reference{};
   /// The limit in nanoseconds; 0 for none.
   double target = 0;
+  /// The limit as a share of the reference's time; 0 for none.
+  double share = 0;
   /// The benchmark measures the time itself.
   bool own_time = false;
 };

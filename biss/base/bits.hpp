@@ -6,8 +6,8 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <span>
+#include <type_traits>
 
 #include "biss/base/language.hpp"
 
@@ -58,12 +58,16 @@ class BitView {
   constexpr std::uint64_t window(std::size_t index) const {
     const std::size_t at = first_bit_ + index;
     const std::size_t stored = stored_bytes();
-    if (stored >= 8) {
-      // Near the end read the last 8 bytes instead of stepping over it.
-      const std::size_t base = std::min(at >> 3U, stored - 8U);
-      return load(bytes_ + base) << (at - base * 8U);
-    }
+    if (stored >= 8) return window_of_many(index);
     return load_short(bytes_, stored) << at;
+  }
+
+  /// The same where at least 8 bytes are stored.
+  [[gnu::always_inline]] constexpr std::uint64_t window_of_many(std::size_t index) const {
+    const std::size_t at = first_bit_ + index;
+    // Near the end read the last 8 bytes instead of stepping over it.
+    const std::size_t base = std::min(at >> 3U, stored_bytes() - 8U);
+    return load(bytes_ + base) << (at - base * 8U);
   }
 
   /// `count` bits from `index` as a number, the first bit most significant.
@@ -92,35 +96,84 @@ class BitView {
     return size_bits_;
   }
 
-  /// A run of ones at the front, the run of zeros after it, and a 1.
-  struct OnesZerosOne {
-    std::size_t ones = 0;
-    std::size_t zeros = 0;
-  };
+  /// The first bits, the first one topmost: at least known_bits of them, or all. The bits after
+  /// them are undefined. Zeros where fewer than 4 bytes are stored.
+  [[gnu::always_inline]] constexpr std::uint64_t head() const {
+    const std::uint8_t* const p = bytes_ + (first_bit_ >> 3U);
+    const std::size_t stored = stored_bytes() - (first_bit_ >> 3U);
+    if (stored >= 8) [[likely]]
+      return load(p) << (first_bit_ & 7U);
+    if (stored < 4) return 0;
+    // Two halves that overlap.
+    const std::uint64_t end = std::uint64_t{load32(p + stored - 4)} << (64U - 8U * stored);
+    return ((std::uint64_t{load32(p)} << 32U) | end) << (first_bit_ & 7U);
+  }
+  /// The bits of head() that are the view's, where the view has as many.
+  constexpr std::size_t head_bits() const { return 64U - (first_bit_ & 7U); }
 
-  /// Measures both runs when they end within 24 bytes; nothing when they do not, when no 1 follows,
-  /// or when fewer bytes are stored. It selects instead of branching, for machines where 64-bit
-  /// words are cheap and mispredicted branches are not: the length of an ACK cannot be predicted.
-  constexpr std::optional<OnesZerosOne> ones_zeros_one() const {
-    if (stored_bytes() < (first_bit_ >> 3U) + 24U) return std::nullopt;
-    const std::uint8_t* p = bytes_ + (first_bit_ >> 3U);
-    const unsigned skip = first_bit_ & 7U;
-    // What follows the first 8 bytes is measured at the same time as these.
-    const std::uint64_t second = load(p + 8);
-    const std::uint64_t none = ones_if(second == 0);
-    const std::uint64_t after = second | (load(p + 16) & none);
-    const std::uint64_t after_at = 64U + (none & 64U) + leading_zeros(after);
-    const std::uint64_t first = load(p);
-    const std::uint64_t in_view = ~std::uint64_t{0} >> skip;
-    const std::uint64_t zeros_at = leading_zeros(~first & in_view);
-    // Every 1 after a 0; the bits before the view count as ones.
-    const std::uint64_t rises = first & ~((first >> 1U) | ~(in_view >> 1U));
-    const std::uint64_t rise_at = leading_zeros(rises);
-    const std::uint64_t one_at = rise_at ^ ((rise_at ^ after_at) & ones_if(rises == 0));
-    if ((~first & in_view) == 0 || (rises | after) == 0) return std::nullopt;
-    if (one_at - skip >= size_bits_) return std::nullopt;
-    return OnesZerosOne{static_cast<std::size_t>(zeros_at - skip),
-                        static_cast<std::size_t>(one_at - zeros_at)};
+  /// head() and find_one_after_head() where registers have 32 bits: at least 25 bits, and 32 where
+  /// the view begins with a byte; the search continues after those of the first 4 bytes. Its result
+  /// is size_bits() or more when there is none.
+  [[gnu::always_inline]] constexpr std::uint32_t narrow_head() const {
+    const std::uint8_t* const p = bytes_ + (first_bit_ >> 3U);
+    if (stored_bytes() - (first_bit_ >> 3U) < 4) return 0;
+    return load32(p) << (first_bit_ & 7U);
+  }
+  [[gnu::always_inline]] constexpr std::size_t narrow_find_one_after_head() const {
+    const std::uint8_t* const p = bytes_ + (first_bit_ >> 3U);
+    const std::size_t stored = stored_bytes() - (first_bit_ >> 3U);
+    const std::uint8_t* const end = p + (stored & ~std::size_t{3});
+    for (const std::uint8_t* at = p + 4; at < end; at += 4) {
+      const std::uint32_t word = load32(at);
+      if (word == 0) continue;
+      return static_cast<std::size_t>(at - bytes_) * 8U - first_bit_ +
+             static_cast<std::size_t>(std::countl_zero(word));
+    }
+    return narrow_find(true, static_cast<std::size_t>(end - bytes_) * 8U - first_bit_);
+  }
+
+  /// find(true, head_bits()), without branches within the next 16 bytes: the length of an ACK cannot
+  /// be predicted, and 64-bit words are cheap where mispredicted branches are not.
+  [[gnu::always_inline]] constexpr std::size_t find_one_after_head() const {
+    const std::uint8_t* const p = bytes_ + (first_bit_ >> 3U);
+    const std::size_t stored = stored_bytes() - (first_bit_ >> 3U);
+    std::size_t at = 8;
+    if (stored >= 24) {
+      const std::uint64_t second = load(p + 8);
+      const std::uint64_t none = ones_if(second == 0);
+      const std::uint64_t after = second | (load(p + 16) & none);
+      at = static_cast<std::size_t>(64U + (none & 64U) + leading_zeros(after));
+      if (after == 0) at = find_one_far(p, 24, stored);
+    } else {
+      at = find_one_far(p, 8, stored);
+    }
+    return std::min(at - (first_bit_ & 7U), size_bits_);
+  }
+
+  /// is_low_from(64). \pre the view is whole bytes
+  [[gnu::always_inline]] constexpr bool is_low_after_8_bytes() const {
+    const std::uint8_t* const p = bytes_ + (first_bit_ >> 3U);
+    const std::size_t stored = size_bits_ >> 3U;
+    if (stored <= 8) return true;
+    if (stored < 16) return load(p + stored - 8U) << (8U * (16U - stored)) == 0;
+    // Words that overlap, all at once for the usual lengths.
+    std::uint64_t ones = load_any_order(p + 8) | load_any_order(p + stored - 8U);
+    if (stored <= 24) return ones == 0;
+    ones |= load_any_order(p + 16) | load_any_order(p + stored - 16U);
+    for (std::size_t i = 24; i + 16U < stored; i += 8) ones |= load_any_order(p + i);
+    return ones == 0;
+  }
+
+  /// Whether all bits from `index` on are 0; true where there are none.
+  [[gnu::always_inline]] constexpr bool is_low_from(std::size_t index) const {
+    if (index >= size_bits_) return true;
+    const std::size_t at = first_bit_ + index;
+    const std::size_t stored = stored_bytes();
+    if constexpr (!narrow) {
+      if (stored >= 8) [[likely]]
+        return is_low_by_words(at, stored);
+    }
+    return is_low_by_bytes(bytes_ + (at >> 3U), at & 7U, stored - (at >> 3U), pad_bits());
   }
 
   /// The view from `index` on; empty when `index` is past the end.
@@ -154,8 +207,9 @@ class BitView {
     return static_cast<std::uint32_t>(load_short(bytes_, stored) >> 32U) << at;
   }
 
-  // Steps by four bytes from the byte that holds `from`.
-  constexpr std::size_t narrow_find(bool level, std::size_t from) const {
+  // Steps by four bytes from the byte that holds `from`. Not inlined: it is long, and there are
+  // several callers.
+  [[gnu::noinline]] constexpr std::size_t narrow_find(bool level, std::size_t from) const {
     if (from >= size_bits_) return size_bits_;
     const std::uint32_t flip = level ? 0 : ~std::uint32_t{0};
     const std::uint8_t* at = bytes_ + ((first_bit_ + from) >> 3U);
@@ -179,7 +233,62 @@ class BitView {
     return std::min(static_cast<std::size_t>(at - bytes_) * 8U + run - first_bit_, size_bits_);
   }
 
-  static constexpr std::uint32_t load32(const std::uint8_t* p) {
+  // Unused bits of the last byte.
+  constexpr unsigned pad_bits() const {
+    return static_cast<unsigned>((0U - (first_bit_ + size_bits_)) & 7U);
+  }
+
+  // How many words are read depends on their number only, not on the place.
+  [[gnu::always_inline]] constexpr bool is_low_by_words(std::size_t at, std::size_t stored) const {
+    const std::size_t last = stored - 8U;
+    const std::size_t first = std::min(at >> 3U, last);
+    const std::uint64_t kept = ~std::uint64_t{0} << pad_bits();
+    const std::uint64_t is_last = ones_if(first == last);
+    std::uint64_t ones = load(bytes_ + first) & (~std::uint64_t{0} >> (at - first * 8U));
+    ones &= kept | ~is_last;
+    ones |= load(bytes_ + last) & kept & ~is_last;
+    for (std::size_t i = 8; i < last; i += 8)
+      ones |= load_any_order(bytes_ + i) & ones_if(i > first);
+    return ones == 0;
+  }
+
+  // In `size` bytes (at least 1), but for `skip` bits at the front and `pad` bits at the end. Only
+  // whether a byte is 0 matters, so the order of four does not.
+  static constexpr bool is_low_by_bytes(const std::uint8_t* at, std::size_t skip, std::size_t size,
+                                        unsigned pad) {
+    const std::uint8_t* const last = at + (size - 1U);
+    const unsigned head = 0xFFU >> skip;
+    const unsigned tail = (0xFFU << pad) & 0xFFU;
+    if (at == last) return (*at & head & tail) == 0;
+    if (((*at++ & head) | (*last & tail)) != 0) return false;
+    for (; last - at >= 4; at += 4) {
+      const std::uint32_t word = std::uint32_t{at[0]} | (std::uint32_t{at[1]} << 8U) |
+                                 (std::uint32_t{at[2]} << 16U) | (std::uint32_t{at[3]} << 24U);
+      if (word != 0) return false;
+    }
+    for (; at != last; ++at) {
+      if (*at != 0) return false;
+    }
+    return true;
+  }
+
+  // The first 1 of `size` bytes, from byte `at` on, which is at least 8; size * 8 where there is none.
+  // Not inlined, and without the view, which stays in registers.
+  [[gnu::noinline]] static constexpr std::size_t find_one_far(const std::uint8_t* p, std::size_t at,
+                                                              std::size_t size) {
+    for (; at + 8U <= size; at += 8) {
+      const std::uint64_t word = load(p + at);
+      if (word != 0) return at * 8U + static_cast<std::size_t>(std::countl_zero(word));
+    }
+    if (at >= size) return size * 8U;
+    // The last bytes, after some that are shifted out.
+    const std::size_t missing = at + 8U - size;
+    const std::uint64_t word = load(p + size - 8U) << (8U * missing);
+    if (word == 0) return size * 8U;
+    return at * 8U + static_cast<std::size_t>(std::countl_zero(word));
+  }
+
+  [[gnu::always_inline]] static constexpr std::uint32_t load32(const std::uint8_t* p) {
     return (std::uint32_t{p[0]} << 24U) | (std::uint32_t{p[1]} << 16U) |
            (std::uint32_t{p[2]} << 8U) | std::uint32_t{p[3]};
   }
@@ -201,13 +310,41 @@ class BitView {
     return value;
   }
 
-  // Written as shifts to be constexpr; compilers make one load and one byte swap of it.
-  static constexpr std::uint64_t load(const std::uint8_t* p) {
+  // Eight bytes, the first one most significant.
+  [[gnu::always_inline]] static constexpr std::uint64_t load(const std::uint8_t* p) {
+    if constexpr (loads_words) {
+      if (!std::is_constant_evaluated()) return __builtin_bswap64(load_as_stored(p));
+    }
+    return load_by_bytes(p);
+  }
+
+  // The same bytes in any order, where only the presence of ones matters.
+  [[gnu::always_inline]] static constexpr std::uint64_t load_any_order(const std::uint8_t* p) {
+    if constexpr (loads_words) {
+      if (!std::is_constant_evaluated()) return load_as_stored(p);
+    }
+    return load_by_bytes(p);
+  }
+
+  // Compilers make one load of this, too, but not where several are combined.
+  [[gnu::always_inline]] static constexpr std::uint64_t load_by_bytes(const std::uint8_t* p) {
     return (std::uint64_t{p[0]} << 56U) | (std::uint64_t{p[1]} << 48U) |
            (std::uint64_t{p[2]} << 40U) | (std::uint64_t{p[3]} << 32U) |
            (std::uint64_t{p[4]} << 24U) | (std::uint64_t{p[5]} << 16U) |
            (std::uint64_t{p[6]} << 8U) | std::uint64_t{p[7]};
   }
+
+  [[gnu::always_inline]] static std::uint64_t load_as_stored(const std::uint8_t* p) {
+    std::uint64_t word = 0;
+    __builtin_memcpy(&word, p, sizeof(word));
+    return word;
+  }
+
+#if defined(__GNUC__)
+  static constexpr bool loads_words = !narrow && std::endian::native == std::endian::little;
+#else
+  static constexpr bool loads_words = false;
+#endif
 
   const std::uint8_t* bytes_ = nullptr;
   std::size_t first_bit_ = 0;

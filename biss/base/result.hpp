@@ -22,6 +22,8 @@ constexpr Failure<E> failure(E error) {
 
 namespace result_detail {
 
+struct Nothing {};
+
 // Not constexpr: the compiler names it where the wrong side is read while compiling.
 inline void this_result_holds_an_error_and_no_value() {}
 inline void this_result_holds_a_value_and_no_error() {}
@@ -39,9 +41,9 @@ class [[nodiscard]] Result {
   using value_type = T;
   using error_type = E;
 
-  constexpr Result(const T& value) : value_(value), ok_(true) {}
-  constexpr Result(T&& value) : value_(std::move(value)), ok_(true) {}
-  constexpr Result(Failure<E> failed) : error_(failed.error), ok_(false) {}
+  constexpr Result(const T& value) : value_(value), no_error_(), ok_(true) {}
+  constexpr Result(T&& value) : value_(std::move(value)), no_error_(), ok_(true) {}
+  constexpr Result(Failure<E> failed) : no_value_(), error_(failed.error), ok_(false) {}
 
   constexpr bool ok() const { return ok_; }
   constexpr explicit operator bool() const { return ok_; }
@@ -69,9 +71,14 @@ class [[nodiscard]] Result {
     }
   }
 
+  // Two unions, because a compiler keeps in registers only what shares no memory.
   union {
     T value_;
+    result_detail::Nothing no_value_;
+  };
+  union {
     E error_;
+    result_detail::Nothing no_error_;
   };
   bool ok_;
 };

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 
 #include "biss/base/bits.hpp"
 #include "biss/crc/spec.hpp"
@@ -69,7 +70,7 @@ class CrcBitwise {
   CrcSpec spec_;
 };
 
-/// A table of 16 (ChunkBits = 4) or 256 (ChunkBits = 8) entries, one step a chunk: 32 or 512 bytes,
+/// A table of 16 (ChunkBits = 4) or 256 (ChunkBits = 8) entries, one step a chunk: 64 or 512 bytes,
 /// for small flash.
 template <unsigned ChunkBits>
 class CrcTable {
@@ -80,14 +81,16 @@ class CrcTable {
   constexpr explicit CrcTable(const CrcSpec& spec) : spec_(spec) {
     if (!spec.present()) return;
     for (unsigned i = 0; i < table_.size(); ++i) {
-      table_[i] = static_cast<std::uint16_t>(crc_detail::remainder(spec, i, ChunkBits, 0)
-                                             << (16U - spec.width_bits));
+      table_[i] = static_cast<Entry>(crc_detail::remainder(spec, i, ChunkBits, 0)
+                                     << (entry_bits - spec.width_bits));
     }
   }
 
   constexpr const CrcSpec& spec() const { return spec_; }
 
-  constexpr std::uint16_t operator()(std::uint64_t data, unsigned bits) const {
+  // Inlined, because a constant spec leaves little of it.
+  [[gnu::always_inline]] constexpr std::uint16_t operator()(std::uint64_t data,
+                                                            unsigned bits) const {
     if (!crc_detail::start_fits(spec_, bits)) return CrcBitwise(spec_)(data, bits);
     data = crc_detail::with_start(spec_, data, bits);
     unsigned left = (bits + ChunkBits - 1U) / ChunkBits * ChunkBits;
@@ -96,26 +99,29 @@ class CrcTable {
       reg = shift_in(reg, static_cast<std::uint32_t>(data >> 32U), left - 32U);
       left = 32;
     }
-    reg = shift_in(reg, static_cast<std::uint32_t>(data), left) & 0xFFFFU;
+    reg = shift_in(reg, static_cast<std::uint32_t>(data), left);
     return crc_detail::finish(spec_, reg >> (16U - spec_.width_bits));
   }
 
  private:
-  static constexpr std::uint32_t chunk_mask = (1U << ChunkBits) - 1U;
+  // The few entries of the small table are wide, which saves a shift in each step.
+  using Entry = std::conditional_t<ChunkBits == 4, std::uint32_t, std::uint16_t>;
+  static constexpr unsigned entry_bits = 8U * sizeof(Entry);
 
   // The register is left-aligned in 16 bits, as the table's entries are, so that the same step
-  // serves widths below a chunk. Bits above these 16 do not matter.
+  // serves widths below a chunk. It is added to the data before they are shifted out.
   constexpr std::uint32_t shift_in(std::uint32_t reg, std::uint32_t word, unsigned left) const {
-    for (word <<= 32U - left; left > 0; left -= ChunkBits) {
-      reg = (reg << ChunkBits) ^
-            table_[((reg >> (16U - ChunkBits)) ^ (word >> (32U - ChunkBits))) & chunk_mask];
-      word <<= ChunkBits;
+    word = (word << (32U - left)) ^ (reg << 16U);
+    for (; left > 0; left -= ChunkBits) {
+      const std::uint32_t entry = table_[word >> (32U - ChunkBits)];
+      word = (word << ChunkBits) ^ (entry << (32U - entry_bits));
     }
-    return reg;
+    return word >> 16U;
   }
 
+  // The first member, because indexing it then takes one instruction.
+  std::array<Entry, std::size_t{1} << ChunkBits> table_{};
   CrcSpec spec_;
-  std::array<std::uint16_t, std::size_t{1} << ChunkBits> table_{};
 };
 
 /// One table for each byte position, 4 KiB: the look-ups are independent of one another, the

@@ -8,111 +8,14 @@
 
 #include "biss/base/bits.hpp"
 #include "biss/crc/engines.hpp"
+#include "biss/crc/placed.hpp"
 #include "biss/frame/format.hpp"
 #include "biss/frame/frame.hpp"
 
 namespace biss::frame_detail {
 
-// ---- The shifts and masks of a short frame of one channel, computed once for decode_frame()
-
 // True where 64-bit words are cheap and mispredicted branches are not.
 inline constexpr bool selects = sizeof(std::size_t) >= 8;
-
-// The position as one run of bits; multiturn directly above singleturn is one.
-constexpr Field position_field(const ChannelFormat& channel) {
-  if (channel.position.present()) return channel.position;
-  if (!channel.multiturn.present()) return channel.singleturn;
-  if (!channel.singleturn.present()) return channel.multiturn;
-  return {channel.singleturn.shift, static_cast<std::uint8_t>(channel.position_bits())};
-}
-
-// True for the formats of WordPlan: one channel with a CRC, its position in one piece, that fits
-// BitView::window() from CDS to STOP.
-constexpr bool is_one_word(const FrameFormat& format) {
-  const ChannelFormat& channel = format.channel_list[0];
-  const bool parted = channel.multiturn.present() && channel.singleturn.present() &&
-                      channel.multiturn.shift != channel.singleturn.shift + channel.singleturn.bits;
-  return format.channel_count == 1 && channel.crc.present() && !channel.singleturn_gray &&
-         !parted && format.payload_bits() + 2U <= BitView::known_bits;
-}
-
-// All members describe the word that BitView::window() gives for CDS, or the data in it.
-class WordPlan {
- public:
-  constexpr explicit WordPlan(const FrameFormat& format) : one_word_(is_one_word(format) ? 1 : 0) {
-    if (one_word_ == 0) return;
-    const ChannelFormat& channel = format.channel_list[0];
-    payload_bits_ = static_cast<std::uint8_t>(format.payload_bits());
-    data_bits_ = channel.data_bits;
-    crc_bits_ = channel.crc.width_bits;
-    must_be_low_ = (cds_bit >> 1U >> payload_bits_) | (format.cds0 ? cds_bit : 0U);
-    const Field position = position_field(channel);
-    position_shift_ = position.shift;
-    position_mask_ = position.placed(~std::uint64_t{0});
-    life_counter_shift_ = channel.life_counter.shift;
-    life_counter_mask_ = channel.life_counter.placed(~std::uint64_t{0});
-    error_ = Flag(channel.error);
-    warning_ = Flag(channel.warning);
-  }
-
-  // False: another format; the other members are undefined.
-  constexpr bool one_word() const { return one_word_ != 0; }
-  constexpr unsigned payload_bits() const { return payload_bits_; }
-  constexpr unsigned data_bits() const { return data_bits_; }
-  constexpr bool cds(std::uint64_t word) const { return (word & cds_bit) != 0; }
-  // STOP is 0, and so is CDS where the format requires it.
-  constexpr bool is_low(std::uint64_t word) const { return (word & must_be_low_) == 0; }
-  constexpr std::uint64_t data(std::uint64_t word) const {
-    return word << 1U >> (64U - data_bits_);
-  }
-  constexpr std::uint64_t crc(std::uint64_t word) const {
-    return word << 1U << data_bits_ >> (64U - crc_bits_);
-  }
-
-  constexpr void unpack_into(std::uint64_t data, Channel& channel) const {
-    channel.position = (data & position_mask_) >> position_shift_;
-    channel.life_counter =
-        static_cast<std::uint32_t>((data & life_counter_mask_) >> life_counter_shift_);
-    channel.nE = error_.low_active(data);
-    channel.nW = warning_.low_active(data);
-  }
-
- private:
-  static constexpr std::uint64_t cds_bit = std::uint64_t{1} << 63U;
-
-  // An absent flag acts as a high-active one that is always 0.
-  struct Flag {
-    std::uint64_t mask = 0;
-    bool active_high = true;
-
-    constexpr Flag() = default;
-    constexpr explicit Flag(const FlagField& field)
-        : mask(field.present ? std::uint64_t{1} << field.shift : 0U),
-          active_high(!field.present || field.active_high) {}
-    constexpr bool low_active(std::uint64_t data) const {
-      return ((data & mask) != 0) != active_high;
-    }
-  };
-
-  // Not bool: after a fault of the memory it still has a value.
-  std::uint8_t one_word_;
-  std::uint8_t payload_bits_ = 1;
-  std::uint8_t data_bits_ = 1;
-  std::uint8_t crc_bits_ = 1;
-  std::uint8_t position_shift_ = 0;
-  std::uint8_t life_counter_shift_ = 0;
-  std::uint64_t must_be_low_ = 0;
-  std::uint64_t position_mask_ = 0;
-  std::uint64_t life_counter_mask_ = 0;
-  Flag error_;
-  Flag warning_;
-};
-
-}  // namespace biss::frame_detail
-
-namespace biss {
-
-namespace frame_detail {
 
 constexpr std::uint64_t gray_to_binary(std::uint64_t value) {
   for (unsigned shift = 1; shift < 64; shift *= 2) value ^= value >> shift;
@@ -138,7 +41,125 @@ constexpr void unpack_into(const ChannelFormat& format, std::uint64_t data, Chan
   channel.nW = format.warning.low_active(data);
 }
 
-}  // namespace frame_detail
+// ---- The shifts and masks of a channel in the word that BitView::window() gives, computed once
+
+// The position as one run of bits; multiturn directly above singleturn is one.
+constexpr Field position_field(const ChannelFormat& channel) {
+  if (channel.position.present()) return channel.position;
+  if (!channel.multiturn.present()) return channel.singleturn;
+  if (!channel.singleturn.present()) return channel.multiturn;
+  return {channel.singleturn.shift, static_cast<std::uint8_t>(channel.position_bits())};
+}
+
+constexpr bool is_in_pieces(const ChannelFormat& channel) {
+  const bool parted = channel.multiturn.present() && channel.singleturn.present() &&
+                      channel.multiturn.shift != channel.singleturn.shift + channel.singleturn.bits;
+  return !channel.position.present() && (channel.singleturn_gray || parted);
+}
+
+// Whether the window that begins a bit before the channel has the bit after it, too.
+constexpr bool fits_window(const ChannelFormat& channel) {
+  return channel.total_bits() + 2U <= BitView::known_bits;
+}
+
+constexpr bool fits_windows(const FrameFormat& format) {
+  for (const ChannelFormat& channel : format.channels()) {
+    if (!fits_window(channel)) return false;
+  }
+  return true;
+}
+
+// Whether the only channel is one word with the position in one piece: most formats.
+constexpr bool is_one_word(const FrameFormat& format) {
+  return format.channel_count == 1 && fits_windows(format) && !is_in_pieces(format.channel_list[0]);
+}
+
+// A channel in a word: the top bit is the one before the channel (CDS, before the first one), then
+// data and CRC, then, after the last channel, STOP.
+class WordPlan {
+ public:
+  constexpr WordPlan() = default;
+  // \pre fits_window()
+  constexpr WordPlan(const FrameFormat& format, std::size_t k) {
+    const ChannelFormat& channel = format.channel_list[k];
+    const unsigned last_data_bit = 63U - channel.data_bits;
+    if (k == 0 && format.cds0) must_be_low_ = cds_bit;
+    if (k + 1U == format.channel_count) must_be_low_ |= cds_bit >> 1U >> channel.total_bits();
+    rest_mask_ = ~std::uint64_t{0} >> 1U >> channel.total_bits();
+    data_bits_ = channel.data_bits;
+    total_bits_ = static_cast<std::uint8_t>(channel.total_bits());
+    in_pieces_ = is_in_pieces(channel) ? 1 : 0;
+    const Field position = position_field(channel);
+    position_shift_ = static_cast<std::uint8_t>(position.shift + last_data_bit);
+    position_mask_ = position.placed(~std::uint64_t{0}) << last_data_bit;
+    life_counter_shift_ = static_cast<std::uint8_t>(channel.life_counter.shift + last_data_bit);
+    life_counter_mask_ = channel.life_counter.placed(~std::uint64_t{0}) << last_data_bit;
+    error_ = Flag(channel.error, last_data_bit);
+    warning_ = Flag(channel.warning, last_data_bit);
+  }
+
+  constexpr unsigned total_bits() const { return total_bits_; }
+  static constexpr bool cds(std::uint64_t word) { return (word & cds_bit) != 0; }
+  constexpr bool stop(std::uint64_t word) const {
+    return (word & (cds_bit >> 1U >> total_bits_)) != 0;
+  }
+  // No 1 after the channel.
+  constexpr bool is_rest_low(std::uint64_t word) const { return (word & rest_mask_) == 0; }
+  // STOP is 0, and so is CDS where the format requires it.
+  constexpr bool is_low(std::uint64_t word) const { return (word & must_be_low_) == 0; }
+
+  // The data, right-aligned.
+  constexpr std::uint64_t data(std::uint64_t word) const {
+    return word << 1U >> (64U - data_bits_);
+  }
+
+  // All but the position.
+  constexpr void unpack_flags_into(std::uint64_t word, Channel& channel) const {
+    channel.life_counter =
+        static_cast<std::uint32_t>((word & life_counter_mask_) >> life_counter_shift_);
+    channel.nE = error_.low_active(word);
+    channel.nW = warning_.low_active(word);
+  }
+  constexpr bool in_pieces() const { return in_pieces_ != 0; }
+  // A position in one piece.
+  constexpr std::uint64_t position(std::uint64_t word) const {
+    return (word & position_mask_) >> position_shift_;
+  }
+
+ private:
+  static constexpr std::uint64_t cds_bit = std::uint64_t{1} << 63U;
+
+  // An absent flag acts as a high-active one that is always 0.
+  struct Flag {
+    std::uint64_t mask = 0;
+    bool active_high = true;
+
+    constexpr Flag() = default;
+    constexpr Flag(const FlagField& field, unsigned last_data_bit)
+        : mask(field.present ? std::uint64_t{1} << field.shift << last_data_bit : 0U),
+          active_high(!field.present || field.active_high) {}
+    constexpr bool low_active(std::uint64_t word) const {
+      return ((word & mask) != 0) != active_high;
+    }
+  };
+
+  std::uint64_t must_be_low_ = 0;
+  std::uint64_t rest_mask_ = 0;
+  std::uint64_t position_mask_ = 0;
+  std::uint64_t life_counter_mask_ = 0;
+  Flag error_;
+  Flag warning_;
+  std::uint8_t data_bits_ = 1;
+  std::uint8_t total_bits_ = 1;
+  // Not bool: after a fault of the memory it still has a value.
+  std::uint8_t in_pieces_ = 0;
+  std::uint8_t position_shift_ = 0;
+  std::uint8_t life_counter_shift_ = 0;
+};
+
+}  // namespace biss::frame_detail
+
+namespace biss {
 
 /// The values in a channel's data word.
 /// \param data the channel's data_bits, right-aligned, without CRC
@@ -176,33 +197,43 @@ class FrameCodec {
   using Frame = BasicFrame<Channels>;
 
   /// \pre format has 1…Channels channels
-  constexpr explicit FrameCodec(const FrameFormat& format) : format_(format), plan_(format) {
+  constexpr explicit FrameCodec(const FrameFormat& format)
+      : payload_bits_(static_cast<std::uint16_t>(format.payload_bits())),
+        fits_windows_(frame_detail::fits_windows(format) ? 1 : 0),
+        one_word_(frame_detail::is_one_word(format) ? 1 : 0),
+        format_(format) {
     for (std::size_t k = 0; k < format.channel_count; ++k) {
-      engines_[k] = Crc(format.channel_list[k].crc);
+      const ChannelFormat& channel = format.channel_list[k];
+      engines_[k] = PlacedCrc<Crc>(channel.crc, channel.data_bits);
+      if (fits_windows_ != 0) plans_[k] = frame_detail::WordPlan(format, k);
     }
-    payload_bits_ = static_cast<std::uint16_t>(format.payload_bits());
   }
 
   constexpr const FrameFormat& format() const { return format_; }
   constexpr unsigned payload_bits() const { return payload_bits_; }
-  /// Whether one_word() can be true.
-  static constexpr bool may_be_one_word = true;
-  /// One channel with a CRC that BitView::window() holds from CDS to STOP: most formats.
-  constexpr bool one_word() const { return plan_.one_word(); }
-  /// For decode_frame().
-  constexpr const frame_detail::WordPlan& plan() const { return plan_; }
   /// What the engine of channel k computes: the CRC of its format.
   constexpr const CrcSpec& engine_spec(std::size_t k) const { return engines_[k].spec(); }
   /// CRC of channel k's data word, as transmitted. \pre the channel has a CRC
-  constexpr std::uint16_t crc(std::size_t k, std::uint64_t data) const {
-    return engines_[k](data, format_.channel_list[k].data_bits);
-  }
+  constexpr std::uint16_t crc(std::size_t k, std::uint64_t data) const { return engines_[k](data); }
+
+  // For decode_frame(): whether every channel fits BitView::window(), whether there is one only and
+  // its position is in one piece, and whether they can be so at all.
+  constexpr bool fits_windows() const { return fits_windows_ != 0; }
+  constexpr bool one_word() const { return one_word_ != 0; }
+  static constexpr bool may_fit_windows = true;
+  static constexpr bool may_be_one_word = true;
+  // Only where fits_windows().
+  constexpr const frame_detail::WordPlan& plan(std::size_t k) const { return plans_[k]; }
+  constexpr const PlacedCrc<Crc>& engine(std::size_t k) const { return engines_[k]; }
 
  private:
+  std::uint16_t payload_bits_;
+  // Not bool: after a fault of the memory it still has a value.
+  std::uint8_t fits_windows_;
+  std::uint8_t one_word_;
+  std::array<frame_detail::WordPlan, Channels> plans_{};
   FrameFormat format_;
-  frame_detail::WordPlan plan_;
-  std::uint16_t payload_bits_ = 0;
-  std::array<Crc, Channels> engines_{};
+  std::array<PlacedCrc<Crc>, Channels> engines_{};
 };
 
 /// The codec without tables, for a few frames or for little memory.

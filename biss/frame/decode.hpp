@@ -1,9 +1,13 @@
 // Decodes bits to a frame. The same functions read the bits of a capture and of an SPI buffer.
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "biss/base/bits.hpp"
@@ -98,17 +102,70 @@ namespace frame_detail {
 template <class Frame>
 inline constexpr Frame empty_frame{};
 
+// One object, so that no call has to build it.
+inline constexpr FrameBounds widest_bounds{};
+
 template <class Codec>
 using Outcome = Result<typename Codec::Frame, FrameFault>;
 
-constexpr bool within(const FrameBounds& bounds, std::size_t ones, std::size_t zeros) {
-  return ones != 0 && ones >= bounds.lead_min_clocks && ones <= bounds.lead_max_clocks &&
-         zeros >= bounds.ack_min_clocks && zeros <= bounds.ack_max_clocks;
+// A frame's place, and the word from CDS on, as BitView::window() gives it.
+struct QuickStart {
+  std::uint64_t word = 0;
+  std::size_t start_bit = 0;
+  std::size_t lead_clocks = 0;
+  // The word is all that BitView::head() has from CDS on, then zeros.
+  bool is_in_head = false;
+};
+
+constexpr bool is_lead(const FrameBounds& bounds, unsigned lead) {
+  return lead >= bounds.lead_min_clocks && lead <= bounds.lead_max_clocks;
 }
 
-constexpr FrameStart start_after(const BitView::OnesZerosOne& runs) {
-  return {runs.ones + runs.zeros, static_cast<std::uint16_t>(runs.ones),
-          static_cast<std::uint16_t>(runs.zeros)};
+// ACK has at least one clock. The type shows the compiler what a short ACK cannot exceed.
+template <class Clocks>
+constexpr bool is_ack(const FrameBounds& bounds, Clocks ack) {
+  return (bounds.ack_min_clocks <= 1 || ack >= Clocks{bounds.ack_min_clocks}) &&
+         ack <= Clocks{bounds.ack_max_clocks};
+}
+
+// Finds START within the bounds, with `clocks` of the line from START on. It branches only on what
+// stays the same from frame to frame, as far as ACK is about as long as in the frame before. False:
+// not found, or no such frame; search_start() then finds the cause.
+[[gnu::always_inline]] constexpr bool find_quick(const BitView& bits, const FrameBounds& bounds,
+                                                 std::size_t clocks, QuickStart& found) {
+  const std::uint64_t head = bits.head();
+  const auto signed_head = static_cast<std::int64_t>(head);
+  if (signed_head >= 0) return false;
+  // Where the level differs from the one before.
+  const std::uint64_t changes = head ^ static_cast<std::uint64_t>(signed_head >> 1U);
+  const std::uint64_t rises = changes & head;
+  const int lead = std::countl_zero(changes | 1U);
+  if (!is_lead(bounds, static_cast<unsigned>(lead))) return false;
+  found.lead_clocks = static_cast<unsigned>(lead);
+  if (rises != 0) [[likely]] {
+    const int start = std::countl_zero(rises);
+    if (!is_ack(bounds, start - lead)) return false;
+    found.start_bit = static_cast<unsigned>(start);
+    if (found.start_bit + clocks <= std::min(bits.size_bits(), bits.head_bits())) [[likely]] {
+      found.word = head << start << 1U;
+      found.is_in_head = true;
+      return true;
+    }
+    if (found.start_bit + clocks > bits.size_bits()) return false;
+  } else {
+    if (changes == 0) return false;
+    found.start_bit = bits.find_one_after_head();
+    if (!is_ack(bounds, found.start_bit - found.lead_clocks)) return false;
+    if (found.start_bit + clocks > bits.size_bits()) return false;
+  }
+  // There are more bits than head() has.
+  found.word = bits.window_of_many(found.start_bit + 1U);
+  return true;
+}
+
+constexpr FrameStart start_of(const QuickStart& found) {
+  return {found.start_bit, static_cast<std::uint16_t>(found.lead_clocks),
+          static_cast<std::uint16_t>(found.start_bit - found.lead_clocks)};
 }
 
 // The index of ACK where zeros precede the leading ones; 0: not within the bounds.
@@ -172,10 +229,8 @@ constexpr std::optional<FrameFault> read_payload(const BitView& bits, const Fram
 constexpr Result<FrameStart, FrameFault> find_start(const BitView& bits,
                                                     const FrameBounds& bounds) {
   if constexpr (frame_detail::selects) {
-    const auto runs = bits.ones_zeros_one();
-    if (runs && frame_detail::within(bounds, runs->ones, runs->zeros)) {
-      return frame_detail::start_after(*runs);
-    }
+    frame_detail::QuickStart found;
+    if (frame_detail::find_quick(bits, bounds, 2, found)) return frame_detail::start_of(found);
   }
   return frame_detail::search_start(bits, bounds);
 }
@@ -195,54 +250,200 @@ constexpr Result<typename Codec::Frame, FrameFault> decode_payload(const BitView
 
 namespace frame_detail {
 
-// Decodes a good frame, STOP included, of a format that is one word: nearly all frames. False
-// leaves `frame` unchanged; read_payload() then finds the cause.
+// A channel from its word. False: the CRC is wrong, or STOP is 1, or CDS where it must be 0.
 template <class Codec>
-constexpr bool read_word(const BitView& bits, const FrameStart& start, const Codec& codec,
-                         typename Codec::Frame& frame) {
-  const WordPlan& plan = codec.plan();
-  const std::size_t cds_at = start.start_bit + 1U;
-  if (cds_at + plan.payload_bits() + 2U > bits.size_bits()) return false;
-  const std::uint64_t word = bits.window(cds_at);
-  const std::uint64_t data = plan.data(word);
-  if (!plan.is_low(word) || plan.crc(word) != codec.crc(0, data)) return false;
-  frame.channel_count = 1;
-  frame.cds = plan.cds(word);
-  frame.stop_seen = true;
-  frame.lead_clocks = start.lead_clocks;
-  frame.ack_clocks = start.ack_clocks;
-  plan.unpack_into(data, frame.channel_list[0]);
+[[gnu::always_inline]] constexpr bool read_word(std::uint64_t word, const Codec& codec,
+                                                std::size_t k, Channel& channel) {
+  const WordPlan& plan = codec.plan(k);
+  if (!plan.is_low(word) || !codec.engine(k).is_right(word)) return false;
+  channel.position = plan.in_pieces() ? position_of(codec.format().channel_list[k], plan.data(word))
+                                      : plan.position(word);
+  plan.unpack_flags_into(word, channel);
   return true;
 }
 
-// Step by step, into a frame that has its defaults.
+// The same for the channel of a format that is one word.
 template <class Codec>
-constexpr void decode_in_steps(const BitView& bits, const Codec& codec, const FrameBounds& bounds,
-                               Outcome<Codec>& result) {
-  const auto start = find_start(bits, bounds);
-  if constexpr (Codec::may_be_one_word && !selects) {
-    if (start.ok() && codec.one_word() && read_word(bits, *start, codec, result.value())) return;
+[[gnu::always_inline]] constexpr bool read_one_word(std::uint64_t word, const Codec& codec,
+                                                    Channel& channel) {
+  const WordPlan& plan = codec.plan(0);
+  if (!plan.is_low(word) || !codec.engine(0).is_right(word)) return false;
+  channel.position = plan.position(word);
+  plan.unpack_flags_into(word, channel);
+  return true;
+}
+
+// Few channels are read with a piece of code for each, so that the frame can stay in registers.
+template <class Codec>
+inline constexpr bool has_few_channels =
+    has_fixed_channels<Codec> || std::tuple_size_v<decltype(Codec::Frame::channel_list)> == 2;
+
+template <std::size_t K, class Codec>
+[[gnu::always_inline]] constexpr bool read_one_of_few(const BitView& bits, std::size_t& at,
+                                                      std::uint64_t word, const Codec& codec,
+                                                      typename Codec::Frame& frame) {
+  if (K >= codec.format().channel_count) return true;
+  if constexpr (K > 0) word = bits.window(at);
+  at += codec.plan(K).total_bits();
+  return read_word(word, codec, K, frame.channel_list[K]);
+}
+
+template <class Codec, std::size_t... K>
+[[gnu::always_inline]] constexpr bool read_few_words(const BitView& bits, std::size_t at,
+                                                     std::uint64_t word, const Codec& codec,
+                                                     typename Codec::Frame& frame,
+                                                     std::index_sequence<K...>) {
+  return (read_one_of_few<K>(bits, at, word, codec, frame) && ...);
+}
+
+// Every channel of a good frame, STOP included, whose bits are all there. `word` begins with CDS, at
+// `cds_at`. False: some check fails; read_payload() then finds the cause.
+template <class Codec>
+[[gnu::always_inline]] constexpr bool read_words(const BitView& bits, std::size_t cds_at,
+                                                 std::uint64_t word, const Codec& codec,
+                                                 typename Codec::Frame& frame) {
+  if constexpr (has_few_channels<Codec>) {
+    constexpr std::size_t most = std::tuple_size_v<decltype(Codec::Frame::channel_list)>;
+    return read_few_words(bits, cds_at, word, codec, frame, std::make_index_sequence<most>());
+  } else {
+    const std::size_t count = codec.format().channel_count;
+    for (std::size_t k = 0;;) {
+      if (!read_word(word, codec, k, frame.channel_list[k])) return false;
+      cds_at += codec.plan(k).total_bits();
+      if (++k == count) return true;
+      word = bits.window(cds_at);
+    }
   }
-  const auto fault =
-      start.ok() ? read_payload(bits, *start, codec, result.value()) : std::optional(start.error());
+}
+
+// Finds a good frame with STOP, and its word from CDS on.
+template <class Codec>
+[[gnu::always_inline]] constexpr bool begin_quick(const BitView& bits, const Codec& codec,
+                                                  const FrameBounds& bounds,
+                                                  typename Codec::Frame& frame, QuickStart& found) {
+  // With START, CDS and STOP.
+  const unsigned clocks = 3U + codec.payload_bits();
+  if (!find_quick(bits, bounds, clocks, found)) return false;
+  frame.channel_count = codec.format().channel_count;
+  frame.cds = WordPlan::cds(found.word);
+  frame.stop_seen = true;
+  frame.lead_clocks = static_cast<std::uint16_t>(found.lead_clocks);
+  frame.ack_clocks = static_cast<std::uint16_t>(found.start_bit - found.lead_clocks);
+  return true;
+}
+
+// Like decode_frame() for a good frame with STOP of a format that fits windows; false for all others.
+template <class Codec>
+[[gnu::always_inline]] constexpr bool decode_words(const BitView& bits, const Codec& codec,
+                                                   const FrameBounds& bounds,
+                                                   typename Codec::Frame& frame,
+                                                   QuickStart& found) {
+  return begin_quick(bits, codec, bounds, frame, found) &&
+         read_words(bits, found.start_bit + 1U, found.word, codec, frame);
+}
+
+// The same for a format that is one word.
+template <class Codec>
+[[gnu::always_inline]] constexpr bool decode_one_word(const BitView& bits, const Codec& codec,
+                                                      const FrameBounds& bounds,
+                                                      typename Codec::Frame& frame,
+                                                      QuickStart& found) {
+  return codec.one_word() && begin_quick(bits, codec, bounds, frame, found) &&
+         read_one_word(found.word, codec, frame.channel_list[0]);
+}
+
+// Like read_payload() for a format that is one word.
+template <class Codec>
+constexpr std::optional<FrameFault> read_found(const BitView& bits, const FrameStart& start,
+                                               const Codec& codec, typename Codec::Frame& frame) {
+  const WordPlan& plan = codec.plan(0);
+  const std::size_t stop = start.start_bit + 2U + codec.payload_bits();
+  if (stop > bits.size_bits()) return FrameFault{FrameError::truncated};
+  const std::uint64_t word = bits.window(start.start_bit + 1U);
+  frame.cds = WordPlan::cds(word);
+  if (frame.cds && codec.format().cds0) return FrameFault{FrameError::cds};
+  if (!codec.engine(0).is_right(word)) return FrameFault{FrameError::crc};
+  frame.stop_seen = stop < bits.size_bits();
+  if (frame.stop_seen && plan.stop(word)) return FrameFault{FrameError::stop_bit};
+  frame.channel_count = 1;
+  frame.lead_clocks = start.lead_clocks;
+  frame.ack_clocks = start.ack_clocks;
+  frame.channel_list[0].position = plan.position(word);
+  plan.unpack_flags_into(word, frame.channel_list[0]);
+  return std::nullopt;
+}
+
+// Not inlined: it finds the cause where find_narrow() finds nothing.
+[[gnu::noinline]] constexpr Result<FrameStart, FrameFault> search_start_apart(
+    BitView bits, const FrameBounds& bounds) {
+  return search_start(bits, bounds);
+}
+
+// Like find_quick() where registers have 32 bits: START alone.
+[[gnu::always_inline]] constexpr bool find_narrow(const BitView& bits, const FrameBounds& bounds,
+                                                  FrameStart& found) {
+  const std::uint32_t head = bits.narrow_head();
+  if (static_cast<std::int32_t>(head) >= 0 || head == ~std::uint32_t{0}) return false;
+  const auto lead = static_cast<unsigned>(std::countl_zero(~head));
+  if (!is_lead(bounds, lead)) return false;
+  const std::uint32_t rest = head << lead;
+  found.start_bit = rest != 0 ? lead + static_cast<unsigned>(std::countl_zero(rest))
+                              : bits.narrow_find_one_after_head();
+  found.lead_clocks = static_cast<std::uint16_t>(lead);
+  found.ack_clocks = static_cast<std::uint16_t>(found.start_bit - lead);
+  return is_ack(bounds, found.start_bit - lead) && found.start_bit < bits.size_bits();
+}
+
+// Step by step, into a frame that has its defaults. Every cause of a format that is one word is found
+// in its word; a second way would only be more code.
+template <class Codec>
+constexpr std::optional<FrameFault> decode_in_steps(const BitView& bits, const Codec& codec,
+                                                    const FrameBounds& bounds,
+                                                    typename Codec::Frame& frame) {
+  FrameStart start;
+  if (selects || !find_narrow(bits, bounds, start)) {
+    const auto searched = search_start_apart(bits, bounds);
+    if (!searched.ok()) return searched.error();
+    start = *searched;
+  }
+  if constexpr (Codec::may_be_one_word) {
+    if (codec.one_word()) return read_found(bits, start, codec, frame);
+  }
+  return read_payload(bits, start, codec, frame);
+}
+
+// Not inlined, and by value, so that the caller keeps its registers.
+template <class Codec>
+[[gnu::noinline]] constexpr Outcome<Codec> decode_apart(std::span<const std::uint8_t> stored,
+                                                        std::size_t first_bit,
+                                                        std::size_t size_bits, const Codec& codec,
+                                                        const FrameBounds& bounds) {
+  const BitView bits(stored, first_bit, size_bits);
+  Outcome<Codec> result = empty_frame<typename Codec::Frame>;
+  if constexpr (Codec::may_fit_windows && !has_few_channels<Codec>) {
+    if (codec.fits_windows() && !codec.one_word()) {
+      QuickStart found;
+      if (decode_words(bits, codec, bounds, result.value(), found)) return result;
+      result = empty_frame<typename Codec::Frame>;
+    }
+  }
+  const auto fault = decode_in_steps(bits, codec, bounds, result.value());
   if (fault) result = failure(*fault);
+  return result;
 }
 
-// Not inlined, so that decode_quick() keeps its registers.
+// What is decoded where the caller is: a format that is one word, or one with few channels.
 template <class Codec>
-[[gnu::noinline]] constexpr void decode_apart(const BitView& bits, const Codec& codec,
-                                              const FrameBounds& bounds, Outcome<Codec>& result) {
-  decode_in_steps(bits, codec, bounds, result);
-}
-
-// Like decode_frame() for a good frame that is one word; false for all others.
-template <class Codec>
-constexpr bool decode_quick(const BitView& bits, const Codec& codec, const FrameBounds& bounds,
-                            typename Codec::Frame& frame) {
-  if (!codec.one_word()) return false;
-  const auto runs = bits.ones_zeros_one();
-  if (!runs || !within(bounds, runs->ones, runs->zeros)) return false;
-  return read_word(bits, start_after(*runs), codec, frame);
+[[gnu::always_inline]] constexpr bool decode_here(const BitView& bits, const Codec& codec,
+                                                  const FrameBounds& bounds,
+                                                  typename Codec::Frame& frame, QuickStart& found) {
+  if constexpr (has_few_channels<Codec> && Codec::may_fit_windows) {
+    return codec.fits_windows() && decode_words(bits, codec, bounds, frame, found);
+  } else if constexpr (Codec::may_be_one_word) {
+    return decode_one_word(bits, codec, bounds, frame, found);
+  } else {
+    return false;
+  }
 }
 
 }  // namespace frame_detail
@@ -251,20 +452,26 @@ constexpr bool decode_quick(const BitView& bits, const Codec& codec, const Frame
 /// \param bits as for find_start(); bits after STOP are ignored
 /// \return the frame, or the first cause on the line why there is none (any FrameError)
 template <class Codec>
-constexpr Result<typename Codec::Frame, FrameFault> decode_frame(const BitView& bits,
-                                                                 const Codec& codec,
-                                                                 const FrameBounds& bounds = {}) {
+[[gnu::always_inline]] constexpr Result<typename Codec::Frame, FrameFault> decode_frame(
+    const BitView& bits, const Codec& codec,
+    const FrameBounds& bounds = frame_detail::widest_bounds) {
   // The one object that is returned, so that it is built where the caller wants it.
   frame_detail::Outcome<Codec> result = frame_detail::empty_frame<typename Codec::Frame>;
-  if constexpr (frame_detail::selects && Codec::may_be_one_word) {
-    if (!frame_detail::decode_quick(bits, codec, bounds, result.value())) {
-      // Copies, so that the originals can stay in registers.
-      const BitView line = bits;
-      const FrameBounds limits = bounds;
-      frame_detail::decode_apart(line, codec, limits, result);
+  if constexpr (frame_detail::selects) {
+    frame_detail::QuickStart found;
+    if (!frame_detail::decode_here(bits, codec, bounds, result.value(), found)) {
+      // A copy by parts, so that the compiler can keep `result` and `bits` in registers.
+      frame_detail::Outcome<Codec> apart = frame_detail::decode_apart(
+          bits.stored(), bits.first_bit_of_stored(), bits.size_bits(), codec, bounds);
+      if (apart.ok()) {
+        result.value() = apart.value();
+      } else {
+        result = failure(apart.error());
+      }
     }
   } else {
-    frame_detail::decode_in_steps(bits, codec, bounds, result);
+    const auto fault = frame_detail::decode_in_steps(bits, codec, bounds, result.value());
+    if (fault) result = failure(*fault);
   }
   return result;
 }

@@ -8,6 +8,7 @@
 #include "biss/base/bits.hpp"
 #include "biss/base/result.hpp"
 #include "biss/crc/engines.hpp"
+#include "biss/crc/placed.hpp"
 #include "biss/frame/codec.hpp"
 #include "biss/frame/format.hpp"
 #include "biss/frame/frame.hpp"
@@ -18,9 +19,20 @@ namespace frame_detail {
 
 template <class Crc, std::size_t Channels>
 constexpr auto engines_of(const FrameFormat& format) {
-  std::array<Crc, Channels> engines{};
-  for (std::size_t k = 0; k < Channels; ++k) engines[k] = Crc(format.channel_list[k].crc);
+  std::array<PlacedCrc<Crc>, Channels> engines{};
+  for (std::size_t k = 0; k < Channels; ++k) {
+    const ChannelFormat& channel = format.channel_list[k];
+    engines[k] = PlacedCrc<Crc>(channel.crc, channel.data_bits);
+  }
   return engines;
+}
+
+template <std::size_t Channels>
+constexpr auto plans_of(const FrameFormat& format) {
+  std::array<WordPlan, Channels> plans{};
+  if (!fits_windows(format)) return plans;
+  for (std::size_t k = 0; k < Channels; ++k) plans[k] = WordPlan(format, k);
+  return plans;
 }
 
 }  // namespace frame_detail
@@ -39,21 +51,26 @@ class FixedCodec {
   static constexpr const FrameFormat& format() { return format_; }
   static constexpr unsigned payload_bits() { return payload_bits_; }
   static constexpr std::size_t fixed_channels = Format.channel_count;
-  static constexpr bool may_be_one_word = frame_detail::is_one_word(Format);
-  static constexpr bool one_word() { return may_be_one_word; }
-  static constexpr const frame_detail::WordPlan& plan() { return plan_; }
   static constexpr std::uint16_t crc(std::size_t k, std::uint64_t data) {
-    return engines_[k](data, format_.channel_list[k].data_bits);
+    return engines_[k](data);
   }
   /// crc() of a channel that is known while compiling: a function of its own.
   template <std::size_t K>
   [[gnu::flatten]] static constexpr std::uint16_t crc_of(std::uint64_t data) {
-    return engines_[K](data, format_.channel_list[K].data_bits);
+    return engines_[K](data);
   }
+
+  // For decode_frame(), as FrameCodec has them.
+  static constexpr bool may_fit_windows = frame_detail::fits_windows(Format);
+  static constexpr bool may_be_one_word = frame_detail::is_one_word(Format);
+  static constexpr bool fits_windows() { return may_fit_windows; }
+  static constexpr bool one_word() { return may_be_one_word; }
+  static constexpr const frame_detail::WordPlan& plan(std::size_t k) { return plans_[k]; }
+  static constexpr const PlacedCrc<Crc>& engine(std::size_t k) { return engines_[k]; }
 
  private:
   static constexpr FrameFormat format_ = Format;
-  static constexpr frame_detail::WordPlan plan_{Format};
+  static constexpr auto plans_ = frame_detail::plans_of<Format.channel_count>(Format);
   static constexpr unsigned payload_bits_ = Format.payload_bits();
   static constexpr auto engines_ = frame_detail::engines_of<Crc, Format.channel_count>(Format);
 };

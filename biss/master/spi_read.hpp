@@ -184,19 +184,28 @@ class SpiReader {
   /// \return the frame, or why there is none. Any FrameError: `not_ready` where SLO was low at
   ///   first for longer than late_max_clocks of bounds(), `truncated` where the clocks end before
   ///   the last CRC bit, `stop_bit` for a 1 at STOP, or after it while SLO must be low.
-  [[nodiscard]] constexpr Result<Frame, FrameFault> read(std::span<const std::uint8_t> bytes,
-                                                         std::size_t clocks) const {
-    const BitView bits(bytes, first_bit_, clocks);
-    Result<Frame, FrameFault> frame = decode_frame(bits, codec_, bounds_);
-    // A 1 in the tail is the cause unless an earlier one on the line applies.
-    if (frame.ok() && !is_low(bytes, bits.size_bits(), after_stop(*frame))) {
-      frame = failure(FrameFault{FrameError::stop_bit});
+  [[nodiscard, gnu::always_inline]] constexpr Result<Frame, FrameFault> read(
+      std::span<const std::uint8_t> bytes, std::size_t clocks) const {
+    frame_detail::Outcome<Codec> result = frame_detail::empty_frame<Frame>;
+    if constexpr (!frame_detail::selects) {
+      const BitView bits(bytes, first_bit_, clocks);
+      const auto fault = frame_detail::decode_in_steps(bits, codec_, bounds_, result.value());
+      if (fault) result = failure(*fault);
+      check_tail(bits, result);
+    } else if (!read_here(bytes, clocks, result.value())) {
+      // By parts, so that the compiler can keep `result` in registers.
+      const frame_detail::Outcome<Codec> apart = read_apart(bytes, clocks);
+      if (apart.ok()) {
+        result.value() = apart.value();
+      } else {
+        result = failure(apart.error());
+      }
     }
-    return frame;
+    return result;
   }
 
   /// The same where every bit of the buffer from first_bit on is a clock.
-  [[nodiscard]] constexpr Result<Frame, FrameFault> read(
+  [[nodiscard, gnu::always_inline]] constexpr Result<Frame, FrameFault> read(
       std::span<const std::uint8_t> bytes) const {
     return read(bytes, std::numeric_limits<std::size_t>::max());
   }
@@ -210,32 +219,47 @@ class SpiReader {
         std::clamp<std::int64_t>(timing.timeout.time.count / setup.period.count, 0, forever));
   }
 
-  constexpr std::size_t after_stop(const Frame& frame) const {
-    return std::size_t{frame.lead_clocks} + frame.ack_clocks + 3U + codec_.payload_bits();
+  // Bits from START to STOP.
+  constexpr std::size_t clocks_from_start() const { return 3U + codec_.payload_bits(); }
+
+  // What the word from CDS on has after the payload, which is shorter than the word.
+  constexpr bool is_rest_low(std::uint64_t word) const {
+    if constexpr (Codec::may_be_one_word) {
+      return codec_.plan(0).is_rest_low(word);
+    } else {
+      return word << std::min(1U + codec_.payload_bits(), 63U) == 0;
+    }
   }
 
-  // Whether the samples from `from` on are 0, as far as SLO must be low.
-  constexpr bool is_low(std::span<const std::uint8_t> bytes, std::size_t samples,
-                        std::size_t from) const {
-    const std::size_t end = first_bit_ + std::min<std::size_t>(samples, low_until_);
-    from += first_bit_;
-    if (from >= end) return true;
-    const std::uint8_t* at = bytes.data() + from / 8U;
-    const std::uint8_t* const last = bytes.data() + (end - 1U) / 8U;
-    const unsigned head = 0xFFU >> (from % 8U);
-    const unsigned tail = 0xFF00U >> ((end - 1U) % 8U + 1U);
-    if (at == last) return (*at & head & tail) == 0;
-    if (((*at++ & head) | (*last & tail)) != 0) return false;
-    // Only whether a byte is 0 matters, so the order of four does not.
-    for (; last - at >= 4; at += 4) {
-      const std::uint32_t word = std::uint32_t{at[0]} | (std::uint32_t{at[1]} << 8U) |
-                                 (std::uint32_t{at[2]} << 16U) | (std::uint32_t{at[3]} << 24U);
-      if (word != 0) return false;
+  // A good frame without padding; false for all others.
+  [[gnu::always_inline]] constexpr bool read_here(std::span<const std::uint8_t> bytes,
+                                                  std::size_t clocks, Frame& frame) const {
+    const BitView bits(bytes, 0, clocks);
+    frame_detail::QuickStart found;
+    if (first_bit_ != 0) return false;
+    if (!frame_detail::decode_here(bits, codec_, bounds_, frame, found)) return false;
+    if (found.is_in_head && bits.size_bits() == bytes.size() * 8U && bits.size_bits() <= low_until_)
+        [[likely]] {
+      return is_rest_low(found.word) && bits.is_low_after_8_bytes();
     }
-    for (; at != last; ++at) {
-      if (*at != 0) return false;
-    }
-    return true;
+    return bits.first(low_until_).is_low_from(found.start_bit + clocks_from_start());
+  }
+
+  // Not inlined, so that the caller keeps its registers.
+  [[gnu::noinline]] constexpr frame_detail::Outcome<Codec> read_apart(
+      std::span<const std::uint8_t> bytes, std::size_t clocks) const {
+    const BitView bits(bytes, first_bit_, clocks);
+    frame_detail::Outcome<Codec> result = decode_frame(bits, codec_, bounds_);
+    check_tail(bits, result);
+    return result;
+  }
+
+  // A 1 in the tail is the cause unless an earlier one on the line applies.
+  constexpr void check_tail(const BitView& bits, frame_detail::Outcome<Codec>& result) const {
+    if (!result.ok()) return;
+    const std::size_t start = std::size_t{result->lead_clocks} + result->ack_clocks;
+    if (bits.first(low_until_).is_low_from(start + clocks_from_start())) return;
+    result = failure(FrameFault{FrameError::stop_bit});
   }
 
   Codec codec_;

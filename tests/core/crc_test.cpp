@@ -5,6 +5,7 @@
 
 #include "biss/base/bits.hpp"
 #include "biss/crc/engines.hpp"
+#include "biss/crc/placed.hpp"
 #include "biss/crc/spec.hpp"
 #include "tests/core/test.hpp"
 
@@ -301,6 +302,44 @@ BISS_TEST(CrcSpec, Mask_IsAsWideAsTheChecksum) {
   BISS_EXPECT_EQ(crc6.mask(), 0x3F);
   BISS_EXPECT_EQ(crc16.mask(), 0xFFFF);
   BISS_EXPECT_EQ(CrcSpec{}.mask(), 0);
+}
+
+// Data and CRC in a word with noise around them; one wrong bit in half of the rounds.
+template <class Engine>
+void expect_placed_as_bitwise(const CrcSpec& spec, std::uint64_t seed) {
+  BISS_RANDOM(random, seed);
+  for (unsigned bits = 1; bits <= 64; ++bits) {
+    const PlacedCrc<Engine> placed(spec, bits);
+    BISS_EXPECT(placed.spec() == spec);
+    for (std::uint32_t i = 0; i < test::rounds(200, 5); ++i) {
+      const std::uint64_t data = random.bits(bits);
+      const std::uint16_t crc = CrcBitwise(spec)(data, bits);
+      BISS_ASSERT_EQ(placed(data), crc) << bits << " bits";
+      if (bits + spec.width_bits > 63) continue;
+      const unsigned after = 63U - bits - spec.width_bits;
+      const std::uint64_t frame = data << spec.width_bits | crc;
+      const std::uint64_t word =
+          std::uint64_t{random.flip()} << 63U | frame << after | random.bits(after);
+      BISS_ASSERT(placed.is_right(word)) << bits << " bits";
+      const unsigned wrong = random.below(bits + spec.width_bits);
+      BISS_ASSERT(!placed.is_right(word ^ std::uint64_t{1} << after << wrong)) << bits << " bits";
+    }
+  }
+}
+
+BISS_TEST(PlacedCrc, EveryLengthOfData_AsBitwise) {
+  for (const CrcSpec& spec : {crc4, crc6, crc16, plain(crc6), with_start(crc6, 0x2A),
+                              with_start(crc16, 0xBEEF), with_start(plain(crc16), 1)}) {
+    expect_placed_as_bitwise<CrcSliced>(spec, 0xC2C0);
+    expect_placed_as_bitwise<CrcTable<4>>(spec, 0xC2C1);
+    expect_placed_as_bitwise<CrcTable<8>>(spec, 0xC2C2);
+  }
+}
+
+BISS_TEST(PlacedCrc, NoCrc_IsAlwaysRight) {
+  BISS_EXPECT(PlacedCrc<CrcSliced>(CrcSpec{}, 20).is_right(0x1234'5678'9ABC'DEF0));
+  BISS_EXPECT(PlacedCrc<CrcTable<4>>(CrcSpec{}, 20).is_right(0x1234'5678'9ABC'DEF0));
+  BISS_EXPECT(PlacedCrc<CrcBitwise>(CrcSpec{}, 20).is_right(0x1234'5678'9ABC'DEF0));
 }
 
 }  // namespace crc_test
