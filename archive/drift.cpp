@@ -10,7 +10,7 @@ namespace {
 using Wide = __int128;
 
 constexpr std::int64_t largest_value = std::int64_t{1} << 53U;
-// With so many values no sum below overflows.
+// With this many values no sum below overflows.
 constexpr std::size_t most_values = 10'000'000;
 constexpr std::int64_t days_per_year = 365;
 constexpr std::int64_t million = 1'000'000;

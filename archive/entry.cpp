@@ -24,20 +24,25 @@ std::strong_ordering compare(const Share& a, const Share& b) {
   return Product{a.part} * b.whole <=> Product{b.part} * a.whole;
 }
 
-// The shares of the cycles of a link that make it bad, the worst first.
-std::array<Share, 5> shares_of(const Counts& counts) {
+// The shares of the cycles of a link that make it bad, the worst first. The last one is no finding:
+// without a frame format the checksums cannot be judged.
+constexpr std::size_t share_count = 6;
+using Shares = std::array<Share, share_count>;
+
+Shares shares_of(const Counts& counts) {
   return {{{counts.faults(), counts.cycles},
            {counts.errors, counts.cycles},
            {counts.limited, counts.cycles},
            {counts.marginal, counts.margin_judged},
-           {counts.warnings, counts.cycles}}};
+           {counts.warnings, counts.cycles},
+           {counts.count(decode::CycleStatus::unchecked), counts.cycles}}};
 }
 
 bool is_damaged(const FileEntry& entry) { return !entry.cause.empty() && !is_foreign(entry.cause); }
 
 // The highest share of any link.
-std::array<Share, 5> worst_shares(const FileEntry& entry) {
-  std::array<Share, 5> worst{};
+Shares worst_shares(const FileEntry& entry) {
+  Shares worst{};
   for (const LinkEntry& link : entry.links) {
     const auto shares = shares_of(link.counts);
     for (std::size_t i = 0; i < worst.size(); ++i) {
@@ -49,8 +54,9 @@ std::array<Share, 5> worst_shares(const FileEntry& entry) {
 
 // 0 comes first.
 int rank_of(const FileEntry& entry) {
-  if (!entry.links.empty()) return entry.has_finding() ? 0 : 2;
-  return entry.has_finding() ? 1 : 3;
+  if (entry.links.empty()) return entry.has_finding() ? 1 : 4;
+  if (entry.has_finding()) return 0;
+  return worst_shares(entry).back().part != 0 ? 2 : 3;
 }
 
 }  // namespace
@@ -66,7 +72,8 @@ bool FileEntry::has_finding() const {
   if (is_damaged(*this)) return true;
   return std::any_of(links.begin(), links.end(), [](const LinkEntry& link) {
     const auto shares = shares_of(link.counts);
-    return std::any_of(shares.begin(), shares.end(), [](const Share& s) { return s.part != 0; });
+    return std::any_of(shares.begin(), std::prev(shares.end()),
+                       [](const Share& share) { return share.part != 0; });
   });
 }
 

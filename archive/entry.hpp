@@ -72,8 +72,9 @@ struct FileEntry {
 bool is_foreign(std::string_view cause);
 
 /// `a` is worse than `b`: captures with a finding by the share of their faults, errors, limits,
-/// marginal cycles and warnings; then damaged files of which nothing was read; then captures
-/// without a finding; foreign files last. Equal ones by their path.
+/// marginal cycles and warnings; then damaged files of which nothing was read; then captures with
+/// cycles that were not checked, because the format is not known; then good ones; foreign files
+/// last. Equal ones by their path.
 bool is_worse(const FileEntry& a, const FileEntry& b);
 
 /// Valid UTF-8, different for different texts: the text, or where it is no UTF-8, or has `\x`, the

@@ -10,6 +10,7 @@
 #include <array>
 #include <cerrno>
 #include <cstdlib>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <set>
@@ -196,7 +197,9 @@ tl::expected<std::vector<ListedFile>, std::string> list_files(
   for (const std::string& path : paths) {
     std::string real = real_path(path);
     if (real.empty()) return tl::unexpected(fmt::format("{}: {}", path, reason(errno)));
-    roots.emplace_back(path, std::move(real));
+    std::string plain = std::filesystem::path(path).lexically_normal();
+    if (plain.size() > 1 && plain.ends_with('/')) plain.pop_back();
+    roots.emplace_back(std::move(plain), std::move(real));
   }
   // Of two names of a folder, and of a folder and what is in it, one is read.
   std::sort(roots.begin(), roots.end(), [](const auto& a, const auto& b) {

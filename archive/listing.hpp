@@ -11,7 +11,7 @@ namespace biss::archive {
 
 /// A file below one of the folders, or why something there is not read.
 struct ListedFile {
-  /// As given, and the names below it. Bytes as the system has them.
+  /// As given, without `./`, and the names below it. Bytes as the system has them.
   std::string path;
   FileStamp stamp;
   /// Empty: to be read. Else a cause of FileEntry, and a sentence.

@@ -34,6 +34,20 @@ constexpr const char* no_cycle = "no_cycle";
 constexpr const char* out_of_memory = "out_of_memory";
 constexpr const char* changed = "changed_while_read";
 
+// A neighbour of BiSS C. A line that is dead or noisy may be one of BiSS C all the same.
+bool is_other(Protocol protocol) {
+  switch (protocol) {
+    case Protocol::biss_c:
+    case Protocol::clock_alone:
+    case Protocol::noise:
+    case Protocol::idle:
+    case Protocol::unknown:
+      return false;
+    default:
+      return true;
+  }
+}
+
 // What is measured on one pair of lines of the capture at hand. False where reading failed.
 bool measure(DecodedCapture& capture, LinkEntry& link) {
   link.ma = archive::utf8_text(capture.ma_name());
@@ -89,9 +103,7 @@ class FileReader {
         !arguments_.device.format.empty() || !arguments_.ma.empty() || !arguments_.slo.empty();
     if (!capture_.has_lines() || !given) {
       const identify::ProtocolGuess guess = capture_.protocol();
-      const bool other = guess.protocol != Protocol::biss_c &&
-                         guess.protocol != Protocol::unknown &&
-                         guess.protocol != Protocol::clock_alone;
+      const bool other = is_other(guess.protocol);
       if (!capture_.has_lines() || other) {
         const std::string& name = capture_.input().name();
         end(other ? other_protocol : no_lines,

@@ -60,10 +60,13 @@ Cell time_cell(const std::optional<std::int64_t>& time) {
   return time ? Cell(picoseconds(*time)) : Cell();
 }
 
-// Why the file was not read; where it was, the most frequent fault.
+// Why the file was not read; where it was, the most frequent fault, or that none can be seen.
 std::string_view cause_of(const FileEntry& file, const LinkEntry* link) {
   if (!file.cause.empty()) return file.cause;
-  return name_of(link->counts.foremost_fault());
+  const auto foremost = link->counts.foremost_fault();
+  const bool unchecked = link->counts.count(decode::CycleStatus::unchecked) != 0;
+  return name_of(foremost == decode::CycleStatus::ok && unchecked ? decode::CycleStatus::unchecked
+                                                                  : foremost);
 }
 
 bool put_row(report::TableWriter& writer, const FileEntry& file, const LinkEntry* link) {
@@ -147,8 +150,9 @@ std::string sums_text(const archive::Summary& summary, const Sums& sums, const s
     return sums.by_reading[static_cast<std::size_t>(reading)];
   };
   report::Summary text;
-  text.title(fmt::format("{}: {} files, {} read, {} in part, {} not", name, summary.files.size(),
-                         read(Reading::whole), read(Reading::part), read(Reading::none)));
+  text.title(fmt::format("{}: {} files, {} read, {} in part, {} not read", name,
+                         summary.files.size(), read(Reading::whole), read(Reading::part),
+                         read(Reading::none)));
   std::string status;
   for (std::size_t i = 0; i < decode::cycle_status_count; ++i) {
     const auto each = static_cast<decode::CycleStatus>(i);
