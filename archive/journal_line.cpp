@@ -28,7 +28,7 @@ std::string journal_line(const StampedEntry& stamped) {
 tl::expected<StampedEntry, std::string> read_journal_line(std::string_view line) {
   if (line.size() < checksum_digits + 1) return tl::unexpected(std::string("it ends early"));
   const std::string_view text = line.substr(checksum_digits + 1);
-  if (line.substr(0, checksum_digits) != checksum_of(text)) {
+  if (line.substr(0, checksum_digits + 1) != checksum_of(text) + ' ') {
     return tl::unexpected(std::string("its checksum is wrong"));
   }
   const Json json = Json::parse(text, nullptr, false);

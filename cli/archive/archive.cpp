@@ -141,8 +141,8 @@ void add_archive(Command& command) {
       {.name = "archive",
        .purpose = "Read all captures in folders, and write one summary, the worst files first",
        .examples = {"biss archive captures -o summary.json",
-                    "biss archive captures --shard 1/7 -o part1.json",
-                    "biss archive merge part1.json part2.json -o summary.json"}},
+                    "biss archive captures --shard 1/2 -o shard1.json",
+                    "biss archive merge shard1.json shard2.json -o summary.json"}},
       [options] { return options->merge->parsed() ? run_merge(*options) : run_read(*options); });
   add_folder_options(verb, options->capture);
   verb.add_option("--files-from", options->list,
@@ -159,7 +159,7 @@ void add_archive(Command& command) {
   Verb merge =
       verb.add_verb({.name = "merge",
                      .purpose = "Add up the summaries of shards, or of different folders",
-                     .examples = {"biss archive merge part1.json part2.json -o summary.json"}});
+                     .examples = {"biss archive merge shard1.json shard2.json -o summary.json"}});
   merge.add_option("FILE", options->parts, "Summaries written by biss archive")
       .required()
       .file(FileUse::read);

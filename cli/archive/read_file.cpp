@@ -34,7 +34,7 @@ constexpr const char* no_cycle = "no_cycle";
 constexpr const char* out_of_memory = "out_of_memory";
 constexpr const char* changed = "changed_while_read";
 
-// A neighbour of BiSS C. A line that is dead or noisy may be one of BiSS C all the same.
+// A neighbour of BiSS C. A line that is dead or noisy may still be one of BiSS C.
 bool is_other(Protocol protocol) {
   switch (protocol) {
     case Protocol::biss_c:

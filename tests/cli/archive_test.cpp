@@ -278,7 +278,7 @@ TEST_F(Archive, ThreadsAndShards_GiveTheSameSummary) {
 }
 
 TEST_F(Archive, KilledAtRandom_IsResumed) {
-  const ArchiveFolder archive(120);
+  const ArchiveFolder archive(60);
   EXPECT_GT(kill_and_resume(archive, 5, 1), 0);
 }
 
