@@ -82,6 +82,8 @@ int run(int count, char** values) {
   add_crc_rows(table);
   add_core_rows(table);
   add_capture_rows(table);
+  add_row_rows(table);
+  add_samples_rows(table);
   add_sim_rows(table);
   add_campaign_rows(table);
   add_command_rows(table);

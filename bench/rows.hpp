@@ -12,6 +12,10 @@ void add_frame_rows(Table& table);
 void add_core_rows(Table& table);
 /// The readers of captures, and the decoder that uses them.
 void add_capture_rows(Table& table);
+/// Rows of `decode` as text and as columns.
+void add_row_rows(Table& table);
+/// Sampled captures on their way to the changes of two lines.
+void add_samples_rows(Table& table);
 /// The line model.
 void add_sim_rows(Table& table);
 /// Fault campaigns against BiSS Safety.

@@ -57,6 +57,12 @@ class MemoryBytes final : public ByteSource {
     return count;
   }
 
+  std::span<const char> take(std::size_t most) override {
+    const std::string_view taken = rest_.substr(0, std::min(most, block_bytes_));
+    rest_.remove_prefix(taken.size());
+    return taken;
+  }
+
  private:
   std::string_view rest_;
   std::size_t block_bytes_;
@@ -73,6 +79,11 @@ class PrefixedBytes final : public ByteSource {
     std::memcpy(into.data(), head_.data() + given_, count);
     given_ += count;
     return count;
+  }
+
+  std::span<const char> take(std::size_t most) override {
+    if (given_ != head_.size()) return {};
+    return rest_->take(most);
   }
 
   int regular_file() const override { return rest_->regular_file(); }
@@ -118,6 +129,16 @@ bool is_directory(int descriptor) {
 }
 
 }  // namespace
+
+Result<std::span<const char>, CaptureError> BlockReader::read(ByteSource& source) {
+  constexpr std::size_t least = 4'096;
+  constexpr std::size_t most = 65'536;
+  if (filled_ == block_.size()) block_.resize(std::clamp(2 * filled_, least, most));
+  const auto got = source.read(block_);
+  if (!got.ok()) return failure(got.error());
+  filled_ = *got;
+  return std::span<const char>(block_).first(filled_);
+}
 
 OpenedBytes open_bytes(const std::string& path) {
   const bool standard_input = path == "-";

@@ -10,6 +10,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "biss/base/result.hpp"
 #include "capture/edge_source.hpp"
@@ -27,10 +28,29 @@ class ByteSource {
   /// \pre into is not empty
   virtual Result<std::size_t, CaptureError> read(std::span<char> into) = 0;
 
+  /// The next bytes where they lie in memory, at most `most`, valid as long as this source; empty
+  /// where they have to be read, and at the end.
+  virtual std::span<const char> take(std::size_t most) {
+    static_cast<void>(most);
+    return {};
+  }
+
   /// Descriptor of the regular file that all of these bytes are, from its beginning, for formats
   /// that are read at any place; -1 where there is none. It stays open as long as the source lives,
   /// and may be read instead of the source, not beside it.
   virtual int regular_file() const { return -1; }
+};
+
+/// Reads a source in blocks: small at first, and twice as large after each that the source has
+/// filled, up to 64 KiB.
+class BlockReader {
+ public:
+  /// The next bytes, valid until the next call; none at the end. Fails as the source fails.
+  Result<std::span<const char>, CaptureError> read(ByteSource& source);
+
+ private:
+  std::vector<char> block_;
+  std::size_t filled_ = 0;
 };
 
 using OpenedBytes = tl::expected<std::unique_ptr<ByteSource>, CaptureError>;

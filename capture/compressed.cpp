@@ -10,7 +10,6 @@
 #include <optional>
 #include <span>
 #include <utility>
-#include <vector>
 
 #include "capture/text_source.hpp"
 
@@ -43,7 +42,7 @@ class CompressedBytes : public ByteSource {
 
  protected:
   CompressedBytes(std::unique_ptr<ByteSource> bytes, const char* part)
-      : bytes_(std::move(bytes)), part_(part), buffer_(block_bytes) {}
+      : bytes_(std::move(bytes)), part_(part) {}
 
   /// Takes bytes off the front of `input`.
   virtual Step decompress(std::string_view& input, std::span<char> into) = 0;
@@ -53,18 +52,16 @@ class CompressedBytes : public ByteSource {
   virtual bool whole() const = 0;
 
  private:
-  static constexpr std::size_t block_bytes = 65'536;
-
   void stop(CaptureCause cause, const char* expected) {
     error_ = {.cause = cause, .expected = expected, .part = part_};
   }
 
   bool refill() {
-    const auto got = bytes_->read(buffer_);
+    const auto got = block_.read(*bytes_);
     if (!got.ok()) {
       error_ = got.error();
-    } else if (*got != 0) {
-      input_ = std::string_view(buffer_.data(), *got);
+    } else if (!got->empty()) {
+      input_ = std::string_view(got->data(), got->size());
     } else if (whole()) {
       ended_ = true;
     } else {
@@ -75,7 +72,7 @@ class CompressedBytes : public ByteSource {
 
   std::unique_ptr<ByteSource> bytes_;
   const char* part_;
-  std::vector<char> buffer_;
+  BlockReader block_;
   std::string_view input_;
   bool ended_ = false;
   std::optional<CaptureError> error_;
@@ -147,14 +144,20 @@ class ZstdBytes final : public CompressedBytes {
   };
 
   Step decompress(std::string_view& input, std::span<char> into) override {
-    ZSTD_inBuffer in{input.data(), input.size(), 0};
+    // A call that fails delivers nothing. Therefore each gets at most one block: zstd wishes for a
+    // block and the header of the next one.
+    const std::size_t given = wish_ > block_header_bytes ? wish_ - block_header_bytes : wish_;
+    ZSTD_inBuffer in{input.data(), std::min(given, input.size()), 0};
     ZSTD_outBuffer out{into.data(), into.size(), 0};
     const std::size_t left = ZSTD_decompressStream(stream_.get(), &out, &in);
     input.remove_prefix(in.pos);
+    wish_ = std::max<std::size_t>(left, 1);
     between_frames_ = left == 0;
     holds_output_ = left != 0 && out.pos == out.size;
     return {.made = out.pos, .fault = ZSTD_isError(left) != 0 ? fault_of_code(left) : nullptr};
   }
+
+  static constexpr std::size_t block_header_bytes = 3;
 
   static const char* fault_of_code(std::size_t code) {
     switch (ZSTD_getErrorCode(code)) {
@@ -173,6 +176,7 @@ class ZstdBytes final : public CompressedBytes {
   bool whole() const override { return between_frames_; }
 
   std::unique_ptr<ZSTD_DStream, Free> stream_;
+  std::size_t wish_ = 1;
   bool between_frames_ = false;
   bool holds_output_ = false;
 };

@@ -55,9 +55,28 @@ std::string random_text(std::mt19937_64& random, std::size_t size) {
 }
 
 const std::vector<std::pair<const char*, std::string (*)(std::string_view)>> kinds{
-    {"gzip", gzip_of}, {"zstd", zstd_of}};
+    {"gzip", [](std::string_view text) { return gzip_of(text); }},
+    {"zstd", [](std::string_view text) { return zstd_of(text); }}};
 
 const std::string vcd = vcd_of_ma_and_slo("#0 1! 1\"\n#100 0!\n#200 1!\n#300\n");
+
+TEST(Compressed, WrongChecksum_DeliversAllTextFirst) {
+  std::mt19937_64 random(7'502);
+  for (const auto& [name, compress] : kinds) {
+    for (const std::size_t size : {100U, 300'000U}) {
+      const std::string text = random_text(random, size);
+      std::string bytes = compress(text);
+      // The last four bytes are the checksum of zstd; those of gzip come before the length.
+      bytes[bytes.size() - (std::string_view(name) == "gzip" ? 8 : 4)] ^= 1;
+      for (const std::size_t in : {std::size_t{7}, one_block}) {
+        const Text read = decompressed_text(bytes, in, 1'000'000);
+        ASSERT_TRUE(read.error) << name;
+        EXPECT_EQ(read.error->cause, CaptureCause::damaged);
+        EXPECT_TRUE(read.text == text) << name << ' ' << size << ' ' << in;
+      }
+    }
+  }
+}
 
 TEST(Compressed, EveryBlockSize_GivesTheTextBack) {
   std::mt19937_64 random(7'501);

@@ -54,7 +54,9 @@ std::string unquote(std::string_view cell) {
 }
 
 std::vector<std::string> cells_of(std::string_view row, char separator) {
+  constexpr std::size_t usual_cells = 8;
   std::vector<std::string> cells;
+  cells.reserve(usual_cells);
   for (bool last = false; !last;) cells.push_back(unquote(take_cell(row, separator, last)));
   return cells;
 }

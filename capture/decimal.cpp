@@ -92,6 +92,18 @@ std::optional<std::uint64_t> magnitude_of(const Parts& parts, int scale) {
   return value;
 }
 
+// Appends the digits at the front of `text` to `value`, eight at a time; returns how many.
+std::size_t append_digits(std::string_view text, std::uint64_t& value) {
+  std::size_t at = 0;
+  for (; text.size() - at >= 8; at += 8) {
+    const std::uint64_t word = load_eight(text.data() + at);
+    if (no_digits(word) != 0) break;
+    value = value * powers_of_ten[8] + sum_digits(word - 0x3030303030303030U);
+  }
+  for (; at < text.size() && is_digit(text[at]); ++at) value = value * 10 + digit_of(text[at]);
+  return at;
+}
+
 // The plain case, as nearly every cell is: `42007.500`, few digits, no exponent, nothing to round.
 std::optional<std::int64_t> parse_plain(std::string_view text, int scale, bool comma) {
   constexpr std::array<std::uint64_t, 13> powers{1,
@@ -109,15 +121,14 @@ std::optional<std::int64_t> parse_plain(std::string_view text, int scale, bool c
                                                  1'000'000'000'000};
   if (text.empty() || text.size() > 18 || scale < 0 || scale > 12) return std::nullopt;
   std::uint64_t value = 0;
-  std::size_t at = 0;
-  for (; at < text.size() && is_digit(text[at]); ++at) value = value * 10 + digit_of(text[at]);
+  std::size_t at = append_digits(text, value);
   if (at == 0) return std::nullopt;
   std::size_t missing = static_cast<std::size_t>(scale);
   if (at < text.size() && (text[at] == '.' || (comma && text[at] == ','))) {
-    const std::size_t first = ++at;
-    for (; at < text.size() && is_digit(text[at]); ++at) value = value * 10 + digit_of(text[at]);
-    if (at - first > missing) return std::nullopt;
-    missing -= at - first;
+    const std::size_t places = append_digits(text.substr(++at), value);
+    if (places > missing) return std::nullopt;
+    at += places;
+    missing -= places;
   }
   if (at != text.size() || value > largest / powers[missing]) return std::nullopt;
   return static_cast<std::int64_t>(value * powers[missing]);

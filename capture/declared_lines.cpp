@@ -1,5 +1,6 @@
 #include "capture/declared_lines.hpp"
 
+#include <algorithm>
 #include <unordered_map>
 #include <utility>
 
@@ -96,6 +97,16 @@ DrivenLines::DrivenLines(const DeclaredLines& lines, std::uint32_t variables)
   for (Variable& variable : variables_) {
     variable.first -= variable.lines;
     if (variable.lines == 1) variable.first = driven_[variable.first];
+  }
+}
+
+std::uint32_t DrivenLines::variable_of(wire::LineIndex line) const {
+  for (std::uint32_t variable = 0;; ++variable) {
+    const Variable& driver = variables_[variable];
+    if (driver.lines == 1 && driver.first == line) return variable;
+    if (driver.lines < 2) continue;
+    const auto* const first = driven_.data() + driver.first;
+    if (std::find(first, first + driver.lines, line) != first + driver.lines) return variable;
   }
 }
 

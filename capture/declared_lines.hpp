@@ -96,6 +96,13 @@ class DrivenLines {
     }
   }
 
+  /// The variable that drives the line. \pre the line is one of these
+  std::uint32_t variable_of(wire::LineIndex line) const;
+  /// The variable has this level; no edge is pushed.
+  void note(std::uint32_t variable, wire::Level level) {
+    variables_[variable].level = static_cast<std::uint8_t>(level);
+  }
+
   /// Every level that was known is unknown from now on.
   void lose_levels(Picoseconds time, EdgeBlock& block);
 

@@ -9,6 +9,7 @@
 #include <span>
 #include <utility>
 
+#include "capture/dsl_blocks.hpp"
 #include "capture/key_file.hpp"
 #include "capture/sr.hpp"
 
@@ -112,33 +113,27 @@ class DslHeaderParser {
 
 /// The samples of one probe in the block at hand, and its level before the next of them.
 struct Plane {
-  unsigned probe = 0;
   std::vector<std::uint64_t> words;
   std::uint64_t last = 0;
 };
 
 class DslSource final : public EdgeSource {
  public:
-  DslSource(std::unique_ptr<ZipArchive> archive, DslHeader header)
-      : archive_(std::move(archive)),
-        header_(std::move(header)),
-        clock_(header_.rate),
-        last_index_(clock_.last_index()) {
+  DslSource(std::unique_ptr<ZipArchive> archive, const DslHeader& header, bool verify)
+      : blocks_(std::move(archive), header),
+        rate_(header.rate),
+        verify_(verify),
+        clock_(header.rate),
+        last_index_(clock_.last_index()),
+        planes_(header.lines.size()) {
     LineNames names;
-    for (const SampleLine& line : header_.lines) {
-      lines_.push_back(names.claim(line.name));
-      planes_.push_back({.probe = line.bit, .words = {}});
-    }
-    const std::uint64_t needed = header_.total_samples / dsl_block_samples +
-                                 (header_.total_samples % dsl_block_samples != 0);
-    blocks_ = header_.total_blocks == 0 ? needed : std::min(needed, header_.total_blocks);
-    if (header_.total_samples == 0) stop({.cause = CaptureCause::empty});
+    for (const SampleLine& line : header.lines) lines_.push_back(names.claim(line.name));
   }
 
   const std::vector<std::string>& lines() const override { return lines_; }
   Picoseconds end_time() const override { return end_time_; }
-  Picoseconds sample_period() const override { return longest_period(header_.rate); }
-  Hertz sample_rate() const override { return header_.rate; }
+  Picoseconds sample_period() const override { return longest_period(rate_); }
+  Hertz sample_rate() const override { return rate_; }
 
   Result<std::span<const wire::Edge>, CaptureError> next_block() override {
     edges_.grow();
@@ -154,79 +149,55 @@ class DslSource final : public EdgeSource {
     return edges_.edges();
   }
 
+  std::unique_ptr<PairSource> pairs(wire::LineIndex ma, wire::LineIndex slo) override {
+    DslRead read;
+    read.first = before_ + at_;
+    read.end = before_ + samples_;
+    read.end_time = end_time_;
+    read.ended = stopped_;
+    read.error = error_;
+    for (std::size_t i = 0; i < planes_.size(); ++i)
+      read.last_levels |= last_level(planes_[i]) << i;
+    if (at_ != samples_) {
+      read.ma = rest_of(planes_[ma]);
+      read.slo = rest_of(planes_[slo]);
+      read.beyond = changes_beyond();
+    }
+    return dsl_pairs(blocks_, rate_, verify_, ma, slo, std::move(read));
+  }
+
  private:
   void stop(const CaptureError& error) {
     stopped_ = true;
     error_ = error;
   }
 
-  void stop_in_block(CaptureCause cause, const char* expected) {
-    stop({.cause = cause, .expected = expected, .part = "block", .part_number = block_ + 1});
-  }
-
-  std::uint64_t samples_left() const { return header_.total_samples - before_; }
-
   void load_block() {
     before_ += samples_;
     at_ = samples_ = 0;
-    if (block_ == blocks_) return finish();
-    std::optional<std::uint64_t> bytes;
-    for (Plane& plane : planes_) {
-      const auto read = read_plane(plane);
-      if (!read) return;
-      if (bytes && *bytes != *read) {
-        return stop_in_block(CaptureCause::damaged, "blocks of the same size for all probes");
-      }
-      bytes = read;
-    }
-    samples_ = std::min({samples_left(), 8 * *bytes, dsl_block_samples});
-    const bool last = ++block_ == blocks_;
-    if (!last && samples_ != dsl_block_samples) {
-      --block_;
-      samples_ = 0;
-      stop_in_block(CaptureCause::damaged, "2 MiB in every block but the last");
-    }
-  }
-
-  // The bytes of the block of a probe; nothing where it cannot be read.
-  std::optional<std::uint64_t> read_plane(Plane& plane) {
-    const auto member =
-        archive_->find("L-" + std::to_string(plane.probe) + '/' + std::to_string(block_));
-    const char* fault = nullptr;
-    if (!member) {
-      fault = "this block of every probe";
-    } else if (member->size_bytes > dsl_block_samples / 8) {
-      fault = "at most 2 MiB";
-    } else if (member->size_bytes / max_deflate_ratio > member->compressed_bytes) {
-      fault = "a size that the compressed data can have";
-    } else {
-      plane.words.resize(static_cast<std::size_t>((member->size_bytes + 7) / 8));
-      if (!archive_->read_whole(*member, bytes_of(plane.words, member->size_bytes))) {
-        fault = "data that inflates to its size and checksum";
+    const auto got = blocks_.next(packed_);
+    if (!got.ok()) return stop(got.error());
+    stopped_ = !*got;
+    if (stopped_) return;
+    for (std::size_t i = 0; i < packed_.planes.size(); ++i) {
+      if (!inflate(packed_.planes[i], planes_[i].words)) {
+        return stop(packed_.damaged(damaged_plane));
       }
     }
-    if (fault != nullptr) {
-      stop_in_block(CaptureCause::damaged, fault);
-      return std::nullopt;
-    }
-    if constexpr (std::endian::native == std::endian::big) {
-      for (std::uint64_t& word : plane.words) word = __builtin_bswap64(word);
-    }
-    return member->size_bytes;
+    if (packed_.fault != nullptr) return stop(packed_.damaged(packed_.fault));
+    samples_ = packed_.samples;
   }
 
-  static std::span<std::uint8_t> bytes_of(std::vector<std::uint64_t>& words, std::uint64_t bytes) {
+  bool inflate(const PackedPlane& packed, std::vector<std::uint64_t>& words) {
+    words.resize(static_cast<std::size_t>((packed.size_bytes + 7) / 8));
     if (!words.empty()) words.back() = 0;
-    return {reinterpret_cast<std::uint8_t*>(words.data()), static_cast<std::size_t>(bytes)};
-  }
-
-  void finish() {
-    stopped_ = true;
-    if (before_ == 0) {
-      stop({.cause = CaptureCause::empty});
-    } else if (samples_left() >= word_bits) {
-      stop({.cause = CaptureCause::truncated, .expected = "as many samples as the header has"});
+    const std::span bytes(reinterpret_cast<std::uint8_t*>(words.data()),
+                          static_cast<std::size_t>(packed.size_bytes));
+    if (!packed.inflate(inflater_, verify_, bytes)) return false;
+    if constexpr (std::endian::native == std::endian::big) {
+      for (std::uint64_t& word : words) word = __builtin_bswap64(word);
     }
+    return true;
   }
 
   // The samples of the word from at_ on at which a line changes.
@@ -250,7 +221,10 @@ class DslSource final : public EdgeSource {
       for (; any != 0; any &= any - 1) {
         at_ = word * word_bits + static_cast<std::uint64_t>(std::countr_zero(any));
         if (edges_.full()) return;
-        if (before_ + at_ > last_index_) return stop({.cause = CaptureCause::time_out_of_range});
+        if (before_ + at_ > last_index_) {
+          end_time_ = clock_.time_of(last_index_);
+          return stop({.cause = CaptureCause::time_out_of_range});
+        }
         push_changes(word, at_ % word_bits);
       }
       at_ = end;
@@ -271,14 +245,49 @@ class DslSource final : public EdgeSource {
     }
   }
 
-  std::unique_ptr<ZipArchive> archive_;
-  DslHeader header_;
+  std::uint64_t last_level(const Plane& plane) const {
+    if (at_ == samples_) return plane.last;
+    const std::uint64_t last = samples_ - 1;
+    return plane.words[static_cast<std::size_t>(last / word_bits)] >> last % word_bits & 1U;
+  }
+
+  // The words from the sample at hand on, their bytes as in the file. Samples before it show its
+  // level.
+  std::vector<std::uint64_t> rest_of(const Plane& plane) const {
+    std::vector<std::uint64_t> words(
+        plane.words.begin() + static_cast<std::ptrdiff_t>(at_ / word_bits), plane.words.end());
+    const std::uint64_t before = (std::uint64_t{1} << at_ % word_bits) - 1;
+    const bool high = (words.front() >> at_ % word_bits & 1U) != 0;
+    words.front() = high ? words.front() & ~before : words.front() | before;
+    if constexpr (std::endian::native == std::endian::big) {
+      for (std::uint64_t& word : words) word = __builtin_bswap64(word);
+    }
+    return words;
+  }
+
+  // Whether a line changes in the rest of the block where no time can be represented.
+  bool changes_beyond() const {
+    const auto level = [](const Plane& plane, std::uint64_t sample) {
+      return plane.words[static_cast<std::size_t>(sample / word_bits)] >> sample % word_bits & 1U;
+    };
+    const std::uint64_t first = last_index_ < before_ ? 0 : last_index_ + 1 - before_;
+    for (std::uint64_t at = std::max(first, at_); at < samples_; ++at) {
+      for (const Plane& plane : planes_) {
+        if (level(plane, at) != (at == 0 ? plane.last : level(plane, at - 1))) return true;
+      }
+    }
+    return false;
+  }
+
+  DslBlocks blocks_;
+  Hertz rate_;
+  bool verify_;
   SampleClock clock_;
   std::uint64_t last_index_;
   std::vector<std::string> lines_;
+  PackedBlock packed_;
+  Inflater inflater_;
   std::vector<Plane> planes_;
-  std::uint64_t blocks_ = 0;   // of each probe
-  std::uint64_t block_ = 0;    // the next to be read
   std::uint64_t before_ = 0;   // samples of the blocks before the one at hand
   std::uint64_t samples_ = 0;  // of the block at hand
   std::uint64_t at_ = 0;       // the next of these
@@ -294,13 +303,13 @@ tl::expected<DslHeader, CaptureError> parse_dsl_header(std::string_view text) {
   return DslHeaderParser().parse(text);
 }
 
-Opened open_dsl(std::unique_ptr<ByteSource> bytes) {
+Opened open_dsl(std::unique_ptr<ByteSource> bytes, const SampleReading& reading) {
   auto opened = ZipArchive::open(std::move(bytes));
   if (!opened) return tl::unexpected(opened.error());
-  return open_dsl(std::move(*opened));
+  return open_dsl(std::move(*opened), reading);
 }
 
-Opened open_dsl(std::unique_ptr<ZipArchive> archive) {
+Opened open_dsl(std::unique_ptr<ZipArchive> archive, const SampleReading& reading) {
   const auto member = archive->find("header");
   const auto text = member ? archive->read_text(*member, max_header_bytes) : std::nullopt;
   if (!text) {
@@ -311,9 +320,10 @@ Opened open_dsl(std::unique_ptr<ZipArchive> archive) {
   if (!header) return tl::unexpected(header.error());
   if (header->version == 1) {
     const RawLayout layout{header->rate, unit_bytes_of_version_1, std::move(header->lines)};
-    return open_samples(layout, zip_samples(std::move(archive), std::move(header->capture_file)));
+    return open_samples(
+        layout, zip_samples(std::move(archive), std::move(header->capture_file), reading), reading);
   }
-  return std::make_unique<DslSource>(std::move(archive), std::move(*header));
+  return std::make_unique<DslSource>(std::move(archive), *header, reading.verify);
 }
 
 DslWriter::DslWriter(const std::vector<std::string>& lines, Hertz rate, ByteSink& sink)

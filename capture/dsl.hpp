@@ -43,8 +43,8 @@ tl::expected<DslHeader, CaptureError> parse_dsl_header(std::string_view text);
 /// has another size than those of the other probes), `malformed` (header), `empty`, `truncated` (fewer
 /// samples than the header has) and `time_out_of_range`.
 /// Source: DSView, storesession.cpp and session_driver.c.
-Opened open_dsl(std::unique_ptr<ByteSource> bytes);
-Opened open_dsl(std::unique_ptr<ZipArchive> archive);
+Opened open_dsl(std::unique_ptr<ByteSource> bytes, const SampleReading& reading = {});
+Opened open_dsl(std::unique_ptr<ZipArchive> archive, const SampleReading& reading = {});
 
 /// Writes a DSLogic capture of version 3. Line k is probe k; up to 64 lines. It holds back a block of
 /// every line, 2 MiB each. Fails with `too_large` when the archive would pass 4 GiB or 65535 members;

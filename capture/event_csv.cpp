@@ -14,18 +14,15 @@
 #include "capture/csv_cells.hpp"
 #include "capture/decimal.hpp"
 #include "capture/edge_source.hpp"
+#include "capture/event_csv_piece.hpp"
 #include "capture/text_source.hpp"
 
 namespace biss::capture {
 namespace {
 
 struct EventCsvHeader {
-  char separator = ',';
-  int scale = 12;  ///< a time of 1 is 10^scale picoseconds
+  EventCsvLayout layout;
   std::vector<std::string> lines;
-
-  /// Where a comma does not separate it may be a decimal mark.
-  bool decimal_comma() const { return separator != ','; }
 };
 
 struct EventCsvHeaderFault {
@@ -39,19 +36,19 @@ tl::expected<EventCsvHeader, EventCsvHeaderFault> parse_event_csv_header(std::st
 
 tl::expected<EventCsvHeader, EventCsvHeaderFault> parse_event_csv_header(std::string_view row) {
   EventCsvHeader header;
-  header.separator = find_separator(row);
+  const char separator = header.layout.separator = find_separator(row);
   const char* const start = row.data();
   bool last = false;
-  const auto scale = event_csv_time_scale(unquote(take_cell(row, header.separator, last)));
+  const auto scale = event_csv_time_scale(unquote(take_cell(row, separator, last)));
   if (!scale) {
     return tl::unexpected(
         EventCsvHeaderFault{0, "a header such as time_ns,MA,SLO with s, ms, us, ns or ps"});
   }
-  header.scale = *scale;
+  header.layout.scale = *scale;
   LineNames names;
   while (!last) {
     const auto offset = static_cast<std::size_t>(row.data() - start);
-    const std::string name = unquote(take_cell(row, header.separator, last));
+    const std::string name = unquote(take_cell(row, separator, last));
     if (name.empty())
       return tl::unexpected(EventCsvHeaderFault{offset, "the name of a line in every column"});
     header.lines.push_back(names.claim(name));
@@ -60,32 +57,16 @@ tl::expected<EventCsvHeader, EventCsvHeaderFault> parse_event_csv_header(std::st
     return tl::unexpected(EventCsvHeaderFault{static_cast<std::size_t>(row.data() - start),
                                               "a column for each line after the time"});
   }
+  header.layout.columns = header.lines.size();
   return header;
 }
 
 using wire::Level;
 
-// Cells that are not one of the three levels.
-constexpr std::uint8_t unchanged = no_level + 1;
-constexpr std::uint8_t no_cell = no_level + 2;
-
-constexpr std::array<std::uint8_t, 256> make_levels() {
-  std::array<std::uint8_t, 256> levels{};
-  levels.fill(no_cell);
-  levels['0'] = static_cast<std::uint8_t>(Level::low);
-  levels['1'] = static_cast<std::uint8_t>(Level::high);
-  for (const char c : {'x', 'X', 'z', 'Z'}) {
-    levels[static_cast<unsigned char>(c)] = static_cast<std::uint8_t>(Level::unknown);
-  }
-  return levels;
-}
-
-constexpr std::array<std::uint8_t, 256> levels = make_levels();
-
 class EventCsvReader final : public TextSource {
  public:
-  explicit EventCsvReader(std::unique_ptr<ByteSource> bytes)
-      : TextSource(std::move(bytes), TextWindow::Cut::lines) {}
+  EventCsvReader(std::unique_ptr<ByteSource> bytes, std::size_t piece_limit)
+      : TextSource(std::move(bytes), TextWindow::Cut::lines, piece_limit) {}
 
   // Reads the header; the cause when there is none.
   std::optional<CaptureError> open();
@@ -93,8 +74,10 @@ class EventCsvReader final : public TextSource {
  private:
   void parse() override;
   void finish() override {}
+  bool choose_pair(wire::LineIndex ma, wire::LineIndex slo) override;
+  std::unique_ptr<TextPiece> new_piece() const override;
+  bool take_over(TextPiece& piece) override;
 
-  bool is_comment(std::string_view row) const { return row.empty() || row.front() == '#'; }
   bool stop(const char* place, CaptureCause cause, const char* expected = nullptr);
   bool stop_in_row(const char* place, const char* expected, bool cut);
   bool take_header(const char* row, const char* end);
@@ -103,7 +86,9 @@ class EventCsvReader final : public TextSource {
   bool read_levels(const char* cell, const char* end);
   void commit();
 
-  EventCsvHeader header_;
+  EventCsvLayout layout_;
+  wire::LineIndex ma_ = 0;
+  wire::LineIndex slo_ = 0;
   Picoseconds row_time_;
   bool any_row_ = false;
   std::vector<std::uint8_t> row_levels_;
@@ -139,7 +124,8 @@ std::optional<CaptureError> EventCsvReader::open() {
       window_.advance(end + 1);
       const std::string_view text = trim_cell(text_between(row, end), ',');
       any_text = any_text || !text.empty();
-      if (end - row <= static_cast<std::ptrdiff_t>(max_token_bytes) && is_comment(text)) continue;
+      if (end - row <= static_cast<std::ptrdiff_t>(max_token_bytes) && is_event_csv_comment(text))
+        continue;
       if (!take_header(row, end)) return error();
       return std::nullopt;
     }
@@ -154,9 +140,9 @@ bool EventCsvReader::take_header(const char* row, const char* end) {
     const EventCsvHeaderFault& fault = parsed.error();
     return stop_in_row(row + fault.offset, fault.expected, looks_like_event_csv(text));
   }
-  header_ = std::move(*parsed);
-  lines_ = header_.lines;
-  row_levels_.assign(lines_.size(), unchanged);
+  layout_ = parsed->layout;
+  lines_ = std::move(parsed->lines);
+  row_levels_.assign(lines_.size(), unchanged_cell);
   last_levels_.assign(lines_.size(), no_level);
   return true;
 }
@@ -176,10 +162,8 @@ bool EventCsvReader::read_row(const char* row, const char* end) {
   if (end - row > static_cast<std::ptrdiff_t>(max_token_bytes)) {
     return stop(row, CaptureCause::token_too_long);
   }
-  if (row == end || *row < '-' || *row > '9') {
-    if (is_comment(trim_cell(text_between(row, end), ','))) return true;
-  }
-  const char* const time_end = find_or_end(row, end, header_.separator);
+  if (is_event_csv_comment(text_between(row, end))) return true;
+  const char* const time_end = find_or_end(row, end, layout_.separator);
   if (!read_time(row, time_end, end)) return false;
   if (time_end == end) return stop_in_row(end, "a level for every line", true);
   if (!read_levels(time_end + 1, end)) return false;
@@ -188,9 +172,7 @@ bool EventCsvReader::read_row(const char* row, const char* end) {
 }
 
 bool EventCsvReader::read_time(const char* cell, const char* cell_end, const char* end) {
-  const std::string_view text =
-      without_quotes(trim_cell(text_between(cell, cell_end), header_.separator));
-  const auto time = parse_decimal(text, header_.scale, header_.decimal_comma());
+  const auto time = event_csv_time(text_between(cell, cell_end), layout_);
   if (!time.ok()) {
     if (time.error() == DecimalCause::out_of_range) {
       return stop(cell, CaptureCause::time_out_of_range);
@@ -211,16 +193,13 @@ bool EventCsvReader::read_levels(const char* cell, const char* end) {
   for (std::size_t line = 0; line < row_levels_.size(); ++line) {
     const char* cell_end = cell;
     // The common cell is one character; memchr would cost more than it saves.
-    while (cell_end != end && *cell_end != header_.separator) ++cell_end;
-    std::string_view text = text_between(cell, cell_end);
-    if (text.size() > 1) text = without_quotes(trim_cell(text, header_.separator));
-    std::uint8_t level = text.size() == 1 ? levels[static_cast<unsigned char>(text[0])] : no_cell;
-    if (text.empty() || text == " " || text == "\r") level = unchanged;
-    if (level == no_cell) return stop_in_row(cell, "a level: 0, 1, x, z or nothing", false);
+    while (cell_end != end && *cell_end != layout_.separator) ++cell_end;
+    const std::uint8_t level = event_csv_level(text_between(cell, cell_end), layout_.separator);
+    if (level == wrong_cell) return stop_in_row(cell, "a level: 0, 1, x, z or nothing", false);
     row_levels_[line] = level;
     const bool last = line + 1 == row_levels_.size();
     if (last && cell_end != end) return stop_in_row(cell_end, "no more columns than names", false);
-    if (cell_end == end && (!last || (level == unchanged && window_.unterminated()))) {
+    if (cell_end == end && (!last || (level == unchanged_cell && window_.unterminated()))) {
       return stop_in_row(end, "a level for every line", true);
     }
     cell = cell_end + 1;
@@ -232,10 +211,36 @@ void EventCsvReader::commit() {
   end_time_ = row_time_;
   for (std::size_t line = 0; line < row_levels_.size(); ++line) {
     const std::uint8_t level = row_levels_[line];
-    if (level == unchanged || level == last_levels_[line]) continue;
+    if (level == unchanged_cell || level == last_levels_[line]) continue;
     last_levels_[line] = level;
     block_.push({row_time_, static_cast<wire::LineIndex>(line), static_cast<Level>(level)});
   }
+}
+
+bool EventCsvReader::choose_pair(wire::LineIndex ma, wire::LineIndex slo) {
+  ma_ = ma;
+  slo_ = slo;
+  return ma != slo;
+}
+
+std::unique_ptr<TextPiece> EventCsvReader::new_piece() const {
+  return std::make_unique<EventCsvPiece>(layout_, ma_, slo_);
+}
+
+bool EventCsvReader::take_over(TextPiece& text) {
+  const auto& piece = static_cast<EventCsvPiece&>(text);
+  if (!piece.timed) return true;
+  if (any_row_ && piece.first_time < row_time_.count) return false;
+  row_time_ = end_time_ = {piece.last_time};
+  any_row_ = true;
+  const auto note = [this](wire::LineIndex line, const LineChanges& changes) {
+    if (const auto level = last_level(changes)) {
+      last_levels_[line] = static_cast<std::uint8_t>(*level);
+    }
+  };
+  note(ma_, piece.ma);
+  note(slo_, piece.slo);
+  return true;
 }
 
 constexpr char no_level_yet = ' ';
@@ -283,8 +288,8 @@ bool looks_like_event_csv(std::string_view row) {
   return lower_case(unquote(cell)).starts_with("time");
 }
 
-Opened open_event_csv(std::unique_ptr<ByteSource> bytes) {
-  auto reader = std::make_unique<EventCsvReader>(std::move(bytes));
+Opened open_event_csv(std::unique_ptr<ByteSource> bytes, std::size_t piece_limit) {
+  auto reader = std::make_unique<EventCsvReader>(std::move(bytes), piece_limit);
   if (const auto error = reader->open()) return tl::unexpected(*error);
   return reader;
 }

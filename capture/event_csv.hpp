@@ -1,6 +1,7 @@
 // Event CSV: a row a change, `time_ns,MA,SLO`.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -11,6 +12,7 @@
 #include "capture/bytes.hpp"
 #include "capture/edge_source.hpp"
 #include "capture/edge_writer.hpp"
+#include "capture/text_piece.hpp"
 
 namespace biss::capture {
 
@@ -33,7 +35,10 @@ bool looks_like_event_csv(std::string_view row);
 /// `token_too_long` (a row of more than 64 KiB), `time_backwards`, `time_out_of_range` and
 /// `truncated`. A row counts whole or not at all. A missing line feed at the end is no fault, but a
 /// last row without one is `truncated` when columns are missing or its last cell is empty.
-Opened open_event_csv(std::unique_ptr<ByteSource> bytes);
+///
+/// \param piece_limit the most text of a piece of pairs()
+Opened open_event_csv(std::unique_ptr<ByteSource> bytes,
+                      std::size_t piece_limit = default_piece_bytes);
 
 /// How rows are written.
 enum class CsvDialect : std::uint8_t {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "capture/fst_file.hpp"
+#include "capture/step_source.hpp"
 
 namespace biss::capture {
 namespace {
@@ -173,31 +174,18 @@ class FstChainIndex {
   bool has_last_ = false;
 };
 
-class FstReader final : public EdgeSource {
+class FstReader final : public StepSource {
  public:
   explicit FstReader(FstFile file)
-      : file_(std::move(file)),
-        lines_(file_.declared().take_names()),
+      : StepSource(file.declared().take_names()),
+        file_(std::move(file)),
         driven_(file_.declared(), static_cast<std::uint32_t>(file_.lengths().size())),
         levels_(file_.lengths().size(), no_level) {
     constexpr std::uint64_t most_changes_a_byte = 1U << 20U;
     changes_left_ = file_.size() * most_changes_a_byte;
   }
 
-  const std::vector<std::string>& lines() const override { return lines_; }
-  Picoseconds end_time() const override { return now_; }
-
-  Result<std::span<const wire::Edge>, CaptureError> next_block() override {
-    block_.grow();
-    block_.prepare(lines_.size());
-    while (state_ != State::ended && state_ != State::failed && !block_.full()) step();
-    if (block_.empty() && state_ == State::failed) return failure(error_);
-    return block_.edges();
-  }
-
  private:
-  enum class State : std::uint8_t { between, in_block, ended, failed };
-
   // What of a block is needed while it is opened; places are in the file.
   struct Layout {
     std::uint64_t begin_tick = 0;
@@ -215,8 +203,8 @@ class FstReader final : public EdgeSource {
   };
 
   void fail(CaptureCause cause, const char* expected = nullptr) {
-    error_ = {.cause = cause, .expected = expected, .part = "block", .part_number = block_number_};
-    state_ = State::failed;
+    StepSource::fail(
+        {.cause = cause, .expected = expected, .part = "block", .part_number = block_number_});
   }
   bool damaged(const char* expected) {
     fail(CaptureCause::damaged, expected);
@@ -237,7 +225,7 @@ class FstReader final : public EdgeSource {
     return false;
   }
 
-  void step();
+  void step() override;
   void open_block();
   bool read_layout(const FstBlock& block, Layout& layout);
   bool read_head(const FstBlock& block, Layout& layout);
@@ -255,13 +243,9 @@ class FstReader final : public EdgeSource {
   void set_tick(std::uint64_t tick);
 
   FstFile file_;
-  std::vector<std::string> lines_;
   DrivenLines driven_;
   std::vector<std::uint8_t> levels_;  // of variables, also while dumping is off
-  EdgeBlock block_;
-  State state_ = State::between;
-  CaptureError error_;
-  Picoseconds now_;
+  bool in_block_ = false;
   std::uint64_t tick_ = 0;
   std::size_t next_switch_ = 0;
   bool on_ = true;
@@ -278,7 +262,7 @@ class FstReader final : public EdgeSource {
 
 // Each step pushes at most one edge a line.
 void FstReader::step() {
-  if (state_ == State::between) return open_block();
+  if (!in_block_) return open_block();
   if (heap_.empty()) return finish_block();
   if (go_to(heap_.front() >> 32U)) take_change();
 }
@@ -346,7 +330,7 @@ bool FstReader::push_chain(FstChain chain, std::size_t number) {
 // The last times may be without changes.
 void FstReader::finish_block() {
   if (times_.count() != 0 && !go_to(times_.count() - 1)) return;
-  state_ = State::between;
+  in_block_ = false;
 }
 
 void FstReader::open_block() {
@@ -355,7 +339,7 @@ void FstReader::open_block() {
   if (!next) return fail(next.error().cause);
   if (!*next) {
     // What is left of the switches at the last time.
-    if (!apply_switch(tick_ + 1)) state_ = State::ended;
+    if (!apply_switch(tick_ + 1)) finish();
     return;
   }
   const FstBlock& block = **next;
@@ -365,7 +349,7 @@ void FstReader::open_block() {
   heap_.clear();
   times_ = {};
   Layout layout;
-  state_ = State::in_block;
+  in_block_ = true;
   if (!read_layout(block, layout) || !read_times(layout)) return;
   if (block_number_ == 1 && !read_frame(layout)) return;
   read_chains(block, layout);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "capture/compressed.hpp"
+#include "capture/leb128.hpp"
 
 namespace biss::capture {
 namespace {
@@ -71,28 +72,15 @@ std::string name_of(std::string_view text) {
 }  // namespace
 
 std::uint64_t FstCursor::varint() {
-  std::uint64_t value = 0;
-  for (unsigned shift = 0; shift < 64; shift += 7) {
-    const std::uint8_t next = byte();
-    if (shift == 63 && next > 1) break;
-    value |= std::uint64_t{next & 0x7FU} << shift;
-    if (next < 0x80) return value;
-  }
-  failed_ = true;
-  return 0;
+  const auto value = unsigned_leb128([this] { return byte(); });
+  failed_ = failed_ || !value;
+  return value.value_or(0);
 }
 
 std::int64_t FstCursor::signed_varint() {
-  std::uint64_t value = 0;
-  for (unsigned shift = 0; shift < 64; shift += 7) {
-    const std::uint8_t next = byte();
-    value |= std::uint64_t{next & 0x7FU} << shift;
-    if (next >= 0x80) continue;
-    if ((next & 0x40U) != 0 && shift + 7 < 64) value |= ~std::uint64_t{0} << (shift + 7);
-    return static_cast<std::int64_t>(value);
-  }
-  failed_ = true;
-  return 0;
+  const auto value = signed_leb128([this] { return byte(); });
+  failed_ = failed_ || !value;
+  return value.value_or(0);
 }
 
 std::uint64_t FstCursor::fixed64() {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "capture/ghw_header.hpp"
+#include "capture/step_source.hpp"
 #include "capture/timescale.hpp"
 
 namespace biss::capture {
@@ -19,41 +20,29 @@ using wire::Level;
 constexpr std::string_view ghw_magic = "GHDLwave\n"sv;
 constexpr Timescale femtoseconds{1, 1'000};
 
-class GhwReader final : public EdgeSource {
+class GhwReader final : public StepSource {
  public:
   GhwReader(std::unique_ptr<GhwStream> stream, GhwHeader header)
-      : stream_(std::move(stream)),
-        lines_(header.lines.take_names()),
+      : StepSource(header.lines.take_names()),
+        stream_(std::move(stream)),
         driven_(header.lines, header.variables),
         signals_(std::move(header.signals)),
         letters_(std::move(header.letters)),
         held_levels_(header.variables, no_level) {}
 
-  const std::vector<std::string>& lines() const override { return lines_; }
-  Picoseconds end_time() const override { return now_; }
-
-  Result<std::span<const wire::Edge>, CaptureError> next_block() override {
-    block_.grow();
-    block_.prepare(lines_.size());
-    while (state_ != State::ended && state_ != State::failed && !block_.full()) step();
-    if (block_.empty() && state_ == State::failed) return failure(error_);
-    return block_.edges();
-  }
-
  private:
-  enum class State : std::uint8_t { section, snapshot, changes, next_time, ended, failed };
+  enum class State : std::uint8_t { section, snapshot, changes, next_time };
 
   void fail(CaptureCause cause, const char* expected) {
     const bool missing = stream_->failed();
-    error_ = {
-        .cause = missing ? stream_->cause() : cause,
-        .expected = missing ? "the end mark of a GHW: let GHDL finish the simulation" : expected,
-        .part = nullptr};
-    state_ = State::failed;
+    StepSource::fail(
+        {.cause = missing ? stream_->cause() : cause,
+         .expected = missing ? "the end mark of a GHW: let GHDL finish the simulation" : expected,
+         .part = nullptr});
   }
   void malformed(const char* expected) { fail(CaptureCause::malformed, expected); }
 
-  void step();
+  void step() override;
   void begin_section();
   void skip_directory();
   void read_value();
@@ -63,7 +52,6 @@ class GhwReader final : public EdgeSource {
   void release();
 
   std::unique_ptr<GhwStream> stream_;
-  std::vector<std::string> lines_;
   DrivenLines driven_;
   std::vector<GhwSignal> signals_;
   std::vector<std::vector<Level>> letters_;
@@ -71,10 +59,7 @@ class GhwReader final : public EdgeSource {
   // VCD has only what they are then.
   std::vector<std::uint8_t> held_levels_;
   bool held_ = false;
-  EdgeBlock block_;
   State state_ = State::section;
-  CaptureError error_;
-  Picoseconds now_;
   std::int64_t time_ = 0;
   std::size_t signal_ = 0;  // of a snapshot the next one; of changes the last one, from 1
 };
@@ -95,9 +80,6 @@ void GhwReader::step() {
       return read_change();
     case State::next_time:
       return next_time();
-    case State::ended:
-    case State::failed:
-      return;
   }
 }
 
@@ -117,7 +99,7 @@ void GhwReader::begin_section() {
     skip_directory();
   } else if (section == "TAI\0"sv) {
     stream_->skip(8);
-    state_ = State::ended;
+    finish();
     release();
     if (stream_->failed()) malformed("the place of the directory");
   } else {

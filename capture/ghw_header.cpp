@@ -6,38 +6,29 @@
 #include <tuple>
 #include <utility>
 
+#include "capture/leb128.hpp"
+
 namespace biss::capture {
 
 bool GhwStream::fill() {
   if (failed_) return false;
-  const auto got = bytes_->read(buffer_);
+  const auto got = block_.read(*bytes_);
   if (!got.ok()) cause_ = CaptureCause::read_failed;
-  failed_ = !got.ok() || *got == 0;
-  at_ = 0;
-  filled_ = failed_ ? 0 : *got;
+  failed_ = !got.ok() || got->empty();
+  if (!failed_) rest_ = *got;
   return !failed_;
 }
 
+// One of more than 64 bits is no number of anything either.
 std::uint32_t GhwStream::unsigned_number() {
-  std::uint64_t value = 0;
-  for (unsigned shift = 0; shift < 35; shift += 7) {
-    const std::uint8_t next = byte();
-    value |= std::uint64_t{next & 0x7FU} << shift;
-    if (next < 0x80) return static_cast<std::uint32_t>(std::min<std::uint64_t>(value, UINT32_MAX));
-  }
-  return UINT32_MAX;
+  const auto value = unsigned_leb128([this] { return byte(); });
+  return static_cast<std::uint32_t>(
+      std::min<std::uint64_t>(value.value_or(UINT32_MAX), UINT32_MAX));
 }
 
 std::int64_t GhwStream::signed_number() {
-  std::uint64_t value = 0;
-  for (unsigned shift = 0; shift < 70; shift += 7) {
-    const std::uint8_t next = byte();
-    if (shift < 64) value |= std::uint64_t{next & 0x7FU} << shift;
-    if (next >= 0x80) continue;
-    if ((next & 0x40U) != 0 && shift + 7 < 64) value |= ~std::uint64_t{0} << (shift + 7);
-    break;
-  }
-  return static_cast<std::int64_t>(value);
+  const auto value = signed_leb128([this] { return byte(); });
+  return value.value_or(std::numeric_limits<std::int64_t>::min());
 }
 
 std::uint32_t GhwStream::word() {

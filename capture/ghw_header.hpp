@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -23,11 +24,14 @@ class GhwStream {
   explicit GhwStream(std::unique_ptr<ByteSource> bytes) : bytes_(std::move(bytes)) {}
 
   std::uint8_t byte() {
-    if (at_ != filled_ || fill()) return static_cast<std::uint8_t>(buffer_[at_++]);
-    return 0;
+    if (rest_.empty() && !fill()) return 0;
+    const auto byte = static_cast<std::uint8_t>(rest_.front());
+    rest_ = rest_.subspan(1);
+    return byte;
   }
-  /// Seven bits a byte, the lowest first.
+  /// In LEB128; UINT32_MAX for a larger one.
   std::uint32_t unsigned_number();
+  /// In LEB128; the least number for one of more than 64 bits.
   std::int64_t signed_number();
   std::uint32_t word();
   std::int64_t time();
@@ -47,9 +51,8 @@ class GhwStream {
   bool fill();
 
   std::unique_ptr<ByteSource> bytes_;
-  std::array<char, 65'536> buffer_;
-  std::size_t at_ = 0;
-  std::size_t filled_ = 0;
+  BlockReader block_;
+  std::span<const char> rest_;
   bool big_endian_ = false;
   bool failed_ = false;
   CaptureCause cause_ = CaptureCause::truncated;

@@ -131,24 +131,25 @@ std::string stem_of(std::string_view path, const char* otherwise) {
   return stem.empty() ? otherwise : std::string(stem);
 }
 
-Opened open_zip(std::unique_ptr<ByteSource> bytes) {
+Opened open_zip(std::unique_ptr<ByteSource> bytes, const SampleReading& reading) {
   auto archive = ZipArchive::open(std::move(bytes));
   if (!archive) return tl::unexpected(archive.error());
   const bool is_dsl = (*archive)->find("header") && !(*archive)->find("metadata");
-  return is_dsl ? open_dsl(std::move(*archive)) : open_sr(std::move(*archive));
+  return is_dsl ? open_dsl(std::move(*archive), reading) : open_sr(std::move(*archive), reading);
 }
 
 Opened open_as(Format format, std::unique_ptr<ByteSource> bytes, std::string_view path,
                const OpenOptions& options) {
+  const SampleReading reading{options.piece_bytes, !options.no_verify};
   switch (format) {
     case Format::vcd:
-      return open_vcd(std::move(bytes));
+      return open_vcd(std::move(bytes), options.piece_bytes);
     case Format::event_csv:
-      return open_event_csv(std::move(bytes));
+      return open_event_csv(std::move(bytes), options.piece_bytes);
     case Format::sampled_csv:
       return open_sampled_csv(std::move(bytes), options.analog);
     case Format::zip:
-      return open_zip(std::move(bytes));
+      return open_zip(std::move(bytes), reading);
     case Format::saleae_binary:
       return open_saleae_binary(std::move(bytes), stem_of(path, "digital"));
     case Format::saleae_analog:
@@ -161,7 +162,7 @@ Opened open_as(Format format, std::unique_ptr<ByteSource> bytes, std::string_vie
     case Format::other:
       break;
   }
-  if (options.raw) return open_raw(std::move(bytes), *options.raw);
+  if (options.raw) return open_raw(std::move(bytes), *options.raw, reading);
   if (format == Format::raw) {
     return tl::unexpected(
         CaptureError{.cause = CaptureCause::layout_missing, .expected = expected_layout});

@@ -1,6 +1,7 @@
 // Opens a capture of any known format, and says in words what went wrong.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <string>
@@ -9,6 +10,7 @@
 #include "capture/analog.hpp"
 #include "capture/bytes.hpp"
 #include "capture/edge_source.hpp"
+#include "capture/pair_source.hpp"
 #include "capture/samples.hpp"
 
 namespace biss::capture {
@@ -17,7 +19,11 @@ namespace biss::capture {
 struct OpenOptions {
   /// Raw samples: a file `.bin` or `.raw` whatever its content, but not the binary export of Saleae
   /// Logic; and any file that is known neither by its content nor by its extension.
-  std::optional<RawLayout> raw;
+  std::optional<RawLayout> raw = {};
+  /// Do not verify the checksums of compressed samples.
+  bool no_verify = false;
+  /// Bytes of a piece of EdgeSource::pairs() where the file does not divide itself.
+  std::size_t piece_bytes = default_piece_bytes;
   /// How voltages become levels.
   AnalogOptions analog = {};
 };

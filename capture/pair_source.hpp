@@ -14,6 +14,9 @@
 
 namespace biss::capture {
 
+/// Bytes of a piece, where the file does not divide itself.
+inline constexpr std::size_t default_piece_bytes = std::size_t{1} << 18U;
+
 /// The changes of one line in a piece of a capture.
 struct LineChanges {
   /// The level from the first change on; each further change inverts it. A piece does not know the

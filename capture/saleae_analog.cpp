@@ -9,6 +9,7 @@
 
 #include "capture/little_endian.hpp"
 #include "capture/saleae_binary.hpp"
+#include "capture/seconds.hpp"
 
 namespace biss::capture {
 namespace {
@@ -17,9 +18,6 @@ namespace {
 constexpr std::uint32_t analog_type = 1;
 constexpr std::size_t type_offset = 12;
 constexpr std::size_t samples_of_block = 4'096;
-constexpr double picoseconds_of_second = 1e12;
-// 100 days, within what picoseconds hold.
-constexpr double most_seconds = 8'640'000;
 
 // A waveform: samples at an even rate.
 struct Waveform {
@@ -59,7 +57,7 @@ class SaleaeAnalogReader final : public AnalogSamples {
   Picoseconds sample_period_;
   Hertz sample_rate_;
   std::optional<Picoseconds> last_time_;
-  std::array<char, 4 * samples_of_block> buffer_{};
+  std::array<char, 4 * samples_of_block> buffer_;
   std::optional<CaptureError> error_;
 };
 
@@ -124,18 +122,15 @@ std::optional<CaptureError> SaleaeAnalogReader::open_waveform() {
   }
   if (!(rate >= 1e-3 && rate <= 1e12)) return wrong("a sample rate");
   if (!(downsample >= 1 && downsample <= 1e9)) return wrong("a downsample factor of 1 or more");
-  if (!(std::abs(waveform_.begin) <= most_seconds)) {
-    return CaptureError{.cause = CaptureCause::time_out_of_range, .part = "header"};
+  if (const auto begin = picoseconds_of(waveform_.begin); !begin.ok()) {
+    return CaptureError{.cause = begin.error(), .expected = "a time", .part = "header"};
   }
   waveform_.period = downsample / rate;
   next_sample_ = 0;
   --waveforms_left_;
-  const Picoseconds period{std::llround(std::ceil(waveform_.period * picoseconds_of_second))};
-  const double exact = rate / downsample;
-  const bool whole = exact >= 1 && exact <= hertz_max.count && std::floor(exact) == exact;
-  const Hertz of_waveform = whole ? Hertz{static_cast<std::uint32_t>(exact)} : Hertz{};
+  const Hertz of_waveform = whole_rate(rate / downsample);
   if (std::exchange(first_waveform_, false)) {
-    sample_period_ = period;
+    sample_period_ = period_of_rate(rate / downsample);
     sample_rate_ = of_waveform;
   } else if (sample_rate_ != of_waveform) {
     sample_rate_ = {};
@@ -144,11 +139,10 @@ std::optional<CaptureError> SaleaeAnalogReader::open_waveform() {
 }
 
 std::optional<CaptureError> SaleaeAnalogReader::put(float volts, SampleRows& rows) {
-  const double seconds = waveform_.begin + static_cast<double>(next_sample_) * waveform_.period;
-  if (!(std::abs(seconds) <= most_seconds)) {
-    return CaptureError{.cause = CaptureCause::time_out_of_range};
-  }
-  const Picoseconds time{std::llround(seconds * picoseconds_of_second)};
+  const auto found =
+      picoseconds_of(waveform_.begin + static_cast<double>(next_sample_) * waveform_.period);
+  if (!found.ok()) return CaptureError{.cause = found.error()};
+  const Picoseconds time = *found;
   if (last_time_ && time < *last_time_) return CaptureError{.cause = CaptureCause::time_backwards};
   if (next_sample_ == 0 && last_time_) {
     // Between two waveforms nothing is known.

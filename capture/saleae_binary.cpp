@@ -19,13 +19,13 @@ namespace {
 constexpr std::size_t chunk_count_bytes = 8;  // of version 1
 constexpr std::size_t chunk_bytes_of_0 = 28;  // level, begin, end, number of changes
 constexpr std::size_t chunk_bytes_of_1 = 36;  // with the sample rate after the level
-constexpr std::uint32_t digital = 0;
-constexpr std::uint32_t analog = 1;
+constexpr std::uint32_t digital_export = 0;
+constexpr std::uint32_t analog_export = 1;
 
 class SaleaeBinary final : public EdgeSource {
  public:
   SaleaeBinary(std::unique_ptr<ByteSource> bytes, std::string name)
-      : bytes_(std::move(bytes)), lines_{std::move(name)}, buffer_(buffer_bytes) {}
+      : bytes_(std::move(bytes)), lines_{std::move(name)}, buffer_(least_buffer_bytes) {}
 
   /// Reads up to the first chunk; the cause when there is none.
   std::optional<CaptureError> open();
@@ -37,7 +37,8 @@ class SaleaeBinary final : public EdgeSource {
   Result<std::span<const wire::Edge>, CaptureError> next_block() override;
 
  private:
-  static constexpr std::size_t buffer_bytes = 65'536;
+  static constexpr std::size_t least_buffer_bytes = 4'096;
+  static constexpr std::size_t most_buffer_bytes = 65'536;
   static constexpr std::size_t most_edges_of_a_step = 2;  // a chunk after a gap
 
   bool ensure(std::size_t bytes, const char* expected);
@@ -54,7 +55,9 @@ class SaleaeBinary final : public EdgeSource {
   std::unique_ptr<ByteSource> bytes_;
   std::vector<std::string> lines_;
   EdgeBlock block_;
+  // Doubled after each block that fills it.
   std::vector<char> buffer_;
+  bool block_filled_ = false;
   std::size_t at_ = 0;
   std::size_t filled_ = 0;
   std::uint64_t version_ = 0;
@@ -86,7 +89,11 @@ bool SaleaeBinary::ensure(std::size_t bytes, const char* expected) {
   std::memmove(buffer_.data(), buffer_.data() + at_, filled_ - at_);
   filled_ -= std::exchange(at_, 0);
   while (filled_ < bytes) {
-    const auto got = bytes_->read(std::span(buffer_).subspan(filled_));
+    if (block_filled_) {
+      buffer_.resize(std::min(2 * buffer_.size(), most_buffer_bytes));
+    }
+    const std::span<char> room = std::span(buffer_).subspan(filled_);
+    const auto got = bytes_->read(room);
     if (!got.ok()) {
       stopped_ = true;
       error_ = got.error();
@@ -97,6 +104,7 @@ bool SaleaeBinary::ensure(std::size_t bytes, const char* expected) {
       return false;
     }
     filled_ += *got;
+    block_filled_ = *got == room.size();
   }
   return true;
 }
@@ -115,12 +123,12 @@ std::optional<CaptureError> SaleaeBinary::open() {
         .cause = CaptureCause::unknown_format,
         .expected = "version 0 or 1 of Saleae's binary export; this is a newer one"};
   }
-  if (type == analog) {
+  if (type == analog_export) {
     return CaptureError{
         .cause = CaptureCause::unknown_format,
         .expected = "a digital channel; this is the binary export of an analog one"};
   }
-  if (type != digital) {
+  if (type != digital_export) {
     return CaptureError{.cause = CaptureCause::malformed,
                         .expected = "type 0 (digital) or 1 (analog)"};
   }
@@ -155,13 +163,9 @@ bool SaleaeBinary::take_rate(double rate) {
     stop(CaptureCause::malformed, "a sample rate of 0 to 1 THz");
     return false;
   }
-  // A rate below 1 Hz has a period that is longer than anything a period decides.
-  chunk_period_ =
-      rate == 0 ? Picoseconds{}
-                : picoseconds(static_cast<std::int64_t>(std::ceil(std::min(1e12 / rate, 1e12))));
+  chunk_period_ = rate == 0 ? Picoseconds{} : period_of_rate(rate);
   period_ = std::max(period_, chunk_period_);
-  const bool whole = rate >= 1 && rate <= hertz_max.count && std::floor(rate) == rate;
-  const Hertz of_chunk = whole ? Hertz{static_cast<std::uint32_t>(rate)} : Hertz{};
+  const Hertz of_chunk = whole_rate(rate);
   rate_ = chunk_ == 1 || rate_ == of_chunk ? of_chunk : Hertz{};
   return true;
 }
@@ -298,7 +302,7 @@ void SaleaeBinaryWriter::put_end(Picoseconds end_time, bool later) {
   const std::uint64_t version = chunk_count_ == 1 ? 0 : 1;
   text() += saleae_magic;
   put_number(text(), version, 4);
-  put_number(text(), digital, 4);
+  put_number(text(), digital_export, 4);
   if (version == 1) put_number(text(), chunk_count_, chunk_count_bytes);
   std::array<char, chunk_bytes_of_1> header{};
   for (; chunk_count_ != 0; --chunk_count_) {

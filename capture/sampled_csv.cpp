@@ -32,7 +32,6 @@ std::optional<Nanovolts> voltage_word(std::string_view cell) {
   return negative ? Nanovolts{-over_range.count} : over_range;
 }
 
-// Rows of text as rows of samples.
 // 0 Hz where it is not known, or no whole number of hertz.
 Hertz rate_of(const SampledCsvLayout& layout) {
   constexpr std::int64_t femtoseconds_of_second = 1'000'000'000'000'000;
@@ -42,6 +41,7 @@ Hertz rate_of(const SampledCsvLayout& layout) {
   return whole && rate <= hertz_max.count ? Hertz{static_cast<std::uint32_t>(rate)} : Hertz{};
 }
 
+// Rows of text as rows of samples.
 class SampledCsvReader final : public AnalogSamples {
  public:
   explicit SampledCsvReader(std::unique_ptr<ByteSource> bytes)
@@ -103,6 +103,7 @@ bool SampledCsvReader::stop(CaptureCause cause, std::size_t column, const char* 
 std::optional<CaptureError> SampledCsvReader::read_beginning() {
   std::size_t bytes = 0;
   bool any_text = false;
+  beginning_.reserve(beginning_rows);
   while (beginning_.size() < beginning_rows && bytes < beginning_bytes) {
     if (window_.begin() == window_.end()) {
       const TextWindow::Fill fill = window_.next();
@@ -157,7 +158,8 @@ std::optional<CaptureError> SampledCsvReader::use_layout(SampledCsvLayout layout
 
 std::optional<CaptureError> SampledCsvReader::open() {
   if (const auto error = read_beginning()) return error;
-  std::vector<std::string> rows;
+  std::vector<std::string_view> rows;
+  rows.reserve(beginning_.size());
   for (const Row& row : beginning_) rows.push_back(row.text);
   auto layout = parse_sampled_csv_layout(rows);
   if (!layout) {

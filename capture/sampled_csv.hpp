@@ -59,7 +59,7 @@ struct SampledCsvLayout {
 /// text that says what would be right.
 /// \param rows of the file, without line feeds
 tl::expected<SampledCsvLayout, const char*> parse_sampled_csv_layout(
-    const std::vector<std::string>& rows);
+    const std::vector<std::string_view>& rows);
 
 /// Opens a CSV of samples. Values become levels as AnalogOptions say.
 ///

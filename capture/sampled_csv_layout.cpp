@@ -186,7 +186,7 @@ CsvChannel channel_of(std::size_t cell, const std::string& text) {
 // Builds the layout from the rows of the beginning.
 class LayoutParser {
  public:
-  explicit LayoutParser(const std::vector<std::string>& rows) : rows_(rows) {}
+  explicit LayoutParser(const std::vector<std::string_view>& rows) : rows_(rows) {}
 
   tl::expected<SampledCsvLayout, const char*> parse();
 
@@ -209,7 +209,7 @@ class LayoutParser {
   std::size_t last_header() const { return header_[header_.size() - 1]; }
   Done no_header() const { return expected_header; }
 
-  const std::vector<std::string>& rows_;
+  const std::vector<std::string_view>& rows_;
   SampledCsvLayout layout_;
   // Rows before the samples that are neither blank nor comments; the first sample.
   std::vector<std::size_t> header_;
@@ -342,7 +342,7 @@ LayoutParser::Done LayoutParser::take_lecroy() {
 
 LayoutParser::Done LayoutParser::take_old_tektronix() {
   std::string name = "CH1";
-  for (const std::string& row : rows_) {
+  for (const std::string_view row : rows_) {
     const Cells settings = cells_of(row, ',');
     if (settings[0] == "Source" && settings.size() > 1 && !settings[1].empty()) {
       name = settings[1];
@@ -355,11 +355,11 @@ LayoutParser::Done LayoutParser::take_old_tektronix() {
 
 // What follows `key` in a comment of sigrok or DSView.
 std::string LayoutParser::comment(std::string_view key) const {
-  for (const std::string& row : rows_) {
+  for (const std::string_view row : rows_) {
     if (!row.starts_with(';')) continue;
     const std::size_t at = row.find(key);
     if (at == std::string::npos) continue;
-    return std::string(trim_cell(std::string_view(row).substr(at + key.size()), ','));
+    return std::string(trim_cell(row.substr(at + key.size()), ','));
   }
   return {};
 }
@@ -457,7 +457,7 @@ LayoutParser::Done LayoutParser::take(CsvMaker maker) {
 
 tl::expected<SampledCsvLayout, const char*> LayoutParser::parse() {
   std::vector<std::string_view> judged;
-  for (const std::string& row : rows_) {
+  for (const std::string_view row : rows_) {
     if (!is_skipped(row)) judged.push_back(trim_cell(row, ','));
   }
   const CsvMaker maker = judge(judged, true).maker;
@@ -495,7 +495,7 @@ bool is_sigrok_remark(std::string_view row) {
 }
 
 tl::expected<SampledCsvLayout, const char*> parse_sampled_csv_layout(
-    const std::vector<std::string>& rows) {
+    const std::vector<std::string_view>& rows) {
   return LayoutParser(rows).parse();
 }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "capture/edge_source.hpp"
+#include "capture/sampled_pairs.hpp"
 
 namespace biss::capture {
 namespace {
@@ -29,8 +30,8 @@ class SampleScanner {
 
   /// Whole samples seen.
   std::uint64_t samples() const { return samples_; }
-  /// The bytes so far end inside a sample.
-  bool inside_sample() const { return held_bytes_ != 0; }
+  /// The beginning of a sample with which the bytes so far end.
+  std::span<const std::uint8_t> begun_sample() const { return std::span(held_).first(held_bytes_); }
   /// The next sample would lie beyond what picoseconds can tell.
   bool times_used_up() const { return samples_ > last_index_; }
   /// Time of the last sample; 0 before the first.
@@ -183,8 +184,13 @@ std::size_t SampleScanner::scan(std::span<const std::uint8_t> piece, EdgeBlock& 
 
 class SampledSource final : public EdgeSource {
  public:
-  SampledSource(const RawLayout& layout, std::unique_ptr<SamplePieces> pieces, bool is_raw)
-      : pieces_(std::move(pieces)), scanner_(layout), rate_(layout.rate), is_raw_(is_raw) {
+  SampledSource(const RawLayout& layout, std::unique_ptr<SamplePieces> pieces,
+                const SampleReading& reading, bool is_raw)
+      : pieces_(std::move(pieces)),
+        scanner_(layout),
+        layout_(layout),
+        reading_(reading),
+        is_raw_(is_raw) {
     LineNames names;
     for (const SampleLine& line : layout.lines) lines_.push_back(names.claim(line.name));
   }
@@ -192,8 +198,8 @@ class SampledSource final : public EdgeSource {
   const std::vector<std::string>& lines() const override { return lines_; }
   bool is_raw() const override { return is_raw_; }
   Picoseconds end_time() const override { return scanner_.end_time(); }
-  Picoseconds sample_period() const override { return longest_period(rate_); }
-  Hertz sample_rate() const override { return rate_; }
+  Picoseconds sample_period() const override { return longest_period(layout_.rate); }
+  Hertz sample_rate() const override { return layout_.rate; }
 
   Result<std::span<const wire::Edge>, CaptureError> next_block() override {
     block_.grow();
@@ -208,8 +214,18 @@ class SampledSource final : public EdgeSource {
         }
       }
     }
-    if (block_.empty() && failed_) return failure(error_);
+    if (block_.empty() && error_) return failure(*error_);
     return block_.edges();
+  }
+
+  std::unique_ptr<PairSource> pairs(wire::LineIndex ma, wire::LineIndex slo) override {
+    const PairLayout layout{SampleClock(layout_.rate), layout_.unit_bytes, layout_.lines[ma].bit,
+                            layout_.lines[slo].bit};
+    SamplesRead read{scanner_.samples(), {}, stopped_, error_};
+    const auto begun = scanner_.begun_sample();
+    read.bytes.assign(begun.begin(), begun.end());
+    read.bytes.insert(read.bytes.end(), piece_.begin(), piece_.end());
+    return sampled_pairs(*pieces_, layout, reading_, std::move(read));
   }
 
  private:
@@ -219,7 +235,9 @@ class SampledSource final : public EdgeSource {
     piece_ = *piece;
     if (!piece_.empty()) return;
     stopped_ = true;
-    if (scanner_.inside_sample()) {
+    if (const auto begun = scanner_.begun_sample(); begun.size() == layout_.unit_bytes) {
+      stop({.cause = CaptureCause::time_out_of_range});
+    } else if (!begun.empty()) {
       stop({.cause = CaptureCause::truncated, .expected = "a whole number of samples"});
     } else if (scanner_.samples() == 0) {
       stop({.cause = CaptureCause::empty});
@@ -229,22 +247,21 @@ class SampledSource final : public EdgeSource {
   void stop(const CaptureError& error) {
     error_ = error;
     stopped_ = true;
-    failed_ = true;
   }
 
   std::unique_ptr<SamplePieces> pieces_;
   SampleScanner scanner_;
-  Hertz rate_;
+  RawLayout layout_;
+  SampleReading reading_;
   bool is_raw_;
   std::vector<std::string> lines_;
   EdgeBlock block_;
   std::span<const std::uint8_t> piece_;
   bool stopped_ = false;
-  bool failed_ = false;
-  CaptureError error_;
+  std::optional<CaptureError> error_;
 };
 
-constexpr std::size_t piece_bytes = 262'144;
+constexpr std::size_t raw_piece_bytes = 262'144;
 
 class RawPieces final : public SamplePieces {
  public:
@@ -253,12 +270,25 @@ class RawPieces final : public SamplePieces {
   Result<std::span<const std::uint8_t>, CaptureError> next() override {
     // Files that fit into a small buffer do not pay for a large one.
     if (last_bytes_ == buffer_.size()) {
-      buffer_.resize(buffer_.empty() ? piece_bytes / 64 : piece_bytes);
+      buffer_.resize(buffer_.empty() ? raw_piece_bytes / 64 : raw_piece_bytes);
     }
     const auto got = bytes_->read({reinterpret_cast<char*>(buffer_.data()), buffer_.size()});
     if (!got.ok()) return failure(got.error());
     last_bytes_ = *got;
     return std::span<const std::uint8_t>(buffer_).first(*got);
+  }
+
+  Result<bool, CaptureError> fetch(PackedSamples& piece, const FetchWish& wish) override {
+    if (wish.at_sample) {
+      const auto lying = bytes_->take(wish.piece_bytes / wish.unit_bytes * wish.unit_bytes);
+      piece.bytes = {reinterpret_cast<const std::uint8_t*>(lying.data()), lying.size()};
+      if (!lying.empty()) return true;
+    }
+    const auto room = piece.memory.take(begun_room + wish.piece_bytes).subspan(begun_room);
+    const auto got = bytes_->read({reinterpret_cast<char*>(room.data()), room.size()});
+    if (!got.ok()) return failure(got.error());
+    piece.bytes = room.first(*got);
+    return *got != 0;
   }
 
  private:
@@ -293,6 +323,26 @@ const char* fault_of(const RawLayout& layout) {
   return nullptr;
 }
 
+// From the first sample on, the period's fraction of a picosecond adds up in units of 2^-52 ps. What
+// this rounds down, at most 4097 units, a bias exceeds that is less than the least fraction that a
+// time can have, 2^-32 ps.
+void SampleClock::times_after(std::uint64_t first, std::span<std::int64_t> samples) const {
+  constexpr unsigned point = 52;
+  constexpr std::uint64_t bias = 1U << 16U;
+  const auto scaled = [this](std::uint64_t part) {
+    return static_cast<std::uint64_t>((static_cast<unsigned __int128>(part) << point) / rate_);
+  };
+  const std::uint64_t whole = second / rate_;
+  const std::uint64_t fraction = scaled(second % rate_);
+  const std::uint64_t begun = scaled((first % rate_ * (second % rate_) + rate_ / 2) % rate_) + bias;
+  const std::uint64_t base = count_of(first);
+  for (std::int64_t& sample : samples) {
+    const auto index = static_cast<std::uint64_t>(sample);
+    sample =
+        static_cast<std::int64_t>(base + index * whole + ((begun + index * fraction) >> point));
+  }
+}
+
 Picoseconds longest_period(Hertz rate) {
   const bool whole = picoseconds_per_second % rate.count == 0;
   return period_of(rate) + picoseconds(whole ? 0 : 1);
@@ -306,15 +356,26 @@ RawLayout packed_layout(const std::vector<std::string>& lines, Hertz rate) {
   return layout;
 }
 
-Opened open_samples(const RawLayout& layout, std::unique_ptr<SamplePieces> pieces, bool is_raw) {
+Result<bool, CaptureError> SamplePieces::fetch(PackedSamples& piece, const FetchWish& /*wish*/) {
+  const auto bytes = next();
+  if (!bytes.ok()) return failure(bytes.error());
+  const auto room = piece.memory.take(begun_room + bytes->size()).subspan(begun_room);
+  std::copy(bytes->begin(), bytes->end(), room.begin());
+  piece.bytes = room;
+  return !bytes->empty();
+}
+
+Opened open_samples(const RawLayout& layout, std::unique_ptr<SamplePieces> pieces,
+                    const SampleReading& reading, bool is_raw) {
   if (const char* const expected = fault_of(layout)) {
     return tl::unexpected(CaptureError{.cause = CaptureCause::bad_layout, .expected = expected});
   }
-  return std::make_unique<SampledSource>(layout, std::move(pieces), is_raw);
+  return std::make_unique<SampledSource>(layout, std::move(pieces), reading, is_raw);
 }
 
-Opened open_raw(std::unique_ptr<ByteSource> bytes, const RawLayout& layout) {
-  return open_samples(layout, std::make_unique<RawPieces>(std::move(bytes)), true);
+Opened open_raw(std::unique_ptr<ByteSource> bytes, const RawLayout& layout,
+                const SampleReading& reading) {
+  return open_samples(layout, std::make_unique<RawPieces>(std::move(bytes)), reading, true);
 }
 
 SampledWriter::SampledWriter(const RawLayout& layout, ByteSink& sink)

@@ -6,15 +6,18 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "biss/base/units.hpp"
+#include "capture/buffer.hpp"
 #include "capture/bytes.hpp"
 #include "capture/edge_source.hpp"
 #include "capture/edge_writer.hpp"
+#include "capture/pair_source.hpp"
 
 namespace biss::capture {
 
@@ -56,6 +59,17 @@ class SampleClock {
   constexpr Picoseconds time_of(std::uint64_t index) const {
     return {static_cast<std::int64_t>(count_of(index))};
   }
+
+  /// Picoseconds between two samples; 0 where that is no whole number of them, or 2^32 or more.
+  constexpr std::uint32_t whole_step() const {
+    return step_ > std::numeric_limits<std::uint32_t>::max() ? 0
+                                                             : static_cast<std::uint32_t>(step_);
+  }
+
+  /// Samples counted from `first` on become their times: each one as time_of() gives it, at a
+  /// fraction of its cost.
+  /// \pre no sample is 4096 or more after `first`, or after last_index()
+  void times_after(std::uint64_t first, std::span<std::int64_t> samples) const;
 
   /// The first sample that sees what happens at `time`: its own time is `time` or later.
   /// \pre time is not negative
@@ -100,6 +114,41 @@ class SampleClock {
 /// The period of a rate, rounded up to the picosecond. \pre rate is not 0 Hz
 Picoseconds longest_period(Hertz rate);
 
+/// How the samples of a capture are read.
+struct SampleReading {
+  /// Bytes of a piece where the file does not divide its samples.
+  std::size_t piece_bytes = default_piece_bytes;
+  /// The checksums of compressed samples are verified.
+  bool verify = true;
+};
+
+/// What a member of an archive is after inflating, as its directory says.
+struct DeflatedSamples {
+  std::uint64_t size_bytes = 0;
+  std::uint32_t checksum = 0;
+  CaptureError damaged;  ///< the error where this is not true, without `expected`
+};
+
+/// Memory of a piece has room for the beginning of a sample before the bytes.
+inline constexpr std::size_t begun_room = max_unit_bytes;
+
+/// The bytes of samples on their way to whoever expands them.
+struct PackedSamples {
+  /// Holds the bytes, after `begun_room` bytes that are free, unless they lie elsewhere.
+  Buffer memory;
+  std::span<const std::uint8_t> bytes;
+  std::optional<DeflatedSamples> deflated;  ///< nothing where `bytes` are the samples
+};
+
+/// What a piece shall be.
+struct FetchWish {
+  std::size_t piece_bytes = 0;
+  std::size_t unit_bytes = 1;
+  /// The last piece ended with a whole sample. Otherwise the bytes are in the memory of the piece and
+  /// not deflated.
+  bool at_sample = true;
+};
+
 /// The bytes of all samples, in order, in pieces of any length.
 class SamplePieces {
  public:
@@ -107,17 +156,22 @@ class SamplePieces {
 
   /// The next bytes, valid until the next call; empty at the end. Not called again after an error.
   virtual Result<std::span<const std::uint8_t>, CaptureError> next() = 0;
+
+  /// The next bytes as a piece, which keeps them; false at the end. Deflated bytes hold whole samples
+  /// and are not looked at here. After this next() is not called again, nor after an error.
+  virtual Result<bool, CaptureError> fetch(PackedSamples& piece, const FetchWish& wish);
 };
 
 /// The samples as edges. A capture without a whole sample is `empty`; one that ends inside a sample
 /// is `truncated`, after its edges; samples beyond 106 days are `time_out_of_range`. A layout that
 /// cannot be fails immediately with `bad_layout`.
 Opened open_samples(const RawLayout& layout, std::unique_ptr<SamplePieces> pieces,
-                    bool is_raw = false);
+                    const SampleReading& reading = {}, bool is_raw = false);
 
 /// Opens raw samples laid out as `layout` says. Fails with `bad_layout`, `empty`, `read_failed`,
 /// `time_out_of_range`, and with `truncated` when the last sample is not whole.
-Opened open_raw(std::unique_ptr<ByteSource> bytes, const RawLayout& layout);
+Opened open_raw(std::unique_ptr<ByteSource> bytes, const RawLayout& layout,
+                const SampleReading& reading = {});
 
 /// Samples the lines at a rate, the first sample at time 0, the last at the end of the capture or
 /// just after it. A sample shows what has happened up to its own time, so what is shorter than a

@@ -1,5 +1,6 @@
 #include "capture/seconds.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -31,6 +32,16 @@ Result<Picoseconds, CaptureCause> picoseconds_of(double seconds) {
   }
   const auto count = static_cast<std::int64_t>(rounded);
   return Picoseconds{std::signbit(seconds) ? -count : count};
+}
+
+Picoseconds period_of_rate(double rate) {
+  const auto longest = static_cast<double>(picoseconds_per_second);
+  return {static_cast<std::int64_t>(std::ceil(std::min(longest / rate, longest)))};
+}
+
+Hertz whole_rate(double rate) {
+  const bool whole = rate >= 1 && rate <= hertz_max.count && std::floor(rate) == rate;
+  return whole ? Hertz{static_cast<std::uint32_t>(rate)} : Hertz{};
 }
 
 double seconds_of(Picoseconds time) {

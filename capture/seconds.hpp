@@ -11,6 +11,13 @@ namespace biss::capture {
 /// `malformed` (not a number, or infinite) and `time_out_of_range` (beyond ±106 days).
 Result<Picoseconds, CaptureCause> picoseconds_of(double seconds);
 
+/// The period of a rate, rounded up; a second at most, which is longer than anything a period
+/// decides. \pre rate > 0
+Picoseconds period_of_rate(double rate);
+
+/// The rate where it is a whole number of hertz, else 0 Hz.
+Hertz whole_rate(double rate);
+
 /// The nearest number of seconds. picoseconds_of() gives the same time back up to ±75 minutes;
 /// beyond, a double is coarser than a picosecond.
 double seconds_of(Picoseconds time);

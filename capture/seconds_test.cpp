@@ -37,6 +37,21 @@ TEST(Seconds, ExactValue_IsRoundedOnceAndHalvesAwayFromZero) {
   EXPECT_EQ(*picoseconds_of(4000.000000000001), picoseconds(4'000'000'000'000'001));
 }
 
+TEST(Seconds, PeriodOfARate_IsRoundedUpAndASecondAtMost) {
+  EXPECT_EQ(period_of_rate(10e6), nanoseconds(100));
+  EXPECT_EQ(period_of_rate(3e6), picoseconds(333'334));
+  EXPECT_EQ(period_of_rate(0.1), picoseconds(1'000'000'000'000));
+  EXPECT_EQ(period_of_rate(std::numeric_limits<double>::denorm_min()),
+            picoseconds(1'000'000'000'000));
+}
+
+TEST(Seconds, RateOfWholeHertz_IsKept) {
+  EXPECT_EQ(whole_rate(62.5e6), Hertz{62'500'000});
+  EXPECT_EQ(whole_rate(0.5), Hertz{});
+  EXPECT_EQ(whole_rate(1.5), Hertz{});
+  EXPECT_EQ(whole_rate(1e10), Hertz{});
+}
+
 TEST(Seconds, NoNumberAndTooFar_AreNamed) {
   using Limits = std::numeric_limits<double>;
   EXPECT_EQ(picoseconds_of(Limits::quiet_NaN()).error(), CaptureCause::malformed);

@@ -100,34 +100,25 @@ constexpr std::uint64_t most_at_once = 32U * 1024U * 1024U;
 constexpr std::size_t stream_piece_bytes = 1024U * 1024U;
 constexpr std::size_t max_metadata_bytes = 1024U * 1024U;
 
-// Memory that grows and is not filled with zeros first.
-class Buffer {
- public:
-  std::span<std::uint8_t> take(std::size_t bytes) {
-    if (bytes > capacity_) {
-      bytes_ = std::make_unique_for_overwrite<std::uint8_t[]>(bytes);
-      capacity_ = bytes;
-    }
-    return {bytes_.get(), bytes};
-  }
-
- private:
-  std::unique_ptr<std::uint8_t[]> bytes_;
-  std::size_t capacity_ = 0;
-};
-
 class SrPieces final : public SamplePieces {
  public:
-  SrPieces(std::unique_ptr<ZipArchive> archive, std::string capture_file)
-      : archive_(std::move(archive)), capture_file_(std::move(capture_file)) {
+  SrPieces(std::unique_ptr<ZipArchive> archive, std::string capture_file, bool verify)
+      : archive_(std::move(archive)), capture_file_(std::move(capture_file)), verify_(verify) {
     chunks_ = archive_->count_numbered(capture_file_ + '-');
   }
 
   Result<std::span<const std::uint8_t>, CaptureError> next() override {
+    PackedSamples& piece = next_piece_;
+    const auto got = fetch(piece, {.piece_bytes = stream_piece_bytes, .at_sample = false});
+    if (!got.ok()) return failure(got.error());
+    return *got ? piece.bytes : std::span<const std::uint8_t>{};
+  }
+
+  Result<bool, CaptureError> fetch(PackedSamples& piece, const FetchWish& wish) override {
     for (;;) {
       if (streaming_) {
-        const auto piece = next_of_stream();
-        if (!piece.ok() || !piece->empty()) return piece;
+        const auto got = fetch_of_stream(piece, wish.piece_bytes);
+        if (!got.ok() || *got) return got;
         streaming_ = false;
       }
       const auto member = next_member();
@@ -136,7 +127,10 @@ class SrPieces final : public SamplePieces {
       if (member->size_bytes / max_deflate_ratio > member->compressed_bytes) {
         return damaged("a size that the compressed data can have");
       }
-      if (member->deflated && member->size_bytes <= most_at_once) return inflate(*member);
+      if (member->deflated && member->size_bytes <= most_at_once) {
+        const bool as_it_is = wish.at_sample && member->size_bytes % wish.unit_bytes == 0;
+        return as_it_is ? fetch_deflated(*member, piece) : fetch_inflated(*member, piece);
+      }
       if (!archive_->begin_stream(*member)) return damaged("data that can be read");
       streaming_ = true;
       stream_left_ = member->size_bytes;
@@ -144,7 +138,7 @@ class SrPieces final : public SamplePieces {
   }
 
  private:
-  using Piece = Result<std::span<const std::uint8_t>, CaptureError>;
+  using Fetched = Result<bool, CaptureError>;
 
   // A session has one member with all the samples, or chunks.
   std::optional<ZipMember> next_member() {
@@ -159,9 +153,9 @@ class SrPieces final : public SamplePieces {
   }
 
   // After the last chunk, or at one that is missing.
-  Piece ended() const {
+  Fetched ended() const {
     if (!whole_ && chunk_ <= chunks_) return damaged("every chunk up to the last");
-    return std::span<const std::uint8_t>{};
+    return false;
   }
 
   Failure<CaptureError> damaged(const char* expected) const {
@@ -171,38 +165,62 @@ class SrPieces final : public SamplePieces {
                                 .part_number = chunk_});
   }
 
-  Piece inflate(const ZipMember& member) {
-    const auto bytes = samples_.take(static_cast<std::size_t>(member.size_bytes));
+  Fetched read_compressed(const ZipMember& member, Buffer& into) {
     // Data that does not shrink is a little longer deflated; what is much longer is not read whole.
     if (member.compressed_bytes > 2 * most_at_once) return damaged("data that compression shrank");
-    const auto compressed = compressed_.take(static_cast<std::size_t>(member.compressed_bytes));
+    const auto compressed = into.take(static_cast<std::size_t>(member.compressed_bytes));
     if (!archive_->read_compressed(member, compressed)) return damaged("data that can be read");
-    if (!inflater_.inflate(compressed, bytes)) return damaged("data that inflates to its size");
-    if (zip_checksum(bytes) != member.checksum) return damaged("data with its checksum");
-    return std::span<const std::uint8_t>(bytes);
+    return true;
   }
 
-  Piece next_of_stream() {
+  Fetched fetch_deflated(const ZipMember& member, PackedSamples& piece) {
+    const auto read = read_compressed(member, piece.memory);
+    if (!read.ok()) return read;
+    piece.bytes = piece.memory.take(static_cast<std::size_t>(member.compressed_bytes));
+    piece.deflated = {.size_bytes = member.size_bytes,
+                      .checksum = member.checksum,
+                      .damaged = damaged(nullptr).error};
+    return true;
+  }
+
+  Fetched fetch_inflated(const ZipMember& member, PackedSamples& piece) {
+    const auto read = read_compressed(member, compressed_);
+    if (!read.ok()) return read;
+    const auto compressed = compressed_.take(static_cast<std::size_t>(member.compressed_bytes));
+    const auto bytes = room_in(piece, static_cast<std::size_t>(member.size_bytes));
+    if (!inflater_.inflate(compressed, bytes)) return damaged("data that inflates to its size");
+    if (verify_ && zip_checksum(bytes) != member.checksum) return damaged("data with its checksum");
+    piece.bytes = bytes;
+    return true;
+  }
+
+  Fetched fetch_of_stream(PackedSamples& piece, std::size_t piece_bytes) {
     // One byte more than is left shows whether the member ends there.
-    const auto room = std::min<std::uint64_t>(stream_left_ + 1, stream_piece_bytes);
-    const auto bytes = samples_.take(static_cast<std::size_t>(room));
+    const auto room = std::min<std::uint64_t>(stream_left_ + 1, piece_bytes);
+    const auto bytes = room_in(piece, static_cast<std::size_t>(room));
     const auto got = archive_->read_stream(bytes);
     if (!got || *got > stream_left_) return damaged("data that inflates to its size and checksum");
     if (*got == 0 && stream_left_ != 0) return damaged("data that inflates to its size");
     stream_left_ -= *got;
-    return std::span<const std::uint8_t>(bytes.first(*got));
+    piece.bytes = bytes.first(*got);
+    return *got != 0;
+  }
+
+  static std::span<std::uint8_t> room_in(PackedSamples& piece, std::size_t bytes) {
+    return piece.memory.take(begun_room + bytes).subspan(begun_room);
   }
 
   std::unique_ptr<ZipArchive> archive_;
   std::string capture_file_;
+  bool verify_;
   std::uint64_t chunks_ = 0;  // in the archive
   std::uint64_t chunk_ = 0;   // last asked for
   bool whole_ = false;
   bool streaming_ = false;
   std::uint64_t stream_left_ = 0;
   Inflater inflater_;
-  Buffer samples_;
   Buffer compressed_;
+  PackedSamples next_piece_;
 };
 
 Opened no_session(const ZipArchive& archive) {
@@ -239,13 +257,13 @@ std::string sr_metadata_text(const RawLayout& layout) {
   return text + "unitsize=" + std::to_string(layout.unit_bytes) + '\n';
 }
 
-Opened open_sr(std::unique_ptr<ByteSource> bytes) {
+Opened open_sr(std::unique_ptr<ByteSource> bytes, const SampleReading& reading) {
   auto opened = ZipArchive::open(std::move(bytes));
   if (!opened) return tl::unexpected(opened.error());
-  return open_sr(std::move(*opened));
+  return open_sr(std::move(*opened), reading);
 }
 
-Opened open_sr(std::unique_ptr<ZipArchive> archive) {
+Opened open_sr(std::unique_ptr<ZipArchive> archive, const SampleReading& reading) {
   const auto version = archive->find("version");
   const auto metadata = archive->find("metadata");
   if (!version || !metadata) return no_session(*archive);
@@ -259,11 +277,13 @@ Opened open_sr(std::unique_ptr<ZipArchive> archive) {
   auto parsed = parse_sr_metadata(*metadata_text);
   if (!parsed) return tl::unexpected(parsed.error());
   auto& [layout, capture_file] = *parsed;
-  return open_samples(layout, zip_samples(std::move(archive), std::move(capture_file)));
+  return open_samples(layout, zip_samples(std::move(archive), std::move(capture_file), reading),
+                      reading);
 }
 
-std::unique_ptr<SamplePieces> zip_samples(std::unique_ptr<ZipArchive> archive, std::string name) {
-  return std::make_unique<SrPieces>(std::move(archive), std::move(name));
+std::unique_ptr<SamplePieces> zip_samples(std::unique_ptr<ZipArchive> archive, std::string name,
+                                          const SampleReading& reading) {
+  return std::make_unique<SrPieces>(std::move(archive), std::move(name), reading.verify);
 }
 
 SrWriter::SrWriter(const std::vector<std::string>& lines, Hertz rate, ByteSink& sink)

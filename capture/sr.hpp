@@ -30,17 +30,19 @@ std::string sr_metadata_text(const RawLayout& layout);
 ///
 /// The samples are one member or numbered chunks, which need not hold whole samples. One chunk at a
 /// time is inflated, or a part of one that has more than 32 MiB, so that memory does not grow with
-/// the capture. Checksums are verified. Analog members are skipped.
+/// the capture. Checksums are verified, unless `reading` says not to and a member
+/// has at most 32 MiB. Analog members are skipped.
 ///
 /// Fails with `read_failed`, `unknown_format` (another kind of archive), `damaged` (no directory,
 /// members that overlap, data that does not inflate to the size and checksum the directory has, a
 /// chunk that is missing between others), `malformed` (metadata), `empty`, `truncated` (the last
 /// sample is not whole) and `time_out_of_range`.
-Opened open_sr(std::unique_ptr<ByteSource> bytes);
-Opened open_sr(std::unique_ptr<ZipArchive> archive);
+Opened open_sr(std::unique_ptr<ByteSource> bytes, const SampleReading& reading = {});
+Opened open_sr(std::unique_ptr<ZipArchive> archive, const SampleReading& reading = {});
 
 /// The samples of the member `name`, or of its numbered chunks `name-1`, `name-2`, …
-std::unique_ptr<SamplePieces> zip_samples(std::unique_ptr<ZipArchive> archive, std::string name);
+std::unique_ptr<SamplePieces> zip_samples(std::unique_ptr<ZipArchive> archive, std::string name,
+                                          const SampleReading& reading);
 
 /// Writes a `.sr`: version, metadata, and samples in deflated chunks of 4 MiB. Line k is probe
 /// k + 1; up to 64 lines. It holds back one chunk. Fails with `too_large` when the archive would

@@ -1,10 +1,13 @@
 // What the tests of this room share: readers over text, and their edges in one list.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <ostream>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,6 +15,7 @@
 #include "capture/bytes.hpp"
 #include "capture/edge_source.hpp"
 #include "capture/event_csv.hpp"
+#include "capture/test_pairs.hpp"
 #include "capture/vcd.hpp"
 
 namespace biss::wire {
@@ -63,12 +67,31 @@ inline Read read_all(Opened opened) {
   return read;
 }
 
+using OpenText = Opened (*)(std::unique_ptr<ByteSource>, std::size_t);
+
+/// Fails the test where pairs() does not give what next_block() gave.
+inline void check_pairs(const Read& read, const Opened& opened, const PairWay& way) {
+  if (read.lines.size() <= std::max(way.ma, way.slo)) return;
+  const PairRead pairs = read_pairs(opened, way);
+  if (!pairs.by_pieces) return;
+  const std::string found = difference(read.edges, read.end_time, read.error, pairs, way);
+  if (!found.empty()) throw std::logic_error("pairs() differs from next_block(): " + found);
+}
+
+/// Reads the text, and checks that pieces of it give the same.
+inline Read read_text(OpenText open, std::string_view text, std::size_t block) {
+  Read read = read_all(open(memory_bytes(text, block), default_piece_bytes));
+  check_pairs(read, open(memory_bytes(text, block), default_piece_bytes), {});
+  check_pairs(read, open(memory_bytes(text), 64), {.ma = 1, .slo = 0, .blocks = 1});
+  return read;
+}
+
 inline Read read_vcd(std::string_view text, std::size_t block = one_block) {
-  return read_all(open_vcd(memory_bytes(text, block)));
+  return read_text(open_vcd, text, block);
 }
 
 inline Read read_csv(std::string_view text, std::size_t block = one_block) {
-  return read_all(open_event_csv(memory_bytes(text, block)));
+  return read_text(open_event_csv, text, block);
 }
 
 inline wire::Edge edge(std::int64_t ps, wire::LineIndex line, char level) {

@@ -4,15 +4,24 @@
 #include <zlib.h>
 #include <zstd.h>
 
+#include <memory>
 #include <string>
 #include <string_view>
 
 namespace biss::capture {
 
+/// How gzip is made. Level 0 stores, so that a changed byte changes the text.
+struct GzipSettings {
+  int level = 6;
+  int window_bits = 15;
+  int memory_level = 8;
+};
+
 /// One gzip member.
-inline std::string gzip_of(std::string_view text) {
+inline std::string gzip_of(std::string_view text, const GzipSettings& settings = {}) {
   z_stream stream{};
-  deflateInit2(&stream, 6, Z_DEFLATED, 15 + 16, 8, Z_DEFAULT_STRATEGY);
+  deflateInit2(&stream, settings.level, Z_DEFLATED, settings.window_bits + 16,
+               settings.memory_level, Z_DEFAULT_STRATEGY);
   std::string bytes(deflateBound(&stream, static_cast<uLong>(text.size())), '\0');
   stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(text.data()));
   stream.avail_in = static_cast<uInt>(text.size());
@@ -25,12 +34,13 @@ inline std::string gzip_of(std::string_view text) {
 }
 
 /// One frame of zstd with its checksum.
-inline std::string zstd_of(std::string_view text) {
-  ZSTD_CCtx* const context = ZSTD_createCCtx();
-  ZSTD_CCtx_setParameter(context, ZSTD_c_checksumFlag, 1);
+inline std::string zstd_of(std::string_view text, int level = ZSTD_CLEVEL_DEFAULT) {
+  static const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(ZSTD_createCCtx(),
+                                                                            ZSTD_freeCCtx);
+  ZSTD_CCtx_setParameter(context.get(), ZSTD_c_checksumFlag, 1);
+  ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, level);
   std::string bytes(ZSTD_compressBound(text.size()), '\0');
-  bytes.resize(ZSTD_compress2(context, bytes.data(), bytes.size(), text.data(), text.size()));
-  ZSTD_freeCCtx(context);
+  bytes.resize(ZSTD_compress2(context.get(), bytes.data(), bytes.size(), text.data(), text.size()));
   return bytes;
 }
 

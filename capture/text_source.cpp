@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cstring>
+#include <optional>
 #include <string_view>
 #include <utility>
+
+#include "capture/text_piece.hpp"
 
 namespace biss::capture {
 namespace {
@@ -151,6 +154,111 @@ void TextWindow::skip_byte_order_mark() {
     return;
   at_ += mark.size();
   line_offset_ = mark.size();
+}
+
+TextRest TextWindow::hand_over() {
+  const std::size_t from = std::exchange(cut_, at_);
+  count_lines();
+  TextRest rest{std::move(source_), source_ended_, cut_at_words_, {}};
+  rest.text.assign(buffer_.data() + at_, buffer_.data() + filled_);
+  // The delimiter that was added is added once more when the rest is read.
+  if (unterminated_ && at_ != from) rest.text.pop_back();
+  buffer_offset_ += at_;
+  buffer_ = {};
+  counted_ = at_ = cut_ = filled_ = 0;
+  return rest;
+}
+
+void TextWindow::show(TextPiece& piece) {
+  // The offset of the margin before the text may be below 0, which comes right again.
+  buffer_offset_ += piece.left_out - TextPiece::margin;
+  buffer_.swap(piece.buffer);
+  counted_ = at_ = TextPiece::margin;
+  cut_ = filled_ = TextPiece::margin + piece.bytes;
+  unterminated_ = piece.part == TextPiece::Part::rest && piece.bytes != 0;
+}
+
+void TextWindow::leave(TextPiece& piece) {
+  count_lines();
+  buffer_.swap(piece.buffer);
+  buffer_offset_ += cut_;
+  counted_ = at_ = cut_ = filled_ = 0;
+}
+
+void TextWindow::pass(const TextPiece& piece) {
+  const char* last = piece.end();
+  buffer_offset_ += piece.left_out + piece.bytes;
+  if (piece.line_feeds == 0) return;
+  line_ += piece.line_feeds;
+  while (last[-1] != '\n') --last;
+  line_offset_ = buffer_offset_ - static_cast<std::uint64_t>(piece.end() - last);
+}
+
+/// The rest of a text in pieces: the reader of its format settles them.
+class TextSource::Pairs final : public PairSource {
+ public:
+  explicit Pairs(TextSource& text)
+      : text_(&text), cutter_(text.window_.hand_over(), text.piece_limit_) {
+    ended_ = text.state_ != State::reading;
+    if (text.failed()) error_ = text.error_;
+  }
+
+  std::unique_ptr<PairPiece> fetch(std::unique_ptr<PairPiece> used) override {
+    if (ended_) return nullptr;
+    if (!used) used = text_->new_piece();
+    if (cutter_.next(static_cast<TextPiece&>(*used))) return used;
+    return nullptr;
+  }
+
+  bool settle(PairPiece& piece, const OnEdges& on_edges) override {
+    const bool regular = text_->settle(static_cast<TextPiece&>(piece), on_edges);
+    if (text_->failed()) error_ = text_->error_;
+    return regular;
+  }
+
+  Picoseconds end_time() const override { return text_->end_time_; }
+  const std::optional<CaptureError>& error() const override { return error_; }
+
+ private:
+  TextSource* text_;
+  TextCutter cutter_;
+  bool ended_ = false;
+  std::optional<CaptureError> error_;
+};
+
+std::unique_ptr<PairSource> TextSource::pairs(wire::LineIndex ma, wire::LineIndex slo) {
+  if (!choose_pair(ma, slo)) return nullptr;
+  return std::make_unique<Pairs>(*this);
+}
+
+void TextSource::parse_piece(const PairSource::OnEdges& on_edges) {
+  while (state_ == State::reading && window_.begin() != window_.end()) {
+    block_.grow();
+    block_.prepare(lines_.size());
+    parse();
+    if (!block_.empty()) on_edges(block_.edges());
+  }
+}
+
+bool TextSource::settle(TextPiece& piece, const PairSource::OnEdges& on_edges) {
+  if (state_ != State::reading) return false;
+  if (piece.regular && take_over(piece)) {
+    window_.pass(piece);
+    return true;
+  }
+  window_.show(piece);
+  if (piece.part != TextPiece::Part::overlong) {
+    parse_piece(on_edges);
+  } else if (!in_comment()) {
+    fail(window_.error_at(window_.begin(), CaptureCause::token_too_long));
+  }
+  if (state_ == State::reading && piece.part == TextPiece::Part::failed) fail(piece.error);
+  if (state_ == State::reading && piece.part == TextPiece::Part::rest) {
+    state_ = State::ended;
+    finish();
+  }
+  window_.leave(piece);
+  return false;
 }
 
 void TextSource::fill_window() {

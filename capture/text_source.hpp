@@ -13,8 +13,12 @@
 
 #include "capture/bytes.hpp"
 #include "capture/edge_source.hpp"
+#include "capture/pair_source.hpp"
 
 namespace biss::capture {
+
+class TextPiece;
+struct TextRest;
 
 /// White space as VCD has it.
 constexpr bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
@@ -60,6 +64,16 @@ class TextWindow {
   /// Why next() failed.
   const CaptureError& error() const { return error_; }
 
+  /// Gives away the source and what was read of it from begin() on; no next() follows. From now on
+  /// the text comes in pieces, and the window is empty but between show() and leave().
+  TextRest hand_over();
+  /// The piece, the next one, becomes the window.
+  void show(TextPiece& piece);
+  /// Gives the text back to the piece.
+  void leave(TextPiece& piece);
+  /// Counts the piece as seen.
+  void pass(const TextPiece& piece);
+
   /// An error at `place`, which lies in begin()…end() or anywhere the window has been since next().
   CaptureError error_at(const char* place, CaptureCause cause,
                         const char* expected = nullptr) const;
@@ -104,10 +118,12 @@ class TextSource : public EdgeSource {
   const std::vector<std::string>& lines() const final { return lines_; }
   Picoseconds end_time() const final { return end_time_; }
   Result<std::span<const wire::Edge>, CaptureError> next_block() final;
+  std::unique_ptr<PairSource> pairs(wire::LineIndex ma, wire::LineIndex slo) final;
 
  protected:
-  TextSource(std::unique_ptr<ByteSource> bytes, TextWindow::Cut cut)
-      : window_(std::move(bytes), cut) {}
+  /// \param piece_limit the most text of a piece of pairs()
+  TextSource(std::unique_ptr<ByteSource> bytes, TextWindow::Cut cut, std::size_t piece_limit)
+      : window_(std::move(bytes), cut), piece_limit_(piece_limit) {}
 
   /// Reads on from the window's begin until the window is used up, the block is full or fail() was
   /// called; advances the window.
@@ -116,6 +132,14 @@ class TextSource : public EdgeSource {
   virtual void finish() = 0;
   /// Inside text whose words may have any length.
   virtual bool in_comment() const { return false; }
+
+  /// Makes new_piece() possible; false where these lines cannot be read as arrays.
+  virtual bool choose_pair(wire::LineIndex ma, wire::LineIndex slo) = 0;
+  /// A piece for the lines chosen. Another thread may be in parse() or take_over().
+  virtual std::unique_ptr<TextPiece> new_piece() const = 0;
+  /// Remembers what the regular piece says as if parse() had read it; false, and nothing is
+  /// remembered, where the piece cannot follow what was read before.
+  virtual bool take_over(TextPiece& piece) = 0;
 
   /// Ends reading with an error, to be returned after the edges that came before it.
   void fail(const CaptureError& error) {
@@ -132,9 +156,13 @@ class TextSource : public EdgeSource {
 
  private:
   enum class State : std::uint8_t { reading, ended, failed };
+  class Pairs;
 
   void fill_window();
+  bool settle(TextPiece& piece, const PairSource::OnEdges& on_edges);
+  void parse_piece(const PairSource::OnEdges& on_edges);
 
+  std::size_t piece_limit_;
   State state_ = State::reading;
   CaptureError error_;
 };

@@ -4,12 +4,10 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -17,126 +15,11 @@
 #include "capture/declared_lines.hpp"
 #include "capture/edge_source.hpp"
 #include "capture/text_source.hpp"
+#include "capture/vcd_piece.hpp"
+#include "capture/vcd_words.hpp"
 
 namespace biss::capture {
 namespace {
-
-/// Identifiers to numbers 0, 1, 2, … in the order of their first add().
-class VcdIds {
- public:
-  static constexpr std::uint32_t none = UINT32_MAX;
-
-  VcdIds();
-
-  /// The number of `id`, a new one when it was not known.
-  /// \pre valid(id)
-  std::uint32_t add(std::string_view id);
-  /// The number of `id`, or none; any text may be asked for.
-  std::uint32_t find(std::string_view id) const;
-  /// The same for an identifier of one or two characters.
-  std::uint32_t find_one(char c) const { return one_[static_cast<unsigned char>(c)]; }
-  std::uint32_t find_two(const char* id) const {
-    const unsigned first = place(id[0]);
-    const unsigned second = place(id[1]);
-    if (two_.empty() || first >= letters || second >= letters) return none;
-    return two_[first * letters + second];
-  }
-  std::uint32_t size() const { return size_; }
-
-  static bool valid(std::string_view id);
-
- private:
-  static constexpr unsigned letters = '~' - '!' + 1;
-  static constexpr std::size_t packed_chars = 8;
-
-  struct Slot {
-    std::uint64_t key = 0;
-    std::uint32_t number = none;
-  };
-  struct TextHash {
-    using is_transparent = void;
-    std::size_t operator()(std::string_view text) const {
-      return std::hash<std::string_view>{}(text);
-    }
-  };
-
-  static unsigned place(char c) { return static_cast<unsigned char>(c) - unsigned{'!'}; }
-  static std::uint64_t pack(std::string_view id);
-  std::size_t slot_of(std::uint64_t key) const;
-  std::uint32_t add_packed(std::uint64_t key);
-  void grow_slots();
-
-  std::uint32_t size_ = 0;
-  std::array<std::uint32_t, 256> one_;
-  std::vector<std::uint32_t> two_;  // empty until the first identifier of two characters
-  // Three to eight characters are a number; open addressing, never more than half full.
-  std::vector<Slot> slots_;
-  std::size_t slots_used_ = 0;
-  std::unordered_map<std::string, std::uint32_t, TextHash, std::equal_to<>> long_;
-};
-
-VcdIds::VcdIds() : slots_(64) { one_.fill(none); }
-
-bool VcdIds::valid(std::string_view id) {
-  return !id.empty() &&
-         std::all_of(id.begin(), id.end(), [](char c) { return place(c) < letters; });
-}
-
-std::uint64_t VcdIds::pack(std::string_view id) {
-  std::uint64_t key = 0;
-  for (const char c : id) key = key << 8U | static_cast<unsigned char>(c);
-  return key;
-}
-
-// Where `key` is, or the free slot where it belongs.
-std::size_t VcdIds::slot_of(std::uint64_t key) const {
-  const std::size_t mask = slots_.size() - 1;
-  auto at = static_cast<std::size_t>((key * 0x9E3779B97F4A7C15U) >> 20U) & mask;
-  while (slots_[at].number != none && slots_[at].key != key) at = (at + 1) & mask;
-  return at;
-}
-
-void VcdIds::grow_slots() {
-  const std::vector<Slot> old = std::exchange(slots_, std::vector<Slot>(slots_.size() * 2));
-  for (const Slot& slot : old) {
-    if (slot.number != none) slots_[slot_of(slot.key)] = slot;
-  }
-}
-
-std::uint32_t VcdIds::add_packed(std::uint64_t key) {
-  Slot* slot = &slots_[slot_of(key)];
-  if (slot->number != none) return slot->number;
-  if (++slots_used_ * 2 > slots_.size()) {
-    grow_slots();
-    slot = &slots_[slot_of(key)];
-  }
-  *slot = {key, size_};
-  return size_++;
-}
-
-std::uint32_t VcdIds::add(std::string_view id) {
-  if (id.size() > packed_chars) {
-    const auto [entry, added] = long_.try_emplace(std::string(id), size_);
-    if (added) ++size_;
-    return entry->second;
-  }
-  if (id.size() > 2) return add_packed(pack(id));
-  if (two_.empty() && id.size() == 2) two_.assign(std::size_t{letters} * letters, none);
-  std::uint32_t& entry = id.size() == 1 ? one_[static_cast<unsigned char>(id[0])]
-                                        : two_[place(id[0]) * letters + place(id[1])];
-  if (entry == none) entry = size_++;
-  return entry;
-}
-
-std::uint32_t VcdIds::find(std::string_view id) const {
-  if (id.empty()) return none;
-  if (id.size() == 1) return find_one(id[0]);
-  if (id.size() == 2) return find_two(id.data());
-  // A leading NUL would pack like the shorter identifier after it.
-  if (id.size() <= packed_chars) return id[0] == 0 ? none : slots_[slot_of(pack(id))].number;
-  const auto entry = long_.find(id);
-  return entry == long_.end() ? none : entry->second;
-}
 
 /// What the declarations say once they are complete.
 struct VcdSignals {
@@ -312,44 +195,12 @@ VcdHeader::Step VcdHeader::end_definitions() {
 }
 
 using wire::Level;
-
-// What a word's first character says it is; the first three are levels.
-enum class Kind : std::uint8_t { low, high, unknown, space, time, vector, value, keyword, none };
-
-constexpr std::array<Kind, 256> make_kinds() {
-  std::array<Kind, 256> kinds{};
-  kinds.fill(Kind::none);
-  const auto set = [&kinds](std::string_view chars, Kind kind) {
-    for (const char c : chars) kinds[static_cast<unsigned char>(c)] = kind;
-  };
-  set("0lL", Kind::low);
-  set("1hH", Kind::high);
-  set("xXzZuUwW-", Kind::unknown);
-  set(" \t\n\v\f\r", Kind::space);
-  set("#", Kind::time);
-  set("bB", Kind::vector);
-  set("rRsS", Kind::value);
-  set("$", Kind::keyword);
-  return kinds;
-}
-
-constexpr std::array<Kind, 256> kinds = make_kinds();
-static_assert(static_cast<int>(Kind::low) == static_cast<int>(Level::low));
-static_assert(static_cast<int>(Kind::high) == static_cast<int>(Level::high));
-static_assert(static_cast<int>(Kind::unknown) == static_cast<int>(Level::unknown));
-
-Kind kind_of(char c) { return kinds[static_cast<unsigned char>(c)]; }
-
-// \pre a space follows
-const char* end_of_word(const char* p) {
-  while (!is_space(*p)) ++p;
-  return p;
-}
+using Kind = VcdKind;
 
 class VcdReader final : public TextSource {
  public:
-  explicit VcdReader(std::unique_ptr<ByteSource> bytes)
-      : TextSource(std::move(bytes), TextWindow::Cut::words) {}
+  VcdReader(std::unique_ptr<ByteSource> bytes, std::size_t piece_limit)
+      : TextSource(std::move(bytes), TextWindow::Cut::words, piece_limit) {}
 
   // Reads the declarations; the cause when there are none.
   std::optional<CaptureError> open();
@@ -361,6 +212,9 @@ class VcdReader final : public TextSource {
   void parse() override;
   void finish() override;
   bool in_comment() const override { return in_comment_; }
+  bool choose_pair(wire::LineIndex ma, wire::LineIndex slo) override;
+  std::unique_ptr<TextPiece> new_piece() const override;
+  bool take_over(TextPiece& piece) override;
 
   VcdHeader::Step read_declarations();
   void take_signals();
@@ -384,6 +238,7 @@ class VcdReader final : public TextSource {
   Waiting waiting_ = Waiting::no;
   Level waiting_level_ = Level::unknown;
   bool in_comment_ = false;
+  std::optional<VcdPair> pair_;
   std::optional<VcdHeader> header_{std::in_place};  // until the declarations are complete
 };
 
@@ -454,7 +309,7 @@ void VcdReader::parse() {
   if (in_comment_) p = skip_comment(p);
   if (waiting_ != Waiting::no) p = read_waiting(p);
   while (p != nullptr && p != end && !block_.full()) {
-    const Kind kind = kind_of(*p);
+    const Kind kind = vcd_kind_of(*p);
     if (kind <= Kind::unknown) {
       p = read_scalar(p, static_cast<Level>(kind));
     } else if (kind == Kind::space) {
@@ -540,12 +395,12 @@ const char* VcdReader::read_long_time(const char* p, const char* end) {
 }
 
 const char* VcdReader::read_word(const char* p) {
-  const Kind kind = kind_of(*p);
-  if (kind == Kind::none) {
-    return stop(p, CaptureCause::malformed, "a value change, a time or a word such as $dumpvars");
-  }
+  const Kind kind = vcd_kind_of(*p);
   if (end_of_word(p) - p > static_cast<std::ptrdiff_t>(max_token_bytes)) {
     return stop(p, CaptureCause::token_too_long);
+  }
+  if (kind == Kind::none) {
+    return stop(p, CaptureCause::malformed, "a value change, a time or a word such as $dumpvars");
   }
   if (kind == Kind::keyword) return read_keyword(p);
   if (kind == Kind::vector) return read_vector(p);
@@ -556,14 +411,14 @@ const char* VcdReader::read_word(const char* p) {
 const char* VcdReader::read_vector(const char* p) {
   const char* const end = end_of_word(p);
   const char* const wrong =
-      std::find_if_not(p + 1, end, [](char c) { return kind_of(c) <= Kind::unknown; });
+      std::find_if_not(p + 1, end, [](char c) { return vcd_kind_of(c) <= Kind::unknown; });
   if (end == p + 1 || wrong != end) {
     const bool cut = window_.unterminated() && wrong == end;
     return stop(p, cut ? CaptureCause::truncated : CaptureCause::malformed,
                 "bits of a vector after b");
   }
   waiting_ = end == p + 2 ? Waiting::level : Waiting::skipped;
-  waiting_level_ = static_cast<Level>(kind_of(p[1]));
+  waiting_level_ = static_cast<Level>(vcd_kind_of(p[1]));
   return read_waiting(end);
 }
 
@@ -627,6 +482,33 @@ const char* VcdReader::skip_comment(const char* p) {
   return p;
 }
 
+// Lines that change together are no pair.
+bool VcdReader::choose_pair(wire::LineIndex ma, wire::LineIndex slo) {
+  const std::uint32_t ma_variable = driven_.variable_of(ma);
+  const std::uint32_t slo_variable = driven_.variable_of(slo);
+  if (ma_variable == slo_variable) return false;
+  pair_.emplace(ids_, driven_, timescale_, ma_variable, slo_variable);
+  return true;
+}
+
+std::unique_ptr<TextPiece> VcdReader::new_piece() const {
+  return std::make_unique<VcdPiece>(*pair_);
+}
+
+bool VcdReader::take_over(TextPiece& text) {
+  auto& piece = static_cast<VcdPiece&>(text);
+  if (waiting_ != Waiting::no || in_comment_) return false;
+  if (piece.timed && piece.first_tick < tick_) return false;
+  std::fill_n(piece.ma.times.begin(), piece.early_ma, end_time_.count);
+  std::fill_n(piece.slo.times.begin(), piece.early_slo, end_time_.count);
+  if (const auto level = last_level(piece.ma)) driven_.note(pair_->ma_variable(), *level);
+  if (const auto level = last_level(piece.slo)) driven_.note(pair_->slo_variable(), *level);
+  if (!piece.timed) return true;
+  tick_ = piece.last_tick;
+  end_time_ = timescale_.time_of(tick_);
+  return true;
+}
+
 // 0 is `!`, 1 is `"`, … 94 is `!!`: the shortest identifiers first.
 std::string id_of(std::size_t line) {
   constexpr std::size_t letters = '~' - '!' + 1;
@@ -664,8 +546,8 @@ Timescale parse_vcd_timescale(std::string_view text) {
   return {};
 }
 
-Opened open_vcd(std::unique_ptr<ByteSource> bytes) {
-  auto reader = std::make_unique<VcdReader>(std::move(bytes));
+Opened open_vcd(std::unique_ptr<ByteSource> bytes, std::size_t piece_limit) {
+  auto reader = std::make_unique<VcdReader>(std::move(bytes), piece_limit);
   if (const auto error = reader->open()) return tl::unexpected(*error);
   return reader;
 }

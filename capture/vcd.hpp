@@ -1,6 +1,7 @@
 // Value change dumps (IEEE 1364), as simulators and logic analysers write them.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -9,6 +10,7 @@
 #include "capture/bytes.hpp"
 #include "capture/edge_source.hpp"
 #include "capture/edge_writer.hpp"
+#include "capture/text_piece.hpp"
 #include "capture/timescale.hpp"
 
 namespace biss::capture {
@@ -30,7 +32,9 @@ Timescale parse_vcd_timescale(std::string_view text);
 /// A missing line feed at the end is no fault: the last word counts when it is complete as it
 /// stands. `#4235750` may be what is left of `#42357500`; this cannot be seen unless time would run
 /// backwards, which is then called `truncated`, and harms nothing since no value follows.
-Opened open_vcd(std::unique_ptr<ByteSource> bytes);
+///
+/// \param piece_limit the most text of a piece of pairs()
+Opened open_vcd(std::unique_ptr<ByteSource> bytes, std::size_t piece_limit = default_piece_bytes);
 
 /// Writes a VCD with a time scale of 1 ps and a one-bit wire a line; only changes. White space and
 /// control characters in names become `_`. Times before zero cannot be written.

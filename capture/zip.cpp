@@ -124,7 +124,7 @@ void Deflater::deflate(std::span<const std::uint8_t> bytes, std::string& out) {
 }
 
 std::uint32_t zip_checksum(std::span<const std::uint8_t> bytes) {
-  return libdeflate_crc32(0, bytes.data(), bytes.size());
+  return zip_checksum_after(0, bytes);
 }
 
 void ZipArchive::CloseArchive::operator()(zip* archive) const { zip_discard(archive); }

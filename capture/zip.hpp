@@ -57,6 +57,8 @@ class Deflater {
 
 /// CRC-32 as ZIP has it.
 std::uint32_t zip_checksum(std::span<const std::uint8_t> bytes);
+/// The same of bytes that follow those whose CRC-32 is `before`; that of no byte is 0.
+std::uint32_t zip_checksum_after(std::uint32_t before, std::span<const std::uint8_t> bytes);
 
 /// Whether a file that begins so may be a ZIP archive.
 bool looks_like_zip(std::string_view head);

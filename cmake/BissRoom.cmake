@@ -72,6 +72,14 @@ function(biss_room name)
   endif()
 endfunction()
 
+# biss_simd(FILE…): files of a room that Highway compiles once for each SIMD level: alone, and at full
+# optimisation.
+function(biss_simd)
+  set_source_files_properties(${ARGN} PROPERTIES
+                              SKIP_UNITY_BUILD_INCLUSION ON SKIP_PRECOMPILE_HEADERS ON
+                              COMPILE_OPTIONS "$<$<CONFIG:Release>:-O3>")
+endfunction()
+
 # biss_room_test(NAME [LONG] SOURCE…): the room's unit tests, one CTest a case, labelled with the
 # room's name. LONG tests take minutes: they are labelled `long`, built with BISS_LONG_TESTS, and
 # optimised like a room.

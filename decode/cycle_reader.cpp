@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "biss/timing/cable.hpp"
+#include "decode/cycle_rules.hpp"
 #include "decode/intervals.hpp"
 #include "decode/times.hpp"
 
@@ -11,13 +12,6 @@ namespace biss::decode {
 namespace {
 
 using wire::Level;
-
-// Of a period, the margin of `marginal`; the master of biss/master has the same.
-constexpr std::int64_t margin_share = 20;
-
-// Of a period, the most that SLO may seem to fall before the edge of ACK, however coarse the
-// capture is: SLO that falls earlier was not moved by that edge.
-constexpr std::int64_t uncertain_share = 4;
 
 // Peak-to-peak jitter of a period over the usual difference of two neighbours: 4 for jitter that is
 // evenly spread, and a reserve.
@@ -29,13 +23,6 @@ constexpr FrameBounds anywhere{.lead_max_clocks = 1, .ack_max_clocks = UINT16_MA
 bool has_unknown(std::span<const LevelChange> ma) {
   return std::any_of(ma.begin(), ma.end(),
                      [](const LevelChange& change) { return change.level == Level::unknown; });
-}
-
-// The period is measured, so a bound that falls just beside a clock edge is given 2 % of grace.
-bool ack_within_bounds(const DeviceTiming& timing, Picoseconds period, std::uint16_t ack_clocks) {
-  const Picoseconds grace = period / 50;
-  return ack_clocks >= ack_bounds(timing, period + grace).min_clocks &&
-         ack_clocks <= ack_bounds(timing, std::max(period - grace, picoseconds(1))).max_clocks;
 }
 
 // A request that has no second rising edge yet, and the capture is over before one was due.
@@ -172,9 +159,8 @@ void CycleReader::measure_clock(std::span<const LevelChange> ma, Cycle& cycle) {
   measure_duty(ma, cycle);
 }
 
-// The capture and the jitter of MA: by how much the time between two edges may be off.
 Picoseconds CycleReader::uncertainty() const {
-  return std::min(margin_.resolution + clock_.jitter, clock_.period / uncertain_share);
+  return uncertainty_of(margin_, clock_.jitter, clock_.period);
 }
 
 // Jitter moves each edge about its place, so that it changes the time of 8 periods no more than
@@ -259,7 +245,7 @@ CycleReader::Response CycleReader::find_response(const CycleSpan& span,
   const Picoseconds second_rise = clock_.rises[1];
   // The capture and the jitter of MA may show SLO before the edge of MA that moved it.
   const Picoseconds earliest = shifted(second_rise, -uncertainty());
-  for (std::size_t i = begin; i < slo.size() && slo[i].time <= span.limit; ++i) {
+  for (std::size_t i = begin; i < slo.size() && slo[i].time < span.limit; ++i) {
     if (slo[i].level == Level::unknown) return {{}, CycleStatus::unknown_level};
     if (slo[i].level != Level::low) continue;
     Picoseconds settled = shifted(slo[i].time, clock_.period / 2);
@@ -300,8 +286,8 @@ std::optional<Picoseconds> CycleReader::release(const CycleSpan& span, const Lin
   const std::size_t next = slo.after(shifted(clock_.rises[stop], delay + clock_.period / 2));
   if (slo.level_before(next) != Level::low || next >= slo.size()) return std::nullopt;
   const Picoseconds rise = slo[next].time;
-  if (slo[next].level != Level::high || rise > span.limit) return std::nullopt;
-  if (next + 1 < slo.size() && slo[next + 1].time <= span.limit) return std::nullopt;
+  if (slo[next].level != Level::high || rise >= span.limit) return std::nullopt;
+  if (next + 1 < slo.size() && slo[next + 1].time < span.limit) return std::nullopt;
   const Picoseconds last = span.ma.back().time;
   return rise < last ? -elapsed(rise, last) : elapsed(last, rise);
 }
@@ -406,9 +392,7 @@ CycleReader::Sampled CycleReader::sample(const CycleSpan& span, const LineHistor
 
 // How close a change of SLO must be to be certainly within the margin; negative where none is.
 Picoseconds CycleReader::certain_margin() const {
-  // The edge of MA that the sample counts from is uncertain, SLO's is, and the delay between them.
-  const std::int64_t doubts = margin_.compensated ? 2 : 1;
-  return clock_.period / margin_share - doubts * margin_.resolution;
+  return clock_.period / margin_share - margin_doubt(margin_);
 }
 
 std::optional<bool> CycleReader::judge_margin(const CycleSpan& span, const LineHistory& slo,

@@ -80,6 +80,63 @@ void Decoder::push(std::span<const wire::Edge> edges, const Lines& lines) {
   }
 }
 
+void Decoder::push(const PairRun& run, std::span<const CleanCycle> clean) {
+  RunPlace at;
+  for (const CleanCycle& cycle : clean) {
+    const bool follows = at.ma == cycle.ma_begin && at.slo == cycle.slo_begin && waits();
+    if (!follows) {
+      // The edge that begins the cycle shows whether everything before it is read.
+      push_mixed(run, at, {cycle.ma_begin + 1, cycle.slo_begin});
+      at = {cycle.ma_begin + 1, cycle.slo_begin};
+      if (!waits_since_this_edge()) continue;
+    }
+    emit_clean(cycle, run);
+    at = {cycle.ma_end, cycle.slo_end};
+  }
+  push_mixed(run, at, {run.ma.times.size(), run.slo.times.size()});
+}
+
+// In the order of their times; of two at one time, that of SLO first.
+void Decoder::push_mixed(const PairRun& run, RunPlace from, RunPlace to) {
+  const auto level = [](const LineRun& line, std::size_t index) {
+    return line.first_high == (index % 2 == 0) ? Level::high : Level::low;
+  };
+  while (from.ma < to.ma || from.slo < to.slo) {
+    const bool slo_next =
+        from.ma == to.ma || (from.slo < to.slo && run.slo.times[from.slo] <= run.ma.times[from.ma]);
+    if (slo_next) {
+      const LevelChange change{{run.slo.times[from.slo]}, level(run.slo, from.slo)};
+      const bool none = from.slo == 0 && slo_.level_before(slo_.size()) == change.level;
+      if (!none) push_slo(change);
+      ++from.slo;
+    } else {
+      push_ma({{run.ma.times[from.ma]}, level(run.ma, from.ma)});
+      ++from.ma;
+    }
+  }
+}
+
+// MA rests, and all requests before have been emitted.
+bool Decoder::waits() const {
+  return idle_known_ && !skipping_ && scanned_ == 0 && ma_.empty() && ma_level_ == Level::high;
+}
+
+// The last edge was a falling one of MA, and may begin a request; all before it has been emitted.
+bool Decoder::waits_since_this_edge() const {
+  return idle_known_ && !skipping_ && scanned_ == 0 && ma_.size() == 1;
+}
+
+void Decoder::emit_clean(const CleanCycle& clean, const PairRun& run) {
+  const Cycle& cycle = clean.reading.cycle;
+  usual_clocks_ = cycle.clocked.count / cycle.period->count;
+  ma_.clear();
+  ma_level_ = Level::high;
+  const bool high = (clean.slo_end - clean.slo_begin) % 2 == 0;
+  slo_.restart(high ? Level::high : Level::low, {run.slo.times[clean.slo_end - 1]});
+  on_cycle_(cycle);
+  doubt_.reset();
+}
+
 void Decoder::finish(Picoseconds end_time) {
   end_time_ = end_time;
   drain(true);

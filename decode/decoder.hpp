@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "decode/clean_cycles.hpp"
 #include "decode/cycle_reader.hpp"
 #include "wire/edge.hpp"
 
@@ -50,6 +51,11 @@ class Decoder {
   /// The same for a capture's edges; those of other lines are ignored.
   void push(std::span<const wire::Edge> edges, const Lines& lines);
 
+  /// The same for the next stretch of a capture as arrays, with the clean cycles in it: these are
+  /// emitted as they are where they begin while a request is waited for. Of a line's changes, the
+  /// first one may be none. A run begins and ends anywhere; no edge comes twice.
+  void push(const PairRun& run, std::span<const CleanCycle> clean);
+
   /// The capture ends at this time, which is not before its last edge; reads what is left.
   void finish(Picoseconds end_time);
 
@@ -76,6 +82,15 @@ class Decoder {
     CycleReading reading;
   };
 
+  // How far a run has been pushed.
+  struct RunPlace {
+    std::size_t ma = 0;
+    std::size_t slo = 0;
+  };
+  void push_mixed(const PairRun& run, RunPlace from, RunPlace to);
+  void emit_clean(const CleanCycle& clean, const PairRun& run);
+  bool waits() const;
+  bool waits_since_this_edge() const;
   void drain(bool at_end);
   bool find_begin(bool at_end);
   bool take_cycle(bool at_end);

@@ -63,6 +63,13 @@ class LineHistory {
     changes_.erase(changes_.begin(), changes_.begin() + static_cast<std::ptrdiff_t>(gone));
   }
 
+  /// Forgets everything but this level, taken at this time.
+  void restart(wire::Level level, Picoseconds since) {
+    changes_.clear();
+    before_ = level;
+    before_since_ = since;
+  }
+
  private:
   std::vector<LevelChange> changes_;
   wire::Level before_ = wire::Level::unknown;

@@ -54,8 +54,8 @@ class Words {
       if (column < first || column >= last) continue;
       const std::size_t at = column - first;
       const std::size_t begin = at >= word.size() / 2 ? at - word.size() / 2 : 0;
+      if (!out.empty() && out.size() >= begin) out += ' ';
       out.resize(std::max(out.size(), begin), ' ');
-      if (out.size() > begin) out += ' ';
       out += word;
     }
     return out;

@@ -75,7 +75,7 @@ const std::vector<CauseShares>& cause_shares() {
        {{S::ma_pulse, .95},
         {S::ma_uneven, .3},
         {S::slipped, .5},
-        {S::flipped, .05},
+        {S::flipped, .3},
         {S::cut_short, .02},
         {S::other_ack, .04},
         {S::slo_pulse, .15}}},

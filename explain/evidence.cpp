@@ -62,36 +62,47 @@ void SampleGrid::push(wire::Edge edge, wire::LineIndex ma) {
     last_ = edge.time;
     if (edge.line != ma) ++slo_edges_;
   }
-  if (edge.line != ma || ma_gaps_.size() >= gaps_kept) return;
-  if (last_ma_) ma_gaps_.push_back(decode::elapsed(*last_ma_, edge.time));
+  if (edge.line != ma) return;
+  auto& levels = ma_levels_[edge.level == wire::Level::high ? 0 : 1];
+  if (last_ma_ && levels.size() < gaps_kept / 2) {
+    levels.push_back(decode::elapsed(*last_ma_, edge.time));
+  }
   last_ma_ = edge.time;
 }
 
+// A level of a clock that is sampled lasts a step more at times.
+bool SampleGrid::varies_by(Picoseconds step) const {
+  bool varies = false;
+  for (const auto& levels : ma_levels_) {
+    std::array<std::size_t, 8> lengths{};
+    std::size_t all = 0;
+    for (const Picoseconds level : levels) {
+      const std::int64_t steps = clocks_in(level, step);
+      if (steps >= 8) continue;
+      ++lengths[static_cast<std::size_t>(steps)];
+      ++all;
+    }
+    const auto occurs = [&](std::size_t steps) {
+      return lengths[steps] >= 3 && 400 * lengths[steps] > all;
+    };
+    if ((occurs(1) && occurs(2)) || (occurs(2) && occurs(3))) varies = true;
+    // Levels of many different lengths are data, for example of a UART.
+    if (25 * (lengths[4] + lengths[5] + lengths[6] + lengths[7]) >= all + 1) return false;
+  }
+  return varies;
+}
+
 std::optional<Picoseconds> SampleGrid::step() const {
-  if (gaps_.size() < 64 || ma_gaps_.size() < 32 || slo_edges_ < 16) return std::nullopt;
+  if (gaps_.size() < 64 || ma_levels_[0].size() < 16 || slo_edges_ < 16) return std::nullopt;
   const Picoseconds step = *std::min_element(gaps_.begin(), gaps_.end());
-  const auto is_short = [&](Picoseconds gap) { return gap <= grid_steps * step; };
   std::size_t on = 0;
   std::size_t judged = 0;
   for (const Picoseconds gap : gaps_) {
-    if (!is_short(gap)) continue;
+    if (gap > grid_steps * step) continue;
     ++judged;
     if (lies_on(gap, step)) ++on;
   }
-  // Lengths of MA that vary by a step: those of an even clock do not.
-  std::array<std::size_t, 8> lengths{};
-  for (const Picoseconds gap : ma_gaps_) {
-    const std::int64_t steps = clocks_in(gap, step);
-    if (steps < 8) ++lengths[static_cast<std::size_t>(steps)];
-  }
-  std::size_t short_lengths = 0;
-  for (const std::size_t count : lengths) short_lengths += count;
-  const auto occurs = [&](std::size_t steps) { return 100 * lengths[steps] > short_lengths; };
-  const bool varies = (occurs(1) && occurs(2)) || (occurs(2) && occurs(3));
-  // Levels of many different lengths are data, for example of a UART.
-  const std::size_t long_lengths = lengths[4] + lengths[5] + lengths[6] + lengths[7];
-  const bool is_clock = varies && 25 * long_lengths < short_lengths;
-  if (judged < 64 || 100 * on < 97 * judged || !is_clock) return std::nullopt;
+  if (judged < 64 || 100 * on < 97 * judged || !varies_by(step)) return std::nullopt;
   return step;
 }
 
@@ -245,7 +256,7 @@ void Observer::settle() {
   // An encoder that counted a clock too many sends STOP where the last bit is expected; one that
   // missed a clock sends the last bit where STOP is expected.
   const std::uint64_t failed = evidence_.failed_checks;
-  if (failed >= 5 && last_crc_bit_changes_) {
+  if (last_crc_bit_changes_ && (failed >= 5 || evidence_.stop_high != 0)) {
     const std::uint64_t low = evidence_.last_bit_low;
     const bool slips = failed < 10
                            ? low == failed || evidence_.stop_high != 0

@@ -24,7 +24,8 @@ struct Sightings {
 /// The smallest step of all edge times, where the capture has sampled the lines.
 ///
 /// A file of changes does not give its sample period. Where all gaps between edges are whole
-/// multiples of the smallest one, and MA's are not all equal, that gap is the sample period.
+/// multiples of the smallest one, and one level of MA lasts a step more at times, that gap is the
+/// sample period. (High and low alone may differ by a step: an uneven duty does that.)
 class SampleGrid {
  public:
   void push(wire::Edge edge, wire::LineIndex ma);
@@ -32,9 +33,12 @@ class SampleGrid {
   std::optional<Picoseconds> step() const;
 
  private:
+  bool varies_by(Picoseconds step) const;
+
   static constexpr std::size_t gaps_kept = 4096;
   std::vector<Picoseconds> gaps_;
-  std::vector<Picoseconds> ma_gaps_;
+  // How long MA was low and high.
+  std::array<std::vector<Picoseconds>, 2> ma_levels_;
   std::optional<Picoseconds> last_;
   std::optional<Picoseconds> last_ma_;
   std::size_t slo_edges_ = 0;

@@ -253,6 +253,8 @@ Symptom SymptomReader::of_short(const CycleEdges& edges) const {
   const Cycle& cycle = edges.cycle;
   const bool late = longest_ack_ != 0 && ack_clocks_of(cycle) > longest_ack_;
   if (late) return Symptom::cut_in_ack;
+  // Of a frame that the master did not end, ones at the end are data.
+  if (cycle.rising_edges < fewest_clocks_) return Symptom::cut_short;
   return tail_of(cycle.raw.view(), true) >= high_tail_bits ? Symptom::tail_high
                                                            : Symptom::cut_short;
 }
@@ -308,6 +310,7 @@ std::optional<std::int64_t> SymptomReader::delay_off(const Cycle& cycle) const {
 void SymptomReader::learn(const Cycle& cycle) {
   longest_ack_ = std::max(longest_ack_, ack_clocks_of(cycle));
   last_good_ = cycle.raw;
+  fewest_clocks_ = std::min(fewest_clocks_, cycle.rising_edges);
   if (rest_before_)
     shortest_rest_ = std::min(*rest_before_, shortest_rest_.value_or(*rest_before_));
   if (!cycle.line_delay) return;

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -91,6 +92,7 @@ class SymptomReader {
   std::optional<Picoseconds> usual_delay_;
   std::uint16_t longest_ack_ = 0;
   decode::RawBits last_good_;
+  std::uint32_t fewest_clocks_ = std::numeric_limits<std::uint32_t>::max();
   std::optional<Picoseconds> shortest_rest_;
   std::optional<Picoseconds> last_edge_;
   std::optional<Picoseconds> rest_before_;

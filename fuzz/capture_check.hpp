@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,18 +17,29 @@
 
 namespace biss::fuzz {
 
-/// A block size derived from the input, so that inputs stay plain captures.
-inline std::size_t block_size_of(std::string_view text) {
-  constexpr std::array<std::size_t, 8> sizes{1, 3, 7, 64, 500, 1'000, 4'096, 1'000'000};
-  // Blocks of one byte cost the most and find no further errors in long text.
-  constexpr std::size_t short_text = 512;
-  constexpr std::size_t small_sizes = 3;
+/// A number that follows from the input, so that inputs stay plain captures.
+inline std::size_t mixed_from(std::string_view text) {
   std::size_t mixed = text.size();
   for (std::size_t i = 0; i < text.size(); i += 1 + text.size() / 8) {
     mixed = mixed * 31 + static_cast<unsigned char>(text[i]);
   }
-  if (text.size() <= short_text) return sizes[mixed % sizes.size()];
-  return sizes[small_sizes + mixed % (sizes.size() - small_sizes)];
+  return mixed ^ mixed >> 16U;
+}
+
+/// The size of the blocks that an input is read in. Blocks of a few bytes cost the most, and
+/// the other sizes find most of what they find.
+inline std::size_t block_size_of(std::string_view text) {
+  constexpr std::array<std::size_t, 16> sizes{
+      1, 3, 7, 64, 64, 500, 500, 1'000, 1'000, 4'096, 4'096, 4'096, 4'096, 4'096, 4'096, 1'000'000};
+  return sizes[mixed_from(text) % sizes.size()];
+}
+
+/// Whether the input is read in one block too, to compare: the half of those in blocks of a few
+/// bytes, and an eighth of the rest.
+inline bool is_compared(std::string_view text) {
+  constexpr std::size_t few_bytes = 64;
+  const std::size_t parts = block_size_of(text) <= few_bytes ? 2 : 8;
+  return mixed_from(text) / 16 % parts == 0;
 }
 
 /// The content of a capture up to its end or its first error.
@@ -70,17 +82,24 @@ inline Read read_checked(capture::Opened opened) {
   return read;
 }
 
-/// Reads `text` in blocks of the size derived from it and, for short text, in one block too: the
-/// edges must be the same. Then reads their request cycles. Returns the content.
+/// Reads `input` in blocks of the size derived from it and, for a part of the inputs, in one block
+/// too: the edges must be the same. Then reads their request cycles. Returns the content.
+/// \param open opens the input, to be read in blocks of a size
 template <class Open>
-Read check_reader(std::string_view text, Open open) {
-  Read read = read_checked(open(capture::memory_bytes(text, block_size_of(text))));
+Read check_blocks(std::string_view input, Open open) {
+  Read read = read_checked(open(block_size_of(input)));
   check_cycles(read.lines, read.edges, read.end);
-  constexpr std::size_t short_text = 512;
-  if (text.size() <= short_text) {
-    require(read.edges == read_checked(open(capture::memory_bytes(text))).edges);
+  if (is_compared(input)) {
+    require(read.edges == read_checked(open(std::numeric_limits<std::size_t>::max())).edges);
   }
   return read;
+}
+
+/// The same with `open` for the bytes of a file.
+template <class Open>
+Read check_reader(std::string_view text, Open open) {
+  return check_blocks(text,
+                      [&](std::size_t block) { return open(capture::memory_bytes(text, block)); });
 }
 
 }  // namespace biss::fuzz

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -17,7 +19,7 @@
 #include "capture/samples.hpp"
 #include "capture/sr.hpp"
 #include "fuzz/cycles.hpp"
-#include "fuzz/frame_formats.hpp"
+#include "fuzz/two_files.hpp"
 #include "wire/edge.hpp"
 
 namespace biss::fuzz {
@@ -38,12 +40,13 @@ struct SplitMix {
 /// The levels of SLO in a request cycle. Every fourth seed has another format than the one that
 /// cycles are read with, every eighth a damaged bit.
 inline FrameBits frame_bits(std::uint64_t seed, SplitMix& random) {
-  const auto text = seed % 4 == 3 ? frame_formats[random() % 3] : capture_format;
+  static constexpr std::array<std::string_view, 3> others{"pos1,crc3", "pos8", "pos12,nE,nW,crc6"};
+  const auto text = seed % 4 == 3 ? others[random() % others.size()] : capture_format;
   const PlainCodec codec(*parse_format(text));
   Frame frame;
   frame.channel_count = 1;
   frame.lead_clocks = 1;
-  frame.ack_clocks = static_cast<std::uint16_t>(1 + random() % 6);
+  frame.ack_clocks = static_cast<std::uint16_t>(1 + random() % 4);
   frame.channel_list[0].position =
       random() & low_mask(codec.format().channel_list[0].position_bits());
   FrameBits bits = *encode_frame(frame, codec);
@@ -83,6 +86,11 @@ inline std::vector<wire::Edge> cycle_edges(std::uint64_t seed, unsigned cycles) 
   return edges;
 }
 
+/// The cycles of most seeds: one, two or three.
+inline unsigned cycles_of(std::uint64_t seed) {
+  return seed % 8 == 2 ? 3 : 1 + static_cast<unsigned>(seed % 2);
+}
+
 /// A capture of one to three cycles, written by a writer of capture/. `make` creates the writer
 /// from the names of the lines and the sink.
 template <class MakeWriter>
@@ -90,7 +98,7 @@ std::string seed_capture(std::uint64_t seed, MakeWriter make) {
   std::string text;
   capture::StringSink sink(text);
   auto writer = make(std::vector<std::string>{"MA", "SLO"}, sink);
-  const std::vector<wire::Edge> edges = cycle_edges(seed, 1 + static_cast<unsigned>(seed % 3));
+  const std::vector<wire::Edge> edges = cycle_edges(seed, cycles_of(seed));
   if (!writer.write(edges).ok() || !writer.finish(edges.back().time).ok()) return {};
   return text;
 }
@@ -135,15 +143,14 @@ inline std::string dsl_seed(std::uint64_t seed) {
   });
 }
 
-/// Both channels in the binary export of Saleae Logic: the size of the first in four bytes, little
-/// end first, then both files. In every third seed the levels are unknown for a time.
+/// Both channels in the binary export of Saleae Logic. In every third seed the levels are unknown
+/// for a time.
 inline std::string saleae_binary_seed(std::uint64_t seed) {
-  std::string both;
+  std::array<std::string, 2> files;
   for (const wire::LineIndex line : {0U, 1U}) {
-    std::string text;
-    capture::StringSink sink(text);
+    capture::StringSink sink(files[line]);
     capture::SaleaeBinaryWriter writer({"line"}, sampled_layout(seed).rate, sink);
-    const std::vector<wire::Edge> edges = cycle_edges(seed, 1 + static_cast<unsigned>(seed % 3));
+    const std::vector<wire::Edge> edges = cycle_edges(seed, cycles_of(seed));
     for (std::size_t i = 0; i < edges.size(); ++i) {
       wire::Edge edge = edges[i];
       if (edge.line != line) continue;
@@ -152,12 +159,8 @@ inline std::string saleae_binary_seed(std::uint64_t seed) {
       if (!writer.write({&edge, 1}).ok()) return {};
     }
     if (!writer.finish(edges.back().time).ok()) return {};
-    if (line == 0) {
-      for (unsigned i = 0; i < 4; ++i) both += static_cast<char>(text.size() >> (8 * i));
-    }
-    both += text;
   }
-  return both;
+  return joined_files({files[0], files[1]});
 }
 
 }  // namespace biss::fuzz

@@ -1,5 +1,4 @@
 // Captures compressed by gzip or zstd: hostile text inside, and damaged compressed data.
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -10,6 +9,7 @@
 
 #include "capture/compressed.hpp"
 #include "capture/open.hpp"
+#include "fuzz/byte_mutator.hpp"
 #include "fuzz/capture_check.hpp"
 #include "fuzz/compress.hpp"
 #include "fuzz/token_mutator.hpp"
@@ -66,19 +66,16 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
       "$comment", "time_ns,MA,SLO",        "0,1,1", "-1,0,x", "\n", "1,,",      "1e3,1,0"};
   constexpr std::size_t smallest_capture = 64;
   biss::fuzz::SplitMix random{seed};
-  const std::string_view bytes(reinterpret_cast<const char*>(data), size);
-  std::string changed(bytes);
+  const std::string bytes(reinterpret_cast<const char*>(data), size);
+  std::string changed = bytes;
   if (random() % 8 == 0 && size != 0) {
     damage(changed, random);
   } else {
     std::string text = random() % 8 == 0 ? std::string() : text_of(bytes);
-    if (text.size() < smallest_capture) text = text_of(biss::fuzz::compressed_seed(random()));
+    if (text.size() < smallest_capture) text = biss::fuzz::text_to_compress(random());
     text = biss::fuzz::TokenMutator(std::move(text), " ,\n", words, random()).mutate();
     changed = biss::fuzz::compressed_in_parts(text, random);
     if (random() % 16 == 0) damage(changed, random);
   }
-  const std::string_view result = changed.size() <= max_size ? std::string_view(changed) : bytes;
-  const std::string kept(result.substr(0, max_size));
-  std::copy(kept.begin(), kept.end(), data);
-  return kept.size();
+  return biss::fuzz::put_mutated(changed, bytes, data, max_size);
 }

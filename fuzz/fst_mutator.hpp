@@ -16,15 +16,14 @@
 
 #include "capture/fst_file.hpp"
 #include "capture/test_fst.hpp"
+#include "fuzz/byte_mutator.hpp"
 #include "fuzz/capture_seeds.hpp"
-
-extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
 
 namespace biss::fuzz {
 
 /// Request cycles as an FST; with several blocks, blackouts or aliases for some seeds.
 inline std::string fst_seed(std::uint64_t seed) {
-  std::vector<wire::Edge> edges = cycle_edges(seed, 1 + static_cast<unsigned>(seed % 3));
+  std::vector<wire::Edge> edges = cycle_edges(seed, cycles_of(seed));
   std::stable_sort(edges.begin(), edges.end(), [](const wire::Edge& a, const wire::Edge& b) {
     return std::pair(a.time, a.line) < std::pair(b.time, b.line);
   });
@@ -45,9 +44,9 @@ inline std::string fst_seed(std::uint64_t seed) {
   return capture::fst_of(parts);
 }
 
-class FstMutator {
+class FstMutator final : public ByteMutator {
  public:
-  explicit FstMutator(std::uint64_t seed) : random_{seed} {}
+  explicit FstMutator(std::uint64_t seed) : ByteMutator(seed) {}
 
   std::string mutate(std::string file) {
     const std::size_t kind = below(24);
@@ -58,8 +57,6 @@ class FstMutator {
   }
 
  private:
-  std::size_t below(std::size_t limit) { return static_cast<std::size_t>(random_() % limit); }
-
   // Only files of fst_of(); any other is not taken apart.
   bool take_apart(std::string_view file) {
     parts_ = {};
@@ -213,15 +210,6 @@ class FstMutator {
     }
   }
 
-  static std::string changed_bytes(std::string bytes, std::size_t growth) {
-    const std::size_t size = bytes.size();
-    bytes.resize(size + growth);
-    bytes.resize(
-        LLVMFuzzerMutate(reinterpret_cast<std::uint8_t*>(bytes.data()), size, bytes.size()));
-    return bytes;
-  }
-
-  SplitMix random_;
   capture::FstParts parts_;
 };
 

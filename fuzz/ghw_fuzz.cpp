@@ -1,10 +1,8 @@
 // The reader of GHW on hostile strings, types, hierarchies and cycles.
 #include "capture/ghw.hpp"
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <string>
 #include <string_view>
 
@@ -20,8 +18,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
                                                std::size_t max_size, unsigned seed) {
   const std::string file(reinterpret_cast<const char*>(data), size);
-  const std::string changed = biss::fuzz::GhwMutator(seed).mutate(file);
-  const std::size_t kept = std::min(changed.size(), max_size);
-  std::memcpy(data, changed.data(), kept);
-  return kept;
+  return biss::fuzz::put_mutated(biss::fuzz::GhwMutator(seed).mutate(file), file, data, max_size);
 }

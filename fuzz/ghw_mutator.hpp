@@ -8,15 +8,14 @@
 #include <string_view>
 
 #include "capture/test_ghw.hpp"
+#include "fuzz/byte_mutator.hpp"
 #include "fuzz/capture_seeds.hpp"
-
-extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
 
 namespace biss::fuzz {
 
 /// Request cycles as a GHW of either version and byte order.
 inline std::string ghw_seed(std::uint64_t seed) {
-  return capture::ghw_of({"MA", "SLO"}, cycle_edges(seed, 1 + static_cast<unsigned>(seed % 3)),
+  return capture::ghw_of({"MA", "SLO"}, cycle_edges(seed, cycles_of(seed)),
                          static_cast<unsigned>(seed % 2), seed % 4 == 2);
 }
 
@@ -49,9 +48,9 @@ inline std::string ghw_composite_seed() {
   return text.text();
 }
 
-class GhwMutator {
+class GhwMutator final : public ByteMutator {
  public:
-  explicit GhwMutator(std::uint64_t seed) : random_{seed} {}
+  explicit GhwMutator(std::uint64_t seed) : ByteMutator(seed) {}
 
   std::string mutate(std::string file) {
     const std::size_t kind = below(32);
@@ -76,8 +75,6 @@ class GhwMutator {
   }
 
  private:
-  std::size_t below(std::size_t limit) { return static_cast<std::size_t>(random_() % limit); }
-
   std::string changed_byte(std::string bytes, std::size_t first) {
     if (bytes.size() <= first) return bytes;
     const std::size_t at = first + below(bytes.size() - first);
@@ -96,16 +93,6 @@ class GhwMutator {
     }
     return bytes;
   }
-
-  static std::string changed_bytes(std::string bytes, std::size_t growth) {
-    const std::size_t size = bytes.size();
-    bytes.resize(size + growth);
-    bytes.resize(
-        LLVMFuzzerMutate(reinterpret_cast<std::uint8_t*>(bytes.data()), size, bytes.size()));
-    return bytes;
-  }
-
-  SplitMix random_;
 };
 
 }  // namespace biss::fuzz

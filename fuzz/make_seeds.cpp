@@ -140,6 +140,28 @@ std::string raw_samples(std::uint64_t seed) {
   return biss::fuzz::raw_header(biss::fuzz::sampled_layout(seed)) + biss::fuzz::raw_seed(seed);
 }
 
+// A format, and frames whose positions move by small steps; every eighth has a fate of its own.
+// Any bytes are a line.
+std::string clean_cycles_story(std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::string story;
+  for (int i = 0; i < 160; ++i) story += static_cast<char>(random() & 0xFFU);
+  return story;
+}
+
+std::string find_format_story(std::uint64_t seed) {
+  constexpr std::size_t header_bytes = 12;
+  std::mt19937_64 random(seed);
+  std::string story{static_cast<char>(seed)};
+  while (story.size() < header_bytes) story += static_cast<char>(random() % 256);
+  for (std::uint64_t frame = 0; frame < 12 + seed % 20; ++frame) {
+    story += '\0';
+    story += static_cast<char>(random() % 64);
+    story += static_cast<char>(random() % 8 == 0 ? random() % 256 : 0);
+  }
+  return story;
+}
+
 // The state of a campaign, as its command writes it.
 std::string campaign_state(std::uint64_t seed) {
   const std::uint64_t wrong = seed % 5;
@@ -169,12 +191,14 @@ int main(int argc, char** argv) {
   Corpus slave(root / "slave");
   Corpus vcd(root / "vcd");
   Corpus event_csv(root / "event_csv");
+  Corpus pairs_text(root / "pairs_text");
   Corpus saleae(root / "saleae");
   Corpus sampled_csv(root / "sampled_csv");
   Corpus saleae_analog(root / "saleae_analog");
   Corpus sr(root / "sr");
   Corpus raw(root / "raw");
   Corpus dsl(root / "dsl");
+  Corpus pairs_samples(root / "pairs_samples");
   Corpus saleae_binary(root / "saleae_binary");
   Corpus compressed(root / "compressed");
   Corpus fst(root / "fst");
@@ -189,6 +213,8 @@ int main(int argc, char** argv) {
   Corpus listener(root / "listener");
   Corpus safety(root / "safety");
   Corpus campaign(root / "campaign");
+  Corpus find_format(root / "find_format");
+  Corpus clean_cycles(root / "clean_cycles");
   for (std::uint64_t seed = 0; seed < seeds_a_target; ++seed) {
     const std::size_t k = seed % biss::fuzz::frame_formats.size();
     const std::string bits = frame_bytes(k, seed);
@@ -198,12 +224,17 @@ int main(int argc, char** argv) {
     slave.add(slave_train(k, seed));
     vcd.add(biss::fuzz::seed_text<biss::capture::VcdWriter>(seed));
     event_csv.add(biss::fuzz::seed_text<biss::capture::EventCsvWriter>(seed));
+    pairs_text.add(seed % 2 == 0 ? biss::fuzz::seed_text<biss::capture::VcdWriter>(seed)
+                                 : biss::fuzz::seed_text<biss::capture::EventCsvWriter>(seed));
     saleae.add(biss::fuzz::saleae_seed(seed));
     sampled_csv.add(biss::fuzz::scope_seed(seed));
     saleae_analog.add(biss::fuzz::saleae_analog_seed(seed));
     sr.add(biss::fuzz::sr_seed(seed));
     raw.add(raw_samples(seed));
     dsl.add(biss::fuzz::dsl_seed(seed));
+    pairs_samples.add(seed % 3 == 0   ? raw_samples(seed)
+                      : seed % 3 == 1 ? biss::fuzz::sr_seed(seed)
+                                      : biss::fuzz::dsl_seed(seed));
     saleae_binary.add(biss::fuzz::saleae_binary_seed(seed));
     compressed.add(biss::fuzz::compressed_seed(seed));
     fst.add(biss::fuzz::fst_seed(seed));
@@ -217,6 +248,8 @@ int main(int argc, char** argv) {
     listener.add(biss::fuzz::listener_seed(seed));
     safety.add(safety_story(seed));
     campaign.add(campaign_state(seed));
+    find_format.add(find_format_story(seed));
+    clean_cycles.add(clean_cycles_story(seed));
   }
   return 0;
 }

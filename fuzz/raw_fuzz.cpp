@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -12,11 +11,9 @@
 #include "capture/open.hpp"
 #include "capture/samples.hpp"
 #include "fuzz/capture_check.hpp"
-#include "fuzz/capture_seeds.hpp"
 #include "fuzz/raw_header.hpp"
+#include "fuzz/raw_mutator.hpp"
 #include "fuzz/require.hpp"
-
-extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
 
 namespace {
 
@@ -80,36 +77,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
                                                std::size_t max_size, unsigned seed) {
-  using biss::fuzz::raw_header_bytes;
-  biss::fuzz::SplitMix random{seed};
-  std::string input(reinterpret_cast<const char*>(data), size);
-  if (size <= raw_header_bytes || random() % 16 == 0) {
-    const std::uint64_t number = random();
-    input =
-        biss::fuzz::raw_header(biss::fuzz::sampled_layout(number)) + biss::fuzz::raw_seed(number);
-  }
-  if (random() % 8 == 0) {
-    input.resize(std::min(input.size(), max_size));
-    std::memcpy(data, input.data(), input.size());
-    return LLVMFuzzerMutate(data, input.size(), max_size);
-  }
-  // Damages the layout, or adds or removes a sample, so that a change comes earlier or later.
-  const std::size_t samples = input.size() - raw_header_bytes;
-  const std::size_t at = raw_header_bytes + random() % samples;
-  switch (random() % 4) {
-    case 0:
-      input[random() % raw_header_bytes] ^= static_cast<char>(1U << random() % 8);
-      break;
-    case 1:
-      input.insert(at, 1 + random() % 4, input[at]);
-      break;
-    case 2:
-      if (samples > 8) input.erase(at, 1 + random() % 4);
-      break;
-    default:
-      input[at] ^= static_cast<char>(1U << random() % 8);
-  }
-  const std::size_t kept = std::min(input.size(), max_size);
-  std::memcpy(data, input.data(), kept);
-  return kept;
+  return biss::fuzz::mutate_raw(data, size, max_size, seed);
 }

@@ -4,40 +4,17 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <memory>
 #include <string>
 #include <string_view>
-#include <utility>
-#include <vector>
 
-#include "capture/merge.hpp"
 #include "capture/saleae_analog.hpp"
 #include "fuzz/capture_check.hpp"
 #include "fuzz/scope_seeds.hpp"
+#include "fuzz/two_files.hpp"
 
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
 
 namespace {
-
-using biss::capture::Opened;
-
-// Both files; the first alone where the second cannot be opened.
-Opened open_both(std::string_view input, std::size_t block) {
-  if (input.size() < 4) input = {};
-  std::size_t length = 0;
-  for (std::size_t i = 0; i < 4 && !input.empty(); ++i) {
-    length |= std::size_t{static_cast<unsigned char>(input[i])} << (8 * i);
-  }
-  if (!input.empty()) input.remove_prefix(4);
-  length = std::min(length, input.size());
-  std::vector<biss::capture::NamedSource> sources;
-  for (const std::string_view bytes : {input.substr(0, length), input.substr(length)}) {
-    Opened opened = open_saleae_analog(biss::capture::memory_bytes(bytes, block), "analog", {});
-    if (!opened && sources.empty()) return opened;
-    if (opened) sources.push_back({std::move(*opened), sources.empty() ? "MA" : "SLO"});
-  }
-  return std::make_unique<biss::capture::MergedSource>(std::move(sources));
-}
 
 void put(std::string& bytes, std::size_t at, std::uint64_t value, std::size_t count) {
   for (std::size_t i = 0; i < count && at + i < bytes.size(); ++i) {
@@ -75,10 +52,11 @@ void change(std::string& bytes, biss::fuzz::SplitMix& random) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view input(reinterpret_cast<const char*>(data), size);
-  const biss::fuzz::Read read =
-      biss::fuzz::read_checked(open_both(input, biss::fuzz::block_size_of(input)));
-  biss::fuzz::check_cycles(read.lines, read.edges, read.end);
-  biss::fuzz::require(read.edges == biss::fuzz::read_checked(open_both(input, 1'000'000)).edges);
+  biss::fuzz::check_blocks(input, [input](std::size_t block) {
+    return biss::fuzz::open_files(biss::fuzz::split_files(input), [block](std::string_view bytes) {
+      return open_saleae_analog(biss::capture::memory_bytes(bytes, block), "analog", {});
+    });
+  });
   return 0;
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "capture/event_csv.hpp"
@@ -45,7 +46,8 @@ void check_round_trip(const Read& read) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view text(reinterpret_cast<const char*>(data), size);
-  check_round_trip(biss::fuzz::check_reader(text, biss::capture::open_event_csv));
+  check_round_trip(biss::fuzz::check_reader(
+      text, [](auto bytes) { return biss::capture::open_event_csv(std::move(bytes)); }));
   return 0;
 }
 

@@ -7,6 +7,7 @@
 
 #include "capture/test_scope.hpp"
 #include "fuzz/capture_seeds.hpp"
+#include "fuzz/two_files.hpp"
 
 namespace biss::fuzz {
 
@@ -45,15 +46,13 @@ inline std::string scope_seed(std::uint64_t seed) {
   return text;
 }
 
-/// Two binary exports of Saleae Logic 2 after the length of the first: MA and SLO.
+/// Two analog binary exports of Saleae Logic 2: MA and SLO.
 inline std::string saleae_analog_seed(std::uint64_t seed) {
   const std::vector<capture::ScopeSample> samples = scope_seed_samples(seed);
   const Picoseconds period = scope_period(seed);
   const std::uint32_t version = seed % 2 == 0 ? 0 : 1;
-  const std::string ma = capture::saleae_analog_text(samples, period, false, version);
-  std::string bytes;
-  for (unsigned i = 0; i < 4; ++i) bytes += static_cast<char>(ma.size() >> (8 * i));
-  return bytes + ma + capture::saleae_analog_text(samples, period, true, version);
+  return joined_files({capture::saleae_analog_text(samples, period, false, version),
+                       capture::saleae_analog_text(samples, period, true, version)});
 }
 
 }  // namespace biss::fuzz

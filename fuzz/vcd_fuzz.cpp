@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
+#include <utility>
 
 #include "capture/vcd.hpp"
 #include "fuzz/capture_check.hpp"
@@ -11,7 +12,8 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view text(reinterpret_cast<const char*>(data), size);
-  biss::fuzz::check_reader(text, biss::capture::open_vcd);
+  biss::fuzz::check_reader(text,
+                           [](auto bytes) { return biss::capture::open_vcd(std::move(bytes)); });
   return 0;
 }
 

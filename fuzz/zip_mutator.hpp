@@ -10,15 +10,16 @@
 #include <utility>
 #include <vector>
 
+#include "fuzz/byte_mutator.hpp"
 #include "fuzz/capture_seeds.hpp"
 #include "fuzz/token_mutator.hpp"
 #include "fuzz/zip_members.hpp"
 
 namespace biss::fuzz {
 
-class ZipMutator {
+class ZipMutator : public ByteMutator {
  public:
-  explicit ZipMutator(std::uint64_t seed) : random_{seed} {}
+  explicit ZipMutator(std::uint64_t seed) : ByteMutator(seed) {}
   virtual ~ZipMutator() = default;
 
   /// Changes `archive` in one or two places, and replaces an invalid capture by a new seed.
@@ -41,8 +42,6 @@ class ZipMutator {
   virtual void new_members() = 0;
   virtual void change_member(std::uint64_t kind) = 0;
 
-  std::size_t below(std::size_t limit) { return static_cast<std::size_t>(random_() % limit); }
-
   // A member whose name begins with `begins`; any member if there is none.
   std::string& text_of(std::string_view begins) {
     const std::size_t first = below(members_.size());
@@ -53,15 +52,6 @@ class ZipMutator {
     return members_[first].text;
   }
 
-  std::string changed_bytes(std::string bytes, std::size_t growth) {
-    const std::size_t size = bytes.size();
-    bytes.resize(size + growth);
-    bytes.resize(
-        LLVMFuzzerMutate(reinterpret_cast<std::uint8_t*>(bytes.data()), size, bytes.size()));
-    return bytes;
-  }
-
-  SplitMix random_;
   std::vector<ZipText> members_;
 
  private:
@@ -83,13 +73,7 @@ template <class Mutator>
 std::size_t mutate_archive(std::uint8_t* data, std::size_t size, std::size_t max_size,
                            unsigned seed) {
   const std::string archive(reinterpret_cast<const char*>(data), size);
-  const std::string changed = Mutator(seed).mutate(archive);
-  // A truncated archive has no directory, so an archive that is too large is replaced by the
-  // original.
-  const std::string& result = changed.size() <= max_size ? changed : archive;
-  const std::size_t kept = std::min(result.size(), max_size);
-  std::copy_n(result.begin(), kept, data);
-  return kept;
+  return put_mutated(Mutator(seed).mutate(archive), archive, data, max_size);
 }
 
 }  // namespace biss::fuzz

@@ -365,7 +365,7 @@ class LayoutSearch {
     Layout& layout = open.layout;
     ChannelLayout& channel = layout.channels.back();
     const Span check{channel.data().end, channel.end()};
-    Basis data;
+    Basis<Polynomial> data;
     Polynomial first_data = 0;
     std::array<std::size_t, max_crc_bits> ones{};
     std::size_t patterns = 0;

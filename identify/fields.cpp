@@ -394,8 +394,10 @@ class FieldSearch {
     position_low_ = still ? std::min(top_, bottom_ + 2) : best_.position.low;
     place_flags_before();
     place_flags_after();
-    fields_.channel.position = {static_cast<std::uint8_t>(position_low_),
-                                static_cast<std::uint8_t>(top_ - position_low_)};
+    if (top_ != position_low_) {
+      fields_.channel.position = {static_cast<std::uint8_t>(position_low_),
+                                  static_cast<std::uint8_t>(top_ - position_low_)};
+    }
     const std::uint64_t position = low_mask(top_ - position_low_) << position_low_;
     fields_.position_moved = fields_.moved & position;
     if ((best_.flicker & position) != 0) add(Doubt::flag_place);

@@ -32,7 +32,7 @@ struct FormatCandidate {
 
 /// The format of the frames, as far as they show it.
 struct FormatFinding {
-  /// The most likely first; empty where there is no frame.
+  /// The most likely first; empty where there is no frame, or no bit before where one could end.
   std::vector<FormatCandidate> candidates;
   /// No bit of a position has moved: the format cannot be known.
   bool still = false;

@@ -24,7 +24,7 @@ std::vector<Factor> factors(Polynomial p, int most) {
     }
     Factor factor{trial, 0};
     while (degree(p) > 0 && remainder(p, trial) == 0) {
-      p = quotient(p, trial);
+      p = divided(p, trial).quotient;
       ++factor.power;
     }
     if (factor.power != 0) found.push_back(factor);
@@ -43,7 +43,7 @@ std::vector<std::uint32_t> divisors(Polynomial p, int least, int most, std::size
     for (int i = 0; i < factor.power; ++i) {
       power = product(power, factor.polynomial);
       for (std::size_t k = 0; k < known && all.size() < products_at_most; ++k) {
-        const Polynomial next = degree(power) > most ? 0 : product(all[k], power);
+        const Polynomial next = degree(power) > most ? 0 : product(power, all[k]);
         if (next != 0 && degree(next) <= most) all.push_back(static_cast<std::uint32_t>(next));
       }
     }

@@ -192,7 +192,7 @@ CatalogueFit best_of_catalogue(const Structure& structure) {
 // SSI with several words in a burst repeats its word.
 bool repeats(const std::vector<Word>& words, std::size_t bits) {
   const auto bit = [](const Word& word, std::size_t at) {
-    return (word[at / 64] >> (at % 64) & 1U) != 0;
+    return word.has(static_cast<unsigned>(at));
   };
   // Two words of nothing but zeros are no repetition.
   const auto changes = [&](const Word& word, std::size_t count) {

@@ -2,18 +2,18 @@
 // difference of any two words.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
+
+#include "identify/gf2.hpp"
 
 namespace biss::identify {
 
 /// A word of at most 256 bits as a polynomial over GF(2); the bit sent last is the coefficient of 1.
-using Word = std::array<std::uint64_t, 4>;
+using Word = WidePolynomial;
 
-inline constexpr std::size_t word_bits_max = 256;
+inline constexpr std::size_t word_bits_max = WidePolynomial::bits_max;
 
 /// Appends a bit that was sent after those of `word`; the first of more than 256 bits is lost.
 void append(Word& word, bool bit);

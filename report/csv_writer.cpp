@@ -4,68 +4,90 @@
 namespace biss::report {
 namespace {
 
-void append_field(std::string& out, std::string_view text) {
-  if (text.find_first_of(",\"\r\n") == std::string_view::npos) {
-    out.append(text);
-    return;
-  }
-  out.push_back('"');
+constexpr auto unquoted =
+    byte_set([](unsigned c) { return c != ',' && c != '"' && c != '\r' && c != '\n'; });
+
+char* put_field(char* at, std::string_view text) {
+  if (all_in(unquoted, text)) return std::copy(text.begin(), text.end(), at);
+  *at++ = '"';
   for (const char c : text) {
-    if (c == '"') out.push_back('"');
-    out.push_back(c);
+    if (c == '"') *at++ = '"';
+    *at++ = c;
   }
-  out.push_back('"');
+  *at++ = '"';
+  return at;
 }
 
-void append_cell(std::string& out, const Cell& cell) {
+std::size_t most_chars(const Cell& cell) {
+  if (cell.kind() == Kind::text) return cell.text().size() * 2 + 2;
+  return cell.kind() == Kind::bits ? hex_chars(cell.bits()) : number_chars;
+}
+
+char* put_cell(char* at, const Cell& cell) {
   switch (cell.kind()) {
     case Kind::absent:
-      return;
-    case Kind::unsigned_integer:
+      return at;
     case Kind::flag:
-      return append_number(out, cell.unsigned_value());
+      *at++ = static_cast<char>('0' + cell.unsigned_value());
+      return at;
+    case Kind::unsigned_integer:
+      return put_number(at, cell.unsigned_value());
     case Kind::signed_integer:
-      return append_number(out, cell.signed_value());
+      return put_number(at, cell.signed_value());
     case Kind::real:
-      return append_number(out, cell.real_value());
+      return put_number(at, cell.real_value());
     case Kind::nanoseconds:
-      return append_nanoseconds(out, cell.time());
+      return put_nanoseconds(at, cell.time());
     case Kind::text:
-      return append_field(out, cell.text());
+      return put_field(at, cell.text());
     case Kind::bits:
-      return append_hex(out, cell.bits());
+      return put_hex(at, cell.bits());
   }
+  return at;
 }
 
 class CsvWriter final : public TableWriter {
  public:
   CsvWriter(std::span<const Column> columns, TextSink& sink)
       : columns_(columns.size()), writer_(sink) {
-    std::string& out = writer_.block();
-    for (std::size_t i = 0; i < columns.size(); ++i) {
-      if (i != 0) out.push_back(',');
-      append_field(out, columns[i].name);
-    }
-    out.push_back('\n');
+    std::vector<Cell> names;
+    for (const Column& column : columns) names.emplace_back(column.name);
+    char* at = put_line(names);
+    *at++ = '\n';
+    writer_.end_line(at);
   }
 
   bool row(std::span<const Cell> cells) override {
     if (!writer_.good()) return false;
-    std::string& out = writer_.block();
-    const std::size_t begin = out.size();
-    for (std::size_t i = 0; i < columns_; ++i) {
-      if (i != 0) out.push_back(',');
-      if (i < cells.size()) append_cell(out, cells[i]);
-    }
+    char* const begin = writer_.begin();
+    char* at = put_line(cells);
     // A blank line would be no row at all to many readers.
-    if (out.size() == begin) out.append("\"\"");
-    out.push_back('\n');
-    return writer_.line_done();
+    if (at == begin) {
+      *at++ = '"';
+      *at++ = '"';
+    }
+    *at++ = '\n';
+    return writer_.end_line(at);
   }
 
   bool finish() override { return writer_.flush(); }
 
  private:
+  // Without the end of the line, for which there is room.
+  char* put_line(std::span<const Cell> cells) {
+    char* at = writer_.begin();
+    for (std::size_t i = 0; i < columns_; ++i) {
+      if (i != 0) *at++ = ',';
+      const Cell& cell = i < cells.size() ? cells[i] : absent_;
+      at = put_cell(writer_.room(at, most_chars(cell) + end_chars), cell);
+    }
+    return at;
+  }
+
+  // A comma, or the text of a blank line and its end.
+  static constexpr std::size_t end_chars = 3;
+
+  Cell absent_;
   std::size_t columns_;
   BlockWriter writer_;
 };

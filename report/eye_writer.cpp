@@ -128,12 +128,12 @@ class EyeWriter final : public TableWriter {
   }
 
   void write_head() {
-    write_title(&Column::heading);
+    writer_.write_line(title_line(&Column::heading));
     const bool units = std::any_of(columns_.begin(), columns_.end(),
                                    [](const Column& column) { return !column.unit.empty(); });
-    std::string& out = writer_.block();
+    std::string out;
     if (options_.colour) out.append(dim);
-    if (units) write_title(&Column::unit);
+    if (units) out.append(title_line(&Column::unit));
     for (std::size_t i = 0; i < columns_.size(); ++i) {
       if (!shown_[i]) continue;
       if (i != 0) out.append(gap);
@@ -141,11 +141,11 @@ class EyeWriter final : public TableWriter {
     }
     if (options_.colour) out.append(plain);
     out.push_back('\n');
-    writer_.line_done();
+    writer_.write_line(out);
   }
 
-  void write_title(std::string Column::*title) {
-    std::string& out = writer_.block();
+  std::string title_line(std::string Column::*title) const {
+    std::string out;
     for (std::size_t i = 0; i < columns_.size(); ++i) {
       if (!shown_[i]) continue;
       if (i != 0) out.append(gap);
@@ -153,10 +153,12 @@ class EyeWriter final : public TableWriter {
     }
     trim_end(out);
     out.push_back('\n');
+    return out;
   }
 
   void write_line(std::span<const std::string> texts) {
-    std::string& out = writer_.block();
+    std::string& out = line_;
+    out.clear();
     for (std::size_t i = 0; i < texts.size(); ++i) {
       if (!shown_[i]) continue;
       if (i != 0) out.append(gap);
@@ -167,7 +169,7 @@ class EyeWriter final : public TableWriter {
     }
     trim_end(out);
     out.push_back('\n');
-    writer_.line_done();
+    writer_.write_line(out);
   }
 
   std::vector<Column> columns_;
@@ -175,6 +177,7 @@ class EyeWriter final : public TableWriter {
   std::vector<bool> shown_;
   std::vector<bool> has_values_;
   std::vector<std::string> texts_;  // row by row while held back, then the one row at hand
+  std::string line_;
   BlockWriter writer_;
   TableOptions options_;
   bool streaming_ = false;

@@ -10,108 +10,136 @@ namespace {
 // Beyond it a reader that keeps numbers as doubles would change them without a word.
 constexpr std::uint64_t largest_safe_integer = std::uint64_t{1} << 53U;
 
-void append_escaped(std::string& out, char c) {
+char* put_text(char* at, std::string_view text) { return std::copy(text.begin(), text.end(), at); }
+
+char* put_escaped(char* at, char c) {
   constexpr std::string_view digits = "0123456789abcdef";
   switch (c) {
     case '"':
-      return void(out.append("\\\""));
+      return put_text(at, "\\\"");
     case '\\':
-      return void(out.append("\\\\"));
+      return put_text(at, "\\\\");
     case '\b':
-      return void(out.append("\\b"));
+      return put_text(at, "\\b");
     case '\f':
-      return void(out.append("\\f"));
+      return put_text(at, "\\f");
     case '\n':
-      return void(out.append("\\n"));
+      return put_text(at, "\\n");
     case '\r':
-      return void(out.append("\\r"));
+      return put_text(at, "\\r");
     case '\t':
-      return void(out.append("\\t"));
+      return put_text(at, "\\t");
     default:
       break;
   }
   const auto code = static_cast<unsigned char>(c);
-  if (code >= 0x20) return out.push_back(c);
-  out.append("\\u00");
-  out.push_back(digits[code >> 4U]);
-  out.push_back(digits[code & 15U]);
+  if (code >= 0x20) {
+    *at++ = c;
+    return at;
+  }
+  at = put_text(at, "\\u00");
+  *at++ = digits[code >> 4U];
+  *at++ = digits[code & 15U];
+  return at;
 }
 
+constexpr auto unescaped =
+    byte_set([](unsigned c) { return c >= 0x20 && c < 0x80 && c != '"' && c != '\\'; });
+constexpr std::size_t most_escaped = 6;
+
 // JSON is UTF-8: a byte that is not part of any becomes U+FFFD.
-void append_string(std::string& out, std::string_view text) {
-  out.push_back('"');
+char* put_string(char* at, std::string_view text) {
+  *at++ = '"';
+  if (all_in(unescaped, text)) {
+    at = put_text(at, text);
+    text = {};
+  }
   while (!text.empty()) {
     const CodePoint point = front_code_point(text);
     if (point.bytes == 1 && point.valid) {
-      append_escaped(out, text.front());
+      at = put_escaped(at, text.front());
     } else {
-      out.append(point.valid ? text.substr(0, point.bytes) : "\xEF\xBF\xBD");
+      at = put_text(at, point.valid ? text.substr(0, point.bytes) : "\xEF\xBF\xBD");
     }
     text.remove_prefix(point.bytes);
   }
-  out.push_back('"');
+  *at++ = '"';
+  return at;
 }
 
-template <class Append>
-void append_safely(std::string& out, std::uint64_t integer_part, Append append) {
+template <class Put>
+char* put_safely(char* at, std::uint64_t integer_part, Put put) {
   const bool quoted = integer_part > largest_safe_integer;
-  if (quoted) out.push_back('"');
-  append();
-  if (quoted) out.push_back('"');
+  if (quoted) *at++ = '"';
+  at = put(at);
+  if (quoted) *at++ = '"';
+  return at;
 }
 
-void append_value(std::string& out, const Cell& cell) {
+std::size_t most_value_chars(const Cell& cell) {
+  if (cell.kind() == Kind::text) return cell.text().size() * most_escaped + 2;
+  return 2 + (cell.kind() == Kind::bits ? hex_chars(cell.bits()) : number_chars);
+}
+
+char* put_value(char* at, const Cell& cell) {
   switch (cell.kind()) {
     case Kind::absent:
-      return void(out.append("null"));
-    case Kind::unsigned_integer:
+      break;
     case Kind::flag:
-      return append_safely(out, cell.unsigned_value(),
-                           [&] { append_number(out, cell.unsigned_value()); });
+    case Kind::unsigned_integer:
+      return put_safely(at, cell.unsigned_value(),
+                        [&](char* to) { return put_number(to, cell.unsigned_value()); });
     case Kind::signed_integer:
-      return append_safely(out, magnitude_of(cell.signed_value()).value,
-                           [&] { append_number(out, cell.signed_value()); });
+      return put_safely(at, magnitude_of(cell.signed_value()).value,
+                        [&](char* to) { return put_number(to, cell.signed_value()); });
     case Kind::real:
-      if (!std::isfinite(cell.real_value())) return void(out.append("null"));
-      return append_number(out, cell.real_value());
+      if (!std::isfinite(cell.real_value())) break;
+      return put_number(at, cell.real_value());
     case Kind::nanoseconds:
-      return append_safely(out, magnitude_of(cell.time().count).value / 1000,
-                           [&] { append_nanoseconds(out, cell.time()); });
+      return put_safely(at, magnitude_of(cell.time().count).value / 1000,
+                        [&](char* to) { return put_nanoseconds(to, cell.time()); });
     case Kind::text:
-      return append_string(out, cell.text());
+      return put_string(at, cell.text());
     case Kind::bits:
-      out.push_back('"');
-      append_hex(out, cell.bits());
-      out.push_back('"');
-      return;
+      *at++ = '"';
+      at = put_hex(at, cell.bits());
+      *at++ = '"';
+      return at;
   }
+  return put_text(at, "null");
 }
 
 class JsonlWriter final : public TableWriter {
  public:
   JsonlWriter(std::span<const Column> columns, TextSink& sink) : writer_(sink) {
     for (const Column& column : columns) {
-      std::string& key = keys_.emplace_back(keys_.empty() ? "{" : ",");
-      append_string(key, column.name);
-      key.push_back(':');
+      std::string key(column.name.size() * most_escaped + 4, '\0');
+      char* at = key.data();
+      *at++ = keys_.empty() ? '{' : ',';
+      at = put_string(at, column.name);
+      *at++ = ':';
+      key.resize(static_cast<std::size_t>(at - key.data()));
+      keys_.push_back(std::move(key));
     }
   }
 
   bool row(std::span<const Cell> cells) override {
     if (!writer_.good()) return false;
-    std::string& out = writer_.block();
-    if (keys_.empty()) out.push_back('{');
+    char* at = writer_.begin();
+    if (keys_.empty()) *at++ = '{';
     for (std::size_t i = 0; i < keys_.size(); ++i) {
-      out.append(keys_[i]);
-      append_value(out, i < cells.size() ? cells[i] : Cell());
+      const Cell& cell = i < cells.size() ? cells[i] : absent_;
+      // With the two characters that end the line.
+      at = writer_.room(at, keys_[i].size() + most_value_chars(cell) + 2);
+      at = put_value(put_text(at, keys_[i]), cell);
     }
-    out.append("}\n");
-    return writer_.line_done();
+    return writer_.end_line(put_text(at, "}\n"));
   }
 
   bool finish() override { return writer_.flush(); }
 
  private:
+  Cell absent_;
   std::vector<std::string> keys_;  // `{"name":` or `,"name":`
   BlockWriter writer_;
 };

@@ -1,6 +1,9 @@
 // Where finished text goes: a file, a pipe, a string in a test.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -13,6 +16,19 @@ class TextSink {
 
   /// False when the text could not be taken; the owner of the sink knows the cause.
   virtual bool write(std::string_view text) = 0;
+};
+
+/// A file that is written at any place. After the first failure every further call fails too.
+class FileSink {
+ public:
+  virtual ~FileSink() = default;
+
+  /// False when the bytes could not be written; the owner of the sink knows the cause.
+  virtual bool write_at(std::uint64_t offset, std::span<const std::byte> bytes) = 0;
+  /// Reads what was written before; zeros past the end of the file.
+  virtual bool read_at(std::uint64_t offset, std::span<std::byte> bytes) = 0;
+  /// Fails with a cause of the writer.
+  virtual void fail(std::string_view cause) = 0;
 };
 
 /// Collects the text in memory.

@@ -18,7 +18,10 @@ std::unique_ptr<TableWriter> make_table_writer(Format format, std::span<const Co
       return make_csv_writer(columns, sink);
     case Format::jsonl:
       return make_jsonl_writer(columns, sink);
+    case Format::vcd:
+      return make_vcd_writer(columns, sink);
     case Format::table:
+    case Format::hdf5:
       break;
   }
   return make_eye_writer(columns, sink, options);

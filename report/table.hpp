@@ -94,6 +94,10 @@ struct Column {
   Kind kind = Kind::text;
   std::string heading = {};  ///< empty: the name
   std::string unit = {};     ///< stands below the heading, of the value as shown
+  /// No number and no bit string of the column has more bits; 0: not known, at most 64.
+  unsigned bits = 0;
+  /// Unit of the value itself, where that is not nanoseconds: an attribute in HDF5.
+  std::string value_unit = {};
   /// Numbers for eyes are divided by 10^shift: 6 shows hertz as MHz and nanoseconds as ms.
   unsigned shift = 0;
   /// Digits after the point for eyes, rounded; nullopt: 3 more than `shift` for nanoseconds (all
@@ -133,10 +137,15 @@ enum class Format : std::uint8_t {
   table,  ///< for eyes: aligned, headed, rounded as the columns say
   csv,    ///< RFC 4180 with `\n`, a header always, absent = empty
   jsonl,  ///< one object a line, keys in the order of the columns, absent = null
+  /// A waveform: a variable for each column and the event `request` at each row, at the time that the
+  /// first column of nanoseconds has. Times are not negative and do not fall.
+  vcd,
+  hdf5,  ///< see make_hdf5_writer(); needs a FileSink
 };
 
 /// The names of all formats as a user types them, in the order of Format.
-inline constexpr std::array<std::string_view, 3> format_names = {"table", "csv", "jsonl"};
+inline constexpr std::array<std::string_view, 5> format_names = {"table", "csv", "jsonl", "vcd",
+                                                                 "hdf5"};
 
 /// The format of that name; nullopt when there is none.
 std::optional<Format> format_by_name(std::string_view name);
@@ -154,6 +163,7 @@ struct TableOptions {
 };
 
 /// A writer of that format. The columns are copied; the sink must outlive the writer.
+/// \pre the format is not hdf5
 std::unique_ptr<TableWriter> make_table_writer(Format format, std::span<const Column> columns,
                                                TextSink& sink, TableOptions options = {});
 

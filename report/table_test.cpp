@@ -8,6 +8,8 @@
 #include <locale>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -102,6 +104,8 @@ TEST(FormatNames, EveryName_IsFoundAndAnotherIsNot) {
   EXPECT_EQ(format_by_name("table"), Format::table);
   EXPECT_EQ(format_by_name("csv"), Format::csv);
   EXPECT_EQ(format_by_name("jsonl"), Format::jsonl);
+  EXPECT_EQ(format_by_name("vcd"), Format::vcd);
+  EXPECT_EQ(format_by_name("hdf5"), Format::hdf5);
   EXPECT_EQ(format_by_name("json"), std::nullopt);
   EXPECT_EQ(format_by_name(""), std::nullopt);
 }
@@ -336,7 +340,7 @@ TEST(EveryFormat, SinkThatFails_StopsTheRowsAndFailsTheFinish) {
 }
 
 TEST(EveryFormat, SinkThatFailsAtOnce_FailsTheFinish) {
-  for (const Format format : {Format::table, Format::csv, Format::jsonl}) {
+  for (const Format format : {Format::table, Format::csv, Format::jsonl, Format::vcd}) {
     FailingSink sink(3);
     const auto writer = make_table_writer(format, decode_columns(), sink);
     writer->row(decode_rows()[0]);
@@ -351,13 +355,69 @@ struct GroupedPunctuation : std::numpunct<char> {
 };
 
 TEST(EveryFormat, LocaleWithCommaAndGroups_ChangesNothing) {
-  for (const Format format : {Format::table, Format::csv, Format::jsonl}) {
+  for (const Format format : {Format::table, Format::csv, Format::jsonl, Format::vcd}) {
     const std::string before = write(format, decode_columns(), decode_rows());
     const std::locale old = std::locale::global(std::locale({}, new GroupedPunctuation));
     const std::string after = write(format, decode_columns(), decode_rows());
     std::locale::global(old);
     EXPECT_EQ(after, before);
   }
+}
+
+TEST(Vcd, RowsOfDecode_AreVariablesThatChange) {
+  std::vector<Column> columns = decode_columns();
+  columns[3].bits = 26;
+  columns[10].bits = 37;
+  EXPECT_EQ(write(Format::vcd, columns, decode_rows()),
+            "$timescale 1 ps $end\n"
+            "$scope module decode $end\n"
+            "$var event 1 \" request $end\n"
+            "$var integer 65 # cycle $end\n"
+            "$var string 1 % status $end\n"
+            "$var integer 27 & position $end\n"
+            "$var wire 1 ' nE $end\n"
+            "$var wire 1 ( nW $end\n"
+            "$var wire 1 ) crc_ok $end\n"
+            "$var real 64 * line_delay_ns $end\n"
+            "$var real 64 + ack_ns $end\n"
+            "$var integer 65 , clock_hz $end\n"
+            "$var wire 37 - raw $end\n"
+            "$upscope $end\n$enddefinitions $end\n"
+            "$dumpvars\nbx #\ns %\nbx &\nx'\nx(\nx)\nrnan *\nrnan +\nbx ,\nbx -\n$end\n"
+            "#12500000\n1\"\nb0 #\nsok %\nb111001010 &\n1'\n1(\n1)\nr112.25 *\nr4500 +\n"
+            "b11110100001001000000 ,\nb1000000100100011010001010110011110000 -\n"
+            "#112500125\n1\"\nb1 #\nscrc %\nbx &\nx'\nx(\n0)\nr112 *\n"
+            "b11110100001000001110 ,\n"
+            "#212500000\n1\"\nb10 #\nsno_response %\nx)\nrnan *\nrnan +\n"
+            "b11110100001001000000 ,\nbx -\n");
+}
+
+TEST(Vcd, SignedNumbersAndText_KeepTheirValue) {
+  const std::vector<Column> columns = {{.name = "t", .kind = Kind::nanoseconds},
+                                       {.name = "s", .kind = Kind::signed_integer, .bits = 4},
+                                       {.name = "r", .kind = Kind::real},
+                                       {.name = "text", .kind = Kind::text}};
+  const std::string text = write(Format::vcd, columns,
+                                 {{picoseconds(1), std::int64_t{-2}, -0.25, "a b\\"},
+                                  {picoseconds(2), std::int64_t{5}, std::nan(""), "µ"}});
+  EXPECT_EQ(text.substr(text.find("#1\n")),
+            "#1\n1\"\nb1110 $\nr-0.25 %\nsa\\040b\\134 &\n"
+            "#2\n1\"\nb0101 $\nrnan %\ns\\302\\265 &\n");
+}
+
+TEST(Vcd, ManyColumns_HaveNamesOfTheirOwn) {
+  std::vector<Column> columns;
+  for (int i = 0; i < 300; ++i) columns.push_back({.name = std::to_string(i), .kind = Kind::flag});
+  const std::string text = write(Format::vcd, columns, {});
+  std::set<std::string> ids;
+  std::istringstream words(text.substr(0, text.find("$upscope")));
+  std::string word;
+  while (words >> word) {
+    if (word != "$var") continue;
+    words >> word >> word >> word;
+    EXPECT_TRUE(ids.insert(word).second) << word;
+  }
+  EXPECT_EQ(ids.size(), 301U);
 }
 
 TEST(Cells, OptionalValue_IsAbsentOrTheValue) {

@@ -20,13 +20,6 @@ constexpr std::array<std::uint64_t, 19> powers_of_ten = [] {
 
 constexpr std::string_view replacement = "\xEF\xBF\xBD";  // U+FFFD
 
-template <class Integer>
-void append_integer(std::string& out, Integer value) {
-  std::array<char, 24> digits;
-  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
-  out.append(digits.data(), end);
-}
-
 // `digits` digits of `value`, zeros in front.
 void append_digits(std::string& out, std::uint64_t value, unsigned digits) {
   std::array<char, 20> text;
@@ -62,24 +55,33 @@ bool turns_direction(char32_t value) {
 
 }  // namespace
 
-void append_number(std::string& out, std::uint64_t value) { append_integer(out, value); }
-void append_number(std::string& out, std::int64_t value) { append_integer(out, value); }
-void append_number(std::string& out, double value) {
-  if (!std::isfinite(value)) return;
-  std::array<char, 32> digits;
-  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
-  out.append(digits.data(), end);
+char* put_number(char* at, std::uint64_t value) {
+  return std::to_chars(at, at + number_chars, value).ptr;
+}
+char* put_number(char* at, std::int64_t value) {
+  return std::to_chars(at, at + number_chars, value).ptr;
+}
+char* put_number(char* at, double value) {
+  return std::isfinite(value) ? std::to_chars(at, at + number_chars, value).ptr : at;
+}
+
+char* put_nanoseconds(char* at, Picoseconds time) {
+  const Magnitude number = magnitude_of(time.count);
+  if (number.negative) *at++ = '-';
+  at = put_number(at, number.value / 1000);
+  const auto fraction = static_cast<unsigned>(number.value % 1000);
+  if (fraction == 0) return at;
+  const auto digit = [](unsigned value) { return static_cast<char>('0' + value % 10); };
+  *at++ = '.';
+  *at++ = digit(fraction / 100);
+  if (fraction % 100 != 0) *at++ = digit(fraction / 10);
+  if (fraction % 10 != 0) *at++ = digit(fraction);
+  return at;
 }
 
 void append_nanoseconds(std::string& out, Picoseconds time) {
-  const Magnitude number = magnitude_of(time.count);
-  if (number.negative) out.push_back('-');
-  append_number(out, number.value / 1000);
-  const std::uint64_t fraction = number.value % 1000;
-  if (fraction == 0) return;
-  out.push_back('.');
-  append_digits(out, fraction, 3);
-  while (out.back() == '0') out.pop_back();
+  std::array<char, number_chars> text;
+  out.append(text.data(), put_nanoseconds(text.data(), time));
 }
 
 void append_fixed(std::string& out, Magnitude number, unsigned shift, unsigned places) {
@@ -98,16 +100,27 @@ void append_fixed(std::string& out, Magnitude number, unsigned shift, unsigned p
   out.append(places - kept_places, '0');
 }
 
-void append_hex(std::string& out, BitView bits) {
+char* put_hex(char* at, BitView bits) {
   constexpr std::string_view digits = "0123456789ABCDEF";
-  if (bits.size_bits() == 0) return;
-  out.append("0x");
-  std::size_t at = 0;
-  if (const auto first = static_cast<unsigned>(bits.size_bits() % 4); first != 0) {
-    out.push_back(digits[bits.word(0, first)]);
-    at = first;
+  if (bits.empty()) return at;
+  *at++ = '0';
+  *at++ = 'x';
+  // The first word has the bits that do not fill words of 32.
+  auto taken = static_cast<unsigned>((bits.size_bits() - 1) % 32 + 1);
+  for (std::size_t first = 0; first < bits.size_bits(); first += taken, taken = 32) {
+    const std::uint64_t word = bits.word(first, taken);
+    for (unsigned shift = (taken + 3) / 4 * 4; shift != 0;) {
+      shift -= 4;
+      *at++ = digits[word >> shift & 15U];
+    }
   }
-  for (; at < bits.size_bits(); at += 4) out.push_back(digits[bits.word(at, 4)]);
+  return at;
+}
+
+void append_hex(std::string& out, BitView bits) {
+  const std::size_t before = out.size();
+  out.resize(before + hex_chars(bits));
+  out.resize(static_cast<std::size_t>(put_hex(out.data() + before, bits) - out.data()));
 }
 
 CodePoint front_code_point(std::string_view text) {

@@ -1,6 +1,7 @@
 // Numbers and strings as characters: exact, the same in every locale, safe to print.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -11,13 +12,24 @@
 
 namespace biss::report {
 
-void append_number(std::string& out, std::uint64_t value);
-void append_number(std::string& out, std::int64_t value);
+/// The most characters that put_number() and put_nanoseconds() write.
+inline constexpr std::size_t number_chars = 32;
+
+/// Each put_ writes to `at`, which has room for it, and returns the end; each append_ writes the same
+/// text to the end of a string.
+char* put_number(char* at, std::uint64_t value);
+char* put_number(char* at, std::int64_t value);
 /// As few digits as give the same double again, with an exponent where that is shorter; nothing
 /// where it is not finite.
-void append_number(std::string& out, double value);
+char* put_number(char* at, double value);
+template <class Number>
+void append_number(std::string& out, Number value) {
+  std::array<char, number_chars> text;
+  out.append(text.data(), put_number(text.data(), value));
+}
 
 /// Nanoseconds with up to three digits after the point, exact, no trailing zeros: `112`, `-0.5`.
+char* put_nanoseconds(char* at, Picoseconds time);
 void append_nanoseconds(std::string& out, Picoseconds time);
 
 /// A sign and a magnitude, so that all of uint64 and int64 fit.
@@ -39,6 +51,9 @@ void append_fixed(std::string& out, Magnitude number, unsigned shift, unsigned p
 
 /// The bits as one hexadecimal number with `0x`, upper case: the first bit on the line is the most
 /// significant one, zeros in front fill the first digit. No bits give no text.
+char* put_hex(char* at, BitView bits);
+/// The most characters that put_hex() writes.
+constexpr std::size_t hex_chars(BitView bits) { return bits.size_bits() / 4 + 3; }
 void append_hex(std::string& out, BitView bits);
 
 /// One character of UTF-8.

@@ -1,9 +1,13 @@
 // Within the room: one maker a format, and what the machine formats share.
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
 #include <memory>
 #include <span>
-#include <string>
+#include <string_view>
+#include <vector>
 
 #include "report/table.hpp"
 
@@ -11,20 +15,37 @@ namespace biss::report {
 
 std::unique_ptr<TableWriter> make_csv_writer(std::span<const Column> columns, TextSink& sink);
 std::unique_ptr<TableWriter> make_jsonl_writer(std::span<const Column> columns, TextSink& sink);
+std::unique_ptr<TableWriter> make_vcd_writer(std::span<const Column> columns, TextSink& sink);
 std::unique_ptr<TableWriter> make_eye_writer(std::span<const Column> columns, TextSink& sink,
                                              TableOptions options);
 
-/// Collects lines and hands them to the sink in large blocks; remembers a failure.
+/// Collects lines and hands them to the sink in large blocks; remembers a failure. A line is written
+/// piece by piece:
+///
+///     char* at = writer.begin();
+///     at = writer.room(at, bytes);   // before each piece
+///     …                              // at most `bytes` from `at` on
+///     return writer.end_line(at);
 class BlockWriter {
  public:
-  explicit BlockWriter(TextSink& sink) : sink_(sink) { block_.reserve(block_bytes + 4096); }
+  explicit BlockWriter(TextSink& sink) : sink_(sink), block_(block_bytes + 4096) {}
 
-  /// Lines are appended here, then line_done() is called.
-  std::string& block() { return block_; }
-  bool line_done() { return block_.size() < block_bytes ? good_ : flush(); }
+  char* begin() { return block_.data() + used_; }
+  /// \param at the end of what is written so far \return the same place, perhaps elsewhere in memory
+  char* room(char* at, std::size_t bytes) {
+    return static_cast<std::size_t>(block_.data() + block_.size() - at) >= bytes ? at
+                                                                                 : grow(at, bytes);
+  }
+  bool end_line(const char* at) {
+    used_ = static_cast<std::size_t>(at - block_.data());
+    return used_ < block_bytes ? good_ : flush();
+  }
+  bool write_line(std::string_view line) {
+    return end_line(std::copy(line.begin(), line.end(), room(begin(), line.size())));
+  }
   bool flush() {
-    good_ = good_ && sink_.write(block_);
-    block_.clear();
+    good_ = good_ && sink_.write({block_.data(), used_});
+    used_ = 0;
     return good_;
   }
   bool good() const { return good_; }
@@ -32,9 +53,28 @@ class BlockWriter {
  private:
   static constexpr std::size_t block_bytes = 64U * 1024U;
 
+  char* grow(const char* at, std::size_t bytes) {
+    const auto kept = static_cast<std::size_t>(at - block_.data());
+    block_.resize(std::max(kept + bytes, block_.size() * 2));
+    return block_.data() + kept;
+  }
+
   TextSink& sink_;
-  std::string block_;
+  std::vector<char> block_;
+  std::size_t used_ = 0;
   bool good_ = true;
 };
+
+/// Which bytes a format writes as they are.
+template <class IsPlain>
+constexpr std::array<bool, 256> byte_set(IsPlain is_plain) {
+  std::array<bool, 256> set{};
+  for (unsigned byte = 0; byte < 256; ++byte) set[byte] = is_plain(byte);
+  return set;
+}
+inline bool all_in(const std::array<bool, 256>& set, std::string_view text) {
+  return std::all_of(text.begin(), text.end(),
+                     [&set](char c) { return set[static_cast<unsigned char>(c)]; });
+}
 
 }  // namespace biss::report

@@ -87,6 +87,8 @@ class FileReader {
     arguments_.one_of_many = true;
     arguments_.identify = true;
     arguments_.identify_besides = true;
+    // The cores have files of their own.
+    arguments_.threads = 1;
     if (capture_.open(arguments_) != ExitStatus::done) return end(no_such_line, last_message());
     while (capture_.next()) {
       if (!read_link()) return;

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "capture/edge_pairs.hpp"
 #include "capture/merge.hpp"
 #include "capture/open.hpp"
 #include "cli/common/message.hpp"
@@ -81,7 +82,7 @@ std::string open_error_text(const capture::CaptureError& error, const std::strin
 // Prints why it cannot.
 ExitStatus open_file(CaptureFile& file, const InputArguments& arguments) {
   if (file.source) return ExitStatus::done;
-  capture::OpenOptions options{.raw = std::nullopt, .analog = arguments.raw.analog};
+  capture::OpenOptions options{.no_verify = arguments.no_verify, .analog = arguments.raw.analog};
   if (arguments.raw.rate) {
     options.raw = layout_of(arguments.raw, name_in(file.path, arguments.ma),
                             name_in(file.path, arguments.slo));
@@ -293,14 +294,31 @@ std::span<const wire::Edge> CaptureInput::pull() {
   const auto block = source_->next_block();
   if (!block.ok()) {
     ended_ = true;
-    const auto* merged = dynamic_cast<const capture::MergedSource*>(source_.get());
-    const std::size_t which = merged != nullptr ? merged->failed_source() : 0;
-    error_ = capture::capture_error_text(block.error(), paths_[which]);
-    cause_ = block.error().cause;
+    note_error(block.error());
     return {};
   }
   ended_ = block->empty();
   return *block;
+}
+
+void CaptureInput::note_error(const capture::CaptureError& error) {
+  const auto* merged = dynamic_cast<const capture::MergedSource*>(source_.get());
+  const std::size_t which = merged != nullptr ? merged->failed_source() : 0;
+  error_ = capture::capture_error_text(error, paths_[which]);
+  cause_ = error.cause;
+}
+
+capture::PairSource& CaptureInput::pairs(const decode::Lines& lines) {
+  auto first = beginning_pending_ ? std::move(beginning_) : std::vector<wire::Edge>{};
+  beginning_ = {};
+  beginning_pending_ = false;
+  pairs_ = capture::pairs_of(std::move(first), *source_, lines.ma, lines.slo);
+  return *pairs_;
+}
+
+bool CaptureInput::end_pairs() {
+  if (const auto& error = pairs_->error()) note_error(*error);
+  return error_.empty();
 }
 
 std::span<const wire::Edge> CaptureInput::beginning() {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "capture/edge_source.hpp"
+#include "capture/pair_source.hpp"
 #include "cli/common/exit_status.hpp"
 #include "cli/common/raw_samples.hpp"
 #include "decode/lines.hpp"
@@ -34,6 +35,8 @@ struct InputArguments {
   /// The capture is one of many that the command line does not name: options for raw samples and
   /// voltages do not need to fit it.
   bool one_of_many = false;
+  /// As OpenOptions::no_verify.
+  bool no_verify = false;
   RawSamples raw;
 };
 
@@ -93,7 +96,13 @@ class CaptureInput {
   /// The next edges; empty at the end, or when reading failed: then error() is not empty.
   std::span<const wire::Edge> next();
 
-  Picoseconds end_time() const { return source_->end_time(); }
+  /// The rest as arrays, in place of next(): what next() would deliver, in pieces. Afterwards end_time()
+  /// and error() speak of them, as far as they are settled.
+  capture::PairSource& pairs(const decode::Lines& lines);
+  /// No piece of pairs() is left. False when reading failed; error() says why.
+  bool end_pairs();
+
+  Picoseconds end_time() const { return pairs_ ? pairs_->end_time() : source_->end_time(); }
   /// As EdgeSource::sample_period().
   Picoseconds sample_period() const { return source_->sample_period(); }
   /// As EdgeSource::sample_rate().
@@ -108,12 +117,14 @@ class CaptureInput {
  private:
   std::string request_for(const std::string& text, const InputArguments& arguments) const;
   std::span<const wire::Edge> pull();
+  void note_error(const capture::CaptureError& error);
   ExitStatus report(const decode::LineError& error, const InputArguments& arguments) const;
 
   std::vector<std::string> paths_;
   std::vector<ReadPosition> positions_;
   std::string name_;
   std::unique_ptr<capture::EdgeSource> source_;
+  std::unique_ptr<capture::PairSource> pairs_;
   std::vector<wire::Edge> beginning_;
   bool beginning_read_ = false;
   bool beginning_pending_ = false;

@@ -9,6 +9,7 @@
 #include "cli/common/terminal.hpp"
 #include "decode/polarity.hpp"
 #include "decode/statistics.hpp"
+#include "flow/cycle_flow.hpp"
 #include "identify/collector.hpp"
 
 namespace biss::cli {
@@ -130,6 +131,7 @@ ExitStatus DecodedCapture::open(const CaptureArguments& arguments, const MarginA
   }
   keeps_unknown_ = arguments.keep_unknown;
   resolution_ = arguments.resolution;
+  threads_ = arguments.threads;
   invert_ma_ = arguments.invert_ma;
   invert_slo_ = arguments.invert_slo;
   margin_.compensated = !margin.no_compensation;
@@ -315,15 +317,35 @@ bool DecodedCapture::read(const OnCycle& on_cycle) {
   Progress progress;
   deliver_ = [&](const decode::Cycle& cycle) { wanted = wanted && on_cycle(number++, cycle); };
   for (const decode::Cycle& cycle : std::exchange(first_cycles_, {})) deliver_(cycle);
-  for (auto block = input_.next(); !block.empty() && wanted; block = input_.next()) {
-    decoder().push(block, lines().lines);
+  const auto go_on = [&] {
     if (progress.due()) {
       progress.show(fmt::format("{}, {} request cycles", input_.progress_text(), number));
     }
+    return wanted;
+  };
+  const decode::CleanCycleFinder finder(format_, timing_, margin_);
+  if (finder.may_find()) {
+    read_pieces(finder, go_on);
+  } else {
+    read_blocks(go_on);
   }
   decoder().finish(input_.end_time());
   decoder_.reset();
   return input_.error().empty();
+}
+
+void DecodedCapture::read_blocks(const std::function<bool()>& go_on) {
+  for (auto block = input_.next(); !block.empty() && go_on(); block = input_.next()) {
+    decoder().push(block, lines().lines);
+  }
+}
+
+void DecodedCapture::read_pieces(const decode::CleanCycleFinder& finder,
+                                 const std::function<bool()>& go_on) {
+  const auto threads = static_cast<unsigned>(std::min<std::uint64_t>(threads_, 1024));
+  const flow::FlowSetup setup{.lines = lines().lines, .threads = threads, .go_on = go_on};
+  flow::decode_pieces(input_.pairs(lines().lines), finder, setup, decoder());
+  input_.end_pairs();
 }
 
 bool DecodedCapture::read_edges(const std::function<bool(std::span<const wire::Edge>)>& on_edges) {
@@ -357,7 +379,7 @@ void RunMessages::print() const {
 }
 
 ExitStatus write_captures(
-    DecodedCapture& capture, const std::string& output_path, report::Format to,
+    DecodedCapture& capture, const std::string& output_path, const TableChoice& to,
     const std::function<std::vector<report::Column>()>& columns, bool needs_all,
     const std::function<ExitStatus(report::TableWriter& writer, RunMessages& messages)>& write) {
   if (!capture.next()) return capture.status();
@@ -366,7 +388,9 @@ ExitStatus write_captures(
   std::vector<report::Column> all = columns();
   const auto last = capture.columns();
   all.insert(all.end(), last.begin(), last.end());
-  const auto writer = report::make_table_writer(to, all, output, output.table_options());
+  const auto made = make_table(to, all, output);
+  if (!made) return fail(ExitStatus::usage, made.error());
+  report::TableWriter* const writer = made->get();
   CaptureRows rows(*writer, all.size(), output, needs_all);
   RunMessages messages;
   ExitStatus status = ExitStatus::done;

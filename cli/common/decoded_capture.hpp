@@ -11,7 +11,9 @@
 #include "cli/common/capture_input.hpp"
 #include "cli/common/exit_status.hpp"
 #include "cli/common/format_option.hpp"
+#include "cli/common/table_output.hpp"
 #include "cli/common/verb.hpp"
+#include "decode/clean_cycles.hpp"
 #include "decode/cycle.hpp"
 #include "decode/decoder.hpp"
 #include "identify/format.hpp"
@@ -34,6 +36,8 @@ struct CaptureArguments : InputArguments {
   bool identify_besides = false;
   /// Deliver a capture in which no lines are MA and SLO too; has_lines() is then false.
   bool keep_unknown = false;
+  /// Threads that read the cycles; 0: as many as the machine has processors.
+  std::uint64_t threads = 0;
   /// Takes the place of the timing that a name in `device` has; the options override it.
   std::optional<DeviceTiming> timing;
 };
@@ -133,6 +137,8 @@ class DecodedCapture {
   ExitStatus identify_from_all();
   void take_finding(std::span<const identify::Sample> samples);
   decode::Decoder& decoder();
+  void read_blocks(const std::function<bool()>& go_on);
+  void read_pieces(const decode::CleanCycleFinder& finder, const std::function<bool()>& go_on);
   void measure_polarity(decode::FoundLines& found);
 
   std::optional<FrameFormat> format_;
@@ -144,6 +150,7 @@ class DecodedCapture {
   std::optional<identify::FormatFinding> finding_;
   bool finding_agrees_ = false;
   std::optional<Picoseconds> resolution_;
+  std::uint64_t threads_ = 0;
   bool invert_ma_ = false;
   bool invert_slo_ = false;
   decode::MarginSetup margin_;
@@ -174,11 +181,12 @@ class RunMessages {
 /// Writes one table of all captures: calls `write` for each, which writes the rows of the capture
 /// at hand. Columns that say which capture a row is from are added.
 /// \param output as for Output::open()
+/// \param to the format, and the columns of all where not every one is written
 /// \param columns of the rows; called when the first capture is open
 /// \param needs_all the status depends on every row, also when the reader of a pipe has left
 /// \return the worst status of all captures; with `usage` and `io` the output file is left as it was
 ExitStatus write_captures(
-    DecodedCapture& capture, const std::string& output, report::Format to,
+    DecodedCapture& capture, const std::string& output, const TableChoice& to,
     const std::function<std::vector<report::Column>()>& columns, bool needs_all,
     const std::function<ExitStatus(report::TableWriter& writer, RunMessages& messages)>& write);
 

@@ -5,29 +5,12 @@
 #include <algorithm>
 #include <array>
 
+#include "cli/common/wrap.hpp"
+
 namespace biss::cli {
 namespace {
 
 constexpr std::size_t text_column = 28;
-
-// Appends `text` broken at spaces. The first line starts at column `at`, further ones at `indent`.
-void append_wrapped(std::string& out, std::string_view text, std::size_t at, std::size_t indent) {
-  bool first = true;
-  while (!text.empty()) {
-    const std::size_t end = std::min(text.find(' '), text.size());
-    if (!first && at + 1 + end > help_width) {
-      out += '\n' + std::string(indent, ' ');
-      at = indent;
-    } else if (!first) {
-      out += ' ';
-      ++at;
-    }
-    out += text.substr(0, end);
-    at += end;
-    text.remove_prefix(std::min(end + 1, text.size()));
-    first = false;
-  }
-}
 
 // `  NAME   text`, the text in a column of its own. A long list of values is broken after a `|`.
 void append_entry(std::string& out, const std::string& name, std::string_view text) {
@@ -43,7 +26,7 @@ void append_entry(std::string& out, const std::string& name, std::string_view te
   } else {
     out += line + std::string(text_column - line.size(), ' ');
   }
-  append_wrapped(out, text, text_column, text_column);
+  append_wrapped(out, text, {text_column, text_column, help_width});
   out += '\n';
 }
 
@@ -100,9 +83,9 @@ void append_options(std::string& out, const VerbHelp& verb, const std::string& t
 
 std::string help_text(const VerbHelp& verb) {
   std::string out;
-  append_wrapped(out, verb.purpose + '.', 0, 0);
+  append_wrapped(out, verb.purpose + '.', {0, 0, help_width});
   out += "\n\nUsage: ";
-  append_wrapped(out, usage_of(verb), 7, 9);
+  append_wrapped(out, usage_of(verb), {7, 9, help_width});
   out += '\n';
   append_options(out, verb, "Arguments",
                  [](const OptionHelp& option) { return option.heading.empty(); });

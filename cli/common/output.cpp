@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <system_error>
@@ -80,6 +81,37 @@ bool Output::write_through(std::string_view text) {
     }
   }
   return true;
+}
+
+bool Output::write_at(std::uint64_t offset, std::span<const std::byte> bytes) {
+  while (descriptor_ >= 0 && !bytes.empty()) {
+    const ssize_t taken =
+        ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+    if (taken < 0 && errno == EINTR) continue;
+    if (taken < 0) return fail("cannot write", errno);
+    offset += static_cast<std::uint64_t>(taken);
+    bytes = bytes.subspan(static_cast<std::size_t>(taken));
+  }
+  return descriptor_ >= 0;
+}
+
+bool Output::read_at(std::uint64_t offset, std::span<std::byte> bytes) {
+  while (descriptor_ >= 0 && !bytes.empty()) {
+    const ssize_t taken =
+        ::pread(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+    if (taken < 0 && errno == EINTR) continue;
+    if (taken < 0) return fail("cannot read back", errno);
+    if (taken == 0) break;
+    offset += static_cast<std::uint64_t>(taken);
+    bytes = bytes.subspan(static_cast<std::size_t>(taken));
+  }
+  std::fill(bytes.begin(), bytes.end(), std::byte{});
+  return descriptor_ >= 0;
+}
+
+void Output::fail(std::string_view cause) {
+  if (error_.empty()) error_ = fmt::format("cannot write {}: {}", name_, cause);
+  close();
 }
 
 bool Output::finish() {

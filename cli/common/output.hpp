@@ -1,7 +1,9 @@
 // The output of a verb: a file that is replaced as a whole, a pipe, a device, stdout.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -25,7 +27,7 @@ namespace biss::cli {
 /// asks reader_left() and ends.
 ///
 /// Not to be copied or moved; one thread at a time. SIGPIPE must be ignored, see prepare_process().
-class Output final : public report::TextSink {
+class Output final : public report::TextSink, private report::FileSink {
  public:
   Output() = default;
   ~Output() override;
@@ -37,6 +39,10 @@ class Output final : public report::TextSink {
 
   /// Takes text; writes it in blocks of 64 KiB. False once anything has failed.
   bool write(std::string_view text) override;
+
+  /// The same target as a file that is written at any place, in the stead of write(); null where it is
+  /// not a regular file.
+  report::FileSink* file() { return temporary_.exists() ? this : nullptr; }
 
   /// Writes the rest and gives the file its name. False when any of it failed. Call it once, after
   /// all rows are in and everything else that can fail has succeeded.
@@ -58,6 +64,10 @@ class Output final : public report::TextSink {
   report::TableOptions table_options() const;
 
  private:
+  bool write_at(std::uint64_t offset, std::span<const std::byte> bytes) override;
+  bool read_at(std::uint64_t offset, std::span<std::byte> bytes) override;
+  void fail(std::string_view cause) override;
+
   bool write_through(std::string_view text);
   bool fail(std::string_view what, int cause);
   void close();

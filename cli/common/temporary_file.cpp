@@ -83,7 +83,7 @@ std::string make_beside(const std::string& target, Make make) {
 
 int TemporaryFile::create(const std::string& target) {
   target_ = target;
-  descriptor_ = ::open(folder_of(target).c_str(), O_WRONLY | O_TMPFILE | O_CLOEXEC, 0666);
+  descriptor_ = ::open(folder_of(target).c_str(), O_RDWR | O_TMPFILE | O_CLOEXEC, 0666);
   if (descriptor_ >= 0) {
     // Without /proc it could not be given a name.
     if (::access(descriptor_path(descriptor_).c_str(), F_OK) == 0) return descriptor_;
@@ -94,7 +94,7 @@ int TemporaryFile::create(const std::string& target) {
 
 int TemporaryFile::create_named() {
   name_ = make_beside(target_, [this](const std::string& name) {
-    descriptor_ = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    descriptor_ = ::open(name.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     return descriptor_ >= 0;
   });
   return descriptor_;

@@ -18,7 +18,7 @@ class TemporaryFile {
   TemporaryFile& operator=(const TemporaryFile&) = delete;
 
   /// Creates the file in the target's folder; its mode is that of any created file (umask).
-  /// \return a descriptor open for writing, owned by this object; -1 and errno on failure
+  /// \return a descriptor open for reading and writing, owned by this object; -1 and errno on failure
   int create(const std::string& target);
   /// Gives the file the target's name, replaces what has it, and closes the file. False and errno
   /// on failure; call discard() then.

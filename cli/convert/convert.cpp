@@ -78,6 +78,9 @@ class ConvertRun {
     for (std::size_t i = 0; i < capture_formats.size(); ++i) {
       if (options_.to == capture_formats[i].name) format = static_cast<CaptureFormat>(i);
     }
+    if (!format && options_.output == "-") {
+      return fail(ExitStatus::usage, "standard output has no extension; name its format with --to");
+    }
     if (!format) {
       return fail(ExitStatus::usage,
                   fmt::format("{}: the extension names no format that is written; use .vcd, .csv, "

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <utility>
+
 namespace biss::cli {
 
 namespace {
@@ -23,12 +26,15 @@ std::optional<Hertz> clock_of(const decode::Cycle& cycle) {
 
 }  // namespace
 
-DecodeTable::DecodeTable(const std::optional<FrameFormat>& format) : format_(format) {
+DecodeTable::DecodeTable(const std::optional<FrameFormat>& format, bool format_varies,
+                         MotionColumns motion)
+    : format_(format), format_varies_(format_varies), motion_(std::move(motion)) {
+  const bool fixed = format_ && !format_varies_;
   columns_ = {
-      {.name = "cycle", .kind = Kind::unsigned_integer},
+      {.name = "cycle", .kind = Kind::unsigned_integer, .bits = 53},
       report::time_column("time_ns", "time"),
       {.name = "status", .kind = Kind::text, .mark = report::Mark::status},
-      {.name = "position", .kind = Kind::unsigned_integer},
+      integer("position", format_ ? format_->channel_list[0].position_bits() : 1, "counts"),
       {.name = "nE", .kind = Kind::flag},
       {.name = "nW", .kind = Kind::flag},
       {.name = "crc_ok", .kind = Kind::flag, .heading = "CRC ok"},
@@ -42,91 +48,122 @@ DecodeTable::DecodeTable(const std::optional<FrameFormat>& format) : format_(for
        .kind = Kind::unsigned_integer,
        .heading = "clock",
        .unit = "MHz",
+       .bits = 32,
+       .value_unit = "Hz",
        .shift = 6,
        .places = 3},
-      {.name = "raw", .kind = Kind::bits},
+      {.name = "raw",
+       .kind = Kind::bits,
+       .bits = fixed ? format_->payload_bits() + 3 : unsigned{decode::RawBits::capacity_bits}},
   };
   if (format_) {
     const auto channels = format_->channels();
     for (std::size_t k = 0; k < channels.size(); ++k) add_channel_columns(k, channels[k]);
+    channels_ = channels.size();
+    first_channel_ = channels[0];
   }
   columns_.push_back({.name = "marginal", .kind = Kind::flag});
   columns_.push_back({.name = "safety", .kind = Kind::text});
   columns_.push_back({.name = "limits", .kind = Kind::text});
+  add_motion_columns();
+  cells_.resize(columns_.size());
+  for (std::size_t set = 0; set < limit_texts_.size(); ++set) {
+    limit_texts_[set] = decode::text_of(static_cast<decode::LimitSet>(set));
+  }
+}
+
+Column DecodeTable::integer(std::string name, unsigned bits, std::string unit) const {
+  return {.name = std::move(name),
+          .kind = Kind::unsigned_integer,
+          .bits = format_varies_ ? 0 : bits,
+          .value_unit = std::move(unit)};
+}
+
+void DecodeTable::add_motion_columns() {
+  const std::string unit = motion_.unit.empty() ? "counts" : motion_.unit;
+  if (motion_.unwrap) {
+    columns_.push_back({.name = "unwrapped", .kind = Kind::signed_integer, .value_unit = "counts"});
+  }
+  if (!motion_.unit.empty()) {
+    columns_.push_back(
+        {.name = "position_" + unit, .kind = Kind::real, .unit = unit, .value_unit = unit});
+  }
+  if (motion_.velocity) {
+    columns_.push_back({.name = "velocity_" + unit + "_s",
+                        .kind = Kind::real,
+                        .heading = "velocity",
+                        .unit = unit + "/s",
+                        .value_unit = unit + "/s"});
+  }
 }
 
 void DecodeTable::add_channel_columns(std::size_t k, const ChannelFormat& channel) {
   const std::string end = suffix(k);
   if (k > 0) {
-    columns_.push_back({.name = "position" + end, .kind = Kind::unsigned_integer});
+    columns_.push_back(integer("position" + end, channel.position_bits(), "counts"));
     columns_.push_back({.name = "nE" + end, .kind = Kind::flag});
     columns_.push_back({.name = "nW" + end, .kind = Kind::flag});
     columns_.push_back(
         {.name = "crc" + end + "_ok", .kind = Kind::flag, .heading = "CRC" + end + " ok"});
   }
   if (channel.life_counter.present()) {
-    columns_.push_back({.name = "lc" + end, .kind = Kind::unsigned_integer});
+    columns_.push_back(integer("lc" + end, channel.life_counter.bits, ""));
   }
   if (channel.multiturn.present()) {
-    columns_.push_back({.name = "mt" + end, .kind = Kind::unsigned_integer});
-    columns_.push_back({.name = "st" + end, .kind = Kind::unsigned_integer});
+    columns_.push_back(integer("mt" + end, channel.multiturn.bits, "turns"));
+    columns_.push_back(
+        integer("st" + end, std::max(channel.singleturn.bits, std::uint8_t{1}), "counts"));
   }
 }
 
 // position, nE and nW: only of a good frame, and only where the channel has them.
-void DecodeTable::add_values(std::size_t k, const decode::Cycle& cycle) {
-  const Channel* values = values_of(k, cycle);
-  if (values == nullptr) {
-    cells_.insert(cells_.end(), 3, Cell());
-    return;
-  }
-  const ChannelFormat& channel = format_->channel_list[k];
-  cells_.push_back(channel.position_bits() != 0 ? Cell(values->position) : Cell());
-  cells_.push_back(channel.error.present ? Cell(values->nE) : Cell());
-  cells_.push_back(channel.warning.present ? Cell(values->nW) : Cell());
+Cell* DecodeTable::put_values(Cell* at, const ChannelFormat& channel, const Channel* values) {
+  const bool known = values != nullptr;
+  *at++ = known && channel.position_bits() != 0 ? Cell(values->position) : Cell();
+  *at++ = known && channel.error.present ? Cell(values->nE) : Cell();
+  *at++ = known && channel.warning.present ? Cell(values->nW) : Cell();
+  return at;
 }
 
-void DecodeTable::add_channel_cells(std::size_t k, const decode::Cycle& cycle) {
-  if (k > 0) {
-    add_values(k, cycle);
-    cells_.emplace_back(cycle.crc_ok[k]);
-  }
+Cell* DecodeTable::put_channel(Cell* at, std::size_t k, const decode::Cycle& cycle) const {
   const ChannelFormat& channel = format_->channel_list[k];
   const Channel* values = values_of(k, cycle);
+  if (k > 0) {
+    at = put_values(at, channel, values);
+    *at++ = cycle.crc_ok[k];
+  }
   if (channel.life_counter.present()) {
-    cells_.push_back(values != nullptr ? Cell(values->life_counter) : Cell());
+    *at++ = values != nullptr ? Cell(values->life_counter) : Cell();
   }
-  if (!channel.multiturn.present()) return;
-  if (values == nullptr) {
-    cells_.insert(cells_.end(), 2, Cell());
-    return;
+  if (channel.multiturn.present()) {
+    const unsigned singleturn_bits = channel.singleturn.bits;
+    const bool has_singleturn = values != nullptr && singleturn_bits != 0;
+    *at++ = values != nullptr ? Cell(values->position >> singleturn_bits) : Cell();
+    *at++ = has_singleturn ? Cell(values->position & low_mask(singleturn_bits)) : Cell();
   }
-  const unsigned singleturn_bits = channel.singleturn.bits;
-  cells_.emplace_back(values->position >> singleturn_bits);
-  cells_.push_back(singleturn_bits != 0 ? Cell(values->position & low_mask(singleturn_bits))
-                                        : Cell());
+  return at;
 }
 
 const std::vector<Cell>& DecodeTable::cells(std::uint64_t number, const decode::Cycle& cycle,
                                             std::optional<SafetyVerdict> safety,
-                                            decode::LimitSet limits) {
-  cells_.clear();
-  cells_.emplace_back(number);
-  cells_.emplace_back(cycle.time);
-  cells_.emplace_back(decode::name_of(cycle.status));
-  add_values(0, cycle);
-  cells_.emplace_back(cycle.crc_ok[0]);
-  cells_.emplace_back(cycle.line_delay);
-  cells_.emplace_back(cycle.ack);
-  cells_.emplace_back(clock_of(cycle));
-  cells_.push_back(cycle.raw.size_bits() != 0 ? Cell(cycle.raw.view()) : Cell());
-  if (format_) {
-    for (std::size_t k = 0; k < format_->channel_count; ++k) add_channel_cells(k, cycle);
-  }
-  cells_.emplace_back(cycle.marginal);
-  cells_.push_back(safety ? Cell(name_of(*safety)) : Cell());
-  limits_ = decode::text_of(limits);
-  cells_.push_back(limits_.empty() ? Cell() : Cell(limits_));
+                                            decode::LimitSet limits, const MotionValues& motion) {
+  Cell* at = cells_.data();
+  *at++ = number;
+  *at++ = cycle.time;
+  *at++ = decode::name_of(cycle.status);
+  at = put_values(at, first_channel_, values_of(0, cycle));
+  *at++ = cycle.crc_ok[0];
+  *at++ = cycle.line_delay;
+  *at++ = cycle.ack;
+  *at++ = clock_of(cycle);
+  *at++ = cycle.raw.size_bits() != 0 ? Cell(cycle.raw.view()) : Cell();
+  for (std::size_t k = 0; k < channels_; ++k) at = put_channel(at, k, cycle);
+  *at++ = cycle.marginal;
+  *at++ = safety ? Cell(name_of(*safety)) : Cell();
+  *at++ = limits != 0 ? Cell(limit_texts_[limits]) : Cell();
+  if (motion_.unwrap) *at++ = motion.unwrapped;
+  if (!motion_.unit.empty()) *at++ = motion.scaled;
+  if (motion_.velocity) *at++ = motion.velocity;
   return cells_;
 }
 

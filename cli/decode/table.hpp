@@ -1,6 +1,7 @@
 // The rows of `biss decode`: which columns a format has, and a cycle's cells.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -8,6 +9,7 @@
 
 #include "biss/frame/format.hpp"
 #include "biss/safety/verdict.hpp"
+#include "cli/decode/motion.hpp"
 #include "decode/cycle.hpp"
 #include "decode/limits.hpp"
 #include "report/table.hpp"
@@ -15,27 +17,38 @@
 namespace biss::cli {
 
 /// The columns of the command's contract: eleven that never change, those that the format adds,
-/// then `marginal`, then `safety`, which is empty unless a monitor's verdict is given, then `limits`.
+/// then `marginal`, then `safety`, which is empty unless a monitor's verdict is given, then `limits`,
+/// then those of Motion that are asked for.
 class DecodeTable {
  public:
   /// Without a format only the eleven, `marginal`, `safety` and `limits`.
-  explicit DecodeTable(const std::optional<FrameFormat>& format);
+  /// \param format_varies the rows may be of captures with other formats
+  explicit DecodeTable(const std::optional<FrameFormat>& format, bool format_varies = false,
+                       MotionColumns motion = {});
 
   const std::vector<report::Column>& columns() const { return columns_; }
   /// The cells of a row; they refer to `cycle` and are valid until the next call.
   const std::vector<report::Cell>& cells(std::uint64_t number, const decode::Cycle& cycle,
                                          std::optional<SafetyVerdict> safety = std::nullopt,
-                                         decode::LimitSet limits = 0);
+                                         decode::LimitSet limits = 0,
+                                         const MotionValues& motion = {});
 
  private:
+  report::Column integer(std::string name, unsigned bits, std::string unit) const;
   void add_channel_columns(std::size_t k, const ChannelFormat& channel);
-  void add_channel_cells(std::size_t k, const decode::Cycle& cycle);
-  void add_values(std::size_t k, const decode::Cycle& cycle);
+  void add_motion_columns();
+  static report::Cell* put_values(report::Cell* at, const ChannelFormat& channel,
+                                  const Channel* values);
+  report::Cell* put_channel(report::Cell* at, std::size_t k, const decode::Cycle& cycle) const;
 
   std::optional<FrameFormat> format_;
+  bool format_varies_;
+  MotionColumns motion_;
+  std::size_t channels_ = 0;
+  ChannelFormat first_channel_;
   std::vector<report::Column> columns_;
   std::vector<report::Cell> cells_;
-  std::string limits_;
+  std::array<std::string, std::size_t{1} << decode::limit_count> limit_texts_;
 };
 
 }  // namespace biss::cli

@@ -13,6 +13,7 @@
 #include "cli/common/output.hpp"
 #include "cli/common/terminal.hpp"
 #include "cli/common/verbs.hpp"
+#include "cli/common/wrap.hpp"
 #include "cli/explain/drawing.hpp"
 #include "cli/explain/finding_text.hpp"
 #include "draw/text.hpp"
@@ -47,27 +48,6 @@ const std::vector<report::Column>& finding_columns() {
 // Two places: no more is known.
 double rounded(double likelihood) {
   return static_cast<double>(static_cast<int>(likelihood * 100 + 0.5)) / 100;
-}
-
-// Text in lines of at most `columns`, all but the first one indented.
-std::string wrapped(std::string_view text, std::size_t columns, std::size_t indent) {
-  std::string out;
-  std::size_t used = indent;
-  while (!text.empty()) {
-    const std::size_t space = std::min(text.find(' '), text.size());
-    const std::string_view word = text.substr(0, space);
-    if (used > indent && used + 1 + word.size() > columns) {
-      out += '\n' + std::string(indent, ' ');
-      used = indent;
-    } else if (used > indent) {
-      out += ' ';
-      ++used;
-    }
-    out += word;
-    used += word.size();
-    text.remove_prefix(std::min(space + 1, text.size()));
-  }
-  return out;
 }
 
 class ExplainRun {
@@ -127,13 +107,20 @@ class ExplainRun {
 
   ExitStatus write_findings(report::TableWriter& writer, RunMessages& messages) {
     std::vector<Finding> findings;
-    if (!find(findings)) return messages.fail(ExitStatus::io, capture_.input().error());
+    const bool whole = find(findings);
+    if (!whole && evidence_.cycles == 0) return read_status(whole, messages);
     for (const Finding& finding : findings) {
       const std::string evidence = evidence_text(finding.cause, evidence_, context_);
       const std::string remedy = remedy_text(finding.cause, evidence_, context_);
       const Cell cells[] = {name_of(finding.cause), rounded(finding.likelihood), evidence, remedy};
       if (!writer.row(cells)) break;
     }
+    return read_status(whole, messages);
+  }
+
+  // What comes before the damage of a capture is explained too.
+  ExitStatus read_status(bool whole, RunMessages& messages) const {
+    if (!whole) return messages.fail(ExitStatus::io, capture_.input().error());
     if (evidence_.cycles != 0) return ExitStatus::done;
     return messages.fail(ExitStatus::data_failed, capture_.no_request());
   }
@@ -184,9 +171,16 @@ class ExplainRun {
     return terminal == 0 || !options_.output.empty() ? usual_columns : terminal;
   }
 
+  void append_entry(std::string& text, std::string_view label, std::string_view entry) const {
+    text += label;
+    append_wrapped(text, entry, {label.size(), label.size(), columns()});
+    text += '\n';
+  }
+
   ExitStatus findings_text(std::string& text, RunMessages& messages) {
     std::vector<Finding> findings;
-    if (!find(findings)) return messages.fail(ExitStatus::io, capture_.input().error());
+    const bool whole = find(findings);
+    if (!whole && evidence_.cycles == 0) return read_status(whole, messages);
     text = fmt::format("{}: {} request cycle{}, {} good\n", capture_.input().name(),
                        evidence_.cycles, evidence_.cycles == 1 ? "" : "s", evidence_.good);
     std::size_t number = 0;
@@ -194,12 +188,10 @@ class ExplainRun {
       text +=
           fmt::format("\n{}. {}  {:.2f}\n", ++number, name_of(finding.cause), finding.likelihood);
       const std::string seen = evidence_text(finding.cause, evidence_, context_);
-      if (!seen.empty()) text += "   seen  " + wrapped(seen, columns(), 9) + '\n';
-      const std::string remedy = remedy_text(finding.cause, evidence_, context_);
-      text += "   do    " + wrapped(remedy, columns(), 9) + '\n';
+      if (!seen.empty()) append_entry(text, "   seen  ", seen);
+      append_entry(text, "   do    ", remedy_text(finding.cause, evidence_, context_));
     }
-    if (evidence_.cycles != 0) return ExitStatus::done;
-    return messages.fail(ExitStatus::data_failed, capture_.no_request());
+    return read_status(whole, messages);
   }
 
   ExitStatus drawn_text(std::string& text, RunMessages& messages) {

@@ -122,8 +122,10 @@ std::string put_rate(const LineOptions& options, sim::LineSetup& setup) {
   setup.clock_error_ppm = options.clock_error_ppm;
   setup.duty_per_mille = options.duty_per_mille;
   if (!options.rate) return {};
-  setup.interval = period_of(*options.rate);
+  // As soon as the encoder is ready: with the rate itself, its jitter would come on top.
+  setup.interval = picoseconds(1);
   const Picoseconds least = sim::least_interval(setup);
+  setup.interval = period_of(*options.rate);
   if (setup.interval >= least) return {};
   return fmt::format(
       "--rate: a cycle takes {}, so at most {} is feasible", text_of(least, 3),

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
@@ -177,6 +179,17 @@ TEST(ExplainVerb, LinesOfAUart_AreNotBiss) {
       run({"explain", folder.file("uart.csv", text), "-f", format, "--to", "jsonl"});
   ASSERT_FALSE(outcome.out.empty()) << outcome.err;
   EXPECT_EQ(rows_in(outcome.out).at(0).at("cause"), "not_biss") << outcome.out;
+}
+
+TEST(ExplainVerb, FileThatEndsInTheMiddle_ExplainsThePartBefore) {
+  const Folder folder;
+  std::ifstream file(simulate(folder));
+  const std::string whole{std::istreambuf_iterator<char>(file), {}};
+  const Outcome outcome =
+      run({"explain", folder.file("cut.vcd", whole.substr(0, whole.size() / 2)), "-f", format});
+  EXPECT_EQ(outcome.status, 3);
+  EXPECT_THAT(outcome.out, HasSubstr("1. healthy"));
+  EXPECT_THAT(outcome.err, HasSubstr("ends in the middle"));
 }
 
 TEST(ExplainVerb, CaptureWithoutARequest_Fails) {

@@ -265,7 +265,8 @@ void make_wrong_format(Random& random, Link& link) {
 }
 
 void make_swapped(Random& random, Link& link) {
-  run_line(any_line(random, link), some_cycles(random), link);
+  const sim::LineSetup setup = any_line(random, link);
+  run_line(setup, some_cycles(random), link);
   link.lines = {.ma = 1, .slo = 0};
 }
 

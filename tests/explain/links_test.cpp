@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "biss/frame/format_text.hpp"
+#include "sim/line.hpp"
 #include "tests/explain/matrix.hpp"
 
 namespace biss::explain::test {
@@ -37,6 +39,28 @@ TEST(Explain, Likelihoods_FallAndAddUpToLessThanOne) {
     EXPECT_LT(sum, 1);
     EXPECT_GT(sum, 0.8);
   }
+}
+
+// A clock of 40 % has levels of two and three fifths of its period: no samples, though whole steps.
+TEST(Explain, UnevenDutyInACaptureOfChanges_IsNoSampling) {
+  sim::LineSetup setup;
+  setup.format = parse_format("pos26,nE,nW,crc6").value();
+  setup.clock = kilohertz(2'500);
+  setup.duty_per_mille = 400;
+  setup.internal_delay = nanoseconds(80);
+  setup.motion = sim::MotionKind::random;
+  Link link;
+  link.edges = {{{}, 0, wire::Level::high}, {{}, 1, wire::Level::high}};
+  sim::Line line(setup);
+  for (int i = 0; i < 60; ++i) {
+    const auto& edges = line.next().edges;
+    link.edges.insert(link.edges.end(), edges.begin(), edges.end());
+  }
+  link.end = line.end() + microseconds(2);
+  link.format = setup.format;
+  link.timing = setup.timing;
+  EXPECT_EQ(observe_link(link).resolution, Picoseconds{});
+  EXPECT_EQ(explain_link(link).front().cause, Cause::healthy);
 }
 
 // What other rooms know decides where they are sure.

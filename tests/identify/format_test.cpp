@@ -80,6 +80,18 @@ TEST(FindFormat, BitsWithoutChecksum_AreNeverSure) {
   }
 }
 
+TEST(FindFormat, EveryCandidate_IsTheFormatThatItsTextNames) {
+  std::size_t candidates = 0;
+  for (std::uint64_t number = 1; number <= 30; ++number) {
+    for (const auto& each : identify::find_format(bits_without_checksum(number)).candidates) {
+      const FormatText text = format_text(each.format);
+      EXPECT_TRUE(parse_format(text.view()).value() == each.format) << text.view();
+      ++candidates;
+    }
+  }
+  EXPECT_GT(candidates, 30U);
+}
+
 TEST(FindFormat, NoFrame_FindsNothing) {
   EXPECT_TRUE(identify::find_format({}).candidates.empty());
 }

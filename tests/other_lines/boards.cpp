@@ -83,8 +83,9 @@ Drawing draw_spi(Dice& dice) {
   const auto undriven = dice.between(0, 2);
   const Picoseconds out = std::min(nanoseconds(dice.between(5, 60)), period * 4 / 10);
   const Picoseconds setup = std::max(nanoseconds(50), period * dice.between(3, 30) / 10);
-  const Picoseconds interval =
-      period * dice.between(4, 10) + microseconds(dice.between(1, dice.chance(50) ? 50 : 1000));
+  Picoseconds interval = period * dice.between(4, 10);
+  const std::int64_t interval_most = dice.chance(50) ? 50 : 1000;
+  interval += microseconds(dice.between(1, interval_most));
   const unsigned command_bits = has_mosi && dice.chance(50) ? 8 : 0;
   Answers answers(dice, bits);
   Drawing drawing;
@@ -141,9 +142,9 @@ Drawing draw_spi(Dice& dice) {
 
 // A register read: address, register, repeated START, address, bytes; or a write.
 Drawing draw_i2c(Dice& dice) {
-  const Picoseconds period =
-      picoseconds_of(1e12 / dice.of<double>({100e3, 100e3, 400e3, 400e3, 1e6, 3.4e6}) *
-                     (1 + static_cast<double>(dice.between(0, 150)) / 1000));
+  const double rate = dice.of<double>({100e3, 100e3, 400e3, 400e3, 1e6, 3.4e6});
+  const double slower = static_cast<double>(dice.between(0, 150)) / 1000;
+  const Picoseconds period = picoseconds_of(1e12 / rate * (1 + slower));
   const Picoseconds hold = period * dice.between(5, 25) / 100;
   const bool stretches = dice.chance(30);
   const auto read_bytes = static_cast<unsigned>(dice.between(1, 8));
@@ -359,7 +360,8 @@ Drawing draw_clock_alone(Dice& dice) {
   const std::int64_t clocks = kind == 0   ? dice.between(30, 90)
                               : kind == 1 ? dice.between(14, 33)
                                           : 8 * dice.between(1, 4);
-  const Picoseconds pause = period * dice.between(3, 10) + microseconds(dice.between(5, 500));
+  Picoseconds pause = period * dice.between(3, 10);
+  pause += microseconds(dice.between(5, 500));
   Drawing drawing;
   drawing.may_have_company = false;
   drawing.lines = {Wave(idle), Wave(stuck)};
@@ -384,7 +386,7 @@ Drawing draw_clock_alone(Dice& dice) {
 Drawing draw_noise(Dice& dice) {
   Drawing drawing;
   drawing.may_have_company = false;
-  drawing.lines = {Wave(dice.chance(50)), Wave(dice.chance(50))};
+  for (int i = 0; i < 2; ++i) drawing.lines.emplace_back(dice.chance(50));
   const auto kind = dice.between(0, 2);
   const double mean = dice.decades(1e5, 1e8);
   double time = 1e6;
@@ -422,7 +424,7 @@ Drawing draw_noise(Dice& dice) {
 Drawing draw_idle(Dice& dice) {
   Drawing drawing;
   drawing.may_have_company = false;
-  drawing.lines = {Wave(dice.chance(50)), Wave(dice.chance(50))};
+  for (int i = 0; i < 2; ++i) drawing.lines.emplace_back(dice.chance(50));
   drawing.end = milliseconds(dice.between(1, 100));
   drawing.finest = microseconds(1);
   drawing.note = "idle";

@@ -78,7 +78,8 @@ Wave company(Picoseconds end, Dice& dice) {
   Wave wave(dice.chance(50));
   const std::int64_t changes = dice.between(1, 60);
   for (std::int64_t i = 0; i < changes; ++i) {
-    wave.set(end / 100'000 * dice.between(0, 100'000), dice.chance(50));
+    const Picoseconds time = end / 100'000 * dice.between(0, 100'000);
+    wave.set(time, dice.chance(50));
   }
   return wave;
 }

@@ -13,7 +13,8 @@
 
 namespace biss::other_lines {
 
-/// A seeded source of the values that a real setup has.
+/// A seeded source of the values that a real setup has. An expression draws one number at most: the
+/// order within an expression is the compiler's.
 class Dice {
  public:
   explicit Dice(std::uint64_t seed) : random_(seed) { random_.next(); }

@@ -67,7 +67,8 @@ Drawing draw_ssi(Dice& dice) {
   const int words = dice.chance(20) ? static_cast<int>(dice.between(2, 3)) : 1;
   const Picoseconds between_words =
       words == 1 || dice.chance(50) ? Picoseconds{} : period * dice.between(1, 2);
-  const Picoseconds pause = monoflop + microseconds(dice.between(5, dice.chance(50) ? 60 : 900));
+  const std::int64_t pause_most = dice.chance(50) ? 60 : 900;
+  const Picoseconds pause = monoflop + microseconds(dice.between(5, pause_most));
   Axis axis(dice, bits);
   Clock clock(dice, period);
   Drawing drawing;
@@ -149,7 +150,8 @@ Drawing draw_endat(Dice& dice) {
   const bool two_flags = is_22 && mode != 0x07U;
   const bool at_falling = dice.chance(75);
   const Picoseconds calculation = nanoseconds(dice.between(500, 5'000));
-  const Picoseconds interval = microseconds(dice.between(20, dice.chance(50) ? 80 : 500));
+  const std::int64_t interval_most = dice.chance(50) ? 80 : 500;
+  const Picoseconds interval = microseconds(dice.between(20, interval_most));
   Axis axis(dice, bits);
   Clock clock(dice, period);
   Drawing drawing;
@@ -284,9 +286,11 @@ Drawing draw_tamagawa(Dice& dice) {
   };
   const Id id = dice.of<Id>({{0x02, 3}, {0x8A, 3}, {0x92, 1}, {0x1A, 8}, {0x2A, 5}, {0x52, 6}});
   const double bit = 400e3 * (1 + static_cast<double>(dice.between(-3, 3)) * 1e-4);
-  const Picoseconds turn =
-      nanoseconds(dice.between(2'000, 6'000)) + loop_delay(dice, dice.between(0, 50));
-  const Picoseconds interval = microseconds(dice.between(40, dice.chance(50) ? 70 : 500));
+  const std::int64_t length = dice.between(0, 50);
+  const Picoseconds delay = loop_delay(dice, length);
+  const Picoseconds turn = delay + nanoseconds(dice.between(2'000, 6'000));
+  const std::int64_t interval_most = dice.chance(50) ? 70 : 500;
+  const Picoseconds interval = microseconds(dice.between(40, interval_most));
   const bool apart = dice.chance(25);
   const bool enable = dice.chance(30);
   Axis axis(dice, 23);

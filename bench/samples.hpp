@@ -1,0 +1,35 @@
+// Samples of a BiSS line, and the least work that planes of them cost.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace biss::bench {
+
+inline constexpr const char* sampled_format_text = "pos32,nE,nW,crc6";
+
+/// Samples at 100 MS/s of one byte: MA in bit 0 at 9.83 MHz with jitter, SLO in bit 1.
+struct SampledLine {
+  std::vector<std::uint8_t> samples;
+  std::uint64_t requests = 0;
+  /// Of the frames that are not damaged: their number, and the sum of their positions.
+  std::uint64_t good = 0;
+  std::uint64_t position_sum = 0;
+};
+
+/// Frames of random positions, ACK of 1 to 24 clocks, a line delay that varies, and one damaged frame
+/// in 1000; a request every `period` samples; 0: none.
+SampledLine sampled_line(std::size_t samples, std::size_t period);
+
+/// The samples as a `.sr` with chunks of 4 MiB.
+std::string sr_archive(std::span<const std::uint8_t> samples);
+
+/// Both planes of each 16384 samples into a small buffer, with the best vectors of this processor.
+std::uint64_t plane_pass(std::span<const std::uint8_t> samples);
+/// Reads the bytes with the same vectors.
+std::uint64_t read_pass(std::span<const std::uint8_t> bytes);
+
+}  // namespace biss::bench

@@ -1,0 +1,22 @@
+// Mixed edges as the arrays of two lines, for sources that deliver edges only.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "capture/edge_source.hpp"
+#include "capture/pair_source.hpp"
+
+namespace biss::capture {
+
+/// The changes of two lines among these edges. False where a level is unknown: arrays cannot say it.
+bool take_changes(std::span<const wire::Edge> edges, wire::LineIndex ma, wire::LineIndex slo,
+                  LineChanges& ma_changes, LineChanges& slo_changes);
+
+/// These edges, then the rest of the source: by its own arrays where it has some, else by its edges.
+/// The source must outlive what is returned.
+std::unique_ptr<PairSource> pairs_of(std::vector<wire::Edge> edges, EdgeSource& source,
+                                     wire::LineIndex ma, wire::LineIndex slo);
+
+}  // namespace biss::capture

@@ -1,0 +1,58 @@
+// The quick way through the rows of an event CSV, for two of its lines; and its cells.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "biss/base/result.hpp"
+#include "capture/decimal.hpp"
+#include "capture/edge_source.hpp"
+#include "capture/text_piece.hpp"
+#include "wire/edge.hpp"
+
+namespace biss::capture {
+
+/// How the rows of an event CSV are written.
+struct EventCsvLayout {
+  char separator = ',';
+  int scale = 12;           ///< a time of 1 is 10^scale picoseconds
+  std::size_t columns = 0;  ///< of levels, after the time
+
+  /// Where a comma does not separate it may be a decimal mark.
+  bool decimal_comma() const { return separator != ','; }
+};
+
+/// Cells that are not one of the three levels.
+inline constexpr std::uint8_t unchanged_cell = no_level + 1;
+inline constexpr std::uint8_t wrong_cell = no_level + 2;
+
+/// The level in a cell, or one of these two.
+std::uint8_t event_csv_level(std::string_view cell, char separator);
+/// The time in a cell, in picoseconds.
+Result<std::int64_t, DecimalCause> event_csv_time(std::string_view cell,
+                                                  const EventCsvLayout& layout);
+/// A row that says nothing: blank, or a comment.
+bool is_event_csv_comment(std::string_view row);
+
+/// A piece of an event CSV. Regular are whole rows in order of time, whose cells for the two lines
+/// are 0, 1 or nothing, and comments.
+class EventCsvPiece final : public TextPiece {
+ public:
+  EventCsvPiece(const EventCsvLayout& layout, wire::LineIndex ma_column, wire::LineIndex slo_column)
+      : layout_(layout), ma_column_(ma_column), slo_column_(slo_column) {}
+
+  // Of a regular piece:
+  bool timed = false;           ///< it has a row with a time
+  std::int64_t first_time = 0;  ///< when timed
+  std::int64_t last_time = 0;   ///< when timed
+
+ private:
+  bool quick_parse() override;
+
+  EventCsvLayout layout_;
+  wire::LineIndex ma_column_;
+  wire::LineIndex slo_column_;
+};
+
+}  // namespace biss::capture

@@ -1,0 +1,237 @@
+#include "capture/sampled_pairs.hpp"
+
+#include <algorithm>
+#include <array>
+#include <span>
+#include <utility>
+
+#include "capture/bit_scan.hpp"
+#include "capture/change_times.hpp"
+#include "capture/zip.hpp"
+
+namespace biss::capture {
+namespace {
+
+// Fits into the nearest cache: the scan finds there what the checksum has read.
+constexpr std::size_t checksum_bytes = 32'768;
+
+class SampledPiece final : public PairPiece {
+ public:
+  SampledPiece(const PairLayout& layout, bool verify) : layout_(layout), verify_(verify) {}
+
+  void expand() override {
+    if (count == 0) return;
+    std::span<const std::uint8_t> samples = packed.bytes;
+    if (packed.deflated) {
+      samples = inflated_.take(static_cast<std::size_t>(packed.deflated->size_bytes));
+      if (!inflate()) return damaged("data that inflates to its size");
+    }
+    const bool verify = packed.deflated && verify_;
+    if (scan(samples, verify) != (verify ? packed.deflated->checksum : 0)) {
+      damaged("data with its checksum");
+    }
+  }
+
+  void reset() {
+    packed.deflated.reset();
+    count = 0;
+    error.reset();
+  }
+
+  PackedSamples packed;
+  std::uint64_t first = 0;  // sample of the capture
+  std::size_t count = 0;    // samples
+  std::optional<CaptureError> error;
+
+ private:
+  bool inflate() {
+    if (!inflater_) inflater_.emplace();
+    return inflater_->inflate(
+        packed.bytes, inflated_.take(static_cast<std::size_t>(packed.deflated->size_bytes)));
+  }
+
+  void damaged(const char* expected) {
+    error = packed.deflated->damaged;
+    error->expected = expected;
+    count = 0;
+  }
+
+  bool is_high(const std::uint8_t* sample, unsigned bit) const {
+    return (sample[bit / 8] >> bit % 8 & 1U) != 0;
+  }
+
+  // Returns the checksum of all bytes; 0 unless it is to be verified.
+  std::uint32_t scan(std::span<const std::uint8_t> samples, bool verify) {
+    const ScanClock clock(layout_.clock);
+    const bool ma_high = is_high(samples.data(), layout_.ma_bit);
+    const bool slo_high = is_high(samples.data(), layout_.slo_bit);
+    ChangeTimes ma_times(ma, ma_high);
+    ChangeTimes slo_times(slo, slo_high);
+    PairScan scan{.unit_bytes = layout_.unit_bytes,
+                  .ma_bit = layout_.ma_bit,
+                  .slo_bit = layout_.slo_bit,
+                  .ma_high = !ma_high,  // the first sample is a change
+                  .slo_high = !slo_high,
+                  .step = clock.step()};
+    std::uint32_t checksum = 0;
+    std::size_t verified = 0;
+    const auto verify_to = [&](std::size_t end) {
+      while (verify && verified < end) {
+        const auto part =
+            samples.subspan(verified, std::min(checksum_bytes, samples.size() - verified));
+        checksum = zip_checksum_after(checksum, part);
+        verified += part.size();
+      }
+    };
+    for (std::size_t at = 0; at < count; at += scan_samples) {
+      scan.samples = samples.data() + at * layout_.unit_bytes;
+      scan.count = std::min(scan_samples, count - at);
+      verify_to((at + scan.count) * layout_.unit_bytes);
+      scan.time = clock.time_of(first + at);
+      scan.ma = ma_times.room(scan.count);
+      scan.slo = slo_times.room(scan.count);
+      scan_pair(scan);
+      ma_times.found(scan.ma, first + at, clock);
+      slo_times.found(scan.slo, first + at, clock);
+    }
+    verify_to(samples.size());
+    ma_times.finish();
+    slo_times.finish();
+    return checksum;
+  }
+
+  PairLayout layout_;
+  bool verify_;
+  std::optional<Inflater> inflater_;
+  Buffer inflated_;
+};
+
+class SampledPairs final : public PairSource {
+ public:
+  SampledPairs(SamplePieces& pieces, const PairLayout& layout, const SampleReading& reading,
+               SamplesRead read)
+      : pieces_(&pieces),
+        layout_(layout),
+        reading_(reading),
+        last_index_(layout.clock.last_index()),
+        next_(read.samples),
+        first_bytes_(std::move(read.bytes)),
+        ended_(read.ended),
+        ahead_(read.error) {
+    if (next_ != 0) end_time_ = layout_.clock.time_of(next_ - 1);
+  }
+
+  std::unique_ptr<PairPiece> fetch(std::unique_ptr<PairPiece> used) override {
+    std::unique_ptr<SampledPiece> piece(static_cast<SampledPiece*>(used.release()));
+    if (!piece) piece = std::make_unique<SampledPiece>(layout_, reading_.verify);
+    piece->reset();
+    while (!ended_ && !ahead_) {
+      if (!next_bytes(piece->packed)) continue;
+      take_samples(*piece);
+      if (piece->count != 0) return piece;
+    }
+    if (!ahead_) return nullptr;
+    ended_ = true;
+    piece->error = std::exchange(ahead_, std::nullopt);
+    return piece;
+  }
+
+  bool settle(PairPiece& settled, const OnEdges& /*on_edges*/) override {
+    const auto& piece = static_cast<SampledPiece&>(settled);
+    if (!error_) error_ = piece.error;
+    if (error_) return false;
+    end_time_ = layout_.clock.time_of(piece.first + piece.count - 1);
+    return true;
+  }
+
+  Picoseconds end_time() const override { return end_time_; }
+  const std::optional<CaptureError>& error() const override { return error_; }
+
+ private:
+  // False at the end of the capture, and where there is an error.
+  bool next_bytes(PackedSamples& packed) {
+    if (!first_bytes_.empty()) {
+      const auto room = packed.memory.take(first_bytes_.size());
+      std::copy(first_bytes_.begin(), first_bytes_.end(), room.begin());
+      packed.bytes = room;
+      first_bytes_ = {};
+      return true;
+    }
+    const FetchWish wish{.piece_bytes = std::max(reading_.piece_bytes, layout_.unit_bytes),
+                         .unit_bytes = layout_.unit_bytes,
+                         .at_sample = begun_bytes_ == 0};
+    packed.deflated.reset();
+    const auto got = pieces_->fetch(packed, wish);
+    if (!got.ok()) {
+      ahead_ = got.error();
+      return false;
+    }
+    if (*got) return true;
+    ended_ = true;
+    if (begun_bytes_ != 0) {
+      ahead_ =
+          CaptureError{.cause = CaptureCause::truncated, .expected = "a whole number of samples"};
+    } else if (next_ == 0) {
+      ahead_ = CaptureError{.cause = CaptureCause::empty};
+    }
+    return false;
+  }
+
+  // The whole samples of the bytes; what is left over goes to the next piece.
+  void take_samples(SampledPiece& piece) {
+    PackedSamples& packed = piece.packed;
+    std::uint64_t samples = 0;
+    if (packed.deflated) {
+      samples = packed.deflated->size_bytes / layout_.unit_bytes;
+    } else {
+      join_begun(packed);
+      samples = packed.bytes.size() / layout_.unit_bytes;
+      const auto whole = static_cast<std::size_t>(samples) * layout_.unit_bytes;
+      begun_bytes_ = packed.bytes.size() - whole;
+      std::copy(packed.bytes.begin() + static_cast<std::ptrdiff_t>(whole), packed.bytes.end(),
+                begun_.begin());
+      packed.bytes = packed.bytes.first(whole);
+    }
+    const std::uint64_t left = next_ > last_index_ ? 0 : last_index_ - next_ + 1;
+    if (samples > left) ahead_ = CaptureError{.cause = CaptureCause::time_out_of_range};
+    piece.first = next_;
+    piece.count = static_cast<std::size_t>(std::min(samples, left));
+    next_ += piece.count;
+  }
+
+  // The beginning of a sample goes before the bytes that continue it.
+  void join_begun(PackedSamples& packed) {
+    if (begun_bytes_ == 0) return;
+    const std::span<std::uint8_t> joined =
+        packed.memory.take(begun_room + packed.bytes.size()).subspan(begun_room - begun_bytes_);
+    std::copy_n(begun_.begin(), begun_bytes_, joined.begin());
+    packed.bytes = joined;
+    begun_bytes_ = 0;
+  }
+
+  SamplePieces* pieces_;
+  PairLayout layout_;
+  SampleReading reading_;
+  std::uint64_t last_index_;
+
+  // Of fetch().
+  std::uint64_t next_;  // sample
+  std::vector<std::uint8_t> first_bytes_;
+  std::array<std::uint8_t, max_unit_bytes> begun_{};
+  std::size_t begun_bytes_ = 0;
+  bool ended_;
+  std::optional<CaptureError> ahead_;  // not yet given to a piece
+
+  // Of settle().
+  Picoseconds end_time_;
+  std::optional<CaptureError> error_;
+};
+
+}  // namespace
+
+std::unique_ptr<PairSource> sampled_pairs(SamplePieces& pieces, const PairLayout& layout,
+                                          const SampleReading& reading, SamplesRead read) {
+  return std::make_unique<SampledPairs>(pieces, layout, reading, std::move(read));
+}
+
+}  // namespace biss::capture

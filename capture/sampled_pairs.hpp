@@ -1,0 +1,37 @@
+// Samples of several bytes as changes of two lines, piece by piece.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "capture/pair_source.hpp"
+#include "capture/samples.hpp"
+
+namespace biss::capture {
+
+/// The samples of a capture, and the bits of the two lines in them.
+struct PairLayout {
+  SampleClock clock;
+  std::size_t unit_bytes = 1;
+  unsigned ma_bit = 0;
+  unsigned slo_bit = 0;
+};
+
+/// How far the samples have been read as edges.
+struct SamplesRead {
+  std::uint64_t samples = 0;
+  /// What was read and is not in these samples. It begins at a sample.
+  std::vector<std::uint8_t> bytes;
+  bool ended = false;
+  std::optional<CaptureError> error;  ///< why they have ended
+};
+
+/// The rest of the samples. `pieces` outlives it. An error of a piece that is not deflated is found
+/// by fetch() already; then a piece without samples brings it to settle(), after the whole samples
+/// before the error.
+std::unique_ptr<PairSource> sampled_pairs(SamplePieces& pieces, const PairLayout& layout,
+                                          const SampleReading& reading, SamplesRead read);
+
+}  // namespace biss::capture

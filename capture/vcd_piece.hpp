@@ -1,0 +1,66 @@
+// The quick way through the value changes of a VCD, for two of its lines.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "capture/declared_lines.hpp"
+#include "capture/text_piece.hpp"
+#include "capture/timescale.hpp"
+#include "capture/vcd_words.hpp"
+
+namespace biss::capture {
+
+/// What identifiers mean to a pair of lines. Refers to the identifiers and lines of the reader, and
+/// only reads what does not change.
+class VcdPair {
+ public:
+  enum Role : std::uint8_t { ma, slo, other, undeclared };
+
+  /// \pre the lines have different variables
+  VcdPair(const VcdIds& ids, const DrivenLines& driven, Timescale timescale,
+          std::uint32_t ma_variable, std::uint32_t slo_variable);
+
+  Role role_of(char id) const { return roles_[static_cast<unsigned char>(id)]; }
+  Role role_of(std::uint32_t variable) const {
+    if (variable == VcdIds::none) return undeclared;
+    if (variable == ma_variable_) return ma;
+    return variable == slo_variable_ ? slo : other;
+  }
+  const VcdIds& ids() const { return *ids_; }
+  bool drives(std::uint32_t variable) const { return driven_->drives(variable); }
+  Timescale timescale() const { return timescale_; }
+  std::uint32_t ma_variable() const { return ma_variable_; }
+  std::uint32_t slo_variable() const { return slo_variable_; }
+
+ private:
+  const VcdIds* ids_;
+  const DrivenLines* driven_;
+  Timescale timescale_;
+  std::uint32_t ma_variable_;
+  std::uint32_t slo_variable_;
+  std::array<Role, 256> roles_;
+};
+
+/// A piece of a VCD. Regular are times in order, values of declared identifiers, and levels 0 and 1
+/// of the two lines; not keywords, comments, unknown levels of the lines, and what is not allowed.
+class VcdPiece final : public TextPiece {
+ public:
+  /// `pair` outlives the piece.
+  explicit VcdPiece(const VcdPair& pair) : pair_(&pair) {}
+
+  // Of a regular piece:
+  bool timed = false;            ///< it has a time
+  std::uint64_t first_tick = 0;  ///< when timed
+  std::uint64_t last_tick = 0;   ///< when timed
+  std::size_t early_ma = 0;      ///< changes before the first time; they have none yet
+  std::size_t early_slo = 0;
+
+ private:
+  bool quick_parse() override;
+
+  const VcdPair* pair_;
+};
+
+}  // namespace biss::capture

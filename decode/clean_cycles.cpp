@@ -1,0 +1,154 @@
+#include "decode/clean_cycles.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+
+#include "decode/cycle_rules.hpp"
+
+namespace biss::decode {
+
+namespace {
+
+// The next falling edge at or after `from` that comes after a rest of more than the next two
+// periods.
+std::size_t next_request(const LineRun& ma, std::size_t from) {
+  const auto& times = ma.times;
+  // Rising edges have odd indices where the first one falls.
+  const std::size_t odd = ma.first_high ? 1 : 0;
+  for (std::size_t i = std::max<std::size_t>(from, 1); i + 4 < times.size(); ++i) {
+    if (i % 2 == odd && times[i] - times[i - 1] > times[i + 4] - times[i]) return i;
+  }
+  return times.size();
+}
+
+std::size_t first_after(const LineRun& slo, std::size_t from, std::int64_t time) {
+  const auto& times = slo.times;
+  while (from < times.size() && times[from] <= time) ++from;
+  return from;
+}
+
+}  // namespace
+
+CleanCycleFinder::CleanCycleFinder(const std::optional<FrameFormat>& format,
+                                   const DeviceTiming& timing, const MarginSetup& margin)
+    : timing_(timing), margin_(margin) {
+  if (format && margin.compensated && !margin.signal) codec_.emplace(*format);
+  setup_ = {.margin_share = margin_share,
+            .margin_doubt = margin_doubt(margin).count,
+            .clock_change = timing.clock_constant};
+}
+
+void CleanCycleFinder::find(const PairRun& run, std::vector<CleanCycle>& found) {
+  found.clear();
+  if (!codec_) return;
+  std::size_t slo = 0;
+  std::size_t at = next_request(run.ma, 0);
+  while (at < run.ma.times.size()) {
+    slo = first_after(run.slo, slo, run.ma.times[at]);
+    found.emplace_back();
+    CleanCycle& cycle = found.back();
+    // Before the first change of this run, SLO is not known.
+    const bool high = slo != 0 && ((slo - 1) % 2 == 0) == run.slo.first_high;
+    if (high && read(cycle, {run.ma.times.subspan(at), run.slo.times.subspan(slo)})) {
+      cycle.ma_begin = at;
+      cycle.ma_end = at + measured_.next_fall;
+      cycle.slo_begin = slo;
+      cycle.slo_end = slo + measured_.changes;
+      slo = cycle.slo_end;
+      at = cycle.ma_end;
+    } else {
+      found.pop_back();
+      at = next_request(run.ma, at + 1);
+    }
+  }
+}
+
+bool CleanCycleFinder::read(CleanCycle& cycle, const CleanLines& lines) {
+  if (!measure_clean(lines, setup_, scratch_, measured_)) return false;
+  CycleReading& reading = cycle.reading;
+  reading.cycle.time = {lines.ma[0]};
+  measure_times(reading);
+  const std::int64_t period = measured_.period;
+  if (setup_.clock_change) {
+    // A clock that changes more needs a closer look.
+    if (measured_.clock_change > period / ClockChange::share) return false;
+    reading.cycle.clock_change = ClockChange{{measured_.clock_change}, {}};
+  }
+  const Picoseconds delay{measured_.fall - measured_.second_rise};
+  if (!is_response_delay(delay, reading.cycle.uncertainty)) return false;
+  reading.cycle.line_delay = std::max(Picoseconds{}, delay);
+  return read_frame(reading);
+}
+
+// What MA shows.
+void CleanCycleFinder::measure_times(CycleReading& reading) const {
+  Cycle& cycle = reading.cycle;
+  cycle.clocked = {measured_.last_edge};
+  cycle.rising_edges = measured_.rises;
+  cycle.period = Picoseconds{measured_.period};
+  reading.jitter = {measured_.jitter};
+  cycle.uncertainty = uncertainty_of(margin_, reading.jitter, *cycle.period);
+  cycle.duty_per_mille = static_cast<std::uint32_t>(std::int64_t{measured_.high} / measured_.highs *
+                                                    1000 / measured_.period);
+  // MA rests as its last edge left it.
+  cycle.cdm = measured_.edges % 2 != 0;
+}
+
+// What SLO shows. Only good frames are clean.
+bool CleanCycleFinder::read_frame(CycleReading& reading) {
+  Cycle& cycle = reading.cycle;
+  std::array<std::uint8_t, CleanMeasure::bit_words * 8> bytes;
+  const std::size_t words = (measured_.rises + 63) / 64;
+  for (std::size_t w = 0; w < words; ++w) {
+    std::uint64_t word = measured_.bits[w];
+    if constexpr (std::endian::native == std::endian::little) word = __builtin_bswap64(word);
+    std::memcpy(bytes.data() + 8 * w, &word, sizeof word);
+  }
+  const BitView bits(std::span<const std::uint8_t>(bytes.data(), 8 * words), 0, measured_.rises);
+  const std::size_t start_bit = bits.find(true, 2);
+  if (start_bit == bits.size_bits()) return false;
+  const FrameStart start{start_bit, 1, static_cast<std::uint16_t>(start_bit - 1)};
+  const auto frame = decode_payload(bits, start, *codec_);
+  if (!frame.ok()) return false;
+  cycle.raw.append(bits.from(start_bit).first(codec_->payload_bits() + 3U));
+  const auto channels = codec_->format().channels();
+  for (std::size_t k = 0; k < channels.size(); ++k) {
+    if (channels[k].crc.present()) cycle.crc_ok[k] = true;
+  }
+  if (ack_within_bounds(timing_, *cycle.period, start.ack_clocks)) {
+    cycle.frame = *frame;
+  } else {
+    cycle.status = CycleStatus::ack_range;
+  }
+  const auto first = scratch_.samples.begin();
+  const auto last = first + measured_.changes;
+  const auto start_sample = static_cast<std::int32_t>(start_bit);
+  const auto after_start = std::upper_bound(first, last, start_sample) - first;
+  cycle.ack =
+      Picoseconds{scratch_.changes[static_cast<std::size_t>(after_start - 1)] - measured_.fall};
+  const std::size_t stop = start_bit + 2 + codec_->payload_bits();
+  cycle.release = release(stop);
+  if (*cycle.period / margin_share >= margin_doubt(margin_)) {
+    cycle.marginal = static_cast<std::uint32_t>(measured_.first_marginal) <= stop;
+  }
+  reading.complete = true;
+  return true;
+}
+
+// The one rise of SLO after the last bit.
+std::optional<Picoseconds> CleanCycleFinder::release(std::size_t last_bit) const {
+  const std::size_t stop = std::min<std::size_t>(last_bit, measured_.rises - 1);
+  std::size_t next = measured_.changes;
+  while (next > 0 && static_cast<std::size_t>(scratch_.samples[next - 1]) > stop) --next;
+  const bool low = next % 2 != 0;
+  if (!low || next == measured_.changes) return std::nullopt;
+  const std::int32_t rise = scratch_.changes[next];
+  if (rise >= measured_.limit) return std::nullopt;
+  if (next + 1 < measured_.changes && scratch_.changes[next + 1] < measured_.limit) {
+    return std::nullopt;
+  }
+  return Picoseconds{rise - measured_.last_edge};
+}
+
+}  // namespace biss::decode

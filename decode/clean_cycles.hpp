@@ -1,0 +1,71 @@
+// The quick way through a capture: cycles that are clean are read from arrays of edges, many edges
+// at once. The decoder reads all others edge by edge, and both give the same rows.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "biss/frame/codec.hpp"
+#include "biss/timing/device_timing.hpp"
+#include "decode/clean_measure.hpp"
+#include "decode/cycle_reader.hpp"
+
+namespace biss::decode {
+
+/// The changes of one line in a stretch of a capture, in picoseconds; the first one leads to
+/// `first_high`, each further one inverts the level.
+struct LineRun {
+  std::span<const std::int64_t> times;
+  bool first_high = false;
+};
+
+/// A stretch of a capture: no change of either line is missing between the first and the last.
+struct PairRun {
+  LineRun ma;
+  LineRun slo;
+};
+
+/// A cycle that was found in a run, and where: from the falling edge of MA that begins it to the one
+/// that begins the next request.
+struct CleanCycle {
+  std::size_t ma_begin = 0;
+  std::size_t ma_end = 0;
+  /// The first change of SLO after each of these edges.
+  std::size_t slo_begin = 0;
+  std::size_t slo_end = 0;
+  CycleReading reading;
+};
+
+/// Finds the clean cycles of a run: those that the Decoder would read in just this way whatever came
+/// before, provided that it waits for a request when they begin.
+class CleanCycleFinder {
+ public:
+  /// Without a format nothing is clean. Nor is it for a master without compensation, or where
+  /// Cycle::signal is asked for.
+  CleanCycleFinder(const std::optional<FrameFormat>& format, const DeviceTiming& timing,
+                   const MarginSetup& margin);
+
+  /// False: nothing will be found.
+  bool may_find() const { return codec_.has_value(); }
+
+  /// The clean cycles in order. \param found is emptied first; its memory is used again
+  void find(const PairRun& run, std::vector<CleanCycle>& found);
+
+ private:
+  bool read(CleanCycle& cycle, const CleanLines& lines);
+  bool read_frame(CycleReading& reading);
+  void measure_times(CycleReading& reading) const;
+  std::optional<Picoseconds> release(std::size_t last_bit) const;
+
+  std::optional<FrameCodec<>> codec_;
+  DeviceTiming timing_;
+  MarginSetup margin_;
+  CleanSetup setup_;
+  CleanMeasure measured_;
+  CleanScratch scratch_;
+};
+
+}  // namespace biss::decode

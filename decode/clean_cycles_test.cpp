@@ -1,0 +1,182 @@
+// The quick way gives the cycles that reading edge by edge gives, whatever is on the line and
+// however it is cut into runs.
+#include "decode/clean_cycles.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <random>
+#include <string>
+
+#include "decode/test_cycle_text.hpp"
+#include "decode/test_line.hpp"
+
+namespace biss::decode::test {
+namespace clean_cycles_test {
+
+struct Reading {
+  std::string format;
+  DeviceTiming timing;
+  MarginSetup margin;
+};
+
+std::vector<std::string> edge_by_edge(const std::vector<wire::Edge>& edges, Picoseconds end,
+                                      const Reading& setup) {
+  std::vector<std::string> rows;
+  Decoder decoder(CycleReader(*parse_format(setup.format), setup.timing, setup.margin),
+                  [&](const Cycle& cycle) { rows.push_back(text_of(cycle)); });
+  decoder.push(edges, {0, 1});
+  decoder.finish(end);
+  return rows;
+}
+
+struct Quick {
+  std::vector<std::string> rows;
+  std::size_t clean = 0;
+};
+
+// In runs of about that many edges.
+Quick quickly(const std::vector<wire::Edge>& edges, Picoseconds end, const Reading& setup,
+              std::size_t run_edges, std::mt19937_64& random) {
+  Quick quick;
+  Decoder decoder(CycleReader(*parse_format(setup.format), setup.timing, setup.margin),
+                  [&](const Cycle& cycle) { quick.rows.push_back(text_of(cycle)); });
+  CleanCycleFinder finder(*parse_format(setup.format), setup.timing, setup.margin);
+  std::vector<CleanCycle> clean;
+  std::array<std::optional<bool>, 2> level{};
+  for (std::size_t at = 0; at < edges.size();) {
+    const std::size_t end_at = std::min(edges.size(), at + 1 + random() % (2 * run_edges));
+    std::array<std::vector<std::int64_t>, 2> times;
+    std::array<bool, 2> first{};
+    // Some sources say at the beginning of a piece what the level is.
+    const bool repeats = random() % 2 == 0;
+    for (std::size_t line = 0; repeats && line < 2; ++line) {
+      if (!level[line]) continue;
+      times[line].push_back(edges[at].time.count);
+      first[line] = *level[line];
+    }
+    for (; at < end_at; ++at) {
+      const wire::Edge& edge = edges[at];
+      if (times[edge.line].empty()) first[edge.line] = edge.level == wire::Level::high;
+      times[edge.line].push_back(edge.time.count);
+      level[edge.line] = edge.level == wire::Level::high;
+    }
+    const PairRun run{{times[0], first[0]}, {times[1], first[1]}};
+    finder.find(run, clean);
+    quick.clean += clean.size();
+    decoder.push(run, clean);
+  }
+  decoder.finish(end);
+  return quick;
+}
+
+// What the edge path gives, and how many cycles took the quick one.
+std::size_t expect_same(const std::vector<wire::Edge>& edges, Picoseconds end, const Reading& setup,
+                        std::mt19937_64& random) {
+  const auto expected = edge_by_edge(edges, end, setup);
+  std::size_t clean = 0;
+  for (const std::size_t run_edges : {std::size_t{1'000'000}, std::size_t{700}, std::size_t{20}}) {
+    const Quick quick = quickly(edges, end, setup, run_edges, random);
+    EXPECT_EQ(quick.rows.size(), expected.size());
+    for (std::size_t i = 0; i < std::min(quick.rows.size(), expected.size()); ++i) {
+      EXPECT_EQ(quick.rows[i], expected[i]) << "row " << i << ", runs of " << run_edges;
+      if (quick.rows[i] != expected[i]) break;
+    }
+    if (run_edges == 1'000'000) clean = quick.clean;
+  }
+  return clean;
+}
+
+Shape random_shape(std::mt19937_64& random) {
+  Shape shape;
+  const auto among = [&](std::int64_t least, std::int64_t most) {
+    return least +
+           static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(most - least + 1));
+  };
+  shape.period = nanoseconds(among(95, 1900));
+  shape.high_percent = static_cast<int>(among(35, 65));
+  shape.line_delay = nanoseconds(among(0, 700));
+  shape.timeout = nanoseconds(among(300, 30'000));
+  shape.gap = nanoseconds(among(20, 60'000));
+  shape.extra_clocks = static_cast<int>(among(-1, 6));
+  shape.ack_clocks = static_cast<std::uint16_t>(among(1, 40));
+  shape.ending = static_cast<Ending>(among(0, 2));
+  shape.jitter_percent = random() % 2 == 0 ? 0 : static_cast<int>(among(1, 12));
+  return shape;
+}
+
+void damage(TestLine& line, const Shape& shape, std::mt19937_64& random) {
+  for (int i = 0; i < 6; ++i) {
+    auto& hit = random() % 2 == 0 ? line.ma : line.slo;
+    const auto at = static_cast<std::int64_t>(
+        random() % static_cast<std::uint64_t>(line.last_time().count - 50'000'000));
+    const auto width = static_cast<std::int64_t>(
+        1 + random() % static_cast<std::uint64_t>(2 * shape.period.count));
+    TestLine::add_pulse(hit, picoseconds(50'000'000 + at), picoseconds(width));
+  }
+}
+
+TEST(CleanCycles, RandomLines_SameRowsAsEdgeByEdge) {
+  constexpr std::uint64_t seed = 13'001;
+  const std::vector<std::string> formats{"pos26,nE,nW,crc6", "pos32,nE,nW,crc6", "pos18,crc5",
+                                         "mt12,st24,nE,nW,crc6",
+                                         "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0"};
+  std::size_t clean = 0;
+  std::size_t cycles = 0;
+  for (std::uint64_t trial = 0; trial < 200; ++trial) {
+    SCOPED_TRACE(fmt::format("seed {}, trial {}", seed, trial));
+    std::mt19937_64 random(seed + trial);
+    Reading setup{formats[random() % formats.size()], {}, {}};
+    setup.timing.clock_constant = random() % 3 == 0;
+    TestLine line(trial);
+    const Shape shape = random_shape(random);
+    for (int i = 0; i < 20; ++i) {
+      line.request(random() % 4 == 0 ? random_shape(random) : shape, random(), setup.format);
+    }
+    const bool damaged = trial % 3 == 0;
+    if (damaged) damage(line, shape, random);
+    const bool coarse = trial % 2 == 0;
+    const Picoseconds end = line.last_time() + milliseconds(1);
+    if (coarse) {
+      const Picoseconds sample = shape.period / static_cast<std::int64_t>(4 + random() % 20);
+      setup.margin.resolution = sample;
+      line.ma = sampled(line.ma, sample);
+      line.slo = sampled(line.slo, sample);
+    }
+    clean += expect_same(line.edges(), end, setup, random);
+    cycles += 20;
+    if (HasFailure()) return;
+  }
+  // The test compares two ways only where the quick one is taken.
+  EXPECT_GT(clean * 2, cycles) << clean << " of " << cycles;
+}
+
+TEST(CleanCycles, GoodLine_NearlyAllAreClean) {
+  std::mt19937_64 random(13'002);
+  TestLine line;
+  for (std::uint64_t i = 0; i < 200; ++i) line.request({.period = nanoseconds(100)}, random());
+  const std::size_t clean = expect_same(line.edges(), line.last_time() + milliseconds(1),
+                                        {"pos26,nE,nW,crc6", {}, {}}, random);
+  // The first one has nothing before it, the last one no request after it.
+  EXPECT_GE(clean, 198U);
+}
+
+TEST(CleanCycles, JitterAsInTheSamplesOfAnAnalyser_NearlyAllAreClean) {
+  std::mt19937_64 random(13'003);
+  TestLine line;
+  for (std::uint64_t i = 0; i < 500; ++i) {
+    line.request({.period = picoseconds(101'730),
+                  .line_delay = nanoseconds(static_cast<std::int64_t>(60 + random() % 100)),
+                  .jitter_percent = 3},
+                 random());
+  }
+  line.ma = sampled(line.ma, nanoseconds(10));
+  line.slo = sampled(line.slo, nanoseconds(10));
+  const Reading setup{"pos26,nE,nW,crc6", {}, {.resolution = nanoseconds(10)}};
+  const std::size_t clean =
+      expect_same(line.edges(), line.last_time() + milliseconds(1), setup, random);
+  EXPECT_GE(clean, 480U);
+}
+
+}  // namespace clean_cycles_test
+}  // namespace biss::decode::test

@@ -1,0 +1,39 @@
+// What both ways of reading a cycle judge alike.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "biss/timing/device_timing.hpp"
+#include "decode/cycle_reader.hpp"
+
+namespace biss::decode {
+
+/// Of a period, the most that SLO may seem to fall before the edge of ACK, however coarse the
+/// capture is: SLO that falls earlier was not moved by that edge.
+inline constexpr std::int64_t uncertain_share = 4;
+
+/// Of a period, the margin of `marginal`; the master of biss/master has the same.
+inline constexpr std::int64_t margin_share = 20;
+
+/// The capture and the jitter of MA: by how much the time between two edges may be off.
+constexpr Picoseconds uncertainty_of(const MarginSetup& margin, Picoseconds jitter,
+                                     Picoseconds period) {
+  return std::min(margin.resolution + jitter, period / uncertain_share);
+}
+
+/// What the resolution of the capture takes off the margin.
+constexpr Picoseconds margin_doubt(const MarginSetup& margin) {
+  // The edge of MA that the sample counts from is uncertain, SLO's is, and the delay between them.
+  return (margin.compensated ? 2 : 1) * margin.resolution;
+}
+
+/// The period is measured, so a bound that falls just beside a clock edge is given 2 % of grace.
+constexpr bool ack_within_bounds(const DeviceTiming& timing, Picoseconds period,
+                                 std::uint16_t ack_clocks) {
+  const Picoseconds grace = period / 50;
+  return ack_clocks >= ack_bounds(timing, period + grace).min_clocks &&
+         ack_clocks <= ack_bounds(timing, std::max(period - grace, picoseconds(1))).max_clocks;
+}
+
+}  // namespace biss::decode

@@ -1,0 +1,26 @@
+// A capture's pieces through all cores: fetched one after the other, expanded and searched for clean
+// cycles by any thread, decoded in their order.
+#pragma once
+
+#include <functional>
+
+#include "capture/pair_source.hpp"
+#include "decode/clean_cycles.hpp"
+#include "decode/decoder.hpp"
+
+namespace biss::flow {
+
+struct FlowSetup {
+  decode::Lines lines;
+  /// 1: all in the thread that calls. 0: as many as the machine has processors.
+  unsigned threads = 0;
+  /// Called after each piece; false ends the reading.
+  std::function<bool()> go_on;
+};
+
+/// Reads the capture to its end, or to where reading fails, into the decoder; does not finish it.
+/// The cycles are the same whatever the threads. A few pieces a thread are in memory.
+void decode_pieces(capture::PairSource& source, const decode::CleanCycleFinder& finder,
+                   const FlowSetup& setup, decode::Decoder& decoder);
+
+}  // namespace biss::flow

@@ -1,0 +1,121 @@
+// VCD and event CSV in pieces of any size, on hostile text: the same changes, end and error as in
+// blocks.
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "capture/event_csv.hpp"
+#include "capture/test_capture.hpp"
+#include "capture/test_pairs.hpp"
+#include "capture/vcd.hpp"
+#include "fuzz/capture_check.hpp"
+#include "fuzz/capture_seeds.hpp"
+#include "fuzz/require.hpp"
+#include "fuzz/token_mutator.hpp"
+
+namespace {
+
+using biss::capture::OpenText;
+
+bool is_vcd(std::string_view text) { return text.starts_with('$'); }
+
+// Sizes, lines and what is read in blocks before follow from the text.
+void check(OpenText open, std::string_view text) {
+  using namespace biss::capture;
+  const Read read = read_all(open(memory_bytes(text), default_piece_bytes));
+  if (read.lines.size() < 2) return;
+  biss::fuzz::SplitMix random{biss::fuzz::block_size_of(text) * 31 + text.size()};
+  for (int i = 0; i < 2; ++i) {
+    PairWay way{.blocks = random() % 3, .ahead = 1 + random() % 4};
+    way.ma = static_cast<biss::wire::LineIndex>(random() % read.lines.size());
+    way.slo = static_cast<biss::wire::LineIndex>(random() % read.lines.size());
+    const std::size_t block = random() % 2 == 0 ? 1 + random() % 700 : one_block;
+    const std::size_t piece = random() % 4 == 0 ? default_piece_bytes : 1 + random() % 700;
+    const PairRead pairs = read_pairs(open(memory_bytes(text, block), piece), way);
+    if (!pairs.by_pieces) continue;
+    biss::fuzz::require(difference(read.edges, read.end_time, read.error, pairs, way).empty());
+  }
+}
+
+constexpr std::array<std::string_view, 34> vcd_words{"$timescale 1fs $end",
+                                                     "$timescale 100 us $end",
+                                                     "$var wire 1 ! MA $end",
+                                                     "$var wire 1 abc SLO $end",
+                                                     "$var wire 8 ## pos [7:0] $end",
+                                                     "$var real 64 $$ v $end",
+                                                     "$enddefinitions $end",
+                                                     "$dumpvars",
+                                                     "$dumpoff",
+                                                     "$end",
+                                                     "$comment x # 1! $end",
+                                                     "$comment",
+                                                     "0!",
+                                                     "1!",
+                                                     "0\"",
+                                                     "1\"",
+                                                     "x!",
+                                                     "Z\"",
+                                                     "b0 !",
+                                                     "b1 \"",
+                                                     "b1",
+                                                     "b1010 ##",
+                                                     "r1.5 $$",
+                                                     "0abc",
+                                                     "#0",
+                                                     "#9223372036854775807",
+                                                     "#18446744073709551615",
+                                                     "#",
+                                                     "#00000000000000000012",
+                                                     "1",
+                                                     "\n",
+                                                     "\r\n",
+                                                     "\t",
+                                                     " "};
+constexpr std::array<std::string_view, 26> csv_words{"0",
+                                                     "1",
+                                                     "x",
+                                                     "Z",
+                                                     "",
+                                                     "\"1\"",
+                                                     " 0 ",
+                                                     "2",
+                                                     "1.5e3",
+                                                     "-1e-9",
+                                                     "-5.25",
+                                                     "+7",
+                                                     ".5",
+                                                     "5.",
+                                                     "0.0005",
+                                                     "0.1234567890123456",
+                                                     "9223372036854",
+                                                     "1e999",
+                                                     "-0",
+                                                     ",",
+                                                     ";",
+                                                     "\n",
+                                                     "\r\n",
+                                                     "# comment\n",
+                                                     "\n\n",
+                                                     "123456789012345678901"};
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string_view text(reinterpret_cast<const char*>(data), size);
+  check(is_vcd(text) ? biss::capture::open_vcd : biss::capture::open_event_csv, text);
+  return 0;
+}
+
+extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
+                                               std::size_t max_size, unsigned seed) {
+  using namespace biss::fuzz;
+  const std::string_view text(reinterpret_cast<const char*>(data), size);
+  if (is_vcd(text)) {
+    return mutate_capture({data, max_size}, size, seed, " \n", vcd_words,
+                          seed_text<biss::capture::VcdWriter>);
+  }
+  return mutate_capture({data, max_size}, size, seed, ",\n", csv_words,
+                        seed % 3 == 0 ? saleae_seed : seed_text<biss::capture::EventCsvWriter>);
+}

@@ -1,0 +1,360 @@
+// The rows of `decode`: which of them and which columns are written, the columns of motion, and the
+// formats HDF5 and VCD.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <csignal>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include <fcntl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "tests/cli/run_command.hpp"
+
+namespace biss::cli {
+namespace rows_test {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+using Words = std::vector<std::string>;
+
+Words operator+(Words words, const Words& more) {
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
+
+class DecodeRows : public testing::Test {
+ protected:
+  std::string simulate(const std::string& name, const Words& more) const {
+    const Outcome made = run(Words{"simulate", "-o", folder.path(name)} + more);
+    EXPECT_EQ(made.status, 0) << made.err;
+    return folder.path(name);
+  }
+  // Some of each kind of row.
+  std::string with_faults() const {
+    return simulate("line.vcd", {"-f", "resolute-26", "--cycles", "400", "--fault", "flip:0.05",
+                                 "--fault", "nE:0.05", "--fault", "no_answer:0.05", "--seed", "4"});
+  }
+  static Outcome csv(const std::string& capture, const Words& more,
+                     const std::string& format = "resolute-26") {
+    return run(Words{"decode", capture, "-f", format, "--to", "csv"} + more);
+  }
+  static std::string header_of(const Outcome& outcome) {
+    return outcome.out.substr(0, outcome.out.find('\n'));
+  }
+
+  Folder folder;
+};
+
+TEST_F(DecodeRows, ColumnsThatAreNamed_AreWrittenInTheirOrder) {
+  const std::string capture = with_faults();
+  const auto all = rows_of(csv(capture, {}).out);
+  const Outcome some = csv(capture, {"--columns", "nE,raw,cycle"});
+  EXPECT_EQ(header_of(some), "nE,raw,cycle");
+  const auto rows = rows_of(some.out);
+  ASSERT_EQ(rows.size(), all.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    for (const char* name : {"nE", "raw", "cycle"}) EXPECT_EQ(rows[i].at(name), all[i].at(name));
+  }
+  const Outcome lines = run({"decode", capture, "-f", "resolute-26", "--to", "jsonl", "--columns",
+                             "status", "--columns", "cycle"});
+  EXPECT_THAT(lines.out, StartsWith("{\"status\":\"ok\",\"cycle\":0}\n"));
+  EXPECT_EQ(header_of(csv(capture, {capture, "--columns", "cycle,file"})), "cycle,file");
+}
+
+TEST_F(DecodeRows, ColumnThatDoesNotExist_IsWrongUsageAndLeavesTheOutput) {
+  const std::string capture = with_faults();
+  const std::string output = folder.file("old.csv", "old");
+  const Outcome unknown = csv(capture, {"--columns", "cycle,posision", "-o", output});
+  EXPECT_EQ(unknown.status, 2);
+  EXPECT_THAT(unknown.err, HasSubstr("--columns: 'posision' is not one of cycle, time_ns, status"));
+  EXPECT_EQ(content_of(output), "old");
+  const Outcome twice = csv(capture, {"--columns", "cycle,nE,cycle"});
+  EXPECT_EQ(twice.status, 2);
+  EXPECT_THAT(twice.err, HasSubstr("'cycle' is given twice"));
+}
+
+TEST_F(DecodeRows, OnlyErrors_LeavesOutWhatIsGood) {
+  const std::string capture = with_faults();
+  const Outcome every = csv(capture, {});
+  std::vector<Row> wanted;
+  for (const Row& row : rows_of(every.out)) {
+    const std::string& status = row.at("status");
+    const bool cut = status == "cut_start" || status == "cut_end";
+    if ((status != "ok" && !cut) || row.at("nE") == "0" || !row.at("limits").empty()) {
+      wanted.push_back(row);
+    }
+  }
+  const Outcome errors = csv(capture, {"--only-errors"});
+  EXPECT_EQ(rows_of(errors.out), wanted);
+  EXPECT_GT(wanted.size(), 30U);
+  EXPECT_LT(wanted.size(), 200U);
+  EXPECT_EQ(errors.err, every.err) << "the summary counts every row";
+  const std::string good = simulate("good.vcd", {"-f", "resolute-26", "--cycles", "20"});
+  EXPECT_EQ(rows_of(csv(good, {"--only-errors"}).out).size(), 0U);
+}
+
+TEST_F(DecodeRows, OnlyErrors_HasTheFaultsOfTheSafetyMonitor) {
+  const std::string capture = simulate(
+      "line.vcd", {"-f", "fs-36-28", "--cycles", "200", "--fault", "repeat:0.05", "--seed", "3"});
+  const auto rows = rows_of(csv(capture, {"--only-errors"}, "fs-36-28").out);
+  ASSERT_FALSE(rows.empty());
+  for (const Row& row : rows) {
+    EXPECT_TRUE(row.at("status") != "ok" || row.at("safety") != "safe") << row.at("cycle");
+  }
+}
+
+TEST_F(DecodeRows, Every_IsTheFirstAndEachNthOfTheRowsThatAreLeft) {
+  const std::string capture = with_faults();
+  const auto all = rows_of(csv(capture, {}).out);
+  const auto third = rows_of(csv(capture, {"--every", "3"}).out);
+  ASSERT_EQ(third.size(), (all.size() + 2) / 3);
+  for (std::size_t i = 0; i < third.size(); ++i) EXPECT_EQ(third[i], all[i * 3]);
+  const auto errors = rows_of(csv(capture, {"--only-errors"}).out);
+  const auto some = rows_of(csv(capture, {"--only-errors", "--every", "5"}).out);
+  ASSERT_EQ(some.size(), (errors.size() + 4) / 5);
+  for (std::size_t i = 0; i < some.size(); ++i) EXPECT_EQ(some[i], errors[i * 5]);
+  EXPECT_EQ(csv(capture, {"--every", "0"}).status, 2);
+}
+
+TEST_F(DecodeRows, Unwrap_ContinuesThePositionOverTheRollover) {
+  // A thousandth of the range in each request: the position rolls over.
+  const std::string format = "pos16,nE,nW,crc6";
+  const std::string capture = simulate("line.vcd", {"-f", format, "--cycles", "2000"});
+  const auto rows = rows_of(csv(capture, {"--unwrap"}, format).out);
+  ASSERT_EQ(rows.size(), 2000U);
+  std::int64_t last = 0;
+  bool rolled = false;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const auto unwrapped = std::stoll(rows[i].at("unwrapped"));
+    EXPECT_EQ(unwrapped & 0xFFFF, std::stoll(rows[i].at("position"))) << i;
+    EXPECT_LE(std::abs(unwrapped - last), i == 0 ? 0xFFFF : 100) << i;
+    rolled = rolled || unwrapped < 0 || unwrapped > 0xFFFF;
+    last = unwrapped;
+  }
+  EXPECT_TRUE(rolled);
+}
+
+TEST_F(DecodeRows, PositionThatMayHaveMovedTooFar_IsNotUnwrappedFromThere) {
+  const std::string format = "pos16,nE,nW,crc6";
+  const std::string capture = simulate(
+      "line.vcd", {"-f", format, "--cycles", "300", "--fault", "no_answer:0.1", "--seed", "2"});
+  const Outcome outcome = csv(capture, {"--unwrap", "--max-step", "32767"}, format);
+  EXPECT_EQ(outcome.status, 0);
+  bool lost = false;
+  std::string first;
+  for (const Row& row : rows_of(outcome.out)) {
+    EXPECT_TRUE(!lost || row.at("unwrapped").empty()) << row.at("cycle");
+    if (!row.at("position").empty() && row.at("unwrapped").empty() && !lost) {
+      lost = true;
+      first = row.at("cycle");
+    }
+  }
+  EXPECT_TRUE(lost);
+  EXPECT_THAT(outcome.err, HasSubstr("unwrapped is not known from cycle " + first + " on"));
+  EXPECT_THAT(csv(capture, {"--unwrap", "--max-step", "100"}, format).err,
+              testing::Not(HasSubstr("unwrapped is not known")));
+}
+
+TEST_F(DecodeRows, Scale_IsThePositionInDegreesOrMillimetres) {
+  const std::string capture = simulate("line.vcd", {"-f", "resolute-26", "--cycles", "20"});
+  const auto expect = [&](const std::string& scale, const std::string& format,
+                          const std::string& column, double per_count) {
+    const Outcome outcome = csv(capture, {"--scale", scale}, format);
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    for (const Row& row : rows_of(outcome.out)) {
+      const double exact = std::stod(row.at("position")) * per_count;
+      EXPECT_NEAR(std::stod(row.at(column)), exact, std::abs(exact) * 1e-12);
+    }
+  };
+  expect("deg", "resolute-26", "position_deg", 360.0 / 67108864);
+  expect("2^26/turn", "pos26,nE,nW,crc6", "position_deg", 360.0 / 67108864);
+  expect("36000/turn", "pos26,nE,nW,crc6", "position_deg", 0.01);
+  expect("deg", "mt10,st16,nE,nW,crc6", "position_deg", 360.0 / 65536);
+  expect("mm", "fortis-26", "position_mm", 50e-6);
+  expect("0.5um", "resolute-26", "position_mm", 0.0005);
+}
+
+TEST_F(DecodeRows, ScaleThatIsNotKnown_IsRefusedByName) {
+  const std::string capture = simulate("line.vcd", {"-f", "resolute-26", "--cycles", "20"});
+  const auto refuse = [&](const std::string& scale, const std::string& format,
+                          const std::string& why) {
+    const Outcome outcome = csv(capture, {"--scale", scale}, format);
+    EXPECT_EQ(outcome.status, 2) << scale;
+    EXPECT_THAT(outcome.err, HasSubstr(why));
+    EXPECT_EQ(outcome.out, "");
+  };
+  refuse("deg", "pos26,nE,nW,crc6", "--scale deg: the counts of a turn are not known");
+  refuse("mm", "pos26,nE,nW,crc6", "--scale mm: the size of a count is not known");
+  refuse("mm", "resolute-26", "--scale mm: the size of a count is not known");
+  refuse("deg", "fortis-26", "--scale deg: the counts of a turn are not known");
+  refuse("deg", "none", "need the format of the frame");
+  for (const char* wrong : {"rad", "0/turn", "2^64/turn", "1.5/turn", "-5nm", "nan nm", "50"}) {
+    refuse(wrong, "resolute-26", "is none of deg, mm");
+  }
+  const Outcome alone = csv(capture, {"--max-step", "5"});
+  EXPECT_EQ(alone.status, 2);
+  EXPECT_THAT(alone.err, HasSubstr("--max-step: only with --unwrap or --velocity"));
+}
+
+TEST_F(DecodeRows, Velocity_IsTheStepByTheTimeAlsoOverTheRollover) {
+  const std::string format = "pos16,nE,nW,crc6";
+  const std::string capture = simulate(
+      "line.vcd", {"-f", format, "--cycles", "2000", "--fault", "no_answer:0.01", "--seed", "2"});
+  const auto rows = rows_of(
+      csv(capture,
+          {"--velocity", "--max-step", "1500", "--columns", "time_ns,position,velocity_counts_s"},
+          format)
+          .out);
+  std::size_t last = rows.size();
+  std::size_t judged = 0;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (rows[i].at("position").empty()) {
+      EXPECT_EQ(rows[i].at("velocity_counts_s"), "");
+      continue;
+    }
+    const std::string& shown = rows[i].at("velocity_counts_s");
+    if (last != rows.size() && !shown.empty()) {
+      auto step =
+          (std::stoll(rows[i].at("position")) - std::stoll(rows[last].at("position"))) & 0xFFFF;
+      if (step >= 0x8000) step -= 0x10000;
+      const double seconds =
+          (std::stod(rows[i].at("time_ns")) - std::stod(rows[last].at("time_ns"))) * 1e-9;
+      const double exact = static_cast<double>(step) / seconds;
+      EXPECT_NEAR(std::stod(shown), exact, std::abs(exact) * 1e-6) << i;
+      ++judged;
+    }
+    last = i;
+  }
+  EXPECT_GT(judged, 1800U);
+  const Outcome scaled = csv(capture, {"--velocity", "--scale", "2^16/turn"}, format);
+  EXPECT_THAT(header_of(scaled), HasSubstr(",limits,position_deg,velocity_deg_s"));
+}
+
+TEST_F(DecodeRows, Hdf5_NeedsAFile) {
+  const std::string capture = simulate("line.vcd", {"-f", "resolute-26", "--cycles", "20"});
+  for (const Words& words : {Words{}, Words{"-o", "-"}, Words{"-o", "/dev/null"}}) {
+    const Outcome outcome = run(Words{"decode", capture, "--to", "hdf5"} + words);
+    EXPECT_EQ(outcome.status, 2);
+    EXPECT_THAT(outcome.err, HasSubstr("--to hdf5: not to a pipe or device; name a file with -o"));
+    EXPECT_EQ(outcome.out, "");
+  }
+  const std::string output = folder.path("rows.h5");
+  EXPECT_EQ(run({"decode", capture, "--to", "hdf5", "-o", output}).status, 0);
+  const std::string first = content_of(output);
+  EXPECT_THAT(first, StartsWith("MATLAB 7.3 MAT-file"));
+  EXPECT_EQ(first.substr(512, 4), "\x89HDF");
+  EXPECT_EQ(run({"decode", capture, "--to", "hdf5", "-o", output}).status, 0);
+  EXPECT_TRUE(content_of(output) == first) << "the same rows give the same file";
+}
+
+TEST_F(DecodeRows, Vcd_ShowsTheTracksAtTheTimesOfTheCapture) {
+  const std::string capture = simulate("line.vcd", {"-f", "resolute-26", "--cycles", "20"});
+  const auto rows = rows_of(csv(capture, {}).out);
+  const std::string output = folder.path("rows.vcd");
+  ASSERT_EQ(run({"decode", capture, "-f", "resolute-26", "--to", "vcd", "--columns",
+                 "position,nE,status", "-o", output})
+                .status,
+            0);
+  const std::string text = content_of(output);
+  EXPECT_THAT(text, HasSubstr("$var integer 27 $ position $end\n$var wire 1 % nE $end\n"
+                              "$var string 1 & status $end\n"));
+  for (const Row& row : rows) {
+    const auto picoseconds =
+        static_cast<long long>(std::llround(std::stod(row.at("time_ns")) * 1e3));
+    EXPECT_THAT(text, HasSubstr(fmt::format("\n#{}\n1\"\n", picoseconds)));
+    EXPECT_THAT(text, HasSubstr(fmt::format("b{:b} $\n", std::stoull(row.at("position")))));
+  }
+  const std::string converted = folder.path("rows.fst");
+  EXPECT_EQ(
+      std::system(fmt::format("vcd2fst '{}' '{}' > /dev/null 2>&1", output, converted).c_str()), 0);
+}
+
+TEST_F(DecodeRows, VcdOfWhatHasNoOneTime_IsRefused) {
+  const std::string capture = simulate("line.vcd", {"-f", "resolute-26", "--cycles", "20"});
+  const Outcome two = run({"decode", capture, capture, "--to", "vcd"});
+  EXPECT_EQ(two.status, 2);
+  EXPECT_THAT(two.err, HasSubstr("--to vcd: of one capture and one pair of lines only"));
+  const std::string csv_capture = simulate("line.csv", {"-f", "resolute-26", "--cycles", "20"});
+  // The same lines, with a pulse of MA before 0.
+  std::string early = content_of(csv_capture);
+  const std::size_t first = early.find('\n') + 1;
+  early.insert(first, "-20000.000,1,1\n-15000.000,0,1\n-14500.000,1,1\n");
+  const std::string before = folder.file("early.csv", early);
+  const std::string output = folder.file("old.vcd", "old");
+  const Words words{"decode", before, "-f", "resolute-26", "--to", "vcd", "-o", output};
+  const Outcome negative = run(words);
+  EXPECT_EQ(negative.status, 2) << early.substr(0, 200);
+  EXPECT_THAT(negative.err, HasSubstr("the capture begins before 0; give --since 0s"));
+  EXPECT_EQ(content_of(output), "old");
+  EXPECT_EQ(run(words + Words{"--since", "0s"}).status, 0);
+}
+
+// Runs the command with files of at most that size, and kills it after a while where `microseconds`
+// is not 0. \return as Outcome::status
+int run_hard(const Words& arguments, rlim_t most_bytes, useconds_t microseconds) {
+  Words words = Words{BISS_COMMAND} + arguments;
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    const int null = ::open("/dev/null", O_RDWR);
+    ::dup2(null, STDOUT_FILENO);
+    ::dup2(null, STDERR_FILENO);
+    const rlimit limit{most_bytes, most_bytes};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+    ::execv(BISS_COMMAND, argv.data());
+    ::_exit(127);
+  }
+  if (microseconds != 0) {
+    ::usleep(microseconds);
+    ::kill(child, SIGKILL);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+TEST_F(DecodeRows, FullDisk_LeavesTheOldFile) {
+  const std::string capture = simulate("line.sr", {"-f", "resolute-26", "--cycles", "20000"});
+  for (const char* to : {"csv", "jsonl", "table", "vcd", "hdf5"}) {
+    const std::string output = folder.file("old", "old");
+    const Words words{"decode", capture, "-f", "resolute-26", "--to", to, "-o", output};
+    EXPECT_EQ(run_hard(words, 300'000, 0), 3) << to;
+    EXPECT_EQ(content_of(output), "old") << to;
+    EXPECT_EQ(run_hard(words, RLIM_INFINITY, 0), 0) << to;
+    EXPECT_NE(content_of(output), "old") << to;
+  }
+  EXPECT_EQ(folder.files(), 2U);
+}
+
+TEST_F(DecodeRows, KilledAtAnyMoment_LeavesTheOldFileOrTheWholeNewOne) {
+  const std::string capture = simulate("line.sr", {"-f", "resolute-26", "--cycles", "4000"});
+  std::size_t killed = 0;
+  for (const char* to : {"csv", "hdf5"}) {
+    const std::string output = folder.path("rows");
+    const Words words{"decode", capture, "-f", "resolute-26", "--to", to, "-o", output};
+    ASSERT_EQ(run_hard(words, RLIM_INFINITY, 0), 0);
+    const std::string whole = content_of(output);
+    for (useconds_t i = 0; i < 50; ++i) {
+      folder.file("rows", "old");
+      const int status = run_hard(words, RLIM_INFINITY, 500 + i * 700);
+      const std::string left = content_of(output);
+      EXPECT_TRUE(left == "old" || left == whole) << left.size();
+      EXPECT_TRUE(status != 0 || left == whole);
+      killed += status == 128 + SIGKILL ? 1U : 0U;
+    }
+    EXPECT_EQ(folder.files(), 2U) << "a temporary file is left";
+  }
+  EXPECT_GT(killed, 0U);
+}
+
+}  // namespace rows_test
+}  // namespace biss::cli
