@@ -302,6 +302,48 @@ Opened open_capture(const std::string& path, const OpenOptions& options) {
   return open_capture(std::move(*opened), path, options);
 }
 
+std::string_view name_of(CaptureCause cause) {
+  switch (cause) {
+    case CaptureCause::cannot_open:
+      return "cannot_open";
+    case CaptureCause::is_directory:
+      return "is_directory";
+    case CaptureCause::read_failed:
+      return "read_failed";
+    case CaptureCause::empty:
+      return "empty";
+    case CaptureCause::unknown_format:
+      return "unknown_format";
+    case CaptureCause::malformed:
+      return "malformed";
+    case CaptureCause::token_too_long:
+      return "token_too_long";
+    case CaptureCause::too_many_lines:
+      return "too_many_lines";
+    case CaptureCause::block_too_large:
+      return "block_too_large";
+    case CaptureCause::time_backwards:
+      return "time_backwards";
+    case CaptureCause::time_out_of_range:
+      return "time_out_of_range";
+    case CaptureCause::damaged:
+      return "damaged";
+    case CaptureCause::too_large:
+      return "too_large";
+    case CaptureCause::layout_missing:
+      return "layout_missing";
+    case CaptureCause::bad_layout:
+      return "bad_layout";
+    case CaptureCause::no_two_levels:
+      return "no_two_levels";
+    case CaptureCause::no_such_channel:
+      return "no_such_channel";
+    case CaptureCause::truncated:
+      return "truncated";
+  }
+  return "";
+}
+
 std::string capture_error_text(const CaptureError& error, std::string_view path) {
   const auto [what, advice] = words_of(error.cause);
   std::string text = place_of(error, path) + ": " + what;

@@ -38,6 +38,9 @@ Opened open_capture(const std::string& path, const OpenOptions& options = {});
 Opened open_capture(std::unique_ptr<ByteSource> bytes, std::string_view path,
                     const OpenOptions& options = {});
 
+/// The enumerator, as scripts see it.
+std::string_view name_of(CaptureCause cause);
+
 /// The error as one line without a line feed: what, where in the file, what to do.
 std::string capture_error_text(const CaptureError& error, std::string_view path);
 

@@ -22,6 +22,7 @@ ExitStatus run(int argc, char** argv) {
   add_explain(command);
   add_plan(command);
   add_registers(command);
+  add_archive(command);
   add_safety(command);
   add_simulate(command);
   return command.run(argc, argv);

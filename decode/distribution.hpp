@@ -37,6 +37,22 @@ class Distribution {
   /// From there to the value with a tenth of the others above it. \pre count() > 0
   std::int64_t spread() const { return at_rank(count_ - 1 - (count_ - 1) / 10) - tenth(); }
 
+  /// The smallest value of the bucket that has this value; below 1024 the value itself.
+  static std::int64_t bucket_begin(std::int64_t value) {
+    return begin_of(bucket_of(std::max<std::int64_t>(value, 0)));
+  }
+  /// What a value of the bucket that begins here is taken for. \pre `begin` is a bucket_begin()
+  static std::int64_t bucket_middle(std::int64_t begin) { return middle_of(bucket_of(begin)); }
+  /// Calls visit(begin, count) for buckets with values, in any order, a bucket once or several
+  /// times: the counts of a bucket add up.
+  template <class Visit>
+  void for_each_bucket(Visit visit) const {
+    for (const std::int64_t value : values_) visit(bucket_begin(value), std::uint64_t{1});
+    for (std::size_t bucket = 0; bucket < buckets_.size(); ++bucket) {
+      if (buckets_[bucket] != 0) visit(begin_of(bucket), buckets_[bucket]);
+    }
+  }
+
  private:
   static constexpr std::size_t exact_values = std::size_t{1} << 16U;
   static constexpr unsigned mantissa_bits = 10;
@@ -64,12 +80,20 @@ class Distribution {
     return (std::size_t{shift} << (mantissa_bits - 1)) + static_cast<std::size_t>(v >> shift);
   }
 
-  static std::int64_t middle_of(std::size_t bucket) {
-    if (bucket < (std::size_t{1} << mantissa_bits)) return static_cast<std::int64_t>(bucket);
+  // Of the values of a bucket, all but these bits are the same.
+  static std::size_t shift_of(std::size_t bucket) {
     constexpr std::size_t half = std::size_t{1} << (mantissa_bits - 1);
-    const std::size_t shift = bucket / half - 1;
-    const std::size_t mantissa = bucket - shift * half;
-    return static_cast<std::int64_t>((mantissa << shift) + ((std::size_t{1} << shift) / 2));
+    return bucket < 2 * half ? 0 : bucket / half - 1;
+  }
+
+  static std::int64_t begin_of(std::size_t bucket) {
+    constexpr std::size_t half = std::size_t{1} << (mantissa_bits - 1);
+    const std::size_t shift = shift_of(bucket);
+    return static_cast<std::int64_t>((bucket - shift * half) << shift);
+  }
+
+  static std::int64_t middle_of(std::size_t bucket) {
+    return begin_of(bucket) + static_cast<std::int64_t>((std::size_t{1} << shift_of(bucket)) / 2);
   }
 
   void to_buckets() {

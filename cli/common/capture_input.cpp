@@ -88,10 +88,14 @@ ExitStatus open_file(CaptureFile& file, const InputArguments& arguments) {
                             name_in(file.path, arguments.slo));
   }
   capture::OpenedBytes bytes = capture::open_bytes(file.path);
-  if (!bytes) return fail(ExitStatus::io, capture::capture_error_text(bytes.error(), file.path));
+  if (!bytes) {
+    file.cause = bytes.error().cause;
+    return fail(ExitStatus::io, capture::capture_error_text(bytes.error(), file.path));
+  }
   file.position = ReadPosition((*bytes)->regular_file());
   capture::Opened opened = capture::open_capture(std::move(*bytes), file.path, options);
   if (!opened) {
+    file.cause = opened.error().cause;
     const bool usage = opened.error().cause == capture::CaptureCause::no_such_channel;
     return fail(usage ? ExitStatus::usage : ExitStatus::io,
                 open_error_text(opened.error(), file.path, options));
@@ -131,10 +135,11 @@ std::optional<unsigned> ReadPosition::percent() const {
 ExitStatus CaptureInput::open(std::vector<CaptureFile> files, const InputArguments& arguments) {
   *this = CaptureInput();
   std::vector<capture::NamedSource> sources;
-  bool any_raw = files.size() < arguments.files.size();
+  bool any_raw = arguments.one_of_many || files.size() < arguments.files.size();
   bool any_analog = any_raw;
   for (CaptureFile& file : files) {
     const ExitStatus opened = open_file(file, arguments);
+    cause_ = file.cause;
     if (opened != ExitStatus::done) return opened;
     any_raw = any_raw || file.source->is_raw();
     any_analog = any_analog || file.source->is_analog();
@@ -300,6 +305,7 @@ void CaptureInput::note_error(const capture::CaptureError& error) {
   const auto* merged = dynamic_cast<const capture::MergedSource*>(source_.get());
   const std::size_t which = merged != nullptr ? merged->failed_source() : 0;
   error_ = capture::capture_error_text(error, paths_[which]);
+  cause_ = error.cause;
 }
 
 capture::PairSource& CaptureInput::pairs(const decode::Lines& lines) {

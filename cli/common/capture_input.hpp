@@ -32,6 +32,9 @@ struct InputArguments {
   bool any_lines = false;
   /// The verb has the option --each.
   bool has_each = false;
+  /// The capture is one of many that the command line does not name: options for raw samples and
+  /// voltages do not need to fit it.
+  bool one_of_many = false;
   /// As OpenOptions::no_verify.
   bool no_verify = false;
   RawSamples raw;
@@ -57,6 +60,8 @@ struct CaptureFile {
   std::string path;
   std::unique_ptr<capture::EdgeSource> source = nullptr;
   ReadPosition position{-1};
+  /// Why it could not be opened.
+  std::optional<capture::CaptureCause> cause = std::nullopt;
 };
 
 /// A capture: one file, or several that are read as one.
@@ -106,6 +111,8 @@ class CaptureInput {
   std::string progress_text() const;
   /// One line, empty while reading succeeds.
   const std::string& error() const { return error_; }
+  /// Why the capture could not be opened, or not read further.
+  const std::optional<capture::CaptureCause>& cause() const { return cause_; }
 
  private:
   std::string request_for(const std::string& text, const InputArguments& arguments) const;
@@ -123,6 +130,7 @@ class CaptureInput {
   bool beginning_pending_ = false;
   bool ended_ = false;
   std::string error_;
+  std::optional<capture::CaptureCause> cause_;
 };
 
 /// The captures of a command line. Files are read as one capture where each has one line, or where

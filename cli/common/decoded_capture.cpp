@@ -93,6 +93,14 @@ void add_capture_options(Verb verb, CaptureArguments& arguments) {
   add_raw_options(verb, arguments.raw);
 }
 
+void add_folder_options(Verb verb, CaptureArguments& arguments) {
+  verb.add_option("DIR", arguments.files,
+                  "Folders with captures of any format, and the folders in them; also single files")
+      .file(FileUse::read);
+  add_decode_options(verb, arguments);
+  add_raw_options(verb, arguments.raw);
+}
+
 void add_pair_options(Verb verb, CaptureArguments& arguments) {
   verb.add_option("FILE", arguments.files,
                   "The capture GOOD and the capture BAD; where each file has one line: the two "

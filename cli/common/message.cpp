@@ -8,7 +8,21 @@
 
 namespace biss::cli {
 
+namespace {
+
+thread_local KeptMessages* kept = nullptr;
+
+}  // namespace
+
+KeptMessages::KeptMessages() : outer_(kept) { kept = this; }
+KeptMessages::~KeptMessages() { kept = outer_; }
+bool KeptMessages::in_use() { return kept != nullptr; }
+
 void warn(std::string_view text) {
+  if (kept != nullptr) {
+    kept->lines_.emplace_back(text);
+    return;
+  }
   std::string line = "biss: ";
   report::append_printable(line, text);
   line.push_back('\n');

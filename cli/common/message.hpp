@@ -3,6 +3,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "cli/common/exit_status.hpp"
 
@@ -22,6 +23,27 @@ struct VerbError {
   std::string text;
 };
 ExitStatus fail(const VerbError& error);
+
+/// While it exists, this thread prints no message and no progress; the messages are kept here. For
+/// work on captures of which many are read at a time.
+class KeptMessages {
+ public:
+  KeptMessages();
+  ~KeptMessages();
+  KeptMessages(const KeptMessages&) = delete;
+  KeptMessages& operator=(const KeptMessages&) = delete;
+
+  /// In the order in which they came, without `biss:`.
+  const std::vector<std::string>& lines() const { return lines_; }
+  /// This thread has one.
+  static bool in_use();
+
+ private:
+  friend void warn(std::string_view text);
+
+  std::vector<std::string> lines_;
+  KeptMessages* outer_;
+};
 
 /// Prints text as it is on stderr: a summary block.
 void print_summary(std::string_view text);

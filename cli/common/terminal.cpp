@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <string>
 
+#include "cli/common/message.hpp"
 #include "report/text.hpp"
 
 namespace biss::cli {
@@ -32,7 +33,7 @@ std::size_t terminal_columns(int descriptor) {
 
 Progress::Progress()
     : next_(std::chrono::steady_clock::now() + first_after),
-      wanted_(::isatty(STDERR_FILENO) == 1) {}
+      wanted_(!KeptMessages::in_use() && ::isatty(STDERR_FILENO) == 1) {}
 
 Progress::~Progress() {
   if (wanted_) clear_progress();

@@ -5,6 +5,7 @@ namespace biss::cli {
 
 class Command;
 
+void add_archive(Command& command);
 void add_decode(Command& command);
 void add_check(Command& command);
 void add_compare(Command& command);

@@ -1,13 +1,13 @@
 // biss safety campaign: inject faults into frames and count undetected errors, with the exact theory.
 #include <fmt/format.h>
 
-#include <charconv>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "cli/common/shard_option.hpp"
 #include "cli/common/terminal.hpp"
 #include "cli/common/verb.hpp"
 #include "cli/safety/campaign_plan.hpp"
@@ -34,7 +34,7 @@ struct CampaignOptions {
   std::uint64_t frames = 10'000'000;
   std::uint64_t seed = 1;
   unsigned threads = 0;
-  std::string shard;
+  lab::Shard shard;
   std::string state;
   Picoseconds save_every = milliseconds(5000);
   bool plain = false;
@@ -47,19 +47,6 @@ struct CampaignOptions {
 
 ExitStatus bad_format(const std::string& name) {
   return fail(ExitStatus::usage, safety_format_error(name));
-}
-
-std::optional<lab::Shard> parse_shard(const std::string& text) {
-  if (text.empty()) return lab::Shard{};
-  lab::Shard shard;
-  const char* end = text.data() + text.size();
-  const auto first = std::from_chars(text.data(), end, shard.number);
-  if (first.ec != std::errc() || first.ptr == end || *first.ptr != '/') return std::nullopt;
-  const auto second = std::from_chars(first.ptr + 1, end, shard.count);
-  if (second.ec != std::errc() || second.ptr != end) return std::nullopt;
-  if (shard.number == 0 || shard.number > shard.count) return std::nullopt;
-  if (shard.count > lab::max_shards) return std::nullopt;
-  return shard;
 }
 
 tl::expected<lab::CampaignState, std::string> read_state_of(const std::string& path) {
@@ -125,10 +112,6 @@ ExitStatus count_blocks(const lab::CampaignFrame& frame, lab::CampaignState& sta
 
 ExitStatus run_counts(const lab::CampaignFrame& frame, lab::CampaignPlan plan,
                       const CampaignOptions& options) {
-  const auto shard = parse_shard(options.shard);
-  if (!shard)
-    return fail(ExitStatus::usage,
-                "--shard takes K/N, 1/7 to 7/7 for example; N is at most 1048576");
   if (!options.plain) add_importance(frame, plan);
   lab::CampaignState state(plan);
   if (!options.state.empty() && std::filesystem::exists(options.state)) {
@@ -143,7 +126,7 @@ ExitStatus run_counts(const lab::CampaignFrame& frame, lab::CampaignPlan plan,
     if (!fits(frame, *before)) return fail(ExitStatus::io, too_many_bits(options.state));
     state = std::move(*before);
   }
-  const ExitStatus status = count_blocks(frame, state, *shard, options);
+  const ExitStatus status = count_blocks(frame, state, options.shard, options);
   return status == ExitStatus::done ? print_state(frame, state, options) : status;
 }
 
@@ -267,7 +250,7 @@ Run add_safety_campaign(Verb verb) {
   add_count_option(verb, "--seed", into(options->seed), "Random seed; 1 by default");
   add_count_option(verb, "--threads", into(options->threads),
                    "Worker threads; by default one per core", 1024);
-  verb.add_option("--shard", options->shard, "Count only the K-th of N parts").type_name("K/N");
+  add_shard_option(verb, options->shard, "Count only the K-th of N parts");
   verb.add_option("--state", options->state, "Save progress to this file, and continue from it")
       .type_name("FILE")
       .file(FileUse::read_and_write);

@@ -115,6 +115,7 @@ TEST(Help, Version_HasAShortOption) {
 class ExampleFolder {
  public:
   ExampleFolder() {
+    std::filesystem::create_directory(path("captures"));
     folder_.file("encoder.eds",
                  "[registers]\nEDS_BANK = 2\nMFR_ID = 0x6943\n"
                  "[common]\nTMA = 100ns\nTBUSY_MAX = 10us?\nTO_MAX = 20us?\n"
@@ -131,7 +132,10 @@ class ExampleFolder {
           "simulate -f resolute-26 --sample-rate 100MHz -o samples.bin",
           "simulate -f pos26,nE,nW,crc6 -o master.vcd", "simulate -f resolute-26 -o good.vcd",
           "simulate -f resolute-26 --clock 2MHz -o bad.vcd",
-          "safety campaign -f fs-36-28 --frames 5000 --shard 2/7 --state part2.json"}) {
+          "safety campaign -f fs-36-28 --frames 5000 --shard 2/7 --state part2.json",
+          "simulate -f resolute-26 -o captures/a.vcd",
+          "archive captures --shard 1/2 -o shard1.json",
+          "archive captures --shard 2/2 -o shard2.json"}) {
       EXPECT_LE(status_of(std::string("biss ") + command), 1) << command << '\n' << error();
     }
     // One line for each file, each with its own name.

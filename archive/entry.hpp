@@ -1,0 +1,102 @@
+// What is known of one file of an archive.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "archive/date.hpp"
+#include "archive/figures.hpp"
+#include "archive/histogram.hpp"
+
+namespace biss::archive {
+
+/// A pair of MA and SLO in a capture.
+struct LinkEntry {
+  std::string ma;
+  std::string slo;
+  /// The frame format in its canonical text; empty where it is not known.
+  std::string format;
+  /// Encoders of the catalogue that the frames can be from.
+  std::vector<std::string> encoders;
+  /// The frames show this format and not the one that was given; empty where they do not.
+  std::string other_format;
+  Counts counts;
+  /// By Quantity; absent where it was not seen.
+  std::array<std::optional<Range>, quantity_count> ranges;
+  /// By Quantity. Empty in a summary, where the histograms of a group hold the values.
+  std::vector<Histogram> histograms;
+
+  bool operator==(const LinkEntry&) const = default;
+};
+
+/// How much of a file was read.
+enum class Reading : std::uint8_t {
+  whole,
+  part,  ///< the cycles before the cause are counted
+  none,
+};
+
+constexpr std::string_view name_of(Reading reading) {
+  constexpr std::array<std::string_view, 3> names{"whole", "part", "none"};
+  return names[static_cast<std::size_t>(reading)];
+}
+
+/// Texts are valid UTF-8, see utf8_text().
+struct FileEntry {
+  std::string path;
+  std::uint64_t bytes = 0;
+  /// Absent where there is no file, as at the end of a broken link.
+  std::optional<Day> day;
+  /// The day is from the path; else it is that of the file's last change.
+  bool dated_by_path = false;
+  Reading reading = Reading::none;
+  /// Why it was not read, or not to its end: one name for each cause, listed in docs/archive.md.
+  /// Empty with Reading::whole.
+  std::string cause;
+  /// The same as a sentence.
+  std::string message;
+  std::vector<LinkEntry> links;
+
+  bool operator==(const FileEntry&) const = default;
+  /// Something is wrong with the file or its links that makes it a capture to look at. Files that
+  /// hold no BiSS C at all have no finding.
+  bool has_finding() const;
+};
+
+/// A capture without links that has this cause is no capture of BiSS C, not a damaged one.
+bool is_foreign(std::string_view cause);
+
+/// `a` is worse than `b`: captures with a finding by the share of their faults, errors, limits,
+/// marginal cycles and warnings; then damaged files of which nothing was read; then captures with
+/// cycles that were not checked, because the format is not known; then good ones; foreign files
+/// last. Equal ones by their path.
+bool is_worse(const FileEntry& a, const FileEntry& b);
+
+/// Valid UTF-8, different for different texts: the text, or where it is no UTF-8, or has `\x`, the
+/// text with these bytes and each backslash as `\xNN`.
+std::string utf8_text(std::string_view text);
+
+/// What a file was when it was read: if both are the same, it has not changed.
+struct FileStamp {
+  std::uint64_t bytes = 0;
+  /// Of its last change, in nanoseconds since 1970.
+  std::int64_t time = 0;
+  bool operator==(const FileStamp&) const = default;
+};
+
+struct StampedEntry {
+  FileStamp stamp;
+  FileEntry entry;
+};
+
+/// One line without a line feed, with a checksum.
+std::string journal_line(const StampedEntry& entry);
+/// Reads the text of journal_line(); the cause where it is damaged.
+tl::expected<StampedEntry, std::string> read_journal_line(std::string_view line);
+
+}  // namespace biss::archive

@@ -1,0 +1,218 @@
+#include "archive/listing.hpp"
+
+#include <dirent.h>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <set>
+#include <system_error>
+#include <tuple>
+#include <utility>
+
+#include "archive/summary.hpp"
+
+namespace biss::archive {
+
+namespace {
+
+using Status = struct stat;
+
+std::string reason(int cause) { return std::generic_category().message(cause); }
+
+FileStamp stamp_of(const Status& status) {
+  constexpr std::int64_t second_ns = 1'000'000'000;
+  return {static_cast<std::uint64_t>(status.st_size),
+          std::int64_t{status.st_mtim.tv_sec} * second_ns + status.st_mtim.tv_nsec};
+}
+
+// The path without links; empty where it leads nowhere.
+std::string real_path(const std::string& path) {
+  const std::unique_ptr<char, decltype(&std::free)> real(::realpath(path.c_str(), nullptr),
+                                                         &std::free);
+  return real ? std::string(real.get()) : std::string();
+}
+
+bool lies_in(const std::string& path, const std::string& folder) {
+  return path == folder || folder == "/" ||
+         (path.starts_with(folder) && path[folder.size()] == '/');
+}
+
+std::string below(const std::string& folder, const std::string& name) {
+  return folder.ends_with('/') ? folder + name : folder + '/' + name;
+}
+
+std::string name_of_path(const std::string& path) {
+  return path.substr(path.rfind('/') + 1);  // npos + 1 is 0
+}
+
+// The names in a folder, sorted; nothing and errno where it cannot be read.
+std::optional<std::vector<std::string>> names_in(const std::string& folder) {
+  const std::unique_ptr<DIR, int (*)(DIR*)> open(::opendir(folder.c_str()), ::closedir);
+  if (!open) return std::nullopt;
+  std::vector<std::string> names;
+  errno = 0;
+  while (const dirent* entry = ::readdir(open.get())) {
+    const std::string name = entry->d_name;
+    if (name != "." && name != "..") names.push_back(name);
+    errno = 0;
+  }
+  if (errno != 0) return std::nullopt;
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+// Written by this program, also where it is only begun.
+bool is_own_file(const std::string& path, const Status& status) {
+  const std::string name = name_of_path(path);
+  if (name.starts_with(".biss-") && name.ends_with(".tmp")) return true;
+  const bool journal = name.ends_with(".journal");
+  if (!journal && !name.ends_with(".json")) return false;
+  if (status.st_size == 0) return journal;
+  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
+  if (file < 0) return false;
+  std::array<char, own_files_begin.size()> head{};
+  const bool own = ::read(file, head.data(), head.size()) == static_cast<ssize_t>(head.size()) &&
+                   std::string_view(head.data(), head.size()) == own_files_begin;
+  ::close(file);
+  return own;
+}
+
+class Walk {
+ public:
+  // \param roots paths and, for each, the same without links
+  explicit Walk(const std::vector<std::pair<std::string, std::string>>& roots) {
+    for (const auto& [path, real] : roots) ends_.push_back(real);
+    for (const auto& [path, real] : roots) begin(path);
+    // Links to folders first: what they lead to is known when a link to a file in it follows.
+    while (!folder_links_.empty()) follow_folder(take_first(folder_links_));
+    for (const std::string& link : file_links_) follow_file(link);
+  }
+
+  std::vector<ListedFile> files() {
+    std::sort(files_.begin(), files_.end(),
+              [](const ListedFile& a, const ListedFile& b) { return a.path < b.path; });
+    return std::move(files_);
+  }
+
+ private:
+  static std::string take_first(std::set<std::string>& paths) {
+    return std::move(paths.extract(paths.begin()).value());
+  }
+
+  void leave_out(const std::string& path, const char* cause, const std::string& why) {
+    files_.push_back({path, {}, cause, fmt::format("{}: {}", path, why)});
+  }
+
+  // The path may be a link.
+  void begin(const std::string& path) {
+    Status status{};
+    if (::stat(path.c_str(), &status) != 0) return leave_out(path, "cannot_open", reason(errno));
+    take(path, status);
+    while (!folders_.empty()) {
+      const std::string folder = std::move(folders_.back());
+      folders_.pop_back();
+      walk_folder(folder);
+    }
+  }
+
+  void walk_folder(const std::string& folder) {
+    const auto names = names_in(folder);
+    if (!names) return leave_out(folder, "folder_unreadable", reason(errno));
+    for (const std::string& name : *names) {
+      const std::string path = below(folder, name);
+      Status status{};
+      if (::lstat(path.c_str(), &status) != 0) {
+        leave_out(path, "cannot_open", reason(errno));
+      } else if (!S_ISLNK(status.st_mode)) {
+        take(path, status);
+      } else if (::stat(path.c_str(), &status) != 0) {
+        leave_out(path, "broken_link", reason(errno));
+      } else {
+        (S_ISDIR(status.st_mode) ? folder_links_ : file_links_).insert(path);
+      }
+    }
+  }
+
+  void take(const std::string& path, const Status& status) {
+    if (S_ISDIR(status.st_mode)) {
+      folders_.push_back(path);
+    } else if (!S_ISREG(status.st_mode)) {
+      leave_out(path, "not_a_file", "a pipe, a socket or a device");
+    } else if (!is_own_file(path, status)) {
+      files_.push_back({path, stamp_of(status), {}, {}});
+    }
+  }
+
+  void follow_folder(const std::string& link) {
+    const std::string real = real_path(link);
+    const bool known = std::any_of(ends_.begin(), ends_.end(), [&](const std::string& end) {
+      return lies_in(real, end) || lies_in(end, real);
+    });
+    if (known) return leave_out(link, "link", read_elsewhere);
+    ends_.push_back(real);
+    begin(link);
+  }
+
+  void follow_file(const std::string& link) {
+    const std::string real = real_path(link);
+    const bool known = std::any_of(ends_.begin(), ends_.end(),
+                                   [&](const std::string& end) { return lies_in(real, end); }) ||
+                       !file_ends_.insert(real).second;
+    if (known) return leave_out(link, "link", read_elsewhere);
+    begin(link);
+  }
+
+  static constexpr const char* read_elsewhere = "a link to what is read elsewhere";
+
+  // What is read, without links: the paths given, and the folders and files that links lead to.
+  std::vector<std::string> ends_;
+  std::set<std::string> file_ends_;
+  std::vector<std::string> folders_;
+  std::set<std::string> folder_links_;
+  std::set<std::string> file_links_;
+  std::vector<ListedFile> files_;
+};
+
+}  // namespace
+
+bool read_stamp(const std::string& path, FileStamp& stamp) {
+  Status status{};
+  if (::stat(path.c_str(), &status) != 0) return false;
+  stamp = stamp_of(status);
+  return true;
+}
+
+tl::expected<std::vector<ListedFile>, std::string> list_files(
+    const std::vector<std::string>& paths) {
+  std::vector<std::pair<std::string, std::string>> roots;
+  for (const std::string& path : paths) {
+    std::string real = real_path(path);
+    if (real.empty()) return tl::unexpected(fmt::format("{}: {}", path, reason(errno)));
+    std::string plain = std::filesystem::path(path).lexically_normal();
+    if (plain.size() > 1 && plain.ends_with('/')) plain.pop_back();
+    roots.emplace_back(std::move(plain), std::move(real));
+  }
+  // Of two names of a folder, and of a folder and what is in it, one is read.
+  std::sort(roots.begin(), roots.end(), [](const auto& a, const auto& b) {
+    return std::tie(a.second, a.first) < std::tie(b.second, b.first);
+  });
+  std::vector<std::pair<std::string, std::string>> apart;
+  for (auto& root : roots) {
+    const bool inside = std::any_of(apart.begin(), apart.end(), [&](const auto& other) {
+      return lies_in(root.second, other.second);
+    });
+    if (!inside) apart.push_back(std::move(root));
+  }
+  return Walk(apart).files();
+}
+
+}  // namespace biss::archive

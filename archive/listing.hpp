@@ -1,0 +1,36 @@
+// The files of an archive, in an order that depends on nothing but their paths.
+#pragma once
+
+#include <string>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "archive/entry.hpp"
+
+namespace biss::archive {
+
+/// A file below one of the folders, or why something there is not read.
+struct ListedFile {
+  /// As given, without `./`, and the names below it. Bytes as the system has them.
+  std::string path;
+  FileStamp stamp;
+  /// Empty: to be read. Else a cause of FileEntry, and a sentence.
+  std::string cause;
+  std::string message;
+};
+
+/// Lists all files at and below these paths, sorted by path, each path once.
+///
+/// A symbolic link is followed where it leads to a file or folder outside of all of `paths` that no
+/// earlier link leads to; any other has the cause `link`, or `broken_link`. So nothing is counted
+/// twice and no circle is entered. Files that this program writes (summaries, journals, temporary
+/// files) are left out. Folders that cannot be read have the cause `folder_unreadable`; pipes,
+/// sockets and devices `not_a_file`.
+/// \return the files, or one line: which of `paths` does not exist
+tl::expected<std::vector<ListedFile>, std::string> list_files(
+    const std::vector<std::string>& paths);
+
+/// Reads the stamp of a file; false where it is gone.
+bool read_stamp(const std::string& path, FileStamp& stamp);
+
+}  // namespace biss::archive

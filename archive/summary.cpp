@@ -1,0 +1,143 @@
+#include "archive/summary.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "archive/hash.hpp"
+#include "archive/json.hpp"
+
+namespace biss::archive {
+
+std::string journal_header(const Setup& setup) {
+  return text_of(
+      Json{{"biss_archive_journal", 1}, {"program", setup.program}, {"settings", setup.settings}});
+}
+
+void ListMark::add(std::string_view path) {
+  ++files;
+  hash += hash_of(path);
+}
+
+void ListMark::add(const ListMark& other) {
+  files += other.files;
+  hash += other.hash;
+}
+
+std::uint64_t Parts::files_of(std::uint64_t all) const {
+  std::uint64_t sum = 0;
+  for (const std::uint64_t part : done) sum += all / count + (part <= all % count ? 1 : 0);
+  return sum;
+}
+
+std::string Parts::missing() const {
+  constexpr std::size_t most = 8;
+  std::string text;
+  std::size_t named = 0;
+  for (std::uint64_t part = 1; part <= count && named <= most; ++part) {
+    if (done.contains(part)) continue;
+    text += named == most ? ", ..." : fmt::format("{}{}", named == 0 ? "" : ", ", part);
+    ++named;
+  }
+  return text;
+}
+
+GroupKey group_of(const FileEntry& file, const LinkEntry& link) {
+  const std::size_t slash = file.path.rfind('/');
+  std::string folder = ".";
+  if (slash != std::string::npos) folder = slash == 0 ? "/" : file.path.substr(0, slash);
+  return {std::move(folder), link.ma, link.slo, link.format};
+}
+
+void Group::add(const Group& other) {
+  captures += other.captures;
+  counts.add(other.counts);
+  for (std::size_t i = 0; i < quantity_count; ++i) histograms[i].add(other.histograms[i]);
+}
+
+void Summary::add(FileEntry entry) {
+  for (LinkEntry& link : entry.links) {
+    Group& group = groups[group_of(entry, link)];
+    ++group.captures;
+    group.counts.add(link.counts);
+    for (std::size_t i = 0; i < link.histograms.size(); ++i) {
+      group.histograms[i].add(link.histograms[i]);
+    }
+    link.histograms = {};
+  }
+  files.push_back(std::move(entry));
+}
+
+std::map<GroupKey, std::vector<PlacedLink>> captures_of(const Summary& summary) {
+  std::map<GroupKey, std::vector<PlacedLink>> captures;
+  for (const FileEntry& file : summary.files) {
+    for (const LinkEntry& link : file.links) {
+      captures[group_of(file, link)].push_back({&file, &link});
+    }
+  }
+  return captures;
+}
+
+namespace {
+
+using ListKey = std::pair<ListMark, std::uint64_t>;
+
+// A path that occurs twice; nothing where there is none.
+const std::string* path_of_two(const std::vector<FileEntry>& files) {
+  std::vector<const std::string*> paths;
+  for (const FileEntry& file : files) paths.push_back(&file.path);
+  std::sort(paths.begin(), paths.end(), [](auto* a, auto* b) { return *a < *b; });
+  const auto twice =
+      std::adjacent_find(paths.begin(), paths.end(), [](auto* a, auto* b) { return *a == *b; });
+  return twice == paths.end() ? nullptr : *twice;
+}
+
+}  // namespace
+
+tl::expected<Summary, std::string> merge(std::vector<NamedSummary> parts) {
+  const auto wrong = [](const std::string& name, const std::string& why) {
+    return tl::make_unexpected(fmt::format("{}: {}", name, why));
+  };
+  Summary sum;
+  sum.setup = parts.front().second.setup;
+  std::map<ListKey, Parts> lists;
+  for (auto& [name, part] : parts) {
+    if (part.setup.program != sum.setup.program) {
+      return wrong(name, fmt::format("made by {}, {} by {}", part.setup.program,
+                                     parts.front().first, sum.setup.program));
+    }
+    if (part.setup != sum.setup) {
+      return wrong(name, fmt::format("made with other options than {}", parts.front().first));
+    }
+    Parts& list = lists[{part.list, part.parts.count}];
+    list.count = part.parts.count;
+    for (const std::uint64_t each : part.parts.done) {
+      if (!list.done.insert(each).second) {
+        return wrong(name,
+                     fmt::format("shard {} of {} is in an earlier file too", each, list.count));
+      }
+    }
+    for (FileEntry& file : part.files) sum.files.push_back(std::move(file));
+    for (const auto& [key, group] : part.groups) sum.groups[key].add(group);
+    part = {};
+  }
+  for (const auto& [list, of_list] : lists) {
+    sum.list.add(list.first);
+    if (of_list.complete()) continue;
+    if (lists.size() == 1) {
+      sum.parts = of_list;
+      return sum;
+    }
+    return wrong(parts.front().first,
+                 fmt::format("the shards are not of one list of files, or some are missing: {} of "
+                             "{}; run all shards on the same files",
+                             of_list.missing(), of_list.count));
+  }
+  if (const std::string* twice = path_of_two(sum.files)) {
+    return wrong(*twice, "this file is in two of the summaries");
+  }
+  sum.parts = {.count = 1, .done = {1}};
+  return sum;
+}
+
+}  // namespace biss::archive

@@ -1,0 +1,110 @@
+// The figures of an archive: what each file is, and the sums of each encoder. Summaries of parts add
+// up to that of the whole, byte for byte.
+#pragma once
+
+#include <array>
+#include <compare>
+#include <cstdint>
+#include <istream>
+#include <map>
+#include <set>
+#include <string>
+#include <tl/expected.hpp>
+#include <utility>
+#include <vector>
+
+#include "archive/drift.hpp"
+#include "archive/entry.hpp"
+#include "report/sink.hpp"
+
+namespace biss::archive {
+
+/// What two summaries must have in common, so that their figures mean the same.
+struct Setup {
+  /// The program and its version.
+  std::string program;
+  /// The options that decide how captures are read, as typed.
+  std::vector<std::string> settings;
+  bool operator==(const Setup&) const = default;
+};
+
+/// The line that a journal begins with.
+std::string journal_header(const Setup& setup);
+
+/// Files named *.json and *.journal that begin with this were written by this program.
+inline constexpr std::string_view own_files_begin = R"({"biss_archive)";
+
+/// Names a list of files, whatever their order: how many, and the sum of the hashes of their paths.
+struct ListMark {
+  std::uint64_t files = 0;
+  std::uint64_t hash = 0;
+
+  auto operator<=>(const ListMark&) const = default;
+  void add(std::string_view path);
+  void add(const ListMark& other);
+};
+
+/// Which parts of a list are in a summary: part k of n holds the files k, k + n, k + 2n, …, counted
+/// from 1.
+struct Parts {
+  std::uint64_t count = 1;
+  std::set<std::uint64_t> done;
+
+  bool complete() const { return done.size() == count; }
+  /// The numbers of the first ones that are missing: `3, 5`.
+  std::string missing() const;
+  /// The files of these parts of a list.
+  std::uint64_t files_of(std::uint64_t all) const;
+};
+
+/// An encoder: the links in the captures of one folder with the same line names and frame format.
+struct GroupKey {
+  std::string folder;
+  std::string ma;
+  std::string slo;
+  std::string format;
+  auto operator<=>(const GroupKey&) const = default;
+};
+GroupKey group_of(const FileEntry& file, const LinkEntry& link);
+
+struct Group {
+  std::uint64_t captures = 0;
+  Counts counts;
+  /// By Quantity.
+  std::array<Histogram, quantity_count> histograms;
+
+  void add(const Group& other);
+};
+
+struct Summary {
+  Setup setup;
+  /// The whole list, whichever of its parts are here.
+  ListMark list;
+  Parts parts;
+  std::vector<FileEntry> files;
+  std::map<GroupKey, Group> groups;
+
+  /// Takes the histograms out of the entry.
+  void add(FileEntry entry);
+};
+
+/// A summary and what the user calls it.
+using NamedSummary = std::pair<std::string, Summary>;
+
+/// Adds up parts of one list of files, and complete lists that have no file in common.
+/// \param parts at least one
+/// \return the sum; where parts of the only list are missing, those that are there. Else one line:
+///   which file does not fit, and why
+tl::expected<Summary, std::string> merge(std::vector<NamedSummary> parts);
+
+/// Writes the summary as JSON, in the order of its files: see is_worse(). False when the sink has failed.
+bool write_summary(const Summary& summary, report::TextSink& sink);
+
+/// Reads the text of write_summary(). Sums are compared with the files, and files with the list.
+/// \return the summary, or the cause why the text is none
+tl::expected<Summary, std::string> read_summary(std::istream& text);
+
+/// The links of each group, in the order of the files.
+std::map<GroupKey, std::vector<PlacedLink>> captures_of(const Summary& summary);
+
+}  // namespace biss::archive

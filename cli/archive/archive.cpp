@@ -1,0 +1,172 @@
+// `biss archive`: many captures in one pass, and one summary of all.
+#include "cli/archive/archive.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "cli/common/files.hpp"
+#include "cli/common/message.hpp"
+#include "cli/common/shard_option.hpp"
+#include "cli/common/verb.hpp"
+#include "cli/common/verbs.hpp"
+#include "cli/safety/evidence.hpp"
+
+namespace biss::cli {
+
+namespace {
+
+struct ArchiveOptions {
+  CaptureArguments capture;
+  std::string list;
+  lab::Shard shard;
+  unsigned threads = 0;
+  SummaryOptions summary;
+  std::vector<std::string> parts;
+  std::optional<Verb> read;
+  std::optional<Verb> merge;
+};
+
+// Figures of different programs do not add up.
+std::string program_text() {
+  const std::string commit = build_commit;
+  return fmt::format("biss {}{}", BISS_VERSION, commit.empty() ? "" : " " + commit);
+}
+
+// The options that decide what is read in a file, in the order of their names.
+std::vector<std::string> settings_of(const Verb& verb) {
+  constexpr std::array<std::string_view, 7> others{
+      "DIR", "--files-from", "--shard", "--threads", "--output", "--worst", "--to"};
+  std::vector<std::string> settings;
+  for (const Option& option : verb.given_options()) {
+    if (std::find(others.begin(), others.end(), option.name()) != others.end()) continue;
+    settings.push_back(fmt::format("{} {}", option.name(), fmt::join(option.values(), " ")));
+  }
+  std::sort(settings.begin(), settings.end());
+  for (std::string& setting : settings) setting = archive::utf8_text(setting);
+  return settings;
+}
+
+// Beside the output; nothing where that is no file.
+std::string journal_of(const std::string& output) {
+  if (output.empty() || output == "-") return {};
+  const std::string target = follow_links(output);
+  struct stat about {};
+  const bool exists = ::stat(target.c_str(), &about) == 0;
+  if (target.empty() || names_a_descriptor(target) || (exists && !S_ISREG(about.st_mode))) {
+    return {};
+  }
+  return target + ".journal";
+}
+
+// The lines of a file that names files.
+tl::expected<std::vector<std::string>, std::string> read_list(const std::string& path) {
+  std::ifstream file(path);
+  if (!file) return tl::unexpected(fmt::format("{}: cannot open it", path));
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(file, line);) {
+    if (!line.empty()) lines.push_back(std::move(line));
+  }
+  if (file.bad()) return tl::unexpected(fmt::format("{}: cannot read it", path));
+  return lines;
+}
+
+ExitStatus run_read(const ArchiveOptions& options) {
+  std::vector<std::string> paths = options.capture.files;
+  if (!options.list.empty()) {
+    auto listed = read_list(options.list);
+    if (!listed) return fail(ExitStatus::io, listed.error());
+    paths.insert(paths.end(), listed->begin(), listed->end());
+  }
+  if (paths.empty()) return fail(ExitStatus::usage, "no folder given; name one, or --files-from");
+  if (std::find(paths.begin(), paths.end(), "-") != paths.end()) {
+    return fail(ExitStatus::usage, "standard input is no folder; for a file of that name give ./-");
+  }
+  // The options are wrong for each file, or for none.
+  CaptureArguments checked = options.capture;
+  checked.files = {"any"};
+  if (const ExitStatus status = DecodedCapture().open(checked); status != ExitStatus::done) {
+    return status;
+  }
+  const auto files = archive::list_files(paths);
+  if (!files) return fail(ExitStatus::io, files.error());
+  const ArchiveTask task{.capture = options.capture,
+                         .setup = {program_text(), settings_of(*options.read)},
+                         .shard = options.shard,
+                         .threads = options.threads,
+                         .journal = journal_of(options.summary.output)};
+  archive::Summary summary;
+  const ExitStatus status = read_archive(task, *files, summary);
+  return status == ExitStatus::done ? show_summary(summary, options.summary) : status;
+}
+
+ExitStatus run_merge(const ArchiveOptions& options) {
+  std::vector<archive::NamedSummary> parts;
+  for (const std::string& path : options.parts) {
+    std::ifstream file(path, std::ios::binary);
+    if (!file) return fail(ExitStatus::io, fmt::format("{}: cannot open it", path));
+    auto part = archive::read_summary(file);
+    if (!part) {
+      return fail(ExitStatus::io, fmt::format("{}: not a usable summary: {}", path, part.error()));
+    }
+    parts.emplace_back(path, std::move(*part));
+  }
+  auto sum = archive::merge(std::move(parts));
+  if (!sum) return fail(ExitStatus::io, sum.error());
+  const ExitStatus status = show_summary(*sum, options.summary);
+  if (status != ExitStatus::done || sum->parts.complete()) return status;
+  return fail(ExitStatus::data_failed,
+              fmt::format("shards are missing: {} of {}; run them, and merge all again",
+                          sum->parts.missing(), sum->parts.count));
+}
+
+void add_summary_options(Verb verb, SummaryOptions& summary) {
+  add_count_option(verb, "--worst", into(summary.worst),
+                   "Rows of the table on standard output, the worst files first; 20 by default");
+  add_to_option(verb, summary.to);
+}
+
+}  // namespace
+
+void add_archive(Command& command) {
+  const auto options = std::make_shared<ArchiveOptions>();
+  Verb verb = command.add_verb(
+      {.name = "archive",
+       .purpose = "Read all captures in folders, and write one summary, the worst files first",
+       .examples = {"biss archive captures -o summary.json",
+                    "biss archive captures --shard 1/2 -o shard1.json",
+                    "biss archive merge shard1.json shard2.json -o summary.json"}},
+      [options] { return options->merge->parsed() ? run_merge(*options) : run_read(*options); });
+  add_folder_options(verb, options->capture);
+  verb.add_option("--files-from", options->list,
+                  "Also read the files and folders that this file names, one a line")
+      .type_name("FILE")
+      .file(FileUse::read);
+  add_shard_option(verb, options->shard, "Read only every N-th file, from the K-th on");
+  add_count_option(verb, "--threads", into(options->threads),
+                   "Files read at the same time; by default one per core", 1024);
+  add_output_option(verb, options->summary.output,
+                    "The summary as JSON. FILE.journal keeps what is read: after an interruption "
+                    "the same command continues");
+  add_summary_options(verb, options->summary);
+  Verb merge =
+      verb.add_verb({.name = "merge",
+                     .purpose = "Add up the summaries of shards, or of different folders",
+                     .examples = {"biss archive merge shard1.json shard2.json -o summary.json"}});
+  merge.add_option("FILE", options->parts, "Summaries written by biss archive")
+      .required()
+      .file(FileUse::read);
+  add_output_option(merge, options->summary.output, "The summary as JSON");
+  add_summary_options(merge, options->summary);
+  options->read = verb;
+  options->merge = merge;
+}
+
+}  // namespace biss::cli

@@ -1,0 +1,150 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <mutex>
+#include <string_view>
+#include <unordered_map>
+#include <utility>
+
+#include "cli/archive/archive.hpp"
+#include "cli/archive/journal.hpp"
+#include "cli/archive/read_file.hpp"
+#include "cli/common/terminal.hpp"
+#include "lab/parallel.hpp"
+
+namespace biss::cli {
+
+namespace {
+
+using archive::FileEntry;
+using archive::ListedFile;
+
+std::string volume_text(std::uint64_t bytes) {
+  return fmt::format("{:.2f}", static_cast<double>(bytes) * 1e-9);
+}
+
+std::string duration_text(double seconds) {
+  const auto whole = static_cast<std::uint64_t>(seconds + 0.5);
+  if (whole >= 3'600) {
+    return fmt::format("{}:{:02}:{:02}", whole / 3'600, whole / 60 % 60, whole % 60);
+  }
+  return fmt::format("{}:{:02}", whole / 60, whole % 60);
+}
+
+class ArchiveRun {
+ public:
+  ArchiveRun(const ArchiveTask& task, archive::Summary& summary) : task_(task), summary_(summary) {}
+
+  ExitStatus run(const std::vector<ListedFile>& files) {
+    summary_.setup = task_.setup;
+    summary_.parts = {.count = task_.shard.count, .done = {task_.shard.number}};
+    for (std::size_t i = 0; i < files.size(); ++i) {
+      summary_.list.add(archive::utf8_text(files[i].path));
+      if (i % task_.shard.count == task_.shard.number - 1) add_file(files[i]);
+    }
+    if (!task_.journal.empty()) {
+      const ExitStatus status = open_journal();
+      if (status != ExitStatus::done) return status;
+    }
+    return read_rest();
+  }
+
+ private:
+  void add_file(const ListedFile& file) {
+    ++now_.all_files;
+    now_.all_bytes += file.stamp.bytes;
+    if (file.cause.empty()) {
+      waiting_.emplace(archive::utf8_text(file.path), &file);
+    } else {
+      take(read_listed_file(file, task_.capture), file);
+    }
+  }
+
+  void take(FileEntry entry, const ListedFile& file) {
+    ++now_.files;
+    now_.bytes += file.stamp.bytes;
+    summary_.add(std::move(entry));
+  }
+
+  ExitStatus open_journal() {
+    const auto use = [this](archive::StampedEntry stamped) {
+      const auto at = waiting_.find(stamped.entry.path);
+      if (at == waiting_.end() || at->second->stamp != stamped.stamp) return false;
+      take(std::move(stamped.entry), *at->second);
+      waiting_.erase(at);
+      return true;
+    };
+    return journal_.open(task_.journal, archive::journal_header(task_.setup), use);
+  }
+
+  // The largest first: no thread is left with a large one when the others are done.
+  std::vector<const ListedFile*> files_by_size() const {
+    std::vector<const ListedFile*> files;
+    for (const auto& [path, file] : waiting_) files.push_back(file);
+    std::sort(files.begin(), files.end(), [](const ListedFile* a, const ListedFile* b) {
+      if (a->stamp.bytes != b->stamp.bytes) return a->stamp.bytes > b->stamp.bytes;
+      return a->path < b->path;
+    });
+    return files;
+  }
+
+  ExitStatus read_rest() {
+    const auto files = files_by_size();
+    const ArchiveProgress before = now_;
+    const auto began = std::chrono::steady_clock::now();
+    Progress progress;
+    std::mutex mutex;
+    ExitStatus status = ExitStatus::done;
+    std::size_t next = 0;
+    lab::run_workers(task_.threads, [&] {
+      std::unique_lock lock(mutex);
+      if (next == files.size() || status != ExitStatus::done) return false;
+      const ListedFile& file = *files[next++];
+      lock.unlock();
+      archive::StampedEntry stamped{file.stamp, read_listed_file(file, task_.capture)};
+      lock.lock();
+      if (!task_.journal.empty() && is_lasting(stamped.entry)) {
+        status = std::max(status, journal_.append(stamped));
+      }
+      take(std::move(stamped.entry), file);
+      if (progress.due()) {
+        const std::chrono::duration<double> took = std::chrono::steady_clock::now() - began;
+        progress.show(progress_text(now_, before, took.count()));
+      }
+      return true;
+    });
+    return status;
+  }
+
+  const ArchiveTask& task_;
+  archive::Summary& summary_;
+  Journal journal_;
+  // To be read, by the path as entries have it.
+  std::unordered_map<std::string, const ListedFile*> waiting_;
+  ArchiveProgress now_;
+};
+
+}  // namespace
+
+std::string progress_text(const ArchiveProgress& now, const ArchiveProgress& before,
+                          double seconds) {
+  const double files = static_cast<double>(now.files - before.files) / seconds;
+  const double bytes = static_cast<double>(now.bytes - before.bytes) / seconds;
+  std::string text = fmt::format("{} of {} files, {} of {} GB, {:.1f} files/s, {:.2f} GB/s",
+                                 now.files, now.all_files, volume_text(now.bytes),
+                                 volume_text(now.all_bytes), files, bytes * 1e-9);
+  // Large files take their bytes, small ones their number: whichever is longer.
+  const double by_files = static_cast<double>(now.all_files - now.files) / files;
+  const double by_bytes = bytes > 0 ? static_cast<double>(now.all_bytes - now.bytes) / bytes : 0;
+  const double left = std::max(by_files, by_bytes);
+  if (left < 1e7) text += fmt::format(", {} left", duration_text(left));
+  return text;
+}
+
+ExitStatus read_archive(const ArchiveTask& task, const std::vector<ListedFile>& files,
+                        archive::Summary& summary) {
+  return ArchiveRun(task, summary).run(files);
+}
+
+}  // namespace biss::cli

@@ -1,0 +1,18 @@
+// One file of an archive, read to the end.
+#pragma once
+
+#include "archive/listing.hpp"
+#include "cli/common/decoded_capture.hpp"
+
+namespace biss::cli {
+
+/// Reads the file as `biss decode --each` would, or says why not. Prints nothing; any thread.
+/// \param arguments of all files; its `files` are not used
+archive::FileEntry read_listed_file(const archive::ListedFile& file,
+                                    const CaptureArguments& arguments);
+
+/// The same file will have the same entry as long as its stamp does not change: no cause that
+/// depends on the machine and the moment.
+bool is_lasting(const archive::FileEntry& entry);
+
+}  // namespace biss::cli
