@@ -49,7 +49,8 @@ void damage(std::vector<LevelChange>& line, ByteSource& bytes) {
                  line.begin() + static_cast<std::ptrdiff_t>(at + 2));
       break;
     default:
-      test::TestLine::add_pulse(line, line[at].time, picoseconds(1 + std::int64_t{bytes.next_16()} * 8));
+      test::TestLine::add_pulse(line, line[at].time,
+                                picoseconds(1 + std::int64_t{bytes.next_16()} * 8));
   }
 }
 
@@ -75,7 +76,8 @@ Input input_from(ByteSource& bytes) {
     if (bytes.next() % 4 == 0) shape = shape_from(bytes);
     line.request(shape, std::uint64_t{bytes.next_16()} << 20U | bytes.next_16(), text);
   }
-  for (int i = bytes.next() % 4; i > 0; --i) damage(bytes.next() % 2 == 0 ? line.ma : line.slo, bytes);
+  for (int i = bytes.next() % 4; i > 0; --i)
+    damage(bytes.next() % 2 == 0 ? line.ma : line.slo, bytes);
   if (bytes.next() % 2 == 0) {
     const Picoseconds sample = std::max(shape.period / (3 + bytes.next() % 30), picoseconds(1));
     input.margin.resolution = sample;
@@ -121,8 +123,7 @@ void push_runs(const Input& input, ByteSource& bytes, Decoder& decoder) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   ByteSource bytes(data, size);
   const Input input = input_from(bytes);
-  const auto expected =
-      rows(input, [&](Decoder& decoder) { decoder.push(input.edges, {0, 1}); });
+  const auto expected = rows(input, [&](Decoder& decoder) { decoder.push(input.edges, {0, 1}); });
   const auto found = rows(input, [&](Decoder& decoder) { push_runs(input, bytes, decoder); });
   biss::fuzz::require(found == expected);
   return 0;
