@@ -54,6 +54,16 @@ void damage(std::vector<LevelChange>& line, ByteSource& bytes) {
   }
 }
 
+// What a capture delivers: times never fall, and each change is one.
+void put_in_order(std::vector<LevelChange>& line) {
+  std::stable_sort(line.begin(), line.end(),
+                   [](const LevelChange& a, const LevelChange& b) { return a.time < b.time; });
+  line.erase(
+      std::unique(line.begin(), line.end(),
+                  [](const LevelChange& a, const LevelChange& b) { return a.level == b.level; }),
+      line.end());
+}
+
 struct Input {
   std::optional<FrameFormat> format;
   DeviceTiming timing;
@@ -84,6 +94,8 @@ Input input_from(ByteSource& bytes) {
     line.ma = test::sampled(line.ma, sample);
     line.slo = test::sampled(line.slo, sample);
   }
+  put_in_order(line.ma);
+  put_in_order(line.slo);
   input.edges = line.edges();
   input.end = line.last_time() + microseconds(bytes.next_16());
   return input;
