@@ -119,6 +119,9 @@ class BitView {
     if (stored_bytes() - (first_bit_ >> 3U) < 4) return 0;
     return load32(p) << (first_bit_ & 7U);
   }
+  constexpr unsigned narrow_head_bits() const {
+    return 32U - static_cast<unsigned>(first_bit_ & 7U);
+  }
   [[gnu::always_inline]] constexpr std::size_t narrow_find_one_after_head() const {
     const std::uint8_t* const p = bytes_ + (first_bit_ >> 3U);
     const std::size_t stored = stored_bytes() - (first_bit_ >> 3U);

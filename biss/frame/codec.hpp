@@ -132,14 +132,15 @@ class WordPlan {
   // An absent flag acts as a high-active one that is always 0.
   struct Flag {
     std::uint64_t mask = 0;
-    bool active_high = true;
+    // Not bool: after a fault of the memory it still has a value.
+    std::uint8_t active_high = 1;
 
     constexpr Flag() = default;
     constexpr Flag(const FlagField& field, unsigned last_data_bit)
         : mask(field.present ? std::uint64_t{1} << field.shift << last_data_bit : 0U),
-          active_high(!field.present || field.active_high) {}
+          active_high(!field.present || field.active_high ? 1 : 0) {}
     constexpr bool low_active(std::uint64_t word) const {
-      return ((word & mask) != 0) != active_high;
+      return ((word & mask) != 0) != (active_high != 0);
     }
   };
 

@@ -153,7 +153,8 @@ constexpr bool is_ack(const FrameBounds& bounds, Clocks ack) {
     }
     if (found.start_bit + clocks > bits.size_bits()) return false;
   } else {
-    if (changes == 0) return false;
+    // The zeros below the bits of head() are none of the line's.
+    if (changes == 0 || found.lead_clocks >= bits.head_bits()) return false;
     found.start_bit = bits.find_one_after_head();
     if (!is_ack(bounds, found.start_bit - found.lead_clocks)) return false;
     if (found.start_bit + clocks > bits.size_bits()) return false;
@@ -383,9 +384,9 @@ constexpr std::optional<FrameFault> read_found(const BitView& bits, const FrameS
 [[gnu::always_inline]] constexpr bool find_narrow(const BitView& bits, const FrameBounds& bounds,
                                                   FrameStart& found) {
   const std::uint32_t head = bits.narrow_head();
-  if (static_cast<std::int32_t>(head) >= 0 || head == ~std::uint32_t{0}) return false;
-  const auto lead = static_cast<unsigned>(std::countl_zero(~head));
-  if (!is_lead(bounds, lead)) return false;
+  if (static_cast<std::int32_t>(head) >= 0) return false;
+  const auto lead = static_cast<unsigned>(std::countl_one(head));
+  if (lead >= bits.narrow_head_bits() || !is_lead(bounds, lead)) return false;
   const std::uint32_t rest = head << lead;
   found.start_bit = rest != 0 ? lead + static_cast<unsigned>(std::countl_zero(rest))
                               : bits.narrow_find_one_after_head();

@@ -196,7 +196,9 @@ void sweep_places(const Codec& codec) {
     const ChannelFormat& channel = codec.format().channel_list[k];
     frame.channel_list[k].position = 0x5A5A'1234'8765'4321U & low_mask(channel.position_bits());
   }
-  for (std::uint16_t lead = 1; lead <= 70; lead = static_cast<std::uint16_t>(lead * 2U + 1U)) {
+  // Short ones, and those that end near the end of a word.
+  constexpr std::array<std::uint16_t, 9> leads{1, 3, 7, 31, 32, 33, 63, 64, 65};
+  for (const std::uint16_t lead : leads) {
     for (std::uint16_t ack = 1; ack < 300; ack = static_cast<std::uint16_t>(ack + steps(1, 13))) {
       frame.lead_clocks = lead;
       frame.ack_clocks = ack;
