@@ -241,7 +241,11 @@ Source source_of(std::size_t number) {
 }
 
 TEST(TextPairs, AnyPieceSize_GivesTheEdgesAndTheErrorOfBlocks) {
+#ifdef BISS_LONG
   constexpr std::size_t captures = 500;
+#else
+  constexpr std::size_t captures = 60;
+#endif
   std::size_t errors = 0;
   std::size_t regular = 0;
   std::size_t irregular = 0;
