@@ -67,7 +67,10 @@ class BitView {
     const std::size_t at = first_bit_ + index;
     // Near the end read the last 8 bytes instead of stepping over it.
     const std::size_t base = std::min(at >> 3U, stored_bytes() - 8U);
-    return load(bytes_ + base) << (at - base * 8U);
+    // After a fault of the memory, an index may be past the end: some bits, and nothing worse. Where
+    // registers have 64 bits, the mask costs nothing.
+    const std::size_t shift = at - base * 8U;
+    return load(bytes_ + base) << (narrow ? shift : shift & 63U);
   }
 
   /// `count` bits from `index` as a number, the first bit most significant.
