@@ -18,6 +18,22 @@ constexpr std::uint64_t low_mask(unsigned bits) {
   return bits == 0 ? 0 : ~std::uint64_t{0} >> (64U - bits);
 }
 
+namespace bits_detail {
+
+// Shifts by a number from memory that may have had a fault: some bits, and nothing worse. Where
+// registers have 64 bits, the mask costs nothing; where they have 32, such a shift has no mask.
+constexpr unsigned shift_of(std::size_t distance) {
+  return static_cast<unsigned>(sizeof(std::size_t) < 8 ? distance : distance & 63U);
+}
+constexpr std::uint64_t left(std::uint64_t word, std::size_t distance) {
+  return word << shift_of(distance);
+}
+constexpr std::uint64_t right(std::uint64_t word, std::size_t distance) {
+  return word >> shift_of(distance);
+}
+
+}  // namespace bits_detail
+
 /// A read-only run of bits inside bytes that the caller owns; the bytes must outlive the view. Bits
 /// are numbered from 0 in transmission order, the most significant bit of a byte first.
 class BitView {
@@ -67,10 +83,7 @@ class BitView {
     const std::size_t at = first_bit_ + index;
     // Near the end read the last 8 bytes instead of stepping over it.
     const std::size_t base = std::min(at >> 3U, stored_bytes() - 8U);
-    // After a fault of the memory, an index may be past the end: some bits, and nothing worse. Where
-    // registers have 64 bits, the mask costs nothing.
-    const std::size_t shift = at - base * 8U;
-    return load(bytes_ + base) << (narrow ? shift : shift & 63U);
+    return bits_detail::left(load(bytes_ + base), at - base * 8U);
   }
 
   /// `count` bits from `index` as a number, the first bit most significant.

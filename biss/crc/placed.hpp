@@ -33,8 +33,9 @@ class PlacedCrc {
   [[gnu::always_inline]] constexpr bool is_right(std::uint64_t word) const {
     const unsigned width = spec().width_bits;
     if (width == 0) return true;
-    const std::uint64_t data = word << 1U >> (64U - data_bits_);
-    return (word << 1U << data_bits_ >> (64U - width)) == (*this)(data);
+    using bits_detail::left, bits_detail::right;
+    const std::uint64_t data = right(word << 1U, 64U - data_bits_);
+    return right(left(word << 1U, data_bits_), 64U - width) == (*this)(data);
   }
 
  private:
@@ -62,7 +63,7 @@ class PlacedCrc<CrcSliced> {
 
   constexpr const CrcSpec& spec() const { return spec_; }
   constexpr std::uint16_t operator()(std::uint64_t data) const {
-    return static_cast<std::uint16_t>(sum(data << last_data_bit_));
+    return static_cast<std::uint16_t>(sum(bits_detail::left(data, last_data_bit_)));
   }
   constexpr bool is_right(std::uint64_t word) const { return sum(word) == 0; }
 

@@ -101,7 +101,7 @@ class WordPlan {
   constexpr unsigned total_bits() const { return total_bits_; }
   static constexpr bool cds(std::uint64_t word) { return (word & cds_bit) != 0; }
   constexpr bool stop(std::uint64_t word) const {
-    return (word & (cds_bit >> 1U >> total_bits_)) != 0;
+    return (word & bits_detail::right(cds_bit >> 1U, total_bits_)) != 0;
   }
   // No 1 after the channel.
   constexpr bool is_rest_low(std::uint64_t word) const { return (word & rest_mask_) == 0; }
@@ -110,20 +110,20 @@ class WordPlan {
 
   // The data, right-aligned.
   constexpr std::uint64_t data(std::uint64_t word) const {
-    return word << 1U >> (64U - data_bits_);
+    return bits_detail::right(word << 1U, 64U - data_bits_);
   }
 
   // All but the position.
   constexpr void unpack_flags_into(std::uint64_t word, Channel& channel) const {
-    channel.life_counter =
-        static_cast<std::uint32_t>((word & life_counter_mask_) >> life_counter_shift_);
+    channel.life_counter = static_cast<std::uint32_t>(
+        bits_detail::right(word & life_counter_mask_, life_counter_shift_));
     channel.nE = error_.low_active(word);
     channel.nW = warning_.low_active(word);
   }
   constexpr bool in_pieces() const { return in_pieces_ != 0; }
   // A position in one piece.
   constexpr std::uint64_t position(std::uint64_t word) const {
-    return (word & position_mask_) >> position_shift_;
+    return bits_detail::right(word & position_mask_, position_shift_);
   }
 
  private:
