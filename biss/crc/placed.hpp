@@ -2,6 +2,7 @@
 // without taking either out.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -26,7 +27,8 @@ class PlacedCrc {
   constexpr const CrcSpec& spec() const { return engine_.spec(); }
   /// CRC of right-aligned data, as transmitted.
   [[gnu::always_inline]] constexpr std::uint16_t operator()(std::uint64_t data) const {
-    return engine_(data, data_bits_);
+    // In bounds, also after a fault of the memory.
+    return engine_(data, std::clamp(unsigned{data_bits_}, 1U, 64U));
   }
   /// Whether data and CRC in `word` agree; true where there is no CRC.
   /// \pre the data and the CRC have at most 63 bits
