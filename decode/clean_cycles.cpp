@@ -34,9 +34,7 @@ CleanCycleFinder::CleanCycleFinder(const std::optional<FrameFormat>& format,
                                    const DeviceTiming& timing, const MarginSetup& margin)
     : timing_(timing), margin_(margin) {
   if (format && margin.compensated && !margin.signal) codec_.emplace(*format);
-  setup_ = {.margin_share = margin_share,
-            .margin_doubt = margin_doubt(margin).count,
-            .clock_change = timing.clock_constant};
+  setup_ = {.margin_doubt = margin_doubt(margin).count, .clock_change = timing.clock_constant};
 }
 
 void CleanCycleFinder::find(const PairRun& run, std::vector<CleanCycle>& found) {

@@ -13,6 +13,7 @@
 // After foreach_target.h.
 #include <hwy/highway.h>
 
+#include "decode/cycle_rules.hpp"
 #include "decode/intervals.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -27,14 +28,8 @@ using M = hn::Mask<D>;
 // Edges and changes later than this belong to another cycle; sums of two times fit 32 bits.
 constexpr std::int32_t far = 1'600'000'000;
 constexpr std::int32_t longest_cycle = 500'000'000;
-constexpr std::int32_t slo_matters = 1'000'000'000;
 // Sums of the offsets of all changes fit 32 bits.
 constexpr std::int32_t longest_period = 2'000'000;
-// The decoder's: a pause is longer than the gaps at the beginning of the cycle by this share of a
-// period; a low that is shorter than this share of a period is a pulse.
-constexpr std::int32_t pause_share = 50;
-constexpr std::int32_t pulse_share = 20;
-constexpr std::size_t lookahead_edges = 12;
 constexpr std::size_t least_edges = 16;
 constexpr std::int32_t none = std::numeric_limits<std::int32_t>::max();
 
@@ -451,7 +446,8 @@ HWY_INLINE bool split(const CleanLines& lines, CleanScratch& scratch, CleanMeasu
   m.last_edge = edges[end - 1];
   m.second_rise = edges[3];
   if (m.last_edge > longest_cycle || m.rises > CleanMeasure::bit_words * 64 - 2) return false;
-  m.limit = std::min(edges[m.next_fall], m.last_edge + slo_matters);
+  m.limit =
+      std::min(edges[m.next_fall], m.last_edge + static_cast<std::int32_t>(slo_matters.count));
   return true;
 }
 
@@ -492,9 +488,8 @@ HWY_INLINE bool is_even(const CleanScratch& scratch, const Clock& clock, const C
   return least > 0 && most <= longest_period && clock.longest_gap < least &&
          4 * std::int64_t{clock.longest_gap} <= 5 * std::int64_t{least} &&
          4 * rest > 5 * std::int64_t{most} && 2 * std::int64_t{least} > most &&
-         scratch.edges[1] * std::int64_t{pulse_share} >= most &&
-         !far_apart(clock.rise_most, clock.rise_least) && !far_apart(clock.fall_least, m.period) &&
-         !far_apart(clock.fall_most, m.period);
+         scratch.edges[1] * pulse_share >= most && !far_apart(clock.rise_most, clock.rise_least) &&
+         !far_apart(clock.fall_least, m.period) && !far_apart(clock.fall_most, m.period);
 }
 
 // ACK is the first low of SLO, and lasts.
@@ -520,7 +515,8 @@ bool measure(const CleanLines& lines, const CleanSetup& setup, CleanScratch& scr
   if (!find_ack(scratch, clock, m)) return false;
   // The decoder's pause is at least this long.
   const std::int32_t pause =
-      longest_of_first(scratch.edges) + std::min(clock.rise_least, clock.fall_least) / pause_share;
+      longest_of_first(scratch.edges) +
+      std::min(clock.rise_least, clock.fall_least) / static_cast<std::int32_t>(pause_share);
   if (clock.longest_gap > pause && has_pause(scratch, m, clock, pause)) return false;
 
   const std::int32_t half = m.period / 2;
@@ -529,7 +525,7 @@ bool measure(const CleanLines& lines, const CleanSetup& setup, CleanScratch& scr
   if (rises[m.rises - 1] + (m.fall - m.second_rise) + half >= m.limit) return false;
   if (!measure_delay(clock, per_period, scratch, m)) return false;
   if (rises[m.rises - 1] + m.delay + half >= m.limit) return false;
-  const auto margin = static_cast<std::int32_t>(m.period / setup.margin_share - setup.margin_doubt);
+  const auto margin = static_cast<std::int32_t>(m.period / margin_share - setup.margin_doubt);
   if (!place_samples(per_period, margin, scratch, m)) return false;
   // ACK alone moves SLO before its own sample.
   if (scratch.samples[0] != 1 || scratch.samples[1] < 2) return false;

@@ -54,9 +54,7 @@ struct CleanMeasure {
 
 /// What is measured besides.
 struct CleanSetup {
-  /// See CycleReader: changes of SLO this close to a sample are marginal, in shares of a period.
-  std::int64_t margin_share = 20;
-  /// Taken off that margin; see MarginSetup.
+  /// Taken off the margin of `marginal`, in picoseconds; see margin_doubt().
   std::int64_t margin_doubt = 0;
   bool clock_change = false;
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "decode/cycle_rules.hpp"
 #include "decode/times.hpp"
 
 namespace biss::decode {
@@ -9,9 +10,6 @@ namespace biss::decode {
 namespace {
 
 using wire::Level;
-
-// As the decoder: later changes of SLO do not belong to a cycle.
-constexpr Picoseconds slo_matters_after_ma = milliseconds(1);
 
 Level level_seen(Level level, bool inverted) {
   if (!inverted || level == Level::unknown) return level;
@@ -33,7 +31,7 @@ CycleReading read_again(const CycleEdges& edges, CycleReader& reader, bool slo_i
   const LevelChange nothing{edges.cycle.time, Level::low};
   return reader.read({.ma = edges.ma.empty() ? std::span<const LevelChange>(&nothing, 1) : edges.ma,
                       .begins_idle = edges.cycle.status != CycleStatus::cut_start,
-                      .limit = std::min(edges.limit, shifted(last, slo_matters_after_ma)),
+                      .limit = std::min(edges.limit, shifted(last, slo_matters)),
                       .last_of_capture = edges.last_of_capture},
                      slo);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 
 #include "biss/timing/device_timing.hpp"
@@ -15,6 +16,17 @@ inline constexpr std::int64_t uncertain_share = 4;
 
 /// Of a period, the margin of `marginal`; the master of biss/master has the same.
 inline constexpr std::int64_t margin_share = 20;
+
+/// The clock of a cycle is estimated from this many edges at its beginning.
+inline constexpr std::size_t lookahead_edges = 12;
+/// A pause is longer than their longest gap by at least this share of a period.
+inline constexpr std::int64_t pause_share = 50;
+/// A low of MA shorter than this share of a period is a pulse and not a clock.
+inline constexpr std::int64_t pulse_share = 20;
+
+/// SLO is ignored later than this after the last edge of a cycle: the line delay and a period are
+/// over by then.
+inline constexpr Picoseconds slo_matters = milliseconds(1);
 
 /// The capture and the jitter of MA: by how much the time between two edges may be off.
 constexpr Picoseconds uncertainty_of(const MarginSetup& margin, Picoseconds jitter,

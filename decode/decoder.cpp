@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <utility>
 
+#include "decode/cycle_rules.hpp"
 #include "decode/times.hpp"
 
 namespace biss::decode {
@@ -16,15 +17,6 @@ using wire::Level;
 // The slowest legal clock, and a little more.
 constexpr Picoseconds longest_period = microseconds(16);
 constexpr Picoseconds period_when_unknown = period_of(biss_clock_min);
-
-// A pause is longer than the gaps of the clock by at least this share of a period.
-constexpr std::int64_t pause_share = 50;
-// A low of MA shorter than this share of a period is a pulse and not a clock.
-constexpr std::int64_t pulse_share = 20;
-
-// SLO is ignored later than this after the last edge of a cycle: the line delay and a period are
-// over by then.
-constexpr Picoseconds slo_matters = milliseconds(1);
 
 Level seen_as(Level level, bool inverted) {
   if (!inverted || level == Level::unknown) return level;

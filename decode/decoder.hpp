@@ -62,8 +62,6 @@ class Decoder {
  private:
   // More edges than the longest frame (ACK and line delay included) are no request.
   static constexpr std::size_t max_cycle_edges = 2 * (max_frame_bits + 64);
-  // The clock of a cycle is estimated from this many edges at its beginning.
-  static constexpr std::size_t lookahead_edges = 12;
   // This many edges in less than half their expected time are a faster clock than the estimate.
   static constexpr std::size_t faster_clock_edges = 24;
   static constexpr std::size_t faster_clock_step = 8;

@@ -96,7 +96,7 @@ inline bool same_text(const char* a, const char* b) {
   return std::string_view(a == nullptr ? "" : a) == (b == nullptr ? "" : b);
 }
 
-/// Reads a capture both ways; `open` opens it anew. Pairs of two lines that `number` selects.
+/// Reads a capture both ways; `open` opens it each time. Pairs of two lines that `number` selects.
 template <class Open>
 void check_pairs(Open open, std::uint64_t number) {
   const capture::Opened edges = open();

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "cli/archive/archive.hpp"
+#include "cli/common/columns.hpp"
 #include "cli/common/message.hpp"
 #include "cli/common/output.hpp"
 #include "cli/common/quantity.hpp"
@@ -24,31 +25,21 @@ using report::Cell;
 using report::Kind;
 
 std::vector<report::Column> worst_columns() {
-  return {
-      {.name = "file"},
-      {.name = "ma", .heading = "MA"},
-      {.name = "slo", .heading = "SLO"},
-      {.name = "format"},
-      {.name = "cycles", .kind = Kind::unsigned_integer},
-      {.name = "faults", .kind = Kind::unsigned_integer},
-      {.name = "cause", .mark = report::Mark::status},
-      {.name = "errors", .kind = Kind::unsigned_integer},
-      {.name = "warnings", .kind = Kind::unsigned_integer},
-      {.name = "limits", .kind = Kind::unsigned_integer},
-      {.name = "marginal", .kind = Kind::unsigned_integer},
-      {.name = "line_delay_ns",
-       .kind = Kind::nanoseconds,
-       .heading = "delay",
-       .unit = "ns",
-       .places = 1},
-      {.name = "ack_ns", .kind = Kind::nanoseconds, .heading = "ACK", .unit = "ns", .places = 0},
-      {.name = "clock_hz",
-       .kind = Kind::unsigned_integer,
-       .heading = "clock",
-       .unit = "MHz",
-       .shift = 6,
-       .places = 3},
-      {.name = "date"}};
+  return {{.name = "file"},
+          {.name = "ma", .heading = "MA"},
+          {.name = "slo", .heading = "SLO"},
+          {.name = "format"},
+          {.name = "cycles", .kind = Kind::unsigned_integer},
+          {.name = "faults", .kind = Kind::unsigned_integer},
+          {.name = "cause", .mark = report::Mark::status},
+          {.name = "errors", .kind = Kind::unsigned_integer},
+          {.name = "warnings", .kind = Kind::unsigned_integer},
+          {.name = "limits", .kind = Kind::unsigned_integer},
+          {.name = "marginal", .kind = Kind::unsigned_integer},
+          line_delay_column(),
+          ack_column(),
+          clock_column(),
+          {.name = "date"}};
 }
 
 std::optional<std::int64_t> median_of(const LinkEntry& link, Quantity quantity) {

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "cli/common/columns.hpp"
+
 namespace biss::cli {
 
 namespace {
@@ -38,20 +40,9 @@ DecodeTable::DecodeTable(const std::optional<FrameFormat>& format, bool format_v
       {.name = "nE", .kind = Kind::flag},
       {.name = "nW", .kind = Kind::flag},
       {.name = "crc_ok", .kind = Kind::flag, .heading = "CRC ok"},
-      {.name = "line_delay_ns",
-       .kind = Kind::nanoseconds,
-       .heading = "delay",
-       .unit = "ns",
-       .places = 1},
-      {.name = "ack_ns", .kind = Kind::nanoseconds, .heading = "ACK", .unit = "ns", .places = 0},
-      {.name = "clock_hz",
-       .kind = Kind::unsigned_integer,
-       .heading = "clock",
-       .unit = "MHz",
-       .bits = 32,
-       .value_unit = "Hz",
-       .shift = 6,
-       .places = 3},
+      line_delay_column(),
+      ack_column(),
+      clock_column(),
       {.name = "raw",
        .kind = Kind::bits,
        .bits = fixed ? format_->payload_bits() + 3 : unsigned{decode::RawBits::capacity_bits}},

@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "cli/common/columns.hpp"
 #include "cli/common/decoded_capture.hpp"
 #include "cli/common/identified.hpp"
 #include "cli/common/quantity.hpp"
@@ -40,17 +41,8 @@ const std::vector<report::Column>& identify_columns() {
       {.name = "ma", .kind = Kind::text, .heading = "MA"},
       {.name = "slo", .kind = Kind::text, .heading = "SLO"},
       {.name = "inverted", .kind = Kind::text},
-      {.name = "clock_hz",
-       .kind = Kind::unsigned_integer,
-       .heading = "clock",
-       .unit = "MHz",
-       .shift = 6,
-       .places = 3},
-      {.name = "line_delay_ns",
-       .kind = Kind::nanoseconds,
-       .heading = "delay",
-       .unit = "ns",
-       .places = 1},
+      clock_column(),
+      line_delay_column(),
       {.name = "ack_clocks", .kind = Kind::unsigned_integer, .heading = "ACK", .unit = "clocks"},
       {.name = "format", .kind = Kind::text},
       {.name = "confidence", .kind = Kind::real, .places = 2},
