@@ -178,5 +178,39 @@ TEST(CleanCycles, JitterAsInTheSamplesOfAnAnalyser_NearlyAllAreClean) {
   EXPECT_GE(clean, 480U);
 }
 
+// One gap of MA a little longer than the others, in which the encoder went idle: two requests.
+TEST(CleanCycles, RequestBehindAShortPause_IsNotReadIntoTheOneBefore) {
+  std::mt19937_64 random(13'004);
+  for (const std::int64_t pause_ns : {620, 700, 800, 1'000, 1'220}) {
+    SCOPED_TRACE(pause_ns);
+    TestLine line;
+    for (int i = 0; i < 10; ++i) {
+      line.request({.timeout = nanoseconds(510), .gap = nanoseconds(pause_ns - 610)}, random());
+      line.request({}, random());
+    }
+    const Reading setup{"pos26,nE,nW,crc6", {}, {}};
+    expect_same(line.edges(), line.last_time() + milliseconds(1), setup, random);
+  }
+}
+
+// Where both lines jitter, the sampling point is found by an even clock, and `marginal` shows it.
+TEST(CleanCycles, JitterOfBothLines_SameSamplingPoints) {
+  std::mt19937_64 random(13'005);
+  std::size_t clean = 0;
+  for (int trial = 0; trial < 20; ++trial) {
+    TestLine line(static_cast<std::uint64_t>(trial));
+    for (int i = 0; i < 40; ++i) {
+      line.request({.period = nanoseconds(100), .jitter_percent = 7}, random());
+    }
+    // Up to 32 % of a period either way, more than a sample may lie beside the middle.
+    for (std::size_t i = 1; i < line.slo.size(); ++i) {
+      line.slo[i].time += picoseconds(static_cast<std::int64_t>(random() % 64'000) - 32'000);
+    }
+    const Reading setup{"pos26,nE,nW,crc6", {}, {}};
+    clean += expect_same(line.edges(), line.last_time() + milliseconds(1), setup, random);
+  }
+  EXPECT_GT(clean, 100U);
+}
+
 }  // namespace clean_cycles_test
 }  // namespace biss::decode::test
