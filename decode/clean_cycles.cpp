@@ -33,13 +33,13 @@ std::size_t first_after(const LineRun& slo, std::size_t from, std::int64_t time)
 CleanCycleFinder::CleanCycleFinder(const std::optional<FrameFormat>& format,
                                    const DeviceTiming& timing, const MarginSetup& margin)
     : timing_(timing), margin_(margin) {
-  if (format && margin.compensated && !margin.signal) codec_.emplace(*format);
+  if (format) codec_.emplace(*format);
   setup_ = {.margin_doubt = margin_doubt(margin).count, .clock_change = timing.clock_constant};
 }
 
 void CleanCycleFinder::find(const PairRun& run, std::vector<CleanCycle>& found) {
   found.clear();
-  if (!codec_) return;
+  if (!may_find()) return;
   std::size_t slo = 0;
   std::size_t at = next_request(run.ma, 0);
   while (at < run.ma.times.size()) {
@@ -93,7 +93,7 @@ void CleanCycleFinder::measure_times(CycleReading& reading) const {
   cycle.cdm = measured_.edges % 2 != 0;
 }
 
-// What SLO shows. Only good frames are clean.
+// What SLO shows. With a format, only good frames are clean.
 bool CleanCycleFinder::read_frame(CycleReading& reading) {
   Cycle& cycle = reading.cycle;
   std::array<std::uint8_t, CleanMeasure::bit_words * 8> bytes;
@@ -107,17 +107,10 @@ bool CleanCycleFinder::read_frame(CycleReading& reading) {
   const std::size_t start_bit = bits.find(true, 2);
   if (start_bit == bits.size_bits()) return false;
   const FrameStart start{start_bit, 1, static_cast<std::uint16_t>(start_bit - 1)};
-  const auto frame = decode_payload(bits, start, *codec_);
-  if (!frame.ok()) return false;
-  cycle.raw.append(bits.from(start_bit).first(codec_->payload_bits() + 3U));
-  const auto channels = codec_->format().channels();
-  for (std::size_t k = 0; k < channels.size(); ++k) {
-    if (channels[k].crc.present()) cycle.crc_ok[k] = true;
-  }
-  if (ack_within_bounds(timing_, *cycle.period, start.ack_clocks)) {
-    cycle.frame = *frame;
-  } else {
+  if (!read_payload(bits, start, cycle)) return false;
+  if (!ack_within_bounds(timing_, *cycle.period, start.ack_clocks)) {
     cycle.status = CycleStatus::ack_range;
+    cycle.frame.reset();
   }
   const auto first = scratch_.samples.begin();
   const auto last = first + measured_.changes;
@@ -125,12 +118,32 @@ bool CleanCycleFinder::read_frame(CycleReading& reading) {
   const auto after_start = std::upper_bound(first, last, start_sample) - first;
   cycle.ack =
       Picoseconds{scratch_.changes[static_cast<std::size_t>(after_start - 1)] - measured_.fall};
-  const std::size_t stop = start_bit + 2 + codec_->payload_bits();
+  // Without a format, the last clock stands for STOP.
+  const std::size_t stop =
+      codec_ ? start_bit + 2 + codec_->payload_bits() : std::size_t{measured_.rises} - 1;
   cycle.release = release(stop);
   if (*cycle.period / margin_share >= margin_doubt(margin_)) {
     cycle.marginal = static_cast<std::uint32_t>(measured_.first_marginal) <= stop;
   }
   reading.complete = true;
+  return true;
+}
+
+bool CleanCycleFinder::read_payload(BitView bits, const FrameStart& start, Cycle& cycle) const {
+  const BitView from_start = bits.from(start.start_bit);
+  if (!codec_) {
+    cycle.raw.append(from_start.first(RawBits::capacity_bits));
+    cycle.status = CycleStatus::unchecked;
+    return true;
+  }
+  const auto frame = decode_payload(bits, start, *codec_);
+  if (!frame.ok()) return false;
+  cycle.frame = *frame;
+  cycle.raw.append(from_start.first(codec_->payload_bits() + 3U));
+  const auto channels = codec_->format().channels();
+  for (std::size_t k = 0; k < channels.size(); ++k) {
+    if (channels[k].crc.present()) cycle.crc_ok[k] = true;
+  }
   return true;
 }
 

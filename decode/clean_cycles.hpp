@@ -43,13 +43,13 @@ struct CleanCycle {
 /// before, provided that it waits for a request when they begin.
 class CleanCycleFinder {
  public:
-  /// Without a format nothing is clean. Nor is it for a master without compensation, or where
+  /// Without a format, as CycleReader. Nothing is clean for a master without compensation, or where
   /// Cycle::signal is asked for.
   CleanCycleFinder(const std::optional<FrameFormat>& format, const DeviceTiming& timing,
                    const MarginSetup& margin);
 
   /// False: nothing will be found.
-  bool may_find() const { return codec_.has_value(); }
+  bool may_find() const { return margin_.compensated && !margin_.signal; }
 
   /// The clean cycles in order. \param found is emptied first; its memory is used again
   void find(const PairRun& run, std::vector<CleanCycle>& found);
@@ -57,6 +57,7 @@ class CleanCycleFinder {
  private:
   bool read(CleanCycle& cycle, const CleanLines& lines);
   bool read_frame(CycleReading& reading);
+  bool read_payload(BitView bits, const FrameStart& start, Cycle& cycle) const;
   void measure_times(CycleReading& reading) const;
   std::optional<Picoseconds> release(std::size_t last_bit) const;
 

@@ -15,15 +15,22 @@ namespace biss::decode::test {
 namespace clean_cycles_test {
 
 struct Reading {
+  /// Of the frames on the line.
   std::string format;
   DeviceTiming timing;
   MarginSetup margin;
+  /// The reader is not given it.
+  bool format_unknown = false;
+
+  std::optional<FrameFormat> known() const {
+    return format_unknown ? std::nullopt : std::optional(*parse_format(format));
+  }
 };
 
 std::vector<std::string> edge_by_edge(const std::vector<wire::Edge>& edges, Picoseconds end,
                                       const Reading& setup) {
   std::vector<std::string> rows;
-  Decoder decoder(CycleReader(*parse_format(setup.format), setup.timing, setup.margin),
+  Decoder decoder(CycleReader(setup.known(), setup.timing, setup.margin),
                   [&](const Cycle& cycle) { rows.push_back(text_of(cycle)); });
   decoder.push(edges, {0, 1});
   decoder.finish(end);
@@ -39,9 +46,9 @@ struct Quick {
 Quick quickly(const std::vector<wire::Edge>& edges, Picoseconds end, const Reading& setup,
               std::size_t run_edges, std::mt19937_64& random) {
   Quick quick;
-  Decoder decoder(CycleReader(*parse_format(setup.format), setup.timing, setup.margin),
+  Decoder decoder(CycleReader(setup.known(), setup.timing, setup.margin),
                   [&](const Cycle& cycle) { quick.rows.push_back(text_of(cycle)); });
-  CleanCycleFinder finder(*parse_format(setup.format), setup.timing, setup.margin);
+  CleanCycleFinder finder(setup.known(), setup.timing, setup.margin);
   std::vector<CleanCycle> clean;
   std::array<std::optional<bool>, 2> level{};
   for (std::size_t at = 0; at < edges.size();) {
@@ -126,8 +133,9 @@ TEST(CleanCycles, RandomLines_SameRowsAsEdgeByEdge) {
   for (std::uint64_t trial = 0; trial < 200; ++trial) {
     SCOPED_TRACE(fmt::format("seed {}, trial {}", seed, trial));
     std::mt19937_64 random(seed + trial);
-    Reading setup{formats[random() % formats.size()], {}, {}};
+    Reading setup{.format = formats[random() % formats.size()], .timing = {}, .margin = {}};
     setup.timing.clock_constant = random() % 3 == 0;
+    setup.format_unknown = random() % 4 == 0;
     TestLine line(trial);
     const Shape shape = random_shape(random);
     for (int i = 0; i < 20; ++i) {
@@ -155,8 +163,9 @@ TEST(CleanCycles, GoodLine_NearlyAllAreClean) {
   std::mt19937_64 random(13'002);
   TestLine line;
   for (std::uint64_t i = 0; i < 200; ++i) line.request({.period = nanoseconds(100)}, random());
-  const std::size_t clean = expect_same(line.edges(), line.last_time() + milliseconds(1),
-                                        {"pos26,nE,nW,crc6", {}, {}}, random);
+  const std::size_t clean =
+      expect_same(line.edges(), line.last_time() + milliseconds(1),
+                  {.format = "pos26,nE,nW,crc6", .timing = {}, .margin = {}}, random);
   // The first one has nothing before it, the last one no request after it.
   EXPECT_GE(clean, 198U);
 }
@@ -172,7 +181,8 @@ TEST(CleanCycles, JitterAsInTheSamplesOfAnAnalyser_NearlyAllAreClean) {
   }
   line.ma = sampled(line.ma, nanoseconds(10));
   line.slo = sampled(line.slo, nanoseconds(10));
-  const Reading setup{"pos26,nE,nW,crc6", {}, {.resolution = nanoseconds(10)}};
+  const Reading setup{
+      .format = "pos26,nE,nW,crc6", .timing = {}, .margin = {.resolution = nanoseconds(10)}};
   const std::size_t clean =
       expect_same(line.edges(), line.last_time() + milliseconds(1), setup, random);
   EXPECT_GE(clean, 480U);
@@ -188,7 +198,7 @@ TEST(CleanCycles, RequestBehindAShortPause_IsNotReadIntoTheOneBefore) {
       line.request({.timeout = nanoseconds(510), .gap = nanoseconds(pause_ns - 610)}, random());
       line.request({}, random());
     }
-    const Reading setup{"pos26,nE,nW,crc6", {}, {}};
+    const Reading setup{.format = "pos26,nE,nW,crc6", .timing = {}, .margin = {}};
     expect_same(line.edges(), line.last_time() + milliseconds(1), setup, random);
   }
 }
@@ -206,7 +216,7 @@ TEST(CleanCycles, JitterOfBothLines_SameSamplingPoints) {
     for (std::size_t i = 1; i < line.slo.size(); ++i) {
       line.slo[i].time += picoseconds(static_cast<std::int64_t>(random() % 64'000) - 32'000);
     }
-    const Reading setup{"pos26,nE,nW,crc6", {}, {}};
+    const Reading setup{.format = "pos26,nE,nW,crc6", .timing = {}, .margin = {}};
     clean += expect_same(line.edges(), line.last_time() + milliseconds(1), setup, random);
   }
   EXPECT_GT(clean, 100U);
