@@ -35,7 +35,7 @@ void check(OpenText open, std::string_view text) {
     const std::size_t piece = random() % 4 == 0 ? default_piece_bytes : 1 + random() % 700;
     const PairRead pairs = read_pairs(open(memory_bytes(text, block), piece), way);
     if (!pairs.by_pieces) continue;
-    biss::fuzz::require(difference(read.edges, read.end_time, read.error, pairs, way).empty());
+    biss::fuzz::require(difference(pairs_of_edges(read, way), pairs).empty());
   }
 }
 
