@@ -8,6 +8,7 @@
 #include <random>
 #include <string>
 
+#include "decode/run_join.hpp"
 #include "decode/test_cycle_text.hpp"
 #include "decode/test_line.hpp"
 
@@ -42,7 +43,7 @@ struct Quick {
   std::size_t clean = 0;
 };
 
-// In runs of about that many edges.
+// In runs of about that many edges, joined or each alone.
 Quick quickly(const std::vector<wire::Edge>& edges, Picoseconds end, const Reading& setup,
               std::size_t run_edges, std::mt19937_64& random) {
   Quick quick;
@@ -50,6 +51,8 @@ Quick quickly(const std::vector<wire::Edge>& edges, Picoseconds end, const Readi
                   [&](const Cycle& cycle) { quick.rows.push_back(text_of(cycle)); });
   CleanCycleFinder finder(setup.known(), setup.timing, setup.margin);
   std::vector<CleanCycle> clean;
+  RunJoin join(finder, decoder);
+  const bool joins = random() % 2 == 0;
   std::array<std::optional<bool>, 2> level{};
   for (std::size_t at = 0; at < edges.size();) {
     const std::size_t end_at = std::min(edges.size(), at + 1 + random() % (2 * run_edges));
@@ -71,8 +74,13 @@ Quick quickly(const std::vector<wire::Edge>& edges, Picoseconds end, const Readi
     const PairRun run{{times[0], first[0]}, {times[1], first[1]}};
     finder.find(run, clean);
     quick.clean += clean.size();
-    decoder.push(run, clean);
+    if (joins) {
+      join.push(run, clean);
+    } else {
+      decoder.push(run, clean);
+    }
   }
+  join.flush();
   decoder.finish(end);
   return quick;
 }
