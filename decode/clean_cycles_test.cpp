@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <hwy/highway.h>
 
 #include <random>
 #include <string>
@@ -194,6 +195,41 @@ TEST(CleanCycles, JitterAsInTheSamplesOfAnAnalyser_NearlyAllAreClean) {
   const std::size_t clean =
       expect_same(line.edges(), line.last_time() + milliseconds(1), setup, random);
   EXPECT_GE(clean, 480U);
+}
+
+// The first levels have vectors, the last one has none.
+TEST(CleanCycles, EachSimdLevel_SameRowsAndAsManyClean) {
+  const std::int64_t processor = hwy::SupportedTargets();
+  for (const bool coarse : {false, true}) {
+    std::optional<std::size_t> expected;
+    for (const std::int64_t level : {HWY_AVX3, HWY_AVX2, HWY_STATIC_TARGET}) {
+      if ((processor & level) == 0 && level != HWY_STATIC_TARGET) continue;
+      SCOPED_TRACE(fmt::format("SIMD level {}, {}", level, coarse ? "samples" : "changes"));
+      hwy::SetSupportedTargetsForTest(level | HWY_STATIC_TARGET);
+      hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+      std::mt19937_64 random(13'006);
+      TestLine line;
+      Reading setup{.format = "pos32,nE,nW,crc6", .timing = {}, .margin = {}};
+      setup.timing.clock_constant = true;
+      for (int i = 0; i < 200; ++i) {
+        Shape shape = random_shape(random);
+        shape.ack_clocks = static_cast<std::uint16_t>(1 + random() % 180);
+        line.request(shape, random(), setup.format);
+      }
+      if (coarse) {
+        setup.margin.resolution = nanoseconds(20);
+        line.ma = sampled(line.ma, nanoseconds(20));
+        line.slo = sampled(line.slo, nanoseconds(20));
+      }
+      const std::size_t clean =
+          expect_same(line.edges(), line.last_time() + milliseconds(1), setup, random);
+      if (!expected) expected = clean;
+      EXPECT_EQ(clean, *expected);
+      EXPECT_GT(clean, 50U);
+    }
+  }
+  hwy::SetSupportedTargetsForTest(0);
+  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
 }
 
 // One gap of MA a little longer than the others, in which the encoder went idle: two requests.
