@@ -120,7 +120,8 @@ void add_capture_rows(Table& table) {
             decode_edges);
   table.add({.name = "arrays of edges to frames, cycles of 26 bits",
              .unit = Unit::million_a_second,
-             .reference = "edges to frames, cycles of 26 bits"},
+             .reference = "edges to frames, cycles of 26 bits",
+             .target = 200},
             decode_arrays);
 }
 

@@ -1,5 +1,4 @@
 // Sampled captures on their way to the changes of two lines, beside what the machine can do.
-#include <fmt/format.h>
 #include <hwy/highway.h>
 
 #include <algorithm>
@@ -143,10 +142,11 @@ void expand_memory(benchmark::State& state, const Samples& samples) {
 }
 
 // The same with the vectors of an older processor, or none.
-void expand_memory_at(benchmark::State& state, std::int64_t target) {
+template <class Run>
+void run_at(std::int64_t target, Run run) {
   hwy::SetSupportedTargetsForTest(target | HWY_STATIC_TARGET);
   hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-  expand_memory(state, line_in_memory());
+  run();
   hwy::SetSupportedTargetsForTest(0);
   hwy::GetChosenTarget().Update(hwy::SupportedTargets());
 }
@@ -186,6 +186,24 @@ void expand_archive(benchmark::State& state, std::size_t period, bool verify) {
   state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(archive_samples));
 }
 
+// \param share of the reference's speed, at the least
+void add_level_rows(Table& table, const std::string& reference, const std::string& name,
+                    std::int64_t level, double share) {
+  if ((hwy::SupportedTargets() & level) == 0 && level != HWY_STATIC_TARGET) return;
+  table.add({.name = "samples in memory, to changes of MA and SLO, " + name,
+             .unit = Unit::megabytes,
+             .reference = reference},
+            [=](benchmark::State& state) {
+              run_at(level, [&] { expand_memory(state, line_in_memory()); });
+            });
+  table.add({.name = "samples in memory, to request cycles, " + name,
+             .unit = Unit::megabytes,
+             .reference = reference,
+             .share = 1 / share,
+             .own_time = true},
+            [=](benchmark::State& state) { run_at(level, [&] { decode_memory(state, 1); }); });
+}
+
 void add_archive_rows(Table& table, const std::string& line, std::size_t period) {
   const std::string ceiling = ".sr, " + line + ", inflate by libdeflate";
   table.add({.name = ceiling, .unit = Unit::megabytes},
@@ -216,22 +234,21 @@ void add_samples_rows(Table& table) {
              .unit = Unit::megabytes,
              .reference = planes},
             [](benchmark::State& state) { expand_memory(state, line_in_memory()); });
-  for (const unsigned threads : {1U, 2U}) {
-    table.add({.name = fmt::format("samples in memory, to request cycles, {} thread{}", threads,
-                                   threads == 1 ? "" : "s"),
-               .unit = Unit::megabytes,
-               .reference = planes,
-               .own_time = true},
-              [=](benchmark::State& state) { decode_memory(state, threads); });
-  }
-  for (const auto& [name, target] : {std::pair{"AVX2", std::int64_t{HWY_AVX2}},
-                                     std::pair{"no vectors", std::int64_t{HWY_STATIC_TARGET}}}) {
-    if ((hwy::SupportedTargets() & target) == 0 && target != HWY_STATIC_TARGET) continue;
-    table.add({.name = std::string("samples in memory, to changes of MA and SLO, ") + name,
-               .unit = Unit::megabytes,
-               .reference = planes},
-              [level = target](benchmark::State& state) { expand_memory_at(state, level); });
-  }
+  const std::string one = "samples in memory, to request cycles, 1 thread";
+  table.add({.name = one,
+             .unit = Unit::megabytes,
+             .reference = planes,
+             .share = 1 / 0.5,
+             .own_time = true},
+            [](benchmark::State& state) { decode_memory(state, 1); });
+  table.add({.name = "samples in memory, to request cycles, 2 threads",
+             .unit = Unit::megabytes,
+             .reference = one,
+             .share = 1 / 1.7,
+             .own_time = true},
+            [](benchmark::State& state) { decode_memory(state, 2); });
+  add_level_rows(table, planes, "AVX2", HWY_AVX2, 0.5);
+  add_level_rows(table, planes, "no vectors", HWY_STATIC_TARGET, 0.1);
   table.add({.name = "samples in memory, a rest line to changes",
              .unit = Unit::megabytes,
              .reference = reading},

@@ -84,7 +84,11 @@ std::string Table::line_of(const Row& row) const {
     ratio = fmt::format("{:.{}f} × {}", times, times < 10 ? 2 : 0,
                         short_reference(row.name, reference->name));
   }
-  std::string target = row.target == 0 ? "" : fmt::format("≤ {:g} ns", row.target);
+  std::string target;
+  if (row.target != 0) {
+    target = row.unit == Unit::nanoseconds ? fmt::format("≤ {:g} ns", row.target)
+                                           : fmt::format("≥ {:g} million/s", 1000 / row.target);
+  }
   if (row.share != 0) target = fmt::format("≥ {:.2f} ×", 1 / row.share);
   return fmt::format("| {} | {} | {} | {} | {} |\n", row.name, shown(figure.median, row.unit),
                      shown(figure.best, row.unit), target, ratio);

@@ -24,7 +24,7 @@ struct Row {
   Unit unit = Unit::nanoseconds;
   /// Name of the row it is compared with, empty for none.
   std::string reference{};
-  /// The limit in nanoseconds; 0 for none.
+  /// The limit in nanoseconds an item; 0 for none.
   double target = 0;
   /// The limit as a share of the reference's time; 0 for none.
   double share = 0;

@@ -96,28 +96,20 @@ void CleanCycleFinder::measure_times(CycleReading& reading) const {
 // What SLO shows. With a format, only good frames are clean.
 bool CleanCycleFinder::read_frame(CycleReading& reading) {
   Cycle& cycle = reading.cycle;
-  std::array<std::uint8_t, CleanMeasure::bit_words * 8> bytes;
-  const std::size_t words = (measured_.rises + 63) / 64;
-  for (std::size_t w = 0; w < words; ++w) {
-    std::uint64_t word = measured_.bits[w];
-    if constexpr (std::endian::native == std::endian::little) word = __builtin_bswap64(word);
-    std::memcpy(bytes.data() + 8 * w, &word, sizeof word);
-  }
-  const BitView bits(std::span<const std::uint8_t>(bytes.data(), 8 * words), 0, measured_.rises);
-  const std::size_t start_bit = bits.find(true, 2);
-  if (start_bit == bits.size_bits()) return false;
-  const FrameStart start{start_bit, 1, static_cast<std::uint16_t>(start_bit - 1)};
-  if (!read_payload(bits, start, cycle)) return false;
-  if (!ack_within_bounds(timing_, *cycle.period, start.ack_clocks)) {
+  const std::size_t start_bit = find_start();
+  if (start_bit == measured_.rises) return false;
+  if (!read_payload(start_bit, cycle)) return false;
+  if (!ack_within_bounds(timing_, *cycle.period, static_cast<std::uint16_t>(start_bit - 1))) {
     cycle.status = CycleStatus::ack_range;
     cycle.frame.reset();
   }
-  const auto first = scratch_.samples.begin();
-  const auto last = first + measured_.changes;
-  const auto start_sample = static_cast<std::int32_t>(start_bit);
-  const auto after_start = std::upper_bound(first, last, start_sample) - first;
-  cycle.ack =
-      Picoseconds{scratch_.changes[static_cast<std::size_t>(after_start - 1)] - measured_.fall};
+  // The last change that the sample of START sees: nearly always the second one.
+  std::size_t rise = 1;
+  while (rise + 1 < measured_.changes &&
+         static_cast<std::size_t>(scratch_.samples[rise + 1]) <= start_bit) {
+    ++rise;
+  }
+  cycle.ack = Picoseconds{scratch_.changes[rise] - measured_.fall};
   // Without a format, the last clock stands for STOP.
   const std::size_t stop =
       codec_ ? start_bit + 2 + codec_->payload_bits() : std::size_t{measured_.rises} - 1;
@@ -129,22 +121,55 @@ bool CleanCycleFinder::read_frame(CycleReading& reading) {
   return true;
 }
 
-bool CleanCycleFinder::read_payload(BitView bits, const FrameStart& start, Cycle& cycle) const {
-  const BitView from_start = bits.from(start.start_bit);
+// The first two bits are LAT and ACK. \return the number of bits where there is no START
+std::size_t CleanCycleFinder::find_start() const {
+  std::uint64_t word = measured_.bits[0] & (~std::uint64_t{0} >> 2U);
+  std::size_t first = 0;
+  while (word == 0 && first + 64 < measured_.rises) {
+    first += 64;
+    word = measured_.bits[first / 64];
+  }
+  return std::min<std::size_t>(first + static_cast<std::size_t>(std::countl_zero(word)),
+                               measured_.rises);
+}
+
+bool CleanCycleFinder::read_payload(std::size_t start_bit, Cycle& cycle) const {
   if (!codec_) {
-    cycle.raw.append(from_start.first(RawBits::capacity_bits));
+    append_raw(start_bit, RawBits::capacity_bits, cycle.raw);
     cycle.status = CycleStatus::unchecked;
     return true;
   }
-  const auto frame = decode_payload(bits, start, *codec_);
+  std::array<std::uint8_t, CleanMeasure::bit_words * 8> bytes;
+  const std::size_t words = (measured_.rises + 63) / 64;
+  for (std::size_t w = 0; w < words; ++w) {
+    std::uint64_t word = measured_.bits[w];
+    if constexpr (std::endian::native == std::endian::little) word = __builtin_bswap64(word);
+    std::memcpy(bytes.data() + 8 * w, &word, sizeof word);
+  }
+  // The bits begin with LAT and ACK: the same START is found.
+  const auto frame = decode_frame(
+      BitView(std::span<const std::uint8_t>(bytes.data(), 8 * words), 0, measured_.rises), *codec_);
   if (!frame.ok()) return false;
   cycle.frame = *frame;
-  cycle.raw.append(from_start.first(codec_->payload_bits() + 3U));
+  append_raw(start_bit, codec_->payload_bits() + 3U, cycle.raw);
   const auto channels = codec_->format().channels();
   for (std::size_t k = 0; k < channels.size(); ++k) {
     if (channels[k].crc.present()) cycle.crc_ok[k] = true;
   }
   return true;
+}
+
+// `count` bits from START on, or all that there are.
+void CleanCycleFinder::append_raw(std::size_t start_bit, std::size_t count, RawBits& raw) const {
+  const std::size_t end = std::min<std::size_t>(start_bit + count, measured_.rises);
+  for (std::size_t at = start_bit; at < end; at += 64) {
+    std::uint64_t word = measured_.bits[at / 64] << (at % 64);
+    if (at % 64 != 0 && at / 64 + 1 < CleanMeasure::bit_words) {
+      word |= measured_.bits[at / 64 + 1] >> (64 - at % 64);
+    }
+    const auto now = static_cast<unsigned>(std::min<std::size_t>(end - at, 64));
+    raw.append(word >> (64 - now), now);
+  }
 }
 
 // The one rise of SLO after the last bit.

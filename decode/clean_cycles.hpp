@@ -22,10 +22,20 @@ struct LineRun {
   bool first_high = false;
 };
 
+/// A place in a run: the next change of each line.
+struct RunPlace {
+  std::size_t ma = 0;
+  std::size_t slo = 0;
+
+  bool operator==(const RunPlace&) const = default;
+};
+
 /// A stretch of a capture: no change of either line is missing between the first and the last.
 struct PairRun {
   LineRun ma;
   LineRun slo;
+
+  RunPlace end() const { return {ma.times.size(), slo.times.size()}; }
 };
 
 /// A cycle that was found in a run, and where: from the falling edge of MA that begins it to the one
@@ -37,6 +47,9 @@ struct CleanCycle {
   std::size_t slo_begin = 0;
   std::size_t slo_end = 0;
   CycleReading reading;
+
+  RunPlace begin() const { return {ma_begin, slo_begin}; }
+  RunPlace end() const { return {ma_end, slo_end}; }
 };
 
 /// Finds the clean cycles of a run: those that the Decoder would read in just this way whatever came
@@ -57,7 +70,9 @@ class CleanCycleFinder {
  private:
   bool read(CleanCycle& cycle, const CleanLines& lines);
   bool read_frame(CycleReading& reading);
-  bool read_payload(BitView bits, const FrameStart& start, Cycle& cycle) const;
+  std::size_t find_start() const;
+  bool read_payload(std::size_t start_bit, Cycle& cycle) const;
+  void append_raw(std::size_t start_bit, std::size_t count, RawBits& raw) const;
   void measure_times(CycleReading& reading) const;
   std::optional<Picoseconds> release(std::size_t last_bit) const;
 

@@ -4,10 +4,12 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <hwy/highway.h>
 
 #include <random>
 #include <string>
 
+#include "decode/run_join.hpp"
 #include "decode/test_cycle_text.hpp"
 #include "decode/test_line.hpp"
 
@@ -42,7 +44,7 @@ struct Quick {
   std::size_t clean = 0;
 };
 
-// In runs of about that many edges.
+// In runs of about that many edges, joined or each alone.
 Quick quickly(const std::vector<wire::Edge>& edges, Picoseconds end, const Reading& setup,
               std::size_t run_edges, std::mt19937_64& random) {
   Quick quick;
@@ -50,6 +52,8 @@ Quick quickly(const std::vector<wire::Edge>& edges, Picoseconds end, const Readi
                   [&](const Cycle& cycle) { quick.rows.push_back(text_of(cycle)); });
   CleanCycleFinder finder(setup.known(), setup.timing, setup.margin);
   std::vector<CleanCycle> clean;
+  RunJoin join(finder, decoder);
+  const bool joins = random() % 2 == 0;
   std::array<std::optional<bool>, 2> level{};
   for (std::size_t at = 0; at < edges.size();) {
     const std::size_t end_at = std::min(edges.size(), at + 1 + random() % (2 * run_edges));
@@ -71,8 +75,13 @@ Quick quickly(const std::vector<wire::Edge>& edges, Picoseconds end, const Readi
     const PairRun run{{times[0], first[0]}, {times[1], first[1]}};
     finder.find(run, clean);
     quick.clean += clean.size();
-    decoder.push(run, clean);
+    if (joins) {
+      join.push(run, clean);
+    } else {
+      decoder.push(run, clean);
+    }
   }
+  join.flush();
   decoder.finish(end);
   return quick;
 }
@@ -186,6 +195,41 @@ TEST(CleanCycles, JitterAsInTheSamplesOfAnAnalyser_NearlyAllAreClean) {
   const std::size_t clean =
       expect_same(line.edges(), line.last_time() + milliseconds(1), setup, random);
   EXPECT_GE(clean, 480U);
+}
+
+// The first levels have vectors, the last one has none.
+TEST(CleanCycles, EachSimdLevel_SameRowsAndAsManyClean) {
+  const std::int64_t processor = hwy::SupportedTargets();
+  for (const bool coarse : {false, true}) {
+    std::optional<std::size_t> expected;
+    for (const std::int64_t level : {HWY_AVX3, HWY_AVX2, HWY_STATIC_TARGET}) {
+      if ((processor & level) == 0 && level != HWY_STATIC_TARGET) continue;
+      SCOPED_TRACE(fmt::format("SIMD level {}, {}", level, coarse ? "samples" : "changes"));
+      hwy::SetSupportedTargetsForTest(level | HWY_STATIC_TARGET);
+      hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+      std::mt19937_64 random(13'006);
+      TestLine line;
+      Reading setup{.format = "pos32,nE,nW,crc6", .timing = {}, .margin = {}};
+      setup.timing.clock_constant = true;
+      for (int i = 0; i < 200; ++i) {
+        Shape shape = random_shape(random);
+        shape.ack_clocks = static_cast<std::uint16_t>(1 + random() % 180);
+        line.request(shape, random(), setup.format);
+      }
+      if (coarse) {
+        setup.margin.resolution = nanoseconds(20);
+        line.ma = sampled(line.ma, nanoseconds(20));
+        line.slo = sampled(line.slo, nanoseconds(20));
+      }
+      const std::size_t clean =
+          expect_same(line.edges(), line.last_time() + milliseconds(1), setup, random);
+      if (!expected) expected = clean;
+      EXPECT_EQ(clean, *expected);
+      EXPECT_GT(clean, 50U);
+    }
+  }
+  hwy::SetSupportedTargetsForTest(0);
+  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
 }
 
 // One gap of MA a little longer than the others, in which the encoder went idle: two requests.

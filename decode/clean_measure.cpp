@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstring>
 #include <limits>
+#include <type_traits>
 
 // Of the levels between, the compilers' time is not worth the gain.
 #define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX3_DL)
@@ -35,34 +36,87 @@ constexpr std::int32_t none = std::numeric_limits<std::int32_t>::max();
 
 using Times = CleanScratch::Times;
 
+inline std::int32_t after(std::int64_t time, std::int64_t begin) {
+  return static_cast<std::int32_t>(std::min<std::int64_t>(time - begin, far));
+}
+
 HWY_INLINE M first_lanes(std::size_t count) {
   const D d;
   return hn::FirstN(d, std::min(count, hn::Lanes(d)));
 }
 
-struct Least {
-  V value;
+struct TakeLeast {
+  static constexpr std::int32_t nothing = none;
 
-  HWY_INLINE Least() : value(hn::Set(D(), none)) {}
-  HWY_INLINE void add(V v, M valid) {
-    value = hn::Min(value, hn::IfThenElse(valid, v, hn::Set(D(), none)));
+  template <class Vector>
+  HWY_INLINE Vector operator()(Vector a, Vector b) const {
+    return hn::Min(a, b);
   }
-  HWY_INLINE std::int32_t get() const { return hn::GetLane(hn::MinOfLanes(D(), value)); }
+};
+struct TakeSum {
+  static constexpr std::int32_t nothing = 0;
+
+  template <class Vector>
+  HWY_INLINE Vector operator()(Vector a, Vector b) const {
+    return hn::Add(a, b);
+  }
 };
 
-struct Most {
-  V value;
-
-  HWY_INLINE Most() : value(hn::Set(D(), -none)) {}
-  HWY_INLINE void add(V v, M valid) {
-    value = hn::Max(value, hn::IfThenElse(valid, v, hn::Set(D(), -none)));
+#if HWY_TARGET != HWY_SCALAR
+struct TakeDifference {
+  template <class Vector>
+  HWY_INLINE Vector operator()(Vector a, Vector b) const {
+    return hn::Xor(a, b);
   }
-  HWY_INLINE std::int32_t get() const { return hn::GetLane(hn::MaxOfLanes(D(), value)); }
 };
 
-// times[i] - begin for whole vectors from `from` on, up to the first that is `far` or more: those are
-// `far`. `done` gets the place, the new times, and their distances from the times before, which
-// hold where both are below `far`. \return the end of what was converted
+// Halves the vector until it has 16 bytes.
+template <class Tag, class Fold>
+HWY_INLINE auto fold_to_block(Tag tag, hn::Vec<Tag> v, Fold fold) {
+  if constexpr (hn::MaxLanes(tag) * sizeof(hn::TFromD<Tag>) <= 16) {
+    return v;
+  } else {
+    const hn::Half<Tag> half;
+    return fold_to_block(half, fold(hn::LowerHalf(half, v), hn::UpperHalf(half, v)), fold);
+  }
+}
+
+// Both at once: of `a` in the lower half, of `b` in the upper one. Even lanes and odd ones stay apart.
+template <class Tag, class Fold>
+HWY_INLINE auto fold_both(Tag tag, hn::Vec<Tag> a, hn::Vec<Tag> b, Fold fold) {
+  const hn::CappedTag<hn::TFromD<Tag>, 16 / sizeof(hn::TFromD<Tag>)> block;
+  const auto low = fold_to_block(tag, a, fold);
+  const auto high = fold_to_block(tag, b, fold);
+  return fold(hn::ConcatLowerLower(block, high, low), hn::ConcatUpperUpper(block, high, low));
+}
+#endif
+
+// Two vectors, each folded to its even lanes and its odd ones.
+template <class Fold>
+struct Folded {
+  alignas(16) std::array<std::int32_t, 4> lanes;
+
+  HWY_INLINE Folded(V a, V b) {
+#if HWY_TARGET == HWY_SCALAR
+    lanes = {hn::GetLane(a), Fold::nothing, hn::GetLane(b), Fold::nothing};
+#else
+    hn::Store(fold_both(D(), a, b, Fold()), hn::CappedTag<std::int32_t, 4>(), lanes.data());
+#endif
+  }
+  HWY_INLINE std::int32_t first() const { return both(lanes[0], lanes[1]); }
+  HWY_INLINE std::int32_t second() const { return both(lanes[2], lanes[3]); }
+
+ private:
+  static HWY_INLINE std::int32_t both(std::int32_t a, std::int32_t b) {
+    if constexpr (std::is_same_v<Fold, TakeSum>) return a + b;
+    return std::min(a, b);
+  }
+};
+
+// times[i] - begin for whole vectors from the third time on, up to the first that is `far` or more:
+// those are `far`. `done` gets the place, the new times, and their distances from the times before
+// and from those two before, which hold where both are below `far`. \return the end of what was
+// converted. \pre there are two times
 template <class Done>
 HWY_INLINE std::size_t convert(std::span<const std::int64_t> times, std::int64_t begin, Times& out,
                                Done done) {
@@ -77,28 +131,33 @@ HWY_INLINE std::size_t convert(std::span<const std::int64_t> times, std::int64_t
     hn::LoadInterleaved2(d, reinterpret_cast<const std::int32_t*>(times.data() + i), low, high);
     return low;
   };
-  out[0] = static_cast<std::int32_t>(std::min<std::int64_t>(times[0] - begin, far));
-  std::size_t i = 1;
+  out[0] = after(times[0], begin);
+  out[1] = after(times[1], begin);
+  std::size_t i = 2;
   for (; i + lanes <= count && times[i + lanes - 1] - begin < far; i += lanes) {
     const V low = low_halves(i);
-    hn::StoreU(hn::Sub(low, base), d, out.data() + i);
-    if (done(i, i + lanes, hn::Sub(low, base), hn::Sub(low, low_halves(i - 1)))) return i + lanes;
+    const V now = hn::Sub(low, base);
+    hn::StoreU(now, d, out.data() + i);
+    if (done(i, i + lanes, now, hn::Sub(low, low_halves(i - 1)), hn::Sub(low, low_halves(i - 2)))) {
+      return i + lanes;
+    }
   }
   // Those that are left, one by one: the end of the array, or the last ones before a long pause.
   const std::size_t end = std::min(i + lanes, count);
-  for (std::size_t k = i; k < end; ++k) {
-    out[k] = static_cast<std::int32_t>(std::min<std::int64_t>(times[k] - begin, far));
-  }
+  for (std::size_t k = i; k < end; ++k) out[k] = after(times[k], begin);
   if (i < end) {
     const V now = hn::LoadU(d, out.data() + i);
-    done(i, end, now, hn::Sub(now, hn::LoadU(d, out.data() + i - 1)));
+    done(i, end, now, hn::Sub(now, hn::LoadU(d, out.data() + i - 1)),
+         hn::Sub(now, hn::LoadU(d, out.data() + i - 2)));
   }
   return end;
 }
 
-// What MA shows.
+// What MA shows: of the edges up to the first long gap.
 struct Clock {
   std::int32_t longest_gap = 0;
+  // Of the gaps by which the decoder tells a pause.
+  std::int32_t longest_of_first = 0;
   std::int32_t rise_least = 0;
   std::int32_t rise_most = 0;
   std::int32_t fall_least = 0;
@@ -106,90 +165,133 @@ struct Clock {
   std::int32_t high = 0;
 };
 
-HWY_INLINE Clock measure_clock(const Times& edges, std::size_t count, Times& rises) {
-  const D d;
-  const std::size_t lanes = hn::Lanes(d);
-  Most gaps;
-  Least rise_least;
-  Most rise_most;
-  Least fall_least;
-  Most fall_most;
-  V high = hn::Zero(d);
-  const std::size_t rise_count = count / 2;
-  const std::size_t fall_count = count - rise_count;
-  for (std::size_t i = 0; i < fall_count; i += lanes) {
-    V fall;
-    V rise;
-    V next_fall;
-    V next_rise;
-    hn::LoadInterleaved2(d, edges.data() + 2 * i, fall, rise);
-    hn::LoadInterleaved2(d, edges.data() + 2 * i + 2, next_fall, next_rise);
-    hn::StoreU(rise, d, rises.data() + i);
-    const M is_rise = first_lanes(rise_count - std::min(rise_count, i));
-    const M has_fall = first_lanes(fall_count - 1 - std::min(fall_count - 1, i));
-    const M has_rise = first_lanes(rise_count - 1 - std::min(rise_count - 1, i));
-    const V high_now = hn::Sub(next_fall, rise);
-    gaps.add(hn::Sub(rise, fall), is_rise);
-    gaps.add(high_now, has_fall);
-    high = hn::Add(high, hn::IfThenElseZero(has_fall, high_now));
-    const V falls = hn::Sub(next_fall, fall);
-    fall_least.add(falls, has_fall);
-    fall_most.add(falls, has_fall);
-    const V rise_step = hn::Sub(next_rise, rise);
-    rise_least.add(rise_step, has_rise);
-    rise_most.add(rise_step, has_rise);
-  }
-  rises[rise_count] = far;
-  return {.longest_gap = gaps.get(),
-          .rise_least = rise_least.get(),
-          .rise_most = rise_most.get(),
-          .fall_least = fall_least.get(),
-          .fall_most = fall_most.get(),
-          .high = hn::GetLane(hn::SumOfLanes(d, high))};
-}
-
 // The longest of the gaps by which the decoder tells a pause.
-HWY_INLINE std::int32_t longest_of_first(const Times& edges) {
+HWY_INLINE V gaps_at_begin(const Times& edges) {
   const D d;
-  Most longest;
+  V longest = hn::Zero(d);
   for (std::size_t i = 1; i < lookahead_edges; i += hn::Lanes(d)) {
-    longest.add(hn::Sub(hn::LoadU(d, edges.data() + i), hn::LoadU(d, edges.data() + i - 1)),
-                first_lanes(lookahead_edges - i));
+    const V gaps = hn::Sub(hn::LoadU(d, edges.data() + i), hn::LoadU(d, edges.data() + i - 1));
+    longest = hn::Max(longest, hn::IfThenElseZero(first_lanes(lookahead_edges - i), gaps));
   }
-  return longest.get();
+  return longest;
 }
 
-HWY_INLINE std::int32_t clock_change(const Times& rises, std::size_t count) {
-  const D d;
-  std::int32_t most = 0;
-  for (std::size_t apart = 1; apart <= 8 && apart < count; apart *= 2) {
-    Least shortest;
-    Most longest;
-    for (std::size_t i = 0; i + apart < count; i += hn::Lanes(d)) {
-      const V time =
-          hn::Sub(hn::LoadU(d, rises.data() + i + apart), hn::LoadU(d, rises.data() + i));
-      const M valid = first_lanes(count - apart - i);
-      shortest.add(time, valid);
-      longest.add(time, valid);
+// Adds up a Clock from the edges after the first two.
+#if HWY_TARGET == HWY_SCALAR
+class ClockSums {
+ public:
+  void add(V, V) {}
+  void add(V, V, M) {}
+
+  Clock get(const Times& edges, std::size_t count) const {
+    Clock clock{.longest_gap = edges[1],
+                .longest_of_first = hn::GetLane(gaps_at_begin(edges)),
+                .rise_least = none,
+                .fall_least = none};
+    for (std::size_t i = 2; i < count; ++i) {
+      const std::int32_t gap = edges[i] - edges[i - 1];
+      const std::int32_t step = edges[i] - edges[i - 2];
+      const bool falls = i % 2 == 0;
+      std::int32_t& least = falls ? clock.fall_least : clock.rise_least;
+      std::int32_t& most = falls ? clock.fall_most : clock.rise_most;
+      least = std::min(least, step);
+      most = std::max(most, step);
+      clock.longest_gap = std::max(clock.longest_gap, gap);
+      if (falls) clock.high += gap;
     }
-    most = std::max(most, longest.get() - shortest.get());
+    return clock;
   }
-  return most;
+};
+#else
+// Falls have even indices, and so even lanes. The most of something is the least of its negative.
+class ClockSums {
+ public:
+  HWY_INLINE ClockSums()
+      : least_step_(hn::Set(D(), none)),
+        most_step_(hn::Zero(D())),
+        most_gap_(hn::Zero(D())),
+        sum_(hn::Zero(D())) {}
+
+  HWY_INLINE void add(V gaps, V steps) { add(gaps, steps, steps); }
+  HWY_INLINE void add(V gaps, V steps, M valid) {
+    const D d;
+    add(hn::IfThenElseZero(valid, gaps), hn::IfThenElse(valid, steps, hn::Set(d, none)),
+        hn::IfThenElseZero(valid, steps));
+  }
+
+  HWY_INLINE Clock get(const Times& edges, std::size_t) const {
+    const D d;
+    const Folded<TakeLeast> steps(least_step_, hn::Neg(most_step_));
+    const Folded<TakeLeast> gaps(hn::Neg(most_gap_), hn::Neg(gaps_at_begin(edges)));
+    const Folded<TakeSum> sums(sum_, hn::Zero(d));
+    return {.longest_gap = std::max(-gaps.first(), edges[1]),
+            .longest_of_first = -gaps.second(),
+            .rise_least = steps.lanes[1],
+            .rise_most = -steps.lanes[3],
+            .fall_least = steps.lanes[0],
+            .fall_most = -steps.lanes[2],
+            .high = sums.lanes[0]};
+  }
+
+ private:
+  HWY_INLINE void add(V gaps, V steps, V steps_or_zero) {
+    least_step_ = hn::Min(least_step_, steps);
+    most_step_ = hn::Max(most_step_, steps_or_zero);
+    most_gap_ = hn::Max(most_gap_, gaps);
+    sum_ = hn::Add(sum_, gaps);
+  }
+
+  V least_step_;
+  V most_step_;
+  V most_gap_;
+  V sum_;
+};
+#endif
+
+HWY_INLINE V rises_from(const Times& edges, std::size_t index) {
+  V fall;
+  V rise;
+  hn::LoadInterleaved2(D(), edges.data() + 2 * index, fall, rise);
+  return rise;
+}
+
+HWY_INLINE std::int32_t clock_change(const Times& edges, std::size_t count) {
+  const D d;
+  std::int32_t change = 0;
+  for (std::size_t apart = 1; apart <= 8 && apart < count; apart *= 2) {
+    V shortest = hn::Set(d, none);
+    V longest = hn::Zero(d);
+    for (std::size_t i = 0; i + apart < count; i += hn::Lanes(d)) {
+      const V time = hn::Sub(rises_from(edges, i + apart), rises_from(edges, i));
+      const M valid = first_lanes(count - apart - i);
+      shortest = hn::Min(shortest, hn::IfThenElse(valid, time, hn::Set(d, none)));
+      longest = hn::Max(longest, hn::IfThenElseZero(valid, time));
+    }
+    const Folded<TakeLeast> both(shortest, hn::Neg(longest));
+    change = std::max(change, -both.second() - both.first());
+  }
+  return change;
 }
 
 // Rising edges as they were measured, and those of an even clock, which need not be looked up.
 struct Measured {
-  const std::int32_t* rises;
+  // Every second one rises, the second edge first.
+  const std::int32_t* edges;
 
-  HWY_INLINE V at(V index) const { return hn::GatherIndex(D(), rises, index); }
+  HWY_INLINE V at(V index) const { return hn::GatherIndex(D(), edges + 1, hn::Add(index, index)); }
+  HWY_INLINE void edges_at(V index, V& edge, V& before) const {
+    edge = at(index);
+    before = at(hn::Sub(index, hn::Set(D(), 1)));
+  }
 };
 struct Even {
   std::int32_t begin;
   std::int32_t period;
 
-  HWY_INLINE V at(V index) const {
-    const D d;
-    return hn::Add(hn::Set(d, begin), hn::Mul(index, hn::Set(d, period)));
+  HWY_INLINE void edges_at(V index, V& edge, V& before) const {
+    const V step = hn::Set(D(), period);
+    edge = hn::Add(hn::Set(D(), begin), hn::Mul(index, step));
+    before = hn::Sub(edge, step);
   }
 };
 
@@ -214,8 +316,7 @@ struct Grid {
     const auto place = hn::Ceil(hn::Mul(hn::ConvertTo(df, from_second), hn::Set(df, per_period)));
     index = hn::Min(hn::Max(hn::Add(hn::ConvertTo(d, place), one), one), end);
     for (int i = 0; i < 4; ++i) {
-      edge = rises.at(index);
-      edge_before = rises.at(hn::Sub(index, one));
+      rises.edges_at(index, edge, edge_before);
       const M later = hn::And(hn::Lt(edge, moved), hn::Lt(index, end));
       const M earlier = hn::And(hn::Gt(hn::Add(edge_before, one), moved), hn::Gt(index, one));
       if (hn::AllFalse(d, hn::Or(later, earlier))) return true;
@@ -274,14 +375,15 @@ HWY_INLINE bool delay_from(const Rises& rises, std::int32_t second, const CleanM
     most = hn::Max(most, counted);
     valid_count += hn::CountTrue(d, valid);
   }
-  const std::int32_t total = hn::GetLane(hn::SumOfLanes(d, sum));
-  delay.mean = first + total / static_cast<std::int32_t>(valid_count);
-  delay.spread = hn::GetLane(hn::MaxOfLanes(d, most)) - hn::GetLane(hn::MinOfLanes(d, least));
+  const Folded<TakeSum> sums(sum, hn::Zero(d));
+  const Folded<TakeLeast> bounds(least, hn::Neg(most));
+  delay.mean = first + sums.first() / static_cast<std::int32_t>(valid_count);
+  delay.spread = -bounds.second() - bounds.first();
   return true;
 }
 
 // The beginning of an even clock that fits best; false where the clock is not even.
-HWY_INLINE bool lay_even_clock(const Times& rises, std::int32_t count, std::int32_t period,
+HWY_INLINE bool lay_even_clock(const Times& edges, std::int32_t count, std::int32_t period,
                                std::int32_t& begin) {
   const D d;
   const auto lanes = static_cast<std::int32_t>(hn::Lanes(d));
@@ -291,14 +393,14 @@ HWY_INLINE bool lay_even_clock(const Times& rises, std::int32_t count, std::int3
   M uneven = hn::FirstN(d, 0);
   for (std::int32_t i = 0; i < count; i += lanes) {
     const auto at = static_cast<std::size_t>(i);
-    const V place = hn::Add(hn::Set(d, rises[0]), hn::Mul(hn::Iota(d, i), step));
+    const V place = hn::Add(hn::Set(d, edges[1]), hn::Mul(hn::Iota(d, i), step));
     const V off = hn::IfThenElseZero(first_lanes(static_cast<std::size_t>(count - i)),
-                                     hn::Sub(hn::LoadU(d, rises.data() + at), place));
+                                     hn::Sub(rises_from(edges, at), place));
     // Of whole numbers, 2 * off > period where off > period / 2.
     uneven = hn::Or(uneven, hn::Gt(hn::Abs(off), half));
     sum = hn::Add(sum, off);
   }
-  begin = rises[0] + hn::GetLane(hn::SumOfLanes(d, sum)) / count;
+  begin = edges[1] + hn::GetLane(hn::SumOfLanes(d, sum)) / count;
   return hn::AllFalse(d, uneven);
 }
 
@@ -311,19 +413,19 @@ HWY_INLINE bool measure_delay(const Clock& clock, float per_period, CleanScratch
     hn::StoreU(edge, d, scratch.found.data() + i);
     hn::StoreU(edge_before, d, scratch.found_before.data() + i);
   };
-  const std::int32_t first = scratch.rises[0];
+  const std::int32_t first = scratch.edges[1];
   const Times& changes = scratch.changes;
   Delay seen;
   const bool exact = clock.rise_least == clock.rise_most;
   const bool found =
       exact ? delay_from(Even{first, m.period}, m.second_rise, m, per_period, changes, seen, keep)
-            : delay_from(Measured{scratch.rises.data()}, m.second_rise, m, per_period, changes,
+            : delay_from(Measured{scratch.edges.data()}, m.second_rise, m, per_period, changes,
                          seen, keep);
   if (!found) return false;
   m.delay = seen.mean;
   std::int32_t begin = 0;
   if (8 * seen.spread <= m.period ||
-      !lay_even_clock(scratch.rises, static_cast<std::int32_t>(m.rises), m.period, begin)) {
+      !lay_even_clock(scratch.edges, static_cast<std::int32_t>(m.rises), m.period, begin)) {
     return true;
   }
   Delay even;
@@ -341,7 +443,7 @@ HWY_INLINE bool place_samples(float per_period, std::int32_t margin, CleanScratc
   const D d;
   const auto rise_count = static_cast<std::int32_t>(m.rises);
   const std::int32_t shift = m.delay + m.period / 2;
-  const Grid<Measured> grid{{scratch.rises.data()}, rise_count, m.second_rise, shift, per_period};
+  const Grid<Measured> grid{{scratch.edges.data()}, rise_count, m.second_rise, shift, per_period};
   const V one = hn::Set(d, 1);
   const V nothing = hn::Set(d, none);
   const V too_far = hn::Set(d, margin + 1);
@@ -366,50 +468,102 @@ HWY_INLINE bool place_samples(float per_period, std::int32_t margin, CleanScratc
   return true;
 }
 
-// A gap that is a little longer than those at the beginning: may the encoder have gone idle in it?
-// The last change of SLO in it would be a rise, and SLO high at the next falling edge.
-inline bool may_be_pause(const CleanScratch& scratch, const CleanMeasure& m, const Clock& clock,
-                         std::size_t edge) {
-  const Times& changes = scratch.changes;
-  const std::int32_t last = scratch.edges[edge - 1];
-  const std::int32_t here = scratch.edges[edge];
-  const auto end = changes.begin() + m.changes;
-  const auto after = std::upper_bound(changes.begin(), end, here);
-  if (after == changes.begin() || *(after - 1) <= last) return false;
-  const bool rose = (after - changes.begin()) % 2 == 0;
-  if (!rose) return false;
-  const std::int32_t next = edge % 2 == 0 ? here : scratch.edges[edge + 1];
-  const bool high = (std::upper_bound(after, end, next) - changes.begin()) % 2 == 0;
-  if (!high) return false;
-  const std::int32_t rise = *(after - 1);
-  const std::int32_t line_delay = std::max(0, m.fall - m.second_rise);
-  return rise > last + line_delay + clock.rise_least / 4 && rise < here;
-}
+// Gaps that are a little longer than those at the beginning, in their order: may the encoder have gone
+// idle in one? The last change of SLO in it would be a rise, and SLO high at the next falling edge.
+class Pauses {
+ public:
+  Pauses(const CleanScratch& scratch, const CleanMeasure& m, const Clock& clock)
+      : scratch_(scratch), changes_(m.changes) {
+    const std::int32_t line_delay = std::max(0, m.fall - m.second_rise);
+    moved_ = line_delay + clock.rise_least / 4;
+  }
 
-inline bool has_pause(const CleanScratch& scratch, const CleanMeasure& m, const Clock& clock,
-                      std::int32_t pause) {
-  for (std::size_t i = 1; i < m.edges; ++i) {
-    if (scratch.edges[i] - scratch.edges[i - 1] > pause && may_be_pause(scratch, m, clock, i)) {
-      return true;
+  bool may_be(std::size_t edge) {
+    const std::int32_t last = scratch_.edges[edge - 1];
+    const std::int32_t here = scratch_.edges[edge];
+    next_ = first_after(next_, here);
+    if (next_ == 0 || next_ % 2 != 0) return false;
+    const std::int32_t rise = scratch_.changes[next_ - 1];
+    if (rise <= last + moved_ || rise >= here) return false;
+    const std::int32_t fall = edge % 2 == 0 ? here : scratch_.edges[edge + 1];
+    return first_after(next_, fall) % 2 == 0;
+  }
+
+ private:
+  std::size_t first_after(std::size_t from, std::int32_t time) const {
+    while (from < changes_ && scratch_.changes[from] <= time) ++from;
+    return from;
+  }
+
+  const CleanScratch& scratch_;
+  std::size_t changes_;
+  // After the last edge, SLO may still be moved by it.
+  std::int32_t moved_;
+  // The first change of SLO after the last gap.
+  std::size_t next_ = 0;
+};
+
+HWY_INLINE bool has_pause(const CleanScratch& scratch, const CleanMeasure& m, const Clock& clock,
+                          std::int32_t pause) {
+  const D d;
+  const V limit = hn::Set(d, pause);
+  Pauses pauses(scratch, m, clock);
+  for (std::size_t i = 1; i < m.edges; i += hn::Lanes(d)) {
+    const V gaps =
+        hn::Sub(hn::LoadU(d, scratch.edges.data() + i), hn::LoadU(d, scratch.edges.data() + i - 1));
+    if (hn::AllFalse(d, hn::Gt(gaps, limit))) continue;
+    const std::size_t end = std::min<std::size_t>(i + hn::Lanes(d), m.edges);
+    for (std::size_t k = i; k < end; ++k) {
+      if (scratch.edges[k] - scratch.edges[k - 1] > pause && pauses.may_be(k)) return true;
     }
   }
   return false;
 }
 
-HWY_INLINE void collect_bits(const CleanScratch& scratch, CleanMeasure& m) {
-  // Nearly all cycles have no more than two words: these stay in registers.
-  std::array<std::uint64_t, CleanMeasure::bit_words + 1> toggles{};
-  std::uint64_t first = 0;
-  std::uint64_t second = 0;
-  for (std::size_t i = 0; i < m.changes; ++i) {
+using Words = std::array<std::uint64_t, CleanMeasure::bit_words>;
+
+// Where the level changes, from this word on.
+inline void mark_changes(const CleanScratch& scratch, std::size_t changes, std::size_t first_word,
+                         Words& toggles) {
+  for (std::size_t i = 0; i < changes; ++i) {
     const auto at = static_cast<std::uint32_t>(scratch.samples[i]);
-    const std::uint64_t bit = std::uint64_t{1} << (63U - at % 64U);
-    first ^= at < 64 ? bit : 0;
-    second ^= at / 64 == 1 ? bit : 0;
-    if (at >= 128) toggles[std::min<std::size_t>(at / 64, CleanMeasure::bit_words)] ^= bit;
+    const std::size_t word = at / 64;
+    if (word < first_word || word >= toggles.size()) continue;
+    toggles[word] ^= std::uint64_t{1} << (63U - at % 64U);
   }
-  toggles[0] = first;
-  toggles[1] = second;
+}
+
+#if HWY_TARGET != HWY_SCALAR
+// The same in the first two words: nearly all cycles have no more.
+HWY_INLINE void mark_first_changes(const CleanScratch& scratch, std::size_t changes,
+                                   Words& toggles) {
+  const hn::ScalableTag<std::uint64_t> d;
+  const hn::Rebind<std::uint32_t, decltype(d)> narrow;
+  const auto top = hn::Set(d, std::uint64_t{1} << 63U);
+  const auto in_word = hn::Set(d, std::uint64_t{63});
+  auto first = hn::Zero(d);
+  auto second = hn::Zero(d);
+  for (std::size_t i = 0; i < changes; i += hn::Lanes(d)) {
+    const auto* samples = reinterpret_cast<const std::uint32_t*>(scratch.samples.data() + i);
+    const auto at = hn::PromoteTo(d, hn::LoadU(narrow, samples));
+    const auto bit = hn::Shr(top, hn::And(at, in_word));
+    const auto word = hn::ShiftRight<6>(at);
+    first = hn::Xor(first, hn::IfThenElseZero(hn::Eq(word, hn::Zero(d)), bit));
+    second = hn::Xor(second, hn::IfThenElseZero(hn::Eq(word, hn::Set(d, std::uint64_t{1})), bit));
+  }
+  const hn::CappedTag<std::uint64_t, 2> two;
+  hn::StoreU(fold_both(d, first, second, TakeDifference()), two, toggles.data());
+}
+#endif
+
+HWY_INLINE void collect_bits(const CleanScratch& scratch, CleanMeasure& m) {
+  Words toggles{};
+#if HWY_TARGET == HWY_SCALAR
+  mark_changes(scratch, m.changes, 0, toggles);
+#else
+  mark_first_changes(scratch, m.changes, toggles);
+  if (m.rises > 128) mark_changes(scratch, m.changes, 2, toggles);
+#endif
   std::uint64_t level = ~std::uint64_t{0};
   const std::size_t words = (m.rises + 63) / 64;
   for (std::size_t w = 0; w < words; ++w) {
@@ -420,8 +574,9 @@ HWY_INLINE void collect_bits(const CleanScratch& scratch, CleanMeasure& m) {
   }
 }
 
-// Finds the end of the cycle.
-HWY_INLINE bool split(const CleanLines& lines, CleanScratch& scratch, CleanMeasure& m) {
+// Finds the end of the cycle, and its clock.
+HWY_INLINE bool split(const CleanLines& lines, CleanScratch& scratch, CleanMeasure& m,
+                      Clock& clock) {
   const D d;
   Times& edges = scratch.edges;
   if (lines.ma.size() < least_edges + 2) return false;
@@ -431,14 +586,24 @@ HWY_INLINE bool split(const CleanLines& lines, CleanScratch& scratch, CleanMeasu
   const auto first_period = static_cast<std::int32_t>(lines.ma[2] - begin);
   const V gap_limit = hn::Set(d, first_period + first_period / 4);
   std::size_t end = 0;
-  const std::size_t count =
-      convert(lines.ma, begin, edges, [&](std::size_t from, std::size_t to, V, V gaps) HWY_ATTR {
+  ClockSums sums;
+  std::size_t count = convert(
+      lines.ma, begin, edges, [&](std::size_t from, std::size_t to, V, V gaps, V steps) HWY_ATTR {
         const M longer = hn::And(hn::Gt(gaps, gap_limit), first_lanes(to - from));
         const auto found = hn::FindFirstTrue(d, longer);
-        if (found < 0) return false;
+        if (found < 0) {
+          sums.add(gaps, steps);
+          return false;
+        }
         end = from + static_cast<std::size_t>(found);
+        sums.add(gaps, steps, first_lanes(static_cast<std::size_t>(found)));
         return true;
       });
+  // The rising edge to idle may be the last of a vector.
+  if (end % 2 != 0 && end + 1 == count && count < lines.ma.size()) {
+    edges[count] = after(lines.ma[count], begin);
+    ++count;
+  }
   if (end < least_edges || end + 1 >= count + (end % 2 == 0 ? 1 : 0)) return false;
   m.edges = static_cast<std::uint32_t>(end);
   m.rises = m.edges / 2;
@@ -446,6 +611,7 @@ HWY_INLINE bool split(const CleanLines& lines, CleanScratch& scratch, CleanMeasu
   m.last_edge = edges[end - 1];
   m.second_rise = edges[3];
   if (m.last_edge > longest_cycle || m.rises > CleanMeasure::bit_words * 64 - 2) return false;
+  clock = sums.get(edges, end);
   m.limit =
       std::min(edges[m.next_fall], m.last_edge + static_cast<std::int32_t>(slo_matters.count));
   return true;
@@ -455,13 +621,13 @@ HWY_INLINE bool split(const CleanLines& lines, CleanScratch& scratch, CleanMeasu
 HWY_INLINE bool take_changes(const CleanLines& lines, CleanScratch& scratch, CleanMeasure& m) {
   const D d;
   const std::int64_t next = lines.ma[m.next_fall];
-  if (lines.slo.empty() || lines.slo[0] >= next) return false;
+  if (lines.slo.size() < 2 || lines.slo[1] >= next) return false;
   const std::int32_t next_time = scratch.edges[m.next_fall];
   const V end = hn::Set(d, next_time);
-  std::size_t found = 1;
+  std::size_t found = 2;
   const std::size_t count =
       convert(lines.slo, lines.ma[0], scratch.changes,
-              [&](std::size_t from, std::size_t to, V now, V) HWY_ATTR {
+              [&](std::size_t from, std::size_t to, V now, V, V) HWY_ATTR {
                 found += hn::CountTrue(d, hn::And(hn::Lt(now, end), first_lanes(to - from)));
                 return found < to;
               });
@@ -474,7 +640,7 @@ HWY_INLINE bool take_changes(const CleanLines& lines, CleanScratch& scratch, Cle
   if (found < lines.slo.size() && lines.slo[found] == next) return false;
   m.changes = static_cast<std::uint32_t>(found);
   hn::StoreU(hn::Zero(d), d, scratch.changes.data() + found);
-  return m.changes >= 2;
+  return true;
 }
 
 HWY_INLINE bool is_even(const CleanScratch& scratch, const Clock& clock, const CleanMeasure& m) {
@@ -501,30 +667,29 @@ HWY_INLINE bool find_ack(const CleanScratch& scratch, const Clock& clock, CleanM
 
 bool measure(const CleanLines& lines, const CleanSetup& setup, CleanScratch& scratch,
              CleanMeasure& m) {
-  if (!split(lines, scratch, m)) return false;
-  const Clock clock = measure_clock(scratch.edges, m.edges, scratch.rises);
-  const Times& rises = scratch.rises;
-  const auto rise_count = static_cast<std::int32_t>(m.rises);
-  const std::int32_t periods = rise_count - 1;
-  m.period = (rises[m.rises - 1] - rises[0] + periods / 2) / periods;
+  Clock clock;
+  if (!split(lines, scratch, m, clock)) return false;
+  const Times& edges = scratch.edges;
+  const std::int32_t last_rise = edges[2 * m.rises - 1];
+  const auto periods = static_cast<std::int32_t>(m.rises) - 1;
+  m.period = (last_rise - edges[1] + periods / 2) / periods;
   m.jitter = clock.rise_most - clock.rise_least;
   m.high = clock.high;
   m.highs = static_cast<std::int32_t>(m.edges - 1) / 2;
   if (!is_even(scratch, clock, m) || !take_changes(lines, scratch, m)) return false;
-  if (setup.clock_change) m.clock_change = clock_change(rises, m.rises);
+  if (setup.clock_change) m.clock_change = clock_change(edges, m.rises);
   if (!find_ack(scratch, clock, m)) return false;
   // The decoder's pause is at least this long.
-  const std::int32_t pause =
-      longest_of_first(scratch.edges) +
-      std::min(clock.rise_least, clock.fall_least) / static_cast<std::int32_t>(pause_share);
+  const std::int32_t pause = clock.longest_of_first + std::min(clock.rise_least, clock.fall_least) /
+                                                          static_cast<std::int32_t>(pause_share);
   if (clock.longest_gap > pause && has_pause(scratch, m, clock, pause)) return false;
 
   const std::int32_t half = m.period / 2;
   const float per_period = 1.0F / static_cast<float>(m.period);
   // Nothing that comes later may count: it may not have been seen when the cycle is read.
-  if (rises[m.rises - 1] + (m.fall - m.second_rise) + half >= m.limit) return false;
+  if (last_rise + (m.fall - m.second_rise) + half >= m.limit) return false;
   if (!measure_delay(clock, per_period, scratch, m)) return false;
-  if (rises[m.rises - 1] + m.delay + half >= m.limit) return false;
+  if (last_rise + m.delay + half >= m.limit) return false;
   const auto margin = static_cast<std::int32_t>(m.period / margin_share - setup.margin_doubt);
   if (!place_samples(per_period, margin, scratch, m)) return false;
   // ACK alone moves SLO before its own sample.

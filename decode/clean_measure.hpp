@@ -68,7 +68,6 @@ class CleanScratch {
   using Times = std::array<std::int32_t, max_edges + padding>;
 
   alignas(64) Times edges{};
-  alignas(64) Times rises{};
   alignas(64) Times changes{};
   /// For each change the first sample that is not before it, and its edge of MA and the one before.
   alignas(64) Times samples{};

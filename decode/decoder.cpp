@@ -72,20 +72,21 @@ void Decoder::push(std::span<const wire::Edge> edges, const Lines& lines) {
   }
 }
 
-void Decoder::push(const PairRun& run, std::span<const CleanCycle> clean) {
-  RunPlace at;
+void Decoder::push(const PairRun& run, RunPlace from, RunPlace to,
+                   std::span<const CleanCycle> clean) {
+  RunPlace at = from;
   for (const CleanCycle& cycle : clean) {
-    const bool follows = at.ma == cycle.ma_begin && at.slo == cycle.slo_begin && waits();
-    if (!follows) {
+    if (at != cycle.begin() || !waits()) {
       // The edge that begins the cycle shows whether everything before it is read.
-      push_mixed(run, at, {cycle.ma_begin + 1, cycle.slo_begin});
-      at = {cycle.ma_begin + 1, cycle.slo_begin};
+      const RunPlace begun{cycle.ma_begin + 1, cycle.slo_begin};
+      push_mixed(run, at, begun);
+      at = begun;
       if (!waits_since_this_edge()) continue;
     }
     emit_clean(cycle, run);
-    at = {cycle.ma_end, cycle.slo_end};
+    at = cycle.end();
   }
-  push_mixed(run, at, {run.ma.times.size(), run.slo.times.size()});
+  push_mixed(run, at, to);
 }
 
 // In the order of their times; of two at one time, that of SLO first.

@@ -54,7 +54,11 @@ class Decoder {
   /// The same for the next stretch of a capture as arrays, with the clean cycles in it: these are
   /// emitted as they are where they begin while a request is waited for. Of a line's changes, the
   /// first one may be none. A run begins and ends anywhere; no edge comes twice.
-  void push(const PairRun& run, std::span<const CleanCycle> clean);
+  void push(const PairRun& run, std::span<const CleanCycle> clean) {
+    push(run, {}, run.end(), clean);
+  }
+  /// The same for a part of a run that the clean cycles lie in.
+  void push(const PairRun& run, RunPlace from, RunPlace to, std::span<const CleanCycle> clean);
 
   /// The capture ends at this time, which is not before its last edge; reads what is left.
   void finish(Picoseconds end_time);
@@ -80,11 +84,6 @@ class Decoder {
     CycleReading reading;
   };
 
-  // How far a run has been pushed.
-  struct RunPlace {
-    std::size_t ma = 0;
-    std::size_t slo = 0;
-  };
   void push_mixed(const PairRun& run, RunPlace from, RunPlace to);
   void emit_clean(const CleanCycle& clean, const PairRun& run);
   bool waits() const;

@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "decode/run_join.hpp"
+
 namespace biss::flow {
 
 namespace {
@@ -27,7 +29,11 @@ class Flow {
  public:
   Flow(capture::PairSource& source, const decode::CleanCycleFinder& finder, const FlowSetup& setup,
        decode::Decoder& decoder)
-      : source_(source), finder_(finder), setup_(setup), decoder_(decoder) {}
+      : source_(source),
+        finder_(finder),
+        setup_(setup),
+        decoder_(decoder),
+        join_(finder, decoder) {}
 
   void run_here() {
     Load load(finder_);
@@ -61,6 +67,8 @@ class Flow {
     });
   }
 
+  void finish() { join_.flush(); }
+
  private:
   decode::PairRun run_of(const capture::PairPiece& piece) const {
     return {{piece.ma.times, piece.ma.first_high != setup_.lines.ma_inverted},
@@ -75,9 +83,10 @@ class Flow {
   // False where no further piece counts.
   bool settle(Load& load) {
     const bool regular = source_.settle(*load.piece, [this](std::span<const wire::Edge> edges) {
+      join_.flush();
       decoder_.push(edges, setup_.lines);
     });
-    if (regular) decoder_.push(run_of(*load.piece), load.clean);
+    if (regular) join_.push(run_of(*load.piece), load.clean);
     return !source_.error() && (!setup_.go_on || setup_.go_on());
   }
 
@@ -113,6 +122,7 @@ class Flow {
   const decode::CleanCycleFinder& finder_;
   const FlowSetup& setup_;
   decode::Decoder& decoder_;
+  decode::RunJoin join_;
   std::mutex mutex_;
   std::vector<std::unique_ptr<Load>> loads_;
   std::vector<Load*> free_;
@@ -132,6 +142,7 @@ void decode_pieces(capture::PairSource& source, const decode::CleanCycleFinder& 
   } else {
     flow.run_on_all(threads);
   }
+  flow.finish();
 }
 
 }  // namespace biss::flow

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "decode/clean_cycles.hpp"
+#include "decode/run_join.hpp"
 #include "decode/test_cycle_text.hpp"
 #include "decode/test_line.hpp"
 #include "fuzz/byte_source.hpp"
@@ -115,6 +116,7 @@ std::vector<std::string> rows(const Input& input, Push push) {
 void push_runs(const Input& input, ByteSource& bytes, Decoder& decoder) {
   CleanCycleFinder finder(input.format, input.timing, input.margin);
   std::vector<CleanCycle> clean;
+  RunJoin join(finder, decoder);
   const std::size_t usual = 1 + bytes.next_16() % 2000;
   for (std::size_t at = 0; at < input.edges.size();) {
     const std::size_t end = std::min(input.edges.size(), at + usual + bytes.next());
@@ -127,8 +129,9 @@ void push_runs(const Input& input, ByteSource& bytes, Decoder& decoder) {
     }
     const PairRun run{{times[0], first[0]}, {times[1], first[1]}};
     finder.find(run, clean);
-    decoder.push(run, clean);
+    join.push(run, clean);
   }
+  join.flush();
 }
 
 }  // namespace

@@ -1,0 +1,89 @@
+#include "decode/run_join.hpp"
+
+#include <algorithm>
+
+namespace biss::decode {
+
+namespace {
+
+// More than this is no cycle at the border of two runs.
+constexpr std::size_t most_waiting = 2 * CleanScratch::max_edges;
+// What the finder asks for of the request that follows a cycle.
+constexpr std::size_t edges_ahead = 8;
+constexpr RunPlace first_waiting{1, 1};
+
+bool level(const LineRun& run, std::size_t index) { return run.first_high == (index % 2 == 0); }
+
+}  // namespace
+
+void RunJoin::Line::take(const LineRun& run, std::size_t from) {
+  first_high = level(run, from);
+  const auto rest = run.times.subspan(from);
+  times.assign(rest.begin(), rest.end());
+}
+
+// The changes of the next run before `end`; its first one may be none.
+void RunJoin::Line::append(const LineRun& next, std::size_t end) {
+  const bool is_high = level(run(), times.size() - 1);
+  const std::size_t begin = next.first_high == is_high ? 1 : 0;
+  if (begin >= end) return;
+  const auto more = next.times.first(end).subspan(begin);
+  times.insert(times.end(), more.begin(), more.end());
+}
+
+void RunJoin::push(const PairRun& run, std::span<const CleanCycle> clean) {
+  if (clean.empty()) {
+    flush();
+    decoder_.push(run, clean);
+    return;
+  }
+  RunPlace begin;
+  if (waits()) {
+    begin = clean.front().begin();
+    push_waiting(run, begin);
+  }
+  const RunPlace end = clean.back().end();
+  const bool keeps = run.ma.times.size() - end.ma <= most_waiting &&
+                     run.slo.times.size() - end.slo <= most_waiting;
+  decoder_.push(run, begin, keeps ? end : run.end(), clean);
+  if (keeps) keep(run, end);
+}
+
+void RunJoin::flush() {
+  if (!waits()) return;
+  const PairRun run = waiting();
+  decoder_.push(run, first_waiting, run.end(), {});
+  clear();
+}
+
+// And the edges of the run before `until`, where its first clean cycle begins.
+void RunJoin::push_waiting(const PairRun& run, RunPlace until) {
+  if (until.ma > most_waiting || until.slo > most_waiting) {
+    flush();
+    decoder_.push(run, {}, until, {});
+    return;
+  }
+  slo_.append(run.slo, until.slo);
+  ma_.append(run.ma, until.ma);
+  const RunPlace end = waiting().end();
+  const auto ahead = run.ma.times.subspan(until.ma);
+  ma_.times.insert(
+      ma_.times.end(), ahead.begin(),
+      ahead.begin() + static_cast<std::ptrdiff_t>(std::min(edges_ahead, ahead.size())));
+  finder_.find(waiting(), clean_);
+  while (!clean_.empty() && clean_.back().ma_end > end.ma) clean_.pop_back();
+  decoder_.push(waiting(), first_waiting, end, clean_);
+  clear();
+}
+
+void RunJoin::keep(const PairRun& run, RunPlace from) {
+  ma_.take(run.ma, from.ma - 1);
+  slo_.take(run.slo, from.slo - 1);
+}
+
+void RunJoin::clear() {
+  ma_.times.clear();
+  slo_.times.clear();
+}
+
+}  // namespace biss::decode
