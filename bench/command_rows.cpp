@@ -15,7 +15,7 @@ namespace biss::bench {
 
 namespace {
 
-constexpr std::size_t cycles = 20'000;
+constexpr std::size_t command_cycles = 20'000;
 
 // A temporary folder, removed by the destructor.
 class Folder {
@@ -39,7 +39,7 @@ class Folder {
 };
 
 void decode(benchmark::State& state, const std::string& extension) {
-  const Line line = make_line(cycles);
+  const Line line = make_line(command_cycles);
   const Folder folder;
   if (!folder.good()) return state.SkipWithError("no temporary folder");
   const std::string capture = folder.file("line." + extension);
@@ -52,7 +52,7 @@ void decode(benchmark::State& state, const std::string& extension) {
     const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
     state.SetIterationTime(took.count());
   }
-  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(cycles));
+  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(command_cycles));
 }
 
 }  // namespace

@@ -12,17 +12,22 @@
 #include "capture/bit_scan.hpp"
 #include "capture/dsl.hpp"
 #include "capture/open.hpp"
-#include "capture/test_sampled_pairs.hpp"
+#include "capture/test_capture.hpp"
 #include "capture/test_samples.hpp"
 
 namespace biss::capture {
 namespace sampled_pairs_test {
 
-using pairs_of_samples::expect_same;
-using pairs_of_samples::pair_of;
-using pairs_of_samples::PairRead;
-using pairs_of_samples::read_pairs;
-using pairs_of_samples::same_error;
+PairRead pair_of(const Read& read, wire::LineIndex ma, wire::LineIndex slo) {
+  return pairs_of_edges(read, {.ma = ma, .slo = slo});
+}
+PairRead read_pairs(const Opened& opened, wire::LineIndex ma, wire::LineIndex slo,
+                    std::size_t blocks = 0, std::size_t in_flight = 1) {
+  return capture::read_pairs(opened, {ma, slo, blocks, in_flight});
+}
+void expect_same(const PairRead& pairs, const PairRead& edges) {
+  EXPECT_EQ(difference(edges, pairs), "");
+}
 
 // Runs `work` with each kind of vectors that this processor has, and without any.
 template <class Work>
@@ -300,10 +305,10 @@ TEST(SrPairs, WrongChecksum_IsDamagedUnlessNotVerified) {
   ASSERT_TRUE(verified.error);
   EXPECT_STREQ(verified.error->expected, "data with its checksum");
   EXPECT_EQ(verified.error->part_number, 1U);
-  EXPECT_TRUE(verified.ma.times.empty());
+  EXPECT_TRUE(verified.changes[0].empty());
   const PairRead not_verified = read_pairs(open(true), 0, 1);
   EXPECT_FALSE(not_verified.error);
-  EXPECT_EQ(not_verified.ma.times.size(), 3U);
+  EXPECT_EQ(not_verified.changes[0].size(), 3U);
   expect_same(not_verified, pair_of(read_all(open(true)), 0, 1));
 }
 

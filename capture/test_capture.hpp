@@ -74,7 +74,7 @@ inline void check_pairs(const Read& read, const Opened& opened, const PairWay& w
   if (read.lines.size() <= std::max(way.ma, way.slo)) return;
   const PairRead pairs = read_pairs(opened, way);
   if (!pairs.by_pieces) return;
-  const std::string found = difference(read.edges, read.end_time, read.error, pairs, way);
+  const std::string found = difference(pairs_of_edges(read, way), pairs);
   if (!found.empty()) throw std::logic_error("pairs() differs from next_block(): " + found);
 }
 

@@ -29,14 +29,17 @@ struct PairRead {
   Picoseconds end_time;
   std::optional<CaptureError> error;
   bool by_pieces = false;     ///< pairs() gave a source
-  std::size_t whole = 0;      ///< pieces of whole words or rows
-  std::size_t regular = 0;    ///< of them, those that settle() took as arrays
+  std::size_t whole = 0;      ///< pieces of whole words or rows of a text
+  std::size_t regular = 0;    ///< pieces that settle() took as arrays
   std::size_t largest = 0;    ///< the most bytes of a piece's memory for text
   bool edges_repeat = false;  ///< an edge that was delivered left its line as it was
+  bool goes_back = false;     ///< a change is before the one before it
 
   void add(std::size_t line, std::int64_t time, wire::Level level) {
     auto& list = changes[line];
-    if (list.empty() || list.back().second != level) list.emplace_back(time, level);
+    if (!list.empty() && list.back().second == level) return;
+    goes_back = goes_back || (!list.empty() && list.back().first > time);
+    list.emplace_back(time, level);
   }
   void add(std::size_t line, const LineChanges& piece) {
     bool high = piece.first_high;
@@ -46,10 +49,10 @@ struct PairRead {
   }
   void add(const wire::Edge& edge, wire::LineIndex ma, wire::LineIndex slo) {
     if (edge.line != ma && edge.line != slo) return;
-    const std::size_t line = edge.line == ma ? 0 : 1;
-    const std::size_t before = changes[line].size();
-    add(line, edge.time.count, edge.level);
-    edges_repeat = edges_repeat || changes[line].size() == before;
+    const std::size_t before = changes[0].size() + changes[1].size();
+    if (edge.line == ma) add(0, edge.time.count, edge.level);
+    if (edge.line == slo) add(1, edge.time.count, edge.level);
+    edges_repeat = edges_repeat || changes[0].size() + changes[1].size() == before;
   }
 };
 
@@ -78,9 +81,10 @@ inline void read_pieces(PairSource& source, const PairWay& way, PairRead& read) 
     if (pieces.empty() || read.error) return;
     for (std::size_t i = pieces.size(); i > expanded; --i) pieces[i - 1]->expand();
     expanded = pieces.size() - 1;
-    const auto& text = static_cast<TextPiece&>(*pieces.front());
-    read.whole += text.part == TextPiece::Part::whole ? 1U : 0U;
-    read.largest = std::max(read.largest, text.buffer.size());
+    if (const auto* text = dynamic_cast<TextPiece*>(pieces.front().get())) {
+      read.whole += text->part == TextPiece::Part::whole ? 1U : 0U;
+      read.largest = std::max(read.largest, text->buffer.size());
+    }
     if (source.settle(*pieces.front(), take)) {
       ++read.regular;
       read.add(0, pieces.front()->ma);
@@ -102,7 +106,7 @@ inline PairRead read_pairs(const Opened& opened, const PairWay& way) {
   EdgeSource& source = **opened;
   for (std::size_t i = 0; i < way.blocks; ++i) {
     const auto block = source.next_block();
-    if (!block.ok()) break;
+    if (!block.ok() || block->empty()) break;
     for (const wire::Edge& edge : *block) read.add(edge, way.ma, way.slo);
   }
   read.end_time = source.end_time();
@@ -114,24 +118,35 @@ inline PairRead read_pairs(const Opened& opened, const PairWay& way) {
   return read;
 }
 
-/// What differs between the edges, the end and the error of next_block() and those of pairs();
-/// empty where nothing does.
-inline std::string difference(const std::vector<wire::Edge>& edges, Picoseconds end_time,
-                              const std::optional<CaptureError>& error, const PairRead& pairs,
-                              const PairWay& way) {
-  PairRead plain;
-  for (const wire::Edge& edge : edges) plain.add(edge, way.ma, way.slo);
-  if (plain.changes[0] != pairs.changes[0]) return "changes of MA";
-  if (plain.changes[1] != pairs.changes[1]) return "changes of SLO";
+/// What the edges of next_block() say of the two lines of `way`.
+/// \param read has `edges`, `end_time` and `error`
+template <class Read>
+PairRead pairs_of_edges(const Read& read, const PairWay& way) {
+  PairRead pairs;
+  for (const wire::Edge& edge : read.edges) pairs.add(edge, way.ma, way.slo);
+  pairs.end_time = read.end_time;
+  pairs.error = read.error;
+  return pairs;
+}
+
+/// What differs between the edges of next_block() and what pairs() gives; empty where nothing does.
+inline std::string difference(const PairRead& edges, const PairRead& pairs) {
+  if (edges.changes[0] != pairs.changes[0]) return "changes of MA";
+  if (edges.changes[1] != pairs.changes[1]) return "changes of SLO";
   if (pairs.edges_repeat) return "edges that change nothing";
-  if (error.has_value() != pairs.error.has_value()) return "whether there is an error";
-  if (end_time != pairs.end_time) return "end time";
-  if (!error) return {};
-  const CaptureError& other = *pairs.error;
+  if (pairs.goes_back) return "changes in the order of time";
+  if (edges.error.has_value() != pairs.error.has_value()) return "whether there is an error";
+  if (edges.end_time != pairs.end_time) return "end time";
+  if (!edges.error) return {};
+  const CaptureError& wanted = *edges.error;
+  const CaptureError& found = *pairs.error;
   const auto text = [](const char* words) { return std::string_view(words ? words : ""); };
-  if (error->cause != other.cause) return "cause of the error";
-  if (error->line != other.line || error->column != other.column) return "place of the error";
-  if (text(error->expected) != text(other.expected)) return "text of the error";
+  if (wanted.cause != found.cause) return "cause of the error";
+  if (wanted.line != found.line || wanted.column != found.column) return "place of the error";
+  if (text(wanted.expected) != text(found.expected)) return "text of the error";
+  if (text(wanted.part) != text(found.part) || wanted.part_number != found.part_number) {
+    return "part of the error";
+  }
   return {};
 }
 

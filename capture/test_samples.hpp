@@ -1,6 +1,7 @@
 // What the tests of sampled formats share: random samples, a plain reading of them, archives.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <random>
 #include <string>
@@ -48,18 +49,23 @@ inline std::string random_samples(std::mt19937_64& random, std::size_t unit_byte
 inline std::vector<wire::Edge> plain_edges(const RawLayout& layout, std::string_view bytes) {
   std::vector<wire::Edge> edges;
   std::vector<int> levels(layout.lines.size(), -1);
+  std::vector<std::size_t> by_bit(levels.size());
+  for (std::size_t line = 0; line < by_bit.size(); ++line) by_bit[line] = line;
+  std::stable_sort(by_bit.begin(), by_bit.end(), [&](std::size_t a, std::size_t b) {
+    return layout.lines[a].bit < layout.lines[b].bit;
+  });
   const SampleClock clock(layout.rate);
+  std::string_view before;
   for (std::size_t i = 0; (i + 1) * layout.unit_bytes <= bytes.size(); ++i) {
-    for (unsigned bit = 0; bit < 8 * layout.unit_bytes; ++bit) {
-      for (std::size_t line = 0; line < layout.lines.size(); ++line) {
-        if (layout.lines[line].bit != bit) continue;
-        const char byte = bytes[i * layout.unit_bytes + bit / 8];
-        const int level = static_cast<unsigned char>(byte) >> (bit % 8) & 1;
-        if (levels[line] == level) continue;
-        levels[line] = level;
-        edges.push_back({clock.time_of(i), static_cast<wire::LineIndex>(line),
-                         level == 1 ? wire::Level::high : wire::Level::low});
-      }
+    const std::string_view sample = bytes.substr(i * layout.unit_bytes, layout.unit_bytes);
+    if (std::exchange(before, sample) == sample) continue;
+    for (const std::size_t line : by_bit) {
+      const unsigned bit = layout.lines[line].bit;
+      const int level = static_cast<unsigned char>(sample[bit / 8]) >> (bit % 8) & 1;
+      if (levels[line] == level) continue;
+      levels[line] = level;
+      edges.push_back({clock.time_of(i), static_cast<wire::LineIndex>(line),
+                       level == 1 ? wire::Level::high : wire::Level::low});
     }
   }
   return edges;

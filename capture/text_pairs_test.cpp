@@ -244,7 +244,7 @@ TEST(TextPairs, AnyPieceSize_GivesTheEdgesAndTheErrorOfBlocks) {
 #ifdef BISS_LONG
   constexpr std::size_t captures = 500;
 #else
-  constexpr std::size_t captures = 60;
+  constexpr std::size_t captures = 36;
 #endif
   std::size_t errors = 0;
   std::size_t regular = 0;
@@ -262,7 +262,7 @@ TEST(TextPairs, AnyPieceSize_GivesTheEdgesAndTheErrorOfBlocks) {
       if (read.lines.size() < 2 || !pairs.by_pieces) continue;
       regular += pairs.regular;
       irregular += pairs.whole - pairs.regular;
-      ASSERT_EQ(difference(read.edges, read.end_time, read.error, pairs, way), "")
+      ASSERT_EQ(difference(pairs_of_edges(read, way), pairs), "")
           << "capture " << number << ", pieces of " << bytes << ", blocks of " << block;
     }
   }
@@ -278,7 +278,7 @@ void expect_regular(OpenText open, const std::string& text, std::string_view wha
   EXPECT_FALSE(read.error) << what;
   for (const std::size_t bytes : {100U, 1'000U, 1U << 20U}) {
     const PairRead pairs = read_pairs(open(memory_bytes(text), bytes), {});
-    EXPECT_EQ(difference(read.edges, read.end_time, read.error, pairs, {}), "") << what;
+    EXPECT_EQ(difference(pairs_of_edges(read, {}), pairs), "") << what;
     EXPECT_GT(pairs.whole, 0U) << what;
     EXPECT_EQ(pairs.regular, pairs.whole) << what << ", pieces of " << bytes;
   }
@@ -374,7 +374,7 @@ TEST(TextPairs, CommentOfHundredMegabytes_NeedsTheMemoryOfAPiece) {
   EXPECT_EQ(pairs.error->cause, CaptureCause::truncated);
   EXPECT_LT(pairs.largest, 3 * default_piece_bytes);
   const Read read = read_all(open());
-  EXPECT_EQ(difference(read.edges, read.end_time, read.error, pairs, {}), "");
+  EXPECT_EQ(difference(pairs_of_edges(read, {}), pairs), "");
 }
 
 TEST(TextPairs, ReadThatFails_DeliversWhatCameBeforeAndTheError) {
@@ -387,7 +387,7 @@ TEST(TextPairs, ReadThatFails_DeliversWhatCameBeforeAndTheError) {
     EXPECT_EQ(pairs.error->cause, CaptureCause::read_failed);
     EXPECT_EQ(pairs.changes[0].size(), 2U);
     const Read read = read_all(open());
-    EXPECT_EQ(difference(read.edges, read.end_time, read.error, pairs, {}), "");
+    EXPECT_EQ(difference(pairs_of_edges(read, {}), pairs), "");
   }
 }
 

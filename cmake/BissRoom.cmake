@@ -82,7 +82,7 @@ endfunction()
 
 # biss_room_test(NAME [LONG] SOURCE…): the room's unit tests, one CTest a case, labelled with the
 # room's name. LONG tests take minutes: they are labelled `long`, built with BISS_LONG_TESTS, and
-# optimised like a room.
+# optimised like a room. With BISS_LONG_TESTS all tests see the macro BISS_LONG, and may try more.
 function(biss_room_test name)
   cmake_parse_arguments(PARSE_ARGV 1 test "LONG" "" "")
   if(NOT BISS_TESTS OR (test_LONG AND NOT BISS_LONG_TESTS))
@@ -98,6 +98,9 @@ function(biss_room_test name)
   add_executable(biss_${name}_test ${test_UNPARSED_ARGUMENTS})
   target_link_libraries(biss_${name}_test PRIVATE biss_${name} biss_flags GTest::gtest
                                                   GTest::gmock GTest::gtest_main)
+  if(BISS_LONG_TESTS)
+    target_compile_definitions(biss_${name}_test PRIVATE BISS_LONG)
+  endif()
   if(NOT test_LONG)
     biss_kind(biss_${name}_test test)
   endif()

@@ -1,5 +1,4 @@
 // The event CSV reader on hostile text.
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
@@ -8,6 +7,7 @@
 #include "capture/event_csv.hpp"
 #include "fuzz/capture_check.hpp"
 #include "fuzz/capture_seeds.hpp"
+#include "fuzz/capture_words.hpp"
 #include "fuzz/token_mutator.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -19,34 +19,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
                                                std::size_t max_size, unsigned seed) {
-  static constexpr std::array<std::string_view, 28> words{"time",
-                                                          "time_s",
-                                                          "Time [us]",
-                                                          "time(ps)",
-                                                          "\"MA\"",
-                                                          "SLO",
-                                                          "0",
-                                                          "1",
-                                                          "x",
-                                                          "Z",
-                                                          "",
-                                                          "\"1\"",
-                                                          " 0 ",
-                                                          "1.5e3",
-                                                          "-1e-9",
-                                                          "0.0005",
-                                                          "9223372036854",
-                                                          "1e999",
-                                                          "-0",
-                                                          ",",
-                                                          ";",
-                                                          "\t",
-                                                          "\n",
-                                                          "\r\n",
-                                                          "# comment\n",
-                                                          "\n\n",
-                                                          "nan",
-                                                          "123456789012345678901"};
-  return biss::fuzz::mutate_capture({data, max_size}, size, seed, ",\n", words,
+  return biss::fuzz::mutate_capture({data, max_size}, size, seed, ",\n", biss::fuzz::csv_words,
                                     biss::fuzz::seed_text<biss::capture::EventCsvWriter>);
 }

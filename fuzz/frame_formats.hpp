@@ -3,6 +3,9 @@
 
 #include <array>
 #include <string_view>
+#include <vector>
+
+#include "biss/frame/format_text.hpp"
 
 namespace biss::fuzz {
 
@@ -19,5 +22,16 @@ inline constexpr std::array<std::string_view, 12> frame_formats{
     "nE,pos17,lc32,nW,crc5:plain",
     "pos8",
     "pos8,crc4+pos9,crc4+pos10,crc5+pos11,crc5+pos12,crc6+pos13,crc6+pos14,crc7+pos64,crc16"};
+
+/// A codec of each of them.
+template <class Codec>
+const std::vector<Codec>& all_codecs() {
+  static const std::vector<Codec> codecs = [] {
+    std::vector<Codec> made;
+    for (const std::string_view text : frame_formats) made.emplace_back(parse_format(text).value());
+    return made;
+  }();
+  return codecs;
+}
 
 }  // namespace biss::fuzz

@@ -13,12 +13,10 @@
 #include <cstdint>
 #include <deque>
 #include <span>
-#include <vector>
 
 #include "biss/frame/codec.hpp"
 #include "biss/frame/decode.hpp"
 #include "biss/frame/encode.hpp"
-#include "biss/frame/format_text.hpp"
 #include "biss/master/request.hpp"
 #include "fuzz/frame_formats.hpp"
 #include "fuzz/require.hpp"
@@ -32,17 +30,6 @@ using Master = RequestCycle<Codec>;
 
 constexpr std::size_t header_bytes = 8;
 constexpr int requests_a_train = 4;
-
-const std::vector<Codec>& all_codecs() {
-  static const std::vector<Codec> codecs = [] {
-    std::vector<Codec> made;
-    for (const std::string_view text : biss::fuzz::frame_formats) {
-      made.emplace_back(*parse_format(text));
-    }
-    return made;
-  }();
-  return codecs;
-}
 
 MasterSetup setup_of(const std::uint8_t* header) {
   const Picoseconds period = nanoseconds(50 + header[1] * 20);
@@ -224,7 +211,8 @@ void check_script(const Master& master, BitView script) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < header_bytes) return 0;
-  const Codec& codec = all_codecs()[data[0] % all_codecs().size()];
+  const Codec& codec =
+      biss::fuzz::all_codecs<Codec>()[data[0] % biss::fuzz::all_codecs<Codec>().size()];
   const MasterSetup setup = setup_of(data);
   const std::span<const std::uint8_t> bytes(data + header_bytes, size - header_bytes);
   const bool late = (data[2] & 4U) != 0;

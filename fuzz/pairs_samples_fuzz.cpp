@@ -7,10 +7,11 @@
 #include <string_view>
 
 #include "capture/open.hpp"
+#include "capture/test_capture.hpp"
 #include "fuzz/capture_check.hpp"
 #include "fuzz/dsl_mutator.hpp"
-#include "fuzz/pairs_check.hpp"
 #include "fuzz/raw_mutator.hpp"
+#include "fuzz/require.hpp"
 #include "fuzz/sr_mutator.hpp"
 #include "fuzz/zip_members.hpp"
 
@@ -25,6 +26,21 @@ std::uint64_t number_of(std::string_view input) {
     mixed.state = mixed() ^ static_cast<unsigned char>(input[i]);
   }
   return mixed();
+}
+
+// Reads a capture both ways; `open` opens it each time. Pairs of two lines that `number` selects.
+template <class Open>
+void check_pairs(Open open, std::uint64_t number) {
+  const biss::capture::Read read = biss::capture::read_all(open());
+  const std::size_t lines = read.lines.size();
+  if (lines == 0) return;
+  const biss::capture::PairWay way{.ma = static_cast<biss::wire::LineIndex>(number % lines),
+                                   .slo = static_cast<biss::wire::LineIndex>(number / 64 % lines),
+                                   .blocks = number / 4'096 % 4,
+                                   .ahead = 2};
+  const biss::capture::PairRead pairs = read_pairs(open(), way);
+  require(pairs.by_pieces);
+  require(difference(pairs_of_edges(read, way), pairs).empty());
 }
 
 }  // namespace

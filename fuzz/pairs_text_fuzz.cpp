@@ -1,6 +1,5 @@
 // VCD and event CSV in pieces of any size, on hostile text: the same changes, end and error as in
 // blocks.
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -12,6 +11,7 @@
 #include "capture/vcd.hpp"
 #include "fuzz/capture_check.hpp"
 #include "fuzz/capture_seeds.hpp"
+#include "fuzz/capture_words.hpp"
 #include "fuzz/require.hpp"
 #include "fuzz/token_mutator.hpp"
 
@@ -35,70 +35,9 @@ void check(OpenText open, std::string_view text) {
     const std::size_t piece = random() % 4 == 0 ? default_piece_bytes : 1 + random() % 700;
     const PairRead pairs = read_pairs(open(memory_bytes(text, block), piece), way);
     if (!pairs.by_pieces) continue;
-    biss::fuzz::require(difference(read.edges, read.end_time, read.error, pairs, way).empty());
+    biss::fuzz::require(difference(pairs_of_edges(read, way), pairs).empty());
   }
 }
-
-constexpr std::array<std::string_view, 34> vcd_words{"$timescale 1fs $end",
-                                                     "$timescale 100 us $end",
-                                                     "$var wire 1 ! MA $end",
-                                                     "$var wire 1 abc SLO $end",
-                                                     "$var wire 8 ## pos [7:0] $end",
-                                                     "$var real 64 $$ v $end",
-                                                     "$enddefinitions $end",
-                                                     "$dumpvars",
-                                                     "$dumpoff",
-                                                     "$end",
-                                                     "$comment x # 1! $end",
-                                                     "$comment",
-                                                     "0!",
-                                                     "1!",
-                                                     "0\"",
-                                                     "1\"",
-                                                     "x!",
-                                                     "Z\"",
-                                                     "b0 !",
-                                                     "b1 \"",
-                                                     "b1",
-                                                     "b1010 ##",
-                                                     "r1.5 $$",
-                                                     "0abc",
-                                                     "#0",
-                                                     "#9223372036854775807",
-                                                     "#18446744073709551615",
-                                                     "#",
-                                                     "#00000000000000000012",
-                                                     "1",
-                                                     "\n",
-                                                     "\r\n",
-                                                     "\t",
-                                                     " "};
-constexpr std::array<std::string_view, 26> csv_words{"0",
-                                                     "1",
-                                                     "x",
-                                                     "Z",
-                                                     "",
-                                                     "\"1\"",
-                                                     " 0 ",
-                                                     "2",
-                                                     "1.5e3",
-                                                     "-1e-9",
-                                                     "-5.25",
-                                                     "+7",
-                                                     ".5",
-                                                     "5.",
-                                                     "0.0005",
-                                                     "0.1234567890123456",
-                                                     "9223372036854",
-                                                     "1e999",
-                                                     "-0",
-                                                     ",",
-                                                     ";",
-                                                     "\n",
-                                                     "\r\n",
-                                                     "# comment\n",
-                                                     "\n\n",
-                                                     "123456789012345678901"};
 
 }  // namespace
 

@@ -13,7 +13,6 @@
 #include <span>
 #include <vector>
 
-#include "biss/frame/format_text.hpp"
 #include "fuzz/frame_formats.hpp"
 #include "fuzz/require.hpp"
 #include "sim/ma_replay.hpp"
@@ -47,17 +46,6 @@ struct Setup {
   const FrameFormat& format() const { return codec->format(); }
 };
 
-const std::vector<Codec>& all_codecs() {
-  static const std::vector<Codec> codecs = [] {
-    std::vector<Codec> made;
-    for (const std::string_view text : biss::fuzz::frame_formats) {
-      made.emplace_back(*parse_format(text));
-    }
-    return made;
-  }();
-  return codecs;
-}
-
 Setup setup_of(const std::uint8_t* header) {
   constexpr Picoseconds most = sim::replay_time_max;
   constexpr std::array<Picoseconds, 8> begins{{{}, {}, {}, {}, -most, -most / 2, most / 2, most}};
@@ -70,7 +58,7 @@ Setup setup_of(const std::uint8_t* header) {
   MasterSetup master{.timing = {.timeout = timeout}, .compensate = (flags & 4U) == 0};
   if ((flags & 8U) != 0) master.period = nanoseconds(50 + 7 * header[3]);
   return {
-      .codec = &all_codecs()[header[0] % all_codecs().size()],
+      .codec = &biss::fuzz::all_codecs<Codec>()[header[0] % biss::fuzz::all_codecs<Codec>().size()],
       .slave = {.ready = std::min(period * header[3] / 8, microseconds(39)), .timeout = timeout},
       .master = master,
       .line_delay = std::min(line_delay, microseconds(39)),

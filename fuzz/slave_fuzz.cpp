@@ -10,12 +10,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <vector>
 
 #include "biss/frame/codec.hpp"
 #include "biss/frame/decode.hpp"
 #include "biss/frame/encode.hpp"
-#include "biss/frame/format_text.hpp"
 #include "biss/slave/slave.hpp"
 #include "fuzz/frame_formats.hpp"
 #include "fuzz/require.hpp"
@@ -28,17 +26,6 @@ using Codec = biss::FrameCodec<biss::CrcTable<4>>;
 
 constexpr std::size_t header_bytes = 6;
 constexpr Picoseconds least_pause = biss::nanoseconds(1);
-
-const std::vector<Codec>& all_codecs() {
-  static const std::vector<Codec> codecs = [] {
-    std::vector<Codec> made;
-    for (const std::string_view text : biss::fuzz::frame_formats) {
-      made.emplace_back(biss::parse_format(text).value());
-    }
-    return made;
-  }();
-  return codecs;
-}
 
 /// Counts positions up, and checks the time of each call.
 struct Owner {
@@ -157,7 +144,8 @@ void check_answer(Slave& slave, Line& line, Picoseconds period) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < header_bytes) return 0;
-  const Codec& codec = all_codecs()[data[0] % all_codecs().size()];
+  const Codec& codec =
+      biss::fuzz::all_codecs<Codec>()[data[0] % biss::fuzz::all_codecs<Codec>().size()];
   const Picoseconds period = biss::nanoseconds(100 + 50 * (data[5] % 200));
   Slave slave(codec, timing_of(data, period), Owner{&codec.format()});
   Line line(slave);

@@ -7,11 +7,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "biss/frame/codec.hpp"
 #include "biss/frame/encode.hpp"
-#include "biss/frame/format_text.hpp"
 #include "biss/master/spi_read.hpp"
 #include "fuzz/frame_formats.hpp"
 #include "fuzz/require.hpp"
@@ -23,19 +21,6 @@ using biss::fuzz::require;
 using Codec = biss::FrameCodec<biss::CrcTable<4>>;
 
 constexpr std::size_t header_bytes = 8;
-
-const std::vector<Codec>& all_codecs() {
-  static const std::vector<Codec> codecs = [] {
-    std::vector<Codec> made;
-    for (const std::string_view text : biss::fuzz::frame_formats) {
-      const auto format = biss::parse_format(text);
-      require(format.ok());
-      made.emplace_back(*format);
-    }
-    return made;
-  }();
-  return codecs;
-}
 
 biss::SpiSetup setup_of(const std::uint8_t* header) {
   const Picoseconds period = biss::nanoseconds(100 + header[1]);
@@ -69,7 +54,8 @@ void check_given_back(const Codec::Frame& frame, const biss::BitView& bits, std:
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < header_bytes) return 0;
-  const Codec& codec = all_codecs()[data[0] % all_codecs().size()];
+  const Codec& codec =
+      biss::fuzz::all_codecs<Codec>()[data[0] % biss::fuzz::all_codecs<Codec>().size()];
   const biss::SpiSetup setup = setup_of(data);
   const biss::SpiReader reader(codec, setup, timing_of(data, setup.period));
   const std::span<const std::uint8_t> bytes(data + header_bytes, size - header_bytes);

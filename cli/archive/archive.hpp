@@ -51,7 +51,7 @@ struct ArchiveProgress {
   std::uint64_t all_bytes = 0;
 };
 
-/// `312 of 1000 files, 1.2 of 4.5 GB, 85.3 files/s, 0.21 GB/s, 0:12 left`.
+/// `312 of 1000 files, 1.2 of 4.5 GB, 85.3 files/s, 210.00 MB/s, 0:12 left`.
 /// \param before what was done when the time began
 std::string progress_text(const ArchiveProgress& now, const ArchiveProgress& before,
                           double seconds);

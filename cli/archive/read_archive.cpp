@@ -24,14 +24,6 @@ std::string volume_text(std::uint64_t bytes) {
   return fmt::format("{:.2f}", static_cast<double>(bytes) * 1e-9);
 }
 
-std::string duration_text(double seconds) {
-  const auto whole = static_cast<std::uint64_t>(seconds + 0.5);
-  if (whole >= 3'600) {
-    return fmt::format("{}:{:02}:{:02}", whole / 3'600, whole / 60 % 60, whole % 60);
-  }
-  return fmt::format("{}:{:02}", whole / 60, whole % 60);
-}
-
 class ArchiveRun {
  public:
   ArchiveRun(const ArchiveTask& task, archive::Summary& summary) : task_(task), summary_(summary) {}
@@ -131,15 +123,13 @@ std::string progress_text(const ArchiveProgress& now, const ArchiveProgress& bef
                           double seconds) {
   const double files = static_cast<double>(now.files - before.files) / seconds;
   const double bytes = static_cast<double>(now.bytes - before.bytes) / seconds;
-  std::string text = fmt::format("{} of {} files, {} of {} GB, {:.1f} files/s, {:.2f} GB/s",
-                                 now.files, now.all_files, volume_text(now.bytes),
-                                 volume_text(now.all_bytes), files, bytes * 1e-9);
+  std::string text = fmt::format("{} of {} files, {} of {} GB", now.files, now.all_files,
+                                 volume_text(now.bytes), volume_text(now.all_bytes));
+  text += rate_text(files, "files") + rate_text(bytes, "B");
   // Large files take their bytes, small ones their number: whichever is longer.
   const double by_files = static_cast<double>(now.all_files - now.files) / files;
   const double by_bytes = bytes > 0 ? static_cast<double>(now.all_bytes - now.bytes) / bytes : 0;
-  const double left = std::max(by_files, by_bytes);
-  if (left < 1e7) text += fmt::format(", {} left", duration_text(left));
-  return text;
+  return text + left_text(std::max(by_files, by_bytes));
 }
 
 ExitStatus read_archive(const ArchiveTask& task, const std::vector<ListedFile>& files,

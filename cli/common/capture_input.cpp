@@ -6,12 +6,16 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <system_error>
 #include <utility>
 
 #include "capture/edge_pairs.hpp"
 #include "capture/merge.hpp"
 #include "capture/open.hpp"
 #include "cli/common/message.hpp"
+#include "cli/common/terminal.hpp"
 
 namespace biss::cli {
 
@@ -122,14 +126,24 @@ ReadPosition::~ReadPosition() {
   if (descriptor_ >= 0) ::close(descriptor_);
 }
 
-std::optional<unsigned> ReadPosition::percent() const {
-  struct stat about {};
-  if (descriptor_ < 0 || ::fstat(descriptor_, &about) != 0 || about.st_size <= 0) {
-    return std::nullopt;
+std::optional<ReadPosition::Amount> ReadPosition::amount() const {
+  struct stat file {};
+  if (descriptor_ < 0 || ::fstat(descriptor_, &file) != 0 || file.st_size <= 0) return std::nullopt;
+  off_t farthest = 0;
+  std::error_code end;
+  for (auto each = std::filesystem::directory_iterator("/proc/self/fd", end);
+       !end && each != std::filesystem::directory_iterator(); each.increment(end)) {
+    const int descriptor = std::atoi(each->path().filename().c_str());
+    struct stat about {};
+    if (::fstat(descriptor, &about) != 0 || about.st_dev != file.st_dev ||
+        about.st_ino != file.st_ino) {
+      continue;
+    }
+    farthest = std::max(farthest, ::lseek(descriptor, 0, SEEK_CUR));
   }
-  const off_t at = ::lseek(descriptor_, 0, SEEK_CUR);
-  if (at < 0) return std::nullopt;
-  return static_cast<unsigned>(std::min<off_t>(100, at / (about.st_size / 100 + 1)));
+  if (farthest == 0) return std::nullopt;
+  const auto all = static_cast<std::uint64_t>(file.st_size);
+  return Amount{std::min(all, static_cast<std::uint64_t>(farthest)), all};
 }
 
 ExitStatus CaptureInput::open(std::vector<CaptureFile> files, const InputArguments& arguments) {
@@ -278,15 +292,24 @@ ExitStatus CaptureInput::report(const decode::LineError& error,
                   arguments.has_each && error.each_helps ? ", or read all with --each" : ""));
 }
 
-std::string CaptureInput::progress_text() const {
-  std::optional<unsigned> least;
+std::string CaptureInput::progress_text(double seconds) const {
+  double read = 0;
+  double all = 0;
+  bool known = true;
   for (const ReadPosition& position : positions_) {
-    const auto percent = position.percent();
-    if (percent) least = std::min(*percent, least.value_or(100));
+    const auto amount = position.amount();
+    known = known && amount;
+    if (!amount) continue;
+    read += static_cast<double>(amount->read);
+    all += static_cast<double>(amount->all);
   }
+  known = known && read > 0;
   const std::int64_t milliseconds = end_time().count / 1'000'000'000;
-  return fmt::format("{}: {}{} ms of the capture read", name_,
-                     least ? fmt::format("{} %, ", *least) : "", milliseconds);
+  std::string text =
+      fmt::format("{}: {}{} ms of the capture read", name_,
+                  known ? fmt::format("{:.0f} %, ", read / all * 100) : "", milliseconds);
+  if (known) text += rate_text(read / seconds, "B") + left_text((all - read) / read * seconds);
+  return text;
 }
 
 std::span<const wire::Edge> CaptureInput::pull() {

@@ -48,8 +48,13 @@ class ReadPosition {
   ReadPosition& operator=(ReadPosition&& other) noexcept;
   ~ReadPosition();
 
-  /// In percent; nothing where the file has no size, as a pipe.
-  std::optional<unsigned> percent() const;
+  /// Bytes, as far as any descriptor of the file is: readers of archives open it again.
+  struct Amount {
+    std::uint64_t read = 0;
+    std::uint64_t all = 0;
+  };
+  /// Nothing where the file has no size, as a pipe, or its position is not known.
+  std::optional<Amount> amount() const;
 
  private:
   int descriptor_;
@@ -107,8 +112,8 @@ class CaptureInput {
   Picoseconds sample_period() const { return source_->sample_period(); }
   /// As EdgeSource::sample_rate().
   Hertz sample_rate() const { return source_->sample_rate(); }
-  /// For a progress line: how much has been read.
-  std::string progress_text() const;
+  /// For a progress line: how much has been read in `seconds`, how fast, and the time left.
+  std::string progress_text(double seconds) const;
   /// One line, empty while reading succeeds.
   const std::string& error() const { return error_; }
   /// Why the capture could not be opened, or not read further.

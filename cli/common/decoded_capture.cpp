@@ -233,7 +233,9 @@ ExitStatus DecodedCapture::identify_from_all() {
   Progress progress;
   for (auto block = input_.next(); !block.empty(); block = input_.next()) {
     frames.push(block);
-    if (progress.due()) progress.show(input_.progress_text() + " to identify the format");
+    if (progress.due()) {
+      progress.show(input_.progress_text(progress.seconds()) + ", to identify the format");
+    }
   }
   const auto samples = frames.finish(input_.end_time());
   if (frames.edges() > first) take_finding(samples);
@@ -319,7 +321,9 @@ bool DecodedCapture::read(const OnCycle& on_cycle) {
   for (const decode::Cycle& cycle : std::exchange(first_cycles_, {})) deliver_(cycle);
   const auto go_on = [&] {
     if (progress.due()) {
-      progress.show(fmt::format("{}, {} request cycles", input_.progress_text(), number));
+      const double seconds = progress.seconds();
+      progress.show(fmt::format("{}, {} request cycles{}", input_.progress_text(seconds), number,
+                                rate_text(static_cast<double>(number) / seconds, "cycles")));
     }
     return wanted;
   };
@@ -351,7 +355,7 @@ void DecodedCapture::read_pieces(const decode::CleanCycleFinder& finder,
 bool DecodedCapture::read_edges(const std::function<bool(std::span<const wire::Edge>)>& on_edges) {
   Progress progress;
   for (auto block = input_.next(); !block.empty() && on_edges(block); block = input_.next()) {
-    if (progress.due()) progress.show(input_.progress_text());
+    if (progress.due()) progress.show(input_.progress_text(progress.seconds()));
   }
   return input_.error().empty();
 }

@@ -1,11 +1,16 @@
 #include "cli/common/terminal.hpp"
 
+#include <fmt/format.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <array>
 #include <atomic>
+#include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <string>
+#include <utility>
 
 #include "cli/common/message.hpp"
 #include "report/text.hpp"
@@ -32,7 +37,8 @@ std::size_t terminal_columns(int descriptor) {
 }
 
 Progress::Progress()
-    : next_(std::chrono::steady_clock::now() + first_after),
+    : began_(std::chrono::steady_clock::now()),
+      next_(began_ + first_after),
       wanted_(!KeptMessages::in_use() && ::isatty(STDERR_FILENO) == 1) {}
 
 Progress::~Progress() {
@@ -55,6 +61,37 @@ void Progress::show(std::string_view text) {
   while (columns != 0 && report::display_width(printable) >= columns) printable.pop_back();
   write_stderr("\r" + printable + "\x1b[K");
   line_shown = true;
+}
+
+double Progress::seconds() const {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
+}
+
+std::string rate_text(double per_second, std::string_view unit) {
+  if (!(per_second > 0) || !std::isfinite(per_second)) return {};
+  constexpr std::array<std::pair<double, std::string_view>, 3> prefixes{
+      {{1e9, "G"}, {1e6, "M"}, {1e3, "k"}}};
+  for (const auto& [factor, prefix] : prefixes) {
+    if (per_second < factor) continue;
+    const std::string_view gap = unit.size() > 1 ? " " : "";
+    return fmt::format(", {:.2f} {}{}{}/s", per_second / factor, prefix, gap, unit);
+  }
+  return fmt::format(", {:.1f} {}/s", per_second, unit);
+}
+
+std::string left_text(double seconds) {
+  constexpr double most = 100.0 * 24 * 3600;
+  if (!(seconds >= 0) || seconds > most) return {};
+  const auto whole = static_cast<std::uint64_t>(seconds + 0.5);
+  if (whole < 3'600) return fmt::format(", {}:{:02} left", whole / 60, whole % 60);
+  return fmt::format(", {}:{:02}:{:02} left", whole / 3'600, whole / 60 % 60, whole % 60);
+}
+
+std::string progress_text(const ProgressCount& count, std::string_view unit, double seconds) {
+  const double rate = static_cast<double>(count.done - count.before) / seconds;
+  if (count.all == 0) return fmt::format("{} {}{}", count.done, unit, rate_text(rate, unit));
+  return fmt::format("{} of {} {}{}{}", count.done, count.all, unit, rate_text(rate, unit),
+                     left_text(static_cast<double>(count.all - count.done) / rate));
 }
 
 void clear_progress() {

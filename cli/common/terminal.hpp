@@ -3,6 +3,8 @@
 
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
+#include <string>
 #include <string_view>
 
 namespace biss::cli {
@@ -27,11 +29,29 @@ class Progress {
   /// True five times a second at most: time to call show(). Cheap enough for every block.
   bool due();
   void show(std::string_view text);
+  /// Since it exists.
+  double seconds() const;
 
  private:
+  std::chrono::steady_clock::time_point began_;
   std::chrono::steady_clock::time_point next_;
   bool wanted_;
 };
+
+/// The end of a progress line: `, 1.25 M cycles/s`, `, 210.00 MB/s`; empty where there is no rate.
+std::string rate_text(double per_second, std::string_view unit);
+/// The end of a progress line: `, 0:12 left`, `, 1:02:03 left`; empty where the time is not known, or
+/// above 100 days.
+std::string left_text(double seconds);
+
+/// How far a run is; `all` is 0 where it is not known, `before` was done when it began.
+struct ProgressCount {
+  std::uint64_t done = 0;
+  std::uint64_t all = 0;
+  std::uint64_t before = 0;
+};
+/// `312 of 1000 frames, 85.3 frames/s, 0:08 left`.
+std::string progress_text(const ProgressCount& count, std::string_view unit, double seconds);
 
 /// Removes the progress line, if there is one. To be called before anything else is written to the
 /// terminal.

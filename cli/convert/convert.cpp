@@ -167,7 +167,7 @@ class ConvertRun {
   ExitStatus copy_edges(CaptureOutput& capture, const Output& output) {
     Progress progress;
     while (!cutter_->past_end() && !output.reader_left()) {
-      if (progress.due()) progress.show(input_.progress_text());
+      if (progress.due()) progress.show(input_.progress_text(progress.seconds()));
       const auto block = input_.next();
       if (block.empty()) break;
       if (!write(cutter_->push(block), capture)) return status_of(capture);

@@ -95,9 +95,12 @@ ExitStatus count_blocks(const lab::CampaignFrame& frame, lab::CampaignState& sta
                          .save_seconds = static_cast<double>(options.save_every.count) * 1e-12};
   run.save = [&] { return save(state, options.state); };
   Progress progress;
+  const std::uint64_t before = state.frames_done();
   run.interrupted = [&] {
     if (progress.due()) {
-      progress.show(fmt::format("{} of {} frames", state.frames_done(), state.frames_planned()));
+      const std::uint64_t done = state.frames_done();
+      progress.show(progress_text({.done = done, .all = state.frames_planned(), .before = before},
+                                  "frames", progress.seconds()));
     }
     return interruption && interruption->requested();
   };

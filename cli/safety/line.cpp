@@ -256,7 +256,10 @@ ExitStatus run_line(const LineRunOptions& options) {
       all[k] = count(*monitored, *line, static_cast<sim::FaultKind>(k), options.cycles);
       const std::lock_guard lock(mutex);
       ++done;
-      if (progress.due()) progress.show(fmt::format("{} of {} faults", done, all.size()));
+      if (progress.due()) {
+        progress.show(
+            progress_text({.done = done, .all = all.size()}, "faults", progress.seconds()));
+      }
     });
   }
   Output output;

@@ -83,7 +83,7 @@ ExitStatus pump(
   std::vector<wire::Edge> made;
   Progress progress;
   for (auto block = input.next(); !block.empty(); block = input.next()) {
-    if (progress.due()) progress.show(input.progress_text());
+    if (progress.due()) progress.show(input.progress_text(progress.seconds()));
     if (block.front().time < -sim::replay_time_max || block.back().time > sim::replay_time_max) {
       return fail(
           ExitStatus::io,

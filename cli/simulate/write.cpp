@@ -225,7 +225,10 @@ class LineWriter {
     Duration duration(options_.cycles);
     Progress progress;
     for (std::uint64_t i = 0; duration.more(i, line_.control()); ++i) {
-      if (i % 1024 == 0 && progress.due()) progress.show(fmt::format("{} request cycles", i));
+      if (i % 1024 == 0 && progress.due()) {
+        progress.show(progress_text({.done = i, .all = options_.cycles.value_or(0)},
+                                    "request cycles", progress.seconds()));
+      }
       const sim::SimulatedCycle& cycle = line_.next();
       if (!edges_->write(cycle.edges)) return edges_->status();
       if (rows_ && !rows_->row(truth_.cells(i, cycle))) return truth_output_.status();

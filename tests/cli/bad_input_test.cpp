@@ -169,7 +169,6 @@ TEST(BadInput, NoRequestOnTheLines_FailsTheData) {
 
 TEST(BadInput, EndlessToken_IsRefusedInBoundedMemory) {
   const Folder folder;
-  // Written in pieces: the memory of this process would count as the command's.
   const std::string piece(1'000'000, 'a');
   for (const char* begin :
        {"", "$timescale 1ns $end\n$var wire 1 ! MA $end\n$enddefinitions $end\n#", "$comment ",
@@ -180,7 +179,7 @@ TEST(BadInput, EndlessToken_IsRefusedInBoundedMemory) {
       std::ofstream file(path, std::ios::binary | std::ios::app);
       for (int i = 0; i < 100; ++i) file << piece;
       file.close();
-      const Outcome outcome = run({"decode", path, "-f", usual});
+      const Outcome outcome = run_measured({"decode", path, "-f", usual});
       EXPECT_EQ(outcome.status, 3) << outcome.err.substr(0, 500);
       expect_one_line(outcome, name);
       EXPECT_LT(outcome.err.size(), 1'000U);
@@ -194,7 +193,8 @@ TEST(BadInput, EndlessToken_IsRefusedInBoundedMemory) {
 TEST(BadInput, AccessFileThatCannotBeRead_IsRefusedWithItsLine) {
   const Folder folder;
   const auto simulate = [&](const std::string& file) {
-    return run({"simulate", "-f", usual, "--access", "@" + file, "-o", folder.path("line.vcd")});
+    return run_measured(
+        {"simulate", "-f", usual, "--access", "@" + file, "-o", folder.path("line.vcd")});
   };
   // One line of 100 MB.
   const std::string endless = folder.file("endless", "read:0x42\n");
@@ -316,7 +316,7 @@ TEST(BadInput, FreeRunningLinesOfManyEdges_StayInBoundedMemory) {
   std::ofstream file(path, std::ios::binary | std::ios::app);
   for (int i = 0; i < 2'000'000; ++i) file << i * 500 << (i % 2 == 0 ? ",1,0\n" : ",0,1\n");
   file.close();
-  const Outcome outcome = run({"decode", path, "-f", usual});
+  const Outcome outcome = run_measured({"decode", path, "-f", usual});
   EXPECT_NE(outcome.status, 128 + 9) << outcome.err;
   EXPECT_LE(outcome.status, 1) << outcome.err;
   if (!sanitized()) {

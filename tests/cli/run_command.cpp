@@ -2,13 +2,13 @@
 
 #include <fcntl.h>
 #include <spawn.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
+#include <utility>
 
 extern char** environ;
 
@@ -27,14 +27,10 @@ std::vector<std::string> split(const std::string& line) {
   }
 }
 
-}  // namespace
-
-Outcome run(const std::vector<std::string>& arguments, const std::filesystem::path& input) {
+Outcome run_program(std::vector<std::string> words, const std::filesystem::path& input) {
   const Folder folder;
   const std::string out = folder.path("out");
   const std::string err = folder.path("err");
-  std::vector<std::string> words{BISS_COMMAND};
-  words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
@@ -45,17 +41,40 @@ Outcome run(const std::vector<std::string>& arguments, const std::filesystem::pa
   posix_spawn_file_actions_addopen(&actions, 1, out.c_str(), flags, 0600);
   posix_spawn_file_actions_addopen(&actions, 2, err.c_str(), flags, 0600);
   pid_t child = -1;
-  const int failed = posix_spawn(&child, BISS_COMMAND, &actions, nullptr, argv.data(), environ);
+  const int failed = posix_spawnp(&child, argv[0], &actions, nullptr, argv.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
   Outcome outcome;
   if (failed != 0) return outcome;
   int status = 0;
-  rusage usage{};
-  if (wait4(child, &status, 0, &usage) != child) return outcome;
+  if (waitpid(child, &status, 0) != child) return outcome;
   outcome.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
   outcome.out = content_of(out);
   outcome.err = content_of(err);
-  outcome.peak_kib = usage.ru_maxrss;
+  return outcome;
+}
+
+}  // namespace
+
+Outcome run(const std::vector<std::string>& arguments, const std::filesystem::path& input) {
+  std::vector<std::string> words{BISS_COMMAND};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  return run_program(std::move(words), input);
+}
+
+Outcome run_measured(const std::vector<std::string>& arguments) {
+  constexpr const char* script =
+      "import os, sys\n"
+      "child = os.posix_spawn(sys.argv[2], sys.argv[2:], os.environ)\n"
+      "_, status, usage = os.wait4(child, 0)\n"
+      "with open(sys.argv[1], 'w') as peak: peak.write(str(usage.ru_maxrss))\n"
+      "code = os.waitstatus_to_exitcode(status)\n"
+      "sys.exit(code if code >= 0 else 128 - code)\n";
+  const Folder folder;
+  const std::string peak = folder.path("peak");
+  std::vector<std::string> words{"python3", "-c", script, peak, BISS_COMMAND};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  Outcome outcome = run_program(std::move(words), "/dev/null");
+  outcome.peak_kib = std::stol(content_of(peak));
   return outcome;
 }
 

@@ -14,12 +14,15 @@ struct Outcome {
   int status = -1;  ///< exit status; 128 and the signal's number where one ended it
   std::string out;
   std::string err;
-  long peak_kib = 0;  ///< peak memory
+  long peak_kib = 0;  ///< peak memory, by run_measured() only
 };
 
 /// Runs `biss` with these arguments; its standard input is `input` (a file), or empty.
 Outcome run(const std::vector<std::string>& arguments,
             const std::filesystem::path& input = "/dev/null");
+/// Measures peak memory too. The peak of a process contains that of the one which started it, so a
+/// small process stands between.
+Outcome run_measured(const std::vector<std::string>& arguments);
 
 /// A temporary folder for each test, removed by the destructor.
 class Folder {
