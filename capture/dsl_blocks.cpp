@@ -41,7 +41,7 @@ class DslPiece final : public PairPiece {
     const std::uint64_t end = timed_end();
     for (std::uint64_t at = first; at < end;) {
       const std::uint64_t next = std::min(end, (at / scan_samples + 1) * scan_samples);
-      scan(at, next, most_changes);
+      scan(at, next, 2 * scan_samples);
       edges.put(ma, slo, on_edges);
       at = next;
     }

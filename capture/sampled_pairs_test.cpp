@@ -326,6 +326,14 @@ TEST(SrPairs, MemberLargerThanIsInflatedAtOnce_AgreesWithTheEdges) {
     const std::size_t entry = archive.rfind("PK\x01\x02");
     archive[entry + 16] = static_cast<char>(archive[entry + 16] ^ 1);
   }
+  // Longer than it says: what it says it has are samples, whatever the size of the pieces.
+  const std::size_t entry = archive.rfind("PK\x01\x02");
+  archive[entry + 24] = '\x01';
+  archive[entry + 26] = '\x34';
+  const PairRead edges = pair_of(read_sr(archive), 0, 1);
+  ASSERT_TRUE(edges.error);
+  EXPECT_FALSE(edges.ma.times.empty());
+  expect_same(read_pairs(open_sr(memory_bytes(archive)), 0, 1), edges);
 }
 
 // MA changes in every sample, SLO in seven of eight.
