@@ -10,6 +10,7 @@
 
 #include "bench/line.hpp"
 #include "bench/rows.hpp"
+#include "bench/samples.hpp"
 
 namespace biss::bench {
 
@@ -55,6 +56,24 @@ void decode(benchmark::State& state, const std::string& extension) {
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(command_cycles));
 }
 
+// A sampled capture to its summary on stderr, and the damaged cycles alone as rows.
+void summarise(benchmark::State& state, bool verify) {
+  const Folder folder;
+  if (!folder.good()) return state.SkipWithError("no temporary folder");
+  const std::string capture = folder.file("line.sr");
+  std::ofstream(capture) << sr_archive(sampled_line(archive_samples, request_period).samples);
+  const std::string command = std::string("'") + BISS_BENCH_COMMAND + "' decode '" + capture +
+                              "' -f " + sampled_format_text + " --only-errors --threads 1" +
+                              (verify ? "" : " --no-verify") + " > /dev/null 2>&1";
+  for ([[maybe_unused]] auto _ : state) {
+    const auto begin = std::chrono::steady_clock::now();
+    if (std::system(command.c_str()) != 0) return state.SkipWithError("biss decode failed");
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+    state.SetIterationTime(took.count());
+  }
+  state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(archive_samples));
+}
+
 }  // namespace
 
 void add_command_rows(Table& table) {
@@ -63,6 +82,15 @@ void add_command_rows(Table& table) {
                .unit = Unit::million_a_second,
                .own_time = true},
               [=](benchmark::State& state) { decode(state, extension); });
+  }
+  for (const bool verify : {false, true}) {
+    table.add({.name = std::string("biss decode of a .sr to its summary") +
+                       (verify ? "" : ", no checksums"),
+               .unit = Unit::megabytes,
+               .reference = std::string(".sr, ") + request_line + inflate_row,
+               .share = verify ? verified_share : inflate_share,
+               .own_time = true},
+              [=](benchmark::State& state) { summarise(state, verify); });
   }
 }
 

@@ -11,6 +11,16 @@ namespace biss::bench {
 
 inline constexpr const char* sampled_format_text = "pos32,nE,nW,crc6";
 
+/// Samples of an archive, and after how many of them there is a request, of some 600.
+inline constexpr std::size_t archive_samples = std::size_t{192} << 20U;
+inline constexpr std::size_t request_period = 3'125;
+inline constexpr const char* request_line = "a request each 31 us";
+/// The row with the ceiling of an archive: `.sr, LINE` and this.
+inline constexpr const char* inflate_row = ", inflate by libdeflate";
+/// Limits as shares of the ceiling's time: without the checksums, and with them.
+inline constexpr double inflate_share = 1 / 0.6;
+inline constexpr double verified_share = 1 / 0.5;
+
 /// Samples at 100 MS/s of one byte: MA in bit 0 at 9.83 MHz with jitter, SLO in bit 1.
 struct SampledLine {
   std::vector<std::uint8_t> samples;

@@ -27,9 +27,7 @@ namespace biss::bench {
 namespace {
 
 constexpr std::size_t memory_samples = 1'000'000'000;
-constexpr std::size_t archive_samples = std::size_t{192} << 20U;
-// A request of some 600 samples after each of these; the third rests most of the time.
-constexpr std::size_t request_period = 3'125;
+// As request_period: one line that rests little, one that rests most of the time.
 constexpr std::size_t busy_period = 1'000;
 constexpr std::size_t idle_period = 60'000;
 
@@ -205,7 +203,7 @@ void add_level_rows(Table& table, const std::string& reference, const std::strin
 }
 
 void add_archive_rows(Table& table, const std::string& line, std::size_t period) {
-  const std::string ceiling = ".sr, " + line + ", inflate by libdeflate";
+  const std::string ceiling = ".sr, " + line + inflate_row;
   table.add({.name = ceiling, .unit = Unit::megabytes},
             [=](benchmark::State& state) { inflate(state, period); });
   for (const bool verify : {false, true}) {
@@ -216,7 +214,8 @@ void add_archive_rows(Table& table, const std::string& line, std::size_t period)
               [=](benchmark::State& state) { expand_archive(state, period, verify); });
     table.add({.name = ".sr, " + line + ", to request cycles" + checksums,
                .unit = Unit::megabytes,
-               .reference = ceiling},
+               .reference = ceiling,
+               .share = verify ? verified_share : inflate_share},
               [=](benchmark::State& state) { decode_archive(state, period, verify); });
   }
 }
@@ -253,7 +252,7 @@ void add_samples_rows(Table& table) {
              .unit = Unit::megabytes,
              .reference = reading},
             [](benchmark::State& state) { expand_memory(state, rest_in_memory()); });
-  add_archive_rows(table, "a request each 31 us", request_period);
+  add_archive_rows(table, request_line, request_period);
   add_archive_rows(table, "a busy line", busy_period);
   add_archive_rows(table, "a mostly idle line", idle_period);
 }

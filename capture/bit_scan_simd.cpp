@@ -170,19 +170,14 @@ HWY_INLINE void scan_units(PairScan& scan) {
     }
     rest = hn::Set(d, rest_now());
   }
-  PairScan tail = scan;
-  tail.samples += at * sizeof(T);
-  tail.count -= at;
-  tail.ma_high = ma_before != 0;
-  tail.slo_high = slo_before != 0;
-  tail.time = clock.at(at);
-  tail.ma = ma_out;
-  tail.slo = slo_out;
-  scan_pair_plain(tail);
-  scan.ma_high = tail.ma_high;
-  scan.slo_high = tail.slo_high;
-  scan.ma = tail.ma;
-  scan.slo = tail.slo;
+  scan.samples += at * sizeof(T);
+  scan.count -= at;
+  scan.ma_high = ma_before != 0;
+  scan.slo_high = slo_before != 0;
+  scan.time = clock.at(at);
+  scan.ma = ma_out;
+  scan.slo = slo_out;
+  if (scan.count != 0) scan_pair_plain(scan);
 }
 
 void scan_pair_vectors(PairScan& scan) {

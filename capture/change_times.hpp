@@ -15,6 +15,10 @@ namespace biss::capture {
 /// Samples that are scanned at once.
 inline constexpr std::size_t scan_samples = 4'096;
 
+/// A piece with more changes of both lines does not become arrays: each of them takes 8 bytes, a
+/// sample perhaps one. Its samples are scanned again when it is settled, and become edges.
+inline constexpr std::size_t most_changes = std::size_t{1} << 22U;
+
 /// How a scan of `scan_samples` counts: in picoseconds, or where a period is no whole number of
 /// them, in samples from its first one on.
 class ScanClock {
@@ -46,7 +50,7 @@ class ChangeTimes {
   /// Room for a scan of that many samples.
   std::int64_t* room(std::size_t samples) {
     const std::size_t needed = found_ + samples + scan_slack;
-    if (times_->size() < needed) times_->resize(needed + found_ / 8);
+    if (times_->size() < needed) times_->resize(needed + found_ / 4);
     return times_->data() + found_;
   }
   /// A scan that began at the room, with sample `first`, has put times up to `end`.
@@ -56,6 +60,7 @@ class ChangeTimes {
     clock.finish(first, std::span(*times_).subspan(before, found_ - before));
   }
   void finish() { times_->resize(found_); }
+  std::size_t count() const { return found_; }
 
  private:
   std::vector<std::int64_t>* times_;

@@ -156,8 +156,10 @@ class DslSource final : public EdgeSource {
     read.end_time = end_time_;
     read.ended = stopped_;
     read.error = error_;
-    for (std::size_t i = 0; i < planes_.size(); ++i)
+    for (std::size_t i = 0; i < planes_.size(); ++i) {
       read.last_levels |= last_level(planes_[i]) << i;
+      read.levels |= level_before_next(planes_[i]) << i;
+    }
     if (at_ != samples_) {
       read.ma = rest_of(planes_[ma]);
       read.slo = rest_of(planes_[slo]);
@@ -249,6 +251,12 @@ class DslSource final : public EdgeSource {
     if (at_ == samples_) return plane.last;
     const std::uint64_t last = samples_ - 1;
     return plane.words[static_cast<std::size_t>(last / word_bits)] >> last % word_bits & 1U;
+  }
+
+  // The level before the sample at hand.
+  std::uint64_t level_before_next(const Plane& plane) const {
+    if (at_ % word_bits == 0 || at_ == samples_) return plane.last;
+    return plane.words[static_cast<std::size_t>(at_ / word_bits)] >> (at_ - 1) % word_bits & 1U;
   }
 
   // The words from the sample at hand on, their bytes as in the file. Samples before it show its

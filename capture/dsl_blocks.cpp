@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "capture/bit_scan.hpp"
+#include "capture/change_edges.hpp"
 #include "capture/change_times.hpp"
 
 namespace biss::capture {
@@ -28,23 +29,37 @@ class DslPiece final : public PairPiece {
   void expand() override {
     if (error) return;
     if (!read_ahead && !inflate()) return;
-    const std::uint64_t last = clock_.last_index();
-    const std::uint64_t end = first > last ? first : std::min(first + samples, last + 1);
-    scan(ma_bits(), end, ma);
-    scan(slo_bits(), end, slo);
+    too_many = !scan(first, timed_end(), most_changes);
+    if (too_many) {
+      ma.clear();
+      slo.clear();
+    }
+  }
+
+  // Its changes as edges, in place of the arrays.
+  void put_edges(ChangeEdges& edges, const PairSource::OnEdges& on_edges) {
+    const std::uint64_t end = timed_end();
+    for (std::uint64_t at = first; at < end;) {
+      const std::uint64_t next = std::min(end, (at / scan_samples + 1) * scan_samples);
+      scan(at, next, 2 * scan_samples);
+      edges.put(ma, slo, on_edges);
+      at = next;
+    }
   }
 
   void reset() {
     error.reset();
     read_ahead.reset();
     beyond = false;
+    too_many = false;
   }
 
   PackedBlock block;
   std::optional<DslRead> read_ahead;  ///< in place of a block
   std::uint64_t first = 0;
   std::uint64_t samples = 0;
-  bool beyond = false;  // a line changes where no time can be represented
+  bool beyond = false;    // a line changes where no time can be represented
+  bool too_many = false;  // changes for arrays
   std::uint64_t first_levels = 0;
   std::uint64_t last_levels = 0;
   std::optional<CaptureError> error;
@@ -93,18 +108,33 @@ class DslPiece final : public PairPiece {
     return slo_plane_ == ma_plane_ ? ma_ : slo_;
   }
 
-  // The samples up to `end`. Samples before `first` are in the same word and say nothing.
-  void scan(const std::vector<std::uint64_t>& words, std::uint64_t end, LineChanges& changes) {
+  // The end of the samples that have a time.
+  std::uint64_t timed_end() const {
+    const std::uint64_t last = clock_.last_index();
+    return first > last ? first : std::min(first + samples, last + 1);
+  }
+
+  // The changes of both lines from `begin` to `end`. False where there are more than `most`.
+  bool scan(std::uint64_t begin, std::uint64_t end, std::size_t most) {
+    return scan(ma_bits(), begin, end, most, ma) &&
+           scan(slo_bits(), begin, end, most - ma.times.size(), slo);
+  }
+
+  // `begin` is that of the piece, or of a word. Samples before it in its word say nothing.
+  bool scan(const std::vector<std::uint64_t>& words, std::uint64_t begin, std::uint64_t end,
+            std::size_t most, LineChanges& changes) {
     changes.clear();
-    if (end == first) return;
+    if (begin == end) return true;
     const auto* const bits = reinterpret_cast<const std::uint8_t*>(words.data());
-    const std::uint64_t begin = first / plane_word_samples * plane_word_samples;
-    const bool high = level_at(bits, first - begin);
+    const std::uint64_t base = first / plane_word_samples * plane_word_samples;
+    const bool high = level_at(bits, begin - base);
     const ScanClock clock(clock_);
     ChangeTimes times(changes, high);
     PlaneScan found{.high = !high, .step = clock.step()};  // the first sample is a change
-    for (std::uint64_t at = begin; at < end; at += scan_samples) {
-      found.bits = bits + (at - begin) / 8;
+    for (std::uint64_t at = begin / plane_word_samples * plane_word_samples; at < end;
+         at += scan_samples) {
+      if (times.count() > most) return false;
+      found.bits = bits + (at - base) / 8;
       found.count = static_cast<std::size_t>(std::min<std::uint64_t>(scan_samples, end - at));
       found.time = clock.time_of(at);
       found.changes = times.room(found.count);
@@ -112,6 +142,7 @@ class DslPiece final : public PairPiece {
       times.found(found.changes, at, clock);
     }
     times.finish();
+    return times.count() <= most;
   }
 
   SampleClock clock_;
@@ -136,7 +167,9 @@ class DslPairs final : public PairSource {
         ended_(read.ended),
         ahead_(read.error),
         end_time_(read.end_time),
-        last_levels_(read.last_levels) {
+        last_levels_(read.last_levels),
+        edges_(static_cast<wire::LineIndex>(ma), static_cast<wire::LineIndex>(slo)) {
+    if (read.first != 0) edges_.set((read.levels >> ma & 1U) != 0, (read.levels >> slo & 1U) != 0);
     if (read.first != read.end) read_ahead_ = std::move(read);
   }
 
@@ -152,8 +185,8 @@ class DslPairs final : public PairSource {
     return piece;
   }
 
-  bool settle(PairPiece& settled, const OnEdges& /*on_edges*/) override {
-    const auto& piece = static_cast<DslPiece&>(settled);
+  bool settle(PairPiece& settled, const OnEdges& on_edges) override {
+    auto& piece = static_cast<DslPiece&>(settled);
     if (!error_) error_ = piece.error;
     if (error_) return false;
     if (piece.samples == 0) return true;
@@ -164,7 +197,12 @@ class DslPairs final : public PairSource {
       error_ = CaptureError{.cause = CaptureCause::time_out_of_range};
     }
     last_levels_ = piece.last_levels;
-    return true;
+    if (piece.too_many) {
+      piece.put_edges(edges_, on_edges);
+    } else {
+      edges_.skip(piece.ma, piece.slo);
+    }
+    return !piece.too_many;
   }
 
   Picoseconds end_time() const override { return end_time_; }
@@ -203,6 +241,7 @@ class DslPairs final : public PairSource {
   Picoseconds end_time_;
   std::uint64_t last_levels_;
   std::optional<CaptureError> error_;
+  ChangeEdges edges_;
 };
 
 }  // namespace

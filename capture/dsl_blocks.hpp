@@ -76,12 +76,14 @@ struct DslRead {
   /// Of all probes: a change where no time can be represented; the last levels, a bit each.
   bool beyond = false;
   std::uint64_t last_levels = 0;
+  /// Levels before `first`, a bit for each probe; of no meaning where nothing was read.
+  std::uint64_t levels = 0;
   Picoseconds end_time;
   bool ended = false;
   std::optional<CaptureError> error;
 };
 
-/// The rest of the capture. `blocks` outlives it; `ma` and `slo` are numbers of planes.
+/// The rest of the capture. `blocks` outlives it; `ma` and `slo` are numbers of planes, and of lines.
 std::unique_ptr<PairSource> dsl_pairs(DslBlocks& blocks, Hertz rate, bool verify, std::size_t ma,
                                       std::size_t slo, DslRead read);
 

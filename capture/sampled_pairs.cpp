@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "capture/bit_scan.hpp"
+#include "capture/change_edges.hpp"
 #include "capture/change_times.hpp"
 #include "capture/zip.hpp"
 
@@ -15,32 +16,74 @@ namespace {
 // Fits into the nearest cache: the scan finds there what the checksum has read.
 constexpr std::size_t checksum_bytes = 32'768;
 
+// The checksum of samples, part by part on their way to the scan.
+class Verification {
+ public:
+  Verification(std::span<const std::uint8_t> bytes, bool wanted) : bytes_(bytes), wanted_(wanted) {}
+
+  // Reads up to this byte and a little further.
+  void read_to(std::size_t end) {
+    while (wanted_ && read_ < end) {
+      const auto part = bytes_.subspan(read_, std::min(checksum_bytes, bytes_.size() - read_));
+      checksum_ = zip_checksum_after(checksum_, part);
+      read_ += part.size();
+    }
+  }
+  // Whether this is the checksum, or none is wanted.
+  bool is(std::uint32_t checksum) {
+    read_to(bytes_.size());
+    return !wanted_ || checksum_ == checksum;
+  }
+
+ private:
+  std::span<const std::uint8_t> bytes_;
+  bool wanted_;
+  std::uint32_t checksum_ = 0;
+  std::size_t read_ = 0;
+};
+
 class SampledPiece final : public PairPiece {
  public:
   SampledPiece(const PairLayout& layout, bool verify) : layout_(layout), verify_(verify) {}
 
   void expand() override {
     if (count == 0) return;
-    std::span<const std::uint8_t> samples = packed.bytes;
+    samples_ = packed.bytes;
     if (packed.deflated) {
-      samples = inflated_.take(static_cast<std::size_t>(packed.deflated->size_bytes));
+      samples_ = inflated_.take(static_cast<std::size_t>(packed.deflated->size_bytes));
       if (!inflate()) return damaged("data that inflates to its size");
     }
-    const bool verify = packed.deflated && verify_;
-    if (scan(samples, verify) != (verify ? packed.deflated->checksum : 0)) {
+    Verification verification(samples_, packed.deflated && verify_);
+    too_many = !scan(0, count, verification);
+    if (too_many) {
+      ma.clear();
+      slo.clear();
+    }
+    if (packed.deflated && !verification.is(packed.deflated->checksum)) {
       damaged("data with its checksum");
+    }
+  }
+
+  // Its changes as edges, in place of the arrays.
+  void put_edges(ChangeEdges& edges, const PairSource::OnEdges& on_edges) {
+    Verification none(samples_, false);
+    for (std::size_t at = 0; at < count; at += scan_samples) {
+      scan(at, std::min(count, at + scan_samples), none);
+      edges.put(ma, slo, on_edges);
     }
   }
 
   void reset() {
     packed.deflated.reset();
     count = 0;
+    too_many = false;
     error.reset();
   }
 
   PackedSamples packed;
   std::uint64_t first = 0;  // sample of the capture
   std::size_t count = 0;    // samples
+  bool too_many = false;    // changes for arrays
   std::optional<CaptureError> error;
 
  private:
@@ -60,11 +103,12 @@ class SampledPiece final : public PairPiece {
     return (sample[bit / 8] >> bit % 8 & 1U) != 0;
   }
 
-  // Returns the checksum of all bytes; 0 unless it is to be verified.
-  std::uint32_t scan(std::span<const std::uint8_t> samples, bool verify) {
+  // The changes of the samples from `begin` to `end`. False where there are too many.
+  bool scan(std::size_t begin, std::size_t end, Verification& verification) {
     const ScanClock clock(layout_.clock);
-    const bool ma_high = is_high(samples.data(), layout_.ma_bit);
-    const bool slo_high = is_high(samples.data(), layout_.slo_bit);
+    const std::uint8_t* const samples = samples_.data();
+    const bool ma_high = is_high(samples + begin * layout_.unit_bytes, layout_.ma_bit);
+    const bool slo_high = is_high(samples + begin * layout_.unit_bytes, layout_.slo_bit);
     ChangeTimes ma_times(ma, ma_high);
     ChangeTimes slo_times(slo, slo_high);
     PairScan scan{.unit_bytes = layout_.unit_bytes,
@@ -73,20 +117,11 @@ class SampledPiece final : public PairPiece {
                   .ma_high = !ma_high,  // the first sample is a change
                   .slo_high = !slo_high,
                   .step = clock.step()};
-    std::uint32_t checksum = 0;
-    std::size_t verified = 0;
-    const auto verify_to = [&](std::size_t end) {
-      while (verify && verified < end) {
-        const auto part =
-            samples.subspan(verified, std::min(checksum_bytes, samples.size() - verified));
-        checksum = zip_checksum_after(checksum, part);
-        verified += part.size();
-      }
-    };
-    for (std::size_t at = 0; at < count; at += scan_samples) {
-      scan.samples = samples.data() + at * layout_.unit_bytes;
-      scan.count = std::min(scan_samples, count - at);
-      verify_to((at + scan.count) * layout_.unit_bytes);
+    for (std::size_t at = begin; at < end; at += scan_samples) {
+      if (ma_times.count() + slo_times.count() > most_changes) return false;
+      scan.samples = samples + at * layout_.unit_bytes;
+      scan.count = std::min(scan_samples, end - at);
+      verification.read_to((at + scan.count) * layout_.unit_bytes);
       scan.time = clock.time_of(first + at);
       scan.ma = ma_times.room(scan.count);
       scan.slo = slo_times.room(scan.count);
@@ -94,16 +129,15 @@ class SampledPiece final : public PairPiece {
       ma_times.found(scan.ma, first + at, clock);
       slo_times.found(scan.slo, first + at, clock);
     }
-    verify_to(samples.size());
     ma_times.finish();
     slo_times.finish();
-    return checksum;
+    return true;
   }
-
   PairLayout layout_;
   bool verify_;
   std::optional<Inflater> inflater_;
   Buffer inflated_;
+  std::span<const std::uint8_t> samples_;
 };
 
 class SampledPairs final : public PairSource {
@@ -117,8 +151,12 @@ class SampledPairs final : public PairSource {
         next_(read.samples),
         first_bytes_(std::move(read.bytes)),
         ended_(read.ended),
-        ahead_(read.error) {
-    if (next_ != 0) end_time_ = layout_.clock.time_of(next_ - 1);
+        ahead_(read.error),
+        edges_(layout.ma, layout.slo) {
+    if (next_ == 0) return;
+    end_time_ = layout_.clock.time_of(next_ - 1);
+    edges_.set((read.last_sample >> layout.ma_bit & 1U) != 0,
+               (read.last_sample >> layout.slo_bit & 1U) != 0);
   }
 
   std::unique_ptr<PairPiece> fetch(std::unique_ptr<PairPiece> used) override {
@@ -136,12 +174,17 @@ class SampledPairs final : public PairSource {
     return piece;
   }
 
-  bool settle(PairPiece& settled, const OnEdges& /*on_edges*/) override {
-    const auto& piece = static_cast<SampledPiece&>(settled);
+  bool settle(PairPiece& settled, const OnEdges& on_edges) override {
+    auto& piece = static_cast<SampledPiece&>(settled);
     if (!error_) error_ = piece.error;
     if (error_) return false;
     end_time_ = layout_.clock.time_of(piece.first + piece.count - 1);
-    return true;
+    if (piece.too_many) {
+      piece.put_edges(edges_, on_edges);
+    } else {
+      edges_.skip(piece.ma, piece.slo);
+    }
+    return !piece.too_many;
   }
 
   Picoseconds end_time() const override { return end_time_; }
@@ -225,6 +268,7 @@ class SampledPairs final : public PairSource {
   // Of settle().
   Picoseconds end_time_;
   std::optional<CaptureError> error_;
+  ChangeEdges edges_;
 };
 
 }  // namespace

@@ -17,11 +17,14 @@ struct PairLayout {
   std::size_t unit_bytes = 1;
   unsigned ma_bit = 0;
   unsigned slo_bit = 0;
+  wire::LineIndex ma = 0;
+  wire::LineIndex slo = 0;
 };
 
 /// How far the samples have been read as edges.
 struct SamplesRead {
   std::uint64_t samples = 0;
+  std::uint64_t last_sample = 0;
   /// What was read and is not in these samples. It begins at a sample.
   std::vector<std::uint8_t> bytes;
   bool ended = false;

@@ -3,13 +3,18 @@
 #include <gtest/gtest.h>
 #include <hwy/highway.h>
 
+#include <array>
 #include <cinttypes>
 #include <cstdio>
+#include <memory>
 #include <random>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "capture/bit_scan.hpp"
+#include "capture/change_times.hpp"
 #include "capture/dsl.hpp"
 #include "capture/open.hpp"
 #include "capture/test_capture.hpp"
@@ -326,6 +331,83 @@ TEST(SrPairs, MemberLargerThanIsInflatedAtOnce_AgreesWithTheEdges) {
     const std::size_t entry = archive.rfind("PK\x01\x02");
     archive[entry + 16] = static_cast<char>(archive[entry + 16] ^ 1);
   }
+  // Longer than it says: what it says it has are samples, whatever the size of the pieces.
+  const std::size_t entry = archive.rfind("PK\x01\x02");
+  archive[entry + 24] = '\x01';
+  archive[entry + 26] = '\x34';
+  const PairRead edges = pair_of(read_sr(archive), 0, 1);
+  ASSERT_TRUE(edges.error);
+  EXPECT_FALSE(edges.ma.times.empty());
+  expect_same(read_pairs(open_sr(memory_bytes(archive)), 0, 1), edges);
+}
+
+// MA changes in every sample, SLO in seven of eight.
+std::string noise(std::mt19937_64& random, std::size_t samples, unsigned ma, unsigned slo) {
+  std::string bytes(samples, '\0');
+  std::uint64_t drawn = 0;
+  unsigned sample = 0;
+  for (std::size_t i = 0; i < samples; ++i, drawn >>= 3U) {
+    if (i % 16 == 0) drawn = random();
+    sample ^= 1U << ma | ((drawn & 7U) != 0 ? 1U << slo : 0U);
+    bytes[i] = static_cast<char>(sample);
+  }
+  return bytes;
+}
+
+// They have more changes than a piece takes as arrays.
+constexpr std::size_t noisy_samples = most_changes / 8 * 5;
+
+// Reads all as pairs. No piece takes more memory than its bound, and each edge is a change.
+void expect_bounded(const Opened& opened, std::size_t blocks) {
+  ASSERT_TRUE(opened);
+  std::array<wire::Level, 2> levels{wire::Level::unknown, wire::Level::unknown};
+  std::size_t edges = 0;
+  const auto put = [&](std::span<const wire::Edge> some) {
+    edges += some.size();
+    for (const wire::Edge& edge : some) {
+      ASSERT_NE(edge.level, levels[edge.line]);
+      levels[edge.line] = edge.level;
+    }
+  };
+  for (std::size_t i = 0; i < blocks; ++i) put((*opened)->next_block().value());
+  const auto pairs = (*opened)->pairs(0, 1);
+  std::unique_ptr<PairPiece> used;
+  while (auto piece = pairs->fetch(std::move(used))) {
+    piece->expand();
+    EXPECT_LE(piece->ma.times.capacity() + piece->slo.times.capacity(), 2 * most_changes);
+    if (pairs->settle(*piece, put)) {
+      const auto level_after = [](const LineChanges& changes) {
+        const bool high = changes.first_high == (changes.times.size() % 2 == 1);
+        return high ? wire::Level::high : wire::Level::low;
+      };
+      levels = {level_after(piece->ma), level_after(piece->slo)};
+    }
+    used = std::move(piece);
+  }
+  EXPECT_GT(edges, most_changes);
+}
+
+TEST(SampledPairs, MoreChangesThanAPieceTakes_AgreeWithTheEdgesInBoundedMemory) {
+  std::mt19937_64 random(13'113);
+  const RawLayout layout = layout_of(megahertz(48), 1, 0, 1);
+  const std::string calm = two_lines(random, 1, 0, 1, 200'000);
+  const std::string bytes = calm + noise(random, 2 * noisy_samples, 0, 1) + calm;
+  const PairRead edges = pair_of(read_raw(bytes, layout), 0, 1);
+  expect_same(pairs_of_raw(bytes, layout, bytes.size() / 2, 0, 2), edges);
+  expect_bounded(open_raw(memory_bytes(bytes), layout, {.piece_bytes = bytes.size()}), 0);
+}
+
+TEST(SrPairs, MoreChangesThanAPieceTakes_AgreeWithTheEdgesAndAreVerified) {
+  std::mt19937_64 random(13'114);
+  const std::string bytes = noise(random, noisy_samples, 0, 1);
+  std::string archive = zip_of(session_of({two_lines(random, 1, 0, 1, 5'000), bytes}));
+  for (int i = 0; i < 2; ++i) {
+    const PairRead edges = pair_of(read_sr(archive), 0, 1);
+    EXPECT_EQ(edges.error.has_value(), i == 1);
+    expect_same(read_pairs(open_sr(memory_bytes(archive)), 0, 1, 1), edges);
+    const std::size_t entry = archive.rfind("PK\x01\x02");
+    archive[entry + 16] = static_cast<char>(archive[entry + 16] ^ 1);
+  }
 }
 
 std::string dsl_of(std::string_view samples, std::uint64_t said, const RawLayout& layout,
@@ -394,6 +476,16 @@ TEST(DslPairs, AnyByteDamaged_EndsAsTheEdges) {
     if (read.lines.size() != 3) continue;
     expect_same(read_pairs(opened_dsl(damaged), 1, 2, 0, 2), pair_of(read, 1, 2));
   }
+}
+
+TEST(DslPairs, MoreChangesThanAPieceTakes_AgreeWithTheEdgesInBoundedMemory) {
+  std::mt19937_64 random(13'115);
+  const RawLayout layout{megahertz(24), 1, {{"MA", 2}, {"SLO", 5}}};
+  const std::string samples = noise(random, noisy_samples + 37, 2, 5);
+  const std::string archive = dsl_of(samples, samples.size(), layout, 1U << 21U);
+  const PairRead edges = pair_of(read_all(opened_dsl(archive)), 0, 1);
+  expect_same(read_pairs(opened_dsl(archive), 0, 1, 0), edges);
+  expect_bounded(opened_dsl(archive), 3);
 }
 
 TEST(DslPairs, SeveralBlocksAndTimesBeyondTheRange_AgreeWithTheEdges) {

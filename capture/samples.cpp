@@ -30,6 +30,8 @@ class SampleScanner {
 
   /// Whole samples seen.
   std::uint64_t samples() const { return samples_; }
+  /// The lines' bits in the last of them.
+  std::uint64_t last_sample() const { return last_; }
   /// The beginning of a sample with which the bytes so far end.
   std::span<const std::uint8_t> begun_sample() const { return std::span(held_).first(held_bytes_); }
   /// The next sample would lie beyond what picoseconds can tell.
@@ -219,9 +221,13 @@ class SampledSource final : public EdgeSource {
   }
 
   std::unique_ptr<PairSource> pairs(wire::LineIndex ma, wire::LineIndex slo) override {
-    const PairLayout layout{SampleClock(layout_.rate), layout_.unit_bytes, layout_.lines[ma].bit,
-                            layout_.lines[slo].bit};
-    SamplesRead read{scanner_.samples(), {}, stopped_, error_};
+    const PairLayout layout{.clock = SampleClock(layout_.rate),
+                            .unit_bytes = layout_.unit_bytes,
+                            .ma_bit = layout_.lines[ma].bit,
+                            .slo_bit = layout_.lines[slo].bit,
+                            .ma = ma,
+                            .slo = slo};
+    SamplesRead read{scanner_.samples(), scanner_.last_sample(), {}, stopped_, error_};
     const auto begun = scanner_.begun_sample();
     read.bytes.assign(begun.begin(), begun.end());
     read.bytes.insert(read.bytes.end(), piece_.begin(), piece_.end());

@@ -195,8 +195,9 @@ class SrPieces final : public SamplePieces {
   }
 
   Fetched fetch_of_stream(PackedSamples& piece, std::size_t piece_bytes) {
-    // One byte more than is left shows whether the member ends there.
-    const auto room = std::min<std::uint64_t>(stream_left_ + 1, piece_bytes);
+    // One byte more than is said shows whether the member ends there. It is not read with those
+    // before it: these are samples whatever the size of the pieces.
+    const auto room = stream_left_ == 0 ? 1 : std::min<std::uint64_t>(stream_left_, piece_bytes);
     const auto bytes = room_in(piece, static_cast<std::size_t>(room));
     const auto got = archive_->read_stream(bytes);
     if (!got || *got > stream_left_) return damaged("data that inflates to its size and checksum");

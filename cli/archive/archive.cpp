@@ -151,7 +151,8 @@ void add_archive(Command& command) {
       .file(FileUse::read);
   add_shard_option(verb, options->shard, "Read only every N-th file, from the K-th on");
   add_count_option(verb, "--threads", into(options->threads),
-                   "Files read at the same time; by default one per core", 1024);
+                   "Worker threads; by default one per core. The summary does not depend on it",
+                   1024);
   add_output_option(verb, options->summary.output,
                     "The summary as JSON. FILE.journal keeps what is read: after an interruption "
                     "the same command continues");

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <mutex>
 #include <string_view>
+#include <thread>
 #include <unordered_map>
 #include <utility>
 
@@ -49,7 +50,7 @@ class ArchiveRun {
     if (file.cause.empty()) {
       waiting_.emplace(archive::utf8_text(file.path), &file);
     } else {
-      take(read_listed_file(file, task_.capture), file);
+      take(read_listed_file(file, task_.capture, 1), file);
     }
   }
 
@@ -83,30 +84,46 @@ class ArchiveRun {
 
   ExitStatus read_rest() {
     const auto files = files_by_size();
-    const ArchiveProgress before = now_;
-    const auto began = std::chrono::steady_clock::now();
-    Progress progress;
-    std::mutex mutex;
-    ExitStatus status = ExitStatus::done;
+    before_ = now_;
+    began_ = std::chrono::steady_clock::now();
+    const unsigned threads =
+        task_.threads != 0 ? task_.threads : std::max(1U, std::thread::hardware_concurrency());
     std::size_t next = 0;
-    lab::run_workers(task_.threads, [&] {
-      std::unique_lock lock(mutex);
-      if (next == files.size() || status != ExitStatus::done) return false;
+    std::uint64_t left = now_.all_bytes - now_.bytes;
+    while (next < files.size() && status_ == ExitStatus::done &&
+           is_for_all_threads(*files[next], left, threads)) {
+      const ListedFile& file = *files[next++];
+      left -= file.stamp.bytes;
+      read(file, threads);
+    }
+    lab::run_workers(threads, [&] {
+      std::unique_lock lock(mutex_);
+      if (next == files.size() || status_ != ExitStatus::done) return false;
       const ListedFile& file = *files[next++];
       lock.unlock();
-      archive::StampedEntry stamped{file.stamp, read_listed_file(file, task_.capture)};
-      lock.lock();
-      if (!task_.journal.empty() && is_lasting(stamped.entry)) {
-        status = std::max(status, journal_.append(stamped));
-      }
-      take(std::move(stamped.entry), file);
-      if (progress.due()) {
-        const std::chrono::duration<double> took = std::chrono::steady_clock::now() - began;
-        progress.show(progress_text(now_, before, took.count()));
-      }
+      read(file, 1);
       return true;
     });
-    return status;
+    return status_;
+  }
+
+  // A file that one thread would still read when the others have read the rest.
+  static bool is_for_all_threads(const ListedFile& file, std::uint64_t left, unsigned threads) {
+    constexpr std::uint64_t worth_threads = std::uint64_t{1} << 20U;
+    return file.stamp.bytes >= worth_threads && file.stamp.bytes > left / threads;
+  }
+
+  void read(const ListedFile& file, unsigned threads) {
+    archive::StampedEntry stamped{file.stamp, read_listed_file(file, task_.capture, threads)};
+    const std::lock_guard lock(mutex_);
+    if (!task_.journal.empty() && is_lasting(stamped.entry)) {
+      status_ = std::max(status_, journal_.append(stamped));
+    }
+    take(std::move(stamped.entry), file);
+    if (progress_.due()) {
+      const std::chrono::duration<double> took = std::chrono::steady_clock::now() - began_;
+      progress_.show(progress_text(now_, before_, took.count()));
+    }
   }
 
   const ArchiveTask& task_;
@@ -115,6 +132,12 @@ class ArchiveRun {
   // To be read, by the path as entries have it.
   std::unordered_map<std::string, const ListedFile*> waiting_;
   ArchiveProgress now_;
+  // When reading began.
+  ArchiveProgress before_;
+  std::chrono::steady_clock::time_point began_;
+  Progress progress_;
+  std::mutex mutex_;
+  ExitStatus status_ = ExitStatus::done;
 };
 
 }  // namespace

@@ -77,8 +77,10 @@ bool measure(DecodedCapture& capture, LinkEntry& link) {
 
 class FileReader {
  public:
-  FileReader(const CaptureArguments& arguments, FileEntry& entry)
-      : arguments_(arguments), entry_(entry) {}
+  FileReader(const CaptureArguments& arguments, unsigned threads, FileEntry& entry)
+      : arguments_(arguments), entry_(entry) {
+    arguments_.threads = threads;
+  }
 
   void read(const std::string& path) {
     arguments_.files = {path};
@@ -87,8 +89,6 @@ class FileReader {
     arguments_.one_of_many = true;
     arguments_.identify = true;
     arguments_.identify_besides = true;
-    // The cores have files of their own.
-    arguments_.threads = 1;
     if (capture_.open(arguments_) != ExitStatus::done) return end(no_such_line, last_message());
     while (capture_.next()) {
       if (!read_link()) return;
@@ -156,7 +156,8 @@ void fail_entry(FileEntry& entry, const char* cause, const std::string& path, co
 
 }  // namespace
 
-FileEntry read_listed_file(const archive::ListedFile& file, const CaptureArguments& arguments) {
+FileEntry read_listed_file(const archive::ListedFile& file, const CaptureArguments& arguments,
+                           unsigned threads) {
   FileEntry entry;
   entry.path = archive::utf8_text(file.path);
   entry.bytes = file.stamp.bytes;
@@ -170,7 +171,7 @@ FileEntry read_listed_file(const archive::ListedFile& file, const CaptureArgumen
   if (!entry.day) entry.day = archive::day_of(file.stamp.time);
   // One file must not end the run of all others.
   try {
-    FileReader(arguments, entry).read(file.path);
+    FileReader(arguments, threads, entry).read(file.path);
   } catch (const std::bad_alloc&) {
     fail_entry(entry, out_of_memory, file.path, "out of memory");
   } catch (const std::exception& error) {

@@ -7,9 +7,10 @@
 namespace biss::cli {
 
 /// Reads the file as `biss decode --each` would, or says why not. Prints nothing; any thread.
-/// \param arguments of all files; its `files` are not used
+/// \param arguments of all files; its `files` and `threads` are not used
+/// \param threads for this file; the entry does not depend on them
 archive::FileEntry read_listed_file(const archive::ListedFile& file,
-                                    const CaptureArguments& arguments);
+                                    const CaptureArguments& arguments, unsigned threads);
 
 /// The same file will have the same entry as long as its stamp does not change: no cause that
 /// depends on the machine and the moment.

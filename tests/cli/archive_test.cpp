@@ -34,12 +34,13 @@ class Archive : public testing::Test {
   std::string simulated(const std::string& name, Words options) const {
     const fs::path file = fs::path(captures()) / name;
     fs::create_directories(file.parent_path());
-    Words arguments{"simulate", "--cycles", "60", "--seed", "4", "-o", file.string()};
+    Words arguments{"simulate", "--seed", "4", "-o", file.string()};
     const auto add_default = [&](const std::string& option, const std::string& value) {
       if (std::find(options.begin(), options.end(), option) == options.end()) {
         arguments.insert(arguments.end(), {option, value});
       }
     };
+    add_default("--cycles", "60");
     add_default("--clock", "5MHz");
     add_default("--motion", "sine");
     arguments.insert(arguments.end(), options.begin(), options.end());
@@ -275,6 +276,21 @@ TEST_F(Archive, ThreadsAndShards_GiveTheSameSummary) {
   EXPECT_EQ(merged_summary_of(archive, 7), one);
   EXPECT_EQ(merged_summary_of(archive, 17), one);
   EXPECT_EQ(Json::parse(one)["totals"]["files"], 60);
+}
+
+// All threads read it together.
+TEST_F(Archive, FileLargerThanAllOthers_HasTheSameFiguresForAnyThreads) {
+  const std::string large =
+      simulated("large.vcd", {"-f", "resolute-26", "--cycles", "1500", "--fault", "flip:0.1"});
+  simulated("small.csv", {"-f", "resolute-26"});
+  simulated("small.sr", {"-f", "resolute-32"});
+  ASSERT_GT(fs::file_size(large), 1U << 20U);
+  const Json one = summary({"--threads", "1"});
+  EXPECT_EQ(one["totals"]["files"], 3);
+  for (const char* threads : {"2", "3", "7"}) {
+    fs::remove(path("summary.json.journal"));
+    EXPECT_EQ(summary({"--threads", threads}), one) << threads;
+  }
 }
 
 TEST_F(Archive, KilledAtRandom_IsResumed) {
