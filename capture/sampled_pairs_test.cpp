@@ -337,7 +337,7 @@ TEST(SrPairs, MemberLargerThanIsInflatedAtOnce_AgreesWithTheEdges) {
   archive[entry + 26] = '\x34';
   const PairRead edges = pair_of(read_sr(archive), 0, 1);
   ASSERT_TRUE(edges.error);
-  EXPECT_FALSE(edges.ma.times.empty());
+  EXPECT_FALSE(edges.changes[0].empty());
   expect_same(read_pairs(open_sr(memory_bytes(archive)), 0, 1), edges);
 }
 
