@@ -8,6 +8,7 @@
 #include <span>
 #include <type_traits>
 
+#include "biss/base/big_endian.hpp"
 #include "biss/base/bits.hpp"
 
 namespace biss {
@@ -46,6 +47,15 @@ class BitBuffer {
       word >>= count - left;
       count = static_cast<unsigned>(left);
     }
+    if constexpr (sizeof(std::size_t) >= 8) {
+      const unsigned used = size_bits_ % 8U;
+      const std::size_t at = size_bits_ / 8U;
+      if (count > 0 && used + count <= 64 && at + 8U <= bytes_.size()) {
+        put(at, word << (64U - count) >> used);
+        size_bits_ += count;
+        return;
+      }
+    }
     while (count > 0) {
       const auto room = static_cast<unsigned>(8U - size_bits_ % 8U);
       const unsigned now = std::min(room, count);
@@ -65,6 +75,11 @@ class BitBuffer {
   }
 
   constexpr void append_run(bool level, std::size_t count) {
+    if (!level && !overflowed_ && count <= CapacityBits - size_bits_) {
+      // All bits after the last one are 0.
+      size_bits_ += count;
+      return;
+    }
     while (count > 0 && !overflowed_) {
       const auto now = static_cast<unsigned>(std::min<std::size_t>(count, 64));
       append(level ? ~std::uint64_t{0} : 0, now);
@@ -92,6 +107,13 @@ class BitBuffer {
   }
 
  private:
+  // Ones of eight bytes, the first byte most significant.
+  constexpr void put(std::size_t at, std::uint64_t ones) {
+    const std::span<std::uint8_t, 8> place(bytes_.data() + at, 8);
+    const auto stored = to_big_endian<8>(from_big_endian<8>(place) | ones);
+    std::copy(stored.begin(), stored.end(), place.begin());
+  }
+
   std::array<std::uint8_t, (CapacityBits + 7U) / 8U> bytes_{};
   std::size_t size_bits_ = 0;
   bool overflowed_ = false;

@@ -112,19 +112,15 @@ class BitView {
     return size_bits_;
   }
 
-  /// The first bits, the first one topmost: at least known_bits of them, or all. The bits after
-  /// them are undefined. Zeros where fewer than 4 bytes are stored.
+  /// The first bits, the first one topmost: 64, or all, but for up to 7 of a short view that begins
+  /// within a byte. The bits after them are undefined. Zeros where fewer than 4 bytes are stored.
   [[gnu::always_inline]] constexpr std::uint64_t head() const {
+    if (size_bits_ < 64) return short_head(bytes_, first_bit_, size_bits_);
     const std::uint8_t* const p = bytes_ + (first_bit_ >> 3U);
-    const std::size_t stored = stored_bytes() - (first_bit_ >> 3U);
-    if (stored >= 8) [[likely]]
-      return load(p) << (first_bit_ & 7U);
-    if (stored < 4) return 0;
-    // Two halves that overlap.
-    const std::uint64_t end = std::uint64_t{load32(p + stored - 4)} << (64U - 8U * stored);
-    return ((std::uint64_t{load32(p)} << 32U) | end) << (first_bit_ & 7U);
+    const unsigned skipped = first_bit_ & 7U;
+    return skipped == 0 ? load(p) : load(p) << skipped | std::uint64_t{p[8]} >> (8U - skipped);
   }
-  /// The bits of head() that are the view's, where the view has as many.
+  /// The bits of head() that a view of fewer than 64 bits can have.
   constexpr std::size_t head_bits() const { return 64U - (first_bit_ & 7U); }
 
   /// head() and find_one_after_head() where registers have 32 bits: at least 25 bits, and 32 where
@@ -169,18 +165,18 @@ class BitView {
     return std::min(at - (first_bit_ & 7U), size_bits_);
   }
 
-  /// is_low_from(64). \pre the view is whole bytes
-  [[gnu::always_inline]] constexpr bool is_low_after_8_bytes() const {
+  /// All bits after the first 64, on top of each other in any order: 0 where is_low_from(64).
+  /// \pre the view is whole bytes
+  [[gnu::always_inline]] constexpr std::uint64_t ones_after_8_bytes() const {
     const std::uint8_t* const p = bytes_ + (first_bit_ >> 3U);
     const std::size_t stored = size_bits_ >> 3U;
-    if (stored <= 8) return true;
-    if (stored < 16) return load(p + stored - 8U) << (8U * (16U - stored)) == 0;
+    if (stored <= 8) return 0;
+    if (stored < 16) return load(p + stored - 8U) << (8U * (16U - stored));
     // Words that overlap, all at once for the usual lengths.
     std::uint64_t ones = load_any_order(p + 8) | load_any_order(p + stored - 8U);
-    if (stored <= 24) return ones == 0;
+    if (stored <= 24) return ones;
     ones |= load_any_order(p + 16) | load_any_order(p + stored - 16U);
-    for (std::size_t i = 24; i + 16U < stored; i += 8) ones |= load_any_order(p + i);
-    return ones == 0;
+    return stored <= 40 ? ones : ones | ones_far(p, stored - 16U);
   }
 
   /// Whether all bits from `index` on are 0; true where there are none.
@@ -291,6 +287,14 @@ class BitView {
     return true;
   }
 
+  // The words from byte 24 to byte `end` on top of each other. Not inlined: such views are rare.
+  [[gnu::noinline]] static constexpr std::uint64_t ones_far(const std::uint8_t* p,
+                                                            std::size_t end) {
+    std::uint64_t ones = 0;
+    for (std::size_t i = 24; i < end; i += 8) ones |= load_any_order(p + i);
+    return ones;
+  }
+
   // The first 1 of `size` bytes, from byte `at` on, which is at least 8; size * 8 where there is none.
   // Not inlined, and without the view, which stays in registers.
   [[gnu::noinline]] static constexpr std::size_t find_one_far(const std::uint8_t* p, std::size_t at,
@@ -319,6 +323,18 @@ class BitView {
   // 63 for 0, too: without that case every machine takes one instruction.
   static constexpr std::uint64_t leading_zeros(std::uint64_t word) {
     return static_cast<std::uint64_t>(std::countl_zero(word | 1U));
+  }
+
+  // head() of fewer than 64 bits: two halves that overlap, of up to 8 bytes. Not inlined, and without
+  // the view, which stays in registers.
+  [[gnu::noinline]] static constexpr std::uint64_t short_head(const std::uint8_t* p,
+                                                              std::size_t first_bit,
+                                                              std::size_t size_bits) {
+    p += first_bit >> 3U;
+    const auto stored = std::min<std::size_t>(((first_bit & 7U) + size_bits + 7U) >> 3U, 8);
+    if (stored < 4) return 0;
+    const std::uint64_t end = std::uint64_t{load32(p + stored - 4)} << (64U - 8U * stored);
+    return ((std::uint64_t{load32(p)} << 32U) | end) << (first_bit & 7U);
   }
 
   // Not inlined: it is rarely called and would be copied to every reader.

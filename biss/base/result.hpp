@@ -45,6 +45,14 @@ class [[nodiscard]] Result {
   constexpr Result(T&& value) : value_(std::move(value)), no_error_(), ok_(true) {}
   constexpr Result(Failure<E> failed) : no_value_(), error_(failed.error), ok_(false) {}
 
+  /// The same without a copy of what is no value, so that a compiler can keep the value in registers.
+  constexpr Result& operator=(Failure<E> failed) {
+    if (std::is_constant_evaluated()) return *this = Result(failed);
+    error_ = failed.error;
+    ok_ = false;
+    return *this;
+  }
+
   constexpr bool ok() const { return ok_; }
   constexpr explicit operator bool() const { return ok_; }
   constexpr const T& value() const {

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 
 #include "biss/base/bits.hpp"
 #include "biss/crc/engines.hpp"
@@ -65,7 +66,7 @@ class PlacedCrc<CrcSliced> {
 
   constexpr const CrcSpec& spec() const { return spec_; }
   constexpr std::uint16_t operator()(std::uint64_t data) const {
-    return static_cast<std::uint16_t>(sum(bits_detail::left(data, last_data_bit_)));
+    return sum(bits_detail::left(data, last_data_bit_));
   }
   constexpr bool is_right(std::uint64_t word) const { return sum(word) == 0; }
 
@@ -103,23 +104,33 @@ class PlacedCrc<CrcSliced> {
 
   // The look-ups complete together, so a tree of XORs is faster than a chain. GCC would make a
   // chain of the tree.
-  static constexpr std::uint32_t pair(std::uint32_t a, std::uint32_t b) {
+  static constexpr std::uint16_t pair(std::uint16_t a, std::uint16_t b) {
+    const auto both = static_cast<std::uint16_t>(a ^ b);
 #if defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 12
-    return __builtin_assoc_barrier(a ^ b);
+    return __builtin_assoc_barrier(both);
 #else
-    return a ^ b;
+    return both;
 #endif
   }
-  constexpr std::uint32_t at(unsigned slice, std::uint64_t word) const {
-    return table_[slice][(word >> (56U - 8U * slice)) & 0xFFU];
+  // Keeps GCC from joining this shift and the next one: the two lowest bytes of a register need none.
+  static constexpr std::uint64_t kept(std::uint64_t word) {
+#if defined(__GNUC__) && !defined(__clang__)
+    if (!std::is_constant_evaluated()) asm("" : "+r"(word));
+#endif
+    return word;
+  }
+  constexpr std::uint16_t at(unsigned slice, std::uint64_t byte) const {
+    return table_[slice][byte & 0xFFU];
   }
 
-  [[gnu::always_inline]] constexpr std::uint32_t sum(std::uint64_t word) const {
-    std::uint32_t all = pair(pair(at(0, word), at(1, word)), pair(at(2, word), at(3, word)));
-    if (slices_ > 4) all ^= at(4, word);
+  [[gnu::always_inline]] constexpr std::uint16_t sum(std::uint64_t word) const {
+    const std::uint64_t half = kept(word >> 32U);
+    std::uint16_t all =
+        pair(pair(at(0, word >> 56U), at(1, half >> 16U)), pair(at(2, half >> 8U), at(3, half)));
+    if (slices_ > 4) all = pair(all, at(4, word >> 24U));
     if (slices_ > 5) {
-      all ^= at(5, word);
-      if (slices_ > 6) all ^= pair(at(6, word), at(7, word));
+      all = pair(all, at(5, word >> 16U));
+      if (slices_ > 6) all = pair(all, pair(at(6, word >> 8U), at(7, word)));
     }
     return all;
   }

@@ -74,6 +74,12 @@ constexpr bool is_one_word(const FrameFormat& format) {
   return format.channel_count == 1 && fits_windows(format) && !is_in_pieces(format.channel_list[0]);
 }
 
+// The last zero of ACK that leaves room for `clocks` from START on in a word, as a bit of the word;
+// no bit where they are too many.
+constexpr std::uint64_t last_ack_of(std::size_t clocks, std::size_t word_bits = 64) {
+  return clocks < word_bits ? std::uint64_t{1} << (64U - word_bits + clocks) : ~std::uint64_t{0};
+}
+
 // A channel in a word: the top bit is the one before the channel (CDS, before the first one), then
 // data and CRC, then, after the last channel, STOP.
 class WordPlan {
@@ -103,8 +109,8 @@ class WordPlan {
   constexpr bool stop(std::uint64_t word) const {
     return (word & bits_detail::right(cds_bit >> 1U, total_bits_)) != 0;
   }
-  // No 1 after the channel.
-  constexpr bool is_rest_low(std::uint64_t word) const { return (word & rest_mask_) == 0; }
+  // The bits after the channel.
+  constexpr std::uint64_t rest(std::uint64_t word) const { return word & rest_mask_; }
   // STOP is 0, and so is CDS where the format requires it.
   constexpr bool is_low(std::uint64_t word) const { return (word & must_be_low_) == 0; }
 
@@ -129,19 +135,18 @@ class WordPlan {
  private:
   static constexpr std::uint64_t cds_bit = std::uint64_t{1} << 63U;
 
-  // An absent flag acts as a high-active one that is always 0.
+  // The bit of a flag, and its level for an error or a warning; an absent flag never has it.
   struct Flag {
     std::uint64_t mask = 0;
-    // Not bool: after a fault of the memory it still has a value.
-    std::uint8_t active_high = 1;
+    std::uint64_t active = 1;
 
     constexpr Flag() = default;
-    constexpr Flag(const FlagField& field, unsigned last_data_bit)
-        : mask(field.present ? std::uint64_t{1} << field.shift << last_data_bit : 0U),
-          active_high(!field.present || field.active_high ? 1 : 0) {}
-    constexpr bool low_active(std::uint64_t word) const {
-      return ((word & mask) != 0) != (active_high != 0);
+    constexpr Flag(const FlagField& field, unsigned last_data_bit) {
+      if (!field.present) return;
+      mask = std::uint64_t{1} << field.shift << last_data_bit;
+      active = field.active_high ? mask : 0;
     }
+    constexpr bool low_active(std::uint64_t word) const { return (word & mask) != active; }
   };
 
   std::uint64_t must_be_low_ = 0;
@@ -199,9 +204,13 @@ class FrameCodec {
 
   /// \pre format has 1…Channels channels
   constexpr explicit FrameCodec(const FrameFormat& format)
-      : payload_bits_(static_cast<std::uint16_t>(format.payload_bits())),
+      : clocks_(3U + format.payload_bits()),
+        payload_bits_(static_cast<std::uint16_t>(format.payload_bits())),
         fits_windows_(frame_detail::fits_windows(format) ? 1 : 0),
         one_word_(frame_detail::is_one_word(format) ? 1 : 0),
+        last_ack_((Channels == 2 ? fits_windows_ : one_word_) != 0
+                      ? frame_detail::last_ack_of(clocks_)
+                      : ~std::uint64_t{0}),
         format_(format) {
     for (std::size_t k = 0; k < format.channel_count; ++k) {
       const ChannelFormat& channel = format.channel_list[k];
@@ -221,6 +230,10 @@ class FrameCodec {
   // its position is in one piece, and whether they can be so at all.
   constexpr bool fits_windows() const { return fits_windows_ != 0; }
   constexpr bool one_word() const { return one_word_ != 0; }
+  // From START to STOP.
+  constexpr std::size_t clocks() const { return clocks_; }
+  // As frame_detail::last_ack_of(); no bit where the format is not decoded where the caller is.
+  constexpr std::uint64_t last_ack() const { return last_ack_; }
   static constexpr bool may_fit_windows = true;
   static constexpr bool may_be_one_word = true;
   // Only where fits_windows().
@@ -228,10 +241,12 @@ class FrameCodec {
   constexpr const PlacedCrc<Crc>& engine(std::size_t k) const { return engines_[k]; }
 
  private:
+  std::size_t clocks_;
   std::uint16_t payload_bits_;
   // Not bool: after a fault of the memory it still has a value.
   std::uint8_t fits_windows_;
   std::uint8_t one_word_;
+  std::uint64_t last_ack_;
   std::array<frame_detail::WordPlan, Channels> plans_{};
   FrameFormat format_;
   std::array<PlacedCrc<Crc>, Channels> engines_{};

@@ -111,62 +111,76 @@ using Outcome = Result<typename Codec::Frame, FrameFault>;
 // A frame's place, and the word from CDS on, as BitView::window() gives it.
 struct QuickStart {
   std::uint64_t word = 0;
+  // BitView::head() with its bits inverted.
+  std::uint64_t zeros = 0;
   std::size_t start_bit = 0;
-  std::size_t lead_clocks = 0;
   // The word is all that BitView::head() has from CDS on, then zeros.
   bool is_in_head = false;
+
+  constexpr unsigned lead_clocks() const {
+    return static_cast<unsigned>(std::countl_zero(zeros | 1U));
+  }
+  constexpr std::size_t ack_clocks() const { return start_bit - lead_clocks(); }
 };
 
 constexpr bool is_lead(const FrameBounds& bounds, unsigned lead) {
   return lead >= bounds.lead_min_clocks && lead <= bounds.lead_max_clocks;
 }
 
-// ACK has at least one clock. The type shows the compiler what a short ACK cannot exceed.
-template <class Clocks>
-constexpr bool is_ack(const FrameBounds& bounds, Clocks ack) {
-  return (bounds.ack_min_clocks <= 1 || ack >= Clocks{bounds.ack_min_clocks}) &&
-         ack <= Clocks{bounds.ack_max_clocks};
+constexpr bool is_ack(const FrameBounds& bounds, std::size_t ack) {
+  return ack >= bounds.ack_min_clocks && ack <= bounds.ack_max_clocks;
 }
+
+// FrameBounds for the zeros of BitView::head().
+struct QuickBounds {
+  // The zeros, as ones, are a number from `least` to below `end`: the first one ends the leading
+  // ones.
+  std::uint64_t least;
+  std::uint64_t end;
+  // Every ACK within a word is allowed. Not bool: after a fault of the memory it still has a value.
+  std::uint8_t any_ack;
+
+  constexpr explicit QuickBounds(const FrameBounds& bounds)
+      : least(std::uint64_t{1} << (63U - std::min<unsigned>(bounds.lead_max_clocks, 63))),
+        end(std::uint64_t{1} << (64U - std::clamp<unsigned>(bounds.lead_min_clocks, 1, 64))),
+        any_ack(bounds.ack_min_clocks <= 1 && bounds.ack_max_clocks >= 64 ? 1 : 0) {}
+};
 
 // Finds START within the bounds, with `clocks` of the line from START on. It branches only on what
 // stays the same from frame to frame, as far as ACK is about as long as in the frame before. False:
 // not found, or no such frame; search_start() then finds the cause.
 [[gnu::always_inline]] constexpr bool find_quick(const BitView& bits, const FrameBounds& bounds,
-                                                 std::size_t clocks, QuickStart& found) {
+                                                 const QuickBounds& quick, std::size_t clocks,
+                                                 std::uint64_t last_ack, QuickStart& found) {
   const std::uint64_t head = bits.head();
-  const auto signed_head = static_cast<std::int64_t>(head);
-  if (signed_head >= 0) return false;
-  // Where the level differs from the one before.
-  const std::uint64_t changes = head ^ static_cast<std::uint64_t>(signed_head >> 1U);
-  const std::uint64_t rises = changes & head;
-  const int lead = std::countl_zero(changes | 1U);
-  if (!is_lead(bounds, static_cast<unsigned>(lead))) return false;
-  found.lead_clocks = static_cast<unsigned>(lead);
-  if (rises != 0) [[likely]] {
-    const int start = std::countl_zero(rises);
-    if (!is_ack(bounds, start - lead)) return false;
-    found.start_bit = static_cast<unsigned>(start);
-    if (found.start_bit + clocks <= std::min(bits.size_bits(), bits.head_bits())) [[likely]] {
-      found.word = head << start << 1U;
-      found.is_in_head = true;
-      return true;
-    }
-    if (found.start_bit + clocks > bits.size_bits()) return false;
-  } else {
-    // The zeros below the bits of head() are none of the line's.
-    if (changes == 0 || found.lead_clocks >= bits.head_bits()) return false;
-    found.start_bit = bits.find_one_after_head();
-    if (!is_ack(bounds, found.start_bit - found.lead_clocks)) return false;
-    if (found.start_bit + clocks > bits.size_bits()) return false;
+  const std::uint64_t zeros = ~head;
+  // The zeros before a one; the first one is the last of ACK.
+  const std::uint64_t acks = zeros & (head << 1U);
+  if (bits.size_bits() < 64 &&
+      acks < last_ack_of(clocks, std::min(bits.size_bits(), bits.head_bits()))) {
+    return false;
   }
-  // There are more bits than head() has.
+  if (zeros < quick.least || zeros >= quick.end) return false;
+  found.zeros = zeros;
+  if (acks >= last_ack) [[likely]] {
+    const auto last = static_cast<unsigned>(std::countl_zero(acks | 1U));
+    found.start_bit = last + 1U;
+    found.word = (head << 2U) << last;
+    found.is_in_head = true;
+    return quick.any_ack != 0 || is_ack(bounds, found.ack_clocks());
+  }
+  if (bits.size_bits() < 64) return false;
+  found.start_bit =
+      acks != 0 ? static_cast<unsigned>(std::countl_zero(acks)) + 1U : bits.find_one_after_head();
+  if (!is_ack(bounds, found.ack_clocks())) return false;
+  if (found.start_bit + clocks > bits.size_bits()) return false;
   found.word = bits.window_of_many(found.start_bit + 1U);
   return true;
 }
 
 constexpr FrameStart start_of(const QuickStart& found) {
-  return {found.start_bit, static_cast<std::uint16_t>(found.lead_clocks),
-          static_cast<std::uint16_t>(found.start_bit - found.lead_clocks)};
+  return {found.start_bit, static_cast<std::uint16_t>(found.lead_clocks()),
+          static_cast<std::uint16_t>(found.ack_clocks())};
 }
 
 // The index of ACK where zeros precede the leading ones; 0: not within the bounds.
@@ -198,7 +212,7 @@ constexpr Result<FrameStart, FrameFault> search_start(const BitView& bits,
   return FrameStart{start, static_cast<std::uint16_t>(ack), static_cast<std::uint16_t>(ack_clocks)};
 }
 
-// Like decode_payload(), into a frame that has its defaults.
+// Like decode_payload(), step by step, into a frame that has its defaults.
 template <class Codec>
 constexpr std::optional<FrameFault> read_payload(const BitView& bits, const FrameStart& start,
                                                  const Codec& codec, typename Codec::Frame& frame) {
@@ -231,22 +245,11 @@ constexpr Result<FrameStart, FrameFault> find_start(const BitView& bits,
                                                     const FrameBounds& bounds) {
   if constexpr (frame_detail::selects) {
     frame_detail::QuickStart found;
-    if (frame_detail::find_quick(bits, bounds, 2, found)) return frame_detail::start_of(found);
+    if (frame_detail::find_quick(bits, bounds, frame_detail::QuickBounds(bounds), 2,
+                                 frame_detail::last_ack_of(2), found))
+      return frame_detail::start_of(found);
   }
   return frame_detail::search_start(bits, bounds);
-}
-
-/// Decodes CDS, the channels and STOP after a START that was found.
-/// \return the frame, or truncated, cds, crc, stop_bit. Bits that end before STOP are no error.
-template <class Codec>
-constexpr Result<typename Codec::Frame, FrameFault> decode_payload(const BitView& bits,
-                                                                   const FrameStart& start,
-                                                                   const Codec& codec) {
-  // The one object that is returned, so that it is built where the caller wants it.
-  frame_detail::Outcome<Codec> result = frame_detail::empty_frame<typename Codec::Frame>;
-  const auto fault = frame_detail::read_payload(bits, start, codec, result.value());
-  if (fault) result = failure(*fault);
-  return result;
 }
 
 namespace frame_detail {
@@ -321,35 +324,40 @@ template <class Codec>
 template <class Codec>
 [[gnu::always_inline]] constexpr bool begin_quick(const BitView& bits, const Codec& codec,
                                                   const FrameBounds& bounds,
+                                                  const QuickBounds& quick, std::uint64_t last_ack,
                                                   typename Codec::Frame& frame, QuickStart& found) {
-  // With START, CDS and STOP.
-  const unsigned clocks = 3U + codec.payload_bits();
-  if (!find_quick(bits, bounds, clocks, found)) return false;
+  if (!find_quick(bits, bounds, quick, codec.clocks(), last_ack, found)) return false;
   frame.channel_count = codec.format().channel_count;
   frame.cds = WordPlan::cds(found.word);
   frame.stop_seen = true;
-  frame.lead_clocks = static_cast<std::uint16_t>(found.lead_clocks);
-  frame.ack_clocks = static_cast<std::uint16_t>(found.start_bit - found.lead_clocks);
+  frame.lead_clocks = static_cast<std::uint16_t>(found.lead_clocks());
+  frame.ack_clocks = static_cast<std::uint16_t>(found.ack_clocks());
   return true;
 }
 
-// Like decode_frame() for a good frame with STOP of a format that fits windows; false for all others.
-template <class Codec>
+// Like decode_frame() for a good frame with STOP of a format that fits windows, whose start
+// `accepts` accepts; false for all others.
+template <class Codec, class Accepts>
 [[gnu::always_inline]] constexpr bool decode_words(const BitView& bits, const Codec& codec,
                                                    const FrameBounds& bounds,
+                                                   const QuickBounds& quick, std::uint64_t last_ack,
                                                    typename Codec::Frame& frame,
-                                                   QuickStart& found) {
-  return begin_quick(bits, codec, bounds, frame, found) &&
+                                                   const Accepts& accepts) {
+  QuickStart found;
+  return begin_quick(bits, codec, bounds, quick, last_ack, frame, found) && accepts(found) &&
          read_words(bits, found.start_bit + 1U, found.word, codec, frame);
 }
 
 // The same for a format that is one word.
-template <class Codec>
+template <class Codec, class Accepts>
 [[gnu::always_inline]] constexpr bool decode_one_word(const BitView& bits, const Codec& codec,
                                                       const FrameBounds& bounds,
+                                                      const QuickBounds& quick,
                                                       typename Codec::Frame& frame,
-                                                      QuickStart& found) {
-  return codec.one_word() && begin_quick(bits, codec, bounds, frame, found) &&
+                                                      const Accepts& accepts) {
+  QuickStart found;
+  return begin_quick(bits, codec, bounds, quick, codec.last_ack(), frame, found) &&
+         (found.is_in_head || codec.one_word()) && accepts(found) &&
          read_one_word(found.word, codec, frame.channel_list[0]);
 }
 
@@ -374,6 +382,18 @@ constexpr std::optional<FrameFault> read_found(const BitView& bits, const FrameS
   return std::nullopt;
 }
 
+// Every cause of a format that is one word is found in its word; a second way would only be more
+// code.
+template <class Codec>
+constexpr std::optional<FrameFault> read_after_start(const BitView& bits, const FrameStart& start,
+                                                     const Codec& codec,
+                                                     typename Codec::Frame& frame) {
+  if constexpr (Codec::may_be_one_word) {
+    if (codec.one_word()) return read_found(bits, start, codec, frame);
+  }
+  return read_payload(bits, start, codec, frame);
+}
+
 // Not inlined: it finds the cause where find_narrow() finds nothing.
 [[gnu::noinline]] constexpr Result<FrameStart, FrameFault> search_start_apart(
     BitView bits, const FrameBounds& bounds) {
@@ -395,8 +415,7 @@ constexpr std::optional<FrameFault> read_found(const BitView& bits, const FrameS
   return is_ack(bounds, found.start_bit - lead) && found.start_bit < bits.size_bits();
 }
 
-// Step by step, into a frame that has its defaults. Every cause of a format that is one word is found
-// in its word; a second way would only be more code.
+// Step by step, into a frame that has its defaults.
 template <class Codec>
 constexpr std::optional<FrameFault> decode_in_steps(const BitView& bits, const Codec& codec,
                                                     const FrameBounds& bounds,
@@ -407,11 +426,10 @@ constexpr std::optional<FrameFault> decode_in_steps(const BitView& bits, const C
     if (!searched.ok()) return searched.error();
     start = *searched;
   }
-  if constexpr (Codec::may_be_one_word) {
-    if (codec.one_word()) return read_found(bits, start, codec, frame);
-  }
-  return read_payload(bits, start, codec, frame);
+  return read_after_start(bits, start, codec, frame);
 }
+
+inline constexpr auto accepts_all = [](const QuickStart&) { return true; };
 
 // Not inlined, and by value, so that the caller keeps its registers.
 template <class Codec>
@@ -423,8 +441,10 @@ template <class Codec>
   Outcome<Codec> result = empty_frame<typename Codec::Frame>;
   if constexpr (Codec::may_fit_windows && !has_few_channels<Codec>) {
     if (codec.fits_windows() && !codec.one_word()) {
-      QuickStart found;
-      if (decode_words(bits, codec, bounds, result.value(), found)) return result;
+      if (decode_words(bits, codec, bounds, QuickBounds(bounds), last_ack_of(codec.clocks()),
+                       result.value(), accepts_all)) {
+        return result;
+      }
       result = empty_frame<typename Codec::Frame>;
     }
   }
@@ -433,21 +453,53 @@ template <class Codec>
   return result;
 }
 
+// A copy by parts, so that the compiler can keep `to` in registers.
+template <class Frame>
+[[gnu::always_inline]] constexpr void copy_parts(const Frame& from, Frame& to) {
+  for (std::size_t k = 0; k < from.channel_list.size(); ++k) {
+    to.channel_list[k].position = from.channel_list[k].position;
+    to.channel_list[k].life_counter = from.channel_list[k].life_counter;
+    to.channel_list[k].nE = from.channel_list[k].nE;
+    to.channel_list[k].nW = from.channel_list[k].nW;
+  }
+  to.channel_count = from.channel_count;
+  to.cds = from.cds;
+  to.stop_seen = from.stop_seen;
+  to.lead_clocks = from.lead_clocks;
+  to.ack_clocks = from.ack_clocks;
+}
+
 // What is decoded where the caller is: a format that is one word, or one with few channels.
-template <class Codec>
+template <class Codec, class Accepts>
 [[gnu::always_inline]] constexpr bool decode_here(const BitView& bits, const Codec& codec,
                                                   const FrameBounds& bounds,
-                                                  typename Codec::Frame& frame, QuickStart& found) {
+                                                  const QuickBounds& quick,
+                                                  typename Codec::Frame& frame,
+                                                  const Accepts& accepts) {
   if constexpr (has_few_channels<Codec> && Codec::may_fit_windows) {
-    return codec.fits_windows() && decode_words(bits, codec, bounds, frame, found);
+    return codec.fits_windows() &&
+           decode_words(bits, codec, bounds, quick, codec.last_ack(), frame, accepts);
   } else if constexpr (Codec::may_be_one_word) {
-    return decode_one_word(bits, codec, bounds, frame, found);
+    return decode_one_word(bits, codec, bounds, quick, frame, accepts);
   } else {
     return false;
   }
 }
 
 }  // namespace frame_detail
+
+/// Decodes CDS, the channels and STOP after a START that was found.
+/// \return the frame, or truncated, cds, crc, stop_bit. Bits that end before STOP are no error.
+template <class Codec>
+constexpr Result<typename Codec::Frame, FrameFault> decode_payload(const BitView& bits,
+                                                                   const FrameStart& start,
+                                                                   const Codec& codec) {
+  // The one object that is returned, so that it is built where the caller wants it.
+  frame_detail::Outcome<Codec> result = frame_detail::empty_frame<typename Codec::Frame>;
+  const auto fault = frame_detail::read_after_start(bits, start, codec, result.value());
+  if (fault) result = failure(*fault);
+  return result;
+}
 
 /// Finds and decodes a frame.
 /// \param bits as for find_start(); bits after STOP are ignored
@@ -459,13 +511,14 @@ template <class Codec>
   // The one object that is returned, so that it is built where the caller wants it.
   frame_detail::Outcome<Codec> result = frame_detail::empty_frame<typename Codec::Frame>;
   if constexpr (frame_detail::selects) {
-    frame_detail::QuickStart found;
-    if (!frame_detail::decode_here(bits, codec, bounds, result.value(), found)) {
+    const frame_detail::QuickBounds quick(bounds);
+    if (!frame_detail::decode_here(bits, codec, bounds, quick, result.value(),
+                                   frame_detail::accepts_all)) [[unlikely]] {
       // A copy by parts, so that the compiler can keep `result` and `bits` in registers.
       frame_detail::Outcome<Codec> apart = frame_detail::decode_apart(
           bits.stored(), bits.first_bit_of_stored(), bits.size_bits(), codec, bounds);
       if (apart.ok()) {
-        result.value() = apart.value();
+        frame_detail::copy_parts(apart.value(), result.value());
       } else {
         result = failure(apart.error());
       }

@@ -41,11 +41,12 @@ constexpr Result<FrameBits, EncodeError> encode_frame(const BasicFrame<Channels>
     return failure(EncodeError::ack_range);
   }
   if (frame.lead_clocks > FrameBounds{}.lead_max_clocks) return failure(EncodeError::lead_range);
-  FrameBits bits;
+  // The one object that is returned, so that it is built where the caller wants it.
+  Result<FrameBits, EncodeError> result = FrameBits();
+  FrameBits& bits = result.value();
   bits.append_run(true, frame.lead_clocks);
   bits.append_run(false, frame.ack_clocks);
-  bits.append(true);
-  bits.append(frame.cds);
+  bits.append(frame.cds ? 3U : 2U, 2);
   for (std::size_t k = 0; k < format.channel_count; ++k) {
     const ChannelFormat& channel = format.channel_list[k];
     const Channel& values = frame.channel_list[k];
@@ -59,8 +60,8 @@ constexpr Result<FrameBits, EncodeError> encode_frame(const BasicFrame<Channels>
     bits.append(data, channel.data_bits);
     if (channel.crc.present()) bits.append(codec.crc(k, data), channel.crc.width_bits);
   }
-  bits.append(false);
-  return bits;
+  bits.append_run(false, 1);
+  return result;
 }
 
 }  // namespace biss

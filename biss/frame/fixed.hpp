@@ -61,6 +61,8 @@ class FixedCodec {
   }
 
   // For decode_frame(), as FrameCodec has them.
+  static constexpr std::size_t clocks() { return 3U + payload_bits_; }
+  static constexpr std::uint64_t last_ack() { return frame_detail::last_ack_of(clocks()); }
   static constexpr bool may_fit_windows = frame_detail::fits_windows(Format);
   static constexpr bool may_be_one_word = frame_detail::is_one_word(Format);
   static constexpr bool fits_windows() { return may_fit_windows; }

@@ -166,6 +166,7 @@ class SpiReader {
   constexpr SpiReader(const Codec& codec, const SpiSetup& spi, const DeviceTiming& device)
       : codec_(codec),
         bounds_(spi_bounds(spi, device)),
+        quick_bounds_(bounds_),
         low_until_(low_until(spi, device)),
         first_bit_(spi.first_bit),
         clocks_(static_cast<std::uint16_t>(spi_clocks(codec.format(), spi, device))) {}
@@ -192,11 +193,11 @@ class SpiReader {
       const auto fault = frame_detail::decode_in_steps(bits, codec_, bounds_, result.value());
       if (fault) result = failure(*fault);
       check_tail(bits, result);
-    } else if (!read_here(bytes, clocks, result.value())) {
+    } else if (!read_here(bytes, clocks, result.value())) [[unlikely]] {
       // By parts, so that the compiler can keep `result` in registers.
       const frame_detail::Outcome<Codec> apart = read_apart(bytes, clocks);
       if (apart.ok()) {
-        result.value() = apart.value();
+        frame_detail::copy_parts(apart.value(), result.value());
       } else {
         result = failure(apart.error());
       }
@@ -220,14 +221,14 @@ class SpiReader {
   }
 
   // Bits from START to STOP.
-  constexpr std::size_t clocks_from_start() const { return 3U + codec_.payload_bits(); }
+  constexpr std::size_t clocks_from_start() const { return codec_.clocks(); }
 
   // What the word from CDS on has after the payload, which is shorter than the word.
-  constexpr bool is_rest_low(std::uint64_t word) const {
+  constexpr std::uint64_t rest(std::uint64_t word) const {
     if constexpr (Codec::may_be_one_word) {
-      return codec_.plan(0).is_rest_low(word);
+      return codec_.plan(0).rest(word);
     } else {
-      return word << std::min(1U + codec_.payload_bits(), 63U) == 0;
+      return word << std::min(1U + codec_.payload_bits(), 63U);
     }
   }
 
@@ -235,14 +236,15 @@ class SpiReader {
   [[gnu::always_inline]] constexpr bool read_here(std::span<const std::uint8_t> bytes,
                                                   std::size_t clocks, Frame& frame) const {
     const BitView bits(bytes, 0, clocks);
-    frame_detail::QuickStart found;
     if (first_bit_ != 0) return false;
-    if (!frame_detail::decode_here(bits, codec_, bounds_, frame, found)) return false;
-    if (found.is_in_head && bits.size_bits() == bytes.size() * 8U && bits.size_bits() <= low_until_)
-        [[likely]] {
-      return is_rest_low(found.word) && bits.is_low_after_8_bytes();
-    }
-    return bits.first(low_until_).is_low_from(found.start_bit + clocks_from_start());
+    const auto is_tail_low = [&](const frame_detail::QuickStart& found) {
+      if (found.is_in_head && bits.size_bits() == bytes.size() * 8U &&
+          bits.size_bits() <= low_until_) [[likely]] {
+        return (rest(found.word) | bits.ones_after_8_bytes()) == 0;
+      }
+      return bits.first(low_until_).is_low_from(found.start_bit + codec_.clocks());
+    };
+    return frame_detail::decode_here(bits, codec_, bounds_, quick_bounds_, frame, is_tail_low);
   }
 
   // Not inlined, so that the caller keeps its registers.
@@ -264,6 +266,7 @@ class SpiReader {
 
   Codec codec_;
   FrameBounds bounds_;
+  frame_detail::QuickBounds quick_bounds_;
   std::uint16_t low_until_;
   std::uint16_t first_bit_;
   std::uint16_t clocks_;
