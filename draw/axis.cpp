@@ -28,8 +28,9 @@ bool is_even(const CycleDrawing& drawing, const LevelChange& from, const LevelCh
 }
 
 // Times at which something happens, sorted.
-std::vector<Picoseconds> events_of(const CycleDrawing& drawing) {
+std::vector<Picoseconds> events_of(const CycleDrawing& drawing, std::span<const Picoseconds> kept) {
   std::vector<Picoseconds> events{drawing.cycle.time, drawing.end};
+  events.insert(events.end(), kept.begin(), kept.end());
   for (const LevelChange& change : drawing.slo) events.push_back(change.time);
   for (const DrawnBit& bit : drawing.bits) {
     if (bit.clock < 2) events.push_back(bit.time);
@@ -51,24 +52,25 @@ std::size_t clocks_between(const CycleDrawing& drawing, Picoseconds from, Picose
       drawing.ma.begin(), drawing.ma.end(), from,
       [](const LevelChange& change, Picoseconds time) { return change.time < time; });
   std::size_t clocks = 0;
-  for (; at != drawing.ma.end() && at->time < to; ++at) clocks += at->level == Level::high ? 1U : 0U;
+  for (; at != drawing.ma.end() && at->time < to; ++at)
+    clocks += at->level == Level::high ? 1U : 0U;
   return clocks;
 }
 
 }  // namespace
 
-std::vector<Cut> cuts_of(const CycleDrawing& drawing) {
+std::vector<Cut> cuts_of(const CycleDrawing& drawing, std::span<const Picoseconds> kept) {
   std::vector<Cut> cuts;
   const Picoseconds period = drawing.period();
-  const std::vector<Picoseconds> events = events_of(drawing);
+  const std::vector<Picoseconds> events = events_of(drawing, kept);
   for (std::size_t i = 1; i < events.size(); ++i) {
     const std::int64_t periods = decode::elapsed(events[i - 1], events[i]).count / period.count;
     const std::int64_t left_out = periods - 2 * periods_kept;
     if (left_out < cut_periods_min) continue;
     const Picoseconds from = shifted(events[i - 1], periods_kept * period);
     // Whole periods, except where the stretch is longer than elapsed() counts.
-    const Picoseconds to =
-        std::max(shifted(from, left_out * period), shifted(events[i], -(periods_kept + 1) * period));
+    const Picoseconds to = std::max(shifted(from, left_out * period),
+                                    shifted(events[i], -(periods_kept + 1) * period));
     cuts.push_back({from, to, clocks_between(drawing, from, to)});
   }
   return cuts;

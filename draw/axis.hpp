@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "draw/cycle_drawing.hpp"
@@ -18,8 +19,8 @@ struct Cut {
 };
 
 /// The stretches of a drawing that can be left out: a long ACK, extra clocks, a long timeout. Some
-/// periods before and after each change stay.
-std::vector<Cut> cuts_of(const CycleDrawing& drawing);
+/// periods before and after each change stay, and around the times in `kept`.
+std::vector<Cut> cuts_of(const CycleDrawing& drawing, std::span<const Picoseconds> kept = {});
 
 /// Where times stand, in ticks from the left. Integers alone: the same on every machine.
 class Axis {

@@ -192,8 +192,7 @@ class Drawer {
 
   // ACK lasts until the first 1 after it.
   void name_bits() {
-    const std::vector<BitName> names =
-        format_ ? payload_names(*format_) : std::vector<BitName>();
+    const std::vector<BitName> names = format_ ? payload_names(*format_) : std::vector<BitName>();
     const BitView raw = drawing_.cycle.raw.view();
     std::optional<std::size_t> start;
     for (DrawnBit& bit : drawing_.bits) {

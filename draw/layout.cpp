@@ -47,13 +47,13 @@ class Planner {
     }
     if (drawing_.cycle.cdm && last_edge_ < rest_end()) {
       const std::string text = *drawing_.cycle.cdm ? "CDM=1" : "CDM=0";
-      tracks.push_back({"CDM", {{PartKind::frame, text, last_edge_, rest_end(), false}}});
+      tracks.push_back({"CDM", {{PartKind::frame, text, last_edge_, rest_end()}}});
     }
     return tracks;
   }
 
-  std::vector<Failure> failures() const {
-    std::vector<Failure> failures;
+  std::vector<Mark> failures() const {
+    std::vector<Mark> failures;
     const CycleStatus status = drawing_.cycle.status;
     if (status == CycleStatus::crc) {
       for (const DrawnCheck& check : drawing_.checks) {
@@ -61,7 +61,8 @@ class Planner {
       }
     }
     if (failures.empty() && !is_good(status)) {
-      failures.push_back({place_of(status), fmt::format("{}: {}", name_of(status), text_of(status))});
+      failures.push_back(
+          {place_of(status), fmt::format("{}: {}", name_of(status), text_of(status))});
     }
     return failures;
   }
@@ -83,9 +84,10 @@ class Planner {
   Picoseconds rest_end() const { return std::min(release_.value_or(drawing_.end), drawing_.end); }
   bool is(CycleStatus status) const { return drawing_.cycle.status == status; }
 
-  void add(PartKind kind, std::string text, Picoseconds from, Picoseconds to, bool wrong = false) {
+  void add(PartKind kind, std::string text, Picoseconds from, Picoseconds to, bool wrong = false,
+           std::string brief = {}) {
     if (!frame_.empty()) from = std::max(from, frame_.back().to);
-    if (from < to) frame_.push_back({kind, std::move(text), from, to, wrong});
+    if (from < to) frame_.push_back({kind, std::move(text), from, to, wrong, std::move(brief)});
   }
 
   // Up to START.
@@ -106,7 +108,7 @@ class Planner {
     if (drawing_.cycle.ack) text += ' ' + time_text_(*drawing_.cycle.ack);
     const std::size_t clocks = start_->clock - 1;
     text += fmt::format(", {} clock{}", clocks, clocks == 1 ? "" : "s");
-    add(PartKind::frame, text, fall, begin_of(*start_), is(CycleStatus::ack_range));
+    add(PartKind::frame, text, fall, begin_of(*start_), is(CycleStatus::ack_range), "ACK");
   }
 
   void add_bits() {
@@ -144,16 +146,18 @@ class Planner {
     const DrawnBit& first = drawing_.bits[field.first];
     const DrawnBit& last = drawing_.bits[field.first + field.count - 1];
     const std::string name = first.field.substr(0, first.field.find('.'));
-    const PartKind kind = name == "crc"                  ? PartKind::crc
+    const PartKind kind = name == "crc"                              ? PartKind::crc
                           : name.back() == 'E' || name.back() == 'W' ? PartKind::flag
-                                                         : PartKind::data;
+                                                                     : PartKind::data;
     const Value value = value_of(name, field);
-    add(kind, first.field + value.text, begin_of(first), end_of(last), value.wrong);
+    add(kind, first.field + value.text, begin_of(first), end_of(last), value.wrong,
+        value.brief.empty() ? "" : first.field + value.brief);
   }
 
   struct Value {
     std::string text;
     bool wrong = false;
+    std::string brief{};
   };
 
   Value value_of(const std::string& name, const FieldBits& field) const {
@@ -201,7 +205,7 @@ class Planner {
     std::string text = fmt::format("=0x{:X}", bits);
     for (const DrawnCheck& check : drawing_.checks) {
       if (check.channel != k || check.right()) continue;
-      return {text + fmt::format(", expected 0x{:X}", check.expected), true};
+      return {text + fmt::format(", expected 0x{:X}", check.expected), true, text};
     }
     return {text};
   }
@@ -220,13 +224,12 @@ class Planner {
     const std::string text = drawing_.cycle.release->count < 0
                                  ? "timeout"
                                  : "timeout " + time_text_(*drawing_.cycle.release);
-    add(PartKind::frame, text, last_edge_, *release_);
+    add(PartKind::frame, text, last_edge_, *release_, false, "timeout");
   }
 
-  Failure crc_failure(const DrawnCheck& check) const {
-    Failure failure{last_edge_,
-                    fmt::format("crc: received 0x{:X}, expected 0x{:X}", check.received,
-                                check.expected)};
+  Mark crc_failure(const DrawnCheck& check) const {
+    Mark failure{last_edge_, fmt::format("crc: received 0x{:X}, expected 0x{:X}", check.received,
+                                         check.expected)};
     for (const DrawnBit& bit : drawing_.bits) {
       if (!bit.payload_bit || !bit.expected || channel_of(*bit.payload_bit) != check.channel) {
         continue;
@@ -305,10 +308,9 @@ class Planner {
       case not_ready:
         return "SLO is low when the request begins";
       case response_range:
-        return drawing_.cycle.early
-                   ? "SLO falls " + time_text_(*drawing_.cycle.early) +
-                         " before the second rising edge of MA"
-                   : std::string("SLO falls later than any cable allows");
+        return drawing_.cycle.early ? "SLO falls " + time_text_(*drawing_.cycle.early) +
+                                          " before the second rising edge of MA"
+                                    : std::string("SLO falls later than any cable allows");
       case no_start:
         return "MA stops before START";
       case ack_range:
@@ -357,6 +359,18 @@ class Planner {
   std::vector<Part> frame_;
 };
 
+// In the order of time.
+Track track_of(std::span<const Mark> marks, const CycleDrawing& drawing) {
+  Track track{"marks", {}};
+  for (const Mark& mark : marks) {
+    if (mark.time < drawing.cycle.time || mark.time > drawing.end) continue;
+    track.parts.push_back({PartKind::line, mark.text, mark.time, mark.time});
+  }
+  std::stable_sort(track.parts.begin(), track.parts.end(),
+                   [](const Part& a, const Part& b) { return a.from < b.from; });
+  return track;
+}
+
 std::string cut_text(const Cut& cut, TimeText time_text) {
   if (cut.clocks == 0) return time_text(decode::elapsed(cut.from, cut.to));
   return fmt::format("{} clock{}", cut.clocks, cut.clocks == 1 ? "" : "s");
@@ -364,13 +378,18 @@ std::string cut_text(const Cut& cut, TimeText time_text) {
 
 }  // namespace
 
-Layout lay_out(CycleDrawing drawing, const std::optional<FrameFormat>& format, TimeText time_text) {
+Layout lay_out(CycleDrawing drawing, const std::optional<FrameFormat>& format, TimeText time_text,
+               std::span<const Mark> marks) {
   Layout layout;
   layout.drawing = std::move(drawing);
-  layout.cuts = cuts_of(layout.drawing);
+  const Track marked = track_of(marks, layout.drawing);
+  std::vector<Picoseconds> kept;
+  for (const Part& mark : marked.parts) kept.push_back(mark.from);
+  layout.cuts = cuts_of(layout.drawing, kept);
   for (const Cut& cut : layout.cuts) layout.cut_texts.push_back(cut_text(cut, time_text));
   Planner planner(layout.drawing, format, time_text);
   layout.tracks = planner.tracks();
+  if (!marked.parts.empty()) layout.tracks.push_back(marked);
   layout.failures = planner.failures();
   return layout;
 }
@@ -382,8 +401,8 @@ std::vector<Piece> pieces_of(const Track& track, const Axis& axis, std::size_t f
     const std::size_t begin = axis.at(part.from);
     const std::size_t end = std::max(axis.at(part.to), begin + 1);
     if (end <= first || begin >= last || begin >= axis.ticks()) continue;
-    pieces.push_back({&part, std::max(begin, first) - first, std::min(end, last) - first,
-                      begin < first});
+    pieces.push_back(
+        {&part, std::max(begin, first) - first, std::min(end, last) - first, begin < first});
   }
   return pieces;
 }
@@ -395,11 +414,13 @@ std::vector<Label> labels_of(std::span<const Piece> pieces, std::size_t (*width_
   // between part and label crosses none.
   std::vector<std::size_t> free_until;
   for (auto piece = pieces.rbegin(); piece != pieces.rend(); ++piece) {
-    const std::string& text = piece->part->text;
+    const std::size_t room = piece->end - piece->begin;
+    const bool is_brief = !piece->part->brief.empty() && width_of(piece->part->text.size()) > room;
+    const std::string& text = is_brief ? piece->part->brief : piece->part->text;
     const std::size_t width = width_of(text.size());
     Label label{text, piece->begin, piece->begin, piece->end, 0};
-    if (width <= piece->end - piece->begin) {
-      label.begin += (piece->end - piece->begin - width) / 2;
+    if (width <= room) {
+      label.begin += (room - width) / 2;
     } else if (piece->continued) {
       continue;
     } else {

@@ -22,9 +22,12 @@ struct Part {
   /// `ACK 3.2 us, 32 clocks`, `pos=1234`, `crc=0x16`.
   std::string text;
   Picoseconds from{};
+  /// Not before `from`; the same for a moment.
   Picoseconds to{};
   /// It is not as it should be; an active error or warning of the encoder counts too.
   bool wrong = false;
+  /// A shorter text, where there is one, for a part that is too narrow for `text`.
+  std::string brief{};
 };
 
 /// Parts beside one another in the order of time.
@@ -33,8 +36,8 @@ struct Track {
   std::vector<Part> parts;
 };
 
-/// Where a cycle fails, and why.
-struct Failure {
+/// A moment and what is said of it: where a cycle fails, and why.
+struct Mark {
   Picoseconds time{};
   std::string text;
 };
@@ -45,7 +48,7 @@ struct Layout {
   /// Of each cut: `27 clocks`, or its time where MA rests.
   std::vector<std::string> cut_texts;
   std::vector<Track> tracks;
-  std::vector<Failure> failures;
+  std::vector<Mark> failures;
 };
 
 /// How a time is written, with its unit.
@@ -54,7 +57,9 @@ using TimeText = std::string (*)(Picoseconds time);
 /// Values are decimal where the frame is good, and hexadecimal, as received, where it is not.
 /// \param drawing of the whole cycle, DrawnExtent::cycle
 /// \param format  that the drawing was made with
-Layout lay_out(CycleDrawing drawing, const std::optional<FrameFormat>& format, TimeText time_text);
+/// \param marks   of the user; those outside the cycle are left out
+Layout lay_out(CycleDrawing drawing, const std::optional<FrameFormat>& format, TimeText time_text,
+               std::span<const Mark> marks = {});
 
 /// A label of a part, and where it stands.
 struct Label {

@@ -198,7 +198,7 @@ class PanelWriter {
     y_ += wave_height;
     put_bits(slo_top);
     for (const Track& track : layout_.tracks) put_track(track);
-    for (const Failure& failure : layout_.failures) put_failure(failure);
+    for (const Mark& failure : layout_.failures) put_failure(failure);
     y_ += margin / 2;
   }
 
@@ -263,7 +263,9 @@ class PanelWriter {
   }
 
   std::size_t level_y(Level level) const {
-    return level == Level::high ? y_ : level == Level::low ? y_ + wave_height : y_ + wave_height / 2;
+    return level == Level::high  ? y_
+           : level == Level::low ? y_ + wave_height
+                                 : y_ + wave_height / 2;
   }
 
   void add_stretch(std::string& path, const std::vector<LevelChange>& changes, std::size_t& next,
@@ -297,13 +299,16 @@ class PanelWriter {
       const std::size_t tick = axis_.at(*bit.sampled_at);
       if (!in_row(tick)) continue;
       const std::size_t x = x_of(tick);
-      const std::size_t point =
-          !bit.level ? middle : *bit.level ? slo_top : slo_top + wave_height;
+      const std::size_t point = !bit.level ? middle : *bit.level ? slo_top : slo_top + wave_height;
       fmt::format_to(std::back_inserter(grid), "M{} {}V{}", x, point + 4, y_ - 10);
       fmt::format_to(std::back_inserter(points), "M{} {}l4 4l-4 4l-4 -4z", x, point - 4);
       const bool differs = bit.expected && bit.level && *bit.expected != *bit.level;
-      fmt::format_to(std::back_inserter(texts), "<text x=\"{}\" y=\"{}\" class=\"{}mid\">{}</text>\n",
-                     x, y_, differs ? "bad " : "", !bit.level ? "x" : *bit.level ? "1" : "0");
+      fmt::format_to(std::back_inserter(texts),
+                     "<text x=\"{}\" y=\"{}\" class=\"{}mid\">{}</text>\n", x, y_,
+                     differs ? "bad " : "",
+                     !bit.level   ? "x"
+                     : *bit.level ? "1"
+                                  : "0");
       if (differs) {
         wrong = true;
         fmt::format_to(std::back_inserter(texts),
@@ -344,7 +349,9 @@ class PanelWriter {
       }
       y_ = top + box_height + label.line * text_height;
       const std::size_t stroke = left + label.part_begin + 1;
-      put("<path class=\"grid\" d=\"M{} {}V{}\"/>", stroke, top + box_height, y_);
+      // A label that ends with the row is below its stroke, and not beside it.
+      const bool beside = label.begin == label.part_begin;
+      put("<path class=\"grid\" d=\"M{} {}V{}\"/>", stroke, top + box_height, beside ? y_ : y_ - 9);
       put_text(left + label.begin + 4, "", label.text);
     }
     y_ = top + 14;
@@ -352,7 +359,7 @@ class PanelWriter {
     y_ = top + box_height + lines * text_height;
   }
 
-  void put_failure(const Failure& failure) {
+  void put_failure(const Mark& failure) {
     const std::size_t tick = std::min(axis_.at(failure.time), axis_.ticks() - 1);
     if (!in_row(tick)) return;
     y_ += text_height + 4;
@@ -385,10 +392,11 @@ std::string description_of(const Panel& panel) {
   std::string text = panel.title + '.';
   for (const Track& track : panel.layout.tracks) {
     text += ' ' + track.name + ':';
-    for (const Part& part : track.parts) text += (&part == &track.parts[0] ? " " : "; ") + part.text;
+    for (const Part& part : track.parts)
+      text += (&part == &track.parts[0] ? " " : "; ") + part.text;
     text += '.';
   }
-  for (const Failure& failure : panel.layout.failures) text += " Failure: " + failure.text + '.';
+  for (const Mark& failure : panel.layout.failures) text += " Failure: " + failure.text + '.';
   return text;
 }
 

@@ -126,9 +126,10 @@ class Renderer {
       line("field", field, false);
       line("expected", expected, false);
       for (const Track& track : layout_.tracks) put_track(track, first, first + block);
-      for (const Failure& failure : layout_.failures) put_failure(failure, first, first + block);
+      for (const Mark& failure : layout_.failures) put_failure(failure, first, first + block);
     }
-    if (axis_.truncated()) out_ += "\nThe rest of this cycle is not drawn: it has too many clocks.\n";
+    if (axis_.truncated())
+      out_ += "\nThe rest of this cycle is not drawn: it has too many clocks.\n";
     return std::move(out_);
   }
 
@@ -212,7 +213,7 @@ class Renderer {
     }
     for (const Piece& piece : pieces) {
       if (!piece.continued) lines[0].put(piece.begin, "│");
-      lines[0].put(piece.end, "│");
+      if (piece.part->to > piece.part->from) lines[0].put(piece.end, "│");
     }
     for (const Label& label : labels) {
       for (std::size_t line = 1; line < label.line; ++line) lines[line].put(label.part_begin, "│");
@@ -226,7 +227,7 @@ class Renderer {
   }
 
   // The text ends with the block where it is too long for what is left of it.
-  void put_failure(const Failure& failure, std::size_t first, std::size_t last) {
+  void put_failure(const Mark& failure, std::size_t first, std::size_t last) {
     const std::size_t place = std::min(axis_.at(failure.time), columns_ - 1);
     if (place < first || place >= last) return;
     Row row(last - first);

@@ -33,6 +33,7 @@ struct DrawOptions {
   std::optional<std::uint64_t> cycle;
   std::uint64_t count = 1;
   std::optional<std::uint64_t> width;
+  std::vector<draw::Mark> marks;
   std::string output;
   std::string to;
   /// Those of the simulated line alone.
@@ -58,10 +59,10 @@ class DrawRun {
       return fail(ExitStatus::usage, wrong);
     }
     const CaptureArguments& capture = options_.capture;
-    const bool has_capture =
-        !capture.files.empty() || !capture.ma.empty() || !capture.slo.empty();
+    const bool has_capture = !capture.files.empty() || !capture.ma.empty() || !capture.slo.empty();
     const ExitStatus drawn = has_capture ? draw_captures() : draw_line();
     if (drawn != ExitStatus::done) return drawn;
+    warn_of_marks();
     Output output;
     if (!output.open(options_.output)) return output.status();
     if (!output.write(svg_ ? draw::svg_text(panels_, svg_width()) : text())) {
@@ -75,8 +76,7 @@ class DrawRun {
     const std::uint64_t least = svg_ ? draw::svg_width_min : text_width_min;
     if (!options_.width) return {};
     if (*options_.width >= least) return {};
-    return fmt::format("--width: {} to {} {}", least, draw::svg_width_max,
-                       svg_ ? "pixels" : "columns");
+    return fmt::format("--width: at least {} {}", least, svg_ ? "pixels" : "columns");
   }
 
   std::size_t svg_width() const { return options_.width.value_or(draw::svg_width_usual); }
@@ -92,7 +92,21 @@ class DrawRun {
     std::string title = drawing_title(drawing);
     title.pop_back();
     if (!faults.empty()) title += ", injected: " + faults;
-    panels_.push_back({std::move(title), draw::lay_out(std::move(drawing), format, drawn_time)});
+    panels_.push_back(
+        {std::move(title), draw::lay_out(std::move(drawing), format, drawn_time, options_.marks)});
+  }
+
+  void warn_of_marks() const {
+    for (const draw::Mark& mark : options_.marks) {
+      const bool shown = std::any_of(panels_.begin(), panels_.end(), [&](const draw::Panel& panel) {
+        const draw::CycleDrawing& drawing = panel.layout.drawing;
+        return mark.time >= drawing.cycle.time && mark.time <= drawing.end;
+      });
+      if (!shown) {
+        warn(
+            fmt::format("--mark: {} is not within the cycles drawn; left out", text_of(mark.time)));
+      }
+    }
   }
 
   ExitStatus draw_line() {
@@ -151,8 +165,8 @@ class DrawRun {
         capture_.reader(), capture_.lines().lines, [&](const decode::CycleEdges& edges) {
           cycles = edges.number + 1;
           if (edges.number < first || edges.number - first >= options_.count) return;
-          add_panel(draw::draw_cycle(edges, capture_.format(), capture_.timing(),
-                                     capture_.margin(), draw::DrawnExtent::cycle),
+          add_panel(draw::draw_cycle(edges, capture_.format(), capture_.timing(), capture_.margin(),
+                                     draw::DrawnExtent::cycle),
                     capture_.format());
         });
     const auto done = [&] { return panels_.size() - before == options_.count; };
@@ -184,6 +198,25 @@ class DrawRun {
   std::vector<draw::Panel> panels_;
 };
 
+constexpr std::size_t mark_size_max = 40;
+
+// TIME=NAME.
+draw::Mark read_mark(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  const std::string name = equals == std::string::npos ? "" : text.substr(equals + 1);
+  const bool printable =
+      std::all_of(name.begin(), name.end(), [](char c) { return c >= ' ' && c <= '~'; });
+  if (name.empty() || name.size() > mark_size_max || !printable) {
+    wrong_value("--mark", fmt::format("'{}': give TIME=NAME, the name with at most {} characters "
+                                      "of ASCII",
+                                      text, mark_size_max));
+  }
+  const std::string time = text.substr(0, equals);
+  const auto read = parse_time(time);
+  if (!read.ok()) wrong_value("--mark", quantity_error_text(Quantity::time, time, read.error()));
+  return {*read, name};
+}
+
 void add_line_options(Verb verb, DrawOptions& options) {
   LineOptions& line = options.line;
   options.of_line = {
@@ -209,8 +242,7 @@ void add_line_options(Verb verb, DrawOptions& options) {
                         "Position of the encoder; drawn from --seed by default"),
        add_count_option(verb, "--seed", into(line.seed),
                         "Random seed of the position, jitter and faults; 1 by default"),
-       verb.add_option("--fault", line.faults,
-                       "Inject a fault, as in biss simulate: flip@0,bit=7")
+       verb.add_option("--fault", line.faults, "Inject a fault, as in biss simulate: flip@0,bit=7")
            .type_name("KIND@CYCLE[,PLACE]")});
 }
 
@@ -241,6 +273,11 @@ void add_draw(Command& command) {
                    "image, 960 by default",
                    draw::svg_width_max)
       .type_name("N");
+  verb.add_repeated_option(
+          "--mark",
+          [options](const std::string& text) { options->marks.push_back(read_mark(text)); },
+          "Mark a moment of the capture by a name: 12.5us=ready")
+      .type_name("TIME=NAME");
   add_output_option(verb, options->output);
   add_name_option(verb, "--to", options->to, {"text", "svg"},
                   "Output format; by default svg where the output file ends with .svg, else text");

@@ -28,9 +28,9 @@ std::uint64_t first_fault(const sim::LineSetup& setup) {
 
 // Faults of the requests that a drawn cycle begins with: it may begin with a pulse.
 std::string faults_of(const std::vector<sim::SimulatedCycle>& requests, Picoseconds time) {
-  const auto after = std::find_if(
-      requests.begin(), requests.end(),
-      [&](const sim::SimulatedCycle& request) { return request.time > time; });
+  const auto after =
+      std::find_if(requests.begin(), requests.end(),
+                   [&](const sim::SimulatedCycle& request) { return request.time > time; });
   if (after == requests.begin()) return {};
   const sim::SimulatedCycle& request = *std::prev(after);
   const std::string placed = text_of(request.injected);
@@ -46,9 +46,9 @@ std::vector<SimulatedDrawing> run_line(const sim::LineSetup& setup, std::uint64_
       decode::CycleReader(setup.format, setup.timing, margin),
       {.ma = sim::ma_line, .slo = sim::slo_line}, [&](const decode::CycleEdges& edges) {
         if (edges.number < first || drawn.size() >= requests - first) return;
-        drawn.push_back({draw::draw_cycle(edges, setup.format, setup.timing, margin,
-                                          draw::DrawnExtent::cycle),
-                         {}});
+        drawn.push_back(
+            {draw::draw_cycle(edges, setup.format, setup.timing, margin, draw::DrawnExtent::cycle),
+             {}});
       });
   const wire::Edge idle[] = {{{}, sim::ma_line, wire::Level::high},
                              {{}, sim::slo_line, wire::Level::high}};
@@ -103,8 +103,9 @@ tl::expected<SimulatedCycles, VerbError> draw_simulated(LineOptions line,
   }
   const auto ack = ack_of(cycles.cycles.front().drawing);
   if (ack_clocks && setup->faults.empty() && ack && *ack != *ack_clocks) {
-    return wrong_usage(fmt::format("--ack: this encoder answers after {} clock{} at {}, not after {}",
-                                   *ack, *ack == 1 ? "" : "s", text_of(line.clock), *ack_clocks));
+    return wrong_usage(
+        fmt::format("--ack: this encoder answers after {} clock{} at {}, not after {}", *ack,
+                    *ack == 1 ? "" : "s", text_of(line.clock), *ack_clocks));
   }
   return cycles;
 }
