@@ -35,7 +35,8 @@ class Planner {
     add_request();
     add_bits();
     add_timeout();
-    std::vector<Track> tracks{{"frame", std::move(frame_)}};
+    std::vector<Track> tracks;
+    if (!frame_.empty()) tracks.push_back({"frame", std::move(frame_)});
     Track delay{"delay", {}};
     if (ack_edge_ && drawing_.cycle.line_delay) {
       const Picoseconds end = shifted(*ack_edge_, *drawing_.cycle.line_delay);
@@ -94,8 +95,10 @@ class Planner {
   void add_request() {
     const Picoseconds asked = ack_edge_.value_or(last_edge_);
     if (!drawing_.cycle.line_delay || last_sampled_ == nullptr) {
+      const bool silent = is(CycleStatus::no_response) || is(CycleStatus::not_ready);
+      if (!silent && !is(CycleStatus::response_range)) return;
       add(PartKind::frame, "request", drawing_.cycle.time, asked);
-      if (ack_edge_) add(PartKind::frame, "no ACK", asked, last_edge_, true);
+      if (silent) add(PartKind::frame, "no ACK", asked, last_edge_, true);
       return;
     }
     const Picoseconds fall = shifted(asked, *drawing_.cycle.line_delay);
