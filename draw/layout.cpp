@@ -152,6 +152,9 @@ class Planner {
     const PartKind kind = name == "crc"                              ? PartKind::crc
                           : name.back() == 'E' || name.back() == 'W' ? PartKind::flag
                                                                      : PartKind::data;
+    if (name == "bits") {
+      return add(kind, fmt::format("{} bits", field.count), begin_of(first), end_of(last));
+    }
     const Value value = value_of(name, field);
     add(kind, first.field + value.text, begin_of(first), end_of(last), value.wrong,
         value.brief.empty() ? "" : first.field + value.brief);
@@ -164,7 +167,6 @@ class Planner {
   };
 
   Value value_of(const std::string& name, const FieldBits& field) const {
-    if (name == "bits") return {fmt::format(", {}", field.count)};
     const DrawnBit& first = drawing_.bits[field.first];
     const std::size_t k = channel_of(*first.payload_bit);
     const ChannelFormat& channel = format_->channel_list[k];

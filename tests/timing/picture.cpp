@@ -121,9 +121,8 @@ std::string document_of(const std::vector<Feature>& features) {
   for (const Feature& feature : features) {
     const std::string stem = feature.file.substr(0, feature.file.rfind('.'));
     text += "\n## " + feature.heading + "\n" + feature.text + "\n![" + feature.heading +
-            "](pictures/timing-" + stem +
-            ".svg)\n\n<details><summary>The same as text</summary>\n\n" + "```text\n" +
-            picture_of(feature) + "```\n</details>\n\n`" + feature.file + "`\n";
+            "](pictures/" + stem + ".svg)\n\n<details><summary>The same as text</summary>\n\n" +
+            "```text\n" + picture_of(feature) + "```\n</details>\n\n`" + feature.file + "`\n";
   }
   return text;
 }
