@@ -57,7 +57,7 @@ bool all_well_formed(const std::string& folder) {
 }
 
 TEST(DrawVerb, SimulatedCycle_HasItsPartsByNameAndValue) {
-  const Outcome outcome = draw_line({"--ack", "5", "--width", "200"});
+  const Outcome outcome = draw_line({"--ack", "5", "--width", "240"});
   EXPECT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
   for (const char* const part :
