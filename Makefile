@@ -54,6 +54,10 @@ explain-matrix:  ## how often biss explain finds each cause; renews docs/explain
 	@cmake --build --preset release --target biss_explain_matrix
 	@scripts/explain-matrix docs/explain.md
 
+.PHONY: pictures
+pictures: build  ## draws the pictures of the documents again: docs/pictures
+	@scripts/pictures build/biss
+
 .PHONY: bench
 bench:  ## the benchmarks, at full optimisation
 	@scripts/install-packages build bench

@@ -20,6 +20,7 @@ ExitStatus run(int argc, char** argv) {
   add_eds(command);
   add_identify(command);
   add_explain(command);
+  add_draw(command);
   add_plan(command);
   add_registers(command);
   add_archive(command);

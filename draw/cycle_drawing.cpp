@@ -14,54 +14,53 @@ using decode::CycleEdges;
 using decode::LevelChange;
 using wire::Level;
 
-// Without a measured period, of the last clock of a cycle.
-constexpr Picoseconds period_when_unknown = microseconds(1);
 // SLO is drawn for this many periods after the last edge of MA and of SLO's bits.
 constexpr std::int64_t periods_after = 2;
 
-std::string numbered(std::string_view field, unsigned bit, std::size_t channel) {
-  std::string name(field);
-  name += std::to_string(bit);
-  if (channel != 0) name += '.' + std::to_string(channel + 1);
-  return name;
-}
+// A bit of data or CRC: its name, and that of its field.
+struct BitName {
+  std::string name;
+  std::string field;
+};
 
-std::string flag_name(std::string_view low, std::string_view high, const FlagField& flag,
-                      std::size_t channel) {
-  std::string name(flag.active_high ? high : low);
-  if (channel != 0) name += '.' + std::to_string(channel + 1);
-  return name;
+BitName bit_name(std::string_view field, std::optional<unsigned> bit, std::size_t channel) {
+  const std::string suffix = channel == 0 ? "" : '.' + std::to_string(channel + 1);
+  const std::string number = bit ? std::to_string(*bit) : "";
+  return {std::string(field) + number + suffix, std::string(field) + suffix};
 }
 
 // The name of a data bit; `shift` counts from the last one.
-std::string data_name(const ChannelFormat& format, unsigned shift, std::size_t channel) {
+BitName data_name(const ChannelFormat& format, unsigned shift, std::size_t channel) {
   const std::pair<std::string_view, Field> fields[] = {{"pos", format.position},
                                                        {"mt", format.multiturn},
                                                        {"st", format.singleturn},
                                                        {"lc", format.life_counter}};
   for (const auto& [name, field] : fields) {
     if (field.present() && shift >= field.shift && shift < unsigned{field.shift} + field.bits) {
-      return numbered(name, shift - field.shift, channel);
+      return bit_name(name, shift - field.shift, channel);
     }
   }
-  if (format.error.present && format.error.shift == shift) {
-    return flag_name("nE", "E", format.error, channel);
+  const auto is_flag = [shift](const FlagField& flag) {
+    return flag.present && flag.shift == shift;
+  };
+  if (is_flag(format.error)) {
+    return bit_name(format.error.active_high ? "E" : "nE", std::nullopt, channel);
   }
-  if (format.warning.present && format.warning.shift == shift) {
-    return flag_name("nW", "W", format.warning, channel);
+  if (is_flag(format.warning)) {
+    return bit_name(format.warning.active_high ? "W" : "nW", std::nullopt, channel);
   }
-  return channel == 0 ? "pad" : "pad." + std::to_string(channel + 1);
+  return bit_name("pad", std::nullopt, channel);
 }
 
-std::vector<std::string> payload_names(const FrameFormat& format) {
-  std::vector<std::string> names;
+std::vector<BitName> payload_names(const FrameFormat& format) {
+  std::vector<BitName> names;
   for (std::size_t k = 0; k < format.channel_count; ++k) {
     const ChannelFormat& channel = format.channel_list[k];
     for (unsigned shift = channel.data_bits; shift-- > 0;) {
       names.push_back(data_name(channel, shift, k));
     }
     for (unsigned bit = channel.crc.width_bits; bit-- > 0;) {
-      names.push_back(numbered("crc", bit, k));
+      names.push_back(bit_name("crc", bit, k));
     }
   }
   return names;
@@ -132,8 +131,8 @@ Level level_at(const std::vector<LevelChange>& changes, Level before, Picosecond
 class Drawer {
  public:
   Drawer(const CycleEdges& edges, const std::optional<FrameFormat>& format,
-         const DeviceTiming& timing, const decode::MarginSetup& margin)
-      : edges_(edges), format_(format), reader_(format, timing, margin) {}
+         const DeviceTiming& timing, const decode::MarginSetup& margin, DrawnExtent extent)
+      : edges_(edges), format_(format), reader_(format, timing, margin), extent_(extent) {}
 
   CycleDrawing run() {
     drawing_.number = edges_.number;
@@ -152,13 +151,15 @@ class Drawer {
   }
 
  private:
-  Picoseconds period() const { return edges_.cycle.period.value_or(period_when_unknown); }
-
   void copy_edges() {
     Picoseconds last = edges_.ma.empty() ? edges_.cycle.time : edges_.ma.back().time;
     if (!sampled_.empty()) last = std::max(last, sampled_.back());
-    drawing_.end =
-        std::min(decode::shifted(last, periods_after * period()), std::max(edges_.limit, last));
+    if (extent_ == DrawnExtent::cycle) {
+      if (!edges_.ma_after.empty()) last = std::max(last, edges_.ma_after.back().time);
+      if (!edges_.slo.empty()) last = std::max(last, edges_.slo.back().time);
+    }
+    drawing_.end = std::min(decode::shifted(last, periods_after * drawing_.period()),
+                            std::max(edges_.limit, last));
     const auto copy = [&](std::span<const LevelChange> from, std::vector<LevelChange>& to) {
       for (const LevelChange& change : from) {
         if (change.time <= drawing_.end) to.push_back(change);
@@ -191,8 +192,7 @@ class Drawer {
 
   // ACK lasts until the first 1 after it.
   void name_bits() {
-    const std::vector<std::string> names =
-        format_ ? payload_names(*format_) : std::vector<std::string>();
+    const std::vector<BitName> names = format_ ? payload_names(*format_) : std::vector<BitName>();
     const BitView raw = drawing_.cycle.raw.view();
     std::optional<std::size_t> start;
     for (DrawnBit& bit : drawing_.bits) {
@@ -212,8 +212,10 @@ class Drawer {
         bit.name = at == 0 ? "START" : "CDS";
       } else if (!format_) {
         bit.name = "bit";
+        bit.field = "bits";
       } else if (at - 2 < names.size()) {
-        bit.name = names[at - 2];
+        bit.name = names[at - 2].name;
+        bit.field = names[at - 2].field;
         bit.payload_bit = at - 2;
       } else if (at - 2 == names.size()) {
         bit.name = "STOP";
@@ -241,6 +243,7 @@ class Drawer {
   const CycleEdges& edges_;
   const std::optional<FrameFormat>& format_;
   decode::CycleReader reader_;
+  DrawnExtent extent_;
   std::vector<Picoseconds> sampled_;
   CycleDrawing drawing_;
 };
@@ -255,8 +258,9 @@ std::string_view CycleDrawing::name_of(std::size_t payload_bit) const {
 }
 
 CycleDrawing draw_cycle(const CycleEdges& edges, const std::optional<FrameFormat>& format,
-                        const DeviceTiming& timing, const decode::MarginSetup& margin) {
-  return Drawer(edges, format, timing, margin).run();
+                        const DeviceTiming& timing, const decode::MarginSetup& margin,
+                        DrawnExtent extent) {
+  return Drawer(edges, format, timing, margin, extent).run();
 }
 
 }  // namespace biss::draw

@@ -27,6 +27,8 @@ struct DrawnBit {
   /// `crc0`, `nE`), with the number of the channel after a dot from the second one on (`pos27.2`);
   /// `bit` where no format is known; empty after STOP.
   std::string name;
+  /// The name without the bit's number: `pos`, `nE`, `crc.2`; empty where `name` is no field's.
+  std::string field;
   /// Number among the bits of data and CRC, from 0, as `bit=N` of a fault.
   std::optional<std::size_t> payload_bit;
   /// Of a CRC bit: what the received data need.
@@ -54,23 +56,34 @@ struct DrawnCheck {
 inline constexpr std::size_t drawn_pairs = 4;
 
 struct CycleDrawing {
+  /// Of a cycle whose clock was not measured.
+  static constexpr Picoseconds period_when_unknown = microseconds(1);
+
   std::uint64_t number = 0;
   decode::Cycle cycle;
   wire::Level ma_before = wire::Level::high;
   wire::Level slo_before = wire::Level::unknown;
-  /// From the first edge of MA until SLO has settled after the last one.
+  /// From the first edge of MA to `end`.
   std::vector<decode::LevelChange> ma;
   std::vector<decode::LevelChange> slo;
   Picoseconds end{};
   std::vector<DrawnBit> bits;
   std::vector<DrawnCheck> checks;
 
+  Picoseconds period() const { return cycle.period.value_or(period_when_unknown); }
   /// The name of a bit of data and CRC; empty where it was not received.
   std::string_view name_of(std::size_t payload_bit) const;
 };
 
+/// How much of a cycle is drawn.
+enum class DrawnExtent : std::uint8_t {
+  frame,  ///< until SLO has settled after the last sample
+  cycle,  ///< also what follows until both lines rest: the timeout, CDM, pulses
+};
+
 /// \param margin as for the reader of the cycle
 CycleDrawing draw_cycle(const decode::CycleEdges& edges, const std::optional<FrameFormat>& format,
-                        const DeviceTiming& timing, const decode::MarginSetup& margin = {});
+                        const DeviceTiming& timing, const decode::MarginSetup& margin = {},
+                        DrawnExtent extent = DrawnExtent::frame);
 
 }  // namespace biss::draw

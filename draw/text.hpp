@@ -1,10 +1,10 @@
-// A drawing as text, for a terminal.
+// A drawing as text, for a terminal or a document.
 #pragma once
 
 #include <cstddef>
 #include <string>
 
-#include "draw/cycle_drawing.hpp"
+#include "draw/layout.hpp"
 
 namespace biss::draw {
 
@@ -21,5 +21,13 @@ namespace biss::draw {
 /// Below a bit of the CRC that is wrong stands what it should be. UTF-8.
 /// \param columns at least 60
 std::string drawing_text(const CycleDrawing& drawing, std::size_t columns = 80);
+
+/// The same with the parts of the cycle by name and value below the bits, with cuts (`…`), and with
+/// marks where it fails:
+///
+///     frame    │request    │ACK 1 us, 1 clock │START│CDS=0│      pos=181     …
+///     delay                 │line delay 50 ns
+///     failure                                    ▲ crc: received 0x36, expected 0x1
+std::string layout_text(const Layout& layout, std::size_t columns = 80);
 
 }  // namespace biss::draw

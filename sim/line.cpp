@@ -104,7 +104,8 @@ void Line::add_nodes() {
   nodes_.reserve(setup_.slaves);
   for (std::size_t k = 0; k < setup_.slaves; ++k) {
     const FrameFormat format = part_of(setup_.format, setup_.slaves, k);
-    const Motion motion(setup_.motion, position_channel(format), interval_, setup_.seed + k);
+    Motion motion(setup_.motion, position_channel(format), interval_, setup_.seed + k);
+    if (setup_.position) motion.hold(*setup_.position);
     SignOfLife life = setup_.life;
     // The start values are by channel of the whole frame.
     const std::size_t first = setup_.slaves - 1U - k;

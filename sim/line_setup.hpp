@@ -47,6 +47,8 @@ struct LineSetup {
   /// has been high for a period, which every decoder accepts.
   Picoseconds interval{};
   MotionKind motion = MotionKind::ramp;
+  /// Every sample has this position, whatever `motion` is.
+  std::optional<std::uint64_t> position;
   /// The sign of life of every encoder.
   SignOfLife life;
   /// With each cycle, the further words of an encoder move this many counts away from its first

@@ -12,6 +12,7 @@ void add_compare(Command& command);
 void add_conform(Command& command);
 void add_convert(Command& command);
 void add_crc(Command& command);
+void add_draw(Command& command);
 void add_encoders(Command& command);
 void add_eds(Command& command);
 void add_identify(Command& command);

@@ -15,6 +15,20 @@ namespace biss::cli {
 
 namespace {
 
+std::string put_position(const LineOptions& options, sim::LineSetup& setup) {
+  if (!options.position) return {};
+  unsigned bits = 0;
+  for (const ChannelFormat& channel : setup.format.channels()) {
+    if (bits == 0) bits = channel.position_bits();
+  }
+  if (bits == 0) return "--position: the format has no position";
+  if (*options.position > low_mask(bits)) {
+    return fmt::format("--position: 0 to {}, the position has {} bits", low_mask(bits), bits);
+  }
+  setup.position = options.position;
+  return {};
+}
+
 std::string put_motion(const LineOptions& options, sim::LineSetup& setup) {
   const auto& names = sim::motion_names;
   const auto motion = std::find(names.begin(), names.end(), options.motion);
@@ -22,7 +36,7 @@ std::string put_motion(const LineOptions& options, sim::LineSetup& setup) {
     return fmt::format("--motion: '{}' is not one of {}", options.motion, fmt::join(names, ", "));
   }
   setup.motion = static_cast<sim::MotionKind>(motion - names.begin());
-  return {};
+  return put_position(options, setup);
 }
 
 std::string put_delays(const LineOptions& options, sim::LineSetup& setup) {

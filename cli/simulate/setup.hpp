@@ -36,6 +36,8 @@ struct LineOptions {
   std::uint64_t slaves = 1;
   std::optional<Hertz> rate;
   std::string motion = "ramp";
+  /// As in LineSetup.
+  std::optional<std::uint64_t> position;
   std::vector<std::string> faults;
   bool no_compensation = false;
   bool at_slave = false;

@@ -115,11 +115,14 @@ std::string document_of(const std::vector<Feature>& features) {
       "from a file in `tests/timing/features/` with the times of all edges. The tests compare the\n"
       "encoder of `biss/slave/` and a second, independent reading of the protocol with these "
       "files.\n"
-      "`biss_timing_document` writes this page.\n\n"
+      "`biss_timing_document` writes this page; the pictures are drawn by [biss draw](draw.md)\n"
+      "(`make pictures`).\n\n"
       "LAT is the first rising edge of MA, ACK the time in which SLO is low before START.\n";
   for (const Feature& feature : features) {
-    text += "\n## " + feature.heading + "\n" + feature.text + "\n```text\n" + picture_of(feature) +
-            "```\n`" + feature.file + "`\n";
+    const std::string stem = feature.file.substr(0, feature.file.rfind('.'));
+    text += "\n## " + feature.heading + "\n" + feature.text + "\n![" + feature.heading +
+            "](pictures/" + stem + ".svg)\n\n<details><summary>The same as text</summary>\n\n" +
+            "```text\n" + picture_of(feature) + "```\n</details>\n\n`" + feature.file + "`\n";
   }
   return text;
 }

@@ -1,0 +1,446 @@
+#include "draw/layout.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+#include "biss/frame/codec.hpp"
+#include "decode/times.hpp"
+
+namespace biss::draw {
+
+namespace {
+
+using decode::CycleStatus;
+using decode::LevelChange;
+using decode::shifted;
+using wire::Level;
+
+// Consecutive bits of one field.
+struct FieldBits {
+  std::size_t first = 0;
+  std::size_t count = 0;
+};
+
+class Planner {
+ public:
+  Planner(const CycleDrawing& drawing, const std::optional<FrameFormat>& format, TimeText time_text)
+      : drawing_(drawing), format_(format), time_text_(time_text) {
+    find_edges();
+  }
+
+  std::vector<Track> tracks() {
+    add_request();
+    add_bits();
+    add_timeout();
+    std::vector<Track> tracks;
+    if (!frame_.empty()) tracks.push_back({"frame", std::move(frame_)});
+    Track delay{"delay", {}};
+    if (ack_edge_ && drawing_.cycle.line_delay) {
+      const Picoseconds end = shifted(*ack_edge_, *drawing_.cycle.line_delay);
+      delay.parts.push_back({.kind = PartKind::line,
+                             .text = "line delay " + time_text_(*drawing_.cycle.line_delay),
+                             .from = *ack_edge_,
+                             .to = end});
+      tracks.push_back(std::move(delay));
+    }
+    if (drawing_.cycle.cdm && last_edge_ < rest_end()) {
+      const std::string text = *drawing_.cycle.cdm ? "CDM=1" : "CDM=0";
+      tracks.push_back({"CDM", {{PartKind::frame, text, last_edge_, rest_end()}}});
+    }
+    return tracks;
+  }
+
+  std::vector<Mark> failures() const {
+    std::vector<Mark> failures;
+    const CycleStatus status = drawing_.cycle.status;
+    if (status == CycleStatus::crc) {
+      for (const DrawnCheck& check : drawing_.checks) {
+        if (!check.right()) failures.push_back(crc_failure(check));
+      }
+    }
+    if (failures.empty() && !is_good(status)) {
+      failures.push_back(
+          {place_of(status), fmt::format("{}: {}", name_of(status), text_of(status))});
+    }
+    return failures;
+  }
+
+ private:
+  void find_edges() {
+    last_edge_ = shifted(drawing_.cycle.time, drawing_.cycle.clocked);
+    for (const DrawnBit& bit : drawing_.bits) {
+      if (bit.clock == 1) ack_edge_ = bit.time;
+      if (bit.sampled_at) last_sampled_ = &bit;
+      if (bit.name == "START") start_ = &bit;
+    }
+    if (drawing_.cycle.release) release_ = shifted(last_edge_, *drawing_.cycle.release);
+  }
+
+  Picoseconds half() const { return drawing_.period() / 2; }
+  Picoseconds begin_of(const DrawnBit& bit) const { return shifted(*bit.sampled_at, -half()); }
+  Picoseconds end_of(const DrawnBit& bit) const { return shifted(*bit.sampled_at, half()); }
+  Picoseconds rest_end() const { return std::min(release_.value_or(drawing_.end), drawing_.end); }
+  bool is(CycleStatus status) const { return drawing_.cycle.status == status; }
+
+  void add(PartKind kind, std::string text, Picoseconds from, Picoseconds to, bool wrong = false,
+           std::string brief = {}) {
+    if (!frame_.empty()) from = std::max(from, frame_.back().to);
+    if (from < to) frame_.push_back({kind, std::move(text), from, to, wrong, std::move(brief)});
+  }
+
+  // Up to START.
+  void add_request() {
+    const Picoseconds asked = ack_edge_.value_or(last_edge_);
+    if (!drawing_.cycle.line_delay || last_sampled_ == nullptr) {
+      const bool silent = is(CycleStatus::no_response) || is(CycleStatus::not_ready);
+      if (!silent && !is(CycleStatus::response_range)) return;
+      add(PartKind::frame, "request", drawing_.cycle.time, asked);
+      if (silent) add(PartKind::frame, "no ACK", asked, last_edge_, true);
+      return;
+    }
+    const Picoseconds fall = shifted(asked, *drawing_.cycle.line_delay);
+    add(PartKind::frame, "request", drawing_.cycle.time, fall);
+    if (start_ == nullptr) {
+      add(PartKind::frame, "ACK", fall, end_of(*last_sampled_), is(CycleStatus::no_start));
+      return;
+    }
+    std::string text = "ACK";
+    if (drawing_.cycle.ack) text += ' ' + time_text_(*drawing_.cycle.ack);
+    const std::size_t clocks = start_->clock - 1;
+    text += fmt::format(", {} clock{}", clocks, clocks == 1 ? "" : "s");
+    add(PartKind::frame, text, fall, begin_of(*start_), is(CycleStatus::ack_range), "ACK");
+  }
+
+  void add_bits() {
+    for (std::size_t i = 0; i < drawing_.bits.size(); ++i) {
+      const DrawnBit& bit = drawing_.bits[i];
+      if (!bit.sampled_at || bit.clock < 2) continue;
+      if (!bit.field.empty()) {
+        FieldBits field{i, 1};
+        while (continues(field)) ++field.count;
+        add_field(field);
+        i += field.count - 1;
+      } else if (bit.name == "START") {
+        add(PartKind::frame, bit.name, begin_of(bit), end_of(bit));
+      } else if (bit.name == "CDS") {
+        add(PartKind::frame, "CDS" + level_text(bit), begin_of(bit), end_of(bit),
+            is(CycleStatus::cds));
+      } else if (bit.name == "STOP") {
+        add(PartKind::frame, bit.level == false ? "STOP" : "STOP" + level_text(bit), begin_of(bit),
+            end_of(bit), is(CycleStatus::stop_bit));
+      }
+    }
+  }
+
+  bool continues(const FieldBits& field) const {
+    const std::size_t next = field.first + field.count;
+    return next < drawing_.bits.size() && drawing_.bits[next].sampled_at &&
+           drawing_.bits[next].field == drawing_.bits[field.first].field;
+  }
+
+  static std::string level_text(const DrawnBit& bit) {
+    return !bit.level ? "=x" : *bit.level ? "=1" : "=0";
+  }
+
+  void add_field(const FieldBits& field) {
+    const DrawnBit& first = drawing_.bits[field.first];
+    const DrawnBit& last = drawing_.bits[field.first + field.count - 1];
+    const std::string name = first.field.substr(0, first.field.find('.'));
+    const PartKind kind = name == "crc"                              ? PartKind::crc
+                          : name.back() == 'E' || name.back() == 'W' ? PartKind::flag
+                                                                     : PartKind::data;
+    if (name == "bits") {
+      return add(kind, fmt::format("{} bits", field.count), begin_of(first), end_of(last));
+    }
+    const Value value = value_of(name, field);
+    add(kind, first.field + value.text, begin_of(first), end_of(last), value.wrong,
+        value.brief.empty() ? "" : first.field + value.brief);
+  }
+
+  struct Value {
+    std::string text;
+    bool wrong = false;
+    std::string brief{};
+  };
+
+  Value value_of(const std::string& name, const FieldBits& field) const {
+    const DrawnBit& first = drawing_.bits[field.first];
+    const std::size_t k = channel_of(*first.payload_bit);
+    const ChannelFormat& channel = format_->channel_list[k];
+    const bool flag = name.back() == 'E' || name.back() == 'W';
+    if (flag) {
+      const bool active = first.level == (name.size() == 1);
+      return {level_text(first), active && is(CycleStatus::ok)};
+    }
+    const std::size_t wanted = width_of(name, channel, field.count);
+    if (field.count < wanted) return {fmt::format(" ({} of {} bits)", field.count, wanted)};
+    std::uint64_t bits = 0;
+    for (std::size_t i = 0; i < field.count; ++i) {
+      bits = bits << 1U | (drawing_.bits[field.first + i].level == true ? 1U : 0U);
+    }
+    if (name == "crc") return crc_value(bits, k);
+    if (!drawing_.cycle.frame || name == "pad") return {fmt::format("=0x{:X}", bits)};
+    return {fmt::format("={}", decoded(name, channel, drawing_.cycle.frame->channel_list[k]))};
+  }
+
+  // The value of the frame, which the reader has checked.
+  static std::uint64_t decoded(const std::string& name, const ChannelFormat& format,
+                               const Channel& channel) {
+    if (name == "lc") return channel.life_counter;
+    if (name == "st") return channel.position & low_mask(format.singleturn.bits);
+    if (name == "mt" && format.singleturn.bits != 0) {
+      return channel.position >> format.singleturn.bits;
+    }
+    return channel.position;
+  }
+
+  static std::size_t width_of(const std::string& name, const ChannelFormat& channel,
+                              std::size_t received) {
+    if (name == "pos") return channel.position.bits;
+    if (name == "mt") return channel.multiturn.bits;
+    if (name == "st") return channel.singleturn.bits;
+    if (name == "lc") return channel.life_counter.bits;
+    return name == "crc" ? channel.crc.width_bits : received;
+  }
+
+  Value crc_value(std::uint64_t bits, std::size_t k) const {
+    std::string text = fmt::format("=0x{:X}", bits);
+    for (const DrawnCheck& check : drawing_.checks) {
+      if (check.channel != k || check.right()) continue;
+      return {text + fmt::format(", expected 0x{:X}", check.expected), true, text};
+    }
+    return {text};
+  }
+
+  std::size_t channel_of(std::size_t payload_bit) const {
+    std::size_t k = 0;
+    std::size_t end = format_->channel_list[0].total_bits();
+    while (payload_bit >= end && k + 1U < format_->channel_count) {
+      end += format_->channel_list[++k].total_bits();
+    }
+    return k;
+  }
+
+  void add_timeout() {
+    if (!release_ || *release_ > drawing_.end) return;
+    const std::string text = drawing_.cycle.release->count < 0
+                                 ? "timeout"
+                                 : "timeout " + time_text_(*drawing_.cycle.release);
+    add(PartKind::frame, text, last_edge_, *release_, false, "timeout");
+  }
+
+  Mark crc_failure(const DrawnCheck& check) const {
+    Mark failure{last_edge_, fmt::format("crc: received 0x{:X}, expected 0x{:X}", check.received,
+                                         check.expected)};
+    for (const DrawnBit& bit : drawing_.bits) {
+      if (!bit.payload_bit || !bit.expected || channel_of(*bit.payload_bit) != check.channel) {
+        continue;
+      }
+      failure.time = begin_of(bit);
+      break;
+    }
+    return failure;
+  }
+
+  Picoseconds place_of(CycleStatus status) const {
+    const auto sampled = [&](std::string_view name) {
+      for (const DrawnBit& bit : drawing_.bits) {
+        if (bit.sampled_at && bit.name == name) return *bit.sampled_at;
+      }
+      return last_edge_;
+    };
+    using enum CycleStatus;
+    switch (status) {
+      case no_response:
+        return ack_edge_.value_or(drawing_.cycle.time);
+      case response_range:
+        return shifted(ack_edge_.value_or(drawing_.cycle.time),
+                       drawing_.cycle.early ? -*drawing_.cycle.early : Picoseconds{});
+      case ack_range:
+        return sampled("START");
+      case cds:
+        return sampled("CDS");
+      case stop_bit:
+        return sampled("STOP");
+      case no_start:
+      case truncated:
+        return last_sampled_ != nullptr ? *last_sampled_->sampled_at : last_edge_;
+      case cut_end:
+        return drawing_.end;
+      case ma_clock:
+        return uneven_edge();
+      case unknown_level:
+        return first_unknown();
+      default:
+        return drawing_.cycle.time;
+    }
+  }
+
+  // The rising edge of MA whose distance from the one before is the farthest from a period.
+  Picoseconds uneven_edge() const {
+    Picoseconds place = drawing_.cycle.time;
+    Picoseconds most{};
+    for (std::size_t i = 1; i < drawing_.bits.size(); ++i) {
+      const Picoseconds distance =
+          decode::elapsed(drawing_.bits[i - 1].time, drawing_.bits[i].time) - drawing_.period();
+      const Picoseconds off = std::max(distance, -distance);
+      if (off <= most) continue;
+      most = off;
+      place = drawing_.bits[i].time;
+    }
+    return place;
+  }
+
+  Picoseconds first_unknown() const {
+    Picoseconds first = drawing_.end;
+    if (drawing_.slo_before == Level::unknown) first = drawing_.cycle.time;
+    for (const auto* line : {&drawing_.ma, &drawing_.slo}) {
+      for (const LevelChange& change : *line) {
+        if (change.level == Level::unknown) first = std::min(first, change.time);
+      }
+    }
+    return first;
+  }
+
+  std::string text_of(CycleStatus status) const {
+    using enum CycleStatus;
+    switch (status) {
+      case no_response:
+        return "SLO does not fall after the second rising edge of MA";
+      case not_ready:
+        return "SLO is low when the request begins";
+      case response_range:
+        return drawing_.cycle.early ? "SLO falls " + time_text_(*drawing_.cycle.early) +
+                                          " before the second rising edge of MA"
+                                    : std::string("SLO falls later than any cable allows");
+      case no_start:
+        return "MA stops before START";
+      case ack_range:
+        return "ACK is not within the limits of the encoder";
+      case truncated:
+        return format_ ? fmt::format("MA stops after {} of {} bits", received_bits(),
+                                     format_->payload_bits())
+                       : std::string("MA stops before the last bit");
+      case cds:
+        return "CDS is 1";
+      case crc:
+        return "the checksum is wrong";
+      case stop_bit:
+        return "STOP is 1";
+      case cut_start:
+        return "the capture begins within this cycle";
+      case cut_end:
+        return "the capture ends within this cycle";
+      case ma_glitch:
+        return "MA has fewer than two rising edges, a pulse";
+      case ma_clock:
+        return "an edge of MA is missing or too many";
+      case unknown_level:
+        return "MA or SLO is neither 0 nor 1";
+      case ok:
+      case unchecked:
+        break;
+    }
+    return {};
+  }
+
+  std::size_t received_bits() const {
+    return static_cast<std::size_t>(
+        std::count_if(drawing_.bits.begin(), drawing_.bits.end(),
+                      [](const DrawnBit& bit) { return bit.payload_bit.has_value(); }));
+  }
+
+  const CycleDrawing& drawing_;
+  const std::optional<FrameFormat>& format_;
+  TimeText time_text_;
+  std::optional<Picoseconds> ack_edge_;
+  Picoseconds last_edge_{};
+  std::optional<Picoseconds> release_;
+  const DrawnBit* start_ = nullptr;
+  const DrawnBit* last_sampled_ = nullptr;
+  std::vector<Part> frame_;
+};
+
+// In the order of time.
+Track track_of(std::span<const Mark> marks, const CycleDrawing& drawing) {
+  Track track{"marks", {}};
+  for (const Mark& mark : marks) {
+    if (mark.time < drawing.cycle.time || mark.time > drawing.end) continue;
+    track.parts.push_back({PartKind::line, mark.text, mark.time, mark.time});
+  }
+  std::stable_sort(track.parts.begin(), track.parts.end(),
+                   [](const Part& a, const Part& b) { return a.from < b.from; });
+  return track;
+}
+
+std::string cut_text(const Cut& cut, TimeText time_text) {
+  if (cut.clocks == 0) return time_text(decode::elapsed(cut.from, cut.to));
+  return fmt::format("{} clock{}", cut.clocks, cut.clocks == 1 ? "" : "s");
+}
+
+}  // namespace
+
+Layout lay_out(CycleDrawing drawing, const std::optional<FrameFormat>& format, TimeText time_text,
+               std::span<const Mark> marks) {
+  Layout layout;
+  layout.drawing = std::move(drawing);
+  const Track marked = track_of(marks, layout.drawing);
+  std::vector<Picoseconds> kept;
+  for (const Part& mark : marked.parts) kept.push_back(mark.from);
+  layout.cuts = cuts_of(layout.drawing, kept);
+  for (const Cut& cut : layout.cuts) layout.cut_texts.push_back(cut_text(cut, time_text));
+  Planner planner(layout.drawing, format, time_text);
+  layout.tracks = planner.tracks();
+  if (!marked.parts.empty()) layout.tracks.push_back(marked);
+  layout.failures = planner.failures();
+  return layout;
+}
+
+std::vector<Piece> pieces_of(const Track& track, const Axis& axis, std::size_t first,
+                             std::size_t last) {
+  std::vector<Piece> pieces;
+  for (const Part& part : track.parts) {
+    const std::size_t begin = axis.at(part.from);
+    const std::size_t end = std::max(axis.at(part.to), begin + 1);
+    if (end <= first || begin >= last || begin >= axis.ticks()) continue;
+    pieces.push_back(
+        {&part, std::max(begin, first) - first, std::min(end, last) - first, begin < first});
+  }
+  return pieces;
+}
+
+std::vector<Label> labels_of(std::span<const Piece> pieces, std::size_t (*width_of)(std::size_t),
+                             std::size_t row_width) {
+  std::vector<Label> labels;
+  // From right to left: the label of an earlier part goes below those after it, and the stroke
+  // between part and label crosses none.
+  std::vector<std::size_t> free_until;
+  for (auto piece = pieces.rbegin(); piece != pieces.rend(); ++piece) {
+    const std::size_t room = piece->end - piece->begin;
+    const bool is_brief = !piece->part->brief.empty() && width_of(piece->part->text.size()) > room;
+    const std::string& text = is_brief ? piece->part->brief : piece->part->text;
+    const std::size_t width = width_of(text.size());
+    Label label{text, piece->begin, piece->begin, piece->end, 0};
+    if (width <= room) {
+      label.begin += (room - width) / 2;
+    } else if (piece->continued) {
+      continue;
+    } else {
+      label.begin = std::min(piece->begin, row_width - std::min(row_width, width));
+      std::size_t line = 0;
+      while (line < free_until.size() && free_until[line] < label.begin + width) ++line;
+      free_until.resize(std::max(free_until.size(), line + 1), row_width);
+      for (std::size_t each = 0; each <= line; ++each) {
+        free_until[each] = std::min(free_until[each], label.begin);
+      }
+      label.line = line + 1;
+    }
+    labels.push_back(std::move(label));
+  }
+  return labels;
+}
+
+}  // namespace biss::draw

@@ -1,0 +1,94 @@
+// What is in the picture of a cycle: its parts by name and value, cuts, and marks of failures. It is
+// the same for every renderer.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "biss/frame/format.hpp"
+#include "draw/axis.hpp"
+#include "draw/cycle_drawing.hpp"
+
+namespace biss::draw {
+
+enum class PartKind : std::uint8_t { line, frame, data, flag, crc };
+
+/// A stretch of a cycle with a name.
+struct Part {
+  PartKind kind{};
+  /// `ACK 3.2 us, 32 clocks`, `pos=1234`, `crc=0x16`.
+  std::string text;
+  Picoseconds from{};
+  /// Not before `from`; the same for a moment.
+  Picoseconds to{};
+  /// It is not as it should be; an active error or warning of the encoder counts too.
+  bool wrong = false;
+  /// A shorter text, where there is one, for a part that is too narrow for `text`.
+  std::string brief{};
+};
+
+/// Parts beside one another in the order of time.
+struct Track {
+  std::string name;
+  std::vector<Part> parts;
+};
+
+/// A moment and what is said of it: where a cycle fails, and why.
+struct Mark {
+  Picoseconds time{};
+  std::string text;
+};
+
+struct Layout {
+  CycleDrawing drawing;
+  std::vector<Cut> cuts;
+  /// Of each cut: `27 clocks`, or its time where MA rests.
+  std::vector<std::string> cut_texts;
+  std::vector<Track> tracks;
+  std::vector<Mark> failures;
+};
+
+/// How a time is written, with its unit.
+using TimeText = std::string (*)(Picoseconds time);
+
+/// Values are decimal where the frame is good, and hexadecimal, as received, where it is not.
+/// \param drawing of the whole cycle, DrawnExtent::cycle
+/// \param format  that the drawing was made with
+/// \param marks   of the user; those outside the cycle are left out
+Layout lay_out(CycleDrawing drawing, const std::optional<FrameFormat>& format, TimeText time_text,
+               std::span<const Mark> marks = {});
+
+/// A label of a part, and where it stands.
+struct Label {
+  std::string text;
+  std::size_t begin = 0;
+  /// The part that it belongs to.
+  std::size_t part_begin = 0;
+  std::size_t part_end = 0;
+  /// 0: within the part. Else the line below the parts, from 1.
+  std::size_t line = 0;
+};
+
+/// A part between two ticks of a row; a part of several rows has a piece in each.
+struct Piece {
+  const Part* part = nullptr;
+  std::size_t begin = 0;
+  std::size_t end = 0;
+  bool continued = false;  ///< the part begins in an earlier row
+};
+
+/// The pieces of a track in the row from tick `first` to tick `last`, counted from `first`.
+std::vector<Piece> pieces_of(const Track& track, const Axis& axis, std::size_t first,
+                             std::size_t last);
+
+/// The labels of the pieces: within a piece where it is wide enough, else below it, so that no two
+/// labels overlap.
+/// \param width_of  a text in ticks, with the space that it needs around it
+/// \param row_width of the row
+std::vector<Label> labels_of(std::span<const Piece> pieces, std::size_t (*width_of)(std::size_t),
+                             std::size_t row_width);
+
+}  // namespace biss::draw
