@@ -169,8 +169,8 @@ export interface Session {
 
 export interface Biss {
   /**
-   * Makes a file known by its name, which verbs and messages use. Only what a verb reads is asked of
-   * the source, in blocks.
+   * Makes a file known by its name, which verbs and messages use. Of a source only what a verb reads
+   * is asked, in blocks; it cannot be written. Bytes are copied.
    */
   addFile(name: string, source: Uint8Array | ByteSource): void;
   removeFile(name: string): void;

@@ -13,13 +13,6 @@ export class BissError extends Error {
   }
 }
 
-function sourceOf(bytes) {
-  return {
-    size: bytes.length,
-    read: (offset, length) => bytes.subarray(offset, offset + length),
-  };
-}
-
 // Reads of a source, small ones from the block around them.
 class Blocks {
   #source;
@@ -224,11 +217,14 @@ class Biss {
   addFile(name, source) {
     const { FS } = this.#core;
     if (name.includes('/')) throw new RangeError(`a name without folder, not ${name}`);
-    const given = source instanceof Uint8Array ? sourceOf(source) : source;
     this.removeFile(name);
+    if (source instanceof Uint8Array) {
+      FS.writeFile(`/captures/${name}`, source);
+      return;
+    }
     const node = FS.createFile('/captures', name, {}, true, false);
-    const blocks = new Blocks(given);
-    Object.defineProperty(node, 'usedBytes', { get: () => given.size });
+    const blocks = new Blocks(source);
+    Object.defineProperty(node, 'usedBytes', { get: () => source.size });
     node.stream_ops = {
       llseek: node.stream_ops.llseek,
       read(stream, buffer, offset, length, position) {

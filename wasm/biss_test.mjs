@@ -317,9 +317,7 @@ describe('hostile files', () => {
         const name = `damaged${i}.${extension}`;
         fs.writeFileSync(path.join(folder, name), damaged(whole, next));
         biss.addFile(name, pulled(name));
-        const refused = /zstd -d first/.test(biss.run(decodeArgs(name)).err);
-        if (refused) assert.equal(target, 'compressed');
-        else assertSameRun(biss, decodeArgs(name));
+        assertSameRun(biss, decodeArgs(name));
         biss.removeFile(name);
       }
     }
@@ -335,7 +333,9 @@ describe('hostile files', () => {
         const name = `${target}_${seed}.${extension}`;
         fs.copyFileSync(path.join(seeds, seed), path.join(folder, name));
         biss.addFile(name, pulled(name));
-        assertSameRun(biss, decodeArgs(name));
+        const refused = /zstd -d first/.test(biss.run(decodeArgs(name)).err);
+        if (refused) assert.equal(target, 'compressed');
+        else assertSameRun(biss, decodeArgs(name));
         biss.removeFile(name);
       }
     }

@@ -28,7 +28,7 @@ namespace {
 using Bytes = std::span<const std::uint8_t>;
 
 constexpr std::uint32_t crc_polynomial = 0xEDB88320U;
-constexpr std::size_t crc_lanes = 8;
+constexpr std::size_t crc_lanes = 16;
 using CrcTables = std::array<std::array<std::uint32_t, 256>, crc_lanes>;
 
 // tables[k][b]: the remainder of byte b with k zero bytes after it.
@@ -191,18 +191,18 @@ std::size_t libdeflate_deflate_compress(libdeflate_compressor* compressor, const
   return out_bytes - step.avail_out;
 }
 
-// Eight bytes a step.
+// Sixteen bytes a step.
 std::uint32_t libdeflate_crc32(std::uint32_t before, const void* bytes, std::size_t count) {
-  const CrcTables& t = crc_tables;
   const auto* at = static_cast<const std::uint8_t*>(bytes);
   std::uint32_t crc = ~before;
+  const auto four = [](std::size_t table, std::uint32_t word) {
+    return crc_tables[table][word & 0xFFU] ^ crc_tables[table - 1][word >> 8U & 0xFFU] ^
+           crc_tables[table - 2][word >> 16U & 0xFFU] ^ crc_tables[table - 3][word >> 24U];
+  };
   for (; count >= crc_lanes; count -= crc_lanes, at += crc_lanes) {
-    const std::uint32_t low = little32(at) ^ crc;
-    const std::uint32_t high = little32(at + 4);
-    crc = t[7][low & 0xFFU] ^ t[6][low >> 8U & 0xFFU] ^ t[5][low >> 16U & 0xFFU] ^
-          t[4][low >> 24U] ^ t[3][high & 0xFFU] ^ t[2][high >> 8U & 0xFFU] ^
-          t[1][high >> 16U & 0xFFU] ^ t[0][high >> 24U];
+    crc = four(15, little32(at) ^ crc) ^ four(11, little32(at + 4)) ^ four(7, little32(at + 8)) ^
+          four(3, little32(at + 12));
   }
-  for (; count != 0; --count, ++at) crc = crc >> 8U ^ t[0][(crc ^ *at) & 0xFFU];
+  for (; count != 0; --count, ++at) crc = crc >> 8U ^ crc_tables[0][(crc ^ *at) & 0xFFU];
   return ~crc;
 }

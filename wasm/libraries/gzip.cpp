@@ -17,7 +17,7 @@ struct GzipStreamState {
   enum class Part : std::uint8_t { header, data, trailer, ended, wrong };
 
   beast_zlib::inflate_stream stream;
-  // One call later: where `stream` fails, the library does not say how many bytes it made.
+  // One call later: where `stream` fails, the library does not count the bytes that it made.
   beast_zlib::inflate_stream later;
   std::vector<std::uint8_t> later_bytes;
   biss::wasm::GzipHeader header;
