@@ -55,7 +55,7 @@ wasm:  ## the core in WebAssembly, for a page: build-wasm/wasm
 
 .PHONY: test-wasm
 test-wasm: build wasm  ## the core in WebAssembly against the command, in Node
-	@BISS=build/biss BISS_WASM=build-wasm/wasm node --test wasm/
+	@BISS=build/biss BISS_WASM=build-wasm/wasm node --test wasm/biss_test.mjs
 
 .PHONY: explain-matrix
 explain-matrix:  ## how often biss explain finds each cause; renews docs/explain.md
