@@ -33,7 +33,7 @@ test:  ## the checks of every change: both compilers, sanitizers, microcontrolle
 
 .PHONY: test-long
 test-long:  ## besides: exhaustive sweeps, campaigns, all tests under sanitizers, Cortex-M0
-	@scripts/install-packages build test fuzz firmware coverage long
+	@scripts/install-packages build test fuzz firmware coverage long wasm
 	@scripts/test long
 
 .PHONY: test-release
@@ -46,6 +46,16 @@ test-shared:  ## the tests of captures, on those in the folder BISS_SHARED (../s
 	@cmake --preset release -DBISS_TESTS=ON >/dev/null
 	@cmake --build --preset release --target biss_command_test biss_cli_test
 	@BISS_SHARED=$(abspath $(or $(BISS_SHARED),../shared)) ctest --preset release -R 'Captures|EncoderList'
+
+.PHONY: wasm
+wasm:  ## the core in WebAssembly, for a page: build-wasm/wasm
+	@scripts/install-packages build wasm
+	@cmake --preset wasm >/dev/null
+	@cmake --build --preset wasm
+
+.PHONY: test-wasm
+test-wasm: build wasm  ## the core in WebAssembly against the command, in Node
+	@BISS=build/biss BISS_WASM=build-wasm/wasm node --test wasm/biss_test.mjs
 
 .PHONY: explain-matrix
 explain-matrix:  ## how often biss explain finds each cause; renews docs/explain.md

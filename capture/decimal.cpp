@@ -85,7 +85,7 @@ std::optional<std::uint64_t> magnitude_of(const Parts& parts, int scale) {
     if (!append_digit(value, 0)) return std::nullopt;
   }
   // The first digit dropped decides: 5 and more is half or above, whatever follows.
-  if (places < parts.digits() && parts.digit(places) >= '5') {
+  if (places < parts.digits() && parts.digit(static_cast<std::size_t>(places)) >= '5') {
     if (value == largest) return std::nullopt;
     ++value;
   }

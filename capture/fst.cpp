@@ -155,7 +155,7 @@ class FstChainIndex {
   // An alias names an earlier handle, from 1.
   bool add_alias(std::uint64_t handle) {
     if (handle == 0 || handle > places_.size()) return false;
-    places_.push_back({0, 0, places_[handle - 1].owner});
+    places_.push_back({0, 0, places_[static_cast<std::size_t>(handle - 1)].owner});
     return true;
   }
 

@@ -264,7 +264,8 @@ std::optional<CaptureError> FstFile::unpack_hierarchy(const Section& section,
                                                       std::vector<std::uint8_t>& into) {
   constexpr const char* part = "the hierarchy";
   constexpr std::size_t most_head_bytes = 18;
-  const std::size_t head_size = std::min<std::uint64_t>(section.size, most_head_bytes);
+  const auto head_size =
+      static_cast<std::size_t>(std::min<std::uint64_t>(section.size, most_head_bytes));
   std::vector<std::uint8_t> head(head_size);
   FstCursor cursor(head);
   const bool whole = bytes_.read(section.place, head);

@@ -49,6 +49,11 @@ void RunJoin::push(const PairRun& run, std::span<const CleanCycle> clean) {
   if (keeps) keep(run, end);
 }
 
+void RunJoin::push(std::span<const wire::Edge> edges, const Lines& lines) {
+  flush();
+  decoder_.push(edges, lines);
+}
+
 void RunJoin::flush() {
   if (!waits()) return;
   const PairRun run = waiting();

@@ -11,19 +11,11 @@
 #include <vector>
 
 #include "decode/run_join.hpp"
+#include "flow/piece.hpp"
 
 namespace biss::flow {
 
 namespace {
-
-// A piece on its way, with what a thread needs for it.
-struct Load {
-  explicit Load(const decode::CleanCycleFinder& like) : finder(like) {}
-
-  std::unique_ptr<capture::PairPiece> piece;
-  decode::CleanCycleFinder finder;
-  std::vector<decode::CleanCycle> clean;
-};
 
 class Flow {
  public:
@@ -32,14 +24,13 @@ class Flow {
       : source_(source),
         finder_(finder),
         setup_(setup),
-        decoder_(decoder),
         join_(finder, decoder) {}
 
   void run_here() {
-    Load load(finder_);
-    while ((load.piece = source_.fetch(std::move(load.piece)))) {
-      expand(load);
-      if (!settle(load)) return;
+    Piece piece(finder_);
+    while (piece.fetch(source_)) {
+      piece.expand(setup_.lines);
+      if (!settle(piece)) return;
     }
   }
 
@@ -51,50 +42,36 @@ class Flow {
     arena.execute([&] {
       tbb::parallel_pipeline(
           // One piece is fetched or decoded while each thread has one.
-          threads + 1, tbb::make_filter<void, Load*>(tbb::filter_mode::serial_in_order,
-                                                     [this](tbb::flow_control& control) {
-                                                       Load* load = stopped() ? nullptr : next();
-                                                       if (load == nullptr) control.stop();
-                                                       return load;
-                                                     }) &
-                           tbb::make_filter<Load*, Load*>(tbb::filter_mode::parallel,
-                                                          [this](Load* load) {
-                                                            expand(*load);
-                                                            return load;
-                                                          }) &
-                           tbb::make_filter<Load*, void>(tbb::filter_mode::serial_in_order,
-                                                         [this](Load* load) { take(load); }));
+          threads + 1, tbb::make_filter<void, Piece*>(tbb::filter_mode::serial_in_order,
+                                                      [this](tbb::flow_control& control) {
+                                                        Piece* piece = stopped() ? nullptr : next();
+                                                        if (piece == nullptr) control.stop();
+                                                        return piece;
+                                                      }) &
+                           tbb::make_filter<Piece*, Piece*>(tbb::filter_mode::parallel,
+                                                            [this](Piece* piece) {
+                                                              piece->expand(setup_.lines);
+                                                              return piece;
+                                                            }) &
+                           tbb::make_filter<Piece*, void>(tbb::filter_mode::serial_in_order,
+                                                          [this](Piece* piece) { take(piece); }));
     });
   }
 
   void finish() { join_.flush(); }
 
  private:
-  decode::PairRun run_of(const capture::PairPiece& piece) const {
-    return {{piece.ma.times, piece.ma.first_high != setup_.lines.ma_inverted},
-            {piece.slo.times, piece.slo.first_high != setup_.lines.slo_inverted}};
-  }
-
-  void expand(Load& load) const {
-    load.piece->expand();
-    load.finder.find(run_of(*load.piece), load.clean);
-  }
-
   // False where no further piece counts.
-  bool settle(Load& load) {
-    const bool regular = source_.settle(*load.piece, [this](std::span<const wire::Edge> edges) {
-      join_.flush();
-      decoder_.push(edges, setup_.lines);
-    });
-    if (regular) join_.push(run_of(*load.piece), load.clean);
+  bool settle(Piece& piece) {
+    piece.settle(source_, setup_.lines, join_);
     return !source_.error() && (!setup_.go_on || setup_.go_on());
   }
 
-  void take(Load* load) {
-    const bool done = stopped() || !settle(*load);
+  void take(Piece* piece) {
+    const bool done = stopped() || !settle(*piece);
     const std::lock_guard lock(mutex_);
     stopped_ = stopped_ || done;
-    free_.push_back(load);
+    free_.push_back(piece);
   }
 
   bool stopped() {
@@ -102,30 +79,28 @@ class Flow {
     return stopped_;
   }
 
-  // The next piece, in a load that is free; null at the end.
-  Load* next() {
-    Load* load = nullptr;
+  // The next piece, in an object that is free; null at the end.
+  Piece* next() {
+    Piece* piece = nullptr;
     {
       const std::lock_guard lock(mutex_);
       if (free_.empty()) {
-        loads_.push_back(std::make_unique<Load>(finder_));
-        free_.push_back(loads_.back().get());
+        pieces_.push_back(std::make_unique<Piece>(finder_));
+        free_.push_back(pieces_.back().get());
       }
-      load = free_.back();
+      piece = free_.back();
       free_.pop_back();
     }
-    load->piece = source_.fetch(std::move(load->piece));
-    return load->piece ? load : nullptr;
+    return piece->fetch(source_) ? piece : nullptr;
   }
 
   capture::PairSource& source_;
   const decode::CleanCycleFinder& finder_;
   const FlowSetup& setup_;
-  decode::Decoder& decoder_;
   decode::RunJoin join_;
   std::mutex mutex_;
-  std::vector<std::unique_ptr<Load>> loads_;
-  std::vector<Load*> free_;
+  std::vector<std::unique_ptr<Piece>> pieces_;
+  std::vector<Piece*> free_;
   bool stopped_ = false;
 };
 

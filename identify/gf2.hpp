@@ -65,7 +65,11 @@ class WidePolynomial {
     }
     return out;
   }
-  friend constexpr auto operator<=>(const WidePolynomial&, const WidePolynomial&) = default;
+  friend constexpr bool operator==(const WidePolynomial&, const WidePolynomial&) = default;
+  // Not <=>, which arrays do not have in every library.
+  friend constexpr bool operator<(const WidePolynomial& a, const WidePolynomial& b) {
+    return a.parts_ < b.parts_;
+  }
 
  private:
   std::array<std::uint64_t, 4> parts_{};

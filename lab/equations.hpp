@@ -18,6 +18,18 @@ LinearBit<Unknowns> constant_bit(bool level) {
   return bit;
 }
 
+/// The first unknown of a bit; beyond the last one where there is none.
+template <class Bits>
+std::size_t first_of(const Bits& bits) {
+  if constexpr (requires { bits._Find_first(); }) {
+    return bits._Find_first();
+  } else {
+    std::size_t first = 0;
+    while (first < bits.size() && !bits[first]) ++first;
+    return first;
+  }
+}
+
 /// Equations "this bit is 0", reduced when they are added.
 template <std::size_t Unknowns>
 class Equations {
@@ -29,7 +41,7 @@ class Equations {
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       if (bit[pivots_[i]]) bit ^= rows_[i];
     }
-    const std::size_t first = bit._Find_first();
+    const std::size_t first = first_of(bit);
     if (first < Unknowns) {
       rows_.push_back(bit);
       pivots_.push_back(first);

@@ -308,9 +308,60 @@ Picoseconds DecodedCapture::interval() {
     first.add(cycle);
     first_cycles_.push_back(cycle);
   };
-  decoder().push(input_.next(), lines().lines);
+  push(input_.next());
   const decode::Distribution& interval = first.interval();
   return interval.count() == 0 ? Picoseconds{} : picoseconds(interval.median());
+}
+
+void DecodedCapture::push(std::span<const wire::Edge> edges) {
+  if (watcher_ != nullptr) watcher_->take(edges);
+  decoder().push(edges, lines().lines);
+}
+
+void DecodedCapture::begin_steps(OnCycle on_cycle) {
+  on_step_ = std::move(on_cycle);
+  step_number_ = 0;
+  step_wanted_ = true;
+  deliver_ = [this](const decode::Cycle& cycle) {
+    step_wanted_ = step_wanted_ && on_step_(step_number_++, cycle);
+  };
+  for (const decode::Cycle& cycle : std::exchange(first_cycles_, {})) deliver_(cycle);
+  const decode::CleanCycleFinder finder(format_, timing_, margin_);
+  if (!finder.may_find()) return;
+  piece_.emplace(finder);
+  join_.emplace(finder, decoder());
+  pair_source_ = &input_.pairs(lines().lines);
+}
+
+bool DecodedCapture::step() {
+  if (!step_wanted_) return false;
+  if (piece_) return step_piece();
+  const auto block = input_.next();
+  if (block.empty()) return false;
+  push(block);
+  return true;
+}
+
+bool DecodedCapture::step_piece() {
+  if (!piece_->fetch(*pair_source_)) return false;
+  piece_->expand(lines().lines);
+  const bool regular = piece_->settle(*pair_source_, lines().lines, *join_, [this](auto edges) {
+    if (watcher_ != nullptr) watcher_->take(edges);
+  });
+  if (regular && watcher_ != nullptr) watcher_->take(piece_->changes());
+  return !pair_source_->error();
+}
+
+bool DecodedCapture::end_steps() {
+  if (piece_) {
+    input_.end_pairs();
+    join_->flush();
+  }
+  decoder().finish(input_.end_time());
+  join_.reset();
+  decoder_.reset();
+  piece_.reset();
+  return input_.error().empty();
 }
 
 bool DecodedCapture::read(const OnCycle& on_cycle) {

@@ -16,6 +16,7 @@
 #include "decode/clean_cycles.hpp"
 #include "decode/cycle.hpp"
 #include "decode/decoder.hpp"
+#include "flow/piece.hpp"
 #include "identify/format.hpp"
 #include "identify/protocol.hpp"
 #include "report/table.hpp"
@@ -57,6 +58,16 @@ struct MarginArguments {
   bool signal = false;
 };
 
+/// Sees the changes of a capture on their way to the decoder, each once and in order.
+class ChangeWatcher {
+ public:
+  virtual ~ChangeWatcher() = default;
+  /// Edges of all lines.
+  virtual void take(std::span<const wire::Edge> edges) = 0;
+  /// Changes of MA and SLO, as PairSource::settle() gives them.
+  virtual void take(const capture::PairPiece& changes) = 0;
+};
+
 /// The captures of a command line, decoded one after the other:
 ///
 ///     DecodedCapture capture;
@@ -92,6 +103,13 @@ class DecodedCapture {
   /// \return false where reading failed, and input().error() says why; the cycles up to there have
   ///   been delivered
   bool read(const OnCycle& on_cycle);
+  /// read() in steps, without a progress line and in this thread: begin_steps(), then step() until it
+  /// is false, then end_steps(), which returns as read().
+  void begin_steps(OnCycle on_cycle);
+  bool step();
+  bool end_steps();
+  /// Who sees what interval() and step() read. \pre it lives as long as the reading
+  void watch(ChangeWatcher& watcher) { watcher_ = &watcher; }
   /// Reads the edges alone, in place of read(), until `on_edges` returns false.
   /// \return as read()
   bool read_edges(const std::function<bool(std::span<const wire::Edge>)>& on_edges);
@@ -137,6 +155,8 @@ class DecodedCapture {
   ExitStatus identify_from_all();
   void take_finding(std::span<const identify::Sample> samples);
   decode::Decoder& decoder();
+  void push(std::span<const wire::Edge> edges);
+  bool step_piece();
   void read_blocks(const std::function<bool()>& go_on);
   void read_pieces(const decode::CleanCycleFinder& finder, const std::function<bool()>& go_on);
   void measure_polarity(decode::FoundLines& found);
@@ -162,6 +182,14 @@ class DecodedCapture {
   std::optional<decode::Decoder> decoder_;
   std::function<void(const decode::Cycle&)> deliver_;
   std::vector<decode::Cycle> first_cycles_;
+  // Of step().
+  OnCycle on_step_;
+  std::uint64_t step_number_ = 0;
+  bool step_wanted_ = true;
+  std::optional<flow::Piece> piece_;
+  std::optional<decode::RunJoin> join_;
+  capture::PairSource* pair_source_ = nullptr;
+  ChangeWatcher* watcher_ = nullptr;
   ExitStatus status_ = ExitStatus::done;
 };
 

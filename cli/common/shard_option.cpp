@@ -10,10 +10,10 @@ namespace {
 std::optional<lab::Shard> parse_shard(const std::string& text) {
   lab::Shard shard;
   const char* end = text.data() + text.size();
-  const auto first = std::from_chars(text.data(), end, shard.number);
-  if (first.ec != std::errc() || first.ptr == end || *first.ptr != '/') return std::nullopt;
-  const auto second = std::from_chars(first.ptr + 1, end, shard.count);
-  if (second.ec != std::errc() || second.ptr != end) return std::nullopt;
+  const auto number = std::from_chars(text.data(), end, shard.number);
+  if (number.ec != std::errc() || number.ptr == end || *number.ptr != '/') return std::nullopt;
+  const auto count = std::from_chars(number.ptr + 1, end, shard.count);
+  if (count.ec != std::errc() || count.ptr != end) return std::nullopt;
   if (shard.number == 0 || shard.number > shard.count) return std::nullopt;
   if (shard.count > lab::max_shards) return std::nullopt;
   return shard;

@@ -213,12 +213,12 @@ bool write_table(const FrameFormat& format, const Frame& frame, const PlainCodec
   const bool several = format.channel_count > 1;
   std::vector<report::Column> columns;
   if (several) columns.push_back({.name = "channel", .kind = Kind::unsigned_integer});
-  columns.insert(columns.end(), {{.name = "field"},
-                                 {.name = "from", .kind = Kind::unsigned_integer},
-                                 {.name = "bits", .kind = Kind::unsigned_integer},
-                                 {.name = "value"},
-                                 {.name = "line", .heading = "on the line"},
-                                 {.name = "meaning"}});
+  columns.push_back({.name = "field"});
+  columns.push_back({.name = "from", .kind = Kind::unsigned_integer});
+  columns.push_back({.name = "bits", .kind = Kind::unsigned_integer});
+  columns.push_back({.name = "value"});
+  columns.push_back({.name = "line", .heading = "on the line"});
+  columns.push_back({.name = "meaning"});
   const auto table = report::make_table_writer(report::Format::table, columns, sink, table_options);
   unsigned from = 0;
   for (const Part& part : all_parts(format, frame, codec)) {

@@ -107,8 +107,6 @@ ExitStatus run_analyse(const AnalyseOptions& options) {
   return output.write(text) && output.finish() ? ExitStatus::done : output.status();
 }
 
-}  // namespace
-
 Run add_safety_analyse(Verb verb) {
   const auto options = std::make_shared<AnalyseOptions>();
   add_format_option(verb, options->arguments, true);
@@ -138,6 +136,23 @@ Run add_safety_analyse(Verb verb) {
                   "Output format; c: the rating for SafetySetup; table by default");
   add_output_option(verb, options->output);
   return [options] { return run_analyse(*options); };
+}
+
+}  // namespace
+
+VerbText safety_text() {
+  return {.name = "safety",
+          .purpose = "Calculate and measure how strong the checks of a frame are",
+          .examples = {"biss safety analyse -f fs-36-28 --ber 1e-4"}};
+}
+
+GroupVerb safety_analyse() {
+  return {{"analyse",
+           "Calculate the undetected errors of a format and their probability",
+           {"biss safety analyse -f fs-36-28 --ber 1e-4 --rate 32kHz",
+            "biss safety analyse -f pos26,nE,nW,crc6 --ber 1e-2 --ber 1e-3 --to jsonl",
+            "biss safety analyse -f mt12,st24,nE,nW,crc6+mt12,st16,nE,nW,lc6,crc16 --compare 13"}},
+          add_safety_analyse};
 }
 
 }  // namespace biss::cli

@@ -8,16 +8,8 @@ namespace biss::cli {
 
 void add_safety(Command& command) {
   add_verb_group(
-      command,
-      {.name = "safety",
-       .purpose = "Calculate and measure how strong the checks of a frame are",
-       .examples = {"biss safety analyse -f fs-36-28 --ber 1e-4"}},
-      {{{"analyse",
-         "Calculate the undetected errors of a format and their probability",
-         {"biss safety analyse -f fs-36-28 --ber 1e-4 --rate 32kHz",
-          "biss safety analyse -f pos26,nE,nW,crc6 --ber 1e-2 --ber 1e-3 --to jsonl",
-          "biss safety analyse -f mt12,st24,nE,nW,crc6+mt12,st16,nE,nW,lc6,crc16 --compare 13"}},
-        add_safety_analyse},
+      command, safety_text(),
+      {safety_analyse(),
        {{"campaign",
          "Inject faults into frames and count undetected errors",
          {"biss safety campaign -f fs-36-28 --frames 1000000000 --state run.json",

@@ -7,7 +7,11 @@
 
 namespace biss::cli {
 
-Run add_safety_analyse(Verb verb);
+/// What the help says of the group.
+VerbText safety_text();
+/// `analyse` with its text.
+GroupVerb safety_analyse();
+
 Run add_safety_campaign(Verb verb);
 Run add_safety_sequences(Verb verb);
 Run add_safety_line(Verb verb);

@@ -1,0 +1,242 @@
+#include "cli/decode/decode_run.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "biss/frame/format_text.hpp"
+#include "cli/common/message.hpp"
+#include "cli/decode/summary.hpp"
+
+namespace biss::cli {
+
+namespace {
+
+// What makes the limit known.
+std::string_view source_of(decode::Limit limit) {
+  switch (limit) {
+    case decode::Limit::cycle_min:
+      return "-f NAME or --cycle-min";
+    case decode::Limit::release:
+      return "-f NAME or --timeout";
+    default:
+      return "-f NAME";
+  }
+}
+
+// The rows of --only-errors: those of `--fail-on any` that a format does not explain, and faults of
+// the safety monitor.
+bool is_error(const decode::Cycle& cycle, std::optional<SafetyVerdict> verdict,
+              decode::LimitSet exceeded) {
+  const bool cut = cycle.status == decode::CycleStatus::cut_start ||
+                   cycle.status == decode::CycleStatus::cut_end;
+  return (!cut && !decode::is_good(cycle.status)) || exceeded != 0 ||
+         (cycle.frame && !cycle.frame->trusted()) || (verdict && is_fault(*verdict));
+}
+
+}  // namespace
+
+ExitStatus DecodeRun::open() {
+  const std::string wrong = fail_on_.read(options_.fail_on);
+  if (!wrong.empty()) return fail(ExitStatus::usage, wrong);
+  const std::string unusable = options_.motion.wrong_usage();
+  if (!unusable.empty()) return fail(ExitStatus::usage, unusable);
+  const ExitStatus opened = capture_.open(options_.capture, options_.margin);
+  if (opened != ExitStatus::done) return opened;
+  if (options_.to == report::Format::vcd && capture_.several()) {
+    return fail(ExitStatus::usage, "--to vcd: of one capture and one pair of lines only");
+  }
+  if (const auto limit = fail_on_.unknown_limit(capture_.timing())) {
+    return fail(ExitStatus::usage,
+                fmt::format("--fail-on: {} is not known for this encoder; give {}", name_of(*limit),
+                            source_of(*limit)));
+  }
+  return ExitStatus::done;
+}
+
+ExitStatus DecodeRun::run() {
+  const ExitStatus opened = open();
+  if (opened != ExitStatus::done) return opened;
+  return write_captures(
+      capture_, options_.output, TableChoice(options_.to, options_.columns),
+      [this] { return columns(); }, !options_.fail_on.empty(),
+      [this](report::TableWriter& writer, RunMessages& messages) {
+        return write_rows(writer, messages);
+      });
+}
+
+ExitStatus DecodeRun::next() { return capture_.next() ? ExitStatus::done : capture_.status(); }
+
+const std::vector<report::Column>& DecodeRun::columns() {
+  if (!table_) table_.emplace(table_of_capture());
+  return table_->columns();
+}
+
+DecodeTable DecodeRun::table_of_capture() const {
+  const bool varies = capture_.several() && options_.capture.device.format.empty();
+  return DecodeTable(capture_.format(), varies, options_.motion.columns());
+}
+
+// The rows of all captures have the columns of the first one. A capture whose format needs others
+// is judged by its structure.
+void DecodeRun::choose_table() {
+  DecodeTable own = table_of_capture();
+  const auto same_name = [](const report::Column& a, const report::Column& b) {
+    return a.name == b.name;
+  };
+  if (std::equal(own.columns().begin(), own.columns().end(), table_->columns().begin(),
+                 table_->columns().end(), same_name)) {
+    table_ = std::move(own);
+  } else {
+    capture_.judge_structure();
+  }
+}
+
+// The format as the user typed it, or as he could.
+std::string DecodeRun::format_name() const {
+  const std::string& given = options_.capture.device.format;
+  return given.empty() && capture_.format() ? std::string(format_text(*capture_.format()).view())
+                                            : given;
+}
+
+// Returns what is wrong, or nothing. The watchdog depends on the rate of requests at the beginning
+// of the capture.
+std::string DecodeRun::choose_monitor() {
+  const auto& format = capture_.format();
+  if (!format) {
+    return options_.safety.given() || fail_on_.asks_safety()
+               ? "BiSS Safety: what is in the words is not known without -f"
+               : "";
+  }
+  if (!options_.safety.given() && !is_safety_format(*format)) {
+    return fail_on_.asks_safety() ? "--fail-on: this format is not one of BiSS Safety" : "";
+  }
+  if (options_.safety.configuration == "off") return "";
+  SafetyArguments safety = options_.safety;
+  const std::string text = format_name();
+  // The shortest cycle of an encoder without a name is not known.
+  const bool named =
+      !safety.configuration.empty() || implied_configuration(text, *format) != nullptr;
+  if (!safety.shortest && !named) safety.shortest = Picoseconds{};
+  auto choice = choose_safety(safety, text, *format, capture_.interval());
+  if (!choice) return choice.error();
+  safety_.emplace(*format, choice->setup);
+  safety_name_ = std::move(choice->name);
+  return "";
+}
+
+// Returns what is wrong, or nothing.
+std::string DecodeRun::choose_motion() {
+  motion_.reset();
+  lost_.reset();
+  const MotionArguments& asked = options_.motion;
+  if (!asked.columns().any()) return "";
+  const auto& format = capture_.format();
+  if (!format) return "--unwrap, --scale and --velocity need the format of the frame; give -f";
+  const std::string& name = options_.capture.device.format;
+  const auto device = parse_device(name.empty() ? "none" : name);
+  auto motion = make_motion(asked, format->channel_list[0], device ? device->entry : nullptr);
+  if (!motion) return motion.error();
+  motion_.emplace(std::move(*motion));
+  return "";
+}
+
+ExitStatus DecodeRun::begin_rows() {
+  choose_table();
+  statistics_ = {};
+  outside_ = 0;
+  written_ = 0;
+  std::string wrong = choose_monitor();
+  if (wrong.empty()) wrong = choose_motion();
+  if (!wrong.empty()) return fail(ExitStatus::usage, wrong);
+  limits_.emplace(capture_.timing(), capture_.margin().resolution);
+  return ExitStatus::done;
+}
+
+bool DecodeRun::take(std::uint64_t number, const decode::Cycle& cycle,
+                     report::TableWriter& writer) {
+  const decode::LimitSet exceeded = limits_->judge(cycle);
+  if (!is_wanted(cycle.time)) return true;
+  const auto verdict = safety_ ? safety_->judge(cycle) : std::nullopt;
+  statistics_.add(cycle, exceeded);
+  const MotionValues motion = motion_ ? take_position(number, cycle) : MotionValues{};
+  if (options_.only_errors && !is_error(cycle, verdict, exceeded)) return true;
+  if (options_.every > 1 && written_++ % options_.every != 0) return true;
+  if (options_.to == report::Format::vcd && cycle.time < Picoseconds{}) {
+    before_zero_ = true;
+    return false;
+  }
+  return writer.row(table_->cells(number, cycle, verdict, exceeded, motion));
+}
+
+std::string DecodeRun::summary() const {
+  return decode_summary(statistics_, capture_, safety(), safety_name_);
+}
+
+ExitStatus DecodeRun::end_rows(bool read, RunMessages& messages) {
+  if (before_zero_) {
+    return messages.fail(ExitStatus::usage,
+                         "--to vcd: the capture begins before 0; give --since 0s");
+  }
+  if (!read) {
+    messages.add_summary(summary());
+    return messages.fail(ExitStatus::io, capture_.input().error());
+  }
+  const std::string& name = capture_.input().name();
+  if (statistics_.cycles() == 0 && outside_ != 0) {
+    return messages.fail(
+        ExitStatus::data_failed,
+        fmt::format("{}: no request cycle between --since and --until; outside: {}", name,
+                    outside_));
+  }
+  if (!has_request()) return messages.fail(ExitStatus::data_failed, capture_.no_request());
+  messages.add_summary(summary());
+  if (lost_) {
+    messages.fail(ExitStatus::done,
+                  fmt::format("{}: unwrapped is not known from cycle {} on: the position may have "
+                              "moved by more than half of its range; give --max-step",
+                              name, *lost_));
+  }
+  if (!capture_.format() && fail_on_.asks_format()) {
+    return messages.fail(ExitStatus::usage,
+                         fmt::format("{}: --fail-on: nE, nW and crc are not known without the "
+                                     "format of the frame; give -f",
+                                     name));
+  }
+  return fail_on_.met_by(statistics_, safety()) ? ExitStatus::data_failed : ExitStatus::done;
+}
+
+// The rows of one capture.
+ExitStatus DecodeRun::write_rows(report::TableWriter& writer, RunMessages& messages) {
+  const ExitStatus begun = begin_rows();
+  if (begun != ExitStatus::done) return begun;
+  const bool read = capture_.read([&](std::uint64_t number, const decode::Cycle& cycle) {
+    return take(number, cycle, writer);
+  });
+  return end_rows(read, messages);
+}
+
+MotionValues DecodeRun::take_position(std::uint64_t number, const decode::Cycle& cycle) {
+  const auto position =
+      cycle.frame ? std::optional(cycle.frame->channel_list[0].position) : std::nullopt;
+  const MotionValues values = motion_->take(cycle.time, position);
+  if (options_.motion.unwrap && !lost_ && motion_->lost()) lost_ = number;
+  return values;
+}
+
+bool DecodeRun::is_wanted(Picoseconds time) {
+  const bool wanted =
+      (!options_.since || time >= *options_.since) && (!options_.until || time <= *options_.until);
+  if (!wanted) ++outside_;
+  return wanted;
+}
+
+// Pulses are no request, and neither is a piece of one among nothing but pulses.
+bool DecodeRun::has_request() const {
+  const std::uint64_t glitches = statistics_.count(decode::CycleStatus::ma_glitch);
+  const std::uint64_t pieces = statistics_.count(decode::CycleStatus::cut_start) +
+                               statistics_.count(decode::CycleStatus::cut_end);
+  return statistics_.cycles() > glitches + (glitches != 0 ? pieces : 0);
+}
+
+}  // namespace biss::cli

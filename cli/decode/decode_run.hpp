@@ -1,0 +1,102 @@
+// A run of `biss decode`: its options, and the rows of each capture.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/common/decoded_capture.hpp"
+#include "cli/decode/fail_on.hpp"
+#include "cli/decode/motion.hpp"
+#include "cli/decode/motion_options.hpp"
+#include "cli/decode/safety.hpp"
+#include "cli/decode/table.hpp"
+#include "decode/limits.hpp"
+#include "decode/safety_watch.hpp"
+#include "decode/statistics.hpp"
+
+namespace biss::cli {
+
+struct DecodeOptions {
+  CaptureArguments capture;
+  MarginArguments margin;
+  SafetyArguments safety;
+  std::optional<Picoseconds> since;
+  std::optional<Picoseconds> until;
+  std::vector<std::string> fail_on;
+  std::string output;
+  report::Format to = report::Format::table;
+  std::vector<std::string> columns;
+  bool only_errors = false;
+  std::uint64_t every = 1;
+  MotionArguments motion;
+};
+
+/// What the help says of the verb.
+VerbText decode_text();
+/// Declares all options of the verb. \pre options outlives the parsing
+void add_decode_options(Verb verb, DecodeOptions& options);
+
+/// One run of the verb; what must live as long as the rows do. Either run(), or in steps:
+///
+///     if (run.open() == ExitStatus::done && run.next() == ExitStatus::done) {
+///       … a writer for run.columns()
+///       run.begin_rows();
+///       … run.take(number, cycle, writer) for each cycle of run.capture()
+///       run.end_rows(read, messages);
+///     }
+class DecodeRun {
+ public:
+  /// \param options outlive the run
+  explicit DecodeRun(const DecodeOptions& options) : options_(options) {}
+
+  ExitStatus run();
+
+  /// Prints why the command line makes no sense.
+  ExitStatus open();
+  /// Goes to the first capture. Prints why there is none.
+  ExitStatus next();
+  /// \pre next() was done
+  const std::vector<report::Column>& columns();
+  /// Before the first cycle of a capture. Prints what is wrong.
+  ExitStatus begin_rows();
+  /// Writes the row of a cycle, if it is wanted. False when no further row is of use.
+  bool take(std::uint64_t number, const decode::Cycle& cycle, report::TableWriter& writer);
+  /// After the last cycle. \param read the capture was read to its end
+  ExitStatus end_rows(bool read, RunMessages& messages);
+  /// The summary of the cycles taken so far.
+  std::string summary() const;
+  DecodedCapture& capture() { return capture_; }
+
+ private:
+  DecodeTable table_of_capture() const;
+  void choose_table();
+  std::string format_name() const;
+  std::string choose_monitor();
+  std::string choose_motion();
+  ExitStatus write_rows(report::TableWriter& writer, RunMessages& messages);
+  MotionValues take_position(std::uint64_t number, const decode::Cycle& cycle);
+  bool is_wanted(Picoseconds time);
+  bool has_request() const;
+  const decode::SafetyWatch* safety() const { return safety_ ? &*safety_ : nullptr; }
+
+  const DecodeOptions& options_;
+  FailOn fail_on_;
+  DecodedCapture capture_;
+  std::optional<DecodeTable> table_;
+  // Of the capture that is being read.
+  decode::Statistics statistics_;
+  std::optional<decode::LimitWatch> limits_;
+  std::optional<decode::SafetyWatch> safety_;
+  std::string safety_name_;
+  std::uint64_t outside_ = 0;
+  std::optional<Motion> motion_;
+  // The first cycle whose unwrapped position is not known.
+  std::optional<std::uint64_t> lost_;
+  // Rows that --every counts.
+  std::uint64_t written_ = 0;
+  bool before_zero_ = false;
+};
+
+}  // namespace biss::cli

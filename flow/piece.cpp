@@ -1,0 +1,32 @@
+#include "flow/piece.hpp"
+
+#include <utility>
+
+namespace biss::flow {
+
+bool Piece::fetch(capture::PairSource& source) {
+  piece_ = source.fetch(std::move(piece_));
+  return piece_ != nullptr;
+}
+
+void Piece::expand(const decode::Lines& lines) {
+  piece_->expand();
+  finder_.find(run_of(lines), clean_);
+}
+
+bool Piece::settle(capture::PairSource& source, const decode::Lines& lines,
+                   decode::RunJoin& join, const capture::PairSource::OnEdges& on_edges) {
+  const bool regular = source.settle(*piece_, [&](std::span<const wire::Edge> edges) {
+    if (on_edges) on_edges(edges);
+    join.push(edges, lines);
+  });
+  if (regular) join.push(run_of(lines), clean_);
+  return regular;
+}
+
+decode::PairRun Piece::run_of(const decode::Lines& lines) const {
+  return {{piece_->ma.times, piece_->ma.first_high != lines.ma_inverted},
+          {piece_->slo.times, piece_->slo.first_high != lines.slo_inverted}};
+}
+
+}  // namespace biss::flow

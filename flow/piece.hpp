@@ -1,0 +1,43 @@
+// A piece of a capture on its way to the decoder.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "capture/pair_source.hpp"
+#include "decode/clean_cycles.hpp"
+#include "decode/decoder.hpp"
+#include "decode/run_join.hpp"
+
+namespace biss::flow {
+
+/// A piece, with what is needed to search it for clean cycles. fetch(), expand() and settle() are
+/// called in this order; expand() by any thread.
+class Piece {
+ public:
+  explicit Piece(const decode::CleanCycleFinder& like) : finder_(like) {}
+
+  /// The next piece of the source, in place of the one before. False at the end.
+  bool fetch(capture::PairSource& source);
+
+  /// Expands the piece and finds its clean cycles.
+  void expand(const decode::Lines& lines);
+
+  /// Pushes the piece into the decoder behind `join`.
+  /// \param on_edges as PairSource::settle(); called before the decoder gets the edges; or null
+  /// \return true: the piece is regular, and changes() are its changes
+  bool settle(capture::PairSource& source, const decode::Lines& lines, decode::RunJoin& join,
+              const capture::PairSource::OnEdges& on_edges = nullptr);
+
+  /// \pre settle() was true
+  const capture::PairPiece& changes() const { return *piece_; }
+
+ private:
+  decode::PairRun run_of(const decode::Lines& lines) const;
+
+  std::unique_ptr<capture::PairPiece> piece_;
+  decode::CleanCycleFinder finder_;
+  std::vector<decode::CleanCycle> clean_;
+};
+
+}  // namespace biss::flow

@@ -1,0 +1,198 @@
+/**
+ * The core of biss in WebAssembly, for a page or a worker and for Node. Everything is synchronous but
+ * loading, so a page calls it in a worker. Times are picoseconds.
+ */
+
+/** Where the bytes of a file are. It must not change while the file is in use. */
+export interface ByteSource {
+  readonly size: number;
+  /**
+   * At least one and at most `length` bytes from `offset` on; in a worker by FileReaderSync, in Node
+   * by fs.readSync. What it throws is reported as a file that cannot be read further.
+   */
+  read(offset: number, length: number): Uint8Array;
+}
+
+/** As the exit status of the command: 0 done, 1 the data failed, 2 wrong usage, 3 not readable. */
+export type Status = 0 | 1 | 2 | 3;
+
+/** The message of the command, as on its stderr. */
+export class BissError extends Error {
+  readonly status: Status;
+}
+
+/** The result of a verb. */
+export interface RunResult {
+  status: Status;
+  /** What the command writes to stdout. */
+  out: Uint8Array;
+  /** What it writes to stderr. */
+  err: string;
+}
+
+/** What is known of a capture; times as decimal text, because they have up to 63 bits. */
+export interface About {
+  name: string;
+  /** All lines of the capture. */
+  lines: string[];
+  ma: string;
+  slo: string;
+  maInverted: boolean;
+  sloInverted: boolean;
+  linesBy: 'given' | 'name' | 'behaviour';
+  looksSwapped: boolean;
+  /** Names show further encoders. */
+  furtherPairs: boolean;
+  /** The longest time between two samples; 0 where the file holds changes. */
+  samplePeriod: string;
+  /** In hertz, 0 where it is not known. */
+  sampleRate: number;
+  /** The last time that was read. */
+  endTime: string;
+  /** Request cycles read so far. */
+  cycles: number;
+  ended: boolean;
+  /** After the end, the exit status of `biss decode`. */
+  status: Status;
+  /** Why reading ended before the end of the capture, or empty. */
+  error: string;
+  /** Absent where no format is given and none is sure. */
+  format?: string;
+  /** Of the format that was identified, 0 to 1. */
+  confidence?: number;
+}
+
+export type ColumnKind = 'unsigned' | 'signed' | 'time' | 'real' | 'text' | 'bits' | 'flag';
+
+/** A column of `biss decode --to csv`. */
+export interface Column {
+  name: string;
+  kind: ColumnKind;
+  heading: string;
+  /** Of the value as the table shows it, which is divided by 10 to the power of `shift`. */
+  unit: string;
+  valueUnit: string;
+  shift: number;
+}
+
+/** Values of a column, a row each. */
+export interface ColumnValues {
+  kind: ColumnKind;
+  /** 0 where the cell is empty. */
+  present: Uint8Array;
+  /**
+   * Without loss: `time` in picoseconds. `real` is a Float64Array; of `text` the values are indices
+   * of `texts`; of `bits` there are none, csv() has them.
+   */
+  values: BigUint64Array | BigInt64Array | Float64Array;
+  texts: string[];
+}
+
+/** A stretch of a line as it is to be drawn: `levels[i]` from `times[i]` to `times[i + 1]`. */
+export interface LineView {
+  times: BigInt64Array;
+  /** 0 low, 1 high, 2 unknown, 3 busy: several changes up to the next time. */
+  levels: Uint8Array;
+}
+
+/** A clock of MA and the bit that belongs to it. */
+export interface CycleBit {
+  clock: number;
+  /** The rising edge of MA. */
+  time: string;
+  /** `LAT`, `ACK`, `START`, `CDS`, `STOP`, a field of the format with the number of the bit. */
+  name: string;
+  /** When SLO is sampled for it; absent without ACK. */
+  sampledAt?: string;
+  level?: 0 | 1;
+  /** Number among the bits of data and CRC. */
+  payloadBit?: number;
+  /** Of a bit of the CRC: what the data received need. */
+  expected?: 0 | 1;
+}
+
+/** The checksum of a channel. */
+export interface CycleCheck {
+  channel: number;
+  received: number;
+  expected: number;
+  right: boolean;
+  /** Single bits that would mend the channel, by payloadBit. */
+  singles: number[][];
+  /** The first pairs of bits that would. */
+  pairs: number[][];
+  pairCount: number;
+}
+
+/** A cycle bit by bit. */
+export interface Cycle {
+  number: number;
+  time: string;
+  end: string;
+  status: string;
+  /** The head of `biss explain --cycle`, and its drawing. */
+  title: string;
+  text: string;
+  bits: CycleBit[];
+  checks: CycleCheck[];
+}
+
+/** A capture that is read step by step. What has been read can be asked for at any time. */
+export interface Session {
+  /**
+   * Reads on for about this time. `more` is false at the end; then `messages` are those of the
+   * command, its summary included.
+   * @throws BissError when memory has run out
+   */
+  advance(milliseconds: number): { more: boolean; messages: string };
+  about(): About;
+  readonly columns: readonly Column[];
+  readonly rowCount: number;
+  /** Rows from `from` to before `to` as the command writes them, with the header. */
+  csv(from: number, to: number): string;
+  /** The same by cells, without the header. */
+  cells(from: number, to: number): string[][];
+  /** @throws RangeError without such a column */
+  column(name: string, from: number, to: number): ColumnValues;
+  /**
+   * How a line looks from `from` to `to` on a screen of `columns` columns, as the capture shows it.
+   * Begins at or after `from`; empty before the first change.
+   */
+  view(line: 'ma' | 'slo', from: bigint, to: bigint, columns: number): LineView;
+  /** The summary of `biss decode` of what has been read. */
+  summary(): string;
+  /** A row's cycle; undefined where its edges alone do not show it again. */
+  cycle(row: number): Cycle | undefined;
+  /** Frees the memory. Nothing may be called afterwards. */
+  close(): void;
+}
+
+export interface Biss {
+  /**
+   * Makes a file known by its name, which verbs and messages use. Of a source only what a verb reads
+   * is asked, in blocks; it cannot be written. Bytes are copied.
+   */
+  addFile(name: string, source: Uint8Array | ByteSource): void;
+  removeFile(name: string): void;
+  /** The names of all files, those that verbs have written included. */
+  fileNames(): string[];
+  /** A file that a verb has written with `-o NAME`. */
+  readFile(name: string): Uint8Array;
+  /**
+   * Runs a verb to its end: identify, check, explain, eds, safety analyse, simulate, and all others
+   * but archive, the campaigns of safety and HDF5.
+   */
+  run(args: string[]): RunResult;
+  /**
+   * Opens a capture as `biss decode ARGS` does. `messages` are the warnings so far.
+   * @param options anyLines: take the two busiest lines where none look like MA and SLO
+   * @throws BissError with the message of the command
+   */
+  open(args: string[], options?: { anyLines?: boolean }): { session: Session; messages: string };
+}
+
+/**
+ * Loads the core. `wasmBinary` holds the bytes of biss_core.wasm where they are not to be fetched
+ * from beside this file.
+ */
+export function loadBiss(options?: { wasmBinary?: Uint8Array }): Promise<Biss>;

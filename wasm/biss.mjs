@@ -1,0 +1,281 @@
+// The core as a page and Node use it: see biss.d.mts. Nothing here reads a file or the network.
+import createCore from './biss_core.mjs';
+
+// Small reads are served from a block of this size.
+const blockBytes = 1 << 20;
+
+/** @type {import('./biss.d.mts').BissError} */
+export class BissError extends Error {
+  constructor(status, message) {
+    super(message);
+    this.name = 'BissError';
+    this.status = status;
+  }
+}
+
+// Reads of a source, small ones from the block around them.
+class Blocks {
+  #source;
+  #start = 0;
+  #block = new Uint8Array(0);
+
+  constructor(source) {
+    this.#source = source;
+  }
+
+  // At least one byte, unless `place` is at the end.
+  read(place, length) {
+    const left = this.#source.size - place;
+    if (left <= 0) return new Uint8Array(0);
+    const within = place - this.#start;
+    if (within < 0 || within >= this.#block.length) {
+      const wanted = Math.min(left, Math.max(length, blockBytes));
+      if (wanted > blockBytes) return this.#source.read(place, Math.min(length, left));
+      this.#block = this.#source.read(place, wanted);
+      this.#start = place;
+      return this.#block.subarray(0, length);
+    }
+    return this.#block.subarray(within, within + length);
+  }
+}
+
+class Memory {
+  constructor(core) {
+    this.core = core;
+  }
+
+  // Calls `use` with the arguments as C has them.
+  withArguments(args, use) {
+    const { core } = this;
+    const all = ['biss', ...args];
+    const list = core._malloc(4 * all.length);
+    const texts = all.map((text) => {
+      const bytes = core.lengthBytesUTF8(text) + 1;
+      const at = core._malloc(bytes);
+      core.stringToUTF8(text, at, bytes);
+      return at;
+    });
+    new Uint32Array(core.HEAPU8.buffer, list, all.length).set(texts);
+    try {
+      return use(all.length, list);
+    } finally {
+      texts.forEach((at) => core._free(at));
+      core._free(list);
+    }
+  }
+
+  text(at) {
+    return at === 0 ? undefined : this.core.UTF8ToString(at);
+  }
+
+  // A copy: the memory of the core may move at any call.
+  array(Type, at, count) {
+    return new Type(this.core.HEAPU8.buffer, at, count).slice();
+  }
+}
+
+// Standard output and error, as files.
+class Streams {
+  #fs;
+
+  constructor(fs) {
+    this.#fs = fs;
+    for (const [descriptor, path] of [[1, '/out'], [2, '/err']]) {
+      fs.close(fs.getStream(descriptor));
+      fs.open(path, 'w');
+    }
+  }
+
+  #take(descriptor, path) {
+    const bytes = this.#fs.readFile(path);
+    this.#fs.truncate(path, 0);
+    this.#fs.getStream(descriptor).position = 0;
+    return bytes;
+  }
+
+  takeOut() {
+    return this.#take(1, '/out');
+  }
+
+  takeErr() {
+    return new TextDecoder().decode(this.#take(2, '/err'));
+  }
+}
+
+class Session {
+  #core;
+  #memory;
+  #streams;
+  #session;
+  #columns;
+
+  constructor(core, memory, streams, session) {
+    this.#core = core;
+    this.#memory = memory;
+    this.#streams = streams;
+    this.#session = session;
+    this.#columns = JSON.parse(memory.text(core._biss_columns(session)));
+  }
+
+  advance(milliseconds) {
+    const more = this.#core._biss_advance(this.#session, milliseconds);
+    const messages = this.#streams.takeErr();
+    if (more < 0) throw new BissError(3, messages);
+    return { more: more !== 0, messages };
+  }
+
+  about() {
+    return JSON.parse(this.#memory.text(this.#core._biss_about(this.#session)));
+  }
+
+  get columns() {
+    return this.#columns;
+  }
+
+  get rowCount() {
+    return this.#core._biss_row_count(this.#session);
+  }
+
+  #range(from, to) {
+    const end = Math.max(0, Math.min(to, this.rowCount));
+    return [Math.max(0, Math.min(from, end)), end];
+  }
+
+  csv(from, to) {
+    const [begin, end] = this.#range(from, to);
+    return this.#memory.text(this.#core._biss_rows(this.#session, begin, end));
+  }
+
+  // No cell of the command holds a comma, a quote or a line feed.
+  cells(from, to) {
+    const lines = this.csv(from, to).split('\n').slice(1, -1);
+    return lines.map((line) => line.split(','));
+  }
+
+  column(name, from, to) {
+    const index = this.#columns.findIndex((column) => column.name === name);
+    if (index < 0) throw new RangeError(`no column ${name}`);
+    const [begin, end] = this.#range(from, to);
+    const count = end - begin;
+    const { kind } = this.#columns[index];
+    const at = this.#core._biss_column(this.#session, index, begin, end);
+    const present = this.#memory.array(Uint8Array, this.#core._biss_present(), count);
+    if (kind === 'bits') return { kind, present, values: new BigUint64Array(0), texts: [] };
+    const Type = { real: Float64Array, time: BigInt64Array, signed: BigInt64Array }[kind];
+    const values = this.#memory.array(Type ?? BigUint64Array, at, count);
+    return { kind, present, values, texts: kind === 'text' ? this.#texts() : [] };
+  }
+
+  #texts() {
+    const texts = [];
+    for (;;) {
+      const text = this.#memory.text(this.#core._biss_column_text(this.#session, texts.length));
+      if (text === undefined) return texts;
+      texts.push(text);
+    }
+  }
+
+  view(line, from, to, columns) {
+    if (to <= from || columns < 1) throw new RangeError('an empty view');
+    const core = this.#core;
+    const count = core._biss_view(this.#session, line === 'ma' ? 1 : 0, from, to, columns);
+    return {
+      times: this.#memory.array(BigInt64Array, core._biss_view_times(), count),
+      levels: this.#memory.array(Uint8Array, core._biss_view_levels(), count),
+    };
+  }
+
+  summary() {
+    return this.#memory.text(this.#core._biss_summary(this.#session));
+  }
+
+  cycle(row) {
+    if (row < 0 || row >= this.rowCount) throw new RangeError(`no row ${row}`);
+    const text = this.#memory.text(this.#core._biss_cycle(this.#session, row));
+    return text === undefined ? undefined : JSON.parse(text);
+  }
+
+  close() {
+    if (this.#session !== 0) this.#core._biss_close(this.#session);
+    this.#session = 0;
+  }
+}
+
+class Biss {
+  #core;
+  #memory;
+  #streams;
+
+  constructor(core) {
+    this.#core = core;
+    this.#memory = new Memory(core);
+    this.#streams = new Streams(core.FS);
+    core.FS.mkdir('/captures');
+    core.FS.chdir('/captures');
+  }
+
+  addFile(name, source) {
+    const { FS } = this.#core;
+    if (name.includes('/')) throw new RangeError(`a name without folder, not ${name}`);
+    this.removeFile(name);
+    if (source instanceof Uint8Array) {
+      FS.writeFile(`/captures/${name}`, source);
+      return;
+    }
+    const node = FS.createFile('/captures', name, {}, true, false);
+    const blocks = new Blocks(source);
+    Object.defineProperty(node, 'usedBytes', { get: () => source.size });
+    node.stream_ops = {
+      llseek: node.stream_ops.llseek,
+      read(stream, buffer, offset, length, position) {
+        let bytes;
+        try {
+          bytes = blocks.read(position, length);
+        } catch {
+          const inputOutputError = 29;
+          throw new FS.ErrnoError(inputOutputError);
+        }
+        buffer.set(bytes, offset);
+        return bytes.length;
+      },
+    };
+  }
+
+  removeFile(name) {
+    const { FS } = this.#core;
+    const path = `/captures/${name}`;
+    if (FS.analyzePath(path).exists) FS.unlink(path);
+  }
+
+  fileNames() {
+    const { FS } = this.#core;
+    return FS.readdir('/captures').filter((name) => FS.isFile(FS.stat(`/captures/${name}`).mode));
+  }
+
+  readFile(name) {
+    return this.#core.FS.readFile(`/captures/${name}`);
+  }
+
+  run(args) {
+    const status = this.#memory.withArguments(args, (count, list) =>
+      this.#core._biss_run(count, list));
+    return { status, out: this.#streams.takeOut(), err: this.#streams.takeErr() };
+  }
+
+  open(args, { anyLines = false } = {}) {
+    const session = this.#memory.withArguments(['decode', ...args], (count, list) =>
+      this.#core._biss_open(count, list, anyLines ? 1 : 0));
+    const out = new TextDecoder().decode(this.#streams.takeOut());
+    const messages = this.#streams.takeErr();
+    const status = session === 0 ? 3 : this.#core._biss_status(session);
+    if (session !== 0 && status === 0 && out === '') {
+      return { session: new Session(this.#core, this.#memory, this.#streams, session), messages };
+    }
+    if (session !== 0) this.#core._biss_close(session);
+    throw new BissError(status, messages || out);
+  }
+}
+
+export async function loadBiss(options = {}) {
+  return new Biss(await createCore(options));
+}

@@ -1,0 +1,357 @@
+// The page's core against the command: the same captures, the same rows, words and exit status.
+// Needs BISS (the command) and BISS_WASM (the folder with biss.mjs); BISS_SEEDS may name a folder
+// with further hostile files.
+import assert from 'node:assert/strict';
+import { spawnSync } from 'node:child_process';
+import fs from 'node:fs';
+import os from 'node:os';
+import path from 'node:path';
+import { after, before, describe, it } from 'node:test';
+import { pathToFileURL } from 'node:url';
+
+const command = path.resolve(process.env.BISS);
+const built = path.resolve(process.env.BISS_WASM);
+const { BissError, loadBiss } = await import(pathToFileURL(path.join(built, 'biss.mjs')));
+const wasmBinary = fs.readFileSync(path.join(built, 'biss_core.wasm'));
+const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'biss-wasm-'));
+after(() => fs.rmSync(folder, { recursive: true }));
+
+function native(args) {
+  const ran = spawnSync(command, args, { cwd: folder, maxBuffer: 1 << 30 });
+  assert.equal(ran.error, undefined);
+  return { status: ran.status, out: ran.stdout, err: ran.stderr.toString() };
+}
+
+// A file of the folder, pulled in pieces as a worker does.
+function pulled(name) {
+  const descriptor = fs.openSync(path.join(folder, name));
+  const source = {
+    size: fs.fstatSync(descriptor).size,
+    most: 0,
+    read(offset, length) {
+      source.most = Math.max(source.most, length);
+      const into = new Uint8Array(length);
+      return into.subarray(0, fs.readSync(descriptor, into, 0, length, offset));
+    },
+    close: () => fs.closeSync(descriptor),
+  };
+  return source;
+}
+
+function text(bytes) {
+  return new TextDecoder().decode(bytes);
+}
+
+function assertSameRun(biss, args) {
+  const expected = native(args);
+  const ran = biss.run(args);
+  const of = args.join(' ');
+  assert.equal(ran.err, expected.err, `stderr of ${of}`);
+  assert.equal(ran.status, expected.status, `status of ${of}`);
+  assert.equal(text(ran.out), text(expected.out), `stdout of ${of}`);
+}
+
+// Reads to the end in steps of a millisecond.
+function readAll(session) {
+  let messages = '';
+  for (;;) {
+    const step = session.advance(1);
+    messages += step.messages;
+    if (!step.more) return messages;
+  }
+}
+
+const formats = ['resolute-26', 'mt12,st20,nE,nW,lc6,crc16', 'pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0'];
+const extensions = ['vcd', 'csv', 'sr', 'vcd.gz'];
+const faults = [[], ['--fault', 'flip:0.05', '--fault', 'lost_clock:0.02'], ['--fault', 'slo_low:0.05', '--fault', 'burst:0.05', '--cable', '20m', '--jitter', '20ns'],
+  ['--fault', 'glitch_slo:0.05', '--fault', 'cut:0.02', '--fault', 'no_answer:0.05']];
+
+// Every format, extension and fault, with a seed of its own.
+function* captures() {
+  let seed = 0;
+  for (const format of formats) {
+    for (const extension of extensions) {
+      for (const fault of faults) {
+        seed += 1;
+        const plain = extension.replace('.gz', '');
+        const name = `capture${seed}.${plain}`;
+        const made = native(['simulate', '-f', format, '--cycles', '150', '--motion', 'random',
+          '--seed', `${seed}`, ...fault, '-o', name]);
+        assert.equal(made.status, 0, made.err);
+        if (extension.endsWith('.gz')) {
+          spawnSync('gzip', ['-kf', name], { cwd: folder });
+          yield { name: `${name}.gz`, format };
+        } else {
+          yield { name, format };
+        }
+      }
+    }
+  }
+}
+
+let biss;
+before(async () => {
+  biss = await loadBiss({ wasmBinary });
+});
+
+describe('a session', () => {
+  it('SimulatedCaptures_EveryRowAndTheSummaryAreThoseOfTheCommand', () => {
+    let rows = 0;
+    for (const { name, format } of captures()) {
+      const source = pulled(name);
+      biss.addFile(name, source);
+      for (const args of [[name], [name, '-f', format], [name, '-f', 'none']]) {
+        const expected = native(['decode', ...args, '--to', 'csv']);
+        const { session, messages } = biss.open(args);
+        const all = messages + readAll(session);
+        assert.equal(session.csv(0, session.rowCount), text(expected.out), args.join(' '));
+        assert.equal(all, expected.err, args.join(' '));
+        assert.equal(session.about().status, expected.status);
+        assert.ok(all.endsWith(session.summary()) || all.includes(session.summary()));
+        rows += session.rowCount;
+        session.close();
+      }
+      biss.removeFile(name);
+      source.close();
+    }
+    assert.ok(rows > 10_000, `${rows} rows`);
+  });
+
+  it('Columns_HaveTheValuesOfTheCells', () => {
+    native(['simulate', '-f', 'mt12,st20,nE,nW,lc6,crc16', '--cycles', '200', '--fault', 'flip:0.2', '-o', 'columns.vcd']);
+    biss.addFile('columns.vcd', fs.readFileSync(path.join(folder, 'columns.vcd')));
+    const { session } = biss.open(['columns.vcd', '-f', 'mt12,st20,nE,nW,lc6,crc16', '--scale', 'deg', '--velocity', '--unwrap']);
+    readAll(session);
+    const cells = session.cells(0, session.rowCount);
+    session.columns.forEach((column, index) => {
+      const { kind, present, values, texts } = session.column(column.name, 0, session.rowCount);
+      cells.forEach((row, i) => {
+        const cell = row[index];
+        assert.equal(present[i] !== 0, cell !== '', `${column.name} of row ${i}`);
+        if (cell === '' || kind === 'bits') return;
+        if (kind === 'text') assert.equal(texts[Number(values[i])], cell);
+        else if (kind === 'real') assert.equal(values[i], Number(cell));
+        else if (kind === 'time') assert.equal(Number(values[i]) / 1000, Number(cell));
+        else assert.equal(String(values[i]), cell);
+      });
+    });
+    assert.equal(session.column('status', 5, 8).present.length, 3);
+    assert.throws(() => session.column('nothing', 0, 1), RangeError);
+    session.close();
+  });
+
+  it('Lines_ShowTheChangesOfTheFile', () => {
+    native(['simulate', '-f', 'resolute-26', '--cycles', '40', '--fault', 'glitch_slo:0.3', '-o', 'lines.csv']);
+    biss.addFile('lines.csv', pulled('lines.csv'));
+    const { session } = biss.open(['lines.csv', '-f', 'resolute-26']);
+    readAll(session);
+    const rows = fs.readFileSync(path.join(folder, 'lines.csv'), 'utf8').trim().split('\n');
+    const names = rows[0].split(',');
+    for (const line of ['ma', 'slo']) {
+      const index = names.findIndex((name) => name.toLowerCase() === line);
+      const changes = [];
+      for (const row of rows.slice(1)) {
+        const cells = row.split(',');
+        const [whole, fraction = ''] = cells[0].split('.');
+        const time = BigInt(whole + fraction.padEnd(3, '0'));
+        if (changes.at(-1)?.level !== Number(cells[index])) changes.push({ time, level: Number(cells[index]) });
+      }
+      const first = changes[0].time;
+      const last = changes.at(-1).time + 1n;
+      const view = session.view(line, first, last, 100_000_000);
+      assert.deepEqual([...view.times], changes.map((change) => change.time));
+      assert.deepEqual([...view.levels], changes.map((change) => change.level));
+      const far = session.view(line, first, last, 50);
+      assert.ok(far.times.length <= 150 && far.levels.includes(3));
+    }
+    session.close();
+  });
+
+  it('Cycle_IsDrawnAsByExplain', () => {
+    native(['simulate', '-f', 'resolute-26', '--cycles', '60', '--fault', 'flip:0.3', '-o', 'drawn.vcd']);
+    biss.addFile('drawn.vcd', pulled('drawn.vcd'));
+    const { session } = biss.open(['drawn.vcd', '-f', 'resolute-26']);
+    readAll(session);
+    for (const row of [0, 1, 17, 59]) {
+      const expected = native(['explain', 'drawn.vcd', '-f', 'resolute-26', '--cycle', `${row}`]);
+      const cycle = session.cycle(row);
+      assert.equal(`${cycle.title}\n${cycle.text}`, text(expected.out), `cycle ${row}`);
+      assert.equal(cycle.status, session.cells(row, row + 1)[0][2]);
+    }
+    session.close();
+  });
+
+  it('LargeFile_IsReadInPiecesAndGivesRowsBeforeItsEnd', () => {
+    native(['simulate', '-f', 'resolute-26', '--cycles', '20000', '-o', 'large.vcd']);
+    const source = pulled('large.vcd');
+    assert.ok(source.size > 8 << 20, `${source.size} bytes`);
+    biss.addFile('large.vcd', source);
+    const { session } = biss.open(['large.vcd', '-f', 'resolute-26']);
+    const { more } = session.advance(1);
+    assert.ok(more && session.rowCount > 0 && session.rowCount < 20_000);
+    assert.ok(source.most <= 4 << 20, `a block of ${source.most} bytes`);
+    readAll(session);
+    assert.equal(session.rowCount, 20_000);
+    session.close();
+  });
+
+  it('LinesThatAreNotFound_ThrowTheMessageOfTheCommand', () => {
+    fs.writeFileSync(path.join(folder, 'idle.csv'), 'time_ns,A,B\n0,1,1\n100,0,1\n200,1,1\n');
+    biss.addFile('idle.csv', pulled('idle.csv'));
+    const expected = native(['decode', 'idle.csv']);
+    assert.throws(() => biss.open(['idle.csv']), (error) => {
+      assert.ok(error instanceof BissError);
+      assert.equal(error.message, expected.err);
+      assert.equal(error.status, expected.status);
+      return true;
+    });
+    const { session } = biss.open(['idle.csv'], { anyLines: true });
+    readAll(session);
+    assert.equal(session.about().ma, 'A');
+    assert.equal(session.view('ma', 0n, 300_000n, 100).times.length, 3);
+    session.close();
+  });
+
+  it('WrongOption_ThrowsTheMessageOfTheCommand', () => {
+    const expected = native(['decode', 'idle.csv', '-f', 'pos26,nothing']);
+    assert.throws(() => biss.open(['idle.csv', '-f', 'pos26,nothing']), { message: expected.err, status: 2 });
+  });
+});
+
+describe('the verbs', () => {
+  it('Verbs_PrintWhatTheCommandPrints', () => {
+    native(['simulate', '-f', 'fs-36-28', '--cycles', '300', '--fault', 'flip:0.05', '-o', 'verbs.vcd']);
+    biss.addFile('verbs.vcd', pulled('verbs.vcd'));
+    for (const args of [
+      ['identify', 'verbs.vcd', '--to', 'jsonl'],
+      ['identify', 'verbs.vcd'],
+      ['check', 'verbs.vcd', '--against', 'renishaw', '-f', 'fs-36-28', '--to', 'jsonl'],
+      ['check', 'verbs.vcd', '--against', 'biss-c', '--to', 'jsonl'],
+      ['explain', 'verbs.vcd', '-f', 'fs-36-28', '--to', 'jsonl'],
+      ['explain', 'verbs.vcd', '-f', 'fs-36-28', '--cycle', '7'],
+      ['decode', 'verbs.vcd', '-f', 'fs-36-28', '--to', 'jsonl'],
+      ['decode', 'verbs.vcd', '-f', 'fs-36-28'],
+      ['safety', 'analyse', '-f', 'pos26,nE,nW,crc6'],
+      ['plan', '-f', 'resolute-26', '--clock', '10MHz', '--cable', '50m'],
+      ['crc', '-f', 'pos26,nE,nW,crc6', '12345'],
+      ['encoders', '--to', 'jsonl'],
+      ['decode', '--help'],
+      ['decode', 'missing.vcd'],
+      ['decode', 'verbs.vcd', '--nothing'],
+    ]) {
+      assertSameRun(biss, args);
+    }
+    biss.removeFile('verbs.vcd');
+  });
+
+  it('Simulate_MakesTheCaptureOfTheCommand', () => {
+    for (const name of ['made.vcd', 'made.csv']) {
+      const args = ['simulate', '-f', 'resolute-26', '--cycles', '50', '--seed', '7',
+        '--fault', 'flip:0.1', '--cable', '50m', '-o', name];
+      assertSameRun(biss, args);
+      const made = biss.readFile(name);
+      assert.deepEqual(Buffer.from(made), fs.readFileSync(path.join(folder, name)));
+      biss.removeFile(name);
+    }
+  });
+
+  it('SimulatedSigrokSession_IsReadByTheCommand', () => {
+    const args = ['simulate', '-f', 'resolute-26', '--cycles', '50', '--seed', '8', '-o'];
+    assert.equal(biss.run([...args, 'ours.sr']).status, 0);
+    fs.writeFileSync(path.join(folder, 'ours.sr'), biss.readFile('ours.sr'));
+    native([...args, 'theirs.sr']);
+    const decode = (name) => native(['decode', name, '-f', 'resolute-26', '--to', 'csv']).out;
+    assert.deepEqual(decode('ours.sr'), decode('theirs.sr'));
+  });
+
+  it('Hdf5_IsRefusedByName', () => {
+    native(['simulate', '-f', 'resolute-26', '--cycles', '5', '-o', 'five.vcd']);
+    biss.addFile('five.vcd', pulled('five.vcd'));
+    const ran = biss.run(['decode', 'five.vcd', '-f', 'resolute-26', '--to', 'hdf5', '-o', 'rows.h5']);
+    assert.equal(ran.status, 3);
+    assert.match(ran.err, /no HDF5/);
+  });
+});
+
+// A generator with a fixed seed.
+function generator(seed) {
+  let state = seed;
+  return (below) => {
+    state = (Math.imul(state, 1_664_525) + 1_013_904_223) >>> 0;
+    return Math.floor((state / 2 ** 32) * below);
+  };
+}
+
+// Cuts, flips, repeats and removes bytes.
+function damaged(bytes, next) {
+  const result = Buffer.from(bytes);
+  switch (next(4)) {
+    case 0:
+      return result.subarray(0, next(result.length));
+    case 1:
+      for (let i = 0; i <= next(8); i += 1) result[next(result.length)] = next(256);
+      return result;
+    case 2: {
+      const at = next(result.length);
+      return Buffer.concat([result.subarray(0, at), result.subarray(next(at + 1))]);
+    }
+    default: {
+      const at = next(result.length);
+      return Buffer.concat([result.subarray(0, at), result.subarray(at + next(64))]);
+    }
+  }
+}
+
+describe('hostile files', () => {
+  const decodeArgs = (name) => (/\.(raw|bin)$/.test(name)
+    ? ['decode', name, '--raw-rate', '100MHz', '--to', 'csv'] : ['decode', name, '--to', 'csv']);
+
+  it('DamagedCaptures_GiveTheRowsAndTheMessageOfTheCommand', () => {
+    const next = generator(14);
+    for (const extension of ['vcd', 'csv', 'sr', 'vcd.gz']) {
+      const plain = `whole.${extension.replace('.gz', '')}`;
+      native(['simulate', '-f', 'resolute-26', '--cycles', '20', '-o', plain]);
+      if (extension.endsWith('.gz')) spawnSync('gzip', ['-kf', plain], { cwd: folder });
+      const whole = fs.readFileSync(path.join(folder, `whole.${extension}`));
+      for (let i = 0; i < 60; i += 1) {
+        const name = `damaged${i}.${extension}`;
+        fs.writeFileSync(path.join(folder, name), damaged(whole, next));
+        biss.addFile(name, pulled(name));
+        assertSameRun(biss, decodeArgs(name));
+        biss.removeFile(name);
+      }
+    }
+  });
+
+  it('SeedsOfTheFuzzTargets_GiveTheMessageOfTheCommand', { skip: process.env.BISS_SEEDS === undefined && 'BISS_SEEDS is not set' }, () => {
+    const extensions = { vcd: 'vcd', event_csv: 'csv', sampled_csv: 'csv', saleae: 'csv',
+      saleae_binary: 'bin', saleae_analog: 'bin', sr: 'sr', dsl: 'dsl', compressed: 'gz', fst: 'fst',
+      ghw: 'ghw', raw: 'raw' };
+    for (const [target, extension] of Object.entries(extensions)) {
+      const seeds = path.join(process.env.BISS_SEEDS, target);
+      for (const seed of fs.readdirSync(seeds)) {
+        const name = `${target}_${seed}.${extension}`;
+        fs.copyFileSync(path.join(seeds, seed), path.join(folder, name));
+        biss.addFile(name, pulled(name));
+        const refused = /zstd -d first/.test(biss.run(decodeArgs(name)).err);
+        if (refused) assert.equal(target, 'compressed');
+        else assertSameRun(biss, decodeArgs(name));
+        biss.removeFile(name);
+      }
+    }
+  });
+
+  it('Zstd_IsRefusedByName', () => {
+    biss.addFile('x.vcd.zst', new Uint8Array([0x28, 0xb5, 0x2f, 0xfd, 0, 0, 0, 0, 0, 0]));
+    const ran = biss.run(['decode', 'x.vcd.zst']);
+    assert.equal(ran.status, 3);
+    assert.match(ran.err, /^biss: x\.vcd\.zst: .*zstd -d first/);
+  });
+
+  it('FileThatCannotBeRead_IsNamed', () => {
+    biss.addFile('gone.vcd', { size: 1000, read() { throw new Error('gone'); } });
+    const ran = biss.run(['decode', 'gone.vcd']);
+    assert.equal(ran.status, 3);
+    assert.match(ran.err, /gone\.vcd: cannot be read further/);
+  });
+});

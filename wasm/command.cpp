@@ -1,0 +1,70 @@
+// The verbs of the command, run by a page: its own arguments, messages and files.
+#include "wasm/command.hpp"
+
+#include <new>
+
+#include "cli/common/message.hpp"
+#include "cli/common/verb.hpp"
+#include "cli/common/verbs.hpp"
+#include "cli/safety/safety.hpp"
+#include "report/hdf5.hpp"
+
+namespace biss::wasm {
+
+namespace {
+
+// Without campaigns, which run for hours, and evidence, which writes folders.
+void add_page_safety(cli::Command& command) {
+  cli::add_verb_group(command, cli::safety_text(), {cli::safety_analyse()});
+}
+
+cli::ExitStatus run_verb(std::span<const char* const> arguments) {
+  cli::Command command;
+  cli::add_decode(command);
+  cli::add_check(command);
+  cli::add_compare(command);
+  cli::add_conform(command);
+  cli::add_convert(command);
+  cli::add_crc(command);
+  cli::add_encoders(command);
+  cli::add_eds(command);
+  cli::add_identify(command);
+  cli::add_explain(command);
+  cli::add_plan(command);
+  cli::add_registers(command);
+  add_page_safety(command);
+  cli::add_simulate(command);
+  return command.run(static_cast<int>(arguments.size()), arguments.data());
+}
+
+}  // namespace
+
+cli::ExitStatus run_command(std::span<const char* const> arguments) {
+  try {
+    return run_verb(arguments);
+  } catch (const std::bad_alloc&) {
+    return cli::fail(cli::ExitStatus::io, "out of memory");
+  }
+}
+
+}  // namespace biss::wasm
+
+namespace biss::report {
+
+namespace {
+
+class NoHdf5 final : public TableWriter {
+ public:
+  bool row(std::span<const Cell> /*cells*/) override { return false; }
+  bool finish() override { return false; }
+};
+
+}  // namespace
+
+// HDF5 has no library for WebAssembly.
+std::unique_ptr<TableWriter> make_hdf5_writer(std::span<const Column> /*columns*/, FileSink& sink) {
+  sink.fail("this build writes no HDF5; take --to csv");
+  return std::make_unique<NoHdf5>();
+}
+
+}  // namespace biss::report

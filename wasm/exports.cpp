@@ -1,0 +1,116 @@
+// What biss.mjs calls. Texts and arrays are in memory of this module until the next call.
+#include <emscripten.h>
+
+#include <bit>
+#include <memory>
+#include <new>
+#include <string>
+
+#include "cli/common/message.hpp"
+#include "cli/common/output.hpp"
+#include "wasm/command.hpp"
+#include "wasm/session.hpp"
+
+namespace {
+
+using biss::wasm::ColumnValues;
+using biss::wasm::LineView;
+using biss::wasm::Session;
+
+std::string text;
+LineView view;
+ColumnValues column;
+
+const char* keep(std::string kept) {
+  text = std::move(kept);
+  return text.c_str();
+}
+
+}  // namespace
+
+extern "C" {
+
+EMSCRIPTEN_KEEPALIVE int biss_run(int count, const char* const* arguments) {
+  return static_cast<int>(biss::wasm::run_command({arguments, static_cast<std::size_t>(count)}));
+}
+
+// Null where memory has run out. What is in the session where it cannot be opened is its status.
+EMSCRIPTEN_KEEPALIVE Session* biss_open(int count, const char* const* arguments, int any_lines) {
+  try {
+    return new Session({arguments, static_cast<std::size_t>(count)}, any_lines != 0);
+  } catch (const std::bad_alloc&) {
+    biss::cli::warn("out of memory");
+    return nullptr;
+  }
+}
+
+EMSCRIPTEN_KEEPALIVE void biss_close(Session* session) { delete session; }
+
+EMSCRIPTEN_KEEPALIVE int biss_status(const Session* session) {
+  return static_cast<int>(session->status());
+}
+
+// 1: more is to be read; 0: the end; -1: memory has run out.
+EMSCRIPTEN_KEEPALIVE int biss_advance(Session* session, double milliseconds) {
+  try {
+    return session->advance(milliseconds) ? 1 : 0;
+  } catch (const std::bad_alloc&) {
+    biss::cli::warn("out of memory");
+    return -1;
+  }
+}
+
+EMSCRIPTEN_KEEPALIVE const char* biss_about(Session* session) { return keep(session->about()); }
+
+EMSCRIPTEN_KEEPALIVE const char* biss_columns(const Session* session) {
+  return keep(session->columns_text());
+}
+
+EMSCRIPTEN_KEEPALIVE double biss_row_count(const Session* session) {
+  return static_cast<double>(session->rows().rows());
+}
+
+EMSCRIPTEN_KEEPALIVE const char* biss_rows(const Session* session, double from, double to) {
+  return keep(session->rows().text(biss::report::Format::csv, static_cast<std::uint64_t>(from),
+                                   static_cast<std::uint64_t>(to)));
+}
+
+// The values, and by biss_present() which of them are there.
+EMSCRIPTEN_KEEPALIVE const std::uint64_t* biss_column(const Session* session, int index,
+                                                      double from, double to) {
+  session->rows().read(static_cast<std::size_t>(index), static_cast<std::uint64_t>(from),
+                       static_cast<std::uint64_t>(to), column);
+  return column.values.data();
+}
+
+EMSCRIPTEN_KEEPALIVE const std::uint8_t* biss_present() { return column.present.data(); }
+
+// A text of text columns; null beyond the last one.
+EMSCRIPTEN_KEEPALIVE const char* biss_column_text(const Session* session, int number) {
+  const auto& texts = session->rows().texts();
+  const auto at = static_cast<std::size_t>(number);
+  return at < texts.size() ? texts[at].c_str() : nullptr;
+}
+
+// How many entries the view has; biss_view_times() and biss_view_levels() have them.
+EMSCRIPTEN_KEEPALIVE int biss_view(const Session* session, int ma, std::int64_t from,
+                                   std::int64_t to, int columns) {
+  session->line(ma != 0).view(biss::picoseconds(from), biss::picoseconds(to),
+                              static_cast<std::uint32_t>(columns), view);
+  return static_cast<int>(view.times.size());
+}
+
+EMSCRIPTEN_KEEPALIVE const std::int64_t* biss_view_times() { return view.times.data(); }
+EMSCRIPTEN_KEEPALIVE const std::uint8_t* biss_view_levels() { return view.shown.data(); }
+
+EMSCRIPTEN_KEEPALIVE const char* biss_summary(const Session* session) {
+  return keep(session->summary());
+}
+
+// Null where the edges do not show the cycle.
+EMSCRIPTEN_KEEPALIVE const char* biss_cycle(Session* session, double row) {
+  auto cycle = session->cycle(static_cast<std::uint64_t>(row));
+  return cycle ? keep(std::move(*cycle)) : nullptr;
+}
+
+}  // extern "C"

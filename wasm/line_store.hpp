@@ -1,0 +1,99 @@
+// The changes of a line, kept so that any stretch of it can be drawn: about two bytes a change.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <vector>
+
+#include "biss/base/units.hpp"
+#include "wire/edge.hpp"
+
+namespace biss::wasm {
+
+/// What a line shows from a time on, as a page draws it.
+enum class Shown : std::uint8_t {
+  low,
+  high,
+  unknown,
+  busy,  ///< several changes up to the next time
+};
+
+/// A stretch of a line: `shown[i]` from `times[i]` to `times[i + 1]`.
+struct LineView {
+  std::vector<std::int64_t> times;
+  std::vector<std::uint8_t> shown;
+
+  void clear() {
+    times.clear();
+    shown.clear();
+  }
+};
+
+class LineStore {
+ public:
+  /// Changes in time order; one to the level that the line has is none.
+  void push(Picoseconds time, wire::Level level);
+
+  std::uint64_t changes() const { return changes_; }
+  /// The level at this time; `unknown` before the first change.
+  wire::Level level_at(Picoseconds time) const;
+
+  /// Calls `on_change` for each change from `from` on, until it returns false.
+  void for_each(Picoseconds from,
+                const std::function<bool(Picoseconds time, wire::Level level)>& on_change) const;
+
+  /// A time before which there are only changes that lie further back than the last 8192 before
+  /// `time`.
+  Picoseconds some_before(Picoseconds time) const;
+
+  /// How the line looks from `from` to `to` on a screen of `columns`. Changes closer than a column
+  /// are shown as busy; there are at most 3 entries a column.
+  /// \pre from < to, columns is 1 or more
+  void view(Picoseconds from, Picoseconds to, std::uint32_t columns, LineView& view) const;
+
+ private:
+  // The first change of a block of changes, and where the bytes of those after it begin.
+  struct Block {
+    std::int64_t time = 0;
+    std::uint64_t place = 0;
+    wire::Level level = wire::Level::unknown;
+  };
+  static constexpr std::uint64_t changes_of_block = 256;
+
+  /// Reads on from the first change of a block.
+  class Reader {
+   public:
+    Reader(const LineStore& store, std::size_t block);
+    bool at_end() const { return at_end_; }
+    std::int64_t time() const { return time_; }
+    wire::Level level() const { return level_; }
+    void next();
+
+   private:
+    void begin();
+
+    const LineStore* store_;
+    std::size_t block_;
+    std::uint64_t place_ = 0;
+    std::uint64_t left_ = 0;
+    std::int64_t time_ = 0;
+    wire::Level level_ = wire::Level::unknown;
+    bool at_end_ = false;
+  };
+
+  // The block of the last change at or before `time`; the first block where there is none.
+  std::size_t block_of(Picoseconds time) const;
+  // At the last change at or before `time`; at the first one where there is none.
+  Reader at_or_before(Picoseconds time) const;
+  std::uint64_t changes_in(std::size_t block) const;
+
+  std::deque<Block> blocks_;
+  std::deque<std::uint8_t> bytes_;
+  std::uint64_t changes_ = 0;
+  std::int64_t last_ = 0;
+  wire::Level level_ = wire::Level::unknown;
+};
+
+}  // namespace biss::wasm

@@ -1,0 +1,257 @@
+#include "wasm/session.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <new>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "biss/frame/format_text.hpp"
+#include "cli/common/message.hpp"
+#include "cli/explain/drawing.hpp"
+#include "draw/cycle_drawing.hpp"
+#include "draw/text.hpp"
+#include "report/sink.hpp"
+
+namespace biss::wasm {
+namespace {
+
+using nlohmann::json;
+using wire::Level;
+
+std::string_view origin_text(decode::LineOrigin origin) {
+  switch (origin) {
+    case decode::LineOrigin::given:
+      return "given";
+    case decode::LineOrigin::by_name:
+      return "name";
+    case decode::LineOrigin::by_behaviour:
+      return "behaviour";
+  }
+  return "";
+}
+
+std::string_view kind_text(report::Kind kind) {
+  switch (kind) {
+    case report::Kind::unsigned_integer:
+      return "unsigned";
+    case report::Kind::signed_integer:
+      return "signed";
+    case report::Kind::nanoseconds:
+      return "time";
+    case report::Kind::real:
+      return "real";
+    case report::Kind::text:
+      return "text";
+    case report::Kind::bits:
+      return "bits";
+    case report::Kind::flag:
+      return "flag";
+    case report::Kind::absent:
+      break;
+  }
+  return "";
+}
+
+std::string dumped(const json& value) {
+  return value.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+// Picoseconds have more digits than a double.
+std::string exact(Picoseconds time) { return std::to_string(time.count); }
+
+json checks_json(const draw::CycleDrawing& drawing) {
+  json checks = json::array();
+  for (const draw::DrawnCheck& check : drawing.checks) {
+    checks.push_back({{"channel", check.channel},
+                      {"received", check.received},
+                      {"expected", check.expected},
+                      {"right", check.right()},
+                      {"singles", check.singles},
+                      {"pairs", check.pairs},
+                      {"pairCount", check.pair_count}});
+  }
+  return checks;
+}
+
+json bits_json(const draw::CycleDrawing& drawing) {
+  json bits = json::array();
+  for (const draw::DrawnBit& bit : drawing.bits) {
+    json one{{"clock", bit.clock}, {"time", exact(bit.time)}, {"name", bit.name}};
+    if (bit.sampled_at) one["sampledAt"] = exact(*bit.sampled_at);
+    if (bit.level) one["level"] = *bit.level ? 1 : 0;
+    if (bit.payload_bit) one["payloadBit"] = *bit.payload_bit;
+    if (bit.expected) one["expected"] = *bit.expected ? 1 : 0;
+    bits.push_back(std::move(one));
+  }
+  return bits;
+}
+
+// The edges of both lines in time order, of each line only the first ones where they are many.
+std::vector<wire::Edge> edges_between(const LineStore& ma, const LineStore& slo,
+                                      const decode::Lines& lines, Picoseconds from,
+                                      Picoseconds to) {
+  std::vector<wire::Edge> edges;
+  const auto add = [&](const LineStore& store, wire::LineIndex line) {
+    constexpr std::size_t most = 32'768;
+    const std::size_t begin = edges.size();
+    const Level before = store.level_at(from - picoseconds(1));
+    if (before != Level::unknown) edges.push_back({from, line, before});
+    store.for_each(from, [&](Picoseconds time, Level level) {
+      if (time > to || edges.size() - begin == most) return false;
+      edges.push_back({time, line, level});
+      return true;
+    });
+  };
+  add(ma, lines.ma);
+  add(slo, lines.slo);
+  std::stable_sort(edges.begin(), edges.end(),
+                   [](const wire::Edge& a, const wire::Edge& b) { return a.time < b.time; });
+  return edges;
+}
+
+}  // namespace
+
+Session::Session(std::span<const char* const> arguments, bool any_lines) {
+  cli::Command command;
+  const cli::Verb verb = command.add_verb(cli::decode_text(), [&] {
+    options_.capture.any_lines = any_lines;
+    return begin();
+  });
+  cli::add_decode_options(verb, options_);
+  status_ = command.run(static_cast<int>(arguments.size()), arguments.data());
+}
+
+Session::~Session() = default;
+
+cli::ExitStatus Session::begin() {
+  run_ = std::make_unique<cli::DecodeRun>(options_);
+  cli::ExitStatus status = run_->open();
+  if (status != cli::ExitStatus::done) return status;
+  if (run_->capture().several()) {
+    return cli::fail(
+        cli::ExitStatus::usage,
+        "a page reads one capture and one pair of lines; name them with --ma and --slo");
+  }
+  status = run_->next();
+  if (status != cli::ExitStatus::done) return status;
+  run_->capture().watch(*this);
+  rows_.emplace(run_->columns());
+  status = run_->begin_rows();
+  if (status != cli::ExitStatus::done) return status;
+  run_->capture().begin_steps([this](std::uint64_t number, const decode::Cycle& cycle) {
+    return run_->take(number, cycle, *rows_);
+  });
+  return cli::ExitStatus::done;
+}
+
+bool Session::advance(double milliseconds) {
+  using Clock = std::chrono::steady_clock;
+  const auto until = Clock::now() + std::chrono::duration<double, std::milli>(milliseconds);
+  while (!ended_) {
+    if (!run_->capture().step()) end();
+    if (Clock::now() >= until) break;
+  }
+  return !ended_;
+}
+
+void Session::end() {
+  ended_ = true;
+  cli::RunMessages messages;
+  const bool read = run_->capture().end_steps();
+  status_ = run_->end_rows(read, messages);
+  messages.print();
+}
+
+void Session::take(std::span<const wire::Edge> edges) {
+  const decode::Lines& lines = run_->capture().lines().lines;
+  for (const wire::Edge& edge : edges) {
+    if (edge.line == lines.ma) ma_.push(edge.time, edge.level);
+    if (edge.line == lines.slo) slo_.push(edge.time, edge.level);
+  }
+}
+
+void Session::take(const capture::PairPiece& changes) {
+  const auto add = [](LineStore& store, const capture::LineChanges& line) {
+    bool high = line.first_high;
+    for (const std::int64_t time : line.times) {
+      store.push(picoseconds(time), high ? Level::high : Level::low);
+      high = !high;
+    }
+  };
+  add(ma_, changes.ma);
+  add(slo_, changes.slo);
+}
+
+std::string Session::about() {
+  cli::DecodedCapture& capture = run_->capture();
+  const decode::FoundLines& found = capture.lines();
+  json about{{"name", capture.input().name()},
+             {"lines", capture.input().lines()},
+             {"ma", capture.ma_name()},
+             {"slo", capture.slo_name()},
+             {"maInverted", found.lines.ma_inverted},
+             {"sloInverted", found.lines.slo_inverted},
+             {"linesBy", origin_text(found.origin)},
+             {"looksSwapped", found.look_swapped},
+             {"furtherPairs", found.further_pairs},
+             {"samplePeriod", exact(capture.input().sample_period())},
+             {"sampleRate", capture.input().sample_rate().count},
+             {"endTime", exact(capture.input().end_time())},
+             {"cycles", rows_->rows()},
+             {"ended", ended_},
+             {"status", static_cast<int>(status_)},
+             {"error", capture.input().error()}};
+  if (capture.format()) about["format"] = format_text(*capture.format()).view();
+  const auto* finding = capture.finding();
+  const auto* sure = finding != nullptr ? finding->sure() : nullptr;
+  if (sure != nullptr) about["confidence"] = sure->confidence;
+  return dumped(about);
+}
+
+std::string Session::columns_text() const {
+  json columns = json::array();
+  for (const report::Column& column : rows_->columns()) {
+    columns.push_back({{"name", column.name},
+                       {"kind", kind_text(column.kind)},
+                       {"heading", column.heading.empty() ? column.name : column.heading},
+                       {"unit", column.unit},
+                       {"valueUnit", column.value_unit},
+                       {"shift", column.shift}});
+  }
+  return dumped(columns);
+}
+
+std::optional<std::string> Session::cycle(std::uint64_t row) {
+  // Cycles around it show the clock.
+  constexpr std::uint64_t around = 2;
+  const std::uint64_t last = rows_->rows() - 1;
+  const Picoseconds time = rows_->time(row);
+  const Picoseconds before = rows_->time(row - std::min(row, around));
+  const bool to_end = last - row <= around;
+  cli::DecodedCapture& capture = run_->capture();
+  const Picoseconds end = capture.input().end_time();
+  const Picoseconds wanted = row <= around ? before - milliseconds(1) : before - picoseconds(1);
+  const Picoseconds from = std::max({wanted, ma_.some_before(time), slo_.some_before(time)});
+  const Picoseconds to = to_end ? end : rows_->time(row + around + 1);
+  std::optional<draw::CycleDrawing> drawing;
+  decode::CycleEdgeReader cycles(
+      capture.reader(), capture.lines().lines, [&](const decode::CycleEdges& edges) {
+        if (edges.cycle.time != time) return;
+        drawing = draw::draw_cycle(edges, capture.format(), capture.timing(), capture.margin());
+      });
+  cycles.push(edges_between(ma_, slo_, capture.lines().lines, from, to));
+  if (!drawing) cycles.finish(to);
+  if (!drawing) return std::nullopt;
+  drawing->number = row;
+  return dumped({{"number", row},
+                 {"time", exact(time)},
+                 {"end", exact(drawing->end)},
+                 {"status", decode::name_of(drawing->cycle.status)},
+                 {"title", cli::drawing_title(*drawing)},
+                 {"text", draw::drawing_text(*drawing)},
+                 {"bits", bits_json(*drawing)},
+                 {"checks", checks_json(*drawing)}});
+}
+
+}  // namespace biss::wasm

@@ -1,0 +1,67 @@
+// One capture, read step by step for a page: its rows, and its lines as they are to be drawn.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "cli/common/exit_status.hpp"
+#include "cli/decode/decode_run.hpp"
+#include "wasm/line_store.hpp"
+#include "wasm/row_store.hpp"
+
+namespace biss::wasm {
+
+/// A capture as `biss decode` reads it. Messages are those of the command, on stderr.
+///
+/// Memory: about two bytes for each change of MA and SLO, and about 100 for each request cycle.
+class Session final : private cli::ChangeWatcher {
+ public:
+  /// Opens the capture that the arguments name, as in `biss decode FILE -f …`.
+  /// \param arguments the first one is the name of the command
+  /// \param any_lines where no lines look like MA and SLO, take the two busiest ones
+  explicit Session(std::span<const char* const> arguments, bool any_lines);
+  ~Session() override;
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+
+  /// `done` when the capture is open; otherwise nothing below may be called. After the end of the
+  /// capture the exit status of the command.
+  cli::ExitStatus status() const { return status_; }
+
+  /// Reads on for at most about this time. False at the end of the capture; then the messages of the
+  /// command are on stderr.
+  bool advance(double milliseconds);
+  bool ended() const { return ended_; }
+
+  /// What is known of the capture, as a JSON object; see biss.d.mts.
+  std::string about();
+  /// The columns, as a JSON array.
+  std::string columns_text() const;
+  const RowStore& rows() const { return *rows_; }
+  /// \param ma of MA, otherwise of SLO; as the capture shows it
+  const LineStore& line(bool ma) const { return ma ? ma_ : slo_; }
+  /// As the command prints it.
+  std::string summary() const { return run_->summary(); }
+  /// A cycle bit by bit, as a JSON object. Nothing where its edges do not show it again.
+  /// \pre row < rows().rows()
+  std::optional<std::string> cycle(std::uint64_t row);
+
+ private:
+  cli::ExitStatus begin();
+  void take(std::span<const wire::Edge> edges) override;
+  void take(const capture::PairPiece& changes) override;
+  void end();
+
+  cli::DecodeOptions options_;
+  std::unique_ptr<cli::DecodeRun> run_;
+  std::optional<RowStore> rows_;
+  LineStore ma_;
+  LineStore slo_;
+  cli::ExitStatus status_ = cli::ExitStatus::done;
+  bool ended_ = false;
+};
+
+}  // namespace biss::wasm
