@@ -20,7 +20,7 @@ class RunJoin {
 
   /// \param clean those of the run, in their order
   void push(const PairRun& run, std::span<const CleanCycle> clean);
-  /// Edges that are no run, behind all before.
+  /// Edges that are no run; what waits is pushed before them.
   void push(std::span<const wire::Edge> edges, const Lines& lines);
   /// Pushes what waits: the next edges of the decoder are no run, or there are none.
   void flush();

@@ -21,10 +21,7 @@ class Flow {
  public:
   Flow(capture::PairSource& source, const decode::CleanCycleFinder& finder, const FlowSetup& setup,
        decode::Decoder& decoder)
-      : source_(source),
-        finder_(finder),
-        setup_(setup),
-        join_(finder, decoder) {}
+      : source_(source), finder_(finder), setup_(setup), join_(finder, decoder) {}
 
   void run_here() {
     Piece piece(finder_);

@@ -14,8 +14,8 @@ void Piece::expand(const decode::Lines& lines) {
   finder_.find(run_of(lines), clean_);
 }
 
-bool Piece::settle(capture::PairSource& source, const decode::Lines& lines,
-                   decode::RunJoin& join, const capture::PairSource::OnEdges& on_edges) {
+bool Piece::settle(capture::PairSource& source, const decode::Lines& lines, decode::RunJoin& join,
+                   const capture::PairSource::OnEdges& on_edges) {
   const bool regular = source.settle(*piece_, [&](std::span<const wire::Edge> edges) {
     if (on_edges) on_edges(edges);
     join.push(edges, lines);

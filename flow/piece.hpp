@@ -23,7 +23,7 @@ class Piece {
   /// Expands the piece and finds its clean cycles.
   void expand(const decode::Lines& lines);
 
-  /// Pushes the piece into the decoder behind `join`.
+  /// Pushes the piece into the decoder of `join`.
   /// \param on_edges as PairSource::settle(); called before the decoder gets the edges; or null
   /// \return true: the piece is regular, and changes() are its changes
   bool settle(capture::PairSource& source, const decode::Lines& lines, decode::RunJoin& join,

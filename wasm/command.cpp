@@ -30,6 +30,7 @@ cli::ExitStatus run_verb(std::span<const char* const> arguments) {
   cli::add_eds(command);
   cli::add_identify(command);
   cli::add_explain(command);
+  cli::add_draw(command);
   cli::add_plan(command);
   cli::add_registers(command);
   add_page_safety(command);
