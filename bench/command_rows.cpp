@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <string>
 
 #include <unistd.h>
@@ -39,40 +40,62 @@ class Folder {
   std::filesystem::path path_;
 };
 
+// The time of a whole process. False where it failed.
+bool run_process(benchmark::State& state, const std::string& command) {
+  for ([[maybe_unused]] auto _ : state) {
+    const auto begin = std::chrono::steady_clock::now();
+    if (std::system((command + " > /dev/null 2>&1").c_str()) != 0) {
+      state.SkipWithError("the command failed");
+      return false;
+    }
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+    state.SetIterationTime(took.count());
+  }
+  return true;
+}
+
+std::string decode_command(const std::string& capture, const char* format) {
+  return std::string("'") + BISS_BENCH_COMMAND + "' decode '" + capture + "' -f " + format;
+}
+
 void decode(benchmark::State& state, const std::string& extension) {
   const Line line = make_line(command_cycles);
   const Folder folder;
   if (!folder.good()) return state.SkipWithError("no temporary folder");
   const std::string capture = folder.file("line." + extension);
   std::ofstream(capture) << (extension == "vcd" ? vcd_text(line) : csv_text(line));
-  const std::string command = std::string("'") + BISS_BENCH_COMMAND + "' decode '" + capture +
-                              "' -f " + line_format_text + " --to csv > /dev/null 2>&1";
-  for ([[maybe_unused]] auto _ : state) {
-    const auto begin = std::chrono::steady_clock::now();
-    if (std::system(command.c_str()) != 0) return state.SkipWithError("biss decode failed");
-    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-    state.SetIterationTime(took.count());
-  }
+  if (!run_process(state, decode_command(capture, line_format_text) + " --to csv")) return;
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(command_cycles));
 }
 
-// A sampled capture to its summary on stderr, and the damaged cycles alone as rows.
-void summarise(benchmark::State& state, bool verify) {
+// What a process does with a sampled capture of so many samples.
+void read_samples(benchmark::State& state, std::size_t samples,
+                  const std::function<std::string(const std::string& capture)>& command) {
   const Folder folder;
   if (!folder.good()) return state.SkipWithError("no temporary folder");
   const std::string capture = folder.file("line.sr");
-  std::ofstream(capture) << sr_archive(sampled_line(archive_samples, request_period).samples);
-  const std::string command = std::string("'") + BISS_BENCH_COMMAND + "' decode '" + capture +
-                              "' -f " + sampled_format_text + " --only-errors --threads 1" +
-                              (verify ? "" : " --no-verify") + " > /dev/null 2>&1";
-  for ([[maybe_unused]] auto _ : state) {
-    const auto begin = std::chrono::steady_clock::now();
-    if (std::system(command.c_str()) != 0) return state.SkipWithError("biss decode failed");
-    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-    state.SetIterationTime(took.count());
-  }
-  state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(archive_samples));
+  std::ofstream(capture) << sr_archive(sampled_line(samples, request_period).samples);
+  if (!run_process(state, command(capture))) return;
+  state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(samples));
 }
+
+// The summary on stderr, and the damaged cycles alone as rows.
+std::string summary_command(const std::string& capture, bool verify) {
+  return decode_command(capture, sampled_format_text) + " --only-errors --threads 1" +
+         (verify ? "" : " --no-verify");
+}
+
+// The bytes on SLO, without START, CRC and causes.
+std::string sigrok_command(const std::string& capture) {
+  return "sigrok-cli -i '" + capture +
+         "' -P spi:clk=MA:miso=SLO:cpol=1:cpha=1:wordsize=8 -A spi=miso-data";
+}
+
+bool has_sigrok() { return std::system("command -v sigrok-cli > /dev/null 2>&1") == 0; }
+
+// The decoder of sigrok needs seconds for this.
+constexpr std::size_t sigrok_samples = archive_samples / 6;
+constexpr const char* sigrok_row = "sigrok-cli, decoder spi, of a .sr";
 
 }  // namespace
 
@@ -90,7 +113,26 @@ void add_command_rows(Table& table) {
                .reference = std::string(".sr, ") + request_line + inflate_row,
                .share = verify ? verified_share : inflate_share,
                .own_time = true},
-              [=](benchmark::State& state) { summarise(state, verify); });
+              [=](benchmark::State& state) {
+                read_samples(state, archive_samples, [=](const std::string& capture) {
+                  return summary_command(capture, verify);
+                });
+              });
+  }
+  if (!has_sigrok()) return;
+  table.add({.name = sigrok_row, .unit = Unit::megabytes, .own_time = true},
+            [](benchmark::State& state) { read_samples(state, sigrok_samples, sigrok_command); });
+  for (const char* threads : {" --threads 1", " --threads 2"}) {
+    table.add({.name = std::string("biss decode --to csv of a .sr,") + threads,
+               .unit = Unit::megabytes,
+               .reference = sigrok_row,
+               .share = 1.0 / 400,
+               .own_time = true},
+              [=](benchmark::State& state) {
+                read_samples(state, archive_samples, [=](const std::string& capture) {
+                  return decode_command(capture, sampled_format_text) + " --to csv" + threads;
+                });
+              });
   }
 }
 
