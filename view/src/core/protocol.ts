@@ -12,7 +12,7 @@ export interface Questions {
   /** The last row that begins at or before this time; undefined before the first one. */
   rowAt: { ask: { time: bigint }; answer: number | undefined };
   summary: { ask: Record<string, never>; answer: string };
-  /** The next row from `from` on (exclusive) for which the condition is true; see search.ts. */
+  /** The next row from `from` on (exclusive) for which the condition is true; see condition.ts. */
   find: { ask: { condition: string; from: number; step: 1 | -1 }; answer: number | undefined };
   /** The rows for which the condition is true, at most `most`. */
   findAll: { ask: { condition: string; most: number }; answer: Int32Array };
@@ -20,7 +20,8 @@ export interface Questions {
 
 /** What the worker can do without an open capture. */
 export interface Commands {
-  load: { ask: { wasm: Uint8Array }; answer: undefined };
+  /** biss_core.wasm in base64 of gzip. */
+  load: { ask: { core: string }; answer: undefined };
   addFile: { ask: { name: string; content: File | Uint8Array }; answer: undefined };
   removeFile: { ask: { name: string }; answer: undefined };
   readFile: { ask: { name: string }; answer: Uint8Array };
@@ -59,6 +60,7 @@ export interface ReadingMessage {
   reading: {
     generation: number;
     about: About;
+    columns: readonly Column[];
     rowCount: number;
     more: boolean;
     messages: string;
