@@ -1,12 +1,14 @@
-// The one client of the page.
-import { Client } from './client';
+// The worker that reads the capture, as the page uses it.
+import type { Client } from './client';
+import { newWorker } from './start';
 
 let client: Client | undefined;
 
-/** Sets the client, once, before anything is drawn. */
-export function startCore(worker: Worker): Client {
-  client = new Client(worker);
-  return client;
+/** Starts the worker; resolves when the core is ready. */
+export function startCore(): Promise<undefined> {
+  const started = newWorker();
+  client = started.client;
+  return started.loaded;
 }
 
 /** The client; the page starts it before it draws. */

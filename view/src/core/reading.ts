@@ -1,0 +1,147 @@
+// Opens captures and keeps the state in step with what the worker has read.
+import { batch } from '@preact/signals';
+import * as state from '../state';
+import { decodeArguments } from './arguments';
+import { CoreError } from './client';
+import { core, startCore } from './core';
+import type { Opened, ReadingMessage } from './protocol';
+import { setVerbFiles } from './verbs';
+
+export interface Content {
+  name: string;
+  content: File | Uint8Array;
+}
+
+let files: Content[] = [];
+let loaded: Promise<unknown> | undefined;
+// The first rows of a new capture choose what is shown.
+let rangeIsOpen = false;
+let session = 0;
+
+export function start(): void {
+  loaded = startCore();
+  core().onReading = take;
+  loaded.catch((error: Error) => fail(error.message));
+}
+
+/** Opens files as one capture; `example` as in OpenFile. */
+export async function openFiles(contents: Content[], example?: string): Promise<void> {
+  const first = contents[0];
+  if (first === undefined) return;
+  await loaded;
+  await Promise.all(files.map(({ name }) => core().ask('removeFile', { name })));
+  files = contents.map(({ name, content }) => ({ name: safeName(name), content }));
+  await Promise.all(files.map((file) => core().ask('addFile', file)));
+  setVerbFiles(files);
+  batch(() => {
+    state.file.value = {
+      name: files.map(({ name }) => name).join(', '),
+      bytes: contents.reduce((sum, { content }) => sum + sizeOf(content), 0),
+      example,
+    };
+    state.range.value = undefined;
+    state.selectedRow.value = undefined;
+    state.cursors.value = { a: undefined, b: undefined };
+  });
+  await reopen();
+}
+
+/** The names of the capture's files, for the arguments of verbs. */
+export function fileNames(): string[] {
+  return files.map(({ name }) => name);
+}
+
+// A name is an argument of the command: no folder, and not taken for an option.
+function safeName(name: string): string {
+  return name.replace(/[/\0]/g, '_').replace(/^-/, '_');
+}
+
+function sizeOf(content: File | Uint8Array): number {
+  return content instanceof Uint8Array ? content.length : content.size;
+}
+
+/** Reads the same files again, with the settings as they are now. */
+export async function reopen(): Promise<void> {
+  if (files.length === 0) return;
+  state.progress.value = { state: 'loading', done: 0 };
+  try {
+    const opened = await open();
+    batch(() => {
+      session = opened.generation;
+      state.columns.value = opened.columns;
+      state.rowCount.value = 0;
+      state.about.value = undefined;
+      state.generation.value = opened.generation;
+      state.messages.value = opened.messages;
+      state.progress.value = { state: 'reading', done: 0 };
+      rangeIsOpen = state.range.value === undefined;
+    });
+  } catch (error) {
+    fail(error instanceof Error ? error.message : String(error));
+  }
+}
+
+// With the scale and the velocity where the format allows them; where no lines look like MA and
+// SLO, the busiest ones are shown.
+async function open(): Promise<Opened> {
+  let first: unknown;
+  for (const args of decodeArguments(fileNames(), state.settings.value)) {
+    try {
+      return await core().ask('open', { args, anyLines: false });
+    } catch (error) {
+      first ??= error;
+    }
+  }
+  const args = decodeArguments(fileNames(), state.settings.value).at(-1)!;
+  try {
+    const opened = await core().ask('open', { args, anyLines: true });
+    return { ...opened, messages: `${textOf(first)}${opened.messages}` };
+  } catch {
+    throw first;
+  }
+}
+
+function textOf(error: unknown): string {
+  return error instanceof CoreError ? error.message : String(error);
+}
+
+function fail(message: string): void {
+  batch(() => {
+    state.messages.value = message;
+    state.progress.value = { state: 'failed', done: 0 };
+  });
+}
+
+function take(reading: ReadingMessage['reading']): void {
+  if (reading.generation !== session) return;
+  batch(() => {
+    state.about.value = reading.about;
+    state.columns.value = reading.columns;
+    state.rowCount.value = reading.rowCount;
+    if (reading.messages !== '') state.messages.value = reading.messages;
+    state.progress.value = {
+      state: reading.error !== '' ? 'failed' : reading.more ? 'reading' : 'ended',
+      done: reading.done,
+    };
+    if (reading.error !== '') state.messages.value = reading.error;
+  });
+  if (rangeIsOpen) void chooseRange(reading.more);
+}
+
+// How many requests the first picture shows.
+const firstRequests = 3;
+
+// The first requests; all that there is where the capture has fewer.
+async function chooseRange(more: boolean): Promise<void> {
+  const rows = state.rowCount.value;
+  if (rows <= firstRequests && more) return;
+  rangeIsOpen = false;
+  if (rows <= firstRequests) {
+    state.range.value = state.wholeRange.value;
+    return;
+  }
+  const { values } = await core().ask('column', { name: 'time_ns', from: 0, to: firstRequests + 1 });
+  const from = BigInt(values[0] ?? 0);
+  const to = BigInt(values[firstRequests] ?? 0);
+  if (state.range.value === undefined) state.showRange(from - (to - from) / 30n, to);
+}
