@@ -71,8 +71,8 @@ export const range = signal<Range | undefined>(undefined);
 export const selectedRow = signal<number | undefined>(undefined);
 export const cursors = signal<Cursors>({ a: undefined, b: undefined });
 export const search = signal('');
-/** Rows the table shows: all, or the failed ones. */
-export const onlyErrors = signal(false);
+/** The table shows the rows for which this condition is true; all where it is empty. */
+export const filter = signal('');
 export const panel = signal<Panel>('cycle');
 export const theme = signal<Theme>('system');
 export const systemIsDark = signal(false);

@@ -6,6 +6,8 @@ import type { Analyses } from '../plots/analyses';
 export interface Questions {
   view: { ask: { line: 'ma' | 'slo'; from: bigint; to: bigint; columns: number }; answer: LineView };
   cells: { ask: { from: number; to: number }; answer: string[][] };
+  /** The cells of rows that need not follow one another. */
+  cellsOf: { ask: { rows: readonly number[] }; answer: string[][] };
   csv: { ask: { from: number; to: number }; answer: string };
   column: { ask: { name: string; from: number; to: number }; answer: ColumnValues };
   cycle: { ask: { row: number }; answer: Cycle | undefined };

@@ -65,6 +65,7 @@ function session() {
 const questions: Handlers<Questions> = {
   view: ({ line, from, to, columns }) => session().view(line, from, to, columns),
   cells: ({ from, to }) => session().cells(from, to),
+  cellsOf: ({ rows }) => rows.flatMap((row) => session().cells(row, row + 1)),
   csv: ({ from, to }) => session().csv(from, to),
   column: ({ name, from, to }) => session().column(name, from, to),
   cycle: ({ row }) => session().cycle(row),
