@@ -1,13 +1,11 @@
 // What became of each row, for the strip of all cycles and the boxes of single ones; in the worker.
 import type { ColumnValues, Session } from 'biss';
-import { blockRows, blockTimes, rowsIn, stretch, timesOf } from './row_times';
+import { harmlessStatuses, harmlessVerdicts } from '../core/statuses';
+import { blockRows, blockTimes, numbersOf, rowsIn, stretch, timesOf } from './row_times';
 
 /** What a row is drawn as; the larger one is the worse. */
 export const rowClass = { good: 0, cut: 1, flagged: 2, failed: 3 } as const;
 
-/** Verdicts of the safety monitor that are no fault. */
-const noFault = new Set(['', 'safe', 'starting', 'latched', 'failed']);
-const good = new Set(['ok', 'unchecked']);
 const cut = new Set(['cut_start', 'cut_end']);
 
 export interface StripAsk {
@@ -44,6 +42,9 @@ export interface Rows {
   /** Flags that are set: `nE=0`, `marginal`, limits. */
   notes: string[];
   position: string[];
+  /** Picoseconds; NaN where it is not known. */
+  lineDelay: Float64Array;
+  ack: Float64Array;
   /** When the row after the last one begins; the end of the capture where there is none. */
   end: bigint;
 }
@@ -73,8 +74,8 @@ class Verdicts {
       if (/^n[EW]\d*$/.test(name)) this.#flags.push({ name, values: session.column(name, from, to) });
     }
     this.#classOfStatus = this.status.texts.map((text) => {
-      if (good.has(text)) return rowClass.good;
-      return cut.has(text) ? rowClass.cut : rowClass.failed;
+      if (cut.has(text)) return rowClass.cut;
+      return harmlessStatuses.has(text) ? rowClass.good : rowClass.failed;
     });
   }
 
@@ -99,7 +100,7 @@ class Verdicts {
       if (values.present[i] === 1 && values.values[i] === 0n) return true;
     }
     if (this.#marginal?.present[i] === 1 && this.#marginal.values[i] === 1n) return true;
-    return textOf(this.#limits, i) !== '' || !noFault.has(textOf(this.safety, i));
+    return textOf(this.#limits, i) !== '' || !harmlessVerdicts.has(textOf(this.safety, i));
   }
 }
 
@@ -202,6 +203,10 @@ export function rows(session: Session, { from, to, most }: RowsAsk): Rows {
   const stop = count > most ? first : end;
   const verdicts = new Verdicts(session, first, stop);
   const position = session.column('position', first, stop);
+  const measured = (name: string) => {
+    const { present, values } = session.column(name, first, stop);
+    return numbersOf(values).map((value, i) => (present[i] === 1 ? value : NaN));
+  };
   const indices = Array.from({ length: stop - first }, (_, i) => i);
   return {
     first,
@@ -212,6 +217,8 @@ export function rows(session: Session, { from, to, most }: RowsAsk): Rows {
     safety: indices.map((i) => textOf(verdicts.safety, i)),
     notes: indices.map((i) => verdicts.notes(i)),
     position: indices.map((i) => (position.present[i] === 1 ? String(position.values[i]) : '')),
+    lineDelay: measured('line_delay_ns'),
+    ack: measured('ack_ns'),
     end: timesOf(session, end, end + 1)[0] ?? BigInt(session.about().endTime),
   };
 }

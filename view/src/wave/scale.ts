@@ -1,10 +1,6 @@
 /** The axis of time: where a time stands on the screen, and round marks with a unit that fits. */
 
-/** A stretch of time in picoseconds. */
-export interface Range {
-  from: bigint;
-  to: bigint;
-}
+import type { Range } from '../state';
 
 /** The shortest stretch that is shown: an edge alone. */
 export const shortestSpan = 1000n;
@@ -34,18 +30,6 @@ export class TimeScale {
   }
 }
 
-/** Within `whole` as far as it fits, with the length that it has. */
-export function within(range: Range, whole: Range): Range {
-  const wholeSpan = whole.to - whole.from;
-  let span = range.to - range.from;
-  if (span < shortestSpan) span = shortestSpan;
-  if (span >= wholeSpan) return { from: whole.from, to: whole.from + maxOf(wholeSpan, shortestSpan) };
-  let from = range.from;
-  if (from < whole.from) from = whole.from;
-  if (from + span > whole.to) from = whole.to - span;
-  return { from, to: from + span };
-}
-
 /** `factor` below 1 shows less; the time at `share` of the width stays where it is. */
 export function zoomed(range: Range, factor: number, share: number): Range {
   const span = Number(range.to - range.from);
@@ -64,14 +48,6 @@ export function moved(range: Range, share: number): Range {
 export function around(from: bigint, to: bigint, share: number): Range {
   const margin = BigInt(Math.round(Math.max(Number(to - from), 2000) * share));
   return { from: from - margin, to: to + margin };
-}
-
-export function maxOf(a: bigint, b: bigint): bigint {
-  return a > b ? a : b;
-}
-
-export function minOf(a: bigint, b: bigint): bigint {
-  return a < b ? a : b;
 }
 
 const units: [string, number][] = [
@@ -152,7 +128,7 @@ export function timeMarks(scale: TimeScale, room: number): TimeMarks {
   let first = (scale.from / step) * step;
   if (first < scale.from) first += step;
   const marks: Mark[] = [];
-  const size = Number(maxOf(end < 0n ? -end : end, scale.from < 0n ? -scale.from : scale.from));
+  const size = Math.max(Math.abs(Number(end)), Math.abs(Number(scale.from)));
   const far = size / Number(step) >= 1e5;
   const [name, factor] = unitOf(far ? scale.span : Math.max(size, Number(step)));
   const places = Math.max(0, Math.ceil(Math.log10(factor / Number(step)) - 1e-9));

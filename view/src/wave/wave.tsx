@@ -1,4 +1,157 @@
 /** The waveform of MA and SLO, the decoded tracks below it, the overview strip and the cursors. */
+import './wave.css';
+import { effect, signal } from '@preact/signals';
+import { useEffect, useRef } from 'preact/hooks';
+import * as state from '../state';
+import * as actions from './actions';
+import { differenceText, waveText } from './describe';
+import { listenToOverview, WaveInput, type Pointed } from './input';
+import { cursorTime, defineWaveKeys } from './keys';
+import { Overview } from './overview';
+import { exactTimeText, timeText } from './scale';
+import { WaveView } from './view';
+
+const pointed = signal<Pointed | undefined>(undefined);
+let shownView: WaveView | undefined;
+
+/** The picture as a PNG; undefined before there is one. */
+export function wavePicture(): Promise<Blob | null> | undefined {
+  const canvas = shownView?.surface.canvas;
+  return canvas === undefined
+    ? undefined
+    : new Promise((resolve) => canvas.toBlob(resolve, 'image/png'));
+}
+
+function description(): string {
+  return waveText({
+    range: state.range.value,
+    cursors: state.cursors.value,
+    selected: state.selectedRow.value,
+    rows: state.rowCount.value,
+  });
+}
+
+// A new selection is brought into the picture.
+function followSelection(): () => void {
+  return effect(() => {
+    const row = state.selectedRow.value;
+    if (row !== undefined) void actions.reveal(row).catch(() => undefined);
+  });
+}
+
+function useWave() {
+  const wave = useRef<HTMLCanvasElement>(null);
+  const overview = useRef<HTMLCanvasElement>(null);
+  useEffect(() => {
+    const canvas = wave.current;
+    const strip = overview.current;
+    if (canvas === null || strip === null) return undefined;
+    const view = new WaveView(canvas);
+    const input = new WaveInput(canvas, view, (at) => { pointed.value = at; });
+    const whole = new Overview(strip);
+    const stopOverview = listenToOverview(strip, whole);
+    const stopFollowing = followSelection();
+    defineWaveKeys(view, input);
+    shownView = view;
+    return () => {
+      stopFollowing();
+      stopOverview();
+      whole.close();
+      input.close();
+      view.close();
+      shownView = undefined;
+    };
+  }, []);
+  return { wave, overview };
+}
+
 export function Wave() {
-  return <section class="wave" aria-label="Waveform" />;
+  const { wave, overview } = useWave();
+  return (
+    <section class="wave" aria-label="Waveform">
+      <Toolbar />
+      <div class="wave-overview">
+        <canvas ref={overview} role="img" aria-label="Overview: all cycles of the capture" />
+      </div>
+      <div class="wave-picture" data-keys="waveform" tabIndex={0} role="group"
+        aria-label="Waveform. Arrow keys move and zoom, ? lists the keys.">
+        <canvas ref={wave} role="img" aria-label={description()} />
+      </div>
+    </section>
+  );
+}
+
+function Toolbar() {
+  return (
+    <div class="wave-bar">
+      <div class="wave-buttons" role="group" aria-label="Zoom">
+        <Button label="Zoom in" text="+" run={() => actions.zoom(1 / 2)} />
+        <Button label="Zoom out" text="−" run={() => actions.zoom(2)} />
+        <Button label="Show the whole capture" text="All" run={actions.showAll} />
+        <Button label="Zoom to the selected cycle" text="Cycle" run={zoomToSelected} />
+      </div>
+      <Pointer />
+      <CursorBar />
+    </div>
+  );
+}
+
+function Button({ label, text, run }: { label: string; text: string; run: () => void }) {
+  return (
+    <button type="button" aria-label={label} title={label} onClick={run}
+      disabled={state.range.value === undefined}>
+      {text}
+    </button>
+  );
+}
+
+function zoomToSelected(): void {
+  const row = state.selectedRow.value;
+  if (row !== undefined) void actions.showCycle(row);
+}
+
+function Pointer() {
+  const at = pointed.value;
+  const range = state.range.value;
+  const width = range === undefined ? '' : `${timeText(range.to - range.from)} wide`;
+  const text = at === undefined ? width : `${exactTimeText(at.time)}  ${at.text}`;
+  return <p class="wave-pointer" title={text}>{text}</p>;
+}
+
+function putCursor(which: 'a' | 'b'): void {
+  if (shownView === undefined) return;
+  actions.setCursor(which, cursorTime(shownView, undefined));
+}
+
+function CursorBar() {
+  const { a, b } = state.cursors.value;
+  const difference = differenceText({ a, b });
+  return (
+    <div class="wave-cursors" role="group" aria-label="Cursors">
+      <CursorButton which="a" time={a} />
+      <CursorButton which="b" time={b} />
+      {difference !== '' && (
+        <>
+          <output class="wave-difference" aria-label="B minus A">Δ {difference}</output>
+          <Button label="Zoom to what is between the cursors" text="A–B" run={actions.showCursors} />
+        </>
+      )}
+      {(a ?? b) !== undefined && (
+        <Button label="Remove the cursors" text="✕" run={actions.clearCursors} />
+      )}
+    </div>
+  );
+}
+
+function CursorButton({ which, time }: { which: 'a' | 'b'; time: bigint | undefined }) {
+  const name = which.toUpperCase();
+  const label = time === undefined
+    ? `Set cursor ${name} in the middle`
+    : `Cursor ${name} at ${exactTimeText(time)}; set it in the middle`;
+  return (
+    <button type="button" class={`wave-cursor-${which}`} aria-label={label} title={label}
+      disabled={state.range.value === undefined} onClick={() => putCursor(which)}>
+      {name}{time === undefined ? '' : ` ${exactTimeText(time)}`}
+    </button>
+  );
 }
