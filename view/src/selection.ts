@@ -19,14 +19,15 @@ export async function selectRow(row: number): Promise<void> {
   state.showRange(start, start + length);
 }
 
-/** Selects a row, and shows nothing else. */
+/** Selects a row, and shows its cycle alone. */
 export async function zoomToRow(row: number): Promise<void> {
   if (row < 0 || row >= state.rowCount.value) return;
-  const { from, to } = await stretchOf(row);
-  const margin = (to - from) / 20n;
+  const [{ from, to }, cycle] = await Promise.all([stretchOf(row), core().ask('cycle', { row })]);
+  const end = cycle === undefined || BigInt(cycle.end) <= from ? to : BigInt(cycle.end);
+  const margin = (end - from) / 20n;
   batch(() => {
     state.selectedRow.value = row;
-    state.showRange(from - margin, to + margin);
+    state.showRange(from - margin, end + margin);
   });
 }
 
