@@ -13,15 +13,17 @@ export interface Content {
 }
 
 let files: Content[] = [];
-let loaded: Promise<unknown> | undefined;
+let loaded: Promise<undefined> | undefined;
 // The first rows of a new capture choose what is shown.
 let rangeIsOpen = false;
 let session = 0;
 
-export function start(): void {
+/** Starts the core; resolves when it is ready. */
+export function start(): Promise<undefined> {
   loaded = startCore();
   core().onReading = take;
   loaded.catch((error: Error) => fail(error.message));
+  return loaded;
 }
 
 /** Opens files as one capture; `example` as in OpenFile. */
@@ -29,6 +31,7 @@ export async function openFiles(contents: Content[], example?: string): Promise<
   const first = contents[0];
   if (first === undefined) return;
   await loaded;
+  await core().ask('close', {});
   await Promise.all(files.map(({ name }) => core().ask('removeFile', { name })));
   files = contents.map(({ name, content }) => ({ name: safeName(name), content }));
   await Promise.all(files.map((file) => core().ask('addFile', file)));
@@ -39,6 +42,9 @@ export async function openFiles(contents: Content[], example?: string): Promise<
       bytes: contents.reduce((sum, { content }) => sum + sizeOf(content), 0),
       example,
     };
+    state.about.value = undefined;
+    state.columns.value = [];
+    state.rowCount.value = 0;
     state.range.value = undefined;
     state.selectedRow.value = undefined;
     state.cursors.value = { a: undefined, b: undefined };

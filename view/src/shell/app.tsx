@@ -1,24 +1,21 @@
 // The page as a whole.
 import { signal } from '@preact/signals';
-import { useEffect } from 'preact/hooks';
 import * as state from '../state';
 import { Wave } from '../wave/wave';
 import { announcement } from './announce';
-import { loadEncoders } from './encoders';
 import { openUserFiles } from './files';
 import { Header } from './header';
 import { Help } from './help';
 import { Panels } from './panels';
-import { followSearch } from './search';
 import { SimulatePanel } from './simulate';
 import { Splitter } from './splitter';
 import { MessageBar, StatusBar } from './status_bar';
 import { Table } from './table';
-import { filterError, followRows, shownCount } from './table_rows';
+import { filterError, shownCount } from './table_rows';
 import { Welcome } from './welcome';
 
 const isOver = signal(false);
-const waveShare = signal(46);
+const waveShare = signal(54);
 const tableShare = signal(50);
 
 function onDrag(event: DragEvent): void {
@@ -34,11 +31,6 @@ function onDrop(event: DragEvent): void {
 }
 
 export function App() {
-  useEffect(() => {
-    followRows();
-    followSearch();
-    void loadEncoders().catch(() => {});
-  }, []);
   return (
     <div class={isOver.value ? 'app over' : 'app'} onDragEnter={onDrag} onDragOver={onDrag} onDragLeave={onDrag} onDrop={onDrop}>
       <Header />

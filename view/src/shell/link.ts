@@ -1,5 +1,6 @@
 // The state of the view as the part of the address after #, and back.
 import { effect } from '@preact/signals';
+import { selectRow } from '../selection';
 import * as state from '../state';
 import { openSimulated } from './examples';
 
@@ -65,8 +66,16 @@ function placeOf(link: URLSearchParams): Place {
 
 function goTo(place: Place): void {
   if (place.range !== undefined) state.range.value = place.range;
-  state.selectedRow.value = place.row;
   state.cursors.value = place.cursors;
+  const { row } = place;
+  if (row === undefined) return;
+  // As soon as it has been read. With a range in the link, that range stays.
+  const stop = effect(() => {
+    if (state.rowCount.value <= row) return;
+    if (place.range !== undefined) state.selectedRow.value = row;
+    else void selectRow(row);
+    queueMicrotask(() => stop());
+  });
 }
 
 /** The file that a link names and that the user has to open; undefined without such a link. */

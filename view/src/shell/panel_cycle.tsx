@@ -52,7 +52,7 @@ function Check({ check, bits }: { check: CycleCheck; bits: CycleBit[] }) {
   const single = check.singles.map((list) => list.map(nameOf).join(' and '));
   return (
     <p class={check.right ? 'verdict good-text' : 'verdict bad-text'}>
-      CRC of channel {check.channel}: received {hex(check.received)}, expected {hex(check.expected)}
+      CRC{check.channel > 0 ? ` ${check.channel + 1}` : ''}: received {hex(check.received)}, expected {hex(check.expected)}
       {check.right ? ': right' : ': wrong'}
       {!check.right && single.length > 0 && `; right if one bit were different: ${single.join(', ')}`}
     </p>

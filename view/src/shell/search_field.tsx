@@ -43,8 +43,8 @@ export function SearchField() {
       <datalist id="conditions">{suggestions.map((text) => <option key={text} value={text} />)}</datalist>
       <button type="button" class="icon" aria-label="Previous match" disabled={condition === ''} onClick={() => void searchOn(-1)}>↑</button>
       <button type="button" class="icon" aria-label="Next match" disabled={condition === ''} onClick={() => void searchOn(1)}>↓</button>
-      <button type="button" class="icon" aria-label="Show only rows that match" title="Show only rows that match" disabled={condition === ''}
-        aria-pressed={condition !== '' && state.filter.value === condition} onClick={filterBySearch}>⧩</button>
+      <button type="button" title="Show only rows that match" disabled={condition === ''}
+        aria-pressed={condition !== '' && state.filter.value === condition} onClick={filterBySearch}>Filter</button>
       <span id="search-result" class={error === '' ? 'result' : 'result bad-text'} title={error} aria-live="polite">
         {error !== '' ? error : count === undefined ? '' : `${count} row${count === 1 ? '' : 's'}`}
       </span>

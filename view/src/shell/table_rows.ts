@@ -60,7 +60,7 @@ export async function want(first: number, last: number): Promise<void> {
   const generation = state.generation.value;
   try {
     const cells = await ask(rows);
-    if (generation === state.generation.value) keep(rows, cells);
+    keep(rows, generation === state.generation.value ? cells : []);
   } catch (error) {
     if (!(error instanceof Superseded)) state.messages.value = String(error);
   }
@@ -95,6 +95,7 @@ export function followRows(): void {
       seen = generation;
       kept.clear();
       filtered.value = undefined;
+      arrived.value = 0;
     }
   });
   effect(() => {
