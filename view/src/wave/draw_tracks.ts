@@ -20,8 +20,7 @@ export interface Hit {
 /** Draws tracks, and keeps what stands where. */
 export class TrackPainter {
   readonly hits: Hit[] = [];
-  /** Where the last text of each lane ends. */
-  readonly #written = new Map<Lane, number>();
+  readonly #failures: { x: number; text: string; row: number }[] = [];
 
   constructor(
     private readonly context: CanvasRenderingContext2D,
@@ -110,29 +109,39 @@ export class TrackPainter {
     context.fillText(text, x - textWidth(context, text) / 2, lane.top + lane.height / 2);
   }
 
-  /** Where a cycle fails, and why; texts that would overlap are left to the pointer. */
-  failure(lane: Lane, at: bigint, text: string, row: number): void {
-    const { context, colours } = this;
+  /** Where a cycle fails, and why. */
+  failure(at: bigint, text: string, row: number): void {
     const x = this.#x(at);
+    if (x >= this.left && x <= this.left + this.scale.width) this.#failures.push({ x, text, row });
+  }
+
+  /** Draws the failures; a text for which there is no room is left to the pointer. */
+  failures(lane: Lane): void {
+    const { context } = this;
     const right = this.left + this.scale.width;
-    if (x < this.left || x > right) return;
-    const middle = lane.top + lane.height / 2;
-    context.fillStyle = colours.bad;
-    context.beginPath();
-    context.moveTo(x, lane.top + 2);
-    context.lineTo(x + 5, lane.top + 11);
-    context.lineTo(x - 5, lane.top + 11);
-    context.fill();
+    context.fillStyle = this.colours.bad;
     context.font = font;
-    const width = textWidth(context, text);
-    const begin = Math.max(this.left, Math.min(x + 9, right - width));
-    const isOver = begin < x + 9 && begin + width > x - 6;
-    const place = isOver && x - 9 - width >= this.left ? x - 9 - width : begin;
-    if (place >= (this.#written.get(lane) ?? 0) && !(isOver && place === begin)) {
-      context.fillText(text, place, middle);
-      this.#written.set(lane, Math.max(place + width, x + 6) + 8);
-    }
-    this.#hit(lane, x - 6, Math.max(x + 6, place + width), text, row);
+    context.textBaseline = 'middle';
+    let written = this.left;
+    this.#failures.forEach(({ x, text, row }, i) => {
+      context.beginPath();
+      context.moveTo(x, lane.top + 3);
+      context.lineTo(x + 5, lane.top + 13);
+      context.lineTo(x - 5, lane.top + 13);
+      context.fill();
+      const next = Math.min(right, (this.#failures[i + 1]?.x ?? Infinity) - 8);
+      const begin = Math.max(written, x + 8);
+      const texts = [text, text.replace(/;.*/, ''), text.replace(/:.*/, '')];
+      const after = fitting(context, texts, next - begin) ?? '';
+      const before = fitting(context, texts, x - 8 - written) ?? '';
+      const isBefore = before.length > after.length;
+      const shown = isBefore ? before : after;
+      const width = textWidth(context, shown);
+      const place = isBefore ? x - 8 - width : begin;
+      context.fillText(shown, place, lane.top + lane.height / 2);
+      this.#hit(lane, Math.min(x - 6, place), Math.max(x + 6, place + width), text, row);
+      written = Math.max(x + 8, place + width + 6);
+    });
   }
 
   #fillOf(found: number): string | undefined {

@@ -1,4 +1,5 @@
 /** Pointer and wheel on the waveform: zoom, pan, select, measure. */
+import { selectRow } from '../selection';
 import * as state from '../state';
 import * as actions from './actions';
 import { flagAt } from './cursors';
@@ -143,7 +144,7 @@ export class WaveInput {
     const { x, y } = this.#at(event);
     const hit = this.hitAt(x, y);
     const time = this.view.scale?.time(x - gutter);
-    if (hit !== undefined) state.selectedRow.value = hit.row;
+    if (hit !== undefined) void selectRow(hit.row);
     else if (time !== undefined && x >= gutter) void actions.selectAt(time);
   };
 
@@ -157,10 +158,7 @@ export class WaveInput {
     this.onPoint(undefined);
   };
 
-  #double = () => {
-    const row = state.selectedRow.value;
-    if (row !== undefined) void actions.showCycle(row);
-  };
+  #double = () => actions.showSelected();
 
   /** What was drawn last at a place is on top. */
   hitAt(x: number, y: number): Hit | undefined {

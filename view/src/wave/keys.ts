@@ -14,10 +14,6 @@ export function cursorTime(view: WaveView, input: WaveInput | undefined): bigint
 
 export function defineWaveKeys(view: WaveView, input: WaveInput): void {
   const put = (which: 'a' | 'b') => () => actions.setCursor(which, cursorTime(view, input));
-  const selected = (use: (row: number) => Promise<void>) => () => {
-    const row = state.selectedRow.value;
-    if (row !== undefined) void use(row);
-  };
   defineKeys('waveform', [
     { keys: ['ArrowLeft'], help: 'Move left', run: () => actions.pan(-1 / 8) },
     { keys: ['ArrowRight'], help: 'Move right', run: () => actions.pan(1 / 8) },
@@ -30,7 +26,7 @@ export function defineWaveKeys(view: WaveView, input: WaveInput): void {
     { keys: ['0'], help: 'The whole capture', run: actions.showAll },
     { keys: ['.'], help: 'Select the next cycle', run: () => actions.selectNext(1) },
     { keys: [','], help: 'Select the cycle before', run: () => actions.selectNext(-1) },
-    { keys: ['Enter'], help: 'Zoom to the selected cycle', run: selected(actions.showCycle) },
+    { keys: ['Enter'], help: 'Zoom to the selected cycle', run: actions.showSelected },
     { keys: ['a'], help: 'Cursor A at the pointer, or in the middle', run: put('a') },
     { keys: ['b'], help: 'Cursor B at the pointer, or in the middle', run: put('b') },
     { keys: ['x'], help: 'Remove the cursors', run: actions.clearCursors },

@@ -121,12 +121,12 @@ class Planner {
     const to = at + this.#half;
     if (bit.payloadBit !== undefined) return this.#addField(i);
     const level = bit.level === undefined ? '' : `=${bit.level}`;
-    if (bit.name === 'START') this.#add('frame', ['START', 'S'], from, to);
+    if (bit.name === 'START') this.#add('frame', ['START'], from, to);
     else if (bit.name === 'CDS') {
       this.#add('frame', [`CDS${level}`], from, to, this.cycle.status === 'cds');
     } else if (bit.name === 'STOP') {
       const wrong = this.cycle.status === 'stop_bit';
-      this.#add('frame', [bit.level === 0 ? 'STOP' : `STOP${level}`, 'P'], from, to, wrong);
+      this.#add('frame', [bit.level === 0 ? 'STOP' : `STOP${level}`], from, to, wrong);
     }
     return 0;
   }
@@ -142,7 +142,7 @@ class Planner {
     const kind = kindOf(name);
     const value = this.#valueOf(name, bits.map(({ bit }) => bit), kind);
     const check = kind === 'crc' ? this.#checkOf(name) : undefined;
-    const texts = value === '' ? [name] : [`${name}=${value}`, value, name];
+    const texts = value === '' ? [name] : [`${name}=${value}`, kind === 'data' ? name : value];
     if (check !== undefined && !check.right) {
       texts.unshift(`${name}=${value}, expected ${hexOf(BigInt(check.expected))}`);
     }

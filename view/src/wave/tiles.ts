@@ -22,7 +22,7 @@ export interface Shown extends Range {
 }
 
 /** An answer for a stretch that is wider than the picture, so that moving it shows something. */
-export class Tile<K extends 'view' | 'analyse.strip' | 'analyse.rows'> {
+export class Tile<K extends 'view' | 'analyse.strip' | 'analyse.rows' | 'analyse.envelope'> {
   answer: Requests[K]['answer'] | undefined;
   asked: Asked | undefined;
   #pending: Asked | undefined;

@@ -7,7 +7,7 @@ import { drawCursors } from './cursors';
 import { drawAxis, drawLine, drawNames, levelAt, nearestChange } from './draw_lines';
 import { drawStrips } from './draw_strip';
 import { TrackPainter, type Hit } from './draw_tracks';
-import { layOut, type CycleLayout } from './layout';
+import { causeOf, layOut, type CycleLayout } from './layout';
 import { gutter, lanesOf, type Lanes } from './lanes';
 import { paletteOf, type Palette } from './palette';
 import { TimeScale } from './scale';
@@ -163,9 +163,10 @@ export class WaveView {
       if (isWide) wanted.push(row);
       const layout = isWide ? this.#layoutOf(rows, i) : undefined;
       if (layout !== undefined) this.#drawParts(lanes, rows, i, layout, painter);
-      else if (rows.status[i] !== 'ok') painter.failure(lanes.cause, rows.times[i] ?? 0n, causeText(rows, i), row);
+      else if (causeOf(rows.status[i] ?? '') !== '') painter.failure(rows.times[i] ?? 0n, rows.status[i] ?? '', row);
       this.#drawFlags(lanes, rows, i, painter);
     }
+    painter.failures(lanes.cause);
     const more = state.progress.value.state === 'reading';
     if (!this.#isClosed) this.#cycles.want(wanted, state.generation.value, more);
     this.hits = painter.hits;
@@ -187,7 +188,7 @@ export class WaveView {
     const row = rows.first + i;
     for (const part of layout.parts) painter.part(lanes.frame, part, row);
     painter.samples(lanes.slo, lanes.bits, layout, row);
-    for (const { at, text } of layout.failures) painter.failure(lanes.cause, at, text, row);
+    for (const { at, text } of layout.failures) painter.failure(at, text, row);
     const next = rows.times[i + 1] ?? rows.end;
     const rest = layout.lastEdge + (3n * layout.period) / 4n;
     const ma = lineTile(this.#ma);
@@ -208,10 +209,6 @@ export class WaveView {
     const isBad = notes !== '' || (verdict !== 'safe' && verdict !== 'starting');
     painter.label(lanes.flags, from, rows.times[i + 1] ?? rows.end, texts, rows.first + i, isBad);
   }
-}
-
-function causeText(rows: Rows, i: number): string {
-  return rows.status[i] ?? '';
 }
 
 // Rows that are seen.

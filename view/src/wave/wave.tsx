@@ -1,6 +1,6 @@
 /** The waveform of MA and SLO, the decoded tracks below it, the overview strip and the cursors. */
 import './wave.css';
-import { effect, signal } from '@preact/signals';
+import { signal } from '@preact/signals';
 import { useEffect, useRef } from 'preact/hooks';
 import * as state from '../state';
 import * as actions from './actions';
@@ -14,28 +14,12 @@ import { WaveView } from './view';
 const pointed = signal<Pointed | undefined>(undefined);
 let shownView: WaveView | undefined;
 
-/** The picture as a PNG; undefined before there is one. */
-export function wavePicture(): Promise<Blob | null> | undefined {
-  const canvas = shownView?.surface.canvas;
-  return canvas === undefined
-    ? undefined
-    : new Promise((resolve) => canvas.toBlob(resolve, 'image/png'));
-}
-
 function description(): string {
   return waveText({
     range: state.range.value,
     cursors: state.cursors.value,
     selected: state.selectedRow.value,
     rows: state.rowCount.value,
-  });
-}
-
-// A new selection is brought into the picture.
-function followSelection(): () => void {
-  return effect(() => {
-    const row = state.selectedRow.value;
-    if (row !== undefined) void actions.reveal(row).catch(() => undefined);
   });
 }
 
@@ -50,11 +34,9 @@ function useWave() {
     const input = new WaveInput(canvas, view, (at) => { pointed.value = at; });
     const whole = new Overview(strip);
     const stopOverview = listenToOverview(strip, whole);
-    const stopFollowing = followSelection();
     defineWaveKeys(view, input);
     shownView = view;
     return () => {
-      stopFollowing();
       stopOverview();
       whole.close();
       input.close();
@@ -88,7 +70,7 @@ function Toolbar() {
         <Button label="Zoom in" text="+" run={() => actions.zoom(1 / 2)} />
         <Button label="Zoom out" text="−" run={() => actions.zoom(2)} />
         <Button label="Show the whole capture" text="All" run={actions.showAll} />
-        <Button label="Zoom to the selected cycle" text="Cycle" run={zoomToSelected} />
+        <Button label="Zoom to the selected cycle" text="Cycle" run={actions.showSelected} />
       </div>
       <Pointer />
       <CursorBar />
@@ -103,11 +85,6 @@ function Button({ label, text, run }: { label: string; text: string; run: () => 
       {text}
     </button>
   );
-}
-
-function zoomToSelected(): void {
-  const row = state.selectedRow.value;
-  if (row !== undefined) void actions.showCycle(row);
 }
 
 function Pointer() {
