@@ -49,6 +49,8 @@ export const examples: readonly Example[] = [
   },
 ];
 
+// The worker of the verbs has the capture that is open under its own name.
+const madeName = 'new.vcd';
 const fileName = 'simulated.vcd';
 
 /** Simulates with these arguments and opens the capture. */
@@ -56,7 +58,7 @@ export async function openSimulated(args: string, format: string): Promise<void>
   state.progress.value = { state: 'loading', done: 0 };
   try {
     const bytes = await runToFile(
-      ['simulate', ...splitArguments(args), '-o', fileName], fileName);
+      ['simulate', ...splitArguments(args), '-o', madeName], madeName);
     state.settings.value = { ...state.settings.value, format, ma: '', slo: '', invertMa: false, invertSlo: false };
     await openFiles([{ name: fileName, content: bytes }], args);
   } catch (error) {

@@ -85,7 +85,7 @@ function SheetView({ sheet: { of, fields, words, check } }: { sheet: Sheet }) {
     <section>
       <h3>Data sheet of {of}</h3>
       <pre class="words" tabIndex={0} aria-label="What the data sheet says">{words}</pre>
-      <h4>Check</h4>
+      <h3>Check of the data sheet</h3>
       <pre class="words" tabIndex={0} aria-label="Check of the data sheet">{check}</pre>
       {rows.length > 0 && (
         <div class="wide" tabIndex={0} role="region" aria-label="Fields of the data sheet">

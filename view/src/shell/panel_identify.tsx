@@ -54,7 +54,7 @@ function Found({ row }: { row: Record<string, unknown> }) {
         const formats = String(row[key] ?? '').split(separator).filter((text) => text !== '');
         return formats.length > 0 && (
           <section key={key}>
-            <h4>{heading}</h4>
+            <h3>{heading}</h3>
             <ul class="plain">{formats.map((format) => <li key={format}><Format format={format} /></li>)}</ul>
           </section>
         );

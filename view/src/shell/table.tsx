@@ -81,7 +81,8 @@ export function Table() {
   const rows = [];
   for (let place = first; place < last; place += 1) {
     const top = headHeight + (place - shown.top * (1 - scale)) * rowHeight;
-    rows.push(<Row key={place} place={place} top={top} columns={columns} widths={widths} />);
+    const row = rowAtPlace(place);
+    rows.push(<Row key={place} row={row} place={place} top={top} columns={columns} widths={widths} cells={cellsOf(row)} />);
   }
   return (
     <div id="table" ref={box} class="table" role="grid" tabIndex={0} data-keys="table" aria-label="Request cycles"
@@ -123,11 +124,13 @@ function useWidths(columns: readonly Column[], first: number, last: number): num
   if (widths.current.columns.map((column) => column.name).join() !== names) {
     widths.current = { columns, widths: columns.map(({ name }) => Math.max(3, name.length)) };
   }
-  const own = widths.current.widths;
+  const own = [...widths.current.widths];
   for (let place = first; place < last; place += 1) {
     cellsOf(rowAtPlace(place))?.forEach((cell, i) => { own[i] = Math.max(own[i] ?? 3, cell.length); });
   }
-  return own;
+  // The same array while nothing has changed, so that rows are not drawn again.
+  if (own.some((width, i) => width !== widths.current.widths[i])) widths.current.widths = own;
+  return widths.current.widths;
 }
 
 function alignment(column: Column): string {
@@ -151,15 +154,15 @@ function Head({ columns, widths }: { columns: readonly Column[]; widths: number[
 }
 
 interface RowProps {
+  row: number;
   place: number;
   top: number;
   columns: readonly Column[];
   widths: number[];
+  cells: string[] | undefined;
 }
 
-function Row({ place, top, columns, widths }: RowProps) {
-  const row = rowAtPlace(place);
-  const cells = cellsOf(row);
+function Row({ row, place, top, columns, widths, cells }: RowProps) {
   const selected = state.selectedRow.value === row;
   const status = cells?.[2] ?? 'ok';
   const kind = harmlessStatuses.has(status) ? '' : ' failed';
