@@ -20,7 +20,7 @@ export function eyeText(eye: Eye | undefined): string {
   if (eye === undefined) return 'Eye diagram: not measured yet.';
   if (eye.samples === 0) return 'Eye diagram: nothing was sampled here.';
   const cycles = eye.rows.length === eye.of ? `${eye.of} cycles` : `${eye.rows.length} of ${eye.of} cycles`;
-  return `${eye.samples} samples of ${cycles}. ${sideText(eye, eye.before, 'before')}, ` +
+  return `${eye.samples} samples of ${cycles}; ${sideText(eye, eye.before, 'before')}, ` +
     `${sideText(eye, eye.after, 'after')} the sampling point.`;
 }
 
@@ -86,21 +86,22 @@ export class EyeView {
     const most = Math.max(1, ...eye.rising, ...eye.falling);
     context.fillStyle = colours.slo;
     for (let bin = 0; bin < bins; bin += 1) {
-      const x = gutter + bin * each;
+      const x = gutter + Math.round(bin * each);
+      const wide = gutter + Math.round((bin + 1) * each) - x;
       const high = eye.high[bin] ?? 0;
       const low = eye.low[bin] ?? 0;
       const all = Math.max(1, high + low);
       const part = (share: number, y: number) => {
         if (share === 0) return;
         context.globalAlpha = 0.25 + 0.75 * share;
-        context.fillRect(x, y, each + 0.5, rail);
+        context.fillRect(x, y, wide, rail);
       };
       part(high / all, top);
       part(low / all, bottom - rail);
       const changes = (eye.rising[bin] ?? 0) + (eye.falling[bin] ?? 0);
       if (changes === 0) continue;
       context.globalAlpha = 0.2 + 0.8 * Math.sqrt(Math.min(1, changes / most));
-      context.fillRect(x, top, Math.max(1, each), bottom - top);
+      context.fillRect(x, top, Math.max(1, wide), bottom - top);
     }
     context.globalAlpha = 1;
   }

@@ -165,6 +165,7 @@ export class PlotView {
       context.lineTo(width - rightEdge, y);
       context.stroke();
       context.fillStyle = colours.soft;
+      if (y < 6 || y > height - foot - 4) continue;
       const label = text(value);
       context.fillText(label, Math.max(0, gutter - 8 - textWidth(context, label)), y, gutter - 8);
     }

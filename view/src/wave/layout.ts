@@ -8,6 +8,8 @@ export type PartKind = 'frame' | 'data' | 'flag' | 'crc';
 /** A stretch of a cycle with a name. */
 export interface Part {
   kind: PartKind;
+  /** Of a field of the format: `pos`, `crc.2`. */
+  field?: string;
   /** From the longest to the shortest: `ACK 3.2 µs, 32 clocks`, `ACK`. */
   texts: string[];
   from: bigint;
@@ -76,6 +78,13 @@ class Planner {
     const before = this.parts[this.parts.length - 1];
     const begin = before !== undefined && before.to > from ? before.to : from;
     if (begin < to) this.parts.push({ kind, texts, from: begin, to, wrong });
+  }
+
+  #addNamed(field: string, kind: PartKind, texts: string[], from: bigint, to: bigint, wrong: boolean): void {
+    const count = this.parts.length;
+    this.#add(kind, texts, from, to, wrong);
+    const added = this.parts[count];
+    if (added !== undefined) added.field = field;
   }
 
   plan(): void {
@@ -147,7 +156,7 @@ class Planner {
       texts.unshift(`${name}=${value}, expected ${hexOf(BigInt(check.expected))}`);
     }
     const wrong = (check !== undefined && !check.right) || (kind === 'flag' && isActive(name, value));
-    this.#add(kind, texts, first.at - this.#half, last.at + this.#half, wrong);
+    this.#addNamed(name, kind, texts, first.at - this.#half, last.at + this.#half, wrong);
     return count - 1;
   }
 
@@ -205,7 +214,7 @@ function failuresOf(cycle: Cycle, parts: Part[], lastEdge: bigint) {
   for (const check of cycle.status === 'crc' ? cycle.checks : []) {
     if (check.right) continue;
     const name = check.channel === 0 ? 'crc' : `crc.${check.channel + 1}`;
-    const part = parts.find(({ kind, texts }) => kind === 'crc' && texts.includes(name));
+    const part = parts.find(({ field }) => field === name);
     const got = hexOf(BigInt(check.received));
     const text = `${cycle.status}: ${name} is ${got}, the data need ${hexOf(BigInt(check.expected))}`;
     failures.push({ at: part?.from ?? lastEdge, text: text + mending(cycle, check.singles) });
