@@ -45,7 +45,7 @@ export function SearchField() {
       <button type="button" class="icon" aria-label="Next match" disabled={condition === ''} onClick={() => void searchOn(1)}>↓</button>
       <button type="button" title="Show only rows that match" disabled={condition === ''}
         aria-pressed={condition !== '' && state.filter.value === condition} onClick={filterBySearch}>Filter</button>
-      <span id="search-result" class={error === '' ? 'result' : 'result bad-text'} title={error} aria-live="polite">
+      <span id="search-result" class={error === '' ? 'result' : 'result wrong'} aria-live="polite">
         {error !== '' ? error : count === undefined ? '' : `${count} row${count === 1 ? '' : 's'}`}
       </span>
     </div>

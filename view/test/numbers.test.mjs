@@ -1,0 +1,104 @@
+// The numbers of the page are those of the command: whole tables, cell by cell, and its messages for
+// hostile files. BISS_CAPTURES says how many captures, 24 by default; BISS_SEEDS a folder with files.
+import assert from 'node:assert/strict';
+import { spawnSync } from 'node:child_process';
+import fs from 'node:fs';
+import path from 'node:path';
+import { after, before, describe, it } from 'node:test';
+import { choose, exported } from './actions.mjs';
+import { makeFolder } from './command.mjs';
+import { assertNoRequests, browse, open } from './page.mjs';
+
+const wanted = Number(process.env.BISS_CAPTURES ?? 24);
+const formats = ['resolute-26', 'mt12,st20,nE,nW,lc6,crc16', 'fs-36-28', 'pos18,nE,nW,crc6'];
+const faults = [
+  [],
+  ['--fault', 'flip:0.05', '--fault', 'lost_clock:0.02'],
+  ['--fault', 'slo_low:0.05', '--fault', 'burst:0.05', '--jitter', '20ns'],
+  ['--fault', 'glitch_slo:0.05', '--fault', 'cut:0.02', '--fault', 'no_answer:0.05'],
+  ['--fault', 'nE:0.1', '--fault', 'delay_step:0.05', '--fault', 'glitch_ma:0.02'],
+];
+const endings = ['.vcd', '.csv', '.sr', '.vcd.gz', '_saleae.csv', '_saleae.bin', '.dsl'];
+
+let browser;
+let folder;
+before(async () => {
+  browser = await browse();
+  folder = makeFolder();
+});
+after(async () => {
+  await browser.close();
+  folder.remove();
+});
+
+// A capture with a format, faults and a kind of file that no other number has together.
+function makeCapture(number) {
+  const format = formats[number % formats.length];
+  const fault = faults[number % faults.length];
+  const ending = endings[number % endings.length];
+  const plain = `capture${number}.vcd`;
+  folder.make(['simulate', '-f', format, '--cycles', '120', '--motion', 'random', '--seed', `${number + 1}`,
+    ...fault, '-o', plain]);
+  return { name: converted(plain, `capture${number}${ending}`), format };
+}
+
+function converted(plain, name) {
+  if (name.endsWith('.gz')) assert.equal(spawnSync('gzip', ['-kf', folder.at(plain)]).status, 0);
+  else if (name.includes('_saleae')) folder.make(['convert', plain, name, '--to', `saleae-${name.slice(-3)}`]);
+  else if (name !== plain) folder.make(['convert', plain, name, ...(/\.(sr|dsl)$/.test(name) ? ['--rate', '100MHz'] : [])]);
+  return name;
+}
+
+// As the page reads it: with the velocity, where the format allows it.
+function rowsOfCommand(args) {
+  const ran = folder.run(['decode', ...args, '--velocity', '--to', 'csv']);
+  return ran.status < 2 ? ran.out : folder.run(['decode', ...args, '--to', 'csv']).out;
+}
+
+describe('numbers', () => {
+  it(`${wanted}Captures_EveryCellIsThatOfTheCommand`, { timeout: 1_800_000 }, async () => {
+    const { page, requests, errors } = await open(browser);
+    let rows = 0;
+    for (let number = 0; number < wanted; number += 1) {
+      const { name, format } = makeCapture(number);
+      await choose(page, folder.at(name));
+      if (number % 2 === 0) {
+        await page.locator('#format').fill(format);
+        await page.keyboard.press('Enter');
+        await page.waitForFunction((value) => location.hash.includes(value), `format=${encodeURIComponent(format).replaceAll('%20', '+')}`);
+        await page.locator('.status-bar', { hasText: 'Read to the end' }).waitFor();
+      }
+      const expected = rowsOfCommand(number % 2 === 0 ? [name, '-f', format] : [name]).split('\n');
+      const shown = (await exported(page, /CSV of the table/)).toString().split('\n');
+      assert.equal(shown.length, expected.length, name);
+      expected.forEach((line, i) => assert.deepEqual(shown[i].split(','), line.split(','), `${name}, line ${i + 1}`));
+      rows += expected.length - 2;
+    }
+    assert.ok(rows >= 100 * wanted, `${rows} rows`);
+    assertNoRequests(requests);
+    assert.deepEqual(errors, []);
+    await page.context().close();
+  });
+});
+
+describe('hostile files', () => {
+  it('Seeds_GiveTheMessageOfTheCommandAndNoneStopsThePage', { skip: process.env.BISS_SEEDS === undefined && 'BISS_SEEDS is not set', timeout: 1_800_000 }, async () => {
+    const { page, errors } = await open(browser);
+    const seeds = fs.readdirSync(process.env.BISS_SEEDS, { recursive: true, withFileTypes: true }).filter((entry) => entry.isFile());
+    for (const entry of seeds) {
+      fs.copyFileSync(path.join(entry.parentPath ?? entry.path, entry.name), folder.at(entry.name));
+      const expected = folder.run(['decode', entry.name]);
+      await page.locator('#choose-files').setInputFiles(folder.at(entry.name));
+      const end = page.locator('.status-bar > span', { hasText: /^(Read to the end|Failed)$/ }).first();
+      await page.locator('.file', { hasText: entry.name }).waitFor();
+      await end.waitFor({ timeout: 30_000 });
+      if (expected.status >= 2 && await end.innerText() === 'Failed') {
+        const shown = await page.locator('.message-text').innerText();
+        assert.equal(shown.split('\n')[0], expected.err.trim().split('\n')[0], entry.name);
+      }
+    }
+    assert.ok(seeds.length > 0);
+    assert.deepEqual(errors, []);
+    await page.context().close();
+  });
+});
