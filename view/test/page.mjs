@@ -5,10 +5,11 @@ import { fileURLToPath, pathToFileURL } from 'node:url';
 import { chromium } from 'playwright-core';
 
 const here = path.dirname(fileURLToPath(import.meta.url));
-const file = path.resolve(process.env.BISS_VIEW ?? path.join(here, '../dist/biss.html'));
+/** The page that is tested. */
+export const pageFile = path.resolve(process.env.BISS_VIEW ?? path.join(here, '../dist/biss.html'));
 
 /** The address of the page, from its folder. */
-export const address = pathToFileURL(file).href;
+export const address = pathToFileURL(pageFile).href;
 
 /** A browser; `close` it at the end. */
 export function browse() {

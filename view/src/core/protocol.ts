@@ -1,6 +1,7 @@
 // What the page and the worker say to each other. A request has a number, its answer has the same.
 import type { About, Column, ColumnValues, Cycle, LineView, RunResult } from 'biss';
 import type { Analyses } from '../plots/analyses';
+import type { Content } from './source';
 
 /** What can be asked of the capture that is open, and what comes back. */
 export interface Questions {
@@ -24,7 +25,7 @@ export interface Questions {
 export interface Commands {
   /** biss_core.wasm in base64 of gzip. */
   load: { ask: { core: string }; answer: undefined };
-  addFile: { ask: { name: string; content: File | Uint8Array }; answer: undefined };
+  addFile: { ask: { name: string; content: Content }; answer: undefined };
   removeFile: { ask: { name: string }; answer: undefined };
   readFile: { ask: { name: string }; answer: Uint8Array };
   run: { ask: { args: string[] }; answer: RunResult };

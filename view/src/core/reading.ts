@@ -5,14 +5,10 @@ import { decodeArguments } from './arguments';
 import { CoreError } from './client';
 import { core, startCore } from './core';
 import type { Opened, ReadingMessage } from './protocol';
-import { setVerbFiles } from './verbs';
+import { sizeOf } from './source';
+import { setVerbFiles, type NamedContent } from './verbs';
 
-export interface Content {
-  name: string;
-  content: File | Uint8Array;
-}
-
-let files: Content[] = [];
+let files: NamedContent[] = [];
 let loaded: Promise<undefined> | undefined;
 // The first rows of a new capture choose what is shown.
 let rangeIsOpen = false;
@@ -27,7 +23,7 @@ export function start(): Promise<undefined> {
 }
 
 /** Opens files as one capture; `example` as in OpenFile. */
-export async function openFiles(contents: Content[], example?: string): Promise<void> {
+export async function openFiles(contents: NamedContent[], example?: string): Promise<void> {
   const first = contents[0];
   if (first === undefined) return;
   await loaded;
@@ -60,10 +56,6 @@ export function fileNames(): string[] {
 // A name is an argument of the command: no folder, and not taken for an option.
 function safeName(name: string): string {
   return name.replace(/[/\0]/g, '_').replace(/^-/, '_');
-}
-
-function sizeOf(content: File | Uint8Array): number {
-  return content instanceof Uint8Array ? content.length : content.size;
 }
 
 /** Reads the same files again, with the settings as they are now. */

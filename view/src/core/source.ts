@@ -7,8 +7,23 @@ export interface MeasuredSource extends ByteSource {
   readonly reached: number;
 }
 
-export function measuredSource(content: File | Uint8Array): MeasuredSource {
-  return content instanceof Uint8Array ? new BytesSource(content) : new FileSource(content);
+/** A file that the page's own server gives in pieces. */
+export interface ServedFile {
+  /** Whole, with its scheme. */
+  address: string;
+  size: number;
+}
+
+/** All that a capture may be read from. */
+export type Content = File | Uint8Array | ServedFile;
+
+export function sizeOf(content: Content): number {
+  return content instanceof Uint8Array ? content.length : content.size;
+}
+
+export function measuredSource(content: Content): MeasuredSource {
+  if (content instanceof Uint8Array) return new BytesSource(content);
+  return content instanceof File ? new FileSource(content) : new ServedSource(content);
 }
 
 class BytesSource implements MeasuredSource {
@@ -40,6 +55,31 @@ class FileSource implements MeasuredSource {
   read(offset: number, length: number): Uint8Array {
     const piece = this.file.slice(offset, offset + length);
     const bytes = new Uint8Array(this.#reader.readAsArrayBuffer(piece));
+    this.reached = offset + bytes.length;
+    return bytes;
+  }
+}
+
+// Asked for at once, as the core reads: a worker may wait for an answer.
+class ServedSource implements MeasuredSource {
+  reached = 0;
+
+  constructor(private readonly file: ServedFile) {}
+
+  get size(): number {
+    return this.file.size;
+  }
+
+  read(offset: number, length: number): Uint8Array {
+    const request = new XMLHttpRequest();
+    request.open('GET', this.file.address, false);
+    request.responseType = 'arraybuffer';
+    request.setRequestHeader('Range', `bytes=${offset}-${offset + length - 1}`);
+    request.send();
+    const bytes = new Uint8Array((request.response as ArrayBuffer | null) ?? new ArrayBuffer(0));
+    if (request.status !== 206 || bytes.length === 0 || bytes.length > length) {
+      throw new Error(`${this.file.address}: bytes ${offset} to ${offset + length} did not come`);
+    }
     this.reached = offset + bytes.length;
     return bytes;
   }

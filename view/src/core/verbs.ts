@@ -2,11 +2,12 @@
 // new run ends the one under way.
 import type { RunResult } from 'biss';
 import { Client, CoreError } from './client';
+import type { Content } from './source';
 import { newWorker } from './start';
 
-interface NamedContent {
+export interface NamedContent {
   name: string;
-  content: File | Uint8Array;
+  content: Content;
 }
 
 /** The files of the capture, which the verbs read. */

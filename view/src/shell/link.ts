@@ -2,6 +2,7 @@
 import { effect } from '@preact/signals';
 import { selectRow } from '../selection';
 import * as state from '../state';
+import { carriedView, openCarried } from './carried';
 import { openSimulated } from './examples';
 
 const panels: readonly state.Panel[] = [
@@ -85,7 +86,7 @@ export function wantedFile(): string | undefined {
 
 /** Shows what the address says, and keeps the address in step from then on. */
 export async function followLink(): Promise<void> {
-  const link = new URLSearchParams(location.hash.slice(1));
+  const link = new URLSearchParams(location.hash.length > 1 ? location.hash.slice(1) : carriedView());
   const invert = (link.get('invert') ?? '').split(',');
   state.settings.value = {
     format: link.get('format') ?? '',
@@ -104,6 +105,8 @@ export async function followLink(): Promise<void> {
   const file = link.get('file');
   if (simulate !== null) {
     await openSimulated(simulate, state.settings.value.format);
+    goTo(placeOf(link));
+  } else if (await openCarried()) {
     goTo(placeOf(link));
   } else if (file !== null) {
     waiting = { file, place: placeOf(link) };
