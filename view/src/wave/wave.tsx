@@ -69,7 +69,7 @@ function Toolbar() {
       <div class="wave-buttons" role="group" aria-label="Zoom">
         <Button label="Zoom in" text="+" run={() => actions.zoom(1 / 2)} />
         <Button label="Zoom out" text="−" run={() => actions.zoom(2)} />
-        <Button label="Show the whole capture" text="All" run={actions.showAll} />
+        <Button label="All: show the whole capture" text="All" run={actions.showAll} />
         <Button label="Zoom to the selected cycle" text="Cycle" run={actions.showSelected} />
       </div>
       <Pointer />
