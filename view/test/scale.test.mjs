@@ -9,7 +9,7 @@ test('Times_HaveAUnitThatFits', () => {
   assert.equal(scale.timeText(0), '0 s');
   assert.equal(scale.timeText(345_500), '345.5 ns');
   assert.equal(scale.timeText(12_500_000n), '12.5 µs');
-  assert.equal(scale.timeText(-1_000_000_000_000), '-1 s');
+  assert.equal(scale.timeText(-1_000_000_000_000), '−1 s');
   assert.equal(scale.timeText(7_200_000_000_000_000), '7200 s');
 });
 
@@ -59,6 +59,6 @@ test('Ticks_TellTheirValuesApart', () => {
   assert.equal(new Set(texts).size, texts.length);
   assert.ok(texts.includes('3.0002 µs'), texts.join());
   const counts = ticks.ticksOf(0, 40_000_000, 4, 'number');
-  assert.deepEqual(counts.values.map(counts.text), ['0', '10\u202f000\u202f000',
-    '20\u202f000\u202f000', '30\u202f000\u202f000', '40\u202f000\u202f000']);
+  assert.deepEqual(counts.values.map(counts.text), ['0 M', '10 M', '20 M', '30 M', '40 M']);
+  assert.equal(ticks.valueText(24_745_347, 'number', 'counts'), '24\u202f745\u202f347 counts');
 });

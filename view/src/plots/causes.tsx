@@ -5,6 +5,7 @@ import { harmlessStatuses, harmlessVerdicts, statuses } from '../core/statuses';
 import { searchOn } from '../shell/search';
 import * as state from '../state';
 import type { Cause, Causes as Counted } from './causes_of';
+import { steadyRows } from '../wave/tiles';
 import { Latest } from './latest';
 
 const bins = 60;
@@ -60,7 +61,7 @@ export function Causes() {
 }
 
 function useCounted(): Counted | undefined {
-  const rows = state.rowCount.value;
+  const rows = steadyRows();
   const generation = state.generation.value;
   useEffect(() => () => latest.close(), []);
   useEffect(() => {

@@ -129,7 +129,7 @@ export class EyeView {
     for (let quarter = -4; quarter <= 4; quarter += 2) {
       const x = gutter + ((quarter + 4) / 8) * width;
       const time = (quarter / 4) * eye.period;
-      const text = quarter === 0 ? 'sample' : timeText(time, 3).replace('-', '−');
+      const text = quarter === 0 ? 'sample' : timeText(time, 3);
       if (quarter !== 0) verticalLine(context, x, 0, height - foot + 3);
       const wide = textWidth(context, text);
       context.fillText(text, Math.min(x - wide / 2, gutter + width + rightEdge - wide), height - foot / 2 + 1);

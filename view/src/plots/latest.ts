@@ -2,7 +2,7 @@
 import type { Requests } from '../core/protocol';
 import { core } from '../core/core';
 
-const pause = 150;
+const pause = 300;
 
 export class Latest<K extends 'analyse.eye' | 'analyse.causes'> {
   answer: Requests[K]['answer'] | undefined;

@@ -43,7 +43,7 @@ export class PlotView {
     this.surface = new Surface(canvas, () => this.#draw());
     this.#stop = effect(() => {
       void [range.value, state.range.value, state.generation.value, state.about.value,
-        state.shownTheme.value, state.cursors.value];
+        state.progress.value.state, state.shownTheme.value, state.cursors.value];
       this.surface.change();
     });
   }

@@ -5,7 +5,7 @@ import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
 import { defineKeys } from '../shell/keys';
 import * as state from '../state';
 import * as actions from '../wave/actions';
-import { Tile } from '../wave/tiles';
+import { steadyEnd, steadyRows, Tile } from '../wave/tiles';
 import { Causes } from './causes';
 import type { Envelope } from './envelope';
 import type { Eye } from './eye_of';
@@ -20,7 +20,7 @@ const follows = signal(false);
 const shown = computed(() => (follows.value ? state.range.value : wholeCapture()));
 
 // The eye is of so many cycles at most, evenly spread over what is shown.
-const eyeCycles = 200;
+const eyeCycles = 120;
 const eyeBins = 200;
 
 function wholeCapture(): state.Range | undefined {
@@ -32,7 +32,8 @@ const eyeLatest = new Latest('analyse.eye', 'plots.eye', () => { eye.value = eye
 
 function wantEye(range: state.Range | undefined): void {
   if (range === undefined || state.rowCount.value === 0) return;
-  const key = [state.generation.value, state.rowCount.value, range.from, range.to].join(' ');
+  const stretch = follows.value ? `${range.from} ${range.to}` : 'all';
+  const key = [state.generation.value, steadyRows(), stretch].join(' ');
   eyeLatest.want(key, { ...range, cycles: eyeCycles, bins: eyeBins });
 }
 
@@ -46,7 +47,7 @@ defineKeys('plots', [
 
 export function Plots() {
   const range = shown.value;
-  const rows = state.rowCount.value;
+  const rows = steadyRows();
   const generation = state.generation.value;
   useEffect(() => { wantEye(range); }, [range?.from, range?.to, rows, generation]);
   useEffect(() => () => eyeLatest.close(), []);
@@ -73,8 +74,7 @@ function ColumnFigure({ plot }: { plot: ColumnPlot }) {
     const tile = new Tile('analyse.envelope', `plots.${plot.column}`,
       ({ from, to, columns }) => ({ column: plot.column, from, to, points: columns }), change);
     return (range, width) => {
-      const { generation, endTime } = state;
-      tile.want({ ...range, width, generation: generation.value, end: endTime.value });
+      tile.want({ ...range, width, generation: state.generation.value, end: steadyEnd() });
       return tile.answer;
     };
   };
@@ -121,7 +121,7 @@ function Figure({ spec, sourceOf, range, note = '', depends }: FigureProps) {
   }, []);
   return (
     <figure class="plot">
-      <figcaption><strong>{spec.title}</strong> <span>{point.value === '' ? note : point.value}</span></figcaption>
+      <figcaption><strong>{spec.unit === '' ? spec.title : `${spec.title}, ${spec.unit}`}</strong> <span>{point.value === '' ? note : point.value}</span></figcaption>
       <div class="plot-canvas"><canvas ref={canvas} role="img" aria-label={summary} /></div>
     </figure>
   );

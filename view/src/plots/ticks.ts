@@ -16,6 +16,15 @@ export interface Ticks {
   text: (value: number) => string;
 }
 
+// Counts are exact where they stand for themselves, and short beside an axis.
+const short: [string, number][] = [['G', 1e10], ['M', 1e7], ['', 1]];
+const prefixes: Record<string, number> = { G: 1e9, M: 1e6 };
+
+function shortOf(size: number): [string, number] {
+  const [prefix] = short.find(([, least]) => size >= least) ?? ['', 1];
+  return [prefix, prefixes[prefix] ?? 1];
+}
+
 function factorOf(quantity: Quantity, size: number): [string, number] {
   const all = factors[quantity];
   return all.find(([, factor]) => size >= factor) ?? all[all.length - 1] ?? ['', 1];
@@ -28,7 +37,8 @@ function grouped(text: string): string {
 /** At most about `count` marks from `low` to `high`. */
 export function ticksOf(low: number, high: number, count: number, quantity: Quantity): Ticks {
   const step = roundStep(Math.max((high - low) / Math.max(1, count), Number.MIN_VALUE));
-  const [unit, factor] = factorOf(quantity, Math.max(Math.abs(low), Math.abs(high)));
+  const size = Math.max(Math.abs(low), Math.abs(high));
+  const [unit, factor] = quantity === 'number' ? shortOf(size) : factorOf(quantity, size);
   const places = Math.min(12, Math.max(0, Math.ceil(-Math.log10(step / factor) - 1e-9)));
   const values: number[] = [];
   for (let i = Math.ceil(low / step); i * step <= high && values.length < 50; i += 1) values.push(i * step);

@@ -37,13 +37,10 @@ export function drawAxis(
   }
 }
 
-interface Paths {
-  line: Path2D;
-  busy: Path2D;
-  unknown: [number, number][];
-}
+// A level that lasts for fewer pixels is part of a filled stretch.
+const leastPixels = 2;
 
-/** A line; several changes within a pixel are a filled stretch. */
+/** A line; several changes within a few pixels are a filled stretch. */
 export function drawLine(
   context: Context,
   lane: Lane,
@@ -52,7 +49,7 @@ export function drawLine(
   scale: TimeScale,
   colour: string,
 ): void {
-  const { line, busy, unknown } = pathsOf(lane, left, tile, scale);
+  const pieces = piecesOf(left, tile, scale);
   context.save();
   context.beginPath();
   context.rect(left, lane.top - 2, scale.width, lane.height + 4);
@@ -60,44 +57,70 @@ export function drawLine(
   context.strokeStyle = colour;
   context.fillStyle = colour;
   context.globalAlpha = 0.55;
-  context.fill(busy);
+  for (const { from, to, shown } of pieces) {
+    if (shown === busy) context.fillRect(from, lane.top, Math.max(1, to - from), lane.height);
+  }
   context.globalAlpha = 1;
-  context.lineWidth = 1.5;
-  context.lineJoin = 'miter';
-  context.stroke(line);
+  strokeLevels(context, lane, pieces);
   context.lineWidth = 1;
-  for (const [from, to] of unknown) hatch(context, from, lane.top, to - from, lane.height);
+  for (const { from, to, shown } of pieces) {
+    if (shown === unknown) hatch(context, from, lane.top, to - from, lane.height);
+  }
   context.restore();
 }
 
-function pathsOf(lane: Lane, left: number, tile: LineTile, scale: TimeScale): Paths {
+const unknown = 2;
+const busy = 3;
+
+/** A stretch of a line in pixels. */
+interface Piece {
+  from: number;
+  to: number;
+  /** As LineView::levels. */
+  shown: number;
+}
+
+function piecesOf(left: number, tile: LineTile, scale: TimeScale): Piece[] {
   const { times, levels } = tile;
-  const high = lane.top + 1;
-  const low = lane.top + lane.height - 1;
-  const per = scale.pixelsPerPs;
   const shift = Number(scale.from - tile.from);
-  const x = (time: number) => left + (time - shift) * per;
-  const paths: Paths = { line: new Path2D(), busy: new Path2D(), unknown: [] };
-  let before: number | undefined;
+  const right = left + scale.width + 4;
+  const x = (time: number) => left + (time - shift) * scale.pixelsPerPs;
+  const pieces: Piece[] = [];
+  let last: Piece | undefined;
   for (let i = firstShown(times, shift); i < times.length; i += 1) {
-    const from = Math.max(left - 4, x(times[i] ?? 0));
-    if (from > left + scale.width) break;
-    const to = Math.min(left + scale.width + 4, x(times[i + 1] ?? tile.end));
-    const level = levels[i];
-    if (level === 2) paths.unknown.push([from, to]);
-    if (level === 3) paths.busy.rect(from, high, Math.max(1, to - from), low - high);
-    if (level === 0 || level === 1) {
-      const y = level === 1 ? high : low;
-      if (before === undefined) paths.line.moveTo(from, y);
-      else if (before !== y) paths.line.lineTo(from, before);
-      paths.line.lineTo(from, y);
-      paths.line.lineTo(to, y);
-      before = y;
+    const begin = x(times[i] ?? 0);
+    if (begin > right) break;
+    const from = Math.max(left - 4, begin);
+    const end = x(times[i + 1] ?? tile.end);
+    const to = Math.min(right, end);
+    const shown = end - begin < leastPixels ? busy : levels[i] ?? unknown;
+    if (last?.shown === busy && shown === busy) {
+      last.to = to;
     } else {
-      before = undefined;
+      last = { from, to, shown };
+      pieces.push(last);
     }
   }
-  return paths;
+  return pieces;
+}
+
+function strokeLevels(context: Context, lane: Lane, pieces: readonly Piece[]): void {
+  const high = lane.top + 1;
+  const low = lane.top + lane.height - 1;
+  context.lineWidth = 1.5;
+  context.lineJoin = 'miter';
+  context.beginPath();
+  let before: number | undefined;
+  for (const { from, to, shown } of pieces) {
+    const y = shown === 1 ? high : shown === 0 ? low : undefined;
+    if (y !== undefined) {
+      if (before === undefined) context.moveTo(from, y);
+      else context.lineTo(from, y);
+      context.lineTo(to, y);
+    }
+    before = y;
+  }
+  context.stroke();
 }
 
 // The last entry that begins at or before a time; 0 where there is none.
@@ -119,6 +142,18 @@ export function levelAt(tile: LineTile, time: bigint): 0 | 1 | undefined {
   if ((tile.times[at] ?? Infinity) > offset || offset > tile.end) return undefined;
   const level = tile.levels[at];
   return level === 0 || level === 1 ? level : undefined;
+}
+
+/** When a line first has a level from a time on; undefined where that is not known exactly. */
+export function firstAt(tile: LineTile, level: 0 | 1, from: bigint, to: bigint): bigint | undefined {
+  const begin = Number(from - tile.from);
+  for (let i = firstShown(tile.times, begin); i < tile.times.length; i += 1) {
+    const time = Math.max(begin, tile.times[i] ?? 0);
+    const shown = tile.levels[i];
+    if (time > Number(to - tile.from) || (shown !== 0 && shown !== 1)) return undefined;
+    if (shown === level) return tile.from + BigInt(time);
+  }
+  return undefined;
 }
 
 /** The change of a line next to a time, within this distance. */

@@ -91,7 +91,9 @@ export function drawOverview(
 ): void {
   const sums = byPixel(strip, scale);
   const highest = most(sums.all);
+  context.globalAlpha = 0.5;
   bars(context, lane, 0, sums.all, highest, colours.soft);
+  context.globalAlpha = 1;
   bars(context, lane, 0, sums.flagged, highest, colours.warn);
   bars(context, lane, 0, sums.failed, highest, colours.bad);
 }

@@ -35,7 +35,7 @@ const plan: { key: keyof Lanes; height: number; gap: number; name: string; farNa
   { key: 'flags', height: 20, gap: 4, name: 'flags', farName: '' },
 ];
 
-const waveHeight = { least: 24, most: 72 };
+const waveHeight = { least: 24, most: 110 };
 
 export function lanesOf(height: number): Lanes {
   const fixed = plan.reduce((sum, lane) => sum + lane.height + lane.gap, 0);

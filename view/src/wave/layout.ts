@@ -90,11 +90,6 @@ class Planner {
   plan(): void {
     this.#addRequest();
     for (let i = 0; i < this.#sampled.length; i += 1) i += this.#addBit(i);
-    const end = BigInt(this.cycle.end);
-    const length = end - this.lastEdge;
-    if (length > 0n) {
-      this.#add('frame', [`timeout ${timeText(length)}`, 'timeout'], this.lastEdge, end);
-    }
   }
 
   #addRequest(): void {
@@ -207,6 +202,12 @@ function kindOf(field: string): PartKind {
 // nE and nW are active when 0, E and W when 1.
 function isActive(field: string, value: string): boolean {
   return value === (field.startsWith('n') ? '0' : '1');
+}
+
+/** From the last edge of MA until the encoder releases SLO. */
+export function timeoutPart(from: bigint, to: bigint): Part {
+  const texts = [`timeout ${timeText(to - from)}`, 'timeout'];
+  return { kind: 'frame', texts, from, to, wrong: false };
 }
 
 function failuresOf(cycle: Cycle, parts: Part[], lastEdge: bigint) {

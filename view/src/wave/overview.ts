@@ -5,7 +5,7 @@ import { Surface } from './canvas';
 import { drawOverview } from './draw_strip';
 import { paletteOf } from './palette';
 import { TimeScale } from './scale';
-import { Tile } from './tiles';
+import { steadyEnd, Tile } from './tiles';
 
 const inset = 3;
 
@@ -19,7 +19,8 @@ export class Overview {
       ({ columns }) => ({ ...state.wholeRange.value, columns }), () => this.surface.change());
     this.surface = new Surface(canvas, () => this.#draw());
     this.#stop = effect(() => {
-      void [state.range.value, state.endTime.value, state.generation.value, state.shownTheme.value];
+      void [state.range.value, state.endTime.value, state.generation.value,
+        state.progress.value.state, state.shownTheme.value];
       this.surface.change();
     });
   }
@@ -45,7 +46,7 @@ export class Overview {
       ...state.wholeRange.value,
       width,
       generation: state.generation.value,
-      end: state.endTime.value,
+      end: steadyEnd(),
     });
     const lane = { top: inset, height: height - 2 * inset, name: '', farName: '' };
     const { answer } = this.#strip;

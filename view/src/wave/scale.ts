@@ -77,7 +77,7 @@ export function timeText(ps: number | bigint, digits = 4): string {
   const value = Number(ps);
   if (value === 0) return '0 s';
   const [name, factor] = unitOf(value);
-  return `${trimmed(value / factor, digits)} ${name}`;
+  return `${trimmed(value / factor, digits).replace('-', '−')} ${name}`;
 }
 
 /** To the picosecond: `12.000345678901 s`, `345.5 ns`. */

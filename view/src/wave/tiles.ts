@@ -3,6 +3,7 @@ import type { Cycle, LineView } from 'biss';
 import { Superseded, CoreError } from '../core/client';
 import { core } from '../core/core';
 import type { Requests } from '../core/protocol';
+import * as state from '../state';
 import type { Range } from '../state';
 
 /** What was asked of a stretch of time. */
@@ -19,6 +20,23 @@ export interface Shown extends Range {
   width: number;
   generation: number;
   end: bigint;
+}
+
+/**
+ * The end of what has been read, in steps of some percent while it grows: what shows the whole capture
+ * is not to be counted again with every row.
+ */
+export function steadyEnd(): bigint {
+  const end = state.endTime.value;
+  if (state.progress.value.state !== 'reading') return end;
+  const bits = BigInt(Math.max(0, end.toString(2).length - 6));
+  return (end >> bits) << bits;
+}
+
+/** The same of the number of rows. */
+export function steadyRows(): number {
+  const rows = state.rowCount.value;
+  return state.progress.value.state === 'reading' && rows > 0 ? 2 ** Math.floor(Math.log2(rows)) : rows;
 }
 
 /** An answer for a stretch that is wider than the picture, so that moving it shows something. */
@@ -100,12 +118,25 @@ export function lineTile(tile: Tile<'view'>): LineTile | undefined {
   if (answer === undefined || asked === undefined) return undefined;
   let line = converted.get(answer);
   if (line === undefined) {
-    const times = Float64Array.from(answer.times, (time) => Number(time - asked.from));
+    const times = offsetsOf(answer.times, asked.from);
     const known = asked.end < asked.to ? asked.end : asked.to;
     line = { from: asked.from, times, levels: answer.levels, end: Number(known - asked.from) };
     converted.set(answer, line);
   }
   return line;
+}
+
+// Without an object for each time.
+function offsetsOf(times: BigInt64Array, from: bigint): Float64Array {
+  const halves = new Int32Array(times.buffer, times.byteOffset, 2 * times.length);
+  const low = Number(BigInt.asUintN(32, from));
+  const high = Number(from >> 32n);
+  const offsets = new Float64Array(times.length);
+  for (let i = 0; i < offsets.length; i += 1) {
+    const difference = (halves[2 * i + 1] ?? 0) - high;
+    offsets[i] = difference * 4294967296 + (((halves[2 * i] ?? 0) >>> 0) - low);
+  }
+  return offsets;
 }
 
 const mostKept = 600;

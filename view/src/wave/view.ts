@@ -4,10 +4,10 @@ import * as state from '../state';
 import type { Rows } from '../plots/row_classes';
 import { Surface } from './canvas';
 import { drawCursors } from './cursors';
-import { drawAxis, drawLine, drawNames, levelAt, nearestChange } from './draw_lines';
+import { drawAxis, drawLine, drawNames, firstAt, levelAt, nearestChange } from './draw_lines';
 import { drawStrips } from './draw_strip';
 import { TrackPainter, type Hit } from './draw_tracks';
-import { causeOf, layOut, type CycleLayout } from './layout';
+import { causeOf, layOut, timeoutPart, type CycleLayout } from './layout';
 import { gutter, lanesOf, type Lanes } from './lanes';
 import { paletteOf, type Palette } from './palette';
 import { TimeScale } from './scale';
@@ -190,6 +190,7 @@ export class WaveView {
     painter.samples(lanes.slo, lanes.bits, layout, row);
     for (const { at, text } of layout.failures) painter.failure(at, text, row);
     const next = rows.times[i + 1] ?? rows.end;
+    this.#drawTimeout(lanes, layout, next, row, painter);
     const rest = layout.lastEdge + (3n * layout.period) / 4n;
     const ma = lineTile(this.#ma);
     const inverted = state.about.value?.maInverted === true;
@@ -197,6 +198,16 @@ export class WaveView {
     if (level === undefined) return;
     const cdm = (level === 1) === inverted ? 1 : 0;
     painter.label(lanes.cdm, layout.lastEdge, next, [`CDM=${cdm}`, String(cdm)], row);
+  }
+
+  #drawTimeout(lanes: Lanes, layout: CycleLayout, next: bigint, row: number, painter: TrackPainter): void {
+    const slo = lineTile(this.#slo);
+    const last = layout.parts[layout.parts.length - 1];
+    if (slo === undefined || last === undefined) return;
+    const released = state.about.value?.sloInverted === true ? 0 : 1;
+    const begin = last.to > layout.lastEdge ? last.to : layout.lastEdge;
+    const end = firstAt(slo, released, begin, next);
+    if (end !== undefined && end > begin) painter.part(lanes.frame, timeoutPart(begin, end), row);
   }
 
   #drawFlags(lanes: Lanes, rows: Rows, i: number, painter: TrackPainter): void {
