@@ -1,24 +1,36 @@
 // The numbers of the page are those of the command: whole tables, cell by cell, and its messages for
-// hostile files. BISS_CAPTURES says how many captures, 24 by default; BISS_SEEDS a folder with files.
+// hostile files. BISS_CAPTURES says how many captures, 27 by default; BISS_SEEDS a folder with files.
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
 import fs from 'node:fs';
 import path from 'node:path';
 import { after, before, describe, it } from 'node:test';
-import { choose, exported } from './actions.mjs';
+import { exported } from './actions.mjs';
 import { makeFolder } from './command.mjs';
-import { assertNoRequests, browse, open } from './page.mjs';
+import { assertNoRequests, browse, open, readToEnd } from './page.mjs';
 
-const wanted = Number(process.env.BISS_CAPTURES ?? 24);
+const wanted = Number(process.env.BISS_CAPTURES ?? 27);
 const formats = ['resolute-26', 'mt12,st20,nE,nW,lc6,crc16', 'fs-36-28', 'pos18,nE,nW,crc6'];
 const faults = [
   [],
   ['--fault', 'flip:0.05', '--fault', 'lost_clock:0.02'],
-  ['--fault', 'slo_low:0.05', '--fault', 'burst:0.05', '--jitter', '20ns'],
+  ['--fault', 'slo_low:0.05', '--fault', 'burst:0.05', '--cable', '20m', '--jitter', '20ns'],
   ['--fault', 'glitch_slo:0.05', '--fault', 'cut:0.02', '--fault', 'no_answer:0.05'],
   ['--fault', 'nE:0.1', '--fault', 'delay_step:0.05', '--fault', 'glitch_ma:0.02'],
 ];
-const endings = ['.vcd', '.csv', '.sr', '.vcd.gz', '_saleae.csv', '_saleae.bin', '.dsl'];
+
+// Makes files of a kind from a VCD; returns their names.
+const kinds = [
+  (plain) => [plain],
+  (plain) => one(plain, plain.replace('vcd', 'csv')),
+  (plain) => one(plain, plain.replace('vcd', 'sr'), '--rate', '100MHz'),
+  (plain) => outside('gzip', ['-kf', plain], `${plain}.gz`),
+  (plain) => one(plain, `saleae_${plain.replace('vcd', 'csv')}`, '--to', 'saleae-csv'),
+  (plain) => ['MA', 'SLO'].flatMap((line) => one(plain, plain.replace('.vcd', `_${line}.bin`), '--to', 'saleae-bin', '--line', line)),
+  (plain) => one(plain, plain.replace('vcd', 'dsl'), '--rate', '100MHz'),
+  (plain) => outside('vcd2fst', [plain, plain.replace('vcd', 'fst')], plain.replace('vcd', 'fst')),
+  (plain) => one(plain, plain.replace('vcd', 'raw'), '--rate', '100MHz'),
+];
 
 let browser;
 let folder;
@@ -31,22 +43,42 @@ after(async () => {
   folder.remove();
 });
 
-// A capture with a format, faults and a kind of file that no other number has together.
+function one(plain, name, ...options) {
+  folder.make(['convert', plain, name, ...options]);
+  return [name];
+}
+
+function outside(program, args, name) {
+  const ran = spawnSync(program, args, { cwd: folder.at('.') });
+  assert.equal(ran.status, 0, `${program}: ${ran.error ?? ran.stderr}`);
+  return [name];
+}
+
+// A capture with a format, faults and a kind of file that no other number below 180 has together.
 function makeCapture(number) {
   const format = formats[number % formats.length];
   const fault = faults[number % faults.length];
-  const ending = endings[number % endings.length];
   const plain = `capture${number}.vcd`;
   folder.make(['simulate', '-f', format, '--cycles', '120', '--motion', 'random', '--seed', `${number + 1}`,
     ...fault, '-o', plain]);
-  return { name: converted(plain, `capture${number}${ending}`), format };
+  const names = kinds[number % kinds.length](plain);
+  const further = names[0].endsWith('.raw') ? ['--raw-rate', '100MHz'] : [];
+  return { names, format: number % 2 === 0 ? format : '', further };
 }
 
-function converted(plain, name) {
-  if (name.endsWith('.gz')) assert.equal(spawnSync('gzip', ['-kf', folder.at(plain)]).status, 0);
-  else if (name.includes('_saleae')) folder.make(['convert', plain, name, '--to', `saleae-${name.slice(-3)}`]);
-  else if (name !== plain) folder.make(['convert', plain, name, ...(/\.(sr|dsl)$/.test(name) ? ['--rate', '100MHz'] : [])]);
-  return name;
+async function openInPage(page, { names, format, further }) {
+  await page.locator('#choose-files').setInputFiles(names.map((name) => folder.at(name)));
+  await page.waitForFunction((text) => document.querySelector('.file')?.textContent === text, names.join(', '));
+  await page.getByLabel('Options').fill(further.join(' '));
+  await page.getByLabel('Options').blur();
+  await page.locator('#format').fill(format);
+  await page.locator('#format').blur();
+  await page.waitForFunction((wanted) => {
+    const link = new URLSearchParams(location.hash.slice(1));
+    return link.get('file') === wanted.file && (link.get('format') ?? '') === wanted.format
+      && (link.get('further') ?? '') === wanted.further;
+  }, { file: names.join(', '), format, further: further.join(' ') });
+  await readToEnd(page);
 }
 
 // As the page reads it: with the velocity, where the format allows it.
@@ -60,15 +92,11 @@ describe('numbers', () => {
     const { page, requests, errors } = await open(browser);
     let rows = 0;
     for (let number = 0; number < wanted; number += 1) {
-      const { name, format } = makeCapture(number);
-      await choose(page, folder.at(name));
-      if (number % 2 === 0) {
-        await page.locator('#format').fill(format);
-        await page.keyboard.press('Enter');
-        await page.waitForFunction((value) => location.hash.includes(value), `format=${encodeURIComponent(format).replaceAll('%20', '+')}`);
-        await page.locator('.status-bar', { hasText: 'Read to the end' }).waitFor();
-      }
-      const expected = rowsOfCommand(number % 2 === 0 ? [name, '-f', format] : [name]).split('\n');
+      const capture = makeCapture(number);
+      await openInPage(page, capture);
+      const { names, format, further } = capture;
+      const name = names.join(', ');
+      const expected = rowsOfCommand([...names, ...(format === '' ? [] : ['-f', format]), ...further]).split('\n');
       const shown = (await exported(page, /CSV of the table/)).toString().split('\n');
       assert.equal(shown.length, expected.length, name);
       expected.forEach((line, i) => assert.deepEqual(shown[i].split(','), line.split(','), `${name}, line ${i + 1}`));
