@@ -7,6 +7,9 @@ import type { Lane } from './lanes';
 import type { Palette } from './palette';
 import type { TimeScale } from './scale';
 
+// Bits have their names where a clock has this many pixels.
+const nameClock = 56;
+
 /** What is under the pointer says this. */
 export interface Hit {
   left: number;
@@ -104,7 +107,8 @@ export class TrackPainter {
     context.font = bad ? `bold ${numberFont}` : numberFont;
     const value = level === undefined ? '?' : String(level);
     const marked = bad ? `✕${value}` : value;
-    const text = fitting(context, [`${name}=${marked}`, marked, value], clock - 2) ?? '';
+    const names = clock >= nameClock ? [`${name}=${marked}`] : [];
+    const text = fitting(context, [...names, marked, value], clock - 2) ?? '';
     context.fillStyle = bad ? colours.bad : colours.text;
     context.fillText(text, x - textWidth(context, text) / 2, lane.top + lane.height / 2);
   }
