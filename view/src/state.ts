@@ -86,10 +86,13 @@ export const shownTheme = computed<'light' | 'dark'>(() => {
 /** The end of what has been read so far. */
 export const endTime = computed(() => BigInt(about.value?.endTime ?? '0'));
 
+/** The first change of a line, which can be before 0. */
+export const beginTime = signal(0n);
+
 /** The whole capture, as far as it has been read. */
 export const wholeRange = computed<Range>(() => ({
-  from: 0n,
-  to: endTime.value > 0n ? endTime.value : 1n,
+  from: beginTime.value,
+  to: endTime.value > beginTime.value ? endTime.value : beginTime.value + 1n,
 }));
 
 // No picture shows less than this.
