@@ -13,6 +13,8 @@ let loaded: Promise<undefined> | undefined;
 // The first rows of a new capture choose what is shown.
 let rangeIsOpen = false;
 let session = 0;
+// What the command said when it opened the capture.
+let openMessages = '';
 
 /** Starts the core; resolves when it is ready. */
 export function start(): Promise<undefined> {
@@ -70,6 +72,7 @@ export async function reopen(): Promise<void> {
       state.rowCount.value = 0;
       state.about.value = undefined;
       state.generation.value = opened.generation;
+      openMessages = opened.messages;
       state.messages.value = opened.messages;
       state.progress.value = { state: 'reading', done: 0 };
       rangeIsOpen = state.range.value === undefined;
@@ -80,22 +83,26 @@ export async function reopen(): Promise<void> {
 }
 
 // With the scale and the velocity where the format allows them; where no lines look like MA and
-// SLO, the busiest ones are shown.
+// SLO, the busiest ones are shown, with the message of the command.
 async function open(): Promise<Opened> {
-  let first: unknown;
-  for (const args of decodeArguments(fileNames(), state.settings.value)) {
+  const all = decodeArguments(fileNames(), state.settings.value);
+  const errors: unknown[] = [];
+  for (const args of all) {
     try {
-      return await core().ask('open', { args, anyLines: false });
+      const opened = await core().ask('open', { args, anyLines: false });
+      // A scale was asked for; the velocity is an extra.
+      const refused = all.length > 2 && errors.length > 0 ? textOf(errors[0]) : '';
+      return { ...opened, messages: `${refused}${opened.messages}` };
     } catch (error) {
-      first ??= error;
+      errors.push(error);
     }
   }
-  const args = decodeArguments(fileNames(), state.settings.value).at(-1)!;
+  const error = errors.at(-1);
   try {
-    const opened = await core().ask('open', { args, anyLines: true });
-    return { ...opened, messages: `${textOf(first)}${opened.messages}` };
+    const opened = await core().ask('open', { args: all.at(-1)!, anyLines: true });
+    return { ...opened, messages: `${textOf(error)}${opened.messages}` };
   } catch {
-    throw first;
+    throw error;
   }
 }
 
@@ -116,7 +123,7 @@ function take(reading: ReadingMessage['reading']): void {
     state.about.value = reading.about;
     state.columns.value = reading.columns;
     state.rowCount.value = reading.rowCount;
-    if (reading.messages !== '') state.messages.value = reading.messages;
+    if (reading.messages !== '') state.messages.value = `${openMessages}${reading.messages}`;
     state.progress.value = {
       state: reading.error !== '' ? 'failed' : reading.more ? 'reading' : 'ended',
       done: reading.done,
@@ -124,6 +131,14 @@ function take(reading: ReadingMessage['reading']): void {
     if (reading.error !== '') state.messages.value = reading.error;
   });
   if (rangeIsOpen) void chooseRange(reading.more);
+}
+
+async function findBegin(): Promise<void> {
+  const before = -(1n << 62n);
+  const views = await Promise.all((['ma', 'slo'] as const).map((line) =>
+    core().ask('view', { line, from: before, to: state.endTime.value + 1n, columns: 1 })));
+  const times = views.flatMap((view) => view.times[0] ?? []);
+  state.beginTime.value = times.reduce((least, time) => (time < least ? time : least), times[0] ?? 0n);
 }
 
 // How many requests the first picture shows.
@@ -134,6 +149,7 @@ async function chooseRange(more: boolean): Promise<void> {
   const rows = state.rowCount.value;
   if (rows <= firstRequests && more) return;
   rangeIsOpen = false;
+  await findBegin();
   if (rows <= firstRequests) {
     state.range.value = state.wholeRange.value;
     return;

@@ -6,8 +6,9 @@ const isExpanded = signal(false);
 
 // A message of a failure at once; warnings in a bar that can be opened. The summary has its panel.
 export function MessageBar() {
-  const failed = state.progress.value.state === 'failed';
-  const text = failed ? state.messages.value : warningsOf(state.messages.value);
+  const broken = state.progress.value.state === 'failed';
+  const failed = broken || (state.about.value?.error ?? '') !== '';
+  const text = broken ? state.messages.value : warningsOf(state.messages.value);
   if (text.trim() === '') return null;
   const lines = text.trim().split('\n');
   return (
@@ -23,10 +24,11 @@ export function MessageBar() {
   );
 }
 
-// What the command says before the summary: `biss: …`, and what the page says itself.
+// What stands before the summary, and errors after it: the summary has a panel of its own.
 function warningsOf(messages: string): string {
-  const summary = messages.search(/^.+: \d+ request cycles?$/m);
-  return summary < 0 ? messages : messages.slice(0, summary);
+  const lines = messages.split('\n');
+  const summary = lines.findIndex((line) => /: \d+ request cycles?$/.test(line));
+  return lines.filter((line, i) => summary < 0 || i < summary || line.startsWith('biss: ')).join('\n');
 }
 
 export function StatusBar() {
