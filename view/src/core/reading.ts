@@ -6,7 +6,7 @@ import { CoreError } from './client';
 import { core, startCore } from './core';
 import type { Opened, ReadingMessage } from './protocol';
 import { sizeOf } from './source';
-import { setVerbFiles, type NamedContent } from './verbs';
+import { setVerbFiles, stopVerbs, type NamedContent } from './verbs';
 
 let files: NamedContent[] = [];
 let loaded: Promise<undefined> | undefined;
@@ -24,10 +24,28 @@ export function start(): Promise<undefined> {
   return loaded;
 }
 
+// Captures are opened one after the other. What something newer replaces is not begun.
+let turn = Promise.resolve();
+let newestFiles = 0;
+let newestReading = 0;
+
 /** Opens files as one capture; `example` as in OpenFile. */
-export async function openFiles(contents: NamedContent[], example?: string): Promise<void> {
-  const first = contents[0];
-  if (first === undefined) return;
+export function openFiles(contents: NamedContent[], example?: string): Promise<void> {
+  const own = ++newestFiles;
+  newestReading += 1;
+  turn = turn.then(() => (own === newestFiles ? openNow(contents, example) : undefined));
+  return turn;
+}
+
+/** Reads the same files again, with the settings as they are now. */
+export function reopen(): Promise<void> {
+  const own = ++newestReading;
+  turn = turn.then(() => (own === newestReading ? read() : undefined));
+  return turn;
+}
+
+async function openNow(contents: NamedContent[], example?: string): Promise<void> {
+  if (contents.length === 0) return;
   await loaded;
   await core().ask('close', {});
   await Promise.all(files.map(({ name }) => core().ask('removeFile', { name })));
@@ -47,7 +65,7 @@ export async function openFiles(contents: NamedContent[], example?: string): Pro
     state.selectedRow.value = undefined;
     state.cursors.value = { a: undefined, b: undefined };
   });
-  await reopen();
+  await read();
 }
 
 /** The names of the capture's files, for the arguments of verbs. */
@@ -60,12 +78,12 @@ function safeName(name: string): string {
   return name.replace(/[/\0]/g, '_').replace(/^-/, '_');
 }
 
-/** Reads the same files again, with the settings as they are now. */
-export async function reopen(): Promise<void> {
+async function read(): Promise<void> {
   if (files.length === 0) return;
   state.progress.value = { state: 'loading', done: 0 };
   try {
     const opened = await open();
+    stopVerbs();
     batch(() => {
       session = opened.generation;
       state.columns.value = opened.columns;

@@ -53,16 +53,26 @@ export const examples: readonly Example[] = [
 const madeName = 'new.vcd';
 const fileName = 'simulated.vcd';
 
-/** Simulates with these arguments and opens the capture. */
+let newest = 0;
+
+/** Simulates with these arguments and opens the capture, unless a newer one has been asked for. */
 export async function openSimulated(args: string, format: string): Promise<void> {
+  const own = ++newest;
   state.progress.value = { state: 'loading', done: 0 };
   try {
     const bytes = await runToFile(
       ['simulate', ...splitArguments(args), '-o', madeName], madeName);
+    if (own !== newest) return;
     state.settings.value = { ...state.settings.value, format, ma: '', slo: '', invertMa: false, invertSlo: false };
     await openFiles([{ name: fileName, content: bytes }], args);
   } catch (error) {
+    if (own !== newest) return;
     state.messages.value = error instanceof CoreError ? error.message : String(error);
     state.progress.value = { state: 'failed', done: 0 };
   }
+}
+
+/** A simulation under way is not opened any more. */
+export function leaveSimulation(): void {
+  newest += 1;
 }

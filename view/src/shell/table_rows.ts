@@ -99,11 +99,25 @@ export function followRows(): void {
     }
   });
   effect(() => {
-    void refilter(state.filter.value, state.rowCount.value);
+    const waits = state.filter.value !== '' && state.rowCount.value > 0;
+    clearTimeout(timer);
+    timer = setTimeout(refilter, waits ? wait() : 0);
   });
 }
 
-async function refilter(condition: string, rows: number): Promise<void> {
+let timer: ReturnType<typeof setTimeout> | undefined;
+let filteredAt = 0;
+
+// While a capture is being read, once a second: each time looks at all rows.
+function wait(): number {
+  if (state.progress.peek().state !== 'reading') return 0;
+  return Math.max(0, filteredAt + 1000 - performance.now());
+}
+
+async function refilter(): Promise<void> {
+  filteredAt = performance.now();
+  const condition = state.filter.value;
+  const rows = state.rowCount.value;
   if (condition.trim() === '' || rows === 0) {
     filtered.value = undefined;
     filterError.value = '';

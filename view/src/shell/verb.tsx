@@ -17,8 +17,11 @@ export interface VerbResult {
 
 const results = signal<ReadonlyMap<string, VerbResult>>(new Map());
 
+// Those of an earlier reading are dropped.
 function put(key: string, result: VerbResult): void {
-  results.value = new Map([...results.value, [key, result]]);
+  const reading = `${state.generation.value} `;
+  const kept = [...results.value].filter(([old]) => old.startsWith(reading));
+  results.value = new Map([...kept, [key, result]]);
 }
 
 /** Arguments for a verb on the capture that is open. */
