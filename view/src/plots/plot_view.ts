@@ -1,9 +1,10 @@
 /** A value against time, drawn from its lowest and highest values. */
 import { effect, type ReadonlySignal } from '@preact/signals';
 import * as state from '../state';
-import { fitting, numberFont, Surface, textWidth, verticalLine } from '../wave/canvas';
+import { fitting, Layer, numberFont, Surface, textWidth, verticalLine } from '../wave/canvas';
 import { paletteOf, type Palette } from '../wave/palette';
 import { exactTimeText, TimeScale, timeMarks } from '../wave/scale';
+import { drawEnvelope } from './draw_envelope';
 import type { Envelope } from './envelope';
 import { ticksOf, valueText, type Quantity } from './ticks';
 
@@ -23,6 +24,8 @@ export const gutter = 84;
 const foot = 20;
 const rightEdge = 10;
 
+type Context = CanvasRenderingContext2D;
+
 interface Bounds {
   low: number;
   high: number;
@@ -30,6 +33,7 @@ interface Bounds {
 
 export class PlotView {
   readonly surface: Surface;
+  readonly #curve = new Layer();
   readonly #stop: () => void;
   #values: Envelope | undefined;
 
@@ -82,24 +86,25 @@ export class PlotView {
     const range = this.range.value;
     if (scale === undefined || range === undefined) return;
     this.#values = this.source(range, scale.width);
-    const seen = this.#values === undefined ? undefined : boundsOf(this.#values, scale);
+    const values = this.#values;
+    const seen = values === undefined ? undefined : boundsOf(values, scale);
     this.#drawWindow(scale, range, height, colours);
-    this.#drawTimes(scale, height, colours);
-    if (this.#values === undefined || seen === undefined) {
-      this.#say(undefined, range);
-      this.#drawEmpty(scale, height, colours);
-      return;
-    }
-    const bounds = padded(seen);
-    this.#drawValues(bounds, height, colours);
-    context.save();
+    this.#curve.put(this.surface, [values, range.from, range.to, colours], (layer) => {
+      drawTimes(layer, scale, height, colours);
+      if (values === undefined || seen === undefined) drawEmpty(layer, scale, height, colours);
+      else this.#drawCurve(layer, values, padded(seen), scale, colours);
+    });
+    this.#drawCursors(scale, height, colours);
+    this.#say(seen, range);
+  }
+
+  #drawCurve(context: Context, values: Envelope, bounds: Bounds, scale: TimeScale, colours: Palette): void {
+    const { height, width } = this.surface;
+    drawValues(context, bounds, this.spec.quantity, width, height, colours);
     context.beginPath();
     context.rect(gutter, 0, scale.width, height - foot);
     context.clip();
-    drawEnvelope(context, this.#values, scale, (value) => yOf(value, bounds, height), this.spec.dots, colours);
-    context.restore();
-    this.#drawCursors(scale, height, colours);
-    this.#say(seen, range);
+    drawEnvelope(context, values, gutter, scale, (value) => yOf(value, bounds, height), this.spec.dots, colours);
   }
 
   #say(seen: Bounds | undefined, range: state.Range): void {
@@ -109,13 +114,6 @@ export class PlotView {
       ? `${title} ${when}: no values`
       : `${title} ${when}: ${valueText(seen.low, quantity, unit)} to ${valueText(seen.high, quantity, unit)}`;
     this.onSummary(text);
-  }
-
-  #drawEmpty(scale: TimeScale, height: number, colours: Palette): void {
-    const { context } = this.surface;
-    context.font = numberFont;
-    context.fillStyle = colours.soft;
-    context.fillText('no values here', gutter + scale.width / 2 - 45, (height - foot) / 2);
   }
 
   // What the waveform shows.
@@ -132,45 +130,6 @@ export class PlotView {
     context.globalAlpha = 1;
   }
 
-  #drawTimes(scale: TimeScale, height: number, colours: Palette): void {
-    const { context } = this.surface;
-    const { marks, base } = timeMarks(scale, 120);
-    context.font = numberFont;
-    context.textBaseline = 'middle';
-    context.strokeStyle = colours.grid;
-    context.lineWidth = 1;
-    context.fillStyle = colours.soft;
-    if (base !== undefined) {
-      const text = fitting(context, [`${base} +`], gutter - 6);
-      if (text !== undefined) context.fillText(text, 4, height - foot / 2);
-    }
-    for (const { x, text } of marks) {
-      verticalLine(context, gutter + x, 0, height - foot + 4);
-      const width = textWidth(context, text);
-      const place = Math.max(gutter - 10, Math.min(gutter + x - width / 2, gutter + scale.width + rightEdge - width));
-      context.fillText(text, place, height - foot / 2 + 1);
-    }
-  }
-
-  #drawValues(bounds: Bounds, height: number, colours: Palette): void {
-    const { context, width } = this.surface;
-    const { values, text } = ticksOf(bounds.low, bounds.high, (height - foot) / 28, this.spec.quantity);
-    context.font = numberFont;
-    context.textBaseline = 'middle';
-    for (const value of values) {
-      const y = Math.round(yOf(value, bounds, height)) + 0.5;
-      context.strokeStyle = colours.grid;
-      context.beginPath();
-      context.moveTo(gutter - 4, y);
-      context.lineTo(width - rightEdge, y);
-      context.stroke();
-      context.fillStyle = colours.soft;
-      if (y < 6 || y > height - foot - 4) continue;
-      const label = text(value);
-      context.fillText(label, Math.max(0, gutter - 8 - textWidth(context, label)), y, gutter - 8);
-    }
-  }
-
   #drawCursors(scale: TimeScale, height: number, colours: Palette): void {
     const { context } = this.surface;
     const { a, b } = state.cursors.value;
@@ -181,6 +140,49 @@ export class PlotView {
       context.strokeStyle = colour;
       verticalLine(context, gutter + x, 0, height - foot);
     }
+  }
+}
+
+function drawEmpty(context: Context, scale: TimeScale, height: number, colours: Palette): void {
+  context.font = numberFont;
+  context.fillStyle = colours.soft;
+  context.fillText('no values here', gutter + scale.width / 2 - 45, (height - foot) / 2);
+}
+
+function drawTimes(context: Context, scale: TimeScale, height: number, colours: Palette): void {
+  const { marks, base } = timeMarks(scale, 120);
+  context.font = numberFont;
+  context.textBaseline = 'middle';
+  context.strokeStyle = colours.grid;
+  context.lineWidth = 1;
+  context.fillStyle = colours.soft;
+  if (base !== undefined) {
+    const text = fitting(context, [`${base} +`], gutter - 6);
+    if (text !== undefined) context.fillText(text, 4, height - foot / 2);
+  }
+  for (const { x, text } of marks) {
+    verticalLine(context, gutter + x, 0, height - foot + 4);
+    const width = textWidth(context, text);
+    const place = Math.max(gutter - 10, Math.min(gutter + x - width / 2, gutter + scale.width + rightEdge - width));
+    context.fillText(text, place, height - foot / 2 + 1);
+  }
+}
+
+function drawValues(context: Context, bounds: Bounds, quantity: Quantity, width: number, height: number, colours: Palette): void {
+  const { values, text } = ticksOf(bounds.low, bounds.high, (height - foot) / 28, quantity);
+  context.font = numberFont;
+  context.textBaseline = 'middle';
+  for (const value of values) {
+    const y = Math.round(yOf(value, bounds, height)) + 0.5;
+    context.strokeStyle = colours.grid;
+    context.beginPath();
+    context.moveTo(gutter - 4, y);
+    context.lineTo(width - rightEdge, y);
+    context.stroke();
+    context.fillStyle = colours.soft;
+    if (y < 6 || y > height - foot - 4) continue;
+    const label = text(value);
+    context.fillText(label, Math.max(0, gutter - 8 - textWidth(context, label)), y, gutter - 8);
   }
 }
 
@@ -220,43 +222,4 @@ function boundsOf(values: Envelope, scale: TimeScale): Bounds | undefined {
     if (highest > high) high = highest;
   }
   return low <= high ? { low, high } : undefined;
-}
-
-function drawEnvelope(
-  context: CanvasRenderingContext2D,
-  values: Envelope,
-  scale: TimeScale,
-  y: (value: number) => number,
-  dots: boolean,
-  colours: Palette,
-): void {
-  const shift = Number(scale.from - values.from);
-  const x = (i: number) => gutter + ((values.times[i] ?? 0) - shift) * scale.pixelsPerPs;
-  const count = values.times.length;
-  const shownCount = count * (scale.span / Math.max(1, (values.times[count - 1] ?? 1) - (values.times[0] ?? 0)));
-  const isSparse = shownCount < scale.width / 5;
-  context.strokeStyle = colours.slo;
-  context.fillStyle = colours.slo;
-  context.lineWidth = values.rows > 1 ? 1 : 1.5;
-  context.lineJoin = 'round';
-  context.beginPath();
-  let isDrawing = false;
-  for (let i = 0; i < count; i += 1) {
-    const low = values.low[i] ?? NaN;
-    const high = values.high[i] ?? NaN;
-    if (Number.isNaN(low)) {
-      isDrawing = false;
-      continue;
-    }
-    if (!dots && isDrawing) context.lineTo(x(i), y(low));
-    else context.moveTo(x(i), y(low));
-    if (high !== low) context.lineTo(x(i), y(high));
-    isDrawing = true;
-  }
-  context.stroke();
-  if (!dots && !isSparse) return;
-  for (let i = 0; i < count; i += 1) {
-    const high = values.high[i] ?? NaN;
-    if (!Number.isNaN(high)) context.fillRect(x(i) - 2, y(high) - 2, 4, 4);
-  }
 }

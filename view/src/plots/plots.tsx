@@ -90,8 +90,17 @@ function MarginFigure() {
   return <Figure spec={marginSpec} sourceOf={sourceOf} range={shown} note={note} depends={eye} />;
 }
 
-function marginsOf({ from, times, margins }: Eye): Envelope {
-  return { from, times, low: margins, high: margins, rows: 1 };
+const margins = new WeakMap<Eye, Envelope>();
+
+// The same object for the same eye, so that it is drawn once.
+function marginsOf(found: Eye): Envelope {
+  let values = margins.get(found);
+  if (values === undefined) {
+    const { from, times } = found;
+    values = { from, times, low: found.margins, high: found.margins, rows: 1 };
+    margins.set(found, values);
+  }
+  return values;
 }
 
 interface FigureProps {

@@ -54,6 +54,28 @@ export class Surface {
   }
 }
 
+/** A picture that is kept as long as what it shows stays the same. */
+export class Layer {
+  readonly #canvas = document.createElement('canvas');
+  #shown: readonly unknown[] = [];
+
+  /** Draws the layer on the surface; `draw` makes it anew where one of `parts` has changed. */
+  put(surface: Surface, parts: readonly unknown[], draw: (context: CanvasRenderingContext2D) => void): void {
+    const { canvas, context, width, height } = surface;
+    const now = [...parts, canvas.width, canvas.height];
+    if (now.length !== this.#shown.length || now.some((part, i) => part !== this.#shown[i])) {
+      this.#shown = now;
+      this.#canvas.width = canvas.width;
+      this.#canvas.height = canvas.height;
+      const own = this.#canvas.getContext('2d');
+      if (own === null) return;
+      own.scale(canvas.width / width, canvas.height / height);
+      draw(own);
+    }
+    context.drawImage(this.#canvas, 0, 0, width, height);
+  }
+}
+
 const widths = new Map<string, number>();
 
 /** The width of a text in the font of the context. */

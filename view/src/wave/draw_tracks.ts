@@ -179,7 +179,7 @@ export class TrackPainter {
       context.fillRect(from, lane.top + lane.height - 3, Math.max(1, width), 3);
       context.strokeStyle = colours.bad;
       context.globalAlpha = 0.25;
-      if (width > 6) hatch(context, from, lane.top, width, lane.height - 3);
+      if (width > 14) hatch(context, from, lane.top, width, lane.height - 3);
       context.globalAlpha = 1;
     }
     if (selected) {

@@ -1,7 +1,7 @@
 /** The whole capture in a strip, with a window on what is shown. */
 import { effect } from '@preact/signals';
 import * as state from '../state';
-import { Surface } from './canvas';
+import { Layer, Surface } from './canvas';
 import { drawOverview } from './draw_strip';
 import { paletteOf } from './palette';
 import { TimeScale } from './scale';
@@ -12,6 +12,7 @@ const inset = 3;
 export class Overview {
   readonly surface: Surface;
   readonly #strip: Tile<'analyse.strip'>;
+  readonly #bars = new Layer();
   readonly #stop: () => void;
 
   constructor(canvas: HTMLCanvasElement) {
@@ -50,7 +51,10 @@ export class Overview {
     });
     const lane = { top: inset, height: height - 2 * inset, name: '', farName: '' };
     const { answer } = this.#strip;
-    if (answer !== undefined) drawOverview(context, lane, answer, scale, colours);
+    if (answer !== undefined) {
+      this.#bars.put(this.surface, [answer, scale.from, scale.span, colours],
+        (layer) => drawOverview(layer, lane, answer, scale, colours));
+    }
     const from = scale.x(range.from);
     const length = Math.max(3, scale.x(range.to) - from);
     context.fillStyle = colours.select;
