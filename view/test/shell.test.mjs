@@ -237,6 +237,47 @@ describe('export', () => {
   });
 });
 
+describe('panels', () => {
+  it('RegistersThatTheCaptureShows_GiveTheDataSheet', async () => {
+    await withPage('', async (page) => {
+      await page.getByRole('button', { name: /^Registers and data sheet/ }).click();
+      await readToEnd(page);
+      await page.getByRole('tab', { name: 'Registers' }).click();
+      await page.getByText('Data sheet of the registers of the capture').waitFor({ timeout: 60_000 });
+      assert.match(await page.getByLabel('What the data sheet says').innerText(), /^format +mt12,st18,nE,nW,crc6$/m);
+      assert.match(await page.getByLabel('Check of the data sheet').innerText(), /nothing wrong found/);
+      await page.getByRole('cell', { name: 'DEV_ID' }).first().waitFor();
+    });
+  });
+
+  it('Check_ListsTheRulesOfTheCommand', async () => {
+    folder.make(['simulate', '-f', 'resolute-26', '--cycles', '80', '--fault', 'flip:0.1', '-o', 'checked.vcd']);
+    const rules = folder.run(['check', 'checked.vcd', '--to', 'jsonl']).out.trim().split('\n').map((line) => JSON.parse(line));
+    await withPage('', async (page) => {
+      await choose(page, folder.at('checked.vcd'));
+      await page.getByRole('tab', { name: 'Check' }).click();
+      await page.getByLabel('Judged rules only').uncheck();
+      await page.locator('.rules tbody tr').first().waitFor();
+      const shown = await page.locator('.rules tbody th').allInnerTexts();
+      assert.deepEqual([...shown].sort(), rules.map(({ rule }) => rule).sort());
+      const failed = rules.filter(({ verdict }) => verdict === 'fail').length;
+      assert.equal(await page.locator('.rules .bad-text').count(), failed);
+    });
+  });
+
+  it('Explain_NamesTheCausesOfTheCommand', async () => {
+    folder.make(['simulate', '-f', 'resolute-26', '--cycles', '80', '--fault', 'no_answer:0.2', '-o', 'explained.vcd']);
+    const causes = folder.run(['explain', 'explained.vcd', '--to', 'jsonl']).out.trim().split('\n').map((line) => JSON.parse(line));
+    await withPage('', async (page) => {
+      await choose(page, folder.at('explained.vcd'));
+      await page.getByRole('tab', { name: 'Explain' }).click();
+      await page.locator('.causes h3').first().waitFor();
+      const shown = await page.locator('.causes h3').allInnerTexts();
+      assert.deepEqual(shown, causes.map(({ cause, likelihood }) => `${cause} ${likelihood.toFixed(2)}`));
+    });
+  });
+});
+
 describe('the playground', () => {
   it('FaultThatIsAdded_IsSeenInTheRows', async () => {
     await withPage('', async (page) => {

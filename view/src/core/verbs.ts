@@ -45,6 +45,11 @@ export async function runVerb(args: string[]): Promise<RunResult> {
   return (await ready()).ask('run', { args });
 }
 
+/** Gives the verbs a file that is no part of the capture. */
+export async function writeFile(name: string, content: Uint8Array): Promise<void> {
+  await (await ready()).ask('addFile', { name, content });
+}
+
 /** Runs a verb that writes a file, and takes the file. @throws CoreError with its message */
 export async function runToFile(args: string[], name: string): Promise<Uint8Array> {
   const core = await ready();

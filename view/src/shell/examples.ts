@@ -4,6 +4,7 @@ import { CoreError } from '../core/client';
 import { openFiles } from '../core/reading';
 import { runToFile } from '../core/verbs';
 import * as state from '../state';
+import { demoDump, provideDump } from './demo_registers';
 
 export interface Example {
   name: string;
@@ -47,6 +48,12 @@ export const examples: readonly Example[] = [
     args: '-f mt12,st20,nE,nW,crc6 --clock 4MHz --cable 10m --cycles 1500 --motion random',
     format: '',
   },
+  {
+    name: 'Registers and data sheet',
+    about: 'a master that configures itself over CDM and CDS',
+    args: `--registers ${demoDump} --configure --clock 5MHz`,
+    format: 'mt12,st18,nE,nW,crc6',
+  },
 ];
 
 // The worker of the verbs has the capture that is open under its own name.
@@ -60,8 +67,9 @@ export async function openSimulated(args: string, format: string): Promise<void>
   const own = ++newest;
   state.progress.value = { state: 'loading', done: 0 };
   try {
-    const bytes = await runToFile(
-      ['simulate', ...splitArguments(args), '-o', madeName], madeName);
+    const words = splitArguments(args);
+    await provideDump(words);
+    const bytes = await runToFile(['simulate', ...words, '-o', madeName], madeName);
     if (own !== newest) return;
     state.settings.value = { ...state.settings.value, format, ma: '', slo: '', invertMa: false, invertSlo: false };
     await openFiles([{ name: fileName, content: bytes }], args);
