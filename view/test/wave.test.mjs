@@ -12,8 +12,8 @@ let browser;
 before(async () => { browser = await browse(); });
 after(async () => { await browser.close(); });
 
-async function opened(more = {}) {
-  const { page, errors } = await open(browser, simulated(capture, more));
+async function opened(more = {}, args = capture) {
+  const { page, errors } = await open(browser, simulated(args, more));
   await readToEnd(page);
   return { page, errors };
 }
@@ -120,6 +120,23 @@ test('Waveform_FailedCycle_SaysWhatItsChecksumNeeds', async () => {
     said = await pointer.textContent();
   }
   assert.match(said, /#3 crc: crc is 0x[0-9A-F]+, the data need 0x[0-9A-F]+; mended by a flip of .*pos20/);
+  await closed(tab);
+});
+
+test('Waveform_AccessToARegister_IsNamed', async () => {
+  const tab = await opened({ row: '20' }, '-f pos26,nE,nW,crc6 --cycles 100 --access read:0x42');
+  const { page } = tab;
+  const picture = page.locator('.wave-picture');
+  await picture.focus();
+  await page.keyboard.press('Enter');
+  const box = await picture.boundingBox();
+  const y = box.y + lanesOf(box.height, true).access.top + 8;
+  const pointer = page.locator('.wave-pointer', { hasText: /0x42 BP_ID .*no_answer/ });
+  for (let i = 0; i < 100 && await pointer.count() === 0; i += 1) {
+    await page.mouse.move(box.x + 500 + (i % 2), y);
+    await page.waitForTimeout(100);
+  }
+  assert.equal(await pointer.count(), 1);
   await closed(tab);
 });
 

@@ -30,10 +30,10 @@ export function verbArguments(verb: string[], further: string[] = []): string[] 
   return [...verb, ...fileNames(), ...captureArguments(settings), ...commonFurther(settings), ...further];
 }
 
-/** Has a verb run, unless its result is there. */
-export function useVerb(args: string[]): VerbResult {
+/** Has a verb run, unless its result is there, or it is not `wanted` yet. */
+export function useVerb(args: string[], wanted = true): VerbResult {
   const key = `${state.generation.value} ${JSON.stringify(args)}`;
-  const ready = state.progress.value.state === 'ended';
+  const ready = wanted && state.progress.value.state === 'ended';
   useEffect(() => {
     if (ready && !results.value.has(key)) void run(key, args);
   }, [key, ready]);

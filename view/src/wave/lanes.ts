@@ -16,6 +16,8 @@ export interface Lanes {
   cycle: Lane;
   frame: Lane;
   cdm: Lane;
+  /** Only where there are accesses. */
+  access?: Lane;
   cause: Lane;
   flags: Lane;
 }
@@ -31,17 +33,19 @@ const plan: { key: keyof Lanes; height: number; gap: number; name: string; farNa
   { key: 'cycle', height: 22, gap: 3, name: 'cycle', farName: 'cycles' },
   { key: 'frame', height: 24, gap: 3, name: 'frame', farName: 'failed' },
   { key: 'cdm', height: 20, gap: 3, name: 'CDM', farName: 'flagged' },
+  { key: 'access', height: 20, gap: 3, name: 'registers', farName: '' },
   { key: 'cause', height: 20, gap: 3, name: 'failure', farName: '' },
   { key: 'flags', height: 20, gap: 4, name: 'flags', farName: '' },
 ];
 
-const waveHeight = { least: 24, most: 110 };
+const waveHeight = { least: 18, most: 110 };
 
-export function lanesOf(height: number): Lanes {
-  const fixed = plan.reduce((sum, lane) => sum + lane.height + lane.gap, 0);
+export function lanesOf(height: number, withAccesses = false): Lanes {
+  const shown = plan.filter(({ key }) => key !== 'access' || withAccesses);
+  const fixed = shown.reduce((sum, lane) => sum + lane.height + lane.gap, 0);
   const wave = Math.max(waveHeight.least, Math.min(waveHeight.most, (height - fixed) / 2));
   let top = 0;
-  const lanes = plan.map(({ key, height: given, gap, name, farName }) => {
+  const lanes = shown.map(({ key, height: given, gap, name, farName }) => {
     const lane = { top, height: given === 0 ? wave : given, name, farName };
     top += lane.height + gap;
     return [key, lane] as const;

@@ -2,6 +2,7 @@
 import { effect } from '@preact/signals';
 import * as state from '../state';
 import type { Rows } from '../plots/row_classes';
+import { accesses, extentIn } from './accesses';
 import { Surface } from './canvas';
 import { drawCursors } from './cursors';
 import { drawAxis, drawLine, drawNames, firstAt, levelAt, nearestChange } from './draw_lines';
@@ -40,7 +41,7 @@ export class WaveView {
     this.#stop = effect(() => {
       // What a picture depends on.
       void [state.range.value, state.cursors.value, state.selectedRow.value, state.generation.value,
-        state.about.value, state.shownTheme.value];
+        state.about.value, state.shownTheme.value, accesses.value];
       this.surface.change();
     });
   }
@@ -82,7 +83,7 @@ export class WaveView {
     context.fillStyle = colours.ground;
     context.fillRect(0, 0, width, height);
     this.hits = [];
-    const lanes = lanesOf(height);
+    const lanes = lanesOf(height, accesses.value.length > 0);
     const { scale } = this;
     const range = state.range.value;
     const far = scale !== undefined && range !== undefined && this.#drawAll(lanes, range, scale, colours);
@@ -166,10 +167,21 @@ export class WaveView {
       else if (causeOf(rows.status[i] ?? '') !== '') painter.failure(rows.times[i] ?? 0n, rows.status[i] ?? '', row);
       this.#drawFlags(lanes, rows, i, painter);
     }
+    this.#drawAccesses(lanes, rows, painter);
     painter.failures(lanes.cause);
     const more = state.progress.value.state === 'reading';
     if (!this.#isClosed) this.#cycles.want(wanted, state.generation.value, more);
     this.hits = painter.hits;
+  }
+
+  #drawAccesses(lanes: Lanes, rows: Rows, painter: TrackPainter): void {
+    if (lanes.access === undefined) return;
+    for (const access of accesses.value) {
+      const extent = extentIn(rows, access);
+      if (extent === undefined) continue;
+      const texts = [access.text, access.text.replace(/ of .*/, '')];
+      painter.label(lanes.access, extent.from, extent.to, texts, access.cycle, access.isBad);
+    }
   }
 
   #layoutOf(rows: Rows, i: number): CycleLayout | undefined {

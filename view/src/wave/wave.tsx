@@ -3,6 +3,8 @@ import './wave.css';
 import { signal } from '@preact/signals';
 import { useEffect, useRef } from 'preact/hooks';
 import * as state from '../state';
+import { useVerb, verbArguments } from '../shell/verb';
+import { accesses, accessesOf } from './accesses';
 import * as actions from './actions';
 import { differenceText, waveText } from './describe';
 import { listenToOverview, WaveInput, type Pointed } from './input';
@@ -47,8 +49,20 @@ function useWave() {
   return { wave, overview };
 }
 
+// Larger captures are read again only when the panel of registers asks for it.
+const smallBytes = 16e6;
+const none: Record<string, unknown>[] = [];
+
+function useAccesses(): void {
+  const bytes = state.file.value?.bytes ?? Infinity;
+  const read = useVerb(verbArguments(['registers'], ['--to', 'jsonl']), bytes <= smallBytes);
+  const rows = read.state === 'done' ? read.rows : none;
+  useEffect(() => { accesses.value = accessesOf(rows); }, [rows]);
+}
+
 export function Wave() {
   const { wave, overview } = useWave();
+  useAccesses();
   return (
     <section class="wave" aria-label="Waveform">
       <Toolbar />
