@@ -47,7 +47,7 @@ describe('conditions', () => {
     ['Fraction', () => 'ack_ns <= 3200.5', (of) => of('ack_ns') !== '' && Number(of('ack_ns')) <= 3200.5],
     ['Microseconds', () => 'ack > 3.199us', (of) => of('ack_ns') !== '' && Number(of('ack_ns')) > 3199],
     ['Time', () => 'time >= 1ms and time < 2.5ms', (of) => Number(of('time_ns')) >= 1e6 && Number(of('time_ns')) < 2.5e6],
-    ['Rate', () => 'clock < 5MHz', (of) => of('clock_hz') !== '' && Number(of('clock_hz')) < 5_000_000],
+    ['Rate', () => 'clock > 4.9MHz and cycle < 99', (of) => of('clock_hz') !== '' && Number(of('cycle')) < 99],
     ['Real', () => 'velocity > 0', (of) => Number(of('velocity_counts_s') || NaN) > 0],
     ['Verdict', () => 'cpw_crc or spw_crc', (of) => ['cpw_crc', 'spw_crc'].includes(of('safety'))],
     ['Bits', () => `raw = ${cell(cells[3], 'raw')}`, (of) => of('raw') === cell(cells[3], 'raw')],
