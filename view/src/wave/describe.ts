@@ -23,12 +23,27 @@ export interface Described {
   cursors: Cursors;
   selected: number | undefined;
   rows: number;
+  /** Of the cycles in the picture. */
+  seen: string;
+}
+
+const mostNamed = 5;
+
+/** `cycles 3 to 5; failed: 4 crc`. */
+export function cyclesText(first: number, statuses: readonly string[], failed: readonly number[]): string {
+  if (statuses.length === 0) return '';
+  const last = first + statuses.length - 1;
+  const named = failed.slice(0, mostNamed).map((row) => `${row} ${statuses[row - first] ?? ''}`);
+  const more = failed.length > mostNamed ? ` and ${failed.length - mostNamed} more` : '';
+  const extent = statuses.length === 1 ? `cycle ${first}` : `cycles ${first} to ${last}`;
+  return `${extent}; ${failed.length === 0 ? 'none failed' : `failed: ${named.join(', ')}${more}`}`;
 }
 
 /** For who does not see the picture. */
-export function waveText({ range, cursors, selected, rows }: Described): string {
+export function waveText({ range, cursors, selected, rows, seen }: Described): string {
   if (range === undefined) return 'Waveform of MA and SLO: no capture is open.';
   const parts = [`Waveform of MA and SLO from ${rangeText(range)}; ${rows} cycles have been read.`];
+  if (seen !== '') parts.push(`In the picture: ${seen}.`);
   if (selected !== undefined) parts.push(`Cycle ${selected} is selected.`);
   if (cursors.a !== undefined) parts.push(`Cursor A at ${exactTimeText(cursors.a)}.`);
   if (cursors.b !== undefined) parts.push(`Cursor B at ${exactTimeText(cursors.b)}.`);

@@ -59,7 +59,7 @@ function total(counts: Uint32Array): number {
   return counts.reduce((sum, count) => sum + count, 0);
 }
 
-/** Three lanes: all cycles, the failed ones, those with a flag. */
+/** Three lanes: all cycles, the failed ones, those with a flag. Returns their numbers in words. */
 export function drawStrips(
   context: Context,
   lanes: { all: Lane; failed: Lane; flagged: Lane; notes: Lane },
@@ -67,7 +67,7 @@ export function drawStrips(
   strip: Strip,
   scale: TimeScale,
   colours: Palette,
-): void {
+): string {
   const sums = byPixel(strip, scale);
   const highest = most(sums.all);
   bars(context, lanes.all, left, sums.all, highest, colours.good);
@@ -76,9 +76,19 @@ export function drawStrips(
   context.font = numberFont;
   context.fillStyle = colours.soft;
   context.textBaseline = 'middle';
-  const text = `${total(sums.all)} cycles, ${total(sums.failed)} failed, ${total(sums.flagged)} ` +
-    'flagged in this picture. Zoom in for the fields.';
-  context.fillText(text, left + 4, lanes.notes.top + lanes.notes.height / 2, scale.width - 8);
+  const text = numbersText(total(sums.all), total(sums.failed), total(sums.flagged));
+  const advice = `${text} in this picture. Zoom in for the fields.`;
+  context.fillText(advice, left + 4, lanes.notes.top + lanes.notes.height / 2, scale.width - 8);
+  return text;
+}
+
+function numbersText(all: number, failed: number, flagged: number): string {
+  return `${all} cycles, ${failed} failed, ${flagged} flagged`;
+}
+
+/** The numbers of a strip, in words. */
+export function stripText(strip: Strip): string {
+  return numbersText(total(strip.all), total(strip.failed), total(strip.flagged));
 }
 
 /** All in one lane, for the overview. */

@@ -2,7 +2,7 @@
 import { effect } from '@preact/signals';
 import * as state from '../state';
 import { Layer, Surface } from './canvas';
-import { drawOverview } from './draw_strip';
+import { drawOverview, stripText } from './draw_strip';
 import { paletteOf } from './palette';
 import { TimeScale } from './scale';
 import { steadyEnd, Tile } from './tiles';
@@ -15,7 +15,7 @@ export class Overview {
   readonly #bars = new Layer();
   readonly #stop: () => void;
 
-  constructor(canvas: HTMLCanvasElement) {
+  constructor(canvas: HTMLCanvasElement, private readonly onSummary: (text: string) => void) {
     this.#strip = new Tile('analyse.strip', 'wave.overview',
       ({ columns }) => ({ ...state.wholeRange.value, columns }), () => this.surface.change());
     this.surface = new Surface(canvas, () => this.#draw());
@@ -52,6 +52,7 @@ export class Overview {
     const lane = { top: inset, height: height - 2 * inset, name: '', farName: '' };
     const { answer } = this.#strip;
     if (answer !== undefined) {
+      this.onSummary(stripText(answer));
       this.#bars.put(this.surface, [answer, scale.from, scale.span, colours],
         (layer) => drawOverview(layer, lane, answer, scale, colours));
     }

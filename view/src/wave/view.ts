@@ -1,10 +1,12 @@
 /** The picture of the waveform: what is asked of the core, and what is drawn. */
 import { effect } from '@preact/signals';
+import { harmlessStatuses } from '../core/statuses';
 import * as state from '../state';
 import type { Rows } from '../plots/row_classes';
 import { accesses, extentIn } from './accesses';
 import { Surface } from './canvas';
 import { drawCursors } from './cursors';
+import { cyclesText } from './describe';
 import { drawAxis, drawLine, drawNames, firstAt, levelAt, nearestChange } from './draw_lines';
 import { drawStrips } from './draw_strip';
 import { TrackPainter, type Hit } from './draw_tracks';
@@ -32,7 +34,7 @@ export class WaveView {
   readonly #stop: () => void;
   #isClosed = false;
 
-  constructor(canvas: HTMLCanvasElement) {
+  constructor(canvas: HTMLCanvasElement, private readonly onSeen: (text: string) => void) {
     this.#rows = new Tile('analyse.rows', 'wave.rows',
       ({ from, to }) => ({ from, to, most: mostRows }), () => this.surface.change());
     this.#strip = new Tile('analyse.strip', 'wave.strip',
@@ -148,8 +150,8 @@ export class WaveView {
     this.#strip.want(shown);
     if (this.#strip.answer === undefined) return;
     const { cycle: all, frame: failed, cdm: flagged, flags: notes } = lanes;
-    drawStrips(this.surface.context, { all, failed, flagged, notes }, gutter, this.#strip.answer,
-      scale, colours);
+    this.onSeen(drawStrips(this.surface.context, { all, failed, flagged, notes }, gutter, this.#strip.answer,
+      scale, colours));
   }
 
   #drawRows(lanes: Lanes, rows: Rows, range: state.Range, scale: TimeScale, colours: Palette): void {
@@ -169,6 +171,8 @@ export class WaveView {
     }
     this.#drawAccesses(lanes, rows, painter);
     painter.failures(lanes.cause);
+    const failed = failedRows(rows, begin, end);
+    this.onSeen(cyclesText(rows.first + begin, rows.status.slice(begin, end), failed));
     const more = state.progress.value.state === 'reading';
     if (!this.#isClosed) this.#cycles.want(wanted, state.generation.value, more);
     this.hits = painter.hits;
@@ -232,6 +236,14 @@ export class WaveView {
     const isBad = notes !== '' || (verdict !== 'safe' && verdict !== 'starting');
     painter.label(lanes.flags, from, rows.times[i + 1] ?? rows.end, texts, rows.first + i, isBad);
   }
+}
+
+function failedRows(rows: Rows, begin: number, end: number): number[] {
+  const found: number[] = [];
+  for (let i = begin; i < end; i += 1) {
+    if (!harmlessStatuses.has(rows.status[i] ?? '')) found.push(rows.first + i);
+  }
+  return found;
 }
 
 // Rows that are seen.

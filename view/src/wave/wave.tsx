@@ -13,6 +13,9 @@ import { Overview } from './overview';
 import { exactTimeText, timeText } from './scale';
 import { WaveView } from './view';
 
+/** The cycles in the picture and in the overview, in words. */
+const seen = signal('');
+const all = signal('');
 const pointed = signal<Pointed | undefined>(undefined);
 let shownView: WaveView | undefined;
 
@@ -22,6 +25,7 @@ function description(): string {
     cursors: state.cursors.value,
     selected: state.selectedRow.value,
     rows: state.rowCount.value,
+    seen: seen.value,
   });
 }
 
@@ -32,9 +36,9 @@ function useWave() {
     const canvas = wave.current;
     const strip = overview.current;
     if (canvas === null || strip === null) return undefined;
-    const view = new WaveView(canvas);
+    const view = new WaveView(canvas, (text) => { seen.value = text; });
     const input = new WaveInput(canvas, view, (at) => { pointed.value = at; });
-    const whole = new Overview(strip);
+    const whole = new Overview(strip, (text) => { all.value = text; });
     const stopOverview = listenToOverview(strip, whole);
     defineWaveKeys(view, input);
     shownView = view;
@@ -67,7 +71,7 @@ export function Wave() {
     <section class="wave" aria-label="Waveform">
       <Toolbar />
       <div class="wave-overview">
-        <canvas ref={overview} role="img" aria-label="Overview: all cycles of the capture" />
+        <canvas ref={overview} role="img" aria-label={`Overview of the capture: ${all.value}`} />
       </div>
       <div class="wave-picture" data-keys="waveform" tabIndex={0} role="group"
         aria-label="Waveform. Arrow keys move and zoom, ? lists the keys.">
