@@ -158,6 +158,21 @@ test('Cursors_Dragged_ShowTheirDifference', async () => {
   await closed(tab);
 });
 
+test('Cursors_ByKeys_GoFromChangeToChange', async () => {
+  const tab = await opened();
+  const { page } = tab;
+  await page.locator('.wave-picture').focus();
+  await page.keyboard.press('b');
+  await page.keyboard.press(']');
+  const label = page.locator('.wave-cursor-b');
+  const first = await label.textContent();
+  for (const key of [']', ']', '[', '[']) await page.keyboard.press(key);
+  assert.equal(await label.textContent(), first);
+  await page.keyboard.press(']');
+  assert.notEqual(await label.textContent(), first);
+  await closed(tab);
+});
+
 test('Plots_OfAPosition_HaveItsExtremesInWords', async () => {
   const tab = await opened({ panel: 'plots' });
   const { page } = tab;

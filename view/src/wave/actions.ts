@@ -56,6 +56,15 @@ export function setCursor(which: 'a' | 'b', time: bigint | undefined): void {
   state.cursors.value = { ...state.cursors.value, [which]: time };
 }
 
+/** Sets a cursor, and brings it into the picture. */
+export function moveCursor(which: 'a' | 'b', time: bigint): void {
+  setCursor(which, time);
+  const range = state.range.value;
+  if (range === undefined || (time >= range.from && time < range.to)) return;
+  const span = range.to - range.from;
+  state.showRange(time - span / 2n, time - span / 2n + span);
+}
+
 export function clearCursors(): void {
   state.cursors.value = { a: undefined, b: undefined };
 }

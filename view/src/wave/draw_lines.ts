@@ -170,6 +170,19 @@ export function nearestChange(tile: LineTile, time: bigint, within: number): big
   return found === undefined ? undefined : tile.from + BigInt(found);
 }
 
+/** The change of a line after a time, or before it; undefined where none is known. */
+export function changeBeside(tile: LineTile, time: bigint, step: 1 | -1): bigint | undefined {
+  const offset = Number(time - tile.from);
+  let at = firstShown(tile.times, offset);
+  if (step > 0) {
+    while ((tile.times[at] ?? Infinity) <= offset) at += 1;
+  } else if ((tile.times[at] ?? Infinity) >= offset) {
+    at -= 1;
+  }
+  const found = tile.times[at];
+  return found === undefined ? undefined : tile.from + BigInt(found);
+}
+
 /** The names at the left. */
 export function drawNames(
   context: Context,

@@ -13,7 +13,16 @@ export function cursorTime(view: WaveView, input: WaveInput | undefined): bigint
 }
 
 export function defineWaveKeys(view: WaveView, input: WaveInput): void {
-  const put = (which: 'a' | 'b') => () => actions.setCursor(which, cursorTime(view, input));
+  let moved: 'a' | 'b' = 'a';
+  const put = (which: 'a' | 'b') => () => {
+    moved = which;
+    actions.setCursor(which, cursorTime(view, input));
+  };
+  const toChange = (step: 1 | -1) => () => {
+    const from = state.cursors.value[moved] ?? cursorTime(view, input);
+    const to = from === undefined ? undefined : view.changeBeside(from, step);
+    if (to !== undefined) actions.moveCursor(moved, to);
+  };
   defineKeys('waveform', [
     { keys: ['ArrowLeft'], help: 'Move left', run: () => actions.pan(-1 / 8) },
     { keys: ['ArrowRight'], help: 'Move right', run: () => actions.pan(1 / 8) },
@@ -29,6 +38,8 @@ export function defineWaveKeys(view: WaveView, input: WaveInput): void {
     { keys: ['Enter'], help: 'Zoom to the selected cycle', run: actions.showSelected },
     { keys: ['a'], help: 'Cursor A at the pointer, or in the middle', run: put('a') },
     { keys: ['b'], help: 'Cursor B at the pointer, or in the middle', run: put('b') },
+    { keys: [']'], help: 'This cursor to the next change of a line', run: toChange(1) },
+    { keys: ['['], help: 'This cursor to the change before', run: toChange(-1) },
     { keys: ['x'], help: 'Remove the cursors', run: actions.clearCursors },
     { keys: ['z'], help: 'Zoom to what is between the cursors', run: actions.showCursors },
   ]);

@@ -7,7 +7,7 @@ import { accesses, extentIn } from './accesses';
 import { Surface } from './canvas';
 import { drawCursors } from './cursors';
 import { cyclesText } from './describe';
-import { drawAxis, drawLine, drawNames, firstAt, levelAt, nearestChange } from './draw_lines';
+import { changeBeside, drawAxis, drawLine, drawNames, firstAt, levelAt, nearestChange } from './draw_lines';
 import { drawStrips } from './draw_strip';
 import { TrackPainter, type Hit } from './draw_tracks';
 import { causeOf, layOut, timeoutPart, type CycleLayout } from './layout';
@@ -72,6 +72,15 @@ export class WaveView {
     });
     const distance = (at: bigint) => Math.abs(Number(at - time));
     return changes.sort((a, b) => distance(a) - distance(b))[0] ?? time;
+  }
+
+  /** The next change of MA or SLO after a time, or before it. */
+  changeBeside(time: bigint, step: 1 | -1): bigint | undefined {
+    const changes = [this.#ma, this.#slo].flatMap((tile) => {
+      const line = lineTile(tile);
+      return line === undefined ? [] : changeBeside(line, time, step) ?? [];
+    });
+    return changes.sort((a, b) => step * Number(a - b))[0];
   }
 
   #lineTile(line: 'ma' | 'slo'): Tile<'view'> {
