@@ -98,7 +98,8 @@ test('Rows_InAStretch_IncludeTheOneThatHasBegun', () => {
 
 test('Rows_WithAFlag_SayWhichOne', () => {
   const flagged = rows.findIndex(({ nE }) => nE === 0n);
-  const { notes, classes } = analyses.rows(session, { from: rows[flagged].time_ns, to: rows[flagged + 1].time_ns, most: 9 });
+  const ask = { from: rows[flagged].time_ns, to: rows[flagged + 1].time_ns, most: 9 };
+  const { notes, classes } = analyses.rows(session, ask);
   assert.deepEqual(notes, ['nE=0']);
   assert.deepEqual([...classes], [2]);
 });

@@ -13,7 +13,8 @@ const arrays = { time: BigInt64Array, text: BigUint64Array, unsigned: BigUint64A
 
 /** Rows are objects by column; what is missing in them is an empty cell. Times are picoseconds. */
 export function sessionOf(rows) {
-  const texts = [...new Set(rows.flatMap(({ status, limits }) => [status, limits]).filter((text) => text !== undefined))];
+  const written = rows.flatMap(({ status, limits }) => [status, limits]);
+  const texts = [...new Set(written.filter((text) => text !== undefined))];
   return {
     columns,
     rowCount: rows.length,
@@ -41,7 +42,13 @@ export function manyRows(count) {
   let time = 20_000_000n;
   return Array.from({ length: count }, (_, i) => {
     time += i % 1000 === 999 ? 5_000_000_000n : 40_000_000n;
-    const row = { time_ns: time, status: i % 97 === 5 ? 'crc' : 'ok', line_delay_ns: 300_000n + BigInt(i % 7), ack_ns: 3_000_000n, limits: '' };
+    const row = {
+      time_ns: time,
+      status: i % 97 === 5 ? 'crc' : 'ok',
+      line_delay_ns: 300_000n + BigInt(i % 7),
+      ack_ns: 3_000_000n,
+      limits: '',
+    };
     if (row.status === 'ok') {
       row.position = BigInt(Math.round(1e6 * (1 + Math.sin(i / 500))));
       row.nE = i % 203 === 7 ? 0n : 1n;

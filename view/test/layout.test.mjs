@@ -35,7 +35,8 @@ function cyclesOf(format, ...options) {
 }
 
 function valueOf(layout, field) {
-  return layout.parts.find((part) => part.field === field)?.texts.find((text) => text.startsWith(`${field}=`))?.slice(field.length + 1);
+  const part = layout.parts.find((each) => each.field === field);
+  return part?.texts.find((text) => text.startsWith(`${field}=`))?.slice(field.length + 1);
 }
 
 const faults = ['flip', 'burst', 'glitch_ma', 'glitch_slo', 'lost_clock', 'double_clock', 'slo_low', 'slo_high',
@@ -102,7 +103,8 @@ test('Crc_WithAFlippedBit_SaysWhichFlipMendsIt', () => {
 });
 
 test('Eye_WithoutJitter_IsHalfAPeriodWideOnBothSides', () => {
-  biss.run(['simulate', '-f', 'pos26,nE,nW,crc6', '-o', 'test.vcd', '--cycles', '50', '--clock', '1MHz', '--cable', '20m']);
+  const options = ['--cycles', '50', '--clock', '1MHz', '--cable', '20m'];
+  biss.run(['simulate', '-f', 'pos26,nE,nW,crc6', '-o', 'test.vcd', ...options]);
   const { session } = biss.open(['test.vcd', '-f', 'pos26,nE,nW,crc6']);
   while (session.advance(100).more);
   const eye = analyses.eye(session, { from: 0n, to: BigInt(session.about().endTime), cycles: 20, bins: 100 });

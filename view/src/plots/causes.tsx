@@ -45,7 +45,9 @@ export function Causes() {
       <h3>Causes, in {counted.rows} cycles</h3>
       <table>
         <thead>
-          <tr><th scope="col">cause</th><th scope="col">cycles</th><th scope="col">share</th><th scope="col">over the capture</th></tr>
+          <tr>
+            {['cause', 'cycles', 'share', 'over the capture'].map((name) => <th key={name} scope="col">{name}</th>)}
+          </tr>
         </thead>
         {[...groups].map(([title, causes]) => (
           <tbody key={title}>

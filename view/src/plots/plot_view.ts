@@ -168,7 +168,14 @@ function drawTimes(context: Context, scale: TimeScale, height: number, colours: 
   }
 }
 
-function drawValues(context: Context, bounds: Bounds, quantity: Quantity, width: number, height: number, colours: Palette): void {
+function drawValues(
+  context: Context,
+  bounds: Bounds,
+  quantity: Quantity,
+  width: number,
+  height: number,
+  colours: Palette,
+): void {
   const { values, text } = ticksOf(bounds.low, bounds.high, (height - foot) / 28, quantity);
   context.font = numberFont;
   context.textBaseline = 'middle';

@@ -38,7 +38,11 @@ function wantEye(range: state.Range | undefined): void {
 }
 
 defineKeys('plots', [
-  { keys: ['f'], help: 'Show the whole capture, or what the waveform shows', run: () => { follows.value = !follows.value; } },
+  {
+    keys: ['w'],
+    help: 'Show the whole capture, or what the waveform shows',
+    run: () => { follows.value = !follows.value; },
+  },
   { keys: ['ArrowLeft'], help: 'Move left', run: () => actions.pan(-1 / 8) },
   { keys: ['ArrowRight'], help: 'Move right', run: () => actions.pan(1 / 8) },
   { keys: ['+', '='], help: 'Zoom in', run: () => actions.zoom(1 / 1.5) },
@@ -55,9 +59,11 @@ export function Plots() {
   return (
     <section class="plots" aria-label="Plots" data-keys="plots">
       <div class="plots-bar" role="group" aria-label="Time of the plots">
-        <label><input type="radio" name="plots-time" checked={!follows.value} onChange={() => { follows.value = false; }} /> Whole capture</label>
-        <label><input type="radio" name="plots-time" checked={follows.value} onChange={() => { follows.value = true; }} /> As the waveform</label>
-        <p class="plots-hint">{follows.value ? 'Wheel and drag zoom and move.' : 'Drag over a plot to show a stretch in the waveform.'}</p>
+        <Choice text="Whole capture" value={false} />
+        <Choice text="As the waveform" value />
+        <p class="plots-hint">
+          {follows.value ? 'Wheel and drag zoom and move.' : 'Drag over a plot to show a stretch in the waveform.'}
+        </p>
       </div>
       <div class="plots-all" role="group" tabIndex={0} aria-label="Plots against time">
         {plots.map((plot) => <ColumnFigure key={`${generation} ${plot.id}`} plot={plot} />)}
@@ -66,6 +72,15 @@ export function Plots() {
       </div>
       <Causes />
     </section>
+  );
+}
+
+function Choice({ text, value }: { text: string; value: boolean }) {
+  const choose = () => { follows.value = value; };
+  return (
+    <label>
+      <input type="radio" name="plots-time" checked={follows.value === value} onChange={choose} /> {text}
+    </label>
   );
 }
 
@@ -86,7 +101,8 @@ const marginSpec: PlotSpec = { id: 'margin', title: 'Margin', quantity: 'time', 
 function MarginFigure() {
   const sourceOf = (): Source => () => (eye.value === undefined ? undefined : marginsOf(eye.value));
   const found = eye.value;
-  const note = found === undefined || found.rows.length === found.of ? '' : `${found.rows.length} of ${found.of} cycles`;
+  const isSample = found !== undefined && found.rows.length < found.of;
+  const note = isSample ? `${found.rows.length} of ${found.of} cycles` : '';
   return <Figure spec={marginSpec} sourceOf={sourceOf} range={shown} note={note} depends={eye} />;
 }
 
@@ -130,7 +146,10 @@ function Figure({ spec, sourceOf, range, note = '', depends }: FigureProps) {
   }, []);
   return (
     <figure class="plot">
-      <figcaption><strong>{spec.unit === '' ? spec.title : `${spec.title}, ${spec.unit}`}</strong> <span>{point.value === '' ? note : point.value}</span></figcaption>
+      <figcaption>
+        <strong>{spec.unit === '' ? spec.title : `${spec.title}, ${spec.unit}`}</strong>
+        <span>{point.value === '' ? note : point.value}</span>
+      </figcaption>
       <div class="plot-canvas"><canvas ref={canvas} role="img" aria-label={summary} /></div>
     </figure>
   );
@@ -153,7 +172,9 @@ function EyeFigure() {
   return (
     <figure class="plot">
       <figcaption><strong>Eye of SLO</strong> <span>{text}</span></figcaption>
-      <div class="plot-canvas plot-eye"><canvas ref={canvas} role="img" aria-label={`Eye diagram of SLO. ${text}`} /></div>
+      <div class="plot-canvas plot-eye">
+        <canvas ref={canvas} role="img" aria-label={`Eye diagram of SLO. ${text}`} />
+      </div>
     </figure>
   );
 }
