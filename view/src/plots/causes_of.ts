@@ -1,6 +1,6 @@
 // How many cycles have each status, flag, limit and verdict, and when; in the worker.
 import type { ColumnValues, Session } from 'biss';
-import { stretch, timesOf } from './row_times';
+import { numbersOf, stretch, timesOf } from './row_times';
 
 export interface CausesAsk {
   /** Stretches of the capture that are counted each. */
@@ -28,15 +28,18 @@ class Counter {
 
   constructor(private readonly bins: number) {}
 
-  add(column: string, name: string, bin: number): void {
+  /** Adds what was counted by bin. */
+  add(column: string, name: string, over: Uint32Array): void {
     const key = `${column} ${name}`;
     let cause = this.#found.get(key);
     if (cause === undefined) {
       cause = { column, name, count: 0, over: new Uint32Array(this.bins) };
       this.#found.set(key, cause);
     }
-    cause.count += 1;
-    cause.over[bin] = (cause.over[bin] ?? 0) + 1;
+    for (let bin = 0; bin < over.length; bin += 1) {
+      cause.count += over[bin] ?? 0;
+      cause.over[bin] = (cause.over[bin] ?? 0) + (over[bin] ?? 0);
+    }
   }
 
   /** By column in the order of the table, and within it the most frequent one first. */
@@ -52,27 +55,41 @@ export function causes(session: Session, { bins }: CausesAsk): Causes {
   const names = session.columns.map(({ name }) => name);
   const read = names.filter((name) =>
     /^(status|limits|safety|marginal|n[EW]\d*|crc\d*_ok)$/.test(name));
-  const begin = rows === 0 ? 0n : timesOf(session, 0, 1)[0] ?? 0n;
-  const length = rows === 0 ? 1 : Number((timesOf(session, rows - 1, rows)[0] ?? 0n) - begin) + 1;
+  const begin = rows === 0 ? 0 : Number(timesOf(session, 0, 1)[0] ?? 0n);
+  const last = rows === 0 ? 0 : Number(timesOf(session, rows - 1, rows)[0] ?? 0n);
   for (let first = 0; first < rows; first += stretch) {
     const end = Math.min(first + stretch, rows);
-    const times = timesOf(session, first, end);
-    const bin = Uint16Array.from(times, (time) => Math.floor((Number(time - begin) / length) * bins));
-    for (const name of read) countColumn(counter, name, session.column(name, first, end), bin);
+    const times = numbersOf(timesOf(session, first, end));
+    const share = bins / Math.max(1, last - begin);
+    const bin = Uint16Array.from(times, (time) => Math.min(bins - 1, (time - begin) * share));
+    for (const name of read) countColumn(counter, name, session.column(name, first, end), bin, bins);
   }
   return { rows, causes: counter.sorted(names) };
 }
 
-function countColumn(counter: Counter, name: string, column: ColumnValues, bin: Uint16Array): void {
-  const { kind, present, values, texts } = column;
-  const bad = name === 'marginal' ? 1n : 0n;
-  for (let i = 0; i < present.length; i += 1) {
-    if (present[i] === 0) continue;
-    if (kind === 'text') {
-      const text = texts[Number(values[i])] ?? '';
-      for (const one of text === '' ? [] : text.split(';')) counter.add(name, one, bin[i] ?? 0);
-    } else if (values[i] === bad) {
-      counter.add(name, bad === 1n ? name : `${name}=0`, bin[i] ?? 0);
-    }
+function countColumn(
+  counter: Counter,
+  name: string,
+  column: ColumnValues,
+  bin: Uint16Array,
+  bins: number,
+): void {
+  const counts: Uint32Array[] = [];
+  const values = numbersOf(column.values);
+  for (let i = 0; i < values.length; i += 1) {
+    if (column.present[i] === 0) continue;
+    const value = values[i] ?? 0;
+    const over = (counts[value] ??= new Uint32Array(bins));
+    const at = bin[i] ?? 0;
+    over[at] = (over[at] ?? 0) + 1;
   }
+  const bad = name === 'marginal' ? 1 : 0;
+  counts.forEach((over, value) => {
+    if (column.kind !== 'text') {
+      if (value === bad) counter.add(name, bad === 1 ? name : `${name}=0`, over);
+      return;
+    }
+    const text = column.texts[value] ?? '';
+    for (const one of text === '' ? [] : text.split(';')) counter.add(name, one, over);
+  });
 }

@@ -1,5 +1,5 @@
 // What became of each row, for the strip of all cycles and the boxes of single ones; in the worker.
-import type { ColumnValues, Session } from 'biss';
+import type { Session } from 'biss';
 import { harmlessStatuses, harmlessVerdicts } from '../core/statuses';
 import { blockRows, blockTimes, numbersOf, rowsIn, stretch, timesOf } from './row_times';
 
@@ -49,30 +49,41 @@ export interface Rows {
   end: bigint;
 }
 
-function textOf(column: ColumnValues | undefined, i: number): string {
-  if (column === undefined || column.present[i] === 0) return '';
-  return column.texts[Number(column.values[i])] ?? '';
+/** A column with its values as numbers; NaN where a cell is empty. */
+interface Cells {
+  numbers: Float64Array;
+  texts: string[];
+}
+
+function cellsOf(session: Session, name: string, from: number, to: number): Cells {
+  const { present, values, texts } = session.column(name, from, to);
+  const numbers = numbersOf(values);
+  for (let i = 0; i < numbers.length; i += 1) if (present[i] === 0) numbers[i] = NaN;
+  return { numbers, texts };
+}
+
+function textOf(cells: Cells | undefined, i: number): string {
+  return cells?.texts[cells.numbers[i] ?? NaN] ?? '';
 }
 
 /** The columns that say what became of a row. */
 class Verdicts {
-  readonly status: ColumnValues;
-  readonly safety: ColumnValues | undefined;
-  readonly #limits: ColumnValues | undefined;
-  readonly #flags: { name: string; values: ColumnValues }[] = [];
-  readonly #marginal: ColumnValues | undefined;
+  readonly status: Cells;
+  readonly safety: Cells | undefined;
+  readonly #limits: Cells | undefined;
+  readonly #marginal: Cells | undefined;
+  readonly #flags: { name: string; cells: Cells }[];
   readonly #classOfStatus: number[];
 
   constructor(session: Session, from: number, to: number) {
-    const names = new Set(session.columns.map(({ name }) => name));
-    const get = (name: string) => (names.has(name) ? session.column(name, from, to) : undefined);
-    this.status = session.column('status', from, to);
-    this.safety = get('safety');
-    this.#limits = get('limits');
-    this.#marginal = get('marginal');
-    for (const name of names) {
-      if (/^n[EW]\d*$/.test(name)) this.#flags.push({ name, values: session.column(name, from, to) });
-    }
+    const names = session.columns.map(({ name }) => name);
+    const get = (name: string) => cellsOf(session, name, from, to);
+    const ifThere = (name: string) => (names.includes(name) ? get(name) : undefined);
+    this.status = get('status');
+    this.safety = ifThere('safety');
+    this.#limits = ifThere('limits');
+    this.#marginal = ifThere('marginal');
+    this.#flags = names.filter((name) => /^n[EW]\d*$/.test(name)).map((name) => ({ name, cells: get(name) }));
     this.#classOfStatus = this.status.texts.map((text) => {
       if (cut.has(text)) return rowClass.cut;
       return harmlessStatuses.has(text) ? rowClass.good : rowClass.failed;
@@ -80,27 +91,22 @@ class Verdicts {
   }
 
   classOf(i: number): number {
-    const found = this.#classOfStatus[Number(this.status.values[i])] ?? rowClass.failed;
-    if (found === rowClass.failed || !this.#isFlagged(i)) return found;
-    return rowClass.flagged;
+    const found = this.#classOfStatus[this.status.numbers[i] ?? NaN] ?? rowClass.failed;
+    return found !== rowClass.failed && this.#isFlagged(i) ? rowClass.flagged : found;
   }
 
   notes(i: number): string {
-    const notes = this.#flags
-      .filter(({ values }) => values.present[i] === 1 && values.values[i] === 0n)
-      .map(({ name }) => `${name}=0`);
-    if (this.#marginal?.present[i] === 1 && this.#marginal.values[i] === 1n) notes.push('marginal');
+    const notes = this.#flags.filter(({ cells }) => cells.numbers[i] === 0).map(({ name }) => `${name}=0`);
+    if (this.#marginal?.numbers[i] === 1) notes.push('marginal');
     const limits = textOf(this.#limits, i);
     if (limits !== '') notes.push(...limits.split(';'));
     return notes.join(', ');
   }
 
   #isFlagged(i: number): boolean {
-    for (const { values } of this.#flags) {
-      if (values.present[i] === 1 && values.values[i] === 0n) return true;
-    }
-    if (this.#marginal?.present[i] === 1 && this.#marginal.values[i] === 1n) return true;
-    return textOf(this.#limits, i) !== '' || !harmlessVerdicts.has(textOf(this.safety, i));
+    for (const { cells } of this.#flags) if (cells.numbers[i] === 0) return true;
+    if (this.#marginal?.numbers[i] === 1 || textOf(this.#limits, i) !== '') return true;
+    return !harmlessVerdicts.has(textOf(this.safety, i));
   }
 }
 
