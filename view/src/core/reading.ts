@@ -6,7 +6,7 @@ import { CoreError } from './client';
 import { core, startCore } from './core';
 import type { Opened, ReadingMessage } from './protocol';
 import { sizeOf } from './source';
-import { setVerbFiles, stopVerbs, type NamedContent } from './verbs';
+import { setVerbFiles, endVerbs, type NamedContent } from './verbs';
 
 let files: NamedContent[] = [];
 let loaded: Promise<undefined> | undefined;
@@ -83,7 +83,7 @@ async function read(): Promise<void> {
   state.progress.value = { state: 'loading', done: 0 };
   try {
     const opened = await open();
-    stopVerbs();
+    endVerbs();
     batch(() => {
       session = opened.generation;
       state.columns.value = opened.columns;

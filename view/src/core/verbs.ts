@@ -1,5 +1,5 @@
 // Verbs that read the whole file run in a worker of their own, so that the waveform stays fluid. A
-// new run ends the one under way.
+// new capture, or other settings, end the run that is under way.
 import type { RunResult } from 'biss';
 import { Client, CoreError } from './client';
 import type { Content } from './source';
@@ -14,17 +14,36 @@ export interface NamedContent {
 let files: readonly NamedContent[] = [];
 let client: Promise<Client> | undefined;
 let worker: Worker | undefined;
+let underWay = 0;
 
 export function setVerbFiles(given: readonly NamedContent[]): void {
+  const old = files;
   files = given;
-  stopVerbs();
+  endVerbs();
+  client = client?.then(async (core) => {
+    for (const { name } of old) await core.ask('removeFile', { name });
+    for (const file of given) await core.ask('addFile', file);
+    return core;
+  });
 }
 
-/** Ends what is under way; its promise never settles. */
-export function stopVerbs(): void {
+/** Ends what is under way; its promise never settles. A worker that is idle stays. */
+export function endVerbs(): void {
+  if (underWay === 0) return;
   worker?.terminate();
   worker = undefined;
   client = undefined;
+  underWay = 0;
+}
+
+async function counted<T>(action: () => Promise<T>): Promise<T> {
+  const own = worker;
+  underWay += 1;
+  try {
+    return await action();
+  } finally {
+    if (own === worker) underWay -= 1;
+  }
 }
 
 async function started(): Promise<Client> {
@@ -42,7 +61,8 @@ async function ready(): Promise<Client> {
 
 /** Runs a verb on the files of the capture. */
 export async function runVerb(args: string[]): Promise<RunResult> {
-  return (await ready()).ask('run', { args });
+  const core = await ready();
+  return counted(() => core.ask('run', { args }));
 }
 
 /** Gives the verbs a file that is no part of the capture. */
@@ -53,7 +73,7 @@ export async function writeFile(name: string, content: Uint8Array): Promise<void
 /** Runs a verb that writes a file, and takes the file. @throws CoreError with its message */
 export async function runToFile(args: string[], name: string): Promise<Uint8Array> {
   const core = await ready();
-  const { status, err } = await core.ask('run', { args });
+  const { status, err } = await counted(() => core.ask('run', { args }));
   if (status !== 0) throw new CoreError(err, status);
   const bytes = await core.ask('readFile', { name });
   await core.ask('removeFile', { name });
@@ -65,7 +85,7 @@ export async function runOnFile(file: NamedContent, args: string[]): Promise<Run
   const core = await ready();
   await core.ask('addFile', file);
   try {
-    return await core.ask('run', { args });
+    return await counted(() => core.ask('run', { args }));
   } finally {
     await core.ask('removeFile', { name: file.name });
   }

@@ -9,6 +9,8 @@ import { CycleLink, textOf, useVerb, VerbView, verbArguments } from './verb';
 
 interface Sheet {
   of: string;
+  /** The reading of the capture that it belongs to; empty for a file. */
+  key: string;
   fields: string[][];
   words: string;
   check: string;
@@ -30,32 +32,32 @@ function cellsOfCsv(line: string): string[] {
     .map(([, cell = '']) => (cell.startsWith('"') ? cell.slice(1, -1).replaceAll('""', '"') : cell));
 }
 
-function sheetOf(of: string, show: RunResult, check: RunResult): Sheet {
+function sheetOf(of: string, key: string, show: RunResult, check: RunResult): Sheet {
   const fields = textOut(show).split('\n').filter((line) => line !== '').map(cellsOfCsv);
-  return { of, fields, words: show.err, check: `${textOut(check)}${check.err}` };
+  return { of, key, fields, words: show.err, check: `${textOut(check)}${check.err}` };
 }
 
 async function showFile(file: File): Promise<void> {
   const given = { name: `dump_${file.name.replace(/[/\0]/g, '_')}`, content: file };
   const show = await runOnFile(given, ['eds', 'show', given.name, '--to', 'csv']);
   const check = await runOnFile(given, ['eds', 'check', given.name]);
-  sheet.value = sheetOf(file.name, show, check);
+  sheet.value = sheetOf(file.name, '', show, check);
 }
 
 async function showCapture(key: string): Promise<void> {
   shownFor = key;
-  sheet.value = undefined;
   const dump = await runVerb(verbArguments(['registers'], ['--dump', dumpName]));
   if (dump.status !== 0) return;
   const show = await runVerb(['eds', 'show', dumpName, '--to', 'csv']);
   const check = await runVerb(['eds', 'check', dumpName]);
-  if (shownFor === key && show.status < 2) sheet.value = sheetOf('the registers of the capture', show, check);
+  if (shownFor === key && show.status < 2) sheet.value = sheetOf('the registers of the capture', key, show, check);
 }
 
 export function EdsPanel() {
   const accesses = useVerb(verbArguments(['registers'], ['--to', 'jsonl']));
   const key = `${state.generation.value}`;
   const seen = accesses.state === 'done' && accesses.rows.length > 0;
+  const shown = sheet.value?.key === '' || sheet.value?.key === key ? sheet.value : undefined;
   useEffect(() => { if (seen && shownFor !== key) void showCapture(key); }, [seen, key]);
   return (
     <>
@@ -68,7 +70,7 @@ export function EdsPanel() {
           }} />
         </label>
       </div>
-      {sheet.value !== undefined && <SheetView sheet={sheet.value} />}
+      {shown && <SheetView sheet={shown} />}
       <h3>Accesses in the capture</h3>
       <VerbView result={accesses}>
         {accesses.rows.length === 0
