@@ -40,7 +40,7 @@ before(async () => {
   client = new Client(worker.port);
   client.onReading = (reading) => readings.push(reading);
   await client.ask('load', { core: gzipSync(fs.readFileSync(path.join(core, 'biss_core.wasm'))).toString('base64') });
-  const made = await client.ask('run', { args: ['simulate', '-f', 'resolute-26', '--cycles', '6000', '--fault', 'flip@5000', '-o', 'made.vcd'] });
+  const made = await client.ask('run', { args: ['simulate', '-f', 'resolute-26', '--cycles', '20000', '--fault', 'flip@5000', '-o', 'made.vcd'] });
   assert.equal(made.status, 0, made.err);
   await client.ask('addFile', { name: 'line.vcd', content: await client.ask('readFile', { name: 'made.vcd' }) });
 });
@@ -75,9 +75,9 @@ describe('the worker', () => {
     await until(() => readings.at(-1)?.more === false);
     await asking;
     assert.ok(answered > 3, `${answered} answers`);
-    assert.equal(readings.at(-1).rowCount, 6000);
+    assert.equal(readings.at(-1).rowCount, 20_000);
     assert.ok(readings.every(({ done }, i) => i === 0 || done >= readings[i - 1].done));
-    assert.match(readings.at(-1).messages, /^line\.vcd: 6000 request cycles$/m);
+    assert.match(readings.at(-1).messages, /^line\.vcd: 20000 request cycles$/m);
   });
 
   it('NewCapture_EndsTheOneBefore', async () => {
