@@ -14,6 +14,13 @@ const here = path.dirname(fileURLToPath(import.meta.url));
 const core = path.resolve(process.env.BISS_WASM ?? path.join(here, '../../build-wasm/wasm'));
 const { Client, Superseded } = await load('core/client.ts');
 
+// A channel of a browser: a message waits for its turn after those of others. In Node one channel may
+// take all turns.
+class Turns {
+  port1 = { onmessage: () => {}, close: () => { this.port1.onmessage = () => {}; } };
+  port2 = { postMessage: () => setImmediate(() => this.port1.onmessage()) };
+}
+
 // The script of the worker as the page starts it, in a context of its own. What it posts is copied,
 // as between threads.
 async function startWorker() {
@@ -25,7 +32,7 @@ async function startWorker() {
   const self = { postMessage: (message) => channel.port1.postMessage(message), location: { href: 'blob:page' } };
   channel.port1.onmessage = (event) => self.onmessage(event);
   const context = vm.createContext({
-    self, console, performance, atob, Blob, Response, DecompressionStream, TextDecoder, TextEncoder, URL, WebAssembly, MessageChannel,
+    self, console, performance, atob, Blob, Response, DecompressionStream, TextDecoder, TextEncoder, URL, WebAssembly, MessageChannel: Turns,
     setTimeout, clearTimeout, File: class {}, importScripts: () => {}, crypto, Uint8Array, Error, RangeError,
   });
   vm.runInContext(outputFiles[0].text, context);
