@@ -18,7 +18,7 @@ import { Cycles, lineTile, Tile, type Shown } from './tiles';
 
 // Single cycles are drawn where they have this many pixels, and their parts with this many.
 const cyclePixels = 4;
-const partPixels = 90;
+const partPixels = 60;
 const mostRows = 3 * Math.ceil(4096 / cyclePixels);
 
 export class WaveView {
