@@ -150,7 +150,7 @@ function drawEmpty(context: Context, scale: TimeScale, height: number, colours: 
 }
 
 function drawTimes(context: Context, scale: TimeScale, height: number, colours: Palette): void {
-  const { marks, base } = timeMarks(scale, 120);
+  const { marks, base } = timeMarks(scale, 80);
   context.font = numberFont;
   context.textBaseline = 'middle';
   context.strokeStyle = colours.grid;
