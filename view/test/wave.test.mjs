@@ -1,9 +1,12 @@
 // The waveform and the plots in the page, by pointer and by keys.
 import assert from 'node:assert/strict';
+import fs from 'node:fs';
+import { createRequire } from 'node:module';
 import { after, before, test } from 'node:test';
 import { browse, open, readToEnd, simulated } from './page.mjs';
 import { load } from './typescript.mjs';
 
+const axe = fs.readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
 const { lanesOf, gutter } = await load('wave/lanes.ts');
 
 const capture = '-f pos26,nE,nW,crc6 --cycles 60 --cable 30m --fault flip@3,bit=5 --fault nE@7';
@@ -152,6 +155,9 @@ test('Cursors_Dragged_ShowTheirDifference', async () => {
   await page.keyboard.up('Shift');
   const text = await page.locator('.wave-difference').textContent();
   assert.match(text, /^Δ \d+(\.\d+)? µs \(\d+(\.\d+)? k?Hz\)$/);
+  await page.evaluate(`${axe};0`);
+  const { violations } = await page.evaluate(() => window.axe.run('.wave'));
+  assert.deepEqual(violations.map(({ id, nodes }) => `${id}: ${nodes.map(({ html }) => html).join(' ')}`), []);
   await page.locator('.wave-picture').focus();
   await page.keyboard.press('x');
   await page.locator('.wave-difference').waitFor({ state: 'detached' });

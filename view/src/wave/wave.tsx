@@ -128,7 +128,7 @@ function CursorBar() {
       {difference !== '' && (
         <>
           <output class="wave-difference" aria-label="B minus A">Δ {difference}</output>
-          <Button label="Zoom to what is between the cursors" text="A–B" run={actions.showCursors} />
+          <Button label="A–B: zoom to what is between the cursors" text="A–B" run={actions.showCursors} />
         </>
       )}
       {(a ?? b) !== undefined && (
@@ -140,13 +140,12 @@ function CursorBar() {
 
 function CursorButton({ which, time }: { which: 'a' | 'b'; time: bigint | undefined }) {
   const name = which.toUpperCase();
-  const label = time === undefined
-    ? `Set cursor ${name} in the middle`
-    : `Cursor ${name} at ${exactTimeText(time)}; set it in the middle`;
+  const text = time === undefined ? name : `${name} ${exactTimeText(time)}`;
+  const label = `${text}: set this cursor in the middle`;
   return (
     <button type="button" class={`wave-cursor-${which}`} aria-label={label} title={label}
       disabled={state.range.value === undefined} onClick={() => putCursor(which)}>
-      {name}{time === undefined ? '' : ` ${exactTimeText(time)}`}
+      {text}
     </button>
   );
 }
