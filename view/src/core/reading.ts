@@ -2,7 +2,6 @@
 import { batch } from '@preact/signals';
 import * as state from '../state';
 import { decodeArguments } from './arguments';
-import { CoreError } from './client';
 import { core, startCore } from './core';
 import type { Opened, ReadingMessage } from './protocol';
 import { sizeOf } from './source';
@@ -33,14 +32,18 @@ let newestReading = 0;
 export function openFiles(contents: NamedContent[], example?: string): Promise<void> {
   const own = ++newestFiles;
   newestReading += 1;
-  turn = turn.then(() => (own === newestFiles ? openNow(contents, example) : undefined));
-  return turn;
+  return inTurn(() => (own === newestFiles ? openNow(contents, example) : undefined));
 }
 
 /** Reads the same files again, with the settings as they are now. */
 export function reopen(): Promise<void> {
   const own = ++newestReading;
-  turn = turn.then(() => (own === newestReading ? read() : undefined));
+  return inTurn(() => (own === newestReading ? read() : undefined));
+}
+
+// One that fails does not stop those after it.
+function inTurn(action: () => Promise<void> | undefined): Promise<void> {
+  turn = turn.then(action).catch((error: unknown) => fail(textOf(error)));
   return turn;
 }
 
@@ -96,7 +99,7 @@ async function read(): Promise<void> {
       rangeIsOpen = state.range.value === undefined;
     });
   } catch (error) {
-    fail(error instanceof Error ? error.message : String(error));
+    fail(textOf(error));
   }
 }
 
@@ -125,7 +128,7 @@ async function open(): Promise<Opened> {
 }
 
 function textOf(error: unknown): string {
-  return error instanceof CoreError ? error.message : String(error);
+  return error instanceof Error ? error.message : String(error);
 }
 
 function fail(message: string): void {

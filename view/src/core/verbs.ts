@@ -15,6 +15,7 @@ let files: readonly NamedContent[] = [];
 let client: Promise<Client> | undefined;
 let worker: Worker | undefined;
 let underWay = 0;
+let making = 0;
 
 export function setVerbFiles(given: readonly NamedContent[]): void {
   const old = files;
@@ -27,9 +28,12 @@ export function setVerbFiles(given: readonly NamedContent[]): void {
   });
 }
 
-/** Ends what is under way; its promise never settles. A worker that is idle stays. */
+/**
+ * Ends what is under way; its promise never settles. A worker that is idle stays, and one that makes
+ * a new capture.
+ */
 export function endVerbs(): void {
-  if (underWay === 0) return;
+  if (underWay === 0 || making > 0) return;
   worker?.terminate();
   worker = undefined;
   client = undefined;
@@ -43,6 +47,16 @@ async function counted<T>(action: () => Promise<T>): Promise<T> {
     return await action();
   } finally {
     if (own === worker) underWay -= 1;
+  }
+}
+
+/** Runs steps that make a new capture, which nothing ends. */
+export async function makeCapture<T>(steps: () => Promise<T>): Promise<T> {
+  making += 1;
+  try {
+    return await steps();
+  } finally {
+    making -= 1;
   }
 }
 

@@ -2,7 +2,7 @@
 import { splitArguments } from '../core/arguments';
 import { CoreError } from '../core/client';
 import { openFiles } from '../core/reading';
-import { runToFile } from '../core/verbs';
+import { makeCapture, runToFile } from '../core/verbs';
 import * as state from '../state';
 import { demoDump, provideDump } from './demo_registers';
 
@@ -67,9 +67,11 @@ export async function openSimulated(args: string, format: string): Promise<void>
   const own = ++newest;
   state.progress.value = { state: 'loading', done: 0 };
   try {
-    const words = splitArguments(args);
-    await provideDump(words);
-    const bytes = await runToFile(['simulate', ...words, '-o', madeName], madeName);
+    const bytes = await makeCapture(async () => {
+      const words = splitArguments(args);
+      await provideDump(words);
+      return runToFile(['simulate', ...words, '-o', madeName], madeName);
+    });
     if (own !== newest) return;
     state.settings.value = { ...state.settings.value, format, ma: '', slo: '', invertMa: false, invertSlo: false };
     await openFiles([{ name: fileName, content: bytes }], args);

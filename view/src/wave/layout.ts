@@ -50,7 +50,7 @@ export function causeOf(status: string): string {
 
 // `pos25.2` is bit 25 of the field pos of channel 2.
 function fieldOf(name: string): string {
-  return name.replace(/^(\D+?)\d+(\.\d+)?$/, '$1$2');
+  return name.replace(/^([^\d.]+)\d+(\.\d+)?$/, '$1$2');
 }
 
 class Planner {
