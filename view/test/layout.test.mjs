@@ -62,6 +62,8 @@ test('Fields_OfTwoChannels_AreOfTheirChannel', () => {
     assert.equal(valueOf(layout, 'pos'), cells.position);
     assert.equal(valueOf(layout, 'pos.2'), cells.position2);
     assert.equal(valueOf(layout, 'lc.2'), cells.lc2);
+    assert.equal(valueOf(layout, 'nE.2'), cells.nE2);
+    assert.equal(layout.parts.find(({ field }) => field === 'nE.2').kind, 'flag');
   }
 });
 
