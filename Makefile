@@ -33,7 +33,7 @@ test:  ## the checks of every change: both compilers, sanitizers, microcontrolle
 
 .PHONY: test-long
 test-long:  ## besides: exhaustive sweeps, campaigns, all tests under sanitizers, Cortex-M0
-	@scripts/install-packages build test fuzz firmware coverage long wasm
+	@scripts/install-packages build test fuzz firmware coverage long wasm view
 	@scripts/test long
 
 .PHONY: test-release
@@ -56,6 +56,20 @@ wasm:  ## the core in WebAssembly, for a page: build-wasm/wasm
 .PHONY: test-wasm
 test-wasm: build wasm  ## the core in WebAssembly against the command, in Node
 	@BISS=build/biss BISS_WASM=build-wasm/wasm node --test wasm/biss_test.mjs
+
+.PHONY: view
+view: wasm  ## the page that opens a capture in a browser: view/dist/biss.html
+	@scripts/install-packages view
+	@cd view && npm ci --silent && npm run --silent check && npm run --silent build
+
+.PHONY: test-view
+test-view: build view  ## the page in Chromium: what it shows, against the command
+	@scripts/install-packages test view
+	@cd view && BISS=../build/biss npm --silent test
+
+.PHONY: view-speed
+view-speed: build view  ## the page with large captures: BISS_GB says how large
+	@cd view && BISS=../build/biss node test/speed.mjs
 
 .PHONY: explain-matrix
 explain-matrix:  ## how often biss explain finds each cause; renews docs/explain.md

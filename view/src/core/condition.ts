@@ -1,0 +1,168 @@
+// The conditions of the search field and of the filter:
+//
+//     condition  = all { "or" all }
+//     all        = term { "and" term }
+//     term       = "not" term | "(" condition ")" | word | column compare value
+//     compare    = "=" | "!=" | "<" | "<=" | ">" | ">="
+//
+// A column has its name in the CSV of `biss decode`, or a short name (ack, delay, clock, time). A
+// word is a status, a safety verdict, or one of `words`. A value may have a unit: 12us, 5MHz.
+import { statuses } from './statuses';
+
+export type Operator = '=' | '!=' | '<' | '<=' | '>' | '>=';
+
+/** A number without loss: `digits` by `10 ** places`. */
+export interface Decimal {
+  digits: bigint;
+  places: number;
+}
+
+export type Condition =
+  | { kind: 'or' | 'and'; of: Condition[] }
+  | { kind: 'not'; of: Condition }
+  | { kind: 'compare'; column: string; operator: Operator; text: string; value?: Decimal; unit: string }
+  /** As `biss decode --only-errors`. */
+  | { kind: 'error' }
+  | { kind: 'verdict'; name: string };
+
+export class ConditionError extends Error {}
+
+const verdicts = [
+  'safe', 'starting', 'latched', 'failed', 'self_test', 'memory', 'disagreement', 'watchdog',
+  'early', 'no_frame', 'cpw_crc', 'spw_crc', 'cpw_error', 'spw_error', 'comparison',
+  'counter_mode', 'counter_repeated', 'counter_skipped', 'counter_backwards', 'counter_foreign',
+  'counter_first', 'stimulus',
+];
+
+const shortNames: Record<string, string> = {
+  row: 'cycle',
+  time: 'time_ns',
+  delay: 'line_delay_ns',
+  line_delay: 'line_delay_ns',
+  ack: 'ack_ns',
+  clock: 'clock_hz',
+};
+
+const words: Record<string, Condition> = {
+  error: { kind: 'error' },
+  errors: { kind: 'error' },
+  nE: flag('nE', 0n),
+  nW: flag('nW', 0n),
+  marginal: flag('marginal', 1n),
+};
+
+/** What the search field offers. */
+export const suggestions = [
+  'error', 'not ok', ...Object.keys(statuses).map((name) => name), 'nE=0', 'nW=0', 'marginal',
+  'position > 1000', 'ack > 10us', 'delay > 500ns', 'clock < 1MHz', 'time > 1ms', 'cycle = 100',
+];
+
+function flag(column: string, digits: bigint): Condition {
+  const text = String(digits);
+  return { kind: 'compare', column, operator: '=', text, value: { digits, places: 0 }, unit: '' };
+}
+
+/** @throws ConditionError with what is wrong and where */
+export function parseCondition(text: string, columns: readonly string[]): Condition {
+  const parser = new Parser(tokensOf(text), columns);
+  const condition = parser.condition();
+  parser.expectEnd();
+  return condition;
+}
+
+function tokensOf(text: string): string[] {
+  return text.match(/[<>!=]=|[<>=()]|[^\s<>!=()]+|\S/g) ?? [];
+}
+
+class Parser {
+  #at = 0;
+
+  constructor(private readonly tokens: string[], private readonly columns: readonly string[]) {}
+
+  #peek(): string | undefined {
+    return this.tokens[this.#at];
+  }
+
+  #take(word: string): boolean {
+    if (this.#peek()?.toLowerCase() !== word) return false;
+    this.#at += 1;
+    return true;
+  }
+
+  condition(): Condition {
+    const of = [this.#all()];
+    while (this.#take('or')) of.push(this.#all());
+    return of.length === 1 ? of[0]! : { kind: 'or', of };
+  }
+
+  #all(): Condition {
+    const of = [this.#term()];
+    while (this.#take('and')) of.push(this.#term());
+    return of.length === 1 ? of[0]! : { kind: 'and', of };
+  }
+
+  #term(): Condition {
+    if (this.#take('not')) return { kind: 'not', of: this.#term() };
+    if (this.#take('(')) {
+      const inner = this.condition();
+      if (!this.#take(')')) throw new ConditionError('a ")" is missing');
+      return inner;
+    }
+    const word = this.#peek();
+    if (word === undefined) throw new ConditionError('a condition is missing at the end');
+    if (!/^[\p{L}\p{N}_.+-]+$/u.test(word)) throw new ConditionError(`"${word}" is not expected here`);
+    this.#at += 1;
+    const operator = this.#peek();
+    if (operator !== undefined && /^([<>]=?|!?=|==)$/.test(operator)) {
+      this.#at += 1;
+      return this.#comparison(word, operator === '==' ? '=' : (operator as Operator));
+    }
+    return this.#word(word);
+  }
+
+  #comparison(name: string, operator: Operator): Condition {
+    const column = this.#columnOf(name);
+    if (column === undefined) {
+      throw new ConditionError(`"${name}" is not a column; they are ${this.columns.join(', ')}`);
+    }
+    const text = this.#peek();
+    if (text === undefined) throw new ConditionError(`a value is missing after "${operator}"`);
+    this.#at += 1;
+    return { kind: 'compare', column, operator, text, ...valueOf(text) };
+  }
+
+  #columnOf(name: string): string | undefined {
+    const known = [name, shortNames[name.toLowerCase()] ?? name];
+    return known.find((each) => this.columns.includes(each))
+      ?? this.columns.find((each) => each.toLowerCase() === name.toLowerCase())
+      ?? this.columns.find((each) => each.startsWith(`${name}_`));
+  }
+
+  #word(word: string): Condition {
+    const own = words[word] ?? words[word.toLowerCase()];
+    if (own !== undefined) return own;
+    const lower = word.toLowerCase();
+    if (lower in statuses) {
+      return { kind: 'compare', column: 'status', operator: '=', text: lower, unit: '' };
+    }
+    if (verdicts.includes(lower)) return { kind: 'verdict', name: lower };
+    if (/^\d+$/.test(word)) return { ...flag('cycle', BigInt(word)) };
+    throw new ConditionError(`"${word}" is not a status; write for example "crc" or "position > 1000"`);
+  }
+
+  expectEnd(): void {
+    const rest = this.#peek();
+    if (rest !== undefined) throw new ConditionError(`"${rest}" is not expected here; join with and, or`);
+  }
+}
+
+function valueOf(text: string): { value?: Decimal; unit: string } {
+  const hexadecimal = /^0[xX]([0-9a-fA-F]+)$/.exec(text);
+  if (hexadecimal !== null) return { value: { digits: BigInt(text), places: 0 }, unit: '' };
+  const found = /^([+-]?)(\d*)\.?(\d*)([a-zA-Zµ]*)$/.exec(text);
+  if (found === null) return { unit: '' };
+  const [, sign, whole, fraction = '', unit = ''] = found;
+  if (`${whole}${fraction}` === '') return { unit: '' };
+  const digits = BigInt(`${sign}${whole}${fraction}`.replace(/^\+/, ''));
+  return { value: { digits, places: fraction.length }, unit: unit.replace('µ', 'u') };
+}

@@ -1,0 +1,182 @@
+// Rows for which a condition is true, in the worker.
+import type { ColumnValues, Session } from 'biss';
+import { type Condition, ConditionError, type Decimal, type Operator, parseCondition } from './condition';
+import { harmlessStatuses, harmlessVerdicts } from './statuses';
+
+// Rows are read in stretches, so that memory does not grow with the capture.
+const stretch = 16_384;
+
+/** Says for rows of a stretch, by their place in it, whether they match. */
+type Test = (place: number) => boolean;
+
+/** The nearest row after `from` (before it with a step of -1) for which the condition is true. */
+export function findRow(session: Session, text: string, from: number, step: 1 | -1): number | undefined {
+  const condition = conditionFor(session, text);
+  const count = session.rowCount;
+  let at = Math.max(-1, Math.min(from, count)) + step;
+  while (at >= 0 && at < count) {
+    const begin = step > 0 ? at : Math.max(0, at - stretch + 1);
+    const end = step > 0 ? Math.min(count, at + stretch) : at + 1;
+    const test = testOf(new Stretch(session, begin, end), condition);
+    for (; at >= begin && at < end; at += step) {
+      if (test(at - begin)) return at;
+    }
+  }
+  return undefined;
+}
+
+/** The first rows, at most `most`, for which the condition is true. */
+export function findRows(session: Session, text: string, most: number): Int32Array {
+  const condition = conditionFor(session, text);
+  const found: number[] = [];
+  for (let begin = 0; begin < session.rowCount && found.length < most; begin += stretch) {
+    const end = Math.min(begin + stretch, session.rowCount);
+    const test = testOf(new Stretch(session, begin, end), condition);
+    for (let place = 0; place < end - begin && found.length < most; place += 1) {
+      if (test(place)) found.push(begin + place);
+    }
+  }
+  return Int32Array.from(found);
+}
+
+function conditionFor(session: Session, text: string): Condition {
+  return parseCondition(text, session.columns.map((column) => column.name));
+}
+
+class Stretch {
+  #columns = new Map<string, ColumnValues>();
+  #cells: string[][] | undefined;
+
+  constructor(
+    readonly session: Session,
+    readonly begin: number,
+    readonly end: number,
+  ) {}
+
+  has(name: string): boolean {
+    return this.session.columns.some((column) => column.name === name);
+  }
+
+  column(name: string): ColumnValues {
+    const known = this.#columns.get(name) ?? this.session.column(name, this.begin, this.end);
+    this.#columns.set(name, known);
+    return known;
+  }
+
+  /** The text of a cell, for columns without values. */
+  cell(name: string, place: number): string {
+    this.#cells ??= this.session.cells(this.begin, this.end);
+    const index = this.session.columns.findIndex((column) => column.name === name);
+    return this.#cells[place]?.[index] ?? '';
+  }
+
+  text(name: string): (place: number) => string {
+    const { present, values, texts } = this.column(name);
+    return (place) => (present[place] === 0 ? '' : texts[Number(values[place])] ?? '');
+  }
+}
+
+function testOf(rows: Stretch, condition: Condition): Test {
+  switch (condition.kind) {
+    case 'or': {
+      const tests = condition.of.map((each) => testOf(rows, each));
+      return (place) => tests.some((test) => test(place));
+    }
+    case 'and': {
+      const tests = condition.of.map((each) => testOf(rows, each));
+      return (place) => tests.every((test) => test(place));
+    }
+    case 'not': {
+      const test = testOf(rows, condition.of);
+      return (place) => !test(place);
+    }
+    case 'error':
+      return errorTest(rows);
+    case 'verdict': {
+      const text = rows.text('safety');
+      return (place) => text(place) === condition.name;
+    }
+    case 'compare':
+      return comparison(rows, condition);
+  }
+}
+
+// The rows of `biss decode --only-errors`.
+function errorTest(rows: Stretch): Test {
+  const status = rows.text('status');
+  const limits = rows.text('limits');
+  const safety = rows.text('safety');
+  const flags = rows.session.columns
+    .filter((column) => /^nE\d*$/.test(column.name))
+    .map((column) => rows.column(column.name));
+  return (place) => !harmlessStatuses.has(status(place))
+    || limits(place) !== ''
+    || !harmlessVerdicts.has(safety(place))
+    || flags.some(({ present, values }) => present[place] !== 0 && values[place] === 0n);
+}
+
+type Comparison = Extract<Condition, { kind: 'compare' }>;
+
+function comparison(rows: Stretch, condition: Comparison): Test {
+  const { kind } = rows.session.columns.find((column) => column.name === condition.column)!;
+  if (kind === 'text') return textTest(rows, condition);
+  if (kind === 'bits') return bitsTest(rows, condition);
+  if (condition.value === undefined) {
+    throw new ConditionError(`"${condition.text}" is not a number, and ${condition.column} is one`);
+  }
+  const { present, values } = rows.column(condition.column);
+  if (kind === 'real') {
+    const limit = Number(condition.value.digits) / 10 ** condition.value.places;
+    return (place) => present[place] !== 0 && holds(condition.operator, Number(values[place]), limit);
+  }
+  const scale = 10n ** BigInt(condition.value.places);
+  const limit = condition.value.digits * unitOf(condition.column, condition.unit, condition.value);
+  return (place) => present[place] !== 0
+    && holds(condition.operator, BigInt(values[place]!) * scale, limit);
+}
+
+const timeUnits: Record<string, bigint> = {
+  ps: 1n, ns: 1_000n, us: 1_000_000n, ms: 1_000_000_000n, s: 1_000_000_000_000n,
+};
+const rateUnits: Record<string, bigint> = {
+  Hz: 1n, kHz: 1_000n, MHz: 1_000_000n, hz: 1n, khz: 1_000n, mhz: 1_000_000n,
+};
+
+// How many units of the values of a column this unit is. Times are in picoseconds, and without a
+// unit in nanoseconds, as the command writes them.
+function unitOf(column: string, unit: string, value: Decimal): bigint {
+  const [units, usual] = column.endsWith('_ns') ? [timeUnits, 'ns'] : [rateUnits, 'Hz'];
+  if (unit === '' && !column.endsWith('_ns')) return 1n;
+  const factor = column.endsWith('_ns') || column.endsWith('_hz') ? units[unit || usual] : undefined;
+  if (factor === undefined) {
+    throw new ConditionError(`${Number(value.digits) / 10 ** value.places}${unit}: ${column} does not have this unit`);
+  }
+  return factor;
+}
+
+function holds<T extends bigint | number>(operator: Operator, value: T, limit: T): boolean {
+  switch (operator) {
+    case '=': return value === limit;
+    case '!=': return value !== limit;
+    case '<': return value < limit;
+    case '<=': return value <= limit;
+    case '>': return value > limit;
+    case '>=': return value >= limit;
+  }
+}
+
+// A cell may have several words, as `limits` has.
+function textTest(rows: Stretch, { column, operator, text }: Comparison): Test {
+  if (operator !== '=' && operator !== '!=') {
+    throw new ConditionError(`${column} is text: compare it with = or !=`);
+  }
+  const cell = rows.text(column);
+  return (place) => (cell(place) === text || cell(place).split(';').includes(text)) === (operator === '=');
+}
+
+function bitsTest(rows: Stretch, { column, operator, text }: Comparison): Test {
+  if (operator !== '=' && operator !== '!=') {
+    throw new ConditionError(`${column} is a row of bits: compare it with = or !=`);
+  }
+  return (place) => (rows.cell(column, place).toLowerCase() === text.toLowerCase()) === (operator === '=');
+}

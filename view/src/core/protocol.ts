@@ -1,0 +1,75 @@
+// What the page and the worker say to each other. A request has a number, its answer has the same.
+import type { About, Column, ColumnValues, Cycle, LineView, RunResult } from 'biss';
+import type { Analyses } from '../plots/analyses';
+import type { Content } from './source';
+
+/** What can be asked of the capture that is open, and what comes back. */
+export interface Questions {
+  view: { ask: { line: 'ma' | 'slo'; from: bigint; to: bigint; columns: number }; answer: LineView };
+  cells: { ask: { from: number; to: number }; answer: string[][] };
+  /** The cells of rows that need not follow one another. */
+  cellsOf: { ask: { rows: readonly number[] }; answer: string[][] };
+  csv: { ask: { from: number; to: number }; answer: string };
+  column: { ask: { name: string; from: number; to: number }; answer: ColumnValues };
+  cycle: { ask: { row: number }; answer: Cycle | undefined };
+  /** The last row that begins at or before this time; undefined before the first one. */
+  rowAt: { ask: { time: bigint }; answer: number | undefined };
+  summary: { ask: Record<string, never>; answer: string };
+  /** The next row from `from` on (exclusive) for which the condition is true; see condition.ts. */
+  find: { ask: { condition: string; from: number; step: 1 | -1 }; answer: number | undefined };
+  /** The rows for which the condition is true, at most `most`. */
+  findAll: { ask: { condition: string; most: number }; answer: Int32Array };
+}
+
+/** What the worker can do without an open capture. */
+export interface Commands {
+  /** biss_core.wasm in base64 of gzip. */
+  load: { ask: { core: string }; answer: undefined };
+  addFile: { ask: { name: string; content: Content }; answer: undefined };
+  removeFile: { ask: { name: string }; answer: undefined };
+  readFile: { ask: { name: string }; answer: Uint8Array };
+  run: { ask: { args: string[] }; answer: RunResult };
+  open: { ask: { args: string[]; anyLines: boolean }; answer: Opened };
+  close: { ask: Record<string, never>; answer: undefined };
+}
+
+export interface Opened {
+  generation: number;
+  columns: readonly Column[];
+  messages: string;
+}
+
+export type Requests = Questions & Commands & {
+  [K in keyof Analyses as `analyse.${K & string}`]: Analyses[K];
+};
+export type RequestName = keyof Requests;
+
+export interface RequestMessage {
+  id: number;
+  name: RequestName;
+  ask: unknown;
+}
+
+export interface AnswerMessage {
+  id: number;
+  answer?: unknown;
+  /** The text of what was thrown. */
+  error?: string;
+  status?: number;
+}
+
+/** Sent by the worker of its own accord while it reads. */
+export interface ReadingMessage {
+  reading: {
+    generation: number;
+    about: About;
+    columns: readonly Column[];
+    rowCount: number;
+    more: boolean;
+    messages: string;
+    /** Of the file, 0 to 1. */
+    done: number;
+    /** Empty, or why reading ended, such as memory. */
+    error: string;
+  };
+}

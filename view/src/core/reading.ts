@@ -1,0 +1,182 @@
+// Opens captures and keeps the state in step with what the worker has read.
+import { batch } from '@preact/signals';
+import * as state from '../state';
+import { decodeArguments } from './arguments';
+import { core, startCore } from './core';
+import type { Opened, ReadingMessage } from './protocol';
+import { sizeOf } from './source';
+import { setVerbFiles, endVerbs, type NamedContent } from './verbs';
+
+let files: NamedContent[] = [];
+let loaded: Promise<undefined> | undefined;
+// The first rows of a new capture choose what is shown.
+let rangeIsOpen = false;
+let session = 0;
+// What the command said when it opened the capture.
+let openMessages = '';
+
+/** Starts the core; resolves when it is ready. */
+export function start(): Promise<undefined> {
+  loaded = startCore();
+  core().onReading = take;
+  loaded.catch((error: Error) => fail(error.message));
+  return loaded;
+}
+
+// Captures are opened one after the other. What something newer replaces is not begun.
+let turn = Promise.resolve();
+let newestFiles = 0;
+let newestReading = 0;
+
+/** Opens files as one capture; `example` as in OpenFile. */
+export function openFiles(contents: NamedContent[], example?: string): Promise<void> {
+  const own = ++newestFiles;
+  newestReading += 1;
+  return inTurn(() => (own === newestFiles ? openNow(contents, example) : undefined));
+}
+
+/** Reads the same files again, with the settings as they are now. */
+export function reopen(): Promise<void> {
+  const own = ++newestReading;
+  return inTurn(() => (own === newestReading ? read() : undefined));
+}
+
+// One that fails does not stop those after it.
+function inTurn(action: () => Promise<void> | undefined): Promise<void> {
+  turn = turn.then(action).catch((error: unknown) => fail(textOf(error)));
+  return turn;
+}
+
+async function openNow(contents: NamedContent[], example?: string): Promise<void> {
+  if (contents.length === 0) return;
+  await loaded;
+  await core().ask('close', {});
+  await Promise.all(files.map(({ name }) => core().ask('removeFile', { name })));
+  files = contents.map(({ name, content }) => ({ name: safeName(name), content }));
+  await Promise.all(files.map((file) => core().ask('addFile', file)));
+  setVerbFiles(files);
+  batch(() => {
+    state.file.value = {
+      name: files.map(({ name }) => name).join(', '),
+      bytes: contents.reduce((sum, { content }) => sum + sizeOf(content), 0),
+      example,
+    };
+    state.about.value = undefined;
+    state.columns.value = [];
+    state.rowCount.value = 0;
+    state.range.value = undefined;
+    state.selectedRow.value = undefined;
+    state.cursors.value = { a: undefined, b: undefined };
+  });
+  await read();
+}
+
+/** The names of the capture's files, for the arguments of verbs. */
+export function fileNames(): string[] {
+  return files.map(({ name }) => name);
+}
+
+// A name is an argument of the command: no folder, and not taken for an option.
+function safeName(name: string): string {
+  return name.replace(/[/\0]/g, '_').replace(/^-/, '_');
+}
+
+async function read(): Promise<void> {
+  if (files.length === 0) return;
+  state.progress.value = { state: 'loading', done: 0 };
+  try {
+    const opened = await open();
+    endVerbs();
+    batch(() => {
+      session = opened.generation;
+      state.columns.value = opened.columns;
+      state.rowCount.value = 0;
+      state.about.value = undefined;
+      state.generation.value = opened.generation;
+      openMessages = opened.messages;
+      state.messages.value = opened.messages;
+      state.progress.value = { state: 'reading', done: 0 };
+      rangeIsOpen = state.range.value === undefined;
+    });
+  } catch (error) {
+    fail(textOf(error));
+  }
+}
+
+// With the scale and the velocity where the format allows them; where no lines look like MA and
+// SLO, the busiest ones are shown, with the message of the command.
+async function open(): Promise<Opened> {
+  const all = decodeArguments(fileNames(), state.settings.value);
+  const errors: unknown[] = [];
+  for (const args of all) {
+    try {
+      const opened = await core().ask('open', { args, anyLines: false });
+      // A scale was asked for; the velocity is an extra.
+      const refused = all.length > 2 && errors.length > 0 ? textOf(errors[0]) : '';
+      return { ...opened, messages: `${refused}${opened.messages}` };
+    } catch (error) {
+      errors.push(error);
+    }
+  }
+  const error = errors.at(-1);
+  try {
+    const opened = await core().ask('open', { args: all.at(-1)!, anyLines: true });
+    return { ...opened, messages: `${textOf(error)}${opened.messages}` };
+  } catch {
+    throw error;
+  }
+}
+
+function textOf(error: unknown): string {
+  return error instanceof Error ? error.message : String(error);
+}
+
+function fail(message: string): void {
+  batch(() => {
+    state.messages.value = message;
+    state.progress.value = { state: 'failed', done: 0 };
+  });
+}
+
+function take(reading: ReadingMessage['reading']): void {
+  if (reading.generation !== session) return;
+  batch(() => {
+    state.about.value = reading.about;
+    state.columns.value = reading.columns;
+    state.rowCount.value = reading.rowCount;
+    if (reading.messages !== '') state.messages.value = `${openMessages}${reading.messages}`;
+    state.progress.value = {
+      state: reading.error !== '' ? 'failed' : reading.more ? 'reading' : 'ended',
+      done: reading.done,
+    };
+    if (reading.error !== '') state.messages.value = reading.error;
+  });
+  if (rangeIsOpen) void chooseRange(reading.more);
+}
+
+async function findBegin(): Promise<void> {
+  const before = -(1n << 62n);
+  const views = await Promise.all((['ma', 'slo'] as const).map((line) =>
+    core().ask('view', { line, from: before, to: state.endTime.value + 1n, columns: 1 })));
+  const times = views.flatMap((view) => view.times[0] ?? []);
+  state.beginTime.value = times.reduce((least, time) => (time < least ? time : least), times[0] ?? 0n);
+}
+
+// How many requests the first picture shows.
+const firstRequests = 3;
+
+// The first requests; all that there is where the capture has fewer.
+async function chooseRange(more: boolean): Promise<void> {
+  const rows = state.rowCount.value;
+  if (rows <= firstRequests && more) return;
+  rangeIsOpen = false;
+  await findBegin();
+  if (rows <= firstRequests) {
+    state.range.value = state.wholeRange.value;
+    return;
+  }
+  const { values } = await core().ask('column', { name: 'time_ns', from: 0, to: firstRequests + 1 });
+  const from = BigInt(values[0] ?? 0);
+  const to = BigInt(values[firstRequests] ?? 0);
+  if (state.range.value === undefined) state.showRange(from - (to - from) / 30n, to);
+}

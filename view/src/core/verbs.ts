@@ -1,0 +1,106 @@
+// Verbs that read the whole file run in a worker of their own, so that the waveform stays fluid. A
+// new capture, or other settings, end the run that is under way.
+import type { RunResult } from 'biss';
+import { Client, CoreError } from './client';
+import type { Content } from './source';
+import { newWorker } from './start';
+
+export interface NamedContent {
+  name: string;
+  content: Content;
+}
+
+/** The files of the capture, which the verbs read. */
+let files: readonly NamedContent[] = [];
+let client: Promise<Client> | undefined;
+let worker: Worker | undefined;
+let underWay = 0;
+let making = 0;
+
+export function setVerbFiles(given: readonly NamedContent[]): void {
+  const old = files;
+  files = given;
+  endVerbs();
+  client = client?.then(async (core) => {
+    for (const { name } of old) await core.ask('removeFile', { name });
+    for (const file of given) await core.ask('addFile', file);
+    return core;
+  });
+}
+
+/**
+ * Ends what is under way; its promise never settles. A worker that is idle stays, and one that makes
+ * a new capture.
+ */
+export function endVerbs(): void {
+  if (underWay === 0 || making > 0) return;
+  worker?.terminate();
+  worker = undefined;
+  client = undefined;
+  underWay = 0;
+}
+
+async function counted<T>(action: () => Promise<T>): Promise<T> {
+  const own = worker;
+  underWay += 1;
+  try {
+    return await action();
+  } finally {
+    if (own === worker) underWay -= 1;
+  }
+}
+
+/** Runs steps that make a new capture, which nothing ends. */
+export async function makeCapture<T>(steps: () => Promise<T>): Promise<T> {
+  making += 1;
+  try {
+    return await steps();
+  } finally {
+    making -= 1;
+  }
+}
+
+async function started(): Promise<Client> {
+  const next = newWorker();
+  worker = next.worker;
+  await next.loaded;
+  for (const file of files) await next.client.ask('addFile', file);
+  return next.client;
+}
+
+async function ready(): Promise<Client> {
+  client ??= started();
+  return client;
+}
+
+/** Runs a verb on the files of the capture. */
+export async function runVerb(args: string[]): Promise<RunResult> {
+  const core = await ready();
+  return counted(() => core.ask('run', { args }));
+}
+
+/** Gives the verbs a file that is no part of the capture. */
+export async function writeFile(name: string, content: Uint8Array): Promise<void> {
+  await (await ready()).ask('addFile', { name, content });
+}
+
+/** Runs a verb that writes a file, and takes the file. @throws CoreError with its message */
+export async function runToFile(args: string[], name: string): Promise<Uint8Array> {
+  const core = await ready();
+  const { status, err } = await counted(() => core.ask('run', { args }));
+  if (status !== 0) throw new CoreError(err, status);
+  const bytes = await core.ask('readFile', { name });
+  await core.ask('removeFile', { name });
+  return bytes;
+}
+
+/** Runs a verb on a file that is no capture, such as a dump of registers. */
+export async function runOnFile(file: NamedContent, args: string[]): Promise<RunResult> {
+  const core = await ready();
+  await core.ask('addFile', file);
+  try {
+    return await counted(() => core.ask('run', { args }));
+  } finally {
+    await core.ask('removeFile', { name: file.name });
+  }
+}

@@ -1,0 +1,123 @@
+// The worker: holds the core, reads the capture in slices, and answers between them.
+import { BissError, loadBiss } from 'biss';
+import type { Biss } from 'biss';
+import { analyses, type Analyses } from '../plots/analyses';
+import { findRow, findRows } from './matching';
+import { Reader } from './reader';
+import { measuredSource, type MeasuredSource } from './source';
+import { unpack } from './unpack';
+import type { AnswerMessage, Commands, Questions, RequestMessage } from './protocol';
+
+declare const self: DedicatedWorkerGlobalScope;
+
+let biss: Biss | undefined;
+let reader: Reader | undefined;
+let generation = 0;
+const sources = new Map<string, MeasuredSource>();
+
+function loaded(): Biss {
+  if (biss === undefined) throw new Error('the core is not loaded');
+  return biss;
+}
+
+type Handlers<T extends { [K in keyof T]: { ask: unknown; answer: unknown } }> = {
+  [K in keyof T]: (ask: T[K]['ask']) => T[K]['answer'] | Promise<T[K]['answer']>;
+};
+
+const commands: Handlers<Commands> = {
+  async load({ core }) {
+    biss = await loadBiss({ wasmBinary: await unpack(core) });
+    return undefined;
+  },
+  addFile({ name, content }) {
+    const source = measuredSource(content);
+    loaded().addFile(name, source);
+    sources.set(name, source);
+    return undefined;
+  },
+  removeFile({ name }) {
+    loaded().removeFile(name);
+    sources.delete(name);
+    return undefined;
+  },
+  readFile: ({ name }) => loaded().readFile(name),
+  run: ({ args }) => loaded().run(args),
+  open({ args, anyLines }) {
+    const { session, messages } = loaded().open(args, { anyLines });
+    reader?.close();
+    generation += 1;
+    const read = args.flatMap((name) => sources.get(name) ?? []);
+    reader = new Reader(session, generation, read, (message) => self.postMessage(message));
+    return { generation, columns: session.columns, messages };
+  },
+  close() {
+    reader?.close();
+    reader = undefined;
+    return undefined;
+  },
+};
+
+function session() {
+  if (reader === undefined) throw new Error('no capture is open');
+  return reader.session;
+}
+
+const questions: Handlers<Questions> = {
+  view: ({ line, from, to, columns }) => session().view(line, from, to, columns),
+  cells: ({ from, to }) => session().cells(from, to),
+  cellsOf: ({ rows }) => rows.flatMap((row) => session().cells(row, row + 1)),
+  csv: ({ from, to }) => session().csv(from, to),
+  column: ({ name, from, to }) => session().column(name, from, to),
+  cycle: ({ row }) => session().cycle(row),
+  summary: () => session().summary(),
+  find: ({ condition, from, step }) => findRow(session(), condition, from, step),
+  findAll: ({ condition, most }) => findRows(session(), condition, most),
+  rowAt: ({ time }) => rowAt(time),
+};
+
+// Rows are in the order of time.
+function rowAt(time: bigint): number | undefined {
+  const rows = session();
+  let low = 0;
+  let high = rows.rowCount;
+  while (low < high) {
+    const middle = Math.floor((low + high) / 2);
+    const [at] = rows.column('time_ns', middle, middle + 1).values;
+    if (at !== undefined && BigInt(at) <= time) low = middle + 1;
+    else high = middle;
+  }
+  return low === 0 ? undefined : low - 1;
+}
+
+async function answer({ id, name, ask }: RequestMessage): Promise<void> {
+  let message: AnswerMessage;
+  try {
+    message = { id, answer: await answerOf(name, ask) };
+  } catch (error) {
+    const text = error instanceof Error ? error.message : String(error);
+    message = { id, error: text, status: error instanceof BissError ? error.status : 3 };
+  }
+  self.postMessage(message, transferablesOf(message.answer));
+}
+
+function answerOf(name: string, ask: unknown): unknown {
+  if (name.startsWith('analyse.')) {
+    const analysis = analyses[name.slice('analyse.'.length) as keyof Analyses];
+    return analysis(session(), ask as never);
+  }
+  const handlers = { ...commands, ...questions } as Record<string, (ask: unknown) => unknown>;
+  const handler = handlers[name];
+  if (handler === undefined) throw new Error(`no request ${name}`);
+  return handler(ask);
+}
+
+// Arrays of an answer are moved, not copied.
+function transferablesOf(value: unknown): Transferable[] {
+  if (typeof value !== 'object' || value === null) return [];
+  const parts = ArrayBuffer.isView(value) ? [value] : Object.values(value);
+  const buffers = parts.flatMap((part) =>
+    (ArrayBuffer.isView(part) && part.byteLength > 0 ? [part.buffer as ArrayBuffer] : []));
+  return [...new Set(buffers)];
+}
+
+self.onmessage = (event: MessageEvent<RequestMessage>) => void answer(event.data);

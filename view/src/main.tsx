@@ -1,0 +1,23 @@
+// Starts the page.
+import './theme.css';
+import './shell/shell.css';
+import { effect } from '@preact/signals';
+import { render } from 'preact';
+import { start } from './core/reading';
+import { App } from './shell/app';
+import { loadEncoders } from './shell/encoders';
+import { listenToKeys } from './shell/keys';
+import { followLink } from './shell/link';
+import { followSearch } from './shell/search';
+import { followRows } from './shell/table_rows';
+import { watchTheme } from './shell/theme';
+import { file } from './state';
+
+void start().then(loadEncoders, () => {});
+followRows();
+followSearch();
+watchTheme();
+listenToKeys();
+effect(() => { document.title = file.value === undefined ? 'biss' : `${file.value.name} – biss`; });
+render(<App />, document.getElementById('page')!);
+void followLink();

@@ -1,0 +1,125 @@
+/** How many cycles have each status, flag, limit and verdict, and when in the capture. */
+import { signal } from '@preact/signals';
+import { useEffect } from 'preact/hooks';
+import { harmlessStatuses, harmlessVerdicts, statuses } from '../core/statuses';
+import { searchOn } from '../shell/search';
+import * as state from '../state';
+import type { Cause, Causes as Counted } from './causes_of';
+import { steadyRows } from '../wave/tiles';
+import { Latest } from './latest';
+
+const bins = 60;
+
+const titles: Record<string, string> = {
+  status: 'Status',
+  marginal: 'Sampling',
+  safety: 'Safety monitor',
+  limits: 'Limits of the encoder',
+};
+
+function titleOf(column: string): string {
+  if (/^n[EW]/.test(column)) return 'Flags of the encoder';
+  if (/^crc\d*_ok$/.test(column)) return 'Checksums';
+  return titles[column] ?? column;
+}
+
+/** As the search field has it. */
+function conditionOf({ column, name }: Cause): string {
+  return column === 'status' || column === 'marginal' || name.includes('=') ? name : `${column} = ${name}`;
+}
+
+function isHarmless({ column, name }: Cause): boolean {
+  return column === 'safety' ? harmlessVerdicts.has(name) : harmlessStatuses.has(name);
+}
+
+export function Causes() {
+  const counted = useCounted();
+  if (counted === undefined || counted.causes.length === 0) return null;
+  const groups = new Map<string, Cause[]>();
+  for (const cause of counted.causes) {
+    const title = titleOf(cause.column);
+    groups.set(title, [...(groups.get(title) ?? []), cause]);
+  }
+  return (
+    <section class="plot-causes" aria-label="Histogram of causes">
+      <h3>Causes, in {counted.rows} cycles</h3>
+      <table>
+        <thead>
+          <tr>
+            {['cause', 'cycles', 'share', 'over the capture'].map((name) => <th key={name} scope="col">{name}</th>)}
+          </tr>
+        </thead>
+        {[...groups].map(([title, causes]) => (
+          <tbody key={title}>
+            <tr><th colSpan={4} scope="colgroup" class="plot-group">{title}</th></tr>
+            {causes.map((cause) => (
+              <Row key={`${cause.column} ${cause.name}`} cause={cause} rows={counted.rows} />
+            ))}
+          </tbody>
+        ))}
+      </table>
+    </section>
+  );
+}
+
+function useCounted(): Counted | undefined {
+  const rows = steadyRows();
+  const generation = state.generation.value;
+  useEffect(() => () => latest.close(), []);
+  useEffect(() => {
+    if (rows > 0) latest.want(`${generation} ${rows}`, { bins });
+    else counted.value = undefined;
+  }, [rows, generation]);
+  return counted.value;
+}
+
+const counted = signal<Counted | undefined>(undefined);
+const latest = new Latest('analyse.causes', 'plots.causes', () => { counted.value = latest.answer; });
+
+function shareText(count: number, rows: number): string {
+  const percent = (100 * count) / Math.max(1, rows);
+  return percent >= 0.01 || count === 0 ? `${percent.toFixed(2)} %` : '< 0.01 %';
+}
+
+function Row({ cause, rows }: { cause: Cause; rows: number }) {
+  const condition = conditionOf(cause);
+  const next = () => {
+    state.search.value = condition;
+    void searchOn(1, condition);
+  };
+  const kind = isHarmless(cause) ? 'plot-harmless' : 'plot-harmful';
+  return (
+    <tr class={kind}>
+      <td>
+        <button type="button" class="plot-cause" onClick={next}
+          title={statuses[cause.name] ?? `Search for ${condition}`} aria-label={`Next cycle with ${cause.name}`}>
+          {cause.name}
+        </button>
+      </td>
+      <td class="plot-number">{cause.count}</td>
+      <td>
+        <span class="plot-share">
+          <svg viewBox="0 0 100 10" preserveAspectRatio="none" aria-hidden="true">
+            <rect class="plot-bar" width={Math.max(1, (100 * cause.count) / Math.max(1, rows))} height="10" />
+          </svg>
+          {shareText(cause.count, rows)}
+        </span>
+      </td>
+      <td><Spark over={cause.over} /></td>
+    </tr>
+  );
+}
+
+function Spark({ over }: { over: Uint32Array }) {
+  const most = over.reduce((found, count) => Math.max(found, count), 1);
+  const bars = [...over].map((count, i) => {
+    const height = count === 0 ? 0 : Math.max(2, (16 * count) / most);
+    return count === 0 ? '' : `M${i} 16v${-height}h1v${height}z`;
+  });
+  return (
+    <svg class="plot-spark" viewBox={`0 0 ${over.length} 16`} preserveAspectRatio="none" role="img"
+      aria-label={`at most ${most} in a ${over.length}th of the capture`}>
+      <path class="plot-bar" d={bars.join('')} />
+    </svg>
+  );
+}

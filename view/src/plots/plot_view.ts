@@ -1,0 +1,232 @@
+/** A value against time, drawn from its lowest and highest values. */
+import { effect, type ReadonlySignal } from '@preact/signals';
+import * as state from '../state';
+import { fitting, Layer, numberFont, Surface, textWidth, verticalLine } from '../wave/canvas';
+import { paletteOf, type Palette } from '../wave/palette';
+import { exactTimeText, TimeScale, timeMarks } from '../wave/scale';
+import { drawEnvelope } from './draw_envelope';
+import type { Envelope } from './envelope';
+import { ticksOf, valueText, type Quantity } from './ticks';
+
+export interface PlotSpec {
+  id: string;
+  title: string;
+  quantity: Quantity;
+  unit: string;
+  /** Values stand for themselves: no line between them. */
+  dots: boolean;
+}
+
+/** Where the values come from; asked for what is shown, each time it is drawn. */
+export type Source = (shown: state.Range, width: number) => Envelope | undefined;
+
+export const gutter = 84;
+const foot = 20;
+const rightEdge = 10;
+
+type Context = CanvasRenderingContext2D;
+
+interface Bounds {
+  low: number;
+  high: number;
+}
+
+export class PlotView {
+  readonly surface: Surface;
+  readonly #curve = new Layer();
+  readonly #stop: () => void;
+  #values: Envelope | undefined;
+
+  constructor(
+    canvas: HTMLCanvasElement,
+    private readonly spec: PlotSpec,
+    private readonly source: Source,
+    private readonly range: ReadonlySignal<state.Range | undefined>,
+    private readonly onSummary: (text: string) => void,
+  ) {
+    this.surface = new Surface(canvas, () => this.#draw());
+    this.#stop = effect(() => {
+      void [range.value, state.range.value, state.generation.value, state.about.value,
+        state.progress.value.state, state.shownTheme.value, state.cursors.value];
+      this.surface.change();
+    });
+  }
+
+  close(): void {
+    this.#stop();
+    this.surface.close();
+  }
+
+  get scale(): TimeScale | undefined {
+    const range = this.range.value;
+    if (range === undefined) return undefined;
+    return new TimeScale(range, this.surface.width - gutter - rightEdge);
+  }
+
+  /** The value at a place, with its time. */
+  valueAt(x: number): string {
+    const { scale } = this;
+    const values = this.#values;
+    if (scale === undefined || values === undefined || values.times.length === 0) return '';
+    const offset = Number(scale.time(x - gutter) - values.from);
+    const at = nearest(values.times, offset);
+    const text = (value: number | undefined) =>
+      valueText(value ?? NaN, this.spec.quantity, this.spec.unit);
+    const [low, high] = [text(values.low[at]), text(values.high[at])];
+    const time = values.from + BigInt(Math.round(values.times[at] ?? 0));
+    return `${low === high ? low : `${low} to ${high}`} at ${exactTimeText(time)}`;
+  }
+
+  #draw(): void {
+    const { context, width, height } = this.surface;
+    const colours = paletteOf(state.shownTheme.value);
+    context.fillStyle = colours.ground;
+    context.fillRect(0, 0, width, height);
+    const { scale } = this;
+    const range = this.range.value;
+    if (scale === undefined || range === undefined) return;
+    this.#values = this.source(range, scale.width);
+    const values = this.#values;
+    const seen = values === undefined ? undefined : boundsOf(values, scale);
+    this.#drawWindow(scale, range, height, colours);
+    this.#curve.put(this.surface, [values, range.from, range.to, colours], (layer) => {
+      drawTimes(layer, scale, height, colours);
+      if (values === undefined || seen === undefined) drawEmpty(layer, scale, height, colours);
+      else this.#drawCurve(layer, values, padded(seen), scale, colours);
+    });
+    this.#drawCursors(scale, height, colours);
+    this.#say(seen, range);
+  }
+
+  #drawCurve(context: Context, values: Envelope, bounds: Bounds, scale: TimeScale, colours: Palette): void {
+    const { height, width } = this.surface;
+    drawValues(context, bounds, this.spec.quantity, width, height, colours);
+    context.beginPath();
+    context.rect(gutter, 0, scale.width, height - foot);
+    context.clip();
+    drawEnvelope(context, values, gutter, scale, (value) => yOf(value, bounds, height), this.spec.dots, colours);
+  }
+
+  #say(seen: Bounds | undefined, range: state.Range): void {
+    const { title, quantity, unit } = this.spec;
+    const when = `from ${exactTimeText(range.from)} to ${exactTimeText(range.to)}`;
+    const text = seen === undefined
+      ? `${title} ${when}: no values`
+      : `${title} ${when}: ${valueText(seen.low, quantity, unit)} to ${valueText(seen.high, quantity, unit)}`;
+    this.onSummary(text);
+  }
+
+  // What the waveform shows.
+  #drawWindow(scale: TimeScale, range: state.Range, height: number, colours: Palette): void {
+    const shown = state.range.value;
+    if (shown === undefined || (shown.from === range.from && shown.to === range.to)) return;
+    const from = Math.max(0, scale.x(shown.from));
+    const to = Math.min(scale.width, scale.x(shown.to));
+    if (to < from) return;
+    const { context } = this.surface;
+    context.fillStyle = colours.select;
+    context.globalAlpha = 0.14;
+    context.fillRect(gutter + from, 0, Math.max(2, to - from), height - foot);
+    context.globalAlpha = 1;
+  }
+
+  #drawCursors(scale: TimeScale, height: number, colours: Palette): void {
+    const { context } = this.surface;
+    const { a, b } = state.cursors.value;
+    for (const [time, colour] of [[a, colours.cursorA], [b, colours.cursorB]] as const) {
+      if (time === undefined) continue;
+      const x = scale.x(time);
+      if (x < 0 || x > scale.width) continue;
+      context.strokeStyle = colour;
+      verticalLine(context, gutter + x, 0, height - foot);
+    }
+  }
+}
+
+function drawEmpty(context: Context, scale: TimeScale, height: number, colours: Palette): void {
+  context.font = numberFont;
+  context.fillStyle = colours.soft;
+  context.fillText('no values here', gutter + scale.width / 2 - 45, (height - foot) / 2);
+}
+
+function drawTimes(context: Context, scale: TimeScale, height: number, colours: Palette): void {
+  const { marks, base } = timeMarks(scale, 80);
+  context.font = numberFont;
+  context.textBaseline = 'middle';
+  context.strokeStyle = colours.grid;
+  context.lineWidth = 1;
+  context.fillStyle = colours.soft;
+  if (base !== undefined) {
+    const text = fitting(context, [`${base} +`], gutter - 6);
+    if (text !== undefined) context.fillText(text, 4, height - foot / 2);
+  }
+  for (const { x, text } of marks) {
+    verticalLine(context, gutter + x, 0, height - foot + 4);
+    const width = textWidth(context, text);
+    const place = Math.max(gutter - 10, Math.min(gutter + x - width / 2, gutter + scale.width + rightEdge - width));
+    context.fillText(text, place, height - foot / 2 + 1);
+  }
+}
+
+function drawValues(
+  context: Context,
+  bounds: Bounds,
+  quantity: Quantity,
+  width: number,
+  height: number,
+  colours: Palette,
+): void {
+  const { values, text } = ticksOf(bounds.low, bounds.high, (height - foot) / 28, quantity);
+  context.font = numberFont;
+  context.textBaseline = 'middle';
+  for (const value of values) {
+    const y = Math.round(yOf(value, bounds, height)) + 0.5;
+    context.strokeStyle = colours.grid;
+    context.beginPath();
+    context.moveTo(gutter - 4, y);
+    context.lineTo(width - rightEdge, y);
+    context.stroke();
+    context.fillStyle = colours.soft;
+    if (y < 6 || y > height - foot - 4) continue;
+    const label = text(value);
+    context.fillText(label, Math.max(0, gutter - 8 - textWidth(context, label)), y, gutter - 8);
+  }
+}
+
+function nearest(times: Float64Array, sought: number): number {
+  let low = 0;
+  let high = times.length - 1;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if ((times[middle] ?? 0) < sought) low = middle + 1;
+    else high = middle;
+  }
+  const before = Math.max(0, low - 1);
+  const isBefore = sought - (times[before] ?? 0) < (times[low] ?? 0) - sought;
+  return isBefore ? before : low;
+}
+
+function yOf(value: number, { low, high }: Bounds, height: number): number {
+  return (1 - (value - low) / (high - low)) * (height - foot - 8) + 4;
+}
+
+function padded({ low, high }: Bounds): Bounds {
+  const room = low === high ? Math.max(Math.abs(low) * 1e-3, 1) : (high - low) * 0.06;
+  return { low: low - room, high: high + room };
+}
+
+// Of what is seen.
+function boundsOf(values: Envelope, scale: TimeScale): Bounds | undefined {
+  const begin = Number(scale.from - values.from);
+  let low = Infinity;
+  let high = -Infinity;
+  for (let i = 0; i < values.times.length; i += 1) {
+    if ((values.times[i + 1] ?? Infinity) < begin) continue;
+    if ((values.times[i] ?? 0) > begin + scale.span) break;
+    const lowest = values.low[i] ?? NaN;
+    const highest = values.high[i] ?? NaN;
+    if (lowest < low) low = lowest;
+    if (highest > high) high = highest;
+  }
+  return low <= high ? { low, high } : undefined;
+}

@@ -1,0 +1,180 @@
+/** The plots against time, the eye diagram and the histogram of causes. */
+import './plots.css';
+import { computed, signal, type ReadonlySignal } from '@preact/signals';
+import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
+import { defineKeys } from '../shell/keys';
+import * as state from '../state';
+import * as actions from '../wave/actions';
+import { steadyEnd, steadyRows, Tile } from '../wave/tiles';
+import { Causes } from './causes';
+import type { Envelope } from './envelope';
+import type { Eye } from './eye_of';
+import { EyeView, eyeText } from './eye_view';
+import { Latest } from './latest';
+import { columnPlots, type ColumnPlot } from './plot_list';
+import { listenToPlot } from './plot_input';
+import { PlotView, type PlotSpec, type Source } from './plot_view';
+
+/** The plots show what the waveform shows, and not the whole capture. */
+const follows = signal(false);
+const shown = computed(() => (follows.value ? state.range.value : wholeCapture()));
+
+// The eye is of so many cycles at most, evenly spread over what is shown.
+const eyeCycles = 120;
+const eyeBins = 200;
+
+function wholeCapture(): state.Range | undefined {
+  return state.range.value === undefined ? undefined : state.wholeRange.value;
+}
+
+const eye = signal<Eye | undefined>(undefined);
+const eyeLatest = new Latest('analyse.eye', 'plots.eye', () => { eye.value = eyeLatest.answer; });
+
+function wantEye(range: state.Range | undefined): void {
+  if (range === undefined || state.rowCount.value === 0) return;
+  const stretch = follows.value ? `${range.from} ${range.to}` : 'all';
+  const key = [state.generation.value, steadyRows(), stretch].join(' ');
+  eyeLatest.want(key, { ...range, cycles: eyeCycles, bins: eyeBins });
+}
+
+defineKeys('plots', [
+  {
+    keys: ['w'],
+    help: 'Show the whole capture, or what the waveform shows',
+    run: () => { follows.value = !follows.value; },
+  },
+  { keys: ['ArrowLeft'], help: 'Move left', run: () => actions.pan(-1 / 8) },
+  { keys: ['ArrowRight'], help: 'Move right', run: () => actions.pan(1 / 8) },
+  { keys: ['+', '='], help: 'Zoom in', run: () => actions.zoom(1 / 1.5) },
+  { keys: ['-'], help: 'Zoom out', run: () => actions.zoom(1.5) },
+]);
+
+export function Plots() {
+  const range = shown.value;
+  const rows = steadyRows();
+  const generation = state.generation.value;
+  useEffect(() => { wantEye(range); }, [range?.from, range?.to, rows, generation]);
+  useEffect(() => () => eyeLatest.close(), []);
+  const plots = columnPlots(state.columns.value);
+  return (
+    <section class="plots" aria-label="Plots" data-keys="plots">
+      <div class="plots-bar" role="group" aria-label="Time of the plots">
+        <Choice text="Whole capture" value={false} />
+        <Choice text="As the waveform" value />
+        <p class="plots-hint">
+          {follows.value ? 'Wheel and drag zoom and move.' : 'Drag over a plot to show a stretch in the waveform.'}
+        </p>
+      </div>
+      <div class="plots-all" role="group" tabIndex={0} aria-label="Plots against time">
+        {plots.map((plot) => <ColumnFigure key={`${generation} ${plot.id}`} plot={plot} />)}
+        <MarginFigure />
+        <EyeFigure />
+      </div>
+      <Causes />
+    </section>
+  );
+}
+
+function Choice({ text, value }: { text: string; value: boolean }) {
+  const choose = () => { follows.value = value; };
+  return (
+    <label>
+      <input type="radio" name="plots-time" checked={follows.value === value} onChange={choose} /> {text}
+    </label>
+  );
+}
+
+function ColumnFigure({ plot }: { plot: ColumnPlot }) {
+  const sourceOf = (change: () => void): Source => {
+    const tile = new Tile('analyse.envelope', `plots.${plot.column}`,
+      ({ from, to, columns }) => ({ column: plot.column, from, to, points: columns }), change);
+    return (range, width) => {
+      tile.want({ ...range, width, generation: state.generation.value, end: steadyEnd() });
+      return tile.answer;
+    };
+  };
+  return <Figure spec={plot} sourceOf={sourceOf} range={shown} />;
+}
+
+const marginSpec: PlotSpec = { id: 'margin', title: 'Margin', quantity: 'time', unit: '', dots: true };
+
+function MarginFigure() {
+  const sourceOf = (): Source => () => (eye.value === undefined ? undefined : marginsOf(eye.value));
+  const found = eye.value;
+  const isSample = found !== undefined && found.rows.length < found.of;
+  const note = isSample ? `${found.rows.length} of ${found.of} cycles` : '';
+  return <Figure spec={marginSpec} sourceOf={sourceOf} range={shown} note={note} depends={eye} />;
+}
+
+const margins = new WeakMap<Eye, Envelope>();
+
+// The same object for the same eye, so that it is drawn once.
+function marginsOf(found: Eye): Envelope {
+  let values = margins.get(found);
+  if (values === undefined) {
+    const { from, times } = found;
+    values = { from, times, low: found.margins, high: found.margins, rows: 1 };
+    margins.set(found, values);
+  }
+  return values;
+}
+
+interface FigureProps {
+  spec: PlotSpec;
+  sourceOf: (change: () => void) => Source;
+  range: ReadonlySignal<state.Range | undefined>;
+  note?: string;
+  /** What the source is drawn from, besides what it asks for. */
+  depends?: ReadonlySignal<unknown>;
+}
+
+function Figure({ spec, sourceOf, range, note = '', depends }: FigureProps) {
+  const canvas = useRef<HTMLCanvasElement>(null);
+  const [summary, setSummary] = useState(spec.title);
+  const point = useMemo(() => signal(''), []);
+  useEffect(() => {
+    const element = canvas.current;
+    if (element === null) return undefined;
+    const plot: PlotView = new PlotView(element, spec, sourceOf(() => plot.surface.change()), range, setSummary);
+    const stop = listenToPlot(element, plot, () => follows.value, (text) => { point.value = text; });
+    const stopDepends = depends?.subscribe(() => plot.surface.change());
+    return () => {
+      stopDepends?.();
+      stop();
+      plot.close();
+    };
+  }, []);
+  return (
+    <figure class="plot">
+      <figcaption>
+        <strong>{spec.unit === '' ? spec.title : `${spec.title}, ${spec.unit}`}</strong>
+        <span>{point.value === '' ? note : point.value}</span>
+      </figcaption>
+      <div class="plot-canvas"><canvas ref={canvas} role="img" aria-label={summary} /></div>
+    </figure>
+  );
+}
+
+function EyeFigure() {
+  const canvas = useRef<HTMLCanvasElement>(null);
+  useEffect(() => {
+    if (canvas.current === null) return undefined;
+    const view = new EyeView(canvas.current);
+    const stop = eye.subscribe((found) => view.show(found));
+    const stopTheme = state.shownTheme.subscribe(() => view.surface.change());
+    return () => {
+      stop();
+      stopTheme();
+      view.close();
+    };
+  }, []);
+  const text = eyeText(eye.value);
+  return (
+    <figure class="plot">
+      <figcaption><strong>Eye of SLO</strong> <span>{text}</span></figcaption>
+      <div class="plot-canvas plot-eye">
+        <canvas ref={canvas} role="img" aria-label={`Eye diagram of SLO. ${text}`} />
+      </div>
+    </figure>
+  );
+}

@@ -1,0 +1,230 @@
+// What became of each row, for the strip of all cycles and the boxes of single ones; in the worker.
+import type { Session } from 'biss';
+import { harmlessStatuses, harmlessVerdicts } from '../core/statuses';
+import { blockRows, blockTimes, numbersOf, rowsIn, stretch, timesOf } from './row_times';
+
+/** What a row is drawn as; the larger one is the worse. */
+export const rowClass = { good: 0, cut: 1, flagged: 2, failed: 3 } as const;
+
+const cut = new Set(['cut_start', 'cut_end']);
+
+export interface StripAsk {
+  from: bigint;
+  to: bigint;
+  columns: number;
+}
+
+/** Cycles that begin within each column of the screen. */
+export interface Strip {
+  from: bigint;
+  to: bigint;
+  rows: number;
+  all: Uint32Array;
+  failed: Uint32Array;
+  flagged: Uint32Array;
+}
+
+export interface RowsAsk {
+  from: bigint;
+  to: bigint;
+  /** With more rows than these only their number is given. */
+  most: number;
+}
+
+export interface Rows {
+  first: number;
+  count: number;
+  /** Of each row; empty where there are too many. */
+  times: BigInt64Array;
+  classes: Uint8Array;
+  status: string[];
+  safety: string[];
+  /** Flags that are set: `nE=0`, `marginal`, limits. */
+  notes: string[];
+  position: string[];
+  /** Picoseconds; NaN where it is not known. */
+  lineDelay: Float64Array;
+  ack: Float64Array;
+  /** When the row after the last one begins; the end of the capture where there is none. */
+  end: bigint;
+}
+
+/** A column with its values as numbers; NaN where a cell is empty. */
+interface Cells {
+  numbers: Float64Array;
+  texts: string[];
+}
+
+function cellsOf(session: Session, name: string, from: number, to: number): Cells {
+  const { present, values, texts } = session.column(name, from, to);
+  const numbers = numbersOf(values);
+  for (let i = 0; i < numbers.length; i += 1) if (present[i] === 0) numbers[i] = NaN;
+  return { numbers, texts };
+}
+
+function textOf(cells: Cells | undefined, i: number): string {
+  return cells?.texts[cells.numbers[i] ?? NaN] ?? '';
+}
+
+/** The columns that say what became of a row. */
+class Verdicts {
+  readonly status: Cells;
+  readonly safety: Cells | undefined;
+  readonly #limits: Cells | undefined;
+  readonly #marginal: Cells | undefined;
+  readonly #flags: { name: string; cells: Cells }[];
+  readonly #classOfStatus: number[];
+
+  constructor(session: Session, from: number, to: number) {
+    const names = session.columns.map(({ name }) => name);
+    const get = (name: string) => cellsOf(session, name, from, to);
+    const ifThere = (name: string) => (names.includes(name) ? get(name) : undefined);
+    this.status = get('status');
+    this.safety = ifThere('safety');
+    this.#limits = ifThere('limits');
+    this.#marginal = ifThere('marginal');
+    this.#flags = names.filter((name) => /^n[EW]\d*$/.test(name)).map((name) => ({ name, cells: get(name) }));
+    this.#classOfStatus = this.status.texts.map((text) => {
+      if (cut.has(text)) return rowClass.cut;
+      return harmlessStatuses.has(text) ? rowClass.good : rowClass.failed;
+    });
+  }
+
+  classOf(i: number): number {
+    const found = this.#classOfStatus[this.status.numbers[i] ?? NaN] ?? rowClass.failed;
+    return found !== rowClass.failed && this.#isFlagged(i) ? rowClass.flagged : found;
+  }
+
+  notes(i: number): string {
+    const notes = this.#flags.filter(({ cells }) => cells.numbers[i] === 0).map(({ name }) => `${name}=0`);
+    if (this.#marginal?.numbers[i] === 1) notes.push('marginal');
+    const limits = textOf(this.#limits, i);
+    if (limits !== '') notes.push(...limits.split(';'));
+    return notes.join(', ');
+  }
+
+  #isFlagged(i: number): boolean {
+    for (const { cells } of this.#flags) if (cells.numbers[i] === 0) return true;
+    if (this.#marginal?.numbers[i] === 1 || textOf(this.#limits, i) !== '') return true;
+    return !harmlessVerdicts.has(textOf(this.safety, i));
+  }
+}
+
+/** Counts by block: failed and flagged. */
+interface Counts {
+  failed: number[];
+  flagged: number[];
+}
+
+const kept = new WeakMap<Session, Counts>();
+
+function blockCounts(session: Session): Counts {
+  let counts = kept.get(session);
+  if (counts === undefined) kept.set(session, (counts = { failed: [], flagged: [] }));
+  const whole = Math.floor(session.rowCount / blockRows);
+  while (counts.failed.length < whole) {
+    const first = counts.failed.length * blockRows;
+    const end = Math.min(first + stretch, whole * blockRows);
+    const verdicts = new Verdicts(session, first, end);
+    for (let block = first; block < end; block += blockRows) {
+      let failed = 0;
+      let flagged = 0;
+      for (let row = block - first; row < block - first + blockRows; row += 1) {
+        const found = verdicts.classOf(row);
+        if (found === rowClass.failed) failed += 1;
+        else if (found === rowClass.flagged) flagged += 1;
+      }
+      counts.failed.push(failed);
+      counts.flagged.push(flagged);
+    }
+  }
+  return counts;
+}
+
+export function strip(session: Session, { from, to, columns }: StripAsk): Strip {
+  const { first, end } = rowsIn(session, from, to);
+  const answer: Strip = {
+    from,
+    to,
+    rows: end - first,
+    all: new Uint32Array(columns),
+    failed: new Uint32Array(columns),
+    flagged: new Uint32Array(columns),
+  };
+  const perPs = columns / Math.max(1, Number(to - from));
+  const columnOf = (offset: number) =>
+    Math.max(0, Math.min(columns - 1, Math.floor(offset * perPs)));
+  const addRows = (begin: number, stop: number) => {
+    const verdicts = new Verdicts(session, begin, stop);
+    const times = timesOf(session, begin, stop);
+    for (let i = 0; i < stop - begin; i += 1) {
+      add(answer, columnOf(Number((times[i] ?? 0n) - from)), 1, verdicts.classOf(i));
+    }
+  };
+  if (end - first <= stretch) addRows(first, end);
+  else addBlocks(session, first, end, answer, (time) => columnOf(time - Number(from)), addRows);
+  return answer;
+}
+
+function add(into: Strip, column: number, count: number, found: number): void {
+  into.all[column] = (into.all[column] ?? 0) + count;
+  if (found === rowClass.failed) into.failed[column] = (into.failed[column] ?? 0) + count;
+  if (found === rowClass.flagged) into.flagged[column] = (into.flagged[column] ?? 0) + count;
+}
+
+// Whole blocks within a column are counted as such; others row by row.
+function addBlocks(
+  session: Session,
+  first: number,
+  end: number,
+  into: Strip,
+  columnOf: (time: number) => number,
+  addRows: (begin: number, stop: number) => void,
+): void {
+  const times = blockTimes(session);
+  const counts = blockCounts(session);
+  let row = first;
+  while (row < end) {
+    const block = Math.floor(row / blockRows);
+    const stop = Math.min(end, (block + 1) * blockRows);
+    const next = times[block + 1];
+    const column = columnOf(times[block] ?? 0);
+    const whole = stop - row === blockRows && next !== undefined && columnOf(next) === column;
+    if (whole) {
+      const failed = counts.failed[block] ?? 0;
+      const flagged = counts.flagged[block] ?? 0;
+      add(into, column, failed, rowClass.failed);
+      add(into, column, flagged, rowClass.flagged);
+      add(into, column, blockRows - failed - flagged, rowClass.good);
+    } else {
+      addRows(row, stop);
+    }
+    row = stop;
+  }
+}
+
+export function rows(session: Session, { from, to, most }: RowsAsk): Rows {
+  const { first, end } = rowsIn(session, from, to);
+  const count = end - first;
+  const stop = count > most ? first : end;
+  const verdicts = new Verdicts(session, first, stop);
+  const position = session.column('position', first, stop);
+  const measured = (name: string) => {
+    const { present, values } = session.column(name, first, stop);
+    return numbersOf(values).map((value, i) => (present[i] === 1 ? value : NaN));
+  };
+  const indices = Array.from({ length: stop - first }, (_, i) => i);
+  return {
+    first,
+    count,
+    times: timesOf(session, first, stop),
+    classes: Uint8Array.from(indices, (i) => verdicts.classOf(i)),
+    status: indices.map((i) => textOf(verdicts.status, i)),
+    safety: indices.map((i) => textOf(verdicts.safety, i)),
+    notes: indices.map((i) => verdicts.notes(i)),
+    position: indices.map((i) => (position.present[i] === 1 ? String(position.values[i]) : '')),
+    lineDelay: measured('line_delay_ns'),
+    ack: measured('ack_ns'),
+    end: timesOf(session, end, end + 1)[0] ?? BigInt(session.about().endTime),
+  };
+}

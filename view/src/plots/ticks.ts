@@ -1,0 +1,62 @@
+/** Values of an axis: round marks, and texts with a unit that fits. */
+import { roundStep } from '../wave/scale';
+
+/** What a value is, and so how it is written. */
+export type Quantity = 'time' | 'rate' | 'number';
+
+const factors: Record<Quantity, [string, number][]> = {
+  time: [['s', 1e12], ['ms', 1e9], ['µs', 1e6], ['ns', 1e3], ['ps', 1]],
+  rate: [['MHz', 1e6], ['kHz', 1e3], ['Hz', 1]],
+  number: [['', 1]],
+};
+
+export interface Ticks {
+  values: number[];
+  /** Writes a value as finely as the marks are. */
+  text: (value: number) => string;
+}
+
+// Counts are exact where they stand for themselves, and short beside an axis.
+const short: [string, number][] = [['G', 1e10], ['M', 1e7], ['', 1]];
+const prefixes: Record<string, number> = { G: 1e9, M: 1e6 };
+
+function shortOf(size: number): [string, number] {
+  const [prefix] = short.find(([, least]) => size >= least) ?? ['', 1];
+  return [prefix, prefixes[prefix] ?? 1];
+}
+
+function factorOf(quantity: Quantity, size: number): [string, number] {
+  const all = factors[quantity];
+  return all.find(([, factor]) => size >= factor) ?? all[all.length - 1] ?? ['', 1];
+}
+
+function grouped(text: string): string {
+  return text.replace(/\B(?=(\d{3})+(?!\d|.*\.))/g, '\u202f');
+}
+
+/** At most about `count` marks from `low` to `high`. */
+export function ticksOf(low: number, high: number, count: number, quantity: Quantity): Ticks {
+  const step = roundStep(Math.max((high - low) / Math.max(1, count), Number.MIN_VALUE));
+  const size = Math.max(Math.abs(low), Math.abs(high));
+  const [unit, factor] = quantity === 'number' ? shortOf(size) : factorOf(quantity, size);
+  const places = Math.min(12, Math.max(0, Math.ceil(-Math.log10(step / factor) - 1e-9)));
+  const values: number[] = [];
+  for (let i = Math.ceil(low / step); i * step <= high && values.length < 50; i += 1) values.push(i * step);
+  const text = (value: number) => {
+    const scaled = value / factor;
+    if (Math.abs(scaled) >= 1e12) return scaled.toPrecision(6);
+    const number = scaled.toFixed(places).replace(/^-(?=[0.]*$)/, '').replace('-', '−');
+    return unit === '' ? grouped(number) : `${number} ${unit}`;
+  };
+  return { values, text };
+}
+
+/** One value, with enough digits to tell it from its neighbours. */
+export function valueText(value: number, quantity: Quantity, unit: string): string {
+  if (Number.isNaN(value)) return '–';
+  const [name, factor] = factorOf(quantity, Math.abs(value));
+  const scaled = value / factor;
+  const digits = Number.isInteger(scaled) ? 0 : Math.max(0, 4 - Math.floor(Math.log10(Math.abs(scaled) || 1)));
+  const number = grouped(scaled.toFixed(Math.min(12, digits))).replace('-', '−');
+  return [number, name === '' ? unit : name].filter((text) => text !== '').join(' ');
+}

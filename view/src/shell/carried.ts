@@ -1,0 +1,26 @@
+// A capture that the page carries or that its own server gives:
+//
+//     <script type="text/plain" id="biss-capture" data-name="NAME" data-view="VIEW">BASE64</script>
+//
+// with the bytes as base64 of gzip; or empty, with data-address and data-size, where the server gives
+// them in pieces (Range). VIEW is what a link has after #; the address of the page goes before it.
+import { openFiles } from '../core/reading';
+import { unpack } from '../core/unpack';
+
+const element = document.getElementById('biss-capture');
+
+/** The view that comes with the capture. */
+export function carriedView(): string {
+  return element?.dataset['view'] ?? '';
+}
+
+/** Opens the capture that the page has; false where it has none. */
+export async function openCarried(): Promise<boolean> {
+  const { name, address, size } = element?.dataset ?? {};
+  if (element === null || name === undefined) return false;
+  const content = address === undefined
+    ? await unpack(element.textContent ?? '')
+    : { address: new URL(address, location.href).href, size: Number(size) };
+  await openFiles([{ name, content }]);
+  return true;
+}

@@ -1,0 +1,83 @@
+// Export of what is seen: rows as CSV, lines as VCD, the waveform as PNG.
+import { core } from '../core/core';
+import * as state from '../state';
+import { announce } from './announce';
+import { saveFile } from './files';
+import type { Action } from './menu';
+import { pictureOf } from './picture';
+import { rowAtPlace, shownCount } from './table_rows';
+import { vcdOf } from './vcd';
+
+export const exportActions: readonly Action[] = [
+  { name: 'CSV of the waveform', about: 'the rows of the cycles that it shows', run: () => void attempt(rowsOfRange) },
+  { name: 'CSV of the table', about: 'all rows, or those that the filter leaves', run: () => void attempt(rowsOfTable) },
+  { name: 'VCD of the waveform', about: 'MA and SLO, every edge that it shows', run: () => void attempt(linesOfRange) },
+  { name: 'PNG of the waveform', run: () => void attempt(() => picture('.wave')) },
+  { name: 'PNG of the plots', run: () => void attempt(() => picture('.plots')) },
+];
+
+async function attempt(action: () => Promise<void>): Promise<void> {
+  try {
+    await action();
+  } catch (error) {
+    state.messages.value = error instanceof Error ? error.message : String(error);
+  }
+}
+
+function nameWith(ending: string): string {
+  const name = state.file.value?.name.split(', ')[0] ?? 'capture';
+  return `${name.replace(/(\.[a-z0-9]{1,5}){1,2}$/i, '')}${ending}`;
+}
+
+function save(ending: string, parts: BlobPart[], type: string): void {
+  const name = nameWith(ending);
+  saveFile(name, new Blob(parts, { type }));
+  announce(`Saved ${name}.`);
+}
+
+// Rows are brought in stretches, so that the worker answers others meanwhile.
+const stretch = 20_000;
+
+async function csvOf(from: number, to: number): Promise<string[]> {
+  const parts: string[] = [];
+  for (let begin = from; begin < to || parts.length === 0; begin += stretch) {
+    const text = await core().ask('csv', { from: begin, to: Math.min(to, begin + stretch) });
+    parts.push(parts.length === 0 ? text : text.slice(text.indexOf('\n') + 1));
+  }
+  return parts;
+}
+
+async function rowsOfRange(): Promise<void> {
+  const range = state.range.value;
+  if (range === undefined) return;
+  const last = await core().ask('rowAt', { time: range.to - 1n });
+  const before = await core().ask('rowAt', { time: range.from });
+  save('_rows.csv', await csvOf(before ?? 0, last === undefined ? 0 : last + 1), 'text/csv');
+}
+
+async function rowsOfTable(): Promise<void> {
+  if (state.filter.value === '') {
+    save('_rows.csv', await csvOf(0, state.rowCount.value), 'text/csv');
+    return;
+  }
+  const parts = await csvOf(0, 0);
+  const count = shownCount();
+  for (let begin = 0; begin < count; begin += stretch) {
+    const rows = Array.from({ length: Math.min(stretch, count - begin) }, (_, i) => rowAtPlace(begin + i));
+    const cells = await core().ask('cellsOf', { rows });
+    parts.push(...cells.map((row) => `${row.join(',')}\n`));
+  }
+  save('_rows.csv', parts, 'text/csv');
+}
+
+async function linesOfRange(): Promise<void> {
+  const range = state.range.value;
+  if (range === undefined) return;
+  save('_lines.vcd', await vcdOf(range), 'text/plain');
+}
+
+async function picture(part: string): Promise<void> {
+  const blob = await pictureOf(part);
+  if (blob === undefined) throw new Error('The plots are not shown; open their panel first.');
+  save(`_${part.slice(1)}.png`, [blob], 'image/png');
+}

@@ -1,0 +1,78 @@
+// What the capture is read with: format, lines, units. A change is read again at once.
+import { useEffect, useRef } from 'preact/hooks';
+import * as state from '../state';
+import { encoders } from './encoders';
+import { changeSettings } from './settings';
+
+export function FormatBar() {
+  const settings = state.settings.value;
+  const about = state.about.value;
+  return (
+    <div class="format-bar" role="group" aria-label="Format and lines">
+      <FormatField />
+      <LineField name="MA" value={settings.ma} found={about?.ma} inverted={settings.invertMa || about?.maInverted === true}
+        change={(ma) => changeSettings({ ma })} />
+      <label class="tick"><input type="checkbox" checked={settings.invertMa}
+        onChange={(event) => changeSettings({ invertMa: event.currentTarget.checked })} /> invert</label>
+      <LineField name="SLO" value={settings.slo} found={about?.slo} inverted={settings.invertSlo || about?.sloInverted === true}
+        change={(slo) => changeSettings({ slo })} />
+      <label class="tick"><input type="checkbox" checked={settings.invertSlo}
+        onChange={(event) => changeSettings({ invertSlo: event.currentTarget.checked })} /> invert</label>
+      <label>Units{' '}
+        <select value={settings.units} onChange={(event) => changeSettings({ units: event.currentTarget.value as state.Units })}>
+          <option value="counts">counts</option>
+          <option value="deg">degrees</option>
+          <option value="mm">mm</option>
+        </select>
+      </label>
+      <label class="further">Options{' '}
+        <input type="text" value={settings.further} placeholder="--ack-max 16us --unwrap" spellcheck={false}
+          title="Further options of biss decode"
+          onChange={(event) => changeSettings({ further: event.currentTarget.value.trim() })} />
+      </label>
+    </div>
+  );
+}
+
+function FormatField() {
+  const field = useRef<HTMLInputElement>(null);
+  const { format } = state.settings.value;
+  const about = state.about.value;
+  // What the user is typing stays until it is read, or another format is chosen elsewhere.
+  useEffect(() => { if (field.current !== null) field.current.value = format; }, [format]);
+  const found = about?.format ?? '';
+  const sure = about?.confidence === undefined ? '' : `${Math.floor(about.confidence * 100)} % sure`;
+  return (
+    <>
+      <label class="format">Format{' '}
+        <input id="format" ref={field} type="text" list="encoders" spellcheck={false} autocomplete="off"
+          placeholder={found === '' ? 'not found: type one, such as pos26,nE,nW,crc6' : found}
+          onChange={(event) => changeSettings({ format: event.currentTarget.value.trim() })} />
+      </label>
+      <datalist id="encoders">{encoders.value.map((name) => <option key={name} value={name} />)}</datalist>
+      {format === ''
+        ? <span class="found">{found === '' ? 'no format found' : `found, ${sure}`}</span>
+        : <button type="button" class="small" onClick={() => changeSettings({ format: '' })}>Find it</button>}
+    </>
+  );
+}
+
+interface LineProps {
+  name: string;
+  value: string;
+  found: string | undefined;
+  inverted: boolean;
+  change: (name: string) => void;
+}
+
+function LineField({ name, value, found, inverted, change }: LineProps) {
+  const lines = state.about.value?.lines ?? [];
+  return (
+    <label title={inverted ? `${name} is read inverted` : undefined}>{name}{' '}
+      <select value={value} onChange={(event) => change(event.currentTarget.value)}>
+        <option value="">{found === undefined || found === '' ? 'found' : `${found} (found)`}</option>
+        {lines.map((line) => <option key={line} value={line}>{line}</option>)}
+      </select>
+    </label>
+  );
+}

@@ -1,0 +1,132 @@
+// The state of the view as the part of the address after #, and back.
+import { effect } from '@preact/signals';
+import { selectRow } from '../selection';
+import * as state from '../state';
+import { carriedView, openCarried } from './carried';
+import { openSimulated } from './examples';
+
+const panels: readonly state.Panel[] = [
+  'cycle', 'plots', 'summary', 'identify', 'check', 'explain', 'eds',
+];
+
+/** The view as text. A capture of the user is named, not contained. */
+export function linkText(): string {
+  const link = new URLSearchParams();
+  const put = (name: string, value: string | undefined, usual = '') => {
+    if (value !== undefined && value !== usual) link.set(name, value);
+  };
+  const { settings, file, range, cursors } = state;
+  put('file', file.value?.example === undefined ? file.value?.name : undefined);
+  put('simulate', file.value?.example);
+  put('format', settings.value.format);
+  put('ma', settings.value.ma);
+  put('slo', settings.value.slo);
+  put('invert', [settings.value.invertMa && 'ma', settings.value.invertSlo && 'slo'].filter(Boolean).join(','));
+  put('units', settings.value.units, 'counts');
+  put('further', settings.value.further);
+  put('from', range.value?.from.toString());
+  put('to', range.value?.to.toString());
+  put('row', state.selectedRow.value?.toString());
+  put('a', cursors.value.a?.toString());
+  put('b', cursors.value.b?.toString());
+  put('search', state.search.value);
+  put('filter', state.filter.value);
+  put('panel', state.panel.value, 'cycle');
+  put('theme', state.theme.value, 'system');
+  return link.toString();
+}
+
+function oneOf<T extends string>(value: string | null, values: readonly T[], usual: T): T {
+  return values.includes(value as T) ? (value as T) : usual;
+}
+
+function timeOf(text: string | null): bigint | undefined {
+  return text !== null && /^-?\d{1,19}$/.test(text) ? BigInt(text) : undefined;
+}
+
+/** What a link asks for, which the capture must be open for. */
+interface Place {
+  range: state.Range | undefined;
+  row: number | undefined;
+  cursors: state.Cursors;
+}
+
+// Of a link to a capture of the user, until this file is opened.
+let waiting: { file: string; place: Place } | undefined;
+
+function placeOf(link: URLSearchParams): Place {
+  const from = timeOf(link.get('from'));
+  const to = timeOf(link.get('to'));
+  const row = timeOf(link.get('row'));
+  return {
+    range: from !== undefined && to !== undefined && from < to ? { from, to } : undefined,
+    row: row === undefined ? undefined : Number(row),
+    cursors: { a: timeOf(link.get('a')), b: timeOf(link.get('b')) },
+  };
+}
+
+function goTo(place: Place): void {
+  if (place.range !== undefined) state.range.value = place.range;
+  state.cursors.value = place.cursors;
+  const { row } = place;
+  if (row === undefined) return;
+  // As soon as it has been read. With a range in the link, that range stays.
+  const stop = effect(() => {
+    if (state.rowCount.value <= row) return;
+    if (place.range !== undefined) state.selectedRow.value = row;
+    else void selectRow(row);
+    queueMicrotask(() => stop());
+  });
+}
+
+/** The file that a link names and that the user has to open; undefined without such a link. */
+export function wantedFile(): string | undefined {
+  return waiting?.file;
+}
+
+/** Shows what the address says, and keeps the address in step from then on. */
+export async function followLink(): Promise<void> {
+  const link = new URLSearchParams(location.hash.length > 1 ? location.hash.slice(1) : carriedView());
+  const invert = (link.get('invert') ?? '').split(',');
+  state.settings.value = {
+    format: link.get('format') ?? '',
+    ma: link.get('ma') ?? '',
+    slo: link.get('slo') ?? '',
+    invertMa: invert.includes('ma'),
+    invertSlo: invert.includes('slo'),
+    units: oneOf(link.get('units'), ['counts', 'deg', 'mm'], 'counts'),
+    further: link.get('further') ?? '',
+  };
+  state.search.value = link.get('search') ?? '';
+  state.filter.value = link.get('filter') ?? '';
+  state.panel.value = oneOf(link.get('panel'), panels, 'cycle');
+  state.theme.value = oneOf(link.get('theme'), ['system', 'light', 'dark'], 'system');
+  const simulate = link.get('simulate');
+  const file = link.get('file');
+  if (simulate !== null) {
+    await openSimulated(simulate, state.settings.value.format);
+    goTo(placeOf(link));
+  } else if (await openCarried()) {
+    goTo(placeOf(link));
+  } else if (file !== null) {
+    waiting = { file, place: placeOf(link) };
+    state.messages.value = `The link is to a view of ${file}. Open this file to see it.`;
+  }
+  effect(keepInStep);
+}
+
+/** Called after a file of the user has been opened. */
+export function opened(): void {
+  if (waiting !== undefined && state.file.value?.name === waiting.file) goTo(waiting.place);
+  waiting = undefined;
+}
+
+let timer: ReturnType<typeof setTimeout> | undefined;
+
+// Not with every step of a movement: browsers limit how often an address may change.
+function keepInStep(): void {
+  const text = linkText();
+  if (waiting !== undefined || state.file.value === undefined) return;
+  clearTimeout(timer);
+  timer = setTimeout(() => history.replaceState(null, '', `#${text}`), 400);
+}

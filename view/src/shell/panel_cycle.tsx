@@ -1,0 +1,109 @@
+// The cycle that is selected, bit by bit: what `biss explain --cycle` prints, its fields and checks.
+import { useEffect, useState } from 'preact/hooks';
+import type { Cycle, CycleBit, CycleCheck } from 'biss';
+import { Superseded } from '../core/client';
+import { core } from '../core/core';
+import { harmlessStatuses, statuses } from '../core/statuses';
+import * as state from '../state';
+
+function useCycle(row: number | undefined): Cycle | 'none' | undefined {
+  const [cycle, setCycle] = useState<Cycle | 'none' | undefined>(undefined);
+  const generation = state.generation.value;
+  const known = row !== undefined && row < state.rowCount.value;
+  useEffect(() => {
+    if (!known) {
+      setCycle(undefined);
+      return;
+    }
+    core().ask('cycle', { row }, { lane: 'cycle' })
+      .then((found) => setCycle(found ?? 'none'))
+      .catch((error: Error) => { if (!(error instanceof Superseded)) setCycle('none'); });
+  }, [row, generation, known]);
+  return cycle;
+}
+
+export function CyclePanel() {
+  const row = state.selectedRow.value;
+  const cycle = useCycle(row);
+  if (row === undefined) return <p class="quiet">Select a row of the table, or a cycle of the waveform.</p>;
+  if (cycle === undefined) return <p class="quiet">Row {row} has not been read yet.</p>;
+  if (cycle === 'none') return <p class="quiet">The edges of row {row} do not show it alone.</p>;
+  const harmless = harmlessStatuses.has(cycle.status);
+  return (
+    <>
+      <h3 class="cycle-title">{cycle.title}</h3>
+      <p class={harmless ? 'verdict' : 'verdict bad-text'}>
+        <strong>{harmless ? '✓' : '✗'} {cycle.status}</strong>: {statuses[cycle.status] ?? ''}
+      </p>
+      {cycle.checks.map((check) => <Check key={check.channel} check={check} bits={cycle.bits} />)}
+      <Fields bits={cycle.bits} />
+      <pre class="words drawing" tabIndex={0} aria-label="Drawing of the cycle">{cycle.text}</pre>
+    </>
+  );
+}
+
+function hex(value: number): string {
+  return `0x${value.toString(16).toUpperCase()}`;
+}
+
+function Check({ check, bits }: { check: CycleCheck; bits: CycleBit[] }) {
+  const nameOf = (payloadBit: number) =>
+    bits.find((bit) => bit.payloadBit === payloadBit)?.name ?? `bit ${payloadBit}`;
+  const single = check.singles.map((list) => list.map(nameOf).join(' and '));
+  return (
+    <p class={check.right ? 'verdict good-text' : 'verdict bad-text'}>
+      CRC{check.channel > 0 ? ` ${check.channel + 1}` : ''}: received {hex(check.received)}, expected {hex(check.expected)}
+      {check.right ? ': right' : ': wrong'}
+      {!check.right && single.length > 0 && `; right if one bit were different: ${single.join(', ')}`}
+    </p>
+  );
+}
+
+interface Field {
+  name: string;
+  bits: string;
+}
+
+// pos25, pos24, … are one field; the number of a channel follows a point.
+function fieldsOf(bits: readonly CycleBit[]): Field[] {
+  const fields: Field[] = [];
+  for (const bit of bits) {
+    if (bit.payloadBit === undefined) continue;
+    const name = bit.name.replace(/\d+(\.\d+)?$/, '$1');
+    const level = bit.level === undefined ? '?' : String(bit.level);
+    const last = fields.at(-1);
+    if (last?.name === name) last.bits += level;
+    else fields.push({ name, bits: level });
+  }
+  return fields;
+}
+
+function valueOf(bits: string): string {
+  if (!/^[01]+$/.test(bits)) return '–';
+  return BigInt(`0b${bits}`).toString();
+}
+
+function hexOf(bits: string): string {
+  return /^[01]+$/.test(bits) && bits.length > 1 ? `0x${BigInt(`0b${bits}`).toString(16).toUpperCase()}` : '';
+}
+
+function Fields({ bits }: { bits: readonly CycleBit[] }) {
+  const fields = fieldsOf(bits);
+  if (fields.length === 0) return null;
+  return (
+    <table class="facts">
+      <caption class="sr">Fields as received</caption>
+      <thead><tr><th>field</th><th class="number">received</th><th class="number">hex</th><th>bits</th></tr></thead>
+      <tbody>
+        {fields.map((field, i) => (
+          <tr key={i}>
+            <th scope="row">{field.name}</th>
+            <td class="number">{valueOf(field.bits)}</td>
+            <td class="number">{hexOf(field.bits)}</td>
+            <td class="mono bits">{field.bits}</td>
+          </tr>
+        ))}
+      </tbody>
+    </table>
+  );
+}

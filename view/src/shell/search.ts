@@ -1,0 +1,86 @@
+// Search: "next crc", "previous nW=0", "position > 1000". The grammar of conditions is in
+// core/condition.ts.
+import { effect, signal } from '@preact/signals';
+import { Superseded } from '../core/client';
+import { parseCondition } from '../core/condition';
+import { core } from '../core/core';
+import { selectRow } from '../selection';
+import * as state from '../state';
+import { announce } from './announce';
+
+/** How many rows match; the error of the condition. */
+export const found = signal<{ count: number | undefined; error: string }>({ count: undefined, error: '' });
+
+const most = 1_000_000;
+
+interface Search {
+  direction: 'next' | 'previous' | 'first' | 'last' | undefined;
+  condition: string;
+}
+
+function parse(text: string): Search {
+  const [, word, rest] = /^\s*(?:(next|previous|prev|first|last)\b)?\s*(.*?)\s*$/i.exec(text) ?? [];
+  const direction = word?.toLowerCase().replace(/^prev$/, 'previous') as Search['direction'];
+  return { direction, condition: rest ?? '' };
+}
+
+/** The condition of the search field alone. */
+export function searchedCondition(): string {
+  return parse(state.search.value).condition;
+}
+
+/** Goes to the next row for which the condition is true, or the one before. */
+export async function searchOn(step: 1 | -1, text = state.search.value): Promise<void> {
+  const { direction, condition } = parse(text);
+  if (condition === '' || state.rowCount.value === 0) return;
+  const back = direction === 'previous' || direction === 'last' ? -1 : 1;
+  const forward = (step * back) as 1 | -1;
+  const start = forward > 0 ? -1 : state.rowCount.value;
+  const fromEdge = direction === 'first' || direction === 'last';
+  const from = fromEdge ? start : state.selectedRow.value ?? start;
+  try {
+    const row = await core().ask('find', { condition, from, step: forward });
+    if (row !== undefined) await arrive(row, condition);
+    else await wrap(condition, start, forward);
+    found.value = { ...found.value, error: '' };
+  } catch (error) {
+    found.value = { count: undefined, error: error instanceof Error ? error.message : String(error) };
+  }
+}
+
+async function arrive(row: number, condition: string, note = ''): Promise<void> {
+  await selectRow(row);
+  announce(`${note}Row ${row}: ${condition}`);
+}
+
+async function wrap(condition: string, start: number, step: 1 | -1): Promise<void> {
+  const row = await core().ask('find', { condition, from: start, step });
+  if (row === undefined) announce(`No row: ${condition}`);
+  else await arrive(row, condition, step > 0 ? 'From the beginning. ' : 'From the end. ');
+}
+
+/** Begins to count matches as the field changes, once. */
+export function followSearch(): void {
+  let timer: ReturnType<typeof setTimeout> | undefined;
+  effect(() => {
+    const { condition } = parse(state.search.value);
+    const rows = state.rowCount.value;
+    clearTimeout(timer);
+    timer = setTimeout(() => void count(condition, rows), 150);
+  });
+}
+
+async function count(condition: string, rows: number): Promise<void> {
+  if (condition === '' || rows === 0) {
+    found.value = { count: undefined, error: '' };
+    return;
+  }
+  try {
+    parseCondition(condition, state.columns.value.map((column) => column.name));
+    const matches = await core().ask('findAll', { condition, most }, { lane: 'count' });
+    found.value = { count: matches.length, error: '' };
+  } catch (error) {
+    if (error instanceof Superseded) return;
+    found.value = { count: undefined, error: error instanceof Error ? error.message : String(error) };
+  }
+}

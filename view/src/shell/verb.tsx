@@ -1,0 +1,84 @@
+// The result of a verb in a panel: run when the panel is shown, once for a capture and settings.
+import type { ComponentChildren } from 'preact';
+import { signal } from '@preact/signals';
+import { useEffect } from 'preact/hooks';
+import { captureArguments, commonFurther } from '../core/arguments';
+import { fileNames } from '../core/reading';
+import { runVerb } from '../core/verbs';
+import * as state from '../state';
+
+export interface VerbResult {
+  state: 'running' | 'done' | 'failed';
+  /** Rows of the verb, from --to jsonl. */
+  rows: Record<string, unknown>[];
+  /** What the command writes to stderr. */
+  words: string;
+}
+
+const results = signal<ReadonlyMap<string, VerbResult>>(new Map());
+
+// Those of an earlier reading are dropped.
+function put(key: string, result: VerbResult): void {
+  const reading = `${state.generation.value} `;
+  const kept = [...results.value].filter(([old]) => old.startsWith(reading));
+  results.value = new Map([...kept, [key, result]]);
+}
+
+/** Arguments for a verb on the capture that is open. */
+export function verbArguments(verb: string[], further: string[] = []): string[] {
+  const settings = state.settings.value;
+  return [...verb, ...fileNames(), ...captureArguments(settings), ...commonFurther(settings), ...further];
+}
+
+/** Has a verb run, unless its result is there, or it is not `wanted` yet. */
+export function useVerb(args: string[], wanted = true): VerbResult {
+  const key = `${state.generation.value} ${JSON.stringify(args)}`;
+  const ready = wanted && state.progress.value.state === 'ended';
+  useEffect(() => {
+    if (ready && !results.value.has(key)) void run(key, args);
+  }, [key, ready]);
+  return results.value.get(key) ?? { state: 'running', rows: [], words: '' };
+}
+
+async function run(key: string, args: string[]): Promise<void> {
+  put(key, { state: 'running', rows: [], words: '' });
+  try {
+    const { status, out, err } = await runVerb(args);
+    const text = new TextDecoder().decode(out);
+    const rows = text.split('\n').filter((line) => line !== '').map((line) => JSON.parse(line));
+    put(key, { state: status >= 2 ? 'failed' : 'done', rows, words: err });
+  } catch (error) {
+    put(key, { state: 'failed', rows: [], words: String(error) });
+  }
+}
+
+/** Where a cycle is named: a button that goes to it. */
+export function CycleLink({ cycle, go }: { cycle: unknown; go: (row: number) => void }) {
+  if (typeof cycle !== 'number') return <>–</>;
+  return <button type="button" class="link" onClick={() => go(cycle)}>{cycle}</button>;
+}
+
+/** The frame of a panel with a verb: running, failed, or its content and the command's words. */
+export function VerbView({ result, children }: { result: VerbResult; children: ComponentChildren }) {
+  if (result.state === 'running') {
+    const reading = state.progress.value.state !== 'ended';
+    return <p class="quiet">{reading ? 'The capture is being read …' : 'Running …'}</p>;
+  }
+  if (result.state === 'failed') return <pre class="words failed-words">{result.words}</pre>;
+  return (
+    <>
+      {children}
+      {result.words !== '' && (
+        <details class="command-words">
+          <summary>Summary of the command</summary>
+          <pre class="words" tabIndex={0}>{result.words}</pre>
+        </details>
+      )}
+    </>
+  );
+}
+
+/** A value of a row as text. */
+export function textOf(value: unknown): string {
+  return value === null || value === undefined || value === '' ? '–' : String(value);
+}

@@ -1,0 +1,113 @@
+// All that the parts of the page share, one signal a fact. Times are picoseconds.
+import { computed, signal } from '@preact/signals';
+import type { About, Column } from 'biss';
+
+/** A stretch of time, `from` before `to`. */
+export interface Range {
+  from: bigint;
+  to: bigint;
+}
+
+export interface Cursors {
+  a: bigint | undefined;
+  b: bigint | undefined;
+}
+
+export type Theme = 'system' | 'light' | 'dark';
+export type Units = 'counts' | 'deg' | 'mm';
+export type Panel = 'cycle' | 'plots' | 'summary' | 'identify' | 'check' | 'explain' | 'eds';
+
+/** What `biss decode` is asked for, besides the file. Empty text: not given. */
+export interface Settings {
+  format: string;
+  ma: string;
+  slo: string;
+  invertMa: boolean;
+  invertSlo: boolean;
+  units: Units;
+  /** Further options of `biss decode`, as on a command line. */
+  further: string;
+}
+
+export interface OpenFile {
+  /** As messages and verbs name it. */
+  name: string;
+  bytes: number;
+  /** A capture that the page made or carries; a link to the state can name it. */
+  example: string | undefined;
+}
+
+export interface Progress {
+  state: 'none' | 'loading' | 'reading' | 'ended' | 'failed';
+  /** Of reading, 0 to 1. */
+  done: number;
+}
+
+export const defaultSettings: Settings = {
+  format: '',
+  ma: '',
+  slo: '',
+  invertMa: false,
+  invertSlo: false,
+  units: 'counts',
+  further: '',
+};
+
+// The capture and what has been read of it; only src/core/reading.ts sets these.
+export const file = signal<OpenFile | undefined>(undefined);
+export const about = signal<About | undefined>(undefined);
+export const progress = signal<Progress>({ state: 'none', done: 0 });
+export const columns = signal<readonly Column[]>([]);
+export const rowCount = signal(0);
+/** Counts the sessions opened: whoever keeps rows or drawings drops them when it changes. */
+export const generation = signal(0);
+/** What the command writes to stderr, and what the page itself could not do. */
+export const messages = signal('');
+
+// What the user has chosen.
+export const settings = signal<Settings>(defaultSettings);
+/** What the waveform and the plots show. Undefined without a capture. */
+export const range = signal<Range | undefined>(undefined);
+export const selectedRow = signal<number | undefined>(undefined);
+export const cursors = signal<Cursors>({ a: undefined, b: undefined });
+export const search = signal('');
+/** The table shows the rows for which this condition is true; all where it is empty. */
+export const filter = signal('');
+export const panel = signal<Panel>('cycle');
+export const theme = signal<Theme>('system');
+export const systemIsDark = signal(false);
+
+/** The theme that is shown. Canvases draw again when it changes. */
+export const shownTheme = computed<'light' | 'dark'>(() => {
+  if (theme.value !== 'system') return theme.value;
+  return systemIsDark.value ? 'dark' : 'light';
+});
+
+/** The end of what has been read so far. */
+export const endTime = computed(() => BigInt(about.value?.endTime ?? '0'));
+
+/** The first change of a line, which can be before 0. */
+export const beginTime = signal(0n);
+
+/** The whole capture, as far as it has been read. */
+export const wholeRange = computed<Range>(() => ({
+  from: beginTime.value,
+  to: endTime.value > beginTime.value ? endTime.value : beginTime.value + 1n,
+}));
+
+// No picture shows less than this.
+const shortest = 1_000n;
+
+/** Shows this stretch, cut to the capture, keeping its length where it can. */
+export function showRange(from: bigint, to: bigint): void {
+  const whole = wholeRange.value;
+  let length = to - from;
+  if (length < shortest) {
+    from -= (shortest - length) / 2n;
+    length = shortest;
+  }
+  if (length > whole.to - whole.from) length = whole.to - whole.from;
+  if (from < whole.from) from = whole.from;
+  if (from + length > whole.to) from = whole.to - length;
+  range.value = { from, to: from + length };
+}

@@ -1,0 +1,205 @@
+/** The axis of time and the lines MA and SLO. */
+import { font, hatch, numberFont, textWidth, verticalLine } from './canvas';
+import type { Lane } from './lanes';
+import type { Palette } from './palette';
+import { timeMarks, type TimeScale } from './scale';
+import type { LineTile } from './tiles';
+
+type Context = CanvasRenderingContext2D;
+
+/** Marks of the time, with lines through all lanes. */
+export function drawAxis(
+  context: Context,
+  lane: Lane,
+  left: number,
+  bottom: number,
+  scale: TimeScale,
+  colours: Palette,
+): void {
+  const { marks, base } = timeMarks(scale, 110);
+  const middle = lane.top + lane.height / 2;
+  context.font = numberFont;
+  context.textBaseline = 'middle';
+  context.strokeStyle = colours.grid;
+  context.lineWidth = 1;
+  for (const mark of marks) verticalLine(context, left + mark.x, lane.top + lane.height, bottom);
+  context.fillStyle = colours.soft;
+  const baseText = base === undefined ? '' : `${base} +`;
+  const free = left + (base === undefined ? 0 : textWidth(context, baseText) + 8);
+  for (const mark of marks) {
+    const width = textWidth(context, mark.text);
+    const x = Math.max(left, Math.min(left + mark.x - width / 2, left + scale.width - width));
+    if (x >= free) context.fillText(mark.text, x, middle);
+  }
+  if (base !== undefined) {
+    context.fillStyle = colours.text;
+    context.fillText(baseText, left, middle);
+  }
+}
+
+// A level that lasts for fewer pixels is part of a filled stretch.
+const leastPixels = 2;
+
+/** A line; several changes within a few pixels are a filled stretch. */
+export function drawLine(
+  context: Context,
+  lane: Lane,
+  left: number,
+  tile: LineTile,
+  scale: TimeScale,
+  colour: string,
+): void {
+  const pieces = piecesOf(left, tile, scale);
+  context.save();
+  context.beginPath();
+  context.rect(left, lane.top - 2, scale.width, lane.height + 4);
+  context.clip();
+  context.strokeStyle = colour;
+  context.fillStyle = colour;
+  context.globalAlpha = 0.55;
+  for (const { from, to, shown } of pieces) {
+    if (shown === busy) context.fillRect(from, lane.top, Math.max(1, to - from), lane.height);
+  }
+  context.globalAlpha = 1;
+  strokeLevels(context, lane, pieces);
+  context.lineWidth = 1;
+  for (const { from, to, shown } of pieces) {
+    if (shown === unknown) hatch(context, from, lane.top, to - from, lane.height);
+  }
+  context.restore();
+}
+
+const unknown = 2;
+const busy = 3;
+
+/** A stretch of a line in pixels. */
+interface Piece {
+  from: number;
+  to: number;
+  /** As LineView::levels. */
+  shown: number;
+}
+
+function piecesOf(left: number, tile: LineTile, scale: TimeScale): Piece[] {
+  const { times, levels } = tile;
+  const shift = Number(scale.from - tile.from);
+  const right = left + scale.width + 4;
+  const x = (time: number) => left + (time - shift) * scale.pixelsPerPs;
+  const pieces: Piece[] = [];
+  let last: Piece | undefined;
+  for (let i = firstShown(times, shift); i < times.length; i += 1) {
+    const begin = x(times[i] ?? 0);
+    if (begin > right) break;
+    const from = Math.max(left - 4, begin);
+    const end = x(times[i + 1] ?? tile.end);
+    const to = Math.min(right, end);
+    const shown = end - begin < leastPixels ? busy : levels[i] ?? unknown;
+    if (last?.shown === busy && shown === busy) {
+      last.to = to;
+    } else {
+      last = { from, to, shown };
+      pieces.push(last);
+    }
+  }
+  return pieces;
+}
+
+function strokeLevels(context: Context, lane: Lane, pieces: readonly Piece[]): void {
+  const high = lane.top + 1;
+  const low = lane.top + lane.height - 1;
+  context.lineWidth = 1.5;
+  context.lineJoin = 'miter';
+  context.beginPath();
+  let before: number | undefined;
+  for (const { from, to, shown } of pieces) {
+    const y = shown === 1 ? high : shown === 0 ? low : undefined;
+    if (y !== undefined) {
+      if (before === undefined) context.moveTo(from, y);
+      else context.lineTo(from, y);
+      context.lineTo(to, y);
+    }
+    before = y;
+  }
+  context.stroke();
+}
+
+// The last entry that begins at or before a time; 0 where there is none.
+function firstShown(times: Float64Array, time: number): number {
+  let low = 0;
+  let high = times.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if ((times[middle] ?? 0) <= time) low = middle + 1;
+    else high = middle;
+  }
+  return Math.max(0, low - 1);
+}
+
+/** The level of a line at a time; undefined where it is not known as finely. */
+export function levelAt(tile: LineTile, time: bigint): 0 | 1 | undefined {
+  const offset = Number(time - tile.from);
+  const at = firstShown(tile.times, offset);
+  if ((tile.times[at] ?? Infinity) > offset || offset > tile.end) return undefined;
+  const level = tile.levels[at];
+  return level === 0 || level === 1 ? level : undefined;
+}
+
+/** When a line first has a level from a time on; undefined where that is not known exactly. */
+export function firstAt(tile: LineTile, level: 0 | 1, from: bigint, to: bigint): bigint | undefined {
+  const begin = Number(from - tile.from);
+  for (let i = firstShown(tile.times, begin); i < tile.times.length; i += 1) {
+    const time = Math.max(begin, tile.times[i] ?? 0);
+    const shown = tile.levels[i];
+    if (time > Number(to - tile.from) || (shown !== 0 && shown !== 1)) return undefined;
+    if (shown === level) return tile.from + BigInt(time);
+  }
+  return undefined;
+}
+
+/** The change of a line next to a time, within this distance. */
+export function nearestChange(tile: LineTile, time: bigint, within: number): bigint | undefined {
+  const offset = Number(time - tile.from);
+  const at = firstShown(tile.times, offset);
+  let found: number | undefined;
+  for (const candidate of [tile.times[at], tile.times[at + 1]]) {
+    if (candidate === undefined || Math.abs(candidate - offset) > within) continue;
+    if (found === undefined || Math.abs(candidate - offset) < Math.abs(found - offset)) {
+      found = candidate;
+    }
+  }
+  return found === undefined ? undefined : tile.from + BigInt(found);
+}
+
+/** The change of a line after a time, or before it; undefined where none is known. */
+export function changeBeside(tile: LineTile, time: bigint, step: 1 | -1): bigint | undefined {
+  const offset = Number(time - tile.from);
+  let at = firstShown(tile.times, offset);
+  if (step > 0) {
+    while ((tile.times[at] ?? Infinity) <= offset) at += 1;
+  } else if ((tile.times[at] ?? Infinity) >= offset) {
+    at -= 1;
+  }
+  const found = tile.times[at];
+  return found === undefined ? undefined : tile.from + BigInt(found);
+}
+
+/** The names at the left. */
+export function drawNames(
+  context: Context,
+  lanes: readonly Lane[],
+  far: boolean,
+  names: ReadonlyMap<string, string>,
+  width: number,
+  height: number,
+  colours: Palette,
+): void {
+  context.fillStyle = colours.raised;
+  context.fillRect(0, 0, width - 4, height);
+  context.fillStyle = colours.text;
+  context.font = `600 ${font}`;
+  context.textBaseline = 'middle';
+  for (const lane of lanes) {
+    const name = far ? lane.farName : lane.name;
+    context.fillText(names.get(name) ?? name, 10, lane.top + lane.height / 2, width - 18);
+  }
+}

@@ -1,0 +1,211 @@
+/** The decoded tracks below the lines: cycles, their parts, bits and failures. */
+import type { Rows } from '../plots/row_classes';
+import { rowClass } from '../plots/row_classes';
+import { fitting, font, hatch, numberFont, textWidth } from './canvas';
+import { partText, type CycleLayout, type Part } from './layout';
+import type { Lane } from './lanes';
+import type { Palette } from './palette';
+import type { TimeScale } from './scale';
+
+// Bits have their names where a clock has this many pixels.
+const nameClock = 56;
+
+/** What is under the pointer says this. */
+export interface Hit {
+  left: number;
+  right: number;
+  top: number;
+  bottom: number;
+  text: string;
+  row: number;
+}
+
+/** Draws tracks, and keeps what stands where. */
+export class TrackPainter {
+  readonly hits: Hit[] = [];
+  readonly #failures: { x: number; text: string; row: number }[] = [];
+
+  constructor(
+    private readonly context: CanvasRenderingContext2D,
+    private readonly left: number,
+    private readonly scale: TimeScale,
+    private readonly colours: Palette,
+  ) {}
+
+  #x(time: bigint): number {
+    return this.left + this.scale.x(time);
+  }
+
+  // Within what is shown.
+  #bounds(from: bigint, to: bigint): [number, number] {
+    const right = this.left + this.scale.width;
+    return [Math.max(this.left, this.#x(from)), Math.min(right, this.#x(to))];
+  }
+
+  cycle(lane: Lane, rows: Rows, i: number, selected: boolean): void {
+    const [from, to] = this.#bounds(rows.times[i] ?? 0n, rows.times[i + 1] ?? rows.end);
+    if (to <= from) return;
+    const row = rows.first + i;
+    const status = rows.status[i] ?? '';
+    const found = rows.classes[i] ?? 0;
+    const notes = rows.notes[i] ?? '';
+    const position = rows.position[i] ?? '';
+    this.#box(lane, from, to, this.#fillOf(found), found === rowClass.failed, selected);
+    const sign = signOf(found);
+    const head = `${sign} #${row} ${status}`;
+    const full = [position, notes].reduce((text, more) => (more === '' ? text : `${text}  ${more}`), head);
+    this.context.fillStyle = this.#textOf(found);
+    this.#text(lane, from, to, [full, `${head}  ${position}`, head, `${sign} #${row}`, `#${row}`, sign]);
+    this.#hit(lane, from, to, `cycle ${full.slice(sign.length).trim()}`, row);
+  }
+
+  part(lane: Lane, part: Part, row: number): void {
+    const [from, to] = this.#bounds(part.from, part.to);
+    if (to - from < 0.5) return;
+    this.#box(lane, from, to, part.wrong ? this.colours.fill.wrong : this.colours.fill[part.kind], part.wrong, false);
+    this.context.fillStyle = part.wrong ? this.colours.bad : this.colours.text;
+    const texts = part.wrong ? part.texts.flatMap((text) => [`✕ ${text}`, text]) : part.texts;
+    this.#text(lane, from, to, texts);
+    this.#hit(lane, from, to, partText(part), row);
+  }
+
+  /** A box on a lane of its own, such as CDM or the verdict of the monitor. */
+  label(lane: Lane, from: bigint, to: bigint, texts: string[], row: number, bad = false): void {
+    const [begin, end] = this.#bounds(from, to);
+    if (end - begin < 0.5) return;
+    this.#box(lane, begin, end, bad ? this.colours.fill.warn : this.colours.fill.frame, false, false);
+    this.context.fillStyle = bad ? this.colours.warn : this.colours.text;
+    this.#text(lane, begin, end, texts);
+    this.#hit(lane, begin, end, texts[0] ?? '', row);
+  }
+
+  /** Sampling points on SLO, and below them the bits. */
+  samples(slo: Lane, lane: Lane, layout: CycleLayout, row: number): void {
+    const { context, colours } = this;
+    const clock = Number(layout.period) * this.scale.pixelsPerPs;
+    if (clock < 6) return;
+    context.textBaseline = 'middle';
+    for (const sample of layout.samples) {
+      const x = this.#x(sample.at);
+      if (x < this.left || x > this.left + this.scale.width) continue;
+      const bad = sample.wrong || sample.mends;
+      context.fillStyle = sample.wrong ? colours.bad : sample.mends ? colours.warn : colours.slo;
+      const level = sample.level ?? 0.5;
+      const y = slo.top + 1 + (1 - level) * (slo.height - 2);
+      context.beginPath();
+      if (bad) context.rect(x - 4, y - 4, 8, 8);
+      else context.arc(x, y, 3, 0, 2 * Math.PI);
+      context.fill();
+      if (clock >= 12) this.#bit(lane, x, clock, sample.name, sample.level, bad);
+      const note = sample.wrong ? ', not as the data need' : sample.mends ? ', its flip mends the checksum' : '';
+      this.#hit(lane, x - clock / 2, x + clock / 2, `${sample.name}=${sample.level ?? '?'}${note}`, row);
+    }
+  }
+
+  #bit(lane: Lane, x: number, clock: number, name: string, level: number | undefined, bad: boolean): void {
+    const { context, colours } = this;
+    context.font = bad ? `bold ${numberFont}` : numberFont;
+    const value = level === undefined ? '?' : String(level);
+    const marked = bad ? `✕${value}` : value;
+    const names = clock >= nameClock ? [`${name}=${marked}`] : [];
+    const text = fitting(context, [...names, marked, value], clock - 2) ?? '';
+    context.fillStyle = bad ? colours.bad : colours.text;
+    context.fillText(text, x - textWidth(context, text) / 2, lane.top + lane.height / 2);
+  }
+
+  /** Where a cycle fails, and why. */
+  failure(at: bigint, text: string, row: number): void {
+    const x = this.#x(at);
+    if (x >= this.left && x <= this.left + this.scale.width) this.#failures.push({ x, text, row });
+  }
+
+  /** Draws the failures; a text for which there is no room is left to the pointer. */
+  failures(lane: Lane): void {
+    const { context } = this;
+    const right = this.left + this.scale.width;
+    context.fillStyle = this.colours.bad;
+    context.font = font;
+    context.textBaseline = 'middle';
+    let written = this.left;
+    this.#failures.forEach(({ x, text, row }, i) => {
+      context.beginPath();
+      context.moveTo(x, lane.top + 3);
+      context.lineTo(x + 5, lane.top + 13);
+      context.lineTo(x - 5, lane.top + 13);
+      context.fill();
+      const next = Math.min(right, (this.#failures[i + 1]?.x ?? Infinity) - 8);
+      const begin = Math.max(written, x + 8);
+      const texts = [text, text.replace(/;.*/, ''), text.replace(/:.*/, '')];
+      const after = fitting(context, texts, next - begin) ?? '';
+      const before = fitting(context, texts, x - 8 - written) ?? '';
+      const isBefore = before.length > after.length;
+      const shown = isBefore ? before : after;
+      const width = textWidth(context, shown);
+      const place = isBefore ? x - 8 - width : begin;
+      context.fillText(shown, place, lane.top + lane.height / 2);
+      this.#hit(lane, Math.min(x - 6, place), Math.max(x + 6, place + width), text, row);
+      written = Math.max(x + 8, place + width + 6);
+    });
+  }
+
+  #fillOf(found: number): string | undefined {
+    const { fill } = this.colours;
+    if (found === rowClass.failed) return fill.wrong;
+    if (found === rowClass.flagged) return fill.warn;
+    return found === rowClass.cut ? undefined : fill.crc;
+  }
+
+  #textOf(found: number): string {
+    if (found === rowClass.failed) return this.colours.bad;
+    if (found === rowClass.flagged) return this.colours.warn;
+    return found === rowClass.cut ? this.colours.soft : this.colours.text;
+  }
+
+  #box(lane: Lane, from: number, to: number, fill: string | undefined, bad: boolean, selected: boolean): void {
+    const { context, colours } = this;
+    const width = to - from > 3 ? to - from - 1 : to - from;
+    if (fill !== undefined) {
+      context.fillStyle = fill;
+      context.fillRect(from, lane.top, width, lane.height);
+    } else if (width > 3) {
+      context.strokeStyle = colours.soft;
+      context.lineWidth = 1;
+      context.setLineDash([3, 3]);
+      context.strokeRect(from + 0.5, lane.top + 0.5, width - 1, lane.height - 1);
+      context.setLineDash([]);
+    }
+    if (bad) {
+      context.fillStyle = colours.bad;
+      context.fillRect(from, lane.top + lane.height - 3, Math.max(1, width), 3);
+      context.strokeStyle = colours.bad;
+      context.globalAlpha = 0.25;
+      if (width > 14) hatch(context, from, lane.top, width, lane.height - 3);
+      context.globalAlpha = 1;
+    }
+    if (selected) {
+      context.strokeStyle = colours.select;
+      context.lineWidth = 2;
+      context.strokeRect(from + 1, lane.top + 1, Math.max(1, width - 2), lane.height - 2);
+    }
+  }
+
+  #text(lane: Lane, from: number, to: number, texts: readonly string[]): void {
+    const { context } = this;
+    context.font = font;
+    context.textBaseline = 'middle';
+    const text = fitting(context, texts, to - from - 7);
+    if (text === undefined) return;
+    const middle = (from + to) / 2 - textWidth(context, text) / 2;
+    context.fillText(text, Math.max(from + 3, middle), lane.top + lane.height / 2 + 0.5);
+  }
+
+  #hit(lane: Lane, left: number, right: number, text: string, row: number): void {
+    this.hits.push({ left, right, top: lane.top, bottom: lane.top + lane.height, text, row });
+  }
+}
+
+function signOf(found: number): string {
+  if (found === rowClass.failed) return '✕';
+  if (found === rowClass.flagged) return '!';
+  return found === rowClass.cut ? '…' : '✓';
+}

@@ -1,0 +1,69 @@
+/** The whole capture in a strip, with a window on what is shown. */
+import { effect } from '@preact/signals';
+import * as state from '../state';
+import { Layer, Surface } from './canvas';
+import { drawOverview, stripText } from './draw_strip';
+import { paletteOf } from './palette';
+import { TimeScale } from './scale';
+import { steadyEnd, Tile } from './tiles';
+
+const inset = 3;
+
+export class Overview {
+  readonly surface: Surface;
+  readonly #strip: Tile<'analyse.strip'>;
+  readonly #bars = new Layer();
+  readonly #stop: () => void;
+
+  constructor(canvas: HTMLCanvasElement, private readonly onSummary: (text: string) => void) {
+    this.#strip = new Tile('analyse.strip', 'wave.overview',
+      ({ columns }) => ({ ...state.wholeRange.value, columns }), () => this.surface.change());
+    this.surface = new Surface(canvas, () => this.#draw());
+    this.#stop = effect(() => {
+      void [state.range.value, state.endTime.value, state.generation.value,
+        state.progress.value.state, state.shownTheme.value];
+      this.surface.change();
+    });
+  }
+
+  close(): void {
+    this.#stop();
+    this.surface.close();
+  }
+
+  get scale(): TimeScale {
+    return new TimeScale(state.wholeRange.value, this.surface.width);
+  }
+
+  #draw(): void {
+    const { context, width, height } = this.surface;
+    const colours = paletteOf(state.shownTheme.value);
+    context.fillStyle = colours.raised;
+    context.fillRect(0, 0, width, height);
+    const range = state.range.value;
+    if (range === undefined) return;
+    const { scale } = this;
+    this.#strip.want({
+      ...state.wholeRange.value,
+      width,
+      generation: state.generation.value,
+      end: steadyEnd(),
+    });
+    const lane = { top: inset, height: height - 2 * inset, name: '', farName: '' };
+    const { answer } = this.#strip;
+    if (answer !== undefined) {
+      this.onSummary(stripText(answer));
+      this.#bars.put(this.surface, [answer, scale.from, scale.span, colours],
+        (layer) => drawOverview(layer, lane, answer, scale, colours));
+    }
+    const from = scale.x(range.from);
+    const length = Math.max(3, scale.x(range.to) - from);
+    context.fillStyle = colours.select;
+    context.globalAlpha = 0.16;
+    context.fillRect(from, 0, length, height);
+    context.globalAlpha = 1;
+    context.strokeStyle = colours.select;
+    context.lineWidth = 2;
+    context.strokeRect(from + 1, 1, Math.max(1, length - 2), height - 2);
+  }
+}

@@ -1,0 +1,141 @@
+/** The axis of time: where a time stands on the screen, and round marks with a unit that fits. */
+
+import type { Range } from '../state';
+
+/** The shortest stretch that is shown: an edge alone. */
+export const shortestSpan = 1000n;
+
+/** Times to pixels. Numbers are offsets from `from`, so that no digit is lost in a long capture. */
+export class TimeScale {
+  readonly from: bigint;
+  readonly span: number;
+  readonly width: number;
+
+  constructor(range: Range, width: number) {
+    this.from = range.from;
+    this.span = Math.max(1, Number(range.to - range.from));
+    this.width = Math.max(1, width);
+  }
+
+  get pixelsPerPs(): number {
+    return this.width / this.span;
+  }
+
+  x(time: bigint): number {
+    return Number(time - this.from) * this.pixelsPerPs;
+  }
+
+  time(x: number): bigint {
+    return this.from + BigInt(Math.round(x / this.pixelsPerPs));
+  }
+}
+
+/** `factor` below 1 shows less; the time at `share` of the width stays where it is. */
+export function zoomed(range: Range, factor: number, share: number): Range {
+  const span = Number(range.to - range.from);
+  const next = Math.max(span * factor, Number(shortestSpan));
+  const from = range.from + BigInt(Math.round((span - next) * share));
+  return { from, to: from + BigInt(Math.round(next)) };
+}
+
+/** Moved by a share of its length. */
+export function moved(range: Range, share: number): Range {
+  const by = BigInt(Math.round(Number(range.to - range.from) * share));
+  return { from: range.from + by, to: range.to + by };
+}
+
+/** The stretch from `from` to `to` with a margin of `share` of it on both sides. */
+export function around(from: bigint, to: bigint, share: number): Range {
+  const margin = BigInt(Math.round(Math.max(Number(to - from), 2000) * share));
+  return { from: from - margin, to: to + margin };
+}
+
+const units: [string, number][] = [
+  ['h', 3.6e15],
+  ['min', 6e13],
+  ['s', 1e12],
+  ['ms', 1e9],
+  ['µs', 1e6],
+  ['ns', 1e3],
+  ['ps', 1],
+];
+
+function unitOf(ps: number): [string, number] {
+  const size = Math.abs(ps);
+  return units.find(([name, factor]) => size >= factor && name !== 'h' && name !== 'min')
+    ?? ['ps', 1];
+}
+
+function trimmed(value: number, digits: number): string {
+  const text = value.toPrecision(digits);
+  if (text.includes('e')) return String(Number(text));
+  return text.includes('.') ? text.replace(/\.?0+$/, '') : text;
+}
+
+/** `1.234 µs`, with at most this many digits. */
+export function timeText(ps: number | bigint, digits = 4): string {
+  const value = Number(ps);
+  if (value === 0) return '0 s';
+  const [name, factor] = unitOf(value);
+  return `${trimmed(value / factor, digits).replace('-', '−')} ${name}`;
+}
+
+/** To the picosecond: `12.000345678901 s`, `345.5 ns`. */
+export function exactTimeText(ps: bigint): string {
+  if (ps === 0n) return '0 s';
+  const sign = ps < 0n ? '−' : '';
+  const size = ps < 0n ? -ps : ps;
+  const [name, factor] = unitOf(Number(size));
+  const unit = BigInt(factor);
+  const digits = String(factor).length - 1;
+  const rest = (size % unit).toString().padStart(digits, '0').replace(/0+$/, '');
+  return `${sign}${size / unit}${rest === '' ? '' : `.${rest}`} ${name}`;
+}
+
+/** `2.5 MHz`. */
+export function rateText(hertz: number, digits = 4): string {
+  const steps: [string, number][] = [['GHz', 1e9], ['MHz', 1e6], ['kHz', 1e3], ['Hz', 1]];
+  const found = steps.find(([, factor]) => Math.abs(hertz) >= factor) ?? ['mHz', 1e-3];
+  return `${trimmed(hertz / found[1], digits)} ${found[0]}`;
+}
+
+/** 1, 2 or 5 times a power of ten, at least `least`. */
+export function roundStep(least: number): number {
+  const power = 10 ** Math.floor(Math.log10(least));
+  const step = [1, 2, 5, 10].find((factor) => factor * power >= least * (1 - 1e-9)) ?? 10;
+  return step * power;
+}
+
+/** A mark of the axis: `x` in pixels. */
+export interface Mark {
+  x: number;
+  text: string;
+}
+
+export interface TimeMarks {
+  marks: Mark[];
+  /** What the texts of marks are counted from; absent where they are times of the capture. */
+  base?: string;
+}
+
+/**
+ * Marks at round times, at least `room` pixels from one another. Where the digits in common are many,
+ * the marks count from a base.
+ */
+export function timeMarks(scale: TimeScale, room: number): TimeMarks {
+  const step = BigInt(Math.max(1, Math.round(roundStep((room / scale.width) * scale.span))));
+  const end = scale.time(scale.width);
+  let first = (scale.from / step) * step;
+  if (first < scale.from) first += step;
+  const marks: Mark[] = [];
+  const size = Math.max(Math.abs(Number(end)), Math.abs(Number(scale.from)));
+  const far = size / Number(step) >= 1e5;
+  const [name, factor] = unitOf(far ? scale.span : Math.max(size, Number(step)));
+  const places = Math.max(0, Math.ceil(Math.log10(factor / Number(step)) - 1e-9));
+  for (let time = first; time <= end && marks.length < 100; time += step) {
+    const value = Number(time - (far ? first : 0n)) / factor;
+    const text = `${far ? '+' : ''}${value.toFixed(places)} ${name}`;
+    marks.push({ x: scale.x(time), text });
+  }
+  return far ? { marks, base: exactTimeText(first) } : { marks };
+}

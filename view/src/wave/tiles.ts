@@ -1,0 +1,187 @@
+/** What the screen shows of a line, of rows and of cycles, asked of the core and kept. */
+import type { Cycle, LineView } from 'biss';
+import { Superseded, CoreError } from '../core/client';
+import { core } from '../core/core';
+import type { Requests } from '../core/protocol';
+import * as state from '../state';
+import type { Range } from '../state';
+
+/** What was asked of a stretch of time. */
+interface Asked extends Range {
+  columns: number;
+  generation: number;
+  /** The end of what had been read. */
+  end: bigint;
+}
+
+/** What is shown now. */
+export interface Shown extends Range {
+  /** Width of the picture in pixels. */
+  width: number;
+  generation: number;
+  end: bigint;
+}
+
+/**
+ * The end of what has been read, in steps of some percent while it grows: what shows the whole capture
+ * is not to be counted again with every row.
+ */
+export function steadyEnd(): bigint {
+  const end = state.endTime.value;
+  if (state.progress.value.state !== 'reading') return end;
+  const bits = BigInt(Math.max(0, end.toString(2).length - 6));
+  return (end >> bits) << bits;
+}
+
+/** The same of the number of rows. */
+export function steadyRows(): number {
+  const rows = state.rowCount.value;
+  return state.progress.value.state === 'reading' && rows > 0 ? 2 ** Math.floor(Math.log2(rows)) : rows;
+}
+
+/** An answer for a stretch that is wider than the picture, so that moving it shows something. */
+export class Tile<K extends 'view' | 'analyse.strip' | 'analyse.rows' | 'analyse.envelope'> {
+  answer: Requests[K]['answer'] | undefined;
+  asked: Asked | undefined;
+  #pending: Asked | undefined;
+
+  constructor(
+    private readonly name: K,
+    private readonly lane: string,
+    private readonly askOf: (asked: Asked) => Requests[K]['ask'],
+    private readonly onAnswer: () => void,
+  ) {}
+
+  /** Asks for what is shown, unless it is there. */
+  want(shown: Shown): void {
+    if (this.asked?.generation !== shown.generation) this.drop();
+    if (serves(this.asked, shown) || serves(this.#pending, shown)) return;
+    const span = shown.to - shown.from;
+    const asked: Asked = {
+      from: shown.from - span,
+      to: shown.to + span,
+      columns: Math.max(3, Math.round(3 * shown.width)),
+      generation: shown.generation,
+      end: shown.end,
+    };
+    this.#pending = asked;
+    core().ask(this.name, this.askOf(asked), { lane: this.lane }).then(
+      (answer) => this.#take(asked, answer),
+      (error: unknown) => this.#failed(asked, error),
+    );
+  }
+
+  drop(): void {
+    this.answer = undefined;
+    this.asked = undefined;
+    this.#pending = undefined;
+  }
+
+  #take(asked: Asked, answer: Requests[K]['answer']): void {
+    if (this.#pending?.generation !== asked.generation) return;
+    if (this.#pending === asked) this.#pending = undefined;
+    this.answer = answer;
+    this.asked = asked;
+    this.onAnswer();
+  }
+
+  #failed(asked: Asked, error: unknown): void {
+    if (this.#pending === asked) this.#pending = undefined;
+    if (!(error instanceof Superseded) && !(error instanceof CoreError)) throw error;
+  }
+}
+
+// As fine as the picture, or nearly, and up to date where the capture has grown.
+function serves(asked: Asked | undefined, shown: Shown): boolean {
+  if (asked === undefined || asked.generation !== shown.generation) return false;
+  const stale = asked.end < shown.end && asked.end < asked.to && asked.end < shown.to;
+  if (stale) return false;
+  if (asked.from > shown.from || asked.to < shown.to) return false;
+  const column = Number(asked.to - asked.from) / asked.columns;
+  const wanted = Number(shown.to - shown.from) / shown.width;
+  return column <= wanted * 1.05 && column >= wanted / 6;
+}
+
+/** Of a line; the view is in numbers from `asked.from`. */
+export interface LineTile {
+  from: bigint;
+  times: Float64Array;
+  levels: Uint8Array;
+  /** How far the line is known, from `from`. */
+  end: number;
+}
+
+const converted = new WeakMap<LineView, LineTile>();
+
+export function lineTile(tile: Tile<'view'>): LineTile | undefined {
+  const { answer, asked } = tile;
+  if (answer === undefined || asked === undefined) return undefined;
+  let line = converted.get(answer);
+  if (line === undefined) {
+    const times = offsetsOf(answer.times, asked.from);
+    const known = asked.end < asked.to ? asked.end : asked.to;
+    line = { from: asked.from, times, levels: answer.levels, end: Number(known - asked.from) };
+    converted.set(answer, line);
+  }
+  return line;
+}
+
+// Without an object for each time.
+function offsetsOf(times: BigInt64Array, from: bigint): Float64Array {
+  const halves = new Int32Array(times.buffer, times.byteOffset, 2 * times.length);
+  const low = Number(BigInt.asUintN(32, from));
+  const high = Number(from >> 32n);
+  const offsets = new Float64Array(times.length);
+  for (let i = 0; i < offsets.length; i += 1) {
+    const difference = (halves[2 * i + 1] ?? 0) - high;
+    offsets[i] = difference * 4294967296 + (((halves[2 * i] ?? 0) >>> 0) - low);
+  }
+  return offsets;
+}
+
+const mostKept = 600;
+const mostAtOnce = 4;
+
+/** Cycles bit by bit, the newest kept. */
+export class Cycles {
+  readonly #kept = new Map<number, Cycle | undefined>();
+  readonly #asked = new Set<number>();
+  #generation = -1;
+
+  constructor(private readonly onAnswer: () => void) {}
+
+  /** Undefined where it is not there yet, or cannot be. */
+  get(row: number): Cycle | undefined {
+    return this.#kept.get(row);
+  }
+
+  /** Asks for what is missing of these rows. `more`: what is not there now may come. */
+  want(rows: readonly number[], generation: number, more: boolean): void {
+    if (generation !== this.#generation) {
+      this.#kept.clear();
+      this.#asked.clear();
+      this.#generation = generation;
+    }
+    for (const row of rows) {
+      if (this.#asked.size >= mostAtOnce) return;
+      if (!this.#kept.has(row) && !this.#asked.has(row)) this.#ask(row, generation, more);
+    }
+  }
+
+  #ask(row: number, generation: number, more: boolean): void {
+    this.#asked.add(row);
+    core().ask('cycle', { row }).then(
+      (cycle) => {
+        if (generation !== this.#generation) return;
+        this.#asked.delete(row);
+        if (cycle !== undefined || !more) this.#kept.set(row, cycle);
+        const oldest = this.#kept.keys().next().value;
+        if (this.#kept.size > mostKept && oldest !== undefined) this.#kept.delete(oldest);
+        this.onAnswer();
+      },
+      () => {
+        if (generation === this.#generation) this.#asked.delete(row);
+      },
+    );
+  }
+}

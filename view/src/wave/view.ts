@@ -1,0 +1,272 @@
+/** The picture of the waveform: what is asked of the core, and what is drawn. */
+import { effect } from '@preact/signals';
+import { harmlessStatuses } from '../core/statuses';
+import * as state from '../state';
+import type { Rows } from '../plots/row_classes';
+import { accesses, extentIn } from './accesses';
+import { Surface } from './canvas';
+import { drawCursors } from './cursors';
+import { cyclesText } from './describe';
+import { changeBeside, drawAxis, drawLine, drawNames, firstAt, levelAt, nearestChange } from './draw_lines';
+import { drawStrips } from './draw_strip';
+import { TrackPainter, type Hit } from './draw_tracks';
+import { causeOf, layOut, timeoutPart, type CycleLayout } from './layout';
+import { gutter, lanesOf, type Lanes } from './lanes';
+import { paletteOf, type Palette } from './palette';
+import { TimeScale } from './scale';
+import { Cycles, lineTile, Tile, type Shown } from './tiles';
+
+// Single cycles are drawn where they have this many pixels, and their parts with this many.
+const cyclePixels = 4;
+const partPixels = 60;
+const mostRows = 3 * Math.ceil(4096 / cyclePixels);
+
+export class WaveView {
+  readonly surface: Surface;
+  /** What is under the pointer. */
+  hits: Hit[] = [];
+  readonly #ma = this.#lineTile('ma');
+  readonly #slo = this.#lineTile('slo');
+  readonly #rows: Tile<'analyse.rows'>;
+  readonly #strip: Tile<'analyse.strip'>;
+  readonly #cycles = new Cycles(() => this.surface.change());
+  readonly #layouts = new WeakMap<object, CycleLayout>();
+  readonly #stop: () => void;
+  #isClosed = false;
+
+  constructor(canvas: HTMLCanvasElement, private readonly onSeen: (text: string) => void) {
+    this.#rows = new Tile('analyse.rows', 'wave.rows',
+      ({ from, to }) => ({ from, to, most: mostRows }), () => this.surface.change());
+    this.#strip = new Tile('analyse.strip', 'wave.strip',
+      ({ from, to, columns }) => ({ from, to, columns }), () => this.surface.change());
+    this.surface = new Surface(canvas, () => this.#draw());
+    this.#stop = effect(() => {
+      // What a picture depends on.
+      void [state.range.value, state.cursors.value, state.selectedRow.value, state.generation.value,
+        state.about.value, state.shownTheme.value, accesses.value];
+      this.surface.change();
+    });
+  }
+
+  close(): void {
+    this.#isClosed = true;
+    this.#stop();
+    this.surface.close();
+  }
+
+  /** The scale of what is shown; its x begins at the right of the names. */
+  get scale(): TimeScale | undefined {
+    const range = state.range.value;
+    return range === undefined ? undefined : new TimeScale(range, this.surface.width - gutter);
+  }
+
+  /** The time at a place, on a change of a line where one is near. */
+  timeAt(x: number): bigint | undefined {
+    const { scale } = this;
+    if (scale === undefined) return undefined;
+    const time = scale.time(x - gutter);
+    const near = 6 / scale.pixelsPerPs;
+    const changes = [this.#ma, this.#slo].flatMap((tile) => {
+      const line = lineTile(tile);
+      return line === undefined ? [] : nearestChange(line, time, near) ?? [];
+    });
+    const distance = (at: bigint) => Math.abs(Number(at - time));
+    return changes.sort((a, b) => distance(a) - distance(b))[0] ?? time;
+  }
+
+  /** The next change of MA or SLO after a time, or before it. */
+  changeBeside(time: bigint, step: 1 | -1): bigint | undefined {
+    const changes = [this.#ma, this.#slo].flatMap((tile) => {
+      const line = lineTile(tile);
+      return line === undefined ? [] : changeBeside(line, time, step) ?? [];
+    });
+    return changes.sort((a, b) => step * Number(a - b))[0];
+  }
+
+  #lineTile(line: 'ma' | 'slo'): Tile<'view'> {
+    return new Tile('view', `wave.${line}`,
+      ({ from, to, columns }) => ({ line, from, to, columns }), () => this.surface.change());
+  }
+
+  #draw(): void {
+    const { context, width, height } = this.surface;
+    const colours = paletteOf(state.shownTheme.value);
+    context.fillStyle = colours.ground;
+    context.fillRect(0, 0, width, height);
+    this.hits = [];
+    const lanes = lanesOf(height, accesses.value.length > 0);
+    const { scale } = this;
+    const range = state.range.value;
+    const far = scale !== undefined && range !== undefined && this.#drawAll(lanes, range, scale, colours);
+    const { about } = state;
+    const names = new Map([
+      ['MA', about.value?.maInverted === true ? 'MA inv.' : 'MA'],
+      ['SLO', about.value?.sloInverted === true ? 'SLO inv.' : 'SLO'],
+    ]);
+    drawNames(context, Object.values(lanes), far, names, gutter, height, colours);
+    if (scale !== undefined) drawCursors(context, state.cursors.value, gutter, height, scale, colours);
+  }
+
+  // Returns whether cycles are counted and not drawn one by one.
+  #drawAll(lanes: Lanes, range: state.Range, scale: TimeScale, colours: Palette): boolean {
+    const { context } = this.surface;
+    const bottom = lanes.flags.top + lanes.flags.height;
+    const shown: Shown = {
+      ...range,
+      width: scale.width,
+      generation: state.generation.value,
+      end: state.endTime.value,
+    };
+    for (const tile of [this.#ma, this.#slo, this.#rows]) tile.want(shown);
+    const rows = this.#rows.answer;
+    const far = rows !== undefined && this.#seen(rows, range) * cyclePixels > scale.width;
+    const selected = rows === undefined || far ? undefined : this.#selection(rows, scale);
+    if (selected !== undefined) {
+      context.fillStyle = colours.fill.data;
+      context.globalAlpha = 0.35;
+      context.fillRect(selected.left, lanes.axis.height, selected.right - selected.left, bottom);
+      context.globalAlpha = 1;
+    }
+    drawAxis(context, lanes.axis, gutter, bottom, scale, colours);
+    const ma = lineTile(this.#ma);
+    const slo = lineTile(this.#slo);
+    if (ma !== undefined) drawLine(context, lanes.ma, gutter, ma, scale, colours.ma);
+    if (slo !== undefined) drawLine(context, lanes.slo, gutter, slo, scale, colours.slo);
+    if (far) this.#drawFar(lanes, shown, scale, colours);
+    else if (rows !== undefined) this.#drawRows(lanes, rows, range, scale, colours);
+    return far;
+  }
+
+  #seen(rows: Rows, range: state.Range): number {
+    if (rows.times.length > 0) {
+      const [begin, end] = indicesIn(rows, range);
+      return end - begin;
+    }
+    const asked = this.#rows.asked;
+    if (asked === undefined || rows.count === 0) return 0;
+    return rows.count * (Number(range.to - range.from) / Number(asked.to - asked.from));
+  }
+
+  #selection(rows: Rows, scale: TimeScale): { left: number; right: number } | undefined {
+    const i = (state.selectedRow.value ?? -1) - rows.first;
+    const from = rows.times[i];
+    if (from === undefined) return undefined;
+    const left = Math.max(gutter, gutter + scale.x(from));
+    return { left, right: Math.max(left, gutter + scale.x(rows.times[i + 1] ?? rows.end)) };
+  }
+
+  #drawFar(lanes: Lanes, shown: Shown, scale: TimeScale, colours: Palette): void {
+    this.#strip.want(shown);
+    if (this.#strip.answer === undefined) return;
+    const { cycle: all, frame: failed, cdm: flagged, flags: notes } = lanes;
+    this.onSeen(drawStrips(this.surface.context, { all, failed, flagged, notes }, gutter, this.#strip.answer,
+      scale, colours));
+  }
+
+  #drawRows(lanes: Lanes, rows: Rows, range: state.Range, scale: TimeScale, colours: Palette): void {
+    const painter = new TrackPainter(this.surface.context, gutter, scale, colours);
+    const [begin, end] = indicesIn(rows, range);
+    const wanted: number[] = [];
+    for (let i = begin; i < end; i += 1) {
+      const row = rows.first + i;
+      painter.cycle(lanes.cycle, rows, i, state.selectedRow.value === row);
+      const length = Number((rows.times[i + 1] ?? rows.end) - (rows.times[i] ?? 0n));
+      const isWide = length * scale.pixelsPerPs >= partPixels;
+      if (isWide) wanted.push(row);
+      const layout = isWide ? this.#layoutOf(rows, i) : undefined;
+      if (layout !== undefined) this.#drawParts(lanes, rows, i, layout, painter);
+      else if (causeOf(rows.status[i] ?? '') !== '') painter.failure(rows.times[i] ?? 0n, rows.status[i] ?? '', row);
+      this.#drawFlags(lanes, rows, i, painter);
+    }
+    this.#drawAccesses(lanes, rows, painter);
+    painter.failures(lanes.cause);
+    const failed = failedRows(rows, begin, end);
+    this.onSeen(cyclesText(rows.first + begin, rows.status.slice(begin, end), failed));
+    const more = state.progress.value.state === 'reading';
+    if (!this.#isClosed) this.#cycles.want(wanted, state.generation.value, more);
+    this.hits = painter.hits;
+  }
+
+  #drawAccesses(lanes: Lanes, rows: Rows, painter: TrackPainter): void {
+    if (lanes.access === undefined) return;
+    for (const access of accesses.value) {
+      const extent = extentIn(rows, access);
+      if (extent === undefined) continue;
+      const texts = [access.text, access.text.replace(/ of .*/, '')];
+      painter.label(lanes.access, extent.from, extent.to, texts, access.cycle, access.isBad);
+    }
+  }
+
+  #layoutOf(rows: Rows, i: number): CycleLayout | undefined {
+    const cycle = this.#cycles.get(rows.first + i);
+    if (cycle === undefined) return undefined;
+    let layout = this.#layouts.get(cycle);
+    if (layout === undefined) {
+      const times = { lineDelay: rows.lineDelay[i] ?? NaN, ack: rows.ack[i] ?? NaN };
+      layout = layOut(cycle, times, state.about.value?.format ?? '');
+      this.#layouts.set(cycle, layout);
+    }
+    return layout;
+  }
+
+  #drawParts(lanes: Lanes, rows: Rows, i: number, layout: CycleLayout, painter: TrackPainter): void {
+    const row = rows.first + i;
+    for (const part of layout.parts) painter.part(lanes.frame, part, row);
+    painter.samples(lanes.slo, lanes.bits, layout, row);
+    for (const { at, text } of layout.failures) painter.failure(at, text, row);
+    const next = rows.times[i + 1] ?? rows.end;
+    this.#drawTimeout(lanes, layout, next, row, painter);
+    const rest = layout.lastEdge + (3n * layout.period) / 4n;
+    const ma = lineTile(this.#ma);
+    const inverted = state.about.value?.maInverted === true;
+    const level = ma === undefined || rest >= next ? undefined : levelAt(ma, rest);
+    if (level === undefined) return;
+    const cdm = (level === 1) === inverted ? 1 : 0;
+    painter.label(lanes.cdm, layout.lastEdge, next, [`CDM=${cdm}`, String(cdm)], row);
+  }
+
+  #drawTimeout(lanes: Lanes, layout: CycleLayout, next: bigint, row: number, painter: TrackPainter): void {
+    const slo = lineTile(this.#slo);
+    const last = layout.parts[layout.parts.length - 1];
+    if (slo === undefined || last === undefined) return;
+    const released = state.about.value?.sloInverted === true ? 0 : 1;
+    const begin = last.to > layout.lastEdge ? last.to : layout.lastEdge;
+    const end = firstAt(slo, released, begin, next);
+    if (end !== undefined && end > begin) painter.part(lanes.frame, timeoutPart(begin, end), row);
+  }
+
+  #drawFlags(lanes: Lanes, rows: Rows, i: number, painter: TrackPainter): void {
+    const notes = rows.notes[i] ?? '';
+    const verdict = rows.safety[i] ?? '';
+    const safety = verdict === '' ? '' : `safety: ${verdict}`;
+    const texts = [[safety, notes].filter((text) => text !== '').join('; '), notes, verdict];
+    if (texts[0] === '') return;
+    const from = rows.times[i] ?? 0n;
+    const isBad = notes !== '' || (verdict !== 'safe' && verdict !== 'starting');
+    painter.label(lanes.flags, from, rows.times[i + 1] ?? rows.end, texts, rows.first + i, isBad);
+  }
+}
+
+function failedRows(rows: Rows, begin: number, end: number): number[] {
+  const found: number[] = [];
+  for (let i = begin; i < end; i += 1) {
+    if (!harmlessStatuses.has(rows.status[i] ?? '')) found.push(rows.first + i);
+  }
+  return found;
+}
+
+// Rows that are seen.
+function indicesIn(rows: Rows, { from, to }: state.Range): [number, number] {
+  const { times } = rows;
+  const before = (time: bigint) => {
+    let low = 0;
+    let high = times.length;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if ((times[middle] ?? 0n) < time) low = middle + 1;
+      else high = middle;
+    }
+    return low;
+  };
+  return [Math.max(0, before(from + 1n) - 1), before(to)];
+}

@@ -1,0 +1,55 @@
+// An accessibility audit of the page in each of its states, in both themes.
+import assert from 'node:assert/strict';
+import fs from 'node:fs';
+import { createRequire } from 'node:module';
+import { after, before, describe, it } from 'node:test';
+import { browse, open, readToEnd, simulated } from './page.mjs';
+
+const axe = fs.readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
+const args = '-f fs-36-28 --clock 5MHz --cycles 400 --fault flip:0.05 --fault no_answer:0.02';
+
+let browser;
+before(async () => { browser = await browse(); });
+after(() => browser.close());
+
+async function audit(page, where) {
+  await page.evaluate(`${axe};0`);
+  const { violations } = await page.evaluate(() => window.axe.run());
+  const found = violations.map(({ id, nodes }) => `${id}: ${nodes.map((node) => node.html).join(' ')}`);
+  assert.deepEqual(found, [], where);
+}
+
+describe('accessibility', () => {
+  for (const theme of ['light', 'dark']) {
+    it(`PageWithoutACapture_${theme}_HasNoViolation`, async () => {
+      const { page } = await open(browser, `theme=${theme}`);
+      await page.locator('.drop').waitFor();
+      await audit(page, theme);
+      await page.context().close();
+    });
+
+    it(`EveryPanelAndDialog_${theme}_HasNoViolation`, { timeout: 120_000 }, async () => {
+      const { page } = await open(browser, simulated(args, { theme, row: '0', format: 'fs-36-28' }));
+      await readToEnd(page);
+      await page.locator('#row-0 .good').waitFor();
+      for (const name of ['Cycle', 'Plots', 'Summary', 'Explain', 'Check', 'Identify', 'Registers']) {
+        await page.getByRole('tab', { name }).click();
+        await page.locator('.panel .quiet', { hasText: 'Running' }).waitFor({ state: 'hidden', timeout: 30_000 });
+        await page.waitForTimeout(300);
+        await audit(page, `${name}, ${theme}`);
+      }
+      await page.getByRole('button', { name: 'Errors' }).click();
+      await page.locator('#format').fill('nothing');
+      await page.keyboard.press('Enter');
+      await page.locator('.message.failed').waitFor();
+      await audit(page, `a message, ${theme}`);
+      await page.getByRole('button', { name: 'Keys and help' }).click();
+      await audit(page, `help, ${theme}`);
+      await page.keyboard.press('Escape');
+      await page.locator('#table').press('s');
+      await page.getByRole('button', { name: 'Add a fault' }).click();
+      await audit(page, `simulation, ${theme}`);
+      await page.context().close();
+    });
+  }
+});

@@ -1,0 +1,21 @@
+// Modules of the page as Node has them, for tests without a browser.
+import path from 'node:path';
+import { fileURLToPath } from 'node:url';
+import esbuild from 'esbuild';
+
+const root = path.join(path.dirname(fileURLToPath(import.meta.url)), '..');
+
+/** What src/NAME exports. */
+export async function load(name) {
+  const { outputFiles } = await esbuild.build({
+    absWorkingDir: root,
+    entryPoints: [`src/${name}`],
+    bundle: true,
+    write: false,
+    format: 'esm',
+    platform: 'node',
+    tsconfigRaw: {},
+  });
+  const text = Buffer.from(outputFiles[0].contents).toString('base64');
+  return import(`data:text/javascript;base64,${text}`);
+}
