@@ -33,7 +33,7 @@ test:  ## the checks of every change: both compilers, sanitizers, microcontrolle
 
 .PHONY: test-long
 test-long:  ## besides: exhaustive sweeps, campaigns, all tests under sanitizers, Cortex-M0
-	@scripts/install-packages build test fuzz firmware coverage long wasm view
+	@scripts/install-packages build test fuzz firmware coverage long wasm
 	@scripts/test long
 
 .PHONY: test-release
