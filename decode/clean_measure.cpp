@@ -533,7 +533,8 @@ inline void mark_changes(const CleanScratch& scratch, std::size_t changes, std::
   }
 }
 
-#if HWY_TARGET != HWY_SCALAR
+// WebAssembly has no shift of 64 bits with a count for each lane.
+#if HWY_TARGET != HWY_SCALAR && HWY_TARGET != HWY_WASM
 // The same in the first two words: nearly all cycles have no more.
 HWY_INLINE void mark_first_changes(const CleanScratch& scratch, std::size_t changes,
                                    Words& toggles) {
@@ -558,7 +559,7 @@ HWY_INLINE void mark_first_changes(const CleanScratch& scratch, std::size_t chan
 
 HWY_INLINE void collect_bits(const CleanScratch& scratch, CleanMeasure& m) {
   Words toggles{};
-#if HWY_TARGET == HWY_SCALAR
+#if HWY_TARGET == HWY_SCALAR || HWY_TARGET == HWY_WASM
   mark_changes(scratch, m.changes, 0, toggles);
 #else
   mark_first_changes(scratch, m.changes, toggles);

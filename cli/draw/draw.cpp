@@ -3,6 +3,8 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -79,12 +81,14 @@ class DrawRun {
     return fmt::format("--width: at least {} {}", least, svg_ ? "pixels" : "columns");
   }
 
-  std::size_t svg_width() const { return options_.width.value_or(draw::svg_width_usual); }
-
+  std::size_t width_or(std::size_t usual) const {
+    constexpr std::uint64_t most = std::numeric_limits<std::size_t>::max();
+    return static_cast<std::size_t>(std::min<std::uint64_t>(options_.width.value_or(usual), most));
+  }
+  std::size_t svg_width() const { return width_or(draw::svg_width_usual); }
   std::size_t columns() const {
-    if (options_.width) return *options_.width;
     const std::size_t terminal = terminal_columns(STDOUT_FILENO);
-    return terminal == 0 || !options_.output.empty() ? text_width_usual : terminal;
+    return width_or(terminal == 0 || !options_.output.empty() ? text_width_usual : terminal);
   }
 
   void add_panel(draw::CycleDrawing drawing, const std::optional<FrameFormat>& format,
