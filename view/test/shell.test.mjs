@@ -244,7 +244,9 @@ describe('panels', () => {
       await readToEnd(page);
       await page.getByRole('tab', { name: 'Registers' }).click();
       await page.getByText('Data sheet of the registers of the capture').waitFor({ timeout: 60_000 });
+      await page.getByLabel('What the data sheet says').filter({ hasText: 'format' }).waitFor();
       assert.match(await page.getByLabel('What the data sheet says').innerText(), /^format +mt12,st18,nE,nW,crc6$/m);
+      await page.getByLabel('Check of the data sheet').filter({ hasText: /./ }).waitFor();
       assert.match(await page.getByLabel('Check of the data sheet').innerText(), /nothing wrong found/);
       await page.getByRole('cell', { name: 'DEV_ID' }).first().waitFor();
     });

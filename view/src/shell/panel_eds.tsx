@@ -32,16 +32,18 @@ function cellsOfCsv(line: string): string[] {
     .map(([, cell = '']) => (cell.startsWith('"') ? cell.slice(1, -1).replaceAll('""', '"') : cell));
 }
 
-function sheetOf(of: string, key: string, show: RunResult, check: RunResult): Sheet {
+// `show` as CSV has the fields, as a table its summary has the words.
+function sheetOf(of: string, key: string, show: RunResult, told: RunResult, check: RunResult): Sheet {
   const fields = textOut(show).split('\n').filter((line) => line !== '').map(cellsOfCsv);
-  return { of, key, fields, words: show.err, check: `${textOut(check)}${check.err}` };
+  return { of, key, fields, words: show.status === 0 ? told.err : show.err, check: `${textOut(check)}${check.err}` };
 }
 
 async function showFile(file: File): Promise<void> {
   const given = { name: `dump_${file.name.replace(/[/\0]/g, '_')}`, content: file };
   const show = await runOnFile(given, ['eds', 'show', given.name, '--to', 'csv']);
+  const told = await runOnFile(given, ['eds', 'show', given.name]);
   const check = await runOnFile(given, ['eds', 'check', given.name]);
-  sheet.value = sheetOf(file.name, '', show, check);
+  sheet.value = sheetOf(file.name, '', show, told, check);
 }
 
 async function showCapture(key: string): Promise<void> {
@@ -49,8 +51,10 @@ async function showCapture(key: string): Promise<void> {
   const dump = await runVerb(verbArguments(['registers'], ['--dump', dumpName]));
   if (dump.status !== 0) return;
   const show = await runVerb(['eds', 'show', dumpName, '--to', 'csv']);
+  const told = await runVerb(['eds', 'show', dumpName]);
   const check = await runVerb(['eds', 'check', dumpName]);
-  if (shownFor === key && show.status < 2) sheet.value = sheetOf('the registers of the capture', key, show, check);
+  if (shownFor !== key || show.status >= 2) return;
+  sheet.value = sheetOf('the registers of the capture', key, show, told, check);
 }
 
 export function EdsPanel() {
