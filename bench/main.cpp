@@ -31,7 +31,7 @@ class TableReporter final : public benchmark::BenchmarkReporter {
 
 std::string with_circumstances(const std::string& table) {
   return "\n" + table + "\n" + circumstances() +
-         "; processor time, median and best of the repetitions.\n\n";
+         "; processor time,\nmedian and best of the repetitions.\n\n";
 }
 
 // Returns false if the two markers are not there.
