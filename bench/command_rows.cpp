@@ -68,7 +68,7 @@ void decode(benchmark::State& state, const std::string& extension) {
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(command_cycles));
 }
 
-// What a process does with a sampled capture of so many samples.
+// A process that reads a capture of `samples` samples.
 void read_samples(benchmark::State& state, std::size_t samples,
                   const std::function<std::string(const std::string& capture)>& command) {
   const Folder folder;

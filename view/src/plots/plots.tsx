@@ -19,7 +19,7 @@ import { PlotView, type PlotSpec, type Source } from './plot_view';
 const follows = signal(false);
 const shown = computed(() => (follows.value ? state.range.value : wholeCapture()));
 
-// The eye is of so many cycles at most, evenly spread over what is shown.
+// The most cycles of the eye, evenly spread over what is shown.
 const eyeCycles = 120;
 const eyeBins = 200;
 

@@ -32,18 +32,18 @@ function cellsOfCsv(line: string): string[] {
     .map(([, cell = '']) => (cell.startsWith('"') ? cell.slice(1, -1).replaceAll('""', '"') : cell));
 }
 
-// `show` as CSV has the fields, as a table its summary has the words.
-function sheetOf(of: string, key: string, show: RunResult, told: RunResult, check: RunResult): Sheet {
+// `show` is CSV and has the fields; `table` has the words, in its summary.
+function sheetOf(of: string, key: string, show: RunResult, table: RunResult, check: RunResult): Sheet {
   const fields = textOut(show).split('\n').filter((line) => line !== '').map(cellsOfCsv);
-  return { of, key, fields, words: show.status === 0 ? told.err : show.err, check: `${textOut(check)}${check.err}` };
+  return { of, key, fields, words: show.status === 0 ? table.err : show.err, check: `${textOut(check)}${check.err}` };
 }
 
 async function showFile(file: File): Promise<void> {
   const given = { name: `dump_${file.name.replace(/[/\0]/g, '_')}`, content: file };
   const show = await runOnFile(given, ['eds', 'show', given.name, '--to', 'csv']);
-  const told = await runOnFile(given, ['eds', 'show', given.name]);
+  const table = await runOnFile(given, ['eds', 'show', given.name]);
   const check = await runOnFile(given, ['eds', 'check', given.name]);
-  sheet.value = sheetOf(file.name, '', show, told, check);
+  sheet.value = sheetOf(file.name, '', show, table, check);
 }
 
 async function showCapture(key: string): Promise<void> {
@@ -51,10 +51,10 @@ async function showCapture(key: string): Promise<void> {
   const dump = await runVerb(verbArguments(['registers'], ['--dump', dumpName]));
   if (dump.status !== 0) return;
   const show = await runVerb(['eds', 'show', dumpName, '--to', 'csv']);
-  const told = await runVerb(['eds', 'show', dumpName]);
+  const table = await runVerb(['eds', 'show', dumpName]);
   const check = await runVerb(['eds', 'check', dumpName]);
   if (shownFor !== key || show.status >= 2) return;
-  sheet.value = sheetOf('the registers of the capture', key, show, told, check);
+  sheet.value = sheetOf('the registers of the capture', key, show, table, check);
 }
 
 export function EdsPanel() {

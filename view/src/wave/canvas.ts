@@ -59,7 +59,7 @@ export class Layer {
   readonly #canvas = document.createElement('canvas');
   #shown: readonly unknown[] = [];
 
-  /** Draws the layer on the surface; `draw` makes it anew where one of `parts` has changed. */
+  /** Draws the layer on the surface; `draw` makes it again where one of `parts` has changed. */
   put(surface: Surface, parts: readonly unknown[], draw: (context: CanvasRenderingContext2D) => void): void {
     const { canvas, context, width, height } = surface;
     const now = [...parts, canvas.width, canvas.height];
