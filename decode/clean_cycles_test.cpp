@@ -7,6 +7,7 @@
 #include <hwy/highway.h>
 
 #include <random>
+#include <span>
 #include <string>
 
 #include "decode/run_join.hpp"
@@ -44,7 +45,7 @@ struct Quick {
   std::size_t clean = 0;
 };
 
-// In runs of about that many edges, joined or each alone.
+// In runs of about that many edges, joined or each alone; of the joined ones, some as edges.
 Quick quickly(const std::vector<wire::Edge>& edges, Picoseconds end, const Reading& setup,
               std::size_t run_edges, std::mt19937_64& random) {
   Quick quick;
@@ -57,6 +58,14 @@ Quick quickly(const std::vector<wire::Edge>& edges, Picoseconds end, const Readi
   std::array<std::optional<bool>, 2> level{};
   for (std::size_t at = 0; at < edges.size();) {
     const std::size_t end_at = std::min(edges.size(), at + 1 + random() % (2 * run_edges));
+    if (joins && random() % 4 == 0) {
+      // A piece that is not regular: the source gives it as edges.
+      const auto piece = std::span(edges).subspan(at, end_at - at);
+      join.push(piece, {0, 1});
+      for (const wire::Edge& edge : piece) level[edge.line] = edge.level == wire::Level::high;
+      at = end_at;
+      continue;
+    }
     std::array<std::vector<std::int64_t>, 2> times;
     std::array<bool, 2> first{};
     // Some sources say at the beginning of a piece what the level is.

@@ -120,6 +120,11 @@ void push_runs(const Input& input, ByteSource& bytes, Decoder& decoder) {
   const std::size_t usual = 1 + bytes.next_16() % 2000;
   for (std::size_t at = 0; at < input.edges.size();) {
     const std::size_t end = std::min(input.edges.size(), at + usual + bytes.next());
+    if (bytes.next() % 4 == 1) {
+      join.push(std::span(input.edges).subspan(at, end - at), {0, 1});
+      at = end;
+      continue;
+    }
     std::array<std::vector<std::int64_t>, 2> times;
     std::array<bool, 2> first{};
     for (; at < end; ++at) {
