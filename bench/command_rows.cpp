@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <span>
 #include <string>
 
 #include <unistd.h>
@@ -68,13 +69,17 @@ void decode(benchmark::State& state, const std::string& extension) {
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(command_cycles));
 }
 
-// A process that reads a capture of `samples` samples.
+// A process that reads a capture of `samples` samples of the whole line.
 void read_samples(benchmark::State& state, std::size_t samples,
                   const std::function<std::string(const std::string& capture)>& command) {
   const Folder folder;
   if (!folder.good()) return state.SkipWithError("no temporary folder");
   const std::string capture = folder.file("line.sr");
-  std::ofstream(capture) << sr_archive(sampled_line(samples, request_period).samples);
+  if (samples == whole_samples) {
+    std::ofstream(capture) << whole_archive();
+  } else {
+    std::ofstream(capture) << sr_archive(std::span(whole_line().samples).first(samples));
+  }
   if (!run_process(state, command(capture))) return;
   state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(samples));
 }
@@ -93,8 +98,8 @@ std::string sigrok_command(const std::string& capture) {
 
 bool has_sigrok() { return std::system("command -v sigrok-cli > /dev/null 2>&1") == 0; }
 
-// The decoder of sigrok needs seconds for this.
-constexpr std::size_t sigrok_samples = archive_samples / 6;
+// The decoder of sigrok needs seconds for a part of the line.
+constexpr std::size_t sigrok_samples = whole_samples / 32;
 constexpr const char* sigrok_row = "sigrok-cli, decoder spi, of a .sr";
 
 }  // namespace
@@ -114,7 +119,7 @@ void add_command_rows(Table& table) {
                .share = verify ? verified_share : inflate_share,
                .own_time = true},
               [=](benchmark::State& state) {
-                read_samples(state, archive_samples, [=](const std::string& capture) {
+                read_samples(state, whole_samples, [=](const std::string& capture) {
                   return summary_command(capture, verify);
                 });
               });
@@ -129,7 +134,7 @@ void add_command_rows(Table& table) {
                .share = 1.0 / 400,
                .own_time = true},
               [=](benchmark::State& state) {
-                read_samples(state, archive_samples, [=](const std::string& capture) {
+                read_samples(state, whole_samples, [=](const std::string& capture) {
                   return decode_command(capture, sampled_format_text) + " --to csv" + threads;
                 });
               });

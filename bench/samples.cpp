@@ -100,4 +100,14 @@ std::string sr_archive(std::span<const std::uint8_t> samples) {
   return out;
 }
 
+const SampledLine& whole_line() {
+  static const SampledLine line = sampled_line(whole_samples, request_period);
+  return line;
+}
+
+const std::string& whole_archive() {
+  static const std::string archive = sr_archive(whole_line().samples);
+  return archive;
+}
+
 }  // namespace biss::bench

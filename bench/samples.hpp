@@ -11,6 +11,8 @@ namespace biss::bench {
 
 inline constexpr const char* sampled_format_text = "pos32,nE,nW,crc6";
 
+/// Samples of the whole line, ten seconds.
+inline constexpr std::size_t whole_samples = 1'000'000'000;
 /// Samples of an archive, and after how many of them there is a request, of some 600.
 inline constexpr std::size_t archive_samples = std::size_t{192} << 20U;
 inline constexpr std::size_t request_period = 3'125;
@@ -36,6 +38,10 @@ SampledLine sampled_line(std::size_t samples, std::size_t period);
 
 /// The samples as a `.sr` with chunks of 4 MiB.
 std::string sr_archive(std::span<const std::uint8_t> samples);
+
+/// The whole line with a request each `request_period`, and its archive: made by the first call.
+const SampledLine& whole_line();
+const std::string& whole_archive();
 
 /// Both planes of each 16384 samples into a small buffer, with the best vectors of this processor.
 std::uint64_t plane_pass(std::span<const std::uint8_t> samples);

@@ -26,23 +26,16 @@ namespace biss::bench {
 
 namespace {
 
-constexpr std::size_t memory_samples = 1'000'000'000;
 // As request_period: one line that rests little, one that rests most of the time.
 constexpr std::size_t busy_period = 1'000;
 constexpr std::size_t idle_period = 60'000;
 
 using Samples = std::vector<std::uint8_t>;
 
-// Made when the first row needs them, and kept.
-const SampledLine& whole_line() {
-  static const SampledLine line = sampled_line(memory_samples, request_period);
-  return line;
-}
-
 const Samples& line_in_memory() { return whole_line().samples; }
 
 const Samples& rest_in_memory() {
-  static const SampledLine line = sampled_line(memory_samples / 2, 0);
+  static const SampledLine line = sampled_line(whole_samples / 2, 0);
   return line.samples;
 }
 
