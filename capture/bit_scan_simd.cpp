@@ -162,9 +162,12 @@ HWY_INLINE void scan_units(PairScan& scan) {
     for (std::size_t word = at; word < at + group; word += 64) {
       const std::uint64_t ma = plane_of(d, samples + word, ma_mask);
       const std::uint64_t slo = plane_of(d, samples + word, slo_mask);
+      const std::uint64_t ma_changes = ma ^ (ma << 1U | ma_before);
+      const std::uint64_t slo_changes = slo ^ (slo << 1U | slo_before);
+      if ((ma_changes | slo_changes) == 0) continue;
       const std::int64_t time = clock.at(word);
-      ma_out = put_changes<16>(ma ^ (ma << 1U | ma_before), time, scan.step, ma_out);
-      slo_out = put_changes<8>(slo ^ (slo << 1U | slo_before), time, scan.step, slo_out);
+      ma_out = put_changes<16>(ma_changes, time, scan.step, ma_out);
+      slo_out = put_changes<8>(slo_changes, time, scan.step, slo_out);
       ma_before = ma >> 63U;
       slo_before = slo >> 63U;
     }

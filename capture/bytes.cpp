@@ -63,6 +63,8 @@ class MemoryBytes final : public ByteSource {
     return taken;
   }
 
+  std::span<const char> ahead() const override { return rest_; }
+
  private:
   std::string_view rest_;
   std::size_t block_bytes_;
@@ -84,6 +86,11 @@ class PrefixedBytes final : public ByteSource {
   std::span<const char> take(std::size_t most) override {
     if (given_ != head_.size()) return {};
     return rest_->take(most);
+  }
+
+  std::span<const char> ahead() const override {
+    if (given_ != head_.size()) return {};
+    return rest_->ahead();
   }
 
   int regular_file() const override { return rest_->regular_file(); }

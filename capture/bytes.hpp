@@ -35,6 +35,9 @@ class ByteSource {
     return {};
   }
 
+  /// What take() could give from here on, where it lies in memory.
+  virtual std::span<const char> ahead() const { return {}; }
+
   /// Descriptor of the regular file that all of these bytes are, from its beginning, for formats
   /// that are read at any place; -1 where there is none. It stays open as long as the source lives,
   /// and may be read instead of the source, not beside it.

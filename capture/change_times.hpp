@@ -39,7 +39,7 @@ class ScanClock {
   std::uint32_t step_;
 };
 
-/// Collects what scans find of a line. Its memory is filled with zeros once and not for each piece.
+/// Collects what scans find of a line.
 class ChangeTimes {
  public:
   /// \param first_high level of the first sample
@@ -50,7 +50,7 @@ class ChangeTimes {
   /// Room for a scan of that many samples.
   std::int64_t* room(std::size_t samples) {
     const std::size_t needed = found_ + samples + scan_slack;
-    if (times_->size() < needed) times_->resize(needed + found_ / 4);
+    if (times_->size() < needed) times_->resize(needed);
     return times_->data() + found_;
   }
   /// A scan that began at the room, with sample `first`, has put times up to `end`.
@@ -63,7 +63,7 @@ class ChangeTimes {
   std::size_t count() const { return found_; }
 
  private:
-  std::vector<std::int64_t>* times_;
+  std::vector<std::int64_t, Unfilled<std::int64_t>>* times_;
   std::size_t found_ = 0;
 };
 

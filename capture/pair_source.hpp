@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "capture/buffer.hpp"
 #include "capture/edge_source.hpp"
 #include "wire/edge.hpp"
 
@@ -23,7 +24,7 @@ struct LineChanges {
   /// level that the piece before left: where it is the same, the first change is none.
   bool first_high = false;
   /// In picoseconds, never falling.
-  std::vector<std::int64_t> times;
+  std::vector<std::int64_t, Unfilled<std::int64_t>> times;
 
   void clear() {
     first_high = false;
@@ -39,6 +40,13 @@ class PairPiece {
   /// Reads the bytes into `ma` and `slo`. Any thread may do this, once, between fetch() and
   /// settle(); it does not look at the source.
   virtual void expand() = 0;
+
+  /// Memory that expand() of another piece will read, with that many pieces between this and that
+  /// one; nothing where it is not known.
+  virtual std::span<const std::uint8_t> ahead(std::size_t between) const {
+    static_cast<void>(between);
+    return {};
+  }
 
   LineChanges ma;
   LineChanges slo;

@@ -64,6 +64,12 @@ class SampledPiece final : public PairPiece {
     }
   }
 
+  std::span<const std::uint8_t> ahead(std::size_t between) const override {
+    const std::size_t size = packed.bytes.size();
+    const auto after = packed.ahead.subspan(std::min(packed.ahead.size(), between * size));
+    return after.first(std::min(after.size(), size));
+  }
+
   // Its changes as edges, in place of the arrays.
   void put_edges(ChangeEdges& edges, const PairSource::OnEdges& on_edges) {
     Verification none(samples_, false);
@@ -75,6 +81,7 @@ class SampledPiece final : public PairPiece {
 
   void reset() {
     packed.deflated.reset();
+    packed.ahead = {};
     count = 0;
     too_many = false;
     error.reset();

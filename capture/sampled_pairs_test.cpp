@@ -243,6 +243,24 @@ TEST(SampledPairs, SamplesBeyondTheRange_EndAsTheEdges) {
   }
 }
 
+TEST(SampledPairs, SamplesInMemory_APieceNamesTheBytesOfTheNextOnes) {
+  const std::string bytes = "\1\1\2\2\3\3\1";
+  const auto opened =
+      open_raw(memory_bytes(bytes), layout_of(megahertz(1), 1, 0, 1), {.piece_bytes = 2});
+  ASSERT_TRUE(opened);
+  const auto pairs = (*opened)->pairs(0, 1);
+  const auto piece = pairs->fetch(nullptr);
+  const auto text = [&](std::size_t between) {
+    const auto ahead = piece->ahead(between);
+    return std::string(ahead.begin(), ahead.end());
+  };
+  EXPECT_EQ(text(0), "\2\2");
+  EXPECT_EQ(text(1), "\3\3");
+  EXPECT_EQ(text(2), "\1");
+  EXPECT_EQ(text(3), "");
+  EXPECT_EQ(text(1000), "");
+}
+
 // A reader that fails after some bytes.
 TEST(SampledPairs, ReadErrors_ComeAfterTheSamples) {
   const RawLayout layout = layout_of(megahertz(1), 1, 0, 1);

@@ -288,6 +288,8 @@ class RawPieces final : public SamplePieces {
     if (wish.at_sample) {
       const auto lying = bytes_->take(wish.piece_bytes / wish.unit_bytes * wish.unit_bytes);
       piece.bytes = {reinterpret_cast<const std::uint8_t*>(lying.data()), lying.size()};
+      const auto after = bytes_->ahead();
+      piece.ahead = {reinterpret_cast<const std::uint8_t*>(after.data()), after.size()};
       if (!lying.empty()) return true;
     }
     const auto room = piece.memory.take(begun_room + wish.piece_bytes).subspan(begun_room);

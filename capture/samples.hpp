@@ -116,8 +116,9 @@ Picoseconds longest_period(Hertz rate);
 
 /// How the samples of a capture are read.
 struct SampleReading {
-  /// Bytes of a piece where the file does not divide its samples.
-  std::size_t piece_bytes = default_piece_bytes;
+  /// Bytes of a piece where the file does not divide its samples. What is found in it fits into a
+  /// second-level cache too.
+  std::size_t piece_bytes = 2 * default_piece_bytes;
   /// The checksums of compressed samples are verified.
   bool verify = true;
 };
@@ -137,6 +138,8 @@ struct PackedSamples {
   /// Holds the bytes, after `begun_room` bytes that are free, unless they lie elsewhere.
   Buffer memory;
   std::span<const std::uint8_t> bytes;
+  /// What follows them in memory already.
+  std::span<const std::uint8_t> ahead;
   std::optional<DeflatedSamples> deflated;  ///< nothing where `bytes` are the samples
 };
 

@@ -348,6 +348,7 @@ std::span<const wire::Edge> CaptureInput::beginning() {
   while (!beginning_read_ && beginning_.size() < edges_at_beginning) {
     const auto block = pull();
     if (block.empty()) break;
+    if (!beginning_.empty()) beginning_.reserve(edges_at_beginning + edges_at_beginning / 4);
     beginning_.insert(beginning_.end(), block.begin(), block.end());
   }
   beginning_pending_ = beginning_pending_ || (!beginning_read_ && !beginning_.empty());
