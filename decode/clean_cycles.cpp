@@ -37,12 +37,17 @@ CleanCycleFinder::CleanCycleFinder(const std::optional<FrameFormat>& format,
   setup_ = {.margin_doubt = margin_doubt(margin).count, .clock_change = timing.clock_constant};
 }
 
-void CleanCycleFinder::find(const PairRun& run, std::vector<CleanCycle>& found) {
+void CleanCycleFinder::find(const PairRun& run, std::vector<CleanCycle>& found,
+                            std::span<const std::uint8_t> ahead) {
   found.clear();
   if (!may_find()) return;
+  // A request has some more edges than this.
+  found.reserve(run.ma.times.size() / 64);
+  ahead_ = ahead;
   std::size_t slo = 0;
   std::size_t at = next_request(run.ma, 0);
   while (at < run.ma.times.size()) {
+    fetch_ahead();
     slo = first_after(run.slo, slo, run.ma.times[at]);
     found.emplace_back();
     CleanCycle& cycle = found.back();
@@ -60,6 +65,18 @@ void CleanCycleFinder::find(const PairRun& run, std::vector<CleanCycle>& found) 
       at = next_request(run.ma, at + 1);
     }
   }
+}
+
+// A little at a time: the processor waits where too much is on its way.
+void CleanCycleFinder::fetch_ahead() {
+  constexpr std::size_t line_bytes = 64;
+  constexpr std::size_t lines = 16;
+  constexpr int second_level = 2;
+  const auto now = ahead_.first(std::min(ahead_.size(), lines * line_bytes));
+  for (std::size_t i = 0; i < now.size(); i += line_bytes) {
+    __builtin_prefetch(now.data() + i, 0, second_level);
+  }
+  ahead_ = ahead_.subspan(now.size());
 }
 
 bool CleanCycleFinder::read(CleanCycle& cycle, const CleanLines& lines) {
@@ -140,15 +157,18 @@ bool CleanCycleFinder::read_payload(std::size_t start_bit, Cycle& cycle) const {
     return true;
   }
   std::array<std::uint8_t, CleanMeasure::bit_words * 8> bytes;
-  const std::size_t words = (measured_.rises + 63) / 64;
+  const std::size_t words =
+      std::min((std::size_t{measured_.rises} + 63) / 64, CleanMeasure::bit_words);
   for (std::size_t w = 0; w < words; ++w) {
     std::uint64_t word = measured_.bits[w];
     if constexpr (std::endian::native == std::endian::little) word = __builtin_bswap64(word);
     std::memcpy(bytes.data() + 8 * w, &word, sizeof word);
   }
-  // The bits begin with LAT and ACK: the same START is found.
-  const auto frame = decode_frame(
-      BitView(std::span<const std::uint8_t>(bytes.data(), 8 * words), 0, measured_.rises), *codec_);
+  // The bits begin with LAT and ACK.
+  const FrameStart start{start_bit, 1, static_cast<std::uint16_t>(start_bit - 1)};
+  const auto frame = decode_payload(
+      BitView(std::span<const std::uint8_t>(bytes.data(), 8 * words), 0, measured_.rises), start,
+      *codec_);
   if (!frame.ok()) return false;
   cycle.frame = *frame;
   append_raw(start_bit, codec_->payload_bits() + 3U, cycle.raw);

@@ -64,10 +64,15 @@ class CleanCycleFinder {
   /// False: nothing will be found.
   bool may_find() const { return margin_.compensated && !margin_.signal; }
 
-  /// The clean cycles in order. \param found is emptied first; its memory is used again
-  void find(const PairRun& run, std::vector<CleanCycle>& found);
+  /// The clean cycles in order.
+  /// \param found is emptied first; its memory is used again
+  /// \param ahead memory that is read next: it is fetched meanwhile, because cycles that are found
+  ///   read little of it
+  void find(const PairRun& run, std::vector<CleanCycle>& found,
+            std::span<const std::uint8_t> ahead = {});
 
  private:
+  void fetch_ahead();
   bool read(CleanCycle& cycle, const CleanLines& lines);
   bool read_frame(CycleReading& reading);
   std::size_t find_start() const;
@@ -82,6 +87,7 @@ class CleanCycleFinder {
   CleanSetup setup_;
   CleanMeasure measured_;
   CleanScratch scratch_;
+  std::span<const std::uint8_t> ahead_;
 };
 
 }  // namespace biss::decode

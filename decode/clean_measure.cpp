@@ -45,6 +45,14 @@ HWY_INLINE M first_lanes(std::size_t count) {
   return hn::FirstN(d, std::min(count, hn::Lanes(d)));
 }
 
+// 0, 1, 2, … for each lane. hn::Iota() stores and loads them each time.
+HWY_INLINE V first_numbers() {
+  alignas(64) static constexpr std::int32_t numbers[16] = {0, 1, 2,  3,  4,  5,  6,  7,
+                                                           8, 9, 10, 11, 12, 13, 14, 15};
+  static_assert(hn::MaxLanes(D()) <= 16);
+  return hn::Load(D(), numbers);
+}
+
 struct TakeLeast {
   static constexpr std::int32_t nothing = none;
 
@@ -313,8 +321,10 @@ struct Grid {
     const V end = hn::Set(d, count);
     const V moved = hn::Sub(change, hn::Set(d, shift));
     const V from_second = hn::Sub(moved, hn::Set(d, second));
-    const auto place = hn::Ceil(hn::Mul(hn::ConvertTo(df, from_second), hn::Set(df, per_period)));
-    index = hn::Min(hn::Max(hn::Add(hn::ConvertTo(d, place), one), one), end);
+    // Nearly always right.
+    const auto place =
+        hn::MulAdd(hn::ConvertTo(df, from_second), hn::Set(df, per_period), hn::Set(df, 0.5F));
+    index = hn::Min(hn::Max(hn::Add(hn::NearestInt(place), one), one), end);
     for (int i = 0; i < 4; ++i) {
       rises.edges_at(index, edge, edge_before);
       const M later = hn::And(hn::Lt(edge, moved), hn::Lt(index, end));
@@ -391,9 +401,10 @@ HWY_INLINE bool lay_even_clock(const Times& edges, std::int32_t count, std::int3
   const V half = hn::Set(d, period / 2);
   V sum = hn::Zero(d);
   M uneven = hn::FirstN(d, 0);
-  for (std::int32_t i = 0; i < count; i += lanes) {
+  V place = hn::Add(hn::Set(d, edges[1]), hn::Mul(first_numbers(), step));
+  const V next = hn::Set(d, lanes * period);
+  for (std::int32_t i = 0; i < count; i += lanes, place = hn::Add(place, next)) {
     const auto at = static_cast<std::size_t>(i);
-    const V place = hn::Add(hn::Set(d, edges[1]), hn::Mul(hn::Iota(d, i), step));
     const V off = hn::IfThenElseZero(first_lanes(static_cast<std::size_t>(count - i)),
                                      hn::Sub(rises_from(edges, at), place));
     // Of whole numbers, 2 * off > period where off > period / 2.
@@ -472,11 +483,8 @@ HWY_INLINE bool place_samples(float per_period, std::int32_t margin, CleanScratc
 // idle in one? The last change of SLO in it would be a rise, and SLO high at the next falling edge.
 class Pauses {
  public:
-  Pauses(const CleanScratch& scratch, const CleanMeasure& m, const Clock& clock)
-      : scratch_(scratch), changes_(m.changes) {
-    const std::int32_t line_delay = std::max(0, m.fall - m.second_rise);
-    moved_ = line_delay + clock.rise_least / 4;
-  }
+  Pauses(const CleanScratch& scratch, const CleanMeasure& m, std::int32_t moved)
+      : scratch_(scratch), changes_(m.changes), moved_(moved) {}
 
   bool may_be(std::size_t edge) {
     const std::int32_t last = scratch_.edges[edge - 1];
@@ -503,11 +511,15 @@ class Pauses {
   std::size_t next_ = 0;
 };
 
-HWY_INLINE bool has_pause(const CleanScratch& scratch, const CleanMeasure& m, const Clock& clock,
-                          std::int32_t pause) {
+HWY_INLINE bool has_pause(const CleanScratch& scratch, const CleanMeasure& m, const Clock& clock) {
+  // The decoder's pause is at least this long.
+  const std::int32_t pause = clock.longest_of_first + std::min(clock.rise_least, clock.fall_least) /
+                                                          static_cast<std::int32_t>(pause_share);
+  const std::int32_t moved = std::max(0, m.fall - m.second_rise) + clock.rise_least / 4;
+  if (clock.longest_gap <= std::max(pause, moved)) return false;
   const D d;
   const V limit = hn::Set(d, pause);
-  Pauses pauses(scratch, m, clock);
+  Pauses pauses(scratch, m, moved);
   for (std::size_t i = 1; i < m.edges; i += hn::Lanes(d)) {
     const V gaps =
         hn::Sub(hn::LoadU(d, scratch.edges.data() + i), hn::LoadU(d, scratch.edges.data() + i - 1));
@@ -680,10 +692,7 @@ bool measure(const CleanLines& lines, const CleanSetup& setup, CleanScratch& scr
   if (!is_even(scratch, clock, m) || !take_changes(lines, scratch, m)) return false;
   if (setup.clock_change) m.clock_change = clock_change(edges, m.rises);
   if (!find_ack(scratch, clock, m)) return false;
-  // The decoder's pause is at least this long.
-  const std::int32_t pause = clock.longest_of_first + std::min(clock.rise_least, clock.fall_least) /
-                                                          static_cast<std::int32_t>(pause_share);
-  if (clock.longest_gap > pause && has_pause(scratch, m, clock, pause)) return false;
+  if (has_pause(scratch, m, clock)) return false;
 
   const std::int32_t half = m.period / 2;
   const float per_period = 1.0F / static_cast<float>(m.period);

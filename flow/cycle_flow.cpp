@@ -1,13 +1,14 @@
 #include "flow/cycle_flow.hpp"
 
-#include <oneapi/tbb/global_control.h>
-#include <oneapi/tbb/parallel_pipeline.h>
-#include <oneapi/tbb/task_arena.h>
-
 #include <algorithm>
-#include <memory>
+#include <atomic>
+#include <cstdint>
+#include <deque>
+#include <exception>
+#include <limits>
 #include <mutex>
-#include <utility>
+#include <system_error>
+#include <thread>
 #include <vector>
 
 #include "decode/run_join.hpp"
@@ -16,6 +17,41 @@
 namespace biss::flow {
 
 namespace {
+
+// Threads that have a number each take turns in the order of their numbers.
+class Turns {
+ public:
+  // Waits for the turn of this number. False: there are no more turns.
+  bool wait(std::uint64_t number) {
+    std::uint64_t now = next_.load(std::memory_order_acquire);
+    for (int i = 0; now != number && now != over && i < most_yields; ++i) {
+      std::this_thread::yield();
+      now = next_.load(std::memory_order_acquire);
+    }
+    while (now != number && now != over) {
+      next_.wait(now, std::memory_order_acquire);
+      now = next_.load(std::memory_order_acquire);
+    }
+    return now == number;
+  }
+
+  // The turn is the next number's. \pre it is the turn of whoever calls; so for end()
+  void pass() {
+    next_.fetch_add(1, std::memory_order_release);
+    next_.notify_all();
+  }
+  void end() {
+    next_.store(over, std::memory_order_release);
+    next_.notify_all();
+  }
+
+ private:
+  static constexpr std::uint64_t over = std::numeric_limits<std::uint64_t>::max();
+  // The thread before is mostly about to pass: to sleep takes longer than that.
+  static constexpr int most_yields = 100;
+
+  std::atomic<std::uint64_t> next_{0};
+};
 
 class Flow {
  public:
@@ -32,73 +68,71 @@ class Flow {
   }
 
   void run_on_all(unsigned threads) {
-    namespace tbb = oneapi::tbb;
-    // More than the processors, where the caller asks for it.
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-    tbb::task_arena arena(static_cast<int>(threads));
-    arena.execute([&] {
-      tbb::parallel_pipeline(
-          // One piece is fetched or decoded while each thread has one.
-          threads + 1, tbb::make_filter<void, Piece*>(tbb::filter_mode::serial_in_order,
-                                                      [this](tbb::flow_control& control) {
-                                                        Piece* piece = stopped() ? nullptr : next();
-                                                        if (piece == nullptr) control.stop();
-                                                        return piece;
-                                                      }) &
-                           tbb::make_filter<Piece*, Piece*>(tbb::filter_mode::parallel,
-                                                            [this](Piece* piece) {
-                                                              piece->expand(setup_.lines);
-                                                              return piece;
-                                                            }) &
-                           tbb::make_filter<Piece*, void>(tbb::filter_mode::serial_in_order,
-                                                          [this](Piece* piece) { take(piece); }));
-    });
+    std::deque<Piece> pieces;
+    while (pieces.size() < threads) pieces.emplace_back(finder_);
+    {
+      std::vector<std::jthread> others;
+      try {
+        for (Piece& piece : pieces) {
+          if (&piece != &pieces.front()) others.emplace_back([&] { work(piece, threads - 1); });
+        }
+      } catch (const std::system_error&) {
+        // The system has no more threads: those that run do all the work.
+      }
+      work(pieces.front(), threads - 1);
+    }
+    if (failure_) std::rethrow_exception(failure_);
   }
 
   void finish() { join_.flush(); }
 
  private:
+  // One thread: each piece stays in its caches from the file to the decoder.
+  void work(Piece& piece, std::size_t others) {
+    std::uint64_t number = 0;
+    try {
+      while (fetch(piece, number)) {
+        piece.expand(setup_.lines, others);
+        if (!turns_.wait(number)) return;
+        if (!settle(piece)) return turns_.end();
+        turns_.pass();
+      }
+    } catch (...) {
+      // The pieces before are decoded first.
+      if (!turns_.wait(number)) return;
+      failure_ = std::current_exception();
+      turns_.end();
+    }
+  }
+
+  // The next piece and its number; false where there is none.
+  bool fetch(Piece& piece, std::uint64_t& number) {
+    const std::lock_guard lock(fetching_);
+    if (fetched_all_) return false;
+    number = fetched_++;
+    fetched_all_ = true;  // also after an exception
+    fetched_all_ = !piece.fetch(source_);
+    return !fetched_all_;
+  }
+
   // False where no further piece counts.
   bool settle(Piece& piece) {
     piece.settle(source_, setup_.lines, join_);
     return !source_.error() && (!setup_.go_on || setup_.go_on());
   }
 
-  void take(Piece* piece) {
-    const bool done = stopped() || !settle(*piece);
-    const std::lock_guard lock(mutex_);
-    stopped_ = stopped_ || done;
-    free_.push_back(piece);
-  }
-
-  bool stopped() {
-    const std::lock_guard lock(mutex_);
-    return stopped_;
-  }
-
-  // The next piece, in an object that is free; null at the end.
-  Piece* next() {
-    Piece* piece = nullptr;
-    {
-      const std::lock_guard lock(mutex_);
-      if (free_.empty()) {
-        pieces_.push_back(std::make_unique<Piece>(finder_));
-        free_.push_back(pieces_.back().get());
-      }
-      piece = free_.back();
-      free_.pop_back();
-    }
-    return piece->fetch(source_) ? piece : nullptr;
-  }
-
   capture::PairSource& source_;
   const decode::CleanCycleFinder& finder_;
   const FlowSetup& setup_;
+
+  std::mutex fetching_;
+  std::uint64_t fetched_ = 0;
+  bool fetched_all_ = false;
+
+  // Of settle(), and of whose turn it is.
+  Turns turns_;
   decode::RunJoin join_;
-  std::mutex mutex_;
-  std::vector<std::unique_ptr<Piece>> pieces_;
-  std::vector<Piece*> free_;
-  bool stopped_ = false;
+  std::exception_ptr failure_;
 };
 
 }  // namespace
@@ -107,8 +141,7 @@ void decode_pieces(capture::PairSource& source, const decode::CleanCycleFinder& 
                    const FlowSetup& setup, decode::Decoder& decoder) {
   Flow flow(source, finder, setup, decoder);
   const unsigned threads =
-      setup.threads != 0 ? setup.threads
-                         : static_cast<unsigned>(oneapi::tbb::this_task_arena::max_concurrency());
+      setup.threads != 0 ? setup.threads : std::max(1U, std::thread::hardware_concurrency());
   if (threads == 1) {
     flow.run_here();
   } else {

@@ -9,9 +9,9 @@ bool Piece::fetch(capture::PairSource& source) {
   return piece_ != nullptr;
 }
 
-void Piece::expand(const decode::Lines& lines) {
+void Piece::expand(const decode::Lines& lines, std::size_t others) {
   piece_->expand();
-  finder_.find(run_of(lines), clean_);
+  finder_.find(run_of(lines), clean_, piece_->ahead(others));
 }
 
 bool Piece::settle(capture::PairSource& source, const decode::Lines& lines, decode::RunJoin& join,

@@ -20,8 +20,9 @@ class Piece {
   /// The next piece of the source, in place of the one before. False at the end.
   bool fetch(capture::PairSource& source);
 
-  /// Expands the piece and finds its clean cycles.
-  void expand(const decode::Lines& lines);
+  /// Expands the piece and finds its clean cycles. That many other pieces are expanded before this
+  /// thread has the next one.
+  void expand(const decode::Lines& lines, std::size_t others = 0);
 
   /// Pushes the piece into the decoder of `join`.
   /// \param on_edges as PairSource::settle(); called before the decoder gets the edges; or null

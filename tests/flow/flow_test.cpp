@@ -1,6 +1,15 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <functional>
+#include <memory>
+#include <new>
+#include <optional>
+
+#include "capture/pair_source.hpp"
+#include "decode/clean_cycles.hpp"
+#include "decode/decoder.hpp"
+#include "flow/cycle_flow.hpp"
 #include "tests/flow/flow_trial.hpp"
 
 namespace biss::flow_trial {
@@ -50,6 +59,75 @@ TEST(Flow, EveryFaultInEveryContainer_SameCyclesAsEdgeByEdge) {
       expect_same(rows, first);
       if (HasFatalFailure()) return;
     }
+  }
+}
+
+// A capture of pieces without changes, of which one fails.
+enum class Place { fetch, expand, settle, none };
+constexpr std::size_t piece_count = 60;
+constexpr std::size_t failing = 41;
+
+class QuietPiece final : public capture::PairPiece {
+ public:
+  explicit QuietPiece(bool fails) : fails_(fails) {}
+  void expand() override {
+    if (fails_) throw std::bad_alloc();
+  }
+
+ private:
+  bool fails_;
+};
+
+class QuietSource final : public capture::PairSource {
+ public:
+  explicit QuietSource(Place place) : place_(place) {}
+
+  std::unique_ptr<capture::PairPiece> fetch(std::unique_ptr<capture::PairPiece>) override {
+    if (fetched_ == piece_count) return nullptr;
+    const bool fails = fetched_++ == failing;
+    if (fails && place_ == Place::fetch) throw std::bad_alloc();
+    return std::make_unique<QuietPiece>(fails && place_ == Place::expand);
+  }
+  bool settle(capture::PairPiece&, const OnEdges&) override {
+    if (settled_ == failing && place_ == Place::settle) throw std::bad_alloc();
+    ++settled_;
+    return true;
+  }
+  Picoseconds end_time() const override { return {}; }
+  const std::optional<capture::CaptureError>& error() const override { return error_; }
+  std::size_t settled() const { return settled_; }
+
+ private:
+  Place place_;
+  std::size_t fetched_ = 0;
+  std::size_t settled_ = 0;
+  std::optional<capture::CaptureError> error_;
+};
+
+void decode(QuietSource& source, unsigned threads, const std::function<bool()>& go_on = {}) {
+  decode::Decoder decoder(decode::CycleReader(std::nullopt, {}, {}), [](const decode::Cycle&) {});
+  flow::decode_pieces(source, decode::CleanCycleFinder(std::nullopt, {}, {}),
+                      {.lines = {0, 1}, .threads = threads, .go_on = go_on}, decoder);
+}
+
+TEST(Flow, ExceptionInAnyThread_ComesAfterThePiecesBefore) {
+  for (const Place place : {Place::fetch, Place::expand, Place::settle}) {
+    for (const unsigned threads : {1U, 2U, 3U, 7U}) {
+      QuietSource source(place);
+      EXPECT_THROW(decode(source, threads), std::bad_alloc);
+      EXPECT_EQ(source.settled(), failing);
+    }
+  }
+}
+
+TEST(Flow, CallerThatHasEnough_NoFurtherPieceIsDecoded) {
+  for (const unsigned threads : {1U, 2U, 3U, 7U}) {
+    QuietSource source(Place::none);
+    decode(source, threads, [&] { return source.settled() != 5; });
+    EXPECT_EQ(source.settled(), 5U);
+    QuietSource whole(Place::none);
+    decode(whole, threads);
+    EXPECT_EQ(whole.settled(), piece_count);
   }
 }
 
