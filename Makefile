@@ -38,7 +38,7 @@ test-long:  ## besides: exhaustive sweeps, campaigns, all tests under sanitizers
 
 .PHONY: test-release
 test-release:  ## what takes hours: 10^7 executions of each fuzz target, mutants, 10^9 frames
-	@$(MAKE) --no-print-directory fuzz mutants safety-sequences
+	@$(MAKE) --no-print-directory fuzz fuzz-compare mutants safety-sequences
 
 .PHONY: test-shared
 test-shared:  ## the tests of captures, on those in the folder BISS_SHARED (../shared)
@@ -93,6 +93,11 @@ bench:  ## the benchmarks, at full optimisation
 fuzz:  ## the fuzz targets, for as long as FUZZ_RUNS says
 	@scripts/install-packages build fuzz
 	@fuzz/run
+
+.PHONY: fuzz-compare
+fuzz-compare:  ## the targets that compare two ways of decoding, without sanitizers
+	@scripts/install-packages build fuzz
+	@FUZZ_PRESET=fuzz fuzz/run clean_cycles flow
 
 .PHONY: coverage
 coverage:  ## branch coverage of crc, frame, safety, timing, turns; fails below 100 %

@@ -69,7 +69,8 @@ class EdgePairs final : public PairSource {
     return own_ ? std::max(end_time_, own_->end_time()) : end_time_;
   }
   const std::optional<CaptureError>& error() const override {
-    return own_ ? own_->error() : error_;
+    // It may be known already while the first edges are settled.
+    return own_ && settled_ >= first_pieces_ ? own_->error() : error_;
   }
 
  private:

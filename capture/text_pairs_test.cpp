@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <random>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "capture/edge_pairs.hpp"
 #include "capture/event_csv.hpp"
 #include "capture/test_capture.hpp"
 #include "capture/test_pairs.hpp"
@@ -238,6 +240,37 @@ Source source_of(std::size_t number) {
   const bool vcd = source.open == open_vcd;
   source.text = mutated(source.text, vcd ? " \n" : ",\n", vcd ? vcd_words : csv_words, random);
   return source;
+}
+
+// What was read as edges counts, though its end is known before it is settled.
+TEST(TextPairs, ErrorIsMetWhileReadingEdges_EdgesBeforeItAreSettledFirst) {
+  Random random(13);
+  const std::vector<wire::Edge> edges = edges_of({.bursts = 800}, random);
+  std::string text;
+  StringSink sink(text);
+  EventCsvWriter writer(names_of(2), sink);
+  ASSERT_TRUE(writer.write(edges).ok());
+  ASSERT_TRUE(writer.finish(edges.back().time).ok());
+  text.resize(text.size() - 3);
+  const Opened opened = open_event_csv(memory_bytes(text));
+  ASSERT_TRUE(opened);
+  std::vector<wire::Edge> read;
+  for (;;) {
+    const auto block = (*opened)->next_block();
+    if (!block.ok()) break;
+    read.insert(read.end(), block->begin(), block->end());
+  }
+  const std::size_t count = read.size();
+  const auto pairs = pairs_of(std::move(read), **opened, 0, 1);
+  std::size_t settled = 0;
+  std::unique_ptr<PairPiece> piece;
+  while (!pairs->error() && (piece = pairs->fetch(std::move(piece)))) {
+    piece->expand();
+    if (pairs->settle(*piece, nullptr)) settled += piece->ma.times.size() + piece->slo.times.size();
+  }
+  EXPECT_EQ(settled, count);
+  ASSERT_TRUE(pairs->error());
+  EXPECT_EQ(pairs->error()->cause, CaptureCause::truncated);
 }
 
 TEST(TextPairs, AnyPieceSize_GivesTheEdgesAndTheErrorOfBlocks) {

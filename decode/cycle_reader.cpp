@@ -32,9 +32,8 @@ bool ends_with_capture(const CycleSpan& span) {
   return elapsed(span.ma.back().time, span.limit) <= 4 * elapsed(span.ma[0].time, span.ma[1].time);
 }
 
-// The rising edge that made the level at `time` high.
-std::optional<Picoseconds> rise_before(const LineHistory& slo, Picoseconds time) {
-  const std::size_t next = slo.after(time);
+// The rising edge that made the level before change `next` high.
+std::optional<Picoseconds> rise_before(const LineHistory& slo, std::size_t next) {
   if (next == 0 || slo[next - 1].level != Level::high) return std::nullopt;
   return slo[next - 1].time;
 }
@@ -49,6 +48,8 @@ CycleReader::CycleReader(std::optional<FrameFormat> format, const DeviceTiming& 
 
 CycleReading CycleReader::read(const CycleSpan& span, const LineHistory& slo) {
   answer_.reset();
+  // What comes with the next request is none of this one's, be it known already or not.
+  slo_end_ = span.last_of_capture ? slo.size() : slo.from(span.limit);
   CycleReading reading = read_answer(span, slo);
   Cycle& cycle = reading.cycle;
   if (margin_.signal && cycle.period && span.begins_idle &&
@@ -112,7 +113,7 @@ CycleReading CycleReader::read_answer(const CycleSpan& span, const LineHistory& 
     if (start.ok()) {
       const Picoseconds sampled_at =
           shifted(clock_.rises[start->start_bit], delay + clock_.period / 2);
-      const auto rise = rise_before(slo, sampled_at);
+      const auto rise = rise_before(slo, std::min(slo.after(sampled_at), slo_end_));
       if (rise && *rise > response.fall) cycle.ack = *rise - response.fall;
     }
     if (start.ok()) {
@@ -245,12 +246,12 @@ CycleReader::Response CycleReader::find_response(const CycleSpan& span,
   const Picoseconds second_rise = clock_.rises[1];
   // The capture and the jitter of MA may show SLO before the edge of MA that moved it.
   const Picoseconds earliest = shifted(second_rise, -uncertainty());
-  for (std::size_t i = begin; i < slo.size() && slo[i].time < span.limit; ++i) {
+  for (std::size_t i = begin; i < slo_end_ && slo[i].time < span.limit; ++i) {
     if (slo[i].level == Level::unknown) return {{}, CycleStatus::unknown_level};
     if (slo[i].level != Level::low) continue;
     Picoseconds settled = shifted(slo[i].time, clock_.period / 2);
     if (slo[i].time < earliest) settled = std::max(settled, second_rise);
-    if (i + 1 < slo.size() && slo[i + 1].time <= settled) continue;
+    if (i + 1 < slo_end_ && slo[i + 1].time <= settled) continue;
     if (!ready && !ready_in_time(slo, i)) return {{}, CycleStatus::not_ready};
     const Picoseconds delay = slo[i].time < second_rise ? -elapsed(slo[i].time, second_rise)
                                                         : elapsed(second_rise, slo[i].time);
@@ -321,7 +322,7 @@ CycleReader::Delay CycleReader::delay_from(const std::vector<Picoseconds>& rises
   Picoseconds most{};
   std::int64_t count = 1;  // ACK's own edge is off by nothing
   std::size_t rise = 1;
-  for (std::size_t i = slo.after(fall); i < slo.size(); ++i) {
+  for (std::size_t i = slo.after(fall); i < slo_end_; ++i) {
     while (rise < rises.size() && shifted(rises[rise], first + half) < slo[i].time) ++rise;
     if (rise == rises.size()) break;
     const Picoseconds off = slo[i].time - shifted(rises[rise], first);
@@ -361,7 +362,7 @@ CycleReader::Sampled CycleReader::sample(const CycleSpan& span, const LineHistor
   const Picoseconds middle = delay + clock_.period / 2;
   const Picoseconds margin = certain_margin();
   Picoseconds before = shifted(clock_.rises[1], middle);
-  std::size_t next = slo.after(before);
+  std::size_t next = std::min(slo.after(before), slo_end_);
   if (next != 0 && elapsed(slo[next - 1].time, before) <= margin) sampled.first_marginal = 1;
   std::size_t i = 2;
   for (; i < clock_.rises.size() && !sampled.bits.overflowed(); ++i) {
@@ -370,7 +371,7 @@ CycleReader::Sampled CycleReader::sample(const CycleSpan& span, const LineHistor
       sampled.reached_limit = true;
       break;
     }
-    for (; next < slo.size() && slo[next].time <= at; ++next) {
+    for (; next < slo_end_ && slo[next].time <= at; ++next) {
       if (sampled.first_marginal != SIZE_MAX) continue;
       if (elapsed(before, slo[next].time) <= margin)
         sampled.first_marginal = i - 1;
@@ -385,7 +386,7 @@ CycleReader::Sampled CycleReader::sample(const CycleSpan& span, const LineHistor
     }
     sampled.bits.append(level == Level::high);
   }
-  const bool changes = next < slo.size() && elapsed(before, slo[next].time) <= margin;
+  const bool changes = next < slo_end_ && elapsed(before, slo[next].time) <= margin;
   if (changes) sampled.first_marginal = std::min(sampled.first_marginal, i - 1);
   return sampled;
 }

@@ -139,6 +139,8 @@ class CycleReader {
   MarginSetup margin_;
   Clock clock_;
   std::optional<Answer> answer_;
+  // Of the changes of SLO, the first that is not of this request.
+  std::size_t slo_end_ = 0;
   // From a rising edge of MA to the sample of its bit, in the last read().
   std::optional<Picoseconds> sampled_after_;
 };

@@ -321,9 +321,11 @@ bool Decoder::begins_with_pulse() const {
 // edge of MA: that edge begins a request.
 std::optional<CycleReading> Decoder::read_before_pause(Picoseconds next) {
   const Picoseconds last = ma_[scanned_ - 1].time;
-  const std::size_t change = slo_.after(ma_[scanned_].time);
+  // A change at the very time of the next request is part of that one.
+  const std::size_t end = slo_.from(next);
+  const std::size_t change = std::min(slo_.after(ma_[scanned_].time), end);
   if (change == 0 || slo_[change - 1].time <= last) return std::nullopt;
-  if (slo_.level_before(change) != Level::high || slo_.level_at(next) != Level::high) {
+  if (slo_.level_before(change) != Level::high || slo_.level_before(end) != Level::high) {
     return std::nullopt;
   }
   CycleReading reading = read_front(next, false);

@@ -39,6 +39,14 @@ class LineHistory {
     return static_cast<std::size_t>(it - changes_.begin());
   }
 
+  /// Index of the first change at `time` or after it.
+  std::size_t from(Picoseconds time) const {
+    const auto it =
+        std::lower_bound(changes_.begin(), changes_.end(), time,
+                         [](const LevelChange& change, Picoseconds t) { return change.time < t; });
+    return static_cast<std::size_t>(it - changes_.begin());
+  }
+
   wire::Level level_at(Picoseconds time) const { return level_before(after(time)); }
   /// The level that change `index` ends; `index` may be size().
   wire::Level level_before(std::size_t index) const {

@@ -13,6 +13,7 @@
 #include "decode/test_cycle_text.hpp"
 #include "decode/test_line.hpp"
 #include "fuzz/byte_source.hpp"
+#include "fuzz/request_lines.hpp"
 #include "fuzz/require.hpp"
 
 namespace {
@@ -21,92 +22,31 @@ using namespace biss;
 using namespace biss::decode;
 using biss::fuzz::ByteSource;
 
-test::Shape shape_from(ByteSource& bytes) {
-  test::Shape shape;
-  shape.period = picoseconds(20'000 + std::int64_t{bytes.next_16()} * 32);
-  shape.high_percent = 30 + bytes.next() % 41;
-  shape.line_delay = picoseconds(std::int64_t{bytes.next_16()} * 16);
-  shape.timeout = nanoseconds(std::int64_t{bytes.next()} * 100);
-  shape.gap = nanoseconds(10 + std::int64_t{bytes.next()} * 50);
-  shape.extra_clocks = bytes.next() % 6 - 1;
-  shape.ack_clocks = static_cast<std::uint16_t>(1 + bytes.next() % 40);
-  shape.ending = static_cast<test::Ending>(bytes.next() % 3);
-  shape.jitter_percent = bytes.next() % 16;
-  return shape;
-}
-
-// Any edge is moved up to its neighbours, lost, or becomes a pulse.
-void damage(std::vector<LevelChange>& line, ByteSource& bytes) {
-  const std::size_t at = 1 + bytes.next_16() % line.size();
-  if (at + 1 >= line.size()) return;
-  const Picoseconds before = line[at - 1].time;
-  const Picoseconds room = line[at + 1].time - before;
-  switch (bytes.next() % 3) {
-    case 0:
-      line[at].time = before + room * bytes.next() / 256;
-      break;
-    case 1:
-      line.erase(line.begin() + static_cast<std::ptrdiff_t>(at),
-                 line.begin() + static_cast<std::ptrdiff_t>(at + 2));
-      break;
-    default:
-      test::TestLine::add_pulse(line, line[at].time,
-                                picoseconds(1 + std::int64_t{bytes.next_16()} * 8));
-  }
-}
-
-// What a capture delivers: times never fall, and each change is one.
-void put_in_order(std::vector<LevelChange>& line) {
-  std::stable_sort(line.begin(), line.end(),
-                   [](const LevelChange& a, const LevelChange& b) { return a.time < b.time; });
-  line.erase(
-      std::unique(line.begin(), line.end(),
-                  [](const LevelChange& a, const LevelChange& b) { return a.level == b.level; }),
-      line.end());
-}
-
 struct Input {
-  std::optional<FrameFormat> format;
-  DeviceTiming timing;
+  fuzz::RequestLines lines;
   MarginSetup margin;
   std::vector<wire::Edge> edges;
   Picoseconds end;
 };
 
 Input input_from(ByteSource& bytes) {
-  constexpr std::array formats{"pos26,nE,nW,crc6", "pos9,crc5", "pos36,nE,nW,crc6",
-                               "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0"};
-  Input input;
-  const std::string_view text = formats[bytes.next() % formats.size()];
-  const unsigned choice = bytes.next();
-  if (choice % 8 != 7) input.format = *parse_format(text);
-  input.timing.clock_constant = choice % 2 == 0;
-  test::TestLine line(bytes.next());
-  test::Shape shape = shape_from(bytes);
-  const int cycles = 2 + bytes.next() % 5;
-  for (int i = 0; i < cycles; ++i) {
-    if (bytes.next() % 4 == 0) shape = shape_from(bytes);
-    line.request(shape, std::uint64_t{bytes.next_16()} << 20U | bytes.next_16(), text);
-  }
-  for (int i = bytes.next() % 4; i > 0; --i)
-    damage(bytes.next() % 2 == 0 ? line.ma : line.slo, bytes);
+  Input input{.lines = fuzz::request_lines(bytes)};
+  fuzz::RequestLines& lines = input.lines;
   if (bytes.next() % 2 == 0) {
-    const Picoseconds sample = std::max(shape.period / (3 + bytes.next() % 30), picoseconds(1));
+    const Picoseconds sample = std::max(lines.period / (3 + bytes.next() % 30), picoseconds(1));
     input.margin.resolution = sample;
-    line.ma = test::sampled(line.ma, sample);
-    line.slo = test::sampled(line.slo, sample);
+    lines.ma = test::sampled(lines.ma, sample);
+    lines.slo = test::sampled(lines.slo, sample);
   }
-  put_in_order(line.ma);
-  put_in_order(line.slo);
-  input.edges = line.edges();
-  input.end = line.last_time() + microseconds(bytes.next_16());
+  input.edges = lines.edges();
+  input.end = lines.end + microseconds(bytes.next_16());
   return input;
 }
 
 template <class Push>
 std::vector<std::string> rows(const Input& input, Push push) {
   std::vector<std::string> texts;
-  Decoder decoder(CycleReader(input.format, input.timing, input.margin),
+  Decoder decoder(CycleReader(input.lines.format, input.lines.timing, input.margin),
                   [&](const Cycle& cycle) { texts.push_back(test::text_of(cycle)); });
   push(decoder);
   decoder.finish(input.end);
@@ -114,7 +54,7 @@ std::vector<std::string> rows(const Input& input, Push push) {
 }
 
 void push_runs(const Input& input, ByteSource& bytes, Decoder& decoder) {
-  CleanCycleFinder finder(input.format, input.timing, input.margin);
+  CleanCycleFinder finder(input.lines.format, input.lines.timing, input.margin);
   std::vector<CleanCycle> clean;
   RunJoin join(finder, decoder);
   const std::size_t usual = 1 + bytes.next_16() % 2000;

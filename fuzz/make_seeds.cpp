@@ -215,6 +215,7 @@ int main(int argc, char** argv) {
   Corpus campaign(root / "campaign");
   Corpus find_format(root / "find_format");
   Corpus clean_cycles(root / "clean_cycles");
+  Corpus flow(root / "flow");
   for (std::uint64_t seed = 0; seed < seeds_a_target; ++seed) {
     const std::size_t k = seed % biss::fuzz::frame_formats.size();
     const std::string bits = frame_bytes(k, seed);
@@ -250,6 +251,7 @@ int main(int argc, char** argv) {
     campaign.add(campaign_state(seed));
     find_format.add(find_format_story(seed));
     clean_cycles.add(clean_cycles_story(seed));
+    flow.add(clean_cycles_story(seed));
   }
   return 0;
 }
