@@ -3,6 +3,7 @@ import './theme.css';
 import './shell/shell.css';
 import { effect } from '@preact/signals';
 import { render } from 'preact';
+import { watchWaiting } from './core/client';
 import { start } from './core/reading';
 import { App } from './shell/app';
 import { loadEncoders } from './shell/encoders';
@@ -19,5 +20,7 @@ followSearch();
 watchTheme();
 listenToKeys();
 effect(() => { document.title = file.value === undefined ? 'biss' : `${file.value.name} – biss`; });
+// For tests: whether something is being asked of the core.
+watchWaiting((isWaiting) => document.documentElement.toggleAttribute('data-waiting', isWaiting));
 render(<App />, document.getElementById('page')!);
 void followLink();
