@@ -7,6 +7,7 @@ import { watchWaiting } from './core/client';
 import { start } from './core/reading';
 import { App } from './shell/app';
 import { loadEncoders } from './shell/encoders';
+import { holdLoad } from './shell/hold_load';
 import { listenToKeys } from './shell/keys';
 import { followLink } from './shell/link';
 import { followSearch } from './shell/search';
@@ -20,7 +21,8 @@ followSearch();
 watchTheme();
 listenToKeys();
 effect(() => { document.title = file.value === undefined ? 'biss' : `${file.value.name} – biss`; });
-// For tests: whether something is being asked of the core.
+// Whether something is being asked of the core.
 watchWaiting((isWaiting) => document.documentElement.toggleAttribute('data-waiting', isWaiting));
 render(<App />, document.getElementById('page')!);
+if (document.getElementById('biss-capture') !== null) holdLoad();
 void followLink();
