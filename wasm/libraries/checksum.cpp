@@ -89,8 +89,10 @@ std::uint32_t four(std::size_t zeros, std::uint32_t word) {
 std::uint32_t read_lanes(std::uint32_t crc, const std::uint8_t* at) {
   const std::uint64_t low = load_word(at) ^ crc;
   const std::uint64_t high = load_word(at + 8);
-  return four(15, static_cast<std::uint32_t>(low)) ^ four(11, static_cast<std::uint32_t>(low >> 32U)) ^
-         four(7, static_cast<std::uint32_t>(high)) ^ four(3, static_cast<std::uint32_t>(high >> 32U));
+  return four(15, static_cast<std::uint32_t>(low)) ^
+         four(11, static_cast<std::uint32_t>(low >> 32U)) ^
+         four(7, static_cast<std::uint32_t>(high)) ^
+         four(3, static_cast<std::uint32_t>(high >> 32U));
 }
 
 }  // namespace

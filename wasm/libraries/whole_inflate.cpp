@@ -190,9 +190,7 @@ class WholeInflater::Bits {
     return value;
   }
   bool ended_within() const { return beyond_ <= count_ / 8; }
-  std::size_t used() const {
-    return static_cast<std::size_t>(at_ - begin_) + beyond_ - count_ / 8;
-  }
+  std::size_t used() const { return static_cast<std::size_t>(at_ - begin_) + beyond_ - count_ / 8; }
   /// Whole bytes, from the next whole byte on. Nothing where there are fewer. \pre ended_within()
   const std::uint8_t* bytes(std::size_t count) {
     const std::uint8_t* const from = begin_ + used();
@@ -231,7 +229,8 @@ struct WholeInflater::Output {
     if (room() >= length + reserve_bytes) {
       repeat(at, distance, length);
     } else {
-      for (std::size_t i = 0; i < length; ++i) at[i] = (at + i)[-static_cast<std::ptrdiff_t>(distance)];
+      for (std::size_t i = 0; i < length; ++i)
+        at[i] = (at + i)[-static_cast<std::ptrdiff_t>(distance)];
     }
     at += length;
     return true;

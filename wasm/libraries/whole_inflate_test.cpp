@@ -41,8 +41,8 @@ std::optional<Inflated> by_library(const Bytes& stream, Bytes& out) {
       libdeflate_alloc_decompressor());
   Inflated found;
   const auto result =
-      libdeflate_deflate_decompress_ex(decompressor.get(), stream.data(), stream.size(),
-                                       out.data(), out.size(), &found.used, &found.made);
+      libdeflate_deflate_decompress_ex(decompressor.get(), stream.data(), stream.size(), out.data(),
+                                       out.size(), &found.used, &found.made);
   if (result != LIBDEFLATE_SUCCESS) return std::nullopt;
   return found;
 }
@@ -64,7 +64,8 @@ Bytes samples(std::size_t count, std::mt19937& random) {
 Bytes noise(std::size_t count, std::mt19937& random, unsigned mask) {
   Bytes bytes(count);
   // Some values far more often than others: their codes have very different lengths.
-  for (auto& byte : bytes) byte = static_cast<std::uint8_t>((random() & random() & random()) & mask);
+  for (auto& byte : bytes)
+    byte = static_cast<std::uint8_t>((random() & random() & random()) & mask);
   return bytes;
 }
 
@@ -130,7 +131,8 @@ TEST(WholeInflate, StreamThatIsDamaged_IsReadAsByTheLibrary) {
     Bytes stream = deflated(content, round % 3 == 0 ? 1 : 9);
     for (auto damages = random() % 4; damages != 0; --damages) {
       // The codes are at the front.
-      const std::size_t places = random() % 2 == 0 ? std::min<std::size_t>(stream.size(), 60) : stream.size();
+      const std::size_t places =
+          random() % 2 == 0 ? std::min<std::size_t>(stream.size(), 60) : stream.size();
       stream[random() % places] ^= static_cast<std::uint8_t>(1U << random() % 8);
     }
     Bytes expected(round % 5 == 0 ? count : 4 * count);
