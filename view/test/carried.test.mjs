@@ -36,7 +36,10 @@ describe('a capture of the page itself', () => {
     const html = pageWith('data-view="format=resolute-26&amp;row=700"', gzipSync(capture).toString('base64'));
     fs.writeFileSync(folder.at('report.html'), html);
     const page = await browser.newPage();
+    page.setDefaultNavigationTimeout(120_000);
     await page.goto(pathToFileURL(folder.at('report.html')).href);
+    // Loaded means shown, for programs that take a picture of it.
+    assert.match(await page.locator('.status-bar').innerText(), /^Read to the end/);
     await assertRows(page, 700);
     await page.close();
   });

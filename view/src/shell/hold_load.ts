@@ -4,7 +4,7 @@ import { effect } from '@preact/signals';
 import { progress } from '../state';
 
 // What takes longer is shown as it comes.
-const most = 20_000;
+const most = 60_000;
 const framesAtRest = 4;
 
 /** Holds the load event until the capture is shown. To be called while the page is being parsed. */
