@@ -32,8 +32,8 @@ test:  ## the checks of every change: both compilers, sanitizers, microcontrolle
 	@scripts/test quick
 
 .PHONY: test-long
-test-long:  ## besides: exhaustive sweeps, campaigns, all tests under sanitizers, Cortex-M0
-	@scripts/install-packages build test fuzz firmware coverage long wasm
+test-long:  ## besides: exhaustive sweeps, campaigns, all tests under sanitizers, Cortex-M0, the page
+	@scripts/install-packages build test fuzz firmware coverage long wasm view
 	@scripts/test long
 
 .PHONY: test-release

@@ -4,6 +4,8 @@
 
 #include <atomic>
 #include <cstdint>
+#include <cstdlib>
+#include <string_view>
 
 #if HWY_ARCH_X86
 #include <cpuid.h>
@@ -62,6 +64,15 @@ std::int64_t detected_targets() { return HWY_STATIC_TARGET | HWY_EMU128 | HWY_SC
 
 #endif
 
+// BISS_SIMD=none: only what every processor of this kind has.
+std::int64_t wanted_targets() {
+  const char* const wanted = std::getenv("BISS_SIMD");
+  if (wanted != nullptr && std::string_view(wanted) == "none") {
+    return HWY_STATIC_TARGET | HWY_EMU128 | HWY_SCALAR;
+  }
+  return detected_targets();
+}
+
 std::atomic<std::int64_t> targets_for_test = 0;
 
 }  // namespace
@@ -69,9 +80,9 @@ std::atomic<std::int64_t> targets_for_test = 0;
 namespace hwy {
 
 std::int64_t SupportedTargets() {
-  static const std::int64_t detected = detected_targets();
-  const std::int64_t wanted = targets_for_test;
-  return wanted != 0 ? wanted : detected;
+  static const std::int64_t at_start = wanted_targets();
+  const std::int64_t for_test = targets_for_test;
+  return for_test != 0 ? for_test : at_start;
 }
 
 void SetSupportedTargetsForTest(std::int64_t targets) { targets_for_test = targets; }

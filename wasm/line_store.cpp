@@ -16,23 +16,37 @@ Shown shown_of(Level level) { return static_cast<Shown>(level); }
 constexpr std::uint64_t plain = 0;
 constexpr std::uint64_t with_level = 1;
 
+// Ten for a word of 64 bits, and a level.
+constexpr std::size_t most_bytes_of_change = 11;
+constexpr std::size_t chunk_bytes = 1 << 16;
+
 }  // namespace
 
 void LineStore::push(Picoseconds time, Level level) {
   if (changes_ != 0 && level == level_) return;
   if (changes_ % changes_of_block == 0) {
-    blocks_.push_back({time.count, bytes_.size(), level});
+    begin_block(time.count, level);
   } else {
     const bool inverted = level_ != Level::unknown && level == inverse(level_);
     const auto since = static_cast<std::uint64_t>(time.count - last_);
     std::uint64_t word = since << 1U | (inverted ? plain : with_level);
-    for (; word >= 0x80U; word >>= 7U) bytes_.push_back(static_cast<std::uint8_t>(word | 0x80U));
-    bytes_.push_back(static_cast<std::uint8_t>(word));
-    if (!inverted) bytes_.push_back(static_cast<std::uint8_t>(level));
+    for (; word >= 0x80U; word >>= 7U) *free_++ = static_cast<std::uint8_t>(word | 0x80U);
+    *free_++ = static_cast<std::uint8_t>(word);
+    if (!inverted) *free_++ = static_cast<std::uint8_t>(level);
   }
   ++changes_;
   last_ = time.count;
   level_ = level;
+}
+
+void LineStore::begin_block(std::int64_t time, Level level) {
+  constexpr std::size_t most_bytes = changes_of_block * most_bytes_of_change;
+  if (static_cast<std::size_t>(free_end_ - free_) < most_bytes) {
+    chunks_.push_back(std::make_unique_for_overwrite<std::uint8_t[]>(chunk_bytes));
+    free_ = chunks_.back().get();
+    free_end_ = free_ + chunk_bytes;
+  }
+  blocks_.push_back({time, free_, level});
 }
 
 std::uint64_t LineStore::changes_in(std::size_t block) const {
@@ -50,7 +64,7 @@ void LineStore::Reader::begin() {
   const Block& block = store_->blocks_[block_];
   time_ = block.time;
   level_ = block.level;
-  place_ = block.place;
+  bytes_ = block.bytes;
   left_ = store_->changes_in(block_) - 1;
 }
 
@@ -61,16 +75,14 @@ void LineStore::Reader::next() {
     return;
   }
   --left_;
-  const auto& bytes = store_->bytes_;
   std::uint64_t word = 0;
   for (unsigned shift = 0;; shift += 7) {
-    const std::uint8_t byte = bytes[static_cast<std::size_t>(place_++)];
+    const std::uint8_t byte = *bytes_++;
     word |= std::uint64_t{byte & 0x7FU} << shift;
     if ((byte & 0x80U) == 0) break;
   }
   time_ += static_cast<std::int64_t>(word >> 1U);
-  level_ = (word & 1U) == plain ? inverse(level_)
-                                : static_cast<Level>(bytes[static_cast<std::size_t>(place_++)]);
+  level_ = (word & 1U) == plain ? inverse(level_) : static_cast<Level>(*bytes_++);
 }
 
 std::size_t LineStore::block_of(Picoseconds time) const {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <memory>
 #include <vector>
 
 #include "biss/base/units.hpp"
@@ -54,10 +55,10 @@ class LineStore {
   void view(Picoseconds from, Picoseconds to, std::uint32_t columns, LineView& view) const;
 
  private:
-  // The first change of a block of changes, and where the bytes of those after it begin.
+  // The first change of a block of changes, and the bytes of those after it.
   struct Block {
     std::int64_t time = 0;
-    std::uint64_t place = 0;
+    const std::uint8_t* bytes = nullptr;
     wire::Level level = wire::Level::unknown;
   };
   static constexpr std::uint64_t changes_of_block = 256;
@@ -76,7 +77,7 @@ class LineStore {
 
     const LineStore* store_;
     std::size_t block_;
-    std::uint64_t place_ = 0;
+    const std::uint8_t* bytes_ = nullptr;
     std::uint64_t left_ = 0;
     std::int64_t time_ = 0;
     wire::Level level_ = wire::Level::unknown;
@@ -88,9 +89,13 @@ class LineStore {
   // At the last change at or before `time`; at the first one where there is none.
   Reader at_or_before(Picoseconds time) const;
   std::uint64_t changes_in(std::size_t block) const;
+  void begin_block(std::int64_t time, wire::Level level);
 
   std::deque<Block> blocks_;
-  std::deque<std::uint8_t> bytes_;
+  // The bytes of a block lie in one of these.
+  std::vector<std::unique_ptr<std::uint8_t[]>> chunks_;
+  std::uint8_t* free_ = nullptr;
+  std::uint8_t* free_end_ = nullptr;
   std::uint64_t changes_ = 0;
   std::int64_t last_ = 0;
   wire::Level level_ = wire::Level::unknown;

@@ -170,6 +170,10 @@ Wrong usage. Nothing was read or written.
 Input unreadable or malformed, output not written, or out of memory.
 .SH ENVIRONMENT
 .TP
+.B BISS_SIMD
+If "none", no vector instructions but those that every processor of this kind has. All results are
+the same.
+.TP
 .B NO_COLOR
 If not empty, tables on a terminal have no colours.
 .TP

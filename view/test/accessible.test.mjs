@@ -1,41 +1,27 @@
 // An accessibility audit of the page in each of its states, in both themes.
-import assert from 'node:assert/strict';
-import fs from 'node:fs';
-import { createRequire } from 'node:module';
-import { after, before, describe, it } from 'node:test';
-import { browse, open, readToEnd, simulated } from './page.mjs';
+import { describe, it } from 'node:test';
+import { audit, readToEnd, settled, simulated, testBrowser } from './page.mjs';
 
-const axe = fs.readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
 const args = '-f fs-36-28 --clock 5MHz --cycles 400 --fault flip:0.05 --fault no_answer:0.02';
-
-let browser;
-before(async () => { browser = await browse(); });
-after(() => browser.close());
-
-async function audit(page, where) {
-  await page.evaluate(`${axe};0`);
-  const { violations } = await page.evaluate(() => window.axe.run());
-  const found = violations.map(({ id, nodes }) => `${id}: ${nodes.map((node) => node.html).join(' ')}`);
-  assert.deepEqual(found, [], where);
-}
+const browser = testBrowser();
 
 describe('accessibility', () => {
   for (const theme of ['light', 'dark']) {
     it(`PageWithoutACapture_${theme}_HasNoViolation`, async () => {
-      const { page } = await open(browser, `theme=${theme}`);
+      const { page } = await browser.open(`theme=${theme}`);
       await page.locator('.drop').waitFor();
       await audit(page, theme);
       await page.context().close();
     });
 
-    it(`EveryPanelAndDialog_${theme}_HasNoViolation`, { timeout: 120_000 }, async () => {
-      const { page } = await open(browser, simulated(args, { theme, row: '0', format: 'fs-36-28' }));
+    it(`EveryPanelAndDialog_${theme}_HasNoViolation`, { timeout: 300_000 }, async () => {
+      const { page } = await browser.open(simulated(args, { theme, row: '0', format: 'fs-36-28' }));
       await readToEnd(page);
       await page.locator('#row-0 .good').waitFor();
       for (const name of ['Cycle', 'Plots', 'Summary', 'Explain', 'Check', 'Identify', 'Registers']) {
         await page.getByRole('tab', { name }).click();
-        await page.locator('.panel .quiet', { hasText: 'Running' }).waitFor({ state: 'hidden', timeout: 30_000 });
-        await page.waitForTimeout(300);
+        await page.locator('.panel .quiet', { hasText: 'Running' }).waitFor({ state: 'hidden' });
+        await settled(page);
         await audit(page, `${name}, ${theme}`);
       }
       await page.getByRole('button', { name: 'Errors' }).click();

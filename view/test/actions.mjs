@@ -21,7 +21,7 @@ export async function exported(page, name) {
 /** Waits for a message of the command, and returns it. */
 export async function failure(page) {
   const message = page.locator('.message.failed .message-text');
-  await message.waitFor({ timeout: 30_000 });
+  await message.waitFor();
   const more = page.getByRole('button', { name: / more$/ });
   if (await more.count() > 0) await more.click();
   return message.innerText();

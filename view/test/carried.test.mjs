@@ -2,27 +2,21 @@
 import assert from 'node:assert/strict';
 import fs from 'node:fs';
 import http from 'node:http';
-import { after, before, describe, it } from 'node:test';
+import { before, describe, it } from 'node:test';
 import { pathToFileURL } from 'node:url';
 import { gzipSync } from 'node:zlib';
 import { cells, selected } from './actions.mjs';
-import { makeFolder } from './command.mjs';
-import { browse, pageFile, readToEnd } from './page.mjs';
+import { testFolder } from './command.mjs';
+import { pageFile, readToEnd, testBrowser } from './page.mjs';
 
-let browser;
-let folder;
+const browser = testBrowser();
+const folder = testFolder();
 let capture;
 let rows;
-before(async () => {
-  browser = await browse();
-  folder = makeFolder();
+before(() => {
   folder.make(['simulate', '-f', 'resolute-26', '--cycles', '900', '-o', 'line.vcd']);
   rows = folder.make(['decode', 'line.vcd', '-f', 'resolute-26', '--velocity', '--to', 'csv']).out.split('\n');
   capture = fs.readFileSync(folder.at('line.vcd'));
-});
-after(async () => {
-  await browser.close();
-  folder.remove();
 });
 
 function pageWith(attributes, content) {
@@ -42,7 +36,10 @@ describe('a capture of the page itself', () => {
     const html = pageWith('data-view="format=resolute-26&amp;row=700"', gzipSync(capture).toString('base64'));
     fs.writeFileSync(folder.at('report.html'), html);
     const page = await browser.newPage();
+    page.setDefaultNavigationTimeout(120_000);
     await page.goto(pathToFileURL(folder.at('report.html')).href);
+    // Loaded means shown, for programs that take a picture of it.
+    assert.match(await page.locator('.status-bar').innerText(), /^Read to the end/);
     await assertRows(page, 700);
     await page.close();
   });

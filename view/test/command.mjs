@@ -4,6 +4,7 @@ import { spawnSync } from 'node:child_process';
 import fs from 'node:fs';
 import os from 'node:os';
 import path from 'node:path';
+import { after } from 'node:test';
 import { fileURLToPath } from 'node:url';
 
 const here = path.dirname(fileURLToPath(import.meta.url));
@@ -28,4 +29,11 @@ export function makeFolder() {
       return ran;
     },
   };
+}
+
+/** A folder for a file of tests, removed after the last one. */
+export function testFolder() {
+  const folder = makeFolder();
+  after(() => folder.remove());
+  return folder;
 }

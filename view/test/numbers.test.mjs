@@ -4,10 +4,10 @@ import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
 import fs from 'node:fs';
 import path from 'node:path';
-import { after, before, describe, it } from 'node:test';
+import { describe, it } from 'node:test';
 import { exported } from './actions.mjs';
-import { makeFolder } from './command.mjs';
-import { assertNoRequests, browse, open, readToEnd } from './page.mjs';
+import { testFolder } from './command.mjs';
+import { assertNoRequests, readToEnd, testBrowser } from './page.mjs';
 
 const wanted = Number(process.env.BISS_CAPTURES ?? 27);
 const formats = ['resolute-26', 'mt12,st20,nE,nW,lc6,crc16', 'fs-36-28', 'pos18,nE,nW,crc6'];
@@ -32,16 +32,8 @@ const kinds = [
   (plain) => one(plain, plain.replace('vcd', 'raw'), '--rate', '100MHz'),
 ];
 
-let browser;
-let folder;
-before(async () => {
-  browser = await browse();
-  folder = makeFolder();
-});
-after(async () => {
-  await browser.close();
-  folder.remove();
-});
+const browser = testBrowser();
+const folder = testFolder();
 
 function one(plain, name, ...options) {
   folder.make(['convert', plain, name, ...options]);
@@ -89,7 +81,7 @@ function rowsOfCommand(args) {
 
 describe('numbers', () => {
   it(`${wanted}Captures_EveryCellIsThatOfTheCommand`, { timeout: 1_800_000 }, async () => {
-    const { page, requests, errors } = await open(browser);
+    const { page, requests, errors } = await browser.open();
     let rows = 0;
     for (let number = 0; number < wanted; number += 1) {
       const capture = makeCapture(number);
@@ -136,7 +128,7 @@ function errorsOf(text) {
 async function errorsInPage(page, name) {
   await page.locator('#choose-files').setInputFiles(folder.at(name));
   await page.waitForFunction((wanted) => document.querySelector('.file')?.textContent === wanted
-    && /^(Read to the end|Failed)/.test(document.querySelector('.status-bar')?.textContent ?? ''), name, { timeout: 30_000 });
+    && /^(Read to the end|Failed)/.test(document.querySelector('.status-bar')?.textContent ?? ''), name);
   const more = page.locator('.message button[aria-expanded=false]');
   if (await more.count() > 0) await more.click();
   return errorsOf((await page.locator('.message-text').allInnerTexts()).join('\n'));
@@ -146,7 +138,7 @@ describe('hostile files', () => {
   it('Seeds_GiveTheMessageOfTheCommandAndNoneStopsThePage', {
     skip: process.env.BISS_SEEDS === undefined && 'BISS_SEEDS is not set', timeout: 1_800_000,
   }, async () => {
-    const { page, errors } = await open(browser);
+    const { page, errors } = await browser.open();
     const names = seeds();
     for (const name of names) {
       const expected = folder.run(['decode', name]);

@@ -1,27 +1,19 @@
 // The page as a user works with it: files, format, search, keyboard, links, export.
 import assert from 'node:assert/strict';
 import fs from 'node:fs';
-import { after, before, describe, it } from 'node:test';
+import { describe, it } from 'node:test';
 import { cells, choose, exported, failure, selected } from './actions.mjs';
-import { makeFolder } from './command.mjs';
-import { assertNoRequests, browse, open, readToEnd, simulated } from './page.mjs';
+import { testFolder } from './command.mjs';
+import { assertNoRequests, readToEnd, settled, simulated, testBrowser } from './page.mjs';
 
 const faulty = '-f resolute-26 --cycles 600 --clock 10MHz --fault flip@120 --fault flip@300 --fault no_answer@450';
 
-let browser;
-let folder;
-before(async () => {
-  browser = await browse();
-  folder = makeFolder();
-});
-after(async () => {
-  await browser.close();
-  folder.remove();
-});
+const browser = testBrowser();
+const folder = testFolder();
 
 // A page with a capture; nothing may be asked for, and no error reported.
 async function withPage(hash, use, size) {
-  const { page, requests, errors } = await open(browser, hash, size);
+  const { page, requests, errors } = await browser.open(hash, size);
   if (hash !== '') await readToEnd(page);
   await use(page);
   assertNoRequests(requests);
@@ -167,7 +159,7 @@ describe('keyboard', () => {
       await page.keyboard.press('e');
       await page.locator('.row.selected .bad').first().waitFor();
       await page.keyboard.press('4');
-      await page.locator('.causes li').first().waitFor({ timeout: 30_000 });
+      await page.locator('.causes li').first().waitFor();
       await page.keyboard.press('t');
       assert.equal(await page.evaluate(() => document.documentElement.dataset.theme), 'dark');
       await page.keyboard.press('?');
@@ -184,6 +176,7 @@ describe('a link', () => {
     let link;
     await withPage(first, async (page) => {
       await page.locator('#row-300.selected').waitFor();
+      await settled(page);
       await page.getByRole('button', { name: 'Link' }).click();
       link = new URL(page.url()).hash.slice(1);
     });
@@ -191,7 +184,7 @@ describe('a link', () => {
     for (const name of ['from', 'to', 'row', 'filter', 'panel', 'theme']) assert.ok(state.has(name), name);
     await withPage(link, async (page) => {
       assert.equal(await selected(page), 300);
-      await page.waitForTimeout(600);
+      await page.getByRole('button', { name: 'Link' }).click();
       assert.equal(new URL(page.url()).hash.slice(1), link);
     });
   });
@@ -243,7 +236,7 @@ describe('panels', () => {
       await page.getByRole('button', { name: /^Registers and data sheet/ }).click();
       await readToEnd(page);
       await page.getByRole('tab', { name: 'Registers' }).click();
-      await page.getByText('Data sheet of the registers of the capture').waitFor({ timeout: 60_000 });
+      await page.getByText('Data sheet of the registers of the capture').waitFor();
       await page.getByLabel('What the data sheet says').filter({ hasText: 'format' }).waitFor();
       assert.match(await page.getByLabel('What the data sheet says').innerText(), /^format +mt12,st18,nE,nW,crc6$/m);
       await page.getByLabel('Check of the data sheet').filter({ hasText: /./ }).waitFor();

@@ -1,22 +1,17 @@
 // The waveform and the plots in the page, by pointer and by keys.
 import assert from 'node:assert/strict';
-import fs from 'node:fs';
-import { createRequire } from 'node:module';
-import { after, before, test } from 'node:test';
-import { browse, open, readToEnd, simulated } from './page.mjs';
+import { test } from 'node:test';
+import { audit, readToEnd, settled, simulated, testBrowser } from './page.mjs';
 import { load } from './typescript.mjs';
 
-const axe = fs.readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
 const { lanesOf, gutter } = await load('wave/lanes.ts');
 
 const capture = '-f pos26,nE,nW,crc6 --cycles 60 --cable 30m --fault flip@3,bit=5 --fault nE@7';
 
-let browser;
-before(async () => { browser = await browse(); });
-after(async () => { await browser.close(); });
+const browser = testBrowser();
 
 async function opened(more = {}, args = capture) {
-  const { page, errors } = await open(browser, simulated(args, more));
+  const { page, errors } = await browser.open(simulated(args, more));
   await readToEnd(page);
   return { page, errors };
 }
@@ -66,7 +61,7 @@ test('Waveform_ByKeys_ZoomsFromTheCaptureToAnEdge', async () => {
 });
 
 test('Waveform_CaptureThatBeginsBeforeZero_IsSeenFromItsBeginning', async () => {
-  const { page, errors } = await open(browser);
+  const { page, errors } = await browser.open();
   const edges = ['time_ns,MA,SLO', '-60000,1,1'];
   for (let i = 0; i < 300; i += 1) edges.push(`${-50000 + 500 * i},${i % 2},${i < 3 ? 1 : i % 3 === 0 ? 1 : 0}`);
   await page.locator('#choose-files')
@@ -116,7 +111,7 @@ test('Waveform_FailedCycle_SaysWhatItsChecksumNeeds', async () => {
   const box = await page.locator('.wave-picture').boundingBox();
   const pointer = page.locator('.wave-pointer');
   const y = box.y + lanesOf(box.height).cause.top + 8;
-  await page.waitForTimeout(300);
+  await settled(page);
   let said = '';
   for (let x = gutter; x < box.width && !said.includes('crc is'); x += 8) {
     await page.mouse.move(box.x + x, y);
@@ -134,12 +129,9 @@ test('Waveform_AccessToARegister_IsNamed', async () => {
   await page.keyboard.press('Enter');
   const box = await picture.boundingBox();
   const y = box.y + lanesOf(box.height, true).access.top + 8;
-  const pointer = page.locator('.wave-pointer', { hasText: /0x42 BP_ID .*no_answer/ });
-  for (let i = 0; i < 100 && await pointer.count() === 0; i += 1) {
-    await page.mouse.move(box.x + 500 + (i % 2), y);
-    await page.waitForTimeout(100);
-  }
-  assert.equal(await pointer.count(), 1);
+  await settled(page);
+  await page.mouse.move(box.x + 500, y);
+  await page.locator('.wave-pointer', { hasText: /0x42 BP_ID .*no_answer/ }).waitFor();
   await closed(tab);
 });
 
@@ -155,9 +147,7 @@ test('Cursors_Dragged_ShowTheirDifference', async () => {
   await page.keyboard.up('Shift');
   const text = await page.locator('.wave-difference').textContent();
   assert.match(text, /^Δ \d+(\.\d+)? µs \(\d+(\.\d+)? k?Hz\)$/);
-  await page.evaluate(`${axe};0`);
-  const { violations } = await page.evaluate(() => window.axe.run('.wave'));
-  assert.deepEqual(violations.map(({ id, nodes }) => `${id}: ${nodes.map(({ html }) => html).join(' ')}`), []);
+  await audit(page, 'cursors', '.wave');
   await page.locator('.wave-picture').focus();
   await page.keyboard.press('x');
   await page.locator('.wave-difference').waitFor({ state: 'detached' });

@@ -2,20 +2,18 @@
 #include <libdeflate.h>
 
 #include <algorithm>
-#include <array>
 #include <boost/beast/zlib/deflate_stream.hpp>
-#include <boost/beast/zlib/inflate_stream.hpp>
 #include <cstring>
 #include <new>
 #include <span>
 
 #include "wasm/libraries/gzip_header.hpp"
-#include "wasm/libraries/inflate.hpp"
+#include "wasm/libraries/whole_inflate.hpp"
 
 namespace zlib = boost::beast::zlib;
 
 struct libdeflate_decompressor {
-  zlib::inflate_stream stream;
+  biss::wasm::WholeInflater inflater;
 };
 
 struct libdeflate_compressor {
@@ -26,27 +24,6 @@ struct libdeflate_compressor {
 namespace {
 
 using Bytes = std::span<const std::uint8_t>;
-
-constexpr std::uint32_t crc_polynomial = 0xEDB88320U;
-constexpr std::size_t crc_lanes = 16;
-using CrcTables = std::array<std::array<std::uint32_t, 256>, crc_lanes>;
-
-// tables[k][b]: the remainder of byte b with k zero bytes after it.
-constexpr CrcTables crc_tables = [] {
-  CrcTables tables{};
-  for (std::uint32_t byte = 0; byte < 256; ++byte) {
-    std::uint32_t crc = byte;
-    for (int bit = 0; bit < 8; ++bit) crc = crc >> 1U ^ ((crc & 1U) != 0 ? crc_polynomial : 0U);
-    tables[0][byte] = crc;
-  }
-  for (std::size_t k = 1; k < crc_lanes; ++k) {
-    for (std::size_t byte = 0; byte < 256; ++byte) {
-      const std::uint32_t before = tables[k - 1][byte];
-      tables[k][byte] = before >> 8U ^ tables[0][before & 0xFFU];
-    }
-  }
-  return tables;
-}();
 
 std::uint32_t adler32(Bytes bytes) {
   constexpr std::uint32_t modulus = 65'521;
@@ -106,21 +83,12 @@ libdeflate_result libdeflate_deflate_decompress_ex(libdeflate_decompressor* deco
                                                    const void* in, std::size_t in_bytes, void* out,
                                                    std::size_t out_bytes, std::size_t* used,
                                                    std::size_t* made) {
-  zlib::z_params step;
-  step.next_in = in;
-  step.avail_in = in_bytes;
-  step.next_out = out;
-  step.avail_out = out_bytes;
-  boost::system::error_code result;
-  decompressor->stream.reset();
-  decompressor->stream.write(step, zlib::Flush::finish, result);
-  if (result == zlib::error::need_buffers && step.avail_in == 0) {
-    biss::wasm::inflate_last_code(decompressor->stream, step, result);
-  }
-  *used = in_bytes - step.avail_in;
-  *made = out_bytes - step.avail_out;
-  if (result != zlib::error::end_of_stream) return LIBDEFLATE_BAD_DATA;
-  *used -= biss::wasm::unused_bytes(step);
+  const auto found =
+      decompressor->inflater.inflate({static_cast<const std::uint8_t*>(in), in_bytes},
+                                     {static_cast<std::uint8_t*>(out), out_bytes});
+  if (!found) return LIBDEFLATE_BAD_DATA;
+  *used = found->used;
+  *made = found->made;
   return LIBDEFLATE_SUCCESS;
 }
 
@@ -189,20 +157,4 @@ std::size_t libdeflate_deflate_compress(libdeflate_compressor* compressor, const
   compressor->stream.reset(compressor->level, window_bits, memory_level, zlib::Strategy::normal);
   compressor->stream.write(step, zlib::Flush::finish, result);
   return out_bytes - step.avail_out;
-}
-
-// Sixteen bytes a step.
-std::uint32_t libdeflate_crc32(std::uint32_t before, const void* bytes, std::size_t count) {
-  const auto* at = static_cast<const std::uint8_t*>(bytes);
-  std::uint32_t crc = ~before;
-  const auto four = [](std::size_t table, std::uint32_t word) {
-    return crc_tables[table][word & 0xFFU] ^ crc_tables[table - 1][word >> 8U & 0xFFU] ^
-           crc_tables[table - 2][word >> 16U & 0xFFU] ^ crc_tables[table - 3][word >> 24U];
-  };
-  for (; count >= crc_lanes; count -= crc_lanes, at += crc_lanes) {
-    crc = four(15, little32(at) ^ crc) ^ four(11, little32(at + 4)) ^ four(7, little32(at + 8)) ^
-          four(3, little32(at + 12));
-  }
-  for (; count != 0; --count, ++at) crc = crc >> 8U ^ crc_tables[0][(crc ^ *at) & 0xFFU];
-  return ~crc;
 }

@@ -1,4 +1,5 @@
-// The functions of libdeflate that the readers use, by the Deflate of Boost.Beast.
+// The functions of libdeflate that the readers use: an inflater of our own, and the compressor of
+// Boost.Beast.
 #pragma once
 
 #include <cstddef>

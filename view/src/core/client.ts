@@ -17,6 +17,20 @@ export class Superseded extends Error {
   }
 }
 
+// Requests that wait for their answers, of all workers.
+let allWaiting = 0;
+let whenAnswered: (isWaiting: boolean) => void = () => {};
+
+/** Calls with whether any request waits, when that may have changed. */
+export function watchWaiting(watch: (isWaiting: boolean) => void): void {
+  whenAnswered = watch;
+}
+
+function addWaiting(count: number): void {
+  allWaiting += count;
+  whenAnswered(allWaiting > 0);
+}
+
 interface Waiting {
   resolve: (answer: never) => void;
   reject: (error: Error) => void;
@@ -59,6 +73,7 @@ export class Client {
     const message: RequestMessage = { id, name, ask };
     const answer = new Promise<Requests[K]['answer']>((resolve, reject) => {
       this.#waiting.set(id, { resolve, reject });
+      addWaiting(1);
     });
     const { lane, transfer = [] } = options;
     if (lane === undefined) this.#worker.postMessage(message, transfer);
@@ -83,28 +98,34 @@ export class Client {
   }
 
   #settle(id: number): Waiting | undefined {
-    const waiting = this.#waiting.get(id);
-    this.#waiting.delete(id);
+    const found = this.#waiting.get(id);
+    if (this.#waiting.delete(id)) addWaiting(-1);
     this.#laneOf.delete(id);
-    return waiting;
+    return found;
   }
 
   #answered({ id, answer, error, status }: AnswerMessage): void {
     const lane = this.#laneOf.get(id);
-    const waiting = this.#settle(id);
+    const settled = this.#settle(id);
     if (lane !== undefined) {
       this.#busy.delete(lane);
       const next = this.#queued.get(lane);
       this.#queued.delete(lane);
       if (next !== undefined) this.#send(lane, next);
     }
-    if (error === undefined) waiting?.resolve(answer as never);
-    else waiting?.reject(new CoreError(error, status ?? 3));
+    if (error === undefined) settled?.resolve(answer as never);
+    else settled?.reject(new CoreError(error, status ?? 3));
+  }
+
+  /** Of a worker that has been ended: its promises never settle. */
+  close(): void {
+    addWaiting(-this.#waiting.size);
+    this.#waiting.clear();
   }
 
   #broken(message: string): void {
     const all = [...this.#waiting.values()];
-    this.#waiting.clear();
+    this.close();
     this.#busy.clear();
     this.#queued.clear();
     this.#laneOf.clear();

@@ -7,6 +7,10 @@ import type { MeasuredSource } from './source';
 const sliceMilliseconds = 8;
 // The page hears of new rows as often.
 const reportMilliseconds = 100;
+// Analyses of what has been read take at most this share of the time of reading; what was not used
+// is kept up to a time.
+const analysesShare = 0.1;
+const mostSavedMilliseconds = 50;
 
 export class Reader {
   readonly session: Session;
@@ -17,6 +21,9 @@ export class Reader {
   #reported = 0;
   #messages = '';
   #closed = false;
+  #reading = true;
+  #saved = mostSavedMilliseconds;
+  #analyses: (() => void)[] = [];
 
   constructor(session: Session, generation: number, sources: MeasuredSource[],
     report: (message: ReadingMessage) => void) {
@@ -33,6 +40,30 @@ export class Reader {
     this.#closed = true;
     this.#channel.port1.close();
     this.session.close();
+    this.#analyse();
+  }
+
+  /** The result of an analysis, which delays the reading: it is made when there is time for it. */
+  analysed<T>(analysis: (session: Session) => T): Promise<T> {
+    return new Promise((resolve, reject) => {
+      this.#analyses.push(() => {
+        try {
+          if (this.#closed) throw new Error('the capture has been closed');
+          resolve(analysis(this.session));
+        } catch (error) {
+          reject(error);
+        }
+      });
+      this.#analyse();
+    });
+  }
+
+  #analyse(): void {
+    while (this.#analyses.length > 0 && (this.#saved > 0 || !this.#reading || this.#closed)) {
+      const began = performance.now();
+      this.#analyses.shift()?.();
+      this.#saved -= performance.now() - began;
+    }
   }
 
   // A message to ourselves is handled after those that wait.
@@ -44,6 +75,7 @@ export class Reader {
     if (this.#closed) return;
     let more = false;
     let error = '';
+    const began = performance.now();
     try {
       const step = this.session.advance(sliceMilliseconds);
       more = step.more;
@@ -52,11 +84,14 @@ export class Reader {
       error = thrown instanceof Error ? thrown.message : String(thrown);
     }
     const now = performance.now();
+    this.#saved = Math.min(mostSavedMilliseconds, this.#saved + (now - began) * analysesShare);
+    this.#reading = more;
     if (!more || now - this.#reported >= reportMilliseconds) {
       this.#reported = now;
       this.#tell(more, error);
     }
-    if (more) this.#next();
+    this.#analyse();
+    if (more) void Promise.all(this.#sources.map((source) => source.prefetch?.())).then(() => this.#next());
   }
 
   #tell(more: boolean, error: string): void {

@@ -5,6 +5,8 @@ import type { ByteSource } from 'biss';
 export interface MeasuredSource extends ByteSource {
   /** The end of the last bytes that were asked for. */
   readonly reached: number;
+  /** Fetches what will be read next, where that is known. To be waited for where it is needed soon. */
+  prefetch?(): Promise<void> | undefined;
 }
 
 /** A file that the page's own server gives in pieces. */
@@ -43,7 +45,8 @@ class BytesSource implements MeasuredSource {
 }
 
 // Each read of a file costs a message to another process of the browser. Where a file is read on
-// from where the last read ended, as most are, more is read at once.
+// from where the last read ended, as most are, more is read at once, and what comes after it is
+// fetched meanwhile.
 const aheadBytes = 8 << 20;
 
 class FileSource implements MeasuredSource {
@@ -51,6 +54,8 @@ class FileSource implements MeasuredSource {
   #reader = new FileReaderSync();
   #begin = 0;
   #held = new Uint8Array(0);
+  #next: { begin: number; bytes: Uint8Array<ArrayBuffer> } | undefined;
+  #fetching: Promise<void> | undefined;
 
   constructor(private readonly file: File) {}
 
@@ -60,18 +65,60 @@ class FileSource implements MeasuredSource {
 
   read(offset: number, length: number): Uint8Array {
     const within = offset - this.#begin;
-    if (within < 0 || within >= this.#held.length) this.#fetch(offset, length);
+    if (within < 0 || within >= this.#held.length) this.#take(offset, length);
     const piece = this.#held.subarray(offset - this.#begin, offset - this.#begin + length);
     this.reached = offset + piece.length;
     return piece;
   }
 
-  #fetch(offset: number, length: number): void {
-    const goesOn = offset === this.#begin + this.#held.length && offset > 0;
-    const wanted = goesOn ? Math.max(length, aheadBytes) : length;
-    this.#held = new Uint8Array(this.#reader.readAsArrayBuffer(this.file.slice(offset, offset + wanted)));
-    this.#begin = offset;
+  // A file that is read here and there has only short pieces.
+  prefetch(): Promise<void> | undefined {
+    const begin = this.#begin + this.#held.length;
+    if (this.#held.length < aheadBytes || begin >= this.size || this.#next?.begin === begin) return undefined;
+    this.#fetching ??= this.#fetch(begin).finally(() => { this.#fetching = undefined; });
+    return begin - this.reached < aheadBytes / 2 ? this.#fetching : undefined;
   }
+
+  // What cannot be read here is reported by the read that needs it.
+  async #fetch(begin: number): Promise<void> {
+    const bytes = await readBeside(this.file.slice(begin, begin + aheadBytes));
+    if (bytes.byteLength > 0) this.#next = { begin, bytes: new Uint8Array(bytes) };
+  }
+
+  #take(offset: number, length: number): void {
+    const goesOn = offset === this.#begin + this.#held.length && offset > 0;
+    if (this.#next?.begin === offset) {
+      this.#held = this.#next.bytes;
+    } else {
+      const wanted = goesOn ? Math.max(length, aheadBytes) : length;
+      this.#held = new Uint8Array(this.#reader.readAsArrayBuffer(this.file.slice(offset, offset + wanted)));
+    }
+    this.#begin = offset;
+    this.#next = undefined;
+  }
+}
+
+// A file's bytes come in small messages, which a thread that computes does not take: so another
+// worker waits for them.
+const readerText = `onmessage = ({ data }) => {
+  let bytes = new ArrayBuffer(0);
+  try { bytes = new FileReaderSync().readAsArrayBuffer(data); } catch {}
+  postMessage(bytes, [bytes]);
+};`;
+let beside: Worker | undefined;
+let besideTurn: Promise<unknown> = Promise.resolve();
+
+// One after the other; no bytes where they cannot be read.
+function readBeside(piece: Blob): Promise<ArrayBuffer> {
+  beside ??= new Worker(URL.createObjectURL(new Blob([readerText], { type: 'text/javascript' })));
+  const worker = beside;
+  const read = besideTurn.then(() => new Promise<ArrayBuffer>((resolve) => {
+    worker.onmessage = ({ data }: MessageEvent<ArrayBuffer>) => resolve(data);
+    worker.onerror = () => resolve(new ArrayBuffer(0));
+    worker.postMessage(piece);
+  }));
+  besideTurn = read;
+  return read;
 }
 
 // Asked for at once, as the core reads: a worker may wait for an answer.

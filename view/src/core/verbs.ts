@@ -14,6 +14,8 @@ export interface NamedContent {
 let files: readonly NamedContent[] = [];
 let client: Promise<Client> | undefined;
 let worker: Worker | undefined;
+// The client of this worker.
+let ownClient: Client | undefined;
 let underWay = 0;
 let making = 0;
 
@@ -35,6 +37,7 @@ export function setVerbFiles(given: readonly NamedContent[]): void {
 export function endVerbs(): void {
   if (underWay === 0 || making > 0) return;
   worker?.terminate();
+  ownClient?.close();
   worker = undefined;
   client = undefined;
   underWay = 0;
@@ -63,6 +66,7 @@ export async function makeCapture<T>(steps: () => Promise<T>): Promise<T> {
 async function started(): Promise<Client> {
   const next = newWorker();
   worker = next.worker;
+  ownClient = next.client;
   await next.loaded;
   for (const file of files) await next.client.ask('addFile', file);
   return next.client;

@@ -57,9 +57,13 @@ const commands: Handlers<Commands> = {
   },
 };
 
-function session() {
+function opened(): Reader {
   if (reader === undefined) throw new Error('no capture is open');
-  return reader.session;
+  return reader;
+}
+
+function session() {
+  return opened().session;
 }
 
 const questions: Handlers<Questions> = {
@@ -103,7 +107,7 @@ async function answer({ id, name, ask }: RequestMessage): Promise<void> {
 function answerOf(name: string, ask: unknown): unknown {
   if (name.startsWith('analyse.')) {
     const analysis = analyses[name.slice('analyse.'.length) as keyof Analyses];
-    return analysis(session(), ask as never);
+    return opened().analysed((session) => analysis(session, ask as never));
   }
   const handlers = { ...commands, ...questions } as Record<string, (ask: unknown) => unknown>;
   const handler = handlers[name];
