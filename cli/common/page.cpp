@@ -127,4 +127,11 @@ std::string page_with_capture(std::string_view page,
   return text;
 }
 
+std::string page_with_report(std::string_view page, std::string_view content) {
+  const std::size_t place = page.find(core_element);
+  std::string text(page.substr(0, place));
+  text.append(R"(<script type="text/plain" id="biss-report">)").append(content);
+  return text.append("</script>").append(page.substr(place));
+}
+
 }  // namespace biss::cli

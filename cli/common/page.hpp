@@ -32,6 +32,12 @@ std::string page_with_capture(std::string_view page,
                               std::initializer_list<PageAttribute> attributes,
                               std::string_view content);
 
+/// The page with an element `biss-report`, which view/src/core/report.ts describes: what is known of
+/// a capture of which the page has a part.
+/// \param content base64 of gzip
+/// \pre `page` is from read_page()
+std::string page_with_report(std::string_view page, std::string_view content);
+
 /// Text as it stands in the value of an attribute, between "…".
 std::string attribute_text(std::string_view text);
 

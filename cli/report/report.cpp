@@ -1,6 +1,8 @@
 // `biss report`: the page with a capture in it, as one file.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -13,6 +15,7 @@
 #include "cli/common/verbs.hpp"
 #include "cli/decode/decode_run.hpp"
 #include "cli/report/packed.hpp"
+#include "cli/report/part.hpp"
 #include "cli/report/settings.hpp"
 #include "cli/safety/text_file.hpp"
 #include "report/summary.hpp"
@@ -26,6 +29,8 @@ namespace fs = std::filesystem;
 // A capture is in the report as a whole up to these sizes: of the file, and of its text in the page.
 constexpr std::uintmax_t whole_file_max = std::uintmax_t{16} << 20U;
 constexpr std::size_t whole_text_max = 3'300'000;
+// A report that has a part of a capture, with the page.
+constexpr std::size_t report_max = 4'900'000;
 
 struct ReportOptions {
   DecodeOptions decode;
@@ -62,7 +67,9 @@ class ReportRun {
     status = decode.next();
     if (status != ExitStatus::done) return status;
     if (const auto text = whole_capture()) return write(whole_page(*page, *text));
-    return fail(ExitStatus::usage, "too large");
+    const std::size_t room = report_max - std::min(report_max, page->size());
+    const auto part = part_of_capture(options_.decode, decode, view_settings(verb_), name(), room);
+    return part ? write(part_page(*page, *part)) : part.error();
   }
 
  private:
@@ -87,6 +94,13 @@ class ReportRun {
     contains_ = "the whole capture";
     const std::string view = view_settings(verb_).link_text();
     return page_with_capture(page, {{"name", name()}, {"view", view}}, content);
+  }
+
+  std::string part_page(std::string_view page, const CapturePart& part) {
+    contains_ = fmt::format("{}", fmt::join(part.notes, " "));
+    const std::string with_report = page_with_report(page, part.report);
+    return page_with_capture(with_report, {{"name", name()}, {"view", part.settings.link_text()}},
+                             part.capture);
   }
 
   ExitStatus write(const std::string& page) {

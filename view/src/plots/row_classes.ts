@@ -36,6 +36,8 @@ export interface Rows {
   count: number;
   /** Of each row; empty where there are too many. */
   times: BigInt64Array;
+  /** Of the cycles in the capture, which a report has a part of. */
+  numbers: Float64Array;
   classes: Uint8Array;
   status: string[];
   safety: string[];
@@ -218,6 +220,7 @@ export function rows(session: Session, { from, to, most }: RowsAsk): Rows {
     first,
     count,
     times: timesOf(session, first, stop),
+    numbers: numbersOf(session.column('cycle', first, stop).values),
     classes: Uint8Array.from(indices, (i) => verdicts.classOf(i)),
     status: indices.map((i) => textOf(verdicts.status, i)),
     safety: indices.map((i) => textOf(verdicts.safety, i)),
