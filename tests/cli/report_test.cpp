@@ -53,11 +53,11 @@ TEST(ReportVerb, SmallCapture_IsInThePageAsAWhole) {
 TEST(ReportVerb, LargeCapture_IsInThePageInPartAndTheSameBytesAgain) {
   const Folder folder;
   const std::string capture =
-      simulate(folder, "line.vcd", {"--cycles", "12000", "--fault", "flip:0.01"});
+      simulate(folder, "line.vcd", {"--cycles", "24000", "--fault", "flip:0.01"});
   ASSERT_GT(std::filesystem::file_size(capture), 16U << 20U);
   const Outcome made = report(folder, capture);
   ASSERT_EQ(made.status, 0) << made.err;
-  EXPECT_THAT(made.err, HasSubstr("of 12000 request cycles"));
+  EXPECT_THAT(made.err, HasSubstr("of 24000 request cycles"));
   EXPECT_THAT(made.err, testing::ContainsRegex("All [0-9]+ failed cycles are in it"));
   const std::string text = content_of(folder.path("report.html"));
   EXPECT_LT(text.size(), 1'000'000U);
@@ -77,7 +77,7 @@ TEST(ReportVerb, HostileFileName_StaysAnAttribute) {
 
 TEST(ReportVerb, HostileFileNameOfALargeCapture_IsNotInThePageAsItIs) {
   const Folder folder;
-  const std::string first = simulate(folder, "a.vcd", {"--cycles", "12000"});
+  const std::string first = simulate(folder, "a.vcd", {"--cycles", "24000"});
   std::filesystem::rename(first, folder.path("x<b>y.vcd"));
   ASSERT_EQ(report(folder, folder.path("x<b>y.vcd")).status, 0);
   EXPECT_THAT(content_of(folder.path("report.html")), Not(HasSubstr("<b>")));

@@ -14,7 +14,7 @@ let rows;
 before(async () => {
   browser = await browse();
   folder = makeFolder();
-  folder.make(['simulate', '-f', format, '--cycles', '16000', '--seed', '5', '--fault', 'flip:0.01', '-o', 'line.vcd']);
+  folder.make(['simulate', '-f', format, '--cycles', '24000', '--seed', '5', '--fault', 'flip:0.01', '-o', 'line.vcd']);
   folder.make(['simulate', '-f', format, '--cycles', '50', '-o', 'small.vcd']);
   rows = folder.make(['decode', 'line.vcd', '-f', format, '--velocity', '--to', 'csv']).out.trimEnd().split('\n').slice(1);
   for (const name of ['line', 'small']) {
@@ -65,14 +65,14 @@ describe('a report with a part of the capture', () => {
     const { page } = await open('line.html');
     const failed = rows.filter((row) => row.split(',')[2] !== 'ok' && !/cut_/.test(row)).length;
     const text = await bar(page);
-    assert.match(text, /of 16000 request cycles/);
+    assert.match(text, /of 24000 request cycles/);
     assert.match(text, new RegExp(`All ${failed} failed cycles are in it`));
     await page.close();
   });
 
   it('SummaryAndExplain_AreThoseOfTheWhole', async () => {
     const { page } = await open('line.html', 'summary');
-    await page.locator('.panel', { hasText: '16000 request cycles' }).waitFor();
+    await page.locator('.panel', { hasText: '24000 request cycles' }).waitFor();
     await page.locator('#tab-explain').click();
     const cause = JSON.parse(folder.make(['explain', 'line.vcd', '-f', format, '--to', 'jsonl']).out.split('\n')[0]);
     await page.locator('.panel .causes', { hasText: cause.evidence.split('; ')[0] }).waitFor();
@@ -93,7 +93,7 @@ describe('a report with a part of the capture', () => {
     await page.emulateMedia({ media: 'print' });
     await page.locator('.print h2', { hasText: 'Failed cycles' }).waitFor();
     const text = await page.locator('.print').textContent();
-    assert.match(text, /16000 request cycles/);
+    assert.match(text, /24000 request cycles/);
     assert.equal(await page.locator('.app').isVisible(), false);
     assert.ok((await page.locator('.print svg').count()) >= 4);
     await page.close();
