@@ -74,6 +74,7 @@ export class PartSession implements Session {
   #rows: number[] = [];
   #place: number[] = [];
   #looked = 0;
+  #ends = new Map<number, bigint | undefined>();
 
   /** \param isWhole the settings are those of the report */
   constructor(private readonly part: Session, readonly report: Report, readonly isWhole: boolean) {
@@ -160,6 +161,17 @@ export class PartSession implements Session {
     const number = this.report.rows.numbers[this.#place[row] ?? 0] ?? 0;
     const title = cycle.title.replace(/\bcycle \d+/, `cycle ${number}`);
     return { ...cycle, number, title };
+  }
+
+  /** Where the line is not known after a row. */
+  endBeforeGap(row: number): bigint | undefined {
+    const number = (at: number) => this.report.rows.numbers[this.#place[at] ?? NaN];
+    if (number(row + 1) === (number(row) ?? NaN) + 1) return undefined;
+    if (!this.#ends.has(row)) {
+      const end = this.part.cycle(this.#rows[row] ?? 0)?.end;
+      this.#ends.set(row, end === undefined ? undefined : BigInt(end));
+    }
+    return this.#ends.get(row);
   }
 
   close(): void {

@@ -154,7 +154,7 @@ function Plot({ plot, values }: { plot: ColumnPlot; values: Envelope }) {
   const { from, to } = state.wholeRange.value;
   const span = Math.max(1, Number(to - from));
   const x = (i: number) => ((width * (times[i] ?? 0)) / span).toFixed(1);
-  const y = (value: number) => height - (height * (value - least)) / Math.max(1e-9, most - least);
+  const y = (value: number) => (most > least ? height - (height * (value - least)) / (most - least) : height / 2);
   const bars = [...low].map((value, i) => {
     if (Number.isNaN(value)) return '';
     const top = y(high[i] ?? value);
@@ -166,7 +166,7 @@ function Plot({ plot, values }: { plot: ColumnPlot; values: Envelope }) {
   return (
     <figure>
       <figcaption>{plot.title}: {text(least)} to {text(most)}</figcaption>
-      <svg viewBox={`0 0 ${width} ${height}`}><path d={bars.join('')} /></svg>
+      <svg viewBox={`0 0 ${width} ${height}`} preserveAspectRatio="none"><path d={bars.join('')} /></svg>
     </figure>
   );
 }

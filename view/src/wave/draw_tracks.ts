@@ -43,7 +43,7 @@ export class TrackPainter {
   }
 
   cycle(lane: Lane, rows: Rows, i: number, selected: boolean): void {
-    const [from, to] = this.#bounds(rows.times[i] ?? 0n, rows.times[i + 1] ?? rows.end);
+    const [from, to] = this.#bounds(rows.times[i] ?? 0n, rows.ends[i] ?? rows.end);
     if (to <= from) return;
     const row = rows.first + i;
     const status = rows.status[i] ?? '';
