@@ -100,6 +100,26 @@ describe('a report with a part of the capture', () => {
   });
 });
 
+describe('a report of BiSS Safety', () => {
+  it('VerdictsThatDependOnOtherCycles_AreThoseOfTheWhole', async () => {
+    folder.make(['simulate', '-f', 'rsm', '--cycles', '8000', '--fault', 'flip:0.003', '--fault', 'repeat:0.003', '-o', 'safe.vcd']);
+    folder.make(['report', 'safe.vcd', '-f', 'rsm', '--page', pageFile, '-o', 'safe.html']);
+    const decoded = folder.make(['decode', 'safe.vcd', '-f', 'rsm', '--velocity', '--to', 'csv']).out.trimEnd().split('\n');
+    const safety = decoded[0].split(',').indexOf('safety');
+    const { page } = await open('safe.html');
+    await page.locator('.filter-bar button', { hasText: 'Errors' }).click();
+    const failed = decoded.slice(1).filter((row) => !['ok', 'cut_start', 'cut_end'].includes(row.split(',')[2]));
+    await page.locator('.filter-bar', { hasText: /\d+ of \d+ rows/ }).waitFor();
+    await page.locator('.row .bad').first().waitFor();
+    const shown = await page.locator('.table .row').evaluateAll((all) =>
+      all.map((row) => [...row.children].map((cell) => cell.textContent)));
+    assert.ok(failed.length > 10 && shown.length > 5);
+    for (const found of shown) assert.deepEqual(found, decoded[Number(found[0]) + 1].split(','));
+    assert.ok(shown.some((found) => found[safety] !== 'safe'));
+    await page.close();
+  });
+});
+
 async function readRow(page, row) {
   await page.locator('#table').evaluate((table, top) => { table.scrollTop = top; }, Math.max(0, row - 3) * 24);
   await page.locator(`#row-${row} .text`).first().filter({ hasText: /\w/ }).waitFor();
