@@ -62,6 +62,12 @@ TEST(Page, CaptureInThePage_StandsBeforeTheCore) {
             R"(<script type="text/plain" id="biss-core">CORE</script></body>)");
 }
 
+TEST(Page, ReportInThePage_StandsBeforeTheCore) {
+  EXPECT_EQ(page_with_report(page, "H4sI"),
+            R"(<body><script type="text/plain" id="biss-report">H4sI</script>)"
+            R"(<script type="text/plain" id="biss-core">CORE</script></body>)");
+}
+
 TEST(Page, HostileName_StaysAnAttribute) {
   EXPECT_EQ(attribute_text("\"><script>alert('&')\n\r"),
             "&quot;&gt;&lt;script&gt;alert('&amp;')&#10;&#13;");

@@ -275,6 +275,12 @@ class PartMaker {
           "{} failed cycles cannot be shown without the rest of the capture, the first is {}.",
           unlike_.size(), unlike_.front()));
     }
+    if (excerpt_->lost() != 0) {
+      notes.push_back(fmt::format(
+          "{} of the cycles chosen are not in it, because they have too many edges or are "
+          "before 0.",
+          excerpt_->lost()));
+    }
     notes.emplace_back(
         "Plots, causes, summary, identify, check and explain are those of the whole capture; the "
         "eye and the margins are those of the cycles in the report.");
