@@ -71,6 +71,11 @@ test-view: build view  ## the page in Chromium: what it shows, against the comma
 view-speed: build view  ## the page with large captures: BISS_GB says how large
 	@cd view && BISS=../build/biss node test/speed.mjs
 
+.PHONY: report-pictures
+report-pictures: build view  ## reports in Chromium, Firefox and on A4, to be looked at: build/report-pictures
+	@scripts/install-packages view
+	@cd view && BISS=../build/biss node test/report_pictures.mjs ../build/report-pictures
+
 .PHONY: explain-matrix
 explain-matrix:  ## how often biss explain finds each cause; renews docs/explain.md
 	@scripts/install-packages build test

@@ -23,6 +23,7 @@ ExitStatus run(int argc, char** argv) {
   add_draw(command);
   add_plan(command);
   add_registers(command);
+  add_report(command);
   add_archive(command);
   add_safety(command);
   add_simulate(command);

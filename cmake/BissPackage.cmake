@@ -37,6 +37,9 @@ function(biss_install)
             COMPONENT command)
     install(FILES "${PROJECT_BINARY_DIR}/biss.bash" RENAME biss
             DESTINATION "${CMAKE_INSTALL_DATADIR}/bash-completion/completions" COMPONENT command)
+    # Where make view has built it; the command looks for it there.
+    install(FILES "${PROJECT_SOURCE_DIR}/view/dist/biss.html"
+            DESTINATION "${CMAKE_INSTALL_DATADIR}/biss" COMPONENT command OPTIONAL)
   endif()
 endfunction()
 

@@ -19,6 +19,7 @@ void add_identify(Command& command);
 void add_explain(Command& command);
 void add_plan(Command& command);
 void add_registers(Command& command);
+void add_report(Command& command);
 void add_safety(Command& command);
 void add_simulate(Command& command);
 

@@ -160,7 +160,8 @@ bool DecodeRun::take(std::uint64_t number, const decode::Cycle& cycle,
   const auto verdict = safety_ ? safety_->judge(cycle) : std::nullopt;
   statistics_.add(cycle, exceeded);
   const MotionValues motion = motion_ ? take_position(number, cycle) : MotionValues{};
-  if (options_.only_errors && !is_error(cycle, verdict, exceeded)) return true;
+  took_error_ = is_error(cycle, verdict, exceeded);
+  if (options_.only_errors && !took_error_) return true;
   if (options_.every > 1 && written_++ % options_.every != 0) return true;
   if (options_.to == report::Format::vcd && cycle.time < Picoseconds{}) {
     before_zero_ = true;

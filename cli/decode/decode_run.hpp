@@ -63,6 +63,8 @@ class DecodeRun {
   ExitStatus begin_rows();
   /// Writes the row of a cycle, if it is wanted. False when no further row is of use.
   bool take(std::uint64_t number, const decode::Cycle& cycle, report::TableWriter& writer);
+  /// The cycle taken last is one that --only-errors writes.
+  bool took_error() const { return took_error_; }
   /// After the last cycle. \param read the capture was read to its end
   ExitStatus end_rows(bool read, RunMessages& messages);
   /// The summary of the cycles taken so far.
@@ -97,6 +99,7 @@ class DecodeRun {
   // Rows that --every counts.
   std::uint64_t written_ = 0;
   bool before_zero_ = false;
+  bool took_error_ = false;
 };
 
 }  // namespace biss::cli

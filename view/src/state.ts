@@ -1,6 +1,7 @@
 // All that the parts of the page share, one signal a fact. Times are picoseconds.
 import { computed, signal } from '@preact/signals';
 import type { About, Column } from 'biss';
+import type { Report } from './core/report';
 
 /** A stretch of time, `from` before `to`. */
 export interface Range {
@@ -64,6 +65,9 @@ export const generation = signal(0);
 /** What the command writes to stderr, and what the page itself could not do. */
 export const messages = signal('');
 
+/** What the page knows of the whole capture, where it has a part of one. */
+export const report = signal<Report | undefined>(undefined);
+
 // What the user has chosen.
 export const settings = signal<Settings>(defaultSettings);
 /** What the waveform and the plots show. Undefined without a capture. */
@@ -76,6 +80,13 @@ export const filter = signal('');
 export const panel = signal<Panel>('cycle');
 export const theme = signal<Theme>('system');
 export const systemIsDark = signal(false);
+
+/** A part is read as the whole capture was, so that what is known of that one holds. */
+export const isWhole = computed(() => {
+  const whole = report.value?.settings;
+  const keys = Object.keys(defaultSettings) as (keyof Settings)[];
+  return whole !== undefined && keys.every((key) => whole[key] === settings.value[key]);
+});
 
 /** The theme that is shown. Canvases draw again when it changes. */
 export const shownTheme = computed<'light' | 'dark'>(() => {

@@ -1,6 +1,7 @@
 // A session of rows alone, as biss.d.mts has it, for the tests of what the worker computes.
 
 const columns = [
+  { name: 'cycle', kind: 'unsigned' },
   { name: 'time_ns', kind: 'time' },
   { name: 'status', kind: 'text' },
   { name: 'position', kind: 'unsigned' },
@@ -43,6 +44,7 @@ export function manyRows(count) {
   return Array.from({ length: count }, (_, i) => {
     time += i % 1000 === 999 ? 5_000_000_000n : 40_000_000n;
     const row = {
+      cycle: BigInt(i),
       time_ns: time,
       status: i % 97 === 5 ? 'crc' : 'ok',
       line_delay_ns: 300_000n + BigInt(i % 7),

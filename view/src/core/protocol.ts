@@ -1,6 +1,7 @@
 // What the page and the worker say to each other. A request has a number, its answer has the same.
 import type { About, Column, ColumnValues, Cycle, LineView, RunResult } from 'biss';
 import type { Analyses } from '../plots/analyses';
+import type { Report } from './report';
 import type { Content } from './source';
 
 /** What can be asked of the capture that is open, and what comes back. */
@@ -29,7 +30,10 @@ export interface Commands {
   removeFile: { ask: { name: string }; answer: undefined };
   readFile: { ask: { name: string }; answer: Uint8Array };
   run: { ask: { args: string[] }; answer: RunResult };
-  open: { ask: { args: string[]; anyLines: boolean }; answer: Opened };
+  /** The capture is a part of that of the report. */
+  report: { ask: { report: Report | undefined }; answer: undefined };
+  /** isWhole: the settings are those of the report. */
+  open: { ask: { args: string[]; anyLines: boolean; isWhole: boolean }; answer: Opened };
   close: { ask: Record<string, never>; answer: undefined };
 }
 

@@ -4,6 +4,7 @@ import * as state from '../state';
 import { decodeArguments } from './arguments';
 import { core, startCore } from './core';
 import type { Opened, ReadingMessage } from './protocol';
+import type { Report } from './report';
 import { sizeOf } from './source';
 import { setVerbFiles, endVerbs, type NamedContent } from './verbs';
 
@@ -28,11 +29,11 @@ let turn = Promise.resolve();
 let newestFiles = 0;
 let newestReading = 0;
 
-/** Opens files as one capture; `example` as in OpenFile. */
-export function openFiles(contents: NamedContent[], example?: string): Promise<void> {
+/** Opens files as one capture; `example` as in OpenFile, `report` where they are a part of one. */
+export function openFiles(contents: NamedContent[], example?: string, report?: Report): Promise<void> {
   const own = ++newestFiles;
   newestReading += 1;
-  return inTurn(() => (own === newestFiles ? openNow(contents, example) : undefined));
+  return inTurn(() => (own === newestFiles ? openNow(contents, example, report) : undefined));
 }
 
 /** Reads the same files again, with the settings as they are now. */
@@ -47,7 +48,7 @@ function inTurn(action: () => Promise<void> | undefined): Promise<void> {
   return turn;
 }
 
-async function openNow(contents: NamedContent[], example?: string): Promise<void> {
+async function openNow(contents: NamedContent[], example?: string, report?: Report): Promise<void> {
   if (contents.length === 0) return;
   await loaded;
   await core().ask('close', {});
@@ -55,12 +56,14 @@ async function openNow(contents: NamedContent[], example?: string): Promise<void
   files = contents.map(({ name, content }) => ({ name: safeName(name), content }));
   await Promise.all(files.map((file) => core().ask('addFile', file)));
   setVerbFiles(files);
+  await core().ask('report', { report });
   batch(() => {
     state.file.value = {
       name: files.map(({ name }) => name).join(', '),
       bytes: contents.reduce((sum, { content }) => sum + sizeOf(content), 0),
       example,
     };
+    state.report.value = report;
     state.about.value = undefined;
     state.columns.value = [];
     state.rowCount.value = 0;
@@ -108,9 +111,10 @@ async function read(): Promise<void> {
 async function open(): Promise<Opened> {
   const all = decodeArguments(fileNames(), state.settings.value);
   const errors: unknown[] = [];
+  const isWhole = state.isWhole.value;
   for (const args of all) {
     try {
-      const opened = await core().ask('open', { args, anyLines: false });
+      const opened = await core().ask('open', { args, anyLines: false, isWhole });
       // A scale was asked for; the velocity is an extra.
       const refused = all.length > 2 && errors.length > 0 ? textOf(errors[0]) : '';
       return { ...opened, messages: `${refused}${opened.messages}` };
@@ -120,7 +124,7 @@ async function open(): Promise<Opened> {
   }
   const error = errors.at(-1);
   try {
-    const opened = await core().ask('open', { args: all.at(-1)!, anyLines: true });
+    const opened = await core().ask('open', { args: all.at(-1)!, anyLines: true, isWhole });
     return { ...opened, messages: `${textOf(error)}${opened.messages}` };
   } catch {
     throw error;

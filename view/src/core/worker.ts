@@ -4,6 +4,7 @@ import type { Biss } from 'biss';
 import { analyses, type Analyses } from '../plots/analyses';
 import { findRow, findRows } from './matching';
 import { Reader } from './reader';
+import { PartSession, wholeCauses, wholeEnvelope, type Report } from './report';
 import { measuredSource, type MeasuredSource } from './source';
 import { unpack } from './unpack';
 import type { AnswerMessage, Commands, Questions, RequestMessage } from './protocol';
@@ -12,6 +13,7 @@ declare const self: DedicatedWorkerGlobalScope;
 
 let biss: Biss | undefined;
 let reader: Reader | undefined;
+let report: Report | undefined;
 let generation = 0;
 const sources = new Map<string, MeasuredSource>();
 
@@ -42,8 +44,13 @@ const commands: Handlers<Commands> = {
   },
   readFile: ({ name }) => loaded().readFile(name),
   run: ({ args }) => loaded().run(args),
-  open({ args, anyLines }) {
-    const { session, messages } = loaded().open(args, { anyLines });
+  report({ report: given }) {
+    report = given;
+    return undefined;
+  },
+  open({ args, anyLines, isWhole }) {
+    const { session: opened, messages } = loaded().open(args, { anyLines });
+    const session = report === undefined ? opened : new PartSession(opened, report, isWhole);
     reader?.close();
     generation += 1;
     const read = args.flatMap((name) => sources.get(name) ?? []);
@@ -105,6 +112,8 @@ async function answer({ id, name, ask }: RequestMessage): Promise<void> {
 }
 
 function answerOf(name: string, ask: unknown): unknown {
+  const whole = answerOfWhole(name, ask);
+  if (whole !== undefined) return whole;
   if (name.startsWith('analyse.')) {
     const analysis = analyses[name.slice('analyse.'.length) as keyof Analyses];
     return opened().analysed((session) => analysis(session, ask as never));
@@ -113,6 +122,14 @@ function answerOf(name: string, ask: unknown): unknown {
   const handler = handlers[name];
   if (handler === undefined) throw new Error(`no request ${name}`);
   return handler(ask);
+}
+
+// What a report knows of the whole capture.
+function answerOfWhole(name: string, ask: unknown): unknown {
+  const part = reader?.session;
+  if (!(part instanceof PartSession) || !part.isWhole) return undefined;
+  if (name === 'analyse.envelope') return wholeEnvelope(part.report, ask as Analyses['envelope']['ask']);
+  return name === 'analyse.causes' ? wholeCauses(part.report) : undefined;
 }
 
 // Arrays of an answer are moved, not copied.

@@ -36,6 +36,8 @@ export interface Rows {
   count: number;
   /** Of each row; empty where there are too many. */
   times: BigInt64Array;
+  /** Of the cycles in the capture, which a report has a part of. */
+  numbers: Float64Array;
   classes: Uint8Array;
   status: string[];
   safety: string[];
@@ -45,6 +47,8 @@ export interface Rows {
   /** Picoseconds; NaN where it is not known. */
   lineDelay: Float64Array;
   ack: Float64Array;
+  /** When the row after each one begins, or the line is not known any more. */
+  ends: BigInt64Array;
   /** When the row after the last one begins; the end of the capture where there is none. */
   end: bigint;
 }
@@ -203,6 +207,16 @@ function addBlocks(
   }
 }
 
+/** A session of a part of a capture: between some rows the line is not known. */
+interface WithGaps extends Session {
+  /** The end of a row before such a gap. */
+  endBeforeGap(row: number): bigint | undefined;
+}
+
+function endsOf(session: Session & Partial<WithGaps>, first: number, times: BigInt64Array, end: bigint): BigInt64Array {
+  return times.map((_, i) => session.endBeforeGap?.(first + i) ?? times[i + 1] ?? end);
+}
+
 export function rows(session: Session, { from, to, most }: RowsAsk): Rows {
   const { first, end } = rowsIn(session, from, to);
   const count = end - first;
@@ -214,10 +228,14 @@ export function rows(session: Session, { from, to, most }: RowsAsk): Rows {
     return numbersOf(values).map((value, i) => (present[i] === 1 ? value : NaN));
   };
   const indices = Array.from({ length: stop - first }, (_, i) => i);
+  const times = timesOf(session, first, stop);
+  const after = timesOf(session, end, end + 1)[0] ?? BigInt(session.about().endTime);
   return {
     first,
     count,
-    times: timesOf(session, first, stop),
+    times,
+    ends: endsOf(session, first, times, after),
+    numbers: numbersOf(session.column('cycle', first, stop).values),
     classes: Uint8Array.from(indices, (i) => verdicts.classOf(i)),
     status: indices.map((i) => textOf(verdicts.status, i)),
     safety: indices.map((i) => textOf(verdicts.safety, i)),
@@ -225,6 +243,6 @@ export function rows(session: Session, { from, to, most }: RowsAsk): Rows {
     position: indices.map((i) => (position.present[i] === 1 ? String(position.values[i]) : '')),
     lineDelay: measured('line_delay_ns'),
     ack: measured('ack_ns'),
-    end: timesOf(session, end, end + 1)[0] ?? BigInt(session.about().endTime),
+    end: after,
   };
 }

@@ -7,6 +7,8 @@ import { openUserFiles } from './files';
 import { Header } from './header';
 import { Help } from './help';
 import { Panels } from './panels';
+import { isPrinted, PrintPage } from './print';
+import { ReportBar } from './report_bar';
 import { SimulatePanel } from './simulate';
 import { Splitter } from './splitter';
 import { MessageBar, StatusBar } from './status_bar';
@@ -31,10 +33,13 @@ function onDrop(event: DragEvent): void {
 }
 
 export function App() {
+  const kind = ['app', isOver.value && 'over', isPrinted && 'printed'].filter(Boolean).join(' ');
   return (
-    <div class={isOver.value ? 'app over' : 'app'} onDragEnter={onDrag} onDragOver={onDrag} onDragLeave={onDrag} onDrop={onDrop}>
+    <>
+    <div class={kind} onDragEnter={onDrag} onDragOver={onDrag} onDragLeave={onDrag} onDrop={onDrop}>
       <Header />
       <MessageBar />
+      <ReportBar />
       <main>
         <SimulatePanel />
         {state.file.value === undefined ? <Welcome /> : <Work />}
@@ -43,6 +48,8 @@ export function App() {
       <Help />
       <div class="sr" role="status" aria-live="polite">{announcement.value}</div>
     </div>
+    {isPrinted && <PrintPage />}
+    </>
   );
 }
 

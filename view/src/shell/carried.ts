@@ -4,7 +4,10 @@
 //
 // with the bytes as base64 of gzip; or empty, with data-address and data-size, where the server gives
 // them in pieces (Range). VIEW is what a link has after #; the address of the page goes before it.
+// Where the capture is a part of a larger one, an element `biss-report` has the object of
+// core/report.ts, as JSON in base64 of gzip.
 import { openFiles } from '../core/reading';
+import type { Report } from '../core/report';
 import { unpack } from '../core/unpack';
 
 const element = document.getElementById('biss-capture');
@@ -14,6 +17,15 @@ export function carriedView(): string {
   return element?.dataset['view'] ?? '';
 }
 
+/** The page has a capture of its own: it is a report, or its server shows one. */
+export const isCarried = element !== null;
+
+async function carriedReport(): Promise<Report | undefined> {
+  const text = document.getElementById('biss-report')?.textContent ?? '';
+  if (text === '') return undefined;
+  return JSON.parse(new TextDecoder().decode(await unpack(text))) as Report;
+}
+
 /** Opens the capture that the page has; false where it has none. */
 export async function openCarried(): Promise<boolean> {
   const { name, address, size } = element?.dataset ?? {};
@@ -21,6 +33,6 @@ export async function openCarried(): Promise<boolean> {
   const content = address === undefined
     ? await unpack(element.textContent ?? '')
     : { address: new URL(address, location.href).href, size: Number(size) };
-  await openFiles([{ name, content }]);
+  await openFiles([{ name, content }], undefined, await carriedReport());
   return true;
 }

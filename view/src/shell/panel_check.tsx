@@ -1,8 +1,8 @@
 // What `biss check` says, rule by rule.
 import { signal } from '@preact/signals';
-import { zoomToRow } from '../selection';
+import * as state from '../state';
 import { encoders } from './encoders';
-import { CycleLink, textOf, useVerb, VerbView, verbArguments } from './verb';
+import { CycleLink, textOf, useVerb, VerbView, verbArguments, zoomToCycle } from './verb';
 
 const against = signal('biss-c');
 const judgedOnly = signal(true);
@@ -11,7 +11,9 @@ const signs: Record<string, string> = { fail: '✗', marginal: '!', pass: '✓',
 const kinds: Record<string, string> = { fail: 'bad-text', marginal: 'warn-text', pass: 'good-text' };
 
 export function CheckPanel() {
-  const result = useVerb(verbArguments(['check'], ['--against', against.value, '--to', 'jsonl']));
+  // A report says it of the whole capture for these limits.
+  const limits = state.isWhole.value ? 'biss-c' : against.value;
+  const result = useVerb(verbArguments(['check'], ['--against', limits, '--to', 'jsonl']));
   const rows = [...result.rows]
     .filter((row) => !judgedOnly.value || row['verdict'] !== 'not_judged')
     .sort((a, b) => order.indexOf(String(a['verdict'])) - order.indexOf(String(b['verdict'])));
@@ -20,7 +22,7 @@ export function CheckPanel() {
     <>
       <div class="bar">
         <label>Against{' '}
-          <select value={against.value} onChange={(event) => { against.value = event.currentTarget.value; }}>
+          <select value={limits} disabled={state.isWhole.value} onChange={(event) => { against.value = event.currentTarget.value; }}>
             <option value="biss-c">BiSS C</option>
             <option value="renishaw">Renishaw data sheets</option>
             {encoders.value.map((name) => <option key={name}>{name}</option>)}
@@ -59,7 +61,7 @@ function Rule({ row }: { row: Record<string, unknown> }) {
       <td class="number">{textOf(row['worst'])}</td>
       <td class="number">{textOf(row['margin'])}</td>
       <td>{textOf(row['unit'])}</td>
-      <td><CycleLink cycle={row['cycle']} go={(cycle) => void zoomToRow(cycle)} /></td>
+      <td><CycleLink cycle={row['cycle']} go={(cycle) => void zoomToCycle(cycle)} /></td>
       <td class="number">{textOf(row['cases'])}</td>
       <td class="quiet">{textOf(row['source'])}</td>
       <td>{textOf(row['note'])}</td>

@@ -1,6 +1,5 @@
 // What `biss explain` says: the likely causes, the likeliest first.
-import { zoomToRow } from '../selection';
-import { useVerb, VerbView, verbArguments } from './verb';
+import { useVerb, VerbView, verbArguments, zoomToCycle } from './verb';
 
 export function ExplainPanel() {
   const result = useVerb(verbArguments(['explain'], ['--to', 'jsonl']));
@@ -36,7 +35,7 @@ function Evidence({ text }: { text: string }) {
     <p>
       {text}
       {first !== undefined && (
-        <> <button type="button" class="small" onClick={() => void zoomToRow(Number(first))}>Show {first}</button></>
+        <> <button type="button" class="small" onClick={() => void zoomToCycle(Number(first))}>Show {first}</button></>
       )}
     </p>
   );

@@ -3,8 +3,11 @@ import type { ComponentChildren } from 'preact';
 import { signal } from '@preact/signals';
 import { useEffect } from 'preact/hooks';
 import { captureArguments, commonFurther } from '../core/arguments';
+import { core } from '../core/core';
 import { fileNames } from '../core/reading';
 import { runVerb } from '../core/verbs';
+import { announce } from './announce';
+import { zoomToRow } from '../selection';
 import * as state from '../state';
 
 export interface VerbResult {
@@ -43,13 +46,31 @@ export function useVerb(args: string[], wanted = true): VerbResult {
 async function run(key: string, args: string[]): Promise<void> {
   put(key, { state: 'running', rows: [], words: '' });
   try {
-    const { status, out, err } = await runVerb(args);
-    const text = new TextDecoder().decode(out);
+    const { status, text, err } = wholeAnswer(args) ?? await answerOf(args);
     const rows = text.split('\n').filter((line) => line !== '').map((line) => JSON.parse(line));
     put(key, { state: status >= 2 ? 'failed' : 'done', rows, words: err });
   } catch (error) {
     put(key, { state: 'failed', rows: [], words: String(error) });
   }
+}
+
+// Of a report: what the verb says of the whole capture.
+function wholeAnswer([verb = '']: string[]) {
+  const answer = state.isWhole.value ? state.report.value?.verbs[verb] : undefined;
+  return answer && { status: answer.status, text: answer.out, err: answer.err };
+}
+
+async function answerOf(args: string[]) {
+  const { status, out, err } = await runVerb(args);
+  return { status, text: new TextDecoder().decode(out), err };
+}
+
+/** Shows a cycle by its number; a report does not have each. */
+export async function zoomToCycle(cycle: number): Promise<void> {
+  const row = state.report.value === undefined ? cycle
+    : await core().ask('find', { condition: `cycle = ${cycle}`, from: -1, step: 1 });
+  if (row !== undefined) await zoomToRow(row);
+  else announce(state.messages.value = `Cycle ${cycle} is not in this report.`);
 }
 
 /** Where a cycle is named: a button that goes to it. */

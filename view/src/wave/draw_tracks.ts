@@ -43,7 +43,7 @@ export class TrackPainter {
   }
 
   cycle(lane: Lane, rows: Rows, i: number, selected: boolean): void {
-    const [from, to] = this.#bounds(rows.times[i] ?? 0n, rows.times[i + 1] ?? rows.end);
+    const [from, to] = this.#bounds(rows.times[i] ?? 0n, rows.ends[i] ?? rows.end);
     if (to <= from) return;
     const row = rows.first + i;
     const status = rows.status[i] ?? '';
@@ -52,10 +52,11 @@ export class TrackPainter {
     const position = rows.position[i] ?? '';
     this.#box(lane, from, to, this.#fillOf(found), found === rowClass.failed, selected);
     const sign = signOf(found);
-    const head = `${sign} #${row} ${status}`;
+    const number = rows.numbers[i] ?? row;
+    const head = `${sign} #${number} ${status}`;
     const full = [position, notes].reduce((text, more) => (more === '' ? text : `${text}  ${more}`), head);
     this.context.fillStyle = this.#textOf(found);
-    this.#text(lane, from, to, [full, `${head}  ${position}`, head, `${sign} #${row}`, `#${row}`, sign]);
+    this.#text(lane, from, to, [full, `${head}  ${position}`, head, `${sign} #${number}`, `#${number}`, sign]);
     this.#hit(lane, from, to, `cycle ${full.slice(sign.length).trim()}`, row);
   }
 

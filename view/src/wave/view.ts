@@ -152,7 +152,7 @@ export class WaveView {
     const from = rows.times[i];
     if (from === undefined) return undefined;
     const left = Math.max(gutter, gutter + scale.x(from));
-    return { left, right: Math.max(left, gutter + scale.x(rows.times[i + 1] ?? rows.end)) };
+    return { left, right: Math.max(left, gutter + scale.x(rows.ends[i] ?? rows.end)) };
   }
 
   #drawFar(lanes: Lanes, shown: Shown, scale: TimeScale, colours: Palette): void {
@@ -170,7 +170,7 @@ export class WaveView {
     for (let i = begin; i < end; i += 1) {
       const row = rows.first + i;
       painter.cycle(lanes.cycle, rows, i, state.selectedRow.value === row);
-      const length = Number((rows.times[i + 1] ?? rows.end) - (rows.times[i] ?? 0n));
+      const length = Number((rows.ends[i] ?? rows.end) - (rows.times[i] ?? 0n));
       const isWide = length * scale.pixelsPerPs >= partPixels;
       if (isWide) wanted.push(row);
       const layout = isWide ? this.#layoutOf(rows, i) : undefined;
@@ -214,7 +214,7 @@ export class WaveView {
     for (const part of layout.parts) painter.part(lanes.frame, part, row);
     painter.samples(lanes.slo, lanes.bits, layout, row);
     for (const { at, text } of layout.failures) painter.failure(at, text, row);
-    const next = rows.times[i + 1] ?? rows.end;
+    const next = rows.ends[i] ?? rows.end;
     this.#drawTimeout(lanes, layout, next, row, painter);
     const rest = layout.lastEdge + (3n * layout.period) / 4n;
     const ma = lineTile(this.#ma);
@@ -243,7 +243,7 @@ export class WaveView {
     if (texts[0] === '') return;
     const from = rows.times[i] ?? 0n;
     const isBad = notes !== '' || (verdict !== 'safe' && verdict !== 'starting');
-    painter.label(lanes.flags, from, rows.times[i + 1] ?? rows.end, texts, rows.first + i, isBad);
+    painter.label(lanes.flags, from, rows.ends[i] ?? rows.end, texts, rows.first + i, isBad);
   }
 }
 

@@ -1,0 +1,137 @@
+#include "cli/common/page.hpp"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+#include <system_error>
+#include <vector>
+
+namespace biss::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// The page has at most 3 MB; a file that is much longer is another one.
+constexpr std::size_t page_size_max = std::size_t{64} << 20U;
+// The capture stands before the core, so that the browser has it when the page's script runs.
+constexpr std::string_view core_element = R"(<script type="text/plain" id="biss-core">)";
+
+std::vector<fs::path> usual_places() {
+  std::error_code problem;
+  const fs::path command = fs::read_symlink("/proc/self/exe", problem);
+  if (problem) return {};
+  const fs::path above = command.parent_path().parent_path();
+  return {above / "share/biss/biss.html", above / "view/dist/biss.html"};
+}
+
+tl::unexpected<VerbError> no_page(std::string text) {
+  return tl::unexpected(VerbError{ExitStatus::io, std::move(text)});
+}
+
+tl::expected<fs::path, VerbError> find_page() {
+  std::string tried;
+  for (const fs::path& place : usual_places()) {
+    std::error_code problem;
+    if (fs::is_regular_file(place, problem)) return place;
+    tried += (tried.empty() ? "" : " and ") + place.string();
+  }
+  return no_page(
+      fmt::format("the page biss.html is not there{}{}; build it (make view), or name "
+                  "it with --page FILE",
+                  tried.empty() ? "" : ": looked for ", tried));
+}
+
+}  // namespace
+
+Option add_page_option(Verb verb, std::string& path) {
+  return verb
+      .add_option("--page", path,
+                  "Page of biss (make view builds it); by default the one that is installed with "
+                  "the command, or that of the build tree")
+      .type_name("FILE")
+      .file(FileUse::read);
+}
+
+tl::expected<std::string, VerbError> read_page(const std::string& path) {
+  fs::path file = path;
+  if (path.empty()) {
+    const auto found = find_page();
+    if (!found) return tl::unexpected(found.error());
+    file = *found;
+  }
+  const auto close = [](std::FILE* stream) { std::fclose(stream); };
+  const std::unique_ptr<std::FILE, decltype(close)> stream(std::fopen(file.c_str(), "rb"), close);
+  if (!stream) return no_page(fmt::format("{}: {}", file.string(), std::strerror(errno)));
+  std::string text;
+  std::vector<char> block(std::size_t{1} << 16U);
+  while (const std::size_t got = std::fread(block.data(), 1, block.size(), stream.get())) {
+    text.append(block.data(), got);
+    if (text.size() > page_size_max) break;
+  }
+  if (std::ferror(stream.get()) != 0) {
+    return no_page(fmt::format("{}: {}", file.string(), std::strerror(errno)));
+  }
+  if (text.size() > page_size_max || text.find(core_element) == std::string::npos) {
+    return no_page(
+        fmt::format("{}: is not the page of biss, which make view builds", file.string()));
+  }
+  return text;
+}
+
+std::string attribute_text(std::string_view text) {
+  std::string escaped;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        escaped += "&amp;";
+        break;
+      case '"':
+        escaped += "&quot;";
+        break;
+      case '<':
+        escaped += "&lt;";
+        break;
+      case '>':
+        escaped += "&gt;";
+        break;
+      case '\n':
+        escaped += "&#10;";
+        break;
+      case '\r':
+        escaped += "&#13;";
+        break;
+      default:
+        escaped += c;
+    }
+  }
+  return escaped;
+}
+
+std::string page_with_capture(std::string_view page,
+                              std::initializer_list<PageAttribute> attributes,
+                              std::string_view content) {
+  const std::size_t place = page.find(core_element);
+  std::string element = R"(<script type="text/plain" id="biss-capture")";
+  for (const PageAttribute& attribute : attributes) {
+    element += fmt::format(" data-{}=\"{}\"", attribute.name, attribute_text(attribute.value));
+  }
+  std::string text;
+  text.reserve(page.size() + element.size() + content.size() + 16);
+  text.append(page.substr(0, place)).append(element).append(">").append(content);
+  text.append("</script>").append(page.substr(place));
+  return text;
+}
+
+std::string page_with_report(std::string_view page, std::string_view content) {
+  const std::size_t place = page.find(core_element);
+  std::string text(page.substr(0, place));
+  text.append(R"(<script type="text/plain" id="biss-report">)").append(content);
+  return text.append("</script>").append(page.substr(place));
+}
+
+}  // namespace biss::cli

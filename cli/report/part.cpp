@@ -1,0 +1,387 @@
+#include "cli/report/part.hpp"
+
+#include <fmt/format.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+#include "biss/frame/format_text.hpp"
+#include "cli/common/message.hpp"
+#include "cli/common/terminal.hpp"
+#include "cli/report/asked.hpp"
+#include "cli/report/excerpt.hpp"
+#include "cli/report/overview.hpp"
+#include "cli/report/packed.hpp"
+
+namespace biss::cli {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr std::uint64_t failed_max = 2000;
+constexpr std::uint64_t first_max = 100;
+
+class LastLine final : public report::TextSink {
+ public:
+  bool write(std::string_view text) override {
+    text_.append(text);
+    return true;
+  }
+  // Without the end of the line.
+  std::string take() {
+    if (text_.ends_with('\n')) text_.pop_back();
+    return std::exchange(text_, {});
+  }
+
+ private:
+  std::string text_;
+};
+
+// The row that was written last, as text.
+class LineRows final : public report::TableWriter {
+ public:
+  explicit LineRows(std::span<const report::Column> columns, Overview* overview = nullptr)
+      : overview_(overview),
+        writer_(report::make_table_writer(report::Format::csv, columns, sink_)) {
+    writer_->finish();
+    sink_.take();
+  }
+
+  bool row(std::span<const report::Cell> cells) override {
+    if (overview_ != nullptr) overview_->add(cells);
+    return writer_->row(cells);
+  }
+  bool finish() override { return writer_->finish(); }
+  std::string take() {
+    writer_->finish();
+    return sink_.take();
+  }
+
+ private:
+  Overview* overview_;
+  LastLine sink_;
+  std::unique_ptr<report::TableWriter> writer_;
+};
+
+// A file without a name.
+class MemoryFile {
+ public:
+  explicit MemoryFile(std::string_view text) : descriptor_(memfd_create("part", MFD_CLOEXEC)) {
+    while (!text.empty() && descriptor_ >= 0) {
+      const ssize_t wrote = ::write(descriptor_, text.data(), text.size());
+      if (wrote <= 0) break;
+      text.remove_prefix(static_cast<std::size_t>(wrote));
+    }
+    if (descriptor_ >= 0) ::lseek(descriptor_, 0, SEEK_SET);
+  }
+  ~MemoryFile() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+  }
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+
+  std::string path() const { return fmt::format("/proc/self/fd/{}", descriptor_); }
+
+ private:
+  int descriptor_;
+};
+
+std::vector<std::string> cells_of(const std::string& row) {
+  std::vector<std::string> cells;
+  std::size_t from = 0;
+  for (;;) {
+    const std::size_t comma = std::min(row.find(',', from), row.size());
+    cells.push_back(row.substr(from, comma - from));
+    if (comma == row.size()) return cells;
+    from = comma + 1;
+  }
+}
+
+// Their values depend on cycles that the part may not have.
+bool depends_on_others(std::string_view column) {
+  return column == "safety" || column == "limits" || column.starts_with("velocity_");
+}
+
+class PartMaker {
+ public:
+  PartMaker(DecodeOptions& options, DecodeRun& run, std::string_view name)
+      : options_(options), run_(run), name_(name) {}
+
+  ExitStatus read() {
+    DecodedCapture& capture = run_.capture();
+    const auto& format = capture.format();
+    options_.motion.velocity = format && format->channel_list[0].position_bits() != 0;
+    excerpt_.emplace(capture.lines().lines);
+    overview_.emplace(run_.columns());
+    capture.watch(*excerpt_);
+    const ExitStatus begun = run_.begin_rows();
+    if (begun != ExitStatus::done) return begun;
+    LineRows rows(run_.columns(), &*overview_);
+    Progress progress;
+    capture.begin_steps([&](std::uint64_t number, const decode::Cycle& cycle) {
+      run_.take(number, cycle, rows);
+      excerpt_->add({number, cycle.time, rows.take(), run_.took_error(), choose()});
+      return true;
+    });
+    do {
+      excerpt_->settle();
+      if (progress.due()) progress.show(capture.input().progress_text(progress.seconds()));
+    } while (capture.step());
+    RunMessages messages;
+    const ExitStatus ended = run_.end_rows(capture.end_steps(), messages);
+    excerpt_->finish(capture.input().end_time());
+    if (ended != ExitStatus::done) messages.print();
+    return ended;
+  }
+
+  // The lines of the part have names and a polarity of their own.
+  ViewSettings part_settings(const ViewSettings& given) const {
+    DecodedCapture& capture = run_.capture();
+    ViewSettings settings;
+    settings.format = given.format;
+    if (settings.format.empty()) {
+      settings.format =
+          capture.format() ? std::string(format_text(*capture.format()).view()) : "none";
+    }
+    settings.ma = "MA";
+    settings.slo = "SLO";
+    settings.invert_ma = capture.lines().lines.ma_inverted;
+    settings.invert_slo = capture.lines().lines.slo_inverted;
+    for (std::size_t i = 0; i + 1 < given.further.size(); i += 2) {
+      const std::string& option = given.further[i];
+      const bool of_file = option == "--raw-rate" || option == "--raw-bytes" ||
+                           option == "--threshold" || option == "--differential";
+      if (of_file || option == "--resolution") continue;
+      settings.further.insert(settings.further.end(), {option, given.further[i + 1]});
+    }
+    const Picoseconds resolution = capture.margin().resolution;
+    if (resolution != Picoseconds{}) {
+      settings.further.insert(settings.further.end(),
+                              {"--resolution", fmt::format("{}ps", resolution.count)});
+    }
+    return settings;
+  }
+
+  // As many cycles of the excerpt as there is room for.
+  std::string packed_part(std::size_t room) {
+    count_ = excerpt_->cycles().size();
+    for (;;) {
+      vcd_ = excerpt_->vcd(count_);
+      std::string text = packed(vcd_);
+      if (text.size() <= room || count_ == 0) return text;
+      const double share = static_cast<double>(room) / static_cast<double>(text.size());
+      count_ = static_cast<std::size_t>(static_cast<double>(count_) * share * 0.97);
+    }
+  }
+
+  ExitStatus verify(const ViewSettings& settings) {
+    const MemoryFile file(vcd_);
+    DecodeOptions options;
+    options.capture = options_.capture;
+    options.capture.files = {file.path()};
+    options.capture.device.format = settings.format;
+    options.capture.ma = "MA";
+    options.capture.slo = "SLO";
+    options.capture.invert_ma = settings.invert_ma;
+    options.capture.invert_slo = settings.invert_slo;
+    options.capture.resolution = run_.capture().margin().resolution;
+    options.capture.raw = {};
+    options.motion = options_.motion;
+    DecodeRun run(options);
+    std::map<std::int64_t, std::string> rows;
+    ExitStatus status = run.open();
+    if (status == ExitStatus::done) status = run.next();
+    if (status != ExitStatus::done) return status;
+    LineRows writer(run.columns());
+    status = run.begin_rows();
+    if (status != ExitStatus::done) return status;
+    run.capture().read([&](std::uint64_t number, const decode::Cycle& cycle) {
+      run.take(number, cycle, writer);
+      rows.emplace(cycle.time.count, writer.take());
+      return true;
+    });
+    compare(rows);
+    return ExitStatus::done;
+  }
+
+  json report(const ViewSettings& settings) const {
+    json rows{{"times", json::array()}, {"numbers", json::array()}, {"cells", cells_}};
+    for (const ExcerptCycle* cycle : shown_) {
+      rows["times"].push_back(std::to_string(cycle->time.count));
+      rows["numbers"].push_back(cycle->number);
+    }
+    return {{"name", name_},
+            {"settings",
+             {{"format", settings.format},
+              {"ma", settings.ma},
+              {"slo", settings.slo},
+              {"invertMa", settings.invert_ma},
+              {"invertSlo", settings.invert_slo},
+              {"units", "counts"},
+              {"further", settings.further_text()}}},
+            {"cycles", overview_->rows()},
+            {"failed", failed_},
+            {"summary", plain(run_.summary())},
+            {"envelope", overview_->envelope()},
+            {"causes", overview_->causes()},
+            {"rows", rows}};
+  }
+
+  // What the verbs of the page's panels say of the whole capture.
+  tl::expected<json, VerbError> verbs(const ViewSettings& given) const {
+    json answers = json::object();
+    for (const char* verb : {"identify", "check", "explain"}) {
+      std::vector<std::string> words{verb};
+      const CaptureArguments& capture = options_.capture;
+      words.insert(words.end(), capture.files.begin(), capture.files.end());
+      if (!given.format.empty() && words[0] != "identify") {
+        words.insert(words.end(), {"-f", given.format});
+      }
+      if (!capture.ma.empty()) words.insert(words.end(), {"--ma", capture.ma});
+      if (!capture.slo.empty()) words.insert(words.end(), {"--slo", capture.slo});
+      if (capture.invert_ma) words.emplace_back("--invert-ma");
+      if (capture.invert_slo) words.emplace_back("--invert-slo");
+      words.insert(words.end(), given.further.begin(), given.further.end());
+      words.insert(words.end(), {"--to", "jsonl"});
+      auto answer = ask_command(words);
+      if (!answer) return answer;
+      for (const char* text : {"out", "err"}) {
+        (*answer)[text] = plain((*answer)[text].get<std::string>());
+      }
+      answers[verb] = std::move(*answer);
+    }
+    return answers;
+  }
+
+  std::vector<std::string> notes() const {
+    std::vector<std::string> notes;
+    notes.push_back(fmt::format(
+        "This report has the waveform and the rows of {} of {} request cycles: the first "
+        "ones, and failed ones with their neighbours.",
+        shown_.size(), overview_->rows()));
+    notes.push_back(failed_shown() == failed_
+                        ? fmt::format("All {} failed cycles are in it.", failed_)
+                        : fmt::format("{} of {} failed cycles are in it, the earliest ones.",
+                                      failed_shown(), failed_));
+    if (!unlike_.empty()) {
+      notes.push_back(fmt::format(
+          "{} failed cycles cannot be shown without the rest of the capture, the first is {}.",
+          unlike_.size(), unlike_.front()));
+    }
+    if (excerpt_->lost() != 0) {
+      notes.push_back(fmt::format(
+          "{} of the cycles chosen are not in it, because they have too many edges or are "
+          "before 0.",
+          excerpt_->lost()));
+    }
+    notes.emplace_back(
+        "Plots, causes, summary, identify, check and explain are those of the whole capture; the "
+        "eye and the margins are those of the cycles in the report.");
+    return notes;
+  }
+
+ private:
+  bool choose() {
+    const bool failed = run_.took_error();
+    if (!failed) return good_++ < first_max;
+    return failed_++ < failed_max;
+  }
+
+  std::uint64_t failed_shown() const {
+    return static_cast<std::uint64_t>(std::count_if(
+        shown_.begin(), shown_.end(), [](const ExcerptCycle* cycle) { return cycle->failed; }));
+  }
+
+  // Without the folders of this machine.
+  std::string plain(std::string text) const {
+    for (const std::string& file : options_.capture.files) {
+      const std::string name = std::filesystem::path(file).filename().string();
+      if (file == name) continue;
+      for (std::size_t at = text.find(file); at != std::string::npos; at = text.find(file, at)) {
+        text.replace(at, file.size(), name);
+        at += name.size();
+      }
+    }
+    return text;
+  }
+
+  void compare(const std::map<std::int64_t, std::string>& rows) {
+    const auto& columns = run_.columns();
+    for (std::size_t i = 0; i < count_; ++i) {
+      const ExcerptCycle& cycle = excerpt_->cycles()[i];
+      const auto found = rows.find(cycle.time.count);
+      json other = json::array();
+      bool same = found != rows.end();
+      if (same) {
+        const auto whole = cells_of(cycle.row);
+        const auto part = cells_of(found->second);
+        same = whole.size() == columns.size() && part.size() == columns.size();
+        // The first one is the number of the row.
+        for (std::size_t k = 1; same && k < columns.size(); ++k) {
+          if (whole[k] == part[k]) continue;
+          same = depends_on_others(columns[k].name);
+          other.push_back({shown_.size(), columns[k].name, whole[k]});
+        }
+      }
+      if (same) {
+        shown_.push_back(&cycle);
+        cells_.insert(cells_.end(), other.begin(), other.end());
+      } else if (cycle.failed && cycle.chosen) {
+        unlike_.push_back(cycle.number);
+      }
+    }
+  }
+
+  DecodeOptions& options_;
+  DecodeRun& run_;
+  std::string name_;
+  std::optional<Excerpt> excerpt_;
+  std::optional<Overview> overview_;
+  std::uint64_t good_ = 0;
+  std::uint64_t failed_ = 0;
+  std::string vcd_;
+  std::size_t count_ = 0;
+  std::vector<const ExcerptCycle*> shown_;
+  // Cells that the part alone does not give: place in shown_, column, text.
+  json cells_ = json::array();
+  std::vector<std::uint64_t> unlike_;
+};
+
+}  // namespace
+
+tl::expected<CapturePart, ExitStatus> part_of_capture(DecodeOptions& options, DecodeRun& run,
+                                                      const ViewSettings& settings,
+                                                      std::string_view name, std::size_t room) {
+  PartMaker maker(options, run, name);
+  ExitStatus status = maker.read();
+  if (status != ExitStatus::done) return tl::unexpected(status);
+  CapturePart part;
+  part.settings = maker.part_settings(settings);
+  const auto verbs = maker.verbs(settings);
+  if (!verbs) return tl::unexpected(fail(verbs.error()));
+  // Numbers of rows and times take little room beside the edges.
+  constexpr std::size_t rows_room = 150'000;
+  const auto dumped = [](const json& value) {
+    return value.dump(-1, ' ', false, json::error_handler_t::replace);
+  };
+  const std::size_t fixed = packed(dumped(maker.report(part.settings))).size() +
+                            packed(dumped(*verbs)).size() + rows_room;
+  part.capture = maker.packed_part(room - std::min(room, fixed));
+  status = maker.verify(part.settings);
+  if (status != ExitStatus::done) return tl::unexpected(status);
+  part.notes = maker.notes();
+  json report = maker.report(part.settings);
+  report["verbs"] = *verbs;
+  report["notes"] = part.notes;
+  part.report = packed(dumped(report));
+  return part;
+}
+
+}  // namespace biss::cli

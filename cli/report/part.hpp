@@ -1,0 +1,34 @@
+// A part of a capture that is too large for a page, and what the page shows of the whole.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "cli/decode/decode_run.hpp"
+#include "cli/report/settings.hpp"
+
+namespace biss::cli {
+
+struct CapturePart {
+  /// A VCD and the JSON object of view/src/core/report.ts, as packed() gives them.
+  std::string capture;
+  std::string report;
+  ViewSettings settings;
+  /// What the part contains and what was left out, a sentence each.
+  std::vector<std::string> notes;
+};
+
+/// Reads the capture once, then asks other verbs about it, and decodes the part again: a cycle that it
+/// does not show as the whole capture does is left out.
+/// \param options those of `run`, which has gone to its capture
+/// \param settings of the command line
+/// \param room the most characters of both texts
+/// \return why there is none; it has been printed
+tl::expected<CapturePart, ExitStatus> part_of_capture(DecodeOptions& options, DecodeRun& run,
+                                                      const ViewSettings& settings,
+                                                      std::string_view name, std::size_t room);
+
+}  // namespace biss::cli

@@ -1,0 +1,111 @@
+// `biss report`: the page with a capture in it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tests/cli/run_command.hpp"
+
+namespace biss::cli {
+namespace report_test {
+
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+using Words = std::vector<std::string>;
+
+constexpr const char* page = R"(<p>a</p><script type="text/plain" id="biss-core">CORE</script>)";
+
+std::string simulate(const Folder& folder, const std::string& name, const Words& more) {
+  const std::string capture = folder.path(name);
+  Words words{"simulate", "-f", "pos12,nE,nW,crc6", "--seed", "3", "-o", capture};
+  words.insert(words.end(), more.begin(), more.end());
+  const Outcome made = run(words);
+  EXPECT_EQ(made.status, 0) << made.err;
+  return capture;
+}
+
+Outcome report(const Folder& folder, const std::string& capture, const Words& more = {}) {
+  Words words{"report", capture,
+              "--page", folder.file("page.html", page),
+              "-o",     folder.path("report.html")};
+  words.insert(words.end(), more.begin(), more.end());
+  return run(words);
+}
+
+TEST(ReportVerb, SmallCapture_IsInThePageAsAWhole) {
+  const Folder folder;
+  const std::string capture = simulate(folder, "line.vcd", {"--cycles", "6"});
+  const Outcome made = report(folder, capture, {"-f", "pos12,nE,nW,crc6", "--ack-max", "16us"});
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_THAT(made.err, HasSubstr("the whole capture"));
+  const std::string text = content_of(folder.path("report.html"));
+  EXPECT_THAT(text, StartsWith(R"(<p>a</p><script type="text/plain" id="biss-capture")"
+                               R"( data-name="line.vcd" data-view="format=pos12%2CnE%2CnW%2Ccrc6)"
+                               R"(&amp;further=--ack-max%2016us">H4sI)"));
+  EXPECT_THAT(text,
+              HasSubstr(R"(</script><script type="text/plain" id="biss-core">CORE</script>)"));
+  EXPECT_THAT(text, Not(HasSubstr("biss-report")));
+}
+
+TEST(ReportVerb, LargeCapture_IsInThePageInPartAndTheSameBytesAgain) {
+  const Folder folder;
+  const std::string capture =
+      simulate(folder, "line.vcd", {"--cycles", "24000", "--fault", "flip:0.01"});
+  ASSERT_GT(std::filesystem::file_size(capture), 16U << 20U);
+  const Outcome made = report(folder, capture);
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_THAT(made.err, HasSubstr("of 24000 request cycles"));
+  EXPECT_THAT(made.err, testing::ContainsRegex("All [0-9]+ failed cycles are in it"));
+  const std::string text = content_of(folder.path("report.html"));
+  EXPECT_LT(text.size(), 1'000'000U);
+  EXPECT_THAT(text, HasSubstr(R"(id="biss-report">H4sI)"));
+  EXPECT_THAT(text, HasSubstr("ma=MA&amp;slo=SLO"));
+  ASSERT_EQ(report(folder, capture).status, 0);
+  EXPECT_EQ(content_of(folder.path("report.html")), text);
+}
+
+TEST(ReportVerb, HostileFileName_StaysAnAttribute) {
+  const Folder folder;
+  const std::string capture = simulate(folder, "\"><b>&.vcd", {"--cycles", "3"});
+  ASSERT_EQ(report(folder, capture).status, 0);
+  EXPECT_THAT(content_of(folder.path("report.html")),
+              HasSubstr(R"(data-name="&quot;&gt;&lt;b&gt;&amp;.vcd")"));
+}
+
+TEST(ReportVerb, HostileFileNameOfALargeCapture_IsNotInThePageAsItIs) {
+  const Folder folder;
+  const std::string first = simulate(folder, "a.vcd", {"--cycles", "24000"});
+  std::filesystem::rename(first, folder.path("x<b>y.vcd"));
+  ASSERT_EQ(report(folder, folder.path("x<b>y.vcd")).status, 0);
+  EXPECT_THAT(content_of(folder.path("report.html")), Not(HasSubstr("<b>")));
+}
+
+TEST(ReportVerb, StandardInput_IsRefusedWithItsReason) {
+  const Folder folder;
+  const Outcome made = report(folder, "-");
+  EXPECT_EQ(made.status, 2);
+  EXPECT_THAT(made.err, HasSubstr("a report reads a capture several times; give a file"));
+}
+
+TEST(ReportVerb, SeveralCaptures_AreRefused) {
+  const Folder folder;
+  const std::string a = simulate(folder, "a.vcd", {"--cycles", "3"});
+  const std::string b = simulate(folder, "b.vcd", {"--cycles", "3"});
+  const Outcome made = report(folder, a, {b});
+  EXPECT_EQ(made.status, 2);
+  EXPECT_THAT(made.err, HasSubstr("one capture"));
+}
+
+TEST(ReportVerb, NoCapture_LeavesTheOldReport) {
+  const Folder folder;
+  folder.file("report.html", "old");
+  const Outcome made = report(folder, folder.file("a.vcd", "no capture"));
+  EXPECT_EQ(made.status, 3);
+  EXPECT_EQ(content_of(folder.path("report.html")), "old");
+}
+
+}  // namespace report_test
+}  // namespace biss::cli
