@@ -21,5 +21,6 @@ void add_plan(Command& command);
 void add_registers(Command& command);
 void add_safety(Command& command);
 void add_simulate(Command& command);
+void add_view(Command& command);
 
 }  // namespace biss::cli
