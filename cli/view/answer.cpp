@@ -127,8 +127,8 @@ PageAnswer ServedPage::give_capture(std::uint64_t size, std::string_view range) 
   if (!asked) return answer;
   // The last bytes, or from the first one on.
   const std::uint64_t begin = asked->first ? *asked->first : size - std::min(size, *asked->last);
-  const std::uint64_t end = asked->first && asked->last && *asked->last < size ? *asked->last + 1
-                                                                               : size;
+  const std::uint64_t end =
+      asked->first && asked->last && *asked->last < size ? *asked->last + 1 : size;
   if (begin >= end) {
     answer = {416, "The capture ends before.\n"};
     answer.content_range = fmt::format("bytes */{}", size);

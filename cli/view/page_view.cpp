@@ -56,7 +56,8 @@ std::string page_view(const std::vector<Option>& given) {
     const std::string name = option.name();
     const std::vector<std::string> values = option.values();
     const std::string first = values.empty() ? "" : values.front();
-    if (std::find(not_of_decode.begin(), not_of_decode.end(), name) != not_of_decode.end()) continue;
+    if (std::find(not_of_decode.begin(), not_of_decode.end(), name) != not_of_decode.end())
+      continue;
     if (name == "--format" || name == "--ma" || name == "--slo") {
       view.put(name.substr(2), first);
     } else if (name == "--scale" && (first == "deg" || first == "mm")) {

@@ -53,7 +53,8 @@ tl::expected<void, VerbError> ServedCapture::open(const std::string& path,
   if (descriptor_ < 0) return refuse(std::strerror(errno));
   struct stat about {};
   if (::fstat(descriptor_, &about) != 0) return refuse(std::strerror(errno));
-  if (!S_ISREG(about.st_mode)) return refuse("is no regular file, which the page can ask for again");
+  if (!S_ISREG(about.st_mode))
+    return refuse("is no regular file, which the page can ask for again");
   remember(whole_size(static_cast<std::uint64_t>(about.st_size)));
   const auto size = look();
   if (!size) return tl::unexpected(VerbError{ExitStatus::io, size.error()});
@@ -78,8 +79,9 @@ std::string ServedCapture::wrong_identity() const {
   struct stat opened {};
   if (::fstat(descriptor_, &opened) != 0) return fmt::format("{}: {}", path_, std::strerror(errno));
   if (static_cast<std::uint64_t>(opened.st_size) < size_) {
-    return fmt::format("{}: has shrunk from {} to {} bytes while it was read; start biss view again",
-                       path_, size_, opened.st_size);
+    return fmt::format(
+        "{}: has shrunk from {} to {} bytes while it was read; start biss view again", path_, size_,
+        opened.st_size);
   }
   if (::stat(path_.c_str(), &named) != 0) {
     return fmt::format("{}: {}; it was there when biss view was started", path_,
@@ -96,7 +98,7 @@ std::string ServedCapture::wrong_content() const {
   if (text_at(0, head_.size()) == head_ && text_at(size_ - tail_.size(), tail_.size()) == tail_) {
     return {};
   }
-  return fmt::format("{}: was written anew while it was read; start biss view again", path_);
+  return fmt::format("{}: was rewritten while it was read; start biss view again", path_);
 }
 
 std::string ServedCapture::wrong_kind() const {
@@ -121,8 +123,7 @@ std::string ServedCapture::wrong_kind() const {
 std::uint64_t ServedCapture::whole_size(std::uint64_t available) const {
   if (!growth_) return available;
   if (growth_->sample_bytes) return available - available % *growth_->sample_bytes;
-  const std::uint64_t least =
-      std::max(size_, available - std::min(available, line_bytes_max));
+  const std::uint64_t least = std::max(size_, available - std::min(available, line_bytes_max));
   for (std::uint64_t end = available; end > least;) {
     const std::uint64_t begin = end - std::min<std::uint64_t>(end - least, block_bytes);
     const std::string block = text_at(begin, static_cast<std::size_t>(end - begin));
@@ -145,8 +146,8 @@ std::string ServedCapture::text_at(std::uint64_t offset, std::size_t size) const
   std::string text(size, '\0');
   std::size_t got = 0;
   while (got < size) {
-    const ssize_t more = ::pread(descriptor_, text.data() + got, size - got,
-                                 static_cast<off_t>(offset + got));
+    const ssize_t more =
+        ::pread(descriptor_, text.data() + got, size - got, static_cast<off_t>(offset + got));
     if (more < 0 && errno == EINTR) continue;
     if (more <= 0) break;
     got += static_cast<std::size_t>(more);

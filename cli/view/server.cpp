@@ -99,9 +99,9 @@ class Connection : public std::enable_shared_from_this<Connection> {
     if (problem) return;
     const Header& header = parser_->get();
     const std::string_view method = view_of(header.method_string());
-    PageAnswer answer = page_.answer({method, view_of(header.target()),
-                                      only_value(header, http::field::host),
-                                      only_value(header, http::field::range)});
+    PageAnswer answer =
+        page_.answer({method, view_of(header.target()), only_value(header, http::field::host),
+                      only_value(header, http::field::range)});
     // What follows a request that says it has a body is not looked at.
     const bool goes_on = parser_->is_done() && parser_->keep_alive() && answer.status < 400;
     send(std::move(answer), method == "HEAD", goes_on);

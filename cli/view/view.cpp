@@ -115,7 +115,8 @@ ExitStatus run_view(const ViewOptions& options) {
                              {{"name", name_of_file(path)},
                               {"address", "capture"},
                               {"size", fmt::format("{}", size)},
-                              {"follow", options.follow ? "size" : ""},
+                              {"watch", "size"},
+                              {"follow", options.follow ? "yes" : ""},
                               {"view", view}},
                              "");
   });

@@ -30,6 +30,12 @@ export interface Commands {
   readFile: { ask: { name: string }; answer: Uint8Array };
   run: { ask: { args: string[] }; answer: RunResult };
   open: { ask: { args: string[]; anyLines: boolean }; answer: Opened };
+  /**
+   * Opens a capture that goes on from the one that is open, and reads it to its end before it takes
+   * its place: the answer comes then, undefined where something else has been opened meanwhile.
+   */
+  openBehind: { ask: { args: string[]; anyLines: boolean }; answer: OpenedBehind | undefined };
+  endBehind: { ask: Record<string, never>; answer: undefined };
   close: { ask: Record<string, never>; answer: undefined };
 }
 
@@ -37,6 +43,11 @@ export interface Opened {
   generation: number;
   columns: readonly Column[];
   messages: string;
+}
+
+export interface OpenedBehind {
+  opened: Opened;
+  reading: ReadingMessage['reading'];
 }
 
 export type Requests = Questions & Commands & {

@@ -12,14 +12,18 @@ export class Reader {
   readonly session: Session;
   #generation: number;
   #sources: MeasuredSource[];
-  #report: (message: ReadingMessage) => void;
+  #report: ((message: ReadingMessage) => void) | undefined;
+  #ended: (reading: ReadingMessage['reading'] | undefined) => void = () => {};
+  /** What is known at the end; undefined where the reader is closed before. */
+  readonly ended = new Promise<ReadingMessage['reading'] | undefined>((resolve) => { this.#ended = resolve; });
   #channel = new MessageChannel();
   #reported = 0;
   #messages = '';
   #closed = false;
 
+  /** Without `report` nobody hears of it before its end. */
   constructor(session: Session, generation: number, sources: MeasuredSource[],
-    report: (message: ReadingMessage) => void) {
+    report?: (message: ReadingMessage) => void) {
     this.session = session;
     this.#generation = generation;
     this.#sources = sources;
@@ -33,6 +37,7 @@ export class Reader {
     this.#closed = true;
     this.#channel.port1.close();
     this.session.close();
+    this.#ended(undefined);
   }
 
   // A message to ourselves is handled after those that wait.
@@ -60,18 +65,18 @@ export class Reader {
   }
 
   #tell(more: boolean, error: string): void {
-    this.#report({
-      reading: {
-        generation: this.#generation,
-        about: this.session.about(),
-        columns: this.session.columns,
-        rowCount: this.session.rowCount,
-        more,
-        messages: this.#messages,
-        done: more ? this.#done() : 1,
-        error,
-      },
-    });
+    const reading = {
+      generation: this.#generation,
+      about: this.session.about(),
+      columns: this.session.columns,
+      rowCount: this.session.rowCount,
+      more,
+      messages: this.#messages,
+      done: more ? this.#done() : 1,
+      error,
+    };
+    this.#report?.({ reading });
+    if (!more) this.#ended(reading);
   }
 
   #done(): number {

@@ -12,6 +12,8 @@ declare const self: DedicatedWorkerGlobalScope;
 
 let biss: Biss | undefined;
 let reader: Reader | undefined;
+// What is to take its place.
+let behind: Reader | undefined;
 let generation = 0;
 const sources = new Map<string, MeasuredSource>();
 
@@ -44,18 +46,46 @@ const commands: Handlers<Commands> = {
   run: ({ args }) => loaded().run(args),
   open({ args, anyLines }) {
     const { session, messages } = loaded().open(args, { anyLines });
-    reader?.close();
+    closeAll();
     generation += 1;
-    const read = args.flatMap((name) => sources.get(name) ?? []);
-    reader = new Reader(session, generation, read, (message) => self.postMessage(message));
+    reader = new Reader(session, generation, sourcesOf(args), (message) => self.postMessage(message));
     return { generation, columns: session.columns, messages };
   },
-  close() {
+  async openBehind({ args, anyLines }) {
+    const { session, messages } = loaded().open(args, { anyLines });
+    behind?.close();
+    generation += 1;
+    const opened = { generation, columns: session.columns, messages };
+    const own = new Reader(session, generation, sourcesOf(args));
+    behind = own;
+    const reading = await own.ended;
+    if (reading === undefined) return undefined;
     reader?.close();
+    reader = own;
+    behind = undefined;
+    return { opened, reading };
+  },
+  endBehind() {
+    behind?.close();
+    behind = undefined;
+    return undefined;
+  },
+  close() {
+    closeAll();
     reader = undefined;
     return undefined;
   },
 };
+
+function sourcesOf(args: readonly string[]): MeasuredSource[] {
+  return args.flatMap((name) => sources.get(name) ?? []);
+}
+
+function closeAll(): void {
+  behind?.close();
+  behind = undefined;
+  reader?.close();
+}
 
 function session() {
   if (reader === undefined) throw new Error('no capture is open');
