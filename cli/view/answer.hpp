@@ -35,7 +35,7 @@ struct PageAnswer {
   std::string location = {};
 };
 
-/// The page and the capture at addresses that nobody guesses: the page at /TOKEN/, the capture at
+/// The page and the capture at secret addresses: the page at /TOKEN/, the capture at
 /// /TOKEN/capture, its size in decimal at /TOKEN/size.
 class ServedPage {
  public:
