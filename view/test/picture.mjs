@@ -9,7 +9,7 @@ const output = process.env.BISS_PICTURE ?? path.join(here, '../../docs/pictures/
 const mostBytes = 150_000;
 
 const browser = await browse();
-const { page } = await open(browser, 'theme=light&play=bit', { width: 1280, height: 720 });
+const { page } = await open(browser, 'theme=light&play=bit', { width: 1120, height: 620 });
 await readToEnd(page);
 await page.locator('.outcome', { hasText: 'cycles fail' }).waitFor();
 await page.waitForTimeout(1_500);

@@ -314,7 +314,7 @@ describe('the playground', () => {
     const { page } = await open(browser, 'play=timeout');
     await page.locator('.outcome', { hasText: expected.timeout }).waitFor();
     assert.equal(await page.locator('#preset').inputValue(), 'timeout');
-    assert.equal(await page.getByLabel('Timeout').inputValue(), 'static:400ns');
+    assert.equal(await page.getByLabel('Timeout', { exact: true }).inputValue(), 'static:400ns');
     await page.context().close();
   });
 

@@ -52,7 +52,7 @@ export const presets: readonly Preset[] = [
   {
     id: 'compensation',
     name: 'Long cable, no compensation',
-    about: 'SLO comes 600 ns late, six clocks of 10 MHz; the master samples by its own clock, and meets the changes of SLO.',
+    about: 'SLO comes more than 600 ns late, six clocks of 10 MHz; the master samples by its own clock, and meets the changes of SLO.',
     setup: { clock: '10MHz', cable: '60m', compensation: false, jitter: '15ns' },
   },
   {
