@@ -67,6 +67,10 @@ test-view: build view  ## the page in Chromium: what it shows, against the comma
 	@scripts/install-packages test view
 	@cd view && BISS=../build/biss npm --silent test
 
+.PHONY: view-picture
+view-picture: view  ## draws the picture of the playground again: docs/pictures/playground.png
+	@cd view && node test/picture.mjs
+
 .PHONY: view-speed
 view-speed: build view  ## the page with large captures: BISS_GB says how large
 	@cd view && BISS=../build/biss node test/speed.mjs

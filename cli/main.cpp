@@ -27,6 +27,7 @@ ExitStatus run(int argc, char** argv) {
   add_archive(command);
   add_safety(command);
   add_simulate(command);
+  add_view(command);
   return command.run(argc, argv);
 }
 

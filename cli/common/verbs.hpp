@@ -22,5 +22,6 @@ void add_registers(Command& command);
 void add_report(Command& command);
 void add_safety(Command& command);
 void add_simulate(Command& command);
+void add_view(Command& command);
 
 }  // namespace biss::cli

@@ -35,6 +35,9 @@ describe('accessibility', () => {
       await page.locator('#table').press('s');
       await page.getByRole('button', { name: 'Add a fault' }).click();
       await audit(page, `simulation, ${theme}`);
+      await page.locator('#preset').selectOption('bit');
+      await page.locator('.outcome', { hasText: 'cycles fail' }).waitFor();
+      await audit(page, `playground, ${theme}`);
       await page.context().close();
     });
   }

@@ -8,7 +8,7 @@ import { after } from 'node:test';
 import { fileURLToPath } from 'node:url';
 
 const here = path.dirname(fileURLToPath(import.meta.url));
-const command = path.resolve(process.env.BISS ?? path.join(here, '../../build/biss'));
+export const command = path.resolve(process.env.BISS ?? path.join(here, '../../build/biss'));
 
 /** A folder of its own; `remove` it at the end. */
 export function makeFolder() {

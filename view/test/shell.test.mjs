@@ -274,6 +274,43 @@ describe('panels', () => {
 });
 
 describe('the playground', () => {
+  const expected = {
+    good: /^All 300 cycles are right/,
+    compensation: /^\d+ of 300 cycles are sampled too close/,
+    sampling: /^\d+ of 300 cycles are sampled too close/,
+    format: /^300 of 300 cycles fail.*truncated$/,
+    bit: /^\d{1,2} of 300 cycles fail.*crc$/,
+    timeout: /^300 of 300 cycles fail.*no_response$/,
+    start: /^\d+ of 300 cycles fail.*(no_start|truncated)$/,
+    cable: /^\d+ of 300 cycles fail/,
+  };
+  it('EachPreset_ShowsItsMistakeAtTheFirstCycleThatHasIt', { timeout: 120_000 }, async () => {
+    const { page, requests, errors } = await open(browser, 'play');
+    const ids = await page.locator('#preset option').evaluateAll((options) => options.map(({ value }) => value));
+    assert.deepEqual(ids, Object.keys(expected));
+    for (const id of ids) {
+      await page.locator('#preset').selectOption(id);
+      await page.locator('.outcome', { hasText: expected[id] }).waitFor({ timeout: 20_000 }).catch(async () => {
+        assert.fail(`${id}: ${await page.locator('.outcome').innerText()}`);
+      });
+      if (id !== 'good') {
+        const [, row] = /cycle (\d+):/.exec(await page.locator('.outcome').innerText());
+        await page.locator(`#row-${row}.selected`).waitFor();
+      }
+    }
+    assertNoRequests(requests);
+    assert.deepEqual(errors, []);
+    await page.context().close();
+  });
+
+  it('LinkToAPreset_BeginsWithIt', async () => {
+    const { page } = await open(browser, 'play=timeout');
+    await page.locator('.outcome', { hasText: expected.timeout }).waitFor();
+    assert.equal(await page.locator('#preset').inputValue(), 'timeout');
+    assert.equal(await page.getByLabel('Timeout', { exact: true }).inputValue(), 'static:400ns');
+    await page.context().close();
+  });
+
   it('FaultThatIsAdded_IsSeenInTheRows', async () => {
     await withPage('', async (page) => {
       await page.locator('body').press('s');

@@ -34,6 +34,12 @@ export interface Commands {
   report: { ask: { report: Report | undefined }; answer: undefined };
   /** isWhole: the settings are those of the report. */
   open: { ask: { args: string[]; anyLines: boolean; isWhole: boolean }; answer: Opened };
+  /**
+   * Opens a capture that goes on from the one that is open, and reads it to its end before it takes
+   * its place: the answer comes then, undefined where something else has been opened meanwhile.
+   */
+  openBehind: { ask: { args: string[]; anyLines: boolean; isWhole: boolean }; answer: OpenedBehind | undefined };
+  endBehind: { ask: Record<string, never>; answer: undefined };
   close: { ask: Record<string, never>; answer: undefined };
 }
 
@@ -41,6 +47,11 @@ export interface Opened {
   generation: number;
   columns: readonly Column[];
   messages: string;
+}
+
+export interface OpenedBehind {
+  opened: Opened;
+  reading: ReadingMessage['reading'];
 }
 
 export type Requests = Questions & Commands & {

@@ -16,7 +16,10 @@ export class Reader {
   readonly session: Session;
   #generation: number;
   #sources: MeasuredSource[];
-  #report: (message: ReadingMessage) => void;
+  #report: ((message: ReadingMessage) => void) | undefined;
+  #ended: (reading: ReadingMessage['reading'] | undefined) => void = () => {};
+  /** What is known at the end; undefined where the reader is closed before. */
+  readonly ended = new Promise<ReadingMessage['reading'] | undefined>((resolve) => { this.#ended = resolve; });
   #channel = new MessageChannel();
   #reported = 0;
   #messages = '';
@@ -25,8 +28,9 @@ export class Reader {
   #saved = mostSavedMilliseconds;
   #analyses: (() => void)[] = [];
 
+  /** Without `report` nobody hears of it before its end. */
   constructor(session: Session, generation: number, sources: MeasuredSource[],
-    report: (message: ReadingMessage) => void) {
+    report?: (message: ReadingMessage) => void) {
     this.session = session;
     this.#generation = generation;
     this.#sources = sources;
@@ -41,6 +45,7 @@ export class Reader {
     this.#channel.port1.close();
     this.session.close();
     this.#analyse();
+    this.#ended(undefined);
   }
 
   /** The result of an analysis, which delays the reading: it is made when there is time for it. */
@@ -95,18 +100,18 @@ export class Reader {
   }
 
   #tell(more: boolean, error: string): void {
-    this.#report({
-      reading: {
-        generation: this.#generation,
-        about: this.session.about(),
-        columns: this.session.columns,
-        rowCount: this.session.rowCount,
-        more,
-        messages: this.#messages,
-        done: more ? this.#done() : 1,
-        error,
-      },
-    });
+    const reading = {
+      generation: this.#generation,
+      about: this.session.about(),
+      columns: this.session.columns,
+      rowCount: this.session.rowCount,
+      more,
+      messages: this.#messages,
+      done: more ? this.#done() : 1,
+      error,
+    };
+    this.#report?.({ reading });
+    if (!more) this.#ended(reading);
   }
 
   #done(): number {

@@ -3,9 +3,9 @@ import { batch } from '@preact/signals';
 import * as state from '../state';
 import { decodeArguments } from './arguments';
 import { core, startCore } from './core';
-import type { Opened, ReadingMessage } from './protocol';
+import type { Opened, OpenedBehind, ReadingMessage } from './protocol';
 import type { Report } from './report';
-import { sizeOf } from './source';
+import { sizeOf, type ServedFile } from './source';
 import { setVerbFiles, endVerbs, type NamedContent } from './verbs';
 
 let files: NamedContent[] = [];
@@ -33,13 +33,21 @@ let newestReading = 0;
 export function openFiles(contents: NamedContent[], example?: string, report?: Report): Promise<void> {
   const own = ++newestFiles;
   newestReading += 1;
+  endBehind();
   return inTurn(() => (own === newestFiles ? openNow(contents, example, report) : undefined));
 }
 
 /** Reads the same files again, with the settings as they are now. */
 export function reopen(): Promise<void> {
   const own = ++newestReading;
+  endBehind();
   return inTurn(() => (own === newestReading ? read() : undefined));
+}
+
+// What the user asks for does not wait until a file that has grown is read again.
+let behind = false;
+function endBehind(): void {
+  if (behind) void core().ask('endBehind', {});
 }
 
 // One that fails does not stop those after it.
@@ -79,6 +87,59 @@ export function fileNames(): string[] {
   return files.map(({ name }) => name);
 }
 
+/** The capture that is open is this file of the server. */
+export function isServed({ address }: ServedFile): boolean {
+  const held = files.length === 1 ? files[0]!.content : undefined;
+  return held !== undefined && 'address' in held && held.address === address;
+}
+
+/**
+ * Reads on in a file of the server that has grown: the whole file again, so that a row that was cut is
+ * right, behind what is shown until it is there. False where another capture has been opened.
+ */
+export async function readOn(name: string, content: ServedFile): Promise<boolean> {
+  const isOpen = () => isServed(content);
+  const { state: reading } = state.progress.value;
+  if (reading === 'reading' || reading === 'loading') return isOpen();
+  if (!isOpen()) return false;
+  // There is nothing to keep, such as where the header of the file was not whole.
+  if (state.rowCount.value === 0) {
+    await openFiles([{ name, content }]);
+    return isOpen();
+  }
+  await inTurn(() => (isOpen() ? replaceGrown({ name: files[0]!.name, content }) : undefined));
+  return isOpen();
+}
+
+async function replaceGrown(file: NamedContent): Promise<void> {
+  const before = { end: state.endTime.value, whole: state.wholeRange.value };
+  files = [file];
+  await core().ask('addFile', file);
+  behind = true;
+  const grown = await open<OpenedBehind | undefined>('openBehind').finally(() => { behind = false; });
+  if (grown === undefined) return;
+  setVerbFiles(files);
+  batch(() => {
+    session = grown.reading.generation;
+    state.generation.value = session;
+    openMessages = grown.opened.messages;
+    state.messages.value = openMessages;
+    if (state.file.value !== undefined) {
+      state.file.value = { ...state.file.value, bytes: sizeOf(file.content) };
+    }
+    take(grown.reading);
+    goWithTheEnd(before);
+  });
+}
+
+// A view of the end stays one, and a view of all.
+function goWithTheEnd({ end, whole }: { end: bigint; whole: state.Range }): void {
+  const range = state.range.value;
+  if (range === undefined || range.to < end) return;
+  const now = state.endTime.value;
+  state.range.value = { from: range.from <= whole.from ? range.from : range.from + now - end, to: now };
+}
+
 // A name is an argument of the command: no folder, and not taken for an option.
 function safeName(name: string): string {
   return name.replace(/[/\0]/g, '_').replace(/^-/, '_');
@@ -88,7 +149,7 @@ async function read(): Promise<void> {
   if (files.length === 0) return;
   state.progress.value = { state: 'loading', done: 0 };
   try {
-    const opened = await open();
+    const opened = await open<Opened>('open');
     endVerbs();
     batch(() => {
       session = opened.generation;
@@ -108,27 +169,33 @@ async function read(): Promise<void> {
 
 // With the scale and the velocity where the format allows them; where no lines look like MA and
 // SLO, the busiest ones are shown, with the message of the command.
-async function open(): Promise<Opened> {
+async function open<Answer extends Opened | OpenedBehind | undefined>(name: 'open' | 'openBehind'): Promise<Answer> {
   const all = decodeArguments(fileNames(), state.settings.value);
   const errors: unknown[] = [];
   const isWhole = state.isWhole.value;
   for (const args of all) {
     try {
-      const opened = await core().ask('open', { args, anyLines: false, isWhole });
+      const opened = await core().ask(name, { args, anyLines: false, isWhole }) as Answer;
       // A scale was asked for; the velocity is an extra.
       const refused = all.length > 2 && errors.length > 0 ? textOf(errors[0]) : '';
-      return { ...opened, messages: `${refused}${opened.messages}` };
+      return withWarning(opened, refused);
     } catch (error) {
       errors.push(error);
     }
   }
   const error = errors.at(-1);
   try {
-    const opened = await core().ask('open', { args: all.at(-1)!, anyLines: true, isWhole });
-    return { ...opened, messages: `${textOf(error)}${opened.messages}` };
+    const opened = await core().ask(name, { args: all.at(-1)!, anyLines: true, isWhole }) as Answer;
+    return withWarning(opened, textOf(error));
   } catch {
     throw error;
   }
+}
+
+function withWarning<Answer extends Opened | OpenedBehind | undefined>(answer: Answer, warning: string): Answer {
+  const opened: Opened | undefined = answer !== undefined && 'opened' in answer ? answer.opened : answer;
+  if (opened !== undefined) opened.messages = `${warning}${opened.messages}`;
+  return answer;
 }
 
 function textOf(error: unknown): string {

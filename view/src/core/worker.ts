@@ -14,6 +14,8 @@ declare const self: DedicatedWorkerGlobalScope;
 let biss: Biss | undefined;
 let reader: Reader | undefined;
 let report: Report | undefined;
+// What is to take its place.
+let behind: Reader | undefined;
 let generation = 0;
 const sources = new Map<string, MeasuredSource>();
 
@@ -48,21 +50,54 @@ const commands: Handlers<Commands> = {
     report = given;
     return undefined;
   },
-  open({ args, anyLines, isWhole }) {
-    const { session: opened, messages } = loaded().open(args, { anyLines });
-    const session = report === undefined ? opened : new PartSession(opened, report, isWhole);
-    reader?.close();
+  open(ask) {
+    const { session, messages } = openSession(ask);
+    closeAll();
     generation += 1;
-    const read = args.flatMap((name) => sources.get(name) ?? []);
-    reader = new Reader(session, generation, read, (message) => self.postMessage(message));
+    reader = new Reader(session, generation, sourcesOf(ask.args), (message) => self.postMessage(message));
     return { generation, columns: session.columns, messages };
   },
-  close() {
+  async openBehind(ask) {
+    const { session, messages } = openSession(ask);
+    behind?.close();
+    generation += 1;
+    const opened = { generation, columns: session.columns, messages };
+    const own = new Reader(session, generation, sourcesOf(ask.args));
+    behind = own;
+    const reading = await own.ended;
+    if (reading === undefined) return undefined;
     reader?.close();
+    reader = own;
+    behind = undefined;
+    return { opened, reading };
+  },
+  endBehind() {
+    behind?.close();
+    behind = undefined;
+    return undefined;
+  },
+  close() {
+    closeAll();
     reader = undefined;
     return undefined;
   },
 };
+
+function sourcesOf(args: readonly string[]): MeasuredSource[] {
+  return args.flatMap((name) => sources.get(name) ?? []);
+}
+
+// Of a report that is a part of its capture, a session that knows of the whole.
+function openSession({ args, anyLines, isWhole }: Commands['open']['ask']) {
+  const { session, messages } = loaded().open(args, { anyLines });
+  return { session: report === undefined ? session : new PartSession(session, report, isWhole), messages };
+}
+
+function closeAll(): void {
+  behind?.close();
+  behind = undefined;
+  reader?.close();
+}
 
 function opened(): Reader {
   if (reader === undefined) throw new Error('no capture is open');

@@ -3,9 +3,11 @@
 //     <script type="text/plain" id="biss-capture" data-name="NAME" data-view="VIEW">BASE64</script>
 //
 // with the bytes as base64 of gzip; or empty, with data-address and data-size, where the server gives
-// them in pieces (Range). VIEW is what a link has after #; the address of the page goes before it.
-// Where the capture is a part of a larger one, an element `biss-report` has the object of
+// them in pieces (Range). With data-watch, an address that gives the size, the page goes on as the file
+// grows; data-follow says that it may. VIEW is what a link has after #; the address of the page goes
+// before it. Where the capture is a part of a larger one, an element `biss-report` has the object of
 // core/report.ts, as JSON in base64 of gzip.
+import { isFollowing, watchServed } from '../core/following';
 import { openFiles } from '../core/reading';
 import type { Report } from '../core/report';
 import { unpack } from '../core/unpack';
@@ -28,11 +30,17 @@ async function carriedReport(): Promise<Report | undefined> {
 
 /** Opens the capture that the page has; false where it has none. */
 export async function openCarried(): Promise<boolean> {
-  const { name, address, size } = element?.dataset ?? {};
+  const { name, address, size, watch, follow } = element?.dataset ?? {};
   if (element === null || name === undefined) return false;
-  const content = address === undefined
-    ? await unpack(element.textContent ?? '')
-    : { address: new URL(address, location.href).href, size: Number(size) };
-  await openFiles([{ name, content }], undefined, await carriedReport());
+  if (address === undefined) {
+    await openFiles([{ name, content: await unpack(element.textContent ?? '') }], undefined, await carriedReport());
+    return true;
+  }
+  const content = { address: new URL(address, location.href).href, size: Number(size) };
+  await openFiles([{ name, content }]);
+  if (watch !== undefined) {
+    isFollowing.value = (follow ?? '') !== '';
+    void watchServed(name, content, new URL(watch, location.href).href);
+  }
   return true;
 }

@@ -4,6 +4,7 @@ import { selectRow } from '../selection';
 import * as state from '../state';
 import { carriedView, openCarried } from './carried';
 import { openSimulated } from './examples';
+import { play } from './simulate';
 
 const panels: readonly state.Panel[] = [
   'cycle', 'plots', 'summary', 'identify', 'check', 'explain', 'eds',
@@ -103,7 +104,9 @@ export async function followLink(): Promise<void> {
   state.theme.value = oneOf(link.get('theme'), ['system', 'light', 'dark'], 'system');
   const simulate = link.get('simulate');
   const file = link.get('file');
-  if (simulate !== null) {
+  if (link.has('play')) {
+    play(link.get('play') ?? '');
+  } else if (simulate !== null) {
     await openSimulated(simulate, state.settings.value.format);
     goTo(placeOf(link));
   } else if (await openCarried()) {

@@ -2,39 +2,16 @@
 // once, so that the page shows what it does to the line.
 import { signal } from '@preact/signals';
 import { useEffect } from 'preact/hooks';
+import { splitArguments } from '../core/arguments';
 import * as state from '../state';
 import { encoders } from './encoders';
 import { openSimulated } from './examples';
-
-interface Fault {
-  kind: string;
-  rate: string;
-}
-
-interface Setup {
-  format: string;
-  clock: string;
-  cable: string;
-  compensation: boolean;
-  jitter: string;
-  motion: string;
-  cycles: string;
-  seed: string;
-  faults: Fault[];
-}
+import { presets, usualSetup, type Fault, type Setup } from './presets';
+import { SimulationResult } from './simulation_result';
 
 const isOpen = signal(false);
-const setup = signal<Setup>({
-  format: 'resolute-26',
-  clock: '5MHz',
-  cable: '20m',
-  compensation: true,
-  jitter: '2ns',
-  motion: 'sine',
-  cycles: '300',
-  seed: '1',
-  faults: [],
-});
+const setup = signal<Setup>(usualSetup);
+const preset = signal('good');
 
 const motions = ['constant', 'ramp', 'sine', 'random', 'max'];
 
@@ -51,11 +28,23 @@ export function showSimulate(): void {
   run();
 }
 
+/** Opens the playground with a preset, or as it was last. */
+export function play(id: string): void {
+  if (presets.some((each) => each.id === id)) choosePreset(id);
+  showSimulate();
+}
+
+function choosePreset(id: string): void {
+  preset.value = id;
+  change({ ...usualSetup, ...presets.find((each) => each.id === id)?.setup });
+}
+
 /** The arguments of `biss simulate` for a setup. */
 function argumentsOf(wanted: Setup): string {
   const words = ['-f', wanted.format, '--clock', wanted.clock, '--cable', wanted.cable,
     '--motion', wanted.motion, '--cycles', wanted.cycles, '--seed', wanted.seed];
   if (wanted.jitter !== '' && wanted.jitter !== '0') words.push('--jitter', wanted.jitter);
+  if (wanted.timeout !== '') words.push('--timeout', wanted.timeout);
   if (!wanted.compensation) words.push('--no-compensation');
   for (const { kind, rate } of wanted.faults) words.push('--fault', `${kind}:${rate}`);
   return words.map((word) => (/[\s']/.test(word) ? `"${word}"` : word)).join(' ');
@@ -67,7 +56,11 @@ function run(): void {
   clearTimeout(timer);
   timer = setTimeout(() => {
     const wanted = setup.value;
-    void openSimulated(argumentsOf(wanted), wanted.format);
+    // The master that reads is the one that is simulated.
+    const others = splitArguments(state.settings.value.further).filter((word) => word !== '--no-compensation');
+    const further = [...others, ...(wanted.compensation ? [] : ['--no-compensation'])];
+    state.settings.value = { ...state.settings.value, further: further.join(' ') };
+    void openSimulated(argumentsOf(wanted), wanted.readAs || wanted.format);
   }, 200);
 }
 
@@ -84,14 +77,22 @@ export function SimulatePanel() {
   if (!open) return null;
   const now = setup.value;
   return (
-    <aside class="simulate" aria-label="Simulation">
+    <aside class="simulate" aria-label="Playground">
       <div class="bar">
-        <h2>Simulate</h2>
+        <h2>Playground</h2>
         <span class="grow" />
         <button type="button" class="small" onClick={() => { isOpen.value = false; }}>Close</button>
       </div>
+      <label class="preset">Begin with
+        <select id="preset" value={preset.value} onChange={(event) => choosePreset(event.currentTarget.value)}>
+          {presets.map(({ id, name }) => <option key={id} value={id}>{name}</option>)}
+        </select>
+      </label>
+      <p class="quiet">{presets.find(({ id }) => id === preset.value)?.about}</p>
+      <SimulationResult />
       <form onSubmit={(event) => { event.preventDefault(); run(); }}>
         <Text id="simulate-format" name="Encoder or format" list="encoders-to-simulate" value={now.format} set={(format) => change({ format })} />
+        <Text name="Read as" list="encoders-to-simulate" value={now.readAs} placeholder="the same" set={(readAs) => change({ readAs })} />
         <datalist id="encoders-to-simulate">{encoders.value.map((name) => <option key={name} value={name} />)}</datalist>
         <Text name="Clock" value={now.clock} set={(clock) => change({ clock })} />
         <Text name="Cable" value={now.cable} set={(cable) => change({ cable })} />
@@ -100,6 +101,7 @@ export function SimulatePanel() {
           {' '}The master compensates the line delay
         </label>
         <Text name="Jitter (peak)" value={now.jitter} set={(jitter) => change({ jitter })} />
+        <Text name="Timeout" value={now.timeout} placeholder="of the encoder" set={(timeout) => change({ timeout })} />
         <label>Motion
           <select value={now.motion} onChange={(event) => change({ motion: event.currentTarget.value })}>
             {motions.map((motion) => <option key={motion}>{motion}</option>)}
@@ -110,7 +112,6 @@ export function SimulatePanel() {
         <Faults faults={now.faults} />
       </form>
       <p class="quiet command">biss simulate {argumentsOf(now)} -o line.vcd</p>
-      {state.progress.value.state === 'failed' && <p class="bad-text">The simulation was refused; the message is above.</p>}
     </aside>
   );
 }
@@ -120,13 +121,14 @@ interface TextProps {
   name: string;
   value: string;
   list?: string;
+  placeholder?: string;
   set: (value: string) => void;
 }
 
-function Text({ id, name, value, list, set }: TextProps) {
+function Text({ id, name, value, list, placeholder, set }: TextProps) {
   return (
     <label>{name}
-      <input id={id} type="text" value={value} list={list} spellcheck={false} autocomplete="off"
+      <input id={id} type="text" value={value} list={list} placeholder={placeholder} spellcheck={false} autocomplete="off"
         onChange={(event) => set(event.currentTarget.value.trim())} />
     </label>
   );

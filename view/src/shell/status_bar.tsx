@@ -1,5 +1,6 @@
 // Messages of the command above, progress and figures of the capture below.
 import { signal } from '@preact/signals';
+import { isFollowing } from '../core/following';
 import * as state from '../state';
 
 const isExpanded = signal(false);
@@ -46,6 +47,7 @@ export function StatusBar() {
           <span>{sizeText(state.file.value?.bytes ?? 0)}</span>
           <span>{durationText(state.endTime.value)}</span>
           <span>lines by {about.linesBy}{about.looksSwapped ? ', they look swapped' : ''}</span>
+          {isFollowing.value && <span>following the file</span>}
           {about.sampleRate > 0 && <span>{about.sampleRate / 1e6} MS/s</span>}
         </>
       )}

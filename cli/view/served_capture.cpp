@@ -1,0 +1,170 @@
+#include "cli/view/served_capture.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <string_view>
+#include <utility>
+
+namespace biss::cli {
+
+namespace {
+
+// What is compared of a file to see that it was only added to.
+constexpr std::size_t compared_bytes = 4096;
+constexpr std::size_t block_bytes = std::size_t{64} << 10U;
+// A line is not longer.
+constexpr std::uint64_t line_bytes_max = std::uint64_t{1} << 20U;
+
+struct Whole {
+  std::string_view magic;
+  const char* why;
+};
+
+constexpr std::array<Whole, 6> only_whole{{
+    {"PK", "the directory of an archive (.sr, .sal, .dsl) is at its end"},
+    {"\x1f\x8b", "a compressed file ends with its checksum"},
+    {"\x28\xb5\x2f\xfd", "a compressed file ends with its checksum"},
+    {"<SALEAE>", "a binary export of Saleae Logic begins with the number of its changes"},
+    {"GHDLwave", "a GHW file ends with its directory"},
+    {"\x89HDF", "an HDF5 file is written at any place"},
+}};
+
+}  // namespace
+
+ServedCapture::~ServedCapture() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+tl::expected<void, VerbError> ServedCapture::open(const std::string& path,
+                                                  std::optional<Growth> growth) {
+  const auto refuse = [&](std::string_view why) {
+    return tl::unexpected(VerbError{ExitStatus::io, fmt::format("{}: {}", path, why)});
+  };
+  path_ = path;
+  growth_ = growth;
+  // Without waiting for who writes a pipe.
+  descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (descriptor_ < 0) return refuse(std::strerror(errno));
+  struct stat about {};
+  if (::fstat(descriptor_, &about) != 0) return refuse(std::strerror(errno));
+  if (!S_ISREG(about.st_mode))
+    return refuse("is no regular file, which the page can ask for again");
+  remember(whole_size(static_cast<std::uint64_t>(about.st_size)));
+  const auto size = look();
+  if (!size) return tl::unexpected(VerbError{ExitStatus::io, size.error()});
+  return {};
+}
+
+tl::expected<std::uint64_t, std::string> ServedCapture::look() {
+  if (problem_.empty()) problem_ = wrong_identity();
+  if (problem_.empty()) problem_ = wrong_content();
+  if (problem_.empty() && growth_) problem_ = wrong_kind();
+  if (!problem_.empty()) return tl::unexpected(problem_);
+  struct stat about {};
+  if (!growth_ || ::fstat(descriptor_, &about) != 0) return size_;
+  const auto available = static_cast<std::uint64_t>(about.st_size);
+  if (available > size_) remember(whole_size(available));
+  return size_;
+}
+
+// The file of this name must be the one that is open, and have what has been served.
+std::string ServedCapture::wrong_identity() const {
+  struct stat named {};
+  struct stat opened {};
+  if (::fstat(descriptor_, &opened) != 0) return fmt::format("{}: {}", path_, std::strerror(errno));
+  if (static_cast<std::uint64_t>(opened.st_size) < size_) {
+    return fmt::format(
+        "{}: has shrunk from {} to {} bytes while it was read; start biss view again", path_, size_,
+        opened.st_size);
+  }
+  if (::stat(path_.c_str(), &named) != 0) {
+    return fmt::format("{}: {}; it was there when biss view was started", path_,
+                       std::strerror(errno));
+  }
+  if (named.st_dev != opened.st_dev || named.st_ino != opened.st_ino) {
+    return fmt::format("{}: was replaced by another file while it was read; start biss view again",
+                       path_);
+  }
+  return {};
+}
+
+std::string ServedCapture::wrong_content() const {
+  if (text_at(0, head_.size()) == head_ && text_at(size_ - tail_.size(), tail_.size()) == tail_) {
+    return {};
+  }
+  return fmt::format("{}: was rewritten while it was read; start biss view again", path_);
+}
+
+std::string ServedCapture::wrong_kind() const {
+  if (growth_->sample_bytes) return {};
+  const std::string head = text_at(0, compared_bytes);
+  const auto refuse = [&](std::string_view why) {
+    return fmt::format("{}: cannot be followed while it grows: {}; leave out --follow", path_, why);
+  };
+  for (const auto& [magic, why] : only_whole) {
+    if (head.starts_with(magic)) return refuse(why);
+  }
+  const bool is_text = std::none_of(head.begin(), head.end(), [](char c) {
+    return (c >= 0 && c < ' ' && c != '\t' && c != '\n' && c != '\r') || c == '\x7f';
+  });
+  if (!is_text) {
+    return refuse("it is no text (VCD, CSV), and raw samples need --raw-rate");
+  }
+  return {};
+}
+
+// As much of the file as can be read: whole samples or lines.
+std::uint64_t ServedCapture::whole_size(std::uint64_t available) const {
+  if (!growth_) return available;
+  if (growth_->sample_bytes) return available - available % *growth_->sample_bytes;
+  const std::uint64_t least = std::max(size_, available - std::min(available, line_bytes_max));
+  for (std::uint64_t end = available; end > least;) {
+    const std::uint64_t begin = end - std::min<std::uint64_t>(end - least, block_bytes);
+    const std::string block = text_at(begin, static_cast<std::size_t>(end - begin));
+    const std::size_t feed = block.rfind('\n');
+    if (feed != std::string::npos) return begin + feed + 1;
+    end = begin;
+  }
+  return size_;
+}
+
+void ServedCapture::remember(std::uint64_t size) {
+  size_ = size;
+  const auto compared = static_cast<std::size_t>(std::min<std::uint64_t>(size, compared_bytes));
+  head_ = text_at(0, compared);
+  tail_ = text_at(size - compared, compared);
+}
+
+// Shorter where the file is.
+std::string ServedCapture::text_at(std::uint64_t offset, std::size_t size) const {
+  std::string text(size, '\0');
+  std::size_t got = 0;
+  while (got < size) {
+    const ssize_t more =
+        ::pread(descriptor_, text.data() + got, size - got, static_cast<off_t>(offset + got));
+    if (more < 0 && errno == EINTR) continue;
+    if (more <= 0) break;
+    got += static_cast<std::size_t>(more);
+  }
+  text.resize(got);
+  return text;
+}
+
+std::size_t ServedCapture::read(std::uint64_t offset, std::span<char> bytes) const {
+  if (offset >= size_) return 0;
+  const std::size_t size =
+      static_cast<std::size_t>(std::min<std::uint64_t>(bytes.size(), size_ - offset));
+  for (;;) {
+    const ssize_t got = ::pread(descriptor_, bytes.data(), size, static_cast<off_t>(offset));
+    if (got < 0 && errno == EINTR) continue;
+    return got < 0 ? 0 : static_cast<std::size_t>(got);
+  }
+}
+
+}  // namespace biss::cli

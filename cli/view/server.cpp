@@ -1,0 +1,262 @@
+// The only file that includes Boost.Asio and Boost.Beast; compiled by itself.
+#include "cli/view/server.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/core/tcp_stream.hpp>
+#include <boost/beast/http/empty_body.hpp>
+#include <boost/beast/http/message.hpp>
+#include <boost/beast/http/parser.hpp>
+#include <boost/beast/http/read.hpp>
+#include <boost/beast/http/serializer.hpp>
+#include <boost/beast/http/write.hpp>
+#include <chrono>
+#include <csignal>
+#include <list>
+#include <optional>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace biss::cli {
+
+namespace {
+
+namespace asio = boost::asio;
+namespace http = boost::beast::http;
+using boost::beast::flat_buffer;
+using boost::beast::tcp_stream;
+using boost::system::error_code;
+using tcp = asio::ip::tcp;
+
+// A browser opens six connections.
+constexpr std::size_t connections_max = 32;
+constexpr std::uint32_t header_bytes_max = 8192;
+constexpr std::size_t block_bytes = std::size_t{256} << 10U;
+// From the first byte of a request, or the end of the one before, to its last one.
+constexpr std::chrono::seconds request_time{10};
+// For each block.
+constexpr std::chrono::seconds write_time{30};
+constexpr std::chrono::milliseconds pause_after_failure{100};
+
+std::string_view view_of(boost::beast::string_view text) { return {text.data(), text.size()}; }
+
+using Header = http::request_header<>;
+
+// Empty where the request has it more than once.
+std::string_view only_value(const Header& header, http::field field) {
+  if (header.count(field) != 1) return {};
+  return view_of(header[field]);
+}
+
+void secure(http::response<http::empty_body>& response) {
+  response.set(http::field::cache_control, "no-store");
+  response.set("X-Content-Type-Options", "nosniff");
+  response.set("X-Frame-Options", "DENY");
+  // What the page may do is in the page.
+  response.set("Content-Security-Policy", "frame-ancestors 'none'");
+  response.set("Referrer-Policy", "no-referrer");
+  response.set("Cross-Origin-Opener-Policy", "same-origin");
+  response.set("Cross-Origin-Resource-Policy", "same-origin");
+}
+
+// One request after the other.
+class Connection : public std::enable_shared_from_this<Connection> {
+ public:
+  Connection(tcp::socket socket, ServedPage& page, const ServedCapture& capture)
+      : stream_(std::move(socket)), page_(page), capture_(capture) {}
+
+  bool waits() const { return waits_; }
+  void close() { stream_.close(); }
+
+  void read() {
+    parser_.emplace();
+    parser_->header_limit(header_bytes_max);
+    waits_ = true;
+    stream_.expires_after(request_time);
+    http::async_read_header(stream_, buffer_, *parser_,
+                            [self = shared_from_this()](error_code problem, std::size_t) {
+                              self->waits_ = false;
+                              self->take(problem);
+                            });
+  }
+
+ private:
+  void take(error_code problem) {
+    if (problem.category() == http::make_error_code(http::error::bad_target).category() &&
+        problem != http::error::end_of_stream && problem != http::error::partial_message) {
+      send({400, "This is no request of HTTP.\n"}, false, false);
+      return;
+    }
+    if (problem) return;
+    const Header& header = parser_->get();
+    const std::string_view method = view_of(header.method_string());
+    PageAnswer answer =
+        page_.answer({method, view_of(header.target()), only_value(header, http::field::host),
+                      only_value(header, http::field::range)});
+    // What follows a request that says it has a body is not looked at.
+    const bool goes_on = parser_->is_done() && parser_->keep_alive() && answer.status < 400;
+    send(std::move(answer), method == "HEAD", goes_on);
+  }
+
+  void send(PageAnswer answer, bool head_only, bool goes_on) {
+    goes_on_ = goes_on;
+    const CapturePart part = answer.part.value_or(CapturePart{});
+    response_ = {};
+    response_.version(11);
+    response_.result(answer.status);
+    response_.set(http::field::content_type, answer.type);
+    if (!answer.content_range.empty()) {
+      response_.set(http::field::content_range, answer.content_range);
+    }
+    if (!answer.location.empty()) response_.set(http::field::location, answer.location);
+    if (answer.status == 405) response_.set(http::field::allow, "GET, HEAD");
+    if (answer.part) response_.set(http::field::accept_ranges, "bytes");
+    secure(response_);
+    response_.content_length(answer.part ? part.size : answer.body.size());
+    response_.keep_alive(goes_on);
+    body_ = head_only ? std::string{} : std::move(answer.body);
+    place_ = part.begin;
+    left_ = head_only ? 0 : part.size;
+    serializer_.emplace(response_);
+    stream_.expires_after(write_time);
+    http::async_write_header(stream_, *serializer_,
+                             [self = shared_from_this()](error_code failed, std::size_t) {
+                               if (!failed) self->write_body();
+                             });
+  }
+
+  void write_body() {
+    if (body_.empty() && left_ > 0) {
+      body_.resize(static_cast<std::size_t>(std::min<std::uint64_t>(left_, block_bytes)));
+      const std::size_t got = capture_.read(place_, body_);
+      // The length has been sent: an end before it is the only sign left.
+      if (got == 0) return close();
+      body_.resize(got);
+      place_ += got;
+      left_ -= got;
+    }
+    if (body_.empty()) return finish();
+    stream_.expires_after(write_time);
+    asio::async_write(stream_, asio::buffer(body_),
+                      [self = shared_from_this()](error_code failed, std::size_t) {
+                        if (failed) return;
+                        self->body_.clear();
+                        self->write_body();
+                      });
+  }
+
+  void finish() {
+    if (goes_on_) return read();
+    error_code ignored;
+    stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
+  }
+
+  tcp_stream stream_;
+  ServedPage& page_;
+  const ServedCapture& capture_;
+  flat_buffer buffer_{2 * header_bytes_max};
+  std::optional<http::request_parser<http::empty_body>> parser_;
+  http::response<http::empty_body> response_;
+  std::optional<http::response_serializer<http::empty_body>> serializer_;
+  std::string body_;
+  std::uint64_t place_ = 0;
+  std::uint64_t left_ = 0;
+  bool goes_on_ = false;
+  bool waits_ = false;
+};
+
+}  // namespace
+
+struct PageServer::Parts {
+  Parts(ServedPage& page_given, const ServedCapture& capture_given)
+      : page(page_given), capture(capture_given) {}
+
+  void accept() {
+    acceptor.async_accept([this](error_code problem, tcp::socket socket) {
+      if (problem) return accept_later();
+      take(std::move(socket));
+      accept();
+    });
+  }
+
+  // Such as no descriptor left.
+  void accept_later() {
+    timer.expires_after(pause_after_failure);
+    timer.async_wait([this](error_code problem) {
+      if (!problem) accept();
+    });
+  }
+
+  // Where there are too many, whoever has let us wait longest has to leave.
+  void take(tcp::socket socket) {
+    connections.remove_if([](const auto& each) { return each.expired(); });
+    if (connections.size() >= connections_max) {
+      const auto idle = std::find_if(connections.begin(), connections.end(), [](const auto& each) {
+        const auto held = each.lock();
+        return held && held->waits();
+      });
+      if (idle == connections.end()) return;
+      if (const auto held = idle->lock()) held->close();
+      connections.erase(idle);
+    }
+    const auto made = std::make_shared<Connection>(std::move(socket), page, capture);
+    connections.push_back(made);
+    made->read();
+  }
+
+  ServedPage& page;
+  const ServedCapture& capture;
+  asio::io_context context{1};
+  tcp::acceptor acceptor{context};
+  asio::steady_timer timer{context};
+  asio::signal_set signals{context};
+  std::list<std::weak_ptr<Connection>> connections;
+};
+
+PageServer::PageServer(ServedPage& page, const ServedCapture& capture)
+    : parts_(std::make_unique<Parts>(page, capture)) {}
+
+PageServer::~PageServer() = default;
+
+std::string PageServer::listen(std::uint16_t port) {
+  tcp::acceptor& acceptor = parts_->acceptor;
+  const tcp::endpoint place(asio::ip::address_v4::loopback(), port);
+  error_code problem;
+  acceptor.open(place.protocol(), problem);
+  // A port that was in use a moment ago.
+  if (!problem && port != 0) acceptor.set_option(tcp::acceptor::reuse_address(true), problem);
+  if (!problem) acceptor.bind(place, problem);
+  if (!problem) acceptor.listen(asio::socket_base::max_listen_connections, problem);
+  // The browser is started from here.
+  if (!problem) ::fcntl(acceptor.native_handle(), F_SETFD, FD_CLOEXEC);
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
+    if (!problem) parts_->signals.add(number, problem);
+  }
+  if (!problem) return {};
+  return fmt::format("cannot listen at 127.0.0.1{}: {}", port == 0 ? "" : fmt::format(":{}", port),
+                     problem.message());
+}
+
+std::uint16_t PageServer::port() const {
+  error_code ignored;
+  return parts_->acceptor.local_endpoint(ignored).port();
+}
+
+void PageServer::run() {
+  parts_->signals.async_wait([this](error_code problem, int) {
+    if (!problem) parts_->context.stop();
+  });
+  parts_->accept();
+  parts_->context.run();
+}
+
+}  // namespace biss::cli

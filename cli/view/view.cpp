@@ -1,0 +1,172 @@
+// `biss view`: the page with one capture, served to this machine alone.
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spawn.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "cli/common/decoded_capture.hpp"
+#include "cli/common/message.hpp"
+#include "cli/common/output.hpp"
+#include "cli/common/page.hpp"
+#include "cli/common/verbs.hpp"
+#include "cli/decode/motion_options.hpp"
+#include "cli/decode/safety.hpp"
+#include "cli/view/answer.hpp"
+#include "cli/view/page_view.hpp"
+#include "cli/view/server.hpp"
+
+extern char** environ;
+
+namespace biss::cli {
+
+namespace {
+
+struct ViewOptions {
+  CaptureArguments capture;
+  MarginArguments margin;
+  SafetyArguments safety;
+  MotionArguments motion;
+  std::optional<Picoseconds> since;
+  std::optional<Picoseconds> until;
+  bool follow = false;
+  bool no_open = false;
+  std::uint16_t port = 0;
+  std::string page;
+  std::optional<Verb> verb;
+};
+
+std::string name_of_file(const std::string& path) { return path.substr(path.rfind('/') + 1); }
+
+// The browser lives on when this command ends.
+void open_browser(const std::string& address) {
+  std::string program = "xdg-open";
+  std::string argument = address;
+  char* arguments[] = {program.data(), argument.data(), nullptr};
+  posix_spawnattr_t attributes;
+  posix_spawn_file_actions_t actions;
+  posix_spawnattr_init(&attributes);
+  posix_spawn_file_actions_init(&actions);
+  sigset_t usual;
+  sigemptyset(&usual);
+  for (const int number : {SIGPIPE, SIGXFSZ, SIGINT, SIGTERM, SIGHUP, SIGCHLD}) {
+    sigaddset(&usual, number);
+  }
+  posix_spawnattr_setsigdefault(&attributes, &usual);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSID);
+  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+  pid_t child = -1;
+  const int failed = posix_spawnp(&child, arguments[0], &actions, &attributes, arguments, environ);
+  posix_spawn_file_actions_destroy(&actions);
+  posix_spawnattr_destroy(&attributes);
+  if (failed != 0) {
+    warn(fmt::format("xdg-open: {}; open the address in a browser", std::strerror(failed)));
+  }
+}
+
+ExitStatus check_options(const ViewOptions& options) {
+  if (options.capture.files.size() != 1) {
+    return fail(ExitStatus::usage, options.capture.files.empty()
+                                       ? "no capture given; name a file"
+                                       : "biss view shows one file; several with one line each can "
+                                         "be dropped on the page");
+  }
+  if (options.capture.files.front() == "-") {
+    return fail(ExitStatus::usage, "-: the page asks for parts of the capture; name a file");
+  }
+  const FormatArguments& device = options.capture.device;
+  const bool named = !device.format.empty() && device.format != "none";
+  const std::string wrong = named ? [&] {
+    const auto chosen = choose_device(device);
+    return chosen ? std::string{} : chosen.error();
+  }() : [&] {
+    const auto timing = override_timing(device, DeviceTiming{});
+    return timing ? std::string{} : timing.error();
+  }();
+  if (!wrong.empty()) return fail(ExitStatus::usage, wrong);
+  if (const std::string motion = options.motion.wrong_usage(); !motion.empty()) {
+    return fail(ExitStatus::usage, motion);
+  }
+  return ExitStatus::done;
+}
+
+ExitStatus run_view(const ViewOptions& options) {
+  if (const ExitStatus wrong = check_options(options); wrong != ExitStatus::done) return wrong;
+  const std::string& path = options.capture.files.front();
+  std::optional<Growth> growth;
+  if (options.follow) growth.emplace();
+  if (growth && options.capture.raw.rate) growth->sample_bytes = options.capture.raw.bytes;
+  ServedCapture capture;
+  if (const auto opened = capture.open(path, growth); !opened) return fail(opened.error());
+  const auto text = read_page(options.page);
+  if (!text) return fail(text.error());
+
+  const std::string view = page_view(options.verb->given_options());
+  ServedPage page(capture, [&](std::uint64_t size) {
+    return page_with_capture(*text,
+                             {{"name", name_of_file(path)},
+                              {"address", "capture"},
+                              {"size", fmt::format("{}", size)},
+                              {"watch", "size"},
+                              {"follow", options.follow ? "yes" : ""},
+                              {"view", view}},
+                             "");
+  });
+  PageServer server(page, capture);
+  if (const std::string problem = server.listen(options.port); !problem.empty()) {
+    return fail(ExitStatus::io, problem);
+  }
+  page.set_port(server.port());
+  Output output;
+  if (!output.open("") || !output.write(page.address() + "\n") || !output.finish()) {
+    return output.status();
+  }
+  if (!options.no_open) {
+    std::signal(SIGCHLD, SIG_IGN);
+    open_browser(page.address_to_open());
+  }
+  server.run();
+  return ExitStatus::done;
+}
+
+void add_page_options(Verb verb, ViewOptions& options) {
+  add_capture_options(verb, options.capture);
+  add_safety_options(verb, options.safety);
+  verb.add_flag("--no-compensation", options.margin.no_compensation,
+                "The master of this link samples half a period after its own edges of MA");
+  add_time_option(verb, "--since", into(options.since), "Skip cycles that begin before this time");
+  add_time_option(verb, "--until", into(options.until), "Skip cycles that begin after this time");
+  add_motion_options(verb.section("Motion"), options.motion);
+}
+
+}  // namespace
+
+void add_view(Command& command) {
+  const auto options = std::make_shared<ViewOptions>();
+  Verb verb = command.add_verb(
+      {.name = "view",
+       .purpose = "Look at a capture in the browser: waveform, decoded tracks, table and plots",
+       .examples = {"biss view capture.vcd", "biss view capture.vcd -f resolute-26 --follow",
+                    "biss view capture.sr --no-open --port 8080"}},
+      [options] { return run_view(*options); });
+  Verb serving = verb.section("Serving");
+  serving.add_flag("--follow", options->follow,
+                   "Go on while the file grows: VCD, CSV, and raw samples with --raw-rate");
+  serving.add_flag("--no-open", options->no_open,
+                   "Only print the address; by default xdg-open opens it");
+  add_count_option(serving, "--port", into(options->port),
+                   "Port of 127.0.0.1; any free one by default", 65535);
+  add_page_option(serving, options->page);
+  add_page_options(verb, *options);
+  options->verb = verb;
+}
+
+}  // namespace biss::cli

@@ -1,0 +1,427 @@
+// The server of `biss view`, asked by sockets of this test.
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <spawn.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tests/cli/run_command.hpp"
+
+extern char** environ;
+
+namespace biss::cli {
+namespace view_test {
+
+using testing::EndsWith;
+using testing::HasSubstr;
+using testing::MatchesRegex;
+using testing::Not;
+using testing::StartsWith;
+
+using Words = std::vector<std::string>;
+
+const std::string page = R"(<body><script type="text/plain" id="biss-core">CORE</script></body>)";
+
+// A client that waits no longer than this has waited in vain.
+constexpr int patience_milliseconds = 20'000;
+
+class Client {
+ public:
+  explicit Client(std::uint16_t port) : socket_(::socket(AF_INET, SOCK_STREAM, 0)) {
+    sockaddr_in place{};
+    place.sin_family = AF_INET;
+    place.sin_port = htons(port);
+    place.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    connected_ = ::connect(socket_, reinterpret_cast<const sockaddr*>(&place), sizeof place) == 0;
+  }
+  ~Client() { ::close(socket_); }
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+
+  bool connected() const { return connected_; }
+  void send(const std::string& text) const {
+    for (std::size_t sent = 0; sent < text.size();) {
+      const ssize_t more = ::send(socket_, text.data() + sent, text.size() - sent, MSG_NOSIGNAL);
+      if (more <= 0) return;
+      sent += static_cast<std::size_t>(more);
+    }
+  }
+  /// To the end of the connection.
+  std::string receive() const {
+    std::string text;
+    std::array<char, 65536> block{};
+    pollfd waits{socket_, POLLIN, 0};
+    while (::poll(&waits, 1, patience_milliseconds) == 1) {
+      const ssize_t got = ::recv(socket_, block.data(), block.size(), 0);
+      if (got <= 0) break;
+      text.append(block.data(), static_cast<std::size_t>(got));
+    }
+    return text;
+  }
+
+ private:
+  int socket_;
+  bool connected_ = false;
+};
+
+/// `biss view` of a file, until the end of the test.
+class Server {
+ public:
+  explicit Server(const Folder& folder, Words arguments) {
+    Words words{BISS_COMMAND, "view", "--no-open", "--page", folder.file("biss.html", page)};
+    words.insert(words.end(), arguments.begin(), arguments.end());
+    std::vector<char*> argv;
+    for (std::string& word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    std::array<int, 2> ends{};
+    if (::pipe2(ends.data(), O_CLOEXEC) != 0) return;
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
+    posix_spawn(&child_, argv[0], &actions, nullptr, argv.data(), environ);
+    posix_spawn_file_actions_destroy(&actions);
+    ::close(ends[1]);
+    for (char c = 0; ::read(ends[0], &c, 1) == 1 && c != '\n';) address_ += c;
+    ::close(ends[0]);
+    // http://127.0.0.1:PORT/TOKEN/
+    const std::size_t colon = address_.rfind(':');
+    const std::size_t slash = address_.find('/', colon);
+    if (slash == std::string::npos) return;
+    port_ = static_cast<std::uint16_t>(std::stoi(address_.substr(colon + 1)));
+    path_ = address_.substr(slash);
+  }
+  ~Server() { end(SIGKILL); }
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+
+  const std::string& address() const { return address_; }
+  const std::string& path() const { return path_; }
+  std::uint16_t port() const { return port_; }
+  std::string host() const { return fmt::format("127.0.0.1:{}", port_); }
+
+  /// The whole answer to a request with this line and these headers.
+  std::string ask(const std::string& line, const std::string& headers) const {
+    const Client client(port_);
+    client.send(line + " HTTP/1.1\r\n" + headers + "Connection: close\r\n\r\n");
+    return client.receive();
+  }
+  std::string get(const std::string& below, const std::string& more = {}) const {
+    return ask("GET " + path_ + below, "Host: " + host() + "\r\n" + more);
+  }
+
+  /// \return the exit status; 128 and the number of a signal that ended it
+  int end(int signal) {
+    if (child_ < 0) return -1;
+    ::kill(child_, signal);
+    int status = 0;
+    ::waitpid(child_, &status, 0);
+    child_ = -1;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  }
+
+ private:
+  pid_t child_ = -1;
+  std::string address_;
+  std::string path_;
+  std::uint16_t port_ = 0;
+};
+
+std::string body_of(const std::string& answer) {
+  const std::size_t end = answer.find("\r\n\r\n");
+  return end == std::string::npos ? "" : answer.substr(end + 4);
+}
+
+const std::string capture_text = "time_ns,MA,SLO\n0,1,1\n100,0,1\n2000,1,1\n";
+
+TEST(ViewVerb, PageAndCapture_AreGivenAtTheAddressPrinted) {
+  const Folder folder;
+  const Server server(folder, {folder.file("a&b.csv", capture_text), "-f", "resolute-26", "--ma",
+                               "MA", "--invert-slo", "--ack-max", "16us", "--unwrap"});
+  EXPECT_THAT(server.address(), MatchesRegex("http://127\\.0\\.0\\.1:[0-9]+/[0-9a-f]{32}/"));
+  const std::string html = server.get("");
+  EXPECT_THAT(html, StartsWith("HTTP/1.1 200 "));
+  EXPECT_THAT(html, HasSubstr(R"(id="biss-capture" data-name="a&amp;b.csv" data-address="capture")"
+                              R"( data-size="38")"));
+  EXPECT_THAT(html, HasSubstr("format=resolute-26&amp;ma=MA&amp;invert=slo&amp;"
+                              "further=--ack-max%2016us%20--unwrap\""));
+  const std::string capture = server.get("capture");
+  EXPECT_THAT(capture, StartsWith("HTTP/1.1 200 "));
+  EXPECT_EQ(body_of(capture), capture_text);
+  EXPECT_EQ(body_of(server.get("size")), "38");
+  const std::string head =
+      server.ask("HEAD " + server.path() + "capture", "Host: " + server.host() + "\r\n");
+  EXPECT_THAT(head, HasSubstr("Content-Length: 38\r\n"));
+  EXPECT_EQ(body_of(head), "");
+}
+
+TEST(ViewVerb, EveryAnswer_HasTheHeadersThatProtectIt) {
+  const Folder folder;
+  const Server server(folder, {folder.file("a.csv", capture_text)});
+  for (const char* const below : {"", "capture", "nothing"}) {
+    const std::string answer = server.get(below);
+    for (const char* const header :
+         {"Cache-Control: no-store", "X-Content-Type-Options: nosniff", "X-Frame-Options: DENY",
+          "Content-Security-Policy: frame-ancestors 'none'", "Referrer-Policy: no-referrer",
+          "Cross-Origin-Resource-Policy: same-origin"}) {
+      EXPECT_THAT(answer, HasSubstr(header)) << below;
+    }
+    EXPECT_THAT(answer, Not(HasSubstr("Access-Control")));
+  }
+}
+
+TEST(ViewVerb, WithoutTheTokenOrWithAnotherHost_NothingIsGiven) {
+  const Folder folder;
+  const Server server(folder, {folder.file("a.csv", capture_text)});
+  const std::string host = "Host: " + server.host() + "\r\n";
+  std::string wrong = server.path();
+  wrong[1] = wrong[1] == '0' ? '1' : '0';
+  for (const std::string& target :
+       {std::string("/"), std::string("/capture"), wrong, wrong + "capture",
+        server.path().substr(0, 20) + "/", server.path().substr(1),
+        "/." + server.path() + "capture", "//" + server.path().substr(1)}) {
+    const std::string answer = server.ask("GET " + target, host);
+    EXPECT_THAT(answer, testing::AnyOf(StartsWith("HTTP/1.1 403 "), StartsWith("HTTP/1.1 400 ")))
+        << target;
+    EXPECT_THAT(answer, Not(HasSubstr("MA"))) << target;
+  }
+  for (const std::string& other :
+       {std::string("Host: evil.example\r\n"),
+        fmt::format("Host: evil.example:{}\r\n", server.port()), std::string("Host: 127.0.0.1\r\n"),
+        std::string(), host + host}) {
+    EXPECT_THAT(server.ask("GET " + server.path() + "capture", other), StartsWith("HTTP/1.1 403 "))
+        << other;
+  }
+  const std::string local = fmt::format("Host: localhost:{}\r\n", server.port());
+  EXPECT_THAT(server.ask("GET " + server.path() + "capture", local), StartsWith("HTTP/1.1 200 "));
+}
+
+TEST(ViewVerb, Range_IsGivenToTheByte) {
+  const Folder folder;
+  const Server server(folder, {folder.file("a.csv", capture_text)});
+  const auto expect = [&](const std::string& range, std::size_t from, std::size_t count) {
+    const std::string answer = server.get("capture", "Range: bytes=" + range + "\r\n");
+    EXPECT_THAT(answer, StartsWith("HTTP/1.1 206 ")) << range;
+    EXPECT_THAT(answer, HasSubstr(fmt::format("Content-Range: bytes {}-{}/38\r\n", from,
+                                              from + count - 1)));
+    EXPECT_EQ(body_of(answer), capture_text.substr(from, count)) << range;
+  };
+  expect("0-0", 0, 1);
+  expect("5-13", 5, 9);
+  expect("37-37", 37, 1);
+  expect("30-", 30, 8);
+  expect("30-999", 30, 8);
+  expect("30-18446744073709551615", 30, 8);
+  expect("-3", 35, 3);
+  expect("-999", 0, 38);
+  for (const char* const beyond : {"38-", "38-40", "18446744073709551615-", "-0"}) {
+    const std::string answer = server.get("capture", fmt::format("Range: bytes={}\r\n", beyond));
+    EXPECT_THAT(answer, StartsWith("HTTP/1.1 416 ")) << beyond;
+    EXPECT_THAT(answer, HasSubstr("Content-Range: bytes */38\r\n"));
+  }
+  // What is no range is the whole file.
+  for (const char* const wrong : {"7-5", "a-b", "--1", "0-1,3-4", "99999999999999999999-", "-"}) {
+    EXPECT_EQ(body_of(server.get("capture", fmt::format("Range: bytes={}\r\n", wrong))),
+              capture_text)
+        << wrong;
+  }
+}
+
+TEST(ViewVerb, OtherPathsAndMethods_AreRefused) {
+  const Folder folder;
+  folder.file("secret", "secret");
+  const Server server(folder, {folder.file("a.csv", capture_text)});
+  for (const char* const below :
+       {"secret", "../secret", "..", "%2e%2e/secret", "capture/", "capture/../capture", "capture?x",
+        "Capture", "biss.html", "capture%00"}) {
+    const std::string answer = server.get(below);
+    EXPECT_THAT(answer, StartsWith("HTTP/1.1 404 ")) << below;
+    EXPECT_THAT(body_of(answer), Not(HasSubstr("secret"))) << below;
+  }
+  const std::string host = "Host: " + server.host() + "\r\n";
+  for (const char* const method : {"POST", "PUT", "DELETE", "OPTIONS", "TRACE", "BREW"}) {
+    const std::string answer = server.ask(fmt::format("{} {}capture", method, server.path()),
+                                          host + "Content-Length: 0\r\n");
+    EXPECT_THAT(answer, StartsWith("HTTP/1.1 405 ")) << method;
+    EXPECT_THAT(answer, HasSubstr("Allow: GET, HEAD\r\n"));
+  }
+}
+
+TEST(ViewVerb, HostileRequests_AreEndedAndTheNextOneIsAnswered) {
+  const Folder folder;
+  const Server server(folder, {folder.file("a.csv", capture_text)});
+  const std::string get = "GET " + server.path() + "capture HTTP/1.1\r\n";
+  for (const std::string& text :
+       {std::string("\r\n\r\n"), std::string("nonsense\r\n\r\n"), std::string(100, '\0'),
+        std::string("GET\r\n\r\n"), std::string("\x16\x03\x01\x02\x00\x01\x00\x01", 8) + "\r\n\r\n",
+        "GET /" + std::string(100'000, 'a') + " HTTP/1.1\r\n\r\n",
+        get + "X: " + std::string(100'000, 'a') + "\r\n\r\n", get + "Host\r\n\r\n",
+        get + "Content-Length: -1\r\n\r\n", get + "Content-Length: 1\r\nContent-Length: 2\r\n\r\n",
+        std::string("GET / HTTP/9.9\r\n\r\n")}) {
+    const Client client(server.port());
+    client.send(text);
+    ::usleep(1000);
+    const std::string answer = client.receive();
+    EXPECT_THAT(answer, testing::AnyOf(testing::IsEmpty(), StartsWith("HTTP/1.1 4")))
+        << text.substr(0, 40);
+  }
+  EXPECT_EQ(body_of(server.get("size")), "38");
+}
+
+TEST(ViewVerb, SlowClients_DoNotBlockAnother) {
+  const Folder folder;
+  const Server server(folder, {folder.file("a.csv", capture_text)});
+  std::vector<std::unique_ptr<Client>> slow;
+  // More than the server keeps at a time.
+  for (int i = 0; i < 100; ++i) {
+    slow.push_back(std::make_unique<Client>(server.port()));
+    ASSERT_TRUE(slow.back()->connected());
+    slow.back()->send("GET /");
+  }
+  EXPECT_EQ(body_of(server.get("capture")), capture_text);
+}
+
+TEST(ViewVerb, ClientThatDoesNotRead_DoesNotBlockAnother) {
+  const Folder folder;
+  const std::string large = folder.file("large.csv", capture_text + std::string(64U << 20U, '\n'));
+  const Server server(folder, {large});
+  const Client slow(server.port());
+  slow.send("GET " + server.path() + "capture HTTP/1.1\r\nHost: " + server.host() + "\r\n\r\n");
+  EXPECT_EQ(body_of(server.get("capture", "Range: bytes=0-3\r\n")), "time");
+}
+
+TEST(ViewVerb, GrowingFile_IsGivenToItsLastWholeLine) {
+  const Folder folder;
+  const std::string path = folder.file("a.csv", "");
+  const Server server(folder, {path, "--follow"});
+  EXPECT_EQ(body_of(server.get("size")), "0");
+  std::ofstream file(path, std::ios::binary);
+  const auto write = [&](const char* text) { file << text << std::flush; };
+  write("time_ns,MA,S");
+  EXPECT_EQ(body_of(server.get("size")), "0");
+  write("LO\n0,1,1\n10");
+  EXPECT_EQ(body_of(server.get("size")), "21");
+  EXPECT_EQ(body_of(server.get("capture")), "time_ns,MA,SLO\n0,1,1\n");
+  EXPECT_THAT(server.get("capture", "Range: bytes=21-\r\n"), StartsWith("HTTP/1.1 416 "));
+  write("0,0,1\n");
+  EXPECT_EQ(body_of(server.get("capture", "Range: bytes=21-\r\n")), "100,0,1\n");
+}
+
+TEST(ViewVerb, GrowingRawSamples_AreGivenToTheLastWholeOne) {
+  const Folder folder;
+  const std::string path = folder.file("a.bin", "abcdefg");
+  const Server server(folder, {path, "--follow", "--raw-rate", "10MHz", "--raw-bytes", "4"});
+  EXPECT_EQ(body_of(server.get("size")), "4");
+  std::ofstream(path, std::ios::app) << "h";
+  EXPECT_EQ(body_of(server.get("capture")), "abcdefgh");
+}
+
+TEST(ViewVerb, WithoutFollow_TheFileIsWhatItWas) {
+  const Folder folder;
+  const std::string path = folder.file("a.csv", capture_text);
+  const Server server(folder, {path});
+  std::ofstream(path, std::ios::app) << "300,0,1\n";
+  EXPECT_EQ(body_of(server.get("capture")), capture_text);
+}
+
+TEST(ViewVerb, FileThatChangesOtherwise_IsNamed) {
+  const Folder folder;
+  const std::string path = folder.path("a.csv");
+  const auto problem = [&](const auto& change) {
+    folder.file("a.csv", capture_text);
+    const Server server(folder, {path, "--follow"});
+    change();
+    const std::string answer = server.get("capture");
+    EXPECT_THAT(answer, StartsWith("HTTP/1.1 410 "));
+    // It stays so.
+    folder.file("a.csv", capture_text);
+    EXPECT_EQ(body_of(server.get("size")), body_of(answer));
+    return body_of(answer);
+  };
+  EXPECT_THAT(problem([&] { folder.file("a.csv", "time_ns"); }),
+              HasSubstr("a.csv: has shrunk from 38 to 7 bytes while it was read"));
+  EXPECT_THAT(problem([&] { std::filesystem::rename(folder.file("b.csv", capture_text), path); }),
+              HasSubstr("a.csv: was replaced by another file while it was read"));
+  EXPECT_THAT(problem([&] { folder.file("a.csv", capture_text.substr(1) + "300,0,1\n"); }),
+              HasSubstr("a.csv: was rewritten while it was read"));
+  EXPECT_THAT(problem([&] { std::filesystem::remove(path); }),
+              HasSubstr("a.csv: No such file or directory; it was there"));
+}
+
+TEST(ViewVerb, FileThatCannotBeFollowed_IsNamed) {
+  const Folder folder;
+  const auto expect = [&](const std::string& name, const std::string& content, const char* why) {
+    const Outcome outcome = run({"view", folder.file(name, content), "--follow", "--no-open"});
+    EXPECT_EQ(outcome.status, 3);
+    EXPECT_THAT(outcome.err, HasSubstr(name + ": cannot be followed while it grows: " + why));
+  };
+  expect("a.sr", "PK\3\4", "the directory of an archive");
+  expect("a.vcd.gz", "\x1f\x8b\b", "a compressed file ends with its checksum");
+  expect("a.ghw", "GHDLwave\n", "a GHW file ends with its directory");
+  expect("a.bin", std::string("\1\0\1", 3), "it is no text (VCD, CSV), and raw samples need --raw");
+}
+
+TEST(ViewVerb, Signal_EndsItWithSuccess) {
+  const Folder folder;
+  const std::string path = folder.file("a.csv", capture_text);
+  for (const int signal : {SIGTERM, SIGINT}) {
+    Server server(folder, {path});
+    const Client open(server.port());
+    EXPECT_EQ(body_of(server.get("size")), "38");
+    EXPECT_EQ(server.end(signal), 0);
+  }
+}
+
+TEST(ViewVerb, Port_IsTheOneGivenOrIsRefused) {
+  const Folder folder;
+  const std::string path = folder.file("a.csv", capture_text);
+  std::string port;
+  {
+    const Server first(folder, {path});
+    port = std::to_string(first.port());
+    const Outcome outcome =
+        run({"view", path, "--no-open", "--port", port, "--page", folder.path("biss.html")});
+    EXPECT_EQ(outcome.status, 3);
+    EXPECT_THAT(outcome.err, HasSubstr("cannot listen at 127.0.0.1:" + port + ": Address already"));
+  }
+  const Server second(folder, {path, "--port", port});
+  EXPECT_EQ(std::to_string(second.port()), port);
+}
+
+TEST(ViewVerb, WrongUsage_IsOneLineThatSaysWhy) {
+  const Folder folder;
+  const std::string path = folder.file("a.csv", capture_text);
+  const auto expect = [&](Words words, int status, const std::string& why) {
+    words.insert(words.begin(), "view");
+    const Outcome outcome = run(words);
+    EXPECT_EQ(outcome.status, status) << outcome.out;
+    EXPECT_THAT(outcome.err, HasSubstr(why));
+    EXPECT_THAT(outcome.err, EndsWith("\n"));
+    EXPECT_EQ(outcome.out, "");
+  };
+  expect({}, 2, "no capture given; name a file");
+  expect({path, path}, 2, "biss view shows one file");
+  expect({"-"}, 2, "-: the page asks for parts of the capture; name a file");
+  expect({path, "-f", "nothing"}, 2, "nothing");
+  expect({path, "--port", "65536"}, 2, "--port");
+  expect({path, "--max-step", "3"}, 2, "--max-step: only with --unwrap or --velocity");
+  expect({"/nowhere/a.csv"}, 3, "/nowhere/a.csv: No such file or directory");
+  expect({folder.path("")}, 3, "is no regular file");
+  expect({path, "--page", path}, 3, "is not the page of biss");
+}
+
+}  // namespace view_test
+}  // namespace biss::cli
