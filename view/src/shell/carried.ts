@@ -19,8 +19,8 @@ export function carriedView(): string {
   return element?.dataset['view'] ?? '';
 }
 
-/** The page has a capture of its own: it is a report, or its server shows one. */
-export const isCarried = element !== null;
+/** The page has the bytes of its capture: it is a report. */
+export const isCarried = element !== null && element.dataset['address'] === undefined;
 
 async function carriedReport(): Promise<Report | undefined> {
   const text = document.getElementById('biss-report')?.textContent ?? '';
