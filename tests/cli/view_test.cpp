@@ -13,6 +13,8 @@
 
 #include <array>
 #include <csignal>
+#include <cstdint>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -78,11 +80,14 @@ class Client {
   bool connected_ = false;
 };
 
+enum class Opening : std::uint8_t { none, browser };
+
 /// `biss view` of a file, until the end of the test.
 class Server {
  public:
-  explicit Server(const Folder& folder, Words arguments) {
-    Words words{BISS_COMMAND, "view", "--no-open", "--page", folder.file("biss.html", page)};
+  Server(const Folder& folder, const Words& arguments, Opening opening = Opening::none) {
+    Words words{BISS_COMMAND, "view", "--page", folder.file("biss.html", page)};
+    if (opening == Opening::none) words.emplace_back("--no-open");
     words.insert(words.end(), arguments.begin(), arguments.end());
     std::vector<char*> argv;
     for (std::string& word : words) argv.push_back(word.data());
@@ -383,6 +388,30 @@ TEST(ViewVerb, Signal_EndsItWithSuccess) {
     EXPECT_EQ(body_of(server.get("size")), "38");
     EXPECT_EQ(server.end(signal), 0);
   }
+}
+
+TEST(ViewVerb, Browser_GetsAnAddressThatLeadsToThePageOnce) {
+  const Folder folder;
+  const std::string opened = folder.path("opened");
+  // As a whole line, so that it is read when it is complete.
+  const std::string script = folder.file("xdg-open", "#!/bin/sh\necho \"$1\" >" + opened + "\n");
+  std::filesystem::permissions(script, std::filesystem::perms::owner_all);
+  const std::string path = std::getenv("PATH");
+  ::setenv("PATH", (folder.path("") + ":" + path).c_str(), 1);
+  const Server server(folder, {folder.file("a.csv", capture_text)}, Opening::browser);
+  ::setenv("PATH", path.c_str(), 1);
+  std::string address;
+  for (int i = 0; i < 2000 && !address.ends_with('\n'); ++i, ::usleep(10'000)) {
+    address = content_of(opened);
+  }
+  ASSERT_THAT(address, StartsWith("http://" + server.host() + "/"));
+  EXPECT_THAT(address, Not(HasSubstr(server.path())));
+  const std::string target = address.substr(address.rfind('/'), 33);
+  const auto open = [&] { return server.ask("GET " + target, "Host: " + server.host() + "\r\n"); };
+  const std::string first = open();
+  EXPECT_THAT(first, StartsWith("HTTP/1.1 303 "));
+  EXPECT_THAT(first, HasSubstr("Location: " + server.path() + "\r\n"));
+  EXPECT_THAT(open(), StartsWith("HTTP/1.1 403 "));
 }
 
 TEST(ViewVerb, Port_IsTheOneGivenOrIsRefused) {
