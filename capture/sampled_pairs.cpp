@@ -42,6 +42,13 @@ class Verification {
   std::size_t read_ = 0;
 };
 
+// Room for one scan after `count` times. It grows in small steps, because a vector doubles.
+template <class Times>
+void make_room(Times& times, std::size_t count) {
+  constexpr std::size_t scan = scan_samples + scan_slack;
+  if (times.capacity() < count + count / 4 + scan) times.reserve(count + count / 2 + scan);
+}
+
 class SampledPiece final : public PairPiece {
  public:
   SampledPiece(const PairLayout& layout, bool verify) : layout_(layout), verify_(verify) {}
@@ -56,8 +63,9 @@ class SampledPiece final : public PairPiece {
     Verification verification(samples_, packed.deflated && verify_);
     too_many = !scan(0, count, verification);
     if (too_many) {
-      ma.clear();
-      slo.clear();
+      // Their memory is free while the piece waits for its turn.
+      ma = LineChanges();
+      slo = LineChanges();
     }
     if (packed.deflated && !verification.is(packed.deflated->checksum)) {
       damaged("data with its checksum");
@@ -85,12 +93,14 @@ class SampledPiece final : public PairPiece {
     count = 0;
     too_many = false;
     error.reset();
+    beginning = std::vector<std::uint8_t>();
   }
 
   PackedSamples packed;
-  std::uint64_t first = 0;  // sample of the capture
-  std::size_t count = 0;    // samples
-  bool too_many = false;    // changes for arrays
+  std::vector<std::uint8_t> beginning;  // where these are the bytes
+  std::uint64_t first = 0;              // sample of the capture
+  std::size_t count = 0;                // samples
+  bool too_many = false;                // changes for arrays
   std::optional<CaptureError> error;
 
  private:
@@ -126,6 +136,8 @@ class SampledPiece final : public PairPiece {
                   .step = clock.step()};
     for (std::size_t at = begin; at < end; at += scan_samples) {
       if (ma_times.count() + slo_times.count() > most_changes) return false;
+      make_room(ma.times, ma_times.count());
+      make_room(slo.times, slo_times.count());
       scan.samples = samples + at * layout_.unit_bytes;
       scan.count = std::min(scan_samples, end - at);
       verification.read_to((at + scan.count) * layout_.unit_bytes);
@@ -171,7 +183,7 @@ class SampledPairs final : public PairSource {
     if (!piece) piece = std::make_unique<SampledPiece>(layout_, reading_.verify);
     piece->reset();
     while (!ended_ && !ahead_) {
-      if (!next_bytes(piece->packed)) continue;
+      if (!next_bytes(*piece)) continue;
       take_samples(*piece);
       if (piece->count != 0) return piece;
     }
@@ -199,12 +211,11 @@ class SampledPairs final : public PairSource {
 
  private:
   // False at the end of the capture, and where there is an error.
-  bool next_bytes(PackedSamples& packed) {
+  bool next_bytes(SampledPiece& piece) {
+    PackedSamples& packed = piece.packed;
     if (!first_bytes_.empty()) {
-      const auto room = packed.memory.take(first_bytes_.size());
-      std::copy(first_bytes_.begin(), first_bytes_.end(), room.begin());
-      packed.bytes = room;
-      first_bytes_ = {};
+      piece.beginning = std::exchange(first_bytes_, std::vector<std::uint8_t>());
+      packed.bytes = piece.beginning;
       return true;
     }
     const FetchWish wish{.piece_bytes = std::max(reading_.piece_bytes, layout_.unit_bytes),

@@ -115,6 +115,7 @@ class SrPieces final : public SamplePieces {
   }
 
   Result<bool, CaptureError> fetch(PackedSamples& piece, const FetchWish& wish) override {
+    if (&piece != &next_piece_ && !next_piece_.bytes.empty()) release_next();
     for (;;) {
       if (streaming_) {
         const auto got = fetch_of_stream(piece, wish.piece_bytes);
@@ -139,6 +140,12 @@ class SrPieces final : public SamplePieces {
 
  private:
   using Fetched = Result<bool, CaptureError>;
+
+  // What next() used, a chunk and what it was inflated from, is not needed any more.
+  void release_next() {
+    next_piece_ = PackedSamples();
+    compressed_ = Buffer();
+  }
 
   // A session has one member with all the samples, or chunks.
   std::optional<ZipMember> next_member() {
