@@ -151,6 +151,7 @@ class ExampleFolder {
     std::string samples = content_of(path("samples.bin"));
     for (char& sample : samples) sample = static_cast<char>((sample & 1) | (sample & 2) << 2);
     folder_.file("samples.bin", samples);
+    folder_.file("page.html", R"(<script type="text/plain" id="biss-core">CORE</script>)");
     // Only the bank of the profile's part.
     folder_.file("bank3.bin", content_of(path("eeprom.bin")).substr(3 * 64, 64));
   }
@@ -170,6 +171,16 @@ class ExampleFolder {
  private:
   Folder folder_;
 };
+
+// With a page of the folder; a server runs until it has printed its address, on any free port.
+std::string with_page(const std::string& example) {
+  if (example.starts_with("biss report ")) return example + " --page page.html";
+  if (!example.starts_with("biss view ")) return example;
+  static const std::regex port(" --port \\d+");
+  return "{ " + std::regex_replace(example, port, "") +
+         " --no-open --page page.html & server=$!; for i in $(seq 400); do [ -s out ] && break; "
+         "sleep 0.05; done; kill $server; wait $server; }";
+}
 
 // Verbs with millions of counts run in a fraction of a second here.
 std::string shortened(const std::string& example) {
@@ -198,7 +209,7 @@ TEST(Help, EveryExample_Works) {
   for (const Words& verb : all_verbs()) {
     for (const std::string& line : section(help_of(verb), std::regex("Examples?:"))) {
       ASSERT_TRUE(line.starts_with("  biss ")) << line;
-      const std::string example = shortened(line.substr(2));
+      const std::string example = with_page(shortened(line.substr(2)));
       SCOPED_TRACE(example);
       ++examples;
       // Exit status 1: a judgement of the data, with its reason in the output.
