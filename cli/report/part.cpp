@@ -1,8 +1,6 @@
 #include "cli/report/part.hpp"
 
 #include <fmt/format.h>
-#include <sys/mman.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -12,6 +10,7 @@
 #include <utility>
 
 #include "biss/frame/format_text.hpp"
+#include "cli/common/memory_file.hpp"
 #include "cli/common/message.hpp"
 #include "cli/common/terminal.hpp"
 #include "cli/report/asked.hpp"
@@ -70,29 +69,6 @@ class LineRows final : public report::TableWriter {
   std::unique_ptr<report::TableWriter> writer_;
 };
 
-// A file without a name.
-class MemoryFile {
- public:
-  explicit MemoryFile(std::string_view text) : descriptor_(memfd_create("part", MFD_CLOEXEC)) {
-    while (!text.empty() && descriptor_ >= 0) {
-      const ssize_t wrote = ::write(descriptor_, text.data(), text.size());
-      if (wrote <= 0) break;
-      text.remove_prefix(static_cast<std::size_t>(wrote));
-    }
-    if (descriptor_ >= 0) ::lseek(descriptor_, 0, SEEK_SET);
-  }
-  ~MemoryFile() {
-    if (descriptor_ >= 0) ::close(descriptor_);
-  }
-  MemoryFile(const MemoryFile&) = delete;
-  MemoryFile& operator=(const MemoryFile&) = delete;
-
-  std::string path() const { return fmt::format("/proc/self/fd/{}", descriptor_); }
-
- private:
-  int descriptor_;
-};
-
 std::vector<std::string> cells_of(const std::string& row) {
   std::vector<std::string> cells;
   std::size_t from = 0;
@@ -142,9 +118,9 @@ class PartMaker {
   }
 
   // The lines of the part have names and a polarity of their own.
-  ViewSettings part_settings(const ViewSettings& given) const {
+  PageSettings part_settings(const PageSettings& given) const {
     DecodedCapture& capture = run_.capture();
-    ViewSettings settings;
+    PageSettings settings;
     settings.format = given.format;
     if (settings.format.empty()) {
       settings.format =
@@ -154,17 +130,15 @@ class PartMaker {
     settings.slo = "SLO";
     settings.invert_ma = capture.lines().lines.ma_inverted;
     settings.invert_slo = capture.lines().lines.slo_inverted;
-    for (std::size_t i = 0; i + 1 < given.further.size(); i += 2) {
-      const std::string& option = given.further[i];
-      const bool of_file = option == "--raw-rate" || option == "--raw-bytes" ||
-                           option == "--threshold" || option == "--differential";
-      if (of_file || option == "--resolution") continue;
-      settings.further.insert(settings.further.end(), {option, given.further[i + 1]});
+    for (const std::vector<std::string>& option : given.further) {
+      const std::string& name = option.front();
+      const bool of_file = name == "--raw-rate" || name == "--raw-bytes" || name == "--threshold" ||
+                           name == "--differential";
+      if (!of_file && name != "--resolution") settings.further.push_back(option);
     }
     const Picoseconds resolution = capture.margin().resolution;
     if (resolution != Picoseconds{}) {
-      settings.further.insert(settings.further.end(),
-                              {"--resolution", fmt::format("{}ps", resolution.count)});
+      settings.further.push_back({"--resolution", fmt::format("{}ps", resolution.count)});
     }
     return settings;
   }
@@ -181,8 +155,9 @@ class PartMaker {
     }
   }
 
-  ExitStatus verify(const ViewSettings& settings) {
-    const MemoryFile file(vcd_);
+  ExitStatus verify(const PageSettings& settings) {
+    const MemoryFile file;
+    file.append(vcd_);
     DecodeOptions options;
     options.capture = options_.capture;
     options.capture.files = {file.path()};
@@ -211,7 +186,7 @@ class PartMaker {
     return ExitStatus::done;
   }
 
-  json report(const ViewSettings& settings) const {
+  json report(const PageSettings& settings) const {
     json rows{{"times", json::array()}, {"numbers", json::array()}, {"cells", cells_}};
     for (const ExcerptCycle* cycle : shown_) {
       rows["times"].push_back(std::to_string(cycle->time.count));
@@ -235,7 +210,7 @@ class PartMaker {
   }
 
   // What the verbs of the page's panels say of the whole capture.
-  tl::expected<json, VerbError> verbs(const ViewSettings& given) const {
+  tl::expected<json, VerbError> verbs(const PageSettings& given) const {
     json answers = json::object();
     for (const char* verb : {"identify", "check", "explain"}) {
       std::vector<std::string> words{verb};
@@ -248,7 +223,9 @@ class PartMaker {
       if (!capture.slo.empty()) words.insert(words.end(), {"--slo", capture.slo});
       if (capture.invert_ma) words.emplace_back("--invert-ma");
       if (capture.invert_slo) words.emplace_back("--invert-slo");
-      words.insert(words.end(), given.further.begin(), given.further.end());
+      for (const std::vector<std::string>& option : given.further) {
+        words.insert(words.end(), option.begin(), option.end());
+      }
       words.insert(words.end(), {"--to", "jsonl"});
       auto answer = ask_command(words);
       if (!answer) return answer;
@@ -357,7 +334,7 @@ class PartMaker {
 }  // namespace
 
 tl::expected<CapturePart, ExitStatus> part_of_capture(DecodeOptions& options, DecodeRun& run,
-                                                      const ViewSettings& settings,
+                                                      const PageSettings& settings,
                                                       std::string_view name, std::size_t room) {
   PartMaker maker(options, run, name);
   ExitStatus status = maker.read();

@@ -7,8 +7,8 @@
 #include <tl/expected.hpp>
 #include <vector>
 
+#include "cli/common/page_settings.hpp"
 #include "cli/decode/decode_run.hpp"
-#include "cli/report/settings.hpp"
 
 namespace biss::cli {
 
@@ -16,7 +16,7 @@ struct CapturePart {
   /// A VCD and the JSON object of view/src/core/report.ts, as packed() gives them.
   std::string capture;
   std::string report;
-  ViewSettings settings;
+  PageSettings settings;
   /// What the part contains and what was left out, a sentence each.
   std::vector<std::string> notes;
 };
@@ -28,7 +28,7 @@ struct CapturePart {
 /// \param room the most characters of both texts
 /// \return why there is none; it has been printed
 tl::expected<CapturePart, ExitStatus> part_of_capture(DecodeOptions& options, DecodeRun& run,
-                                                      const ViewSettings& settings,
+                                                      const PageSettings& settings,
                                                       std::string_view name, std::size_t room);
 
 }  // namespace biss::cli

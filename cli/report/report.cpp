@@ -11,12 +11,12 @@
 #include "cli/common/message.hpp"
 #include "cli/common/output.hpp"
 #include "cli/common/page.hpp"
+#include "cli/common/page_settings.hpp"
 #include "cli/common/verb.hpp"
 #include "cli/common/verbs.hpp"
 #include "cli/decode/decode_run.hpp"
 #include "cli/report/packed.hpp"
 #include "cli/report/part.hpp"
-#include "cli/report/settings.hpp"
 #include "cli/safety/text_file.hpp"
 #include "report/summary.hpp"
 
@@ -68,7 +68,8 @@ class ReportRun {
     if (status != ExitStatus::done) return status;
     if (const auto text = whole_capture()) return write(whole_page(*page, *text));
     const std::size_t room = report_max - std::min(report_max, page->size());
-    const auto part = part_of_capture(options_.decode, decode, view_settings(verb_), name(), room);
+    const auto part = part_of_capture(options_.decode, decode, page_settings(verb_.given_options()),
+                                      name(), room);
     return part ? write(part_page(*page, *part)) : part.error();
   }
 
@@ -92,7 +93,7 @@ class ReportRun {
 
   std::string whole_page(std::string_view page, std::string_view content) {
     contains_ = "the whole capture";
-    const std::string view = view_settings(verb_).link_text();
+    const std::string view = page_settings(verb_.given_options()).link_text();
     return page_with_capture(page, {{"name", name()}, {"view", view}}, content);
   }
 

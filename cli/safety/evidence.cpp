@@ -3,11 +3,9 @@
 #include "cli/safety/evidence.hpp"
 
 #include <fmt/format.h>
-#include <sys/mman.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cstdio>
 #include <iterator>
 #include <memory>
@@ -15,6 +13,7 @@
 
 #include "biss/frame/format_text.hpp"
 #include "cli/common/format_option.hpp"
+#include "cli/common/memory_file.hpp"
 #include "cli/common/verb.hpp"
 #include "cli/common/verbs.hpp"
 #include "cli/safety/safety.hpp"
@@ -34,38 +33,6 @@ struct VerbOptions {
   std::string folder;
   bool force = false;
   std::string checked;
-};
-
-// A file in memory, read by its descriptor.
-class MemoryFile {
- public:
-  MemoryFile() : descriptor_(::memfd_create("biss", MFD_CLOEXEC)) {}
-  ~MemoryFile() { ::close(descriptor_); }
-  MemoryFile(const MemoryFile&) = delete;
-  MemoryFile& operator=(const MemoryFile&) = delete;
-
-  int descriptor() const { return descriptor_; }
-  std::string path() const { return fmt::format("/dev/fd/{}", descriptor_); }
-  void set(const std::string& text) const {
-    for (std::size_t done = 0; done < text.size();) {
-      const ssize_t count = ::write(descriptor_, text.data() + done, text.size() - done);
-      if (count <= 0) return;
-      done += static_cast<std::size_t>(count);
-    }
-  }
-  std::string text() const {
-    std::string all;
-    std::array<char, 65536> block{};
-    for (off_t at = 0;;) {
-      const ssize_t count = ::pread(descriptor_, block.data(), block.size(), at);
-      if (count <= 0) return all;
-      all.append(block.data(), static_cast<std::size_t>(count));
-      at += count;
-    }
-  }
-
- private:
-  int descriptor_;
 };
 
 // Sends standard output into a file for as long as the object lives.
@@ -136,7 +103,7 @@ Bundle make_bundle(const EvidenceSubject& subject, const std::vector<std::string
   const EvidenceFile configuration{configuration_name,
                                    configuration_json(subject.monitored, subject.configuration)};
   const MemoryFile configuration_in_memory;
-  configuration_in_memory.set(configuration.text);
+  configuration_in_memory.append(configuration.text);
   std::vector<EvidenceFile> tables;
   bundle.commands = evidence_commands(subject);
   for (EvidenceCommand& each : bundle.commands) {

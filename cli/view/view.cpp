@@ -15,11 +15,11 @@
 #include "cli/common/message.hpp"
 #include "cli/common/output.hpp"
 #include "cli/common/page.hpp"
+#include "cli/common/page_settings.hpp"
 #include "cli/common/verbs.hpp"
 #include "cli/decode/motion_options.hpp"
 #include "cli/decode/safety.hpp"
 #include "cli/view/answer.hpp"
-#include "cli/view/page_view.hpp"
 #include "cli/view/server.hpp"
 
 extern char** environ;
@@ -109,7 +109,7 @@ ExitStatus run_view(const ViewOptions& options) {
   const auto text = read_page(options.page);
   if (!text) return fail(text.error());
 
-  const std::string view = page_view(options.verb->given_options());
+  const std::string view = page_settings(options.verb->given_options()).link_text();
   ServedPage page(capture, [&](std::uint64_t size) {
     return page_with_capture(*text,
                              {{"name", name_of_file(path)},
