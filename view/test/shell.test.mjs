@@ -285,7 +285,7 @@ describe('the playground', () => {
     cable: /^\d+ of 300 cycles fail/,
   };
   it('EachPreset_ShowsItsMistakeAtTheFirstCycleThatHasIt', { timeout: 120_000 }, async () => {
-    const { page, requests, errors } = await open(browser, 'play');
+    const { page, requests, errors } = await browser.open('play');
     const ids = await page.locator('#preset option').evaluateAll((options) => options.map(({ value }) => value));
     assert.deepEqual(ids, Object.keys(expected));
     for (const id of ids) {
@@ -304,7 +304,7 @@ describe('the playground', () => {
   });
 
   it('LinkToAPreset_BeginsWithIt', async () => {
-    const { page } = await open(browser, 'play=timeout');
+    const { page } = await browser.open('play=timeout');
     await page.locator('.outcome', { hasText: expected.timeout }).waitFor();
     assert.equal(await page.locator('#preset').inputValue(), 'timeout');
     assert.equal(await page.getByLabel('Timeout', { exact: true }).inputValue(), 'static:400ns');
