@@ -4,12 +4,12 @@ import type { ReadingMessage } from './protocol';
 import type { MeasuredSource } from './source';
 
 // What is asked meanwhile waits no longer than this.
-const sliceMilliseconds = 8;
+const sliceMilliseconds = 16;
 // The page hears of new rows as often.
 const reportMilliseconds = 100;
 // Analyses of what has been read take at most this share of the time of reading; what was not used
 // is kept up to a time.
-const analysesShare = 0.1;
+const analysesShare = 0.05;
 const mostSavedMilliseconds = 50;
 
 export class Reader {

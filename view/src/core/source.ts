@@ -47,7 +47,9 @@ class BytesSource implements MeasuredSource {
 // Each read of a file costs a message to another process of the browser. Where a file is read on
 // from where the last read ended, as most are, more is read at once, and what comes after it is
 // fetched meanwhile.
-const aheadBytes = 8 << 20;
+const aheadBytes = 16 << 20;
+// More than a slice of reading takes.
+const soonBytes = 10 << 20;
 
 class FileSource implements MeasuredSource {
   reached = 0;
@@ -76,7 +78,7 @@ class FileSource implements MeasuredSource {
     const begin = this.#begin + this.#held.length;
     if (this.#held.length < aheadBytes || begin >= this.size || this.#next?.begin === begin) return undefined;
     this.#fetching ??= this.#fetch(begin).finally(() => { this.#fetching = undefined; });
-    return begin - this.reached < aheadBytes / 2 ? this.#fetching : undefined;
+    return begin - this.reached < soonBytes ? this.#fetching : undefined;
   }
 
   // What cannot be read here is reported by the read that needs it.
