@@ -12,9 +12,6 @@
 #include <sstream>
 #include <string>
 
-#include "capture/samples.hpp"
-#include "capture/sr.hpp"
-#include "capture/zip.hpp"
 #include "tests/cli/run_command.hpp"
 
 namespace biss::cli {
@@ -192,37 +189,6 @@ TEST(BadInput, EndlessToken_IsRefusedInBoundedMemory) {
     }
   }
 }
-
-#ifdef BISS_LONG
-// Nearly every sample changes a line: no piece becomes arrays, and each is as large as pieces get.
-TEST(BadInput, NoiseInLargeChunks_IsReadInBoundedMemory) {
-  constexpr std::size_t chunk_bytes = 30U << 20U;
-  std::mt19937_64 random(13);
-  std::string noise(chunk_bytes, '\0');
-  for (char& sample : noise) sample = static_cast<char>(random() & 3U);
-  capture::ZipWriter archive;
-  std::string bytes;
-  ASSERT_TRUE(archive.add("version", "2", bytes));
-  ASSERT_TRUE(archive.add(
-      "metadata", capture::sr_metadata_text(capture::packed_layout({"MA", "SLO"}, megahertz(100))),
-      bytes));
-  for (const char* name : {"logic-1-1", "logic-1-2", "logic-1-3", "logic-1-4"}) {
-    ASSERT_TRUE(archive.add(name, noise, bytes));
-  }
-  archive.finish(bytes);
-  const Folder folder;
-  const std::string path = folder.file("noise.sr", bytes);
-  for (const char* threads : {"1", "2"}) {
-    SCOPED_TRACE(threads);
-    const Outcome outcome =
-        run_measured({"decode", path, "-f", usual, "--threads", threads, "-o", "/dev/null"});
-    EXPECT_NE(outcome.status, 3) << outcome.err;
-    if (!sanitized()) {
-      EXPECT_LT(outcome.peak_kib, 256 * 1024);
-    }
-  }
-}
-#endif
 
 TEST(BadInput, AccessFileThatCannotBeRead_IsRefusedWithItsLine) {
   const Folder folder;
