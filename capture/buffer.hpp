@@ -42,6 +42,7 @@ class Buffer {
   std::span<std::uint8_t> take(std::size_t bytes) {
     if (bytes > capacity_) {
       bytes_.reset();
+      capacity_ = 0;  // also where there is no memory
       bytes_.reset(bytes < large_page ? allocated(bytes, alignof(std::max_align_t))
                                       : in_large_pages(bytes));
       capacity_ = bytes;

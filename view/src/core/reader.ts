@@ -28,7 +28,7 @@ export class Reader {
   #saved = mostSavedMilliseconds;
   #analyses: (() => void)[] = [];
 
-  /** Without `report` nobody hears of it before its end. */
+  /** Without `report` only the end is told, by `ended`. */
   constructor(session: Session, generation: number, sources: MeasuredSource[],
     report?: (message: ReadingMessage) => void) {
     this.session = session;

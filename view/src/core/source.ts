@@ -83,8 +83,12 @@ class FileSource implements MeasuredSource {
 
   // What cannot be read here is reported by the read that needs it.
   async #fetch(begin: number): Promise<void> {
-    const bytes = await readBeside(this.file.slice(begin, begin + aheadBytes));
-    if (bytes.byteLength > 0) this.#next = { begin, bytes: new Uint8Array(bytes) };
+    try {
+      const bytes = await readBeside(this.file.slice(begin, begin + aheadBytes));
+      if (bytes.byteLength > 0) this.#next = { begin, bytes: new Uint8Array(bytes) };
+    } catch {
+      // There is no worker for it.
+    }
   }
 
   #take(offset: number, length: number): void {
