@@ -65,29 +65,6 @@ constexpr std::string_view style =
     ".wrong{stroke:#ff7b72;fill-opacity:.4}\n"
     "}\n";
 
-std::string escaped(std::string_view text) {
-  std::string out;
-  for (const char character : text) {
-    switch (character) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += character;
-    }
-  }
-  return out;
-}
-
 std::string_view class_of(PartKind kind) {
   switch (kind) {
     case PartKind::line:
@@ -165,7 +142,7 @@ class PanelWriter {
   // The base line of the text is y_.
   void put_text(std::size_t x, std::string_view kind, std::string_view text) {
     put("<text x=\"{}\" y=\"{}\"{}>{}</text>", x, y_,
-        kind.empty() ? "" : fmt::format(" class=\"{}\"", kind), escaped(text));
+        kind.empty() ? "" : fmt::format(" class=\"{}\"", kind), markup_text(text));
   }
   // In lines, broken between words.
   void put_title() {
@@ -408,6 +385,35 @@ std::string title_of(std::span<const Panel> panels) {
 
 }  // namespace
 
+std::string markup_text(std::string_view text) {
+  std::string out;
+  for (const char character : text) {
+    switch (character) {
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      case '\n':
+        out += "&#10;";
+        break;
+      case '\r':
+        out += "&#13;";
+        break;
+      default:
+        out += character;
+    }
+  }
+  return out;
+}
+
 std::string svg_text(std::span<const Panel> panels, std::size_t width) {
   std::string body;
   std::string description;
@@ -423,7 +429,7 @@ std::string svg_text(std::span<const Panel> panels, std::size_t width) {
       "<title id=\"title\">{2}</title>\n<desc id=\"description\">{3}</desc>\n"
       "<style>\n{4}</style>\n"
       "<rect class=\"paper\" width=\"{0}\" height=\"{1}\" rx=\"6\"/>\n{5}</svg>\n",
-      width, height, escaped(title_of(panels)), escaped(description), style, body);
+      width, height, markup_text(title_of(panels)), markup_text(description), style, body);
 }
 
 }  // namespace biss::draw

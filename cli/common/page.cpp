@@ -2,13 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
 #include <filesystem>
-#include <memory>
 #include <system_error>
-#include <vector>
+#include <utility>
+
+#include "cli/common/text_file.hpp"
+#include "draw/svg.hpp"
 
 namespace biss::cli {
 
@@ -16,8 +15,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The page has at most 3 MB; a file that is much longer is another one.
-constexpr std::size_t page_size_max = std::size_t{64} << 20U;
 // The capture stands before the core, so that the browser has it when the page's script runs.
 constexpr std::string_view core_element = R"(<script type="text/plain" id="biss-core">)";
 
@@ -64,52 +61,13 @@ tl::expected<std::string, VerbError> read_page(const std::string& path) {
     if (!found) return tl::unexpected(found.error());
     file = *found;
   }
-  const auto close = [](std::FILE* stream) { std::fclose(stream); };
-  const std::unique_ptr<std::FILE, decltype(close)> stream(std::fopen(file.c_str(), "rb"), close);
-  if (!stream) return no_page(fmt::format("{}: {}", file.string(), std::strerror(errno)));
-  std::string text;
-  std::vector<char> block(std::size_t{1} << 16U);
-  while (const std::size_t got = std::fread(block.data(), 1, block.size(), stream.get())) {
-    text.append(block.data(), got);
-    if (text.size() > page_size_max) break;
-  }
-  if (std::ferror(stream.get()) != 0) {
-    return no_page(fmt::format("{}: {}", file.string(), std::strerror(errno)));
-  }
-  if (text.size() > page_size_max || text.find(core_element) == std::string::npos) {
+  auto text = read_text_file(file.string());
+  if (!text) return no_page(fmt::format("{}: {}", file.string(), text.error()));
+  if (text->find(core_element) == std::string::npos) {
     return no_page(
         fmt::format("{}: is not the page of biss, which make view builds", file.string()));
   }
-  return text;
-}
-
-std::string attribute_text(std::string_view text) {
-  std::string escaped;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        escaped += "&amp;";
-        break;
-      case '"':
-        escaped += "&quot;";
-        break;
-      case '<':
-        escaped += "&lt;";
-        break;
-      case '>':
-        escaped += "&gt;";
-        break;
-      case '\n':
-        escaped += "&#10;";
-        break;
-      case '\r':
-        escaped += "&#13;";
-        break;
-      default:
-        escaped += c;
-    }
-  }
-  return escaped;
+  return *std::move(text);
 }
 
 std::string page_with_capture(std::string_view page,
@@ -118,7 +76,7 @@ std::string page_with_capture(std::string_view page,
   const std::size_t place = page.find(core_element);
   std::string element = R"(<script type="text/plain" id="biss-capture")";
   for (const PageAttribute& attribute : attributes) {
-    element += fmt::format(" data-{}=\"{}\"", attribute.name, attribute_text(attribute.value));
+    element += fmt::format(" data-{}=\"{}\"", attribute.name, draw::markup_text(attribute.value));
   }
   std::string text;
   text.reserve(page.size() + element.size() + content.size() + 16);

@@ -38,7 +38,4 @@ std::string page_with_capture(std::string_view page,
 /// \pre `page` is from read_page()
 std::string page_with_report(std::string_view page, std::string_view content);
 
-/// Text as it stands in the value of an attribute, between "…".
-std::string attribute_text(std::string_view text);
-
 }  // namespace biss::cli

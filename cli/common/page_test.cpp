@@ -8,6 +8,8 @@
 #include <fstream>
 #include <string>
 
+#include "draw/svg.hpp"
+
 namespace biss::cli::page_test {
 namespace {
 
@@ -46,13 +48,13 @@ TEST(Page, OtherFile_IsNamedAsNoPage) {
 TEST(Page, FileThatIsNotThere_IsNamed) {
   const auto read = read_page("/nonexistent/biss.html");
   ASSERT_FALSE(read.has_value());
-  EXPECT_EQ(read.error().text, "/nonexistent/biss.html: No such file or directory");
+  EXPECT_EQ(read.error().text, "/nonexistent/biss.html: cannot open it: No such file or directory");
 }
 
 TEST(Page, Folder_IsNamed) {
   const auto read = read_page(testing::TempDir());
   ASSERT_FALSE(read.has_value());
-  EXPECT_EQ(read.error().text, testing::TempDir() + ": Is a directory");
+  EXPECT_EQ(read.error().text, testing::TempDir() + ": it is a directory");
 }
 
 TEST(Page, CaptureInThePage_StandsBeforeTheCore) {
@@ -69,7 +71,7 @@ TEST(Page, ReportInThePage_StandsBeforeTheCore) {
 }
 
 TEST(Page, HostileName_StaysAnAttribute) {
-  EXPECT_EQ(attribute_text("\"><script>alert('&')\n\r"),
+  EXPECT_EQ(draw::markup_text("\"><script>alert('&')\n\r"),
             "&quot;&gt;&lt;script&gt;alert('&amp;')&#10;&#13;");
 }
 

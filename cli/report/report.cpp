@@ -12,12 +12,12 @@
 #include "cli/common/output.hpp"
 #include "cli/common/page.hpp"
 #include "cli/common/page_settings.hpp"
+#include "cli/common/text_file.hpp"
 #include "cli/common/verb.hpp"
 #include "cli/common/verbs.hpp"
 #include "cli/decode/decode_run.hpp"
 #include "cli/report/packed.hpp"
 #include "cli/report/part.hpp"
-#include "cli/safety/text_file.hpp"
 #include "report/summary.hpp"
 
 namespace biss::cli {

@@ -9,13 +9,13 @@
 
 #include "cli/common/shard_option.hpp"
 #include "cli/common/terminal.hpp"
+#include "cli/common/text_file.hpp"
 #include "cli/common/verb.hpp"
 #include "cli/safety/campaign_plan.hpp"
 #include "cli/safety/campaign_table.hpp"
 #include "cli/safety/format.hpp"
 #include "cli/safety/interruption.hpp"
 #include "cli/safety/safety.hpp"
-#include "cli/safety/text_file.hpp"
 #include "lab/campaign.hpp"
 
 namespace biss::cli {

@@ -17,7 +17,7 @@
 #include <system_error>
 #include <utility>
 
-#include "cli/safety/text_file.hpp"
+#include "cli/common/text_file.hpp"
 
 namespace biss::cli {
 namespace {

@@ -9,10 +9,10 @@
 #include <sstream>
 
 #include "biss/safety/configurations.hpp"
+#include "cli/common/text_file.hpp"
 #include "cli/common/verb_harness.hpp"
 #include "cli/common/verbs.hpp"
 #include "cli/safety/format.hpp"
-#include "cli/safety/text_file.hpp"
 #include "lab/rating.hpp"
 #include "sim/fault.hpp"
 

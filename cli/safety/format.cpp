@@ -10,9 +10,9 @@
 
 #include "biss/frame/format_text.hpp"
 #include "cli/common/format_option.hpp"
+#include "cli/common/text_file.hpp"
 #include "cli/common/verb.hpp"
 #include "cli/safety/setup_fields.hpp"
-#include "cli/safety/text_file.hpp"
 
 namespace biss::cli {
 namespace {

@@ -1,4 +1,4 @@
-#include "cli/safety/text_file.hpp"
+#include "cli/common/text_file.hpp"
 
 #include <fmt/format.h>
 
