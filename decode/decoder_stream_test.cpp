@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <initializer_list>
 #include <random>
 #include <string>
 #include <vector>
@@ -59,7 +58,8 @@ TEST(DecoderStream, SloMovesWhileMaRests_NextRequestIsRight) {
 std::vector<std::string> rows_of(const TestLine& line, bool ma_first) {
   std::vector<wire::Edge> edges = line.edges();
   std::stable_sort(edges.begin(), edges.end(), [&](const wire::Edge& a, const wire::Edge& b) {
-    return a.time != b.time ? a.time < b.time : ma_first && a.line < b.line;
+    if (a.time != b.time) return a.time < b.time;
+    return ma_first ? a.line < b.line : b.line < a.line;
   });
   std::vector<std::string> rows;
   for (const Cycle& cycle : decode(edges, line.last_time() + milliseconds(1))) {
@@ -68,44 +68,56 @@ std::vector<std::string> rows_of(const TestLine& line, bool ma_first) {
   return rows;
 }
 
-// Where the clock of the next request is needed to see that one is over, SLO has already answered.
-TEST(DecoderStream, SloOfTheNextRequest_DoesNotMoveTheSamplesOfThisOne) {
-  constexpr Picoseconds sample = picoseconds(8'328);
+// Both lines change at these multiples of 10 ns.
+TestLine sampled_line(const std::vector<int>& ma, const std::vector<int>& slo) {
   TestLine line;
-  const auto put = [&](std::vector<LevelChange>& to, std::initializer_list<int> samples) {
+  const auto put = [](std::vector<LevelChange>& to, const std::vector<int>& samples) {
     for (const int at : samples) {
       const bool high = to.back().level == wire::Level::high;
-      to.push_back({microseconds(50) + at * sample, high ? wire::Level::low : wire::Level::high});
+      to.push_back(
+          {microseconds(50) + at * nanoseconds(10), high ? wire::Level::low : wire::Level::high});
     }
   };
-  put(line.ma, {0, 1, 2, 4, 5, 6, 7, 9, 10, 14, 15, 16, 17, 21, 22, 26, 27, 28, 29, 33});
-  put(line.slo, {1, 4, 12, 14, 16});
+  put(line.ma, ma);
+  put(line.slo, slo);
+  return line;
+}
+
+// Where the clock of the next request is needed to see that one is over, SLO has already changed.
+TEST(DecoderStream, SloOfTheNextRequest_DoesNotMoveTheSamplesOfThisOne) {
+  const TestLine line = sampled_line(
+      {0,  3,  6,  9,  12, 15, 18, 21, 24, 27, 30, 33, 38, 41,  44,  47,  50,  53,  56,
+       59, 62, 65, 68, 71, 74, 76, 79, 84, 87, 91, 95, 98, 101, 104, 107, 110, 113, 116},
+      {9, 36, 38, 40, 41, 44, 95, 122});
   EXPECT_EQ(rows_of(line, true), rows_of(line, false));
 }
 
+// Requests with uneven clocks, close to one another, and SLO that changes anywhere, mostly with MA.
 TEST(DecoderStream, EdgesAtOneTime_TheirOrderDoesNotMatter) {
-  constexpr std::uint64_t seed = 13'013;
+  constexpr unsigned seed = 13'013;
   SCOPED_TRACE(seed);
-  std::mt19937_64 random(seed);
-  const auto any_time = [&](std::int64_t most) {
-    return nanoseconds(static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(most)));
+  std::mt19937 random(seed);
+  const auto below = [&](int most) {
+    return static_cast<int>(random() % static_cast<unsigned>(most));
   };
-  for (int i = 0; i < 300; ++i) {
-    TestLine line(random());
-    Shape shape;
-    shape.period = nanoseconds(20) + any_time(100);
-    for (int k = 0; k < 6; ++k) {
-      shape.line_delay = any_time(200);
-      shape.timeout = any_time(400);
-      shape.gap = nanoseconds(10) + any_time(200);
-      shape.jitter_percent = static_cast<int>(random() % 16);
-      line.request(shape, random() % 1'000'000);
+  for (int i = 0; i < 20'000; ++i) {
+    std::vector<int> ma;
+    std::vector<int> slo;
+    const int half = 2 + below(3);
+    int time = 0;
+    for (int requests = 1 + below(3); requests != 0; --requests) {
+      for (int edges = 8 + 2 * below(12); edges != 0; --edges) {
+        ma.push_back(time);
+        time += std::max(1, half + (below(8) == 0 ? below(4) - 1 : 0));
+      }
+      time += below((below(2) == 0 ? 2 : 8) * half);
     }
-    line.ma = sampled(line.ma, shape.period / 4);
-    line.slo = sampled(line.slo, shape.period / 4);
-    const auto earlier = [](const LevelChange& a, const LevelChange& b) { return a.time < b.time; };
-    std::stable_sort(line.slo.begin(), line.slo.end(), earlier);
-    std::stable_sort(line.ma.begin(), line.ma.end(), earlier);
+    for (int changes = time / (4 * half); changes != 0; --changes) {
+      slo.push_back(below(3) == 0 ? below(time) : ma[random() % ma.size()]);
+    }
+    std::sort(slo.begin(), slo.end());
+    slo.erase(std::unique(slo.begin(), slo.end()), slo.end());
+    const TestLine line = sampled_line(ma, slo);
     ASSERT_EQ(rows_of(line, true), rows_of(line, false)) << i;
   }
 }
