@@ -2,7 +2,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <filesystem>
+#include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -65,6 +68,46 @@ TEST(ReportVerb, LargeCapture_IsInThePageInPartAndTheSameBytesAgain) {
   EXPECT_THAT(text, HasSubstr("ma=MA&amp;slo=SLO"));
   ASSERT_EQ(report(folder, capture).status, 0);
   EXPECT_EQ(content_of(folder.path("report.html")), text);
+}
+
+// The rows of a capture without their numbers.
+std::vector<std::string> rows_of(const std::string& capture, const Words& more = {}) {
+  Words words{"decode", capture, "-f", "pos12,nE,nW,crc6", "--to", "csv"};
+  words.insert(words.end(), more.begin(), more.end());
+  std::istringstream table(run(words).out);
+  std::vector<std::string> rows;
+  std::string row;
+  std::getline(table, row);
+  while (std::getline(table, row)) rows.push_back(row.substr(row.find(',')));
+  return rows;
+}
+
+TEST(ReportVerb, LargeCapture_ItsFirstAndItsFailedCyclesReadInThePartAsInTheWhole) {
+  const Folder folder;
+  const std::string capture =
+      simulate(folder, "line.vcd",
+               {"--cycles", "24000", "--fault", "flip:0.01", "--fault", "lost_clock:0.002"});
+  ASSERT_EQ(report(folder, capture, {"-f", "pos12,nE,nW,crc6"}).status, 0);
+  const std::string text = content_of(folder.path("report.html"));
+  const std::size_t begin = text.find('>', text.find("id=\"biss-capture\"")) + 1;
+  const std::string packed =
+      folder.file("part.txt", text.substr(begin, text.find('<', begin) - begin));
+  const std::string part = folder.path("part.vcd");
+  ASSERT_EQ(std::system(("base64 -d " + packed + " | gzip -dc >" + part).c_str()), 0);
+
+  const std::vector<std::string> whole = rows_of(capture);
+  const std::vector<std::string> shown = rows_of(part, {"--ma", "MA", "--slo", "SLO"});
+  const std::set<std::string> in_part(shown.begin(), shown.end());
+  std::size_t failed = 0;
+  for (std::size_t i = 0; i < whole.size(); ++i) {
+    const bool is_good = whole[i].find(",ok,") != std::string::npos;
+    const bool is_cut = whole[i].find(",cut_") != std::string::npos;
+    if (!is_good && !is_cut) ++failed;
+    if (i >= 100 && (is_good || is_cut)) continue;
+    EXPECT_EQ(in_part.count(whole[i]), 1U) << i << whole[i];
+  }
+  EXPECT_GT(failed, 200U);
+  EXPECT_LT(shown.size(), whole.size() / 4);
 }
 
 TEST(ReportVerb, HostileFileName_StaysAnAttribute) {

@@ -24,6 +24,8 @@ std::vector<std::uint8_t> samples(std::size_t count, std::mt19937& random) {
     }
   }
   bytes.resize(count);
+  // A byte that differs anywhere in a stretch.
+  for (std::size_t i = 0; i < count / 400; ++i) bytes[random() % count] ^= 1U;
   return bytes;
 }
 
