@@ -48,16 +48,24 @@ class BytesSource implements MeasuredSource {
 // from where the last read ended, as most are, more is read at once, and what comes after it is
 // fetched meanwhile.
 const aheadBytes = 16 << 20;
+const aheadBlocks = 2;
 // More than a slice of reading takes.
 const soonBytes = 10 << 20;
+
+interface Ahead {
+  begin: number;
+  /** When they have come; empty where they cannot be read. */
+  bytes?: Uint8Array<ArrayBuffer>;
+  come: Promise<void>;
+}
 
 class FileSource implements MeasuredSource {
   reached = 0;
   #reader = new FileReaderSync();
   #begin = 0;
   #held = new Uint8Array(0);
-  #next: { begin: number; bytes: Uint8Array<ArrayBuffer> } | undefined;
-  #fetching: Promise<void> | undefined;
+  // The blocks that follow, in order.
+  #ahead: Ahead[] = [];
 
   constructor(private readonly file: File) {}
 
@@ -75,32 +83,33 @@ class FileSource implements MeasuredSource {
 
   // A file that is read here and there has only short pieces.
   prefetch(): Promise<void> | undefined {
-    const begin = this.#begin + this.#held.length;
-    if (this.#held.length < aheadBytes || begin >= this.size || this.#next?.begin === begin) return undefined;
-    this.#fetching ??= this.#fetch(begin).finally(() => { this.#fetching = undefined; });
-    return begin - this.reached < soonBytes ? this.#fetching : undefined;
+    if (this.#held.length < aheadBytes) return undefined;
+    const end = this.#begin + this.#held.length;
+    for (let count = this.#ahead.length; count < aheadBlocks; count += 1) {
+      const begin = end + count * aheadBytes;
+      if (begin < this.size) this.#ahead.push(this.#ask(begin));
+    }
+    return end - this.reached < soonBytes ? this.#ahead[0]?.come : undefined;
   }
 
   // What cannot be read here is reported by the read that needs it.
-  async #fetch(begin: number): Promise<void> {
-    try {
-      const bytes = await readBeside(this.file.slice(begin, begin + aheadBytes));
-      if (bytes.byteLength > 0) this.#next = { begin, bytes: new Uint8Array(bytes) };
-    } catch {
-      // There is no worker for it.
-    }
+  #ask(begin: number): Ahead {
+    const ahead: Ahead = { begin, come: Promise.resolve() };
+    ahead.come = readBeside(this.file.slice(begin, begin + aheadBytes)).then((bytes) => { ahead.bytes = bytes; });
+    return ahead;
   }
 
   #take(offset: number, length: number): void {
-    const goesOn = offset === this.#begin + this.#held.length && offset > 0;
-    if (this.#next?.begin === offset) {
-      this.#held = this.#next.bytes;
+    const next = this.#ahead.shift();
+    if (next?.begin === offset && next.bytes !== undefined && next.bytes.length > 0) {
+      this.#held = next.bytes;
     } else {
+      const goesOn = offset === this.#begin + this.#held.length && offset > 0;
       const wanted = goesOn ? Math.max(length, aheadBytes) : length;
       this.#held = new Uint8Array(this.#reader.readAsArrayBuffer(this.file.slice(offset, offset + wanted)));
+      if (next?.begin !== offset) this.#ahead = [];
     }
     this.#begin = offset;
-    this.#next = undefined;
   }
 }
 
@@ -112,19 +121,31 @@ const readerText = `onmessage = ({ data }) => {
   postMessage(bytes, [bytes]);
 };`;
 let beside: Worker | undefined;
-let besideTurn: Promise<unknown> = Promise.resolve();
+let isBroken = false;
+const asked: ((bytes: Uint8Array<ArrayBuffer>) => void)[] = [];
 
-// One after the other; no bytes where they cannot be read.
-function readBeside(piece: Blob): Promise<ArrayBuffer> {
-  beside ??= new Worker(URL.createObjectURL(new Blob([readerText], { type: 'text/javascript' })));
-  const worker = beside;
-  const read = besideTurn.then(() => new Promise<ArrayBuffer>((resolve) => {
-    worker.onmessage = ({ data }: MessageEvent<ArrayBuffer>) => resolve(data);
-    worker.onerror = () => resolve(new ArrayBuffer(0));
-    worker.postMessage(piece);
-  }));
-  besideTurn = read;
-  return read;
+function startReader(): Worker {
+  const worker = new Worker(URL.createObjectURL(new Blob([readerText], { type: 'text/javascript' })));
+  worker.onmessage = ({ data }: MessageEvent<ArrayBuffer>) => asked.shift()?.(new Uint8Array(data));
+  worker.onerror = () => {
+    isBroken = true;
+    asked.splice(0).forEach((resolve) => resolve(new Uint8Array(0)));
+  };
+  return worker;
+}
+
+// In the order in which they are asked for; no bytes where they cannot be read.
+async function readBeside(piece: Blob): Promise<Uint8Array<ArrayBuffer>> {
+  try {
+    if (!isBroken) beside ??= startReader();
+  } catch {
+    isBroken = true;
+  }
+  if (isBroken) return new Uint8Array(0);
+  return new Promise((resolve) => {
+    asked.push(resolve);
+    beside?.postMessage(piece);
+  });
 }
 
 // Asked for at once, as the core reads: a worker may wait for an answer.
