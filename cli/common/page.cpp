@@ -61,13 +61,13 @@ tl::expected<std::string, VerbError> read_page(const std::string& path) {
     if (!found) return tl::unexpected(found.error());
     file = *found;
   }
-  auto text = read_text_file(file.string());
+  const auto text = read_text_file(file.string());
   if (!text) return no_page(fmt::format("{}: {}", file.string(), text.error()));
   if (text->find(core_element) == std::string::npos) {
     return no_page(
         fmt::format("{}: is not the page of biss, which make view builds", file.string()));
   }
-  return *std::move(text);
+  return *text;
 }
 
 std::string page_with_capture(std::string_view page,
