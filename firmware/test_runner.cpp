@@ -1,7 +1,7 @@
 // Runs every test of the image and prints one line for each: `ok NAME` or `FAILED NAME`.
 #include <cstdint>
 
-#include "firmware/platform/semihosting.hpp"
+#include "firmware/platform/console.hpp"
 #include "firmware/platform/startup.hpp"
 #include "tests/core/test_target.hpp"
 

@@ -9,7 +9,7 @@
 #include "biss/base/units.hpp"
 #include "firmware/control_loop/encoder_axis.hpp"
 #include "firmware/control_loop_run/fake_spi.hpp"
-#include "firmware/platform/semihosting.hpp"
+#include "firmware/platform/console.hpp"
 #include "firmware/platform/startup.hpp"
 #include "tests/core/random.hpp"
 

@@ -8,7 +8,7 @@
 #include "firmware/cost/row.hpp"
 #include "firmware/cost/ruler.hpp"
 #include "firmware/cost/sample.hpp"
-#include "firmware/platform/semihosting.hpp"
+#include "firmware/platform/console.hpp"
 #include "firmware/platform/startup.hpp"
 
 extern "C" {

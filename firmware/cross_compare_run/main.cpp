@@ -7,7 +7,7 @@
 
 #include "biss/frame/encode.hpp"
 #include "firmware/cross_compare_run/processors.hpp"
-#include "firmware/platform/semihosting.hpp"
+#include "firmware/platform/console.hpp"
 #include "firmware/platform/startup.hpp"
 #include "tests/core/random.hpp"
 

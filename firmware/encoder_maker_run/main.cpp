@@ -13,7 +13,7 @@
 #include "biss/frame/codec.hpp"
 #include "biss/frame/decode.hpp"
 #include "firmware/encoder_maker/encoder.hpp"
-#include "firmware/platform/semihosting.hpp"
+#include "firmware/platform/console.hpp"
 
 namespace encoder_maker_run {
 namespace {

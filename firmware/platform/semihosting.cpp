@@ -1,7 +1,7 @@
-#include "firmware/platform/semihosting.hpp"
-
+// The console through the debugger (Arm semihosting), which qemu-system-arm answers.
 #include <array>
-#include <cstddef>
+
+#include "firmware/platform/console.hpp"
 
 namespace firmware {
 namespace {
@@ -17,25 +17,9 @@ void call(std::uint32_t operation, const void* argument) {
   asm volatile("bkpt 0xAB" : "+r"(r0) : "r"(r1) : "memory");
 }
 
-void write_number(std::uint64_t value, unsigned base) {
-  std::array<char, 24> digits{};
-  std::size_t at = digits.size() - 1;
-  do {
-    digits[--at] = "0123456789abcdef"[value % base];
-    value /= base;
-  } while (value != 0);
-  write(&digits[at]);
-}
-
 }  // namespace
 
 void write(const char* text) { call(sys_write0, text); }
-void write_decimal(std::uint64_t value) { write_number(value, 10); }
-
-void write_hex(std::uint64_t value) {
-  write("0x");
-  write_number(value, 16);
-}
 
 void exit(int status) {
   const std::array<std::uint32_t, 2> block{application_exit, static_cast<std::uint32_t>(status)};

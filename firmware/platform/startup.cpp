@@ -3,7 +3,7 @@
 
 #include <cstddef>
 
-#include "firmware/platform/semihosting.hpp"
+#include "firmware/platform/console.hpp"
 
 extern "C" {
 extern std::uint32_t data_load[];
@@ -30,32 +30,47 @@ union Vector {
   void (*handler)();
 };
 
-constexpr std::size_t vector_count = 17;
+// The external interrupt of the DMA channel.
+#ifndef BISS_DMA_INTERRUPT
+#define BISS_DMA_INTERRUPT 0
+#endif
+
+struct VectorTable {
+  Vector core[16];
+  Vector external[BISS_DMA_INTERRUPT + 1];
+};
+
+// Order: Arm v6-M and v7-M architecture reference manuals, "The vector table".
+constexpr VectorTable vector_table() {
+  VectorTable table{{
+                        {.stack = stack_top},
+                        {.handler = reset_handler},
+                        {.handler = unexpected_handler},  // NMI
+                        {.handler = fault_handler},       // HardFault
+                        {.handler = fault_handler},       // MemManage
+                        {.handler = fault_handler},       // BusFault
+                        {.handler = fault_handler},       // UsageFault
+                        {.stack = nullptr},
+                        {.stack = nullptr},
+                        {.stack = nullptr},
+                        {.stack = nullptr},
+                        {.handler = unexpected_handler},  // SVCall
+                        {.handler = unexpected_handler},  // DebugMonitor
+                        {.stack = nullptr},
+                        {.handler = unexpected_handler},  // PendSV
+                        {.handler = systick_handler},
+                    },
+                    {}};
+  for (Vector& vector : table.external) vector.handler = unexpected_handler;
+  table.external[BISS_DMA_INTERRUPT].handler = dma_complete_handler;
+  return table;
+}
 
 }  // namespace
 
 extern "C" {
 
-// Order: Arm v6-M and v7-M architecture reference manuals, "The vector table".
-[[gnu::used, gnu::section(".vectors")]] const Vector vectors[vector_count] = {
-    {.stack = stack_top},
-    {.handler = reset_handler},
-    {.handler = unexpected_handler},  // NMI
-    {.handler = fault_handler},       // HardFault
-    {.handler = fault_handler},       // MemManage
-    {.handler = fault_handler},       // BusFault
-    {.handler = fault_handler},       // UsageFault
-    {.stack = nullptr},
-    {.stack = nullptr},
-    {.stack = nullptr},
-    {.stack = nullptr},
-    {.handler = unexpected_handler},  // SVCall
-    {.handler = unexpected_handler},  // DebugMonitor
-    {.stack = nullptr},
-    {.handler = unexpected_handler},  // PendSV
-    {.handler = systick_handler},
-    {.handler = dma_complete_handler},  // external interrupt 0
-};
+[[gnu::used, gnu::section(".vectors")]] constinit const VectorTable vectors = vector_table();
 
 void reset_handler() {
   const std::uint32_t* from = data_load;

@@ -8,7 +8,8 @@ int firmware_main();
 
 /// The SysTick exception. An image that uses the timer's interrupt defines it.
 extern "C" void systick_handler();
-/// The interrupt of the DMA channel in the control-loop example (external interrupt 0).
+/// The interrupt of the DMA channel: external interrupt 0 in the control-loop example, the
+/// controller's own one on the boards of firmware/boards.
 extern "C" void dma_complete_handler();
 
 extern "C" {

@@ -10,7 +10,7 @@
 #include "biss/frame/encode.hpp"
 #include "biss/safety/configurations.hpp"
 #include "biss/safety/monitor.hpp"
-#include "firmware/platform/semihosting.hpp"
+#include "firmware/platform/console.hpp"
 #include "firmware/platform/startup.hpp"
 #include "firmware/safe_axis/safe_axis.hpp"
 #include "tests/core/random.hpp"

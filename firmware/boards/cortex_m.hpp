@@ -1,0 +1,41 @@
+// What both boards share: registers, the interrupt mask, the timer of the control cycle.
+#pragma once
+
+#include <cstdint>
+
+namespace boards {
+
+/// The register at this address.
+inline volatile std::uint32_t& at(std::uint32_t address) {
+  return *reinterpret_cast<volatile std::uint32_t*>(address);
+}
+
+/// The address of an object, as the DMA takes it.
+inline std::uint32_t address_of(const volatile void* object) {
+  return static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(object));
+}
+
+/// Masks all interrupts while it lives, and is a barrier for the compiler.
+class InterruptMask {
+ public:
+  InterruptMask() { asm volatile("cpsid i" ::: "memory"); }
+  ~InterruptMask() { asm volatile("cpsie i" ::: "memory"); }
+  InterruptMask(const InterruptMask&) = delete;
+  InterruptMask& operator=(const InterruptMask&) = delete;
+};
+
+inline void wait_for_interrupt() { asm volatile("wfi" ::: "memory"); }
+
+/// Enables an external interrupt (NVIC_ISER).
+inline void enable_interrupt(unsigned number) {
+  at(0xE000'E100U + number / 32U * 4U) = 1U << number % 32U;
+}
+
+/// SysTick interrupts every `clocks` clocks of the processor.
+inline void start_cycle_timer(std::uint32_t clocks) {
+  at(0xE000'E014U) = clocks - 1U;
+  at(0xE000'E018U) = 0;
+  at(0xE000'E010U) = 7;  // processor clock, interrupt, on
+}
+
+}  // namespace boards

@@ -1,0 +1,113 @@
+// One encoder on an SPI peripheral with DMA, with its registers: a position and one bit of the
+// control communication in every cycle.
+//
+//   timer interrupt, once per cycle        DMA complete interrupt
+//   ------------------------------------   -------------------------------------------------
+//   use latest()                           link.transfer_complete()
+//   link.request(): MA high, SPI starts      decodes the frame, gives its CDS to the session,
+//                                            and holds MA low if the session's CDM is 1
+//
+// CDM is the inverted level of MA at the end of the encoder's timeout. An SPI clock is idle high,
+// which is CDM = 0. For CDM = 1 the port holds the pin low from the end of the transfer to the next
+// request. The interrupt must therefore run before the timeout is over, and the next request must
+// come after it.
+//
+// Give both interrupts the same priority. request() and transfer_complete() are the only functions
+// that they call; begin an access of session() while they are masked.
+#pragma once
+
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "biss/base/units.hpp"
+#include "biss/control/session.hpp"
+#include "biss/frame/frame.hpp"
+#include "firmware/control_loop/encoder_axis.hpp"
+
+namespace boards {
+
+/// A port whose clock pin can be held low. start() gives the pin back to the clock first: MA is
+/// then high for at least half a period before its first falling edge.
+template <class T>
+concept EncoderPort = control_loop::SpiDma<T> && requires(T& port) {
+  port.hold_ma_low();
+};
+
+/// What one cycle brought.
+struct Cycle {
+  std::uint32_t number = 0;
+  biss::Channel channel{};
+  /// The frame is good and nE is 1.
+  bool trusted = false;
+  /// Why there is no frame.
+  std::optional<biss::FrameFault> fault{};
+};
+
+struct CycleCounts {
+  std::uint32_t cycles = 0;
+  std::uint32_t good = 0;
+  /// Requests that were not made, because the previous transfer had not ended.
+  std::uint32_t late = 0;
+  std::array<std::uint32_t, biss::frame_error_count> causes{};
+};
+
+/// `Reader` is a biss::SpiReader of a format with one channel, `Bytes` what it needs.
+template <EncoderPort Port, class Reader, std::size_t Bytes>
+class EncoderLink {
+ public:
+  /// Port and reader must outlive the link; the reader may be in flash.
+  /// \param cycle the time from one request to the next
+  constexpr EncoderLink(Port& port, const Reader& reader, biss::Picoseconds cycle,
+                        const biss::ControlOptions& options)
+      : port_(port), reader_(reader), cycle_(cycle), session_(options) {}
+
+  constexpr void request() {
+    now_ += cycle_;
+    if (!port_.start(buffer_)) ++counts_.late;
+  }
+
+  constexpr void transfer_complete() {
+    const auto frame = reader_.read(buffer_);
+    if (!frame.ok()) return no_frame(frame.error());
+    step(frame->cds ? biss::CdsBit::one : biss::CdsBit::zero);
+    ++counts_.good;
+    latest_.channel = frame->channels()[0];
+    latest_.trusted = frame->trusted();
+  }
+
+  /// In place of transfer_complete() where the DMA reports an error: the bytes are not those of the
+  /// line.
+  constexpr void transfer_failed() { no_frame({biss::FrameError::truncated}); }
+
+  constexpr biss::ControlSession& session() { return session_; }
+  constexpr const Cycle& latest() const { return latest_; }
+  constexpr const CycleCounts& counts() const { return counts_; }
+
+ private:
+  constexpr void no_frame(biss::FrameFault fault) {
+    step(biss::CdsBit::missing);
+    ++counts_.causes[static_cast<std::size_t>(fault.cause)];
+    latest_.fault = fault;
+  }
+
+  // CDM first: the encoder's timeout is running.
+  constexpr void step(biss::CdsBit cds) {
+    if (session_.step(now_, cds)) port_.hold_ma_low();
+    latest_ = {.number = counts_.cycles++};
+  }
+
+  Port& port_;
+  const Reader& reader_;
+  biss::Picoseconds cycle_;
+  biss::Picoseconds now_{};
+  biss::ControlSession session_;
+  Cycle latest_{};
+  CycleCounts counts_{};
+  std::array<std::uint8_t, Bytes> buffer_{};
+};
+
+}  // namespace boards

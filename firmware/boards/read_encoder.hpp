@@ -1,0 +1,245 @@
+// The program of the examples: reads positions, registers and the electronic data sheet of an
+// encoder, and writes what it found to the serial port. All boards run it unchanged.
+//
+// The encoder: 24 bits, with registers and an EDS with profile BP3. firmware/encoder_maker is one.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "biss/base/units.hpp"
+#include "biss/control/register_map.hpp"
+#include "biss/control/session.hpp"
+#include "biss/eds/bank.hpp"
+#include "biss/eds/device.hpp"
+#include "biss/eds/image.hpp"
+#include "biss/frame/fixed.hpp"
+#include "biss/frame/format_text.hpp"
+#include "biss/master/spi_read.hpp"
+#include "biss/timing/device_timing.hpp"
+#include "firmware/boards/cortex_m.hpp"
+#include "firmware/boards/encoder_link.hpp"
+#include "firmware/platform/console.hpp"
+
+namespace boards {
+
+// ---- The encoder, from its data sheet
+
+inline constexpr biss::FrameFormat format = biss::frame_format("pos24,nE,nW,crc6");
+inline constexpr biss::DeviceTiming timing{
+    .clock_max = biss::megahertz(5),
+    .ack_max = biss::microseconds(2),
+    .timeout = {biss::TimeoutRule::fixed, biss::microseconds(20)}};
+
+/// The setup of a port with this clock, and 20 m of cable at most.
+constexpr biss::SpiSetup spi_setup(biss::Picoseconds period) {
+  return {.period = period, .line_delay = {.max = biss::nanoseconds(500)}};
+}
+
+template <class Board>
+inline constexpr biss::SpiReader reader_of{biss::FixedCodec<format>{}, spi_setup(Board::ma_period),
+                                           timing};
+
+/// From one request to the next: the transfer, the timeout, and some time for the interrupts.
+inline constexpr biss::Picoseconds cycle_time = biss::microseconds(50);
+/// A damaged frame ends an access; it is then continued.
+inline constexpr biss::ControlOptions control_options{.retries = 3};
+
+// ---- Text
+
+inline void write_text(std::string_view text) {
+  for (const char letter : text) {
+    const std::array<char, 2> one{letter, '\0'};
+    firmware::write(one.data());
+  }
+}
+
+inline void write_number(std::string_view name, std::uint64_t value) {
+  write_text(name);
+  firmware::write_decimal(value);
+}
+
+inline void write_bytes(std::string_view name, std::span<const std::uint8_t> bytes) {
+  write_text(name);
+  for (const std::uint8_t byte : bytes) {
+    firmware::write(" ");
+    firmware::write_hex(byte);
+  }
+  firmware::write("\n");
+}
+
+// ---- The program
+
+/// `Board` has `ma_period`, `clocks_per_microsecond`, and is an EncoderPort.
+template <class Board>
+class ReadEncoder {
+ public:
+  static_assert(Board::ma_period >= biss::period_of(timing.clock_max));
+  static constexpr const auto& reader = reader_of<Board>;
+  static_assert(cycle_time >= std::int64_t{reader.bytes() * 8U} * Board::ma_period +
+                                  timing.timeout.time + biss::microseconds(5));
+
+  constexpr explicit ReadEncoder(Board& board)
+      : link_(board, reader, cycle_time, control_options) {}
+
+  // The two interrupts.
+  void cycle() { link_.request(); }
+  void transfer_complete() { link_.transfer_complete(); }
+  void transfer_failed() { link_.transfer_failed(); }
+
+  /// \return 0: everything was read
+  int run() {
+    start_cycle_timer(static_cast<std::uint32_t>(cycle_time.count / 1'000'000) *
+                      Board::clocks_per_microsecond);
+    read_positions();
+    const bool good = read_identity() && read_data_sheet();
+    write_counts();
+    return good ? 0 : 1;
+  }
+
+ private:
+  static constexpr std::uint32_t first_cycles = 200;
+  static constexpr std::uint32_t written_every = 20;
+
+  Cycle next_cycle() {
+    const std::uint32_t before = cycles();
+    while (cycles() == before) wait_for_interrupt();
+    const InterruptMask mask;
+    return link_.latest();
+  }
+  std::uint32_t cycles() {
+    const InterruptMask mask;
+    return link_.counts().cycles;
+  }
+
+  void read_positions() {
+    std::uint32_t next_written = 0;
+    for (Cycle cycle = next_cycle(); cycle.number < first_cycles; cycle = next_cycle()) {
+      if (cycle.fault) {
+        write_number("cycle ", cycle.number);
+        write_text(" ");
+        write_text(name_of(cycle.fault->cause));
+        write_text("\n");
+      } else if (cycle.trusted && cycle.number >= next_written) {
+        next_written = (cycle.number / written_every + 1) * written_every;
+        write_number("cycle ", cycle.number);
+        write_number(" position ", cycle.channel.position);
+        write_text("\n");
+      }
+    }
+  }
+
+  // Waits for the access that was begun. The interrupts do the work, one bit in each cycle.
+  bool finished() {
+    for (;;) {
+      {
+        const InterruptMask mask;
+        if (link_.session().done()) break;
+      }
+      wait_for_interrupt();
+    }
+    const auto& error = link_.session().outcome().error;
+    if (!error) return true;
+    write_text("access failed: ");
+    write_text(name_of(*error));
+    write_text("\n");
+    return false;
+  }
+
+  bool read(std::uint8_t address, std::span<std::uint8_t> to) {
+    {
+      const InterruptMask mask;
+      link_.session().read(0, address, to);
+    }
+    return finished();
+  }
+
+  bool write(std::uint8_t address, std::uint8_t value) {
+    const std::array<std::uint8_t, 1> bytes{value};
+    {
+      const InterruptMask mask;
+      link_.session().write(0, address, bytes);
+    }
+    return finished();
+  }
+
+  bool read_bank(std::uint8_t number, biss::EdsBank& bank) {
+    if (!write(biss::reg::bsel, number) || !read(0, bank)) return false;
+    write_number("bank ", number);
+    write_bytes("", bank);
+    if (bank[biss::eds_checksum_address] == biss::eds_checksum(bank)) return true;
+    write_text("wrong checksum\n");
+    return false;
+  }
+
+  bool read_identity() {
+    std::array<std::uint8_t, 8> bytes{};
+    if (!read(biss::reg::dev_id, bytes)) return false;
+    write_bytes("registers 0x78", bytes);
+    if (!read(biss::reg::bsel, bytes)) return false;
+    write_bytes("registers 0x40", bytes);
+    registers_ = biss::device_registers(bytes);
+    if (registers_.serial) write_number("serial number ", *registers_.serial);
+    write_text("\n");
+    return biss::eds_presence(registers_.eds_bank) == biss::EdsPresence::present;
+  }
+
+  // The bank that was selected before is selected again, whatever happened.
+  bool read_data_sheet() {
+    const bool good = read_banks();
+    return write(biss::reg::bsel, registers_.bsel) && good;
+  }
+
+  bool read_banks() {
+    if (!read_bank(registers_.eds_bank, common_)) return false;
+    const biss::CommonPart common = biss::parse_common_part(common_);
+    if (!read_bank(common.channels[0].bank, profile_)) return false;
+    biss::EdsImage image{.common = &common_, .eds_bank = registers_.eds_bank};
+    image.profiles[0] = &profile_;
+    image.identifiers[0] = registers_.profile;
+    const auto device = biss::describe_device(image, {}, [](const biss::EdsRemark&) {});
+    if (!device.ok()) {
+      write_text(text_of(device.error().cause));
+      write_text("\n");
+      return false;
+    }
+    const biss::ChannelFormat& channel = device->format.channel_list[0];
+    write_number("data sheet: position bits ", channel.position_bits());
+    write_number(", data bits ", channel.data_bits);
+    write_number(", CRC bits ", channel.crc.width_bits);
+    write_number(", clock at most ", device->timing.clock_max.count);
+    write_text(" Hz\n");
+    const bool same = device->format.channel_count == 1 && channel.data_bits == 26 &&
+                      channel.crc == format.channel_list[0].crc;
+    write_text(same ? "the format is the one in use\n" : "the format is another one\n");
+    return same;
+  }
+
+  void write_counts() {
+    CycleCounts counts;
+    {
+      const InterruptMask mask;
+      counts = link_.counts();
+    }
+    write_number("cycles ", counts.cycles);
+    write_number(", good ", counts.good);
+    write_number(", late ", counts.late);
+    for (std::size_t i = 0; i < counts.causes.size(); ++i) {
+      if (counts.causes[i] == 0) continue;
+      write_text(", ");
+      write_text(name_of(static_cast<biss::FrameError>(i)));
+      write_number(" ", counts.causes[i]);
+    }
+    write_text("\n");
+  }
+
+  EncoderLink<Board, std::remove_cvref_t<decltype(reader)>, reader.bytes()> link_;
+  biss::DeviceRegisters registers_{};
+  biss::EdsBank common_{};
+  biss::EdsBank profile_{};
+};
+
+}  // namespace boards
