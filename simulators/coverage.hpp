@@ -1,0 +1,46 @@
+// What a simulation has tried: a list of cases, each with how often it came.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "biss/base/units.hpp"
+#include "biss/frame/format.hpp"
+#include "simulators/scoreboard.hpp"
+
+namespace biss::simulators {
+
+struct Case {
+  std::string group;
+  std::string name;
+  std::uint64_t hits = 0;
+};
+
+class Coverage {
+ public:
+  /// Lists a case that should come.
+  void expect(std::string_view group, std::string_view name) { find(group, name); }
+  void hit(std::string_view group, std::string_view name) { ++find(group, name).hits; }
+
+  /// The cases of flags and of position bits in a frame of this format.
+  void expect_values(const FrameFormat& format);
+  void hit_values(const FrameFormat& format, const Outcome& sent);
+  /// The line delay against the clock: at and around whole and half periods, where a sampling point
+  /// goes wrong first.
+  void expect_line_delays();
+  void hit_line_delay(Picoseconds line_delay, Picoseconds period);
+  void expect_clocks();
+  void hit_clock(Picoseconds period, Hertz lowest, Hertz highest);
+
+  const std::vector<Case>& cases() const { return cases_; }
+  std::size_t hit_count() const;
+
+ private:
+  Case& find(std::string_view group, std::string_view name);
+
+  std::vector<Case> cases_;
+};
+
+}  // namespace biss::simulators

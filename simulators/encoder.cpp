@@ -1,0 +1,312 @@
+#include "simulators/encoder.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+#include <utility>
+
+#include "biss/timing/device_timing.hpp"
+#include "cli/common/quantity.hpp"
+
+namespace biss::simulators {
+
+namespace {
+
+// Registers that no master may write: EDS_BANK to serial number, device and manufacturer ID.
+bool is_fixed(std::uint8_t address) {
+  return (address >= 0x41 && address <= 0x47) || address >= 0x78;
+}
+
+std::uint64_t chosen_position(const PositionChoice& choice, unsigned bits, std::uint64_t request,
+                              sim::Random& random) {
+  const std::uint64_t mask = low_mask(bits);
+  switch (choice.kind) {
+    case PositionKind::number:
+      return choice.number & mask;
+    case PositionKind::largest:
+      return mask;
+    case PositionKind::walk:
+      return bits == 0 ? 0 : std::uint64_t{1} << (request % bits);
+    case PositionKind::ramp:
+      return request & mask;
+    case PositionKind::random:
+      return random.next() & mask;
+  }
+  return 0;
+}
+
+}  // namespace
+
+Encoder::Encoder(std::string name, Settings settings)
+    : Instance(Role::encoder, std::move(name), std::move(settings)),
+      jitter_(this->settings().seed),
+      registers_(this->settings().registers) {
+  const Settings& chosen = this->settings();
+  open_slave(in_turn(chosen.processing, 0));
+  coverage().expect("format", chosen.format_text);
+  coverage().expect_values(chosen.format);
+  for (const Fault fault : {Fault::none, Fault::flip, Fault::no_answer, Fault::early_ack,
+                            Fault::slo_low, Fault::cds_high, Fault::stop_high}) {
+    coverage().expect("cause", biss_cause_name(cause_of(fault, chosen.format.cds0)));
+  }
+  coverage().expect_line_delays();
+  coverage().expect_clocks();
+  for (const std::string_view one : {"one clock", "two clocks", "more clocks"}) {
+    coverage().expect("ACK", one);
+  }
+}
+
+void Encoder::open_slave(Picoseconds processing) {
+  if (slave_ && processing == processing_) return;
+  biss_slave_setup setup = biss_slave_defaults(settings().format_text.c_str());
+  setup.timing = &settings().timing;
+  setup.ready_ps = processing.count;
+  setup.user = this;
+  setup.sample = &Encoder::sample;
+  if (!settings().registers.empty()) {
+    setup.register_permits = &Encoder::permits;
+    setup.register_read = &Encoder::read_register;
+    setup.register_write = &Encoder::write_register;
+  }
+  biss_slave* opened = nullptr;
+  if (biss_slave_open(&setup, &opened) != BISS_OK) return;  // no memory: the one before goes on
+  slave_.reset(opened);
+  processing_ = processing;
+  output_ = {true, BISS_NEVER};
+}
+
+std::int64_t Encoder::step(std::int64_t now, bool ma) {
+  now_ = std::max(now_, now);
+  // MA that is low from the start is a master without its reset, not a request.
+  live_ = live_ || ma;
+  ma = ma || !live_;
+  // One delay for all edges of a request, and the next one when the cable is empty.
+  const bool begins = !ma && !running_ && ma_.due() == BISS_NEVER && ma_.received();
+  if (begins) line_delay_ = next_line_delay();
+  if (!ma_.put(now_, ma, (line_delay_ / 2).count) && !overloaded_) {
+    overloaded_ = true;
+    board().broken(requests(), now_, "MA", "pulses that a cable carries", "too many pulses");
+  }
+  for (std::int64_t due = deadline(); due <= now_; due = deadline()) advance(due);
+  return deadline();
+}
+
+// SLO that falls a clock early with a line delay of a clock is SLO that falls in time.
+Picoseconds Encoder::next_line_delay() const {
+  if (in_turn(settings().faults, requests()) == Fault::early_ack) return {};
+  return in_turn(settings().line_delays, requests());
+}
+
+std::int64_t Encoder::deadline() const {
+  std::int64_t due = std::min({ma_.due(), slo_.due(), output_.deadline_ps});
+  if (running_ && fault_ == Fault::no_answer) {
+    due = std::min(due, last_edge_ + biss_static_timeout_max.count);
+  }
+  return due;
+}
+
+void Encoder::advance(std::int64_t now) {
+  slo_.take(now);
+  if (ma_.take(now)) take_edge(now, ma_.received());
+  const bool hidden = running_ && fault_ == Fault::no_answer;
+  const bool before = output_.level;
+  const biss_status status =
+      biss_slave_step(slave_.get(), now, hidden || ma_.received(), false, &output_);
+  if (status != BISS_OK) {
+    board().broken(requests(), now, "value", "a value that fits", biss_status_text(status));
+  }
+  const std::string_view state = biss_slave_state(slave_.get());
+  if (running_ && slot_ == before_start && clocks_ > 2 && output_.level && !before) {
+    slot_ = 0;
+    start_clock_ = clocks_;
+  }
+  if (running_ && state == "early_request" && !early_) {
+    early_ = true;
+    board().broken(outcome_.request, now, "request", "after the timeout", "before its end");
+  }
+  const bool silent = hidden && now - last_edge_ >= biss_static_timeout_max.count;
+  if (running_ && (hidden ? silent : state == "idle" && ma_.received())) end_request(now);
+  drive(now, faulty_level(output_.level));
+}
+
+void Encoder::drive(std::int64_t now, bool level) {
+  if (level == driven_) return;
+  driven_ = level;
+  const auto jitter = static_cast<std::uint64_t>(settings().jitter.count);
+  const auto late = static_cast<std::int64_t>(jitter_.below(jitter + 1));
+  slo_.put(now, level, (line_delay_ - line_delay_ / 2).count + late);
+  slo_.take(now);
+}
+
+void Encoder::take_edge(std::int64_t now, bool level) {
+  // Of a request that it ignored, the encoder cannot see the end: the design's report is one.
+  const bool next =
+      reported_ && fault_ == Fault::no_answer && now - last_edge_ > longest_period_.count;
+  if (running_ && !level && next) end_request(now);
+  if (!running_ && !level) begin_request(now);
+  if (!running_) return;
+  measure_clock(now, level);
+  last_edge_ = now;
+  if (!level) return;
+  ++clocks_;
+  if (slot_ != before_start) ++slot_;
+  if (slot_ == stop_slot()) deliver(now);
+}
+
+void Encoder::begin_request(std::int64_t now) {
+  board().drop_waiting();
+  open_slave(in_turn(settings().processing, requests()));
+  running_ = true;
+  delivered_ = early_ = reported_ = false;
+  slot_ = flipped_slot_ = before_start;
+  clocks_ = start_clock_ = 0;
+  shortest_period_ = longest_period_ = {};
+  last_rise_ = 0;
+  fault_ = in_turn(settings().faults, requests());
+  // The cable was not empty.
+  if (fault_ == Fault::early_ack && line_delay_.count != 0) fault_ = Fault::none;
+  outcome_ = {};
+  outcome_.request = requests();
+  outcome_.time_ps = now;
+  outcome_.cause = biss_cause_name(cause_of(fault_, settings().format.cds0));
+  sim::Random random(sim::scrambled(settings().seed) + requests());
+  choose_values(random);
+  if (fault_ == Fault::flip) {
+    flipped_slot_ = 2 + static_cast<int>(random.below(settings().format.payload_bits()));
+  }
+}
+
+void Encoder::choose_values(sim::Random& random) {
+  const FrameFormat& format = settings().format;
+  const Flags flags = in_turn(settings().flags, requests());
+  for (std::size_t k = 0; k < format.channel_count; ++k) {
+    const ChannelFormat& channel = format.channel_list[k];
+    biss_channel value{};
+    value.position = chosen_position(in_turn(settings().positions, requests()),
+                                     channel.position_bits(), requests(), random);
+    value.nE = flags.nE;
+    value.nW = flags.nW;
+    if (next_[k]) value = *next_[k];
+    next_[k].reset();
+    // A sign of life: 1 to 63, as in BiSS Safety.
+    const std::uint64_t counter = 1 + requests() % low_mask(safety_counter_bits);
+    value.life_counter = static_cast<std::uint32_t>(counter & low_mask(channel.life_counter.bits));
+    // A flag that is not on the line reads 1.
+    value.nE = value.nE || !channel.error.present;
+    value.nW = value.nW || !channel.warning.present;
+    outcome_.values[k] = {value, true, true};
+  }
+}
+
+void Encoder::measure_clock(std::int64_t now, bool level) {
+  if (!level) return;
+  if (clocks_ > 0) {
+    const Picoseconds period{now - last_rise_};
+    shortest_period_ = clocks_ == 1 ? period : std::min(shortest_period_, period);
+    longest_period_ = std::max(longest_period_, period);
+  }
+  last_rise_ = now;
+}
+
+bool Encoder::faulty_level(bool level) const {
+  if (!running_) return level;
+  switch (fault_) {
+    case Fault::none:
+    case Fault::no_answer:
+      return level;
+    case Fault::flip:
+      return slot_ == flipped_slot_ ? !level : level;
+    case Fault::early_ack:
+      return clocks_ == 1 ? false : level;
+    case Fault::slo_low:
+      return clocks_ < 2 && level;
+    case Fault::cds_high:
+      return level || slot_ == 1;
+    case Fault::stop_high:
+      return level || slot_ == stop_slot();
+  }
+  return level;
+}
+
+void Encoder::deliver(std::int64_t now) {
+  if (delivered_) return;
+  delivered_ = true;
+  board().sent(outcome_);
+  check_clock(now);
+  coverage().hit("format", settings().format_text);
+  coverage().hit("cause", outcome_.cause);
+  if (outcome_.cause != "ok") return;
+  coverage().hit_values(settings().format, outcome_);
+  coverage().hit_line_delay(line_delay_, shortest_period_);
+  coverage().hit_clock(shortest_period_, hertz(settings().timing.clock_min_hz),
+                       hertz(settings().timing.clock_max_hz));
+  const int ack = start_clock_ - 2;
+  coverage().hit("ACK", ack <= 1 ? "one clock" : ack == 2 ? "two clocks" : "more clocks");
+}
+
+// One percent for the resolution of the simulation and of the design's divider.
+void Encoder::check_clock(std::int64_t now) {
+  if (clocks_ < 2) return;
+  const Hertz fastest = rate_of(shortest_period_);
+  const Hertz slowest = rate_of(longest_period_);
+  const biss_timing& timing = settings().timing;
+  const auto seen = [&](const char* limit, std::uint32_t rate, Hertz actual) {
+    board().broken(outcome_.request, now, fmt::format("{} of MA", limit), cli::text_of(hertz(rate)),
+                   cli::text_of(actual, 3));
+  };
+  if (std::uint64_t{fastest.count} * 100 > std::uint64_t{timing.clock_max_hz} * 101) {
+    seen("highest clock", timing.clock_max_hz, fastest);
+  }
+  if (std::uint64_t{slowest.count} * 101 < std::uint64_t{timing.clock_min_hz} * 100) {
+    seen("lowest clock", timing.clock_min_hz, slowest);
+  }
+}
+
+bool Encoder::compare(const std::string& cause) {
+  // A design may report before it has clocked STOP, and a fault may have no STOP.
+  if (running_) deliver(now_);
+  reported_ = true;
+  return board().read(take_staged(requests(), now_, cause));
+}
+
+void Encoder::end_request(std::int64_t now) {
+  running_ = false;
+  const bool complete = fault_ == Fault::no_answer || fault_ == Fault::slo_low ||
+                        fault_ == Fault::early_ack || slot_ >= stop_slot();
+  if (!complete) {
+    const int start = start_clock_ == 0 ? 3 : start_clock_;
+    board().broken(outcome_.request, now, "clocks of MA",
+                   fmt::format("{} or more", start + stop_slot()), fmt::format("{}", clocks_));
+  }
+  deliver(now);
+  count_request();
+}
+
+void Encoder::finish() {
+  if (running_) end_request(now_);
+  board().drop_waiting();
+}
+
+void Encoder::sample(void* user, std::int64_t /*moment*/, biss_channel* channels,
+                     std::size_t count) {
+  const auto& self = *static_cast<const Encoder*>(user);
+  for (std::size_t k = 0; k < count; ++k) channels[k] = self.outcome_.values[k].channel;
+}
+
+bool Encoder::permits(void* user, bool write, std::uint8_t address) {
+  const auto& self = *static_cast<const Encoder*>(user);
+  return self.registers_.contains(address) && !(write && is_fixed(address));
+}
+
+int Encoder::read_register(void* user, std::uint8_t address) {
+  const auto& self = *static_cast<const Encoder*>(user);
+  const auto found = self.registers_.find(address);
+  return found == self.registers_.end() ? 0 : found->second;
+}
+
+void Encoder::write_register(void* user, std::uint8_t address, std::uint8_t value) {
+  static_cast<Encoder*>(user)->registers_[address] = value;
+}
+
+}  // namespace biss::simulators
