@@ -1,0 +1,118 @@
+#include "viewers/saleae/row_reader.hpp"
+
+#include <array>
+#include <utility>
+
+#include "biss/catalogue/catalogue.hpp"
+#include "biss/frame/format_text.hpp"
+#include "biss/safety/configurations.hpp"
+#include "report/text.hpp"
+
+namespace biss::saleae {
+
+namespace {
+
+// As `biss decode` takes it of a capture with samples: the sample period, rounded up.
+decode::MarginSetup margin_of(Hertz rate) {
+  const std::int64_t count = rate.count;
+  return {.resolution = picoseconds((picoseconds_per_second + count - 1) / count)};
+}
+
+}  // namespace
+
+tl::expected<RowSetup, std::string> setup_of(std::string_view format) {
+  if (format.empty() || format == "none") return RowSetup{};
+  if (const CatalogueEntry* entry = find_encoder(format)) {
+    return RowSetup{.format = entry->frame_format(), .timing = entry->timing};
+  }
+  if (const SafetyConfiguration* known = find_safety_configuration(format)) {
+    return RowSetup{.format = known->frame_format(), .timing = known->timing};
+  }
+  const auto parsed = parse_format(format);
+  if (!parsed.ok()) {
+    return tl::make_unexpected("Frame format, character " + std::to_string(parsed.error().at + 1) +
+                               ": " + std::string(biss::text_of(parsed.error().mistake)));
+  }
+  return RowSetup{.format = *parsed, .timing = {}};
+}
+
+RowReader::RowReader(const RowSetup& setup, Hertz rate, OnRow on_row)
+    : clock_(rate),
+      lines_{.ma = ma_line,
+             .slo = slo_line,
+             .ma_inverted = setup.ma_inverted,
+             .slo_inverted = setup.slo_inverted},
+      on_row_(std::move(on_row)),
+      table_(setup.format),
+      limits_(setup.timing, margin_of(rate).resolution),
+      cycles_(std::make_shared<std::vector<decode::Cycle>>()),
+      decoder_(decode::CycleReader(setup.format, setup.timing, margin_of(rate)),
+               [cycles = cycles_](const decode::Cycle& cycle) { cycles->push_back(cycle); }) {}
+
+void RowReader::push(wire::LineIndex line, std::uint64_t sample, bool level) {
+  if (sample > clock_.last_index()) return;
+  const std::array edges{
+      wire::Edge{clock_.time_of(sample), line, level ? wire::Level::high : wire::Level::low}};
+  decoder_.push(edges, lines_);
+  deliver();
+}
+
+void RowReader::deliver() {
+  for (const decode::Cycle& cycle : *cycles_) {
+    if (ahead_ != 0) {
+      --ahead_;
+    } else {
+      deliver(cycle);
+    }
+  }
+  cycles_->clear();
+}
+
+void RowReader::rest_until(std::uint64_t sample) {
+  if (ahead_ != 0 || sample > clock_.last_index()) return;
+  decode::Decoder copy = decoder_;
+  copy.finish(clock_.time_of(sample));
+  const std::size_t count = cycles_->size();
+  deliver();
+  ahead_ = count;
+}
+
+void RowReader::deliver(const decode::Cycle& cycle) {
+  const decode::LimitSet exceeded = limits_.judge(cycle);
+  const Picoseconds last = cycle.time + cycle.clocked;
+  on_row_({.status = cycle.status,
+           .cells = table_.cells(number_++, cycle, std::nullopt, exceeded),
+           .first_sample = clock_.first_at_or_after(cycle.time),
+           .last_sample = clock_.first_at_or_after(last)});
+}
+
+std::string text_of(const report::Cell& cell) {
+  using report::Kind;
+  std::string text;
+  switch (cell.kind()) {
+    case Kind::unsigned_integer:
+    case Kind::flag:
+      report::append_number(text, cell.unsigned_value());
+      break;
+    case Kind::signed_integer:
+      report::append_number(text, cell.signed_value());
+      break;
+    case Kind::nanoseconds:
+      report::append_nanoseconds(text, cell.time());
+      break;
+    case Kind::real:
+      report::append_number(text, cell.real_value());
+      break;
+    case Kind::text:
+      text = cell.text();
+      break;
+    case Kind::bits:
+      report::append_hex(text, cell.bits());
+      break;
+    case Kind::absent:
+      break;
+  }
+  return text;
+}
+
+}  // namespace biss::saleae

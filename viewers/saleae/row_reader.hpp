@@ -1,0 +1,89 @@
+// Changes of MA and SLO by their sample numbers in, rows of `biss decode` out. Knows nothing of
+// Saleae's software.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "biss/frame/format.hpp"
+#include "biss/timing/device_timing.hpp"
+#include "capture/samples.hpp"
+#include "cli/decode/table.hpp"
+#include "decode/decoder.hpp"
+#include "decode/limits.hpp"
+
+namespace biss::saleae {
+
+/// What the user says of the encoder and the lines.
+struct RowSetup {
+  /// Empty: the structure alone is read.
+  std::optional<FrameFormat> format;
+  DeviceTiming timing;
+  bool ma_inverted = false;
+  bool slo_inverted = false;
+};
+
+/// The setup for a format: items in line order, the name of an encoder or of a safety configuration,
+/// or `none`. The error is one line.
+tl::expected<RowSetup, std::string> setup_of(std::string_view format);
+
+/// A row and the samples of its first and last edge of MA.
+struct Row {
+  decode::CycleStatus status{};
+  /// Valid during the call that delivers the row.
+  const std::vector<report::Cell>& cells;
+  std::uint64_t first_sample = 0;
+  std::uint64_t last_sample = 0;
+};
+
+/// The columns are those of `biss decode --safety off`, and so are the values.
+class RowReader {
+ public:
+  using OnRow = std::function<void(const Row&)>;
+
+  /// \pre rate is not 0 Hz
+  RowReader(const RowSetup& setup, Hertz rate, OnRow on_row);
+
+  const std::vector<report::Column>& columns() const { return table_.columns(); }
+
+  /// Changes in the order of time; the first one of a line gives its level at the beginning. What
+  /// comes after the last sample that has a time is ignored.
+  void push_ma(std::uint64_t sample, bool level) { push(ma_line, sample, level); }
+  void push_slo(std::uint64_t sample, bool level) { push(slo_line, sample, level); }
+
+  /// MA rests up to this sample: delivers the last request, which the decoder keeps until it has
+  /// seen the next one.
+  void rest_until(std::uint64_t sample);
+
+ private:
+  static constexpr wire::LineIndex ma_line = 0;
+  static constexpr wire::LineIndex slo_line = 1;
+
+  void push(wire::LineIndex line, std::uint64_t sample, bool level);
+  void deliver();
+  void deliver(const decode::Cycle& cycle);
+
+  capture::SampleClock clock_;
+  decode::Lines lines_;
+  OnRow on_row_;
+  cli::DecodeTable table_;
+  decode::LimitWatch limits_;
+  // Shared by the decoder and by the copies of it that rest_until() ends.
+  std::shared_ptr<std::vector<decode::Cycle>> cycles_;
+  decode::Decoder decoder_;
+  std::uint64_t number_ = 0;
+  // Rows that a copy has delivered before the decoder.
+  std::uint64_t ahead_ = 0;
+};
+
+/// The value as `biss decode --to csv` writes it.
+std::string text_of(const report::Cell& cell);
+
+}  // namespace biss::saleae
