@@ -1,0 +1,259 @@
+#include "python/arrays.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "capture/change_edges.hpp"
+#include "capture/edge_pairs.hpp"
+
+namespace biss::python {
+namespace {
+
+using capture::CaptureCause;
+using capture::CaptureError;
+using capture::PairPiece;
+using capture::PairSource;
+using wire::Level;
+
+// Enough changes that a piece is worth a thread's while.
+constexpr std::size_t elements_in_piece = 32'768;
+
+const std::vector<std::string>& line_names() {
+  static const std::vector<std::string> names{"MA", "SLO"};
+  return names;
+}
+
+Level level_of(bool high) { return high ? Level::high : Level::low; }
+
+CaptureError backwards_at(std::size_t element) {
+  return {.cause = CaptureCause::time_backwards, .part = "element", .part_number = element + 1};
+}
+
+class ArrayPiece final : public PairPiece {
+ public:
+  explicit ArrayPiece(const EdgeArrays& arrays) : arrays_(arrays) {}
+
+  void set(std::size_t from, std::size_t to) {
+    from_ = from;
+    to_ = to;
+  }
+  void expand() override {
+    ma.times.resize(to_ - from_);
+    slo.times.resize(to_ - from_);
+    std::int64_t last = from_ == 0 ? arrays_.times[0] : arrays_.times[from_ - 1];
+    Changes ma_changes(ma.times.data());
+    Changes slo_changes(slo.times.data());
+    for (read_ = from_; read_ < to_ && arrays_.times[read_] >= last; ++read_) {
+      last = arrays_.times[read_];
+      ma_changes.put(last, arrays_.ma[read_] != 0);
+      slo_changes.put(last, arrays_.slo[read_] != 0);
+    }
+    ma_changes.finish(ma);
+    slo_changes.finish(slo);
+  }
+
+  bool whole() const { return read_ == to_; }
+  // Up to where the times do not fall.
+  std::size_t read() const { return read_; }
+
+ private:
+  // Writes every time and keeps those of a change, so that nothing depends on the levels.
+  class Changes {
+   public:
+    explicit Changes(std::int64_t* times) : times_(times) {}
+
+    void put(std::int64_t time, bool high) {
+      times_[count_] = time;
+      count_ += level_ != static_cast<int>(high) ? 1U : 0U;
+      level_ = static_cast<int>(high);
+    }
+    void finish(capture::LineChanges& changes) const {
+      changes.times.resize(count_);
+      changes.first_high = (level_ == 1) == (count_ % 2 == 1);
+    }
+
+   private:
+    std::int64_t* times_;
+    std::size_t count_ = 0;
+    int level_ = -1;
+  };
+
+  const EdgeArrays& arrays_;
+  std::size_t from_ = 0;
+  std::size_t to_ = 0;
+  std::size_t read_ = 0;
+};
+
+class ArrayPairs final : public PairSource {
+ public:
+  ArrayPairs(const EdgeArrays& arrays, std::size_t from)
+      : arrays_(arrays), fetched_(from), changes_(ma_line, slo_line) {
+    if (from == 0) return;
+    changes_.set(arrays.ma[from - 1] != 0, arrays.slo[from - 1] != 0);
+    end_time_ = {arrays.times[from - 1]};
+  }
+
+  std::unique_ptr<PairPiece> fetch(std::unique_ptr<PairPiece> used) override {
+    if (fetched_ == arrays_.times.size()) return nullptr;
+    if (!used) used = std::make_unique<ArrayPiece>(arrays_);
+    const std::size_t end = std::min(arrays_.times.size(), fetched_ + elements_in_piece);
+    static_cast<ArrayPiece&>(*used).set(std::exchange(fetched_, end), end);
+    return used;
+  }
+
+  bool settle(PairPiece& piece, const OnEdges& on_edges) override {
+    const auto& element = static_cast<const ArrayPiece&>(piece);
+    if (element.read() != 0) end_time_ = {arrays_.times[element.read() - 1]};
+    if (element.whole()) {
+      changes_.skip(piece.ma, piece.slo);
+      return true;
+    }
+    error_ = backwards_at(element.read());
+    changes_.put(piece.ma, piece.slo, on_edges);
+    return false;
+  }
+
+  Picoseconds end_time() const override { return end_time_; }
+  const std::optional<CaptureError>& error() const override { return error_; }
+
+ private:
+  const EdgeArrays& arrays_;
+  std::size_t fetched_;
+  capture::ChangeEdges changes_;
+  Picoseconds end_time_;
+  std::optional<CaptureError> error_;
+};
+
+class ArraySource final : public capture::EdgeSource {
+ public:
+  explicit ArraySource(const EdgeArrays& arrays) : arrays_(arrays) {}
+
+  const std::vector<std::string>& lines() const override { return line_names(); }
+  Result<std::span<const wire::Edge>, CaptureError> next_block() override {
+    block_.grow();
+    block_.prepare(line_names().size());
+    while (at_ < arrays_.times.size() && !block_.full()) {
+      const Picoseconds time{arrays_.times[at_]};
+      if (at_ != 0 && time < end_) {
+        if (!block_.empty()) break;
+        return failure(backwards_at(at_));
+      }
+      end_ = time;
+      put(time, slo_line, level_of(arrays_.slo[at_] != 0), slo_);
+      put(time, ma_line, level_of(arrays_.ma[at_] != 0), ma_);
+      ++at_;
+    }
+    return block_.edges();
+  }
+  Picoseconds end_time() const override { return end_; }
+  Picoseconds sample_period() const override { return arrays_.sample_period; }
+  std::unique_ptr<PairSource> pairs(wire::LineIndex ma, wire::LineIndex slo) override {
+    // With the lines exchanged, edges will do.
+    if (ma != ma_line || slo != slo_line) return nullptr;
+    return std::make_unique<ArrayPairs>(arrays_, at_);
+  }
+
+ private:
+  void put(Picoseconds time, wire::LineIndex line, Level level, Level& last) {
+    if (std::exchange(last, level) != level) block_.push({time, line, level});
+  }
+
+  EdgeArrays arrays_;
+  capture::EdgeBlock block_;
+  std::size_t at_ = 0;
+  Level ma_ = Level::unknown;
+  Level slo_ = Level::unknown;
+  Picoseconds end_{};
+};
+
+class PushedPiece final : public PairPiece {
+ public:
+  PushedPiece(wire::LineIndex ma_index, wire::LineIndex slo_index)
+      : ma_index_(ma_index), slo_index_(slo_index) {}
+  void expand() override { capture::take_changes(edges, ma_index_, slo_index_, ma, slo); }
+
+  std::vector<wire::Edge> edges;
+
+ private:
+  wire::LineIndex ma_index_;
+  wire::LineIndex slo_index_;
+};
+
+class PushedPairs final : public PairSource {
+ public:
+  PushedPairs(PushedEdges& source, wire::LineIndex ma, wire::LineIndex slo)
+      : source_(source), ma_(ma), slo_(slo) {}
+
+  std::unique_ptr<PairPiece> fetch(std::unique_ptr<PairPiece> used) override {
+    if (source_.empty()) return nullptr;
+    if (!used) used = std::make_unique<PushedPiece>(ma_, slo_);
+    static_cast<PushedPiece&>(*used).edges = source_.take();
+    return used;
+  }
+  // No level is unknown.
+  bool settle(PairPiece& /*piece*/, const OnEdges& /*on_edges*/) override { return true; }
+  Picoseconds end_time() const override { return source_.end_time(); }
+  const std::optional<CaptureError>& error() const override { return error_; }
+
+ private:
+  PushedEdges& source_;
+  wire::LineIndex ma_;
+  wire::LineIndex slo_;
+  std::optional<CaptureError> error_;
+};
+
+class Borrowed final : public capture::EdgeSource {
+ public:
+  explicit Borrowed(PushedEdges& source) : source_(source) {}
+  const std::vector<std::string>& lines() const override { return source_.lines(); }
+  Result<std::span<const wire::Edge>, CaptureError> next_block() override {
+    return source_.next_block();
+  }
+  Picoseconds end_time() const override { return source_.end_time(); }
+  Picoseconds sample_period() const override { return source_.sample_period(); }
+  std::unique_ptr<PairSource> pairs(wire::LineIndex ma, wire::LineIndex slo) override {
+    return source_.pairs(ma, slo);
+  }
+
+ private:
+  PushedEdges& source_;
+};
+
+}  // namespace
+
+capture::Opened open_arrays(const EdgeArrays& arrays) {
+  if (arrays.times.empty()) return tl::unexpected(CaptureError{.cause = CaptureCause::empty});
+  return std::make_unique<ArraySource>(arrays);
+}
+
+void PushedEdges::push(Picoseconds time, bool ma, bool slo) {
+  put(time, slo_line, slo, slo_);
+  put(time, ma_line, ma, ma_);
+  end_ = begun_ ? std::max(end_, time) : time;
+  begun_ = true;
+}
+
+void PushedEdges::put(Picoseconds time, wire::LineIndex line, bool high, Level& last) {
+  const Level level = level_of(high);
+  if (std::exchange(last, level) != level) queued_.push_back({time, line, level});
+}
+
+std::vector<wire::Edge> PushedEdges::take() { return std::exchange(queued_, {}); }
+
+const std::vector<std::string>& PushedEdges::lines() const { return line_names(); }
+
+Result<std::span<const wire::Edge>, CaptureError> PushedEdges::next_block() {
+  delivered_ = take();
+  return std::span<const wire::Edge>(delivered_);
+}
+
+std::unique_ptr<PairSource> PushedEdges::pairs(wire::LineIndex ma, wire::LineIndex slo) {
+  return std::make_unique<PushedPairs>(*this, ma, slo);
+}
+
+std::unique_ptr<capture::EdgeSource> borrowed(PushedEdges& source) {
+  return std::make_unique<Borrowed>(source);
+}
+
+}  // namespace biss::python

@@ -1,0 +1,68 @@
+// Captures that lie in memory of the caller, or come in from there.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "capture/edge_source.hpp"
+#include "capture/pair_source.hpp"
+
+namespace biss::python {
+
+inline constexpr wire::LineIndex ma_line = 0;
+inline constexpr wire::LineIndex slo_line = 1;
+
+/// From `times[i]` on, in picoseconds, MA and SLO have the levels `ma[i]` and `slo[i]`: 0 is low,
+/// anything else is high. The three have the same length.
+struct EdgeArrays {
+  std::span<const std::int64_t> times;
+  std::span<const std::uint8_t> ma;
+  std::span<const std::uint8_t> slo;
+  /// As EdgeSource::sample_period().
+  Picoseconds sample_period{};
+};
+
+/// The arrays as a capture with the lines MA and SLO, read where they lie: they must outlive it.
+/// Fails with `empty`; reading fails with `time_backwards`.
+capture::Opened open_arrays(const EdgeArrays& arrays);
+
+/// A capture whose edges come in while it is read. Where none are left, next_block() and the pieces of
+/// pairs() are empty; that is the end only where the caller says so.
+class PushedEdges final : public capture::EdgeSource {
+ public:
+  /// The levels of both lines from this time on. \pre time is not before the last one
+  void push(Picoseconds time, bool ma, bool slo);
+  void set_period(Picoseconds period) { period_ = period; }
+  void set_end(Picoseconds end) { end_ = std::max(end_, end); }
+  bool empty() const { return queued_.empty(); }
+  std::span<const wire::Edge> queued() const { return queued_; }
+  /// What was queued goes to the reader.
+  std::vector<wire::Edge> take();
+
+  const std::vector<std::string>& lines() const override;
+  Result<std::span<const wire::Edge>, capture::CaptureError> next_block() override;
+  Picoseconds end_time() const override { return end_; }
+  Picoseconds sample_period() const override { return period_; }
+  std::unique_ptr<capture::PairSource> pairs(wire::LineIndex ma, wire::LineIndex slo) override;
+
+ private:
+  void put(Picoseconds time, wire::LineIndex line, bool high, wire::Level& last);
+
+  std::vector<wire::Edge> queued_;
+  std::vector<wire::Edge> delivered_;
+  wire::Level ma_ = wire::Level::unknown;
+  wire::Level slo_ = wire::Level::unknown;
+  bool begun_ = false;
+  Picoseconds end_{};
+  Picoseconds period_{};
+};
+
+/// Hands on everything to `source`, which must outlive it: for readers that own their source.
+std::unique_ptr<capture::EdgeSource> borrowed(PushedEdges& source);
+
+}  // namespace biss::python

@@ -1,0 +1,39 @@
+"""Arguments of Python as words of the command."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from typing import Any
+
+Option = Any
+
+
+def text_of(value: Any) -> str:
+    """A value of an option as the command reads it."""
+    if isinstance(value, (str, os.PathLike)):
+        return os.fspath(value)
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        if hasattr(value, "__index__") and not isinstance(value, bool):
+            return str(value.__index__())
+        raise TypeError(f"an option is a text or a number, not {type(value).__name__}")
+    return repr(value)
+
+
+def words_of(options: dict[str, Option]) -> list[str]:
+    """``clock_max="10MHz"`` as ``--clock-max=10MHz``.
+
+    True gives the option alone; False and None leave it out; a list gives it for each of its values.
+    """
+    words: list[str] = []
+    for name, value in options.items():
+        option = "--" + name.rstrip("_").replace("_", "-")
+        if value is None or value is False:
+            continue
+        if value is True:
+            words.append(option)
+            continue
+        several = isinstance(value, Iterable) and not isinstance(value, (str, bytes, os.PathLike))
+        for each in value if several else [value]:
+            words.append(f"{option}={text_of(each)}")
+    return words

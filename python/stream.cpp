@@ -1,0 +1,225 @@
+#include "python/stream.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "biss/frame/format_text.hpp"
+#include "cli/common/given_captures.hpp"
+#include "cli/common/quantity.hpp"
+#include "cli/common/table_output.hpp"
+#include "cli/common/verb.hpp"
+#include "draw/cycle_drawing.hpp"
+#include "python/verbs.hpp"
+#include "report/text.hpp"
+
+namespace biss::python {
+namespace {
+
+// What the command calls the capture in its messages.
+constexpr const char* capture_name = "edges";
+
+std::string drawn_time(Picoseconds time) { return cli::text_of(time, 3); }
+
+StreamValue value_of(const report::Cell& cell) {
+  using report::Kind;
+  switch (cell.kind()) {
+    case Kind::unsigned_integer:
+    case Kind::flag:
+      return cell.unsigned_value();
+    case Kind::signed_integer:
+      return cell.signed_value();
+    case Kind::nanoseconds:
+      return cell.time();
+    case Kind::real:
+      return cell.real_value();
+    case Kind::text:
+      return std::string(cell.text());
+    case Kind::bits: {
+      std::string text;
+      report::append_hex(text, cell.bits());
+      return text;
+    }
+    case Kind::absent:
+      break;
+  }
+  return {};
+}
+
+// Fields of all tracks in the order of time.
+std::vector<StreamField> fields_of(const decode::CycleEdges& edges,
+                                   const cli::DecodedCapture& capture) {
+  const draw::CycleDrawing drawing = draw::draw_cycle(edges, capture.format(), capture.timing(),
+                                                      capture.margin(), draw::DrawnExtent::cycle);
+  std::vector<StreamField> fields;
+  for (draw::Track& track : draw::tracks_of(drawing, capture.format(), drawn_time)) {
+    for (draw::Part& part : track.parts) {
+      if (part.from < part.to) fields.push_back({std::move(part), track.name});
+    }
+  }
+  std::stable_sort(fields.begin(), fields.end(), [](const StreamField& a, const StreamField& b) {
+    return a.part.from < b.part.from;
+  });
+  return fields;
+}
+
+}  // namespace
+
+// Takes the cells of a row that `biss decode` writes.
+class Stream::Rows final : public report::TableWriter {
+ public:
+  bool row(std::span<const report::Cell> cells) override {
+    values.clear();
+    for (const report::Cell& cell : cells) values.push_back(value_of(cell));
+    written = true;
+    return true;
+  }
+  bool finish() override { return true; }
+
+  std::vector<StreamValue> values;
+  bool written = false;
+};
+
+Stream::Stream(const std::vector<std::string>& options, const StreamSetup& setup)
+    : setup_(setup), writer_(std::make_unique<Rows>()) {
+  source_.set_period(setup.sample_period);
+  const cli::KeptMessages messages;
+  std::vector<std::string> words{"decode", capture_name};
+  words.insert(words.end(), options.begin(), options.end());
+  cli::Command command;
+  const cli::Verb verb = command.add_verb(cli::decode_text(), [&] {
+    if (options_.to != report::Format::table || !options_.output.empty() ||
+        !options_.columns.empty()) {
+      return cli::fail(cli::ExitStatus::usage, "output, to and columns are not for rows in memory");
+    }
+    if (options_.capture.files.size() != 1 || options_.capture.each) {
+      return cli::fail(cli::ExitStatus::usage, "a decoder reads one pair of lines, and no file");
+    }
+    return cli::ExitStatus::done;
+  });
+  cli::add_decode_options(verb, options_);
+  const std::vector<const char*> arguments = arguments_of(words);
+  auto status = command.run(static_cast<int>(arguments.size()), arguments.data());
+  options_.capture.beginning = setup_.beginning;
+  run_.emplace(options_);
+  if (status == cli::ExitStatus::done) status = run_->open();
+  if (status != cli::ExitStatus::done) fail(status, messages);
+}
+
+Stream::~Stream() = default;
+
+void Stream::fail(cli::ExitStatus status, const cli::KeptMessages& messages) {
+  failure_ = {status, messages.lines().empty() ? "" : messages.lines().back()};
+  status_ = status;
+}
+
+cli::ExitStatus Stream::open() {
+  cli::GivenCaptures captures;
+  captures.add(capture_name,
+               {[this](const auto&) -> capture::Opened { return borrowed(source_); }, false});
+  const std::vector<wire::Edge> first(source_.queued().begin(), source_.queued().end());
+  cli::ExitStatus status = run_->next();
+  if (status != cli::ExitStatus::done) return status;
+  columns_ = run_->columns();
+  status = run_->begin_rows();
+  if (status != cli::ExitStatus::done) return status;
+  if (setup_.fields) {
+    const cli::DecodedCapture& capture = run_->capture();
+    edges_.emplace(capture.reader(), capture.lines().lines,
+                   [this](const decode::CycleEdges& edges) { take_fields(edges); });
+    edges_->push(first);
+  }
+  if (const auto& format = run_->capture().format()) format_ = format_text(*format).view();
+  run_->capture().begin_steps([this](std::uint64_t number, const decode::Cycle& cycle) {
+    put_row(number, cycle);
+    return true;
+  });
+  return cli::ExitStatus::done;
+}
+
+void Stream::begin() {
+  begun_ = true;
+  const cli::KeptMessages messages;
+  const cli::ExitStatus status = open();
+  messages_.insert(messages_.end(), messages.lines().begin(), messages.lines().end());
+  if (status != cli::ExitStatus::done) fail(status, messages);
+}
+
+void Stream::put_row(std::uint64_t number, const decode::Cycle& cycle) {
+  cycles_ = number + 1;
+  writer_->written = false;
+  run_->take(number, cycle, *writer_);
+  if (!writer_->written) return;
+  rows_.push_back({.number = number,
+                   .begin = cycle.time,
+                   .end = cycle.time + cycle.clocked,
+                   .values = std::move(writer_->values),
+                   .fields = {}});
+}
+
+void Stream::take_fields(const decode::CycleEdges& edges) {
+  described_ = edges.number + 1;
+  const bool comes = edges.number >= cycles_;
+  const bool waits = std::binary_search(
+      rows_.begin(), rows_.end(), StreamRow{.number = edges.number},
+      [](const StreamRow& a, const StreamRow& b) { return a.number < b.number; });
+  if (!comes && !waits) return;
+  descriptions_.push_back({edges.number, fields_of(edges, run_->capture())});
+}
+
+bool Stream::waits() const {
+  return failure_ || ended_ || source_.queued().size() < (begun_ ? few_edges : setup_.beginning);
+}
+
+void Stream::decode(bool few) {
+  if (waits() && !(few && begun_ && !failure_ && !ended_)) return;
+  if (!begun_) begin();
+  read();
+}
+
+void Stream::read() {
+  if (failure_) return;
+  std::vector<wire::Edge> edges;
+  if (edges_) edges.assign(source_.queued().begin(), source_.queued().end());
+  while (run_->capture().step()) {
+  }
+  if (edges_) edges_->push(edges);
+}
+
+void Stream::finish(Picoseconds end) {
+  if (ended_) return;
+  source_.set_end(end);
+  if (!failure_ && !begun_) begin();
+  read();
+  ended_ = true;
+  if (!failure_) this->end();
+}
+
+void Stream::end() {
+  const cli::KeptMessages messages;
+  cli::RunMessages closing;
+  const bool read = run_->capture().end_steps();
+  if (edges_) edges_->finish(run_->capture().input().end_time());
+  status_ = run_->end_rows(read, closing);
+  closing.print();
+  summary_ = messages.summary();
+  messages_.insert(messages_.end(), messages.lines().begin(), messages.lines().end());
+}
+
+std::vector<StreamRow> Stream::take_rows() {
+  std::vector<StreamRow> taken;
+  while (!rows_.empty() && (!edges_ || ended_ || rows_.front().number < described_)) {
+    StreamRow& row = rows_.front();
+    while (!descriptions_.empty() && descriptions_.front().number < row.number) {
+      descriptions_.pop_front();
+    }
+    if (!descriptions_.empty() && descriptions_.front().number == row.number) {
+      row.fields = std::move(descriptions_.front().fields);
+      descriptions_.pop_front();
+    }
+    taken.push_back(std::move(row));
+    rows_.pop_front();
+  }
+  return taken;
+}
+
+}  // namespace biss::python

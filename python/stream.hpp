@@ -1,0 +1,123 @@
+// A capture that comes in while it is decoded: rows as soon as they are finished, with the fields on the
+// line.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+#include <tl/expected.hpp>
+#include <variant>
+#include <vector>
+
+#include "cli/common/message.hpp"
+#include "cli/decode/decode_run.hpp"
+#include "decode/cycle_edges.hpp"
+#include "draw/layout.hpp"
+#include "python/arrays.hpp"
+
+namespace biss::python {
+
+/// A cell that owns its text; bits are a text as the command writes them.
+using StreamValue =
+    std::variant<std::monostate, std::uint64_t, std::int64_t, double, Picoseconds, std::string>;
+
+/// A stretch of the line, and the name of its track.
+struct StreamField {
+  draw::Part part;
+  std::string track;
+};
+
+/// A row of `biss decode`.
+struct StreamRow {
+  std::uint64_t number = 0;
+  /// The first edge of MA and the last one.
+  Picoseconds begin{};
+  Picoseconds end{};
+  std::vector<StreamValue> values{};
+  /// In the order of time; of all tracks.
+  std::vector<StreamField> fields{};
+};
+
+struct StreamSetup {
+  /// Rows have fields.
+  bool fields = false;
+  /// As InputArguments::beginning.
+  std::size_t beginning = cli::edges_at_beginning;
+  Picoseconds sample_period{};
+};
+
+/// `biss decode` on edges that are pushed. Rows are those of the command on the same capture, where the
+/// format is given; else it is found in the beginning alone.
+class Stream {
+ public:
+  /// \param options of `biss decode`, without FILE
+  Stream(const std::vector<std::string>& options, const StreamSetup& setup);
+  ~Stream();
+  Stream(const Stream&) = delete;
+  Stream& operator=(const Stream&) = delete;
+
+  /// Why nothing can be read: wrong usage, or the capture carries nothing that can be decoded.
+  const std::optional<cli::VerbError>& failure() const { return failure_; }
+
+  /// \pre time is not before the last one, and not ended()
+  void push(Picoseconds time, bool ma, bool slo) { source_.push(time, ma, slo); }
+  /// Decodes what was pushed, unless it may belong to the beginning; few edges wait for more.
+  void decode(bool few = false);
+  /// decode() has nothing to do.
+  bool waits() const;
+  /// The capture ends here, or at its last edge if that is later.
+  void finish(Picoseconds end);
+  bool ended() const { return ended_; }
+
+  /// Rows that are finished, each once.
+  std::vector<StreamRow> take_rows();
+  /// Empty before the beginning has been read.
+  const std::vector<report::Column>& columns() const { return columns_; }
+  /// Empty where it is not known.
+  const std::string& format() const { return format_; }
+  const std::string& summary() const { return summary_; }
+  const std::vector<std::string>& messages() const { return messages_; }
+  cli::ExitStatus status() const { return status_; }
+
+ private:
+  class Rows;
+  struct Description {
+    std::uint64_t number = 0;
+    std::vector<StreamField> fields;
+  };
+  static constexpr std::size_t few_edges = 512;
+
+  void begin();
+  cli::ExitStatus open();
+  void read();
+  void end();
+  void put_row(std::uint64_t number, const decode::Cycle& cycle);
+  void take_fields(const decode::CycleEdges& edges);
+  void fail(cli::ExitStatus status, const cli::KeptMessages& messages);
+
+  StreamSetup setup_;
+  cli::DecodeOptions options_;
+  PushedEdges source_;
+  std::optional<cli::DecodeRun> run_;
+  std::optional<decode::CycleEdgeReader> edges_;
+  std::unique_ptr<Rows> writer_;
+  std::vector<report::Column> columns_;
+  std::deque<StreamRow> rows_;
+  // Cycles that the rows have come to, those that are not written too.
+  std::uint64_t cycles_ = 0;
+  // Their fields are read by another decoder, which may be ahead of the rows.
+  std::deque<Description> descriptions_;
+  std::uint64_t described_ = 0;
+  bool begun_ = false;
+  bool ended_ = false;
+  std::optional<cli::VerbError> failure_;
+  std::string format_;
+  std::string summary_;
+  std::vector<std::string> messages_;
+  cli::ExitStatus status_ = cli::ExitStatus::done;
+};
+
+}  // namespace biss::python

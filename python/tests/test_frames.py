@@ -1,0 +1,119 @@
+"""Frames, SPI buffers and checksums against the command and against each other."""
+
+import random
+
+import numpy as np
+import pytest
+
+import biss
+
+
+def test_PublishedFrame_HasItsChecksum():
+    format = biss.Format("pos26,nE,nW,crc6")
+    for position in (0, 1, 0x1234567, (1 << 26) - 1):
+        data = position << 2 | 3
+        assert biss.crc(data, 28) == format.crc(data)
+        [frame] = biss.records("crc", str(position), format="pos26,nE,nW,crc6")
+        assert frame["crc"] == biss.crc(data, 28)
+        # From START on, without STOP.
+        assert frame["bits"] == str(format.encode(position))[3:-1]
+    # A frame of the testbench of Hello-FPGA's BISS-C IP.
+    assert biss.crc(0xE5DF5C3E << 2 | 3, 34) == 0x3A
+
+
+def test_EncodedFrame_IsDecodedAgain():
+    random.seed(3)
+    for text in ("pos26,nE,nW,crc6", "mt12,st18,E,W,crc16", "fs-36-28", "resolute-32"):
+        format = biss.Format(text)
+        for _ in range(100):
+            channels = [biss.Channel(random.getrandbits(about["position_bits"]),
+                                     random.getrandbits(about["life_counter_bits"] or 1)
+                                     if about["life_counter_bits"] else 0,
+                                     random.random() < 0.5 or not about["error"],
+                                     random.random() < 0.5 or not about["warning"])
+                        for about in format.channels]
+            bits = format.encode(*channels, ack_clocks=random.randint(1, 30))
+            frame = format.decode(bits)
+            assert frame.channels == tuple(channels)
+            assert frame.trusted == all(each.nE for each in channels)
+            wrong = bytearray(bits.data)
+            place = bits.count - 2 - random.randrange(6)
+            wrong[place // 8] ^= 0x80 >> place % 8
+            with pytest.raises(biss.FrameError) as error:
+                format.decode(bytes(wrong), bits=bits.count)
+            assert error.value.cause == "crc"
+
+
+def test_SpiBuffers_AreReadOneByOneAndAllAtOnce():
+    format = biss.Format("resolute-26")
+    reader = biss.SpiReader(format, 5_000_000, line_delay_max_ps=1_000_000)
+    buffers = np.zeros((200, reader.transfer_bytes), np.uint8)
+    positions = [i * 331_777 % (1 << 26) for i in range(200)]
+    for i, position in enumerate(positions):
+        bits = format.encode(position, ack_clocks=5 + i % 7)
+        buffers[i, :len(bits.data)] = np.frombuffer(bits.data, np.uint8)
+    buffers[17, 3] ^= 0x10
+    buffers[18] = 0xFF
+    buffers[19] = 0
+    columns = reader.read_all(buffers)
+    for i, position in enumerate(positions):
+        try:
+            frame = reader.read(buffers[i])
+        except biss.FrameError as error:
+            assert columns["status"][i] == error.cause and columns["position"].mask[i]
+            continue
+        assert columns["status"][i] == "ok"
+        assert columns["position"][i] == frame.position == position
+    assert list(columns["status"][18:20]) == ["no_response", "not_ready"]
+    assert columns["status"][17] != "ok"
+    assert np.array_equal(reader.read_all(buffers[::2])["status"], columns["status"][::2])
+
+
+def test_WrongValues_AreNamed():
+    with pytest.raises(biss.UsageError, match="pos99"):
+        biss.Format("pos99")
+    format = biss.Format("pos26,nE,nW,crc6")
+    for wrong in (1 << 26, -1, 1 << 64):
+        with pytest.raises((ValueError, TypeError)):
+            format.encode(wrong)
+    for wrong in ({"ack_clocks": 0}, {"ack_clocks": 401}, {"lead_clocks": 500}):
+        with pytest.raises(ValueError):
+            format.encode(1, **wrong)
+    with pytest.raises(ValueError):
+        format.encode(1, 2)
+    with pytest.raises(ValueError):
+        format.encode(*range(9))
+    with pytest.raises(ValueError):
+        format.decode(b"\x00" * 10, bits=81)
+    with pytest.raises(ValueError):
+        format.decode(b"\x00" * 70_000)
+    with pytest.raises(biss.FrameError):
+        format.decode(b"")
+    for data, bits, options in ((1, 65, {}), (4, 2, {}), (1, 0, {}), (1, 8, {"width": 17}),
+                                (1, 8, {"width": 6, "polynomial": 3}), (1, 8, {"start": 64})):
+        with pytest.raises(ValueError):
+            biss.crc(data, bits, **options)
+    for options in ({"clock_hz": 0}, {"clock_hz": 10, "line_delay_min_ps": 5, "line_delay_max_ps": 4},
+                    {"clock_hz": 10**6, "phase": "mode 3"}, {"clock_hz": 10**6, "first_bit": 1 << 16}):
+        with pytest.raises((ValueError, TypeError)):
+            biss.SpiReader(format, **options)
+    reader = biss.SpiReader(format, 10**6)
+    for array in (np.zeros(5, np.uint8), np.zeros((5, 5), np.int8), np.zeros((5, 6), np.uint8).T):
+        with pytest.raises((ValueError, TypeError)):
+            reader.read_all(array)
+    assert reader.read_all(np.zeros((0, 5), np.uint8))["status"].size == 0
+    with pytest.raises(biss.FrameError):
+        reader.read(b"")
+
+
+def test_RandomBuffers_AreFramesOrACause():
+    random.seed(4)
+    format = biss.Format("pos12,nE,nW,crc6")
+    reader = biss.SpiReader(format, 10_000_000)
+    for _ in range(2000):
+        data = random.randbytes(random.randrange(40))
+        for read in (format.decode, reader.read):
+            try:
+                assert len(read(data).channels) == 1
+            except biss.FrameError as error:
+                assert error.cause

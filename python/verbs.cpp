@@ -1,0 +1,172 @@
+#include "python/verbs.hpp"
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "cli/common/memory_file.hpp"
+#include "cli/common/message.hpp"
+#include "cli/common/output.hpp"
+#include "cli/common/table_output.hpp"
+#include "cli/common/verb.hpp"
+#include "cli/common/verbs.hpp"
+#include "cli/decode/decode_run.hpp"
+
+namespace biss::python {
+namespace {
+
+using AddVerb = void (*)(cli::Command&);
+constexpr std::array<std::pair<std::string_view, AddVerb>, 17> verbs{{
+    {"archive", cli::add_archive},
+    {"check", cli::add_check},
+    {"compare", cli::add_compare},
+    {"conform", cli::add_conform},
+    {"convert", cli::add_convert},
+    {"crc", cli::add_crc},
+    {"decode", cli::add_decode},
+    {"draw", cli::add_draw},
+    {"eds", cli::add_eds},
+    {"encoders", cli::add_encoders},
+    {"explain", cli::add_explain},
+    {"identify", cli::add_identify},
+    {"plan", cli::add_plan},
+    {"registers", cli::add_registers},
+    {"report", cli::add_report},
+    {"safety", cli::add_safety},
+    {"simulate", cli::add_simulate},
+}};
+
+// To declare all of them takes milliseconds. An unknown verb gets all, for the message.
+void add_verb_of(cli::Command& command, std::string_view name) {
+  for (const auto& [each, add] : verbs) {
+    if (each == name) return add(command);
+  }
+  for (const auto& [each, add] : verbs) add(command);
+}
+
+cli::ExitStatus run_words(const std::vector<std::string>& words) {
+  cli::Command command;
+  add_verb_of(command, words.empty() ? std::string_view() : std::string_view(words.front()));
+  const std::vector<const char*> arguments = arguments_of(words);
+  return command.run(static_cast<int>(arguments.size()), arguments.data());
+}
+
+// What a verb prints and reads is in memory.
+class Surroundings {
+ public:
+  explicit Surroundings(const VerbSetup& setup)
+      : standard_output_(cli::set_standard_output(output_.descriptor())) {
+    for (const auto& [name, capture] : setup.captures) captures_.add(name, capture);
+  }
+  ~Surroundings() { cli::set_standard_output(standard_output_); }
+  Surroundings(const Surroundings&) = delete;
+  Surroundings& operator=(const Surroundings&) = delete;
+
+  // Runs the work, unless there is no memory for what it prints.
+  template <class Work>
+  void run(VerbResult& result, Work work) const {
+    result.status = output_.descriptor() < 0
+                        ? cli::fail(cli::ExitStatus::io, "no file in memory; close some files")
+                        : work();
+    result.output = output_.text();
+    result.summary = messages_.summary();
+    result.messages = messages_.lines();
+  }
+
+ private:
+  cli::KeptMessages messages_;
+  cli::MemoryFile output_;
+  int standard_output_;
+  cli::GivenCaptures captures_;
+};
+
+// The levels of both lines, once both are known.
+class EdgeCollector {
+ public:
+  EdgeCollector(const decode::Lines& lines, CaptureEdges& into) : lines_(lines), into_(into) {}
+
+  // False at a level that is neither 0 nor 1.
+  bool take(const wire::Edge& edge) {
+    if (edge.line != lines_.ma && edge.line != lines_.slo) return true;
+    if (edge.level == wire::Level::unknown) return false;
+    const bool is_ma = edge.line == lines_.ma;
+    const bool inverted = is_ma ? lines_.ma_inverted : lines_.slo_inverted;
+    (is_ma ? ma_ : slo_) = (edge.level == wire::Level::high) != inverted;
+    if (!ma_ || !slo_) return true;
+    into_.times.push_back(edge.time.count);
+    into_.ma.push_back(*ma_ ? 1 : 0);
+    into_.slo.push_back(*slo_ ? 1 : 0);
+    return true;
+  }
+
+ private:
+  decode::Lines lines_;
+  CaptureEdges& into_;
+  std::optional<bool> ma_;
+  std::optional<bool> slo_;
+};
+
+cli::ExitStatus collect_edges(const cli::DecodeOptions& options, CaptureEdges& edges,
+                              const std::function<bool()>& go_on) {
+  cli::CaptureArguments arguments = options.capture;
+  arguments.identify = false;
+  cli::DecodedCapture capture;
+  const cli::ExitStatus opened = capture.open(arguments);
+  if (opened != cli::ExitStatus::done) return opened;
+  if (capture.several()) return cli::fail(cli::ExitStatus::usage, "one capture at a time");
+  if (!capture.next()) return capture.status();
+  edges.ma_name = capture.ma_name();
+  edges.slo_name = capture.slo_name();
+  edges.sample_period = capture.input().sample_period();
+  EdgeCollector collector(capture.lines().lines, edges);
+  bool known = true;
+  const bool read = capture.read_edges([&](std::span<const wire::Edge> block) {
+    for (const wire::Edge& edge : block) known = known && collector.take(edge);
+    return known && (!go_on || go_on());
+  });
+  if (!known) {
+    return cli::fail(cli::ExitStatus::data_failed,
+                     capture.input().name() + ": MA or SLO has a level that is neither 0 nor 1");
+  }
+  return read ? cli::ExitStatus::done : cli::fail(cli::ExitStatus::io, capture.input().error());
+}
+
+}  // namespace
+
+std::vector<const char*> arguments_of(const std::vector<std::string>& words) {
+  std::vector<const char*> arguments{"biss"};
+  for (const std::string& word : words) arguments.push_back(word.c_str());
+  return arguments;
+}
+
+VerbResult run_verb(const std::vector<std::string>& words, const VerbSetup& setup) {
+  VerbResult result;
+  const Surroundings around(setup);
+  std::optional<cli::KeptTables> tables;
+  if (setup.keep_columns) {
+    tables.emplace([&](std::span<const report::Column> columns) {
+      return std::make_unique<ColumnStore>(columns, result.columns, setup.go_on);
+    });
+  }
+  around.run(result, [&] { return run_words(words); });
+  return result;
+}
+
+CaptureEdges read_edges(const std::vector<std::string>& words, const VerbSetup& setup) {
+  CaptureEdges edges;
+  const Surroundings around(setup);
+  around.run(edges.result, [&] {
+    cli::Command command;
+    cli::DecodeOptions options;
+    const cli::Verb verb = command.add_verb(
+        cli::decode_text(), [&] { return collect_edges(options, edges, setup.go_on); });
+    cli::add_decode_options(verb, options);
+    const std::vector<const char*> arguments = arguments_of(words);
+    return command.run(static_cast<int>(arguments.size()), arguments.data());
+  });
+  return edges;
+}
+
+}  // namespace biss::python

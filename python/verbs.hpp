@@ -1,0 +1,59 @@
+// The verbs of the command, run in this process: their arguments, rows, messages and files.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "biss/base/units.hpp"
+#include "cli/common/exit_status.hpp"
+#include "cli/common/given_captures.hpp"
+#include "python/column_store.hpp"
+
+namespace biss::python {
+
+/// What a verb has said.
+struct VerbResult {
+  cli::ExitStatus status = cli::ExitStatus::done;
+  /// What the command writes to standard output; empty where `columns` has the rows.
+  std::string output;
+  std::string summary;
+  std::vector<std::string> messages;
+  std::vector<StoredColumn> columns;
+};
+
+/// How a verb runs.
+struct VerbSetup {
+  /// In place of files of these names.
+  std::map<std::string, cli::GivenCapture> captures;
+  /// The rows go to VerbResult::columns where the verb reads captures to a table.
+  bool keep_columns = false;
+  /// Called now and then while rows are kept; false ends the verb.
+  std::function<bool()> go_on;
+};
+
+/// Runs `biss WORD…`, every verb but `view`, which serves until it is interrupted.
+/// \param words the first one is the verb
+VerbResult run_verb(const std::vector<std::string>& words, const VerbSetup& setup);
+
+/// The edges of MA and SLO in a capture, as EdgeArrays has them; an element for each edge.
+struct CaptureEdges {
+  VerbResult result;
+  std::string ma_name;
+  std::string slo_name;
+  Picoseconds sample_period{};
+  Values<std::int64_t> times;
+  Values<std::uint8_t> ma;
+  Values<std::uint8_t> slo;
+};
+
+/// Reads the capture that the words name as for `biss decode`, and finds MA and SLO in it. A line that
+/// is inverted is inverted back. Fails with `data_failed` also where a level is neither 0 nor 1.
+CaptureEdges read_edges(const std::vector<std::string>& words, const VerbSetup& setup);
+
+/// The words as a program gets them, after its name. They refer to `words`.
+std::vector<const char*> arguments_of(const std::vector<std::string>& words);
+
+}  // namespace biss::python

@@ -1,0 +1,209 @@
+#include <pybind11/stl.h>
+
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "capture/bytes.hpp"
+#include "capture/open.hpp"
+#include "capture/samples.hpp"
+#include "cli/common/raw_samples.hpp"
+#include "python/arrays.hpp"
+#include "python/module.hpp"
+#include "python/numpy_arrays.hpp"
+#include "python/verbs.hpp"
+
+namespace biss::python {
+namespace {
+
+using report::Kind;
+
+py::object text_object(std::string_view text) {
+  return py::reinterpret_steal<py::object>(
+      PyUnicode_DecodeUTF8(text.data(), static_cast<py::ssize_t>(text.size()), "surrogateescape"));
+}
+
+template <class T>
+std::string_view bytes_of(const py::array& array) {
+  const std::span<const T> samples = elements_of<T>(array, "samples");
+  return {reinterpret_cast<const char*>(samples.data()), samples.size_bytes()};
+}
+
+// The bytes of samples of any width.
+std::string_view sample_bytes(const py::array& array) {
+  switch (array.itemsize()) {
+    case 2:
+      return bytes_of<std::uint16_t>(array);
+    case 4:
+      return bytes_of<std::uint32_t>(array);
+    case 8:
+      return bytes_of<std::uint64_t>(array);
+    default:
+      return bytes_of<std::uint8_t>(array);
+  }
+}
+
+cli::GivenCapture samples_capture(const py::array& array, std::uint32_t rate) {
+  const std::string_view bytes = sample_bytes(array);
+  const cli::RawSamples raw{.rate = hertz(rate),
+                            .bytes = static_cast<std::uint64_t>(array.itemsize())};
+  return {[bytes, raw](const cli::InputArguments& arguments) {
+    return capture::open_raw(capture::memory_bytes(bytes),
+                             cli::layout_of(raw, arguments.ma, arguments.slo));
+  }};
+}
+
+cli::GivenCapture edges_capture(const py::array& times, const py::array& ma, const py::array& slo,
+                                std::int64_t period) {
+  const EdgeArrays arrays{elements_of<std::int64_t>(times, "times"), levels_of(ma, "ma"),
+                          levels_of(slo, "slo"), picoseconds(period)};
+  if (arrays.ma.size() != arrays.times.size() || arrays.slo.size() != arrays.times.size()) {
+    throw py::value_error("times, ma and slo have different lengths");
+  }
+  return {[arrays](const cli::InputArguments&) { return open_arrays(arrays); }};
+}
+
+// The content of a file, whose name tells its format where the content does not.
+cli::GivenCapture bytes_capture(const py::bytes& bytes, const std::string& name) {
+  const std::string_view text = bytes;
+  return {[text, name](const cli::InputArguments& arguments) {
+    capture::OpenOptions options{.no_verify = arguments.no_verify, .analog = arguments.raw.analog};
+    if (arguments.raw.rate) {
+      options.raw = cli::layout_of(arguments.raw, arguments.ma, arguments.slo);
+    }
+    return capture::open_capture(capture::memory_bytes(text), name, options);
+  }};
+}
+
+// A capture as the package describes it: (samples, rate), (times, ma, slo, period) or
+// (bytes, name, None).
+cli::GivenCapture capture_of(const py::tuple& parts) {
+  if (parts.size() == 3) {
+    return bytes_capture(parts[0].cast<py::bytes>(), parts[1].cast<std::string>());
+  }
+  if (parts.size() == 2) {
+    return samples_capture(parts[0].cast<py::array>(), parts[1].cast<std::uint32_t>());
+  }
+  return edges_capture(parts[0].cast<py::array>(), parts[1].cast<py::array>(),
+                       parts[2].cast<py::array>(), parts[3].cast<std::int64_t>());
+}
+
+std::string_view kind_name(Kind kind) {
+  switch (kind) {
+    case Kind::unsigned_integer:
+      return "unsigned";
+    case Kind::signed_integer:
+      return "signed";
+    case Kind::nanoseconds:
+      return "time";
+    case Kind::real:
+      return "real";
+    case Kind::bits:
+      return "bits";
+    case Kind::flag:
+      return "flag";
+    case Kind::text:
+    case Kind::absent:
+      break;
+  }
+  return "text";
+}
+
+py::array values_of(StoredColumn& stored) {
+  const auto rows = static_cast<py::ssize_t>(stored.numbers.size() / stored.lanes);
+  switch (stored.column.kind) {
+    case Kind::flag:
+      return array_of(std::move(stored.flags));
+    case Kind::signed_integer:
+    case Kind::nanoseconds:
+      return array_of(std::move(stored.numbers), {rows}, py::dtype::of<std::int64_t>());
+    case Kind::real:
+      return array_of(std::move(stored.numbers), {rows}, py::dtype::of<double>());
+    case Kind::bits:
+      if (stored.lanes == 1) return array_of(std::move(stored.numbers));
+      return array_of(std::move(stored.numbers), {rows, static_cast<py::ssize_t>(stored.lanes)});
+    default:
+      return array_of(std::move(stored.numbers));
+  }
+}
+
+// (name, kind, unit, values, absent or None, texts, counts of bits or None)
+py::tuple tuple_of(StoredColumn& stored) {
+  py::list texts;
+  for (const std::string& text : stored.texts) texts.append(text_object(text));
+  py::object absent = py::none();
+  if (!stored.absent.empty()) {
+    absent = array_of(std::move(stored.absent), {}, py::dtype::of<bool>());
+  }
+  py::object counts = py::none();
+  if (stored.column.kind == Kind::bits) counts = array_of(std::move(stored.bit_counts));
+  const bool time = stored.column.kind == Kind::nanoseconds;
+  return py::make_tuple(stored.column.name, kind_name(stored.column.kind),
+                        time ? std::string("ns") : stored.column.value_unit, values_of(stored),
+                        absent, texts, counts);
+}
+
+// Whether Python goes on: it may have got a signal.
+bool goes_on() {
+  const py::gil_scoped_acquire acquired;
+  return PyErr_CheckSignals() == 0;
+}
+
+py::list messages_of(const VerbResult& result) {
+  py::list messages;
+  for (const std::string& message : result.messages) messages.append(text_object(message));
+  return messages;
+}
+
+VerbSetup setup_of(const py::dict& captures, bool keep_columns) {
+  VerbSetup setup;
+  setup.keep_columns = keep_columns;
+  for (const auto& [name, parts] : captures) {
+    setup.captures.emplace(name.cast<std::string>(), capture_of(parts.cast<py::tuple>()));
+  }
+  return setup;
+}
+
+// Runs the work without the lock of Python. An exception of Python, as of a signal, belongs to the
+// thread, which has it again when the work has ended.
+template <class Work>
+auto without_lock(VerbSetup setup, Work work) {
+  bool interrupted = false;
+  setup.go_on = [&interrupted] {
+    if (!interrupted) interrupted = !goes_on();
+    return !interrupted;
+  };
+  auto result = [&] {
+    const py::gil_scoped_release unlocked;
+    return work(setup);
+  }();
+  if (interrupted) throw py::error_already_set();
+  return result;
+}
+
+py::tuple run(const std::vector<std::string>& words, const py::dict& captures, bool keep_columns) {
+  VerbResult result = without_lock(setup_of(captures, keep_columns),
+                                   [&](const VerbSetup& setup) { return run_verb(words, setup); });
+  py::list columns;
+  for (StoredColumn& stored : result.columns) columns.append(tuple_of(stored));
+  return py::make_tuple(static_cast<int>(result.status), py::bytes(result.output),
+                        text_object(result.summary), messages_of(result), columns);
+}
+
+py::tuple edges(const std::vector<std::string>& words, const py::dict& captures) {
+  CaptureEdges found = without_lock(
+      setup_of(captures, false), [&](const VerbSetup& setup) { return read_edges(words, setup); });
+  return py::make_tuple(static_cast<int>(found.result.status), messages_of(found.result),
+                        text_object(found.ma_name), text_object(found.slo_name),
+                        found.sample_period.count, array_of(std::move(found.times)),
+                        array_of(std::move(found.ma)), array_of(std::move(found.slo)));
+}
+
+}  // namespace
+
+void add_verbs(py::module_& module) {
+  module.def("run", &run, py::arg("words"), py::arg("captures"), py::arg("keep_columns"));
+  module.def("edges", &edges, py::arg("words"), py::arg("captures"));
+}
+
+}  // namespace biss::python
