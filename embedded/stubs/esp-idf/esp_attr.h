@@ -1,0 +1,2 @@
+#pragma once
+#define DMA_ATTR alignas(4)

@@ -1,0 +1,4 @@
+#pragma once
+#include <cstdint>
+using TickType_t = std::uint32_t;
+#define pdMS_TO_TICKS(milliseconds) (static_cast<TickType_t>(milliseconds) / 10U)

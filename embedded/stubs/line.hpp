@@ -1,0 +1,36 @@
+// What an encoder sends during one SPI transfer, for the stubs of the vendors' SPI drivers.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "biss/crc/engines.hpp"
+#include "biss/frame/codec.hpp"
+#include "biss/frame/encode.hpp"
+#include "biss/frame/format.hpp"
+#include "biss/frame/frame.hpp"
+
+namespace stubs {
+
+enum class LineFault : std::uint8_t { none, no_response, crc, error_bit };
+
+/// Fills what the SPI received.
+inline void receive(std::span<std::uint8_t> bytes, const biss::FrameFormat& format,
+                    std::uint64_t position, std::uint16_t ack_clocks, LineFault fault) {
+  std::fill(bytes.begin(), bytes.end(), fault == LineFault::no_response ? 0xFF : 0);
+  if (fault == LineFault::no_response) return;
+  biss::BasicFrame<1> frame;
+  frame.channel_count = 1;
+  frame.lead_clocks = 3;
+  frame.ack_clocks = ack_clocks;
+  frame.channel_list[0].position = position;
+  frame.channel_list[0].nE = fault != LineFault::error_bit;
+  auto bits = biss::encode_frame(frame, biss::FrameCodec<biss::CrcBitwise, 1>(format)).value();
+  if (fault == LineFault::crc) bits.flip(std::size_t{3} + ack_clocks + 4U);
+  const auto sent = bits.bytes().first(std::min(bits.bytes().size(), bytes.size()));
+  std::copy(sent.begin(), sent.end(), bytes.begin());
+}
+
+}  // namespace stubs
