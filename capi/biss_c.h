@@ -1,5 +1,7 @@
 /* The encoder's and the master's side of a BiSS C line for C and for whatever calls C: simulators,
- * Verilator and VPI/DPI, bindings of other languages. Both are steppers: nothing runs by itself,
+ * Verilator and VPI/DPI, bindings of other languages. biss_c_frame.h has frames, SPI buffers and
+ * checksums; biss_c_control.h registers, commands and data
+ * sheets; biss_c_safety.h the monitor for BiSS Safety; biss_c_sim.h faults, cables and VCD files. Encoder and master are steppers: nothing runs by itself,
  * time and levels are arguments. The caller models cable and noise: a level that one side drives
  * reaches the other side when the caller passes it on.
  *
@@ -8,7 +10,9 @@
  *   Levels    bool: false low, true high. MA and SLO idle high.
  *   Errors    each call returns a biss_status. A call that does not return BISS_OK has changed
  *             nothing unless its description says otherwise. No C++ exception leaves a call.
- *   Lifetime  a handle is valid from open to close. The arguments of open may be freed when open
+ *   Lifetime  a handle is valid from open to close. Every call checks it first: one that is closed,
+ *             of another kind or no handle at all is BISS_BAD_HANDLE, as long as no other handle was
+ *             opened at the same address since. A close of such a handle does nothing. The arguments of open may be freed when open
  *             returns, except for `user`, which is passed to the callbacks until close. Returned
  *             texts are static.
  *   Threads   a handle belongs to one thread at a time. Different handles share nothing. A
@@ -49,14 +53,29 @@ typedef enum biss_status BISS_INT {
   BISS_TIME_RANGE,     /* a time beyond BISS_TIME_MAX */
   BISS_TIME_BACKWARDS, /* a time before the last one of this handle */
   BISS_REENTERED,      /* called from its own callback */
-  BISS_VALUE_RANGE,    /* slave step: `sample` set a position or counter wider than its field. The
+  BISS_VALUE_RANGE,    /* a position or counter is wider than its field. Of `sample` of a slave: the
                           step was done and its output is valid; the frame means "no data": all
                           positions and counters 0, nE and nW active */
   BISS_RUNNING,        /* begin, reading: a request is running */
   BISS_SLO_LOW,        /* begin: refused, the encoder is not ready */
   BISS_TOO_EARLY,      /* begin: refused, the device's shortest cycle has not passed, or MA was not
                           high long enough */
-  BISS_NO_READING      /* reading: no request was made yet */
+  BISS_NO_READING,     /* reading: no request was made yet; or the frame is none */
+  BISS_BAD_HANDLE,     /* the handle is closed, was never open, or is of another kind */
+  BISS_CHANNEL_COUNT,  /* the format has another number of channels, or no such channel */
+  BISS_CLOCK_RANGE,    /* clocks of ACK or before it: more or fewer than there can be */
+  BISS_NO_ROOM,        /* the buffer is too small */
+  BISS_BAD_CRC,        /* a biss_crc that is no checksum: its width is not 3 to 16, its polynomial
+                          not in full form, or its start wider */
+  BISS_BIT_COUNT,      /* a number of bits is not 1 to 64 */
+  BISS_FAULT_RULE,     /* a fault is neither KIND:RATE nor KIND@CYCLE */
+  BISS_FAULT_KIND,     /* no such kind of fault, or one of the encoder, which is the caller's */
+  BISS_FAULT_PLACE,    /* a frame of this line has no such place, or the kind has none */
+  BISS_FAULT_TWICE,    /* a kind of fault is given twice with a rate or for one cycle */
+  BISS_NO_REGISTER,    /* no such register, or the encoder has none */
+  BISS_FILE,           /* the file cannot be written; errno has the reason */
+  BISS_BAD_EDS,        /* the data sheet has no data channel, or nothing says how long one is */
+  BISS_BAD_SAFETY      /* these frames cannot be monitored; see biss_safety_problem() */
 } biss_status;
 
 /* The enumerator's name in lower case without "biss_": "slo_low"; "unknown" for any other number.
@@ -157,12 +176,12 @@ biss_status biss_slave_open(const biss_slave_setup* setup, biss_slave** slave);
 
 /* To be called at each change of MA or SLI and at the deadline; further calls change nothing.
  * What was due before `now_ps` happens first.
- * BISS_NULL_ARGUMENT, BISS_TIME_RANGE, BISS_TIME_BACKWARDS, BISS_REENTERED, BISS_VALUE_RANGE. */
+ * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_TIME_RANGE, BISS_TIME_BACKWARDS, BISS_REENTERED, BISS_VALUE_RANGE. */
 biss_status biss_slave_step(biss_slave* slave, int64_t now_ps, bool ma, bool sli, biss_output* out);
 
 /* The state, by what it waits for: "idle", "requested", "latched", "ack", "start", "data", "stop",
  * "early_request" (a request came before the timeout was over and is not answered), "chain_busy".
- * Null for a null handle. */
+ * Null for a handle that is not open. */
 const char* biss_slave_state(const biss_slave* slave);
 
 /* Null is allowed. Not from its own callback. */
@@ -171,6 +190,7 @@ void biss_slave_close(biss_slave* slave);
 /* ---- The master's side ---- */
 
 typedef struct biss_master biss_master;
+typedef struct biss_control biss_control;
 
 /* A time of 0 stands for the default that is named. */
 typedef struct biss_master_setup {
@@ -187,7 +207,9 @@ typedef struct biss_master_setup {
   int64_t line_delay_max_ps; /* the longest wait for ACK; 40 us */
   int64_t reset_time_ps;     /* MA high after a failed request; the device's timeout */
   int64_t idle_min_ps;       /* MA high between requests; half a period */
-  bool trust_cycle_time;     /* BISS_TIMEOUT_CYCLE: done when its time has passed; begin is then
+  biss_control* control; /* registers and commands, biss_c_control.h: it gives CDM from each CDS,
+                                and belongs to this master alone; null: none */
+  bool trust_cycle_time; /* BISS_TIMEOUT_CYCLE: done when its time has passed; begin is then
                                 possible while SLO is low, which rises a line delay later */
 } biss_master_setup;
 
@@ -230,31 +252,33 @@ typedef struct biss_reading {
 } biss_reading;
 
 /* Opens a master that drives MA high. *master is null unless BISS_OK.
- * BISS_NULL_ARGUMENT, BISS_NO_MEMORY, BISS_BAD_FORMAT, BISS_BAD_TIMING, BISS_BAD_SETUP. */
+ * BISS_NULL_ARGUMENT, BISS_NO_MEMORY, BISS_BAD_FORMAT, BISS_BAD_TIMING, BISS_BAD_SETUP,
+ * BISS_BAD_HANDLE: `control`. */
 biss_status biss_master_open(const biss_master_setup* setup, biss_master** master);
 
-/* Begins a request: MA falls at `now_ps`. `cdm` is the bit it carries.
+/* Begins a request: MA falls at `now_ps`. `cdm` is the bit it carries;
+ * ignored where the setup has a control session.
  * BISS_SLO_LOW and BISS_TOO_EARLY: no request is made, the reading has the cause not_ready, and
  * out->deadline_ps is when to try again, BISS_NEVER: when SLO rises.
- * BISS_NULL_ARGUMENT, BISS_TIME_RANGE, BISS_TIME_BACKWARDS, BISS_RUNNING. */
+ * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_TIME_RANGE, BISS_TIME_BACKWARDS, BISS_RUNNING. */
 biss_status biss_master_begin(biss_master* master, int64_t now_ps, bool slo, bool cdm,
                               biss_output* out);
 
 /* To be called at each change of SLO and at the deadline, until biss_master_done(); further calls
  * change nothing. A change and a sample at the same time may be reported in either order.
- * BISS_NULL_ARGUMENT, BISS_TIME_RANGE, BISS_TIME_BACKWARDS. */
+ * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_TIME_RANGE, BISS_TIME_BACKWARDS. */
 biss_status biss_master_step(biss_master* master, int64_t now_ps, bool slo, biss_output* out);
 
-/* No request is running. Every request ends by itself, whatever SLO does. True for null. */
+/* No request is running. Every request ends by itself, whatever SLO does. True for a
+ * handle that is not open. */
 bool biss_master_done(const biss_master* master);
 
-/* The outcome of the last request. BISS_NULL_ARGUMENT, BISS_RUNNING, BISS_NO_READING. */
+/* The outcome of the last request.
+ * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_RUNNING, BISS_NO_READING. */
 biss_status biss_master_reading(const biss_master* master, biss_reading* reading);
 
 /* Null is allowed. */
 void biss_master_close(biss_master* master);
-
-#undef BISS_INT
 
 #ifdef __cplusplus
 }

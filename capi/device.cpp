@@ -14,6 +14,8 @@ static_assert(BISS_TIMEOUT_ADAPTIVE == static_cast<int>(TimeoutRule::adaptive) &
               BISS_TIMEOUT_FIXED == static_cast<int>(TimeoutRule::fixed) &&
               BISS_TIMEOUT_CYCLE == static_cast<int>(TimeoutRule::cycle));
 
+}  // namespace
+
 biss_timing as_c(const DeviceTiming& timing) {
   return {.clock_min_hz = timing.clock_min.count,
           .clock_max_hz = timing.clock_max.count,
@@ -29,6 +31,8 @@ biss_timing as_c(const DeviceTiming& timing) {
           .sampling_typical_ps = timing.sampling_typical.count,
           .sampling_max_ps = timing.sampling_max.count};
 }
+
+namespace {
 
 Timeout timeout_from_c(const biss_timing& timing) {
   Timeout timeout{static_cast<TimeoutRule>(timing.timeout_rule), picoseconds(timing.timeout_ps)};
@@ -87,34 +91,17 @@ bool override_timing(const biss_timing* timing, Device& device) {
   return true;
 }
 
+biss_channel as_c(const Channel& channel) {
+  return {channel.position, channel.life_counter, channel.nE, channel.nW};
+}
+
+// One for each cause, in the order of FrameError.
+static_assert(BISS_CAUSE_NO_RESPONSE == 1 + static_cast<int>(FrameError::no_response));
+static_assert(BISS_CAUSE_STOP_BIT == 1 + static_cast<int>(FrameError::stop_bit));
+static_assert(BISS_CAUSE_STOP_BIT == frame_error_count);
+
+biss_cause cause_of(const FrameFault& fault) {
+  return static_cast<biss_cause>(1 + static_cast<int>(fault.cause));
+}
+
 }  // namespace biss::capi
-
-extern "C" {
-
-const char* biss_format_problem(const char* format, size_t* at) {
-  if (at != nullptr) *at = 0;
-  const std::string_view text = format == nullptr ? "" : format;
-  if (biss::find_encoder(text) != nullptr) return nullptr;
-  const auto parsed = biss::parse_format(text);
-  if (parsed.ok()) return nullptr;
-  if (at != nullptr) *at = parsed.error().at;
-  return biss::text_of(parsed.error().mistake).data();  // of a literal: ends with a zero
-}
-
-biss_status biss_timing_of(const char* format, biss_timing* timing) {
-  if (format == nullptr || timing == nullptr) return BISS_NULL_ARGUMENT;
-  const auto device = biss::capi::find_device(format);
-  if (!device) return BISS_BAD_FORMAT;
-  *timing = biss::capi::as_c(device->timing);
-  return BISS_OK;
-}
-
-biss_status biss_channels_of(const char* format, size_t* channels) {
-  if (format == nullptr || channels == nullptr) return BISS_NULL_ARGUMENT;
-  const auto device = biss::capi::find_device(format);
-  if (!device) return BISS_BAD_FORMAT;
-  *channels = device->format.channel_count;
-  return BISS_OK;
-}
-
-}  // extern "C"

@@ -1,14 +1,14 @@
-// What both handles of the C interface need: texts and numbers of C as the core's types.
+// What the handles of the C interface need: texts and numbers of C as the core's types.
 #pragma once
 
-#include <cstdlib>
-#include <new>
+#include <cstdint>
 #include <optional>
 
 #include "biss/frame/format.hpp"
 #include "biss/frame/frame.hpp"
 #include "biss/timing/device_timing.hpp"
 #include "capi/biss_c.h"
+#include "capi/handle_table.hpp"
 
 namespace biss::capi {
 
@@ -21,6 +21,8 @@ struct Device {
 /// The catalogue's entry of that name, or the format that the text describes. \pre not null
 std::optional<Device> find_device(const char* format);
 
+biss_timing as_c(const DeviceTiming& timing);
+
 /// Replaces the timing unless `timing` is null. False: no device can have it.
 bool override_timing(const biss_timing* timing, Device& device);
 
@@ -28,6 +30,11 @@ constexpr bool is_duration(std::int64_t count) { return count >= 0 && count <= B
 constexpr bool is_time(std::int64_t count) {
   return count >= -BISS_TIME_MAX && count <= BISS_TIME_MAX;
 }
+
+/// \pre the frame has room in a biss_frame
+biss_channel as_c(const Channel& channel);
+/// 0: ok.
+biss_cause cause_of(const FrameFault& fault);
 
 /// Remembers the last time of a handle.
 class Clock {
@@ -41,19 +48,5 @@ class Clock {
  private:
   std::int64_t last_ = -BISS_TIME_MAX;
 };
-
-/// On the C heap, so that C programs link without the C++ library. Null: no memory.
-template <class Handle, class... Arguments>
-Handle* make_handle(const Arguments&... arguments) {
-  void* memory = std::malloc(sizeof(Handle));
-  return memory == nullptr ? nullptr : new (memory) Handle(arguments...);
-}
-
-template <class Handle>
-void destroy_handle(Handle* handle) {
-  if (handle == nullptr) return;
-  handle->~Handle();
-  std::free(handle);
-}
 
 }  // namespace biss::capi

@@ -14,6 +14,7 @@ namespace errors_test {
 
 constexpr const char* format = "pos26,nE,nW,crc6";
 constexpr std::int64_t period = 1'000'000;
+constexpr int last_status = BISS_BAD_SAFETY;
 
 biss_status try_slave(const biss_slave_setup* setup) {
   biss_slave* slave = reinterpret_cast<biss_slave*>(1);
@@ -33,15 +34,15 @@ biss_status try_master(const biss_master_setup* setup) {
 
 TEST(CErrors, NamesAndTexts_AreThereAndDiffer) {
   std::set<std::string> names;
-  for (int i = BISS_OK; i <= BISS_NO_READING; ++i) {
+  for (int i = BISS_OK; i <= last_status; ++i) {
     const auto status = static_cast<biss_status>(i);
     names.insert(biss_status_name(status));
     EXPECT_GT(std::string(biss_status_text(status)).size(), 3U);
   }
-  EXPECT_EQ(names.size(), 14U);
+  EXPECT_EQ(names.size(), 1U + last_status);
   EXPECT_STREQ(biss_status_name(BISS_SLO_LOW), "slo_low");
   EXPECT_STREQ(biss_status_name(BISS_NO_READING), "no_reading");
-  for (const int number : {BISS_NO_READING + 1, 99, -1, INT_MAX, INT_MIN}) {
+  for (const int number : {last_status + 1, 99, -1, INT_MAX, INT_MIN}) {
     EXPECT_STREQ(biss_status_name(static_cast<biss_status>(number)), "unknown") << number;
     EXPECT_STREQ(biss_status_text(static_cast<biss_status>(number)), "no such status") << number;
   }
@@ -82,6 +83,45 @@ TEST(CErrors, NullPointers_AreNamedEverywhere) {
   EXPECT_TRUE(biss_master_done(nullptr));
   biss_slave_close(nullptr);
   biss_master_close(nullptr);
+}
+
+TEST(CErrors, ClosedAndForeignHandles_AreNamedEverywhere) {
+  Encoder encoder;
+  SlaveHandle slave = open_slave(encoder.setup(format));
+  MasterHandle master = open_master(biss_master_defaults(format, period));
+  biss_output out;
+  biss_reading reading;
+  const auto every = [&](biss_slave* s, biss_master* m) {
+    return std::vector<biss_status>{
+        biss_slave_step(s, 0, true, false, &out), biss_master_begin(m, 0, true, false, &out),
+        biss_master_step(m, 0, true, &out), biss_master_reading(m, &reading)};
+  };
+  const std::vector<biss_status> refused(4, BISS_BAD_HANDLE);
+  auto* as_slave = reinterpret_cast<biss_slave*>(master.get());
+  auto* as_master = reinterpret_cast<biss_master*>(slave.get());
+  EXPECT_EQ(every(as_slave, as_master), refused);
+  EXPECT_EQ(biss_slave_state(as_slave), nullptr);
+  EXPECT_TRUE(biss_master_done(as_master));
+  biss_slave_close(as_slave);
+  EXPECT_EQ(biss_master_begin(master.get(), 0, true, false, &out), BISS_OK);
+  biss_slave* closed_slave = slave.get();
+  biss_master* closed_master = master.get();
+  slave.reset();
+  master.reset();
+  EXPECT_EQ(every(closed_slave, closed_master), refused);
+  biss_slave_close(closed_slave);
+  biss_master_close(closed_master);
+}
+
+TEST(CErrors, ManyHandles_OpenAndCloseInAnyOrder) {
+  Encoder encoder;
+  const biss_slave_setup setup = encoder.setup(format);
+  std::vector<SlaveHandle> slaves;
+  for (int i = 0; i < 3000; ++i) slaves.push_back(open_slave(setup));
+  for (std::size_t i = 0; i < slaves.size(); i += 2) slaves[i].reset();
+  for (std::size_t i = 0; i < slaves.size(); ++i) {
+    EXPECT_EQ(biss_slave_state(slaves[i].get()) != nullptr, i % 2 == 1) << i;
+  }
 }
 
 TEST(CErrors, SlaveSetup_RefusedByItsCause) {

@@ -5,6 +5,7 @@
 
 #include "biss/frame/codec.hpp"
 #include "biss/master/request.hpp"
+#include "capi/control.hpp"
 #include "capi/device.hpp"
 
 namespace biss::capi {
@@ -49,17 +50,16 @@ biss_status status_of(Refusal refusal) {
   return refusal == Refusal::slo_low ? BISS_SLO_LOW : BISS_TOO_EARLY;
 }
 
-biss_reading as_c(const Request::Reading& from) {
+biss_reading reading_of(const Request::Reading& from) {
   biss_reading reading{};
   if (from.frame.ok()) {
     reading.channel_count = from.frame->channel_count;
     for (std::size_t k = 0; k < reading.channel_count; ++k) {
-      const Channel& channel = from.frame->channel_list[k];
-      reading.channels[k] = {channel.position, channel.life_counter, channel.nE, channel.nW};
+      reading.channels[k] = as_c(from.frame->channel_list[k]);
     }
     reading.cds = from.frame->cds;
   } else {
-    reading.cause = static_cast<biss_cause>(1 + static_cast<int>(from.frame.error().cause));
+    reading.cause = cause_of(from.frame.error());
     reading.cause_channel = from.frame.error().channel;
   }
   reading.begin_ps = from.begin.count;
@@ -77,11 +77,30 @@ biss_reading as_c(const Request::Reading& from) {
 }  // namespace biss::capi
 
 struct biss_master {
+  static constexpr auto kind = biss::capi::HandleKind::master;
+
   biss_master(const biss::capi::Device& device, const biss_master_setup& setup)
-      : request(biss::FrameCodec<>(device.format), biss::capi::from_c(device, setup)) {}
+      : request(biss::FrameCodec<>(device.format), biss::capi::from_c(device, setup)),
+        control(setup.control) {}
+
+  // Once CDS is known, or known to be missing: CDM may depend on it.
+  void answer_cds(biss::Picoseconds now) {
+    if (answered || control == nullptr) return;
+    const auto cds = request.reading().cds;
+    if (request.done()) {
+      answered = true;
+      biss::capi::step_control(control, now, biss::CdsBit::missing);
+    } else if (cds) {
+      answered = true;
+      request.set_cdm(
+          biss::capi::step_control(control, now, *cds ? biss::CdsBit::one : biss::CdsBit::zero));
+    }
+  }
 
   biss::capi::Request request;
   biss::capi::Clock clock;
+  biss_control* control;
+  bool answered = true;  // the CDS of the request under way
   bool has_reading = false;
 };
 
@@ -104,6 +123,7 @@ biss_status biss_master_open(const biss_master_setup* setup, biss_master** maste
   if (!device) return BISS_BAD_FORMAT;
   if (!biss::capi::override_timing(setup->timing, *device)) return BISS_BAD_TIMING;
   if (!biss::capi::is_possible(*setup)) return BISS_BAD_SETUP;
+  if (setup->control != nullptr && !biss::capi::is_control(setup->control)) return BISS_BAD_HANDLE;
   *master = biss::capi::make_handle<biss_master>(*device, *setup);
   return *master == nullptr ? BISS_NO_MEMORY : BISS_OK;
 }
@@ -111,33 +131,39 @@ biss_status biss_master_open(const biss_master_setup* setup, biss_master** maste
 biss_status biss_master_begin(biss_master* master, int64_t now_ps, bool slo, bool cdm,
                               biss_output* out) {
   if (master == nullptr || out == nullptr) return BISS_NULL_ARGUMENT;
+  if (!biss::capi::is_open(master)) return BISS_BAD_HANDLE;
   if (const biss_status wrong = master->clock.check(now_ps); wrong != BISS_OK) return wrong;
   if (!master->request.done()) return BISS_RUNNING;
   master->clock.set(now_ps);
-  const biss::StepOutput output = master->request.begin(biss::picoseconds(now_ps), slo, cdm);
+  const biss::StepOutput output =
+      master->request.begin(biss::picoseconds(now_ps), slo, cdm && master->control == nullptr);
   master->has_reading = true;
+  master->answered = master->request.done();
   *out = {output.level, output.deadline.count};
   return biss::capi::status_of(master->request.reading().refusal);
 }
 
 biss_status biss_master_step(biss_master* master, int64_t now_ps, bool slo, biss_output* out) {
   if (master == nullptr || out == nullptr) return BISS_NULL_ARGUMENT;
+  if (!biss::capi::is_open(master)) return BISS_BAD_HANDLE;
   if (const biss_status wrong = master->clock.check(now_ps); wrong != BISS_OK) return wrong;
   master->clock.set(now_ps);
   const biss::StepOutput output = master->request.step(biss::picoseconds(now_ps), slo);
+  master->answer_cds(biss::picoseconds(now_ps));
   *out = {output.level, output.deadline.count};
   return BISS_OK;
 }
 
 bool biss_master_done(const biss_master* master) {
-  return master == nullptr || master->request.done();
+  return !biss::capi::is_open(master) || master->request.done();
 }
 
 biss_status biss_master_reading(const biss_master* master, biss_reading* reading) {
   if (master == nullptr || reading == nullptr) return BISS_NULL_ARGUMENT;
+  if (!biss::capi::is_open(master)) return BISS_BAD_HANDLE;
   if (!master->request.done()) return BISS_RUNNING;
   if (!master->has_reading) return BISS_NO_READING;
-  *reading = biss::capi::as_c(master->request.reading());
+  *reading = biss::capi::reading_of(master->request.reading());
   return BISS_OK;
 }
 

@@ -132,6 +132,8 @@ SlaveTiming timing_of(const Device& device, const biss_slave_setup& setup) {
 }  // namespace biss::capi
 
 struct biss_slave {
+  static constexpr auto kind = biss::capi::HandleKind::slave;
+
   biss_slave(const biss::capi::Device& device, const biss_slave_setup& setup)
       : slave(biss::FrameCodec<>(device.format), biss::capi::timing_of(device, setup),
               biss::capi::CallbackSource(setup, device.format)) {}
@@ -167,6 +169,7 @@ biss_status biss_slave_open(const biss_slave_setup* setup, biss_slave** slave) {
 biss_status biss_slave_step(biss_slave* slave, int64_t now_ps, bool ma, bool sli,
                             biss_output* out) {
   if (slave == nullptr || out == nullptr) return BISS_NULL_ARGUMENT;
+  if (!biss::capi::is_open(slave)) return BISS_BAD_HANDLE;
   if (slave->stepping) return BISS_REENTERED;
   if (const biss_status wrong = slave->clock.check(now_ps); wrong != BISS_OK) return wrong;
   slave->clock.set(now_ps);
@@ -179,7 +182,7 @@ biss_status biss_slave_step(biss_slave* slave, int64_t now_ps, bool ma, bool sli
 }
 
 const char* biss_slave_state(const biss_slave* slave) {
-  return slave == nullptr ? nullptr : biss::name_of(slave->slave.state()).data();
+  return biss::capi::is_open(slave) ? biss::name_of(slave->slave.state()).data() : nullptr;
 }
 
 void biss_slave_close(biss_slave* slave) { biss::capi::destroy_handle(slave); }

@@ -12,7 +12,7 @@ struct StatusText {
   const char* text;
 };
 
-constexpr std::array<StatusText, BISS_NO_READING + 1> statuses{{
+constexpr std::array<StatusText, BISS_BAD_SAFETY + 1> statuses{{
     {"ok", "done"},
     {"null_argument", "a required pointer is null"},
     {"no_memory", "no memory for the handle"},
@@ -26,13 +26,22 @@ constexpr std::array<StatusText, BISS_NO_READING + 1> statuses{{
     {"running", "a request is running"},
     {"slo_low", "no request was made: SLO is low, the encoder is not ready"},
     {"too_early", "no request was made: the last one is too recent"},
-    {"no_reading", "no request was made yet"},
+    {"no_reading", "there is no reading or frame"},
+    {"bad_handle", "the handle is closed, or of another kind"},
+    {"channel_count", "the format has another number of channels"},
+    {"clock_range", "a number of clocks is out of its range"},
+    {"no_room", "the buffer is too small"},
+    {"bad_crc", "there is no such checksum"},
+    {"bit_count", "a number of bits is not 1 to 64"},
+    {"fault_rule", "a fault is neither KIND:RATE nor KIND@CYCLE"},
+    {"fault_kind", "there is no such kind of fault, or it needs an encoder"},
+    {"fault_place", "this fault cannot begin at this place"},
+    {"fault_twice", "a kind of fault is given twice"},
+    {"no_register", "there is no such register"},
+    {"file", "the file cannot be written"},
+    {"bad_eds", "the data sheet does not describe the data channels"},
+    {"bad_safety", "these frames cannot be monitored with this setup"},
 }};
-
-// One for each cause, in the order of biss::FrameError.
-static_assert(BISS_CAUSE_NO_RESPONSE == 1 + static_cast<int>(biss::FrameError::no_response));
-static_assert(BISS_CAUSE_STOP_BIT == 1 + static_cast<int>(biss::FrameError::stop_bit));
-static_assert(BISS_CAUSE_STOP_BIT == biss::frame_error_count);
 
 constexpr StatusText text_of(biss_status status) {
   const auto index = static_cast<unsigned>(status);

@@ -174,6 +174,7 @@ TEST(AutomaticThreshold, IsTheMiddleOfTheLevels) {
   EXPECT_EQ(read.edges.back().level, wire::Level::low);
 }
 
+#ifdef BISS_LONG
 TEST(AutomaticThreshold, IdleBeginningOfAnyLength_IsSkipped) {
   std::vector<std::vector<Nanovolts>> rows(2'500'000, {millivolts(3'300)});
   for (std::size_t i = 0; i < rows.size(); i += 3) rows[i][0].count += 40'000'000;
@@ -184,6 +185,7 @@ TEST(AutomaticThreshold, IdleBeginningOfAnyLength_IsSkipped) {
   EXPECT_EQ(read.edges.at(0), edge(0, 0, '1'));
   EXPECT_EQ(read.edges.at(1).time.count / 1'000'000, 2'500'003);
 }
+#endif
 
 TEST(AutomaticThreshold, BlockSize_DoesNotMatter) {
   std::vector<std::vector<Nanovolts>> rows;

@@ -405,6 +405,7 @@ void expect_bounded(const Opened& opened, std::size_t blocks) {
   EXPECT_GT(edges, most_changes);
 }
 
+#ifdef BISS_LONG
 TEST(SampledPairs, MoreChangesThanAPieceTakes_AgreeWithTheEdgesInBoundedMemory) {
   std::mt19937_64 random(13'113);
   const RawLayout layout = layout_of(megahertz(48), 1, 0, 1);
@@ -414,7 +415,9 @@ TEST(SampledPairs, MoreChangesThanAPieceTakes_AgreeWithTheEdgesInBoundedMemory) 
   expect_same(pairs_of_raw(bytes, layout, bytes.size() / 2, 0, 2), edges);
   expect_bounded(open_raw(memory_bytes(bytes), layout, {.piece_bytes = bytes.size()}), 0);
 }
+#endif
 
+#ifdef BISS_LONG
 TEST(SrPairs, MoreChangesThanAPieceTakes_AgreeWithTheEdgesAndAreVerified) {
   std::mt19937_64 random(13'114);
   const std::string bytes = noise(random, noisy_samples, 0, 1);
@@ -427,6 +430,7 @@ TEST(SrPairs, MoreChangesThanAPieceTakes_AgreeWithTheEdgesAndAreVerified) {
     archive[entry + 16] = static_cast<char>(archive[entry + 16] ^ 1);
   }
 }
+#endif
 
 std::string dsl_of(std::string_view samples, std::uint64_t said, const RawLayout& layout,
                    std::size_t block_bytes) {
@@ -496,6 +500,7 @@ TEST(DslPairs, AnyByteDamaged_EndsAsTheEdges) {
   }
 }
 
+#ifdef BISS_LONG
 TEST(DslPairs, MoreChangesThanAPieceTakes_AgreeWithTheEdgesInBoundedMemory) {
   std::mt19937_64 random(13'115);
   const RawLayout layout{megahertz(24), 1, {{"MA", 2}, {"SLO", 5}}};
@@ -505,6 +510,7 @@ TEST(DslPairs, MoreChangesThanAPieceTakes_AgreeWithTheEdgesInBoundedMemory) {
   expect_same(read_pairs(opened_dsl(archive), 0, 1, 0), edges);
   expect_bounded(opened_dsl(archive), 3);
 }
+#endif
 
 TEST(DslPairs, SeveralBlocksAndTimesBeyondTheRange_AgreeWithTheEdges) {
   constexpr std::size_t block_bytes = std::size_t{1} << 21U;

@@ -87,6 +87,7 @@ TEST(Sr, ChunksThatCutSamples_GiveTheSameEdges) {
   }
 }
 
+#ifdef BISS_LONG
 TEST(Sr, MemberLargerThanIsInflatedAtOnce_IsReadInPieces) {
   std::string bytes(40U * 1024U * 1024U, '\3');
   bytes[35U * 1024U * 1024U] = '\2';
@@ -103,6 +104,7 @@ TEST(Sr, MemberLargerThanIsInflatedAtOnce_IsReadInPieces) {
               CaptureCause::damaged);
   }
 }
+#endif
 
 TEST(Sr, ArchiveCutAnywhere_ReportsDamaged) {
   const std::string whole = zip_of(session_of({some_samples}));
@@ -201,6 +203,7 @@ TEST(Sr, FileOfItsOwn_IsReadWhereItLies) {
   std::filesystem::remove(path);
 }
 
+#ifdef BISS_LONG
 TEST(Sr, PipeOfMoreThanFitsInMemory_IsReadThroughAFile) {
   constexpr std::uint64_t seed = 7'405;
   std::printf("seed %" PRIu64 "\n", seed);
@@ -220,6 +223,7 @@ TEST(Sr, PipeOfMoreThanFitsInMemory_IsReadThroughAFile) {
   EXPECT_FALSE(read.error);
   EXPECT_EQ(read.edges, plain_edges(layout, noise + noise + noise));
 }
+#endif
 
 TEST(SrWriter, RandomEdges_ComeBackAtTheirSamples) {
   constexpr std::uint64_t seed = 7'406;

@@ -1,4 +1,5 @@
-# Run at each build: writes OUTPUT with the commit that SOURCE_DIR is at, where git knows one.
+# Run at each build: writes OUTPUT with the commit that SOURCE_DIR is at, where git knows one; else
+# the commit in commit.txt, which `git archive` and packaging/build write.
 #   cmake -DSOURCE_DIR=… -DOUTPUT=… -P BissCommit.cmake
 execute_process(COMMAND git -C "${SOURCE_DIR}" describe --always --dirty --abbrev=40 --match=-
                 OUTPUT_VARIABLE commit OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET
@@ -7,9 +8,9 @@ execute_process(COMMAND git -C "${SOURCE_DIR}" describe --always --dirty --abbre
 execute_process(COMMAND git -C "${SOURCE_DIR}" rev-parse --show-prefix
                 OUTPUT_VARIABLE prefix OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
 if(failed OR prefix)
-  set(commit "")
+  file(STRINGS "${SOURCE_DIR}/cmake/commit.txt" commit REGEX "^[0-9a-f]+(-dirty)?$")
 endif()
-set(text "#include \"cli/safety/evidence.hpp\"
+set(text "#include \"cli/common/program.hpp\"
 
 namespace biss::cli {
 const char* const build_commit = \"${commit}\";

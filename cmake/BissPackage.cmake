@@ -3,8 +3,11 @@
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
-# Component `core` is the headers and the package files, `c` the C interface, `command` the program
-# with its manual page and its completion for bash.
+# Component `core` is the headers and the package files; `c` what a C program is compiled and linked
+# with; `c-runtime`, which `c` needs, the shared library that it runs with; `c-sim` and
+# `c-sim-runtime` the same for the simulated line, which need these; `command` the program with its
+# manual page and its completion for bash; `python` the Python module; `sigrok` the decoder for
+# sigrok, which needs the module.
 function(biss_install)
   set(package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/biss")
   install(DIRECTORY "${PROJECT_SOURCE_DIR}/biss" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}"
@@ -23,13 +26,10 @@ function(biss_install)
                 "${PROJECT_BINARY_DIR}/package/biss-config-version.cmake"
           DESTINATION "${package_dir}" COMPONENT core)
   if(TARGET biss_c)
-    # Exported apart, so that the core alone is a whole package.
-    install(FILES "${PROJECT_SOURCE_DIR}/capi/biss_c.h" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}"
-            COMPONENT c)
-    install(TARGETS biss_c EXPORT biss-c ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT c
-            INCLUDES DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
-    install(EXPORT biss-c NAMESPACE biss:: FILE biss-c-targets.cmake DESTINATION "${package_dir}"
-            COMPONENT c)
+    biss_install_c("${package_dir}" c biss biss_c biss_c_control biss_c_frame biss_c_safety)
+  endif()
+  if(TARGET biss_c_sim)
+    biss_install_c("${package_dir}" c_sim biss-sim biss_c_sim)
   endif()
   if(TARGET biss_command)
     install(TARGETS biss_command RUNTIME COMPONENT command)
@@ -41,6 +41,40 @@ function(biss_install)
     install(FILES "${PROJECT_SOURCE_DIR}/view/dist/biss.html"
             DESTINATION "${CMAKE_INSTALL_DATADIR}/biss" COMPONENT command OPTIONAL)
   endif()
+  install(DIRECTORY "${PROJECT_SOURCE_DIR}/viewers/sigrok/biss"
+          DESTINATION "${CMAKE_INSTALL_DATADIR}/libsigrokdecode/decoders" COMPONENT sigrok
+          FILES_MATCHING PATTERN "*.py")
+endfunction()
+
+# One library of the C interface, static and shared, with its headers and its package file for
+# pkg-config. Its targets are exported apart, so that what is installed is a whole package.
+#   biss_install_c(PACKAGE_DIR NAME PC HEADER…): components NAME (with `-` for `_`) and NAME-runtime
+function(biss_install_c package_dir name pc)
+  string(REPLACE _ - part ${name})
+  set(targets biss_${name})
+  if(TARGET biss_${name}_shared)
+    list(APPEND targets biss_${name}_shared)
+  endif()
+  foreach(header IN LISTS ARGN)
+    install(FILES "${PROJECT_SOURCE_DIR}/capi/${header}.h"
+            DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}" COMPONENT ${part})
+  endforeach()
+  install(TARGETS ${targets} EXPORT biss-${part}
+          ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT ${part}
+          LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT ${part}-runtime
+                  NAMELINK_COMPONENT ${part}
+          INCLUDES DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
+  install(EXPORT biss-${part} NAMESPACE biss:: FILE biss-${part}-targets.cmake
+          DESTINATION "${package_dir}" COMPONENT ${part})
+  # Written when the package is installed, because only then its prefix is known.
+  set(known "")
+  foreach(variable IN ITEMS PROJECT_VERSION CMAKE_INSTALL_LIBDIR CMAKE_INSTALL_INCLUDEDIR)
+    string(APPEND known "set(${variable} \"${${variable}}\")\n")
+  endforeach()
+  set(from "${PROJECT_SOURCE_DIR}/cmake/${pc}.pc.in")
+  set(to "${PROJECT_BINARY_DIR}/package/${pc}.pc")
+  install(CODE "${known}configure_file(\"${from}\" \"${to}\" @ONLY)" COMPONENT ${part})
+  install(FILES "${to}" DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig" COMPONENT ${part})
 endfunction()
 
 # Installs the libraries into an empty prefix, builds the project in tests/package against them and
@@ -61,6 +95,7 @@ function(biss_package_test)
                    "-DFLAGS=${CMAKE_CXX_FLAGS}"
                    "-DLINKER_FLAGS=${linker_flags}"
                    "-DVERSION=${PROJECT_VERSION}"
+                   "-DBUILD_TYPE=${CMAKE_BUILD_TYPE}"
                    -P "${PROJECT_SOURCE_DIR}/tests/package/run.cmake")
   add_test(NAME Package.EachWayOfDepending_CompilesAgainstTheHeadersAlone
            COMMAND "${CMAKE_COMMAND}"

@@ -43,12 +43,18 @@ class Planner {
       delay.parts.push_back({.kind = PartKind::line,
                              .text = "line delay " + time_text_(*drawing_.cycle.line_delay),
                              .from = *ack_edge_,
-                             .to = end});
+                             .to = end,
+                             .name = "line delay"});
       tracks.push_back(std::move(delay));
     }
     if (drawing_.cycle.cdm && last_edge_ < rest_end()) {
-      const std::string text = *drawing_.cycle.cdm ? "CDM=1" : "CDM=0";
-      tracks.push_back({"CDM", {{PartKind::frame, text, last_edge_, rest_end()}}});
+      tracks.push_back({"CDM",
+                        {{.kind = PartKind::frame,
+                          .text = *drawing_.cycle.cdm ? "CDM=1" : "CDM=0",
+                          .from = last_edge_,
+                          .to = rest_end(),
+                          .name = "CDM",
+                          .value = *drawing_.cycle.cdm}}});
     }
     return tracks;
   }
@@ -85,33 +91,56 @@ class Planner {
   Picoseconds rest_end() const { return std::min(release_.value_or(drawing_.end), drawing_.end); }
   bool is(CycleStatus status) const { return drawing_.cycle.status == status; }
 
-  void add(PartKind kind, std::string text, Picoseconds from, Picoseconds to, bool wrong = false,
-           std::string brief = {}) {
-    if (!frame_.empty()) from = std::max(from, frame_.back().to);
-    if (from < to) frame_.push_back({kind, std::move(text), from, to, wrong, std::move(brief)});
+  void add(Part part) {
+    if (!frame_.empty()) part.from = std::max(part.from, frame_.back().to);
+    if (part.from < part.to) frame_.push_back(std::move(part));
   }
 
   // Up to START.
   void add_request() {
     const Picoseconds asked = ack_edge_.value_or(last_edge_);
+    Part request{.kind = PartKind::frame,
+                 .text = "request",
+                 .from = drawing_.cycle.time,
+                 .to = asked,
+                 .name = "request"};
     if (!drawing_.cycle.line_delay || last_sampled_ == nullptr) {
       const bool silent = is(CycleStatus::no_response) || is(CycleStatus::not_ready);
       if (!silent && !is(CycleStatus::response_range)) return;
-      add(PartKind::frame, "request", drawing_.cycle.time, asked);
-      if (silent) add(PartKind::frame, "no ACK", asked, last_edge_, true);
+      add(std::move(request));
+      if (silent) {
+        add({.kind = PartKind::frame,
+             .text = "no ACK",
+             .from = asked,
+             .to = last_edge_,
+             .wrong = true,
+             .name = "no ACK"});
+      }
       return;
     }
     const Picoseconds fall = shifted(asked, *drawing_.cycle.line_delay);
-    add(PartKind::frame, "request", drawing_.cycle.time, fall);
+    request.to = fall;
+    add(std::move(request));
     if (start_ == nullptr) {
-      add(PartKind::frame, "ACK", fall, end_of(*last_sampled_), is(CycleStatus::no_start));
+      add({.kind = PartKind::frame,
+           .text = "ACK",
+           .from = fall,
+           .to = end_of(*last_sampled_),
+           .wrong = is(CycleStatus::no_start),
+           .name = "ACK"});
       return;
     }
     std::string text = "ACK";
     if (drawing_.cycle.ack) text += ' ' + time_text_(*drawing_.cycle.ack);
     const std::size_t clocks = start_->clock - 1;
     text += fmt::format(", {} clock{}", clocks, clocks == 1 ? "" : "s");
-    add(PartKind::frame, text, fall, begin_of(*start_), is(CycleStatus::ack_range), "ACK");
+    add({.kind = PartKind::frame,
+         .text = std::move(text),
+         .from = fall,
+         .to = begin_of(*start_),
+         .wrong = is(CycleStatus::ack_range),
+         .brief = "ACK",
+         .name = "ACK"});
   }
 
   void add_bits() {
@@ -124,15 +153,24 @@ class Planner {
         add_field(field);
         i += field.count - 1;
       } else if (bit.name == "START") {
-        add(PartKind::frame, bit.name, begin_of(bit), end_of(bit));
+        add_bit(bit, bit.name, false);
       } else if (bit.name == "CDS") {
-        add(PartKind::frame, "CDS" + level_text(bit), begin_of(bit), end_of(bit),
-            is(CycleStatus::cds));
+        add_bit(bit, "CDS" + level_text(bit), is(CycleStatus::cds));
       } else if (bit.name == "STOP") {
-        add(PartKind::frame, bit.level == false ? "STOP" : "STOP" + level_text(bit), begin_of(bit),
-            end_of(bit), is(CycleStatus::stop_bit));
+        add_bit(bit, bit.level == false ? "STOP" : "STOP" + level_text(bit),
+                is(CycleStatus::stop_bit));
       }
     }
+  }
+
+  void add_bit(const DrawnBit& bit, std::string text, bool wrong) {
+    add({.kind = PartKind::frame,
+         .text = std::move(text),
+         .from = begin_of(bit),
+         .to = end_of(bit),
+         .wrong = wrong,
+         .name = bit.name,
+         .value = bit.level});
   }
 
   bool continues(const FieldBits& field) const {
@@ -152,18 +190,27 @@ class Planner {
     const PartKind kind = name == "crc"                              ? PartKind::crc
                           : name.back() == 'E' || name.back() == 'W' ? PartKind::flag
                                                                      : PartKind::data;
+    Part part{.kind = kind, .text = {}, .from = begin_of(first), .to = end_of(last)};
+    part.name = first.field;
     if (name == "bits") {
-      return add(kind, fmt::format("{} bits", field.count), begin_of(first), end_of(last));
+      part.text = fmt::format("{} bits", field.count);
+    } else {
+      const Value value = value_of(name, field);
+      part.text = first.field + value.text;
+      part.wrong = value.wrong;
+      if (!value.brief.empty()) part.brief = first.field + value.brief;
+      part.value = value.number;
+      part.expected = value.expected;
     }
-    const Value value = value_of(name, field);
-    add(kind, first.field + value.text, begin_of(first), end_of(last), value.wrong,
-        value.brief.empty() ? "" : first.field + value.brief);
+    add(std::move(part));
   }
 
   struct Value {
     std::string text;
     bool wrong = false;
     std::string brief{};
+    std::optional<std::uint64_t> number{};
+    std::optional<std::uint64_t> expected{};
   };
 
   Value value_of(const std::string& name, const FieldBits& field) const {
@@ -173,7 +220,7 @@ class Planner {
     const bool flag = name.back() == 'E' || name.back() == 'W';
     if (flag) {
       const bool active = first.level == (name.size() == 1);
-      return {level_text(first), active && is(CycleStatus::ok)};
+      return {level_text(first), active && is(CycleStatus::ok), {}, first.level};
     }
     const std::size_t wanted = width_of(name, channel, field.count);
     if (field.count < wanted) return {fmt::format(" ({} of {} bits)", field.count, wanted)};
@@ -182,8 +229,11 @@ class Planner {
       bits = bits << 1U | (drawing_.bits[field.first + i].level == true ? 1U : 0U);
     }
     if (name == "crc") return crc_value(bits, k);
-    if (!drawing_.cycle.frame || name == "pad") return {fmt::format("=0x{:X}", bits)};
-    return {fmt::format("={}", decoded(name, channel, drawing_.cycle.frame->channel_list[k]))};
+    if (!drawing_.cycle.frame || name == "pad") {
+      return {fmt::format("=0x{:X}", bits), false, {}, bits};
+    }
+    const std::uint64_t value = decoded(name, channel, drawing_.cycle.frame->channel_list[k]);
+    return {fmt::format("={}", value), false, {}, value};
   }
 
   // The value of the frame, which the reader has checked.
@@ -210,9 +260,10 @@ class Planner {
     std::string text = fmt::format("=0x{:X}", bits);
     for (const DrawnCheck& check : drawing_.checks) {
       if (check.channel != k || check.right()) continue;
-      return {text + fmt::format(", expected 0x{:X}", check.expected), true, text};
+      return {text + fmt::format(", expected 0x{:X}", check.expected), true, text, bits,
+              check.expected};
     }
-    return {text};
+    return {text, false, {}, bits};
   }
 
   std::size_t channel_of(std::size_t payload_bit) const {
@@ -229,12 +280,18 @@ class Planner {
     const std::string text = drawing_.cycle.release->count < 0
                                  ? "timeout"
                                  : "timeout " + time_text_(*drawing_.cycle.release);
-    add(PartKind::frame, text, last_edge_, *release_, false, "timeout");
+    add({.kind = PartKind::frame,
+         .text = text,
+         .from = last_edge_,
+         .to = *release_,
+         .brief = "timeout",
+         .name = "timeout"});
   }
 
   Mark crc_failure(const DrawnCheck& check) const {
-    Mark failure{last_edge_, fmt::format("crc: received 0x{:X}, expected 0x{:X}", check.received,
-                                         check.expected)};
+    const std::string of = check.channel == 0 ? "" : fmt::format("channel {}: ", check.channel + 1);
+    Mark failure{last_edge_, fmt::format("crc: {}received 0x{:X}, expected 0x{:X}", of,
+                                         check.received, check.expected)};
     for (const DrawnBit& bit : drawing_.bits) {
       if (!bit.payload_bit || !bit.expected || channel_of(*bit.payload_bit) != check.channel) {
         continue;
@@ -397,6 +454,11 @@ Layout lay_out(CycleDrawing drawing, const std::optional<FrameFormat>& format, T
   if (!marked.parts.empty()) layout.tracks.push_back(marked);
   layout.failures = planner.failures();
   return layout;
+}
+
+std::vector<Track> tracks_of(const CycleDrawing& drawing, const std::optional<FrameFormat>& format,
+                             TimeText time_text) {
+  return Planner(drawing, format, time_text).tracks();
 }
 
 std::vector<Piece> pieces_of(const Track& track, const Axis& axis, std::size_t first,

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -28,6 +29,12 @@ struct Part {
   bool wrong = false;
   /// A shorter text, where there is one, for a part that is too narrow for `text`.
   std::string brief{};
+  /// What it is, without its value: `ACK`, `START`, a field as DrawnBit::field, `timeout`.
+  std::string name{};
+  /// Of a field or a bit whose bits are all there: as `text` has it.
+  std::optional<std::uint64_t> value{};
+  /// Of a checksum: what the received data need, where that is not `value`.
+  std::optional<std::uint64_t> expected{};
 };
 
 /// Parts beside one another in the order of time.
@@ -60,6 +67,10 @@ using TimeText = std::string (*)(Picoseconds time);
 /// \param marks   of the user; those outside the cycle are left out
 Layout lay_out(CycleDrawing drawing, const std::optional<FrameFormat>& format, TimeText time_text,
                std::span<const Mark> marks = {});
+
+/// The tracks of Layout alone, without those of marks.
+std::vector<Track> tracks_of(const CycleDrawing& drawing, const std::optional<FrameFormat>& format,
+                             TimeText time_text);
 
 /// A label of a part, and where it stands.
 struct Label {

@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace biss::report {
 
@@ -39,6 +40,8 @@ class StringSink final : public TextSink {
     return true;
   }
   const std::string& text() const { return text_; }
+  /// The text so far; afterwards there is none.
+  std::string take() { return std::exchange(text_, {}); }
 
  private:
   std::string text_;

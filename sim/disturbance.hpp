@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "sim/fault.hpp"
+#include "sim/fault_details.hpp"
 
 namespace biss::sim {
 
@@ -34,23 +35,16 @@ class Disturbance {
 
   /// Whether bit `index` of the payload is inverted.
   bool inverts(unsigned index) const {
-    const bool in_burst =
-        index - burst_begin_ < 64U && ((burst_ >> (index - burst_begin_)) & 1U) != 0;
-    const bool in_noise =
-        index - noise_begin_ < 64U && ((noise_ >> (index - noise_begin_)) & 1U) != 0;
-    return (in_burst != in_noise) != (active(FaultKind::flip) && index == flip_);
+    const auto is_in = [index](const BitPattern& pattern) {
+      return index - pattern.first < 64U && ((pattern.bits >> (index - pattern.first)) & 1U) != 0;
+    };
+    return (is_in(burst_) != is_in(noise_)) != (active(FaultKind::flip) && index == flip_);
   }
-  /// The bit that `flip` inverts.
-  void set_flip(unsigned bit) { flip_ = bit; }
-  /// The bits that `burst` inverts: those that are 1, the lowest is bit `begin` of the payload.
-  void set_burst(unsigned begin, std::uint64_t bits) {
-    burst_begin_ = begin;
-    burst_ = bits;
-  }
-  /// The bits that `masquerade` inverts, in the same way.
-  void set_noise(unsigned begin, std::uint64_t bits) {
-    noise_begin_ = begin;
-    noise_ = bits;
+  /// The bits that `flip`, `burst` or `masquerade` inverts; other kinds have none.
+  void set(FaultKind kind, const BitPattern& pattern) {
+    if (kind == FaultKind::flip) flip_ = pattern.first;
+    if (kind == FaultKind::burst) burst_ = pattern;
+    if (kind == FaultKind::masquerade) noise_ = pattern;
   }
 
  private:
@@ -67,10 +61,8 @@ class Disturbance {
   std::array<Spot, 4> spots_{};
   FaultSet active_ = 0;
   unsigned flip_ = 0;
-  unsigned burst_begin_ = 0;
-  std::uint64_t burst_ = 0;
-  unsigned noise_begin_ = 0;
-  std::uint64_t noise_ = 0;
+  BitPattern burst_;
+  BitPattern noise_;
 };
 
 }  // namespace biss::sim

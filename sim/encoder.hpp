@@ -47,7 +47,7 @@ class Encoder {
 
   const Frame& sample(Picoseconds moment) {
     moment += shift_;
-    if (!frozen_) position_ = motion_.sample(moment);
+    if (!frozen_) take_position(moment);
     // The sign of life also counts the lost frames.
     const std::uint32_t steps = wrong_.take_lost() + (wrong_.holds_counter() ? 0U : 1U);
     frames_ += frames_ + steps == 0 ? 1 : steps;  // the first frame has the start value
@@ -70,12 +70,24 @@ class Encoder {
   /// \param registers must outlive it
   void set_registers(EncoderRegisters& registers) { control_.emplace(RegistersAt{&registers}); }
 
+  /// The position as of a moment, not wider than its word; nothing: there is no valid one, and the
+  /// frame means "no data", positions 0, nE and nW active.
+  using Positions = std::optional<std::uint64_t> (*)(void* user, Picoseconds moment);
+  /// From now on positions come from this function and not from the motion.
+  void set_positions(Positions positions, void* user) {
+    positions_ = positions;
+    user_ = user;
+  }
+
   /// From the next sample on.
   void set_flags(bool nE, bool nW, bool frozen) {
     nE_ = nE;
     nW_ = nW;
     frozen_ = frozen;
   }
+
+  /// Stands still from now on. \param position not wider than that of the motion
+  void hold(std::uint64_t position) { motion_.hold(position); }
 
   /// Other faults than those of an encoder have no effect. \param detail random bits of the fault
   void begin_fault(FaultKind kind, std::uint64_t detail) {
@@ -99,13 +111,23 @@ class Encoder {
   /// another one.
   const Frame& meant(Picoseconds moment) {
     if (!sampled_) {
-      if (!frozen_) position_ = motion_.at(moment + shift_);
+      if (!frozen_ && positions_ == nullptr) position_ = motion_.at(moment + shift_);
       meant_ = filled(position_, 0);
     }
     return meant_;
   }
 
  private:
+  void take_position(Picoseconds moment) {
+    if (positions_ == nullptr) {
+      position_ = motion_.sample(moment);
+      return;
+    }
+    const auto given = positions_(user_, moment);
+    no_data_ = !given;
+    position_ = given.value_or(0);
+  }
+
   // 0: turns alone.
   static unsigned singleturn_bits(const ChannelFormat& word) {
     return word.position.present() ? word.position.bits : word.singleturn.bits;
@@ -136,13 +158,13 @@ class Encoder {
       const ChannelFormat& format = format_.channel_list[k];
       const unsigned bits = format.position_bits();
       Channel& channel = frame.channel_list[k];
-      if (bits != 0) {
+      if (bits != 0 && !no_data_) {
         const std::uint64_t shown = (position + (k == 0 ? 0 : drifted_)) & low_mask(position_bits_);
         channel.position = of_word(format, shown);
       }
       channel.life_counter = life_.value(k, count, format.life_counter.bits);
-      channel.nE = nE_ || !format.error.present;
-      channel.nW = nW_ || !format.warning.present;
+      channel.nE = (nE_ && !no_data_) || !format.error.present;
+      channel.nW = (nW_ && !no_data_) || !format.warning.present;
     }
     return frame;
   }
@@ -164,6 +186,9 @@ class Encoder {
   bool nE_ = true;
   bool nW_ = true;
   bool frozen_ = false;
+  bool no_data_ = false;
+  Positions positions_ = nullptr;
+  void* user_ = nullptr;
   std::optional<Picoseconds> sampled_;
   Picoseconds shift_{};
 };

@@ -145,7 +145,6 @@ class Line {
   void begin_fault(FaultKind kind);
   void end_fault(FaultKind kind);
   void set_pattern(FaultKind kind);
-  void set_noise();
   void note_injected(FaultKind kind);
   void set_start(bool late);
   void apply_start();

@@ -49,8 +49,12 @@ export interface About {
   sampleRate: number;
   /** The last time that was read. */
   endTime: string;
+  /** What the file holds: times of changes, samples of levels, or voltages with a threshold. */
+  lineKind: 'changes' | 'samples' | 'voltages';
   /** Request cycles read so far. */
   cycles: number;
+  /** Rows of accesses to registers, and commands, so far. */
+  accesses: number;
   ended: boolean;
   /** After the end, the exit status of `biss decode`. */
   status: Status;
@@ -58,8 +62,12 @@ export interface About {
   error: string;
   /** Absent where no format is given and none is sure. */
   format?: string;
+  /** Of an encoder or of a safety configuration, where one was given for the format. */
+  formatName?: string;
   /** Of the format that was identified, 0 to 1. */
   confidence?: number;
+  /** Of the same: names of the encoders in the catalogue that these frames can be from. */
+  encoders?: string[];
 }
 
 export type ColumnKind = 'unsigned' | 'signed' | 'time' | 'real' | 'text' | 'bits' | 'flag';
@@ -124,17 +132,58 @@ export interface CycleCheck {
   pairCount: number;
 }
 
-/** A cycle bit by bit. */
+/** A stretch of a cycle with a name, as `biss draw` has it. */
+export interface CyclePart {
+  kind: 'line' | 'frame' | 'data' | 'flag' | 'crc';
+  /** `ACK 3.2 µs, 32 clocks`, `pos=1234`, `crc=0x16`. */
+  text: string;
+  /** A shorter text, where there is one. */
+  brief?: string;
+  from: string;
+  to: string;
+  /** It is not as it should be; an active error or warning of the encoder counts too. */
+  wrong: boolean;
+}
+
+/** A cycle bit by bit and part by part. */
 export interface Cycle {
   number: number;
   time: string;
   end: string;
+  /** Of MA. */
+  period: string;
   status: string;
   /** The head of `biss explain --cycle`, and its drawing. */
   title: string;
   text: string;
   bits: CycleBit[];
   checks: CycleCheck[];
+  /** Tracks that the cycle has, each with its parts in the order of time. */
+  tracks: { frame?: CyclePart[]; delay?: CyclePart[]; CDM?: CyclePart[] };
+  /** Where it fails, and why: `crc: received 0x36, expected 0x1`. */
+  failures: { time: string; text: string }[];
+  /** The bit of the master; absent where MA does not show it. */
+  cdm?: 0 | 1;
+  /**
+   * From the last edge of MA until the encoder releases SLO; negative where MA still runs then. Absent
+   * where SLO does not show it.
+   */
+  release?: string;
+}
+
+/** A row of `biss registers --to jsonl`. */
+export interface Access {
+  /** The number of the cycle in which it begins, and how many cycles it takes. */
+  cycle: number;
+  cycles: number;
+  time_ns: number;
+  id: number | null;
+  access: string;
+  address: string | null;
+  name: string | null;
+  data: string | null;
+  outcome: string;
+  busy_ns: number | null;
 }
 
 /** A capture that is read step by step. What has been read can be asked for at any time. */
@@ -159,6 +208,11 @@ export interface Session {
    * Begins at or after `from`; empty before the first change.
    */
   view(line: 'ma' | 'slo', from: bigint, to: bigint, columns: number): LineView;
+  /**
+   * Accesses to registers, and commands, within the cycles from number `from` to before `to`; those
+   * that have ended.
+   */
+  accesses(from: number, to: number): Access[];
   /** The summary of `biss decode` of what has been read. */
   summary(): string;
   /** A row's cycle; undefined where its edges alone do not show it again. */

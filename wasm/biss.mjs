@@ -185,6 +185,11 @@ class Session {
     };
   }
 
+  accesses(from, to) {
+    const text = this.#memory.text(this.#core._biss_accesses(this.#session, from, Math.max(from, to)));
+    return text.split('\n').filter((line) => line !== '').map((line) => JSON.parse(line));
+  }
+
   summary() {
     return this.#memory.text(this.#core._biss_summary(this.#session));
   }

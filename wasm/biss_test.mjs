@@ -94,6 +94,13 @@ before(async () => {
   biss = await loadBiss({ wasmBinary });
 });
 
+// Of an oscilloscope: two lines that change.
+function voltages() {
+  const rows = Array.from({ length: 2000 }, (_, i) =>
+    `${(i * 1e-8).toFixed(8)},${i % 40 < 20 ? 3.3 : 0.1},${i % 160 < 80 ? 3.2 : 0.0}`);
+  return `Time,MA,SLO\n${rows.join('\n')}\n`;
+}
+
 describe('a session', () => {
   it('SimulatedCaptures_EveryRowAndTheSummaryAreThoseOfTheCommand', () => {
     let rows = 0;
@@ -179,6 +186,91 @@ describe('a session', () => {
       assert.equal(cycle.status, session.cells(row, row + 1)[0][2]);
     }
     session.close();
+  });
+
+  it('Cycle_HasThePartsThatDrawPrints', () => {
+    native(['simulate', '-f', 'fs-36-28', '--cycles', '40', '--fault', 'flip:0.2', '-o', 'parts.vcd']);
+    biss.addFile('parts.vcd', pulled('parts.vcd'));
+    const { session } = biss.open(['parts.vcd', '-f', 'fs-36-28']);
+    readAll(session);
+    for (const row of [0, 5, 11, 38]) {
+      const svg = text(native(['draw', 'parts.vcd', '-f', 'fs-36-28', '--cycle', `${row}`, '--to', 'svg']).out);
+      const [, drawn] = /<desc id="description">(.*?)<\/desc>/s.exec(svg);
+      const { tracks, failures } = session.cycle(row);
+      const said = ['frame', 'delay', 'CDM'].filter((name) => name in tracks)
+        .map((name) => `${name}: ${tracks[name].map((part) => part.text).join('; ')}.`);
+      const failed = failures.map((failure) => `Failure: ${failure.text}.`);
+      assert.ok(drawn.endsWith([...said, ...failed].join(' ').replaceAll('µs', 'us')), `${drawn}\n${said}`);
+    }
+    session.close();
+  });
+
+  it('Cycle_HasTheBitOfTheMasterAndTheRelease', () => {
+    native(['simulate', '-f', 'resolute-26', '--cycles', '120', '--access', 'read:0x42', '-o', 'bits.vcd']);
+    biss.addFile('bits.vcd', pulled('bits.vcd'));
+    const { session } = biss.open(['bits.vcd', '-f', 'resolute-26']);
+    readAll(session);
+    const seen = new Set();
+    for (let row = 12; row < 40; row += 3) {
+      const drawn = text(native(['draw', 'bits.vcd', '-f', 'resolute-26', '--cycle', `${row}`, '--to', 'svg']).out);
+      const { cdm, release } = session.cycle(row);
+      assert.equal(cdm, Number(/CDM=(\d)/.exec(drawn)[1]), `cycle ${row}`);
+      const timeout = Number(/timeout ([\d.]+) us/.exec(drawn)[1]);
+      assert.ok(Math.abs(Number(release) / 1e6 - timeout) < 0.001, `cycle ${row}: ${release} ps, ${timeout} us`);
+      seen.add(cdm);
+    }
+    assert.deepEqual([...seen].sort(), [0, 1]);
+    session.close();
+  });
+
+  it('CyclesThatAreSkipped_DoNotChangeTheNumbers', () => {
+    const { session } = biss.open(['bits.vcd', '-f', 'resolute-26', '--since', '1ms']);
+    readAll(session);
+    const number = Number(session.cells(3, 4)[0][0]);
+    assert.ok(number > 3);
+    assert.equal(session.cycle(3).number, number);
+    assert.match(session.cycle(3).title, new RegExp(`^cycle ${number} at `));
+    session.close();
+  });
+
+  it('Accesses_AreTheRowsOfRegisters', () => {
+    native(['simulate', '-f', 'resolute-26', '--cycles', '1200', '--access', 'read:0x42,3', '--access', '0,3/command:channels',
+      '--access', 'write:0x10=AB', '-o', 'accesses.vcd']);
+    biss.addFile('accesses.vcd', pulled('accesses.vcd'));
+    const expected = text(native(['registers', 'accesses.vcd', '-f', 'resolute-26', '--to', 'jsonl']).out)
+      .trimEnd().split('\n').map((line) => JSON.parse(line));
+    assert.ok(expected.length > 3);
+    const { session } = biss.open(['accesses.vcd', '-f', 'resolute-26']);
+    readAll(session);
+    assert.equal(session.about().accesses, expected.length);
+    assert.deepEqual(session.accesses(0, 1200), expected);
+    for (const from of [0, 20, 60, 200]) {
+      const within = expected.filter(({ cycle, cycles }) => cycle < from + 30 && cycle + cycles > from);
+      assert.deepEqual(session.accesses(from, from + 30), within, `from ${from}`);
+    }
+    session.close();
+  });
+
+  it('About_NamesTheFormatAndWhatTheLinesAre', () => {
+    native(['simulate', '-f', 'resolute-26', '--cycles', '600', '--motion', 'random', '-o', 'about.vcd']);
+    native(['convert', 'about.vcd', 'about.sr', '--rate', '100MHz']);
+    const about = (...args) => {
+      const { session } = biss.open(args);
+      readAll(session);
+      const said = session.about();
+      session.close();
+      return said;
+    };
+    for (const name of ['about.vcd', 'about.sr']) biss.addFile(name, pulled(name));
+    const named = about('about.vcd', '-f', 'resolute-26');
+    assert.deepEqual([named.formatName, named.format, named.lineKind], ['resolute-26', 'pos26,nE,nW,crc6;cds0', 'changes']);
+    const found = about('about.sr');
+    assert.equal(found.formatName, undefined);
+    assert.ok(found.encoders.includes('resolute-26'));
+    assert.equal(found.lineKind, 'samples');
+    fs.writeFileSync(path.join(folder, 'volts.csv'), voltages());
+    biss.addFile('volts.csv', pulled('volts.csv'));
+    assert.equal(biss.open(['volts.csv', '-f', 'none'], { anyLines: true }).session.about().lineKind, 'voltages');
   });
 
   it('LargeFile_IsReadInPiecesAndGivesRowsBeforeItsEnd', () => {

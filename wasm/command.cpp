@@ -6,35 +6,40 @@
 #include "cli/common/message.hpp"
 #include "cli/common/verb.hpp"
 #include "cli/common/verbs.hpp"
+#ifndef BISS_WASM_QUICK
 #include "cli/safety/safety.hpp"
+#endif
 #include "report/hdf5.hpp"
 
 namespace biss::wasm {
 
 namespace {
 
-// Without campaigns, which run for hours, and evidence, which writes folders.
-void add_page_safety(cli::Command& command) {
+// What the quick tests of the page do not use, and what takes long to compile.
+void add_further_verbs([[maybe_unused]] cli::Command& command) {
+#ifndef BISS_WASM_QUICK
+  cli::add_compare(command);
+  cli::add_convert(command);
+  cli::add_crc(command);
+  cli::add_eds(command);
+  cli::add_draw(command);
+  cli::add_plan(command);
+  // Without campaigns, which run for hours, and evidence, which writes folders.
   cli::add_verb_group(command, cli::safety_text(), {cli::safety_analyse()});
+  cli::add_simulate(command);
+#endif
 }
 
 cli::ExitStatus run_verb(std::span<const char* const> arguments) {
   cli::Command command;
   cli::add_decode(command);
   cli::add_check(command);
-  cli::add_compare(command);
   cli::add_conform(command);
-  cli::add_convert(command);
-  cli::add_crc(command);
   cli::add_encoders(command);
-  cli::add_eds(command);
   cli::add_identify(command);
   cli::add_explain(command);
-  cli::add_draw(command);
-  cli::add_plan(command);
   cli::add_registers(command);
-  add_page_safety(command);
-  cli::add_simulate(command);
+  add_further_verbs(command);
   return command.run(static_cast<int>(arguments.size()), arguments.data());
 }
 

@@ -113,4 +113,9 @@ EMSCRIPTEN_KEEPALIVE const char* biss_cycle(Session* session, double row) {
   return cycle ? keep(std::move(*cycle)) : nullptr;
 }
 
+EMSCRIPTEN_KEEPALIVE const char* biss_accesses(const Session* session, double first, double end) {
+  return keep(
+      session->accesses(static_cast<std::uint64_t>(first), static_cast<std::uint64_t>(end)));
+}
+
 }  // extern "C"

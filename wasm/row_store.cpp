@@ -132,6 +132,16 @@ void RowStore::read(std::size_t column, std::uint64_t from, std::uint64_t to,
   }
 }
 
+std::size_t RowStore::column(std::string_view name) const {
+  const auto found = std::find_if(columns_.begin(), columns_.end(),
+                                  [&](const report::Column& each) { return each.name == name; });
+  return static_cast<std::size_t>(found - columns_.begin());
+}
+
+std::uint64_t RowStore::number(std::size_t column, std::uint64_t row) const {
+  return is_present(column, row) ? values_[column].numbers[at(row)] : 0;
+}
+
 Picoseconds RowStore::time(std::uint64_t row) const {
   const auto column = std::find_if(columns_.begin(), columns_.end(),
                                    [](const auto& each) { return each.kind == Kind::nanoseconds; });

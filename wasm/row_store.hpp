@@ -5,6 +5,7 @@
 #include <deque>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "report/table.hpp"
@@ -35,6 +36,10 @@ class RowStore final : public report::TableWriter {
   std::string text(report::Format format, std::uint64_t from, std::uint64_t to) const;
   /// \pre column is one of columns(), from <= to <= rows()
   void read(std::size_t column, std::uint64_t from, std::uint64_t to, ColumnValues& into) const;
+  /// The place of a column. \pre there is one of this name
+  std::size_t column(std::string_view name) const;
+  /// A cell of a column of numbers; 0 where it is empty. \pre row < rows()
+  std::uint64_t number(std::size_t column, std::uint64_t row) const;
   /// The time of a row. \pre row < rows(), and there is a column of nanoseconds
   Picoseconds time(std::uint64_t row) const;
 

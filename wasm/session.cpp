@@ -8,10 +8,9 @@
 
 #include "biss/frame/format_text.hpp"
 #include "cli/common/message.hpp"
-#include "cli/explain/drawing.hpp"
-#include "draw/cycle_drawing.hpp"
-#include "draw/text.hpp"
+#include "cli/registers/access_rows.hpp"
 #include "report/sink.hpp"
+#include "wasm/cycle_json.hpp"
 
 namespace biss::wasm {
 namespace {
@@ -29,6 +28,11 @@ std::string_view origin_text(decode::LineOrigin origin) {
       return "behaviour";
   }
   return "";
+}
+
+std::string_view line_kind(const cli::CaptureInput& input) {
+  if (input.is_analog()) return "voltages";
+  return input.sample_period() == Picoseconds{} ? "changes" : "samples";
 }
 
 std::string_view kind_text(report::Kind kind) {
@@ -51,40 +55,6 @@ std::string_view kind_text(report::Kind kind) {
       break;
   }
   return "";
-}
-
-std::string dumped(const json& value) {
-  return value.dump(-1, ' ', false, json::error_handler_t::replace);
-}
-
-// Picoseconds have more digits than a double.
-std::string exact(Picoseconds time) { return std::to_string(time.count); }
-
-json checks_json(const draw::CycleDrawing& drawing) {
-  json checks = json::array();
-  for (const draw::DrawnCheck& check : drawing.checks) {
-    checks.push_back({{"channel", check.channel},
-                      {"received", check.received},
-                      {"expected", check.expected},
-                      {"right", check.right()},
-                      {"singles", check.singles},
-                      {"pairs", check.pairs},
-                      {"pairCount", check.pair_count}});
-  }
-  return checks;
-}
-
-json bits_json(const draw::CycleDrawing& drawing) {
-  json bits = json::array();
-  for (const draw::DrawnBit& bit : drawing.bits) {
-    json one{{"clock", bit.clock}, {"time", exact(bit.time)}, {"name", bit.name}};
-    if (bit.sampled_at) one["sampledAt"] = exact(*bit.sampled_at);
-    if (bit.level) one["level"] = *bit.level ? 1 : 0;
-    if (bit.payload_bit) one["payloadBit"] = *bit.payload_bit;
-    if (bit.expected) one["expected"] = *bit.expected ? 1 : 0;
-    bits.push_back(std::move(one));
-  }
-  return bits;
 }
 
 // The edges of both lines in time order, of each line only the first ones where they are many.
@@ -112,7 +82,10 @@ std::vector<wire::Edge> edges_between(const LineStore& ma, const LineStore& slo,
 
 }  // namespace
 
-Session::Session(std::span<const char* const> arguments, bool any_lines) {
+Session::Session(std::span<const char* const> arguments, bool any_lines)
+    : accesses_(cli::access_columns()), listener_([this](const decode::SeenAccess& access) {
+        cli::write_access(accesses_, access);
+      }) {
   cli::Command command;
   const cli::Verb verb = command.add_verb(cli::decode_text(), [&] {
     options_.capture.any_lines = any_lines;
@@ -140,6 +113,7 @@ cli::ExitStatus Session::begin() {
   status = run_->begin_rows();
   if (status != cli::ExitStatus::done) return status;
   run_->capture().begin_steps([this](std::uint64_t number, const decode::Cycle& cycle) {
+    listener_.push(number, cycle);
     return run_->take(number, cycle, *rows_);
   });
   return cli::ExitStatus::done;
@@ -159,6 +133,7 @@ void Session::end() {
   ended_ = true;
   cli::RunMessages messages;
   const bool read = run_->capture().end_steps();
+  listener_.finish();
   status_ = run_->end_rows(read, messages);
   messages.print();
 }
@@ -198,14 +173,23 @@ std::string Session::about() {
              {"samplePeriod", exact(capture.input().sample_period())},
              {"sampleRate", capture.input().sample_rate().count},
              {"endTime", exact(capture.input().end_time())},
+             {"lineKind", line_kind(capture.input())},
              {"cycles", rows_->rows()},
+             {"accesses", accesses_.rows()},
              {"ended", ended_},
              {"status", static_cast<int>(status_)},
              {"error", capture.input().error()}};
   if (capture.format()) about["format"] = format_text(*capture.format()).view();
+  const std::string& given = options_.capture.device.format;
+  const auto device = cli::parse_device(given.empty() ? "none" : given);
+  const bool named = device && (device->entry != nullptr || device->configuration != nullptr);
+  if (named) about["formatName"] = given;
   const auto* finding = capture.finding();
   const auto* sure = finding != nullptr ? finding->sure() : nullptr;
-  if (sure != nullptr) about["confidence"] = sure->confidence;
+  if (sure != nullptr) {
+    about["confidence"] = sure->confidence;
+    about["encoders"] = sure->encoders;
+  }
   return dumped(about);
 }
 
@@ -234,24 +218,41 @@ std::optional<std::string> Session::cycle(std::uint64_t row) {
   const Picoseconds wanted = row <= around ? before - milliseconds(1) : before - picoseconds(1);
   const Picoseconds from = std::max({wanted, ma_.some_before(time), slo_.some_before(time)});
   const Picoseconds to = to_end ? end : rows_->time(row + around + 1);
-  std::optional<draw::CycleDrawing> drawing;
+  const std::uint64_t number = rows_->number(rows_->column("cycle"), row);
+  std::optional<json> found;
   decode::CycleEdgeReader cycles(
       capture.reader(), capture.lines().lines, [&](const decode::CycleEdges& edges) {
         if (edges.cycle.time != time) return;
-        drawing = draw::draw_cycle(edges, capture.format(), capture.timing(), capture.margin());
+        found = cycle_json(number, edges, capture.format(), capture.timing(), capture.margin());
       });
   cycles.push(edges_between(ma_, slo_, capture.lines().lines, from, to));
-  if (!drawing) cycles.finish(to);
-  if (!drawing) return std::nullopt;
-  drawing->number = row;
-  return dumped({{"number", row},
-                 {"time", exact(time)},
-                 {"end", exact(drawing->end)},
-                 {"status", decode::name_of(drawing->cycle.status)},
-                 {"title", cli::drawing_title(*drawing)},
-                 {"text", draw::drawing_text(*drawing)},
-                 {"bits", bits_json(*drawing)},
-                 {"checks", checks_json(*drawing)}});
+  if (!found) cycles.finish(to);
+  if (!found) return std::nullopt;
+  return dumped(*found);
+}
+
+std::string Session::accesses(std::uint64_t first, std::uint64_t end) const {
+  const std::size_t cycle = accesses_.column("cycle");
+  const std::size_t cycles = accesses_.column("cycles");
+  // In the order of cycles, and one after the other; a command to several slaves has several rows.
+  const auto from_cycle = [&](std::uint64_t wanted) {
+    std::uint64_t low = 0;
+    for (std::uint64_t high = accesses_.rows(); low < high;) {
+      const std::uint64_t middle = low + (high - low) / 2;
+      if (accesses_.number(cycle, middle) < wanted) {
+        low = middle + 1;
+      } else {
+        high = middle;
+      }
+    }
+    return low;
+  };
+  std::uint64_t from = from_cycle(first);
+  while (from > 0 &&
+         accesses_.number(cycle, from - 1) + accesses_.number(cycles, from - 1) > first) {
+    --from;
+  }
+  return accesses_.text(report::Format::jsonl, from, std::max(from, from_cycle(end)));
 }
 
 }  // namespace biss::wasm

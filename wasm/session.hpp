@@ -9,6 +9,7 @@
 
 #include "cli/common/exit_status.hpp"
 #include "cli/decode/decode_run.hpp"
+#include "decode/control_listener.hpp"
 #include "wasm/line_store.hpp"
 #include "wasm/row_store.hpp"
 
@@ -16,7 +17,8 @@ namespace biss::wasm {
 
 /// A capture as `biss decode` reads it. Messages are those of the command, on stderr.
 ///
-/// Memory: about two bytes for each change of MA and SLO, and about 100 for each request cycle.
+/// Memory: about two bytes for each change of MA and SLO, and about 100 for each request cycle and for
+/// each access to a register.
 class Session final : private cli::ChangeWatcher {
  public:
   /// Opens the capture that the arguments name, as in `biss decode FILE -f …`.
@@ -45,7 +47,11 @@ class Session final : private cli::ChangeWatcher {
   const LineStore& line(bool ma) const { return ma ? ma_ : slo_; }
   /// As the command prints it.
   std::string summary() const { return run_->summary(); }
-  /// A cycle bit by bit, as a JSON object. Nothing where its edges do not show it again.
+  /// Accesses to registers, and commands, that take place within the cycles from number `first` to
+  /// before number `end`, as `biss registers --to jsonl` writes them.
+  std::string accesses(std::uint64_t first, std::uint64_t end) const;
+  /// A cycle bit by bit and part by part, as a JSON object. Nothing where its edges do not show it
+  /// again.
   /// \pre row < rows().rows()
   std::optional<std::string> cycle(std::uint64_t row);
 
@@ -58,6 +64,8 @@ class Session final : private cli::ChangeWatcher {
   cli::DecodeOptions options_;
   std::unique_ptr<cli::DecodeRun> run_;
   std::optional<RowStore> rows_;
+  RowStore accesses_;
+  decode::ControlListener listener_;
   LineStore ma_;
   LineStore slo_;
   cli::ExitStatus status_ = cli::ExitStatus::done;

@@ -14,10 +14,10 @@
 
 #include "cli/common/files.hpp"
 #include "cli/common/message.hpp"
+#include "cli/common/program.hpp"
 #include "cli/common/shard_option.hpp"
 #include "cli/common/verb.hpp"
 #include "cli/common/verbs.hpp"
-#include "cli/safety/evidence.hpp"
 
 namespace biss::cli {
 
@@ -33,12 +33,6 @@ struct ArchiveOptions {
   std::optional<Verb> read;
   std::optional<Verb> merge;
 };
-
-// Figures of different programs do not add up.
-std::string program_text() {
-  const std::string commit = build_commit;
-  return fmt::format("biss {}{}", BISS_VERSION, commit.empty() ? "" : " " + commit);
-}
 
 // The options that decide what is read in a file, in the order of their names.
 std::vector<std::string> settings_of(const Verb& verb) {
@@ -98,6 +92,7 @@ ExitStatus run_read(const ArchiveOptions& options) {
   const auto files = archive::list_files(paths);
   if (!files) return fail(ExitStatus::io, files.error());
   const ArchiveTask task{.capture = options.capture,
+                         // Figures of different programs do not add up.
                          .setup = {program_text(), settings_of(*options.read)},
                          .shard = options.shard,
                          .threads = options.threads,

@@ -14,6 +14,7 @@
 #include "capture/edge_pairs.hpp"
 #include "capture/merge.hpp"
 #include "capture/open.hpp"
+#include "cli/common/given_captures.hpp"
 #include "cli/common/message.hpp"
 #include "cli/common/terminal.hpp"
 
@@ -86,6 +87,15 @@ std::string open_error_text(const capture::CaptureError& error, const std::strin
 // Prints why it cannot.
 ExitStatus open_file(CaptureFile& file, const InputArguments& arguments) {
   if (file.source) return ExitStatus::done;
+  if (const GivenCapture* given = GivenCaptures::find(file.path)) {
+    capture::Opened opened = given->open(arguments);
+    if (!opened) {
+      file.cause = opened.error().cause;
+      return fail(ExitStatus::io, capture::capture_error_text(opened.error(), file.path));
+    }
+    file.source = std::move(*opened);
+    return ExitStatus::done;
+  }
   capture::OpenOptions options{.no_verify = arguments.no_verify, .analog = arguments.raw.analog};
   if (arguments.raw.rate) {
     options.raw = layout_of(arguments.raw, name_in(file.path, arguments.ma),
@@ -148,6 +158,7 @@ std::optional<ReadPosition::Amount> ReadPosition::amount() const {
 
 ExitStatus CaptureInput::open(std::vector<CaptureFile> files, const InputArguments& arguments) {
   *this = CaptureInput();
+  most_beginning_ = arguments.beginning;
   std::vector<capture::NamedSource> sources;
   bool any_raw = arguments.one_of_many || files.size() < arguments.files.size();
   bool any_analog = any_raw;
@@ -192,6 +203,7 @@ ExitStatus CaptureInput::reopen(const InputArguments& arguments) {
 
 bool CaptureInput::can_reopen() const {
   return std::all_of(paths_.begin(), paths_.end(), [](const std::string& path) {
+    if (const GivenCapture* given = GivenCaptures::find(path)) return given->again;
     struct stat about {};
     return ::stat(path.c_str(), &about) == 0 && S_ISREG(about.st_mode);
   });
@@ -313,14 +325,13 @@ std::string CaptureInput::progress_text(double seconds) const {
 }
 
 std::span<const wire::Edge> CaptureInput::pull() {
-  if (ended_) return {};
+  if (failed_) return {};
   const auto block = source_->next_block();
   if (!block.ok()) {
-    ended_ = true;
+    failed_ = true;
     note_error(block.error());
     return {};
   }
-  ended_ = block->empty();
   return *block;
 }
 
@@ -345,10 +356,10 @@ bool CaptureInput::end_pairs() {
 }
 
 std::span<const wire::Edge> CaptureInput::beginning() {
-  while (!beginning_read_ && beginning_.size() < edges_at_beginning) {
+  while (!beginning_read_ && beginning_.size() < most_beginning_) {
     const auto block = pull();
     if (block.empty()) break;
-    if (!beginning_.empty()) beginning_.reserve(edges_at_beginning + edges_at_beginning / 4);
+    if (!beginning_.empty()) beginning_.reserve(most_beginning_ + most_beginning_ / 4);
     beginning_.insert(beginning_.end(), block.begin(), block.end());
   }
   beginning_pending_ = beginning_pending_ || (!beginning_read_ && !beginning_.empty());

@@ -16,8 +16,7 @@
 
 namespace biss::cli {
 
-/// This much of the beginning of a capture is used to find MA and SLO and to measure the rate of
-/// requests.
+/// InputArguments::beginning of the command.
 inline constexpr std::size_t edges_at_beginning = std::size_t{1} << 18U;
 
 /// What the command line says about captures and their lines.
@@ -38,6 +37,9 @@ struct InputArguments {
   /// As OpenOptions::no_verify.
   bool no_verify = false;
   RawSamples raw;
+  /// This much of the beginning of a capture is used to find MA and SLO, their polarity, the format
+  /// and the rate of requests.
+  std::size_t beginning = edges_at_beginning;
 };
 
 /// How much of an open file has been read. Holds a descriptor of its own.
@@ -95,7 +97,7 @@ class CaptureInput {
   tl::expected<wire::LineIndex, ExitStatus> find_ma(const InputArguments& arguments,
                                                     const decode::CycleReader& reader);
 
-  /// The first edges, at most `edges_at_beginning` and one block; next() delivers them again.
+  /// The first edges, at most InputArguments::beginning and one block; next() delivers them again.
   /// Valid until next().
   std::span<const wire::Edge> beginning();
   /// The next edges; empty at the end, or when reading failed: then error() is not empty.
@@ -112,6 +114,8 @@ class CaptureInput {
   Picoseconds sample_period() const { return source_->sample_period(); }
   /// As EdgeSource::sample_rate().
   Hertz sample_rate() const { return source_->sample_rate(); }
+  /// As EdgeSource::is_analog().
+  bool is_analog() const { return source_->is_analog(); }
   /// For a progress line: how much has been read in `seconds`, how fast, and the time left.
   std::string progress_text(double seconds) const;
   /// One line, empty while reading succeeds.
@@ -130,10 +134,11 @@ class CaptureInput {
   std::string name_;
   std::unique_ptr<capture::EdgeSource> source_;
   std::unique_ptr<capture::PairSource> pairs_;
+  std::size_t most_beginning_ = edges_at_beginning;
   std::vector<wire::Edge> beginning_;
   bool beginning_read_ = false;
   bool beginning_pending_ = false;
-  bool ended_ = false;
+  bool failed_ = false;
   std::string error_;
   std::optional<capture::CaptureCause> cause_;
 };

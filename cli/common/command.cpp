@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "cli/common/help.hpp"
+#include "cli/common/program.hpp"
 #include "cli/common/verb.hpp"
 
 namespace biss::cli {
@@ -362,7 +363,7 @@ void add_verb_group(Command& command, const VerbText& group, const std::vector<G
 Command::Command() : declarations_(std::make_unique<Declarations>()) {
   CLI::App& app = declarations_->app;
   app.set_help_flag("-h,--help", "Print this help");
-  app.set_version_flag("-V,--version", "biss " BISS_VERSION, "Print the version");
+  app.set_version_flag("-V,--version", program_text(), "Print the version and the commit");
   app.require_subcommand(1);
 }
 

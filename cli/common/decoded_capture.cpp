@@ -93,6 +93,18 @@ void add_capture_options(Verb verb, CaptureArguments& arguments) {
   add_raw_options(verb, arguments.raw);
 }
 
+void add_page_capture_options(Verb verb, CaptureArguments& arguments) {
+  verb.add_text_option(
+          "FILE", [&arguments](const std::string& file) { arguments.files = {file}; },
+          "The capture (VCD, FST, GHW, event CSV, oscilloscope CSV, .sr, .dsl, Saleae CSV and "
+          "binary, raw samples; also compressed by gzip). Drop several files with one line each on "
+          "the page")
+      .required()
+      .file(FileUse::read);
+  add_decode_options(verb, arguments);
+  add_raw_options(verb, arguments.raw);
+}
+
 void add_folder_options(Verb verb, CaptureArguments& arguments) {
   verb.add_option("DIR", arguments.files,
                   "Folders with captures of any format, and the folders in them; also single files")

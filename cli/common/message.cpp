@@ -38,6 +38,10 @@ ExitStatus fail(const VerbError& error) { return fail(error.status, error.text);
 
 // A closed stderr cannot be reported.
 void print_summary(std::string_view text) {
+  if (kept != nullptr) {
+    kept->summary_ += text;
+    return;
+  }
   clear_progress();
   std::fwrite(text.data(), 1, text.size(), stderr);
   std::fflush(stderr);

@@ -24,8 +24,8 @@ struct VerbError {
 };
 ExitStatus fail(const VerbError& error);
 
-/// While it exists, this thread prints no message and no progress; the messages are kept here. For
-/// work on captures of which many are read at a time.
+/// While it exists, this thread prints no message, summary or progress; they are kept here. For work
+/// on captures of which many are read at a time, and for programs that are not the command.
 class KeptMessages {
  public:
   KeptMessages();
@@ -35,13 +35,17 @@ class KeptMessages {
 
   /// In the order in which they came, without `biss:`.
   const std::vector<std::string>& lines() const { return lines_; }
+  /// The summaries, one after the other.
+  const std::string& summary() const { return summary_; }
   /// This thread has one.
   static bool in_use();
 
  private:
   friend void warn(std::string_view text);
+  friend void print_summary(std::string_view text);
 
   std::vector<std::string> lines_;
+  std::string summary_;
   KeptMessages* outer_;
 };
 

@@ -21,16 +21,21 @@ namespace {
 
 constexpr std::size_t block_bytes = 64U * 1024U;
 
+// Of this thread.
+thread_local int standard_output = STDOUT_FILENO;
+
 std::string reason(int cause) { return std::generic_category().message(cause); }
 
 }  // namespace
+
+int set_standard_output(int descriptor) { return std::exchange(standard_output, descriptor); }
 
 Output::~Output() { abandon(); }
 
 bool Output::open(const std::string& path) {
   if (path.empty() || path == "-") {
     name_ = "stdout";
-    descriptor_ = STDOUT_FILENO;
+    descriptor_ = standard_output;
     return true;
   }
   name_ = "'" + path + "'";

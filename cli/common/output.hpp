@@ -81,6 +81,10 @@ class Output final : public report::TextSink, private report::FileSink {
   bool reader_left_ = false;
 };
 
+/// What this thread opens as standard output from now on; returns what it was. For programs that are
+/// not the command.
+int set_standard_output(int descriptor);
+
 /// Once, at the start of the process: ignores SIGPIPE, reserves closed standard streams so that no
 /// file takes their numbers, and has signals remove temporary files before they end the process.
 void prepare_process();

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "biss/control/register_map.hpp"
-#include "cli/common/access_option.hpp"
 #include "cli/common/decoded_capture.hpp"
 #include "cli/common/verbs.hpp"
+#include "cli/registers/access_rows.hpp"
 #include "decode/control_listener.hpp"
 #include "dump/register_dump.hpp"
 #include "dump/write.hpp"
@@ -20,8 +20,6 @@ namespace {
 
 using decode::AccessOutcome;
 using decode::SeenAccess;
-using report::Cell;
-using report::Kind;
 
 struct RegistersOptions {
   CaptureArguments capture;
@@ -31,21 +29,6 @@ struct RegistersOptions {
   std::string output;
   report::Format to = report::Format::table;
 };
-
-const std::vector<report::Column>& columns() {
-  static const std::vector<report::Column> all{
-      {.name = "cycle", .kind = Kind::unsigned_integer},
-      report::time_column("time_ns", "time"),
-      {.name = "id", .kind = Kind::unsigned_integer},
-      {.name = "access", .kind = Kind::text},
-      {.name = "address", .kind = Kind::text},
-      {.name = "name", .kind = Kind::text},
-      {.name = "data", .kind = Kind::text},
-      {.name = "outcome", .kind = Kind::text, .mark = report::Mark::status},
-      {.name = "cycles", .kind = Kind::unsigned_integer},
-      report::time_column("busy_ns", "busy")};
-  return all;
-}
 
 // The registers of each slave as far as the traffic shows them.
 class Dumps {
@@ -92,7 +75,7 @@ class RegistersRun {
       return fail(ExitStatus::usage, "--dump: of one capture and one pair of lines only");
     }
     const ExitStatus status =
-        write_captures(capture_, options_.output, options_.to, columns,
+        write_captures(capture_, options_.output, options_.to, access_columns,
                        options_.fail_on_any || !options_.dump.empty(),
                        [&](report::TableWriter& writer, RunMessages& messages) {
                          return write_rows(writer, messages);
@@ -111,7 +94,7 @@ class RegistersRun {
       ++counts_[static_cast<std::size_t>(access.outcome)];
       ++bytes_and_commands_;
       if (!access.continues) ++accesses_;
-      tell(writer, access);
+      write_access(writer, access);
     });
     std::uint64_t cycles = 0;
     const bool read = capture_.read([&](std::uint64_t number, const decode::Cycle& cycle) {
@@ -125,41 +108,6 @@ class RegistersRun {
     messages.add_summary(summary(listener));
     const bool failed = bytes_and_commands_ != counts_[0];
     return options_.fail_on_any && failed ? ExitStatus::data_failed : ExitStatus::done;
-  }
-
-  // A command to several slaves is a row for each; a broadcast, and what a damaged header leaves
-  // open, has no ID.
-  static void tell(report::TableWriter& writer, const SeenAccess& access) {
-    if (access.kind != SeenAccess::Kind::command || access.slaves == 0) {
-      const bool known = access.header_sent && access.kind != SeenAccess::Kind::command;
-      return put(writer, access, known ? std::optional<unsigned>(access.id) : std::nullopt);
-    }
-    for (unsigned id = 0; id < control_max_slaves; ++id) {
-      if ((access.slaves >> id & 1U) != 0) put(writer, access, id);
-    }
-  }
-
-  static void put(report::TableWriter& writer, const SeenAccess& access,
-                  std::optional<unsigned> id) {
-    const bool command = access.kind == SeenAccess::Kind::command;
-    const std::string address = fmt::format("0x{:02X}", access.address);
-    const std::string data = access.data ? fmt::format("{:02X}", *access.data) : std::string();
-    std::array<Cell, 10> cells{};
-    cells[0] = access.cycle;
-    cells[1] = access.time;
-    cells[2] = id;
-    cells[3] = name_of(access.kind);
-    if (command) {
-      cells[5] = name_of(access.command);
-    } else if (access.header_sent) {
-      cells[4] = address;
-      cells[5] = register_field(access.address).name;
-    }
-    if (!data.empty()) cells[6] = data;
-    cells[7] = name_of(access.outcome);
-    cells[8] = access.cycles;
-    cells[9] = access.busy;
-    writer.row(cells);
   }
 
   std::string summary(const decode::ControlListener& listener) const {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "capture/bytes.hpp"
 #include "capture/vcd.hpp"
 
 namespace biss::cli {
@@ -16,17 +17,6 @@ constexpr std::int64_t lead_max = 1'000'000;
 // Edges that wait for the end of their cycle, and edges of an excerpt.
 constexpr std::size_t held_max = std::size_t{1} << 22U;
 constexpr std::size_t edges_max = std::size_t{1} << 22U;
-
-class TextBytes final : public capture::ByteSink {
- public:
-  bool write(std::string_view bytes) override {
-    text.append(bytes);
-    return true;
-  }
-  bool flush() override { return true; }
-
-  std::string text;
-};
 
 bool is_earlier(const Edge& a, const Edge& b) { return a.time < b.time; }
 
@@ -128,7 +118,8 @@ void Excerpt::finish(Picoseconds end) {
 }
 
 std::string Excerpt::vcd(std::size_t count) const {
-  TextBytes bytes;
+  std::string text;
+  capture::StringSink bytes(text);
   capture::VcdWriter writer({"MA", "SLO"}, bytes);
   if (count != 0) {
     const auto [edges, to] = ends_[count - 1];
@@ -139,7 +130,7 @@ std::string Excerpt::vcd(std::size_t count) const {
     if (!writer.write(part).ok()) return {};
   }
   if (!writer.finish(picoseconds(end_)).ok()) return {};
-  return std::move(bytes.text);
+  return text;
 }
 
 }  // namespace biss::cli

@@ -13,10 +13,12 @@
 #include "cli/common/memory_file.hpp"
 #include "cli/common/message.hpp"
 #include "cli/common/terminal.hpp"
+#include "cli/registers/access_rows.hpp"
 #include "cli/report/asked.hpp"
 #include "cli/report/excerpt.hpp"
 #include "cli/report/overview.hpp"
 #include "cli/report/packed.hpp"
+#include "decode/control_listener.hpp"
 
 namespace biss::cli {
 
@@ -26,22 +28,7 @@ using nlohmann::json;
 
 constexpr std::uint64_t failed_max = 2000;
 constexpr std::uint64_t first_max = 100;
-
-class LastLine final : public report::TextSink {
- public:
-  bool write(std::string_view text) override {
-    text_.append(text);
-    return true;
-  }
-  // Without the end of the line.
-  std::string take() {
-    if (text_.ends_with('\n')) text_.pop_back();
-    return std::exchange(text_, {});
-  }
-
- private:
-  std::string text_;
-};
+constexpr std::uint64_t accesses_max = 2000;
 
 // The row that was written last, as text.
 class LineRows final : public report::TableWriter {
@@ -58,14 +45,17 @@ class LineRows final : public report::TableWriter {
     return writer_->row(cells);
   }
   bool finish() override { return writer_->finish(); }
+  // Without the end of the line.
   std::string take() {
     writer_->finish();
-    return sink_.take();
+    std::string line = sink_.take();
+    if (line.ends_with('\n')) line.pop_back();
+    return line;
   }
 
  private:
   Overview* overview_;
-  LastLine sink_;
+  report::StringSink sink_;
   std::unique_ptr<report::TableWriter> writer_;
 };
 
@@ -102,6 +92,7 @@ class PartMaker {
     LineRows rows(run_.columns(), &*overview_);
     Progress progress;
     capture.begin_steps([&](std::uint64_t number, const decode::Cycle& cycle) {
+      listener_.push(number, cycle);
       run_.take(number, cycle, rows);
       excerpt_->add({number, cycle.time, rows.take(), run_.took_error(), choose()});
       return true;
@@ -112,6 +103,8 @@ class PartMaker {
     } while (capture.step());
     RunMessages messages;
     const ExitStatus ended = run_.end_rows(capture.end_steps(), messages);
+    listener_.finish();
+    access_rows_->finish();
     excerpt_->finish(capture.input().end_time());
     if (ended != ExitStatus::done) messages.print();
     return ended;
@@ -209,31 +202,21 @@ class PartMaker {
             {"rows", rows}};
   }
 
-  // What the verbs of the page's panels say of the whole capture.
+  // What the verbs of the page's panels say of the whole capture, by their names: `check` by that of
+  // its limits too.
   tl::expected<json, VerbError> verbs(const PageSettings& given) const {
     json answers = json::object();
-    for (const char* verb : {"identify", "check", "explain"}) {
-      std::vector<std::string> words{verb};
-      const CaptureArguments& capture = options_.capture;
-      words.insert(words.end(), capture.files.begin(), capture.files.end());
-      if (!given.format.empty() && words[0] != "identify") {
-        words.insert(words.end(), {"-f", given.format});
-      }
-      if (!capture.ma.empty()) words.insert(words.end(), {"--ma", capture.ma});
-      if (!capture.slo.empty()) words.insert(words.end(), {"--slo", capture.slo});
-      if (capture.invert_ma) words.emplace_back("--invert-ma");
-      if (capture.invert_slo) words.emplace_back("--invert-slo");
-      for (const std::vector<std::string>& option : given.further) {
-        words.insert(words.end(), option.begin(), option.end());
-      }
-      words.insert(words.end(), {"--to", "jsonl"});
-      auto answer = ask_command(words);
+    for (const char* verb : {"identify", "explain"}) {
+      auto answer = answer_of(verb, given);
       if (!answer) return answer;
-      for (const char* text : {"out", "err"}) {
-        (*answer)[text] = plain((*answer)[text].get<std::string>());
-      }
       answers[verb] = std::move(*answer);
     }
+    for (const std::string& limits : limits_of(given)) {
+      auto answer = answer_of("check", given, {"--against", limits});
+      if (!answer) return answer;
+      answers["check " + limits] = std::move(*answer);
+    }
+    answers["registers"] = {{"status", 0}, {"out", access_text_.text()}, {"err", ""}};
     return answers;
   }
 
@@ -258,13 +241,50 @@ class PartMaker {
           "before 0.",
           excerpt_->lost()));
     }
+    if (accesses_ > accesses_max) {
+      notes.push_back(fmt::format("Of {} accesses to registers the first {} are in it.", accesses_,
+                                  accesses_max));
+    }
     notes.emplace_back(
-        "Plots, causes, summary, identify, check and explain are those of the whole capture; the "
-        "eye and the margins are those of the cycles in the report.");
+        "Plots, causes, summary, identify, check, explain and accesses to registers are those of "
+        "the whole capture; the eye and the margins are those of the cycles in the report.");
     return notes;
   }
 
  private:
+  tl::expected<json, VerbError> answer_of(const std::string& verb, const PageSettings& given,
+                                          const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> words{verb};
+    const CaptureArguments& capture = options_.capture;
+    words.insert(words.end(), capture.files.begin(), capture.files.end());
+    if (!given.format.empty() && verb != "identify") {
+      words.insert(words.end(), {"-f", given.format});
+    }
+    if (!capture.ma.empty()) words.insert(words.end(), {"--ma", capture.ma});
+    if (!capture.slo.empty()) words.insert(words.end(), {"--slo", capture.slo});
+    if (capture.invert_ma) words.emplace_back("--invert-ma");
+    if (capture.invert_slo) words.emplace_back("--invert-slo");
+    for (const std::vector<std::string>& option : given.further) {
+      words.insert(words.end(), option.begin(), option.end());
+    }
+    words.insert(words.end(), more.begin(), more.end());
+    words.insert(words.end(), {"--to", "jsonl"});
+    auto answer = ask_command(words);
+    if (!answer) return answer;
+    for (const char* text : {"out", "err"}) {
+      (*answer)[text] = plain((*answer)[text].get<std::string>());
+    }
+    return answer;
+  }
+
+  // What the link is checked against: the profiles, and the encoder that the format names.
+  static std::vector<std::string> limits_of(const PageSettings& given) {
+    std::vector<std::string> limits{"biss-c", "renishaw"};
+    const auto device = parse_device(given.format.empty() ? "none" : given.format);
+    if (device && device->timing_known()) limits.push_back(given.format);
+    return limits;
+  }
+
   bool choose() {
     const bool failed = run_.took_error();
     if (!failed) return good_++ < first_max;
@@ -329,6 +349,14 @@ class PartMaker {
   // Cells that the part alone does not give: place in shown_, column, text.
   json cells_ = json::array();
   std::vector<std::uint64_t> unlike_;
+  // As `biss registers --to jsonl` writes them.
+  report::StringSink access_text_;
+  std::unique_ptr<report::TableWriter> access_rows_ =
+      report::make_table_writer(report::Format::jsonl, access_columns(), access_text_);
+  std::uint64_t accesses_ = 0;
+  decode::ControlListener listener_{[this](const decode::SeenAccess& access) {
+    if (accesses_++ < accesses_max) write_access(*access_rows_, access);
+  }};
 };
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include "biss/frame/format_text.hpp"
 #include "cli/common/format_option.hpp"
 #include "cli/common/memory_file.hpp"
+#include "cli/common/program.hpp"
 #include "cli/common/verb.hpp"
 #include "cli/common/verbs.hpp"
 #include "cli/safety/safety.hpp"

@@ -102,8 +102,5 @@ std::string page_of_bundle(std::string_view page);
 /// docs/safety.md and docs/safety-matrix.md as they were when this program was built.
 extern const char* const safety_page;
 extern const char* const safety_matrix_page;
-/// The commit that the program was built from, with `-dirty` if files were changed; empty if it is
-/// not known.
-extern const char* const build_commit;
 
 }  // namespace biss::cli

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cstdlib>
 #include <functional>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "cli/common/capture_output.hpp"
@@ -14,6 +16,7 @@
 #include "cli/common/quantity.hpp"
 #include "cli/common/terminal.hpp"
 #include "cli/decode/table.hpp"
+#include "cli/simulate/positions.hpp"
 #include "cli/simulate/recorded_line.hpp"
 #include "cli/simulate/truth.hpp"
 #include "sim/encoder.hpp"
@@ -129,6 +132,7 @@ class AnswerLog {
   }
 
   std::uint64_t total() const { return counts_[0] + counts_[1] + counts_[2]; }
+  std::uint64_t answered() const { return counts_[0]; }
   /// The master ended requests before STOP, and not only the last one at the end of the capture.
   bool cut() const { return counts_[1] > (counts_[0] == 0 ? 0U : 1U); }
   std::string text() const {
@@ -181,33 +185,26 @@ ExitStatus no_request(const CaptureInput& input) {
                                                    input.name()));
 }
 
-}  // namespace
-
-ExitStatus replay_ma(const ReplayOptions& options, const LineOptions& line) {
-  const auto setup = line_setup(line);
-  if (!setup) return fail(ExitStatus::usage, setup.error());
-  if (!line.register_busy.empty() && !parse_count(line.register_busy).ok()) {
-    return fail(ExitStatus::usage,
-                "--register-busy: with --ma-from give a number of frames, not a time");
-  }
-  const bool timeout_known =
-      choose_device(line.device)->timing_known() || !line.device.timeout.empty();
+// Answers the recording as it is now.
+ExitStatus answer_recording(const ReplayOptions& options, const sim::LineSetup& setup,
+                            bool timeout_known, const std::vector<std::uint64_t>& positions,
+                            AnswerLog& log) {
   RecordedLine recorded;
   const ExitStatus opened = recorded.open(options.ma_from, options.ma, {}, options.raw, false);
   if (opened != ExitStatus::done) return opened;
   ReplayOutput output(options, recorded.clock());
-  AnswerLog log(setup->format);
   if (!output.open(options.truth, log.columns())) return output.status();
 
-  sim::Encoder encoder(setup->format, sim::Motion(setup->motion, setup->format.channel_list[0],
-                                                  motion_interval, setup->seed));
+  sim::Encoder encoder(setup.format, sim::Motion(setup.motion, setup.format.channel_list[0],
+                                                 motion_interval, setup.seed));
   sim::MaReplay replay(
-      setup_of(*setup, timeout_known),
+      setup_of(setup, timeout_known),
       [&](Picoseconds moment) {
-        encoder.begin_cycle(sim::sampling_shift(setup->timing, setup->seed, log.total()));
+        encoder.begin_cycle(sim::sampling_shift(setup.timing, setup.seed, log.total()));
+        if (!positions.empty()) encoder.hold(positions[log.total() % positions.size()]);
         return encoder.sample(moment);
       },
-      [&](const sim::Answer& answer) { output.row(log.cells(answer, encoder.sampled())); });
+      [&](const sim::Answer& answered) { output.row(log.cells(answered, encoder.sampled())); });
   CaptureInput& input = recorded.input();
   const ExitStatus pumped = pump(input, output, [&](auto edges, auto& made) {
     replay.push(edges, recorded.lines().ma, made);
@@ -217,9 +214,61 @@ ExitStatus replay_ma(const ReplayOptions& options, const LineOptions& line) {
   const Picoseconds end = replay.finish(input.end_time(), made);
   if (log.total() == 0) return no_request(input);
   if (!output.write(made) || !output.finish(end)) return output.status();
-  print_summary(log.text());
-  if (log.cut()) warn(waiting_master(options.output));
   return ExitStatus::done;
+}
+
+// The master of --rerun, which reads the answers and writes the recording again.
+ExitStatus run_master(const std::string& command) {
+  const int status = std::system(command.c_str());
+  if (status == 0) return ExitStatus::done;
+  return fail(ExitStatus::io, fmt::format("--rerun: the command failed: '{}'", command));
+}
+
+ExitStatus check_rerun(const ReplayOptions& options) {
+  if (options.rerun.empty()) return ExitStatus::done;
+  if (options.ma_from != "-" && options.output != "-" && options.positions != "-") {
+    return ExitStatus::done;
+  }
+  return fail(ExitStatus::usage, "--rerun: give files, not -: the command writes and reads them");
+}
+
+}  // namespace
+
+ExitStatus replay_ma(const ReplayOptions& options, const LineOptions& line) {
+  const auto setup = line_setup(line);
+  if (!setup) return fail(ExitStatus::usage, setup.error());
+  if (!line.register_busy.empty() && !parse_count(line.register_busy).ok()) {
+    return fail(ExitStatus::usage,
+                "--register-busy: with --ma-from give a number of frames, not a time");
+  }
+  if (const ExitStatus wrong = check_rerun(options); wrong != ExitStatus::done) return wrong;
+  std::vector<std::uint64_t> positions;
+  if (!options.positions.empty()) {
+    auto read = read_positions(options.positions, setup->format.channel_list[0].position_bits());
+    if (!read) return fail(read.error());
+    positions = std::move(*read);
+  }
+  const bool timeout_known =
+      choose_device(line.device)->timing_known() || !line.device.timeout.empty();
+  // Each run of a master that waits for START completes at least one request more.
+  for (std::uint64_t answered = 0;;) {
+    AnswerLog log(setup->format);
+    const ExitStatus status = answer_recording(options, *setup, timeout_known, positions, log);
+    if (status != ExitStatus::done) return status;
+    print_summary(log.text());
+    if (!log.cut()) return ExitStatus::done;
+    if (options.rerun.empty()) {
+      warn(waiting_master(options.output));
+      return ExitStatus::done;
+    }
+    if (log.answered() < answered) {
+      return fail(ExitStatus::data_failed,
+                  "--rerun: the master still ends requests before STOP; check that the command "
+                  "reads the output and writes the recording");
+    }
+    answered = log.answered() + 1;
+    if (const ExitStatus ran = run_master(options.rerun); ran != ExitStatus::done) return ran;
+  }
 }
 
 ExitStatus replay_slo(const ReplayOptions& options, const LineOptions& line) {

@@ -14,6 +14,10 @@ struct ReplayOptions {
   /// Exactly one of these two is set.
   std::string ma_from;
   std::string slo_from;
+  /// Of --ma-from: a file with the positions to send, and a command that records MA again with our
+  /// answers; empty: none.
+  std::string positions;
+  std::string rerun;
   /// The layout of a capture of raw samples.
   RawSamples raw;
   /// Names of its lines; empty: found by name, else by behaviour.
@@ -28,7 +32,8 @@ struct ReplayOptions {
   std::string truth;
 };
 
-/// Our encoder answers the recorded MA. Without a timeout given it has the adaptive one, the
+/// Our encoder answers the recorded MA; with `rerun` until the master clocks every request up to
+/// STOP. Without a timeout given it has the adaptive one, the
 /// shortest, so that it is ready for any master.
 ExitStatus replay_ma(const ReplayOptions& options, const LineOptions& line);
 

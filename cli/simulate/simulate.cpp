@@ -236,6 +236,18 @@ void add_replay_options(Verb verb, ReplayOptions& replay) {
                            "--register-busy", "--counter", "--counter-start", "--drift"}) {
     slo_from.excludes(verb.get_option(name));
   }
+  verb.add_option("--positions", replay.positions,
+                  "Positions of the answers of --ma-from, one per line; after the last one the "
+                  "list starts again")
+      .type_name("FILE")
+      .file(FileUse::read)
+      .needs(ma_from)
+      .excludes(verb.get_option("--motion"));
+  verb.add_option("--rerun", replay.rerun,
+                  "Command that runs the master again with the output as its SLO, and writes the "
+                  "capture of --ma-from again; run until every request is answered up to STOP")
+      .type_name("COMMAND")
+      .needs(ma_from);
   verb.add_option("--ma", replay.ma, "Line of the capture that is MA").type_name("NAME");
   verb.add_option("--slo", replay.slo, "Line of the capture that is SLO")
       .type_name("NAME")
@@ -277,7 +289,9 @@ void add_simulate(Command& command) {
             "biss simulate -f resolute-26 --clock 10MHz --sample-rate 200MHz -o line.sr",
             "biss simulate --registers encoder.hex --access read:0x78,8 --outcomes - "
             "-o line.vcd",
-            "biss simulate -f pos26,nE,nW,crc6 --ma-from master.vcd -o answered.vcd"}},
+            "biss simulate -f pos26,nE,nW,crc6 --ma-from master.vcd -o answered.vcd",
+            "biss simulate -f pos26,nE,nW,crc6 --ma-from master.vcd --rerun 'vvp bench.vvp' "
+            "--positions positions.txt -o answered.csv"}},
       [options] { return SimulateRun(*options).run(); });
   add_line_options(verb, options->line);
   add_control_options(verb.section("Registers"), *options);

@@ -122,7 +122,7 @@ PageAnswer ServedPage::give(std::string_view path, std::string_view range) {
 }
 
 PageAnswer ServedPage::give_capture(std::uint64_t size, std::string_view range) const {
-  PageAnswer answer{200, {}, "application/octet-stream", CapturePart{0, size}};
+  PageAnswer answer{200, {}, "application/octet-stream", ByteRange{0, size}};
   const auto asked = range_of(range);
   if (!asked) return answer;
   // The last bytes, or from the first one on.
@@ -135,7 +135,7 @@ PageAnswer ServedPage::give_capture(std::uint64_t size, std::string_view range) 
     return answer;
   }
   answer.status = 206;
-  answer.part = CapturePart{begin, end - begin};
+  answer.part = ByteRange{begin, end - begin};
   answer.content_range = fmt::format("bytes {}-{}/{}", begin, end - 1, size);
   return answer;
 }

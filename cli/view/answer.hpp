@@ -20,7 +20,7 @@ struct PageRequest {
 };
 
 /// Bytes of the capture.
-struct CapturePart {
+struct ByteRange {
   std::uint64_t begin = 0;
   std::uint64_t size = 0;
 };
@@ -30,7 +30,7 @@ struct PageAnswer {
   std::string body = {};
   std::string type = "text/plain; charset=utf-8";
   /// In place of the body.
-  std::optional<CapturePart> part = std::nullopt;
+  std::optional<ByteRange> part = std::nullopt;
   std::string content_range = {};
   std::string location = {};
 };

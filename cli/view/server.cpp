@@ -109,7 +109,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   void send(PageAnswer answer, bool head_only, bool goes_on) {
     goes_on_ = goes_on;
-    const CapturePart part = answer.part.value_or(CapturePart{});
+    const ByteRange part = answer.part.value_or(ByteRange{});
     response_ = {};
     response_.version(11);
     response_.result(answer.status);

@@ -73,12 +73,6 @@ void open_browser(const std::string& address) {
 }
 
 ExitStatus check_options(const ViewOptions& options) {
-  if (options.capture.files.size() != 1) {
-    return fail(ExitStatus::usage, options.capture.files.empty()
-                                       ? "no capture given; name a file"
-                                       : "biss view shows one file; several with one line each can "
-                                         "be dropped on the page");
-  }
   if (options.capture.files.front() == "-") {
     return fail(ExitStatus::usage, "-: the page asks for parts of the capture; name a file");
   }
@@ -138,7 +132,7 @@ ExitStatus run_view(const ViewOptions& options) {
 }
 
 void add_page_options(Verb verb, ViewOptions& options) {
-  add_capture_options(verb, options.capture);
+  add_page_capture_options(verb, options.capture);
   add_safety_options(verb, options.safety);
   verb.add_flag("--no-compensation", options.margin.no_compensation,
                 "The master of this link samples half a period after its own edges of MA");

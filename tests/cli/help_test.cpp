@@ -108,7 +108,8 @@ TEST(Help, Version_HasAShortOption) {
   const Outcome outcome = run({"-V"});
   EXPECT_EQ(outcome.status, 0);
   EXPECT_EQ(outcome.out, run({"--version"}).out);
-  EXPECT_TRUE(std::regex_match(outcome.out, std::regex("biss \\d+\\.\\d+\\.\\d+\n")));
+  EXPECT_TRUE(std::regex_match(outcome.out,
+                               std::regex("biss \\d+\\.\\d+\\.\\d+( [0-9a-f]{40}(-dirty)?)?\n")));
 }
 
 // The files named in the examples, made by the command itself.
@@ -152,6 +153,7 @@ class ExampleFolder {
     for (char& sample : samples) sample = static_cast<char>((sample & 1) | (sample & 2) << 2);
     folder_.file("samples.bin", samples);
     folder_.file("page.html", R"(<script type="text/plain" id="biss-core">CORE</script>)");
+    folder_.file("positions.txt", "1000\n0x2A\n");
     // Only the bank of the profile's part.
     folder_.file("bank3.bin", content_of(path("eeprom.bin")).substr(3 * 64, 64));
   }

@@ -118,6 +118,18 @@ std::string waiting_master(const std::vector<double>& slo) {
   return rows;
 }
 
+// The times of SLO's edges in a capture that --ma-from has written.
+std::vector<double> slo_edges(const std::string& path) {
+  std::vector<double> edges;
+  bool before = true;
+  for (Row row : rows_of(content_of(path))) {
+    const bool level = row["SLO"] == "1";
+    if (level != before) edges.push_back(std::stod(row["time_ns"]));
+    before = level;
+  }
+  return edges;
+}
+
 TEST(Replay, MasterThatWaitsForStart_IsNamedAndTheHintHelps) {
   const Folder folder;
   const std::string out = folder.path("out.csv");
@@ -131,17 +143,69 @@ TEST(Replay, MasterThatWaitsForStart_IsNamedAndTheHintHelps) {
   EXPECT_NE(first.err.find("If it waits for START, feed it the SLO of '" + out + "'"),
             std::string::npos)
       << first.err;
-  std::vector<double> slo;
-  bool before = true;
-  for (Row row : rows_of(content_of(out))) {
-    const bool level = row["SLO"] == "1";
-    if (level != before) slo.push_back(std::stod(row["time_ns"]));
-    before = level;
-  }
-  folder.file("ma.csv", waiting_master(slo));
+  folder.file("ma.csv", waiting_master(slo_edges(out)));
   const Outcome second = run(arguments);
   EXPECT_NE(second.err.find("3 requests, 3 answered up to STOP"), std::string::npos) << second.err;
   EXPECT_EQ(second.err.find("waits for START"), std::string::npos) << second.err;
+}
+
+TEST(Replay, Rerun_RunsTheMasterUntilEveryRequestIsAnswered) {
+  const Folder folder;
+  const std::string out = folder.path("out.csv");
+  const std::string master = folder.file("ma.csv", waiting_master({}));
+  const std::vector<std::string> arguments{"simulate", "-f", "pos12,crc6", "--ma-from",
+                                           master,     "-o", out};
+  EXPECT_EQ(run(arguments).status, 0);
+  const std::string again = folder.file("again.csv", waiting_master(slo_edges(out)));
+
+  auto with = [&](const std::string& command) {
+    std::vector<std::string> all = arguments;
+    all.insert(all.end(), {"--rerun", command});
+    return run(all);
+  };
+  const Outcome outcome = with("cp '" + again + "' '" + master + "'");
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("3 requests, 3 answered up to STOP"), std::string::npos)
+      << outcome.err;
+  EXPECT_EQ(run({"decode", "-f", "pos12,crc6", out}).status, 0);
+
+  folder.file("ma.csv", waiting_master({}));
+  const Outcome useless = with("true");
+  EXPECT_EQ(useless.status, 1);
+  EXPECT_NE(useless.err.find("the master still ends requests before STOP"), std::string::npos)
+      << useless.err;
+  const Outcome failed = with("exit 7");
+  EXPECT_EQ(failed.status, 3);
+  EXPECT_NE(failed.err.find("--rerun: the command failed: 'exit 7'"), std::string::npos)
+      << failed.err;
+}
+
+TEST(Replay, Positions_AreSentInTurn) {
+  const Folder folder;
+  const std::string master = simulated(folder);
+  const std::string truth = folder.path("truth.csv");
+  const auto with = [&](const std::string& list) {
+    return run({"simulate", "-f", "resolute-26", "--ma-from", master, "--positions",
+                folder.file("positions.txt", list), "-o", folder.path("out.vcd"), "--truth",
+                truth});
+  };
+  const Outcome outcome = with("# corners\n0\n0x3FFFFFF # the last one\n\n4711\n");
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const auto rows = rows_of(content_of(truth));
+  ASSERT_EQ(rows.size(), 20U);
+  const std::vector<std::string> sent{"0", "67108863", "4711"};
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    EXPECT_EQ(rows[i].at("position"), sent[i % sent.size()]) << i;
+  }
+  const auto decoded =
+      rows_of(run({"decode", "-f", "resolute-26", folder.path("out.vcd"), "--to", "csv"}).out);
+  ASSERT_EQ(decoded.size(), 20U);
+  for (std::size_t i = 0; i < decoded.size(); ++i) {
+    EXPECT_EQ(decoded[i].at("position"), sent[i % sent.size()]) << i;
+  }
+  EXPECT_EQ(with("0\n67108864\n").status, 3);
+  EXPECT_NE(with("0\n67108864\n").err.find("line 2: '67108864'"), std::string::npos);
+  EXPECT_NE(with("# nothing\n").err.find("no position"), std::string::npos);
 }
 
 TEST(Replay, EncoderThatIsNotReady_IsNamedInSummaryAndTruth) {

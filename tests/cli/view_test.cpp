@@ -441,8 +441,8 @@ TEST(ViewVerb, WrongUsage_IsOneLineThatSaysWhy) {
     EXPECT_THAT(outcome.err, EndsWith("\n"));
     EXPECT_EQ(outcome.out, "");
   };
-  expect({}, 2, "no capture given; name a file");
-  expect({path, path}, 2, "biss view shows one file");
+  expect({}, 2, "FILE is required");
+  expect({path, path}, 2, "unexpected argument");
   expect({"-"}, 2, "-: the page asks for parts of the capture; name a file");
   expect({path, "-f", "nothing"}, 2, "nothing");
   expect({path, "--port", "65536"}, 2, "--port");
@@ -450,6 +450,12 @@ TEST(ViewVerb, WrongUsage_IsOneLineThatSaysWhy) {
   expect({"/nowhere/a.csv"}, 3, "/nowhere/a.csv: No such file or directory");
   expect({folder.path("")}, 3, "is no regular file");
   expect({path, "--page", path}, 3, "is not the page of biss");
+}
+
+TEST(ViewVerb, Help_AsksForOneFile) {
+  const Outcome help = run({"view", "--help"});
+  EXPECT_THAT(help.out, HasSubstr("Usage: biss view [OPTION]... FILE\n"));
+  EXPECT_THAT(help.out, Not(HasSubstr("--each")));
 }
 
 }  // namespace view_test

@@ -19,7 +19,7 @@ set(configure "${CMAKE_COMMAND}" -S "${SOURCE_DIR}" -G "${GENERATOR}"
 # Nothing of an earlier run may help this one.
 file(REMOVE_RECURSE "${WORK_DIR}")
 
-foreach(component core c)
+foreach(component core c-runtime c c-sim-runtime c-sim)
   step("install ${component}" "${CMAKE_COMMAND}" --install "${BUILD_DIR}" --prefix "${prefix}"
        --component "${component}")
 endforeach()
@@ -27,6 +27,15 @@ step("configure" ${configure} -B "${user}" "-DBISS_WANTED=${VERSION}")
 step("build" "${CMAKE_COMMAND}" --build "${user}")
 step("run" "${user}/user")
 step("run from C" "${user}/c_user")
+step("run from C with the shared library" "${user}/c_shared_user")
+# Instrumented libraries need what the program is linked with.
+if(NOT FLAGS MATCHES "-fsanitize" AND NOT LINKER_FLAGS MATCHES "instr-generate")
+  if(BUILD_TYPE STREQUAL "Release")
+    set(optimised optimised)
+  endif()
+  step("shared library" "${SOURCE_DIR}/shared_library" "${prefix}" "${WORK_DIR}" "${VERSION}"
+       ${optimised})
+endif()
 
 # The version file says no to what this version is not.
 execute_process(COMMAND ${configure} -B "${WORK_DIR}/other-version" -DBISS_WANTED=99.0

@@ -1,0 +1,167 @@
+/* Simulation for C: the far end of a line (cable, encoder and their faults), and VCD files. Units,
+ * levels, errors and lifetimes are those of biss_c.h. This part is a library of its own, biss_c_sim,
+ * because it needs the C++ library. */
+#pragma once
+
+#include <biss_c.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- Faults by name ---- */
+
+/* The kinds of faults of `biss simulate --fault`, from 0 to biss_fault_count() - 1. */
+size_t biss_fault_count(void);
+/* "flip", "glitch_ma", …; null where there is no such kind. */
+const char* biss_fault_name(size_t kind);
+/* What it does, without a full stop; null where there is no such kind. */
+const char* biss_fault_effect(size_t kind);
+
+/* ---- The far end of a line ---- */
+
+typedef struct biss_line biss_line;
+
+/* A stepper between the pins of a master and the encoder at the end of its cable: MA in, SLO out.
+ * The master is a biss_master, or the caller's. */
+typedef struct biss_line_setup {
+  const char* format;
+  const biss_timing* timing; /* null: biss_timing_of(format) */
+  uint32_t clock_hz;         /* of the master: faults are placed by it */
+  int64_t interval_ps;       /* from one request to the next, likewise; 0: the shortest */
+  /* One way in the cable, from MA to SLO in the encoder, and the filter of MA: pulses that are
+   * shorter do not reach the encoder, every other edge is delayed by it. Together at most 40 us. */
+  int64_t ma_delay_ps;
+  int64_t slo_delay_ps;
+  int64_t internal_delay_ps;
+  int64_t ma_filter_ps;
+  /* Peak edge jitter (+-), at most the delay of its direction, for SLO including the internal one.
+   * An edge never comes before the previous one. */
+  int64_t ma_jitter_ps;
+  int64_t slo_jitter_ps;
+  /* ACK to the answer: each request has another time, from the first to the second. Limited to
+   * ack_max_ps. */
+  int64_t ready_min_ps;
+  int64_t ready_max_ps;
+  /* "constant", "ramp", "sine", "random", "max", as `biss simulate --motion`; null: "ramp". */
+  const char* motion;
+  /* Instead of a motion: the position of the first word that has one, as of `moment_ps`; the other
+   * words repeat it in their resolution. Called once per frame by biss_line_step(). */
+  uint64_t (*position)(void* user, int64_t moment_ps);
+  void* user;
+  uint32_t counter_first; /* 0 or 1: the lowest sign of life */
+  uint32_t counter_start; /* of the first frame, from counter_first to 63 */
+  /* The encoder has registers; see biss_line_put_register(). */
+  bool registers;
+  uint32_t register_busy_frames; /* by which each byte is delayed, up to 65535 */
+  uint64_t seed;
+  /* Rules as in `biss simulate --fault`, separated by spaces: "flip:0.01 cut@40,clock=12.25". Null:
+   * none. */
+  const char* faults;
+  /* The encoder is the caller's, and the line is the cable with its faults. A fall of MA more than
+   * 1.25 periods after the one before begins a request; the first period is that of clock_hz. */
+  bool foreign_encoder;
+} biss_line_setup;
+
+/* A setup without delays and faults, a ramp, counters from 1, seed 1. */
+biss_line_setup biss_line_defaults(const char* format, uint32_t clock_hz);
+
+/* Opens a line whose encoder is idle. *line is null unless BISS_OK.
+ * BISS_NULL_ARGUMENT, BISS_NO_MEMORY, BISS_BAD_FORMAT, BISS_BAD_TIMING, BISS_BAD_SETUP,
+ * BISS_FAULT_RULE: a rule is neither KIND:RATE nor KIND@CYCLE, BISS_FAULT_KIND: no such kind, or one
+ * of the encoder, which is the caller's, BISS_FAULT_PLACE: a frame of this line has no such place,
+ * or the kind has none, BISS_FAULT_TWICE: a kind has two rates, or one cycle twice. */
+biss_status biss_line_open(const biss_line_setup* setup, biss_line** line);
+
+/* The index in setup->faults of the rule that is wrong; 0 where none is. */
+size_t biss_line_fault_at(const biss_line_setup* setup);
+
+typedef struct biss_line_output {
+  bool slo;            /* at the master */
+  bool ma;             /* at the encoder */
+  int64_t deadline_ps; /* call step again at this time if no input changes before; or BISS_NEVER */
+} biss_line_output;
+
+/* To be called at each change of MA, or of SLO of the caller's encoder, and at the deadline;
+ * further calls change nothing. What was due before `now_ps` happens first. `encoder_slo` is ignored
+ * where the encoder is not the caller's.
+ * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_TIME_RANGE, BISS_TIME_BACKWARDS, BISS_REENTERED,
+ * BISS_VALUE_RANGE: as biss_slave_step(), BISS_NO_MEMORY: the line works no more, and every further
+ * step returns this. */
+biss_status biss_line_step(biss_line* line, int64_t now_ps, bool ma, bool encoder_slo,
+                           biss_line_output* out);
+
+/* nE and nW that the encoder reports besides its faults, from the next frame on.
+ * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_REENTERED. */
+biss_status biss_line_set_flags(biss_line* line, bool nE, bool nW);
+
+#define BISS_LINE_PLACES 16
+
+/* Where a fault begins in a request. */
+typedef struct biss_fault_place {
+  uint32_t kind; /* as for biss_fault_name() */
+  bool is_bit;   /* a bit of data and checksums; false: a period of MA, from its first fall */
+  uint64_t thousandths; /* of a bit or a clock */
+} biss_fault_place;
+
+/* The last request that began, as far as it has come. */
+typedef struct biss_line_request {
+  uint64_t number;  /* counts from 0 */
+  int64_t begin_ps; /* MA fell at the master */
+  bool sampled;     /* the encoder took a position; 0 and 1 in all that follows where it did not */
+  int64_t sampled_ps;
+  uint32_t channel_count;
+  biss_channel channels[BISS_MAX_CHANNELS]; /* what it sends where no fault changes it */
+  uint64_t faults;                          /* in this request: bit k for kind k */
+  uint32_t place_count; /* of faults with a place; `places` has the first ones */
+  biss_fault_place places[BISS_LINE_PLACES];
+  int64_t late_ps; /* the fault `delay`: how much later than usual the next request is to come */
+} biss_line_request;
+
+/* BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_REENTERED, BISS_NO_READING: no request yet. */
+biss_status biss_line_request_of(const biss_line* line, biss_line_request* request);
+
+/* Makes a register of the encoder available: 0x00 to 0x3F of a bank 0 to 255; 0x40, which selects
+ * the bank (the bank it starts with is `value`); 0x41 to 0x7F, where `bank` is ignored. The encoder
+ * has this value again when it has lost its supply. At first no register is available.
+ * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_REENTERED, BISS_NO_REGISTER: the setup says that there
+ * are none, or no such address or bank. */
+biss_status biss_line_put_register(biss_line* line, uint32_t bank, uint32_t address, uint8_t value,
+                                   bool writable);
+
+/* The register as it is now, also where the master may not read it. Errors as above. */
+biss_status biss_line_register(biss_line* line, uint32_t bank, uint32_t address, uint8_t* value);
+
+/* The encoder's state as biss_slave_state(); null for a handle that is not open, and where the
+ * encoder is the caller's. */
+const char* biss_line_state(const biss_line* line);
+
+/* Null is allowed. Not from its own callback. */
+void biss_line_close(biss_line* line);
+
+/* ---- VCD ---- */
+
+typedef struct biss_vcd biss_vcd;
+
+#define BISS_VCD_SIGNALS 64
+
+/* Creates a VCD file with a time scale of 1 ps and one wire for each name; white space and control
+ * characters in names become `_`. Every signal is 1 at time 0, as MA and SLO are idle; `level` at
+ * the same time changes that. *vcd is null unless BISS_OK.
+ * BISS_NULL_ARGUMENT, BISS_BAD_SETUP: not 1 to 64 names, or an empty one, BISS_NO_MEMORY,
+ * BISS_FILE: the file cannot be written; errno has the reason. */
+biss_status biss_vcd_open(const char* path, const char* const* names, size_t count, biss_vcd** vcd);
+
+/* The level of a signal from `time_ps` on, 0 or later. A level that it has already is not written.
+ * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_BAD_SETUP: no such signal, BISS_TIME_RANGE,
+ * BISS_TIME_BACKWARDS, BISS_FILE. */
+biss_status biss_vcd_put(biss_vcd* vcd, int64_t time_ps, size_t signal, bool level);
+
+/* Ends the file at `time_ps`, at the last change if that is later, and closes the handle in any
+ * case. Null is allowed. BISS_BAD_HANDLE, BISS_TIME_RANGE: the file ends at the last change,
+ * BISS_FILE: it is not complete. */
+biss_status biss_vcd_close(biss_vcd* vcd, int64_t time_ps);
+
+#ifdef __cplusplus
+}
+#endif

@@ -1,0 +1,14 @@
+// What a master does with a session: biss_control as seen from biss_master.
+#pragma once
+
+#include "biss/base/units.hpp"
+#include "biss/control/session.hpp"
+#include "capi/biss_c.h"
+
+namespace biss::capi {
+
+/// Takes the CDS of a frame. \return the CDM that ends it; false where the handle is not open
+bool step_control(biss_control* control, Picoseconds now, CdsBit cds);
+bool is_control(const biss_control* control);
+
+}  // namespace biss::capi

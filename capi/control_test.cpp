@@ -1,0 +1,380 @@
+// Registers, commands and data sheets through the C interface: a master reads a simulated encoder.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "biss/eds/advise.hpp"
+#include "biss/eds/derive.hpp"
+#include "capi/biss_c_control.h"
+#include "capi/biss_c_frame.h"
+#include "capi/biss_c_sim.h"
+#include "capi/handles.hpp"
+
+namespace biss::capi {
+namespace control_test {
+
+constexpr const char* format = "mt12,st20,nE,nW,crc6";
+constexpr std::uint32_t clock_hz = 5'000'000;
+constexpr std::int64_t period = 200'000;
+constexpr std::int64_t interval = 100'000'000;
+
+struct ControlCloser {
+  void operator()(biss_control* control) const { biss_control_close(control); }
+};
+using ControlHandle = std::unique_ptr<biss_control, ControlCloser>;
+
+struct LineCloser {
+  void operator()(biss_line* line) const { biss_line_close(line); }
+};
+using LineHandle = std::unique_ptr<biss_line, LineCloser>;
+
+ControlHandle open_control(std::uint32_t retries = 0) {
+  biss_control_setup setup = biss_control_defaults();
+  setup.retries = retries;
+  biss_control* control = nullptr;
+  EXPECT_EQ(biss_control_open(&setup, &control), BISS_OK);
+  return ControlHandle(control);
+}
+
+// An encoder with registers, a master with a session.
+class Link {
+ public:
+  explicit Link(const char* faults = nullptr, std::uint32_t retries = 0)
+      : control_(open_control(retries)) {
+    biss_line_setup setup = biss_line_defaults(format, clock_hz);
+    setup.interval_ps = interval;
+    setup.ma_delay_ps = setup.slo_delay_ps = 100'000;
+    setup.registers = true;
+    setup.faults = faults;
+    biss_line* line = nullptr;
+    EXPECT_EQ(biss_line_open(&setup, &line), BISS_OK);
+    line_.reset(line);
+    biss_master_setup master = biss_master_defaults(format, period);
+    master.control = control_.get();
+    master_ = open_master(master);
+  }
+
+  biss_control* control() const { return control_.get(); }
+  biss_line* line() const { return line_.get(); }
+  void put(std::uint32_t bank, std::uint32_t address, std::uint8_t value, bool writable = false) {
+    EXPECT_EQ(biss_line_put_register(line_.get(), bank, address, value, writable), BISS_OK);
+  }
+
+  // Frames until the access is done. \return how many
+  unsigned run() {
+    unsigned frames = 0;
+    while (!biss_control_done(control_.get()) && frames < 20'000) {
+      request();
+      ++frames;
+    }
+    return frames;
+  }
+  biss_control_outcome outcome() const {
+    biss_control_outcome outcome{};
+    EXPECT_EQ(biss_control_outcome_of(control_.get(), &outcome), BISS_OK);
+    return outcome;
+  }
+  std::string error() const {
+    const biss_control_outcome now = outcome();
+    return now.error == nullptr ? "" : now.error;
+  }
+  std::vector<std::uint8_t> bytes() const {
+    std::vector<std::uint8_t> bytes(64);
+    std::size_t count = 0;
+    EXPECT_EQ(biss_control_bytes(control_.get(), bytes.data(), bytes.size(), &count), BISS_OK);
+    bytes.resize(count);
+    return bytes;
+  }
+  biss_reading request() {
+    const std::int64_t begin = static_cast<std::int64_t>(++requests_) * interval;
+    while (out_.deadline_ps < begin) step(out_.deadline_ps);
+    EXPECT_EQ(biss_master_begin(master_.get(), begin, out_.slo, false, &ma_), BISS_OK);
+    step(begin);
+    while (!biss_master_done(master_.get())) {
+      const std::int64_t now = std::min(ma_.deadline_ps, out_.deadline_ps);
+      step(now);
+      EXPECT_EQ(biss_master_step(master_.get(), now, out_.slo, &ma_), BISS_OK);
+      step(now);
+    }
+    biss_reading reading{};
+    EXPECT_EQ(biss_master_reading(master_.get(), &reading), BISS_OK);
+    return reading;
+  }
+
+ private:
+  void step(std::int64_t now) {
+    EXPECT_EQ(biss_line_step(line_.get(), now, ma_.level, true, &out_), BISS_OK);
+  }
+
+  ControlHandle control_;
+  LineHandle line_;
+  MasterHandle master_;
+  biss_output ma_{true, BISS_NEVER};
+  biss_line_output out_{true, true, BISS_NEVER};
+  unsigned requests_ = 0;
+};
+
+TEST(CControl, Registers_AreReadWhilePositionsComeIn) {
+  Link link;
+  link.put(0, 0x78, 'B');
+  link.put(0, 0x79, 'I');
+  ASSERT_EQ(biss_control_read(link.control(), 0, 0x78, 2), BISS_OK);
+  EXPECT_FALSE(biss_control_done(link.control()));
+  EXPECT_EQ(biss_control_read(link.control(), 0, 0x78, 2), BISS_RUNNING);
+  EXPECT_EQ(link.request().cause, BISS_CAUSE_OK);
+  // 14 zeros, 18 bits and 14 for each byte, and the last CDS.
+  EXPECT_EQ(link.run() + 1U, 61U);
+  EXPECT_EQ(link.error(), "");
+  EXPECT_EQ(link.bytes(), (std::vector<std::uint8_t>{'B', 'I'}));
+  EXPECT_EQ(link.outcome().devices_present, 1U);
+  EXPECT_EQ(link.outcome().tries, 1U);
+  std::uint8_t byte = 0;
+  std::size_t count = 0;
+  EXPECT_EQ(biss_control_bytes(link.control(), &byte, 1, &count), BISS_NO_ROOM);
+  EXPECT_EQ(count, 2U);
+}
+
+TEST(CControl, WrittenBytes_AreInTheRegisters) {
+  Link link;
+  for (std::uint32_t address = 0x48; address < 0x4C; ++address) link.put(0, address, 0, true);
+  std::array<std::uint8_t, 4> bytes{1, 2, 3, 4};
+  ASSERT_EQ(biss_control_write(link.control(), 0, 0x48, bytes.data(), bytes.size()), BISS_OK);
+  bytes.fill(9);
+  link.run();
+  EXPECT_EQ(link.error(), "");
+  EXPECT_EQ(link.outcome().bytes_done, 4U);
+  EXPECT_TRUE(link.bytes().empty());
+  std::uint8_t value = 0;
+  ASSERT_EQ(biss_line_register(link.line(), 0, 0x4B, &value), BISS_OK);
+  EXPECT_EQ(value, 4);
+}
+
+TEST(CControl, Failures_HaveTheirCause) {
+  Link link;
+  link.put(0, 0x48, 1, false);
+  const auto error_of = [&](auto begin) {
+    EXPECT_EQ(begin(), BISS_OK);
+    link.run();
+    return link.error();
+  };
+  const std::uint8_t byte = 1;
+  EXPECT_EQ(error_of([&] { return biss_control_read(link.control(), 0, 0x49, 1); }), "refused");
+  EXPECT_EQ(error_of([&] { return biss_control_read(link.control(), 3, 0x48, 1); }),
+            "no_such_slave");
+  EXPECT_EQ(error_of([&] { return biss_control_write(link.control(), 0, 0x48, &byte, 1); }),
+            "refused_or_not_addressed");
+  EXPECT_EQ(error_of([&] { return biss_control_read(link.control(), 0, 0x48, 2); }),
+            "next_unavailable");
+  EXPECT_EQ(link.bytes(), std::vector<std::uint8_t>{1});
+  for (const std::size_t count : {std::size_t{0}, std::size_t{65}, SIZE_MAX}) {
+    EXPECT_EQ(error_of([&] { return biss_control_read(link.control(), 0, 0, count); }),
+              "bad_request");
+  }
+  EXPECT_EQ(error_of([&] { return biss_control_read(link.control(), 8, 0x48, 1); }), "bad_request");
+  EXPECT_EQ(error_of([&] { return biss_control_read(link.control(), 0, 128, 1); }), "bad_request");
+  EXPECT_EQ(error_of([&] {
+              return biss_control_command(link.control(), 1, BISS_COMMAND_USER,
+                                          BISS_EXECUTE_ALL_ACCEPT);
+            }),
+            "not_accepted");
+  ASSERT_EQ(biss_control_read(link.control(), 0, 0x48, 1), BISS_OK);
+  link.request();
+  EXPECT_EQ(biss_control_cancel(link.control()), BISS_OK);
+  EXPECT_EQ(link.error(), "cancelled");
+  EXPECT_TRUE(biss_control_done(link.control()));
+}
+
+TEST(CControl, Commands_SwitchTheChannels) {
+  Link link;
+  ASSERT_EQ(biss_control_broadcast(link.control(), BISS_COMMAND_CHANNELS), BISS_OK);
+  link.run();
+  EXPECT_EQ(link.error(), "");
+  EXPECT_NE(link.request().cause, BISS_CAUSE_OK);
+  ASSERT_EQ(biss_control_command(link.control(), 1, BISS_COMMAND_CHANNELS, BISS_EXECUTE_ALL_ACCEPT),
+            BISS_OK);
+  link.run();
+  EXPECT_EQ(link.outcome().accepted, 1U);
+  EXPECT_EQ(link.request().cause, BISS_CAUSE_OK);
+}
+
+TEST(CControl, DamagedFrame_IsTriedAgainIfAsked) {
+  for (const std::uint32_t retries : {0U, 2U}) {
+    Link link("no_answer@25", retries);
+    link.put(0, 0x48, 0x5A);
+    ASSERT_EQ(biss_control_read(link.control(), 0, 0x48, 1), BISS_OK);
+    link.run();
+    EXPECT_EQ(link.error(), retries == 0 ? "frame_lost" : "");
+    EXPECT_EQ(link.outcome().tries, retries == 0 ? 1U : 2U);
+  }
+}
+
+// The bits of a session without a biss_master: an encoder that never answers.
+TEST(CControl, SessionOfTheCaller_GivesItsBits) {
+  const ControlHandle control = open_control();
+  ASSERT_EQ(biss_control_read(control.get(), 0, 0x48, 1), BISS_OK);
+  std::string bits;
+  for (int i = 0; !biss_control_done(control.get()) && i < 100; ++i) {
+    bool cdm = false;
+    ASSERT_EQ(biss_control_step(control.get(), i * interval, BISS_CDS_ZERO, &cdm), BISS_OK);
+    bits += cdm ? '1' : '0';
+  }
+  // 14 zeros, start, CTS, ID 0, 0x48, then the end at IDL.
+  EXPECT_EQ(bits.substr(0, 26), "00000000000000110001001000") << bits;
+  biss_control_outcome outcome;
+  ASSERT_EQ(biss_control_outcome_of(control.get(), &outcome), BISS_OK);
+  EXPECT_STREQ(outcome.error, "no_answer");
+}
+
+// ---- Data sheets
+
+EdsDraft data_sheet() {
+  EdsDraft draft;
+  const auto advice = advise({.resolution_bits = 20, .turns_bits = 12, .clock = megahertz(5)});
+  draft.common.emplace();
+  draft.profiles[0].emplace();
+  draft.profiles[0]->bank = bp3_bank_of(*advice);
+  draft.profiles[0]->given.fill(true);
+  derive_eds(draft);
+  return draft;
+}
+
+void put_data_sheet(Link& link, const EdsDraft& draft) {
+  const unsigned channel_bank = draft.profile_bank(0);
+  for (std::uint32_t i = 0; i < 64; ++i) {
+    link.put(draft.eds_bank, i, sealed(draft.common->bank)[i]);
+    link.put(channel_bank, i, sealed(draft.profiles[0]->bank)[i]);
+  }
+  link.put(0, 0x40, 0);
+  link.put(0, 0x41, draft.eds_bank);
+  const std::uint16_t identifier = derived_identifier(draft).value();
+  link.put(0, 0x42, static_cast<std::uint8_t>(identifier >> 8U));
+  link.put(0, 0x43, static_cast<std::uint8_t>(identifier));
+  for (std::uint32_t i = 0; i < 4; ++i) link.put(0, 0x44 + i, static_cast<std::uint8_t>(i + 1));
+}
+
+TEST(CEds, DataSheetOfADevice_GivesItsFormat) {
+  Link link;
+  put_data_sheet(link, data_sheet());
+  ASSERT_EQ(biss_control_query(link.control(), 0), BISS_OK);
+  biss_device device;
+  EXPECT_EQ(biss_control_device(link.control(), &device), BISS_RUNNING);
+  link.run();
+  EXPECT_EQ(link.error(), "");
+  ASSERT_EQ(biss_control_device(link.control(), &device), BISS_OK);
+  EXPECT_FALSE(device.has_identity);
+  EXPECT_TRUE(device.has_serial);
+  EXPECT_EQ(device.serial, 0x01020304U);
+  EXPECT_TRUE(device.has_common);
+  EXPECT_TRUE(device.has_channel[0]);
+  EXPECT_FALSE(device.has_channel[1]);
+  EXPECT_FALSE(device.eds_unused || device.bank_changed);
+  std::array<char, BISS_FORMAT_TEXT_MAX> text{};
+  biss_timing timing;
+  unsigned remarks = 0;
+  const auto count = [](void* user, std::uint32_t, const char* field, const char* remark,
+                        std::uint32_t, std::uint32_t) {
+    EXPECT_GT(std::string(field).size(), 1U);
+    EXPECT_GT(std::string(remark).size(), 5U);
+    ++*static_cast<unsigned*>(user);
+  };
+  ASSERT_EQ(biss_eds_format(&device, clock_hz, text.data(), text.size(), &timing, count, &remarks),
+            BISS_OK);
+  EXPECT_STREQ(text.data(), format);
+  EXPECT_GT(remarks, 0U);
+  EXPECT_GT(timing.ack_max_ps, 0);
+  EXPECT_EQ(biss_eds_format(&device, clock_hz, text.data(), 5, nullptr, nullptr, nullptr),
+            BISS_NO_ROOM);
+  EXPECT_EQ(biss_eds_format(&device, 0, text.data(), text.size(), nullptr, nullptr, nullptr),
+            BISS_BAD_SETUP);
+}
+
+TEST(CEds, DeviceWithoutADataSheet_HasItsProfileOrNone) {
+  Link link;
+  biss_device device;
+  EXPECT_EQ(biss_control_device(link.control(), &device), BISS_NO_READING);
+  link.put(0, 0x42, 0x62);
+  link.put(0, 0x43, 0x1C);
+  ASSERT_EQ(biss_control_query(link.control(), 0), BISS_OK);
+  link.run();
+  ASSERT_EQ(biss_control_device(link.control(), &device), BISS_OK);
+  std::array<char, BISS_FORMAT_TEXT_MAX> text{};
+  ASSERT_EQ(biss_eds_format(&device, clock_hz, text.data(), text.size(), nullptr, nullptr, nullptr),
+            BISS_OK);
+  EXPECT_STREQ(text.data(), "pos26,nE,nW,crc6");
+  device.has_profile = false;
+  EXPECT_EQ(biss_eds_format(&device, clock_hz, text.data(), text.size(), nullptr, nullptr, nullptr),
+            BISS_BAD_EDS);
+  device.has_common = true;  // 64 zeros: no data channel
+  EXPECT_EQ(biss_eds_format(&device, clock_hz, text.data(), text.size(), nullptr, nullptr, nullptr),
+            BISS_BAD_EDS);
+}
+
+TEST(CEds, QueryOfADeviceThatIsNotThere_HasItsCause) {
+  Link link;
+  ASSERT_EQ(biss_control_query(link.control(), 5), BISS_OK);
+  link.run();
+  EXPECT_EQ(link.error(), "no_such_slave");
+  EXPECT_EQ(biss_control_query(link.control(), 8), BISS_BAD_SETUP);
+}
+
+TEST(CControl, WrongCalls_AreRefusedByTheirCause) {
+  biss_control_setup setup = biss_control_defaults();
+  biss_control* control = nullptr;
+  EXPECT_EQ(biss_control_open(&setup, nullptr), BISS_NULL_ARGUMENT);
+  setup.retries = 256;
+  EXPECT_EQ(biss_control_open(&setup, &control), BISS_BAD_SETUP);
+  setup.retries = 0;
+  setup.busy_max_ps = -1;
+  EXPECT_EQ(biss_control_open(&setup, &control), BISS_BAD_SETUP);
+  ASSERT_EQ(biss_control_open(nullptr, &control), BISS_OK);
+  std::array<std::uint8_t, 80> bytes{};
+  std::size_t count = 0;
+  bool cdm = false;
+  biss_control_outcome outcome;
+  biss_device device;
+  const auto every = [&](biss_control* c) {
+    return std::vector<biss_status>{
+        biss_control_read(c, 0, 0, 1),
+        biss_control_write(c, 0, 0, bytes.data(), 1),
+        biss_control_command(c, 1, BISS_COMMAND_USER, BISS_EXECUTE_ALWAYS),
+        biss_control_broadcast(c, BISS_COMMAND_USER),
+        biss_control_cancel(c),
+        biss_control_step(c, 0, BISS_CDS_ONE, &cdm),
+        biss_control_outcome_of(c, &outcome),
+        biss_control_bytes(c, bytes.data(), 1, &count),
+        biss_control_query(c, 0),
+        biss_control_device(c, &device)};
+  };
+  EXPECT_EQ(every(nullptr), std::vector<biss_status>(10, BISS_NULL_ARGUMENT));
+  EXPECT_TRUE(biss_control_done(nullptr));
+  EXPECT_EQ(biss_control_write(control, 0, 0, nullptr, 1), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_control_write(control, 0, 0, bytes.data(), 65), BISS_NO_ROOM);
+  EXPECT_EQ(biss_control_command(control, 256, BISS_COMMAND_USER, BISS_EXECUTE_ALWAYS),
+            BISS_BAD_SETUP);
+  EXPECT_EQ(biss_control_command(control, 1, static_cast<biss_command>(4), BISS_EXECUTE_ALWAYS),
+            BISS_BAD_SETUP);
+  EXPECT_EQ(biss_control_command(control, 1, BISS_COMMAND_USER, static_cast<biss_execute>(-1)),
+            BISS_BAD_SETUP);
+  EXPECT_EQ(biss_control_broadcast(control, static_cast<biss_command>(-1)), BISS_BAD_SETUP);
+  EXPECT_EQ(biss_control_step(control, 0, static_cast<biss_cds>(3), &cdm), BISS_BAD_SETUP);
+  EXPECT_EQ(biss_control_step(control, 5, BISS_CDS_ZERO, &cdm), BISS_OK);
+  EXPECT_EQ(biss_control_step(control, 4, BISS_CDS_ZERO, &cdm), BISS_TIME_BACKWARDS);
+  EXPECT_EQ(biss_control_step(control, INT64_MAX, BISS_CDS_ZERO, &cdm), BISS_TIME_RANGE);
+  EXPECT_EQ(biss_eds_format(nullptr, 1, nullptr, 0, nullptr, nullptr, nullptr), BISS_NULL_ARGUMENT);
+  biss_master_setup master = biss_master_defaults(format, period);
+  master.control = control;
+  biss_control_close(control);
+  EXPECT_EQ(every(control), std::vector<biss_status>(10, BISS_BAD_HANDLE));
+  biss_master* opened = nullptr;
+  EXPECT_EQ(biss_master_open(&master, &opened), BISS_BAD_HANDLE);
+  EXPECT_EQ(opened, nullptr);
+  biss_control_close(control);
+}
+
+}  // namespace control_test
+}  // namespace biss::capi

@@ -1,0 +1,77 @@
+// An electronic data sheet as a format and a timing.
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "biss/eds/device.hpp"
+#include "biss/eds/profile.hpp"
+#include "biss/frame/format_text.hpp"
+#include "capi/biss_c_control.h"
+#include "capi/device.hpp"
+
+namespace biss::capi {
+namespace {
+
+// The parts as the core reads them.
+struct Parts {
+  explicit Parts(const biss_device& device) {
+    std::copy(std::begin(device.common), std::end(device.common), common.begin());
+    if (device.has_common) image.common = &common;
+    if (device.has_common) image.eds_bank = static_cast<std::uint8_t>(device.eds_bank);
+    for (std::size_t i = 0; i < max_channels; ++i) {
+      std::copy(std::begin(device.channel[i]), std::end(device.channel[i]), channels[i].begin());
+      if (device.has_channel[i]) image.profiles[i] = &channels[i];
+    }
+    // The identifier is that of the channel, where there is one only.
+    const bool single = !device.has_common || channel_count(image) == 1;
+    if (device.has_profile && device.profile != 0 && single) {
+      image.identifiers[0] = static_cast<std::uint16_t>(device.profile);
+    }
+  }
+  Parts(const Parts&) = delete;
+
+  EdsBank common{};
+  std::array<EdsBank, max_channels> channels{};
+  EdsImage image;
+};
+
+biss_status put_text(const FrameFormat& format, char* text, std::size_t room) {
+  const FormatText whole = format_text(format);
+  const std::string_view view = whole.view();
+  if (room <= view.size()) return BISS_NO_ROOM;
+  std::copy(view.begin(), view.end(), text);
+  text[view.size()] = '\0';
+  return BISS_OK;
+}
+
+}  // namespace
+}  // namespace biss::capi
+
+extern "C" {
+
+biss_status biss_eds_format(const biss_device* device, uint32_t clock_hz, char* format, size_t room,
+                            biss_timing* timing, biss_eds_remark remark, void* user) {
+  if (device == nullptr || format == nullptr) return BISS_NULL_ARGUMENT;
+  if (clock_hz == 0) return BISS_BAD_SETUP;
+  const biss::capi::Parts parts(*device);
+  if (!device->has_common) {
+    const auto of_profile = biss::profile_format(static_cast<std::uint16_t>(device->profile));
+    if (!device->has_profile || !of_profile.ok()) return BISS_BAD_EDS;
+    if (timing != nullptr) *timing = biss::capi::as_c(biss::DeviceTiming{});
+    return biss::capi::put_text(*of_profile, format, room);
+  }
+  // Symbols and remarks are literals, so they end with a zero.
+  const auto tell = [&](const biss::EdsRemark& each) {
+    if (remark == nullptr) return;
+    remark(user, each.channel, each.symbol.data(), biss::text_of(each.kind).data(), each.stored,
+           each.used);
+  };
+  const auto found = biss::describe_device(parts.image, {}, tell);
+  if (!found.ok()) return BISS_BAD_EDS;
+  if (timing != nullptr) *timing = biss::capi::as_c(timing_at(*found, biss::hertz(clock_hz)));
+  return biss::capi::put_text(found->format, format, room);
+}
+
+}  // extern "C"

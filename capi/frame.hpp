@@ -1,0 +1,25 @@
+// Frames of the core as those of C, and the handle of a format.
+#pragma once
+
+#include "biss/base/result.hpp"
+#include "biss/frame/codec.hpp"
+#include "biss/frame/frame.hpp"
+#include "capi/biss_c_frame.h"
+#include "capi/device.hpp"
+
+namespace biss::capi {
+
+biss_frame as_c(const Result<Frame, FrameFault>& from);
+biss_bounds as_c(const FrameBounds& bounds);
+
+}  // namespace biss::capi
+
+struct biss_format {
+  static constexpr auto kind = biss::capi::HandleKind::format;
+
+  explicit biss_format(const biss::capi::Device& device)
+      : codec(device.format), timing(device.timing) {}
+
+  biss::FrameCodec<> codec;
+  biss::DeviceTiming timing;
+};

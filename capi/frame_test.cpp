@@ -1,0 +1,422 @@
+// Frames, SPI buffers and checksums through the C interface.
+#include "capi/biss_c_frame.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <climits>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace biss::capi {
+namespace frame_test {
+
+struct FormatCloser {
+  void operator()(biss_format* format) const { biss_format_close(format); }
+};
+using FormatHandle = std::unique_ptr<biss_format, FormatCloser>;
+
+FormatHandle open_format(const char* text) {
+  biss_format* format = nullptr;
+  EXPECT_EQ(biss_format_open(text, &format), BISS_OK) << text;
+  return FormatHandle(format);
+}
+
+using Bytes = std::vector<std::uint8_t>;
+
+struct Encoded {
+  Bytes bytes;
+  std::size_t bits = 0;
+
+  void set(std::size_t bit, bool level) {
+    const auto mask = static_cast<std::uint8_t>(0x80U >> (bit % 8));
+    bytes[bit / 8] =
+        static_cast<std::uint8_t>(level ? bytes[bit / 8] | mask : bytes[bit / 8] & ~unsigned{mask});
+  }
+  void flip(std::size_t bit) { bytes[bit / 8] ^= static_cast<std::uint8_t>(0x80U >> (bit % 8)); }
+};
+
+Encoded encode(const biss_format* format, const biss_frame& frame) {
+  Encoded encoded{Bytes(BISS_FRAME_BYTES_MAX)};
+  EXPECT_EQ(
+      biss_frame_encode(format, &frame, encoded.bytes.data(), encoded.bytes.size(), &encoded.bits),
+      BISS_OK);
+  return encoded;
+}
+
+biss_frame decode(const biss_format* format, const Encoded& from,
+                  const biss_bounds* bounds = nullptr) {
+  biss_frame frame;
+  EXPECT_EQ(
+      biss_frame_decode(format, from.bytes.data(), from.bytes.size(), 0, from.bits, bounds, &frame),
+      BISS_OK);
+  return frame;
+}
+
+biss_frame frame_of(const biss_format* format) {
+  biss_frame frame;
+  EXPECT_EQ(biss_frame_defaults(format, &frame), BISS_OK);
+  return frame;
+}
+
+TEST(CFormat, NamesAndTexts_GiveTheirFields) {
+  const FormatHandle format = open_format("mt12,st20,nE,W,lc6,crc16+pos30,crc6:0x43:0x15;cds0");
+  biss_format_size size;
+  ASSERT_EQ(biss_format_size_of(format.get(), &size), BISS_OK);
+  EXPECT_EQ(size.channel_count, 2U);
+  EXPECT_EQ(size.payload_bits, 40U + 16U + 30U + 6U);
+  EXPECT_TRUE(size.cds0);
+  biss_channel_format channel;
+  ASSERT_EQ(biss_format_channel(format.get(), 0, &channel), BISS_OK);
+  EXPECT_EQ(channel.data_bits, 40U);
+  EXPECT_EQ(channel.position_bits, 32U);
+  EXPECT_EQ(channel.singleturn_bits, 20U);
+  EXPECT_EQ(channel.life_counter_bits, 6U);
+  EXPECT_TRUE(channel.has_error && channel.has_warning);
+  EXPECT_EQ(channel.crc.polynomial, 0x190D9U);
+  ASSERT_EQ(biss_format_channel(format.get(), 1, &channel), BISS_OK);
+  EXPECT_EQ(channel.crc.start, 0x15U);
+  EXPECT_FALSE(channel.has_error || channel.has_warning);
+  EXPECT_EQ(biss_format_channel(format.get(), 2, &channel), BISS_CHANNEL_COUNT);
+}
+
+TEST(CFormat, TextOfAName_IsItsFormat) {
+  const FormatHandle format = open_format("resolute-26");
+  std::array<char, BISS_FORMAT_TEXT_MAX> text{};
+  std::size_t length = 0;
+  ASSERT_EQ(biss_format_text(format.get(), text.data(), text.size(), &length), BISS_OK);
+  EXPECT_STREQ(text.data(), "pos26,nE,nW,crc6;cds0");
+  EXPECT_EQ(length, std::strlen(text.data()));
+  text.fill('x');
+  EXPECT_EQ(biss_format_text(format.get(), text.data(), length, &length), BISS_NO_ROOM);
+  EXPECT_EQ(text[0], 'x');
+  EXPECT_EQ(biss_format_text(format.get(), text.data(), length + 1, nullptr), BISS_OK);
+}
+
+TEST(CFormat, TextThatIsNone_IsRefused) {
+  biss_format* format = reinterpret_cast<biss_format*>(8);
+  EXPECT_EQ(biss_format_open("pos26,crc", &format), BISS_BAD_FORMAT);
+  EXPECT_EQ(format, nullptr);
+  EXPECT_EQ(biss_format_open(nullptr, &format), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_format_open("pos26,crc6", nullptr), BISS_NULL_ARGUMENT);
+}
+
+TEST(CFrame, EncodedFrame_DecodesToItself) {
+  const FormatHandle format = open_format("mt4,st20,nE,nW,lc6,crc16+pos64,crc5");
+  biss_frame frame = frame_of(format.get());
+  frame.channels[0] = {0xABCDEF, 63, true, false};
+  frame.channels[1] = {0xFEDC'BA98'7654'3210, 0, true, true};
+  frame.cds = true;
+  frame.lead_clocks = 3;
+  frame.ack_clocks = 17;
+  const biss_frame read = decode(format.get(), encode(format.get(), frame));
+  EXPECT_EQ(read.cause, BISS_CAUSE_OK);
+  EXPECT_EQ(read.channel_count, 2U);
+  EXPECT_EQ(read.channels[0].position, 0xABCDEFU);
+  EXPECT_EQ(read.channels[0].life_counter, 63U);
+  EXPECT_FALSE(read.channels[0].nW);
+  EXPECT_EQ(read.channels[1].position, 0xFEDC'BA98'7654'3210U);
+  EXPECT_TRUE(read.cds && read.stop_seen);
+  EXPECT_EQ(read.lead_clocks, 3U);
+  EXPECT_EQ(read.ack_clocks, 17U);
+  EXPECT_TRUE(biss_frame_trusted(&read));
+}
+
+// Each way in which the bits can be no frame.
+TEST(CFrame, DamagedBits_HaveEachCause) {
+  const FormatHandle format = open_format("pos12,nE,nW,crc6+pos8,crc5;cds0");
+  biss_frame frame = frame_of(format.get());
+  frame.lead_clocks = 2;
+  frame.ack_clocks = 4;  // START is bit 6, CDS bit 7
+  frame.channels[0].position = 0x5A5;
+  const Encoded good = encode(format.get(), frame);
+  ASSERT_EQ(good.bits, 8U + 20 + 13 + 1);
+  ASSERT_EQ(decode(format.get(), good).cause, BISS_CAUSE_OK);
+  const biss_bounds narrow{2, 3, 4, 6, 0};
+  struct Case {
+    biss_cause cause;
+    std::uint32_t channel;
+    Encoded bits;
+    biss_bounds bounds;
+  };
+  std::vector<Case> cases;
+  const auto add = [&](biss_cause cause, std::uint32_t channel) -> Encoded& {
+    cases.push_back({cause, channel, good, narrow});
+    return cases.back().bits;
+  };
+  for (std::uint8_t& byte : add(BISS_CAUSE_NO_RESPONSE, 0).bytes) byte = 0xFF;
+  add(BISS_CAUSE_NOT_READY, 0).set(0, false);
+  add(BISS_CAUSE_RESPONSE_RANGE, 0).set(1, false);
+  for (std::uint8_t& byte : add(BISS_CAUSE_NO_START, 0).bytes)
+    byte = &byte == &cases.back().bits.bytes[0] ? 0xC0 : 0;
+  add(BISS_CAUSE_ACK_RANGE, 0).set(4, true);
+  add(BISS_CAUSE_TRUNCATED, 0).bits = 8 + 20 + 12;
+  add(BISS_CAUSE_CDS, 0).set(7, true);
+  add(BISS_CAUSE_CRC, 0).flip(10);
+  add(BISS_CAUSE_CRC, 1).flip(30);
+  add(BISS_CAUSE_STOP_BIT, 0).set(41, true);
+  for (const Case& each : cases) {
+    const biss_frame read = decode(format.get(), each.bits, &each.bounds);
+    EXPECT_STREQ(biss_cause_name(read.cause), biss_cause_name(each.cause));
+    EXPECT_EQ(read.cause_channel, each.channel);
+    EXPECT_EQ(read.channel_count, 0U);
+    EXPECT_EQ(read.channels[0].position, 0U);
+    EXPECT_FALSE(biss_frame_trusted(&read));
+  }
+}
+
+TEST(CFrame, FrameWithAnError_IsNotTrusted) {
+  const FormatHandle format = open_format("pos8,nE,crc5+pos8,nE,crc5");
+  biss_frame frame = frame_of(format.get());
+  frame.channels[1].nE = false;
+  const biss_frame read = decode(format.get(), encode(format.get(), frame));
+  EXPECT_EQ(read.cause, BISS_CAUSE_OK);
+  EXPECT_FALSE(biss_frame_trusted(&read));
+  EXPECT_FALSE(biss_frame_trusted(nullptr));
+}
+
+TEST(CFrame, ValuesThatDoNotFit_AreRefusedByTheirCause) {
+  const FormatHandle format = open_format("pos12,nE,nW,lc6,crc6");
+  Bytes bytes(BISS_FRAME_BYTES_MAX, 0xAA);
+  const auto status = [&](auto change, std::size_t room = BISS_FRAME_BYTES_MAX) {
+    biss_frame frame = frame_of(format.get());
+    change(frame);
+    std::size_t bits = 0;
+    const biss_status result = biss_frame_encode(format.get(), &frame, bytes.data(), room, &bits);
+    if (result == BISS_NO_ROOM) {
+      EXPECT_EQ(bits, 2U + 2 + 20 + 6 + 1);
+    }
+    return result;
+  };
+  EXPECT_EQ(status([](biss_frame& f) { f.channel_count = 2; }), BISS_CHANNEL_COUNT);
+  EXPECT_EQ(status([](biss_frame& f) { f.channel_count = 257; }), BISS_CHANNEL_COUNT);
+  EXPECT_EQ(status([](biss_frame& f) { f.channels[0].position = 4096; }), BISS_VALUE_RANGE);
+  EXPECT_EQ(status([](biss_frame& f) { f.channels[0].life_counter = 64; }), BISS_VALUE_RANGE);
+  EXPECT_EQ(status([](biss_frame& f) { f.ack_clocks = 0; }), BISS_CLOCK_RANGE);
+  EXPECT_EQ(status([](biss_frame& f) { f.ack_clocks = 401; }), BISS_CLOCK_RANGE);
+  EXPECT_EQ(status([](biss_frame& f) { f.ack_clocks = 65'537; }), BISS_CLOCK_RANGE);
+  EXPECT_EQ(status([](biss_frame& f) { f.lead_clocks = 403; }), BISS_CLOCK_RANGE);
+  EXPECT_EQ(status([](biss_frame& f) { f.lead_clocks = 65'537; }), BISS_CLOCK_RANGE);
+  EXPECT_EQ(status([](biss_frame&) {}, 3), BISS_NO_ROOM);
+  EXPECT_EQ(bytes, Bytes(BISS_FRAME_BYTES_MAX, 0xAA));
+  EXPECT_EQ(status([](biss_frame&) {}, 4), BISS_OK);
+}
+
+TEST(CFrame, BoundsOutOfRange_AreRefused) {
+  const FormatHandle format = open_format("pos12,crc6");
+  biss_frame frame;
+  for (const biss_bounds& bounds :
+       {biss_bounds{0, 2, 1, 2, 0}, biss_bounds{1, 403, 1, 2, 0}, biss_bounds{3, 2, 1, 2, 0},
+        biss_bounds{1, 2, 0, 2, 0}, biss_bounds{1, 2, 1, 401, 0}, biss_bounds{1, 2, 3, 2, 0},
+        biss_bounds{1, 2, 1, 2, 403}}) {
+    EXPECT_EQ(biss_frame_decode(format.get(), nullptr, 0, 0, 0, &bounds, &frame), BISS_BAD_SETUP);
+  }
+  const biss_bounds widest = biss_bounds_defaults();
+  EXPECT_EQ(biss_frame_decode(format.get(), nullptr, 0, SIZE_MAX, SIZE_MAX, &widest, &frame),
+            BISS_OK);
+  EXPECT_EQ(frame.cause, BISS_CAUSE_NO_RESPONSE);
+}
+
+// ---- SPI
+
+struct SpiCloser {
+  void operator()(biss_spi* spi) const { biss_spi_close(spi); }
+};
+using SpiHandle = std::unique_ptr<biss_spi, SpiCloser>;
+
+SpiHandle open_spi(const biss_spi_setup& setup) {
+  biss_spi* spi = nullptr;
+  EXPECT_EQ(biss_spi_open(&setup, &spi), BISS_OK);
+  return SpiHandle(spi);
+}
+
+// The example of docs/spi.md.
+constexpr std::array<std::uint8_t, 9> buffer{0xF0, 0x00, 0x00, 0x00, 0x01, 0x24, 0x68, 0xB9, 0xA0};
+
+biss_spi_setup example_setup(const biss_format* format) {
+  biss_spi_setup setup = biss_spi_defaults(format, 100'000);
+  setup.line_delay_max_ps = 242'500;
+  return setup;
+}
+
+TEST(CSpi, ExampleOfTheDocument_IsRead) {
+  const FormatHandle format = open_format("resolute-18");
+  const SpiHandle spi = open_spi(example_setup(format.get()));
+  biss_spi_size size;
+  ASSERT_EQ(biss_spi_size_of(spi.get(), &size), BISS_OK);
+  EXPECT_EQ(size.clocks, 193U);
+  EXPECT_EQ(size.bytes, 25U);
+  EXPECT_EQ(size.bounds.lead_min_clocks, 2U);
+  EXPECT_EQ(size.bounds.lead_max_clocks, 4U);
+  biss_frame frame;
+  ASSERT_EQ(biss_spi_read(spi.get(), buffer.data(), buffer.size(), SIZE_MAX, &frame), BISS_OK);
+  EXPECT_EQ(frame.cause, BISS_CAUSE_OK);
+  EXPECT_EQ(frame.channels[0].position, 0x12345U);
+  EXPECT_EQ(frame.lead_clocks, 4U);
+  EXPECT_EQ(frame.ack_clocks, 35U);
+  std::int64_t least = 0;
+  std::int64_t most = 0;
+  ASSERT_EQ(biss_spi_line_delay(spi.get(), &frame, &least, &most), BISS_OK);
+  EXPECT_EQ(least, 200'000);
+  EXPECT_EQ(most, 300'000);
+}
+
+TEST(CSpi, ReaderLives_WhenItsFormatIsClosed) {
+  FormatHandle format = open_format("resolute-18");
+  const SpiHandle spi = open_spi(example_setup(format.get()));
+  format.reset();
+  biss_frame frame;
+  ASSERT_EQ(biss_spi_read(spi.get(), buffer.data(), buffer.size(), SIZE_MAX, &frame), BISS_OK);
+  EXPECT_EQ(frame.channels[0].position, 0x12345U);
+}
+
+TEST(CSpi, ClocksTailAndPadding_AreRespected) {
+  const FormatHandle format = open_format("resolute-18");
+  biss_spi_setup setup = example_setup(format.get());
+  const auto cause = [&](Bytes bytes, std::size_t clocks) {
+    biss_frame frame;
+    const SpiHandle spi = open_spi(setup);
+    EXPECT_EQ(biss_spi_read(spi.get(), bytes.data(), bytes.size(), clocks, &frame), BISS_OK);
+    return frame.cause;
+  };
+  const Bytes good(buffer.begin(), buffer.end());
+  EXPECT_EQ(cause(good, 66), BISS_CAUSE_TRUNCATED);
+  EXPECT_EQ(cause({}, SIZE_MAX), BISS_CAUSE_NO_RESPONSE);
+  Bytes tail = good;
+  tail.back() |= 1U;
+  EXPECT_EQ(cause(tail, SIZE_MAX), BISS_CAUSE_STOP_BIT);
+  EXPECT_EQ(cause(tail, 71), BISS_CAUSE_OK);
+  setup.ignore_tail = true;
+  EXPECT_EQ(cause(tail, SIZE_MAX), BISS_CAUSE_OK);
+  setup.first_bit = 8;
+  Bytes padded{0x00};
+  padded.insert(padded.end(), good.begin(), good.end());
+  EXPECT_EQ(cause(padded, SIZE_MAX), BISS_CAUSE_OK);
+  setup.line_delay_max_ps = 99'000;
+  EXPECT_EQ(cause(padded, SIZE_MAX), BISS_CAUSE_RESPONSE_RANGE);
+}
+
+TEST(CSpi, Setup_RefusedByItsCause) {
+  const FormatHandle format = open_format("resolute-18");
+  const auto status = [&](auto change) {
+    biss_spi_setup setup = example_setup(format.get());
+    change(setup);
+    biss_spi* spi = reinterpret_cast<biss_spi*>(8);
+    const biss_status result = biss_spi_open(&setup, &spi);
+    EXPECT_EQ(spi == nullptr, result != BISS_OK);
+    biss_spi_close(spi);
+    return result;
+  };
+  biss_timing timing;
+  ASSERT_EQ(biss_timing_of("resolute-18", &timing), BISS_OK);
+  EXPECT_EQ(status([&](biss_spi_setup& s) { s.timing = &timing; }), BISS_OK);
+  timing.timeout_rule = 9;
+  EXPECT_EQ(status([&](biss_spi_setup& s) { s.timing = &timing; }), BISS_BAD_TIMING);
+  EXPECT_EQ(status([](biss_spi_setup& s) { s.format = nullptr; }), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(status([](biss_spi_setup& s) { s.period_ps = 31; }), BISS_BAD_SETUP);
+  EXPECT_EQ(status([](biss_spi_setup& s) { s.period_ps = INT64_MAX; }), BISS_BAD_SETUP);
+  EXPECT_EQ(status([](biss_spi_setup& s) { s.line_delay_min_ps = -1; }), BISS_BAD_SETUP);
+  EXPECT_EQ(status([](biss_spi_setup& s) { s.line_delay_min_ps = s.line_delay_max_ps + 1; }),
+            BISS_BAD_SETUP);
+  EXPECT_EQ(status([](biss_spi_setup& s) { s.first_bit = 65'536; }), BISS_BAD_SETUP);
+}
+
+TEST(CSpi, LineDelayOfAForeignFrame_IsRefused) {
+  const FormatHandle format = open_format("resolute-18");
+  const SpiHandle spi = open_spi(example_setup(format.get()));
+  biss_frame frame{};
+  std::int64_t delay = 0;
+  frame.cause = BISS_CAUSE_CRC;
+  EXPECT_EQ(biss_spi_line_delay(spi.get(), &frame, &delay, &delay), BISS_NO_READING);
+  frame.cause = BISS_CAUSE_OK;
+  for (const std::uint32_t lead : {0U, 1U, 5U, 65'538U}) {
+    frame.lead_clocks = lead;
+    EXPECT_EQ(biss_spi_line_delay(spi.get(), &frame, &delay, &delay), BISS_CLOCK_RANGE) << lead;
+  }
+}
+
+// ---- Checksums
+
+// Of Renishaw's data sheets: an error and a warning at position 0.
+TEST(CCrc, KnownChecksums_AreComputed) {
+  const biss_crc crc6 = biss_crc_defaults(6);
+  EXPECT_EQ(crc6.polynomial, 0x43U);
+  EXPECT_TRUE(crc6.inverted);
+  std::uint32_t value = 0;
+  // The frame of docs/spi.md: 18 bits of position, nE, nW.
+  ASSERT_EQ(biss_crc_of(&crc6, std::uint64_t{0x12345} << 2U | 3U, 20, &value), BISS_OK);
+  EXPECT_EQ(value, (0xB9A0U >> 5U) & 0x3FU);
+  ASSERT_EQ(biss_crc_of(&crc6, 0, 64, &value), BISS_OK);
+  EXPECT_EQ(value, 0x3FU);
+  EXPECT_EQ(biss_crc_defaults(16).polynomial, 0x190D9U);
+  EXPECT_EQ(biss_crc_defaults(9).polynomial, 0U);
+  EXPECT_EQ(biss_crc_defaults(UINT_MAX).polynomial, 0U);
+}
+
+TEST(CCrc, WhatIsNoChecksum_IsRefused) {
+  std::uint32_t value = 0;
+  for (const biss_crc& crc :
+       {biss_crc{0x43, 0, 5, true}, biss_crc{0x42, 0, 6, true}, biss_crc{0, 0, 6, true},
+        biss_crc{7, 0, 2, true}, biss_crc{0x20001, 0, 17, true}, biss_crc{0x43, 0x40, 6, true},
+        biss_crc{0x43, 0, 6 + (1U << 8U), true}, biss_crc_defaults(9)}) {
+    EXPECT_EQ(biss_crc_of(&crc, 0, 8, &value), BISS_BAD_CRC);
+  }
+  const biss_crc crc = biss_crc_defaults(6);
+  EXPECT_EQ(biss_crc_of(&crc, 0, 0, &value), BISS_BIT_COUNT);
+  EXPECT_EQ(biss_crc_of(&crc, 0, 65, &value), BISS_BIT_COUNT);
+  EXPECT_EQ(biss_crc_of(&crc, 256, 8, &value), BISS_VALUE_RANGE);
+}
+
+TEST(CFrame, NullPointersAndClosedHandles_AreNamedEverywhere) {
+  biss_format* format = nullptr;
+  ASSERT_EQ(biss_format_open("pos12,crc6", &format), BISS_OK);
+  biss_spi* spi = nullptr;
+  const biss_spi_setup setup = biss_spi_defaults(format, 100'000);
+  ASSERT_EQ(biss_spi_open(&setup, &spi), BISS_OK);
+  biss_frame frame{};
+  biss_channel_format channel;
+  biss_format_size size;
+  biss_spi_size spi_size;
+  std::uint8_t byte = 0;
+  std::size_t bits = 0;
+  std::int64_t delay = 0;
+  std::array<char, 8> text{};
+  const auto every = [&](const biss_format* f, const biss_spi* s) {
+    return std::vector<biss_status>{biss_format_channel(f, 0, &channel),
+                                    biss_format_size_of(f, &size),
+                                    biss_format_text(f, text.data(), text.size(), nullptr),
+                                    biss_frame_decode(f, &byte, 1, 0, 8, nullptr, &frame),
+                                    biss_frame_defaults(f, &frame),
+                                    biss_frame_encode(f, &frame, &byte, 1, &bits),
+                                    biss_spi_size_of(s, &spi_size),
+                                    biss_spi_read(s, &byte, 1, 8, &frame),
+                                    biss_spi_line_delay(s, &frame, &delay, &delay)};
+  };
+  EXPECT_EQ(every(nullptr, nullptr), std::vector<biss_status>(9, BISS_NULL_ARGUMENT));
+  EXPECT_EQ(biss_format_channel(format, 0, nullptr), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_format_size_of(format, nullptr), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_format_text(format, nullptr, 0, nullptr), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_frame_decode(format, nullptr, 1, 0, 8, nullptr, &frame), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_frame_decode(format, &byte, 1, 0, 8, nullptr, nullptr), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_frame_encode(format, nullptr, &byte, 1, &bits), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_frame_encode(format, &frame, nullptr, 1, &bits), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_frame_encode(format, &frame, &byte, 1, nullptr), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_spi_read(spi, nullptr, 1, 8, &frame), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_spi_open(&setup, nullptr), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_crc_of(nullptr, 0, 8, nullptr), BISS_NULL_ARGUMENT);
+  // Each handle in the place of the other, then both closed.
+  EXPECT_EQ(every(reinterpret_cast<biss_format*>(spi), reinterpret_cast<biss_spi*>(format)),
+            std::vector<biss_status>(9, BISS_BAD_HANDLE));
+  biss_format_close(reinterpret_cast<biss_format*>(spi));
+  EXPECT_EQ(biss_spi_size_of(spi, &spi_size), BISS_OK);
+  biss_format_close(format);
+  biss_spi_close(spi);
+  EXPECT_EQ(every(format, spi), std::vector<biss_status>(9, BISS_BAD_HANDLE));
+  EXPECT_EQ(biss_spi_open(&setup, &spi), BISS_BAD_HANDLE);
+  biss_format_close(format);
+}
+
+}  // namespace frame_test
+}  // namespace biss::capi

@@ -1,0 +1,370 @@
+// biss_line: a handle of the simulator's FarEnd.
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <iterator>
+#include <limits>
+#include <new>
+#include <optional>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "biss/base/bits.hpp"
+#include "capi/biss_c_sim.h"
+#include "capi/device.hpp"
+#include "sim/far_end.hpp"
+#include "sim/fault_text.hpp"
+
+namespace biss::capi {
+
+namespace {
+
+using sim::FarEndSetup;
+using sim::FaultRule;
+
+constexpr std::string_view usual_motion = "ramp";
+
+// A rule, and where it stands in the text.
+struct PlacedRule {
+  FaultRule rule;
+  std::size_t at = 0;
+};
+
+struct Rules {
+  std::vector<PlacedRule> list;
+  biss_status status = BISS_OK;
+  std::size_t wrong_at = 0;
+
+  void refuse(biss_status cause, std::size_t at) {
+    if (status != BISS_OK) return;
+    status = cause;
+    wrong_at = at;
+  }
+};
+
+Rules read_rules(std::string_view text, bool foreign_encoder) {
+  Rules rules;
+  for (std::size_t at = text.find_first_not_of(' '); at < text.size();
+       at = text.find_first_not_of(' ', at)) {
+    const std::size_t end = std::min(text.find(' ', at), text.size());
+    const auto rule = sim::parse_fault(text.substr(at, end - at));
+    if (!rule) {
+      rules.refuse(rule.error() == sim::FaultTextError::kind ? BISS_FAULT_KIND : BISS_FAULT_RULE,
+                   at);
+      return rules;
+    }
+    if (foreign_encoder && sim::needs_encoder(rule->kind)) rules.refuse(BISS_FAULT_KIND, at);
+    const auto same = [&](const PlacedRule& other) {
+      return other.rule.kind == rule->kind && other.rule.cycle == rule->cycle;
+    };
+    if (std::any_of(rules.list.begin(), rules.list.end(), same)) {
+      rules.refuse(BISS_FAULT_TWICE, at);
+    }
+    rules.list.push_back({*rule, at});
+    at = end;
+  }
+  return rules;
+}
+
+void check_places(Rules& rules, const sim::NominalCycle& nominal) {
+  for (const PlacedRule& each : rules.list) {
+    const auto& place = each.rule.place;
+    if (!place) continue;
+    if (!sim::places_of(each.rule.kind, place->unit, nominal).contains(*place)) {
+      rules.refuse(BISS_FAULT_PLACE, each.at);
+    }
+  }
+}
+
+std::optional<sim::MotionKind> find_motion(const char* name) {
+  const std::string_view wanted = name == nullptr ? usual_motion : name;
+  const auto found = std::find(sim::motion_names.begin(), sim::motion_names.end(), wanted);
+  if (found == sim::motion_names.end()) return std::nullopt;
+  return static_cast<sim::MotionKind>(found - sim::motion_names.begin());
+}
+
+bool is_possible(const biss_line_setup& setup) {
+  for (const std::int64_t duration :
+       {setup.interval_ps, setup.ma_delay_ps, setup.slo_delay_ps, setup.internal_delay_ps,
+        setup.ma_filter_ps, setup.ma_jitter_ps, setup.slo_jitter_ps, setup.ready_min_ps,
+        setup.ready_max_ps}) {
+    if (!is_duration(duration)) return false;
+  }
+  const std::int64_t delay =
+      setup.ma_delay_ps + setup.slo_delay_ps + setup.internal_delay_ps + setup.ma_filter_ps;
+  constexpr std::uint32_t clock_max_hz = 100'000'000;
+  return setup.clock_hz >= 1000 && setup.clock_hz <= clock_max_hz &&
+         delay <= biss_line_delay_max.count && setup.ma_jitter_ps <= setup.ma_delay_ps &&
+         setup.slo_jitter_ps <= setup.slo_delay_ps + setup.internal_delay_ps &&
+         setup.ready_min_ps <= setup.ready_max_ps && setup.counter_first <= 1 &&
+         setup.counter_start >= setup.counter_first && setup.counter_start <= 63 &&
+         setup.register_busy_frames <= std::numeric_limits<std::uint16_t>::max() &&
+         find_motion(setup.motion);
+}
+
+// \pre is_possible()
+FarEndSetup from_c(const biss_line_setup& setup, const Device& device) {
+  FarEndSetup result;
+  sim::LineSetup& line = result.line;
+  line.format = device.format;
+  line.timing = device.timing;
+  line.clock = hertz(setup.clock_hz);
+  line.interval = picoseconds(setup.interval_ps);
+  line.ma_delay = picoseconds(setup.ma_delay_ps);
+  line.slo_delay = picoseconds(setup.slo_delay_ps);
+  line.internal_delay = picoseconds(setup.internal_delay_ps);
+  line.ma_jitter = picoseconds(setup.ma_jitter_ps);
+  line.slo_jitter = picoseconds(setup.slo_jitter_ps);
+  line.processing = picoseconds(setup.ready_min_ps);
+  line.motion = *find_motion(setup.motion);
+  line.life.first = static_cast<std::uint8_t>(setup.counter_first);
+  line.life.starts = sim::SignOfLife::all_from(static_cast<std::uint8_t>(setup.counter_start));
+  line.seed = setup.seed;
+  if (setup.registers) {
+    line.registers.resize(1);
+    const auto frames = static_cast<std::uint16_t>(setup.register_busy_frames);
+    line.registers[0].set_busy({frames, frames});
+  }
+  result.processing_max = picoseconds(setup.ready_max_ps);
+  result.ma_filter = picoseconds(setup.ma_filter_ps);
+  result.foreign_encoder = setup.foreign_encoder;
+  return result;
+}
+
+// What is wrong with a setup, and in which rule; else the setup of the far end.
+struct Checked {
+  biss_status status = BISS_OK;
+  std::size_t wrong_at = 0;
+  FarEndSetup far;
+};
+
+Checked check(const biss_line_setup* setup) {
+  if (setup == nullptr || setup->format == nullptr) return {BISS_NULL_ARGUMENT, 0, {}};
+  auto device = find_device(setup->format);
+  if (!device) return {BISS_BAD_FORMAT, 0, {}};
+  if (!override_timing(setup->timing, *device)) return {BISS_BAD_TIMING, 0, {}};
+  if (!is_possible(*setup) || (setup->registers && device->format.cds0)) {
+    return {BISS_BAD_SETUP, 0, {}};
+  }
+  Checked checked{BISS_OK, 0, from_c(*setup, *device)};
+  Rules rules = read_rules(setup->faults == nullptr ? "" : setup->faults, setup->foreign_encoder);
+  if (rules.status == BISS_OK) {
+    check_places(rules, sim::FarEnd::nominal_of(checked.far));
+  }
+  checked.status = rules.status;
+  checked.wrong_at = rules.wrong_at;
+  for (const PlacedRule& each : rules.list) checked.far.line.faults.push_back(each.rule);
+  return checked;
+}
+
+unsigned position_bits_of(const FrameFormat& format) {
+  for (const ChannelFormat& channel : format.channels()) {
+    if (channel.position_bits() != 0) return channel.position_bits();
+  }
+  return 0;
+}
+
+}  // namespace
+
+}  // namespace biss::capi
+
+struct biss_line {
+  static constexpr auto kind = biss::capi::HandleKind::line;
+
+  biss_line(const biss::sim::FarEndSetup& setup, const biss_line_setup& from)
+      : far(setup),
+        position(from.position),
+        user(from.user),
+        position_mask(biss::low_mask(biss::capi::position_bits_of(setup.line.format))),
+        has_registers(from.registers),
+        foreign(from.foreign_encoder) {
+    if (position != nullptr) far.encoder().set_positions(&ask, this);
+  }
+
+  static std::optional<std::uint64_t> ask(void* self, biss::Picoseconds moment) {
+    auto& line = *static_cast<biss_line*>(self);
+    const std::uint64_t position = line.position(line.user, moment.count);
+    if ((position & ~line.position_mask) == 0) return position;
+    line.value_range = true;
+    return std::nullopt;
+  }
+
+  // Where a register is; null: there is none.
+  std::uint8_t* register_at(biss::sim::EncoderRegisters& registers, std::uint32_t bank,
+                            std::uint32_t address) const {
+    if (address > biss::reg::bsel && address < biss::register_count) {
+      return &registers.value(address);
+    }
+    if (address < biss::bank_bytes && bank < biss::bank_count)
+      return &registers.bank(bank)[address];
+    return nullptr;
+  }
+
+  biss::sim::FarEnd far;
+  biss::capi::Clock clock;
+  decltype(biss_line_setup::position) position;
+  void* user;
+  std::uint64_t position_mask;
+  bool has_registers;
+  bool foreign;
+  bool stepping = false;
+  bool broken = false;
+  bool value_range = false;
+};
+
+namespace biss::capi {
+namespace {
+
+biss_status usable(const biss_line* line) {
+  if (line == nullptr) return BISS_NULL_ARGUMENT;
+  if (!is_open(line)) return BISS_BAD_HANDLE;
+  return line->stepping ? BISS_REENTERED : BISS_OK;
+}
+
+void put(biss::sim::EncoderRegisters& registers, std::uint32_t bank, std::uint32_t address,
+         std::uint8_t value, bool writable) {
+  const auto protection = writable ? RegisterProtection::read_write : RegisterProtection::read_only;
+  if (address == reg::bsel) {
+    registers.put_bsel(value);
+  } else if (address > reg::bsel) {
+    registers.put(address, value, protection);
+  } else {
+    registers.bank(bank).put(address, {&value, 1}, protection);
+  }
+}
+
+biss_line_request request_of(const sim::FarEndCycle& cycle) {
+  biss_line_request request{};
+  request.number = cycle.number;
+  request.begin_ps = cycle.begin.count;
+  request.sampled = cycle.sampled.has_value();
+  request.sampled_ps = cycle.sampled.value_or(Picoseconds{}).count;
+  for (biss_channel& channel : request.channels) channel.nE = channel.nW = true;
+  request.channel_count = cycle.sent.channel_count;
+  for (std::size_t k = 0; k < cycle.sent.channel_count; ++k) {
+    request.channels[k] = biss::capi::as_c(cycle.sent.channel_list[k]);
+  }
+  request.faults = cycle.faults;
+  request.place_count = static_cast<std::uint32_t>(cycle.injected.size());
+  const std::size_t shown = std::min(cycle.injected.size(), std::size(request.places));
+  for (std::size_t k = 0; k < shown; ++k) {
+    const sim::InjectedFault& fault = cycle.injected[k];
+    request.places[k] = {static_cast<std::uint32_t>(fault.kind),
+                         fault.place.unit == sim::PlaceUnit::bit, fault.place.thousandths};
+  }
+  request.late_ps = cycle.lateness.count;
+  return request;
+}
+
+}  // namespace
+}  // namespace biss::capi
+
+extern "C" {
+
+size_t biss_fault_count(void) { return biss::sim::simulated_fault_count; }
+
+const char* biss_fault_name(size_t kind) {
+  return kind < biss_fault_count() ? biss::sim::fault_list[kind].name.data() : nullptr;
+}
+
+const char* biss_fault_effect(size_t kind) {
+  return kind < biss_fault_count() ? biss::sim::fault_list[kind].effect.data() : nullptr;
+}
+
+biss_line_setup biss_line_defaults(const char* format, uint32_t clock_hz) {
+  biss_line_setup setup{};
+  setup.format = format;
+  setup.clock_hz = clock_hz;
+  setup.counter_first = setup.counter_start = 1;
+  setup.seed = 1;
+  return setup;
+}
+
+biss_status biss_line_open(const biss_line_setup* setup, biss_line** line) {
+  if (line == nullptr) return BISS_NULL_ARGUMENT;
+  *line = nullptr;
+  try {
+    const auto checked = biss::capi::check(setup);
+    if (checked.status != BISS_OK) return checked.status;
+    *line = biss::capi::make_handle<biss_line>(checked.far, *setup);
+  } catch (const std::exception&) {
+    *line = nullptr;
+  }
+  return *line == nullptr ? BISS_NO_MEMORY : BISS_OK;
+}
+
+size_t biss_line_fault_at(const biss_line_setup* setup) {
+  try {
+    return biss::capi::check(setup).wrong_at;
+  } catch (const std::exception&) {
+    return 0;
+  }
+}
+
+biss_status biss_line_step(biss_line* line, int64_t now_ps, bool ma, bool encoder_slo,
+                           biss_line_output* out) {
+  if (out == nullptr) return BISS_NULL_ARGUMENT;
+  if (const auto wrong = biss::capi::usable(line); wrong != BISS_OK) return wrong;
+  if (const auto wrong = line->clock.check(now_ps); wrong != BISS_OK) return wrong;
+  if (line->broken) return BISS_NO_MEMORY;
+  line->clock.set(now_ps);
+  line->stepping = true;
+  try {
+    const auto output = line->far.step(biss::picoseconds(now_ps), ma, encoder_slo);
+    *out = {output.slo, output.ma, output.deadline.count};
+  } catch (const std::exception&) {
+    line->broken = true;
+  }
+  line->stepping = false;
+  if (line->broken) return BISS_NO_MEMORY;
+  return std::exchange(line->value_range, false) ? BISS_VALUE_RANGE : BISS_OK;
+}
+
+biss_status biss_line_set_flags(biss_line* line, bool nE, bool nW) {
+  if (const auto wrong = biss::capi::usable(line); wrong != BISS_OK) return wrong;
+  line->far.set_flags(nE, nW);
+  return BISS_OK;
+}
+
+biss_status biss_line_request_of(const biss_line* line, biss_line_request* request) {
+  if (request == nullptr) return BISS_NULL_ARGUMENT;
+  if (const auto wrong = biss::capi::usable(line); wrong != BISS_OK) return wrong;
+  const biss::sim::FarEndCycle* cycle = line->far.cycle();
+  if (cycle == nullptr) return BISS_NO_READING;
+  *request = biss::capi::request_of(*cycle);
+  return BISS_OK;
+}
+
+biss_status biss_line_put_register(biss_line* line, uint32_t bank, uint32_t address, uint8_t value,
+                                   bool writable) {
+  if (const auto wrong = biss::capi::usable(line); wrong != BISS_OK) return wrong;
+  if (!line->has_registers) return BISS_NO_REGISTER;
+  const bool exists = address == biss::reg::bsel ||
+                      line->register_at(line->far.registers(), bank, address) != nullptr;
+  if (!exists) return BISS_NO_REGISTER;
+  biss::capi::put(line->far.registers(), bank, address, value, writable);
+  biss::capi::put(line->far.initial_registers(), bank, address, value, writable);
+  return BISS_OK;
+}
+
+biss_status biss_line_register(biss_line* line, uint32_t bank, uint32_t address, uint8_t* value) {
+  if (value == nullptr) return BISS_NULL_ARGUMENT;
+  if (const auto wrong = biss::capi::usable(line); wrong != BISS_OK) return wrong;
+  if (!line->has_registers) return BISS_NO_REGISTER;
+  auto& registers = line->far.registers();
+  const std::uint8_t* found = line->register_at(registers, bank, address);
+  if (address != biss::reg::bsel && found == nullptr) return BISS_NO_REGISTER;
+  *value = found == nullptr ? registers.bsel() : *found;
+  return BISS_OK;
+}
+
+const char* biss_line_state(const biss_line* line) {
+  const bool shown = biss::capi::is_open(line) && !line->foreign;
+  return shown ? biss::name_of(line->far.state()).data() : nullptr;
+}
+
+void biss_line_close(biss_line* line) { biss::capi::destroy_handle(line); }
+
+}  // extern "C"

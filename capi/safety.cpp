@@ -1,0 +1,297 @@
+// biss_safety: a handle of the core's SafetyMonitor.
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <initializer_list>
+#include <limits>
+#include <optional>
+#include <span>
+
+#include "biss/safety/configurations.hpp"
+#include "biss/safety/monitor.hpp"
+#include "biss/safety/plan.hpp"
+#include "capi/biss_c_safety.h"
+#include "capi/frame.hpp"
+
+namespace biss::capi {
+
+namespace {
+
+using Plan = SafetyPlan<max_channels>;
+using Monitor = SafetyMonitor<Plan>;
+
+static_assert(BISS_VERDICT_INVALID == safety_verdict_count);
+static_assert(index_of(SafetyVerdict::stimulus) == BISS_VERDICT_STIMULUS);
+static_assert(index_of(SafetyVerdict::watchdog) == BISS_VERDICT_WATCHDOG);
+static_assert(index_of(SafetyVerdict::comparison) == BISS_VERDICT_COMPARISON);
+static_assert(BISS_COUNT_LEARNED == static_cast<int>(CounterMode::learned));
+static_assert(BISS_ANY_COUNTER == any_first_value);
+
+// The format of a configuration, else of the catalogue or the grammar.
+std::optional<FrameFormat> format_of(const char* text) {
+  if (const SafetyConfiguration* found = find_safety_configuration(text)) {
+    return found->frame_format();
+  }
+  const auto device = find_device(text);
+  if (!device) return std::nullopt;
+  return device->format;
+}
+
+biss_safety_setup as_setup(const char* format, const SafetySetup& from) {
+  return {.format = format,
+          .cpw = from.cpw,
+          .spw = from.spw,
+          .start_frames = from.start_frames,
+          .latch = from.latch,
+          .compare_bits = from.comparison.compare_bits,
+          .tolerance_lsb = from.comparison.tolerance_lsb,
+          .ignore_turns = from.comparison.multiturn == MultiturnRule::ignored,
+          .counter = static_cast<biss_counter_mode>(from.counter.mode),
+          .perhaps_missed = from.counter.missed == MissedFrames::perhaps,
+          .near_frames = from.counter.near_frames,
+          .learn_rollovers = from.counter.learn_rollovers,
+          .counter_first = from.counter.first,
+          .cycle_min_ps = from.cycle_min.count,
+          .frame_gap_max_ps = from.frame_gap_max.count,
+          .frame_gap_min_ps = from.frame_gap_min.count,
+          .clock_tolerance_ps = from.clocks.tolerance.count,
+          .still_requests = from.clocks.still_requests,
+          .bit_period_ps = from.clocks.bit_period.count,
+          .budget_faults = from.budget.faults,
+          .budget_window_ps = from.budget.window.count,
+          .bounds = as_c(from.bounds),
+          .residual_max_e15 = from.residual_max_e15,
+          .rating_words = from.rating.words,
+          .rating_residual_e24 = from.rating.residual_e24,
+          .rating_check = from.rating.check,
+          .unrated = false};
+}
+
+// check_safety() judges the values; here only that each fits its field.
+bool is_possible(const biss_safety_setup& setup) {
+  constexpr std::uint32_t most = std::numeric_limits<std::uint8_t>::max();
+  for (const std::uint32_t number :
+       {setup.cpw, setup.spw, setup.start_frames, setup.compare_bits, setup.tolerance_lsb,
+        setup.near_frames, setup.learn_rollovers, setup.counter_first, setup.still_requests,
+        setup.budget_faults}) {
+    if (number > most) return false;
+  }
+  constexpr std::uint32_t clocks = std::numeric_limits<std::uint16_t>::max();
+  for (const std::uint32_t number :
+       {setup.bounds.lead_min_clocks, setup.bounds.lead_max_clocks, setup.bounds.ack_min_clocks,
+        setup.bounds.ack_max_clocks, setup.bounds.late_max_clocks}) {
+    if (number > clocks) return false;
+  }
+  return setup.counter >= BISS_COUNT_1_63 && setup.counter <= BISS_COUNT_LEARNED;
+}
+
+std::uint8_t byte(std::uint32_t number) { return static_cast<std::uint8_t>(number); }
+
+// \pre is_possible()
+SafetySetup from_c(const biss_safety_setup& from) {
+  SafetySetup setup{.cpw = byte(from.cpw),
+                    .spw = byte(from.spw),
+                    .start_frames = byte(from.start_frames),
+                    .latch = from.latch};
+  setup.comparison = {byte(from.compare_bits), byte(from.tolerance_lsb),
+                      from.ignore_turns ? MultiturnRule::ignored : MultiturnRule::with_carry};
+  setup.counter = {static_cast<CounterMode>(from.counter),
+                   from.perhaps_missed ? MissedFrames::perhaps : MissedFrames::counted,
+                   byte(from.near_frames), byte(from.learn_rollovers), byte(from.counter_first)};
+  setup.cycle_min = picoseconds(from.cycle_min_ps);
+  setup.frame_gap_max = picoseconds(from.frame_gap_max_ps);
+  setup.frame_gap_min = picoseconds(from.frame_gap_min_ps);
+  setup.clocks = {picoseconds(from.clock_tolerance_ps), byte(from.still_requests),
+                  picoseconds(from.bit_period_ps)};
+  setup.budget = {byte(from.budget_faults), picoseconds(from.budget_window_ps)};
+  setup.bounds = {.lead_min_clocks = static_cast<std::uint16_t>(from.bounds.lead_min_clocks),
+                  .lead_max_clocks = static_cast<std::uint16_t>(from.bounds.lead_max_clocks),
+                  .ack_min_clocks = static_cast<std::uint16_t>(from.bounds.ack_min_clocks),
+                  .ack_max_clocks = static_cast<std::uint16_t>(from.bounds.ack_max_clocks),
+                  .late_max_clocks = static_cast<std::uint16_t>(from.bounds.late_max_clocks)};
+  setup.residual_max_e15 = from.residual_max_e15;
+  setup.rating = {from.rating_words, from.rating_residual_e24, from.rating_check};
+  return setup;
+}
+
+struct Wanted {
+  biss_status status = BISS_OK;
+  FrameFormat format{};
+  SafetySetup setup{};
+  std::optional<SafetySetupError> mistake{};
+};
+
+Wanted read_setup(const biss_safety_setup* setup) {
+  if (setup == nullptr || setup->format == nullptr) return {.status = BISS_NULL_ARGUMENT};
+  const auto format = format_of(setup->format);
+  if (!format) return {.status = BISS_BAD_FORMAT};
+  if (!is_possible(*setup)) return {.status = BISS_BAD_SETUP};
+  Wanted wanted{.format = *format, .setup = from_c(*setup)};
+  wanted.mistake = setup->unrated ? check_safety(wanted.format, UnratedSafetySetup(wanted.setup))
+                                  : check_safety(wanted.format, wanted.setup);
+  return wanted;
+}
+
+TwoClocks from_c(const biss_safety_time& time) {
+  return {picoseconds(time.now_ps), picoseconds(time.second_ps),
+          Transfer{picoseconds(time.transfer_ps), 0}};
+}
+
+biss_judgement as_judgement(const Monitor& monitor, const SafetyJudgement& from) {
+  biss_judgement judgement{};
+  judgement.verdict = static_cast<biss_verdict>(index_of(from.verdict));
+  judgement.state = name_of(from.state).data();
+  judgement.tolerated = from.tolerated;
+  judgement.cpw_nW = from.cpw_nW;
+  judgement.spw_nW = from.spw_nW;
+  judgement.life_counter = from.life_counter;
+  judgement.difference_lsb = from.difference_lsb;
+  judgement.has_position = from.position.has_value();
+  if (!judgement.has_position) return judgement;
+  judgement.position = from.position->value;
+  judgement.low = from.position->low;
+  judgement.high = from.position->high;
+  judgement.control_position = control_position(monitor.plan(), *from.position);
+  return judgement;
+}
+
+Plan plan_of(const Wanted& wanted, bool unrated) {
+  if (unrated) return Plan(wanted.format, UnratedSafetySetup(wanted.setup));
+  return Plan(wanted.format, wanted.setup);
+}
+
+}  // namespace
+
+}  // namespace biss::capi
+
+struct biss_safety {
+  static constexpr auto kind = biss::capi::HandleKind::safety;
+
+  biss_safety(const biss::capi::Wanted& wanted, bool unrated)
+      : monitor(biss::capi::plan_of(wanted, unrated)) {}
+
+  biss::capi::Monitor monitor;
+};
+
+namespace biss::capi {
+namespace {
+
+biss_status usable(const biss_safety* safety) {
+  if (safety == nullptr) return BISS_NULL_ARGUMENT;
+  return is_open(safety) ? BISS_OK : BISS_BAD_HANDLE;
+}
+
+}  // namespace
+}  // namespace biss::capi
+
+extern "C" {
+
+biss_status biss_safety_defaults(const char* format, int64_t cycle_ps, biss_safety_setup* setup) {
+  if (format == nullptr || setup == nullptr) return BISS_NULL_ARGUMENT;
+  if (!biss::capi::is_duration(cycle_ps)) return BISS_BAD_SETUP;
+  const biss::SafetyConfiguration* found = biss::find_safety_configuration(format);
+  if (found == nullptr && !biss::capi::find_device(format)) return BISS_BAD_FORMAT;
+  biss::SafetySetup usual = found == nullptr ? biss::SafetySetup{} : found->setup;
+  if (cycle_ps != 0) usual = at_cycle(usual, biss::picoseconds(cycle_ps));
+  *setup = biss::capi::as_setup(format, usual);
+  return BISS_OK;
+}
+
+const char* biss_safety_problem(const biss_safety_setup* setup) {
+  const auto wanted = biss::capi::read_setup(setup);
+  return wanted.mistake ? biss::name_of(*wanted.mistake).data() : nullptr;
+}
+
+biss_status biss_safety_open(const biss_safety_setup* setup, biss_safety** safety) {
+  if (safety == nullptr) return BISS_NULL_ARGUMENT;
+  *safety = nullptr;
+  const auto wanted = biss::capi::read_setup(setup);
+  if (wanted.status != BISS_OK) return wanted.status;
+  if (wanted.mistake) return BISS_BAD_SAFETY;
+  *safety = biss::capi::make_handle<biss_safety>(wanted, setup->unrated);
+  return *safety == nullptr ? BISS_NO_MEMORY : BISS_OK;
+}
+
+void biss_safety_close(biss_safety* safety) { biss::capi::destroy_handle(safety); }
+
+biss_status biss_safety_self_test(biss_safety* safety, const biss_safety_setup* expected,
+                                  bool* passed) {
+  if (passed == nullptr) return BISS_NULL_ARGUMENT;
+  *passed = false;
+  if (const auto wrong = biss::capi::usable(safety); wrong != BISS_OK) return wrong;
+  const auto wanted = biss::capi::read_setup(expected);
+  if (wanted.status != BISS_OK) return wanted.status;
+  *passed = safety->monitor.self_test(biss::SafetyFingerprint(wanted.format, wanted.setup));
+  return BISS_OK;
+}
+
+const char* biss_verdict_name(biss_verdict verdict) {
+  const bool known = verdict >= BISS_VERDICT_SAFE && verdict < BISS_VERDICT_INVALID;
+  return known ? biss::name_of(biss::verdict_of(static_cast<std::size_t>(verdict))).data()
+               : "invalid";
+}
+
+biss_status biss_safety_step(biss_safety* safety, const biss_safety_time* time,
+                             const uint8_t* bytes, size_t byte_count, size_t first_bit,
+                             size_t bit_count, biss_judgement* judgement) {
+  if (time == nullptr || judgement == nullptr || (bytes == nullptr && byte_count != 0)) {
+    return BISS_NULL_ARGUMENT;
+  }
+  if (const auto wrong = biss::capi::usable(safety); wrong != BISS_OK) return wrong;
+  const biss::BitView bits(std::span(bytes, byte_count), first_bit, bit_count);
+  *judgement = biss::capi::as_judgement(safety->monitor,
+                                        safety->monitor.step(biss::capi::from_c(*time), bits));
+  return BISS_OK;
+}
+
+biss_status biss_safety_watch(biss_safety* safety, const biss_safety_time* time,
+                              biss_judgement* judgement) {
+  if (time == nullptr || judgement == nullptr) return BISS_NULL_ARGUMENT;
+  if (const auto wrong = biss::capi::usable(safety); wrong != BISS_OK) return wrong;
+  *judgement =
+      biss::capi::as_judgement(safety->monitor, safety->monitor.watch(biss::capi::from_c(*time)));
+  return BISS_OK;
+}
+
+biss_status biss_safety_deadline(const biss_safety* safety, bool* is_expected,
+                                 int64_t* deadline_ps) {
+  if (is_expected == nullptr || deadline_ps == nullptr) return BISS_NULL_ARGUMENT;
+  if (const auto wrong = biss::capi::usable(safety); wrong != BISS_OK) return wrong;
+  const auto deadline = safety->monitor.deadline();
+  *is_expected = deadline.has_value();
+  *deadline_ps = deadline ? deadline->count : BISS_NEVER;
+  return BISS_OK;
+}
+
+biss_status biss_safety_expect(biss_safety* safety, uint64_t low, uint64_t high) {
+  if (const auto wrong = biss::capi::usable(safety); wrong != BISS_OK) return wrong;
+  safety->monitor.expect_position(low, high);
+  return BISS_OK;
+}
+
+biss_status biss_safety_acknowledge(biss_safety* safety, biss_verdict cause) {
+  if (const auto wrong = biss::capi::usable(safety); wrong != BISS_OK) return wrong;
+  if (cause < BISS_VERDICT_SAFE || cause >= BISS_VERDICT_INVALID) return BISS_NO_READING;
+  const auto verdict = biss::verdict_of(static_cast<std::size_t>(cause));
+  return safety->monitor.acknowledge(verdict) ? BISS_OK : BISS_NO_READING;
+}
+
+biss_status biss_safety_cause(const biss_safety* safety, biss_verdict* cause) {
+  if (cause == nullptr) return BISS_NULL_ARGUMENT;
+  if (const auto wrong = biss::capi::usable(safety); wrong != BISS_OK) return wrong;
+  const biss::SafetyState state = safety->monitor.state();
+  if (state != biss::SafetyState::latched && state != biss::SafetyState::failed) {
+    return BISS_NO_READING;
+  }
+  *cause = static_cast<biss_verdict>(biss::index_of(safety->monitor.latched_cause()));
+  return BISS_OK;
+}
+
+biss_status biss_safety_encoder_restarted(biss_safety* safety) {
+  if (const auto wrong = biss::capi::usable(safety); wrong != BISS_OK) return wrong;
+  safety->monitor.encoder_restarted();
+  return BISS_OK;
+}
+
+}  // extern "C"

@@ -1,0 +1,221 @@
+// The safety monitor through the C interface.
+#include "capi/biss_c_safety.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace biss::capi {
+namespace safety_test {
+
+constexpr const char* configuration = "fs-36-28";
+constexpr const char* format_text = "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0";
+constexpr std::int64_t cycle = 62'500'000;
+
+struct SafetyCloser {
+  void operator()(biss_safety* safety) const { biss_safety_close(safety); }
+};
+using SafetyHandle = std::unique_ptr<biss_safety, SafetyCloser>;
+struct FormatCloser {
+  void operator()(biss_format* format) const { biss_format_close(format); }
+};
+
+biss_safety_setup setup_of(const char* name = configuration) {
+  biss_safety_setup setup;
+  EXPECT_EQ(biss_safety_defaults(name, cycle, &setup), BISS_OK);
+  return setup;
+}
+
+// A monitor and the frames of its encoder.
+class Bench {
+ public:
+  explicit Bench(const biss_safety_setup& setup) {
+    biss_safety* safety = nullptr;
+    EXPECT_EQ(biss_safety_open(&setup, &safety), BISS_OK);
+    safety_.reset(safety);
+    biss_format* format = nullptr;
+    EXPECT_EQ(biss_format_open(format_text, &format), BISS_OK);
+    format_.reset(format);
+  }
+
+  biss_safety* get() const { return safety_.get(); }
+
+  // The next frame of the encoder at `position` of the SPW, `damage`d at a bit unless that is 0.
+  biss_judgement frame(std::uint64_t position, std::size_t damage = 0) {
+    biss_frame frame;
+    EXPECT_EQ(biss_frame_defaults(format_.get(), &frame), BISS_OK);
+    frame.channels[0].position = position << 8U;
+    frame.channels[1].position = position;
+    counter_ = counter_ % 63 + 1;
+    frame.channels[1].life_counter = counter_;
+    frame.lead_clocks = 2;
+    frame.ack_clocks = 50;
+    std::array<std::uint8_t, BISS_FRAME_BYTES_MAX> bytes{};
+    std::size_t bits = 0;
+    EXPECT_EQ(biss_frame_encode(format_.get(), &frame, bytes.data(), bytes.size(), &bits), BISS_OK);
+    if (damage != 0) bytes[damage / 8] ^= static_cast<std::uint8_t>(0x80U >> (damage % 8));
+    now_ += cycle;
+    biss_judgement judgement;
+    const biss_safety_time time{now_, now_, 0};
+    EXPECT_EQ(
+        biss_safety_step(safety_.get(), &time, bytes.data(), bytes.size(), 0, bits, &judgement),
+        BISS_OK);
+    return judgement;
+  }
+  biss_judgement watch(std::int64_t later) {
+    biss_judgement judgement;
+    const biss_safety_time time{now_ + later, now_ + later, 0};
+    EXPECT_EQ(biss_safety_watch(safety_.get(), &time, &judgement), BISS_OK);
+    return judgement;
+  }
+  bool self_test(const biss_safety_setup& expected) {
+    bool passed = false;
+    EXPECT_EQ(biss_safety_self_test(safety_.get(), &expected, &passed), BISS_OK);
+    return passed;
+  }
+  std::int64_t now() const { return now_; }
+
+ private:
+  SafetyHandle safety_;
+  std::unique_ptr<biss_format, FormatCloser> format_;
+  std::uint32_t counter_ = 0;
+  std::int64_t now_ = 0;
+};
+
+TEST(CSafety, GoodFrames_BecomeSafeAfterTheSelfTest) {
+  Bench bench(setup_of());
+  EXPECT_EQ(bench.frame(1000).verdict, BISS_VERDICT_SELF_TEST);
+  EXPECT_TRUE(bench.self_test(setup_of()));
+  EXPECT_EQ(bench.frame(1000).verdict, BISS_VERDICT_STARTING);
+  EXPECT_EQ(bench.frame(1001).verdict, BISS_VERDICT_STARTING);
+  const biss_judgement judgement = bench.frame(1002);
+  EXPECT_EQ(judgement.verdict, BISS_VERDICT_SAFE);
+  EXPECT_STREQ(judgement.state, "safe");
+  ASSERT_TRUE(judgement.has_position);
+  EXPECT_EQ(judgement.position, 1002U);
+  EXPECT_EQ(judgement.low, 1001U);
+  EXPECT_EQ(judgement.high, 1003U);
+  EXPECT_EQ(judgement.control_position, 1002U << 8U);
+  EXPECT_TRUE(judgement.cpw_nW && judgement.spw_nW);
+  EXPECT_EQ(judgement.difference_lsb, 0);
+}
+
+TEST(CSafety, DamagedFrame_IsLatchedUntilAcknowledged) {
+  Bench bench(setup_of());
+  ASSERT_TRUE(bench.self_test(setup_of()));
+  for (std::uint64_t i = 0; i < 5; ++i) bench.frame(i);
+  // A bit of the CPW: 2 + 50 + START + CDS, then 44 bits.
+  const biss_judgement damaged = bench.frame(5, 60);
+  EXPECT_STREQ(biss_verdict_name(damaged.verdict), "cpw_crc");
+  EXPECT_FALSE(damaged.has_position);
+  EXPECT_EQ(damaged.position, 0U);
+  EXPECT_EQ(bench.frame(6).verdict, BISS_VERDICT_LATCHED);
+  biss_verdict cause = BISS_VERDICT_SAFE;
+  ASSERT_EQ(biss_safety_cause(bench.get(), &cause), BISS_OK);
+  EXPECT_EQ(cause, BISS_VERDICT_CPW_CRC);
+  EXPECT_EQ(biss_safety_acknowledge(bench.get(), BISS_VERDICT_SPW_CRC), BISS_NO_READING);
+  EXPECT_EQ(biss_safety_acknowledge(bench.get(), static_cast<biss_verdict>(99)), BISS_NO_READING);
+  EXPECT_EQ(biss_safety_acknowledge(bench.get(), cause), BISS_OK);
+  EXPECT_EQ(biss_safety_cause(bench.get(), &cause), BISS_NO_READING);
+  EXPECT_EQ(bench.frame(7).verdict, BISS_VERDICT_STARTING);
+}
+
+TEST(CSafety, WatchdogDeadlineAndExpectation_AreThere) {
+  Bench bench(setup_of());
+  bool is_expected = true;
+  std::int64_t deadline = 0;
+  ASSERT_EQ(biss_safety_deadline(bench.get(), &is_expected, &deadline), BISS_OK);
+  EXPECT_FALSE(is_expected);
+  ASSERT_TRUE(bench.self_test(setup_of()));
+  for (std::uint64_t i = 0; i < 5; ++i) bench.frame(i);
+  ASSERT_EQ(biss_safety_deadline(bench.get(), &is_expected, &deadline), BISS_OK);
+  EXPECT_TRUE(is_expected);
+  EXPECT_EQ(deadline, bench.now() + cycle + cycle / 2);
+  EXPECT_EQ(bench.watch(cycle).verdict, BISS_VERDICT_SAFE);
+  EXPECT_FALSE(bench.watch(cycle).has_position);
+  ASSERT_EQ(biss_safety_expect(bench.get(), 10, 20), BISS_OK);
+  EXPECT_EQ(bench.frame(21).verdict, BISS_VERDICT_STIMULUS);
+  EXPECT_EQ(biss_safety_acknowledge(bench.get(), BISS_VERDICT_STIMULUS), BISS_OK);
+  EXPECT_EQ(biss_safety_encoder_restarted(bench.get()), BISS_OK);
+  for (std::uint64_t i = 0; i < 5; ++i) bench.frame(i);
+  EXPECT_EQ(bench.watch(2 * cycle).verdict, BISS_VERDICT_WATCHDOG);
+}
+
+TEST(CSafety, AnotherSetupThanExpected_FailsTheSelfTest) {
+  Bench bench(setup_of());
+  biss_safety_setup other = setup_of();
+  other.start_frames = 4;
+  EXPECT_FALSE(bench.self_test(other));
+  EXPECT_EQ(bench.frame(1).verdict, BISS_VERDICT_SELF_TEST);
+}
+
+TEST(CSafety, SetupsThatCannotBeMonitored_HaveTheirName) {
+  const auto problem = [](auto change) -> std::string {
+    biss_safety_setup setup = setup_of();
+    change(setup);
+    biss_safety* safety = reinterpret_cast<biss_safety*>(8);
+    const biss_status status = biss_safety_open(&setup, &safety);
+    EXPECT_EQ(safety == nullptr, status != BISS_OK);
+    biss_safety_close(safety);
+    const char* name = biss_safety_problem(&setup);
+    EXPECT_EQ(status == BISS_BAD_SAFETY, name != nullptr);
+    return name != nullptr ? name : biss_status_name(status);
+  };
+  using S = biss_safety_setup;
+  EXPECT_EQ(problem([](S&) {}), "ok");
+  EXPECT_EQ(problem([](S& s) { s.spw = 0; }), "channels");
+  EXPECT_EQ(problem([](S& s) { s.start_frames = 1; }), "start_frames");
+  EXPECT_EQ(problem([](S& s) { s.frame_gap_max_ps = 0; }), "frame_gap");
+  EXPECT_EQ(problem([](S& s) { s.format = "pos26,nE,nW,crc6"; }), "channels");
+  EXPECT_EQ(problem([](S& s) { s.compare_bits = 8; }), "weak_comparison");
+  EXPECT_EQ(problem([](S& s) { s.compare_bits = 8, s.unrated = true; }), "ok");
+  EXPECT_EQ(problem([](S& s) { s.format = "pos20,nE,nW,crc6+pos19,nE,nW,lc6,crc16"; }), "unrated");
+  EXPECT_EQ(problem([](S& s) { s.format = "what"; }), "bad_format");
+  EXPECT_EQ(problem([](S& s) { s.format = nullptr; }), "null_argument");
+  EXPECT_EQ(problem([](S& s) { s.cpw = 256; }), "bad_setup");
+  EXPECT_EQ(problem([](S& s) { s.bounds.ack_max_clocks = 65'536; }), "bad_setup");
+  EXPECT_EQ(problem([](S& s) { s.counter = static_cast<biss_counter_mode>(3); }), "bad_setup");
+}
+
+TEST(CSafety, WrongCalls_AreRefusedByTheirCause) {
+  biss_safety_setup setup;
+  EXPECT_EQ(biss_safety_defaults(nullptr, 0, &setup), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_safety_defaults("what", 0, &setup), BISS_BAD_FORMAT);
+  EXPECT_EQ(biss_safety_defaults(configuration, -1, &setup), BISS_BAD_SETUP);
+  EXPECT_EQ(biss_safety_defaults(format_text, 0, &setup), BISS_OK);
+  EXPECT_EQ(setup.start_frames, 3U);
+  setup = setup_of();
+  biss_safety* safety = nullptr;
+  ASSERT_EQ(biss_safety_open(&setup, &safety), BISS_OK);
+  EXPECT_EQ(biss_safety_open(&setup, nullptr), BISS_NULL_ARGUMENT);
+  bool flag = false;
+  std::int64_t deadline = 0;
+  biss_verdict cause{};
+  biss_judgement judgement;
+  const biss_safety_time time{};
+  const auto every = [&](biss_safety* s) {
+    return std::vector<biss_status>{biss_safety_self_test(s, &setup, &flag),
+                                    biss_safety_step(s, &time, nullptr, 0, 0, 0, &judgement),
+                                    biss_safety_watch(s, &time, &judgement),
+                                    biss_safety_deadline(s, &flag, &deadline),
+                                    biss_safety_expect(s, 0, 1),
+                                    biss_safety_acknowledge(s, BISS_VERDICT_CLOCK),
+                                    biss_safety_cause(s, &cause),
+                                    biss_safety_encoder_restarted(s)};
+  };
+  EXPECT_EQ(every(nullptr), std::vector<biss_status>(8, BISS_NULL_ARGUMENT));
+  EXPECT_EQ(biss_safety_step(safety, &time, nullptr, 1, 0, 0, &judgement), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_safety_self_test(safety, nullptr, &flag), BISS_NULL_ARGUMENT);
+  biss_safety_close(safety);
+  EXPECT_EQ(every(safety), std::vector<biss_status>(8, BISS_BAD_HANDLE));
+  biss_safety_close(safety);
+  for (const int number : {-1, 23, 99}) {
+    EXPECT_STREQ(biss_verdict_name(static_cast<biss_verdict>(number)), "invalid");
+  }
+}
+
+}  // namespace safety_test
+}  // namespace biss::capi

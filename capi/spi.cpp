@@ -1,0 +1,109 @@
+// biss_spi: a handle of the core's SpiReader.
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+
+#include "biss/master/spi_read.hpp"
+#include "capi/frame.hpp"
+
+namespace biss::capi {
+
+namespace {
+
+constexpr std::int64_t spi_period_min_ps = 32;
+
+bool is_possible(const biss_spi_setup& setup) {
+  return is_duration(setup.period_ps) && setup.period_ps >= spi_period_min_ps &&
+         is_duration(setup.line_delay_min_ps) && is_duration(setup.line_delay_max_ps) &&
+         setup.line_delay_min_ps <= setup.line_delay_max_ps &&
+         setup.first_bit <= std::numeric_limits<std::uint16_t>::max();
+}
+
+SpiSetup from_c(const biss_spi_setup& setup) {
+  return {
+      .period = picoseconds(setup.period_ps),
+      .phase = setup.sample_on_falling ? SpiPhase::sample_on_falling : SpiPhase::sample_on_rising,
+      .line_delay = {picoseconds(setup.line_delay_min_ps), picoseconds(setup.line_delay_max_ps)},
+      .first_bit = static_cast<std::uint16_t>(setup.first_bit),
+      .tail = setup.ignore_tail ? SpiTail::ignored : SpiTail::must_stay_low};
+}
+
+}  // namespace
+
+}  // namespace biss::capi
+
+struct biss_spi {
+  static constexpr auto kind = biss::capi::HandleKind::spi;
+
+  biss_spi(const biss::FrameCodec<>& codec, const biss::SpiSetup& chosen,
+           const biss::DeviceTiming& timing)
+      : setup(chosen), reader(codec, chosen, timing) {}
+
+  biss::SpiSetup setup;
+  biss::SpiReader<biss::FrameCodec<>> reader;
+};
+
+extern "C" {
+
+biss_spi_setup biss_spi_defaults(const biss_format* format, int64_t period_ps) {
+  biss_spi_setup setup{};
+  setup.format = format;
+  setup.period_ps = period_ps;
+  setup.line_delay_max_ps = biss::LineDelayRange{}.max.count;
+  return setup;
+}
+
+biss_status biss_spi_open(const biss_spi_setup* setup, biss_spi** spi) {
+  if (spi == nullptr) return BISS_NULL_ARGUMENT;
+  *spi = nullptr;
+  if (setup == nullptr || setup->format == nullptr) return BISS_NULL_ARGUMENT;
+  if (!biss::capi::is_open(setup->format)) return BISS_BAD_HANDLE;
+  biss::capi::Device device{setup->format->codec.format(), setup->format->timing};
+  if (!biss::capi::override_timing(setup->timing, device)) return BISS_BAD_TIMING;
+  if (!biss::capi::is_possible(*setup)) return BISS_BAD_SETUP;
+  *spi = biss::capi::make_handle<biss_spi>(setup->format->codec, biss::capi::from_c(*setup),
+                                           device.timing);
+  return *spi == nullptr ? BISS_NO_MEMORY : BISS_OK;
+}
+
+void biss_spi_close(biss_spi* spi) { biss::capi::destroy_handle(spi); }
+
+biss_status biss_spi_size_of(const biss_spi* spi, biss_spi_size* size) {
+  if (spi == nullptr || size == nullptr) return BISS_NULL_ARGUMENT;
+  if (!biss::capi::is_open(spi)) return BISS_BAD_HANDLE;
+  *size = {spi->reader.clocks(), spi->reader.bytes(), biss::capi::as_c(spi->reader.bounds())};
+  return BISS_OK;
+}
+
+biss_status biss_spi_read(const biss_spi* spi, const uint8_t* bytes, size_t byte_count,
+                          size_t clocks, biss_frame* frame) {
+  if (spi == nullptr || frame == nullptr || (bytes == nullptr && byte_count != 0)) {
+    return BISS_NULL_ARGUMENT;
+  }
+  if (!biss::capi::is_open(spi)) return BISS_BAD_HANDLE;
+  *frame = biss::capi::as_c(spi->reader.read(std::span(bytes, byte_count), clocks));
+  return BISS_OK;
+}
+
+biss_status biss_spi_line_delay(const biss_spi* spi, const biss_frame* frame, int64_t* min_ps,
+                                int64_t* max_ps) {
+  if (spi == nullptr || frame == nullptr || min_ps == nullptr || max_ps == nullptr) {
+    return BISS_NULL_ARGUMENT;
+  }
+  if (!biss::capi::is_open(spi)) return BISS_BAD_HANDLE;
+  if (frame->cause != BISS_CAUSE_OK) return BISS_NO_READING;
+  const biss::FrameBounds& bounds = spi->reader.bounds();
+  if (frame->lead_clocks < bounds.lead_min_clocks || frame->lead_clocks > bounds.lead_max_clocks) {
+    return BISS_CLOCK_RANGE;
+  }
+  biss::Frame lead;
+  lead.lead_clocks = static_cast<std::uint16_t>(frame->lead_clocks);
+  const biss::LineDelayRange range = biss::observed_line_delay(lead, spi->setup);
+  *min_ps = range.min.count;
+  *max_ps = range.max.count;
+  return BISS_OK;
+}
+
+}  // extern "C"

@@ -1,0 +1,106 @@
+// biss_vcd: a VCD file, written as it goes. With the C library alone: capture/ would bring its readers.
+#include <algorithm>
+#include <array>
+#include <cinttypes>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+
+#include "capi/biss_c_sim.h"
+#include "capi/device.hpp"
+
+struct biss_vcd {
+  static constexpr auto kind = biss::capi::HandleKind::vcd;
+
+  biss_vcd(std::FILE* to, std::size_t signals) : file(to), count(signals) { levels.fill(true); }
+
+  std::FILE* file;
+  std::size_t count;
+  std::array<bool, BISS_VCD_SIGNALS> levels;
+  std::int64_t last = 0;
+};
+
+namespace biss::capi {
+namespace {
+
+// The names are those of the first printable characters.
+char id_of(std::size_t signal) { return static_cast<char>('!' + signal); }
+static_assert(BISS_VCD_SIGNALS <= '~' - '!');
+
+void put_name(std::FILE* file, const char* name) {
+  for (const char* at = name; *at != '\0'; ++at) {
+    const auto byte = static_cast<unsigned char>(*at);
+    std::fputc(byte <= 0x20 || byte == 0x7F ? '_' : byte, file);
+  }
+}
+
+void put_header(std::FILE* file, const char* const* names, std::size_t count) {
+  std::fputs("$timescale 1ps $end\n$scope module biss $end\n", file);
+  for (std::size_t k = 0; k < count; ++k) {
+    std::fprintf(file, "$var wire 1 %c ", id_of(k));
+    put_name(file, names[k]);
+    std::fputs(" $end\n", file);
+  }
+  std::fputs("$upscope $end\n$enddefinitions $end\n#0\n", file);
+  for (std::size_t k = 0; k < count; ++k) std::fprintf(file, "1%c\n", id_of(k));
+}
+
+bool are_names(const char* const* names, std::size_t count) {
+  return std::all_of(names, names + count,
+                     [](const char* name) { return name != nullptr && *name != '\0'; });
+}
+
+void put_time(biss_vcd& vcd, std::int64_t time) {
+  if (time == vcd.last) return;
+  vcd.last = time;
+  std::fprintf(vcd.file, "#%" PRId64 "\n", time);
+}
+
+}  // namespace
+}  // namespace biss::capi
+
+extern "C" {
+
+biss_status biss_vcd_open(const char* path, const char* const* names, size_t count,
+                          biss_vcd** vcd) {
+  if (vcd == nullptr) return BISS_NULL_ARGUMENT;
+  *vcd = nullptr;
+  if (path == nullptr || names == nullptr) return BISS_NULL_ARGUMENT;
+  if (count < 1 || count > BISS_VCD_SIGNALS || !biss::capi::are_names(names, count)) {
+    return BISS_BAD_SETUP;
+  }
+  std::FILE* file = std::fopen(path, "wb");
+  if (file == nullptr) return BISS_FILE;
+  biss::capi::put_header(file, names, count);
+  *vcd = biss::capi::make_handle<biss_vcd>(file, count);
+  if (*vcd != nullptr) return BISS_OK;
+  std::fclose(file);
+  return BISS_NO_MEMORY;
+}
+
+biss_status biss_vcd_put(biss_vcd* vcd, int64_t time_ps, size_t signal, bool level) {
+  if (vcd == nullptr) return BISS_NULL_ARGUMENT;
+  if (!biss::capi::is_open(vcd)) return BISS_BAD_HANDLE;
+  if (signal >= vcd->count) return BISS_BAD_SETUP;
+  if (time_ps < 0 || time_ps > BISS_TIME_MAX) return BISS_TIME_RANGE;
+  if (time_ps < vcd->last) return BISS_TIME_BACKWARDS;
+  if (vcd->levels[signal] == level) return BISS_OK;
+  vcd->levels[signal] = level;
+  biss::capi::put_time(*vcd, time_ps);
+  std::fprintf(vcd->file, "%c%c\n", level ? '1' : '0', biss::capi::id_of(signal));
+  return std::ferror(vcd->file) != 0 ? BISS_FILE : BISS_OK;
+}
+
+biss_status biss_vcd_close(biss_vcd* vcd, int64_t time_ps) {
+  if (vcd == nullptr) return BISS_OK;
+  if (!biss::capi::is_open(vcd)) return BISS_BAD_HANDLE;
+  const bool in_range = time_ps >= 0 && time_ps <= BISS_TIME_MAX;
+  if (in_range && time_ps > vcd->last) biss::capi::put_time(*vcd, time_ps);
+  const bool failed = std::ferror(vcd->file) != 0;
+  const bool not_closed = std::fclose(vcd->file) != 0;
+  biss::capi::destroy_handle(vcd);
+  if (failed || not_closed) return BISS_FILE;
+  return in_range ? BISS_OK : BISS_TIME_RANGE;
+}
+
+}  // extern "C"

@@ -1,0 +1,78 @@
+// VCD files through the C interface.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdio>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include "capi/biss_c_sim.h"
+
+namespace biss::capi {
+namespace vcd_test {
+
+constexpr std::array<const char*, 2> names{"MA", "SLO at\tmaster"};
+
+std::string path() { return testing::TempDir() + "biss_c_vcd_test.vcd"; }
+
+std::string content() {
+  std::ifstream file(path());
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+biss_vcd* open() {
+  biss_vcd* vcd = nullptr;
+  EXPECT_EQ(biss_vcd_open(path().c_str(), names.data(), names.size(), &vcd), BISS_OK);
+  return vcd;
+}
+
+TEST(CVcd, Changes_AreWritten) {
+  biss_vcd* vcd = open();
+  EXPECT_EQ(biss_vcd_put(vcd, 0, 1, false), BISS_OK);
+  EXPECT_EQ(biss_vcd_put(vcd, 1'000, 0, false), BISS_OK);
+  EXPECT_EQ(biss_vcd_put(vcd, 1'000, 1, true), BISS_OK);
+  EXPECT_EQ(biss_vcd_put(vcd, 2'000, 1, true), BISS_OK);
+  EXPECT_EQ(biss_vcd_close(vcd, 5'000), BISS_OK);
+  EXPECT_EQ(content(),
+            "$timescale 1ps $end\n$scope module biss $end\n$var wire 1 ! MA $end\n"
+            "$var wire 1 \" SLO_at_master $end\n$upscope $end\n$enddefinitions $end\n"
+            "#0\n1!\n1\"\n0\"\n#1000\n0!\n1\"\n#5000\n");
+  std::remove(path().c_str());
+}
+
+TEST(CVcd, WrongCalls_AreRefusedByTheirCause) {
+  biss_vcd* vcd = nullptr;
+  EXPECT_EQ(biss_vcd_open(nullptr, names.data(), 2, &vcd), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_vcd_open(path().c_str(), nullptr, 2, &vcd), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_vcd_open(path().c_str(), names.data(), 2, nullptr), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_vcd_open(path().c_str(), names.data(), 0, &vcd), BISS_BAD_SETUP);
+  EXPECT_EQ(biss_vcd_open(path().c_str(), names.data(), 65, &vcd), BISS_BAD_SETUP);
+  const std::array<const char*, 2> empty{"MA", ""};
+  EXPECT_EQ(biss_vcd_open(path().c_str(), empty.data(), 2, &vcd), BISS_BAD_SETUP);
+  EXPECT_EQ(biss_vcd_open("/no/such/folder/line.vcd", names.data(), 2, &vcd), BISS_FILE);
+  EXPECT_EQ(vcd, nullptr);
+  vcd = open();
+  EXPECT_EQ(biss_vcd_put(vcd, 10, 2, false), BISS_BAD_SETUP);
+  EXPECT_EQ(biss_vcd_put(vcd, -1, 0, false), BISS_TIME_RANGE);
+  EXPECT_EQ(biss_vcd_put(vcd, 10, 0, false), BISS_OK);
+  EXPECT_EQ(biss_vcd_put(vcd, 9, 0, true), BISS_TIME_BACKWARDS);
+  EXPECT_EQ(biss_vcd_close(vcd, -1), BISS_TIME_RANGE);
+  EXPECT_EQ(biss_vcd_put(vcd, 20, 0, true), BISS_BAD_HANDLE);
+  EXPECT_EQ(biss_vcd_close(vcd, 30), BISS_BAD_HANDLE);
+  EXPECT_EQ(biss_vcd_put(nullptr, 20, 0, true), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_vcd_close(nullptr, 0), BISS_OK);
+  EXPECT_TRUE(content().ends_with("#10\n0!\n"));
+  std::remove(path().c_str());
+}
+
+TEST(CVcd, FullDisk_IsReported) {
+  biss_vcd* vcd = nullptr;
+  ASSERT_EQ(biss_vcd_open("/dev/full", names.data(), 2, &vcd), BISS_OK);
+  EXPECT_EQ(biss_vcd_close(vcd, 100), BISS_FILE);
+}
+
+}  // namespace vcd_test
+}  // namespace biss::capi

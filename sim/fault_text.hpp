@@ -1,0 +1,27 @@
+// A fault rule as text: which kind, in which cycles, and where in a cycle.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+#include <tl/expected.hpp>
+
+#include "sim/fault.hpp"
+
+namespace biss::sim {
+
+/// Why a text is no fault rule.
+enum class FaultTextError : std::uint8_t {
+  form,  ///< neither KIND:RATE nor KIND@CYCLE, or its place is none
+  kind,  ///< no kind that the line model can inject has this name
+};
+
+/// Reads `KIND:RATE`, a share of cycles from 0 to 1, or `KIND@CYCLE`. Either may end with `,bit=N` or
+/// `,clock=N`, N with up to three decimal places.
+tl::expected<FaultRule, FaultTextError> parse_fault(std::string_view text);
+
+/// The name of a place's unit in such a text: "bit", "clock".
+constexpr std::string_view name_of(PlaceUnit unit) {
+  return unit == PlaceUnit::bit ? "bit" : "clock";
+}
+
+}  // namespace biss::sim
