@@ -10,7 +10,7 @@ import esbuild from 'esbuild';
 const here = path.dirname(fileURLToPath(import.meta.url));
 const core = path.resolve(process.env.BISS_WASM ?? path.join(here, '../build-wasm/wasm'));
 const output = path.resolve(process.env.BISS_VIEW ?? path.join(here, 'dist/biss.html'));
-const limitBytes = 3 << 20;
+const limitBytes = Number(process.env.BISS_VIEW_BYTES ?? 3 << 20);
 
 const common = {
   absWorkingDir: here,

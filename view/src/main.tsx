@@ -3,7 +3,7 @@ import './theme.css';
 import './shell/shell.css';
 import { effect } from '@preact/signals';
 import { render } from 'preact';
-import { watchWaiting } from './core/client';
+import { Superseded, watchWaiting } from './core/client';
 import { start } from './core/reading';
 import { App } from './shell/app';
 import { loadEncoders } from './shell/encoders';
@@ -23,6 +23,10 @@ listenToKeys();
 effect(() => { document.title = file.value === undefined ? 'biss' : `${file.value.name} – biss`; });
 // Whether something is being asked of the core.
 watchWaiting((isWaiting) => document.documentElement.toggleAttribute('data-waiting', isWaiting));
+// What was asked of a capture that is no longer open needs no answer.
+addEventListener('unhandledrejection', (event) => {
+  if (event.reason instanceof Superseded) event.preventDefault();
+});
 render(<App />, document.getElementById('page')!);
 if (document.getElementById('biss-capture') !== null) holdLoad();
 void followLink();

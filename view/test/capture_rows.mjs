@@ -19,6 +19,7 @@ export function sessionOf(rows) {
   return {
     columns,
     rowCount: rows.length,
+    accesses: () => [],
     about: () => ({ endTime: String((rows.at(-1)?.time_ns ?? 0n) + 1000n) }),
     column(name, from, to) {
       const found = columns.find((column) => column.name === name);

@@ -19,24 +19,25 @@ function cyclesOf(format, ...options) {
   const { session } = biss.open(['test.vcd', '-f', format]);
   while (session.advance(100).more);
   const count = session.rowCount;
-  const rows = analyses.rows(session, { from: 0n, to: BigInt(session.about().endTime), most: count });
   const cells = session.cells(0, count);
   const cycles = cells.map((row, i) => {
     const cycle = session.cycle(i);
-    const times = { lineDelay: rows.lineDelay[i], ack: rows.ack[i] };
     return {
       cells: Object.fromEntries(session.columns.map(({ name }, k) => [name, row[k]])),
       cycle,
-      layout: cycle === undefined ? undefined : layOut(cycle, times, session.about().format ?? ''),
+      layout: cycle === undefined ? undefined : layOut(cycle),
     };
   });
   session.close();
   return cycles;
 }
 
+function partOf(layout, field) {
+  return layout.parts.find(({ texts: [text] }) => text.startsWith(`${field}=`));
+}
+
 function valueOf(layout, field) {
-  const part = layout.parts.find((each) => each.field === field);
-  return part?.texts.find((text) => text.startsWith(`${field}=`))?.slice(field.length + 1);
+  return partOf(layout, field)?.texts[0].slice(field.length + 1);
 }
 
 const faults = ['flip', 'burst', 'glitch_ma', 'glitch_slo', 'lost_clock', 'double_clock', 'slo_low', 'slo_high',
@@ -63,7 +64,7 @@ test('Fields_OfTwoChannels_AreOfTheirChannel', () => {
     assert.equal(valueOf(layout, 'pos.2'), cells.position2);
     assert.equal(valueOf(layout, 'lc.2'), cells.lc2);
     assert.equal(valueOf(layout, 'nE.2'), cells.nE2);
-    assert.equal(layout.parts.find(({ field }) => field === 'nE.2').kind, 'flag');
+    assert.equal(partOf(layout, 'nE.2').kind, 'flag');
   }
 });
 
@@ -96,12 +97,20 @@ test('Failures_OfAnyCycle_NameItsStatus', () => {
 test('Crc_WithAFlippedBit_SaysWhichFlipMendsIt', () => {
   const cycles = cyclesOf('pos26,nE,nW,crc6', '--cycles', '10', '--fault', 'flip@4,bit=7');
   const { layout } = cycles[4];
-  const part = layout.parts.find(({ field }) => field === 'crc');
+  const part = partOf(layout, 'crc');
   assert.ok(part.wrong);
   assert.match(part.texts[0], /^crc=0x[0-9A-F]+, expected 0x[0-9A-F]+$/);
   assert.equal(layout.failures[0].at, part.from);
-  assert.match(layout.failures[0].text, /mended by a flip of (.* or )?pos18\b/);
+  assert.match(layout.failures[0].text, /^crc: received .*; mended by a flip of (.* or )?pos18\b/);
   assert.ok(layout.samples.find(({ name }) => name === 'pos18').mends);
+});
+
+test('Crc_OfTheSecondChannel_IsNamed', () => {
+  const { cycle, layout } = cyclesOf('fs-36-28', '--cycles', '10', '--fault', 'flip@4,bit=70')[4];
+  assert.deepEqual(cycle.checks.map(({ right }) => right), [true, false]);
+  assert.equal(layout.failures.length, 1);
+  assert.match(layout.failures[0].text, /^crc: channel 2: received 0x[0-9A-F]+, expected 0x[0-9A-F]+; mended by a flip of .*\.2\b/);
+  assert.equal(layout.failures[0].at, partOf(layout, 'crc.2').from);
 });
 
 test('Eye_WithoutJitter_IsHalfAPeriodWideOnBothSides', () => {

@@ -79,6 +79,56 @@ describe('a report with a part of the capture', () => {
     await page.close();
   });
 
+  it('Check_OfEachLimitCarried_IsThatOfTheWhole', async () => {
+    const { page } = await open('line.html', 'check');
+    const limits = page.getByLabel('Against');
+    assert.deepEqual(await limits.locator('option').evaluateAll((all) => all.map(({ value }) => value)), ['biss-c', 'renishaw']);
+    for (const against of ['renishaw', 'biss-c']) {
+      const { out } = folder.run(['check', 'line.vcd', '-f', format, '--against', against, '--to', 'jsonl']);
+      const judged = out.trimEnd().split('\n').map((line) => JSON.parse(line)).filter(({ verdict }) => verdict !== 'not_judged');
+      await limits.selectOption(against);
+      await page.waitForFunction((count) => document.querySelectorAll('.rules tbody tr').length === count, judged.length);
+      const shown = await page.locator('.rules tbody tr').evaluateAll((all) =>
+        Object.fromEntries(all.map((row) => [row.children[1].textContent, row.children[7].textContent])));
+      for (const { rule, cases } of judged) assert.equal(shown[rule], `${cases}`, `${against} ${rule}`);
+    }
+    await page.close();
+  });
+
+  it('Waveform_NamesCyclesByTheirNumbersInTheWhole', async () => {
+    const { page } = await open('line.html');
+    const failed = rows.filter((row) => row.split(',')[2] === 'crc').map((row) => row.split(',')[0]);
+    const number = failed.at(-1);
+    await page.locator('#search').fill(`cycle = ${number}`);
+    await page.locator('#search').press('Enter');
+    await page.locator('.row.selected', { hasText: number }).waitFor();
+    await page.locator('.wave-picture').focus();
+    await page.keyboard.press('Enter');
+    await page.locator(`.wave-picture canvas[aria-label*="Cycle ${number} is selected"]`).waitFor();
+    await page.locator(`.wave-picture canvas[aria-label*="${number} crc"]`).waitFor();
+    await page.close();
+  });
+
+  it('AccessesToRegisters_AreThoseOfTheWhole', async () => {
+    folder.make(['simulate', '-f', format, '--cycles', '24000', '--access', 'read:0x42@50', '--access', 'read:0x44,2@20000',
+      '-o', 'control.vcd']);
+    folder.make(['report', 'control.vcd', '-f', format, '--page', pageFile, '-o', 'control.html']);
+    const expected = folder.make(['registers', 'control.vcd', '-f', format, '--to', 'jsonl']).out.trimEnd().split('\n')
+      .map((line) => JSON.parse(line));
+    const { page, errors } = await open('control.html', 'eds');
+    const accesses = page.locator('[aria-label=Accesses] tbody tr');
+    await accesses.first().waitFor();
+    const shown = await accesses.evaluateAll((all) => all.map((row) => [...row.children].map((cell) => cell.textContent)));
+    assert.deepEqual(shown.map(([cycle, , access, address, , , outcome]) => [Number(cycle), access, address, outcome]),
+      expected.map(({ cycle, access, address, outcome }) => [cycle, access, address, outcome]));
+    await accesses.first().getByRole('button').click();
+    await page.locator('.row.selected', { hasText: `${expected[0].cycle}` }).waitFor();
+    await accesses.last().getByRole('button').click();
+    await page.locator('.message', { hasText: `Cycle ${expected.at(-1).cycle} is not in this report.` }).waitFor();
+    assert.deepEqual(errors, []);
+    await page.close();
+  });
+
   it('OtherFormat_IsSaidToBeOfThePart', async () => {
     const { page } = await open('line.html');
     await page.locator('#format').fill('none');

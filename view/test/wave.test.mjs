@@ -113,11 +113,11 @@ test('Waveform_FailedCycle_SaysWhatItsChecksumNeeds', async () => {
   const y = box.y + lanesOf(box.height).cause.top + 8;
   await settled(page);
   let said = '';
-  for (let x = gutter; x < box.width && !said.includes('crc is'); x += 8) {
+  for (let x = gutter; x < box.width && !said.includes('crc: received'); x += 8) {
     await page.mouse.move(box.x + x, y);
     said = await pointer.textContent();
   }
-  assert.match(said, /#3 crc: crc is 0x[0-9A-F]+, the data need 0x[0-9A-F]+; mended by a flip of .*pos20/);
+  assert.match(said, /#3 crc: received 0x[0-9A-F]+, expected 0x[0-9A-F]+; mended by a flip of .*pos20/);
   await closed(tab);
 });
 
@@ -132,6 +132,32 @@ test('Waveform_AccessToARegister_IsNamed', async () => {
   await settled(page);
   await page.mouse.move(box.x + 500, y);
   await page.locator('.wave-pointer', { hasText: /0x42 BP_ID .*no_answer/ }).waitFor();
+  await closed(tab);
+});
+
+test('Waveform_AccessInALargeCapture_IsNamed', async () => {
+  const tab = await opened({ row: '20' }, '-f pos26,nE,nW,crc6 --cycles 12000 --access read:0x42');
+  const { page } = tab;
+  assert.ok(Number(/([\d.]+) MB/.exec(await page.locator('.status-bar').innerText())[1]) > 16);
+  const picture = page.locator('.wave-picture');
+  await picture.focus();
+  await page.keyboard.press('Enter');
+  const box = await picture.boundingBox();
+  const y = box.y + lanesOf(box.height, true).access.top + 8;
+  await settled(page);
+  await page.mouse.move(box.x + 500, y);
+  await page.locator('.wave-pointer', { hasText: /0x42 BP_ID .*no_answer/ }).waitFor();
+  await closed(tab);
+});
+
+test('Waveform_WithCyclesSkipped_NamesThemByTheirNumbers', async () => {
+  const tab = await opened({ row: '3', further: '--since 1ms' }, '-f pos26,nE,nW,crc6 --cycles 100');
+  const { page } = tab;
+  const [number] = await page.locator('#row-3 [role=gridcell]').allInnerTexts();
+  assert.ok(Number(number) > 3);
+  await page.locator('.wave-picture').focus();
+  await page.keyboard.press('Enter');
+  await saidBy(page, new RegExp(`cycles ${number - 1} to \\d+; none failed\\. Cycle ${number} is selected`));
   await closed(tab);
 });
 

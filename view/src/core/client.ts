@@ -104,7 +104,7 @@ export class Client {
     return found;
   }
 
-  #answered({ id, answer, error, status }: AnswerMessage): void {
+  #answered({ id, answer, error, status, isClosed }: AnswerMessage): void {
     const lane = this.#laneOf.get(id);
     const settled = this.#settle(id);
     if (lane !== undefined) {
@@ -114,6 +114,7 @@ export class Client {
       if (next !== undefined) this.#send(lane, next);
     }
     if (error === undefined) settled?.resolve(answer as never);
+    else if (isClosed === true) settled?.reject(new Superseded());
     else settled?.reject(new CoreError(error, status ?? 3));
   }
 

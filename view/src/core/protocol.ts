@@ -13,6 +13,8 @@ export interface Questions {
   csv: { ask: { from: number; to: number }; answer: string };
   column: { ask: { name: string; from: number; to: number }; answer: ColumnValues };
   cycle: { ask: { row: number }; answer: Cycle | undefined };
+  /** The row of a cycle, by its number; undefined where it has none. */
+  rowOfCycle: { ask: { number: number }; answer: number | undefined };
   /** The last row that begins at or before this time; undefined before the first one. */
   rowAt: { ask: { time: bigint }; answer: number | undefined };
   summary: { ask: Record<string, never>; answer: string };
@@ -71,6 +73,8 @@ export interface AnswerMessage {
   /** The text of what was thrown. */
   error?: string;
   status?: number;
+  /** The capture was closed before the request came. */
+  isClosed?: boolean;
 }
 
 /** Sent by the worker of its own accord while it reads. */

@@ -1,6 +1,6 @@
 // What a report knows of a capture of which it has a part; cli/report/part.cpp writes it. The part is a
 // capture of its own; its rows are known by their times.
-import type { ColumnValues, Cycle, RunResult, Session } from 'biss';
+import type { Access, ColumnValues, Cycle, RunResult, Session } from 'biss';
 import type { Causes } from '../plots/causes_of';
 import type { Envelope, EnvelopeAsk } from '../plots/envelope';
 import type { Settings } from '../state';
@@ -74,6 +74,7 @@ export class PartSession implements Session {
   #rows: number[] = [];
   #place: number[] = [];
   #looked = 0;
+  #known: readonly Access[] | undefined;
   #ends = new Map<number, bigint | undefined>();
 
   /** \param isWhole the settings are those of the report */
@@ -99,7 +100,23 @@ export class PartSession implements Session {
 
   about() {
     const about = this.part.about();
-    return { ...about, cycles: this.isWhole ? this.report.cycles : this.rowCount };
+    return {
+      ...about,
+      cycles: this.isWhole ? this.report.cycles : this.rowCount,
+      accesses: this.isWhole ? this.#accesses().length : 0,
+    };
+  }
+
+  // Those of the part are broken off where cycles are missing.
+  #accesses(): readonly Access[] {
+    this.#known ??= (this.report.verbs['registers']?.out ?? '').split('\n')
+      .filter((line) => line !== '').map((line) => JSON.parse(line) as Access);
+    return this.#known;
+  }
+
+  accesses(from: number, to: number): Access[] {
+    if (!this.isWhole) return [];
+    return this.#accesses().filter(({ cycle, cycles }) => cycle < to && cycle + Math.max(1, cycles) > from);
   }
 
   get columns() {

@@ -99,9 +99,13 @@ function closeAll(): void {
   reader?.close();
 }
 
+// The capture of a request was closed before the request came.
+class Closed extends Error {}
+
 function opened(): Reader {
-  if (reader === undefined) throw new Error('no capture is open');
-  return reader;
+  if (reader !== undefined) return reader;
+  const message = 'no capture is open';
+  throw generation === 0 ? new Error(message) : new Closed(message);
 }
 
 function session() {
@@ -118,18 +122,26 @@ const questions: Handlers<Questions> = {
   summary: () => session().summary(),
   find: ({ condition, from, step }) => findRow(session(), condition, from, step),
   findAll: ({ condition, most }) => findRows(session(), condition, most),
-  rowAt: ({ time }) => rowAt(time),
+  rowAt: ({ time }) => lastAtOrBefore('time_ns', time),
+  rowOfCycle({ number }) {
+    const row = lastAtOrBefore('cycle', BigInt(number));
+    return row !== undefined && valueOf('cycle', row) === BigInt(number) ? row : undefined;
+  },
 };
 
-// Rows are in the order of time.
-function rowAt(time: bigint): number | undefined {
-  const rows = session();
+function valueOf(column: string, row: number): bigint | undefined {
+  const [value] = session().column(column, row, row + 1).values;
+  return value === undefined ? undefined : BigInt(value);
+}
+
+// The last row whose value is at most this. Rows are in the order of time and of cycles.
+function lastAtOrBefore(column: string, wanted: bigint): number | undefined {
   let low = 0;
-  let high = rows.rowCount;
+  let high = session().rowCount;
   while (low < high) {
     const middle = Math.floor((low + high) / 2);
-    const [at] = rows.column('time_ns', middle, middle + 1).values;
-    if (at !== undefined && BigInt(at) <= time) low = middle + 1;
+    const value = valueOf(column, middle);
+    if (value !== undefined && value <= wanted) low = middle + 1;
     else high = middle;
   }
   return low === 0 ? undefined : low - 1;
@@ -141,7 +153,10 @@ async function answer({ id, name, ask }: RequestMessage): Promise<void> {
     message = { id, answer: await answerOf(name, ask) };
   } catch (error) {
     const text = error instanceof Error ? error.message : String(error);
-    message = { id, error: text, status: error instanceof BissError ? error.status : 3 };
+    message = {
+      id, error: text, status: error instanceof BissError ? error.status : 3,
+      isClosed: error instanceof Closed,
+    };
   }
   self.postMessage(message, transferablesOf(message.answer));
 }

@@ -1,5 +1,5 @@
 // What became of each row, for the strip of all cycles and the boxes of single ones; in the worker.
-import type { Session } from 'biss';
+import type { Access, Session } from 'biss';
 import { harmlessStatuses, harmlessVerdicts } from '../core/statuses';
 import { blockRows, blockTimes, numbersOf, rowsIn, stretch, timesOf } from './row_times';
 
@@ -44,9 +44,8 @@ export interface Rows {
   /** Flags that are set: `nE=0`, `marginal`, limits. */
   notes: string[];
   position: string[];
-  /** Picoseconds; NaN where it is not known. */
-  lineDelay: Float64Array;
-  ack: Float64Array;
+  /** Accesses to registers, and commands, that take place in these rows. */
+  accesses: Access[];
   /** When the row after each one begins, or the line is not known any more. */
   ends: BigInt64Array;
   /** When the row after the last one begins; the end of the capture where there is none. */
@@ -223,26 +222,22 @@ export function rows(session: Session, { from, to, most }: RowsAsk): Rows {
   const stop = count > most ? first : end;
   const verdicts = new Verdicts(session, first, stop);
   const position = session.column('position', first, stop);
-  const measured = (name: string) => {
-    const { present, values } = session.column(name, first, stop);
-    return numbersOf(values).map((value, i) => (present[i] === 1 ? value : NaN));
-  };
   const indices = Array.from({ length: stop - first }, (_, i) => i);
   const times = timesOf(session, first, stop);
+  const numbers = numbersOf(session.column('cycle', first, stop).values);
   const after = timesOf(session, end, end + 1)[0] ?? BigInt(session.about().endTime);
   return {
     first,
     count,
     times,
     ends: endsOf(session, first, times, after),
-    numbers: numbersOf(session.column('cycle', first, stop).values),
+    numbers,
     classes: Uint8Array.from(indices, (i) => verdicts.classOf(i)),
     status: indices.map((i) => textOf(verdicts.status, i)),
     safety: indices.map((i) => textOf(verdicts.safety, i)),
     notes: indices.map((i) => verdicts.notes(i)),
     position: indices.map((i) => (position.present[i] === 1 ? String(position.values[i]) : '')),
-    lineDelay: measured('line_delay_ns'),
-    ack: measured('ack_ns'),
+    accesses: numbers.length === 0 ? [] : session.accesses(numbers[0] ?? 0, (numbers.at(-1) ?? 0) + 1),
     end: after,
   };
 }

@@ -1,5 +1,6 @@
 // What the capture is read with: format, lines, units. A change is read again at once.
 import { useEffect, useRef } from 'preact/hooks';
+import type { About } from 'biss';
 import * as state from '../state';
 import { encoders } from './encoders';
 import { changeSettings } from './settings';
@@ -42,19 +43,26 @@ function FormatField() {
   useEffect(() => { if (field.current !== null) field.current.value = format; }, [format]);
   const found = about?.format ?? '';
   const sure = about?.confidence === undefined ? '' : `${Math.floor(about.confidence * 100)} % sure`;
+  const fitting = about?.encoders ?? [];
+  const fits = fitting.length === 0 ? undefined : `Frames of this format come from ${fitting.join(', ')}`;
   return (
     <>
-      <label class="format">Format{' '}
+      <label class="format" title={nameOf(about)}>Format{' '}
         <input id="format" ref={field} type="text" list="encoders" spellcheck={false} autocomplete="off"
           placeholder={found === '' ? 'not found: type one, such as pos26,nE,nW,crc6' : found}
           onChange={(event) => changeSettings({ format: event.currentTarget.value.trim() })} />
       </label>
       <datalist id="encoders">{encoders.value.map((name) => <option key={name} value={name} />)}</datalist>
       {format === ''
-        ? <span class="found">{found === '' ? 'no format found' : `found, ${sure}`}</span>
+        ? <span class="found" title={fits}>{found === '' ? 'no format found' : `found, ${sure}`}</span>
         : <button type="button" class="small" onClick={() => changeSettings({ format: '' })}>Find it</button>}
     </>
   );
+}
+
+// The bits that a name stands for.
+function nameOf(about: About | undefined): string | undefined {
+  return about?.formatName === undefined ? undefined : `${about.formatName}: ${about.format ?? ''}`;
 }
 
 interface LineProps {

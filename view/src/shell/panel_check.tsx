@@ -6,13 +6,20 @@ import { CycleLink, textOf, useVerb, VerbView, verbArguments, zoomToCycle } from
 
 const against = signal('biss-c');
 const judgedOnly = signal(true);
+const profiles: Record<string, string> = { 'biss-c': 'BiSS C', renishaw: 'Renishaw data sheets' };
 const order = ['fail', 'marginal', 'pass', 'not_judged'];
 const signs: Record<string, string> = { fail: '✗', marginal: '!', pass: '✓', not_judged: '·' };
 const kinds: Record<string, string> = { fail: 'bad-text', marginal: 'warn-text', pass: 'good-text' };
 
+function carriedLimits(): string[] {
+  const verbs = state.isWhole.value ? Object.keys(state.report.value?.verbs ?? {}) : [];
+  return verbs.flatMap((verb) => (verb.startsWith('check ') ? [verb.slice('check '.length)] : []));
+}
+
 export function CheckPanel() {
-  // A report says it of the whole capture for these limits.
-  const limits = state.isWhole.value ? 'biss-c' : against.value;
+  // A report says it of the whole capture for some limits.
+  const carried = carriedLimits();
+  const limits = carried.length === 0 || carried.includes(against.value) ? against.value : carried[0]!;
   const result = useVerb(verbArguments(['check'], ['--against', limits, '--to', 'jsonl']));
   const rows = [...result.rows]
     .filter((row) => !judgedOnly.value || row['verdict'] !== 'not_judged')
@@ -22,10 +29,9 @@ export function CheckPanel() {
     <>
       <div class="bar">
         <label>Against{' '}
-          <select value={limits} disabled={state.isWhole.value} onChange={(event) => { against.value = event.currentTarget.value; }}>
-            <option value="biss-c">BiSS C</option>
-            <option value="renishaw">Renishaw data sheets</option>
-            {encoders.value.map((name) => <option key={name}>{name}</option>)}
+          <select value={limits} onChange={(event) => { against.value = event.currentTarget.value; }}>
+            {(carried.length > 0 ? carried : [...Object.keys(profiles), ...encoders.value])
+              .map((name) => <option key={name} value={name}>{profiles[name] ?? name}</option>)}
           </select>
         </label>
         <label>

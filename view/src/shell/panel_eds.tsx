@@ -3,9 +3,8 @@ import { signal } from '@preact/signals';
 import { useEffect } from 'preact/hooks';
 import type { RunResult } from 'biss';
 import { runOnFile, runVerb } from '../core/verbs';
-import { zoomToRow } from '../selection';
 import * as state from '../state';
-import { CycleLink, textOf, useVerb, VerbView, verbArguments } from './verb';
+import { CycleLink, textOf, useVerb, VerbView, verbArguments, zoomToCycle } from './verb';
 
 interface Sheet {
   of: string;
@@ -60,7 +59,9 @@ async function showCapture(key: string): Promise<void> {
 export function EdsPanel() {
   const accesses = useVerb(verbArguments(['registers'], ['--to', 'jsonl']));
   const key = `${state.generation.value}`;
-  const seen = accesses.state === 'done' && accesses.rows.length > 0;
+  // A part of a capture does not show what the registers hold.
+  const isPart = state.report.value !== undefined;
+  const seen = accesses.state === 'done' && accesses.rows.length > 0 && !isPart;
   const shown = sheet.value?.key === '' || sheet.value?.key === key ? sheet.value : undefined;
   useEffect(() => { if (seen && shownFor !== key) void showCapture(key); }, [seen, key]);
   return (
@@ -116,7 +117,7 @@ function Accesses({ rows }: { rows: Record<string, unknown>[] }) {
         <tbody>
           {rows.slice(0, mostAccesses).map((row, i) => (
             <tr key={i}>
-              <td><CycleLink cycle={row['cycle']} go={(cycle) => void zoomToRow(cycle)} /></td>
+              <td><CycleLink cycle={row['cycle']} go={(cycle) => void zoomToCycle(cycle)} /></td>
               {keys.map((key) => <td key={key}>{textOf(row[key])}</td>)}
             </tr>
           ))}

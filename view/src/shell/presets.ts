@@ -59,7 +59,7 @@ export const presets: readonly Preset[] = [
     id: 'sampling',
     name: 'Sampling at the wrong moment',
     about: 'The cable delays SLO by half a clock, so that a master without compensation samples where SLO changes.',
-    setup: { clock: '5MHz', cable: '10m', compensation: false, jitter: '5ns' },
+    setup: { clock: '5MHz', cable: '6m', compensation: false, jitter: '5ns' },
   },
   {
     id: 'format',

@@ -48,6 +48,7 @@ export function StatusBar() {
           <span>{durationText(state.endTime.value)}</span>
           <span>lines by {about.linesBy}{about.looksSwapped ? ', they look swapped' : ''}</span>
           {isFollowing.value && <span>following the file</span>}
+          <span>{about.lineKind === 'changes' ? 'times of changes' : about.lineKind}</span>
           {about.sampleRate > 0 && <span>{about.sampleRate / 1e6} MS/s</span>}
         </>
       )}

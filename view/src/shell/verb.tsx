@@ -55,9 +55,15 @@ async function run(key: string, args: string[]): Promise<void> {
 }
 
 // Of a report: what the verb says of the whole capture.
-function wholeAnswer([verb = '']: string[]) {
-  const answer = state.isWhole.value ? state.report.value?.verbs[verb] : undefined;
+function wholeAnswer(args: string[]) {
+  const answer = state.isWhole.value ? state.report.value?.verbs[nameOf(args)] : undefined;
   return answer && { status: answer.status, text: answer.out, err: answer.err };
+}
+
+// As a report names it: `explain`, `check renishaw`.
+function nameOf(args: string[]): string {
+  const limits = args[args.indexOf('--against') + 1];
+  return args[0] === 'check' && limits !== undefined ? `check ${limits}` : args[0] ?? '';
 }
 
 async function answerOf(args: string[]) {
@@ -65,12 +71,11 @@ async function answerOf(args: string[]) {
   return { status, text: new TextDecoder().decode(out), err };
 }
 
-/** Shows a cycle by its number; a report does not have each. */
-export async function zoomToCycle(cycle: number): Promise<void> {
-  const row = state.report.value === undefined ? cycle
-    : await core().ask('find', { condition: `cycle = ${cycle}`, from: -1, step: 1 });
+/** Shows a cycle by its number. A report does not have each, and options may leave some out. */
+export async function zoomToCycle(number: number): Promise<void> {
+  const row = await core().ask('rowOfCycle', { number });
   if (row !== undefined) await zoomToRow(row);
-  else announce(state.messages.value = `Cycle ${cycle} is not in this report.`);
+  else announce(state.messages.value = `Cycle ${number} is not in this ${state.report.value === undefined ? 'table' : 'report'}.`);
 }
 
 /** Where a cycle is named: a button that goes to it. */

@@ -1,4 +1,5 @@
 /** What the pictures show, in words. */
+import { harmlessStatuses } from '../core/statuses';
 import type { Cursors, Range } from '../state';
 import { exactTimeText, rateText, timeText } from './scale';
 
@@ -21,6 +22,7 @@ export function rangeText({ from, to }: Range): string {
 export interface Described {
   range: Range | undefined;
   cursors: Cursors;
+  /** The number of its cycle. */
   selected: number | undefined;
   rows: number;
   /** Of the cycles in the picture. */
@@ -29,13 +31,21 @@ export interface Described {
 
 const mostNamed = 5;
 
+/** A cycle in the picture, by its number in the capture. */
+export interface SeenCycle {
+  number: number;
+  status: string;
+}
+
 /** `cycles 3 to 5; failed: 4 crc`. */
-export function cyclesText(first: number, statuses: readonly string[], failed: readonly number[]): string {
-  if (statuses.length === 0) return '';
-  const last = first + statuses.length - 1;
-  const named = failed.slice(0, mostNamed).map((row) => `${row} ${statuses[row - first] ?? ''}`);
+export function cyclesText(cycles: readonly SeenCycle[]): string {
+  const [first] = cycles;
+  const last = cycles.at(-1);
+  if (first === undefined || last === undefined) return '';
+  const failed = cycles.filter(({ status }) => !harmlessStatuses.has(status));
+  const named = failed.slice(0, mostNamed).map(({ number, status }) => `${number} ${status}`);
   const more = failed.length > mostNamed ? ` and ${failed.length - mostNamed} more` : '';
-  const extent = statuses.length === 1 ? `cycle ${first}` : `cycles ${first} to ${last}`;
+  const extent = cycles.length === 1 ? `cycle ${first.number}` : `cycles ${first.number} to ${last.number}`;
   return `${extent}; ${failed.length === 0 ? 'none failed' : `failed: ${named.join(', ')}${more}`}`;
 }
 

@@ -135,27 +135,6 @@ function firstShown(times: Float64Array, time: number): number {
   return Math.max(0, low - 1);
 }
 
-/** The level of a line at a time; undefined where it is not known as finely. */
-export function levelAt(tile: LineTile, time: bigint): 0 | 1 | undefined {
-  const offset = Number(time - tile.from);
-  const at = firstShown(tile.times, offset);
-  if ((tile.times[at] ?? Infinity) > offset || offset > tile.end) return undefined;
-  const level = tile.levels[at];
-  return level === 0 || level === 1 ? level : undefined;
-}
-
-/** When a line first has a level from a time on; undefined where that is not known exactly. */
-export function firstAt(tile: LineTile, level: 0 | 1, from: bigint, to: bigint): bigint | undefined {
-  const begin = Number(from - tile.from);
-  for (let i = firstShown(tile.times, begin); i < tile.times.length; i += 1) {
-    const time = Math.max(begin, tile.times[i] ?? 0);
-    const shown = tile.levels[i];
-    if (time > Number(to - tile.from) || (shown !== 0 && shown !== 1)) return undefined;
-    if (shown === level) return tile.from + BigInt(time);
-  }
-  return undefined;
-}
-
 /** The change of a line next to a time, within this distance. */
 export function nearestChange(tile: LineTile, time: bigint, within: number): bigint | undefined {
   const offset = Number(time - tile.from);

@@ -32,7 +32,7 @@ const plan: { key: keyof Lanes; height: number; gap: number; name: string; farNa
   { key: 'bits', height: 20, gap: 6, name: 'bits', farName: '' },
   { key: 'cycle', height: 22, gap: 3, name: 'cycle', farName: 'cycles' },
   { key: 'frame', height: 24, gap: 3, name: 'frame', farName: 'failed' },
-  { key: 'cdm', height: 20, gap: 3, name: 'CDM', farName: 'flagged' },
+  { key: 'cdm', height: 20, gap: 3, name: 'delay, CDM', farName: 'flagged' },
   { key: 'access', height: 20, gap: 3, name: 'registers', farName: '' },
   { key: 'cause', height: 20, gap: 3, name: 'failure', farName: '' },
   { key: 'flags', height: 20, gap: 4, name: 'flags', farName: '' },

@@ -14,8 +14,8 @@ export interface Palette {
   select: string;
   cursorA: string;
   cursorB: string;
-  /** Fills of parts of a frame, see PartKind, and of rows that failed or have a flag. */
-  fill: { frame: string; data: string; flag: string; crc: string; wrong: string; warn: string };
+  /** Fills of parts of a cycle, by their kind, and of rows that failed or have a flag. */
+  fill: { line: string; frame: string; data: string; flag: string; crc: string; wrong: string; warn: string };
 }
 
 const light: Palette = {
@@ -33,6 +33,7 @@ const light: Palette = {
   cursorA: '#7a3db8',
   cursorB: '#00696f',
   fill: {
+    line: '#eceff2',
     frame: '#eceff2',
     data: '#d9e6f9',
     flag: '#f5ebcf',
@@ -57,6 +58,7 @@ const dark: Palette = {
   cursorA: '#d2a8ff',
   cursorB: '#5ce0d8',
   fill: {
+    line: '#262d36',
     frame: '#262d36',
     data: '#12305a',
     flag: '#40330f',

@@ -44,6 +44,7 @@ export class Tile<K extends 'view' | 'analyse.strip' | 'analyse.rows' | 'analyse
   answer: Requests[K]['answer'] | undefined;
   asked: Asked | undefined;
   #pending: Asked | undefined;
+  #isOld = false;
 
   constructor(
     private readonly name: K,
@@ -55,7 +56,8 @@ export class Tile<K extends 'view' | 'analyse.strip' | 'analyse.rows' | 'analyse
   /** Asks for what is shown, unless it is there. */
   want(shown: Shown): void {
     if (this.asked?.generation !== shown.generation) this.drop();
-    if (serves(this.asked, shown) || serves(this.#pending, shown)) return;
+    if (!this.#isOld && (serves(this.asked, shown) || serves(this.#pending, shown))) return;
+    this.#isOld = false;
     const span = shown.to - shown.from;
     const asked: Asked = {
       from: shown.from - span,
@@ -69,6 +71,11 @@ export class Tile<K extends 'view' | 'analyse.strip' | 'analyse.rows' | 'analyse
       (answer) => this.#take(asked, answer),
       (error: unknown) => this.#failed(asked, error),
     );
+  }
+
+  /** There is more to be known of what is shown, such as an access that has ended since. */
+  renew(): void {
+    this.#isOld = true;
   }
 
   drop(): void {

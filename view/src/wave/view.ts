@@ -1,16 +1,15 @@
 /** The picture of the waveform: what is asked of the core, and what is drawn. */
 import { effect } from '@preact/signals';
-import { harmlessStatuses } from '../core/statuses';
 import * as state from '../state';
-import type { Rows } from '../plots/row_classes';
-import { accesses, extentIn } from './accesses';
+import { rowClass, type Rows } from '../plots/row_classes';
+import { accessText, extentIn } from './accesses';
 import { Surface } from './canvas';
 import { drawCursors } from './cursors';
 import { cyclesText } from './describe';
-import { changeBeside, drawAxis, drawLine, drawNames, firstAt, levelAt, nearestChange } from './draw_lines';
+import { changeBeside, drawAxis, drawLine, drawNames, nearestChange } from './draw_lines';
 import { drawStrips } from './draw_strip';
 import { TrackPainter, type Hit } from './draw_tracks';
-import { causeOf, layOut, timeoutPart, type CycleLayout } from './layout';
+import { layOut, type CycleLayout } from './layout';
 import { gutter, lanesOf, type Lanes } from './lanes';
 import { paletteOf, type Palette } from './palette';
 import { TimeScale } from './scale';
@@ -33,6 +32,8 @@ export class WaveView {
   readonly #layouts = new WeakMap<object, CycleLayout>();
   readonly #stop: () => void;
   #isClosed = false;
+  // How many had ended when the rows were asked for.
+  #accesses = 0;
 
   constructor(canvas: HTMLCanvasElement, private readonly onSeen: (text: string) => void) {
     this.#rows = new Tile('analyse.rows', 'wave.rows',
@@ -43,7 +44,7 @@ export class WaveView {
     this.#stop = effect(() => {
       // What a picture depends on.
       void [state.range.value, state.cursors.value, state.selectedRow.value, state.generation.value,
-        state.about.value, state.shownTheme.value, accesses.value];
+        state.about.value, state.shownTheme.value];
       this.surface.change();
     });
   }
@@ -94,7 +95,7 @@ export class WaveView {
     context.fillStyle = colours.ground;
     context.fillRect(0, 0, width, height);
     this.hits = [];
-    const lanes = lanesOf(height, accesses.value.length > 0);
+    const lanes = lanesOf(height, (state.about.value?.accesses ?? 0) > 0);
     const { scale } = this;
     const range = state.range.value;
     const far = scale !== undefined && range !== undefined && this.#drawAll(lanes, range, scale, colours);
@@ -117,6 +118,9 @@ export class WaveView {
       generation: state.generation.value,
       end: state.endTime.value,
     };
+    const accesses = state.about.value?.accesses ?? 0;
+    if (accesses !== this.#accesses) this.#rows.renew();
+    this.#accesses = accesses;
     for (const tile of [this.#ma, this.#slo, this.#rows]) tile.want(shown);
     const rows = this.#rows.answer;
     const far = rows !== undefined && this.#seen(rows, range) * cyclePixels > scale.width;
@@ -173,15 +177,16 @@ export class WaveView {
       const length = Number((rows.ends[i] ?? rows.end) - (rows.times[i] ?? 0n));
       const isWide = length * scale.pixelsPerPs >= partPixels;
       if (isWide) wanted.push(row);
-      const layout = isWide ? this.#layoutOf(rows, i) : undefined;
-      if (layout !== undefined) this.#drawParts(lanes, rows, i, layout, painter);
-      else if (causeOf(rows.status[i] ?? '') !== '') painter.failure(rows.times[i] ?? 0n, rows.status[i] ?? '', row);
+      const layout = isWide ? this.#layoutOf(row) : undefined;
+      if (layout !== undefined) drawParts(lanes, layout, row, painter);
+      else if (isFailed(rows.classes[i])) painter.failure(rows.times[i] ?? 0n, rows.status[i] ?? '', row);
       this.#drawFlags(lanes, rows, i, painter);
     }
     this.#drawAccesses(lanes, rows, painter);
     painter.failures(lanes.cause);
-    const failed = failedRows(rows, begin, end);
-    this.onSeen(cyclesText(rows.first + begin, rows.status.slice(begin, end), failed));
+    const seen = rows.status.slice(begin, end)
+      .map((status, i) => ({ number: rows.numbers[begin + i] ?? 0, status }));
+    this.onSeen(cyclesText(seen));
     const more = state.progress.value.state === 'reading';
     if (!this.#isClosed) this.#cycles.want(wanted, state.generation.value, more);
     this.hits = painter.hits;
@@ -189,50 +194,24 @@ export class WaveView {
 
   #drawAccesses(lanes: Lanes, rows: Rows, painter: TrackPainter): void {
     if (lanes.access === undefined) return;
-    for (const access of accesses.value) {
+    for (const access of rows.accesses) {
       const extent = extentIn(rows, access);
       if (extent === undefined) continue;
-      const texts = [access.text, access.text.replace(/ of .*/, '')];
-      painter.label(lanes.access, extent.from, extent.to, texts, access.cycle, access.isBad);
+      const text = accessText(access);
+      const texts = [text, text.replace(/( of \d+)?:.*/, '')];
+      painter.label(lanes.access, extent.from, extent.to, texts, extent.row, access.outcome !== 'ok');
     }
   }
 
-  #layoutOf(rows: Rows, i: number): CycleLayout | undefined {
-    const cycle = this.#cycles.get(rows.first + i);
+  #layoutOf(row: number): CycleLayout | undefined {
+    const cycle = this.#cycles.get(row);
     if (cycle === undefined) return undefined;
     let layout = this.#layouts.get(cycle);
     if (layout === undefined) {
-      const times = { lineDelay: rows.lineDelay[i] ?? NaN, ack: rows.ack[i] ?? NaN };
-      layout = layOut(cycle, times, state.about.value?.format ?? '');
+      layout = layOut(cycle);
       this.#layouts.set(cycle, layout);
     }
     return layout;
-  }
-
-  #drawParts(lanes: Lanes, rows: Rows, i: number, layout: CycleLayout, painter: TrackPainter): void {
-    const row = rows.first + i;
-    for (const part of layout.parts) painter.part(lanes.frame, part, row);
-    painter.samples(lanes.slo, lanes.bits, layout, row);
-    for (const { at, text } of layout.failures) painter.failure(at, text, row);
-    const next = rows.ends[i] ?? rows.end;
-    this.#drawTimeout(lanes, layout, next, row, painter);
-    const rest = layout.lastEdge + (3n * layout.period) / 4n;
-    const ma = lineTile(this.#ma);
-    const inverted = state.about.value?.maInverted === true;
-    const level = ma === undefined || rest >= next ? undefined : levelAt(ma, rest);
-    if (level === undefined) return;
-    const cdm = (level === 1) === inverted ? 1 : 0;
-    painter.label(lanes.cdm, layout.lastEdge, next, [`CDM=${cdm}`, String(cdm)], row);
-  }
-
-  #drawTimeout(lanes: Lanes, layout: CycleLayout, next: bigint, row: number, painter: TrackPainter): void {
-    const slo = lineTile(this.#slo);
-    const last = layout.parts[layout.parts.length - 1];
-    if (slo === undefined || last === undefined) return;
-    const released = state.about.value?.sloInverted === true ? 0 : 1;
-    const begin = last.to > layout.lastEdge ? last.to : layout.lastEdge;
-    const end = firstAt(slo, released, begin, next);
-    if (end !== undefined && end > begin) painter.part(lanes.frame, timeoutPart(begin, end), row);
   }
 
   #drawFlags(lanes: Lanes, rows: Rows, i: number, painter: TrackPainter): void {
@@ -247,12 +226,16 @@ export class WaveView {
   }
 }
 
-function failedRows(rows: Rows, begin: number, end: number): number[] {
-  const found: number[] = [];
-  for (let i = begin; i < end; i += 1) {
-    if (!harmlessStatuses.has(rows.status[i] ?? '')) found.push(rows.first + i);
-  }
-  return found;
+// What is cut is no failure of the link, and cannot be read.
+function isFailed(found: number | undefined): boolean {
+  return found === rowClass.failed || found === rowClass.cut;
+}
+
+function drawParts(lanes: Lanes, layout: CycleLayout, row: number, painter: TrackPainter): void {
+  for (const part of layout.parts) painter.part(lanes.frame, part, row);
+  for (const part of layout.below) painter.part(lanes.cdm, part, row);
+  painter.samples(lanes.slo, lanes.bits, layout, row);
+  for (const { at, text } of layout.failures) painter.failure(at, text, row);
 }
 
 // Rows that are seen.

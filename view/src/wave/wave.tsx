@@ -2,9 +2,8 @@
 import './wave.css';
 import { signal } from '@preact/signals';
 import { useEffect, useRef } from 'preact/hooks';
+import { core } from '../core/core';
 import * as state from '../state';
-import { useVerb, verbArguments } from '../shell/verb';
-import { accesses, accessesOf } from './accesses';
 import * as actions from './actions';
 import { differenceText, waveText } from './describe';
 import { listenToOverview, WaveInput, type Pointed } from './input';
@@ -23,7 +22,7 @@ function description(): string {
   return waveText({
     range: state.range.value,
     cursors: state.cursors.value,
-    selected: state.selectedRow.value,
+    selected: selectedCycle.value,
     rows: state.rowCount.value,
     seen: seen.value,
   });
@@ -53,20 +52,27 @@ function useWave() {
   return { wave, overview };
 }
 
-// Larger captures are read again only when the panel of registers asks for it.
-const smallBytes = 16e6;
-const none: Record<string, unknown>[] = [];
+// The number of the cycle that is selected.
+const selectedCycle = signal<number | undefined>(undefined);
 
-function useAccesses(): void {
-  const bytes = state.file.value?.bytes ?? Infinity;
-  const read = useVerb(verbArguments(['registers'], ['--to', 'jsonl']), bytes <= smallBytes);
-  const rows = read.state === 'done' ? read.rows : none;
-  useEffect(() => { accesses.value = accessesOf(rows); }, [rows]);
+function useSelectedCycle(): void {
+  const row = state.selectedRow.value;
+  const isKnown = row !== undefined && row < state.rowCount.value;
+  useEffect(() => {
+    if (!isKnown) {
+      selectedCycle.value = undefined;
+      return;
+    }
+    core().ask('column', { name: 'cycle', from: row, to: row + 1 }, { lane: 'wave.selected' }).then(
+      ({ values }) => { selectedCycle.value = values[0] === undefined ? undefined : Number(values[0]); },
+      () => {},
+    );
+  }, [row, isKnown, state.generation.value]);
 }
 
 export function Wave() {
   const { wave, overview } = useWave();
-  useAccesses();
+  useSelectedCycle();
   return (
     <section class="wave" aria-label="Waveform">
       <Toolbar />
