@@ -16,6 +16,21 @@ export DESTDIR
 install: build  ## the command, stripped, its manual page and completion, below DESTDIR and PREFIX
 	@cmake --install build --prefix "$(PREFIX)" --component command --strip
 
+.PHONY: package
+package:  ## Debian packages of the command, the libraries and the modules: build/packages
+	@scripts/install-packages build package
+	@packaging/build
+
+.PHONY: test-package
+test-package: package  ## the packages under lintian, and installed, used and removed in a new root
+	@scripts/install-packages test-package
+	@packaging/test
+
+.PHONY: reproducible
+reproducible: package  ## a second build in another folder, time and locale: the same bytes?
+	@scripts/install-packages test-package
+	@packaging/reproducible
+
 .PHONY: demo
 demo: build  ## simulate an encoder, damage some frames, decode the capture
 	@scripts/demo
@@ -27,18 +42,25 @@ build:  ## the command: build/biss
 	@cmake --build --preset release
 
 .PHONY: test
-test:  ## the checks of every change: both compilers, sanitizers, microcontroller, fuzz smoke
-	@scripts/install-packages build test fuzz firmware format
+test:  ## the checks of every change: both compilers, sanitizers, microcontroller, fuzz, the page
+	@scripts/install-packages build test fuzz firmware format wasm page
 	@scripts/test quick
 
 .PHONY: test-long
 test-long:  ## besides: exhaustive sweeps, campaigns, all tests under sanitizers, Cortex-M0, the page
-	@scripts/install-packages build test fuzz firmware coverage long wasm view
+	@scripts/install-packages build test fuzz firmware coverage long wasm view embedded python viewers
 	@scripts/test long
 
 .PHONY: test-release
 test-release:  ## what takes hours: 10^7 executions of each fuzz target, mutants, 10^9 frames
 	@$(MAKE) --no-print-directory fuzz fuzz-compare mutants safety-sequences
+
+.PHONY: test-viewers
+test-viewers: build python  ## sigrok, Wireshark, GTKWave, Saleae's analyzer: against biss decode
+	@scripts/install-packages test viewers
+	@cmake --preset release -DBISS_TESTS=ON -DBISS_LONG_TESTS=ON >/dev/null
+	@cmake --build --preset release --target biss_saleae_drive
+	@viewers/test && viewers/sigrok/test --speed
 
 .PHONY: test-shared
 test-shared:  ## the tests of captures, on those in the folder BISS_SHARED (../shared)
@@ -80,6 +102,24 @@ report-pictures: build view  ## reports in Chromium, Firefox and on A4, to be lo
 	@scripts/install-packages view
 	@cd view && BISS=../build/biss node test/report_pictures.mjs ../build/report-pictures
 
+.PHONY: python
+python:  ## the Python module: build-python/python
+	@scripts/install-packages build python
+	@cmake --preset python >/dev/null
+	@cmake --build --preset python --target biss_python_module
+
+.PHONY: test-python
+test-python: build python  ## the Python module against the command
+	@python/test
+
+.PHONY: python-speed
+python-speed: build python  ## 10^6 request cycles from an array, against the command
+	@python/speed
+
+.PHONY: wheel
+wheel: python  ## the Python module as a wheel: build-python/dist
+	@cd python && /usr/bin/python3 -m build --wheel --no-isolation --outdir ../build-python/dist
+
 .PHONY: explain-matrix
 explain-matrix:  ## how often biss explain finds each cause; renews docs/explain.md
 	@scripts/install-packages build test
@@ -90,6 +130,12 @@ explain-matrix:  ## how often biss explain finds each cause; renews docs/explain
 .PHONY: pictures
 pictures: build  ## draws the pictures of the documents again: docs/pictures
 	@scripts/pictures build/biss
+
+.PHONY: simulators
+simulators:  ## encoders and masters for Icarus Verilog, Verilator and GHDL: build/simulators
+	@scripts/install-packages build simulators
+	@cmake --preset release >/dev/null
+	@cmake --build --preset release --target biss_testbench biss_vpi
 
 .PHONY: bench
 bench:  ## the benchmarks, at full optimisation
@@ -122,6 +168,16 @@ mutants:  ## removes the checks of biss/safety one at a time; each must make a t
 firmware-sizes:  ## flash, RAM, instructions on Cortex-M; renews docs/firmware.md
 	@scripts/install-packages build firmware
 	@firmware/sizes --write docs/firmware.md
+
+.PHONY: embedded
+embedded:  ## packages for PlatformIO, Arduino, ESP-IDF and Zephyr: build/embedded
+	@embedded/assemble
+
+.PHONY: test-embedded
+test-embedded:  ## these packages, and the examples for boards in rp2040js and QEMU
+	@scripts/install-packages build firmware embedded
+	@firmware/boards/test
+	@embedded/test
 
 .PHONY: identify-tables
 identify-tables:  ## what is taken for which protocol; renews docs/identify.md
