@@ -256,6 +256,25 @@ TEST(CleanCycles, RequestBehindAShortPause_IsNotReadIntoTheOneBefore) {
   }
 }
 
+// SLO falls at the very time at which the second request begins: that fall is part of it.
+TEST(CleanCycles, SloFallsAsTheRequestBehindAShortPauseBegins_IsNotReadIntoTheOneBefore) {
+  std::mt19937_64 random(13'007);
+  const Reading setup{
+      .format = "pos26,nE,nW,crc6", .timing = {}, .margin = {}, .format_unknown = true};
+  for (const std::int64_t pause_ns : {560, 600, 640, 700}) {
+    SCOPED_TRACE(fmt::format("pause {} ns", pause_ns));
+    TestLine line;
+    for (int i = 0; i < 10; ++i) {
+      line.request({.timeout = nanoseconds(pause_ns - 200), .gap = nanoseconds(100)}, random());
+      const Picoseconds begin = line.request({}, random());
+      TestLine::add_pulse(line.slo, begin, nanoseconds(30));
+    }
+    const Picoseconds end = line.last_time() + milliseconds(1);
+    EXPECT_EQ(edge_by_edge(line.edges(), end, setup).size(), 20U);
+    expect_same(line.edges(), end, setup, random);
+  }
+}
+
 // Where both lines jitter, the sampling point is found by an even clock, and `marginal` shows it.
 TEST(CleanCycles, JitterOfBothLines_SameSamplingPoints) {
   std::mt19937_64 random(13'005);

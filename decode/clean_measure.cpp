@@ -489,17 +489,20 @@ class Pauses {
   bool may_be(std::size_t edge) {
     const std::int32_t last = scratch_.edges[edge - 1];
     const std::int32_t here = scratch_.edges[edge];
-    next_ = first_after(next_, here);
+    const std::int32_t fall = edge % 2 == 0 ? here : scratch_.edges[edge + 1];
+    // A change at the very time of the next request is part of that one.
+    const auto later = [&](std::int32_t change) { return change > here || change >= fall; };
+    next_ = first(next_, later);
     if (next_ == 0 || next_ % 2 != 0) return false;
     const std::int32_t rise = scratch_.changes[next_ - 1];
     if (rise <= last + moved_ || rise >= here) return false;
-    const std::int32_t fall = edge % 2 == 0 ? here : scratch_.edges[edge + 1];
-    return first_after(next_, fall) % 2 == 0;
+    return first(next_, [&](std::int32_t change) { return change >= fall; }) % 2 == 0;
   }
 
  private:
-  std::size_t first_after(std::size_t from, std::int32_t time) const {
-    while (from < changes_ && scratch_.changes[from] <= time) ++from;
+  template <class Condition>
+  std::size_t first(std::size_t from, Condition condition) const {
+    while (from < changes_ && !condition(scratch_.changes[from])) ++from;
     return from;
   }
 
@@ -507,7 +510,7 @@ class Pauses {
   std::size_t changes_;
   // After the last edge, SLO may still be moved by it.
   std::int32_t moved_;
-  // The first change of SLO after the last gap.
+  // The first change of SLO behind the last gap.
   std::size_t next_ = 0;
 };
 
