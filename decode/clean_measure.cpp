@@ -263,6 +263,11 @@ HWY_INLINE V rises_from(const Times& edges, std::size_t index) {
   return rise;
 }
 
+// Every second edge rises, the second one first.
+HWY_INLINE V gather_rises(const std::int32_t* edges, V index) {
+  return hn::GatherIndex(D(), edges + 1, hn::Add(index, index));
+}
+
 HWY_INLINE std::int32_t clock_change(const Times& edges, std::size_t count) {
   const D d;
   std::int32_t change = 0;
@@ -282,16 +287,58 @@ HWY_INLINE std::int32_t clock_change(const Times& edges, std::size_t count) {
 }
 
 // Rising edges as they were measured, and those of an even clock, which need not be looked up.
-struct Measured {
-  // Every second one rises, the second edge first.
-  const std::int32_t* edges;
-
-  HWY_INLINE V at(V index) const { return hn::GatherIndex(D(), edges + 1, hn::Add(index, index)); }
-  HWY_INLINE void edges_at(V index, V& edge, V& before) const {
-    edge = at(index);
-    before = at(hn::Sub(index, hn::Set(D(), 1)));
+#if HWY_TARGET <= HWY_AVX3
+// The edges of most cycles fit four registers, from which they are looked up much faster.
+class Measured {
+ public:
+  Measured(const Times& edges, std::int32_t count)
+      : edges_(edges.data()), in_registers_(count <= 64) {
+    if (!in_registers_) return;
+    for (std::size_t k = 0; k < 4; ++k) tables_[k] = rises_from(edges, 16 * k);
   }
+
+  HWY_INLINE void edges_at(V index, V& edge, V& before) const {
+    const V index_before = hn::Sub(index, hn::Set(D(), 1));
+    if (HWY_LIKELY(in_registers_)) {
+      edge = look_up(index);
+      before = look_up(index_before);
+    } else {
+      edge = gather_rises(edges_, index);
+      before = gather_rises(edges_, index_before);
+    }
+  }
+
+ private:
+  HWY_INLINE V look_up(V index) const {
+    const D d;
+    const auto place = hn::IndicesFromVec(d, hn::And(index, hn::Set(d, 15)));
+    const M odd = hn::TestBit(index, hn::Set(d, 16));
+    const auto of_two = [&](V even_table, V odd_table) HWY_ATTR {
+      return hn::IfThenElse(odd, hn::TableLookupLanes(odd_table, place),
+                            hn::TableLookupLanes(even_table, place));
+    };
+    return hn::IfThenElse(hn::TestBit(index, hn::Set(d, 32)), of_two(tables_[2], tables_[3]),
+                          of_two(tables_[0], tables_[1]));
+  }
+
+  const std::int32_t* edges_;
+  bool in_registers_;
+  V tables_[4];
 };
+#else
+class Measured {
+ public:
+  Measured(const Times& edges, std::int32_t) : edges_(edges.data()) {}
+
+  HWY_INLINE void edges_at(V index, V& edge, V& before) const {
+    edge = gather_rises(edges_, index);
+    before = gather_rises(edges_, hn::Sub(index, hn::Set(D(), 1)));
+  }
+
+ private:
+  const std::int32_t* edges_;
+};
+#endif
 struct Even {
   std::int32_t begin;
   std::int32_t period;
@@ -416,8 +463,8 @@ HWY_INLINE bool lay_even_clock(const Times& edges, std::int32_t count, std::int3
 }
 
 // `sampling_delay` of CycleReader. What was found of the clock as it was measured stays in `scratch`.
-HWY_INLINE bool measure_delay(const Clock& clock, float per_period, CleanScratch& scratch,
-                              CleanMeasure& m) {
+HWY_INLINE bool measure_delay(const Clock& clock, const Measured& rises, float per_period,
+                              CleanScratch& scratch, CleanMeasure& m) {
   const D d;
   const auto keep = [&](std::size_t i, V index, V edge, V edge_before) HWY_ATTR {
     hn::StoreU(index, d, scratch.samples.data() + i);
@@ -430,8 +477,7 @@ HWY_INLINE bool measure_delay(const Clock& clock, float per_period, CleanScratch
   const bool exact = clock.rise_least == clock.rise_most;
   const bool found =
       exact ? delay_from(Even{first, m.period}, m.second_rise, m, per_period, changes, seen, keep)
-            : delay_from(Measured{scratch.edges.data()}, m.second_rise, m, per_period, changes,
-                         seen, keep);
+            : delay_from(rises, m.second_rise, m, per_period, changes, seen, keep);
   if (!found) return false;
   m.delay = seen.mean;
   std::int32_t begin = 0;
@@ -449,12 +495,12 @@ HWY_INLINE bool measure_delay(const Clock& clock, float per_period, CleanScratch
 }
 
 // The sample that each change of SLO is the first to precede, and the first sample that is close.
-HWY_INLINE bool place_samples(float per_period, std::int32_t margin, CleanScratch& scratch,
-                              CleanMeasure& m) {
+HWY_INLINE bool place_samples(const Measured& rises, float per_period, std::int32_t margin,
+                              CleanScratch& scratch, CleanMeasure& m) {
   const D d;
   const auto rise_count = static_cast<std::int32_t>(m.rises);
   const std::int32_t shift = m.delay + m.period / 2;
-  const Grid<Measured> grid{{scratch.edges.data()}, rise_count, m.second_rise, shift, per_period};
+  const Grid<Measured> grid{rises, rise_count, m.second_rise, shift, per_period};
   const V one = hn::Set(d, 1);
   const V nothing = hn::Set(d, none);
   const V too_far = hn::Set(d, margin + 1);
@@ -701,10 +747,11 @@ bool measure(const CleanLines& lines, const CleanSetup& setup, CleanScratch& scr
   const float per_period = 1.0F / static_cast<float>(m.period);
   // Nothing that comes later may count: it may not have been seen when the cycle is read.
   if (last_rise + (m.fall - m.second_rise) + half >= m.limit) return false;
-  if (!measure_delay(clock, per_period, scratch, m)) return false;
+  const Measured rises(edges, static_cast<std::int32_t>(m.rises));
+  if (!measure_delay(clock, rises, per_period, scratch, m)) return false;
   if (last_rise + m.delay + half >= m.limit) return false;
   const auto margin = static_cast<std::int32_t>(m.period / margin_share - setup.margin_doubt);
-  if (!place_samples(per_period, margin, scratch, m)) return false;
+  if (!place_samples(rises, per_period, margin, scratch, m)) return false;
   // ACK alone moves SLO before its own sample.
   if (scratch.samples[0] != 1 || scratch.samples[1] < 2) return false;
   collect_bits(scratch, m);

@@ -19,6 +19,8 @@ class Distribution {
     max_ = std::max(max_, value);
     ++count_;
     if (buckets_.empty() && values_.size() < exact_values) {
+      // Memory that is not used yet costs nothing; moving many values does.
+      if (values_.size() == many_values) values_.reserve(exact_values);
       values_.push_back(value);
       return;
     }
@@ -55,6 +57,7 @@ class Distribution {
 
  private:
   static constexpr std::size_t exact_values = std::size_t{1} << 16U;
+  static constexpr std::size_t many_values = 1'024;
   static constexpr unsigned mantissa_bits = 10;
 
   // The value with this many before it in their order.

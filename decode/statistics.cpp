@@ -8,9 +8,11 @@ namespace biss::decode {
 
 void Statistics::add(const Cycle& cycle, LimitSet exceeded) {
   ++cycles_;
-  if (exceeded != 0) ++limited_;
-  for (std::size_t i = 0; i < limit_count; ++i) {
-    if ((exceeded & set_of(static_cast<Limit>(i))) != 0) ++by_limit_[i];
+  if (exceeded != 0) {
+    ++limited_;
+    for (std::size_t i = 0; i < limit_count; ++i) {
+      if ((exceeded & set_of(static_cast<Limit>(i))) != 0) ++by_limit_[i];
+    }
   }
   ++by_status_[static_cast<std::size_t>(cycle.status)];
   if (cycle.frame) {
