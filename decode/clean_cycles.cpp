@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "decode/cycle_rules.hpp"
+#include "decode/times.hpp"
 
 namespace biss::decode {
 
@@ -17,7 +18,8 @@ std::size_t next_request(const LineRun& ma, std::size_t from) {
   // Rising edges have odd indices where the first one falls.
   const std::size_t odd = ma.first_high ? 1 : 0;
   for (std::size_t i = std::max<std::size_t>(from, 1); i + 4 < times.size(); ++i) {
-    if (i % 2 == odd && times[i] - times[i - 1] > times[i + 4] - times[i]) return i;
+    if (i % 2 != odd) continue;
+    if (elapsed({times[i - 1]}, {times[i]}) > elapsed({times[i]}, {times[i + 4]})) return i;
   }
   return times.size();
 }

@@ -275,6 +275,32 @@ TEST(CleanCycles, SloFallsAsTheRequestBehindAShortPauseBegins_IsNotReadIntoTheOn
   }
 }
 
+// Captures may have times up to 106 days before and after zero: their distance has more than 63 bits.
+TEST(CleanCycles, RequestsFarApart_SameRowsAsEdgeByEdge) {
+  std::mt19937_64 random(13'008);
+  for (const std::uint64_t seen_us : {19U, 17U, 14U}) {
+    TestLine line;
+    for (int i = 0; i < 40; ++i) line.request({.period = nanoseconds(400)}, random());
+    const std::size_t later = line.begins[20];
+    const Picoseconds begin = line.ma[later].time;
+    // From the last edge before to the next request: its lower 32 bits alone are a time before SLO is
+    // released.
+    const std::uint64_t gap = (std::uint64_t{4'190'000'000} << 32U) + seen_us * 1'000'000U;
+    const std::uint64_t more =
+        gap - static_cast<std::uint64_t>((begin - line.ma[later - 1].time).count);
+    for (auto* const changes : {&line.ma, &line.slo}) {
+      for (LevelChange& change : *changes) {
+        std::uint64_t time = static_cast<std::uint64_t>(change.time.count) -
+                             std::uint64_t{9'000'000'000'000'000'000};
+        if (change.time >= begin) time += more;
+        change.time = {static_cast<std::int64_t>(time)};
+      }
+    }
+    const Reading setup{.format = "pos26,nE,nW,crc6", .timing = {}, .margin = {}};
+    expect_same(line.edges(), line.last_time() + milliseconds(1), setup, random);
+  }
+}
+
 // Where both lines jitter, the sampling point is found by an even clock, and `marginal` shows it.
 TEST(CleanCycles, JitterOfBothLines_SameSamplingPoints) {
   std::mt19937_64 random(13'005);

@@ -16,6 +16,7 @@
 
 #include "decode/cycle_rules.hpp"
 #include "decode/intervals.hpp"
+#include "decode/times.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace biss::decode::HWY_NAMESPACE {
@@ -36,8 +37,15 @@ constexpr std::int32_t none = std::numeric_limits<std::int32_t>::max();
 
 using Times = CleanScratch::Times;
 
+static_assert(std::endian::native == std::endian::little,
+              "convert() takes the first half of a time");
+
+// The times of a capture may lie further apart than 64 bits hold. \pre time >= begin
+inline std::int64_t since(std::int64_t begin, std::int64_t time) {
+  return elapsed({begin}, {time}).count;
+}
 inline std::int32_t after(std::int64_t time, std::int64_t begin) {
-  return static_cast<std::int32_t>(std::min<std::int64_t>(time - begin, far));
+  return static_cast<std::int32_t>(std::min<std::int64_t>(since(begin, time), far));
 }
 
 HWY_INLINE M first_lanes(std::size_t count) {
@@ -142,7 +150,7 @@ HWY_INLINE std::size_t convert(std::span<const std::int64_t> times, std::int64_t
   out[0] = after(times[0], begin);
   out[1] = after(times[1], begin);
   std::size_t i = 2;
-  for (; i + lanes <= count && times[i + lanes - 1] - begin < far; i += lanes) {
+  for (; i + lanes <= count && since(begin, times[i + lanes - 1]) < far; i += lanes) {
     const V low = low_halves(i);
     const V now = hn::Sub(low, base);
     hn::StoreU(now, d, out.data() + i);
@@ -643,7 +651,7 @@ HWY_INLINE bool split(const CleanLines& lines, CleanScratch& scratch, CleanMeasu
   Times& edges = scratch.edges;
   if (lines.ma.size() < least_edges + 2) return false;
   const std::int64_t begin = lines.ma[0];
-  if (lines.ma[2] - begin > longest_period) return false;
+  if (since(begin, lines.ma[2]) > longest_period) return false;
   // Well between the gaps of the clock and a pause; verified below, once the clock is known.
   const auto first_period = static_cast<std::int32_t>(lines.ma[2] - begin);
   const V gap_limit = hn::Set(d, first_period + first_period / 4);

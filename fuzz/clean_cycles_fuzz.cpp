@@ -29,6 +29,15 @@ struct Input {
   Picoseconds end;
 };
 
+// The changes from `begin` on come much later; the ones before, long before zero.
+void move_apart(std::vector<LevelChange>& line, Picoseconds begin, std::uint64_t more) {
+  for (LevelChange& change : line) {
+    std::uint64_t time = static_cast<std::uint64_t>(change.time.count) - (std::uint64_t{1} << 63U);
+    if (change.time >= begin) time += more;
+    change.time = {static_cast<std::int64_t>(time)};
+  }
+}
+
 Input input_from(ByteSource& bytes) {
   Input input{.lines = fuzz::request_lines(bytes)};
   fuzz::RequestLines& lines = input.lines;
@@ -37,6 +46,14 @@ Input input_from(ByteSource& bytes) {
     input.margin.resolution = sample;
     lines.ma = test::sampled(lines.ma, sample);
     lines.slo = test::sampled(lines.slo, sample);
+  }
+  if (bytes.next() % 16 == 0) {
+    const Picoseconds begin = lines.ma[bytes.next_16() % lines.ma.size()].time;
+    constexpr std::uint64_t most = ~std::uint64_t{0} - (std::uint64_t{1} << 60U);
+    const std::uint64_t high = bytes.next_16();
+    const std::uint64_t more = std::min(high << 48U | std::uint64_t{bytes.next_16()} << 16U, most);
+    for (auto* const line : {&lines.ma, &lines.slo}) move_apart(*line, begin, more);
+    lines.end = std::max(lines.ma.back().time, lines.slo.back().time);
   }
   input.edges = lines.edges();
   input.end = lines.end + microseconds(bytes.next_16());

@@ -58,7 +58,7 @@ struct Capture {
   }
 };
 
-// Some changes of another line among these edges, and in `unknown` of them no level.
+// Some changes of another line among these edges.
 std::vector<wire::Edge> edges_of(const RequestLines& lines, std::size_t names, ByteSource& bytes) {
   std::vector<wire::Edge> edges = lines.edges();
   if (names == 2) return edges;
