@@ -30,17 +30,35 @@ bool MergedSource::fill() {
       return false;
     }
     input.ahead = *block;
-    input.ended = block->empty();
+    if (block->empty()) end(input);
   }
   return true;
 }
 
+void MergedSource::end(Input& input) {
+  input.ended = true;
+  if (input.source->sample_period() == Picoseconds{}) return;
+  const Picoseconds time = input.source->end_time();
+  for (wire::LineIndex line = 0; line < input.source->lines().size(); ++line) {
+    input.unknown.push_back({time, line, wire::Level::unknown});
+  }
+  input.ahead = input.unknown;
+}
+
+// Of two at one time, the first; but that a source has ended comes last.
 MergedSource::Input* MergedSource::earliest() {
+  const auto before = [](const Input& a, const Input& b) {
+    const Picoseconds time = a.ahead.front().time;
+    const Picoseconds other = b.ahead.front().time;
+    return time < other || (time == other && !a.ended && b.ended);
+  };
   Input* first = nullptr;
   for (Input& input : inputs_) {
     if (input.ahead.empty()) continue;
-    if (first == nullptr || input.ahead.front().time < first->ahead.front().time) first = &input;
+    if (first == nullptr || before(input, *first)) first = &input;
   }
+  // Nothing comes after the end of the longest one.
+  if (first != nullptr && first->ended && first->ahead.front().time >= end_time()) return nullptr;
   return first;
 }
 
@@ -53,12 +71,24 @@ Result<std::span<const wire::Edge>, CaptureError> MergedSource::next_block() {
     input->ahead = input->ahead.subspan(1);
     edge.line += input->first_line;
     block_.push_back(edge);
+    last_ = edge.time;
   }
   if (block_.empty() && failed_) return failure(error_);
   return std::span<const wire::Edge>(block_);
 }
 
+// Before this time no edge is missing.
+Picoseconds MergedSource::read_to() const {
+  Picoseconds to{std::numeric_limits<std::int64_t>::max()};
+  for (const Input& input : inputs_) {
+    if (input.ended) continue;
+    to = std::min(to, input.ahead.empty() ? input.source->end_time() : input.ahead.front().time);
+  }
+  return to;
+}
+
 Picoseconds MergedSource::end_time() const {
+  if (failed_) return std::max(last_, read_to());
   Picoseconds latest;
   bool any = false;
   for (const Input& input : inputs_) {

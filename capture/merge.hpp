@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -21,6 +23,8 @@ struct NamedSource {
 /// The lines are those of the first source, then those of the second, and so on, each called
 /// `source:name`. Edges of the same time come in the order of the sources.
 /// When a source fails, everything before the time it reached is delivered first, then its error.
+/// Samples say where they end: where a source of samples ends before the others, its lines have no
+/// level from there on. Lines of changes keep their last level.
 class MergedSource final : public EdgeSource {
  public:
   /// \pre no source is null and none has been read from
@@ -28,7 +32,7 @@ class MergedSource final : public EdgeSource {
 
   const std::vector<std::string>& lines() const override { return lines_; }
   Result<std::span<const wire::Edge>, CaptureError> next_block() override;
-  /// The largest of the sources' end times.
+  /// The largest of the sources' end times; after an error, up to where all of them were read.
   Picoseconds end_time() const override;
   /// The longest of the sources' sample periods.
   Picoseconds sample_period() const override;
@@ -46,16 +50,21 @@ class MergedSource final : public EdgeSource {
     wire::LineIndex first_line = 0;
     std::span<const wire::Edge> ahead;
     bool ended = false;
+    // After the end of samples: no level on any line. The last edges ahead.
+    std::vector<wire::Edge> unknown{};
   };
 
   static constexpr std::size_t block_edges = 8'192;
 
   bool fill();
+  static void end(Input& input);
   Input* earliest();
+  Picoseconds read_to() const;
 
   std::vector<Input> inputs_;
   std::vector<std::string> lines_;
   std::vector<wire::Edge> block_;
+  Picoseconds last_{std::numeric_limits<std::int64_t>::min()};  // of the edges delivered
   bool failed_ = false;
   CaptureError error_;
   std::size_t failed_source_ = 0;

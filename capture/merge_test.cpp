@@ -84,6 +84,40 @@ TEST(Merge, SourceThatFails_NamesItAfterTheEdgesBefore) {
   }
 }
 
+std::unique_ptr<MergedSource> merge_samples(std::string_view first, std::string_view second) {
+  std::vector<NamedSource> sources;
+  for (const std::string_view bytes : {first, second}) {
+    sources.push_back({*open_raw(memory_bytes(bytes), {megahertz(1'000), 1, {{"D0", 0}}}), "x"});
+  }
+  return std::make_unique<MergedSource>(std::move(sources));
+}
+
+TEST(Merge, SamplesThatEndBeforeTheOthers_HaveNoLevelFromThereOn) {
+  const std::string_view bits("\1\0\1\0\0\1", 6);
+  const Read read = read_all(merge_samples(bits, bits.substr(0, 3)));
+  EXPECT_THAT(read.edges,
+              ElementsAre(edge(0, 0, '1'), edge(0, 1, '1'), edge(1'000, 0, '0'),
+                          edge(1'000, 1, '0'), edge(2'000, 0, '1'), edge(2'000, 1, '1'),
+                          edge(2'000, 1, 'x'), edge(3'000, 0, '0'), edge(5'000, 0, '1')));
+  EXPECT_EQ(read.end_time, read_all(merge_samples(bits, bits)).end_time);
+}
+
+TEST(Merge, SamplesThatEndTogether_KeepTheirLevels) {
+  const std::string_view bits("\1\0\1", 3);
+  EXPECT_THAT(read_all(merge_samples(bits, bits)).edges,
+              ElementsAre(edge(0, 0, '1'), edge(0, 1, '1'), edge(1'000, 0, '0'),
+                          edge(1'000, 1, '0'), edge(2'000, 0, '1'), edge(2'000, 1, '1')));
+}
+
+// What the other one has read ahead does not count.
+TEST(Merge, SourceThatFails_EndsTheCaptureWhereItWasRead) {
+  EXPECT_EQ(
+      read_all(merge("time_ps,MA\n0,1\n5,0\n99,1\n", "time_ps,SLO\n1,1\n6,0\noops\n")).end_time,
+      picoseconds(6));
+  EXPECT_EQ(read_all(merge("time_ps,MA\n0,1\noops\n", "time_ps,SLO\n1,1\n6,0\n")).end_time,
+            picoseconds(0));
+}
+
 TEST(Merge, NoSources_IsAnEmptyCapture) {
   MergedSource merged({});
   EXPECT_TRUE(merged.next_block()->empty());

@@ -152,7 +152,8 @@ std::string what_to_try(CycleStatus cause, const decode::Statistics& statistics,
     case CycleStatus::ma_clock:
       return remedy_words(at_times ? Cause::noise_on_ma : Cause::sampling_too_slow);
     case CycleStatus::unknown_level:
-      return "x or z on a line: reset, two drivers, or a capture that was switched off";
+      return "x or z on a line (reset, two drivers), or a capture or a file of one line that ended "
+             "there";
     case CycleStatus::ok:
     case CycleStatus::unchecked:
     case CycleStatus::cut_start:
