@@ -283,7 +283,19 @@ void Encoder::end_request(std::int64_t now) {
   count_request();
 }
 
+bool Encoder::is_in_progress() const {
+  if (!running_) return false;
+  if (fault_ == Fault::no_answer) return now_ - last_edge_ < biss_static_timeout_max.count;
+  return std::string_view(biss_slave_state(slave_.get())) != "idle";
+}
+
 void Encoder::finish() {
+  // The simulation may end within a request. One that hangs has had its timeout.
+  if (is_in_progress()) {
+    running_ = false;
+    if (reported_) count_request();
+    if (!reported_ && delivered_) board().withdraw(outcome_.request);
+  }
   if (running_) end_request(now_);
   board().drop_waiting();
 }

@@ -46,6 +46,7 @@ class Encoder final : public Instance {
   void check_clock(std::int64_t now);
   void deliver(std::int64_t now);
   bool faulty_level(bool level) const;
+  bool is_in_progress() const;
   std::int64_t deadline() const;
   Picoseconds next_line_delay() const;
   int stop_slot() const { return 2 + static_cast<int>(settings().format.payload_bits()); }

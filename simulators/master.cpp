@@ -36,6 +36,10 @@ void Master::open_master(Picoseconds period) {
 std::int64_t Master::step(std::int64_t now, bool slo, bool request) {
   now_ = std::max(now_, now);
   request_ = request;
+  if (!started_) {
+    started_ = true;
+    not_before_ = now_ + std::max(period_.count, settings().timing.timeout_ps);
+  }
   const auto jitter = static_cast<std::uint64_t>(settings().jitter.count);
   const std::int64_t half = (line_delay_ - line_delay_ / 2).count;
   if (slo != slo_sent_) {
@@ -149,6 +153,10 @@ bool Master::compare(const std::string& cause) {
   return true;
 }
 
-void Master::finish() { board().drop_waiting(); }
+void Master::finish() {
+  // The simulation may end within a request, which would have ended by itself.
+  if (running_) board().withdraw(requests());
+  board().drop_waiting();
+}
 
 }  // namespace biss::simulators

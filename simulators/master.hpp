@@ -47,6 +47,8 @@ class Master final : public Instance {
   std::int64_t now_ = 0;
   bool request_ = false;
   bool slo_sent_ = true;
+  /// MA rests for a timeout before the first request.
+  bool started_ = false;
   std::int64_t not_before_ = 0;
 
   // The request that is running.

@@ -56,6 +56,10 @@ void Scoreboard::compare_channel(const Outcome& sent, const Outcome& read, std::
   flag(channel.warning.present, "nW", a.channel.nW, b.channel.nW);
 }
 
+void Scoreboard::withdraw(std::uint64_t request) {
+  if (!waiting_.empty() && waiting_.back().request == request) waiting_.pop_back();
+}
+
 void Scoreboard::drop_waiting() {
   for (const Outcome& outcome : waiting_) add(outcome, "frame", outcome.cause, "not reported");
   waiting_.clear();

@@ -48,6 +48,8 @@ class Scoreboard {
   void sent(const Outcome& outcome);
   /// What came out of the oldest request that waits. True where they are the same.
   bool read(const Outcome& outcome);
+  /// The newest request is not compared, if it is this one: the simulation ended within it.
+  void withdraw(std::uint64_t request);
   /// Requests that wait were not read: each is a mismatch.
   void drop_waiting();
   /// A rule of the line was broken.

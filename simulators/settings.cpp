@@ -9,7 +9,9 @@
 
 #include "biss/catalogue/catalogue.hpp"
 #include "biss/frame/format_text.hpp"
+#include "biss/safety/configurations.hpp"
 #include "biss/timing/device_timing.hpp"
+#include "capi/device.hpp"
 #include "cli/common/quantity.hpp"
 
 namespace biss::simulators {
@@ -140,6 +142,14 @@ Checked read_registers(std::string_view text, std::map<std::uint8_t, std::uint8_
 
 Checked read_format(std::string_view text, Settings& settings) {
   settings.format_text = text;
+  const SafetyConfiguration* known =
+      find_encoder(text) == nullptr ? find_safety_configuration(text) : nullptr;
+  if (known != nullptr) {
+    settings.format_text = known->format;
+    settings.format = known->frame_format();
+    settings.timing = capi::as_c(known->timing);
+    return {};
+  }
   std::size_t at = 0;
   if (const char* problem = biss_format_problem(settings.format_text.c_str(), &at)) {
     return Failed(fmt::format("'{}': at character {}: {}", text, at + 1, problem));
@@ -152,16 +162,23 @@ Checked read_format(std::string_view text, Settings& settings) {
   return {};
 }
 
-// `20us`: fixed; `adaptive`.
+// `20us`: fixed; `adaptive`, with what the encoder is known to add to 1.5 periods; `adaptive:60ns`.
 Checked read_timeout(std::string_view text, biss_timing& timing) {
-  if (text == "adaptive") {
+  constexpr std::string_view adaptive = "adaptive";
+  if (text == adaptive) {
+    if (timing.timeout_rule != BISS_TIMEOUT_ADAPTIVE) timing.timeout_ps = 0;
     timing.timeout_rule = BISS_TIMEOUT_ADAPTIVE;
-    timing.timeout_ps = 0;
     return {};
   }
-  const auto time = read_duration(text, biss_static_timeout_max);
+  const bool is_adaptive = text.starts_with(adaptive) && text[adaptive.size()] == ':';
+  const auto time =
+      read_duration(is_adaptive ? text.substr(adaptive.size() + 1) : text, biss_static_timeout_max);
   if (!time) return Failed(time.error());
-  timing.timeout_rule = BISS_TIMEOUT_FIXED;
+  if (!is_adaptive && *time < biss_static_timeout_min) {
+    return Failed(fmt::format("'{}' is shorter than {}, the shortest fixed timeout of BiSS C", text,
+                              cli::text_of(biss_static_timeout_min)));
+  }
+  timing.timeout_rule = is_adaptive ? BISS_TIMEOUT_ADAPTIVE : BISS_TIMEOUT_FIXED;
   timing.timeout_ps = time->count;
   return {};
 }

@@ -179,6 +179,10 @@ void biss_tb_next(const char* name, int channel, long long position, int nE, int
     if (instance == nullptr) return 0;
     const auto k = biss::simulators::channel_of(*instance, channel);
     if (!k) return 0;
+    if (nE < 0 || nW < 0) {
+      biss::simulators::complain(instance->name() + ": the next frame has unknown bits");
+      return 0;
+    }
     if (instance->role() != Role::encoder) {
       biss::simulators::complain(instance->name() + ": a master sends no position");
       return 0;

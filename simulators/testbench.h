@@ -41,7 +41,7 @@ int biss_tb_latches(int id);
 int biss_tb_requests(int id);
 
 /* The next frame of this encoder has these values in `channel`, in place of those of its settings.
- */
+ * nE or nW below 0: the values have bits that are neither 0 nor 1, which is an error. */
 void biss_tb_next(const char* name, int channel, long long position, int nE, int nW);
 
 /* The scoreboard. For an encoder: what the design has read. For a master: what the design was given

@@ -75,7 +75,7 @@ int biss_ghdl_value(const GhdlString* name, std::int32_t channel, const unsigned
   const auto number = static_cast<long long>(bits);
   const std::string text = text_of(name);
   if (is_next != 0) {
-    biss_tb_next(text.c_str(), channel, number, nE != 0, nW != 0);
+    biss_tb_next(text.c_str(), channel, number, known ? nE : -1, nW);
   } else {
     biss_tb_value(text.c_str(), channel, number, known ? 1 : 0, nE == 1, nW == 1);
   }

@@ -320,9 +320,12 @@ PLI_INT32 master_task(PLI_BYTE8* /*user*/) {
 PLI_INT32 next_task(PLI_BYTE8* /*user*/) {
   std::vector<vpiHandle> arguments;
   if (!take_arguments("$biss_next", 5, arguments)) return 0;
-  biss_tb_next(text_of(arguments[0]).c_str(), number_of(arguments[1]),
-               static_cast<long long>(vector_of(arguments[2]).bits), level_of(arguments[3]),
-               level_of(arguments[4]));
+  const Vector position = vector_of(arguments[2]);
+  const Vector flags[] = {vector_of(arguments[3]), vector_of(arguments[4])};
+  const bool known = position.known && flags[0].known && flags[1].known;
+  biss_tb_next(
+      text_of(arguments[0]).c_str(), number_of(arguments[1]), static_cast<long long>(position.bits),
+      known ? static_cast<int>(flags[0].bits & 1U) : -1, static_cast<int>(flags[1].bits & 1U));
   return 0;
 }
 

@@ -53,11 +53,15 @@ class InputError(Exception):
     pass
 
 
-def text_of(value):
+def text_of(value, is_time):
     '''As `biss decode --to csv` writes it.'''
-    if isinstance(value, float):
+    if not isinstance(value, float):
+        return '' if value is None else str(value)
+    if is_time:
         return ('%.3f' % value).rstrip('0').rstrip('.')
-    return str(value)
+    # As few digits as give the same number again, with an exponent where that is shorter.
+    fixed = '%.0f' % value if value.is_integer() else numpy.format_float_positional(value, trim='-')
+    return min(fixed, numpy.format_float_scientific(value, trim='-', exp_digits=2), key=len)
 
 
 def colons(text):
@@ -158,7 +162,7 @@ class Decoder(srd.Decoder):
                 self.finish()
             raise
         # Wrong options, or nothing that can be decoded.
-        except self.biss.Error as error:
+        except (InputError, self.biss.Error) as error:
             self.show_error(error)
         finally:
             self.over.set()
@@ -237,9 +241,15 @@ class Decoder(srd.Decoder):
     def further_options(self):
         '''"--ack-max 16us --latch" as keywords of the library.'''
         options = {}
-        for word in (' ' + self.options['options']).split(' --')[1:]:
+        first, *words = (' ' + self.options['options']).split(' --')
+        if first.strip():
+            raise InputError(f"options: '{first.strip()}' does not begin with --")
+        for word in words:
             name, _, value = word.strip().replace('=', ' ', 1).partition(' ')
-            options[name.replace('-', '_')] = colons(value.strip()) or True
+            key = name.replace('-', '_')
+            if key in options:
+                raise InputError(f'options: --{name} is given twice')
+            options[key] = colons(value.strip()) or True
         return options
 
     def read_edges(self):
@@ -307,6 +317,7 @@ class Decoder(srd.Decoder):
         self.rows_shown += len(rows)
         if rows and not self.names:
             self.names = list(rows[0])
+            self.are_times = [name.endswith('_ns') for name in self.names]
             self.positions = [name for name in self.names
                               if name == 'position' or name[:8] == 'position' and name[8:].isdigit()]
             self.put(0, 0, self.out_binary, [0, (','.join(self.names) + '\n').encode()])
@@ -336,7 +347,7 @@ class Decoder(srd.Decoder):
         if self.kept_edges < KEPT_EDGES:
             self.begins.append(begin)
         self.put(begin, end, self.out_python, ['ROW', row])
-        line = ','.join(['' if value is None else text_of(value) for value in row.values()]) + '\n'
+        line = ','.join(map(text_of, row.values(), self.are_times)) + '\n'
         self.put(begin, end, self.out_binary, [0, line.encode()])
         if row['status'] == 'ok':
             kind = CLASS['position']
