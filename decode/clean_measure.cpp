@@ -564,7 +564,7 @@ class Pauses {
   std::size_t changes_;
   // After the last edge, SLO may still be moved by it.
   std::int32_t moved_;
-  // The first change of SLO behind the last gap.
+  // The first change of SLO after the last gap.
   std::size_t next_ = 0;
 };
 
