@@ -36,10 +36,10 @@ def test_SamplesOfAnotherType_AreATypeError(array):
     np.zeros((4, 4), np.uint8), np.zeros(20, np.uint8)[::2], np.zeros(20, np.uint8)[::-1],
     np.zeros((4, 4), np.uint8)[:, 0],
 ])
-def test_SamplesOfAnotherShape_AreAValueError(array):
-    with pytest.raises(ValueError):
+def test_SamplesOfAnotherShape_AreAUsageError(array):
+    with pytest.raises(biss.UsageError):
         biss.decode(array, sample_rate=RATE)
-    with pytest.raises(ValueError):
+    with pytest.raises(biss.UsageError):
         biss.Decoder(FORMAT, sample_rate=RATE).samples(array)
 
 
@@ -53,11 +53,11 @@ def test_EmptyArrays_AreNamed():
     assert biss.Decoder(FORMAT).edges(np.zeros(0, np.int64), nothing, nothing) == []
 
 
-def test_ArraysOfDifferentLengths_AreAValueError():
+def test_ArraysOfDifferentLengths_AreAUsageError():
     times = np.arange(10)
-    with pytest.raises(ValueError):
+    with pytest.raises(biss.UsageError):
         biss.decode(biss.Capture.edges(times, np.zeros(9, bool), np.zeros(10, bool)))
-    with pytest.raises(ValueError):
+    with pytest.raises(biss.UsageError):
         biss.Decoder().edges(times, np.zeros(10, bool), np.zeros(11, bool))
 
 
@@ -97,7 +97,7 @@ def test_WrongCaptures_AreNamed(tmp_path):
     for wrong in (None, 3, [1, 2], b"file.vcd", object()):
         with pytest.raises(TypeError):
             biss.decode(wrong)
-    with pytest.raises(ValueError):
+    with pytest.raises(biss.UsageError):
         biss.decode("a\0b")
     with pytest.raises(biss.CaptureError):
         biss.decode("--help")
@@ -145,13 +145,14 @@ def test_WrongOptions_HaveTheTextOfTheCommand(damaged):
         biss.decode(damaged, colums="x")
     with pytest.raises(biss.UsageError, match="'nothing' is not one of cycle, time_ns"):
         biss.decode(damaged, columns="nothing")
-    with pytest.raises(biss.UsageError, match="output"):
-        biss.decode(damaged, output="rows.csv")
+    for name, value in (("output", "rows.csv"), ("fail_on", "any"), ("help", True)):
+        with pytest.raises(biss.UsageError, match=name):
+            biss.decode(damaged, **{name: value})
     with pytest.raises(biss.UsageError):
         biss.decode(damaged, format="")
     with pytest.raises(TypeError):
         biss.decode(damaged, threads=object())
-    with pytest.raises(ValueError):
+    with pytest.raises(biss.UsageError):
         biss.decode(damaged, format="pos\0")
     with pytest.raises(biss.UsageError, match="unknown verb"):
         biss.run("nothing")
