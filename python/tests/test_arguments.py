@@ -1,11 +1,11 @@
 """Arguments that are wrong in every way: an exception with a name, never a crash."""
 
+import faulthandler
 import os
 import random
 import signal
 import subprocess
 import threading
-import time
 
 import numpy as np
 import pytest
@@ -118,25 +118,34 @@ def test_NoFileLeft_IsNamed():
     assert "close some files" in done.stdout.decode()
 
 
-def test_Interrupt_EndsTheDecoding(damaged):
+@pytest.fixture
+def interrupted():
+    """Interrupts this thread soon. A run that does not end is ended with the process."""
+    faulthandler.dump_traceback_later(120, exit=True)
+    timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
+    yield timer
+    timer.cancel()
+    timer.join()
+    faulthandler.cancel_dump_traceback_later()
+
+
+@pytest.mark.parametrize("run", [
+    lambda capture: biss.decode(*[capture] * 1000, format=FORMAT),
+    lambda capture: biss.decode(*[capture] * 1000, format=FORMAT, every=10**6, threads=1),
+    lambda capture: biss.check(*[capture] * 1000, against="renishaw"),
+    lambda capture: biss.run("decode", *[capture] * 1000, format=FORMAT, to="csv",
+                             output="/dev/null"),
+    lambda capture: biss.simulate(FORMAT, cycles=10**8),
+    lambda capture: biss.records("safety campaign", format="fs-36-28", frames=10**12),
+], ids=["decode", "few_rows", "check", "csv", "simulate", "campaign"])
+def test_Interrupt_EndsARun(damaged, interrupted, run):
     times, ma, slo = edges_of(damaged)
     span = int(times[-1] - times[0]) + 10**9
-    many = np.concatenate([times + i * span for i in range(200)])
-    capture = biss.Capture.edges(many, np.tile(ma, 200), np.tile(slo, 200))
-    began = threading.Event()
-
-    def interrupt():
-        began.wait()
-        time.sleep(0.1)
-        os.kill(os.getpid(), signal.SIGINT)
-
-    thread = threading.Thread(target=interrupt)
-    thread.start()
+    many = np.concatenate([times + i * span for i in range(50)])
+    capture = biss.Capture.edges(many, np.tile(ma, 50), np.tile(slo, 50))
+    interrupted.start()
     with pytest.raises(KeyboardInterrupt):
-        began.set()
-        while True:
-            biss.decode(capture, format=FORMAT)
-    thread.join()
+        run(capture)
     assert biss.decode(damaged, format=FORMAT).rows == 3000
 
 
