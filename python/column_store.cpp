@@ -67,9 +67,8 @@ std::uint64_t number_in(const Cell& cell) {
 
 }  // namespace
 
-ColumnStore::ColumnStore(std::span<const report::Column> columns, std::vector<StoredColumn>& into,
-                         std::function<bool()> go_on)
-    : columns_(into), go_on_(std::move(go_on)) {
+ColumnStore::ColumnStore(std::span<const report::Column> columns, std::vector<StoredColumn>& into)
+    : columns_(into) {
   columns_.clear();
   for (const report::Column& column : columns) columns_.emplace_back().column = column;
 }
@@ -103,7 +102,8 @@ bool ColumnStore::row(std::span<const Cell> cells) {
   for (std::size_t i = 0; i < columns_.size(); ++i) {
     put(columns_[i], i < cells.size() ? cells[i] : Cell());
   }
-  return ++rows_ % rows_between_checks != 0 || !go_on_ || go_on_();
+  ++rows_;
+  return true;
 }
 
 }  // namespace biss::python

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -34,21 +33,16 @@ struct StoredColumn {
 /// Keeps every row. A column of text takes cells of text alone.
 class ColumnStore final : public report::TableWriter {
  public:
-  /// \param go_on called now and then; false ends the table
-  ColumnStore(std::span<const report::Column> columns, std::vector<StoredColumn>& into,
-              std::function<bool()> go_on);
+  ColumnStore(std::span<const report::Column> columns, std::vector<StoredColumn>& into);
 
   bool row(std::span<const report::Cell> cells) override;
   bool finish() override { return true; }
 
  private:
-  static constexpr std::uint64_t rows_between_checks = 16'384;
-
   void put(StoredColumn& stored, const report::Cell& cell) const;
   void put_value(StoredColumn& stored, const report::Cell& cell) const;
 
   std::vector<StoredColumn>& columns_;
-  std::function<bool()> go_on_;
   std::uint64_t rows_ = 0;
 };
 

@@ -98,7 +98,7 @@ class FormatObject {
   py::tuple encode(const std::vector<ChannelValues>& channels, bool cds, std::uint16_t lead_clocks,
                    std::uint16_t ack_clocks) const {
     Frame frame;
-    if (channels.size() > max_channels) throw py::value_error("at most 8 channels");
+    if (channels.size() > max_channels) throw UsageError("at most 8 channels");
     for (const auto& [position, life_counter, nE, nW] : channels) {
       frame.channel_list[frame.channel_count++] = {position, life_counter, nE, nW};
     }
@@ -106,7 +106,7 @@ class FormatObject {
     frame.lead_clocks = lead_clocks;
     frame.ack_clocks = ack_clocks;
     const auto bits = encode_frame(frame, codec_);
-    if (!bits.ok()) throw py::value_error(std::string(encode_text(bits.error())));
+    if (!bits.ok()) throw UsageError(std::string(encode_text(bits.error())));
     const BitView view = bits->view();
     std::string bytes;
     for (std::size_t at = 0; at < view.size_bits(); at += 8) {
@@ -119,21 +119,21 @@ class FormatObject {
   py::tuple decode(const py::bytes& buffer, std::size_t first_bit,
                    std::optional<std::size_t> bits) const {
     const auto bytes = bytes_of(buffer);
-    if (bytes.size() > most_frame_bytes) throw py::value_error("more than 64 KiB are no frame");
+    if (bytes.size() > most_frame_bytes) throw UsageError("more than 64 KiB are no frame");
     const std::size_t all = 8 * bytes.size();
     if (first_bit > all || bits.value_or(0) > all - first_bit) {
-      throw py::value_error(fmt::format("the buffer has {} bits", all));
+      throw UsageError(fmt::format("the buffer has {} bits", all));
     }
     return tuple_of(
         decode_frame(BitView(bytes, first_bit, bits.value_or(all - first_bit)), codec_));
   }
 
   unsigned crc(std::uint64_t data, std::size_t channel) const {
-    if (channel >= device_.format.channel_count) throw py::index_error("no such channel");
+    if (channel >= device_.format.channel_count) throw UsageError("no such channel");
     const ChannelFormat& format = device_.format.channel_list[channel];
-    if (!format.crc.present()) throw py::value_error("the channel has no CRC");
+    if (!format.crc.present()) throw UsageError("the channel has no CRC");
     if ((data & ~low_mask(format.data_bits)) != 0) {
-      throw py::value_error(fmt::format("the channel has {} data bits", format.data_bits));
+      throw UsageError(fmt::format("the channel has {} data bits", format.data_bits));
     }
     return codec_.crc(channel, data);
   }
@@ -149,8 +149,7 @@ FormatObject format_of(const std::string& format, const std::string& ack_max,
                        const std::string& cycle_min) {
   const auto device =
       cli::choose_device({format, ack_max, ack_clocks, timeout, release, clock_max, cycle_min});
-  // As the package has it: see error_of().
-  if (!device) throw py::value_error(device.error());
+  if (!device) throw UsageError(device.error());
   return FormatObject(*device);
 }
 
@@ -179,7 +178,7 @@ class SpiObject {
     const bool gaps =
         array.size() != 0 && array.ndim() == 2 && array.shape(1) > 1 && array.strides(1) != 1;
     if (array.ndim() != 2 || gaps) {
-      throw py::value_error("an array with a buffer in each row is needed, its bytes contiguous");
+      throw UsageError("an array with a buffer in each row is needed, its bytes contiguous");
     }
     const auto rows = static_cast<std::size_t>(array.shape(0));
     const auto width = static_cast<std::size_t>(array.shape(1));
@@ -221,10 +220,10 @@ class SpiObject {
     // One clock in a second is slower than any device.
     constexpr std::int64_t longest = picoseconds_per_second;
     if (period < 32 || period > longest) {
-      throw py::value_error("the clock is from 1 Hz to 31.25 GHz");
+      throw UsageError("the clock is from 1 Hz to 31.25 GHz");
     }
     if (delay_min < 0 || delay_min > delay_max || delay_max > longest) {
-      throw py::value_error("line delay: 0 <= min <= max <= 1 s");
+      throw UsageError("line delay: 0 <= min <= max <= 1 s");
     }
     SpiSetup setup{.period = picoseconds(period)};
     setup.phase = falling ? SpiPhase::sample_on_falling : SpiPhase::sample_on_rising;
@@ -240,17 +239,17 @@ class SpiObject {
 
 unsigned crc_of(std::uint64_t data, unsigned bits, unsigned width, std::uint32_t polynomial,
                 std::uint16_t start, bool inverted) {
-  if (bits == 0 || bits > max_data_bits) throw py::value_error("bits: from 1 to 64");
-  if (width < min_crc_bits || width > max_crc_bits) throw py::value_error("width: from 3 to 16");
-  if ((data & ~low_mask(bits)) != 0) throw py::value_error("data: more than `bits` bits");
+  if (bits == 0 || bits > max_data_bits) throw UsageError("bits: from 1 to 64");
+  if (width < min_crc_bits || width > max_crc_bits) throw UsageError("width: from 3 to 16");
+  if ((data & ~low_mask(bits)) != 0) throw UsageError("data: more than `bits` bits");
   CrcSpec spec{.polynomial = polynomial != 0 ? polynomial : default_polynomial(width),
                .start = start,
                .width_bits = static_cast<std::uint8_t>(width),
                .inverted = inverted};
   if (!is_full_form(spec.polynomial, width)) {
-    throw py::value_error("polynomial: the full form with the top and the bottom bit, as 0x43");
+    throw UsageError("polynomial: the full form with the top and the bottom bit, as 0x43");
   }
-  if ((start & ~spec.mask()) != 0) throw py::value_error("start: wider than the checksum");
+  if ((start & ~spec.mask()) != 0) throw UsageError("start: wider than the checksum");
   return CrcBitwise(spec)(data, bits);
 }
 

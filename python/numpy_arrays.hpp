@@ -11,12 +11,14 @@
 #include <utility>
 #include <vector>
 
+#include "python/module.hpp"
+
 namespace biss::python {
 
 namespace py = pybind11;
 
 /// The elements of a one-dimensional array of exactly this type, where they lie.
-/// Raises TypeError for another type, ValueError for another shape or a gap between elements.
+/// Raises TypeError for another type, UsageError for another shape or a gap between elements.
 template <class T>
 std::span<const T> elements_of(const py::array& array, const char* name) {
   if (!py::isinstance<py::array_t<T>>(array)) {
@@ -24,9 +26,9 @@ std::span<const T> elements_of(const py::array& array, const char* name) {
                          py::str(array.dtype()).cast<std::string>() + "; " +
                          py::str(py::dtype::of<T>()).cast<std::string>() + " is needed");
   }
-  if (array.ndim() != 1) throw py::value_error(std::string(name) + ": not one-dimensional");
+  if (array.ndim() != 1) throw UsageError(std::string(name) + ": not one-dimensional");
   if (array.size() > 1 && array.strides(0) != static_cast<py::ssize_t>(sizeof(T))) {
-    throw py::value_error(std::string(name) + ": not contiguous; use numpy.ascontiguousarray()");
+    throw UsageError(std::string(name) + ": not contiguous; use numpy.ascontiguousarray()");
   }
   return {static_cast<const T*>(array.data()), static_cast<std::size_t>(array.size())};
 }

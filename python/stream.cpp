@@ -88,8 +88,9 @@ Stream::Stream(const std::vector<std::string>& options, const StreamSetup& setup
   cli::Command command;
   const cli::Verb verb = command.add_verb(cli::decode_text(), [&] {
     if (options_.to != report::Format::table || !options_.output.empty() ||
-        !options_.columns.empty()) {
-      return cli::fail(cli::ExitStatus::usage, "output, to and columns are not for rows in memory");
+        !options_.columns.empty() || !options_.fail_on.empty()) {
+      return cli::fail(cli::ExitStatus::usage,
+                       "output, to, columns and fail_on are not for rows in memory");
     }
     if (options_.capture.files.size() != 1 || options_.capture.each) {
       return cli::fail(cli::ExitStatus::usage, "a decoder reads one pair of lines, and no file");

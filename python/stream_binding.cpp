@@ -47,9 +47,22 @@ py::tuple tuple_of(const StreamField& field) {
                         part.brief.empty() ? part.text : part.brief, field.track);
 }
 
-// A Stream for Python: its samples have numbers, and one thread at a time is in it.
+// A Stream for Python: its samples have numbers. One thread at a time is in it; see in_turn().
 class StreamObject {
  public:
+  // While a thread has it, the others wait. Other threads of Python run while it waits.
+  class Turn {
+   public:
+    explicit Turn(StreamObject& stream) : lock_(stream.mutex_, std::try_to_lock) {
+      if (lock_.owns_lock()) return;
+      const py::gil_scoped_release released;
+      lock_.lock();
+    }
+
+   private:
+    std::unique_lock<std::mutex> lock_;
+  };
+
   StreamObject(const std::vector<std::string>& options, std::uint32_t sample_rate, bool fields,
                std::size_t beginning)
       : stream_(options, setup_of(sample_rate, fields, beginning)) {
@@ -57,9 +70,9 @@ class StreamObject {
   }
 
   py::list edge(std::int64_t time, bool ma, bool slo) {
-    check_time(time, 0);
-    stream_.push(picoseconds(time), ma, slo);
-    last_time_ = time;
+    check_open();
+    check_time(picoseconds(time));
+    push(picoseconds(time), ma, slo);
     return decoded();
   }
 
@@ -70,13 +83,12 @@ class StreamObject {
     check_open();
     std::int64_t last = last_time_;
     for (std::size_t i = 0; i < times.size(); ++i) {
-      if (times[i] < last) throw py::value_error(backwards(i));
+      if (times[i] < last) throw UsageError(backwards(i));
       last = times[i];
     }
     for (std::size_t i = 0; i < times.size(); ++i) {
-      stream_.push(picoseconds(times[i]), ma[i] != 0, slo[i] != 0);
+      push(picoseconds(times[i]), ma[i] != 0, slo[i] != 0);
     }
-    last_time_ = last;
     return decoded();
   }
 
@@ -87,14 +99,13 @@ class StreamObject {
     check_clock();
     auto last = static_cast<std::int64_t>(next_sample_) - 1;
     for (std::size_t i = 0; i < numbers.size(); ++i) {
-      if (numbers[i] < last || numbers[i] < 0) throw py::value_error(backwards(i));
+      if (numbers[i] < last || numbers[i] < 0) throw UsageError(backwards(i));
       last = numbers[i];
     }
     check_sample(last);
+    if (!numbers.empty()) check_time(time_of(numbers[0]));
     for (std::size_t i = 0; i < numbers.size(); ++i) {
-      const Picoseconds time = clock_->time_of(static_cast<std::uint64_t>(numbers[i]));
-      stream_.push(time, ma[i] != 0, slo[i] != 0);
-      last_time_ = time.count;
+      push(time_of(numbers[i]), ma[i] != 0, slo[i] != 0);
     }
     next_sample_ = static_cast<std::uint64_t>(last + 1);
     return decoded();
@@ -103,12 +114,11 @@ class StreamObject {
   py::list change(std::int64_t number, bool ma, bool slo) {
     check_clock();
     if (number < 0 || number + 1 < static_cast<std::int64_t>(next_sample_)) {
-      throw py::value_error(backwards(0));
+      throw UsageError(backwards(0));
     }
     check_sample(number);
-    const Picoseconds time = clock_->time_of(static_cast<std::uint64_t>(number));
-    stream_.push(time, ma, slo);
-    last_time_ = time.count;
+    check_time(time_of(number));
+    push(time_of(number), ma, slo);
     next_sample_ = static_cast<std::uint64_t>(number) + 1;
     return decoded();
   }
@@ -128,18 +138,18 @@ class StreamObject {
   }
 
   py::list rows() {
-    run([this] { stream_.decode(true); });
+    unlocked([this] { stream_.decode(true); });
     return take();
   }
 
   py::list finish(std::optional<std::int64_t> end, std::optional<std::uint64_t> end_sample) {
     if (end_sample) {
-      if (!clock_) throw py::value_error("end_sample: the decoder has no sample_rate");
-      if (*end_sample > clock_->last_index()) throw py::value_error("end_sample: beyond 106 days");
+      if (!clock_) throw UsageError("end_sample: the decoder has no sample_rate");
+      if (*end_sample > clock_->last_index()) throw UsageError("end_sample: beyond 106 days");
       end = clock_->time_of(*end_sample).count;
     }
     const std::int64_t time = std::max(end.value_or(no_time), last_time_);
-    run([&] { stream_.finish(picoseconds(time == no_time ? 0 : time)); });
+    unlocked([&] { stream_.finish(picoseconds(time == no_time ? 0 : time)); });
     return take();
   }
 
@@ -177,45 +187,54 @@ class StreamObject {
     const auto ma = levels_of(ma_array, "ma");
     const auto slo = levels_of(slo_array, "slo");
     if (ma.size() != size || slo.size() != size) {
-      throw py::value_error(
+      throw UsageError(
           fmt::format("{} times, but {} levels of MA and {} of SLO", size, ma.size(), slo.size()));
     }
     return {ma, slo};
   }
 
   void check_open() const {
-    if (stream_.ended()) throw py::value_error("the decoder is finished");
+    if (stream_.ended()) throw UsageError("the decoder is finished");
   }
-  void check_time(std::int64_t time, std::size_t element) const {
-    check_open();
-    if (time < last_time_) throw py::value_error(backwards(element));
+  // Of the first edge or sample of a call.
+  void check_time(Picoseconds time) const {
+    if (time.count < last_time_) throw UsageError(backwards(0));
   }
   void check_clock() const {
     check_open();
-    if (!clock_) throw py::value_error("the decoder has no sample_rate");
+    if (!clock_) throw UsageError("the decoder has no sample_rate");
   }
   void check_sample(std::int64_t number) const {
     if (number >= 0 && static_cast<std::uint64_t>(number) > clock_->last_index()) {
-      throw py::value_error("a sample beyond 106 days");
+      throw UsageError("a sample beyond 106 days");
     }
+  }
+
+  Picoseconds time_of(std::int64_t number) const {
+    return clock_->time_of(static_cast<std::uint64_t>(number));
+  }
+
+  void push(Picoseconds time, bool ma, bool slo) {
+    stream_.push(time, ma, slo);
+    last_time_ = time.count;
+    last_levels_ = static_cast<std::uint8_t>((ma ? 1U : 0U) | (slo ? 2U : 0U));
   }
 
   template <class T>
   py::list take_samples(std::span<const T> samples, unsigned ma_bit, unsigned slo_bit) {
     if (ma_bit >= 8 * sizeof(T) || slo_bit >= 8 * sizeof(T) || ma_bit == slo_bit) {
-      throw py::value_error(
-          fmt::format("ma_bit {} and slo_bit {} are no two bits of a sample of "
-                      "{} bits",
-                      ma_bit, slo_bit, 8 * sizeof(T)));
+      throw UsageError(fmt::format("ma={} and slo={} are not two bits of a sample of {} bits",
+                                   ma_bit, slo_bit, 8 * sizeof(T)));
     }
     if (samples.empty()) return decoded();
     check_sample(static_cast<std::int64_t>(next_sample_ + samples.size() - 1));
+    check_time(clock_->time_of(next_sample_));
     for (std::size_t i = 0; i < samples.size(); ++i) {
       const auto sample = static_cast<std::uint64_t>(samples[i]);
       const auto both =
           static_cast<std::uint8_t>((sample >> ma_bit & 1U) | (sample >> slo_bit & 1U) << 1U);
-      if (std::exchange(last_levels_, both) == both) continue;
-      stream_.push(clock_->time_of(next_sample_ + i), (both & 1U) != 0, (both & 2U) != 0);
+      if (both == last_levels_) continue;
+      push(clock_->time_of(next_sample_ + i), (both & 1U) != 0, (both & 2U) != 0);
     }
     next_sample_ += samples.size();
     last_time_ = clock_->time_of(next_sample_ - 1).count;
@@ -224,15 +243,14 @@ class StreamObject {
 
   py::list decoded() {
     if (stream_.waits()) return py::list();
-    run([this] { stream_.decode(); });
+    unlocked([this] { stream_.decode(); });
     return take();
   }
 
   // While other threads of Python run.
   template <class Work>
-  void run(Work work) {
+  static void unlocked(Work work) {
     const py::gil_scoped_release released;
-    const std::lock_guard lock(mutex_);
     work();
   }
 
@@ -256,25 +274,42 @@ class StreamObject {
   std::int64_t last_time_ = no_time;
 };
 
+// The method of a StreamObject, in its turn.
+template <class Result, class... Arguments>
+auto in_turn(Result (StreamObject::*method)(Arguments...)) {
+  return [method](StreamObject& stream, Arguments... arguments) {
+    const StreamObject::Turn turn(stream);
+    return (stream.*method)(arguments...);
+  };
+}
+
+template <class Result>
+auto in_turn(Result (StreamObject::*method)() const) {
+  return [method](StreamObject& stream) {
+    const StreamObject::Turn turn(stream);
+    return (stream.*method)();
+  };
+}
+
 }  // namespace
 
 void add_stream(py::module_& module) {
   py::class_<StreamObject>(module, "Stream")
       .def(py::init<const std::vector<std::string>&, std::uint32_t, bool, std::size_t>())
-      .def("edge", &StreamObject::edge)
-      .def("edges", &StreamObject::edges)
-      .def("change", &StreamObject::change)
-      .def("changes", &StreamObject::changes)
-      .def("samples", &StreamObject::samples)
-      .def("rows", &StreamObject::rows)
-      .def("finish", &StreamObject::finish)
-      .def_property_readonly("failure", &StreamObject::failure)
-      .def_property_readonly("columns", &StreamObject::columns)
-      .def_property_readonly("format", &StreamObject::format)
-      .def_property_readonly("summary", &StreamObject::summary)
-      .def_property_readonly("messages", &StreamObject::messages)
-      .def_property_readonly("status", &StreamObject::status)
-      .def_property_readonly("ended", &StreamObject::ended);
+      .def("edge", in_turn(&StreamObject::edge))
+      .def("edges", in_turn(&StreamObject::edges))
+      .def("change", in_turn(&StreamObject::change))
+      .def("changes", in_turn(&StreamObject::changes))
+      .def("samples", in_turn(&StreamObject::samples))
+      .def("rows", in_turn(&StreamObject::rows))
+      .def("finish", in_turn(&StreamObject::finish))
+      .def_property_readonly("failure", in_turn(&StreamObject::failure))
+      .def_property_readonly("columns", in_turn(&StreamObject::columns))
+      .def_property_readonly("format", in_turn(&StreamObject::format))
+      .def_property_readonly("summary", in_turn(&StreamObject::summary))
+      .def_property_readonly("messages", in_turn(&StreamObject::messages))
+      .def_property_readonly("status", in_turn(&StreamObject::status))
+      .def_property_readonly("ended", in_turn(&StreamObject::ended));
 }
 
 }  // namespace biss::python

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <utility>
 
+#include "cli/common/interruptible.hpp"
 #include "cli/common/memory_file.hpp"
 #include "cli/common/message.hpp"
 #include "cli/common/output.hpp"
@@ -57,7 +58,8 @@ cli::ExitStatus run_words(const std::vector<std::string>& words) {
 class Surroundings {
  public:
   explicit Surroundings(const VerbSetup& setup)
-      : standard_output_(cli::set_standard_output(output_.descriptor())) {
+      : standard_output_(cli::set_standard_output(output_.descriptor())),
+        interruptible_(setup.go_on) {
     for (const auto& [name, capture] : setup.captures) captures_.add(name, capture);
   }
   ~Surroundings() { cli::set_standard_output(standard_output_); }
@@ -79,6 +81,7 @@ class Surroundings {
   cli::KeptMessages messages_;
   cli::MemoryFile output_;
   int standard_output_;
+  cli::Interruptible interruptible_;
   cli::GivenCaptures captures_;
 };
 
@@ -108,8 +111,7 @@ class EdgeCollector {
   std::optional<bool> slo_;
 };
 
-cli::ExitStatus collect_edges(const cli::DecodeOptions& options, CaptureEdges& edges,
-                              const std::function<bool()>& go_on) {
+cli::ExitStatus collect_edges(const cli::DecodeOptions& options, CaptureEdges& edges) {
   cli::CaptureArguments arguments = options.capture;
   arguments.identify = false;
   cli::DecodedCapture capture;
@@ -124,7 +126,7 @@ cli::ExitStatus collect_edges(const cli::DecodeOptions& options, CaptureEdges& e
   bool known = true;
   const bool read = capture.read_edges([&](std::span<const wire::Edge> block) {
     for (const wire::Edge& edge : block) known = known && collector.take(edge);
-    return known && (!go_on || go_on());
+    return known;
   });
   if (!known) {
     return cli::fail(cli::ExitStatus::data_failed,
@@ -147,7 +149,7 @@ VerbResult run_verb(const std::vector<std::string>& words, const VerbSetup& setu
   std::optional<cli::KeptTables> tables;
   if (setup.keep_columns) {
     tables.emplace([&](std::span<const report::Column> columns) {
-      return std::make_unique<ColumnStore>(columns, result.columns, setup.go_on);
+      return std::make_unique<ColumnStore>(columns, result.columns);
     });
   }
   around.run(result, [&] { return run_words(words); });
@@ -160,8 +162,8 @@ CaptureEdges read_edges(const std::vector<std::string>& words, const VerbSetup& 
   around.run(edges.result, [&] {
     cli::Command command;
     cli::DecodeOptions options;
-    const cli::Verb verb = command.add_verb(
-        cli::decode_text(), [&] { return collect_edges(options, edges, setup.go_on); });
+    const cli::Verb verb =
+        command.add_verb(cli::decode_text(), [&] { return collect_edges(options, edges); });
     cli::add_decode_options(verb, options);
     const std::vector<const char*> arguments = arguments_of(words);
     return command.run(static_cast<int>(arguments.size()), arguments.data());

@@ -30,8 +30,8 @@ struct VerbSetup {
   std::map<std::string, cli::GivenCapture> captures;
   /// The rows go to VerbResult::columns where the verb reads captures to a table.
   bool keep_columns = false;
-  /// Called now and then while rows are kept; false ends the verb.
-  std::function<bool()> go_on;
+  /// As Interruptible has it. Where it says no, the result has no meaning.
+  std::function<bool()> go_on = [] { return true; };
 };
 
 /// Runs `biss WORD…`, every verb but `view`, which serves until it is interrupted.

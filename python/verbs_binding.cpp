@@ -58,7 +58,7 @@ cli::GivenCapture edges_capture(const py::array& times, const py::array& ma, con
   const EdgeArrays arrays{elements_of<std::int64_t>(times, "times"), levels_of(ma, "ma"),
                           levels_of(slo, "slo"), picoseconds(period)};
   if (arrays.ma.size() != arrays.times.size() || arrays.slo.size() != arrays.times.size()) {
-    throw py::value_error("times, ma and slo have different lengths");
+    throw UsageError("times, ma and slo have different lengths");
   }
   return {[arrays](const cli::InputArguments&) { return open_arrays(arrays); }};
 }

@@ -12,6 +12,7 @@
 #include <string>
 #include <utility>
 
+#include "cli/common/interruptible.hpp"
 #include "cli/common/message.hpp"
 #include "report/text.hpp"
 
@@ -46,6 +47,7 @@ Progress::~Progress() {
 }
 
 bool Progress::due() {
+  Interruptible::check();
   if (!wanted_) return false;
   const auto now = std::chrono::steady_clock::now();
   if (now < next_) return false;

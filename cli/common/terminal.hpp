@@ -27,6 +27,7 @@ class Progress {
   Progress& operator=(const Progress&) = delete;
 
   /// True five times a second at most: time to call show(). Cheap enough for every block.
+  /// Throws as Interruptible::check().
   bool due();
   void show(std::string_view text);
   /// Since it exists.

@@ -73,12 +73,12 @@ int run_command(std::vector<std::string> arguments, std::uint64_t threads,
 
 EvidenceFile version_file() {
   const std::string_view commit = build_commit;
-  const Json json = {{"program", "biss"},
-                     {"version", BISS_VERSION},
-                     {"commit", commit.empty() ? Json() : Json(commit)},
-                     {"compiler", BISS_COMPILER},
-                     {"build_type", BISS_BUILD_TYPE}};
-  return {"version.json", json.dump(2) + "\n"};
+  const Json version = {{"program", "biss"},
+                        {"version", BISS_VERSION},
+                        {"commit", commit.empty() ? Json() : Json(commit)},
+                        {"compiler", BISS_COMPILER},
+                        {"build_type", BISS_BUILD_TYPE}};
+  return {"version.json", version.dump(2) + "\n"};
 }
 
 EvidenceFile manifest_file(const std::vector<std::string>& made_by,
@@ -87,8 +87,8 @@ EvidenceFile manifest_file(const std::vector<std::string>& made_by,
   for (const EvidenceCommand& each : commands) {
     list.push_back({{"file", each.file}, {"arguments", each.arguments}, {"status", each.status}});
   }
-  const Json json = {{"made_by", made_by}, {"commands", list}};
-  return {"manifest.json", json.dump(2) + "\n"};
+  const Json manifest = {{"made_by", made_by}, {"commands", list}};
+  return {"manifest.json", manifest.dump(2) + "\n"};
 }
 
 struct Bundle {

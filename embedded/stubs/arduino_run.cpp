@@ -1,4 +1,4 @@
-// Runs the sketch of the Arduino package on a PC: four requests, each with another line.
+// Runs the sketch of the Arduino package on a PC: five requests, each with another line.
 #include <Arduino.h>
 #include <BissC.h>
 #include <SPI.h>
@@ -25,7 +25,8 @@ void SPIClass::beginTransaction(SPISettings settings) {
 
 void SPIClass::transfer(void* buffer, std::size_t count) {
   constexpr stubs::LineFault faults[] = {stubs::LineFault::none, stubs::LineFault::no_response,
-                                         stubs::LineFault::crc, stubs::LineFault::none};
+                                         stubs::LineFault::crc, stubs::LineFault::none,
+                                         stubs::LineFault::error_bit};
   const std::span bytes(static_cast<std::uint8_t*>(buffer), count);
   const auto number = static_cast<unsigned>(transfers++);
   stubs::receive(bytes, biss::frame_format("pos18,nE,nW,crc6"), 100000U + number, 12,
@@ -33,7 +34,7 @@ void SPIClass::transfer(void* buffer, std::size_t count) {
 }
 
 void delay(unsigned long) {
-  if (transfers == 4) std::exit(0);
+  if (transfers == 5) std::exit(0);
 }
 
 int main() {

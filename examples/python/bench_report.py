@@ -20,9 +20,10 @@ def main() -> None:
     made = biss.simulate(FORMAT, clock="5MHz", cable="20m", cycles=2000, fault=["flip:0.02"], seed=1)
 
     # All rows at once, as arrays. Empty cells are masked.
-    rows = biss.decode(made.capture, format=FORMAT)
+    # `unwrapped` counts on where `position` begins again at 0.
+    rows = biss.decode(made.capture, format=FORMAT, unwrap=True)
     good = rows["status"] == "ok"
-    steps = np.diff(rows["position"][good].astype(np.int64))
+    steps = np.diff(rows["unwrapped"][good])
     print(f"{rows.rows} requests, {good.sum()} positions, largest step {abs(steps).max()} counts")
     print(f"line delay {rows['line_delay_ns'].mean():.1f} ns")
 

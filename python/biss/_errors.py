@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 
 class Error(Exception):
     """Something of this package has failed.
@@ -33,6 +35,9 @@ class FrameError(DataError):
         super().__init__(text)
         self.cause: str = cause
         self.channel: int = channel
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (str(self), self.cause, self.channel), self.__dict__
 
 
 _CLASSES: dict[int, type[Error]] = {1: DataError, 2: UsageError, 3: CaptureError}

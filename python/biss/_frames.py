@@ -10,6 +10,7 @@ import numpy as np
 from . import _core
 from ._columns import MaskedArray, masked
 from ._errors import FrameError, UsageError
+from ._options import bits_of
 
 
 @dataclass(frozen=True)
@@ -70,9 +71,22 @@ class Bits:
         return bin(int.from_bytes(b"\x01" + self.data, "big"))[3:3 + self.count]
 
 
-def _check(name: str, value: int, bits: int) -> None:
-    if not 0 <= value < 1 << bits:
-        raise UsageError(f"{name}: {value} is not from 0 to 2^{bits} - 1")
+def _bytes(buffer: Any) -> bytes:
+    """The bytes of a buffer, or of a sequence of their numbers."""
+    if isinstance(buffer, bytes):
+        return buffer
+    try:
+        view = memoryview(buffer)
+    except TypeError:
+        try:
+            return bytes(list(buffer))
+        except ValueError:
+            raise UsageError("a byte is from 0 to 255") from None
+        except TypeError:
+            raise TypeError(f"bytes are needed, not {type(buffer).__name__}") from None
+    if view.itemsize != 1 or view.format == "?":
+        raise TypeError(f"bytes are needed, not an array with elements of the type {view.format!r}")
+    return view.tobytes()
 
 
 def _frame(parts: tuple[Any, ...]) -> Frame:
@@ -94,15 +108,15 @@ class Format:
     def __init__(self, format: str, *, ack_max: str | None = None, ack_clocks: int | None = None,
                  timeout: str | None = None, release: int | None = None,
                  clock_max: str | None = None, cycle_min: str | None = None) -> None:
-        def text_of(value: Any) -> str:
-            return "" if value is None else str(value)
+        options = (ack_max, ack_clocks, timeout, release, clock_max, cycle_min)
+        self.__setstate__((format, *("" if each is None else str(each) for each in options)))
 
-        try:
-            self._format = _core.Format(format, text_of(ack_max), text_of(ack_clocks),
-                                        text_of(timeout), text_of(release), text_of(clock_max),
-                                        text_of(cycle_min))
-        except ValueError as error:
-            raise UsageError(str(error)) from None
+    def __getstate__(self) -> tuple[str, ...]:
+        return self._texts
+
+    def __setstate__(self, texts: tuple[str, ...]) -> None:
+        self._texts = texts
+        self._format = _core.Format(*texts)
 
     @property
     def text(self) -> str:
@@ -126,35 +140,34 @@ class Format:
                ack_clocks: int = 1) -> Bits:
         """What an encoder sends: SLO once for each clock of MA, from the first one to STOP.
 
-        Each channel is a Channel, or its position. Raises ValueError where a value does not fit.
+        Each channel is a Channel, or its position. Raises UsageError where a value does not fit.
         """
         values = [each if isinstance(each, Channel) else Channel(each) for each in channels]
-        for each in values:
-            _check("position", each.position, 64)
-            _check("life_counter", each.life_counter, 32)
-        _check("lead_clocks", lead_clocks, 16)
-        _check("ack_clocks", ack_clocks, 16)
         return Bits(*self._format.encode(
-            [(each.position, each.life_counter, each.nE, each.nW) for each in values], cds,
-            lead_clocks, ack_clocks))
+            [(bits_of(each.position, "position", 64), bits_of(each.life_counter, "life_counter", 32),
+              each.nE, each.nW) for each in values], cds, bits_of(lead_clocks, "lead_clocks", 16),
+            bits_of(ack_clocks, "ack_clocks", 16)))
 
-    def decode(self, data: bytes | Bits, *, first_bit: int = 0, bits: int | None = None) -> Frame:
+    def decode(self, data: Any, *, first_bit: int = 0, bits: int | None = None) -> Frame:
         """Finds and decodes the frame in these bits, which begin with the first clock of MA.
 
-        ACK may have any length that BiSS C allows. Raises FrameError with the cause.
+        ``data`` is Bits, bytes or a sequence of their numbers. ACK may have any length that BiSS C
+        allows. Raises FrameError with the cause.
         """
-        _check("first_bit", first_bit, 32)
+        first = bits_of(first_bit, "first_bit", 32)
+        if bits is not None:
+            bits = bits_of(bits, "bits", 32)
         if isinstance(data, Bits):
+            if first > data.count:
+                raise UsageError(f"first_bit: {first}, but there are {data.count} bits")
             if bits is None:
-                bits = data.count - first_bit
+                bits = data.count - first
             data = data.data
-        return _frame(self._format.decode(bytes(data), first_bit, bits))
+        return _frame(self._format.decode(_bytes(data), first, bits))
 
     def crc(self, data: int, channel: int = 0) -> int:
         """The checksum of a channel's data bits as it is sent."""
-        _check("data", data, 64)
-        _check("channel", channel, 3)
-        return self._format.crc(data, channel)
+        return self._format.crc(bits_of(data, "data", 64), bits_of(channel, "channel", 3))
 
 
 class SpiReader:
@@ -173,12 +186,11 @@ class SpiReader:
             raise UsageError("phase: rising or falling")
         if not 1 <= clock_hz <= 31_250_000_000:
             raise UsageError("clock_hz: from 1 to 31250000000")
-        _check("first_bit", first_bit, 16)
-        _check("line_delay_min_ps", line_delay_min_ps, 63)
-        _check("line_delay_max_ps", line_delay_max_ps, 63)
         self.format = format if isinstance(format, Format) else Format(format)
         self._spi = _core.Spi(self.format._format, round(10**12 / clock_hz), phase == "falling",
-                              line_delay_min_ps, line_delay_max_ps, first_bit, ignore_tail)
+                              bits_of(line_delay_min_ps, "line_delay_min_ps", 63),
+                              bits_of(line_delay_max_ps, "line_delay_max_ps", 63),
+                              bits_of(first_bit, "first_bit", 16), ignore_tail)
 
     @property
     def clocks(self) -> int:
@@ -191,9 +203,10 @@ class SpiReader:
         return self._spi.transfer_bytes
 
     def read(self, buffer: Any, clocks: int | None = None) -> Frame:
-        """The frame in a buffer. ``clocks`` is the number of clocks that were sent; by default all
-        that are needed. Raises FrameError with the cause."""
-        return _frame(self._spi.read(memoryview(buffer).tobytes(), clocks))
+        """The frame in a buffer: bytes, an array of them, or a sequence of their numbers, as the list
+        that spidev returns. ``clocks`` is the number of clocks that were sent; by default all that are
+        needed. Raises FrameError with the cause."""
+        return _frame(self._spi.read(_bytes(buffer), _clocks(clocks)))
 
     def read_all(self, buffers: np.ndarray[Any, Any],
                  clocks: int | None = None) -> dict[str, MaskedArray]:
@@ -202,7 +215,9 @@ class SpiReader:
         Columns: ``status`` (``ok`` or the cause), then ``position``, ``life_counter``, ``nE`` and
         ``nW``, masked where the status is not ok; with several channels, a column for each.
         """
-        causes, *values = self._spi.read_all(buffers, clocks)
+        if not isinstance(buffers, np.ndarray):
+            raise TypeError(f"an array of uint8 is needed, not {type(buffers).__name__}")
+        causes, *values = self._spi.read_all(buffers, _clocks(clocks))
         names = np.array(("ok", *_core.causes), dtype=np.str_)
         bad = causes != 0
         columns = {"status": masked(names[causes])}
@@ -215,15 +230,15 @@ class SpiReader:
         return columns
 
 
+def _clocks(clocks: int | None) -> int | None:
+    return None if clocks is None else bits_of(clocks, "clocks", 32)
+
+
 def crc(data: int, bits: int, *, width: int = 6, polynomial: int = 0, start: int = 0,
         inverted: bool = True) -> int:
     """The checksum of the lowest ``bits`` bits of ``data``, the highest one first.
 
     Without ``polynomial`` (full form, 0x43) it is the usual one of this width.
     """
-    _check("data", data, 64)
-    _check("bits", bits, 8)
-    _check("width", width, 8)
-    _check("polynomial", polynomial, 32)
-    _check("start", start, 16)
-    return _core.crc(data, bits, width, polynomial, start, inverted)
+    return _core.crc(bits_of(data, "data", 64), bits_of(bits, "bits", 8), bits_of(width, "width", 8),
+                     bits_of(polynomial, "polynomial", 32), bits_of(start, "start", 16), inverted)

@@ -6,7 +6,24 @@ import os
 from collections.abc import Iterable
 from typing import Any
 
+from ._errors import UsageError
+
 Option = Any
+
+
+def number_of(value: Any, name: str) -> int:
+    """A whole number of any type, as one of NumPy."""
+    if isinstance(value, bool) or not hasattr(value, "__index__"):
+        raise TypeError(f"{name}: a whole number is needed, not {type(value).__name__}")
+    return int(value.__index__())
+
+
+def bits_of(value: Any, name: str, bits: int) -> int:
+    """A whole number that fits in this many bits."""
+    number = number_of(value, name)
+    if not 0 <= number < 1 << bits:
+        raise UsageError(f"{name}: {number} is not from 0 to 2^{bits} - 1")
+    return number
 
 
 def text_of(value: Any) -> str:

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import _core
-from ._errors import error_of
-from ._options import words_of
+from ._errors import UsageError, error_of
+from ._options import bits_of, number_of, words_of
 
 
 class Field(NamedTuple):
@@ -71,17 +71,23 @@ class Decoder:
     edges are there, because polarity, format and the rate of requests are measured in them; the
     command takes as many as the default. A smaller number gives rows sooner and measures in less.
 
+    Several threads may use a decoder; it does the work of one at a time.
+
     Raises UsageError for a wrong option.
     """
 
     def __init__(self, format: str | None = None, *, sample_rate: int = 0, fields: bool = False,
                  beginning: int = 1 << 18, **options: Any) -> None:
-        if sample_rate < 0 or sample_rate >= 1 << 32:
-            raise ValueError("sample_rate: from 1 to 4294967295 Hz")
-        if beginning < 1:
-            raise ValueError("beginning: at least 1 edge")
-        self._stream = _core.Stream(words_of({"format": format, **options}), sample_rate, fields,
-                                    min(beginning, 1 << 24))
+        if options.get("help") is not None:
+            raise UsageError("help: not for rows in memory; use biss.run()")
+        rate = number_of(sample_rate, "sample_rate")
+        if not 0 <= rate < 1 << 32:
+            raise UsageError("sample_rate: from 1 to 4294967295 Hz")
+        edges = number_of(beginning, "beginning")
+        if edges < 1:
+            raise UsageError("beginning: at least 1 edge")
+        self._stream = _core.Stream(words_of({"format": format, **options}), rate, fields,
+                                    min(edges, 1 << 24))
         self._check()
         self._names: list[str] = []
 
@@ -105,13 +111,13 @@ class Decoder:
         ``ma`` and ``slo`` of bool or uint8. Returns the rows that are finished.
         """
         if np.ndim(times_ps) == 0:
-            return self._rows(self._stream.edge(times_ps, bool(ma), bool(slo)))
+            return self._rows(self._stream.edge(_int64(times_ps, "times_ps"), bool(ma), bool(slo)))
         return self._rows(self._stream.edges(_array(times_ps), _array(ma), _array(slo)))
 
     def changes(self, numbers: Any, ma: Any, slo: Any) -> list[Row]:
         """As edges(), at the samples of these numbers; the decoder needs ``sample_rate``."""
         if np.ndim(numbers) == 0:
-            return self._rows(self._stream.change(numbers, bool(ma), bool(slo)))
+            return self._rows(self._stream.change(_int64(numbers, "numbers"), bool(ma), bool(slo)))
         return self._rows(self._stream.changes(_array(numbers), _array(ma), _array(slo)))
 
     def samples(self, samples: Any, *, ma: int = 0, slo: int = 1) -> list[Row]:
@@ -119,7 +125,8 @@ class Decoder:
 
         The decoder needs ``sample_rate``. Returns the rows that are finished.
         """
-        return self._rows(self._stream.samples(_array(samples), ma, slo))
+        return self._rows(self._stream.samples(_array(samples), bits_of(ma, "ma", 8),
+                                               bits_of(slo, "slo", 8)))
 
     def rows(self) -> list[Row]:
         """Decodes the few edges that wait for more; returns the rows that are finished."""
@@ -130,6 +137,10 @@ class Decoder:
 
         Raises DataError where no request cycle was found, as the command does.
         """
+        if end_ps is not None:
+            end_ps = _int64(end_ps, "end_ps")
+        if end_sample is not None:
+            end_sample = bits_of(end_sample, "end_sample", 63)
         rows = self._rows(self._stream.finish(end_ps, end_sample))
         if not rows and self._stream.status == 1 and not self._names and self._stream.messages:
             raise error_of(1, self._stream.messages)
@@ -165,6 +176,13 @@ class Decoder:
     def messages(self) -> list[str]:
         """Lines that the command prints on stderr."""
         return self._stream.messages
+
+
+def _int64(value: Any, name: str) -> int:
+    number = number_of(value, name)
+    if not -(1 << 63) <= number < 1 << 63:
+        raise UsageError(f"{name}: {number} does not fit in 64 bits")
+    return number
 
 
 def _array(values: Any) -> np.ndarray[Any, Any]:

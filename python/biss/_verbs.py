@@ -13,7 +13,7 @@ import numpy as np
 from . import _core
 from ._columns import Columns
 from ._errors import UsageError, error_of
-from ._options import words_of
+from ._options import number_of, words_of
 
 
 class Capture:
@@ -34,9 +34,9 @@ class Capture:
         """
         if not isinstance(samples, np.ndarray) or samples.dtype.kind != "u":
             raise TypeError("samples: an array of uint8, uint16, uint32 or uint64 is needed")
-        rate = _number(sample_rate, "sample_rate")
+        rate = number_of(sample_rate, "sample_rate")
         if not 1 <= rate < 1 << 32:
-            raise ValueError("sample_rate: from 1 to 4294967295 Hz")
+            raise UsageError("sample_rate: from 1 to 4294967295 Hz")
         return cls((samples, rate))
 
     @classmethod
@@ -48,9 +48,9 @@ class Capture:
         for name, array in (("times_ps", times_ps), ("ma", ma), ("slo", slo)):
             if not isinstance(array, np.ndarray):
                 raise TypeError(f"{name}: a NumPy array is needed, not {type(array).__name__}")
-        period = _number(resolution_ps, "resolution_ps")
+        period = number_of(resolution_ps, "resolution_ps")
         if not 0 <= period < 1 << 62:
-            raise ValueError("resolution_ps: not negative")
+            raise UsageError("resolution_ps: not negative")
         return cls((times_ps, ma, slo, period))
 
     @classmethod
@@ -109,25 +109,21 @@ class Result:
         return [json.loads(line) for line in self.output.splitlines() if line.strip()]
 
 
-def _number(value: Any, name: str) -> int:
-    if isinstance(value, bool) or not hasattr(value, "__index__"):
-        raise TypeError(f"{name}: a whole number is needed, not {type(value).__name__}")
-    return int(value.__index__())
-
-
 def _path_of(path: str | os.PathLike[str]) -> str:
     text = os.fspath(path)
     if not isinstance(text, str):
         raise TypeError("a path is a str, not bytes")
     if "\0" in text:
-        raise ValueError("a path has no NUL character")
+        raise UsageError("a path has no NUL character")
     return os.path.join(".", text) if text.startswith("-") and text != "-" else text
 
 
 def _sources(captures: tuple[Any, ...],
-             sample_rate: int | None) -> tuple[list[str], dict[str, tuple[Any, ...]]]:
+             sample_rate: Any) -> tuple[list[str], dict[str, tuple[Any, ...]]]:
     words: list[str] = []
     given: dict[str, tuple[Any, ...]] = {}
+    if sample_rate is not None and not any(isinstance(each, np.ndarray) for each in captures):
+        raise UsageError("sample_rate: only for an array; for a file of raw samples use raw_rate")
     for capture in captures:
         if isinstance(capture, np.ndarray):
             if sample_rate is None:
@@ -148,7 +144,7 @@ def _run(verb: str, words: list[str], given: dict[str, tuple[Any, ...]], options
          keep: bool = False) -> tuple[Result, list[tuple[Any, ...]]]:
     for word in words:
         if "\0" in word:
-            raise ValueError("an argument has no NUL character")
+            raise UsageError("an argument has no NUL character")
     status, output, summary, messages, columns = _core.run(
         [*verb.split(), *words_of(options), *words], given, keep)
     if status >= 2:
@@ -156,30 +152,36 @@ def _run(verb: str, words: list[str], given: dict[str, tuple[Any, ...]], options
     return Result(status, output, summary, messages), columns
 
 
-def run(verb: str, *arguments: Source, sample_rate: int | None = None, **options: Any) -> Result:
+def _run_on(verb: str, arguments: tuple[Any, ...], options: dict[str, Any]) -> Result:
+    if not arguments:
+        return _run(verb, [], {}, options)[0]
+    words, given = _sources(arguments, options.pop("sample_rate", None))
+    return _run(verb, words, given, options)[0]
+
+
+def run(verb: str, *arguments: Source, sample_rate: int | str | None = None,
+        **options: Any) -> Result:
     """Runs a verb of the command in this process: ``run("safety analyse", format="rsm")``.
 
     ``arguments`` are words of the command line; where the verb reads a capture, a Capture or an array
-    of samples (with ``sample_rate``) takes the place of a file. An option has the name of the command
-    with underscores; True gives it without a value, a list repeats it. Every verb but ``view`` is
-    there.
+    of samples (with ``sample_rate``) takes the place of a file. Without any argument ``sample_rate`` is the
+    option of that name, which ``simulate`` has. An option has the name of the command with
+    underscores; True gives it without a value, a list repeats it. Every verb but ``view`` is there.
 
     Raises UsageError and CaptureError where the command's exit status is 2 and 3. Status 1, the data
     failed what was asked, is in the result.
     """
-    words, given = _sources(arguments, sample_rate)
-    return _run(verb, words, given, options)[0]
+    return _run_on(verb, arguments, {**options, "sample_rate": sample_rate})
 
 
-def records(verb: str, *arguments: Source, sample_rate: int | None = None,
+def records(verb: str, *arguments: Source, sample_rate: int | str | None = None,
             **options: Any) -> list[dict[str, Any]]:
     """The rows of a verb that has ``--to jsonl``, as dictionaries: ``records("encoders")``.
 
     Integers above 2**53 are texts, as in the command's JSON. Raises DataError where there is no row
     because the data failed what was asked.
     """
-    words, given = _sources(arguments, sample_rate)
-    result, _ = _run(verb, words, given, {**options, "to": "jsonl"})
+    result = _run_on(verb, arguments, {**options, "sample_rate": sample_rate, "to": "jsonl"})
     if result.status == 1 and not result.output and result.messages:
         raise error_of(1, result.messages)
     return result.records()
@@ -195,7 +197,7 @@ def decode(capture: Source, *more: Source, format: str | None = None,
 
     Raises UsageError, CaptureError, and DataError where there is no request cycle.
     """
-    for name in ("to", "output", "fail_on"):
+    for name in ("to", "output", "fail_on", "help"):
         if options.get(name) is not None:
             raise UsageError(f"{name}: not for columns in memory; use biss.run()")
     words, given = _sources((capture, *more), sample_rate)
@@ -267,10 +269,13 @@ def simulate(format: str | None = None, **options: Any) -> Simulation:
 
 
 def draw(capture: Source, *, cycle: int, svg: bool = False, **options: Any) -> str:
-    """A request cycle as a drawing: text, or SVG."""
-    words, given = _sources((capture,), options.pop("sample_rate", None))
-    result, _ = _run("draw", words, given,
-                     {"cycle": cycle, "to": "svg" if svg else "text", **options})
+    """A request cycle as a drawing: text, or SVG.
+
+    Raises DataError where the capture has no such request cycle.
+    """
+    result = _run_on("draw", (capture,), {"cycle": cycle, "to": "svg" if svg else "text", **options})
+    if result.status == 1:
+        raise error_of(1, result.messages)
     return result.text
 
 

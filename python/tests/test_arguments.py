@@ -1,11 +1,11 @@
 """Arguments that are wrong in every way: an exception with a name, never a crash."""
 
+import faulthandler
 import os
 import random
 import signal
 import subprocess
 import threading
-import time
 
 import numpy as np
 import pytest
@@ -36,10 +36,10 @@ def test_SamplesOfAnotherType_AreATypeError(array):
     np.zeros((4, 4), np.uint8), np.zeros(20, np.uint8)[::2], np.zeros(20, np.uint8)[::-1],
     np.zeros((4, 4), np.uint8)[:, 0],
 ])
-def test_SamplesOfAnotherShape_AreAValueError(array):
-    with pytest.raises(ValueError):
+def test_SamplesOfAnotherShape_AreAUsageError(array):
+    with pytest.raises(biss.UsageError):
         biss.decode(array, sample_rate=RATE)
-    with pytest.raises(ValueError):
+    with pytest.raises(biss.UsageError):
         biss.Decoder(FORMAT, sample_rate=RATE).samples(array)
 
 
@@ -53,11 +53,11 @@ def test_EmptyArrays_AreNamed():
     assert biss.Decoder(FORMAT).edges(np.zeros(0, np.int64), nothing, nothing) == []
 
 
-def test_ArraysOfDifferentLengths_AreAValueError():
+def test_ArraysOfDifferentLengths_AreAUsageError():
     times = np.arange(10)
-    with pytest.raises(ValueError):
+    with pytest.raises(biss.UsageError):
         biss.decode(biss.Capture.edges(times, np.zeros(9, bool), np.zeros(10, bool)))
-    with pytest.raises(ValueError):
+    with pytest.raises(biss.UsageError):
         biss.Decoder().edges(times, np.zeros(10, bool), np.zeros(11, bool))
 
 
@@ -97,7 +97,7 @@ def test_WrongCaptures_AreNamed(tmp_path):
     for wrong in (None, 3, [1, 2], b"file.vcd", object()):
         with pytest.raises(TypeError):
             biss.decode(wrong)
-    with pytest.raises(ValueError):
+    with pytest.raises(biss.UsageError):
         biss.decode("a\0b")
     with pytest.raises(biss.CaptureError):
         biss.decode("--help")
@@ -118,25 +118,34 @@ def test_NoFileLeft_IsNamed():
     assert "close some files" in done.stdout.decode()
 
 
-def test_Interrupt_EndsTheDecoding(damaged):
+@pytest.fixture
+def interrupted():
+    """Interrupts this thread soon. A run that does not end is ended with the process."""
+    faulthandler.dump_traceback_later(120, exit=True)
+    timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
+    yield timer
+    timer.cancel()
+    timer.join()
+    faulthandler.cancel_dump_traceback_later()
+
+
+@pytest.mark.parametrize("run", [
+    lambda capture: biss.decode(*[capture] * 1000, format=FORMAT),
+    lambda capture: biss.decode(*[capture] * 1000, format=FORMAT, every=10**6, threads=1),
+    lambda capture: biss.check(*[capture] * 1000, against="renishaw"),
+    lambda capture: biss.run("decode", *[capture] * 1000, format=FORMAT, to="csv",
+                             output="/dev/null"),
+    lambda capture: biss.simulate(FORMAT, cycles=10**8),
+    lambda capture: biss.records("safety campaign", format="fs-36-28", frames=10**12),
+], ids=["decode", "few_rows", "check", "csv", "simulate", "campaign"])
+def test_Interrupt_EndsARun(damaged, interrupted, run):
     times, ma, slo = edges_of(damaged)
     span = int(times[-1] - times[0]) + 10**9
-    many = np.concatenate([times + i * span for i in range(200)])
-    capture = biss.Capture.edges(many, np.tile(ma, 200), np.tile(slo, 200))
-    began = threading.Event()
-
-    def interrupt():
-        began.wait()
-        time.sleep(0.1)
-        os.kill(os.getpid(), signal.SIGINT)
-
-    thread = threading.Thread(target=interrupt)
-    thread.start()
+    many = np.concatenate([times + i * span for i in range(50)])
+    capture = biss.Capture.edges(many, np.tile(ma, 50), np.tile(slo, 50))
+    interrupted.start()
     with pytest.raises(KeyboardInterrupt):
-        began.set()
-        while True:
-            biss.decode(capture, format=FORMAT)
-    thread.join()
+        run(capture)
     assert biss.decode(damaged, format=FORMAT).rows == 3000
 
 
@@ -145,13 +154,14 @@ def test_WrongOptions_HaveTheTextOfTheCommand(damaged):
         biss.decode(damaged, colums="x")
     with pytest.raises(biss.UsageError, match="'nothing' is not one of cycle, time_ns"):
         biss.decode(damaged, columns="nothing")
-    with pytest.raises(biss.UsageError, match="output"):
-        biss.decode(damaged, output="rows.csv")
+    for name, value in (("output", "rows.csv"), ("fail_on", "any"), ("help", True)):
+        with pytest.raises(biss.UsageError, match=name):
+            biss.decode(damaged, **{name: value})
     with pytest.raises(biss.UsageError):
         biss.decode(damaged, format="")
     with pytest.raises(TypeError):
         biss.decode(damaged, threads=object())
-    with pytest.raises(ValueError):
+    with pytest.raises(biss.UsageError):
         biss.decode(damaged, format="pos\0")
     with pytest.raises(biss.UsageError, match="unknown verb"):
         biss.run("nothing")

@@ -1,6 +1,9 @@
 """biss.Decoder against the rows of the command, cell by cell, and the fields of each row."""
 
+import functools
 import random
+import sys
+import threading
 
 import numpy as np
 import pytest
@@ -125,19 +128,34 @@ def test_WrongUse_IsNamed(damaged):
         biss.Decoder("pos99")
     with pytest.raises(biss.UsageError, match="unknown option '--nonsense'"):
         biss.Decoder(FORMAT, nonsense=1)
-    for options in ({"output": "x"}, {"to": "csv"}, {"columns": "time_ns"}, {"each": True}):
+    for options in ({"output": "x"}, {"to": "csv"}, {"columns": "time_ns"}, {"each": True},
+                    {"fail_on": "any"}, {"help": True}, {"beginning": 0}, {"sample_rate": -1}):
         with pytest.raises(biss.UsageError):
             biss.Decoder(FORMAT, **options)
+    for options in ({"sample_rate": 1e8}, {"sample_rate": "100MHz"}, {"beginning": 1.5}):
+        with pytest.raises(TypeError, match="a whole number is needed"):
+            biss.Decoder(FORMAT, **options)
     decoder = biss.Decoder(FORMAT)
-    with pytest.raises(ValueError, match="sample_rate"):
+    with pytest.raises(biss.UsageError, match="sample_rate"):
         decoder.samples(ma)
-    with pytest.raises(ValueError, match="element 1: time runs backwards"):
+    sampling = biss.Decoder(FORMAT, sample_rate=100_000_000)
+    with pytest.raises(biss.UsageError, match="ma=8 and slo=1 are not two bits of a sample of 8 bits"):
+        sampling.samples(ma, ma=8)
+    with pytest.raises(biss.UsageError, match="slo: -1"):
+        sampling.samples(ma, slo=-1)
+    with pytest.raises(biss.UsageError, match="end_sample: -1"):
+        sampling.finish(end_sample=-1)
+    with pytest.raises(TypeError, match="times_ps: a whole number is needed"):
+        decoder.edges(0.5, 0, 0)
+    with pytest.raises(biss.UsageError, match="times_ps"):
+        decoder.edges(1 << 63, 0, 0)
+    with pytest.raises(biss.UsageError, match="element 1: time runs backwards"):
         decoder.edges(times[1::-1].copy(), ma[:2], slo[:2])
     decoder.edges(times, ma, slo)
-    with pytest.raises(ValueError, match="backwards"):
+    with pytest.raises(biss.UsageError, match="backwards"):
         decoder.edges(0, 0, 0)
     decoder.finish()
-    with pytest.raises(ValueError, match="finished"):
+    with pytest.raises(biss.UsageError, match="finished"):
         decoder.edges(times, ma, slo)
     assert decoder.finish() == []
     empty = biss.Decoder(FORMAT)
@@ -147,6 +165,60 @@ def test_WrongUse_IsNamed(damaged):
     quiet.edges(times[:1], ma[:1], slo[:1])
     with pytest.raises(biss.DataError):
         quiet.finish(end_ps=10**12)
+
+
+def test_SamplesBeforeTheLastEdge_AreNamed(sampled):
+    for earlier in (lambda decoder: decoder.samples(sampled),
+                    lambda decoder: decoder.changes(np.array([5]), sampled[:1], sampled[:1]),
+                    lambda decoder: decoder.changes(5, 0, 1)):
+        decoder = biss.Decoder(FORMAT, sample_rate=100_000_000)
+        decoder.edges(10**12, True, True)
+        with pytest.raises(biss.UsageError, match="element 0: time runs backwards"):
+            earlier(decoder)
+
+
+def test_SamplesAfterChanges_BeginWithTheirOwnLevels(sampled, folder):
+    path = folder / "changes.bin"
+    sampled.tofile(path)
+    # A pulse: at its end the levels are those before it.
+    edges = np.flatnonzero(np.diff(sampled)) + 1
+    begin, end = next((a, b) for a, b in zip(edges[100:], edges[101:])
+                      if sampled[a - 1] == sampled[b])
+    decoder = biss.Decoder(FORMAT, sample_rate=100_000_000)
+    rows = decoder.samples(sampled[:begin])
+    numbers = np.arange(begin, end)
+    rows += decoder.changes(numbers, sampled[numbers] & 1, sampled[numbers] >> 1 & 1)
+    rows += decoder.samples(sampled[end:])
+    assert_same(rows + decoder.finish(),
+                rows_of(path, "--raw-rate", "100MHz", "-f", FORMAT, "--ma", "D0", "--slo", "D1"))
+
+
+def test_ThreadsWithOneDecoder_TakeTurns(damaged, request):
+    request.addfinalizer(functools.partial(sys.setswitchinterval, sys.getswitchinterval()))
+    sys.setswitchinterval(1e-6)
+    times, ma, slo = edges_of(damaged)
+    wanted = len(rows_of(damaged, "-f", FORMAT))
+    for _ in range(3):
+        decoder = biss.Decoder(FORMAT, beginning=1000, fields=True)
+        ended = threading.Event()
+        others = []
+
+        def ask():
+            while not ended.is_set():
+                others.extend(decoder.rows())
+                assert decoder.format in (None, FORMAT)
+
+        threads = [threading.Thread(target=ask) for _ in range(2)]
+        for thread in threads:
+            thread.start()
+        rows = []
+        for i in range(0, len(times), 50):
+            rows += decoder.edges(times[i:i + 50], ma[i:i + 50], slo[i:i + 50])
+        ended.set()
+        for thread in threads:
+            thread.join()
+        rows += others + decoder.finish()
+        assert sorted(row["cycle"] for row in rows) == list(range(wanted))
 
 
 def test_RandomEdges_EndWithRowsOrANamedError():

@@ -70,6 +70,31 @@ def test_Simulation_IsThatOfTheCommand(folder):
         biss.simulate("resolute-26", fault="nothing:0.1")
 
 
+def test_SampleRate_IsAnOptionOfSimulate(folder):
+    made, wanted = folder / "rate.bin", folder / "rate_wanted.bin"
+    simulated(wanted, "-f", FORMAT, "--cycles", 5, "--sample-rate", "25MHz")
+    biss.run("simulate", format=FORMAT, cycles=5, sample_rate="25MHz", output=made)
+    assert made.read_bytes() == wanted.read_bytes()
+    with pytest.raises(biss.UsageError, match="unknown option '--sample-rate'"):
+        biss.records("plan", format=FORMAT, sample_rate="25MHz")
+
+
+def test_SampleRateOfAFile_NamesRawRate(sampled, folder):
+    path = folder / "file.bin"
+    sampled.tofile(path)
+    for read in (biss.decode, biss.check, biss.Capture.load):
+        with pytest.raises(biss.UsageError, match="use raw_rate"):
+            read(path, sample_rate=100_000_000)
+    with pytest.raises(biss.UsageError, match="use raw_rate"):
+        biss.draw(path, cycle=3, sample_rate=100_000_000)
+    assert biss.decode(path, raw_rate="100MHz", ma="D0", slo="D1", format=FORMAT).rows == 500
+
+
+def test_DrawingWithoutItsCycle_IsADataError(damaged):
+    with pytest.raises(biss.DataError, match="no cycle 5000"):
+        biss.draw(damaged, cycle=5000, format=FORMAT)
+
+
 def test_FilesOfTheVerbs_AreWritten(damaged, folder):
     assert biss.run("decode", damaged, format=FORMAT, to="csv").text == \
         run("decode", damaged, "-f", FORMAT, "--to", "csv")

@@ -41,8 +41,12 @@ struct BissReading {
 
   /// The position may be used.
   bool trusted() const { return !fault && nE; }
-  /// The name of the cause, "ok" where there is a frame.
-  const char* cause() const { return fault ? biss::name_of(fault->cause).data() : "ok"; }
+  /// Why the position may not be used: the name of the cause, or "encoder error" where nE is 0. Else
+  /// "ok".
+  const char* cause() const {
+    if (fault) return biss::name_of(fault->cause).data();
+    return nE ? "ok" : "encoder error";
+  }
 };
 
 /// One encoder of this format on one SPI.

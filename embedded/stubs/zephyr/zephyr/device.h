@@ -24,7 +24,7 @@ bool device_is_ready(const struct device* dev);
 #define DT_INST_PROP(inst, name) DT_TEST_##name
 #define DT_INST_PROP_OR(inst, name, otherwise) DT_TEST_##name
 #define DT_INST_FOREACH_STATUS_OKAY(define) define(0)
-#define DT_TEST_frame_format "pos18,nE,nW,crc6"
+#define DT_TEST_biss_format "pos18,nE,nW,crc6"
 #define DT_TEST_spi_max_frequency 4000000
 #define DT_TEST_line_delay_max_ns 1000
 #define DT_TEST_processing_time_max_ns 10000

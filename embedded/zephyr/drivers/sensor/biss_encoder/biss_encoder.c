@@ -121,7 +121,7 @@ static int biss_encoder_init(const struct device* dev) {
   }
   bytes = biss_reader_init(&data->reader, &config->setup);
   if (bytes < 0 || config->rotation_bits > 32) {
-    LOG_ERR("%s: frame-format \"%s\" or a limit is not valid", dev->name,
+    LOG_ERR("%s: biss-format \"%s\" or a limit is not valid", dev->name,
             config->setup.frame_format);
     return -EINVAL;
   }
@@ -144,7 +144,7 @@ static const struct sensor_driver_api biss_encoder_api = {
       .spi = SPI_DT_SPEC_INST_GET(inst, BISS_SPI_OPERATION, 0),                          \
       .setup =                                                                           \
           {                                                                              \
-              .frame_format = DT_INST_PROP(inst, frame_format),                          \
+              .frame_format = DT_INST_PROP(inst, biss_format),                           \
               .clock_hz = DT_INST_PROP(inst, spi_max_frequency),                         \
               .line_delay_max_ns = DT_INST_PROP(inst, line_delay_max_ns),                \
               .processing_time_max_ns = DT_INST_PROP(inst, processing_time_max_ns),      \
