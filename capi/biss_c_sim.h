@@ -59,7 +59,7 @@ typedef struct biss_line_setup {
    * none. */
   const char* faults;
   /* The encoder is the caller's, and the line is the cable with its faults. A fall of MA more than
-   * 1.25 periods after the one before begins a request; the first period is that of clock_hz. */
+   * 1.25 periods after the one before begins a request. */
   bool foreign_encoder;
 } biss_line_setup;
 
@@ -104,7 +104,9 @@ typedef struct biss_fault_place {
   uint64_t thousandths; /* of a bit or a clock */
 } biss_fault_place;
 
-/* The last request that began, as far as it has come. */
+/* The last request that began, as far as it has come. A request begins where MA falls after a rest as
+ * long as the encoder's timeout, or while the encoder is idle after an answer. A shorter rest is part
+ * of the request: a gap between the bytes of an SPI master. */
 typedef struct biss_line_request {
   uint64_t number;  /* counts from 0 */
   int64_t begin_ps; /* MA fell at the master */
