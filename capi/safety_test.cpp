@@ -170,6 +170,9 @@ TEST(CSafety, SetupsThatCannotBeMonitored_HaveTheirName) {
   EXPECT_EQ(problem([](S& s) { s.start_frames = 1; }), "start_frames");
   EXPECT_EQ(problem([](S& s) { s.frame_gap_max_ps = 0; }), "frame_gap");
   EXPECT_EQ(problem([](S& s) { s.format = "pos26,nE,nW,crc6"; }), "channels");
+  EXPECT_EQ(problem([](S& s) { s.bounds.ack_min_clocks = 32, s.bounds.ack_max_clocks = 2; }),
+            "bounds");
+  EXPECT_EQ(problem([](S& s) { s.bounds.lead_max_clocks = 0; }), "bounds");
   EXPECT_EQ(problem([](S& s) { s.compare_bits = 8; }), "weak_comparison");
   EXPECT_EQ(problem([](S& s) { s.compare_bits = 8, s.unrated = true; }), "ok");
   EXPECT_EQ(problem([](S& s) { s.format = "pos20,nE,nW,crc6+pos19,nE,nW,lc6,crc16"; }), "unrated");
