@@ -71,7 +71,8 @@ void biss_safety_close(biss_safety* safety);
 /* Gives every check a frame that it must refuse. At power-up, and later as often as wished: then it
  * changes nothing if it passes. `expected` is a setup from another place than the one of open, a
  * constant for example: the monitor compares itself with it, now and before every frame.
- * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_BAD_FORMAT, BISS_BAD_SETUP. */
+ * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, and as biss_safety_open() for `expected`: BISS_BAD_FORMAT,
+ * BISS_BAD_SETUP, BISS_BAD_SAFETY. Then the test has not passed and the monitor is unchanged. */
 biss_status biss_safety_self_test(biss_safety* safety, const biss_safety_setup* expected,
                                   bool* passed);
 
