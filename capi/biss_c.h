@@ -157,8 +157,8 @@ typedef struct biss_slave_setup {
   /* Called with the CDM bit when a frame has ended. May be null. */
   void (*cdm)(void* user, bool bit);
   /* Registers, 0 to 127. Where these three are set, the encoder takes an ID and answers the
-   * control communication itself; `cds` and `cdm` must be null. It obeys the commands that switch
-   * its channels and its control communication.
+   * control communication itself; `cds` and `cdm` must be null, and the format without cds0. It
+   * obeys the commands that switch its channels and its control communication.
    *   register_permits  false: the access is refused
    *   register_read     the value, or -1: busy, called again with the next frame
    *   register_write    takes a byte whose CRC was right */

@@ -51,7 +51,7 @@ typedef struct biss_line_setup {
   void* user;
   uint32_t counter_first; /* 0 or 1: the lowest sign of life */
   uint32_t counter_start; /* of the first frame, from counter_first to 63 */
-  /* The encoder has registers; see biss_line_put_register(). */
+  /* The encoder has registers, see biss_line_put_register(); not with a format with cds0. */
   bool registers;
   uint32_t register_busy_frames; /* by which each byte is delayed, up to 65535 */
   uint64_t seed;

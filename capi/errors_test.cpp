@@ -142,6 +142,14 @@ TEST(CErrors, SlaveSetup_RefusedByItsCause) {
   setup.cds = nullptr;
   setup.cdm = nullptr;
   EXPECT_EQ(try_slave(&setup), BISS_OK);
+  setup.register_permits = [](void*, bool, std::uint8_t) { return true; };
+  EXPECT_EQ(try_slave(&setup), BISS_NULL_ARGUMENT);
+  setup.register_read = [](void*, std::uint8_t) { return 0; };
+  setup.register_write = [](void*, std::uint8_t, std::uint8_t) {};
+  EXPECT_EQ(try_slave(&setup), BISS_OK);
+  // Answers to accesses are in CDS, which is always 0 here.
+  setup.format = "pos26,nE,nW,crc6;cds0";
+  EXPECT_EQ(try_slave(&setup), BISS_BAD_SETUP);
 }
 
 TEST(CErrors, TimingThatNoDeviceHas_IsRefused) {
