@@ -79,7 +79,8 @@ biss_status biss_control_step(biss_control* control, int64_t now_ps, biss_cds cd
 /* No access is under way. True for a handle that is not open. */
 bool biss_control_done(const biss_control* control);
 
-/* How an access ended, or how far it is. */
+/* How an access ended, or how far it is. A query is many accesses: frames, tries and
+ * longest_busy_ps are those of all of them, the other numbers those of the last one. */
 typedef struct biss_control_outcome {
   /* Null: no error. Else the one cause: "bad_request", "no_answer", "no_such_slave", "id_pattern",
    * "refused", "not_addressed", "refused_or_not_addressed", "rw_pattern", "busy_too_long",
