@@ -68,7 +68,7 @@ typedef enum biss_status BISS_INT {
   BISS_BAD_CRC,        /* a biss_crc that is no checksum: its width is not 3 to 16, its polynomial
                           not in full form, or its start wider */
   BISS_BIT_COUNT,      /* a number of bits is not 1 to 64 */
-  BISS_FAULT_RULE,     /* a fault is neither KIND:RATE nor KIND@CYCLE */
+  BISS_FAULT_RULE,     /* a fault is not KIND:RATE with a rate of 0 to 1, nor KIND@CYCLE */
   BISS_FAULT_KIND,     /* no such kind of fault, or one of the encoder, which is the caller's */
   BISS_FAULT_PLACE,    /* a frame of this line has no such place, or the kind has none */
   BISS_FAULT_TWICE,    /* a kind of fault is given twice with a rate or for one cycle */

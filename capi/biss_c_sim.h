@@ -55,8 +55,8 @@ typedef struct biss_line_setup {
   bool registers;
   uint32_t register_busy_frames; /* by which each byte is delayed, up to 65535 */
   uint64_t seed;
-  /* Rules as in `biss simulate --fault`, separated by spaces: "flip:0.01 cut@40,clock=12.25". Null:
-   * none. */
+  /* Rules as in `biss simulate --fault`, separated by white space: "flip:0.01 cut@40,clock=12.25".
+   * Null: none. */
   const char* faults;
   /* The encoder is the caller's, and the line is the cable with its faults. A fall of MA more than
    * 1.25 periods after the one before begins a request. */
@@ -68,9 +68,10 @@ biss_line_setup biss_line_defaults(const char* format, uint32_t clock_hz);
 
 /* Opens a line whose encoder is idle. *line is null unless BISS_OK.
  * BISS_NULL_ARGUMENT, BISS_NO_MEMORY, BISS_BAD_FORMAT, BISS_BAD_TIMING, BISS_BAD_SETUP,
- * BISS_FAULT_RULE: a rule is neither KIND:RATE nor KIND@CYCLE, BISS_FAULT_KIND: no such kind, or one
- * of the encoder, which is the caller's, BISS_FAULT_PLACE: a frame of this line has no such place,
- * or the kind has none, BISS_FAULT_TWICE: a kind has two rates, or one cycle twice. */
+ * BISS_FAULT_RULE: a rule is not KIND:RATE with a rate of 0 to 1, nor KIND@CYCLE, BISS_FAULT_KIND:
+ * no such kind, or one of the encoder, which is the caller's, BISS_FAULT_PLACE: a frame of this
+ * line has no such place, or the kind has none, BISS_FAULT_TWICE: a kind has two rates, or one
+ * cycle twice. */
 biss_status biss_line_open(const biss_line_setup* setup, biss_line** line);
 
 /* The index in setup->faults of the rule that is wrong; 0 where none is. */

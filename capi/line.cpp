@@ -45,10 +45,11 @@ struct Rules {
 };
 
 Rules read_rules(std::string_view text, bool foreign_encoder) {
+  constexpr std::string_view white_space = " \t\r\n";
   Rules rules;
-  for (std::size_t at = text.find_first_not_of(' '); at < text.size();
-       at = text.find_first_not_of(' ', at)) {
-    const std::size_t end = std::min(text.find(' ', at), text.size());
+  for (std::size_t at = text.find_first_not_of(white_space); at < text.size();
+       at = text.find_first_not_of(white_space, at)) {
+    const std::size_t end = std::min(text.find_first_of(white_space, at), text.size());
     const auto rule = sim::parse_fault(text.substr(at, end - at));
     if (!rule) {
       rules.refuse(rule.error() == sim::FaultTextError::kind ? BISS_FAULT_KIND : BISS_FAULT_RULE,

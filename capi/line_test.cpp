@@ -260,6 +260,7 @@ TEST(CLine, FaultRules_RefusedByTheirCauseAndPlace) {
   };
   for (const Case& each :
        {Case{"", false, BISS_OK, 0}, Case{"  flip:0.5   cut@7 ", false, BISS_OK, 0},
+        Case{"\tflip:1.0\n\tcut@7\r\n", false, BISS_OK, 0},
         Case{"flip:0.5 cut", false, BISS_FAULT_RULE, 9},
         Case{"flip:0.5 cut@1,bit=", false, BISS_FAULT_RULE, 9},
         Case{"flop@1", false, BISS_FAULT_KIND, 0},

@@ -33,7 +33,7 @@ constexpr std::array<StatusText, BISS_BAD_SAFETY + 1> statuses{{
     {"no_room", "the buffer is too small"},
     {"bad_crc", "there is no such checksum"},
     {"bit_count", "a number of bits is not 1 to 64"},
-    {"fault_rule", "a fault is neither KIND:RATE nor KIND@CYCLE"},
+    {"fault_rule", "a fault is not KIND:RATE with a rate of 0 to 1, nor KIND@CYCLE"},
     {"fault_kind", "there is no such kind of fault, or it needs an encoder"},
     {"fault_place", "this fault cannot begin at this place"},
     {"fault_twice", "a kind of fault is given twice"},

@@ -220,7 +220,8 @@ TEST(FarEnd, ClockThatSlowsDown_MakesNoRequests) {
     FarEnd far(far_setup(setup));
     Bench first(far, setup);
     for (unsigned i = 0; i < 4; ++i) {
-      EXPECT_TRUE(first.request(microseconds(10 + 100 * i), microseconds(100 + 100 * i)).frame.ok());
+      EXPECT_TRUE(
+          first.request(microseconds(10 + 100 * i), microseconds(100 + 100 * i)).frame.ok());
     }
     Bench second(far, setup, slower);
     for (unsigned i = 4; i < 8; ++i) {
@@ -385,10 +386,15 @@ TEST(FarEnd, Registers_ComeBackWithTheSupply) {
 TEST(FaultText, RulesAndMistakes_AreTold) {
   EXPECT_EQ(parse_fault("flip@0x10,bit=7")->cycle, 16U);
   EXPECT_EQ(parse_fault("flip:0.5")->share, std::uint64_t{1} << 31U);
+  EXPECT_EQ(parse_fault("flip:0.50000000000000000000000")->share, std::uint64_t{1} << 31U);
+  EXPECT_EQ(parse_fault("flip:1.0")->share, std::uint64_t{1} << 32U);
+  EXPECT_EQ(parse_fault("flip:0.000")->share, 0U);
   EXPECT_EQ(parse_fault("flop:1").error(), FaultTextError::kind);
   EXPECT_EQ(parse_fault("flips:1").error(), FaultTextError::kind);
-  for (const char* text : {"", "flip", "flip:", "flip:2", "flip@-1", "flip@1,", "flip@1,bit",
-                           "flip@1,bit=1.2345", "flip@18446744073709551616"}) {
+  for (const char* text :
+       {"", "flip", "flip:", "flip:2", "flip@-1", "flip@1,", "flip@1,bit", "flip@1,bit=1.2345",
+        "flip@1,bit=0x10", "flip@1,bit=0X10", "flip:1.1", "flip:1.", "flip:1.0000000000001",
+        "flip:0.5x", "flip@18446744073709551616"}) {
     EXPECT_EQ(parse_fault(text).error(), FaultTextError::form) << text;
   }
 }
