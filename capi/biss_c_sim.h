@@ -27,7 +27,7 @@ typedef struct biss_line biss_line;
 typedef struct biss_line_setup {
   const char* format;
   const biss_timing* timing; /* null: biss_timing_of(format) */
-  uint32_t clock_hz;         /* of the master: faults are placed by it */
+  uint32_t clock_hz;         /* of the master, 1 kHz to 100 MHz: faults are placed by it */
   int64_t interval_ps;       /* from one request to the next, likewise; 0: the shortest */
   /* One way in the cable, from MA to SLO in the encoder, and the filter of MA: pulses that are
    * shorter do not reach the encoder, every other edge is delayed by it. Together at most 40 us. */
@@ -59,7 +59,8 @@ typedef struct biss_line_setup {
    * Null: none. */
   const char* faults;
   /* The encoder is the caller's, and the line is the cable with its faults. A fall of MA more than
-   * 1.25 periods after the one before begins a request. */
+   * 1.25 periods after the one before begins a request. `position` and `registers` must be null
+   * and false; what else describes the encoder has no effect, as has biss_line_set_flags(). */
   bool foreign_encoder;
 } biss_line_setup;
 

@@ -102,6 +102,7 @@ bool is_possible(const biss_line_setup& setup) {
          setup.ready_min_ps <= setup.ready_max_ps && setup.counter_first <= 1 &&
          setup.counter_start >= setup.counter_first && setup.counter_start <= 63 &&
          setup.register_busy_frames <= std::numeric_limits<std::uint16_t>::max() &&
+         !(setup.foreign_encoder && (setup.registers || setup.position != nullptr)) &&
          find_motion(setup.motion);
 }
 

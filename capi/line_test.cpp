@@ -244,7 +244,12 @@ TEST(CLine, Setup_RefusedByItsCause) {
       [](S& s) { s.counter_start = 0; },
       [](S& s) { s.counter_start = 64; },
       [](S& s) { s.register_busy_frames = 65'536; },
-      [](S& s) { s.format = "pos8,crc5;cds0", s.registers = true; }};
+      [](S& s) { s.format = "pos8,crc5;cds0", s.registers = true; },
+      [](S& s) { s.foreign_encoder = s.registers = true; },
+      [](S& s) {
+        s.foreign_encoder = true;
+        s.position = [](void*, std::int64_t) { return std::uint64_t{0}; };
+      }};
   for (std::size_t i = 0; i < spoilers.size(); ++i)
     EXPECT_EQ(status(spoilers[i]), BISS_BAD_SETUP) << i;
   EXPECT_EQ(status([](S& s) { s.motion = "sine"; }), BISS_OK);
