@@ -28,6 +28,11 @@
 extern "C" {
 #endif
 
+/* The version of this header: as a text, and as 10000 for each major, 100 for each minor version
+ * and 1 for each patch. */
+#define BISS_C_VERSION "0.1.0"
+#define BISS_C_VERSION_NUMBER 100
+
 #define BISS_TIME_MAX (INT64_MAX / 4)
 #define BISS_DURATION_MAX INT64_C(1000000000000) /* one second */
 /* A deadline that never comes: only an input matters. */
@@ -40,6 +45,9 @@ extern "C" {
 #else
 #define BISS_INT
 #endif
+
+/* The version of the library, as BISS_C_VERSION. */
+const char* biss_version(void);
 
 /* The result of a call. */
 typedef enum biss_status BISS_INT {
@@ -85,6 +93,11 @@ const char* biss_status_name(biss_status status);
 const char* biss_status_text(biss_status status);
 
 /* ---- Format and timing of a device ---- */
+
+/* The encoders of the catalogue, from 0 to biss_encoder_count() - 1. */
+size_t biss_encoder_count(void);
+/* "resolute-26", …: a format in all calls; null where there is no such encoder. */
+const char* biss_encoder_name(size_t index);
 
 /* A format is a catalogue name ("resolute-26") or the grammar of the command
  * ("pos26,nE,nW,crc6;cds0", "mt12,st20,nE,nW,lc6,crc16").

@@ -54,6 +54,23 @@ TEST(CErrors, NamesAndTexts_AreThereAndDiffer) {
   }
 }
 
+TEST(CVersion, HeaderAndLibrary_AreOfOneVersion) {
+  EXPECT_STREQ(biss_version(), BISS_C_VERSION);
+  EXPECT_GE(BISS_C_VERSION_NUMBER, 100);
+}
+
+TEST(CEncoders, EachOfTheList_IsAFormat) {
+  std::set<std::string> names;
+  for (std::size_t i = 0; i < biss_encoder_count(); ++i) {
+    ASSERT_NE(biss_encoder_name(i), nullptr);
+    EXPECT_EQ(biss_format_problem(biss_encoder_name(i), nullptr), nullptr);
+    names.insert(biss_encoder_name(i));
+  }
+  EXPECT_EQ(names.size(), biss_encoder_count());
+  EXPECT_EQ(names.count("resolute-26"), 1U);
+  EXPECT_EQ(biss_encoder_name(biss_encoder_count()), nullptr);
+}
+
 TEST(CErrors, NullPointers_AreNamedEverywhere) {
   Encoder encoder;
   const biss_slave_setup slave_setup = encoder.setup(format);

@@ -1,6 +1,7 @@
 // Names and texts of the codes.
 #include <array>
 #include <cstddef>
+#include <string_view>
 
 #include "biss/frame/frame.hpp"
 #include "capi/biss_c.h"
@@ -43,6 +44,10 @@ constexpr std::array<StatusText, BISS_BAD_SAFETY + 1> statuses{{
     {"bad_safety", "these frames cannot be monitored with this setup"},
 }};
 
+// CMake's version of the project, which is also that of the package.
+static_assert(std::string_view(BISS_C_VERSION) == BISS_PROJECT_VERSION);
+static_assert(BISS_C_VERSION_NUMBER == BISS_PROJECT_VERSION_NUMBER);
+
 constexpr StatusText text_of(biss_status status) {
   const auto index = static_cast<unsigned>(status);
   return index < statuses.size() ? statuses[index] : StatusText{"unknown", "no such status"};
@@ -51,6 +56,8 @@ constexpr StatusText text_of(biss_status status) {
 }  // namespace
 
 extern "C" {
+
+const char* biss_version(void) { return BISS_C_VERSION; }
 
 const char* biss_status_name(biss_status status) { return text_of(status).name; }
 
