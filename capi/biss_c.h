@@ -1,20 +1,20 @@
 /* The encoder's and the master's side of a BiSS C line for C and for whatever calls C: simulators,
  * Verilator and VPI/DPI, bindings of other languages. biss_c_frame.h has frames, SPI buffers and
- * checksums; biss_c_control.h registers, commands and data
- * sheets; biss_c_safety.h the monitor for BiSS Safety; biss_c_sim.h faults, cables and VCD files. Encoder and master are steppers: nothing runs by itself,
- * time and levels are arguments. The caller models cable and noise: a level that one side drives
- * reaches the other side when the caller passes it on.
+ * checksums; biss_c_control.h registers, commands and data sheets; biss_c_safety.h the monitor for
+ * BiSS Safety; biss_c_sim.h faults, cables and VCD files. Encoder and master are steppers: nothing
+ * runs by itself, time and levels are arguments. The caller models cable and noise: a level that
+ * one side drives reaches the other side when the caller passes it on.
  *
  *   Times     int64_t in picoseconds, -BISS_TIME_MAX to BISS_TIME_MAX, with any zero. The time of
  *             a handle never goes backwards. Durations are 0 to BISS_DURATION_MAX.
  *   Levels    bool: false low, true high. MA and SLO idle high.
  *   Errors    each call returns a biss_status. A call that does not return BISS_OK has changed
  *             nothing unless its description says otherwise. No C++ exception leaves a call.
- *   Lifetime  a handle is valid from open to close. Every call checks it first: one that is closed,
- *             of another kind or no handle at all is BISS_BAD_HANDLE, as long as no other handle was
- *             opened at the same address since. A close of such a handle does nothing. The arguments of open may be freed when open
- *             returns, except for `user`, which is passed to the callbacks until close. Returned
- *             texts are static.
+ *   Lifetime  a handle is valid from open to close. Every call checks it first: one that is
+ *             closed, of another kind or no handle at all is BISS_BAD_HANDLE, as long as no other
+ *             handle was opened at the same address since. A close of such a handle does nothing.
+ *             The arguments of open may be freed when open returns, except for `user`, which is
+ *             passed to the callbacks until close. Returned texts are static.
  *   Threads   a handle belongs to one thread at a time. Different handles share nothing. A
  *             callback may call everything except the handle that called it, and must return: no
  *             longjmp, no exception. */
@@ -189,7 +189,8 @@ biss_status biss_slave_open(const biss_slave_setup* setup, biss_slave** slave);
 
 /* To be called at each change of MA or SLI and at the deadline; further calls change nothing.
  * What was due before `now_ps` happens first.
- * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_TIME_RANGE, BISS_TIME_BACKWARDS, BISS_REENTERED, BISS_VALUE_RANGE. */
+ * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_TIME_RANGE, BISS_TIME_BACKWARDS, BISS_REENTERED,
+ * BISS_VALUE_RANGE. */
 biss_status biss_slave_step(biss_slave* slave, int64_t now_ps, bool ma, bool sli, biss_output* out);
 
 /* The state, by what it waits for: "idle", "requested", "latched", "ack", "start", "data", "stop",

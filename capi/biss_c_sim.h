@@ -1,6 +1,6 @@
 /* Simulation for C: the far end of a line (cable, encoder and their faults), and VCD files. Units,
- * levels, errors and lifetimes are those of biss_c.h. This part is a library of its own, biss_c_sim,
- * because it needs the C++ library. */
+ * levels, errors and lifetimes are those of biss_c.h. This part is a library of its own,
+ * biss_c_sim, because it needs the C++ library. */
 #pragma once
 
 #include <biss_c.h>
@@ -85,8 +85,8 @@ typedef struct biss_line_output {
 } biss_line_output;
 
 /* To be called at each change of MA, or of SLO of the caller's encoder, and at the deadline;
- * further calls change nothing. What was due before `now_ps` happens first. `encoder_slo` is ignored
- * where the encoder is not the caller's.
+ * further calls change nothing. What was due before `now_ps` happens first. `encoder_slo` is
+ * ignored where the encoder is not the caller's.
  * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_TIME_RANGE, BISS_TIME_BACKWARDS, BISS_REENTERED,
  * BISS_VALUE_RANGE: as biss_slave_step(), BISS_NO_MEMORY: the line works no more, and every further
  * step returns this. */
@@ -106,9 +106,9 @@ typedef struct biss_fault_place {
   uint64_t thousandths; /* of a bit or a clock */
 } biss_fault_place;
 
-/* The last request that began, as far as it has come. A request begins where MA falls after a rest as
- * long as the encoder's timeout, or while the encoder is idle after an answer. A shorter rest is part
- * of the request: a gap between the bytes of an SPI master. */
+/* The last request that began, as far as it has come. A request begins where MA falls after a rest
+ * as long as the encoder's timeout, or while the encoder is idle after an answer. A shorter rest is
+ * part of the request: a gap between the bytes of an SPI master. */
 typedef struct biss_line_request {
   uint64_t number;  /* counts from 0 */
   int64_t begin_ps; /* MA fell at the master */

@@ -1,5 +1,5 @@
-// Everything that a master sees of a line, as a stepper: the cable, the encoder at its end, and their
-// faults. The master is the caller's, in a simulator for example; Line has one of its own.
+// Everything that a master sees of a line, as a stepper: the cable, the encoder at its end, and
+// their faults. The master is the caller's, in a simulator for example; Line has one of its own.
 //
 //   MA ──ma_delay── filter ── Slave ── internal_delay ── slo_delay ──SLO
 //                     or the caller's encoder
