@@ -1,20 +1,20 @@
 /* The encoder's and the master's side of a BiSS C line for C and for whatever calls C: simulators,
  * Verilator and VPI/DPI, bindings of other languages. biss_c_frame.h has frames, SPI buffers and
- * checksums; biss_c_control.h registers, commands and data
- * sheets; biss_c_safety.h the monitor for BiSS Safety; biss_c_sim.h faults, cables and VCD files. Encoder and master are steppers: nothing runs by itself,
- * time and levels are arguments. The caller models cable and noise: a level that one side drives
- * reaches the other side when the caller passes it on.
+ * checksums; biss_c_control.h registers, commands and data sheets; biss_c_safety.h the monitor for
+ * BiSS Safety; biss_c_sim.h faults, cables and VCD files. Encoder and master are steppers: nothing
+ * runs by itself, time and levels are arguments. The caller models cable and noise: a level that
+ * one side drives reaches the other side when the caller passes it on.
  *
  *   Times     int64_t in picoseconds, -BISS_TIME_MAX to BISS_TIME_MAX, with any zero. The time of
  *             a handle never goes backwards. Durations are 0 to BISS_DURATION_MAX.
  *   Levels    bool: false low, true high. MA and SLO idle high.
  *   Errors    each call returns a biss_status. A call that does not return BISS_OK has changed
  *             nothing unless its description says otherwise. No C++ exception leaves a call.
- *   Lifetime  a handle is valid from open to close. Every call checks it first: one that is closed,
- *             of another kind or no handle at all is BISS_BAD_HANDLE, as long as no other handle was
- *             opened at the same address since. A close of such a handle does nothing. The arguments of open may be freed when open
- *             returns, except for `user`, which is passed to the callbacks until close. Returned
- *             texts are static.
+ *   Lifetime  a handle is valid from open to close. Every call checks it first: one that is
+ *             closed, of another kind or no handle at all is BISS_BAD_HANDLE, as long as no other
+ *             handle was opened at the same address since. A close of such a handle does nothing.
+ *             The arguments of open may be freed when open returns, except for `user`, which is
+ *             passed to the callbacks until close. Returned texts are static.
  *   Threads   a handle belongs to one thread at a time. Different handles share nothing. A
  *             callback may call everything except the handle that called it, and must return: no
  *             longjmp, no exception. */
@@ -28,6 +28,11 @@
 extern "C" {
 #endif
 
+/* The version of this header: as a text, and as 10000 for each major, 100 for each minor version
+ * and 1 for each patch. */
+#define BISS_C_VERSION "0.1.0"
+#define BISS_C_VERSION_NUMBER 100
+
 #define BISS_TIME_MAX (INT64_MAX / 4)
 #define BISS_DURATION_MAX INT64_C(1000000000000) /* one second */
 /* A deadline that never comes: only an input matters. */
@@ -40,6 +45,9 @@ extern "C" {
 #else
 #define BISS_INT
 #endif
+
+/* The version of the library, as BISS_C_VERSION. */
+const char* biss_version(void);
 
 /* The result of a call. */
 typedef enum biss_status BISS_INT {
@@ -68,7 +76,7 @@ typedef enum biss_status BISS_INT {
   BISS_BAD_CRC,        /* a biss_crc that is no checksum: its width is not 3 to 16, its polynomial
                           not in full form, or its start wider */
   BISS_BIT_COUNT,      /* a number of bits is not 1 to 64 */
-  BISS_FAULT_RULE,     /* a fault is neither KIND:RATE nor KIND@CYCLE */
+  BISS_FAULT_RULE,     /* a fault is not KIND:RATE with a rate of 0 to 1, nor KIND@CYCLE */
   BISS_FAULT_KIND,     /* no such kind of fault, or one of the encoder, which is the caller's */
   BISS_FAULT_PLACE,    /* a frame of this line has no such place, or the kind has none */
   BISS_FAULT_TWICE,    /* a kind of fault is given twice with a rate or for one cycle */
@@ -85,6 +93,11 @@ const char* biss_status_name(biss_status status);
 const char* biss_status_text(biss_status status);
 
 /* ---- Format and timing of a device ---- */
+
+/* The encoders of the catalogue, from 0 to biss_encoder_count() - 1. */
+size_t biss_encoder_count(void);
+/* "resolute-26", …: a format in all calls; null where there is no such encoder. */
+const char* biss_encoder_name(size_t index);
 
 /* A format is a catalogue name ("resolute-26") or the grammar of the command
  * ("pos26,nE,nW,crc6;cds0", "mt12,st20,nE,nW,lc6,crc16").
@@ -157,8 +170,8 @@ typedef struct biss_slave_setup {
   /* Called with the CDM bit when a frame has ended. May be null. */
   void (*cdm)(void* user, bool bit);
   /* Registers, 0 to 127. Where these three are set, the encoder takes an ID and answers the
-   * control communication itself; `cds` and `cdm` must be null. It obeys the commands that switch
-   * its channels and its control communication.
+   * control communication itself; `cds` and `cdm` must be null, and the format without cds0. It
+   * obeys the commands that switch its channels and its control communication.
    *   register_permits  false: the access is refused
    *   register_read     the value, or -1: busy, called again with the next frame
    *   register_write    takes a byte whose CRC was right */
@@ -176,7 +189,8 @@ biss_status biss_slave_open(const biss_slave_setup* setup, biss_slave** slave);
 
 /* To be called at each change of MA or SLI and at the deadline; further calls change nothing.
  * What was due before `now_ps` happens first.
- * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_TIME_RANGE, BISS_TIME_BACKWARDS, BISS_REENTERED, BISS_VALUE_RANGE. */
+ * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_TIME_RANGE, BISS_TIME_BACKWARDS, BISS_REENTERED,
+ * BISS_VALUE_RANGE. */
 biss_status biss_slave_step(biss_slave* slave, int64_t now_ps, bool ma, bool sli, biss_output* out);
 
 /* The state, by what it waits for: "idle", "requested", "latched", "ack", "start", "data", "stop",

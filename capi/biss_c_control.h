@@ -1,5 +1,5 @@
-/* The master's side of the control communication: registers, commands, electronic data sheets (EDS).
- * Units, levels, errors and lifetimes are those of biss_c.h.
+/* The master's side of the control communication: registers, commands, electronic data sheets
+ * (EDS). Units, levels, errors and lifetimes are those of biss_c.h.
  *
  * An access takes many frames, because each carries one bit in each direction. It begins with one
  * of the functions below; frames follow until biss_control_done(). They are made by a biss_master
@@ -21,7 +21,8 @@ typedef struct biss_control_setup {
 
 biss_control_setup biss_control_defaults(void);
 
-/* Opens a session without an access. `setup` may be null: defaults. *control is null unless BISS_OK.
+/* Opens a session without an access. `setup` may be null: defaults. *control is null unless
+ * BISS_OK.
  * BISS_NULL_ARGUMENT, BISS_BAD_SETUP, BISS_NO_MEMORY. */
 biss_status biss_control_open(const biss_control_setup* setup, biss_control** control);
 
@@ -53,7 +54,8 @@ typedef enum biss_execute BISS_INT {
 } biss_execute;
 
 /* Begins a command to the devices whose bits are 1 in `ids`, bit k for ID k.
- * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_RUNNING, BISS_BAD_SETUP: no such command or condition. */
+ * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_RUNNING, BISS_BAD_SETUP: no such command or
+ * condition. */
 biss_status biss_control_command(biss_control* control, uint32_t ids, biss_command command,
                                  biss_execute execute);
 
@@ -72,14 +74,15 @@ typedef enum biss_cds BISS_INT {
 
 /* Once per frame, also without an access, between its CDS and its end: *cdm is the CDM that ends
  * this frame. Not for a session that a biss_master has.
- * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_TIME_RANGE, BISS_TIME_BACKWARDS, BISS_BAD_SETUP: no such
- * cds. */
+ * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_TIME_RANGE, BISS_TIME_BACKWARDS, BISS_BAD_SETUP: no
+ * such cds. */
 biss_status biss_control_step(biss_control* control, int64_t now_ps, biss_cds cds, bool* cdm);
 
 /* No access is under way. True for a handle that is not open. */
 bool biss_control_done(const biss_control* control);
 
-/* How an access ended, or how far it is. */
+/* How an access ended, or how far it is. A query is many accesses: frames, tries and
+ * longest_busy_ps are those of all of them, the other numbers those of the last one. */
 typedef struct biss_control_outcome {
   /* Null: no error. Else the one cause: "bad_request", "no_answer", "no_such_slave", "id_pattern",
    * "refused", "not_addressed", "refused_or_not_addressed", "rw_pattern", "busy_too_long",
@@ -98,7 +101,8 @@ typedef struct biss_control_outcome {
 biss_status biss_control_outcome_of(const biss_control* control, biss_control_outcome* outcome);
 
 /* The bytes that the last access has read: *count of them, at most `room`.
- * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_NO_ROOM: `room` is too small; *count is what it must be. */
+ * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_NO_ROOM: `room` is too small; *count is what it must
+ * be. */
 biss_status biss_control_bytes(const biss_control* control, uint8_t* bytes, size_t room,
                                size_t* count);
 

@@ -58,9 +58,9 @@ typedef struct biss_format_size {
 /* BISS_NULL_ARGUMENT, BISS_BAD_HANDLE. */
 biss_status biss_format_size_of(const biss_format* format, biss_format_size* size);
 
-/* The format in the grammar of the command ("pos26,nE,nW,crc6;cds0"), also of a catalogue name, with
- * a final zero. *length, unless null, is the number of characters without it. BISS_FORMAT_TEXT_MAX
- * bytes are always enough.
+/* The format in the grammar of the command ("pos26,nE,nW,crc6;cds0"), also of a catalogue name,
+ * with a final zero. *length, unless null, is the number of characters without it.
+ * BISS_FORMAT_TEXT_MAX bytes are always enough.
  * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_NO_ROOM: `room` is too small; *length is set. */
 #define BISS_FORMAT_TEXT_MAX 1024
 biss_status biss_format_text(const biss_format* format, char* text, size_t room, size_t* length);

@@ -1,5 +1,6 @@
 /* The monitor of a BiSS Safety encoder; docs/safety.md explains its checks. Units, levels, errors
- * and lifetimes are those of biss_c.h. The times of a monitor may have any value and wrap around. */
+ * and lifetimes are those of biss_c.h. The times of a monitor may have any value and wrap
+ * around. */
 #pragma once
 
 #include <biss_c_frame.h>
@@ -71,7 +72,8 @@ void biss_safety_close(biss_safety* safety);
 /* Gives every check a frame that it must refuse. At power-up, and later as often as wished: then it
  * changes nothing if it passes. `expected` is a setup from another place than the one of open, a
  * constant for example: the monitor compares itself with it, now and before every frame.
- * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_BAD_FORMAT, BISS_BAD_SETUP. */
+ * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, and as biss_safety_open() for `expected`: BISS_BAD_FORMAT,
+ * BISS_BAD_SETUP, BISS_BAD_SAFETY. Then the test has not passed and the monitor is unchanged. */
 biss_status biss_safety_self_test(biss_safety* safety, const biss_safety_setup* expected,
                                   bool* passed);
 
@@ -102,7 +104,8 @@ typedef enum biss_verdict BISS_INT {
   BISS_VERDICT_INVALID /* a fault of the memory: treat it as a fault of the receiver */
 } biss_verdict;
 
-/* The name in the output of `biss decode`: "safe", "watchdog", …; "invalid" for any other number. */
+/* The name in the output of `biss decode`: "safe", "watchdog", …; "invalid" for any other
+ * number. */
 const char* biss_verdict_name(biss_verdict verdict);
 
 /* Two independent clocks, read at the same moment, and the SPI transfer as the clock measured it
@@ -128,15 +131,16 @@ typedef struct biss_judgement {
   uint64_t control_position; /* in counts of the CPW: for motion control, not for safety */
 } biss_judgement;
 
-/* Judges the answer to one request: bits `first_bit` to `first_bit` + `bit_count` - 1 of `bytes`, as
- * biss_frame_decode(); none where there was no answer. After a status that is not BISS_OK the frame
- * was not judged, and no position may be used.
+/* Judges the answer to one request: bits `first_bit` to `first_bit` + `bit_count` - 1 of `bytes`,
+ * as biss_frame_decode(); none where there was no answer. After a status that is not BISS_OK the
+ * frame was not judged, and no position may be used.
  * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE. */
 biss_status biss_safety_step(biss_safety* safety, const biss_safety_time* time,
                              const uint8_t* bytes, size_t byte_count, size_t first_bit,
                              size_t bit_count, biss_judgement* judgement);
 
-/* Checks the time only, at biss_safety_deadline() or in a tick; never a position. Errors as above. */
+/* Checks the time only, at biss_safety_deadline() or in a tick; never a position. Errors as
+ * above. */
 biss_status biss_safety_watch(biss_safety* safety, const biss_safety_time* time,
                               biss_judgement* judgement);
 

@@ -1,6 +1,6 @@
 /* Simulation for C: the far end of a line (cable, encoder and their faults), and VCD files. Units,
- * levels, errors and lifetimes are those of biss_c.h. This part is a library of its own, biss_c_sim,
- * because it needs the C++ library. */
+ * levels, errors and lifetimes are those of biss_c.h. This part is a library of its own,
+ * biss_c_sim, because it needs the C++ library. */
 #pragma once
 
 #include <biss_c.h>
@@ -27,7 +27,7 @@ typedef struct biss_line biss_line;
 typedef struct biss_line_setup {
   const char* format;
   const biss_timing* timing; /* null: biss_timing_of(format) */
-  uint32_t clock_hz;         /* of the master: faults are placed by it */
+  uint32_t clock_hz;         /* of the master, 1 kHz to 100 MHz: faults are placed by it */
   int64_t interval_ps;       /* from one request to the next, likewise; 0: the shortest */
   /* One way in the cable, from MA to SLO in the encoder, and the filter of MA: pulses that are
    * shorter do not reach the encoder, every other edge is delayed by it. Together at most 40 us. */
@@ -51,15 +51,16 @@ typedef struct biss_line_setup {
   void* user;
   uint32_t counter_first; /* 0 or 1: the lowest sign of life */
   uint32_t counter_start; /* of the first frame, from counter_first to 63 */
-  /* The encoder has registers; see biss_line_put_register(). */
+  /* The encoder has registers, see biss_line_put_register(); not with a format with cds0. */
   bool registers;
   uint32_t register_busy_frames; /* by which each byte is delayed, up to 65535 */
   uint64_t seed;
-  /* Rules as in `biss simulate --fault`, separated by spaces: "flip:0.01 cut@40,clock=12.25". Null:
-   * none. */
+  /* Rules as in `biss simulate --fault`, separated by white space: "flip:0.01 cut@40,clock=12.25".
+   * Null: none. */
   const char* faults;
   /* The encoder is the caller's, and the line is the cable with its faults. A fall of MA more than
-   * 1.25 periods after the one before begins a request; the first period is that of clock_hz. */
+   * 1.25 periods after the one before begins a request. `position` and `registers` must be null
+   * and false; what else describes the encoder has no effect, as has biss_line_set_flags(). */
   bool foreign_encoder;
 } biss_line_setup;
 
@@ -68,9 +69,10 @@ biss_line_setup biss_line_defaults(const char* format, uint32_t clock_hz);
 
 /* Opens a line whose encoder is idle. *line is null unless BISS_OK.
  * BISS_NULL_ARGUMENT, BISS_NO_MEMORY, BISS_BAD_FORMAT, BISS_BAD_TIMING, BISS_BAD_SETUP,
- * BISS_FAULT_RULE: a rule is neither KIND:RATE nor KIND@CYCLE, BISS_FAULT_KIND: no such kind, or one
- * of the encoder, which is the caller's, BISS_FAULT_PLACE: a frame of this line has no such place,
- * or the kind has none, BISS_FAULT_TWICE: a kind has two rates, or one cycle twice. */
+ * BISS_FAULT_RULE: a rule is not KIND:RATE with a rate of 0 to 1, nor KIND@CYCLE, BISS_FAULT_KIND:
+ * no such kind, or one of the encoder, which is the caller's, BISS_FAULT_PLACE: a frame of this
+ * line has no such place, or the kind has none, BISS_FAULT_TWICE: a kind has two rates, or one
+ * cycle twice. */
 biss_status biss_line_open(const biss_line_setup* setup, biss_line** line);
 
 /* The index in setup->faults of the rule that is wrong; 0 where none is. */
@@ -83,8 +85,8 @@ typedef struct biss_line_output {
 } biss_line_output;
 
 /* To be called at each change of MA, or of SLO of the caller's encoder, and at the deadline;
- * further calls change nothing. What was due before `now_ps` happens first. `encoder_slo` is ignored
- * where the encoder is not the caller's.
+ * further calls change nothing. What was due before `now_ps` happens first. `encoder_slo` is
+ * ignored where the encoder is not the caller's.
  * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_TIME_RANGE, BISS_TIME_BACKWARDS, BISS_REENTERED,
  * BISS_VALUE_RANGE: as biss_slave_step(), BISS_NO_MEMORY: the line works no more, and every further
  * step returns this. */
@@ -104,7 +106,9 @@ typedef struct biss_fault_place {
   uint64_t thousandths; /* of a bit or a clock */
 } biss_fault_place;
 
-/* The last request that began, as far as it has come. */
+/* The last request that began, as far as it has come. A request begins where MA falls after a rest
+ * as long as the encoder's timeout, or while the encoder is idle after an answer. A shorter rest is
+ * part of the request: a gap between the bytes of an SPI master. */
 typedef struct biss_line_request {
   uint64_t number;  /* counts from 0 */
   int64_t begin_ps; /* MA fell at the master */

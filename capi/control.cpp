@@ -24,14 +24,30 @@ struct biss_control {
 
   bool step(biss::Picoseconds now, biss::CdsBit cds) {
     const bool bit = session.step(now, cds);
-    while (querying && session.done()) querying = query.advance(session);
+    while (querying && session.done()) advance();
     return bit;
+  }
+
+  /// The next access of a query. \pre querying, and the last one is done
+  void advance() {
+    const biss::ControlOutcome last = session.outcome();
+    querying = query.advance(session);
+    if (!querying) return;
+    earlier.frames += last.frames;
+    earlier.tries += last.tries;
+    earlier.longest_busy = std::max(earlier.longest_busy, last.longest_busy);
   }
 
   biss::ControlSession session;
   std::array<std::uint8_t, biss::sequential_max_bytes> bytes{};
   std::size_t read_count = 0;
   biss::configure_detail::SlaveQuery query;
+  // The numbers of all accesses of a query but the last one.
+  struct {
+    std::uint32_t frames = 0;
+    std::uint32_t tries = 0;
+    biss::Picoseconds longest_busy{};
+  } earlier;
   bool querying = false;
   bool queried = false;  // the last access was a query
   biss::capi::Clock clock;
@@ -58,6 +74,7 @@ biss_status begin(biss_control* control) {
   if (!control->done()) return BISS_RUNNING;
   control->read_count = 0;
   control->queried = false;
+  control->earlier = {};
   return BISS_OK;
 }
 
@@ -167,7 +184,7 @@ biss_status biss_control_cancel(biss_control* control) {
   if (!biss::capi::is_open(control)) return BISS_BAD_HANDLE;
   control->session.cancel();
   while (control->querying && control->session.done()) {
-    control->querying = control->query.advance(control->session);
+    control->advance();
     control->session.cancel();
   }
   return BISS_OK;
@@ -195,9 +212,9 @@ biss_status biss_control_outcome_of(const biss_control* control, biss_control_ou
               .bytes_done = from.bytes_done,
               .devices_present = from.slaves_present,
               .accepted = from.accepted,
-              .frames = from.frames,
-              .tries = from.tries,
-              .longest_busy_ps = from.longest_busy.count};
+              .frames = control->earlier.frames + from.frames,
+              .tries = control->earlier.tries + from.tries,
+              .longest_busy_ps = std::max(control->earlier.longest_busy, from.longest_busy).count};
   return BISS_OK;
 }
 

@@ -263,7 +263,7 @@ TEST(CEds, DataSheetOfADevice_GivesItsFormat) {
   ASSERT_EQ(biss_control_query(link.control(), 0), BISS_OK);
   biss_device device;
   EXPECT_EQ(biss_control_device(link.control(), &device), BISS_RUNNING);
-  link.run();
+  const unsigned frames = link.run();
   EXPECT_EQ(link.error(), "");
   ASSERT_EQ(biss_control_device(link.control(), &device), BISS_OK);
   EXPECT_FALSE(device.has_identity);
@@ -273,6 +273,9 @@ TEST(CEds, DataSheetOfADevice_GivesItsFormat) {
   EXPECT_TRUE(device.has_channel[0]);
   EXPECT_FALSE(device.has_channel[1]);
   EXPECT_FALSE(device.eds_unused || device.bank_changed);
+  // Of identity, profile, serial number, the bank of the EDS, and its two parts at least.
+  EXPECT_GE(link.outcome().tries, 6U);
+  EXPECT_EQ(link.outcome().frames, frames);
   std::array<char, BISS_FORMAT_TEXT_MAX> text{};
   biss_timing timing;
   unsigned remarks = 0;

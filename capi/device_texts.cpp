@@ -7,6 +7,12 @@
 
 extern "C" {
 
+size_t biss_encoder_count(void) { return biss::catalogue.size(); }
+
+const char* biss_encoder_name(size_t index) {
+  return index < biss_encoder_count() ? biss::catalogue[index].name.data() : nullptr;
+}
+
 const char* biss_format_problem(const char* format, size_t* at) {
   if (at != nullptr) *at = 0;
   const std::string_view text = format == nullptr ? "" : format;

@@ -54,6 +54,23 @@ TEST(CErrors, NamesAndTexts_AreThereAndDiffer) {
   }
 }
 
+TEST(CVersion, HeaderAndLibrary_AreOfOneVersion) {
+  EXPECT_STREQ(biss_version(), BISS_C_VERSION);
+  EXPECT_GE(BISS_C_VERSION_NUMBER, 100);
+}
+
+TEST(CEncoders, EachOfTheList_IsAFormat) {
+  std::set<std::string> names;
+  for (std::size_t i = 0; i < biss_encoder_count(); ++i) {
+    ASSERT_NE(biss_encoder_name(i), nullptr);
+    EXPECT_EQ(biss_format_problem(biss_encoder_name(i), nullptr), nullptr);
+    names.insert(biss_encoder_name(i));
+  }
+  EXPECT_EQ(names.size(), biss_encoder_count());
+  EXPECT_EQ(names.count("resolute-26"), 1U);
+  EXPECT_EQ(biss_encoder_name(biss_encoder_count()), nullptr);
+}
+
 TEST(CErrors, NullPointers_AreNamedEverywhere) {
   Encoder encoder;
   const biss_slave_setup slave_setup = encoder.setup(format);
@@ -142,6 +159,14 @@ TEST(CErrors, SlaveSetup_RefusedByItsCause) {
   setup.cds = nullptr;
   setup.cdm = nullptr;
   EXPECT_EQ(try_slave(&setup), BISS_OK);
+  setup.register_permits = [](void*, bool, std::uint8_t) { return true; };
+  EXPECT_EQ(try_slave(&setup), BISS_NULL_ARGUMENT);
+  setup.register_read = [](void*, std::uint8_t) { return 0; };
+  setup.register_write = [](void*, std::uint8_t, std::uint8_t) {};
+  EXPECT_EQ(try_slave(&setup), BISS_OK);
+  // Answers to accesses are in CDS, which is always 0 here.
+  setup.format = "pos26,nE,nW,crc6;cds0";
+  EXPECT_EQ(try_slave(&setup), BISS_BAD_SETUP);
 }
 
 TEST(CErrors, TimingThatNoDeviceHas_IsRefused) {

@@ -45,10 +45,11 @@ struct Rules {
 };
 
 Rules read_rules(std::string_view text, bool foreign_encoder) {
+  constexpr std::string_view white_space = " \t\r\n";
   Rules rules;
-  for (std::size_t at = text.find_first_not_of(' '); at < text.size();
-       at = text.find_first_not_of(' ', at)) {
-    const std::size_t end = std::min(text.find(' ', at), text.size());
+  for (std::size_t at = text.find_first_not_of(white_space); at < text.size();
+       at = text.find_first_not_of(white_space, at)) {
+    const std::size_t end = std::min(text.find_first_of(white_space, at), text.size());
     const auto rule = sim::parse_fault(text.substr(at, end - at));
     if (!rule) {
       rules.refuse(rule.error() == sim::FaultTextError::kind ? BISS_FAULT_KIND : BISS_FAULT_RULE,
@@ -101,6 +102,7 @@ bool is_possible(const biss_line_setup& setup) {
          setup.ready_min_ps <= setup.ready_max_ps && setup.counter_first <= 1 &&
          setup.counter_start >= setup.counter_first && setup.counter_start <= 63 &&
          setup.register_busy_frames <= std::numeric_limits<std::uint16_t>::max() &&
+         !(setup.foreign_encoder && (setup.registers || setup.position != nullptr)) &&
          find_motion(setup.motion);
 }
 

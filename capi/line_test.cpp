@@ -244,7 +244,12 @@ TEST(CLine, Setup_RefusedByItsCause) {
       [](S& s) { s.counter_start = 0; },
       [](S& s) { s.counter_start = 64; },
       [](S& s) { s.register_busy_frames = 65'536; },
-      [](S& s) { s.format = "pos8,crc5;cds0", s.registers = true; }};
+      [](S& s) { s.format = "pos8,crc5;cds0", s.registers = true; },
+      [](S& s) { s.foreign_encoder = s.registers = true; },
+      [](S& s) {
+        s.foreign_encoder = true;
+        s.position = [](void*, std::int64_t) { return std::uint64_t{0}; };
+      }};
   for (std::size_t i = 0; i < spoilers.size(); ++i)
     EXPECT_EQ(status(spoilers[i]), BISS_BAD_SETUP) << i;
   EXPECT_EQ(status([](S& s) { s.motion = "sine"; }), BISS_OK);
@@ -260,6 +265,7 @@ TEST(CLine, FaultRules_RefusedByTheirCauseAndPlace) {
   };
   for (const Case& each :
        {Case{"", false, BISS_OK, 0}, Case{"  flip:0.5   cut@7 ", false, BISS_OK, 0},
+        Case{"\tflip:1.0\n\tcut@7\r\n", false, BISS_OK, 0},
         Case{"flip:0.5 cut", false, BISS_FAULT_RULE, 9},
         Case{"flip:0.5 cut@1,bit=", false, BISS_FAULT_RULE, 9},
         Case{"flop@1", false, BISS_FAULT_KIND, 0},

@@ -152,6 +152,31 @@ TEST(CSafety, AnotherSetupThanExpected_FailsTheSelfTest) {
   EXPECT_EQ(bench.frame(1).verdict, BISS_VERDICT_SELF_TEST);
 }
 
+TEST(CSafety, ExpectedSetupWithoutTheChecksOfRating_FailsTheSelfTest) {
+  biss_safety_setup unrated = setup_of();
+  unrated.unrated = true;
+  Bench rated(setup_of());
+  EXPECT_FALSE(rated.self_test(unrated));
+  EXPECT_TRUE(rated.self_test(setup_of()));
+  EXPECT_FALSE(rated.self_test(unrated));
+  EXPECT_STREQ(rated.frame(1).state, "failed");
+  Bench other(unrated);
+  EXPECT_FALSE(other.self_test(setup_of()));
+  EXPECT_TRUE(other.self_test(unrated));
+}
+
+TEST(CSafety, ExpectedSetupThatCannotBeMonitored_IsRefused) {
+  biss_safety_setup weak = setup_of();
+  weak.compare_bits = 8;
+  weak.unrated = true;
+  Bench bench(weak);
+  weak.unrated = false;
+  bool passed = true;
+  EXPECT_EQ(biss_safety_self_test(bench.get(), &weak, &passed), BISS_BAD_SAFETY);
+  EXPECT_FALSE(passed);
+  EXPECT_EQ(bench.frame(1).verdict, BISS_VERDICT_SELF_TEST);
+}
+
 TEST(CSafety, SetupsThatCannotBeMonitored_HaveTheirName) {
   const auto problem = [](auto change) -> std::string {
     biss_safety_setup setup = setup_of();
@@ -170,6 +195,9 @@ TEST(CSafety, SetupsThatCannotBeMonitored_HaveTheirName) {
   EXPECT_EQ(problem([](S& s) { s.start_frames = 1; }), "start_frames");
   EXPECT_EQ(problem([](S& s) { s.frame_gap_max_ps = 0; }), "frame_gap");
   EXPECT_EQ(problem([](S& s) { s.format = "pos26,nE,nW,crc6"; }), "channels");
+  EXPECT_EQ(problem([](S& s) { s.bounds.ack_min_clocks = 32, s.bounds.ack_max_clocks = 2; }),
+            "bounds");
+  EXPECT_EQ(problem([](S& s) { s.bounds.lead_max_clocks = 0; }), "bounds");
   EXPECT_EQ(problem([](S& s) { s.compare_bits = 8; }), "weak_comparison");
   EXPECT_EQ(problem([](S& s) { s.compare_bits = 8, s.unrated = true; }), "ok");
   EXPECT_EQ(problem([](S& s) { s.format = "pos20,nE,nW,crc6+pos19,nE,nW,lc6,crc16"; }), "unrated");

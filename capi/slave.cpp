@@ -112,13 +112,15 @@ class CallbackSource {
   bool value_range_ = false;
 };
 
-biss_status check_registers(const biss_slave_setup& setup) {
+biss_status check_registers(const biss_slave_setup& setup, const FrameFormat& format) {
   const int given = (setup.register_permits != nullptr ? 1 : 0) +
                     (setup.register_read != nullptr ? 1 : 0) +
                     (setup.register_write != nullptr ? 1 : 0);
   if (given == 0) return BISS_OK;
   if (given != 3) return BISS_NULL_ARGUMENT;
-  return setup.cds == nullptr && setup.cdm == nullptr ? BISS_OK : BISS_BAD_SETUP;
+  // Their answers are in CDS.
+  const bool possible = setup.cds == nullptr && setup.cdm == nullptr && !format.cds0;
+  return possible ? BISS_OK : BISS_BAD_SETUP;
 }
 
 SlaveTiming timing_of(const Device& device, const biss_slave_setup& setup) {
@@ -161,7 +163,8 @@ biss_status biss_slave_open(const biss_slave_setup* setup, biss_slave** slave) {
   if (!device) return BISS_BAD_FORMAT;
   if (!biss::capi::override_timing(setup->timing, *device)) return BISS_BAD_TIMING;
   if (!biss::capi::is_duration(setup->ready_ps)) return BISS_BAD_SETUP;
-  if (const auto wrong = biss::capi::check_registers(*setup); wrong != BISS_OK) return wrong;
+  const auto wrong = biss::capi::check_registers(*setup, device->format);
+  if (wrong != BISS_OK) return wrong;
   *slave = biss::capi::make_handle<biss_slave>(*device, *setup);
   return *slave == nullptr ? BISS_NO_MEMORY : BISS_OK;
 }

@@ -1,6 +1,7 @@
 // Names and texts of the codes.
 #include <array>
 #include <cstddef>
+#include <string_view>
 
 #include "biss/frame/frame.hpp"
 #include "capi/biss_c.h"
@@ -33,7 +34,7 @@ constexpr std::array<StatusText, BISS_BAD_SAFETY + 1> statuses{{
     {"no_room", "the buffer is too small"},
     {"bad_crc", "there is no such checksum"},
     {"bit_count", "a number of bits is not 1 to 64"},
-    {"fault_rule", "a fault is neither KIND:RATE nor KIND@CYCLE"},
+    {"fault_rule", "a fault is not KIND:RATE with a rate of 0 to 1, nor KIND@CYCLE"},
     {"fault_kind", "there is no such kind of fault, or it needs an encoder"},
     {"fault_place", "this fault cannot begin at this place"},
     {"fault_twice", "a kind of fault is given twice"},
@@ -43,6 +44,10 @@ constexpr std::array<StatusText, BISS_BAD_SAFETY + 1> statuses{{
     {"bad_safety", "these frames cannot be monitored with this setup"},
 }};
 
+// CMake's version of the project, which is also that of the package.
+static_assert(std::string_view(BISS_C_VERSION) == BISS_PROJECT_VERSION);
+static_assert(BISS_C_VERSION_NUMBER == BISS_PROJECT_VERSION_NUMBER);
+
 constexpr StatusText text_of(biss_status status) {
   const auto index = static_cast<unsigned>(status);
   return index < statuses.size() ? statuses[index] : StatusText{"unknown", "no such status"};
@@ -51,6 +56,8 @@ constexpr StatusText text_of(biss_status status) {
 }  // namespace
 
 extern "C" {
+
+const char* biss_version(void) { return BISS_C_VERSION; }
 
 const char* biss_status_name(biss_status status) { return text_of(status).name; }
 

@@ -1,6 +1,8 @@
-// biss_vcd: a VCD file, written as it goes. With the C library alone: capture/ would bring its readers.
+// biss_vcd: a VCD file, written as it goes. With the C library alone: capture/ would bring its
+// readers.
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cinttypes>
 #include <cstddef>
 #include <cstdint>
@@ -18,6 +20,7 @@ struct biss_vcd {
   std::size_t count;
   std::array<bool, BISS_VCD_SIGNALS> levels;
   std::int64_t last = 0;
+  int error = 0;  // errno of the first failure
 };
 
 namespace biss::capi {
@@ -56,6 +59,14 @@ void put_time(biss_vcd& vcd, std::int64_t time) {
   std::fprintf(vcd.file, "#%" PRId64 "\n", time);
 }
 
+// \return false: the file cannot be written, and errno has the reason
+bool is_written(biss_vcd& vcd) {
+  if (std::ferror(vcd.file) == 0) return true;
+  if (vcd.error == 0) vcd.error = errno;
+  errno = vcd.error;
+  return false;
+}
+
 }  // namespace
 }  // namespace biss::capi
 
@@ -72,6 +83,12 @@ biss_status biss_vcd_open(const char* path, const char* const* names, size_t cou
   std::FILE* file = std::fopen(path, "wb");
   if (file == nullptr) return BISS_FILE;
   biss::capi::put_header(file, names, count);
+  if (std::ferror(file) != 0) {
+    const int error = errno;
+    std::fclose(file);
+    errno = error;
+    return BISS_FILE;
+  }
   *vcd = biss::capi::make_handle<biss_vcd>(file, count);
   if (*vcd != nullptr) return BISS_OK;
   std::fclose(file);
@@ -88,7 +105,7 @@ biss_status biss_vcd_put(biss_vcd* vcd, int64_t time_ps, size_t signal, bool lev
   vcd->levels[signal] = level;
   biss::capi::put_time(*vcd, time_ps);
   std::fprintf(vcd->file, "%c%c\n", level ? '1' : '0', biss::capi::id_of(signal));
-  return std::ferror(vcd->file) != 0 ? BISS_FILE : BISS_OK;
+  return biss::capi::is_written(*vcd) ? BISS_OK : BISS_FILE;
 }
 
 biss_status biss_vcd_close(biss_vcd* vcd, int64_t time_ps) {
@@ -96,10 +113,15 @@ biss_status biss_vcd_close(biss_vcd* vcd, int64_t time_ps) {
   if (!biss::capi::is_open(vcd)) return BISS_BAD_HANDLE;
   const bool in_range = time_ps >= 0 && time_ps <= BISS_TIME_MAX;
   if (in_range && time_ps > vcd->last) biss::capi::put_time(*vcd, time_ps);
-  const bool failed = std::ferror(vcd->file) != 0;
-  const bool not_closed = std::fclose(vcd->file) != 0;
+  const bool written = biss::capi::is_written(*vcd);
+  int error = vcd->error;
+  const bool closed = std::fclose(vcd->file) == 0;
+  if (written && !closed) error = errno;
   biss::capi::destroy_handle(vcd);
-  if (failed || not_closed) return BISS_FILE;
+  if (!written || !closed) {
+    errno = error;
+    return BISS_FILE;
+  }
   return in_range ? BISS_OK : BISS_TIME_RANGE;
 }
 

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cerrno>
 #include <cstdio>
 #include <fstream>
 #include <sstream>
@@ -71,7 +72,31 @@ TEST(CVcd, WrongCalls_AreRefusedByTheirCause) {
 TEST(CVcd, FullDisk_IsReported) {
   biss_vcd* vcd = nullptr;
   ASSERT_EQ(biss_vcd_open("/dev/full", names.data(), 2, &vcd), BISS_OK);
+  errno = 0;
   EXPECT_EQ(biss_vcd_close(vcd, 100), BISS_FILE);
+  EXPECT_EQ(errno, ENOSPC);
+}
+
+TEST(CVcd, FullDisk_HasItsReasonInEveryCall) {
+  biss_vcd* vcd = nullptr;
+  ASSERT_EQ(biss_vcd_open("/dev/full", names.data(), names.size(), &vcd), BISS_OK);
+  std::int64_t time = 0;
+  biss_status status = BISS_OK;
+  while (status == BISS_OK && ++time < 100'000) status = biss_vcd_put(vcd, time, 0, time % 2 == 0);
+  EXPECT_EQ(status, BISS_FILE);
+  EXPECT_EQ(errno, ENOSPC);
+  errno = 0;
+  EXPECT_EQ(biss_vcd_put(vcd, time + 1, 1, false), BISS_FILE);
+  EXPECT_EQ(errno, ENOSPC);
+  errno = 0;
+  EXPECT_EQ(biss_vcd_close(vcd, time + 2), BISS_FILE);
+  EXPECT_EQ(errno, ENOSPC);
+  const std::string longer(100'000, 'a');
+  const char* const name = longer.c_str();
+  errno = 0;
+  EXPECT_EQ(biss_vcd_open("/dev/full", &name, 1, &vcd), BISS_FILE);
+  EXPECT_EQ(errno, ENOSPC);
+  EXPECT_EQ(vcd, nullptr);
 }
 
 }  // namespace vcd_test

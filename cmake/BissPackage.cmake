@@ -3,11 +3,11 @@
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
-# Component `core` is the headers and the package files; `c` what a C program is compiled and linked
-# with; `c-runtime`, which `c` needs, the shared library that it runs with; `c-sim` and
-# `c-sim-runtime` the same for the simulated line, which need these; `command` the program with its
-# manual page and its completion for bash; `python` the Python module; `sigrok` the decoder for
-# sigrok, which needs the module.
+# Component `core` is the headers of the core; `c` what a C program is compiled and linked with; each
+# of them has the package files; `c-runtime`, which `c` needs, the shared library that it runs with;
+# `c-sim` and `c-sim-runtime` the same for the simulated line, which need these; `command` the program
+# with its manual page and its completion for bash; `python` the Python module; `sigrok` the decoder
+# for sigrok, which needs the module.
 function(biss_install)
   set(package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/biss")
   install(DIRECTORY "${PROJECT_SOURCE_DIR}/biss" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}"
@@ -22,9 +22,11 @@ function(biss_install)
   # Before 1.0 a minor version may change the interface. Headers know no word size.
   write_basic_package_version_file("${PROJECT_BINARY_DIR}/package/biss-config-version.cmake"
                                    COMPATIBILITY SameMinorVersion ARCH_INDEPENDENT)
-  install(FILES "${PROJECT_BINARY_DIR}/package/biss-config.cmake"
-                "${PROJECT_BINARY_DIR}/package/biss-config-version.cmake"
-          DESTINATION "${package_dir}" COMPONENT core)
+  foreach(part IN ITEMS core c)
+    install(FILES "${PROJECT_BINARY_DIR}/package/biss-config.cmake"
+                  "${PROJECT_BINARY_DIR}/package/biss-config-version.cmake"
+            DESTINATION "${package_dir}" COMPONENT ${part})
+  endforeach()
   if(TARGET biss_c)
     biss_install_c("${package_dir}" c biss biss_c biss_c_control biss_c_frame biss_c_safety)
   endif()
@@ -67,9 +69,14 @@ function(biss_install_c package_dir name pc)
   install(EXPORT biss-${part} NAMESPACE biss:: FILE biss-${part}-targets.cmake
           DESTINATION "${package_dir}" COMPONENT ${part})
   # Written when the package is installed, because only then its prefix is known.
-  set(known "")
-  foreach(variable IN ITEMS PROJECT_VERSION CMAKE_INSTALL_LIBDIR CMAKE_INSTALL_INCLUDEDIR)
-    string(APPEND known "set(${variable} \"${${variable}}\")\n")
+  set(known "set(PROJECT_VERSION \"${PROJECT_VERSION}\")\n")
+  foreach(directory IN ITEMS libdir includedir)
+    string(TOUPPER "CMAKE_INSTALL_${directory}" variable)
+    set(path "${${variable}}")
+    if(NOT IS_ABSOLUTE "${path}")
+      string(PREPEND path "\${prefix}/")
+    endif()
+    string(APPEND known "set(pc_${directory} [[${path}]])\n")
   endforeach()
   set(from "${PROJECT_SOURCE_DIR}/cmake/${pc}.pc.in")
   set(to "${PROJECT_BINARY_DIR}/package/${pc}.pc")

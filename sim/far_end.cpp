@@ -94,12 +94,13 @@ Picoseconds FarEnd::next_event() const {
 // ---- MA
 
 void FarEnd::take_ma(bool ma) {
-  if (!ma) {
+  if (ma) {
+    take_rise();
+  } else {
     if (begins_request()) {
       begin_request();
     } else {
       fall_period_ = now_ - last_fall_;
-      knows_clock_ = true;
     }
     last_fall_ = now_;
   }
@@ -107,22 +108,51 @@ void FarEnd::take_ma(bool ma) {
   put_ma();
 }
 
-// MA falls. It has rested, at 1 or at a CDM of 1. Until the clock is known, a fall within a frame of the
-// encoder, or after others on their way, begins no request either.
+// The first clock of a request shows the clock of the master: at first its low time, half a period.
+void FarEnd::take_rise() {
+  last_rise_ = now_;
+  if (requests_ == 0 || rises_ == 2) return;
+  ++rises_;
+  const Picoseconds since = now_ - cycle_.begin;
+  reference_ = rises_ == 1 ? since * 3 : since;
+  if (rises_ == 1) fall_period_ = std::max(fall_period_, since * 2);
+}
+
+// MA falls. It has rested, at 1 or at a CDM of 1, as long as the encoder's timeout; or the encoder
+// has become idle earlier. A shorter rest is a gap between the bytes of an SPI master, for example.
 bool FarEnd::begins_request() const {
   if (requests_ == 0) return true;
   if (now_ - last_fall_ <= fall_period_ + fall_period_ / 4) return false;
-  if (knows_clock_ || setup_.foreign_encoder) return true;
-  if (ma_pipe_.front() != never || filter_due_ != never) return false;
-  const SlaveState state = slave_.state();
-  return state == SlaveState::idle || state == SlaveState::stop ||
-         state == SlaveState::early_request;
+  if (setup_.foreign_encoder) return true;
+  if (std::max(last_rise_ - last_fall_, now_ - last_rise_) >= timeout()) return true;
+  const bool on_its_way = ma_pipe_.front() != never || filter_due_ != never;
+  const bool answered = cycle_.sampled || restarted_;
+  return !on_its_way && answered && slave_.state() == SlaveState::idle;
+}
+
+// The rest of MA that ends a frame. With the rule `cycle` a frame may last longer; a request in it
+// is one that the encoder ignores.
+Picoseconds FarEnd::timeout() const {
+  const Timeout& timeout = slave_.timing().timeout;
+  const Picoseconds static_timeout = slave_.timing().static_timeout;
+  const Picoseconds reference = std::min(reference_, static_timeout);
+  switch (timeout.rule) {
+    case TimeoutRule::fixed:
+      return timeout.time;
+    case TimeoutRule::cycle:
+      return reference * timeout.release_half_periods / 3;
+    case TimeoutRule::adaptive:
+      break;
+  }
+  return std::min(reference + timeout.time, static_timeout);
 }
 
 void FarEnd::begin_request() {
   const LineSetup& line = setup_.line;
   cycle_.number = requests_++;
   cycle_.begin = now_;
+  rises_ = 0;
+  restarted_ = false;
   cycle_.sampled.reset();
   cycle_.sent = Frame{};
   cycle_.injected.clear();
@@ -257,6 +287,7 @@ void FarEnd::put_flags() {
 
 // Without supply an encoder loses everything but its position.
 void FarEnd::restart() {
+  restarted_ = true;
   slave_ = Encoding(slave_.codec(), slave_.timing(), slave_.source());
   slave_due_ = never;
   slave_level_ = setup_.foreign_encoder ? slave_level_ : true;

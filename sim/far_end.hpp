@@ -1,5 +1,5 @@
-// Everything that a master sees of a line, as a stepper: the cable, the encoder at its end, and their
-// faults. The master is the caller's, in a simulator for example; Line has one of its own.
+// Everything that a master sees of a line, as a stepper: the cable, the encoder at its end, and
+// their faults. The master is the caller's, in a simulator for example; Line has one of its own.
 //
 //   MA ──ma_delay── filter ── Slave ── internal_delay ── slo_delay ──SLO
 //                     or the caller's encoder
@@ -30,7 +30,7 @@ struct FarEndSetup {
   /// A pulse of MA shorter than this does not reach the encoder; every other edge is delayed by it.
   Picoseconds ma_filter{};
   /// The encoder is the caller's: there is only the cable. A fall of MA more than 1.25 periods after
-  /// the one before begins a request; the first period is that of the clock.
+  /// the one before begins a request, whatever the encoder does.
   bool foreign_encoder = false;
 };
 
@@ -41,7 +41,8 @@ struct FarEndOutput {
   Picoseconds deadline{};  ///< when step() is due again if no input changes before
 };
 
-/// A request, as far as it has come.
+/// A request, as far as it has come. It begins where MA falls after a rest as long as the encoder's
+/// timeout, or while the encoder is idle after an answer; see also FarEndSetup::foreign_encoder.
 struct FarEndCycle {
   std::uint64_t number = 0;  ///< counts from 0
   Picoseconds begin{};       ///< MA falls at the master
@@ -89,7 +90,9 @@ class FarEnd {
   FarEnd(const FarEndSetup& setup, const NominalCycle& nominal);
   static Encoding make_slave(const FarEndSetup& setup, const NominalCycle& nominal);
   SlaveTiming timing_of_request() const;
+  void take_rise();
   bool begins_request() const;
+  Picoseconds timeout() const;
   void begin_request();
   void run_until(Picoseconds time);
   void run_now();
@@ -110,6 +113,7 @@ class FarEnd {
   FarEndSetup setup_;
   Picoseconds period_;
   Picoseconds fall_period_;  // of MA as it runs
+  Picoseconds reference_{};  // 1.5 periods of MA, as the encoder measures them
   Random random_;
   FaultSchedule schedule_;
   Disturbance disturbance_;
@@ -125,14 +129,16 @@ class FarEnd {
   Picoseconds slave_due_ = never;
   Picoseconds filter_due_ = never;
   Picoseconds last_fall_{};  // of MA
+  Picoseconds last_rise_{};
+  unsigned rises_ = 0;      // of MA since the request began, up to 2
+  bool restarted_ = false;  // the encoder, since the request began
   unsigned payload_bit_ = 0;
-  bool knows_clock_ = false;  // fall_period_ was measured
-  bool ma_ = true;            // the master drives
-  bool ma_sent_ = true;       // on its way
-  bool ma_raw_ = true;        // at the encoder, before its filter
-  bool ma_slave_ = true;      // as the encoder sees it
-  bool slave_level_ = true;   // the encoder drives
-  bool slo_sent_ = true;      // on its way
+  bool ma_ = true;           // the master drives
+  bool ma_sent_ = true;      // on its way
+  bool ma_raw_ = true;       // at the encoder, before its filter
+  bool ma_slave_ = true;     // as the encoder sees it
+  bool slave_level_ = true;  // the encoder drives
+  bool slo_sent_ = true;     // on its way
   bool slo_arrived_ = true;
   bool slo_ = true;  // as the master sees it
   bool nE_ = true;

@@ -212,6 +212,88 @@ TEST(FarEnd, RequestsAtAnotherClock_AreCounted) {
   }
 }
 
+// The clock changes while the line runs.
+TEST(FarEnd, ClockThatSlowsDown_MakesNoRequests) {
+  LineSetup setup = line_setup();
+  setup.faults = {parse_fault("no_answer@4").value()};
+  for (const Picoseconds slower : {nanoseconds(250), nanoseconds(300), nanoseconds(1'000)}) {
+    FarEnd far(far_setup(setup));
+    Bench first(far, setup);
+    for (unsigned i = 0; i < 4; ++i) {
+      EXPECT_TRUE(
+          first.request(microseconds(10 + 100 * i), microseconds(100 + 100 * i)).frame.ok());
+    }
+    Bench second(far, setup, slower);
+    for (unsigned i = 4; i < 8; ++i) {
+      const auto& reading = second.request(microseconds(10 + 100 * i), microseconds(100 + 100 * i));
+      EXPECT_EQ(far.cycle()->number, i) << slower.count;
+      EXPECT_EQ(reading.frame.ok(), i != 4) << slower.count;
+    }
+  }
+}
+
+// An SPI master with a gap between its bytes, in the frame and after it.
+TEST(FarEnd, GapsBetweenBytes_MakeNoRequests) {
+  for (const Picoseconds delay : {Picoseconds{}, nanoseconds(130), microseconds(2)}) {
+    for (const Picoseconds gap : {nanoseconds(50), nanoseconds(400), microseconds(3)}) {
+      LineSetup setup = line_setup();
+      setup.clock = megahertz(10);
+      setup.ma_delay = delay;
+      setup.timing.timeout = {TimeoutRule::fixed, microseconds(20)};
+      FarEnd far(far_setup(setup));
+      Picoseconds now = microseconds(100);
+      for (unsigned i = 0; i < 4; ++i) {
+        const Picoseconds begin = now;
+        for (unsigned clock = 0; clock < 96; ++clock) {
+          if (clock != 0 && clock % 8 == 0) now = now + gap;
+          far.step(now, false, true);
+          far.step(now + nanoseconds(50), true, true);
+          now = now + nanoseconds(100);
+        }
+        ASSERT_EQ(far.cycle()->number, i) << delay.count << ' ' << gap.count;
+        EXPECT_EQ(far.cycle()->begin, begin);
+        EXPECT_TRUE(far.cycle()->sampled);
+        now = now + microseconds(40);
+      }
+    }
+  }
+}
+
+// With the rule `cycle` an encoder ignores a request that comes too early, but it is one.
+TEST(FarEnd, RequestBeforeTheCycleTimeIsOver_IsCounted) {
+  LineSetup setup = line_setup();
+  setup.timing.timeout = {TimeoutRule::cycle, microseconds(62)};
+  FarEnd far(far_setup(setup));
+  Bench bench(far, setup);
+  EXPECT_TRUE(bench.request(microseconds(10), microseconds(40)).frame.ok());
+  for (unsigned clock = 0; clock < 20; ++clock) {
+    far.step(microseconds(40) + clock * period, false, true);
+    far.step(microseconds(40) + clock * period + period / 2, true, true);
+  }
+  EXPECT_EQ(far.cycle()->number, 1U);
+  EXPECT_FALSE(far.cycle()->sampled);
+  EXPECT_EQ(far.state(), SlaveState::early_request);
+}
+
+// Without an answer to look at, the first clock of a request shows a slower clock.
+TEST(FarEnd, ForeignEncoderAndClockThatSlowsDown_MakeNoRequests) {
+  FarEndSetup setup = far_setup(line_setup());
+  setup.foreign_encoder = true;
+  FarEnd far(setup);
+  Picoseconds now = microseconds(100);
+  unsigned requests = 0;
+  for (const int clock_ns : {200, 1'000, 330, 100, 200}) {
+    for (unsigned clock = 0; clock < 20; ++clock) {
+      far.step(now, false, true);
+      far.step(now + nanoseconds(clock_ns) / 2, true, true);
+      now = now + nanoseconds(clock_ns);
+      ASSERT_EQ(far.cycle()->number, requests) << clock_ns << ' ' << clock;
+    }
+    ++requests;
+    now = now + microseconds(40);
+  }
+}
+
 TEST(FarEnd, LateSteps_CatchUpWithWhatWasDue) {
   const LineSetup setup = line_setup();
   FarEnd far(far_setup(setup));
@@ -304,10 +386,15 @@ TEST(FarEnd, Registers_ComeBackWithTheSupply) {
 TEST(FaultText, RulesAndMistakes_AreTold) {
   EXPECT_EQ(parse_fault("flip@0x10,bit=7")->cycle, 16U);
   EXPECT_EQ(parse_fault("flip:0.5")->share, std::uint64_t{1} << 31U);
+  EXPECT_EQ(parse_fault("flip:0.50000000000000000000000")->share, std::uint64_t{1} << 31U);
+  EXPECT_EQ(parse_fault("flip:1.0")->share, std::uint64_t{1} << 32U);
+  EXPECT_EQ(parse_fault("flip:0.000")->share, 0U);
   EXPECT_EQ(parse_fault("flop:1").error(), FaultTextError::kind);
   EXPECT_EQ(parse_fault("flips:1").error(), FaultTextError::kind);
-  for (const char* text : {"", "flip", "flip:", "flip:2", "flip@-1", "flip@1,", "flip@1,bit",
-                           "flip@1,bit=1.2345", "flip@18446744073709551616"}) {
+  for (const char* text :
+       {"", "flip", "flip:", "flip:2", "flip@-1", "flip@1,", "flip@1,bit", "flip@1,bit=1.2345",
+        "flip@1,bit=0x10", "flip@1,bit=0X10", "flip:1.1", "flip:1.", "flip:1.0000000000001",
+        "flip:0.5x", "flip@18446744073709551616"}) {
     EXPECT_EQ(parse_fault(text).error(), FaultTextError::form) << text;
   }
 }

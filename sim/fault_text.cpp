@@ -9,9 +9,13 @@ namespace biss::sim {
 
 namespace {
 
+bool is_hexadecimal(std::string_view text) {
+  return text.starts_with("0x") || text.starts_with("0X");
+}
+
 // Decimal, or hexadecimal after `0x`.
 std::optional<std::uint64_t> read_count(std::string_view text) {
-  const bool hexadecimal = text.starts_with("0x") || text.starts_with("0X");
+  const bool hexadecimal = is_hexadecimal(text);
   if (hexadecimal) text.remove_prefix(2);
   std::uint64_t value = 0;
   const char* const end = text.data() + text.size();
@@ -20,28 +24,33 @@ std::optional<std::uint64_t> read_count(std::string_view text) {
   return value;
 }
 
-// A share from 0 to 1 in parts of 2^32, exact to 1e-9.
+// A share from 0 to 1 in parts of 2^32, exact to 1e-9: further digits have no effect.
 std::optional<std::uint64_t> read_share(std::string_view text) {
   constexpr std::uint64_t whole = std::uint64_t{1} << 32U;
   if (text == "1") return whole;
   if (text == "0") return 0;
-  if (!text.starts_with("0.") || text.size() > 11 || text.size() < 3) return std::nullopt;
+  if (!(text.starts_with("0.") || text.starts_with("1.")) || text.size() < 3) return std::nullopt;
   std::uint64_t parts = 0;
   std::uint64_t unit = 1;
+  bool all_zeros = true;
   for (const char c : text.substr(2)) {
     if (c < '0' || c > '9') return std::nullopt;
+    all_zeros = all_zeros && c == '0';
+    if (unit == 1'000'000'000) continue;
     parts = parts * 10 + static_cast<std::uint64_t>(c - '0');
     unit *= 10;
   }
-  return (parts << 32U) / unit;
+  if (text.front() == '0') return (parts << 32U) / unit;
+  if (!all_zeros) return std::nullopt;
+  return whole;
 }
 
-// A number with up to three decimals, in thousandths.
+// A decimal number with up to three decimals, in thousandths.
 std::optional<std::uint64_t> read_thousandths(std::string_view text) {
   constexpr std::uint64_t most = 1'000'000'000;
   const std::size_t point = std::min(text.find('.'), text.size());
   const std::string_view decimals = text.substr(std::min(point + 1, text.size()));
-  if (text.starts_with("0x") || decimals.size() > 3) return std::nullopt;
+  if (is_hexadecimal(text) || decimals.size() > 3) return std::nullopt;
   if (point < text.size() && decimals.empty()) return std::nullopt;
   const auto whole = read_count(text.substr(0, point));
   if (!whole || *whole > most) return std::nullopt;

@@ -16,7 +16,7 @@ enum class FaultTextError : std::uint8_t {
 };
 
 /// Reads `KIND:RATE`, a share of cycles from 0 to 1, or `KIND@CYCLE`. Either may end with `,bit=N` or
-/// `,clock=N`, N with up to three decimal places.
+/// `,clock=N`, N with up to three decimal places. Only CYCLE may be hexadecimal, after `0x`.
 tl::expected<FaultRule, FaultTextError> parse_fault(std::string_view text);
 
 /// The name of a place's unit in such a text: "bit", "clock".

@@ -251,6 +251,9 @@ Checked check(const Settings& settings) {
   if (!settings.registers.empty() && settings.processing.size() > 1) {
     return Failed("registers: one processing time only: the control communication runs on");
   }
+  if (!settings.registers.empty() && settings.format.cds0) {
+    return Failed("registers: not with cds0 in the format: their answers are in CDS");
+  }
   return {};
 }
 

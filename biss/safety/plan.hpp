@@ -117,6 +117,9 @@ class FixedSafetyPlan {
   static_assert(is_not<SafetySetupError::clocks>,
                 "the clocks' tolerance is not from 0 to below frame_gap_max, or bit_period is not "
                 "from 0 to 1 ms");
+  static_assert(is_not<SafetySetupError::bounds>,
+                "no frame is within the bounds: a minimum is above its maximum, or above what can "
+                "be");
   static_assert(is_not<SafetySetupError::checksum>,
                 "the CPW's CRC is not 0x43, or the SPW's is not 0x190D9; UnratedSafetySetup "
                 "permits it");

@@ -197,22 +197,23 @@ enum class SafetySetupError : std::uint8_t {
   budget,        ///< more than max_tolerated_faults, or too short a window
   frame_gap,  ///< not 0 <= min < max <= max_frame_gap, or max not shorter than the counter's period
   clocks,     ///< tolerance not from 0 to below frame_gap_max, or bit_period not from 0 to 1 ms
+  bounds,     ///< no frame is within them: a minimum above its maximum, or above what can be
   checksum,   ///< the CPW's CRC is not 0x43, or the SPW's is not 0x190D9
   weak_comparison,  ///< fewer than 9 bits compared, or a tolerance above 1
   unrated,          ///< no rating, or one of other words or with a wrong check
   residual,         ///< more undetected errors an hour than residual_max_e15
 };
 
-inline constexpr std::size_t safety_setup_error_count = 17;
+inline constexpr std::size_t safety_setup_error_count = 18;
 static_assert(static_cast<std::size_t>(SafetySetupError::residual) + 1U ==
               safety_setup_error_count);
 
 /// The name users see, the same as the enumerator's.
 constexpr std::string_view name_of(SafetySetupError error) {
   constexpr std::array<std::string_view, safety_setup_error_count> names{
-      "channels",     "no_crc",    "no_error_bit",    "no_position", "gray",    "no_counter",
-      "compare_bits", "tolerance", "start_frames",    "counter",     "budget",  "frame_gap",
-      "clocks",       "checksum",  "weak_comparison", "unrated",     "residual"};
+      "channels",     "no_crc",    "no_error_bit", "no_position",     "gray",    "no_counter",
+      "compare_bits", "tolerance", "start_frames", "counter",         "budget",  "frame_gap",
+      "clocks",       "bounds",    "checksum",     "weak_comparison", "unrated", "residual"};
   return names[static_cast<std::size_t>(error)];
 }
 
@@ -260,6 +261,11 @@ constexpr std::optional<SafetySetupError> check_word(const ChannelFormat& word) 
   return std::nullopt;
 }
 
+// Whether a number of clocks can be in it: from 1 to `limit`. The monitor takes 0 for 1.
+constexpr bool is_range(unsigned least, unsigned most, unsigned limit) {
+  return least <= most && most != 0 && least <= limit;
+}
+
 constexpr std::optional<SafetySetupError> check_numbers(const SafetySetup& setup) {
   if (setup.start_frames < 2) return SafetySetupError::start_frames;
   const SafetyCounter& counter = setup.counter;
@@ -284,6 +290,12 @@ constexpr std::optional<SafetySetupError> check_numbers(const SafetySetup& setup
   if (clocks.tolerance.count < 0 || clocks.tolerance >= most || clocks.bit_period.count < 0 ||
       clocks.bit_period > max_bit_period) {
     return SafetySetupError::clocks;
+  }
+  const FrameBounds& bounds = setup.bounds;
+  constexpr FrameBounds widest;
+  if (!is_range(bounds.lead_min_clocks, bounds.lead_max_clocks, widest.lead_max_clocks) ||
+      !is_range(bounds.ack_min_clocks, bounds.ack_max_clocks, widest.ack_max_clocks)) {
+    return SafetySetupError::bounds;
   }
   return std::nullopt;
 }
@@ -357,7 +369,7 @@ class SafetyFingerprint {
   }
 };
 
-/// \return the first mistake up to `clocks` in the order of the enumerators; none where the frames
+/// \return the first mistake up to `bounds` in the order of the enumerators; none where the frames
 ///   of this format can be monitored
 constexpr std::optional<SafetySetupError> check_safety(const FrameFormat& format,
                                                        const UnratedSafetySetup& setup) {

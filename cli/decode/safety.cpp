@@ -84,6 +84,8 @@ std::string_view message_of(SafetySetupError mistake) {
              "100 s";
     case SafetySetupError::clocks:
       return "the clocks' tolerance is out of range";
+    case SafetySetupError::bounds:
+      return "no number of clocks before the data is within the bounds";
     case SafetySetupError::checksum:
       return "the CPW's CRC is not 0x43, or the SPW's is not 0x190D9";
     case SafetySetupError::weak_comparison:

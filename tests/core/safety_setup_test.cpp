@@ -81,6 +81,13 @@ BISS_TEST(SafetySetup, OutOfRange_IsRefusedAndTheLastOneWithinIsNot) {
   expect_mistake(clocks, [](auto& s) { s.clocks.tolerance = picoseconds(-1); });
   expect_mistake(clocks, [](auto& s) { s.clocks.bit_period = picoseconds(-1); });
   expect_mistake(clocks, [](auto& s) { s.clocks.bit_period = max_bit_period + picoseconds(1); });
+  BISS_EXPECT(accepts([](auto& s) { s.bounds = {402, 402, 400, 400, 0}; }));
+  expect_mistake(bounds, [](auto& s) { s.bounds.lead_min_clocks = 403; });
+  expect_mistake(bounds, [](auto& s) { s.bounds = {403, 403, 1, 1, 0}; });
+  expect_mistake(bounds, [](auto& s) { s.bounds = {0, 0, 1, 1, 0}; });
+  expect_mistake(bounds, [](auto& s) { s.bounds = {1, 1, 32, 2, 0}; });
+  expect_mistake(bounds, [](auto& s) { s.bounds = {1, 1, 401, 401, 0}; });
+  expect_mistake(bounds, [](auto& s) { s.bounds = {1, 1, 0, 0, 0}; });
   BISS_EXPECT(accepts([](auto& s) { s.budget = {4, s.frame_gap_max}; }));
   expect_mistake(budget, [](auto& s) { s.budget = {5, s.frame_gap_max}; });
   expect_mistake(budget, [](auto& s) { s.budget = {1, s.frame_gap_max - picoseconds(1)}; });

@@ -37,6 +37,31 @@ if(NOT FLAGS MATCHES "-fsanitize" AND NOT LINKER_FLAGS MATCHES "instr-generate")
        ${optimised})
 endif()
 
+# The C interface alone.
+set(prefix_of_c "${WORK_DIR}/prefix-c")
+foreach(component c-runtime c)
+  step("install ${component} alone" "${CMAKE_COMMAND}" --install "${BUILD_DIR}"
+       --prefix "${prefix_of_c}" --component "${component}")
+endforeach()
+step("configure without the core" ${configure} -B "${WORK_DIR}/user-c" "-DBISS_WANTED=${VERSION}"
+     "-DCMAKE_PREFIX_PATH=${prefix_of_c}" -DBISS_COMPONENTS=c)
+step("build without the core" "${CMAKE_COMMAND}" --build "${WORK_DIR}/user-c")
+step("run without the core" "${WORK_DIR}/user-c/c_shared_user")
+
+# Libraries in an absolute folder: pkg-config does not look for it in the prefix.
+set(absolute "${WORK_DIR}/absolute")
+step("configure with an absolute folder" "${CMAKE_COMMAND}" -S "${SOURCE_DIR}/../.." -B "${absolute}"
+     -G "${GENERATOR}" "-DCMAKE_CXX_COMPILER=${COMPILER}" -DBISS_TESTS=OFF
+     -DCMAKE_INSTALL_LIBDIR=/opt/biss/lib)
+file(GLOB built "${BUILD_DIR}/capi/libbiss_c.*")
+file(COPY ${built} DESTINATION "${absolute}/capi")
+step("install c in an absolute folder" "${CMAKE_COMMAND}" -E env "DESTDIR=${absolute}/root"
+     "${CMAKE_COMMAND}" --install "${absolute}" --prefix /usr --component c)
+file(STRINGS "${absolute}/root/opt/biss/lib/pkgconfig/biss.pc" folders REGEX "dir=")
+if(NOT folders STREQUAL "libdir=/opt/biss/lib;includedir=\${prefix}/include")
+  message(FATAL_ERROR "biss.pc has the folders ${folders}")
+endif()
+
 # The version file says no to what this version is not.
 execute_process(COMMAND ${configure} -B "${WORK_DIR}/other-version" -DBISS_WANTED=99.0
                 RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
