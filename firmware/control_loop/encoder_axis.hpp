@@ -63,19 +63,28 @@ class EncoderAxis {
         policy_(limits) {}
 
   /// Requests a position. Call it once per period in the control timer's interrupt, after the use
-  /// of latest().
+  /// of latest(). A request before that was never answered counts as a bad cycle.
   /// \param now the time of the first falling edge of MA
   constexpr void request(biss::Picoseconds now) {
+    // A transfer that has not ended keeps the time of its own request.
+    if (!spi_.start(std::span(buffer_).first(reader_.bytes()))) return bad(std::nullopt, now);
+    if (waits_) bad(std::nullopt, asked_at_);
+    waits_ = true;
     asked_at_ = now;
-    if (spi_.start(std::span(buffer_).first(reader_.bytes()))) return;
-    bad(std::nullopt);
+  }
+
+  /// The transfer ended with an error. Call it in the DMA's interrupt for errors.
+  constexpr void transfer_failed() {
+    waits_ = false;
+    bad(std::nullopt, asked_at_);
   }
 
   /// Decodes the transfer. Call it in the DMA's interrupt at the end of the transfer.
   constexpr void transfer_complete() {
+    waits_ = false;
     const auto frame = reader_.read(std::span<const std::uint8_t>(buffer_).first(reader_.bytes()));
-    if (!frame.ok()) return bad(frame.error());
-    if (!frame->trusted()) return bad(std::nullopt);
+    if (!frame.ok()) return bad(frame.error(), asked_at_);
+    if (!frame->trusted()) return bad(std::nullopt, asked_at_);
 
     // Works on a copy: a step that the policy refuses must not count turns.
     biss::TurnCounter turns = turns_;
@@ -83,8 +92,8 @@ class EncoderAxis {
         turns.update(frame->channels()[0].position, policy_.output().bad_in_a_row) ==
         biss::TurnState::ambiguous;
     const auto position = turns.position();
-    if (ambiguous || !position) return bad(std::nullopt);
-    take(policy_.good(*position), std::nullopt);
+    if (ambiguous || !position) return bad(std::nullopt, asked_at_);
+    take(policy_.good(*position), std::nullopt, asked_at_);
     if (latest_.output.quality == Quality::measured) turns_ = turns;
   }
 
@@ -92,21 +101,26 @@ class EncoderAxis {
   constexpr const biss::TurnCounter& turns() const { return turns_; }
 
  private:
-  constexpr void bad(std::optional<biss::FrameFault> fault) { take(policy_.bad(), fault); }
+  // `asked` is when the cycle was requested.
+  constexpr void bad(std::optional<biss::FrameFault> fault, biss::Picoseconds asked) {
+    take(policy_.bad(), fault, asked);
+  }
 
-  constexpr void take(const PolicyOutput& output, std::optional<biss::FrameFault> fault) {
+  constexpr void take(const PolicyOutput& output, std::optional<biss::FrameFault> fault,
+                      biss::Picoseconds asked) {
     latest_.output = output;
     latest_.fault = fault;
     const bool of_this_cycle =
         output.quality == Quality::measured || output.quality == Quality::extrapolated;
-    if (output.quality == Quality::measured) measured_at_ = asked_at_ + to_sampling_;
-    latest_.moment = of_this_cycle ? asked_at_ + to_sampling_ : measured_at_;
+    if (output.quality == Quality::measured) measured_at_ = asked + to_sampling_;
+    latest_.moment = of_this_cycle ? asked + to_sampling_ : measured_at_;
   }
 
   Spi& spi_;
   const Reader& reader_;
   biss::Picoseconds to_sampling_;
-  biss::Picoseconds asked_at_{};
+  biss::Picoseconds asked_at_{};  // of the last transfer that began
+  bool waits_ = false;            // for its end
   biss::Picoseconds measured_at_{};
   biss::TurnCounter turns_;
   PositionPolicy policy_;

@@ -39,9 +39,12 @@ class SafeAxis {
   /// position().
   /// \param now both clocks at the first falling edge of MA
   constexpr void request(const biss::TwoClocks& now) {
-    asked_at_ = now;
-    // A transfer that has not ended is no answer, whatever its buffer contains.
-    if (!spi_.start(buffer_)) latest_ = monitor_.step(now, biss::BitView());
+    if (spi_.start(buffer_)) {
+      asked_at_ = now;
+    } else {
+      // A transfer that has not ended is no answer, whatever its buffer contains.
+      latest_ = monitor_.step(now, biss::BitView());
+    }
   }
 
   /// Judges the transfer. Call it in the DMA's interrupt at the end of the transfer.
