@@ -18,6 +18,27 @@ constexpr Rule needs_format[] = {Rule::frame_crc,
                                  Rule::sampling_uncompensated,
                                  Rule::speed};
 
+// The rules that nothing else than a frame shows.
+constexpr Rule needs_frame[] = {Rule::frame_structure,
+                                Rule::frame_crc,
+                                Rule::ack_shortest,
+                                Rule::ack_longest,
+                                Rule::timeout_shortest,
+                                Rule::timeout_longest,
+                                Rule::line_delay,
+                                Rule::start,
+                                Rule::cds_zero,
+                                Rule::stop,
+                                Rule::line_delay_jitter,
+                                Rule::line_delay_drift,
+                                Rule::cable,
+                                Rule::sampling_margin,
+                                Rule::sampling_uncompensated,
+                                Rule::nE,
+                                Rule::nW,
+                                Rule::sign_of_life,
+                                Rule::speed};
+
 void explain_format(const std::optional<FrameFormat>& format, Tallies& tallies) {
   if (!format) {
     for (const Rule rule : needs_format) tallies.explain(rule, "needs the frame format");
@@ -90,14 +111,22 @@ void Check::push(std::uint64_t number, const Cycle& cycle) {
   control_.push(number, cycle);
 }
 
-void Check::finish() { control_.finish(); }
+void Check::finish() {
+  frames_.finish();
+  control_.finish();
+  const std::string_view why = frames_.no_frame();
+  if (why.empty()) return;
+  for (const Rule rule : needs_frame) {
+    if (tallies_.result(rule).note.empty()) tallies_.explain(rule, why);
+  }
+}
 
 RuleResult Check::result(Rule rule) const {
-  if (rule == Rule::data_sheet) return control_.data_sheet();
-  RuleResult result = tallies_.result(rule);
+  RuleResult result = rule == Rule::data_sheet ? control_.data_sheet() : tallies_.result(rule);
   // One byte of two says nothing of the other.
   const bool half_seen = rule == Rule::manufacturer && result.faults == 0;
   if (half_seen && !control_.manufacturer_seen()) result.verdict = Verdict::not_judged;
+  if (result.verdict == Verdict::not_judged && result.note.empty()) result.note = "no case";
   return result;
 }
 

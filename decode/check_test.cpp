@@ -306,6 +306,48 @@ TEST(Check, StatusOfFrames_FailsItsRule) {
   }
 }
 
+TEST(Check, NoRequestHasStart_FailsStart) {
+  for (const CycleStatus status : {CycleStatus::no_response, CycleStatus::no_start}) {
+    Bench bench("pos26,nE,nW,crc6");
+    for (int i = 0; i < 3; ++i) bench.push_status(status);
+    EXPECT_EQ(bench.failing(), "");
+    bench.check.finish();
+    EXPECT_EQ(bench.failing(), "frame_structure start");
+    const RuleResult start = bench.check.result(Rule::start);
+    EXPECT_EQ(start.cases, 3U);
+    EXPECT_EQ(start.cycle, 0U);
+    EXPECT_EQ(start.note, name_of(status));
+    EXPECT_EQ(bench.check.result(Rule::ack_longest).verdict, Verdict::not_judged);
+  }
+}
+
+TEST(Check, RequestWithoutStartBesideLongerOnes_MayBeTooShort) {
+  for (const CycleStatus answered : {CycleStatus::unchecked, CycleStatus::truncated}) {
+    Bench bench;
+    Cycle shorter = bench.cycle();
+    shorter.status = CycleStatus::no_start;
+    shorter.rising_edges = 4;
+    bench.push(shorter);
+    bench.push_status(answered);
+    bench.check.finish();
+    EXPECT_EQ(bench.failing(), "") << name_of(answered);
+  }
+}
+
+TEST(Check, NoFrameJudged_NotesSayWhy) {
+  const auto notes = [](CycleStatus status) {
+    Bench bench("pos26,nE,nW,crc6");
+    bench.push_status(status);
+    bench.check.finish();
+    EXPECT_EQ(bench.check.result(Rule::sign_of_life).note, "the format has no sign of life");
+    EXPECT_EQ(bench.check.result(Rule::id_answer).note, "no case");
+    EXPECT_EQ(bench.check.result(Rule::nE).note, bench.check.result(Rule::start).note);
+    return bench.check.result(Rule::frame_structure).note;
+  };
+  EXPECT_EQ(notes(CycleStatus::truncated), "every request ends before the last bit of the frame");
+  EXPECT_EQ(notes(CycleStatus::ma_clock), "no request shows a frame");
+}
+
 TEST(Check, WrongCrc_FailsItsRule) {
   Bench bench("pos26,nE,nW,crc6");
   Cycle cycle = bench.cycle();

@@ -16,6 +16,14 @@ bool was_checked(const Cycle& cycle) {
                      [](const auto& right) { return right.has_value(); });
 }
 
+bool is_silent(CycleStatus status) {
+  return status == CycleStatus::no_response || status == CycleStatus::no_start;
+}
+
+bool has_structure(CycleStatus status) {
+  return has_times(status) && status != CycleStatus::cds && status != CycleStatus::stop_bit;
+}
+
 }  // namespace
 
 bool is_no_evidence(CycleStatus status) {
@@ -101,6 +109,8 @@ void FrameRules::judge_ready(std::uint64_t number, const Cycle& cycle, bool earl
 
 void FrameRules::judge_frame(std::uint64_t number, const Cycle& cycle) {
   const CycleStatus status = cycle.status;
+  has_truncated_ = has_truncated_ || status == CycleStatus::truncated;
+  has_start_ = has_start_ || has_times(status) || status == CycleStatus::truncated;
   if (is_no_evidence(status) || status == CycleStatus::not_ready) return;
   if (status == CycleStatus::response_range) {
     return tallies_.count_sampled(Rule::line_delay, false, cycle.period.value_or(Picoseconds{}),
@@ -109,19 +119,41 @@ void FrameRules::judge_frame(std::uint64_t number, const Cycle& cycle) {
   const Picoseconds asked = std::int64_t{cycle.rising_edges} * cycle.period.value_or(Picoseconds{});
   const bool long_enough = (usual_edges_ != 0 && cycle.rising_edges >= usual_edges_) ||
                            asked > biss_busy_max + biss_line_delay_max;
-  const bool silent = status == CycleStatus::no_response || status == CycleStatus::no_start;
-  if (silent && !long_enough) return;
-  const bool good =
-      has_times(status) && status != CycleStatus::cds && status != CycleStatus::stop_bit;
-  tallies_.count_sampled(Rule::frame_structure, good, cycle.period.value_or(Picoseconds{}), number,
-                         name_of(status));
-  const bool started = status != CycleStatus::no_response && status != CycleStatus::no_start;
-  tallies_.count_sampled(Rule::start, started, cycle.period.value_or(Picoseconds{}), number,
-                         name_of(status));
+  const Picoseconds period = cycle.period.value_or(Picoseconds{});
+  if (is_silent(status) && !long_enough) {
+    if (unanswered_.count++ == 0) {
+      unanswered_.first = number;
+      unanswered_.status = status;
+      unanswered_.period = period;
+    }
+    return;
+  }
+  const bool good = has_structure(status);
+  count_start(number, status, period);
   if (is_good(status)) usual_edges_ = std::max(usual_edges_, cycle.rising_edges);
   if (good && was_checked(cycle)) {
     tallies_.count_sampled(Rule::frame_crc, status != CycleStatus::crc, *cycle.period, number);
   }
+}
+
+void FrameRules::count_start(std::uint64_t number, CycleStatus status, Picoseconds period) {
+  tallies_.count_sampled(Rule::frame_structure, has_structure(status), period, number,
+                         name_of(status));
+  tallies_.count_sampled(Rule::start, !is_silent(status), period, number, name_of(status));
+}
+
+// A single request may be too short for START, but not every request of a capture.
+void FrameRules::finish() {
+  if (has_start_) return;
+  for (std::uint64_t i = 0; i < unanswered_.count; ++i) {
+    count_start(unanswered_.first, unanswered_.status, unanswered_.period);
+  }
+}
+
+std::string_view FrameRules::no_frame() const {
+  if (tallies_.result(Rule::frame_structure).cases != 0) return {};
+  return has_truncated_ ? "every request ends before the last bit of the frame"
+                        : "no request shows a frame";
 }
 
 // START is followed by CDS; the frame ends in STOP.

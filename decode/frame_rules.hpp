@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string_view>
 
 #include "biss/base/units.hpp"
 #include "biss/timing/device_timing.hpp"
@@ -23,12 +24,25 @@ class FrameRules {
   FrameRules(const DeviceTiming& timing, bool unidirectional, Tallies& tallies);
 
   void push(std::uint64_t number, const Cycle& cycle);
+  /// After the last cycle: judges the requests of a capture in which no request has START.
+  void finish();
+  /// Why no frame is a case of frame_structure; empty where one is.
+  std::string_view no_frame() const;
 
  private:
+  // Requests without START that may have been too short: the end of the capture decides.
+  struct Unanswered {
+    std::uint64_t count = 0;
+    std::uint64_t first = 0;
+    CycleStatus status{};
+    Picoseconds period{};
+  };
+
   void judge_master(std::uint64_t number, const Cycle& cycle);
   void judge_idle(std::uint64_t number, const Cycle& cycle);
   void judge_ready(std::uint64_t number, const Cycle& cycle, bool early);
   void judge_frame(std::uint64_t number, const Cycle& cycle);
+  void count_start(std::uint64_t number, CycleStatus status, Picoseconds period);
   void judge_bits(std::uint64_t number, const Cycle& cycle);
   void judge_times(std::uint64_t number, const Cycle& cycle);
   void judge_timeout(std::uint64_t number, const Cycle& cycle);
@@ -39,6 +53,9 @@ class FrameRules {
   LimitWatch limits_;
   // The longest request that was answered with a frame, in rising edges of MA.
   std::uint32_t usual_edges_ = 0;
+  Unanswered unanswered_;
+  bool has_start_ = false;
+  bool has_truncated_ = false;
   // Of the request before: SLO is due to be high again by then.
   std::optional<Picoseconds> ready_by_;
   // The last one that was measured.

@@ -29,6 +29,9 @@ constexpr double elsewhere = 0.003;
 // What is less likely is not listed.
 constexpr double least_likelihood = 0.015;
 
+// Without a format no checksum is judged: damaged frames look like good ones.
+constexpr double healthy_without_format = 0.5;
+
 // With fewer samples in a period of MA, edges are in doubt.
 constexpr double coarse_samples = 5.2;
 
@@ -386,7 +389,10 @@ class Diagnosis {
     for (std::size_t c = 0; c < cause_count; ++c) {
       const auto cause = static_cast<Cause>(c);
       // Nothing is certain.
-      const double likelihood = sum <= 0 ? 0 : 0.98 * weights_[c] / sum;
+      double likelihood = sum <= 0 ? 0 : 0.98 * weights_[c] / sum;
+      if (cause == Cause::healthy && !evidence_.has_format) {
+        likelihood = std::min(likelihood, healthy_without_format);
+      }
       if (likelihood < least_likelihood) continue;
       all.push_back({cause, likelihood});
     }

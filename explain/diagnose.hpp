@@ -37,13 +37,16 @@ struct Context {
   /// How the capture was read. The evidence is that of these lines.
   Reading reading;
   std::optional<IdentifiedFormat> identified;
+  /// Formats that the frames may have where none is sure, the most likely first.
+  std::vector<FrameFormat> candidates;
   std::optional<OtherProtocol> other;
 };
 
 /// A likely cause.
 struct Finding {
   Cause cause{};
-  /// 0 to 1, never 1; those of all findings add up to about 1.
+  /// 0 to 1, never 1; those of all findings add up to about 1, or less: without a format `healthy`
+  /// has 0.5 at most.
   double likelihood = 0;
 };
 

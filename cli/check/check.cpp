@@ -10,6 +10,7 @@
 
 #include "biss/timing/renishaw.hpp"
 #include "cli/common/decoded_capture.hpp"
+#include "cli/common/identified.hpp"
 #include "cli/common/verbs.hpp"
 #include "decode/check.hpp"
 #include "report/summary.hpp"
@@ -145,6 +146,7 @@ class CheckRun {
     arguments.identify = true;
     const std::string wrong = apply_against(options_.against, arguments);
     if (!wrong.empty()) return fail(ExitStatus::usage, wrong);
+    format_given_ = !arguments.device.format.empty();
     renishaw_ = arguments.timing == renishaw_timing;
     const ExitStatus opened = capture_.open(arguments, options_.margin);
     if (opened != ExitStatus::done) return opened;
@@ -181,8 +183,12 @@ class CheckRun {
       put(writer, rule, result);
     }
     messages.add_summary(summary(verdicts));
-    const bool failed = !verdicts[static_cast<std::size_t>(Verdict::fail)].empty();
-    return failed ? ExitStatus::data_failed : ExitStatus::done;
+    if (!verdicts[static_cast<std::size_t>(Verdict::fail)].empty()) return ExitStatus::data_failed;
+    const RuleResult frames = check.result(Rule::frame_structure);
+    if (frames.cases != 0) return ExitStatus::done;
+    return messages.fail(
+        ExitStatus::data_failed,
+        fmt::format("{}: no frame could be judged: {}", capture_.input().name(), frames.note));
   }
 
   // The names of the rules by verdict.
@@ -198,6 +204,7 @@ class CheckRun {
     report::Summary out;
     out.title(fmt::format("{}: {} rules against {}", capture_.input().name(), decode::rule_count,
                           options_.against));
+    add_used_format(out, capture_, format_given_);
     out.entry("verdict", counted);
     for (const Verdict named : {Verdict::fail, Verdict::marginal}) {
       const auto& rules = verdicts[static_cast<std::size_t>(named)];
@@ -211,6 +218,8 @@ class CheckRun {
   DecodedCapture capture_;
   // The limits are those of Renishaw's data sheets.
   bool renishaw_ = false;
+  // By -f or --against.
+  bool format_given_ = false;
 };
 
 void add_options(Verb verb, CheckOptions& options) {

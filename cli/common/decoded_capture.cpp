@@ -453,8 +453,13 @@ ExitStatus write_captures(
   Output output;
   if (!output.open(output_path)) return output.status();
   std::vector<report::Column> all = columns();
-  const auto last = capture.columns();
-  all.insert(all.end(), last.begin(), last.end());
+  for (report::Column& column : capture.columns()) {
+    const bool taken = std::any_of(all.begin(), all.end(), [&](const report::Column& each) {
+      return each.name == column.name;
+    });
+    if (taken) column.name += "_line";
+    all.push_back(std::move(column));
+  }
   const auto made = make_table(to, all, output);
   if (!made) return fail(ExitStatus::usage, made.error());
   report::TableWriter* const writer = made->get();

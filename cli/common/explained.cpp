@@ -54,6 +54,9 @@ explain::Context explain_context(DecodedCapture& capture, const CaptureArguments
   if (margin.no_compensation) context.compensated = false;
   context.reading = choose_reading(capture, arguments);
   context.identified = identified_format(capture);
+  if (const auto* finding = capture.finding(); finding != nullptr && !context.identified) {
+    for (const auto& each : finding->candidates) context.candidates.push_back(each.format);
+  }
   context.other = other_protocol(capture);
   return context;
 }

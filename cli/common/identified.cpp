@@ -7,6 +7,7 @@
 #include <bit>
 
 #include "biss/frame/format_text.hpp"
+#include "cli/common/decoded_capture.hpp"
 #include "report/summary.hpp"
 
 namespace biss::cli {
@@ -119,6 +120,18 @@ void add_identified(report::Summary& summary, const FormatFinding& finding, bool
   for (std::size_t i = 0; i < std::min(most, finding.candidates.size()); ++i) {
     summary.entry("", i == 0 ? "may be" : "or", text_of(finding.candidates[i].format));
   }
+}
+
+void add_used_format(report::Summary& summary, const DecodedCapture& capture, bool given) {
+  const bool identified = !given && capture.finding() != nullptr;
+  if (identified) {
+    add_identified(summary, *capture.finding(), capture.format().has_value());
+  } else if (capture.format()) {
+    summary.entry("format", text_of(*capture.format()));
+  }
+  if (capture.format()) return;
+  summary.entry(identified ? "" : "format", identified ? "used: none" : "none",
+                "only the structure is checked; give -f FORMAT");
 }
 
 }  // namespace biss::cli

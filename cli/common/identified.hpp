@@ -14,6 +14,8 @@ class Summary;
 
 namespace biss::cli {
 
+class DecodedCapture;
+
 /// The text of `-f` for a candidate.
 std::string text_of(const FrameFormat& format);
 
@@ -30,5 +32,10 @@ std::string what_is_still(const identify::FormatCandidate& candidate);
 /// Lines `format` of a summary: the format and how to give it; or what is missing, and the
 /// candidates.
 void add_identified(report::Summary& summary, const identify::FormatFinding& finding, bool used);
+
+/// Lines `format` of a summary: the format by which the frames of the capture are judged, or that
+/// none is.
+/// \param given it is that of the command line; else the lines are those of add_identified()
+void add_used_format(report::Summary& summary, const DecodedCapture& capture, bool given);
 
 }  // namespace biss::cli

@@ -9,6 +9,7 @@
 
 #include "cli/common/decoded_capture.hpp"
 #include "cli/common/explained.hpp"
+#include "cli/common/identified.hpp"
 #include "cli/common/message.hpp"
 #include "cli/common/output.hpp"
 #include "cli/common/terminal.hpp"
@@ -18,6 +19,7 @@
 #include "cli/explain/finding_text.hpp"
 #include "draw/text.hpp"
 #include "explain/diagnose.hpp"
+#include "report/summary.hpp"
 
 namespace biss::cli {
 
@@ -181,8 +183,12 @@ class ExplainRun {
     std::vector<Finding> findings;
     const bool whole = find(findings);
     if (!whole && evidence_.cycles == 0) return read_status(whole, messages);
-    text = fmt::format("{}: {} request cycle{}, {} good\n", capture_.input().name(),
-                       evidence_.cycles, evidence_.cycles == 1 ? "" : "s", evidence_.good);
+    report::Summary head;
+    head.title(fmt::format("{}: {} request cycle{}, {} {}", capture_.input().name(),
+                           evidence_.cycles, evidence_.cycles == 1 ? "" : "s", evidence_.good,
+                           evidence_.has_format ? "good" : "unchecked"));
+    add_used_format(head, capture_, !options_.capture.device.format.empty());
+    text = head.text();
     std::size_t number = 0;
     for (const Finding& finding : findings) {
       text +=

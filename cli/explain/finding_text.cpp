@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <utility>
 
 #include "biss/frame/format_text.hpp"
 #include "cli/common/quantity.hpp"
@@ -20,6 +21,7 @@ using explain::Sightings;
 using explain::Symptom;
 
 constexpr std::size_t symptoms_shown = 3;
+constexpr std::size_t formats_shown = 3;
 
 std::string time_words(std::int64_t picoseconds) { return text_of(Picoseconds{picoseconds}, 3); }
 
@@ -128,8 +130,14 @@ void add_sampling(const Evidence& evidence, Parts& parts) {
 void add_figures(Cause cause, const Evidence& evidence, const Context& context, Parts& parts) {
   switch (cause) {
     case Cause::healthy:
-      parts.add("{} of {} cycles are good", evidence.good, evidence.cycles);
-      if (!evidence.has_format) parts.add("without -f no checksum is judged");
+      if (evidence.has_format) {
+        parts.add("{} of {} cycles are good", evidence.good, evidence.cycles);
+      } else {
+        parts.add(
+            "{} of {} cycles have the right structure; no format is known, so that no "
+            "checksum is judged",
+            evidence.good, evidence.cycles);
+      }
       return add_delay(evidence, parts);
     case Cause::wrong_format:
       return add_format(evidence, context, parts);
@@ -158,8 +166,10 @@ void add_figures(Cause cause, const Evidence& evidence, const Context& context, 
     case Cause::master_stops_early:
       add_range("clocks of MA last", evidence.period, parts);
       if (evidence.missing_bits.count() != 0) {
-        parts.add("{} to {} bits are missing", evidence.missing_bits.min(),
-                  evidence.missing_bits.max());
+        const auto [least, most] =
+            std::pair(evidence.missing_bits.min(), evidence.missing_bits.max());
+        parts.add("{}{} bit{} missing", least == most ? "" : fmt::format("{} to ", least), most,
+                  most == 1 ? " is" : "s are");
       }
       return;
     case Cause::requested_too_soon:
@@ -204,6 +214,15 @@ std::string evidence_text(Cause cause, const Evidence& evidence, const Context& 
 
 std::string remedy_text(Cause cause, const Evidence& evidence, const Context& context) {
   std::string remedy(remedy_of(cause));
+  if (cause == Cause::healthy && !evidence.has_format) {
+    remedy = fmt::format("give -f {}, so that the checksums are judged",
+                         context.identified ? format_text(context.identified->format).view()
+                                            : std::string_view("FORMAT"));
+    for (std::size_t i = 0; i < std::min(formats_shown, context.candidates.size()); ++i) {
+      remedy += fmt::format("{}{}", i == 0 ? "; it may be " : " or ",
+                            format_text(context.candidates[i]).view());
+    }
+  }
   if (cause == Cause::wrong_format && context.identified) {
     remedy = fmt::format("give -f {}", format_text(context.identified->format).view());
   }

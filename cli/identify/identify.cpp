@@ -91,6 +91,12 @@ class IdentifyRun {
   explicit IdentifyRun(const IdentifyOptions& options) : options_(options) {}
 
   ExitStatus run() {
+    const std::string& format = options_.capture.device.format;
+    if (!format.empty() && format != "none") {
+      return fail(ExitStatus::usage,
+                  "identify finds the format without -f: leave it out; biss explain compares a "
+                  "format with the frames");
+    }
     const ExitStatus opened = capture_.open(options_.capture);
     if (opened != ExitStatus::done) return opened;
     return write_captures(

@@ -230,6 +230,33 @@ TEST_F(Check, FaultsOfTheLine_FailTheirRules) {
   }
 }
 
+TEST_F(Check, NoRequestAnswered_FailsStart) {
+  for (const char* fault : {"no_answer:1", "exchange:1"}) {
+    SCOPED_TRACE(fault);
+    simulate({"-f", "resolute-26", "--cycles", "300", "--fault", fault});
+    EXPECT_EQ(failing({"--against", "resolute-26"}), "frame_structure start");
+  }
+}
+
+// Some requests have START, but none the end of the frame.
+TEST_F(Check, StartAlwaysTooLate_IsNoPass) {
+  simulate({"-f", "resolute-26", "--cycles", "300", "--fault", "late_start:1"});
+  const Outcome outcome = run({"check", capture, "--against", "resolute-26"});
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_THAT(outcome.err, testing::HasSubstr("no frame could be judged"));
+}
+
+TEST_F(Check, FormatLongerThanTheRequests_IsNoPass) {
+  simulate({"-f", "resolute-26", "--cycles", "100"});
+  const Outcome outcome = run({"check", capture, "-f", "pos32,nE,nW,crc6", "--to", "csv"});
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_THAT(outcome.err, testing::HasSubstr("no frame could be judged: every request ends before "
+                                              "the last bit of the frame"));
+  for (const Row& row : rows_of(outcome.out)) {
+    EXPECT_EQ(row.at("verdict") == "not_judged" && row.at("note").empty(), false) << row.at("rule");
+  }
+}
+
 TEST_F(Check, UnknownLimits_AreWrongUsage) {
   simulate({"-f", "resolute-26"});
   const Outcome unknown = run({"check", capture, "--against", "resolut-26"});

@@ -16,6 +16,7 @@ namespace biss::cli {
 namespace explain_test {
 
 using nlohmann::json;
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 using Words = std::vector<std::string>;
@@ -47,18 +48,19 @@ std::vector<json> explain(Words words, const std::string& input = "/dev/null") {
   return rows_in(outcome.out);
 }
 
-// A master that asks again 7 µs after the last frame every fifth time; the encoder needs 20 µs.
-std::string requests_too_soon(const Folder& folder) {
+// 60 requests of `clocks`; every fifth one is followed by `pause`, in nanoseconds. The encoder
+// needs 20 µs.
+std::string requests_of(const Folder& folder, int clocks, std::int64_t pause) {
   std::string ma = "time_ns,MA\n0,1\n";
   std::int64_t now = 50'000;
   for (int request = 0; request < 60; ++request) {
-    for (int clock = 0; clock < 39; ++clock) {
+    for (int clock = 0; clock < clocks; ++clock) {
       ma += fmt::format("{},0\n{},1\n", now, now + 500);
       now += 1000;
     }
-    now += request % 5 == 4 ? 7'000 : 40'000;
+    now += request % 5 == 4 ? pause : 40'000;
   }
-  const std::string capture = folder.path("soon.csv");
+  const std::string capture = folder.path("line.csv");
   const Outcome made = run({"simulate", "-f", format, "--ma-from", folder.file("ma.csv", ma),
                             "--timeout", "static:20us", "-o", capture});
   EXPECT_EQ(made.status, 0) << made.err;
@@ -72,6 +74,41 @@ TEST(ExplainVerb, CleanCapture_IsHealthy) {
   EXPECT_EQ(rows[0].at("cause"), "healthy");
   EXPECT_GT(rows[0].at("likelihood").get<double>(), 0.9);
   EXPECT_THAT(rows[0].at("evidence").get<std::string>(), HasSubstr("200 of 200 cycles are good"));
+}
+
+TEST(ExplainVerb, FormatNotKnown_IsNotCalledHealthyAndAsksForTheFormat) {
+  const Folder folder;
+  const std::string capture = simulate(folder, {"--motion", "constant", "--fault", "flip:0.3"});
+  const Outcome rows = run({"explain", capture, "--to", "jsonl"});
+  const json first = rows_in(rows.out).at(0);
+  EXPECT_EQ(first.at("cause"), "healthy");
+  EXPECT_LE(first.at("likelihood").get<double>(), 0.5);
+  EXPECT_THAT(first.at("remedy").get<std::string>(), HasSubstr("give -f FORMAT"));
+  EXPECT_THAT(first.at("evidence").get<std::string>(), Not(HasSubstr("good")));
+  const Outcome text = run({"explain", capture});
+  EXPECT_THAT(text.out, HasSubstr("format  not known"));
+  EXPECT_THAT(text.out, HasSubstr("200 unchecked"));
+  EXPECT_THAT(run({"explain", capture, "-f", format}).out, HasSubstr(format));
+  EXPECT_THAT(run({"check", capture}).err, HasSubstr("not known"));
+  EXPECT_THAT(run({"check", capture, "-f", format}).err, HasSubstr(format));
+  EXPECT_THAT(run({"check", capture, "-f", "none"}).err, HasSubstr("only the structure"));
+}
+
+TEST(ExplainVerb, EveryRequestEndsTheSameBitsEarly_IsOneNumber) {
+  const Folder folder;
+  const auto rows = explain({requests_of(folder, 34, 40'000)});
+  EXPECT_EQ(rows.at(0).at("cause"), "master_stops_early");
+  EXPECT_THAT(rows.at(0).at("evidence").get<std::string>(),
+              AllOf(HasSubstr("4 bits are missing"), Not(HasSubstr("4 to 4"))));
+}
+
+TEST(ExplainVerb, CycleOfEveryEncoder_HasColumnsWithDifferentNames) {
+  const Folder folder;
+  const Outcome outcome =
+      run({"explain", simulate(folder), "-f", format, "--cycle", "5", "--each", "--to", "csv"});
+  const std::string head = outcome.out.substr(0, outcome.out.find('\n'));
+  EXPECT_EQ(head,
+            "cycle,bit,time_ns,ma,slo,sample,field,clock,expected,mends,status,ma_line,slo_line");
 }
 
 TEST(ExplainVerb, FlippedBits_AreNoiseWithTheirCyclesAndARemedy) {
@@ -150,7 +187,7 @@ TEST(ExplainVerb, WrongFormat_IsNamed) {
 
 TEST(ExplainVerb, RequestsTooSoon_AreNamedAsInTheHintOfDecode) {
   const Folder folder;
-  const std::string capture = requests_too_soon(folder);
+  const std::string capture = requests_of(folder, 39, 7'000);
   const auto rows = explain({capture});
   EXPECT_EQ(rows.at(0).at("cause"), "requested_too_soon") << rows.at(0);
   const Outcome decoded = run({"decode", capture, "-f", format, "--to", "csv"});

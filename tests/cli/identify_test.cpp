@@ -60,6 +60,14 @@ TEST_F(Identify, EncoderOfTheCatalogue_IsSureAndNamed) {
   EXPECT_THAT(row["encoders"].get<std::string>(), HasSubstr("fs-36-28"));
 }
 
+TEST_F(Identify, FormatGiven_IsWrongUsage) {
+  const std::string capture = simulated("line.csv", {"-f", "resolute-26", "--cycles", "200"});
+  const Outcome outcome = run({"identify", capture, "-f", "resolute-26"});
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("leave it out"));
+  EXPECT_EQ(run({"identify", capture, "-f", "none"}).status, 0);
+}
+
 TEST_F(Identify, DamagedCycles_DoNotSpoilIt) {
   const nlohmann::json row =
       identified(simulated("line.vcd", {"-f", "lenz-b3", "--cycles", "200", "--fault", "flip:0.03",

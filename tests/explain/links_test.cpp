@@ -87,6 +87,15 @@ TEST(Explain, IdentifiedFormatThatIsTheGivenOne_IsNoWrongFormat) {
   for (const Finding& finding : findings) EXPECT_NE(finding.cause, Cause::wrong_format);
 }
 
+TEST(Explain, WithoutFormat_HealthyIsNotLikelierThanHalf) {
+  Evidence evidence = observe_link(make_link(Cause::healthy, 5));
+  EXPECT_GT(diagnose(evidence, Context{}).front().likelihood, 0.5);
+  evidence.has_format = false;
+  const auto findings = diagnose(evidence, Context{});
+  EXPECT_EQ(findings.front().cause, Cause::healthy);
+  EXPECT_LE(findings.front().likelihood, 0.5);
+}
+
 TEST(Explain, NamesAndRemedies_AreThereForEachCause) {
   for (std::size_t c = 0; c < cause_count; ++c) {
     EXPECT_FALSE(name_of(static_cast<Cause>(c)).empty());
