@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <iterator>
 #include <span>
 
@@ -85,6 +86,31 @@ std::string write_c_array(const RegisterDump& dump, std::string_view name, unsig
   }
   out += "};\n";
   return out;
+}
+
+std::string_view format_of(std::string_view file) {
+  const std::string extension = std::filesystem::path(file).extension().string();
+  if (extension == ".bin" || extension == ".eeprom") return "bin";
+  if (extension == ".ihex" || extension == ".ihx" || extension == ".ihe") return "ihex";
+  if (extension == ".c" || extension == ".h" || extension == ".inc") return "c";
+  return "hex";
+}
+
+bool holds_banks_only(std::string_view format) { return format == "bin" || format == "c"; }
+
+std::string write_as(std::string_view format, const RegisterDump& dump, std::string_view name,
+                     unsigned first) {
+  if (format == "bin") return write_binary(dump, first);
+  if (format == "ihex") return write_intel_hex(dump);
+  if (format == "c") return write_c_array(dump, name, first);
+  return write_hex_page(dump);
+}
+
+std::string text_of_banks(const RegisterDump& dump, unsigned first) {
+  const unsigned last = dump.banks()->last;
+  return fmt::format(
+      "banks {} to {}, {} bytes; this format has no place for the registers from 0x40 on\n", first,
+      last, (last - first + 1) * bank_bytes);
 }
 
 }  // namespace biss::dump

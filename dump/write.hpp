@@ -31,4 +31,17 @@ std::string write_binary(const RegisterDump& dump, unsigned first = 0);
 /// The same bytes as a constant in C. \pre name is an identifier
 std::string write_c_array(const RegisterDump& dump, std::string_view name, unsigned first = 0);
 
+/// The format of a file by its extension: "bin", "ihex" or "c", else "hex".
+std::string_view format_of(std::string_view file);
+
+/// Whether a format has no place for the registers from 0x40 on: "bin" and "c".
+bool holds_banks_only(std::string_view format);
+
+/// The dump in one of these formats. `name` and `first` are for those of banks only.
+std::string write_as(std::string_view format, const RegisterDump& dump, std::string_view name,
+                     unsigned first = 0);
+
+/// What a file of banks only holds, and what it lacks; a line of text. \pre dump.banks()
+std::string text_of_banks(const RegisterDump& dump, unsigned first = 0);
+
 }  // namespace biss::dump

@@ -310,11 +310,12 @@ class LineBuilder {
     }
   }
 
+  /// \param slaves the number of slaves on the line, at most 8
   /// \return false: it names IDs that do not exist, or more channels than IDs
-  constexpr bool add_device(const LineDevice& device) {
+  constexpr bool add_device(const LineDevice& device, std::size_t slaves) {
     const std::size_t end = std::size_t{device.first} + device.ids;
     const std::size_t count = device.format.channel_count;
-    if (device.ids == 0 || end > slots_.size() || count > device.ids) return false;
+    if (device.ids == 0 || end > slaves || count > device.ids) return false;
     for (std::size_t i = 0; i < device.ids; ++i) {
       Slot& slot = slots_[device.first + i];
       slot = {.known = true, .present = i < count, .source = ValueSource::eds};
@@ -615,7 +616,7 @@ class Configurator {
     const auto device = configure_detail::eds_device(query_.image(), config_.slave_list, slave_,
                                                      options_.eds, options_.unstated_clock_max);
     if (!device.ok()) return end_with(device.error());
-    if (!builder_.add_device(*device)) {
+    if (!builder_.add_device(*device, config_.slave_count)) {
       end_with({.cause = ConfigureError::eds_contradiction,
                 .step = ConfigureStep::read_common,
                 .slave = slave_});

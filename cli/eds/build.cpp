@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <cctype>
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -28,16 +27,6 @@ struct BuildOptions {
 
 const std::vector<std::string> build_formats{"hex", "bin", "ihex", "c"};
 
-// By extension, as `simulate -o` does; hex text by default.
-std::string format_of(const BuildOptions& options) {
-  if (!options.to.empty()) return options.to;
-  const std::string extension = std::filesystem::path(options.output).extension().string();
-  if (extension == ".bin" || extension == ".eeprom") return "bin";
-  if (extension == ".ihex" || extension == ".ihx" || extension == ".ihe") return "ihex";
-  if (extension == ".c" || extension == ".h" || extension == ".inc") return "c";
-  return "hex";
-}
-
 bool is_identifier(const std::string& name) {
   for (std::size_t i = 0; i < name.size(); ++i) {
     const auto c = static_cast<unsigned char>(name[i]);
@@ -58,12 +47,13 @@ std::string finding_line(const EdsFindingRow& row) {
   return out + ')';
 }
 
-std::string text_in(const std::string& format, const dump::RegisterDump& dump,
-                    const BuildOptions& options, unsigned first) {
-  if (format == "bin") return dump::write_binary(dump, first);
-  if (format == "ihex") return dump::write_intel_hex(dump);
-  if (format == "c") return dump::write_c_array(dump, options.name, first);
-  return dump::write_hex_page(dump);
+// The parts that a description gives are written even where no data sheet with them is found.
+dump::DataSheet with_drafted(dump::DataSheet sheet, const dump::DataSheet& drafted) {
+  if (sheet.empty()) return drafted;
+  for (std::size_t i = 0; i < max_channels; ++i) {
+    if (!sheet.profiles[i]) sheet.profiles[i] = drafted.profiles[i];
+  }
+  return sheet;
 }
 
 ExitStatus run_build(const BuildOptions& options) {
@@ -76,14 +66,15 @@ ExitStatus run_build(const BuildOptions& options) {
   const dump::RegisterDump& dump = source->dump;
   const auto range = dump.banks();
   if (!range) return fail(ExitStatus::data_failed, "there is no bank to write");
-  const std::string format = format_of(options);
-  const bool banks_only = format == "bin" || format == "c";
+  const std::string format =
+      options.to.empty() ? std::string(dump::format_of(options.output)) : options.to;
+  const bool banks_only = dump::holds_banks_only(format);
   const unsigned first = options.bank.value_or(0);
   if (banks_only && first > range->last) {
     return fail(ExitStatus::usage,
                 fmt::format("--bank {}: the last bank is {}", first, range->last));
   }
-  const auto findings = eds_findings(source->sheet);
+  const auto findings = eds_findings(with_drafted(source->sheet, source->drafted));
   for (const EdsFindingRow& row : findings) {
     warn(fmt::format("{}{} {}", row.part,
                      row.channel ? fmt::format(" of channel {}:", *row.channel) : ":",
@@ -94,14 +85,10 @@ ExitStatus run_build(const BuildOptions& options) {
   }
   Output output;
   if (!output.open(options.output)) return output.status();
-  if (!output.write(text_in(format, dump, options, first)) || !output.finish()) {
+  if (!output.write(write_as(format, dump, options.name, first)) || !output.finish()) {
     return output.status();
   }
-  if (banks_only) {
-    print_summary(fmt::format(
-        "banks {} to {}, {} bytes; this format has no place for the registers from 0x40 on\n",
-        first, range->last, (range->last - first + 1) * bank_bytes));
-  }
+  if (banks_only) print_summary(text_of_banks(dump, first));
   return ExitStatus::done;
 }
 

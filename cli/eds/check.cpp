@@ -24,8 +24,8 @@ struct CheckOptions {
   std::string output;
 };
 
-void warn_of_missing(const EdsSource& source) {
-  const auto& sheet = source.sheet;
+// A profile part of which no byte is in the dump is a finding, as one of which a byte is missing.
+void add_missing(std::vector<EdsFindingRow>& rows, const dump::DataSheet& sheet) {
   if (!sheet.common) {
     warn("the common part is not in the dump: the profile part is judged alone");
     return;
@@ -33,9 +33,14 @@ void warn_of_missing(const EdsSource& source) {
   const CommonPart common = parse_common_part(sheet.common->filled);
   for (std::size_t i = 0; i < std::min<std::size_t>(common.dc_num, max_channels); ++i) {
     const unsigned bank = common.channels[i].bank;
-    if (sheet.profiles[i] || bank == 0 || bank == sheet.common->bank) continue;
-    warn(
-        fmt::format("bank {} with the part of channel {} is not in the dump: not judged", bank, i));
+    const bool stated = bank != 0 && bank != 0xFF;
+    if (sheet.profiles[i] || !stated || bank == sheet.common->bank) continue;
+    EdsFindingRow& row = rows.emplace_back();
+    row.part = name_of(EdsPart::common);
+    row.symbol = find_field(common_fields, fmt::format("BANK_{}", i))->symbol;
+    row.problem = "incomplete";
+    row.value = bank;
+    row.text = fmt::format("the bank of channel {} is not in the dump, the part is not judged", i);
   }
 }
 
@@ -85,8 +90,8 @@ ExitStatus run_check(const CheckOptions& options) {
     rules.ones_are_absent = false;
     rules.unnamed_zero = true;
   }
-  const std::vector<EdsFindingRow> findings = eds_findings(source->sheet, rules);
-  warn_of_missing(*source);
+  std::vector<EdsFindingRow> findings = eds_findings(source->sheet, rules);
+  add_missing(findings, source->sheet);
   if (!options.strict) warn_of_power_on_delay(*source);
   Output output;
   if (!output.open(options.output)) return output.status();

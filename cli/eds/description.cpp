@@ -74,17 +74,27 @@ std::optional<Section> section_of(std::string_view inside) {
   return section;
 }
 
+// The registers that are given by name.
+std::string register_names() {
+  std::string out;
+  for (const RegisterField& field : register_fields) {
+    if (field.address < dump::first_direct || field.bytes > max_number_bytes) continue;
+    out += fmt::format(", {}", field.name);
+  }
+  return out;
+}
+
 class DescriptionReader {
  public:
   explicit DescriptionReader(dump::LineSource& lines) : lines_(lines) {}
 
-  tl::expected<dump::RegisterDump, std::string> read() {
+  tl::expected<Description, std::string> read() {
     Done done = read_lines();
     for (const auto& [section, assignments] : sections_) {
       if (done) done = take_section(section, assignments);
     }
     if (done) done = place_parts();
-    return done.map([this] { return dump_; });
+    return done.map([this] { return Description{dump_, parts_}; });
   }
 
  private:
@@ -184,7 +194,7 @@ class DescriptionReader {
     const auto address = dump::prefixed_hex_number(each.symbol);
     if (!address || *address < first || *address >= end) {
       return each.error("'{}' is no register here: 0x{:02X} to 0x{:02X}{}", each.symbol, first,
-                        end - 1, first == 0 ? "" : ", or EDS_BANK, BP_ID, DEV_SN, MFR_ID");
+                        end - 1, first == 0 ? "" : register_names());
     }
     unsigned place = *address;
     std::string_view rest = each.value;
@@ -210,26 +220,40 @@ class DescriptionReader {
   // Derives what was left out, and puts the parts into their banks.
   Done place_parts() {
     if (const auto bank = dump_.direct_byte(reg::eds_bank)) draft_.eds_bank = *bank;
+    if (draft_.common && draft_.eds_bank == 0) {
+      return tl::unexpected<std::string>(
+          "EDS_BANK = 0 says that there is no data sheet, but there is [common]");
+    }
     derive_eds(draft_);
     if (draft_.common) {
       put_registers();
-      if (Done done = place_part(draft_.eds_bank, *draft_.common, "[common]"); !done) return done;
+      if (Done done = place_part(draft_.eds_bank, *draft_.common, "[common]", parts_.common);
+          !done) {
+        return done;
+      }
+      parts_.eds_bank = draft_.eds_bank;
     }
     for (std::size_t i = 0; i < max_channels; ++i) {
       if (!draft_.profiles[i]) continue;
-      Done done =
-          place_part(draft_.profile_bank(i), *draft_.profiles[i], fmt::format("[bp3 {}]", i));
+      Done done = place_part(draft_.profile_bank(i), *draft_.profiles[i],
+                             fmt::format("[bp3 {}]", i), parts_.profiles[i]);
       if (!done) return done;
+    }
+    if (const auto stated = dump_.direct_number(reg::bp_id, 2); stated && *stated != 0) {
+      const std::size_t own = draft_.common ? parse_common_part(draft_.common->bank).sl_off : 0U;
+      if (own < max_channels) parts_.identifiers[own] = static_cast<std::uint16_t>(*stated);
     }
     return {};
   }
 
-  Done place_part(unsigned bank, const EdsPartDraft& part, std::string_view name) {
+  Done place_part(unsigned bank, const EdsPartDraft& part, std::string_view name,
+                  std::optional<dump::FoundPart>& placed) {
     if (dump_.known_bytes(bank) != 0) {
       return tl::unexpected(
           fmt::format("{} belongs in bank {}, which is given otherwise", name, bank));
     }
     dump_.set_bank(bank, part.bank);
+    placed = {static_cast<std::uint8_t>(bank), dump_.bank(bank), true, part.bank};
     return {};
   }
 
@@ -246,6 +270,7 @@ class DescriptionReader {
   std::map<Section, Assignments> sections_;
   EdsDraft draft_;
   dump::RegisterDump dump_;
+  dump::DataSheet parts_;
 };
 
 void append_fields(std::string& out, const dump::FoundPart& part, EdsPart kind) {
@@ -289,8 +314,7 @@ bool looks_like_description(std::string_view head) {
   return row.size() > 1 && row.front() == '[' && row[1] >= 'a' && row[1] <= 'z';
 }
 
-tl::expected<dump::RegisterDump, std::string> read_description(std::istream& stream,
-                                                               std::string head) {
+tl::expected<Description, std::string> read_description(std::istream& stream, std::string head) {
   dump::LineSource lines(stream, std::move(head));
   return DescriptionReader(lines).read();
 }
@@ -302,7 +326,10 @@ std::string write_description(const dump::RegisterDump& dump, const dump::DataSh
   const auto heading = [&out](std::string_view text) {
     fmt::format_to(std::back_inserter(out), "{}[{}]\n", out.empty() ? "" : "\n", text);
   };
-  const bool has_common = sheet.common && sheet.common->whole && sheet.eds_bank;
+  // Of a common part elsewhere than register 0x41 says, the bytes are written.
+  const auto stated = dump.direct_byte(reg::eds_bank);
+  const bool has_common = sheet.common && sheet.common->whole && sheet.eds_bank &&
+                          stated.value_or(*sheet.eds_bank) == *sheet.eds_bank;
   if (has_common) {
     heading("common");
     append_fields(out, *sheet.common, EdsPart::common);

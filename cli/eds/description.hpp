@@ -30,10 +30,15 @@ namespace biss::cli {
 /// Whether a text begins as a description does: its first line that is not empty is a section.
 bool looks_like_description(std::string_view head);
 
+struct Description {
+  dump::RegisterDump dump;
+  /// The parts that are given by fields, even those to which no register leads.
+  dump::DataSheet parts;
+};
+
 /// Reads a description to its end; `head` holds the bytes already read from the stream. An error is
 /// one line of text with the line's number.
-tl::expected<dump::RegisterDump, std::string> read_description(std::istream& stream,
-                                                               std::string head);
+tl::expected<Description, std::string> read_description(std::istream& stream, std::string head);
 
 /// The description of a dump with the parts of `sheet`. Reading it gives the same bytes, and the
 /// registers EDS_BANK and BP_ID even where the dump had none.

@@ -18,7 +18,7 @@ using testing::HasSubstr;
 
 tl::expected<RegisterDump, std::string> read(const std::string& text) {
   std::istringstream stream(text);
-  return read_description(stream, {});
+  return read_description(stream, {}).map([](const Description& read) { return read.dump; });
 }
 
 RegisterDump good(const std::string& text) {
@@ -105,6 +105,8 @@ TEST(Description, Mistakes_NameTheirLine) {
   EXPECT_THAT(error("[bank]\n"), HasSubstr("line 1: a section is"));
   EXPECT_THAT(error("[common 1]\n"), HasSubstr("line 1: a section is"));
   EXPECT_THAT(error("[registers]\n0x3F = 00\n"), HasSubstr("line 2: '0x3F' is no register here"));
+  EXPECT_THAT(error("[registers]\nDEV_IX = 0\n"),
+              HasSubstr("0x40 to 0x7F, BSEL, EDS_BANK, BP_ID, DEV_SN, DEV_ID, MFR_ID"));
   EXPECT_THAT(error("[registers]\n0x7F = 00 01\n"), HasSubstr("bytes beyond 0x7F"));
   EXPECT_THAT(error("[registers]\nMFR_ID = 0x10000\n"), HasSubstr("a number of at most 2 bytes"));
   EXPECT_THAT(error("[registers]\nMFR_ID = 1\n0x7F = 02\n"), HasSubstr("line 3: register 0x7F"));
@@ -157,6 +159,15 @@ TEST(Description, DamagedText_IsRefusedOrRead) {
   }
   EXPECT_GT(refused, 500U);
   EXPECT_LT(refused, 1990U);
+}
+
+TEST(Description, CommonPartElsewhereThanTheRegisterSays_IsWrittenAsBytes) {
+  RegisterDump dump = good(shortest);
+  for (const std::uint8_t stated : {std::uint8_t{0}, std::uint8_t{9}}) {
+    dump.at(0, 0x41) = stated;
+    const std::string text = write_description(dump, find_data_sheet(dump, {.eds_bank = 1}));
+    EXPECT_EQ(good(text), dump) << text;
+  }
 }
 
 }  // namespace description_test

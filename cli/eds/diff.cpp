@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -43,41 +44,73 @@ struct Side {
 
 using Sides = std::map<RowOrder, Side>;
 
-void add_registers(Sides& sides, const dump::RegisterDump& dump) {
+/// A value, and the bytes that it is made of.
+struct Field {
+  Side side;
+  std::span<const std::optional<std::uint8_t>> bytes;
+
+  bool partly_known() const {
+    return side.value == std::nullopt &&
+           std::any_of(bytes.begin(), bytes.end(),
+                       [](const auto& byte) { return byte.has_value(); });
+  }
+};
+
+using Fields = std::map<RowOrder, Field>;
+
+void add_registers(Fields& fields, const dump::RegisterDump& dump) {
   for (const RegisterField& field : register_fields) {
     if (field.address < dump::first_direct) continue;
     const bool number = field.bytes <= 6;
     const unsigned step = number ? field.bytes : 1U;
     for (unsigned at = field.address; at < field.address + unsigned{field.bytes}; at += step) {
       const auto value = dump.direct_number(at, step);
-      if (!value) continue;
-      sides[{0, 0, at}] = {"registers",
-                           number ? std::string(field.name) : fmt::format("0x{:02X}", at), value,
-                           step == 1 ? "" : fmt::format("0x{:0{}X}", *value, 2 * step)};
+      Field& added = fields[{0, 0, at}];
+      added.side = {"registers", number ? std::string(field.name) : fmt::format("0x{:02X}", at),
+                    value, step == 1 || !value ? "" : fmt::format("0x{:0{}X}", *value, 2 * step)};
+      added.bytes = std::span(dump.direct()).subspan(at - dump::first_direct, step);
     }
   }
 }
 
-Sides sides_of(const EdsSource& source) {
-  Sides sides;
-  add_registers(sides, source.dump);
+/// \pre the source outlives the fields
+Fields fields_of(const EdsSource& source) {
+  Fields fields;
+  add_registers(fields, source.dump);
   std::set<unsigned> listed;
-  for (const EdsFieldRow& field : eds_fields(source.sheet)) {
-    listed.insert(field.bank);
-    if (!field.value) continue;
-    const RowOrder place{field.channel ? 2U : 1U, field.channel.value_or(0), field.address};
-    sides[place] = {part_text(field.part, field.channel), field.symbol, *field.value, field.means};
+  for (const EdsFieldRow& row : eds_fields(source.sheet)) {
+    listed.insert(row.bank);
+    Field& added = fields[{row.channel ? 2U : 1U, row.channel.value_or(0), row.address}];
+    added.side = {part_text(row.part, row.channel), row.symbol, row.value, row.means};
+    added.bytes = std::span(source.dump.bank(row.bank)).subspan(row.address, row.bytes);
   }
   for (unsigned bank = 0; bank < bank_count; ++bank) {
     const auto whole = source.dump.whole_bank(bank);
     const bool erased = whole && is_filled_with(*whole, 0xFF);  // as files of banks have in between
     if (listed.contains(bank) || erased) continue;
     for (unsigned at = 0; at < bank_bytes; ++at) {
-      const auto& byte = source.dump.bank(bank)[at];
-      if (byte) {
-        sides[{3, bank, at}] = {
-            fmt::format("bank {}", bank), fmt::format("0x{:02X}", at), *byte, {}};
-      }
+      const auto byte = std::span(source.dump.bank(bank)).subspan(at, 1);
+      fields[{3, bank, at}] = {
+          {fmt::format("bank {}", bank), fmt::format("0x{:02X}", at), byte.front(), {}}, byte};
+    }
+  }
+  return fields;
+}
+
+// A field that one of the two knows only partly is compared byte by byte.
+Sides sides_of(const Fields& fields, const Fields& others) {
+  Sides sides;
+  for (const auto& [place, field] : fields) {
+    const auto other = others.find(place);
+    if (!field.partly_known() && (other == others.end() || !other->second.partly_known())) {
+      if (field.side.value) sides[place] = field.side;
+      continue;
+    }
+    for (unsigned i = 0; i < field.bytes.size(); ++i) {
+      if (!field.bytes[i]) continue;
+      const unsigned address = place.address + i;
+      sides[{place.part, place.channel_or_bank, address}] = {
+          field.side.part, fmt::format("0x{:02X}", address), field.bytes[i], {}};
     }
   }
   return sides;
@@ -148,8 +181,10 @@ ExitStatus run_diff(const DiffOptions& options) {
   arguments.file = options.second;
   const auto second = load_eds(arguments);
   if (!second) return second.error();
-  const Sides a = sides_of(*first);
-  const Sides b = sides_of(*second);
+  const Fields first_fields = fields_of(*first);
+  const Fields second_fields = fields_of(*second);
+  const Sides a = sides_of(first_fields, second_fields);
+  const Sides b = sides_of(second_fields, first_fields);
   const auto rows = differences(*first, *second, a, b);
   Output output;
   if (!output.open(options.output)) return output.status();

@@ -124,6 +124,25 @@ TEST_F(Eds, BuildWithAContradiction_WritesNothingUnlessForced) {
   EXPECT_EQ(eds({"check", path("w.hex")}).status, ExitStatus::data_failed);
 }
 
+TEST_F(Eds, BuildOfPartsToWhichNoRegisterLeads_ChecksThem) {
+  const std::string part = "[bp3]\nPON_PDL = 1\nFI_LEN = 18\n";
+  const auto built = [this](const std::string& text) {
+    write("part.eds", text);
+    return eds({"build", path("part.eds")});
+  };
+  const std::string bank = "[bank 5]\n0x00 = 01\n";
+  EXPECT_EQ(built(part + bank).status, ExitStatus::done);
+  const Ran lone = built(part + "BP_ID = 0x6210\n" + bank);
+  EXPECT_EQ(lone.status, ExitStatus::data_failed);
+  EXPECT_THAT(lone.err, HasSubstr("bp3 of channel 0: "));
+  const Ran last = built("[registers]\nEDS_BANK = 0xFF\n[common]\nTMA = 100ns\nCHKSUM = 1\n");
+  EXPECT_EQ(last.status, ExitStatus::data_failed);
+  EXPECT_THAT(last.err, HasSubstr("common: CHKSUM: "));
+  const Ran none = built("[registers]\nEDS_BANK = 0\n[common]\nTMA = 100ns\n" + part);
+  EXPECT_EQ(none.status, ExitStatus::io);
+  EXPECT_THAT(none.err, HasSubstr("EDS_BANK = 0 says that there is no data sheet"));
+}
+
 TEST_F(Eds, ShowAsJsonLines_HasAnObjectAPart) {
   build("e.hex");
   const Ran ran = eds({"show", path("e.hex"), "--to", "jsonl"});
@@ -246,6 +265,18 @@ TEST_F(Eds, CheckOfABankWithHoles_SaysIncomplete) {
   EXPECT_THAT(ran.out, HasSubstr("\"symbol\":\"FB1\",\"problem\":\"incomplete\",\"value\":null"));
 }
 
+TEST_F(Eds, CheckWithoutTheBankOfAChannel_SaysIncomplete) {
+  build("e.hex");
+  const std::string whole = text("e.hex");
+  const std::size_t from = whole.find("bank 3\n");
+  write("half.hex", whole.substr(0, from) + whole.substr(whole.find("0x40:")));
+  const Ran ran = eds({"check", path("half.hex"), "--to", "jsonl"});
+  EXPECT_EQ(ran.status, ExitStatus::data_failed);
+  EXPECT_THAT(ran.out, testing::StartsWith("{\"part\":\"common\",\"symbol\":\"BANK_0\","
+                                           "\"problem\":\"incomplete\",\"value\":3,"));
+  EXPECT_THAT(ran.out, HasSubstr("the bank of channel 0 is not in the dump"));
+}
+
 TEST_F(Eds, SingleProfileBank_IsJudgedAlone) {
   build("e.bin");
   write("bp3.bin", text("e.bin").substr(3 * 64, 64));
@@ -292,6 +323,24 @@ TEST_F(Eds, Diff_NamesSymbolsAndExitsWithOne) {
                                            "bp3,CHKSUM,"));
 }
 
+TEST_F(Eds, DiffOfAFieldThatIsPartlyKnown_ComparesItsBytes) {
+  write("p1.hex", "0x40: -- -- 62\n");
+  write("p2.hex", "0x40: -- -- 72\n");
+  write("p3.hex", "0x40: -- -- 62 1E\n");
+  const auto diff = [this](const std::string& a, const std::string& b) {
+    return eds({"diff", path(a), path(b), "--to", "csv"});
+  };
+  const std::string head = "part,symbol,a,b,means_a,means_b\n";
+  EXPECT_EQ(diff("p1.hex", "p2.hex").status, ExitStatus::data_failed);
+  EXPECT_EQ(diff("p1.hex", "p2.hex").out, head + "registers,0x42,98,114,,\n");
+  EXPECT_EQ(diff("p1.hex", "p3.hex").out, head + "registers,0x43,,30,,\n");
+  EXPECT_EQ(diff("p1.hex", "p1.hex").status, ExitStatus::done);
+  write("q1.hex", "bank 1\n0x0E: 00\n0x40: -- 01\n");
+  write("q2.hex", "bank 1\n0x0E: 01\n0x40: -- 01\n");
+  EXPECT_EQ(diff("q1.hex", "q2.hex").status, ExitStatus::data_failed);
+  EXPECT_EQ(diff("q1.hex", "q2.hex").out, head + "common,0x0E,0,1,,\n");
+}
+
 TEST_F(Eds, Advise_TellsTheFrameAndWhetherTheRateIsFeasible) {
   const Ran ran = eds({"advise", "--resolution", "18", "--turns", "12", "--rate", "16kHz",
                        "--ack-max", "10us", "--timeout", "adaptive", "--clock", "10MHz"});
@@ -334,6 +383,13 @@ TEST_F(Eds, DeviceWhoseDataSheetWasNotRead_IsNamed) {
               HasSubstr("BP_ID = 0x621E"));
   write("none.hex", "0x40: 00 00 62 1E\n");
   EXPECT_THAT(eds({"check", path("none.hex")}).err, HasSubstr("the device has no data sheet"));
+}
+
+TEST_F(Eds, EdsBankThatIsNotInTheDump_IsNamed) {
+  build("e.hex");
+  const Ran ran = eds({"show", path("e.hex"), "--eds-bank", "7"});
+  EXPECT_EQ(ran.status, ExitStatus::data_failed);
+  EXPECT_THAT(ran.err, HasSubstr("--eds-bank 7: this bank is not in the dump"));
 }
 
 TEST_F(Eds, UnreadableInput_IsOneLineAndStatus3) {

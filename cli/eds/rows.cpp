@@ -33,6 +33,7 @@ void add_fields(std::vector<EdsFieldRow>& rows, const EdsPartRow& part) {
                     .channel = part.channel,
                     .bank = part.found->bank,
                     .address = field.address,
+                    .bytes = field.bytes,
                     .symbol = std::string(field.symbol),
                     .value = value,
                     .means = value ? eds_meaning(field, *value, linear) : std::string(),

@@ -36,6 +36,7 @@ struct EdsFieldRow {
   std::optional<unsigned> channel;
   unsigned bank = 0;
   unsigned address = 0;
+  unsigned bytes = 1;
   std::string symbol;
   /// As stored; empty unless all of its bytes are known.
   std::optional<std::uint32_t> value;

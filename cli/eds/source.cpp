@@ -20,7 +20,7 @@ namespace {
 using dump::DataSheet;
 using dump::FoundPart;
 
-using ReadDump = tl::expected<dump::RegisterDump, std::string>;
+using ReadDump = tl::expected<Description, std::string>;
 
 std::string message_of(const dump::DumpError& error) {
   std::string text = dump::dump_error_text(error);
@@ -41,6 +41,9 @@ ReadDump read_stream(std::istream& stream, const EdsArguments& arguments) {
   }
   return dump::read_dump(stream, std::move(head),
                          {.bank = arguments.bank, .slave = arguments.slave})
+      .map([](dump::RegisterDump dump) {
+        return Description{std::move(dump), {}};
+      })
       .map_error(message_of);
 }
 
@@ -126,7 +129,10 @@ void find_again(EdsSource& source, const EdsArguments& arguments) {
 }
 
 // Why no part was found.
-std::string nothing_found(const EdsSource& source) {
+std::string nothing_found(const EdsSource& source, const EdsArguments& arguments) {
+  if (arguments.eds_bank) {
+    return fmt::format("--eds-bank {}: this bank is not in the dump", *arguments.eds_bank);
+  }
   const auto stated = source.dump.direct_byte(reg::eds_bank);
   if (stated && *stated != 0 && *stated != 0xFF) {
     return fmt::format(
@@ -174,7 +180,8 @@ tl::expected<EdsSource, ExitStatus> load_eds(const EdsArguments& arguments) {
         fail(ExitStatus::io, fmt::format("'{}': {}", arguments.file, read.error())));
   }
   EdsSource source;
-  source.dump = *read;
+  source.dump = read->dump;
+  source.drafted = read->parts;
   source.stored = find_data_sheet(
       source.dump, {.eds_bank = arguments.eds_bank, .identifier = arguments.identifier});
   source.sheet = source.stored;
@@ -192,8 +199,9 @@ tl::expected<EdsSource, ExitStatus> load_eds(const EdsArguments& arguments) {
 tl::expected<EdsSource, ExitStatus> load_eds_with_part(const EdsArguments& arguments) {
   auto source = load_eds(arguments);
   if (!source || !source->sheet.empty()) return source;
-  return tl::unexpected(fail(ExitStatus::data_failed,
-                             fmt::format("'{}': {}", arguments.file, nothing_found(*source))));
+  return tl::unexpected(
+      fail(ExitStatus::data_failed,
+           fmt::format("'{}': {}", arguments.file, nothing_found(*source, arguments))));
 }
 
 }  // namespace biss::cli

@@ -36,6 +36,8 @@ struct EdsSource {
   dump::RegisterDump dump;
   /// As stored.
   dump::DataSheet stored;
+  /// The parts that a description gives by fields; empty for other files.
+  dump::DataSheet drafted;
   /// With the overrides; a checksum that was right is updated.
   dump::DataSheet sheet;
   /// Symbols are static text.

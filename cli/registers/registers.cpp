@@ -69,6 +69,9 @@ class RegistersRun {
   explicit RegistersRun(const RegistersOptions& options) : options_(options) {}
 
   ExitStatus run() {
+    if (options_.id && options_.dump.empty()) {
+      return fail(ExitStatus::usage, "--id: needs --dump");
+    }
     const ExitStatus opened = capture_.open(options_.capture);
     if (opened != ExitStatus::done) return opened;
     if (!options_.dump.empty() && capture_.several()) {
@@ -142,14 +145,21 @@ class RegistersRun {
                       ? "--dump: several slaves were accessed; name one with --id"
                       : "--dump: no register of this slave was accessed");
     }
+    const bool banks_only = dump::holds_banks_only(dump::format_of(options_.dump));
+    const bool direct = found->direct() != dump::DumpedBytes{};
+    if (!found->banks() && !direct) {
+      return fail(ExitStatus::data_failed, "--dump: no register was read");
+    }
+    if (!found->banks() && banks_only) {
+      return fail(ExitStatus::data_failed,
+                  "--dump: no register of a bank was read; this format has no place for the "
+                  "registers from 0x40 on");
+    }
     Output file;
     if (!file.open(options_.dump)) return file.status();
-    const std::string& path = options_.dump;
-    const std::string text = path.ends_with(".bin") ? write_binary(*found)
-                             : path.ends_with(".ihex") || path.ends_with(".hx")
-                                 ? write_intel_hex(*found)
-                                 : write_hex_page(*found);
+    const std::string text = write_as(dump::format_of(options_.dump), *found, "registers");
     if (!file.write(text) || !file.finish()) return file.status();
+    if (banks_only && direct) print_summary(text_of_banks(*found));
     return ExitStatus::done;
   }
 
@@ -176,7 +186,7 @@ void add_registers(Command& command) {
   add_capture_options(verb, options->capture);
   verb.add_option(
           "--dump", options->dump,
-          "Write the registers of a slave that the accesses show: as hex text, .ihex or .bin")
+          "Write the registers of a slave that the accesses show: as hex text, .ihex, .bin or .c")
       .type_name("FILE")
       .file(FileUse::write);
   add_count_option(verb, "--id", into(options->id), "ID of the slave for --dump", 7);

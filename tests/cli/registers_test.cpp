@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -115,6 +116,40 @@ TEST_F(HeardRegisters, CaptureWithoutControl_SaysSo) {
   EXPECT_THAT(read.err, HasSubstr("0 accesses"));
   EXPECT_EQ(run({"registers", capture, "--dump", folder.path("x")}).status, 1);
   EXPECT_EQ(run({"registers", capture, "-o", capture}).status, 2);
+}
+
+TEST_F(HeardRegisters, Dump_HasTheFormatOfItsExtension) {
+  heard({"--access", "read:0x00,4", "--access", "read:0x42,2"});
+  for (const char* name : {"seen.ihx", "seen.ihex"}) {
+    ASSERT_EQ(run({"registers", capture, "--dump", folder.path(name)}).status, 0);
+    EXPECT_THAT(content_of(folder.path(name)), testing::StartsWith(":0400000048440078"));
+  }
+  const Outcome binary = run({"registers", capture, "--dump", folder.path("seen.bin")});
+  EXPECT_EQ(binary.status, 0);
+  EXPECT_EQ(content_of(folder.path("seen.bin")).size(), 64U);
+  EXPECT_THAT(binary.err, HasSubstr("banks 0 to 0, 64 bytes; this format has no place for the "
+                                    "registers from 0x40 on"));
+}
+
+TEST_F(HeardRegisters, DumpWithoutARegister_IsAFailure) {
+  heard({"--access", "read:0x60"});
+  const Outcome refused = run({"registers", capture, "--dump", folder.path("none.hex")});
+  EXPECT_EQ(refused.status, 1);
+  EXPECT_THAT(refused.err, HasSubstr("--dump: no register was read"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path("none.hex")));
+  heard({"--access", "read:0x42,2"});
+  const Outcome no_bank = run({"registers", capture, "--dump", folder.path("none.bin")});
+  EXPECT_EQ(no_bank.status, 1);
+  EXPECT_THAT(no_bank.err, HasSubstr("--dump: no register of a bank was read"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path("none.bin")));
+  EXPECT_EQ(run({"registers", capture, "--dump", folder.path("seen.hex")}).status, 0);
+}
+
+TEST_F(HeardRegisters, IdWithoutDump_IsWrongUsage) {
+  heard({"--access", "read:0x42"});
+  const Outcome read = run({"registers", capture, "--id", "3"});
+  EXPECT_EQ(read.status, 2);
+  EXPECT_THAT(read.err, HasSubstr("--id: needs --dump"));
 }
 
 TEST_F(HeardRegisters, JsonLines_AreADumpAgain) {

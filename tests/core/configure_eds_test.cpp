@@ -146,6 +146,22 @@ BISS_TEST(ConfigureEds, MoreChannelsThanSlaves_IsAContradiction) {
   }
 }
 
+BISS_TEST(ConfigureEds, MoreSlavesThanOnTheLine_AreAContradiction) {
+  for (const std::uint8_t channels : {std::uint8_t{1}, std::uint8_t{2}}) {
+    EncoderState state{};
+    Encoders<1> device{{with_eds(state, 0x621E)}};
+    CommonPart common{.eds_len = 2, .tma = 125, .dc_num = channels, .sl_num = 2};
+    common.channels[0] = {.bank = 2, .dlen = 30, .cpoly = 0x21};
+    common.channels[1] = channels == 2 ? common.channels[0] : CommonChannel{};
+    device.registers().bank(1) =
+        RegisterBank(sealed(build_bank(common)), RegisterProtection::read_only);
+    Line line(device);
+    BISS_ASSERT(line.run());
+    BISS_EXPECT(line.cause() == ConfigureError::eds_contradiction);
+    BISS_EXPECT(state.channels);
+  }
+}
+
 BISS_TEST(ConfigureEds, DeviceOfTwoSlaves_IsDescribedByEitherOfThem) {
   for (const std::uint8_t holder : {std::uint8_t{0}, std::uint8_t{1}}) {
     std::array<EncoderState, 3> states{};
