@@ -1,6 +1,6 @@
 // What `biss identify` finds, with the formats to be tried.
 import { changeSettings } from './settings';
-import { textOf, useVerb, VerbView, verbArguments } from './verb';
+import { identifyArguments, textOf, useVerb, VerbView } from './verb';
 
 const names: [string, string][] = [
   ['protocol', 'protocol'],
@@ -25,10 +25,7 @@ const lists: [string, string, string][] = [
 ];
 
 export function IdentifyPanel() {
-  // What is found out does not depend on the format that is chosen.
-  const args = verbArguments(['identify'], ['--to', 'jsonl']);
-  const at = args.indexOf('-f');
-  const result = useVerb(at < 0 ? args : [...args.slice(0, at), ...args.slice(at + 2)]);
+  const result = useVerb(identifyArguments());
   return (
     <VerbView result={result}>
       {result.rows.map((row, i) => <Found key={i} row={row} />)}

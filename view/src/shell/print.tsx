@@ -7,7 +7,7 @@ import type { Envelope } from '../plots/envelope';
 import { columnPlots, type ColumnPlot } from '../plots/plot_list';
 import * as state from '../state';
 import { isCarried } from './carried';
-import { textOf, useVerb, verbArguments } from './verb';
+import { identifyArguments, textOf, useVerb, verbArguments } from './verb';
 
 const mostFailed = 200;
 const points = 600;
@@ -74,9 +74,7 @@ export function PrintPage() {
 }
 
 function Verdicts() {
-  const identify = verbArguments(['identify'], ['--to', 'jsonl']);
-  const at = identify.indexOf('-f');
-  const found = useVerb(at < 0 ? identify : [...identify.slice(0, at), ...identify.slice(at + 2)]);
+  const found = useVerb(identifyArguments());
   const checked = useVerb(verbArguments(['check'], ['--against', 'biss-c', '--to', 'jsonl']));
   const explained = useVerb(verbArguments(['explain'], ['--to', 'jsonl']));
   const bad = checked.rows.filter(({ verdict }) => verdict === 'fail' || verdict === 'marginal');

@@ -33,6 +33,13 @@ export function verbArguments(verb: string[], further: string[] = []): string[] 
   return [...verb, ...fileNames(), ...captureArguments(settings), ...commonFurther(settings), ...further];
 }
 
+/** Of `identify`: what is found out does not depend on the format that is chosen. */
+export function identifyArguments(): string[] {
+  const args = verbArguments(['identify'], ['--to', 'jsonl']);
+  const at = args.indexOf('-f');
+  return at < 0 ? args : [...args.slice(0, at), ...args.slice(at + 2)];
+}
+
 /** Has a verb run, unless its result is there, or it is not `wanted` yet. */
 export function useVerb(args: string[], wanted = true): VerbResult {
   const key = `${state.generation.value} ${JSON.stringify(args)}`;
