@@ -280,5 +280,25 @@ TEST(Help, Completion_OffersVerbsOptionsAndValues) {
   }
 }
 
+TEST(Readme, Example_ShowsTheRowsOfTheCommand) {
+  const Folder folder;
+  const std::string capture = folder.path("line.vcd");
+  const Outcome made =
+      run({"simulate", "-f", "resolute-26", "--clock", "10MHz", "--cable", "50m", "--cycles", "6",
+           "--fault", "flip@3", "--fault", "no_answer@5", "--seed", "3", "-o", capture});
+  ASSERT_EQ(made.status, 0) << made.err;
+  const std::string shown = run({"decode", capture, "-f", "resolute-26"}).out;
+  const std::string readme = content_of(BISS_SOURCE_FOLDER "/README.md");
+  const std::size_t begin = readme.find("$ build/biss decode line.vcd -f resolute-26\n");
+  ASSERT_NE(begin, std::string::npos);
+  const std::size_t end = readme.find("line.vcd: 6 request cycles", begin);
+  // The table of the page is narrower by its last columns.
+  const Words lines = lines_of(readme.substr(begin, end - begin));
+  ASSERT_EQ(lines.size(), 10U);
+  for (std::size_t i = 1; i < lines.size(); ++i) {
+    EXPECT_NE(shown.find(lines[i]), std::string::npos) << lines[i];
+  }
+}
+
 }  // namespace help_test
 }  // namespace biss::cli
