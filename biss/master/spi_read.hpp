@@ -82,43 +82,25 @@ struct SpiSetup {
   constexpr bool operator==(const SpiSetup&) const = default;
 };
 
-namespace spi_detail {
-
-// Zeros that may precede the leading ones, only where the encoder is ready after a fixed time:
-// those that are sampled within the line delay, at most that of 100 m of cable, and fewer than
-// would let START be taken for a leading one.
-constexpr std::int64_t late_max_clocks(const SpiSetup& setup, const DeviceTiming& timing,
-                                       const FrameBounds& bounds) {
-  if (timing.timeout.rule != TimeoutRule::cycle) return 0;
-  const Picoseconds longest =
-      std::min(setup.line_delay.max, line_delay(metres(100), timing.internal_delay_max));
-  const Picoseconds early =
-      setup.phase == SpiPhase::sample_on_falling ? setup.period : setup.period / 2;
-  return std::min<std::int64_t>((longest + early).count / setup.period.count,
-                                bounds.lead_min_clocks + bounds.ack_min_clocks - 1);
-}
-
-}  // namespace spi_detail
-
 /// The bounds of what precedes the data: leading ones of this phase and line delay, ACK of this
 /// device; where it is ready after a fixed time, zeros of the previous cycle.
 /// \pre period is positive, line_delay.min <= line_delay.max, neither is negative
 constexpr FrameBounds spi_bounds(const SpiSetup& setup, const DeviceTiming& timing) {
   constexpr std::int64_t most = FrameBounds{}.lead_max_clocks;
-  const Picoseconds early =
-      setup.phase == SpiPhase::sample_on_falling ? setup.period / 2 : Picoseconds{};
+  const bool falling = setup.phase == SpiPhase::sample_on_falling;
+  const Picoseconds early = falling ? setup.period / 2 : Picoseconds{};
   const std::int64_t longest =
       std::min(2 + (setup.line_delay.max + early).count / setup.period.count, most);
   const std::int64_t shortest = std::clamp<std::int64_t>(
       1 + clocks_to_cover(setup.line_delay.min + early, setup.period), 2, longest);
   const AckBounds ack = ack_bounds(timing, setup.period);
-  FrameBounds bounds{.lead_min_clocks = static_cast<std::uint16_t>(shortest),
-                     .lead_max_clocks = static_cast<std::uint16_t>(longest),
-                     .ack_min_clocks = ack.min_clocks,
-                     .ack_max_clocks = ack.max_clocks};
-  bounds.late_max_clocks =
-      static_cast<std::uint16_t>(spi_detail::late_max_clocks(setup, timing, bounds));
-  return bounds;
+  return {.lead_min_clocks = static_cast<std::uint16_t>(shortest),
+          .lead_max_clocks = static_cast<std::uint16_t>(longest),
+          .ack_min_clocks = ack.min_clocks,
+          .ack_max_clocks = ack.max_clocks,
+          .late_max_clocks = late_clocks(timing, setup.period, setup.line_delay.max,
+                                         falling ? Picoseconds{} : setup.period / 2,
+                                         static_cast<unsigned>(shortest) + ack.min_clocks)};
 }
 
 /// The clocks of MA up to STOP at the longest line delay and the longest ACK.

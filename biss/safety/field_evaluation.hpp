@@ -124,22 +124,14 @@ class FieldEvaluation {
   /// \param bits SLO once a MA clock, as for find_start()
   // Not inlined: in one function the two evaluations compete for registers.
   [[gnu::noinline]] static constexpr SafetyFinding find(const Plan& plan, const BitView& bits) {
-    return find(plan, decode_frame(bits, plan.codec(), plan.setup().bounds));
+    return finding_of(plan, decode_frame(bits, plan.codec(), plan.setup().bounds));
   }
 
-  /// The same for a frame that decode_frame() or an SpiReader returned.
-  static constexpr SafetyFinding find(const Plan& plan,
+  /// The same for what decode_frame() or an SpiReader returned for these bits, whatever its bounds.
+  static constexpr SafetyFinding find(const Plan& plan, const BitView& bits,
                                       const Result<typename Plan::Frame, FrameFault>& frame) {
-    if (!frame.ok()) return {.cause = cause_of(plan.setup(), frame.error())};
-    const Channel& cpw = frame->channel_list[plan.setup().cpw];
-    const Channel& spw = frame->channel_list[plan.setup().spw];
-    const std::int32_t apart = difference(plan.alignment(), cpw.position, spw.position);
-    return {.cpw_position = cpw.position,
-            .spw_position = spw.position,
-            .difference_lsb = apart,
-            .life_counter = static_cast<std::uint8_t>(spw.life_counter),
-            .nW = static_cast<std::uint8_t>((cpw.nW ? 2U : 0U) | (spw.nW ? 1U : 0U)),
-            .cause = cause_of(plan.setup(), cpw, spw, apart)};
+    if (!find_start(bits, plan.setup().bounds).ok()) return {.cause = SafetyVerdict::no_frame};
+    return finding_of(plan, frame);
   }
 
   /// The position of a finding whose cause is safe, by masks and shifts.
@@ -173,6 +165,20 @@ class FieldEvaluation {
   constexpr std::optional<CounterMode> counter_mode() const { return counter_.mode(); }
 
  private:
+  static constexpr SafetyFinding finding_of(const Plan& plan,
+                                            const Result<typename Plan::Frame, FrameFault>& frame) {
+    if (!frame.ok()) return {.cause = cause_of(plan.setup(), frame.error())};
+    const Channel& cpw = frame->channel_list[plan.setup().cpw];
+    const Channel& spw = frame->channel_list[plan.setup().spw];
+    const std::int32_t apart = difference(plan.alignment(), cpw.position, spw.position);
+    return {.cpw_position = cpw.position,
+            .spw_position = spw.position,
+            .difference_lsb = apart,
+            .life_counter = static_cast<std::uint8_t>(spw.life_counter),
+            .nW = static_cast<std::uint8_t>((cpw.nW ? 2U : 0U) | (spw.nW ? 1U : 0U)),
+            .cause = cause_of(plan.setup(), cpw, spw, apart)};
+  }
+
   static constexpr SafetyVerdict cause_of(const SafetySetup& setup, const FrameFault& fault) {
     if (fault.cause != FrameError::crc) return SafetyVerdict::no_frame;
     if (fault.channel == setup.cpw) return SafetyVerdict::cpw_crc;

@@ -320,7 +320,7 @@ class SafetyMonitor {
   [[nodiscard]] constexpr bool self_test(const SafetyFingerprint& expected) {
     if (!is_intact()) return false;
     memory_.expected = expected;
-    const bool passed = plan_.is(expected) && !plan_.mistake() && passes_self_test();
+    const bool passed = !plan_.mistake() && plan_.is(expected) && passes_self_test();
     const bool at_power_up = memory_.state == SafetyState::untested;
     if (!passed) memory_.cause = SafetyVerdict::self_test;
     change(passed ? SafetyEvent::self_test_passed : SafetyEvent::self_test_failed);
@@ -346,14 +346,18 @@ class SafetyMonitor {
     time.transfer.clocks = static_cast<std::uint32_t>(bits.size_bits());
     return judgement_of(time, First::find(plan_, bits), Second::find(plan_, bits));
   }
-  /// The same, where decode_frame() or an SpiReader has already decoded these bits.
+  /// The same, where decode_frame() or an SpiReader has already decoded these bits, within bounds of
+  /// its own. What either of them refuses before it comes to a checksum is `no_frame`.
   constexpr SafetyJudgement step(TwoClocks time, const BitView& bits,
                                  const Result<typename Plan::Frame, FrameFault>& frame) {
     if (const auto verdict = obstacle(); verdict != SafetyVerdict::safe) {
       return judgement_of(verdict);
     }
     time.transfer.clocks = static_cast<std::uint32_t>(bits.size_bits());
-    return judgement_of(time, First::find(plan_, frame), Second::find(plan_, bits));
+    const SafetyFinding first = First::find(plan_, bits, frame);
+    const SafetyFinding second = Second::find(plan_, bits);
+    const bool is_refused = !frame.ok() && frame.error().cause != FrameError::crc;
+    return is_refused ? judgement_of(time, first, first) : judgement_of(time, first, second);
   }
   /// The same, where the evaluations were made separately, on two processors for example.
   constexpr SafetyJudgement step(const TwoClocks& time, const SafetyFinding& first,

@@ -29,11 +29,12 @@ class SafetyPlan {
   /// Whether a monitor checks its memory before each use.
   static constexpr bool checks_memory = true;
 
-  /// The self test of a monitor fails where check_safety(format, setup) finds a mistake.
-  /// \pre !check_safety(format, UnratedSafetySetup(setup)), and format has at most Channels channels
+  /// The self test of a monitor fails where check_safety(format, setup) finds a mistake, and where
+  /// the format has more than `Channels` channels, which is the mistake `channels`.
   constexpr SafetyPlan(const FrameFormat& format, const SafetySetup& setup)
       : SafetyPlan(format, setup, true) {}
-  /// For a monitor that nothing rates.
+  /// For a monitor that nothing rates: the same, where check_safety(format, UnratedSafetySetup(setup))
+  /// finds a mistake.
   constexpr SafetyPlan(const FrameFormat& format, const UnratedSafetySetup& setup)
       : SafetyPlan(format, setup, false) {}
 
@@ -70,15 +71,18 @@ class SafetyPlan {
 
  private:
   constexpr SafetyPlan(const FrameFormat& format, const SafetySetup& setup, bool rated)
-      : codec_(format),
+      : codec_(format.channel_count <= Channels ? format : FrameFormat{}),
         setup_(setup),
-        alignment_(safety_detail::alignment_of(format.channel_list[setup.cpw],
-                                               format.channel_list[setup.spw], setup.comparison)),
-        rated_(rated ? 1 : 0) {}
+        rated_(rated ? 1 : 0) {
+    const auto channels = codec_.format().channels();
+    if (setup.cpw >= channels.size() || setup.spw >= channels.size()) return;
+    alignment_ =
+        safety_detail::alignment_of(channels[setup.cpw], channels[setup.spw], setup.comparison);
+  }
 
   Codec codec_;
   SafetySetup setup_;
-  safety_detail::Alignment alignment_;
+  safety_detail::Alignment alignment_{};
   std::uint8_t rated_;
 };
 

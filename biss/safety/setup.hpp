@@ -15,6 +15,7 @@
 #include "biss/frame/format.hpp"
 #include "biss/frame/frame.hpp"
 #include "biss/safety/rating.hpp"
+#include "biss/timing/cable.hpp"
 #include "biss/timing/device_timing.hpp"
 
 namespace biss {
@@ -160,7 +161,8 @@ constexpr SafetySetup at_cycle(SafetySetup setup, Picoseconds cycle) {
 }
 
 /// The setup for an encoder with this timing at this period of MA: the shortest time between
-/// requests and the bounds of ACK, in clocks. \pre period is positive
+/// requests, and the bounds of what precedes the data, in clocks, where SLO is sampled at the rising
+/// edges. \pre period is positive
 /// \param line_delay_max of the cable and the encoder together, both ways
 constexpr SafetySetup with_timing(SafetySetup setup, const DeviceTiming& timing, Picoseconds period,
                                   Picoseconds line_delay_max = biss_line_delay_max) {
@@ -170,6 +172,9 @@ constexpr SafetySetup with_timing(SafetySetup setup, const DeviceTiming& timing,
   // LAT, the clock in which SLO falls, and the delay.
   setup.bounds.lead_max_clocks =
       static_cast<std::uint16_t>(2 + clocks_to_cover(line_delay_max, period));
+  setup.bounds.late_max_clocks =
+      late_clocks(timing, period, line_delay_max, period / 2,
+                  unsigned{setup.bounds.lead_min_clocks} + ack.min_clocks);
   if (timing.cycle_min.count != 0) {
     setup.cycle_min = timing.cycle_min;
     setup.frame_gap_min = timing.cycle_min - timing.cycle_min / 32;
@@ -407,16 +412,14 @@ inline constexpr std::uint32_t spw_polynomial = 0x190D9;
 inline constexpr unsigned least_compared_bits = 9;
 inline constexpr unsigned most_tolerance_lsb = 1;
 
-// The rating of the setup or of the table; null where there is none.
-constexpr const SafetyRating* rating_of(std::uint64_t words, const SafetySetup& setup) {
+// The rating of the setup or of the table.
+constexpr std::optional<SafetyRating> rating_of(std::uint64_t words, const SafetySetup& setup) {
   const SafetyRating& own = setup.rating;
-  if (own.words == words && own.check == rating_check(words, own.residual_e24)) {
-    return &setup.rating;
-  }
+  if (own.words == words && own.check == rating_check(words, own.residual_e24)) return own;
   for (const SafetyRating& each : safety_ratings) {
-    if (each.words == words) return &each;
+    if (each.words == words) return each;
   }
-  return nullptr;
+  return std::nullopt;
 }
 
 constexpr bool is_within_residual(const SafetyRating& rating, const SafetySetup& setup) {
@@ -448,8 +451,8 @@ constexpr std::optional<SafetySetupError> check_safety(const FrameFormat& format
       setup.comparison.tolerance_lsb > safety_detail::most_tolerance_lsb) {
     return SafetySetupError::weak_comparison;
   }
-  const auto* rating = safety_detail::rating_of(rated_words(cpw, spw, setup.comparison), setup);
-  if (rating == nullptr) return SafetySetupError::unrated;
+  const auto rating = safety_detail::rating_of(rated_words(cpw, spw, setup.comparison), setup);
+  if (!rating) return SafetySetupError::unrated;
   if (!safety_detail::is_within_residual(*rating, setup)) return SafetySetupError::residual;
   return std::nullopt;
 }

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "biss/base/units.hpp"
+#include "biss/timing/device_timing.hpp"
 
 namespace biss {
 
@@ -18,6 +19,22 @@ constexpr Picoseconds cable_delay(Millimetres cable) { return picoseconds(10 * c
 /// plus the delay of the master itself, which the data sheet's table of cables leaves out
 constexpr Picoseconds line_delay(Millimetres cable, Picoseconds other_delay) {
   return cable_delay(cable) + other_delay;
+}
+
+/// How many samples at the beginning of a request may still see SLO low from the cycle before:
+/// where the encoder is ready after a fixed time and the request begins then, those within the line
+/// delay, at most that of 100 m of cable. None with the other timeout rules.
+/// \param first_sample from the falling edge of MA that begins the request; at most a period
+/// \param start_clocks the fewest samples before START, which must not be taken for one of these
+/// \pre period and start_clocks are positive
+constexpr std::uint16_t late_clocks(const DeviceTiming& timing, Picoseconds period,
+                                    Picoseconds line_delay_max, Picoseconds first_sample,
+                                    unsigned start_clocks) {
+  if (timing.timeout.rule != TimeoutRule::cycle) return 0;
+  const Picoseconds longest =
+      std::min(line_delay_max, line_delay(metres(100), timing.internal_delay_max));
+  const std::int64_t clocks = (longest + period - first_sample).count / period.count;
+  return static_cast<std::uint16_t>(std::min<std::int64_t>(clocks, start_clocks - 1U));
 }
 
 /// Whether the data sheet's table of cables has a row for this clock. Lengths at other clocks are

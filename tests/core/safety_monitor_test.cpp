@@ -1,5 +1,7 @@
 // The safety monitor's states: starting, safe, latched; time; the budget; the self test.
 #include "biss/safety/monitor.hpp"
+
+#include "biss/master/spi_read.hpp"
 #include "tests/core/safety_bench.hpp"
 #include "tests/core/test.hpp"
 
@@ -297,6 +299,54 @@ BISS_TEST(SafetyMonitor, ReadersResult_IsJudgedAsTheBitsAre) {
                  disagreement);
   BISS_EXPECT_EQ(bench.monitor.latched_cause(), disagreement);
   BISS_EXPECT_EQ(bench.monitor.step(OneClock{bench.now}, other.view(), frame).verdict, failed);
+}
+
+// Readers have bounds of their own: their faults, and frames that only their bounds accept, are
+// faults of the line.
+BISS_TEST(SafetyMonitor, ReaderWithOtherBounds_IsNoReceiverFault) {
+  const auto judge = [](const FrameBounds& of_reader, const FrameBounds& of_monitor,
+                        std::size_t flipped) {
+    SafetyBench bench([&](SafetySetup& setup) { setup.bounds = of_monitor; });
+    bench.until_safe();
+    auto bits = test::bits_of(bench.plan(), bench.next());
+    if (flipped != 0) bits.flip(flipped);
+    bench.now += SafetyBench::cycle;
+    const auto frame = decode_frame(bits.view(), bench.plan().codec(), of_reader);
+    return bench.monitor.step(OneClock{bench.now}, bits.view(), frame).verdict;
+  };
+  const FrameBounds wide{};
+  const FrameBounds long_ack{.ack_min_clocks = test::ack_clocks + 1};
+  const FrameBounds short_ack{.ack_max_clocks = test::ack_clocks};
+  constexpr std::size_t in_cpw = 2U + test::ack_clocks + 2U + 5U;
+  BISS_EXPECT_EQ(judge(wide, short_ack, 0), safe);
+  BISS_EXPECT_EQ(judge(long_ack, wide, 0), no_frame);
+  BISS_EXPECT_EQ(judge(long_ack, wide, in_cpw), no_frame);
+  BISS_EXPECT_EQ(judge(wide, short_ack, in_cpw), cpw_crc);
+  // START one clock late: ACK is too long for the monitor.
+  constexpr std::size_t at_start = 2U + test::ack_clocks;
+  BISS_EXPECT_EQ(judge(wide, short_ack, at_start), no_frame);
+}
+
+// A reader accepts zeros of the cycle before, and refuses a 1 behind STOP; the monitor's bounds may
+// say otherwise.
+BISS_TEST(SafetyMonitor, SpiReadersResult_IsNoReceiverFault) {
+  const SpiSetup spi{.period = nanoseconds(100)};
+  const auto judge = [&](std::uint16_t late_max_clocks, std::size_t flipped) {
+    SafetyBench bench([&](SafetySetup& setup) { setup.bounds.late_max_clocks = late_max_clocks; });
+    bench.until_safe();
+    const auto sent = test::bits_of(bench.plan(), bench.next());
+    std::array<std::uint8_t, 32> bytes{};
+    for (std::size_t i = 0; i < sent.view().size_bits(); ++i) {
+      if (sent.view()[i]) bytes[i / 8] = static_cast<std::uint8_t>(bytes[i / 8] | 0x80U >> i % 8);
+    }
+    bytes[flipped / 8] = static_cast<std::uint8_t>(bytes[flipped / 8] ^ 0x80U >> flipped % 8);
+    const SpiReader reader(bench.plan().codec(), spi, renishaw_timing);
+    bench.now += SafetyBench::cycle;
+    return bench.monitor.step(OneClock{bench.now}, BitView(bytes), reader.read(bytes)).verdict;
+  };
+  BISS_EXPECT_EQ(judge(1, 0), safe);
+  BISS_EXPECT_EQ(judge(0, 0), no_frame);
+  BISS_EXPECT_EQ(judge(1, 8 * 32 - 1), no_frame);
 }
 
 BISS_TEST(SafetyMonitor, Disagreement_OfAnyPartLatchesAtOnce) {

@@ -328,6 +328,43 @@ BISS_TEST(SafetyFingerprint, EveryPartOfTheFormat_ChangesIt) {
   }
 }
 
+// Nothing is read outside of the plan's arrays, and nothing can be monitored.
+BISS_TEST(SafetyPlan, OfAMistake_GivesAMonitorThatFailsItsSelfTest) {
+  const auto fails = [](std::string_view text, const SafetySetup& setup) {
+    const FrameFormat format = format_of(text);
+    SafetyMonitor<SafetyPlan<2>> monitor(SafetyPlan<2>(format, UnratedSafetySetup(setup)));
+    return !monitor.self_test(SafetyFingerprint(format, setup)) &&
+           monitor.step(OneClock{}, BitView()).verdict == SafetyVerdict::self_test;
+  };
+  BISS_EXPECT(!fails(good_text, {}));
+  BISS_EXPECT(fails("pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16+pad8;cds0", {}));
+  BISS_EXPECT(fails(good_text, {.cpw = 200}));
+  BISS_EXPECT(fails(good_text, {.spw = 255}));
+  BISS_EXPECT(
+      fails("pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0", {.comparison = {.compare_bits = 200}}));
+}
+
+// Renishaw's encoders are ready 31.25 us after the beginning of a request. Where the next one begins
+// then, a cable delays the answer to that by some clocks.
+BISS_TEST(SafetySetup, OfRenishawsEncoders_AcceptsTheFirstClocksOfTheNextRequest) {
+  const auto bounds_at = [](Hertz clock, Picoseconds delay) {
+    return with_timing({}, renishaw_timing, period_of(clock), delay).bounds;
+  };
+  // 1.0425 us: 100 m and the encoder. The first sample is taken half a period after the request's
+  // beginning.
+  BISS_EXPECT_EQ(bounds_at(megahertz(10), renishaw_line_delay_max).late_max_clocks, 10);
+  BISS_EXPECT_EQ(bounds_at(megahertz(10), biss_line_delay_max).late_max_clocks, 10);
+  BISS_EXPECT_EQ(bounds_at(megahertz(10), nanoseconds(242)).late_max_clocks, 2);
+  BISS_EXPECT_EQ(bounds_at(megahertz(10), {}).late_max_clocks, 0);
+  // ACK is at least one clock there.
+  BISS_EXPECT_EQ(bounds_at(kilohertz(250), renishaw_line_delay_max).late_max_clocks, 0);
+  BISS_EXPECT_EQ(with_timing({}, {}, nanoseconds(100)).bounds.late_max_clocks, 0);
+  for (const SafetyConfiguration& each : safety_configurations) {
+    const bool is_cycle = each.timing.timeout.rule == TimeoutRule::cycle;
+    BISS_EXPECT_EQ(each.setup.bounds.late_max_clocks, is_cycle ? 10 : 0);
+  }
+}
+
 BISS_TEST(SafetyVerdicts, HaveNamesAndTellFaultsFromStates) {
   using enum SafetyVerdict;
   BISS_EXPECT(name_of(safe) == "safe" && name_of(counter_foreign) == "counter_foreign");
