@@ -17,6 +17,7 @@
 #include <span>
 
 #include "biss/base/units.hpp"
+#include "biss/base/wrapping_time.hpp"
 #include "biss/frame/frame.hpp"
 #include "biss/timing/device_timing.hpp"
 #include "biss/turns/turn_counter.hpp"
@@ -43,7 +44,9 @@ struct AxisPosition {
   std::optional<biss::FrameFault> fault{};
 
   /// The age of the position, for the observer: speed × age is the error if it is ignored.
-  constexpr biss::Picoseconds age(biss::Picoseconds now) const { return now - moment; }
+  constexpr biss::Picoseconds age(biss::Picoseconds now) const {
+    return biss::wrapping_elapsed(moment, now);
+  }
 };
 
 /// `Reader` is a biss::SpiReader, `max_bytes` the buffer's size: at least the reader's bytes().
@@ -64,7 +67,8 @@ class EncoderAxis {
 
   /// Requests a position. Call it once per period in the control timer's interrupt, after the use
   /// of latest(). A request before that was never answered counts as a bad cycle.
-  /// \param now the time of the first falling edge of MA
+  /// \param now the time of the first falling edge of MA; it may wrap around at the limits of its
+  ///   type
   constexpr void request(biss::Picoseconds now) {
     // A transfer that has not ended keeps the time of its own request.
     if (!spi_.start(std::span(buffer_).first(reader_.bytes()))) return bad(std::nullopt, now);
@@ -112,8 +116,9 @@ class EncoderAxis {
     latest_.fault = fault;
     const bool of_this_cycle =
         output.quality == Quality::measured || output.quality == Quality::extrapolated;
-    if (output.quality == Quality::measured) measured_at_ = asked + to_sampling_;
-    latest_.moment = of_this_cycle ? asked + to_sampling_ : measured_at_;
+    const biss::Picoseconds sampled = biss::wrapping_later(asked, to_sampling_);
+    if (output.quality == Quality::measured) measured_at_ = sampled;
+    latest_.moment = of_this_cycle ? sampled : measured_at_;
   }
 
   Spi& spi_;
