@@ -54,6 +54,8 @@ template <SpiDma Spi, class Reader, std::size_t max_bytes>
 class EncoderAxis {
  public:
   /// All three must outlive the axis; the reader may be in flash.
+  /// Where the axis may have moved by half a turn or more since the last good frame, its turns are
+  /// unknown, and the cycle is a bad one. With no_step_limit this is so after any bad cycle.
   /// \pre reader.bytes() <= max_bytes, the format has one channel with a position
   constexpr EncoderAxis(Spi& spi, const Reader& reader, biss::Picoseconds ma_period,
                         const biss::DeviceTiming& timing, const PolicyLimits& limits)
@@ -61,8 +63,7 @@ class EncoderAxis {
         reader_(reader),
         // The position is that of the sampling time, which is measured from the first rising edge.
         to_sampling_(ma_period / 2 + timing.sampling_typical),
-        turns_(reader.codec().format().channel_list[0].position_bits(),
-               static_cast<std::uint64_t>(limits.max_step)),
+        turns_(turns_of(reader.codec().format().channel_list[0].position_bits(), limits.max_step)),
         policy_(limits) {}
 
   /// Requests a position. Call it once per period in the control timer's interrupt, after the use
@@ -105,6 +106,11 @@ class EncoderAxis {
   constexpr const biss::TurnCounter& turns() const { return turns_; }
 
  private:
+  static constexpr biss::TurnCounter turns_of(unsigned position_bits, std::int64_t max_step) {
+    if (max_step == no_step_limit) return biss::TurnCounter(position_bits);
+    return {position_bits, static_cast<std::uint64_t>(max_step)};
+  }
+
   // `asked` is when the cycle was requested.
   constexpr void bad(std::optional<biss::FrameFault> fault, biss::Picoseconds asked) {
     take(policy_.bad(), fault, asked);

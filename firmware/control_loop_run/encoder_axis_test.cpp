@@ -50,9 +50,10 @@ struct Spi {
 };
 
 struct Axis {
-  Spi spi;
+  PolicyLimits chosen = limits;
+  Spi spi{};
   EncoderAxis<Spi, biss::SpiReader<biss::FrameCodec<biss::CrcFast, 1>>, reader.bytes()> axis{
-      spi, reader, ma_period, encoder.timing, limits};
+      spi, reader, ma_period, encoder.timing, chosen};
 
   constexpr void good(biss::Picoseconds now, std::uint64_t position) {
     axis.request(now);
@@ -95,6 +96,15 @@ BISS_TEST(EncoderAxis, TransferThatFails_IsOneBadCycle) {
   a.good(biss::microseconds(300), 1100);
   BISS_EXPECT(a.axis.latest().output.quality == Quality::measured);
   BISS_EXPECT_EQ(a.axis.latest().output.position, 1100);
+}
+
+BISS_TEST(EncoderAxis, StepBelowHalfATurnWithoutALimit_IsMeasured) {
+  Axis a{{.rule = BadFrameRule::hold, .trip_after = 3, .max_step = no_step_limit}};
+  a.good(biss::microseconds(100), 1000);
+  a.good(biss::microseconds(200), 1000 + (1U << 25U) - 1U);
+  BISS_EXPECT(a.axis.latest().output.quality == Quality::measured);
+  a.good(biss::microseconds(300), 999);
+  BISS_EXPECT(a.axis.latest().output.quality == Quality::held);
 }
 
 // The age of a position one period after its request; the clock wraps around in between.
