@@ -10,9 +10,6 @@
 namespace biss::lab {
 namespace {
 
-using safety_detail::elapsed;
-using safety_detail::later;
-
 // The clock of every fourth block wraps around in its first second.
 Picoseconds clock_of(std::uint64_t block, sim::Random& random) {
   if (block % 4 != 3) return {};
@@ -151,12 +148,13 @@ void SequenceRig::log(std::string_view what, const BitView& bits, const Sequence
                                                 : std::nullopt});
 }
 
-void SequenceRig::pass(Picoseconds time) { now_ = later(now_, time); }
+void SequenceRig::pass(Picoseconds time) { now_ = wrapping_later(now_, time); }
 
 void SequenceRig::pass_watched(Picoseconds time) {
-  const Picoseconds end = later(now_, time);
+  const Picoseconds end = wrapping_later(now_, time);
   const std::optional<Picoseconds> deadline = monitor_.deadline();
-  if (deadline && elapsed(now_, *deadline).count >= 0 && elapsed(now_, *deadline) < time) {
+  if (deadline && wrapping_elapsed(now_, *deadline).count >= 0 &&
+      wrapping_elapsed(now_, *deadline) < time) {
     now_ = *deadline;
     const SafetyJudgement still = monitor_.watch(now_);
     if (watcher_) log("watch", {}, nullptr, still);
@@ -207,7 +205,7 @@ void SequenceRig::note(const SafetyJudgement& judgement, const SequenceWords* me
   if (verdict_ || !is_fault(judgement.verdict)) return;
   verdict_ = judgement.verdict;
   const std::int64_t cycle = frame_.cycle().count;
-  const std::int64_t since = elapsed(due_.value_or(now_), now_).count;
+  const std::int64_t since = wrapping_elapsed(due_.value_or(now_), now_).count;
   cycles_ = static_cast<std::uint64_t>((since + cycle - 1) / cycle);
 }
 

@@ -22,6 +22,7 @@
 #include <string_view>
 
 #include "biss/base/units.hpp"
+#include "biss/base/wrapping_time.hpp"
 #include "biss/control/control_frame.hpp"
 
 namespace biss {
@@ -331,6 +332,7 @@ class ControlSession {
     end_with(ControlError::cancelled);
   }
 
+  /// \param now may wrap around at the limits of its type
   /// \param cds of this frame
   /// \return the CDM bit at the end of this frame
   constexpr bool step(Picoseconds now, CdsBit cds) {
@@ -404,7 +406,7 @@ class ControlSession {
         phase_ = Phase::busy;
         return options_.busy_max.count > 0 || fail(ControlError::busy_too_long);
       case Phase::busy:
-        return busy(now - busy_since_, one);
+        return busy(wrapping_elapsed(busy_since_, now), one);
       case Phase::byte:
         return k_ < control_byte_bits - 2 ? send() : end_byte();
       case Phase::next:

@@ -23,6 +23,7 @@
 
 #include "biss/base/bits.hpp"
 #include "biss/base/units.hpp"
+#include "biss/base/wrapping_time.hpp"
 #include "biss/frame/encode.hpp"
 #include "biss/safety/field_evaluation.hpp"
 #include "biss/safety/line_evaluation.hpp"
@@ -391,7 +392,7 @@ class SafetyMonitor {
   /// expected.
   constexpr std::optional<Picoseconds> deadline() const {
     if (memory_.good_frames == 0) return std::nullopt;
-    return safety_detail::later(memory_.last_good, plan_.setup().frame_gap_max);
+    return wrapping_later(memory_.last_good, plan_.setup().frame_gap_max);
   }
 
   /// The next frame must have its position, in counts of the SPW, from `low` to `high`; `low` may
@@ -609,21 +610,21 @@ class SafetyMonitor {
   }
   constexpr bool clocks_differ(const TwoClocks& time) const {
     return memory_.good_frames != 0 &&
-           is_apart(safety_detail::elapsed(memory_.last_good, time.now),
-                    safety_detail::elapsed(memory_.last_good_second, time.second));
+           is_apart(wrapping_elapsed(memory_.last_good, time.now),
+                    wrapping_elapsed(memory_.last_good_second, time.second));
   }
   constexpr bool is_apart(Picoseconds a, Picoseconds b) const {
     const Picoseconds tolerance = plan_.setup().clocks.tolerance;
     // The difference of two 64-bit numbers may need 65 bits.
-    const Picoseconds apart = safety_detail::elapsed(b, a);
+    const Picoseconds apart = wrapping_elapsed(b, a);
     return a < b ? apart >= Picoseconds{} || apart < -tolerance
                  : apart < Picoseconds{} || apart > tolerance;
   }
   // A clock that went backwards proves nothing, either.
   constexpr bool is_late(const TwoClocks& time) const {
     if (memory_.good_frames == 0) return false;
-    return is_late(safety_detail::elapsed(memory_.last_good, time.now)) ||
-           is_late(safety_detail::elapsed(memory_.last_good_second, time.second));
+    return is_late(wrapping_elapsed(memory_.last_good, time.now)) ||
+           is_late(wrapping_elapsed(memory_.last_good_second, time.second));
   }
   constexpr bool is_late(Picoseconds gap) const {
     return gap < Picoseconds{} || gap > plan_.setup().frame_gap_max;
@@ -631,8 +632,8 @@ class SafetyMonitor {
   constexpr bool is_early(const TwoClocks& time) const {
     if (memory_.good_frames == 0) return false;
     const Picoseconds least = plan_.setup().frame_gap_min;
-    return safety_detail::elapsed(memory_.last_good, time.now) < least ||
-           safety_detail::elapsed(memory_.last_good_second, time.second) < least;
+    return wrapping_elapsed(memory_.last_good, time.now) < least ||
+           wrapping_elapsed(memory_.last_good_second, time.second) < least;
   }
 
   // ---- What a frame changes
@@ -690,7 +691,7 @@ class SafetyMonitor {
     if (!is_in_window(memory_.newest, now)) memory_.tolerated = 0;
   }
   constexpr bool is_in_window(std::uint8_t fault, Picoseconds now) const {
-    return safety_detail::elapsed(memory_.fault_times[fault], now) <= plan_.setup().budget.window;
+    return wrapping_elapsed(memory_.fault_times[fault], now) <= plan_.setup().budget.window;
   }
 
   constexpr void change(SafetyEvent event) { memory_.state = next_state(memory_.state, event); }

@@ -9,7 +9,6 @@
 #include <optional>
 #include <string_view>
 
-#include "biss/base/units.hpp"
 #include "biss/safety/states.hpp"
 
 namespace biss {
@@ -252,16 +251,6 @@ class Check {
  private:
   std::uint32_t sum_ = 0x5A3C'96E1U;
 };
-
-// The difference on a clock that wraps around.
-constexpr Picoseconds elapsed(Picoseconds from, Picoseconds to) {
-  const auto apart = static_cast<std::uint64_t>(to.count) - static_cast<std::uint64_t>(from.count);
-  return {static_cast<std::int64_t>(apart)};
-}
-constexpr Picoseconds later(Picoseconds from, Picoseconds by) {
-  const auto sum = static_cast<std::uint64_t>(from.count) + static_cast<std::uint64_t>(by.count);
-  return {static_cast<std::int64_t>(sum)};
-}
 
 }  // namespace safety_detail
 

@@ -24,6 +24,7 @@
 #include <span>
 
 #include "biss/base/units.hpp"
+#include "biss/base/wrapping_time.hpp"
 #include "biss/control/session.hpp"
 #include "biss/frame/frame.hpp"
 #include "firmware/control_loop/encoder_axis.hpp"
@@ -66,7 +67,7 @@ class EncoderLink {
       : port_(port), reader_(reader), cycle_(cycle), session_(options) {}
 
   constexpr void request() {
-    now_ += cycle_;
+    now_ = biss::wrapping_later(now_, cycle_);
     if (!port_.start(buffer_)) ++counts_.late;
   }
 

@@ -17,6 +17,7 @@
 #include <span>
 
 #include "biss/base/units.hpp"
+#include "biss/base/wrapping_time.hpp"
 #include "biss/frame/frame.hpp"
 #include "biss/timing/device_timing.hpp"
 #include "biss/turns/turn_counter.hpp"
@@ -43,7 +44,9 @@ struct AxisPosition {
   std::optional<biss::FrameFault> fault{};
 
   /// The age of the position, for the observer: speed × age is the error if it is ignored.
-  constexpr biss::Picoseconds age(biss::Picoseconds now) const { return now - moment; }
+  constexpr biss::Picoseconds age(biss::Picoseconds now) const {
+    return biss::wrapping_elapsed(moment, now);
+  }
 };
 
 /// `Reader` is a biss::SpiReader, `max_bytes` the buffer's size: at least the reader's bytes().
@@ -51,6 +54,8 @@ template <SpiDma Spi, class Reader, std::size_t max_bytes>
 class EncoderAxis {
  public:
   /// All three must outlive the axis; the reader may be in flash.
+  /// Where the axis may have moved by half a turn or more since the last good frame, its turns are
+  /// unknown, and the cycle is a bad one. With no_step_limit this is so after any bad cycle.
   /// \pre reader.bytes() <= max_bytes, the format has one channel with a position
   constexpr EncoderAxis(Spi& spi, const Reader& reader, biss::Picoseconds ma_period,
                         const biss::DeviceTiming& timing, const PolicyLimits& limits)
@@ -58,13 +63,13 @@ class EncoderAxis {
         reader_(reader),
         // The position is that of the sampling time, which is measured from the first rising edge.
         to_sampling_(ma_period / 2 + timing.sampling_typical),
-        turns_(reader.codec().format().channel_list[0].position_bits(),
-               static_cast<std::uint64_t>(limits.max_step)),
+        turns_(turns_of(reader.codec().format().channel_list[0].position_bits(), limits.max_step)),
         policy_(limits) {}
 
   /// Requests a position. Call it once per period in the control timer's interrupt, after the use
   /// of latest(). A request before that was never answered counts as a bad cycle.
-  /// \param now the time of the first falling edge of MA
+  /// \param now the time of the first falling edge of MA; it may wrap around at the limits of its
+  ///   type
   constexpr void request(biss::Picoseconds now) {
     // A transfer that has not ended keeps the time of its own request.
     if (!spi_.start(std::span(buffer_).first(reader_.bytes()))) return bad(std::nullopt, now);
@@ -101,6 +106,11 @@ class EncoderAxis {
   constexpr const biss::TurnCounter& turns() const { return turns_; }
 
  private:
+  static constexpr biss::TurnCounter turns_of(unsigned position_bits, std::int64_t max_step) {
+    if (max_step == no_step_limit) return biss::TurnCounter(position_bits);
+    return {position_bits, static_cast<std::uint64_t>(max_step)};
+  }
+
   // `asked` is when the cycle was requested.
   constexpr void bad(std::optional<biss::FrameFault> fault, biss::Picoseconds asked) {
     take(policy_.bad(), fault, asked);
@@ -112,8 +122,9 @@ class EncoderAxis {
     latest_.fault = fault;
     const bool of_this_cycle =
         output.quality == Quality::measured || output.quality == Quality::extrapolated;
-    if (output.quality == Quality::measured) measured_at_ = asked + to_sampling_;
-    latest_.moment = of_this_cycle ? asked + to_sampling_ : measured_at_;
+    const biss::Picoseconds sampled = biss::wrapping_later(asked, to_sampling_);
+    if (output.quality == Quality::measured) measured_at_ = sampled;
+    latest_.moment = of_this_cycle ? sampled : measured_at_;
   }
 
   Spi& spi_;

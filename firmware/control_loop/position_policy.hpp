@@ -2,13 +2,15 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 namespace control_loop {
 
 /// The reaction to one bad cycle.
 enum class BadFrameRule : std::uint8_t {
   hold,         ///< keeps the last measured position
-  extrapolate,  ///< continues at the last measured speed; holds until a speed is known
+  extrapolate,  ///< continues at the last measured speed; holds until a speed is known, and where
+                ///< the position would leave the range of PositionPolicy
   trip,         ///< trips at the first bad cycle
 };
 
@@ -20,6 +22,9 @@ enum class Quality : std::uint8_t {
   extrapolated,  ///< the last measured one moved on at the last measured speed
   tripped,       ///< too many bad cycles: stop the drive. The position is the last measured one
 };
+
+/// For PolicyLimits::max_step: any step is good.
+inline constexpr std::int64_t no_step_limit = std::numeric_limits<std::int64_t>::max();
 
 struct PolicyLimits {
   BadFrameRule rule = BadFrameRule::extrapolate;
@@ -52,8 +57,7 @@ class PositionPolicy {
     const std::int64_t cycles = std::int64_t{out_.bad_in_a_row} + 1;
     if (measured_before_) {
       const std::int64_t moved = position - last_;
-      const std::int64_t farthest = limits_.max_step * cycles;
-      if (moved > farthest || moved < -farthest) return bad();
+      if (is_too_far(moved, cycles)) return bad();
       step_ = moved / cycles;
       step_known_ = true;
     }
@@ -72,7 +76,7 @@ class PositionPolicy {
     if (enough) return trip();
     out_.position = last_;
     out_.quality = measured_before_ ? Quality::held : Quality::none;
-    if (limits_.rule == BadFrameRule::extrapolate && step_known_) {
+    if (limits_.rule == BadFrameRule::extrapolate && can_extrapolate()) {
       out_.position += step_ * out_.bad_in_a_row;
       out_.quality = Quality::extrapolated;
     }
@@ -92,6 +96,19 @@ class PositionPolicy {
   constexpr const PolicyOutput& output() const { return out_; }
 
  private:
+  static constexpr std::int64_t farthest = (std::int64_t{1} << 62U) - 1;
+
+  static constexpr std::int64_t magnitude(std::int64_t value) { return value < 0 ? -value : value; }
+
+  // Divisions, because products of 64-bit numbers do not fit.
+  constexpr bool is_too_far(std::int64_t moved, std::int64_t cycles) const {
+    return moved != 0 && (magnitude(moved) - 1) / cycles >= limits_.max_step;
+  }
+  constexpr bool can_extrapolate() const {
+    const std::int64_t room = step_ < 0 ? farthest + last_ : farthest - last_;
+    return step_known_ && magnitude(step_) <= room / out_.bad_in_a_row;
+  }
+
   PolicyLimits limits_;
   PolicyOutput out_{};
   std::int64_t last_ = 0;

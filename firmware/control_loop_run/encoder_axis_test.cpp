@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
+#include "biss/base/wrapping_time.hpp"
 #include "biss/catalogue/catalogue.hpp"
 #include "biss/frame/encode.hpp"
 #include "biss/master/spi_read.hpp"
@@ -25,14 +27,14 @@ struct Spi {
   std::span<std::uint8_t> receive{};
   bool busy = false;
 
-  bool start(std::span<std::uint8_t> into) {
+  constexpr bool start(std::span<std::uint8_t> into) {
     if (busy) return false;
     busy = true;
     receive = into;
     return true;
   }
   // A good frame with this position.
-  void answer(std::uint64_t position) {
+  constexpr void answer(std::uint64_t position) {
     busy = false;
     biss::BasicFrame<1> frame;
     frame.channel_count = 1;
@@ -48,11 +50,12 @@ struct Spi {
 };
 
 struct Axis {
-  Spi spi;
+  PolicyLimits chosen = limits;
+  Spi spi{};
   EncoderAxis<Spi, biss::SpiReader<biss::FrameCodec<biss::CrcFast, 1>>, reader.bytes()> axis{
-      spi, reader, ma_period, encoder.timing, limits};
+      spi, reader, ma_period, encoder.timing, chosen};
 
-  void good(biss::Picoseconds now, std::uint64_t position) {
+  constexpr void good(biss::Picoseconds now, std::uint64_t position) {
     axis.request(now);
     spi.answer(position);
     axis.transfer_complete();
@@ -93,6 +96,34 @@ BISS_TEST(EncoderAxis, TransferThatFails_IsOneBadCycle) {
   a.good(biss::microseconds(300), 1100);
   BISS_EXPECT(a.axis.latest().output.quality == Quality::measured);
   BISS_EXPECT_EQ(a.axis.latest().output.position, 1100);
+}
+
+BISS_TEST(EncoderAxis, StepBelowHalfATurnWithoutALimit_IsMeasured) {
+  Axis a{{.rule = BadFrameRule::hold, .trip_after = 3, .max_step = no_step_limit}};
+  a.good(biss::microseconds(100), 1000);
+  a.good(biss::microseconds(200), 1000 + (1U << 25U) - 1U);
+  BISS_EXPECT(a.axis.latest().output.quality == Quality::measured);
+  a.good(biss::microseconds(300), 999);
+  BISS_EXPECT(a.axis.latest().output.quality == Quality::held);
+}
+
+// The age of a position one period after its request; the clock wraps around in between.
+constexpr biss::Picoseconds age_across_the_wrap(biss::Picoseconds before) {
+  constexpr biss::Picoseconds period = biss::microseconds(100);
+  const biss::Picoseconds end_of_time{std::numeric_limits<std::int64_t>::max()};
+  const biss::Picoseconds now = end_of_time - before;
+  Axis a;
+  a.good(now, 1000);
+  return a.axis.latest().age(biss::wrapping_later(now, period));
+}
+static_assert(age_across_the_wrap(biss::microseconds(1)) == biss::microseconds(100) - to_sampling);
+static_assert(age_across_the_wrap(biss::microseconds(50)) == biss::microseconds(100) - to_sampling);
+
+BISS_TEST(EncoderAxis, ClockThatWrapsAround_ChangesNoAge) {
+  for (std::int64_t before = 0; before < 100; ++before) {
+    BISS_EXPECT_EQ(age_across_the_wrap(biss::microseconds(before)).count,
+                   (biss::microseconds(100) - to_sampling).count);
+  }
 }
 
 }  // namespace encoder_axis_test

@@ -85,6 +85,59 @@ BISS_TEST(PositionPolicy, StepBeyondTheLimit_IsABadCycleEitherWay) {
   BISS_EXPECT_EQ(policy.good(400).position, 400);
 }
 
+// The largest steps, up to the ends of the range.
+constexpr std::int64_t range_end = (std::int64_t{1} << 62U) - 1;
+constexpr PolicyOutput far_and_back(std::int64_t max_step) {
+  PositionPolicy policy({.rule = BadFrameRule::extrapolate, .trip_after = 9, .max_step = max_step});
+  policy.good(-range_end);
+  policy.bad();
+  policy.bad();
+  policy.good(range_end);
+  return policy.good(-range_end);
+}
+static_assert(far_and_back(no_step_limit).quality == Quality::measured);
+static_assert(far_and_back(no_step_limit).position == -range_end);
+static_assert(far_and_back(no_step_limit / 2).quality != Quality::measured);
+
+BISS_TEST(PositionPolicy, AnyStepWithoutALimit_IsMeasured) {
+  BISS_EXPECT_EQ(far_and_back(no_step_limit).quality, Quality::measured);
+  PositionPolicy policy({.rule = BadFrameRule::hold, .trip_after = 9, .max_step = no_step_limit});
+  policy.good(1);
+  policy.bad();
+  BISS_EXPECT_EQ(policy.good(-1).quality, Quality::measured);
+}
+
+BISS_TEST(PositionPolicy, StepAfterAGap_MayBeTheLimitForEachCycle) {
+  for (const std::int64_t step : {200, 201, -200, -201}) {
+    PositionPolicy policy(limits_for(BadFrameRule::hold));
+    policy.good(0);
+    policy.bad();
+    const bool allowed = step == 200 || step == -200;
+    BISS_EXPECT_EQ(policy.good(step).quality, allowed ? Quality::measured : Quality::held) << step;
+  }
+}
+
+// The result of this many bad cycles after two good frames.
+constexpr PolicyOutput extrapolated_far(std::int64_t from, std::int64_t step, int bad_cycles) {
+  PositionPolicy policy(
+      {.rule = BadFrameRule::extrapolate, .trip_after = 9, .max_step = no_step_limit});
+  policy.good(from);
+  policy.good(from + step);
+  for (int i = 1; i < bad_cycles; ++i) policy.bad();
+  return policy.bad();
+}
+constexpr std::int64_t far_step = std::int64_t{1} << 60U;
+static_assert(extrapolated_far(0, far_step, 2).position == 3 * far_step);
+static_assert(extrapolated_far(0, far_step, 3).quality == Quality::held);
+static_assert(extrapolated_far(0, far_step, 8).position == far_step);
+static_assert(extrapolated_far(0, -far_step, 8).position == -far_step);
+
+BISS_TEST(PositionPolicy, ExtrapolationBeyondTheRange_IsHeld) {
+  BISS_EXPECT_EQ(extrapolated_far(-range_end, range_end, 1).quality, Quality::extrapolated);
+  BISS_EXPECT_EQ(extrapolated_far(-range_end, range_end, 2).quality, Quality::held);
+  BISS_EXPECT_EQ(extrapolated_far(0, -far_step, 3).quality, Quality::held);
+}
+
 }  // namespace position_policy_test
 
 }  // namespace control_loop

@@ -60,6 +60,7 @@ class Processor {
   }
 
   constexpr biss::SafetyState state() const { return monitor_.state(); }
+  /// The cause of the fault that holds. \pre state() is latched or failed
   constexpr biss::SafetyVerdict cause() const { return monitor_.latched_cause(); }
   constexpr bool acknowledge(biss::SafetyVerdict cause) { return monitor_.acknowledge(cause); }
 

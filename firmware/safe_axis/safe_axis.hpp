@@ -58,11 +58,15 @@ class SafeAxis {
     return latest_.position;
   }
 
-  /// The verdict on the position; while a fault holds, that fault.
+  /// The verdict on the position; while a fault holds, that fault. `starting` once it was
+  /// acknowledged, or power_up() has passed, until the next answer.
   constexpr biss::SafetyVerdict cause() const {
-    const bool holds = latest_.verdict == biss::SafetyVerdict::latched ||
-                       latest_.verdict == biss::SafetyVerdict::failed;
-    return holds ? monitor_.latched_cause() : latest_.verdict;
+    const biss::SafetyState state = monitor_.state();
+    const bool holds = state == biss::SafetyState::latched || state == biss::SafetyState::failed;
+    if (holds) return monitor_.latched_cause();
+    const bool starts_again =
+        state == biss::SafetyState::starting && latest_.state != biss::SafetyState::starting;
+    return starts_again ? biss::SafetyVerdict::starting : latest_.verdict;
   }
 
   /// Acknowledges the fault with this cause. Call it after its cause was removed. A fault of this

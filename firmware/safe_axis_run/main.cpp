@@ -127,7 +127,9 @@ void cycles_of(Run& run) {
       expect(run, cycle, !position, "a position after a fault");
       expect(run, cycle, run.axis.cause() == causes[static_cast<std::size_t>(kind)], "the cause");
       run.spi.end();
-      run.axis.acknowledge(run.axis.cause());
+      expect(run, cycle, run.axis.acknowledge(run.axis.cause()), "the fault is not acknowledged");
+      expect(run, cycle, run.axis.cause() == SafetyVerdict::starting,
+             "the cause of an acknowledged fault");
     } else if (good_in_a_row < type.setup.start_frames) {
       expect(run, cycle, !position, "a position while starting");
     } else {
@@ -154,6 +156,7 @@ int firmware_main() {
   using namespace safe_axis_run;
   untested(run);
   expect(run, 0, run.axis.power_up(), "the self test fails");
+  expect(run, 0, run.axis.cause() == SafetyVerdict::starting, "a cause after the self test");
   cycles_of(run);
   firmware::write("cycles ");
   firmware::write_decimal(cycles);

@@ -9,6 +9,7 @@
 #include "biss/base/bits.hpp"
 #include "biss/base/result.hpp"
 #include "biss/base/units.hpp"
+#include "biss/base/wrapping_time.hpp"
 #include "tests/core/test.hpp"
 
 namespace biss {
@@ -114,6 +115,20 @@ BISS_TEST(Units, ClocksToCover_RoundsUp) {
   BISS_EXPECT_EQ(clocks_to_cover(picoseconds(1), period), 1);
   BISS_EXPECT_EQ(clocks_to_cover(Picoseconds{}, period), 0);
   BISS_EXPECT_EQ(clocks_to_cover(nanoseconds(-1), period), 0);
+}
+
+BISS_TEST(WrappingTime, TimesOnBothSidesOfTheWrap_AreAsFarApartAsOnTheClock) {
+  constexpr Picoseconds last{std::numeric_limits<std::int64_t>::max()};
+  constexpr Picoseconds first{std::numeric_limits<std::int64_t>::min()};
+  static_assert(wrapping_later(last, picoseconds(1)) == first);
+  static_assert(wrapping_later(first, picoseconds(-1)) == last);
+  static_assert(wrapping_elapsed(last, first) == picoseconds(1));
+  static_assert(wrapping_elapsed(first, last) == picoseconds(-1));
+  for (const Picoseconds from : {first, picoseconds(-5), Picoseconds{}, last}) {
+    for (const Picoseconds by : {-milliseconds(1), Picoseconds{}, milliseconds(1), last}) {
+      BISS_EXPECT_EQ(wrapping_elapsed(from, wrapping_later(from, by)).count, by.count);
+    }
+  }
 }
 
 BISS_TEST(Result, Value_IsOkAndReads) {

@@ -1,6 +1,7 @@
 // Every cause, the effect of a retry, and the longest busy time of a slave.
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string_view>
 
@@ -280,6 +281,27 @@ BISS_TEST(ControlFailure, TheLongestWaitOfAnAccess_IsTold) {
     BISS_EXPECT_EQ(access.session.outcome().bytes_done, first_is_longer ? 0 : 1);
     BISS_EXPECT_EQ(access.session.outcome().longest_busy.count,
                    first_is_longer ? 0 : microseconds(500).count);
+  }
+}
+
+// The longest busy time of a read whose slave is busy for five frames; the clock wraps around so
+// many frames after the first one. 0 where the read failed.
+constexpr Picoseconds busy_across_the_wrap(std::int64_t frames_before) {
+  ControlSession session;
+  std::array<std::uint8_t, 1> byte{};
+  session.read(0, 0x42, byte);
+  Frames frames(session);
+  const Picoseconds end_of_time{std::numeric_limits<std::int64_t>::max()};
+  frames.now = end_of_time - frames.cycle * frames_before;
+  frames.run("1000000000000000 10 00000 1 01100010 0100 0");
+  return session.outcome().error || byte[0] != 0x62 ? Picoseconds{}
+                                                    : session.outcome().longest_busy;
+}
+static_assert(busy_across_the_wrap(14 + 18 + 3) == microseconds(5 * 250));
+
+BISS_TEST(ControlFailure, BusySlaveWhileTheClockWrapsAround_IsWaitedFor) {
+  for (std::int64_t before = 0; before < 60; ++before) {
+    BISS_EXPECT_EQ(busy_across_the_wrap(before).count, microseconds(5 * 250).count) << before;
   }
 }
 

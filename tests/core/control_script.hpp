@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <string_view>
 
+#include "biss/base/wrapping_time.hpp"
 #include "biss/control/session.hpp"
 
 namespace biss::test {
@@ -66,7 +67,7 @@ class Frames {
   /// One frame, with the CDS of the script.
   constexpr bool step() { return step(next_cds()); }
   constexpr bool step(CdsBit cds) {
-    now += cycle;
+    now = wrapping_later(now, cycle);
     const bool bit = session_.step(now, cds);
     if (bit && !started_) {
       started_ = true;

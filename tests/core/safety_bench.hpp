@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "biss/base/bit_buffer.hpp"
+#include "biss/base/wrapping_time.hpp"
 #include "biss/frame/encode.hpp"
 #include "biss/safety/configurations.hpp"
 #include "biss/safety/monitor.hpp"
@@ -127,7 +128,7 @@ class SafetyBench {
 
  private:
   // The clock may wrap around.
-  void wait() { now = safety_detail::later(now, cycle); }
+  void wait() { now = wrapping_later(now, cycle); }
 
   RunPlan plan_;
 

@@ -3,6 +3,7 @@
 #include <array>
 #include <limits>
 
+#include "biss/base/wrapping_time.hpp"
 #include "biss/safety/monitor.hpp"
 #include "tests/core/safety_bench.hpp"
 #include "tests/core/test.hpp"
@@ -19,7 +20,7 @@ constexpr Picoseconds begin_of_time{std::numeric_limits<std::int64_t>::min()};
 // A bench with this time at its first frame.
 SafetyBench bench_at(Picoseconds first, const auto& change) {
   SafetyBench bench(change);
-  bench.now = safety_detail::later(first, -SafetyBench::cycle);
+  bench.now = wrapping_later(first, -SafetyBench::cycle);
   return bench;
 }
 SafetyBench bench_at(Picoseconds first) {
@@ -53,11 +54,11 @@ BISS_TEST(SafetyTime, ClockThatGoesBackwards_IsTheWatchdogsInAFrameAndInATick) {
     SafetyBench bench;
     bench.until_safe();
     const Picoseconds last = bench.now;
-    bench.now = safety_detail::later(safety_detail::later(last, -SafetyBench::cycle), -back);
+    bench.now = wrapping_later(wrapping_later(last, -SafetyBench::cycle), -back);
     BISS_EXPECT_EQ(bench.good().verdict, watchdog);
     SafetyBench watched;
     watched.until_safe();
-    const SafetyJudgement judged = watched.watch(safety_detail::later(watched.now, -back));
+    const SafetyJudgement judged = watched.watch(wrapping_later(watched.now, -back));
     BISS_EXPECT_EQ(judged.verdict, watchdog);
     BISS_EXPECT_EQ(judged.state, SafetyState::latched);
   }
@@ -132,7 +133,7 @@ BISS_TEST(SafetyTime, Budget_IsNotSpentByFaultsOfTheClocksLastRound) {
     }
     bench.good(20);
     // As if these good frames had lasted for half a round of the clock.
-    bench.now = safety_detail::later(bench.now, end_of_time - SafetyBench::cycle * 2);
+    bench.now = wrapping_later(bench.now, end_of_time - SafetyBench::cycle * 2);
     BISS_EXPECT_EQ(bench.good().verdict, watchdog);
     bench.until_safe();
     for (unsigned i = 0; i < faults; ++i) {
