@@ -15,6 +15,8 @@ constexpr std::size_t most_candidates = 5;
 // The motion of an axis is not random, so that its frames agree with a wrong checksum more often
 // than chance says. These bits of the evidence are therefore not counted.
 constexpr double reserve_bits = 10;
+// More ones of CDS than in this share of the frames are no damage.
+constexpr double most_damage = 0.1;
 // Where the meaning of the bits is doubtful, however sure the checksum is.
 constexpr double doubtful_confidence = 0.8;
 
@@ -55,6 +57,19 @@ double strays(const Layout& layout, std::size_t frames) {
     pass = std::min(pass, std::pow(2.0, -static_cast<double>(channel.crc.width_bits)));
   }
   return static_cast<double>(frames) * (1 - layout.right_share) * pass;
+}
+
+// The encoder answers on CDS. It does so only where the master asks, and then with two ones or more;
+// other ones are damage, as long as they are rare.
+bool answers_on_cds(const std::vector<const Sample*>& samples) {
+  std::size_t ones = 0;
+  std::size_t answers = 0;
+  for (const Sample* sample : samples) {
+    ones += sample->cds ? 1U : 0U;
+    answers += sample->cds && sample->asked ? 1U : 0U;
+  }
+  return answers >= 2 ||
+         static_cast<double>(ones) > most_damage * static_cast<double>(samples.size());
 }
 
 // ---- The catalogue
@@ -179,9 +194,7 @@ FormatCandidate candidate_of(std::span<const Sample> samples, const Layout& layo
     candidate.format.channel_list[candidate.format.channel_count++] =
         candidate.fields.back().channel;
   }
-  const bool cds =
-      std::any_of(samples.begin(), samples.end(), [](const Sample& each) { return each.cds; });
-  compare_with_catalogue(candidate, words, cds);
+  compare_with_catalogue(candidate, words, answers_on_cds(right));
   return candidate;
 }
 
