@@ -66,6 +66,18 @@ TEST_F(Identify, FormatGiven_IsWrongUsage) {
   EXPECT_EQ(outcome.status, 2);
   EXPECT_THAT(outcome.err, HasSubstr("leave it out"));
   EXPECT_EQ(run({"identify", capture, "-f", "none"}).status, 0);
+  EXPECT_THAT(run({"identify", "--help"}).out, HasSubstr("refused here"));
+}
+
+TEST_F(Identify, ExampleOfTheDocument_ShowsTheRowOfTheCommand) {
+  const std::string document = content_of(BISS_SOURCE_FOLDER "/docs/identify.md");
+  ASSERT_NE(document.find("$ biss simulate -f resolute-26 --cycles 200 -o capture.vcd\n"),
+            std::string::npos);
+  const std::string capture = simulated("capture.vcd", {"-f", "resolute-26", "--cycles", "200"});
+  const std::string table = run({"identify", capture}).out;
+  const std::size_t row = table.rfind("capture.vcd");
+  ASSERT_NE(row, std::string::npos);
+  EXPECT_NE(document.find("\n" + table.substr(row)), std::string::npos) << table;
 }
 
 TEST_F(Identify, DamagedCycles_DoNotSpoilIt) {
