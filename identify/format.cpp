@@ -241,6 +241,12 @@ bool checksums_right(const FrameCodec<>& codec, const Sample& sample) {
   return true;
 }
 
+// Where the frame of this format ends, STOP is 0, as far as the sample goes.
+bool stops(const FrameFormat& format, const Sample& sample) {
+  const std::size_t end = format.payload_bits();
+  return sample.bits.size_bits() <= end || !sample.bits.view()[end];
+}
+
 }  // namespace
 
 bool FormatCandidate::has(Doubt doubt) const {
@@ -261,7 +267,8 @@ bool same_verdicts(const FrameFormat& a, const FrameFormat& b, std::span<const S
   std::size_t right = 0;
   for (const Sample& sample : samples) {
     const bool in_a = checksums_right(codec_a, sample);
-    if (in_a != checksums_right(codec_b, sample)) return false;
+    const bool in_b = checksums_right(codec_b, sample);
+    if ((in_a && stops(a, sample)) != (in_b && stops(b, sample))) return false;
     right += in_a ? 1U : 0U;
   }
   return right != 0;
