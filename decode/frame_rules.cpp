@@ -112,10 +112,7 @@ void FrameRules::judge_frame(std::uint64_t number, const Cycle& cycle) {
   has_truncated_ = has_truncated_ || status == CycleStatus::truncated;
   has_start_ = has_start_ || has_times(status) || status == CycleStatus::truncated;
   if (is_no_evidence(status) || status == CycleStatus::not_ready) return;
-  if (status == CycleStatus::response_range) {
-    return tallies_.count_sampled(Rule::line_delay, false, cycle.period.value_or(Picoseconds{}),
-                                  number, "SLO falls too early or too late");
-  }
+  if (status == CycleStatus::response_range) return judge_response(number, cycle);
   const Picoseconds asked = std::int64_t{cycle.rising_edges} * cycle.period.value_or(Picoseconds{});
   const bool long_enough = (usual_edges_ != 0 && cycle.rising_edges >= usual_edges_) ||
                            asked > biss_busy_max + biss_line_delay_max;
@@ -134,6 +131,16 @@ void FrameRules::judge_frame(std::uint64_t number, const Cycle& cycle) {
   if (good && was_checked(cycle)) {
     tallies_.count_sampled(Rule::frame_crc, status != CycleStatus::crc, *cycle.period, number);
   }
+}
+
+// SLO fell before the second rising edge of MA, or so late that the time was not measured.
+void FrameRules::judge_response(std::uint64_t number, const Cycle& cycle) {
+  const Picoseconds period = cycle.period.value_or(Picoseconds{});
+  if (cycle.early && tallies_.shows_bits(period)) {
+    return tallies_.at_least(Rule::line_delay, -*cycle.early, {}, {}, number);
+  }
+  tallies_.count_sampled(Rule::line_delay, false, period, number,
+                         cycle.early ? "SLO falls too early" : "SLO falls too late");
 }
 
 void FrameRules::count_start(std::uint64_t number, CycleStatus status, Picoseconds period) {

@@ -42,6 +42,7 @@ class FrameRules {
   void judge_idle(std::uint64_t number, const Cycle& cycle);
   void judge_ready(std::uint64_t number, const Cycle& cycle, bool early);
   void judge_frame(std::uint64_t number, const Cycle& cycle);
+  void judge_response(std::uint64_t number, const Cycle& cycle);
   void count_start(std::uint64_t number, CycleStatus status, Picoseconds period);
   void judge_bits(std::uint64_t number, const Cycle& cycle);
   void judge_times(std::uint64_t number, const Cycle& cycle);

@@ -28,13 +28,15 @@ void Tallies::count(Rule rule, bool good, std::uint64_t cycle, std::string_view 
   Tally& of = tally(rule);
   ++of.cases;
   if (good || of.faults++ != 0) return;
+  // Of a fault without a value no other case shows the numbers.
+  of.measured.reset();
   of.cycle = cycle;
   of.note = note;
 }
 
 void Tallies::count_sampled(Rule rule, bool good, Picoseconds period, std::uint64_t cycle,
                             std::string_view note) {
-  if (good || 4 * resolution_ <= period) return count(rule, good, cycle, note);
+  if (good || shows_bits(period)) return count(rule, good, cycle, note);
   too_coarse(rule, period / 4);
   tally(rule).uncertain = true;
 }
@@ -69,11 +71,14 @@ void Tallies::at_least(Rule rule, Picoseconds value, Picoseconds limit, Picoseco
 void Tallies::measure(Rule rule, const Measured& value, std::int64_t doubt, std::uint64_t cycle) {
   Tally& of = tally(rule);
   ++of.cases;
-  if (value.margin < -doubt) ++of.faults;
-  if (of.measured && of.measured->margin + of.doubt <= value.margin + doubt) return;
+  const bool fault_before = of.faults != 0;
+  const bool fault = value.margin < -doubt;
+  if (fault) ++of.faults;
+  if (fault_before && !fault) return;
+  if (of.measured && fault == fault_before && of.measured->margin <= value.margin) return;
   of.measured = value;
-  of.doubt = doubt;
   of.cycle = cycle;
+  of.note.clear();
 }
 
 void Tallies::too_coarse(Rule rule, Picoseconds needed) {

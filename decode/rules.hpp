@@ -95,7 +95,8 @@ struct RuleResult {
   Verdict verdict = Verdict::not_judged;
   std::uint64_t cases = 0;
   std::uint64_t faults = 0;
-  /// The value with the least margin. Only where a value is measured and one was seen.
+  /// The value with the least margin; where the rule fails, among the values that are faults. Only
+  /// where a value is measured and one was seen.
   std::optional<Measured> measured;
   /// Cycle of that value, or of the first fault.
   std::optional<std::uint64_t> cycle;
@@ -135,6 +136,8 @@ class Tallies {
   void make_advice(Rule rule) { tally(rule).advice = true; }
 
   Picoseconds resolution() const { return resolution_; }
+  /// The capture has at least four samples in such a period of MA: its bits are certain.
+  bool shows_bits(Picoseconds period) const { return 4 * resolution_ <= period; }
   RuleResult result(Rule rule) const;
 
  private:
@@ -142,7 +145,6 @@ class Tallies {
     std::uint64_t cases = 0;
     std::uint64_t faults = 0;
     std::optional<Measured> measured;
-    std::int64_t doubt = 0;
     std::optional<std::uint64_t> cycle;
     std::string note;
     std::string_view why;

@@ -10,6 +10,7 @@
 
 #include "biss/timing/renishaw.hpp"
 #include "decode/check.hpp"
+#include "decode/frame_rules.hpp"
 #include "decode/test_line.hpp"
 
 namespace biss::decode {
@@ -367,6 +368,70 @@ TEST(Rules, WrongBitsInACoarseCapture_AreNotJudged) {
     judge(check, line.edges(), setup);
     EXPECT_EQ(check.result(Rule::frame_crc).verdict, coarse ? Verdict::not_judged : Verdict::fail);
   }
+}
+
+TEST(Tallies, ValueBeyondTheLimitByLessThanItsDoubt_IsMarginalWhateverElseWasSeen) {
+  for (const bool first : {false, true}) {
+    Tallies tallies({});
+    const auto beyond = [&] { tallies.measure(Rule::ready, {100, 90, -10}, 20, 7); };
+    if (first) beyond();
+    tallies.measure(Rule::ready, {100, 105, 5}, 0, 3);
+    if (!first) beyond();
+    const RuleResult result = tallies.result(Rule::ready);
+    EXPECT_EQ(result.verdict, Verdict::marginal);
+    EXPECT_EQ(result.measured.value_or(Measured{}).worst, 90);
+    EXPECT_EQ(result.cycle, 7U);
+  }
+}
+
+TEST(Tallies, FaultAmongDoubtfulValues_IsTheOneReported) {
+  Tallies tallies({});
+  tallies.measure(Rule::ready, {100, 90, -10}, 20, 1);
+  tallies.measure(Rule::ready, {100, 95, -5}, 0, 2);
+  tallies.measure(Rule::ready, {100, 85, -15}, 20, 3);
+  const RuleResult result = tallies.result(Rule::ready);
+  EXPECT_EQ(result.verdict, Verdict::fail);
+  EXPECT_EQ(result.faults, 1U);
+  EXPECT_EQ(result.measured.value_or(Measured{}).margin, -5);
+  EXPECT_EQ(result.cycle, 2U);
+}
+
+// The line delays of a good cycle and of one in which SLO falls at a wrong time.
+RuleResult line_delay_beside(std::optional<Picoseconds> early) {
+  Tallies tallies({});
+  FrameRules rules({}, false, tallies);
+  Cycle cycle;
+  cycle.period = microseconds(1);
+  cycle.rising_edges = 40;
+  cycle.line_delay = nanoseconds(50);
+  rules.push(0, cycle);
+  cycle.status = CycleStatus::response_range;
+  cycle.line_delay.reset();
+  cycle.early = early;
+  rules.push(1, cycle);
+  cycle.status = CycleStatus::ok;
+  cycle.early.reset();
+  cycle.line_delay = nanoseconds(40);
+  rules.push(2, cycle);
+  return tallies.result(Rule::line_delay);
+}
+
+TEST(Rules, SloThatFallsTooEarly_FailsWithItsTime) {
+  const RuleResult result = line_delay_beside(nanoseconds(450));
+  EXPECT_EQ(result.verdict, Verdict::fail);
+  EXPECT_EQ(result.cycle, 1U);
+  const Measured measured = result.measured.value_or(Measured{});
+  EXPECT_EQ(measured.limit, 0);
+  EXPECT_EQ(measured.worst, -450'000);
+  EXPECT_EQ(measured.margin, -450'000);
+}
+
+TEST(Rules, SloThatFallsAtATimeThatIsNotKnown_FailsWithoutTheTimeOfAnotherCycle) {
+  const RuleResult result = line_delay_beside({});
+  EXPECT_EQ(result.verdict, Verdict::fail);
+  EXPECT_EQ(result.cycle, 1U);
+  EXPECT_FALSE(result.measured);
+  EXPECT_EQ(result.note, "SLO falls too late");
 }
 
 TEST(RequestGaps, MultipleOfARegularInterval_IsCounted) {

@@ -50,6 +50,9 @@ constexpr std::array<CauseText, cause_count> texts{{
      "record with at least 4 samples in a period of MA, better 10; give --resolution if the file "
      "does not have the sample period"},
     {"not_biss", "check which interface the device has; SSI, for example, has no ACK and no START"},
+    {"frames_lost_or_repeated",
+     "look for what stores frames between the encoder and this line, such as a converter or a "
+     "repeater; compare the sign of life in -f with the encoder's data sheet"},
 }};
 
 }  // namespace

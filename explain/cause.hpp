@@ -27,9 +27,10 @@ enum class Cause : std::uint8_t {
   encoder_error,
   sampling_too_slow,
   not_biss,
+  frames_lost_or_repeated,
 };
 
-inline constexpr std::size_t cause_count = 17;
+inline constexpr std::size_t cause_count = 18;
 
 /// The name that users see, the same as the enumerator's.
 std::string_view name_of(Cause cause);

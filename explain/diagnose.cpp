@@ -45,13 +45,18 @@ const std::vector<CauseShares>& cause_shares() {
         {S::cut_short, .5},
         {S::other_ack, .5},
         {S::cds_high, .7},
+        {S::stop_high, .6},
         {S::tail_low, .3},
         {S::tail_high, .2},
         {S::cut_in_ack, .05},
         {S::error_flag, .02}}},
       {C::slo_inverted, {{S::inverted, .7}, {S::busy, .15}, {S::stuck, .3}}},
       {C::ma_inverted,
-       {{S::half_early, .9}, {S::flipped, .1}, {S::slipped, .1}, {S::delay_changed, .01}}},
+       {{S::half_early, .9},
+        {S::stop_high, .5},
+        {S::flipped, .1},
+        {S::slipped, .1},
+        {S::delay_changed, .01}}},
       {C::clock_too_fast_for_cable,
        {{S::smeared, .6},
         {S::delay_changed, .5},
@@ -73,7 +78,8 @@ const std::vector<CauseShares>& cause_shares() {
         {S::cut_in_ack, .03},
         {S::cut_short, .03},
         {S::early, .02},
-        {S::cds_high, .02}}},
+        {S::cds_high, .02},
+        {S::stop_high, .02}}},
       {C::noise_on_ma,
        {{S::ma_pulse, .95},
         {S::ma_uneven, .3},
@@ -81,11 +87,13 @@ const std::vector<CauseShares>& cause_shares() {
         {S::flipped, .3},
         {S::cut_short, .02},
         {S::other_ack, .04},
+        {S::life_jump, .05},
         {S::slo_pulse, .15}}},
       {C::supply_or_intermittent,
        {{S::silent, .6},
         {S::late_answer, .5},
         {S::tail_high, .6},
+        {S::stop_high, .05},
         {S::flipped, .05},
         {S::other_ack, .05},
         {S::cut_short, .05},
@@ -133,6 +141,7 @@ const std::vector<CauseShares>& cause_shares() {
         {S::inverted, .05},
         {S::smeared, .1},
         {S::other_ack, .1}}},
+      {C::frames_lost_or_repeated, {{S::life_jump, .95}}},
   };
   return all;
 }
@@ -169,8 +178,8 @@ class Diagnosis {
   std::uint64_t refused() const {
     using S = Symptom;
     std::uint64_t sum = 0;
-    for (const S s : {S::flipped, S::slipped, S::cut_short, S::other_ack, S::cds_high, S::tail_low,
-                      S::tail_high}) {
+    for (const S s : {S::flipped, S::slipped, S::cut_short, S::other_ack, S::cds_high, S::stop_high,
+                      S::tail_low, S::tail_high}) {
       sum += evidence_.count(s);
     }
     return sum;
@@ -202,6 +211,12 @@ class Diagnosis {
       return 0.5;
     }
     if (evidence_.count(Symptom::cds_high) * 2 > refused()) return 8;
+    if (const std::uint64_t stops = evidence_.count(Symptom::stop_high); stops * 2 > refused()) {
+      // Where another channel follows, STOP is its first bit: 1 in many frames, whatever the bit
+      // before is.
+      const bool many = 10.0 * static_cast<double>(stops) > judged;
+      return many && !evidence_.stop_repeats() ? 8 : 0.02;
+    }
     if (evidence_.count(Symptom::other_ack) * 2 > refused()) return 4;
     return nearly_all ? 8 : 0.02;
   }
@@ -256,6 +271,11 @@ class Diagnosis {
     if (const auto& rest = evidence_.rest_of_bad; rest.count() != 0) {
       const bool hurried = rest.median() < timeout().count;
       at(gates_, Cause::requested_too_soon) = hurried ? 3 : 0.5;
+    }
+    // Of an encoder that sees MA inverted, SLO is early, or it misses the last clock.
+    if (evidence_.count(Symptom::stop_high) != 0 && evidence_.count(Symptom::half_early) == 0 &&
+        !evidence_.stop_repeats()) {
+      at(gates_, Cause::ma_inverted) = 0.02;
     }
     at(gates_, Cause::noise_on_ma) = evidence_.pulses_on_ma == 0 ? 0.9 : 1;
     // Bits that are wrong beside pulses on MA come from these.

@@ -37,6 +37,19 @@ bool lies_on(Picoseconds gap, Picoseconds step) {
   return grid_tolerance * std::max(off, -off) <= step.count;
 }
 
+void add(Sightings& seen, const CycleEdges& edges) {
+  if (seen.count++ == 0) {
+    seen.first_cycle = edges.number;
+    seen.first_time = edges.cycle.time;
+  }
+  seen.last_cycle = edges.number;
+}
+
+bool warns(const Frame& frame) {
+  const auto channels = frame.channels();
+  return std::any_of(channels.begin(), channels.end(), [](const auto& each) { return !each.nW; });
+}
+
 // Which usual checksums a frame from START to STOP has: bit k of the result is that of number k.
 unsigned usual_checksums(BitView raw) {
   constexpr std::array<std::uint8_t, 4> widths{5, 6, 8, 16};
@@ -148,12 +161,8 @@ void Observer::take(const CycleEdges& edges) {
 }
 
 void Observer::note(Symptom symptom, const CycleEdges& edges) {
-  Sightings& seen = evidence_.symptoms[static_cast<std::size_t>(symptom)];
-  if (seen.count++ == 0) {
-    seen.first_cycle = edges.number;
-    seen.first_time = edges.cycle.time;
-  }
-  seen.last_cycle = edges.number;
+  add(evidence_.symptoms[static_cast<std::size_t>(symptom)], edges);
+  if (edges.cycle.frame && warns(*edges.cycle.frame)) add(evidence_.warnings, edges);
   const LineMarks& marks = symptoms_.marks();
   evidence_.pulses_on_ma += marks.ma_pulses;
   evidence_.pulses_on_slo += marks.slo_pulses;
@@ -180,6 +189,9 @@ void Observer::note_frame(const Cycle& cycle) {
     const bool last = raw[raw.size_bits() - 2];
     last_crc_bit_changes_ = last_crc_bit_changes_ || (last_crc_bit_ && *last_crc_bit_ != last);
     last_crc_bit_ = last;
+  }
+  if (cycle.status == CycleStatus::stop_bit && raw[raw.size_bits() - 2]) {
+    ++evidence_.stops_like_last_bit;
   }
   if (cycle.status != CycleStatus::crc || raw.size_bits() < 4) return;
   if (raw.size_bits() < evidence_.payload_bits + 3U) return;

@@ -50,6 +50,8 @@ struct Evidence {
   std::uint64_t cycles = 0;
   std::uint64_t good = 0;
   std::array<Sightings, symptom_count> symptoms{};
+  /// Good frames with nW = 0.
+  Sightings warnings;
   /// Cycles by status.
   std::array<std::uint64_t, decode::cycle_status_count> statuses{};
 
@@ -65,6 +67,8 @@ struct Evidence {
   std::uint64_t failed_checks = 0;
   std::uint64_t last_bit_low = 0;
   std::uint64_t stop_high = 0;
+  /// Of frames with right checksums and STOP 1: those with the last CRC bit 1.
+  std::uint64_t stops_like_last_bit = 0;
   /// Of requests that end before the last bit of the format: their number, with the last bit 0, and
   /// whether the bit before it changes.
   std::uint64_t truncated = 0;
@@ -111,6 +115,11 @@ struct Evidence {
   std::uint64_t count(Symptom symptom) const { return seen(symptom).count; }
   std::uint64_t status(decode::CycleStatus status) const {
     return statuses[static_cast<std::size_t>(status)];
+  }
+  /// Where STOP is 1, it always repeats the bit before it: the encoder has missed the last clock.
+  bool stop_repeats() const {
+    const std::uint64_t high = status(decode::CycleStatus::stop_bit);
+    return high >= 8 && stops_like_last_bit == high;
   }
 };
 

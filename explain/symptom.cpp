@@ -89,19 +89,21 @@ std::string_view text_of(Symptom symptom) {
   constexpr std::array<std::string_view, symptom_count> symptom_texts{
       "good",
       "a good frame reports an error (nE = 0)",
+      "the sign of life of a good frame is not one more than before",
       "a pulse on MA",
       "an edge of MA is missing or too many",
       "a pulse on SLO",
       "SLO stays high",
       "SLO is low at the request and rises later",
       "SLO is low from the request to the next one",
-      "the answer is good when SLO is inverted",
+      "SLO rests low and goes high with ACK, as an inverted SLO does",
       "SLO changes half a period early, with the falling edges of MA",
       "SLO falls before the edge of ACK",
       "MA stops in ACK, or START comes too late for the clocks of the master",
       "MA stops before the last bit of the frame",
       "START is outside the encoder's bounds",
       "CDS is 1 where the format says 0",
+      "STOP is 1 after right checksums",
       "ACK comes clocks later than usual",
       "SLO stays high from a bit on to STOP",
       "SLO stays low from a bit on to STOP",
@@ -114,11 +116,22 @@ std::string_view text_of(Symptom symptom) {
 
 SymptomReader::SymptomReader(const std::optional<FrameFormat>& format, const DeviceTiming& timing,
                              const decode::MarginSetup& margin)
-    : format_(format), again_(format, timing, margin), resolution_(margin.resolution) {}
+    : format_(format),
+      again_(format, timing, margin),
+      resolution_(margin.resolution),
+      tallies_(margin.resolution),
+      sequence_(format, timing, 0, tallies_) {
+  if (!format) return;
+  const auto channels = format->channels();
+  has_sign_of_life_ = std::any_of(channels.begin(), channels.end(), [](const ChannelFormat& each) {
+    return each.life_counter.present();
+  });
+}
 
 Symptom SymptomReader::read(const CycleEdges& edges) {
   const Cycle& cycle = edges.cycle;
   marks_ = mark(edges);
+  life_jumps_ = life_jumps(edges);
   rest_before_.reset();
   if (last_edge_ && *last_edge_ <= cycle.time) {
     rest_before_ = decode::elapsed(*last_edge_, cycle.time);
@@ -265,6 +278,7 @@ Symptom SymptomReader::of_bits(const CycleEdges& edges) const {
   const BitView raw = cycle.raw.view();
   const auto off = delay_off(cycle);
   if (off && is_half(*off)) return Symptom::half_early;
+  if (cycle.status == CycleStatus::stop_bit) return Symptom::stop_high;
   if (tail_of(raw, true) >= high_tail_bits) return Symptom::tail_high;
   if (tail_of(raw, false) >= low_tail_bits &&
       tail_of(last_good_.view(), false) + 4 < tail_of(raw, false)) {
@@ -273,18 +287,28 @@ Symptom SymptomReader::of_bits(const CycleEdges& edges) const {
   if (marks_.smeared_changes > stray_changes) return Symptom::smeared;
   if (marks_.smeared_changes != 0) return Symptom::slipped;
   if (off && is_far(*off)) return is_whole(*off) ? Symptom::slipped : Symptom::smeared;
-  const bool right = cycle.crc_ok[0].value_or(false);
-  if (cycle.status == CycleStatus::ack_range && right) return Symptom::other_ack;
-  if (cycle.status == CycleStatus::cds && right) return Symptom::cds_high;
+  const bool wrong = std::any_of(cycle.crc_ok.begin(), cycle.crc_ok.end(),
+                                 [](const auto& right) { return right == false; });
+  if (cycle.status == CycleStatus::ack_range && !wrong) return Symptom::other_ack;
+  if (cycle.status == CycleStatus::cds && !wrong) return Symptom::cds_high;
   return slips(cycle) ? Symptom::slipped : Symptom::flipped;
 }
 
 Symptom SymptomReader::of_good(const Cycle& cycle) const {
   if (cycle.frame && !cycle.frame->trusted()) return Symptom::error_flag;
+  if (life_jumps_) return Symptom::life_jump;
   const auto off = delay_off(cycle);
   if (!off || !is_far(*off)) return Symptom::none;
   if (is_half(*off)) return Symptom::half_early;
   return is_whole(*off) ? Symptom::slipped : Symptom::delay_changed;
+}
+
+bool SymptomReader::life_jumps(const CycleEdges& edges) {
+  if (!has_sign_of_life_) return false;
+  const auto faults = [this] { return tallies_.result(decode::Rule::sign_of_life).faults; };
+  const std::uint64_t before = faults();
+  sequence_.push(edges.number, edges.cycle);
+  return faults() != before;
 }
 
 // Whether the frame is the last good one with a bit lost or doubled: much more like it than without.

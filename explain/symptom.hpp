@@ -11,12 +11,14 @@
 #include <vector>
 
 #include "decode/cycle_edges.hpp"
+#include "decode/sequence_rules.hpp"
 
 namespace biss::explain {
 
 enum class Symptom : std::uint8_t {
   none,           ///< a good cycle
   error_flag,     ///< a good frame with nE = 0
+  life_jump,      ///< a good frame whose sign of life is not one more than before
   ma_pulse,       ///< a pulse on MA, much shorter than its clocks
   ma_uneven,      ///< an edge of MA is missing or too many, without a pulse
   slo_pulse,      ///< a pulse on SLO, much shorter than a bit
@@ -30,6 +32,7 @@ enum class Symptom : std::uint8_t {
   cut_short,      ///< START came in time, and MA stopped before the last bit
   other_ack,      ///< START outside the bounds of the encoder, the frame otherwise good
   cds_high,       ///< CDS is 1 where the format says 0, the frame otherwise good
+  stop_high,      ///< STOP is 1, the frame otherwise good
   late_answer,    ///< ACK came clocks later than usual
   tail_high,      ///< SLO stayed high from a bit on to the end, STOP included
   tail_low,       ///< SLO stayed low from a bit on to the end
@@ -39,7 +42,7 @@ enum class Symptom : std::uint8_t {
   flipped,        ///< bits are wrong
 };
 
-inline constexpr std::size_t symptom_count = 22;
+inline constexpr std::size_t symptom_count = 24;
 
 /// A few words for the evidence: "… in N of M cycles".
 std::string_view text_of(Symptom symptom);
@@ -61,6 +64,9 @@ class SymptomReader {
  public:
   SymptomReader(const std::optional<FrameFormat>& format, const DeviceTiming& timing,
                 const decode::MarginSetup& margin);
+  // The rules refer to the tallies of this object.
+  SymptomReader(const SymptomReader&) = delete;
+  SymptomReader& operator=(const SymptomReader&) = delete;
 
   Symptom read(const decode::CycleEdges& edges);
 
@@ -81,6 +87,7 @@ class SymptomReader {
   Symptom of_good(const decode::Cycle& cycle) const;
   bool answers_inverted(const decode::CycleEdges& edges);
   bool slips(const decode::Cycle& cycle) const;
+  bool life_jumps(const decode::CycleEdges& edges);
   std::optional<std::int64_t> delay_off(const decode::Cycle& cycle) const;
   void learn(const decode::Cycle& cycle);
 
@@ -88,6 +95,11 @@ class SymptomReader {
   decode::CycleReader again_;
   Picoseconds resolution_{};
   LineMarks marks_;
+  // Judges the sign of life.
+  decode::Tallies tallies_;
+  decode::SequenceRules sequence_;
+  bool has_sign_of_life_ = false;
+  bool life_jumps_ = false;
   // Of good cycles.
   std::optional<Picoseconds> usual_delay_;
   std::uint16_t longest_ack_ = 0;

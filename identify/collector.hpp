@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "biss/control/control_frame.hpp"
 #include "decode/cycle.hpp"
 #include "identify/sample.hpp"
 
@@ -16,13 +17,15 @@ class SampleCollector {
  public:
   /// Takes each cycle, read without a format; keeps those in which START was found.
   void add(std::uint64_t number, const decode::Cycle& cycle) {
+    const bool asked = zeros_of_cdm_ < control_reset_zeros;
+    zeros_of_cdm_ = cycle.cdm == false ? zeros_of_cdm_ + 1 : 0;
     if (cycle.status != decode::CycleStatus::unchecked &&
         cycle.status != decode::CycleStatus::ack_range) {
       return;
     }
     const BitView raw = cycle.raw.view();
     if (raw.size_bits() < 3 || !is_wanted(number)) return;
-    Sample sample{.cycle = number, .time = cycle.time, .cds = raw[1], .bits = {}};
+    Sample sample{.cycle = number, .time = cycle.time, .cds = raw[1], .asked = asked, .bits = {}};
     sample.bits.append(raw.from(2));
     samples_.push_back(sample);
     if (samples_.size() == most_) thin_out();
@@ -50,6 +53,8 @@ class SampleCollector {
   }
 
   std::vector<Sample> samples_;
+  // In a row; the beginning of a capture may be in a control frame.
+  std::uint64_t zeros_of_cdm_ = 0;
   std::uint64_t stride_ = 1;
 };
 

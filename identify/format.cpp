@@ -15,6 +15,8 @@ constexpr std::size_t most_candidates = 5;
 // The motion of an axis is not random, so that its frames agree with a wrong checksum more often
 // than chance says. These bits of the evidence are therefore not counted.
 constexpr double reserve_bits = 10;
+// More ones of CDS than in this share of the frames are no damage.
+constexpr double most_damage = 0.1;
 // Where the meaning of the bits is doubtful, however sure the checksum is.
 constexpr double doubtful_confidence = 0.8;
 
@@ -55,6 +57,19 @@ double strays(const Layout& layout, std::size_t frames) {
     pass = std::min(pass, std::pow(2.0, -static_cast<double>(channel.crc.width_bits)));
   }
   return static_cast<double>(frames) * (1 - layout.right_share) * pass;
+}
+
+// The encoder answers on CDS. It does so only where the master asks, and then with two ones or more;
+// other ones are damage, as long as they are rare.
+bool answers_on_cds(const std::vector<const Sample*>& samples) {
+  std::size_t ones = 0;
+  std::size_t answers = 0;
+  for (const Sample* sample : samples) {
+    ones += sample->cds ? 1U : 0U;
+    answers += sample->cds && sample->asked ? 1U : 0U;
+  }
+  return answers >= 2 ||
+         static_cast<double>(ones) > most_damage * static_cast<double>(samples.size());
 }
 
 // ---- The catalogue
@@ -179,9 +194,7 @@ FormatCandidate candidate_of(std::span<const Sample> samples, const Layout& layo
     candidate.format.channel_list[candidate.format.channel_count++] =
         candidate.fields.back().channel;
   }
-  const bool cds =
-      std::any_of(samples.begin(), samples.end(), [](const Sample& each) { return each.cds; });
-  compare_with_catalogue(candidate, words, cds);
+  compare_with_catalogue(candidate, words, answers_on_cds(right));
   return candidate;
 }
 
@@ -228,6 +241,12 @@ bool checksums_right(const FrameCodec<>& codec, const Sample& sample) {
   return true;
 }
 
+// Where the frame of this format ends, STOP is 0, as far as the sample goes.
+bool stops(const FrameFormat& format, const Sample& sample) {
+  const std::size_t end = format.payload_bits();
+  return sample.bits.size_bits() <= end || !sample.bits.view()[end];
+}
+
 }  // namespace
 
 bool FormatCandidate::has(Doubt doubt) const {
@@ -248,7 +267,8 @@ bool same_verdicts(const FrameFormat& a, const FrameFormat& b, std::span<const S
   std::size_t right = 0;
   for (const Sample& sample : samples) {
     const bool in_a = checksums_right(codec_a, sample);
-    if (in_a != checksums_right(codec_b, sample)) return false;
+    const bool in_b = checksums_right(codec_b, sample);
+    if ((in_a && stops(a, sample)) != (in_b && stops(b, sample))) return false;
     right += in_a ? 1U : 0U;
   }
   return right != 0;

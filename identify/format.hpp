@@ -44,7 +44,8 @@ struct FormatFinding {
 /// From this confidence on a format is used.
 inline constexpr double sure_confidence = 0.9;
 
-/// The checksums of both formats have the same verdict on every frame, and are right in one.
+/// Both formats accept the same frames, by their checksums and STOP, and the checksums are right in
+/// one.
 bool same_verdicts(const FrameFormat& a, const FrameFormat& b, std::span<const Sample> samples);
 
 /// \param samples frames of one encoder in the order of their cycles

@@ -15,7 +15,10 @@ struct Sample {
   /// Number of its request cycle.
   std::uint64_t cycle = 0;
   Picoseconds time{};
+  /// As received; 1 is an answer only where `asked`.
   bool cds = false;
+  /// A control frame of the master may run, or its CDM was not seen.
+  bool asked = false;
   BitBuffer<max_payload_bits + 1> bits;
 };
 

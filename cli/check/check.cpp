@@ -115,8 +115,8 @@ std::uint64_t counts_per_turn(const FrameFormat& format) {
 }
 
 std::uint64_t counts_per_second(const Speed& speed, const std::optional<FrameFormat>& format) {
-  if (!speed.is_turns) return speed.value;
-  if (!format) return 0;
+  // Without a format the rule is not judged, whatever the limit is.
+  if (!speed.is_turns || !format) return speed.value;
   const double counts =
       static_cast<double>(speed.value) * static_cast<double>(counts_per_turn(*format)) / 60.0;
   return static_cast<std::uint64_t>(std::min(counts, 9e18));

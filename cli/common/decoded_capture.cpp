@@ -61,8 +61,9 @@ class CaptureRows final : public report::TableWriter {
 
 namespace {
 
-void add_decode_options(Verb verb, CaptureArguments& arguments) {
-  add_format_option(verb, arguments.device, false, "; none: check the structure alone");
+void add_decode_options(Verb verb, CaptureArguments& arguments,
+                        const std::string& about_format = "; none: check the structure alone") {
+  add_format_option(verb, arguments.device, false, about_format);
   add_timing_options(verb, arguments.device);
   verb.add_option("--ma", arguments.ma, "The line that is MA")
       .type_name("NAME|FILE:NAME")
@@ -80,13 +81,17 @@ void add_decode_options(Verb verb, CaptureArguments& arguments) {
 
 }  // namespace
 
-void add_capture_options(Verb verb, CaptureArguments& arguments) {
+void add_capture_options(Verb verb, CaptureArguments& arguments, bool finds_format) {
   verb.add_option("FILE", arguments.files,
                   "Captures (VCD, FST, GHW, event CSV, oscilloscope CSV, .sr, .dsl, Saleae CSV and "
                   "binary, raw samples; also compressed by gzip or zstd), read one after the "
                   "other; files with one line each are read as one capture; - is standard input")
       .file(FileUse::read);
-  add_decode_options(verb, arguments);
+  if (finds_format) {
+    add_decode_options(verb, arguments, "; refused here: this verb finds the format");
+  } else {
+    add_decode_options(verb, arguments);
+  }
   arguments.has_each = true;
   verb.add_flag("--each", arguments.each,
                 "Read every encoder of a capture: all pairs of MA and SLO, one after the other");

@@ -18,6 +18,8 @@ using decode::Rule;
 
 // A consequence counts half: what causes it comes first.
 constexpr double consequence = 0.5;
+// That the axis moves in another way is no fault: no effect of a fault is smaller.
+constexpr double other_motion = 0.01;
 // With more samples in a period of MA, a capture loses nothing.
 constexpr double enough_samples = 10;
 // A request that is this many clocks shorter has no frame.
@@ -87,6 +89,7 @@ class Comparison {
     compare_requests();
     compare_results();
     compare_rules();
+    compare_motion();
     std::stable_sort(found_.begin(), found_.end(),
                      [](const Difference& a, const Difference& b) { return a.effect > b.effect; });
     return std::move(found_);
@@ -316,7 +319,6 @@ class Comparison {
     };
     add_share("marginal", marginal(good_), marginal(bad_), consequence);
     compare_margin();
-    compare_motion();
   }
 
   void compare_margin() {
@@ -325,17 +327,19 @@ class Comparison {
                        static_cast<double>(bad_.margin.median()) / 10,
                        static_cast<double>(good_.margin.spread()) / 20 +
                            100 * resolution_ / std::min(period_->good, period_->bad)};
-    add("sampling_margin", "%", margin.good, margin.bad, consequence * margin.apart() / 50);
+    add("sampling_margin", "%", margin.good, margin.bad,
+        consequence * std::min(1.0, margin.apart() / 50));
   }
 
-  // The axis may move in another way: only powers of two count, and 2^16 in full.
+  // Up to twice or half as much is the same motion.
   void compare_motion() {
     const auto compare = [this](std::string property, std::string_view unit, std::int64_t good,
                                 std::int64_t bad) {
       const double doublings =
           std::abs(std::log2((static_cast<double>(bad) + 1) / (static_cast<double>(good) + 1)));
+      if (doublings <= 1) return;
       add(std::move(property), unit, static_cast<double>(good), static_cast<double>(bad),
-          consequence * std::max(0.0, doublings - 1) / 16);
+          other_motion);
     };
     if (good_.step.count() == 0 || bad_.step.count() == 0) return;
     compare("largest_step", "counts", good_.step.max(), bad_.step.max());

@@ -39,6 +39,19 @@ class Parts {
   std::string text_;
 };
 
+// What was seen, and in which cycles.
+void add_sightings(std::string_view what, const Sightings& where, const Evidence& evidence,
+                   Parts& parts) {
+  const std::string first = time_words(where.first_time.count);
+  if (where.first_cycle == where.last_cycle) {
+    parts.add("{} of {} cycles: {} (cycle {} at {})", where.count, evidence.cycles, what,
+              where.first_cycle, first);
+  } else {
+    parts.add("{} of {} cycles: {} (cycles {} to {}, first at {})", where.count, evidence.cycles,
+              what, where.first_cycle, where.last_cycle, first);
+  }
+}
+
 // The symptoms of a cause, the most frequent ones first, and where they were seen.
 void add_symptoms(Cause cause, const Evidence& evidence, Parts& parts) {
   std::vector<Symptom> seen;
@@ -49,16 +62,13 @@ void add_symptoms(Cause cause, const Evidence& evidence, Parts& parts) {
                    [&](Symptom a, Symptom b) { return evidence.count(a) > evidence.count(b); });
   seen.resize(std::min(seen.size(), symptoms_shown));
   for (const Symptom symptom : seen) {
-    const Sightings& where = evidence.seen(symptom);
-    if (where.first_cycle == where.last_cycle) {
-      parts.add("{} of {} cycles: {} (cycle {} at {})", where.count, evidence.cycles,
-                text_of(symptom), where.first_cycle, time_words(where.first_time.count));
-    } else {
-      parts.add("{} of {} cycles: {} (cycles {} to {}, first at {})", where.count, evidence.cycles,
-                text_of(symptom), where.first_cycle, where.last_cycle,
-                time_words(where.first_time.count));
-    }
+    add_sightings(text_of(symptom), evidence.seen(symptom), evidence, parts);
   }
+}
+
+void add_warnings(const Evidence& evidence, Parts& parts) {
+  if (evidence.warnings.count == 0) return;
+  add_sightings("a good frame reports a warning (nW = 0)", evidence.warnings, evidence, parts);
 }
 
 void add_range(std::string_view what, const Distribution& values, Parts& parts) {
@@ -138,6 +148,7 @@ void add_figures(Cause cause, const Evidence& evidence, const Context& context, 
             "checksum is judged",
             evidence.good, evidence.cycles);
       }
+      add_warnings(evidence, parts);
       return add_delay(evidence, parts);
     case Cause::wrong_format:
       return add_format(evidence, context, parts);
@@ -153,6 +164,9 @@ void add_figures(Cause cause, const Evidence& evidence, const Context& context, 
                   evidence.answered, evidence.cycles);
       } else if (cause == Cause::ma_slo_swapped) {
         parts.add("SLO stays high, as an open input does");
+      } else if (cause == Cause::ma_inverted && evidence.stop_repeats()) {
+        parts.add("where STOP is 1 it repeats the bit before: the encoder misses the last clock");
+        add_delay(evidence, parts);
       }
       return;
     }
@@ -199,6 +213,8 @@ void add_figures(Cause cause, const Evidence& evidence, const Context& context, 
       parts.add("{} of {} requests have ACK and START", evidence.answered, evidence.cycles);
       return;
     case Cause::encoder_error:
+      return add_warnings(evidence, parts);
+    case Cause::frames_lost_or_repeated:
       return;
   }
 }
@@ -222,6 +238,11 @@ std::string remedy_text(Cause cause, const Evidence& evidence, const Context& co
       remedy += fmt::format("{}{}", i == 0 ? "; it may be " : " or ",
                             format_text(context.candidates[i]).view());
     }
+  }
+  if (cause == Cause::healthy && evidence.warnings.count != 0) {
+    remedy =
+        "the link needs nothing; find out from the encoder's registers and data sheet what the "
+        "warning means: the positions are valid";
   }
   if (cause == Cause::wrong_format && context.identified) {
     remedy = fmt::format("give -f {}", format_text(context.identified->format).view());

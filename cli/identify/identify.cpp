@@ -235,7 +235,7 @@ void add_identify(Command& command) {
        .examples = {"biss identify capture.vcd", "biss identify *.sr --to jsonl",
                     "biss identify samples.bin --raw-rate 100MHz --ma D0 --slo D3"}},
       [options] { return IdentifyRun(*options).run(); });
-  add_capture_options(verb, options->capture);
+  add_capture_options(verb, options->capture, true);
   add_output_option(verb, options->output);
   add_to_option(verb, options->to);
 }

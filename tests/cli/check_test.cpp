@@ -257,6 +257,16 @@ TEST_F(Check, FormatLongerThanTheRequests_IsNoPass) {
   }
 }
 
+TEST_F(Check, HighestSpeedWithoutAFormat_IsNotJudgedForLackOfTheFormat) {
+  simulate({"-f", "resolute-26"});
+  for (const char* speed : {"6000rpm", "1000000"}) {
+    const Outcome outcome =
+        run({"check", capture, "-f", "none", "--speed-max", speed, "--to", "csv"});
+    EXPECT_THAT(outcome.out, testing::HasSubstr("\nspeed,,,counts/s,,,not_judged,0,--speed-max,"
+                                                "needs the frame format\n"));
+  }
+}
+
 TEST_F(Check, UnknownLimits_AreWrongUsage) {
   simulate({"-f", "resolute-26"});
   const Outcome unknown = run({"check", capture, "--against", "resolut-26"});

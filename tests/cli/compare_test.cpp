@@ -119,6 +119,27 @@ INSTANTIATE_TEST_SUITE_P(
         OneDifference{"error", {.more = {"--fault", "nE:0.2"}}, "nE"}),
     [](const auto& test) { return test.param.name; });
 
+// The axis of the bad link stands still, or jumps.
+TEST(CompareVerb, OtherMotionBesideAFault_ComesAfterTheFault) {
+  const Folder folder;
+  const std::string good = simulate(folder, "good.csv", {});
+  for (const char* motion : {"constant", "max"}) {
+    const std::string bad =
+        simulate(folder, "bad.csv", {.motion = motion, .more = {"--fault", "flip:0.05"}});
+    const auto names = properties(compare(good, bad, {"-f", format}));
+    EXPECT_EQ(names, (Words{"status_crc", "good", "largest_step", "speed"})) << motion;
+  }
+}
+
+TEST(CompareVerb, OtherMotionAlone_IsASmallDifference) {
+  const Folder folder;
+  const std::string good = simulate(folder, "good.csv", {});
+  const auto rows =
+      compare(good, simulate(folder, "bad.csv", {.motion = "constant"}), {"-f", format});
+  EXPECT_EQ(properties(rows), (Words{"largest_step", "speed"})) << as_text(rows);
+  for (const json& row : rows) EXPECT_EQ(row.at("effect"), 0.01) << row;
+}
+
 TEST(CompareVerb, SameFileTwice_DiffersInNothing) {
   const Folder folder;
   const std::string capture = simulate(folder, "line.csv", {.more = {"--fault", "flip:0.1"}});

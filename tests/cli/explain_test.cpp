@@ -185,6 +185,74 @@ TEST(ExplainVerb, WrongFormat_IsNamed) {
   EXPECT_EQ(rows_in(outcome.out).at(0).at("cause"), "wrong_format");
 }
 
+// The capture of an encoder of another format, or with these faults.
+std::string simulate_as(const Folder& folder, const std::string& of, const Words& more) {
+  const std::string capture = folder.path("other.csv");
+  Words words{"simulate", "-f", of, "--motion", "max", "--cycles", "200", "-o", capture};
+  words.insert(words.end(), more.begin(), more.end());
+  const Outcome made = run(words);
+  EXPECT_EQ(made.status, 0) << made.err;
+  return capture;
+}
+
+TEST(ExplainVerb, StopIsABitOfAFurtherChannel_IsAWrongFormatAndNoWrongChecksum) {
+  const Folder folder;
+  const auto rows = explain({simulate_as(folder, "pos26,nE,nW,crc6+pos12,nE,nW,crc6", {})});
+  EXPECT_EQ(rows.at(0).at("cause"), "wrong_format") << rows[0];
+  for (const json& row : rows) {
+    EXPECT_THAT(row.at("evidence").get<std::string>(), Not(HasSubstr("checksum is wrong"))) << row;
+  }
+  EXPECT_THAT(rows[0].at("evidence").get<std::string>(), HasSubstr("STOP is 1 after right"));
+}
+
+TEST(ExplainVerb, EncoderThatSeesMaInverted_IsNamedByTheStopItDoesNotSend) {
+  const Folder folder;
+  const auto rows = explain({simulate_as(folder, format, {"--fault", "swap_ma:1"})});
+  EXPECT_EQ(rows.at(0).at("cause"), "ma_inverted") << rows[0];
+  EXPECT_THAT(rows[0].at("evidence").get<std::string>(),
+              AllOf(HasSubstr("STOP is 1 after right checksums"), HasSubstr("misses the last"),
+                    HasSubstr("0.50 periods")));
+}
+
+TEST(ExplainVerb, AckBeyondItsLimitWithoutAFormat_IsNoWrongChecksum) {
+  const Folder folder;
+  const Outcome outcome = run({"explain", simulate(folder, {"--processing", "9us"}), "-f", "none",
+                               "--ack-max", "5us", "--to", "jsonl"});
+  ASSERT_FALSE(outcome.out.empty()) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("START is outside"));
+  EXPECT_THAT(outcome.out, Not(HasSubstr("checksum is wrong")));
+}
+
+// The master sees SLO low and stops after two clocks: no answer is read.
+TEST(ExplainVerb, SloInvertedAtTheEncoder_IsNamedByTheLevelsThatAreSeen) {
+  const Folder folder;
+  const auto rows = explain({simulate(folder, {"--fault", "swap_slo:1"})});
+  EXPECT_EQ(rows.at(0).at("cause"), "slo_inverted");
+  EXPECT_THAT(rows[0].at("evidence").get<std::string>(),
+              AllOf(HasSubstr("SLO rests low and goes high with ACK"), Not(HasSubstr("good"))));
+}
+
+TEST(ExplainVerb, LostOrRepeatedSignOfLife_IsNotHealthy) {
+  const Folder folder;
+  const std::string counted = "pos26,nE,nW,lc6,crc16";
+  for (const char* fault : {"loss:0.05", "repeat:0.05", "lc_frozen:0.05"}) {
+    const Outcome outcome = run({"explain", simulate_as(folder, counted, {"--fault", fault}), "-f",
+                                 counted, "--to", "jsonl"});
+    const json first = rows_in(outcome.out).at(0);
+    EXPECT_EQ(first.at("cause"), "frames_lost_or_repeated") << fault << first;
+    EXPECT_THAT(first.at("evidence").get<std::string>(), HasSubstr("the sign of life"));
+  }
+}
+
+TEST(ExplainVerb, Warning_IsNamedBesideTheHealthyLink) {
+  const Folder folder;
+  const auto rows = explain({simulate(folder, {"--fault", "nW:0.05"})});
+  EXPECT_EQ(rows.at(0).at("cause"), "healthy");
+  EXPECT_THAT(rows[0].at("evidence").get<std::string>(), HasSubstr("a warning (nW = 0) (cycles "));
+  EXPECT_THAT(rows[0].at("remedy").get<std::string>(),
+              AllOf(HasSubstr("warning"), Not(HasSubstr("nothing to do"))));
+}
+
 TEST(ExplainVerb, RequestsTooSoon_AreNamedAsInTheHintOfDecode) {
   const Folder folder;
   const std::string capture = requests_of(folder, 39, 7'000);

@@ -66,6 +66,18 @@ TEST_F(Identify, FormatGiven_IsWrongUsage) {
   EXPECT_EQ(outcome.status, 2);
   EXPECT_THAT(outcome.err, HasSubstr("leave it out"));
   EXPECT_EQ(run({"identify", capture, "-f", "none"}).status, 0);
+  EXPECT_THAT(run({"identify", "--help"}).out, HasSubstr("refused here"));
+}
+
+TEST_F(Identify, ExampleOfTheDocument_ShowsTheRowOfTheCommand) {
+  const std::string document = content_of(BISS_SOURCE_FOLDER "/docs/identify.md");
+  ASSERT_NE(document.find("$ biss simulate -f resolute-26 --cycles 200 -o capture.vcd\n"),
+            std::string::npos);
+  const std::string capture = simulated("capture.vcd", {"-f", "resolute-26", "--cycles", "200"});
+  const std::string table = run({"identify", capture}).out;
+  const std::size_t row = table.rfind("capture.vcd");
+  ASSERT_NE(row, std::string::npos);
+  EXPECT_NE(document.find("\n" + table.substr(row)), std::string::npos) << table;
 }
 
 TEST_F(Identify, DamagedCycles_DoNotSpoilIt) {
@@ -75,6 +87,30 @@ TEST_F(Identify, DamagedCycles_DoNotSpoilIt) {
                  0);
   EXPECT_EQ(row["alternatives"].get<std::string>().find("st24,nE,nW,crc6"), std::string::npos);
   EXPECT_THAT(row["encoders"].get<std::string>(), HasSubstr("lenz-b3"));
+}
+
+// A pulse makes CDS 1 in a frame whose checksum is right; no control frame has asked for it.
+TEST_F(Identify, SingleOneOfCds_DoesNotRuleOutEncodersWithoutRegisters) {
+  const std::string capture = simulated("line.vcd", {"-f", "pos26,nE,nW,crc6;cds0", "--cycles",
+                                                     "400", "--fault", "glitch_slo@50,clock=4"});
+  const auto rows =
+      rows_of(run({"decode", capture, "-f", "pos26,nE,nW,crc6;cds0", "--to", "csv"}).out);
+  ASSERT_EQ(rows.at(50).at("status"), "cds");
+  ASSERT_EQ(rows.at(50).at("crc_ok"), "1");
+  const nlohmann::json row = identified(capture, 0);
+  EXPECT_EQ(row["format"], "pos26,nE,nW,crc6;cds0");
+  EXPECT_THAT(row["encoders"].get<std::string>(), HasSubstr("resolute-26"));
+}
+
+TEST_F(Identify, EncoderThatAnswersOneAccess_IsNoneWithoutRegisters) {
+  std::string bytes;
+  for (int i = 0; i < 128; ++i) bytes += "A5 ";
+  const std::string capture =
+      simulated("line.vcd", {"-f", "pos26,nE,nW,crc6", "--cycles", "400", "--registers",
+                             folder_.file("registers.hex", bytes), "--access", "read:0x78,1"});
+  const nlohmann::json row = identified(capture, 0);
+  EXPECT_EQ(row["format"].get<std::string>().find("cds0"), std::string::npos) << row["format"];
+  EXPECT_EQ(row["encoders"].get<std::string>().find("resolute"), std::string::npos);
 }
 
 TEST_F(Identify, PositionAtRest_CannotBeKnown) {

@@ -173,18 +173,24 @@ void answer(const sim::LineSetup& setup, const std::vector<Request>& requests, L
   sim::Motion motion(setup.motion, setup.format.channel_list[0], 100 * period, setup.seed);
   SlaveTiming timing = slave_timing(setup.timing, setup.processing);
   const Picoseconds delay = setup.ma_delay + setup.slo_delay + setup.internal_delay;
-  sim::MaReplay replay({.codec = FrameCodec<>(setup.format), .timing = timing, .line_delay = delay},
-                       [&](Picoseconds moment) {
-                         Frame frame;
-                         frame.channel_count = setup.format.channel_count;
-                         const std::uint64_t position = motion.sample(moment);
-                         for (std::size_t k = 0; k < frame.channel_count; ++k) {
-                           const unsigned bits = setup.format.channel_list[k].position_bits();
-                           frame.channel_list[k].position = position & low_mask(bits);
-                         }
-                         return frame;
-                       },
-                       {});
+  std::uint64_t frames = 0;
+  sim::MaReplay replay(
+      {.codec = FrameCodec<>(setup.format), .timing = timing, .line_delay = delay},
+      [&](Picoseconds moment) {
+        Frame frame;
+        frame.channel_count = setup.format.channel_count;
+        const std::uint64_t position = motion.sample(moment);
+        for (std::size_t k = 0; k < frame.channel_count; ++k) {
+          const ChannelFormat& channel = setup.format.channel_list[k];
+          frame.channel_list[k].position = position & low_mask(channel.position_bits());
+          if (!channel.life_counter.present()) continue;
+          frame.channel_list[k].life_counter =
+              static_cast<std::uint32_t>(1 + frames % low_mask(channel.life_counter.bits));
+        }
+        ++frames;
+        return frame;
+      },
+      {});
   link.edges.clear();
   replay.push(ma, 0, link.edges);
   link.end = replay.finish(end, link.edges);
@@ -564,6 +570,23 @@ void make_not_biss(Random& random, Link& link) {
   link.story = kind == 0 ? fmt::format("SSI, {} bits", bits) : kind == 1 ? "SPI" : "UART";
 }
 
+void make_lost_frames(Random& random, Link& link) {
+  for (;;) {
+    const sim::LineSetup setup = any_line(random, link);
+    const auto channels = setup.format.channels();
+    if (std::none_of(channels.begin(), channels.end(),
+                     [](const ChannelFormat& each) { return each.life_counter.present(); })) {
+      continue;
+    }
+    const std::vector<FaultKind> all{FaultKind::loss, FaultKind::repeat, FaultKind::lc_frozen};
+    const std::uint64_t which = random.below(4);
+    do {
+      run_faults(setup, which == 3 ? all : std::vector{all[which]}, random, link);
+    } while (observe_link(link).count(Symptom::life_jump) < 10);
+    return;
+  }
+}
+
 }  // namespace
 
 Link make_link(Cause truth, std::uint64_t seed) {
@@ -573,8 +596,10 @@ Link make_link(Cause truth, std::uint64_t seed) {
       make_ma_inverted, make_too_fast,     make_long_ack,      make_stops_early,
       make_too_soon,    make_noise_on_slo, make_noise_on_ma,   make_intermittent,
       make_no_encoder,  make_stuck_low,    make_encoder_error, make_slow_sampling,
-      make_not_biss};
-  Random random(sim::scrambled(seed * cause_count + static_cast<std::uint64_t>(truth)));
+      make_not_biss,    make_lost_frames};
+  // A cause that is added leaves the captures of the others as they are.
+  constexpr std::uint64_t seeds_apart = 17;
+  Random random(sim::scrambled(seed * seeds_apart + static_cast<std::uint64_t>(truth)));
   Link link;
   link.truth = truth;
   makers[static_cast<std::size_t>(truth)](random, link);
