@@ -385,6 +385,18 @@ TEST_F(Eds, DeviceWhoseDataSheetWasNotRead_IsNamed) {
   EXPECT_THAT(eds({"check", path("none.hex")}).err, HasSubstr("the device has no data sheet"));
 }
 
+TEST_F(Eds, AccessesBeforeTheBankIsKnown_AreLeftOutWithAMessage) {
+  const std::string read = R"({"id":0,"access":"read","address":1,"data":"07","outcome":"ok"})";
+  write("rows.jsonl", read + "\n");
+  const Ran unknown = eds({"show", path("rows.jsonl"), "--to", "description"});
+  EXPECT_THAT(unknown.err, HasSubstr("left out: 1 register from 0x00 to 0x3F of which no access "
+                                     "shows the bank (BSEL, 0x40)\n"));
+  EXPECT_THAT(unknown.out, Not(HasSubstr("[bank")));
+  const Ran given = eds({"show", path("rows.jsonl"), "--to", "description", "--bank", "3"});
+  EXPECT_THAT(given.out, HasSubstr("[bank 3]"));
+  EXPECT_THAT(given.err, Not(HasSubstr("left out")));
+}
+
 TEST_F(Eds, EdsBankThatIsNotInTheDump_IsNamed) {
   build("e.hex");
   const Ran ran = eds({"show", path("e.hex"), "--eds-bank", "7"});
