@@ -341,6 +341,16 @@ TEST_F(Eds, DiffOfAFieldThatIsPartlyKnown_ComparesItsBytes) {
   EXPECT_EQ(diff("q1.hex", "q2.hex").out, head + "common,0x0E,0,1,,\n");
 }
 
+TEST_F(Eds, NameThatCOrCppRefuses_IsWrongUsage) {
+  for (const std::string word : {"int", "class", "xor_eq"}) {
+    const Ran ran = eds({"build", path("encoder.eds"), "--to", "c", "--name", word});
+    EXPECT_EQ(ran.status, ExitStatus::usage);
+    EXPECT_THAT(ran.err, HasSubstr("--name '" + word + "': a reserved word of C or C++"));
+  }
+  EXPECT_EQ(eds({"build", path("encoder.eds"), "--to", "c", "--name", "int_"}).status,
+            ExitStatus::done);
+}
+
 TEST_F(Eds, Advise_TellsTheFrameAndWhetherTheRateIsFeasible) {
   const Ran ran = eds({"advise", "--resolution", "18", "--turns", "12", "--rate", "16kHz",
                        "--ack-max", "10us", "--timeout", "adaptive", "--clock", "10MHz"});
@@ -372,6 +382,16 @@ TEST_F(Eds, AdviceOfADataSheet_TakesItsLengthsAndTimes) {
   EXPECT_EQ(object["bp_id"], 0x6220);
   EXPECT_EQ(object["min_distance"], 3);
   EXPECT_EQ(object["feasible"], 1);
+}
+
+TEST_F(Eds, AdviceOfADataSheetWithC_KeepsIt) {
+  for (const std::string registers : {"", "[registers]\nBP_ID = 0x6326\n"}) {
+    const std::string bp_id = registers.empty() ? "BP_ID = 0x6326\n" : "BP_ID = 0x6220\n";
+    write("c.eds", registers + "[bp3]\n" + bp_id + "MT_LEN = 12\nMT_CNT = 4096\nFI_LEN = 18\n");
+    const Ran ran = eds({"advise", path("c.eds"), "--to", "jsonl"});
+    EXPECT_EQ(ran.status, ExitStatus::done) << ran.err;
+    EXPECT_EQ(nlohmann::json::parse(ran.out)["bp_id"], 0x6326);
+  }
 }
 
 TEST_F(Eds, DeviceWhoseDataSheetWasNotRead_IsNamed) {
