@@ -421,6 +421,16 @@ TEST(Check, DataSheetWithWrongSum_HasOneFindingMore) {
   EXPECT_EQ(findings[1], findings[0] + 1);
 }
 
+TEST(Check, DataSheetInABankOfWhichBselIsReadLater_IsJudgedFromThen) {
+  Bench bench;
+  bench.zeros();
+  bench.read(0x41, 2);
+  for (unsigned i = 0; i < 64; ++i) bench.read(i, 0x55);
+  EXPECT_EQ(bench.verdict(Rule::data_sheet), "not_judged");
+  bench.read(0x40, 2);
+  EXPECT_EQ(bench.verdict(Rule::data_sheet), "fail");
+}
+
 TEST(CycleRelease, IsTheTimeoutAndTheLineDelay) {
   test::TestLine line;
   for (const auto ending :

@@ -1,11 +1,12 @@
 // Accesses, as `biss registers FILE --to jsonl` prints them: one object per line with the keys
 // `id`, `access`, `address`, `data` and `outcome`. Reads and writes with the outcome `ok` give the
-// bytes; BSEL shows which bank the registers 0x00…0x3F are in.
+// bytes; the accesses to BSEL show which bank the registers 0x00…0x3F are in.
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
 
 #include "biss/control/session.hpp"
+#include "dump/accessed_registers.hpp"
 #include "dump/readers.hpp"
 
 namespace biss::dump {
@@ -13,10 +14,10 @@ namespace {
 
 using Json = nlohmann::json;
 
-// Failures after which BSEL certainly has its value from before.
-constexpr std::array unchanged_by{
-    ControlError::bad_request, ControlError::no_answer,     ControlError::no_such_slave,
-    ControlError::refused,     ControlError::not_addressed, ControlError::refused_or_not_addressed};
+// Failures of a write that no slave took.
+constexpr std::array not_taken{ControlError::bad_request,   ControlError::no_answer,
+                               ControlError::no_such_slave, ControlError::refused,
+                               ControlError::not_addressed, ControlError::refused_or_not_addressed};
 
 struct Bytes {
   std::array<std::uint8_t, last_address + 1> values{};
@@ -72,7 +73,7 @@ class JsonLinesReader {
       : lines_(lines),
         slave_(options.slave),
         slave_named_(options.slave.has_value()),
-        bank_(options.bank.value_or(0)) {}
+        registers_(options.bank) {}
 
   DumpResult read() {
     while (lines_.next()) {
@@ -84,7 +85,7 @@ class JsonLinesReader {
     }
     if (lines_.error()) return tl::unexpected(*lines_.error());
     if (!any_) return tl::unexpected(DumpError{DumpCause::nothing_read});
-    return dump_;
+    return registers_.dump();
   }
 
  private:
@@ -101,18 +102,21 @@ class JsonLinesReader {
   std::optional<DumpError> take(std::string_view row, const Json& object) {
     const std::string_view access = text(object, "access");
     if (access == "command") return std::nullopt;
-    if (access != "read" && access != "write") {
-      return malformed(row, "access: \"read\", \"write\" or \"command\"");
+    const bool may_write = access == "write" || access == "unknown";
+    if (access != "read" && !may_write) {
+      return malformed(row, "access: \"read\", \"write\", \"command\" or \"unknown\"");
     }
     const std::string_view outcome = text(object, "outcome");
     const auto address = number_of(object.value("address", Json()));
     const auto id = number_of(object.value("id", Json()));
+    // The header of the access was damaged.
+    if (access == "unknown" && (!id || !address)) return std::nullopt;
     if (outcome.empty() || !id) return malformed(row, "id and outcome");
     if (!address || *address > last_address) return malformed(row, "an address up to 127");
     if (slave_named_ && *id != slave_) return std::nullopt;
-    if (outcome != "ok") {
-      if (access == "write" && *address == reg::bsel && !bank_certain_after(outcome)) {
-        bank_ = std::nullopt;
+    if (outcome != "ok" || access == "unknown") {
+      if (may_write && !certainly_not_taken(outcome)) {
+        registers_.take_uncertain_write(*address);
       }
       return std::nullopt;
     }
@@ -124,28 +128,22 @@ class JsonLinesReader {
     if (!slave_) slave_ = static_cast<std::uint8_t>(*id & 0xFFU);
     if (*id != slave_) return lines_.error_at(row, DumpCause::several_slaves, "accesses to one ID");
     for (std::size_t i = 0; i < bytes->size; ++i) {
-      take_byte(*address + static_cast<unsigned>(i), bytes->values[i]);
+      registers_.take(access == "write" ? Access::written : Access::read,
+                      *address + static_cast<unsigned>(i), bytes->values[i]);
+      any_ = true;
     }
     return std::nullopt;
   }
 
-  static bool bank_certain_after(std::string_view outcome) {
-    return std::any_of(unchanged_by.begin(), unchanged_by.end(),
+  static bool certainly_not_taken(std::string_view outcome) {
+    return std::any_of(not_taken.begin(), not_taken.end(),
                        [outcome](ControlError error) { return name_of(error) == outcome; });
-  }
-
-  void take_byte(unsigned address, std::uint8_t byte) {
-    if (address == reg::bsel) bank_ = byte;
-    if (address < first_direct && !bank_) return;
-    dump_.at(bank_.value_or(0), address) = byte;
-    any_ = true;
   }
 
   LineSource& lines_;
   std::optional<std::uint32_t> slave_;
   bool slave_named_;
-  std::optional<unsigned> bank_;  // empty: unknown since a write of BSEL failed
-  RegisterDump dump_;
+  AccessedRegisters registers_;
   bool any_ = false;
 };
 

@@ -18,7 +18,8 @@ namespace biss::dump {
 
 struct DumpOptions {
   /// The bank that a file begins with (binary, offsets, Intel HEX), or that its registers 0x00…0x3F
-  /// are in where the file does not say. Empty: 0, or the value of BSEL in the same file.
+  /// are in where the file does not say. Empty: 0, or the value of BSEL in the same file. Of
+  /// accesses: the bank before the first one; empty: not known, see AccessedRegisters.
   std::optional<std::uint8_t> bank{};
   /// With accesses to several slaves: reads only those to this ID.
   std::optional<std::uint8_t> slave{};

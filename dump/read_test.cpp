@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "dump/test_dumps.hpp"
+#include "dump/write.hpp"
 
 namespace biss::dump {
 namespace read_test {
@@ -145,10 +146,48 @@ TEST(Json, LaterAccess_Counts) {
 
 TEST(Json, BankUnknownAfterADamagedWrite_IsNotGuessed) {
   const std::string reads = access("read", 0x48, "1") + access("read", 1, "7");
-  EXPECT_EQ(good(access("write", 0x40, "3", "refused") + reads).bank(0)[1], 7);
-  EXPECT_EQ(good(access("write", 0x40, "3", "echo") + reads).banks().has_value(), false);
+  const auto starts_with_0 = [](const std::string& text) { return good(text, {.bank = 0}); };
+  EXPECT_EQ(starts_with_0(access("write", 0x40, "3", "refused") + reads).bank(0)[1], 7);
+  EXPECT_EQ(starts_with_0(access("write", 0x40, "3", "echo") + reads).banks().has_value(), false);
   EXPECT_EQ(good(access("write", 0x40, "3", "echo") + access("read", 0x40, "3") + reads).bank(3)[1],
             7);
+}
+
+TEST(Json, BankBeforeTheFirstAccess_IsNotGuessed) {
+  const std::string reads = access("read", 1, "[7,8]") + access("read", 1, "9");
+  const RegisterDump unknown = good(reads + access("read", 0x42, "98"));
+  EXPECT_FALSE(unknown.banks().has_value());
+  EXPECT_EQ(unknown.without_bank, 2U);
+  EXPECT_EQ(text_without_bank(unknown),
+            "left out: 2 registers from 0x00 to 0x3F of which no access shows the bank (BSEL, "
+            "0x40)");
+  EXPECT_EQ(good(reads, {.bank = 5}).bank(5)[1], 9);
+}
+
+TEST(Json, ReadOfBsel_ShowsTheBankOfTheReadsBeforeIt) {
+  const std::string reads = access("read", 1, "7");
+  const RegisterDump read = good(reads + access("read", 0x40, "3"));
+  EXPECT_EQ(read.bank(3)[1], 7);
+  EXPECT_EQ(read.without_bank, 0U);
+  const RegisterDump written = good(reads + access("write", 0x40, "3") + access("read", 0x40, "3"));
+  EXPECT_FALSE(written.banks().has_value());
+  EXPECT_EQ(written.without_bank, 1U);
+  const RegisterDump doubtful =
+      good(reads + access("write", 0x40, "3", "echo") + reads + access("read", 0x40, "3"));
+  EXPECT_EQ(doubtful.bank(3)[1], 7);
+  EXPECT_EQ(doubtful.without_bank, 1U);
+}
+
+TEST(Json, AccessOfUnknownKind_MayHaveWrittenBsel) {
+  const std::string reads = access("read", 0x48, "1") + access("read", 1, "7");
+  const auto starts_with_0 = [](const std::string& text) { return good(text, {.bank = 0}); };
+  EXPECT_EQ(starts_with_0(access("unknown", 0x40, "null", "no_such_slave", 3) + reads).bank(0)[1],
+            7);
+  EXPECT_FALSE(
+      starts_with_0(access("unknown", 0x40, "null", "rw_pattern") + reads).banks().has_value());
+  const std::string damaged =
+      R"({"id":null,"access":"unknown","address":null,"data":null,"outcome":"header_crc"})";
+  EXPECT_EQ(starts_with_0(damaged + "\n" + reads).bank(0)[1], 7);
 }
 
 TEST(Json, SeveralSlaves_MustBeToldApart) {

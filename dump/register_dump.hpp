@@ -65,7 +65,11 @@ class RegisterDump {
   };
   std::optional<BankRange> banks() const;
 
-  bool operator==(const RegisterDump&) const = default;
+  /// The known registers are the same.
+  bool operator==(const RegisterDump& other) const { return banks_ == other.banks_; }
+
+  /// How many registers 0x00…0x3F were accessed while the bank was not known; they are in no bank.
+  std::size_t without_bank = 0;
 
  private:
   std::array<DumpedBytes, bank_count + 1> banks_{};  // the last one: the registers 0x40…0x7F

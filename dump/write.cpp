@@ -113,4 +113,10 @@ std::string text_of_banks(const RegisterDump& dump, unsigned first) {
       last, (last - first + 1) * bank_bytes);
 }
 
+std::string text_without_bank(const RegisterDump& dump) {
+  return fmt::format(
+      "left out: {} register{} from 0x00 to 0x3F of which no access shows the bank (BSEL, 0x40)",
+      dump.without_bank, dump.without_bank == 1 ? "" : "s");
+}
+
 }  // namespace biss::dump

@@ -44,4 +44,7 @@ std::string write_as(std::string_view format, const RegisterDump& dump, std::str
 /// What a file of banks only holds, and what it lacks; a line of text. \pre dump.banks()
 std::string text_of_banks(const RegisterDump& dump, unsigned first = 0);
 
+/// How many registers are left out because their bank is not known; a message without a full stop.
+std::string text_without_bank(const RegisterDump& dump);
+
 }  // namespace biss::dump

@@ -23,8 +23,8 @@ namespace biss {
 
 // ---- Steps and errors of a configuration
 
-/// The step of a Configurator; in this order, from `identity` to `restore_bank` once for each
-/// slave.
+/// The step of a Configurator; in this order, from `identity` to `find_eds` once for each slave,
+/// then from `select_bank` to `restore_bank` once for each slave that holds an EDS.
 enum class ConfigureStep : std::uint8_t {
   channels_off,   ///< broadcast: deactivate the data channels
   init,           ///< INIT, with a rest before and after it
@@ -63,6 +63,8 @@ enum class ConfigureError : std::uint8_t {
   no_profile,       ///< a slave with neither an EDS nor a profile identifier
   unknown_profile,  ///< an identifier that gives no format: `profile` is the cause
   eds_checksum,     ///< as no_profile; there is an EDS, but its checksum is wrong
+  eds_unreadable,  ///< as no_profile; there is an EDS, and an access to it failed: `control` is the
+                   ///< cause; without it, the maker uses BSEL for something else
   eds_contradiction,  ///< an EDS that describes no frame: `eds` is the cause; without it, the EDS
                       ///< names slaves that do not exist, or more channels than slaves
   no_channel,         ///< no slave has a data channel
@@ -71,15 +73,15 @@ enum class ConfigureError : std::uint8_t {
   too_many_requests,  ///< more than ConfigureOptions::max_requests
 };
 
-inline constexpr std::size_t configure_error_count = 13;
+inline constexpr std::size_t configure_error_count = 14;
 
 /// The name users see, the same as the enumerator's.
 constexpr std::string_view name_of(ConfigureError error) {
   constexpr std::array<std::string_view, configure_error_count> names{
-      "no_encoder",        "no_control", "line_lost",         "too_many_slaves",
-      "control_failed",    "no_profile", "unknown_profile",   "eds_checksum",
-      "eds_contradiction", "no_channel", "too_many_channels", "channels_stay_off",
-      "too_many_requests"};
+      "no_encoder",        "no_control",        "line_lost",       "too_many_slaves",
+      "control_failed",    "no_profile",        "unknown_profile", "eds_checksum",
+      "eds_unreadable",    "eds_contradiction", "no_channel",      "too_many_channels",
+      "channels_stay_off", "too_many_requests"};
   return names[static_cast<std::size_t>(error)];
 }
 

@@ -58,14 +58,26 @@ constexpr bool follows_map(const std::optional<DeviceIdentity>& identity, unsign
 /// BSEL is restored in any case. Not to be moved while it runs: the session writes into it.
 class SlaveQuery {
  public:
+  /// Asks for everything but the EDS.
   constexpr void begin(ControlSession& session, std::uint8_t slave) {
-    slave_ = slave;
-    description_ = {};
-    failed_.reset();
-    has_common_ = bank_dirty_ = false;
-    has_channel_ = {};
-    channel_ = 0;
+    start(slave, {});
     read(session, ConfigureStep::identity, reg::dev_id, 8);
+  }
+  /// Reads the EDS. \pre names_eds(description)
+  /// \param description of this slave, by begin()
+  /// \return false: it cannot be read, and nothing is under way
+  constexpr bool begin_eds(ControlSession& session, std::uint8_t slave,
+                           const SlaveDescription& description) {
+    start(slave, description);
+    step_ = ConfigureStep::select_bank;
+    if (!follows_map(description_.identity, reg::bsel)) {
+      note_unused(ConfigureError::eds_unreadable);
+      return false;
+    }
+    return read(session, ConfigureStep::select_bank, reg::bsel, 1);
+  }
+  static constexpr bool names_eds(const SlaveDescription& description) {
+    return eds_presence(description.eds_bank) != EdsPresence::none;
   }
 
   /// To be called when the session's access is done.
@@ -100,14 +112,19 @@ class SlaveQuery {
         }
         return read(session, ConfigureStep::find_eds, reg::eds_bank, 1);
       case ConfigureStep::find_eds:
-        return there && seek_eds(session);
+        if (there) description_.eds_bank = buffer_[0];
+        return false;
       case ConfigureStep::select_bank:
-        return there ? selected(session) : leave_eds(session);
+        if (there) return selected(session);
+        break;
       case ConfigureStep::read_common:
-        return there ? take_common(session) : leave_eds(session);
+        if (there) return take_common(session);
+        break;
       default:
-        return there ? take_channel(session) : skip_channel(session);
+        return there ? take_channel(session) : skip_channel(session, *outcome.error);
     }
+    note_unused(ConfigureError::eds_unreadable, outcome.error);
+    return restore(session);
   }
 
   constexpr ConfigureStep step() const { return step_; }
@@ -119,6 +136,8 @@ class SlaveQuery {
   /// BSEL may not have its original value.
   constexpr bool bank_dirty() const { return bank_dirty_; }
   constexpr bool has_eds() const { return has_common_; }
+  /// Why the EDS, or a part of it, is unused.
+  constexpr std::optional<ConfigureFault> eds_fault() const { return eds_fault_; }
   constexpr CommonPart common() const { return parse_common_part(common_); }
   /// What was read of the EDS; valid until the next begin(). \pre has_eds()
   constexpr EdsImage image() const {
@@ -130,6 +149,16 @@ class SlaveQuery {
   }
 
  private:
+  constexpr void start(std::uint8_t slave, const SlaveDescription& description) {
+    slave_ = slave;
+    description_ = description;
+    failed_.reset();
+    eds_fault_.reset();
+    has_common_ = bank_dirty_ = false;
+    has_channel_ = {};
+    channel_ = 0;
+  }
+
   constexpr std::span<std::uint8_t, bank_bytes> buffer() { return buffer_; }
   constexpr std::uint16_t number() const {
     return static_cast<std::uint16_t>(std::uint32_t{buffer_[0]} << 8U | buffer_[1]);
@@ -162,16 +191,6 @@ class SlaveQuery {
     return begin_access(session, step, reg::bsel, buffer().first(1), true);
   }
 
-  constexpr bool seek_eds(ControlSession& session) {
-    description_.eds_bank = buffer_[0];
-    if (eds_presence(buffer_[0]) == EdsPresence::none) return false;
-    if (!follows_map(description_.identity, reg::bsel)) {
-      description_.eds_unused = true;
-      return false;
-    }
-    return read(session, ConfigureStep::select_bank, reg::bsel, 1);
-  }
-
   // BSEL was read or written.
   constexpr bool selected(ControlSession& session) {
     if (!writing_) {
@@ -186,7 +205,10 @@ class SlaveQuery {
   }
 
   constexpr bool take_common(ControlSession& session) {
-    if (!is_sound(common_)) return leave_eds(session);
+    if (!is_sound(common_)) {
+      note_unused(ConfigureError::eds_checksum);
+      return restore(session);
+    }
     has_common_ = true;
     return next_channel(session);
   }
@@ -207,13 +229,13 @@ class SlaveQuery {
       bank_ = wanted_bank_;
     } else {
       has_channel_[channel_] = is_sound(channels_[channel_]);
-      if (!has_channel_[channel_]) description_.eds_unused = true;
+      if (!has_channel_[channel_]) note_unused(ConfigureError::eds_checksum);
       ++channel_;
     }
     return next_channel(session);
   }
-  constexpr bool skip_channel(ControlSession& session) {
-    description_.eds_unused = true;
+  constexpr bool skip_channel(ControlSession& session, ControlError error) {
+    note_unused(ConfigureError::eds_unreadable, error);
     ++channel_;
     return next_channel(session);
   }
@@ -223,10 +245,13 @@ class SlaveQuery {
     return bank[eds_checksum_address] == eds_checksum(bank) && !is_filled_with(bank, 0);
   }
 
-  constexpr bool leave_eds(ControlSession& session) {
+  // The first cause is kept.
+  constexpr void note_unused(ConfigureError cause, std::optional<ControlError> error = {}) {
     // 0xFF means "none" on some devices.
-    description_.eds_unused = eds_presence(description_.eds_bank) == EdsPresence::present;
-    return restore(session);
+    if (!has_common_ && eds_presence(description_.eds_bank) == EdsPresence::doubtful) return;
+    description_.eds_unused = true;
+    if (eds_fault_) return;
+    eds_fault_ = {.cause = cause, .step = step_, .slave = slave_, .control = error};
   }
 
   constexpr bool fail(ControlSession& session, ControlError error) {
@@ -245,6 +270,7 @@ class SlaveQuery {
   SlaveDescription description_{};
   std::optional<ControlError> failed_{};
   ConfigureStep failed_step_{};
+  std::optional<ConfigureFault> eds_fault_{};
   // The access under way.
   std::uint8_t address_ = 0;
   bool writing_ = false;
@@ -286,9 +312,11 @@ constexpr DeviceTiming unstated_timing(Hertz clock_max) {
 
 class LineBuilder {
  public:
-  /// Adds a slave that has no EDS. An EDS that describes this ID, added before or after, has
-  /// precedence.
-  constexpr void add_profile(std::size_t slave, const SlaveDescription& description,
+  /// Adds a slave of which no EDS is used. An EDS that describes this ID, added before or after,
+  /// has precedence.
+  /// \param eds_fault why its EDS is not used, where it has one
+  constexpr void add_profile(std::uint8_t slave, const SlaveDescription& description,
+                             const std::optional<ConfigureFault>& eds_fault,
                              const ProfileOptions& options) {
     Slot& slot = slots_[slave];
     if (slot.source == ValueSource::eds) return;
@@ -300,13 +328,13 @@ class LineBuilder {
       slot.source = ValueSource::profile;
     } else if (slot.known) {
       slot.source = ValueSource::profile;
-    } else if (description.eds_unused) {
-      slot.cause = ConfigureError::eds_checksum;
-    } else if (channel.error() == ProfileError::none_given) {
-      slot.cause = ConfigureError::no_profile;
+    } else if (eds_fault) {
+      slot.fault = *eds_fault;
     } else {
-      slot.cause = ConfigureError::unknown_profile;
-      slot.profile = channel.error();
+      slot.fault = {.step = ConfigureStep::profile, .slave = slave};
+      const bool none = channel.error() == ProfileError::none_given;
+      slot.fault.cause = none ? ConfigureError::no_profile : ConfigureError::unknown_profile;
+      if (!none) slot.fault.profile = channel.error();
     }
   }
 
@@ -337,13 +365,7 @@ class LineBuilder {
     const std::size_t slaves = config.slave_count;
     for (std::size_t k = 0; k < slaves; ++k) {
       const Slot& slot = slots_[k];
-      const auto id = static_cast<std::uint8_t>(k);
-      if (!slot.known) {
-        return ConfigureFault{.cause = slot.cause,
-                              .step = ConfigureStep::profile,
-                              .slave = id,
-                              .profile = slot.profile};
-      }
+      if (!slot.known) return slot.fault;
       config.slave_list[k].source = slot.source;
       format_source_ = std::min(format_source_, slot.source);
       if (slot.source == ValueSource::eds) continue;
@@ -374,8 +396,7 @@ class LineBuilder {
     bool present = false;  // the slave sends a channel
     ValueSource source = ValueSource::defaults;
     ChannelFormat channel{};
-    ConfigureError cause = ConfigureError::no_profile;
-    std::optional<ProfileError> profile{};
+    ConfigureFault fault{};  // where it is not known
   };
 
   constexpr void merge(const DeviceTiming& other) {
@@ -427,7 +448,7 @@ struct HypothesisSink {
 };
 
 /// \param image with a common part; the identifiers are filled in here
-/// \param slaves what is known about the slaves by ID, up to the one that holds the EDS
+/// \param slaves what is known about the slaves by ID
 /// \return the device, or eds_contradiction
 constexpr Result<LineDevice, ConfigureFault> eds_device(
     EdsImage image, const std::array<SlaveDescription, control_max_slaves>& slaves,
@@ -446,7 +467,7 @@ constexpr Result<LineDevice, ConfigureFault> eds_device(
   // Channel i belongs to the i-th slave where each has one.
   for (std::size_t i = 0; i < common.dc_num && i < max_channels; ++i) {
     const std::size_t slave = common.dc_num == 1 ? holder : line.first + i;
-    if (slave > holder || (common.dc_num != 1 && common.dc_num != common.sl_num)) break;
+    if (slave >= slaves.size() || (common.dc_num != 1 && common.dc_num != common.sl_num)) break;
     if (slaves[slave].profile.value_or(0) != 0) image.identifiers[i] = slaves[slave].profile;
   }
   HypothesisSink used;
@@ -565,13 +586,31 @@ class Configurator {
     query_.begin(session_, slave_);
   }
 
+  // First all slaves without their EDS: an EDS may describe slaves before and after its own.
   constexpr void advance_query() {
     if (count_slaves() && query_.advance(session_)) return;
     note_bank();
     if (query_.failed()) judge(*query_.failed());
     if (!fault_) take_slave();
-    if (fault_ || ++slave_ == config_.slave_count) return end_queries();
-    query_.begin(session_, slave_);
+    if (fault_) return end_queries();
+    ++slave_;
+    if (!reads_eds_) {
+      if (slave_ != config_.slave_count) return query_.begin(session_, slave_);
+      reads_eds_ = true;
+      slave_ = 0;
+    }
+    if (!begin_next_eds()) end_queries();
+  }
+
+  // False: no further slave has an EDS that can be read.
+  constexpr bool begin_next_eds() {
+    for (; slave_ != config_.slave_count; ++slave_) {
+      const SlaveDescription& known = config_.slave_list[slave_];
+      if (!query_.names_eds(known)) continue;
+      if (query_.begin_eds(session_, slave_, known)) return true;
+      take_slave();
+    }
+    return false;
   }
 
   constexpr void note_bank() {
@@ -609,13 +648,16 @@ class Configurator {
   constexpr void take_slave() {
     config_.slave_list[slave_] = query_.description();
     if (!query_.has_eds()) {
-      builder_.add_profile(slave_, query_.description(),
+      builder_.add_profile(slave_, query_.description(), query_.eds_fault(),
                            {.length_counts_crc = options_.eds.length_counts_crc});
       return;
     }
     const auto device = configure_detail::eds_device(query_.image(), config_.slave_list, slave_,
                                                      options_.eds, options_.unstated_clock_max);
-    if (!device.ok()) return end_with(device.error());
+    if (!device.ok()) {
+      const bool unread = device.error().eds == EdsDeviceCause::unknown_channel;
+      return end_with(unread ? query_.eds_fault().value_or(device.error()) : device.error());
+    }
     if (!builder_.add_device(*device, config_.slave_count)) {
       end_with({.cause = ConfigureError::eds_contradiction,
                 .step = ConfigureStep::read_common,
@@ -665,6 +707,7 @@ class Configurator {
   std::uint8_t left_ = 0;  // requests of this step
   std::uint8_t slave_ = 0;
   bool received_cds_ = false;
+  bool reads_eds_ = false;  // all slaves are known except for their EDS
   Unrestored unrestored_{};
   configure_detail::SlaveQuery query_;
   configure_detail::LineBuilder builder_;

@@ -121,5 +121,101 @@ TEST(Crc, ChannelWithoutPosition_TakesZero) {
   EXPECT_THAT(crc({"-f", "pad3,crc3", "0", "--to", "jsonl"}).out, HasSubstr("{\"position\":null"));
 }
 
+// The example of docs/spi.md.
+constexpr const char* buffer = "F0 00 00 00 01 24 68 B9 A0";
+
+TEST(CrcRead, Buffer_ShowsItsFrame) {
+  const Ran ran = crc({"-f", "resolute-18", "--read", buffer, "--clock", "10MHz"});
+  EXPECT_EQ(ran.status, ExitStatus::done) << ran.err;
+  const std::string out = squeezed(ran.out);
+  for (const char* const line :
+       {"START 0 1 1 ", "CDS 1 1 0 0 always 0", "position 2 18 74565 = 0x12345 ",
+        "nE 20 1 1 1 no error", "CRC 22 6 13 = 0x0D 00 1101 0x43, inverted",
+        "STOP 28 1 0 0 until the timeout has passed"}) {
+    EXPECT_THAT(out, HasSubstr(line));
+  }
+  EXPECT_EQ(
+      squeezed(ran.err),
+      "\nstatus ok\nleading ones 4 line delay 200 ns to 300 ns in SPI mode 3\nACK 35 clocks\n");
+  const Ran object = crc({"-f", "resolute-18", "--read", buffer, "--to", "jsonl"});
+  EXPECT_EQ(object.out,
+            "{\"position\":74565,\"nE\":1,\"nW\":1,\"crc\":13,"
+            "\"bits\":\"1001001000110100010111001101\",\"crc_computed\":13,\"lead_clocks\":4,"
+            "\"ack_clocks\":35,\"status\":\"ok\"}\n");
+}
+
+TEST(CrcRead, BytesOfADebugger_AreTheSame) {
+  const std::string expected = crc({"-f", "resolute-18", "--read", buffer, "--to", "jsonl"}).out;
+  for (const char* const text : {"F0000000012468B9A0", "0xF0000000 0x012468B9A0",
+                                 "{0xf0, 0x0, 0x0, 0x0, 0x1, 0x24, 0x68, 0xb9, 0xa0}",
+                                 "f0 00 00 00\n01 24 68 b9\na0\n", "F0,00,00,00,01,24,68,B9,A0"}) {
+    EXPECT_EQ(crc({"-f", "resolute-18", "--read", text, "--to", "jsonl"}).out, expected) << text;
+  }
+}
+
+TEST(CrcRead, WrongChecksum_IsShownWithTheOneOfTheData) {
+  const std::initializer_list<std::string> wrong{"-f", "pos18,nE,nW,crc6", "--read",
+                                                 "F0 00 00 00 01 24 68 B9 80"};
+  const Ran ran = crc(wrong);
+  EXPECT_EQ(ran.status, ExitStatus::data_failed);
+  EXPECT_THAT(squeezed(ran.out),
+              HasSubstr("CRC 22 6 12 = 0x0C 00 1100 wrong: 13 = 0x0D computed; 0x43"));
+  EXPECT_THAT(squeezed(ran.err),
+              testing::StartsWith("\nstatus crc the frame was disturbed on the line"));
+  const Ran object =
+      crc({"-f", "pos18,nE,nW,crc6", "--read", "F0 00 00 00 01 24 68 B9 80", "--to", "jsonl"});
+  EXPECT_EQ(object.status, ExitStatus::data_failed);
+  EXPECT_THAT(object.out, HasSubstr("\"crc\":12,"));
+  EXPECT_THAT(object.out, HasSubstr("\"crc_computed\":13,\"lead_clocks\":4,\"ack_clocks\":35,"
+                                    "\"status\":\"crc\"}"));
+}
+
+TEST(CrcRead, BufferWithoutAGoodFrame_NamesTheCause) {
+  const auto status = [](const std::string& format, const std::string& bytes,
+                         const std::string& clock = {}) {
+    std::vector<std::string> all{"crc", "-f", format, "--read", bytes, "--to", "jsonl"};
+    if (!clock.empty()) all.insert(all.end(), {"--clock", clock});
+    const Ran ran = run_verb(add_crc, all);
+    EXPECT_EQ(ran.status, ExitStatus::data_failed) << ran.err;
+    const std::size_t at = ran.out.find("\"status\":\"") + 10;
+    return ran.out.substr(at, ran.out.find('"', at) - at);
+  };
+  EXPECT_EQ(status("resolute-18", "FF FF FF"), "no_response");
+  EXPECT_EQ(status("resolute-18", "00 00 80"), "not_ready");
+  EXPECT_EQ(status("resolute-18", "F0 00 00"), "no_start");
+  EXPECT_EQ(status("resolute-18", "F0 00 00 00 01 24"), "truncated");
+  EXPECT_EQ(status("resolute-18", "F0 00 00 00 01 A4 68 B9 A0"), "cds");
+  // A 1 at STOP; with the clock, also after it.
+  EXPECT_EQ(status("resolute-18", "F0 00 00 00 01 24 68 B9 B0"), "stop_bit");
+  EXPECT_EQ(status("resolute-18", "F0 00 00 00 01 24 68 B9 A1", "10MHz"), "stop_bit");
+  // START may come 3.225 us after the request at the earliest.
+  EXPECT_EQ(status("resolute-18", "E4 91 A2 E6 80", "10MHz"), "ack_range");
+}
+
+TEST(CrcRead, TwoChannels_EachHaveTheirChecksum) {
+  const Ran ran = crc({"-f", "pos3,crc3+pos3,crc3", "--read", "C9 80 00", "--to", "jsonl"});
+  EXPECT_THAT(ran.out, HasSubstr("\"crc_computed2\":"));
+}
+
+TEST(CrcRead, WrongUsage_IsOneLineAndStatus2) {
+  const std::initializer_list<std::initializer_list<std::string>> wrong = {
+      {"-f", "resolute-18", "--read", buffer, "1"},
+      {"-f", "resolute-18", "--read", buffer, "--error"},
+      {"-f", "resolute-18", "--read", buffer, "--lc", "1"},
+      {"-f", "resolute-18", "--read", "F0 0"},
+      {"-f", "resolute-18", "--read", "F0 0x"},
+      {"-f", "resolute-18", "--read", "G0"},
+      {"-f", "resolute-18", "--read", " "},
+      {"-f", "resolute-18", "--read", buffer, "--clock", "20MHz"},
+      {"-f", "resolute-18", "1", "--clock", "10MHz"},
+  };
+  for (const auto& arguments : wrong) {
+    const Ran ran = crc(arguments);
+    EXPECT_EQ(ran.status, ExitStatus::usage) << ran.err;
+    EXPECT_EQ(ran.out, "");
+    EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
+  }
+}
+
 }  // namespace crc_test
 }  // namespace biss::cli

@@ -9,6 +9,7 @@
 
 #include "biss/eds/advise.hpp"
 #include "biss/eds/device.hpp"
+#include "biss/eds/profile.hpp"
 #include "biss/frame/format_text.hpp"
 #include "biss/timing/cable.hpp"
 #include "cli/common/format_option.hpp"
@@ -38,8 +39,8 @@ struct AdviseOptions {
 
 const std::vector<std::string> advise_formats{"table", "jsonl", "description"};
 
-// Resolution and turns from the first channel's BP3 part.
-void take_lengths(const EdsSource& source, AdviceWish& wish) {
+// Resolution, turns and C from the first channel's BP3 part.
+void take_part(const EdsSource& source, AdviceWish& wish) {
   const auto& part = source.sheet.profiles[0];
   if (!part || !part->whole) return;
   const Bp3Part bp3 = parse_bp3_part(part->filled);
@@ -49,6 +50,10 @@ void take_lengths(const EdsSource& source, AdviceWish& wish) {
   wish.turns_bits = wish.turns_field_bits - (bp3.linear() ? 0 : turns.leading + turns.trailing);
   wish.resolution_field_bits = bp3.position_bits() - wish.turns_field_bits;
   wish.resolution_bits = wish.resolution_field_bits - singleturn.leading - singleturn.trailing;
+  const std::uint16_t registers = source.sheet.identifiers[0].value_or(0);
+  const ProfileIdentifier identifier{registers != 0 ? registers : bp3.bp_id};
+  const bool has_c = identifier.profile() == Profile::bp3 || identifier.profile() == Profile::bp3s;
+  wish.in_safety_encoder = has_c && identifier.crc_is_data();
 }
 
 // Returns one line where an option is wrong, else an empty text.
@@ -63,7 +68,7 @@ std::string take_options(const AdviseOptions& options, AdviceWish& wish) {
   }
   if (options.resolution_field != 0) wish.resolution_field_bits = options.resolution_field;
   if (options.turns_field != 0) wish.turns_field_bits = options.turns_field;
-  wish.in_safety_encoder = options.safety;
+  wish.in_safety_encoder = wish.in_safety_encoder || options.safety;
   wish.rate = options.rate.value_or(Hertz{});
   wish.clock = options.clock.value_or(Hertz{});
   const auto timing = override_timing(options.timing, wish.timing);
@@ -181,7 +186,7 @@ ExitStatus run_advise(const AdviseOptions& options) {
     if (device.ok()) {
       wish.timing = timing_at(*device, options.clock.value_or(device->timing.clock_max));
     }
-    take_lengths(*source, wish);
+    take_part(*source, wish);
   }
   const std::string error = take_options(options, wish);
   if (!error.empty()) return fail(ExitStatus::usage, error);

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "cli/common/verb.hpp"
@@ -35,6 +36,23 @@ bool is_identifier(const std::string& name) {
   return !name.empty();
 }
 
+// Those of C++ too, because a header in C is also included there.
+constexpr std::string_view reserved_words =
+    " alignas alignof and and_eq asm auto bitand bitor bool break case catch char char16_t"
+    " char32_t char8_t class co_await co_return co_yield compl concept const const_cast"
+    " consteval constexpr constinit continue decltype default delete do double dynamic_cast"
+    " else enum explicit export extern false float for friend goto if inline int long mutable"
+    " namespace new noexcept not not_eq nullptr operator or or_eq private protected public"
+    " register reinterpret_cast requires restrict return short signed sizeof static"
+    " static_assert static_cast struct switch template this thread_local throw true try"
+    " typedef typeid typename typeof typeof_unqual union unsigned using virtual void volatile"
+    " wchar_t while xor xor_eq ";
+
+// \pre name is an identifier
+bool is_reserved_word(const std::string& name) {
+  return reserved_words.find(" " + name + " ") != std::string_view::npos;
+}
+
 // `CPOLY: the polynomial has its lowest bit … (67, expected 33)`
 std::string finding_line(const EdsFindingRow& row) {
   std::string out = fmt::format("{}: {}", row.symbol, row.text);
@@ -60,6 +78,10 @@ ExitStatus run_build(const BuildOptions& options) {
   if (!is_identifier(options.name)) {
     return fail(ExitStatus::usage,
                 fmt::format("--name '{}': not an identifier in C", options.name));
+  }
+  if (is_reserved_word(options.name)) {
+    return fail(ExitStatus::usage,
+                fmt::format("--name '{}': a reserved word of C or C++", options.name));
   }
   const auto source = load_eds(options.arguments);
   if (!source) return source.error();

@@ -341,6 +341,16 @@ TEST_F(Eds, DiffOfAFieldThatIsPartlyKnown_ComparesItsBytes) {
   EXPECT_EQ(diff("q1.hex", "q2.hex").out, head + "common,0x0E,0,1,,\n");
 }
 
+TEST_F(Eds, NameThatCOrCppRefuses_IsWrongUsage) {
+  for (const std::string word : {"int", "class", "xor_eq"}) {
+    const Ran ran = eds({"build", path("encoder.eds"), "--to", "c", "--name", word});
+    EXPECT_EQ(ran.status, ExitStatus::usage);
+    EXPECT_THAT(ran.err, HasSubstr("--name '" + word + "': a reserved word of C or C++"));
+  }
+  EXPECT_EQ(eds({"build", path("encoder.eds"), "--to", "c", "--name", "int_"}).status,
+            ExitStatus::done);
+}
+
 TEST_F(Eds, Advise_TellsTheFrameAndWhetherTheRateIsFeasible) {
   const Ran ran = eds({"advise", "--resolution", "18", "--turns", "12", "--rate", "16kHz",
                        "--ack-max", "10us", "--timeout", "adaptive", "--clock", "10MHz"});
@@ -374,6 +384,16 @@ TEST_F(Eds, AdviceOfADataSheet_TakesItsLengthsAndTimes) {
   EXPECT_EQ(object["feasible"], 1);
 }
 
+TEST_F(Eds, AdviceOfADataSheetWithC_KeepsIt) {
+  for (const std::string registers : {"", "[registers]\nBP_ID = 0x6326\n"}) {
+    const std::string bp_id = registers.empty() ? "BP_ID = 0x6326\n" : "BP_ID = 0x6220\n";
+    write("c.eds", registers + "[bp3]\n" + bp_id + "MT_LEN = 12\nMT_CNT = 4096\nFI_LEN = 18\n");
+    const Ran ran = eds({"advise", path("c.eds"), "--to", "jsonl"});
+    EXPECT_EQ(ran.status, ExitStatus::done) << ran.err;
+    EXPECT_EQ(nlohmann::json::parse(ran.out)["bp_id"], 0x6326);
+  }
+}
+
 TEST_F(Eds, DeviceWhoseDataSheetWasNotRead_IsNamed) {
   write("page.hex", "0x00: 48 44\n0x40: 00 02 62 1E\n");
   const Ran ran = eds({"show", path("page.hex")});
@@ -383,6 +403,18 @@ TEST_F(Eds, DeviceWhoseDataSheetWasNotRead_IsNamed) {
               HasSubstr("BP_ID = 0x621E"));
   write("none.hex", "0x40: 00 00 62 1E\n");
   EXPECT_THAT(eds({"check", path("none.hex")}).err, HasSubstr("the device has no data sheet"));
+}
+
+TEST_F(Eds, AccessesBeforeTheBankIsKnown_AreLeftOutWithAMessage) {
+  const std::string read = R"({"id":0,"access":"read","address":1,"data":"07","outcome":"ok"})";
+  write("rows.jsonl", read + "\n");
+  const Ran unknown = eds({"show", path("rows.jsonl"), "--to", "description"});
+  EXPECT_THAT(unknown.err, HasSubstr("left out: 1 register from 0x00 to 0x3F of which no access "
+                                     "shows the bank (BSEL, 0x40)\n"));
+  EXPECT_THAT(unknown.out, Not(HasSubstr("[bank")));
+  const Ran given = eds({"show", path("rows.jsonl"), "--to", "description", "--bank", "3"});
+  EXPECT_THAT(given.out, HasSubstr("[bank 3]"));
+  EXPECT_THAT(given.err, Not(HasSubstr("left out")));
 }
 
 TEST_F(Eds, EdsBankThatIsNotInTheDump_IsNamed) {

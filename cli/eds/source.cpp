@@ -13,6 +13,7 @@
 #include "cli/eds/description.hpp"
 #include "cli/eds/value.hpp"
 #include "dump/read.hpp"
+#include "dump/write.hpp"
 
 namespace biss::cli {
 namespace {
@@ -159,8 +160,9 @@ void add_eds_file(Verb verb, std::string& file, bool required) {
 }
 
 void add_eds_options(Verb verb, EdsArguments& arguments) {
-  add_count_option(verb, "--bank", into(arguments.bank), "First bank of the file; 0 by default",
-                   255);
+  add_count_option(
+      verb, "--bank", into(arguments.bank),
+      "First bank of the file, 0 by default; of accesses, the bank before the first one", 255);
   add_count_option(verb, "--eds-bank", into(arguments.eds_bank),
                    "Bank of the common part, instead of register 0x41", 255);
   add_count_option(verb, "--slave", into(arguments.slave), "Read only the accesses to this ID", 7);
@@ -178,6 +180,9 @@ tl::expected<EdsSource, ExitStatus> load_eds(const EdsArguments& arguments) {
   if (!read) {
     return tl::unexpected(
         fail(ExitStatus::io, fmt::format("'{}': {}", arguments.file, read.error())));
+  }
+  if (read->dump.without_bank != 0) {
+    warn(fmt::format("'{}': {}", arguments.file, text_without_bank(read->dump)));
   }
   EdsSource source;
   source.dump = read->dump;

@@ -5,11 +5,11 @@
 #include <map>
 #include <vector>
 
-#include "biss/control/register_map.hpp"
 #include "cli/common/decoded_capture.hpp"
 #include "cli/common/verbs.hpp"
 #include "cli/registers/access_rows.hpp"
 #include "decode/control_listener.hpp"
+#include "decode/seen_registers.hpp"
 #include "dump/register_dump.hpp"
 #include "dump/write.hpp"
 #include "report/summary.hpp"
@@ -25,6 +25,7 @@ struct RegistersOptions {
   CaptureArguments capture;
   std::string dump;
   std::optional<std::uint64_t> id;
+  std::optional<std::uint8_t> bank;
   bool fail_on_any = false;
   std::string output;
   report::Format to = report::Format::table;
@@ -33,44 +34,36 @@ struct RegistersOptions {
 // The registers of each slave as far as the traffic shows them.
 class Dumps {
  public:
+  /// \param bank the bank of each slave at the beginning
+  explicit Dumps(std::optional<std::uint8_t> bank) : bank_(bank) {}
+
   void take(const SeenAccess& access) {
-    const bool written = access.kind == SeenAccess::Kind::write;
-    if (!access.header_sent || (!written && access.kind != SeenAccess::Kind::read)) return;
-    Seen& seen = slaves_[access.id];
-    if (access.outcome != AccessOutcome::ok) {
-      const bool refused = access.outcome == AccessOutcome::no_answer ||
-                           access.outcome == AccessOutcome::no_such_slave ||
-                           access.outcome == AccessOutcome::refused_or_not_addressed;
-      if (written && access.address == reg::bsel && !refused) seen.bank.reset();
-      return;
-    }
-    if (access.address == reg::bsel) seen.bank = access.data;
-    if (access.address < dump::first_direct && !seen.bank) return;
-    seen.dump.at(seen.bank.value_or(0), access.address) = access.data;
+    if (!access.header_sent || access.kind == SeenAccess::Kind::command) return;
+    // An access of which the kind is not known does not show that there is such a slave.
+    if (access.kind == SeenAccess::Kind::unknown && !slaves_.contains(access.id)) return;
+    slaves_.try_emplace(access.id, bank_).first->second.take(access);
   }
   std::size_t slaves() const { return slaves_.size(); }
   /// That slave's, or the only one's.
   const dump::RegisterDump* find(std::optional<std::uint64_t> id) const {
-    if (!id) return slaves_.size() == 1 ? &slaves_.begin()->second.dump : nullptr;
+    if (!id) return slaves_.size() == 1 ? &slaves_.begin()->second.registers() : nullptr;
     const auto at = slaves_.find(static_cast<unsigned>(*id));
-    return at == slaves_.end() ? nullptr : &at->second.dump;
+    return at == slaves_.end() ? nullptr : &at->second.registers();
   }
 
  private:
-  struct Seen {
-    dump::RegisterDump dump;
-    std::optional<std::uint8_t> bank = 0;  // BSEL at power-up
-  };
-  std::map<unsigned, Seen> slaves_;
+  std::optional<std::uint8_t> bank_;
+  std::map<unsigned, decode::SeenRegisters> slaves_;
 };
 
 class RegistersRun {
  public:
-  explicit RegistersRun(const RegistersOptions& options) : options_(options) {}
+  explicit RegistersRun(const RegistersOptions& options)
+      : options_(options), dumps_(options.bank) {}
 
   ExitStatus run() {
-    if (options_.id && options_.dump.empty()) {
-      return fail(ExitStatus::usage, "--id: needs --dump");
+    if (options_.dump.empty() && (options_.id || options_.bank)) {
+      return fail(ExitStatus::usage, options_.id ? "--id: needs --dump" : "--bank: needs --dump");
     }
     const ExitStatus opened = capture_.open(options_.capture);
     if (opened != ExitStatus::done) return opened;
@@ -147,13 +140,20 @@ class RegistersRun {
     }
     const bool banks_only = dump::holds_banks_only(dump::format_of(options_.dump));
     const bool direct = found->direct() != dump::DumpedBytes{};
+    const bool lost = found->without_bank != 0;
+    if (lost) {
+      warn(fmt::format("--dump: {}; --bank gives the bank at the beginning of the capture",
+                       text_without_bank(*found)));
+    }
     if (!found->banks() && !direct) {
-      return fail(ExitStatus::data_failed, "--dump: no register was read");
+      return fail(ExitStatus::data_failed,
+                  lost ? "--dump: no other register was read" : "--dump: no register was read");
     }
     if (!found->banks() && banks_only) {
       return fail(ExitStatus::data_failed,
-                  "--dump: no register of a bank was read; this format has no place for the "
-                  "registers from 0x40 on");
+                  fmt::format("--dump: no register of a {}bank was read; this format has no place "
+                              "for the registers from 0x40 on",
+                              lost ? "known " : ""));
     }
     Output file;
     if (!file.open(options_.dump)) return file.status();
@@ -190,6 +190,10 @@ void add_registers(Command& command) {
       .type_name("FILE")
       .file(FileUse::write);
   add_count_option(verb, "--id", into(options->id), "ID of the slave for --dump", 7);
+  add_count_option(verb, "--bank", into(options->bank),
+                   "Bank that is selected at the beginning of the capture, for --dump; by default "
+                   "it is known from the first access to BSEL on",
+                   255);
   verb.add_flag("--fail", options->fail_on_any, "Exit with 1 if an access did not end with ok");
   add_output_option(verb, options->output);
   add_to_option(verb, options->to);

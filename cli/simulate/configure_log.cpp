@@ -71,7 +71,8 @@ void add_found(report::Summary& out, const Configuration& found) {
       fmt::format("at most {} and {} clocks", text_of(timing.ack_max), found.start_delay_clocks),
       name_of(found.busy_source));
   out.entry("timeout", text_of(timing.timeout), name_of(found.timeout_source));
-  out.entry("shortest cycle", text_of(timing.cycle_min), name_of(found.cycle_source));
+  out.entry("shortest cycle", timing.cycle_min.count == 0 ? "not given" : text_of(timing.cycle_min),
+            name_of(found.cycle_source));
 }
 
 }  // namespace

@@ -250,6 +250,7 @@ TEST_F(SimulatedRegisters, ConfiguringMaster_FindsTheFormatThatTheCaptureDecodes
   const Outcome outcome = simulate({"--configure", "--motion", "random", "--cable", "50m"});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_EQ(found(outcome, "format"), "pos28,nE,nW,crc6");
+  EXPECT_THAT(outcome.err, testing::ContainsRegex("\nshortest cycle +not given "));
   EXPECT_THAT(outcome.err, HasSubstr("4D484D234400 (MHM#D)"));
   EXPECT_THAT(outcome.err, HasSubstr("0x6943 (iC-Haus)"));
   EXPECT_THAT(outcome.err, HasSubstr("profile 0x621E"));
@@ -287,6 +288,7 @@ TEST(ConfiguringMaster, ChainOfTwo_IsFoundAndBelievedAboutItsClock) {
            "--access", "0/read:0x42,2", "--outcomes", "-", "-o", capture, "--truth", truth});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_EQ(found(outcome, "format"), "mt12,st18,nE,nW,crc6+pos16,nE,nW,crc6");
+  EXPECT_EQ(found(outcome, "shortest cycle"), "31.25");
   EXPECT_THAT(outcome.err,
               HasSubstr("--clock: 2 MHz is outside the range that was found, 250 kHz to 1 MHz"));
   EXPECT_EQ(rows_of(outcome.out).at(0).at("data"), "62 12");

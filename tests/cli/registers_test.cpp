@@ -119,7 +119,7 @@ TEST_F(HeardRegisters, CaptureWithoutControl_SaysSo) {
 }
 
 TEST_F(HeardRegisters, Dump_HasTheFormatOfItsExtension) {
-  heard({"--access", "read:0x00,4", "--access", "read:0x42,2"});
+  heard({"--access", "read:0x00,4", "--access", "read:0x40,4"});
   for (const char* name : {"seen.ihx", "seen.ihex"}) {
     ASSERT_EQ(run({"registers", capture, "--dump", folder.path(name)}).status, 0);
     EXPECT_THAT(content_of(folder.path(name)), testing::StartsWith(":0400000048440078"));
@@ -145,11 +145,32 @@ TEST_F(HeardRegisters, DumpWithoutARegister_IsAFailure) {
   EXPECT_EQ(run({"registers", capture, "--dump", folder.path("seen.hex")}).status, 0);
 }
 
-TEST_F(HeardRegisters, IdWithoutDump_IsWrongUsage) {
+TEST_F(HeardRegisters, BankThatNoAccessShows_IsLeftOutAndNotGuessed) {
+  heard({"--access", "read:0x00,4", "--access", "read:0x42,2"});
+  const std::string seen = folder.path("seen.hex");
+  const Outcome unknown = run({"registers", capture, "--dump", seen});
+  EXPECT_EQ(unknown.status, 0);
+  EXPECT_THAT(unknown.err,
+              HasSubstr("--dump: left out: 4 registers from 0x00 to 0x3F of which no access shows "
+                        "the bank (BSEL, 0x40); --bank gives the bank at the beginning of the "
+                        "capture\n"));
+  EXPECT_EQ(content_of(seen), "0x40: -- -- 62 1E -- -- -- -- -- -- -- -- -- -- -- --\n");
+  const Outcome none = run({"registers", capture, "--dump", folder.path("seen.bin")});
+  EXPECT_EQ(none.status, 1);
+  EXPECT_THAT(none.err, HasSubstr("--dump: no register of a known bank was read"));
+  const Outcome given = run({"registers", capture, "--dump", seen, "--bank", "2"});
+  EXPECT_EQ(given.status, 0);
+  EXPECT_THAT(content_of(seen), testing::StartsWith("bank 2\n0x00: 48 44 00 78 --"));
+  EXPECT_THAT(given.err, testing::Not(HasSubstr("left out")));
+}
+
+TEST_F(HeardRegisters, OptionOfDumpWithoutDump_IsWrongUsage) {
   heard({"--access", "read:0x42"});
-  const Outcome read = run({"registers", capture, "--id", "3"});
-  EXPECT_EQ(read.status, 2);
-  EXPECT_THAT(read.err, HasSubstr("--id: needs --dump"));
+  for (const std::string option : {"--id", "--bank"}) {
+    const Outcome read = run({"registers", capture, option, "3"});
+    EXPECT_EQ(read.status, 2);
+    EXPECT_THAT(read.err, HasSubstr(option + ": needs --dump"));
+  }
 }
 
 TEST_F(HeardRegisters, JsonLines_AreADumpAgain) {

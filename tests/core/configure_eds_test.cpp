@@ -78,7 +78,8 @@ BISS_TEST(ConfigureEds, WrongChecksumOfTheCommonPart_LeavesItToTheIdentifier) {
     BISS_EXPECT_EQ(device.registers().bsel(), 0);
     BISS_EXPECT(state.channels);
     if (profile == 0) {
-      BISS_EXPECT(line.cause() == ConfigureError::eds_checksum);
+      BISS_EXPECT((result.error() == ConfigureFault{.cause = ConfigureError::eds_checksum,
+                                                    .step = ConfigureStep::read_common}));
       continue;
     }
     BISS_ASSERT(result.ok());
@@ -203,6 +204,72 @@ BISS_TEST(ConfigureEds, DeviceOfTwoSlaves_IsDescribedByEitherOfThem) {
       BISS_EXPECT_EQ(frame->channels()[2 - k].position, 0x80 + k);
     }
   }
+}
+
+BISS_TEST(ConfigureEds, IdentifierOfASlaveOfTheDevice_CountsBeforeAndAfterTheHolder) {
+  for (const std::uint8_t holder : {std::uint8_t{0}, std::uint8_t{1}}) {
+    std::array<EncoderState, 2> states{};
+    constexpr std::array<std::uint16_t, 2> profiles{0x6214, 0x621E};
+    SlaveTiming chained = usual_timing;
+    chained.chained = true;
+    const auto one = [&](std::size_t k) {
+      return encoder(
+          format_of_profile(profiles[k]), k == 0 ? usual_timing : chained,
+          {.profile = profiles[k], .eds_bank = static_cast<std::uint8_t>(k == holder ? 1 : 0)},
+          states[k]);
+    };
+    Encoders<2> device{{one(0), one(1)}};
+    // No channel has a part, and neither length is given.
+    const CommonPart common{.eds_len = 1, .tma = 200, .dc_num = 2, .sl_num = 2, .sl_off = holder};
+    device.registers(holder).bank(1) =
+        RegisterBank(sealed(build_bank(common)), RegisterProtection::read_only);
+    Line line(device);
+    BISS_ASSERT(line.run());
+    const auto result = line.cycle.result();
+    BISS_ASSERT(result.ok()) << "cause " << static_cast<int>(result.error().cause);
+    BISS_EXPECT(result->clock_source == ValueSource::eds);
+    for (std::size_t k = 0; k < 2; ++k) {
+      BISS_EXPECT(result->format.channel_list[1 - k] ==
+                  format_of_profile(profiles[k]).channel_list[0]);
+    }
+  }
+}
+
+// The fault of an encoder without identifier.
+ConfigureFault fault_of(EncoderSlave slave) {
+  Encoders<1> device{{slave}};
+  Line line(device);
+  BISS_EXPECT(line.run());
+  const auto result = line.cycle.result();
+  BISS_EXPECT(!result.ok());
+  return result.ok() ? ConfigureFault{} : result.error();
+}
+
+BISS_TEST(ConfigureEds, DataSheetThatCannotBeRead_KeepsTheCauseOfTheAccess) {
+  EncoderState state{};
+  const auto unreadable = [](ConfigureStep step, std::optional<ControlError> error) {
+    return ConfigureFault{.cause = ConfigureError::eds_unreadable, .step = step, .control = error};
+  };
+  const auto without_identifier = [&](std::uint8_t eds_bank, std::uint16_t manufacturer) {
+    return encoder(format_of_profile(0x621E), usual_timing,
+                   {.eds_bank = eds_bank, .manufacturer = manufacturer}, state);
+  };
+  // There are four banks.
+  BISS_EXPECT(fault_of(without_identifier(9, 0x6943)) ==
+              unreadable(ConfigureStep::read_common, ControlError::refused));
+  // Lika uses BSEL for something else.
+  BISS_EXPECT(fault_of(without_identifier(1, 0x4C69)) ==
+              unreadable(ConfigureStep::select_bank, std::nullopt));
+  BISS_EXPECT(fault_of(without_identifier(0, 0x6943)).cause == ConfigureError::no_profile);
+  EncoderSlave no_part = without_identifier(1, 0x6943);
+  CommonPart common{.eds_len = 1, .tma = 200, .dc_num = 1, .sl_num = 1};
+  common.channels[0].bank = 9;
+  no_part.source().server.owner().bank(1) =
+      RegisterBank(sealed(build_bank(common)), RegisterProtection::read_only);
+  BISS_EXPECT(fault_of(no_part) == unreadable(ConfigureStep::read_channels, ControlError::refused));
+  state.keeps_bsel = true;
+  BISS_EXPECT(fault_of(without_identifier(1, 0x6943)) ==
+              unreadable(ConfigureStep::select_bank, ControlError::refused_or_not_addressed));
 }
 
 // The CPW is the slave next to the master. Bank 2 has the SPW's part, bank 3 the CPW's.

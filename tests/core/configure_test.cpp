@@ -308,6 +308,7 @@ BISS_TEST(Configure, EachName_IsItsEnumerators) {
   BISS_EXPECT(name_of(ConfigureStep::done) == "done");
   BISS_EXPECT(name_of(ConfigureError::no_encoder) == "no_encoder");
   BISS_EXPECT(name_of(ConfigureError::eds_checksum) == "eds_checksum");
+  BISS_EXPECT(name_of(ConfigureError::eds_unreadable) == "eds_unreadable");
   BISS_EXPECT(name_of(ConfigureError::too_many_requests) == "too_many_requests");
   BISS_EXPECT(name_of(ValueSource::defaults) == "default");
   BISS_EXPECT(name_of(ValueSource::eds) == "eds");
