@@ -73,14 +73,20 @@ tl::expected<std::vector<std::string>, std::string> read_list(const std::string&
 }
 
 ExitStatus run_read(const ArchiveOptions& options) {
-  std::vector<std::string> paths = options.capture.files;
+  const std::vector<std::string>& paths = options.capture.files;
+  std::vector<std::string> listed;
   if (!options.list.empty()) {
-    auto listed = read_list(options.list);
-    if (!listed) return fail(ExitStatus::io, listed.error());
-    paths.insert(paths.end(), listed->begin(), listed->end());
+    auto lines = read_list(options.list);
+    if (!lines) return fail(ExitStatus::io, lines.error());
+    listed = std::move(*lines);
   }
-  if (paths.empty()) return fail(ExitStatus::usage, "no folder given; name one, or --files-from");
-  if (std::find(paths.begin(), paths.end(), "-") != paths.end()) {
+  if (paths.empty() && listed.empty()) {
+    return fail(ExitStatus::usage, "no folder given; name one, or --files-from");
+  }
+  const auto names_stdin = [](const std::vector<std::string>& names) {
+    return std::find(names.begin(), names.end(), "-") != names.end();
+  };
+  if (names_stdin(paths) || names_stdin(listed)) {
     return fail(ExitStatus::usage, "standard input is no folder; for a file of that name give ./-");
   }
   // The options are wrong for each file, or for none.
@@ -89,7 +95,7 @@ ExitStatus run_read(const ArchiveOptions& options) {
   if (const ExitStatus status = DecodedCapture().open(checked); status != ExitStatus::done) {
     return status;
   }
-  const auto files = archive::list_files(paths);
+  const auto files = archive::list_files(paths, listed);
   if (!files) return fail(ExitStatus::io, files.error());
   const ArchiveTask task{.capture = options.capture,
                          // Figures of different programs do not add up.
