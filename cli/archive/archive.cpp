@@ -72,6 +72,20 @@ tl::expected<std::vector<std::string>, std::string> read_list(const std::string&
   return lines;
 }
 
+// One line: the output would replace one of the files; else empty.
+std::string replaced_file(const std::string& output,
+                          const std::vector<archive::ListedFile>& files) {
+  archive::FileStamp stamp;
+  if (output.empty() || output == "-" || !archive::read_stamp(output, stamp)) return {};
+  for (const archive::ListedFile& file : files) {
+    if (!file.cause.empty() || file.stamp != stamp) continue;
+    std::string conflict = file_conflict(
+        {{"--output", output, FileUse::write}, {"the file to be read", file.path, FileUse::read}});
+    if (!conflict.empty()) return conflict;
+  }
+  return {};
+}
+
 ExitStatus run_read(const ArchiveOptions& options) {
   const std::vector<std::string>& paths = options.capture.files;
   std::vector<std::string> listed;
@@ -97,6 +111,10 @@ ExitStatus run_read(const ArchiveOptions& options) {
   }
   const auto files = archive::list_files(paths, listed);
   if (!files) return fail(ExitStatus::io, files.error());
+  if (const std::string replaced = replaced_file(options.summary.output, *files);
+      !replaced.empty()) {
+    return fail(ExitStatus::usage, replaced);
+  }
   const ArchiveTask task{.capture = options.capture,
                          // Figures of different programs do not add up.
                          .setup = {program_text(), settings_of(*options.read)},

@@ -268,6 +268,25 @@ TEST_F(Archive, OutputInTheFolder_IsNoCapture) {
   EXPECT_EQ(Json::parse(first)["list"]["files"], 1);
 }
 
+TEST_F(Archive, OutputOntoACapture_IsRefusedAndLeavesIt) {
+  const std::string capture = simulated("a.csv", {"-f", "resolute-26"});
+  simulated("b.csv", {"-f", "resolute-26"});
+  const std::string before = content_of(capture);
+  fs::create_hard_link(capture, path("hard.json"));
+  fs::create_symlink(capture, path("link.json"));
+  for (const std::string& output : {capture, path("hard.json"), path("link.json")}) {
+    const Outcome refused = run({"archive", captures(), "-o", output});
+    EXPECT_EQ(refused.status, 2) << output;
+    EXPECT_THAT(refused.err, HasSubstr("are the same file"));
+    EXPECT_EQ(content_of(capture), before);
+  }
+  EXPECT_FALSE(fs::exists(capture + ".journal"));
+  // Only a name that ends in .json or .journal is looked at as a file of this program.
+  const Words named{"archive", captures(), "-o", captures() + "/summary.txt"};
+  ASSERT_EQ(run(named).status, 0);
+  EXPECT_EQ(run(named).status, 2) << "its own summary would be a file of the archive";
+}
+
 TEST_F(Archive, ThreadsAndShards_GiveTheSameSummary) {
   const ArchiveFolder archive(60);
   const std::string one = summary_of(archive, "1");
