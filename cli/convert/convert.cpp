@@ -158,6 +158,12 @@ class ConvertRun {
                   fmt::format("--since: {} ends before, at {}; nothing to convert", input_.name(),
                               text_of(input_.end_time())));
     }
+    if (!any_ && cutter_->past_end()) {
+      output.abandon();
+      return fail(ExitStatus::data_failed,
+                  fmt::format("--until: {} has no level of the lines before {}; nothing to convert",
+                              input_.name(), text_of(*options_.until)));
+    }
     if (!finish(capture)) return status_of(capture);
     if (!output.finish()) return output.status();
     print_summary(summary());
