@@ -92,9 +92,8 @@ class ConvertRun {
   }
 
   ExitStatus open_input() {
-    if (options_.since && options_.until && *options_.until < *options_.since) {
-      return fail(ExitStatus::usage, "--until: is before --since; exchange them");
-    }
+    const std::string range = wrong_range(options_.since, options_.until);
+    if (!range.empty()) return fail(ExitStatus::usage, range);
     std::vector<CaptureFile> files;
     for (const std::string& file : options_.input.files) files.push_back({.path = file});
     const ExitStatus opened = input_.open(std::move(files), options_.input);

@@ -39,6 +39,8 @@ bool is_error(const decode::Cycle& cycle, std::optional<SafetyVerdict> verdict,
 ExitStatus DecodeRun::open() {
   const std::string wrong = fail_on_.read(options_.fail_on);
   if (!wrong.empty()) return fail(ExitStatus::usage, wrong);
+  const std::string range = wrong_range(options_.since, options_.until);
+  if (!range.empty()) return fail(ExitStatus::usage, range);
   const std::string unusable = options_.motion.wrong_usage();
   if (!unusable.empty()) return fail(ExitStatus::usage, unusable);
   const ExitStatus opened = capture_.open(options_.capture, options_.margin);
