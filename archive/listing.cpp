@@ -41,14 +41,41 @@ std::string real_path(const std::string& path) {
   return real ? std::string(real.get()) : std::string();
 }
 
-bool lies_in(const std::string& path, const std::string& folder) {
-  return path == folder || folder == "/" ||
-         (path.starts_with(folder) && path[folder.size()] == '/');
-}
-
 std::string below(const std::string& folder, const std::string& name) {
   return folder.ends_with('/') ? folder + name : folder + '/' + name;
 }
+
+// The path as given, without `./` and the like.
+std::string plain_path(const std::string& path) {
+  std::string plain = std::filesystem::path(path).lexically_normal();
+  if (plain.size() > 1 && plain.ends_with('/')) plain.pop_back();
+  return plain;
+}
+
+// Files and folders, without links. A list may name a million of them.
+class Places {
+ public:
+  void add(std::string path) { paths_.insert(std::move(path)); }
+
+  // One of them is the path, or a folder that it lies in.
+  bool hold(std::string path) const {
+    while (!paths_.contains(path)) {
+      const std::size_t slash = path.rfind('/');
+      if (slash == std::string::npos || path == "/") return false;
+      path.resize(std::max(slash, std::size_t{1}));
+    }
+    return true;
+  }
+  // One of them lies in the folder.
+  bool lie_in(const std::string& folder) const {
+    const std::string begin = below(folder, "");
+    const auto first = paths_.lower_bound(begin);
+    return first != paths_.end() && first->starts_with(begin);
+  }
+
+ private:
+  std::set<std::string> paths_;
+};
 
 std::string name_of_path(const std::string& path) {
   return path.substr(path.rfind('/') + 1);  // npos + 1 is 0
@@ -90,18 +117,14 @@ class Walk {
  public:
   // \param roots paths and, for each, the same without links
   explicit Walk(const std::vector<std::pair<std::string, std::string>>& roots) {
-    for (const auto& [path, real] : roots) ends_.push_back(real);
+    for (const auto& [path, real] : roots) ends_.add(real);
     for (const auto& [path, real] : roots) begin(path);
     // Links to folders first: what they lead to is known when a link to a file in it follows.
     while (!folder_links_.empty()) follow_folder(take_first(folder_links_));
     for (const std::string& link : file_links_) follow_file(link);
   }
 
-  std::vector<ListedFile> files() {
-    std::sort(files_.begin(), files_.end(),
-              [](const ListedFile& a, const ListedFile& b) { return a.path < b.path; });
-    return std::move(files_);
-  }
+  std::vector<ListedFile> files() { return std::move(files_); }
 
  private:
   static std::string take_first(std::set<std::string>& paths) {
@@ -154,27 +177,23 @@ class Walk {
 
   void follow_folder(const std::string& link) {
     const std::string real = real_path(link);
-    const bool known = std::any_of(ends_.begin(), ends_.end(), [&](const std::string& end) {
-      return lies_in(real, end) || lies_in(end, real);
-    });
-    if (known) return leave_out(link, "link", read_elsewhere);
-    ends_.push_back(real);
+    if (ends_.hold(real) || ends_.lie_in(real)) return leave_out(link, "link", read_elsewhere);
+    ends_.add(real);
     begin(link);
   }
 
   void follow_file(const std::string& link) {
     const std::string real = real_path(link);
-    const bool known = std::any_of(ends_.begin(), ends_.end(),
-                                   [&](const std::string& end) { return lies_in(real, end); }) ||
-                       !file_ends_.insert(real).second;
-    if (known) return leave_out(link, "link", read_elsewhere);
+    if (ends_.hold(real) || !file_ends_.insert(real).second) {
+      return leave_out(link, "link", read_elsewhere);
+    }
     begin(link);
   }
 
   static constexpr const char* read_elsewhere = "a link to what is read elsewhere";
 
   // What is read, without links: the paths given, and the folders and files that links lead to.
-  std::vector<std::string> ends_;
+  Places ends_;
   std::set<std::string> file_ends_;
   std::vector<std::string> folders_;
   std::set<std::string> folder_links_;
@@ -192,27 +211,44 @@ bool read_stamp(const std::string& path, FileStamp& stamp) {
 }
 
 tl::expected<std::vector<ListedFile>, std::string> list_files(
-    const std::vector<std::string>& paths) {
+    const std::vector<std::string>& paths, const std::vector<std::string>& listed) {
   std::vector<std::pair<std::string, std::string>> roots;
   for (const std::string& path : paths) {
     std::string real = real_path(path);
     if (real.empty()) return tl::unexpected(fmt::format("{}: {}", path, reason(errno)));
-    std::string plain = std::filesystem::path(path).lexically_normal();
-    if (plain.size() > 1 && plain.ends_with('/')) plain.pop_back();
-    roots.emplace_back(std::move(plain), std::move(real));
+    roots.emplace_back(plain_path(path), std::move(real));
+  }
+  std::vector<ListedFile> gone;
+  for (const std::string& path : listed) {
+    std::string plain = plain_path(path);
+    std::string real = real_path(path);
+    if (real.empty()) {
+      gone.push_back({plain, {}, "cannot_open", fmt::format("{}: {}", plain, reason(errno))});
+    } else {
+      roots.emplace_back(std::move(plain), std::move(real));
+    }
   }
   // Of two names of a folder, and of a folder and what is in it, one is read.
   std::sort(roots.begin(), roots.end(), [](const auto& a, const auto& b) {
     return std::tie(a.second, a.first) < std::tie(b.second, b.first);
   });
+  Places places;
   std::vector<std::pair<std::string, std::string>> apart;
   for (auto& root : roots) {
-    const bool inside = std::any_of(apart.begin(), apart.end(), [&](const auto& other) {
-      return lies_in(root.second, other.second);
-    });
-    if (!inside) apart.push_back(std::move(root));
+    if (places.hold(root.second)) continue;
+    places.add(root.second);
+    apart.push_back(std::move(root));
   }
-  return Walk(apart).files();
+  std::vector<ListedFile> files = Walk(apart).files();
+  files.insert(files.end(), gone.begin(), gone.end());
+  // A link to nothing may be in a folder and in the list.
+  std::stable_sort(files.begin(), files.end(),
+                   [](const ListedFile& a, const ListedFile& b) { return a.path < b.path; });
+  files.erase(
+      std::unique(files.begin(), files.end(),
+                  [](const ListedFile& a, const ListedFile& b) { return a.path == b.path; }),
+      files.end());
+  return files;
 }
 
 }  // namespace biss::archive

@@ -19,16 +19,16 @@ struct ListedFile {
   std::string message;
 };
 
-/// Lists all files at and below these paths, sorted by path, each path once.
+/// Lists all files at and below these paths and those of a list, sorted by path, each path once.
 ///
-/// A symbolic link is followed where it leads to a file or folder outside of all of `paths` that no
+/// A symbolic link is followed where it leads to a file or folder outside of all these paths that no
 /// earlier link leads to; any other has the cause `link`, or `broken_link`. So nothing is counted
 /// twice and no circle is entered. Files that this program writes (summaries, journals, temporary
 /// files) are left out. Folders that cannot be read have the cause `folder_unreadable`; pipes,
-/// sockets and devices `not_a_file`.
+/// sockets and devices `not_a_file`; what the list names and is gone `cannot_open`.
 /// \return the files, or one line: which of `paths` does not exist
 tl::expected<std::vector<ListedFile>, std::string> list_files(
-    const std::vector<std::string>& paths);
+    const std::vector<std::string>& paths, const std::vector<std::string>& listed = {});
 
 /// Reads the stamp of a file; false where it is gone.
 bool read_stamp(const std::string& path, FileStamp& stamp);

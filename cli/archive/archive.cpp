@@ -72,15 +72,35 @@ tl::expected<std::vector<std::string>, std::string> read_list(const std::string&
   return lines;
 }
 
-ExitStatus run_read(const ArchiveOptions& options) {
-  std::vector<std::string> paths = options.capture.files;
-  if (!options.list.empty()) {
-    auto listed = read_list(options.list);
-    if (!listed) return fail(ExitStatus::io, listed.error());
-    paths.insert(paths.end(), listed->begin(), listed->end());
+// One line: the output would replace one of the files; else empty.
+std::string replaced_file(const std::string& output,
+                          const std::vector<archive::ListedFile>& files) {
+  archive::FileStamp stamp;
+  if (output.empty() || output == "-" || !archive::read_stamp(output, stamp)) return {};
+  for (const archive::ListedFile& file : files) {
+    if (!file.cause.empty() || file.stamp != stamp) continue;
+    std::string conflict = file_conflict(
+        {{"--output", output, FileUse::write}, {"the file to be read", file.path, FileUse::read}});
+    if (!conflict.empty()) return conflict;
   }
-  if (paths.empty()) return fail(ExitStatus::usage, "no folder given; name one, or --files-from");
-  if (std::find(paths.begin(), paths.end(), "-") != paths.end()) {
+  return {};
+}
+
+ExitStatus run_read(const ArchiveOptions& options) {
+  const std::vector<std::string>& paths = options.capture.files;
+  std::vector<std::string> listed;
+  if (!options.list.empty()) {
+    auto lines = read_list(options.list);
+    if (!lines) return fail(ExitStatus::io, lines.error());
+    listed = std::move(*lines);
+  }
+  if (paths.empty() && listed.empty()) {
+    return fail(ExitStatus::usage, "no folder given; name one, or --files-from");
+  }
+  const auto names_stdin = [](const std::vector<std::string>& names) {
+    return std::find(names.begin(), names.end(), "-") != names.end();
+  };
+  if (names_stdin(paths) || names_stdin(listed)) {
     return fail(ExitStatus::usage, "standard input is no folder; for a file of that name give ./-");
   }
   // The options are wrong for each file, or for none.
@@ -89,8 +109,12 @@ ExitStatus run_read(const ArchiveOptions& options) {
   if (const ExitStatus status = DecodedCapture().open(checked); status != ExitStatus::done) {
     return status;
   }
-  const auto files = archive::list_files(paths);
+  const auto files = archive::list_files(paths, listed);
   if (!files) return fail(ExitStatus::io, files.error());
+  if (const std::string replaced = replaced_file(options.summary.output, *files);
+      !replaced.empty()) {
+    return fail(ExitStatus::usage, replaced);
+  }
   const ArchiveTask task{.capture = options.capture,
                          // Figures of different programs do not add up.
                          .setup = {program_text(), settings_of(*options.read)},

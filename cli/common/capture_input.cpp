@@ -416,6 +416,14 @@ ExitStatus CaptureList::open(InputArguments arguments) {
   return ExitStatus::done;
 }
 
+std::vector<std::string> CaptureList::files_left() const {
+  std::vector<std::string> files;
+  for (std::size_t i = next_; i < captures_.size(); ++i) {
+    for (const CaptureFile& file : captures_[i]) files.push_back(file.path);
+  }
+  return files;
+}
+
 ExitStatus CaptureList::open_next(CaptureInput& input) {
   return input.open(std::move(captures_[next_++]), arguments_);
 }

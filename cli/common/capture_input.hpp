@@ -154,6 +154,8 @@ class CaptureList {
   /// More than one capture.
   bool several() const { return several_; }
   bool at_end() const { return next_ == captures_.size(); }
+  /// The files that open_next() has not opened.
+  std::vector<std::string> files_left() const;
   /// Opens the next capture. \pre not at_end()
   ExitStatus open_next(CaptureInput& input);
 

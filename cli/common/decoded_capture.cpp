@@ -11,6 +11,7 @@
 #include "decode/statistics.hpp"
 #include "flow/cycle_flow.hpp"
 #include "identify/collector.hpp"
+#include "report/summary.hpp"
 
 namespace biss::cli {
 
@@ -436,6 +437,7 @@ std::string DecodedCapture::no_request() const {
 }
 
 void RunMessages::add_summary(std::string_view text) {
+  if (text.empty()) return;
   if (!summaries_.empty()) summaries_ += '\n';
   summaries_ += text;
 }
@@ -450,11 +452,33 @@ void RunMessages::print() const {
   for (const std::string& line : lines_) warn(line);
 }
 
+namespace {
+
+// What a run that ends at a capture that cannot be read leaves undone.
+std::string rest_text(const DecodedCapture& capture, const std::string& output) {
+  report::Summary text;
+  if (!output.empty()) {
+    text.entry("not written", output,
+               "of a damaged capture, biss convert --partial keeps what comes before the damage");
+  }
+  const auto files = capture.files_left();
+  if (!files.empty()) {
+    const std::string more = files.size() == 1 ? "" : fmt::format(" and {} more", files.size() - 1);
+    text.entry("not read", files.front() + more, "the run ends where a capture cannot be read");
+  }
+  return text.empty() ? "" : text.text();
+}
+
+}  // namespace
+
 ExitStatus write_captures(
     DecodedCapture& capture, const std::string& output_path, const TableChoice& to,
     const std::function<std::vector<report::Column>()>& columns, bool needs_all,
     const std::function<ExitStatus(report::TableWriter& writer, RunMessages& messages)>& write) {
-  if (!capture.next()) return capture.status();
+  if (!capture.next()) {
+    if (capture.status() == ExitStatus::io) print_summary(rest_text(capture, ""));
+    return capture.status();
+  }
   Output output;
   if (!output.open(output_path)) return output.status();
   std::vector<report::Column> all = columns();
@@ -480,8 +504,10 @@ ExitStatus write_captures(
   if (status < ExitStatus::usage) {
     if (!writer->finish() || !output.finish()) return output.status();
   } else if (status == ExitStatus::io) {
+    const bool is_file = output.file() != nullptr;
     writer->finish();
     output.abandon();
+    messages.add_summary(rest_text(capture, is_file ? output_path : ""));
   }
   messages.print();
   return status;

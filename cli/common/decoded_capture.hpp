@@ -91,6 +91,8 @@ class DecodedCapture {
   /// a capture is left out and tries the one after it. False at the end, or when a file cannot be
   /// read.
   bool next();
+  /// The files that next() has not come to.
+  std::vector<std::string> files_left() const { return list_.files_left(); }
   /// The worst status of the captures that next() left out.
   ExitStatus status() const { return status_; }
 

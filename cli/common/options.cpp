@@ -76,6 +76,11 @@ Option add_time_option(Verb verb, const std::string& name, std::function<void(Pi
       .type_name("TIME");
 }
 
+std::string wrong_range(const std::optional<Picoseconds>& since,
+                        const std::optional<Picoseconds>& until) {
+  return since && until && *until < *since ? "--until: is before --since; exchange them" : "";
+}
+
 Option add_length_option(Verb verb, const std::string& name, std::function<void(Millimetres)> set,
                          const std::string& description) {
   return add_parsed(verb, name, description, Quantity::length, parse_length, std::move(set))

@@ -216,6 +216,9 @@ Option add_length_option(Verb verb, const std::string& name, std::function<void(
 /// A time in a capture, which may be negative.
 Option add_time_option(Verb verb, const std::string& name, std::function<void(Picoseconds)> set,
                        const std::string& description);
+/// One line: there is no time from --since to --until; else empty.
+std::string wrong_range(const std::optional<Picoseconds>& since,
+                        const std::optional<Picoseconds>& until);
 /// A share in thousandths, see parse_duty().
 Option add_duty_option(Verb verb, const std::string& name, std::function<void(std::uint32_t)> set,
                        const std::string& description);

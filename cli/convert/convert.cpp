@@ -92,9 +92,8 @@ class ConvertRun {
   }
 
   ExitStatus open_input() {
-    if (options_.since && options_.until && *options_.until < *options_.since) {
-      return fail(ExitStatus::usage, "--until: is before --since; exchange them");
-    }
+    const std::string range = wrong_range(options_.since, options_.until);
+    if (!range.empty()) return fail(ExitStatus::usage, range);
     std::vector<CaptureFile> files;
     for (const std::string& file : options_.input.files) files.push_back({.path = file});
     const ExitStatus opened = input_.open(std::move(files), options_.input);
@@ -157,6 +156,12 @@ class ConvertRun {
       return fail(ExitStatus::data_failed,
                   fmt::format("--since: {} ends before, at {}; nothing to convert", input_.name(),
                               text_of(input_.end_time())));
+    }
+    if (!any_ && cutter_->past_end()) {
+      output.abandon();
+      return fail(ExitStatus::data_failed,
+                  fmt::format("--until: {} has no level of the lines before {}; nothing to convert",
+                              input_.name(), text_of(*options_.until)));
     }
     if (!finish(capture)) return status_of(capture);
     if (!output.finish()) return output.status();

@@ -82,7 +82,8 @@ void Losses::report_samples(report::Summary& summary) const {
     summary.entry("lost", fmt::format("{} of {} changes", lost_, edges_),
                   "undone before the next sample: a higher --rate keeps them");
   }
-  if (unknown_edges_ != 0) {
+  // Formats of changes hold them.
+  if (clock_ && unknown_edges_ != 0) {
     summary.entry("lost", fmt::format("{} unknown levels", unknown_edges_), "written as 0");
   }
 }

@@ -39,6 +39,8 @@ bool is_error(const decode::Cycle& cycle, std::optional<SafetyVerdict> verdict,
 ExitStatus DecodeRun::open() {
   const std::string wrong = fail_on_.read(options_.fail_on);
   if (!wrong.empty()) return fail(ExitStatus::usage, wrong);
+  const std::string range = wrong_range(options_.since, options_.until);
+  if (!range.empty()) return fail(ExitStatus::usage, range);
   const std::string unusable = options_.motion.wrong_usage();
   if (!unusable.empty()) return fail(ExitStatus::usage, unusable);
   const ExitStatus opened = capture_.open(options_.capture, options_.margin);
@@ -192,12 +194,7 @@ ExitStatus DecodeRun::end_rows(bool read, RunMessages& messages) {
   }
   if (!has_request()) return messages.fail(ExitStatus::data_failed, capture_.no_request());
   messages.add_summary(summary());
-  if (lost_) {
-    messages.fail(ExitStatus::done,
-                  fmt::format("{}: unwrapped is not known from cycle {} on: the position may have "
-                              "moved by more than half of its range; give --max-step",
-                              name, *lost_));
-  }
+  if (motion_) report_motion(messages);
   if (!capture_.format() && fail_on_.asks_format()) {
     return messages.fail(ExitStatus::usage,
                          fmt::format("{}: --fail-on: nE, nW and crc are not known without the "
@@ -205,6 +202,24 @@ ExitStatus DecodeRun::end_rows(bool read, RunMessages& messages) {
                                      name));
   }
   return fail_on_.met_by(statistics_, safety()) ? ExitStatus::data_failed : ExitStatus::done;
+}
+
+// Why a column of motion is empty where there is a position.
+void DecodeRun::report_motion(RunMessages& messages) const {
+  const std::string& name = capture_.input().name();
+  const std::string why = fmt::format(
+      "a step is larger than {} counts, or too many rows have no position; give the "
+      "largest step as --max-step",
+      motion_->max_step());
+  if (lost_) {
+    messages.fail(ExitStatus::done,
+                  fmt::format("{}: unwrapped is not known from cycle {} on: {}", name, *lost_,
+                              beyond_ ? "64 bits with a sign do not hold it" : why));
+  }
+  if (options_.motion.velocity && motion_->uncertain() != 0) {
+    messages.fail(ExitStatus::done, fmt::format("{}: velocity is not known in {} of its rows: {}",
+                                                name, motion_->uncertain(), why));
+  }
 }
 
 // The rows of one capture.
@@ -221,7 +236,10 @@ MotionValues DecodeRun::take_position(std::uint64_t number, const decode::Cycle&
   const auto position =
       cycle.frame ? std::optional(cycle.frame->channel_list[0].position) : std::nullopt;
   const MotionValues values = motion_->take(cycle.time, position);
-  if (options_.motion.unwrap && !lost_ && motion_->lost()) lost_ = number;
+  if (options_.motion.unwrap && !lost_ && position && !values.unwrapped) {
+    lost_ = number;
+    beyond_ = !motion_->lost();
+  }
   return values;
 }
 

@@ -79,6 +79,7 @@ class DecodeRun {
   std::string choose_motion();
   ExitStatus write_rows(report::TableWriter& writer, RunMessages& messages);
   MotionValues take_position(std::uint64_t number, const decode::Cycle& cycle);
+  void report_motion(RunMessages& messages) const;
   bool is_wanted(Picoseconds time);
   bool has_request() const;
   const decode::SafetyWatch* safety() const { return safety_ ? &*safety_ : nullptr; }
@@ -96,6 +97,8 @@ class DecodeRun {
   std::optional<Motion> motion_;
   // The first cycle whose unwrapped position is not known.
   std::optional<std::uint64_t> lost_;
+  // That position is known, and 64 bits with a sign do not hold it.
+  bool beyond_ = false;
   // Rows that --every counts.
   std::uint64_t written_ = 0;
   bool before_zero_ = false;

@@ -16,7 +16,8 @@ std::uint64_t usual_step(unsigned position_bits) {
 Motion::Motion(unsigned position_bits, std::optional<std::uint64_t> max_step, bool unwrap,
                std::optional<Scale> scale)
     : position_bits_(position_bits),
-      unwrapped_(position_bits, max_step.value_or(usual_step(position_bits))),
+      max_step_(max_step.value_or(usual_step(position_bits))),
+      unwrapped_(position_bits, max_step_),
       step_(unwrapped_),
       unwrap_(unwrap),
       scale_(std::move(scale)) {}
@@ -45,10 +46,14 @@ std::optional<double> Motion::velocity(Picoseconds time, std::uint64_t position)
   const unsigned unused_bits = 64U - position_bits_;
   const auto difference =
       static_cast<std::int64_t>((position - step_.count()) << unused_bits) >> unused_bits;
+  const bool is_first = step_.state() == TurnState::empty;
   const bool certain = step_.update(position, missed_) == TurnState::tracked && time > last_time_;
   step_.restart();
   step_.update(position);
-  if (!certain) return std::nullopt;
+  if (!certain) {
+    if (!is_first) ++uncertain_;
+    return std::nullopt;
+  }
   const double seconds =
       static_cast<double>((time - last_time_).count) / static_cast<double>(picoseconds_per_second);
   return static_cast<double>(difference) * (scale_ ? scale_->per_count : 1.0) / seconds;

@@ -49,11 +49,16 @@ class Motion {
 
   /// The way to one of the positions taken was not certain.
   bool lost() const { return unwrapped_.state() == TurnState::ambiguous; }
+  /// To how many of the positions the way was not certain; they have no velocity.
+  std::uint64_t uncertain() const { return uncertain_; }
+  /// The largest step of a way that is certain, from one row to the next.
+  std::uint64_t max_step() const { return max_step_; }
 
  private:
   std::optional<double> velocity(Picoseconds time, std::uint64_t position);
 
   unsigned position_bits_;
+  std::uint64_t max_step_;
   TurnCounter unwrapped_;
   // From the last position to this one alone.
   TurnCounter step_;
@@ -61,6 +66,7 @@ class Motion {
   std::optional<Scale> scale_;
   // Rows without a position since the last one.
   std::uint64_t missed_ = 0;
+  std::uint64_t uncertain_ = 0;
   Picoseconds last_time_{};
 };
 

@@ -26,7 +26,8 @@ void add_motion_options(Verb verb, MotionArguments& arguments) {
         if (count == 0) wrong_value("--max-step", "'0' is not 1 or more");
         arguments.max_step = count;
       },
-      "Largest step in counts from one request to the next; by default a 32nd of the range");
+      "Largest step in counts from one request to the next, below half of the range; by default a "
+      "32nd of the range");
   verb.add_text_option(
           "--scale",
           [&arguments](const std::string& text) {
@@ -55,6 +56,12 @@ tl::expected<Motion, std::string> make_motion(const MotionArguments& arguments,
   if (bits == 0) {
     return tl::unexpected(
         std::string("--unwrap, --scale and --velocity: channel 1 of the format has no position"));
+  }
+  if (arguments.max_step.value_or(0) > TurnCounter::widest_step(bits)) {
+    return tl::unexpected(fmt::format(
+        "--max-step: {} is not below half of the range of {} bits; the direction of such "
+        "a step is not known",
+        *arguments.max_step, bits));
   }
   std::optional<Scale> scale;
   if (!arguments.scale.empty()) {

@@ -63,6 +63,7 @@ TEST(Motion, AfterAWayThatIsNotCertain_OnlyTheVelocityIsKnownAgain) {
   const MotionValues after = motion.take(at(3), 200);
   EXPECT_EQ(after.unwrapped, std::nullopt);
   EXPECT_EQ(after.velocity, -1e4);
+  EXPECT_EQ(motion.uncertain(), 1U);
 }
 
 TEST(Motion, RowsWithoutAPosition_AreBridgedUpToHalfOfTheRange) {

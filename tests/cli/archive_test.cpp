@@ -268,6 +268,25 @@ TEST_F(Archive, OutputInTheFolder_IsNoCapture) {
   EXPECT_EQ(Json::parse(first)["list"]["files"], 1);
 }
 
+TEST_F(Archive, OutputOntoACapture_IsRefusedAndLeavesIt) {
+  const std::string capture = simulated("a.csv", {"-f", "resolute-26"});
+  simulated("b.csv", {"-f", "resolute-26"});
+  const std::string before = content_of(capture);
+  fs::create_hard_link(capture, path("hard.json"));
+  fs::create_symlink(capture, path("link.json"));
+  for (const std::string& output : {capture, path("hard.json"), path("link.json")}) {
+    const Outcome refused = run({"archive", captures(), "-o", output});
+    EXPECT_EQ(refused.status, 2) << output;
+    EXPECT_THAT(refused.err, HasSubstr("are the same file"));
+    EXPECT_EQ(content_of(capture), before);
+  }
+  EXPECT_FALSE(fs::exists(capture + ".journal"));
+  // Only a name that ends in .json or .journal is looked at as a file of this program.
+  const Words named{"archive", captures(), "-o", captures() + "/summary.txt"};
+  ASSERT_EQ(run(named).status, 0);
+  EXPECT_EQ(run(named).status, 2) << "its own summary would be a file of the archive";
+}
+
 TEST_F(Archive, ThreadsAndShards_GiveTheSameSummary) {
   const ArchiveFolder archive(60);
   const std::string one = summary_of(archive, "1");
@@ -465,6 +484,39 @@ TEST_F(Archive, ListOfFiles_IsReadAsTheFolder) {
   const std::string list = folder_.file("list.txt", b + "\n" + a + "\n");
   ASSERT_EQ(run({"archive", "--files-from", list, "-o", path("list.json")}).status, 0);
   EXPECT_EQ(content_of(path("list.json")), whole);
+}
+
+TEST_F(Archive, ListOfFoldersAndWhatIsInThem_HasEachFileOnce) {
+  for (const char* name : {"m/a.csv", "m/n/b.csv", "m-2/c.csv", "m.csv"}) {
+    simulated(name, {"-f", "resolute-26"});
+  }
+  const std::string m = captures() + "/m";
+  fs::create_symlink(m + "/n", captures() + "/m-2/inside");
+  fs::create_symlink(captures(), captures() + "/m-2/around");
+  const std::string list =
+      folder_.file("list.txt", m + "/n/b.csv\n" + m + "/n\n" + m + "/\n" + m + "\n" + captures() +
+                                   "/m-2\n" + captures() + "/m.csv\n" + m + "/a.csv\n");
+  ASSERT_EQ(run({"archive", "--files-from", list, "-o", path("list.json")}).status, 0);
+  const Json json = Json::parse(content_of(path("list.json")));
+  EXPECT_EQ(json["totals"]["files"], 6);
+  EXPECT_EQ(json["totals"]["whole"], 4);
+  EXPECT_EQ(json["causes"], Json::object({{"link", 2}}));
+}
+
+TEST_F(Archive, PathOfAListThatIsGone_DoesNotEndTheRun) {
+  const std::string a = simulated("a.csv", {"-f", "resolute-26"});
+  const std::string gone = captures() + "/gone.csv";
+  fs::create_symlink("nowhere", captures() + "/broken");
+  const std::string list =
+      folder_.file("list.txt", gone + "\n" + a + "\n" + gone + "\n" + captures() + "/broken\n");
+  const Outcome outcome = run({"archive", "--files-from", list, "-o", path("list.json")});
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  const Json json = Json::parse(content_of(path("list.json")));
+  EXPECT_EQ(json["totals"]["files"], 3);
+  EXPECT_EQ(cause_of(json, "gone.csv"), "cannot_open");
+  EXPECT_THAT(entry_of(json, "gone.csv").value("message", ""), HasSubstr("No such file"));
+  EXPECT_EQ(cause_of(json, "a.csv"), "");
+  EXPECT_EQ(run({"archive", a, gone}).status, 3) << "a path of the command line is a mistake";
 }
 
 TEST_F(Archive, RawSamples_AreReadAmongOtherCaptures) {

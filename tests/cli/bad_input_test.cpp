@@ -589,6 +589,10 @@ TEST(BadInput, NoCycleInTheTimeAskedFor_SaysSo) {
   const Outcome outcome = run({"decode", folder.path("good.vcd"), "-f", usual, "--since", "900s"});
   EXPECT_EQ(outcome.status, 1);
   expect_one_line(outcome, "no request cycle between --since and --until; outside: 30");
+  const Outcome exchanged =
+      run({"decode", folder.path("good.vcd"), "-f", usual, "--since", "900s", "--until", "1s"});
+  EXPECT_EQ(exchanged.status, 2);
+  expect_one_line(exchanged, "--until: is before --since");
 }
 
 }  // namespace bad_input_test

@@ -99,7 +99,9 @@ TEST(Convert, PicosecondsAndUnknownLevels_ComeBackFromFormatsOfChanges) {
     Strings all{".csv", ".saleae.csv"};
     if (first == 0) all.push_back(".vcd");
     for (const std::string& from : all) {
-      ASSERT_EQ(convert({base, folder.path("first" + from)}).status, 0);
+      const Outcome made = convert({base, folder.path("first" + from)});
+      ASSERT_EQ(made.status, 0);
+      EXPECT_FALSE(contains(made.err, "lost")) << made.err;
       for (const std::string& to : all) {
         // A VCD has no blanks in names.
         Strings back;
@@ -180,6 +182,13 @@ TEST(Convert, TimeRange_BeginsWithTheLevelsThere) {
   EXPECT_TRUE(contains(nothing.err, "ends before, at 40 ns")) << nothing.err;
   const Outcome wrong = convert({in, out, "--since", "2ns", "--until", "1ns"});
   EXPECT_EQ(wrong.status, 2);
+  const std::string before = content_of(out);
+  const Outcome early = convert({in, out, "--until", "-1ns"});
+  EXPECT_EQ(early.status, 1);
+  EXPECT_TRUE(contains(early.err, "no level of the lines before -1 ns")) << early.err;
+  EXPECT_EQ(convert({in, out, "--line", "SLO", "--until", "5ns"}).status, 1);
+  EXPECT_EQ(content_of(out), before);
+  EXPECT_EQ(convert({in, out, "--until", "0ns"}).status, 0);
   // Samples begin at the begin of the range.
   const std::string raw = folder.path("out.bin");
   const Outcome done = convert({in, raw, "--since", "15ns", "--rate", "200MHz"});

@@ -163,6 +163,36 @@ TEST_F(DecodeRows, PositionThatMayHaveMovedTooFar_IsNotUnwrappedFromThere) {
               testing::Not(HasSubstr("unwrapped is not known")));
 }
 
+TEST_F(DecodeRows, StepsLargerThanMaxStep_AreNamedWithIt) {
+  // A thousandth of the range in each request.
+  const std::string format = "pos16,nE,nW,crc6";
+  const std::string capture = simulate("line.vcd", {"-f", format, "--cycles", "50"});
+  const Outcome outcome = csv(capture, {"--unwrap", "--velocity", "--max-step", "20"}, format);
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_EQ(rows_of(outcome.out).at(1).at("velocity_counts_s"), "");
+  EXPECT_THAT(outcome.err, HasSubstr("unwrapped is not known from cycle 1 on: a step is larger "
+                                     "than 20 counts"));
+  EXPECT_THAT(outcome.err, HasSubstr("velocity is not known in 49 of its rows: a step is larger "
+                                     "than 20 counts"));
+  EXPECT_THAT(csv(capture, {"--velocity"}, format).err, testing::Not(HasSubstr("is not known")));
+  for (const char* step : {"32768", "70000"}) {
+    const Outcome refused = csv(capture, {"--unwrap", "--max-step", step}, format);
+    EXPECT_EQ(refused.status, 2) << step;
+    EXPECT_THAT(refused.err, HasSubstr("is not below half of the range of 16 bits"));
+  }
+}
+
+TEST_F(DecodeRows, PositionAbove63Bits_IsNamedWhereItIsNotUnwrapped) {
+  const std::string format = "pos64,crc6";
+  const std::string capture =
+      simulate("line.vcd", {"-f", format, "--cycles", "20", "--motion", "max", "--seed", "3"});
+  const Outcome outcome = csv(capture, {"--unwrap", "--max-step", "0x7000000000000000"}, format);
+  ASSERT_GT(std::stoull(rows_of(outcome.out).at(0).at("position")), 1ULL << 63U);
+  EXPECT_EQ(rows_of(outcome.out).at(0).at("unwrapped"), "");
+  EXPECT_THAT(outcome.err,
+              HasSubstr("unwrapped is not known from cycle 0 on: 64 bits with a sign"));
+}
+
 TEST_F(DecodeRows, Scale_IsThePositionInDegreesOrMillimetres) {
   const std::string capture = simulate("line.vcd", {"-f", "resolute-26", "--cycles", "20"});
   const auto expect = [&](const std::string& scale, const std::string& format,

@@ -149,6 +149,22 @@ TEST_F(SeveralCaptures, OneThatCannotBeUsed_DoesNotHideTheOthers) {
   EXPECT_EQ(decode({a_, b_, "-o", b_}).status, 2);
 }
 
+TEST_F(SeveralCaptures, OneThatIsDamaged_NamesWhatIsNotRead) {
+  const std::string damaged = folder_.file("damaged.csv", content_of(a_) + "1,?\n");
+  const Outcome piped = decode({damaged, b_, a_});
+  EXPECT_EQ(piped.status, 3);
+  EXPECT_EQ(positions_of(piped), of_a_);
+  EXPECT_THAT(piped.err, HasSubstr("not read  " + b_ + " and 1 more  "));
+  EXPECT_THAT(piped.err, Not(HasSubstr("not written")));
+  const std::string rows = folder_.file("rows.csv", "old");
+  const Outcome kept = decode({a_, damaged, b_, "-o", rows});
+  EXPECT_EQ(kept.status, 3);
+  EXPECT_EQ(content_of(rows), "old");
+  EXPECT_THAT(kept.err, AllOf(HasSubstr("not written  " + rows), HasSubstr("convert --partial"),
+                              HasSubstr("not read     " + b_ + "  ")));
+  EXPECT_THAT(decode({a_, damaged}).err, Not(HasSubstr("not read")));
+}
+
 class SeveralEncoders : public SeveralCaptures, public testing::WithParamInterface<const char*> {};
 
 TEST_P(SeveralEncoders, InOneCapture_AreRefusedWithTheCandidatesOrReadOneByOne) {
