@@ -31,11 +31,18 @@ struct biss_control {
   /// The next access of a query. \pre querying, and the last one is done
   void advance() {
     const biss::ControlOutcome last = session.outcome();
-    querying = query.advance(session);
+    querying = query.advance(session) || begins_eds();
     if (!querying) return;
     earlier.frames += last.frames;
     earlier.tries += last.tries;
     earlier.longest_busy = std::max(earlier.longest_busy, last.longest_busy);
+  }
+
+  /// After everything else of the device comes its EDS, if it has one.
+  bool begins_eds() {
+    if (query.failed() || query.step() != biss::ConfigureStep::find_eds) return false;
+    const biss::SlaveDescription& found = query.description();
+    return query.names_eds(found) && query.begin_eds(session, id, found);
   }
 
   biss::ControlSession session;
@@ -48,6 +55,7 @@ struct biss_control {
     std::uint32_t tries = 0;
     biss::Picoseconds longest_busy{};
   } earlier;
+  std::uint8_t id = 0;  // of the device that is queried
   bool querying = false;
   bool queried = false;  // the last access was a query
   biss::capi::Clock clock;
@@ -232,7 +240,8 @@ biss_status biss_control_query(biss_control* control, uint32_t id) {
   if (control == nullptr) return BISS_NULL_ARGUMENT;
   if (id >= biss::control_max_slaves) return BISS_BAD_SETUP;
   if (const auto wrong = biss::capi::begin(control); wrong != BISS_OK) return wrong;
-  control->query.begin(control->session, static_cast<std::uint8_t>(id));
+  control->id = static_cast<std::uint8_t>(id);
+  control->query.begin(control->session, control->id);
   control->querying = control->queried = true;
   return BISS_OK;
 }
