@@ -40,6 +40,7 @@ class ReplayOutput {
     edges_.emplace(capture_format_of(options_.output).value_or(CaptureFormat::vcd),
                    std::vector<std::string>{"MA", "SLO"},
                    options_.sample_rate.value_or(usual_sample_rate(clock_)), output_);
+    if (options_.sample_rate) warn_of_lost_clocks(*options_.sample_rate, clock_);
     if (rows_path.empty()) return true;
     if (!rows_output_.open(rows_path)) return false;
     rows_ = report::make_table_writer(report::Format::csv, columns, rows_output_);

@@ -48,6 +48,12 @@ class SimulateRun {
 
   ExitStatus run() {
     const auto format = capture_format_of(options_.write.output);
+    if (is_only_read(options_.write.output)) {
+      return fail(ExitStatus::usage,
+                  fmt::format("--output: '{}': the extension names a format that is not written; "
+                              "use .vcd, .csv, .sr, .dsl, .bin or .raw",
+                              options_.write.output));
+    }
     if (options_.write.sample_rate && !is_sampled(format.value_or(CaptureFormat::vcd))) {
       return fail(
           ExitStatus::usage,
