@@ -103,6 +103,7 @@ class SimulateRun {
 
   // Whether the line, the faults and the accesses fit into this many cycles.
   std::string check_run(const sim::LineSetup& setup) const {
+    if (std::string wrong = wrong_start(setup); !wrong.empty()) return wrong;
     const sim::NominalCycle nominal = sim::Line(setup).nominal();
     const std::uint64_t least = least_cycles(setup.accesses);
     const std::uint64_t cycles = options_.write.cycles.value_or(std::max(usual_cycles, least));
