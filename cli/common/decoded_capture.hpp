@@ -46,6 +46,8 @@ struct CaptureArguments : InputArguments {
 /// FILE…, -f, --ma, --slo, --invert-ma, --invert-slo, --each, --resolution, the timing and the raw
 /// options.
 void add_capture_options(Verb verb, CaptureArguments& arguments);
+/// The same for one capture, also in several files with one line each: without --each.
+void add_single_capture_options(Verb verb, CaptureArguments& arguments);
 /// The same for one file that the page reads: without --each.
 void add_page_capture_options(Verb verb, CaptureArguments& arguments);
 /// The same for folders of captures, in place of FILE…, and without --each.
