@@ -272,7 +272,7 @@ std::string check_text(const CycleDrawing& drawing, const DrawnCheck& check) {
                                  check.received, check.expected, check.right() ? "right" : "wrong");
   if (check.right()) return text;
   text += check.singles.empty() ? "  no flip of one bit mends it\n"
-                                : flips_text(drawing, "a flip that mends it", check.singles);
+                                : flips_text(drawing, "flip that mends it", check.singles);
   text += flips_text(
       drawing, fmt::format("{} pair{} would", check.pair_count, check.pair_count == 1 ? "" : "s"),
       check.pairs);

@@ -28,6 +28,15 @@ constexpr Picoseconds sampling_shift(const DeviceTiming& timing, std::uint64_t s
          picoseconds(static_cast<std::int64_t>(drawn));
 }
 
+/// The channel whose position the motion is: the first one with a position; without one the first.
+inline const ChannelFormat& position_word(const FrameFormat& format) {
+  const auto words = format.channels();
+  const auto word = std::find_if(words.begin(), words.end(), [](const ChannelFormat& each) {
+    return each.position_bits() != 0;
+  });
+  return word == words.end() ? words.front() : *word;
+}
+
 /// The source of a Slave.
 class Encoder {
  public:
@@ -131,14 +140,6 @@ class Encoder {
   // 0: turns alone.
   static unsigned singleturn_bits(const ChannelFormat& word) {
     return word.position.present() ? word.position.bits : word.singleturn.bits;
-  }
-  // The one whose position the motion is.
-  static const ChannelFormat& position_word(const FrameFormat& format) {
-    const auto words = format.channels();
-    const auto word = std::find_if(words.begin(), words.end(), [](const ChannelFormat& each) {
-      return each.position_bits() != 0;
-    });
-    return word == words.end() ? words.front() : *word;
   }
 
   // The singleturn value with the word's resolution, aligned at the top, and turns at the bottom

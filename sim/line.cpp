@@ -43,14 +43,6 @@ FrameFormat part_of(const FrameFormat& format, std::size_t slaves, std::size_t k
   return part;
 }
 
-// The channel whose position the others repeat.
-const ChannelFormat& position_channel(const FrameFormat& format) {
-  for (const ChannelFormat& channel : format.channels()) {
-    if (channel.position_bits() != 0) return channel;
-  }
-  return format.channel_list[0];
-}
-
 }  // namespace
 
 Picoseconds least_interval(const LineSetup& setup) { return Line::undisturbed(setup).interval; }
@@ -104,7 +96,7 @@ void Line::add_nodes() {
   nodes_.reserve(setup_.slaves);
   for (std::size_t k = 0; k < setup_.slaves; ++k) {
     const FrameFormat format = part_of(setup_.format, setup_.slaves, k);
-    Motion motion(setup_.motion, position_channel(format), interval_, setup_.seed + k);
+    Motion motion(setup_.motion, position_word(format), interval_, setup_.seed + k);
     if (setup_.position) motion.hold(*setup_.position);
     SignOfLife life = setup_.life;
     // The start values are by channel of the whole frame.

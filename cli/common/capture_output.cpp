@@ -1,6 +1,9 @@
 #include "cli/common/capture_output.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
 
 #include "capture/dsl.hpp"
 #include "capture/event_csv.hpp"
@@ -9,6 +12,7 @@
 #include "capture/sr.hpp"
 #include "capture/vcd.hpp"
 #include "cli/common/message.hpp"
+#include "cli/common/quantity.hpp"
 
 namespace biss::cli {
 
@@ -68,6 +72,12 @@ std::optional<CaptureFormat> capture_format_of(std::string_view path) {
   return std::nullopt;
 }
 
+bool is_only_read(std::string_view path) {
+  constexpr std::array<std::string_view, 5> extensions{".fst", ".ghw", ".sal", ".gz", ".zst"};
+  return std::any_of(extensions.begin(), extensions.end(),
+                     [path](std::string_view extension) { return path.ends_with(extension); });
+}
+
 const CaptureFormatText& text_of(CaptureFormat format) {
   return capture_formats[static_cast<std::size_t>(format)];
 }
@@ -110,6 +120,12 @@ Hertz usual_sample_rate(Hertz clock) {
     }
   }
   return {static_cast<std::uint32_t>(most)};
+}
+
+void warn_of_lost_clocks(Hertz sample_rate, Hertz clock) {
+  if (sample_rate.count >= 2 * std::uint64_t{clock.count}) return;
+  warn(fmt::format("--sample-rate: {} misses clocks of MA at {}; give {} or more, or leave it out",
+                   text_of(sample_rate), text_of(clock), text_of(usual_sample_rate(clock))));
 }
 
 }  // namespace biss::cli

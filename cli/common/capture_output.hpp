@@ -37,6 +37,10 @@ const CaptureFormatText& text_of(CaptureFormat format);
 /// By the extension; `.raw` is raw samples too. Nothing for any other.
 std::optional<CaptureFormat> capture_format_of(std::string_view path);
 
+/// The extension is that of captures that are read and never written: FST, GHW, Saleae sessions, and
+/// compressed ones.
+bool is_only_read(std::string_view path);
+
 /// The format holds samples, not changes.
 bool is_sampled(CaptureFormat format);
 bool holds_negative_times(CaptureFormat format);
@@ -71,5 +75,8 @@ class CaptureOutput final : public capture::ByteSink {
 /// A rate that analysers have, to sample a clock with: the next of 1, 2 and 5 times a power of ten
 /// from eight times the clock on; 4 GHz at most. Each has a period of whole picoseconds.
 Hertz usual_sample_rate(Hertz clock);
+
+/// Warns where samples at this rate miss levels of the clock.
+void warn_of_lost_clocks(Hertz sample_rate, Hertz clock);
 
 }  // namespace biss::cli

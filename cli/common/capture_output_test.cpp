@@ -35,6 +35,15 @@ TEST(CaptureFormat, LongestExtension_SelectsIt) {
   }
 }
 
+TEST(CaptureFormat, FormatsThatAreOnlyRead_AreKnownByTheirExtension) {
+  for (const char* path : {"a.fst", "a.ghw", "b/a.sal", "a.vcd.gz", "a.csv.zst"}) {
+    EXPECT_TRUE(is_only_read(path)) << path;
+  }
+  for (const char* path : {"-", "", "gz", "a.vcd", "a.gz/line", "line", "a.fst.vcd", "a.txt"}) {
+    EXPECT_FALSE(is_only_read(path)) << path;
+  }
+}
+
 TEST(CaptureFormat, SampledFormats_HoldNoNegativeTimes) {
   for (const CaptureFormat format : {CaptureFormat::sr, CaptureFormat::raw, CaptureFormat::dsl}) {
     EXPECT_TRUE(is_sampled(format));

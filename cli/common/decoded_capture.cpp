@@ -99,6 +99,16 @@ void add_capture_options(Verb verb, CaptureArguments& arguments, bool finds_form
   add_raw_options(verb, arguments.raw);
 }
 
+void add_single_capture_options(Verb verb, CaptureArguments& arguments) {
+  verb.add_option("FILE", arguments.files,
+                  "The capture (VCD, FST, GHW, event CSV, oscilloscope CSV, .sr, .dsl, Saleae CSV "
+                  "and binary, raw samples; also compressed by gzip or zstd); files with one line "
+                  "each are read as one capture")
+      .file(FileUse::read);
+  add_decode_options(verb, arguments);
+  add_raw_options(verb, arguments.raw);
+}
+
 void add_page_capture_options(Verb verb, CaptureArguments& arguments) {
   verb.add_text_option(
           "FILE", [&arguments](const std::string& file) { arguments.files = {file}; },

@@ -47,6 +47,8 @@ struct CaptureArguments : InputArguments {
 /// options.
 /// \param finds_format the verb refuses a format: the help says so
 void add_capture_options(Verb verb, CaptureArguments& arguments, bool finds_format = false);
+/// The same for one capture, also in several files with one line each: without --each.
+void add_single_capture_options(Verb verb, CaptureArguments& arguments);
 /// The same for one file that the page reads: without --each.
 void add_page_capture_options(Verb verb, CaptureArguments& arguments);
 /// The same for folders of captures, in place of FILE…, and without --each.

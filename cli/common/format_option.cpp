@@ -176,6 +176,14 @@ void add_timing_options(Verb verb, FormatArguments& arguments) {
   option("--cycle-min", arguments.cycle_min, "TIME", "Shortest time from request to request");
 }
 
+std::string wrong_slaves(std::uint64_t slaves, const FrameFormat& format) {
+  if (slaves >= 1 && slaves <= format.channel_count) return {};
+  return fmt::format(
+      "--slaves '{}': 1 to {}, as many as the format has channels; join the formats of a chain by "
+      "+, first that of the encoder next to the master",
+      slaves, format.channel_count);
+}
+
 bool Device::timing_known() const {
   return entry != nullptr || (configuration != nullptr && configuration->timing != DeviceTiming{});
 }

@@ -1,6 +1,7 @@
 // `-f FORMAT` and the options of device timing, for every verb that has them.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <tl/expected.hpp>
@@ -64,6 +65,10 @@ tl::expected<Device, std::string> choose_device(const FormatArguments& arguments
 /// Applies the timing options alone to `timing`, for a verb that works without a format.
 tl::expected<DeviceTiming, std::string> override_timing(const FormatArguments& arguments,
                                                         DeviceTiming timing);
+
+/// Why no daisy chain of N encoders sends this format: each has a channel of its own. Empty if one
+/// can.
+std::string wrong_slaves(std::uint64_t slaves, const FrameFormat& format);
 
 /// `adaptive`, `adaptive:680ns`, `static:20us`, `cycle:31.25us`; the text parses to the same rule.
 std::string text_of(const Timeout& timeout);

@@ -29,7 +29,6 @@ namespace {
 
 struct DrawOptions {
   CaptureArguments capture;
-  MarginArguments margin;
   LineOptions line;
   std::optional<std::uint64_t> ack_clocks;
   std::optional<std::uint64_t> cycle;
@@ -38,8 +37,9 @@ struct DrawOptions {
   std::vector<draw::Mark> marks;
   std::string output;
   std::string to;
-  /// Those of the simulated line alone.
+  /// Those of the simulated line alone, and those of a capture alone.
   std::vector<Option> of_line;
+  std::vector<Option> of_capture;
 };
 
 constexpr std::uint64_t count_max = 100;
@@ -116,13 +116,19 @@ class DrawRun {
   ExitStatus draw_line() {
     LineOptions line = options_.line;
     line.device = options_.capture.device;
-    line.no_compensation = options_.margin.no_compensation;
     if (line.device.format.empty()) {
       return fail(ExitStatus::usage,
                   "no capture given; name a file, or give -f to draw a simulated cycle");
     }
     if (line.device.format == "none") {
       return fail(ExitStatus::usage, "-f none: a simulated cycle needs a format");
+    }
+    for (const Option& option : options_.of_capture) {
+      if (option.given()) {
+        return fail(
+            ExitStatus::usage,
+            fmt::format("{}: describes a capture; name one, or leave it out", option.name()));
+      }
     }
     auto simulated =
         draw_simulated(std::move(line), options_.ack_clocks, options_.cycle, options_.count);
@@ -143,7 +149,7 @@ class DrawRun {
     }
     CaptureArguments arguments = options_.capture;
     arguments.identify = true;
-    const ExitStatus opened = capture_.open(arguments, options_.margin);
+    const ExitStatus opened = capture_.open(arguments);
     if (opened != ExitStatus::done) return opened;
     if (!capture_.next()) return capture_.status();
     do {
@@ -242,6 +248,9 @@ void add_line_options(Verb verb, DrawOptions& options) {
   options.of_line.insert(
       options.of_line.end(),
       {ack, processing,
+       verb.add_flag("--no-compensation", line.no_compensation,
+                     "The master does not compensate the line delay; the bits are drawn as decode "
+                     "samples them"),
        add_count_option(verb, "--position", into(line.position),
                         "Position of the encoder; drawn from --seed by default"),
        add_count_option(verb, "--seed", into(line.seed),
@@ -264,8 +273,10 @@ void add_draw(Command& command) {
                     "biss draw -f resolute-18 --fault flip@0,bit=7"}},
       [options] { return DrawRun(*options).run(); });
   add_capture_options(verb, options->capture);
-  verb.add_flag("--no-compensation", options->margin.no_compensation,
-                "The master of this link samples half a period after its own edges of MA");
+  for (const char* name : {"--invert-ma", "--invert-slo", "--resolution", "--each", "--raw-rate",
+                           "--raw-bytes", "--threshold", "--differential"}) {
+    options->of_capture.push_back(verb.get_option(name));
+  }
   add_count_option(verb, "--cycle", into(options->cycle),
                    "Cycle to draw, counted from 0 as the rows of decode; 0 by default, or the "
                    "first one of --fault")

@@ -81,12 +81,13 @@ tl::expected<SimulatedCycles, VerbError> draw_simulated(LineOptions line,
                                                         std::optional<std::uint64_t> ack_clocks,
                                                         std::optional<std::uint64_t> first,
                                                         std::uint64_t count) {
-  const Picoseconds period = period_of(line.clock);
-  if (ack_clocks) {
-    line.processing = static_cast<std::int64_t>(*ack_clocks) * period - period / 2;
-  }
-  const auto setup = line_setup(line);
+  auto setup = line_setup(line);
   if (!setup) return wrong_usage(setup.error());
+  if (const std::string wrong = wrong_start(*setup); !wrong.empty()) return wrong_usage(wrong);
+  if (ack_clocks) {
+    const Picoseconds period = period_of(line.clock);
+    setup->processing = static_cast<std::int64_t>(*ack_clocks) * period - period / 2;
+  }
   const std::uint64_t begin = first.value_or(first_fault(*setup));
   if (begin + count > simulated_cycles_max) {
     return wrong_usage(fmt::format("--cycle: a simulated line has {} cycles here; draw a capture",

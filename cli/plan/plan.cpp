@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "biss/frame/format_text.hpp"
+#include "biss/master/request_setup.hpp"
 #include "biss/safety/configurations.hpp"
 #include "biss/timing/cable.hpp"
 #include "biss/timing/cycle.hpp"
@@ -62,7 +63,9 @@ Plan plan_for(const Device& device, Hertz clock, const PlanOptions& options) {
   plan.delay = line_delay(cable, other_delay);
   plan.budget = cycle_budget({device.format.payload_bits(), options.slaves}, device.timing, clock,
                              plan.delay);
-  plan.ack = ack_bounds(device.timing, plan.budget.period);
+  plan.ack = request_ack_bounds({.period = plan.budget.period,
+                                 .timing = device.timing,
+                                 .slaves = static_cast<std::uint8_t>(options.slaves)});
   plan.longest_compensated = cable_max_compensated(clock);
   plan.longest_uncompensated = cable_max_uncompensated(clock, other_delay);
   plan.clock_ok = accepts_clock(device.timing, clock);
@@ -290,8 +293,9 @@ bool write_clocks(const std::vector<Plan>& plans, bool cable_given, report::Text
   using report::Kind;
   const Plan& first = plans.front();
   const std::string cable =
-      cable_given ? fmt::format("{} of cable\n", length_text(first.cable)) : std::string();
-  if (!sink.write(fmt::format("{}\n{}\n", heading(first.device), cable))) return false;
+      cable_given ? fmt::format("{} of cable", length_text(first.cable))
+                  : "compensation, cycle, request rate and SPI bytes without a cable: give --cable";
+  if (!sink.write(fmt::format("{}\n{}\n\n", heading(first.device), cable))) return false;
   const std::vector<report::Column> columns = {
       {.name = "clock", .kind = Kind::unsigned_integer, .unit = "MHz", .shift = 6, .places = 2},
       {.name = "uncompensated", .heading = "cable without", .unit = "compensation"},
@@ -403,7 +407,9 @@ std::vector<Hertz> clocks_to_show(const PlanOptions& options, const DeviceTiming
 ExitStatus run_plan(const PlanOptions& options) {
   const auto choice = choose_device(options.arguments);
   if (!choice) return fail(ExitStatus::usage, choice.error());
-  if (options.slaves == 0) return fail(ExitStatus::usage, "--slaves '0': at least one is needed");
+  if (const std::string wrong = wrong_slaves(options.slaves, choice->format); !wrong.empty()) {
+    return fail(ExitStatus::usage, wrong);
+  }
   if (options.master_delay > biss_line_delay_max) {
     return fail(ExitStatus::usage, fmt::format("--master-delay: BiSS C allows a line delay of {}",
                                                text_of(biss_line_delay_max)));
@@ -442,13 +448,15 @@ void add_plan(Command& command) {
   add_rate_option(verb, "--clock", into(options->clock),
                   "Frequency of MA; by default one line for each usual clock");
   add_length_option(verb, "--cable", into(options->cable),
-                    "Cable length; by default the longest for each clock");
+                    "Cable length; by default 0 m, also in the table that shows the longest ones");
   add_duration_option(
       verb, "--master-delay", into(options->master_delay),
       "Delay of the master itself from MA to SLO: its drivers, receivers and logic; "
       "0s by default");
-  add_count_option(verb, "--slaves", into(options->slaves),
-                   "Encoders in a daisy chain; 1 by default, also for BiSS Safety", max_channels);
+  add_count_option(
+      verb, "--slaves", into(options->slaves),
+      "Encoders in a daisy chain, each with a channel; 1 by default, also for BiSS Safety",
+      max_channels);
   add_timing_options(verb, options->arguments);
   add_to_option(verb, options->to, {report::Format::table, report::Format::jsonl});
   add_output_option(verb, options->output);

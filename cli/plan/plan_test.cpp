@@ -15,6 +15,7 @@ namespace plan_test {
 
 using nlohmann::json;
 using testing::HasSubstr;
+using testing::Not;
 
 Ran plan(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), "plan");
@@ -54,6 +55,15 @@ TEST(Plan, CableTable_IsTheDataSheets) {
       EXPECT_EQ(found[i]["cable_max_mm_compensated"], rows[i].with) << rows[i].clock;
     }
   }
+}
+
+TEST(Plan, WithoutCable_SaysThatTimesAndBytesAreWithoutOne) {
+  const std::string note = "compensation, cycle, request rate and SPI bytes without a cable";
+  EXPECT_THAT(plan({"-f", "resolute-26"}).out, HasSubstr(note));
+  EXPECT_THAT(plan({"-f", "resolute-26", "--clock", "10MHz"}).out, HasSubstr(note));
+  const std::string out = plan({"-f", "resolute-26", "--cable", "50m"}).out;
+  EXPECT_THAT(out, HasSubstr("50 m of cable\n"));
+  EXPECT_THAT(out, Not(HasSubstr("without a cable")));
 }
 
 TEST(Plan, CableTableForEyes_ReadsLikeTheDataSheet) {
@@ -244,12 +254,23 @@ TEST(Plan, AnotherMakersEncoder_SaysWhoseRuleItIs) {
 }
 
 TEST(Plan, TimingOptionsAndSlaves_ChangeTheBudget) {
-  const auto found =
-      objects(plan({"-f", "pos24,nE,nW,crc6", "--ack-clocks", "4", "--timeout", "static:13.2us",
-                    "--clock", "5MHz", "--cable", "0", "--slaves", "3", "--to", "jsonl"}));
+  const auto found = objects(
+      plan({"-f", "pos24,nE,nW,crc6+pos12,nE,nW,crc6+pos8", "--ack-clocks", "4", "--timeout",
+            "static:13.2us", "--clock", "5MHz", "--cable", "0", "--slaves", "3", "--to", "jsonl"}));
   ASSERT_EQ(found.size(), 1U);
-  EXPECT_EQ(found[0]["frame_clocks"], 42);
+  // LAT, ACK, START, CDS, data and CRC, STOP; ACK has a clock for each further encoder.
+  EXPECT_EQ(found[0]["frame_clocks"], 1 + (4 + 2) + 2 + (32 + 20 + 8) + 1);
+  EXPECT_EQ(found[0]["ack_ns"], (4 + 2) * 200);
+  EXPECT_EQ(found[0]["ack_min_clocks"], 4 + 2);
+  EXPECT_EQ(found[0]["ack_max_clocks"], 4 + 2);
   EXPECT_EQ(found[0]["timeout_ns"], 13'200);
+}
+
+TEST(Plan, MoreSlavesThanChannels_AreRefused) {
+  const Ran ran = plan({"-f", "resolute-26", "--slaves", "3"});
+  EXPECT_EQ(ran.status, ExitStatus::usage);
+  EXPECT_EQ(ran.out, "");
+  EXPECT_THAT(ran.err, HasSubstr("--slaves '3': 1 to 1, as many as the format has channels"));
 }
 
 TEST(Plan, ClocksTheEncoderDoesNotTake_AreNotListed) {

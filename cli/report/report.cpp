@@ -62,7 +62,8 @@ class ReportRun {
     if (status != ExitStatus::done) return status;
     if (decode.capture().several()) {
       return fail(ExitStatus::usage,
-                  "a report has one capture and one pair of lines; name them with --ma and --slo");
+                  "a report has one capture and one pair of lines: give one file, or one for each "
+                  "line, and name the lines with --ma and --slo");
     }
     status = decode.next();
     if (status != ExitStatus::done) return status;
@@ -135,7 +136,7 @@ void add_report(Command& command) {
                     "biss report samples.bin --raw-rate 100MHz --ma D0 --slo D3 -o report.html"}},
       [options, verb] { return ReportRun(*options, **verb).run(); });
   options->decode.capture.identify = true;
-  add_capture_options(**verb, options->decode.capture);
+  add_single_capture_options(**verb, options->decode.capture);
   add_output_option(**verb, options->output, "The page to write").required();
   add_page_option(**verb, options->page);
 }

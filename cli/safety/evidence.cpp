@@ -371,9 +371,11 @@ void add_evidence_options(Verb verb, EvidenceOptions& options) {
                    most_frames);
   add_count_option(verb, "--faults", into(options.faults),
                    "Faults of each kind in the sequences; 1 million by default", most_frames);
-  add_count_option(verb, "--cycles", into(options.cycles),
-                   "Cycles of the line model with each kind of fault; 50000 by default",
-                   most_line_cycles);
+  add_count_option(
+      verb, "--cycles", into(options.cycles),
+      "Cycles of the line model for each kind of fault, one in 32 with the fault; 50000 by "
+      "default",
+      most_line_cycles);
   add_count_option(verb, "--seed", into(options.seed), "Random seed; 1 by default");
   verb.add_option("--ber", options.bit_error_rates,
                   "Bit error rate. May be repeated; 1e-2, 1e-3 and 1e-4 by default")

@@ -304,7 +304,8 @@ Run add_safety_line(Verb verb) {
   const auto options = std::make_shared<LineRunOptions>();
   add_safety_format_option(verb, options->format).required();
   add_count_option(verb, "--cycles", into(options->cycles),
-                   "Cycles with each kind of fault; 50000 by default", most_line_cycles);
+                   "Cycles for each kind of fault, one in 32 with the fault; 50000 by default",
+                   most_line_cycles);
   add_rate_option(verb, "--rate", into(options->rate),
                   "Requests per second; by default 1 / the configuration's shortest cycle");
   add_count_option(verb, "--seed", into(options->seed), "Random seed; 1 by default");

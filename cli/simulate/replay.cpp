@@ -40,6 +40,7 @@ class ReplayOutput {
     edges_.emplace(capture_format_of(options_.output).value_or(CaptureFormat::vcd),
                    std::vector<std::string>{"MA", "SLO"},
                    options_.sample_rate.value_or(usual_sample_rate(clock_)), output_);
+    if (options_.sample_rate) warn_of_lost_clocks(*options_.sample_rate, clock_);
     if (rows_path.empty()) return true;
     if (!rows_output_.open(rows_path)) return false;
     rows_ = report::make_table_writer(report::Format::csv, columns, rows_output_);
@@ -158,12 +159,21 @@ decode::Cycle cycle_of(const sim::ReplayReading& replayed, const FrameFormat& fo
   if (reading.line_delay) cycle.marginal = reading.marginal;
   if (replayed.period.count != 0) cycle.period = replayed.period;
   if (reading.ack_clocks != 0) cycle.ack = reading.ack_clocks * replayed.period;
-  if (!reading.frame.ok()) {
-    cycle.status = decode::status_of(reading.frame.error().cause);
-    return cycle;
+  // The channels whose checksums are right; the master reads none after a wrong one.
+  std::size_t right = format.channel_count;
+  if (reading.frame.ok()) {
+    cycle.frame = *reading.frame;
+  } else {
+    const FrameFault fault = reading.frame.error();
+    cycle.status = decode::status_of(fault.cause);
+    if (fault.cause == FrameError::crc) {
+      right = fault.channel;
+      cycle.crc_ok[right] = false;
+    } else if (fault.cause != FrameError::stop_bit) {
+      right = 0;
+    }
   }
-  cycle.frame = *reading.frame;
-  for (std::size_t k = 0; k < format.channel_count; ++k) {
+  for (std::size_t k = 0; k < right; ++k) {
     if (format.channel_list[k].crc.present()) cycle.crc_ok[k] = true;
   }
   return cycle;
@@ -195,7 +205,7 @@ ExitStatus answer_recording(const ReplayOptions& options, const sim::LineSetup& 
   ReplayOutput output(options, recorded.clock());
   if (!output.open(options.truth, log.columns())) return output.status();
 
-  sim::Encoder encoder(setup.format, sim::Motion(setup.motion, setup.format.channel_list[0],
+  sim::Encoder encoder(setup.format, sim::Motion(setup.motion, sim::position_word(setup.format),
                                                  motion_interval, setup.seed));
   sim::MaReplay replay(
       setup_of(setup, timeout_known),
@@ -244,7 +254,8 @@ ExitStatus replay_ma(const ReplayOptions& options, const LineOptions& line) {
   if (const ExitStatus wrong = check_rerun(options); wrong != ExitStatus::done) return wrong;
   std::vector<std::uint64_t> positions;
   if (!options.positions.empty()) {
-    auto read = read_positions(options.positions, setup->format.channel_list[0].position_bits());
+    auto read =
+        read_positions(options.positions, sim::position_word(setup->format).position_bits());
     if (!read) return fail(read.error());
     positions = std::move(*read);
   }

@@ -9,6 +9,7 @@
 #include "biss/timing/cable.hpp"
 #include "cli/common/quantity.hpp"
 #include "cli/simulate/fault_option.hpp"
+#include "sim/encoder.hpp"
 #include "sim/line.hpp"
 
 namespace biss::cli {
@@ -17,10 +18,7 @@ namespace {
 
 std::string put_position(const LineOptions& options, sim::LineSetup& setup) {
   if (!options.position) return {};
-  unsigned bits = 0;
-  for (const ChannelFormat& channel : setup.format.channels()) {
-    if (bits == 0) bits = channel.position_bits();
-  }
+  const unsigned bits = sim::position_word(setup.format).position_bits();
   if (bits == 0) return "--position: the format has no position";
   if (*options.position > low_mask(bits)) {
     return fmt::format("--position: 0 to {}, the position has {} bits", low_mask(bits), bits);
@@ -69,15 +67,28 @@ std::string put_jitter(const LineOptions& options, sim::LineSetup& setup) {
 
 std::string put_chain(const LineOptions& options, sim::LineSetup& setup) {
   setup.slaves = static_cast<std::uint8_t>(options.slaves);
-  if (options.slaves >= 1 && options.slaves <= setup.format.channel_count) return {};
-  return fmt::format("--slaves: 1 to {}, as many as the format has channels",
-                     setup.format.channel_count);
+  return wrong_slaves(options.slaves, setup.format);
+}
+
+template <class Has>
+bool any_channel(const FrameFormat& format, Has has) {
+  return std::any_of(format.channels().begin(), format.channels().end(), has);
 }
 
 std::string put_faults(const LineOptions& options, sim::LineSetup& setup) {
+  const bool error =
+      any_channel(setup.format, [](const ChannelFormat& c) { return c.error.present; });
+  const bool warning =
+      any_channel(setup.format, [](const ChannelFormat& c) { return c.warning.present; });
   for (const std::string& text : options.faults) {
     const auto rule = read_fault(text);
     if (!rule) return rule.error();
+    if (rule->kind == sim::FaultKind::nE && !error) {
+      return "--fault: nE: the format has no error bit (nE or E)";
+    }
+    if (rule->kind == sim::FaultKind::nW && !warning) {
+      return "--fault: nW: the format has no warning bit (nW or W)";
+    }
     setup.faults.push_back(*rule);
   }
   return {};
@@ -86,6 +97,12 @@ std::string put_faults(const LineOptions& options, sim::LineSetup& setup) {
 std::string put_life(const LineOptions& options, sim::LineSetup& setup) {
   setup.life.first = options.counter == "count_0_63" ? 0 : 1;
   const auto& starts = options.counter_start;
+  const bool counts =
+      any_channel(setup.format, [](const ChannelFormat& c) { return c.life_counter.present(); });
+  if (!counts && !starts.empty()) return "--counter-start: the format has no counter (lcN)";
+  if (setup.format.channel_count == setup.slaves && options.drift != 0) {
+    return "--drift: no encoder has a further word that could drift";
+  }
   if (starts.size() > setup.format.channel_count) {
     return fmt::format("--counter-start: {} values for {} channels", starts.size(),
                        setup.format.channel_count);
@@ -114,6 +131,21 @@ std::string put_control(const LineOptions& options, sim::LineSetup& setup) {
   if (options.registers.size() <= setup.slaves) return {};
   return fmt::format("--registers: there is no encoder with ID {}; --slaves gives their number, {}",
                      options.registers.size() - 1, setup.slaves);
+}
+
+std::string put_processing(const LineOptions& options, sim::LineSetup& setup) {
+  if (!options.processing) return {};
+  const DeviceTiming& timing = setup.timing;
+  if (timing.ack_clocks != 0) {
+    return fmt::format("--processing: ACK of this encoder has a fixed length of {} clock{}",
+                       timing.ack_clocks, timing.ack_clocks == 1 ? "" : "s");
+  }
+  if (*options.processing > timing.ack_max) {
+    return fmt::format("--processing: this encoder takes at most {}{}", text_of(timing.ack_max),
+                       timing.ack_max < biss_busy_max ? "; --ack-max sets another limit" : "");
+  }
+  setup.processing = *options.processing;
+  return {};
 }
 
 // After put_rate(): a time is counted in cycles.
@@ -148,6 +180,22 @@ std::string put_rate(const LineOptions& options, sim::LineSetup& setup) {
 
 }  // namespace
 
+std::string wrong_start(const sim::LineSetup& setup) {
+  const DeviceTiming& timing = setup.timing;
+  const Picoseconds period = period_of(setup.clock);
+  const Picoseconds earliest = std::max(timing.start_min, timing.sampling_typical);
+  const std::int64_t least_clocks = clocks_to_cover(earliest, period) - 1;
+  if (timing.ack_clocks != 0 && timing.ack_clocks < least_clocks) {
+    return fmt::format(
+        "--ack-clocks: at {} this encoder answers after {} clocks at the earliest; it takes its "
+        "position {} after LAT",
+        text_of(setup.clock), least_clocks, text_of(earliest));
+  }
+  if (setup.processing.count == 0 || setup.processing >= earliest - period) return {};
+  return fmt::format("--processing: at {} this encoder takes at least {}", text_of(setup.clock),
+                     text_of(earliest - period, 3));
+}
+
 std::string read_busy(const std::string& text, Picoseconds interval, RegisterBusy& busy) {
   constexpr std::uint16_t most = std::numeric_limits<std::uint16_t>::max();
   std::uint64_t frames = 0;
@@ -173,12 +221,11 @@ tl::expected<sim::LineSetup, std::string> line_setup(const LineOptions& options)
   sim::LineSetup setup;
   setup.format = choice->format;
   setup.timing = choice->timing;
-  setup.processing = options.processing;
   setup.compensate = !options.no_compensation;
   setup.record_at_slave = options.at_slave;
   setup.seed = options.seed;
   for (const auto put : {put_motion, put_chain, put_delays, put_jitter, put_life, put_faults,
-                         put_control, put_rate, put_busy}) {
+                         put_control, put_processing, put_rate, put_busy}) {
     if (std::string wrong = put(options, setup); !wrong.empty()) return tl::unexpected(wrong);
   }
   return setup;

@@ -32,7 +32,8 @@ struct LineOptions {
   Picoseconds jitter{};
   std::optional<Picoseconds> ma_jitter;
   std::optional<Picoseconds> slo_jitter;
-  Picoseconds processing{};
+  /// Empty: the device's shortest.
+  std::optional<Picoseconds> processing;
   std::uint64_t slaves = 1;
   std::optional<Hertz> rate;
   std::string motion = "ramp";
@@ -59,6 +60,10 @@ struct LineOptions {
 /// The line that the options describe, checked against the device and its data sheet; else one line
 /// of text (wrong usage). \pre options.device.format is given
 tl::expected<sim::LineSetup, std::string> line_setup(const LineOptions& options);
+
+/// Why the encoder cannot send START as early as the options say at this clock: it comes after the
+/// position was taken. Empty if it can. Not for the clock of a recorded master.
+std::string wrong_start(const sim::LineSetup& setup);
 
 /// Reads the value of `--register-busy`: frames, or a time, which is rounded up to frames of
 /// `interval`.

@@ -68,6 +68,62 @@ TEST(LineOptions, JitterLongerThanTheDelay_IsRefused) {
             "longer --cable or less jitter");
 }
 
+TEST(LineOptions, OptionsOfWhatTheFormatDoesNotHave_AreRefused) {
+  LineOptions options = line_of("pos26,crc6");
+  options.faults = {"nE@2"};
+  EXPECT_EQ(error_of(options), "--fault: nE: the format has no error bit (nE or E)");
+  options.faults = {"nW:0.1"};
+  EXPECT_EQ(error_of(options), "--fault: nW: the format has no warning bit (nW or W)");
+  options.device.format = "pos26,E,W,crc6";
+  options.faults = {"nE@2", "nW:0.1"};
+  EXPECT_EQ(chosen(options).faults.size(), 2U);
+
+  options = line_of("resolute-26");
+  options.counter_start = {60};
+  EXPECT_EQ(error_of(options), "--counter-start: the format has no counter (lcN)");
+  options.device.format = "fs-36-28";
+  EXPECT_EQ(chosen(options).life.starts[1], 60);
+
+  options = line_of("pos26,nE,nW,crc6+pos26,nE,nW,crc6");
+  options.drift = 16;
+  EXPECT_EQ(chosen(options).drift, 16);
+  options.slaves = 2;
+  EXPECT_EQ(error_of(options), "--drift: no encoder has a further word that could drift");
+}
+
+TEST(LineOptions, ProcessingThatTheEncoderCannotHave_IsRefused) {
+  LineOptions options = line_of("resolute-26");
+  options.clock = megahertz(10);
+  options.processing = microseconds(16);
+  EXPECT_EQ(chosen(options).processing, microseconds(16));
+  EXPECT_EQ(wrong_start(chosen(options)), "");
+  options.processing = microseconds(20);
+  EXPECT_EQ(error_of(options),
+            "--processing: this encoder takes at most 16 us; --ack-max sets another limit");
+  options.device.ack_max = "20us";
+  EXPECT_EQ(chosen(options).processing, microseconds(20));
+  options.processing = microseconds(1);
+  EXPECT_EQ(wrong_start(chosen(options)),
+            "--processing: at 10 MHz this encoder takes at least 3.15 us");
+  options = line_of("lenz-b3");
+  options.processing = microseconds(5);
+  EXPECT_EQ(error_of(options), "--processing: ACK of this encoder has a fixed length of 4 clocks");
+}
+
+TEST(LineOptions, AckThatEndsBeforeThePositionIsTaken_IsRefused) {
+  LineOptions options = line_of("resolute-26");
+  options.clock = megahertz(5);
+  options.device.ack_clocks = "15";
+  EXPECT_EQ(wrong_start(chosen(options)),
+            "--ack-clocks: at 5 MHz this encoder answers after 16 clocks at the earliest; it takes "
+            "its position 3.25 us after LAT");
+  options.device.ack_clocks = "16";
+  EXPECT_EQ(wrong_start(chosen(options)), "");
+  options = line_of("pos26,nE,nW,crc6");
+  options.device.ack_clocks = "1";
+  EXPECT_EQ(wrong_start(chosen(options)), "");
+}
+
 TEST(RegisterBusy, FramesAndTimes_AreRead) {
   RegisterBusy busy;
   EXPECT_EQ(read_busy("12", microseconds(100), busy), "");

@@ -48,6 +48,12 @@ class SimulateRun {
 
   ExitStatus run() {
     const auto format = capture_format_of(options_.write.output);
+    if (is_only_read(options_.write.output)) {
+      return fail(ExitStatus::usage,
+                  fmt::format("--output: '{}': the extension names a format that is not written; "
+                              "use .vcd, .csv, .sr, .dsl, .bin or .raw",
+                              options_.write.output));
+    }
     if (options_.write.sample_rate && !is_sampled(format.value_or(CaptureFormat::vcd))) {
       return fail(
           ExitStatus::usage,
@@ -97,6 +103,7 @@ class SimulateRun {
 
   // Whether the line, the faults and the accesses fit into this many cycles.
   std::string check_run(const sim::LineSetup& setup) const {
+    if (std::string wrong = wrong_start(setup); !wrong.empty()) return wrong;
     const sim::NominalCycle nominal = sim::Line(setup).nominal();
     const std::uint64_t least = least_cycles(setup.accesses);
     const std::uint64_t cycles = options_.write.cycles.value_or(std::max(usual_cycles, least));

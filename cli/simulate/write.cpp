@@ -193,6 +193,7 @@ class LineWriter {
     const std::vector<std::string> names = names_of(setup_);
     edges_.emplace(capture_format_of(options_.output).value_or(CaptureFormat::vcd), names,
                    options_.sample_rate.value_or(usual_sample_rate(setup_.clock)), output_);
+    if (options_.sample_rate) warn_of_lost_clocks(*options_.sample_rate, setup_.clock);
     if (!options_.truth.empty()) {
       rows_ = report::make_table_writer(report::Format::csv, truth_.columns(), truth_output_);
     }

@@ -258,6 +258,12 @@ TEST(DrawVerb, WrongUsage_IsOneLineThatSaysWhy) {
   expect({}, "no capture given; name a file, or give -f");
   expect({"-f", "none"}, "needs a format");
   expect({capture, "-f", format, "--clock", "1MHz"}, "--clock: describes a simulated line");
+  expect({capture, "-f", format, "--no-compensation"},
+         "--no-compensation: describes a simulated line");
+  expect({"-f", format, "--invert-slo"}, "--invert-slo: describes a capture; name one");
+  expect({"-f", format, "--each"}, "--each: describes a capture; name one");
+  expect({"-f", format, "--resolution", "1ns"}, "--resolution: describes a capture; name one");
+  expect({"-f", format, "--raw-rate", "1MHz"}, "--raw-rate: describes a capture; name one");
   expect({"-f", format, "--position", "4096"}, "--position: 0 to 4095");
   expect({"-f", "resolute-26", "--clock", "10MHz", "--ack", "3"},
          "--ack: this encoder answers after");

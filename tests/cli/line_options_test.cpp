@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <set>
 #include <string>
 #include <vector>
@@ -43,6 +44,44 @@ std::vector<Row> rows_with(const std::vector<std::string>& options) {
   }
   rows.resize(std::max<std::size_t>(rows.size(), 1));
   return rows;
+}
+
+TEST(SimulateOutput, ExtensionOfAFormatThatIsOnlyRead_IsRefusedAndNothingWritten) {
+  const Folder folder;
+  for (const char* name : {"line.fst", "line.ghw", "line.sal", "line.vcd.gz", "line.csv.zst"}) {
+    const std::string out = folder.path(name);
+    const Outcome made = run({"simulate", "-f", "resolute-26", "--cycles", "3", "-o", out});
+    EXPECT_EQ(made.status, 2) << name;
+    EXPECT_NE(made.err.find("names a format that is not written"), std::string::npos) << made.err;
+    EXPECT_FALSE(std::filesystem::exists(out)) << name;
+  }
+  // Any other name is that of a VCD.
+  const std::string other = folder.path("line.txt");
+  EXPECT_EQ(run({"simulate", "-f", "resolute-26", "--cycles", "3", "-o", other}).status, 0);
+  EXPECT_EQ(content_of(other).rfind("$timescale", 0), 0U);
+}
+
+TEST(SimulateOutput, SampleRateBelowTwiceTheClock_IsWarnedOf) {
+  const Folder folder;
+  const std::string source = folder.path("source.vcd");
+  ASSERT_EQ(run({"simulate", "-f", "resolute-26", "--clock", "5MHz", "--cycles", "3", "-o", source})
+                .status,
+            0);
+  const auto error_with = [&](const char* rate, const std::vector<std::string>& line) {
+    std::vector<std::string> words{"simulate",      "-f", "resolute-26", "-o", folder.path("x.sr"),
+                                   "--sample-rate", rate};
+    words.insert(words.end(), line.begin(), line.end());
+    const Outcome made = run(words);
+    EXPECT_EQ(made.status, 0) << made.err;
+    return made.err;
+  };
+  const std::vector<std::string> line{"--clock", "5MHz", "--cycles", "3"};
+  EXPECT_NE(
+      error_with("9MHz", line).find("9 MHz misses clocks of MA at 5 MHz; give 50 MHz or more"),
+      std::string::npos);
+  EXPECT_EQ(error_with("10MHz", line), "");
+  EXPECT_NE(error_with("9MHz", {"--ma-from", source}).find("9 MHz misses clocks of MA at 5 MHz"),
+            std::string::npos);
 }
 
 TEST(LineOptions, ClockError_ShowsInTheClock) {

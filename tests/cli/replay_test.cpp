@@ -55,6 +55,7 @@ TEST_P(RecordedCaptures, RecordedAnswers_AreReadByOurMaster) {
       SCOPED_TRACE(i);
       const ReferenceFrame& sent = capture.frames[i];
       EXPECT_EQ(rows[i].at("status"), sent.good ? "ok" : "crc");
+      EXPECT_EQ(rows[i].at("crc_ok"), sent.good ? "1" : "0");
       EXPECT_EQ(rows[i].at("position"), sent.good ? std::to_string(sent.position) : "");
       EXPECT_EQ(rows[i].at("nE"), sent.good ? sent.nE : "");
     }
@@ -235,7 +236,31 @@ TEST(Replay, AnotherClockThanTheRecordedOne_ReadsNoFrame) {
   for (Row row : rows) {
     EXPECT_NE(row["status"], "ok");
     EXPECT_EQ(row["position"], "");
+    EXPECT_EQ(row["crc_ok"], row["status"] == "crc" ? "0" : "");
   }
+}
+
+TEST(Replay, FirstChannelWithoutAPosition_LeavesThatOfTheSecondOne) {
+  const Folder folder;
+  const char* const format = "nE,nW,crc6+pos12,nE,nW,crc6";
+  const std::string master = folder.path("master.vcd");
+  ASSERT_EQ(run({"simulate", "-f", format, "--cycles", "3", "-o", master}).status, 0);
+  const std::string truth = folder.path("truth.csv");
+  const auto positions_with = [&](const std::vector<std::string>& options) {
+    std::vector<std::string> words{
+        "simulate", "-f", format, "--ma-from", master, "-o", folder.path("out.vcd"),
+        "--truth",  truth};
+    words.insert(words.end(), options.begin(), options.end());
+    const Outcome made = run(words);
+    EXPECT_EQ(made.status, 0) << made.err;
+    std::vector<std::string> found;
+    for (const Row& row : rows_of(content_of(truth))) found.push_back(row.at("position2"));
+    return found;
+  };
+  const std::string list = folder.file("positions.txt", "5\n4095\n");
+  EXPECT_EQ(positions_with({"--positions", list}), (std::vector<std::string>{"5", "4095", "5"}));
+  const auto moving = positions_with({"--motion", "ramp"});
+  EXPECT_NE(moving.at(0), moving.at(2));
 }
 
 TEST(Replay, SampledOutput_HoldsTheSameFrames) {

@@ -140,6 +140,15 @@ TEST(ReportVerb, SeveralCaptures_AreRefused) {
   const Outcome made = report(folder, a, {b});
   EXPECT_EQ(made.status, 2);
   EXPECT_THAT(made.err, HasSubstr("one capture"));
+  EXPECT_THAT(made.err, HasSubstr("give one file, or one for each line"));
+}
+
+TEST(ReportVerb, Each_IsNotOffered) {
+  const Folder folder;
+  const Outcome made = report(folder, simulate(folder, "a.vcd", {"--cycles", "3"}), {"--each"});
+  EXPECT_EQ(made.status, 2);
+  EXPECT_THAT(made.err, HasSubstr("unknown option '--each'"));
+  EXPECT_THAT(run({"report", "--help"}).out, Not(HasSubstr("--each")));
 }
 
 TEST(ReportVerb, NoCapture_LeavesTheOldReport) {

@@ -212,8 +212,9 @@ TEST(CycleDrawing, FlipOfAnyBit_IsTheOneThatMendsTheFrame) {
       const bool as_sent = sent.view()[1 + 3 + 2 + *drawn.payload_bit];
       EXPECT_EQ(*drawn.level == as_sent, *drawn.payload_bit != bit) << drawn.name;
     }
-    EXPECT_THAT(drawing_text(drawing), HasSubstr("mends it" + std::string(drawing.name_of(bit)) +
-                                                 " (bit " + std::to_string(bit) + ")"));
+    EXPECT_THAT(drawing_text(drawing),
+                HasSubstr("  flip that mends it  " + std::string(drawing.name_of(bit)) + " (bit " +
+                          std::to_string(bit) + ")"));
   }
 }
 
