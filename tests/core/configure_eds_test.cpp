@@ -235,9 +235,19 @@ BISS_TEST(ConfigureEds, IdentifierOfASlaveOfTheDevice_CountsBeforeAndAfterTheHol
   }
 }
 
-// The fault of an encoder without identifier.
-ConfigureFault fault_of(EncoderSlave slave) {
-  Encoders<1> device{{slave}};
+// The fault of an encoder without identifier. \param part_bank that of its channel's part, which the
+// common part names; 0: there is no common part
+// Not inlined: the stack of a microcontroller holds one encoder and its master.
+[[gnu::noinline]] ConfigureFault fault_of(std::uint8_t eds_bank, std::uint16_t manufacturer,
+                                          EncoderState& state, std::uint8_t part_bank = 0) {
+  Encoders<1> device{{encoder(format_of_profile(0x621E), usual_timing,
+                              {.eds_bank = eds_bank, .manufacturer = manufacturer}, state)}};
+  if (part_bank != 0) {
+    CommonPart common{.eds_len = 1, .tma = 200, .dc_num = 1, .sl_num = 1};
+    common.channels[0].bank = part_bank;
+    device.registers().bank(1) =
+        RegisterBank(sealed(build_bank(common)), RegisterProtection::read_only);
+  }
   Line line(device);
   BISS_EXPECT(line.run());
   const auto result = line.cycle.result();
@@ -250,25 +260,16 @@ BISS_TEST(ConfigureEds, DataSheetThatCannotBeRead_KeepsTheCauseOfTheAccess) {
   const auto unreadable = [](ConfigureStep step, std::optional<ControlError> error) {
     return ConfigureFault{.cause = ConfigureError::eds_unreadable, .step = step, .control = error};
   };
-  const auto without_identifier = [&](std::uint8_t eds_bank, std::uint16_t manufacturer) {
-    return encoder(format_of_profile(0x621E), usual_timing,
-                   {.eds_bank = eds_bank, .manufacturer = manufacturer}, state);
-  };
   // There are four banks.
-  BISS_EXPECT(fault_of(without_identifier(9, 0x6943)) ==
+  BISS_EXPECT(fault_of(9, 0x6943, state) ==
               unreadable(ConfigureStep::read_common, ControlError::refused));
   // Lika uses BSEL for something else.
-  BISS_EXPECT(fault_of(without_identifier(1, 0x4C69)) ==
-              unreadable(ConfigureStep::select_bank, std::nullopt));
-  BISS_EXPECT(fault_of(without_identifier(0, 0x6943)).cause == ConfigureError::no_profile);
-  EncoderSlave no_part = without_identifier(1, 0x6943);
-  CommonPart common{.eds_len = 1, .tma = 200, .dc_num = 1, .sl_num = 1};
-  common.channels[0].bank = 9;
-  no_part.source().server.owner().bank(1) =
-      RegisterBank(sealed(build_bank(common)), RegisterProtection::read_only);
-  BISS_EXPECT(fault_of(no_part) == unreadable(ConfigureStep::read_channels, ControlError::refused));
+  BISS_EXPECT(fault_of(1, 0x4C69, state) == unreadable(ConfigureStep::select_bank, std::nullopt));
+  BISS_EXPECT(fault_of(0, 0x6943, state).cause == ConfigureError::no_profile);
+  BISS_EXPECT(fault_of(1, 0x6943, state, 9) ==
+              unreadable(ConfigureStep::read_channels, ControlError::refused));
   state.keeps_bsel = true;
-  BISS_EXPECT(fault_of(without_identifier(1, 0x6943)) ==
+  BISS_EXPECT(fault_of(1, 0x6943, state) ==
               unreadable(ConfigureStep::select_bank, ControlError::refused_or_not_addressed));
 }
 
