@@ -122,10 +122,13 @@ def test_NoFileLeft_IsNamed():
 def interrupted():
     """Interrupts this thread soon. A run that does not end is ended with the process."""
     faulthandler.dump_traceback_later(120, exit=True)
+    # A process that a shell has started in the background ignores SIGINT.
+    handler = signal.signal(signal.SIGINT, signal.default_int_handler)
     timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
     yield timer
     timer.cancel()
     timer.join()
+    signal.signal(signal.SIGINT, handler)
     faulthandler.cancel_dump_traceback_later()
 
 
