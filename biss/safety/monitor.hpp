@@ -321,7 +321,7 @@ class SafetyMonitor {
   [[nodiscard]] constexpr bool self_test(const SafetyFingerprint& expected) {
     if (!is_intact()) return false;
     memory_.expected = expected;
-    const bool passed = !plan_.mistake() && plan_.is(expected) && passes_self_test();
+    const bool passed = plan_.is(expected) && !plan_.mistake() && passes_self_test();
     const bool at_power_up = memory_.state == SafetyState::untested;
     if (!passed) memory_.cause = SafetyVerdict::self_test;
     change(passed ? SafetyEvent::self_test_passed : SafetyEvent::self_test_failed);

@@ -54,6 +54,7 @@ class SafetyPlan {
   /// this does not see (the tables of the first evaluation) makes the two evaluations differ.
   constexpr bool is(const SafetyFingerprint& expected) const {
     if (fingerprint() != expected || payload_bits() != format().payload_bits()) return false;
+    if (!has_words()) return false;
     if (alignment_ != safety_detail::alignment_of(format().channel_list[setup_.cpw],
                                                   format().channel_list[setup_.spw],
                                                   setup_.comparison)) {
@@ -74,10 +75,14 @@ class SafetyPlan {
       : codec_(format.channel_count <= Channels ? format : FrameFormat{}),
         setup_(setup),
         rated_(rated ? 1 : 0) {
-    const auto channels = codec_.format().channels();
-    if (setup.cpw >= channels.size() || setup.spw >= channels.size()) return;
+    if (!has_words()) return;
+    const auto& channels = codec_.format().channel_list;
     alignment_ =
         safety_detail::alignment_of(channels[setup.cpw], channels[setup.spw], setup.comparison);
+  }
+
+  constexpr bool has_words() const {
+    return setup_.cpw < format().channel_count && setup_.spw < format().channel_count;
   }
 
   Codec codec_;
