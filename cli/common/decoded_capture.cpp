@@ -62,8 +62,10 @@ class CaptureRows final : public report::TableWriter {
 
 namespace {
 
+constexpr auto any_format = "; none: check the structure alone";
+
 void add_decode_options(Verb verb, CaptureArguments& arguments,
-                        const std::string& about_format = "; none: check the structure alone") {
+                        const std::string& about_format = any_format) {
   add_format_option(verb, arguments.device, false, about_format);
   add_timing_options(verb, arguments.device);
   verb.add_option("--ma", arguments.ma, "The line that is MA")
@@ -88,11 +90,8 @@ void add_capture_options(Verb verb, CaptureArguments& arguments, bool finds_form
                   "binary, raw samples; also compressed by gzip or zstd), read one after the "
                   "other; files with one line each are read as one capture; - is standard input")
       .file(FileUse::read);
-  if (finds_format) {
-    add_decode_options(verb, arguments, "; refused here: this verb finds the format");
-  } else {
-    add_decode_options(verb, arguments);
-  }
+  add_decode_options(verb, arguments,
+                     finds_format ? "; refused here: this verb finds the format" : any_format);
   arguments.has_each = true;
   verb.add_flag("--each", arguments.each,
                 "Read every encoder of a capture: all pairs of MA and SLO, one after the other");

@@ -328,7 +328,18 @@ BISS_TEST(SafetyFingerprint, EveryPartOfTheFormat_ChangesIt) {
   }
 }
 
-// Nothing is read outside of the plan's arrays, and nothing can be monitored.
+// A constant expression refuses what lies outside of an array.
+constexpr std::optional<SafetySetupError> mistake_of_plan(std::string_view text,
+                                                          const SafetySetup& setup) {
+  return SafetyPlan<2>(parse_format(text).value(), UnratedSafetySetup(setup)).mistake();
+}
+static_assert(!mistake_of_plan(good_text, {}));
+static_assert(mistake_of_plan("pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16+pad8;cds0", {}) ==
+              SafetySetupError::channels);
+static_assert(mistake_of_plan(good_text, {.cpw = 200}) == SafetySetupError::channels);
+static_assert(mistake_of_plan(good_text, {.spw = 255}) == SafetySetupError::channels);
+
+// Nothing can be monitored with such a plan.
 BISS_TEST(SafetyPlan, OfAMistake_GivesAMonitorThatFailsItsSelfTest) {
   const auto fails = [](std::string_view text, const SafetySetup& setup) {
     const FrameFormat format = format_of(text);
