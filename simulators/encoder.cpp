@@ -36,6 +36,49 @@ std::uint64_t chosen_position(const PositionChoice& choice, unsigned bits, std::
   return 0;
 }
 
+// The slots of a channel: its first bit, the first one of its CRC, and the one after its last.
+struct ChannelSlots {
+  std::size_t begin = 2;
+  std::size_t crc = 2;
+  std::size_t end = 2;
+};
+
+ChannelSlots slots_of(const FrameFormat& format, std::size_t channel) {
+  ChannelSlots slots;
+  for (std::size_t k = 0; k <= channel; ++k) {
+    slots.begin = slots.end;
+    slots.end += format.channel_list[k].total_bits();
+    slots.crc = slots.end - format.channel_list[k].crc.width_bits;
+  }
+  return slots;
+}
+
+constexpr std::string_view wrong_crc = "wrong CRC";
+constexpr std::string_view wrong_burst = "burst";
+constexpr std::string_view wrong_polarity = "polarity";
+constexpr std::string_view jitter_early = "a tenth of a period early";
+constexpr std::string_view jitter_late = "a tenth of a period late";
+
+std::string wrong_bit_case(std::size_t channel, const ChannelSlots& slots, std::size_t slot) {
+  if (slot < slots.crc) return fmt::format("channel {} data", channel);
+  return fmt::format("channel {} CRC bit {}", channel, slots.end - 1 - slot);
+}
+
+void expect_wrong_crcs(Coverage& coverage, const FrameFormat& format) {
+  const auto channels = format.channels();
+  if (std::any_of(channels.begin(), channels.end(),
+                  [](const ChannelFormat& channel) { return !channel.crc.present(); })) {
+    return;
+  }
+  for (std::size_t k = 0; k < channels.size(); ++k) {
+    const ChannelSlots slots = slots_of(format, k);
+    for (std::size_t slot = slots.crc - 1; slot < slots.end; ++slot) {
+      coverage.expect(wrong_crc, wrong_bit_case(k, slots, slot));
+    }
+  }
+  for (const std::string_view one : {wrong_burst, wrong_polarity}) coverage.expect(wrong_crc, one);
+}
+
 }  // namespace
 
 Encoder::Encoder(std::string name, Settings settings)
@@ -50,6 +93,8 @@ Encoder::Encoder(std::string name, Settings settings)
                             Fault::slo_low, Fault::cds_high, Fault::stop_high}) {
     coverage().expect("cause", biss_cause_name(cause_of(fault, chosen.format.cds0)));
   }
+  expect_wrong_crcs(coverage(), chosen.format);
+  for (const std::string_view one : {jitter_early, jitter_late}) coverage().expect("jitter", one);
   coverage().expect_line_delays();
   coverage().expect_clocks();
   for (const std::string_view one : {"one clock", "two clocks", "more clocks"}) {
@@ -135,6 +180,10 @@ void Encoder::drive(std::int64_t now, bool level) {
   driven_ = level;
   const auto jitter = static_cast<std::uint64_t>(settings().jitter.count);
   const auto late = static_cast<std::int64_t>(jitter_.below(jitter + 1));
+  const std::int64_t than_first = late - first_late_.value_or(late);
+  if (running_ && !first_late_) first_late_ = late;
+  earliest_ = std::min(earliest_, than_first);
+  latest_ = std::max(latest_, than_first);
   slo_.put(now, level, (line_delay_ - line_delay_ / 2).count + late);
   slo_.take(now);
 }
@@ -159,7 +208,9 @@ void Encoder::begin_request(std::int64_t now) {
   open_slave(in_turn(settings().processing, requests()));
   running_ = true;
   delivered_ = early_ = reported_ = false;
-  slot_ = flipped_slot_ = before_start;
+  slot_ = before_start;
+  first_late_.reset();
+  earliest_ = latest_ = 0;
   clocks_ = start_clock_ = 0;
   shortest_period_ = longest_period_ = {};
   last_rise_ = 0;
@@ -172,8 +223,38 @@ void Encoder::begin_request(std::int64_t now) {
   outcome_.cause = biss_cause_name(cause_of(fault_, settings().format.cds0));
   sim::Random random(sim::scrambled(settings().seed) + requests());
   choose_values(random);
-  if (fault_ == Fault::flip) {
-    flipped_slot_ = 2 + static_cast<int>(random.below(settings().format.payload_bits()));
+  choose_damage(random);
+}
+
+// Every damage has the cause crc: a CRC detects a burst that is no longer than itself.
+void Encoder::choose_damage(sim::Random& random) {
+  const FrameFormat& format = settings().format;
+  damaged_.assign(static_cast<std::size_t>(stop_slot()), false);
+  damage_.clear();
+  const bool walks = fault_ == Fault::flip_crc;
+  const std::size_t turn = walks ? crc_flips_++ : random.below(format.channel_count);
+  const std::size_t k = turn % format.channel_count;
+  const ChannelSlots slots = slots_of(format, k);
+  const std::size_t crc_bits = slots.end - slots.crc;
+  if (fault_ == Fault::flip || walks) {
+    const std::size_t slot = walks ? slots.crc + turn / format.channel_count % crc_bits
+                                   : slots.begin + random.below(slots.end - slots.begin);
+    damaged_[slot] = true;
+    damage_ = wrong_bit_case(k, slots, slot);
+  } else if (fault_ == Fault::burst) {
+    const std::size_t length = 2 + random.below(crc_bits - 1);
+    const std::size_t last =
+        slots.begin + length - 1 + random.below(slots.end - slots.begin - length + 1);
+    for (std::size_t back = 0; back < length; ++back) {
+      damaged_[last - back] = back == 0 || back + 1 == length || random.below(2) != 0;
+    }
+    damage_ = wrong_burst;
+  } else if (fault_ == Fault::crc_polarity) {
+    for (std::size_t each = 0; each < format.channel_count; ++each) {
+      const ChannelSlots of_each = slots_of(format, each);
+      for (std::size_t slot = of_each.crc; slot < of_each.end; ++slot) damaged_[slot] = true;
+    }
+    damage_ = wrong_polarity;
   }
 }
 
@@ -216,7 +297,11 @@ bool Encoder::faulty_level(bool level) const {
     case Fault::no_answer:
       return level;
     case Fault::flip:
-      return slot_ == flipped_slot_ ? !level : level;
+    case Fault::flip_crc:
+    case Fault::burst:
+    case Fault::crc_polarity:
+      return slot_ >= 0 && slot_ < stop_slot() && damaged_[static_cast<std::size_t>(slot_)] ? !level
+                                                                                            : level;
     case Fault::early_ack:
       return clocks_ == 1 ? false : level;
     case Fault::slo_low:
@@ -236,6 +321,10 @@ void Encoder::deliver(std::int64_t now) {
   check_clock(now);
   coverage().hit("format", settings().format_text);
   coverage().hit("cause", outcome_.cause);
+  if (!damage_.empty()) coverage().hit(wrong_crc, damage_);
+  const std::int64_t tenth = shortest_period_.count / 10;
+  if (tenth > 0 && -earliest_ >= tenth) coverage().hit("jitter", jitter_early);
+  if (tenth > 0 && latest_ >= tenth) coverage().hit("jitter", jitter_late);
   if (outcome_.cause != "ok") return;
   coverage().hit_values(settings().format, outcome_);
   coverage().hit_line_delay(line_delay_, shortest_period_);

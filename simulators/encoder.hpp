@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "capi/biss_c.h"
 #include "sim/random.hpp"
@@ -41,6 +42,7 @@ class Encoder final : public Instance {
   void begin_request(std::int64_t now);
   void measure_clock(std::int64_t now, bool level);
   void choose_values(sim::Random& random);
+  void choose_damage(sim::Random& random);
   void drive(std::int64_t now, bool level);
   void end_request(std::int64_t now);
   void check_clock(std::int64_t now);
@@ -65,6 +67,7 @@ class Encoder final : public Instance {
   bool driven_ = true;
   std::array<std::optional<biss_channel>, BISS_MAX_CHANNELS> next_{};
   std::map<std::uint8_t, std::uint8_t> registers_;
+  std::size_t crc_flips_ = 0;
   std::int64_t now_ = 0;
   bool live_ = false;  // MA was high once
 
@@ -76,7 +79,8 @@ class Encoder final : public Instance {
   Outcome outcome_;
   Picoseconds line_delay_{};
   int slot_ = before_start;
-  int flipped_slot_ = before_start;
+  std::vector<bool> damaged_;  // by slot
+  std::string damage_;         // the case of the coverage
   int clocks_ = 0;
   int start_clock_ = 0;
   bool early_ = false;
@@ -85,6 +89,10 @@ class Encoder final : public Instance {
   std::int64_t last_rise_ = 0;
   Picoseconds shortest_period_{};
   Picoseconds longest_period_{};
+  // How much later than without jitter: SLO's first edge, and others in comparison with it.
+  std::optional<std::int64_t> first_late_;
+  std::int64_t earliest_ = 0;
+  std::int64_t latest_ = 0;
 };
 
 }  // namespace biss::simulators

@@ -98,9 +98,12 @@ constexpr std::array<std::pair<std::string_view, Flags>, 4> flag_words{{{"none",
                                                                         {"nE", {false, true}},
                                                                         {"nW", {true, false}},
                                                                         {"both", {false, false}}}};
-constexpr std::array<std::pair<std::string_view, Fault>, 7> fault_words{
+constexpr std::array<std::pair<std::string_view, Fault>, 10> fault_words{
     {{"none", Fault::none},
      {"flip", Fault::flip},
+     {"flip_crc", Fault::flip_crc},
+     {"burst", Fault::burst},
+     {"crc_polarity", Fault::crc_polarity},
      {"no_answer", Fault::no_answer},
      {"early_ack", Fault::early_ack},
      {"slo_low", Fault::slo_low},
@@ -232,14 +235,16 @@ tl::expected<bool, std::string> read_setting(Role role, std::string_view key, st
 
 // What depends on several settings.
 Checked check(const Settings& settings) {
-  const auto has = [&](Fault fault) {
-    return std::find(settings.faults.begin(), settings.faults.end(), fault) !=
-           settings.faults.end();
-  };
   const auto channels = settings.format.channels();
-  if (has(Fault::flip) && std::any_of(channels.begin(), channels.end(),
-                                      [](const auto& channel) { return !channel.crc.present(); })) {
-    return Failed("faults: flip needs a CRC in each channel: without it no one can see the fault");
+  const bool checked = std::all_of(channels.begin(), channels.end(),
+                                   [](const auto& channel) { return channel.crc.present(); });
+  for (const auto& [name, fault] : fault_words) {
+    const bool damages = cause_of(fault, settings.format.cds0) == BISS_CAUSE_CRC;
+    if (!damages || checked) continue;
+    if (std::find(settings.faults.begin(), settings.faults.end(), fault) != settings.faults.end()) {
+      return Failed(fmt::format(
+          "faults: {} needs a CRC in each channel: without it no one can see the fault", name));
+    }
   }
   unsigned widest = 0;
   for (const ChannelFormat& channel : channels) widest = std::max(widest, channel.position_bits());
@@ -264,6 +269,9 @@ biss_cause cause_of(Fault fault, bool cds0) {
     case Fault::none:
       return BISS_CAUSE_OK;
     case Fault::flip:
+    case Fault::flip_crc:
+    case Fault::burst:
+    case Fault::crc_polarity:
       return BISS_CAUSE_CRC;
     case Fault::no_answer:
       return BISS_CAUSE_NO_RESPONSE;

@@ -38,12 +38,15 @@ struct Flags {
 /// What an encoder does wrong. Names and meaning are those of sim/fault.hpp where it has them.
 enum class Fault : std::uint8_t {
   none,
-  flip,       ///< one bit of data or CRC is inverted: crc
-  no_answer,  ///< the encoder ignores the request: no_response
-  early_ack,  ///< SLO falls with LAT: response_range
-  slo_low,    ///< SLO stays at 0 after ACK: no_start
-  cds_high,   ///< CDS is 1: cds, with `cds0` in the format
-  stop_high,  ///< STOP is 1: stop_bit
+  flip,          ///< one bit of data or CRC is inverted: crc
+  flip_crc,      ///< one bit of the CRC is inverted, each time the next one: crc
+  burst,         ///< bits in a row of one channel, no more than its CRC has: crc
+  crc_polarity,  ///< all bits of each CRC are inverted: crc
+  no_answer,     ///< the encoder ignores the request: no_response
+  early_ack,     ///< SLO falls with LAT: response_range
+  slo_low,       ///< SLO stays at 0 after ACK: no_start
+  cds_high,      ///< CDS is 1: cds, with `cds0` in the format
+  stop_high,     ///< STOP is 1: stop_bit
 };
 
 /// What a master must say of this fault. \param cds0 the format's

@@ -21,6 +21,14 @@ namespace {
 
 // All instances of a simulation, numbered from 1.
 struct Bench {
+  Bench() = default;
+  Bench& operator=(Bench&&) = default;
+  // At the end of the program.
+  ~Bench() {
+    if (instances.empty()) return;
+    std::fprintf(stderr, "biss: the simulation ended without a report: nothing is proven\n");
+  }
+
   Instances instances;
   std::uint64_t errors = 0;
 };

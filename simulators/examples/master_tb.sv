@@ -5,7 +5,7 @@ module master_tb;
   timeunit 1ps; timeprecision 1ps;
   import biss_pkg::*;
 
-  localparam int REQUESTS = 120;
+  localparam int REQUESTS = 240;
   localparam int POSITION_BITS = 26;
 
   logic clk = 0;
@@ -53,8 +53,8 @@ module master_tb;
     end
     // A design that hangs is not waited for.
     if (done == REQUESTS || waited == 100000) begin
-      if (biss_tb_report("master_tb") != 0) $display("master_tb: failed");
-      else $display("master_tb: passed");
+      if (biss_tb_report("master_tb") != 0) $fatal(1, "master_tb: failed");  // exit status not 0
+      $display("master_tb: passed");
       $finish;
     end
   end

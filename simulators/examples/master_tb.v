@@ -3,7 +3,7 @@
 `include "master_settings.vh"
 
 module master_tb;
-  parameter REQUESTS = 120;
+  parameter REQUESTS = 240;
   parameter POSITION_BITS = 26;
 
   localparam SETTINGS = `MASTER_SETTINGS;
@@ -57,6 +57,7 @@ module master_tb;
 
   integer done = 0;
   integer waited = 0;
+  integer failures;
   always @(posedge clk) begin
     waited = valid === 1'b1 ? 0 : waited + 1;
     if (valid) begin
@@ -65,8 +66,9 @@ module master_tb;
     end
     // A design that hangs is not waited for.
     if (done == REQUESTS || waited == 100000) begin
-      if ($biss_report("master_tb") != 0) $display("master_tb: failed");
-      else $display("master_tb: passed");
+      failures = $biss_report("master_tb");
+      if (failures != 0) $fatal(1, "master_tb: failed");  // the exit status is not 0
+      $display("master_tb: passed");
       $finish;
     end
   end

@@ -2,7 +2,7 @@
 library ieee;
 use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
-use std.env.finish;
+use std.env.all;
 use work.biss_pkg.all;
 
 entity slave_tb is
@@ -68,10 +68,10 @@ begin
     end loop;
     if biss_report("slave_tb") = 0 then
       report "slave_tb: passed";
-    else
-      report "slave_tb: failed";
+      done <= true;
+      finish;
     end if;
-    done <= true;
-    finish;
+    report "slave_tb: failed";
+    stop(1);  -- the exit status
   end process;
 end architecture;

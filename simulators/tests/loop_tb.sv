@@ -40,8 +40,8 @@ module loop_tb;
       position = {position[34:0], position[35] ^ position[24]};
       #5000;
     end
-    if (biss_tb_report("loop_tb") != 0) $display("loop_tb: failed");
-    else $display("loop_tb: passed");
+    if (biss_tb_report("loop_tb") != 0) $fatal(1, "loop_tb: failed");
+    $display("loop_tb: passed");
     $finish;
   end
 endmodule

@@ -17,6 +17,9 @@
 
 #include "simulators/testbench.h"
 
+// Icarus Verilog has it, and no standard.
+extern "C" [[gnu::weak]] void vpip_set_return_value(int value);
+
 namespace {
 
 constexpr std::int64_t never = -1;
@@ -127,6 +130,7 @@ std::vector<vpiHandle> arguments_of_call() {
 
 void stop(const char* task, const char* why) {
   vpi_printf("biss: %s: %s\n", task, why);
+  if (vpip_set_return_value != nullptr) vpip_set_return_value(1);
   vpi_control(vpiFinish, 1);
 }
 
