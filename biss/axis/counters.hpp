@@ -20,8 +20,8 @@ template <class Cause>
 class CauseCounts {
  public:
   /// The number of causes.
-  static constexpr std::size_t size = index_of(
-      static_cast<Cause>(std::numeric_limits<std::underlying_type_t<Cause>>::max()));
+  static constexpr std::size_t size =
+      index_of(static_cast<Cause>(std::numeric_limits<std::underlying_type_t<Cause>>::max()));
 
   /// A counter stops at its largest value.
   constexpr void add(Cause cause) {

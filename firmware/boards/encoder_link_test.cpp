@@ -107,8 +107,8 @@ BISS_TEST(EncoderLink, EndThatNothingWaitsFor_IsNoCycle) {
 
 BISS_TEST(EncoderLink, ReaderThatNeedsMoreThanTheBuffer_MakesNoRequest) {
   WritingPort port;
-  EncoderLink<WritingPort, decltype(reader), reader.bytes() - 1> link(
-      port, reader, biss::microseconds(100), {});
+  EncoderLink<WritingPort, decltype(reader), reader.bytes() - 1> link(port, reader,
+                                                                      biss::microseconds(100), {});
   link.request();
   link.transfer_complete();
   BISS_EXPECT(port.receive.empty());

@@ -237,9 +237,8 @@ BISS_TEST(EncoderAxis, ReaderThatNeedsMoreThanTheBuffer_IsRefusedAndWritesNothin
   struct {
     EncoderAxis<Spi, decltype(reader), 8> axis;
     std::array<std::uint8_t, 64> after;
-  } const unused{EncoderAxis<Spi, decltype(reader), 8>(spi, reader, ma_period, encoder.timing,
-                                                       limits),
-                 {}};
+  } const unused{
+      EncoderAxis<Spi, decltype(reader), 8>(spi, reader, ma_period, encoder.timing, limits), {}};
   auto memory = unused;
   BISS_ASSERT(memory.axis.error());
   BISS_EXPECT(*memory.axis.error() == AxisError::buffer);
