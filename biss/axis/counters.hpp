@@ -7,6 +7,7 @@
 #include <limits>
 #include <type_traits>
 
+#include "biss/base/language.hpp"
 #include "biss/frame/frame.hpp"
 
 namespace biss {

@@ -12,6 +12,8 @@
 #include <optional>
 #include <span>
 
+#include "biss/base/language.hpp"
+
 namespace biss {
 
 /// The receive buffers of one encoder, and the request that waits for its answer. There are two

@@ -56,7 +56,9 @@ static int biss_encoder_fetch(const struct device* dev, enum sensor_channel chan
   if (result == 0) {
     result = biss_reader_read(&data->reader, data->received, data->bytes, &data->sample);
   }
-  data->fetched = result == 0;
+  if (result == 0) {
+    data->fetched = true;
+  }
   k_mutex_unlock(&data->lock);
   return result;
 }
