@@ -163,7 +163,7 @@ class SpiObject {
                 setup_of(period, falling, delay_min, delay_max, first_bit, tail_ignored,
                          no_error_flag, unchecked),
                 format.timing()) {
-    if (reader_.error()) throw UsageError(text_of(*reader_.error()));
+    if (reader_.error()) throw UsageError(std::string(text_of(*reader_.error())));
   }
 
   std::size_t bytes() const { return reader_.bytes(); }
@@ -238,19 +238,6 @@ class SpiObject {
     setup.no_error_flag = no_error_flag;
     setup.unchecked = unchecked;
     return setup;
-  }
-
-  static std::string text_of(SpiSetupError error) {
-    switch (error) {
-      case SpiSetupError::clock:
-        return "clock_hz: above the limit of this encoder (clock_max of its Format)";
-      case SpiSetupError::error_flag:
-        return "format: a position has no nE; no_error_flag=True reads it";
-      case SpiSetupError::crc:
-        return "format: a channel has no CRC; unchecked=True reads it";
-      default:
-        return std::string(name_of(error)) + ": out of range";
-    }
   }
 
   std::size_t channels_;

@@ -102,11 +102,14 @@ enum class SpiSetupError : std::uint8_t {
 
 inline constexpr std::size_t spi_setup_error_count = 5;
 
-/// The name users see, the same as the enumerator's.
-constexpr std::string_view name_of(SpiSetupError error) {
-  constexpr std::array<std::string_view, spi_setup_error_count> names{"period", "line_delay",
-                                                                      "clock", "error_flag", "crc"};
-  return names[static_cast<std::size_t>(error)];
+/// What is wrong, for users.
+constexpr std::string_view text_of(SpiSetupError error) {
+  constexpr std::array<std::string_view, spi_setup_error_count> texts{
+      "the period is not positive", "the line delay is not 0 <= min <= max",
+      "the clock is above the limit of the encoder",
+      "a position has no nE: set no_error_flag to read it",
+      "a channel has no CRC: set unchecked to read it"};
+  return texts[static_cast<std::size_t>(error)];
 }
 
 /// Returns why this setup cannot read this format of this device; nothing if it can.

@@ -15,7 +15,6 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <string_view>
 #include <type_traits>
 
 #include "biss/axis/counters.hpp"
@@ -65,12 +64,6 @@ enum class AxisError : std::uint8_t {
   format,    ///< it does not have one channel with a position
   max_step,  ///< it is not positive
 };
-
-/// The name users see, the same as the enumerator's.
-constexpr std::string_view name_of(AxisError error) {
-  constexpr std::array<std::string_view, 4> names{"reader", "buffer", "format", "max_step"};
-  return names[static_cast<std::size_t>(error)];
-}
 
 namespace axis_detail {
 

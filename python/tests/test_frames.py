@@ -162,7 +162,7 @@ def test_SpiReaderOfAFormatWithoutNeOrCrc_NeedsTheWord():
         with pytest.raises(biss.UsageError, match=message):
             biss.SpiReader(text, 10**6, **words)
     assert biss.SpiReader("pos24", 10**6, no_error_flag=True, unchecked=True).clocks > 24
-    with pytest.raises(biss.UsageError, match="clock_hz: above the limit"):
+    with pytest.raises(biss.UsageError, match="above the limit of the encoder"):
         biss.SpiReader("resolute-26", 40_000_000)
     assert biss.SpiReader(biss.Format("pos24,nE,nW,crc6", clock_max="20MHz"), 20_000_000).clocks > 24
 
