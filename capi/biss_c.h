@@ -83,7 +83,10 @@ typedef enum biss_status BISS_INT {
   BISS_NO_REGISTER,    /* no such register, or the encoder has none */
   BISS_FILE,           /* the file cannot be written; errno has the reason */
   BISS_BAD_EDS,        /* the data sheet has no data channel, or nothing says how long one is */
-  BISS_BAD_SAFETY      /* these frames cannot be monitored; see biss_safety_problem() */
+  BISS_BAD_SAFETY,     /* these frames cannot be monitored; see biss_safety_problem() */
+  BISS_CLOCK_MAX,      /* the clock is above clock_max of the encoder */
+  BISS_NO_ERROR_FLAG,  /* a position has no nE, and the setup does not have no_error_flag */
+  BISS_NO_CRC          /* a channel has no checksum, and the setup does not have unchecked */
 } biss_status;
 
 /* The enumerator's name in lower case without "biss_": "slo_low"; "unknown" for any other number.

@@ -140,12 +140,16 @@ typedef struct biss_spi_setup {
   uint32_t first_bit;        /* bits before the sample of the first clock, up to 65535 */
   bool ignore_tail;          /* for encoders that release SLO early; false: a 1 after STOP is
                                 BISS_CAUSE_STOP_BIT while the encoder must keep SLO low */
+  bool no_error_flag;        /* reads positions without nE too. biss_frame_trusted() is then true
+                                for every good frame, also for a word of zeros */
+  bool unchecked;            /* reads channels without checksum too: a disturbed one is then good */
 } biss_spi_setup;
 
 biss_spi_setup biss_spi_defaults(const biss_format* format, int64_t period_ps);
 
 /* Opens a reader of the buffers of one encoder. *spi is null unless BISS_OK.
- * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_BAD_TIMING, BISS_BAD_SETUP, BISS_NO_MEMORY. */
+ * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_BAD_TIMING, BISS_BAD_SETUP, BISS_CLOCK_MAX,
+ * BISS_NO_ERROR_FLAG, BISS_NO_CRC, BISS_NO_MEMORY. */
 biss_status biss_spi_open(const biss_spi_setup* setup, biss_spi** spi);
 
 /* Null is allowed. */
@@ -160,7 +164,8 @@ typedef struct biss_spi_size {
 /* BISS_NULL_ARGUMENT, BISS_BAD_HANDLE. */
 biss_status biss_spi_size_of(const biss_spi* spi, biss_spi_size* size);
 
-/* Finds and decodes the frame in what the peripheral received. `clocks` is how many clocks of MA
+/* Finds and decodes the frame in what the peripheral received. Fill `bytes` with ones before each
+ * transfer: if none of them is written, there is no frame of an earlier transfer. `clocks` is how many clocks of MA
  * were sent: later bits are ignored; SIZE_MAX: every bit from `first_bit` on is a clock. Any cause.
  * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE. */
 biss_status biss_spi_read(const biss_spi* spi, const uint8_t* bytes, size_t byte_count,

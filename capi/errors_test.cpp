@@ -14,7 +14,7 @@ namespace errors_test {
 
 constexpr const char* format = "pos26,nE,nW,crc6";
 constexpr std::int64_t period = 1'000'000;
-constexpr int last_status = BISS_BAD_SAFETY;
+constexpr int last_status = BISS_NO_CRC;
 
 biss_status try_slave(const biss_slave_setup* setup) {
   biss_slave* slave = reinterpret_cast<biss_slave*>(1);

@@ -321,6 +321,28 @@ TEST(CSpi, Setup_RefusedByItsCause) {
   EXPECT_EQ(status([](biss_spi_setup& s) { s.line_delay_min_ps = s.line_delay_max_ps + 1; }),
             BISS_BAD_SETUP);
   EXPECT_EQ(status([](biss_spi_setup& s) { s.first_bit = 65'536; }), BISS_BAD_SETUP);
+  EXPECT_EQ(status([](biss_spi_setup& s) { s.period_ps = 25'000; }), BISS_CLOCK_MAX);
+  ASSERT_EQ(biss_timing_of("resolute-18", &timing), BISS_OK);
+  timing.clock_max_hz = 5'000'000;
+  EXPECT_EQ(status([&](biss_spi_setup& s) { s.timing = &timing; }), BISS_CLOCK_MAX);
+}
+
+TEST(CSpi, FormatWithoutErrorFlagOrChecksum_NeedsTheWord) {
+  const auto status = [](const char* text, bool no_error_flag, bool unchecked) {
+    const FormatHandle format = open_format(text);
+    biss_spi_setup setup = biss_spi_defaults(format.get(), 100'000);
+    setup.no_error_flag = no_error_flag;
+    setup.unchecked = unchecked;
+    biss_spi* spi = nullptr;
+    const biss_status result = biss_spi_open(&setup, &spi);
+    biss_spi_close(spi);
+    return result;
+  };
+  EXPECT_EQ(status("pos24,crc6", false, true), BISS_NO_ERROR_FLAG);
+  EXPECT_EQ(status("pos24,crc6", true, false), BISS_OK);
+  EXPECT_EQ(status("pos24,nE,nW", true, false), BISS_NO_CRC);
+  EXPECT_EQ(status("pos24,nE,nW", false, true), BISS_OK);
+  EXPECT_EQ(status("pos24", true, true), BISS_OK);
 }
 
 TEST(CSpi, LineDelayOfAForeignFrame_IsRefused) {

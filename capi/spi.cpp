@@ -27,7 +27,24 @@ SpiSetup from_c(const biss_spi_setup& setup) {
       .phase = setup.sample_on_falling ? SpiPhase::sample_on_falling : SpiPhase::sample_on_rising,
       .line_delay = {picoseconds(setup.line_delay_min_ps), picoseconds(setup.line_delay_max_ps)},
       .first_bit = static_cast<std::uint16_t>(setup.first_bit),
-      .tail = setup.ignore_tail ? SpiTail::ignored : SpiTail::must_stay_low};
+      .tail = setup.ignore_tail ? SpiTail::ignored : SpiTail::must_stay_low,
+      .no_error_flag = setup.no_error_flag,
+      .unchecked = setup.unchecked};
+}
+
+biss_status status_of(SpiSetupError error) {
+  switch (error) {
+    case SpiSetupError::clock:
+      return BISS_CLOCK_MAX;
+    case SpiSetupError::error_flag:
+      return BISS_NO_ERROR_FLAG;
+    case SpiSetupError::crc:
+      return BISS_NO_CRC;
+    case SpiSetupError::period:
+    case SpiSetupError::line_delay:
+      return BISS_BAD_SETUP;
+  }
+  return BISS_BAD_SETUP;
 }
 
 }  // namespace
@@ -63,8 +80,10 @@ biss_status biss_spi_open(const biss_spi_setup* setup, biss_spi** spi) {
   biss::capi::Device device{setup->format->codec.format(), setup->format->timing};
   if (!biss::capi::override_timing(setup->timing, device)) return BISS_BAD_TIMING;
   if (!biss::capi::is_possible(*setup)) return BISS_BAD_SETUP;
-  *spi = biss::capi::make_handle<biss_spi>(setup->format->codec, biss::capi::from_c(*setup),
-                                           device.timing);
+  const biss::SpiSetup chosen = biss::capi::from_c(*setup);
+  const auto error = biss::check_spi(device.format, chosen, device.timing);
+  if (error) return biss::capi::status_of(*error);
+  *spi = biss::capi::make_handle<biss_spi>(setup->format->codec, chosen, device.timing);
   return *spi == nullptr ? BISS_NO_MEMORY : BISS_OK;
 }
 

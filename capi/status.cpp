@@ -13,7 +13,7 @@ struct StatusText {
   const char* text;
 };
 
-constexpr std::array<StatusText, BISS_BAD_SAFETY + 1> statuses{{
+constexpr std::array<StatusText, BISS_NO_CRC + 1> statuses{{
     {"ok", "done"},
     {"null_argument", "a required pointer is null"},
     {"no_memory", "no memory for the handle"},
@@ -42,6 +42,9 @@ constexpr std::array<StatusText, BISS_BAD_SAFETY + 1> statuses{{
     {"file", "the file cannot be written"},
     {"bad_eds", "the data sheet does not describe the data channels"},
     {"bad_safety", "these frames cannot be monitored with this setup"},
+    {"clock_max", "the clock is above the limit of the encoder"},
+    {"no_error_flag", "a position has no nE: set no_error_flag to read it"},
+    {"no_crc", "a channel has no checksum: set unchecked to read it"},
 }};
 
 // CMake's version of the project, which is also that of the package.

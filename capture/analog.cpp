@@ -29,7 +29,7 @@ bool is_voltage(Nanovolts sample) {
 Picoseconds elapsed(Picoseconds from, Picoseconds to) {
   const auto ps = static_cast<std::uint64_t>(to.count) - static_cast<std::uint64_t>(from.count);
   constexpr auto longest = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
-  return {static_cast<std::int64_t>(std::min(ps, longest))};
+  return Picoseconds{static_cast<std::int64_t>(std::min(ps, longest))};
 }
 
 // A line and the columns that it is made of.

@@ -251,8 +251,9 @@ TEST(Differential, ChannelsThatAreNotThere_AreRefused) {
 
 TEST(SamplePeriod, IsTheLongestTimeBetweenSamples) {
   auto source = open_analog(
-      std::make_unique<Rows>(std::vector<AnalogChannel>{{.name = "MA"}}, column({0, 1, 2, 3}),
-                             std::vector<Picoseconds>{{}, {10}, {25}, {35}}),
+      std::make_unique<Rows>(
+          std::vector<AnalogChannel>{{.name = "MA"}}, column({0, 1, 2, 3}),
+          std::vector<Picoseconds>{{}, Picoseconds{10}, Picoseconds{25}, Picoseconds{35}}),
       {.threshold = at_one_volt});
   ASSERT_TRUE(source);
   EXPECT_EQ((*source)->sample_period(), Picoseconds{15});

@@ -54,7 +54,8 @@ class ChangeEdges {
     const bool high = level(changes, i);
     if (line.high == high) return;
     line.high = high;
-    edges_.push_back({{changes.times[i]}, line.index, high ? wire::Level::high : wire::Level::low});
+    edges_.push_back(
+        {Picoseconds{changes.times[i]}, line.index, high ? wire::Level::high : wire::Level::low});
   }
 
   Line ma_;

@@ -184,7 +184,7 @@ bool EventCsvReader::read_time(const char* cell, const char* cell_end, const cha
     if (cell_end == end) return stop_in_row(end, "a level for every line", true);
     return stop(cell, CaptureCause::time_backwards);
   }
-  row_time_ = {*time};
+  row_time_ = Picoseconds{*time};
   any_row_ = true;
   return true;
 }
@@ -231,7 +231,7 @@ bool EventCsvReader::take_over(TextPiece& text) {
   const auto& piece = static_cast<EventCsvPiece&>(text);
   if (!piece.timed) return true;
   if (any_row_ && piece.first_time < row_time_.count) return false;
-  row_time_ = end_time_ = {piece.last_time};
+  row_time_ = end_time_ = Picoseconds{piece.last_time};
   any_row_ = true;
   const auto note = [this](wire::LineIndex line, const LineChanges& changes) {
     if (const auto level = last_level(changes)) {

@@ -74,7 +74,7 @@ Hertz parse_sample_rate(std::string_view text) {
   if (scale == 0 && !unit.empty()) return {};
   const auto rate = parse_decimal(text.substr(0, digits), scale);
   if (!rate.ok() || *rate > std::numeric_limits<std::uint32_t>::max()) return {};
-  return {static_cast<std::uint32_t>(*rate)};
+  return Hertz{static_cast<std::uint32_t>(*rate)};
 }
 
 std::string sample_rate_text(Hertz rate) {

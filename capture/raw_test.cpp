@@ -52,7 +52,7 @@ TEST(Raw, RandomSamplesOfEveryUnitSize_AgreeWithThePlainReading) {
     for (int i = 0; i < 60; ++i) {
       SCOPED_TRACE(testing::Message() << "unit " << unit << " run " << i);
       const RawLayout layout =
-          random_layout(random, unit, {1U + static_cast<std::uint32_t>(random())});
+          random_layout(random, unit, Hertz{1U + static_cast<std::uint32_t>(random())});
       const std::string bytes = random_samples(random, unit, 1 + random() % 3'000);
       const Read read = read_raw(bytes, layout, 1 + random() % (i % 2 == 0 ? 20 : 10'000));
       ASSERT_FALSE(read.error);
@@ -131,7 +131,8 @@ TEST(RawWriter, RandomSamples_ComeBackByteForByte) {
   std::mt19937_64 random(seed);
   for (std::size_t unit = 1; unit <= max_unit_bytes; ++unit) {
     for (int i = 0; i < 20; ++i) {
-      RawLayout layout = random_layout(random, unit, {1U + static_cast<std::uint32_t>(random())});
+      RawLayout layout =
+          random_layout(random, unit, Hertz{1U + static_cast<std::uint32_t>(random())});
       layout.lines.clear();
       for (unsigned bit = 0; bit < 8 * unit; ++bit)
         layout.lines.push_back({std::to_string(bit), bit});

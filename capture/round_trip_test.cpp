@@ -40,9 +40,9 @@ Capture random_capture(std::mt19937_64& random, bool negative_times) {
     if (levels[line] == level) continue;
     levels[line] = level;
     capture.edges.push_back(
-        {{time}, static_cast<wire::LineIndex>(line), static_cast<wire::Level>(level)});
+        {Picoseconds{time}, static_cast<wire::LineIndex>(line), static_cast<wire::Level>(level)});
   }
-  capture.end_time = {time};
+  capture.end_time = Picoseconds{time};
   if (time < 1'000'000'000)
     capture.end_time += picoseconds(static_cast<std::int64_t>(random() % 999));
   return capture;
@@ -91,10 +91,10 @@ TEST(RoundTrip, MoreLinesThanOneCharacterNames_ComeBackFromVcd) {
   Capture capture;
   for (std::size_t i = 0; i < 10'000; ++i) {
     capture.lines.push_back("n" + std::to_string(i));
-    capture.edges.push_back(
-        {{static_cast<std::int64_t>(i)}, static_cast<wire::LineIndex>(i), wire::Level::high});
+    capture.edges.push_back({Picoseconds{static_cast<std::int64_t>(i)},
+                             static_cast<wire::LineIndex>(i), wire::Level::high});
   }
-  capture.end_time = {9'999};
+  capture.end_time = Picoseconds{9'999};
   expect_same(capture, read_vcd(text_of<VcdWriter>(capture)));
 }
 

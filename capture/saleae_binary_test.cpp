@@ -115,7 +115,7 @@ TEST(SaleaeBinary, ManyChangesInSmallBlocks_AreAllRead) {
   std::int64_t now = 0;
   for (int i = 0; i < 50'000; ++i) {
     now += static_cast<std::int64_t>(random() % 1'000'000);
-    times.push_back(seconds_of({now}));
+    times.push_back(seconds_of(Picoseconds{now}));
     wanted.push_back(edge(now, 0, i % 2 == 0 ? '1' : '0'));
   }
   const std::string bytes = version_0(0, 0, 1, times);

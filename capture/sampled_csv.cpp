@@ -199,7 +199,7 @@ bool SampledCsvReader::read_time(std::string_view cell, std::size_t column, Pico
                 range ? nullptr : "a decimal number as the time");
   }
   if (!by_index) {
-    time = {*number};
+    time = Picoseconds{*number};
     return true;
   }
   if (*number < 0 || *number % layout_.index_step != 0) {

@@ -298,7 +298,7 @@ LayoutParser::Done LayoutParser::take_rigol_memory() {
     if (names[i].starts_with("t0")) {
       const auto start = number_after_equals(names[i], 12);
       any_start = start.ok();
-      if (start.ok()) layout_.start = {*start};
+      if (start.ok()) layout_.start = Picoseconds{*start};
     } else if (names[i].starts_with("tInc")) {
       const auto step = number_after_equals(names[i], 15);
       if (step.ok() && *step > 0) layout_.step_femtoseconds = *step;
@@ -470,7 +470,7 @@ tl::expected<SampledCsvLayout, const char*> LayoutParser::parse() {
   if (layout_.channels.empty()) return tl::unexpected(expected_header);
   layout_.header_rows = samples_;
   if (layout_.sample_period == Picoseconds{} && layout_.step_femtoseconds != 0) {
-    layout_.sample_period = {(layout_.step_femtoseconds + 999) / 1'000};
+    layout_.sample_period = Picoseconds{(layout_.step_femtoseconds + 999) / 1'000};
   }
   return std::move(layout_);
 }

@@ -158,7 +158,7 @@ TEST(SampleClock, TimesAfter_AreThoseOfEachSample) {
         3'000'000,      24'000'000,
         48'000'000,     UINT32_MAX,
         UINT32_MAX - 1, 1U + static_cast<std::uint32_t>(random() >> (32U + random() % 32U))};
-    const SampleClock clock({rates[random() % 6]});
+    const SampleClock clock(Hertz{rates[random() % 6]});
     const std::uint64_t first =
         i % 5 == 0 ? clock.last_index() - 4'095 : random() % (clock.last_index() - 4'095);
     for (std::size_t k = 0; k < times.size(); ++k) times[k] = static_cast<std::int64_t>(k);
@@ -200,7 +200,8 @@ TEST(SampledPairs, AnyPieceSizeAndStart_AgreesWithTheEdges) {
   std::printf("seed %" PRIu64 "\n", seed);
   std::mt19937_64 random(seed);
   for (const std::size_t unit : {1U, 2U, 5U, 8U}) {
-    const RawLayout layout = layout_of({2U + static_cast<std::uint32_t>(random())}, unit, 0, 7);
+    const RawLayout layout =
+        layout_of(Hertz{2U + static_cast<std::uint32_t>(random())}, unit, 0, 7);
     const std::string bytes = two_lines(random, unit, 0, 7, 30'000) + std::string(unit - 1, 'x');
     const PairRead edges = pair_of(read_raw(bytes, layout), 0, 1);
     for (const std::size_t piece : {std::size_t{1}, std::size_t{64}, std::size_t{1'000},

@@ -53,11 +53,11 @@ class SampleClock {
   constexpr explicit SampleClock(Hertz rate)
       : rate_(rate.count), step_(second % rate.count == 0 ? second / rate.count : 0) {}
 
-  constexpr Hertz rate() const { return {static_cast<std::uint32_t>(rate_)}; }
+  constexpr Hertz rate() const { return Hertz{static_cast<std::uint32_t>(rate_)}; }
 
   /// \pre index <= last_index()
   constexpr Picoseconds time_of(std::uint64_t index) const {
-    return {static_cast<std::int64_t>(count_of(index))};
+    return Picoseconds{static_cast<std::int64_t>(count_of(index))};
   }
 
   /// Picoseconds between two samples; 0 where that is no whole number of them, or 2^32 or more.

@@ -50,7 +50,7 @@ TEST(SampleClock, RandomTimes_LieWithinHalfAPicosecondOfTheExactOnes) {
 
 TEST(SampleClock, LastIndex_IsTheLastThatFits) {
   for (const std::uint32_t rate : {1U, 3U, 1'000'000U, 48'000'000U, UINT32_MAX}) {
-    const SampleClock clock({rate});
+    const SampleClock clock(Hertz{rate});
     const Picoseconds last = clock.time_of(clock.last_index());
     EXPECT_GT(last.count, 0);
     EXPECT_GE(last.count,

@@ -36,7 +36,7 @@ Result<Picoseconds, CaptureCause> picoseconds_of(double seconds) {
 
 Picoseconds period_of_rate(double rate) {
   const auto longest = static_cast<double>(picoseconds_per_second);
-  return {static_cast<std::int64_t>(std::ceil(std::min(longest / rate, longest)))};
+  return Picoseconds{static_cast<std::int64_t>(std::ceil(std::min(longest / rate, longest)))};
 }
 
 Hertz whole_rate(double rate) {

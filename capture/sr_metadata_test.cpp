@@ -79,7 +79,7 @@ TEST(SrMetadata, WhatCannotBe_IsNamedWithItsLine) {
 TEST(SrMetadata, OurText_ComesBack) {
   for (const std::uint32_t rate : {1U, 7U, 1'500U, 12'500'000U, 1'000'000'000U, UINT32_MAX}) {
     const RawLayout layout =
-        packed_layout({"MA", " SLO ", "a\\sb", "x\ny", "=[#", "p q", "\t", "8", "9"}, {rate});
+        packed_layout({"MA", " SLO ", "a\\sb", "x\ny", "=[#", "p q", "\t", "8", "9"}, Hertz{rate});
     const auto parsed = parse_sr_metadata(sr_metadata_text(layout));
     ASSERT_TRUE(parsed) << rate;
     const RawLayout& back = parsed->layout;

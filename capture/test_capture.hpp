@@ -98,7 +98,7 @@ inline wire::Edge edge(std::int64_t ps, wire::LineIndex line, char level) {
   const auto value = level == '0'   ? wire::Level::low
                      : level == '1' ? wire::Level::high
                                     : wire::Level::unknown;
-  return {{ps}, line, value};
+  return {Picoseconds{ps}, line, value};
 }
 
 /// Declarations of MA as `!` and SLO as `"`.

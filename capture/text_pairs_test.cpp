@@ -35,11 +35,11 @@ std::vector<wire::Edge> edges_of(const Shape& shape, Random& random) {
   const auto set = [&](std::int64_t time, std::size_t line, wire::Level level) {
     if (levels[line] == level) return;
     levels[line] = level;
-    edges.push_back({{time}, static_cast<wire::LineIndex>(line), level});
+    edges.push_back({Picoseconds{time}, static_cast<wire::LineIndex>(line), level});
   };
   std::int64_t now = shape.start;
   for (std::size_t line = 0; line < shape.lines; ++line) {
-    edges.push_back({{now}, static_cast<wire::LineIndex>(line), wire::Level::high});
+    edges.push_back({Picoseconds{now}, static_cast<wire::LineIndex>(line), wire::Level::high});
   }
   for (std::size_t burst = 0; burst < shape.bursts; ++burst) {
     now += 1'000'000 + static_cast<std::int64_t>(random() % 20'000'000);

@@ -21,9 +21,9 @@ struct Timescale {
   }
   /// \pre ticks <= last_tick(). Halves are rounded up.
   Picoseconds time_of(std::uint64_t ticks) const {
-    if (divisor == 1) return {static_cast<std::int64_t>(ticks * factor)};
+    if (divisor == 1) return Picoseconds{static_cast<std::int64_t>(ticks * factor)};
     const std::uint64_t round_up = ticks % divisor >= divisor / 2 ? 1 : 0;
-    return {static_cast<std::int64_t>(ticks / divisor + round_up)};
+    return Picoseconds{static_cast<std::int64_t>(ticks / divisor + round_up)};
   }
 
   bool operator==(const Timescale&) const = default;

@@ -19,7 +19,10 @@ std::size_t next_request(const LineRun& ma, std::size_t from) {
   const std::size_t odd = ma.first_high ? 1 : 0;
   for (std::size_t i = std::max<std::size_t>(from, 1); i + 4 < times.size(); ++i) {
     if (i % 2 != odd) continue;
-    if (elapsed({times[i - 1]}, {times[i]}) > elapsed({times[i]}, {times[i + 4]})) return i;
+    const Picoseconds time{times[i]};
+    if (elapsed(Picoseconds{times[i - 1]}, time) > elapsed(time, Picoseconds{times[i + 4]})) {
+      return i;
+    }
   }
   return times.size();
 }
@@ -84,13 +87,13 @@ void CleanCycleFinder::fetch_ahead() {
 bool CleanCycleFinder::read(CleanCycle& cycle, const CleanLines& lines) {
   if (!measure_clean(lines, setup_, scratch_, measured_)) return false;
   CycleReading& reading = cycle.reading;
-  reading.cycle.time = {lines.ma[0]};
+  reading.cycle.time = Picoseconds{lines.ma[0]};
   measure_times(reading);
   const std::int64_t period = measured_.period;
   if (setup_.clock_change) {
     // A clock that changes more needs a closer look.
     if (measured_.clock_change > period / ClockChange::share) return false;
-    reading.cycle.clock_change = ClockChange{{measured_.clock_change}, {}};
+    reading.cycle.clock_change = ClockChange{Picoseconds{measured_.clock_change}, {}};
   }
   const Picoseconds delay{measured_.fall - measured_.second_rise};
   if (!is_response_delay(delay, reading.cycle.uncertainty)) return false;
@@ -101,10 +104,10 @@ bool CleanCycleFinder::read(CleanCycle& cycle, const CleanLines& lines) {
 // What MA shows.
 void CleanCycleFinder::measure_times(CycleReading& reading) const {
   Cycle& cycle = reading.cycle;
-  cycle.clocked = {measured_.last_edge};
+  cycle.clocked = Picoseconds{measured_.last_edge};
   cycle.rising_edges = measured_.rises;
   cycle.period = Picoseconds{measured_.period};
-  reading.jitter = {measured_.jitter};
+  reading.jitter = Picoseconds{measured_.jitter};
   cycle.uncertainty = uncertainty_of(margin_, reading.jitter, *cycle.period);
   cycle.duty_per_mille = static_cast<std::uint32_t>(std::int64_t{measured_.high} / measured_.highs *
                                                     1000 / measured_.period);

@@ -293,7 +293,7 @@ TEST(CleanCycles, RequestsFarApart_SameRowsAsEdgeByEdge) {
         std::uint64_t time = static_cast<std::uint64_t>(change.time.count) -
                              std::uint64_t{9'000'000'000'000'000'000};
         if (change.time >= begin) time += more;
-        change.time = {static_cast<std::int64_t>(time)};
+        change.time = Picoseconds{static_cast<std::int64_t>(time)};
       }
     }
     const Reading setup{.format = "pos26,nE,nW,crc6", .timing = {}, .margin = {}};

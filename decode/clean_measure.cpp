@@ -42,7 +42,7 @@ static_assert(std::endian::native == std::endian::little,
 
 // The times of a capture may lie further apart than 64 bits hold. \pre time >= begin
 inline std::int64_t since(std::int64_t begin, std::int64_t time) {
-  return elapsed({begin}, {time}).count;
+  return elapsed(Picoseconds{begin}, Picoseconds{time}).count;
 }
 inline std::int32_t after(std::int64_t time, std::int64_t begin) {
   return static_cast<std::int32_t>(std::min<std::int64_t>(since(begin, time), far));
@@ -717,7 +717,7 @@ HWY_INLINE bool is_even(const CleanScratch& scratch, const Clock& clock, const C
   const std::int32_t least = std::min(clock.rise_least, clock.fall_least);
   const std::int32_t most = std::max(clock.rise_most, clock.fall_most);
   const auto far_apart = [](std::int32_t interval, std::int32_t usual) {
-    return irregular({interval}, {usual});
+    return irregular(Picoseconds{interval}, Picoseconds{usual});
   };
   // The decoder's estimate of the period lies between `least` and `most`.
   const std::int64_t rest = scratch.edges[m.edges] - m.last_edge;

@@ -98,12 +98,12 @@ void Decoder::push_mixed(const PairRun& run, RunPlace from, RunPlace to) {
     const bool slo_next =
         from.ma == to.ma || (from.slo < to.slo && run.slo.times[from.slo] <= run.ma.times[from.ma]);
     if (slo_next) {
-      const LevelChange change{{run.slo.times[from.slo]}, level(run.slo, from.slo)};
+      const LevelChange change{Picoseconds{run.slo.times[from.slo]}, level(run.slo, from.slo)};
       const bool none = from.slo == 0 && slo_.level_before(slo_.size()) == change.level;
       if (!none) push_slo(change);
       ++from.slo;
     } else {
-      push_ma({{run.ma.times[from.ma]}, level(run.ma, from.ma)});
+      push_ma({Picoseconds{run.ma.times[from.ma]}, level(run.ma, from.ma)});
       ++from.ma;
     }
   }
@@ -125,7 +125,7 @@ void Decoder::emit_clean(const CleanCycle& clean, const PairRun& run) {
   ma_.clear();
   ma_level_ = Level::high;
   const bool high = (clean.slo_end - clean.slo_begin) % 2 == 0;
-  slo_.restart(high ? Level::high : Level::low, {run.slo.times[clean.slo_end - 1]});
+  slo_.restart(high ? Level::high : Level::low, Picoseconds{run.slo.times[clean.slo_end - 1]});
   on_cycle_(cycle);
   doubt_.reset();
 }

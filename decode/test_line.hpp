@@ -133,7 +133,8 @@ class TestLine {
   Picoseconds jitter(const Shape& shape) {
     if (shape.jitter_percent == 0) return {};
     const std::int64_t most = shape.period.count * shape.jitter_percent / 100;
-    return {static_cast<std::int64_t>(random_() % static_cast<std::uint64_t>(2 * most + 1)) - most};
+    return Picoseconds{
+        static_cast<std::int64_t>(random_() % static_cast<std::uint64_t>(2 * most + 1)) - most};
   }
 
   void finish(const Shape& shape, Picoseconds last, bool level) {

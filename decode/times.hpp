@@ -13,14 +13,14 @@ namespace biss::decode {
 constexpr Picoseconds elapsed(Picoseconds from, Picoseconds to) {
   constexpr std::uint64_t hour = std::uint64_t{3600} * picoseconds_per_second;
   const auto gap = static_cast<std::uint64_t>(to.count) - static_cast<std::uint64_t>(from.count);
-  return {static_cast<std::int64_t>(std::min(gap, hour))};
+  return Picoseconds{static_cast<std::int64_t>(std::min(gap, hour))};
 }
 
 /// `time + by`, or the end of the range where that lies beyond.
 constexpr Picoseconds shifted(Picoseconds time, Picoseconds by) {
   using Limits = std::numeric_limits<std::int64_t>;
-  if (by.count > 0 && time.count > Limits::max() - by.count) return {Limits::max()};
-  if (by.count < 0 && time.count < Limits::min() - by.count) return {Limits::min()};
+  if (by.count > 0 && time.count > Limits::max() - by.count) return Picoseconds{Limits::max()};
+  if (by.count < 0 && time.count < Limits::min() - by.count) return Picoseconds{Limits::min()};
   return time + by;
 }
 

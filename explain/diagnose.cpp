@@ -290,7 +290,7 @@ class Diagnosis {
 
   // By the encoder's rule, or as measured.
   Picoseconds timeout() const {
-    if (evidence_.release.count() >= 3) return {evidence_.release.min() * 19 / 20};
+    if (evidence_.release.count() >= 3) return Picoseconds{evidence_.release.min() * 19 / 20};
     const Timeout& rule = context_.timing.timeout;
     const Picoseconds period{evidence_.period.count() == 0 ? 0 : evidence_.period.median()};
     if (rule.rule == TimeoutRule::fixed) return rule.time;

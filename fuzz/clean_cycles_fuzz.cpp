@@ -34,7 +34,7 @@ void move_apart(std::vector<LevelChange>& line, Picoseconds begin, std::uint64_t
   for (LevelChange& change : line) {
     std::uint64_t time = static_cast<std::uint64_t>(change.time.count) - (std::uint64_t{1} << 63U);
     if (change.time >= begin) time += more;
-    change.time = {static_cast<std::int64_t>(time)};
+    change.time = Picoseconds{static_cast<std::int64_t>(time)};
   }
 }
 

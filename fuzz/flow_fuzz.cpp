@@ -95,7 +95,7 @@ Hertz sample_rate(const RequestLines& lines, Picoseconds end, ByteSource& bytes)
   const Picoseconds sample =
       std::max(lines.period / (3 + bytes.next() % 30), end / most_samples + picoseconds(250));
   const std::int64_t rate = 1'000'000'000'000 / sample.count;
-  if (bytes.next() % 2 == 0) return {static_cast<std::uint32_t>(rate)};
+  if (bytes.next() % 2 == 0) return Hertz{static_cast<std::uint32_t>(rate)};
   // A period of whole picoseconds.
   constexpr std::array<std::uint32_t, 12> whole{1'000, 500, 250, 200, 125, 100,
                                                 50,    25,  10,  5,   2,   1};

@@ -162,7 +162,7 @@ class Bench {
     show({stored.begin(), stored.end()}, 0, bits.size_bits());
   }
   static Picoseconds wrapped(Wide time) {
-    return {static_cast<std::int64_t>(static_cast<std::uint64_t>(time))};
+    return Picoseconds{static_cast<std::int64_t>(static_cast<std::uint64_t>(time))};
   }
   TwoClocks clocks() const { return {wrapped(now_), wrapped(now_ + ahead_)}; }
   // At the limits of the setup.

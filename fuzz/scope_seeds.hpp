@@ -14,7 +14,7 @@ namespace biss::fuzz {
 /// Four samples in a clock period for some seeds, six for others.
 inline Picoseconds scope_period(std::uint64_t seed) {
   const Picoseconds half = nanoseconds(50) * static_cast<std::int64_t>(half_period_steps(seed));
-  return {half.count / (seed % 3 == 0 ? 3 : 2)};
+  return Picoseconds{half.count / (seed % 3 == 0 ? 3 : 2)};
 }
 
 inline std::vector<capture::ScopeSample> scope_seed_samples(std::uint64_t seed) {

@@ -30,7 +30,9 @@ biss::SpiSetup setup_of(const std::uint8_t* header) {
                                          : biss::SpiPhase::sample_on_falling,
           .line_delay = {least, least + period * (header[3] >> 3U) / 4},
           .first_bit = header[4],
-          .tail = (header[3] & 2U) != 0 ? biss::SpiTail::ignored : biss::SpiTail::must_stay_low};
+          .tail = (header[3] & 2U) != 0 ? biss::SpiTail::ignored : biss::SpiTail::must_stay_low,
+          .no_error_flag = true,
+          .unchecked = true};
 }
 
 biss::DeviceTiming timing_of(const std::uint8_t* header, Picoseconds period) {

@@ -14,7 +14,7 @@ namespace {
 Picoseconds clock_of(std::uint64_t block, sim::Random& random) {
   if (block % 4 != 3) return {};
   const auto before = static_cast<std::int64_t>(random.below(1'000'000) * 1'000'000);
-  return {std::numeric_limits<std::int64_t>::max() - before};
+  return Picoseconds{std::numeric_limits<std::int64_t>::max() - before};
 }
 
 // A monitor, its encoder and the clock between them; every call of the monitor is counted.

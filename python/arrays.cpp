@@ -91,7 +91,7 @@ class ArrayPairs final : public PairSource {
       : arrays_(arrays), fetched_(from), changes_(ma_line, slo_line) {
     if (from == 0) return;
     changes_.set(arrays.ma[from - 1] != 0, arrays.slo[from - 1] != 0);
-    end_time_ = {arrays.times[from - 1]};
+    end_time_ = Picoseconds{arrays.times[from - 1]};
   }
 
   std::unique_ptr<PairPiece> fetch(std::unique_ptr<PairPiece> used) override {
@@ -104,7 +104,7 @@ class ArrayPairs final : public PairSource {
 
   bool settle(PairPiece& piece, const OnEdges& on_edges) override {
     const auto& element = static_cast<const ArrayPiece&>(piece);
-    if (element.read() != 0) end_time_ = {arrays_.times[element.read() - 1]};
+    if (element.read() != 0) end_time_ = Picoseconds{arrays_.times[element.read() - 1]};
     if (element.whole()) {
       changes_.skip(piece.ma, piece.slo);
       return true;

@@ -156,11 +156,15 @@ FormatObject format_of(const std::string& format, const std::string& ack_max,
 class SpiObject {
  public:
   SpiObject(const FormatObject& format, std::int64_t period, bool falling, std::int64_t delay_min,
-            std::int64_t delay_max, std::uint16_t first_bit, bool tail_ignored)
+            std::int64_t delay_max, std::uint16_t first_bit, bool tail_ignored, bool no_error_flag,
+            bool unchecked)
       : channels_(format.codec().format().channel_count),
         reader_(format.codec(),
-                setup_of(period, falling, delay_min, delay_max, first_bit, tail_ignored),
-                format.timing()) {}
+                setup_of(period, falling, delay_min, delay_max, first_bit, tail_ignored,
+                         no_error_flag, unchecked),
+                format.timing()) {
+    if (reader_.error()) throw UsageError(std::string(text_of(*reader_.error())));
+  }
 
   std::size_t bytes() const { return reader_.bytes(); }
   std::size_t clocks() const { return reader_.clocks(); }
@@ -216,7 +220,8 @@ class SpiObject {
 
  private:
   static SpiSetup setup_of(std::int64_t period, bool falling, std::int64_t delay_min,
-                           std::int64_t delay_max, std::uint16_t first_bit, bool tail_ignored) {
+                           std::int64_t delay_max, std::uint16_t first_bit, bool tail_ignored,
+                           bool no_error_flag, bool unchecked) {
     // One clock in a second is slower than any device.
     constexpr std::int64_t longest = picoseconds_per_second;
     if (period < 32 || period > longest) {
@@ -230,6 +235,8 @@ class SpiObject {
     setup.line_delay = {picoseconds(delay_min), picoseconds(delay_max)};
     setup.first_bit = first_bit;
     setup.tail = tail_ignored ? SpiTail::ignored : SpiTail::must_stay_low;
+    setup.no_error_flag = no_error_flag;
+    setup.unchecked = unchecked;
     return setup;
   }
 
@@ -266,7 +273,7 @@ void add_frames(py::module_& module) {
       .def("crc", &FormatObject::crc);
   py::class_<SpiObject>(module, "Spi")
       .def(py::init<const FormatObject&, std::int64_t, bool, std::int64_t, std::int64_t,
-                    std::uint16_t, bool>())
+                    std::uint16_t, bool, bool, bool>())
       .def_property_readonly("transfer_bytes", &SpiObject::bytes)
       .def_property_readonly("clocks", &SpiObject::clocks)
       .def("read", &SpiObject::read)

@@ -65,7 +65,7 @@ class Cell {
   /// \pre kind() is real
   constexpr double real_value() const { return real_; }
   /// \pre kind() is nanoseconds
-  constexpr Picoseconds time() const { return {signed_}; }
+  constexpr Picoseconds time() const { return Picoseconds{signed_}; }
   /// \pre kind() is text
   constexpr std::string_view text() const { return text_; }
   /// \pre kind() is bits

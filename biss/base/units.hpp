@@ -1,4 +1,6 @@
-// Time, rate and length as types, so that a delay cannot be passed as a count of clocks.
+// Time, rate and length as types, so that a delay cannot be passed as a count of clocks. A bare
+// number is none of them: the constructors are explicit, and none is an aggregate that the number
+// of a braced list could initialise.
 #pragma once
 
 #include <compare>
@@ -14,8 +16,11 @@ namespace biss {
 struct Picoseconds {
   std::int64_t count = 0;
 
+  constexpr Picoseconds() = default;
+  constexpr explicit Picoseconds(std::int64_t n) : count(n) {}
+
   constexpr auto operator<=>(const Picoseconds&) const = default;
-  constexpr Picoseconds operator-() const { return {-count}; }
+  constexpr Picoseconds operator-() const { return Picoseconds{-count}; }
   constexpr Picoseconds& operator+=(Picoseconds other) {
     count += other.count;
     return *this;
@@ -26,20 +31,27 @@ struct Picoseconds {
   }
 };
 
-constexpr Picoseconds operator+(Picoseconds a, Picoseconds b) { return {a.count + b.count}; }
-constexpr Picoseconds operator-(Picoseconds a, Picoseconds b) { return {a.count - b.count}; }
-constexpr Picoseconds operator*(Picoseconds a, std::int64_t n) { return {a.count * n}; }
-constexpr Picoseconds operator*(std::int64_t n, Picoseconds a) { return {a.count * n}; }
-constexpr Picoseconds operator/(Picoseconds a, std::int64_t n) { return {a.count / n}; }
+constexpr Picoseconds operator+(Picoseconds a, Picoseconds b) {
+  return Picoseconds{a.count + b.count};
+}
+constexpr Picoseconds operator-(Picoseconds a, Picoseconds b) {
+  return Picoseconds{a.count - b.count};
+}
+constexpr Picoseconds operator*(Picoseconds a, std::int64_t n) { return Picoseconds{a.count * n}; }
+constexpr Picoseconds operator*(std::int64_t n, Picoseconds a) { return Picoseconds{a.count * n}; }
+constexpr Picoseconds operator/(Picoseconds a, std::int64_t n) { return Picoseconds{a.count / n}; }
 
-constexpr Picoseconds picoseconds(std::int64_t n) { return {n}; }
-constexpr Picoseconds nanoseconds(std::int64_t n) { return {n * 1'000}; }
-constexpr Picoseconds microseconds(std::int64_t n) { return {n * 1'000'000}; }
-constexpr Picoseconds milliseconds(std::int64_t n) { return {n * 1'000'000'000}; }
+constexpr Picoseconds picoseconds(std::int64_t n) { return Picoseconds{n}; }
+constexpr Picoseconds nanoseconds(std::int64_t n) { return Picoseconds{n * 1'000}; }
+constexpr Picoseconds microseconds(std::int64_t n) { return Picoseconds{n * 1'000'000}; }
+constexpr Picoseconds milliseconds(std::int64_t n) { return Picoseconds{n * 1'000'000'000}; }
 
 /// A rate in hertz: a clock frequency or cycles a second.
 struct Hertz {
   std::uint32_t count = 0;
+
+  constexpr Hertz() = default;
+  constexpr explicit Hertz(std::uint32_t n) : count(n) {}
 
   constexpr auto operator<=>(const Hertz&) const = default;
 };
@@ -47,7 +59,7 @@ struct Hertz {
 /// The highest rate, 4.29 GHz.
 inline constexpr Hertz hertz_max{std::numeric_limits<std::uint32_t>::max()};
 
-constexpr Hertz hertz(std::uint32_t n) { return {n}; }
+constexpr Hertz hertz(std::uint32_t n) { return Hertz{n}; }
 /// hertz_max above 4 294 967 kHz.
 constexpr Hertz kilohertz(std::uint32_t n) {
   return n <= hertz_max.count / 1'000U ? Hertz{n * 1'000U} : hertz_max;
@@ -62,7 +74,7 @@ inline constexpr std::int64_t picoseconds_per_second = 1'000'000'000'000;
 /// Period of a rate, rounded to the nearest picosecond. A rate of 0 Hz has the period 0.
 constexpr Picoseconds period_of(Hertz rate) {
   if (rate.count == 0) return {};
-  return {(picoseconds_per_second + rate.count / 2) / rate.count};
+  return Picoseconds{(picoseconds_per_second + rate.count / 2) / rate.count};
 }
 
 /// Rate of a period, rounded to the nearest hertz; 0 Hz for a period that is not positive,
@@ -84,10 +96,13 @@ constexpr std::int64_t clocks_to_cover(Picoseconds duration, Picoseconds period)
 struct Millimetres {
   std::int64_t count = 0;
 
+  constexpr Millimetres() = default;
+  constexpr explicit Millimetres(std::int64_t n) : count(n) {}
+
   constexpr auto operator<=>(const Millimetres&) const = default;
 };
 
-constexpr Millimetres millimetres(std::int64_t n) { return {n}; }
-constexpr Millimetres metres(std::int64_t n) { return {n * 1'000}; }
+constexpr Millimetres millimetres(std::int64_t n) { return Millimetres{n}; }
+constexpr Millimetres metres(std::int64_t n) { return Millimetres{n * 1'000}; }
 
 }  // namespace biss

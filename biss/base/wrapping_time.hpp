@@ -11,13 +11,13 @@ namespace biss {
 /// From `from` to `to`, which are less than 106 days apart. Negative where `to` is before `from`.
 constexpr Picoseconds wrapping_elapsed(Picoseconds from, Picoseconds to) {
   const auto apart = static_cast<std::uint64_t>(to.count) - static_cast<std::uint64_t>(from.count);
-  return {static_cast<std::int64_t>(apart)};
+  return Picoseconds{static_cast<std::int64_t>(apart)};
 }
 
 /// The time that is `by` after `from`.
 constexpr Picoseconds wrapping_later(Picoseconds from, Picoseconds by) {
   const auto sum = static_cast<std::uint64_t>(from.count) + static_cast<std::uint64_t>(by.count);
-  return {static_cast<std::int64_t>(sum)};
+  return Picoseconds{static_cast<std::int64_t>(sum)};
 }
 
 }  // namespace biss

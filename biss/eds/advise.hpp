@@ -89,17 +89,17 @@ constexpr std::uint8_t hamming_distance(const CrcSpec& crc, unsigned data_bits) 
 // above.
 constexpr Hertz lowest_clock(const AdviceWish& wish, const FrameLength& frame) {
   const auto enough = [&](std::uint32_t clock) {
-    return is_feasible(cycle_budget(frame, wish.timing, {clock}, wish.line_delay), wish.rate);
+    return is_feasible(cycle_budget(frame, wish.timing, Hertz{clock}, wish.line_delay), wish.rate);
   };
   if (wish.rate.count == 0 || !enough(wish.timing.clock_max.count)) return {};
   std::uint32_t low = wish.timing.clock_min.count;
   std::uint32_t high = wish.timing.clock_max.count;
-  if (enough(low)) return {low};
+  if (enough(low)) return Hertz{low};
   while (high - low > 1) {
     const std::uint32_t middle = low + (high - low) / 2;
     (enough(middle) ? high : low) = middle;
   }
-  return {high};
+  return Hertz{high};
 }
 
 // Turns and singleturn without the zeros of their fields.

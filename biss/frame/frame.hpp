@@ -70,6 +70,12 @@ enum class FrameError : std::uint8_t {
 
 inline constexpr std::size_t frame_error_count = 9;
 
+/// The number of a cause, from 0; frame_error_count for a value that is no cause.
+constexpr std::size_t index_of(FrameError error) {
+  const auto index = static_cast<std::size_t>(error);
+  return index < frame_error_count ? index : frame_error_count;
+}
+
 /// The name users see, the same as the enumerator's.
 constexpr std::string_view name_of(FrameError error) {
   constexpr std::array<std::string_view, frame_error_count> names{

@@ -28,10 +28,14 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
+#include <string_view>
+#include <type_traits>
 
 #include "biss/base/bits.hpp"
 #include "biss/base/result.hpp"
@@ -78,9 +82,81 @@ struct SpiSetup {
   /// Bits in the buffer before the sample of the first clock, where a peripheral inserts padding.
   std::uint16_t first_bit = 0;
   SpiTail tail = SpiTail::must_stay_low;
+  /// Reads positions without nE too. trusted() is then true for every good frame: this encoder
+  /// cannot report that its position is wrong, and a word of zeros is position 0.
+  bool no_error_flag = false;
+  /// Reads channels without CRC too. A disturbed channel is then a good one.
+  bool unchecked = false;
 
   constexpr bool operator==(const SpiSetup&) const = default;
 };
+
+/// Why there is no reader for a setup: the first cause that applies.
+enum class SpiSetupError : std::uint8_t {
+  period,      ///< it is not positive
+  line_delay,  ///< it is negative, or its minimum is above its maximum
+  clock,       ///< it is above the encoder's clock_max
+  error_flag,  ///< a position has no nE, and the setup does not have no_error_flag
+  crc,         ///< a channel has no CRC, and the setup does not have unchecked
+};
+
+inline constexpr std::size_t spi_setup_error_count = 5;
+
+/// What is wrong, for users.
+constexpr std::string_view text_of(SpiSetupError error) {
+  constexpr std::array<std::string_view, spi_setup_error_count> texts{
+      "the period is not positive", "the line delay is not 0 <= min <= max",
+      "the clock is above the limit of the encoder",
+      "a position has no nE: set no_error_flag to read it",
+      "a channel has no CRC: set unchecked to read it"};
+  return texts[static_cast<std::size_t>(error)];
+}
+
+/// Returns why this setup cannot read this format of this device; nothing if it can.
+constexpr std::optional<SpiSetupError> check_spi(const FrameFormat& format, const SpiSetup& setup,
+                                                 const DeviceTiming& timing) {
+  if (setup.period.count <= 0) return SpiSetupError::period;
+  if (setup.line_delay.min.count < 0 || setup.line_delay.min > setup.line_delay.max) {
+    return SpiSetupError::line_delay;
+  }
+  if (setup.period < period_of(timing.clock_max)) return SpiSetupError::clock;
+  for (const ChannelFormat& channel : format.channels()) {
+    const bool flagged = channel.position_bits() == 0 || channel.error.present;
+    if (!flagged && !setup.no_error_flag) return SpiSetupError::error_flag;
+    if (!channel.crc.present() && !setup.unchecked) return SpiSetupError::crc;
+  }
+  return std::nullopt;
+}
+
+namespace spi_detail {
+
+// Not constexpr: the compiler names the one that a reader needs while compiling.
+inline void the_period_is_not_positive() {}
+inline void the_line_delay_is_negative_or_its_minimum_above_its_maximum() {}
+inline void the_clock_is_above_the_encoders_clock_max() {}
+inline void a_position_has_no_nE_and_the_setup_no_word_no_error_flag() {}
+inline void a_channel_has_no_crc_and_the_setup_no_word_unchecked() {}
+
+constexpr void stop_the_build(SpiSetupError error) {
+  switch (error) {
+    case SpiSetupError::period:
+      return the_period_is_not_positive();
+    case SpiSetupError::line_delay:
+      return the_line_delay_is_negative_or_its_minimum_above_its_maximum();
+    case SpiSetupError::clock:
+      return the_clock_is_above_the_encoders_clock_max();
+    case SpiSetupError::error_flag:
+      return a_position_has_no_nE_and_the_setup_no_word_no_error_flag();
+    case SpiSetupError::crc:
+      return a_channel_has_no_crc_and_the_setup_no_word_unchecked();
+  }
+}
+
+// No frame is within them.
+inline constexpr FrameBounds no_bounds{.lead_min_clocks = std::numeric_limits<std::uint16_t>::max(),
+                                       .lead_max_clocks = 0};
+
+}  // namespace spi_detail
 
 /// The bounds of what precedes the data: leading ones of this phase and line delay, ACK of this
 /// device; where it is ready after a fixed time, zeros of the previous cycle.
@@ -138,21 +214,29 @@ constexpr LineDelayRange observed_line_delay(const BasicFrame<Channels>& frame,
 /// Reads the frames of one encoder on one SPI peripheral. Everything is computed in the
 /// constructor, so the object may be constexpr and in flash; reading needs no heap.
 ///
+/// A setup that check_spi() refuses does not compile where the reader is a constant. At run time
+/// error() has the cause; such a reader returns no frame, and its clocks() and bytes() are 0.
+///
 /// `Codec` is a FrameCodec or FixedCodec; it is kept by value.
 template <class Codec>
 class SpiReader {
  public:
   using Frame = typename Codec::Frame;
 
-  /// \pre those of spi_bounds()
   constexpr SpiReader(const Codec& codec, const SpiSetup& spi, const DeviceTiming& device)
       : codec_(codec),
-        bounds_(spi_bounds(spi, device)),
+        error_(check_spi(codec.format(), spi, device)),
+        bounds_(error_ ? spi_detail::no_bounds : spi_bounds(spi, device)),
         quick_bounds_(bounds_),
-        low_until_(low_until(spi, device)),
-        first_bit_(spi.first_bit),
-        clocks_(static_cast<std::uint16_t>(spi_clocks(codec.format(), spi, device))) {}
+        low_until_(error_ ? std::uint16_t{0} : low_until(spi, device)),
+        first_bit_(error_ ? std::uint16_t{0} : spi.first_bit),
+        clocks_(error_ ? std::uint16_t{0}
+                       : static_cast<std::uint16_t>(spi_clocks(codec.format(), spi, device))) {
+    if (std::is_constant_evaluated() && error_) spi_detail::stop_the_build(*error_);
+  }
 
+  /// As check_spi(); nothing if the reader can be used.
+  constexpr const std::optional<SpiSetupError>& error() const { return error_; }
   constexpr const Codec& codec() const { return codec_; }
   constexpr const FrameBounds& bounds() const { return bounds_; }
   /// As spi_clocks().
@@ -247,6 +331,7 @@ class SpiReader {
   }
 
   Codec codec_;
+  std::optional<SpiSetupError> error_;
   FrameBounds bounds_;
   frame_detail::QuickBounds quick_bounds_;
   std::uint16_t low_until_;

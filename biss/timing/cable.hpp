@@ -63,7 +63,7 @@ constexpr std::optional<Millimetres> cable_max_uncompensated(Hertz clock, Picose
   if (!most) return std::nullopt;
   // Not by period_of(): its rounding could change the length by a step.
   const std::int64_t quarter = picoseconds_per_second / (std::int64_t{4} * clock.count);
-  const std::int64_t length = (quarter - other_delay.count) / cable_delay({1}).count;
+  const std::int64_t length = (quarter - other_delay.count) / cable_delay(millimetres(1)).count;
   const std::int64_t step = length < 1'000 ? 500 : 1'000;
   if (length < step) return std::nullopt;
   return std::min(millimetres(length / step * step), *most);

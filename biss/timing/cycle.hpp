@@ -92,8 +92,8 @@ constexpr CycleBudget cycle_budget(const FrameLength& frame, const DeviceTiming&
   budget.timeout = timeout_after(timeout, period, elapsed);
   budget.idle = std::max(std::min(timing.cycle_min, day) - elapsed - budget.timeout, Picoseconds{});
   budget.total = elapsed + budget.timeout + budget.idle;
-  budget.request_rate_max = {
-      static_cast<std::uint32_t>(picoseconds_per_second / budget.total.count)};
+  budget.request_rate_max =
+      Hertz{static_cast<std::uint32_t>(picoseconds_per_second / budget.total.count)};
   return budget;
 }
 

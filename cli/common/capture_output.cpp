@@ -116,10 +116,10 @@ Hertz usual_sample_rate(Hertz clock) {
   for (std::uint64_t decade = 1; decade <= most; decade *= 10) {
     for (const std::uint64_t step : {1U, 2U, 5U}) {
       if (decade * step >= wanted)
-        return {static_cast<std::uint32_t>(std::min(decade * step, most))};
+        return Hertz{static_cast<std::uint32_t>(std::min(decade * step, most))};
     }
   }
-  return {static_cast<std::uint32_t>(most)};
+  return Hertz{static_cast<std::uint32_t>(most)};
 }
 
 void warn_of_lost_clocks(Hertz sample_rate, Hertz clock) {

@@ -16,7 +16,7 @@ TEST(SampleRate, NextUsualOneFromEightTimesTheClock) {
 
 TEST(SampleRate, EveryUsualOne_HasAPeriodOfWholePicoseconds) {
   for (std::uint64_t clock = 1; clock < UINT32_MAX; clock = clock * 5 / 4 + 1) {
-    const Hertz rate = usual_sample_rate({static_cast<std::uint32_t>(clock)});
+    const Hertz rate = usual_sample_rate(Hertz{static_cast<std::uint32_t>(clock)});
     EXPECT_EQ(picoseconds_per_second % rate.count, 0) << clock;
   }
 }

@@ -406,7 +406,12 @@ Received receive(const CrcOptions& options, const Device& device) {
     if (!frame.ok()) received.fault = frame.error();
   };
   if (options.clock) {
-    const SpiReader reader(codec, {.period = period_of(*options.clock)}, device.timing);
+    // Whatever was received is read: the command shows bits and trusts none.
+    const SpiSetup spi{
+        .period = period_of(*options.clock), .no_error_flag = true, .unchecked = true};
+    DeviceTiming timing = device.timing;
+    timing.clock_max = std::max(timing.clock_max, *options.clock);
+    const SpiReader reader(codec, spi, timing);
     widest.late_max_clocks = reader.bounds().late_max_clocks;
     take(reader.read(*options.bytes));
   } else {

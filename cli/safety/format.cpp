@@ -134,7 +134,7 @@ Option add_safety_format_option(Verb verb, std::string& target) {
 }
 
 Hertz rate_of_cycle(const SafetySetup& setup) {
-  return {static_cast<std::uint32_t>(picoseconds_per_second / setup.cycle_min.count)};
+  return Hertz{static_cast<std::uint32_t>(picoseconds_per_second / setup.cycle_min.count)};
 }
 
 std::string configuration_json(const SafetyFormat& monitored, std::string_view name) {

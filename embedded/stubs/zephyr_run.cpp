@@ -81,10 +81,11 @@ void check_samples() {
 }
 
 void check_faults() {
+  expect_equal("no_response", fetch(stubs::LineFault::no_response), -ENODEV);
   position = 77;
   expect_equal("fetch", fetch(stubs::LineFault::none), 0);
   position = 99;
-  expect_equal("no_response", fetch(stubs::LineFault::no_response), -ENODEV);
+  expect_equal("nothing written", fetch(stubs::LineFault::no_dma), -ENODEV);
   expect_equal("crc", fetch(stubs::LineFault::crc), -EBADMSG);
   expect_equal("nE = 0", fetch(stubs::LineFault::error_bit), -EFAULT);
   spi_result = -EIO;
@@ -95,17 +96,27 @@ void check_faults() {
 
 void check_formats() {
   biss_reader reader{};
-  biss_reader_setup setup{"pos18,nE,nW,crc6", 4000000, 1000, 10000};
+  biss_reader_setup setup{"pos18,nE,nW,crc6", 4000000, 1000, 10000, false, false};
   // 2 + 4 leading ones, 40 clocks of ACK, 3 + 26.
   expect_equal("bytes", biss_reader_init(&reader, &setup), (2 + 4 + 40 + 3 + 26 + 7) / 8);
   setup.frame_format = "pos18,nE,nW,crc99";
   expect_equal("no format", biss_reader_init(&reader, &setup), -EINVAL);
   setup.frame_format = "nE,nW,crc6";
   expect_equal("no position", biss_reader_init(&reader, &setup), -EINVAL);
-  setup = {"pos18,nE,nW,crc6", 0, 1000, 10000};
+  setup = {"pos18,nE,nW,crc6", 0, 1000, 10000, false, false};
   expect_equal("no clock", biss_reader_init(&reader, &setup), -EINVAL);
-  setup = {"pos18,nE,nW,crc6", 4000000, 1000, 40001};
+  setup = {"pos18,nE,nW,crc6", 4000000, 1000, 40001, false, false};
   expect_equal("processing time", biss_reader_init(&reader, &setup), -EINVAL);
+  setup = {"pos18,nE,nW,crc6", 12000000, 1000, 10000, false, false};
+  expect_equal("clock above 10 MHz", biss_reader_init(&reader, &setup), -EINVAL);
+  setup = {"pos18,crc6", 4000000, 1000, 10000, false, false};
+  expect_equal("no nE", biss_reader_init(&reader, &setup), -EINVAL);
+  setup.no_error_flag = true;
+  expect_equal("no nE, permitted", biss_reader_init(&reader, &setup) > 0, 1);
+  setup = {"pos18,nE,nW", 4000000, 1000, 10000, false, false};
+  expect_equal("no CRC", biss_reader_init(&reader, &setup), -EINVAL);
+  setup.unchecked = true;
+  expect_equal("no CRC, permitted", biss_reader_init(&reader, &setup) > 0, 1);
 }
 
 }  // namespace

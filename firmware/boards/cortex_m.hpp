@@ -15,6 +15,9 @@ inline std::uint32_t address_of(const volatile void* object) {
   return static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(object));
 }
 
+/// Keeps the compiler from moving accesses to a DMA's buffer across accesses to its registers.
+inline void buffer_barrier() { asm volatile("" ::: "memory"); }
+
 /// Masks all interrupts while it lives, and is a barrier for the compiler.
 class InterruptMask {
  public:

@@ -16,13 +16,14 @@
 // that they call; begin an access of session() while they are masked.
 #pragma once
 
-#include <array>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
 
+#include "biss/axis/counters.hpp"
+#include "biss/axis/freshness.hpp"
 #include "biss/base/units.hpp"
 #include "biss/base/wrapping_time.hpp"
 #include "biss/control/session.hpp"
@@ -40,7 +41,10 @@ concept EncoderPort = control_loop::SpiDma<T> && requires(T& port) {
 
 /// What one cycle brought.
 struct Cycle {
+  /// Counts from 0; the same number is the same cycle.
   std::uint32_t number = 0;
+  /// The request that it answers, from 1; a gap is a request without an answer. 0: no cycle yet.
+  std::uint32_t request = 0;
   biss::Channel channel{};
   /// The frame is good and nE is 1.
   bool trusted = false;
@@ -48,15 +52,8 @@ struct Cycle {
   std::optional<biss::FrameFault> fault{};
 };
 
-struct CycleCounts {
-  std::uint32_t cycles = 0;
-  std::uint32_t good = 0;
-  /// Requests that were not made, because the previous transfer had not ended.
-  std::uint32_t late = 0;
-  std::array<std::uint32_t, biss::frame_error_count> causes{};
-};
-
-/// `Reader` is a biss::SpiReader of a format with one channel, `Bytes` what it needs.
+/// `Reader` is a biss::SpiReader of a format with one channel, `Bytes` what it needs. If it needs
+/// more, or has an error(), no request is made: each is counted as `late`.
 template <EncoderPort Port, class Reader, std::size_t Bytes>
 class EncoderLink {
  public:
@@ -68,11 +65,19 @@ class EncoderLink {
 
   constexpr void request() {
     now_ = biss::wrapping_later(now_, cycle_);
-    if (!port_.start(buffer_)) ++counts_.late;
+    const bool unanswered = buffer_.waits();
+    const auto start = [this](std::span<std::uint8_t> receive) { return port_.start(receive); };
+    if (!buffer_.begin(reader_.bytes(), start)) {
+      ++counts_.late;
+    } else if (unanswered) {
+      ++counts_.unanswered;
+    }
   }
 
   constexpr void transfer_complete() {
-    const auto frame = reader_.read(buffer_);
+    const auto received = buffer_.end();
+    if (!received) return unexpected();
+    const auto frame = reader_.read(*received);
     if (!frame.ok()) return no_frame(frame.error());
     step(frame->cds ? biss::CdsBit::one : biss::CdsBit::zero);
     ++counts_.good;
@@ -82,23 +87,29 @@ class EncoderLink {
 
   /// In place of transfer_complete() where the DMA reports an error: the bytes are not those of the
   /// line.
-  constexpr void transfer_failed() { no_frame({biss::FrameError::truncated}); }
+  constexpr void transfer_failed() {
+    if (!buffer_.end()) return unexpected();
+    no_frame({biss::FrameError::truncated});
+  }
 
   constexpr biss::ControlSession& session() { return session_; }
   constexpr const Cycle& latest() const { return latest_; }
-  constexpr const CycleCounts& counts() const { return counts_; }
+  constexpr const biss::CycleCounts& counts() const { return counts_; }
 
  private:
+  // Nothing waits for it: it is no cycle, and the bytes are old.
+  constexpr void unexpected() { ++counts_.unexpected; }
+
   constexpr void no_frame(biss::FrameFault fault) {
     step(biss::CdsBit::missing);
-    ++counts_.causes[static_cast<std::size_t>(fault.cause)];
+    counts_.causes.add(fault.cause);
     latest_.fault = fault;
   }
 
   // CDM first: the encoder's timeout is running.
   constexpr void step(biss::CdsBit cds) {
     if (session_.step(now_, cds)) port_.hold_ma_low();
-    latest_ = {.number = counts_.cycles++};
+    latest_ = {.number = counts_.cycles++, .request = buffer_.number()};
   }
 
   Port& port_;
@@ -107,8 +118,8 @@ class EncoderLink {
   biss::Picoseconds now_{};
   biss::ControlSession session_;
   Cycle latest_{};
-  CycleCounts counts_{};
-  std::array<std::uint8_t, Bytes> buffer_{};
+  biss::CycleCounts counts_{};
+  biss::FreshBuffer<Bytes> buffer_{};
 };
 
 }  // namespace boards

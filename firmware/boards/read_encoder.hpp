@@ -10,6 +10,7 @@
 #include <span>
 #include <string_view>
 
+#include "biss/axis/counters.hpp"
 #include "biss/base/units.hpp"
 #include "biss/control/register_map.hpp"
 #include "biss/control/session.hpp"
@@ -219,7 +220,7 @@ class ReadEncoder {
   }
 
   void write_counts() {
-    CycleCounts counts;
+    biss::CycleCounts counts;
     {
       const InterruptMask mask;
       counts = link_.counts();
@@ -227,11 +228,12 @@ class ReadEncoder {
     write_number("cycles ", counts.cycles);
     write_number(", good ", counts.good);
     write_number(", late ", counts.late);
-    for (std::size_t i = 0; i < counts.causes.size(); ++i) {
-      if (counts.causes[i] == 0) continue;
+    for (std::size_t i = 0; i < biss::frame_error_count; ++i) {
+      const auto cause = static_cast<biss::FrameError>(i);
+      if (counts.causes[cause] == 0) continue;
       write_text(", ");
-      write_text(name_of(static_cast<biss::FrameError>(i)));
-      write_number(" ", counts.causes[i]);
+      write_text(name_of(cause));
+      write_number(" ", counts.causes[cause]);
     }
     write_text("\n");
   }

@@ -15,7 +15,10 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <type_traits>
 
+#include "biss/axis/counters.hpp"
+#include "biss/axis/freshness.hpp"
 #include "biss/base/units.hpp"
 #include "biss/base/wrapping_time.hpp"
 #include "biss/frame/frame.hpp"
@@ -29,7 +32,9 @@ namespace control_loop {
 /// buffer without a gap between the clocks.
 template <class T>
 concept SpiDma = requires(T& spi, std::span<std::uint8_t> receive) {
-  /// Starts a transfer of `receive.size()` bytes. The DMA uses them until the interrupt.
+  /// Starts a transfer of `receive.size()` bytes. The DMA uses them until the interrupt. They are
+  /// ones, and must be in memory before the DMA writes: a barrier for the compiler, and with a data
+  /// cache also a clean of it here and an invalidation at the end.
   /// \return false if the previous transfer has not ended; then nothing was started
   { spi.start(receive) } -> std::same_as<bool>;
 };
@@ -39,6 +44,9 @@ struct AxisPosition {
   PolicyOutput output{};
   /// The time of the position; for a held position the time of its measurement.
   biss::Picoseconds moment{};
+  /// The number of the request in whose frame the position was measured, from 1; 0: none yet. The
+  /// same number again is the same frame.
+  std::uint32_t number = 0;
   /// The cause of the last bad cycle. Empty after a good one, after nE = 0, and after a step that
   /// is too large.
   std::optional<biss::FrameFault> fault{};
@@ -49,6 +57,34 @@ struct AxisPosition {
   }
 };
 
+/// Why an axis never requests a position: the first cause that applies.
+enum class AxisError : std::uint8_t {
+  reader,    ///< the reader's error() has the cause
+  buffer,    ///< the reader needs more than max_bytes
+  format,    ///< it does not have one channel with a position
+  max_step,  ///< it is not positive
+};
+
+namespace axis_detail {
+
+// Not constexpr: the compiler names it for an axis that is a constant.
+inline void the_reader_the_buffer_the_format_or_max_step_is_wrong_see_AxisError() {}
+
+template <class Reader>
+constexpr std::optional<AxisError> check(const Reader& reader, std::size_t max_bytes,
+                                         const PolicyLimits& limits) {
+  const biss::FrameFormat& format = reader.codec().format();
+  if (reader.error()) return AxisError::reader;
+  if (reader.bytes() > max_bytes) return AxisError::buffer;
+  if (format.channel_count != 1 || format.channel_list[0].position_bits() == 0) {
+    return AxisError::format;
+  }
+  if (limits.max_step <= 0) return AxisError::max_step;
+  return std::nullopt;
+}
+
+}  // namespace axis_detail
+
 /// `Reader` is a biss::SpiReader, `max_bytes` the buffer's size: at least the reader's bytes().
 template <SpiDma Spi, class Reader, std::size_t max_bytes>
 class EncoderAxis {
@@ -56,39 +92,80 @@ class EncoderAxis {
   /// All three must outlive the axis; the reader may be in flash.
   /// Where the axis may have moved by half a turn or more since the last good frame, its turns are
   /// unknown, and the cycle is a bad one. With no_step_limit this is so after any bad cycle.
-  /// \pre reader.bytes() <= max_bytes, the format has one channel with a position
+  /// What does not fit has an AxisError: a constant axis does not compile, another one has error().
   constexpr EncoderAxis(Spi& spi, const Reader& reader, biss::Picoseconds ma_period,
                         const biss::DeviceTiming& timing, const PolicyLimits& limits)
       : spi_(spi),
         reader_(reader),
+        error_(axis_detail::check(reader, max_bytes, limits)),
         // The position is that of the sampling time, which is measured from the first rising edge.
         to_sampling_(ma_period / 2 + timing.sampling_typical),
-        turns_(turns_of(reader.codec().format().channel_list[0].position_bits(), limits.max_step)),
-        policy_(limits) {}
+        turns_(error_ ? biss::TurnCounter(1)
+                      : turns_of(reader.codec().format().channel_list[0].position_bits(),
+                                 limits.max_step)),
+        policy_(limits) {
+    if (std::is_constant_evaluated() && error_) {
+      axis_detail::the_reader_the_buffer_the_format_or_max_step_is_wrong_see_AxisError();
+    }
+    reset();
+  }
+
+  /// Why this axis never requests a position; it is tripped from the start. Nothing if it can be
+  /// used.
+  constexpr const std::optional<AxisError>& error() const { return error_; }
+
+  /// Starts again as after construction, also after a trip: no position, turns from 0, and the time
+  /// to power up begins with the next request. Call it between the two interrupts or while they are
+  /// masked, and only after the drive has stopped and the cause was found: the next position may be
+  /// whole turns away from the last one, so the axis needs its reference again. The answer to a
+  /// request from before is ignored. Counts and numbers continue.
+  constexpr void reset() {
+    static_cast<void>(buffer_.end());
+    policy_.reset();
+    turns_.restart();
+    first_asked_.reset();
+    latest_ = {};
+    if (error_) latest_.output = policy_.trip();
+  }
 
   /// Requests a position. Call it once per period in the control timer's interrupt, after the use
   /// of latest(). A request before that was never answered counts as a bad cycle.
   /// \param now the time of the first falling edge of MA; it may wrap around at the limits of its
   ///   type
   constexpr void request(biss::Picoseconds now) {
-    // A transfer that has not ended keeps the time of its own request.
-    if (!spi_.start(std::span(buffer_).first(reader_.bytes()))) return bad(std::nullopt, now);
-    if (waits_) bad(std::nullopt, asked_at_);
-    waits_ = true;
+    if (error_) return;
+    if (!first_asked_) first_asked_ = now;
+    const bool unanswered = buffer_.waits();
+    const auto start = [this](std::span<std::uint8_t> receive) { return spi_.start(receive); };
+    if (!buffer_.begin(reader_.bytes(), start)) {
+      // A transfer that has not ended keeps the time of its own request.
+      ++counts_.late;
+      return bad(std::nullopt, now);
+    }
+    if (unanswered) {
+      ++counts_.unanswered;
+      bad(std::nullopt, asked_at_);
+    }
     asked_at_ = now;
   }
 
   /// The transfer ended with an error. Call it in the DMA's interrupt for errors.
   constexpr void transfer_failed() {
-    waits_ = false;
+    if (!answered()) return;
     bad(std::nullopt, asked_at_);
   }
 
-  /// Decodes the transfer. Call it in the DMA's interrupt at the end of the transfer.
+  /// Decodes the transfer. Call it in the DMA's interrupt at the end of the transfer. If no request
+  /// waits for it, it is ignored and counted as unexpected.
   constexpr void transfer_complete() {
-    waits_ = false;
-    const auto frame = reader_.read(std::span<const std::uint8_t>(buffer_).first(reader_.bytes()));
-    if (!frame.ok()) return bad(frame.error(), asked_at_);
+    const auto received = answered();
+    if (!received) return;
+    const auto frame = reader_.read(*received);
+    if (!frame.ok()) {
+      counts_.causes.add(frame.error().cause);
+      return bad(frame.error(), asked_at_);
+    }
+    ++counts_.good;
     if (!frame->trusted()) return bad(std::nullopt, asked_at_);
 
     // Works on a copy: a step that the policy refuses must not count turns.
@@ -103,6 +180,9 @@ class EncoderAxis {
   }
 
   constexpr const AxisPosition& latest() const { return latest_; }
+  /// Whether the last request still waits for its answer: latest() is then of an earlier one.
+  constexpr bool waits() const { return buffer_.waits(); }
+  constexpr const biss::CycleCounts& counts() const { return counts_; }
   constexpr const biss::TurnCounter& turns() const { return turns_; }
 
  private:
@@ -111,9 +191,17 @@ class EncoderAxis {
     return {position_bits, static_cast<std::uint64_t>(max_step)};
   }
 
+  constexpr std::optional<std::span<const std::uint8_t>> answered() {
+    const auto received = buffer_.end();
+    ++(received ? counts_.cycles : counts_.unexpected);
+    return received;
+  }
+
   // `asked` is when the cycle was requested.
   constexpr void bad(std::optional<biss::FrameFault> fault, biss::Picoseconds asked) {
-    take(policy_.bad(), fault, asked);
+    const bool powers_up =
+        first_asked_ && biss::wrapping_elapsed(*first_asked_, asked) < policy_.limits().power_up;
+    take(powers_up ? policy_.wait() : policy_.bad(), fault, asked);
   }
 
   constexpr void take(const PolicyOutput& output, std::optional<biss::FrameFault> fault,
@@ -123,20 +211,25 @@ class EncoderAxis {
     const bool of_this_cycle =
         output.quality == Quality::measured || output.quality == Quality::extrapolated;
     const biss::Picoseconds sampled = biss::wrapping_later(asked, to_sampling_);
-    if (output.quality == Quality::measured) measured_at_ = sampled;
+    if (output.quality == Quality::measured) {
+      measured_at_ = sampled;
+      latest_.number = buffer_.number();
+    }
     latest_.moment = of_this_cycle ? sampled : measured_at_;
   }
 
   Spi& spi_;
   const Reader& reader_;
+  std::optional<AxisError> error_;
   biss::Picoseconds to_sampling_;
   biss::Picoseconds asked_at_{};  // of the last transfer that began
-  bool waits_ = false;            // for its end
+  std::optional<biss::Picoseconds> first_asked_{};
   biss::Picoseconds measured_at_{};
   biss::TurnCounter turns_;
   PositionPolicy policy_;
   AxisPosition latest_{};
-  std::array<std::uint8_t, max_bytes> buffer_{};
+  biss::CycleCounts counts_{};
+  biss::FreshBuffer<max_bytes> buffer_{};
 };
 
 }  // namespace control_loop

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <limits>
 
+#include "biss/base/units.hpp"
+
 namespace control_loop {
 
 /// The reaction to one bad cycle.
@@ -28,8 +30,13 @@ inline constexpr std::int64_t no_step_limit = std::numeric_limits<std::int64_t>:
 
 struct PolicyLimits {
   BadFrameRule rule = BadFrameRule::extrapolate;
-  /// The number of bad cycles in a row that trips, also at the start; 0 counts as 1.
+  /// The number of bad cycles in a row that trips, also at the start once power_up is over; 0 counts
+  /// as 1.
   std::uint16_t trip_after = 4;
+  /// The encoder's time to power up: from the first request on, also after a reset, until the first
+  /// measured position. Bad cycles in this time do not trip. An EDS can state up to 254 ms; 0: every
+  /// bad cycle counts.
+  biss::Picoseconds power_up = biss::milliseconds(1'000);
   /// The largest movement of the axis in one cycle, in counts. A good frame with a larger step
   /// counts as a bad cycle: in the worst case a CRC of 6 bits does not detect one in 64 faults.
   std::int64_t max_step = 0;
@@ -70,7 +77,7 @@ class PositionPolicy {
   /// the rule; tripped at the limit and from then on
   constexpr PolicyOutput bad() {
     if (out_.quality == Quality::tripped) return out_;
-    ++out_.bad_in_a_row;
+    if (out_.bad_in_a_row != std::numeric_limits<std::uint16_t>::max()) ++out_.bad_in_a_row;
     const bool enough =
         out_.bad_in_a_row >= limits_.trip_after || limits_.rule == BadFrameRule::trip;
     if (enough) return trip();
@@ -80,6 +87,14 @@ class PositionPolicy {
       out_.position += step_ * out_.bad_in_a_row;
       out_.quality = Quality::extrapolated;
     }
+    return out_;
+  }
+
+  /// Reports a bad cycle while the encoder powers up: the same as bad(), but before the first
+  /// measured position it does not trip. \return none; the result of bad() after that position
+  constexpr PolicyOutput wait() {
+    if (measured_before_ || out_.quality == Quality::tripped) return bad();
+    if (out_.bad_in_a_row != std::numeric_limits<std::uint16_t>::max()) ++out_.bad_in_a_row;
     return out_;
   }
 
@@ -93,6 +108,7 @@ class PositionPolicy {
   /// Resets the policy to its initial state and clears the trip. Call it after the cause was found.
   constexpr void reset() { *this = PositionPolicy(limits_); }
 
+  constexpr const PolicyLimits& limits() const { return limits_; }
   constexpr const PolicyOutput& output() const { return out_; }
 
  private:

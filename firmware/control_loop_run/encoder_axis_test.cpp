@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <type_traits>
 
 #include "biss/base/wrapping_time.hpp"
 #include "biss/catalogue/catalogue.hpp"
 #include "biss/frame/encode.hpp"
+#include "biss/frame/format_text.hpp"
 #include "biss/master/spi_read.hpp"
 #include "tests/core/test.hpp"
 
@@ -96,6 +98,194 @@ BISS_TEST(EncoderAxis, TransferThatFails_IsOneBadCycle) {
   a.good(biss::microseconds(300), 1100);
   BISS_EXPECT(a.axis.latest().output.quality == Quality::measured);
   BISS_EXPECT_EQ(a.axis.latest().output.position, 1100);
+}
+
+BISS_TEST(EncoderAxis, TransferThatWritesNothing_IsNoResponse) {
+  Axis a;
+  a.good(biss::microseconds(100), 1000);
+  a.good(biss::microseconds(200), 1100);
+  for (int i = 1; i <= 2; ++i) {
+    a.axis.request(biss::microseconds(200 + 100 * i));
+    a.spi.busy = false;
+    a.axis.transfer_complete();
+    BISS_EXPECT(a.axis.latest().output.quality == Quality::held);
+    BISS_ASSERT(a.axis.latest().fault);
+    BISS_EXPECT_EQ(a.axis.latest().fault->cause, biss::FrameError::no_response);
+    BISS_EXPECT_EQ(a.axis.latest().number, 2U);
+  }
+  a.good(biss::microseconds(500), 1200);
+  BISS_EXPECT(a.axis.latest().output.quality == Quality::measured);
+  BISS_EXPECT_EQ(a.axis.latest().number, 5U);
+  BISS_EXPECT_EQ(a.axis.counts().causes[biss::FrameError::no_response], 2U);
+}
+
+BISS_TEST(EncoderAxis, EndThatNothingWaitsFor_ChangesNothing) {
+  Axis a;
+  a.axis.transfer_complete();
+  a.axis.transfer_failed();
+  BISS_EXPECT(a.axis.latest().output.quality == Quality::none);
+  BISS_EXPECT_EQ(a.axis.latest().output.bad_in_a_row, 0);
+  a.good(biss::microseconds(100), 1000);
+  for (int i = 0; i < 3; ++i) a.axis.transfer_complete();
+  BISS_EXPECT_EQ(a.axis.latest().number, 1U);
+  a.axis.request(biss::microseconds(200));
+  a.spi.busy = false;
+  a.axis.transfer_failed();
+  a.axis.transfer_complete();  // both interrupts of one transfer
+  BISS_EXPECT_EQ(a.axis.latest().output.bad_in_a_row, 1);
+  BISS_EXPECT_EQ(a.axis.counts().unexpected, 6U);
+}
+
+// A transfer that is given up ends later, while its successor is running.
+BISS_TEST(EncoderAxis, EndOfAnEarlierTransfer_IsNoFrameOfTheNextOne) {
+  Axis a;
+  a.good(biss::microseconds(100), 1000);
+  a.axis.request(biss::microseconds(200));
+  const auto given_up = a.spi;
+  a.spi.busy = false;
+  a.axis.request(biss::microseconds(300));
+  const auto running = a.spi;
+  a.spi = given_up;
+  a.spi.answer(1100);
+  a.axis.transfer_complete();
+  BISS_ASSERT(a.axis.latest().fault);
+  BISS_EXPECT_EQ(a.axis.latest().fault->cause, biss::FrameError::no_response);
+  a.spi = running;
+  a.spi.answer(1200);
+  a.axis.transfer_complete();
+  BISS_EXPECT(a.axis.latest().output.quality == Quality::held);
+  BISS_EXPECT_EQ(a.axis.counts().unanswered, 1U);
+  BISS_EXPECT_EQ(a.axis.counts().unexpected, 1U);
+}
+
+BISS_TEST(EncoderAxis, EncoderThatPowersUp_TripsOnlyAfterItsTime) {
+  PolicyLimits chosen = limits;
+  chosen.power_up = biss::milliseconds(1);
+  Axis a{chosen};
+  for (int i = 0; i < 10; ++i) {
+    a.axis.request(biss::microseconds(100 * i));
+    a.spi.busy = false;
+    a.axis.transfer_complete();
+    BISS_EXPECT(a.axis.latest().output.quality == Quality::none);
+  }
+  a.good(biss::microseconds(1000), 1000);
+  BISS_EXPECT(a.axis.latest().output.quality == Quality::measured);
+}
+
+BISS_TEST(EncoderAxis, EncoderThatNeverAnswers_TripsWhenItsTimeToPowerUpIsOver) {
+  for (const bool wraps : {false, true}) {
+    Axis a;
+    const biss::Picoseconds begin{wraps ? std::numeric_limits<std::int64_t>::max() - 1 : 0};
+    std::int64_t tripped_at = 0;
+    for (std::int64_t ms = 0; ms < 1200 && tripped_at == 0; ++ms) {
+      a.axis.request(biss::wrapping_later(begin, biss::milliseconds(ms)));
+      a.spi.busy = false;
+      a.axis.transfer_complete();
+      if (a.axis.latest().output.quality == Quality::tripped) tripped_at = ms;
+    }
+    BISS_EXPECT_EQ(tripped_at, 1000);
+  }
+}
+
+// The first position ends the time to power up.
+BISS_TEST(EncoderAxis, EncoderThatIsUnpluggedEarly_Trips) {
+  Axis a;
+  a.good(biss::microseconds(100), 1000);
+  for (int i = 2; i < 5; ++i) {
+    a.axis.request(biss::microseconds(100 * i));
+    a.spi.busy = false;
+    a.axis.transfer_complete();
+  }
+  BISS_EXPECT(a.axis.latest().output.quality == Quality::tripped);
+}
+
+BISS_TEST(EncoderAxis, Reset_StartsAgainWithPowerUpAndTurns) {
+  Axis a;
+  a.good(biss::milliseconds(100), 1000);
+  a.good(biss::milliseconds(101), (1U << 26U) - 1000);  // turn -1
+  BISS_EXPECT_EQ(a.axis.latest().output.position, -1000);
+  for (int i = 0; i < 3; ++i) {
+    a.axis.request(biss::milliseconds(102 + i));
+    a.spi.busy = false;
+    a.axis.transfer_complete();
+  }
+  a.good(biss::milliseconds(5'000), 2000);
+  BISS_EXPECT(a.axis.latest().output.quality == Quality::tripped);
+  a.axis.request(biss::milliseconds(5'001));
+  a.axis.reset();
+  BISS_EXPECT(a.axis.latest().output.quality == Quality::none);
+  BISS_EXPECT_EQ(a.axis.latest().number, 0U);
+  a.spi.answer(7000);
+  a.axis.transfer_complete();  // of the request before
+  BISS_EXPECT(a.axis.latest().output.quality == Quality::none);
+  for (int i = 0; i < 900; ++i) {  // the plug is in again, the encoder powers up
+    a.axis.request(biss::milliseconds(6'000 + i));
+    a.spi.busy = false;
+    a.axis.transfer_complete();
+  }
+  BISS_EXPECT(a.axis.latest().output.quality == Quality::none);
+  a.good(biss::milliseconds(6'900), (1U << 26U) - 1000);
+  BISS_EXPECT(a.axis.latest().output.quality == Quality::measured);
+  BISS_EXPECT_EQ(a.axis.latest().output.position, (1 << 26) - 1000);
+}
+
+// ---- What does not fit
+
+// The reader of another encoder, chosen at run time: its bytes do not fit the buffer.
+BISS_TEST(EncoderAxis, ReaderThatNeedsMoreThanTheBuffer_IsRefusedAndWritesNothing) {
+  Spi spi;
+  struct {
+    EncoderAxis<Spi, decltype(reader), 8> axis;
+    std::array<std::uint8_t, 64> after;
+  } const unused{
+      EncoderAxis<Spi, decltype(reader), 8>(spi, reader, ma_period, encoder.timing, limits), {}};
+  auto memory = unused;
+  BISS_ASSERT(memory.axis.error());
+  BISS_EXPECT(*memory.axis.error() == AxisError::buffer);
+  for (int i = 0; i < 5; ++i) {
+    memory.axis.request(biss::microseconds(100 * i));
+    BISS_EXPECT(spi.receive.empty());
+    memory.axis.transfer_complete();
+  }
+  BISS_EXPECT(memory.axis.latest().output.quality == Quality::tripped);
+  memory.axis.reset();
+  BISS_EXPECT(memory.axis.latest().output.quality == Quality::tripped);
+  for (const std::uint8_t byte : memory.after) BISS_EXPECT_EQ(byte, 0);
+}
+
+// A constant axis that does not fit does not compile.
+template <std::size_t bytes, std::int64_t max_step>
+constexpr bool make() {
+  Spi spi;
+  PolicyLimits chosen = limits;
+  chosen.max_step = max_step;
+  const EncoderAxis<Spi, decltype(reader), bytes> axis(spi, reader, ma_period, encoder.timing,
+                                                       chosen);
+  return !axis.error();
+}
+template <std::size_t bytes, std::int64_t max_step>
+concept Compiles = requires {
+  typename std::bool_constant<make<bytes, max_step>()>;
+};
+static_assert(Compiles<reader.bytes(), 1> && !Compiles<reader.bytes() - 1, 1>);
+static_assert(!Compiles<reader.bytes(), 0>);
+
+BISS_TEST(EncoderAxis, ReaderFormatOrLimitThatDoesNotFit_HasItsCause) {
+  Spi spi;
+  const auto error = [&spi](const biss::FrameFormat& format, std::int64_t max_step) {
+    using Reader = biss::SpiReader<biss::FrameCodec<biss::CrcFast, 1>>;
+    const Reader other(biss::FrameCodec<biss::CrcFast, 1>(format), {.period = ma_period},
+                       encoder.timing);
+    PolicyLimits chosen = limits;
+    chosen.max_step = max_step;
+    const EncoderAxis<Spi, Reader, 128> axis(spi, other, ma_period, encoder.timing, chosen);
+    return axis.error();
+  };
+  BISS_EXPECT(!error(encoder.frame_format(), 1));
+  BISS_EXPECT(error(encoder.frame_format(), 0) == AxisError::max_step);
+  BISS_EXPECT(error(*biss::parse_format("pos26,crc6"), 1) == AxisError::reader);
+  BISS_EXPECT(error(*biss::parse_format("pos26,nE,nW"), 1) == AxisError::reader);
+  BISS_EXPECT(error(*biss::parse_format("pad8,nE,nW,crc6"), 1) == AxisError::format);
 }
 
 BISS_TEST(EncoderAxis, StepBelowHalfATurnWithoutALimit_IsMeasured) {

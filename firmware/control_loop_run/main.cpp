@@ -43,7 +43,6 @@ struct Summary {
   std::int64_t turns_most = 0;
   std::int64_t turns_least = 0;
   biss::Picoseconds oldest{};
-  std::array<std::uint32_t, biss::frame_error_count> causes{};
 };
 
 struct Loop {
@@ -104,7 +103,6 @@ void check_extrapolated(const control_loop::AxisPosition& latest) {
 void check_period(biss::Picoseconds now) {
   const control_loop::AxisPosition& latest = loop.axis.latest();
   Summary& sum = loop.summary;
-  if (latest.fault) ++sum.causes[static_cast<std::size_t>(latest.fault->cause)];
   expect(latest.output.quality == Quality::measured || loop.bad_in_a_row > 0,
          "a good frame was not taken");
   switch (latest.output.quality) {
@@ -171,14 +169,16 @@ void print_summary(const Summary& sum) {
   print(" to ", static_cast<std::uint64_t>(sum.turns_most));
   print(", oldest position ", static_cast<std::uint64_t>(sum.oldest.count / 1000));
   firmware::write(" ns\ncauses:");
-  for (std::size_t i = 0; i < sum.causes.size(); ++i) {
-    if (sum.causes[i] == 0) continue;
+  const auto& causes = loop.axis.counts().causes;
+  for (std::size_t i = 0; i < biss::frame_error_count; ++i) {
+    const auto cause = static_cast<biss::FrameError>(i);
+    if (causes[cause] == 0) continue;
     firmware::write(" ");
-    for (const char letter : biss::name_of(static_cast<biss::FrameError>(i))) {
+    for (const char letter : biss::name_of(cause)) {
       const char text[2]{letter, '\0'};
       firmware::write(text);
     }
-    print(" ", sum.causes[i]);
+    print(" ", causes[cause]);
   }
   print("\n", sum.wrong);
   firmware::write(" wrong\n");

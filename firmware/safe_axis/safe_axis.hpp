@@ -12,10 +12,11 @@
 // needed. The board switches the torque off; this class says when.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
+#include "biss/axis/freshness.hpp"
 #include "biss/base/bits.hpp"
 #include "biss/base/units.hpp"
 #include "biss/safety/monitor.hpp"
@@ -39,7 +40,8 @@ class SafeAxis {
   /// position().
   /// \param now both clocks at the first falling edge of MA
   constexpr void request(const biss::TwoClocks& now) {
-    if (spi_.start(buffer_)) {
+    const auto start = [this](std::span<std::uint8_t> receive) { return spi_.start(receive); };
+    if (buffer_.begin(bytes, start)) {
       asked_at_ = now;
     } else {
       // A transfer that has not ended is no answer, whatever its buffer contains.
@@ -47,8 +49,12 @@ class SafeAxis {
     }
   }
 
-  /// Judges the transfer. Call it in the DMA's interrupt at the end of the transfer.
-  constexpr void transfer_complete() { latest_ = monitor_.step(asked_at_, biss::BitView(buffer_)); }
+  /// Judges the transfer. Call it in the DMA's interrupt at the end of the transfer. An end that no
+  /// request waits for is ignored: its buffer has nothing new.
+  constexpr void transfer_complete() {
+    const auto received = buffer_.end();
+    if (received) latest_ = monitor_.step(asked_at_, biss::BitView(*received));
+  }
 
   /// The position at the last request; none if it is not safe, and the axis must go to its safe
   /// state. Time alone can be the cause: an encoder or a DMA without an answer.
@@ -78,7 +84,7 @@ class SafeAxis {
   Monitor monitor_;
   biss::TwoClocks asked_at_{{}, {}};
   biss::SafetyJudgement latest_{};
-  std::array<std::uint8_t, bytes> buffer_{};
+  biss::FreshBuffer<bytes> buffer_{};
 };
 
 }  // namespace safe_axis

@@ -37,7 +37,7 @@ enum class Fault : std::uint8_t {
   asked_twice,
   clock_jumps
 };
-constexpr std::array causes{SafetyVerdict::cpw_crc,   SafetyVerdict::counter_repeated,
+constexpr std::array causes{SafetyVerdict::cpw_crc,   SafetyVerdict::no_frame,
                             SafetyVerdict::watchdog,  SafetyVerdict::watchdog,
                             SafetyVerdict::cpw_error, SafetyVerdict::no_frame,
                             SafetyVerdict::clock};
@@ -139,6 +139,18 @@ void cycles_of(Run& run) {
   }
 }
 
+// The end of a transfer that was not started: the last position stays.
+void ends_twice(Run& run, biss::Picoseconds now) {
+  for (std::uint8_t frame = 0; frame < type.setup.start_frames; ++frame, now += period) {
+    run.axis.request(clocks(now));
+    if (transfer(run, nullptr)) run.axis.transfer_complete();
+    run.axis.transfer_complete();
+  }
+  const auto position = run.axis.position(clocks(now));
+  expect(run, cycles, position && biss::control_position(Plan(), *position) == run.position,
+         "an end that nothing waits for changes the position");
+}
+
 // A monitor without a self test gives no position.
 void untested(Run& run) {
   run.axis.request(clocks({}));
@@ -158,6 +170,7 @@ int firmware_main() {
   expect(run, 0, run.axis.power_up(), "the self test fails");
   expect(run, 0, run.axis.cause() == SafetyVerdict::starting, "a cause after the self test");
   cycles_of(run);
+  ends_twice(run, period * cycles);
   firmware::write("cycles ");
   firmware::write_decimal(cycles);
   firmware::write(", faults ");

@@ -26,7 +26,8 @@ class Format:
 
 class Spi:
     def __init__(self, format: Format, period: int, falling: bool, delay_min: int, delay_max: int,
-                 first_bit: int, tail_ignored: bool) -> None: ...
+                 first_bit: int, tail_ignored: bool, no_error_flag: bool,
+                 unchecked: bool) -> None: ...
     @property
     def transfer_bytes(self) -> int: ...
     @property

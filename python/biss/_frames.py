@@ -177,11 +177,15 @@ class SpiReader:
     ``rising`` (mode 3) or ``falling`` (mode 2). The line delay is that from MA to SLO, both at the
     master; the narrower its range, the more wrong frames are detected. ``first_bit`` is the number
     of bits in the buffer before the sample of the first clock.
+
+    A clock above the encoder's limit is refused. So is a position without nE and a channel without
+    CRC, unless ``no_error_flag`` or ``unchecked`` says that this is intended.
     """
 
     def __init__(self, format: Format | str, clock_hz: int, *, phase: str = "rising",
                  line_delay_min_ps: int = 0, line_delay_max_ps: int = 40_000_000,
-                 first_bit: int = 0, ignore_tail: bool = False) -> None:
+                 first_bit: int = 0, ignore_tail: bool = False, no_error_flag: bool = False,
+                 unchecked: bool = False) -> None:
         if phase not in ("rising", "falling"):
             raise UsageError("phase: rising or falling")
         if not 1 <= clock_hz <= 31_250_000_000:
@@ -190,7 +194,8 @@ class SpiReader:
         self._spi = _core.Spi(self.format._format, round(10**12 / clock_hz), phase == "falling",
                               bits_of(line_delay_min_ps, "line_delay_min_ps", 63),
                               bits_of(line_delay_max_ps, "line_delay_max_ps", 63),
-                              bits_of(first_bit, "first_bit", 16), ignore_tail)
+                              bits_of(first_bit, "first_bit", 16), ignore_tail, no_error_flag,
+                              unchecked)
 
     @property
     def clocks(self) -> int:

@@ -156,6 +156,17 @@ def test_WrongValues_AreNamed():
         reader.read(b"")
 
 
+def test_SpiReaderOfAFormatWithoutNeOrCrc_NeedsTheWord():
+    for text, words, message in (("pos24,crc6", {"unchecked": True}, "no nE"),
+                                 ("pos24,nE,nW", {"no_error_flag": True}, "no CRC")):
+        with pytest.raises(biss.UsageError, match=message):
+            biss.SpiReader(text, 10**6, **words)
+    assert biss.SpiReader("pos24", 10**6, no_error_flag=True, unchecked=True).clocks > 24
+    with pytest.raises(biss.UsageError, match="above the limit of the encoder"):
+        biss.SpiReader("resolute-26", 40_000_000)
+    assert biss.SpiReader(biss.Format("pos24,nE,nW,crc6", clock_max="20MHz"), 20_000_000).clocks > 24
+
+
 def test_RandomBuffers_AreFramesOrACause():
     random.seed(4)
     format = biss.Format("pos12,nE,nW,crc6")

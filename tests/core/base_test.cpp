@@ -4,12 +4,17 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <type_traits>
 
 #include "biss/base/bit_buffer.hpp"
 #include "biss/base/bits.hpp"
 #include "biss/base/result.hpp"
 #include "biss/base/units.hpp"
 #include "biss/base/wrapping_time.hpp"
+#include "biss/master/request_setup.hpp"
+#include "biss/master/spi_read.hpp"
+#include "biss/safety/monitor.hpp"
+#include "biss/timing/device_timing.hpp"
 #include "tests/core/test.hpp"
 
 namespace biss {
@@ -96,9 +101,46 @@ BISS_TEST(Units, RateOfPeriod_RoundsAndSaturates) {
 // A constant expression has no overflow: the compiler would refuse it.
 static_assert(megahertz(4'294) == hertz(4'294'000'000) && megahertz(5'000) == hertz_max);
 static_assert(kilohertz(4'294'967) < hertz_max && kilohertz(4'294'968) == hertz_max);
-static_assert(rate_of({std::numeric_limits<std::int64_t>::max()}) == hertz(0));
-static_assert(clocks_to_cover({std::numeric_limits<std::int64_t>::max()}, picoseconds(2)) ==
-              std::int64_t{1} << 62U);
+static_assert(rate_of(Picoseconds{std::numeric_limits<std::int64_t>::max()}) == hertz(0));
+static_assert(clocks_to_cover(Picoseconds{std::numeric_limits<std::int64_t>::max()},
+                              picoseconds(2)) == std::int64_t{1} << 62U);
+
+// A bare number is no time, rate or length: neither by conversion nor by the braces of an aggregate
+// around it, which initialise the first member of an aggregate inside.
+template <class Unit>
+inline constexpr bool is_named_only =
+    !std::is_aggregate_v<Unit> && !std::is_convertible_v<int, Unit> &&
+    !std::is_convertible_v<std::int64_t, Unit> && !std::is_convertible_v<double, Unit>;
+static_assert(is_named_only<Picoseconds> && is_named_only<Hertz> && is_named_only<Millimetres>);
+static_assert(std::is_trivially_copyable_v<Picoseconds> && std::is_trivially_copyable_v<Hertz>);
+
+template <class T>
+concept TakesABarePeriod = requires {
+  T{.period = 100};
+}
+|| requires { T{.period = {100}}; };
+template <class T>
+concept TakesBareLimits = requires {
+  T{.clock_max = 10};
+}
+|| requires { T{.cycle_min = 31}; };
+template <class T>
+concept TakesABareTime = requires {
+  T{TimeoutRule::fixed, 31};
+};
+template <class T>
+concept TakesTwoBareNumbers = requires {
+  T{1, 2};
+}
+|| requires { T{{1}, {2}}; };
+
+BISS_TEST(Units, BareNumberInAnAggregate_DoesNotCompile) {
+  BISS_EXPECT(!TakesABarePeriod<SpiSetup> && !TakesABarePeriod<MasterSetup>);
+  BISS_EXPECT(!TakesBareLimits<DeviceTiming> && !TakesBareLimits<SafetySetup>);
+  BISS_EXPECT(!TakesTwoBareNumbers<LineDelayRange> && !TakesTwoBareNumbers<TwoClocks>);
+  BISS_EXPECT(!TakesABareTime<Timeout>);
+  BISS_EXPECT_EQ(SpiSetup{.period = nanoseconds(100)}.period.count, 100'000);
+}
 
 BISS_TEST(Units, RateAboveTheHighest_IsTheHighest) {
   const std::uint32_t most = hertz_max.count;

@@ -1,6 +1,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "biss/base/bit_buffer.hpp"
@@ -247,6 +248,73 @@ BISS_TEST(SpiReader, ObservedLineDelay_IsAPeriodWide) {
     const Picoseconds from = clocks == 0 ? Picoseconds{} : period * clocks - period / 2;
     BISS_EXPECT(observed_line_delay(frame, setup) ==
                 LineDelayRange{from, period * clocks + period / 2});
+  }
+}
+
+// ---- Setups that are refused
+
+constexpr SpiSetup with_words(bool no_error_flag, bool unchecked) {
+  return {.period = period, .no_error_flag = no_error_flag, .unchecked = unchecked};
+}
+
+constexpr std::optional<SpiSetupError> check_text(const char* text, const SpiSetup& setup) {
+  return check_spi(*parse_format(text), setup, timing);
+}
+
+static_assert(!check_text("pos18,nE,nW,crc6;cds0", with_words(false, false)));
+static_assert(!check_text("pos18,E,W,crc6", with_words(false, false)));
+static_assert(check_text("pos18,crc6", with_words(false, true)) == SpiSetupError::error_flag);
+static_assert(!check_text("pos18,crc6", with_words(true, false)));
+static_assert(check_text("pos18,nE,nW", with_words(true, false)) == SpiSetupError::crc);
+static_assert(!check_text("pos18,nE,nW", with_words(false, true)));
+static_assert(!check_text("pos18", with_words(true, true)));
+// Each position needs a flag of its own; what is no position needs none.
+static_assert(check_text("pos18,nE,crc6+pos18,crc6", with_words(false, false)) ==
+              SpiSetupError::error_flag);
+static_assert(!check_text("pos18,nE,crc6+pad8,crc6", with_words(false, false)));
+static_assert(check_text("pos18,nE,crc6+pad8", with_words(false, false)) == SpiSetupError::crc);
+
+struct Refused {
+  SpiSetup setup;
+  DeviceTiming device;
+  SpiSetupError error;
+};
+
+/// Every cause, of a reader for `format`.
+constexpr std::array refused_setups{
+    Refused{{}, timing, SpiSetupError::period},
+    Refused{{.period = -period}, timing, SpiSetupError::period},
+    Refused{{.period = period, .line_delay = {period, {}}}, timing, SpiSetupError::line_delay},
+    Refused{{.period = period, .line_delay = {-period, {}}}, timing, SpiSetupError::line_delay},
+    Refused{{.period = nanoseconds(25)}, timing, SpiSetupError::clock},
+    Refused{{.period = period - picoseconds(1)}, timing, SpiSetupError::clock},
+    Refused{{.period = period}, {.clock_max = megahertz(5)}, SpiSetupError::clock}};
+
+BISS_TEST(SpiReader, SetupThatIsRefused_HasItsCauseAndReadsNoFrame) {
+  const Buffer buffer = sampled(0x2ABCD, 3, 5);
+  BISS_ASSERT(reader.read(buffer.bytes()).ok());
+  for (const Refused& refused : refused_setups) {
+    const Reader none(codec, refused.setup, refused.device);
+    BISS_ASSERT(none.error());
+    BISS_EXPECT(*none.error() == refused.error);
+    BISS_EXPECT_EQ(none.bytes(), 0U);
+    BISS_EXPECT_EQ(none.clocks(), 0U);
+    BISS_EXPECT_EQ(cause_of(none, buffer, 250), FrameError::response_range);
+    for (unsigned lead = 1; lead < 80; ++lead) {
+      BISS_EXPECT(!none.read(sampled(0x2ABCD, lead, 5).bytes()).ok()) << lead;
+    }
+  }
+  const Codec bare(*parse_format("pos18,crc6"));
+  BISS_EXPECT(Reader(bare, up_to_2_clocks, timing).error() == SpiSetupError::error_flag);
+}
+
+BISS_TEST(SpiReader, ClockAtTheEncodersLimit_IsAccepted) {
+  for (const std::uint32_t limit : {80'000U, 250'000U, 6'666'667U, 9'999'999U, 10'000'000U}) {
+    const DeviceTiming device{.clock_max = hertz(limit)};
+    BISS_EXPECT(!Reader(codec, {.period = period_of(hertz(limit))}, device).error()) << limit;
+    BISS_EXPECT(Reader(codec, {.period = period_of(hertz(limit + limit / 100))}, device).error() ==
+                SpiSetupError::clock)
+        << limit;
   }
 }
 

@@ -197,7 +197,7 @@ BISS_TEST(Cable, WithoutCompensation_IsTheDataSheetsTable) {
     BISS_ASSERT(longest.has_value()) << "at " << row.hertz;
     BISS_EXPECT_EQ(longest->count, row.millimetres) << "at " << row.hertz;
     BISS_EXPECT(!needs_compensation(hertz(row.hertz), *longest, internal));
-    BISS_EXPECT(needs_compensation(hertz(row.hertz), {longest->count + 1}, internal));
+    BISS_EXPECT(needs_compensation(hertz(row.hertz), millimetres(longest->count + 1), internal));
   }
   BISS_EXPECT(!cable_max_uncompensated(megahertz(10), internal).has_value());
   BISS_EXPECT(needs_compensation(megahertz(10), {}, internal));

@@ -78,7 +78,7 @@ bool read_spi(std::span<const std::uint8_t> buffer) { return Reader.read(buffer)
 using Codec = FrameCodec<CrcFast, 1>;
 bool request(const Codec& Codec1, std::int64_t Time, bool Slo) {
   RequestCycle<Codec> Master(Codec1, MasterSetup{.period = nanoseconds(100)});
-  return Master.begin({Time}, Slo).level && Master.step({Time}, Slo).level;
+  return Master.begin(picoseconds(Time), Slo).level && Master.step(picoseconds(Time), Slo).level;
 }
 
 struct Device {
@@ -89,13 +89,13 @@ struct Device {
 };
 bool answer(const Codec& Codec1, std::int64_t Time, bool Ma) {
   Slave Slave1(Codec1, slave_timing(Encoder.timing), Device{});
-  return Slave1.step({Time}, Ma, false).level;
+  return Slave1.step(picoseconds(Time), Ma, false).level;
 }
 
 constexpr SafetyConfiguration Type = safety_configuration("fs-36-28");
 bool watch(std::int64_t Time, const BitView& Bits) {
   SafetyMonitor<FixedSafetyPlan<Type.frame_format(), Type.setup>> Monitor;
-  return Monitor.self_test() && Monitor.step(OneClock{{Time}}, Bits).position;
+  return Monitor.self_test() && Monitor.step(OneClock{picoseconds(Time)}, Bits).position;
 }
 
 }  // namespace user

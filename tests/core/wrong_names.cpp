@@ -2,7 +2,9 @@
 // compares the compiler's message with the text at each line.
 #include "biss/base/bit_buffer.hpp"
 #include "biss/catalogue/catalogue.hpp"
+#include "biss/frame/fixed.hpp"
 #include "biss/frame/format_text.hpp"
+#include "biss/master/spi_read.hpp"
 #include "biss/safety/configurations.hpp"
 
 namespace biss {
@@ -23,6 +25,29 @@ constexpr auto wrong_4 = frame_format("pos26,nE,nW,crc6;cds0;cds0");
 constexpr auto wrong_5 = *parse_format("pos26,nE,nW,crc");
 // says: this_result_holds_a_value_and_no_error
 constexpr auto wrong_6 = parse_format("pos26").error();
+
+// Readers of the wrong setup: a clock of 40 MHz for an encoder of 10 MHz, no nE, no CRC.
+template <FrameFormat Format>
+using Codec = FixedCodec<Format>;
+constexpr auto no_flag = frame_format("pos26,crc6");
+constexpr auto no_crc = frame_format("pos26,nE,nW");
+constexpr SpiSetup at_10_MHz{.period = nanoseconds(100)};
+constexpr SpiSetup words{.period = nanoseconds(100), .no_error_flag = true, .unchecked = true};
+constexpr SpiReader right_8(Codec<format>{}, at_10_MHz, encoder.timing);
+constexpr SpiReader right_9(Codec<no_flag>{}, words, encoder.timing);
+constexpr SpiReader right_10(Codec<no_crc>{}, words, encoder.timing);
+// says: the_clock_is_above_the_encoders_clock_max
+constexpr SpiReader wrong_8(Codec<format>{}, {.period = nanoseconds(25)}, encoder.timing);
+// says: a_position_has_no_nE_and_the_setup_no_word_no_error_flag
+constexpr SpiReader wrong_9(Codec<no_flag>{}, at_10_MHz, encoder.timing);
+// says: a_channel_has_no_crc_and_the_setup_no_word_unchecked
+constexpr SpiReader wrong_10(Codec<no_crc>{}, at_10_MHz, encoder.timing);
+// says: the_period_is_not_positive
+constexpr SpiReader wrong_11(Codec<format>{}, SpiSetup{}, encoder.timing);
+// says: the_line_delay_is_negative_or_its_minimum_above_its_maximum
+constexpr SpiReader wrong_12(Codec<format>{},
+                             {.period = nanoseconds(100), .line_delay = {nanoseconds(2), {}}},
+                             encoder.timing);
 
 constexpr BitBuffer<80> appended(unsigned count) {
   BitBuffer<80> bits;

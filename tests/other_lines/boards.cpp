@@ -9,7 +9,7 @@ namespace biss::other_lines {
 
 namespace {
 
-Picoseconds picoseconds_of(double count) { return {static_cast<std::int64_t>(count)}; }
+Picoseconds picoseconds_of(double count) { return Picoseconds{static_cast<std::int64_t>(count)}; }
 
 // What a slave answers.
 enum class Content { sensor, counter_with_crc, parity, slow_with_zeros, status_first, random };

@@ -10,7 +10,7 @@ namespace biss::other_lines {
 namespace {
 
 Picoseconds from_double(double picoseconds_count) {
-  return {static_cast<std::int64_t>(picoseconds_count)};
+  return Picoseconds{static_cast<std::int64_t>(picoseconds_count)};
 }
 
 Picoseconds period_of_rate(double hertz_count) { return from_double(1e12 / hertz_count); }

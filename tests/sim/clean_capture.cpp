@@ -36,7 +36,7 @@ Hertz draw_clock(sim::Random& random, const DeviceTiming& timing) {
 void draw_line(sim::Random& random, sim::LineSetup& setup) {
   const Picoseconds period = period_of(setup.clock);
   const Millimetres longest = *cable_max_compensated(setup.clock);
-  const Picoseconds cable = cable_delay({draw(random, 0, longest.count)});
+  const Picoseconds cable = cable_delay(millimetres(draw(random, 0, longest.count)));
   setup.ma_delay = cable / 2;
   setup.slo_delay = cable - cable / 2;
   setup.internal_delay = picoseconds(draw(random, 0, setup.timing.internal_delay_max.count));

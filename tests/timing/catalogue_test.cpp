@@ -207,7 +207,7 @@ oracle::SlaveAnswer answer_of_core(const Installation& place, const oracle::Line
   for (const oracle::Change& edge : ma) {
     while (output.deadline < Picoseconds{edge.time}) step(output.deadline);
     level = edge.level;
-    step({edge.time});
+    step(Picoseconds{edge.time});
   }
   while (output.deadline != biss::never) step(output.deadline);
   return answer;

@@ -42,15 +42,14 @@ biss::TimeoutRule rule_of(oracle::TimeoutKind kind) {
 }
 
 biss::SlaveTiming timing_of(const oracle::SlaveDescription& slave) {
-  return {.sampling = {slave.sampling},
-          .start_min = {slave.start_min},
-          .ready = {slave.ready},
+  return {.sampling = Picoseconds{slave.sampling},
+          .start_min = Picoseconds{slave.start_min},
+          .ready = Picoseconds{slave.ready},
           .ack_clocks = static_cast<std::uint16_t>(slave.ack_clocks),
           .busy_s_clocks = static_cast<std::uint8_t>(slave.busy_clocks),
-          .timeout = {rule_of(slave.kind),
-                      {slave.timeout},
+          .timeout = {rule_of(slave.kind), Picoseconds{slave.timeout},
                       static_cast<std::uint8_t>(slave.release_halves)},
-          .static_timeout = {slave.static_timeout},
+          .static_timeout = Picoseconds{slave.static_timeout},
           .chained = slave.chained};
 }
 
@@ -114,9 +113,9 @@ Answers answers_of_core(const Scenario& scenario) {
     while (chain.deadline() < end) chain.step(chain.deadline(), ma);
   };
   for (const oracle::Change& edge : scenario.ma) {
-    run_until({edge.time});
+    run_until(Picoseconds{edge.time});
     ma = edge.level;
-    chain.step({edge.time}, ma);
+    chain.step(Picoseconds{edge.time}, ma);
   }
   run_until(biss::never);
   return chain.answers();

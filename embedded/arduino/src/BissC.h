@@ -53,8 +53,21 @@ struct BissReading {
 ///
 /// Some cores pause the clock between bytes. The encoder accepts that while a pause is shorter than
 /// its timeout; see the notes for Arduino in docs/microcontrollers.md.
-template <biss::FrameFormat Format>
+///
+/// `Words` has no_error_flag or unchecked where the format has no nE or no CRC:
+/// BissReader<format, biss::SpiSetup{.no_error_flag = true}>
+template <biss::FrameFormat Format, biss::SpiSetup Words = biss::SpiSetup{}>
 class BissReader {
+  static constexpr biss::SpiSetup setup_of(std::uint32_t clock, biss::Picoseconds line_delay_max) {
+    biss::SpiSetup setup = Words;
+    setup.period = biss::period_of(biss::hertz(clock));
+    setup.line_delay = {.max = line_delay_max};
+    return setup;
+  }
+  static constexpr auto refused = biss::check_spi(Format, setup_of(1'000'000, {}), {});
+  static_assert(refused != biss::SpiSetupError::error_flag, "no nE: see no_error_flag");
+  static_assert(refused != biss::SpiSetupError::crc, "no CRC: see unchecked");
+
  public:
   /// \param clock of MA, in hertz. The core may round it down, so choose one that it can make
   /// \param line_delay_max of cable and encoder, there and back
@@ -62,10 +75,7 @@ class BissReader {
                       biss::Picoseconds line_delay_max = biss::nanoseconds(1000))
       : spi_(spi),
         clock_(clock),
-        reader_(biss::FixedCodec<Format>{},
-                biss::SpiSetup{.period = biss::period_of(biss::hertz(clock)),
-                               .line_delay = {.max = line_delay_max}},
-                timing) {}
+        reader_(biss::FixedCodec<Format>{}, setup_of(clock, line_delay_max), timing) {}
 
   /// Call it in setup().
   void begin() {
@@ -75,13 +85,17 @@ class BissReader {
     spi_.endTransaction();
   }
 
-  /// Bytes of one transfer; 0 if they do not fit, then choose a lower clock.
+  /// Why nothing can be read, for example `clock`: it is above the limit of `timing`.
+  const std::optional<biss::SpiSetupError>& error() const { return reader_.error(); }
+
+  /// Bytes of one transfer; 0 if there is an error(), or if they do not fit: then choose a lower
+  /// clock.
   std::size_t bytes() const { return reader_.bytes() <= buffer_.size() ? reader_.bytes() : 0; }
 
   /// Requests a position. Wait for the timeout of the encoder between two calls.
   BissReading read() {
     if (bytes() == 0) return {.fault = biss::FrameFault{biss::FrameError::truncated}};
-    buffer_.fill(0);
+    buffer_.fill(0xFF);  // what is not received is no_response
     spi_.beginTransaction(settings());
     spi_.transfer(buffer_.data(), bytes());
     spi_.endTransaction();

@@ -88,7 +88,7 @@ extern "C" {
 
 /// MA changes to this level; the same level only lets time pass.
 [[gnu::used, clang::export_name("drive_ma")]] void drive_ma(std::int64_t time, std::int32_t level) {
-  emulator::drive_ma({time}, level != 0);
+  emulator::drive_ma(biss::Picoseconds{time}, level != 0);
 }
 
 /// Eight clocks of an SPI in mode 3, the first falling edge at `time`. \return what it received
@@ -96,7 +96,7 @@ extern "C" {
                                                                         std::int64_t period) {
   std::int32_t byte = 0;
   for (int i = 0; i < 8; ++i, time += period) {
-    emulator::drive_ma({time}, false);
+    emulator::drive_ma(biss::Picoseconds{time}, false);
     const biss::Picoseconds rise{time + period / 2};
     emulator::run_until(rise);
     byte = byte << 1U | (emulator::board.received(rise) ? 1 : 0);

@@ -110,6 +110,7 @@ class Rp2040 {
   bool start(std::span<std::uint8_t> receive) {
     using namespace rp2040;
     if ((at(channel(0) + control) & busy) != 0) return false;
+    buffer_barrier();
     // MA is high from here on; what follows takes longer than half a period.
     at(gpio_ctrl(sck)) = function_spi;
     at(channel(0) + write_address) = address_of(receive.data());
@@ -125,6 +126,7 @@ class Rp2040 {
   bool acknowledge() {
     using namespace rp2040;
     at(dma + 0x40CU) = 1;  // INTS0
+    buffer_barrier();
     return (at(channel(0) + control) & bus_error) == 0;
   }
 

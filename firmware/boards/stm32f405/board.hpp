@@ -93,6 +93,7 @@ class Stm32f405 {
     using namespace stm32f405;
     if (running_) return false;
     running_ = true;
+    buffer_barrier();
     // MA is high from here on; what follows takes longer than half a period.
     release_ma();
     at(dma2 + 0x08U) = all_flags;  // LIFCR
@@ -116,6 +117,7 @@ class Stm32f405 {
     using namespace stm32f405;
     const bool good = (at(dma2) & transfer_error) == 0;  // LISR
     at(dma2 + 0x08U) = all_flags;
+    buffer_barrier();
     running_ = false;
     return good;
   }

@@ -21,6 +21,8 @@ struct biss_reader_setup {
   uint32_t clock_hz;
   uint32_t line_delay_max_ns;
   uint32_t processing_time_max_ns;
+  bool no_error_flag;
+  bool unchecked;
 };
 
 struct biss_sample {
@@ -29,7 +31,8 @@ struct biss_sample {
   uint16_t line_delay_clocks;
 };
 
-/* Returns the number of bytes to transfer, or -EINVAL where the format or a limit is not valid. */
+/* Returns the number of bytes to transfer, or -EINVAL where the format or a limit is not valid,
+ * or the format lacks nE or CRC and the setup does not say so. */
 int biss_reader_init(struct biss_reader* reader, const struct biss_reader_setup* setup);
 
 /* Returns 0, or an error of biss_zephyr/encoder.h; then *sample is unchanged. */

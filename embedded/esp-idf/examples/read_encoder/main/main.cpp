@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cinttypes>
 #include <cstdint>
+#include <iterator>
 #include <span>
 
 #include <driver/spi_master.h>
@@ -53,6 +54,8 @@ bool transfer(spi_device_handle_t spi) {
   spi_transaction_t transaction{};
   transaction.length = transfer_bytes * 8U;
   transaction.rx_buffer = received;
+  // What the DMA does not write is no_response, and not the last frame.
+  std::fill(std::begin(received), std::end(received), std::uint8_t{0xFF});
   return spi_device_transmit(spi, &transaction) == ESP_OK;
 }
 

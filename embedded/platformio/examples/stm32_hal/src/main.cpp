@@ -92,6 +92,7 @@ int main() {
   HAL_Init();
   setup_spi();
   for (;;) {
+    received.fill(0xFF);  // what the DMA does not write is no_response, and not the last frame
     HAL_SPI_TransmitReceive_DMA(&spi, ignored.data(), received.data(), received.size());
     HAL_Delay(1);  // a control loop uses a timer
   }

@@ -2,6 +2,7 @@
 #define DT_DRV_COMPAT biss_c_encoder
 
 #include <errno.h>
+#include <string.h>
 
 #include <zephyr/device.h>
 #include <zephyr/drivers/sensor.h>
@@ -49,6 +50,8 @@ static int biss_encoder_fetch(const struct device* dev, enum sensor_channel chan
   const struct spi_buf buffer = {.buf = data->received, .len = data->bytes};
   const struct spi_buf_set receive = {.buffers = &buffer, .count = 1};
 
+  /* What is not received is all ones: no_response, and not the frame of the last transfer. */
+  memset(data->received, 0xFF, data->bytes);
   result = spi_read_dt(&config->spi, &receive);
   if (result == 0) {
     result = biss_reader_read(&data->reader, data->received, data->bytes, &data->sample);
@@ -121,7 +124,7 @@ static int biss_encoder_init(const struct device* dev) {
   }
   bytes = biss_reader_init(&data->reader, &config->setup);
   if (bytes < 0 || config->rotation_bits > 32) {
-    LOG_ERR("%s: biss-format \"%s\" or a limit is not valid", dev->name,
+    LOG_ERR("%s: biss-format \"%s\" or a limit is not valid, or lacks nE or CRC", dev->name,
             config->setup.frame_format);
     return -EINVAL;
   }
@@ -148,6 +151,8 @@ static const struct sensor_driver_api biss_encoder_api = {
               .clock_hz = DT_INST_PROP(inst, spi_max_frequency),                         \
               .line_delay_max_ns = DT_INST_PROP(inst, line_delay_max_ns),                \
               .processing_time_max_ns = DT_INST_PROP(inst, processing_time_max_ns),      \
+              .no_error_flag = DT_INST_PROP(inst, no_error_flag),                        \
+              .unchecked = DT_INST_PROP(inst, unchecked),                                \
           },                                                                             \
       .rotation_bits = DT_INST_PROP_OR(inst, rotation_bits, 0),                          \
   };                                                                                     \

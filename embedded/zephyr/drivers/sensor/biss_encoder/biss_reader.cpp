@@ -49,11 +49,14 @@ int biss_reader_init(biss_reader* reader, const biss_reader_setup* setup) {
   if (!format.ok() || format->channel_count != 1) return -EINVAL;
   if (format->channel_list[0].position_bits() == 0 || setup->clock_hz == 0) return -EINVAL;
   const biss::SpiSetup spi{.period = biss::period_of(biss::hertz(setup->clock_hz)),
-                           .line_delay = {.max = biss::nanoseconds(setup->line_delay_max_ns)}};
+                           .line_delay = {.max = biss::nanoseconds(setup->line_delay_max_ns)},
+                           .no_error_flag = setup->no_error_flag,
+                           .unchecked = setup->unchecked};
   const biss::DeviceTiming timing{.ack_max = biss::nanoseconds(setup->processing_time_max_ns)};
   if (timing.ack_max > biss::biss_busy_max || spi.line_delay.max > biss::biss_line_delay_max) {
     return -EINVAL;
   }
+  if (biss::check_spi(*format, spi, timing)) return -EINVAL;
   const auto* made = new (reader->storage) Reader(Codec(*format), spi, timing);
   return static_cast<int>(made->bytes());
 }

@@ -1,0 +1,65 @@
+// Fresh data: the bytes of a transfer belong to its request, or they are none.
+//
+// A peripheral can report the end of a transfer in which nothing was received: the DMA channel is
+// dead, or the cache still has the old bytes. The buffer then shows the frame before, with a good
+// CRC. So each request has a buffer of ones, and ones are no frame: the cause is no_response.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "biss/base/language.hpp"
+
+namespace biss {
+
+/// The receive buffers of one encoder, and the request that waits for its answer. There are two
+/// buffers, because a transfer that has not ended may still write to its own.
+///
+/// One interrupt must not interrupt another one here: give them the same priority.
+template <std::size_t max_bytes>
+class FreshBuffer {
+ public:
+  /// Starts a transfer of `bytes` bytes into a buffer of ones. An earlier request that still waits
+  /// is given up.
+  /// \param start called with the buffer; returns false if nothing was started
+  /// \return false: nothing was started, and an earlier request still waits; also for 0 bytes or
+  ///   more than max_bytes
+  template <class Start>
+  constexpr bool begin(std::size_t bytes, const Start& start) {
+    if (bytes == 0 || bytes > max_bytes) return false;
+    const std::span<std::uint8_t> next = std::span(buffers_[1U - current_]).first(bytes);
+    std::fill(next.begin(), next.end(), std::uint8_t{0xFF});
+    if (!start(next)) return false;
+    current_ = 1U - current_;
+    bytes_ = bytes;
+    waits_ = true;
+    ++number_;
+    return true;
+  }
+
+  /// Ends the request that waits.
+  /// \return what was received, valid until the second begin() after this; nothing if no request
+  ///   waits: then a buffer has nothing new
+  constexpr std::optional<std::span<const std::uint8_t>> end() {
+    if (!waits_) return std::nullopt;
+    waits_ = false;
+    return std::span<const std::uint8_t>(buffers_[current_]).first(bytes_);
+  }
+
+  constexpr bool waits() const { return waits_; }
+  /// The number of the last request that was started, from 1; 0 before it. It wraps around.
+  constexpr std::uint32_t number() const { return number_; }
+
+ private:
+  std::array<std::array<std::uint8_t, max_bytes>, 2> buffers_{};
+  std::size_t bytes_ = 0;
+  std::uint32_t number_ = 0;
+  std::size_t current_ = 0;
+  bool waits_ = false;
+};
+
+}  // namespace biss
