@@ -4,6 +4,8 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
+# With it, `cd` in a script can go to another folder.
+unexport CDPATH
 
 .PHONY: help
 help:  ## print this list
