@@ -4,6 +4,8 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
+# With it, `cd` in a script can go to another folder.
+unexport CDPATH
 
 .PHONY: help
 help:  ## print this list
@@ -160,7 +162,7 @@ coverage:  ## branch coverage of crc, frame, safety, timing, turns; fails below 
 	@scripts/coverage
 
 .PHONY: mutants
-mutants:  ## removes the checks of biss/safety one at a time; each must make a test fail
+mutants:  ## removes the checks of biss/safety and cross_compare one at a time; a test must fail
 	@scripts/install-packages build test coverage
 	@scripts/mutants
 

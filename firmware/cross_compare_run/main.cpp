@@ -29,8 +29,10 @@ enum class Fault : std::uint8_t {
   buffer_of_a,      // a bit of A's copy of the answer
   finding_of_b,     // B calculates another position
   line,             // a bit of the answer, in both copies
+  echo,             // to B: its own message
+  other_pair,       // to A: the message of the processor B of another pair
 };
-constexpr std::size_t fault_count = 6;
+constexpr std::size_t fault_count = 8;
 // Of processor A and B: what holds, and why.
 struct Held {
   SafetyState state;
@@ -44,8 +46,14 @@ constexpr Held none{SafetyState::safe, SafetyVerdict::self_test};
 constexpr Held late{SafetyState::latched, SafetyVerdict::watchdog};
 constexpr Held differ{SafetyState::failed, SafetyVerdict::disagreement};
 constexpr Held crc{SafetyState::latched, SafetyVerdict::cpw_crc};
-constexpr std::array<Expected, fault_count> expected{
-    {{none, late}, {late, none}, {none, late}, {differ, differ}, {differ, none}, {crc, crc}}};
+constexpr std::array<Expected, fault_count> expected{{{none, late},
+                                                      {late, none},
+                                                      {none, late},
+                                                      {differ, differ},
+                                                      {differ, none},
+                                                      {crc, crc},
+                                                      {none, late},
+                                                      {late, none}}};
 
 struct Run {
   biss::test::Random random{0x5AFE'0040};
@@ -119,11 +127,14 @@ void run_cycles(Run& run) {
     const Message fresh = to_b;
     if (is(Fault::message_lost)) to_b = {};
     if (is(Fault::message_old)) to_b = run.last_of_a;
-    if (is(Fault::message_damaged)) to_a[run.random.below(32)] ^= 0x10;
-    if (is(Fault::finding_of_b)) {
-      auto finding = *cross_compare::decode(cycle, to_a);
-      finding.spw_position ^= 1U;
-      to_a = cross_compare::encode(cycle, finding);
+    if (is(Fault::message_damaged)) to_a[run.random.below(to_a.size())] ^= 0x10;
+    if (is(Fault::echo)) to_b = to_a;
+    if (is(Fault::finding_of_b) || is(Fault::other_pair)) {
+      cross_compare::Address address{cycle, connection, cross_compare::Sender::line};
+      auto finding = *cross_compare::decode(address, to_a);
+      if (is(Fault::finding_of_b)) finding.spw_position ^= 1U;
+      if (is(Fault::other_pair)) ++address.connection;
+      to_a = cross_compare::encode(address, finding);
     }
     run.last_of_a = fresh;
     const auto at_a = processor_a.compare(clocks(cycle, 0), to_a);

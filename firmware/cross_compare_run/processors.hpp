@@ -13,6 +13,9 @@ namespace cross_compare_run {
 inline constexpr auto type = biss::safety_configuration("fs-36-28");
 using Plan = biss::FixedSafetyPlan<type.frame_format(), type.setup>;
 
+/// The number of this pair of processors.
+inline constexpr std::uint16_t connection = 0x0102;
+
 /// The functions of a processor; see cross_compare::Processor.
 struct Firmware {
   bool (*power_up)();

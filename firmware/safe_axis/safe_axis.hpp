@@ -9,12 +9,15 @@
 // time base of the network. biss::OneClock compiles as well, and names the weaker monitor.
 //
 // Give both interrupts the same priority, so that neither interrupts the other and no lock is
-// needed. The board switches the torque off; this class says when.
+// needed. Call the other functions in one of them, or with both disabled. The board switches the
+// torque off; this class says when.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <utility>
 
 #include "biss/axis/freshness.hpp"
 #include "biss/base/bits.hpp"
@@ -38,11 +41,14 @@ class SafeAxis {
 
   /// Requests a position. Call it once per period in the control timer's interrupt, after
   /// position().
-  /// \param now both clocks at the first falling edge of MA
+  /// \param now both clocks at the first falling edge of MA; its transfer is ignored, because it is
+  ///   known only at the end
   constexpr void request(const biss::TwoClocks& now) {
     const auto start = [this](std::span<std::uint8_t> receive) { return spi_.start(receive); };
     if (buffer_.begin(bytes, start)) {
       asked_at_ = now;
+      if (expected_) monitor_.expect_position(expected_->first, expected_->second);
+      expected_.reset();
     } else {
       // A transfer that has not ended is no answer, whatever its buffer contains.
       latest_ = monitor_.step(now, biss::BitView());
@@ -51,9 +57,28 @@ class SafeAxis {
 
   /// Judges the transfer. Call it in the DMA's interrupt at the end of the transfer. An end that no
   /// request waits for is ignored: its buffer has nothing new.
-  constexpr void transfer_complete() {
+  /// \param transfer_time the time of all clocks of the transfer, as another clock than MA's has
+  ///   measured it; needed with SafetyClocks::bit_period, otherwise ignored
+  constexpr void transfer_complete(biss::Picoseconds transfer_time = {}) {
     const auto received = buffer_.end();
-    if (received) latest_ = monitor_.step(asked_at_, biss::BitView(*received));
+    if (!received) return;
+    biss::TwoClocks time = asked_at_;
+    time.transfer.time = transfer_time;
+    latest_ = monitor_.step(time, biss::BitView(*received));
+  }
+
+  /// The position at the next request must be from `low` to `high`: SafetyMonitor::expect_position().
+  /// An answer to an earlier request is not affected.
+  constexpr void expect_position(std::uint64_t low, std::uint64_t high) { expected_ = {low, high}; }
+
+  /// Call it after the encoder was switched off or exchanged: SafetyMonitor::encoder_restarted().
+  /// There is no position until the monitor is safe again, and an answer to an earlier request is not
+  /// judged. After `counter_first` or `stimulus`, switch the encoder off and on, call this function,
+  /// and then acknowledge() if the fault holds.
+  constexpr void encoder_restarted() {
+    monitor_.encoder_restarted();
+    static_cast<void>(buffer_.end());
+    latest_ = monitor_.watch(asked_at_);
   }
 
   /// The position at the last request; none if it is not safe, and the axis must go to its safe
@@ -84,6 +109,7 @@ class SafeAxis {
   Monitor monitor_;
   biss::TwoClocks asked_at_{{}, {}};
   biss::SafetyJudgement latest_{};
+  std::optional<std::pair<std::uint64_t, std::uint64_t>> expected_{};
   biss::FreshBuffer<bytes> buffer_{};
 };
 
