@@ -160,7 +160,7 @@ coverage:  ## branch coverage of crc, frame, safety, timing, turns; fails below 
 	@scripts/coverage
 
 .PHONY: mutants
-mutants:  ## removes the checks of biss/safety one at a time; each must make a test fail
+mutants:  ## makes the changes of scripts/mutants.txt in biss/safety; a test must fail with each
 	@scripts/install-packages build test coverage
 	@scripts/mutants
 
