@@ -210,8 +210,8 @@ constexpr Picoseconds shortest_count(const SafetySetup& setup) {
   return std::max(setup.frame_gap_min, shortest_gap(std::min(setup.cycle_min, safety_cycle)));
 }
 
-/// Whether so many frames can be lost within frame_gap_max that the counter has the expected value
-/// again.
+/// Whether a whole period of the counter can be lost within frame_gap_max: the next frame then has
+/// the expected value.
 constexpr bool may_lose_period(const SafetySetup& setup) {
   // A division, so that any time fits.
   return setup.frame_gap_max / counter_period(setup.counter.mode) >= shortest_count(setup);
@@ -365,7 +365,7 @@ class SafetyFingerprint {
   constexpr SafetyFingerprint() = default;
   constexpr SafetyFingerprint(const FrameFormat& format, const SafetySetup& setup)
       : SafetyFingerprint(format, setup, 1) {}
-  template <std::same_as<UnratedSafetySetup> Unrated>
+  template <std::derived_from<UnratedSafetySetup> Unrated>
   constexpr SafetyFingerprint(const FrameFormat& format, const Unrated& setup)
       : SafetyFingerprint(format, setup, 0) {}
   /// \param rated as it is in memory: 1, or 0 for an UnratedSafetySetup

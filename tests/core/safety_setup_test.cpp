@@ -556,8 +556,10 @@ BISS_TEST(SafetyFingerprint, EveryFieldOfTheSetup_ChangesIt) {
         << field;
   });
   BISS_EXPECT_EQ(fields, 29U);
-  BISS_EXPECT(SafetyFingerprint(format, UnratedSafetySetup(setup)) !=
-              SafetyFingerprint(format, setup));
+  const SafetyFingerprint unrated(format, UnratedSafetySetup(setup));
+  BISS_EXPECT(unrated != SafetyFingerprint(format, setup));
+  struct Own : UnratedSafetySetup {};
+  BISS_EXPECT(unrated == SafetyFingerprint(format, Own()));
   BISS_EXPECT(SafetyPlan<2>(format, setup).fingerprint() == SafetyFingerprint(format, setup));
   BISS_EXPECT(SafetyPlan<2>(format, UnratedSafetySetup(setup)).fingerprint() ==
               SafetyFingerprint(format, UnratedSafetySetup(setup)));
