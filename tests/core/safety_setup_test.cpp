@@ -566,11 +566,15 @@ BISS_TEST(SafetyFingerprint, EveryFieldOfTheSetup_ChangesIt) {
 }
 
 BISS_TEST(SafetyFingerprint, EveryFieldOfTheFormat_ChangesIt) {
-  const FrameFormat format = format_of(good_text);
-  const unsigned fields = each_change(format, [&](const FrameFormat& changed, unsigned field) {
-    BISS_EXPECT(SafetyFingerprint(changed, {}) != SafetyFingerprint(format, {})) << field;
-  });
-  BISS_EXPECT_EQ(fields, 2U * 20U + 2U);
+  FrameFormat format = format_of(good_text);
+  // A number of channels above the room for them, too.
+  for (const std::size_t channels : {std::size_t{2}, max_channels}) {
+    format.channel_count = static_cast<std::uint8_t>(channels);
+    const unsigned fields = each_change(format, [&](const FrameFormat& changed, unsigned field) {
+      BISS_EXPECT(SafetyFingerprint(changed, {}) != SafetyFingerprint(format, {})) << field;
+    });
+    BISS_EXPECT_EQ(fields, 2U * 20U + 2U);
+  }
 }
 
 // Whether a monitor of one setup passes its self test with the fingerprint of the other.
