@@ -162,7 +162,7 @@ coverage:  ## branch coverage of crc, frame, safety, timing, turns; fails below 
 	@scripts/coverage
 
 .PHONY: mutants
-mutants:  ## removes the checks of biss/safety and cross_compare one at a time; a test must fail
+mutants:  ## makes the changes of scripts/mutants.txt, one at a time; a test must fail with each
 	@scripts/install-packages build test coverage
 	@scripts/mutants
 

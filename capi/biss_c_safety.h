@@ -35,16 +35,18 @@ typedef struct biss_safety_setup {
   uint32_t near_frames;
   uint32_t learn_rollovers;
   uint32_t counter_first; /* of the first answer after power-up, or BISS_ANY_COUNTER */
-  int64_t cycle_min_ps;
-  int64_t frame_gap_max_ps; /* the watchdog: from one good frame to the next */
-  int64_t frame_gap_min_ps; /* 0: not checked */
-  int64_t clock_tolerance_ps;
+  int64_t cycle_min_ps;   /* from request to request, at least; above 0, at most 100 s */
+  /* The watchdog: from one good frame to the next; at most 100 s, and shorter than the counter's
+   * period (63 or 64) times frame_gap_min_ps. */
+  int64_t frame_gap_max_ps;
+  int64_t frame_gap_min_ps;   /* 0: not checked, only with `unrated` */
+  int64_t clock_tolerance_ps; /* from 0 to below frame_gap_max_ps */
   uint32_t still_requests;
   int64_t bit_period_ps; /* of the SPI clock; 0: the time of a transfer is not checked */
   uint32_t budget_faults;
   int64_t budget_window_ps;
   biss_bounds bounds;
-  uint64_t residual_max_e15; /* undetected errors an hour, times 1e15 */
+  uint64_t residual_max_e15; /* undetected errors an hour, times 1e15; 1 % of SIL 2: 10000000 */
   /* For words that are in no table: the three numbers of `biss safety analyse --to c`. */
   uint64_t rating_words;
   uint64_t rating_residual_e24;
@@ -52,8 +54,8 @@ typedef struct biss_safety_setup {
   bool unrated; /* without the checks of checksums, comparison and residual errors */
 } biss_safety_setup;
 
-/* The setup of a configuration, or the usual one for a format, with the watchdog at one and a half
- * times `cycle_ps`; 0: as the configuration has it.
+/* The setup of a configuration, or the usual one for a format, for requests every `cycle_ps`, as
+ * at_cycle() of the core: up to 100 s each is valid; 0: as the configuration has it.
  * BISS_NULL_ARGUMENT, BISS_BAD_FORMAT, BISS_BAD_SETUP: no such duration. */
 biss_status biss_safety_defaults(const char* format, int64_t cycle_ps, biss_safety_setup* setup);
 
@@ -71,7 +73,7 @@ void biss_safety_close(biss_safety* safety);
 
 /* Gives every check a frame that it must refuse. At power-up, and later as often as wished: then it
  * changes nothing if it passes. `expected` is a setup from another place than the one of open, a
- * constant for example: the monitor compares itself with it, now and before every frame.
+ * constant for example: the monitor compares itself with it, all fields, now and before every frame.
  * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, and as biss_safety_open() for `expected`: BISS_BAD_FORMAT,
  * BISS_BAD_SETUP, BISS_BAD_SAFETY. Then the test has not passed and the monitor is unchanged. */
 biss_status biss_safety_self_test(biss_safety* safety, const biss_safety_setup* expected,

@@ -168,11 +168,10 @@ Plan plan_of(const Wanted& wanted, bool unrated) {
 struct biss_safety {
   static constexpr auto kind = biss::capi::HandleKind::safety;
 
-  biss_safety(const biss::capi::Wanted& wanted, bool without_rating)
-      : monitor(biss::capi::plan_of(wanted, without_rating)), unrated(without_rating) {}
+  biss_safety(const biss::capi::Wanted& wanted, bool unrated)
+      : monitor(biss::capi::plan_of(wanted, unrated)) {}
 
   biss::capi::Monitor monitor;
-  bool unrated;
 };
 
 namespace biss::capi {
@@ -224,10 +223,8 @@ biss_status biss_safety_self_test(biss_safety* safety, const biss_safety_setup* 
   const auto wanted = biss::capi::read_setup(expected);
   if (wanted.status != BISS_OK) return wanted.status;
   if (wanted.mistake) return BISS_BAD_SAFETY;
-  // The fingerprint does not contain `unrated`; an empty one fits no monitor.
-  const bool same = expected->unrated == safety->unrated;
-  *passed = safety->monitor.self_test(same ? biss::SafetyFingerprint(wanted.format, wanted.setup)
-                                           : biss::SafetyFingerprint());
+  *passed = safety->monitor.self_test(
+      biss::SafetyFingerprint(wanted.format, wanted.setup, expected->unrated ? 0 : 1));
   return BISS_OK;
 }
 

@@ -208,6 +208,85 @@ TEST(CSafety, SetupsThatCannotBeMonitored_HaveTheirName) {
   EXPECT_EQ(problem([](S& s) { s.counter = static_cast<biss_counter_mode>(3); }), "bad_setup");
 }
 
+TEST(CSafety, WatchdogInWhichAPeriodCanBeLost_IsRefused) {
+  const auto problem = [](std::int64_t cycle_min, std::int64_t most, std::int64_t least,
+                          bool unrated) -> std::string {
+    biss_safety_setup setup;
+    EXPECT_EQ(biss_safety_defaults(configuration, 0, &setup), BISS_OK);
+    setup.cycle_min_ps = cycle_min;
+    setup.frame_gap_max_ps = most;
+    if (least >= 0) setup.frame_gap_min_ps = least;
+    setup.unrated = unrated;
+    const char* name = biss_safety_problem(&setup);
+    biss_safety* safety = nullptr;
+    EXPECT_EQ(biss_safety_open(&setup, &safety), name == nullptr ? BISS_OK : BISS_BAD_SAFETY);
+    biss_safety_close(safety);
+    return name == nullptr ? "ok" : name;
+  };
+  constexpr std::int64_t usual = -1;
+  constexpr std::int64_t ms = 1'000'000'000;
+  for (const bool unrated : {false, true}) {
+    EXPECT_EQ(problem(2 * ms, 3 * ms, usual, unrated), "frame_gap");
+    EXPECT_EQ(problem(2 * ms, 3 * ms, 2 * ms, unrated), "ok");
+    EXPECT_EQ(problem(INT64_MAX, 100'000 * ms, usual, unrated), "frame_gap");
+    EXPECT_EQ(problem(INT64_MAX, 46'875'000, usual, unrated), "frame_gap");
+    EXPECT_EQ(problem(0, 46'875'000, usual, unrated), "frame_gap");
+  }
+  // Without a shortest gap the encoder's own cycle counts, at most 31.25 us of it.
+  EXPECT_EQ(problem(2 * ms, 3 * ms, 0, true), "frame_gap");
+  EXPECT_EQ(problem(2 * ms, 46'875'000, 0, true), "ok");
+  EXPECT_EQ(problem(31'250'000, 46'875'000, 0, false), "residual");
+}
+
+TEST(CSafety, DefaultsAtAnyCycle_AreValidUpTo100Seconds) {
+  biss_safety_setup setup;
+  for (const char* name : {configuration, "rxm", format_text}) {
+    for (std::int64_t cycle_ps = 31'250'000; cycle_ps <= 100'000'000'000'000;
+         cycle_ps += cycle_ps / 9) {
+      ASSERT_EQ(biss_safety_defaults(name, cycle_ps, &setup), BISS_OK);
+      EXPECT_EQ(biss_safety_problem(&setup), nullptr) << name << " " << cycle_ps;
+    }
+    ASSERT_EQ(biss_safety_defaults(name, 100'000'000'000'001, &setup), BISS_OK);
+    EXPECT_STREQ(biss_safety_problem(&setup), "frame_gap");
+    ASSERT_EQ(biss_safety_defaults(name, BISS_DURATION_MAX, &setup), BISS_OK);
+    EXPECT_STREQ(biss_safety_problem(&setup), "frame_gap");
+  }
+}
+
+// A request every 2 ms with the defaults of that cycle, then every 31.25 us: no frame is accepted.
+TEST(CSafety, FramesFasterThanTheSetupsCycle_AreEarly) {
+  biss_safety_setup setup;
+  ASSERT_EQ(biss_safety_defaults(configuration, 2 * std::int64_t{1'000'000'000}, &setup), BISS_OK);
+  Bench bench(setup);
+  EXPECT_TRUE(bench.self_test(setup));
+  bench.frame(1000);
+  EXPECT_EQ(bench.frame(1001).verdict, BISS_VERDICT_EARLY);
+}
+
+TEST(CSafety, SelfTestWithAnotherLimitRatingOrUnrated_Fails) {
+  const auto passes = [](auto opened_with, auto expects) {
+    biss_safety_setup opened = setup_of();
+    opened_with(opened);
+    Bench bench(opened);
+    biss_safety_setup expected = setup_of();
+    expects(expected);
+    return bench.self_test(expected);
+  };
+  using S = biss_safety_setup;
+  const auto as_it_is = [](S&) {};
+  const auto wide = [](S& s) { s.residual_max_e15 = 2'500'000; };
+  const auto rating = [](S& s) { s.rating_check = 1; };
+  const auto unrated = [](S& s) { s.unrated = true; };
+  EXPECT_TRUE(passes(as_it_is, as_it_is));
+  EXPECT_TRUE(passes(wide, wide));
+  EXPECT_TRUE(passes(unrated, unrated));
+  EXPECT_FALSE(passes(wide, as_it_is));
+  EXPECT_FALSE(passes(as_it_is, wide));
+  EXPECT_FALSE(passes(rating, as_it_is));
+  EXPECT_FALSE(passes(unrated, as_it_is));
+  EXPECT_FALSE(passes(as_it_is, unrated));
+}
+
 TEST(CSafety, WrongCalls_AreRefusedByTheirCause) {
   biss_safety_setup setup;
   EXPECT_EQ(biss_safety_defaults(nullptr, 0, &setup), BISS_NULL_ARGUMENT);

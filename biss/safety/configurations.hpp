@@ -51,20 +51,20 @@ constexpr SafetyConfiguration renishaw_row(std::string_view name, std::string_vi
           .source = renishaw};
 }
 
-// The Safety Concept names the types suitable for SIL 3; its residual error model is not public. On
-// a binary symmetric channel with a bit error rate of 1e-2, with ACC_MIN bits compared, the types
-// have up to 2.24e-9 undetected errors an hour: more than 1 % of SIL 3, less than 1 % of SIL 2.
+// On a binary symmetric channel with a bit error rate of 1e-2, with ACC_MIN bits compared, the types
+// have up to 2.24e-9 undetected errors an hour: less than 1 % of SIL 2, more than 1 % of SIL 3, which
+// the Safety Concept names the types suitable for. Its residual error model is not public.
 inline constexpr std::uint64_t type_residual_max_e15 = 2'500'000;
 
 // `cycle` is the shortest safety cycle of the table, `compare_bits` its ACC_MIN.
 constexpr SafetyConfiguration type(std::string_view name, std::string_view format,
                                    std::uint8_t compare_bits, Picoseconds cycle) {
-  SafetySetup setup{.cycle_min = cycle, .frame_gap_min = cycle - cycle / 32};
+  SafetySetup setup = at_cycle({}, cycle);
   setup.comparison.compare_bits = compare_bits;
   setup.residual_max_e15 = type_residual_max_e15;
   return {.name = name,
           .format = format,
-          .setup = at_cycle(setup, cycle),
+          .setup = setup,
           .timing = {},
           .resolution = {},
           .source = concept_a5};

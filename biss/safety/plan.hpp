@@ -49,7 +49,7 @@ class SafetyPlan {
                        : check_safety(format(), UnratedSafetySetup(setup_));
   }
   /// Of the plan as it is in memory now.
-  constexpr SafetyFingerprint fingerprint() const { return {format(), setup_}; }
+  constexpr SafetyFingerprint fingerprint() const { return {format(), setup_, rated_}; }
   /// Whether the plan is still that of this fingerprint. The monitor asks before every frame; what
   /// this does not see (the tables of the first evaluation) makes the two evaluations differ.
   constexpr bool is(const SafetyFingerprint& expected) const {
@@ -120,9 +120,11 @@ class FixedSafetyPlan {
                 "near_frames is above 30, learn_rollovers is 0, or the first value is above 63");
   static_assert(is_not<SafetySetupError::budget>,
                 "too many faults in the budget, or its window is shorter than frame_gap_max");
-  static_assert(is_not<SafetySetupError::frame_gap>,
-                "not 0 <= frame_gap_min < frame_gap_max <= max_frame_gap, or frame_gap_max is not "
-                "shorter than the counter's period");
+  static_assert(
+      is_not<SafetySetupError::frame_gap>,
+      "not 0 <= frame_gap_min < frame_gap_max <= max_frame_gap, frame_gap_max is not "
+      "shorter than the counter's period times frame_gap_min, or cycle_min is not above 0 "
+      "and at most max_frame_gap; at_cycle() sets all three");
   static_assert(is_not<SafetySetupError::clocks>,
                 "the clocks' tolerance is not from 0 to below frame_gap_max, or bit_period is not "
                 "from 0 to 1 ms");

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -97,7 +98,8 @@ inline constexpr Picoseconds max_bit_period = milliseconds(1);
 /// The measures against a wrong time base.
 struct SafetyClocks {
   /// How far two clocks may be apart from one good frame to the next, and a transfer's measured
-  /// time from its nominal one. Open: a 32nd of the cycle.
+  /// time from its nominal one; from 0 to below frame_gap_max. Open: a 32nd of the cycle, so that a
+  /// rate that is more than 3.125 % wrong is a fault.
   Picoseconds tolerance = nanoseconds(31'250) / 32;
   /// How many requests in a row may have the same time as the one before. Open.
   std::uint8_t still_requests = 0;
@@ -111,6 +113,13 @@ struct SafetyClocks {
 /// Far above any cycle, and small enough for the times of the self test.
 inline constexpr Picoseconds max_frame_gap = milliseconds(100'000);
 
+/// The shortest cycle of BiSS Safety: Renishaw's encoders and the fastest types of the Safety
+/// Concept. No encoder is known that answers requests sooner.
+inline constexpr Picoseconds safety_cycle = nanoseconds(31'250);
+
+/// The shortest time between two frames whose requests are a cycle apart: less a 32nd for the clock.
+constexpr Picoseconds shortest_gap(Picoseconds cycle) { return cycle - cycle / 32; }
+
 struct SafetySetup {
   /// The channels of the two words (Safety Concept A5: CPW first).
   std::uint8_t cpw = 0;
@@ -122,15 +131,16 @@ struct SafetySetup {
   bool latch = true;
   SafetyComparison comparison{};
   SafetyCounter counter{};
-  /// The shortest time from request to request, for the check of frame_gap_max only.
-  Picoseconds cycle_min = nanoseconds(31'250);
+  /// The shortest time from request to request; above 0, at most max_frame_gap.
+  Picoseconds cycle_min = safety_cycle;
   /// From one good frame to the next at most; a tolerated fault does not extend it. It must be
-  /// shorter than the counter's period times cycle_min, or the loss of a whole period would be
-  /// undetected. Open; see at_cycle().
+  /// shorter than the counter's period times shortest_count(), or the loss of a whole period would
+  /// be undetected. Open; see at_cycle().
   Picoseconds frame_gap_max = nanoseconds(46'875);
-  /// From one good frame to the next at least; 0: not checked. The default is the shortest cycle
-  /// less the tolerance of the clocks.
-  Picoseconds frame_gap_min = nanoseconds(31'250) - nanoseconds(31'250) / 32;
+  /// From one good frame to the next at least. The master must not send requests sooner: frames that
+  /// are lost before they reach the monitor have no other measure. 0: not checked, only with an
+  /// UnratedSafetySetup. The default is the shortest cycle less the tolerance of the clocks.
+  Picoseconds frame_gap_min = shortest_gap(safety_cycle);
   SafetyClocks clocks{};
   SafetyBudget budget{};
   /// The bounds of what precedes the data, in clocks. The narrower, the fewer damaged ACKs pass.
@@ -138,7 +148,8 @@ struct SafetySetup {
   /// For words that safety_ratings does not have.
   SafetyRating rating{};
   /// The most undetected errors an hour, times 1e15, at a bit error rate of 1e-2 and a frame every
-  /// frame_gap_min. The default is 1e-9: 1 % of the limit of SIL 3 (IEC 61784-3).
+  /// frame_gap_min. The default is 1e-9. 1 % of the limit of SIL 2, which Renishaw's encoders are
+  /// certified for, is 1e-8 (IEC 61784-3); 1e-9 is 1 % of the limit of SIL 3.
   std::uint64_t residual_max_e15 = 1'000'000;
 
   constexpr bool operator==(const SafetySetup&) const = default;
@@ -153,10 +164,15 @@ struct UnratedSafetySetup : SafetySetup {
   constexpr bool operator==(const UnratedSafetySetup&) const = default;
 };
 
-/// The setup for requests at this interval: the watchdog takes effect after one and a half of them.
+/// The setup for requests at this interval: the watchdog takes effect after one and a half of them,
+/// and a frame is too early by more than a 32nd. Each interval up to max_frame_gap has a valid
+/// setup; a longer one is the mistake `frame_gap`. Call it after with_timing().
 constexpr SafetySetup at_cycle(SafetySetup setup, Picoseconds cycle) {
-  setup.frame_gap_max = cycle + cycle / 2;
-  setup.clocks.tolerance = cycle / 32;
+  const Picoseconds possible = std::clamp(cycle, Picoseconds{}, max_frame_gap);
+  setup.cycle_min = cycle;
+  setup.frame_gap_max = std::min(possible + possible / 2, max_frame_gap);
+  setup.frame_gap_min = shortest_gap(cycle);
+  setup.clocks.tolerance = possible / 32;
   return setup;
 }
 
@@ -177,7 +193,7 @@ constexpr SafetySetup with_timing(SafetySetup setup, const DeviceTiming& timing,
                   unsigned{setup.bounds.lead_min_clocks} + ack.min_clocks);
   if (timing.cycle_min.count != 0) {
     setup.cycle_min = timing.cycle_min;
-    setup.frame_gap_min = timing.cycle_min - timing.cycle_min / 32;
+    setup.frame_gap_min = shortest_gap(timing.cycle_min);
   }
   return setup;
 }
@@ -185,6 +201,20 @@ constexpr SafetySetup with_timing(SafetySetup setup, const DeviceTiming& timing,
 /// The frames after which the counter repeats; the smaller number where it is learned.
 constexpr unsigned counter_period(CounterMode mode) {
   return mode == CounterMode::count_0_63 ? 64 : 63;
+}
+
+/// The shortest time in which the encoder counts on: frame_gap_min, because frames that come sooner
+/// are `early`. If that is below what an encoder can do, the encoder's own shortest cycle, less a
+/// 32nd: cycle_min, but never more than safety_cycle, because nothing checks it.
+constexpr Picoseconds shortest_count(const SafetySetup& setup) {
+  return std::max(setup.frame_gap_min, shortest_gap(std::min(setup.cycle_min, safety_cycle)));
+}
+
+/// Whether a whole period of the counter can be lost within frame_gap_max: the next frame then has
+/// the expected value.
+constexpr bool may_lose_period(const SafetySetup& setup) {
+  // A division, so that any time fits.
+  return setup.frame_gap_max / counter_period(setup.counter.mode) >= shortest_count(setup);
 }
 
 /// Why frames of a format cannot be monitored with a setup.
@@ -200,10 +230,10 @@ enum class SafetySetupError : std::uint8_t {
   start_frames,  ///< fewer than 2
   counter,       ///< near_frames above 30, no learn_rollovers, or a `first` that cannot occur
   budget,        ///< more than max_tolerated_faults, or too short a window
-  frame_gap,  ///< not 0 <= min < max <= max_frame_gap, or max not shorter than the counter's period
-  clocks,     ///< tolerance not from 0 to below frame_gap_max, or bit_period not from 0 to 1 ms
-  bounds,     ///< no frame is within them: a minimum above its maximum, or above what can be
-  checksum,   ///< the CPW's CRC is not 0x43, or the SPW's is not 0x190D9
+  frame_gap,     ///< not 0 <= min < max <= max_frame_gap, no such cycle_min, or may_lose_period()
+  clocks,        ///< tolerance not from 0 to below frame_gap_max, or bit_period not from 0 to 1 ms
+  bounds,        ///< no frame is within them: a minimum above its maximum, or above what can be
+  checksum,      ///< the CPW's CRC is not 0x43, or the SPW's is not 0x190D9
   weak_comparison,  ///< fewer than 9 bits compared, or a tolerance above 1
   unrated,          ///< no rating, or one of other words or with a wrong check
   residual,         ///< more undetected errors an hour than residual_max_e15
@@ -287,8 +317,7 @@ constexpr std::optional<SafetySetupError> check_numbers(const SafetySetup& setup
   if (setup.frame_gap_min.count < 0 || setup.frame_gap_min >= most || most > max_frame_gap) {
     return SafetySetupError::frame_gap;
   }
-  // A division, so that any cycle_min fits.
-  if (most / counter_period(setup.counter.mode) >= setup.cycle_min) {
+  if (setup.cycle_min.count <= 0 || setup.cycle_min > max_frame_gap || may_lose_period(setup)) {
     return SafetySetupError::frame_gap;
   }
   const SafetyClocks& clocks = setup.clocks;
@@ -307,8 +336,9 @@ constexpr std::optional<SafetySetupError> check_numbers(const SafetySetup& setup
 
 }  // namespace safety_detail
 
-/// A number that identifies what a monitor works with: the format and the setup. If one bit of them
-/// changes, or several bits of one field, the number changes.
+/// A number that identifies what a monitor works with: the format, the setup with its rating and
+/// limit, and whether it is rated. If one bit of them changes, or several bits of one field, the
+/// number changes.
 class SafetyFingerprint {
   constexpr void add_word(std::uint64_t word) { sum_.add(word); }
   // At most eight bytes, as they are in memory: a bool may be neither 0 nor 1 after a fault.
@@ -318,40 +348,54 @@ class SafetyFingerprint {
     ((word = (word << 8U) | std::bit_cast<std::uint8_t>(bytes)), ...);
     add_word(word);
   }
+  // The names of all members, here and below, so that a new one does not compile.
   constexpr void add(const ChannelFormat& channel) {
-    add(channel.data_bits, channel.position.shift, channel.position.bits, channel.multiturn.shift,
-        channel.multiturn.bits, channel.singleturn.shift, channel.singleturn.bits,
-        channel.singleturn_gray);
-    add(channel.error.shift, channel.error.present, channel.error.active_high,
-        channel.warning.shift, channel.warning.present, channel.warning.active_high,
-        channel.life_counter.shift, channel.life_counter.bits);
-    add_word(word_of(channel.crc));
+    const auto& [data_bits, position, multiturn, singleturn, gray, error, warning, counter, crc] =
+        channel;
+    add(data_bits, position.shift, position.bits, multiturn.shift, multiturn.bits, singleturn.shift,
+        singleturn.bits, gray);
+    add(error.shift, error.present, error.active_high, warning.shift, warning.present,
+        warning.active_high, counter.shift, counter.bits);
+    add_word(word_of(crc));
   }
 
   safety_detail::Sum64 sum_;
 
  public:
   constexpr SafetyFingerprint() = default;
-  constexpr SafetyFingerprint(const FrameFormat& whole, const SafetySetup& chosen) {
-    add(whole.channel_count, whole.cds0);
+  constexpr SafetyFingerprint(const FrameFormat& format, const SafetySetup& setup)
+      : SafetyFingerprint(format, setup, 1) {}
+  template <std::derived_from<UnratedSafetySetup> Unrated>
+  constexpr SafetyFingerprint(const FrameFormat& format, const Unrated& setup)
+      : SafetyFingerprint(format, setup, 0) {}
+  /// \param rated as it is in memory: 1, or 0 for an UnratedSafetySetup
+  constexpr SafetyFingerprint(const FrameFormat& format, const SafetySetup& setup,
+                              std::uint8_t rated) {
+    const auto& [channels, channel_count, cds0] = format;
+    add(channel_count, cds0);
     // The number of channels may be what has changed.
-    const std::size_t count = std::min<std::size_t>(whole.channel_count, max_channels);
-    for (std::size_t k = 0; k < count; ++k) add(whole.channel_list[k]);
-    add(chosen.cpw, chosen.spw, chosen.start_frames, chosen.latch);
-    add(chosen.comparison.compare_bits, chosen.comparison.tolerance_lsb,
-        chosen.comparison.multiturn);
-    add(chosen.counter.mode, chosen.counter.missed, chosen.counter.near_frames,
-        chosen.counter.learn_rollovers, chosen.counter.first, chosen.clocks.still_requests,
-        chosen.budget.faults);
+    const std::size_t count = std::min<std::size_t>(channel_count, max_channels);
+    for (std::size_t k = 0; k < count; ++k) add(channels[k]);
+    const auto& [cpw, spw, start_frames, latch, comparison, counter, cycle_min, frame_gap_max,
+                 frame_gap_min, clocks, budget, bounds, rating, residual_max_e15] = setup;
+    const auto& [compare_bits, tolerance_lsb, multiturn] = comparison;
+    add(cpw, spw, start_frames, latch, compare_bits, tolerance_lsb, multiturn, rated);
+    const auto& [mode, missed, near_frames, learn_rollovers, first] = counter;
+    const auto& [tolerance, still_requests, bit_period] = clocks;
+    const auto& [faults, window] = budget;
+    add(mode, missed, near_frames, learn_rollovers, first, still_requests, faults);
     for (const Picoseconds time :
-         {chosen.cycle_min, chosen.frame_gap_max, chosen.frame_gap_min, chosen.clocks.tolerance,
-          chosen.clocks.bit_period, chosen.budget.window}) {
+         {cycle_min, frame_gap_max, frame_gap_min, tolerance, bit_period, window}) {
       add_word(static_cast<std::uint64_t>(time.count));
     }
-    add_word((std::uint64_t{chosen.bounds.lead_min_clocks} << 48U) |
-             (std::uint64_t{chosen.bounds.lead_max_clocks} << 32U) |
-             (std::uint64_t{chosen.bounds.ack_min_clocks} << 16U) | chosen.bounds.ack_max_clocks);
-    add_word(chosen.bounds.late_max_clocks);
+    const auto& [lead_min, lead_max, ack_min, ack_max, late_max] = bounds;
+    add_word((std::uint64_t{lead_min} << 48U) | (std::uint64_t{lead_max} << 32U) |
+             (std::uint64_t{ack_min} << 16U) | ack_max);
+    const auto& [words, residual_e24, check] = rating;
+    for (const std::uint64_t word :
+         {std::uint64_t{late_max}, words, residual_e24, check, residual_max_e15}) {
+      add_word(word);
+    }
   }
 
   /// Of two words and what is compared of them.
@@ -369,8 +413,9 @@ class SafetyFingerprint {
 
   /// All of a checksum's parameters, as they are in memory.
   static constexpr std::uint64_t word_of(const CrcSpec& crc) {
-    return (std::uint64_t{crc.polynomial} << 32U) | (std::uint64_t{crc.start} << 16U) |
-           (std::uint64_t{crc.width_bits} << 8U) | std::bit_cast<std::uint8_t>(crc.inverted);
+    const auto& [polynomial, start, width_bits, inverted] = crc;
+    return (std::uint64_t{polynomial} << 32U) | (std::uint64_t{start} << 16U) |
+           (std::uint64_t{width_bits} << 8U) | std::bit_cast<std::uint8_t>(inverted);
   }
 };
 

@@ -117,9 +117,7 @@ std::string DecodeRun::choose_monitor() {
   SafetyArguments safety = options_.safety;
   const std::string text = format_name();
   // The shortest cycle of an encoder without a name is not known.
-  const bool named =
-      !safety.configuration.empty() || implied_configuration(text, *format) != nullptr;
-  if (!safety.shortest && !named) safety.shortest = Picoseconds{};
+  safety.any_gap = safety.configuration.empty() && implied_configuration(text, *format) == nullptr;
   auto choice = choose_safety(safety, text, *format, capture_.interval());
   if (!choice) return choice.error();
   safety_.emplace(*format, choice->setup);

@@ -32,13 +32,20 @@ void put(const SafetyArguments& arguments, Picoseconds cycle, SafetySetup& setup
   if (arguments.compare_bits) setup.comparison.compare_bits = small(*arguments.compare_bits);
   if (arguments.tolerance) setup.comparison.tolerance_lsb = small(*arguments.tolerance);
   if (arguments.start_frames) setup.start_frames = small(*arguments.start_frames);
+  const Picoseconds usual = arguments.any_gap ? Picoseconds{} : setup.frame_gap_min;
   if (cycle.count != 0) {
-    setup.cycle_min = cycle;
     // Frames sooner than the encoder permits are all `early`.
     setup = at_cycle(setup, std::max(cycle, setup.frame_gap_min));
+    setup.cycle_min = cycle;
   }
+  const Picoseconds most = setup.frame_gap_min;
   if (arguments.watchdog) setup.frame_gap_max = *arguments.watchdog;
-  if (arguments.shortest) setup.frame_gap_min = *arguments.shortest;
+  setup.frame_gap_min = arguments.shortest.value_or(usual);
+  if (arguments.shortest || !may_lose_period(setup)) return;
+  // The cycles of a capture vary: no longer than the watchdog needs.
+  const Picoseconds needed =
+      setup.frame_gap_max / counter_period(setup.counter.mode) + picoseconds(1);
+  if (needed <= most) setup.frame_gap_min = needed;
 }
 
 std::string counter_text(const decode::SafetyWatch& watch) {
@@ -80,8 +87,8 @@ std::string_view message_of(SafetySetupError mistake) {
     case SafetySetupError::budget:
       return "the fault budget is out of range";
     case SafetySetupError::frame_gap:
-      return "--watchdog: longer than --shortest-gap, shorter than the counter's period, at most "
-             "100 s";
+      return "--watchdog: longer than --shortest-gap, at most 100 s, and shorter than 63 times "
+             "--shortest-gap (64 times with count_0_63)";
     case SafetySetupError::clocks:
       return "the clocks' tolerance is out of range";
     case SafetySetupError::bounds:
@@ -127,8 +134,9 @@ void add_safety_options(Verb verb, SafetyArguments& arguments) {
                       "Longest time from one good frame to the next; one and a half cycles of the "
                       "capture by default");
   add_duration_option(verb, "--shortest-gap", into(arguments.shortest),
-                      "Shortest time from one good frame to the next; by default the shortest "
-                      "cycle of the configuration, less a 32nd");
+                      "Shortest time from one good frame to the next; 0: not checked. By default "
+                      "the shortest cycle of the configuration, less a 32nd, or the 63rd part of "
+                      "the watchdog time if that is longer");
   verb.add_flag("--latch", arguments.latch,
                 "Keep a fault until the end of the capture, as a monitor in a machine does");
 }

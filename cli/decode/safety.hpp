@@ -32,6 +32,9 @@ struct SafetyArguments {
   bool latch = false;
   /// Not an option: without a named configuration the widths of the words count.
   bool by_widths = false;
+  /// Not an option: the shortest cycle of the encoder is not known. Without `--shortest-gap` the gap
+  /// is not checked, unless the watchdog needs it.
+  bool any_gap = false;
 
   bool given() const;
 };

@@ -206,13 +206,18 @@ void add_cable_facts(const Plan& plan, report::Summary& out) {
                              : "without: half a period minus the line delay");
 }
 
-// The data sheets' notes at the table of cables.
+// The notes at the table of cables: of the data sheet of BiSS Safety, whose frames have two words, or
+// of that of BiSS C.
 void add_cable_notes(const Plan& plan, report::Summary& out) {
   if (!is_renishaw(plan.device)) return;
   out.entry(
       "cable notes", "Renishaw's only",
       "its readhead cable and approved extension cable; for FORTiS see its data sheet of cables");
-  out.entry("", "above 50 m", "ask Renishaw");
+  if (plan.device.format.channel_count > 1) {
+    out.entry("", "above 50 m", "ask Renishaw");
+  } else if (plan.device.entry->product.find("RESOLUTE") != std::string_view::npos) {
+    out.entry("", "10 m at most", "the readhead's own cable; the rest is extension cable");
+  }
   out.entry("", "5 V +-10 %", "the supply at the readhead");
   out.entry("", "master",
             plan.master_delay == Picoseconds{}

@@ -193,12 +193,36 @@ TEST(Plan, RenishawsNotesOnCables_AreShown) {
       arguments.insert(arguments.end(), more.begin(), more.end());
       const std::string out = plan(arguments).out;
       EXPECT_THAT(out, HasSubstr("readhead cable and approved extension cable"));
-      EXPECT_THAT(out, testing::ContainsRegex("above 50 m +ask Renishaw\n"));
       EXPECT_THAT(out, testing::ContainsRegex("5 V \\+-10 % +the supply at the readhead\n"));
       EXPECT_THAT(out, HasSubstr("its own delay is not in the lengths: give --master-delay"));
     }
   }
-  EXPECT_THAT(plan({"-f", "lenz-b3"}).out, testing::Not(HasSubstr("ask Renishaw")));
+  EXPECT_THAT(plan({"-f", "lenz-b3"}).out, testing::Not(HasSubstr("cable notes")));
+}
+
+// The data sheet of BiSS Safety sends the reader to Renishaw, that of BiSS C limits the readhead's
+// own cable of RESOLUTE. Neither has the note of the other.
+TEST(Plan, NotesOnCables_AreThoseOfTheEncodersDataSheet) {
+  const std::string ask = "above 50 m +ask Renishaw\n";
+  const std::string own = "10 m at most +the readhead's own cable; the rest is extension cable\n";
+  struct Row {
+    const char* name;
+    bool asks;
+    bool limits;
+  };
+  for (const Row& row : {Row{"resolute-26", false, true}, Row{"resolute-linear-36", false, true},
+                         Row{"fortis-36", false, false}, Row{"fortis-26", false, false},
+                         Row{"fs-36-28", true, false}, Row{"fortis-fs-36-28", true, false},
+                         Row{"fortis-fs-36-28-1nm", true, false}, Row{"lenz-b3", false, false}}) {
+    for (const std::vector<std::string>& more :
+         {std::vector<std::string>{}, {"--clock", "5MHz", "--cable", "60m"}}) {
+      std::vector<std::string> arguments{"-f", row.name};
+      arguments.insert(arguments.end(), more.begin(), more.end());
+      const std::string out = plan(arguments).out;
+      EXPECT_EQ(testing::Value(out, testing::ContainsRegex(ask)), row.asks) << row.name;
+      EXPECT_EQ(testing::Value(out, testing::ContainsRegex(own)), row.limits) << row.name;
+    }
+  }
 }
 
 TEST(Plan, RowsThatTheDataSheetDoesNotHave_AreMarked) {

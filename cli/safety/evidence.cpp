@@ -268,6 +268,10 @@ std::string put_setup(EvidenceSubject& subject) {
   SafetyArguments arguments = options.setup;
   arguments.latch = true;
   arguments.by_widths = alone.by_widths;
+  if (!arguments.shortest) {
+    arguments.shortest =
+        std::max(known->setup.frame_gap_min, shortest_gap(period_of(subject.rate)));
+  }
   auto choice = choose_safety(arguments, options.format, format, period_of(subject.rate));
   if (!choice) return choice.error();
   SafetySetup& setup = choice->setup;
@@ -395,7 +399,8 @@ void add_evidence_options(Verb verb, EvidenceOptions& options) {
                       "Longest time between two good frames; 1.5 cycles by default");
   add_duration_option(
       verb, "--shortest-gap", into(setup.shortest),
-      "Shortest time between two good frames; that of the configuration by default");
+      "Shortest time between two good frames; 0: not checked. By default a cycle less a 32nd, at "
+      "least that of the configuration");
   add_count_option(verb, "--budget", into(options.budget),
                    "Faults that are tolerated within --budget-window; 0 by default", 255);
   add_duration_option(verb, "--budget-window", into(options.budget_window),

@@ -225,6 +225,10 @@ void add_rating(std::string& text, const EvidenceSubject& subject) {
         "hour\n(`residual_max_e15`), at a frame every `frame_gap_min`, {}.\n\n",
         limit, text_of(setup.frame_gap_min));
   }
+  text +=
+      "1 % of the limit of SIL 2 is 1e-08 an hour, of SIL 3 1e-09 (IEC 61784-3). The encoder's "
+      "certificates and\nthe assessment decide what a safety function may claim: see *What may be "
+      "claimed* in `safety.md`.\n\n";
 }
 
 void add_unchecked(std::string& text, const SafetyFormat& monitored) {

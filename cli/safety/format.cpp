@@ -113,8 +113,10 @@ std::optional<SafetyFormat> parse_safety_format(std::string_view text) {
 std::string safety_format_error(std::string_view text) {
   if (names_a_file(text)) {
     const auto file = read_text_file(std::string(text));
-    return fmt::format("'{}': {}", text,
-                       file ? "it is not configuration.json of an evidence bundle" : file.error());
+    return fmt::format(
+        "'{}': {}", text,
+        file ? "it is not configuration.json of an evidence bundle, or its setup is refused"
+             : file.error());
   }
   const auto choice = parse_device(text);
   if (!choice) return choice.error();

@@ -39,11 +39,12 @@ void for_each_field(SafetySetup& setup, const Visitor& visitor) {
       field("start_frames", "good frames in a row until the last one is `safe`; 2 or more"),
       start_frames);
   visitor.number(field("latch", "a fault holds until `acknowledge()`"), latch);
-  visitor.time(field("cycle_min", "shortest cycle; only to check `frame_gap_max`"), cycle_min);
+  visitor.time(field("cycle_min", "shortest time from request to request; above 0"), cycle_min);
   visitor.time(field("frame_gap_max", "watchdog: longest time between two good frames"),
                frame_gap_max);
-  visitor.time(field("frame_gap_min", "shortest time between two good frames; 0: not checked"),
-               frame_gap_min);
+  visitor.time(
+      field("frame_gap_min", "shortest time between two good frames; 0 (unrated): not checked"),
+      frame_gap_min);
   visitor.number(
       field("residual_max_e15", "most undetected errors an hour, times 1e15, at a BER of 1e-2"),
       residual_max_e15);
@@ -68,8 +69,9 @@ void for_each_field(SafetySetup& setup, const Visitor& visitor) {
                  first);
   group = "SafetyClocks";
   auto& [clock_tolerance, still_requests, bit_period] = clocks;
-  visitor.time(field("tolerance", "allowed difference of two clocks between good frames"),
-               clock_tolerance);
+  visitor.time(
+      field("tolerance", "allowed difference of two clocks between good frames; 0 or more"),
+      clock_tolerance);
   visitor.number(field("still_requests", "requests in a row with an unchanged time, allowed"),
                  still_requests);
   visitor.time(field("bit_period", "period of the SPI clock; 0: transfers are not timed"),

@@ -192,6 +192,47 @@ TEST(Safety, LatchedFault_HoldsToTheEnd) {
   EXPECT_EQ(count(rows, "latched"), 49U);
 }
 
+// At any rate the watchdog and the shortest gap fit each other, with and without a named encoder.
+TEST(Safety, CapturesAtLowRates_AreSafe) {
+  const Folder folder;
+  const std::string words = "pos20,nE,nW,crc6+pos19,nE,nW,lc6,crc16";
+  for (const char* rate : {"10kHz", "700Hz", "500Hz", "2Hz"}) {
+    for (const std::string& format : {std::string("fs-36-28"), words}) {
+      SCOPED_TRACE(rate + format);
+      const auto rows = decoded(
+          folder, {"-f", format, "--rate", rate, "--cycles", "100", "--timeout", "adaptive"},
+          {"-f", format, "--timeout", "adaptive", "--fail-on", "safety"});
+      EXPECT_EQ(count(rows, "safe"), 98U);
+    }
+  }
+}
+
+TEST(Safety, WatchdogInWhichAPeriodCanBeLost_IsRefused) {
+  const Folder folder;
+  const std::string capture = folder.path("line.csv");
+  ASSERT_EQ(run({"simulate", "-f", "fs-36-28", "--rate", "500Hz", "--cycles", "100", "-o", capture})
+                .status,
+            0);
+  const auto read = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{"decode", capture, "-f", "fs-36-28", "--fail-on", "safety"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run(arguments);
+  };
+  EXPECT_EQ(read({}).status, 0);
+  EXPECT_EQ(read({"--shortest-gap", "48us"}).status, 0);
+  EXPECT_EQ(read({"--watchdog", "50ms"}).status, 0);
+  for (const std::vector<std::string>& more : {std::vector<std::string>{"--shortest-gap", "47us"},
+                                               {"--shortest-gap", "0"},
+                                               {"--watchdog", "50ms", "--shortest-gap", "793us"},
+                                               {"--watchdog", "130ms"}}) {
+    const Outcome refused = read(more);
+    EXPECT_EQ(refused.status, 2) << more[1];
+    EXPECT_NE(refused.err.find("shorter than 63 times --shortest-gap"), std::string::npos)
+        << refused.err;
+  }
+  EXPECT_EQ(read({"--watchdog", "50ms", "--shortest-gap", "794us"}).status, 0);
+}
+
 TEST(Safety, FailOn_KnowsTheVerdicts) {
   const Folder folder;
   const std::string capture = folder.path("line.csv");

@@ -1,6 +1,11 @@
 // Setups that cannot be monitored, the named configurations, and the table of faults.
 #include "biss/safety/setup.hpp"
 
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "biss/base/wrapping_time.hpp"
 #include "biss/frame/encode.hpp"
 #include "biss/safety/configurations.hpp"
 #include "biss/safety/field_evaluation.hpp"
@@ -93,22 +98,202 @@ BISS_TEST(SafetySetup, OutOfRange_IsRefusedAndTheLastOneWithinIsNot) {
   expect_mistake(budget, [](auto& s) { s.budget = {1, s.frame_gap_max - picoseconds(1)}; });
 }
 
+constexpr std::array modes{CounterMode::count_1_63, CounterMode::count_0_63, CounterMode::learned};
+
 BISS_TEST(SafetySetup, Watchdog_IsShorterThanTheCountersPeriod) {
   using enum SafetySetupError;
-  for (const CounterMode mode :
-       {CounterMode::count_1_63, CounterMode::count_0_63, CounterMode::learned}) {
+  for (const CounterMode mode : modes) {
     const unsigned period = mode == CounterMode::count_0_63 ? 64 : 63;
     BISS_EXPECT_EQ(counter_period(mode), period);
-    SafetySetup setup;
-    setup.counter.mode = mode;
-    setup.frame_gap_max = setup.cycle_min * period - picoseconds(1);
-    BISS_EXPECT(!check_safety(format_of(good_text), UnratedSafetySetup(setup)));
-    setup.frame_gap_max += picoseconds(1);
-    expect_mistake(good_text, frame_gap, setup);
+    // A shortest gap that encoders keep, one below what they can do, and none.
+    constexpr Picoseconds fastest = nanoseconds(31'250) - nanoseconds(31'250) / 32;
+    for (const Picoseconds least :
+         {fastest, nanoseconds(60'000), milliseconds(900), picoseconds(1), Picoseconds{}}) {
+      const Picoseconds count = std::max(least, fastest);
+      SafetySetup setup{.frame_gap_min = least};
+      setup.counter.mode = mode;
+      setup.frame_gap_max = count * period - picoseconds(1);
+      BISS_EXPECT(!check_safety(format_of(good_text), UnratedSafetySetup(setup))) << least.count;
+      setup.frame_gap_max += picoseconds(1);
+      expect_mistake(good_text, frame_gap, setup);
+    }
+    // An encoder with a shorter cycle counts sooner.
+    SafetySetup fast{.cycle_min = microseconds(16), .frame_gap_min = {}};
+    fast.counter.mode = mode;
+    fast.frame_gap_max = nanoseconds(15'500) * period - picoseconds(1);
+    BISS_EXPECT(!check_safety(format_of(good_text), UnratedSafetySetup(fast)));
+    fast.frame_gap_max += picoseconds(1);
+    expect_mistake(good_text, frame_gap, fast);
   }
   expect_mistake(frame_gap, [](auto& s) { s.frame_gap_min = s.frame_gap_max; });
   expect_mistake(frame_gap, [](auto& s) { s.frame_gap_min = picoseconds(-1); });
   BISS_EXPECT_EQ(at_cycle({}, microseconds(100)).frame_gap_max.count, microseconds(150).count);
+}
+
+BISS_TEST(SafetySetup, CycleAboveTheShortestGap_PermitsNoLongerWatchdog) {
+  const auto refused = [](Picoseconds cycle, Picoseconds most, Picoseconds least) {
+    SafetySetup setup = find_safety_configuration("fs-36-28")->setup;
+    setup.cycle_min = cycle;
+    setup.frame_gap_max = most;
+    setup.frame_gap_min = least;
+    const FrameFormat format = format_of(good_text);
+    const auto mistake = check_safety(format, UnratedSafetySetup(setup));
+    BISS_EXPECT(check_safety(format, setup) == mistake);
+    SafetyMonitor<SafetyPlan<2>> monitor(SafetyPlan<2>(format, UnratedSafetySetup(setup)));
+    BISS_EXPECT_EQ(monitor.self_test(monitor.plan().fingerprint()), !mistake);
+    return mistake == SafetySetupError::frame_gap;
+  };
+  constexpr Picoseconds usual = SafetySetup{}.frame_gap_min;
+  constexpr Picoseconds longest{std::numeric_limits<std::int64_t>::max()};
+  BISS_EXPECT(refused(milliseconds(2), milliseconds(3), usual));
+  BISS_EXPECT(refused(milliseconds(2), milliseconds(3), nanoseconds(47'619)));
+  BISS_EXPECT(!refused(milliseconds(2), milliseconds(3), nanoseconds(47'620)));
+  BISS_EXPECT(refused(longest, max_frame_gap, usual));
+  BISS_EXPECT(refused(longest, max_frame_gap, milliseconds(96'000)));
+  BISS_EXPECT(refused(max_frame_gap + picoseconds(1), max_frame_gap, milliseconds(96'000)));
+  BISS_EXPECT(!refused(max_frame_gap, max_frame_gap, milliseconds(96'000)));
+  BISS_EXPECT(refused({}, nanoseconds(46'875), usual));
+  BISS_EXPECT(refused(picoseconds(-1), nanoseconds(46'875), usual));
+}
+
+BISS_TEST(SafetySetup, AtAnyIntervalFromTheShortestCycleOn_IsValid) {
+  const auto sweep = [](const auto& judge) {
+    for (Picoseconds interval = safety_cycle; interval < max_frame_gap;
+         interval += interval / static_cast<std::int64_t>(test::rounds(50, 5)) + picoseconds(7)) {
+      judge(interval);
+    }
+    for (const std::int64_t us : {62, 1'312, 1'313, 1'314, 2'000, 66'666'666, 66'666'667}) {
+      judge(microseconds(us));
+    }
+    judge(max_frame_gap);
+  };
+  for (const SafetyConfiguration& each : safety_configurations) {
+    const FrameFormat format = each.frame_format();
+    sweep([&](Picoseconds interval) {
+      SafetySetup setup = at_cycle(each.setup, interval);
+      if (interval < each.setup.cycle_min) return;
+      for (const CounterMode mode : modes) {
+        setup.counter.mode = mode;
+        BISS_EXPECT(!check_safety(format, setup)) << interval.count;
+      }
+      BISS_EXPECT(setup.cycle_min == interval && setup.frame_gap_min <= interval);
+      BISS_EXPECT(setup.frame_gap_max >= interval);
+      BISS_EXPECT(setup.frame_gap_min.count > interval.count / 100 * 95);
+    });
+  }
+}
+
+// What no interval is has no setup, and no calculation runs over.
+constexpr bool is_refused_at(Picoseconds interval) {
+  const auto mistake = check_safety(parse_format(good_text).value(), at_cycle({}, interval));
+  return mistake == SafetySetupError::frame_gap;
+}
+static_assert(is_refused_at({}) && is_refused_at(picoseconds(-1)));
+static_assert(is_refused_at(max_frame_gap + picoseconds(1)));
+static_assert(is_refused_at({std::numeric_limits<std::int64_t>::max()}));
+static_assert(is_refused_at({std::numeric_limits<std::int64_t>::min()}));
+
+// Frames at a rate below the highest one reach the safe state, and one that is missing is late.
+BISS_TEST(SafetySetup, AtSlowIntervals_IsSafeAndMissesOneFrame) {
+  for (const Picoseconds interval : {nanoseconds(62'500), microseconds(1'314), milliseconds(2),
+                                     milliseconds(1'000), max_frame_gap}) {
+    const SafetyPlan<2> plan(format_of(good_text), at_cycle({}, interval));
+    SafetyMonitor<SafetyPlan<2>> monitor(plan);
+    BISS_ASSERT(monitor.self_test(plan.fingerprint()));
+    SafetyFinding finding{.life_counter = 1, .nW = 3, .cause = SafetyVerdict::safe};
+    Picoseconds now{};
+    const auto step = [&] {
+      ++finding.life_counter;
+      return monitor.step(OneClock{now += interval}, finding, finding).verdict;
+    };
+    BISS_EXPECT_EQ(step(), SafetyVerdict::starting);
+    BISS_EXPECT_EQ(step(), SafetyVerdict::starting);
+    for (int i = 0; i < 5; ++i) BISS_EXPECT_EQ(step(), SafetyVerdict::safe) << interval.count;
+    now += interval;
+    ++finding.life_counter;
+    BISS_EXPECT_EQ(step(), SafetyVerdict::watchdog) << interval.count;
+  }
+}
+
+// ---- The loss of a whole period
+
+// A random time up to `most`, as often short as long.
+Picoseconds some_time(auto& random, Picoseconds most) {
+  const auto bits = static_cast<unsigned>(random.below(64));
+  return picoseconds(
+      static_cast<std::int64_t>((random.next() >> bits) % static_cast<std::uint64_t>(most.count)));
+}
+
+// Any setup that check_safety() accepts.
+SafetySetup some_setup(auto& random, const FrameFormat& format) {
+  while (true) {
+    SafetySetup setup{.start_frames = 2, .latch = false};
+    setup.counter = {.mode = modes[random.below(3)],
+                     .missed = static_cast<MissedFrames>(random.below(2)),
+                     .learn_rollovers = 1};
+    if (random.below(4) == 0) {
+      setup = at_cycle(setup, some_time(random, max_frame_gap));
+    } else {
+      constexpr Picoseconds longest{std::numeric_limits<std::int64_t>::max()};
+      setup.cycle_min = some_time(random, longest);
+      setup.frame_gap_min = random.below(3) == 0 ? Picoseconds{} : some_time(random, max_frame_gap);
+      const Picoseconds most = setup.frame_gap_min * static_cast<std::int64_t>(random.below(66));
+      setup.frame_gap_max = random.below(2) == 0 ? most : some_time(random, max_frame_gap);
+      setup.clocks.tolerance = {};
+    }
+    setup.budget = {static_cast<std::uint8_t>(random.below(5)), setup.frame_gap_max};
+    if (!check_safety(format, UnratedSafetySetup(setup))) return setup;
+  }
+}
+
+// Frames are lost at every interval that is not `early` and that encoders can count at; some of them
+// are faults that the budget tolerates. Then the counter may have the expected value again.
+BISS_TEST(SafetySetup, LossOfAWholePeriodWithAnyValidSetup_IsNeverSafe) {
+  BISS_RANDOM(random, 0x5AFE'0025);
+  const FrameFormat format = format_of(good_text);
+  const auto setups = test::rounds(2'000, 30);
+  unsigned fitting = 0;
+  for (unsigned n = 0; n < setups; ++n) {
+    const SafetySetup setup = some_setup(random, format);
+    const SafetyPlan<2> plan(format, UnratedSafetySetup(setup));
+    SafetyMonitor<SafetyPlan<2>> monitor(plan);
+    BISS_ASSERT(monitor.self_test(plan.fingerprint()));
+    const bool has_zero = setup.counter.mode == CounterMode::count_0_63 ||
+                          (setup.counter.mode == CounterMode::learned && random.below(2) == 0);
+    SafetyFinding good{.life_counter = 5, .nW = 3, .cause = SafetyVerdict::safe};
+    Picoseconds now{};
+    const auto request = [&](Picoseconds interval) {
+      now = wrapping_later(now, interval);
+      good.life_counter = good.life_counter == 63 ? !has_zero : good.life_counter + 1U;
+    };
+    const auto step = [&](const SafetyFinding& finding) {
+      return monitor.step(OneClock{now}, finding, finding);
+    };
+    // The encoder's shortest interval, and one that the monitor accepts.
+    const Picoseconds fastest = std::min(setup.cycle_min, nanoseconds(31'250));
+    const Picoseconds least = std::max(setup.frame_gap_min, fastest - fastest / 32);
+    for (unsigned lost = 62; lost <= 64; ++lost) {
+      for (unsigned seen = 0; seen <= setup.budget.faults; ++seen) {
+        for (int i = 0; i < 500 && monitor.state() != SafetyState::safe; ++i) {
+          request(setup.frame_gap_max);
+          step(good);
+        }
+        BISS_ASSERT(monitor.state() == SafetyState::safe);
+        const std::uint8_t last = good.life_counter;
+        const Picoseconds interval = least + some_time(random, least + picoseconds(2)) / 64;
+        for (unsigned i = 0; i < lost; ++i) {
+          request(interval);
+          if (i < seen) step(SafetyFinding{});
+        }
+        request(interval);
+        if (good.life_counter == last + 1U) ++fitting;
+        BISS_EXPECT(step(good).verdict != SafetyVerdict::safe)
+            << setup.cycle_min.count << " " << setup.frame_gap_max.count << " "
+            << setup.frame_gap_min.count << " lost " << lost << " seen " << seen;
+      }
+    }
+  }
+  BISS_EXPECT(fitting >= setups);
 }
 
 BISS_TEST(SafetyConfigurations, AreRenishawsFiveRowsAndTheNineTypes) {
@@ -274,41 +459,147 @@ BISS_TEST(SafetyRating, MoreErrorsThanTheLimitAtTheHighestRate_AreRefused) {
 
 // ---- The fingerprint
 
+// Calls `visit` with every field. A struct that gets a further one does not compile here.
+void each_field(SafetySetup& setup, const auto& visit) {
+  const auto all = [&](auto&... fields) { (visit(fields), ...); };
+  auto& [cpw, spw, start_frames, latch, comparison, counter, cycle_min, frame_gap_max,
+         frame_gap_min, clocks, budget, bounds, rating, residual_max_e15] = setup;
+  all(cpw, spw, start_frames, latch, cycle_min, frame_gap_max, frame_gap_min, residual_max_e15);
+  auto& [compare_bits, tolerance_lsb, multiturn] = comparison;
+  all(compare_bits, tolerance_lsb, multiturn);
+  auto& [mode, missed, near_frames, learn_rollovers, first] = counter;
+  all(mode, missed, near_frames, learn_rollovers, first);
+  auto& [tolerance, still_requests, bit_period] = clocks;
+  all(tolerance, still_requests, bit_period);
+  auto& [faults, window] = budget;
+  all(faults, window);
+  auto& [lead_min, lead_max, ack_min, ack_max, late_max] = bounds;
+  all(lead_min, lead_max, ack_min, ack_max, late_max);
+  auto& [words, residual_e24, check] = rating;
+  all(words, residual_e24, check);
+}
+void each_field(ChannelFormat& channel, const auto& visit) {
+  const auto all = [&](auto&... fields) { (visit(fields), ...); };
+  auto& [data_bits, position, multiturn, singleturn, gray, error, warning, counter, crc] = channel;
+  all(data_bits, gray);
+  for (Field* field : {&position, &multiturn, &singleturn, &counter}) {
+    auto& [shift, bits] = *field;
+    all(shift, bits);
+  }
+  for (FlagField* flag : {&error, &warning}) {
+    auto& [shift, present, active_high] = *flag;
+    all(shift, present, active_high);
+  }
+  auto& [polynomial, start, width_bits, inverted] = crc;
+  all(polynomial, start, width_bits, inverted);
+}
+void each_field(FrameFormat& format, const auto& visit) {
+  auto& [channels, channel_count, cds0] = format;
+  for (std::size_t k = 0; k < 2; ++k) each_field(channels[k], visit);
+  visit(channel_count);
+  visit(cds0);
+}
+
+// Inverts a bit. \return false where the field does not have it
+template <class Number>
+bool invert(Number& field, unsigned bit) {
+  if (bit >= 8U * sizeof field) return false;
+  field = static_cast<Number>(field ^ static_cast<Number>(Number{1} << bit));
+  return true;
+}
+bool invert(bool& field, unsigned bit) {
+  field = !field;
+  return bit == 0;
+}
+bool invert(Picoseconds& field, unsigned bit) {
+  if (bit >= 63) return false;
+  field.count ^= std::int64_t{1} << bit;
+  return true;
+}
+bool invert(CounterMode& field, unsigned bit) {
+  return invert(reinterpret_cast<std::uint8_t&>(field), bit);
+}
+bool invert(MissedFrames& field, unsigned bit) {
+  return invert(reinterpret_cast<std::uint8_t&>(field), bit);
+}
+bool invert(MultiturnRule& field, unsigned bit) {
+  return invert(reinterpret_cast<std::uint8_t&>(field), bit);
+}
+
+// Inverts each bit of each field in turn. \return the number of fields
+unsigned each_change(const auto& whole, const auto& judge) {
+  unsigned fields = 0;
+  for (bool more = true; more; fields += more ? 1U : 0U) {
+    more = false;
+    for (unsigned bit = 0; bit < 64; ++bit) {
+      auto changed = whole;
+      bool has_bit = false;
+      unsigned at = 0;
+      each_field(changed, [&](auto& field) {
+        if (at++ == fields) has_bit = invert(field, bit);
+      });
+      if (!has_bit) continue;
+      more = true;
+      judge(changed, fields);
+    }
+  }
+  return fields;
+}
+
 BISS_TEST(SafetyFingerprint, EveryFieldOfTheSetup_ChangesIt) {
-  using Change = void (*)(SafetySetup&);
-  constexpr Change changes[] = {
-      [](SafetySetup& s) { s.cpw = 2; },
-      [](SafetySetup& s) { s.spw = 2; },
-      [](SafetySetup& s) { s.start_frames = 4; },
-      [](SafetySetup& s) { s.latch = false; },
-      [](SafetySetup& s) { s.comparison.compare_bits = 9; },
-      [](SafetySetup& s) { s.comparison.tolerance_lsb = 0; },
-      [](SafetySetup& s) { s.comparison.multiturn = MultiturnRule::ignored; },
-      [](SafetySetup& s) { s.counter.mode = CounterMode::learned; },
-      [](SafetySetup& s) { s.counter.missed = MissedFrames::perhaps; },
-      [](SafetySetup& s) { s.counter.near_frames = 9; },
-      [](SafetySetup& s) { s.counter.learn_rollovers = 3; },
-      [](SafetySetup& s) { s.counter.first = 1; },
-      [](SafetySetup& s) { s.cycle_min += picoseconds(1); },
-      [](SafetySetup& s) { s.frame_gap_max += picoseconds(1); },
-      [](SafetySetup& s) { s.frame_gap_min += picoseconds(1); },
-      [](SafetySetup& s) { s.clocks.tolerance += picoseconds(1); },
-      [](SafetySetup& s) { s.clocks.still_requests = 1; },
-      [](SafetySetup& s) { s.clocks.bit_period = picoseconds(1); },
-      [](SafetySetup& s) { s.budget.faults = 1; },
-      [](SafetySetup& s) { s.budget.window = picoseconds(1); },
-      [](SafetySetup& s) { ++s.bounds.lead_min_clocks; },
-      [](SafetySetup& s) { ++s.bounds.lead_max_clocks; },
-      [](SafetySetup& s) { ++s.bounds.ack_min_clocks; },
-      [](SafetySetup& s) { ++s.bounds.ack_max_clocks; },
-      [](SafetySetup& s) { ++s.bounds.late_max_clocks; },
-  };
   const FrameFormat format = format_of(good_text);
-  const SafetyFingerprint whole(format, {});
-  for (std::size_t i = 0; i < std::size(changes); ++i) {
-    SafetySetup setup;
-    changes[i](setup);
-    BISS_EXPECT(!(SafetyFingerprint(format, setup) == whole)) << i;
+  const SafetySetup setup;
+  const unsigned fields = each_change(setup, [&](const SafetySetup& changed, unsigned field) {
+    BISS_EXPECT(SafetyFingerprint(format, changed) != SafetyFingerprint(format, setup)) << field;
+    BISS_EXPECT(SafetyFingerprint(format, UnratedSafetySetup(changed)) !=
+                SafetyFingerprint(format, UnratedSafetySetup(setup)))
+        << field;
+  });
+  BISS_EXPECT_EQ(fields, 29U);
+  const SafetyFingerprint unrated(format, UnratedSafetySetup(setup));
+  BISS_EXPECT(unrated != SafetyFingerprint(format, setup));
+  struct Own : UnratedSafetySetup {};
+  BISS_EXPECT(unrated == SafetyFingerprint(format, Own()));
+  BISS_EXPECT(SafetyPlan<2>(format, setup).fingerprint() == SafetyFingerprint(format, setup));
+  BISS_EXPECT(SafetyPlan<2>(format, UnratedSafetySetup(setup)).fingerprint() ==
+              SafetyFingerprint(format, UnratedSafetySetup(setup)));
+}
+
+BISS_TEST(SafetyFingerprint, EveryFieldOfTheFormat_ChangesIt) {
+  FrameFormat format = format_of(good_text);
+  // A number of channels above the room for them, too.
+  for (const std::size_t channels : {std::size_t{2}, max_channels}) {
+    format.channel_count = static_cast<std::uint8_t>(channels);
+    const unsigned fields = each_change(format, [&](const FrameFormat& changed, unsigned field) {
+      BISS_EXPECT(SafetyFingerprint(changed, {}) != SafetyFingerprint(format, {})) << field;
+    });
+    BISS_EXPECT_EQ(fields, 2U * 20U + 2U);
+  }
+}
+
+// Whether a monitor of one setup passes its self test with the fingerprint of the other.
+template <class Setup, class Expected>
+bool passes_with(const Setup& setup, const Expected& expected) {
+  const FrameFormat format = format_of(good_text);
+  BISS_EXPECT(!check_safety(format, setup) && !check_safety(format, expected));
+  SafetyMonitor<SafetyPlan<2>> monitor(SafetyPlan<2>(format, setup));
+  return monitor.self_test(SafetyFingerprint(format, expected));
+}
+
+BISS_TEST(SafetySelfTest, WithTheFingerprintOfAnotherLimitOrRating_Fails) {
+  const SafetySetup strict;
+  SafetySetup wide;
+  wide.residual_max_e15 = 2'500'000;
+  SafetySetup own = rated(format_of(good_text), 1'000'000);
+  for (const SafetySetup& setup : {strict, wide, own}) {
+    for (const SafetySetup& expected : {strict, wide, own}) {
+      const bool same = setup == expected;
+      BISS_EXPECT_EQ(passes_with(setup, expected), same);
+      const UnratedSafetySetup unrated(setup);
+      BISS_EXPECT_EQ(passes_with(unrated, UnratedSafetySetup(expected)), same);
+      BISS_EXPECT(!passes_with(unrated, expected));
+      BISS_EXPECT(!passes_with(setup, UnratedSafetySetup(expected)));
+    }
   }
 }
 
@@ -344,7 +635,7 @@ BISS_TEST(SafetyPlan, OfAMistake_GivesAMonitorThatFailsItsSelfTest) {
   const auto fails = [](std::string_view text, const SafetySetup& setup) {
     const FrameFormat format = format_of(text);
     SafetyMonitor<SafetyPlan<2>> monitor(SafetyPlan<2>(format, UnratedSafetySetup(setup)));
-    return !monitor.self_test(SafetyFingerprint(format, setup)) &&
+    return !monitor.self_test(SafetyFingerprint(format, UnratedSafetySetup(setup))) &&
            monitor.step(OneClock{}, BitView()).verdict == SafetyVerdict::self_test;
   };
   BISS_EXPECT(!fails(good_text, {}));
