@@ -219,7 +219,8 @@ typedef struct biss_master_setup {
   int64_t sample_step_ps;    /* resolution of the sampling point; a sixteenth of the period */
   int64_t sample_shift_ps;   /* from the middle, at most half a period in both directions */
   int64_t line_delay_max_ps; /* the longest wait for ACK; 40 us */
-  int64_t reset_time_ps;     /* MA high after a failed request; the device's timeout */
+  int64_t reset_time_ps;     /* MA high after a failed request, from its last edge; the rest of the
+                                full request cycle, as the device needs it */
   int64_t idle_min_ps;       /* MA high between requests; half a period */
   biss_control* control; /* registers and commands, biss_c_control.h: it gives CDM from each CDS,
                                 and belongs to this master alone; null: none */
