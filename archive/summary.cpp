@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <tuple>
 
 #include "archive/hash.hpp"
 #include "archive/json.hpp"
@@ -82,14 +83,24 @@ namespace {
 
 using ListKey = std::pair<ListMark, std::uint64_t>;
 
-// A path that occurs twice; nothing where there is none.
-const std::string* path_of_two(const std::vector<FileEntry>& files) {
-  std::vector<const std::string*> paths;
-  for (const FileEntry& file : files) paths.push_back(&file.path);
-  std::sort(paths.begin(), paths.end(), [](auto* a, auto* b) { return *a < *b; });
-  const auto twice =
-      std::adjacent_find(paths.begin(), paths.end(), [](auto* a, auto* b) { return *a == *b; });
-  return twice == paths.end() ? nullptr : *twice;
+// What two entries of one file have in common.
+std::string key_of(const FileEntry& file) {
+  return file.place == 0 ? file.path : fmt::format("/{:016x}", file.place);
+}
+
+// A file that occurs twice, and its other name where it has one; nothing where there is none.
+std::string file_of_two(const std::vector<FileEntry>& files) {
+  std::vector<std::pair<std::string, const std::string*>> names;
+  for (const FileEntry& file : files) names.emplace_back(key_of(file), &file.path);
+  std::sort(names.begin(), names.end(), [](const auto& a, const auto& b) {
+    return std::tie(a.first, *a.second) < std::tie(b.first, *b.second);
+  });
+  const auto twice = std::adjacent_find(names.begin(), names.end(),
+                                        [](auto& a, auto& b) { return a.first == b.first; });
+  if (twice == names.end()) return {};
+  const std::string& one = *twice->second;
+  const std::string& other = *std::next(twice)->second;
+  return one == other ? one : fmt::format("{}, also named {}", one, other);
 }
 
 }  // namespace
@@ -133,8 +144,8 @@ tl::expected<Summary, std::string> merge(std::vector<NamedSummary> parts) {
                              "{}; run all shards on the same files",
                              of_list.missing(), of_list.count));
   }
-  if (const std::string* twice = path_of_two(sum.files)) {
-    return wrong(*twice, "this file is in two of the summaries");
+  if (const std::string twice = file_of_two(sum.files); !twice.empty()) {
+    return wrong(twice, "this file is in two of the summaries");
   }
   sum.parts = {.count = 1, .done = {1}};
   return sum;
