@@ -82,7 +82,8 @@ typedef enum biss_status BISS_INT {
   BISS_FAULT_TWICE,    /* a kind of fault is given twice with a rate or for one cycle */
   BISS_NO_REGISTER,    /* no such register, or the encoder has none */
   BISS_FILE,           /* the file cannot be written; errno has the reason */
-  BISS_BAD_EDS,        /* the data sheet has no data channel, or nothing says how long one is */
+  BISS_BAD_EDS,        /* the data sheet has no data channel, nothing says how long one is, or it
+                          contradicts itself or the registers */
   BISS_BAD_SAFETY      /* these frames cannot be monitored; see biss_safety_problem() */
 } biss_status;
 
