@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <tuple>
+#include <string_view>
 
 #include "archive/hash.hpp"
 #include "archive/json.hpp"
@@ -83,24 +83,21 @@ namespace {
 
 using ListKey = std::pair<ListMark, std::uint64_t>;
 
-// What two entries of one file have in common.
-std::string key_of(const FileEntry& file) {
-  return file.place == 0 ? file.path : fmt::format("/{:016x}", file.place);
-}
-
-// A file that occurs twice, and its other name where it has one; nothing where there is none.
+// The names of a file that occurs twice, by path or by place; empty where there is none.
 std::string file_of_two(const std::vector<FileEntry>& files) {
-  std::vector<std::pair<std::string, const std::string*>> names;
-  for (const FileEntry& file : files) names.emplace_back(key_of(file), &file.path);
-  std::sort(names.begin(), names.end(), [](const auto& a, const auto& b) {
-    return std::tie(a.first, *a.second) < std::tie(b.first, *b.second);
-  });
-  const auto twice = std::adjacent_find(names.begin(), names.end(),
-                                        [](auto& a, auto& b) { return a.first == b.first; });
-  if (twice == names.end()) return {};
-  const std::string& one = *twice->second;
-  const std::string& other = *std::next(twice)->second;
-  return one == other ? one : fmt::format("{}, also named {}", one, other);
+  std::vector<const FileEntry*> sorted;
+  for (const FileEntry& file : files) sorted.push_back(&file);
+  const auto twice_by = [&](auto of) {
+    std::sort(sorted.begin(), sorted.end(), [&](auto* a, auto* b) { return of(a) < of(b); });
+    return std::adjacent_find(sorted.begin(), sorted.end(),
+                              [&](auto* a, auto* b) { return of(a) == of(b); });
+  };
+  auto twice = twice_by([](const FileEntry* file) { return std::string_view(file->path); });
+  if (twice != sorted.end()) return (*twice)->path;
+  std::erase_if(sorted, [](const FileEntry* file) { return file->place == 0; });
+  twice = twice_by([](const FileEntry* file) { return file->place; });
+  if (twice == sorted.end()) return {};
+  return fmt::format("{}, also named {}", (*twice)->path, (*std::next(twice))->path);
 }
 
 }  // namespace
