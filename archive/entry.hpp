@@ -49,6 +49,9 @@ constexpr std::string_view name_of(Reading reading) {
 /// Texts are valid UTF-8, see utf8_text().
 struct FileEntry {
   std::string path;
+  /// The hash of the path without links, from the root on: a file has one, whatever its names. 0: it
+  /// was not looked for.
+  std::uint64_t place = 0;
   std::uint64_t bytes = 0;
   /// Absent where there is no file, as at the end of a broken link.
   std::optional<Day> day;

@@ -1,18 +1,32 @@
-// A hash of text that is the same on every machine: FNV-1a, 64 bits.
+// A hash of text that is the same on every machine: FNV-1a, 64 bits. A text with one changed byte
+// has another hash.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <cstdint>
+#include <string>
 #include <string_view>
 
 namespace biss::archive {
 
-constexpr std::uint64_t hash_of(std::string_view text) {
-  std::uint64_t hash = 0xCBF29CE484222325U;
+/// \param hash of the text before, to hash a text in pieces
+constexpr std::uint64_t hash_of(std::string_view text, std::uint64_t hash = 0xCBF29CE484222325U) {
   for (const char letter : text) {
     hash = (hash ^ static_cast<std::uint8_t>(letter)) * 0x100000001B3U;
   }
   return hash;
 }
 static_assert(hash_of("a") == 0xAF63DC4C8601EC8CU);
+
+/// The end of a JSON object that this program writes and reads back: the checksum of all bytes
+/// before it, as the last member. Always of the same size.
+inline std::string checksum_end(std::uint64_t hash) {
+  return fmt::format(",\n\"checksum\":\"{:016x}\"}}\n", hash);
+}
+/// Follows the name of a file where this end is not the one that its bytes ask for.
+inline constexpr std::string_view checksum_wrong =
+    "its checksum is missing or wrong; it was changed, or written by a version without checksums, "
+    "so make it again";
 
 }  // namespace biss::archive

@@ -100,6 +100,7 @@ Json json_of(const LinkEntry& link) {
 
 Json json_of(const FileEntry& entry) {
   Json json{{"file", entry.path},
+            {"place", json_of(entry.place)},
             {"bytes", json_of(entry.bytes)},
             {"date", entry.day ? Json(day_text(*entry.day)) : Json(nullptr)},
             {"date_from", entry.dated_by_path ? "path" : "file"},
@@ -247,6 +248,7 @@ LinkEntry JsonReader::link(const Json& object) {
 FileEntry JsonReader::entry(const Json& object) {
   FileEntry entry;
   entry.path = text(object, "file");
+  entry.place = number(object, "place");
   entry.bytes = number(object, "bytes");
   if (!member(object, "date").is_null()) {
     entry.day = day_from(text(object, "date"));

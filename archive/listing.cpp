@@ -18,6 +18,7 @@
 #include <tuple>
 #include <utility>
 
+#include "archive/hash.hpp"
 #include "archive/summary.hpp"
 
 namespace biss::archive {
@@ -171,7 +172,8 @@ class Walk {
     } else if (!S_ISREG(status.st_mode)) {
       leave_out(path, "not_a_file", "a pipe, a socket or a device");
     } else if (!is_own_file(path, status)) {
-      files_.push_back({path, stamp_of(status), {}, {}});
+      const std::string real = real_path(path);  // empty where it has gone meanwhile
+      files_.push_back({path, stamp_of(status), {}, {}, real.empty() ? 0 : hash_of(real)});
     }
   }
 

@@ -17,6 +17,8 @@ struct ListedFile {
   /// Empty: to be read. Else a cause of FileEntry, and a sentence.
   std::string cause;
   std::string message;
+  /// As in FileEntry.
+  std::uint64_t place = 0;
 };
 
 /// Lists all files at and below these paths and those of a list, sorted by path, each path once.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <string_view>
 
 #include "archive/hash.hpp"
 #include "archive/json.hpp"
@@ -82,14 +83,21 @@ namespace {
 
 using ListKey = std::pair<ListMark, std::uint64_t>;
 
-// A path that occurs twice; nothing where there is none.
-const std::string* path_of_two(const std::vector<FileEntry>& files) {
-  std::vector<const std::string*> paths;
-  for (const FileEntry& file : files) paths.push_back(&file.path);
-  std::sort(paths.begin(), paths.end(), [](auto* a, auto* b) { return *a < *b; });
-  const auto twice =
-      std::adjacent_find(paths.begin(), paths.end(), [](auto* a, auto* b) { return *a == *b; });
-  return twice == paths.end() ? nullptr : *twice;
+// The names of a file that occurs twice, by path or by place; empty where there is none.
+std::string file_of_two(const std::vector<FileEntry>& files) {
+  std::vector<const FileEntry*> sorted;
+  for (const FileEntry& file : files) sorted.push_back(&file);
+  const auto twice_by = [&](auto of) {
+    std::sort(sorted.begin(), sorted.end(), [&](auto* a, auto* b) { return of(a) < of(b); });
+    return std::adjacent_find(sorted.begin(), sorted.end(),
+                              [&](auto* a, auto* b) { return of(a) == of(b); });
+  };
+  auto twice = twice_by([](const FileEntry* file) { return std::string_view(file->path); });
+  if (twice != sorted.end()) return (*twice)->path;
+  std::erase_if(sorted, [](const FileEntry* file) { return file->place == 0; });
+  twice = twice_by([](const FileEntry* file) { return file->place; });
+  if (twice == sorted.end()) return {};
+  return fmt::format("{}, also named {}", (*twice)->path, (*std::next(twice))->path);
 }
 
 }  // namespace
@@ -133,8 +141,8 @@ tl::expected<Summary, std::string> merge(std::vector<NamedSummary> parts) {
                              "{}; run all shards on the same files",
                              of_list.missing(), of_list.count));
   }
-  if (const std::string* twice = path_of_two(sum.files)) {
-    return wrong(*twice, "this file is in two of the summaries");
+  if (const std::string twice = file_of_two(sum.files); !twice.empty()) {
+    return wrong(twice, "this file is in two of the summaries");
   }
   sum.parts = {.count = 1, .done = {1}};
   return sum;

@@ -1,7 +1,10 @@
 // The JSON of a summary, read: every figure is checked before it is used.
+#include <array>
 #include <charconv>
+#include <streambuf>
 #include <utility>
 
+#include "archive/hash.hpp"
 #include "archive/json.hpp"
 #include "archive/summary.hpp"
 
@@ -11,6 +14,33 @@ namespace {
 
 constexpr std::uint64_t version_read = 1;
 constexpr std::uint64_t most_parts = std::uint64_t{1} << 20U;
+
+// Passes a text on and hashes it, but for its last bytes, which are the checksum's.
+class CheckedText : public std::streambuf {
+ public:
+  explicit CheckedText(std::istream& text) : text_(text) {}
+
+  // \pre all was read
+  bool checksum_holds() const { return end_ == checksum_end(hash_); }
+
+ private:
+  int_type underflow() override {
+    text_.read(block_.data(), static_cast<std::streamsize>(block_.size()));
+    const auto size = static_cast<std::size_t>(text_.gcount());
+    if (size == 0) return traits_type::eof();
+    end_.append(block_.data(), size);
+    const std::size_t hashed = end_.size() - std::min(end_.size(), checksum_end(0).size());
+    hash_ = hash_of(std::string_view(end_).substr(0, hashed), hash_);
+    end_.erase(0, hashed);
+    setg(block_.data(), block_.data(), block_.data() + size);
+    return traits_type::to_int_type(block_[0]);
+  }
+
+  std::istream& text_;
+  std::array<char, 65536> block_{};
+  std::string end_;
+  std::uint64_t hash_ = hash_of("");
+};
 
 std::uint64_t hex_number(JsonReader& reader, const std::string& digits) {
   std::uint64_t number = 0;
@@ -92,7 +122,9 @@ tl::expected<Summary, std::string> read_summary(std::istream& text) {
     if (key == "encoders") read_group(reader, parsed, summary);
     return key != "files" && key != "encoders";
   };
-  const Json json = Json::parse(text, take, false);
+  CheckedText checked(text);
+  std::istream stream(&checked);
+  const Json json = Json::parse(stream, take, false);
   if (json.is_discarded()) return tl::unexpected(std::string("it is no JSON, or ends early"));
   if (!json.is_object() || !json.contains("biss_archive")) {
     return tl::unexpected(std::string("it is no summary of biss archive"));
@@ -109,6 +141,7 @@ tl::expected<Summary, std::string> read_summary(std::istream& text) {
   reader.list(json, "encoders");
   reader.list(json, "files");
   if (reader.good()) compare_sums(reader, summary);
+  if (!checked.checksum_holds()) reader.fail(std::string(checksum_wrong));
   if (!reader.good()) return tl::unexpected(reader.error());
   return summary;
 }

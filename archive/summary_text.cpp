@@ -1,6 +1,7 @@
 // The JSON of a summary, written.
 #include <set>
 
+#include "archive/hash.hpp"
 #include "archive/json.hpp"
 #include "archive/summary.hpp"
 
@@ -33,7 +34,7 @@ class ObjectWriter {
     write(first ? "]" : "\n]");
   }
   bool finish() {
-    write("}\n");
+    write(checksum_end(hash_));
     return good_;
   }
 
@@ -43,9 +44,13 @@ class ObjectWriter {
     any_ = true;
     write(fmt::format("\"{}\":", name));
   }
-  void write(std::string_view text) { good_ = good_ && sink_.write(text); }
+  void write(std::string_view text) {
+    hash_ = hash_of(text, hash_);
+    good_ = good_ && sink_.write(text);
+  }
 
   report::TextSink& sink_;
+  std::uint64_t hash_ = hash_of("");
   bool any_ = false;
   bool good_ = true;
 };

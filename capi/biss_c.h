@@ -82,7 +82,8 @@ typedef enum biss_status BISS_INT {
   BISS_FAULT_TWICE,    /* a kind of fault is given twice with a rate or for one cycle */
   BISS_NO_REGISTER,    /* no such register, or the encoder has none */
   BISS_FILE,           /* the file cannot be written; errno has the reason */
-  BISS_BAD_EDS,        /* the data sheet has no data channel, or nothing says how long one is */
+  BISS_BAD_EDS,        /* the data sheet has no data channel, nothing says how long one is, or it
+                          contradicts itself or the registers */
   BISS_BAD_SAFETY,     /* these frames cannot be monitored; see biss_safety_problem() */
   BISS_CLOCK_MAX,      /* the clock is above clock_max of the encoder */
   BISS_NO_ERROR_FLAG,  /* a position has no nE, and the setup does not have no_error_flag */
@@ -222,7 +223,8 @@ typedef struct biss_master_setup {
   int64_t sample_step_ps;    /* resolution of the sampling point; a sixteenth of the period */
   int64_t sample_shift_ps;   /* from the middle, at most half a period in both directions */
   int64_t line_delay_max_ps; /* the longest wait for ACK; 40 us */
-  int64_t reset_time_ps;     /* MA high after a failed request; the device's timeout */
+  int64_t reset_time_ps;     /* MA high after a failed request, from its last edge; the rest of the
+                                full request cycle, as the device needs it */
   int64_t idle_min_ps;       /* MA high between requests; half a period */
   biss_control* control; /* registers and commands, biss_c_control.h: it gives CDM from each CDS,
                                 and belongs to this master alone; null: none */

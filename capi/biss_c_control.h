@@ -136,8 +136,10 @@ biss_status biss_control_query(biss_control* control, uint32_t id);
  * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_RUNNING, BISS_NO_READING: no query was made. */
 biss_status biss_control_device(const biss_control* control, biss_device* device);
 
-/* Called for each value of an EDS that is not used as it stands: overridden by another source,
- * corrected, unusable, not given, or of an uncertain meaning. Texts are static. */
+/* Called for each finding of `biss eds check` (`used`: the right value, or that of the field it
+ * contradicts; 0: neither), then for each value of an EDS that is not used as it stands: overridden
+ * by another source, corrected, unusable, not given, or of an uncertain meaning. Texts are
+ * static. */
 typedef void (*biss_eds_remark)(void* user, uint32_t channel, const char* field, const char* remark,
                                 uint32_t stored, uint32_t used);
 
@@ -145,7 +147,7 @@ typedef void (*biss_eds_remark)(void* user, uint32_t channel, const char* field,
  * profile. `format` gets the grammar of the command; BISS_FORMAT_TEXT_MAX of biss_c_frame.h is
  * always enough. `timing` and `remark` may be null.
  * BISS_NULL_ARGUMENT, BISS_BAD_SETUP: clock_hz is 0, BISS_NO_ROOM, BISS_BAD_EDS: it has no data
- * channel, or nothing says how long one is. */
+ * channel, nothing says how long one is, or it contradicts itself or the registers. */
 biss_status biss_eds_format(const biss_device* device, uint32_t clock_hz, char* format, size_t room,
                             biss_timing* timing, biss_eds_remark remark, void* user);
 

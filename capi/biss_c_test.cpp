@@ -105,6 +105,28 @@ TEST(CInterface, TimingOfTheSetup_ReplacesTheDevices) {
   EXPECT_THAT(encoder.moments, testing::ElementsAre(500'000));
 }
 
+// ACK of 26 bits at 250 kHz lasts four clocks at most: 42 clocks, and 1.5 periods.
+TEST(CInterface, MasterAfterATooLongAck_RestsForTheFullRequestCycle) {
+  const MasterHandle master = open_master(biss_master_defaults("resolute-26", 4'000'000));
+  biss_output ma{};
+  ASSERT_EQ(biss_master_begin(master.get(), 0, true, false, &ma), BISS_OK);
+  std::int64_t now = 0;
+  int rises = 0;
+  while (!biss_master_done(master.get())) {
+    const bool before = ma.level;
+    now = ma.deadline_ps;
+    ASSERT_EQ(biss_master_step(master.get(), now, rises < 2, &ma), BISS_OK);
+    if (ma.level && !before && ++rises == 2) {
+      ASSERT_EQ(biss_master_step(master.get(), now, false, &ma), BISS_OK);
+    }
+  }
+  biss_reading reading{};
+  ASSERT_EQ(biss_master_reading(master.get(), &reading), BISS_OK);
+  EXPECT_EQ(reading.cause, BISS_CAUSE_NO_START);
+  EXPECT_GE(now, 174'000'000);
+  EXPECT_EQ(biss_master_begin(master.get(), now, true, false, &ma), BISS_OK);
+}
+
 TEST(CInterface, StateOfTheSlave_IsNamed) {
   Encoder encoder;
   const SlaveHandle slave = open_slave(encoder.setup("pos12,crc6"));

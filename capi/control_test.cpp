@@ -296,6 +296,28 @@ TEST(CEds, DataSheetOfADevice_GivesItsFormat) {
             BISS_BAD_SETUP);
 }
 
+TEST(CEds, DataSheetThatContradictsItself_IsRefusedWithItsFinding) {
+  Link link;
+  put_data_sheet(link, data_sheet());
+  ASSERT_EQ(biss_control_query(link.control(), 0), BISS_OK);
+  link.run();
+  biss_device device;
+  ASSERT_EQ(biss_control_device(link.control(), &device), BISS_OK);
+  std::array<char, BISS_FORMAT_TEXT_MAX> text{};
+  std::string said;
+  const auto take = [](void* user, std::uint32_t, const char* field, const char* remark,
+                       std::uint32_t, std::uint32_t) {
+    *static_cast<std::string*>(user) += std::string(field) + ": " + remark + "\n";
+  };
+  device.channel[0][0x10] = 0x7F;  // MT_CNT
+  device.channel[0][63] = static_cast<std::uint8_t>(device.channel[0][63] + 0x7F);
+  EXPECT_EQ(biss_eds_format(&device, clock_hz, text.data(), text.size(), nullptr, take, &said),
+            BISS_BAD_EDS);
+  EXPECT_NE(said.find("MT_CNT: more counts than its length can tell apart"), std::string::npos)
+      << said;
+  EXPECT_STREQ(text.data(), "");
+}
+
 TEST(CEds, DeviceWithoutADataSheet_HasItsProfileOrNone) {
   Link link;
   biss_device device;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string_view>
 
+#include "biss/eds/check.hpp"
 #include "biss/eds/device.hpp"
 #include "biss/eds/profile.hpp"
 #include "biss/frame/format_text.hpp"
@@ -68,8 +69,15 @@ biss_status biss_eds_format(const biss_device* device, uint32_t clock_hz, char* 
     remark(user, each.channel, each.symbol.data(), biss::text_of(each.kind).data(), each.stored,
            each.used);
   };
+  bool contradiction = false;
+  biss::check_eds(parts.image, [&](const biss::EdsFinding& each) {
+    contradiction = contradiction || biss::contradicts(each);
+    if (remark == nullptr) return;
+    remark(user, each.channel, each.symbol.data(), biss::text_of(each.problem).data(), each.value,
+           each.expected);
+  });
   const auto found = biss::describe_device(parts.image, {}, tell);
-  if (!found.ok()) return BISS_BAD_EDS;
+  if (!found.ok() || contradiction) return BISS_BAD_EDS;
   if (timing != nullptr) *timing = biss::capi::as_c(timing_at(*found, biss::hertz(clock_hz)));
   return biss::capi::put_text(found->format, format, room);
 }

@@ -13,6 +13,7 @@
 #include "biss/control/control_frame.hpp"
 #include "biss/control/register_map.hpp"
 #include "biss/control/session.hpp"
+#include "biss/eds/check.hpp"
 #include "biss/eds/device.hpp"
 #include "biss/eds/profile.hpp"
 #include "biss/frame/format.hpp"
@@ -65,8 +66,9 @@ enum class ConfigureError : std::uint8_t {
   eds_checksum,     ///< as no_profile; there is an EDS, but its checksum is wrong
   eds_unreadable,  ///< as no_profile; there is an EDS, and an access to it failed: `control` is the
                    ///< cause; without it, the maker uses BSEL for something else
-  eds_contradiction,  ///< an EDS that describes no frame: `eds` is the cause; without it, the EDS
-                      ///< names slaves that do not exist, or more channels than slaves
+  eds_contradiction,  ///< an EDS that describes no frame: `eds` is the cause; or one that contradicts
+  ///< itself or the registers: `problem` and `field` say where; without both, it
+  ///< names slaves that do not exist, or more channels than slaves
   no_channel,         ///< no slave has a data channel
   too_many_channels,  ///< more than eight
   channels_stay_off,  ///< they were deactivated and could not be activated again
@@ -95,6 +97,9 @@ struct ConfigureFault {
   std::optional<ControlError> control{};
   std::optional<ProfileError> profile{};
   std::optional<EdsDeviceCause> eds{};
+  std::optional<EdsProblem> problem{};
+  /// Of the data sheet, as check_eds() names it; static text.
+  std::string_view field{};
 
   constexpr bool operator==(const ConfigureFault&) const = default;
 };
@@ -144,6 +149,8 @@ struct SlaveDescription {
   ValueSource source = ValueSource::defaults;
   /// The EDS is present but unused: its checksum is wrong or it could not be read.
   bool eds_unused = false;
+  /// What check_eds() finds in the EDS that it holds; none of it contradicts().
+  std::uint8_t eds_findings = 0;
 };
 
 /// The configuration of master, decoder and model for everything on the line.
@@ -178,6 +185,12 @@ struct Configuration {
 
 // ---- Options and requests
 
+/// A function that takes each finding about the EDS of a slave, as soon as the EDS was read.
+struct EdsFindingTaker {
+  void (*take)(void* user, std::uint8_t slave, const EdsFinding& finding) = nullptr;
+  void* user = nullptr;
+};
+
 struct ConfigureOptions {
   /// Deactivates the channels during the configuration, which makes each request short. Slaves need
   /// not obey.
@@ -194,6 +207,8 @@ struct ConfigureOptions {
   std::uint32_t max_requests = 200'000;
   /// What no document defines about EDS and profiles.
   EdsDeviceOptions eds{};
+  /// Gets every finding of check_eds(), those that contradicts() too. Null: they are only counted.
+  EdsFindingTaker findings{};
 };
 
 /// The next request to make.

@@ -32,6 +32,7 @@
 #include "biss/control/register_map.hpp"
 #include "biss/control/session.hpp"
 #include "biss/eds/bank.hpp"
+#include "biss/eds/check.hpp"
 #include "biss/eds/common_part.hpp"
 #include "biss/eds/device.hpp"
 #include "biss/eds/image.hpp"
@@ -303,6 +304,7 @@ struct LineDevice {
   ValueSource timeout_source = ValueSource::eds;
   ValueSource busy_source = ValueSource::eds;
   ValueSource cycle_source = ValueSource::eds;
+  std::uint8_t findings = 0;
 };
 
 /// The timing of a device about which nothing is known.
@@ -449,10 +451,12 @@ struct HypothesisSink {
 
 /// \param image with a common part; the identifiers are filled in here
 /// \param slaves what is known about the slaves by ID
+/// \param taker gets what check_eds() finds
 /// \return the device, or eds_contradiction
 constexpr Result<LineDevice, ConfigureFault> eds_device(
     EdsImage image, const std::array<SlaveDescription, control_max_slaves>& slaves,
-    std::uint8_t holder, const EdsDeviceOptions& options, Hertz unstated_clock_max) {
+    std::uint8_t holder, const EdsDeviceOptions& options, const EdsFindingTaker& taker,
+    Hertz unstated_clock_max) {
   const CommonPart common = parse_common_part(*image.common);
   const auto wrong = [holder](std::optional<EdsDeviceCause> cause) {
     return failure(ConfigureFault{.cause = ConfigureError::eds_contradiction,
@@ -470,9 +474,22 @@ constexpr Result<LineDevice, ConfigureFault> eds_device(
     if (slave >= slaves.size() || (common.dc_num != 1 && common.dc_num != common.sl_num)) break;
     if (slaves[slave].profile.value_or(0) != 0) image.identifiers[i] = slaves[slave].profile;
   }
+  std::optional<EdsFinding> refused;
+  check_eds(image, [&](const EdsFinding& finding) {
+    ++line.findings;
+    if (taker.take != nullptr) taker.take(taker.user, holder, finding);
+    if (!refused && contradicts(finding)) refused = finding;
+  });
   HypothesisSink used;
   const auto device = describe_device(image, {}, used, options);
   if (!device.ok()) return wrong(device.error().cause);
+  if (refused) {
+    return failure(ConfigureFault{.cause = ConfigureError::eds_contradiction,
+                                  .step = ConfigureStep::read_channels,
+                                  .slave = holder,
+                                  .problem = refused->problem,
+                                  .field = refused->symbol});
+  }
   line.format = device->format;
   line.timing = device->timing;
   line.busy_s_clocks = device->busy_s_clocks;
@@ -652,12 +669,14 @@ class Configurator {
                            {.length_counts_crc = options_.eds.length_counts_crc});
       return;
     }
-    const auto device = configure_detail::eds_device(query_.image(), config_.slave_list, slave_,
-                                                     options_.eds, options_.unstated_clock_max);
+    const auto device =
+        configure_detail::eds_device(query_.image(), config_.slave_list, slave_, options_.eds,
+                                     options_.findings, options_.unstated_clock_max);
     if (!device.ok()) {
       const bool unread = device.error().eds == EdsDeviceCause::unknown_channel;
       return end_with(unread ? query_.eds_fault().value_or(device.error()) : device.error());
     }
+    config_.slave_list[slave_].eds_findings = device->findings;
     if (!builder_.add_device(*device, config_.slave_count)) {
       end_with({.cause = ConfigureError::eds_contradiction,
                 .step = ConfigureStep::read_common,

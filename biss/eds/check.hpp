@@ -161,6 +161,31 @@ struct EdsFinding {
   std::uint32_t expected = 0;
 };
 
+/// Two fields, or the data sheet and the registers, describe different frames or times, and no rule
+/// says which is right. A format from such a data sheet may be wrong.
+constexpr bool contradicts(const EdsFinding& finding) {
+  switch (finding.problem) {
+    case EdsProblem::lengths:
+    case EdsProblem::count_above_length:
+    case EdsProblem::encoder_type:
+    case EdsProblem::identifier:
+    case EdsProblem::bank_is_common:
+    case EdsProblem::bank_shared:
+    case EdsProblem::slave_offset:
+    case EdsProblem::data_length_differs:
+    case EdsProblem::polynomial_differs:
+      return true;
+    case EdsProblem::channel_count:
+      return finding.expected > finding.value;  // fewer: registers may describe the others
+    case EdsProblem::min_above_max:
+      return finding.part == EdsPart::common;  // not those of temperature and supply
+    case EdsProblem::little_endian:
+      return !finding.against.empty();  // a count; identifier and polynomial are repaired
+    default:
+      return false;
+  }
+}
+
 /// A function that takes the findings, one by one.
 template <class T>
 concept EdsSink = std::invocable<T&, const EdsFinding&>;
@@ -635,8 +660,16 @@ class Bp3Check {
       other.sip_res = new_res;
       return fits(other);
     };
-    const bool res_order = with(count, res_swapped);
-    const bool count_order = with(count_swapped, part_.sip_res);
+    // A value that fits alone is not swapped, unless the other order fills the length.
+    const auto looks_swapped = [&](std::uint32_t value, std::uint32_t swapped,
+                                   std::uint32_t other) {
+      return !counts_fit(value, bits) ||
+             just_fits(count_or_one(swapped) * count_or_one(other), bits);
+    };
+    const bool res_order =
+        with(count, res_swapped) && looks_swapped(part_.sip_res, res_swapped, count);
+    const bool count_order =
+        with(count_swapped, part_.sip_res) && looks_swapped(count, count_swapped, part_.sip_res);
     const bool both = !res_order && !count_order && with(count_swapped, res_swapped);
     if (count_order || both) {
       report_(EdsProblem::little_endian, symbol, count, "SIP_RES", count_swapped);
@@ -647,7 +680,11 @@ class Bp3Check {
     if (res_order || count_order || both) return;
     const bool count_alone = !counts_fit(count_or_one(count), bits) ||
                              (!scale && part_.co_len != 0 && !counts_fit(count, part_.co_len));
-    if (count_alone) {
+    const bool no_room =
+        !scale && part_.co_len == 0 && just_fits(count_or_one(part_.sip_res), bits);
+    if (no_room) {
+      report_(EdsProblem::count_above_length, symbol, count, "FI_LEN", part_.fi_len);
+    } else if (count_alone) {
       report_(EdsProblem::count_above_length, symbol, count, "SIP_RES", part_.sip_res);
     } else {
       report_(EdsProblem::count_above_length, "SIP_RES", part_.sip_res, symbol, count);

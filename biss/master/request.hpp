@@ -24,6 +24,7 @@
 #include "biss/frame/decode.hpp"
 #include "biss/frame/frame.hpp"
 #include "biss/master/request_setup.hpp"
+#include "biss/timing/cycle.hpp"
 #include "biss/timing/device_timing.hpp"
 #include "biss/timing/step.hpp"
 
@@ -367,22 +368,33 @@ constexpr void judge(const Sampler& sampler, RequestKind kind, const Codec& code
   }
 }
 
-/// The end of MA's rest after a failed request.
-/// \param begin     of the request
+/// From the start of a request until the device is ready again, if the master sends every clock and
+/// ACK takes its longest (CycleBudget), without line delay.
+constexpr Picoseconds full_request_cycle(const MasterSetup& setup, unsigned payload_bits) {
+  const FrameLength length{payload_bits + setup.busy_s_clocks, setup.slaves};
+  const CycleBudget budget = cycle_budget_of(length, setup.timing, setup.period, {});
+  return budget.total - budget.idle;
+}
+
+/// The end of MA's rest after a failed request. Renishaw's data sheet asks for MA high "for the
+/// remaining duration of the full request cycle, including timeout", and SLO may have any level
+/// until then. Other devices end a frame that is cut short a timeout after the last edge (D2); the
+/// master does not know which edge they saw last, and waits as long.
+/// \param cycle_end of the full request cycle
 /// \param last_edge of MA
 /// \param travel    from the master to the device and back, and a period
-constexpr Picoseconds reset_end(const MasterSetup& setup, Picoseconds begin, Picoseconds last_edge,
-                                Picoseconds travel) {
+constexpr Picoseconds reset_end(const MasterSetup& setup, Picoseconds cycle_end,
+                                Picoseconds last_edge, Picoseconds travel) {
   const Timeout& timeout = setup.timing.timeout;
   if (setup.reset_time.count != 0) return last_edge + setup.reset_time + travel;
-  if (timeout.rule == TimeoutRule::cycle) {
-    // STOP must be seen where the frame is longer than the cycle.
-    return std::max(begin + timeout.time, last_edge + release_time(timeout, setup.period)) + travel;
-  }
-  if (timeout.rule == TimeoutRule::fixed) return last_edge + timeout.time + travel;
+  Picoseconds rest = timeout.time;
+  // STOP must be seen where the frame is longer than the cycle.
+  if (timeout.rule == TimeoutRule::cycle) rest = release_time(timeout, setup.period);
   // It depends on the encoder's internal clock.
-  const Picoseconds adaptive = setup.period * 3 / 2 + timeout.time;
-  return last_edge + std::max(biss_static_timeout_max, adaptive) + travel;
+  if (timeout.rule == TimeoutRule::adaptive) {
+    rest = std::max(biss_static_timeout_max, setup.period * 3 / 2 + timeout.time);
+  }
+  return std::max(cycle_end, last_edge + rest) + travel;
 }
 
 /// Whether the device is ready a known time after the request began. After a frame that is longer
@@ -405,8 +417,9 @@ constexpr bool released_by_time(const MasterSetup& setup, Picoseconds begin,
 ///
 /// Every request ends, whatever SLO does. After a good frame, MA rests at the level of CDM (0:
 /// high, 1: low) until SLO rises, which means ready. After any other, SLO has no meaning and MA
-/// rests for the reset time: high, unless all bits came and CDM is 1. A request that ends with CDS
-/// ends like a good frame, or like a failed one where SLO stays at a 1 of a channel.
+/// rests until the full request cycle would have ended: high, unless all bits came and CDM is 1. A
+/// request that ends with CDS ends like a good frame, or like a failed one where SLO stays at a 1 of
+/// a channel; with TimeoutRule::cycle the next one is refused until the full cycle has ended.
 ///
 /// With MasterSetup::trust_cycle_time, waiting after a good frame ends when the encoder is known to
 /// be ready: by TimeoutRule::cycle, a fixed time after the request began. SLO shows it a line delay
@@ -431,7 +444,8 @@ class RequestCycle {
       : codec_(codec),
         setup_(with_defaults(setup)),
         clock_(setup_.period, setup_.low_time),
-        sampler_(setup_, request_ack_bounds(setup_), codec.payload_bits()) {}
+        sampler_(setup_, request_ack_bounds(setup_), codec.payload_bits()),
+        full_cycle_(full_request_cycle(setup_, codec.payload_bits())) {}
 
   /// The setup with its defaults filled in.
   constexpr const MasterSetup& setup() const { return setup_; }
@@ -450,11 +464,15 @@ class RequestCycle {
     if (now < earliest_ || !ready) return refuse(ready);
     phase_ = Phase::reading;
     high_by_ = long_ago;
+    cycle_end_ = now + full_cycle_;
     kind_ = kind;
     clock_.begin(now, cdm, setup_.idle_min);
     if (kind == RequestKind::reduced) clock_.stop_at(2);
     due_ = clock_.next();
-    if (clock_.level()) reading_.begin = due_;
+    if (clock_.level()) {
+      reading_.begin = due_;
+      cycle_end_ += setup_.idle_min;
+    }
     return {clock_.level(), due_};
   }
 
@@ -529,6 +547,7 @@ class RequestCycle {
 
   constexpr void be_late(Picoseconds now) {
     sampler_.delay_by(now - clock_.next());
+    cycle_end_ += now - clock_.next();
     if (clock_.level() && clock_.rises() == 0) reading_.begin = now;
   }
 
@@ -563,11 +582,15 @@ class RequestCycle {
     reading_.clocks = clock_.rises();
     judge(sampler_, kind_, codec_, reading_);
     const Picoseconds travel = reading_.line_delay.value_or(Picoseconds{}) + setup_.period;
-    limit_ = reset_end(setup_, reading_.begin, clock_.last_edge(), travel);
+    limit_ = reset_end(setup_, cycle_end_, clock_.last_edge(), travel);
     phase_ = Phase::resetting;
     if (kind_ == RequestKind::frame ? !reading_.frame.ok() : sampler_.cause().has_value()) return;
     phase_ = Phase::settling;
     quiet_ = now;
+    // Such a device takes a request that ends early for a reset, whatever SLO does.
+    if (kind_ != RequestKind::frame && setup_.timing.timeout.rule == TimeoutRule::cycle) {
+      earliest_ = limit_;
+    }
     // SLO ends the wait, so it may be as long as any encoder takes.
     limit_ = std::max(limit_, clock_.last_edge() + biss_static_timeout_max);
     if (kind_ == RequestKind::control_only) {
@@ -597,8 +620,8 @@ class RequestCycle {
     }
     reading_.ready = sampler_.level() || ready_by_time(now);
     reading_.marginal = sampler_.marginal();
-    earliest_ =
-        std::max(reading_.begin + setup_.timing.cycle_min, clock_.last_edge() + setup_.idle_min);
+    earliest_ = std::max({earliest_, reading_.begin + setup_.timing.cycle_min,
+                          clock_.last_edge() + setup_.idle_min});
     phase_ = Phase::idle;
   }
 
@@ -606,6 +629,8 @@ class RequestCycle {
   MasterSetup setup_;
   MaClock clock_;
   BitSampler<capacity_bits> sampler_;
+  Picoseconds full_cycle_;
+  Picoseconds cycle_end_{};  // of the request under way, if it were complete
   Phase phase_ = Phase::idle;
   RequestKind kind_ = RequestKind::frame;
   Picoseconds quiet_{};  // a rise of SLO is a bit until then

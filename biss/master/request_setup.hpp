@@ -63,8 +63,9 @@ struct MasterSetup {
   Picoseconds sample_shift{};
   /// The wait for ACK. When it is over, the request fails with no_response.
   Picoseconds line_delay_max = biss_line_delay_max;
-  /// MA high after a failed request, from its last edge; the device's timeout, or 40 µs where that
-  /// is adaptive.
+  /// MA high after a failed request, from its last edge; the rest of the full request cycle, with
+  /// the longest ACK and the device's timeout, and 40 µs at least where that is adaptive. A shorter
+  /// time is at the caller's risk.
   Picoseconds reset_time{};
   /// Makes the next request to an encoder with TimeoutRule::cycle when its time has passed, as
   /// drives do, without waiting to see SLO high a line delay later; see RequestCycle. Off: every

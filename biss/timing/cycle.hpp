@@ -63,15 +63,14 @@ constexpr Picoseconds timeout_after(const Timeout& timeout, Picoseconds period,
 /// delay and timeout, each rounded up to whole clocks. Where ACK is fixed in clocks, it is exactly
 /// that. A timeout from the start of the request is not rounded; where the frame is longer,
 /// release_time() is counted. A time above a day (`never`, for example) counts as a day.
-/// \pre clock is not 0 Hz, no time is negative, frame has at most max_payload_bits and 8 slaves
-constexpr CycleBudget cycle_budget(const FrameLength& frame, const DeviceTiming& timing,
-                                   Hertz clock, Picoseconds line_delay) {
+/// \pre period is positive, no time is negative, frame has at most max_payload_bits and 8 slaves
+constexpr CycleBudget cycle_budget_of(const FrameLength& frame, const DeviceTiming& timing,
+                                      Picoseconds period, Picoseconds line_delay) {
   constexpr Picoseconds day = milliseconds(86'400'000);
   line_delay = std::min(line_delay, day);
   Timeout timeout = timing.timeout;
   timeout.time = std::min(timeout.time, day);
   CycleBudget budget;
-  const Picoseconds period = period_of(clock);
   const std::int64_t processing_clocks =
       timing.ack_clocks != 0 ? timing.ack_clocks - 1
                              : clocks_to_cover(std::min(timing.ack_max, day), period);
@@ -95,6 +94,12 @@ constexpr CycleBudget cycle_budget(const FrameLength& frame, const DeviceTiming&
   budget.request_rate_max =
       Hertz{static_cast<std::uint32_t>(picoseconds_per_second / budget.total.count)};
   return budget;
+}
+
+/// The same at this clock. \pre clock is not 0 Hz
+constexpr CycleBudget cycle_budget(const FrameLength& frame, const DeviceTiming& timing,
+                                   Hertz clock, Picoseconds line_delay) {
+  return cycle_budget_of(frame, timing, period_of(clock), line_delay);
 }
 
 /// Whether requests may be made at this rate.

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <climits>
 #include <fstream>
 #include <memory>
 #include <optional>
@@ -60,15 +61,41 @@ std::string journal_of(const std::string& output) {
   return target + ".journal";
 }
 
-// The lines of a file that names files.
+// The lines of a file that names files. Line ends may be LF or CRLF, and UTF-8's byte-order mark may
+// come first. A device may have no end, so lines and their number have limits.
 tl::expected<std::vector<std::string>, std::string> read_list(const std::string& path) {
-  std::ifstream file(path);
+  constexpr std::size_t most_lines = 10'000'000;
+  constexpr std::string_view mark = "\xEF\xBB\xBF";
+  std::ifstream file(path, std::ios::binary);
   if (!file) return tl::unexpected(fmt::format("{}: cannot open it", path));
   std::vector<std::string> lines;
-  for (std::string line; std::getline(file, line);) {
-    if (!line.empty()) lines.push_back(std::move(line));
+  std::array<char, PATH_MAX + 2> buffer{};
+  std::size_t number = 1;
+  for (; file.getline(buffer.data(), buffer.size()); ++number) {
+    if (number > most_lines) {
+      return tl::unexpected(
+          fmt::format("{}: more than {} lines; give several lists, and merge "
+                      "their summaries",
+                      path, most_lines));
+    }
+    // The count has the line feed, except at the end of the file.
+    std::string_view line(buffer.data(),
+                          static_cast<std::size_t>(file.gcount()) - (file.eof() ? 0U : 1U));
+    if (number == 1 && line.starts_with(mark)) line.remove_prefix(mark.size());
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    if (line.find('\0') != std::string_view::npos) {
+      return tl::unexpected(fmt::format(
+          "{}: line {} has a zero byte; write a text in UTF-8, one path a line", path, number));
+    }
+    if (!line.empty()) lines.emplace_back(line);
   }
   if (file.bad()) return tl::unexpected(fmt::format("{}: cannot read it", path));
+  if (!file.eof()) {
+    return tl::unexpected(
+        fmt::format("{}: line {} has more than {} bytes, as no path has; write "
+                    "one path a line",
+                    path, number, PATH_MAX));
+  }
   return lines;
 }
 

@@ -57,6 +57,7 @@ class ArchiveRun {
   void take(FileEntry entry, const ListedFile& file) {
     ++now_.files;
     now_.bytes += file.stamp.bytes;
+    entry.place = file.place;
     summary_.add(std::move(entry));
   }
 

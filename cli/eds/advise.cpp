@@ -16,6 +16,7 @@
 #include "cli/common/verb.hpp"
 #include "cli/eds/description.hpp"
 #include "cli/eds/eds.hpp"
+#include "cli/eds/rows.hpp"
 #include "cli/eds/source.hpp"
 #include "report/summary.hpp"
 
@@ -181,6 +182,9 @@ ExitStatus run_advise(const AdviseOptions& options) {
   if (!options.arguments.file.empty()) {
     const auto source = load_eds_with_part(options.arguments);
     if (!source) return source.error();
+    for (const EdsFindingRow& row : eds_findings(source->sheet)) {
+      warn(fmt::format("{}: {}", part_text(row.part, row.channel), finding_line(row)));
+    }
     const auto ignore = [](const EdsRemark&) {};
     const auto device = describe_device(source->stored.image(), source->overrides, ignore);
     if (device.ok()) {

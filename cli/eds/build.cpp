@@ -53,18 +53,6 @@ bool is_reserved_word(const std::string& name) {
   return reserved_words.find(" " + name + " ") != std::string_view::npos;
 }
 
-// `CPOLY: the polynomial has its lowest bit … (67, expected 33)`
-std::string finding_line(const EdsFindingRow& row) {
-  std::string out = fmt::format("{}: {}", row.symbol, row.text);
-  if (!row.value) return out;
-  out += fmt::format(" ({}", *row.value);
-  if (row.expected) {
-    out += row.certain ? fmt::format(", expected {}", *row.expected)
-                       : fmt::format(", {} {}", row.against, *row.expected);
-  }
-  return out + ')';
-}
-
 // The parts that a description gives are written even where no data sheet with them is found.
 dump::DataSheet with_drafted(dump::DataSheet sheet, const dump::DataSheet& drafted) {
   if (sheet.empty()) return drafted;

@@ -300,6 +300,14 @@ TEST_F(Eds, Override_ReplacesAndReportsWhatDisagrees) {
   EXPECT_THAT(checked.out, Not(HasSubstr("checksum")));
 }
 
+TEST_F(Eds, OverrideWithMorePeriodsThanFit_IsNoByteOrder) {
+  build("e.hex");
+  const Ran ran = eds({"check", path("e.hex"), "--override", "bp3.0.SIP_CNT=2", "--to", "csv"});
+  EXPECT_EQ(ran.status, ExitStatus::data_failed);
+  EXPECT_THAT(ran.out, HasSubstr("bp3,SIP_CNT,count_above_length,2,0,FI_LEN,18,"));
+  EXPECT_THAT(ran.out, Not(HasSubstr("little_endian")));
+}
+
 TEST_F(Eds, OverrideThatCannotBe_IsWrongUsage) {
   for (const char* text : {"MT_LEN", "MT_LEX=1", "MT_LEN=abc", "MT_LEN=256", "bp3.1.MT_LEN=2",
                            "TO_MAX=20us", "common.MT_LEN=1"}) {

@@ -119,6 +119,32 @@ bool is_unused(const EdsField& field, EdsPart part, const EdsBank& bank) {
   return channel < max_channels && channel >= parse_common_part(bank).dc_num;
 }
 
+EdsFindingRow finding_row(const EdsFinding& found) {
+  EdsFindingRow row;
+  row.part = name_of(found.part);
+  if (found.part != EdsPart::common) row.channel = found.channel;
+  row.symbol = found.symbol;
+  row.problem = name_of(found.problem);
+  row.value = found.value;
+  row.against = found.against;
+  row.certain = states_right_value(found);
+  const bool contradicted = !found.against.empty() && found.problem != EdsProblem::lengths;
+  if (row.certain || contradicted) row.expected = found.expected;
+  row.text = text_of(found.problem);
+  return row;
+}
+
+std::string finding_line(const EdsFindingRow& row) {
+  std::string out = fmt::format("{}: {}", row.symbol, row.text);
+  if (!row.value) return out;
+  out += fmt::format(" ({}", *row.value);
+  if (row.expected) {
+    out += row.certain ? fmt::format(", expected {}", *row.expected)
+                       : fmt::format(", {} {}", row.against, *row.expected);
+  }
+  return out + ')';
+}
+
 std::vector<EdsFindingRow> eds_findings(const dump::DataSheet& sheet,
                                         const EdsCheckOptions& rules) {
   std::vector<EdsFindingRow> rows;
@@ -126,20 +152,8 @@ std::vector<EdsFindingRow> eds_findings(const dump::DataSheet& sheet,
     if (!part.found->whole) add_incomplete(rows, part);
   }
   const EdsImage image = sheet.image();
-  const auto add = [&rows](const EdsFinding& found) {
-    EdsFindingRow& row = rows.emplace_back();
-    row.part = name_of(found.part);
-    if (found.part != EdsPart::common) row.channel = found.channel;
-    row.symbol = found.symbol;
-    row.problem = name_of(found.problem);
-    row.value = found.value;
-    row.against = found.against;
-    row.certain = states_right_value(found);
-    const bool contradicted = !found.against.empty() && found.problem != EdsProblem::lengths;
-    if (row.certain || contradicted) row.expected = found.expected;
-    row.text = text_of(found.problem);
-  };
-  check_eds(image, add, rules);
+  check_eds(
+      image, [&rows](const EdsFinding& found) { rows.push_back(finding_row(found)); }, rules);
   return rows;
 }
 

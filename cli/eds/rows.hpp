@@ -71,6 +71,11 @@ struct EdsFindingRow {
   std::string text;
 };
 
+EdsFindingRow finding_row(const EdsFinding& finding);
+
+/// `CPOLY: the polynomial has its lowest bit … (67, expected 33)`
+std::string finding_line(const EdsFindingRow& row);
+
 /// Everything that is wrong, by part.
 std::vector<EdsFindingRow> eds_findings(const dump::DataSheet& sheet,
                                         const EdsCheckOptions& rules = {});

@@ -1,12 +1,14 @@
 // biss safety campaign: inject faults into frames and count undetected errors, with the exact theory.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "archive/hash.hpp"
 #include "cli/common/shard_option.hpp"
 #include "cli/common/terminal.hpp"
 #include "cli/common/text_file.hpp"
@@ -53,8 +55,13 @@ tl::expected<lab::CampaignState, std::string> read_state_of(const std::string& p
   const auto file = read_text_file(path);
   if (!file) return tl::unexpected(fmt::format("{}: {}", path, file.error()));
   auto state = lab::read_state(*file);
-  if (!state) {
-    return tl::unexpected(fmt::format("{}: not a usable campaign state: {}", path, state.error()));
+  const std::size_t end = file->size() - std::min(file->size(), archive::checksum_end(0).size());
+  const std::string_view text(*file);
+  const bool whole =
+      text.substr(end) == archive::checksum_end(archive::hash_of(text.substr(0, end)));
+  if (!state || !whole) {
+    return tl::unexpected(fmt::format("{}: not a usable campaign state: {}", path,
+                                      state ? archive::checksum_wrong : state.error()));
   }
   return state;
 }
@@ -80,7 +87,10 @@ ExitStatus print_state(const lab::CampaignFrame& frame, const lab::CampaignState
 bool save(const lab::CampaignState& state, const std::string& path) {
   if (path.empty()) return true;
   Output file;
-  const bool saved = file.open(path) && file.write(lab::state_text(state)) && file.finish();
+  std::string text = lab::state_text(state);
+  text.resize(text.rfind('}'));
+  text += archive::checksum_end(archive::hash_of(text));
+  const bool saved = file.open(path) && file.write(text) && file.finish();
   if (!saved) warn(file.error());
   return saved;
 }

@@ -6,6 +6,7 @@
 #include "biss/frame/format_text.hpp"
 #include "cli/common/format_option.hpp"
 #include "cli/common/quantity.hpp"
+#include "cli/eds/rows.hpp"
 #include "report/summary.hpp"
 
 namespace biss::cli {
@@ -87,6 +88,16 @@ void ConfigureLog::note(const Configurator& configurator) {
   }
 }
 
+ConfigureOptions ConfigureLog::options() {
+  ConfigureOptions options;
+  options.findings = {[](void* log, std::uint8_t slave, const EdsFinding& finding) {
+                        static_cast<ConfigureLog*>(log)->findings_.push_back(
+                            fmt::format("ID {}: {}", slave, finding_line(finding_row(finding))));
+                      },
+                      this};
+  return options;
+}
+
 std::string ConfigureLog::text(const Result<Configuration, ConfigureFault>& found,
                                Picoseconds time) const {
   report::Summary out;
@@ -97,6 +108,11 @@ std::string ConfigureLog::text(const Result<Configuration, ConfigureFault>& foun
               asks_one(step.step) ? fmt::format("ID {}", step.slave) : "");
   }
   if (found.ok()) add_found(out, *found);
+  std::string_view key = "data sheet";
+  for (const std::string& finding : findings_) {
+    out.entry(key, finding);
+    key = "";
+  }
   return out.text();
 }
 
@@ -105,6 +121,9 @@ std::string text_of(const ConfigureFault& fault) {
   if (asks_one(fault.step)) text += fmt::format(" of ID {}", fault.slave);
   if (fault.control) text += fmt::format(": {}", name_of(*fault.control));
   if (fault.profile) text += fmt::format(": {}", biss::text_of(*fault.profile));
+  if (fault.problem) {
+    text += fmt::format(": {}: {}", fault.field, biss::text_of(*fault.problem));
+  }
   if (fault.eds) text += fmt::format(": {}", biss::text_of(*fault.eds));
   return text;
 }

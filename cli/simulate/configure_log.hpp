@@ -15,6 +15,9 @@ class ConfigureLog {
   /// Call before each request and after the last one.
   void note(const Configurator& configurator);
 
+  /// The options of a configuration whose findings this log takes. \pre it outlives the run
+  ConfigureOptions options();
+
   /// The steps with their requests; format, timing and identity, each with its source, where they
   /// were found. \param time the duration of the configuration
   std::string text(const Result<Configuration, ConfigureFault>& found, Picoseconds time) const;
@@ -27,6 +30,7 @@ class ConfigureLog {
   };
 
   std::vector<Step> steps_;
+  std::vector<std::string> findings_;
   std::uint32_t requests_ = 0;
 };
 

@@ -6,11 +6,13 @@
 #include <cstdint>
 #include <optional>
 
+#include "biss/eds/check.hpp"
 #include "biss/eds/device.hpp"
 #include "biss/eds/profile.hpp"
 #include "biss/frame/format_text.hpp"
 #include "cli/common/message.hpp"
 #include "cli/common/quantity.hpp"
+#include "cli/eds/rows.hpp"
 #include "cli/eds/source.hpp"
 
 namespace biss::cli {
@@ -102,6 +104,7 @@ std::string file_of_registers(const std::string& argument) {
 
 tl::expected<LoadedRegisters, ExitStatus> load_registers(
     const std::vector<std::string>& arguments) {
+  LoadedRegisters all;
   std::vector<std::optional<Loaded>> loaded;
   const auto refuse = [](std::string_view text) {
     return tl::unexpected(fail(ExitStatus::usage, text));
@@ -123,8 +126,12 @@ tl::expected<LoadedRegisters, ExitStatus> load_registers(
     loaded.resize(std::max(loaded.size(), id + 1));
     loaded[id] = {registers_of(source->dump, source->sheet),
                   device_of(source->dump, source->sheet)};
+    check_eds(source->sheet.image(), [&](const EdsFinding& found) {
+      if (contradicts(found))
+        all.contradiction = argument + ": " + finding_line(finding_row(found));
+      all.findings.push_back(argument + ": " + finding_line(finding_row(found)));
+    });
   }
-  LoadedRegisters all;
   if (loaded.size() == 1 && loaded[0]) all.device = loaded[0]->device;
   all.device.format = joined_format(loaded);
   for (const auto& encoder : loaded) {

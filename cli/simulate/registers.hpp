@@ -17,6 +17,10 @@ struct LoadedRegisters {
   /// The format that the encoders describe in their registers, and for one encoder with a data
   /// sheet its timing. Empty where nothing is described.
   FormatArguments device;
+  /// What check_eds() finds in their data sheets, and the last of it that contradicts(); empty where
+  /// there is none. The format of a contradictory data sheet may be wrong.
+  std::vector<std::string> findings;
+  std::string contradiction;
 };
 
 /// Reads `FILE` for the encoder with the next ID, `ID:FILE` for that ID; in a file with accesses to

@@ -91,6 +91,13 @@ class SimulateRun {
     if (!loaded) return loaded.error();
     line.registers = std::move(loaded->registers);
     if (line.device.format.empty()) {
+      for (const std::string& finding : loaded->findings) warn("--registers: " + finding);
+      if (!loaded->contradiction.empty()) {
+        return fail(
+            ExitStatus::data_failed,
+            fmt::format("--registers: the data sheet contradicts itself; give --format ({})",
+                        loaded->contradiction));
+      }
       take_described(loaded->device, line.device);
       line.slaves = std::max<std::uint64_t>(line.slaves, line.registers.size());
     }

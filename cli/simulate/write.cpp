@@ -204,7 +204,7 @@ class LineWriter {
   bool configure() {
     ConfigureLog log;
     const Picoseconds begin = line_.end();
-    line_.begin_configuration({}, common_clock_max);
+    line_.begin_configuration(log.options(), common_clock_max);
     while (line_.configuring()) {
       log.note(line_.configurator());
       if (!edges_->write(line_.configure_next())) return false;

@@ -3,7 +3,8 @@
 // MA is `clk` divided by 2 * HALF. SLO falls for ACK wherever the line delay puts it; from there on
 // a bit is sampled every 2 * HALF clocks, HALF clocks into the bit: that is line-delay compensation.
 // MA runs until STOP has been sampled, then rests high. `start` is taken while `ready`, which waits
-// for the encoder to release SLO.
+// for the encoder to release SLO. After a bad frame SLO means nothing: MA rests for RESPONSE_MAX
+// periods, which is longer than a whole frame and its timeout.
 module biss_master #(
     parameter int POSITION_BITS = 26,
     parameter int HALF = 8,           // clocks in half a period of MA
@@ -117,14 +118,21 @@ module biss_master #(
         if (sample) begin
           state <= TIMEOUT;
           valid <= 1'b1;
+          count <= '0;
         end
-        TIMEOUT: if (slo_now) state <= IDLE;
+        TIMEOUT: begin
+          if (sample && count != COUNT_BITS'(RESPONSE_MAX)) count <= count + 1'b1;
+          if (slo_now && (!no_answer && crc_ok || count == COUNT_BITS'(RESPONSE_MAX))) begin
+            state <= IDLE;
+          end
+        end
         default: state <= IDLE;
       endcase
       if ((state == ACK || state == START) && count == COUNT_BITS'(RESPONSE_MAX)) begin
         state <= TIMEOUT;
         valid <= 1'b1;
         no_answer <= 1'b1;
+        count <= '0;
       end
     end
   end

@@ -15,6 +15,7 @@
 #include "biss/control/register_map.hpp"
 #include "biss/control/session.hpp"
 #include "biss/eds/bank.hpp"
+#include "biss/eds/check.hpp"
 #include "biss/eds/device.hpp"
 #include "biss/eds/image.hpp"
 #include "biss/frame/fixed.hpp"
@@ -201,6 +202,16 @@ class ReadEncoder {
     biss::EdsImage image{.common = &common_, .eds_bank = registers_.eds_bank};
     image.profiles[0] = &profile_;
     image.identifiers[0] = registers_.profile;
+    // A format from a data sheet with a contradiction may be wrong.
+    bool contradiction = false;
+    biss::check_eds(image, [&](const biss::EdsFinding& finding) {
+      contradiction = contradiction || biss::contradicts(finding);
+      write_text(finding.symbol);
+      write_text(": ");
+      write_text(text_of(finding.problem));
+      write_text("\n");
+    });
+    if (contradiction) return false;
     const auto device = biss::describe_device(image, {}, [](const biss::EdsRemark&) {});
     if (!device.ok()) {
       write_text(text_of(device.error().cause));

@@ -3,8 +3,8 @@
 //
 // MA is `clk` divided by 2 * HALF. SLO falls for ACK wherever the line delay puts it. From there on
 // a bit is sampled each 2 * HALF clocks, HALF clocks into the bit. MA runs until STOP is sampled.
-// `start` is taken while `ready`, which waits until the encoder releases SLO. After a bad frame MA
-// is high for the longest timeout, so that the encoder is idle.
+// `start` is taken while `ready`, which waits until the encoder releases SLO. After a bad frame SLO
+// means nothing: MA is high for a whole frame and the longest timeout, so that the encoder is idle.
 `timescale 1ps / 1ps
 
 module biss_line_master #(
@@ -12,7 +12,8 @@ module biss_line_master #(
     parameter HALF = 8,            // clocks in half a period of MA
     parameter ANSWER_MAX = 256,    // periods of MA until SLO has fallen
     parameter ACK_MAX = 256,       // periods of MA until START
-    parameter RESET = 3200         // clocks for which MA is high after a bad frame, 40 us
+    // Clocks for which MA is high after a bad frame: that frame at its longest, and 40 us.
+    parameter RESET = 2 * HALF * (ACK_MAX + POSITION_BITS + 12) + 3200
 ) (
     input  wire                     clk,
     input  wire                     reset,
@@ -68,7 +69,7 @@ module biss_line_master #(
   // x^6 + x + 1, most significant bit first; on the line the CRC is inverted.
   reg [FRAME_BITS-1:0] frame;
   reg [5:0] crc;
-  reg [15:0] count;
+  reg [31:0] count;
   wire in_data = count < DATA_BITS;
   wire crc_in = in_data ? slo_now : !slo_now;
   wire [5:0] crc_next = {crc[4:0], 1'b0} ^ (crc[5] ^ crc_in ? 6'h03 : 6'h00);
@@ -110,7 +111,7 @@ module biss_line_master #(
         end
         ACK:
         if (sample) begin
-          count <= count + 16'd1;
+          count <= count + 1;
           if (slo_now) state <= CDS;
           else if (count == ACK_MAX) finish(NO_START);
         end
@@ -124,7 +125,7 @@ module biss_line_master #(
         if (sample) begin
           frame <= {frame[FRAME_BITS-2:0], slo_now};
           crc <= crc_next;
-          count <= count + 16'd1;
+          count <= count + 1;
           if (count == FRAME_BITS - 1) state <= STOP;
         end
         STOP:
@@ -135,7 +136,7 @@ module biss_line_master #(
           else finish(OK);
         end
         RELEASE: begin
-          count <= valid ? 16'd1 : count + 16'd1;
+          count <= valid ? 1 : count + 1;
           if (!valid && slo_now && (cause == OK || count >= RESET)) state <= IDLE;
         end
         default: state <= IDLE;

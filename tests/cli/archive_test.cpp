@@ -519,6 +519,85 @@ TEST_F(Archive, PathOfAListThatIsGone_DoesNotEndTheRun) {
   EXPECT_EQ(run({"archive", a, gone}).status, 3) << "a path of the command line is a mistake";
 }
 
+TEST_F(Archive, ListWithCrlfAndByteOrderMark_IsReadAsTheFolder) {
+  const std::string a = simulated("a.csv", {"-f", "resolute-26"});
+  const std::string b = simulated("m/b.csv", {"-f", "resolute-26"});
+  summary();
+  const std::string whole = content_of(path("summary.json"));
+  for (const std::string& text : {"\xEF\xBB\xBF" + a + "\r\n" + b + "\r\n",
+                                  "\xEF\xBB\xBF" + b + "\n" + a, a + "\r\n\r\n" + b + "\r"}) {
+    const std::string list = folder_.file("list.txt", text);
+    ASSERT_EQ(run({"archive", "--files-from", list, "-o", path("list.json")}).status, 0);
+    EXPECT_EQ(content_of(path("list.json")), whole) << text;
+  }
+}
+
+TEST_F(Archive, ListThatIsNoTextOfPaths_IsRefusedAtItsLine) {
+  const std::string a = simulated("a.csv", {"-f", "resolute-26"});
+  const auto refused = [&](const std::string& list, const std::string& cause) {
+    const Outcome outcome = run({"archive", "--files-from", list, "-o", path("list.json")});
+    EXPECT_EQ(outcome.status, 3) << cause;
+    EXPECT_THAT(outcome.err, HasSubstr(list + ": " + cause));
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    EXPECT_FALSE(fs::exists(path("list.json")));
+  };
+  // Endless, without a line end.
+  refused("/dev/zero", "line 1 has more than 4096 bytes");
+  refused(folder_.file("long.txt", a + "\n" + std::string(1'000'000, 'x') + "\n"),
+          "line 2 has more than 4096 bytes");
+  // What is behind the zero byte must not be dropped: `a` would be read.
+  const std::string zero(1, '\0');
+  refused(folder_.file("zero.txt", a + zero + "x\n"), "line 1 has a zero byte");
+  refused(folder_.file("print0.txt", a + zero + a + zero), "line 1 has a zero byte");
+  std::string wide = "\xFF\xFE";
+  for (const char letter : a + "\r\n") wide += letter + zero;
+  refused(folder_.file("utf16.txt", wide), "line 1 has a zero byte");
+}
+
+TEST_F(Archive, FileUnderTwoNames_IsNotCountedTwice) {
+  simulated("m/a.csv", {"-f", "resolute-26"});
+  const std::string m = captures() + "/m";
+  fs::create_directory_symlink(m, path("link"));
+  fs::create_symlink(m + "/a.csv", path("a-link.csv"));
+  const std::string here = fs::current_path().string();
+  const std::string relative = fs::relative(m, here).string();
+  ASSERT_EQ(run({"archive", m, "-o", path("1.json")}).status, 0);
+  for (const std::string& other : {relative, relative + "/a.csv", "./" + relative,
+                                   captures() + "/m/../m", path("link") + "/../captures/m",
+                                   path("link"), path("link") + "/a.csv", path("a-link.csv")}) {
+    ASSERT_EQ(run({"archive", other, "-o", path("2.json")}).status, 0) << other;
+    const Outcome twice = merge({path("1.json"), path("2.json")});
+    EXPECT_EQ(twice.status, 3) << other;
+    EXPECT_THAT(twice.err, HasSubstr("this file is in two of the summaries")) << other;
+  }
+  EXPECT_THAT(merge({path("1.json"), path("2.json")}).err, HasSubstr("also named"));
+}
+
+TEST_F(Archive, ChangedByteOfASummary_IsRefused) {
+  simulated("a.csv", {"-f", "resolute-26", "--fault", "flip:0.2"});
+  summary();
+  const std::string text = content_of(path("summary.json"));
+  EXPECT_EQ(merge({path("summary.json")}).status, 0);
+  int refused = 0;
+  int tried = 0;
+  const auto is_digit = [](char letter) { return letter >= '0' && letter <= '9'; };
+  for (std::size_t at = 0; at < text.size(); at += is_digit(text[at]) ? 29 : 1) {
+    if (!is_digit(text[at])) continue;
+    std::string changed = text;
+    changed[at] = changed[at] == '1' ? '2' : '1';
+    if (merge({folder_.file("changed.json", changed)}).status == 3) ++refused;
+    ++tried;
+  }
+  EXPECT_EQ(refused, tried);
+  EXPECT_GT(tried, 40);
+  // As an older version wrote it.
+  std::string old = text;
+  old.replace(old.find(",\n\"checksum\""), std::string::npos, "}\n");
+  const Outcome outcome = merge({folder_.file("old.json", old)});
+  EXPECT_EQ(outcome.status, 3);
+  EXPECT_THAT(outcome.err, HasSubstr("old.json: not a usable summary: its checksum is missing"));
+}
+
 TEST_F(Archive, RawSamples_AreReadAmongOtherCaptures) {
   const Words link{"-f", "resolute-26", "--clock", "1MHz", "--sample-rate", "10MHz"};
   simulated("a.bin", link);

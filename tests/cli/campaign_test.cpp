@@ -182,6 +182,29 @@ TEST(Campaign, StateWithACountThatCannotBe_IsRefused) {
   }
 }
 
+TEST(Campaign, ChangedByteOfAState_IsRefused) {
+  const Folder folder;
+  const std::string state = folder.path("state.json");
+  const std::vector<std::string> arguments{
+      "safety", "campaign",        "-f",   "rxm", "--fault", "flips:0.1", "--frames",
+      "1000",   "--no-importance", "--to", "csv", "--state", state};
+  ASSERT_EQ(run(arguments).status, 0);
+  const std::string text = content_of(state);
+  EXPECT_EQ(run(arguments).status, 0) << "as it was written";
+  for (std::size_t at = 0; at < text.size(); at += 3) {
+    std::string changed = text;
+    changed[at] = changed[at] == '1' ? '2' : '1';
+    folder.file("state.json", changed);
+    EXPECT_EQ(run(arguments).status, 3) << at << " of " << changed;
+    EXPECT_EQ(content_of(state), changed) << "a refused state is not overwritten";
+  }
+  // As an older version wrote it.
+  folder.file("state.json", text.substr(0, text.find(",\n\"checksum\"")) + "}\n");
+  const Outcome old = run(arguments);
+  EXPECT_EQ(old.status, 3);
+  EXPECT_THAT(old.err, testing::HasSubstr("not a usable campaign state: its checksum is missing"));
+}
+
 TEST(Campaign, ReplayAfterTheLastFrame_IsReported) {
   const auto replay = [](const std::string& fault, const std::string& index) {
     return run({"safety", "campaign", "-f", "rxm", "--fault", fault, "--frames", "5000000",

@@ -277,6 +277,36 @@ TEST(ConfiguringMaster, DataSheet_IsReadOverTheWireAndTellsTurnsAndTiming) {
   expect_positions(capture, truth, found(outcome, "format"), 100);
 }
 
+// 12 bits of turns and 19 of a turn, described as one value of 31 bits with counts of its own.
+TEST(ConfiguringMaster, DataSheetThatContradictsItself_IsRefusedByNameEverywhere) {
+  const Folder folder;
+  const std::string description = folder.file(
+      "encoder.eds",
+      "[registers]\nEDS_BANK = 2\n[common]\nTMA = 100ns\n"
+      "[bp3]\nMT_LEN = 0\nMT_CNT = 4096\nCO_LEN = 31\nCO_FMT = left\nFI_LEN = 0\nSIP_CNT = 1\n"
+      "SIP_RES = 524288\n");
+  const std::string sheet = folder.path("encoder.hex");
+  ASSERT_EQ(run({"eds", "build", "--force", description, "-o", sheet}).status, 0);
+  const std::string capture = folder.path("line.vcd");
+  constexpr const char* cause = "MT_CNT: more counts than its length can tell apart";
+  const Outcome configured = run({"simulate", "--registers", sheet, "-f", "mt12,st19,nE,nW,crc6",
+                                  "--configure", "-o", capture});
+  EXPECT_EQ(configured.status, 1);
+  EXPECT_THAT(configured.err, HasSubstr("data sheet  ID 0: MT_CNT"));
+  EXPECT_THAT(
+      configured.err,
+      HasSubstr(std::string("no configuration: eds_contradiction at read_channels of ID 0: ") +
+                cause));
+  const Outcome described = run({"simulate", "--registers", sheet, "-o", capture});
+  EXPECT_EQ(described.status, 1);
+  EXPECT_THAT(described.err, HasSubstr("the data sheet contradicts itself; give --format"));
+  EXPECT_THAT(described.err, HasSubstr(cause));
+  EXPECT_EQ(run({"simulate", "--registers", sheet, "-f", "pos31,nE,nW,crc6", "-o", capture}).status,
+            0);
+  EXPECT_THAT(run({"eds", "advise", sheet}).err, HasSubstr(cause));
+  EXPECT_THAT(run({"eds", "show", sheet}).err, HasSubstr("MT_CNT of channel 0: more counts than"));
+}
+
 TEST(ConfiguringMaster, ChainOfTwo_IsFoundAndBelievedAboutItsClock) {
   const Folder folder;
   const std::string sheet = folder.file("encoder.eds", described_encoder);

@@ -81,6 +81,28 @@ struct Wrong {
   EdsProblem problem;
 };
 
+// SIP_RES fills FI_LEN. Its bytes in the other order would make room for a second period.
+BISS_TEST(EdsCheck, SecondPeriodOfAResolutionThatFillsItsLength_IsNoByteOrder) {
+  for (const std::uint32_t count : {2U, 3U, 16U, 256U}) {
+    const Bp3Part part{.bp_id = 0x6220,
+                       .mt_len = 12,
+                       .fi_len = 18,
+                       .mt_cnt = 4096,
+                       .sip_cnt = count,
+                       .sip_res = 262'144};
+    EdsFinding found;
+    unsigned findings = 0;
+    check_bp3_part(sealed(build_bank(part)), [&](const EdsFinding& each) {
+      found = each;
+      ++findings;
+    });
+    BISS_EXPECT_EQ(findings, 1U);
+    BISS_EXPECT(found.problem == EdsProblem::count_above_length) << "count " << count;
+    BISS_EXPECT(found.symbol == "SIP_CNT" && found.value == count);
+    BISS_EXPECT(found.against == "FI_LEN" && found.expected == 18);
+  }
+}
+
 // In each case one field is wrong and the checksum is corrected. Only that field and its fault may
 // be reported.
 BISS_TEST(EdsCheck, OneWrongField_IsTheOnlyFinding) {
