@@ -8,6 +8,8 @@
 #include <optional>
 #include <system_error>
 
+#include "cli/common/output.hpp"
+
 namespace biss::cli {
 namespace {
 
@@ -26,7 +28,7 @@ bool is_standard(const NamedFile& file) { return file.path == "-"; }
 
 std::optional<Target> target_of(const NamedFile& file) {
   struct stat about {};
-  const int stream = file.use == FileUse::read ? STDIN_FILENO : STDOUT_FILENO;
+  const int stream = file.use == FileUse::read ? STDIN_FILENO : standard_output();
   const bool exists =
       is_standard(file) ? ::fstat(stream, &about) == 0 : ::stat(file.path.c_str(), &about) == 0;
   if (exists && S_ISCHR(about.st_mode)) return std::nullopt;
