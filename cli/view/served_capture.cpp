@@ -121,11 +121,12 @@ std::string ServedCapture::refuse_to_follow(std::string_view why) const {
 
 // A first line may be half written: it is none where it does not grow from one close look to the next.
 std::string ServedCapture::wrong_lines(std::uint64_t available) {
-  if (size_ == 0 && available != 0 && available == std::exchange(waiting_, available)) {
-    return refuse_to_follow("it has no line feed yet");
+  if (available - std::min(available, size_) > line_bytes_max) {
+    return refuse_to_follow("its last line has more than 1 MiB");
   }
-  if (available - std::min(available, size_) <= line_bytes_max) return {};
-  return refuse_to_follow(fmt::format("the line at byte {} has no end within 1 MiB", size_));
+  const bool rests =
+      size_ == 0 && available != 0 && available == std::exchange(waiting_, available);
+  return rests ? refuse_to_follow("it has no line feed yet") : "";
 }
 
 std::string ServedCapture::wrong_kind() const {

@@ -417,6 +417,10 @@ TEST(ViewVerb, FileWithoutALineFeed_IsNamed) {
   EXPECT_EQ(outcome.status, 3);
   EXPECT_THAT(outcome.err, HasSubstr("a.vcd: cannot be followed while it grows: it has no line "
                                      "feed yet; leave out --follow"));
+  const std::string long_line = capture_text + std::string(2U << 20U, '1');
+  const Outcome too_long = run({"view", folder.file("a.csv", long_line), "--follow", "--no-open"});
+  EXPECT_EQ(too_long.status, 3);
+  EXPECT_THAT(too_long.err, HasSubstr("its last line has more than 1 MiB; leave out --follow"));
   // It may be the first line, half written. One that does not grow from look to look is none.
   const std::string path = folder.file("b.vcd", "");
   const Server server(folder, {path, "--follow"});
