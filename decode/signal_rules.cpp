@@ -47,7 +47,7 @@ void SignalRules::push(std::uint64_t number, const Cycle& cycle) {
     judge_pulses(number, cycle);
     judge_clocks(number, cycle);
     if (has_times(cycle.status) && cycle.signal->changes) {
-      judge_changes(number, cycle);
+      if (cycle.line_delay) judge_changes(number, cycle);
       judge_sampling(number, cycle);
     }
   }

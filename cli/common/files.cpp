@@ -8,6 +8,7 @@
 #include <optional>
 #include <system_error>
 
+#include "cli/common/given_captures.hpp"
 #include "cli/common/output.hpp"
 
 namespace biss::cli {
@@ -27,6 +28,7 @@ struct Target {
 bool is_standard(const NamedFile& file) { return file.path == "-"; }
 
 std::optional<Target> target_of(const NamedFile& file) {
+  if (file.use == FileUse::read && GivenCaptures::find(file.path) != nullptr) return std::nullopt;
   struct stat about {};
   const int stream = file.use == FileUse::read ? STDIN_FILENO : standard_output();
   const bool exists =

@@ -185,6 +185,8 @@ def test_ReportOfAnArray_IsNotThatOfAFileWithItsName(large, tmp_path, monkeypatc
     (tmp_path / "array").write_text("time_ns,MA,SLO\n0,1,1\n")
     _, made = reported(tmp_path, biss.Capture.load(large))
     assert embedded(made)["cycles"] == 15000
+    biss.run("convert", biss.simulate("resolute-26", cycles=5).capture, output="array", to="csv")
+    assert (tmp_path / "array").read_text().startswith("time_ns,MA,SLO\n")
     (tmp_path / "array").unlink()
     (tmp_path / "array").mkdir()
     _, made = reported(tmp_path, biss.Capture.content(large.read_bytes(), "large.csv"))
