@@ -137,7 +137,7 @@ def test_Evidence_HasTheTablesOfTheCommand(tmp_path):
     assert result.status == 0 and result.output == b""
     names = sorted(path.name for path in (tmp_path / "theirs").iterdir())
     assert names == sorted(path.name for path in (tmp_path / "mine").iterdir())
-    for name in ("analyse.txt", "analyse.jsonl", "campaign.csv", "sequences.csv", "line.csv",
+    for name in ("analysis.txt", "analysis.jsonl", "campaign.csv", "sequences.csv", "line.csv",
                  "coverage.csv"):
         mine = (tmp_path / "mine" / name).read_bytes()
         assert mine and mine == (tmp_path / "theirs" / name).read_bytes(), name
@@ -215,4 +215,4 @@ def test_NameThatSteersATerminal_IsHarmlessInAMessage(tmp_path):
     with pytest.raises(biss.CaptureError) as failed:
         biss.decode(path)
     shown = str(failed.value)
-    assert "\x1b" not in shown and "\u202e" not in shown and "a\ufffd[2J\ufffd.vcd" in shown
+    assert "\x1b" not in shown and "\u202e" not in shown and "a?[2J\ufffd.vcd" in shown
