@@ -81,8 +81,12 @@ struct Cycle {
   std::optional<Frame> frame;
   /// A channel's checksum was right; absent when its bits are not all there or it has none.
   std::array<std::optional<bool>, max_channels> crc_ok{};
-  /// Second rising edge of MA to the first falling edge of SLO.
+  /// Second rising edge of MA to the first falling edge of SLO. Absent too where the cycle before was
+  /// a pulse, which may be the first clock for the encoder, and no cycle shows the usual delay.
   std::optional<Picoseconds> line_delay;
+  /// The rising edge of MA, from 0 on, that line_delay counts from: 0 where the encoder has taken a
+  /// pulse before the request for its first clock.
+  std::uint32_t ack_edge = 1;
   /// With `response_range`: SLO fell this long before the edge of MA that makes ACK.
   std::optional<Picoseconds> early;
   /// SLO falling to START rising, as seen at the master.

@@ -126,7 +126,7 @@ void Decoder::emit_clean(const CleanCycle& clean, const PairRun& run) {
   ma_level_ = Level::high;
   const bool high = (clean.slo_end - clean.slo_begin) % 2 == 0;
   slo_.restart(high ? Level::high : Level::low, Picoseconds{run.slo.times[clean.slo_end - 1]});
-  on_cycle_(cycle);
+  deliver(cycle);
   doubt_.reset();
 }
 
@@ -343,6 +343,26 @@ std::int64_t Decoder::clocks_between(std::size_t first, std::size_t end, Picosec
   return elapsed(ma_[first].time, ma_[end - 1].time).count / period.count;
 }
 
+// An encoder that takes a pulse of MA for the first clock of a request answers it a clock early. The
+// delay of the cycles before shows whether it did.
+void Decoder::deliver(const Cycle& cycle) {
+  const bool after_pulse = std::exchange(after_pulse_, cycle.status == CycleStatus::ma_glitch);
+  if (!after_pulse || !cycle.line_delay) {
+    if (is_good(cycle.status)) usual_delay_ = cycle.line_delay;
+    on_cycle_(cycle);
+    return;
+  }
+  Cycle counted = cycle;
+  const Picoseconds one_more = *cycle.line_delay + *cycle.period;
+  if (!usual_delay_) {
+    counted.line_delay.reset();
+  } else if (*cycle.line_delay + one_more < 2 * *usual_delay_) {
+    counted.line_delay = one_more;
+    counted.ack_edge = 0;
+  }
+  on_cycle_(counted);
+}
+
 void Decoder::emit_before_doubt() {
   scanned_ = doubt_->edges;
   emit(doubt_->reading);
@@ -358,7 +378,7 @@ void Decoder::emit(const CycleReading& reading) {
   slo_.forget_before(ma_.empty() ? last : ma_.front().time);
   scanned_ = 0;
   idle_known_ = true;
-  on_cycle_(cycle);
+  deliver(cycle);
   doubt_.reset();
 }
 

@@ -102,6 +102,7 @@ class Decoder {
   std::optional<CycleReading> read_before_pause(Picoseconds next);
   bool emit_before_frame(const CycleReading& reading, Picoseconds next, bool last_of_capture);
   void emit(const CycleReading& reading);
+  void deliver(const Cycle& cycle);
   void emit_before_doubt();
   void give_up();
   void skip(Picoseconds time);
@@ -127,6 +128,9 @@ class Decoder {
   Picoseconds pause_{};
   // Length of the last whole cycle, 0 when there was none.
   std::int64_t usual_clocks_ = 0;
+  // The line delay of the last good cycle, and whether the last cycle was a pulse of MA.
+  std::optional<Picoseconds> usual_delay_;
+  bool after_pulse_ = false;
   Picoseconds begin_time_{};
   Picoseconds end_time_{};
   wire::Level ma_level_ = wire::Level::unknown;

@@ -241,6 +241,46 @@ TEST(DecoderDamage, GlitchOnMaRightBeforeARequest_IsARowOfItsOwn) {
   EXPECT_EQ(count_of(cycles, CycleStatus::ok), 3U);
 }
 
+// The encoder takes the pulse for its first clock, and answers a clock early.
+TEST(DecoderDamage, PulseThatIsTheFirstClock_LeavesTheLineDelayAsItWas) {
+  Shape shape{.period = nanoseconds(400), .line_delay = nanoseconds(640)};
+  TestLine line;
+  line.request(shape, 1, usual_format);
+  const auto answered_early = [&](std::uint64_t position) {
+    TestLine::add_pulse(line.ma, line.now - microseconds(2), nanoseconds(40));
+    Shape early = shape;
+    early.line_delay = shape.line_delay - shape.period;
+    line.request(early, position, usual_format);
+  };
+  answered_early(2);
+  line.request(shape, 3, usual_format);
+  // A pulse that the encoder does not see.
+  TestLine::add_pulse(line.ma, line.now - microseconds(2), nanoseconds(40));
+  line.request(shape, 4, usual_format);
+  answered_early(5);
+  const auto cycles = decode(line);
+  ASSERT_EQ(cycles.size(), 8U);
+  EXPECT_EQ(count_of(cycles, CycleStatus::ma_glitch), 3U);
+  for (const Cycle& cycle : cycles) {
+    if (cycle.status == CycleStatus::ma_glitch) continue;
+    EXPECT_EQ(name_of(cycle.status), "ok");
+    EXPECT_EQ(cycle.line_delay, shape.line_delay) << cycle.time.count;
+  }
+}
+
+TEST(DecoderDamage, PulseBeforeTheFirstRequest_MakesTheLineDelayUnknown) {
+  const Shape shape{.period = nanoseconds(400), .line_delay = nanoseconds(240)};
+  TestLine line;
+  TestLine::add_pulse(line.ma, line.now - microseconds(2), nanoseconds(40));
+  line.request(shape, 1, usual_format);
+  line.request(shape, 2, usual_format);
+  const auto cycles = decode(line);
+  ASSERT_EQ(cycles.size(), 3U);
+  EXPECT_EQ(name_of(cycles[1].status), "ok");
+  EXPECT_FALSE(cycles[1].line_delay);
+  EXPECT_EQ(cycles[2].line_delay, shape.line_delay);
+}
+
 TEST(DecoderDamage, PulseOfMaJustBeforeARequest_ShiftsNothing) {
   const TestLine clean = three();
   const Cycle second = decode(clean)[1];

@@ -57,26 +57,28 @@ SafetyWatch::~SafetyWatch() = default;
 SafetyWatch::SafetyWatch(SafetyWatch&& other) noexcept = default;
 SafetyWatch& SafetyWatch::operator=(SafetyWatch&& other) noexcept = default;
 
-std::optional<SafetyVerdict> SafetyWatch::judge(const Cycle& cycle) {
+std::optional<SafetyVerdict> SafetyWatch::judge(const Cycle& cycle, bool counts) {
   if (cycle.status == CycleStatus::cut_start || cycle.status == CycleStatus::cut_end ||
       cycle.status == CycleStatus::ma_glitch) {
     return std::nullopt;
   }
   const MonitorBits bits = bits_of(cycle);
   const SafetyJudgement judgement = monitor_->step(OneClock{cycle.time}, bits.view());
-  ++counts_[index_of(judgement.verdict)];
-  if (cycle.status == CycleStatus::ok) learn(judgement);
+  if (counts) ++counts_[index_of(judgement.verdict)];
+  if (cycle.status == CycleStatus::ok) learn(judgement, counts);
   return judgement.verdict;
 }
 
 // From the bits on the line, whatever range is set up.
-void SafetyWatch::learn(const SafetyJudgement& judgement) {
+void SafetyWatch::learn(const SafetyJudgement& judgement, bool counts) {
   if (judgement.verdict == SafetyVerdict::latched || judgement.verdict == SafetyVerdict::failed) {
     return;
   }
-  ++compared_;
-  worst_ = std::max(worst_, std::abs(std::int64_t{judgement.difference_lsb}));
-  if (last_counter_ == 63 && judgement.life_counter <= 1) ++rollovers_[judgement.life_counter];
+  if (counts) {
+    ++compared_;
+    worst_ = std::max(worst_, std::abs(std::int64_t{judgement.difference_lsb}));
+    if (last_counter_ == 63 && judgement.life_counter <= 1) ++rollovers_[judgement.life_counter];
+  }
   last_counter_ = judgement.life_counter;
 }
 

@@ -25,7 +25,8 @@ class SafetyWatch {
 
   /// The verdict on the next cycle. Nothing for what is no whole request: a cycle that is cut by an
   /// end of the capture, or a pulse.
-  std::optional<SafetyVerdict> judge(const Cycle& cycle);
+  /// \param counts false: the verdict is for the cycles after it alone, nothing adds it up
+  std::optional<SafetyVerdict> judge(const Cycle& cycle, bool counts = true);
 
   std::uint64_t count(SafetyVerdict verdict) const { return counts_[index_of(verdict)]; }
   /// Number of verdicts that are a fault.
@@ -44,7 +45,7 @@ class SafetyWatch {
  private:
   class Monitor;
 
-  void learn(const SafetyJudgement& judgement);
+  void learn(const SafetyJudgement& judgement, bool counts);
 
   std::unique_ptr<Monitor> monitor_;
   std::array<std::uint64_t, safety_verdict_count> counts_{};

@@ -47,7 +47,7 @@ void SignalRules::push(std::uint64_t number, const Cycle& cycle) {
     judge_pulses(number, cycle);
     judge_clocks(number, cycle);
     if (has_times(cycle.status) && cycle.signal->changes) {
-      judge_changes(number, cycle);
+      if (cycle.line_delay) judge_changes(number, cycle);
       judge_sampling(number, cycle);
     }
   }
@@ -123,8 +123,10 @@ void SignalRules::judge_clocks(std::uint64_t number, const Cycle& cycle) {
 
 void SignalRules::judge_changes(std::uint64_t number, const Cycle& cycle) {
   const LineSignal::Changes& changes = *cycle.signal->changes;
-  const Picoseconds seen =
-      std::max(changes.latest - *cycle.line_delay, *cycle.line_delay - changes.earliest);
+  // The changes count from the second rising edge, whatever the encoder counts.
+  const Picoseconds delay =
+      *cycle.line_delay - (cycle.ack_edge == 0 ? *cycle.period : Picoseconds{});
+  const Picoseconds seen = std::max(changes.latest - delay, delay - changes.earliest);
   const Picoseconds limit = *cycle.period / jitter_share;
   tallies_.at_most(Rule::line_delay_jitter, seen, limit, limit / oscillator_share, number);
 }

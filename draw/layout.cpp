@@ -78,7 +78,7 @@ class Planner {
   void find_edges() {
     last_edge_ = shifted(drawing_.cycle.time, drawing_.cycle.clocked);
     for (const DrawnBit& bit : drawing_.bits) {
-      if (bit.clock == 1) ack_edge_ = bit.time;
+      if (bit.clock == drawing_.cycle.ack_edge) ack_edge_ = bit.time;
       if (bit.sampled_at) last_sampled_ = &bit;
       if (bit.name == "START") start_ = &bit;
     }

@@ -57,30 +57,26 @@ cli::ExitStatus run_words(const std::vector<std::string>& words) {
 // What a verb prints and reads is in memory.
 class Surroundings {
  public:
-  explicit Surroundings(const VerbSetup& setup)
-      : standard_output_(cli::set_standard_output(output_.descriptor())),
-        interruptible_(setup.go_on) {
+  explicit Surroundings(const VerbSetup& setup) : interruptible_(setup.go_on) {
     for (const auto& [name, capture] : setup.captures) captures_.add(name, capture);
   }
-  ~Surroundings() { cli::set_standard_output(standard_output_); }
   Surroundings(const Surroundings&) = delete;
   Surroundings& operator=(const Surroundings&) = delete;
 
   // Runs the work, unless there is no memory for what it prints.
   template <class Work>
   void run(VerbResult& result, Work work) const {
-    result.status = output_.descriptor() < 0
+    result.status = output_.file().descriptor() < 0
                         ? cli::fail(cli::ExitStatus::io, "no file in memory; close some files")
                         : work();
-    result.output = output_.text();
+    if (output_.file().descriptor() >= 0) result.output = output_.file().text();
     result.summary = messages_.summary();
     result.messages = messages_.lines();
   }
 
  private:
   cli::KeptMessages messages_;
-  cli::MemoryFile output_;
-  int standard_output_;
+  cli::CapturedOutput output_;
   cli::Interruptible interruptible_;
   cli::GivenCaptures captures_;
 };

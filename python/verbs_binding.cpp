@@ -12,6 +12,7 @@
 #include "python/module.hpp"
 #include "python/numpy_arrays.hpp"
 #include "python/verbs.hpp"
+#include "report/text.hpp"
 
 namespace biss::python {
 namespace {
@@ -151,7 +152,12 @@ bool goes_on() {
 
 py::list messages_of(const VerbResult& result) {
   py::list messages;
-  for (const std::string& message : result.messages) messages.append(text_object(message));
+  for (const std::string& message : result.messages) {
+    // As the command prints it: an exception of it may be shown on a terminal.
+    std::string printable;
+    report::append_printable(printable, message);
+    messages.append(text_object(printable));
+  }
   return messages;
 }
 

@@ -54,9 +54,11 @@ void trim_end(std::string& out) {
 class EyeWriter final : public TableWriter {
  public:
   EyeWriter(std::span<const Column> columns, TextSink& sink, TableOptions options)
-      : columns_(columns.begin(), columns.end()), writer_(sink), options_(options) {
+      : columns_(columns.begin(), columns.end()), writer_(sink, true), options_(options) {
     for (Column& column : columns_) {
-      if (column.heading.empty()) column.heading = column.name;
+      std::string heading;
+      append_printable(heading, column.heading.empty() ? column.name : column.heading);
+      column.heading = std::move(heading);
       const std::size_t title = std::max(display_width(column.heading), display_width(column.unit));
       widths_.push_back(std::max<std::size_t>(title, column.width));
     }

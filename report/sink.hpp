@@ -17,6 +17,8 @@ class TextSink {
 
   /// False when the text could not be taken; the owner of the sink knows the cause.
   virtual bool write(std::string_view text) = 0;
+  /// The same for text that contains nothing of a file that could steer a terminal.
+  virtual bool write_printable(std::string_view text) { return write(text); }
 };
 
 /// A file that is written at any place. After the first failure every further call fails too.

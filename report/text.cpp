@@ -152,6 +152,17 @@ void append_printable(std::string& out, std::string_view text) {
   }
 }
 
+void append_printable_lines(std::string& out, std::string_view text) {
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find_first_of("\n\t"), text.size());
+    append_printable(out, text.substr(0, end));
+    text.remove_prefix(end);
+    if (text.empty()) return;
+    out.push_back(text.front());
+    text.remove_prefix(1);
+  }
+}
+
 std::size_t display_width(std::string_view text) {
   std::size_t width = 0;
   while (!text.empty()) {

@@ -28,7 +28,9 @@ std::unique_ptr<TableWriter> make_eye_writer(std::span<const Column> columns, Te
 ///     return writer.end_line(at);
 class BlockWriter {
  public:
-  explicit BlockWriter(TextSink& sink) : sink_(sink), block_(block_bytes + 4096) {}
+  /// \param printable the lines are for TextSink::write_printable()
+  explicit BlockWriter(TextSink& sink, bool printable = false)
+      : sink_(sink), printable_(printable), block_(block_bytes + 4096) {}
 
   char* begin() { return block_.data() + used_; }
   /// \param at the end of what is written so far \return the same place, perhaps elsewhere in memory
@@ -44,7 +46,8 @@ class BlockWriter {
     return end_line(std::copy(line.begin(), line.end(), room(begin(), line.size())));
   }
   bool flush() {
-    good_ = good_ && sink_.write({block_.data(), used_});
+    const std::string_view lines(block_.data(), used_);
+    good_ = good_ && (printable_ ? sink_.write_printable(lines) : sink_.write(lines));
     used_ = 0;
     return good_;
   }
@@ -60,6 +63,7 @@ class BlockWriter {
   }
 
   TextSink& sink_;
+  bool printable_;
   std::vector<char> block_;
   std::size_t used_ = 0;
   bool good_ = true;

@@ -8,6 +8,9 @@
 #include <optional>
 #include <system_error>
 
+#include "cli/common/given_captures.hpp"
+#include "cli/common/output.hpp"
+
 namespace biss::cli {
 namespace {
 
@@ -25,8 +28,9 @@ struct Target {
 bool is_standard(const NamedFile& file) { return file.path == "-"; }
 
 std::optional<Target> target_of(const NamedFile& file) {
+  if (file.use == FileUse::read && GivenCaptures::find(file.path) != nullptr) return std::nullopt;
   struct stat about {};
-  const int stream = file.use == FileUse::read ? STDIN_FILENO : STDOUT_FILENO;
+  const int stream = file.use == FileUse::read ? STDIN_FILENO : standard_output();
   const bool exists =
       is_standard(file) ? ::fstat(stream, &about) == 0 : ::stat(file.path.c_str(), &about) == 0;
   if (exists && S_ISCHR(about.st_mode)) return std::nullopt;

@@ -19,14 +19,12 @@ KeptMessages::~KeptMessages() { kept = outer_; }
 bool KeptMessages::in_use() { return kept != nullptr; }
 
 void warn(std::string_view text) {
-  if (kept != nullptr) {
-    kept->lines_.emplace_back(text);
-    return;
-  }
   std::string line = "biss: ";
   report::append_printable(line, text);
   line.push_back('\n');
-  print_summary(line);
+  if (kept == nullptr) return print_summary(line);
+  kept->lines_.emplace_back(text);
+  kept->text_ += line;
 }
 
 ExitStatus fail(ExitStatus status, std::string_view text) {
@@ -38,12 +36,15 @@ ExitStatus fail(const VerbError& error) { return fail(error.status, error.text);
 
 // A closed stderr cannot be reported.
 void print_summary(std::string_view text) {
+  std::string printable;
+  report::append_printable_lines(printable, text);
   if (kept != nullptr) {
-    kept->summary_ += text;
+    kept->summary_ += printable;
+    kept->text_ += printable;
     return;
   }
   clear_progress();
-  std::fwrite(text.data(), 1, text.size(), stderr);
+  std::fwrite(printable.data(), 1, printable.size(), stderr);
   std::fflush(stderr);
 }
 

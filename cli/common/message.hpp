@@ -37,6 +37,8 @@ class KeptMessages {
   const std::vector<std::string>& lines() const { return lines_; }
   /// The summaries, one after the other.
   const std::string& summary() const { return summary_; }
+  /// All of it, as the command prints it on stderr.
+  const std::string& text() const { return text_; }
   /// This thread has one.
   static bool in_use();
 
@@ -46,10 +48,11 @@ class KeptMessages {
 
   std::vector<std::string> lines_;
   std::string summary_;
+  std::string text_;
   KeptMessages* outer_;
 };
 
-/// Prints text as it is on stderr: a summary block.
+/// Prints text of several lines on stderr: a summary block. Control characters are replaced.
 void print_summary(std::string_view text);
 
 }  // namespace biss::cli

@@ -15,6 +15,7 @@
 #include "cli/common/files.hpp"
 #include "cli/common/message.hpp"
 #include "cli/common/terminal.hpp"
+#include "report/text.hpp"
 
 namespace biss::cli {
 namespace {
@@ -22,21 +23,23 @@ namespace {
 constexpr std::size_t block_bytes = 64U * 1024U;
 
 // Of this thread.
-thread_local int standard_output = STDOUT_FILENO;
+thread_local int standard_descriptor = STDOUT_FILENO;
 
 std::string reason(int cause) { return std::generic_category().message(cause); }
 
 }  // namespace
 
-int set_standard_output(int descriptor) { return std::exchange(standard_output, descriptor); }
+int set_standard_output(int descriptor) { return std::exchange(standard_descriptor, descriptor); }
+int standard_output() { return standard_descriptor; }
 
 Output::~Output() { abandon(); }
 
 bool Output::open(const std::string& path) {
   if (path.empty() || path == "-") {
     name_ = "stdout";
-    descriptor_ = standard_output;
-    return true;
+    descriptor_ = standard_descriptor;
+    is_terminal_ = ::isatty(descriptor_) == 1;
+    return descriptor_ >= 0 || fail("cannot open", EBADF);
   }
   name_ = "'" + path + "'";
   const std::string target = follow_links(path);
@@ -57,6 +60,7 @@ bool Output::open(const std::string& path) {
   }
   descriptor_ = ::open(target.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY | O_APPEND);
   owns_descriptor_ = true;
+  is_terminal_ = ::isatty(descriptor_) == 1;
   return descriptor_ >= 0 || fail("cannot open", errno);
 }
 
@@ -67,12 +71,26 @@ bool Output::write(std::string_view text) {
     held_.append(text);
     return true;
   }
+  // In one piece, so that a character that two writes share stays whole on a terminal.
+  if (is_terminal_) held_.append(std::exchange(text, {}));
   const bool good = write_through(held_) && write_through(text);
   held_.clear();
   return good;
 }
 
+bool Output::write_printable(std::string_view text) {
+  if (!is_terminal_ || reader_left_ || descriptor_ < 0) return write(text);
+  return write_through(std::exchange(held_, {})) && write_bytes(text);
+}
+
 bool Output::write_through(std::string_view text) {
+  if (!is_terminal_) return write_bytes(text);
+  std::string printable;
+  report::append_printable_lines(printable, text);
+  return write_bytes(printable);
+}
+
+bool Output::write_bytes(std::string_view text) {
   clear_progress();
   while (!text.empty() && !reader_left_) {
     const ssize_t taken = ::write(descriptor_, text.data(), text.size());
@@ -155,7 +173,7 @@ ExitStatus Output::status() const {
 }
 
 report::TableOptions Output::table_options() const {
-  if (descriptor_ < 0 || ::isatty(descriptor_) != 1) return {};
+  if (descriptor_ < 0 || !is_terminal_) return {};
   const char* no_colour = std::getenv("NO_COLOR");
   const char* terminal = std::getenv("TERM");
   report::TableOptions options;

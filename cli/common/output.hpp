@@ -22,6 +22,9 @@ namespace biss::cli {
 ///   that is replaced keeps its mode. Without a successful finish() the target is untouched;
 /// * anything else (pipe, device, /dev/fd/N) is written directly.
 ///
+/// On a terminal, control characters and what turns the direction of writing are replaced as
+/// report::append_printable() does, but for line feeds and tabs: a name out of a file cannot steer it.
+///
 /// When the reader of a pipe has left (`biss … | head`), further text is dropped and no error is
 /// reported: the verb completes its other outputs and its judgement. A verb with nothing else to do
 /// asks reader_left() and ends.
@@ -39,6 +42,7 @@ class Output final : public report::TextSink, private report::FileSink {
 
   /// Takes text; writes it in blocks of 64 KiB. False once anything has failed.
   bool write(std::string_view text) override;
+  bool write_printable(std::string_view text) override;
 
   /// The same target as a file that is written at any place, in the stead of write(); null where it is
   /// not a regular file.
@@ -69,6 +73,7 @@ class Output final : public report::TextSink, private report::FileSink {
   void fail(std::string_view cause) override;
 
   bool write_through(std::string_view text);
+  bool write_bytes(std::string_view text);
   bool fail(std::string_view what, int cause);
   void close();
 
@@ -78,12 +83,15 @@ class Output final : public report::TextSink, private report::FileSink {
   std::string error_;
   int descriptor_ = -1;
   bool owns_descriptor_ = false;
+  bool is_terminal_ = false;
   bool reader_left_ = false;
 };
 
 /// What this thread opens as standard output from now on; returns what it was. For programs that are
 /// not the command.
 int set_standard_output(int descriptor);
+/// That descriptor.
+int standard_output();
 
 /// Once, at the start of the process: ignores SIGPIPE, reserves closed standard streams so that no
 /// file takes their numbers, and has signals remove temporary files before they end the process.

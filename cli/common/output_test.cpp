@@ -4,13 +4,16 @@
 #include <gtest/gtest.h>
 #include <linux/filter.h>
 #include <linux/seccomp.h>
+#include <pty.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
+#include <termios.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstddef>
 #include <cstdint>
@@ -20,6 +23,7 @@
 #include <sstream>
 #include <string>
 #include <thread>
+#include <vector>
 
 namespace biss::cli {
 namespace output_test {
@@ -371,6 +375,102 @@ TEST_F(OutputTest, Colour_IsForTerminalsOnly) {
   ASSERT_TRUE(output.open("/dev/null"));
   EXPECT_FALSE(output.table_options().colour);
   EXPECT_EQ(output.table_options().width, 0U);
+}
+
+// What a terminal gets of a text that is written to standard output there.
+class OnTerminal {
+ public:
+  OnTerminal() {
+    termios raw{};
+    ::cfmakeraw(&raw);
+    EXPECT_EQ(::openpty(&reader_, &terminal_, nullptr, &raw, nullptr), 0);
+    before_ = set_standard_output(terminal_);
+  }
+  ~OnTerminal() {
+    set_standard_output(before_);
+    ::close(terminal_);
+    ::close(reader_);
+  }
+  OnTerminal(const OnTerminal&) = delete;
+  OnTerminal& operator=(const OnTerminal&) = delete;
+
+  std::string read() const {
+    std::string text(4096, '\0');
+    const ssize_t got = ::read(reader_, text.data(), text.size());
+    text.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
+    return text;
+  }
+
+ private:
+  int reader_ = -1;
+  int terminal_ = -1;
+  int before_ = -1;
+};
+
+const std::string hostile =
+    "\x1b[2J\x07\r\b\xE2\x80\xAE\xC2\x9B"
+    "1m\x9B\x7F\xE2\x81\xA6\xC3\xA9";
+
+bool is_harmless(const std::string& text) {
+  if (std::any_of(text.begin(), text.end(), [](char c) {
+        return (c >= 0 && c < ' ' && c != '\n' && c != '\t') || c == '\x7F';
+      })) {
+    return false;
+  }
+  return text.find("\xE2\x80\xAE") == text.npos && text.find("\xC2\x9B") == text.npos &&
+         text.find("\xE2\x81\xA6") == text.npos && text.find("1m\x9B") == text.npos;
+}
+
+TEST_F(OutputTest, TextOfAnyWriterOnATerminal_CannotSteerIt) {
+  ::setenv("TERM", "xterm", 1);
+  ::unsetenv("NO_COLOR");
+  const std::vector<report::Column> columns{
+      {.name = "name" + hostile, .unit = "ns", .mark = report::Mark::status}};
+  for (const auto format : {report::Format::table, report::Format::csv, report::Format::jsonl}) {
+    const OnTerminal terminal;
+    Output output;
+    ASSERT_TRUE(output.open("-"));
+    const auto table = report::make_table_writer(format, columns, output, output.table_options());
+    ASSERT_TRUE(table->row(std::vector<report::Cell>{hostile}));
+    ASSERT_TRUE(table->finish() && output.finish());
+    std::string shown = terminal.read();
+    const bool coloured = format == report::Format::table;
+    EXPECT_EQ(shown.find("\x1b[33m") != shown.npos, coloured);
+    for (const std::string own : {"\x1b[2m", "\x1b[33m", "\x1b[0m"}) {
+      for (auto at = shown.find(own); at != shown.npos; at = shown.find(own)) {
+        shown.erase(at, own.size());
+      }
+    }
+    EXPECT_TRUE(is_harmless(shown)) << testing::PrintToString(shown);
+    EXPECT_NE(shown.find("\xC3\xA9"), shown.npos);
+  }
+}
+
+TEST_F(OutputTest, CharacterBetweenTwoWrites_StaysWholeOnATerminal) {
+  const OnTerminal terminal;
+  Output output;
+  ASSERT_TRUE(output.open("-"));
+  ASSERT_TRUE(output.write("a\tb\n\xE2") &&
+              output.write("\x82\xAC"
+                           "c\x1b") &&
+              output.finish());
+  EXPECT_EQ(terminal.read(),
+            "a\tb\n\xE2\x82\xAC"
+            "c\xEF\xBF\xBD");
+}
+
+TEST_F(OutputTest, TextToAFile_IsAsItWasGiven) {
+  Output output;
+  ASSERT_TRUE(output.open(path("rows.csv")) && output.write(hostile) && output.finish());
+  EXPECT_EQ(content(path("rows.csv")), hostile);
+}
+
+TEST_F(OutputTest, StandardOutputThatIsNone_IsAnError) {
+  const int before = set_standard_output(-1);
+  Output output;
+  EXPECT_FALSE(output.open("-"));
+  EXPECT_NE(output.error(), "");
+  set_standard_output(before);
 }
 
 }  // namespace output_test

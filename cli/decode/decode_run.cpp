@@ -120,15 +120,13 @@ std::string DecodeRun::choose_monitor() {
   safety.any_gap = safety.configuration.empty() && implied_configuration(text, *format) == nullptr;
   auto choice = choose_safety(safety, text, *format, capture_.interval());
   if (!choice) return choice.error();
-  safety_.emplace(*format, choice->setup);
-  safety_name_ = std::move(choice->name);
+  now_.safety.emplace(*format, choice->setup);
+  now_.safety_name = std::move(choice->name);
   return "";
 }
 
 // Returns what is wrong, or nothing.
 std::string DecodeRun::choose_motion() {
-  motion_.reset();
-  lost_.reset();
   const MotionArguments& asked = options_.motion;
   if (!asked.columns().any()) return "";
   const auto& format = capture_.format();
@@ -137,45 +135,50 @@ std::string DecodeRun::choose_motion() {
   const auto device = parse_device(name.empty() ? "none" : name);
   auto motion = make_motion(asked, format->channel_list[0], device ? device->entry : nullptr);
   if (!motion) return motion.error();
-  motion_.emplace(std::move(*motion));
+  now_.motion.emplace(std::move(*motion));
   return "";
 }
 
 ExitStatus DecodeRun::begin_rows() {
   choose_table();
-  statistics_ = {};
-  outside_ = 0;
-  written_ = 0;
+  now_ = {};
   std::string wrong = choose_monitor();
   if (wrong.empty()) wrong = choose_motion();
   if (!wrong.empty()) return fail(ExitStatus::usage, wrong);
-  limits_.emplace(capture_.timing(), capture_.margin().resolution);
+  now_.limits.emplace(capture_.timing(), capture_.margin().resolution);
   return ExitStatus::done;
 }
 
 bool DecodeRun::take(std::uint64_t number, const decode::Cycle& cycle,
                      report::TableWriter& writer) {
-  const decode::LimitSet exceeded = limits_->judge(cycle);
-  if (!is_wanted(cycle.time)) return true;
-  const auto verdict = safety_ ? safety_->judge(cycle) : std::nullopt;
-  statistics_.add(cycle, exceeded);
-  const MotionValues motion = motion_ ? take_position(number, cycle) : MotionValues{};
-  took_error_ = is_error(cycle, verdict, exceeded);
-  if (options_.only_errors && !took_error_) return true;
-  if (options_.every > 1 && written_++ % options_.every != 0) return true;
+  // What a row says depends on the cycles before it, those before --since too.
+  const decode::LimitSet exceeded = now_.limits->judge(cycle);
+  const bool too_late = options_.until && cycle.time > *options_.until;
+  const bool wanted = !too_late && (!options_.since || cycle.time >= *options_.since);
+  if (!wanted) ++now_.outside;
+  if (too_late) return true;
+  const auto verdict = now_.safety ? now_.safety->judge(cycle, wanted) : std::nullopt;
+  const std::uint64_t uncertain = now_.motion ? now_.motion->uncertain() : 0;
+  const MotionValues motion = now_.motion ? take_position(number, cycle) : MotionValues{};
+  if (!wanted) return true;
+  if (now_.motion) now_.uncertain += now_.motion->uncertain() - uncertain;
+  now_.statistics.add(cycle, exceeded);
+  now_.took_error = is_error(cycle, verdict, exceeded);
+  if (options_.only_errors && !now_.took_error) return true;
+  if (options_.every > 1 && now_.written++ % options_.every != 0) return true;
   if (options_.to == report::Format::vcd && cycle.time < Picoseconds{}) {
-    before_zero_ = true;
+    now_.before_zero = true;
     return false;
   }
   return writer.row(table_->cells(number, cycle, verdict, exceeded, motion));
 }
 
 std::string DecodeRun::summary() const {
-  return decode_summary(statistics_, capture_, safety(), safety_name_);
+  return decode_summary(now_.statistics, capture_, safety(), now_.safety_name);
 }
 
 ExitStatus DecodeRun::end_rows(bool read, RunMessages& messages) {
-  if (before_zero_) {
+  if (now_.before_zero) {
     return messages.fail(ExitStatus::usage,
                          "--to vcd: the capture begins before 0; give --since 0s");
   }
@@ -184,22 +187,22 @@ ExitStatus DecodeRun::end_rows(bool read, RunMessages& messages) {
     return messages.fail(ExitStatus::io, capture_.input().error());
   }
   const std::string& name = capture_.input().name();
-  if (statistics_.cycles() == 0 && outside_ != 0) {
+  if (now_.statistics.cycles() == 0 && now_.outside != 0) {
     return messages.fail(
         ExitStatus::data_failed,
         fmt::format("{}: no request cycle between --since and --until; outside: {}", name,
-                    outside_));
+                    now_.outside));
   }
   if (!has_request()) return messages.fail(ExitStatus::data_failed, capture_.no_request());
   messages.add_summary(summary());
-  if (motion_) report_motion(messages);
+  if (now_.motion) report_motion(messages);
   if (!capture_.format() && fail_on_.asks_format()) {
     return messages.fail(ExitStatus::usage,
                          fmt::format("{}: --fail-on: nE, nW and crc are not known without the "
                                      "format of the frame; give -f",
                                      name));
   }
-  return fail_on_.met_by(statistics_, safety()) ? ExitStatus::data_failed : ExitStatus::done;
+  return fail_on_.met_by(now_.statistics, safety()) ? ExitStatus::data_failed : ExitStatus::done;
 }
 
 // Why a column of motion is empty where there is a position.
@@ -208,15 +211,15 @@ void DecodeRun::report_motion(RunMessages& messages) const {
   const std::string why = fmt::format(
       "a step is larger than {} counts, or too many rows have no position; give the "
       "largest step as --max-step",
-      motion_->max_step());
-  if (lost_) {
+      now_.motion->max_step());
+  if (now_.lost) {
     messages.fail(ExitStatus::done,
-                  fmt::format("{}: unwrapped is not known from cycle {} on: {}", name, *lost_,
-                              beyond_ ? "64 bits with a sign do not hold it" : why));
+                  fmt::format("{}: unwrapped is not known from cycle {} on: {}", name, *now_.lost,
+                              now_.beyond ? "64 bits with a sign do not hold it" : why));
   }
-  if (options_.motion.velocity && motion_->uncertain() != 0) {
+  if (options_.motion.velocity && now_.uncertain != 0) {
     messages.fail(ExitStatus::done, fmt::format("{}: velocity is not known in {} of its rows: {}",
-                                                name, motion_->uncertain(), why));
+                                                name, now_.uncertain, why));
   }
 }
 
@@ -233,27 +236,20 @@ ExitStatus DecodeRun::write_rows(report::TableWriter& writer, RunMessages& messa
 MotionValues DecodeRun::take_position(std::uint64_t number, const decode::Cycle& cycle) {
   const auto position =
       cycle.frame ? std::optional(cycle.frame->channel_list[0].position) : std::nullopt;
-  const MotionValues values = motion_->take(cycle.time, position);
-  if (options_.motion.unwrap && !lost_ && position && !values.unwrapped) {
-    lost_ = number;
-    beyond_ = !motion_->lost();
+  const MotionValues values = now_.motion->take(cycle.time, position);
+  if (options_.motion.unwrap && !now_.lost && position && !values.unwrapped) {
+    now_.lost = number;
+    now_.beyond = !now_.motion->lost();
   }
   return values;
 }
 
-bool DecodeRun::is_wanted(Picoseconds time) {
-  const bool wanted =
-      (!options_.since || time >= *options_.since) && (!options_.until || time <= *options_.until);
-  if (!wanted) ++outside_;
-  return wanted;
-}
-
 // Pulses are no request, and neither is a piece of one among nothing but pulses.
 bool DecodeRun::has_request() const {
-  const std::uint64_t glitches = statistics_.count(decode::CycleStatus::ma_glitch);
-  const std::uint64_t pieces = statistics_.count(decode::CycleStatus::cut_start) +
-                               statistics_.count(decode::CycleStatus::cut_end);
-  return statistics_.cycles() > glitches + (glitches != 0 ? pieces : 0);
+  const std::uint64_t glitches = now_.statistics.count(decode::CycleStatus::ma_glitch);
+  const std::uint64_t pieces = now_.statistics.count(decode::CycleStatus::cut_start) +
+                               now_.statistics.count(decode::CycleStatus::cut_end);
+  return now_.statistics.cycles() > glitches + (glitches != 0 ? pieces : 0);
 }
 
 }  // namespace biss::cli

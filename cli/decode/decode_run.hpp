@@ -64,7 +64,7 @@ class DecodeRun {
   /// Writes the row of a cycle, if it is wanted. False when no further row is of use.
   bool take(std::uint64_t number, const decode::Cycle& cycle, report::TableWriter& writer);
   /// The cycle taken last is one that --only-errors writes.
-  bool took_error() const { return took_error_; }
+  bool took_error() const { return now_.took_error; }
   /// After the last cycle. \param read the capture was read to its end
   ExitStatus end_rows(bool read, RunMessages& messages);
   /// The summary of the cycles taken so far.
@@ -80,29 +80,33 @@ class DecodeRun {
   ExitStatus write_rows(report::TableWriter& writer, RunMessages& messages);
   MotionValues take_position(std::uint64_t number, const decode::Cycle& cycle);
   void report_motion(RunMessages& messages) const;
-  bool is_wanted(Picoseconds time);
   bool has_request() const;
-  const decode::SafetyWatch* safety() const { return safety_ ? &*safety_ : nullptr; }
+  const decode::SafetyWatch* safety() const { return now_.safety ? &*now_.safety : nullptr; }
 
   const DecodeOptions& options_;
   FailOn fail_on_;
   DecodedCapture capture_;
   std::optional<DecodeTable> table_;
-  // Of the capture that is being read.
-  decode::Statistics statistics_;
-  std::optional<decode::LimitWatch> limits_;
-  std::optional<decode::SafetyWatch> safety_;
-  std::string safety_name_;
-  std::uint64_t outside_ = 0;
-  std::optional<Motion> motion_;
-  // The first cycle whose unwrapped position is not known.
-  std::optional<std::uint64_t> lost_;
-  // That position is known, and 64 bits with a sign do not hold it.
-  bool beyond_ = false;
-  // Rows that --every counts.
-  std::uint64_t written_ = 0;
-  bool before_zero_ = false;
-  bool took_error_ = false;
+  // Of the capture that is being read: each begins with a new one.
+  struct OfCapture {
+    decode::Statistics statistics;
+    std::optional<decode::LimitWatch> limits;
+    std::optional<decode::SafetyWatch> safety;
+    std::string safety_name;
+    std::uint64_t outside = 0;
+    std::optional<Motion> motion;
+    // The first cycle whose unwrapped position is not known.
+    std::optional<std::uint64_t> lost;
+    // That position is known, and 64 bits with a sign do not hold it.
+    bool beyond = false;
+    // Rows without a velocity, because the way to them is not certain.
+    std::uint64_t uncertain = 0;
+    // Rows that --every counts.
+    std::uint64_t written = 0;
+    bool before_zero = false;
+    bool took_error = false;
+  };
+  OfCapture now_;
 };
 
 }  // namespace biss::cli

@@ -87,7 +87,7 @@ class DrawRun {
   }
   std::size_t svg_width() const { return width_or(draw::svg_width_usual); }
   std::size_t columns() const {
-    const std::size_t terminal = terminal_columns(STDOUT_FILENO);
+    const std::size_t terminal = terminal_columns(standard_output());
     return width_or(terminal == 0 || !options_.output.empty() ? text_width_usual : terminal);
   }
 

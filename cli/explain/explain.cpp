@@ -169,7 +169,7 @@ class ExplainRun {
   }
 
   std::size_t columns() const {
-    const std::size_t terminal = terminal_columns(STDOUT_FILENO);
+    const std::size_t terminal = terminal_columns(standard_output());
     return terminal == 0 || !options_.output.empty() ? usual_columns : terminal;
   }
 

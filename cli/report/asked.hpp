@@ -10,8 +10,9 @@
 
 namespace biss::cli {
 
-/// Runs the command with these words in a process of its own.
-/// \return `status`, `out` and `err`, as RunResult of wasm/biss.d.mts; `io` where it cannot be run
-tl::expected<nlohmann::json, VerbError> ask_command(const std::vector<std::string>& words);
+/// Runs `identify`, `explain` or `check` with these words in this process.
+/// \return `status`, `out` and `err`, as RunResult of wasm/biss.d.mts; its own error where it could
+///   not judge the capture
+tl::expected<nlohmann::json, VerbError> ask_verb(const std::vector<std::string>& words);
 
 }  // namespace biss::cli

@@ -269,7 +269,7 @@ class PartMaker {
     }
     words.insert(words.end(), more.begin(), more.end());
     words.insert(words.end(), {"--to", "jsonl"});
-    auto answer = ask_command(words);
+    auto answer = ask_verb(words);
     if (!answer) return answer;
     for (const char* text : {"out", "err"}) {
       (*answer)[text] = plain((*answer)[text].get<std::string>());

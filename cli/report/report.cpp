@@ -8,6 +8,7 @@
 #include <optional>
 #include <system_error>
 
+#include "cli/common/given_captures.hpp"
 #include "cli/common/message.hpp"
 #include "cli/common/output.hpp"
 #include "cli/common/page.hpp"
@@ -49,7 +50,8 @@ class ReportRun {
     const std::vector<std::string>& files = options_.decode.capture.files;
     for (const std::string& file : files) {
       std::error_code problem;
-      if (file != "-" && (!fs::exists(file, problem) || fs::is_regular_file(file, problem))) {
+      if (GivenCaptures::find(file) != nullptr ||
+          (file != "-" && (!fs::exists(file, problem) || fs::is_regular_file(file, problem)))) {
         continue;
       }
       return fail(ExitStatus::usage,
@@ -83,7 +85,8 @@ class ReportRun {
   std::optional<std::string> whole_capture() const {
     const std::vector<std::string>& files = options_.decode.capture.files;
     std::error_code problem;
-    if (files.size() != 1 || fs::file_size(files.front(), problem) > whole_file_max) {
+    if (files.size() != 1 || GivenCaptures::find(files.front()) != nullptr ||
+        fs::file_size(files.front(), problem) > whole_file_max) {
       return std::nullopt;
     }
     const auto bytes = read_text_file(files.front());

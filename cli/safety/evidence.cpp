@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -36,27 +35,8 @@ struct VerbOptions {
   std::string checked;
 };
 
-// Sends standard output into a file for as long as the object lives.
-class CapturedOutput {
- public:
-  explicit CapturedOutput(int target) : before_(::dup(STDOUT_FILENO)) {
-    std::fflush(stdout);
-    ::dup2(target, STDOUT_FILENO);
-  }
-  ~CapturedOutput() {
-    std::fflush(stdout);
-    ::dup2(before_, STDOUT_FILENO);
-    ::close(before_);
-  }
-  CapturedOutput(const CapturedOutput&) = delete;
-  CapturedOutput& operator=(const CapturedOutput&) = delete;
-
- private:
-  int before_;
-};
-
 int run_command(std::vector<std::string> arguments, std::uint64_t threads,
-                const MemoryFile& configuration, const MemoryFile& output) {
+                const MemoryFile& configuration) {
   for (std::string& each : arguments) {
     if (each == configuration_name) each = configuration.path();
   }
@@ -65,7 +45,6 @@ int run_command(std::vector<std::string> arguments, std::uint64_t threads,
   }
   std::vector<const char*> pointers{"biss"};
   for (const std::string& each : arguments) pointers.push_back(each.c_str());
-  const CapturedOutput captured(output.descriptor());
   Command command;
   add_safety(command);
   return static_cast<int>(command.run(static_cast<int>(pointers.size()), pointers.data()));
@@ -108,15 +87,17 @@ Bundle make_bundle(const EvidenceSubject& subject, const std::vector<std::string
   std::vector<EvidenceFile> tables;
   bundle.commands = evidence_commands(subject);
   for (EvidenceCommand& each : bundle.commands) {
-    if (isatty(STDERR_FILENO) != 0) print_summary(command_line(each.arguments) + "\n");
-    const MemoryFile output;
-    each.status = run_command(each.arguments, threads, configuration_in_memory, output);
+    if (!KeptMessages::in_use() && isatty(STDERR_FILENO) != 0) {
+      print_summary(command_line(each.arguments) + "\n");
+    }
+    const CapturedOutput output;
+    each.status = run_command(each.arguments, threads, configuration_in_memory);
     if (each.status != 0 && each.status != static_cast<int>(ExitStatus::data_failed)) {
       bundle.status = static_cast<ExitStatus>(each.status);
       return bundle;
     }
     if (each.status != 0) bundle.status = ExitStatus::data_failed;
-    tables.push_back({each.file, output.text()});
+    tables.push_back({each.file, output.file().text()});
   }
   const std::vector<CoverageRow> coverage = read_coverage(subject, tables);
   bundle.files = {readme_file(subject, bundle.commands, coverage), version_file(),

@@ -111,7 +111,7 @@ PageAnswer ServedPage::answer(const PageRequest& request) {
 
 PageAnswer ServedPage::give(std::string_view path, std::string_view range) {
   if (path != "/" && path != "/capture" && path != "/size") return {404, "Not here.\n"};
-  const auto size = capture_.look();
+  const auto size = capture_.look(path != "/capture");
   if (path == "/") {
     // The page says what is wrong, when it asks for the capture.
     return {200, page_(size.value_or(0)), "text/html; charset=utf-8"};

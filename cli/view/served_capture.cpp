@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <libdeflate.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -55,21 +56,24 @@ tl::expected<void, VerbError> ServedCapture::open(const std::string& path,
   if (::fstat(descriptor_, &about) != 0) return refuse(std::strerror(errno));
   if (!S_ISREG(about.st_mode))
     return refuse("is no regular file, which the page can ask for again");
-  remember(whole_size(static_cast<std::uint64_t>(about.st_size)));
-  const auto size = look();
+  waiting_ = static_cast<std::uint64_t>(about.st_size);
+  remember(whole_size(waiting_));
+  const auto size = look(true);
   if (!size) return tl::unexpected(VerbError{ExitStatus::io, size.error()});
   return {};
 }
 
-tl::expected<std::uint64_t, std::string> ServedCapture::look() {
+tl::expected<std::uint64_t, std::string> ServedCapture::look(bool closely) {
   if (problem_.empty()) problem_ = wrong_identity();
-  if (problem_.empty()) problem_ = wrong_content();
+  if (problem_.empty()) problem_ = wrong_content(closely);
   if (problem_.empty() && growth_) problem_ = wrong_kind();
   if (!problem_.empty()) return tl::unexpected(problem_);
   struct stat about {};
   if (!growth_ || ::fstat(descriptor_, &about) != 0) return size_;
   const auto available = static_cast<std::uint64_t>(about.st_size);
   if (available > size_) remember(whole_size(available));
+  if (closely && !growth_->sample_bytes) problem_ = wrong_lines(available);
+  if (!problem_.empty()) return tl::unexpected(problem_);
   return size_;
 }
 
@@ -94,19 +98,41 @@ std::string ServedCapture::wrong_identity() const {
   return {};
 }
 
-std::string ServedCapture::wrong_content() const {
-  if (text_at(0, head_.size()) == head_ && text_at(size_ - tail_.size(), tail_.size()) == tail_) {
-    return {};
+std::string ServedCapture::wrong_content(bool closely) {
+  const bool same_ends =
+      text_at(0, head_.size()) == head_ && text_at(size_ - tail_.size(), tail_.size()) == tail_;
+  struct stat about {};
+  if (same_ends && (!closely || ::fstat(descriptor_, &about) != 0)) return {};
+  const timespec changed = about.st_ctim;
+  const bool unchanged = changed.tv_sec == compared_.tv_sec && changed.tv_nsec == compared_.tv_nsec;
+  timespec now{};
+  ::clock_gettime(CLOCK_REALTIME, &now);
+  if (!same_ends || (!unchanged && checksum(0, 0, size_) != checksum_)) {
+    return fmt::format("{}: was rewritten while it was read; start biss view again", path_);
   }
-  return fmt::format("{}: was rewritten while it was read; start biss view again", path_);
+  // A change just after this one may have the same time.
+  if (now.tv_sec > changed.tv_sec + 1) compared_ = changed;
+  return {};
+}
+
+std::string ServedCapture::refuse_to_follow(std::string_view why) const {
+  return fmt::format("{}: cannot be followed while it grows: {}; leave out --follow", path_, why);
+}
+
+// A first line may be half written: it is none where it does not grow from one close look to the next.
+std::string ServedCapture::wrong_lines(std::uint64_t available) {
+  if (available - std::min(available, size_) > line_bytes_max) {
+    return refuse_to_follow("its last line has more than 1 MiB");
+  }
+  const bool rests =
+      size_ == 0 && available != 0 && available == std::exchange(waiting_, available);
+  return rests ? refuse_to_follow("it has no line feed yet") : "";
 }
 
 std::string ServedCapture::wrong_kind() const {
   if (growth_->sample_bytes) return {};
   const std::string head = text_at(0, compared_bytes);
-  const auto refuse = [&](std::string_view why) {
-    return fmt::format("{}: cannot be followed while it grows: {}; leave out --follow", path_, why);
-  };
+  const auto refuse = [&](std::string_view why) { return refuse_to_follow(why); };
   for (const auto& [magic, why] : only_whole) {
     if (head.starts_with(magic)) return refuse(why);
   }
@@ -135,10 +161,24 @@ std::uint64_t ServedCapture::whole_size(std::uint64_t available) const {
 }
 
 void ServedCapture::remember(std::uint64_t size) {
+  checksum_ = checksum(checksum_, size_, size);
   size_ = size;
   const auto compared = static_cast<std::size_t>(std::min<std::uint64_t>(size, compared_bytes));
   head_ = text_at(0, compared);
   tail_ = text_at(size - compared, compared);
+}
+
+// CRC-32 of these bytes, which follow those of `before`.
+std::uint32_t ServedCapture::checksum(std::uint32_t before, std::uint64_t begin,
+                                      std::uint64_t end) const {
+  while (begin < end) {
+    const std::string block =
+        text_at(begin, static_cast<std::size_t>(std::min<std::uint64_t>(end - begin, 1U << 20U)));
+    if (block.empty()) break;
+    before = ::libdeflate_crc32(before, block.data(), block.size());
+    begin += block.size();
+  }
+  return before;
 }
 
 // Shorter where the file is.

@@ -5,9 +5,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <ctime>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <tl/expected.hpp>
 #include <vector>
 
@@ -35,7 +37,8 @@ class ServedCapture {
 
   /// The size now. The error is one line: the file has shrunk, was replaced or rewritten, or is of a
   /// kind that cannot be read while it grows. It stays.
-  tl::expected<std::uint64_t, std::string> look();
+  /// \param closely compare all that has been served, if the file has changed; else its ends alone
+  tl::expected<std::uint64_t, std::string> look(bool closely);
 
   /// Reads at `offset`, at most to the size that look() gave last.
   /// \return how much; 0 where reading fails
@@ -43,10 +46,13 @@ class ServedCapture {
 
  private:
   std::string wrong_identity() const;
-  std::string wrong_content() const;
+  std::string wrong_content(bool closely);
   std::string wrong_kind() const;
+  std::string refuse_to_follow(std::string_view why) const;
+  std::string wrong_lines(std::uint64_t available);
   std::uint64_t whole_size(std::uint64_t available) const;
   std::string text_at(std::uint64_t offset, std::size_t size) const;
+  std::uint32_t checksum(std::uint32_t before, std::uint64_t begin, std::uint64_t end) const;
   void remember(std::uint64_t size);
 
   std::string path_;
@@ -56,6 +62,11 @@ class ServedCapture {
   // The bytes at the beginning and before the end of what has been served.
   std::string head_;
   std::string tail_;
+  // CRC-32 of what has been served, and when the file had been changed as that was compared last.
+  std::uint32_t checksum_ = 0;
+  timespec compared_{};
+  // Bytes without a line feed at the last close look.
+  std::uint64_t waiting_ = 0;
   std::string problem_;
 };
 

@@ -1,7 +1,16 @@
 """Every verb of the command is reachable, and says what the command says."""
 
+import ast
+import base64
+import fcntl
+import gzip
 import json
+import os
+import pty
+import re
+import struct
 import subprocess
+import termios
 
 import numpy as np
 import pytest
@@ -117,3 +126,93 @@ def test_Messages_AreNotPrinted(damaged, folder):
     done = subprocess.run(["/usr/bin/python3", "-c", script, str(damaged)], capture_output=True,
                           check=False)
     assert (done.returncode, done.stdout, done.stderr) == (0, b"", b"")
+
+
+def test_Evidence_HasTheTablesOfTheCommand(tmp_path):
+    options = {"format": "pos14,nE,nW,crc4+pos10,nE,nW,lc6,crc8;cds0", "frames": 3000,
+               "faults": 200, "cycles": 300}
+    words = [word for name, value in options.items() for word in (f"--{name}", value)]
+    run("safety", "evidence", *words, "-o", tmp_path / "theirs")
+    result = biss.run("safety evidence", output=tmp_path / "mine", **options)
+    assert result.status == 0 and result.output == b""
+    names = sorted(path.name for path in (tmp_path / "theirs").iterdir())
+    assert names == sorted(path.name for path in (tmp_path / "mine").iterdir())
+    for name in ("analysis.txt", "analysis.jsonl", "campaign.csv", "sequences.csv", "line.csv",
+                 "coverage.csv"):
+        mine = (tmp_path / "mine" / name).read_bytes()
+        assert mine and mine == (tmp_path / "theirs" / name).read_bytes(), name
+    assert biss.run("safety evidence", check=tmp_path / "mine").status == 0
+
+
+def embedded(page):
+    """What a report knows of the whole capture."""
+    text = re.search(r'id="biss-report">([^<]*)<', page.read_text())[1]
+    return json.loads(gzip.decompress(base64.b64decode(text)))
+
+
+@pytest.fixture(scope="module")
+def large(folder):
+    """A capture that is not in a report as a whole."""
+    path = simulated(folder / "large.csv", "-f", "resolute-26", "--motion", "random", "--cycles",
+                     15000, "--fault", "flip:0.002", "--seed", 3)
+    assert path.stat().st_size > 16 << 20
+    return path
+
+
+def reported(tmp_path, capture, **options):
+    page = tmp_path / "page.html"
+    page.write_text('<p>a</p><script type="text/plain" id="biss-core">CORE</script>')
+    made = tmp_path / "report.html"
+    result = biss.run("report", capture, page=page, output=made, format="resolute-26", **options)
+    assert result.status == 0
+    return page, made
+
+
+def test_ReportOfALargeCapture_HasTheAnswersOfTheCommand(large, tmp_path):
+    page, made = reported(tmp_path, large)
+    theirs = tmp_path / "theirs.html"
+    run("report", large, "--page", page, "-f", "resolute-26", "-o", theirs)
+    verbs = embedded(made)["verbs"]
+    assert verbs == embedded(theirs)["verbs"]
+    assert made.read_bytes() == theirs.read_bytes()
+    assert '"format":"pos26,nE,nW,crc6;cds0"' in verbs["identify"]["out"]
+    assert verbs["identify"]["err"].startswith("large.csv: 15000 request cycles")
+    assert verbs["check renishaw"]["out"].startswith('{"rule":')
+
+
+def test_ReportOfAnArray_IsNotThatOfAFileWithItsName(large, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "array").write_text("time_ns,MA,SLO\n0,1,1\n")
+    _, made = reported(tmp_path, biss.Capture.load(large))
+    assert embedded(made)["cycles"] == 15000
+    biss.run("convert", biss.simulate("resolute-26", cycles=5).capture, output="array", to="csv")
+    assert (tmp_path / "array").read_text().startswith("time_ns,MA,SLO\n")
+    (tmp_path / "array").unlink()
+    (tmp_path / "array").mkdir()
+    _, made = reported(tmp_path, biss.Capture.content(large.read_bytes(), "large.csv"))
+    answers = embedded(made)["verbs"]
+    assert embedded(made)["cycles"] == 15000
+    assert '"format":"pos26,nE,nW,crc6;cds0"' in answers["identify"]["out"]
+
+
+def test_TextsOnAHostsTerminal_AreThoseOfAPipe(damaged):
+    script = ("import biss, sys\n"
+              f"print(repr([biss.run('explain', {str(damaged)!r}).text, "
+              f"biss.draw({str(damaged)!r}, cycle=3)]), file=sys.stderr)\n")
+    main, terminal = pty.openpty()
+    fcntl.ioctl(terminal, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 50, 0, 0))
+    done = subprocess.run(["/usr/bin/python3", "-c", script], stdout=terminal, check=True,
+                          stderr=subprocess.PIPE)
+    os.close(main)
+    os.close(terminal)
+    explained, drawn = ast.literal_eval(done.stderr.decode())
+    assert explained == run("explain", damaged)
+    assert drawn == run("draw", damaged, "--cycle", 3)
+
+
+def test_NameThatSteersATerminal_IsHarmlessInAMessage(tmp_path):
+    path = tmp_path / "a\x1b[2J\u202e.vcd"
+    with pytest.raises(biss.CaptureError) as failed:
+        biss.decode(path)
+    shown = str(failed.value)
+    assert "\x1b" not in shown and "\u202e" not in shown and "a?[2J\ufffd.vcd" in shown

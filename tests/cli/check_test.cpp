@@ -230,6 +230,14 @@ TEST_F(Check, FaultsOfTheLine_FailTheirRules) {
   }
 }
 
+TEST_F(Check, PulsesThatAreTheFirstClock_LeaveTheLineDelaySteady) {
+  simulate({"-f", "resolute-26", "--clock", "2.5MHz", "--cable", "60m", "--cycles", "400",
+            "--fault", "glitch_ma_idle:0.2", "--seed", "3"});
+  EXPECT_THAT(failing({"--against", "resolute-26"}),
+              testing::Not(testing::HasSubstr("line_delay")));
+  EXPECT_THAT(judged, testing::HasSubstr(" line_delay_jitter  "));
+}
+
 TEST_F(Check, NoRequestAnswered_FailsStart) {
   for (const char* fault : {"no_answer:1", "exchange:1"}) {
     SCOPED_TRACE(fault);

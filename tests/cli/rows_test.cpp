@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <csignal>
 #include <cstdlib>
@@ -266,6 +267,63 @@ TEST_F(DecodeRows, Velocity_IsTheStepByTheTimeAlsoOverTheRollover) {
   EXPECT_GT(judged, 1800U);
   const Outcome scaled = csv(capture, {"--velocity", "--scale", "2^16/turn"}, format);
   EXPECT_THAT(header_of(scaled), HasSubstr(",limits,position_deg,velocity_deg_s"));
+}
+
+// --since and --until choose rows; what a row says depends on the cycles before it all the same.
+TEST_F(DecodeRows, SinceAndUntil_LeaveTheRowsAsTheyAre) {
+  for (const char* format : {"fs-36-28", "mt16,st19,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0"}) {
+    SCOPED_TRACE(format);
+    const std::string capture =
+        simulate("line.csv", {"-f", format, "--cycles", "120", "--fault", "flip:0.1", "--fault",
+                              "loss@70", "--seed", "5"});
+    const bool unwraps = std::string_view(format) == "fs-36-28";
+    const Words columns = unwraps ? Words{"--unwrap", "--velocity"} : Words{"--velocity"};
+    const auto all = rows_of(csv(capture, columns, format).out);
+    ASSERT_GE(all.size(), 120U);
+    for (const std::size_t first : {1U, 30U, 31U, 71U, 100U}) {
+      const std::string since = all[first].at("time_ns") + "ns";
+      const std::string until = all[first + 9].at("time_ns") + "ns";
+      const auto some =
+          rows_of(csv(capture, Words{"--since", since, "--until", until} + columns, format).out);
+      ASSERT_EQ(some.size(), 10U);
+      for (std::size_t i = 0; i < some.size(); ++i) EXPECT_EQ(some[i], all[first + i]) << first + i;
+    }
+  }
+}
+
+TEST_F(DecodeRows, SinceAndUntil_CountTheirOwnRowsAlone) {
+  const std::string format = "fs-36-28";
+  const std::string capture =
+      simulate("line.csv", {"-f", format, "--cycles", "60", "--fault", "loss@20"});
+  const auto all = rows_of(csv(capture, {}, format).out);
+  EXPECT_EQ(csv(capture, {"--fail-on", "safety"}, format).status, 1);
+  const Outcome late = csv(
+      capture, {"--since", all[30].at("time_ns") + "ns", "--fail-on", "safety,starting"}, format);
+  EXPECT_EQ(late.status, 0) << late.err;
+  EXPECT_THAT(late.err, testing::ContainsRegex("safety +30 safe "));
+  const Outcome early =
+      csv(capture, {"--until", all[10].at("time_ns") + "ns", "--fail-on", "safety"}, format);
+  EXPECT_EQ(early.status, 0) << early.err;
+  EXPECT_THAT(early.err, testing::ContainsRegex("safety +9 safe, 2 starting "));
+  const auto rolls = rows_of(csv(capture, {"--columns", "lc2,time_ns"}, format).out);
+  const auto after = std::find_if(rolls.begin() + 30, rolls.end(),
+                                  [](const Row& row) { return row.at("lc2") == "2"; });
+  ASSERT_NE(after, rolls.end());
+  EXPECT_THAT(csv(capture, {"--since", after->at("time_ns") + "ns"}, format).err,
+              HasSubstr("period not seen"));
+}
+
+TEST_F(DecodeRows, SinceBehindALostPosition_NamesWhereItWasLost) {
+  const std::string format = "pos12,nE,nW,crc6";
+  const std::string capture =
+      simulate("line.csv", {"-f", format, "--cycles", "60", "--motion", "random"});
+  const auto all = rows_of(csv(capture, {}, format).out);
+  const Outcome late =
+      csv(capture,
+          {"--unwrap", "--velocity", "--max-step", "1", "--since", all[50].at("time_ns") + "ns"},
+          format);
+  EXPECT_THAT(late.err, testing::ContainsRegex("unwrapped is not known from cycle [1-9] on"));
+  EXPECT_THAT(late.err, HasSubstr("velocity is not known in 10 of its rows"));
 }
 
 TEST_F(DecodeRows, Hdf5_NeedsAFile) {

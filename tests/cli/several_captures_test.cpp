@@ -258,5 +258,47 @@ TEST_F(SeveralCaptures, RegistersAndConform_SayWhichFile) {
   EXPECT_EQ(dump.status, 2);
 }
 
+TEST_F(SeveralCaptures, SafetyMonitorOfOneCapture_DoesNotJudgeTheNext) {
+  const std::string safe = folder_.path("safe.vcd");
+  const std::string plain = folder_.path("plain.vcd");
+  for (const auto& [path, format] :
+       {std::pair{safe, "fs-36-28"}, std::pair{plain, "resolute-26"}}) {
+    ASSERT_EQ(
+        run({"simulate", "-f", format, "--cycles", "300", "--motion", "random", "-o", path}).status,
+        0);
+  }
+  for (const bool safe_first : {true, false}) {
+    SCOPED_TRACE(safe_first);
+    const std::vector<std::string> files =
+        safe_first ? std::vector{safe, plain} : std::vector{plain, safe};
+    const Outcome both = run({"decode", files[0], files[1], "--to", "csv"});
+    ASSERT_EQ(both.status, 0) << both.err;
+    std::size_t judged = 0;
+    for (const Row& row : rows_of(both.out)) {
+      if (row.at("file") == plain) {
+        ASSERT_EQ(row.at("safety"), "") << row.at("cycle");
+      } else {
+        judged += row.at("safety").empty() ? 0U : 1U;
+      }
+    }
+    EXPECT_EQ(judged, safe_first ? 300U : 0U);
+    EXPECT_EQ(both.err.find("watchdog "), safe_first ? both.err.rfind("watchdog ") : both.err.npos);
+    const Outcome errors = run({"decode", files[0], files[1], "--only-errors", "--to", "csv"});
+    EXPECT_EQ(rows_of(errors.out).size(), 0U) << errors.out.substr(0, 500);
+  }
+}
+
+TEST_F(SeveralCaptures, SafetyMonitor_BeginsAgainWithEachCapture) {
+  const std::string path = folder_.path("safe.csv");
+  ASSERT_EQ(run({"simulate", "-f", "fs-36-28", "--cycles", "20", "-o", path}).status, 0);
+  const Outcome twice = run({"decode", path, path, "-f", "fs-36-28", "--latch", "--to", "csv"});
+  const auto rows = rows_of(twice.out);
+  ASSERT_EQ(rows.size(), 40U) << twice.err;
+  for (std::size_t i = 0; i < 20; ++i) {
+    EXPECT_EQ(rows[i].at("safety"), i < 2 ? "starting" : "safe");
+    EXPECT_EQ(rows[20 + i].at("safety"), rows[i].at("safety"));
+  }
+}
+
 }  // namespace several_captures_test
 }  // namespace biss::cli

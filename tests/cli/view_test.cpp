@@ -366,6 +366,73 @@ TEST(ViewVerb, FileThatChangesOtherwise_IsNamed) {
               HasSubstr("a.csv: No such file or directory; it was there"));
 }
 
+TEST(ViewVerb, ChangeInPlaceAtAnyByte_IsNamed) {
+  const Folder folder;
+  std::string rows = "time_ns,MA,SLO\n";
+  for (int i = 0; rows.size() < 300'000; ++i) rows += fmt::format("{},{},1\n", i * 100, i % 2);
+  for (const char* option : {"--follow", "--no-compensation"}) {
+    for (const std::size_t at : {5'000UL, 150'000UL, 290'000UL}) {
+      SCOPED_TRACE(fmt::format("{} {}", option, at));
+      const std::string path = folder.file("a.csv", rows);
+      const Server server(folder, {path, option});
+      EXPECT_EQ(body_of(server.get("capture")).size(), rows.size());
+      std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
+      file.seekp(static_cast<std::streamoff>(rows.find(",1,1", at) + 1));
+      file << '0' << std::flush;
+      EXPECT_THAT(body_of(server.get("size")),
+                  HasSubstr("a.csv: was rewritten while it was read; start biss view again"));
+    }
+  }
+}
+
+TEST(ViewVerb, ChangeInPlaceOfAFileThatGrows_IsNamed) {
+  const Folder folder;
+  const std::string path = folder.file("a.csv", capture_text + std::string(100'000, '\n'));
+  const Server server(folder, {path, "--follow"});
+  std::ofstream(path, std::ios::app) << "300,0,1\n";
+  EXPECT_EQ(body_of(server.get("size")), fmt::format("{}", capture_text.size() + 100'008));
+  std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
+  file.seekp(50'000);
+  file << "7";
+  file.seekp(0, std::ios::end);
+  file << "400,1,1\n" << std::flush;
+  EXPECT_THAT(body_of(server.get("size")), HasSubstr("was rewritten while it was read"));
+}
+
+TEST(ViewVerb, FileTouchedOnly_IsServedOn) {
+  const Folder folder;
+  const std::string path = folder.file("a.csv", capture_text);
+  for (const char* option : {"--follow", "--no-compensation"}) {
+    const Server server(folder, {path, option});
+    std::filesystem::last_write_time(path, std::filesystem::file_time_type::clock::now());
+    EXPECT_EQ(body_of(server.get("capture")), capture_text);
+  }
+}
+
+TEST(ViewVerb, FileWithoutALineFeed_IsNamed) {
+  const Folder folder;
+  const std::string one_line =
+      "$timescale 1ns $end $var wire 1 ! MA $end $enddefinitions $end #0 1!";
+  const Outcome outcome = run({"view", folder.file("a.vcd", one_line), "--follow", "--no-open"});
+  EXPECT_EQ(outcome.status, 3);
+  EXPECT_THAT(outcome.err, HasSubstr("a.vcd: cannot be followed while it grows: it has no line "
+                                     "feed yet; leave out --follow"));
+  const std::string long_line = capture_text + std::string(2U << 20U, '1');
+  const Outcome too_long = run({"view", folder.file("a.csv", long_line), "--follow", "--no-open"});
+  EXPECT_EQ(too_long.status, 3);
+  EXPECT_THAT(too_long.err, HasSubstr("its last line has more than 1 MiB; leave out --follow"));
+  // It may be the first line, half written. One that does not grow from look to look is none.
+  const std::string path = folder.file("b.vcd", "");
+  const Server server(folder, {path, "--follow"});
+  std::ofstream file(path, std::ios::binary);
+  file << one_line.substr(0, 20) << std::flush;
+  EXPECT_EQ(body_of(server.get("size")), "0");
+  file << one_line.substr(20) << std::flush;
+  EXPECT_EQ(body_of(server.get("size")), "0");
+  EXPECT_THAT(body_of(server.get("size")), HasSubstr("b.vcd: cannot be followed while it grows: "
+                                                     "it has no line feed yet"));
+}
+
 TEST(ViewVerb, FileThatCannotBeFollowed_IsNamed) {
   const Folder folder;
   const auto expect = [&](const std::string& name, const std::string& content, const char* why) {

@@ -58,6 +58,33 @@ describe('the page', () => {
     await page.context().close();
   });
 
+  it('Options_AreThoseOfTheTableInEveryPanel', async () => {
+    simulate('late.vcd');
+    const { page, errors } = await browser.open(`format=${format}&further=${encodeURIComponent('--ack-max 1us --unwrap')}`);
+    await choose(page, folder.at('late.vcd'));
+    await readToEnd(page);
+    assert.equal((await cells(page, 7))[2], 'ack_range');
+    const panel = page.locator('#panel');
+    const words = (verb, ...more) => folder.run([verb, 'late.vcd', '--ack-max', '1us', '--to', 'jsonl', ...more]).out;
+    await page.getByRole('tab', { name: 'Explain' }).click();
+    const first = JSON.parse(words('explain', '-f', format).split('\n')[0]);
+    assert.notEqual(first.cause, 'healthy');
+    await panel.getByRole('heading', { name: first.cause }).waitFor();
+    await page.getByRole('tab', { name: 'Check' }).click();
+    const failed = words('check', '-f', format, '--against', 'biss-c').trimEnd().split('\n').map((line) => JSON.parse(line))
+      .filter(({ verdict }) => verdict === 'fail').map(({ rule }) => rule);
+    assert.ok(failed.length > 0);
+    for (const rule of failed) await panel.getByRole('row').filter({ hasText: 'fail' }).filter({ hasText: rule }).first().waitFor();
+    await page.getByLabel('Options').fill('--since 1ms');
+    await page.keyboard.press('Enter');
+    for (const name of ['Explain', 'Identify', 'Check']) {
+      await page.getByRole('tab', { name }).click();
+      await panel.getByText("unknown option '--since'").waitFor();
+    }
+    assert.deepEqual(errors, []);
+    await page.context().close();
+  });
+
   it('SigrokSession_HasTheRowsOfTheCommand', async () => {
     simulate('samples.vcd');
     folder.make(['convert', 'samples.vcd', 'samples.sr', '--rate', '100MHz']);

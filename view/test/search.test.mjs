@@ -11,7 +11,7 @@ const here = path.dirname(fileURLToPath(import.meta.url));
 const core = path.resolve(process.env.BISS_WASM ?? path.join(here, '../../build-wasm/wasm'));
 const { loadBiss } = await import(pathToFileURL(path.join(core, 'biss.mjs')));
 const { findRow, findRows } = await load('core/matching.ts');
-const { splitArguments, decodeArguments, commonFurther } = await load('core/arguments.ts');
+const { splitArguments, decodeArguments, verbFurther } = await load('core/arguments.ts');
 
 let session;
 let cells;
@@ -121,8 +121,38 @@ describe('arguments', () => {
     assert.deepEqual(last, base);
   });
 
-  it('OtherVerbs_GetTheOptionsThatTheyHave', () => {
-    const further = '--raw-rate 100MHz --unwrap --threshold=1.2V --scale deg --each';
-    assert.deepEqual(commonFurther({ ...settings, further }), ['--raw-rate', '100MHz', '--threshold=1.2V', '--each']);
+  const furtherOf = (verb, further) => verbFurther(verb, { ...settings, further });
+
+  it('OtherVerbs_GetTheOptionsByWhichTheyJudge', () => {
+    const lines = '--raw-rate 100MHz --unwrap --threshold=1.2V --scale deg --each --columns raw,cycle --latch';
+    assert.deepEqual(furtherOf('explain', lines), ['--raw-rate', '100MHz', '--threshold=1.2V', '--each']);
+    const timing = ['--ack-max', '16us', '--ack-clocks=3', '--timeout', 'static:20us', '--release', '1us', '--clock-max', '10MHz',
+      '--cycle-min', '31us'];
+    for (const verb of ['explain', 'identify', 'check', 'registers']) {
+      assert.deepEqual(furtherOf(verb, `--fail-on crc ${timing.join(' ')} --no-compensation --threads 2`),
+        verb === 'explain' || verb === 'check' ? [...timing, '--no-compensation'] : timing);
+    }
+  });
+
+  it('OptionThatAVerbDoesNotHave_GoesToItAndIsRefusedByName', () => {
+    assert.deepEqual(furtherOf('explain', '--unwrap --since 1ms --until=-2ms'), ['--since', '1ms', '--until=-2ms']);
+    assert.deepEqual(furtherOf('check', '--threshold -1.5V --no-such 3'), ['--threshold', '-1.5V', '--no-such', '3']);
+  });
+
+  it('EveryOptionOfDecode_IsTakenByAPanelOrRefusedOrForRowsAlone', async () => {
+    const biss = await loadBiss({ wasmBinary: fs.readFileSync(path.join(core, 'biss_core.wasm')) });
+    const optionsOf = (verb) => {
+      const { out } = biss.run([verb, '--help']);
+      return new Set(new TextDecoder().decode(out).match(/(?<=^ +(-., )?)--[a-z-]+/gm));
+    };
+    const refused = ['--since', '--until'];
+    for (const verb of ['explain', 'identify', 'check', 'registers']) {
+      const has = optionsOf(verb);
+      assert.ok(has.has('--ack-max'));
+      for (const option of optionsOf('decode')) {
+        const goes = furtherOf(verb, option).length > 0;
+        assert.equal(goes, has.has(option) || refused.includes(option), `${verb} ${option}`);
+      }
+    }
   });
 });

@@ -1,14 +1,18 @@
 // The settings of the page as arguments of the command.
 import type { Settings } from '../state';
 
-// Of the further options, those that every verb with a capture has, and how many values they take.
-const commonOptions: Record<string, number> = {
-  '--resolution': 1,
-  '--each': 0,
-  '--raw-rate': 1,
-  '--raw-bytes': 1,
-  '--threshold': 1,
-  '--differential': 1,
+// Of the further options, those that choose or add rows and columns of the table: what another verb
+// says of the capture does not depend on them. Every other one goes to the verb, which takes it or
+// refuses it by name.
+const rowOptions = [
+  '--columns', '--compare-bits', '--counter', '--every', '--fail-on', '--latch', '--max-step', '--no-verify',
+  '--only-errors', '--safety', '--scale', '--shortest-gap', '--start-frames', '--threads', '--tolerance',
+  '--unwrap', '--velocity', '--watchdog',
+];
+// The column `marginal` alone, for verbs that do not judge it.
+const marginOptions: Record<string, string[]> = {
+  identify: ['--no-compensation'],
+  registers: ['--no-compensation'],
 };
 
 /** Splits as a shell does, with '…' and "…" round what has spaces. */
@@ -28,14 +32,13 @@ export function captureArguments(settings: Settings): string[] {
   return args;
 }
 
-/** Of the further options, those that belong to every verb. */
-export function commonFurther(settings: Settings): string[] {
-  const words = splitArguments(settings.further);
-  return words.flatMap((word, i) => {
-    const name = word.split('=')[0]!;
-    const values = commonOptions[name];
-    if (values === undefined) return [];
-    return word.includes('=') ? [word] : words.slice(i, i + 1 + values);
+/** Of the further options, those by which this verb judges the capture, with their values. */
+export function verbFurther(verb: string, settings: Settings): string[] {
+  const left = [...rowOptions, ...marginOptions[verb] ?? []];
+  let keeps = true;
+  return splitArguments(settings.further).filter((word) => {
+    if (/^-[-a-z]/.test(word)) keeps = !left.includes(word.split('=')[0]!);
+    return keeps;
   });
 }
 

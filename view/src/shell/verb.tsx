@@ -2,7 +2,7 @@
 import type { ComponentChildren } from 'preact';
 import { signal } from '@preact/signals';
 import { useEffect } from 'preact/hooks';
-import { captureArguments, commonFurther } from '../core/arguments';
+import { captureArguments, verbFurther } from '../core/arguments';
 import { core } from '../core/core';
 import { fileNames } from '../core/reading';
 import { runVerb } from '../core/verbs';
@@ -30,7 +30,7 @@ function put(key: string, result: VerbResult): void {
 /** Arguments for a verb on the capture that is open. */
 export function verbArguments(verb: string[], further: string[] = []): string[] {
   const settings = state.settings.value;
-  return [...verb, ...fileNames(), ...captureArguments(settings), ...commonFurther(settings), ...further];
+  return [...verb, ...fileNames(), ...captureArguments(settings), ...verbFurther(verb[0]!, settings), ...further];
 }
 
 /** Of `identify`: what is found out does not depend on the format that is chosen. */
