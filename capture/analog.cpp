@@ -32,6 +32,10 @@ Picoseconds elapsed(Picoseconds from, Picoseconds to) {
   return Picoseconds{static_cast<std::int64_t>(std::min(ps, longest))};
 }
 
+constexpr const char* expected_step =
+    "samples at a constant step, or changes between two levels only";
+constexpr Picoseconds endless{std::numeric_limits<std::int64_t>::max()};
+
 // A line and the columns that it is made of.
 struct AnalogLine {
   std::size_t plus = 0;
@@ -59,25 +63,33 @@ class Slicer {
     lower_ = threshold->centre.count - threshold->hysteresis.count / 2;
   }
 
-  // The next sample does not follow the last one.
-  void break_off() { has_last_ = false; }
+  void set_longest_step(Picoseconds step) { longest_step_ = step; }
 
-  // The edge that this sample makes.
-  std::optional<wire::Edge> push(Picoseconds time, Nanovolts sample, wire::LineIndex line) {
+  // Nothing has changed up to this time.
+  void skip_to(Picoseconds time) {
+    has_last_ = false;
+    last_time_ = time;
+  }
+
+  // Appends the edges that this sample makes. `before` is the time of the row before it.
+  void push(Picoseconds before, Picoseconds time, Nanovolts sample, wire::LineIndex line,
+            std::vector<wire::Edge>& edges) {
+    if (elapsed(last_time_, time) > longest_step_ && level_ != no_level && level_ != unknown) {
+      edges.push_back({before, line, wire::Level::unknown});
+      level_ = unknown;
+    }
     if (sample == no_sample) {
-      break_off();
-      return std::nullopt;
+      has_last_ = false;
+      return;
     }
     const std::uint8_t level = level_of(sample);
-    std::optional<wire::Edge> edge;
     if (level != level_) {
-      edge = wire::Edge{crossing(time, sample, level), line, static_cast<wire::Level>(level)};
+      edges.push_back({crossing(time, sample, level), line, static_cast<wire::Level>(level)});
       level_ = level;
     }
     has_last_ = is_inside(sample);
     last_time_ = time;
     last_ = sample.count;
-    return edge;
   }
 
  private:
@@ -116,6 +128,7 @@ class Slicer {
   bool has_last_ = false;
   Picoseconds last_time_;
   std::int64_t last_ = 0;
+  Picoseconds longest_step_ = endless;
 };
 
 class AnalogSource final : public EdgeSource {
@@ -140,7 +153,9 @@ class AnalogSource final : public EdgeSource {
   bool hold_more(std::size_t rows);
   void drop_held();
   void set_thresholds(const std::vector<std::optional<SignalLevels>>& levels);
-  void measure_period();
+  std::optional<CaptureError> measure_steps();
+  std::size_t repeats(std::size_t rows) const;
+  Picoseconds longest_step_of(const AnalogLine& line, Picoseconds digit) const;
   void slice_rows();
   const Nanovolts* row(std::size_t index) const { return rows_.values.data() + index * columns_; }
   std::size_t rows_held() const { return rows_.times.size(); }
@@ -153,6 +168,8 @@ class AnalogSource final : public EdgeSource {
   bool any_logic_ = false;
   std::vector<Slicer> slicers_;
   Picoseconds sample_period_;
+  Picoseconds longest_step_ = endless;        // between two rows
+  std::vector<Picoseconds> longest_of_line_;  // between two samples
 
   // Rows that are not sliced yet, from next_row_ on; what follows them.
   SampleRows rows_;
@@ -160,8 +177,9 @@ class AnalogSource final : public EdgeSource {
   std::size_t next_row_ = 0;
   bool ended_ = false;
   std::optional<CaptureError> error_;
-  // A row before those that are held; rows between were dropped.
+  // A row before those that are held; rows between were dropped, and perhaps there was a hole.
   SampleRows first_row_;
+  bool hole_dropped_ = false;
 
   EdgeBlock block_;
   std::vector<wire::Edge> row_edges_;
@@ -236,6 +254,9 @@ void AnalogSource::drop_held() {
     first_row_.values.assign(row(0), row(1));
   }
   const auto dropped = static_cast<std::ptrdiff_t>(rows_held() - rows_held() / 4);
+  for (auto time = rows_.times.begin(); time != rows_.times.begin() + dropped; ++time) {
+    hole_dropped_ = hole_dropped_ || elapsed(time[0], time[1]) > longest_step_;
+  }
   rows_.times.erase(rows_.times.begin(), rows_.times.begin() + dropped);
   rows_.values.erase(rows_.values.begin(),
                      rows_.values.begin() + dropped * static_cast<std::ptrdiff_t>(columns_));
@@ -328,28 +349,69 @@ std::optional<CaptureError> AnalogSource::measure() {
   }
 }
 
-void AnalogSource::measure_period() {
-  sample_period_ = samples_->sample_period();
-  if (sample_period_ != Picoseconds{}) return;
-  hold_more(rows_of_period);
-  for (std::size_t i = 1; i < std::min(rows_held(), rows_of_period); ++i) {
-    sample_period_ = std::max(sample_period_, elapsed(rows_.times[i - 1], rows_.times[i]));
+// Nothing is a hole for a line whose samples have no constant step.
+Picoseconds AnalogSource::longest_step_of(const AnalogLine& line, Picoseconds digit) const {
+  std::vector<Picoseconds> times;
+  for (std::size_t i = 0; i < std::min(rows_held(), rows_of_period); ++i) {
+    if (voltage_of(line, row(i)) != no_sample) times.push_back(rows_.times[i]);
   }
+  const SampleSteps steps = steps_of(times, digit);
+  return steps.constant ? steps.longest : endless;
+}
+
+// How many rows are as the row before.
+std::size_t AnalogSource::repeats(std::size_t rows) const {
+  std::size_t found = 0;
+  for (std::size_t i = 1; i < rows; ++i) found += std::equal(row(i - 1), row(i), row(i)) ? 1U : 0U;
+  return found;
+}
+
+std::optional<CaptureError> AnalogSource::measure_steps() {
+  sample_period_ = samples_->sample_period();
+  if (!samples_->time_digit() && sample_period_ != Picoseconds{}) return std::nullopt;
+  hold_more(rows_of_period);
+  const std::size_t judged = std::min(rows_held(), rows_of_period);
+  if (const auto digit = samples_->time_digit()) {
+    const SampleSteps steps = steps_of(std::span(rows_.times).first(judged), *digit);
+    if (!steps.constant && any_analog_) {
+      return CaptureError{.cause = CaptureCause::malformed, .expected = expected_step};
+    }
+    // Rows of logic channels that never repeat the row before are changes.
+    if (any_analog_ || (steps.constant && 8 * repeats(judged) >= judged)) {
+      longest_step_ = steps.longest;
+      for (const AnalogLine& line : analog_lines_) {
+        longest_of_line_.push_back(longest_step_of(line, *digit));
+      }
+    }
+  }
+  if (sample_period_ != Picoseconds{}) return std::nullopt;
+  for (std::size_t i = 1; i < judged; ++i) {
+    const Picoseconds step = elapsed(rows_.times[i - 1], rows_.times[i]);
+    if (step <= longest_step_) sample_period_ = std::max(sample_period_, step);
+  }
+  return std::nullopt;
 }
 
 std::optional<CaptureError> AnalogSource::open(const AnalogOptions& options) {
   if (const auto error = find_lines(options.differentials)) return error;
-  measure_period();
+  if (const auto error = measure_steps()) return error;
   if (rows_held() == 0 && ended_) {
     if (error_) return error_;
     return CaptureError{.cause = CaptureCause::empty};
   }
-  if (any_analog_ && !options.threshold) return measure();
-  for (const AnalogLine& line : analog_lines_) {
-    slicers_.emplace_back(line.logic ? std::optional(logic_threshold) : options.threshold,
-                          !line.logic);
+  std::optional<CaptureError> error;
+  if (any_analog_ && !options.threshold) {
+    error = measure();
+  } else {
+    for (const AnalogLine& line : analog_lines_) {
+      slicers_.emplace_back(line.logic ? std::optional(logic_threshold) : options.threshold,
+                            !line.logic);
+    }
   }
-  return std::nullopt;
+  for (std::size_t i = 0; !error && i < longest_of_line_.size(); ++i) {
+    slicers_[i].set_longest_step(longest_of_line_[i]);
+  }
+  return error;
 }
 
 void AnalogSource::slice_rows() {
@@ -357,9 +419,8 @@ void AnalogSource::slice_rows() {
     row_edges_.clear();
     for (std::size_t i = 0; i < analog_lines_.size(); ++i) {
       const Nanovolts voltage = voltage_of(analog_lines_[i], rows.values.data() + index * columns_);
-      const auto edge =
-          slicers_[i].push(rows.times[index], voltage, static_cast<wire::LineIndex>(i));
-      if (edge) row_edges_.push_back(*edge);
+      slicers_[i].push(end_time_, rows.times[index], voltage, static_cast<wire::LineIndex>(i),
+                       row_edges_);
     }
     end_time_ = rows.times[index];
     if (row_edges_.size() > 1) {
@@ -371,7 +432,7 @@ void AnalogSource::slice_rows() {
   if (!first_row_.times.empty()) {
     slice(first_row_, 0);
     first_row_.clear();
-    for (Slicer& slicer : slicers_) slicer.break_off();
+    for (Slicer& slicer : slicers_) slicer.skip_to(hole_dropped_ ? end_time_ : rows_.times[0]);
   }
   while (next_row_ < rows_held() && !block_.full()) slice(rows_, next_row_++);
 }
@@ -394,6 +455,29 @@ Result<std::span<const wire::Edge>, CaptureError> AnalogSource::next_block() {
 }
 
 }  // namespace
+
+SampleSteps steps_of(std::span<const Picoseconds> times, Picoseconds digit) {
+  SampleSteps found{.usual = {}, .longest = endless, .constant = true};
+  std::vector<Picoseconds> steps;
+  for (std::size_t i = 1; i < times.size(); ++i) steps.push_back(elapsed(times[i - 1], times[i]));
+  if (steps.empty()) return found;
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>((steps.size() - 1) / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  found.usual = *middle;
+  const auto differ_by_more = [&](std::int64_t most) {
+    return static_cast<std::size_t>(std::count_if(
+        steps.begin(), steps.end(),
+        [&](Picoseconds step) { return std::abs(step.count - found.usual.count) > most; }));
+  };
+  // Rounding shows in the steps, unless a few of them at most differ at all.
+  const bool rounded = 16 * differ_by_more(0) > steps.size();
+  const std::int64_t tolerance = std::max(found.usual.count / 2, rounded ? digit.count : 0);
+  found.constant = 4 * differ_by_more(tolerance) <= steps.size();
+  if (tolerance < endless.count - found.usual.count) {
+    found.longest = found.usual + picoseconds(tolerance);
+  }
+  return found;
+}
 
 Opened open_analog(std::unique_ptr<AnalogSamples> samples, const AnalogOptions& options) {
   auto source = std::make_unique<AnalogSource>(std::move(samples));

@@ -66,6 +66,16 @@ struct SampleRows {
   }
 };
 
+/// The steps between the times of samples.
+struct SampleSteps {
+  Picoseconds usual;      ///< the median
+  Picoseconds longest;    ///< a longer step is a hole
+  bool constant = false;  ///< at most a quarter of the steps differ from the usual one
+};
+
+/// \param digit what the last digit of a time counts: steps of rounded times differ by it
+SampleSteps steps_of(std::span<const Picoseconds> times, Picoseconds digit);
+
 /// A capture of samples, read once from front to back.
 class AnalogSamples {
  public:
@@ -80,6 +90,8 @@ class AnalogSamples {
   virtual Picoseconds sample_period() const { return {}; }
   /// As EdgeSource::sample_rate().
   virtual Hertz sample_rate() const { return {}; }
+  /// What the last digit of a time counted in the rows so far; nothing where no row can be missing.
+  virtual std::optional<Picoseconds> time_digit() const { return std::nullopt; }
 };
 
 inline constexpr std::size_t max_analog_channels = 64;
@@ -110,8 +122,13 @@ std::optional<SignalLevels> estimate_levels(std::span<const Nanovolts> samples,
 /// the time of the first sample that shows it for a logic channel, after a missing sample, and for
 /// a sample beyond the range.
 ///
-/// Fails with `no_two_levels` where no line has two levels, `no_such_channel` for a differential
-/// that names other channels, and with the errors of the samples.
+/// A line has a hole where its samples, which have a constant step, are missing for longer than one
+/// and a half steps: its level is unknown from the last row before the hole on, up to its next sample.
+/// Rows of logic channels alone may be changes.
+///
+/// Fails with `malformed` where voltages have no constant step, `no_two_levels` where no line has two
+/// levels, `no_such_channel` for a differential that names other channels, and with the errors of the
+/// samples.
 Opened open_analog(std::unique_ptr<AnalogSamples> samples, const AnalogOptions& options);
 
 }  // namespace biss::capture

@@ -146,4 +146,13 @@ Result<std::int64_t, DecimalCause> parse_decimal(std::string_view text, int scal
   return parts->negative ? -value : value;
 }
 
+std::int64_t last_digit_of(std::string_view text, int scale) {
+  const auto parts = take_apart(text, true);
+  if (!parts) return 0;
+  const Parts one{.whole = "1",
+                  .fraction = {},
+                  .exponent = parts->exponent - static_cast<std::int64_t>(parts->fraction.size())};
+  return static_cast<std::int64_t>(magnitude_of(one, scale).value_or(largest));
+}
+
 }  // namespace biss::capture

@@ -112,4 +112,8 @@ enum class DecimalCause : std::uint8_t { no_number, out_of_range };
 Result<std::int64_t, DecimalCause> parse_decimal(std::string_view text, int scale,
                                                  bool comma = false);
 
+/// What the last digit of `text` counts, times 10^`scale`; 0 where that is less than one half.
+/// \pre parse_decimal() reads it
+std::int64_t last_digit_of(std::string_view text, int scale);
+
 }  // namespace biss::capture

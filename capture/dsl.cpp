@@ -67,8 +67,10 @@ class DslHeaderParser {
     if (key == "device mode") {
       if (value != "0") return wrong(other_mode, CaptureCause::unknown_format);
     } else if (key == "capturefile") {
+      if (!found_.capture_file.empty()) return wrong("the capturefile once");
       found_.capture_file = unescaped(value);
     } else if (key == "samplerate") {
+      if (found_.rate.count != 0) return wrong("the samplerate once");
       found_.rate = parse_sample_rate(value);
       if (found_.rate.count == 0) return wrong("a sample rate of 1 Hz to 4.29 GHz");
     } else if (key == "total samples") {
@@ -78,7 +80,7 @@ class DslHeaderParser {
     } else if (key.starts_with("probe")) {
       const auto number = whole_number<unsigned>(key.substr(5));
       if (!number || *number >= max_dsl_probes) return wrong("probe0 to probe63");
-      probes_[*number] = unescaped(value);
+      if (!probes_.emplace(*number, unescaped(value)).second) return wrong("each probe once");
     }
     return true;
   }
@@ -86,6 +88,7 @@ class DslHeaderParser {
   bool take_count(std::string_view value, std::uint64_t& count) {
     const auto number = whole_number<std::uint64_t>(value);
     if (!number) return wrong("a whole number");
+    if (count != 0) return wrong("this number once");
     count = *number;
     return true;
   }
@@ -94,7 +97,10 @@ class DslHeaderParser {
     for (const auto& [number, name] : probes_) found_.lines.push_back({name, number});
     if (found_.rate.count == 0) return wrong("the samplerate");
     if (found_.lines.empty()) return wrong("the names of the probes");
-    if (found_.version != 1) return true;
+    if (found_.version != 1) {
+      return found_.total_blocks <= found_.needed_blocks() ||
+             wrong("no more total blocks than the total samples fill");
+    }
     if (found_.capture_file.empty()) return wrong("the capturefile");
     return probes_.rbegin()->first < 8 * unit_bytes_of_version_1 ||
            wrong("probe0 to probe15 in version 1");
@@ -305,6 +311,21 @@ class DslSource final : public EdgeSource {
   std::optional<CaptureError> error_;
 };
 
+// Every block in the archive is one that the header counts, of a probe that it names.
+std::optional<CaptureError> find_unread_block(const ZipArchive& archive, const DslHeader& header) {
+  for (const std::string& name : archive.names("L-")) {
+    const std::size_t slash = std::min(name.find('/'), name.size() - 1);
+    const auto block = whole_number<std::uint64_t>(std::string_view(name).substr(slash + 1));
+    const bool is_read =
+        block && *block < header.needed_blocks() &&
+        std::any_of(header.lines.begin(), header.lines.end(), [&](const SampleLine& line) {
+          return name == "L-" + std::to_string(line.bit) + '/' + std::to_string(*block);
+        });
+    if (!is_read) return unread_member(name, "blocks that the header counts, of its probes");
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 tl::expected<DslHeader, CaptureError> parse_dsl_header(std::string_view text) {
@@ -328,9 +349,9 @@ Opened open_dsl(std::unique_ptr<ZipArchive> archive, const SampleReading& readin
   if (!header) return tl::unexpected(header.error());
   if (header->version == 1) {
     const RawLayout layout{header->rate, unit_bytes_of_version_1, std::move(header->lines)};
-    return open_samples(
-        layout, zip_samples(std::move(archive), std::move(header->capture_file), reading), reading);
+    return open_zip_samples(layout, std::move(archive), std::move(header->capture_file), reading);
   }
+  if (const auto error = find_unread_block(*archive, *header)) return tl::unexpected(*error);
   return std::make_unique<DslSource>(std::move(archive), *header, reading.verify);
 }
 

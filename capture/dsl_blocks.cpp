@@ -266,9 +266,7 @@ CaptureError PackedBlock::damaged(const char* expected) const {
 DslBlocks::DslBlocks(std::unique_ptr<ZipArchive> archive, const DslHeader& header)
     : archive_(std::move(archive)), total_samples_(header.total_samples) {
   for (const SampleLine& line : header.lines) probes_.push_back(line.bit);
-  const std::uint64_t needed =
-      total_samples_ / dsl_block_samples + (total_samples_ % dsl_block_samples != 0);
-  blocks_ = header.total_blocks == 0 ? needed : std::min(needed, header.total_blocks);
+  blocks_ = header.total_blocks == 0 ? header.needed_blocks() : header.total_blocks;
 }
 
 Result<bool, CaptureError> DslBlocks::next(PackedBlock& block) {

@@ -167,6 +167,37 @@ TEST(Dsl, Header_IsCheckedRowByRow) {
             CaptureCause::malformed);
 }
 
+TEST(Dsl, WhatTheHeaderDoesNotCount_IsRefusedByName) {
+  const std::string samples = some_samples(1'000);
+  const Members good = capture_of(samples, ma_and_slo);
+  for (const std::string name :
+       {"L-2/1", "L-2/00", "L-02/0", "L-3/0", "L-2/0x", "L-2", "L-/0", "header", "L-2/0"}) {
+    Members members = good;
+    members.emplace_back(name, good[1].second);
+    const Read read = read_dsl(zip_of(members));
+    ASSERT_TRUE(read.error) << name;
+    EXPECT_NE(capture_error_text(*read.error, "a.dsl").find("'" + name + "'"), std::string::npos)
+        << capture_error_text(*read.error, "a.dsl");
+  }
+  Members members = good;
+  members[0].second = header_of(samples.size(), 2, ma_and_slo);
+  const Read more = read_dsl(zip_of(members));
+  ASSERT_TRUE(more.error);
+  EXPECT_NE(std::string(more.error->expected).find("total blocks"), std::string::npos);
+  const std::string header = header_of(8, 1, ma_and_slo);
+  for (const char* row : {"samplerate = 1 MHz\n", "total samples = 8\n", "total blocks = 1\n",
+                          "probe2 = MA\n", "probe02 = MB\n", "capturefile = data\n"}) {
+    const auto parsed = parse_dsl_header(header + row);
+    ASSERT_FALSE(parsed) << row;
+    EXPECT_NE(std::string(parsed.error().expected).find("once"), std::string::npos) << row;
+  }
+  // Version 1 has its samples in one member.
+  const std::string version_1 =
+      "[header]\ncapturefile = data\nsamplerate = 100 MHz\nprobe3 = MA\nprobe15 = SLO\n";
+  EXPECT_TRUE(
+      read_dsl(zip_of({{"header", version_1}, {"data", samples}, {"data-01", samples}})).error);
+}
+
 TEST(Dsl, DamagedArchives_AreNamed) {
   const std::string samples = some_samples(1'000);
   Members members = capture_of(samples, ma_and_slo);

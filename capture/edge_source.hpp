@@ -2,6 +2,7 @@
 // order. Changes are never expanded into samples.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -48,7 +49,8 @@ enum class CaptureCause : std::uint8_t {
 /// Where and why reading stopped. `line` and `column` count from 1, columns in bytes; `line` is 0
 /// when the cause is not in the text. `expected` says what is right at that place: static text, or
 /// null. `part` names the part of an archive: static text, or null; its `part_number` counts from 1
-/// and is 0 where parts have no number.
+/// and is 0 where parts have no number. `member` is the name of a member that is refused: printable
+/// characters up to a 0, cut if it is long.
 struct CaptureError {
   CaptureCause cause{};
   std::uint64_t line = 0;
@@ -56,6 +58,7 @@ struct CaptureError {
   const char* expected = nullptr;
   const char* part = nullptr;
   std::uint64_t part_number = 0;
+  std::array<char, 40> member = {};
 };
 
 class PairSource;

@@ -32,8 +32,6 @@ struct EventCsvHeaderFault {
 
 /// Reads the row, without its line end. Cells may be quoted, blanks around them do not count. The
 /// separator is a tab or a semicolon where one stands outside quotes, else a comma.
-tl::expected<EventCsvHeader, EventCsvHeaderFault> parse_event_csv_header(std::string_view row);
-
 tl::expected<EventCsvHeader, EventCsvHeaderFault> parse_event_csv_header(std::string_view row) {
   EventCsvHeader header;
   const char separator = header.layout.separator = find_separator(row);
@@ -65,11 +63,13 @@ using wire::Level;
 
 class EventCsvReader final : public TextSource {
  public:
-  EventCsvReader(std::unique_ptr<ByteSource> bytes, std::size_t piece_limit)
-      : TextSource(std::move(bytes), TextWindow::Cut::lines, piece_limit) {}
+  EventCsvReader(std::unique_ptr<ByteSource> bytes, std::size_t piece_limit,
+                 const EventCsvRows& rows)
+      : TextSource(std::move(bytes), TextWindow::Cut::lines, piece_limit), rows_(rows) {}
 
   // Reads the header; the cause when there is none.
   std::optional<CaptureError> open();
+  Picoseconds sample_period() const override { return rows_.sample_period; }
 
  private:
   void parse() override;
@@ -86,6 +86,7 @@ class EventCsvReader final : public TextSource {
   bool read_levels(const char* cell, const char* end);
   void commit();
 
+  EventCsvRows rows_;
   EventCsvLayout layout_;
   wire::LineIndex ma_ = 0;
   wire::LineIndex slo_ = 0;
@@ -141,6 +142,7 @@ bool EventCsvReader::take_header(const char* row, const char* end) {
     return stop_in_row(row + fault.offset, fault.expected, looks_like_event_csv(text));
   }
   layout_ = parsed->layout;
+  layout_.rows = rows_;
   lines_ = std::move(parsed->lines);
   row_levels_.assign(lines_.size(), unchanged_cell);
   last_levels_.assign(lines_.size(), no_level);
@@ -194,8 +196,13 @@ bool EventCsvReader::read_levels(const char* cell, const char* end) {
     const char* cell_end = cell;
     // The common cell is one character; memchr would cost more than it saves.
     while (cell_end != end && *cell_end != layout_.separator) ++cell_end;
-    const std::uint8_t level = event_csv_level(text_between(cell, cell_end), layout_.separator);
-    if (level == wrong_cell) return stop_in_row(cell, "a level: 0, 1, x, z or nothing", false);
+    const std::uint8_t level = event_csv_level(text_between(cell, cell_end), layout_);
+    if (level == wrong_cell) {
+      return stop_in_row(cell,
+                         "a level: 0 and 1, or two other numbers, x, z or nothing; voltages need a "
+                         "constant step",
+                         false);
+    }
     row_levels_[line] = level;
     const bool last = line + 1 == row_levels_.size();
     if (last && cell_end != end) return stop_in_row(cell_end, "no more columns than names", false);
@@ -208,6 +215,13 @@ bool EventCsvReader::read_levels(const char* cell, const char* end) {
 }
 
 void EventCsvReader::commit() {
+  constexpr auto unknown = static_cast<std::uint8_t>(Level::unknown);
+  const bool hole = row_time_ > end_time_ && is_hole(end_time_.count, row_time_.count, rows_);
+  for (std::size_t line = 0; hole && line < last_levels_.size(); ++line) {
+    if (last_levels_[line] >= unknown) continue;
+    last_levels_[line] = unknown;
+    block_.push({end_time_, static_cast<wire::LineIndex>(line), Level::unknown});
+  }
   end_time_ = row_time_;
   for (std::size_t line = 0; line < row_levels_.size(); ++line) {
     const std::uint8_t level = row_levels_[line];
@@ -230,7 +244,10 @@ std::unique_ptr<TextPiece> EventCsvReader::new_piece() const {
 bool EventCsvReader::take_over(TextPiece& text) {
   const auto& piece = static_cast<EventCsvPiece&>(text);
   if (!piece.timed) return true;
-  if (any_row_ && piece.first_time < row_time_.count) return false;
+  if (any_row_ &&
+      (piece.first_time < row_time_.count || is_hole(row_time_.count, piece.first_time, rows_))) {
+    return false;
+  }
   row_time_ = end_time_ = Picoseconds{piece.last_time};
   any_row_ = true;
   const auto note = [this](wire::LineIndex line, const LineChanges& changes) {
@@ -289,7 +306,12 @@ bool looks_like_event_csv(std::string_view row) {
 }
 
 Opened open_event_csv(std::unique_ptr<ByteSource> bytes, std::size_t piece_limit) {
-  auto reader = std::make_unique<EventCsvReader>(std::move(bytes), piece_limit);
+  return open_event_csv(std::move(bytes), piece_limit, EventCsvRows());
+}
+
+Opened open_event_csv(std::unique_ptr<ByteSource> bytes, std::size_t piece_limit,
+                      const EventCsvRows& rows) {
+  auto reader = std::make_unique<EventCsvReader>(std::move(bytes), piece_limit, rows);
   if (const auto error = reader->open()) return tl::unexpected(*error);
   return reader;
 }

@@ -20,14 +20,32 @@ namespace biss::capture {
 /// `time [us]`, `Time (ms)`. Nothing for any other name.
 std::optional<int> event_csv_time_scale(std::string_view name);
 
+/// Levels that are numbers are compared as whole numbers of 10^-9.
+inline constexpr int event_csv_level_scale = 9;
+
+/// What the first rows of an event CSV say of all of them.
+struct EventCsvRows {
+  /// The numbers that are the levels 0 and 1, times 10^9.
+  std::int64_t low = 0;
+  std::int64_t high = 1'000'000'000;
+  /// The rows are samples at this step; 0: they are changes.
+  Picoseconds sample_period = {};
+  /// A longer time between two samples is a hole.
+  Picoseconds longest_step = {};
+
+  /// Levels are written 0 and 1.
+  bool plain() const { return low == 0 && high == 1'000'000'000; }
+};
+
 /// Whether the row begins like the header of an event CSV: with a cell that begins with `time`.
 bool looks_like_event_csv(std::string_view row);
 
 /// Opens an event CSV: reads its header, then delivers what each row changes.
 ///
 /// The header is `time` with its unit and a name a line; see event_csv_header.hpp. A row holds a
-/// time and the levels from then on: 0, 1, x or z (both Level::unknown), or nothing where a level
-/// stays as it is. Times are decimal numbers, with an exponent if need be, rounded exactly to the
+/// time and the levels from then on: 0, 1, x, z or nan (all Level::unknown), or nothing where a level
+/// stays as it is. Levels may be written as other numbers that are 0 and 1, or as the two numbers
+/// of `rows`. In a hole between samples every level is unknown. Times are decimal numbers, with an exponent if need be, rounded exactly to the
 /// picosecond; they may be negative and never fall. A byte order mark, CRLF, blanks around cells,
 /// blank rows and rows that begin with `#` are no matter.
 ///
@@ -39,6 +57,8 @@ bool looks_like_event_csv(std::string_view row);
 /// \param piece_limit the most text of a piece of pairs()
 Opened open_event_csv(std::unique_ptr<ByteSource> bytes,
                       std::size_t piece_limit = default_piece_bytes);
+Opened open_event_csv(std::unique_ptr<ByteSource> bytes, std::size_t piece_limit,
+                      const EventCsvRows& rows);
 
 /// How rows are written.
 enum class CsvDialect : std::uint8_t {

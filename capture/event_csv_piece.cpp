@@ -32,6 +32,10 @@ std::uint64_t power_of_ten(std::size_t exponent) {
   return power;
 }
 
+bool is_part_of_number(char c) {
+  return std::string_view("0123456789+-.,eE").find(c) != std::string_view::npos;
+}
+
 struct EventCsvRow {
   std::int64_t time;
   std::uint8_t ma;
@@ -134,7 +138,7 @@ bool EventCsvShape::learn_time(const char* row, const char* end, const EventCsvL
 
 bool EventCsvShape::learn_cells(const char* from, const char* end, const EventCsvLayout& layout,
                                 wire::LineIndex ma_column, wire::LineIndex slo_column) {
-  if (static_cast<std::size_t>(end + 1 - from) > 8 * words) return false;
+  if (static_cast<std::size_t>(end + 1 - from) > 8 * words || !layout.rows.plain()) return false;
   tail_.fill(0);
   mask_.fill(0);
   ma_at_ = slo_at_ = 0;
@@ -146,6 +150,8 @@ bool EventCsvShape::learn_cells(const char* from, const char* end, const EventCs
       seen = false;
     }
     const bool level = !seen && (*p == '0' || *p == '1');
+    // In a longer number one digit does not say the level.
+    if (!level && *p != layout.separator && is_part_of_number(*p)) return false;
     seen = seen || level;
     keep(static_cast<std::size_t>(p - from), *p, level ? 0xFE : 0xFF);
     const std::size_t at = time_end_ + static_cast<std::size_t>(p - from);
@@ -201,8 +207,9 @@ void EventCsvQuickParser::take_batches() {
 inline bool EventCsvQuickParser::add(const EventCsvRow& row) {
   constexpr auto unknown = static_cast<std::uint8_t>(Level::unknown);
   if (row.time < time_ || row.ma == unknown || row.slo == unknown) return false;
-  if (!piece_.timed) piece_.first_time = row.time;
+  if (!piece_.timed) piece_.first_time = time_ = row.time;
   piece_.timed = true;
+  if (is_hole(time_, row.time, layout_.rows)) return false;
   time_ = row.time;
   if (row.ma != unchanged_cell) ma_.add(row.time, row.ma);
   if (row.slo != unchanged_cell) slo_.add(row.time, row.slo);
@@ -214,7 +221,7 @@ bool EventCsvQuickParser::read_cells(const char* cell, const char* end, EventCsv
   out.ma = out.slo = unchanged_cell;
   for (std::size_t column = 0; column < layout_.columns; ++column) {
     const char* const cell_end = std::find(cell, end, layout_.separator);
-    const std::uint8_t level = event_csv_level(text_between(cell, cell_end), layout_.separator);
+    const std::uint8_t level = event_csv_level(text_between(cell, cell_end), layout_);
     const bool last = column + 1 == layout_.columns;
     if (level == wrong_cell || last != (cell_end == end)) return false;
     if (column == ma_column_) out.ma = level;
@@ -260,13 +267,23 @@ bool EventCsvQuickParser::parse() {
 
 }  // namespace
 
-std::uint8_t event_csv_level(std::string_view cell, char separator) {
+std::uint8_t event_csv_level(std::string_view cell, const EventCsvLayout& layout) {
+  constexpr auto low = static_cast<std::uint8_t>(Level::low);
+  constexpr auto high = static_cast<std::uint8_t>(Level::high);
   if (cell.empty()) return unchanged_cell;
   if (cell.size() > 1) {
-    cell = without_quotes(trim_cell(cell, separator));
+    cell = without_quotes(trim_cell(cell, layout.separator));
     if (cell.empty() || cell == " " || cell == "\r") return unchanged_cell;
   }
-  return cell.size() == 1 ? cell_levels[static_cast<unsigned char>(cell[0])] : wrong_cell;
+  if (cell.size() == 1) {
+    const std::uint8_t level = cell_levels[static_cast<unsigned char>(cell[0])];
+    if (level != wrong_cell && (level > high || layout.rows.plain())) return level;
+  }
+  const auto number = parse_decimal(cell, event_csv_level_scale, layout.decimal_comma());
+  if (!number.ok()) {
+    return lower_case(cell) == "nan" ? static_cast<std::uint8_t>(Level::unknown) : wrong_cell;
+  }
+  return *number == layout.rows.low ? low : *number == layout.rows.high ? high : wrong_cell;
 }
 
 Result<std::int64_t, DecimalCause> event_csv_time(std::string_view cell,
@@ -278,7 +295,7 @@ Result<std::int64_t, DecimalCause> event_csv_time(std::string_view cell,
 bool is_event_csv_comment(std::string_view row) {
   if (!row.empty() && row.front() >= '-' && row.front() <= '9') return false;
   row = trim_cell(row, ',');
-  return row.empty() || row.front() == '#';
+  return row.empty() || (row.front() == '#' && row.find('\r') == std::string_view::npos);
 }
 
 bool EventCsvPiece::quick_parse() {

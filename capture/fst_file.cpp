@@ -142,7 +142,7 @@ std::optional<FstFile::Section> FstFile::section_at(std::uint64_t place) const {
   return Section{head[0], place + section_head_bytes, size - length_bytes};
 }
 
-// Everything but the values; a section of a kind that is not known is skipped.
+// Everything but the values.
 std::optional<CaptureError> FstFile::read_sections() {
   std::optional<Section> names;
   std::uint64_t place = 0;
@@ -153,11 +153,17 @@ std::optional<CaptureError> FstFile::read_sections() {
     if (section->size > bytes_.size() - section->place) break;
     place = section->place + section->size;
     std::optional<CaptureError> error;
+    if (section->kind > value_changes_alias_2) {
+      error = error_of(CaptureCause::malformed, "a section", "a kind of section that FST has");
+    }
     if (section->kind == geometry) error = read_geometry(*section);
     if (section->kind == blackouts) error = read_blackouts(*section);
     const bool is_names = section->kind == hierarchy || section->kind == hierarchy_lz4 ||
                           section->kind == hierarchy_lz4_twice;
-    if (is_names && !names) names = section;
+    if (is_names && names) {
+      error = error_of(CaptureCause::malformed, "the hierarchy", "the names of signals once");
+    }
+    if (is_names) names = section;
     if (error) return error;
   }
   if (!timescale_.known()) {
@@ -167,6 +173,9 @@ std::optional<CaptureError> FstFile::read_sections() {
     return error_of(CaptureCause::truncated, nullptr,
                     "the names of signals at the end of an FST: let the simulator finish and close "
                     "the file");
+  }
+  if (place != bytes_.size()) {
+    return error_of(CaptureCause::truncated, "a section", "whole sections up to the end");
   }
   return read_hierarchy(*names);
 }

@@ -229,6 +229,19 @@ TEST(Fst, UnfinishedFile_SaysThatTheNamesAreMissing) {
   }
 }
 
+TEST(Fst, PartsThatAreNotKnown_AreNamed) {
+  FstParts parts = fst_parts_of(ma_slo, some_edges());
+  parts.blocks.push_back(fst_block_of({edge(150'000'002, 0, '0')}, 2, 150'000'001));
+  const std::string good = fst_of(parts);
+  EXPECT_FALSE(read_fst(good).error);
+  parts.blocks[1].kind = 9;
+  EXPECT_EQ(read_fst(fst_of(parts)).cause(), CaptureCause::malformed);
+  EXPECT_TRUE(read_fst(good + fst_hierarchy(fst_variable("MA"))).error);
+  EXPECT_TRUE(read_fst(good + "rest").error);
+  EXPECT_TRUE(read_fst(good + std::string(40, '\0')).error);
+  EXPECT_TRUE(read_fst(good + fst_block(parts.blocks[1]).substr(0, 30)).error);
+}
+
 TEST(Fst, DamagedBlock_LosesOnlyWhatFollows) {
   FstParts parts = fst_parts_of(ma_slo, some_edges());
   parts.blocks.push_back(fst_block_of({edge(150'000'002, 0, '0')}, 2, 150'000'001));

@@ -24,9 +24,10 @@ std::string_view trimmed(std::string_view text) {
 }
 
 std::string_view take_row(std::string_view& text) {
-  const std::size_t end = std::min(text.find('\n'), text.size());
+  const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
   const std::string_view row = trimmed(text.substr(0, end));
-  text.remove_prefix(std::min(end + 1, text.size()));
+  const bool both = text.substr(end).starts_with("\r\n");
+  text.remove_prefix(std::min(end + (both ? 2 : 1), text.size()));
   return row;
 }
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "capture/compressed.hpp"
@@ -102,6 +103,37 @@ Format format_of_extension(std::string_view path) {
   return Format::other;
 }
 
+// Text whose lines end in CR, or in CR and LF, with LF.
+class LineFeeds final : public ByteSource {
+ public:
+  explicit LineFeeds(std::unique_ptr<ByteSource> bytes) : bytes_(std::move(bytes)) {}
+
+  Result<std::size_t, CaptureError> read(std::span<char> into) override {
+    for (;;) {
+      const auto got = bytes_->read(into);
+      if (!got.ok() || *got == 0) return got;
+      std::size_t made = 0;
+      for (const char c : into.first(*got)) {
+        if (c != '\n' || !after_cr_) into[made++] = c == '\r' ? '\n' : c;
+        after_cr_ = c == '\r';
+      }
+      if (made != 0) return made;
+    }
+  }
+
+ private:
+  std::unique_ptr<ByteSource> bytes_;
+  bool after_cr_ = false;
+};
+
+// Some lines end in CR alone.
+bool has_lone_cr(std::string_view text) {
+  for (std::size_t at = text.find('\r'); at < text.size() - 1; at = text.find('\r', at + 1)) {
+    if (text[at + 1] != '\r' && text[at + 1] != '\n') return true;
+  }
+  return false;
+}
+
 // What to do about a known format that is not read.
 const char* other_format_of(std::string_view head) {
   for (const auto& [magic, expected] : known_others) {
@@ -139,13 +171,13 @@ Opened open_zip(std::unique_ptr<ByteSource> bytes, const SampleReading& reading)
 }
 
 Opened open_as(Format format, std::unique_ptr<ByteSource> bytes, std::string_view path,
-               const OpenOptions& options) {
+               const OpenOptions& options, const EventCsvRows& rows) {
   const SampleReading reading{options.piece_bytes, !options.no_verify};
   switch (format) {
     case Format::vcd:
       return open_vcd(std::move(bytes), options.piece_bytes);
     case Format::event_csv:
-      return open_event_csv(std::move(bytes), options.piece_bytes);
+      return open_event_csv(std::move(bytes), options.piece_bytes, rows);
     case Format::sampled_csv:
       return open_sampled_csv(std::move(bytes), options.analog);
     case Format::zip:
@@ -179,6 +211,7 @@ std::string place_of(const CaptureError& error, std::string_view path) {
   }
   if (error.part != nullptr) place += std::string(": ") + error.part;
   if (error.part_number != 0) place += ' ' + std::to_string(error.part_number);
+  if (error.member[0] != 0) place += std::string(": member '") + error.member.data() + '\'';
   if (error.line == 0) return place;
   return place + ':' + std::to_string(error.line) + ':' + std::to_string(error.column);
 }
@@ -265,6 +298,12 @@ Opened open_bytes_of(std::unique_ptr<ByteSource> bytes, std::string_view path,
   const Compression compression = raw_by_name ? Compression::none : compression_of(head.text);
   const Format format = format_of(head.text, path, options.raw.has_value());
   const bool blank = is_blank(head.text) && head.text.size() < head_bytes;
+  const bool is_text = format == Format::vcd || format == Format::event_csv ||
+                       format == Format::sampled_csv || (format == Format::other && !options.raw);
+  const bool wrong_lines =
+      is_text && !blank && compression == Compression::none && has_lone_cr(head.text);
+  const EventCsvRows rows =
+      format == Format::event_csv ? event_csv_rows(head.text) : EventCsvRows();
   const char* const other = other_format_of(head.text);
   // What was read before an error is delivered before it.
   if (head.error) bytes = failed_bytes(*head.error);
@@ -277,6 +316,10 @@ Opened open_bytes_of(std::unique_ptr<ByteSource> bytes, std::string_view path,
     return open_bytes_of(decompressed(std::move(bytes), compression), without_compression(path),
                          options, compressions + 1);
   }
+  if (wrong_lines) {
+    bytes = std::make_unique<LineFeeds>(std::move(bytes));
+    return open_bytes_of(std::move(bytes), path, options, compressions);
+  }
   if (format == Format::other && other != nullptr) {
     return tl::unexpected(CaptureError{CaptureCause::unknown_format, 1, 1, other});
   }
@@ -286,7 +329,7 @@ Opened open_bytes_of(std::unique_ptr<ByteSource> bytes, std::string_view path,
   if ((format == Format::zip || format == Format::fst) && compressions != 0) {
     bytes = limited_bytes(std::move(bytes), most_gathered_bytes, archive_too_large);
   }
-  return open_as(format, std::move(bytes), path, options);
+  return open_as(format, std::move(bytes), path, options, rows);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include "capture/csv_cells.hpp"
 #include "capture/decimal.hpp"
+#include "capture/event_csv_piece.hpp"
 #include "capture/samples.hpp"
 #include "capture/text_source.hpp"
 
@@ -53,6 +54,7 @@ class SampledCsvReader final : public AnalogSamples {
   const std::vector<AnalogChannel>& channels() const override { return channels_; }
   Picoseconds sample_period() const override { return layout_.sample_period; }
   Hertz sample_rate() const override { return rate_of(layout_); }
+  std::optional<Picoseconds> time_digit() const override { return digit_; }
   std::optional<CaptureError> next(SampleRows& rows) override;
 
  private:
@@ -85,6 +87,7 @@ class SampledCsvReader final : public AnalogSamples {
   std::size_t next_beginning_ = 0;
   std::uint64_t line_ = 0;
   std::uint64_t rows_read_ = 0;
+  Picoseconds digit_{std::numeric_limits<std::int64_t>::max()};  // the smallest of the first rows
   std::vector<Nanovolts> values_;
   std::string_view time_text_;
   std::size_t time_column_ = 0;
@@ -278,7 +281,7 @@ void SampledCsvReader::read_row(std::string_view row, bool cut, SampleRows& rows
     return;
   }
   const std::string_view trimmed = trim_cell(row, layout_.separator);
-  if (trimmed.empty() || trimmed.front() == '#') return;
+  if (is_event_csv_comment(trimmed)) return;
   if (trimmed.front() == ';' && layout_.separator != ';') return;
   if (layout_.skips_remarks && is_sigrok_remark(trimmed)) return;
   Picoseconds time;
@@ -288,7 +291,11 @@ void SampledCsvReader::read_row(std::string_view row, bool cut, SampleRows& rows
     return;
   }
   if (!check_order(time)) return;
-  ++rows_read_;
+  if (rows_read_++ < beginning_rows) {
+    const bool by_index = layout_.step_femtoseconds != 0 || layout_.rate.count != 0;
+    const std::int64_t digit = by_index ? 0 : last_digit_of(time_text_, layout_.time_scale);
+    digit_ = std::min(digit_, picoseconds(digit));
+  }
   rows.times.push_back(time);
   rows.values.insert(rows.values.end(), values_.begin(), values_.end());
 }

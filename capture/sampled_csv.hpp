@@ -12,6 +12,7 @@
 #include "capture/analog.hpp"
 #include "capture/bytes.hpp"
 #include "capture/edge_source.hpp"
+#include "capture/event_csv.hpp"
 
 namespace biss::capture {
 
@@ -19,10 +20,14 @@ namespace biss::capture {
 enum class Likeness : std::uint8_t { no, yes, not_yet };
 
 /// Whether a file that begins so is a CSV of samples. A header of event CSV is one too when its
-/// rows hold voltages: half of the first 16 or more. The answer does not depend on how much of the
-/// file is seen, once it is given.
+/// first rows hold voltages: more than two numbers in half of the rows or more, or two other numbers
+/// than 0 and 1 at a constant step, with rows that repeat the row before. The answer does not depend on
+/// how much of the file is seen, once it is given.
 /// \param whole the file has no more than this
 Likeness looks_like_sampled_csv(std::string_view head, bool whole);
+
+/// How the rows of an event CSV that begins so are meant. \pre looks_like_sampled_csv() gives `no`
+EventCsvRows event_csv_rows(std::string_view head);
 
 /// A row that sigrok-cli writes among the samples: `A0: 3.0902 V DC`.
 bool is_sigrok_remark(std::string_view row);
@@ -69,8 +74,11 @@ tl::expected<SampledCsvLayout, const char*> parse_sampled_csv_layout(
 /// `truncated` at the end of the file and `malformed` elsewhere. A byte order mark, CRLF, blanks
 /// around cells, blank rows and rows that begin with `#` are no matter.
 ///
-/// Fails with `empty`, `read_failed`, `malformed` (header, number; more than two rows of the same
-/// time: it has too few digits), `token_too_long` (a row of more than 64 KiB), `too_many_lines`,
+/// A row that is missing in the constant step of the times makes a hole, in which every level is
+/// unknown. Rows of logic channels alone may be changes instead (sigrok, DSView): their levels hold.
+///
+/// Fails with `empty`, `read_failed`, `malformed` (header, number; voltages without a constant step;
+/// more than two rows of the same time: it has too few digits), `token_too_long` (a row of more than 64 KiB), `too_many_lines`,
 /// `time_backwards`, `time_out_of_range`, `truncated`, and as open_analog().
 Opened open_sampled_csv(std::unique_ptr<ByteSource> bytes, const AnalogOptions& options);
 

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -9,6 +10,7 @@
 #include "capture/csv_cells.hpp"
 #include "capture/decimal.hpp"
 #include "capture/event_csv.hpp"
+#include "capture/event_csv_piece.hpp"
 #include "capture/key_file.hpp"
 #include "capture/sampled_csv.hpp"
 #include "capture/text_source.hpp"
@@ -30,8 +32,9 @@ enum class CsvMaker : std::uint8_t {
   columns,  // time and channels with units in one row: Rigol, Digilent, Saleae Logic 2
 };
 
-// Rows judged where only the values tell analog from digital.
+// Rows judged where only the values tell analog from digital, and if levels are not 0 and 1.
 constexpr std::size_t rows_judged = 16;
+constexpr std::size_t most_rows_judged = 64;
 
 constexpr const char* expected_header =
     "the header that an oscilloscope writes: a time, or a start and an increment, and channels";
@@ -80,37 +83,94 @@ std::string_view without_mark(std::string_view text) {
   return text;
 }
 
-bool is_skipped(std::string_view row) {
-  row = trim_cell(row, ',');
-  return row.empty() || row.front() == '#';
+bool is_level(std::string_view cell) {
+  const std::string lower = lower_case(cell);
+  return cell.empty() || cell == "0" || cell == "1" || lower == "x" || lower == "z" ||
+         lower == "nan";
 }
 
-// More of the row's cells are voltages than levels.
-bool is_analog_row(const Cells& cells, char separator) {
-  std::size_t voltages = 0;
-  std::size_t levels = 0;
-  for (std::size_t i = 1; i < cells.size(); ++i) {
-    const std::string& cell = cells[i];
-    if (cell.empty()) continue;
-    const bool is_level = cell == "0" || cell == "1";
-    if (!is_level && (!is_number(cell, separator) || lower_case(cell) == "x")) return false;
-    (is_level ? levels : voltages) += 1;
+// What the rows under a header of a time and lines show.
+class ColumnRows {
+ public:
+  explicit ColumnRows(const std::vector<std::string_view>& rows)
+      : separator_(find_separator(rows[0])) {
+    bool last = false;
+    std::string_view header = rows[0];
+    scale_ = event_csv_time_scale(unquote(take_cell(header, separator_, last))).value_or(0);
+    for (std::size_t i = 1; i < rows.size() && !enough(); ++i) {
+      add(cells_of(rows[i], separator_));
+      ++judged_;
+    }
   }
-  return voltages > levels;
-}
 
-// Rows with a time are samples of voltages, or event CSV.
-Likeness likeness_of_columns(const std::vector<std::string_view>& rows, bool whole) {
-  const char separator = find_separator(rows[0]);
-  const std::size_t judged = std::min(rows.size() - 1, rows_judged);
-  if (judged < rows_judged && !whole) return Likeness::not_yet;
-  std::size_t analog = 0;
-  for (std::size_t i = 1; i <= judged; ++i) {
-    const Cells cells = cells_of(rows[i], separator);
-    if (is_data(cells, separator) && is_analog_row(cells, separator)) ++analog;
+  // No more rows are needed.
+  bool enough() const { return judged_ == (plain_ ? rows_judged : most_rows_judged); }
+
+  bool voltages() const {
+    if (plain_) return false;
+    if (numbers_.size() > 2) return 2 * analog_ >= judged_;
+    constexpr EventCsvRows usual;
+    const bool is_level = numbers_.count(usual.low) + numbers_.count(usual.high) != 0;
+    return (numbers_.size() == 1 && !is_level) || samples();
   }
-  return analog != 0 && 2 * analog >= judged ? Likeness::yes : Likeness::no;
-}
+
+  EventCsvRows levels() const {
+    EventCsvRows rows;
+    if (numbers_.size() == 2) {
+      rows.low = *numbers_.begin();
+      rows.high = *numbers_.rbegin();
+    }
+    if (judged_ < least_samples || !samples()) return rows;
+    const SampleSteps steps = steps_of(times_, digit_);
+    rows.sample_period = steps.usual;
+    rows.longest_step = steps.longest;
+    return rows;
+  }
+
+ private:
+  static constexpr std::size_t least_samples = 8;
+
+  // Changes have no step, and a change is no row that repeats the one before.
+  bool samples() const { return 8 * repeats_ >= judged_ && steps_of(times_, digit_).constant; }
+
+  void add(Cells cells) {
+    const bool comma = decimal_comma(separator_);
+    const auto time = parse_decimal(cells[0], scale_, comma);
+    if (time.ok()) {
+      const Picoseconds digit{last_digit_of(cells[0], scale_)};
+      digit_ = times_.empty() ? digit : std::min(digit_, digit);
+      times_.push_back({*time});
+    }
+    bool numeric = time.ok();
+    std::size_t voltages = 0;
+    std::size_t levels = 0;
+    for (std::size_t i = 1; i < cells.size(); ++i) {
+      const std::string& cell = cells[i];
+      const auto number = parse_decimal(cell, event_csv_level_scale, comma);
+      const bool level = is_level(cell);
+      plain_ = plain_ && level;
+      numeric = numeric && (level || is_number(cell, separator_));
+      if (!cell.empty()) ++(level ? levels : voltages);
+      if (number.ok()) numbers_.insert(*number);
+      if (!number.ok() && !level) numbers_.insert(over_range.count);
+    }
+    if (numeric && voltages > levels) ++analog_;
+    cells[0].clear();
+    if (cells == last_) ++repeats_;
+    last_ = std::move(cells);
+  }
+
+  char separator_;
+  int scale_ = 0;
+  std::size_t judged_ = 0;
+  std::size_t analog_ = 0;   // rows with more voltages than levels
+  std::size_t repeats_ = 0;  // rows like the row before
+  bool plain_ = true;        // levels are written 0 and 1
+  std::set<std::int64_t> numbers_;
+  std::vector<Picoseconds> times_;
+  Picoseconds digit_;
+  Cells last_;
+};
 
 struct Judgement {
   Likeness likeness = Likeness::no;
@@ -126,7 +186,9 @@ Judgement judge_time(const std::vector<std::string_view>& rows, const Cells& fir
   if (is_row_of_units(second)) return yes(CsvMaker::picoscope);
   if (name == "time" && second[0] == "Second") return yes(CsvMaker::rigol);
   if (!event_csv_time_scale(name)) return {};
-  return {likeness_of_columns(rows, whole), CsvMaker::columns};
+  const ColumnRows columns(rows);
+  if (!columns.enough() && !whole) return {Likeness::not_yet, CsvMaker::columns};
+  return {columns.voltages() ? Likeness::yes : Likeness::no, CsvMaker::columns};
 }
 
 // \param rows that are neither blank nor comments
@@ -218,7 +280,7 @@ class LayoutParser {
 
 bool LayoutParser::find_samples(CsvMaker maker) {
   for (std::size_t i = 0; i < rows_.size(); ++i) {
-    if (is_skipped(rows_[i])) continue;
+    if (is_event_csv_comment(rows_[i])) continue;
     if (maker == CsvMaker::sigrok && (rows_[i].starts_with(';') || is_sigrok_remark(rows_[i]))) {
       continue;
     }
@@ -404,7 +466,7 @@ LayoutParser::Done LayoutParser::take_sigrok() {
     // A unit, or a voltage in the first rows.
     bool analog = heads[i] == "V" || contains(heads[i], "V DC") || contains(heads[i], "V AC");
     for (std::size_t row = samples_; row < rows_.size() && heads[i] != "logic"; ++row) {
-      if (is_skipped(rows_[row]) || is_sigrok_remark(rows_[row])) continue;
+      if (is_event_csv_comment(rows_[row]) || is_sigrok_remark(rows_[row])) continue;
       const Cells values = cells(row);
       const bool level = i >= values.size() || values[i].empty() || values[i] == "0" ||
                          values[i] == "1" || lower_case(values[i]) == "x";
@@ -458,7 +520,7 @@ LayoutParser::Done LayoutParser::take(CsvMaker maker) {
 tl::expected<SampledCsvLayout, const char*> LayoutParser::parse() {
   std::vector<std::string_view> judged;
   for (const std::string_view row : rows_) {
-    if (!is_skipped(row)) judged.push_back(trim_cell(row, ','));
+    if (!is_event_csv_comment(row)) judged.push_back(trim_cell(row, ','));
   }
   const CsvMaker maker = judge(judged, true).maker;
   if (maker == CsvMaker::none) return tl::unexpected(expected_header);
@@ -475,19 +537,29 @@ tl::expected<SampledCsvLayout, const char*> LayoutParser::parse() {
   return std::move(layout_);
 }
 
-}  // namespace
-
-Likeness looks_like_sampled_csv(std::string_view head, bool whole) {
+// The rows that are judged, and those of `head` that are whole unless it is.
+std::vector<std::string_view> rows_of(std::string_view head, bool whole) {
   head = without_mark(head);
   std::vector<std::string_view> rows;
-  while (!head.empty() && rows.size() <= rows_judged) {
+  while (!head.empty() && rows.size() <= most_rows_judged) {
     const std::size_t end = head.find('\n');
     if (end == std::string_view::npos && !whole) break;
     const std::string_view row = head.substr(0, end);
-    if (!is_skipped(row)) rows.push_back(trim_cell(row, ','));
+    if (!is_event_csv_comment(row)) rows.push_back(trim_cell(row, ','));
     head.remove_prefix(end == std::string_view::npos ? head.size() : end + 1);
   }
-  return judge(rows, whole || rows.size() > rows_judged).likeness;
+  return rows;
+}
+
+}  // namespace
+
+Likeness looks_like_sampled_csv(std::string_view head, bool whole) {
+  return judge(rows_of(head, whole), whole).likeness;
+}
+
+EventCsvRows event_csv_rows(std::string_view head) {
+  const auto rows = rows_of(head, true);
+  return rows.empty() ? EventCsvRows() : ColumnRows(rows).levels();
 }
 
 bool is_sigrok_remark(std::string_view row) {

@@ -3,7 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cstdio>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "capture/open.hpp"
@@ -226,6 +229,220 @@ TEST(SampledCsv, HeadersThatCannotBe_NameWhatIsMissing) {
   }
   EXPECT_EQ(read_as_csv(wide + '\n' + units + '\n' + row + '\n').cause(),
             CaptureCause::too_many_lines);
+}
+
+// The changes of `edges` as rows, each level written as its text.
+std::string changes_text(const std::vector<wire::Edge>& edges, const std::string& low,
+                         const std::string& high, const char* time_form = "%.1f") {
+  std::string text = "time_ns,MA,SLO\n";
+  std::array<std::string, 2> levels;
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    levels.at(edges[i].line) = edges[i].level == wire::Level::high ? high : low;
+    if (i + 1 < edges.size() && edges[i + 1].time == edges[i].time) continue;
+    std::array<char, 64> time{};
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wformat-nonliteral"
+    std::snprintf(time.data(), time.size(), time_form,
+                  static_cast<double>(edges[i].time.count) * 1e-3);
+#pragma GCC diagnostic pop
+    text += std::string(time.data()) + ',' + levels[0] + ',' + levels[1] + '\n';
+  }
+  return text;
+}
+
+TEST(SampledCsv, ChangesWithLevelsInAnyNumerals_HoldUntilTheNextRow) {
+  std::vector<wire::Edge> edges = clock_edges();
+  // SLO changes with MA in a second burst: every step is the same there.
+  for (int i = 0; i < 200; ++i) {
+    const Picoseconds time = microseconds(50) + nanoseconds(500) * i;
+    for (const wire::LineIndex line : {0U, 1U}) {
+      if (line == 1 && i % 2 == 1) continue;
+      const bool high = line == 0 ? i % 2 == 1 : i % 4 == 2;
+      edges.push_back({time, line, high ? wire::Level::high : wire::Level::low});
+    }
+  }
+  for (const bool even : {false, true}) {
+    // Alone, the second burst has a constant step from the first row on.
+    const std::vector<wire::Edge> some(even ? edges.begin() + 122 : edges.begin(), edges.end());
+    const Read plain = read_as_csv(changes_text(some, "0", "1"), {});
+    for (const auto& [low, high] : {std::pair{"0.0", "1.0"},
+                                    {"0.", "1."},
+                                    {"0e0", "1e0"},
+                                    {"+0", "+1"},
+                                    {"00", "01"},
+                                    {"1", "2"},
+                                    {"0", "255"},
+                                    {"0.000", "3.300"},
+                                    {"-1", "1"},
+                                    {"0.000000000000000000e+00", "1.000000000000000000e+00"},
+                                    {"10", "11"},
+                                    {"0e5", "1"}}) {
+      for (const char* form : {"%.1f", "%.18e"}) {
+        const std::string text = changes_text(some, low, high, form);
+        for (const std::size_t block : {std::size_t{1}, one_block}) {
+          const Read read = read_as_csv(text, {}, block);
+          EXPECT_FALSE(read.error) << high;
+          EXPECT_EQ(read.edges, plain.edges) << high << ' ' << form << ' ' << even;
+        }
+        const auto opened = [&text] {
+          return open_capture(memory_bytes(text), "x.csv",
+                              {.raw = std::nullopt, .piece_bytes = 64});
+        };
+        check_pairs(plain, opened(), {});
+        EXPECT_EQ((*opened())->sample_period(), Picoseconds{}) << high;
+      }
+    }
+  }
+}
+
+TEST(SampledCsv, ChangesWithNan_AreUnknown) {
+  const Read read = read_as_csv("time,MA,SLO\n0,1.0,1.0\n5,0.0,nan\n7,NaN,1.0\n9,1.0,0.0\n", {});
+  EXPECT_FALSE(read.error);
+  EXPECT_EQ(read.edges.size(), 8U);
+  EXPECT_THAT(read_as_csv("time_ps,MA\n0,1\n5,nan\n7,0\n", {}).edges,
+              ElementsAre(edge(0, 0, '1'), edge(5, 0, 'x'), edge(7, 0, '0')));
+}
+
+TEST(SampledCsv, MoreThanTwoLevelsWithoutAStep_AreRefused) {
+  const std::string begin = "time_ns,MA,SLO\n0,3.3,3.3\n4000,0,3.3\n4100,3.3,3.3\n4142,3.3,0\n";
+  EXPECT_FALSE(read_as_csv(begin, {}).error);
+  for (const char* rows : {"4200,1.5,0\n4300,3.3,0\n", "4200,0.1,3.3\n4300,3.2,0\n"}) {
+    const Read read = read_as_csv(begin + rows, {});
+    ASSERT_EQ(read.cause(), CaptureCause::malformed) << rows;
+    EXPECT_THAT(read.error->expected, HasSubstr("constant step")) << rows;
+  }
+  // After the rows that decide, the row is named.
+  std::string many = begin;
+  for (int i = 0; i < 100; ++i) {
+    many += std::to_string(5'000 + 100 * i + i % 3) + (i % 2 == 0 ? ",0,0\n" : ",3.3,0\n");
+  }
+  const Read late = read_as_csv(many + "90000,2,0\n", {});
+  ASSERT_EQ(late.cause(), CaptureCause::malformed);
+  EXPECT_EQ(late.error->line, 106U);
+  EXPECT_EQ(late.edges.size(), 105U);
+}
+
+// The samples without those from `from` on.
+std::vector<ScopeSample> with_hole(std::vector<ScopeSample> samples, std::size_t from,
+                                   std::size_t count) {
+  const auto first = samples.begin() + static_cast<std::ptrdiff_t>(from);
+  samples.erase(first, first + static_cast<std::ptrdiff_t>(count));
+  return samples;
+}
+
+std::vector<wire::Edge> unknown_edges(const Read& read) {
+  std::vector<wire::Edge> found;
+  for (const wire::Edge& e : read.edges) {
+    if (e.level == wire::Level::unknown) found.push_back(e);
+  }
+  return found;
+}
+
+TEST(SampledCsv, HoleInTheTimes_MakesEveryLevelUnknown) {
+  const std::vector<ScopeSample> whole = scope_samples(clock_edges(), step, 900, 7);
+  for (const ScopeText& maker : scope_texts) {
+    if (!maker.has_time || maker.has_index) continue;
+    for (const std::size_t from : {10U, 200U, 700U}) {
+      for (const std::size_t count : {1U, 60U}) {
+        const Read read = read_as_csv(scope_text(maker, with_hole(whole, from, count), step), {});
+        EXPECT_FALSE(read.error) << maker.name;
+        std::vector<wire::Edge> expected;
+        for (wire::LineIndex line = 0; line < read.lines.size(); ++line) {
+          expected.push_back(
+              {step * static_cast<std::int64_t>(from - 1), line, wire::Level::unknown});
+        }
+        EXPECT_EQ(unknown_edges(read), expected) << maker.name << ' ' << from << ' ' << count;
+      }
+    }
+  }
+  const std::string rigol =
+      "X,CH1,Start,Increment,\nSequence,Volt,0,1e-6\n0,0\n1,2\n2,2\n9,2\n10,2\n";
+  EXPECT_THAT(unknown_edges(read_as_csv(rigol)), ElementsAre(edge(2'000'000, 0, 'x')));
+}
+
+TEST(SampledCsv, HoleInTheIdleBeginning_IsUnknownToo) {
+  std::vector<ScopeSample> samples = scope_samples({}, step, 20'000, 7);
+  std::vector<ScopeSample> burst = scope_samples(clock_edges(), step, 900, 7);
+  for (const ScopeSample& sample : burst) {
+    samples.push_back(sample);
+    samples.back().time = sample.time + step * 20'000;
+  }
+  const Read read =
+      read_as_csv(scope_text(scope_texts[2], with_hole(samples, 3'000, 50), step), {});
+  EXPECT_FALSE(read.error);
+  EXPECT_EQ(unknown_edges(read).size(), 2U);
+}
+
+TEST(SampledCsv, ColumnWithoutValues_IsUnknownAfterALongerTime) {
+  std::string text = "Time(s),CH1(V),CH2(V)\n";
+  for (int i = 0; i < 200; ++i) {
+    text += std::to_string(i) + "e-6," + (i / 5 % 2 == 0 ? "0.2" : "3.1") + ',';
+    // Every second row has a value, but those of 101 to 139.
+    if (i % 2 == 0 && (i <= 100 || i >= 140)) text += i / 10 % 2 == 0 ? "0.1" : "3.2";
+    text += '\n';
+  }
+  const Read read = read_as_csv(text, {});
+  EXPECT_FALSE(read.error);
+  EXPECT_THAT(unknown_edges(read), ElementsAre(edge(103'000'000, 1, 'x')));
+}
+
+TEST(SampledCsv, LevelsAtAConstantStep_AreUnknownInAHole) {
+  for (const auto& [low, high] : {std::pair{"0", "1"}, {"0.0", "1.0"}, {"0", "5"}}) {
+    std::string text = "time_ns,MA,SLO\n";
+    for (int i = 0; i < 400; ++i) {
+      if (i > 200 && i < 240) continue;
+      text += std::to_string(20 * i) + ',' + (i / 5 % 2 == 0 ? high : low) + ',' +
+              (i / 50 % 2 == 0 ? high : low) + '\n';
+    }
+    const Read read = read_as_csv(text, {});
+    EXPECT_FALSE(read.error);
+    EXPECT_THAT(unknown_edges(read), ElementsAre(edge(4'000'000, 0, 'x'), edge(4'000'000, 1, 'x')))
+        << high;
+    for (const std::size_t piece : {64U, 4'096U}) {
+      const OpenOptions options{.raw = std::nullopt, .piece_bytes = piece};
+      check_pairs(read, open_capture(memory_bytes(text), "x.csv", options), {});
+      EXPECT_EQ((*open_capture(memory_bytes(text), "x.csv", options))->sample_period(),
+                nanoseconds(20));
+    }
+  }
+}
+
+TEST(SampledCsv, RowsOfSigrokAtChangesOnly_HoldTheirLevel) {
+  const std::string begin =
+      "; CSV generated by libsigrok 0.5.2\n; Channels (1/1): D0\n"
+      "; Samplerate: 1 MHz\nmicroseconds,logic\n";
+  EXPECT_THAT(unknown_edges(read_as_csv(begin + "1,0\n2,1\n900,0\n950,1\n")), ElementsAre());
+  std::string sampled = begin;
+  for (int i = 0; i < 100; ++i) {
+    if (i / 10 != 7) sampled += std::to_string(i) + (i / 4 % 2 == 0 ? ",1\n" : ",0\n");
+  }
+  EXPECT_THAT(unknown_edges(read_as_csv(sampled)), ElementsAre(edge(69'000'000, 0, 'x')));
+}
+
+TEST(SampledCsv, LinesThatEndInCr_AreRead) {
+  const std::vector<wire::Edge> edges = clock_edges();
+  const std::vector<ScopeSample> samples = scope_samples(edges, step, 900, 7);
+  std::vector<std::string> texts{changes_text(edges, "0", "1"), changes_text(edges, "0.0", "1.0"),
+                                 "# note\n\n" + changes_text(edges, "0", "1")};
+  for (const ScopeText& maker : scope_texts) texts.push_back(scope_text(maker, samples, step));
+  for (const std::string& text : texts) {
+    const Read read = read_as_csv(text, {});
+    std::string cr;
+    for (const char c : text) {
+      if (c != '\r') cr += c == '\n' ? '\r' : c;
+    }
+    for (const std::size_t block : {std::size_t{1}, std::size_t{100}, one_block}) {
+      const Read again = read_as_csv(cr, {}, block);
+      EXPECT_FALSE(again.error) << text.substr(0, 60);
+      EXPECT_EQ(again.lines, read.lines);
+      EXPECT_EQ(again.edges, read.edges);
+    }
+  }
+  const Read bad = read_as_csv("time_ns,MA\r0,1\r5,0\r6,bad\r");
+  EXPECT_EQ(bad.cause(), CaptureCause::malformed);
+  EXPECT_EQ(bad.error->line, 4U);
+  // Mixed: no row is lost in a comment.
+  EXPECT_EQ(read_as_csv("time_ns,MA\r\n0,1\r\n# note\r5,0\r6,1\r\n").edges.size(), 3U);
 }
 
 }  // namespace sampled_csv_test

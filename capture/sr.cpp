@@ -19,11 +19,13 @@ constexpr unsigned max_probes = 8 * max_unit_bytes;
 class MetadataParser {
  public:
   tl::expected<SrMetadata, CaptureError> parse(std::string_view text) {
-    while (!text.empty() && !done_) {
+    while (!text.empty()) {
       ++line_;
       const std::string_view row = take_row(text);
-      if (is_comment_row(row)) continue;
-      if (!read_row(row)) return tl::unexpected(error_);
+      if (is_comment_row(row) || (done_ && row != device_)) continue;
+      if (done_ ? !wrong("each device once") : !read_row(row)) {
+        return tl::unexpected(error_);
+      }
     }
     if (!done_ && !complete()) return tl::unexpected(error_);
     return std::move(found_);
@@ -41,8 +43,12 @@ class MetadataParser {
 
   bool read_row(std::string_view row) {
     if (row.front() == '[') {
-      if (in_device_ && !found_.capture_file.empty()) return done_ = complete();
+      if (in_device_ && !found_.capture_file.empty()) {
+        if (row == device_) return wrong("each device once");
+        return done_ = complete();
+      }
       in_device_ = row.starts_with("[device ") && row.back() == ']';
+      device_ = row;
       found_ = {};
       probes_.clear();
       has_unit_ = false;
@@ -56,11 +62,14 @@ class MetadataParser {
 
   bool take_key(std::string_view key, std::string_view value) {
     if (key == "capturefile") {
+      if (!found_.capture_file.empty()) return wrong("the capturefile once");
       found_.capture_file = unescaped(value);
     } else if (key == "samplerate") {
+      if (found_.layout.rate.count != 0) return wrong("the samplerate once");
       found_.layout.rate = parse_sample_rate(value);
       if (found_.layout.rate.count == 0) return wrong("a sample rate of 1 Hz to 4.29 GHz");
     } else if (key == "unitsize") {
+      if (has_unit_) return wrong("the unitsize once");
       const auto bytes = whole_number<unsigned>(value);
       if (!bytes || *bytes < 1 || *bytes > max_unit_bytes) return wrong("a unitsize of 1 to 8");
       found_.layout.unit_bytes = *bytes;
@@ -68,7 +77,7 @@ class MetadataParser {
     } else if (key.starts_with("probe")) {
       const auto number = whole_number<unsigned>(key.substr(5));
       if (!number || *number < 1 || *number > max_probes) return wrong("probe1 to probe64");
-      probes_[*number] = unescaped(value);
+      if (!probes_.emplace(*number, unescaped(value)).second) return wrong("each probe once");
     }
     return true;
   }
@@ -87,6 +96,7 @@ class MetadataParser {
 
   SrMetadata found_;
   std::map<unsigned, std::string> probes_;
+  std::string device_;  // its section
   bool in_device_ = false;
   bool has_unit_ = false;
   bool done_ = false;
@@ -104,7 +114,7 @@ class SrPieces final : public SamplePieces {
  public:
   SrPieces(std::unique_ptr<ZipArchive> archive, std::string capture_file, bool verify)
       : archive_(std::move(archive)), capture_file_(std::move(capture_file)), verify_(verify) {
-    chunks_ = archive_->count_numbered(capture_file_ + '-');
+    chunks_ = archive_->names(capture_file_ + '-').size();
   }
 
   Result<std::span<const std::uint8_t>, CaptureError> next() override {
@@ -231,6 +241,22 @@ class SrPieces final : public SamplePieces {
   PackedSamples next_piece_;
 };
 
+// Every member whose name begins with that of the capture is read, or this names it.
+std::optional<CaptureError> find_unread(const ZipArchive& archive,
+                                        const std::string& capture_file) {
+  constexpr std::size_t most_digits = 10;
+  const std::vector<std::string> names = archive.names(capture_file);
+  for (const std::string& name : names) {
+    const std::string_view rest = std::string_view(name).substr(capture_file.size());
+    const bool is_chunk = rest.size() > 1 && rest.size() <= 1 + most_digits && rest[0] == '-' &&
+                          rest[1] != '0' &&
+                          rest.find_first_not_of("0123456789", 1) == std::string_view::npos;
+    if (rest.empty() ? names.size() == 1 : is_chunk) continue;
+    return unread_member(name, "all samples in one member, or in chunks with numbers from 1");
+  }
+  return std::nullopt;
+}
+
 Opened no_session(const ZipArchive& archive) {
   const char* expected = "a sigrok session or a DSLogic capture; this ZIP archive is neither";
   if (archive.find("meta.json")) {
@@ -285,13 +311,15 @@ Opened open_sr(std::unique_ptr<ZipArchive> archive, const SampleReading& reading
   auto parsed = parse_sr_metadata(*metadata_text);
   if (!parsed) return tl::unexpected(parsed.error());
   auto& [layout, capture_file] = *parsed;
-  return open_samples(layout, zip_samples(std::move(archive), std::move(capture_file), reading),
-                      reading);
+  return open_zip_samples(layout, std::move(archive), std::move(capture_file), reading);
 }
 
-std::unique_ptr<SamplePieces> zip_samples(std::unique_ptr<ZipArchive> archive, std::string name,
-                                          const SampleReading& reading) {
-  return std::make_unique<SrPieces>(std::move(archive), std::move(name), reading.verify);
+Opened open_zip_samples(const RawLayout& layout, std::unique_ptr<ZipArchive> archive,
+                        std::string name, const SampleReading& reading) {
+  if (const auto error = find_unread(*archive, name)) return tl::unexpected(*error);
+  return open_samples(
+      layout, std::make_unique<SrPieces>(std::move(archive), std::move(name), reading.verify),
+      reading);
 }
 
 SrWriter::SrWriter(const std::vector<std::string>& lines, Hertz rate, ByteSink& sink)

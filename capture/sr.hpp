@@ -35,14 +35,16 @@ std::string sr_metadata_text(const RawLayout& layout);
 ///
 /// Fails with `read_failed`, `unknown_format` (another kind of archive), `damaged` (no directory,
 /// members that overlap, data that does not inflate to the size and checksum the directory has, a
-/// chunk that is missing between others), `malformed` (metadata), `empty`, `truncated` (the last
+/// chunk that is missing between others), `malformed` (metadata; a member that begins with the name of
+/// the capture and is no chunk; two members of one name), `empty`, `truncated` (the last
 /// sample is not whole) and `time_out_of_range`.
 Opened open_sr(std::unique_ptr<ByteSource> bytes, const SampleReading& reading = {});
 Opened open_sr(std::unique_ptr<ZipArchive> archive, const SampleReading& reading = {});
 
-/// The samples of the member `name`, or of its numbered chunks `name-1`, `name-2`, …
-std::unique_ptr<SamplePieces> zip_samples(std::unique_ptr<ZipArchive> archive, std::string name,
-                                          const SampleReading& reading);
+/// Opens the samples of the member `name`, or of its numbered chunks `name-1`, `name-2`, … Fails as
+/// open_samples(), and with `malformed` if the name of another member begins with `name`.
+Opened open_zip_samples(const RawLayout& layout, std::unique_ptr<ZipArchive> archive,
+                        std::string name, const SampleReading& reading);
 
 /// Writes a `.sr`: version, metadata, and samples in deflated chunks of 4 MiB. Line k is probe
 /// k + 1; up to 64 lines. It holds back one chunk. Fails with `too_large` when the archive would

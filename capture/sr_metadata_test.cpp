@@ -76,6 +76,24 @@ TEST(SrMetadata, WhatCannotBe_IsNamedWithItsLine) {
   }
 }
 
+TEST(SrMetadata, KeysGivenTwice_AreNamed) {
+  for (const char* row :
+       {"samplerate=2 MHz", "samplerate=1 MHz", "unitsize=2", "capturefile=logic-2", "probe1=SLO",
+        "probe01=SLO", "[device 1]", "[device 2]\n[device 1]"}) {
+    const auto parsed = parse_sr_metadata(good + row + "\n");
+    ASSERT_FALSE(parsed) << row;
+    EXPECT_EQ(parsed.error().cause, CaptureCause::malformed) << row;
+    EXPECT_GE(parsed.error().line, 6U) << row;
+    EXPECT_NE(std::string(parsed.error().expected).find("once"), std::string::npos) << row;
+  }
+}
+
+TEST(SrMetadata, RowsThatEndInCr_AreRead) {
+  std::string cr = good;
+  for (char& c : cr) c = c == '\n' ? '\r' : c;
+  EXPECT_TRUE(parse_sr_metadata(cr));
+}
+
 TEST(SrMetadata, OurText_ComesBack) {
   for (const std::uint32_t rate : {1U, 7U, 1'500U, 12'500'000U, 1'000'000'000U, UINT32_MAX}) {
     const RawLayout layout =

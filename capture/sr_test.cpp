@@ -187,9 +187,43 @@ TEST(Sr, MembersThatAreMissing_AreNamed) {
             CaptureCause::damaged);
 }
 
+TEST(Sr, MembersThatAreNoChunk_AreRefusedByName) {
+  using testing::HasSubstr;
+  const auto refusal = [](const std::string& name, const Members& members) {
+    const Read read = read_sr(zip_of(members));
+    EXPECT_TRUE(read.error) << name;
+    EXPECT_TRUE(read.edges.empty()) << name;
+    return read.error ? capture_error_text(*read.error, "a.sr") : "";
+  };
+  for (const std::string name :
+       {"logic-1-0", "logic-1-02", "logic-1-+2", "logic-1- 2", "logic-1-", "logic-1-2a",
+        "logic-1-2.0", "logic-1-x", "logic-1.bak", "logic-1/1", "logic-10",
+        "logic-1-18446744073709551618", "logic-1-2-1"}) {
+    Members members = session_of({some_samples, some_samples});
+    members.emplace_back(name, some_samples);
+    EXPECT_THAT(refusal(name, members), HasSubstr("'" + name.substr(0, 30))) << name;
+    members.erase(members.begin() + 3);
+    EXPECT_THAT(refusal(name, members), HasSubstr("'" + name.substr(0, 30))) << name;
+  }
+  Members both = session_of({some_samples});
+  both.emplace_back("logic-1", some_samples);
+  EXPECT_THAT(refusal("logic-1", both), HasSubstr("'logic-1'"));
+  Members hostile = session_of({some_samples});
+  hostile.emplace_back("logic-1-\xE2\x80\xAE", some_samples);
+  EXPECT_THAT(refusal("direction", hostile), HasSubstr("'logic-1-\?\?\?'"));
+  for (const std::string twice : {"logic-1-1", "metadata", "version"}) {
+    Members members = session_of({some_samples});
+    members.emplace_back(twice, twice == "metadata" ? members[1].second : "\1\2");
+    EXPECT_THAT(refusal(twice, members), HasSubstr("'" + twice + "'")) << twice;
+  }
+  Members other = session_of({some_samples});
+  other.emplace_back("analog-1-3-1", "abcd");
+  EXPECT_FALSE(read_sr(zip_of(other)).error);
+}
+
 TEST(Sr, LastSampleNotWhole_ReportsTruncated) {
   Members members = session_of({std::string("\1\0\3", 3)});
-  members[1].second += "unitsize=2\n";
+  members[1].second.replace(members[1].second.find("unitsize=1"), 10, "unitsize=2");
   const Read read = read_sr(zip_of(members));
   EXPECT_EQ(read.cause(), CaptureCause::truncated);
   EXPECT_EQ(read.edges.size(), 2U);

@@ -234,7 +234,7 @@ std::unique_ptr<PairSource> TextSource::pairs(wire::LineIndex ma, wire::LineInde
 void TextSource::parse_piece(const PairSource::OnEdges& on_edges) {
   while (state_ == State::reading && window_.begin() != window_.end()) {
     block_.grow();
-    block_.prepare(lines_.size());
+    block_.prepare(2 * lines_.size());
     parse();
     if (!block_.empty()) on_edges(block_.edges());
   }
@@ -275,7 +275,7 @@ void TextSource::fill_window() {
 
 Result<std::span<const wire::Edge>, CaptureError> TextSource::next_block() {
   block_.grow();
-  block_.prepare(lines_.size());
+  block_.prepare(2 * lines_.size());
   while (state_ == State::reading && block_.empty()) {
     if (window_.begin() == window_.end()) {
       fill_window();

@@ -126,7 +126,7 @@ class TextSource : public EdgeSource {
       : window_(std::move(bytes), cut), piece_limit_(piece_limit) {}
 
   /// Reads on from the window's begin until the window is used up, the block is full or fail() was
-  /// called; advances the window.
+  /// called; advances the window. While the block is not full, two edges a line fit.
   virtual void parse() = 0;
   /// The text has ended; may call fail().
   virtual void finish() = 0;

@@ -75,7 +75,7 @@ bool is_one_bit(std::string_view type, std::string_view size) {
   if (std::find(without_level.begin(), without_level.end(), type) != without_level.end()) {
     return false;
   }
-  return size == "1";
+  return size.ends_with('1') && size.find_first_not_of('0') == size.size() - 1;
 }
 
 bool is_number(std::string_view text) {

@@ -70,6 +70,11 @@ TEST(VcdHeader, OneBitSignals_AreLinesAndOthersAreNot) {
               ElementsAre("MA", "SLO"));
 }
 
+TEST(VcdHeader, WidthWithLeadingZeros_IsANumber) {
+  EXPECT_THAT(names_of("$var wire 01 ! MA $end $var wire 0001 \" SLO $end $var wire 08 # pos $end"),
+              ElementsAre("MA", "SLO"));
+}
+
 TEST(VcdHeader, BitOfAVector_KeepsItsIndex) {
   EXPECT_THAT(names_of("$var wire 1 ! MA [3] $end $var wire 1 \" MA[4] $end"),
               ElementsAre("MA[3]", "MA[4]"));

@@ -51,13 +51,6 @@ std::optional<ZipMember> member_at(zip_t* archive, zip_uint64_t index) {
       .deflated = about.comp_method == ZIP_CM_DEFLATE && about.encryption_method == ZIP_EM_NONE};
 }
 
-bool is_numbered(std::string_view name, std::string_view begins) {
-  if (!name.starts_with(begins)) return false;
-  name.remove_prefix(begins.size());
-  return !name.empty() && name.front() != '0' &&
-         name.find_first_not_of("0123456789") == std::string_view::npos;
-}
-
 // All of `into`, from a file that may give less at a time.
 bool fill(zip_file_t* file, std::span<std::uint8_t> into) {
   while (!into.empty()) {
@@ -127,6 +120,14 @@ std::uint32_t zip_checksum(std::span<const std::uint8_t> bytes) {
   return zip_checksum_after(0, bytes);
 }
 
+CaptureError unread_member(std::string_view name, const char* expected) {
+  CaptureError error{.cause = CaptureCause::malformed, .expected = expected};
+  name = name.substr(0, error.member.size() - 1);
+  std::transform(name.begin(), name.end(), error.member.begin(),
+                 [](char c) { return c < ' ' || c > '~' ? '?' : c; });
+  return error;
+}
+
 void ZipArchive::CloseArchive::operator()(zip* archive) const { zip_discard(archive); }
 
 void ZipArchive::CloseFile::operator()(zip_file* file) const { zip_fclose(file); }
@@ -162,6 +163,10 @@ std::optional<CaptureError> ZipArchive::open_source(std::unique_ptr<ByteSource> 
     return CaptureError{.cause = CaptureCause::damaged,
                         .expected = "members that fit into the file, each in a place of its own"};
   }
+  std::vector<std::string> all = names("");
+  std::sort(all.begin(), all.end());
+  const auto twice = std::adjacent_find(all.begin(), all.end());
+  if (twice != all.end()) return unread_member(*twice, "one member of this name");
   return std::nullopt;
 }
 
@@ -184,13 +189,13 @@ std::optional<ZipMember> ZipArchive::find(const std::string& name) const {
   return member_at(archive_.get(), static_cast<zip_uint64_t>(index));
 }
 
-std::uint64_t ZipArchive::count_numbered(std::string_view name_begins) const {
+std::vector<std::string> ZipArchive::names(std::string_view begin) const {
   const zip_int64_t entries = zip_get_num_entries(archive_.get(), 0);
-  std::uint64_t found = 0;
+  std::vector<std::string> found;
   for (zip_int64_t i = 0; i < entries; ++i) {
     const char* const name =
         zip_get_name(archive_.get(), static_cast<zip_uint64_t>(i), ZIP_FL_ENC_RAW);
-    if (name != nullptr && is_numbered(name, name_begins)) ++found;
+    if (name != nullptr && std::string_view(name).starts_with(begin)) found.emplace_back(name);
   }
   return found;
 }

@@ -72,6 +72,9 @@ struct ZipMember {
   bool deflated = false;  ///< and not encrypted: read_compressed() gives what an Inflater takes
 };
 
+/// Refuses the member of that name, which would not be read.
+CaptureError unread_member(std::string_view name, const char* expected);
+
 class ZipArchive;
 
 using OpenedZip = tl::expected<std::unique_ptr<ZipArchive>, CaptureError>;
@@ -82,8 +85,8 @@ class ZipArchive {
  public:
   /// Opens the archive that `bytes` are. A regular file is read where it lies; anything else goes
   /// into memory first, or beyond 16 MiB into a temporary file without a name. Fails with
-  /// `read_failed`, or with `damaged` when the directory is missing or its members claim more bytes
-  /// than the file has (they overlap: a bomb).
+  /// `read_failed`, with `damaged` when the directory is missing or its members claim more bytes
+  /// than the file has (they overlap: a bomb), or with `malformed` when two members have one name.
   static OpenedZip open(std::unique_ptr<ByteSource> bytes);
 
   ~ZipArchive();
@@ -91,8 +94,8 @@ class ZipArchive {
   ZipArchive& operator=(const ZipArchive&) = delete;
 
   std::optional<ZipMember> find(const std::string& name) const;
-  /// Number of members whose names are `name_begins` and a number from 1.
-  std::uint64_t count_numbered(std::string_view name_begins) const;
+  /// The names of all members that begin so.
+  std::vector<std::string> names(std::string_view begin) const;
 
   /// The member's compressed bytes; false when they cannot be read.
   /// \pre into.size() == member.compressed_bytes

@@ -43,6 +43,14 @@ TEST(HexPage, Headings_ChangeTheBank) {
   EXPECT_EQ(dump.bank(255)[3], std::nullopt);
 }
 
+TEST(HexPage, LinesThatEndInCr_AreRead) {
+  const RegisterDump dump = good("# page\rbank 2:\r0x3F: AA bb\r\n0x00: 01\r");
+  EXPECT_EQ(dump.bank(2)[0x3F], 0xAA);
+  EXPECT_EQ(dump.direct_byte(0x40), 0xBB);
+  EXPECT_EQ(dump.bank(2)[0], 0x01);
+  EXPECT_EQ(fails("# page\r0x00: 01\r0x01: 0g\r"), fails("# page\r\n0x00: 01\r\n0x01: 0g\r\n"));
+}
+
 TEST(HexPage, Mistakes_AreNamedWithTheirPlace) {
   EXPECT_EQ(fails("0x00: 48 4\n"), "malformed 1:10");
   EXPECT_EQ(fails("# x\n0x00: 48\nnonsense\n"), "malformed 3:1");

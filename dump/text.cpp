@@ -59,7 +59,7 @@ std::string dump_error_text(const DumpError& error) {
 std::string_view first_row(std::string_view text) {
   if (text.starts_with(byte_order_mark)) text.remove_prefix(byte_order_mark.size());
   while (!text.empty()) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
+    const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
     const std::string_view row = without_comment(text.substr(0, end));
     if (!row.empty()) return row;
     text.remove_prefix(std::min(end + 1, text.size()));
@@ -72,14 +72,21 @@ LineSource::LineSource(std::istream& stream, std::string head)
   if (std::string_view(buffer_).starts_with(byte_order_mark)) at_ = byte_order_mark.size();
 }
 
+// Where a line ends: LF, CR and LF, or CR alone; nothing where more has to be read.
+std::size_t LineSource::find_end(std::size_t from) const {
+  const std::size_t end = buffer_.find_first_of("\r\n", from);
+  if (end == std::string::npos || buffer_[end] == '\n') return end;
+  if (end + 1 == buffer_.size()) return ended_ ? end : std::string::npos;
+  return buffer_[end + 1] == '\n' ? end + 1 : end;
+}
+
 bool LineSource::next() {
   if (error_) return false;
-  std::size_t searched = at_;
-  std::size_t feed = buffer_.find('\n', searched);
+  std::size_t feed = find_end(at_);
   while (feed == std::string::npos && buffer_.size() - at_ <= max_line_bytes && !ended_) {
-    searched = buffer_.size() - at_;
+    const std::size_t searched = buffer_.size() - at_;
     if (!fill()) return false;
-    feed = buffer_.find('\n', searched);
+    feed = find_end(searched - std::min<std::size_t>(searched, 1));
   }
   const std::size_t end = std::min(feed, buffer_.size());
   if (end == at_ && feed == std::string::npos) return false;

@@ -82,6 +82,7 @@ class LineSource {
 
  private:
   bool fill();
+  std::size_t find_end(std::size_t from) const;
 
   std::istream& stream_;
   std::string buffer_;

@@ -44,7 +44,13 @@ inline constexpr std::array<std::string_view, 37> vcd_words{"$timescale 1fs $end
                                                             "\r\n",
                                                             "\t"};
 
-inline constexpr std::array<std::string_view, 34> csv_words{"time",
+inline constexpr std::array<std::string_view, 40> csv_words{"1.0",
+                                                            "0.0",
+                                                            "+1",
+                                                            "255",
+                                                            "nan",
+                                                            "\r",
+                                                            "time",
                                                             "time_s",
                                                             "Time [us]",
                                                             "time(ps)",

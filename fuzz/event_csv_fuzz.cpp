@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "capture/event_csv.hpp"
+#include "capture/sampled_csv.hpp"
 #include "fuzz/capture_check.hpp"
 #include "fuzz/capture_seeds.hpp"
 #include "fuzz/capture_words.hpp"
@@ -12,8 +13,11 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view text(reinterpret_cast<const char*>(data), size);
-  biss::fuzz::check_reader(
-      text, [](auto bytes) { return biss::capture::open_event_csv(std::move(bytes)); });
+  const biss::capture::EventCsvRows rows = biss::capture::event_csv_rows(text);
+  biss::fuzz::check_reader(text, [&rows](auto bytes) {
+    return biss::capture::open_event_csv(std::move(bytes), biss::capture::default_piece_bytes,
+                                         rows);
+  });
   return 0;
 }
 

@@ -4,8 +4,10 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "capture/event_csv.hpp"
+#include "capture/sampled_csv.hpp"
 #include "capture/test_capture.hpp"
 #include "capture/test_pairs.hpp"
 #include "capture/vcd.hpp"
@@ -17,12 +19,11 @@
 
 namespace {
 
-using biss::capture::OpenText;
-
 bool is_vcd(std::string_view text) { return text.starts_with('$'); }
 
 // Sizes, lines and what is read in blocks before follow from the text.
-void check(OpenText open, std::string_view text) {
+template <class Open>
+void check(Open open, std::string_view text) {
   using namespace biss::capture;
   const Read read = read_all(open(memory_bytes(text), default_piece_bytes));
   if (read.lines.size() < 2) return;
@@ -43,7 +44,16 @@ void check(OpenText open, std::string_view text) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view text(reinterpret_cast<const char*>(data), size);
-  check(is_vcd(text) ? biss::capture::open_vcd : biss::capture::open_event_csv, text);
+  if (is_vcd(text)) {
+    check(biss::capture::open_vcd, text);
+    return 0;
+  }
+  const biss::capture::EventCsvRows rows = biss::capture::event_csv_rows(text);
+  check(
+      [&rows](auto bytes, auto piece) {
+        return biss::capture::open_event_csv(std::move(bytes), piece, rows);
+      },
+      text);
   return 0;
 }
 
