@@ -112,7 +112,9 @@ typedef struct biss_fault_place {
 typedef struct biss_line_request {
   uint64_t number;  /* counts from 0 */
   int64_t begin_ps; /* MA fell at the master */
-  bool sampled;     /* the encoder took a position; 0 and 1 in all that follows where it did not */
+  /* The encoder took a position; 0 and 1 in all that follows where it did not. If it took several
+   * after a fault: the first one that it sent whole, else began to send, else took. */
+  bool sampled;
   int64_t sampled_ps;
   uint32_t channel_count;
   biss_channel channels[BISS_MAX_CHANNELS]; /* what it sends where no fault changes it */

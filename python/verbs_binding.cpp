@@ -128,7 +128,7 @@ py::array values_of(StoredColumn& stored) {
   }
 }
 
-// (name, kind, unit, values, absent or None, texts, counts of bits or None)
+// (name, kind, unit, values, absent or None, texts, counts of bits or None, bits of the widest value or 0)
 py::tuple tuple_of(StoredColumn& stored) {
   py::list texts;
   for (const std::string& text : stored.texts) texts.append(text_object(text));
@@ -141,7 +141,7 @@ py::tuple tuple_of(StoredColumn& stored) {
   const bool time = stored.column.kind == Kind::nanoseconds;
   return py::make_tuple(stored.column.name, kind_name(stored.column.kind),
                         time ? std::string("ns") : stored.column.value_unit, values_of(stored),
-                        absent, texts, counts);
+                        absent, texts, counts, stored.column.bits);
 }
 
 // Whether Python goes on: it may have got a signal.

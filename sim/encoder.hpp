@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "biss/frame/codec.hpp"
+#include "biss/slave/slave.hpp"
 #include "biss/timing/device_timing.hpp"
 #include "sim/encoder_registers.hpp"
 #include "sim/motion.hpp"
@@ -61,8 +62,9 @@ class Encoder {
     const std::uint32_t steps = wrong_.take_lost() + (wrong_.holds_counter() ? 0U : 1U);
     frames_ += frames_ + steps == 0 ? 1 : steps;  // the first frame has the start value
     drifted_ += static_cast<std::uint64_t>(std::int64_t{drift_});
-    sampled_ = moment;
+    moment_ = moment;
     meant_ = filled(position_, 0);
+    reach(Progress::taken);
     if (wrong_.ahead() == 0) return wrong_.put(meant_);
     const std::uint64_t apart =
         position_bits_ == 0 ? 0 : wrong_.position_share() >> (64U - position_bits_);
@@ -107,26 +109,39 @@ class Encoder {
   /// As after power-up: the signs of life start from their first values.
   void restart() { frames_ = 0; }
 
-  /// A request cycle begins: nothing sampled yet.
+  /// A request cycle begins: nothing sent yet.
   /// \param shift sampling_shift() of this cycle
   void begin_cycle(Picoseconds shift = {}) {
     sampled_.reset();
+    sent_progress_ = Progress::none;
+    if (progress_ == Progress::begun) progress_ = Progress::none;
     shift_ = shift;
   }
-  /// When the position of the last frame since begin_cycle() was taken.
+  /// To be called after each step of the slave where a fault may end a frame early.
+  void follow(SlaveState state) {
+    if (state == SlaveState::requested) progress_ = Progress::none;
+    if (state == SlaveState::start && progress_ == Progress::taken) reach(Progress::begun);
+    if (state == SlaveState::stop && progress_ == Progress::begun) reach(Progress::whole);
+  }
+  /// The frame that was sent since begin_cycle(), as it was meant; also when a fault sends another
+  /// one. After a fault the encoder may take several positions: it is the first frame that was sent
+  /// whole, else the first one that was begun, else the first one. \pre sampled()
+  const Frame& sent() const { return sent_; }
+  /// When its position was taken; nothing where there is no such frame.
   std::optional<Picoseconds> sampled() const { return sampled_; }
 
-  /// The frame of the last sample since begin_cycle(), else of this moment; also when a fault sends
-  /// another one.
-  const Frame& meant(Picoseconds moment) {
-    if (!sampled_) {
-      if (!frozen_ && positions_ == nullptr) position_ = motion_.at(moment + shift_);
-      meant_ = filled(position_, 0);
-    }
-    return meant_;
+ private:
+  // How far a frame has come.
+  enum class Progress : std::uint8_t { none, taken, begun, whole };
+
+  void reach(Progress progress) {
+    progress_ = progress;
+    if (progress <= sent_progress_) return;
+    sent_progress_ = progress;
+    sent_ = meant_;
+    sampled_ = moment_;
   }
 
- private:
   void take_position(Picoseconds moment) {
     if (positions_ == nullptr) {
       position_ = motion_.sample(moment);
@@ -190,6 +205,10 @@ class Encoder {
   bool no_data_ = false;
   Positions positions_ = nullptr;
   void* user_ = nullptr;
+  Progress progress_ = Progress::none;  // of meant_
+  Picoseconds moment_{};                // of meant_
+  Progress sent_progress_ = Progress::none;
+  Frame sent_;
   std::optional<Picoseconds> sampled_;
   Picoseconds shift_{};
 };

@@ -192,12 +192,13 @@ void FarEnd::step_slave(bool ma_changed) {
   const StepOutput out = slave_.step(now_, ma_slave_, false);
   slave_due_ = out.deadline;
   const SlaveState after = slave_.state();
+  encoder().follow(after);
   if (ma_changed && ma_slave_ && after >= SlaveState::data && after <= SlaveState::stop) {
     payload_bit_ = before == SlaveState::start ? 0U - 1U : payload_bit_ + 1U;
   }
   if (encoder().sampled() != cycle_.sampled) {
     cycle_.sampled = encoder().sampled();
-    if (cycle_.sampled) cycle_.sent = encoder().meant(*cycle_.sampled);
+    if (cycle_.sampled) cycle_.sent = encoder().sent();
   }
   slave_level_ = out.level;
   put_slave();

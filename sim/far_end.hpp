@@ -46,9 +46,9 @@ struct FarEndOutput {
 struct FarEndCycle {
   std::uint64_t number = 0;  ///< counts from 0
   Picoseconds begin{};       ///< MA falls at the master
-  /// When the encoder took its position; nothing where it did not.
+  /// When the encoder took the position that it sends; nothing where it took none.
   std::optional<Picoseconds> sampled;
-  /// What it would send without faults; only where it sampled. After a fault it may sample again.
+  /// Encoder::sent(), only where it sampled. After a fault it may sample again.
   Frame sent;
   FaultSet faults = 0;
   /// Faults that have a place in it, in the order of time.

@@ -127,8 +127,8 @@ const SimulatedCycle& Line::next() {
   full_ ? run_request<true>() : run_request<false>();
   cycle_.reading = master_.reading();
   if (control_) end_control();
-  set_sent();  // before a pulse after the frame makes the encoder sample again
   rest();
+  set_sent();
   ++number_;
   return cycle_;
 }
@@ -200,13 +200,15 @@ void Line::run_rest(Picoseconds end, bool until_ready) {
 
 // In the order on the line: the nearest encoder first.
 void Line::set_sent() {
-  const Picoseconds moment = cycle_.time + setup_.timing.sampling_typical;
   cycle_.sent = Frame{};
   cycle_.sampled = nodes_.back().slave.source().sampled();
   for (std::size_t k = nodes_.size(); k-- > 0;) {
-    const Frame& part = nodes_[k].slave.source().meant(moment);
-    for (const Channel& channel : part.channels()) {
-      cycle_.sent.channel_list[cycle_.sent.channel_count++] = channel;
+    Encoding& slave = nodes_[k].slave;
+    const bool taken = slave.source().sampled().has_value();
+    for (std::size_t i = 0; i < slave.codec().format().channel_count; ++i) {
+      const std::size_t channel = cycle_.sent.channel_count++;
+      cycle_.taken[channel] = taken;
+      if (taken) cycle_.sent.channel_list[channel] = slave.source().sent().channel_list[i];
     }
   }
 }
@@ -258,6 +260,7 @@ void Line::step_node(std::size_t k, bool ma_changed) {
   const SlaveState before = node.slave.state();
   const StepOutput out = node.slave.step(now_, ma_slave_, node.sli);
   node.due = out.deadline;
+  if (Full) node.slave.source().follow(node.slave.state());
   if (Full && k + 1U == nodes_.size() && ma_changed && ma_slave_) {
     count_payload(before, node.slave.state());
   }

@@ -4,6 +4,7 @@
 //        recorded here              └ in parallel          internal_delay each     recorded here
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -34,7 +35,10 @@ inline constexpr wire::LineIndex slo_at_slave_line = 3;
 /// One request cycle, up to the next request.
 struct SimulatedCycle {
   Picoseconds time{};  ///< the first falling edge of MA
-  Frame sent;          ///< what the encoders would send without faults
+  /// What the encoders sent, without the effect of faults: see Encoder::sent().
+  Frame sent;
+  /// Whether an encoder took a position for this channel of `sent`.
+  std::array<bool, max_channels> taken{};
   /// When the encoder next to the master took the position that it sent.
   std::optional<Picoseconds> sampled;
   BasicReading<Frame> reading;

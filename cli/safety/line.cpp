@@ -49,7 +49,7 @@ struct LineRunOptions {
 struct Truth {
   std::uint64_t number = 0;
   Picoseconds time{};
-  std::uint64_t position = 0;
+  std::optional<std::uint64_t> position;  // nothing was sent
   bool faulty = false;
   bool begins = false;  // the fault has a place in this cycle; others affect whole cycles
 };
@@ -186,8 +186,11 @@ LineCounts count(const SafetyFormat& monitored, sim::LineSetup setup, sim::Fault
   decoder.push_slo({{}, wire::Level::high});
   for (std::uint64_t i = 0; i < cycles; ++i) {
     const sim::SimulatedCycle& cycle = line.next();
-    watch.expect({i, cycle.time, cycle.sent.channel_list[monitored.setup.cpw].position,
-                  (cycle.faults & sim::set_of(kind)) != 0, !cycle.injected.empty()});
+    const std::size_t cpw = monitored.setup.cpw;
+    watch.expect(
+        {i, cycle.time,
+         cycle.taken[cpw] ? std::optional(cycle.sent.channel_list[cpw].position) : std::nullopt,
+         (cycle.faults & sim::set_of(kind)) != 0, !cycle.injected.empty()});
     decoder.push(cycle.edges, {.ma = sim::ma_line, .slo = sim::slo_line});
   }
   decoder.finish(line.end() + milliseconds(2));

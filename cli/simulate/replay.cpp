@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <functional>
@@ -122,11 +123,11 @@ class AnswerLog {
     sim::SimulatedCycle cycle;
     cycle.time = answer.time;
     cycle.sent = answer.sent;
+    std::fill_n(cycle.taken.begin(), answer.sent.channel_count, true);
     if (answer.sent.channel_count != 0) cycle.sampled = sampled;
     std::vector<report::Cell> cells = table_.cells(total(), cycle);
     ++counts_[static_cast<std::size_t>(answer.kind)];
     constexpr std::size_t faults = 5;
-    if (cells.size() <= faults) cells.resize(faults + 1);
     if (answer.kind == sim::AnswerKind::cut) cells[faults] = "truncated";
     if (answer.kind == sim::AnswerKind::not_ready) cells[faults] = "not_ready";
     return cells;

@@ -32,16 +32,16 @@ const std::vector<Cell>& TruthTable::cells(std::uint64_t number, const sim::Simu
   places_ = text_of(cycle.injected);
   cells_.emplace_back(number);
   cells_.emplace_back(cycle.time);
-  for (std::size_t k = 0; k < cycle.sent.channel_count; ++k) {
+  for (std::size_t k = 0; k < format_.channel_count; ++k) {
     // Values that a channel does not have stay empty, as in the rows of `decode`.
     const Channel& channel = cycle.sent.channel_list[k];
     const ChannelFormat& format = format_.channel_list[k];
-    cells_.push_back(format.position_bits() != 0 ? Cell(channel.position) : Cell());
-    cells_.push_back(format.error.present ? Cell(channel.nE) : Cell());
-    cells_.push_back(format.warning.present ? Cell(channel.nW) : Cell());
+    const bool taken = cycle.taken[k];
+    cells_.push_back(taken && format.position_bits() != 0 ? Cell(channel.position) : Cell());
+    cells_.push_back(taken && format.error.present ? Cell(channel.nE) : Cell());
+    cells_.push_back(taken && format.warning.present ? Cell(channel.nW) : Cell());
     if (k == 0) cells_.push_back(faults_.empty() ? Cell() : Cell(faults_));
   }
-  cells_.resize(columns_.size() - 3);
   cells_.push_back(places_.empty() ? Cell() : Cell(places_));
   // No clocks: the request was not made by our master.
   cells_.push_back(cycle.reading.clocks != 0 ? Cell(cycle.reading.marginal) : Cell());

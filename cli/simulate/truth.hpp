@@ -1,4 +1,4 @@
-// The rows of `biss simulate --truth`: what the encoder meant to send, and the faults of each cycle.
+// The rows of `biss simulate --truth`: what the encoder sent, and the faults of each cycle.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,8 @@ namespace biss::cli {
 /// The columns are `cycle,time_ns,position,nE,nW,faults`, then position, nE and nW of each further
 /// channel, then `places` (where faults began in the cycle), `marginal` (our master sampled SLO
 /// within 5 % of a period of a change) and `sampled_ns` (when the position of channel 1 was taken).
-/// Values that a channel does not have are empty, and `marginal` with a recorded master.
+/// Values that a channel does not have are empty, those of a channel for which no position was taken
+/// too, and `marginal` with a recorded master.
 class TruthTable {
  public:
   explicit TruthTable(const FrameFormat& format);

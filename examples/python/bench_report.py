@@ -22,7 +22,7 @@ def main() -> None:
     # All rows at once, as arrays. Empty cells are masked.
     # `unwrapped` counts on where `position` begins again at 0.
     rows = biss.decode(made.capture, format=FORMAT, unwrap=True)
-    good = rows["status"] == "ok"
+    good = rows.good()
     steps = np.diff(rows["unwrapped"][good])
     print(f"{rows.rows} requests, {good.sum()} positions, largest step {abs(steps).max()} counts")
     print(f"line delay {rows['line_delay_ns'].mean():.1f} ns")

@@ -170,6 +170,16 @@ class Format:
         return self._format.crc(bits_of(data, "data", 64), bits_of(channel, "channel", 3))
 
 
+class SpiColumns(dict[str, MaskedArray]):
+    """The columns of SpiReader.read_all() by name."""
+
+    def good(self) -> np.ndarray[Any, Any]:
+        """A mask of the rows whose positions may be used: a frame, and nE is 1 in all channels."""
+        without_error = np.all(np.atleast_2d(np.asarray(self["nE"]).T) == 1, axis=0)
+        good: np.ndarray[Any, Any] = np.logical_and(self["status"].data == "ok", without_error)
+        return good
+
+
 class SpiReader:
     """Reads frames from the bytes that an SPI peripheral received, MA being its clock.
 
@@ -213,25 +223,27 @@ class SpiReader:
         needed. Raises FrameError with the cause."""
         return _frame(self._spi.read(_bytes(buffer), _clocks(clocks)))
 
-    def read_all(self, buffers: np.ndarray[Any, Any],
-                 clocks: int | None = None) -> dict[str, MaskedArray]:
+    def read_all(self, buffers: np.ndarray[Any, Any], clocks: int | None = None) -> SpiColumns:
         """The frames of an array of uint8 with a buffer in each row.
 
         Columns: ``status`` (``ok`` or the cause), then ``position``, ``life_counter``, ``nE`` and
         ``nW``, masked where the status is not ok; with several channels, a column for each.
+        ``good()`` is the mask of the rows whose positions may be used.
         """
         if not isinstance(buffers, np.ndarray):
             raise TypeError(f"an array of uint8 is needed, not {type(buffers).__name__}")
         causes, *values = self._spi.read_all(buffers, _clocks(clocks))
         names = np.array(("ok", *_core.causes), dtype=np.str_)
         bad = causes != 0
-        columns = {"status": masked(names[causes])}
+        columns = SpiColumns(status=masked(names[causes]))
+        widest = max(channel["position_bits"] for channel in self.format.channels)
         for name, array in zip(("position", "life_counter", "nE", "nW"), values):
+            bits = widest if name == "position" else 0
             if array.shape[1] == 1:
-                columns[name] = masked(array[:, 0], bad)
+                columns[name] = masked(array[:, 0], bad, bits)
             else:
                 absent = np.repeat(bad[:, np.newaxis], array.shape[1], axis=1)
-                columns[name] = masked(array, absent)
+                columns[name] = masked(array, absent, bits)
         return columns
 
 

@@ -240,7 +240,7 @@ class Simulation:
 
     #: The lines at the master.
     capture: Capture
-    #: What the encoder meant to send, and the faults: a row for each request cycle, as texts.
+    #: What the encoder sent, and the faults: a row for each request cycle, as texts.
     truth: list[dict[str, str]]
     #: What the command prints on stderr.
     summary: str

@@ -109,6 +109,54 @@ TEST_P(RoundTrip, FlippedBits_SpoilTheirCyclesAndNoOther) {
 INSTANTIATE_TEST_SUITE_P(As, RoundTrip, testing::Values(".vcd", ".csv"),
                          [](const auto& kind) { return kind.param.substr(1); });
 
+// In cycle 26 of the first line the encoder restarts after its frame and takes another position.
+TEST(Truth, EncoderThatTakesTwoPositionsInACycle_IsTheOneThatWasSent) {
+  const Folder folder;
+  const std::string capture = folder.path("line.vcd");
+  const std::string truth = folder.path("truth.csv");
+  for (const char* fault : {"brown_out:0.6", "glitch_ma_idle:0.6", "lost_clock:0.6"}) {
+    ASSERT_EQ(run({"simulate",  "-f",       "pos36,crc16", "--clock",
+                   "10MHz",     "--cycles", "400",         "--seed",
+                   "318441197", "--motion", "sine",        "--cable",
+                   "100m",      "--jitter", "5ns",         "--no-compensation",
+                   "--fault",   fault,      "-o",          capture,
+                   "--truth",   truth})
+                  .status,
+              0);
+    const auto meant = rows_of(content_of(truth));
+    auto next = meant.begin();
+    std::size_t good = 0;
+    for (Row& row : rows_of(run({"decode", capture, "-f", "pos36,crc16", "--to", "csv"}).out)) {
+      if (row["status"] != "ok") continue;
+      while (next != meant.end() && std::stod(next->at("time_ns")) < std::stod(row["time_ns"]) - 50)
+        ++next;
+      ASSERT_NE(next, meant.end());
+      EXPECT_EQ(next->at("position"), row["position"]) << fault << ", cycle " << next->at("cycle");
+      EXPECT_NE(next->at("sampled_ns"), "");
+      ++good;
+    }
+    EXPECT_GT(good, 50U) << fault;
+  }
+}
+
+TEST(Truth, CycleInWhichNoPositionWasTaken_HasNone) {
+  const Folder folder;
+  const std::string truth = folder.path("truth.csv");
+  for (const char* fault : {"no_answer@3", "ma_high@3,clock=0.5", "exchange@3"}) {
+    ASSERT_EQ(run({"simulate", "-f", "fs-36-28", "--cycles", "8", "--fault", fault, "-o",
+                   folder.path("line.vcd"), "--truth", truth})
+                  .status,
+              0);
+    const auto rows = rows_of(content_of(truth));
+    ASSERT_EQ(rows.size(), 8U);
+    for (const char* name : {"position", "nE", "nW", "position2", "nE2", "nW2", "sampled_ns"}) {
+      EXPECT_EQ(rows[3].at(name), "") << fault << ' ' << name;
+      EXPECT_NE(rows[2].at(name), "") << fault << ' ' << name;
+    }
+    EXPECT_NE(rows[3].at("faults"), "") << fault;
+  }
+}
+
 // One capture of a few cycles, as text.
 std::string csv_capture(const Folder& folder) {
   const std::string path = folder.path("line.csv");

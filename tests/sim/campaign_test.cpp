@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "biss/catalogue/catalogue.hpp"
+#include "biss/frame/format_text.hpp"
 #include "tests/exhaustive/scale.hpp"
 #include "tests/sim/fault_table.hpp"
 
@@ -63,6 +64,29 @@ TEST(Damage, AMillionCyclesWithEveryKind_UndamagedAreOkAndWrongPositionsAsRareAs
     EXPECT_EQ(alone(outcome, kind).right(), alone(outcome, kind).cycles);
   }
   if (!exhaustive::slow_build) expect_document_has(fault_table(outcome));
+}
+
+// A checksum of 16 bits lets one damaged frame in 65536 pass; all else that is good was sent.
+TEST(Damage, GoodRowsWithALongChecksum_HaveTheTruePosition) {
+  for (const char* name : {"pos36,crc16", "pos24,nE,nW,crc16", "mt12,st20,nE,nW,lc6,crc16"}) {
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+      sim::LineSetup setup = documented_line();
+      setup.format = *parse_format(name);
+      if (seed % 2 == 0) setup.timing.timeout = {TimeoutRule::adaptive, nanoseconds(200)};
+      setup.compensate = seed > 2;
+      setup.ma_jitter = setup.slo_jitter = nanoseconds(5);
+      setup.faults = all_faults(std::uint64_t{1} << 28U);
+      setup.seed = seed;
+      const Outcome outcome = run(setup, exhaustive::rounds(20'000));
+      Tally all = outcome.several;
+      all.wrong += outcome.behind.wrong + outcome.undamaged.wrong;
+      for (const Tally& tally : outcome.alone) {
+        all.wrong += tally.wrong;
+        all.wrong_error += tally.wrong_error;
+      }
+      EXPECT_LE(all.wrong + all.wrong_error, 1U) << name << ", seed " << seed;
+    }
+  }
 }
 
 // Encoders with each rule of the timeout, with several channels, at fast and slow clocks, with

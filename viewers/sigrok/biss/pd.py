@@ -1,5 +1,6 @@
 import array
 import os
+import sys
 import threading
 
 import numpy
@@ -18,6 +19,9 @@ columns of `biss decode`, None where a cell is empty.
 '''
 
 PICOSECONDS = 10 ** 12
+# The library counts samples up to this rate. Edges of faster ones, as of a VCD file with the timescale
+# 1 ps, get their times here.
+COUNTED_RATE = (1 << 32) - 1
 # Edges that are decoded at a time.
 BLOCK = 8192
 LEVELS = {(ma, slo): ma | slo << 1 for ma in (0, 1) for slo in (0, 1)}
@@ -170,13 +174,21 @@ class Decoder(srd.Decoder):
     def finish(self):
         try:
             self.read_block()
-            self.show(self.reader.finish(end_sample=self.end))
+            self.show(self.end_of(self.reader, self.end))
+            if not self.names:
+                self.show_names(self.reader.columns)
             self.show_accesses()
         except self.biss.Error as error:
             self.show_error(error)
 
     def show_error(self, error):
         self.put(0, self.end, self.out_ann, [CLASS['cause'], [str(error), 'not decoded']])
+        # sigrok-cli shows only the outputs that were asked for, and ends with 0.
+        self.tell(error)
+
+    @staticmethod
+    def tell(text):
+        print(f'biss: {text}', file=sys.stderr, flush=True)
 
     # Pauses
 
@@ -208,11 +220,11 @@ class Decoder(srd.Decoder):
         reader, first, end = self.new_reader(), 0, self.end
         try:
             for numbers, levels in self.edges():
-                rows = reader.changes(numbers, levels & 1, levels >> 1)
+                rows = self.changes_of(reader, numbers, levels)
                 self.show_from(rows, first)
                 first += len(rows)
                 end = max(end, int(numbers[-1]))
-            self.show_from(reader.finish(end_sample=end), first)
+            self.show_from(self.end_of(reader, end), first)
             self.show_accesses()
         # It may be decoded with what is still to come.
         except self.biss.Error:
@@ -227,6 +239,12 @@ class Decoder(srd.Decoder):
                              numpy.frombuffer(waiting[1][:len(waiting[0])], dtype=numpy.uint8))]
 
     def open(self):
+        if self.samplerate > PICOSECONDS:
+            raise InputError(f'{self.samplerate} samples per second are more than 10^12; let sigrok read '
+                             'fewer, of a VCD file with -I vcd:downsample=1000')
+        if self.samplerate > COUNTED_RATE:
+            self.tell(f'{self.samplerate} samples per second take long; of a VCD file, '
+                      '-I vcd:downsample=1000 reads one in 1000')
         options = self.further_options()
         self.format = colons(self.options['format'].strip().replace(' ', ',')) or None
         # Of a sample, where it is a whole number of picoseconds.
@@ -235,8 +253,21 @@ class Decoder(srd.Decoder):
         self.reader = self.new_reader()
 
     def new_reader(self):
-        return self.biss.Decoder(self.format, sample_rate=self.samplerate,
-                                 fields=self.options['fields'] == 'yes', **self.further)
+        further, rate = self.further, self.samplerate
+        if rate > COUNTED_RATE:
+            further, rate = {'resolution': f'{-(-PICOSECONDS // rate)}ps', **further}, 0
+        return self.biss.Decoder(self.format, sample_rate=rate,
+                                 fields=self.options['fields'] == 'yes', **further)
+
+    def changes_of(self, reader, numbers, levels):
+        if self.samplerate > COUNTED_RATE:
+            return reader.edges(self.times_of(numbers), levels & 1, levels >> 1)
+        return reader.changes(numbers, levels & 1, levels >> 1)
+
+    def end_of(self, reader, end):
+        if self.samplerate > COUNTED_RATE:
+            return reader.finish(end_ps=int(self.times_of(numpy.array([end]))[0]))
+        return reader.finish(end_sample=end)
 
     def further_options(self):
         '''"--ack-max 16us --latch" as keywords of the library.'''
@@ -296,8 +327,8 @@ class Decoder(srd.Decoder):
                 self.kept_edges += len(levels)
             self.edges_read += len(levels)
             self.clear_block()
-            ma, slo = levels & 1, levels >> 1
-            self.show(self.reader.changes(numbers, ma, slo))
+            self.show(self.changes_of(self.reader, numbers, levels))
+        ma = levels & 1
         return int(ma[numpy.diff(numbers).argmax()]) if len(numbers) > 1 else 1
 
     # Rows
@@ -316,14 +347,17 @@ class Decoder(srd.Decoder):
         rows = rows[max(0, self.rows_shown - first):]
         self.rows_shown += len(rows)
         if rows and not self.names:
-            self.names = list(rows[0])
+            self.show_names(list(rows[0]))
             self.are_times = [name.endswith('_ns') for name in self.names]
             self.positions = [name for name in self.names
                               if name == 'position' or name[:8] == 'position' and name[8:].isdigit()]
-            self.put(0, 0, self.out_binary, [0, (','.join(self.names) + '\n').encode()])
         for row in rows:
             self.show_fields(row)
             self.show_row(row)
+
+    def show_names(self, names):
+        self.names = names
+        self.put(0, 0, self.out_binary, [0, (','.join(names) + '\n').encode()])
 
     def show_fields(self, row):
         put, out, sample_of, classes = self.put, self.out_ann, self.sample_of, self.classes
