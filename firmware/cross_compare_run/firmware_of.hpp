@@ -1,6 +1,8 @@
 // A processor's firmware, as one table of functions.
 #pragma once
 
+#include <memory>
+
 #include "firmware/cross_compare/processor.hpp"
 #include "firmware/cross_compare_run/processors.hpp"
 
@@ -15,7 +17,7 @@ struct FirmwareOf {
       // A power-up begins with a memory that was reset.
       .power_up =
           [] {
-            processor = {};
+            std::construct_at(&processor);
             return processor.power_up();
           },
       .evaluate = [](std::uint32_t request,
