@@ -54,8 +54,6 @@ class SequenceRig {
   void fault_begins();
   // A frame that must not be safe, instead of `meant`.
   void send_fault(const FrameBits& bits, const SequenceWords& meant);
-  // A frame that the monitor cannot know to be wrong.
-  void send_unknown(const FrameBits& bits, const SequenceWords& meant);
   // No answer to a request.
   void silence(const SequenceWords& meant);
   // Counts the event. `allowed` returns whether a first verdict is one of the error's.
@@ -229,11 +227,6 @@ void SequenceRig::send_fault(const FrameBits& bits, const SequenceWords& meant) 
   const SafetyJudgement judgement = monitor_.step(now_, bits.view());
   if (watcher_) log("fault", bits.view(), &meant, judgement);
   note(judgement, &meant);
-}
-
-void SequenceRig::send_unknown(const FrameBits& bits, const SequenceWords& meant) {
-  const SafetyJudgement judgement = monitor_.step(now_, bits.view());
-  if (watcher_) log("late", bits.view(), &meant, judgement);
 }
 
 void SequenceRig::silence(const SequenceWords& meant) {
@@ -616,14 +609,16 @@ class ConstantRun {
   }
 
   // \param starting the number of frames that may be `starting`
-  void inject(unsigned starting) {
+  void inject(std::uint64_t index, unsigned starting) {
     request();
     for (unsigned left = below(starting + 8U); left != 0 || !is_moved(); left -= left != 0) {
-      rig_.send_unknown(stale_bits(), rig_.past(0));
+      rig_.send_fault(stale_bits(), rig_.past(0));
       request();
     }
     const std::uint64_t at = value_of(rig_.frame(), rig_.past(0));
     rig_.monitor().expect_position(at, at);
+    // Nothing could show the delay before.
+    rig_.begin(index);
     rig_.fault_begins();
     // Faults before the answer, tolerated or not.
     for (unsigned left = below(most_damaged() + 1U); left != 0; --left) {
@@ -680,7 +675,7 @@ SequenceCounts count_constant(const SequenceFrame& frame, const SequenceRow& row
   const std::uint64_t size = row.blocks().size_of(block);
   for (std::uint64_t n = 0; n < size; ++n) {
     rig.begin(first + n);
-    ConstantRun(rig, row).inject(start_up_frames(frame, row));
+    ConstantRun(rig, row).inject(first + n, start_up_frames(frame, row));
     rig.close_event(reaction_bound(frame, row), [](SafetyVerdict verdict) {
       using enum SafetyVerdict;
       return verdict == stimulus || verdict == no_frame || verdict == cpw_crc;

@@ -16,8 +16,8 @@ struct SequenceStep {
   std::uint64_t index = 0;
   /// By the master's clock, which wraps around in every fourth block.
   Picoseconds time{};
-  /// `frame`: undamaged; `fault`: a frame that is not the answer to this request; `late`: the same,
-  /// before the stimulus; `silence`: no answer; `watch`: time alone.
+  /// `frame`: undamaged; `fault`: a frame that is not the answer to this request; `silence`: no
+  /// answer; `watch`: time alone.
   std::string_view what{};
   /// Empty except for frames. Valid during the call.
   BitView bits{};
