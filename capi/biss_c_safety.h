@@ -72,8 +72,9 @@ biss_status biss_safety_open(const biss_safety_setup* setup, biss_safety** safet
 void biss_safety_close(biss_safety* safety);
 
 /* Gives every check a frame that it must refuse. At power-up, and later as often as wished: then it
- * changes nothing if it passes. `expected` is a setup from another place than the one of open, a
- * constant for example: the monitor compares itself with it, all fields, now and before every frame.
+ * changes nothing if it passes. *passed is false in "failed", whatever the checks do. `expected` is a
+ * setup from another place than the one of open, a constant for example: the monitor compares itself
+ * with it, all fields, now and before every frame.
  * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, and as biss_safety_open() for `expected`: BISS_BAD_FORMAT,
  * BISS_BAD_SETUP, BISS_BAD_SAFETY. Then the test has not passed and the monitor is unchanged. */
 biss_status biss_safety_self_test(biss_safety* safety, const biss_safety_setup* expected,
@@ -118,6 +119,9 @@ typedef struct biss_safety_time {
   int64_t transfer_ps;
 } biss_safety_time;
 
+/* No position: no word of an encoder has that many bits. */
+#define BISS_NO_POSITION UINT64_MAX
+
 typedef struct biss_judgement {
   biss_verdict verdict;
   const char* state; /* after this frame: "untested", "starting", "safe", "latched", "failed" */
@@ -126,9 +130,11 @@ typedef struct biss_judgement {
   bool spw_nW;
   uint32_t life_counter;
   int32_t difference_lsb; /* CPW minus SPW in counts of the lowest bit compared */
-  bool has_position;      /* only where the verdict is safe; all that follows is else 0 */
-  uint64_t position;      /* in counts of the SPW, turns above singleturn */
-  uint64_t low;           /* the least and the largest position if one of the words is wrong */
+  /* Only where the verdict of biss_safety_step() is safe. Otherwise all that follows is 0, or
+   * BISS_NO_POSITION if the verdict is safe without a frame: that of biss_safety_watch(). */
+  bool has_position;
+  uint64_t position; /* in counts of the SPW, turns above singleturn */
+  uint64_t low;      /* the least and the largest position if one of the words is wrong */
   uint64_t high;
   uint64_t control_position; /* in counts of the CPW: for motion control, not for safety */
 } biss_judgement;
@@ -141,8 +147,9 @@ biss_status biss_safety_step(biss_safety* safety, const biss_safety_time* time,
                              const uint8_t* bytes, size_t byte_count, size_t first_bit,
                              size_t bit_count, biss_judgement* judgement);
 
-/* Checks the time only, at biss_safety_deadline() or in a tick; never a position. Errors as
- * above. */
+/* Checks the time only, at biss_safety_deadline() or in a tick. It never has a position: with the
+ * verdict safe, which says that the last good frame is still in time, every position is
+ * BISS_NO_POSITION. Errors as above. */
 biss_status biss_safety_watch(biss_safety* safety, const biss_safety_time* time,
                               biss_judgement* judgement);
 
@@ -151,8 +158,10 @@ biss_status biss_safety_watch(biss_safety* safety, const biss_safety_time* time,
 biss_status biss_safety_deadline(const biss_safety* safety, bool* is_expected,
                                  int64_t* deadline_ps);
 
-/* The next frame must have its position from `low` to `high`, in counts of the SPW; `low` may be
- * above `high`, across the wrap-around. BISS_NULL_ARGUMENT, BISS_BAD_HANDLE. */
+/* The next good frame must have its position from `low` to `high`, in counts of the SPW; `low` may
+ * be above `high`, across the wrap-around. Nothing but a good frame ends the expectation. A position
+ * outside is BISS_VERDICT_STIMULUS, of this frame and of every further good one until
+ * biss_safety_encoder_restarted(). BISS_NULL_ARGUMENT, BISS_BAD_HANDLE. */
 biss_status biss_safety_expect(biss_safety* safety, uint64_t low, uint64_t high);
 
 /* Clears the latched fault with this cause.
@@ -163,8 +172,10 @@ biss_status biss_safety_acknowledge(biss_safety* safety, biss_verdict cause);
  * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_NO_READING: no fault holds. */
 biss_status biss_safety_cause(const biss_safety* safety, biss_verdict* cause);
 
-/* After the encoder was switched off or exchanged: the counter's place is forgotten. Clears no
- * fault. BISS_NULL_ARGUMENT, BISS_BAD_HANDLE. */
+/* After the encoder was switched off or exchanged, before its first request and, with counter_first,
+ * after biss_safety_acknowledge(): the counter's place is forgotten, and the faults counter_first and
+ * stimulus end. Clears no latched fault, and keeps the budget of faults and an expectation.
+ * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE. */
 biss_status biss_safety_encoder_restarted(biss_safety* safety);
 
 #ifdef __cplusplus

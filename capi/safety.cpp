@@ -148,7 +148,15 @@ biss_judgement as_judgement(const Monitor& monitor, const SafetyJudgement& from)
   judgement.life_counter = from.life_counter;
   judgement.difference_lsb = from.difference_lsb;
   judgement.has_position = from.position.has_value();
-  if (!judgement.has_position) return judgement;
+  if (!judgement.has_position) {
+    if (from.verdict == SafetyVerdict::safe) {
+      judgement.position = BISS_NO_POSITION;
+      judgement.low = BISS_NO_POSITION;
+      judgement.high = BISS_NO_POSITION;
+      judgement.control_position = BISS_NO_POSITION;
+    }
+    return judgement;
+  }
   judgement.position = from.position->value;
   judgement.low = from.position->low;
   judgement.high = from.position->high;

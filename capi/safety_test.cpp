@@ -135,13 +135,53 @@ TEST(CSafety, WatchdogDeadlineAndExpectation_AreThere) {
   EXPECT_TRUE(is_expected);
   EXPECT_EQ(deadline, bench.now() + cycle + cycle / 2);
   EXPECT_EQ(bench.watch(cycle).verdict, BISS_VERDICT_SAFE);
-  EXPECT_FALSE(bench.watch(cycle).has_position);
   ASSERT_EQ(biss_safety_expect(bench.get(), 10, 20), BISS_OK);
   EXPECT_EQ(bench.frame(21).verdict, BISS_VERDICT_STIMULUS);
   EXPECT_EQ(biss_safety_acknowledge(bench.get(), BISS_VERDICT_STIMULUS), BISS_OK);
+  for (std::uint64_t i = 0; i < 5; ++i) EXPECT_EQ(bench.frame(15).verdict, BISS_VERDICT_STIMULUS);
   EXPECT_EQ(biss_safety_encoder_restarted(bench.get()), BISS_OK);
   for (std::uint64_t i = 0; i < 5; ++i) bench.frame(i);
   EXPECT_EQ(bench.watch(2 * cycle).verdict, BISS_VERDICT_WATCHDOG);
+}
+
+// A program that looks at the verdict alone takes it for no position of an axis.
+TEST(CSafety, SafeWithoutAFrame_HasNoPositionThatAnEncoderCouldHave) {
+  Bench bench(setup_of());
+  ASSERT_TRUE(bench.self_test(setup_of()));
+  for (std::uint64_t i = 0; i < 5; ++i) bench.frame(1000);
+  const biss_judgement judgement = bench.watch(cycle);
+  EXPECT_EQ(judgement.verdict, BISS_VERDICT_SAFE);
+  EXPECT_FALSE(judgement.has_position);
+  for (const std::uint64_t position :
+       {judgement.position, judgement.low, judgement.high, judgement.control_position}) {
+    EXPECT_EQ(position, BISS_NO_POSITION);
+  }
+}
+
+// An expectation, then no answer that the budget tolerates, then a position outside.
+TEST(CSafety, ExpectationAfterAToleratedFault_IsStillThere) {
+  biss_safety_setup setup = setup_of();
+  setup.budget_faults = 1;
+  setup.budget_window_ps = 100 * cycle;
+  setup.frame_gap_max_ps = 4 * cycle;
+  Bench bench(setup);
+  ASSERT_TRUE(bench.self_test(setup));
+  for (std::uint64_t i = 0; i < 5; ++i) bench.frame(1000 + i);
+  ASSERT_EQ(biss_safety_expect(bench.get(), 5'000'000, 5'000'100), BISS_OK);
+  EXPECT_TRUE(bench.frame(1005, 60).tolerated);
+  const biss_judgement judgement = bench.frame(1006);
+  EXPECT_EQ(judgement.verdict, BISS_VERDICT_STIMULUS);
+  EXPECT_FALSE(judgement.has_position);
+}
+
+TEST(CSafety, SelfTestOfAFailedMonitor_DoesNotPass) {
+  Bench bench(setup_of());
+  biss_safety_setup other = setup_of();
+  other.start_frames = 4;
+  ASSERT_TRUE(bench.self_test(setup_of()));
+  EXPECT_FALSE(bench.self_test(other));
+  EXPECT_STREQ(bench.frame(1).state, "failed");
+  EXPECT_FALSE(bench.self_test(setup_of()));
 }
 
 TEST(CSafety, AnotherSetupThanExpected_FailsTheSelfTest) {

@@ -46,10 +46,10 @@ class SafetyOracle {
   void encoder_restarted() {
     range_ = setup_.counter.mode;
     seen_ = false;
-    tolerated_.clear();
     roll_overs_.clear();
     first_request_ = true;
-    stale_ = false;
+    not_first_ = false;
+    outside_ = false;
     if (state_ == SafetyState::starting || state_ == SafetyState::safe) start();
   }
   std::optional<Wide> deadline() const {
@@ -107,7 +107,8 @@ class SafetyOracle {
   std::optional<Wide> last_request_;
   unsigned still_ = 0;
   bool first_request_ = true;  // since the encoder's power-up
-  bool stale_ = false;
+  bool not_first_ = false;
+  bool outside_ = false;  // of an expectation, since then
   std::optional<std::array<std::uint64_t, 2>> window_;
   std::vector<Wide> tolerated_;
 };

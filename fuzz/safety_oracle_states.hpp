@@ -83,7 +83,11 @@ inline bool SafetyOracle::refuse(Wide now, SafetyVerdict verdict) {
 
 inline SafetyJudgement SafetyOracle::step(Wide now, Wide ahead, const OracleFrame& frame,
                                           bool disagree) {
-  if (state_ == SafetyState::latched) return {.verdict = SafetyVerdict::latched, .state = state_};
+  if (state_ == SafetyState::latched) {
+    not_first_ = not_first_ || first_request_;
+    first_request_ = false;
+    return {.verdict = SafetyVerdict::latched, .state = state_};
+  }
   if (state_ == SafetyState::failed) return {.verdict = SafetyVerdict::failed, .state = state_};
   still_ = last_request_ == now ? still_ + 1 : 0;
   last_request_ = now;
@@ -96,7 +100,7 @@ inline SafetyJudgement SafetyOracle::step(Wide now, Wide ahead, const OracleFram
   const Wide least = setup_.frame_gap_min.count;
   const bool first_wrong =
       setup_.counter.first != any_first_value &&
-      (stale_ || (first_request_ && frame.life_counter != setup_.counter.first));
+      (not_first_ || (first_request_ && frame.life_counter != setup_.counter.first));
   judged.verdict = disagree ? SafetyVerdict::disagreement
                    : still_ > setup_.clocks.still_requests || clocks_differ(ahead)
                        ? SafetyVerdict::clock
@@ -106,14 +110,18 @@ inline SafetyJudgement SafetyOracle::step(Wide now, Wide ahead, const OracleFram
                                                         : counter_verdict(frame.life_counter);
   if (judged.verdict == SafetyVerdict::safe && first_wrong) {
     judged.verdict = SafetyVerdict::counter_first;
-  } else if (judged.verdict == SafetyVerdict::safe && window_) {
+  } else if (judged.verdict == SafetyVerdict::safe && window_ && !outside_) {
     const auto [low, high] = *window_;
     const std::uint64_t at = frame.safe.value;
-    const bool inside = low <= high ? at >= low && at <= high : at >= low || at <= high;
-    if (!inside) judged.verdict = SafetyVerdict::stimulus;
+    outside_ = !(low <= high ? at >= low && at <= high : at >= low || at <= high);
+    window_.reset();
   }
-  window_.reset();
-  if (first_request_ && judged.verdict != SafetyVerdict::safe) stale_ = true;
+  if (judged.verdict == SafetyVerdict::safe && outside_) judged.verdict = SafetyVerdict::stimulus;
+  // A first answer that is only outside has the first value.
+  if (first_request_ && judged.verdict != SafetyVerdict::safe &&
+      judged.verdict != SafetyVerdict::stimulus) {
+    not_first_ = true;
+  }
   first_request_ = false;
   if (judged.verdict != SafetyVerdict::safe) {
     judged.tolerated = refuse(now, judged.verdict);

@@ -69,18 +69,21 @@ bool CampaignFrame::prepare() {
   const Picoseconds cycle = std::clamp(setup.cycle_min, setup.frame_gap_min, setup.frame_gap_max);
   Monitor tested{SharedSafetyPlan(*plan_)};
   if (!tested.self_test()) return false;
-  ready_.assign(64, tested);
+  const MonitorState starting(tested);
+  ready_.assign(64, starting);
   due_ = cycle * setup.start_frames;
   const unsigned first = first_counter();
   const unsigned period = 64U - first;
   for (unsigned due = first; due < ready_.size(); ++due) {
+    starting.put_into(tested);
     for (unsigned before = setup.start_frames; before > 0; --before) {
       SafetyFinding good;
       const unsigned turned = due - first + period * 5U - before;
       good.life_counter = static_cast<std::uint8_t>(first + turned % period);
       good.cause = SafetyVerdict::safe;
-      ready_[due].step(due_ - cycle * before, good);
+      tested.step(due_ - cycle * before, good);
     }
+    ready_[due] = MonitorState(tested);
   }
   return true;
 }
@@ -159,7 +162,8 @@ FrameOutcome CampaignFrame::judge(const SentFrame& sent, const WordPair& receive
 }
 
 SafetyJudgement CampaignFrame::monitor(const SentFrame& sent, const WordPair& received) const {
-  Monitor running = ready_[sent.life_counter];
+  Monitor running{SharedSafetyPlan(*plan_)};
+  ready_[sent.life_counter].put_into(running);
   const LineBits bits = line_of(*this, received);
   return running.step(due_, bits.view());
 }

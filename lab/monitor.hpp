@@ -1,13 +1,15 @@
 // The safety monitor with a format and a setup that are known at run time, compiled once.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <optional>
 
 #include "biss/safety/monitor.hpp"
 
 namespace biss::lab {
 
-/// A plan that several monitors share, so that its tables are not copied with a monitor.
+/// A plan that several monitors share, so that none has tables of its own.
 class SharedSafetyPlan {
  public:
   using Codec = SafetyPlan<>::Codec;
@@ -47,13 +49,28 @@ class Monitor {
   SafetyJudgement step(Picoseconds now, const SafetyFinding& finding);
   SafetyJudgement watch(Picoseconds now);
   std::optional<Picoseconds> deadline() const;
+  void expect_position(std::uint64_t low, std::uint64_t high);
   /// Whatever fault is latched.
   void acknowledge();
   void encoder_restarted();
   SafetyState state() const;
 
  private:
+  friend class MonitorState;
+
   SafetyMonitor<SharedSafetyPlan> monitor_;
+};
+
+/// The bytes of a monitor, which itself cannot be copied. Only an experiment may return to an earlier
+/// state.
+class MonitorState {
+ public:
+  explicit MonitorState(const Monitor& monitor);
+  /// \pre both monitors have the same plan
+  void put_into(Monitor& monitor) const;
+
+ private:
+  std::array<std::byte, sizeof(Monitor)> bytes_{};
 };
 
 }  // namespace biss::lab

@@ -16,10 +16,10 @@
 namespace biss::lab {
 namespace {
 
-constexpr std::array<SequenceVariant, 30> variants = [] {
+constexpr std::array<SequenceVariant, 31> variants = [] {
   using E = TransmissionError;
   using I = Injection;
-  return std::array<SequenceVariant, 30>{{
+  return std::array<SequenceVariant, 31>{{
       {E::corruption, I::corrupt, "flips:0.5"},
       {E::corruption, I::corrupt, "flips:0.1"},
       {E::corruption, I::corrupt, "flips:0.01"},
@@ -40,6 +40,7 @@ constexpr std::array<SequenceVariant, 30> variants = [] {
       {E::delay, I::watched, "watched"},
       {E::delay, I::unwatched, "unwatched"},
       {E::delay, I::stored, "stored"},
+      {E::delay, I::constant, "constant"},
       {E::insertion, I::stale, "stale"},
       {E::insertion, I::foreign, "foreign"},
       {E::masquerade, I::noise, "noise"},
@@ -58,17 +59,18 @@ constexpr std::uint64_t event_block = 1'024;
 
 using Counters = SequencePlan::Counters;
 
-// The monitors of all rows, one for each pair of counters.
+// The plans of all rows, one for each pair of counters and setup.
 class Frames {
  public:
   explicit Frames(const SequencePlan& plan) : plan_(plan) {}
 
   const SequenceFrame* of(const SequenceRow& row) {
-    const Counters wanted{row.counter, row.encoder_counter};
-    for (const auto& [counters, frame] : made_) {
-      if (counters == wanted) return frame.get();
+    const std::pair wanted(Counters{row.counter, row.encoder_counter}, row.is_constant());
+    for (const auto& [key, frame] : made_) {
+      if (key == wanted) return frame.get();
     }
-    auto frame = SequenceFrame::make(plan_.format, plan_.setup, row.counter, row.encoder_counter);
+    auto frame =
+        SequenceFrame::make(plan_.format, plan_.setup_of(row), row.counter, row.encoder_counter);
     if (!frame) return nullptr;
     made_.emplace_back(wanted, std::make_unique<SequenceFrame>(std::move(*frame)));
     return made_.back().second.get();
@@ -76,7 +78,7 @@ class Frames {
 
  private:
   const SequencePlan& plan_;
-  std::vector<std::pair<Counters, std::unique_ptr<SequenceFrame>>> made_;
+  std::vector<std::pair<std::pair<Counters, bool>, std::unique_ptr<SequenceFrame>>> made_;
 };
 
 void set_sigma(SequenceResult& result, long double expected, long double variance) {
@@ -212,6 +214,15 @@ void SequenceCounts::add(const SequenceCounts& other) {
   for (std::size_t k = 0; k < verdicts.size(); ++k) verdicts[k] += other.verdicts[k];
   worst_cycles = std::max(worst_cycles, other.worst_cycles);
   for (const std::uint64_t index : other.odd) add_odd(index);
+}
+
+SafetySetup SequencePlan::setup_of(const SequenceRow& row) const {
+  SafetySetup chosen = setup;
+  if (row.is_constant()) {
+    chosen.frame_gap_max = std::max(setup.frame_gap_max, setup.cycle_min * 4);
+    chosen.budget = {.faults = 2, .window = std::max(chosen.frame_gap_max, setup.cycle_min * 64)};
+  }
+  return chosen;
 }
 
 void SequencePlan::add_undamaged(SequenceMotion motion, Counters counters, std::uint64_t frames) {

@@ -56,6 +56,7 @@ enum class Injection : std::uint8_t {
   watched,
   unwatched,
   stored,
+  constant,
   stale,
   foreign,
   noise,
@@ -104,6 +105,9 @@ struct SequenceRow {
   std::string_view variant_name() const;
   /// \pre task is `fault`, and the row is no sum
   Injection injection() const { return variants_of(kind)[variant].injection; }
+  bool is_constant() const {
+    return task == SequenceTask::fault && injection() == Injection::constant;
+  }
   /// The seed of the row's random numbers. It depends on everything but `size`, and not on other
   /// rows.
   std::uint64_t seed(std::uint64_t campaign_seed) const;
@@ -170,6 +174,9 @@ struct SequencePlan {
     bool differ() const { return monitor != CounterMode::learned && monitor != encoder; }
   };
 
+  /// The setup of a row's monitor. That of `constant` has a budget of faults, so that a fault can be
+  /// tolerated between a stimulus and its answer.
+  SafetySetup setup_of(const SequenceRow& row) const;
   void add_undamaged(SequenceMotion motion, Counters counters, std::uint64_t frames);
   void add_counter_mode(Counters counters, std::uint64_t trials);
   /// A row for each variant of the error; `faults` are divided evenly between them.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <deque>
 #include <limits>
 #include <numeric>
 #include <utility>
@@ -105,6 +106,8 @@ class SequenceRig {
   std::uint64_t cycles_ = 0;
   bool accepted_ = false;
   bool wrong_ = false;
+  // The latest tolerated faults, of all events.
+  std::deque<Picoseconds> tolerated_;
 };
 
 SequenceRig::SequenceRig(const SequenceFrame& frame, const SequenceRow& row, std::uint64_t seed,
@@ -113,8 +116,11 @@ SequenceRig::SequenceRig(const SequenceFrame& frame, const SequenceRow& row, std
       watcher_(watcher),
       random_(sim::scrambled(row.seed(seed)) + block),
       encoder_(frame, row.encoder_counter, row.motion, rule, random_.next()),
-      monitor_(frame.ready()),
-      now_(clock_of(block, random_)) {}
+      monitor_(SharedSafetyPlan(frame.plan())),
+      now_(clock_of(block, random_)) {
+  // It has passed in SequenceFrame::make() already.
+  static_cast<void>(monitor_.self_test());
+}
 
 void SequenceRig::begin(std::uint64_t index) {
   index_ = index;
@@ -202,6 +208,14 @@ void SequenceRig::note(const SafetyJudgement& judgement, const SequenceWords* me
     wrong_ = wrong_ || meant == nullptr ||
              control_position(frame_.plan(), *judgement.position) != meant->cpw;
   }
+  const SafetyBudget& budget = frame_.setup().budget;
+  if (judgement.tolerated) {
+    tolerated_.push_back(now_);
+    if (tolerated_.size() > budget.faults) {
+      if (wrapping_elapsed(tolerated_.front(), now_) <= budget.window) alarm();
+      tolerated_.pop_front();
+    }
+  }
   if (verdict_ || !is_fault(judgement.verdict)) return;
   verdict_ = judgement.verdict;
   const std::int64_t cycle = frame_.cycle().count;
@@ -270,6 +284,8 @@ class FaultRun {
         return delay();
       case Injection::stored:
         return store();
+      case Injection::constant:
+        return;  // count_constant()
       case Injection::stale:
         return insert(true);
       case Injection::foreign:
@@ -574,6 +590,100 @@ SequenceCounts count_counter_mode(const SequenceFrame& frame, const SequenceRow&
   return rig.counts();
 }
 
+// The position that a monitor gives for these words.
+std::uint64_t value_of(const SequenceFrame& frame, const SequenceWords& words) {
+  const SafetyFinding finding{.cpw_position = words.cpw, .spw_position = words.spw};
+  return FieldEvaluation<SequenceFrame::Plan>::safe_position(frame.plan(), finding).value;
+}
+
+// Since power-up every answer is that to an earlier request, until and after a stimulus.
+class ConstantRun {
+ public:
+  ConstantRun(SequenceRig& rig, const SequenceRow& row)
+      : rig_(rig), late_(1U + below(row.period() - 1U)) {
+    rig_.settle(true);
+    // Instead of what the event before has left.
+    rig_.monitor().expect_position(0, ~std::uint64_t{0});
+    rig_.encoder().put_elsewhere();
+    for (unsigned frames = late_; frames != 0; --frames) rig_.own();
+  }
+
+  // \param starting the number of frames that may be `starting`
+  void inject(std::uint64_t index, unsigned starting) {
+    request();
+    for (unsigned left = below(starting + 8U); left != 0 || !is_moved(); left -= left != 0) {
+      rig_.send_fault(stale_bits(), rig_.past(0));
+      request();
+    }
+    const std::uint64_t at = value_of(rig_.frame(), rig_.past(0));
+    rig_.monitor().expect_position(at, at);
+    // Nothing could show the delay before.
+    rig_.begin(index);
+    rig_.fault_begins();
+    // Faults before the answer, tolerated or not.
+    for (unsigned left = below(most_damaged() + 1U); left != 0; --left) {
+      FrameBits damaged = stale_bits();
+      damaged.flip(rig_.frame().payload_at(damaged));
+      below(2) == 0 ? rig_.silence(rig_.past(0)) : rig_.send_fault(damaged, rig_.past(0));
+      request();
+    }
+    for (unsigned left = starting + 8U; left != 0; --left) {
+      rig_.send_fault(stale_bits(), rig_.past(0));
+      pretend();
+      request();
+    }
+    rig_.settle(true);
+  }
+
+ private:
+  unsigned below(unsigned limit) { return static_cast<unsigned>(rig_.random().below(limit)); }
+  const SequenceWords& stale() const { return rig_.past(late_); }
+  FrameBits stale_bits() { return rig_.frame().encode(stale(), rig_.random()); }
+  void request() {
+    rig_.pass(rig_.frame().cycle());
+    rig_.own();
+    rig_.monitor().acknowledge();
+  }
+  // Fewer than the requests by which the line is late: its answers are from before the stimulus.
+  unsigned most_damaged() const { return std::min(3U, late_ - 1U); }
+  // Whether the encoder has left all positions that the line may say next.
+  bool is_moved() const {
+    const std::uint64_t at = value_of(rig_.frame(), rig_.past(0));
+    for (unsigned k = 0; k <= most_damaged(); ++k) {
+      if (value_of(rig_.frame(), rig_.past(late_ - k)) == at) return false;
+    }
+    return true;
+  }
+  // What does not end the fault: the last one is met by the next answer.
+  void pretend() {
+    const std::uint64_t at = value_of(rig_.frame(), rig_.past(late_ - 1U));
+    const unsigned what = below(32);
+    if (what == 0) static_cast<void>(rig_.monitor().self_test());
+    if (what < 8) rig_.monitor().expect_position(at, at);
+  }
+
+  SequenceRig& rig_;
+  unsigned late_;
+};
+
+SequenceCounts count_constant(const SequenceFrame& frame, const SequenceRow& row,
+                              std::uint64_t seed, std::uint64_t block,
+                              const SequenceWatcher& watcher) {
+  SequenceRig rig(frame, row, seed, block, WordRule::truncated, watcher);
+  rig.encoder().warn(false);
+  const std::uint64_t first = row.blocks().first_of(block);
+  const std::uint64_t size = row.blocks().size_of(block);
+  for (std::uint64_t n = 0; n < size; ++n) {
+    rig.begin(first + n);
+    ConstantRun(rig, row).inject(first + n, start_up_frames(frame, row));
+    rig.close_event(reaction_bound(frame, row), [](SafetyVerdict verdict) {
+      using enum SafetyVerdict;
+      return verdict == stimulus || verdict == no_frame || verdict == cpw_crc;
+    });
+  }
+  return rig.counts();
+}
+
 // Whether the fault needs earlier frames.
 bool looks_back(const SequenceRow& row) {
   return row.kind == TransmissionError::repetition || row.kind == TransmissionError::insertion;
@@ -623,6 +733,7 @@ SequenceCounts count_sequence(const SequenceFrame& frame, const SequenceRow& row
     case SequenceTask::fault:
       break;
   }
+  if (row.is_constant()) return count_constant(frame, row, seed, block, watcher);
   return count_faults(frame, row, seed, block, watcher);
 }
 

@@ -62,14 +62,13 @@ std::optional<SequenceFrame> SequenceFrame::make(const FrameFormat& format, Safe
   const UnratedSafetySetup unrated(setup);
   if (!words || check_safety(format, unrated)) return std::nullopt;
   SequenceFrame frame(*words, std::make_shared<const Plan>(format, unrated));
-  if (!frame.ready_.self_test()) return std::nullopt;
+  if (!Monitor(SharedSafetyPlan(frame.plan())).self_test()) return std::nullopt;
   return frame;
 }
 
 SequenceFrame::SequenceFrame(const CampaignFrame& words, std::shared_ptr<const Plan> plan)
     : words_(words),
       plan_(std::move(plan)),
-      ready_(SharedSafetyPlan(*plan_)),
       other_starts_(with_other_starts(words.format())),
       other_polynomials_(with_other_polynomials(words.format())),
       bits_(words.bits()) {

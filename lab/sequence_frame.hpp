@@ -27,7 +27,7 @@ struct SequenceWords {
   bool operator==(const SequenceWords&) const = default;
 };
 
-/// The monitor of one row, and the codecs of encoders that send to it.
+/// The plan of one row's monitors, and the codecs of encoders that send to it.
 class SequenceFrame {
  public:
   using Plan = CampaignFrame::Plan;
@@ -39,8 +39,6 @@ class SequenceFrame {
 
   const Plan& plan() const { return *plan_; }
   const SafetySetup& setup() const { return plan_->setup(); }
-  /// After its self test, before the first frame.
-  const Monitor& ready() const { return ready_; }
   /// The same pair of words with the encoder's counter, for theory.
   const CampaignFrame& words() const { return words_; }
   const Codec& codec() const { return plan_->codec(); }
@@ -69,7 +67,6 @@ class SequenceFrame {
 
   CampaignFrame words_;
   std::shared_ptr<const Plan> plan_;
-  Monitor ready_;
   std::vector<Codec> other_starts_;
   std::vector<Codec> other_polynomials_;
   std::uint16_t lead_min_ = 1;

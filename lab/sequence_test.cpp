@@ -136,6 +136,33 @@ TEST(Sequence, LossWithinALongWatchdog_IsSeenByTheCounter) {
   EXPECT_EQ(results[3].counts.detected_as(SafetyVerdict::watchdog), results[3].counts.events);
 }
 
+// With a budget, across restarts of the encoder: see count_constant().
+TEST(Sequence, ConstantDelaySincePowerUp_IsNeverSafeAfterAStimulus) {
+  for (const CounterMode counter : {count_1_63, count_0_63, learned}) {
+    for (const bool latch : {true, false}) {
+      SequencePlan plan = plan_of("fs-36-28");
+      plan.setup.latch = latch;
+      plan.add_fault(TransmissionError::delay,
+                     {counter, counter == count_0_63 ? count_0_63 : count_1_63}, 4000);
+      std::erase_if(plan.rows, [](const SequenceRow& row) { return !row.is_constant(); });
+      ASSERT_EQ(plan.rows.size(), 1U);
+      expect_passed(results_of(plan));
+      // Without a stimulus nothing shows the delay, and some of the faults are tolerated.
+      const SequenceRow& row = plan.rows[0];
+      const auto frame =
+          SequenceFrame::make(plan.format, plan.setup_of(row), row.counter, row.encoder_counter);
+      unsigned safe = 0;
+      unsigned tolerated = 0;
+      count_sequence(*frame, row, plan.seed, 0, [&](const SequenceStep& step) {
+        if (step.judgement.position) ++safe;
+        if (step.judgement.tolerated) ++tolerated;
+      });
+      EXPECT_GT(safe, 1000U);
+      EXPECT_GT(tolerated, 100U);
+    }
+  }
+}
+
 TEST(Sequence, LearnedCounter_StandsAgainstFaultsAlike) {
   SequencePlan plan = plan_of("rxm");
   plan.add_fault(TransmissionError::repetition, {learned, count_0_63}, 300);

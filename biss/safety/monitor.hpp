@@ -72,10 +72,17 @@ namespace biss::safety_detail {
 // these.
 template <class Monitor, class First, class Second>
 class SelfTest {
+  using Frame = typename std::remove_cvref_t<decltype(std::declval<Monitor>().plan())>::Frame;
+  using Memory = typename Monitor::Memory;
+
  public:
-  // \param starting a monitor that has seen no frame; it is copied
-  constexpr explicit SelfTest(const Monitor& starting)
-      : starting_(starting), setup_(starting.plan().setup()), format_(starting.plan().format()) {}
+  // \param trial a monitor that has seen no frame; it is only for this test
+  constexpr explicit SelfTest(Monitor& trial)
+      : trial_(trial),
+        setup_(trial.plan().setup()),
+        format_(trial.plan().format()),
+        starting_(trial.memory_),
+        safe_(trial.memory_) {}
 
   constexpr bool passes() {
     return reads_good_frame() && refuses_flips() && refuses_lines() && refuses_errors() &&
@@ -100,20 +107,20 @@ class SelfTest {
     frame.channel_list[setup_.spw] = {spw_value & low_mask(spw().position_bits()), counter, spw_nE,
                                       true};
     payload_at_ = frame.lead_clocks + frame.ack_clocks + std::size_t{2};
-    const auto encoded = encode_frame(frame, starting_.plan().codec());
+    const auto encoded = encode_frame(frame, trial_.plan().codec());
     bits_ = encoded.ok() ? *encoded : FrameBits();
   }
 
   constexpr bool finds(SafetyVerdict cause, const BitView& bits) const {
-    const SafetyFinding first = First::find(starting_.plan(), bits);
-    return first.cause == cause && first == Second::find(starting_.plan(), bits);
+    const SafetyFinding first = First::find(trial_.plan(), bits);
+    return first.cause == cause && first == Second::find(trial_.plan(), bits);
   }
   constexpr bool finds(SafetyVerdict cause) const { return finds(cause, bits_.view()); }
 
   constexpr bool reads_good_frame() {
     const std::uint64_t position = pattern & low_mask(cpw().position_bits());
     encode(position, spw_position(cpw(), spw(), position));
-    good_ = First::find(starting_.plan(), bits_.view());
+    good_ = First::find(trial_.plan(), bits_.view());
     return finds(SafetyVerdict::safe) && good_.life_counter == counter &&
            good_.cpw_position == position;
   }
@@ -162,7 +169,7 @@ class SelfTest {
 
   // Across the wrap-around, both ways.
   constexpr bool compares() {
-    const unsigned shift = starting_.plan().alignment().spw_shift;
+    const unsigned shift = trial_.plan().alignment().spw_shift;
     const std::uint64_t near = setup_.comparison.tolerance_lsb;
     for (const std::uint64_t sign : {std::uint64_t{1}, ~std::uint64_t{0}}) {
       encode(0, (near * sign) << shift);
@@ -173,39 +180,51 @@ class SelfTest {
     return true;
   }
 
-  // Brings a monitor to `safe`, with `counter` as its last value, at the time 0.
-  constexpr bool reach_safe(Monitor& monitor) const {
+  // Brings the trial to `safe`, with `counter` as its last value, at the time 0.
+  constexpr bool reach_safe() {
     const unsigned rounds = setup_.counter.learn_rollovers + 2U + setup_.start_frames / 63U;
     const unsigned frames = (64U - lowest()) * rounds;
     for (unsigned left = frames; left != 0; --left) {
       const unsigned back = left % (64U - lowest());
       const unsigned value =
           counter >= back + lowest() ? counter - back : counter + 64U - lowest() - back;
-      step(monitor, value, setup_.frame_gap_max * -std::int64_t{left});
+      step(value, setup_.frame_gap_max * -std::int64_t{left});
     }
-    return step(monitor, counter, {}).verdict == SafetyVerdict::safe;
+    const bool is_safe = step(counter, Picoseconds{}) == SafetyVerdict::safe;
+    safe_ = trial_.memory_;
+    return is_safe;
   }
-  constexpr SafetyJudgement step(Monitor& monitor, unsigned value, Picoseconds now) const {
+  // The trial, as it was then.
+  constexpr Monitor& put(const Memory& memory) {
+    trial_.memory_ = memory;
+    trial_.keep();
+    return trial_;
+  }
+  constexpr Monitor& again() { return put(safe_); }
+
+  constexpr SafetyVerdict step(unsigned value, const TwoClocks& now) {
     SafetyFinding finding = good_;
     finding.life_counter = static_cast<std::uint8_t>(value);
-    return monitor.step(OneClock{now, good_transfer()}, finding, finding);
+    return trial_.step(now, finding, finding).verdict;
   }
+  constexpr SafetyVerdict step(unsigned value, Picoseconds now) {
+    return step(value, OneClock{now, good_transfer()});
+  }
+  constexpr Transfer good_transfer() const { return {setup_.clocks.bit_period, 1}; }
   constexpr std::uint8_t lowest() const {
     return setup_.counter.mode == CounterMode::count_0_63 ? 0 : 1;
   }
 
-  constexpr bool judges() const {
-    Monitor monitor = starting_;
-    return reach_safe(monitor) && judges_frames(monitor) && judges_clocks(monitor) &&
-           judges_expectations(monitor);
+  constexpr bool judges() {
+    return reach_safe() && judges_frames() && judges_clocks() && judges_expectations() &&
+           judges_first();
   }
 
   // Checks every value of the counter, late and early frames, the time without a frame, the latch,
   // and evaluations that differ.
-  // \param monitor one that is safe, as for the next functions
-  constexpr bool judges_frames(Monitor monitor) const {
+  constexpr bool judges_frames() {
     for (unsigned value = 0; value < 64; ++value) {
-      const SafetyVerdict verdict = next_of(monitor, value, setup_.frame_gap_max);
+      const SafetyVerdict verdict = next_of(value, setup_.frame_gap_max);
       if (verdict == SafetyVerdict::disagreement) return false;
       if (is_fault(verdict) == (value == counter + 1U)) return false;
     }
@@ -216,78 +235,72 @@ class SelfTest {
     const auto early = soon < Picoseconds{} ? SafetyVerdict::watchdog
                        : still              ? SafetyVerdict::clock
                                             : SafetyVerdict::early;
-    if (next_of(monitor, counter + 1U, soon) != early) return false;
-    if (Monitor(monitor).watch(OneClock{late}).verdict != SafetyVerdict::watchdog) return false;
+    if (next_of(counter + 1U, soon) != early) return false;
+    if (again().watch(OneClock{late}).verdict != SafetyVerdict::watchdog) return false;
     SafetyFinding other = good_;
     other.cpw_position ^= 1U;
-    Monitor failing = monitor;
-    if (failing.step(OneClock{late}, good_, other).verdict != SafetyVerdict::disagreement) {
+    if (again().step(OneClock{late}, good_, other).verdict != SafetyVerdict::disagreement) {
       return false;
     }
-    if (step(failing, counter + 1U, late).verdict != SafetyVerdict::failed) return false;
-    if (step(monitor, counter + 1U, late).verdict != SafetyVerdict::watchdog) return false;
-    return !setup_.latch || step(monitor, counter + 2U, late).verdict == SafetyVerdict::latched;
+    if (step(counter + 1U, late) != SafetyVerdict::failed) return false;
+    if (next_of(counter + 1U, late) != SafetyVerdict::watchdog) return false;
+    return !setup_.latch || step(counter + 2U, late) == SafetyVerdict::latched;
   }
-  constexpr SafetyVerdict next_of(Monitor monitor, unsigned value, Picoseconds now) const {
-    return step(monitor, value, now).verdict;
+  constexpr SafetyVerdict next_of(unsigned value, Picoseconds now) {
+    again();
+    return step(value, now);
   }
 
   // Clocks that differ, in a frame and in a tick; a clock that stands still; a transfer's time.
-  constexpr bool judges_clocks(const Monitor& monitor) const {
+  constexpr bool judges_clocks() {
     const Picoseconds now = setup_.frame_gap_max;
     const Picoseconds apart = setup_.clocks.tolerance + picoseconds(1);
     for (const Picoseconds second : {now - apart, now + apart}) {
-      const TwoClocks differ{now, second, good_transfer()};
-      if (clock_verdict(monitor, differ) != SafetyVerdict::clock) return false;
-      if (Monitor(monitor).watch(TwoClocks{now, second}).verdict != SafetyVerdict::clock) {
-        return false;
-      }
+      if (clock_verdict({now, second, good_transfer()}) != SafetyVerdict::clock) return false;
+      if (again().watch(TwoClocks{now, second}).verdict != SafetyVerdict::clock) return false;
     }
-    Monitor still = monitor;
-    still.memory_.still_requests = setup_.clocks.still_requests;
-    still.keep();
-    if (step(still, counter + 1U, {}).verdict != SafetyVerdict::clock) return false;
+    again().memory_.still_requests = setup_.clocks.still_requests;
+    trial_.keep();
+    if (step(counter + 1U, Picoseconds{}) != SafetyVerdict::clock) return false;
     if (setup_.clocks.bit_period.count == 0) return true;
-    const TwoClocks long_transfer{now, now, {apart + setup_.clocks.bit_period, 1}};
-    return clock_verdict(monitor, long_transfer) == SafetyVerdict::clock;
+    return clock_verdict({now, now, {apart + setup_.clocks.bit_period, 1}}) == SafetyVerdict::clock;
   }
-  constexpr Transfer good_transfer() const { return {setup_.clocks.bit_period, 1}; }
-  constexpr SafetyVerdict clock_verdict(Monitor monitor, const TwoClocks& now) const {
-    SafetyFinding finding = good_;
-    finding.life_counter = counter + 1U;
-    return monitor.step(now, finding, finding).verdict;
+  constexpr SafetyVerdict clock_verdict(const TwoClocks& now) {
+    again();
+    return step(counter + 1U, now);
   }
 
-  // A position outside the expected bounds, and the first value of the counter.
-  constexpr bool judges_expectations(const Monitor& monitor) const {
-    const std::uint64_t value = First::safe_position(starting_.plan(), good_).value;
+  // A position outside the expected bounds, which holds, and one inside.
+  constexpr bool judges_expectations() {
+    const std::uint64_t value = First::safe_position(trial_.plan(), good_).value;
+    const Picoseconds now = setup_.frame_gap_max;
     for (const std::uint64_t beside : {value + 1U, value - 1U}) {
-      Monitor expecting = monitor;
-      expecting.expect_position(beside, beside);
-      if (step(expecting, counter + 1U, setup_.frame_gap_max).verdict != SafetyVerdict::stimulus) {
-        return false;
-      }
+      again().expect_position(beside, beside);
+      if (step(counter + 1U, now) != SafetyVerdict::stimulus) return false;
+      const auto held = setup_.latch ? SafetyVerdict::latched : SafetyVerdict::stimulus;
+      if (step(counter + 2U, 2 * now) != held) return false;
     }
-    Monitor expecting = monitor;
-    expecting.expect_position(value, value);
-    if (step(expecting, counter + 1U, setup_.frame_gap_max).verdict != SafetyVerdict::safe) {
-      return false;
-    }
-    if (setup_.counter.first == any_first_value) return true;
-    Monitor fresh = starting_;
-    fresh.await_first();
-    fresh.keep();
-    const unsigned wrong = setup_.counter.first == counter ? counter + 1U : counter;
-    return step(fresh, wrong, {}).verdict == SafetyVerdict::counter_first &&
-           step(fresh, setup_.counter.first, setup_.frame_gap_max).verdict ==
-               SafetyVerdict::counter_first;
+    again().expect_position(value, value);
+    return step(counter + 1U, now) == SafetyVerdict::safe;
   }
 
-  using Frame = typename std::remove_cvref_t<decltype(std::declval<Monitor>().plan())>::Frame;
+  // A wrong first value of the counter, which holds.
+  constexpr bool judges_first() {
+    const unsigned first = setup_.counter.first;
+    if (first == any_first_value) return true;
+    put(starting_).await_first();
+    trial_.keep();
+    return step(first == counter ? counter + 1U : counter, Picoseconds{}) ==
+               SafetyVerdict::counter_first &&
+           step(first, setup_.frame_gap_max) == SafetyVerdict::counter_first;
+  }
 
-  const Monitor& starting_;
+  Monitor& trial_;
   const SafetySetup& setup_;
   const FrameFormat& format_;
+  // The trial before its first frame, and once it is safe.
+  const Memory starting_;
+  Memory safe_;
   FrameBits bits_;
   std::size_t payload_at_ = 0;
   SafetyFinding good_;
@@ -298,12 +311,15 @@ class SelfTest {
 namespace biss {
 
 /// `Plan` is a SafetyPlan or FixedSafetyPlan; it is kept by value. `First` and `Second` are the two
-/// evaluations. A checksum of the monitor's memory is checked before each use.
+/// evaluations. A checksum of the monitor's memory is checked before each use. A monitor cannot be
+/// copied, moved or assigned: an older copy would undo `latched`, `failed` and the budget.
 template <class Plan, class First = FieldEvaluation<Plan>, class Second = LineEvaluation<Plan>>
 class SafetyMonitor {
  public:
   constexpr explicit SafetyMonitor(const Plan& plan = Plan())
       : plan_(plan), memory_(plan.setup()), check_(check_of(memory_)) {}
+  SafetyMonitor(const SafetyMonitor&) = delete;
+  SafetyMonitor& operator=(const SafetyMonitor&) = delete;
 
   constexpr const Plan& plan() const { return plan_; }
   constexpr SafetyState state() const { return memory_.state; }
@@ -317,17 +333,16 @@ class SafetyMonitor {
   /// nothing if it passes, and clears no fault; if it fails, the state is `failed`.
   /// \param expected the fingerprint of the format and the setup, from a constant: what the plan
   ///   has in memory is compared with it now and before every frame
-  /// \return false: a check does not work, and every verdict is `self_test` or `failed`
+  /// \return false: a check does not work, or the state was `failed`; every verdict is `self_test` or
+  ///   `failed`
   [[nodiscard]] constexpr bool self_test(const SafetyFingerprint& expected) {
     if (!is_intact()) return false;
     memory_.expected = expected;
     const bool passed = plan_.is(expected) && !plan_.mistake() && passes_self_test();
-    const bool at_power_up = memory_.state == SafetyState::untested;
     if (!passed) memory_.cause = SafetyVerdict::self_test;
     change(passed ? SafetyEvent::self_test_passed : SafetyEvent::self_test_failed);
-    if (passed && at_power_up) await_first();
     keep();
-    return passed;
+    return passed && memory_.state != SafetyState::failed;
   }
   /// The same for a FixedSafetyPlan, which is a constant itself.
   [[nodiscard]] constexpr bool self_test() requires(requires { Plan::fingerprint(); }) {
@@ -341,9 +356,7 @@ class SafetyMonitor {
   ///   type. A time before the last good frame gives `watchdog`.
   /// \param bits SLO once per MA clock, as for find_start(); empty where there was no answer
   constexpr SafetyJudgement step(TwoClocks time, const BitView& bits) {
-    if (const auto verdict = obstacle(); verdict != SafetyVerdict::safe) {
-      return judgement_of(verdict);
-    }
+    if (const auto verdict = obstacle(); verdict != SafetyVerdict::safe) return unjudged(verdict);
     time.transfer.clocks = static_cast<std::uint32_t>(bits.size_bits());
     return judgement_of(time, First::find(plan_, bits), Second::find(plan_, bits));
   }
@@ -351,9 +364,7 @@ class SafetyMonitor {
   /// its own. What either of them refuses before it comes to a checksum is `no_frame`.
   constexpr SafetyJudgement step(TwoClocks time, const BitView& bits,
                                  const Result<typename Plan::Frame, FrameFault>& frame) {
-    if (const auto verdict = obstacle(); verdict != SafetyVerdict::safe) {
-      return judgement_of(verdict);
-    }
+    if (const auto verdict = obstacle(); verdict != SafetyVerdict::safe) return unjudged(verdict);
     time.transfer.clocks = static_cast<std::uint32_t>(bits.size_bits());
     const SafetyFinding first = First::find(plan_, bits, frame);
     const SafetyFinding second = Second::find(plan_, bits);
@@ -363,15 +374,13 @@ class SafetyMonitor {
   /// The same, where the evaluations were made separately, on two processors for example.
   constexpr SafetyJudgement step(const TwoClocks& time, const SafetyFinding& first,
                                  const SafetyFinding& second) {
-    if (const auto verdict = obstacle(); verdict != SafetyVerdict::safe) {
-      return judgement_of(verdict);
-    }
+    if (const auto verdict = obstacle(); verdict != SafetyVerdict::safe) return unjudged(verdict);
     return judgement_of(time, first, second);
   }
 
   /// Checks the time only: `watchdog` once the last good frame is too long ago, or where the clock
   /// is before it; `clock` where the clocks differ; otherwise the monitor's state. To be called at
-  /// deadline(), or as often as the caller likes. It never returns a position.
+  /// deadline(), or as often as the caller likes. It never returns a position, not even with `safe`.
   constexpr SafetyJudgement watch(const TwoClocks& time) {
     SafetyVerdict verdict = obstacle();
     if (verdict != SafetyVerdict::safe) return judgement_of(verdict);
@@ -395,9 +404,16 @@ class SafetyMonitor {
     return wrapping_later(memory_.last_good, plan_.setup().frame_gap_max);
   }
 
-  /// The next frame must have its position, in counts of the SPW, from `low` to `high`; `low` may
-  /// be above `high`, across the wrap-around. Otherwise it is the fault `stimulus`. The caller has
-  /// moved the axis or knows that it moves: an old frame then has a position outside.
+  /// The next good frame must have its position, in counts of the SPW, from `low` to `high`; `low`
+  /// may be above `high`, across the wrap-around. The caller has moved the axis or knows that it
+  /// moves: an old frame then has a position outside. Only a good frame ends the expectation, in
+  /// `starting` or `safe`; no fault, tick, self test, acknowledgement or restart does. A further call
+  /// replaces it.
+  ///
+  /// A position outside is the fault `stimulus`, whether `latch` is on or off. It holds as
+  /// `counter_first` does: every further good frame is `stimulus` until encoder_restarted(), also
+  /// after acknowledge() and in spite of further expectations, which the first good frame after the
+  /// restart must meet.
   constexpr void expect_position(std::uint64_t low, std::uint64_t high) {
     if (!is_intact()) return;
     memory_.expected_low = low;
@@ -418,14 +434,17 @@ class SafetyMonitor {
     return true;
   }
 
-  /// To be called after the encoder was switched off or exchanged. The monitor forgets the
-  /// counter's place and what it has learned of its range, and starts again. It clears no fault.
+  /// To be called after the encoder was switched off or exchanged, before its first request and, if
+  /// SafetyCounter::first is used, after acknowledge(). The monitor forgets the counter's place and
+  /// what it has learned of its range, and starts again: it checks the first value again, and ends
+  /// `counter_first` and `stimulus`. As after power-up, only SafetyCounter::first or
+  /// expect_position() then shows a constant delay. It clears no latched fault, empties no budget of
+  /// faults and ends no expectation.
   constexpr void encoder_restarted() {
     if (!is_intact()) return;
     const SafetySetup& setup = plan_.setup();
     memory_.first = First(setup);
     memory_.second = Second(setup);
-    memory_.tolerated = 0;
     change(SafetyEvent::encoder_restarted);
     lose_place();
     await_first();
@@ -436,11 +455,17 @@ class SafetyMonitor {
   template <class, class, class>
   friend class safety_detail::SelfTest;
 
-  // Whether the first answer since power-up has the counter's first value.
-  enum class Freshness : std::uint8_t { proven, next_frame, failed };
+  // Whether answers belong to their requests: whether the first one since power-up has the counter's
+  // first value, and none is outside of its expected bounds.
+  enum class Freshness : std::uint8_t { proven, next_frame, failed, stale };
+
+  static constexpr Freshness before_first(const SafetySetup& setup) {
+    return setup.counter.first == any_first_value ? Freshness::proven : Freshness::next_frame;
+  }
 
   struct Memory {
-    constexpr explicit Memory(const SafetySetup& chosen) : first(chosen), second(chosen) {}
+    constexpr explicit Memory(const SafetySetup& chosen)
+        : first(chosen), second(chosen), freshness(before_first(chosen)) {}
 
     SafetyFingerprint expected{};
     Picoseconds last_good{};
@@ -459,7 +484,7 @@ class SafetyMonitor {
     std::uint8_t tolerated = 0;
     std::uint8_t oldest = 0;
     std::uint8_t newest = 0;
-    Freshness freshness = Freshness::proven;
+    Freshness freshness;
     // The flags are not bool: after a fault of the memory they still have a value.
     std::uint8_t expects_position = 0;
     std::uint8_t has_requested = 0;
@@ -521,6 +546,14 @@ class SafetyMonitor {
   constexpr SafetyJudgement judgement_of(SafetyVerdict verdict) const {
     return {.verdict = verdict, .state = memory_.state};
   }
+  // An answer that is not judged. If it is the first one, no later one is.
+  constexpr SafetyJudgement unjudged(SafetyVerdict verdict) {
+    if (memory_.freshness == Freshness::next_frame) {
+      memory_.freshness = Freshness::failed;
+      keep();
+    }
+    return judgement_of(verdict);
+  }
 
   // ---- One frame
 
@@ -541,7 +574,6 @@ class SafetyMonitor {
         verdict = SafetyVerdict::stimulus;
       }
     }
-    memory_.expects_position = 0;
     if (memory_.freshness == Freshness::next_frame) {
       memory_.freshness = verdict == SafetyVerdict::safe ? Freshness::proven : Freshness::failed;
     }
@@ -588,12 +620,17 @@ class SafetyMonitor {
                        (memory_.freshness == Freshness::next_frame && first != setup.counter.first);
     return counter == SafetyVerdict::safe && stale ? SafetyVerdict::counter_first : counter;
   }
-  constexpr bool is_expected(std::uint64_t value) const {
+  // Of a frame that is good otherwise, which ends the expectation.
+  constexpr bool is_expected(std::uint64_t value) {
+    if (memory_.freshness == Freshness::stale) return false;
     if (memory_.expects_position == 0) return true;
+    memory_.expects_position = 0;
     const bool from_low = value >= memory_.expected_low;
     const bool to_high = value <= memory_.expected_high;
-    return memory_.expected_low <= memory_.expected_high ? from_low && to_high
-                                                         : from_low || to_high;
+    const bool is_within =
+        memory_.expected_low <= memory_.expected_high ? from_low && to_high : from_low || to_high;
+    if (!is_within) memory_.freshness = Freshness::stale;
+    return is_within;
   }
 
   // ---- Time
@@ -701,15 +738,13 @@ class SafetyMonitor {
     memory_.first.lose_place();
     memory_.second.lose_place();
   }
-  constexpr void await_first() {
-    const bool any = plan_.setup().counter.first == any_first_value;
-    memory_.freshness = any ? Freshness::proven : Freshness::next_frame;
-  }
+  constexpr void await_first() { memory_.freshness = before_first(plan_.setup()); }
 
-  // With monitors of its own, which have the plan as it is in memory now.
+  // With a monitor of its own, which has the plan as it is in memory now.
   constexpr bool passes_self_test() const {
     SafetyMonitor trial(plan_);
     trial.memory_.expected = memory_.expected;
+    trial.memory_.freshness = Freshness::proven;
     trial.change(SafetyEvent::self_test_passed);
     trial.keep();
     return safety_detail::SelfTest<SafetyMonitor, First, Second>(trial).passes();

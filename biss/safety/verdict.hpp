@@ -59,9 +59,9 @@ enum class SafetyVerdict : std::uint16_t {
   counter_backwards = safety_detail::code_word(20),
   /// The counter is far off: a frame of another source.
   counter_foreign = safety_detail::code_word(21),
-  /// The answer to the first request after power-up does not have the counter's first value.
+  /// The answer to the first request after power-up did not have the counter's first value.
   counter_first = safety_detail::code_word(22),
-  /// The position is not where expect_position() says: an old frame, or another axis.
+  /// The position was not where expect_position() says: an old frame, or another axis.
   stimulus = safety_detail::code_word(23),
 };
 

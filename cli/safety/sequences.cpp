@@ -165,7 +165,7 @@ ExitStatus run_replay(const lab::SequencePlan& plan, const SequenceOptions& opti
   }
   const lab::SequenceRow& row = plan.rows[0];
   const auto frame =
-      lab::SequenceFrame::make(plan.format, plan.setup, row.counter, row.encoder_counter);
+      lab::SequenceFrame::make(plan.format, plan.setup_of(row), row.counter, row.encoder_counter);
   if (!frame) return bad_format(options.format);
   Output output;
   if (!output.open(options.output)) return output.status();

@@ -51,7 +51,7 @@ Cost cost_of(const Row& row, const Ruler& ruler, const biss::SpiReader<Codec>& r
   EncoderServer server{biss::BankedRegisters<2>()};
   SafetyMonitor safety;
   cost.right = safety.self_test();
-  const SafetyMonitor tested = safety;
+  const MonitorBytes tested(safety);
   Sample sample;
   sample.reader = &reader;
   sample.counter = &counter;

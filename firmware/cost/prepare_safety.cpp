@@ -91,7 +91,7 @@ void make_safe(SafetyMonitor& monitor, std::uint32_t last) {
 
 void safety_frame(Sample& sample, Random& random) {
   const std::uint32_t last = 1U + random.below(63);
-  *sample.safety = *sample.tested;
+  sample.tested->put_into(*sample.safety);
   make_safe(*sample.safety, last);
   Sent sent;
   sent.position = random.bits(36);
@@ -104,9 +104,9 @@ void safety_frame(Sample& sample, Random& random) {
   if (kind == 2) damage(sample, random);
   const biss::Picoseconds now = biss::nanoseconds(random.below(8) == 0 ? 61'250 : 31'250);
   sample.value = static_cast<std::uint64_t>(now.count);
-  const SafetyMonitor here = *sample.safety;
+  const MonitorBytes here(*sample.safety);
   const biss::SafetyJudgement judgement = sample.safety->step(clocks_at(now.count), sample.bits());
-  *sample.safety = here;
+  here.put_into(*sample.safety);
   sample.expected = result_of(judgement);
   const bool good = kind == 0 && now <= safety_setup.frame_gap_max;
   if (good && control_position(Plan(), *judgement.position) != sent.position)

@@ -66,6 +66,20 @@ inline constexpr biss::SafetySetup safety_setup = [] {
 using SafetyMonitor =
     biss::SafetyMonitor<biss::FixedSafetyPlan<safety_format, safety_setup, biss::CrcTable<8>>>;
 
+/// The bytes of a monitor, which itself cannot be copied: a sample begins with an earlier state.
+class MonitorBytes {
+ public:
+  explicit MonitorBytes(const SafetyMonitor& monitor) {
+    __builtin_memcpy(bytes_.data(), static_cast<const void*>(&monitor), sizeof bytes_);
+  }
+  void put_into(SafetyMonitor& monitor) const {
+    __builtin_memcpy(static_cast<void*>(&monitor), bytes_.data(), sizeof bytes_);
+  }
+
+ private:
+  std::array<unsigned char, sizeof(SafetyMonitor)> bytes_{};
+};
+
 /// Two clocks, of which the second one started elsewhere.
 constexpr biss::TwoClocks clocks_at(std::int64_t picoseconds) {
   return {biss::picoseconds(picoseconds), biss::picoseconds(picoseconds) + biss::milliseconds(7)};
@@ -90,7 +104,7 @@ struct Sample {
   EncoderServer* server = nullptr;
   SafetyMonitor* safety = nullptr;
   /// A monitor after its self test.
-  const SafetyMonitor* tested = nullptr;
+  const MonitorBytes* tested = nullptr;
   /// The expected result of the measured call.
   std::uint64_t expected = 0;
 

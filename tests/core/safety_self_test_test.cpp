@@ -206,6 +206,14 @@ BISS_TEST(SafetySelfTest, WithAShortestGapOfAPicosecond_Passes) {
 
 BISS_TEST(SafetySelfTest, OfAMonitorThatTakesAnyPosition_Fails) {
   BISS_EXPECT(!passes({.step = turned<stimulus>}));
+  // Or that is done with it in the next frame.
+  const auto once = [](SafetyVerdict judged, const TwoClocks& now) {
+    const Picoseconds gap = find_safety_configuration("fs-36-28")->setup.frame_gap_max;
+    const bool is_next = now.now == 2 * gap;
+    return is_next && (judged == stimulus || judged == latched) ? starting : judged;
+  };
+  BISS_EXPECT(!passes({.at = once}, true));
+  BISS_EXPECT(!passes({.at = once}, false));
   // Or that expects another one.
   BISS_EXPECT(!passes({.expected_shift = 1}));
   BISS_EXPECT(!passes({.expected_shift = 5}));
@@ -245,9 +253,20 @@ BISS_TEST(SafetySelfTest, ThatFailsInOperation_IsFinal) {
   BISS_EXPECT_EQ(monitor.state(), SafetyState::failed);
   BISS_EXPECT_EQ(monitor.latched_cause(), self_test);
   BISS_EXPECT_EQ(monitor.watch(OneClock{}).verdict, failed);
+  // Its checks work again, and it still gives no position.
   sabotage = {};
-  BISS_EXPECT(monitor.self_test(monitor.plan().fingerprint()));
+  BISS_EXPECT(!monitor.self_test(monitor.plan().fingerprint()));
   BISS_EXPECT_EQ(monitor.state(), SafetyState::failed);
+}
+
+BISS_TEST(SafetySelfTest, AfterAFaultOfTheReceiver_Fails) {
+  sabotage = {};
+  test::SafetyBench bench;
+  bench.until_safe();
+  bench.monitor.step(OneClock{bench.now}, SafetyFinding{.cause = safe}, SafetyFinding{});
+  BISS_EXPECT_EQ(bench.monitor.state(), SafetyState::failed);
+  BISS_EXPECT(!bench.monitor.self_test(bench.plan().fingerprint()));
+  BISS_EXPECT_EQ(bench.monitor.latched_cause(), disagreement);
 }
 
 BISS_TEST(SafetySelfTest, InOperation_ChangesNothingAndClearsNoFault) {

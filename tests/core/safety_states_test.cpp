@@ -13,17 +13,11 @@ namespace safety_states_test {
 
 using enum SafetyVerdict;
 using test::SafetyBench;
-using Monitor = SafetyMonitor<test::RunPlan>;
 
-// A bench whose monitor has that state.
-SafetyBench bench_in(SafetyState state, bool latch) {
-  SafetyBench bench([&](SafetySetup& setup) {
-    setup.latch = latch;
-    setup.budget = {.faults = 1, .window = SafetyBench::cycle * 2};
-  });
+// Brings the monitor to that state. \pre it is untested, or has passed its self test
+void bring_to(SafetyState state, SafetyBench& bench) {
   switch (state) {
     case SafetyState::untested:
-      bench.monitor = Monitor(bench.plan());
       break;
     case SafetyState::starting:
       bench.good();
@@ -45,14 +39,15 @@ SafetyBench bench_in(SafetyState state, bool latch) {
       break;
     }
   }
-  return bench;
 }
 
 // Causes the event. False where it cannot happen in that state.
 bool cause(SafetyEvent event, SafetyBench& bench, SafetyState state) {
   switch (event) {
     case SafetyEvent::self_test_passed:
-      return bench.monitor.self_test(bench.plan().fingerprint());
+      BISS_EXPECT_EQ(bench.monitor.self_test(bench.plan().fingerprint()),
+                     state != SafetyState::failed);
+      return true;
     case SafetyEvent::self_test_failed:
       return !bench.monitor.self_test(SafetyFingerprint());
     case SafetyEvent::good_frame:
@@ -95,8 +90,12 @@ BISS_TEST(SafetyStates, EveryEventInEveryState_LeadsWhereTheTableSays) {
     for (std::size_t column = 0; column < safety_event_count; ++column) {
       const SafetyState state = state_of(row);
       const auto event = static_cast<SafetyEvent>(column);
-      SafetyBench bench =
-          bench_in(state, event != SafetyEvent::unlatched_fault || state == SafetyState::latched);
+      const auto change = [&](SafetySetup& setup) {
+        setup.latch = event != SafetyEvent::unlatched_fault || state == SafetyState::latched;
+        setup.budget = {.faults = 1, .window = SafetyBench::cycle * 2};
+      };
+      SafetyBench bench(change, state != SafetyState::untested);
+      bring_to(state, bench);
       BISS_ASSERT(bench.monitor.state() == state);
       if (!cause(event, bench, state)) continue;
       BISS_EXPECT_EQ(bench.monitor.state(), next_state(state, event)) << row << " " << column;

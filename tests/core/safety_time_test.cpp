@@ -2,6 +2,7 @@
 // across start-ups and across ages.
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <limits>
 
 #include "biss/base/wrapping_time.hpp"
@@ -19,18 +20,13 @@ constexpr Picoseconds end_of_time{std::numeric_limits<std::int64_t>::max()};
 constexpr Picoseconds begin_of_time{std::numeric_limits<std::int64_t>::min()};
 
 // A bench with this time at its first frame.
-SafetyBench bench_at(Picoseconds first, const auto& change) {
-  SafetyBench bench(change);
-  bench.now = wrapping_later(first, -SafetyBench::cycle);
-  return bench;
-}
-SafetyBench bench_at(Picoseconds first) {
-  return bench_at(first, [](SafetySetup&) {});
-}
+struct BenchAt : SafetyBench {
+  explicit BenchAt(Picoseconds first) { now = wrapping_later(first, -cycle); }
+};
 
 BISS_TEST(SafetyTime, ClockThatWrapsAround_IsNoFault) {
   for (std::int64_t cycles = 0; cycles < 7; ++cycles) {
-    SafetyBench bench = bench_at(end_of_time - SafetyBench::cycle * cycles);
+    BenchAt bench(end_of_time - SafetyBench::cycle * cycles);
     for (int i = 0; i < 8; ++i) {
       BISS_EXPECT_EQ(bench.good().verdict, i < 2 ? starting : safe) << cycles << " " << i;
       BISS_EXPECT_EQ(bench.watch(bench.now).verdict, i < 2 ? starting : safe);
@@ -40,7 +36,7 @@ BISS_TEST(SafetyTime, ClockThatWrapsAround_IsNoFault) {
 }
 
 BISS_TEST(SafetyTime, DeadlineBehindTheClocksEnd_IsAtItsBegin) {
-  SafetyBench bench = bench_at(end_of_time - SafetyBench::cycle * 2);
+  BenchAt bench(end_of_time - SafetyBench::cycle * 2);
   bench.good(3);
   BISS_EXPECT_EQ(bench.now.count, end_of_time.count);
   const Picoseconds deadline = *bench.monitor.deadline();
@@ -111,13 +107,16 @@ BISS_TEST(SafetyTime, Budget_IsOfAWindowWhateverStartUpsItHolds) {
       BISS_EXPECT_EQ(bench.send_flipped(50).tolerated, goods == 19) << goods;
     }
   }
-  // Another encoder is on another line.
-  SafetyBench bench(one_fault);
-  bench.until_safe();
-  BISS_EXPECT(bench.send_flipped(50).tolerated);
-  bench.monitor.encoder_restarted();
-  bench.until_safe();
-  BISS_EXPECT(bench.send_flipped(50).tolerated);
+  // A restart of the encoder, or several of them, is no new budget.
+  for (const unsigned goods : {3U, 18U, 19U}) {
+    SafetyBench bench(one_fault);
+    bench.until_safe();
+    BISS_EXPECT(bench.send_flipped(50).tolerated);
+    bench.good();
+    for (int i = 0; i < 3; ++i) bench.monitor.encoder_restarted();
+    BISS_EXPECT_EQ(bench.good(goods).state, SafetyState::safe);
+    BISS_EXPECT_EQ(bench.send_flipped(50).tolerated, goods == 19) << goods;
+  }
 }
 
 BISS_TEST(SafetyTime, Budget_IsNotSpentByFaultsOfTheClocksLastRound) {
@@ -238,7 +237,8 @@ BISS_TEST(SafetyClock, StoppedOrJumpingClock_IsAFaultWhicheverOfTheTwoItIs) {
       BISS_ASSERT(bench.monitor.state() == SafetyState::safe);
       TwoClocks time{bench.now + SafetyBench::cycle, bench.now + SafetyBench::cycle + ahead};
       (first ? time.now : time.second) += error;
-      BISS_EXPECT_EQ(SafetyBench(bench).monitor.watch(time).verdict, SafetyVerdict::clock);
+      BISS_EXPECT_EQ(test::MonitorBytes(bench.monitor).monitor().watch(time).verdict,
+                     SafetyVerdict::clock);
       const SafetyJudgement judged = good_at(bench, time);
       BISS_EXPECT_EQ(judged.verdict, SafetyVerdict::clock);
       BISS_EXPECT(!judged.position && judged.state == SafetyState::latched);
@@ -257,10 +257,9 @@ BISS_TEST(SafetyClock, ClocksThatDifferByTheTolerance_AreSafe) {
 
 // Each clock's time is checked, so that a second clock cannot lag behind step by step.
 BISS_TEST(SafetyClock, BothClocks_AreWatched) {
-  SafetyBench bench([](SafetySetup& setup) { setup.frame_gap_max = SafetyBench::cycle; });
-  make_safe(bench);
-  const Picoseconds now = bench.now + SafetyBench::cycle;
-  SafetyBench late(bench);
+  SafetyBench late([](SafetySetup& setup) { setup.frame_gap_max = SafetyBench::cycle; });
+  make_safe(late);
+  const Picoseconds now = late.now + SafetyBench::cycle;
   BISS_EXPECT_EQ(good_at(late, {now, now + ahead + picoseconds(1)}).verdict, watchdog);
   SafetyBench soon([](SafetySetup& setup) { setup.frame_gap_min = SafetyBench::cycle; });
   make_safe(soon);
@@ -300,7 +299,7 @@ BISS_TEST(SafetyClock, TimeThatStandsStillForEver_IsNeverSafeAgain) {
 
 // The first request may have any time, 0 too.
 BISS_TEST(SafetyClock, FirstRequestAtZero_DoesNotStandStill) {
-  SafetyBench bench = bench_at(Picoseconds{});
+  BenchAt bench(Picoseconds{});
   BISS_EXPECT_EQ(bench.good().verdict, starting);
   BISS_EXPECT_EQ(bench.good(2).verdict, safe);
 }
@@ -312,7 +311,8 @@ BISS_TEST(SafetyClock, ClocksThatJumpApartByHalfTheirRange_Differ) {
     SafetyBench bench;
     make_safe(bench);
     const TwoClocks time{bench.now + error, bench.now + ahead - error};
-    BISS_EXPECT_EQ(SafetyBench(bench).monitor.watch(time).verdict, SafetyVerdict::clock);
+    BISS_EXPECT_EQ(test::MonitorBytes(bench.monitor).monitor().watch(time).verdict,
+                   SafetyVerdict::clock);
     BISS_EXPECT_EQ(good_at(bench, time).verdict, SafetyVerdict::clock);
   }
 }
@@ -340,6 +340,19 @@ BISS_TEST(SafetyClock, TransferOfAWrongTime_IsAFault) {
   BISS_EXPECT_EQ(verdict_of(-tolerance - picoseconds(1), true), SafetyVerdict::clock);
   // A time that was not measured is no transfer's time.
   BISS_EXPECT_EQ(verdict_of({}, false), SafetyVerdict::clock);
+}
+
+BISS_TEST(SafetyClock, TransferOfAReadersFrame_IsTimedToo) {
+  SafetyBench bench([](SafetySetup& setup) { setup.clocks.bit_period = nanoseconds(100); });
+  for (int i = 0; i < 4; ++i) {
+    const FrameBits bits = test::bits_of(bench.plan(), bench.next());
+    bench.now += SafetyBench::cycle;
+    const auto time = nanoseconds(100) * static_cast<std::int64_t>(bits.size_bits());
+    const OneClock clock{bench.now, {.time = i == 3 ? 2 * time : time}};
+    const auto frame = decode_frame(bits.view(), bench.plan().codec());
+    const SafetyVerdict verdict = bench.monitor.step(clock, bits.view(), frame).verdict;
+    BISS_EXPECT_EQ(verdict, i < 2 ? starting : i == 2 ? safe : SafetyVerdict::clock) << i;
+  }
 }
 
 BISS_TEST(SafetyClock, FindingWithoutItsTransfer_IsAFaultWhereTransfersAreTimed) {
@@ -379,6 +392,224 @@ BISS_TEST(SafetyDelay, FirstAnswerWithAnotherValue_IsRefusedUntilTheEncoderResta
   bench.counter = 63;
   BISS_EXPECT_EQ(bench.good(2).verdict, starting);
   BISS_EXPECT_EQ(bench.good().verdict, safe);
+}
+
+BISS_TEST(SafetyDelay,
+          FirstAnswerWithTheRightValueAndAnotherFault_IsRefusedUntilTheEncoderRestarts) {
+  using Send = SafetyJudgement (*)(SafetyBench&);
+  constexpr Send sends[] = {
+      [](SafetyBench& b) { return b.send_flipped(50); },
+      [](SafetyBench& b) {
+        auto words = b.next();
+        words.cpw_nE = false;
+        return b.send(words);
+      },
+      [](SafetyBench& b) {
+        auto words = b.next();
+        words.spw += 2;
+        return b.send(words);
+      },
+  };
+  for (const Send send : sends) {
+    SafetyBench bench([](SafetySetup& setup) { setup.counter.first = 1; });
+    bench.counter = 63;
+    BISS_EXPECT(is_fault(send(bench).verdict));
+    for (int i = 0; i < 80; ++i) BISS_EXPECT_EQ(bench.good().verdict, counter_first) << i;
+  }
+}
+
+// Nothing has judged the first answer: a later one with this value proves nothing.
+BISS_TEST(SafetyDelay, FirstAnswerWhileNothingIsJudged_IsRefusedUntilTheEncoderRestarts) {
+  const auto awaits = [](SafetySetup& setup) { setup.counter.first = 1; };
+  // Before the self test.
+  const auto plan = test::plan_of("fs-36-28", awaits);
+  SafetyMonitor<test::RunPlan> untested(plan);
+  Picoseconds now{};
+  const auto step = [&](std::uint8_t counter) {
+    now += SafetyBench::cycle;
+    const SafetyFinding good{.life_counter = counter, .cause = safe};
+    return untested.step(OneClock{now}, good, good).verdict;
+  };
+  BISS_EXPECT_EQ(step(63), self_test);
+  BISS_EXPECT(untested.self_test(plan.fingerprint()));
+  BISS_EXPECT_EQ(step(1), counter_first);
+  BISS_EXPECT_EQ(step(2), counter_first);
+  untested.encoder_restarted();
+  BISS_EXPECT_EQ(step(1), starting);
+  // While a fault is latched.
+  SafetyBench bench(awaits);
+  bench.counter = 63;
+  bench.until_safe();
+  bench.silence();
+  bench.monitor.encoder_restarted();
+  BISS_EXPECT_EQ(bench.good().verdict, latched);
+  BISS_EXPECT(bench.acknowledge());
+  bench.counter = 63;
+  for (int i = 0; i < 80; ++i) BISS_EXPECT_EQ(bench.good().verdict, counter_first) << i;
+  // Acknowledged before the first request.
+  bench.monitor.encoder_restarted();
+  bench.counter = 63;
+  BISS_EXPECT_EQ(bench.good(3).verdict, safe);
+}
+
+// An encoder behind a line whose answers all belong to the third request before.
+class StaleLine {
+ public:
+  explicit StaleLine(const auto& change) : bench_(change) {
+    for (auto& words : past_) words = bench_.next();
+  }
+  SafetyBench& bench() { return bench_; }
+  SafetyJudgement request() {
+    const test::SafetyWords sent = past_[0];
+    std::copy(past_ + 1, past_ + late, past_);
+    past_[late - 1U] = bench_.next();
+    return bench_.send(sent);
+  }
+  // The axis moves; the next answer of the encoder has that position.
+  void stimulus() {
+    bench_.position += 0x1'0000'0000U;
+    const std::uint64_t at = ((bench_.position + 1000U) & low_mask(36)) >> 8U;
+    bench_.monitor.expect_position(at - 1U, at + 1U);
+  }
+
+ private:
+  static constexpr std::size_t late = 3;
+  SafetyBench bench_;
+  test::SafetyWords past_[late];
+};
+
+BISS_TEST(SafetyDelay, StaleAnswersSincePowerUp_AreNeverSafeAfterAStimulus) {
+  for (const bool latch : {true, false}) {
+    // The stimulus before the first request, while starting, with the first safe frame, and later.
+    for (unsigned before = 0; before < 6; ++before) {
+      StaleLine line([&](SafetySetup& setup) { setup.latch = latch; });
+      for (unsigned i = 0; i < before; ++i) line.request();
+      line.stimulus();
+      BISS_EXPECT_EQ(line.request().verdict, stimulus) << before;
+      for (int i = 0; i < 200; ++i) {
+        line.bench().acknowledge();
+        const SafetyJudgement judged = line.request();
+        BISS_EXPECT(judged.verdict == stimulus && !judged.position) << before << " " << i;
+        BISS_EXPECT_EQ(judged.state, SafetyState::starting);
+      }
+    }
+  }
+}
+
+// What comes between expect_position() and the next good frame.
+using Between = void (*)(SafetyBench&);
+constexpr Between betweens[] = {
+    [](SafetyBench&) {},
+    [](SafetyBench& b) { b.silence(); },
+    [](SafetyBench& b) { b.send_flipped(0); },
+    [](SafetyBench& b) { b.send_flipped(50); },
+    [](SafetyBench& b) {
+      auto words = b.next();
+      words.cpw_nE = false;
+      b.send(words);
+    },
+    [](SafetyBench& b) {
+      auto words = b.next();
+      words.spw_nE = false;
+      b.send(words);
+    },
+    [](SafetyBench& b) {
+      auto words = b.next();
+      words.spw += 2;
+      b.send(words);
+    },
+    [](SafetyBench& b) { b.send(b.words()); },
+    [](SafetyBench& b) { b.next(), b.good(); },
+    [](SafetyBench& b) { --b.counter, b.send(b.words()); },
+    [](SafetyBench& b) { b.counter = (b.counter + 30) % 63 + 1, b.good(); },
+    [](SafetyBench& b) { b.now -= SafetyBench::cycle / 2, b.good(); },
+    [](SafetyBench& b) { b.now -= SafetyBench::cycle, b.good(); },
+    [](SafetyBench& b) { b.now += SafetyBench::cycle * 9, b.good(); },
+    [](SafetyBench& b) { b.watch(b.now += SafetyBench::cycle * 9); },
+    [](SafetyBench& b) { b.watch(b.now); },
+    [](SafetyBench& b) { BISS_EXPECT(b.monitor.self_test(b.plan().fingerprint())); },
+    [](SafetyBench& b) { b.silence(), b.good(2), b.acknowledge(); },
+    [](SafetyBench& b) { b.monitor.encoder_restarted(); },
+};
+
+BISS_TEST(SafetyDelay, NothingButAGoodFrame_EndsAnExpectation) {
+  for (const bool latch : {true, false}) {
+    for (const std::uint8_t faults : {std::uint8_t{0}, std::uint8_t{2}}) {
+      for (const unsigned before : {0U, 1U, 2U, 3U, 9U}) {
+        for (std::size_t k = 0; k < std::size(betweens); ++k) {
+          for (const bool inside : {true, false}) {
+            SafetyBench bench([&](SafetySetup& setup) {
+              setup.latch = latch;
+              setup.budget = {.faults = faults, .window = milliseconds(1)};
+              setup.frame_gap_max = SafetyBench::cycle * 4;
+            });
+            bench.good(before);
+            if (inside) {
+              bench.monitor.expect_position(0x1'0000U, 0xFFF'FFFFU);
+            } else {
+              bench.monitor.expect_position(5'000'000, 5'000'100);
+            }
+            betweens[k](bench);
+            bench.acknowledge();
+            SafetyJudgement judged = bench.good();
+            for (int i = 0; i < 3 && is_fault(judged.verdict) && judged.verdict != stimulus; ++i) {
+              bench.acknowledge();
+              judged = bench.good();
+            }
+            BISS_EXPECT_EQ(judged.verdict == stimulus, !inside)
+                << latch << " " << before << " " << k << " " << static_cast<int>(faults);
+          }
+        }
+      }
+    }
+  }
+}
+
+BISS_TEST(SafetyDelay, PositionOutsideAnExpectation_HoldsUntilTheEncoderRestarts) {
+  for (const bool latch : {true, false}) {
+    for (const unsigned before : {0U, 1U, 2U, 3U, 9U}) {
+      SafetyBench bench([&](SafetySetup& setup) {
+        setup.latch = latch;
+        setup.counter.first = 11;
+      });
+      bench.good(before);
+      const bool was_safe = bench.monitor.state() == SafetyState::safe;
+      bench.monitor.expect_position(5'000'000, 5'000'100);
+      BISS_EXPECT_EQ(bench.good().verdict, stimulus) << before;
+      BISS_EXPECT_EQ(bench.monitor.state(),
+                     was_safe && latch ? SafetyState::latched : SafetyState::starting);
+      BISS_EXPECT_EQ(bench.acknowledge(), was_safe && latch);
+      for (int i = 0; i < 80; ++i) BISS_EXPECT_EQ(bench.good().verdict, stimulus) << i;
+      // Neither another expectation, nor a self test, nor another fault.
+      bench.monitor.expect_position(0, ~std::uint64_t{0});
+      BISS_EXPECT_EQ(bench.good().verdict, stimulus);
+      BISS_EXPECT(bench.monitor.self_test(bench.plan().fingerprint()));
+      BISS_EXPECT_EQ(bench.silence().verdict, no_frame);
+      for (int i = 0; i < 80; ++i) BISS_EXPECT_EQ(bench.good().verdict, stimulus) << i;
+      // The expectation that was not met has ended.
+      bench.monitor.encoder_restarted();
+      bench.counter = 10;
+      BISS_EXPECT_EQ(bench.good(2).verdict, starting);
+      BISS_EXPECT_EQ(bench.good().verdict, safe);
+    }
+  }
+}
+
+// Given while the fault holds: after the restart it is the first thing to be met.
+BISS_TEST(SafetyDelay, ExpectationBeforeARestart_IsMetAfterIt) {
+  SafetyBench bench;
+  bench.monitor.expect_position(5'000'000, 5'000'100);
+  BISS_EXPECT_EQ(bench.good().verdict, stimulus);
+  bench.monitor.expect_position(6'000'000, 6'000'100);
+  BISS_EXPECT_EQ(bench.good().verdict, stimulus);
+  bench.monitor.encoder_restarted();
+  BISS_EXPECT_EQ(bench.good().verdict, stimulus);
+  bench.monitor.encoder_restarted();
+  BISS_EXPECT_EQ(bench.good(3).verdict, safe);
+  bench.monitor.expect_position(6'000'000, 6'000'100);
+  bench.monitor.encoder_restarted();
+  bench.position = 5'000'000U << 8U;
+  BISS_EXPECT_EQ(bench.good().verdict, stimulus);
 }
 
 BISS_TEST(SafetyDelay, OldPositionAfterAStimulus_IsAFault) {

@@ -1,0 +1,20 @@
+# cmake -DCOMPILER=… -DROOT=… -P wrong_copies.cmake: does no line of wrong_copies.cpp with `refused`
+# compile, because a function is deleted?
+set(source "${ROOT}/tests/core/wrong_copies.cpp")
+execute_process(COMMAND ${COMPILER} -std=c++20 "-I${ROOT}" -fsyntax-only "${source}"
+                ERROR_VARIABLE said)
+file(STRINGS "${source}" lines)
+set(number 0)
+set(refused 0)
+foreach(line IN LISTS lines)
+  math(EXPR number "${number} + 1")
+  if(line MATCHES "// refused$")
+    math(EXPR refused "${refused} + 1")
+    if(NOT said MATCHES "wrong_copies.cpp:${number}:[0-9]+: error: [^\n]*deleted")
+      message(FATAL_ERROR "line ${number} compiles, or has another mistake:\n${said}")
+    endif()
+  endif()
+endforeach()
+if(NOT refused EQUAL 8)
+  message(FATAL_ERROR "${refused} lines, not 8")
+endif()
