@@ -139,7 +139,7 @@ class ColumnRows {
     if (time.ok()) {
       const Picoseconds digit{last_digit_of(cells[0], scale_)};
       digit_ = times_.empty() ? digit : std::min(digit_, digit);
-      times_.push_back({*time});
+      times_.push_back(Picoseconds{*time});
     }
     bool numeric = time.ok();
     std::size_t voltages = 0;
