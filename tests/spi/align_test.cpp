@@ -59,7 +59,8 @@ SpiSetup setup_of(Edge edge, std::int64_t least, std::int64_t most, unsigned fir
   return {.period = picoseconds(period),
           .phase = phase_of(edge),
           .line_delay = {picoseconds(least), picoseconds(most)},
-          .first_bit = static_cast<std::uint16_t>(first_bit)};
+          .first_bit = static_cast<std::uint16_t>(first_bit),
+          .no_error_flag = true};
 }
 
 /// One position of one width, encoded and sampled.

@@ -113,8 +113,13 @@ std::string judged(const Place& place, Picoseconds interval, Random& random) {
     }
   }
   const bool falling = place.phase == SpiPhase::sample_on_falling;
-  const SpiReader reader(
-      codec, {.period = period, .phase = place.phase, .line_delay = {{}, place.delay()}}, timing);
+  const SpiReader reader(codec,
+                         {.period = period,
+                          .phase = place.phase,
+                          .line_delay = {{}, place.delay()},
+                          .no_error_flag = true,
+                          .unchecked = true},
+                         timing);
   for (std::size_t request = 0; request < requests; ++request) {
     const Picoseconds begin = first + interval * static_cast<std::int64_t>(request);
     std::vector<std::uint8_t> samples;
