@@ -114,7 +114,7 @@ struct SafetyClocks {
 inline constexpr Picoseconds max_frame_gap = milliseconds(100'000);
 
 /// The shortest cycle of BiSS Safety: Renishaw's encoders and the fastest types of the Safety
-/// Concept. No encoder is known that answers requests sooner.
+/// Concept. No such encoder is known that answers requests sooner.
 inline constexpr Picoseconds safety_cycle = nanoseconds(31'250);
 
 /// The shortest time between two frames whose requests are a cycle apart: less a 32nd for the clock.
@@ -165,8 +165,9 @@ struct UnratedSafetySetup : SafetySetup {
 };
 
 /// The setup for requests at this interval: the watchdog takes effect after one and a half of them,
-/// and a frame is too early by more than a 32nd. Each interval up to max_frame_gap has a valid
-/// setup; a longer one is the mistake `frame_gap`. Call it after with_timing().
+/// and a frame is too early by more than a 32nd. From the encoder's shortest cycle to max_frame_gap
+/// each interval has a valid setup; a longer one is the mistake `frame_gap`. Call it after
+/// with_timing().
 constexpr SafetySetup at_cycle(SafetySetup setup, Picoseconds cycle) {
   const Picoseconds possible = std::clamp(cycle, Picoseconds{}, max_frame_gap);
   setup.cycle_min = cycle;

@@ -177,7 +177,7 @@ BISS_TEST(SafetySetup, AtAnyIntervalFromTheShortestCycleOn_IsValid) {
         BISS_EXPECT(!check_safety(format, setup)) << interval.count;
       }
       BISS_EXPECT(setup.cycle_min == interval && setup.frame_gap_min <= interval);
-      BISS_EXPECT(setup.frame_gap_max >= interval);
+      BISS_EXPECT(setup.frame_gap_max >= interval && setup.clocks.tolerance == interval / 32);
       BISS_EXPECT(setup.frame_gap_min.count > interval.count / 100 * 95);
     });
   }
@@ -446,6 +446,12 @@ BISS_TEST(SafetyRating, MoreErrorsThanTheLimitAtTheHighestRate_AreRefused) {
   // The limit times 1e9 is above 2^64.
   setup.residual_max_e15 = 18'446'744'074;
   BISS_EXPECT(!check_safety(format, setup));
+  // The part of a frame at the end of the hour counts as a frame.
+  setup = rated(format, 8'333'333);
+  setup.frame_gap_min = microseconds(30) - picoseconds(1);
+  BISS_EXPECT(check_safety(format, setup) == SafetySetupError::residual);
+  setup.frame_gap_min = microseconds(30) + picoseconds(1);
+  BISS_EXPECT(!check_safety(format, setup));
   // Half the rate, half the errors.
   setup = rated(format, 16'818'576);
   BISS_EXPECT(check_safety(format, setup) == SafetySetupError::residual);
@@ -665,6 +671,17 @@ BISS_TEST(SafetySetup, OfRenishawsEncoders_AcceptsTheFirstClocksOfTheNextRequest
     const bool is_cycle = each.timing.timeout.rule == TimeoutRule::cycle;
     BISS_EXPECT_EQ(each.setup.bounds.late_max_clocks, is_cycle ? 10 : 0);
   }
+}
+
+BISS_TEST(SafetySetup, WithTiming_HasTheShortestCycleOfTheEncoder) {
+  DeviceTiming timing = renishaw_timing;
+  timing.cycle_min = microseconds(40);
+  const SafetySetup setup = with_timing({}, timing, nanoseconds(100));
+  BISS_EXPECT_EQ(setup.cycle_min.count, microseconds(40).count);
+  BISS_EXPECT_EQ(setup.frame_gap_min.count, nanoseconds(38'750).count);
+  BISS_EXPECT(!check_safety(format_of(good_text), setup));
+  // A device whose cycle is not known leaves them as they are.
+  BISS_EXPECT(with_timing(setup, {}, nanoseconds(100)).frame_gap_min == setup.frame_gap_min);
 }
 
 BISS_TEST(SafetyVerdicts, HaveNamesAndTellFaultsFromStates) {
