@@ -581,7 +581,7 @@ TEST_F(Archive, ChangedByteOfASummary_IsRefused) {
   int refused = 0;
   int tried = 0;
   const auto is_digit = [](char letter) { return letter >= '0' && letter <= '9'; };
-  for (std::size_t at = 0; at < text.size(); at += is_digit(text[at]) ? 29 : 1) {
+  for (std::size_t at = 0; at < text.size(); at += is_digit(text[at]) ? 29U : 1U) {
     if (!is_digit(text[at])) continue;
     std::string changed = text;
     changed[at] = changed[at] == '1' ? '2' : '1';
