@@ -46,11 +46,12 @@ std::string below(const std::string& folder, const std::string& name) {
   return folder.ends_with('/') ? folder + name : folder + '/' + name;
 }
 
-// The path as given, without `./` and the like.
+// The path as given, without `./` and the like. As given where `..` follows a link, which leads
+// elsewhere than its name.
 std::string plain_path(const std::string& path) {
   std::string plain = std::filesystem::path(path).lexically_normal();
   if (plain.size() > 1 && plain.ends_with('/')) plain.pop_back();
-  return plain;
+  return real_path(plain) == real_path(path) ? plain : path;
 }
 
 // Files and folders, without links. A list may name a million of them.

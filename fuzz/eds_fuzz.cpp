@@ -229,8 +229,7 @@ void check_remark(const EdsImage& image, const EdsRemark& remark, Said& said) {
   said.overridden += remark.kind == EdsRemarkKind::overridden ? 1U : 0U;
   said.contradicts = said.contradicts || remark.kind == EdsRemarkKind::disagrees ||
                      remark.kind == EdsRemarkKind::repaired ||
-                     remark.kind == EdsRemarkKind::undivided ||
-                     remark.kind == EdsRemarkKind::above_length;
+                     remark.kind == EdsRemarkKind::undivided;
   if (remark.kind == EdsRemarkKind::disagrees) require(remark.stored != remark.used);
   if (remark.kind == EdsRemarkKind::repaired) require(remark.stored != remark.used);
   if (remark.kind == EdsRemarkKind::hypothesis)

@@ -173,8 +173,9 @@ constexpr bool contradicts(const EdsFinding& finding) {
     case EdsProblem::bank_shared:
     case EdsProblem::slave_offset:
     case EdsProblem::data_length_differs:
-    case EdsProblem::polynomial_differs:
       return true;
+    case EdsProblem::polynomial_differs:
+      return finding.value != 0;  // else it is not given
     case EdsProblem::channel_count:
       return finding.expected > finding.value;  // fewer: registers may describe the others
     case EdsProblem::min_above_max:
@@ -680,11 +681,9 @@ class Bp3Check {
     if (res_order || count_order || both) return;
     const bool count_alone = !counts_fit(count_or_one(count), bits) ||
                              (!scale && part_.co_len != 0 && !counts_fit(count, part_.co_len));
-    const bool no_room =
-        !scale && part_.co_len == 0 && just_fits(count_or_one(part_.sip_res), bits);
-    if (no_room) {
-      report_(EdsProblem::count_above_length, symbol, count, "FI_LEN", part_.fi_len);
-    } else if (count_alone) {
+    // One period fills the length.
+    const bool no_room = !scale && just_fits(count_or_one(part_.sip_res), bits);
+    if (count_alone || no_room) {
       report_(EdsProblem::count_above_length, symbol, count, "SIP_RES", part_.sip_res);
     } else {
       report_(EdsProblem::count_above_length, "SIP_RES", part_.sip_res, symbol, count);

@@ -50,20 +50,19 @@ enum class EdsRemarkKind : std::uint8_t {
   not_usable,     ///< not a valid value; the profile's or the widest value is used
   not_given,      ///< nothing is stored; the profile's or the widest value is used
   undivided,      ///< the lengths do not fit DL: the position is not divided into turns
-  above_length,   ///< more counts than the length can tell apart: only the lengths are used
   other_reading,  ///< C = 1: the lengths fit DL only in the other reading, which is used
   hypothesis,     ///< used in a unit or a layout that no source confirms
   doubtful,       ///< the format of an identifier; doubt_of() gives the reason
   order,          ///< several channels: which is first on the line is an assumption
 };
 
-inline constexpr std::size_t eds_remark_count = 11;
+inline constexpr std::size_t eds_remark_count = 10;
 
 /// The name that scripts see, the same as the enumerator's.
 constexpr std::string_view name_of(EdsRemarkKind kind) {
   constexpr std::array<std::string_view, eds_remark_count> names{
-      "overridden",   "disagrees",     "repaired",   "not_usable", "not_given", "undivided",
-      "above_length", "other_reading", "hypothesis", "doubtful",   "order"};
+      "overridden", "disagrees",     "repaired",   "not_usable", "not_given",
+      "undivided",  "other_reading", "hypothesis", "doubtful",   "order"};
   return names[static_cast<std::size_t>(kind)];
 }
 
@@ -76,7 +75,6 @@ constexpr std::string_view text_of(EdsRemarkKind kind) {
       "not usable, the default stands in",
       "not given, the default stands in",
       "MT_LEN, CO_LEN and FI_LEN do not fit DL, the position is left undivided",
-      "more counts than its length can tell apart, the lengths alone are used",
       "whether DL counts the CRC (BP3, table 5) or not (table 6): the lengths decide",
       "used, though no source confirms its unit or place",
       "what the identifier means is not beyond doubt",
@@ -402,14 +400,7 @@ class ChannelReader {
       return;
     }
     const bool turns = !part_->linear() && part_->mt_len != 0;
-    const bool agree = counts_of_type_fit(*part_);
-    if (!agree) {
-      const bool periods = !part_->linear() && turns_fit(*part_);
-      remark(EdsPart::bp3, EdsRemarkKind::above_length, periods ? "SIP_CNT" : "MT_CNT",
-             periods ? part_->sip_cnt : part_->mt_cnt, 0);
-    }
-    Bp3Zeros zeros = part_->linear() ? scale_zeros(*part_) : singleturn_zeros(*part_);
-    if (!agree) zeros = {};
+    const Bp3Zeros zeros = part_->linear() ? scale_zeros(*part_) : singleturn_zeros(*part_);
     if (zeros.inside) remark(EdsPart::bp3, EdsRemarkKind::not_usable, "FI_FMT", part_->fi_fmt, 0);
     const unsigned low = format.position.shift;
     if (!turns) {
@@ -419,8 +410,7 @@ class ChannelReader {
     const unsigned singleturn = singleturn_bits(*part_);
     format.position = {};
     if (singleturn != 0) format.singleturn = without(zeros, low, singleturn);
-    format.multiturn =
-        without(agree ? turns_zeros(*part_) : Bp3Zeros{}, low + singleturn, part_->mt_len);
+    format.multiturn = without(turns_zeros(*part_), low + singleturn, part_->mt_len);
   }
 
   // What is left of `bits` bits from `shift` on without these zeros.

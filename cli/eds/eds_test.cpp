@@ -304,7 +304,7 @@ TEST_F(Eds, OverrideWithMorePeriodsThanFit_IsNoByteOrder) {
   build("e.hex");
   const Ran ran = eds({"check", path("e.hex"), "--override", "bp3.0.SIP_CNT=2", "--to", "csv"});
   EXPECT_EQ(ran.status, ExitStatus::data_failed);
-  EXPECT_THAT(ran.out, HasSubstr("bp3,SIP_CNT,count_above_length,2,0,FI_LEN,18,"));
+  EXPECT_THAT(ran.out, HasSubstr("bp3,SIP_CNT,count_above_length,2,0,SIP_RES,262144,"));
   EXPECT_THAT(ran.out, Not(HasSubstr("little_endian")));
 }
 

@@ -157,6 +157,9 @@ std::string eds_summary(const EdsSource& source) {
   };
   const EdsImage image = source.stored.image();
   const auto device = describe_device(image, source.overrides, take);
+  check_eds(source.sheet.image(), [&](const EdsFinding& finding) {
+    if (contradicts(finding)) lines.push_back(finding_line(finding_row(finding)));
+  });
   report::Summary out;
   if (device.ok()) {
     add_device(out, *device);

@@ -562,9 +562,9 @@ TEST_F(Archive, FileUnderTwoNames_IsNotCountedTwice) {
   const std::string here = fs::current_path().string();
   const std::string relative = fs::relative(m, here).string();
   ASSERT_EQ(run({"archive", m, "-o", path("1.json")}).status, 0);
-  for (const std::string& other : {relative, relative + "/a.csv", "./" + relative,
-                                   captures() + "/m/../m", path("link") + "/../captures/m",
-                                   path("link"), path("link") + "/a.csv", path("a-link.csv")}) {
+  for (const std::string& other :
+       {relative, relative + "/a.csv", "./" + relative, path("link") + "/../m", path("link"),
+        path("link") + "/a.csv", path("a-link.csv")}) {
     ASSERT_EQ(run({"archive", other, "-o", path("2.json")}).status, 0) << other;
     const Outcome twice = merge({path("1.json"), path("2.json")});
     EXPECT_EQ(twice.status, 3) << other;
@@ -581,7 +581,7 @@ TEST_F(Archive, ChangedByteOfASummary_IsRefused) {
   int refused = 0;
   int tried = 0;
   const auto is_digit = [](char letter) { return letter >= '0' && letter <= '9'; };
-  for (std::size_t at = 0; at < text.size(); at += is_digit(text[at]) ? 29 : 1) {
+  for (std::size_t at = 0; at < text.size(); at += is_digit(text[at]) ? 29U : 1U) {
     if (!is_digit(text[at])) continue;
     std::string changed = text;
     changed[at] = changed[at] == '1' ? '2' : '1';

@@ -292,7 +292,7 @@ TEST(ConfiguringMaster, DataSheetThatContradictsItself_IsRefusedByNameEverywhere
   const Outcome configured = run({"simulate", "--registers", sheet, "-f", "mt12,st19,nE,nW,crc6",
                                   "--configure", "-o", capture});
   EXPECT_EQ(configured.status, 1);
-  EXPECT_THAT(configured.err, HasSubstr("data sheet  ID 0: MT_CNT"));
+  EXPECT_THAT(configured.err, testing::ContainsRegex("\ndata sheet +ID 0: MT_CNT: more counts"));
   EXPECT_THAT(
       configured.err,
       HasSubstr(std::string("no configuration: eds_contradiction at read_channels of ID 0: ") +
@@ -304,7 +304,7 @@ TEST(ConfiguringMaster, DataSheetThatContradictsItself_IsRefusedByNameEverywhere
   EXPECT_EQ(run({"simulate", "--registers", sheet, "-f", "pos31,nE,nW,crc6", "-o", capture}).status,
             0);
   EXPECT_THAT(run({"eds", "advise", sheet}).err, HasSubstr(cause));
-  EXPECT_THAT(run({"eds", "show", sheet}).err, HasSubstr("MT_CNT of channel 0: more counts than"));
+  EXPECT_THAT(run({"eds", "show", sheet}).err, HasSubstr(cause));
 }
 
 TEST(ConfiguringMaster, ChainOfTwo_IsFoundAndBelievedAboutItsClock) {

@@ -433,7 +433,7 @@ BISS_TEST(ConfigureEds, EachContradiction_IsRefused) {
               }) == identifier);
   BISS_EXPECT(refusal_of([](Common c, Part) { c.channels[0].dlen = 29; }) == data_length_differs);
   BISS_EXPECT(refusal_of([](Common c, Part) { c.channels[0].cpoly = 0x43; }) == std::nullopt);
-  BISS_EXPECT(refusal_of([](Common c, Part) { c.channels[0].cpoly = 0x25; }) == polynomial_differs);
+  BISS_EXPECT(refusal_of([](Common c, Part) { c.channels[0].cpoly = 0x2C; }) == polynomial_differs);
   BISS_EXPECT(refusal_of([](Common c, Part) {
                 c.tclk_min = 20;
                 c.tclk_max = 10;

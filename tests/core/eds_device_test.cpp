@@ -177,21 +177,6 @@ BISS_TEST(EdsDevice, FieldsLongerThanTheirCounts_HavePaddingWhereTheAlignmentSay
   }
 }
 
-BISS_TEST(EdsDevice, MoreCountsThanTheLengths_AreSaidAndMakeNoPadding) {
-  Bp3Part part{
-      .bp_id = 0x6221, .co_len = 31, .co_fmt = 1, .mt_cnt = 4096, .sip_cnt = 1, .sip_res = 524'288};
-  EdsBank bank = sealed(build_bank(part));
-  const Described turns = describe(image_of(nullptr, &bank));
-  BISS_EXPECT(turns.is("pos31,nE,nW,crc6"));
-  BISS_EXPECT(turns.remarks.has("MT_CNT", above_length, 4096, 0));
-  part.mt_cnt = 1;
-  part.sip_cnt = 8192;
-  bank = sealed(build_bank(part));
-  const Described periods = describe(image_of(nullptr, &bank));
-  BISS_EXPECT(periods.is("pos31,nE,nW,crc6"));
-  BISS_EXPECT(periods.remarks.has("SIP_CNT", above_length, 8192, 0));
-}
-
 BISS_TEST(EdsDevice, ZerosBetweenCoarseAndFine_AreKeptAndSaid) {
   const EdsBank bank = spare({.co_fmt = 1, .fi_fmt = 0, .sip_cnt = 256, .sip_res = 16384});
   const Described said = describe(image_of(nullptr, &bank));
