@@ -171,6 +171,17 @@ BISS_TEST(SafetySelfTest, OfAMonitorThatLetsOneThingPass_Fails) {
   BISS_EXPECT(!passes({.step = turned<safe, starting>}, false));
 }
 
+// Each at one time of the self test, so that only one of its checks can detect it.
+BISS_TEST(SafetySelfTest, OfAMonitorThatIsNeverSafeOrDoesNotLatchOnce_Fails) {
+  BISS_EXPECT(!passes({.at = [](SafetyVerdict judged, const TwoClocks& now) {
+    return now.now == Picoseconds{} && judged == safe ? starting : judged;
+  }}));
+  BISS_EXPECT(!passes({.at = [](SafetyVerdict judged, const TwoClocks& now) {
+    const Picoseconds gap = find_safety_configuration("fs-36-28")->setup.frame_gap_max;
+    return now.now == gap + picoseconds(1) && judged == latched ? starting : judged;
+  }}));
+}
+
 BISS_TEST(SafetySelfTest, OfAMonitorThatGoesOnAfterAFaultOfTheReceiver_Fails) {
   BISS_EXPECT(!passes({.step = turned<failed>}));
 }

@@ -394,8 +394,7 @@ BISS_TEST(SafetyDelay, FirstAnswerWithAnotherValue_IsRefusedUntilTheEncoderResta
   BISS_EXPECT_EQ(bench.good().verdict, safe);
 }
 
-BISS_TEST(SafetyDelay,
-          FirstAnswerWithTheRightValueAndAnotherFault_IsRefusedUntilTheEncoderRestarts) {
+BISS_TEST(SafetyDelay, FirstAnswerWithAnotherFault_IsRefusedUntilTheEncoderRestarts) {
   using Send = SafetyJudgement (*)(SafetyBench&);
   constexpr Send sends[] = {
       [](SafetyBench& b) { return b.send_flipped(50); },
