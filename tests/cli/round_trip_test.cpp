@@ -142,7 +142,7 @@ TEST(Truth, EncoderThatTakesTwoPositionsInACycle_IsTheOneThatWasSent) {
 TEST(Truth, CycleInWhichNoPositionWasTaken_HasNone) {
   const Folder folder;
   const std::string truth = folder.path("truth.csv");
-  for (const char* fault : {"no_answer@3", "ma_high@3,clock=0.5", "exchange@3"}) {
+  for (const char* fault : {"no_answer@3", "exchange@3"}) {
     ASSERT_EQ(run({"simulate", "-f", "fs-36-28", "--cycles", "8", "--fault", fault, "-o",
                    folder.path("line.vcd"), "--truth", truth})
                   .status,
