@@ -126,12 +126,11 @@ class LineFeeds final : public ByteSource {
   bool after_cr_ = false;
 };
 
-// Some lines end in CR alone.
-bool has_lone_cr(std::string_view text) {
-  for (std::size_t at = text.find('\r'); at < text.size() - 1; at = text.find('\r', at + 1)) {
-    if (text[at + 1] != '\r' && text[at + 1] != '\n') return true;
-  }
-  return false;
+// The first line ends in CR alone. It is seen whole before the format of a CSV is known.
+bool ends_lines_with_cr(std::string_view text) {
+  const std::size_t at = text.find_first_of("\r\n");
+  if (at == std::string_view::npos || at + 1 == text.size() || text[at] == '\n') return false;
+  return text[at + 1] != '\r' && text[at + 1] != '\n';
 }
 
 // What to do about a known format that is not read.
@@ -298,10 +297,10 @@ Opened open_bytes_of(std::unique_ptr<ByteSource> bytes, std::string_view path,
   const Compression compression = raw_by_name ? Compression::none : compression_of(head.text);
   const Format format = format_of(head.text, path, options.raw.has_value());
   const bool blank = is_blank(head.text) && head.text.size() < head_bytes;
-  const bool is_text = format == Format::vcd || format == Format::event_csv ||
-                       format == Format::sampled_csv || (format == Format::other && !options.raw);
+  const bool is_csv = format == Format::event_csv || format == Format::sampled_csv ||
+                      (format == Format::other && !options.raw);
   const bool wrong_lines =
-      is_text && !blank && compression == Compression::none && has_lone_cr(head.text);
+      is_csv && compression == Compression::none && ends_lines_with_cr(head.text);
   const EventCsvRows rows =
       format == Format::event_csv ? event_csv_rows(head.text) : EventCsvRows();
   const char* const other = other_format_of(head.text);

@@ -152,7 +152,7 @@ class ColumnRows {
       numeric = numeric && (level || is_number(cell, separator_));
       if (!cell.empty()) ++(level ? levels : voltages);
       if (number.ok()) numbers_.insert(*number);
-      if (!number.ok() && !level) numbers_.insert(over_range.count);
+      if (!number.ok() && !level && is_number(cell, separator_)) numbers_.insert(over_range.count);
     }
     if (numeric && voltages > levels) ++analog_;
     cells[0].clear();

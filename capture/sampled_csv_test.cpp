@@ -441,8 +441,12 @@ TEST(SampledCsv, LinesThatEndInCr_AreRead) {
   const Read bad = read_as_csv("time_ns,MA\r0,1\r5,0\r6,bad\r");
   EXPECT_EQ(bad.cause(), CaptureCause::malformed);
   EXPECT_EQ(bad.error->line, 4U);
-  // Mixed: no row is lost in a comment.
-  EXPECT_EQ(read_as_csv("time_ns,MA\r\n0,1\r\n# note\r5,0\r6,1\r\n").edges.size(), 3U);
+  // Mixed line ends: no row is lost in a comment, whatever the size of the blocks.
+  for (const std::size_t block : {std::size_t{1}, one_block}) {
+    const Read mixed = read_as_csv("time_ns,MA\r\n0,1\r\n# note\r5,0\r6,1\r\n", {}, block);
+    EXPECT_EQ(mixed.cause(), CaptureCause::malformed);
+    EXPECT_EQ(mixed.error->line, 3U);
+  }
 }
 
 }  // namespace sampled_csv_test
