@@ -148,7 +148,7 @@ bool is_below_a_sample(const Edges& edges, Picoseconds step, Picoseconds from, P
   return false;
 }
 
-Picoseconds ps_of(double ns) { return {std::llround(ns * 1e3)}; }
+Picoseconds ps_of(double ns) { return Picoseconds{std::llround(ns * 1e3)}; }
 
 class SameRows {
  public:

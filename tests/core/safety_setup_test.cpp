@@ -190,8 +190,8 @@ constexpr bool is_refused_at(Picoseconds interval) {
 }
 static_assert(is_refused_at({}) && is_refused_at(picoseconds(-1)));
 static_assert(is_refused_at(max_frame_gap + picoseconds(1)));
-static_assert(is_refused_at({std::numeric_limits<std::int64_t>::max()}));
-static_assert(is_refused_at({std::numeric_limits<std::int64_t>::min()}));
+static_assert(is_refused_at(Picoseconds{std::numeric_limits<std::int64_t>::max()}));
+static_assert(is_refused_at(Picoseconds{std::numeric_limits<std::int64_t>::min()}));
 
 // Frames at a rate below the highest one reach the safe state, and one that is missing is late.
 BISS_TEST(SafetySetup, AtSlowIntervals_IsSafeAndMissesOneFrame) {
