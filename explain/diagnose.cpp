@@ -366,7 +366,7 @@ class Diagnosis {
         context_.reading.swapped || context_.reading.slo_inverted || context_.reading.ma_inverted;
     const std::uint64_t bad = unusual();
     double left = 0;
-    if (evidence_.cycles != 0 && !found) {
+    if (evidence_.good != 0 && !found) {
       left = bad == 0 ? 1 : bad <= 2 && 20 * bad <= evidence_.cycles ? 0.4 : 0.01;
     }
     const double fast = too_fast();

@@ -312,12 +312,12 @@ constexpr bool is_empty(std::uint8_t byte) { return byte == 0x00 || byte == 0xFF
 template <class Report>
 class CommonCheck {
  public:
-  constexpr CommonCheck(const EdsBank& bank, std::optional<std::uint8_t> eds_bank,
-                        const EdsCheckOptions& options, const Report& report)
-      : bank_(bank),
-        part_(parse_common_part(bank)),
+  constexpr CommonCheck(const EdsBank& of_sheet, std::optional<std::uint8_t> eds_bank,
+                        const EdsCheckOptions& rules, const Report& report)
+      : bank_(of_sheet),
+        part_(parse_common_part(of_sheet)),
         eds_bank_(eds_bank),
-        options_(options),
+        options_(rules),
         report_(report) {}
 
   constexpr void run() const {
@@ -504,13 +504,13 @@ constexpr void check_crc_bit(ProfileIdentifier id, std::optional<bool> safety_en
 template <class Report>
 class Bp3Check {
  public:
-  constexpr Bp3Check(const EdsBank& bank, const Bp3Context& context, const EdsCheckOptions& options,
-                     const Report& report)
-      : bank_(bank),
-        part_(parse_bp3_part(bank)),
+  constexpr Bp3Check(const EdsBank& of_sheet, const Bp3Context& context,
+                     const EdsCheckOptions& rules, const Report& report)
+      : bank_(of_sheet),
+        part_(parse_bp3_part(of_sheet)),
         id_{part_.bp_id},
         context_(context),
-        options_(options),
+        options_(rules),
         report_(report) {}
 
   constexpr void run() const {
@@ -662,9 +662,9 @@ class Bp3Check {
       return fits(other);
     };
     // A value that fits alone is not swapped, unless the other order fills the length.
-    const auto looks_swapped = [&](std::uint32_t value, std::uint32_t swapped,
+    const auto looks_swapped = [&](std::uint32_t given, std::uint32_t swapped,
                                    std::uint32_t other) {
-      return !counts_fit(value, bits) ||
+      return !counts_fit(given, bits) ||
              just_fits(count_or_one(swapped) * count_or_one(other), bits);
     };
     const bool res_order =
