@@ -129,8 +129,8 @@ class LineFeeds final : public ByteSource {
 // The first line ends in CR alone. It is seen whole before the format of a CSV is known.
 bool ends_lines_with_cr(std::string_view text) {
   const std::size_t at = text.find_first_of("\r\n");
-  if (at == std::string_view::npos || at + 1 == text.size() || text[at] == '\n') return false;
-  return text[at + 1] != '\r' && text[at + 1] != '\n';
+  const std::size_t next = text.find_first_not_of('\r', std::min(at, text.size()));
+  return next != at && next != std::string_view::npos && text[next] != '\n';
 }
 
 // What to do about a known format that is not read.

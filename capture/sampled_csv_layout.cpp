@@ -120,7 +120,9 @@ class ColumnRows {
       rows.low = *numbers_.begin();
       rows.high = *numbers_.rbegin();
     }
-    if (judged_ < least_samples || !samples()) return rows;
+    // One column of a file of changes repeats its level where another line changes.
+    constexpr std::size_t time_and_two_lines = 3;
+    if (last_.size() < time_and_two_lines || judged_ < least_samples || !samples()) return rows;
     const SampleSteps steps = steps_of(times_, digit_);
     rows.sample_period = steps.usual;
     rows.longest_step = steps.longest;
