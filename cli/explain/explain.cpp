@@ -84,6 +84,7 @@ class ExplainRun {
     });
     evidence_ = observer.finish(capture_.input().end_time());
     findings = diagnose(evidence_, context_);
+    judged_ = !findings.empty();
     return read;
   }
 
@@ -123,8 +124,13 @@ class ExplainRun {
   // What comes before the damage of a capture is explained too.
   ExitStatus read_status(bool whole, RunMessages& messages) const {
     if (!whole) return messages.fail(ExitStatus::io, capture_.input().error());
-    if (evidence_.cycles != 0) return ExitStatus::done;
-    return messages.fail(ExitStatus::data_failed, capture_.no_request());
+    if (evidence_.cycles == 0) return messages.fail(ExitStatus::data_failed, capture_.no_request());
+    if (judged_) return ExitStatus::done;
+    return messages.fail(
+        ExitStatus::data_failed,
+        fmt::format("{}: no cause was found, because no cycle is good and none shows a fault; see "
+                    "the status of each with decode",
+                    capture_.input().name()));
   }
 
   ExitStatus write_bits(report::TableWriter& writer, RunMessages& messages) {
@@ -212,6 +218,7 @@ class ExplainRun {
   // Of the capture that is being read.
   explain::Evidence evidence_;
   explain::Context context_;
+  bool judged_ = false;
   std::uint64_t cycles_ = 0;
 };
 

@@ -263,10 +263,10 @@ TEST(ExplainVerb, RequestsTooSoon_AreNamedAsInTheHintOfDecode) {
   EXPECT_THAT(decoded.err, Not(HasSubstr("which interface")));
 }
 
-// Where no lines look like MA and SLO, decode refuses; explain says what that means.
-TEST(ExplainVerb, LinesOfAUart_AreNotBiss) {
-  const Folder folder;
+// Bytes on two lines, one after the other: a row a bit, or a row a change.
+std::string uart_capture(bool changes) {
   std::string text = "time_ns,D0,D1\n0,1,1\n";
+  unsigned last = 1;
   std::uint32_t random = 7;
   std::int64_t now = 100'000;
   for (int byte = 0; byte < 300; ++byte) {
@@ -274,16 +274,35 @@ TEST(ExplainVerb, LinesOfAUart_AreNotBiss) {
     const unsigned bits = (((random >> 16U) & 0xFFU) << 1U) | 0x200U;
     for (unsigned bit = 0; bit < 10; ++bit) {
       const unsigned level = (bits >> bit) & 1U;
-      text += byte % 2 == 0 ? fmt::format("{},{},1\n", now, level)
-                            : fmt::format("{},1,{}\n", now, level);
+      if (!changes || level != last) {
+        text += byte % 2 == 0 ? fmt::format("{},{},1\n", now, level)
+                              : fmt::format("{},1,{}\n", now, level);
+      }
+      last = level;
       now += 8'680;
     }
     now += 200'000;
   }
+  return text;
+}
+
+// Where no lines look like MA and SLO, decode refuses; explain says what that means.
+TEST(ExplainVerb, LinesOfAUart_AreNotBiss) {
+  const Folder folder;
   const Outcome outcome =
-      run({"explain", folder.file("uart.csv", text), "-f", format, "--to", "jsonl"});
+      run({"explain", folder.file("uart.csv", uart_capture(true)), "-f", format, "--to", "jsonl"});
   ASSERT_FALSE(outcome.out.empty()) << outcome.err;
   EXPECT_EQ(rows_in(outcome.out).at(0).at("cause"), "not_biss") << outcome.out;
+}
+
+// The rows have a constant step and holes, in which the levels are unknown: no cycle can be judged.
+TEST(ExplainVerb, LineWithoutACycleToJudge_IsNotHealthy) {
+  const Folder folder;
+  const Outcome outcome =
+      run({"explain", folder.file("uart.csv", uart_capture(false)), "-f", format});
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_THAT(outcome.out, Not(HasSubstr("healthy")));
+  EXPECT_THAT(outcome.err, HasSubstr("no cause was found"));
 }
 
 TEST(ExplainVerb, FileThatEndsInTheMiddle_ExplainsThePartBefore) {
