@@ -306,6 +306,11 @@ long double wrong_share(const CampaignFrame& frame, const std::string& text) {
   return placed_theory(frame, *parse_fault(text)).back();
 }
 
+// The model of a monitor with this setup, CDS sent as 0.
+StructureModel structure_model_of(const SafetySetup& setup) {
+  return {.pair = true, .checks = pair_checks_of(setup)};
+}
+
 void expect_as_analysed(const CampaignFrame& frame, const char* name, FaultKind fault,
                         unsigned first_place) {
   const StructureModel model = structure_model_of(frame.plan().setup());

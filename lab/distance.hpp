@@ -25,20 +25,4 @@ std::vector<DistanceRun> distance_runs(std::uint32_t polynomial);
 /// length.
 std::optional<unsigned> data_bits_with(const std::vector<DistanceRun>& runs, unsigned distance);
 
-/// A burst of `length_bits`: the first and the last bit are wrong, those between are arbitrary.
-struct BurstShare {
-  unsigned length_bits = 0;
-  /// Of the 2^(length - 2) such patterns at one place, 2^-passed_log2 are undetected; nothing: none.
-  std::optional<unsigned> passed_log2;
-};
-
-/// A checksum of `crc_bits` detects all bursts up to that length, all but 2^-(crc_bits - 1) of those
-/// one bit longer, and all but 2^-crc_bits of longer ones, at every place. \pre lengths from 2 on
-constexpr BurstShare burst_share(unsigned crc_bits, unsigned length_bits) {
-  BurstShare burst{length_bits, {}};
-  if (length_bits == crc_bits + 1) burst.passed_log2 = crc_bits - 1;
-  if (length_bits > crc_bits + 1) burst.passed_log2 = crc_bits;
-  return burst;
-}
-
 }  // namespace biss::lab

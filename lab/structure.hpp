@@ -38,11 +38,6 @@ struct StructureModel {
   unsigned gap_bits = 8;
 };
 
-/// The model of a monitor with this setup, CDS sent as 0.
-constexpr StructureModel structure_model_of(const SafetySetup& setup) {
-  return {.pair = true, .checks = pair_checks_of(setup)};
-}
-
 /// Shares of positions that pass although the first channel's position is wrong. Each check is made
 /// in addition to those before it.
 struct PassedShares {

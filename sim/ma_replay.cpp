@@ -37,10 +37,7 @@ void MaReplay::put_ma(const Edge& edge, std::vector<Edge>& out) {
     begun_ = true;
     out.push_back({edge.time, slo_line, Level::high});
   }
-  if (edge.level == Level::unknown) {
-    ++unknown_levels_;
-    return;
-  }
+  if (edge.level == Level::unknown) return;
   const bool level = edge.level == Level::high;
   if (level == ma_) return;
   const Picoseconds idle = edge.time - last_edge_;

@@ -71,8 +71,6 @@ class MaReplay {
 
   /// The registers as they are now. \pre the encoder has registers
   EncoderRegisters& registers() { return *registers_; }
-  /// The number of levels of MA that were neither 0 nor 1.
-  std::uint64_t unknown_levels() const { return unknown_levels_; }
 
  private:
   // The source of the slave: calls `sample` and keeps its result.
@@ -112,7 +110,6 @@ class MaReplay {
   bool ma_ = true;
   Picoseconds last_edge_{};
   Picoseconds half_period_{};  // between the two last edges
-  std::uint64_t unknown_levels_ = 0;
 };
 
 }  // namespace biss::sim

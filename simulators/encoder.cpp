@@ -65,12 +65,8 @@ std::string wrong_bit_case(std::size_t channel, const ChannelSlots& slots, std::
 }
 
 void expect_wrong_crcs(Coverage& coverage, const FrameFormat& format) {
-  const auto channels = format.channels();
-  if (std::any_of(channels.begin(), channels.end(),
-                  [](const ChannelFormat& channel) { return !channel.crc.present(); })) {
-    return;
-  }
-  for (std::size_t k = 0; k < channels.size(); ++k) {
+  if (!has_crcs(format)) return;
+  for (std::size_t k = 0; k < format.channel_count; ++k) {
     const ChannelSlots slots = slots_of(format, k);
     for (std::size_t slot = slots.crc - 1; slot < slots.end; ++slot) {
       coverage.expect(wrong_crc, wrong_bit_case(k, slots, slot));

@@ -236,11 +236,9 @@ tl::expected<bool, std::string> read_setting(Role role, std::string_view key, st
 // What depends on several settings.
 Checked check(const Settings& settings) {
   const auto channels = settings.format.channels();
-  const bool checked = std::all_of(channels.begin(), channels.end(),
-                                   [](const auto& channel) { return channel.crc.present(); });
   for (const auto& [name, fault] : fault_words) {
     const bool damages = cause_of(fault, settings.format.cds0) == BISS_CAUSE_CRC;
-    if (!damages || checked) continue;
+    if (!damages || has_crcs(settings.format)) continue;
     if (std::find(settings.faults.begin(), settings.faults.end(), fault) != settings.faults.end()) {
       return Failed(fmt::format(
           "faults: {} needs a CRC in each channel: without it no one can see the fault", name));
@@ -263,6 +261,12 @@ Checked check(const Settings& settings) {
 }
 
 }  // namespace
+
+bool has_crcs(const FrameFormat& format) {
+  const auto channels = format.channels();
+  return std::all_of(channels.begin(), channels.end(),
+                     [](const ChannelFormat& channel) { return channel.crc.present(); });
+}
 
 biss_cause cause_of(Fault fault, bool cds0) {
   switch (fault) {

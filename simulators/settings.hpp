@@ -49,6 +49,9 @@ enum class Fault : std::uint8_t {
   stop_high,     ///< STOP is 1: stop_bit
 };
 
+/// Whether each channel has a CRC.
+bool has_crcs(const FrameFormat& format);
+
 /// What a master must say of this fault. \param cds0 the format's
 biss_cause cause_of(Fault fault, bool cds0);
 
