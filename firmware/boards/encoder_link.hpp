@@ -64,13 +64,18 @@ class EncoderLink {
       : port_(port), reader_(reader), cycle_(cycle), session_(options) {}
 
   constexpr void request() {
+    const biss::Picoseconds before = now_;
     now_ = biss::wrapping_later(now_, cycle_);
     const bool unanswered = buffer_.waits();
     const auto start = [this](std::span<std::uint8_t> receive) { return port_.start(receive); };
     if (!buffer_.begin(reader_.bytes(), start)) {
       ++counts_.late;
     } else if (unanswered) {
+      // MA was high after it, so that the encoder has seen CDM = 0.
       ++counts_.unanswered;
+      if (session_.step(before, biss::CdsBit::missing)) session_.cancel();
+      latest_ = {.number = counts_.cycles++, .request = buffer_.number() - 1};
+      latest_.fault = biss::FrameFault{biss::FrameError::truncated};
     }
   }
 

@@ -1,6 +1,7 @@
 #include "firmware/boards/encoder_link.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -103,6 +104,27 @@ BISS_TEST(EncoderLink, EndThatNothingWaitsFor_IsNoCycle) {
   link.request();
   link.request();  // the end of the one before was never reported
   BISS_EXPECT_EQ(link.counts().unanswered, 1U);
+}
+
+// The end of one transfer is never reported: the access fails, and does not go on a bit off.
+BISS_TEST(EncoderLink, RequestWithoutAnswer_EndsTheAccess) {
+  WritingPort port;
+  WritingLink link(port, reader, biss::microseconds(100), {});
+  std::array<std::uint8_t, 1> byte{};
+  link.session().read(0, 0x42, byte);
+  for (int i = 0; i < 15; ++i) {
+    link.request();
+    port.answer(1234);
+    link.transfer_complete();
+  }
+  BISS_EXPECT(!link.session().done());
+  link.request();
+  link.request();
+  BISS_EXPECT(link.session().done());
+  BISS_ASSERT(link.session().outcome().error);
+  BISS_EXPECT_EQ(*link.session().outcome().error, biss::ControlError::frame_lost);
+  BISS_EXPECT(!link.latest().trusted);
+  BISS_EXPECT_EQ(link.latest().request, 16U);
 }
 
 BISS_TEST(EncoderLink, ReaderThatNeedsMoreThanTheBuffer_MakesNoRequest) {

@@ -44,8 +44,11 @@ class SafeAxis {
   /// \param now both clocks at the first falling edge of MA; its transfer is ignored, because it is
   ///   known only at the end
   constexpr void request(const biss::TwoClocks& now) {
+    const bool unanswered = buffer_.waits();
     const auto start = [this](std::span<std::uint8_t> receive) { return spi_.start(receive); };
     if (buffer_.begin(bytes, start)) {
+      // Its end was never reported, and its position must not stand for a later one.
+      if (unanswered) latest_ = monitor_.step(asked_at_, biss::BitView());
       asked_at_ = now;
       if (expected_) monitor_.expect_position(expected_->first, expected_->second);
       expected_.reset();

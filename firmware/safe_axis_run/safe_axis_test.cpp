@@ -27,6 +27,12 @@ constexpr SafetySetup with_first_value() {
   setup.counter.first = 1;
   return setup;
 }
+constexpr SafetySetup with_tolerated_faults() {
+  SafetySetup setup = type.setup;
+  setup.frame_gap_max = cycle * 4;
+  setup.budget = {.faults = 2, .window = biss::milliseconds(10)};
+  return setup;
+}
 constexpr SafetySetup with_timed_transfers() {
   SafetySetup setup = type.setup;
   setup.clocks.bit_period = bit_period;
@@ -147,6 +153,20 @@ BISS_TEST(SafeAxis, AnswerFromBeforeTheRestart_IsNotJudged) {
   BISS_EXPECT(!b.has_position());
   b.counter = 0;
   b.until_safe();
+}
+
+// The end of the transfer of one request is never reported.
+BISS_TEST(SafeAxis, RequestWithoutAnswer_HasNoPositionUntilTheNextAnswer) {
+  Bench<with_tolerated_faults()> b;
+  b.until_safe();
+  b.request();
+  b.spi.receive = {};
+  b.request();
+  BISS_EXPECT(!b.has_position());
+  BISS_EXPECT_EQ(b.axis.cause(), no_frame);
+  b.counter += 1;
+  b.answer(1000);
+  BISS_EXPECT(b.has_position());
 }
 
 BISS_TEST(SafeAxis, InterruptBeforeTheFirstRequest_IsNotTheFirstAnswer) {
