@@ -197,7 +197,7 @@ extern "C" {
 
 biss_status biss_safety_defaults(const char* format, int64_t cycle_ps, biss_safety_setup* setup) {
   if (format == nullptr || setup == nullptr) return BISS_NULL_ARGUMENT;
-  if (!biss::capi::is_duration(cycle_ps)) return BISS_BAD_SETUP;
+  if (cycle_ps < 0) return BISS_BAD_SETUP;
   const biss::SafetyConfiguration* found = biss::find_safety_configuration(format);
   if (found == nullptr && !biss::capi::find_device(format)) return BISS_BAD_FORMAT;
   biss::SafetySetup usual = found == nullptr ? biss::SafetySetup{} : found->setup;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -288,7 +289,8 @@ TEST(CSafety, DefaultsAtAnyCycle_AreValidUpTo100Seconds) {
     }
     ASSERT_EQ(biss_safety_defaults(name, 100'000'000'000'001, &setup), BISS_OK);
     EXPECT_STREQ(biss_safety_problem(&setup), "frame_gap");
-    ASSERT_EQ(biss_safety_defaults(name, BISS_DURATION_MAX, &setup), BISS_OK);
+    ASSERT_EQ(biss_safety_defaults(name, std::numeric_limits<std::int64_t>::max(), &setup),
+              BISS_OK);
     EXPECT_STREQ(biss_safety_problem(&setup), "frame_gap");
   }
 }

@@ -19,6 +19,7 @@
 #include "capture/test_fst.hpp"
 #include "capture/test_scope.hpp"
 #include "capture/vcd.hpp"
+#include "decode/intervals.hpp"
 #include "sim/fault.hpp"
 #include "tests/cli/run_command.hpp"
 
@@ -123,16 +124,22 @@ constexpr std::array<Setting, 5> settings{{{"resolute-26", 2'500},
 constexpr unsigned samples_of_period = 100;
 
 // Whether samples may show something else between these times: a pulse shorter than two samples,
-// edges of both lines in another order, or an edge of SLO where the decoder samples, which is that
-// long after a rising edge of MA.
+// edges of both lines in another order, an edge of SLO where the decoder samples, which is that long
+// after a rising edge of MA, or a period of MA at the limit of an irregular one.
 bool is_below_a_sample(const Edges& edges, Picoseconds step, Picoseconds from, Picoseconds to,
                        Picoseconds sampling) {
   const auto near = [&](Picoseconds a, Picoseconds b, std::int64_t samples) {
     return std::abs(a.count - b.count) < samples * step.count;
   };
+  const Picoseconds period = step * samples_of_period;
   std::vector<Picoseconds> sampled;
   for (const wire::Edge& edge : edges) {
-    if (edge.line == 0 && edge.level == wire::Level::high) sampled.push_back(edge.time + sampling);
+    if (edge.line != 0 || edge.level != wire::Level::high) continue;
+    const Picoseconds since = sampled.empty() ? period : edge.time + sampling - sampled.back();
+    const bool at_limit = near(since, period * decode::irregular_below_percent / 100, 1) ||
+                          near(since, period * decode::irregular_above_percent / 100, 1);
+    if (at_limit && edge.time >= from && edge.time <= to) return true;
+    sampled.push_back(edge.time + sampling);
   }
   for (std::size_t i = 1; i < edges.size(); ++i) {
     const wire::Edge& edge = edges[i];
