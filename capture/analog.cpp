@@ -151,6 +151,7 @@ class AnalogSource final : public EdgeSource {
   std::optional<CaptureError> measure();
   std::optional<std::vector<std::optional<SignalLevels>>> judge(bool last_try);
   bool hold_more(std::size_t rows);
+  void refuse_short_steps(std::size_t from);
   void drop_held();
   void set_thresholds(const std::vector<std::optional<SignalLevels>>& levels);
   std::optional<CaptureError> measure_steps();
@@ -168,7 +169,8 @@ class AnalogSource final : public EdgeSource {
   bool any_logic_ = false;
   std::vector<Slicer> slicers_;
   Picoseconds sample_period_;
-  Picoseconds longest_step_ = endless;        // between two rows
+  Picoseconds longest_step_ = endless;  // between two rows
+  Picoseconds shortest_step_{};
   std::vector<Picoseconds> longest_of_line_;  // between two samples
 
   // Rows that are not sliced yet, from next_row_ on; what follows them.
@@ -240,10 +242,24 @@ bool AnalogSource::hold_more(std::size_t rows) {
     fresh_.clear();
     error_ = samples_->next(fresh_);
     ended_ = error_.has_value() || fresh_.times.empty();
+    const std::size_t before = rows_held();
     rows_.times.insert(rows_.times.end(), fresh_.times.begin(), fresh_.times.end());
     rows_.values.insert(rows_.values.end(), fresh_.values.begin(), fresh_.values.end());
+    refuse_short_steps(before);
   }
   return rows_held() >= rows;
+}
+
+// Voltages have a constant step up to the end. What comes before is delivered.
+void AnalogSource::refuse_short_steps(std::size_t from) {
+  for (std::size_t i = std::max<std::size_t>(from, 1); i < rows_held(); ++i) {
+    const Picoseconds each = elapsed(rows_.times[i - 1], rows_.times[i]);
+    if (each == Picoseconds{} || each >= shortest_step_) continue;
+    rows_.times.resize(i);
+    rows_.values.resize(i * columns_);
+    error_ = CaptureError{.cause = CaptureCause::malformed, .expected = expected_step};
+    ended_ = true;
+  }
 }
 
 // No line changes in the rows held: of these the first and the last quarter, in which a burst may
@@ -379,6 +395,8 @@ std::optional<CaptureError> AnalogSource::measure_steps() {
     // Rows of logic channels that never repeat the row before are changes.
     if (any_analog_ || (steps.constant && 8 * repeats(judged) >= judged)) {
       longest_step_ = steps.longest;
+      shortest_step_ = steps.shortest;
+      refuse_short_steps(1);
       for (const AnalogLine& line : analog_lines_) {
         longest_of_line_.push_back(longest_step_of(line, *digit));
       }
@@ -457,7 +475,7 @@ Result<std::span<const wire::Edge>, CaptureError> AnalogSource::next_block() {
 }  // namespace
 
 SampleSteps steps_of(std::span<const Picoseconds> times, Picoseconds digit) {
-  SampleSteps found{.usual = {}, .longest = endless, .constant = true};
+  SampleSteps found{.usual = {}, .longest = endless, .shortest = {}, .constant = true};
   std::vector<Picoseconds> steps;
   for (std::size_t i = 1; i < times.size(); ++i) steps.push_back(elapsed(times[i - 1], times[i]));
   if (steps.empty()) return found;
@@ -472,7 +490,13 @@ SampleSteps steps_of(std::span<const Picoseconds> times, Picoseconds digit) {
   // Rounding shows in the steps, unless a few of them at most differ at all.
   const bool rounded = 16 * differ_by_more(0) > steps.size();
   const std::int64_t tolerance = std::max(found.usual.count / 2, rounded ? digit.count : 0);
-  found.constant = 4 * differ_by_more(tolerance) <= steps.size();
+  found.shortest = found.usual / 4 - (rounded ? digit : Picoseconds{});
+  // Two rows may have the same time.
+  const auto is_short = [&](Picoseconds each) {
+    return each != Picoseconds{} && each < found.shortest;
+  };
+  found.constant = 4 * differ_by_more(tolerance) <= steps.size() &&
+                   std::none_of(steps.begin(), steps.end(), is_short);
   if (tolerance < endless.count - found.usual.count) {
     found.longest = found.usual + picoseconds(tolerance);
   }

@@ -68,9 +68,11 @@ struct SampleRows {
 
 /// The steps between the times of samples.
 struct SampleSteps {
-  Picoseconds usual;      ///< the median
-  Picoseconds longest;    ///< a longer step is a hole
-  bool constant = false;  ///< at most a quarter of the steps differ from the usual one
+  Picoseconds usual;     ///< the median
+  Picoseconds longest;   ///< a longer step is a hole
+  Picoseconds shortest;  ///< a shorter one is no step of samples: the rows are changes
+  /// At most a quarter of the steps differ from the usual one, and none is too short.
+  bool constant = false;
 };
 
 /// \param digit what the last digit of a time counts: steps of rounded times differ by it

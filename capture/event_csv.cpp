@@ -186,6 +186,10 @@ bool EventCsvReader::read_time(const char* cell, const char* cell_end, const cha
     if (cell_end == end) return stop_in_row(end, "a level for every line", true);
     return stop(cell, CaptureCause::time_backwards);
   }
+  if (any_row_ && is_short(row_time_.count, *time, rows_)) {
+    return stop(cell, CaptureCause::malformed,
+                "samples at the constant step of the first rows, or a row for each change only");
+  }
   row_time_ = Picoseconds{*time};
   any_row_ = true;
   return true;
@@ -245,7 +249,8 @@ bool EventCsvReader::take_over(TextPiece& text) {
   const auto& piece = static_cast<EventCsvPiece&>(text);
   if (!piece.timed) return true;
   if (any_row_ &&
-      (piece.first_time < row_time_.count || is_hole(row_time_.count, piece.first_time, rows_))) {
+      (piece.first_time < row_time_.count || is_hole(row_time_.count, piece.first_time, rows_) ||
+       is_short(row_time_.count, piece.first_time, rows_))) {
     return false;
   }
   row_time_ = end_time_ = Picoseconds{piece.last_time};

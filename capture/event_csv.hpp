@@ -30,8 +30,9 @@ struct EventCsvRows {
   std::int64_t high = 1'000'000'000;
   /// The rows are samples at this step; 0: they are changes.
   Picoseconds sample_period = {};
-  /// A longer time between two samples is a hole.
+  /// A longer time between two samples is a hole, and a shorter one is malformed.
   Picoseconds longest_step = {};
+  Picoseconds shortest_step = {};
 
   /// Levels are written 0 and 1.
   bool plain() const { return low == 0 && high == 1'000'000'000; }

@@ -209,7 +209,9 @@ inline bool EventCsvQuickParser::add(const EventCsvRow& row) {
   if (row.time < time_ || row.ma == unknown || row.slo == unknown) return false;
   if (!piece_.timed) piece_.first_time = time_ = row.time;
   piece_.timed = true;
-  if (is_hole(time_, row.time, layout_.rows)) return false;
+  if (is_hole(time_, row.time, layout_.rows) || is_short(time_, row.time, layout_.rows)) {
+    return false;
+  }
   time_ = row.time;
   if (row.ma != unchanged_cell) ma_.add(row.time, row.ma);
   if (row.slo != unchanged_cell) slo_.add(row.time, row.slo);

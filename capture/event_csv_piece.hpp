@@ -32,6 +32,13 @@ inline bool is_hole(std::int64_t from, std::int64_t to, const EventCsvRows& rows
              static_cast<std::uint64_t>(rows.longest_step.count);
 }
 
+/// Whether two rows are too close for samples; rows at the same time are not. \pre from <= to
+inline bool is_short(std::int64_t from, std::int64_t to, const EventCsvRows& rows) {
+  return rows.shortest_step.count > 0 && to != from &&
+         static_cast<std::uint64_t>(to) - static_cast<std::uint64_t>(from) <
+             static_cast<std::uint64_t>(rows.shortest_step.count);
+}
+
 /// Cells that are not one of the three levels.
 inline constexpr std::uint8_t unchanged_cell = no_level + 1;
 inline constexpr std::uint8_t wrong_cell = no_level + 2;

@@ -27,7 +27,7 @@ enum class Likeness : std::uint8_t { no, yes, not_yet };
 Likeness looks_like_sampled_csv(std::string_view head, bool whole);
 
 /// How the rows of an event CSV that begins so are meant. \pre looks_like_sampled_csv() gives `no`
-EventCsvRows event_csv_rows(std::string_view head);
+EventCsvRows event_csv_rows(std::string_view head, bool whole);
 
 /// A row that sigrok-cli writes among the samples: `A0: 3.0902 V DC`.
 bool is_sigrok_remark(std::string_view row);

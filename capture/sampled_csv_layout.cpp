@@ -32,9 +32,10 @@ enum class CsvMaker : std::uint8_t {
   columns,  // time and channels with units in one row: Rigol, Digilent, Saleae Logic 2
 };
 
-// Rows judged where only the values tell analog from digital, and if levels are not 0 and 1.
-constexpr std::size_t rows_judged = 16;
-constexpr std::size_t most_rows_judged = 64;
+// Rows judged where only the values and the steps tell samples from changes. A line that is idle at
+// first has a constant step for many rows; a wrong level later is an error of its row.
+constexpr std::size_t most_rows_judged = 1'024;
+constexpr std::size_t rows_of_levels = 64;
 
 constexpr const char* expected_header =
     "the header that an oscilloscope writes: a time, or a start and an increment, and channels";
@@ -104,11 +105,11 @@ class ColumnRows {
   }
 
   // No more rows are needed.
-  bool enough() const { return judged_ == (plain_ ? rows_judged : most_rows_judged); }
+  bool enough() const { return judged_ == most_rows_judged; }
 
   bool voltages() const {
     if (plain_) return false;
-    if (numbers_.size() > 2) return 2 * analog_ >= judged_;
+    if (numbers_.size() > 2) return 2 * analog_ >= std::min(judged_, rows_of_levels);
     constexpr EventCsvRows usual;
     const bool is_level = numbers_.count(usual.low) + numbers_.count(usual.high) != 0;
     return (numbers_.size() == 1 && !is_level) || samples();
@@ -126,13 +127,14 @@ class ColumnRows {
     const SampleSteps steps = steps_of(times_, digit_);
     rows.sample_period = steps.usual;
     rows.longest_step = steps.longest;
+    rows.shortest_step = steps.shortest;
     return rows;
   }
 
  private:
   static constexpr std::size_t least_samples = 8;
 
-  // Changes have no step, and a change is no row that repeats the one before.
+  // Changes have no constant step, and a change is no row that repeats the one before.
   bool samples() const { return 8 * repeats_ >= judged_ && steps_of(times_, digit_).constant; }
 
   void add(Cells cells) {
@@ -143,11 +145,18 @@ class ColumnRows {
       digit_ = times_.empty() ? digit : std::min(digit_, digit);
       times_.push_back(Picoseconds{*time});
     }
-    bool numeric = time.ok();
+    cells[0].clear();
+    if (cells == last_) ++repeats_;
+    last_ = std::move(cells);
+    if (judged_ < rows_of_levels) add_levels(time.ok());
+  }
+
+  void add_levels(bool numeric) {
+    const bool comma = decimal_comma(separator_);
     std::size_t voltages = 0;
     std::size_t levels = 0;
-    for (std::size_t i = 1; i < cells.size(); ++i) {
-      const std::string& cell = cells[i];
+    for (std::size_t i = 1; i < last_.size(); ++i) {
+      const std::string& cell = last_[i];
       const auto number = parse_decimal(cell, event_csv_level_scale, comma);
       const bool level = is_level(cell);
       plain_ = plain_ && level;
@@ -157,9 +166,6 @@ class ColumnRows {
       if (!number.ok() && !level && is_number(cell, separator_)) numbers_.insert(over_range.count);
     }
     if (numeric && voltages > levels) ++analog_;
-    cells[0].clear();
-    if (cells == last_) ++repeats_;
-    last_ = std::move(cells);
   }
 
   char separator_;
@@ -559,8 +565,8 @@ Likeness looks_like_sampled_csv(std::string_view head, bool whole) {
   return judge(rows_of(head, whole), whole).likeness;
 }
 
-EventCsvRows event_csv_rows(std::string_view head) {
-  const auto rows = rows_of(head, true);
+EventCsvRows event_csv_rows(std::string_view head, bool whole) {
+  const auto rows = rows_of(head, whole);
   return rows.empty() ? EventCsvRows() : ColumnRows(rows).levels();
 }
 
