@@ -9,6 +9,7 @@
 
 #include "capture/key_file.hpp"
 #include "capture/samples.hpp"
+#include "capture/text_source.hpp"
 #include "capture/zip.hpp"
 
 namespace biss::capture {
@@ -241,11 +242,18 @@ class SrPieces final : public SamplePieces {
   PackedSamples next_piece_;
 };
 
-// Every member whose name begins with that of the capture is read, or this names it.
+// Every member whose name begins with that of the capture is read, or this names it; also one of
+// that name in a folder, or in other letters.
 std::optional<CaptureError> find_unread(const ZipArchive& archive,
                                         const std::string& capture_file) {
   constexpr std::size_t most_digits = 10;
   const std::vector<std::string> names = archive.names(capture_file);
+  for (const std::string& name : archive.names("")) {
+    if (name.starts_with(capture_file)) continue;
+    if (lower_case(name.substr(name.rfind('/') + 1)).starts_with(lower_case(capture_file))) {
+      return unread_member(name, "the samples under the name that the metadata gives");
+    }
+  }
   for (const std::string& name : names) {
     const std::string_view rest = std::string_view(name).substr(capture_file.size());
     const bool is_chunk = rest.size() > 1 && rest.size() <= 1 + most_digits && rest[0] == '-' &&

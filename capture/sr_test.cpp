@@ -198,7 +198,7 @@ TEST(Sr, MembersThatAreNoChunk_AreRefusedByName) {
   for (const std::string name :
        {"logic-1-0", "logic-1-02", "logic-1-+2", "logic-1- 2", "logic-1-", "logic-1-2a",
         "logic-1-2.0", "logic-1-x", "logic-1.bak", "logic-1/1", "logic-10",
-        "logic-1-18446744073709551618", "logic-1-2-1"}) {
+        "logic-1-18446744073709551618", "logic-1-2-1", "./logic-1-2", "Logic-1-2", "a/logic-1-2"}) {
     Members members = session_of({some_samples, some_samples});
     members.emplace_back(name, some_samples);
     EXPECT_THAT(refusal(name, members), HasSubstr("'" + name.substr(0, 30))) << name;
