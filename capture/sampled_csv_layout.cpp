@@ -36,6 +36,7 @@ enum class CsvMaker : std::uint8_t {
 // first has a constant step for many rows; a wrong level later is an error of its row.
 constexpr std::size_t most_rows_judged = 1'024;
 constexpr std::size_t rows_of_levels = 64;
+constexpr std::size_t rows_of_plain_levels = 16;
 
 constexpr const char* expected_header =
     "the header that an oscilloscope writes: a time, or a start and an increment, and channels";
@@ -104,8 +105,9 @@ class ColumnRows {
     }
   }
 
-  // No more rows are needed.
+  // No more rows are looked at; fewer decide where the first part of a file has no more.
   bool enough() const { return judged_ == most_rows_judged; }
+  bool decides() const { return judged_ >= (plain_ ? rows_of_plain_levels : rows_of_levels); }
 
   bool voltages() const {
     if (plain_) return false;
@@ -195,7 +197,7 @@ Judgement judge_time(const std::vector<std::string_view>& rows, const Cells& fir
   if (name == "time" && second[0] == "Second") return yes(CsvMaker::rigol);
   if (!event_csv_time_scale(name)) return {};
   const ColumnRows columns(rows);
-  if (!columns.enough() && !whole) return {Likeness::not_yet, CsvMaker::columns};
+  if (!columns.decides() && !whole) return {Likeness::not_yet, CsvMaker::columns};
   return {columns.voltages() ? Likeness::yes : Likeness::no, CsvMaker::columns};
 }
 

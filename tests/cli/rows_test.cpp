@@ -269,7 +269,7 @@ TEST_F(DecodeRows, Velocity_IsTheStepByTheTimeAlsoOverTheRollover) {
   EXPECT_THAT(header_of(scaled), HasSubstr(",limits,position_deg,velocity_deg_s"));
 }
 
-// --since and --until choose rows; what a row says depends on the cycles before it all the same.
+// --since and --until choose rows; what a row says still depends on the cycles before it.
 TEST_F(DecodeRows, SinceAndUntil_LeaveTheRowsAsTheyAre) {
   for (const char* format : {"fs-36-28", "mt16,st19,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0"}) {
     SCOPED_TRACE(format);
