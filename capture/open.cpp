@@ -301,9 +301,8 @@ Opened open_bytes_of(std::unique_ptr<ByteSource> bytes, std::string_view path,
                       (format == Format::other && !options.raw);
   const bool wrong_lines =
       is_csv && compression == Compression::none && ends_lines_with_cr(head.text);
-  const EventCsvRows rows = format == Format::event_csv
-                                ? event_csv_rows(head.text, head.text.size() < head_bytes)
-                                : EventCsvRows();
+  const EventCsvRows rows =
+      format == Format::event_csv ? event_csv_rows(head.text) : EventCsvRows();
   const char* const other = other_format_of(head.text);
   // What was read before an error is delivered before it.
   if (head.error) bytes = failed_bytes(*head.error);

@@ -23,11 +23,11 @@ enum class Likeness : std::uint8_t { no, yes, not_yet };
 /// first rows hold voltages: more than two numbers in half of the rows or more, or two other numbers
 /// than 0 and 1 at a constant step, with rows that repeat the row before. The answer does not depend on
 /// how much of the file is seen, once it is given.
-/// \param whole the file has no more than this
+/// \param whole no more of the file is going to be seen
 Likeness looks_like_sampled_csv(std::string_view head, bool whole);
 
 /// How the rows of an event CSV that begins so are meant. \pre looks_like_sampled_csv() gives `no`
-EventCsvRows event_csv_rows(std::string_view head, bool whole);
+EventCsvRows event_csv_rows(std::string_view head);
 
 /// A row that sigrok-cli writes among the samples: `A0: 3.0902 V DC`.
 bool is_sigrok_remark(std::string_view row);

@@ -36,7 +36,6 @@ enum class CsvMaker : std::uint8_t {
 // first has a constant step for many rows; a wrong level later is an error of its row.
 constexpr std::size_t most_rows_judged = 1'024;
 constexpr std::size_t rows_of_levels = 64;
-constexpr std::size_t rows_of_plain_levels = 16;
 
 constexpr const char* expected_header =
     "the header that an oscilloscope writes: a time, or a start and an increment, and channels";
@@ -105,9 +104,8 @@ class ColumnRows {
     }
   }
 
-  // No more rows are looked at; fewer decide where the first part of a file has no more.
+  // No more rows are needed.
   bool enough() const { return judged_ == most_rows_judged; }
-  bool decides() const { return judged_ >= (plain_ ? rows_of_plain_levels : rows_of_levels); }
 
   bool voltages() const {
     if (plain_) return false;
@@ -197,7 +195,7 @@ Judgement judge_time(const std::vector<std::string_view>& rows, const Cells& fir
   if (name == "time" && second[0] == "Second") return yes(CsvMaker::rigol);
   if (!event_csv_time_scale(name)) return {};
   const ColumnRows columns(rows);
-  if (!columns.decides() && !whole) return {Likeness::not_yet, CsvMaker::columns};
+  if (!columns.enough() && !whole) return {Likeness::not_yet, CsvMaker::columns};
   return {columns.voltages() ? Likeness::yes : Likeness::no, CsvMaker::columns};
 }
 
@@ -547,13 +545,14 @@ tl::expected<SampledCsvLayout, const char*> LayoutParser::parse() {
   return std::move(layout_);
 }
 
-// The rows that are judged, and those of `head` that are whole unless it is.
+// The rows that are judged. The last one may be cut where it has no end: it counts only where no more
+// is going to be seen, and there is hardly another.
 std::vector<std::string_view> rows_of(std::string_view head, bool whole) {
   head = without_mark(head);
   std::vector<std::string_view> rows;
   while (!head.empty() && rows.size() <= most_rows_judged) {
     const std::size_t end = head.find('\n');
-    if (end == std::string_view::npos && !whole) break;
+    if (end == std::string_view::npos && (!whole || rows.size() > 1)) break;
     const std::string_view row = head.substr(0, end);
     if (!is_event_csv_comment(row)) rows.push_back(trim_cell(row, ','));
     head.remove_prefix(end == std::string_view::npos ? head.size() : end + 1);
@@ -567,8 +566,8 @@ Likeness looks_like_sampled_csv(std::string_view head, bool whole) {
   return judge(rows_of(head, whole), whole).likeness;
 }
 
-EventCsvRows event_csv_rows(std::string_view head, bool whole) {
-  const auto rows = rows_of(head, whole);
+EventCsvRows event_csv_rows(std::string_view head) {
+  const auto rows = rows_of(head, true);
   return rows.empty() ? EventCsvRows() : ColumnRows(rows).levels();
 }
 

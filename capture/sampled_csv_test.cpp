@@ -1,5 +1,6 @@
 #include "capture/sampled_csv.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -443,6 +444,24 @@ TEST(SampledCsv, StepThatEndsAfterManyRows_IsRefused) {
   EXPECT_TRUE(read_as_csv(ticks_and_changes(3'000, "0.0", "1.0", "1.0"), {}).error);
   EXPECT_TRUE(read_as_csv(ticks_and_changes(3'000, "0.0", "3.3", "1.0"), {}).error);
   EXPECT_TRUE(read_as_csv(ticks_and_changes(80, "0.0", "3.3", "1.0"), {}).error);
+}
+
+// Where the part of a file that is judged ends is no matter: its last row may be cut anywhere, and
+// wide rows are few.
+TEST(SampledCsv, CutOfTheRowsThatAreJudged_ChangesNothing) {
+  for (const auto& [low, high] : {std::pair{"0", "1"}, {"0.02", "3.31"}}) {
+    std::string rows = "\ntime_ns,MA,SLO\n";
+    for (int i = 0; i < 400; ++i) {
+      const int time = 10 * i + (i < 40 ? 0 : 4'000);
+      rows += fmt::format("{:09},{:>120},{:>120}\n", time, i / 3 % 2 == 0 ? low : high,
+                          i / 7 % 2 == 0 ? low : high);
+    }
+    for (std::size_t cut = 0; cut < 252; ++cut) {
+      const auto opened = open_capture(memory_bytes('#' + std::string(cut, ' ') + rows), "-", {});
+      ASSERT_TRUE(opened) << high;
+      EXPECT_EQ((*opened)->sample_period(), nanoseconds(10)) << high << ' ' << cut;
+    }
+  }
 }
 
 TEST(SampledCsv, RowsOfSigrokAtChangesOnly_HoldTheirLevel) {

@@ -13,7 +13,7 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view text(reinterpret_cast<const char*>(data), size);
-  const biss::capture::EventCsvRows rows = biss::capture::event_csv_rows(text, true);
+  const biss::capture::EventCsvRows rows = biss::capture::event_csv_rows(text);
   biss::fuzz::check_reader(text, [&rows](auto bytes) {
     return biss::capture::open_event_csv(std::move(bytes), biss::capture::default_piece_bytes,
                                          rows);

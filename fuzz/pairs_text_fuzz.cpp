@@ -48,7 +48,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     check(biss::capture::open_vcd, text);
     return 0;
   }
-  const biss::capture::EventCsvRows rows = biss::capture::event_csv_rows(text, true);
+  const biss::capture::EventCsvRows rows = biss::capture::event_csv_rows(text);
   check(
       [&rows](auto bytes, auto piece) {
         return biss::capture::open_event_csv(std::move(bytes), piece, rows);
