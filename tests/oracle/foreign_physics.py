@@ -41,8 +41,9 @@ class Wire:
     def settle(self, time):
         """Changes up to this time are final."""
         if self._crossing is not None and self._crossing <= time:
-            self.times.append(self._crossing)
-            self.levels.append(self._target)
+            if self._target != (self.levels[-1] if self.levels else self.first):
+                self.times.append(self._crossing)
+                self.levels.append(self._target)
             self._crossing = None
 
     def next_change(self):
