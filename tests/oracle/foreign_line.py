@@ -2,7 +2,7 @@
 import bisect
 import math
 
-from foreign_format import Channel, Format, Item
+from foreign_format import FLAGS, USUAL, Channel, Format, Item
 from foreign_physics import Answer, Control, Encoder, Master, Plan, Wire, nibble
 
 HEALTHY_PERIOD = (101.0, 4000.0)
@@ -583,6 +583,38 @@ class Line:
                       "flags": self.flag_kinds, "slopes": self.slopes, "ends": self.ends,
                       "at_encoder": self.probe_at_encoder, "cdm": len(self.cdm)}}
 
+    def shows_error(self):
+        """Whether a maker's error in the checksum, if there is one, is in the frames."""
+        answers = [r.answer for r in self.inside() if r.answer]
+        for index, channel in enumerate(self.format.channels):
+            if channel.error == "cds" and sum(a.cds for a in answers) < 3:
+                return False
+            if channel.error == "no-flags" and len({(a.notes[index]["nE"], a.notes[index]["nW"])
+                                                    for a in answers}) < 2:
+                return False
+        return True
+
+    def readable(self):
+        """Whether what is unusual in this format shows in the frames: nobody could know it else."""
+        kept = self.frames()
+        for index, channel in enumerate(self.format.channels):
+            moved, rank = kept["moved"][index].count("1"), kept["rank"][index]
+            unusual = (channel.polynomial != USUAL.get(channel.width) or channel.start or channel.plain
+                       or channel.error)
+            if unusual and rank < 6:
+                return False
+            if any(item.gray or item.lsb for item in channel.items) and (moved < 6 or not kept["smooth"]):
+                return False
+            kinds = [item.kind for item in channel.items if item.kind in FLAGS]
+            if kinds not in (["nE", "nW"], ["nE"]) or channel.items[0].kind in FLAGS:
+                for kind, low in kept["low"][index].items():
+                    active = low if kind in ("nE", "nW") else 1 - low
+                    if not 0 < active < 0.5:
+                        return False
+            if len(self.format.channels) > 1 and rank < 3:
+                return False
+        return True
+
     def frames(self):
         """What the good frames of the encoder show: moved bits, flags, independent frames."""
         answers = [r.answer for r in self.inside() if r.answer and r.answer.sent > len(r.answer.bits)
@@ -599,7 +631,8 @@ class Line:
             rank.append(independent([int("".join(map(str, w)), 2) for w in words]) if words else 0)
             counted = counted or channel.has("lc")
         return {"moved": moved, "low": low, "rank": rank, "counted": counted,
-                "frames": ["".join(map(str, a.bits)) for a in answers[:400]]}
+                "smooth": not any(motion.kind == "fast" for motion in self.motions),
+                "frames": [f"{a.cds} " + "".join(map(str, a.bits)) for a in answers[:400]]}
 
 
 def independent(words):

@@ -21,7 +21,8 @@ again. Tune only on seeds below 10000; those from 100000 on are for reports. FOL
     low         of each flag, the share of frames in which it was 0: [{"nE": 0.0, "nW": 0.3}]
     counted     whether a sign of life counted
     rank        independent frames, of each channel
-    frames      up to 400 frames as sent (bits of data and CRC), for the judge
+    smooth      whether the position moves so little that the order of its bits shows
+    frames      up to 400 frames as sent: CDS, a blank, and the bits of data and CRC
     about       how the line was drawn, for people
 
 Only the standard library of Python is used. The same seed gives the same line.
@@ -76,6 +77,8 @@ def identify_line(luck, causes):
     if line.samples and luck.random() < 0.1:
         line.samples = luck.uniform(3.5, 5.5)
     line.run()
+    if not line.shows_error() or not line.readable():
+        return None
     whole = line.inside()
     bad = sum(line.read(request) != "good" for request in whole)
     line.marks = {}
