@@ -57,6 +57,8 @@ void Line::end_configuration() {
     found.trust_cycle_time = master_.setup().trust_cycle_time;
     found.low_time = master_.setup().low_time;
     found.cdm = master_.setup().cdm;
+    found.no_error_flag = found.unchecked = true;
+    found.timing.clock_max = hertz_max;
     master_ = RequestCycle<Codec>(Codec((*configuration_)->format), found);
   }
   run_rest<true>(now_ + common_cycle, false);
