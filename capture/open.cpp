@@ -128,9 +128,7 @@ class LineFeeds final : public ByteSource {
 
 // The first line ends in CR alone. It is seen whole before the format of a CSV is known.
 bool ends_lines_with_cr(std::string_view text) {
-  const std::size_t at = text.find_first_of("\r\n");
-  const std::size_t next = text.find_first_not_of('\r', std::min(at, text.size()));
-  return next != at && next != std::string_view::npos && text[next] != '\n';
+  return has_cr_inside(text.substr(0, text.find('\n')));
 }
 
 // What to do about a known format that is not read.
