@@ -7,6 +7,9 @@ namespace biss::sim {
 
 // Switches the data channels as commanded.
 void Line::switch_channels() {
+  if (registers_.empty() && !schedule_.empty()) {
+    for (Node& node : nodes_) node.slave.set_channels_active(true);
+  }
   for (std::size_t k = 0; k < registers_.size(); ++k) {
     nodes_[k].slave.set_channels_active(registers_[k].channels_active());
   }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <memory>
 #include <optional>
 #include <string>
@@ -189,8 +190,13 @@ std::string crc_text(std::uint16_t crc, unsigned bits) {
 std::string crc_meaning(const ChannelFormat& channel) {
   std::string out = fmt::format("0x{:X}", channel.crc.polynomial);
   if (channel.crc.start != 0) out += fmt::format(", start 0x{:X}", channel.crc.start);
-  return out + fmt::format(", {}, over {} bits", channel.crc.inverted ? "inverted" : "not inverted",
-                           channel.data_bits);
+  const CrcSpec& crc = channel.crc;
+  const int flags = crc.without_flags ? std::popcount(channel.flags_mask()) : 0;
+  return out + fmt::format(", {}{}, over {} bits{}{}", crc.inverted ? "inverted" : "not inverted",
+                           crc.reversed ? ", lowest bit first" : "",
+                           channel.data_bits - flags + (crc.with_cds ? 1 : 0),
+                           crc.with_cds ? " with CDS" : "",
+                           crc.without_flags ? " without nE and nW" : "");
 }
 
 // The channel's fields in line order, what lies between them as padding.
@@ -204,13 +210,20 @@ std::vector<Part> parts_of(const ChannelFormat& format, std::uint64_t data) {
         {field.shift,
          {std::move(name), 0, field.of(data), field.bits, both(value), std::move(meaning)}});
   };
-  add("position", format.position, channel.position, "most significant bit first");
+  const auto coded = [](std::string_view meaning, bool gray, bool lsb) {
+    return fmt::format("{}{}{}", meaning, gray ? ", Gray code" : "",
+                       lsb ? ", least significant bit first" : "");
+  };
+  add("position", format.position, channel.position,
+      format.coded() ? coded("the whole position", format.position_gray, format.position_lsb)
+                     : "most significant bit first");
   const unsigned below = format.singleturn.bits;
   const std::uint64_t singleturn = channel.position & low_mask(below);
   const std::uint64_t turns = below < 64 ? channel.position >> below : 0;
-  add("multiturn", format.multiturn, turns, "whole turns");
+  add("multiturn", format.multiturn, turns,
+      coded("whole turns", format.multiturn_gray, format.multiturn_lsb));
   add("singleturn", format.singleturn, singleturn,
-      format.singleturn_gray ? "within a turn, Gray code" : "within a turn");
+      coded("within a turn", format.singleturn_gray, format.singleturn_lsb));
   add("counter", format.life_counter, channel.life_counter, "sign of life");
   if (format.error.present) {
     fields.push_back({format.error.shift, flag_part("nE", format.error, channel.nE, "error")});
@@ -497,6 +510,11 @@ ExitStatus show_received(const CrcOptions& options, const Device& device) {
 ExitStatus run_crc(const CrcOptions& options) {
   const auto choice = choose_device(options.arguments);
   if (!choice) return fail(ExitStatus::usage, choice.error());
+  if (choice->format.needs_previous()) {
+    return fail(ExitStatus::usage,
+                "-f: with :previous the CRC of a frame is in the next one; decode "
+                "a capture, or leave :previous out");
+  }
   if (options.bytes) return show_received(options, *choice);
   if (options.clock) return fail(ExitStatus::usage, "--clock: needs --read");
   const FrameFormat& format = choice->format;
