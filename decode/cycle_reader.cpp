@@ -429,6 +429,21 @@ void CycleReader::judge(const CycleSpan& span, const Sampled& sampled, const Fou
   if (cycle.status == CycleStatus::ok && !codec_) cycle.status = CycleStatus::unchecked;
 }
 
+Cycle CycleReader::read_bits(const BitView& bits) const {
+  Sampled sampled;
+  sampled.bits.append(bits.first(FrameBits::capacity_bits));
+  CycleReading reading;
+  Cycle& cycle = reading.cycle;
+  const auto start = find_start(sampled.bits.view(), FrameBounds{});
+  if (start.ok()) {
+    read_payload(sampled, *start, reading);
+    if (cycle.status == CycleStatus::ok && !codec_) cycle.status = CycleStatus::unchecked;
+  } else {
+    cycle.status = status_of(start.error().cause);
+  }
+  return cycle;
+}
+
 void CycleReader::read_payload(const Sampled& sampled, const FrameStart& start,
                                CycleReading& reading) const {
   Cycle& cycle = reading.cycle;

@@ -61,6 +61,10 @@ class CycleReader {
   /// \param slo must reach back to the span's first edge
   CycleReading read(const CycleSpan& span, const LineHistory& slo);
 
+  /// Reads bits that were sampled elsewhere, SLO once per clock from the first one on, as long as an
+  /// ACK of BiSS C allows. The cycle has no times.
+  Cycle read_bits(const BitView& bits) const;
+
   /// When the last read() sampled SLO: element k belongs to rising edge k of MA, LAT's included.
   /// Empty where SLO gave no ACK.
   std::vector<Picoseconds> sample_times() const;
