@@ -264,7 +264,7 @@ class Search {
   unsigned checksum_bits_ = 0;
   std::vector<std::vector<Word>> seen_;
   std::vector<std::string> names_;
-  // That a reading which was tried fits so many words.
+  // That one of the readings fits as many words.
   double chance_ = 1;
 };
 

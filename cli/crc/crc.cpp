@@ -363,7 +363,7 @@ void add_crc(Command& command) {
        .examples = {"biss crc -f pos26,nE,nW,crc6 0x1234567",
                     "biss crc -f fs-28-24 0x1234567 0x123456 --lc 1 --to jsonl",
                     "biss crc -f resolute-18 --read 'F0 00 00 00 01 24 68 B9 A0' --clock 10MHz",
-                    "biss crc -f resolute-18 --read 0x00000000002468B9 --payload"}},
+                    "biss crc -f resolute-18 --read 0x00000000012345CD --payload"}},
       [options] { return run_crc(*options); });
   add_format_option(verb, options->arguments, true);
   const Option position = verb.add_option(

@@ -24,6 +24,7 @@ tl::expected<WordsByDigits, std::string> words_of(const BufferOptions& options,
   for (const Digits digits : digits_in_order(options.text)) {
     auto word = parse_word(options.text, digits);
     if (!word || (!chosen.empty() && digits != chosen)) continue;
+    if (!words.empty() && words.front().second.front() == *word) continue;
     if (is_good(*word, options.reading, format)) good.push_back(fmt::format("--digits {}", digits));
     words.push_back({digits, {std::move(*word)}});
   }
