@@ -166,10 +166,15 @@ ExitStatus DecodedCapture::open(const CaptureArguments& arguments, const MarginA
   if (resolution_ && !is_resolution(*resolution_)) {
     return fail(ExitStatus::usage, "--resolution: from 0s to 1ms");
   }
-  return list_.open(arguments);
+  if (arguments.words.file.empty()) return list_.open(arguments);
+  words_ = arguments.words;
+  // A word does not show how the device behaves in time.
+  timing_ = {};
+  return ExitStatus::done;
 }
 
 bool DecodedCapture::next() {
+  if (words_) return log_.empty() && open_words();
   decoder_.reset();
   first_cycles_.clear();
   if (pair_ + 1 < pairs_.size()) {
@@ -183,6 +188,45 @@ bool DecodedCapture::next() {
     if (open_next()) return true;
   }
   return false;
+}
+
+bool DecodedCapture::open_words() {
+  auto log = read_word_log(*words_);
+  if (!log) status_ = fail(ExitStatus::io, log.error());
+  if (words_->reading.payload && !format_) {
+    status_ = fail(ExitStatus::usage, "--payload: the length of the frame is not known; give -f");
+  }
+  if (status_ != ExitStatus::done) return false;
+  log_ = std::move(*log);
+  if (!finds_format_) return true;
+  identify::SampleCollector frames;
+  read_words(decode::CycleReader(std::nullopt, {}),
+             [&frames](std::uint64_t number, const auto& cycle) {
+               frames.add(number, cycle);
+               return true;
+             });
+  take_finding(frames.samples());
+  if (const auto* sure = finding_->sure(); identifies_ && sure != nullptr) format_ = sure->format;
+  return true;
+}
+
+bool DecodedCapture::read_words(const decode::CycleReader& reader, const OnCycle& on_cycle) {
+  for (std::size_t i = 0; i < log_.size(); ++i) {
+    timed_ = log_[i].time.has_value();
+    if (!on_cycle(i, cycle_of(log_[i], words_->reading, reader, format_))) break;
+  }
+  return true;
+}
+
+std::string DecodedCapture::fitting_options() const {
+  std::vector<Word> words;
+  std::size_t good = 0;
+  for (const LoggedWord& logged : log_) {
+    words.push_back(logged.word);
+    if (is_good(logged.word, words_->reading, *format_)) ++good;
+  }
+  if (2 * good > words.size()) return {};
+  return cli::fitting_options({{words_->reading.digits, words}}, words_->reading, *format_);
 }
 
 bool DecodedCapture::open_next() {
@@ -333,9 +377,14 @@ Picoseconds DecodedCapture::interval() {
   decode::Statistics first;
   deliver_ = [&](const decode::Cycle& cycle) {
     first.add(cycle);
-    first_cycles_.push_back(cycle);
+    if (!words_) first_cycles_.push_back(cycle);
   };
-  push(input_.next());
+  if (words_) {
+    read_words(reader(),
+               [this](std::uint64_t, const auto& cycle) { return deliver_(cycle), true; });
+  } else {
+    push(input_.next());
+  }
   const decode::Distribution& interval = first.interval();
   return interval.count() == 0 ? Picoseconds{} : picoseconds(interval.median());
 }
@@ -392,6 +441,7 @@ bool DecodedCapture::end_steps() {
 }
 
 bool DecodedCapture::read(const OnCycle& on_cycle) {
+  if (words_) return read_words(reader(), on_cycle);
   std::uint64_t number = 0;
   bool wanted = true;
   Progress progress;

@@ -1,152 +1,18 @@
-// biss crc: the frame for a position, or the one in the bytes of an SPI buffer, bit by bit.
+#include "cli/crc/crc.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <memory>
-#include <optional>
-#include <string>
 #include <tl/expected.hpp>
 #include <utility>
 #include <vector>
 
-#include "biss/base/bits.hpp"
-#include "biss/frame/codec.hpp"
-#include "biss/frame/decode.hpp"
-#include "biss/master/spi_read.hpp"
-#include "biss/timing/cycle.hpp"
-#include "cli/common/format_option.hpp"
-#include "cli/common/verb.hpp"
 #include "cli/common/verbs.hpp"
-#include "dump/text.hpp"
-#include "report/summary.hpp"
 
 namespace biss::cli {
 namespace {
-
-struct CrcOptions {
-  FormatArguments arguments;
-  std::vector<std::string> positions;
-  std::optional<std::vector<std::uint8_t>> bytes;
-  std::optional<Hertz> clock;
-  bool error = false;
-  bool warning = false;
-  std::optional<std::uint64_t> life_counter;
-  report::Format to = report::Format::table;
-  std::string output;
-};
-
-std::string channel_word(const FrameFormat& format, std::size_t k) {
-  return format.channel_count == 1 ? "" : fmt::format(" of channel {}", k + 1);
-}
-
-// The options apply to every channel with such a bit; at least one must have it.
-std::string check_flags(const CrcOptions& options, const FrameFormat& format) {
-  const auto any = [&format](auto has) {
-    return std::any_of(format.channels().begin(), format.channels().end(), has);
-  };
-  if (options.error && !any([](const ChannelFormat& c) { return c.error.present; })) {
-    return "--error: the format has no error bit (nE or E)";
-  }
-  if (options.warning && !any([](const ChannelFormat& c) { return c.warning.present; })) {
-    return "--warning: the format has no warning bit (nW or W)";
-  }
-  if (options.life_counter &&
-      !any([](const ChannelFormat& c) { return c.life_counter.present(); })) {
-    return "--lc: the format has no counter (lcN)";
-  }
-  return {};
-}
-
-std::string set_position(Channel& channel, std::string_view text, unsigned bits,
-                         const std::string& where) {
-  const std::uint64_t largest = low_mask(bits);
-  if (bits == 0 && text != "0") {
-    return fmt::format("position {}{}: the channel has no position; give 0", text, where);
-  }
-  const auto position = parse_count(text, largest);
-  if (position.ok()) {
-    channel.position = *position;
-    return {};
-  }
-  if (position.error().cause == QuantityCause::too_large) {
-    return fmt::format("position {}{}: too large; {} bits hold at most {} (0x{:X})", text, where,
-                       bits, largest, largest);
-  }
-  return fmt::format("position {}{}", quantity_error_text(Quantity::count, text, position.error()),
-                     where);
-}
-
-tl::expected<Frame, std::string> chosen_frame(const CrcOptions& options,
-                                              const FrameFormat& format) {
-  const auto wrong = [](std::string text) { return tl::make_unexpected(std::move(text)); };
-  if (options.positions.size() != format.channel_count) {
-    return wrong(
-        format.channel_count == 1
-            ? std::string("the format has 1 channel: give one position, or --read")
-            : fmt::format("the format has {0} channels: give {0} positions", format.channel_count));
-  }
-  if (std::string text = check_flags(options, format); !text.empty()) return wrong(text);
-  Frame frame;
-  for (std::size_t k = 0; k < format.channel_count; ++k) {
-    const ChannelFormat& channel = format.channel_list[k];
-    Channel& values = frame.channel_list[k];
-    std::string text = set_position(values, options.positions[k], channel.position_bits(),
-                                    channel_word(format, k));
-    if (!text.empty()) return wrong(text);
-    if (channel.error.present) values.nE = !options.error;
-    if (channel.warning.present) values.nW = !options.warning;
-    if (!channel.life_counter.present()) continue;
-    const std::uint64_t largest = low_mask(channel.life_counter.bits);
-    const std::uint64_t count = options.life_counter.value_or(0);
-    if (count > largest) {
-      return wrong(fmt::format("--lc {}: too large; {} bits hold at most {}", count,
-                               channel.life_counter.bits, largest));
-    }
-    values.life_counter = static_cast<std::uint32_t>(count);
-  }
-  return frame;
-}
-
-// A frame from START on, as it is on the line.
-struct FrameWords {
-  struct Word {
-    std::uint64_t data = 0;
-    std::uint16_t crc = 0;
-  };
-  bool cds = false;
-  std::array<Word, max_channels> channels{};
-  std::optional<bool> stop = false;  // empty: not received
-};
-
-FrameWords frame_words(const FrameFormat& format, const Frame& frame, const PlainCodec& codec) {
-  FrameWords line;
-  for (std::size_t k = 0; k < format.channel_count; ++k) {
-    FrameWords::Word& word = line.channels[k];
-    word.data = pack(format.channel_list[k], frame.channel_list[k]);
-    if (format.channel_list[k].crc.present()) word.crc = codec.crc(k, word.data, frame.cds);
-  }
-  return line;
-}
-
-/// \pre the bits reach to the last one of the CRC
-FrameWords frame_words(const FrameFormat& format, const BitView& bits, const FrameStart& start) {
-  FrameWords line;
-  std::size_t at = start.start_bit + 1;
-  const auto next = [&](unsigned count) {
-    at += count;
-    return bits.word(at - count, count);
-  };
-  line.cds = next(1) != 0;
-  for (std::size_t k = 0; k < format.channel_count; ++k) {
-    line.channels[k].data = next(format.channel_list[k].data_bits);
-    line.channels[k].crc = static_cast<std::uint16_t>(next(format.channel_list[k].crc.width_bits));
-  }
-  line.stop.reset();
-  if (at < bits.size_bits()) line.stop = next(1) != 0;
-  return line;
-}
 
 // A row of the human-readable table: bits of the frame that belong together.
 struct Part {
@@ -252,12 +118,15 @@ std::vector<Part> parts_of(const ChannelFormat& format, std::uint64_t data) {
 
 std::vector<Part> all_parts(const FrameFormat& format, const FrameWords& line,
                             const PlainCodec& codec) {
-  const bool wrong_cds = format.cds0 && line.cds;
-  std::vector<Part> parts{{"START", 0, 1, 1, "1", "the first 1 after ACK"},
-                          {"CDS", 0, line.cds, 1, line.cds ? "1" : "0",
-                           wrong_cds     ? "wrong: always 0"
-                           : format.cds0 ? "always 0"
-                                         : "control data"}};
+  std::vector<Part> parts;
+  if (line.cds) {
+    const bool wrong_cds = format.cds0 && *line.cds;
+    parts = {{"START", 0, 1, 1, "1", "the first 1 after ACK"},
+             {"CDS", 0, *line.cds, 1, *line.cds ? "1" : "0",
+              wrong_cds     ? "wrong: always 0"
+              : format.cds0 ? "always 0"
+                            : "control data"}};
+  }
   for (std::size_t k = 0; k < format.channel_count; ++k) {
     const ChannelFormat& channel = format.channel_list[k];
     for (Part& part : parts_of(channel, line.channels[k].data)) {
@@ -280,6 +149,52 @@ std::vector<Part> all_parts(const FrameFormat& format, const FrameWords& line,
          *line.stop ? "wrong: 0 until the timeout has passed" : "until the timeout has passed"});
   }
   return parts;
+}
+
+// START to the last CRC bit, as text.
+std::string line_bits(const FrameFormat& format, const FrameWords& line) {
+  std::string out = !line.cds ? "" : *line.cds ? "11" : "10";
+  const auto add = [&out](std::uint64_t word, unsigned bits) {
+    for (unsigned i = bits; i-- > 0;) out.push_back(((word >> i) & 1U) != 0 ? '1' : '0');
+  };
+  for (std::size_t k = 0; k < format.channel_count; ++k) {
+    add(line.channels[k].data, format.channel_list[k].data_bits);
+    add(line.channels[k].crc, format.channel_list[k].crc.width_bits);
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string channel_word(const FrameFormat& format, std::size_t k) {
+  return format.channel_count == 1 ? "" : fmt::format(" of channel {}", k + 1);
+}
+
+FrameWords frame_words(const FrameFormat& format, const Frame& frame, const PlainCodec& codec) {
+  FrameWords line;
+  for (std::size_t k = 0; k < format.channel_count; ++k) {
+    FrameWords::ChannelWord& word = line.channels[k];
+    word.data = pack(format.channel_list[k], frame.channel_list[k]);
+    if (format.channel_list[k].crc.present()) word.crc = codec.crc(k, word.data, frame.cds);
+  }
+  return line;
+}
+
+FrameWords frame_words(const FrameFormat& format, const BitView& bits, const FrameStart& start) {
+  FrameWords line;
+  std::size_t at = start.start_bit + 1;
+  const auto next = [&](unsigned count) {
+    at += count;
+    return bits.word(at - count, count);
+  };
+  line.cds = next(1) != 0;
+  for (std::size_t k = 0; k < format.channel_count; ++k) {
+    line.channels[k].data = next(format.channel_list[k].data_bits);
+    line.channels[k].crc = static_cast<std::uint16_t>(next(format.channel_list[k].crc.width_bits));
+  }
+  line.stop.reset();
+  if (at < bits.size_bits()) line.stop = next(1) != 0;
+  return line;
 }
 
 bool write_table(const FrameFormat& format, const FrameWords& line, const PlainCodec& codec,
@@ -307,27 +222,6 @@ bool write_table(const FrameFormat& format, const FrameWords& line, const PlainC
   return table->finish();
 }
 
-// START to the last CRC bit, as text.
-std::string line_bits(const FrameFormat& format, const FrameWords& line) {
-  std::string out = line.cds ? "11" : "10";
-  const auto add = [&out](std::uint64_t word, unsigned bits) {
-    for (unsigned i = bits; i-- > 0;) out.push_back(((word >> i) & 1U) != 0 ? '1' : '0');
-  };
-  for (std::size_t k = 0; k < format.channel_count; ++k) {
-    add(line.channels[k].data, format.channel_list[k].data_bits);
-    add(line.channels[k].crc, format.channel_list[k].crc.width_bits);
-  }
-  return out;
-}
-
-// What was found in a buffer.
-struct Received {
-  std::optional<FrameStart> start;
-  std::optional<FrameWords> line;  // nothing where the bits end before the last one of the CRC
-  std::optional<FrameFault> fault;
-};
-
-// The frame as JSON; without a line its values are null. `received` adds keys.
 bool write_object(const FrameFormat& format, const std::optional<FrameWords>& line,
                   const PlainCodec& codec, const Received* received, report::TextSink& sink) {
   using report::Kind;
@@ -341,7 +235,7 @@ bool write_object(const FrameFormat& format, const std::optional<FrameWords>& li
   };
   for (std::size_t k = 0; k < format.channel_count; ++k) {
     const ChannelFormat& channel = format.channel_list[k];
-    const FrameWords::Word word = line ? line->channels[k] : FrameWords::Word{};
+    const FrameWords::ChannelWord word = line ? line->channels[k] : FrameWords::ChannelWord{};
     const Channel values = unpack(channel, word.data);
     const auto when = [&line](bool present, auto value) {
       return line && present ? report::Cell(value) : report::Cell();
@@ -373,138 +267,83 @@ bool write_object(const FrameFormat& format, const std::optional<FrameWords>& li
   return table->row(cells) && table->finish();
 }
 
-// ---- Reading a buffer
+namespace {
 
-// The bytes of a word: F0, F000, 0xF0, 0x0.
-bool add_bytes(std::vector<std::uint8_t>& bytes, std::string_view word) {
-  if (word.starts_with("0x") || word.starts_with("0X")) {
-    word.remove_prefix(2);
-    if (word.size() == 1 && dump::hex_digits_at_front(word) == 1) {
-      bytes.push_back(static_cast<std::uint8_t>(dump::hex_value(word.front())));
-      return true;
-    }
-  }
-  if (word.empty() || word.size() % 2 != 0) return false;
-  for (; !word.empty(); word.remove_prefix(2)) {
-    const auto byte = dump::hex_byte(word.substr(0, 2));
-    if (!byte) return false;
-    bytes.push_back(*byte);
-  }
-  return true;
-}
+struct CrcOptions {
+  FormatArguments arguments;
+  std::vector<std::string> positions;
+  BufferOptions buffer;
+  bool error = false;
+  bool warning = false;
+  std::optional<std::uint64_t> life_counter;
+};
 
-// As debuggers and hex dumps print them: F0 00 00 or {0xf0, 0x0, 0x0}.
-std::vector<std::uint8_t> parse_bytes(std::string text) {
-  constexpr std::string_view separators = ",{}\n";
-  for (char& c : text) {
-    if (separators.find(c) != std::string_view::npos) c = ' ';
-  }
-  std::vector<std::uint8_t> bytes;
-  std::string_view rest = text;
-  for (auto word = dump::next_word(rest); !word.empty(); word = dump::next_word(rest)) {
-    if (!add_bytes(bytes, word)) {
-      wrong_value("--read", fmt::format("'{}': expected bytes of two hexadecimal digits", word));
-    }
-  }
-  if (bytes.empty()) wrong_value("--read", "expected bytes of two hexadecimal digits");
-  return bytes;
-}
-
-Received receive(const CrcOptions& options, const Device& device) {
-  const FrameCodec<> codec(device.format);
-  const BitView bits(*options.bytes, 0, options.bytes->size() * 8);
-  Received received;
-  FrameBounds widest;
-  const auto take = [&received](const auto& frame) {
-    if (!frame.ok()) received.fault = frame.error();
+// The options apply to every channel with such a bit; at least one must have it.
+std::string check_flags(const CrcOptions& options, const FrameFormat& format) {
+  const auto any = [&format](auto has) {
+    return std::any_of(format.channels().begin(), format.channels().end(), has);
   };
-  if (options.clock) {
-    // Whatever was received is read: the command shows bits and trusts none.
-    const SpiSetup spi{
-        .period = period_of(*options.clock), .no_error_flag = true, .unchecked = true};
-    DeviceTiming timing = device.timing;
-    timing.clock_max = std::max(timing.clock_max, *options.clock);
-    const SpiReader reader(codec, spi, timing);
-    widest.late_max_clocks = reader.bounds().late_max_clocks;
-    take(reader.read(*options.bytes));
-  } else {
-    take(decode_frame(bits, codec, widest));
+  if (options.error && !any([](const ChannelFormat& c) { return c.error.present; })) {
+    return "--error: the format has no error bit (nE or E)";
   }
-  const auto start = find_start(bits, widest);
-  if (!start.ok()) return received;
-  received.start = *start;
-  const std::size_t end = start->start_bit + 2 + device.format.payload_bits();
-  if (end <= bits.size_bits()) received.line = frame_words(device.format, bits, *start);
-  return received;
+  if (options.warning && !any([](const ChannelFormat& c) { return c.warning.present; })) {
+    return "--warning: the format has no warning bit (nW or W)";
+  }
+  if (options.life_counter &&
+      !any([](const ChannelFormat& c) { return c.life_counter.present(); })) {
+    return "--lc: the format has no counter (lcN)";
+  }
+  return {};
 }
 
-std::string_view likely_reason(FrameError error) {
-  switch (error) {
-    case FrameError::no_response:
-      return "the encoder did not answer: supply, cable, MA";
-    case FrameError::not_ready:
-      return "the request came too early, or SLO is stuck low";
-    case FrameError::response_range:
-    case FrameError::ack_range:
-      return "a wrong encoder type or limits, or a disturbed START";
-    case FrameError::no_start:
-    case FrameError::truncated:
-      return "too few clocks for this encoder";
-    case FrameError::cds:
-    case FrameError::crc:
-    case FrameError::stop_bit:
-      break;
+std::string set_position(Channel& channel, std::string_view text, unsigned bits,
+                         const std::string& where) {
+  const std::uint64_t largest = low_mask(bits);
+  if (bits == 0 && text != "0") {
+    return fmt::format("position {}{}: the channel has no position; give 0", text, where);
   }
-  return "the frame was disturbed on the line, or the format is wrong";
+  const auto position = parse_count(text, largest);
+  if (position.ok()) {
+    channel.position = *position;
+    return {};
+  }
+  if (position.error().cause == QuantityCause::too_large) {
+    return fmt::format("position {}{}: too large; {} bits hold at most {} (0x{:X})", text, where,
+                       bits, largest, largest);
+  }
+  return fmt::format("position {}{}", quantity_error_text(Quantity::count, text, position.error()),
+                     where);
 }
 
-std::string summary_of(const CrcOptions& options, const FrameFormat& format,
-                       const Received& received) {
-  report::Summary out;
-  if (received.fault) {
-    const FrameFault fault = *received.fault;
-    const bool at_channel = fault.cause == FrameError::crc;
-    out.entry("status",
-              fmt::format("{}{}", name_of(fault.cause),
-                          at_channel ? channel_word(format, fault.channel) : ""),
-              likely_reason(fault.cause));
-  } else {
-    out.entry("status", "ok");
+tl::expected<Frame, std::string> chosen_frame(const CrcOptions& options,
+                                              const FrameFormat& format) {
+  const auto wrong = [](std::string text) { return tl::make_unexpected(std::move(text)); };
+  if (options.positions.size() != format.channel_count) {
+    return wrong(
+        format.channel_count == 1
+            ? std::string("the format has 1 channel: give one position, or --read")
+            : fmt::format("the format has {0} channels: give {0} positions", format.channel_count));
   }
-  if (!received.start) return out.text();
-  const unsigned ones = received.start->lead_clocks;
-  std::string delay;
-  if (options.clock && ones >= 2) {
-    const Picoseconds period = period_of(*options.clock);
-    delay = fmt::format("line delay {} to {} in SPI mode 3", text_of(period * (ones - 2)),
-                        text_of(period * (ones - 1)));
+  if (std::string text = check_flags(options, format); !text.empty()) return wrong(text);
+  Frame frame;
+  for (std::size_t k = 0; k < format.channel_count; ++k) {
+    const ChannelFormat& channel = format.channel_list[k];
+    Channel& values = frame.channel_list[k];
+    std::string text = set_position(values, options.positions[k], channel.position_bits(),
+                                    channel_word(format, k));
+    if (!text.empty()) return wrong(text);
+    if (channel.error.present) values.nE = !options.error;
+    if (channel.warning.present) values.nW = !options.warning;
+    if (!channel.life_counter.present()) continue;
+    const std::uint64_t largest = low_mask(channel.life_counter.bits);
+    const std::uint64_t count = options.life_counter.value_or(0);
+    if (count > largest) {
+      return wrong(fmt::format("--lc {}: too large; {} bits hold at most {}", count,
+                               channel.life_counter.bits, largest));
+    }
+    values.life_counter = static_cast<std::uint32_t>(count);
   }
-  out.entry("leading ones", fmt::format("{}", ones), delay);
-  const unsigned zeros = received.start->ack_clocks;
-  out.entry("ACK", fmt::format("{} clock{}", zeros, zeros == 1 ? "" : "s"));
-  return out.text();
-}
-
-ExitStatus show_received(const CrcOptions& options, const Device& device) {
-  if (options.clock && !accepts_clock(device.timing, *options.clock)) {
-    return fail(ExitStatus::usage,
-                fmt::format("--clock: the encoder does not accept {}", text_of(*options.clock)));
-  }
-  const PlainCodec codec(device.format);
-  const Received received = receive(options, device);
-  Output output;
-  if (!output.open(options.output)) return output.status();
-  bool written = true;
-  if (options.to != report::Format::table) {
-    written = write_object(device.format, received.line, codec, &received, output);
-  } else if (received.line) {
-    written = write_table(device.format, *received.line, codec, output, output.table_options());
-  }
-  if (!written || !output.finish()) return output.status();
-  if (options.to == report::Format::table) {
-    print_summary((received.line ? "\n" : "") + summary_of(options, device.format, received));
-  }
-  return received.fault ? ExitStatus::data_failed : ExitStatus::done;
+  return frame;
 }
 
 ExitStatus run_crc(const CrcOptions& options) {
@@ -515,16 +354,17 @@ ExitStatus run_crc(const CrcOptions& options) {
                 "-f: with :previous the CRC of a frame is in the next one; decode "
                 "a capture, or leave :previous out");
   }
-  if (options.bytes) return show_received(options, *choice);
-  if (options.clock) return fail(ExitStatus::usage, "--clock: needs --read");
+  const BufferOptions& buffer = options.buffer;
+  if (!buffer.text.empty()) return show_buffer(buffer, *choice);
+  if (buffer.clock) return fail(ExitStatus::usage, "--clock: needs --read");
   const FrameFormat& format = choice->format;
   const auto frame = chosen_frame(options, format);
   if (!frame) return fail(ExitStatus::usage, frame.error());
   const PlainCodec codec(format);
   const FrameWords line = frame_words(format, *frame, codec);
   Output output;
-  if (!output.open(options.output)) return output.status();
-  const bool written = options.to == report::Format::table
+  if (!output.open(buffer.output)) return output.status();
+  const bool written = buffer.to == report::Format::table
                            ? write_table(format, line, codec, output, output.table_options())
                            : write_object(format, line, codec, nullptr, output);
   if (!written || !output.finish()) return output.status();
@@ -540,7 +380,8 @@ void add_crc(Command& command) {
        .purpose = "Show the frame for a position, or in a buffer, bit by bit, with its CRC",
        .examples = {"biss crc -f pos26,nE,nW,crc6 0x1234567",
                     "biss crc -f fs-28-24 0x1234567 0x123456 --lc 1 --to jsonl",
-                    "biss crc -f resolute-18 --read 'F0 00 00 00 01 24 68 B9 A0' --clock 10MHz"}},
+                    "biss crc -f resolute-18 --read 'F0 00 00 00 01 24 68 B9 A0' --clock 10MHz",
+                    "biss crc -f resolute-18 --read 0x00000000012345CD --payload"}},
       [options] { return run_crc(*options); });
   add_format_option(verb, options->arguments, true);
   const Option position = verb.add_option(
@@ -550,19 +391,20 @@ void add_crc(Command& command) {
   const Option warning = verb.add_flag("--warning", options->warning, "Report a warning: nW is 0");
   const Option counter = add_count_option(verb, "--lc", into(options->life_counter),
                                           "Value of the sign-of-life counter; 0 by default");
-  verb.add_text_option(
-          "--read", [options](const std::string& text) { options->bytes = parse_bytes(text); },
-          "Show the frame in the bytes that an SPI peripheral received: SLO once per clock, in "
-          "hexadecimal digits")
-      .type_name("BYTES")
-      .excludes(position)
-      .excludes(error)
-      .excludes(warning)
-      .excludes(counter);
-  add_rate_option(verb, "--clock", into(options->clock),
+  const Option read =
+      verb.add_option("--read", options->buffer.text,
+                      "Show the frame in the bits that an SPI peripheral received: SLO once per "
+                      "clock, in digits as debuggers, dumps and sources have them")
+          .type_name("BYTES")
+          .excludes(position)
+          .excludes(error)
+          .excludes(warning)
+          .excludes(counter);
+  add_rate_option(verb, "--clock", into(options->buffer.clock),
                   "Clock of --read, to check leading ones and ACK too");
-  add_to_option(verb, options->to, {report::Format::table, report::Format::jsonl});
-  add_output_option(verb, options->output);
+  add_to_option(verb, options->buffer.to, {report::Format::table, report::Format::jsonl});
+  add_output_option(verb, options->buffer.output);
+  add_word_options(verb, options->buffer.reading, read);
 }
 
 }  // namespace biss::cli
