@@ -230,14 +230,17 @@ class LayoutSearch {
     candidates_.assign(length_ + 1, {});
     find_narrow();
     find_wide();
-    std::vector<Layout> done = chains(is_end(least_end_share, false), most);
-    add_variants(is_end(least_end_share, false), done);
-    const bool won = std::any_of(done.begin(), done.end(),
-                                 [](const Layout& each) { return each.score > 16; });
-    if (!won) {
-      const std::vector<Layout> more = chains(is_end(0.75, true), most);
-      done.insert(done.end(), more.begin(), more.end());
-      add_variants(is_end(0.75, true), done);
+    std::vector<Layout> done;
+    // Where no checksum ends with the frame, it may end at any bit that can be STOP.
+    constexpr double least_evidence = 12;
+    for (const bool loose : {false, true}) {
+      const std::vector<bool> ends = is_end(loose ? 0.75 : least_end_share, loose);
+      done = chains(ends, most);
+      add_variants(ends, done);
+      const bool won = std::any_of(done.begin(), done.end(), [](const Layout& each) {
+        return each.score > least_evidence;
+      });
+      if (won) break;
     }
     done.push_back(unchecked());
     for (Layout& layout : done) complete(layout);
@@ -249,12 +252,15 @@ class LayoutSearch {
     unsigned begin = 0;
     unsigned end = 0;
     CrcSpec crc;
+    // By how many bits it is better than chance; the same, less the frames that do not fit.
+    double evidence = 0;
     double score = 0;
 
     ChannelLayout channel() const { return {begin, end - begin - crc.width_bits, crc}; }
   };
   struct Open {
     std::vector<ChannelLayout> channels;
+    double evidence = 0;
     double score = 0;
   };
 
@@ -308,9 +314,9 @@ class LayoutSearch {
   // ---- The channels that may be anywhere
 
   void add(Candidate candidate, unsigned rank, double frames) {
-    candidate.score = candidate.crc.width_bits * (1 + data_weight * rank) -
-                      channel_cost(candidate.channel()) -
-                      data_weight * misfit_cost * (all_ - frames);
+    candidate.evidence = candidate.crc.width_bits * (1 + data_weight * rank) -
+                         channel_cost(candidate.channel());
+    candidate.score = candidate.evidence - data_weight * misfit_cost * (all_ - frames);
     candidates_[candidate.begin].push_back(candidate);
   }
 
@@ -417,7 +423,7 @@ class LayoutSearch {
     for (unsigned begin = 0; begin < length_; ++begin) {
       const bool from_here = std::find(begins.begin(), begins.end(), begin) != begins.end();
       for (const Candidate& each : candidates_[begin]) {
-        if (each.score < strong) continue;
+        if (each.evidence < strong) continue;
         ends[begin] = true;
         const bool known = std::find(begins.begin(), begins.end(), each.end) != begins.end();
         if (from_here && !known && begins.size() < most_begins) begins.push_back(each.end);
@@ -483,6 +489,7 @@ class LayoutSearch {
           Open longer = each;
           longer.channels.push_back(candidate.channel());
           longer.score += candidate.score - further_channel_cost(each.channels.size());
+          longer.evidence += candidate.evidence - further_channel_cost(each.channels.size());
           open[candidate.end].push_back(std::move(longer));
         }
       }
@@ -498,7 +505,7 @@ class LayoutSearch {
       if (each.score < best.front().score - most_behind) break;
       Layout layout;
       layout.channels = each.channels;
-      layout.score = each.score;
+      layout.score = each.evidence;
       layout.cost = end_cost(ends);
       done.push_back(std::move(layout));
     }
@@ -557,10 +564,9 @@ class LayoutSearch {
     if (right < least_share * all_ || right < 2 || usual_right >= right) return;
     Layout layout;
     layout.channels = {channel};
-    layout.score = channel.crc.width_bits * (1 + data_weight * basis.rank()) -
-                   channel_cost(channel) - data_weight * misfit_cost * (known - right);
+    layout.score = channel.crc.width_bits * (1 + data_weight * basis.rank()) - channel_cost(channel);
     layout.cost = cost;
-    if (layout.score > -most_behind) done.push_back(std::move(layout));
+    done.push_back(std::move(layout));
   }
 
   // All bits up to the first possible end, without a checksum.

@@ -289,7 +289,15 @@ std::string FormatCandidate::text() const {
   std::string text(format_text(format).view());
   constexpr std::array<std::string_view, 5> suffixes{"", ":reversed", ":no-flags", ":cds",
                                                      ":previous"};
-  return text.append(suffixes[static_cast<std::size_t>(layout.channels.front().variant)]);
+  text.append(suffixes[static_cast<std::size_t>(layout.channels.front().variant)]);
+  const auto mark = [&](std::string_view item, std::string_view suffix) {
+    const std::size_t at = text.find(item);
+    if (at != std::string::npos) text.insert(text.find(',', at), suffix);
+  };
+  const Coding coding = fields.front().coding;
+  if (coding == Coding::multiturn_gray || coding == Coding::both_gray) mark("mt", ":gray");
+  if (coding == Coding::lsb_first) mark("pos", ":lsb");
+  return text;
 }
 
 const FormatCandidate* FormatFinding::sure() const {

@@ -229,7 +229,8 @@ bool may_be_ssi(std::size_t pulses, double release) {
 // How sure the words are those of BiSS C where no checksum says so.
 double confidence_of_structure(const Structure& structure, std::size_t pulses, std::size_t rank) {
   // Much has moved and no checksum with it.
-  if (rank >= 8) return 0.3;
+  const bool too_long = pulses > longest_ssi_clocks && pulses % 8 != 0;
+  if (rank >= 8) return too_long && structure.share > 0.95 && structure.alike >= 20 ? 0.7 : 0.3;
   if (may_be_ssi(pulses, structure.release) || pulses % 8 == 0) return 0.42;
   return 0.93;
 }
@@ -249,6 +250,11 @@ BissTrial judge(const Cycles& cycles, std::size_t pulses) {
   bool certain = checksum.bits >= certain_bits;
   if (checksum.width_bits != 0) {
     evidence = fmt::format("a CRC of {} bits fits", checksum.width_bits);
+  }
+  // Whatever error its maker made.
+  if (!certain && evidence_of_last_bits(words, bits) >= certain_bits) {
+    evidence = "the last bits follow from those before";
+    certain = true;
   }
   const CatalogueFit fit = best_of_catalogue(structure);
   trial.of_catalogue = fit.bits != 0;
