@@ -43,7 +43,8 @@ std::optional<Picoseconds> rise_before(const LineHistory& slo, std::size_t next)
 CycleReader::CycleReader(std::optional<FrameFormat> format, const DeviceTiming& timing,
                          const MarginSetup& margin)
     : timing_(timing), margin_(margin) {
-  if (format) codec_.emplace(*format);
+  if (format) codec_.emplace(format->without_previous());
+  if (format && format->needs_previous()) checked_by_next_ = format;
 }
 
 CycleReading CycleReader::read(const CycleSpan& span, const LineHistory& slo) {
@@ -426,7 +427,32 @@ void CycleReader::judge(const CycleSpan& span, const Sampled& sampled, const Fou
     cycle.status = *fault;
   }
   if (cycle.status != CycleStatus::ok) cycle.frame.reset();
-  if (cycle.status == CycleStatus::ok && !codec_) cycle.status = CycleStatus::unchecked;
+  if (cycle.status == CycleStatus::ok && (!codec_ || needs_next())) {
+    cycle.status = CycleStatus::unchecked;
+  }
+}
+
+void CycleReader::judge_by_next(Cycle& cycle, const Cycle* next) const {
+  if (!cycle.frame) return;
+  const BitView raw = cycle.raw.view();
+  const BitView later = next != nullptr ? next->raw.view() : BitView();
+  cycle.status = CycleStatus::ok;
+  std::size_t at = 2;
+  for (std::size_t k = 0; k < checked_by_next_->channel_count; ++k) {
+    const ChannelFormat& channel = checked_by_next_->channel_list[k];
+    const std::size_t crc_at = at + channel.data_bits;
+    at += channel.total_bits();
+    if (!channel.crc.of_previous) continue;
+    if (at > later.size_bits()) {
+      cycle.status = CycleStatus::unchecked;
+      break;
+    }
+    const std::uint16_t crc = frame_detail::deviating_crc(
+        channel, raw.word(crc_at - channel.data_bits, channel.data_bits), raw[1]);
+    cycle.crc_ok[k] = later.word(crc_at, channel.crc.width_bits) == crc;
+    if (!*cycle.crc_ok[k]) cycle.status = CycleStatus::crc;
+  }
+  if (cycle.status != CycleStatus::ok) cycle.frame.reset();
 }
 
 void CycleReader::read_payload(const Sampled& sampled, const FrameStart& start,
@@ -463,7 +489,7 @@ void CycleReader::note_checksums(const std::optional<FrameFault>& fault, Cycle& 
     if (channel.crc.present()) {
       cycle.crc_ok[k] = k < right || (!(wrong && k == right) &&
                                       raw.word(at + channel.data_bits, channel.crc.width_bits) ==
-                                          codec_->crc(k, raw.word(at, channel.data_bits)));
+                                          codec_->crc(k, raw.word(at, channel.data_bits), raw[1]));
     }
     at += channel.total_bits();
   }

@@ -61,6 +61,13 @@ class CycleReader {
   /// \param slo must reach back to the span's first edge
   CycleReading read(const CycleSpan& span, const LineHistory& slo);
 
+  /// With a format whose CRC is that of the frame before, a cycle is `unchecked` and has its frame:
+  /// the cycle after it has the checksum.
+  bool needs_next() const { return checked_by_next_.has_value(); }
+  /// Judges such a cycle; without a next one, or where the next one has no such bits, it stays
+  /// `unchecked` and loses its frame.
+  void judge_by_next(Cycle& cycle, const Cycle* next) const;
+
   /// When the last read() sampled SLO: element k belongs to rising edge k of MA, LAT's included.
   /// Empty where SLO gave no ACK.
   std::vector<Picoseconds> sample_times() const;
@@ -135,6 +142,8 @@ class CycleReader {
                                               CycleStatus status, std::size_t last_bit) const;
 
   std::optional<FrameCodec<>> codec_;
+  // The format, where its CRC is that of the frame before; codec_ takes it for padding.
+  std::optional<FrameFormat> checked_by_next_;
   DeviceTiming timing_;
   MarginSetup margin_;
   Clock clock_;

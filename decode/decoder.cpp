@@ -133,6 +133,7 @@ void Decoder::emit_clean(const CleanCycle& clean, const PairRun& run) {
 void Decoder::finish(Picoseconds end_time) {
   end_time_ = end_time;
   drain(true);
+  hand_on_held(nullptr);
 }
 
 void Decoder::drain(bool at_end) {
@@ -349,7 +350,7 @@ void Decoder::deliver(const Cycle& cycle) {
   const bool after_pulse = std::exchange(after_pulse_, cycle.status == CycleStatus::ma_glitch);
   if (!after_pulse || !cycle.line_delay) {
     if (is_good(cycle.status)) usual_delay_ = cycle.line_delay;
-    on_cycle_(cycle);
+    hand_on(cycle);
     return;
   }
   Cycle counted = cycle;
@@ -360,7 +361,21 @@ void Decoder::deliver(const Cycle& cycle) {
     counted.line_delay = one_more;
     counted.ack_edge = 0;
   }
-  on_cycle_(counted);
+  hand_on(counted);
+}
+
+// With a checksum in the cycle after it, a cycle waits for that one.
+void Decoder::hand_on(const Cycle& cycle) {
+  if (!reader_.needs_next()) return on_cycle_(cycle);
+  hand_on_held(&cycle);
+  held_ = cycle;
+}
+
+void Decoder::hand_on_held(const Cycle* next) {
+  if (!held_) return;
+  reader_.judge_by_next(*held_, next);
+  on_cycle_(*held_);
+  held_.reset();
 }
 
 void Decoder::emit_before_doubt() {

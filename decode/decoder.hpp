@@ -103,6 +103,8 @@ class Decoder {
   bool emit_before_frame(const CycleReading& reading, Picoseconds next, bool last_of_capture);
   void emit(const CycleReading& reading);
   void deliver(const Cycle& cycle);
+  void hand_on(const Cycle& cycle);
+  void hand_on_held(const Cycle* next);
   void emit_before_doubt();
   void give_up();
   void skip(Picoseconds time);
@@ -131,6 +133,8 @@ class Decoder {
   // The line delay of the last good cycle, and whether the last cycle was a pulse of MA.
   std::optional<Picoseconds> usual_delay_;
   bool after_pulse_ = false;
+  // Waits for the cycle that has its checksum.
+  std::optional<Cycle> held_;
   Picoseconds begin_time_{};
   Picoseconds end_time_{};
   wire::Level ma_level_ = wire::Level::unknown;

@@ -62,12 +62,10 @@ double constant_cost(const CrcSpec& spec) {
   return spec.inverted ? 0.2 : 4.0;
 }
 
-double variant_cost(CrcVariant variant) { return variant == CrcVariant::usual ? 0 : 12; }
-
 double channel_cost(const ChannelLayout& channel) {
   if (!channel.crc.present()) return 20;
   return generator_cost(channel.crc.polynomial) + constant_cost(channel.crc) +
-         variant_cost(channel.variant);
+         (channel.crc.deviates() ? 12 : 0);
 }
 
 // Of one channel more.
@@ -237,9 +235,8 @@ class LayoutSearch {
       const std::vector<bool> ends = is_end(loose ? 0.75 : least_end_share, loose);
       done = chains(ends, most);
       add_variants(ends, done);
-      const bool won = std::any_of(done.begin(), done.end(), [](const Layout& each) {
-        return each.score > least_evidence;
-      });
+      const bool won = std::any_of(done.begin(), done.end(),
+                                   [](const Layout& each) { return each.score > least_evidence; });
       if (won) break;
     }
     done.push_back(unchecked());
@@ -314,8 +311,8 @@ class LayoutSearch {
   // ---- The channels that may be anywhere
 
   void add(Candidate candidate, unsigned rank, double frames) {
-    candidate.evidence = candidate.crc.width_bits * (1 + data_weight * rank) -
-                         channel_cost(candidate.channel());
+    candidate.evidence =
+        candidate.crc.width_bits * (1 + data_weight * rank) - channel_cost(candidate.channel());
     candidate.score = candidate.evidence - data_weight * misfit_cost * (all_ - frames);
     candidates_[candidate.begin].push_back(candidate);
   }
@@ -382,7 +379,8 @@ class LayoutSearch {
     const std::uint16_t* const from = table_.row(begin);
     const std::uint16_t* const to = table_.row(end);
     const unsigned rank = rank_of_pairs(begin, end, width);
-    if (!is_usual(generator) && width * (1 + data_weight * rank) < generator_cost(generator)) return;
+    if (!is_usual(generator) && width * (1 + data_weight * rank) < generator_cost(generator))
+      return;
     votes_.assign(std::size_t{1} << width, 0);
     std::size_t best = 0;
     for (std::size_t i = 0; i < patterns_.size(); ++i) {
@@ -391,8 +389,8 @@ class LayoutSearch {
       if (votes_[value] > votes_[best]) best = value;
     }
     if (votes_[best] < least_share * all_) return;
-    const auto rest = product_mod(static_cast<std::uint32_t>(best), power_of_x(end - 1, generator),
-                                  generator);
+    const auto rest =
+        product_mod(static_cast<std::uint32_t>(best), power_of_x(end - 1, generator), generator);
     const Candidate candidate{begin, end, spec_of(generator, end - begin - width, rest)};
     add(candidate, rank, votes_[best]);
   }
@@ -403,8 +401,8 @@ class LayoutSearch {
     const CrcSpec usual{generator, 0, static_cast<std::uint8_t>(width), true};
     const std::uint16_t* const from = table_.row(begin);
     const std::uint16_t* const to = table_.row(end);
-    const auto value = static_cast<std::uint16_t>(
-        product_mod(usual.mask(), table_.inverse(end - 1), generator));
+    const auto value =
+        static_cast<std::uint16_t>(product_mod(usual.mask(), table_.inverse(end - 1), generator));
     double wrong = 0;
     for (std::size_t i = 0; i < patterns_.size(); ++i) {
       if ((from[i] ^ to[i]) != value) wrong += patterns_[i].frames;
@@ -525,18 +523,24 @@ class LayoutSearch {
 
   // Errors of makers, in frames of one channel with a usual checksum.
   void add_variants(const std::vector<bool>& ends, std::vector<Layout>& done) const {
-    using enum CrcVariant;
     for (unsigned end = 8; end <= std::min(length_, longest_channel); ++end) {
       if (!ends[end]) continue;
       for (unsigned width = min_crc_bits; width <= max_crc_bits; ++width) {
         const std::uint32_t generator = default_polynomial(width);
         if (generator == 0 || end < width + 4 || end - width > max_data_bits) continue;
-        ChannelLayout channel{0, end - width,
-                              {generator, 0, static_cast<std::uint8_t>(width), true}};
-        for (const auto& [variant, flags] :
-             {std::pair{reversed, 0U}, {no_flags, 1U}, {no_flags, 2U}, {cds, 0U}, {previous, 0U}}) {
-          channel.variant = variant;
-          channel.flags = flags;
+        const CrcSpec usual{generator, 0, static_cast<std::uint8_t>(width), true};
+        ChannelLayout channel{0, end - width, usual};
+        channel.crc.reversed = true;
+        add_variant(channel, end_cost(ends), done);
+        channel.crc = usual;
+        channel.crc.with_cds = true;
+        add_variant(channel, end_cost(ends), done);
+        channel.crc = usual;
+        channel.crc.of_previous = true;
+        add_variant(channel, end_cost(ends), done);
+        channel.crc = usual;
+        channel.crc.without_flags = true;
+        for (channel.flags = 1; channel.flags <= 2; ++channel.flags) {
           add_variant(channel, end_cost(ends), done);
         }
       }
@@ -544,14 +548,16 @@ class LayoutSearch {
   }
 
   void add_variant(const ChannelLayout& channel, double cost, std::vector<Layout>& done) const {
-    const ChannelCheck usual({channel.begin, channel.data_bits, channel.crc});
+    const ChannelCheck usual({channel.begin,
+                              channel.data_bits,
+                              {channel.crc.polynomial, 0, channel.crc.width_bits, true}});
     const ChannelCheck check(channel);
     double right = 0;
     double usual_right = 0;
     double known = 0;
     Basis<Polynomial> basis;
     for (std::size_t i = 0; i < frames_.samples.size(); ++i) {
-      if (channel.variant == CrcVariant::previous && frames_.before[i] == nullptr) continue;
+      if (channel.crc.of_previous && frames_.before[i] == nullptr) continue;
       const Sample& sample = *frames_.samples[i];
       // Most are wrong soon.
       if (++known == 65 && right < 12) return;
@@ -564,7 +570,8 @@ class LayoutSearch {
     if (right < least_share * all_ || right < 2 || usual_right >= right) return;
     Layout layout;
     layout.channels = {channel};
-    layout.score = channel.crc.width_bits * (1 + data_weight * basis.rank()) - channel_cost(channel);
+    layout.score =
+        channel.crc.width_bits * (1 + data_weight * basis.rank()) - channel_cost(channel);
     layout.cost = cost;
     done.push_back(std::move(layout));
   }
@@ -637,8 +644,8 @@ class LayoutSearch {
   static double damage_cost(const Sample& sample, const Sample* near, unsigned bits) {
     if (near == nullptr) return bits;
     const double wrong = distance(sample, *near, bits);
-    const double choice = std::lgamma(bits + 1.0) - std::lgamma(wrong + 1.0) -
-                          std::lgamma(bits - wrong + 1.0);
+    const double choice =
+        std::lgamma(bits + 1.0) - std::lgamma(wrong + 1.0) - std::lgamma(bits - wrong + 1.0);
     return std::min<double>(bits, choice / std::log(2.0) + std::log2(bits + 1.0));
   }
 
@@ -683,7 +690,8 @@ unsigned length_of(std::span<const Sample> samples) {
   std::size_t longer = 0;
   for (auto each = lengths.rbegin(); each != lengths.rend(); ++each) {
     longer += each->second;
-    if (5 * each->second >= frames || 2 * longer >= frames) return static_cast<unsigned>(each->first);
+    if (5 * each->second >= frames || 2 * longer >= frames)
+      return static_cast<unsigned>(each->first);
   }
   return 0;
 }
@@ -699,8 +707,8 @@ FrameSet::FrameSet(std::span<const Sample> all, std::size_t most) : length(lengt
   const std::size_t blocks = most / 2 / block;
   for (std::size_t i = 0; i < whole.size(); ++i) {
     const std::size_t rest = whole.size() - std::min(whole.size(), most / 2);
-    const bool taken = whole.size() <= most || i < most / 2 ||
-                       (i - most / 2) % (rest / blocks) < block;
+    const bool taken =
+        whole.size() <= most || i < most / 2 || (i - most / 2) % (rest / blocks) < block;
     if (taken) samples.push_back(whole[i]);
   }
   std::unordered_multimap<std::uint64_t, std::size_t> known;
@@ -736,30 +744,17 @@ ChannelCheck::ChannelCheck(const ChannelLayout& channel) : channel_(channel), cr
 bool ChannelCheck::is_right(const Sample& sample, const Sample* before) const {
   if (sample.bits.size_bits() < channel_.end()) return false;
   if (!channel_.crc.present()) return true;
-  const unsigned width = channel_.crc.width_bits;
-  const bool late = channel_.variant == CrcVariant::previous;
-  if (late && before == nullptr) return true;
+  const CrcSpec& crc = channel_.crc;
+  if (crc.of_previous && before == nullptr) return true;
   const BitView bits = sample.bits.view();
-  std::uint64_t sent = bits.word(channel_.data().end, width);
-  const std::uint64_t data =
-      (late ? before->bits.view() : bits).word(channel_.begin, channel_.data_bits);
-  switch (channel_.variant) {
-    case CrcVariant::reversed: {
-      std::uint64_t reversed = 0;
-      for (unsigned i = 0; i < width; ++i) reversed |= ((sent >> i) & 1U) << (width - 1 - i);
-      sent = reversed;
-      break;
-    }
-    case CrcVariant::no_flags:
-      return sent == crc_(data >> channel_.flags, channel_.data_bits - channel_.flags);
-    case CrcVariant::cds:
-      if (sample.cds) sent ^= power_of_x(channel_.data_bits + width, channel_.crc.polynomial);
-      break;
-    case CrcVariant::usual:
-    case CrcVariant::previous:
-      break;
-  }
-  return sent == crc_(data, channel_.data_bits);
+  std::uint64_t sent = bits.word(channel_.data().end, crc.width_bits);
+  const BitView covered = crc.of_previous ? before->bits.view() : bits;
+  const std::uint64_t data = covered.word(channel_.begin, channel_.data_bits);
+  if (crc.reversed) sent = frame_detail::bits_reversed(sent, crc.width_bits);
+  // CDS is the first bit that is covered.
+  if (crc.with_cds && sample.cds)
+    sent ^= power_of_x(channel_.data_bits + crc.width_bits, crc.polynomial);
+  return sent == crc_(data >> channel_.flags, channel_.data_bits - channel_.flags);
 }
 
 }  // namespace biss::identify

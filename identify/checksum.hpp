@@ -12,18 +12,10 @@
 
 #include "biss/crc/engines.hpp"
 #include "biss/crc/spec.hpp"
+#include "biss/frame/codec.hpp"
 #include "identify/sample.hpp"
 
 namespace biss::identify {
-
-/// How a maker's checksum differs from that of BiSS.
-enum class CrcVariant : std::uint8_t {
-  usual,
-  reversed,  ///< the lowest bit is sent first
-  no_flags,  ///< the last data bits are not covered
-  cds,       ///< CDS is covered too
-  previous,  ///< it is the checksum of the frame before
-};
 
 /// A channel: its data, and the checksum after it.
 struct ChannelLayout {
@@ -31,8 +23,7 @@ struct ChannelLayout {
   unsigned data_bits = 0;
   /// Without a width: the channel has no checksum, or none was found.
   CrcSpec crc;
-  CrcVariant variant = CrcVariant::usual;
-  /// With `no_flags`: how many.
+  /// Of the last data bits, those that the checksum does not cover (CrcSpec::without_flags).
   unsigned flags = 0;
   /// How many differences of the data are independent: each confirms the checksum once.
   unsigned rank = 0;

@@ -51,64 +51,60 @@ double frames_of(const std::vector<Count>& counts) {
                          [](double sum, const Count& each) { return sum + each.frames; });
 }
 
-// A dictionary that learns: the values that came before come again (a Dirichlet process).
-double dictionary_cost(const std::vector<Count>& counts, unsigned bits) {
-  constexpr double concentration = 1;
-  double cost = log2_gamma(concentration + frames_of(counts)) - log2_gamma(concentration);
-  for (const Count& each : counts) cost += bits - log2_gamma(each.frames);
-  return cost;
-}
-
 unsigned size_of(std::int64_t value) {
   return static_cast<unsigned>(
       std::bit_width(static_cast<std::uint64_t>(value < 0 ? -value : value)));
 }
 
+// A dictionary that learns: the values that came before come again (a Dirichlet process).
+double dictionary_cost(const std::vector<Count>& counts, unsigned bits) {
+  constexpr double concentration = 1;
+  double cost = log2_gamma(concentration + frames_of(counts)) - log2_gamma(concentration);
+  for (const Count& each : counts) cost += bits - (each.frames > 2 ? log2_gamma(each.frames) : 0);
+  return cost;
+}
+
+// How many values have each size.
+
+using Sizes = std::array<double, 65>;
+
 // The size is learned, the digits are free.
-double size_cost(const std::vector<Count>& counts, unsigned bits) {
-  std::array<double, 65> sizes{};
-  double cost = 0;
-  for (const Count& each : counts) {
-    const unsigned size = size_of(each.value);
-    sizes[size] += each.frames;
-    cost += each.frames * size;
-  }
-  cost += log2_gamma(frames_of(counts) + (bits + 1) / 2.0) - log2_gamma((bits + 1) / 2.0);
+double size_cost(const Sizes& sizes, double frames, unsigned bits) {
+  double cost = log2_gamma(frames + (bits + 1) / 2.0) - log2_gamma((bits + 1) / 2.0);
   for (unsigned size = 0; size <= bits; ++size) {
-    cost += log2_gamma(0.5) - log2_gamma(sizes[size] + 0.5);
+    cost += sizes[size] * size;
+    if (sizes[size] != 0) cost += log2_gamma(0.5) - log2_gamma(sizes[size] + 0.5);
   }
   return cost;
 }
 
+// A bell of this width, with few values outside.
 double bell_cost(const std::vector<Count>& counts, unsigned bits, double width) {
-  const double factor = -0.5 / (width * width);
+  const double factor = 0.5 / (width * width);
   double sum = std::sqrt(2 * M_PI) * width;
   if (width < 2) {
     sum = 1;
-    for (int k = 1; k < 16; ++k) sum += 2 * std::exp(factor * k * k);
+    for (int k = 1; k < 16; ++k) sum += 2 * std::exp(-factor * k * k);
   }
-  const double outlier = std::exp2(-static_cast<double>(bits)) / 256;
+  const double middle = std::log2(sum);
+  const double outside = bits + 8.0;
   double cost = 0;
   for (const Count& each : counts) {
     const auto value = static_cast<double>(each.value);
-    cost -= each.frames * std::log2(255.0 / 256 * std::exp(factor * value * value) / sum + outlier);
+    cost += each.frames * std::min(middle + factor * value * value / std::log(2.0), outside);
   }
   return cost;
 }
 
-// A bell of unknown width, with few values outside.
-double bell_cost(const std::vector<Count>& counts, unsigned bits) {
-  std::vector<Count> sizes = counts;
-  for (Count& each : sizes) each.value = std::abs(each.value);
-  std::sort(sizes.begin(), sizes.end(),
-            [](const Count& a, const Count& b) { return a.value < b.value; });
-  double left = 0.68 * frames_of(counts);
-  auto at = sizes.begin();
-  while (at + 1 != sizes.end() && left > at->frames) left -= at++->frames;
-  const double middle = std::max(0.35, static_cast<double>(at->value));
+// A bell whose width is near the size of most values.
+double bell_cost(const std::vector<Count>& counts, const Sizes& sizes, double frames,
+                 unsigned bits) {
+  double left = 0.68 * frames;
+  unsigned size = 0;
+  while (size < 64 && left > sizes[size]) left -= sizes[size++];
   double best = HUGE_VAL;
-  for (const double step : {0.5, 0.71, 1.0, 1.41}) {
-    best = std::min(best, bell_cost(counts, bits, middle * step));
+  for (const double step : {0.35, 0.5, 0.71, 1.0}) {
+    best = std::min(best, bell_cost(counts, bits, step * std::exp2(size)));
   }
   return best + std::log2(2.0 * bits);
 }
@@ -116,8 +112,11 @@ double bell_cost(const std::vector<Count>& counts, unsigned bits) {
 double residuals_cost(std::vector<std::int64_t>& residuals, unsigned bits) {
   if (residuals.empty()) return 0;
   const std::vector<Count> counts = counts_of(residuals);
-  const std::array costs{dictionary_cost(counts, bits), size_cost(counts, bits),
-                         bell_cost(counts, bits)};
+  Sizes sizes{};
+  for (const Count& each : counts) sizes[size_of(each.value)] += each.frames;
+  const auto frames = static_cast<double>(residuals.size());
+  const std::array costs{dictionary_cost(counts, bits), size_cost(sizes, frames, bits),
+                         bell_cost(counts, sizes, frames, bits)};
   return cost_of_any(costs) + std::log2(3.0);
 }
 
@@ -200,8 +199,7 @@ Timeline::Timeline(std::vector<double> requests) : requests_(std::move(requests)
         same = !begins_[i - k] && requests_[i - k] - requests_[i - k - 1] ==
                                       requests_[i - k - 1] - requests_[i - k - 2];
       }
-      weights_[p].push_back(
-          same ? before : weights_of(i, curves[p].points, curves[p].degree));
+      weights_[p].push_back(same ? before : weights_of(i, curves[p].points, curves[p].degree));
     }
   }
 }
@@ -228,8 +226,8 @@ double Timeline::cost(std::span<const std::uint64_t> values, unsigned bits) cons
   for (std::size_t i = 0; i < values.size(); ++i) {
     begins += begins_[i] ? 1U : 0U;
     path[i] = i == 0 ? values[0]
-                     : path[i - 1] + static_cast<std::uint64_t>(
-                                         as_signed(values[i] - values[i - 1], bits));
+                     : path[i - 1] +
+                           static_cast<std::uint64_t>(as_signed(values[i] - values[i - 1], bits));
   }
   std::array<std::vector<std::int64_t>, predictors> residuals;
   std::array<std::pair<double, std::size_t>, predictors> rough;
@@ -304,8 +302,7 @@ double counter_cost(std::span<const std::uint64_t> values, std::span<const std::
   }
   const double least = std::min(exceptions[0], exceptions[1]);
   const auto count = static_cast<double>(values.size() - 1);
-  return bits + 1 +
-         data_weight * (choices + least * bits + events_cost(least, count, 0.3, 3));
+  return bits + 1 + data_weight * (choices + least * bits + events_cost(least, count, 0.3, 3));
 }
 
 double word_cost(std::vector<std::uint64_t> words, unsigned bits) {

@@ -43,7 +43,7 @@ constexpr std::array<FlagKind, 9> flag_kinds{{{0.15, 2, 'n', 'n'},
                                               {8.5, 0, ' ', ' '}}};
 
 double coding_cost(Coding coding) {
-  constexpr std::array<double, 7> costs{0, 6, 10, 12, 12, 12, 11};
+  constexpr std::array<double, 7> costs{0, 6, 10, 12, 12, 12, 20};
   return costs[static_cast<std::size_t>(coding)];
 }
 
@@ -71,17 +71,6 @@ double life_cost(const ChannelLayout& layout, const Field& life, bool last) {
   if (!life.present()) return safety ? 1 : 0.05;
   const double width = life.bits == safety_counter_bits ? (safety ? 1.2 : 7) : 16;
   return width + (last ? 0 : 4);
-}
-
-std::uint64_t from_gray(std::uint64_t value) {
-  for (unsigned shift = 1; shift < 64; shift *= 2) value ^= value >> shift;
-  return value;
-}
-
-std::uint64_t reversed(std::uint64_t value, unsigned bits) {
-  std::uint64_t result = 0;
-  for (unsigned i = 0; i < bits; ++i) result |= ((value >> i) & 1U) << (bits - 1 - i);
-  return result;
 }
 
 // The bits of a position from `low` to below `high`, as numbers.
@@ -174,14 +163,14 @@ class FieldSearch {
       const bool between = life.present() && !last && !first;
       if (between && kind.bits != life.shift) continue;
       const unsigned low = between ? life.shift + unsigned{life.bits} : base + kind.bits;
-      if (layout_.variant == CrcVariant::no_flags &&
+      if (layout_.crc.without_flags &&
           (base != 0 || kind.bits != layout_.flags || kind.error == ' ' ||
            (kind.bits == 2 && kind.warning == ' '))) {
         continue;
       }
       add_with_zeros(life, last, kind, base, low, top);
     }
-    if (layout_.variant == CrcVariant::no_flags) return;
+    if (layout_.crc.without_flags) return;
     if (top >= base + 3) divide_flags_first(life, last, base, top);
     // The flags are followed by zeros.
     for (unsigned zeros = 1; zeros <= most_zeros && base + zeros + 3 <= top; ++zeros) {
@@ -220,7 +209,8 @@ class FieldSearch {
     division.channel.data_bits = static_cast<std::uint8_t>(bits_);
     division.channel.life_counter = life;
     division.position = position;
-    division.cost = kind.cost + life_cost(layout_, life, last) + position_width_cost(position.bits());
+    division.cost =
+        kind.cost + life_cost(layout_, life, last) + position_width_cost(position.bits());
     if (kind.error != ' ') {
       const unsigned shift = flags_at + kind.bits - 1;
       division.channel.error = {static_cast<std::uint8_t>(shift), true, kind.error == 'a'};
@@ -317,11 +307,10 @@ class FieldSearch {
   double position_cost(const Place& place, Coding coding, unsigned split) {
     const double binary = number_cost(place, Coding::binary, 0);
     if (coding == Coding::binary) return binary;
-    const double cost =
-        coding == Coding::two_tracks
-            ? number_cost({place.low, place.low + split}, Coding::binary, 0) +
-                  number_cost({place.low + split, place.high}, Coding::binary, 0)
-            : number_cost(place, coding, split);
+    const double cost = coding == Coding::two_tracks
+                            ? number_cost({place.low, place.low + split}, Coding::binary, 0) +
+                                  number_cost({place.low + split, place.high}, Coding::binary, 0)
+                            : number_cost(place, coding, split);
     double gain = binary - cost;
     const double share = binary <= 0 ? 0 : std::abs(gain) / binary;
     if (share < least_difference) gain *= share / least_difference;
@@ -335,8 +324,8 @@ class FieldSearch {
     std::vector<std::uint64_t> values;
     std::uint64_t seen = 0;
     for (const std::uint64_t data : words_.data) {
-      values.push_back(number(data >> place.low & low_mask(place.bits()), place.bits(), coding,
-                              split));
+      values.push_back(
+          number(data >> place.low & low_mask(place.bits()), place.bits(), coding, split));
       seen |= values.back() ^ values.front();
     }
     // Bits at the ends that never moved cost nothing after the first frame.
@@ -356,15 +345,15 @@ class FieldSearch {
     const std::uint64_t above = value >> split;
     switch (coding) {
       case Coding::gray:
-        return from_gray(value);
+        return frame_detail::gray_to_binary(value);
       case Coding::singleturn_gray:
-        return above << split | from_gray(below);
+        return above << split | frame_detail::gray_to_binary(below);
       case Coding::multiturn_gray:
-        return from_gray(above) << split | below;
+        return frame_detail::gray_to_binary(above) << split | below;
       case Coding::both_gray:
-        return from_gray(above) << split | from_gray(below);
+        return frame_detail::gray_to_binary(above) << split | frame_detail::gray_to_binary(below);
       case Coding::lsb_first:
-        return reversed(value, bits);
+        return frame_detail::bits_reversed(value, bits);
       case Coding::binary:
       case Coding::two_tracks:
         break;

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "biss/frame/format.hpp"
+#include "biss/frame/codec.hpp"
 #include "identify/checksum.hpp"
 #include "identify/coding.hpp"
 

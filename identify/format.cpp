@@ -5,7 +5,7 @@
 #include <map>
 
 #include "biss/catalogue/catalogue.hpp"
-#include "biss/frame/format_text.hpp"
+#include "biss/frame/codec.hpp"
 #include "biss/safety/configurations.hpp"
 
 namespace biss::identify {
@@ -175,9 +175,8 @@ void compare_with_catalogue(FormatCandidate& candidate, bool cds) {
   for (const SafetyConfiguration& each : safety_configurations) {
     if (find_encoder(each.name) == nullptr) add(each.frame_format(), each.name);
   }
-  std::stable_sort(alike.begin(), alike.end(), [](const Known& a, const Known& b) {
-    return a.names.size() > b.names.size();
-  });
+  std::stable_sort(alike.begin(), alike.end(),
+                   [](const Known& a, const Known& b) { return a.names.size() > b.names.size(); });
   std::vector<FrameFormat> others = std::move(candidate.equal);
   candidate.equal.clear();
   if (!alike.empty()) candidate.format = alike.front().format;
@@ -193,16 +192,14 @@ void compare_with_catalogue(FormatCandidate& candidate, bool cds) {
   }
 }
 
-// The place where a meaning becomes a format.
 void write_channel(const Fields& fields, const ChannelLayout& layout, ChannelFormat& channel) {
+  using enum Coding;
   channel = fields.channel;
   channel.crc = layout.crc;
-  if (fields.coding == Coding::gray) {
-    channel.singleturn = std::exchange(channel.position, {});
-  }
-  channel.singleturn_gray = fields.coding == Coding::gray ||
-                            fields.coding == Coding::singleturn_gray ||
-                            fields.coding == Coding::both_gray;
+  channel.position_gray = fields.coding == gray;
+  channel.position_lsb = fields.coding == lsb_first;
+  channel.singleturn_gray = fields.coding == singleturn_gray || fields.coding == both_gray;
+  channel.multiturn_gray = fields.coding == multiturn_gray || fields.coding == both_gray;
 }
 
 FormatCandidate candidate_of(Hypothesis& hypothesis, const Layout& layout, const FrameSet& frames) {
@@ -225,7 +222,7 @@ Doubt difference(const FormatCandidate& a, const FormatCandidate& b) {
   for (std::size_t k = 0; k < a.fields.size(); ++k) {
     const ChannelLayout& one = a.layout.channels[k];
     const ChannelLayout& other = b.layout.channels[k];
-    if (one.all() != other.all() || one.crc != other.crc || one.variant != other.variant) {
+    if (one.all() != other.all() || one.crc != other.crc) {
       return Doubt::checksum;
     }
     const Fields& fields = a.fields[k];
@@ -266,39 +263,24 @@ bool stops(const FrameFormat& format, const Sample& sample) {
   return sample.bits.size_bits() <= end || !sample.bits.view()[end];
 }
 
-std::vector<ChannelCheck> checks_of(const FrameFormat& format) {
-  std::vector<ChannelCheck> checks;
-  ChannelLayout layout;
-  for (const ChannelFormat& channel : format.channels()) {
-    layout.begin = layout.end();
-    layout.data_bits = channel.data_bits;
-    layout.crc = channel.crc;
-    checks.emplace_back(layout);
+bool checksums_right(const FrameCodec<>& codec, const Sample& sample) {
+  const FrameFormat& format = codec.format();
+  if (sample.bits.size_bits() < format.payload_bits()) return false;
+  std::size_t at = 0;
+  for (std::size_t k = 0; k < format.channel_count; ++k) {
+    const ChannelFormat& channel = format.channel_list[k];
+    const std::uint64_t data = sample.bits.view().word(at, channel.data_bits);
+    at += channel.data_bits;
+    if (sample.bits.view().word(at, channel.crc.width_bits) !=
+        (channel.crc.present() ? codec.crc(k, data, sample.cds) : 0)) {
+      return false;
+    }
+    at += channel.crc.width_bits;
   }
-  return checks;
-}
-
-bool checksums_right(const std::vector<ChannelCheck>& checks, const Sample& sample) {
-  return std::all_of(checks.begin(), checks.end(),
-                     [&](const ChannelCheck& each) { return each.is_right(sample, nullptr); });
+  return true;
 }
 
 }  // namespace
-
-std::string FormatCandidate::text() const {
-  std::string text(format_text(format).view());
-  constexpr std::array<std::string_view, 5> suffixes{"", ":reversed", ":no-flags", ":cds",
-                                                     ":previous"};
-  text.append(suffixes[static_cast<std::size_t>(layout.channels.front().variant)]);
-  const auto mark = [&](std::string_view item, std::string_view suffix) {
-    const std::size_t at = text.find(item);
-    if (at != std::string::npos) text.insert(text.find(',', at), suffix);
-  };
-  const Coding coding = fields.front().coding;
-  if (coding == Coding::multiturn_gray || coding == Coding::both_gray) mark("mt", ":gray");
-  if (coding == Coding::lsb_first) mark("pos", ":lsb");
-  return text;
-}
 
 const FormatCandidate* FormatFinding::sure() const {
   if (still || candidates.empty() || candidates.front().confidence < sure_confidence)
@@ -307,12 +289,12 @@ const FormatCandidate* FormatFinding::sure() const {
 }
 
 bool same_verdicts(const FrameFormat& a, const FrameFormat& b, std::span<const Sample> samples) {
-  const std::vector<ChannelCheck> checks_a = checks_of(a);
-  const std::vector<ChannelCheck> checks_b = checks_of(b);
+  const FrameCodec<> codec_a(a);
+  const FrameCodec<> codec_b(b);
   std::size_t right = 0;
   for (const Sample& sample : samples) {
-    const bool in_a = checksums_right(checks_a, sample);
-    const bool in_b = checksums_right(checks_b, sample);
+    const bool in_a = checksums_right(codec_a, sample);
+    const bool in_b = checksums_right(codec_b, sample);
     if ((in_a && stops(a, sample)) != (in_b && stops(b, sample))) return false;
     right += in_a ? 1U : 0U;
   }
@@ -379,7 +361,8 @@ std::vector<FormatPart> find_parts(std::span<const Sample> samples) {
     const std::size_t bits = samples[i].bits.size_bits();
     const std::size_t frames = lengths[bits];
     if (bits < least_bits || frames < least_frames || 20 * frames < samples.size()) continue;
-    if (runs.empty() || samples[runs.back().last].bits.size_bits() != bits) runs.push_back({i, i, 0});
+    if (runs.empty() || samples[runs.back().last].bits.size_bits() != bits)
+      runs.push_back({i, i, 0});
     runs.back().last = i;
     ++runs.back().frames;
   }

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <string>
 #include <string_view>
 #include <vector>
 
@@ -40,9 +39,6 @@ struct FormatCandidate {
   /// Of each channel.
   std::vector<Fields> fields;
   Layout layout;
-
-  /// `format` in the grammar of formats.
-  std::string text() const;
 };
 
 /// The format of the frames, as far as they show it.

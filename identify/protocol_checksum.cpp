@@ -87,7 +87,8 @@ double evidence_of_last_bits(std::span<const Word> words, std::size_t bits) {
   if (words.size() < 2) return 0;
   const auto without = [&](std::size_t last) {
     std::vector<Word> left;
-    for (const Word& word : words) left.push_back(divided(word, Word{1} << static_cast<int>(last)).quotient);
+    for (const Word& word : words)
+      left.push_back(divided(word, Word{1} << static_cast<int>(last)).quotient);
     return static_cast<double>(rank_of_differences(left));
   };
   const auto moved = [&](std::size_t bit) {
@@ -101,7 +102,8 @@ double evidence_of_last_bits(std::span<const Word> words, std::size_t bits) {
   double best = 0;
   for (std::size_t width = 1; width <= width_max && stop + width + 4 < bits; ++width) {
     if (!moved(stop + width - 1) || without(stop + width) != rank) break;
-    if (width >= width_min) best = static_cast<double>(width) * (static_cast<double>(words.size()) - 1 - rank);
+    if (width >= width_min)
+      best = static_cast<double>(width) * (static_cast<double>(words.size()) - 1 - rank);
   }
   return best;
 }

@@ -23,7 +23,8 @@ std::string_view sentence_of(Doubt doubt) {
     case Doubt::still:
       return "a position did not move: capture while the axis moves";
     case Doubt::order:
-      return "the motion does not show the order of the bits of the position, or Gray code: capture "
+      return "the motion does not show the order of the bits of the position, or Gray code: "
+             "capture "
              "a slower and longer motion";
     case Doubt::flag_level:
       return "a flag is 0 in most frames: the encoder reports an error or a warning, or the flag "
@@ -85,7 +86,7 @@ std::string what_is_still(const FormatCandidate& candidate) {
 
 void add_identified(report::Summary& summary, const FormatFinding& finding, bool used) {
   if (const FormatCandidate* sure = finding.sure()) {
-    const std::string text = sure->text();
+    const std::string text = text_of(sure->format);
     summary.entry("format", text,
                   used ? fmt::format("identified, confidence {:.2f}; the same as -f \"{}\"",
                                      sure->confidence, text)
@@ -104,7 +105,9 @@ void add_identified(report::Summary& summary, const FormatFinding& finding, bool
   }
   constexpr std::size_t most = 3;
   for (std::size_t i = 0; i < std::min(most, finding.candidates.size()); ++i) {
-    summary.entry("", i == 0 ? "may be" : "or", fmt::format("{} ({:.2f})", finding.candidates[i].text(), finding.candidates[i].confidence));
+    summary.entry("", i == 0 ? "may be" : "or",
+                  fmt::format("{} ({:.2f})", text_of(finding.candidates[i].format),
+                              finding.candidates[i].confidence));
   }
 }
 

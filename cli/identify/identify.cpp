@@ -97,9 +97,9 @@ std::string alternatives_of(const FormatFinding& finding, report::Format to) {
   std::vector<std::string> texts;
   for (std::size_t i = finding.sure() != nullptr ? 1 : 0; i < finding.candidates.size(); ++i) {
     const FormatCandidate& each = finding.candidates[i];
-    texts.push_back(fmt::format(
-        fmt::runtime(json ? "{{\"format\":\"{}\",\"odds\":{:.4f}}}" : "{} {:.4f}"), each.text(),
-        rounded_down(each.confidence)));
+    texts.push_back(
+        fmt::format(fmt::runtime(json ? "{{\"format\":\"{}\",\"odds\":{:.4f}}}" : "{} {:.4f}"),
+                    text_of(each.format), rounded_down(each.confidence)));
   }
   if (json) return fmt::format("[{}]", fmt::join(texts, ","));
   return joined(texts);
@@ -197,7 +197,7 @@ class IdentifyRun {
     const auto& candidates = part.finding.candidates;
     if (!candidates.empty()) {
       const FormatCandidate& best = candidates.front();
-      format = best.text();
+      format = text_of(best.format);
       for (const FrameFormat& each : best.equal) equal.push_back(text_of(each));
       encoders = encoders_text(best, best.encoders.size());
       if (part.finding.sure() != nullptr) cells[7] = format;
