@@ -103,20 +103,6 @@ std::uint16_t start_for(std::uint32_t generator, unsigned width, unsigned data_b
   return static_cast<std::uint16_t>(reg);
 }
 
-// The checksum whose word has this remainder. Start value and inversion cannot be separated where
-// all words have one length: without a start value where that is possible, else inverted.
-CrcSpec spec_of(std::uint32_t generator, unsigned data_bits, std::uint32_t rest) {
-  const auto width = static_cast<unsigned>(degree(generator));
-  CrcSpec spec{generator, 0, static_cast<std::uint8_t>(width), true};
-  if (rest == spec.mask()) return spec;
-  if (rest == 0) {
-    spec.inverted = false;
-    return spec;
-  }
-  spec.start = start_for(generator, width, data_bits, rest ^ spec.mask());
-  return spec;
-}
-
 bool same_bits(const Sample& a, const Sample& b, unsigned length) {
   for (unsigned at = 0; at < length; at += 64) {
     const unsigned now = std::min(length - at, 64U);
@@ -732,6 +718,18 @@ FrameSet::FrameSet(std::span<const Sample> all, std::size_t most) : length(lengt
 bool Layout::checked() const {
   return std::all_of(channels.begin(), channels.end(),
                      [](const ChannelLayout& each) { return each.crc.present(); });
+}
+
+CrcSpec spec_of(std::uint32_t generator, unsigned data_bits, std::uint32_t rest) {
+  const auto width = static_cast<unsigned>(degree(generator));
+  CrcSpec spec{generator, 0, static_cast<std::uint8_t>(width), true};
+  if (rest == spec.mask()) return spec;
+  if (rest == 0) {
+    spec.inverted = false;
+    return spec;
+  }
+  spec.start = start_for(generator, width, data_bits, rest ^ spec.mask());
+  return spec;
 }
 
 std::vector<Layout> find_layouts(const FrameSet& frames, std::size_t most) {

@@ -76,6 +76,10 @@ struct Layout {
 /// is that without any checksum.
 std::vector<Layout> find_layouts(const FrameSet& frames, std::size_t most);
 
+/// The checksum whose words, of one length, have this remainder. Start value and inversion cannot be
+/// separated: without a start value where that is possible, else inverted.
+CrcSpec spec_of(std::uint32_t generator, unsigned data_bits, std::uint32_t rest);
+
 /// Checks one channel of many frames.
 class ChannelCheck {
  public:

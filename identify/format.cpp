@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "biss/catalogue/catalogue.hpp"
 #include "biss/frame/codec.hpp"
@@ -343,6 +344,96 @@ FormatFinding find_format(std::span<const Sample> samples) {
                               [](const Fields& each) { return each.position_moved == 0; });
   find_doubts(finding);
   return finding;
+}
+
+std::optional<ChecksumError> find_checksum_error(const FrameFormat& format,
+                                                 std::span<const Sample> samples) {
+  constexpr double least_share = 0.6;
+  constexpr std::size_t least_words = 4;
+  std::optional<ChecksumError> best;
+  unsigned begin = 0;
+  for (std::size_t k = 0; k < format.channel_count; ++k) {
+    const ChannelFormat& channel = format.channel_list[k];
+    const unsigned from = begin;
+    const unsigned check = begin + channel.data_bits;
+    const CrcSpec& crc = channel.crc;
+    const unsigned end = check + crc.width_bits;
+    const auto data_of = [&](const Sample& sample) {
+      return sample.bits.view().word(from, channel.data_bits);
+    };
+    std::vector<const Sample*> whole;
+    std::set<std::uint64_t> words;
+    double right_now = 0;
+    std::map<std::uint64_t, double> sent;
+    std::map<std::uint32_t, double> rests;
+    const FrameCodec<> own(format);
+    for (const Sample& sample : samples) {
+      if (!crc.present() || sample.bits.size_bits() < end) continue;
+      whole.push_back(&sample);
+      words.insert(data_of(sample));
+      const std::uint64_t now = sample.bits.view().word(check, crc.width_bits);
+      right_now += now == own.crc(k, data_of(sample), sample.cds) ? 1 : 0;
+      ++sent[now];
+      const Polynomial word = polynomial_of(sample, {from, end});
+      ++rests[static_cast<std::uint32_t>(remainder(word, crc.polynomial))];
+    }
+    begin = end;
+    const auto frames = static_cast<double>(whole.size());
+    if (words.size() < least_words || 2 * right_now >= frames) continue;
+    const auto add = [&](std::string_view what, double right, const CrcSpec* spec) {
+      if (right < least_share * frames || (best && right <= best->share * frames)) return;
+      best = ChecksumError{k, what, right / frames, std::nullopt};
+      if (spec == nullptr) return;
+      best->format = format;
+      best->format->channel_list[k].crc = *spec;
+    };
+    const auto try_spec = [&](std::string_view what, const CrcSpec& spec) {
+      FrameFormat other = format;
+      other.channel_list[k].crc = spec;
+      const FrameCodec<> codec(other);
+      double right = 0;
+      for (std::size_t i = 0; i < whole.size(); ++i) {
+        if (spec.of_previous && i == 0) continue;
+        const Sample& covered = *whole[spec.of_previous ? i - 1 : i];
+        right += whole[i]->bits.view().word(check, crc.width_bits) ==
+                         codec.crc(k, data_of(covered), covered.cds)
+                     ? 1
+                     : 0;
+      }
+      add(what, right, &spec);
+    };
+    CrcSpec spec = crc;
+    spec.inverted = !crc.inverted;
+    try_spec(crc.inverted ? "it is not inverted" : "it is inverted", spec);
+    spec = crc;
+    spec.reversed = true;
+    try_spec("its bits are reversed", spec);
+    spec = crc;
+    spec.without_flags = true;
+    if (channel.flags_mask() != 0) try_spec("it does not cover the flags", spec);
+    spec = crc;
+    spec.with_cds = true;
+    try_spec("it covers CDS", spec);
+    spec = crc;
+    spec.of_previous = true;
+    try_spec("it is that of the frame before", spec);
+    double lowest_first = 0;
+    for (const Sample* each : whole) {
+      lowest_first += each->bits.view().word(check, crc.width_bits) ==
+                              own.crc(k, frame_detail::bits_reversed(data_of(*each), channel.data_bits),
+                                      each->cds)
+                          ? 1
+                          : 0;
+    }
+    add("it covers the data with their lowest bit first", lowest_first, nullptr);
+    const auto by_count = [](const auto& a, const auto& b) { return a.second < b.second; };
+    const auto constant = std::max_element(sent.begin(), sent.end(), by_count);
+    add(constant->first == 0 ? "it is always 0" : "it is always the same", constant->second, nullptr);
+    const auto other = std::max_element(rests.begin(), rests.end(), by_count);
+    spec = spec_of(crc.polynomial, channel.data_bits, other->first);
+    add("it has another start value", other->second, &spec);
+  }
+  return best;
 }
 
 std::vector<FormatPart> find_parts(std::span<const Sample> samples) {
