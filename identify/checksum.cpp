@@ -445,11 +445,13 @@ class LayoutSearch {
       }
       // Any divisor of a single difference would do.
       if (different < 2 || degree(common) < least_width) continue;
+      // The usual ones have been tried.
       for (const std::uint32_t generator :
            divisors(common, least_width, max_crc_bits, most_divisors)) {
         const auto width = static_cast<unsigned>(degree(generator));
         if (std::find(tried.begin(), tried.end(), generator) != tried.end() ||
-            end - begin <= width || end - begin - width > max_data_bits) {
+            end - begin <= width || end - begin - width > max_data_bits ||
+            generator_cost(generator) < 3.0 + width) {
           continue;
         }
         tried.push_back(generator);

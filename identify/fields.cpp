@@ -19,6 +19,9 @@ constexpr unsigned least_gray_bits = 6;
 constexpr unsigned least_track_bits = 4;
 // Positions for which the rarer codings are tried.
 constexpr std::size_t most_coded = 4;
+// Bits of a position that never move below others that do are unlikely by this much at most: a scale
+// explains them.
+constexpr double most_scale_cost = 5;
 // Frames that jump show no order of the bits: below this share of the cost, a difference between
 // two codings is luck.
 constexpr double least_difference = 0.15;
@@ -328,13 +331,20 @@ class FieldSearch {
           number(data >> place.low & low_mask(place.bits()), place.bits(), coding, split));
       seen |= values.back() ^ values.front();
     }
-    // Bits at the ends that never moved cost nothing after the first frame.
     double cost = place.bits();
     if (seen != 0) {
       const auto low = static_cast<unsigned>(std::countr_zero(seen));
       const auto bits = static_cast<unsigned>(std::bit_width(seen)) - low;
-      for (std::uint64_t& each : values) each = each >> low & low_mask(bits);
-      cost += timeline_.cost(values, bits) - bits;
+      std::vector<std::uint64_t> moving;
+      for (const std::uint64_t each : values) moving.push_back(each >> low & low_mask(bits));
+      const double moved = timeline_.cost(moving, bits) - bits;
+      cost += moved;
+      // The lowest bits of a position that moves stand still by its scale, which is as it is.
+      if (low != 0) {
+        for (std::uint64_t& each : values) each &= low_mask(low + bits);
+        const double scaled = timeline_.cost(values, low + bits) - low - bits;
+        cost += std::clamp(scaled - moved, 0.0, most_scale_cost);
+      }
     }
     number_costs_[key] = cost;
     return cost;

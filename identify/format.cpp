@@ -419,16 +419,18 @@ std::optional<ChecksumError> find_checksum_error(const FrameFormat& format,
     try_spec("it is that of the frame before", spec);
     double lowest_first = 0;
     for (const Sample* each : whole) {
-      lowest_first += each->bits.view().word(check, crc.width_bits) ==
-                              own.crc(k, frame_detail::bits_reversed(data_of(*each), channel.data_bits),
-                                      each->cds)
-                          ? 1
-                          : 0;
+      lowest_first +=
+          each->bits.view().word(check, crc.width_bits) ==
+                  own.crc(k, frame_detail::bits_reversed(data_of(*each), channel.data_bits),
+                          each->cds)
+              ? 1
+              : 0;
     }
     add("it covers the data with their lowest bit first", lowest_first, nullptr);
     const auto by_count = [](const auto& a, const auto& b) { return a.second < b.second; };
     const auto constant = std::max_element(sent.begin(), sent.end(), by_count);
-    add(constant->first == 0 ? "it is always 0" : "it is always the same", constant->second, nullptr);
+    add(constant->first == 0 ? "it is always 0" : "it is always the same", constant->second,
+        nullptr);
     const auto other = std::max_element(rests.begin(), rests.end(), by_count);
     spec = spec_of(crc.polynomial, channel.data_bits, other->first);
     add("it has another start value", other->second, &spec);

@@ -11,6 +11,7 @@
 #include "biss/frame/decode.hpp"
 #include "decode/decoder.hpp"
 #include "decode/polarity.hpp"
+#include "identify/checksum.hpp"
 #include "identify/protocol_checksum.hpp"
 #include "identify/protocol_trials.hpp"
 
@@ -74,6 +75,8 @@ struct Structure {
   double cds_share = 0;
   // START to the last clock, of the usual length.
   std::vector<decode::RawBits> frames;
+  // The same of any length, without START and CDS.
+  std::vector<Sample> samples;
 };
 
 std::int64_t clocks_of_ack(const Cycle& cycle) {
@@ -81,7 +84,8 @@ std::int64_t clocks_of_ack(const Cycle& cycle) {
          std::max<std::int64_t>(cycle.period->count, 1);
 }
 
-Structure structure_of(const Cycles& cycles) {
+// \param any_ack the length of ACK may change from request to request
+Structure structure_of(const Cycles& cycles, bool any_ack) {
   Structure found;
   std::vector<double> delays;
   std::vector<double> periods;
@@ -108,12 +112,15 @@ Structure structure_of(const Cycles& cycles) {
       continue;
     const double delay = static_cast<double>(cycle.line_delay->count);
     if (std::abs(delay - found.line_delay) > 0.5 * found.period) continue;
-    if (std::abs(clocks_of_ack(cycle) - found.ack_clocks) > 1) continue;
+    if (!any_ack && std::abs(clocks_of_ack(cycle) - found.ack_clocks) > 1) continue;
     ++found.alike;
     ++clocks[cycle.rising_edges];
     if (cycle.release) releases.push_back(static_cast<double>(cycle.release->count));
     cds += cycle.cds().value_or(false) ? 1 : 0;
     if (cycle.raw.view().size_bits() == usual_length) found.frames.push_back(cycle.raw);
+    Sample sample{.cycle = found.samples.size(), .time = cycle.time, .cds = false, .bits = {}};
+    if (cycle.raw.view().size_bits() > 2) sample.bits.append(cycle.raw.view().from(2));
+    found.samples.push_back(sample);
   }
   found.clocks = most_frequent(clocks);
   found.release = median_of(releases);
@@ -235,26 +242,43 @@ double confidence_of_structure(const Structure& structure, std::size_t pulses, s
   return 0.93;
 }
 
+// The checksum that explains the frames best, by how many bits it is better than chance.
+Layout best_layout(const Structure& structure) {
+  constexpr std::size_t enough_frames = 256;
+  constexpr double least_right = 0.6;
+  Layout best;
+  if (structure.alike < 2) return best;
+  for (Layout& layout : find_layouts(FrameSet(structure.samples, enough_frames), 4)) {
+    const bool fits = layout.checked() && layout.right_share >= least_right;
+    if (fits && layout.score > best.score) best = std::move(layout);
+  }
+  return best;
+}
+
 BissTrial judge(const Cycles& cycles, std::size_t pulses) {
   BissTrial trial;
   trial.guess.protocol = Protocol::biss_c;
   trial.guess.clock = cycles.lines.ma;
   trial.guess.data = cycles.lines.slo;
   trial.guess.has_clock = true;
-  const Structure structure = structure_of(cycles);
+  Structure structure = structure_of(cycles, false);
+  Layout checksum = best_layout(structure);
+  if (checksum.score < certain_bits && structure.share < 0.9) {
+    // Without a checksum, an ACK that changes is no ACK.
+    Structure any = structure_of(cycles, true);
+    Layout other = best_layout(any);
+    if (other.score >= certain_bits) {
+      structure = std::move(any);
+      checksum = std::move(other);
+    }
+  }
   if (structure.alike < 2 || structure.share < 0.4) return trial;
   std::size_t bits = 0;
   const std::vector<Word> words = distinct_words(structure, bits);
-  const ChecksumEvidence checksum = find_checksum(words, bits);
   std::string evidence = "no checksum seen";
-  bool certain = checksum.bits >= certain_bits;
-  if (checksum.width_bits != 0) {
-    evidence = fmt::format("a CRC of {} bits fits", checksum.width_bits);
-  }
-  // Whatever error its maker made.
-  if (!certain && evidence_of_last_bits(words, bits) >= certain_bits) {
-    evidence = "the last bits follow from those before";
-    certain = true;
+  bool certain = checksum.score >= certain_bits;
+  if (!checksum.channels.empty()) {
+    evidence = fmt::format("a CRC of {} bits fits", checksum.channels.front().crc.width_bits);
   }
   const CatalogueFit fit = best_of_catalogue(structure);
   trial.of_catalogue = fit.bits != 0;

@@ -82,32 +82,6 @@ ChecksumEvidence find_checksum(std::span<const Word> words, std::size_t bits) {
   return best;
 }
 
-double evidence_of_last_bits(std::span<const Word> words, std::size_t bits) {
-  words = words.first(std::min(words.size(), distinct_words_used));
-  if (words.size() < 2) return 0;
-  const auto without = [&](std::size_t last) {
-    std::vector<Word> left;
-    for (const Word& word : words)
-      left.push_back(divided(word, Word{1} << static_cast<int>(last)).quotient);
-    return static_cast<double>(rank_of_differences(left));
-  };
-  const auto moved = [&](std::size_t bit) {
-    return std::any_of(words.begin(), words.end(), [&](const Word& word) {
-      return word.has(static_cast<unsigned>(bit)) != words[0].has(static_cast<unsigned>(bit));
-    });
-  };
-  std::size_t stop = 0;
-  while (stop < bits && !moved(stop)) ++stop;
-  const double rank = without(stop);
-  double best = 0;
-  for (std::size_t width = 1; width <= width_max && stop + width + 4 < bits; ++width) {
-    if (!moved(stop + width - 1) || without(stop + width) != rank) break;
-    if (width >= width_min)
-      best = static_cast<double>(width) * (static_cast<double>(words.size()) - 1 - rank);
-  }
-  return best;
-}
-
 std::size_t rank_of_differences(std::span<const Word> words) {
   Basis<Word> basis;
   for (std::size_t i = 1; i < std::min(words.size(), distinct_words_used); ++i) {

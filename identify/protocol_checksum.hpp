@@ -34,10 +34,6 @@ struct ChecksumEvidence {
 /// \param words of `bits` bits each, distinct; the first 200 are used
 ChecksumEvidence find_checksum(std::span<const Word> words, std::size_t bits);
 
-/// Whether the last bits of the words follow from those before, as a checksum of any kind does, and
-/// by how many bits that is more than chance.
-double evidence_of_last_bits(std::span<const Word> words, std::size_t bits);
-
 /// The number of bits of the words that change independently of each other.
 std::size_t rank_of_differences(std::span<const Word> words);
 

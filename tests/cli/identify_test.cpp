@@ -220,8 +220,8 @@ TEST_F(Identify, ErrorInThirtyPercentOfTheFrames_IsNoBitOfThePosition) {
 
 TEST_F(Identify, FlagInABlockOfFrames_IsNoBitOfThePosition) {
   for (const std::string flag : {"nE", "nW"}) {
-    Words words{"-f",       "pos26,nE,nW,crc6", "--clock",  "10MHz",
-                "--motion", "ramp",             "--cycles", "400"};
+    Words words{"-f",   "pos26,nE,nW,crc6", "--clock", "10MHz", "--motion",
+                "ramp", "--cycles",         "400"};
     for (int cycle = 150; cycle < 270; ++cycle) {
       words.insert(words.end(), {"--fault", flag + "@" + std::to_string(cycle)});
     }
@@ -240,8 +240,7 @@ TEST_F(Identify, FewErrors_AreAmongTheCandidates) {
 }
 
 TEST_F(Identify, WarningInTheLastFrames_IsNotLost) {
-  Words words{"-f",       "pos19,nE,nW,crc6", "--clock",  "1MHz",
-              "--motion", "ramp",             "--cycles", "6000"};
+  Words words{"-f", "pos19,nE,nW,crc6", "--clock", "1MHz", "--motion", "ramp", "--cycles", "6000"};
   for (int cycle = 5990; cycle < 6000; ++cycle) {
     words.insert(words.end(), {"--fault", "nW@" + std::to_string(cycle)});
   }
@@ -260,7 +259,8 @@ TEST_F(Identify, TwoTracksSideBySide_AreNotOneNumber) {
     const std::uint64_t lower = (900 + 367 * i) & 0x3FFFU;
     frames.push_back(frame_of((upper << 14U | lower) << 2U | 3U, 30));
   }
-  const Outcome outcome = run({"identify", folder_.file("line.csv", line_of(frames)), "--to", "jsonl"});
+  const Outcome outcome =
+      run({"identify", folder_.file("line.csv", line_of(frames)), "--to", "jsonl"});
   const auto row = nlohmann::json::parse(outcome.out);
   if (row["format"] != nullptr) {
     EXPECT_EQ(row["format"], "mt14,st14,nE,nW,crc6");
@@ -333,8 +333,7 @@ TEST_F(Identify, LaterFramesThatContradict_AreSaidToAndTheRowsAreJudgedByMostFra
   for (std::uint64_t i = 0; i < 4600; ++i) {
     frames.push_back(frame_of(((5000 + 97'700 * i) & 0xFFFFFFFU) << 2U | 3U, 30));
   }
-  const Outcome outcome =
-      run({"decode", folder_.file("line.csv", line_of(frames)), "--to", "csv"});
+  const Outcome outcome = run({"decode", folder_.file("line.csv", line_of(frames)), "--to", "csv"});
   const auto rows = rows_of(outcome.out);
   ASSERT_EQ(rows.size(), frames.size());
   EXPECT_NE(rows[10].at("status"), "ok");
@@ -372,8 +371,8 @@ TEST_F(Identify, ChecksumWithAnErrorOfItsMaker_IsNamed) {
 // ---- What scripts rely on
 
 TEST_F(Identify, FormatThatIsNotSure_IsNullAndItsGuessesHaveOdds) {
-  const std::string capture = simulated("line.csv", {"-f", "pos26,nE,nW,crc6", "--cycles", "30",
-                                                     "--motion", "constant"});
+  const std::string capture =
+      simulated("line.csv", {"-f", "pos26,nE,nW,crc6", "--cycles", "30", "--motion", "constant"});
   const nlohmann::json row = identified(capture, 1);
   EXPECT_EQ(row["format"], nullptr);
   ASSERT_FALSE(row["alternatives"].empty());
