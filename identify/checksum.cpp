@@ -6,7 +6,6 @@
 #include <cmath>
 #include <map>
 #include <random>
-#include <unordered_map>
 #include <utility>
 
 #include "identify/coding.hpp"
@@ -103,14 +102,6 @@ std::uint16_t start_for(std::uint32_t generator, unsigned width, unsigned data_b
   return static_cast<std::uint16_t>(reg);
 }
 
-bool same_bits(const Sample& a, const Sample& b, unsigned length) {
-  for (unsigned at = 0; at < length; at += 64) {
-    const unsigned now = std::min(length - at, 64U);
-    if (a.bits.view().word(at, now) != b.bits.view().word(at, now)) return false;
-  }
-  return true;
-}
-
 // How many bits differ, among the first `length`.
 unsigned distance(const Sample& a, const Sample& b, unsigned length) {
   unsigned bits = 0;
@@ -120,16 +111,6 @@ unsigned distance(const Sample& a, const Sample& b, unsigned length) {
         std::popcount(a.bits.view().word(at, now) ^ b.bits.view().word(at, now)));
   }
   return bits;
-}
-
-std::uint64_t hash_of(const Sample& sample, unsigned length) {
-  std::uint64_t hash = 0;
-  for (unsigned at = 0; at < length; at += 64) {
-    const unsigned now = std::min(length - at, 64U);
-    hash = (hash ^ sample.bits.view().word(at, now)) * 0x9E3779B97F4A7C15U;
-    hash ^= hash >> 29U;
-  }
-  return hash;
 }
 
 // S(e) of many words: a row for each number of bits.
@@ -249,28 +230,28 @@ class LayoutSearch {
 
   // Half of the frames by their number, half by their patterns: where most frames are alike, few of
   // the frames differ, and where many are damaged, few of the patterns are right.
+  std::size_t draw_pattern(std::size_t draw) {
+    return draw % 2 == 0 ? random_() % patterns_.size()
+                         : frames_.pattern[random_() % frames_.pattern.size()];
+  }
+
   void draw_differences() {
     std::vector<const Sample*> drawn;
     for (std::size_t i = 0; patterns_.size() > 1 && i < differences; ++i) {
-      const auto draw = [&] {
-        return i % 2 == 0 ? random_() % patterns_.size()
-                          : frames_.pattern[random_() % frames_.pattern.size()];
-      };
-      std::size_t one = draw();
-      std::size_t other = draw();
-      for (unsigned k = 0; k < 8 && one == other; ++k) other = draw();
+      const std::size_t one = draw_pattern(i);
+      std::size_t other = draw_pattern(i);
+      for (unsigned k = 0; k < 8 && one == other; ++k) other = draw_pattern(i);
       if (one == other) other = (one + 1) % patterns_.size();
       drawn.push_back(patterns_[one].sample);
       drawn.push_back(patterns_[other].sample);
     }
     pairs_ = SumTable(drawn, length_);
     pairs_.pair_up();
-    ones_.assign((length_ + 1) * pairs_.words(), 0);
-    for (unsigned i = 0; i < length_; ++i) {
-      for (std::size_t w = 0; w < pairs_.words(); ++w) {
-        ones_[(i + 1) * pairs_.words() + w] = static_cast<std::uint16_t>(
-            ones_[i * pairs_.words() + w] + (pairs_.bit(i, w) ? 1U : 0U));
-      }
+    const std::size_t words = pairs_.words();
+    ones_.assign((length_ + 1) * words, 0);
+    for (std::size_t i = 0; i < length_ * words; ++i) {
+      ones_[i + words] = static_cast<std::uint16_t>(
+          ones_[i] + (pairs_.bit(static_cast<unsigned>(i / words), i % words) ? 1U : 0U));
     }
   }
 
@@ -349,7 +330,7 @@ class LayoutSearch {
   }
 
   unsigned rank_of_pairs(unsigned begin, unsigned end, unsigned width) const {
-    Basis<Polynomial> basis;
+    Basis basis;
     for (std::size_t w = 0; w < pairs_.words(); ++w) {
       if (pairs_.row(begin)[w] != pairs_.row(end)[w]) continue;
       Polynomial data = 0;
@@ -422,43 +403,35 @@ class LayoutSearch {
     }
   }
 
+  // The common divisor of a few differences is the generator, times what has not moved.
   void draw_generators(unsigned begin, unsigned end) {
     constexpr std::size_t draws = 16;
-    constexpr std::size_t frames_a_draw = 7;
-    constexpr std::size_t most_divisors = 16;
-    constexpr int least_width = 9;
+    constexpr std::size_t frames_a_draw = 10;
     std::vector<std::uint32_t> tried;
     for (std::size_t draw = 0; draw < draws; ++draw) {
       Polynomial common = 0;
       Polynomial first = 0;
       std::size_t different = 0;
       for (std::size_t k = 0; k < frames_a_draw; ++k) {
-        const std::size_t pattern = draw % 2 == 0
-                                        ? random_() % patterns_.size()
-                                        : frames_.pattern[random_() % frames_.pattern.size()];
-        const Polynomial word = polynomial_of(*patterns_[pattern].sample, {begin, end});
+        const Polynomial word = polynomial_of(*patterns_[draw_pattern(draw)].sample, {begin, end});
         if (k == 0) first = word;
         const Polynomial divisor = without_x(common_divisor(common, first ^ word));
         different += divisor != common ? 1U : 0U;
         common = divisor;
-        if (common != 0 && degree(common) < least_width) break;
+        if (common != 0 && degree(common) < 9) break;
       }
       // Any divisor of a single difference would do.
-      if (different < 2 || degree(common) < least_width) continue;
+      if (different < 2 || degree(common) < 9 || degree(common) > 16) continue;
+      const auto generator = static_cast<std::uint32_t>(common);
+      const auto width = static_cast<unsigned>(degree(common));
       // The usual ones have been tried.
-      for (const std::uint32_t generator :
-           divisors(common, least_width, max_crc_bits, most_divisors)) {
-        const auto width = static_cast<unsigned>(degree(generator));
-        if (std::find(tried.begin(), tried.end(), generator) != tried.end() ||
-            end - begin <= width || end - begin - width > max_data_bits ||
-            generator_cost(generator) < 3.0 + width) {
-          continue;
-        }
-        tried.push_back(generator);
-        pairs_.sum(generator);
-        table_.sum(generator);
-        vote(begin, end, generator);
-      }
+      const bool known = std::find(tried.begin(), tried.end(), generator) != tried.end() ||
+                         generator_cost(generator) < 3.0 + width;
+      if (known || end - begin <= width || end - begin - width > max_data_bits) continue;
+      tried.push_back(generator);
+      pairs_.sum(generator);
+      table_.sum(generator);
+      vote(begin, end, generator);
     }
   }
 
@@ -543,7 +516,7 @@ class LayoutSearch {
     double right = 0;
     double usual_right = 0;
     double known = 0;
-    Basis<Polynomial> basis;
+    Basis basis;
     for (std::size_t i = 0; i < frames_.samples.size(); ++i) {
       if (channel.crc.of_previous && frames_.before[i] == nullptr) continue;
       const Sample& sample = *frames_.samples[i];
@@ -605,7 +578,7 @@ class LayoutSearch {
   }
 
   void find_rank(const Layout& layout, ChannelLayout& channel) const {
-    Basis<Polynomial> basis;
+    Basis basis;
     std::vector<bool> seen(patterns_.size());
     const Sample* first = nullptr;
     for (std::size_t i = 0; i < frames_.samples.size(); ++i) {
@@ -647,7 +620,7 @@ class LayoutSearch {
       tails.push_back(frames_.samples[i]->bits.view().word(layout.end(), bits));
       zeros = zeros && tails.back() == 0;
     }
-    return zeros ? 0 : 8 + word_cost(std::move(tails), bits);
+    return zeros ? 0 : 8 + word_cost(tails, bits);
   }
 
   const FrameSet& frames_;
@@ -699,21 +672,17 @@ FrameSet::FrameSet(std::span<const Sample> all, std::size_t most) : length(lengt
         whole.size() <= most || i < most / 2 || (i - most / 2) % (rest / blocks) < block;
     if (taken) samples.push_back(whole[i]);
   }
-  std::unordered_multimap<std::uint64_t, std::size_t> known;
+  std::map<std::vector<std::uint8_t>, std::size_t> known;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const bool follows = i > 0 && samples[i]->cycle == samples[i - 1]->cycle + 1;
     before.push_back(follows ? samples[i - 1] : nullptr);
-    const std::uint64_t hash = hash_of(*samples[i], length);
-    const auto [begin, end] = known.equal_range(hash);
-    const auto same = std::find_if(begin, end, [&](const auto& each) {
-      return same_bits(*patterns[each.second].sample, *samples[i], length);
-    });
-    pattern.push_back(same != end ? same->second : patterns.size());
-    if (same == end) {
-      known.emplace(hash, patterns.size());
-      patterns.push_back({samples[i], 0});
-    }
-    ++patterns[pattern.back()].frames;
+    auto bits = samples[i]->bits;
+    bits.truncate(length);
+    const auto [same, made] =
+        known.try_emplace({bits.bytes().begin(), bits.bytes().end()}, patterns.size());
+    pattern.push_back(same->second);
+    if (made) patterns.push_back({samples[i], 0});
+    ++patterns[same->second].frames;
   }
 }
 

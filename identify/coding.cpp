@@ -36,14 +36,18 @@ struct Count {
   double frames = 0;
 };
 
-std::vector<Count> counts_of(std::vector<std::int64_t>& values) {
-  std::sort(values.begin(), values.end());
-  std::vector<Count> counts;
+std::vector<Count> counts_of(std::span<const std::int64_t> values) {
+  // A table in which a value that finds its place taken goes to the next one.
+  const std::size_t mask = std::bit_ceil(2 * values.size() + 1) - 1;
+  std::vector<Count> table(mask + 1);
   for (const std::int64_t value : values) {
-    if (counts.empty() || counts.back().value != value) counts.push_back({value, 0});
-    ++counts.back().frames;
+    std::size_t at = (static_cast<std::uint64_t>(value) * 0x9E3779B97F4A7C15U >> 40U) & mask;
+    while (table[at].frames != 0 && table[at].value != value) at = (at + 1) & mask;
+    table[at].value = value;
+    ++table[at].frames;
   }
-  return counts;
+  std::erase_if(table, [](const Count& each) { return each.frames == 0; });
+  return table;
 }
 
 double frames_of(const std::vector<Count>& counts) {
@@ -109,7 +113,7 @@ double bell_cost(const std::vector<Count>& counts, const Sizes& sizes, double fr
   return best + std::log2(2.0 * bits);
 }
 
-double residuals_cost(std::vector<std::int64_t>& residuals, unsigned bits) {
+double residuals_cost(std::span<const std::int64_t> residuals, unsigned bits) {
   if (residuals.empty()) return 0;
   const std::vector<Count> counts = counts_of(residuals);
   Sizes sizes{};
@@ -219,6 +223,17 @@ Timeline::Weights Timeline::weights_of(std::size_t frame, std::size_t points, st
   return weights;
 }
 
+double Timeline::rough_cost(std::span<const std::uint64_t> values, unsigned bits) {
+  double steps = 0;
+  double changes = 0;
+  for (std::size_t i = 2; i < values.size(); ++i) {
+    const std::uint64_t step = values[i] - values[i - 1];
+    steps += size_of(as_signed(step, bits));
+    changes += size_of(as_signed(step - values[i - 1] + values[i - 2], bits));
+  }
+  return std::min(steps, changes);
+}
+
 double Timeline::cost(std::span<const std::uint64_t> values, unsigned bits) const {
   // Without jumps where the value goes over its end.
   std::vector<std::uint64_t> path(values.size());
@@ -305,8 +320,8 @@ double counter_cost(std::span<const std::uint64_t> values, std::span<const std::
   return bits + 1 + data_weight * (choices + least * bits + events_cost(least, count, 0.3, 3));
 }
 
-double word_cost(std::vector<std::uint64_t> words, unsigned bits) {
-  std::vector<std::int64_t> values(words.begin(), words.end());
+double word_cost(std::span<const std::uint64_t> words, unsigned bits) {
+  const std::vector<std::int64_t> values(words.begin(), words.end());
   return bits + data_weight * (dictionary_cost(counts_of(values), bits) - bits);
 }
 

@@ -31,6 +31,8 @@ class Timeline {
   /// The cost of a number of `bits` bits, first value included. `values` are one a frame, of `bits`
   /// bits, 1 to 64.
   double cost(std::span<const std::uint64_t> values, unsigned bits) const;
+  /// The same, only to compare two codings of the same bits.
+  static double rough_cost(std::span<const std::uint64_t> values, unsigned bits);
 
  private:
   struct Weights {
@@ -56,6 +58,6 @@ double padding_cost(std::span<const std::uint8_t> bits);
 double counter_cost(std::span<const std::uint64_t> values, std::span<const std::uint64_t> cycles,
                     unsigned bits);
 /// The cost of words of `bits` bits that are alike in most frames.
-double word_cost(std::vector<std::uint64_t> words, unsigned bits);
+double word_cost(std::span<const std::uint64_t> words, unsigned bits);
 
 }  // namespace biss::identify

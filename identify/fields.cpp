@@ -76,15 +76,13 @@ double life_cost(const ChannelLayout& layout, const Field& life, bool last) {
   return width + (last ? 0 : 4);
 }
 
-// The bits of a position from `low` to below `high`, as numbers.
+// The bits of a position, from `low` to below `high`.
 struct Place {
   unsigned low = 0;
   unsigned high = 0;
 
   unsigned bits() const { return high - low; }
-  bool operator<(const Place& other) const {
-    return std::tie(low, high) < std::tie(other.low, other.high);
-  }
+  auto operator<=>(const Place&) const = default;
 };
 
 // A division of the bits, with the cost of all but the position.
@@ -103,22 +101,19 @@ class FieldSearch {
 
   std::vector<Fields> find() {
     divide();
-    std::vector<Place> places;
-    std::vector<std::pair<double, Place>> best;
+    std::map<Place, double> places;
     for (const Division& each : divisions_) {
       for (const Coding coding : {Coding::binary, Coding::gray, Coding::lsb_first}) {
         add(each, coding, 0);
-        best.emplace_back(all_.back().cost, each.position);
+        const auto [at, made] = places.try_emplace(each.position, all_.back().cost);
+        at->second = std::min(at->second, all_.back().cost);
       }
     }
+    std::vector<std::pair<double, Place>> best;
+    for (const auto& [place, cost] : places) best.emplace_back(cost, place);
     std::sort(best.begin(), best.end());
-    for (const auto& [cost, place] : best) {
-      const bool known = std::any_of(places.begin(), places.end(), [&](const Place& each) {
-        return !(each < place) && !(place < each);
-      });
-      if (!known && places.size() < most_coded) places.push_back(place);
-    }
-    for (const Place& place : places) add_rare_codings(place);
+    if (best.size() > most_coded) best.resize(most_coded);
+    for (const auto& [cost, place] : best) add_rare_codings(place);
     std::stable_sort(all_.begin(), all_.end(),
                      [](const Fields& a, const Fields& b) { return a.cost < b.cost; });
     return std::move(all_);
@@ -290,18 +285,26 @@ class FieldSearch {
     all_.push_back(fields);
   }
 
+  // Those that make the motion smoother.
   void add_rare_codings(const Place& place) {
+    using enum Coding;
     const std::uint64_t seen = (moved_ >> place.low) & low_mask(place.bits());
     const auto top = static_cast<unsigned>(std::bit_width(seen));
+    const double least = Timeline::rough_cost(numbers(place, binary, 0), top);
     for (unsigned split = least_track_bits; split + 1 < top; ++split) {
-      for (const Coding coding : {Coding::singleturn_gray, Coding::multiturn_gray,
-                                  Coding::both_gray, Coding::two_tracks}) {
-        const bool gray_below = coding == Coding::singleturn_gray || coding == Coding::both_gray;
+      for (const Coding coding : {singleturn_gray, multiturn_gray, both_gray, two_tracks}) {
+        const bool gray_below = coding == singleturn_gray || coding == both_gray;
         if (gray_below && split < least_gray_bits) continue;
-        if (coding != Coding::singleturn_gray && split + least_track_bits > top) continue;
+        if (coding != singleturn_gray && split + least_track_bits > top) continue;
+        std::vector<std::uint64_t> values = numbers(place, coding, split);
+        double rough = Timeline::rough_cost(values, coding == two_tracks ? split : top);
+        if (coding == two_tracks) {
+          for (std::uint64_t& each : values) each >>= split;
+          rough += Timeline::rough_cost(values, top - split);
+        }
+        if (rough > 0.9 * least) continue;
         for (const Division& each : divisions_) {
-          if (each.position < place || place < each.position) continue;
-          add(each, coding, split);
+          if (each.position == place) add(each, coding, split);
         }
       }
     }
@@ -324,13 +327,9 @@ class FieldSearch {
     const auto key = std::tuple(place, coding, split);
     const auto known = number_costs_.find(key);
     if (known != number_costs_.end()) return known->second;
-    std::vector<std::uint64_t> values;
+    std::vector<std::uint64_t> values = numbers(place, coding, split);
     std::uint64_t seen = 0;
-    for (const std::uint64_t data : words_.data) {
-      values.push_back(
-          number(data >> place.low & low_mask(place.bits()), place.bits(), coding, split));
-      seen |= values.back() ^ values.front();
-    }
+    for (const std::uint64_t value : values) seen |= value ^ values.front();
     double cost = place.bits();
     if (seen != 0) {
       const auto low = static_cast<unsigned>(std::countr_zero(seen));
@@ -348,6 +347,15 @@ class FieldSearch {
     }
     number_costs_[key] = cost;
     return cost;
+  }
+
+  std::vector<std::uint64_t> numbers(const Place& place, Coding coding, unsigned split) const {
+    std::vector<std::uint64_t> values;
+    for (const std::uint64_t data : words_.data) {
+      const std::uint64_t bits = data >> place.low & low_mask(place.bits());
+      values.push_back(number(bits, place.bits(), coding, split));
+    }
+    return values;
   }
 
   static std::uint64_t number(std::uint64_t value, unsigned bits, Coding coding, unsigned split) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <set>
 
 #include "biss/catalogue/catalogue.hpp"
@@ -13,7 +14,7 @@ namespace biss::identify {
 
 namespace {
 
-constexpr std::size_t most_frames = 1024;
+constexpr std::size_t most_frames = 640;
 constexpr std::size_t most_layouts = 24;
 constexpr std::size_t most_candidates = 5;
 // Meanings of a channel that are followed.
@@ -234,6 +235,9 @@ Doubt difference(const FormatCandidate& a, const FormatCandidate& b) {
       return mask_of(channel.error) | mask_of(channel.warning);
     };
     if (place(fields.channel) != place(others.channel)) return Doubt::flags;
+    const bool same_flags = fields.channel.error == others.channel.error &&
+                            fields.channel.warning == others.channel.warning;
+    if (same_flags && fields.channel != others.channel) return Doubt::scale;
     if (fields.channel != others.channel) return Doubt::flag_level;
   }
   return Doubt::flags;
@@ -258,28 +262,35 @@ void find_doubts(FormatFinding& finding) {
   if (finding.doubts.empty()) add(Doubt::checksum);
 }
 
-// Where the frame of this format ends, STOP is 0, as far as the sample goes.
-bool stops(const FrameFormat& format, const Sample& sample) {
-  const std::size_t end = format.payload_bits();
-  return sample.bits.size_bits() <= end || !sample.bits.view()[end];
-}
+// By the structure and the checksums of a format; of a CRC of the frame before nothing is known.
+class Verdict {
+ public:
+  explicit Verdict(const FrameFormat& format) : codec_(format), end_(format.payload_bits()) {}
 
-bool checksums_right(const FrameCodec<>& codec, const Sample& sample) {
-  const FrameFormat& format = codec.format();
-  if (sample.bits.size_bits() < format.payload_bits()) return false;
-  std::size_t at = 0;
-  for (std::size_t k = 0; k < format.channel_count; ++k) {
-    const ChannelFormat& channel = format.channel_list[k];
-    const std::uint64_t data = sample.bits.view().word(at, channel.data_bits);
-    at += channel.data_bits;
-    if (sample.bits.view().word(at, channel.crc.width_bits) !=
-        (channel.crc.present() ? codec.crc(k, data, sample.cds) : 0)) {
-      return false;
+  bool right(const Sample& sample) const {
+    std::size_t at = 0;
+    for (std::size_t k = 0; k < codec_.format().channel_count; ++k) {
+      const ChannelFormat& channel = codec_.format().channel_list[k];
+      if (sample.bits.size_bits() < end_) return false;
+      const std::uint64_t data = sample.bits.view().word(at, channel.data_bits);
+      at += channel.total_bits();
+      if (channel.crc.present() &&
+          sample.bits.view().word(at - channel.crc.width_bits, channel.crc.width_bits) !=
+              codec_.crc(k, data, sample.cds)) {
+        return false;
+      }
     }
-    at += channel.crc.width_bits;
+    return true;
   }
-  return true;
-}
+  // Where the frame ends, STOP is 0, as far as the sample goes.
+  bool stops(const Sample& sample) const {
+    return sample.bits.size_bits() <= end_ || !sample.bits.view()[end_];
+  }
+
+ private:
+  FrameCodec<> codec_;
+  std::size_t end_;
+};
 
 }  // namespace
 
@@ -290,13 +301,13 @@ const FormatCandidate* FormatFinding::sure() const {
 }
 
 bool same_verdicts(const FrameFormat& a, const FrameFormat& b, std::span<const Sample> samples) {
-  const FrameCodec<> codec_a(a);
-  const FrameCodec<> codec_b(b);
+  const Verdict one(a);
+  const Verdict other(b);
   std::size_t right = 0;
   for (const Sample& sample : samples) {
-    const bool in_a = checksums_right(codec_a, sample);
-    const bool in_b = checksums_right(codec_b, sample);
-    if ((in_a && stops(a, sample)) != (in_b && stops(b, sample))) return false;
+    const bool in_a = one.right(sample);
+    const bool in_b = other.right(sample);
+    if ((in_a && one.stops(sample)) != (in_b && other.stops(sample))) return false;
     right += in_a ? 1U : 0U;
   }
   return right != 0;
@@ -351,89 +362,68 @@ std::optional<ChecksumError> find_checksum_error(const FrameFormat& format,
   constexpr double least_share = 0.6;
   constexpr std::size_t least_words = 4;
   std::optional<ChecksumError> best;
-  unsigned begin = 0;
+  ChannelLayout layout;
   for (std::size_t k = 0; k < format.channel_count; ++k) {
     const ChannelFormat& channel = format.channel_list[k];
-    const unsigned from = begin;
-    const unsigned check = begin + channel.data_bits;
-    const CrcSpec& crc = channel.crc;
-    const unsigned end = check + crc.width_bits;
-    const auto data_of = [&](const Sample& sample) {
-      return sample.bits.view().word(from, channel.data_bits);
-    };
-    std::vector<const Sample*> whole;
-    std::set<std::uint64_t> words;
-    double right_now = 0;
-    std::map<std::uint64_t, double> sent;
-    std::map<std::uint32_t, double> rests;
-    const FrameCodec<> own(format);
-    for (const Sample& sample : samples) {
-      if (!crc.present() || sample.bits.size_bits() < end) continue;
-      whole.push_back(&sample);
-      words.insert(data_of(sample));
-      const std::uint64_t now = sample.bits.view().word(check, crc.width_bits);
-      right_now += now == own.crc(k, data_of(sample), sample.cds) ? 1 : 0;
-      ++sent[now];
-      const Polynomial word = polynomial_of(sample, {from, end});
-      ++rests[static_cast<std::uint32_t>(remainder(word, crc.polynomial))];
-    }
-    begin = end;
-    const auto frames = static_cast<double>(whole.size());
-    if (words.size() < least_words || 2 * right_now >= frames) continue;
-    const auto add = [&](std::string_view what, double right, const CrcSpec* spec) {
-      if (right < least_share * frames || (best && right <= best->share * frames)) return;
-      best = ChecksumError{k, what, right / frames, std::nullopt};
-      if (spec == nullptr) return;
-      best->format = format;
-      best->format->channel_list[k].crc = *spec;
-    };
-    const auto try_spec = [&](std::string_view what, const CrcSpec& spec) {
-      FrameFormat other = format;
-      other.channel_list[k].crc = spec;
-      const FrameCodec<> codec(other);
+    layout = {layout.end(), channel.data_bits, channel.crc};
+    if (!channel.crc.present()) continue;
+    const auto share_of = [&](const ChannelLayout& tried) {
+      const ChannelCheck check(tried);
+      const Sample* before = nullptr;
       double right = 0;
-      for (std::size_t i = 0; i < whole.size(); ++i) {
-        if (spec.of_previous && i == 0) continue;
-        const Sample& covered = *whole[spec.of_previous ? i - 1 : i];
-        right += whole[i]->bits.view().word(check, crc.width_bits) ==
-                         codec.crc(k, data_of(covered), covered.cds)
-                     ? 1
-                     : 0;
+      double whole = 0;
+      for (const Sample& sample : samples) {
+        if (sample.bits.size_bits() < layout.end()) continue;
+        right += check.is_right(sample, std::exchange(before, &sample)) ? 1 : 0;
+        ++whole;
       }
-      add(what, right, &spec);
+      return whole == 0 ? 0 : right / whole;
     };
-    CrcSpec spec = crc;
-    spec.inverted = !crc.inverted;
-    try_spec(crc.inverted ? "it is not inverted" : "it is inverted", spec);
-    spec = crc;
-    spec.reversed = true;
-    try_spec("its bits are reversed", spec);
-    spec = crc;
-    spec.without_flags = true;
-    if (channel.flags_mask() != 0) try_spec("it does not cover the flags", spec);
-    spec = crc;
-    spec.with_cds = true;
-    try_spec("it covers CDS", spec);
-    spec = crc;
-    spec.of_previous = true;
-    try_spec("it is that of the frame before", spec);
-    double lowest_first = 0;
-    for (const Sample* each : whole) {
-      lowest_first +=
-          each->bits.view().word(check, crc.width_bits) ==
-                  own.crc(k, frame_detail::bits_reversed(data_of(*each), channel.data_bits),
-                          each->cds)
-              ? 1
-              : 0;
+    std::set<std::uint64_t> words;
+    std::map<Polynomial, double> rests;
+    std::map<std::uint64_t, double> sent;
+    for (const Sample& sample : samples) {
+      if (sample.bits.size_bits() < layout.end()) continue;
+      words.insert(sample.bits.view().word(layout.begin, layout.data_bits));
+      ++rests[remainder(polynomial_of(sample, layout.all()), channel.crc.polynomial)];
+      ++sent[sample.bits.view().word(layout.data().end, channel.crc.width_bits)];
     }
-    add("it covers the data with their lowest bit first", lowest_first, nullptr);
-    const auto by_count = [](const auto& a, const auto& b) { return a.second < b.second; };
-    const auto constant = std::max_element(sent.begin(), sent.end(), by_count);
-    add(constant->first == 0 ? "it is always 0" : "it is always the same", constant->second,
+    if (words.size() < least_words || share_of(layout) >= 0.5) continue;
+    const auto add = [&](std::string_view what, double share, const CrcSpec* crc) {
+      if (share < least_share || (best && share <= best->share)) return;
+      best = ChecksumError{k, what, share, std::nullopt};
+      if (crc == nullptr) return;
+      best->format = format;
+      best->format->channel_list[k].crc = *crc;
+    };
+    const auto attempt = [&](std::string_view what, auto change) {
+      ChannelLayout tried = layout;
+      change(tried);
+      add(what, share_of(tried), &tried.crc);
+    };
+    attempt("it is not inverted", [](auto& tried) { tried.crc.inverted = !tried.crc.inverted; });
+    attempt("its bits are reversed", [](auto& tried) { tried.crc.reversed = true; });
+    attempt("it covers CDS", [](auto& tried) { tried.crc.with_cds = true; });
+    attempt("it is that of the frame before", [](auto& tried) { tried.crc.of_previous = true; });
+    // The flags are the last bits.
+    const std::uint64_t flags = channel.flags_mask();
+    if (flags != 0 && flags == low_mask(static_cast<unsigned>(std::popcount(flags)))) {
+      attempt("it does not cover the flags", [&](auto& tried) {
+        tried.crc.without_flags = true;
+        tried.flags = static_cast<unsigned>(std::popcount(flags));
+      });
+    }
+    const auto most = [](const auto& counts) {
+      return *std::max_element(counts.begin(), counts.end(),
+                               [](const auto& a, const auto& b) { return a.second < b.second; });
+    };
+    const double whole = std::accumulate(sent.begin(), sent.end(), 0.0,
+                                         [](double sum, auto each) { return sum + each.second; });
+    add(most(sent).first == 0 ? "it is always 0" : "it never changes", most(sent).second / whole,
         nullptr);
-    const auto other = std::max_element(rests.begin(), rests.end(), by_count);
-    spec = spec_of(crc.polynomial, channel.data_bits, other->first);
-    add("it has another start value", other->second, &spec);
+    const CrcSpec other = spec_of(channel.crc.polynomial, layout.data_bits,
+                                  static_cast<std::uint32_t>(most(rests).first));
+    add("it has another start value", most(rests).second / whole, &other);
   }
   return best;
 }

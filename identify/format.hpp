@@ -18,6 +18,7 @@ namespace biss::identify {
 enum class Doubt : std::uint8_t {
   still,       ///< no bit of the position has moved
   order,       ///< the order of the bits of the position, or Gray code
+  scale,       ///< the lowest bits of the position do not move
   flag_level,  ///< which level of a flag is active
   flags,       ///< which bits are flags
   counter,     ///< a sign of life, or a part of the position
@@ -25,7 +26,7 @@ enum class Doubt : std::uint8_t {
   unchecked,   ///< no checksum fits
 };
 
-inline constexpr std::size_t doubt_count = 7;
+inline constexpr std::size_t doubt_count = 8;
 
 /// A format that fits the frames.
 struct FormatCandidate {

@@ -26,6 +26,9 @@ std::string_view sentence_of(Doubt doubt) {
       return "the motion does not show the order of the bits of the position, or Gray code: "
              "capture "
              "a slower and longer motion";
+    case Doubt::scale:
+      return "the lowest bits of the position do not move: padding, or a coarse position; capture "
+             "another speed";
     case Doubt::flag_level:
       return "a flag is 0 in most frames: the encoder reports an error or a warning, or the flag "
              "is active-high";
