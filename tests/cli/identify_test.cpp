@@ -308,7 +308,7 @@ TEST_F(Identify, FramesThatChangeTheirLength_HaveAFormatForEachPart) {
   const auto two = nlohmann::json::parse(outcome.out.substr(outcome.out.find('\n') + 1));
   EXPECT_EQ(one["format"], "pos19,nE,nW,crc6");
   EXPECT_EQ(one["to_cycle"], 119) << outcome.err;
-  EXPECT_EQ(two["format"], "pos28,nE,nW,crc6");
+  EXPECT_EQ(two["format"], "mt12,st16,nE,nW,crc6");
   EXPECT_EQ(two["from_cycle"], 120);
   EXPECT_THAT(run({"decode", capture, "--to", "csv"}).err, HasSubstr("the format changes"));
   const Outcome first = run({"identify", capture, "--until", "17ms", "--to", "jsonl"});
@@ -340,7 +340,7 @@ TEST_F(Identify, LaterFramesThatContradict_AreSaidToAndTheRowsAreJudgedByMostFra
   EXPECT_EQ(rows[9000].at("status"), "ok");
   EXPECT_EQ(rows[9000].at("position"), std::to_string((5000 + 97'703 * 4500) & 0xFFFFFFF));
   EXPECT_THAT(outcome.err, AllOf(HasSubstr("the format changes"), HasSubstr("pos19,nE,nW,crc6"),
-                                 HasSubstr("pos28,nE,nW,crc6 from cycle 4")));
+                                 HasSubstr("mt12,st16,nE,nW,crc6 from cycle 4")));
 }
 
 // ---- Errors of an encoder's maker
