@@ -23,22 +23,25 @@ std::string_view sentence_of(Doubt doubt) {
     case Doubt::still:
       return "a position did not move: capture while the axis moves";
     case Doubt::order:
-      return "the position jumps too far to show the order of its bits and Gray code: capture a "
-             "slower motion";
+      return "the motion does not show the order of the bits of the position, or Gray code: "
+             "capture "
+             "a slower and longer motion";
+    case Doubt::scale:
+      return "the lowest bits of the position do not move: padding, or a coarse position; capture "
+             "another speed";
     case Doubt::flag_level:
       return "a flag is 0 in most frames: the encoder reports an error or a warning, or the flag "
-             "is "
-             "active-high";
-    case Doubt::flag_place:
-      return "a bit changes in single frames, and is not where nE and nW usually are";
+             "is active-high";
+    case Doubt::flags:
+      return "the lowest bits of the position and the flags cannot be separated: capture another "
+             "motion";
     case Doubt::counter:
       return "some bits count the frames: a sign of life, or a position at constant speed; capture "
              "another speed";
-    case Doubt::low_bits:
-      return "the lowest bits of the position hardly move, and cannot be separated from flags: "
-             "capture another motion";
-    case Doubt::further_bits:
-      return "bits change that are neither position, flag nor sign of life";
+    case Doubt::checksum:
+      return "too few different frames to be sure of the checksum: capture more cycles with motion";
+    case Doubt::unchecked:
+      return "no checksum fits the frames";
   }
   return "";
 }
@@ -59,20 +62,7 @@ std::vector<std::string> what_is_missing(const FormatFinding& finding) {
   std::vector<std::string> sentences;
   if (finding.sure() != nullptr) return sentences;
   if (finding.candidates.empty()) return {"no frame was complete"};
-  const FormatCandidate& best = finding.candidates.front();
-  for (std::size_t i = 0; i < identify::doubt_count; ++i) {
-    const auto doubt = static_cast<Doubt>(i);
-    if (best.has(doubt)) sentences.emplace_back(sentence_of(doubt));
-  }
-  const bool checked =
-      std::all_of(best.layout.channels.begin(), best.layout.channels.end(),
-                  [](const identify::ChannelLayout& each) { return each.crc.present(); });
-  if (!checked) {
-    sentences.emplace_back("no checksum fits the frames");
-  } else if (sentences.empty()) {
-    sentences.emplace_back(
-        "too few different frames to be sure of the checksum: capture more cycles with motion");
-  }
+  for (const Doubt doubt : finding.doubts) sentences.emplace_back(sentence_of(doubt));
   return sentences;
 }
 
@@ -118,7 +108,9 @@ void add_identified(report::Summary& summary, const FormatFinding& finding, bool
   }
   constexpr std::size_t most = 3;
   for (std::size_t i = 0; i < std::min(most, finding.candidates.size()); ++i) {
-    summary.entry("", i == 0 ? "may be" : "or", text_of(finding.candidates[i].format));
+    summary.entry("", i == 0 ? "may be" : "or",
+                  fmt::format("{} ({:.2f})", text_of(finding.candidates[i].format),
+                              finding.candidates[i].confidence));
   }
 }
 
