@@ -144,13 +144,17 @@ std::vector<WordReading> places_in(const std::vector<Word>& words, const WordRea
   std::vector<WordReading> places(4, order);
   for (std::size_t i = 0; i < 3; ++i) places[i + 1].first_bit = std::array{1, -1, -2}[i];
   std::size_t clocks = 0;
+  bool is_low = true;
   for (const Word& word : words) {
     const auto start = find_start(word.view(), FrameBounds{});
     if (!start.ok()) continue;
     const auto frame = decode_payload(word.view(), *start, codec);
     if (!frame.ok() && frame.error().cause != FrameError::stop_bit) continue;
-    clocks = std::max(clocks, start->start_bit + 2 + codec.payload_bits());
+    const std::size_t end = start->start_bit + 2 + codec.payload_bits();
+    is_low = is_low && word.view().find(true, end) == word.size_bits;
+    clocks = std::max(clocks, end);
   }
+  if (is_low) clocks = 0;
   const std::size_t size = words.front().size_bits;
   const std::size_t payload = codec.payload_bits();
   for (const std::size_t bits : {clocks, std::size_t{0}, size - 1, payload + 1, payload}) {
