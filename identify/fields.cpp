@@ -303,6 +303,12 @@ class FieldSearch {
           rough += Timeline::rough_cost(values, top - split);
         }
         if (rough > 0.9 * least) continue;
+        // A lower track that is noise is no track.
+        if (coding == two_tracks &&
+            number_cost({place.low, place.low + split}, binary, 0) >
+                0.6 * data_weight * split * static_cast<double>(words_.data.size())) {
+          continue;
+        }
         for (const Division& each : divisions_) {
           if (each.position == place) add(each, coding, split);
         }
