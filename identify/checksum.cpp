@@ -24,7 +24,7 @@ constexpr double least_agreeing = 0.45;
 // Channels that are followed after the same bit, and chains up to the same bit.
 constexpr std::size_t most_followed = 40;
 constexpr std::size_t most_open = 10;
-constexpr double most_behind = 80;
+constexpr double most_worse = 80;
 // A frame with a wrong checksum, roughly.
 constexpr double misfit_cost = 8;
 constexpr unsigned longest_channel = max_data_bits + max_crc_bits;
@@ -451,7 +451,7 @@ class LayoutSearch {
     }
     keep_best(done, most);
     std::erase_if(
-        done, [&](const Layout& each) { return each.rating < done.front().rating - most_behind; });
+        done, [&](const Layout& each) { return each.rating < done.front().rating - most_worse; });
     for (Layout& layout : done) layout.cost = end_cost(ends);
     return done;
   }
