@@ -24,7 +24,7 @@ constexpr double least_agreeing = 0.45;
 // Channels that are followed after the same bit, and chains up to the same bit.
 constexpr std::size_t most_followed = 40;
 constexpr std::size_t most_open = 10;
-constexpr double most_behind = 80;
+constexpr double most_worse = 80;
 // A frame with a wrong checksum, roughly.
 constexpr double misfit_cost = 8;
 constexpr unsigned longest_channel = max_data_bits + max_crc_bits;
@@ -218,16 +218,10 @@ class LayoutSearch {
     CrcSpec crc;
     // By how many bits it is better than chance; the same, less the frames that do not fit.
     double evidence = 0;
-    double score = 0;
+    double rating = 0;
 
     ChannelLayout channel() const { return {begin, end - begin - crc.width_bits, crc}; }
   };
-  struct Open {
-    std::vector<ChannelLayout> channels;
-    double evidence = 0;
-    double score = 0;
-  };
-
   // Half of the frames by their number, half by their patterns: where most frames are alike, few of
   // the frames differ, and where many are damaged, few of the patterns are right.
   std::size_t draw_pattern(std::size_t draw) {
@@ -280,7 +274,7 @@ class LayoutSearch {
   void add(Candidate candidate, unsigned rank, double frames) {
     candidate.evidence =
         candidate.crc.width_bits * (1 + data_weight * rank) - channel_cost(candidate.channel());
-    candidate.score = candidate.evidence - data_weight * misfit_cost * (all_ - frames);
+    candidate.rating = candidate.evidence - data_weight * misfit_cost * (all_ - frames);
     candidates_[candidate.begin].push_back(candidate);
   }
 
@@ -438,36 +432,27 @@ class LayoutSearch {
   // ---- Chains of channels
 
   std::vector<Layout> chains(const std::vector<bool>& ends, std::size_t most) const {
-    std::vector<std::vector<Open>> open(length_ + 1);
-    open[0].push_back({});
-    for (unsigned begin = 0; begin < length_; ++begin) {
+    std::vector<std::vector<Layout>> open(length_ + 1);
+    open[0].emplace_back();
+    std::vector<Layout> done;
+    for (unsigned begin = 0; begin <= length_; ++begin) {
       keep_best(open[begin], most_open);
-      for (const Open& each : open[begin]) {
+      if (begin > 0 && ends[begin]) done.insert(done.end(), open[begin].begin(), open[begin].end());
+      for (const Layout& each : open[begin]) {
         if (each.channels.size() == max_channels) continue;
         for (const Candidate& candidate : candidates_[begin]) {
-          Open longer = each;
+          Layout longer = each;
           longer.channels.push_back(candidate.channel());
-          longer.score += candidate.score - further_channel_cost(each.channels.size());
-          longer.evidence += candidate.evidence - further_channel_cost(each.channels.size());
+          longer.rating += candidate.rating - further_channel_cost(each.channels.size());
+          longer.score += candidate.evidence - further_channel_cost(each.channels.size());
           open[candidate.end].push_back(std::move(longer));
         }
       }
     }
-    keep_best(open[length_], most_open);
-    std::vector<Open> best;
-    for (unsigned end = 1; end <= length_; ++end) {
-      if (ends[end]) best.insert(best.end(), open[end].begin(), open[end].end());
-    }
-    keep_best(best, most);
-    std::vector<Layout> done;
-    for (const Open& each : best) {
-      if (each.score < best.front().score - most_behind) break;
-      Layout layout;
-      layout.channels = each.channels;
-      layout.score = each.evidence;
-      layout.cost = end_cost(ends);
-      done.push_back(std::move(layout));
-    }
+    keep_best(done, most);
+    std::erase_if(
+        done, [&](const Layout& each) { return each.rating < done.front().rating - most_worse; });
+    for (Layout& layout : done) layout.cost = end_cost(ends);
     return done;
   }
 
@@ -478,7 +463,7 @@ class LayoutSearch {
   template <class Item>
   static void keep_best(std::vector<Item>& items, std::size_t most) {
     std::stable_sort(items.begin(), items.end(),
-                     [](const Item& a, const Item& b) { return a.score > b.score; });
+                     [](const Item& a, const Item& b) { return a.rating > b.rating; });
     if (items.size() > most) items.resize(most);
   }
 
@@ -489,21 +474,16 @@ class LayoutSearch {
       for (unsigned width = min_crc_bits; width <= max_crc_bits; ++width) {
         const std::uint32_t generator = default_polynomial(width);
         if (generator == 0 || end < width + 4 || end - width > max_data_bits) continue;
-        const CrcSpec usual{generator, 0, static_cast<std::uint8_t>(width), true};
-        ChannelLayout channel{0, end - width, usual};
-        channel.crc.reversed = true;
-        add_variant(channel, end_cost(ends), done);
-        channel.crc = usual;
-        channel.crc.with_cds = true;
-        add_variant(channel, end_cost(ends), done);
-        channel.crc = usual;
-        channel.crc.of_previous = true;
-        add_variant(channel, end_cost(ends), done);
-        channel.crc = usual;
-        channel.crc.without_flags = true;
-        for (channel.flags = 1; channel.flags <= 2; ++channel.flags) {
-          add_variant(channel, end_cost(ends), done);
-        }
+        std::array<ChannelLayout, 5> variants;
+        variants.fill({0, end - width, {generator, 0, static_cast<std::uint8_t>(width), true}});
+        variants[0].crc.reversed = true;
+        variants[1].crc.with_cds = true;
+        variants[2].crc.of_previous = true;
+        variants[3].crc.without_flags = true;
+        variants[3].flags = 1;
+        variants[4].crc.without_flags = true;
+        variants[4].flags = 2;
+        for (const ChannelLayout& each : variants) add_variant(each, end_cost(ends), done);
       }
     }
   }
@@ -529,12 +509,11 @@ class LayoutSearch {
                 polynomial_of(*frames_.samples[0], channel.data()));
     }
     if (right < least_share * all_ || right < 2 || usual_right >= right) return;
-    Layout layout;
-    layout.channels = {channel};
-    layout.score =
+    done.emplace_back();
+    done.back().channels = {channel};
+    done.back().score =
         channel.crc.width_bits * (1 + data_weight * basis.rank()) - channel_cost(channel);
-    layout.cost = cost;
-    done.push_back(std::move(layout));
+    done.back().cost = cost;
   }
 
   // All bits up to the first possible end, without a checksum.

@@ -63,6 +63,8 @@ struct Layout {
   double unknown = 0;
   /// The bits by which the checksums are better than chance.
   double score = 0;
+  /// The same, less the frames that do not fit, roughly.
+  double rating = 0;
   /// The share of the frames in which every checksum is right.
   double right_share = 0;
   /// The same, for each frame of the set.

@@ -4,7 +4,6 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <numeric>
 
 #include "biss/base/bits.hpp"
 
@@ -50,20 +49,15 @@ std::vector<Count> counts_of(std::span<const std::int64_t> values) {
   return table;
 }
 
-double frames_of(const std::vector<Count>& counts) {
-  return std::accumulate(counts.begin(), counts.end(), 0.0,
-                         [](double sum, const Count& each) { return sum + each.frames; });
-}
-
 unsigned size_of(std::int64_t value) {
   return static_cast<unsigned>(
       std::bit_width(static_cast<std::uint64_t>(value < 0 ? -value : value)));
 }
 
 // A dictionary that learns: the values that came before come again (a Dirichlet process).
-double dictionary_cost(const std::vector<Count>& counts, unsigned bits) {
+double dictionary_cost(const std::vector<Count>& counts, double frames, unsigned bits) {
   constexpr double concentration = 1;
-  double cost = log2_gamma(concentration + frames_of(counts)) - log2_gamma(concentration);
+  double cost = log2_gamma(concentration + frames) - log2_gamma(concentration);
   for (const Count& each : counts) cost += bits - (each.frames > 2 ? log2_gamma(each.frames) : 0);
   return cost;
 }
@@ -119,7 +113,7 @@ double residuals_cost(std::span<const std::int64_t> residuals, unsigned bits) {
   Sizes sizes{};
   for (const Count& each : counts) sizes[size_of(each.value)] += each.frames;
   const auto frames = static_cast<double>(residuals.size());
-  const std::array costs{dictionary_cost(counts, bits), size_cost(sizes, frames, bits),
+  const std::array costs{dictionary_cost(counts, frames, bits), size_cost(sizes, frames, bits),
                          bell_cost(counts, sizes, frames, bits)};
   return cost_of_any(costs) + std::log2(3.0);
 }
@@ -322,7 +316,9 @@ double counter_cost(std::span<const std::uint64_t> values, std::span<const std::
 
 double word_cost(std::span<const std::uint64_t> words, unsigned bits) {
   const std::vector<std::int64_t> values(words.begin(), words.end());
-  return bits + data_weight * (dictionary_cost(counts_of(values), bits) - bits);
+  return bits +
+         data_weight *
+             (dictionary_cost(counts_of(values), static_cast<double>(values.size()), bits) - bits);
 }
 
 }  // namespace biss::identify

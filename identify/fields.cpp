@@ -217,14 +217,14 @@ class FieldSearch {
       division.channel.warning = {static_cast<std::uint8_t>(flags_at), true, kind.warning == 'a'};
     }
     for (const FlagField* flag : {&division.channel.error, &division.channel.warning}) {
-      if (flag->present) division.cost += flag_cost_of(flag->shift, flag->active_high);
+      if (flag->present) division.cost += flag_cost(bit_of(flag->shift, !flag->active_high));
     }
     if (life.present()) division.cost += life_cost_of(life);
     const std::uint64_t used = mask_of(life) | mask_of(division.channel.error) |
                                mask_of(division.channel.warning) |
                                low_mask(position.bits()) << position.low;
     for (unsigned bit = base; bit < bits_; ++bit) {
-      if (((used >> bit) & 1U) == 0) division.cost += padding_cost_of(bit);
+      if (((used >> bit) & 1U) == 0) division.cost += padding_cost(bit_of(bit, false));
     }
     divisions_.push_back(division);
   }
@@ -239,26 +239,10 @@ class FieldSearch {
     return values;
   }
 
-  double flag_cost_of(unsigned bit, bool active_high) {
-    const auto [at, made] = bit_costs_.try_emplace({bit, active_high ? 1 : 0});
-    if (made) at->second = flag_cost(bit_of(bit, !active_high));
-    return at->second;
-  }
-
-  double padding_cost_of(unsigned bit) {
-    const auto [at, made] = bit_costs_.try_emplace({bit, 2});
-    if (made) at->second = padding_cost(bit_of(bit, false));
-    return at->second;
-  }
-
-  double life_cost_of(const Field& life) {
-    const auto [at, made] = bit_costs_.try_emplace({life.shift, 3 + life.bits});
-    if (made) {
-      std::vector<std::uint64_t> values;
-      for (const std::uint64_t data : words_.data) values.push_back(life.of(data));
-      at->second = counter_cost(values, words_.cycles, life.bits);
-    }
-    return at->second;
+  double life_cost_of(const Field& life) const {
+    std::vector<std::uint64_t> values;
+    for (const std::uint64_t data : words_.data) values.push_back(life.of(data));
+    return counter_cost(values, words_.cycles, life.bits);
   }
 
   // ---- Positions
@@ -303,6 +287,12 @@ class FieldSearch {
           rough += Timeline::rough_cost(values, top - split);
         }
         if (rough > 0.9 * least) continue;
+        // A lower track that is noise is no track.
+        if (coding == two_tracks &&
+            number_cost({place.low, place.low + split}, binary, 0) >
+                0.6 * data_weight * split * static_cast<double>(words_.data.size())) {
+          continue;
+        }
         for (const Division& each : divisions_) {
           if (each.position == place) add(each, coding, split);
         }
@@ -386,7 +376,6 @@ class FieldSearch {
   std::uint64_t moved_ = 0;
   std::vector<Division> divisions_;
   std::vector<Fields> all_;
-  std::map<std::pair<unsigned, int>, double> bit_costs_;
   std::map<std::tuple<Place, Coding, unsigned>, double> number_costs_;
 };
 

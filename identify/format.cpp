@@ -8,6 +8,7 @@
 
 #include "biss/catalogue/catalogue.hpp"
 #include "biss/frame/codec.hpp"
+#include "biss/frame/decode.hpp"
 #include "biss/safety/configurations.hpp"
 
 namespace biss::identify {
@@ -19,8 +20,6 @@ constexpr std::size_t most_layouts = 24;
 constexpr std::size_t most_candidates = 5;
 // Meanings of a channel that are followed.
 constexpr std::size_t most_meanings = 6;
-// A candidate with this share of the likelihood of the first one is a doubt.
-constexpr double doubtful_share = 0.05;
 
 // ---- The account of the frames under one layout
 
@@ -156,41 +155,31 @@ bool answers_on_cds(const FrameSet& frames, const Layout& layout) {
 void compare_with_catalogue(FormatCandidate& candidate, bool cds) {
   struct Known {
     FrameFormat format;
+    bool alike = false;
     std::vector<std::string_view> names;
   };
-  std::vector<Known> alike;
+  std::vector<Known> all;
   const auto add = [&](const FrameFormat& format, std::string_view name) {
     if ((format.cds0 && cds) || !all_channels(format, candidate, fits)) return;
-    if (!all_channels(format, candidate, is_alike)) {
-      candidate.equal.push_back(format);
-      return;
+    auto same = std::find_if(all.begin(), all.end(),
+                             [&](const Known& each) { return each.format == format; });
+    if (same == all.end()) {
+      same = all.insert(same, {format, all_channels(format, candidate, is_alike), {}});
     }
-    const auto same = std::find_if(alike.begin(), alike.end(),
-                                   [&](const Known& each) { return each.format == format; });
-    if (same != alike.end()) {
-      same->names.push_back(name);
-    } else {
-      alike.push_back({format, {name}});
-    }
+    same->names.push_back(name);
   };
   for (const CatalogueEntry& entry : catalogue) add(entry.frame_format(), entry.name);
   for (const SafetyConfiguration& each : safety_configurations) {
     if (find_encoder(each.name) == nullptr) add(each.frame_format(), each.name);
   }
-  std::stable_sort(alike.begin(), alike.end(),
-                   [](const Known& a, const Known& b) { return a.names.size() > b.names.size(); });
-  std::vector<FrameFormat> others = std::move(candidate.equal);
-  candidate.equal.clear();
-  if (!alike.empty()) candidate.format = alike.front().format;
-  for (const Known& each : alike) {
+  std::stable_sort(all.begin(), all.end(), [](const Known& a, const Known& b) {
+    return std::pair(a.alike, a.names.size()) > std::pair(b.alike, b.names.size());
+  });
+  if (!all.empty() && all.front().alike) candidate.format = all.front().format;
+  for (const Known& each : all) {
+    if (each.format != candidate.format) candidate.equal.push_back(each.format);
+    if (!each.alike) continue;
     candidate.encoders.insert(candidate.encoders.end(), each.names.begin(), each.names.end());
-    others.insert(others.begin(), each.format);
-  }
-  for (const FrameFormat& each : others) {
-    const auto& equal = candidate.equal;
-    if (each != candidate.format && std::find(equal.begin(), equal.end(), each) == equal.end()) {
-      candidate.equal.push_back(each);
-    }
   }
 }
 
@@ -217,80 +206,14 @@ FormatCandidate candidate_of(Hypothesis& hypothesis, const Layout& layout, const
   return candidate;
 }
 
-// ---- Doubts
-
-Doubt difference(const FormatCandidate& a, const FormatCandidate& b) {
-  if (a.layout.channels.size() != b.layout.channels.size()) return Doubt::checksum;
-  for (std::size_t k = 0; k < a.fields.size(); ++k) {
-    const ChannelLayout& one = a.layout.channels[k];
-    const ChannelLayout& other = b.layout.channels[k];
-    if (one.all() != other.all() || one.crc != other.crc) {
-      return Doubt::checksum;
-    }
-    const Fields& fields = a.fields[k];
-    const Fields& others = b.fields[k];
-    if (fields.channel.life_counter != others.channel.life_counter) return Doubt::counter;
-    if (fields.coding != others.coding || fields.split != others.split) return Doubt::order;
-    const auto place = [](const ChannelFormat& channel) {
-      return mask_of(channel.error) | mask_of(channel.warning);
-    };
-    if (place(fields.channel) != place(others.channel)) return Doubt::flags;
-    const bool same_flags = fields.channel.error == others.channel.error &&
-                            fields.channel.warning == others.channel.warning;
-    if (same_flags && fields.channel != others.channel) return Doubt::scale;
-    if (fields.channel != others.channel) return Doubt::flag_level;
-  }
-  return Doubt::flags;
+// The checksums and STOP are right.
+bool reads(const FrameCodec<>& codec, const Sample& sample) {
+  BitBuffer<max_payload_bits + 3> raw;
+  raw.append(true);
+  raw.append(sample.cds);
+  raw.append(sample.bits.view());
+  return decode_payload(raw.view(), FrameStart{0, 1, 1}, codec).ok();
 }
-
-void find_doubts(FormatFinding& finding) {
-  if (finding.candidates.empty()) return;
-  const FormatCandidate& best = finding.candidates.front();
-  const auto add = [&](Doubt doubt) {
-    if (std::find(finding.doubts.begin(), finding.doubts.end(), doubt) == finding.doubts.end()) {
-      finding.doubts.push_back(doubt);
-    }
-  };
-  if (finding.still) add(Doubt::still);
-  if (!best.layout.checked()) add(Doubt::unchecked);
-  if (!finding.doubts.empty() || finding.sure() != nullptr) return;
-  for (const FormatCandidate& each : finding.candidates) {
-    if (&each != &best && each.confidence > doubtful_share * best.confidence) {
-      add(difference(best, each));
-    }
-  }
-  if (finding.doubts.empty()) add(Doubt::checksum);
-}
-
-// By the structure and the checksums of a format; of a CRC of the frame before nothing is known.
-class Verdict {
- public:
-  explicit Verdict(const FrameFormat& format) : codec_(format), end_(format.payload_bits()) {}
-
-  bool right(const Sample& sample) const {
-    std::size_t at = 0;
-    for (std::size_t k = 0; k < codec_.format().channel_count; ++k) {
-      const ChannelFormat& channel = codec_.format().channel_list[k];
-      if (sample.bits.size_bits() < end_) return false;
-      const std::uint64_t data = sample.bits.view().word(at, channel.data_bits);
-      at += channel.total_bits();
-      if (channel.crc.present() &&
-          sample.bits.view().word(at - channel.crc.width_bits, channel.crc.width_bits) !=
-              codec_.crc(k, data, sample.cds)) {
-        return false;
-      }
-    }
-    return true;
-  }
-  // Where the frame ends, STOP is 0, as far as the sample goes.
-  bool stops(const Sample& sample) const {
-    return sample.bits.size_bits() <= end_ || !sample.bits.view()[end_];
-  }
-
- private:
-  FrameCodec<> codec_;
-  std::size_t end_;
-};
 
 }  // namespace
 
@@ -300,14 +223,14 @@ const FormatCandidate* FormatFinding::sure() const {
   return &candidates.front();
 }
 
-bool same_verdicts(const FrameFormat& a, const FrameFormat& b, std::span<const Sample> samples) {
-  const Verdict one(a);
-  const Verdict other(b);
+bool same_verdicts(FrameFormat a, FrameFormat b, std::span<const Sample> samples) {
+  a.cds0 = b.cds0 = false;
+  const FrameCodec<> codec_a(a);
+  const FrameCodec<> codec_b(b);
   std::size_t right = 0;
   for (const Sample& sample : samples) {
-    const bool in_a = one.right(sample);
-    const bool in_b = other.right(sample);
-    if ((in_a && one.stops(sample)) != (in_b && other.stops(sample))) return false;
+    const bool in_a = reads(codec_a, sample);
+    if (in_a != reads(codec_b, sample)) return false;
     right += in_a ? 1U : 0U;
   }
   return right != 0;
@@ -353,7 +276,6 @@ FormatFinding find_format(std::span<const Sample> samples) {
                   std::all_of(finding.candidates.front().fields.begin(),
                               finding.candidates.front().fields.end(),
                               [](const Fields& each) { return each.position_moved == 0; });
-  find_doubts(finding);
   return finding;
 }
 

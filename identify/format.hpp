@@ -14,20 +14,6 @@
 
 namespace biss::identify {
 
-/// What is doubtful about a format: in what the formats differ that are nearly as likely.
-enum class Doubt : std::uint8_t {
-  still,       ///< no bit of the position has moved
-  order,       ///< the order of the bits of the position, or Gray code
-  scale,       ///< the lowest bits of the position do not move
-  flag_level,  ///< which level of a flag is active
-  flags,       ///< which bits are flags
-  counter,     ///< a sign of life, or a part of the position
-  checksum,    ///< the checksum
-  unchecked,   ///< no checksum fits
-};
-
-inline constexpr std::size_t doubt_count = 8;
-
 /// A format that fits the frames.
 struct FormatCandidate {
   FrameFormat format;
@@ -48,8 +34,6 @@ struct FormatFinding {
   std::vector<FormatCandidate> candidates;
   /// No bit of a position has moved: the format cannot be known.
   bool still = false;
-  /// Empty where the first candidate is sure.
-  std::vector<Doubt> doubts;
 
   /// Used without asking: the first candidate, where it is sure.
   const FormatCandidate* sure() const;
@@ -60,7 +44,7 @@ inline constexpr double sure_confidence = 0.9;
 
 /// Both formats accept the same frames, by their checksums and STOP, and the checksums are right in
 /// one.
-bool same_verdicts(const FrameFormat& a, const FrameFormat& b, std::span<const Sample> samples);
+bool same_verdicts(FrameFormat a, FrameFormat b, std::span<const Sample> samples);
 
 /// \param samples frames of one encoder in the order of their cycles
 FormatFinding find_format(std::span<const Sample> samples);

@@ -1,15 +1,10 @@
 // Polynomials over GF(2), for the generator of a checksum. Bit k is the coefficient of x^k.
-// One that has at most 128 coefficients is a number, a longer one a WidePolynomial; the functions
-// are the same for both.
 #pragma once
 
 #include <array>
 #include <bit>
-#include <compare>
 #include <cstddef>
 #include <cstdint>
-#include <type_traits>
-#include <vector>
 
 namespace biss::identify {
 
@@ -22,9 +17,6 @@ constexpr int degree(Polynomial p) {
   if (high != 0) return 127 - std::countl_zero(high);
   return 63 - std::countl_zero(static_cast<std::uint64_t>(p));
 }
-
-/// Whether the coefficient of x^power is 1. \pre power is not negative
-constexpr bool has(Polynomial p, int power) { return (p >> power & 1U) != 0; }
 
 /// \pre divisor is not 0
 constexpr Polynomial remainder(Polynomial p, Polynomial divisor) {

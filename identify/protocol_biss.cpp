@@ -21,8 +21,9 @@ constexpr std::size_t edges_of_a_trial = 12'000;
 constexpr std::size_t fewest_clocks = 8;
 // Of clocks or pauses between clocks, what no SSI encoder sends: the longest word and its STOP.
 constexpr std::uint32_t longest_ssi_clocks = 36;
-// Bits that agree by chance once in four thousand captures.
-constexpr double certain_bits = 12;
+// Bits of evidence for a checksum, the choice of its generator deducted: two frames that differ and a
+// usual checksum of 6 bits.
+constexpr double certain_bits = 8;
 // The checksum of a type of the catalogue whose frame has just this length.
 constexpr double least_bits_of_a_type = 4;
 
@@ -205,14 +206,14 @@ BissTrial judge(const Cycles& cycles, std::size_t pulses) {
   Structure structure = structure_of(cycles, false);
   FrameSet frames(structure.samples, enough_frames);
   Layout checksum = best_layout(frames);
-  if (checksum.score < certain_bits && structure.share < 0.9) {
+  if (structure.share < 0.9) {
     // Without a checksum, an ACK that changes is no ACK.
     Structure any = structure_of(cycles, true);
     FrameSet other_frames(any.samples, enough_frames);
     Layout other = best_layout(other_frames);
-    if (other.score >= certain_bits) {
+    if (other.score >= std::max(certain_bits, checksum.score)) {
       structure = std::move(any);
-      frames = FrameSet(structure.samples, enough_frames);
+      frames = std::move(other_frames);
       checksum = std::move(other);
     }
   }
@@ -240,7 +241,9 @@ BissTrial judge(const Cycles& cycles, std::size_t pulses) {
   if (structure.cds_share > 0.95) confidence = std::min(confidence, 0.25);
   // A clock in bytes that idles low, read from its second edge on.
   const bool one_less = pulses % 8 == 0 && structure.clocks + 1U == pulses;
-  if (one_less) confidence = std::min(confidence, 0.4);
+  const bool usual = certain && checksum.channels.front().crc.polynomial ==
+                                    default_polynomial(checksum.channels.front().crc.width_bits);
+  if (one_less && !usual) confidence = std::min(confidence, 0.4);
   if (repeats(frames.patterns, frames.length)) confidence = std::min(confidence, 0.2);
   if (confidence < 0.5) trial.evidence = BissEvidence::structure;
   trial.guess.confidence = confidence * few;

@@ -63,7 +63,7 @@ SsiSigns ssi_signs(const Pair& pair, bool level) {
       share_near_median(releases, tolerance),
   });
   signs.first_bit =
-      share_of(begun, [](const Transfer& t) { return t.first_change && *t.first_change < 0.95; });
+      share_of(begun, [](const Transfer& t) { return t.first_change && *t.first_change < 0.85; });
   return signs;
 }
 

@@ -13,9 +13,9 @@
 #include "cli/common/identified.hpp"
 #include "cli/common/quantity.hpp"
 #include "cli/common/verbs.hpp"
+#include "cli/identify/line_facts.hpp"
 #include "decode/statistics.hpp"
 #include "identify/collector.hpp"
-#include "identify/line_facts.hpp"
 #include "identify/protocol.hpp"
 #include "report/summary.hpp"
 
@@ -77,7 +77,7 @@ double rounded_down(double confidence) { return std::floor(confidence * 1e4) / 1
 struct Line {
   decode::Statistics statistics;
   identify::SampleCollector samples;
-  identify::ReleaseRule release;
+  ReleaseRule release;
   std::vector<identify::FormatPart> parts;
 
   void add(std::uint64_t number, const decode::Cycle& cycle) {
