@@ -135,7 +135,7 @@ std::vector<Part> all_parts(const FrameFormat& format, const FrameWords& line,
     }
     if (!channel.crc.present()) continue;
     const std::uint16_t crc = line.channels[k].crc;
-    const std::uint16_t computed = codec.crc(k, line.channels[k].data, line.cds);
+    const std::uint16_t computed = codec.crc(k, line.channels[k].data, line.cds.value_or(false));
     const unsigned bits = channel.crc.width_bits;
     std::string meaning = crc_meaning(channel);
     if (crc != computed) {
@@ -252,7 +252,7 @@ bool write_object(const FrameFormat& format, const std::optional<FrameWords>& li
     if (received == nullptr) continue;
     const bool checked = line && channel.crc.present();
     add("crc_computed", k, Kind::unsigned_integer,
-        checked ? report::Cell(codec.crc(k, word.data, line->cds)) : report::Cell());
+        checked ? report::Cell(codec.crc(k, word.data, line->cds.value_or(false))) : report::Cell());
   }
   if (received != nullptr) {
     const auto& start = received->start;
