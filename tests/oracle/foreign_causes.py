@@ -31,6 +31,7 @@ def as_data_sheet(line):
 
 def noise_on_slo(line):
     luck = line.luck
+    line.wait_longer()
     line.probe_at_encoder = False
     rate = math.exp(luck.uniform(math.log(0.03), math.log(0.7)))
     wide = luck.uniform(0.2, 2.5)
@@ -52,9 +53,11 @@ def noise_on_slo(line):
 
 def noise_on_ma(line):
     luck = line.luck
+    line.wait_longer()
     rate = math.exp(luck.uniform(math.log(0.04), math.log(0.5)))
     seen = luck.choice(("both", "both", "encoder"))
     wide, filtered = luck.uniform(0.1, 0.45), luck.uniform(2, 20)
+    line.least_damage = 3 if seen == "both" else 6
     line.probe_at_encoder = False
 
     def strike(number, time):
@@ -98,7 +101,8 @@ def ack_longer_than_master_waits(line):
     line.ack_most = planned
     line.extra, line.byte_clocks, line.short = 0, False, {}
     line.follow = luck.random() < 0.4
-    line.patience = lambda: planned + 2
+    line.wait_longer()
+    line.patience = lambda: planned + 3 + int(sum(line.delays) / line.period)
     line.about["ack"] = ["vary", high]
     line.everywhere = "ack_longer_than_master_waits"
 
@@ -106,6 +110,7 @@ def ack_longer_than_master_waits(line):
 def master_stops_early(line):
     luck = line.luck
     clocks = max(1, min(line.ack_most, 60))
+    line.wait_longer()
     line.ack = lambda: (clocks, None)
     line.ack_most = clocks
     line.extra, line.byte_clocks = 0, False
@@ -129,6 +134,7 @@ def master_stops_early(line):
 def master_pauses_clock(line):
     luck = line.luck
     line.extra = 0
+    line.wait_longer()
     if line.timeout[0].startswith("cycle"):
         line.timeout = ("fixed", 20000.0)
     kind, value = line.timeout
@@ -187,6 +193,7 @@ def requested_too_soon(line):
 
 def supply_or_intermittent(line):
     luck = line.luck
+    line.wait_longer()
     line.probe_at_encoder = False
     kind = luck.choice(("supply", "supply", "slo", "slo", "ma"))
     rate = luck.choice((0.01, 0.03, 0.08))
@@ -222,6 +229,7 @@ def no_encoder(line):
 
 def stuck_low(line):
     luck = line.luck
+    line.wait_longer()
     whole = luck.random() < 0.6
     line.name_lines()
     line.probe_at_encoder = False
@@ -315,7 +323,7 @@ def limits_exceeded(line):
     kind = luck.choice(("clock", "ack", "sheet_clock", "sheet_slow", "sheet_duty", "sheet_ack"))
     if kind.startswith("sheet"):
         as_data_sheet(line)
-        line.accept["without"] = ["healthy", "limits_exceeded"] if kind == "sheet_clock" else ["healthy"]
+        line.accept["without"] = ["limits_exceeded"] if kind == "sheet_clock" else ["healthy"]
     line.about["limit"] = kind
     line.jitter = 0.0
     if kind in ("clock", "sheet_clock"):
@@ -453,7 +461,9 @@ def ma_inverted(line):
         line.invert[0] = True
         line.probe_at_encoder = False
         return
-    line.invert_encoder = True
+    line.invert_encoder = True  # nearly all that shows it is STOP, so that the format must show
+    line.moving()
+    line.wait_longer()
     line.probe_at_encoder = False
     line.follow, line.extra, line.byte_clocks = False, 0, False
     clocks = line.ack_most

@@ -218,6 +218,7 @@ class Line:
         self.store = lambda number, values: values
         self.turning = self.timing = self._delay = None
         self.named = False
+        self.least_damage = 3
         self.master_inverted = self.resolution = False
 
     def draw_ack(self, longest=36000.0):
@@ -248,6 +249,11 @@ class Line:
     def moving(self):
         """The axis moves, so that a checksum can be known."""
         self.motion_kinds = ("steady", "sine", "ramp", "stops", "wander")
+
+    def wait_longer(self):
+        """A master that keeps its rhythm: SLO may be high in mid-frame, and would seem ready."""
+        if self.rhythm == "ready":
+            self.rhythm = "steady"
 
     def name_lines(self):
         """The lines are named, because their behaviour cannot show which is which."""
@@ -482,6 +488,19 @@ class Line:
             self._delay = sorted(after)[len(after) // 2] if after else sum(self.delays)
         return self._delay
 
+    def smear(self):
+        """Share of SLO's changes that are visibly beside their usual place in a bit."""
+        delay = self.seen_delay()
+        rises = [rise - self.from_time for request in self.inside() for rise in request.rises]
+        limit = 0.12 * self.period + (self.step or 0)
+        beside = []
+        for time in self.captured[1][1]:
+            at = bisect.bisect_right(rises, time - delay + self.period / 2) - 1
+            distance = abs(time - delay - rises[at]) if at >= 0 else self.period
+            if distance <= self.period / 2:
+                beside.append(distance > limit)
+        return sum(beside) / len(beside) if beside else 0.0
+
     def read(self, request):
         """The frame of a request as a plain reader sees it: 'good', or what is wrong."""
         answer = request.answer
@@ -545,9 +564,10 @@ class Line:
                 return False
         if self.invert_encoder and len(bad) < 3:
             return False
-        if self.slopes[1] and len(verdicts) - len(bad) < 3:
+        if self.slopes[1] and (len(verdicts) - len(bad) < 3 or self.smear() < 0.15):
             return False
-        enough = all(len(marks) >= max(3, 0.01 * len(whole)) for marks in self.marks.values())
+        least = max(self.least_damage, 0.01 * len(whole))
+        enough = all(len(marks) >= least for marks in self.marks.values())
         self.name()
         return enough or self.causes == ["sampling_too_slow"]
 
