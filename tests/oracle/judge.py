@@ -112,7 +112,7 @@ def reliability(answers):
 
 def table(head, rows):
     print("| " + " | ".join(head) + " |")
-    print("|---" + "|---:" * (len(head) - 1) + "|")
+    print("|---" + "".join("|---" if name == "taken for" else "|---:" for name in head[1:]) + "|")
     for row in rows:
         print("| " + " | ".join(map(str, row)) + " |")
     print()
@@ -174,7 +174,8 @@ def report_explain(lines, limits, simulated):
     limits.check("not_biss with ACK and START", len(refused), most=0)
     for title, group in (("ill called healthy", missed), ("not_biss", refused)):
         if group:
-            print(f"{title}, seeds: " + ", ".join(f"{l['seed']} {r['mode']}" for l, r in group[:60]) + "\n")
+            print(f"{title}: " + ", ".join(f"{l['seed']} {r['mode']}" for l, r in group[:60]),
+                  file=sys.stderr)
 
     rows = []
     for cause in sorted({l["causes"][0] for l, _ in runs if len(l["causes"]) == 1}):
