@@ -353,7 +353,9 @@ def limits_exceeded(line):
 
 
 def sampling_too_slow(line):
-    line.samples = line.luck.uniform(2.4, 4.8)
+    line.samples = line.luck.choice((line.luck.uniform(2.4, 4.8), line.luck.uniform(2.4, 2.9)))
+    if line.luck.random() < 0.5:  # an unsteady clock, so that edges fall together
+        line.jitter, line.duty = 0.08, line.luck.uniform(0.42, 0.58)
     line.everywhere = "sampling_too_slow"
     if line.luck.random() < 0.5:
         line.resolution = True

@@ -119,7 +119,7 @@ def draw_format(luck, wide):
             flags = [Item("E", 1), Item("nW", 1)]
         elif dice > 0.89:
             flags = []
-        pads = [Item("pad", luck.randint(1, 6))] if wide and luck.random() < 0.08 else []
+        pads = [Item("pad", luck.randint(1, 6))] if wide and luck.random() < 0.04 else []
         if wide and flags and luck.random() < 0.05:
             items = flags + pads + items
         else:
@@ -438,7 +438,7 @@ class Line:
             step = 1000.0 / rate
             if not 0.8 < self.period / step / wanted < 1.25:
                 step = self.period / wanted
-            if self.period / step < 5.5 and wanted >= 5.5:
+            if (self.period / step < 5.5) != (wanted < 5.5) or 4.9 < self.period / step < 5.5:
                 step = self.period / wanted
             self.about["samples_per_period"] = round(self.period / step, 2)
         self.step = step
@@ -514,7 +514,7 @@ class Line:
             return "clocks"
         if answer is None:
             return "no answer"
-        if self.slopes[1] or self.invert_encoder:
+        if self.slopes[1] or self.invert_encoder or (self.samples or 9) < 5.5:
             shift = self.period / 2 + self.seen_delay()
         else:
             shift = self.period / 2 + self.internal if self.probe_at_encoder else self.sample
