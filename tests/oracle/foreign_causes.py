@@ -2,7 +2,7 @@
 import math
 
 from foreign_format import Channel, Format, Item
-from foreign_line import Flag
+from foreign_encoder import Flag
 
 # ---- what may be wrong: each function changes a line that is whole ----
 
@@ -146,7 +146,8 @@ def master_pauses_clock(line):
     pause = math.exp(luck.uniform(math.log(least), math.log(longest)))
     need = line.format.bits + line.ack_most + 4
     low = luck.random() < 0.25
-    if luck.random() < 0.5:
+    if luck.random() < 0.5:  # after each byte; if the encoder gave up there, no frame would be left
+        pause = min(pause, 0.8 * timeout)
         step = luck.choice((8, 8, 8, 16))
         line.follow, line.byte_clocks = False, True
 
@@ -209,7 +210,9 @@ def supply_or_intermittent(line):
         if luck.random() > rate:
             return
         begin = time + luck.random() * (line.format.bits + line.ack_most + 4) * line.period
-        end = begin + line.interval * luck.uniform(0.1, longest)
+        # A contact that opens for a few bits only would look like noise.
+        end = begin + line.interval * (luck.uniform(0.1, longest) if kind == "supply"
+                                       else luck.uniform(0.6, max(1.2, longest)))
         busy[0] = end
         line.touch("supply_or_intermittent", number)
         line.touch("supply_or_intermittent", number + 1)
@@ -405,21 +408,22 @@ def wrong_format(line):
     line.counts.add("wrong_format")
 
 
+def change_length(line):
+    """From some request on, the encoder and the master have another format; returns that request."""
+    luck, first = line.luck, line.format
+    bits = luck.choice([n for n in range(10, 37) if n + 8 != first.bits])
+    other = Format([Channel([Item("pos", bits), Item("nE", 1), Item("nW", 1)])])
+    when = int(luck.uniform(0.25, 0.75) * line.count)
+    line.format_at = lambda number: first if number < when else other
+    line.about["second"] = other.text()
+    line.follow, line.short = True, {}
+    return when
+
+
 def format_changes(line):
     luck = line.luck
     if luck.random() < 0.6:
-        first = line.format
-        other = Format([Channel([Item("pos", luck.choice(
-            [n for n in range(10, 37) if n != first.channels[0].position_bits])),
-            Item("nE", 1), Item("nW", 1)])])
-        if other.bits == first.bits:
-            other.channels[0].items[0].bits += 3
-            other = Format([Channel(other.channels[0].items)])
-        when = int(luck.uniform(0.25, 0.75) * line.count)
-        line.format_at = lambda number: first if number < when else other
-        line.format_widest = max(first.bits, other.bits)
-        line.about["second"] = other.text()
-        line.follow = True
+        when = change_length(line)
         line.later.append(lambda: [line.touch("format_changes", r.number) for r in line.requests
                                    if r.number >= when])
     else:

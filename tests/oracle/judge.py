@@ -57,18 +57,32 @@ def candidates(row):
     return found
 
 
+def row_of_part(rows, part, last):
+    """The row for this part of the capture; with one row for all, only the first part has one."""
+    if len(rows) == 1 or "from_cycle" not in rows[0]:
+        return rows[0] if rows and part["from"] == 0 else None
+    middle = (part["from"] + part["to"]) / 2 / max(1, last)
+    longest = max(row["to_cycle"] for row in rows)
+    near = [row for row in rows if row["from_cycle"] <= middle * longest <= row["to_cycle"]]
+    return near[0] if near else None
+
+
 def identify_runs(biss, truth, path):
     rows, message = rows_of(biss, "identify", path, truth["without"])
-    run = {"message": message, "parts": len(rows), "candidates": [], "differences": []}
-    if rows:
-        row = rows[0]
-        run["protocol"] = [row.get("protocol"), row.get("protocol_confidence") or 0.0]
-        run["candidates"] = candidates(row)
-        if truth["format"]:
-            true = foreign_format.parse(truth["format"])
-            run["differences"] = [judge_formats.compare(text, true, truth)
-                                  for text, _ in run["candidates"][:5]]
-    return [run]
+    runs = []
+    parts = truth["parts"] or [{"format": None, "from": 0, "to": 0}]
+    for part in parts:
+        run = {"message": message, "candidates": [], "differences": [], "true": part["format"]}
+        row = row_of_part(rows, part, parts[-1]["to"])
+        if row:
+            run["protocol"] = [row.get("protocol"), row.get("protocol_confidence") or 0.0]
+            run["candidates"] = candidates(row)
+            if part["format"]:
+                true = foreign_format.parse(part["format"])
+                run["differences"] = [judge_formats.compare(text, true, part)
+                                      for text, _ in run["candidates"][:5]]
+        runs.append(run)
+    return runs
 
 
 def judge_line(task):
@@ -85,7 +99,8 @@ def judge_line(task):
         truth["runs"] = run(biss, truth, folder / truth["file"])
     finally:
         shutil.rmtree(folder)
-    truth.pop("frames", None)
+    for part in truth["parts"]:
+        part.pop("frames", None)
     return truth
 
 
@@ -232,7 +247,7 @@ def report_identify(lines, limits):
     for title, group, which in (("shown", shown, 1), ("hidden", hidden, 2)):
         for line, run in group:
             text, odds = run["candidates"][0]
-            print(f"* {title}, seed {line['seed']}: `{text}` {odds:.4f}, true `{line['format']}`: "
+            print(f"* {title}, seed {line['seed']}: `{text}` {odds:.4f}, true `{run['true']}`: "
                   + "; ".join(run["differences"][0][which][:3]))
     print()
     groups = collections.defaultdict(list)

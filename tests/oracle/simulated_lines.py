@@ -7,7 +7,7 @@ import random
 import subprocess
 
 from foreign_format import parse
-from foreign_line import independent
+from foreign_truth import independent
 
 # Each fault, and the causes that describe it; some are seen by what they do only.
 FAULTS = {
@@ -80,7 +80,7 @@ def explain(biss, luck, folder):
     causes = list(FAULTS.get(fault, ("healthy",)))
     return {"causes": causes[:1], "format": text, "without": [], "with": ["-f", text],
             "accept": {"with": causes, "without": causes}, "requests": cycles, "damaged": damaged,
-            "ill": bool(faults) and fault not in HARMLESS, "marks": {}, "answered": 1.0,
+            "ill": bool(faults) and fault not in HARMLESS, "marks": {}, "answered": 1.0, "parts": [],
             "about": {"fault": fault, "share": share, "period": period}}
 
 
@@ -120,6 +120,7 @@ def identify(biss, luck, folder):
         moved.append("".join(str(int(len(set(column)) > 1)) for column in zip(*words)))
         rank.append(independent([int("".join(map(str, word)), 2) for word in words]))
         low.append({flag: sum(v[number][flag] == 0 for v in lows) / len(lows) for flag in ("nE", "nW")})
-    return {"causes": ["healthy"], "format": text, "without": [], "moved": moved, "rank": rank, "low": low,
-            "smooth": True, "frames": ["0 " + "".join(map(str, frame)) for frame in frames],
+    part = {"format": text, "from": 0, "to": cycles - 1, "moved": moved, "rank": rank, "low": low,
+            "smooth": True, "frames": ["0 " + "".join(map(str, frame)) for frame in frames]}
+    return {"causes": ["healthy"], "format": text, "without": [], "parts": [part],
             "about": {"motion": [""], "period": period, "flags": {}, "faults": faults}}
