@@ -82,6 +82,8 @@ class CleanCycleFinder {
   std::optional<Picoseconds> release(std::size_t last_bit) const;
 
   std::optional<FrameCodec<>> codec_;
+  // As CycleReader::needs_next().
+  bool needs_next_ = false;
   DeviceTiming timing_;
   MarginSetup margin_;
   CleanSetup setup_;
