@@ -263,6 +263,7 @@ def encoder_error(line):
                                if r.answer and any(v["nE"] == 0 for v in r.answer.notes)])
     if line.flag_kinds["nE"] == "all":
         line.accept["without"] = ["encoder_error", "healthy"]
+        line.unknown = "encoder_error"
 
 
 def frames_lost_or_repeated(line):
@@ -326,7 +327,9 @@ def limits_exceeded(line):
     kind = luck.choice(("clock", "ack", "sheet_clock", "sheet_slow", "sheet_duty", "sheet_ack"))
     if kind.startswith("sheet"):
         as_data_sheet(line)
-        line.accept["without"] = ["limits_exceeded"] if kind == "sheet_clock" else ["healthy"]
+        if kind != "sheet_clock":
+            line.accept["without"] = ["healthy"]
+            line.unknown = "limits_exceeded"
     line.about["limit"] = kind
     line.jitter = 0.0
     if kind in ("clock", "sheet_clock"):
@@ -378,6 +381,7 @@ def wrong_checksum(line):
         line.format = Format([Channel(items(), error=kind)])
     if kind in ("start", "plain"):
         line.accept["without"] = ["wrong_checksum", "healthy"]
+        line.unknown = "wrong_checksum"
     if kind == "no-flags":  # with nE = nW = 1 in all frames it is one remainder off
         line.flag_kinds["nW"] = luck.choice(("tenth", "third", "block"))
     line.told = Format([Channel(items())])

@@ -71,6 +71,7 @@ class Line(Truth):
         self.counts = set()  # causes that count even if a frame is read well
         self.everywhere = None  # the cause of every damaged request
         self.before, self.start, self.later = [], [], []  # called per request, before, after the run
+        self.unknown = None  # a cause that a run without a format need not name
         self.store = lambda number, values: values
         self.turning = self.timing = self._delay = None
         self.named = False

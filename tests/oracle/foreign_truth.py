@@ -135,7 +135,10 @@ class Truth:
         if with_format and self.timing and self.luck.random() < 0.5:
             with_format = with_format + self.timing
         damaged = sorted({n for marks in self.marks.values() for n in marks})
-        accept = {mode: self.accept.get(mode, [c for c in self.causes]) for mode in ("with", "without")}
+        accept = {mode: self.accept.get(mode, list(self.causes)) for mode in ("with", "without")}
+        if len(self.causes) == 2:
+            accept = {"with": list(self.causes),
+                      "without": [cause for cause in self.causes if cause != self.unknown]}
         if self.causes == ["sampling_too_slow"] and len(damaged) < max(3, 0.01 * len(whole)):
             accept = {mode: ["sampling_too_slow", "healthy"] for mode in accept}
         return {

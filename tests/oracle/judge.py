@@ -150,7 +150,7 @@ def report_explain(lines, limits, simulated):
     rows, answers, every = [], [], []
     for mode in foreign_lines.MODES:
         one = [(l, r) for l, r in runs if r["mode"] == mode]
-        double = [(l, r) for l, r in one if len(l["causes"]) == 2]
+        double = [(l, r) for l, r in one if len(l["causes"]) == 2 == len(l["accept"][mode])]
         hit = lambda pairs, n: sum(any(c in l["accept"][mode] for c, _ in r["causes"][:n]) for l, r in pairs)
         both = sum(set(l["causes"]) <= {c for c, _ in r["causes"][:3]} for l, r in double)
         rows.append((mode + " -f", len(one), percent(hit(one, 1), len(one)), percent(hit(one, 2), len(one)),
