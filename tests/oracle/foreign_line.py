@@ -56,7 +56,7 @@ class Line(Truth):
         self.format_at = lambda number: self.format
         self.short = {}  # number -> clocks of a short or reduced frame
         self.cdm = {}
-        self.events, self.encoder_pulses, self.probe_pulses = [], [], []
+        self.probe_pulses = []
         self.control = luck.random() < 0.25
         self.distort = lambda number, channel, values: None
         self.samples = luck.choice((None, luck.uniform(5.5, 12), luck.uniform(8, 30), luck.uniform(20, 100)))
@@ -98,7 +98,6 @@ class Line(Truth):
             self.ack = lambda: (luck.randint(low, high), None)
             self.ack_most = high
         self.about["ack"] = [kind, self.ack_most]
-        self.ack_kind = kind
 
     def touch(self, cause, number):
         self.touched.setdefault(cause, set()).add(number)
@@ -119,8 +118,8 @@ class Line(Truth):
     # ---- running it ----
 
     def run(self):
-        """Simulates; afterwards `waves`, `requests` and the truth are there."""
-        luck, master_format = self.luck, self.format
+        """Simulates; afterwards `requests`, `captured` and the truth are there."""
+        luck = self.luck
         clocks = self.format.bits + self.ack_most + 5
         answer_time = clocks * self.period + sum(self.delays)
         rest = {"fixed": self.timeout[1], "adaptive": 1.6 * self.period + self.timeout[1],
@@ -136,13 +135,13 @@ class Line(Truth):
             self.motions[0].speed = luck.choice((-1, 1)) * 2.0 ** single / self.turning / interval
         if len(self.motions) == 2 and luck.random() < 0.6:
             self.motions[1] = self.motions[0]
-        self.flags = [{kind: Flag(luck, self.count, self.flag_kinds[kind]) for kind in ("nE", "nW")} for _ in self.format.channels]
+        self.flags = [{kind: Flag(luck, self.count, self.flag_kinds[kind]) for kind in ("nE", "nW")}
+                      for _ in self.format.channels]
         self.counter = luck.randrange(64)
         self.counter_low = luck.choice((0, 1))
         ma = Wire(self.delays[0], self.slopes[0], self.thresholds[0])
         slo = Wire(self.delays[1], self.slopes[1], self.thresholds[1])
-        shown = Wire()
-        drive = shown  # what the master sends, as a probe at the master sees it
+        drive = Wire()  # what the master sends, as a probe at the master sees it
         control = Control(luck.randint(0, 3), {a: luck.getrandbits(8) for a in range(128)}) \
             if self.control else None
         encoder = Encoder(self.answer, ma, slo, self.internal, self.ack, self.timeout, control)
@@ -159,7 +158,6 @@ class Line(Truth):
         for action in self.start:
             action()
         time = interval * luck.uniform(0.6, 1.5) + 50000
-        self.begin = time
         for number in range(self.count):
             self.number = number
             for action in self.before:
@@ -181,8 +179,7 @@ class Line(Truth):
             waves = [(ma.first, list(ma.times)), (waves[1][0], [t + shift for t in waves[1][1]])]
         for action in self.later:
             action()
-        self.waves = waves
-        self.crop()
+        self.crop(waves)
 
     def one_request(self, number, time):
         pauses, low = self.pauses(number)
@@ -277,7 +274,7 @@ class Line(Truth):
         for line in (0, 1):
             self.captured[line][0] ^= self.invert[line]
 
-    def crop(self):
+    def crop(self, waves):
         """Cuts the capture out of the waves, in mid-request or at rest; samples it."""
         luck = self.luck
         first, last = self.requests[0], self.requests[-1]
@@ -300,7 +297,7 @@ class Line(Truth):
             self.about["samples_per_period"] = round(self.period / step, 2)
         self.step = step
         phase = luck.uniform(0, step) if step else 0.0
-        for first_level, times in self.waves:
+        for first_level, times in waves:
             level, kept = first_level, []
             start = None
             for time in times:
@@ -321,8 +318,9 @@ class Line(Truth):
             out.append([level if start is None else start, kept])
         self.captured = out
 
+
 class _Both:
-    """The master's driver: a probe's wire and the encoder's, whose pair may be exchanged."""
+    """The master's driver: the wire of the probe, and that of the encoder, which may be inverted."""
 
     def __init__(self, shown, sent, inverted):
         self.shown, self.sent, self.inverted, self.delay = shown, sent, inverted, sent.delay
