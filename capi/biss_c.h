@@ -232,6 +232,9 @@ typedef struct biss_master_setup {
                                 and belongs to this master alone; null: none */
   bool trust_cycle_time; /* BISS_TIMEOUT_CYCLE: done when its time has passed; begin is then
                                 possible while SLO is low, which rises a line delay later */
+  bool no_error_flag;    /* reads positions without nE too: such an encoder cannot report that its
+                         position is wrong, and a word of zeros is position 0 */
+  bool unchecked;        /* reads channels without checksum too: a disturbed one is then good */
 } biss_master_setup;
 
 /* A setup with compensation for one device, defaults everywhere else. */
@@ -274,7 +277,7 @@ typedef struct biss_reading {
 
 /* Opens a master that drives MA high. *master is null unless BISS_OK.
  * BISS_NULL_ARGUMENT, BISS_NO_MEMORY, BISS_BAD_FORMAT, BISS_BAD_TIMING, BISS_BAD_SETUP,
- * BISS_BAD_HANDLE: `control`. */
+ * BISS_CLOCK_MAX, BISS_NO_ERROR_FLAG, BISS_NO_CRC, BISS_BAD_HANDLE: `control`. */
 biss_status biss_master_open(const biss_master_setup* setup, biss_master** master);
 
 /* Begins a request: MA falls at `now_ps`. `cdm` is the bit it carries;

@@ -84,10 +84,14 @@ typedef struct biss_frame {
   bool stop_seen;       /* the bits include STOP, which is then 0 */
   uint32_t lead_clocks; /* ones before ACK */
   uint32_t ack_clocks;  /* zeros of ACK */
+  bool no_error_flag;   /* a position has no nE: nothing shows that it is wrong */
+  bool unchecked;       /* a channel has no checksum: a disturbed one looks the same */
 } biss_frame;
 
 /* True: there is a frame, and no channel reports an error (nE), so its positions may be used. A
- * word of zeros has a right checksum; only nE shows that it holds no position. False for null. */
+ * word of zeros has a right checksum; only nE shows that it holds no position. False for null, and
+ * for a frame with `no_error_flag` or `unchecked`, which biss_spi_read() never sets: its setup has
+ * the same words. */
 bool biss_frame_trusted(const biss_frame* frame);
 
 /* The bounds of what precedes the data. */
@@ -122,8 +126,8 @@ biss_status biss_frame_decode(const biss_format* format, const uint8_t* bytes, s
 biss_status biss_frame_defaults(const biss_format* format, biss_frame* frame);
 
 /* SLO once per clock of MA: `lead_clocks` ones, `ack_clocks` zeros, START, CDS, each channel with
- * its checksum, STOP. *bit_count is their number; the last byte is filled with zeros. `cause` and
- * `stop_seen` are ignored.
+ * its checksum, STOP. *bit_count is their number; the last byte is filled with zeros. `cause`,
+ * `stop_seen`, `no_error_flag` and `unchecked` are ignored.
  * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_BAD_FORMAT, BISS_CHANNEL_COUNT: not that of the format,
  * BISS_VALUE_RANGE: a position or counter is wider than its field, BISS_CLOCK_RANGE: `ack_clocks`
  * is not 1 to 400 or `lead_clocks` is above 402, BISS_NO_ROOM: `byte_count` is too small;

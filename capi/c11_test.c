@@ -29,6 +29,7 @@ biss_status c11_read(const char* format, int64_t period_ps, uint64_t position,
   biss_master_setup master_setup = biss_master_defaults(format, period_ps);
   biss_slave* slave = NULL;
   biss_master* master = NULL;
+  master_setup.no_error_flag = true; /* of the catalogue, one encoder has no nE */
   slave_setup.sample = sample;
   slave_setup.user = &position;
   biss_status status = biss_slave_open(&slave_setup, &slave);

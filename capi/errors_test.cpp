@@ -224,6 +224,33 @@ TEST(CErrors, MasterSetup_RefusedByItsCause) {
   EXPECT_EQ(try_master(&setup), BISS_BAD_FORMAT);
 }
 
+TEST(CErrors, MasterForAFormatWithoutErrorFlagOrChecksum_NeedsTheWord) {
+  const auto status = [](const char* text, bool no_error_flag, bool unchecked) {
+    biss_master_setup setup = biss_master_defaults(text, 100'000);
+    setup.no_error_flag = no_error_flag;
+    setup.unchecked = unchecked;
+    return try_master(&setup);
+  };
+  EXPECT_EQ(status("pos24,crc6", false, true), BISS_NO_ERROR_FLAG);
+  EXPECT_EQ(status("pos24,crc6", true, false), BISS_OK);
+  EXPECT_EQ(status("pos24,nE,nW", true, false), BISS_NO_CRC);
+  EXPECT_EQ(status("pos24,nE,nW", false, true), BISS_OK);
+  EXPECT_EQ(status("pos24", true, true), BISS_OK);
+}
+
+TEST(CErrors, MasterAboveTheClockOfTheEncoder_IsRefused) {
+  biss_master_setup setup = biss_master_defaults("resolute-26", 100'000);
+  EXPECT_EQ(try_master(&setup), BISS_OK);
+  setup.period_ps = 99'999;
+  EXPECT_EQ(try_master(&setup), BISS_CLOCK_MAX);
+  setup.period_ps = 100'000;
+  biss_timing timing;
+  ASSERT_EQ(biss_timing_of("resolute-26", &timing), BISS_OK);
+  timing.clock_max_hz = 5'000'000;
+  setup.timing = &timing;
+  EXPECT_EQ(try_master(&setup), BISS_CLOCK_MAX);
+}
+
 TEST(CErrors, TimeThatRunsBackwards_ChangesNothing) {
   Encoder encoder;
   const SlaveHandle slave = open_slave(encoder.setup(format));

@@ -165,6 +165,7 @@ biss_status biss_format_text(const biss_format* format, char* text, size_t room,
 
 bool biss_frame_trusted(const biss_frame* frame) {
   if (frame == nullptr || frame->cause != BISS_CAUSE_OK) return false;
+  if (frame->no_error_flag || frame->unchecked) return false;
   if (frame->channel_count == 0 || frame->channel_count > BISS_MAX_CHANNELS) return false;
   return std::all_of(frame->channels, frame->channels + frame->channel_count,
                      [](const biss_channel& channel) { return channel.nE; });
@@ -185,6 +186,11 @@ biss_status biss_frame_decode(const biss_format* format, const uint8_t* bytes, s
       bounds == nullptr ? biss::FrameBounds{} : biss::capi::from_c(*bounds);
   const biss::BitView bits(std::span(bytes, byte_count), first_bit, bit_count);
   *frame = biss::capi::as_c(biss::decode_frame(bits, format->codec, within));
+  if (frame->cause != BISS_CAUSE_OK) return BISS_OK;
+  for (const biss::ChannelFormat& channel : format->codec.format().channels()) {
+    frame->no_error_flag |= channel.position_bits() != 0 && !channel.error.present;
+    frame->unchecked |= !channel.crc.present();
+  }
   return BISS_OK;
 }
 

@@ -4,6 +4,7 @@
 #include "biss/base/result.hpp"
 #include "biss/frame/codec.hpp"
 #include "biss/frame/frame.hpp"
+#include "biss/master/spi_read.hpp"
 #include "capi/biss_c_frame.h"
 #include "capi/device.hpp"
 
@@ -11,6 +12,8 @@ namespace biss::capi {
 
 biss_frame as_c(const Result<Frame, FrameFault>& from);
 biss_bounds as_c(const FrameBounds& bounds);
+/// Why the core's check_spi() refuses this setup; BISS_OK if it does not.
+biss_status check_spi(const Device& device, const SpiSetup& setup);
 
 }  // namespace biss::capi
 

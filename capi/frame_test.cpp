@@ -346,6 +346,52 @@ TEST(CSpi, FormatWithoutErrorFlagOrChecksum_NeedsTheWord) {
   EXPECT_EQ(status("pos24", true, true), BISS_OK);
 }
 
+// What no one has accepted is in the frame, and it is not trusted.
+TEST(CFrame, FormatWithoutErrorFlagOrChecksum_IsDecodedAndNotTrusted) {
+  const auto decoded = [](const char* text) {
+    const FormatHandle format = open_format(text);
+    biss_frame frame{};
+    EXPECT_EQ(biss_frame_defaults(format.get(), &frame), BISS_OK);
+    frame.channels[0].position = 1234;
+    std::array<std::uint8_t, BISS_FRAME_BYTES_MAX> bytes{};
+    std::size_t bits = 0;
+    EXPECT_EQ(biss_frame_encode(format.get(), &frame, bytes.data(), bytes.size(), &bits), BISS_OK);
+    EXPECT_EQ(biss_frame_decode(format.get(), bytes.data(), bytes.size(), 0, bits, nullptr, &frame),
+              BISS_OK);
+    EXPECT_EQ(frame.cause, BISS_CAUSE_OK);
+    EXPECT_EQ(frame.channels[0].position, 1234U);
+    return frame;
+  };
+  const auto reports = [&](const char* text, bool no_error_flag, bool unchecked) {
+    const biss_frame frame = decoded(text);
+    EXPECT_EQ(frame.no_error_flag, no_error_flag) << text;
+    EXPECT_EQ(frame.unchecked, unchecked) << text;
+    EXPECT_EQ(biss_frame_trusted(&frame), !no_error_flag && !unchecked) << text;
+  };
+  reports("pos24,nE,nW,crc6", false, false);
+  reports("pos24,crc6", true, false);
+  reports("pos24,nE,nW", false, true);
+  reports("pos24", true, true);
+  reports("pos24,nE,crc6+pos24,crc6", true, false);
+  reports("pos24,nE,crc6+pad8", false, true);
+}
+
+// The setup has accepted it.
+TEST(CSpi, FrameOfAReaderWithTheWords_IsTrusted) {
+  const FormatHandle format = open_format("pos24");
+  biss_frame frame{};
+  ASSERT_EQ(biss_frame_defaults(format.get(), &frame), BISS_OK);
+  frame.lead_clocks = 2;
+  std::array<std::uint8_t, BISS_FRAME_BYTES_MAX> bytes{};
+  std::size_t bits = 0;
+  ASSERT_EQ(biss_frame_encode(format.get(), &frame, bytes.data(), bytes.size(), &bits), BISS_OK);
+  biss_spi_setup setup = biss_spi_defaults(format.get(), 100'000);
+  setup.no_error_flag = setup.unchecked = true;
+  const SpiHandle spi = open_spi(setup);
+  ASSERT_EQ(biss_spi_read(spi.get(), bytes.data(), bytes.size(), bits, &frame), BISS_OK);
+  EXPECT_TRUE(biss_frame_trusted(&frame));
+}
+
 TEST(CSpi, LineDelayOfAForeignFrame_IsRefused) {
   const FormatHandle format = open_format("resolute-18");
   const SpiHandle spi = open_spi(example_setup(format.get()));

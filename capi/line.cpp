@@ -56,7 +56,9 @@ Rules read_rules(std::string_view text, bool foreign_encoder) {
                    at);
       return rules;
     }
-    if (foreign_encoder && sim::needs_encoder(rule->kind)) rules.refuse(BISS_FAULT_KIND, at);
+    if ((foreign_encoder && sim::needs_encoder(rule->kind)) || !sim::is_simulated(rule->kind)) {
+      rules.refuse(BISS_FAULT_KIND, at);
+    }
     const auto same = [&](const PlacedRule& other) {
       return other.rule.kind == rule->kind && other.rule.cycle == rule->cycle;
     };

@@ -7,6 +7,7 @@
 #include "biss/master/request.hpp"
 #include "capi/control.hpp"
 #include "capi/device.hpp"
+#include "capi/frame.hpp"
 
 namespace biss::capi {
 
@@ -42,6 +43,8 @@ MasterSetup from_c(const Device& device, const biss_master_setup& setup) {
   result.reset_time = picoseconds(setup.reset_time_ps);
   result.idle_min = picoseconds(setup.idle_min_ps);
   result.trust_cycle_time = setup.trust_cycle_time;
+  result.no_error_flag = setup.no_error_flag;
+  result.unchecked = setup.unchecked;
   return result;
 }
 
@@ -123,6 +126,11 @@ biss_status biss_master_open(const biss_master_setup* setup, biss_master** maste
   if (!device || device->format.needs_previous()) return BISS_BAD_FORMAT;
   if (!biss::capi::override_timing(setup->timing, *device)) return BISS_BAD_TIMING;
   if (!biss::capi::is_possible(*setup)) return BISS_BAD_SETUP;
+  const biss_status refused =
+      biss::capi::check_spi(*device, {.period = biss::picoseconds(setup->period_ps),
+                                      .no_error_flag = setup->no_error_flag,
+                                      .unchecked = setup->unchecked});
+  if (refused != BISS_OK) return refused;
   if (setup->control != nullptr && !biss::capi::is_control(setup->control)) return BISS_BAD_HANDLE;
   *master = biss::capi::make_handle<biss_master>(*device, *setup);
   return *master == nullptr ? BISS_NO_MEMORY : BISS_OK;

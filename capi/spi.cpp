@@ -32,8 +32,12 @@ SpiSetup from_c(const biss_spi_setup& setup) {
       .unchecked = setup.unchecked};
 }
 
-biss_status status_of(SpiSetupError error) {
-  switch (error) {
+}  // namespace
+
+biss_status check_spi(const Device& device, const SpiSetup& setup) {
+  const auto error = biss::check_spi(device.format, setup, device.timing);
+  if (!error) return BISS_OK;
+  switch (*error) {
     case SpiSetupError::clock:
       return BISS_CLOCK_MAX;
     case SpiSetupError::error_flag:
@@ -44,12 +48,10 @@ biss_status status_of(SpiSetupError error) {
       return BISS_BAD_FORMAT;
     case SpiSetupError::period:
     case SpiSetupError::line_delay:
-      return BISS_BAD_SETUP;
+      break;
   }
   return BISS_BAD_SETUP;
 }
-
-}  // namespace
 
 }  // namespace biss::capi
 
@@ -83,8 +85,8 @@ biss_status biss_spi_open(const biss_spi_setup* setup, biss_spi** spi) {
   if (!biss::capi::override_timing(setup->timing, device)) return BISS_BAD_TIMING;
   if (!biss::capi::is_possible(*setup)) return BISS_BAD_SETUP;
   const biss::SpiSetup chosen = biss::capi::from_c(*setup);
-  const auto error = biss::check_spi(device.format, chosen, device.timing);
-  if (error) return biss::capi::status_of(*error);
+  const biss_status refused = biss::capi::check_spi(device, chosen);
+  if (refused != BISS_OK) return refused;
   *spi = biss::capi::make_handle<biss_spi>(setup->format->codec, chosen, device.timing);
   return *spi == nullptr ? BISS_NO_MEMORY : BISS_OK;
 }

@@ -495,7 +495,13 @@ SampleSteps steps_of(std::span<const Picoseconds> times, Picoseconds digit) {
   const auto is_short = [&](Picoseconds each) {
     return each != Picoseconds{} && each < found.shortest;
   };
+  // Nothing that is lost makes a step shorter; a change of SLO between two edges of MA makes two.
+  const Picoseconds brief = 3 * found.shortest;
+  const auto briefer = std::count_if(steps.begin(), steps.end(), [&](Picoseconds each) {
+    return each != Picoseconds{} && each < brief;
+  });
   found.constant = 4 * differ_by_more(tolerance) <= steps.size() &&
+                   32 * static_cast<std::size_t>(briefer) <= steps.size() &&
                    std::none_of(steps.begin(), steps.end(), is_short);
   if (tolerance < endless.count - found.usual.count) {
     found.longest = found.usual + picoseconds(tolerance);

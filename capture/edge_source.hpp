@@ -31,6 +31,7 @@ enum class CaptureCause : std::uint8_t {
   read_failed,        ///< the system could not read further
   empty,              ///< no byte, or only white space
   unknown_format,     ///< neither the extension nor the content is known
+  compression,        ///< compressed in a way that is not read
   malformed,          ///< a token, number or header that the format does not allow
   token_too_long,     ///< a token (or CSV line) longer than any valid one
   too_many_lines,     ///< more signals than a capture may have

@@ -47,6 +47,14 @@ constexpr const char* expected_text =
     "oscilloscope, or a CSV with a header such as time_ns,MA,SLO";
 constexpr const char* expected_layout = "the sample rate, unit size and bits";
 
+// Compressions that are not read, by their first bytes.
+constexpr std::array<std::pair<std::string_view, const char*>, 4> other_compressions{{
+    {{"\xFD\x37zXZ\0", 6}, "gzip or zstd; this is xz"},
+    {"\x04\x22M\x18", "gzip or zstd; this is LZ4"},
+    {"LZIP\x01", "gzip or zstd; this is lzip"},
+    {"7z\xBC\xAF\x27\x1C", "gzip or zstd; this is 7z"},
+}};
+
 // Formats of captures that are not read, by their first bytes.
 constexpr std::array<std::pair<std::string_view, const char*>, 2> known_others{{
     {"\xFF\xFE", "text in UTF-8; this is UTF-16"},
@@ -128,17 +136,24 @@ class LineFeeds final : public ByteSource {
 
 // The first line ends in CR alone. It is seen whole before the format of a CSV is known.
 bool ends_lines_with_cr(std::string_view text) {
-  const std::size_t at = text.find_first_of("\r\n");
-  const std::size_t next = text.find_first_not_of('\r', std::min(at, text.size()));
-  return next != at && next != std::string_view::npos && text[next] != '\n';
+  return has_cr_inside(text.substr(0, text.find('\n')));
 }
 
-// What to do about a known format that is not read.
-const char* other_format_of(std::string_view head) {
-  for (const auto& [magic, expected] : known_others) {
+// What to do about a known format or compression that is not read.
+template <std::size_t Count>
+const char* other_of(std::string_view head,
+                     const std::array<std::pair<std::string_view, const char*>, Count>& others) {
+  for (const auto& [magic, expected] : others) {
     if (head.starts_with(magic)) return expected;
   }
   return nullptr;
+}
+
+// The size of a block stands between the name and the block or the end.
+bool is_bzip2(std::string_view head) {
+  if (!head.starts_with("BZh") || head.size() < 4) return false;
+  const std::string_view block = head.substr(4);
+  return block.starts_with("1AY&SY") || block.starts_with("\x17rE8P\x90");
 }
 
 // Raw samples have no signature: where a layout is given, the file name alone selects them.
@@ -150,7 +165,7 @@ Format format_of(std::string_view head, std::string_view path, bool raw_given) {
     return by_content;
   }
   if (by_name == Format::other && raw_given) return Format::raw;
-  return other_format_of(head) != nullptr ? Format::other : by_name;
+  return other_of(head, known_others) != nullptr ? Format::other : by_name;
 }
 
 // The name of the file without folder and extension: what a line is called that has no name.
@@ -229,6 +244,8 @@ std::pair<const char*, const char*> words_of(CaptureCause cause) {
       return {"is empty", export_again};
     case CaptureCause::unknown_format:
       return {"is no capture of a known format", "export it as VCD, .sr or event CSV"};
+    case CaptureCause::compression:
+      return {"is compressed in a way that is not read", "decompress it first"};
     case CaptureCause::malformed:
       return {"is not as the format has it", "correct this place or export the capture again"};
     case CaptureCause::token_too_long:
@@ -303,7 +320,9 @@ Opened open_bytes_of(std::unique_ptr<ByteSource> bytes, std::string_view path,
       is_csv && compression == Compression::none && ends_lines_with_cr(head.text);
   const EventCsvRows rows =
       format == Format::event_csv ? event_csv_rows(head.text) : EventCsvRows();
-  const char* const other = other_format_of(head.text);
+  const char* const other = other_of(head.text, known_others);
+  const char* const compressed =
+      is_bzip2(head.text) ? "gzip or zstd; this is bzip2" : other_of(head.text, other_compressions);
   // What was read before an error is delivered before it.
   if (head.error) bytes = failed_bytes(*head.error);
   bytes = prefixed_bytes(std::move(head.text), std::move(bytes));
@@ -314,6 +333,9 @@ Opened open_bytes_of(std::unique_ptr<ByteSource> bytes, std::string_view path,
     }
     return open_bytes_of(decompressed(std::move(bytes), compression), without_compression(path),
                          options, compressions + 1);
+  }
+  if (compressed != nullptr && !raw_by_name) {
+    return tl::unexpected(CaptureError{.cause = CaptureCause::compression, .expected = compressed});
   }
   if (wrong_lines) {
     bytes = std::make_unique<LineFeeds>(std::move(bytes));
@@ -356,6 +378,8 @@ std::string_view name_of(CaptureCause cause) {
       return "empty";
     case CaptureCause::unknown_format:
       return "unknown_format";
+    case CaptureCause::compression:
+      return "compression";
     case CaptureCause::malformed:
       return "malformed";
     case CaptureCause::token_too_long:

@@ -4,8 +4,11 @@
 
 #include <filesystem>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "capture/test_capture.hpp"
+#include "capture/test_compressed.hpp"
 #include "capture/test_samples.hpp"
 
 namespace biss::capture {
@@ -86,6 +89,29 @@ TEST(Open, RawSamples_NeedALayout) {
   const Read without = read_as("\1\2\3", "a.bin");
   ASSERT_EQ(without.cause(), CaptureCause::layout_missing);
   EXPECT_NE(std::string(without.error->expected).find("rate"), std::string::npos);
+}
+
+TEST(Open, CompressionThatIsNotRead_IsNamedInEachContainer) {
+  const std::vector<std::pair<std::string, std::string>> files{
+      {std::string("\xFD\x37zXZ\0\0\4", 8), "this is xz"},
+      {"BZh91AY&SY\1", "this is bzip2"},
+      {"BZh9\x17rE8P\x90", "this is bzip2"},
+      {"\x04\x22M\x18\x64", "this is LZ4"},
+      {"LZIP\1\x0C", "this is lzip"},
+      {"7z\xBC\xAF\x27\x1C", "this is 7z"}};
+  for (const auto& [bytes, name] : files) {
+    for (const auto& [text, path] : {std::pair(bytes, "a.vcd"),
+                                     {bytes, "a.sr"},
+                                     {bytes, "-"},
+                                     {gzip_of(bytes), "a.csv.gz"},
+                                     {zstd_of(bytes), "a.zst"}}) {
+      const Read read = read_as(text, path);
+      ASSERT_EQ(read.cause(), CaptureCause::compression) << name << path;
+      EXPECT_NE(std::string(read.error->expected).find(name), std::string::npos) << path;
+      EXPECT_NE(capture_error_text(*read.error, path).find("decompress"), std::string::npos);
+    }
+  }
+  EXPECT_EQ(read_as("BZh,MA\n1,0\n", "a.txt").cause(), CaptureCause::unknown_format);
 }
 
 TEST(Open, BlanksBeyondMeasure_EndInAnError) {

@@ -132,15 +132,6 @@ class ColumnRows {
  private:
   static constexpr std::size_t least_samples = 8;
 
-  // How long the cells of a column stay the same.
-  struct Runs {
-    std::size_t length = 0;  // of the one at hand, in rows
-    std::size_t ended = 0;
-    std::size_t brief = 0;  // of at most two rows
-    std::size_t in_turn = 0;
-    std::size_t most_in_turn = 0;
-  };
-
   // Changes have no constant step, and a change is no row that repeats the one before.
   bool samples() const {
     return 8 * repeats_ >= judged_ && !beside_ma() && steps_of(times_, digit_).constant;
@@ -149,26 +140,19 @@ class ColumnRows {
   // SLO without MA, in the rows of both: a bit is two rows. Samples have more of them for a bit, and
   // if MA has two for a level, it has many such levels in turn.
   bool beside_ma() const {
-    const auto is_clock = [](const Runs& runs) { return runs.most_in_turn >= 12; };
-    const auto is_slo = [](const Runs& runs) {
-      return runs.brief >= 4 && 8 * runs.brief >= runs.ended;
-    };
-    return std::none_of(runs_.begin(), runs_.end(), is_clock) &&
-           std::any_of(runs_.begin(), runs_.end(), is_slo);
-  }
-
-  void count_runs(const Cells& cells) {
-    runs_.resize(std::max(runs_.size(), cells.size()));
-    for (std::size_t i = 1; i < std::min(cells.size(), last_.size()); ++i) {
-      Runs& runs = runs_[i];
-      ++runs.length;
-      if (cells[i] == last_[i]) continue;
-      const bool brief = std::exchange(runs.length, 0) <= 2;
-      ++runs.ended;
-      runs.brief += brief ? 1U : 0U;
-      runs.in_turn = brief ? runs.in_turn + 1 : 0;
-      runs.most_in_turn = std::max(runs.most_in_turn, runs.in_turn);
+    bool any = false;
+    for (const std::vector<std::size_t>& column : changes_) {
+      std::size_t brief = 0;
+      std::size_t in_turn = 0;
+      for (std::size_t i = 1; i < column.size(); ++i) {
+        const bool two = column[i] - column[i - 1] <= 2;
+        brief += two ? 1U : 0U;
+        in_turn = two ? in_turn + 1 : 0;
+        if (in_turn == 12) return false;
+      }
+      any = any || (brief >= 4 && 8 * brief >= column.size());
     }
+    return any;
   }
 
   void add(Cells cells) {
@@ -181,7 +165,10 @@ class ColumnRows {
     }
     cells[0].clear();
     if (cells == last_) ++repeats_;
-    count_runs(cells);
+    changes_.resize(std::max(changes_.size(), cells.size()));
+    for (std::size_t i = 1; i < std::min(cells.size(), last_.size()); ++i) {
+      if (cells[i] != last_[i]) changes_[i].push_back(judged_);
+    }
     last_ = std::move(cells);
     if (judged_ < rows_of_levels) add_levels(time.ok());
   }
@@ -212,7 +199,7 @@ class ColumnRows {
   std::set<std::int64_t> numbers_;
   std::vector<Picoseconds> times_;
   Picoseconds digit_;
-  std::vector<Runs> runs_;  // of the columns
+  std::vector<std::vector<std::size_t>> changes_;  // the rows, by column
   Cells last_;
 };
 

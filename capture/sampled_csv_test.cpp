@@ -454,6 +454,34 @@ TEST(SampledCsv, SloInTheRowsOfMaAndSlo_HoldsItsLevel) {
   }
 }
 
+// The rows of MA's edges, and between them those of SLO.
+TEST(SampledCsv, SloThatChangesBetweenEdgesOfMa_HoldsItsLevel) {
+  for (const int delay : {1, 10, 24, 26, 42, 50, 58, 74, 76, 90, 99}) {
+    for (const char* high : {"1", "1.0"}) {
+      std::string text = "time_ns,SLO\n";
+      std::size_t changes = 1;
+      bool level = true;
+      for (std::uint32_t frame = 0; frame < 12; ++frame) {
+        std::int64_t time = 30'000 * frame;
+        const auto put = [&](std::int64_t at) {
+          text += fmt::format("{},{}\n", at, level ? high : "0");
+        };
+        for (const bool bit : frame_bits(0x1'2345U * frame)) {
+          put(time);
+          changes += level != bit ? 1 : 0;
+          if (level != std::exchange(level, bit)) put(time + delay);
+          put(time + 100);
+          time += 200;
+        }
+      }
+      const Read read = read_as_csv(text, {});
+      EXPECT_FALSE(read.error);
+      EXPECT_THAT(unknown_edges(read), ElementsAre()) << delay << ' ' << high;
+      EXPECT_EQ(read.edges.size(), changes) << delay << ' ' << high;
+    }
+  }
+}
+
 TEST(SampledCsv, OneColumnOfSamples_IsUnknownInAHole) {
   const auto check = [](const std::string& text) {
     const std::size_t first = text.find('\n', text.size() / 3) + 1;

@@ -463,6 +463,21 @@ void CycleReader::judge_by_next(Cycle& cycle, const Cycle* next) const {
   if (cycle.status != CycleStatus::ok) cycle.frame.reset();
 }
 
+Cycle CycleReader::read_bits(const BitView& bits) const {
+  Sampled sampled;
+  sampled.bits.append(bits.first(FrameBits::capacity_bits));
+  CycleReading reading;
+  Cycle& cycle = reading.cycle;
+  const auto start = find_start(sampled.bits.view(), FrameBounds{});
+  if (start.ok()) {
+    read_payload(sampled, *start, reading);
+    if (cycle.status == CycleStatus::ok && !codec_) cycle.status = CycleStatus::unchecked;
+  } else {
+    cycle.status = status_of(start.error().cause);
+  }
+  return cycle;
+}
+
 void CycleReader::read_payload(const Sampled& sampled, const FrameStart& start,
                                CycleReading& reading) const {
   Cycle& cycle = reading.cycle;

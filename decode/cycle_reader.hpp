@@ -75,6 +75,9 @@ class CycleReader {
   const DeviceTiming& timing() const { return timing_; }
   /// A timeout of just the default is not known.
   bool knows_timeout() const { return timing_.timeout != Timeout{}; }
+  /// Reads bits that were sampled elsewhere, SLO once per clock from the first one on, as long as an
+  /// ACK of BiSS C allows. The cycle has no times.
+  Cycle read_bits(const BitView& bits) const;
 
   /// When the last read() sampled SLO: element k belongs to rising edge k of MA, LAT's included.
   /// Empty where SLO gave no ACK.

@@ -1,6 +1,7 @@
 #include "draw/cycle_drawing.hpp"
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 
 #include "biss/frame/codec.hpp"
@@ -31,13 +32,15 @@ BitName bit_name(std::string_view field, std::optional<unsigned> bit, std::size_
 
 // The name of a data bit; `shift` counts from the last one.
 BitName data_name(const ChannelFormat& format, unsigned shift, std::size_t channel) {
-  const std::pair<std::string_view, Field> fields[] = {{"pos", format.position},
-                                                       {"mt", format.multiturn},
-                                                       {"st", format.singleturn},
-                                                       {"lc", format.life_counter}};
-  for (const auto& [name, field] : fields) {
+  const std::tuple<std::string_view, Field, bool> fields[] = {
+      {"pos", format.position, format.position_lsb},
+      {"mt", format.multiturn, format.multiturn_lsb},
+      {"st", format.singleturn, format.singleturn_lsb},
+      {"lc", format.life_counter, false}};
+  for (const auto& [name, field, lsb] : fields) {
     if (field.present() && shift >= field.shift && shift < unsigned{field.shift} + field.bits) {
-      return bit_name(name, shift - field.shift, channel);
+      const unsigned bit = shift - field.shift;
+      return bit_name(name, lsb ? field.bits - 1U - bit : bit, channel);
     }
   }
   const auto is_flag = [shift](const FlagField& flag) {

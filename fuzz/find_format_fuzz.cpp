@@ -102,7 +102,7 @@ void check_candidate(const biss::identify::FormatCandidate& candidate, std::size
 
 // What decode uses without asking: frames that differ show the checksum, bit by bit.
 void check_sure(const FormatFinding& finding, const Story& story) {
-  constexpr unsigned least_evidence_bits = 16;
+  constexpr unsigned least_evidence_bits = 12;
   const auto* const sure = finding.sure();
   if (sure == nullptr) return;
   require(!finding.still && sure == &finding.candidates.front());

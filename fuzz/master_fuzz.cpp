@@ -36,7 +36,8 @@ MasterSetup setup_of(const std::uint8_t* header) {
   const std::uint8_t flags = header[2];
   const int shift = header[5] / 16 - 8;
   return {.period = period,
-          .timing = {.start_min = period * (header[3] / 32),
+          .timing = {.clock_max = hertz_max,
+                     .start_min = period * (header[3] / 32),
                      .ack_max = period * header[3] / 2,
                      .timeout = {static_cast<TimeoutRule>((flags >> 4U) % 3U), microseconds(20)},
                      .cycle_min = period * header[7]},
@@ -46,7 +47,9 @@ MasterSetup setup_of(const std::uint8_t* header) {
           .extra_clocks = header[4],
           .sample_step = period * (header[5] % 16) / 32,
           .sample_shift = period * (shift == -8 ? 0 : shift) / 16,
-          .line_delay_max = period * header[6] / 2};
+          .line_delay_max = period * header[6] / 2,
+          .no_error_flag = true,
+          .unchecked = true};
 }
 
 // The longest duration of a request without late calls.

@@ -1,9 +1,9 @@
 // Where the channels of a frame end, and the checksum of each.
 //
-// The difference of two frames with right checksums is a multiple of the generator, whatever the
-// start value and the inversion are. The greatest common divisor of a few differences is therefore
-// the generator, times what has not moved. Frames that are damaged are left out by a vote: a
-// generator that comes from a few frames must fit most of all frames.
+// For a generator g let S(e) be the sum of bit_i x^-i mod g over the first e bits of a frame. The
+// bits from b to e leave the same remainder in all frames exactly if S(e) ^ S(b) is the same in
+// all. One table of S tests every begin and every end. Two frames with the same remainder differ by
+// a multiple of the generator, whatever the start value and the inversion are.
 #pragma once
 
 #include <cstdint>
@@ -12,6 +12,7 @@
 
 #include "biss/crc/engines.hpp"
 #include "biss/crc/spec.hpp"
+#include "biss/frame/codec.hpp"
 #include "identify/sample.hpp"
 
 namespace biss::identify {
@@ -22,6 +23,8 @@ struct ChannelLayout {
   unsigned data_bits = 0;
   /// Without a width: the channel has no checksum, or none was found.
   CrcSpec crc;
+  /// Of the last data bits, those that the checksum does not cover (CrcSpec::without_flags).
+  unsigned flags = 0;
   /// How many differences of the data are independent: each confirms the checksum once.
   unsigned rank = 0;
 
@@ -30,23 +33,54 @@ struct ChannelLayout {
   Span all() const { return {begin, end()}; }
 };
 
-/// The channels of a frame, and how much speaks for them.
-struct Layout {
-  std::vector<ChannelLayout> channels;
-  /// The evidence less what a choice among N possible layouts costs, in bits: the layout is
-  /// 2^score times as likely as a frame without a checksum.
-  double score = 0;
-  /// The evidence less the number of possible checksums, each as likely as the other.
-  double evidence = 0;
-  /// The share of the frames in which every checksum is right.
-  double right_share = 0;
+/// Frames of one length, and which of them are alike.
+struct FrameSet {
+  struct Pattern {
+    const Sample* sample = nullptr;
+    double frames = 0;
+  };
 
-  unsigned end() const { return channels.empty() ? 0 : channels.back().end(); }
+  /// Takes up to `most` frames: those at the beginning, and blocks from all of the rest. Frames of
+  /// another length than most of the long ones are left out, longer ones are cut.
+  FrameSet(std::span<const Sample> samples, std::size_t most);
+
+  unsigned length = 0;
+  std::vector<const Sample*> samples;
+  /// Of each sample, the one before where it answers the request before.
+  std::vector<const Sample*> before;
+  /// Of each sample, its pattern.
+  std::vector<std::size_t> pattern;
+  std::vector<Pattern> patterns;
 };
 
-/// The layouts that fit the frames, the most likely one first, at most `most`. Empty where there is
-/// no frame. The last one is that without any checksum.
-std::vector<Layout> find_layouts(std::span<const Sample> samples, std::size_t most);
+/// The channels of a frame, and what they cost.
+struct Layout {
+  std::vector<ChannelLayout> channels;
+  /// The prior bits of the layout, and the bits for what its channels do not explain: frames with
+  /// another checksum, and bits after the frame.
+  double cost = 0;
+  /// How much likelier than this layout one is whose checksums are not among those that were tried.
+  double unknown = 0;
+  /// The bits by which the checksums are better than chance.
+  double score = 0;
+  /// The same, less the frames that do not fit, roughly.
+  double rating = 0;
+  /// The share of the frames in which every checksum is right.
+  double right_share = 0;
+  /// The same, for each frame of the set.
+  std::vector<bool> right;
+
+  unsigned end() const { return channels.empty() ? 0 : channels.back().end(); }
+  bool checked() const;
+};
+
+/// The layouts that may fit the frames, at most `most`. Empty where there is no frame. The last one
+/// is that without any checksum.
+std::vector<Layout> find_layouts(const FrameSet& frames, std::size_t most);
+
+/// The checksum whose words, of one length, have this remainder. Start value and inversion cannot be
+/// separated: without a start value where that is possible, else inverted.
+CrcSpec spec_of(std::uint32_t generator, unsigned data_bits, std::uint32_t rest);
 
 /// Checks one channel of many frames.
 class ChannelCheck {
@@ -54,14 +88,12 @@ class ChannelCheck {
   explicit ChannelCheck(const ChannelLayout& channel);
 
   /// The checksum is right; false where the frame is too short.
-  bool is_right(const Sample& sample) const;
+  /// \param before the frame before; null where it is not known
+  bool is_right(const Sample& sample, const Sample* before) const;
 
  private:
   ChannelLayout channel_;
   CrcTable<8> crc_;
 };
-
-/// The frames in which the checksums of all channels are right.
-std::vector<const Sample*> right_samples(const Layout& layout, std::span<const Sample> samples);
 
 }  // namespace biss::identify

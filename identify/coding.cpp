@@ -1,8 +1,9 @@
 #include "identify/coding.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
-#include <cstdlib>
 
 #include "biss/base/bits.hpp"
 
@@ -10,86 +11,314 @@ namespace biss::identify {
 
 namespace {
 
-// The lowest `gray_bits` decoded, the bits above as they are.
-std::uint64_t decoded(std::uint64_t value, unsigned gray_bits) {
-  const std::uint64_t mask = low_mask(gray_bits);
-  std::uint64_t gray = value & mask;
-  for (unsigned shift = 1; shift < gray_bits; shift *= 2) gray ^= gray >> shift;
-  return (value & ~mask) | gray;
-}
+// A value after a longer gap is written down without a prediction.
+constexpr double longest_gap = 16;
+// Points and degree of the polynomial through the values before; the first predictor is 0, the
+// second one the value before.
+struct Curve {
+  std::size_t points;
+  std::size_t degree;
+};
+constexpr std::array<Curve, Timeline::predictors> curves{
+    {{0, 0}, {1, 0}, {2, 1}, {3, 2}, {5, 1}, {16, 1}, {9, 2}}};
 
-// Distance to zero around the circle of 2^bits values.
-double distance(std::uint64_t value, unsigned bits) {
+double log2_gamma(double x) { return std::lgamma(x) / std::log(2.0); }
+
+std::int64_t as_signed(std::uint64_t value, unsigned bits) {
   const unsigned unused = 64 - bits;
-  const auto signed_value = static_cast<std::int64_t>(value << unused) >> unused;
-  return std::abs(static_cast<double>(signed_value));
+  return static_cast<std::int64_t>(value << unused) >> unused;
 }
 
-// Whether `shorter` is shorter than `longer` by more than chance does.
-bool clearly_shorter(const std::vector<double>& shorter, const std::vector<double>& longer) {
-  constexpr double least_bits = 24;
-  constexpr double least_deviations = 5;
-  const auto count = static_cast<double>(shorter.size());
-  double mean = 0;
-  double square = 0;
-  for (std::size_t i = 0; i < shorter.size(); ++i) {
-    const double gain = longer[i] - shorter[i];
-    mean += gain / count;
-    square += gain * gain / count;
+// A value, and how often it occurs.
+struct Count {
+  std::int64_t value = 0;
+  double frames = 0;
+};
+
+std::vector<Count> counts_of(std::span<const std::int64_t> values) {
+  // A table in which a value that finds its place taken goes to the next one.
+  const std::size_t mask = std::bit_ceil(2 * values.size() + 1) - 1;
+  std::vector<Count> table(mask + 1);
+  for (const std::int64_t value : values) {
+    std::size_t at = (static_cast<std::uint64_t>(value) * 0x9E3779B97F4A7C15U >> 40U) & mask;
+    while (table[at].frames != 0 && table[at].value != value) at = (at + 1) & mask;
+    table[at].value = value;
+    ++table[at].frames;
   }
-  const double deviation = std::sqrt(std::max(square - mean * mean, 1e-9) * count);
-  return mean * count > least_bits && mean * count > least_deviations * deviation;
+  std::erase_if(table, [](const Count& each) { return each.frames == 0; });
+  return table;
+}
+
+unsigned size_of(std::int64_t value) {
+  return static_cast<unsigned>(
+      std::bit_width(static_cast<std::uint64_t>(value < 0 ? -value : value)));
+}
+
+// A dictionary that learns: the values that came before come again (a Dirichlet process).
+double dictionary_cost(const std::vector<Count>& counts, double frames, unsigned bits) {
+  constexpr double concentration = 1;
+  double cost = log2_gamma(concentration + frames) - log2_gamma(concentration);
+  for (const Count& each : counts) cost += bits - (each.frames > 2 ? log2_gamma(each.frames) : 0);
+  return cost;
+}
+
+// How many values have each size.
+
+using Sizes = std::array<double, 65>;
+
+// The size is learned, the digits are free.
+double size_cost(const Sizes& sizes, double frames, unsigned bits) {
+  double cost = log2_gamma(frames + (bits + 1) / 2.0) - log2_gamma((bits + 1) / 2.0);
+  for (unsigned size = 0; size <= bits; ++size) {
+    cost += sizes[size] * size;
+    if (sizes[size] != 0) cost += log2_gamma(0.5) - log2_gamma(sizes[size] + 0.5);
+  }
+  return cost;
+}
+
+// A bell of this width, with few values outside.
+double bell_cost(const std::vector<Count>& counts, unsigned bits, double width) {
+  const double factor = 0.5 / (width * width);
+  double sum = std::sqrt(2 * M_PI) * width;
+  if (width < 2) {
+    sum = 1;
+    for (int k = 1; k < 16; ++k) sum += 2 * std::exp(-factor * k * k);
+  }
+  const double middle = std::log2(sum);
+  const double outside = bits + 8.0;
+  double cost = 0;
+  for (const Count& each : counts) {
+    const auto value = static_cast<double>(each.value);
+    cost += each.frames * std::min(middle + factor * value * value / std::log(2.0), outside);
+  }
+  return cost;
+}
+
+// A bell whose width is near the size of most values.
+double bell_cost(const std::vector<Count>& counts, const Sizes& sizes, double frames,
+                 unsigned bits) {
+  double left = 0.68 * frames;
+  unsigned size = 0;
+  while (size < 64 && left > sizes[size]) left -= sizes[size++];
+  double best = HUGE_VAL;
+  for (const double step : {0.35, 0.5, 0.71, 1.0}) {
+    best = std::min(best, bell_cost(counts, bits, step * std::exp2(size)));
+  }
+  return best + std::log2(2.0 * bits);
+}
+
+double residuals_cost(std::span<const std::int64_t> residuals, unsigned bits) {
+  if (residuals.empty()) return 0;
+  const std::vector<Count> counts = counts_of(residuals);
+  Sizes sizes{};
+  for (const Count& each : counts) sizes[size_of(each.value)] += each.frames;
+  const auto frames = static_cast<double>(residuals.size());
+  const std::array costs{dictionary_cost(counts, frames, bits), size_cost(sizes, frames, bits),
+                         bell_cost(counts, sizes, frames, bits)};
+  return cost_of_any(costs) + std::log2(3.0);
+}
+
+// Least squares: the weights of values at `times`, for the value of a polynomial at 0.
+std::vector<double> extrapolation(std::span<const double> times, std::size_t degree) {
+  std::array<std::array<double, 4>, 3> rows{};
+  const std::size_t size = degree + 1;
+  for (std::size_t i = 0; i < size; ++i) {
+    for (std::size_t j = 0; j < size; ++j) {
+      for (const double time : times) rows[i][j] += std::pow(time, static_cast<double>(i + j));
+    }
+  }
+  rows[0][3] = 1;
+  for (std::size_t i = 0; i < size; ++i) {
+    for (std::size_t k = 0; k < size; ++k) {
+      if (k == i) continue;
+      const double factor = rows[k][i] / rows[i][i];
+      for (std::size_t j = 0; j < 4; ++j) rows[k][j] -= factor * rows[i][j];
+    }
+  }
+  std::vector<double> weights;
+  for (const double time : times) {
+    double weight = 0;
+    for (std::size_t i = 0; i < size; ++i) {
+      weight += rows[i][3] / rows[i][i] * std::pow(time, static_cast<double>(i));
+    }
+    weights.push_back(weight);
+  }
+  return weights;
+}
+
+// How often a bit is 1, and how often it changes.
+struct Changes {
+  double ones = 0;
+  double from[2][2] = {};
+};
+
+Changes changes_of(std::span<const std::uint8_t> bits) {
+  Changes changes;
+  for (std::size_t i = 0; i < bits.size(); ++i) {
+    changes.ones += bits[i];
+    if (i > 0) ++changes.from[bits[i - 1]][bits[i]];
+  }
+  return changes;
+}
+
+// Runs, which rarely begin.
+double runs_cost(const Changes& changes, double begin_a, double begin_b) {
+  const auto& from = changes.from;
+  return 1 + events_cost(from[0][1], from[0][0] + from[0][1], begin_a, begin_b) +
+         events_cost(from[1][0], from[1][0] + from[1][1], 0.5, 2);
 }
 
 }  // namespace
 
-std::uint64_t Bits::mask() const { return low_mask(count) << low; }
-
-double sum(const std::vector<double>& values) {
-  double total = 0;
-  for (const double value : values) total += value;
-  return total;
+double events_cost(double ones, double count, double a, double b) {
+  const auto log2_beta = [](double x, double y) {
+    return log2_gamma(x) + log2_gamma(y) - log2_gamma(x + y);
+  };
+  return log2_beta(a, b) - log2_beta(a + ones, b + count - ones);
 }
 
-std::vector<double> step_lengths(std::span<const DataWord> words, Bits bits, unsigned gray_bits) {
-  std::vector<double> steps;
-  std::vector<double> changes;
-  const std::uint64_t mask = low_mask(bits.count);
-  std::uint64_t value[3] = {};
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    value[0] = value[1];
-    value[1] = value[2];
-    value[2] = decoded(bits.of(words[i].data), gray_bits);
-    if (i < 2 || words[i].cycle - words[i - 2].cycle != 2) continue;
-    const std::uint64_t step = value[2] - value[1];
-    const std::uint64_t before = value[1] - value[0];
-    steps.push_back(std::log2(1 + 2 * distance(step & mask, bits.count)));
-    changes.push_back(std::log2(1 + 2 * distance((step - before) & mask, bits.count)));
+double cost_of_any(std::span<const double> costs) {
+  const double least = *std::min_element(costs.begin(), costs.end());
+  if (std::isinf(least)) return least;
+  double sum = 0;
+  for (const double cost : costs) sum += std::exp2(least - cost);
+  return least - std::log2(sum);
+}
+
+Timeline::Timeline(std::vector<double> requests) : requests_(std::move(requests)) {
+  for (std::size_t i = 0; i < requests_.size(); ++i) {
+    begins_.push_back(i == 0 || requests_[i] - requests_[i - 1] > longest_gap);
   }
-  return sum(changes) < sum(steps) ? changes : steps;
-}
-
-Coding find_coding(std::span<const DataWord> words, Bits bits) {
-  const std::vector<double> binary = step_lengths(words, bits, 0);
-  if (binary.size() < 8 || bits.count < 2) return {};
-  Coding coding;
-  std::vector<double> best = binary;
-  std::vector<std::vector<double>> all{binary};
-  for (unsigned gray_bits = bits.count; gray_bits >= std::min(least_gray_bits, bits.count);
-       --gray_bits) {
-    all.push_back(step_lengths(words, bits, gray_bits));
-    if (sum(all.back()) < sum(best) && clearly_shorter(all.back(), binary)) {
-      best = all.back();
-      coding.gray_bits = gray_bits;
+  for (std::size_t p = 2; p < predictors; ++p) {
+    for (std::size_t i = 0; i < requests_.size(); ++i) {
+      const Weights before = i > 0 ? weights_[p].back() : Weights{};
+      bool same = before.count == curves[p].points && i > curves[p].points;
+      for (std::size_t k = 0; same && k < before.count; ++k) {
+        same = !begins_[i - k] && requests_[i - k] - requests_[i - k - 1] ==
+                                      requests_[i - k - 1] - requests_[i - k - 2];
+      }
+      weights_[p].push_back(same ? before : weights_of(i, curves[p].points, curves[p].degree));
     }
   }
-  // Steps of any size would take this many bits.
-  const double any = std::max(0.0, bits.count - 1 / std::log(2.0));
-  coding.sure = clearly_shorter(best, std::vector<double>(best.size(), any)) &&
-                std::all_of(all.begin(), all.end(), [&](const std::vector<double>& each) {
-                  return each == best || clearly_shorter(best, each);
-                });
-  return coding;
+}
+
+Timeline::Weights Timeline::weights_of(std::size_t frame, std::size_t points, std::size_t degree) {
+  std::vector<double> times;
+  for (std::size_t i = frame; times.size() < points && !begins_[i]; --i) {
+    times.push_back(requests_[i - 1] - requests_[frame]);
+  }
+  degree = std::min(degree, times.empty() ? 0 : times.size() - 1);
+  const Weights weights{static_cast<std::uint32_t>(pool_.size()),
+                        static_cast<std::uint32_t>(times.size())};
+  if (!times.empty()) {
+    const std::vector<double> all = extrapolation(times, degree);
+    pool_.insert(pool_.end(), all.begin(), all.end());
+  }
+  return weights;
+}
+
+double Timeline::rough_cost(std::span<const std::uint64_t> values, unsigned bits) {
+  double steps = 0;
+  double changes = 0;
+  for (std::size_t i = 2; i < values.size(); ++i) {
+    const std::uint64_t step = values[i] - values[i - 1];
+    steps += size_of(as_signed(step, bits));
+    changes += size_of(as_signed(step - values[i - 1] + values[i - 2], bits));
+  }
+  return std::min(steps, changes);
+}
+
+double Timeline::cost(std::span<const std::uint64_t> values, unsigned bits) const {
+  // Without jumps where the value goes over its end.
+  std::vector<std::uint64_t> path(values.size());
+  std::size_t begins = 0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    begins += begins_[i] ? 1U : 0U;
+    path[i] = i == 0 ? values[0]
+                     : path[i - 1] +
+                           static_cast<std::uint64_t>(as_signed(values[i] - values[i - 1], bits));
+  }
+  std::array<std::vector<std::int64_t>, predictors> residuals;
+  std::array<std::pair<double, std::size_t>, predictors> rough;
+  for (std::size_t p = 0; p < predictors; ++p) {
+    residuals[p].reserve(values.size());
+    double sizes = 0;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if (begins_[i]) continue;
+      std::uint64_t expected = p == 0 ? 0 : path[i - 1];
+      if (p > 1) {
+        const Weights weights = weights_[p][i];
+        double offset = 0;
+        for (std::size_t k = 1; k < weights.count; ++k) {
+          offset += pool_[weights.at + k] *
+                    static_cast<double>(static_cast<std::int64_t>(path[i - 1 - k] - path[i - 1]));
+        }
+        expected += static_cast<std::uint64_t>(std::llround(std::clamp(offset, -9e18, 9e18)));
+      }
+      residuals[p].push_back(as_signed(values[i] - expected, bits));
+      sizes += size_of(residuals[p].back());
+    }
+    rough[p] = {p < 2 ? 0 : sizes, p};
+  }
+  // Those of the smallest residuals, and the simple ones.
+  std::sort(rough.begin(), rough.end());
+  std::array<double, 4> costs{};
+  for (std::size_t k = 0; k < costs.size(); ++k) {
+    costs[k] = residuals_cost(residuals[rough[k].second], bits);
+  }
+  const double first = bits;
+  const double later = static_cast<double>(begins - 1) * bits + cost_of_any(costs) + std::log2(7.0);
+  return first + data_weight * later;
+}
+
+double flag_cost(std::span<const std::uint8_t> active) {
+  const Changes changes = changes_of(active);
+  const auto count = static_cast<double>(active.size());
+  const double runs = runs_cost(changes, 0.3, 10);
+  const double rare = events_cost(changes.ones, count, 0.4, 2);
+  const double any = events_cost(changes.ones, count, 1, 1);
+  const std::array costs{changes.ones == 0 ? 0.2 : HUGE_VAL, changes.ones == count ? 5 : HUGE_VAL,
+                         3.5 + data_weight * runs, 4.5 + data_weight * rare,
+                         7.5 + data_weight * any};
+  return cost_of_any(costs);
+}
+
+double padding_cost(std::span<const std::uint8_t> bits) {
+  const Changes changes = changes_of(bits);
+  if (changes.ones == 0) return 0.3;
+  if (changes.ones == static_cast<double>(bits.size())) return 3;
+  return 6 + data_weight * runs_cost(changes, 0.5, 0.5);
+}
+
+double counter_cost(std::span<const std::uint64_t> values, std::span<const std::uint64_t> cycles,
+                    unsigned bits) {
+  std::array<double, 2> exceptions{};
+  double choices = 0;
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    const std::uint64_t steps = cycles[i] - cycles[i - 1];
+    // Where a request is not answered, an encoder need not count.
+    choices += steps == 1 ? 0 : 1;
+    for (const bool without_zero : {false, true}) {
+      const std::uint64_t values_of = low_mask(bits) + (without_zero ? 0U : 1U);
+      const auto next = [&](std::uint64_t by) {
+        const std::uint64_t first = without_zero ? 1 : 0;
+        return (values[i - 1] - first + by) % values_of + first;
+      };
+      const bool follows = values[i - 1] >= (without_zero ? 1U : 0U) &&
+                           (values[i] == next(1) || values[i] == next(steps));
+      exceptions[without_zero ? 1 : 0] += follows ? 0 : 1;
+    }
+  }
+  const double least = std::min(exceptions[0], exceptions[1]);
+  const auto count = static_cast<double>(values.size() - 1);
+  return bits + 1 + data_weight * (choices + least * bits + events_cost(least, count, 0.3, 3));
+}
+
+double word_cost(std::span<const std::uint64_t> words, unsigned bits) {
+  const std::vector<std::int64_t> values(words.begin(), words.end());
+  return bits +
+         data_weight *
+             (dictionary_cost(counts_of(values), static_cast<double>(values.size()), bits) - bits);
 }
 
 }  // namespace biss::identify

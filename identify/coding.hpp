@@ -1,51 +1,63 @@
-// How smoothly a value moves from frame to frame: what tells a position from other bits, and binary
-// from Gray code.
+// How many bits it takes to write down the values of a field, frame after frame. The shortest way
+// to write the frames down is the likeliest meaning of their bits.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 namespace biss::identify {
 
-/// The data of a channel in a frame with right checksums.
-struct DataWord {
-  std::uint64_t data = 0;
-  std::uint64_t cycle = 0;
-  /// Requests since the word before, by the time between them: rows may be missing, or come from
-  /// pulses.
-  std::uint64_t requests = 0;
+/// Of the bits of the data, the share that counts. Every coder is a little wrong, and its error
+/// grows with the number of frames.
+inline constexpr double data_weight = 0.6;
+
+/// The cost of `ones` among `count` events, whose rate is Beta(a, b).
+double events_cost(double ones, double count, double a, double b);
+
+/// The cost of a hypothesis that is one of several, each at its own cost.
+double cost_of_any(std::span<const double> costs);
+
+/// When the frames were requested, and how a value is predicted from the frames before.
+class Timeline {
+ public:
+  static constexpr std::size_t predictors = 7;
+
+  /// \param requests the time of each frame in requests, ascending
+  explicit Timeline(std::vector<double> requests);
+
+  std::size_t frames() const { return requests_.size(); }
+  /// The cost of a number of `bits` bits, first value included. `values` are one a frame, of `bits`
+  /// bits, 1 to 64.
+  double cost(std::span<const std::uint64_t> values, unsigned bits) const;
+  /// The same, only to compare two codings of the same bits.
+  static double rough_cost(std::span<const std::uint64_t> values, unsigned bits);
+
+ private:
+  struct Weights {
+    std::uint32_t at = 0;
+    std::uint32_t count = 0;
+  };
+
+  Weights weights_of(std::size_t frame, std::size_t points, std::size_t degree);
+
+  std::vector<double> requests_;
+  // No frame is near before this one.
+  std::vector<bool> begins_;
+  // Of the values before a frame, the nearest first: their sum is the prediction.
+  std::vector<double> pool_;
+  std::vector<Weights> weights_[predictors];
 };
 
-/// A run of bits in a word; `low` counts from the last data bit.
-struct Bits {
-  unsigned low = 0;
-  unsigned count = 0;
-
-  unsigned high() const { return low + count; }
-  std::uint64_t mask() const;
-  std::uint64_t of(std::uint64_t data) const { return (data & mask()) >> low; }
-};
-
-/// The least number of bits of a singleturn position in Gray code.
-inline constexpr unsigned least_gray_bits = 6;
-
-/// How many bits it takes to write down each step of the value in `bits`, the lowest `gray_bits` of
-/// it read as Gray code. A smooth motion has short steps, or steps that are nearly alike. Steps
-/// over missing cycles are left out.
-std::vector<double> step_lengths(std::span<const DataWord> words, Bits bits, unsigned gray_bits);
-
-double sum(const std::vector<double>& values);
-
-/// How a position is coded.
-struct Coding {
-  /// The lowest bits that are Gray code; 0: all are binary.
-  unsigned gray_bits = 0;
-  /// The motion shows that the first bit is the most significant one, and that no other coding fits.
-  bool sure = false;
-};
-
-/// \param bits from the lowest to the highest bit that moves
-Coding find_coding(std::span<const DataWord> words, Bits bits);
+/// The cost of a flag of one bit a frame; 1 is active.
+double flag_cost(std::span<const std::uint8_t> active);
+/// The cost of a bit without a meaning.
+double padding_cost(std::span<const std::uint8_t> bits);
+/// The cost of a sign of life of `bits` bits: it counts on from request to request.
+double counter_cost(std::span<const std::uint64_t> values, std::span<const std::uint64_t> cycles,
+                    unsigned bits);
+/// The cost of words of `bits` bits that are alike in most frames.
+double word_cost(std::span<const std::uint64_t> words, unsigned bits);
 
 }  // namespace biss::identify

@@ -1,5 +1,5 @@
-// What the data bits of a channel mean: position, flags, sign of life, padding. It follows from how
-// the bits move from frame to frame; what has not moved is not known.
+// What the data bits of a channel mean: position, flags, sign of life, padding. The meaning that
+// takes the fewest bits to write the frames down is the likeliest.
 #pragma once
 
 #include <cstddef>
@@ -7,38 +7,52 @@
 #include <span>
 #include <vector>
 
-#include "biss/frame/format.hpp"
+#include "biss/frame/codec.hpp"
+#include "identify/checksum.hpp"
 #include "identify/coding.hpp"
 
 namespace biss::identify {
 
-/// What is doubtful about the meaning of the bits.
-enum class Doubt : std::uint8_t {
-  still,         ///< no bit of the position has moved
-  order,         ///< the position jumps: the order of its bits, or Gray code, cannot be seen
-  flag_level,    ///< a flag is mostly 0: an active flag, or one that is active-high
-  flag_place,    ///< a bit changes for single frames and is not where flags usually are
-  counter,       ///< part of a position that counts frames, or a sign of life
-  low_bits,      ///< the lowest bits of the position hardly move, and flags do
-  further_bits,  ///< bits move that are neither position, flag nor sign of life
+/// The bits of a field in a word.
+constexpr std::uint64_t mask_of(const Field& field) { return low_mask(field.bits) << field.shift; }
+constexpr std::uint64_t mask_of(const FlagField& flag) {
+  return std::uint64_t{flag.present ? 1U : 0U} << flag.shift;
+}
+
+/// How the bits of a position are a number.
+enum class Coding : std::uint8_t {
+  binary,
+  gray,
+  singleturn_gray,  ///< the bits below `split` are Gray code
+  multiturn_gray,   ///< the bits above
+  both_gray,        ///< each alone
+  lsb_first,
+  two_tracks,  ///< the bits above and below `split` are numbers that move alone
 };
 
-inline constexpr std::size_t doubt_count = 7;
-
-/// The meaning of a channel's bits, without the checksum.
+/// The meaning of a channel's bits.
 struct Fields {
   ChannelFormat channel;
+  Coding coding = Coding::binary;
+  unsigned split = 0;
   /// Bits that were seen as 0 and as 1.
   std::uint64_t moved = 0;
   /// Of `moved`, those of the position and of the flags.
   std::uint64_t position_moved = 0;
   std::uint64_t flags_moved = 0;
-  std::vector<Doubt> doubts;
+  /// In bits, the choice of the meaning included.
+  double cost = 0;
 };
 
-/// \param words in the order of their cycles
-/// \param data_bits of the channel, 1 to 64
-/// \param strays words that may be damaged in spite of a right checksum, at most
-Fields find_fields(std::span<const DataWord> words, unsigned data_bits, double strays);
+/// The frames of one channel whose checksums are right.
+struct ChannelWords {
+  std::vector<std::uint64_t> data;
+  std::vector<std::uint64_t> cycles;
+};
+
+/// All meanings, the likeliest first; empty where there is no word.
+/// \param layout of the channel
+std::vector<Fields> find_fields(const ChannelWords& words, const Timeline& timeline,
+                                const ChannelLayout& layout);
 
 }  // namespace biss::identify

@@ -2,30 +2,33 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <numeric>
+#include <set>
 
 #include "biss/catalogue/catalogue.hpp"
 #include "biss/frame/codec.hpp"
+#include "biss/frame/decode.hpp"
 #include "biss/safety/configurations.hpp"
 
 namespace biss::identify {
 
 namespace {
 
+constexpr std::size_t most_frames = 640;
+constexpr std::size_t most_layouts = 24;
 constexpr std::size_t most_candidates = 5;
-// The motion of an axis is not random, so that its frames agree with a wrong checksum more often
-// than chance says. These bits of the evidence are therefore not counted.
-constexpr double reserve_bits = 10;
-// More ones of CDS than in this share of the frames are no damage.
-constexpr double most_damage = 0.1;
-// Where the meaning of the bits is doubtful, however sure the checksum is.
-constexpr double doubtful_confidence = 0.8;
+// Meanings of a channel that are followed.
+constexpr std::size_t most_meanings = 6;
+
+// ---- The account of the frames under one layout
 
 // The time from request to request, as far as the frames show it.
-Picoseconds usual_interval(const std::vector<const Sample*>& samples) {
+Picoseconds usual_interval(const FrameSet& frames) {
   std::vector<Picoseconds> intervals;
-  for (std::size_t i = 1; i < samples.size(); ++i) {
-    if (samples[i]->cycle - samples[i - 1]->cycle != 1) continue;
-    intervals.push_back(samples[i]->time - samples[i - 1]->time);
+  for (std::size_t i = 1; i < frames.samples.size(); ++i) {
+    if (frames.before[i] == nullptr) continue;
+    intervals.push_back(frames.samples[i]->time - frames.before[i]->time);
   }
   if (intervals.empty()) return {};
   const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
@@ -33,227 +36,186 @@ Picoseconds usual_interval(const std::vector<const Sample*>& samples) {
   return *middle;
 }
 
-std::vector<DataWord> words_of(const std::vector<const Sample*>& samples,
-                               const ChannelLayout& channel) {
-  const Picoseconds interval = usual_interval(samples);
-  std::vector<DataWord> words;
+Timeline timeline_of(const FrameSet& frames, const std::vector<bool>& right) {
+  const Picoseconds interval = usual_interval(frames);
+  std::vector<double> requests;
   const Sample* before = nullptr;
-  for (const Sample* sample : samples) {
-    DataWord word{sample->bits.view().word(channel.begin, channel.data_bits), sample->cycle, 0};
-    if (before != nullptr && interval.count > 0) {
-      word.requests = static_cast<std::uint64_t>(
-          (sample->time - before->time + interval / 2).count / interval.count);
+  for (std::size_t i = 0; i < frames.samples.size(); ++i) {
+    if (!right[i]) continue;
+    const Sample& sample = *frames.samples[i];
+    double step = 0;
+    if (before != nullptr) {
+      step = interval.count > 0 ? static_cast<double>((sample.time - before->time).count) /
+                                      static_cast<double>(interval.count)
+                                : static_cast<double>(sample.cycle - before->cycle);
+      const double whole = std::round(step);
+      if (std::abs(step - whole) < 0.25) step = whole;
+      step = std::max(step, 0.05);
     }
-    words.push_back(word);
-    before = sample;
+    requests.push_back((requests.empty() ? 0 : requests.back()) + step);
+    before = &sample;
+  }
+  return Timeline(std::move(requests));
+}
+
+ChannelWords words_of(const FrameSet& frames, const Layout& layout, const ChannelLayout& channel) {
+  ChannelWords words;
+  for (std::size_t i = 0; i < frames.samples.size(); ++i) {
+    if (!layout.right[i]) continue;
+    words.data.push_back(frames.samples[i]->bits.view().word(channel.begin, channel.data_bits));
+    words.cycles.push_back(frames.samples[i]->cycle);
   }
   return words;
 }
 
-// Damaged frames whose checksums happen to be right.
-double strays(const Layout& layout, std::size_t frames) {
-  double pass = 1;
-  for (const ChannelLayout& channel : layout.channels) {
-    pass = std::min(pass, std::pow(2.0, -static_cast<double>(channel.crc.width_bits)));
+// A complete account of the frames.
+struct Hypothesis {
+  std::size_t layout = 0;
+  std::vector<Fields> fields;
+  double cost = 0;
+};
+
+// Each channel has its most likely meaning, but one, which has another.
+void add_hypotheses(std::size_t layout, double cost, const std::vector<std::vector<Fields>>& all,
+                    std::vector<Hypothesis>& hypotheses) {
+  Hypothesis best{layout, {}, cost};
+  for (const auto& meanings : all) {
+    best.fields.push_back(meanings.front());
+    best.cost += meanings.front().cost;
   }
-  return static_cast<double>(frames) * (1 - layout.right_share) * pass;
+  hypotheses.push_back(best);
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    for (std::size_t i = 1; i < std::min(all[k].size(), most_meanings); ++i) {
+      Hypothesis other = best;
+      other.fields[k] = all[k][i];
+      other.cost += all[k][i].cost - all[k].front().cost;
+      hypotheses.push_back(std::move(other));
+    }
+  }
 }
 
-// The encoder answers on CDS. It does so only where the master asks, and then with two ones or more;
-// other ones are damage, as long as they are rare.
-bool answers_on_cds(const std::vector<const Sample*>& samples) {
-  std::size_t ones = 0;
-  std::size_t answers = 0;
-  for (const Sample* sample : samples) {
-    ones += sample->cds ? 1U : 0U;
-    answers += sample->cds && sample->asked ? 1U : 0U;
-  }
-  return answers >= 2 ||
-         static_cast<double>(ones) > most_damage * static_cast<double>(samples.size());
+double cost_of_any(const std::vector<Fields>& meanings) {
+  std::vector<double> costs;
+  for (const Fields& each : meanings) costs.push_back(each.cost);
+  return identify::cost_of_any(costs);
 }
 
 // ---- The catalogue
 
-std::uint64_t mask_of(const Field& field) { return low_mask(field.bits) << field.shift; }
-std::uint64_t mask_of(const FlagField& flag) {
-  return flag.present ? std::uint64_t{1} << flag.shift : 0;
+std::uint64_t position_of(const ChannelFormat& channel) {
+  return mask_of(channel.position) | mask_of(channel.multiturn) | mask_of(channel.singleturn);
 }
 
-// A flag that moved has the same place and level.
-bool same_level(const FlagField& known, const FlagField& seen, std::uint64_t moved) {
-  return (mask_of(seen) & moved) == 0 || known == seen;
+// Both read these frames alike; a bit that has not moved may have another meaning.
+bool fits(const ChannelFormat& known, const Fields& seen) {
+  const auto same_flag = [&](const FlagField& a, const FlagField& b) {
+    return ((mask_of(a) | mask_of(b)) & seen.moved) == 0 || a == b;
+  };
+  return known.data_bits == seen.channel.data_bits && known.crc == seen.channel.crc &&
+         (seen.coding == Coding::binary) &&
+         (position_of(known) & seen.moved) == seen.position_moved &&
+         (mask_of(known.life_counter) & seen.moved) ==
+             (mask_of(seen.channel.life_counter) & seen.moved) &&
+         same_flag(known.error, seen.channel.error) &&
+         same_flag(known.warning, seen.channel.warning);
 }
 
-// The bits that moved have a meaning in `known` that fits how they moved.
-bool explains(const ChannelFormat& known, const Fields& seen) {
-  if (known.data_bits != seen.channel.data_bits || known.crc != seen.channel.crc) return false;
-  const std::uint64_t position =
-      mask_of(known.position) | mask_of(known.multiturn) | mask_of(known.singleturn);
-  const std::uint64_t flags = mask_of(known.error) | mask_of(known.warning);
-  const std::uint64_t counter = mask_of(known.life_counter);
-  const std::uint64_t counted = mask_of(seen.channel.life_counter) & seen.moved;
-  if ((seen.moved & ~(position | flags | counter)) != 0) return false;
-  if ((seen.position_moved & flags) != 0 || (seen.flags_moved & ~flags) != 0) return false;
-  if (!same_level(known.error, seen.channel.error, seen.moved) ||
-      !same_level(known.warning, seen.channel.warning, seen.moved)) {
-    return false;
-  }
-  if ((counted & ~counter) != 0 || (seen.moved & counter & ~counted) != 0) return false;
-  const bool order_seen =
-      std::find(seen.doubts.begin(), seen.doubts.end(), Doubt::order) == seen.doubts.end();
-  if (seen.channel.singleturn_gray || order_seen) {
-    return known.singleturn_gray == seen.channel.singleturn_gray;
-  }
-  return true;
+// The same, and they read later flags alike too.
+bool is_alike(const ChannelFormat& known, const Fields& seen) {
+  return fits(known, seen) && known.error == seen.channel.error &&
+         known.warning == seen.channel.warning && known.life_counter == seen.channel.life_counter &&
+         std::countr_zero(position_of(known)) == std::countr_zero(position_of(seen.channel));
 }
 
-bool explains(const FrameFormat& known, const FormatCandidate& candidate) {
-  if (known.channel_count != candidate.format.channel_count) return false;
+template <class Test>
+bool all_channels(const FrameFormat& known, const FormatCandidate& candidate, Test test) {
+  if (known.channel_count != candidate.fields.size()) return false;
   for (std::size_t k = 0; k < known.channel_count; ++k) {
-    if (!explains(known.channel_list[k], candidate.fields[k])) return false;
+    if (!test(known.channel_list[k], candidate.fields[k])) return false;
   }
   return true;
 }
 
-// Flags that most frames show as active.
-unsigned active_flags(const FrameFormat& format, const std::vector<std::vector<DataWord>>& words) {
-  unsigned active = 0;
-  for (std::size_t k = 0; k < format.channel_count; ++k) {
-    const ChannelFormat& channel = format.channel_list[k];
-    for (const FlagField* flag : {&channel.error, &channel.warning}) {
-      std::size_t low = 0;
-      for (const DataWord& word : words[k]) low += flag->low_active(word.data) ? 0U : 1U;
-      active += 2 * low > words[k].size() ? 1U : 0U;
-    }
+// The encoder answers on CDS. It does so only where the master asks, and then with two ones or more;
+// other ones are damage, as long as they are rare.
+bool answers_on_cds(const FrameSet& frames, const Layout& layout) {
+  constexpr double most_damage = 0.1;
+  std::size_t ones = 0;
+  std::size_t answers = 0;
+  for (std::size_t i = 0; i < frames.samples.size(); ++i) {
+    if (!layout.right[i] || !frames.samples[i]->cds) continue;
+    ++ones;
+    answers += frames.samples[i]->asked ? 1U : 0U;
   }
-  return active;
+  return answers >= 2 ||
+         static_cast<double>(ones) > most_damage * static_cast<double>(frames.samples.size());
 }
 
-struct KnownFormat {
-  FrameFormat format;
-  std::vector<std::string_view> names;
-  unsigned active = 0;
-};
-
-std::vector<KnownFormat> known_formats(const FormatCandidate& candidate,
-                                       const std::vector<std::vector<DataWord>>& words, bool cds) {
-  std::vector<KnownFormat> known;
+// Names the encoders; where one reads the frames alike, its format gives the names of the bits.
+void compare_with_catalogue(FormatCandidate& candidate, bool cds) {
+  struct Known {
+    FrameFormat format;
+    bool alike = false;
+    std::vector<std::string_view> names;
+  };
+  std::vector<Known> all;
   const auto add = [&](const FrameFormat& format, std::string_view name) {
-    if ((format.cds0 && cds) || !explains(format, candidate)) return;
-    const auto same = std::find_if(known.begin(), known.end(),
-                                   [&](const KnownFormat& each) { return each.format == format; });
-    if (same != known.end()) {
-      same->names.push_back(name);
-    } else {
-      known.push_back({format, {name}, active_flags(format, words)});
+    if ((format.cds0 && cds) || !all_channels(format, candidate, fits)) return;
+    auto same = std::find_if(all.begin(), all.end(),
+                             [&](const Known& each) { return each.format == format; });
+    if (same == all.end()) {
+      same = all.insert(same, {format, all_channels(format, candidate, is_alike), {}});
     }
+    same->names.push_back(name);
   };
   for (const CatalogueEntry& entry : catalogue) add(entry.frame_format(), entry.name);
   for (const SafetyConfiguration& each : safety_configurations) {
     if (find_encoder(each.name) == nullptr) add(each.frame_format(), each.name);
   }
-  std::stable_sort(known.begin(), known.end(), [](const KnownFormat& a, const KnownFormat& b) {
-    return a.active != b.active ? a.active < b.active : a.names.size() > b.names.size();
+  std::stable_sort(all.begin(), all.end(), [](const Known& a, const Known& b) {
+    return std::pair(a.alike, a.names.size()) > std::pair(b.alike, b.names.size());
   });
-  return known;
-}
-
-void drop(std::vector<Doubt>& doubts, std::initializer_list<Doubt> settled) {
-  std::erase_if(doubts, [&](Doubt doubt) {
-    return std::find(settled.begin(), settled.end(), doubt) != settled.end();
-  });
-}
-
-// A catalogue format gives the meaning of what the motion does not show.
-void compare_with_catalogue(FormatCandidate& candidate,
-                            const std::vector<std::vector<DataWord>>& words, bool cds) {
-  const std::vector<KnownFormat> known = known_formats(candidate, words, cds);
-  if (known.empty()) return;
-  candidate.format = known.front().format;
-  for (const KnownFormat& each : known) {
+  if (!all.empty() && all.front().alike) candidate.format = all.front().format;
+  for (const Known& each : all) {
     if (each.format != candidate.format) candidate.equal.push_back(each.format);
-    if (each.active != known.front().active) continue;
+    if (!each.alike) continue;
     candidate.encoders.insert(candidate.encoders.end(), each.names.begin(), each.names.end());
   }
-  for (Fields& each : candidate.fields) {
-    drop(each.doubts, {Doubt::order, Doubt::flag_place});
-    if (known.front().active == 0) drop(each.doubts, {Doubt::flag_level});
-  }
 }
 
-FormatCandidate candidate_of(std::span<const Sample> samples, const Layout& layout) {
+void write_channel(const Fields& fields, const ChannelLayout& layout, ChannelFormat& channel) {
+  using enum Coding;
+  channel = fields.channel;
+  channel.crc = layout.crc;
+  channel.position_gray = fields.coding == gray;
+  channel.position_lsb = fields.coding == lsb_first;
+  channel.singleturn_gray = fields.coding == singleturn_gray || fields.coding == both_gray;
+  channel.multiturn_gray = fields.coding == multiturn_gray || fields.coding == both_gray;
+}
+
+FormatCandidate candidate_of(Hypothesis& hypothesis, const Layout& layout, const FrameSet& frames) {
   FormatCandidate candidate;
   candidate.layout = layout;
-  std::vector<std::vector<DataWord>> words;
-  const std::vector<const Sample*> right = right_samples(layout, samples);
-  for (const ChannelLayout& channel : layout.channels) {
-    words.push_back(words_of(right, channel));
-    candidate.fields.push_back(
-        find_fields(words.back(), channel.data_bits, strays(layout, samples.size())));
-    candidate.fields.back().channel.crc = channel.crc;
-    candidate.format.channel_list[candidate.format.channel_count++] =
-        candidate.fields.back().channel;
+  candidate.fields = std::move(hypothesis.fields);
+  for (std::size_t k = 0; k < layout.channels.size(); ++k) {
+    ChannelFormat& channel = candidate.format.channel_list[candidate.format.channel_count++];
+    write_channel(candidate.fields[k], layout.channels[k], channel);
+    candidate.fields[k].channel = channel;
   }
-  compare_with_catalogue(candidate, words, answers_on_cds(right));
+  compare_with_catalogue(candidate, answers_on_cds(frames, layout));
   return candidate;
 }
 
-// The share of a layout among all, by one kind of score.
-double share_of(const std::vector<Layout>& layouts, std::size_t which, double Layout::*score) {
-  double others = 0;
-  for (std::size_t i = 0; i < layouts.size(); ++i) {
-    if (i == which) continue;
-    others += std::pow(2.0, std::min(64.0, layouts[i].*score - layouts[which].*score));
-  }
-  const double wrong = others * std::pow(2.0, reserve_bits);
-  return wrong < 0.5 ? 1 - wrong : 0.5 / (1 + others);
-}
-
-bool is_usual(const Layout& layout) {
-  return std::all_of(layout.channels.begin(), layout.channels.end(), [](const ChannelLayout& each) {
-    const CrcSpec usual{default_polynomial(each.crc.width_bits), 0, each.crc.width_bits, true};
-    return each.crc.present() && each.crc == usual;
-  });
-}
-
-// Another checksum hardly looks like a usual one. One that is not usual has to be shown without the
-// help of what is likely.
-double confidence_of(const std::vector<Layout>& layouts, std::size_t which) {
-  if (is_usual(layouts[which])) return share_of(layouts, which, &Layout::score);
-  return std::min(share_of(layouts, which, &Layout::score),
-                  share_of(layouts, which, &Layout::evidence));
-}
-
-bool checksums_right(const FrameCodec<>& codec, const Sample& sample) {
-  const FrameFormat& format = codec.format();
-  if (sample.bits.size_bits() < format.payload_bits()) return false;
-  std::size_t at = 0;
-  for (std::size_t k = 0; k < format.channel_count; ++k) {
-    const ChannelFormat& channel = format.channel_list[k];
-    const std::uint64_t data = sample.bits.view().word(at, channel.data_bits);
-    at += channel.data_bits;
-    if (sample.bits.view().word(at, channel.crc.width_bits) !=
-        (channel.crc.present() ? codec.crc(k, data, false) : 0)) {
-      return false;
-    }
-    at += channel.crc.width_bits;
-  }
-  return true;
-}
-
-// Where the frame of this format ends, STOP is 0, as far as the sample goes.
-bool stops(const FrameFormat& format, const Sample& sample) {
-  const std::size_t end = format.payload_bits();
-  return sample.bits.size_bits() <= end || !sample.bits.view()[end];
+// The checksums and STOP are right.
+bool reads(const FrameCodec<>& codec, const Sample& sample) {
+  BitBuffer<max_payload_bits + 3> raw;
+  raw.append(true);
+  raw.append(sample.cds);
+  raw.append(sample.bits.view());
+  return decode_payload(raw.view(), FrameStart{0, 1, 1}, codec).ok();
 }
 
 }  // namespace
-
-bool FormatCandidate::has(Doubt doubt) const {
-  return std::any_of(fields.begin(), fields.end(), [doubt](const Fields& each) {
-    return std::find(each.doubts.begin(), each.doubts.end(), doubt) != each.doubts.end();
-  });
-}
 
 const FormatCandidate* FormatFinding::sure() const {
   if (still || candidates.empty() || candidates.front().confidence < sure_confidence)
@@ -261,14 +223,14 @@ const FormatCandidate* FormatFinding::sure() const {
   return &candidates.front();
 }
 
-bool same_verdicts(const FrameFormat& a, const FrameFormat& b, std::span<const Sample> samples) {
+bool same_verdicts(FrameFormat a, FrameFormat b, std::span<const Sample> samples) {
+  a.cds0 = b.cds0 = false;
   const FrameCodec<> codec_a(a);
   const FrameCodec<> codec_b(b);
   std::size_t right = 0;
   for (const Sample& sample : samples) {
-    const bool in_a = checksums_right(codec_a, sample);
-    const bool in_b = checksums_right(codec_b, sample);
-    if ((in_a && stops(a, sample)) != (in_b && stops(b, sample))) return false;
+    const bool in_a = reads(codec_a, sample);
+    if (in_a != reads(codec_b, sample)) return false;
     right += in_a ? 1U : 0U;
   }
   return right != 0;
@@ -276,26 +238,159 @@ bool same_verdicts(const FrameFormat& a, const FrameFormat& b, std::span<const S
 
 FormatFinding find_format(std::span<const Sample> samples) {
   FormatFinding finding;
-  const std::vector<Layout> layouts = find_layouts(samples, 16 * most_candidates);
-  for (std::size_t i = 0; i < layouts.size() && i < most_candidates; ++i) {
-    if (layouts[i].channels.front().data_bits == 0) continue;
-    FormatCandidate candidate = candidate_of(samples, layouts[i]);
-    candidate.confidence = confidence_of(layouts, i);
-    const bool doubtful = std::any_of(candidate.fields.begin(), candidate.fields.end(),
-                                      [](const Fields& each) { return !each.doubts.empty(); });
-    const bool unchecked =
-        std::any_of(layouts[i].channels.begin(), layouts[i].channels.end(),
-                    [](const ChannelLayout& each) { return !each.crc.present(); });
-    if (doubtful || unchecked) {
-      candidate.confidence = std::min(candidate.confidence, doubtful_confidence);
+  const FrameSet frames(samples, most_frames);
+  const std::vector<Layout> layouts = find_layouts(frames, most_layouts);
+  std::vector<Hypothesis> hypotheses;
+  // Of all layouts, and of each that its checksum fits by chance.
+  std::vector<double> costs;
+  for (std::size_t i = 0; i < layouts.size(); ++i) {
+    const Layout& layout = layouts[i];
+    const Timeline timeline = timeline_of(frames, layout.right);
+    std::vector<std::vector<Fields>> meanings;
+    double cost = layout.cost;
+    for (const ChannelLayout& channel : layout.channels) {
+      meanings.push_back(find_fields(words_of(frames, layout, channel), timeline, channel));
+      if (meanings.back().empty()) break;
+      cost += cost_of_any(meanings.back());
     }
-    finding.candidates.push_back(std::move(candidate));
+    if (meanings.back().empty()) continue;
+    costs.push_back(cost);
+    if (layout.unknown > 0) costs.push_back(cost - std::log2(layout.unknown));
+    add_hypotheses(i, layout.cost, meanings, hypotheses);
+  }
+  std::stable_sort(hypotheses.begin(), hypotheses.end(),
+                   [&](const Hypothesis& a, const Hypothesis& b) {
+                     const bool a_checked = layouts[a.layout].checked();
+                     const bool b_checked = layouts[b.layout].checked();
+                     return a_checked != b_checked ? a_checked : a.cost < b.cost;
+                   });
+  for (Hypothesis& each : hypotheses) {
+    if (finding.candidates.size() == most_candidates) break;
+    const Layout& layout = layouts[each.layout];
+    // Without a checksum nothing is known.
+    const double share = std::exp2(identify::cost_of_any(costs) - each.cost);
+    finding.candidates.push_back(candidate_of(each, layout, frames));
+    finding.candidates.back().confidence = layout.checked() ? share : 0;
   }
   finding.still = !finding.candidates.empty() &&
                   std::all_of(finding.candidates.front().fields.begin(),
                               finding.candidates.front().fields.end(),
                               [](const Fields& each) { return each.position_moved == 0; });
   return finding;
+}
+
+std::optional<ChecksumError> find_checksum_error(const FrameFormat& format,
+                                                 std::span<const Sample> samples) {
+  constexpr double least_share = 0.6;
+  constexpr std::size_t least_words = 4;
+  std::optional<ChecksumError> best;
+  ChannelLayout layout;
+  for (std::size_t k = 0; k < format.channel_count; ++k) {
+    const ChannelFormat& channel = format.channel_list[k];
+    layout = {layout.end(), channel.data_bits, channel.crc};
+    if (!channel.crc.present()) continue;
+    const auto share_of = [&](const ChannelLayout& tried) {
+      const ChannelCheck check(tried);
+      const Sample* before = nullptr;
+      double right = 0;
+      double whole = 0;
+      for (const Sample& sample : samples) {
+        if (sample.bits.size_bits() < layout.end()) continue;
+        right += check.is_right(sample, std::exchange(before, &sample)) ? 1 : 0;
+        ++whole;
+      }
+      return whole == 0 ? 0 : right / whole;
+    };
+    std::set<std::uint64_t> words;
+    std::map<Polynomial, double> rests;
+    std::map<std::uint64_t, double> sent;
+    for (const Sample& sample : samples) {
+      if (sample.bits.size_bits() < layout.end()) continue;
+      words.insert(sample.bits.view().word(layout.begin, layout.data_bits));
+      ++rests[remainder(polynomial_of(sample, layout.all()), channel.crc.polynomial)];
+      ++sent[sample.bits.view().word(layout.data().end, channel.crc.width_bits)];
+    }
+    if (words.size() < least_words || share_of(layout) >= 0.5) continue;
+    const auto add = [&](std::string_view what, double share, const CrcSpec* crc) {
+      if (share < least_share || (best && share <= best->share)) return;
+      best = ChecksumError{k, what, share, std::nullopt};
+      if (crc == nullptr) return;
+      best->format = format;
+      best->format->channel_list[k].crc = *crc;
+    };
+    const auto attempt = [&](std::string_view what, auto change) {
+      ChannelLayout tried = layout;
+      change(tried);
+      add(what, share_of(tried), &tried.crc);
+    };
+    attempt("it is not inverted", [](auto& tried) { tried.crc.inverted = !tried.crc.inverted; });
+    attempt("its bits are reversed", [](auto& tried) { tried.crc.reversed = true; });
+    attempt("it covers CDS", [](auto& tried) { tried.crc.with_cds = true; });
+    attempt("it is that of the frame before", [](auto& tried) { tried.crc.of_previous = true; });
+    // The flags are the last bits.
+    const std::uint64_t flags = channel.flags_mask();
+    if (flags != 0 && flags == low_mask(static_cast<unsigned>(std::popcount(flags)))) {
+      attempt("it does not cover the flags", [&](auto& tried) {
+        tried.crc.without_flags = true;
+        tried.flags = static_cast<unsigned>(std::popcount(flags));
+      });
+    }
+    const auto most = [](const auto& counts) {
+      return *std::max_element(counts.begin(), counts.end(),
+                               [](const auto& a, const auto& b) { return a.second < b.second; });
+    };
+    const double whole = std::accumulate(sent.begin(), sent.end(), 0.0,
+                                         [](double sum, auto each) { return sum + each.second; });
+    add(most(sent).first == 0 ? "it is always 0" : "it never changes", most(sent).second / whole,
+        nullptr);
+    const CrcSpec other = spec_of(channel.crc.polynomial, layout.data_bits,
+                                  static_cast<std::uint32_t>(most(rests).first));
+    add("it has another start value", most(rests).second / whole, &other);
+  }
+  return best;
+}
+
+std::vector<FormatPart> find_parts(std::span<const Sample> samples) {
+  constexpr std::size_t least_frames = 8;
+  constexpr std::size_t least_bits = 9;
+  constexpr std::size_t most_parts = 8;
+  std::map<std::size_t, std::size_t> lengths;
+  for (const Sample& sample : samples) ++lengths[sample.bits.size_bits()];
+  struct Run {
+    std::size_t first = 0;
+    std::size_t last = 0;
+    std::size_t frames = 0;
+  };
+  std::vector<Run> runs;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const std::size_t bits = samples[i].bits.size_bits();
+    const std::size_t frames = lengths[bits];
+    if (bits < least_bits || frames < least_frames || 20 * frames < samples.size()) continue;
+    if (runs.empty() || samples[runs.back().last].bits.size_bits() != bits)
+      runs.push_back({i, i, 0});
+    runs.back().last = i;
+    ++runs.back().frames;
+  }
+  const bool parted = runs.size() > 1 && runs.size() <= most_parts &&
+                      std::all_of(runs.begin(), runs.end(),
+                                  [](const Run& each) { return each.frames >= least_frames; });
+  std::vector<FormatPart> parts;
+  if (!parted) runs.assign(samples.empty() ? 0 : 1, {0, samples.size() - 1, samples.size()});
+  for (const Run& run : runs) {
+    FormatPart part{samples[run.first].cycle, samples[run.last].cycle,
+                    static_cast<unsigned>(samples[run.first].bits.size_bits()),
+                    find_format(samples.subspan(run.first, run.last + 1 - run.first))};
+    const FormatFinding& now = part.finding;
+    const bool same = !parts.empty() && parts.back().finding.sure() != nullptr &&
+                      now.sure() != nullptr &&
+                      parts.back().finding.sure()->format == now.sure()->format;
+    if (same) {
+      parts.back().to_cycle = part.to_cycle;
+    } else {
+      parts.push_back(std::move(part));
+    }
+  }
+  return parts;
 }
 
 }  // namespace biss::identify

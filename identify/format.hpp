@@ -17,7 +17,7 @@ namespace biss::identify {
 /// A format that fits the frames.
 struct FormatCandidate {
   FrameFormat format;
-  /// 0 to 1; see docs/identify.md. At 0.9 and above `decode` uses the format.
+  /// 0 to 1: the probability of the format; see docs/identify.md. At 0.9 and above `decode` uses it.
   double confidence = 0;
   /// Encoders of the catalogue that these frames can be from. Names live as long as the program.
   std::vector<std::string_view> encoders;
@@ -26,8 +26,6 @@ struct FormatCandidate {
   /// Of each channel.
   std::vector<Fields> fields;
   Layout layout;
-
-  bool has(Doubt doubt) const;
 };
 
 /// The format of the frames, as far as they show it.
@@ -46,9 +44,38 @@ inline constexpr double sure_confidence = 0.9;
 
 /// Both formats accept the same frames, by their checksums and STOP, and the checksums are right in
 /// one.
-bool same_verdicts(const FrameFormat& a, const FrameFormat& b, std::span<const Sample> samples);
+bool same_verdicts(FrameFormat a, FrameFormat b, std::span<const Sample> samples);
 
 /// \param samples frames of one encoder in the order of their cycles
 FormatFinding find_format(std::span<const Sample> samples);
+
+/// A checksum that fits the frames in place of that of a format: an error of the encoder's maker.
+struct ChecksumError {
+  std::size_t channel = 0;
+  /// In words, such as `its bits are reversed`.
+  std::string_view what;
+  /// Of the frames, the share that has this checksum.
+  double share = 0;
+  /// Reads the frames; absent where formats have no word for the error.
+  std::optional<FrameFormat> format;
+};
+
+/// \return nothing where the checksums of the format are right in half of the frames, or no error
+///   explains them
+std::optional<ChecksumError> find_checksum_error(const FrameFormat& format,
+                                                 std::span<const Sample> samples);
+
+/// Frames of one length, one after the other.
+struct FormatPart {
+  std::uint64_t from_cycle = 0;
+  std::uint64_t to_cycle = 0;
+  /// Of most frames, after CDS.
+  unsigned bits = 0;
+  FormatFinding finding;
+};
+
+/// The parts of a capture whose frames change their length or their format: one where they do not,
+/// or where frames of several lengths alternate. Empty where there is no frame.
+std::vector<FormatPart> find_parts(std::span<const Sample> samples);
 
 }  // namespace biss::identify

@@ -3,15 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <set>
-#include <string_view>
 
 #include "biss/catalogue/catalogue.hpp"
-#include "biss/frame/codec.hpp"
-#include "biss/frame/decode.hpp"
 #include "decode/decoder.hpp"
 #include "decode/polarity.hpp"
-#include "identify/protocol_checksum.hpp"
+#include "identify/checksum.hpp"
 #include "identify/protocol_trials.hpp"
 
 namespace biss::identify {
@@ -25,10 +21,11 @@ constexpr std::size_t edges_of_a_trial = 12'000;
 constexpr std::size_t fewest_clocks = 8;
 // Of clocks or pauses between clocks, what no SSI encoder sends: the longest word and its STOP.
 constexpr std::uint32_t longest_ssi_clocks = 36;
-// Bits that agree by chance once in four thousand captures.
-constexpr double certain_bits = 12;
+// Bits of evidence for a checksum, the choice of its generator deducted: two frames that differ and a
+// usual checksum of 6 bits.
+constexpr double certain_bits = 8;
 // The checksum of a type of the catalogue whose frame has just this length.
-constexpr double least_bits_of_a_type = 5;
+constexpr double least_bits_of_a_type = 4;
 
 // The cycles of a pair of lines, read without a format.
 struct Cycles {
@@ -72,8 +69,8 @@ struct Structure {
   double release = 0;
   // Share of the frames with CDS 1.
   double cds_share = 0;
-  // START to the last clock, of the usual length.
-  std::vector<decode::RawBits> frames;
+  // After CDS.
+  std::vector<Sample> samples;
 };
 
 std::int64_t clocks_of_ack(const Cycle& cycle) {
@@ -81,25 +78,23 @@ std::int64_t clocks_of_ack(const Cycle& cycle) {
          std::max<std::int64_t>(cycle.period->count, 1);
 }
 
-Structure structure_of(const Cycles& cycles) {
+// \param any_ack the length of ACK may change from request to request
+Structure structure_of(const Cycles& cycles, bool any_ack) {
   Structure found;
   std::vector<double> delays;
   std::vector<double> periods;
   std::map<std::int64_t, std::size_t> acks;
-  std::map<std::size_t, std::size_t> lengths;
   for (const Cycle& cycle : cycles.requests) {
     if (!decode::is_good(cycle.status) || !cycle.ack || !cycle.period || !cycle.line_delay)
       continue;
     delays.push_back(static_cast<double>(cycle.line_delay->count));
     periods.push_back(static_cast<double>(cycle.period->count));
     ++acks[clocks_of_ack(cycle)];
-    ++lengths[cycle.raw.view().size_bits()];
   }
   if (delays.empty()) return found;
   found.line_delay = median_of(delays);
   found.period = median_of(periods);
   found.ack_clocks = most_frequent(acks);
-  const std::size_t usual_length = most_frequent(lengths);
   std::map<std::uint32_t, std::size_t> clocks;
   std::vector<double> releases;
   double cds = 0;
@@ -108,12 +103,14 @@ Structure structure_of(const Cycles& cycles) {
       continue;
     const double delay = static_cast<double>(cycle.line_delay->count);
     if (std::abs(delay - found.line_delay) > 0.5 * found.period) continue;
-    if (std::abs(clocks_of_ack(cycle) - found.ack_clocks) > 1) continue;
+    if (!any_ack && std::abs(clocks_of_ack(cycle) - found.ack_clocks) > 1) continue;
     ++found.alike;
     ++clocks[cycle.rising_edges];
     if (cycle.release) releases.push_back(static_cast<double>(cycle.release->count));
     cds += cycle.cds().value_or(false) ? 1 : 0;
-    if (cycle.raw.view().size_bits() == usual_length) found.frames.push_back(cycle.raw);
+    Sample sample{.cycle = found.samples.size(), .time = cycle.time, .cds = false, .bits = {}};
+    if (cycle.raw.view().size_bits() > 2) sample.bits.append(cycle.raw.view().from(2));
+    found.samples.push_back(sample);
   }
   found.clocks = most_frequent(clocks);
   found.release = median_of(releases);
@@ -122,101 +119,42 @@ Structure structure_of(const Cycles& cycles) {
   return found;
 }
 
-// The bits after START, each word once.
-std::vector<Word> distinct_words(const Structure& structure, std::size_t& bits) {
-  std::vector<Word> words;
-  std::set<Word> seen;
-  for (const decode::RawBits& raw : structure.frames) {
-    const BitView view = raw.view();
-    if (view.size_bits() < 2 || view.size_bits() > word_bits_max) continue;
-    bits = view.size_bits() - 2;
-    Word word{};
-    for (std::size_t i = 2; i < view.size_bits(); ++i) append(word, view[i]);
-    if (seen.insert(word).second) words.push_back(word);
-  }
-  return words;
-}
-
-// The catalogue's formats that read nearly every frame, and how surely that is no chance.
-struct CatalogueFit {
-  std::string_view name;
-  double bits = 0;
-  // No clock follows STOP.
-  bool exact = false;
-};
-
-// The part of a frame from CDS to STOP, as a word.
-Word payload_of(BitView raw, std::size_t payload_bits) {
-  Word word{};
-  for (std::size_t i = 1; i < payload_bits && i < word_bits_max; ++i) append(word, raw[i]);
-  return word;
-}
-
-// STOP is 0, and so is everything after it.
-bool rests_low(BitView raw, std::size_t payload_bits) {
-  return raw.find(true, payload_bits - 1) == raw.size_bits();
-}
-
-CatalogueFit fit_of(const Structure& structure, const CatalogueEntry& entry) {
-  const FrameCodec<> codec(entry.frame_format());
-  const std::size_t payload_bits = codec.payload_bits() + 3U;
-  const std::size_t received = structure.frames.front().view().size_bits();
-  if (payload_bits > received || received > payload_bits + 16) return {};
-  unsigned width_bits = 0;
-  for (const ChannelFormat& channel : codec.format().channels()) {
-    width_bits += channel.crc.width_bits;
-  }
-  std::vector<Word> good;
-  for (const decode::RawBits& raw : structure.frames) {
-    const BitView view = raw.view();
-    const bool fits =
-        rests_low(view, payload_bits) && decode_payload(view, FrameStart{0, 1, 1}, codec).ok();
-    if (fits) good.push_back(payload_of(view, payload_bits));
-  }
-  if (10 * good.size() < 6 * structure.frames.size()) return {};
-  const double rank = std::min(3.0, static_cast<double>(rank_of_differences(good)));
-  return {entry.name, width_bits * (1 + rank), payload_bits == received};
-}
-
-CatalogueFit best_of_catalogue(const Structure& structure) {
-  CatalogueFit best;
-  std::set<std::string_view> tried;
-  for (const CatalogueEntry& entry : catalogue) {
-    if (structure.frames.empty() || !tried.insert(entry.format).second) continue;
-    const CatalogueFit fit = fit_of(structure, entry);
-    if (fit.bits > best.bits) best = fit;
-  }
-  return best;
-}
-
 // SSI with several words in a burst repeats its word.
-bool repeats(const std::vector<Word>& words, std::size_t bits) {
-  const auto bit = [](const Word& word, std::size_t at) {
-    return word.has(static_cast<unsigned>(at));
-  };
-  // Two words of nothing but zeros are no repetition.
-  const auto changes = [&](const Word& word, std::size_t count) {
-    std::size_t found = 0;
-    for (std::size_t i = 1; i < count; ++i) found += bit(word, i) != bit(word, i - 1) ? 1U : 0U;
-    return found;
-  };
+bool repeats(const std::vector<FrameSet::Pattern>& words, std::size_t bits) {
   constexpr std::size_t overlap_min = 14;
   // A first bit of 1 looks like a line delay of a clock, and as many bits at the end are no longer
   // of the word.
   constexpr std::size_t after_the_end = 6;
   for (std::size_t distance = 12; distance + overlap_min + after_the_end / 2 < bits; ++distance) {
-    const std::size_t overlap = bits - distance - 1;
-    const auto same = std::count_if(words.begin(), words.end(), [&](const Word& word) {
-      for (std::size_t i = after_the_end; i < overlap; ++i) {
-        if (bit(word, i) != bit(word, i + distance)) return false;
+    // The last bits of the word are not compared.
+    const std::size_t begin = distance + 1;
+    std::size_t same = 0;
+    bool varied = false;
+    for (const FrameSet::Pattern& word : words) {
+      const BitView view = word.sample->bits.view();
+      bool alike = true;
+      std::size_t changes = 0;
+      for (std::size_t i = begin; i + after_the_end < bits; ++i) {
+        alike = alike && view[i] == view[i - distance];
       }
-      return true;
-    });
-    const bool varied = std::any_of(words.begin(), words.end(),
-                                    [&](const Word& word) { return changes(word, overlap) >= 3; });
-    if (varied && 10 * static_cast<std::size_t>(same) >= 8 * words.size()) return true;
+      for (std::size_t i = begin; i + 1 < bits; ++i) changes += view[i] != view[i + 1] ? 1U : 0U;
+      same += alike ? 1U : 0U;
+      // Two words of nothing but zeros are no repetition.
+      varied = varied || changes >= 3;
+    }
+    if (varied && 10 * same >= 8 * words.size()) return true;
   }
   return false;
+}
+
+// Bits that change independently of each other.
+std::size_t rank_of(const FrameSet& frames) {
+  Basis basis;
+  const Span bits{0, std::min(frames.length, 127U)};
+  for (const FrameSet::Pattern& each : frames.patterns) {
+    basis.add(polynomial_of(*each.sample, bits) ^ polynomial_of(*frames.patterns[0].sample, bits));
+  }
+  return basis.rank();
 }
 
 // What words of this many clocks, released after this time, may be as well.
@@ -229,33 +167,66 @@ bool may_be_ssi(std::size_t pulses, double release) {
 // How sure the words are those of BiSS C where no checksum says so.
 double confidence_of_structure(const Structure& structure, std::size_t pulses, std::size_t rank) {
   // Much has moved and no checksum with it.
-  if (rank >= 8) return 0.3;
+  const bool too_long = pulses > longest_ssi_clocks && pulses % 8 != 0;
+  if (rank >= 8) return too_long && structure.share > 0.95 && structure.alike >= 20 ? 0.7 : 0.3;
   if (may_be_ssi(pulses, structure.release) || pulses % 8 == 0) return 0.42;
   return 0.93;
 }
 
+// The checksum that explains the frames best, by how many bits it is better than chance.
+Layout best_layout(const FrameSet& frames) {
+  constexpr double least_right = 0.6;
+  Layout best;
+  for (Layout& layout : find_layouts(frames, 4)) {
+    const bool fits = layout.checked() && layout.right_share >= least_right;
+    if (fits && layout.score > best.score) best = std::move(layout);
+  }
+  return best;
+}
+
+// An encoder of the catalogue has these channels.
+bool is_known(const Layout& layout) {
+  return std::any_of(catalogue.begin(), catalogue.end(), [&](const CatalogueEntry& entry) {
+    const FrameFormat format = entry.frame_format();
+    const auto channels = format.channels();
+    return std::equal(channels.begin(), channels.end(), layout.channels.begin(),
+                      layout.channels.end(), [](const auto& known, const auto& seen) {
+                        return known.data_bits == seen.data_bits && known.crc == seen.crc;
+                      });
+  });
+}
+
 BissTrial judge(const Cycles& cycles, std::size_t pulses) {
+  constexpr std::size_t enough_frames = 256;
   BissTrial trial;
   trial.guess.protocol = Protocol::biss_c;
   trial.guess.clock = cycles.lines.ma;
   trial.guess.data = cycles.lines.slo;
   trial.guess.has_clock = true;
-  const Structure structure = structure_of(cycles);
+  Structure structure = structure_of(cycles, false);
+  FrameSet frames(structure.samples, enough_frames);
+  Layout checksum = best_layout(frames);
+  if (structure.share < 0.9) {
+    // Without a checksum, an ACK that changes is no ACK.
+    Structure any = structure_of(cycles, true);
+    FrameSet other_frames(any.samples, enough_frames);
+    Layout other = best_layout(other_frames);
+    if (other.score >= std::max(certain_bits, checksum.score)) {
+      structure = std::move(any);
+      frames = std::move(other_frames);
+      checksum = std::move(other);
+    }
+  }
   if (structure.alike < 2 || structure.share < 0.4) return trial;
-  std::size_t bits = 0;
-  const std::vector<Word> words = distinct_words(structure, bits);
-  const ChecksumEvidence checksum = find_checksum(words, bits);
-  std::string evidence = "no checksum seen";
-  bool certain = checksum.bits >= certain_bits;
-  if (checksum.width_bits != 0) {
-    evidence = fmt::format("a CRC of {} bits fits", checksum.width_bits);
-  }
-  const CatalogueFit fit = best_of_catalogue(structure);
-  trial.of_catalogue = fit.bits != 0;
-  if (!certain) {
-    if (trial.of_catalogue) evidence = fmt::format("the checksums of {} fit", fit.name);
-    certain = fit.bits >= certain_bits || (fit.exact && fit.bits >= least_bits_of_a_type);
-  }
+  trial.of_catalogue = is_known(checksum);
+  // The frame of a type of the catalogue may end with its last clock.
+  const bool exact = trial.of_catalogue && checksum.end() + 1 >= frames.length;
+  const bool certain =
+      checksum.score >= certain_bits || (exact && checksum.score >= least_bits_of_a_type);
+  const std::string evidence =
+      checksum.channels.empty()
+          ? "no checksum seen"
+          : fmt::format("a CRC of {} bits fits", checksum.channels.front().crc.width_bits);
   const double few = structure.alike < 8 ? 0.7 : 1;
   const double clean = std::min(1.0, structure.share / 0.8);
   double confidence = 0;
@@ -264,14 +235,16 @@ BissTrial judge(const Cycles& cycles, std::size_t pulses) {
     confidence = 0.91 + 0.07 * clean;
   } else {
     trial.evidence = BissEvidence::structure;
-    confidence = clean * confidence_of_structure(structure, pulses, rank_of_differences(words));
+    confidence = clean * confidence_of_structure(structure, pulses, rank_of(frames));
   }
   // CDS is 1 only now and then; the inverse of another protocol has it always.
   if (structure.cds_share > 0.95) confidence = std::min(confidence, 0.25);
   // A clock in bytes that idles low, read from its second edge on.
   const bool one_less = pulses % 8 == 0 && structure.clocks + 1U == pulses;
-  if (one_less) confidence = std::min(confidence, 0.4);
-  if (repeats(words, bits)) confidence = std::min(confidence, 0.2);
+  const bool usual = certain && checksum.channels.front().crc.polynomial ==
+                                    default_polynomial(checksum.channels.front().crc.width_bits);
+  if (one_less && !usual) confidence = std::min(confidence, 0.4);
+  if (repeats(frames.patterns, frames.length)) confidence = std::min(confidence, 0.2);
   if (confidence < 0.5) trial.evidence = BissEvidence::structure;
   trial.guess.confidence = confidence * few;
   trial.guess.why = fmt::format(

@@ -63,7 +63,7 @@ SsiSigns ssi_signs(const Pair& pair, bool level) {
       share_near_median(releases, tolerance),
   });
   signs.first_bit =
-      share_of(begun, [](const Transfer& t) { return t.first_change && *t.first_change < 0.95; });
+      share_of(begun, [](const Transfer& t) { return t.first_change && *t.first_change < 0.85; });
   return signs;
 }
 
@@ -95,7 +95,7 @@ ProtocolGuess try_ssi(const Pair& pair, const BissTrial& biss) {
     if (pulses % 8 == 0) guess.confidence = std::min(guess.confidence, 0.55);
     // Without a 0 in the first bit the encoder could be one of BiSS C.
     const bool doubtful = signs.first_bit < 0.05 && biss.guess.confidence > 0.2;
-    if (doubtful) guess.confidence = std::min(guess.confidence, 0.6);
+    if (doubtful) guess.confidence = std::min(guess.confidence, pulses > longest ? 0.3 : 0.6);
   }
   if (biss.evidence == BissEvidence::checksum) guess.confidence *= 0.3;
   guess.why = fmt::format("bursts of {} clocks, data from the first one on, then {} for {:.1f} us",

@@ -69,21 +69,18 @@ bool CampaignFrame::prepare() {
   const Picoseconds cycle = std::clamp(setup.cycle_min, setup.frame_gap_min, setup.frame_gap_max);
   Monitor tested{SharedSafetyPlan(*plan_)};
   if (!tested.self_test()) return false;
-  const MonitorState starting(tested);
-  ready_.assign(64, starting);
+  ready_.assign(64, tested);
   due_ = cycle * setup.start_frames;
   const unsigned first = first_counter();
   const unsigned period = 64U - first;
   for (unsigned due = first; due < ready_.size(); ++due) {
-    starting.put_into(tested);
     for (unsigned before = setup.start_frames; before > 0; --before) {
       SafetyFinding good;
       const unsigned turned = due - first + period * 5U - before;
       good.life_counter = static_cast<std::uint8_t>(first + turned % period);
       good.cause = SafetyVerdict::safe;
-      tested.step(due_ - cycle * before, good);
+      ready_[due].step(due_ - cycle * before, good);
     }
-    ready_[due] = MonitorState(tested);
   }
   return true;
 }
@@ -162,8 +159,7 @@ FrameOutcome CampaignFrame::judge(const SentFrame& sent, const WordPair& receive
 }
 
 SafetyJudgement CampaignFrame::monitor(const SentFrame& sent, const WordPair& received) const {
-  Monitor running{SharedSafetyPlan(*plan_)};
-  ready_[sent.life_counter].put_into(running);
+  Monitor running = ready_[sent.life_counter];
   const LineBits bits = line_of(*this, received);
   return running.step(due_, bits.view());
 }

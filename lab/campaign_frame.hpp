@@ -91,7 +91,7 @@ class CampaignFrame {
 
   std::shared_ptr<const Plan> plan_;
   // [counter]: after good frames; a frame with this counter is due at `due_`.
-  std::vector<MonitorState> ready_;
+  std::vector<Monitor> ready_;
   Picoseconds due_{};
   std::vector<std::uint32_t> cpw_columns_;
   std::vector<std::uint32_t> spw_columns_;

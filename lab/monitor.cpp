@@ -6,6 +6,13 @@ namespace biss::lab {
 
 Monitor::Monitor(SharedSafetyPlan plan) : monitor_(plan) {}
 
+Monitor::Monitor(const Monitor& other) : monitor_(other.monitor_.plan()) { *this = other; }
+
+Monitor& Monitor::operator=(const Monitor& other) {
+  std::memmove(static_cast<void*>(&monitor_), &other.monitor_, sizeof monitor_);
+  return *this;
+}
+
 bool Monitor::self_test() { return monitor_.self_test(monitor_.plan().fingerprint()); }
 
 SafetyJudgement Monitor::step(Picoseconds now, const BitView& bits) {
@@ -29,13 +36,5 @@ void Monitor::acknowledge() { monitor_.acknowledge(monitor_.latched_cause()); }
 void Monitor::encoder_restarted() { monitor_.encoder_restarted(); }
 
 SafetyState Monitor::state() const { return monitor_.state(); }
-
-MonitorState::MonitorState(const Monitor& monitor) {
-  std::memcpy(bytes_.data(), static_cast<const void*>(&monitor.monitor_), sizeof monitor.monitor_);
-}
-
-void MonitorState::put_into(Monitor& monitor) const {
-  std::memcpy(static_cast<void*>(&monitor.monitor_), bytes_.data(), sizeof monitor.monitor_);
-}
 
 }  // namespace biss::lab

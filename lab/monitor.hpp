@@ -1,7 +1,6 @@
 // The safety monitor with a format and a setup that are known at run time, compiled once.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <optional>
 
@@ -39,10 +38,13 @@ class SharedSafetyPlan {
   SafetyFingerprint fingerprint_;
 };
 
-/// A SafetyMonitor with one clock; its functions are the same.
+/// A SafetyMonitor with one clock; its functions are the same. It can be copied: only an experiment
+/// may return to an earlier state.
 class Monitor {
  public:
   explicit Monitor(SharedSafetyPlan plan);
+  Monitor(const Monitor& other);
+  Monitor& operator=(const Monitor& other);
 
   bool self_test();
   SafetyJudgement step(Picoseconds now, const BitView& bits);
@@ -56,21 +58,7 @@ class Monitor {
   SafetyState state() const;
 
  private:
-  friend class MonitorState;
-
   SafetyMonitor<SharedSafetyPlan> monitor_;
-};
-
-/// The bytes of a monitor, which itself cannot be copied. Only an experiment may return to an earlier
-/// state.
-class MonitorState {
- public:
-  explicit MonitorState(const Monitor& monitor);
-  /// \pre both monitors have the same plan
-  void put_into(Monitor& monitor) const;
-
- private:
-  std::array<std::byte, sizeof(Monitor)> bytes_{};
 };
 
 }  // namespace biss::lab

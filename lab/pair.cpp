@@ -239,6 +239,7 @@ std::vector<ComparedBit> compared_bits(const ChannelFormat& control, const Chann
     return channel.position.present() ? channel.position : channel.singleturn;
   };
   if (control.coded() || safety.coded()) return {};
+  if (control.crc.deviates() || safety.crc.deviates()) return {};
   std::vector<ComparedBit> bits;
   const Field a = fine(control);
   const Field b = fine(safety);

@@ -120,6 +120,9 @@ class FormatObject {
 
   py::tuple decode(const py::bytes& buffer, std::size_t first_bit,
                    std::optional<std::size_t> bits) const {
+    if (device_.format.needs_previous()) {
+      throw UsageError(std::string(encode_text(EncodeError::needs_previous)));
+    }
     const auto bytes = bytes_of(buffer);
     if (bytes.size() > most_frame_bytes) throw UsageError("more than 64 KiB are no frame");
     const std::size_t all = 8 * bytes.size();

@@ -120,6 +120,7 @@ class JsonlWriter final : public TableWriter {
       *at++ = ':';
       key.resize(static_cast<std::size_t>(at - key.data()));
       keys_.push_back(std::move(key));
+      raw_.push_back(column.json);
     }
   }
 
@@ -131,7 +132,8 @@ class JsonlWriter final : public TableWriter {
       const Cell& cell = i < cells.size() ? cells[i] : absent_;
       // With the two characters that end the line.
       at = writer_.room(at, keys_[i].size() + most_value_chars(cell) + 2);
-      at = put_value(put_text(at, keys_[i]), cell);
+      at = put_text(at, keys_[i]);
+      at = raw_[i] && cell.kind() == Kind::text ? put_text(at, cell.text()) : put_value(at, cell);
     }
     return writer_.end_line(put_text(at, "}\n"));
   }
@@ -140,6 +142,7 @@ class JsonlWriter final : public TableWriter {
 
  private:
   Cell absent_;
+  std::vector<bool> raw_;
   std::vector<std::string> keys_;  // `{"name":` or `,"name":`
   BlockWriter writer_;
 };

@@ -106,6 +106,8 @@ struct Column {
   /// At least this wide, where later rows are known to be wider than the first ones.
   unsigned width = 0;
   Mark mark = Mark::none;
+  /// JSON lines take the text as it is: it is JSON.
+  bool json = false;
 };
 
 /// A column of times in nanoseconds, which a reader sees in milliseconds with four places.

@@ -63,7 +63,9 @@ class Encoder {
     frames_ += frames_ + steps == 0 ? 1 : steps;  // the first frame has the start value
     drifted_ += static_cast<std::uint64_t>(std::int64_t{drift_});
     moment_ = moment;
-    meant_ = filled(position_, 0);
+    const std::uint64_t sent = with_late_turns(position_);
+    turns_were_late_ = sent != position_;
+    meant_ = filled(sent, 0);
     reach(Progress::taken);
     if (wrong_.ahead() == 0) return wrong_.put(meant_);
     const std::uint64_t apart =
@@ -96,6 +98,11 @@ class Encoder {
     nW_ = nW;
     frozen_ = frozen;
   }
+
+  /// From the next sample on, the turns change 1/64 of a turn after the zero.
+  void set_late_turns(bool late) { late_turns_ = late; }
+  /// The turns of the last sample were late.
+  bool has_late_turns() const { return turns_were_late_; }
 
   /// Stands still from now on. \param position not wider than that of the motion
   void hold(std::uint64_t position) { motion_.hold(position); }
@@ -152,6 +159,13 @@ class Encoder {
     position_ = given.value_or(0);
   }
 
+  std::uint64_t with_late_turns(std::uint64_t position) {
+    if (!late_turns_ || turns_alone_ || singleturn_bits_ >= position_bits_) return position;
+    const std::uint64_t late = std::max<std::uint64_t>(low_mask(singleturn_bits_) >> 6U, 1);
+    const std::uint64_t within = low_mask(singleturn_bits_);
+    return (((position - late) & ~within) | (position & within)) & low_mask(position_bits_);
+  }
+
   // 0: turns alone.
   static unsigned singleturn_bits(const ChannelFormat& word) {
     return word.position.present() ? word.position.bits : word.singleturn.bits;
@@ -203,6 +217,8 @@ class Encoder {
   bool nW_ = true;
   bool frozen_ = false;
   bool no_data_ = false;
+  bool late_turns_ = false;
+  bool turns_were_late_ = false;
   Positions positions_ = nullptr;
   void* user_ = nullptr;
   Progress progress_ = Progress::none;  // of meant_

@@ -14,7 +14,8 @@
 namespace biss::sim {
 
 /// The first simulated_fault_count kinds are faults of the line model. The others are errors in the
-/// received bits of a frame, whatever caused them; lab injects these.
+/// received bits of a frame, whatever caused them; lab injects these. The last ones, from
+/// line_only_fault_first on, are of Line alone: what a master does, and late turns.
 enum class FaultKind : std::uint8_t {
   flip,
   burst,
@@ -62,9 +63,15 @@ enum class FaultKind : std::uint8_t {
   false_start,
   cds_high,
   stop_high,
+  // Of Line alone.
+  ma_pause,
+  short_frame,
+  reduced_frame,
+  late_turns,
 };
 
-inline constexpr std::size_t fault_kind_count = 44;
+inline constexpr std::size_t fault_kind_count = 48;
+inline constexpr std::size_t line_only_fault_first = 44;
 inline constexpr std::size_t simulated_fault_count = 33;
 /// The kinds before the wrong frames.
 inline constexpr std::size_t line_fault_kind_count = 24;
@@ -174,6 +181,11 @@ inline constexpr std::array<FaultEntry, fault_kind_count> fault_list = [] {
        E::corruption},
       {F::cds_high, "cds_high", "CDS reads 1", X::bit, E::corruption},
       {F::stop_high, "stop_high", "STOP reads 1", X::bit, E::corruption},
+      {F::ma_pause, "ma_pause", "MA pauses, high, after a clock", X::clock, E::delay},
+      {F::short_frame, "short_frame", "a short frame of control communication: MA stops after STOP",
+       X::cycle, E::loss},
+      {F::reduced_frame, "reduced_frame", "a reduced frame: MA stops after ACK", X::cycle, E::loss},
+      {F::late_turns, "late_turns", "the turns change 1/64 of a turn after the zero", X::cycles},
   }};
 }();
 
@@ -202,6 +214,11 @@ constexpr std::optional<FaultKind> find_fault(std::string_view name) {
 /// Returns whether the line model can inject the kind.
 constexpr bool is_simulated(FaultKind kind) {
   return static_cast<std::size_t>(kind) < simulated_fault_count;
+}
+
+/// Returns whether Line can inject the kind.
+constexpr bool is_injectable(FaultKind kind) {
+  return is_simulated(kind) || static_cast<std::size_t>(kind) >= line_only_fault_first;
 }
 
 /// A set of kinds: bit k is the kind of that number.

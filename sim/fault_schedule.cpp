@@ -27,6 +27,11 @@ bool affects_slo(FaultKind kind) {
          kind == FaultKind::slo_high || kind == FaultKind::cut;
 }
 
+// A pause has a clock after it.
+std::uint32_t last_clock_of(FaultKind kind, const NominalCycle& nominal) {
+  return nominal.clocks - (kind == FaultKind::ma_pause && nominal.clocks > 1 ? 2U : 1U);
+}
+
 // Bits of the payload; a burst begins before the last one.
 FaultPlaces bits_of(FaultKind kind, unsigned payload_bits) {
   const bool pattern = kind == FaultKind::flip || kind == FaultKind::burst;
@@ -46,7 +51,7 @@ FaultPlaces places_of(FaultKind kind, PlaceUnit unit, const NominalCycle& nomina
       return {0, clocks - 1U, false};
     case FaultExtent::clock:
     case FaultExtent::bounce:
-      return {0, clocks - 1U, true};
+      return {0, last_clock_of(kind, nominal), true};
     case FaultExtent::idle_pulse: {
       const std::int64_t periods = nominal.interval.count / nominal.period.count;
       return {clocks, std::max(static_cast<std::uint64_t>(periods), clocks + 1U) - 1U, false};
@@ -109,7 +114,7 @@ void FaultSchedule::inject(const FaultRule& rule, Random& random, std::uint64_t 
     return;
   }
   const Picoseconds tick = std::max(nominal_.period / 50, picoseconds(1));
-  const std::uint64_t drawn_clock = random.below(nominal_.clocks);
+  const std::uint64_t drawn_clock = random.below(last_clock_of(kind, nominal_) + 1U);
   Picoseconds width = tick + share_of(nominal_.period / 10, random);
   if (extent == FaultExtent::clock || extent == FaultExtent::bounce) {
     if (!place) place = {PlaceUnit::clock, drawn_clock * 1000U};

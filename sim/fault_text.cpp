@@ -80,7 +80,7 @@ tl::expected<FaultRule, FaultTextError> parse_fault(std::string_view text) {
   const std::size_t mark = text.find_first_of(":@");
   if (mark == std::string_view::npos) return wrong;
   const auto known = find_fault(text.substr(0, mark));
-  if (!known || !is_simulated(*known)) return tl::make_unexpected(FaultTextError::kind);
+  if (!known || !is_injectable(*known)) return tl::make_unexpected(FaultTextError::kind);
   FaultRule rule{.kind = *known};
   const std::size_t comma = std::min(text.find(',', mark), text.size());
   const std::string_view value = text.substr(mark + 1, comma - mark - 1);

@@ -28,6 +28,9 @@ MasterSetup master_setup(const LineSetup& setup) {
   master.trust_cycle_time = setup.interval.count != 0;
   // A cycle leaves room for CDM = 1.
   master.cdm = setup.has_control();
+  // Whatever the format and the clock: they are the user's experiment.
+  master.no_error_flag = master.unchecked = true;
+  master.timing.clock_max = hertz_max;
   master.low_time = master.period * (1000 - std::int64_t{setup.duty_per_mille}) / 1000;
   return master;
 }
@@ -77,7 +80,8 @@ Line::Line(const LineSetup& setup, const Undisturbed& nominal)
       schedule_(setup.faults, setup.seed),
       full_(setup.slaves > 1 || !schedule_.empty() || setup.has_control()),
       interval_(std::max(setup.interval, nominal.interval)),
-      begin_(idle_periods * period_),
+      begin_(setup.begin + idle_periods * period_),
+      number_(setup.first_cycle),
       slo_delay_(setup.slo_delay) {
   schedule_.set_nominal({.period = period_,
                          .low_time = master_.setup().low_time,
@@ -138,6 +142,7 @@ void Line::begin_request() {
   cycle_.time = begin_;
   cycle_.faults = 0;
   cycle_.injected.clear();
+  pause_begins_ = false;
   for (std::size_t k = 0; k < nodes_.size(); ++k) {
     nodes_[k].slave.source().begin_cycle(sampling_shift(setup_.timing, setup_.seed + k, number_));
   }
@@ -151,7 +156,7 @@ void Line::begin_request() {
   const bool seen = slo_ || !master_.ready_by_time(now_);
   switch_channels();
   answered_ = false;
-  const StepOutput out = control_ ? master_.begin(now_, seen, false) : master_.begin(now_, seen);
+  const StepOutput out = ask(seen);
   ma_ = out.level;
   master_due_ = out.deadline;
   if (slo_ != seen) master_due_ = master_.step(now_, slo_).deadline;
@@ -161,15 +166,18 @@ void Line::begin_request() {
 template <bool Full>
 void Line::run_request() {
   while (!master_.done()) {
-    now_ = std::min(master_due_, next_event<Full>());
+    now_ = std::min(std::max(master_due_, pause_end_), next_event<Full>());
     const bool slo_changed = step_line<Full>();
-    if (!slo_changed && now_ < master_due_) continue;
-    const StepOutput out = master_.step(now_, slo_);
+    const bool pauses = now_ < pause_end_;
+    if (!slo_changed && (pauses || now_ < master_due_)) continue;
+    // A pausing master keeps its clock, but sees the level of SLO.
+    const StepOutput out = master_.step(pauses ? paused_at_ : now_, slo_);
     master_due_ = out.deadline;
     if (Full && control_) answer_cds();
     if (out.level == ma_) continue;
     ma_ = out.level;
     put_ma<Full>();
+    if (ma_) pause();
   }
 }
 
@@ -199,10 +207,50 @@ void Line::run_rest(Picoseconds end, bool until_ready) {
   now_ = end;
 }
 
+StepOutput Line::ask(bool seen) {
+  rises_ = 0;
+  pause_end_ = now_;
+  const bool is_short = (cycle_.faults & set_of(FaultKind::short_frame)) != 0;
+  const bool is_reduced = (cycle_.faults & set_of(FaultKind::reduced_frame)) != 0;
+  if (!is_short && !is_reduced) {
+    return control_ ? master_.begin(now_, seen, false) : master_.begin(now_, seen);
+  }
+  bool cdm = false;
+  if (is_reduced && control_) {
+    // Without CDS, CDM is known from the beginning.
+    cdm = control_->step(number_, begin_, now_, CdsBit::missing);
+    answered_ = true;
+  }
+  // The channels of a short frame are inactive.
+  for (Node& node : nodes_) node.slave.set_channels_active(false);
+  return master_.begin(now_, seen, cdm,
+                       is_reduced ? RequestKind::reduced : RequestKind::control_only);
+}
+
+// After a rising edge of MA.
+void Line::pause() {
+  ++rises_;
+  const bool regular = setup_.pause_clocks != 0 && rises_ % setup_.pause_clocks == 0 &&
+                       rises_ < schedule_.nominal().clocks;
+  if (!regular && !pause_begins_) return;
+  pause_begins_ = false;
+  cycle_.faults |= set_of(FaultKind::ma_pause);
+  const auto periods = static_cast<std::int64_t>(1 + schedule_.detail(FaultKind::ma_pause) % 16U);
+  const Picoseconds length = setup_.pause.count != 0 ? setup_.pause : period_ * periods;
+  paused_at_ = now_;
+  // The high half of the clock comes before.
+  pause_end_ = std::max(master_due_, now_) + length;
+}
+
 // In the order on the line: the nearest encoder first.
 void Line::set_sent() {
   cycle_.sent = Frame{};
   cycle_.sampled = nodes_.back().slave.source().sampled();
+  // Late turns are no fault but where they are wrong.
+  if (std::none_of(nodes_.begin(), nodes_.end(),
+                   [](Node& node) { return node.slave.source().has_late_turns(); })) {
+    cycle_.faults &= ~set_of(FaultKind::late_turns);
+  }
   for (std::size_t k = nodes_.size(); k-- > 0;) {
     Encoding& slave = nodes_[k].slave;
     const bool taken = slave.source().sampled().has_value();
@@ -332,6 +380,7 @@ void Line::act() {
     node.slave.source().set_flags(!disturbance_.active(FaultKind::nE),
                                   !disturbance_.active(FaultKind::nW),
                                   disturbance_.active(FaultKind::frozen));
+    node.slave.source().set_late_turns(disturbance_.active(FaultKind::late_turns));
   }
   put_ma<true>();
   put_node<true>(nodes_.size() - 1U,

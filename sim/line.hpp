@@ -151,6 +151,8 @@ class Line {
   void set_pattern(FaultKind kind);
   void note_injected(FaultKind kind);
   void set_start(bool late);
+  void pause();
+  StepOutput ask(bool seen);
   void apply_start();
   void restart();
   Picoseconds arrival(Picoseconds delay, Picoseconds jitter);
@@ -173,7 +175,11 @@ class Line {
   SimulatedCycle cycle_;
   Picoseconds interval_{};
   Picoseconds begin_{};
-  Picoseconds lateness_{};  // of the next request, by `delay`
+  Picoseconds lateness_{};   // of the next request, by `delay`
+  Picoseconds paused_at_{};  // the last step before
+  Picoseconds pause_end_{};
+  std::uint32_t rises_ = 0;    // of MA in this request
+  bool pause_begins_ = false;  // with the next rising edge of MA
   std::uint64_t number_ = 0;
 
   Picoseconds now_{};

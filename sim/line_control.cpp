@@ -7,6 +7,9 @@ namespace biss::sim {
 
 // Switches the data channels as commanded.
 void Line::switch_channels() {
+  if (registers_.empty() && !schedule_.empty()) {
+    for (Node& node : nodes_) node.slave.set_channels_active(true);
+  }
   for (std::size_t k = 0; k < registers_.size(); ++k) {
     nodes_[k].slave.set_channels_active(registers_[k].channels_active());
   }
@@ -57,6 +60,8 @@ void Line::end_configuration() {
     found.trust_cycle_time = master_.setup().trust_cycle_time;
     found.low_time = master_.setup().low_time;
     found.cdm = master_.setup().cdm;
+    found.no_error_flag = found.unchecked = true;
+    found.timing.clock_max = hertz_max;
     master_ = RequestCycle<Codec>(Codec((*configuration_)->format), found);
   }
   run_rest<true>(now_ + common_cycle, false);

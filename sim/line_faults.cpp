@@ -15,6 +15,7 @@ void Line::begin_fault(FaultKind kind) {
   }
   for (Node& node : nodes_) node.slave.source().begin_fault(kind, schedule_.detail(kind));
   if (kind == FaultKind::brown_out) restart();
+  if (kind == FaultKind::ma_pause) pause_begins_ = true;
   if (kind == FaultKind::masquerade) {
     disturbance_.set(kind, noise_of(schedule_.detail(kind), setup_.format));
   }

@@ -56,6 +56,13 @@ struct LineSetup {
   std::int32_t drift = 0;
   std::uint64_t seed = 1;
   std::vector<FaultRule> faults;
+  /// MA pauses this long, high, after each `pause_clocks` clocks (0: never), and with `ma_pause`; 0:
+  /// a pause of that fault is 1 to 16 periods long. The master samples nothing meanwhile.
+  Picoseconds pause{};
+  std::uint32_t pause_clocks = 0;
+  /// The number of the first cycle, and when its 20 idle periods begin.
+  std::uint64_t first_cycle = 0;
+  Picoseconds begin{};
   /// By encoder, the one at the far end first, which has ID 0. None: all are unidirectional. With
   /// fewer than encoders, the others have an ID too and refuse every access. Written values last
   /// until an encoder loses its supply.

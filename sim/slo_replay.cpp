@@ -90,6 +90,9 @@ void SloReplay::settle(Picoseconds now, std::vector<Edge>& out) {
 
 MasterSetup SloReplay::setup_of_request() const {
   MasterSetup setup = setup_.master;
+  // What was recorded is read, whatever the format and the clock.
+  setup.no_error_flag = setup.unchecked = true;
+  setup.timing.clock_max = hertz_max;
   if (setup.period.count == 0) {
     // Measured between rising edges, which are one bit period apart.
     const std::size_t rises = ma_edges_.size() / 2;

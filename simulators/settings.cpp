@@ -159,6 +159,7 @@ Checked read_format(std::string_view text, Settings& settings) {
   }
   const CatalogueEntry* entry = find_encoder(text);
   settings.format = entry == nullptr ? *parse_format(text) : entry->frame_format();
+  if (settings.format.needs_previous()) return Failed(":previous: a frame alone cannot be checked");
   if (biss_timing_of(settings.format_text.c_str(), &settings.timing) != BISS_OK) {
     return Failed("no timing");
   }

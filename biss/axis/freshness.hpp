@@ -23,6 +23,11 @@ namespace biss {
 template <std::size_t max_bytes>
 class FreshBuffer {
  public:
+  constexpr FreshBuffer() = default;
+  // A transfer writes to its buffer, and not to that of a copy.
+  FreshBuffer(const FreshBuffer&) = delete;
+  FreshBuffer& operator=(const FreshBuffer&) = delete;
+
   /// Starts a transfer of `bytes` bytes into a buffer of ones. An earlier request that still waits
   /// is given up.
   /// \param start called with the buffer; returns false if nothing was started

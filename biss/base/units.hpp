@@ -1,15 +1,25 @@
 // Time, rate and length as types, so that a delay cannot be passed as a count of clocks. A bare
 // number is none of them: the constructors are explicit, and none is an aggregate that the number
-// of a braced list could initialise.
+// of a braced list could initialise. A fraction does not compile: it would be dropped.
 #pragma once
 
 #include <compare>
+#include <concepts>
 #include <cstdint>
 #include <limits>
 
 #include "biss/base/language.hpp"
 
 namespace biss {
+
+/// A whole number of a unit.
+template <class Number>
+struct Whole {
+  Number value;
+
+  constexpr Whole(Number number) : value(number) {}
+  Whole(std::floating_point auto) = delete;
+};
 
 /// A point in time or a duration in picoseconds, signed. The range is 106 days in both directions;
 /// an operation whose result does not fit is a programming error.
@@ -18,6 +28,7 @@ struct Picoseconds {
 
   constexpr Picoseconds() = default;
   constexpr explicit Picoseconds(std::int64_t n) : count(n) {}
+  explicit Picoseconds(std::floating_point auto) = delete;
 
   constexpr auto operator<=>(const Picoseconds&) const = default;
   constexpr Picoseconds operator-() const { return Picoseconds{-count}; }
@@ -37,14 +48,22 @@ constexpr Picoseconds operator+(Picoseconds a, Picoseconds b) {
 constexpr Picoseconds operator-(Picoseconds a, Picoseconds b) {
   return Picoseconds{a.count - b.count};
 }
-constexpr Picoseconds operator*(Picoseconds a, std::int64_t n) { return Picoseconds{a.count * n}; }
-constexpr Picoseconds operator*(std::int64_t n, Picoseconds a) { return Picoseconds{a.count * n}; }
-constexpr Picoseconds operator/(Picoseconds a, std::int64_t n) { return Picoseconds{a.count / n}; }
+constexpr Picoseconds operator*(Picoseconds a, Whole<std::int64_t> n) {
+  return Picoseconds{a.count * n.value};
+}
+constexpr Picoseconds operator*(Whole<std::int64_t> n, Picoseconds a) { return a * n; }
+constexpr Picoseconds operator/(Picoseconds a, Whole<std::int64_t> n) {
+  return Picoseconds{a.count / n.value};
+}
 
-constexpr Picoseconds picoseconds(std::int64_t n) { return Picoseconds{n}; }
-constexpr Picoseconds nanoseconds(std::int64_t n) { return Picoseconds{n * 1'000}; }
-constexpr Picoseconds microseconds(std::int64_t n) { return Picoseconds{n * 1'000'000}; }
-constexpr Picoseconds milliseconds(std::int64_t n) { return Picoseconds{n * 1'000'000'000}; }
+constexpr Picoseconds picoseconds(Whole<std::int64_t> n) { return Picoseconds{n.value}; }
+constexpr Picoseconds nanoseconds(Whole<std::int64_t> n) { return Picoseconds{n.value * 1'000}; }
+constexpr Picoseconds microseconds(Whole<std::int64_t> n) {
+  return Picoseconds{n.value * 1'000'000};
+}
+constexpr Picoseconds milliseconds(Whole<std::int64_t> n) {
+  return Picoseconds{n.value * 1'000'000'000};
+}
 
 /// A rate in hertz: a clock frequency or cycles a second.
 struct Hertz {
@@ -52,6 +71,7 @@ struct Hertz {
 
   constexpr Hertz() = default;
   constexpr explicit Hertz(std::uint32_t n) : count(n) {}
+  explicit Hertz(std::floating_point auto) = delete;
 
   constexpr auto operator<=>(const Hertz&) const = default;
 };
@@ -59,14 +79,14 @@ struct Hertz {
 /// The highest rate, 4.29 GHz.
 inline constexpr Hertz hertz_max{std::numeric_limits<std::uint32_t>::max()};
 
-constexpr Hertz hertz(std::uint32_t n) { return Hertz{n}; }
+constexpr Hertz hertz(Whole<std::uint32_t> n) { return Hertz{n.value}; }
 /// hertz_max above 4 294 967 kHz.
-constexpr Hertz kilohertz(std::uint32_t n) {
-  return n <= hertz_max.count / 1'000U ? Hertz{n * 1'000U} : hertz_max;
+constexpr Hertz kilohertz(Whole<std::uint32_t> n) {
+  return n.value <= hertz_max.count / 1'000U ? Hertz{n.value * 1'000U} : hertz_max;
 }
 /// hertz_max above 4294 MHz.
-constexpr Hertz megahertz(std::uint32_t n) {
-  return n <= hertz_max.count / 1'000'000U ? Hertz{n * 1'000'000U} : hertz_max;
+constexpr Hertz megahertz(Whole<std::uint32_t> n) {
+  return n.value <= hertz_max.count / 1'000'000U ? Hertz{n.value * 1'000'000U} : hertz_max;
 }
 
 inline constexpr std::int64_t picoseconds_per_second = 1'000'000'000'000;
@@ -98,11 +118,12 @@ struct Millimetres {
 
   constexpr Millimetres() = default;
   constexpr explicit Millimetres(std::int64_t n) : count(n) {}
+  explicit Millimetres(std::floating_point auto) = delete;
 
   constexpr auto operator<=>(const Millimetres&) const = default;
 };
 
-constexpr Millimetres millimetres(std::int64_t n) { return Millimetres{n}; }
-constexpr Millimetres metres(std::int64_t n) { return Millimetres{n * 1'000}; }
+constexpr Millimetres millimetres(Whole<std::int64_t> n) { return Millimetres{n.value}; }
+constexpr Millimetres metres(Whole<std::int64_t> n) { return Millimetres{n.value * 1'000}; }
 
 }  // namespace biss

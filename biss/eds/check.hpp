@@ -334,10 +334,7 @@ class CommonCheck {
     order("TO_MIN", part_.to_min, "TO_MAX", part_.to_max);
     order("TOS_MIN", part_.tos_min, "TOS_MAX", part_.tos_max);
     order("TCLK_MIN", part_.tclk_min, "TCLK_MAX", part_.tclk_max);
-    check_longest("TO_MAX", part_.to_max, biss_static_timeout_max);
-    check_longest("TOS_MAX", part_.tos_max, biss_static_timeout_max);
-    check_longest("TCLK_MAX", part_.tclk_max, biss_static_timeout_max);
-    check_longest("TBUSY_MAX", part_.tbusy_max, biss_busy_max);
+    check_longest("TBUSY_MAX", part_.tbusy_max);
     if (part_.tma != 0 && rate_of(eds_time("TMA", part_.tma).time) > biss_clock_max) {
       report_(EdsProblem::out_of_range, "TMA", part_.tma);
     }
@@ -359,12 +356,13 @@ class CommonCheck {
   constexpr void order(std::string_view low_symbol, std::uint8_t low, std::string_view high_symbol,
                        std::uint8_t high) const {
     check_order(low_symbol, low, high_symbol, high, 0xFF, options_, report_);
+    check_longest(high_symbol, high);
   }
 
   // describe_device() uses no time that is longer than BiSS C allows.
-  constexpr void check_longest(std::string_view symbol, std::uint8_t raw,
-                               Picoseconds longest) const {
-    if (options_.absent(raw, 0xFF) || eds_time(symbol, raw).time <= longest) return;
+  constexpr void check_longest(std::string_view symbol, std::uint8_t raw) const {
+    static_assert(biss_busy_max == biss_static_timeout_max);
+    if (options_.absent(raw, 0xFF) || eds_time(symbol, raw).time <= biss_busy_max) return;
     report_(EdsProblem::out_of_range, symbol, raw);
   }
 
@@ -587,10 +585,8 @@ class Bp3Check {
 
   // Without nE (1) in either bit, nothing says which positions are good.
   constexpr void check_feedback() const {
-    if (part_.fb1 != 1 && part_.fb2 != 1) {
-      report_(EdsProblem::out_of_range, "FB1", part_.fb1, "FB2", part_.fb2);
-    } else if (part_.fb1 != 1) {
-      report_(EdsProblem::out_of_range, "FB1", part_.fb1);
+    if (part_.fb1 != 1) {
+      report_(EdsProblem::out_of_range, "FB1", part_.fb1, part_.fb2 != 1 ? "FB2" : "", part_.fb2);
     }
     if (part_.fb2 != 2) report_(EdsProblem::out_of_range, "FB2", part_.fb2);
   }

@@ -16,6 +16,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <type_traits>
 
 #include "biss/base/bit_buffer.hpp"
 #include "biss/base/result.hpp"
@@ -24,6 +25,7 @@
 #include "biss/frame/decode.hpp"
 #include "biss/frame/frame.hpp"
 #include "biss/master/request_setup.hpp"
+#include "biss/master/spi_read.hpp"
 #include "biss/timing/cycle.hpp"
 #include "biss/timing/device_timing.hpp"
 #include "biss/timing/step.hpp"
@@ -439,14 +441,25 @@ class RequestCycle {
   using Frame = typename Codec::Frame;
   using Reading = BasicReading<Frame>;
 
+  /// A clock above the device's limit, a position without nE and a channel without CRC for which the
+  /// setup does not have the word: a constant object does not compile, another one has error().
   /// \pre setup keeps what MasterSetup asks
   constexpr RequestCycle(const Codec& codec, const MasterSetup& setup)
       : codec_(codec),
         setup_(with_defaults(setup)),
         clock_(setup_.period, setup_.low_time),
         sampler_(setup_, request_ack_bounds(setup_), codec.payload_bits()),
-        full_cycle_(full_request_cycle(setup_, codec.payload_bits())) {}
+        full_cycle_(full_request_cycle(setup_, codec.payload_bits())),
+        error_(check_spi(codec.format(),
+                         {.period = setup.period,
+                          .no_error_flag = setup.no_error_flag,
+                          .unchecked = setup.unchecked},
+                         setup.timing)) {
+    if (std::is_constant_evaluated() && error_) spi_detail::stop_the_build(*error_);
+  }
 
+  /// Why every request is refused; nothing if the master can be used.
+  constexpr const std::optional<SpiSetupError>& error() const { return error_; }
   /// The setup with its defaults filled in.
   constexpr const MasterSetup& setup() const { return setup_; }
   constexpr const Codec& codec() const { return codec_; }
@@ -461,7 +474,9 @@ class RequestCycle {
     reading_.begin = now;
     const bool ready = slo || ready_by_time(now);
     sampler_.begin(now, slo, slo ? now : high_by_);
-    if (now < earliest_ || !ready) return refuse(ready);
+    if (error_) return refuse(Refusal::setup);
+    if (!ready) return refuse(Refusal::slo_low);
+    if (now < earliest_) return refuse(Refusal::too_early);
     phase_ = Phase::reading;
     high_by_ = long_ago;
     cycle_end_ = now + full_cycle_;
@@ -531,11 +546,11 @@ class RequestCycle {
     while (sampler_.next() <= now && sampler_.next() < clock_.next()) take(sampler_.sample(), now);
   }
 
-  constexpr StepOutput refuse(bool slo) {
+  constexpr StepOutput refuse(Refusal why) {
     reading_.frame = failure(FrameFault{FrameError::not_ready});
-    reading_.refusal = slo ? Refusal::too_early : Refusal::slo_low;
-    reading_.ready = slo;
-    return {clock_.level(), slo ? earliest_ : never};
+    reading_.refusal = why;
+    reading_.ready = why == Refusal::too_early;
+    return {clock_.level(), reading_.ready ? earliest_ : never};
   }
 
   constexpr void edge(Picoseconds now) {
@@ -630,6 +645,7 @@ class RequestCycle {
   MaClock clock_;
   BitSampler<capacity_bits> sampler_;
   Picoseconds full_cycle_;
+  std::optional<SpiSetupError> error_;
   Picoseconds cycle_end_{};  // of the request under way, if it were complete
   Phase phase_ = Phase::idle;
   RequestKind kind_ = RequestKind::frame;

@@ -36,8 +36,7 @@ constexpr std::string_view name_of(RequestKind kind) {
 struct MasterSetup {
   /// Period of MA; at least 32 ps.
   Picoseconds period{};
-  /// ACK's bounds, timeout and shortest cycle are respected; the caller respects the clock's
-  /// limits.
+  /// ACK's bounds, timeout and shortest cycle are respected, and a clock above clock_max is refused.
   DeviceTiming timing{};
   /// Devices in a daisy chain; each after the first delays START by a clock. At least 1.
   std::uint8_t slaves = 1;
@@ -73,6 +72,9 @@ struct MasterSetup {
   bool trust_cycle_time = false;
   /// MA high between two requests; half a period. Only CDM 1 comes so close.
   Picoseconds idle_min{};
+  /// As in SpiSetup: reads positions without nE, and channels without CRC, too.
+  bool no_error_flag = false;
+  bool unchecked = false;
 };
 
 /// The setup with a value for each default.
@@ -100,13 +102,15 @@ enum class Refusal : std::uint8_t {
   none,
   slo_low,    ///< the encoder is not ready, or SLO is stuck or not connected
   too_early,  ///< the device's shortest cycle has not passed, or MA was not high long enough
+  setup,      ///< no request is ever made: RequestCycle::error() has the cause
 };
 
-inline constexpr std::size_t refusal_count = 3;
+inline constexpr std::size_t refusal_count = 4;
 
 /// The name users see, the same as the enumerator's.
 constexpr std::string_view name_of(Refusal refusal) {
-  constexpr std::array<std::string_view, refusal_count> names{"none", "slo_low", "too_early"};
+  constexpr std::array<std::string_view, refusal_count> names{"none", "slo_low", "too_early",
+                                                              "setup"};
   return names[static_cast<std::size_t>(refusal)];
 }
 

@@ -130,7 +130,7 @@ class FixedSafetyPlan {
                 "from 0 to 1 ms");
   static_assert(is_not<SafetySetupError::bounds>,
                 "no frame is within the bounds: a minimum is above its maximum, or above what can "
-                "be");
+                "be, or with_timing() has a clock above the encoder's limit");
   static_assert(is_not<SafetySetupError::checksum>,
                 "the CPW's CRC is not 0x43, or the SPW's is not 0x190D9; UnratedSafetySetup "
                 "permits it");

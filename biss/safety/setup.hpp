@@ -179,7 +179,7 @@ constexpr SafetySetup at_cycle(SafetySetup setup, Picoseconds cycle) {
 
 /// The setup for an encoder with this timing at this period of MA: the shortest time between
 /// requests, and the bounds of what precedes the data, in clocks, where SLO is sampled at the rising
-/// edges. \pre period is positive
+/// edges. A clock above the encoder's clock_max is the mistake `bounds`. \pre period is positive
 /// \param line_delay_max of the cable and the encoder together, both ways
 constexpr SafetySetup with_timing(SafetySetup setup, const DeviceTiming& timing, Picoseconds period,
                                   Picoseconds line_delay_max = biss_line_delay_max) {
@@ -189,6 +189,8 @@ constexpr SafetySetup with_timing(SafetySetup setup, const DeviceTiming& timing,
   // LAT, the clock in which SLO falls, and the delay.
   setup.bounds.lead_max_clocks =
       static_cast<std::uint16_t>(2 + clocks_to_cover(line_delay_max, period));
+  // No frame is within them.
+  if (period < period_of(timing.clock_max)) setup.bounds.lead_max_clocks = 0;
   setup.bounds.late_max_clocks =
       late_clocks(timing, period, line_delay_max, period / 2,
                   unsigned{setup.bounds.lead_min_clocks} + ack.min_clocks);
@@ -233,7 +235,8 @@ enum class SafetySetupError : std::uint8_t {
   budget,        ///< more than max_tolerated_faults, or too short a window
   frame_gap,     ///< not 0 <= min < max <= max_frame_gap, no such cycle_min, or may_lose_period()
   clocks,        ///< tolerance not from 0 to below frame_gap_max, or bit_period not from 0 to 1 ms
-  bounds,        ///< no frame is within them: a minimum above its maximum, or above what can be
+  bounds,        ///< no frame is within them: a minimum above its maximum, or above what can be;
+                 ///< a clock above the encoder's limit
   checksum,      ///< the CPW's CRC is not 0x43, or the SPW's is not 0x190D9, or not that of BiSS
   weak_comparison,  ///< fewer than 9 bits compared, or a tolerance above 1
   unrated,          ///< no rating, or one of other words or with a wrong check

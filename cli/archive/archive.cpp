@@ -181,7 +181,8 @@ ExitStatus run_merge(const ArchiveOptions& options) {
 void add_summary_options(Verb verb, SummaryOptions& summary) {
   add_count_option(verb, "--worst", into(summary.worst),
                    "Rows of the table on standard output, the worst files first; 20 by default");
-  add_to_option(verb, summary.to);
+  add_to_option(verb, summary.to,
+                {report::Format::table, report::Format::csv, report::Format::jsonl}, false);
 }
 
 }  // namespace

@@ -209,6 +209,15 @@ bool CaptureInput::can_reopen() const {
   });
 }
 
+std::uint64_t CaptureInput::bytes() const {
+  std::uint64_t sum = 0;
+  for (const std::string& path : paths_) {
+    struct stat about {};
+    if (::stat(path.c_str(), &about) == 0) sum += static_cast<std::uint64_t>(about.st_size);
+  }
+  return sum;
+}
+
 // What a name given by the user is among the lines of this capture; empty where the name is one of
 // another capture.
 std::string CaptureInput::request_for(const std::string& text,

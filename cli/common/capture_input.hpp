@@ -81,6 +81,8 @@ class CaptureInput {
 
   /// reopen() is possible: every file is a regular one.
   bool can_reopen() const;
+  /// The bytes of the files that have a size; 0 where none has.
+  std::uint64_t bytes() const;
 
   /// Names of the lines; with several files FILE:NAME.
   const std::vector<std::string>& lines() const { return source_->lines(); }

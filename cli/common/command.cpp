@@ -34,6 +34,7 @@ struct Declarations {
   std::map<const CLI::App*, std::vector<std::string>> examples;
   std::map<const CLI::Option*, File> files;
   std::vector<std::pair<const CLI::App*, Run>> runs;
+  std::vector<std::pair<const CLI::App*, std::function<void()>>> checks;
 };
 
 namespace {
@@ -320,6 +321,10 @@ Option Verb::declared(CLI::Option* option, bool is_value) const {
   return {option, declarations_};
 }
 
+void Verb::after_parsing(std::function<void()> check) const {
+  declarations_->checks.emplace_back(app_, std::move(check));
+}
+
 Option Verb::get_option(const std::string& name) const {
   return {app_->get_option(name), declarations_};
 }
@@ -421,6 +426,9 @@ ExitStatus Command::parse_and_run(int argc, const char* const* argv) {
   if (!known && !first.starts_with('-')) return unknown_verb(first);
   try {
     app.parse(argc, argv);
+    for (const auto& [verb, check] : declarations_->checks) {
+      if (verb->parsed()) check();
+    }
   } catch (const CLI::CallForHelp&) {
     const VerbHelp command = help_of(*declarations_);
     const VerbHelp* verb = &command;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "biss/frame/format_text.hpp"
 #include "cli/common/message.hpp"
 #include "cli/common/terminal.hpp"
 #include "decode/polarity.hpp"
@@ -21,6 +22,14 @@ namespace {
 std::string file_of_line(const std::string& text) {
   const std::size_t colon = text.rfind(':');
   return colon == std::string::npos ? std::string() : text.substr(0, colon);
+}
+
+constexpr std::uint64_t least_contradiction = 20;
+
+// The frame is whole, and not one of the format.
+bool contradicts(decode::CycleStatus status) {
+  using enum decode::CycleStatus;
+  return status == crc || status == stop_bit || status == truncated || status == cds;
 }
 
 bool is_resolution(Picoseconds time) { return time >= Picoseconds{} && time <= milliseconds(1); }
@@ -166,10 +175,15 @@ ExitStatus DecodedCapture::open(const CaptureArguments& arguments, const MarginA
   if (resolution_ && !is_resolution(*resolution_)) {
     return fail(ExitStatus::usage, "--resolution: from 0s to 1ms");
   }
-  return list_.open(arguments);
+  if (arguments.words.file.empty()) return list_.open(arguments);
+  words_ = arguments.words;
+  // A word does not show how the device behaves in time.
+  timing_ = {};
+  return ExitStatus::done;
 }
 
 bool DecodedCapture::next() {
+  if (words_) return log_.empty() && open_words();
   decoder_.reset();
   first_cycles_.clear();
   if (pair_ + 1 < pairs_.size()) {
@@ -183,6 +197,45 @@ bool DecodedCapture::next() {
     if (open_next()) return true;
   }
   return false;
+}
+
+bool DecodedCapture::open_words() {
+  auto log = read_word_log(*words_);
+  if (!log) status_ = fail(ExitStatus::io, log.error());
+  if (words_->reading.payload && !format_) {
+    status_ = fail(ExitStatus::usage, "--payload: the length of the frame is not known; give -f");
+  }
+  if (status_ != ExitStatus::done) return false;
+  log_ = std::move(*log);
+  if (!finds_format_) return true;
+  identify::SampleCollector frames;
+  read_words(decode::CycleReader(std::nullopt, {}),
+             [&frames](std::uint64_t number, const auto& cycle) {
+               frames.add(number, cycle);
+               return true;
+             });
+  take_finding(frames.samples());
+  if (const auto* sure = finding_->sure(); identifies_ && sure != nullptr) format_ = sure->format;
+  return true;
+}
+
+bool DecodedCapture::read_words(const decode::CycleReader& reader, const OnCycle& on_cycle) {
+  for (std::size_t i = 0; i < log_.size(); ++i) {
+    timed_ = log_[i].time.has_value();
+    if (!on_cycle(i, cycle_of(log_[i], words_->reading, reader, format_))) break;
+  }
+  return true;
+}
+
+std::string DecodedCapture::fitting_options() const {
+  std::vector<Word> words;
+  std::size_t good = 0;
+  for (const LoggedWord& logged : log_) {
+    words.push_back(logged.word);
+    if (is_good(logged.word, words_->reading, *format_)) ++good;
+  }
+  if (2 * good > words.size()) return {};
+  return cli::fitting_options({{words_->reading.digits, words}}, words_->reading, *format_);
 }
 
 bool DecodedCapture::open_next() {
@@ -236,9 +289,10 @@ class FrameCollection {
 
 }  // namespace
 
-// From the beginning of the capture, and where that does not show it, from all of it. Fails where
-// the capture cannot be opened a second time.
+// From the beginning of the capture, and where that does not show it, or the capture is short, from
+// all of it. Fails where the capture cannot be opened a second time.
 ExitStatus DecodedCapture::identify_format() {
+  constexpr std::uint64_t short_bytes = std::uint64_t{64} << 20U;
   if (!finds_format_) return ExitStatus::done;
   if (identifies_) format_.reset();
   FrameCollection frames(margin_, lines().lines);
@@ -246,9 +300,8 @@ ExitStatus DecodedCapture::identify_format() {
   const auto first = input_.beginning();
   take_finding(frames.finish(first.empty() ? Picoseconds{} : first.back().time));
   ExitStatus status = ExitStatus::done;
-  if (identifies_ && finding_->sure() == nullptr && input_.can_reopen()) {
-    status = identify_from_all();
-  }
+  const bool all = finding_->sure() == nullptr || input_.bytes() <= short_bytes;
+  if (identifies_ && all && input_.can_reopen()) status = identify_from_all();
   const auto* sure = finding_->sure();
   if (identifies_ && sure != nullptr) format_ = sure->format;
   return status;
@@ -265,15 +318,44 @@ ExitStatus DecodedCapture::identify_from_all() {
     }
   }
   const auto samples = frames.finish(input_.end_time());
-  if (frames.edges() > first) take_finding(samples);
+  if (frames.edges() > first) {
+    const auto* sure = finding_->sure();
+    const auto before = sure != nullptr ? std::optional(sure->format) : std::nullopt;
+    take_finding(samples);
+    sure = finding_->sure();
+    if (before && (sure == nullptr || sure->format != *before)) {
+      warn(fmt::format("{}: later frames contradict {}, which the beginning shows; {}",
+                       input_.name(), format_text(*before).view(),
+                       sure == nullptr ? std::string("no format is sure for all: give -f")
+                                       : fmt::format("all frames are judged by {}",
+                                                     format_text(sure->format).view())));
+    }
+  }
   return input_.reopen(list_.arguments());
 }
 
+// Where the frames change their length, the format is that of the longest part.
 void DecodedCapture::take_finding(std::span<const identify::Sample> samples) {
-  finding_ = identify::find_format(samples);
+  std::vector<identify::FormatPart> parts = identify::find_parts(samples);
+  const auto longest =
+      std::max_element(parts.begin(), parts.end(), [](const auto& a, const auto& b) {
+        return a.to_cycle - a.from_cycle < b.to_cycle - b.from_cycle;
+      });
+  finding_ = longest == parts.end() ? identify::FormatFinding{} : longest->finding;
   const auto* sure = finding_->sure();
   finding_agrees_ =
       sure != nullptr && format_ && identify::same_verdicts(*format_, sure->format, samples);
+  if (!identifies_ || parts.size() < 2) return;
+  std::string text;
+  for (const identify::FormatPart& part : parts) {
+    const auto* format = part.finding.sure();
+    text += fmt::format("{}{} from cycle {} to {}", text.empty() ? "" : ", ",
+                        format == nullptr ? std::string_view("an unknown format")
+                                          : std::string_view(format_text(format->format).view()),
+                        part.from_cycle, part.to_cycle);
+  }
+  warn(fmt::format("{}: the format changes: {}; decode each part with -f and --since, --until",
+                   input_.name(), text));
 }
 
 const identify::FormatCandidate* DecodedCapture::better_format() const {
@@ -333,9 +415,14 @@ Picoseconds DecodedCapture::interval() {
   decode::Statistics first;
   deliver_ = [&](const decode::Cycle& cycle) {
     first.add(cycle);
-    first_cycles_.push_back(cycle);
+    if (!words_) first_cycles_.push_back(cycle);
   };
-  push(input_.next());
+  if (words_) {
+    read_words(reader(),
+               [this](std::uint64_t, const auto& cycle) { return deliver_(cycle), true; });
+  } else {
+    push(input_.next());
+  }
   const decode::Distribution& interval = first.interval();
   return interval.count() == 0 ? Picoseconds{} : picoseconds(interval.median());
 }
@@ -392,10 +479,17 @@ bool DecodedCapture::end_steps() {
 }
 
 bool DecodedCapture::read(const OnCycle& on_cycle) {
+  if (words_) return read_words(reader(), on_cycle);
   std::uint64_t number = 0;
+  std::uint64_t good = 0;
+  std::uint64_t contradict = 0;
   bool wanted = true;
   Progress progress;
-  deliver_ = [&](const decode::Cycle& cycle) { wanted = wanted && on_cycle(number++, cycle); };
+  deliver_ = [&](const decode::Cycle& cycle) {
+    good += cycle.status == decode::CycleStatus::ok ? 1U : 0U;
+    contradict += contradicts(cycle.status) ? 1U : 0U;
+    wanted = wanted && on_cycle(number++, cycle);
+  };
   for (const decode::Cycle& cycle : std::exchange(first_cycles_, {})) deliver_(cycle);
   const auto go_on = [&] {
     if (progress.due()) {
@@ -413,6 +507,11 @@ bool DecodedCapture::read(const OnCycle& on_cycle) {
   }
   decoder().finish(input_.end_time());
   decoder_.reset();
+  if (identifies_ && format_ && contradict > least_contradiction && 4 * contradict > good) {
+    warn(fmt::format("{}: {} frames contradict {}, which the beginning shows; give -f",
+                     input_.name(), contradict, format_text(*format_).view()));
+    status_ = std::max(status_, ExitStatus::data_failed);
+  }
   return input_.error().empty();
 }
 

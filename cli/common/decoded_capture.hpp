@@ -13,6 +13,7 @@
 #include "cli/common/format_option.hpp"
 #include "cli/common/table_output.hpp"
 #include "cli/common/verb.hpp"
+#include "cli/common/word_log.hpp"
 #include "decode/clean_cycles.hpp"
 #include "decode/cycle.hpp"
 #include "decode/decoder.hpp"
@@ -39,6 +40,8 @@ struct CaptureArguments : InputArguments {
   bool keep_unknown = false;
   /// Threads that read the cycles; 0: as many as the machine has processors.
   std::uint64_t threads = 0;
+  /// Words in place of a capture.
+  WordArguments words;
   /// Takes the place of the timing that a name in `device` has; the options override it.
   std::optional<DeviceTiming> timing;
 };
@@ -147,6 +150,14 @@ class DecodedCapture {
   const decode::MarginSetup& margin() const { return margin_; }
   const CaptureInput& input() const { return input_; }
   CaptureInput& input() { return input_; }
+  /// The capture or the log of words, for a message.
+  std::string name() const { return words_ ? words_->file : input_.name(); }
+  /// What is read in place of a capture; null for a capture.
+  const WordArguments* words() const { return words_ ? &*words_ : nullptr; }
+  /// The cycle that was read last has a time.
+  bool timed() const { return timed_; }
+  /// As cli::fitting_options(), if at most half of the words are good frames; else empty.
+  std::string fitting_options() const;
   bool has_lines() const { return !pairs_.empty(); }
   const decode::FoundLines& lines() const { return pairs_[pair_]; }
   const std::string& ma_name() const { return input_.lines()[lines().lines.ma]; }
@@ -157,6 +168,8 @@ class DecodedCapture {
 
  private:
   bool open_next();
+  bool open_words();
+  bool read_words(const decode::CycleReader& reader, const OnCycle& on_cycle);
   void warn_of_protocol();
   ExitStatus identify_format();
   ExitStatus identify_from_all();
@@ -183,6 +196,9 @@ class DecodedCapture {
   decode::MarginSetup margin_;
   CaptureList list_;
   CaptureInput input_;
+  std::optional<WordArguments> words_;
+  std::vector<LoggedWord> log_;
+  bool timed_ = true;
   std::vector<decode::FoundLines> pairs_;
   std::size_t pair_ = 0;
   // The decoder of the current capture, and the cycles that interval() has read with it.

@@ -30,6 +30,26 @@ std::string shortened(std::string_view text, std::size_t most) {
   return fmt::format("{}...", text.substr(0, most));
 }
 
+// What a polynomial that lacks its top or its last bit is in full form; nothing where neither does.
+std::string full_forms(std::string_view text, std::size_t at) {
+  const std::size_t end = std::min(text.find_first_of(":,+;", at), text.size());
+  const std::string_view digits = text.substr(at, end - at);
+  const std::string_view before = text.substr(0, at - 1);
+  const auto number = parse_count(digits, 0xFFFFFF);
+  const auto width = parse_count(before.substr(before.rfind("crc") + 3), max_crc_bits);
+  if (!number.ok() || !width.ok()) return {};
+  const auto polynomial = static_cast<std::uint32_t>(*number);
+  const auto bits = static_cast<unsigned>(*width);
+  std::vector<std::string> forms;
+  for (const auto& [form, added] :
+       {std::pair{polynomial | (1U << bits), "top"}, std::pair{polynomial << 1U | 1U, "last"}}) {
+    if (polynomial >= (1U << bits) || !is_full_form(form, bits)) continue;
+    forms.push_back(fmt::format("0x{:X} with the {} bit added{}", form, added,
+                                form == default_polynomial(bits) ? " (the default of BiSS)" : ""));
+  }
+  return forms.empty() ? "" : fmt::format("; write {}", fmt::join(forms, " or "));
+}
+
 // One line: the text, the mistake, its place, and the item there.
 std::string grammar_error(std::string_view text, FormatTextError error) {
   const std::string_view said = text_of(error.mistake);
@@ -44,6 +64,7 @@ std::string grammar_error(std::string_view text, FormatTextError error) {
     const std::string_view token =
         rest.substr(0, std::max<std::size_t>(rest.find_first_of(",+;"), 1));
     where = fmt::format(" at character {} (\"{}\")", error.at + 1, shortened(token, 24));
+    if (error.mistake == FormatMistake::polynomial_form) where += full_forms(text, error.at);
   }
   return fmt::format("format \"{}\": {}{}{}", shortened(text, 72), said.substr(0, split), where,
                      said.substr(split));
@@ -79,6 +100,10 @@ ReadDevice from_profile(std::string_view text) {
   if (parts.profile() != Profile::bp3 && parts.profile() != Profile::bp3s) {
     return wrong(fmt::format("format \"{}\": this identifier is of profile {}, not of BP3", text,
                              name_of(parts.profile())));
+  }
+  if (format->channel_list[0].position_bits() == 0) {
+    return wrong(fmt::format("format \"{}\": the data length {} leaves no position", text,
+                             parts.data_length()));
   }
   return Device{*format, {}, nullptr, nullptr};
 }

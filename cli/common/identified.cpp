@@ -14,33 +14,38 @@ namespace biss::cli {
 
 namespace {
 
-using identify::Doubt;
 using identify::FormatCandidate;
 using identify::FormatFinding;
 
-std::string_view sentence_of(Doubt doubt) {
-  switch (doubt) {
-    case Doubt::still:
-      return "a position did not move: capture while the axis moves";
-    case Doubt::order:
-      return "the position jumps too far to show the order of its bits and Gray code: capture a "
-             "slower motion";
-    case Doubt::flag_level:
-      return "a flag is 0 in most frames: the encoder reports an error or a warning, or the flag "
-             "is "
-             "active-high";
-    case Doubt::flag_place:
-      return "a bit changes in single frames, and is not where nE and nW usually are";
-    case Doubt::counter:
+constexpr std::string_view no_checksum =
+    "too few different frames to be sure of the checksum: capture more cycles with motion";
+
+// In what two candidates differ, and what to capture to see it.
+std::string_view doubt_between(const FormatCandidate& a, const FormatCandidate& b) {
+  if (a.format.channel_count != b.format.channel_count) return no_checksum;
+  for (std::size_t k = 0; k < a.fields.size(); ++k) {
+    const ChannelFormat& one = a.format.channel_list[k];
+    const ChannelFormat& other = b.format.channel_list[k];
+    if (one.data_bits != other.data_bits || one.crc != other.crc) return no_checksum;
+    if (one.life_counter != other.life_counter) {
       return "some bits count the frames: a sign of life, or a position at constant speed; capture "
              "another speed";
-    case Doubt::low_bits:
-      return "the lowest bits of the position hardly move, and cannot be separated from flags: "
-             "capture another motion";
-    case Doubt::further_bits:
-      return "bits change that are neither position, flag nor sign of life";
+    }
+    if (a.fields[k].coding != b.fields[k].coding || a.fields[k].split != b.fields[k].split) {
+      return "the motion does not show the order of the bits of the position, or Gray code: "
+             "capture a slower and longer motion";
+    }
+    if (one.flags_mask() != other.flags_mask()) {
+      return "the lowest bits of the position and the flags cannot be separated: capture another "
+             "motion";
+    }
+    if (one.error != other.error || one.warning != other.warning) {
+      return "a flag is 0 in most frames: the encoder reports an error or a warning, or the flag "
+             "is active-high";
+    }
   }
-  return "";
+  return "the lowest bits of the position do not move: padding, or a coarse position; capture "
+         "another speed";
 }
 
 }  // namespace
@@ -59,19 +64,22 @@ std::vector<std::string> what_is_missing(const FormatFinding& finding) {
   std::vector<std::string> sentences;
   if (finding.sure() != nullptr) return sentences;
   if (finding.candidates.empty()) return {"no frame was complete"};
+  // A candidate that is less likely than this, compared with the first one, is no doubt.
+  constexpr double least_share = 0.05;
   const FormatCandidate& best = finding.candidates.front();
-  for (std::size_t i = 0; i < identify::doubt_count; ++i) {
-    const auto doubt = static_cast<Doubt>(i);
-    if (best.has(doubt)) sentences.emplace_back(sentence_of(doubt));
-  }
-  const bool checked =
-      std::all_of(best.layout.channels.begin(), best.layout.channels.end(),
-                  [](const identify::ChannelLayout& each) { return each.crc.present(); });
-  if (!checked) {
+  if (finding.still) {
+    sentences.emplace_back("a position did not move: capture while the axis moves");
+  } else if (!best.layout.checked()) {
     sentences.emplace_back("no checksum fits the frames");
-  } else if (sentences.empty()) {
-    sentences.emplace_back(
-        "too few different frames to be sure of the checksum: capture more cycles with motion");
+  } else {
+    for (const FormatCandidate& each : finding.candidates) {
+      if (&each == &best || each.confidence < least_share * best.confidence) continue;
+      const std::string_view doubt = doubt_between(best, each);
+      if (std::find(sentences.begin(), sentences.end(), doubt) == sentences.end()) {
+        sentences.emplace_back(doubt);
+      }
+    }
+    if (sentences.empty()) sentences.emplace_back(no_checksum);
   }
   return sentences;
 }
@@ -118,7 +126,9 @@ void add_identified(report::Summary& summary, const FormatFinding& finding, bool
   }
   constexpr std::size_t most = 3;
   for (std::size_t i = 0; i < std::min(most, finding.candidates.size()); ++i) {
-    summary.entry("", i == 0 ? "may be" : "or", text_of(finding.candidates[i].format));
+    summary.entry("", i == 0 ? "may be" : "or",
+                  fmt::format("{} ({:.2f})", text_of(finding.candidates[i].format),
+                              finding.candidates[i].confidence));
   }
 }
 

@@ -2,6 +2,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "cli/common/verb.hpp"
@@ -29,8 +30,31 @@ Option add_output_option(Verb verb, std::string& path, const std::string& help) 
   return verb.add_option("-o,--output", path, help).type_name("FILE").file(FileUse::write);
 }
 
+void let_output_choose(Verb verb, const std::vector<std::string>& names,
+                       std::function<void(const std::string& name)> take) {
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 4> endings{
+      {{".csv", "csv"}, {".jsonl", "jsonl"}, {".h5", "hdf5"}, {".vcd", "vcd"}}};
+  verb.after_parsing([verb, names, take = std::move(take)] {
+    std::string output;
+    for (const Option& option : verb.given_options()) {
+      if (option.name() == "--to") return;
+      if (option.name() == "--output") output = option.values().front();
+    }
+    for (const auto& [ending, format] : endings) {
+      if (!output.ends_with(ending)) continue;
+      const std::string name(format);
+      if (std::find(names.begin(), names.end(), name) == names.end()) {
+        wrong_value("--output", fmt::format("'{}': {} is not written here; name another file, or "
+                                            "give --to {}",
+                                            output, name, fmt::join(names, "|")));
+      }
+      take(name);
+    }
+  });
+}
+
 Option add_to_option(Verb verb, report::Format& target,
-                     std::initializer_list<report::Format> allowed) {
+                     std::initializer_list<report::Format> allowed, bool by_output) {
   std::vector<std::string> names;
   for (const report::Format format : allowed) {
     names.emplace_back(report::format_names[static_cast<std::size_t>(format)]);
@@ -41,8 +65,11 @@ Option add_to_option(Verb verb, report::Format& target,
     }
     target = *report::format_by_name(name);
   };
-  const std::string_view by_default = report::format_names[static_cast<std::size_t>(target)];
-  return verb.add_text_option("--to", take, fmt::format("Output format; {} by default", by_default))
+  if (by_output) let_output_choose(verb, names, take);
+  return verb
+      .add_text_option("--to", take,
+                       by_output ? "Output format; by default that of the ending of -o, else table"
+                                 : "Output format; table by default")
       .type_name(fmt::format("{}", fmt::join(names, "|")));
 }
 

@@ -141,6 +141,8 @@ class Verb {
   Verb add_verb(const VerbText& text);
   /// The command line names this verb.
   bool parsed() const;
+  /// Calls `check` when the command line of this verb is parsed; see wrong_value().
+  void after_parsing(std::function<void()> check) const;
 
   CLI::App& app() const { return *app_; }
 
@@ -196,10 +198,18 @@ void add_verb_group(Command& command, const VerbText& group, const std::vector<G
 Option add_output_option(Verb verb, std::string& path,
                          const std::string& help = "Output file; standard output (-) by default");
 
+/// Without `--to` the ending of `-o` chooses one of these formats: `.csv`, `.jsonl`, `.h5`, `.vcd`. The
+/// command refuses the ending of another format of rows.
+void let_output_choose(Verb verb, const std::vector<std::string>& names,
+                       std::function<void(const std::string& name)> take);
+
 /// `--to FORMAT` of the formats allowed; `target` holds the default.
+/// \param by_output the rows go to `-o`, so let_output_choose()
 Option add_to_option(Verb verb, report::Format& target,
-                     std::initializer_list<report::Format> allowed = {
-                         report::Format::table, report::Format::csv, report::Format::jsonl});
+                     std::initializer_list<report::Format> allowed = {report::Format::table,
+                                                                      report::Format::csv,
+                                                                      report::Format::jsonl},
+                     bool by_output = true);
 
 /// An option that takes one of some names; `target` holds the default.
 Option add_name_option(Verb verb, const std::string& name, std::string& target,

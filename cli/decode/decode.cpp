@@ -36,7 +36,8 @@ VerbText decode_text() {
               "biss decode capture.sr -f resolute-26 --to hdf5 -o rows.h5",
               "biss decode capture.sr -f resolute-26 --scale deg --velocity --to vcd -o motion.vcd",
               "biss decode ma.csv slo.csv --ma ma.csv:D0 --slo slo.csv:D1 -f fs-36-28",
-              "biss decode samples.bin --raw-rate 100MHz --ma D0 --slo D3 -f resolute-26"}};
+              "biss decode samples.bin --raw-rate 100MHz --ma D0 --slo D3 -f resolute-26",
+              "biss decode --words adapter.log --payload -f resolute-26 -o rows.csv"}};
 }
 
 void add_decode_options(Verb verb, DecodeOptions& options) {
@@ -72,6 +73,21 @@ void add_decode(Command& command) {
   const auto options = std::make_shared<DecodeOptions>();
   Verb verb = command.add_verb(decode_text(), [options] { return DecodeRun(*options).run(); });
   add_decode_options(verb, *options);
+  Option words = verb.add_option("--words", options->capture.words.file,
+                                 "A log in place of a capture: a frame a line, in digits, a time "
+                                 "such as 12.5us or a number in front of it allowed; # begins a "
+                                 "comment, - is standard input")
+                     .file(FileUse::read);
+  for (const char* const name : {"FILE",         "--ma",           "--slo",
+                                 "--invert-ma",  "--invert-slo",   "--each",
+                                 "--resolution", "--ack-max",      "--ack-clocks",
+                                 "--timeout",    "--release",      "--clock-max",
+                                 "--cycle-min",  "--raw-rate",     "--raw-bytes",
+                                 "--threshold",  "--differential", "--no-compensation",
+                                 "--no-verify",  "--threads"}) {
+    words.excludes(verb.get_option(name));
+  }
+  add_word_options(verb, options->capture.words.reading, words);
 }
 
 }  // namespace biss::cli

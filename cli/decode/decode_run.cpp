@@ -43,7 +43,13 @@ ExitStatus DecodeRun::open() {
   if (!range.empty()) return fail(ExitStatus::usage, range);
   const std::string unusable = options_.motion.wrong_usage();
   if (!unusable.empty()) return fail(ExitStatus::usage, unusable);
-  const ExitStatus opened = capture_.open(options_.capture, options_.margin);
+  CaptureArguments capture = options_.capture;
+  capture.words.needs_times = needs_times();
+  const bool is_words = !capture.words.file.empty();
+  if (is_words && fail_on_.asks_line()) {
+    return fail(ExitStatus::usage, "--fail-on: words show neither limits nor margins of a line");
+  }
+  const ExitStatus opened = capture_.open(capture, options_.margin);
   if (opened != ExitStatus::done) return opened;
   if (options_.to == report::Format::vcd && capture_.several()) {
     return fail(ExitStatus::usage, "--to vcd: of one capture and one pair of lines only");
@@ -54,6 +60,14 @@ ExitStatus DecodeRun::open() {
                             source_of(*limit)));
   }
   return ExitStatus::done;
+}
+
+// The option for which each word needs a time; empty if there is none.
+std::string DecodeRun::needs_times() const {
+  if (options_.since || options_.until) return options_.since ? "--since" : "--until";
+  if (options_.motion.velocity) return "--velocity";
+  if (options_.to == report::Format::vcd) return "--to vcd";
+  return options_.safety.given() || fail_on_.asks_safety() ? "the safety monitor" : "";
 }
 
 ExitStatus DecodeRun::run() {
@@ -113,7 +127,9 @@ std::string DecodeRun::choose_monitor() {
   if (!options_.safety.given() && !is_safety_format(*format)) {
     return fail_on_.asks_safety() ? "--fail-on: this format is not one of BiSS Safety" : "";
   }
-  if (options_.safety.configuration == "off") return "";
+  const bool is_asked = options_.safety.given() || fail_on_.asks_safety();
+  if (options_.safety.configuration == "off" || (capture_.words() != nullptr && !is_asked))
+    return "";
   SafetyArguments safety = options_.safety;
   const std::string text = format_name();
   // The shortest cycle of an encoder without a name is not known.
@@ -170,7 +186,7 @@ bool DecodeRun::take(std::uint64_t number, const decode::Cycle& cycle,
     now_.before_zero = true;
     return false;
   }
-  return writer.row(table_->cells(number, cycle, verdict, exceeded, motion));
+  return writer.row(table_->cells(number, cycle, verdict, exceeded, motion, capture_.timed()));
 }
 
 std::string DecodeRun::summary() const {
@@ -186,7 +202,7 @@ ExitStatus DecodeRun::end_rows(bool read, RunMessages& messages) {
     messages.add_summary(summary());
     return messages.fail(ExitStatus::io, capture_.input().error());
   }
-  const std::string& name = capture_.input().name();
+  const std::string name = capture_.name();
   if (now_.statistics.cycles() == 0 && now_.outside != 0) {
     return messages.fail(
         ExitStatus::data_failed,
@@ -207,7 +223,7 @@ ExitStatus DecodeRun::end_rows(bool read, RunMessages& messages) {
 
 // Why a column of motion is empty where there is a position.
 void DecodeRun::report_motion(RunMessages& messages) const {
-  const std::string& name = capture_.input().name();
+  const std::string name = capture_.name();
   const std::string why = fmt::format(
       "a step is larger than {} counts, or too many rows have no position; give the "
       "largest step as --max-step",

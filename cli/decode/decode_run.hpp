@@ -72,6 +72,7 @@ class DecodeRun {
   DecodedCapture& capture() { return capture_; }
 
  private:
+  std::string needs_times() const;
   DecodeTable table_of_capture() const;
   void choose_table();
   std::string format_name() const;

@@ -22,6 +22,9 @@ class FailOn {
   /// Whether the format of the frame is needed: for nE, nW and crc.
   bool asks_format() const;
 
+  /// Whether a line is needed: for marginal and limits.
+  bool asks_line() const { return marginal_ || limits_ || !each_limit_.empty(); }
+
   /// The first limit that is asked for by its name and that this device does not have.
   std::optional<decode::Limit> unknown_limit(const DeviceTiming& timing) const;
 

@@ -192,6 +192,15 @@ void add_marginal(report::Summary& summary, const decode::Statistics& statistics
   }
 }
 
+void add_lines(report::Summary& summary, const DecodedCapture& capture) {
+  const decode::FoundLines& found = capture.lines();
+  summary.entry("lines",
+                fmt::format("MA = {}{}, SLO = {}{}", capture.ma_name(),
+                            found.lines.ma_inverted ? " (inverted)" : "", capture.slo_name(),
+                            found.lines.slo_inverted ? " (inverted)" : ""),
+                origin_text(found));
+}
+
 std::string limit_hint(decode::Limit limit, const DeviceTiming& timing) {
   switch (limit) {
     case decode::Limit::clock_max:
@@ -234,15 +243,12 @@ void add_limits(report::Summary& summary, const decode::Statistics& statistics,
 
 std::string decode_summary(const decode::Statistics& statistics, const DecodedCapture& capture,
                            const decode::SafetyWatch* safety, std::string_view safety_name) {
-  const decode::FoundLines& found = capture.lines();
+  const bool is_log = capture.words() != nullptr;
   report::Summary summary;
-  summary.title(fmt::format("{}: {} request cycle{}", capture.input().name(), statistics.cycles(),
+  summary.title(fmt::format("{}: {} {}{}", capture.name(), statistics.cycles(),
+                            is_log ? "word" : "request cycle",
                             statistics.cycles() == 1 ? "" : "s"));
-  summary.entry("lines",
-                fmt::format("MA = {}{}, SLO = {}{}", capture.ma_name(),
-                            found.lines.ma_inverted ? " (inverted)" : "", capture.slo_name(),
-                            found.lines.slo_inverted ? " (inverted)" : ""),
-                origin_text(found));
+  if (!is_log) add_lines(summary, capture);
   summary.entry("status", status_counts(statistics));
   if (capture.format()) {
     summary.entry("flags", fmt::format("{} with nE = 0, {} with nW = 0", statistics.errors(),
@@ -260,10 +266,14 @@ std::string decode_summary(const decode::Statistics& statistics, const DecodedCa
   if (safety != nullptr) add_safety(summary, *safety, safety_name);
   add_rate(summary, "clock", statistics.period());
   add_spread(summary, "duty", statistics.duty(), percent_text);
-  add_rate(summary, "rate", statistics.interval());
+  if (capture.timed()) add_rate(summary, "rate", statistics.interval());
   add_spread(summary, "line delay", statistics.line_delay(), time_text);
   add_spread(summary, "ACK", statistics.ack(), time_text);
-  if (found.look_swapped) {
+  const std::string fitting =
+      is_log && capture.format() ? capture.fitting_options() : std::string();
+  if (!fitting.empty()) {
+    summary.entry("try", "words", fitting);
+  } else if (!is_log && capture.lines().look_swapped) {
     summary.entry("try", "swapped?", remedy_of(Cause::ma_slo_swapped));
   } else if (const auto cause = foremost_cause(statistics)) {
     summary.entry("try", name_of(*cause), what_to_try(*cause, statistics, capture));

@@ -137,10 +137,11 @@ Cell* DecodeTable::put_channel(Cell* at, std::size_t k, const decode::Cycle& cyc
 
 const std::vector<Cell>& DecodeTable::cells(std::uint64_t number, const decode::Cycle& cycle,
                                             std::optional<SafetyVerdict> safety,
-                                            decode::LimitSet limits, const MotionValues& motion) {
+                                            decode::LimitSet limits, const MotionValues& motion,
+                                            bool timed) {
   Cell* at = cells_.data();
   *at++ = number;
-  *at++ = cycle.time;
+  *at++ = timed ? Cell(cycle.time) : Cell();
   *at++ = decode::name_of(cycle.status);
   at = put_values(at, first_channel_, values_of(0, cycle));
   *at++ = cycle.crc_ok[0];

@@ -27,11 +27,11 @@ class DecodeTable {
                        MotionColumns motion = {});
 
   const std::vector<report::Column>& columns() const { return columns_; }
-  /// The cells of a row; they refer to `cycle` and are valid until the next call.
+  /// The cells of a row, the time if the cycle is `timed`; they refer to `cycle` and are valid until the next call.
   const std::vector<report::Cell>& cells(std::uint64_t number, const decode::Cycle& cycle,
                                          std::optional<SafetyVerdict> safety = std::nullopt,
                                          decode::LimitSet limits = 0,
-                                         const MotionValues& motion = {});
+                                         const MotionValues& motion = {}, bool timed = true);
 
  private:
   report::Column integer(std::string name, unsigned bits, std::string unit) const;

@@ -235,7 +235,9 @@ Run add_eds_advise(Verb verb) {
   add_length_option(verb, "--cable", into(options->cable), "Cable length from master to encoder");
   add_timing_options(verb, options->timing);
   add_eds_options(verb, options->arguments);
-  add_name_option(verb, "--to", options->to, advise_formats, "Output format; table by default");
+  add_name_option(verb, "--to", options->to, advise_formats,
+                  "Output format; by default that of the ending of -o, else table");
+  let_output_choose(verb, advise_formats, into(options->to));
   add_output_option(verb, options->output);
   return [options] { return run_advise(*options); };
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "cli/common/columns.hpp"
@@ -12,9 +13,9 @@
 #include "cli/common/identified.hpp"
 #include "cli/common/quantity.hpp"
 #include "cli/common/verbs.hpp"
+#include "cli/identify/line_facts.hpp"
 #include "decode/statistics.hpp"
 #include "identify/collector.hpp"
-#include "identify/line_facts.hpp"
 #include "identify/protocol.hpp"
 #include "report/summary.hpp"
 
@@ -33,6 +34,8 @@ struct IdentifyOptions {
   CaptureArguments capture;
   std::string output;
   report::Format to = report::Format::table;
+  std::optional<Picoseconds> since;
+  std::optional<Picoseconds> until;
 };
 
 const std::vector<report::Column>& identify_columns() {
@@ -47,13 +50,15 @@ const std::vector<report::Column>& identify_columns() {
       {.name = "format", .kind = Kind::text},
       {.name = "confidence", .kind = Kind::real, .places = 2},
       {.name = "equal", .kind = Kind::text},
-      {.name = "alternatives", .kind = Kind::text},
+      {.name = "alternatives", .kind = Kind::text, .json = true},
       {.name = "encoders", .kind = Kind::text},
       {.name = "protocol", .kind = Kind::text},
       {.name = "protocol_confidence", .kind = Kind::real, .heading = "sure", .places = 2},
       {.name = "cycles", .kind = Kind::unsigned_integer},
       {.name = "frames", .kind = Kind::unsigned_integer},
-      {.name = "timeout", .kind = Kind::text}};
+      {.name = "timeout", .kind = Kind::text},
+      {.name = "from_cycle", .kind = Kind::unsigned_integer},
+      {.name = "to_cycle", .kind = Kind::unsigned_integer}};
   return all;
 }
 
@@ -72,8 +77,8 @@ double rounded_down(double confidence) { return std::floor(confidence * 1e4) / 1
 struct Line {
   decode::Statistics statistics;
   identify::SampleCollector samples;
-  identify::ReleaseRule release;
-  FormatFinding finding;
+  ReleaseRule release;
+  std::vector<identify::FormatPart> parts;
 
   void add(std::uint64_t number, const decode::Cycle& cycle) {
     statistics.add(cycle);
@@ -84,6 +89,20 @@ struct Line {
 
 std::string joined(const std::vector<std::string>& texts) {
   return fmt::format("{}", fmt::join(texts, " | "));
+}
+
+// The guesses and their odds: without the first one where that is the format.
+std::string alternatives_of(const FormatFinding& finding, report::Format to) {
+  const bool json = to == report::Format::jsonl;
+  std::vector<std::string> texts;
+  for (std::size_t i = finding.sure() != nullptr ? 1 : 0; i < finding.candidates.size(); ++i) {
+    const FormatCandidate& each = finding.candidates[i];
+    texts.push_back(
+        fmt::format(fmt::runtime(json ? "{{\"format\":\"{}\",\"odds\":{:.4f}}}" : "{} {:.4f}"),
+                    text_of(each.format), rounded_down(each.confidence)));
+  }
+  if (json) return fmt::format("[{}]", fmt::join(texts, ","));
+  return joined(texts);
 }
 
 class IdentifyRun {
@@ -97,6 +116,8 @@ class IdentifyRun {
                   "identify finds the format without -f: leave it out; biss explain compares a "
                   "format with the frames");
     }
+    const std::string range = wrong_range(options_.since, options_.until);
+    if (!range.empty()) return fail(ExitStatus::usage, range);
     const ExitStatus opened = capture_.open(options_.capture);
     if (opened != ExitStatus::done) return opened;
     return write_captures(
@@ -122,17 +143,22 @@ class IdentifyRun {
     }
     Line line;
     const bool read = capture_.read([&](std::uint64_t number, const decode::Cycle& cycle) {
-      line.add(number, cycle);
-      return true;
+      const bool late = options_.until && cycle.time > *options_.until;
+      if (!late && (!options_.since || cycle.time >= *options_.since)) line.add(number, cycle);
+      return !late;
     });
-    line.finding = identify::find_format(line.samples.samples());
-    put(writer, guess, line);
+    line.parts = identify::find_parts(line.samples.samples());
+    bool sure = true;
+    for (const identify::FormatPart& part : line.parts) {
+      put(writer, guess, line, part);
+      sure = sure && part.finding.sure() != nullptr;
+    }
     messages.add_summary(summary(guess, line));
     if (!read) return messages.fail(ExitStatus::io, capture_.input().error());
     if (line.statistics.cycles() == 0) {
       return messages.fail(ExitStatus::data_failed, capture_.no_request());
     }
-    return line.finding.sure() != nullptr ? ExitStatus::done : ExitStatus::data_failed;
+    return sure ? ExitStatus::done : ExitStatus::data_failed;
   }
 
   void put_other(report::TableWriter& writer, const ProtocolGuess& guess) {
@@ -144,7 +170,8 @@ class IdentifyRun {
     writer.row(cells);
   }
 
-  void put(report::TableWriter& writer, const ProtocolGuess& guess, const Line& line) {
+  void put(report::TableWriter& writer, const ProtocolGuess& guess, const Line& line,
+           const identify::FormatPart& part) {
     const decode::Statistics& statistics = line.statistics;
     std::vector<Cell> cells(identify_columns().size());
     const decode::Lines& lines = capture_.lines().lines;
@@ -166,24 +193,20 @@ class IdentifyRun {
     }
     std::string format;
     std::vector<std::string> equal;
-    std::vector<std::string> alternatives;
     std::string encoders;
-    const auto& candidates = line.finding.candidates;
+    const auto& candidates = part.finding.candidates;
     if (!candidates.empty()) {
       const FormatCandidate& best = candidates.front();
       format = text_of(best.format);
       for (const FrameFormat& each : best.equal) equal.push_back(text_of(each));
       encoders = encoders_text(best, best.encoders.size());
-      cells[7] = format;
-      if (!line.finding.still) cells[8] = rounded_down(best.confidence);
-    }
-    for (std::size_t i = 1; i < candidates.size(); ++i) {
-      alternatives.push_back(text_of(candidates[i].format));
+      if (part.finding.sure() != nullptr) cells[7] = format;
+      if (!part.finding.still) cells[8] = rounded_down(best.confidence);
     }
     const std::string equal_text = joined(equal);
-    const std::string alternatives_text = joined(alternatives);
+    const std::string alternatives = alternatives_of(part.finding, options_.to);
     if (!equal.empty()) cells[9] = equal_text;
-    if (!alternatives.empty()) cells[10] = alternatives_text;
+    if (!alternatives.empty()) cells[10] = alternatives;
     if (!encoders.empty()) cells[11] = encoders;
     cells[12] = name_of(guess.protocol);
     cells[13] = guess.confidence;
@@ -192,6 +215,10 @@ class IdentifyRun {
     const auto rule = line.release.rule();
     const std::string timeout = rule ? cli::text_of(*rule) : std::string();
     if (rule) cells[16] = timeout;
+    if (line.parts.size() > 1) {
+      cells[17] = part.from_cycle;
+      cells[18] = part.to_cycle;
+    }
     cells.resize(columns_for(options_.to).size());
     writer.row(cells);
   }
@@ -209,9 +236,14 @@ class IdentifyRun {
     out.entry(
         "lines", fmt::format("MA = {}, SLO = {}", capture_.ma_name(), capture_.slo_name()),
         capture_.lines().look_swapped ? "exchanged? the other way round cycles can be read" : "");
-    add_identified(out, line.finding, true);
-    if (!line.finding.candidates.empty()) {
-      const identify::Layout& best = line.finding.candidates.front().layout;
+    for (const identify::FormatPart& part : line.parts) {
+      if (line.parts.size() > 1) {
+        out.entry("length", fmt::format("{} bits after CDS", part.bits),
+                  fmt::format("from cycle {} to {}", part.from_cycle, part.to_cycle));
+      }
+      add_identified(out, part.finding, true);
+      if (part.finding.candidates.empty()) continue;
+      const identify::Layout& best = part.finding.candidates.front().layout;
       out.entry("evidence", fmt::format("{:.0f} bits", best.score),
                 fmt::format("{} independent differences, checksums right in {:.1f} % of the frames",
                             best.channels.front().rank, 100 * best.right_share));
@@ -236,6 +268,8 @@ void add_identify(Command& command) {
                     "biss identify samples.bin --raw-rate 100MHz --ma D0 --slo D3"}},
       [options] { return IdentifyRun(*options).run(); });
   add_capture_options(verb, options->capture, true);
+  add_time_option(verb, "--since", into(options->since), "Skip cycles that begin before this time");
+  add_time_option(verb, "--until", into(options->until), "Skip cycles that begin after this time");
   add_output_option(verb, options->output);
   add_to_option(verb, options->to);
 }

@@ -67,6 +67,9 @@ tl::expected<std::string, std::string> rating_text(const SafetyQuestion& questio
 ExitStatus run_analyse(const AnalyseOptions& options) {
   const auto device = parse_device(options.arguments.format);
   if (!device) return fail(ExitStatus::usage, device.error());
+  if (device->format.deviates()) {
+    return fail(ExitStatus::usage, "-f: a CRC with an error of the maker is not analysed");
+  }
   SafetyQuestion question{.format = device->format,
                           .bit_error_rates = {},
                           .frame_rate = options.frame_rate,

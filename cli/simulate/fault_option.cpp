@@ -21,7 +21,7 @@ using Checked = tl::expected<void, std::string>;
 std::vector<std::string> simulated_names() {
   std::vector<std::string> names;
   for (const sim::FaultEntry& entry : sim::fault_list) {
-    if (is_simulated(entry.kind)) names.emplace_back(entry.name);
+    if (is_injectable(entry.kind)) names.emplace_back(entry.name);
   }
   return names;
 }

@@ -286,6 +286,9 @@ ExitStatus replay_ma(const ReplayOptions& options, const LineOptions& line) {
 ExitStatus replay_slo(const ReplayOptions& options, const LineOptions& line) {
   const auto setup = line_setup(line);
   if (!setup) return fail(ExitStatus::usage, setup.error());
+  if (setup->format.needs_previous()) {
+    return fail(ExitStatus::usage, "-f: with :previous a master cannot check a frame");
+  }
   RecordedLine recorded;
   const ExitStatus opened =
       recorded.open(options.slo_from, options.ma, options.slo, options.raw, true);

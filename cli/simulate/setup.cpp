@@ -80,17 +80,29 @@ std::string put_faults(const LineOptions& options, sim::LineSetup& setup) {
       any_channel(setup.format, [](const ChannelFormat& c) { return c.error.present; });
   const bool warning =
       any_channel(setup.format, [](const ChannelFormat& c) { return c.warning.present; });
+  if (options.pause_clocks != 0 && options.pause.count == 0) return "--pause-every: needs --pause";
+  setup.pause = options.pause;
+  setup.pause_clocks = static_cast<std::uint32_t>(options.pause_clocks);
+  bool pauses = options.pause_clocks != 0;
   for (const std::string& text : options.faults) {
     const auto rule = read_fault(text);
     if (!rule) return rule.error();
     if (rule->kind == sim::FaultKind::nE && !error) {
       return "--fault: nE: the format has no error bit (nE or E)";
     }
+    const ChannelFormat& word = sim::position_word(setup.format);
+    if (rule->kind == sim::FaultKind::late_turns &&
+        (!word.multiturn.present() || !word.singleturn.present())) {
+      return "--fault: late_turns: the format has no turns above a singleturn position (mt and st)";
+    }
     if (rule->kind == sim::FaultKind::nW && !warning) {
       return "--fault: nW: the format has no warning bit (nW or W)";
     }
+    pauses = pauses || rule->kind == sim::FaultKind::ma_pause;
     setup.faults.push_back(*rule);
   }
+  if (options.pause.count != 0 && !pauses)
+    return "--pause: needs --pause-every or --fault ma_pause";
   return {};
 }
 

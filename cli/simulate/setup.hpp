@@ -40,6 +40,11 @@ struct LineOptions {
   /// As in LineSetup.
   std::optional<std::uint64_t> position;
   std::vector<std::string> faults;
+  /// `FORMAT@CYCLE`; empty: the format does not change.
+  std::string then{};
+  /// As in LineSetup.
+  Picoseconds pause{};
+  std::uint64_t pause_clocks = 0;
   bool no_compensation = false;
   bool at_slave = false;
   std::uint64_t seed = 1;

@@ -82,7 +82,11 @@ class SimulateRun {
     if (const std::string wrong = check_run(*setup); !wrong.empty()) {
       return fail(ExitStatus::usage, wrong);
     }
-    return write_line(*setup, options_.write);
+    WriteOptions write = options_.write;
+    if (const std::string wrong = put_then(line, *setup, write); !wrong.empty()) {
+      return fail(ExitStatus::usage, "--then: " + wrong);
+    }
+    return write_line(*setup, write);
   }
 
  private:
@@ -106,6 +110,28 @@ class SimulateRun {
     line.accesses = std::move(*accesses);
     if (!line.accesses.empty() || options_.write.outcomes.empty()) return ExitStatus::done;
     return fail(ExitStatus::usage, "--outcomes: needs --access");
+  }
+
+  // The line after a change of the format, or why there is none.
+  std::string put_then(const LineOptions& first, const sim::LineSetup& setup,
+                       WriteOptions& write) const {
+    if (first.then.empty()) return {};
+    const std::size_t at = first.then.rfind('@');
+    const auto cycle = parse_count(first.then.substr(std::min(at + 1, first.then.size())));
+    if (at == std::string::npos || !cycle.ok() || *cycle == 0) {
+      return fmt::format("'{}' is not FORMAT@CYCLE", first.then);
+    }
+    if (setup.has_control() || write.configure) return "not with registers or accesses";
+    LineOptions second = first;
+    second.device.format = first.then.substr(0, at);
+    const auto changed = line_setup(second);
+    if (!changed) return changed.error();
+    if (changed->format.channel_count != setup.format.channel_count) {
+      return fmt::format("as many channels as before, {}", setup.format.channel_count);
+    }
+    write.then = *changed;
+    write.then_cycle = *cycle;
+    return check_run(*changed);
   }
 
   // Whether the line, the faults and the accesses fit into this many cycles.
@@ -191,6 +217,15 @@ void add_line_options(Verb all, LineOptions& line) {
   add_count_option(verb, "--seed", into(line.seed),
                    "Random seed of positions, jitter and faults; 1 by default");
   verb = all.section("Faults");
+  add_duration_option(
+      verb, "--pause", into(line.pause),
+      "Length of the pauses of MA within a frame, for --pause-every and for --fault "
+      "ma_pause; MA is high");
+  add_count_option(verb, "--pause-every", into(line.pause_clocks),
+                   "Pause MA after this many clocks, as an SPI port does after 8", 65'535);
+  verb.add_option("--then", line.then,
+                  "Another format from this cycle on, for an encoder whose frames change")
+      .type_name("FORMAT@CYCLE");
   verb.add_option("--fault", line.faults,
                   "Inject a fault into this share of the cycles or, with @CYCLE, into one cycle; "
                   ",bit=N or ,clock=N selects the place in it: " +
@@ -235,9 +270,9 @@ void add_replay_options(Verb verb, ReplayOptions& replay) {
                       "Read the encoder in this capture: write its SLO and the simulated MA");
   ma_from.type_name("FILE").file(FileUse::read).excludes(slo_from);
   slo_from.type_name("FILE").file(FileUse::read);
-  for (const char* name :
-       {"--rate", "--cycles", "--fault", "--jitter", "--ma-jitter", "--slo-jitter", "--at-slave",
-        "--clock-error", "--duty", "--access", "--retries", "--outcomes", "--configure"}) {
+  for (const char* name : {"--rate", "--cycles", "--fault", "--pause", "--pause-every", "--then",
+                           "--jitter", "--ma-jitter", "--slo-jitter", "--at-slave", "--clock-error",
+                           "--duty", "--access", "--retries", "--outcomes", "--configure"}) {
     ma_from.excludes(verb.get_option(name));
     slo_from.excludes(verb.get_option(name));
   }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "biss/frame/format_text.hpp"
 #include "cli/simulate/fault_option.hpp"
 
 namespace biss::cli {
@@ -9,7 +10,7 @@ namespace biss::cli {
 using report::Cell;
 using report::Kind;
 
-TruthTable::TruthTable(const FrameFormat& format) : format_(format) {
+TruthTable::TruthTable(const FrameFormat& format, bool changes) : format_(format) {
   columns_ = {{.name = "cycle", .kind = Kind::unsigned_integer},
               {.name = "time_ns", .kind = Kind::nanoseconds},
               {.name = "position", .kind = Kind::unsigned_integer},
@@ -24,6 +25,14 @@ TruthTable::TruthTable(const FrameFormat& format) : format_(format) {
   columns_.push_back({.name = "places", .kind = Kind::text});
   columns_.push_back({.name = "marginal", .kind = Kind::flag});
   columns_.push_back({.name = "sampled_ns", .kind = Kind::nanoseconds});
+  if (!changes) return;
+  columns_.push_back({.name = "format", .kind = Kind::text});
+  set_format(format);
+}
+
+void TruthTable::set_format(const FrameFormat& format) {
+  format_ = format;
+  text_ = format_text(format).view();
 }
 
 const std::vector<Cell>& TruthTable::cells(std::uint64_t number, const sim::SimulatedCycle& cycle) {
@@ -46,6 +55,7 @@ const std::vector<Cell>& TruthTable::cells(std::uint64_t number, const sim::Simu
   // No clocks: the request was not made by our master.
   cells_.push_back(cycle.reading.clocks != 0 ? Cell(cycle.reading.marginal) : Cell());
   cells_.emplace_back(cycle.sampled);
+  if (!text_.empty()) cells_.emplace_back(text_);
   return cells_;
 }
 

@@ -18,7 +18,11 @@ namespace biss::cli {
 /// too, and `marginal` with a recorded master.
 class TruthTable {
  public:
-  explicit TruthTable(const FrameFormat& format);
+  /// \param changes the format changes: the last column is `format`
+  explicit TruthTable(const FrameFormat& format, bool changes = false);
+
+  /// From the next row on. \pre as many channels
+  void set_format(const FrameFormat& format);
 
   const std::vector<report::Column>& columns() const { return columns_; }
   /// The cells of a row, valid until the next call.
@@ -30,6 +34,7 @@ class TruthTable {
   std::vector<report::Cell> cells_;
   std::string faults_;
   std::string places_;
+  std::string text_;  // of format_; empty: no such column
 };
 
 }  // namespace biss::cli

@@ -161,26 +161,29 @@ std::vector<wire::Edge> idle_levels(std::size_t lines) {
 class LineWriter {
  public:
   LineWriter(const sim::LineSetup& setup, const WriteOptions& options)
-      : setup_(setup), options_(options), line_(setup), truth_(setup.format) {}
+      : setup_(setup),
+        options_(options),
+        line_(std::in_place, setup),
+        truth_(setup.format, options.then.has_value()) {}
 
   ExitStatus run() {
     const ExitStatus opened = open();
     if (opened != ExitStatus::done) return opened;
     if (options_.configure && !configure()) return edges_->status();
-    const bool lost = line_.configuration() && !line_.configuration()->ok();
+    const bool lost = line_->configuration() && !line_->configuration()->ok();
     if (!lost) {
       const ExitStatus written = write_cycles();
       if (written != ExitStatus::done) return written;
     }
-    if (!edges_->finish(line_.end() + 20 * period_of(setup_.clock))) return edges_->status();
+    if (!edges_->finish(line_->end() + 20 * period_of(setup_.clock))) return edges_->status();
     if (!output_.finish()) return output_.status();
     if (rows_ && (!rows_->finish() || !truth_output_.finish())) return truth_output_.status();
-    if (line_.control() != nullptr && !outcomes_.finish(*line_.control())) {
+    if (line_->control() != nullptr && !outcomes_.finish(*line_->control())) {
       return outcomes_.status();
     }
     if (!lost) return ExitStatus::done;
     return fail(ExitStatus::data_failed,
-                fmt::format("no configuration: {}", text_of(line_.configuration()->error())));
+                fmt::format("no configuration: {}", text_of(line_->configuration()->error())));
   }
 
  private:
@@ -203,15 +206,15 @@ class LineWriter {
   // Prints what was found. False: the capture cannot be written.
   bool configure() {
     ConfigureLog log;
-    const Picoseconds begin = line_.end();
-    line_.begin_configuration(log.options(), common_clock_max);
-    while (line_.configuring()) {
-      log.note(line_.configurator());
-      if (!edges_->write(line_.configure_next())) return false;
+    const Picoseconds begin = line_->end();
+    line_->begin_configuration(log.options(), common_clock_max);
+    while (line_->configuring()) {
+      log.note(line_->configurator());
+      if (!edges_->write(line_->configure_next())) return false;
     }
-    log.note(line_.configurator());
-    const auto& found = *line_.configuration();
-    print_summary(log.text(found, line_.end() - begin));
+    log.note(line_->configurator());
+    const auto& found = *line_->configuration();
+    print_summary(log.text(found, line_->end() - begin));
     if (!found.ok()) return true;
     const DeviceTiming& timing = found->timing;
     if (setup_.clock < timing.clock_min || setup_.clock > timing.clock_max) {
@@ -225,13 +228,18 @@ class LineWriter {
   ExitStatus write_cycles() {
     Duration duration(options_.cycles);
     Progress progress;
-    for (std::uint64_t i = 0; duration.more(i, line_.control()); ++i) {
+    for (std::uint64_t i = 0; duration.more(i, line_->control()); ++i) {
       if (i % 1024 == 0 && progress.due()) {
         progress.show(progress_text({.done = i, .all = options_.cycles.value_or(0)},
                                     "request cycles", progress.seconds()));
       }
-      const sim::SimulatedCycle& cycle = line_.next();
+      if (options_.then && i == options_.then_cycle && !change_format(i)) return edges_->status();
+      const sim::SimulatedCycle& cycle = line_->next();
       if (!edges_->write(cycle.edges)) return edges_->status();
+      for (const wire::Edge& edge : cycle.edges) {
+        const std::uint32_t line = std::uint32_t{1} << edge.line;
+        low_lines_ = edge.level == wire::Level::low ? low_lines_ | line : low_lines_ & ~line;
+      }
       if (rows_ && !rows_->row(truth_.cells(i, cycle))) return truth_output_.status();
       const bool more_outputs = rows_ || !options_.outcomes.empty();
       if (output_.reader_left() && !more_outputs) break;
@@ -239,9 +247,25 @@ class LineWriter {
     return ExitStatus::done;
   }
 
+  // The new line begins idle. False: the capture cannot be written.
+  bool change_format(std::uint64_t cycle) {
+    sim::LineSetup changed = *options_.then;
+    changed.first_cycle = cycle;
+    changed.begin = line_->end();
+    std::vector<wire::Edge> rises;
+    for (wire::LineIndex line = 0; low_lines_ >> line != 0; ++line) {
+      if ((low_lines_ >> line & 1U) != 0) rises.push_back({changed.begin, line, wire::Level::high});
+    }
+    low_lines_ = 0;
+    line_.emplace(changed);
+    truth_.set_format(changed.format);
+    return edges_->write(rises);
+  }
+
   const sim::LineSetup& setup_;
   const WriteOptions& options_;
-  sim::Line line_;
+  std::optional<sim::Line> line_;
+  std::uint32_t low_lines_ = 0;  // bit k: line k is low
   TruthTable truth_;
   Output output_;
   Output truth_output_;

@@ -28,6 +28,9 @@ struct WriteOptions {
   std::string outcomes;
   /// The master reads format and timing from the encoders' registers first.
   bool configure = false;
+  /// The line from this cycle on, with another format of as many channels.
+  std::optional<sim::LineSetup> then{};
+  std::uint64_t then_cycle = 0;
 };
 
 /// Returns data_failed where the master could not configure itself; the capture then holds its

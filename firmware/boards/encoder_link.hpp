@@ -21,6 +21,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <type_traits>
 
 #include "biss/axis/counters.hpp"
 #include "biss/axis/freshness.hpp"
@@ -52,8 +53,9 @@ struct Cycle {
   std::optional<biss::FrameFault> fault{};
 };
 
-/// `Reader` is a biss::SpiReader of a format with one channel, `Bytes` what it needs. If it needs
-/// more, or has an error(), no request is made: each is counted as `late`.
+/// `Reader` is a biss::SpiReader of a format with one channel, `Bytes` what it needs. What does not
+/// fit has an AxisError: a constant link does not compile, another one makes no request, and counts
+/// each as `late`.
 template <EncoderPort Port, class Reader, std::size_t Bytes>
 class EncoderLink {
  public:
@@ -61,14 +63,26 @@ class EncoderLink {
   /// \param cycle the time from one request to the next
   constexpr EncoderLink(Port& port, const Reader& reader, biss::Picoseconds cycle,
                         const biss::ControlOptions& options)
-      : port_(port), reader_(reader), cycle_(cycle), session_(options) {}
+      : port_(port),
+        reader_(reader),
+        error_(control_loop::axis_detail::check(reader, Bytes, {.max_step = 1})),
+        cycle_(cycle),
+        session_(options) {
+    if (std::is_constant_evaluated() && error_) {
+      control_loop::axis_detail::
+          the_reader_the_buffer_the_format_or_max_step_is_wrong_see_AxisError();
+    }
+  }
+
+  /// Why this link never makes a request; nothing if it can be used.
+  constexpr const std::optional<control_loop::AxisError>& error() const { return error_; }
 
   constexpr void request() {
     const biss::Picoseconds before = now_;
     now_ = biss::wrapping_later(now_, cycle_);
     const bool unanswered = buffer_.waits();
     const auto start = [this](std::span<std::uint8_t> receive) { return port_.start(receive); };
-    if (!buffer_.begin(reader_.bytes(), start)) {
+    if (!buffer_.begin(error_ ? 0 : reader_.bytes(), start)) {
       ++counts_.late;
     } else if (unanswered) {
       // MA was high after it, so that the encoder has seen CDM = 0.
@@ -119,6 +133,7 @@ class EncoderLink {
 
   Port& port_;
   const Reader& reader_;
+  std::optional<control_loop::AxisError> error_;
   biss::Picoseconds cycle_;
   biss::Picoseconds now_{};
   biss::ControlSession session_;

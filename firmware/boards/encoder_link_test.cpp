@@ -136,6 +136,21 @@ BISS_TEST(EncoderLink, ReaderThatNeedsMoreThanTheBuffer_MakesNoRequest) {
   BISS_EXPECT(port.receive.empty());
   BISS_EXPECT_EQ(link.counts().late, 1U);
   BISS_EXPECT(!link.latest().trusted);
+  BISS_EXPECT(link.error() == control_loop::AxisError::buffer);
+}
+
+// Which channel would be the position?
+BISS_TEST(EncoderLink, FormatWithTwoChannels_MakesNoRequest) {
+  constexpr biss::FrameFormat two = biss::frame_format("pos24,nE,nW,crc6+pos12,nE,nW,crc6");
+  constexpr biss::SpiReader of_two{biss::FixedCodec<two>{}, {.period = biss::nanoseconds(200)}, {}};
+  WritingPort port;
+  EncoderLink<WritingPort, decltype(of_two), of_two.bytes()> link(port, of_two,
+                                                                  biss::microseconds(100), {});
+  link.request();
+  BISS_EXPECT(port.receive.empty());
+  BISS_EXPECT(link.error() == control_loop::AxisError::format);
+  WritingLink good(port, reader, biss::microseconds(100), {});
+  BISS_EXPECT(!good.error());
 }
 
 }  // namespace encoder_link_test

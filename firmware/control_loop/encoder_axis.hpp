@@ -199,8 +199,9 @@ class EncoderAxis {
 
   // `asked` is when the cycle was requested.
   constexpr void bad(std::optional<biss::FrameFault> fault, biss::Picoseconds asked) {
-    const bool powers_up =
-        first_asked_ && biss::wrapping_elapsed(*first_asked_, asked) < policy_.limits().power_up;
+    const biss::Picoseconds waited = biss::wrapping_elapsed(first_asked_.value_or(asked), asked);
+    // A negative time is one of more than 106 days.
+    const bool powers_up = waited >= biss::Picoseconds{} && waited < policy_.limits().power_up;
     take(powers_up ? policy_.wait() : policy_.bad(), fault, asked);
   }
 

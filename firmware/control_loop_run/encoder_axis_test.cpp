@@ -237,9 +237,8 @@ BISS_TEST(EncoderAxis, ReaderThatNeedsMoreThanTheBuffer_IsRefusedAndWritesNothin
   struct {
     EncoderAxis<Spi, decltype(reader), 8> axis;
     std::array<std::uint8_t, 64> after;
-  } const unused{
-      EncoderAxis<Spi, decltype(reader), 8>(spi, reader, ma_period, encoder.timing, limits), {}};
-  auto memory = unused;
+  } memory{EncoderAxis<Spi, decltype(reader), 8>(spi, reader, ma_period, encoder.timing, limits),
+           {}};
   BISS_ASSERT(memory.axis.error());
   BISS_EXPECT(*memory.axis.error() == AxisError::buffer);
   for (int i = 0; i < 5; ++i) {
@@ -315,6 +314,30 @@ BISS_TEST(EncoderAxis, ClockThatWrapsAround_ChangesNoAge) {
                    (biss::microseconds(100) - to_sampling).count);
   }
 }
+
+// The clock wraps around: half of its range is 106 days.
+BISS_TEST(EncoderAxis, SecondRequestAfterMonths_IsNotInTheTimeToPowerUp) {
+  for (const std::int64_t days : {1, 106, 107, 200, 213}) {
+    Axis a;
+    a.axis.request({});
+    a.spi.busy = false;
+    a.axis.transfer_complete();
+    BISS_EXPECT(a.axis.latest().output.quality == Quality::none);
+    const biss::Picoseconds later =
+        biss::wrapping_later(biss::milliseconds(86'400'000) * (days / 2),
+                             biss::milliseconds(86'400'000) * (days - days / 2));
+    for (int i = 0; i < limits.trip_after; ++i) {
+      a.axis.request(later);
+      a.spi.busy = false;
+      a.axis.transfer_complete();
+    }
+    BISS_EXPECT(a.axis.latest().output.quality == Quality::tripped) << days;
+  }
+}
+
+// The transfer fills the buffer of the axis, and not that of a copy.
+static_assert(!std::is_copy_constructible_v<decltype(Axis::axis)>);
+static_assert(!std::is_move_constructible_v<decltype(Axis::axis)>);
 
 }  // namespace encoder_axis_test
 }  // namespace control_loop

@@ -19,6 +19,7 @@
 #include "biss/slave/register_server.hpp"
 #include "biss/slave/slave.hpp"
 #include "biss/turns/turn_counter.hpp"
+#include "tests/core/monitor_bytes.hpp"
 
 namespace cost {
 
@@ -66,19 +67,8 @@ inline constexpr biss::SafetySetup safety_setup = [] {
 using SafetyMonitor =
     biss::SafetyMonitor<biss::FixedSafetyPlan<safety_format, safety_setup, biss::CrcTable<8>>>;
 
-/// The bytes of a monitor, which itself cannot be copied: a sample begins with an earlier state.
-class MonitorBytes {
- public:
-  explicit MonitorBytes(const SafetyMonitor& monitor) {
-    __builtin_memcpy(bytes_.data(), static_cast<const void*>(&monitor), sizeof bytes_);
-  }
-  void put_into(SafetyMonitor& monitor) const {
-    __builtin_memcpy(static_cast<void*>(&monitor), bytes_.data(), sizeof bytes_);
-  }
-
- private:
-  std::array<unsigned char, sizeof(SafetyMonitor)> bytes_{};
-};
+/// A sample begins with an earlier state.
+using MonitorBytes = biss::test::MonitorBytes<SafetyMonitor>;
 
 /// Two clocks, of which the second one started elsewhere.
 constexpr biss::TwoClocks clocks_at(std::int64_t picoseconds) {

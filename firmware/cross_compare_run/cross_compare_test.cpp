@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <utility>
 
 #include "biss/frame/encode.hpp"
 #include "biss/safety/configurations.hpp"
@@ -25,18 +26,19 @@ template <class AnyPlan = Plan>
 using Line = Processor<AnyPlan, biss::LineEvaluation<AnyPlan>>;
 
 // The answer to a request, with the encoder's counter.
-biss::FrameBits answer(std::uint32_t request, std::uint64_t position) {
+biss::FrameBits answer(std::uint32_t request, std::uint64_t position, std::uint32_t lead = 3,
+                       std::uint32_t ack = 40) {
   Plan::Frame frame;
   frame.channel_count = 2;
-  frame.lead_clocks = 3;
-  frame.ack_clocks = 40;
+  frame.lead_clocks = static_cast<std::uint16_t>(lead);
+  frame.ack_clocks = static_cast<std::uint16_t>(ack);
   frame.channel_list[0] = {position, 0, true, true};
   frame.channel_list[1] = {position >> 8U, request % 63U + 1U, true, true};
   return biss::encode_frame(frame, Plan::codec()).value();
 }
 
-biss::TwoClocks time_of(std::uint32_t request) {
-  const biss::Picoseconds now = cycle * request;
+biss::TwoClocks time_of(std::uint32_t request, biss::Picoseconds started = {}) {
+  const biss::Picoseconds now = cycle * request + started;
   return {now, now + biss::milliseconds(3)};
 }
 
@@ -322,6 +324,102 @@ BISS_TEST(CrossCompare, TransferOfTheRightTime_IsSafeAndOfAWrongOneIsAClockFault
   }
   BISS_EXPECT_EQ(pair.a.cause(), SafetyVerdict::clock);
   BISS_EXPECT_EQ(pair.b.cause(), SafetyVerdict::clock);
+}
+
+enum class Fault : std::uint8_t {
+  message_lost,     // to B
+  message_damaged,  // to A
+  message_old,      // to B: that of the request before
+  buffer_of_a,      // a bit of A's copy of the answer
+  finding_of_b,     // B calculates another position
+  line,             // a bit of the answer, in both copies
+  echo,             // to B: its own message
+  other_pair,       // to A: the message of the processor B of another pair
+};
+// What holds, and why.
+struct Held {
+  SafetyState state;
+  SafetyVerdict cause;
+};
+constexpr Held nothing{SafetyState::safe, SafetyVerdict::self_test};
+constexpr Held late{SafetyState::latched, SafetyVerdict::watchdog};
+constexpr Held differ{SafetyState::failed, SafetyVerdict::disagreement};
+constexpr Held crc{SafetyState::latched, SafetyVerdict::cpw_crc};
+// Of processor A and B.
+constexpr std::array<std::array<Held, 2>, 8> held_after{{{nothing, late},
+                                                         {late, nothing},
+                                                         {nothing, late},
+                                                         {differ, differ},
+                                                         {differ, nothing},
+                                                         {crc, crc},
+                                                         {nothing, late},
+                                                         {late, nothing}}};
+
+void expect_held(auto& processor, const Held& held, std::uint32_t request) {
+  BISS_EXPECT(processor.state() == held.state) << request;
+  if (held.state == SafetyState::safe) return;
+  BISS_EXPECT_EQ(processor.cause(), held.cause) << request;
+  BISS_EXPECT_EQ(processor.acknowledge(held.cause), held.state == SafetyState::latched) << request;
+}
+
+// Constant-initialised, like everything that lives before firmware_main().
+constinit std::optional<Field<>> a_of_cycles{std::in_place, connection};
+constinit std::optional<Line<>> b_of_cycles{std::in_place, connection};
+
+BISS_TEST(CrossCompare, CyclesWithFaults_AreSafeOnlyIfBothProcessorsHaveThePosition) {
+  BISS_RANDOM(random, 0x5AFE'0040);
+  auto& a = a_of_cycles;
+  auto& b = b_of_cycles;
+  BISS_EXPECT(a->state() == SafetyState::untested && b->state() == SafetyState::untested);
+  BISS_EXPECT(a->power_up() && b->power_up());
+  // All four clocks started at other times.
+  const biss::Picoseconds start_of_b = biss::microseconds(700);
+  std::uint64_t position = 0;
+  std::uint32_t good_in_a_row = 0;
+  Message last_of_a{};
+  for (std::uint32_t n = 0; n < 1200; ++n) {
+    const bool faulty = n % 20 == 19;
+    const std::size_t fault = n / 20 % held_after.size();
+    const auto is = [&](Fault one) { return faulty && static_cast<Fault>(fault) == one; };
+    position = (position + 123'456'789) & biss::low_mask(36);
+    biss::FrameBits bits = answer(n, position, 2U + random.below(5), 32U + random.below(60));
+    // A bit of the CPW, before its CRC.
+    const std::size_t bit = bits.size_bits() - 1U - Plan::payload_bits() + random.below(36);
+    if (is(Fault::line)) bits.flip(bit);
+    Message of_b = b->evaluate(n, bits.view());
+    if (is(Fault::buffer_of_a)) bits.flip(bit);
+    Message of_a = a->evaluate(n, bits.view());
+    const Message fresh = of_a;
+    if (is(Fault::message_lost)) of_a = {};
+    if (is(Fault::message_old)) of_a = last_of_a;
+    if (is(Fault::message_damaged)) of_b[random.below(of_b.size())] ^= 0x10;
+    if (is(Fault::echo)) of_a = of_b;
+    if (is(Fault::finding_of_b) || is(Fault::other_pair)) {
+      Address address{n, connection, Sender::line};
+      auto finding = *decode(address, of_b);
+      if (is(Fault::finding_of_b)) finding.spw_position ^= 1U;
+      if (is(Fault::other_pair)) ++address.connection;
+      of_b = encode(address, finding);
+    }
+    last_of_a = fresh;
+    const auto at_a = a->compare(time_of(n), of_b);
+    const auto at_b = b->compare(time_of(n, start_of_b), of_a);
+    const bool torque = at_a && at_b && *at_a == *at_b;
+    good_in_a_row = faulty ? 0 : good_in_a_row + 1;
+    BISS_EXPECT_EQ(torque, good_in_a_row >= type.setup.start_frames) << n;
+    if (torque) BISS_EXPECT_EQ(biss::control_position(Plan(), *at_a), position) << n;
+    if (!faulty) continue;
+    // A processor that did not get its message notices in the next period at the latest.
+    a->is_safe(time_of(n + 1));
+    b->is_safe(time_of(n + 1, start_of_b));
+    expect_held(*a, held_after[fault][0], n);
+    expect_held(*b, held_after[fault][1], n);
+    if (held_after[fault][0].state != SafetyState::failed) continue;
+    // Only a power-up of both ends a fault of a processor.
+    a.emplace(connection);
+    b.emplace(connection);
+    BISS_EXPECT(a->power_up() && b->power_up());
+  }
 }
 
 }  // namespace cross_compare_test

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 
 #include "biss/frame/encode.hpp"
 #include "biss/safety/configurations.hpp"
@@ -52,10 +53,14 @@ template <SafetySetup setup = type.setup>
 struct Bench {
   using Plan = biss::FixedSafetyPlan<type.frame_format(), setup>;
 
+  using Axis = SafeAxis<Spi, biss::SafetyMonitor<Plan>, buffer_bytes>;
+
   Spi spi;
-  SafeAxis<Spi, biss::SafetyMonitor<Plan>, buffer_bytes> axis{spi};
+  Axis axis{spi};
   biss::Picoseconds now{};
   std::uint32_t counter = 0;  // of the last answer
+  std::uint16_t lead_clocks = 3;
+  std::uint16_t ack_clocks = 40;
   bool powered = axis.power_up();
 
   biss::TwoClocks clocks() const { return {now, now + biss::milliseconds(5)}; }
@@ -64,20 +69,31 @@ struct Bench {
     now += cycle;
     axis.request(clocks());
   }
-  // The DMA's part: a good frame with this position of the SPW, and the end of the transfer.
-  void answer(std::uint64_t position, biss::Picoseconds time = transfer_time) {
+  // The next frame of an encoder without faults.
+  biss::FrameBits next(std::uint64_t cpw_position, bool nE = true) {
     counter = counter % 63 + 1;
     typename Plan::Frame frame;
     frame.channel_count = 2;
-    frame.lead_clocks = 3;
-    frame.ack_clocks = 40;
-    frame.channel_list[0] = {position << 8U, 0, true, true};
-    frame.channel_list[1] = {position, counter, true, true};
-    const auto bits = biss::encode_frame(frame, Plan::codec()).value();
+    frame.lead_clocks = lead_clocks;
+    frame.ack_clocks = ack_clocks;
+    frame.channel_list[0] = {cpw_position, 0, nE, true};
+    frame.channel_list[1] = {cpw_position >> 8U, counter, true, true};
+    return biss::encode_frame(frame, Plan::codec()).value();
+  }
+  // The DMA's part.
+  void write(const biss::FrameBits& bits) {
     std::fill(spi.receive.begin(), spi.receive.end(), std::uint8_t{0});
-    std::copy_n(bits.bytes().begin(), bits.bytes().size(), spi.receive.begin());
+    std::copy_n(bits.bytes().begin(), std::min(bits.bytes().size(), spi.receive.size()),
+                spi.receive.begin());
+  }
+  void end(biss::Picoseconds time = transfer_time) {
     spi.receive = {};
     axis.transfer_complete(time);
+  }
+  // A good frame with this position of the SPW, and the end of the transfer.
+  void answer(std::uint64_t position, biss::Picoseconds time = transfer_time) {
+    write(next(position << 8U));
+    end(time);
   }
   bool good(std::uint64_t position = 1000) {
     request();
@@ -199,11 +215,35 @@ BISS_TEST(SafeAxis, FaultThatHolds_IsNotClearedByARestartOfTheEncoder) {
   b.until_safe();
 }
 
+// Constant-initialised, like everything that lives before firmware_main().
+constinit Spi untested_spi;
+constinit Bench<>::Axis untested_axis{untested_spi};
+
 BISS_TEST(SafeAxis, BeforeTheSelfTest_ARestartOfTheEncoderIsNoStart) {
-  Spi spi;
-  SafeAxis<Spi, biss::SafetyMonitor<Bench<>::Plan>, buffer_bytes> axis{spi};
-  axis.encoder_restarted();
-  BISS_EXPECT_EQ(axis.cause(), self_test);
+  untested_axis.encoder_restarted();
+  BISS_EXPECT_EQ(untested_axis.cause(), self_test);
+}
+
+BISS_TEST(SafeAxis, BeforeTheSelfTest_AGoodAnswerIsNoPosition) {
+  Bench b;
+  untested_axis.request(b.clocks());
+  std::swap(untested_spi, b.spi);
+  b.write(b.next(1000));
+  untested_spi = {};
+  untested_axis.transfer_complete(transfer_time);
+  BISS_EXPECT(!untested_axis.position(b.clocks()).has_value());
+  BISS_EXPECT_EQ(untested_axis.cause(), self_test);
+}
+
+BISS_TEST(SafeAxis, EndThatNoRequestWaitsFor_LeavesThePosition) {
+  Bench b;
+  b.until_safe();
+  b.request();
+  b.answer(1234);
+  b.axis.transfer_complete(transfer_time);
+  const auto position = b.axis.position(b.clocks());
+  BISS_ASSERT(position.has_value());
+  BISS_EXPECT_EQ(biss::control_position(Bench<>::Plan(), *position), 1234U << 8U);
 }
 
 BISS_TEST(SafeAxis, TransferOfTheRightTime_IsSafe) {
@@ -229,6 +269,60 @@ BISS_TEST(SafeAxis, WithoutTimedTransfers_TheTimeOfATransferIsIgnored) {
   b.request();
   b.answer(1000, {});
   BISS_EXPECT(b.has_position());
+}
+
+enum class Fault : std::uint8_t {
+  flip,
+  no_dma,
+  no_interrupt,
+  silent,
+  error_bit,
+  asked_twice,
+  clock_jumps
+};
+constexpr std::array causes{cpw_crc, no_frame, watchdog, watchdog, cpw_error, no_frame, clock};
+
+BISS_TEST(SafeAxis, CyclesWithFaults_HaveEachPositionAndNoneFromAFaultToItsAcknowledgement) {
+  BISS_RANDOM(random, 0x5AFE'0001);
+  Bench b;
+  std::uint64_t position = 0;
+  std::uint32_t good_in_a_row = 0;
+  for (std::uint32_t n = 0; n < 3000; ++n) {
+    const bool faulty = n % 50 == 49;
+    const auto fault = static_cast<Fault>(n / 50 % causes.size());
+    const auto is = [&](Fault one) { return faulty && fault == one; };
+    b.now = cycle * n;
+    auto asked = b.clocks();
+    if (is(Fault::clock_jumps)) asked.now += biss::microseconds(2);
+    b.axis.request(asked);
+    const auto request_again = [&](biss::Picoseconds later) {
+      b.now += later;
+      b.axis.request(b.clocks());
+      b.now -= later;
+    };
+    // Before the watchdog reacts: the request that the board refuses is reported.
+    if (is(Fault::asked_twice)) request_again(cycle / 4);
+    position = (position + 123'456'789) & biss::low_mask(36);
+    b.lead_clocks = static_cast<std::uint16_t>(2U + random.below(5));
+    b.ack_clocks = static_cast<std::uint16_t>(33U + random.below(60));
+    biss::FrameBits bits = b.next(position, !is(Fault::error_bit));
+    const std::size_t cds = bits.size_bits() - 2U - Bench<>::Plan::payload_bits();
+    if (is(Fault::flip)) bits.flip(cds + 1U + random.below(38));
+    if (!is(Fault::no_dma)) b.write(bits);
+    if (!is(Fault::no_interrupt) && !is(Fault::silent)) b.end();
+    // The next request is refused, too: the SPI is still busy.
+    if (is(Fault::no_interrupt)) request_again(cycle - biss::microseconds(1));
+    b.now += is(Fault::silent) ? 2 * cycle : cycle;
+    const auto found = b.axis.position(b.clocks());
+    good_in_a_row = faulty ? 0 : good_in_a_row + 1;
+    BISS_EXPECT_EQ(found.has_value(), good_in_a_row >= type.setup.start_frames) << n;
+    if (found) BISS_EXPECT_EQ(biss::control_position(Bench<>::Plan(), *found), position) << n;
+    if (!faulty) continue;
+    BISS_EXPECT_EQ(b.axis.cause(), causes[static_cast<std::size_t>(fault)]) << n;
+    b.spi.receive = {};
+    BISS_EXPECT(b.axis.acknowledge(b.axis.cause())) << n;
+    BISS_EXPECT_EQ(b.axis.cause(), starting) << n;
+  }
 }
 
 }  // namespace safe_axis_test

@@ -38,6 +38,9 @@ class Frame:
     #: Ones before ACK, and zeros of ACK, in clocks of MA.
     lead_clocks: int
     ack_clocks: int
+    #: A position without nE, and a channel without CRC, which no setup of a reader has accepted.
+    no_error_flag: bool = False
+    unchecked: bool = False
 
     @property
     def position(self) -> int:
@@ -56,8 +59,9 @@ class Frame:
 
     @property
     def trusted(self) -> bool:
-        """No channel reports an error."""
-        return all(channel.nE for channel in self.channels)
+        """No channel reports an error, and each has what shows one."""
+        missing = self.no_error_flag or self.unchecked
+        return not missing and all(channel.nE for channel in self.channels)
 
 
 @dataclass(frozen=True)
@@ -89,11 +93,11 @@ def _bytes(buffer: Any) -> bytes:
     return view.tobytes()
 
 
-def _frame(parts: tuple[Any, ...]) -> Frame:
+def _frame(parts: tuple[Any, ...], **missing: bool) -> Frame:
     if parts[0] is not None:
         raise FrameError(parts[0], parts[0], parts[1])
     channels = tuple(Channel(*values) for values in parts[1])
-    return Frame(channels, *parts[2:])
+    return Frame(channels, *parts[2:], **missing)
 
 
 class Format:
@@ -117,6 +121,9 @@ class Format:
     def __setstate__(self, texts: tuple[str, ...]) -> None:
         self._texts = texts
         self._format = _core.Format(*texts)
+        self._missing = {
+            "no_error_flag": any(one["position_bits"] and not one["error"] for one in self.channels),
+            "unchecked": any(not one["crc_bits"] for one in self.channels)}
 
     @property
     def text(self) -> str:
@@ -152,7 +159,8 @@ class Format:
         """Finds and decodes the frame in these bits, which begin with the first clock of MA.
 
         ``data`` is Bits, bytes or a sequence of their numbers. ACK may have any length that BiSS C
-        allows. Raises FrameError with the cause.
+        allows. Raises FrameError with the cause. Without nE or CRC the frame says so, and is not
+        trusted.
         """
         first = bits_of(first_bit, "first_bit", 32)
         if bits is not None:
@@ -163,7 +171,7 @@ class Format:
             if bits is None:
                 bits = data.count - first
             data = data.data
-        return _frame(self._format.decode(_bytes(data), first, bits))
+        return _frame(self._format.decode(_bytes(data), first, bits), **self._missing)
 
     def crc(self, data: int, channel: int = 0) -> int:
         """The checksum of a channel's data bits as it is sent."""

@@ -47,6 +47,19 @@ def test_EncodedFrame_IsDecodedAgain():
             assert error.value.cause == "crc"
 
 
+def test_FrameWithoutErrorFlagOrChecksum_SaysSoAndIsNotTrusted():
+    for text, no_error_flag, unchecked in (
+            ("pos24,nE,nW,crc6", False, False), ("pos24,crc6", True, False),
+            ("pos24,nE,nW", False, True), ("pos24", True, True), ("pos24,nE,crc6+pad8", False, True)):
+        format = biss.Format(text)
+        frame = format.decode(format.encode(*[1234] + [0] * (len(format.channels) - 1)))
+        assert (frame.no_error_flag, frame.unchecked) == (no_error_flag, unchecked), text
+        assert frame.trusted == (not no_error_flag and not unchecked), text
+    reader = biss.SpiReader("pos24", 5_000_000, no_error_flag=True, unchecked=True)
+    bits = reader.format.encode(1234, lead_clocks=2)
+    assert reader.read(bits.data + bytes(reader.transfer_bytes)).trusted
+
+
 def test_SpiBuffers_AreReadOneByOneAndAllAtOnce():
     format = biss.Format("resolute-26")
     reader = biss.SpiReader(format, 5_000_000, line_delay_max_ps=1_000_000)

@@ -1,8 +1,12 @@
 // The readings of a master: line delay, sampling point, clocks.
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <type_traits>
 
+#include "biss/frame/format_text.hpp"
 #include "biss/master/request.hpp"
 #include "tests/core/requests.hpp"
 #include "tests/core/test.hpp"
@@ -202,5 +206,53 @@ BISS_TEST(Request, SamplingPoint_LiesOnTheGrid) {
   BISS_EXPECT(!out.level);
   BISS_EXPECT(out.deadline == nanoseconds(225));
 }
+
+// ---- What does not fit
+
+struct Refused {
+  const char* format;
+  MasterSetup setup;
+  std::optional<SpiSetupError> error;
+};
+constexpr DeviceTiming at_5_mhz{.clock_max = megahertz(5)};
+constexpr std::array refused{
+    Refused{"pos18,nE,nW,crc6", setup, {}},
+    Refused{"pos18,nE,nW,crc6", {.period = nanoseconds(25)}, SpiSetupError::clock},
+    Refused{"pos18,nE,nW,crc6", {.period = period, .timing = at_5_mhz}, SpiSetupError::clock},
+    Refused{"pos18,nE,nW,crc6", {.period = nanoseconds(200), .timing = at_5_mhz}, {}},
+    Refused{"pos18,crc6", {.period = period, .unchecked = true}, SpiSetupError::error_flag},
+    Refused{"pos18,crc6", {.period = period, .no_error_flag = true}, {}},
+    Refused{"pos18,nE,nW", {.period = period, .no_error_flag = true}, SpiSetupError::crc},
+    Refused{"pos18,nE,nW", {.period = period, .unchecked = true}, {}},
+    Refused{"pad18", {.period = period, .unchecked = true}, {}},
+    Refused{"pos18,nE,crc6+pos18,crc6", {.period = period}, SpiSetupError::error_flag}};
+
+BISS_TEST(Request, SetupThatAnEncoderOrAFormatForbids_MakesNoRequestAndSaysWhy) {
+  for (const Refused& one : refused) {
+    const auto parsed = parse_format(one.format);
+    BISS_ASSERT(parsed.ok());
+    RequestCycle<FrameCodec<CrcBitwise, 2>> master(FrameCodec<CrcBitwise, 2>(*parsed), one.setup);
+    BISS_EXPECT(master.error() == one.error) << one.format;
+    const StepOutput out = master.begin(microseconds(1), true);
+    BISS_EXPECT_EQ(master.done(), one.error.has_value()) << one.format;
+    BISS_EXPECT_EQ(out.level, one.error.has_value()) << one.format;
+    if (!one.error) continue;
+    BISS_EXPECT(master.reading().refusal == Refusal::setup) << one.format;
+    BISS_ASSERT(!master.reading().frame.ok());
+    BISS_EXPECT(master.reading().frame.error().cause == FrameError::not_ready) << one.format;
+    BISS_EXPECT(out.deadline == never && !master.reading().ready) << one.format;
+  }
+}
+
+template <std::int64_t ns>
+constexpr bool make() {
+  const RequestCycle master(Codec{}, MasterSetup{.period = nanoseconds(ns), .timing = timing});
+  return !master.error();
+}
+template <std::int64_t ns>
+concept Compiles = requires {
+  typename std::bool_constant<make<ns>()>;
+};
+static_assert(Compiles<100> && !Compiles<99>);
 
 }  // namespace request_test

@@ -3,8 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
-#include <new>
 #include <string_view>
 
 #include "biss/base/bit_buffer.hpp"
@@ -68,25 +66,6 @@ inline RunPlan plan_of(std::string_view name, const auto& change) {
 inline RunPlan plan_of(std::string_view name) {
   return plan_of(name, [](SafetySetup&) {});
 }
-
-/// The bytes of a monitor, which itself cannot be copied.
-template <class Monitor>
-class MonitorBytes {
- public:
-  explicit MonitorBytes(const Monitor& monitor) {
-    std::memcpy(bytes_, static_cast<const void*>(&monitor), sizeof bytes_);
-  }
-
-  static constexpr std::size_t size_bits = sizeof(Monitor) * 8U;
-
-  void flip(std::size_t bit) {
-    bytes_[bit / 8U] = static_cast<unsigned char>(bytes_[bit / 8U] ^ (1U << (bit % 8U)));
-  }
-  Monitor& monitor() { return *std::launder(reinterpret_cast<Monitor*>(bytes_)); }
-
- private:
-  alignas(Monitor) unsigned char bytes_[sizeof(Monitor)];
-};
 
 /// A monitor that has passed its self test, and its encoder: 36 + 28 bits, a frame every cycle.
 class SafetyBench {

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "biss/safety/monitor.hpp"
+#include "tests/core/monitor_bytes.hpp"
 #include "tests/core/safety_bench.hpp"
 #include "tests/core/test.hpp"
 

@@ -702,6 +702,19 @@ BISS_TEST(SafetySetup, WithTiming_HasTheShortestCycleOfTheEncoder) {
   BISS_EXPECT(with_timing(setup, {}, nanoseconds(100)).frame_gap_min == setup.frame_gap_min);
 }
 
+BISS_TEST(SafetySetup, WithTimingAboveTheClockOfTheEncoder_IsRefused) {
+  const auto error_at = [](Picoseconds period, Hertz clock_max) {
+    DeviceTiming timing = renishaw_timing;
+    timing.clock_max = clock_max;
+    return check_safety(format_of(good_text), with_timing({}, timing, period));
+  };
+  BISS_EXPECT(!error_at(nanoseconds(100), megahertz(10)));
+  BISS_EXPECT(error_at(picoseconds(99'999), megahertz(10)) == SafetySetupError::bounds);
+  BISS_EXPECT(error_at(nanoseconds(25), megahertz(10)) == SafetySetupError::bounds);
+  BISS_EXPECT(error_at(nanoseconds(100), megahertz(5)) == SafetySetupError::bounds);
+  BISS_EXPECT(!error_at(nanoseconds(200), megahertz(5)));
+}
+
 BISS_TEST(SafetyVerdicts, HaveNamesAndTellFaultsFromStates) {
   using enum SafetyVerdict;
   BISS_EXPECT(name_of(safe) == "safe" && name_of(counter_foreign) == "counter_foreign");

@@ -7,6 +7,7 @@
 
 #include "biss/base/wrapping_time.hpp"
 #include "biss/safety/monitor.hpp"
+#include "tests/core/monitor_bytes.hpp"
 #include "tests/core/safety_bench.hpp"
 #include "tests/core/test.hpp"
 

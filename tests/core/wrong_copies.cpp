@@ -1,7 +1,8 @@
-// Copies of a SafetyMonitor, which would undo its faults. No line with `refused` compiles;
-// wrong_copies.cmake tries each.
+// Copies of a SafetyMonitor, which would undo its faults, and of a buffer, which the transfer would
+// not fill. No line with `refused` compiles; refused.cmake tries each.
 #include <utility>
 
+#include "biss/axis/freshness.hpp"
 #include "biss/safety/configurations.hpp"
 #include "biss/safety/monitor.hpp"
 
@@ -28,6 +29,13 @@ Monitor power_up() {
   Monitor monitor;
   static_cast<void>(monitor.self_test());
   return monitor;  // refused
+}
+
+void copies(FreshBuffer<8>& buffer, FreshBuffer<8>& other) {
+  const FreshBuffer<8> saved = buffer;             // refused
+  const FreshBuffer<8> moved = std::move(buffer);  // refused
+  buffer = other;                                  // refused
+  buffer = std::move(other);                       // refused
 }
 
 }  // namespace biss

@@ -1,6 +1,8 @@
 // The format of a line that nothing is known of.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "biss/catalogue/catalogue.hpp"
 #include "biss/frame/format_text.hpp"
 #include "sim/random.hpp"
@@ -14,6 +16,15 @@ std::string text_of(const identify::FormatFinding& finding) {
   return std::string(format_text(finding.candidates.front().format).view());
 }
 
+// nE and nW, as most encoders have them. Bits that are always 0 in their place may be padding, flags
+// that are active-high, or flags that are always active.
+bool has_usual_flags(const FrameFormat& format) {
+  return std::all_of(format.channels().begin(), format.channels().end(), [](const auto& channel) {
+    return channel.error.present && !channel.error.active_high && channel.warning.present &&
+           !channel.warning.active_high;
+  });
+}
+
 TEST(FindFormat, CatalogueFormatsInMotion_AreFoundForSure) {
   using enum sim::MotionKind;
   std::uint64_t number = 0;
@@ -23,7 +34,7 @@ TEST(FindFormat, CatalogueFormatsInMotion_AreFoundForSure) {
       SCOPED_TRACE(testing::Message() << entry.name << ", motion " << static_cast<int>(motion)
                                       << ": " << text_of(result.finding));
       EXPECT_EQ(result.mistake, "");
-      EXPECT_TRUE(result.sure);
+      EXPECT_TRUE(result.sure || !has_usual_flags(entry.frame_format()));
     }
   }
 }

@@ -250,8 +250,7 @@ void compare(const FrameFormat& truth, std::span<const Sample> samples, const Mo
     result.mistake = mistake_in(channel, found.channel_list[k], moved[k]);
     const bool position_moved = (position_of(channel) & moved[k]) != 0;
     result.other_coding =
-        result.other_coding ||
-        (position_moved && channel.singleturn_gray != found.channel_list[k].singleturn_gray);
+        result.other_coding || (position_moved && channel.coded() != found.channel_list[k].coded());
   }
   result.moved =
       static_cast<unsigned>(std::popcount(position_of(truth.channel_list[0]) & moved[0]));

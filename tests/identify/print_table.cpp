@@ -2,6 +2,7 @@
 //   biss_format_table [TRIALS [FIRST]]
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <map>
@@ -44,13 +45,33 @@ int main(int argc, char** argv) {
   Table by_motion;
   Table by_damage;
   Table all;
-  unsigned codings = 0;
+  struct Bin {
+    double below;
+    const char* name;
+    unsigned captures = 0;
+    double stated = 0;
+    unsigned right = 0;
+  };
+  std::array<Bin, 7> bins{{{0.2, "below 0.2"},
+                           {0.4, "0.2 to 0.4"},
+                           {0.6, "0.4 to 0.6"},
+                           {0.8, "0.6 to 0.8"},
+                           {0.9, "0.8 to 0.9"},
+                           {0.97, "0.9 to 0.97"},
+                           {2, "above"}}};
   for (unsigned long i = 0; i < trials; ++i) {
     const trial::FormatTrial one = trial::random_trial(first + i);
     const trial::TrialResult result = trial::run(one);
     const bool judged = result.moved >= 8;
     const bool wrong = result.sure && !result.mistake.empty();
-    codings += result.sure && result.other_coding ? 1U : 0U;
+    if (!result.finding.candidates.empty()) {
+      const double confidence = result.finding.candidates.front().confidence;
+      Bin& bin = *std::find_if(bins.begin(), bins.end(),
+                               [&](const Bin& each) { return confidence < each.below; });
+      ++bin.captures;
+      bin.stated += confidence;
+      bin.right += result.mistake.empty() && !result.other_coding ? 1U : 0U;
+    }
     if (wrong) {
       fmt::print(stderr, "trial {}: sure and wrong: {}: {} read as {}\n", first + i, result.mistake,
                  one.text, format_text(result.finding.candidates.front().format).view());
@@ -88,5 +109,10 @@ int main(int argc, char** argv) {
   print("motion", by_motion);
   print("damaged cycles", by_damage);
   print("sum", all);
-  fmt::print("Sure, and Gray code taken for binary or the other way round: {}.\n", codings);
+  fmt::print("| confidence | captures | mean | right |\n|---|---:|---:|---:|\n");
+  for (const Bin& bin : bins) {
+    const double count = std::max(1U, bin.captures);
+    fmt::print("| {} | {} | {:.3f} | {:.3f} |\n", bin.name, bin.captures, bin.stated / count,
+               bin.right / count);
+  }
 }

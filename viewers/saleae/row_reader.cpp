@@ -45,6 +45,7 @@ RowReader::RowReader(const RowSetup& setup, Hertz rate, OnRow on_row)
       on_row_(std::move(on_row)),
       table_(setup.format),
       limits_(setup.timing, margin_of(rate).resolution),
+      needs_next_(setup.format && setup.format->needs_previous()),
       cycles_(std::make_shared<std::vector<decode::Cycle>>()),
       decoder_(decode::CycleReader(setup.format, setup.timing, margin_of(rate)),
                [cycles = cycles_](const decode::Cycle& cycle) { cycles->push_back(cycle); }) {}
@@ -69,7 +70,7 @@ void RowReader::deliver() {
 }
 
 void RowReader::rest_until(std::uint64_t sample) {
-  if (ahead_ != 0 || sample > clock_.last_index()) return;
+  if (needs_next_ || ahead_ != 0 || sample > clock_.last_index()) return;
   decode::Decoder copy = decoder_;
   copy.finish(clock_.time_of(sample));
   const std::size_t count = cycles_->size();

@@ -75,6 +75,8 @@ class RowReader {
   OnRow on_row_;
   cli::DecodeTable table_;
   decode::LimitWatch limits_;
+  // A row is complete with the next one: no row is shown while the line rests.
+  bool needs_next_ = false;
   // Shared by the decoder and by the copies of it that rest_until() ends.
   std::shared_ptr<std::vector<decode::Cycle>> cycles_;
   decode::Decoder decoder_;

@@ -7,7 +7,7 @@
 #include "decode/cycle.hpp"
 #include "decode/distribution.hpp"
 
-namespace biss::identify {
+namespace biss::cli {
 
 /// When the encoder releases SLO after a frame. The rule that fits best; where the clock and the
 /// length of the frames do not change, several fit.
@@ -52,4 +52,4 @@ class ReleaseRule {
   decode::Distribution after_begin_;
 };
 
-}  // namespace biss::identify
+}  // namespace biss::cli

@@ -1,0 +1,23 @@
+# cmake -DCOMPILER=… -DROOT=… -DNAME=… -DCOUNT=… -P refused.cmake: does none of the COUNT lines of
+# NAME.cpp with `refused` compile, because a function is deleted?
+set(source "${ROOT}/tests/core/${NAME}.cpp")
+if(COMPILER MATCHES clang)
+  set(all_errors -ferror-limit=0)
+endif()
+execute_process(COMMAND ${COMPILER} -std=c++20 ${all_errors} "-I${ROOT}" -fsyntax-only "${source}"
+                ERROR_VARIABLE said)
+file(STRINGS "${source}" lines)
+set(number 0)
+set(refused 0)
+foreach(line IN LISTS lines)
+  math(EXPR number "${number} + 1")
+  if(line MATCHES "// refused$")
+    math(EXPR refused "${refused} + 1")
+    if(NOT said MATCHES "${NAME}.cpp:${number}:[0-9]+: error: [^\n]*deleted")
+      message(FATAL_ERROR "line ${number} compiles, or has another mistake:\n${said}")
+    endif()
+  endif()
+endforeach()
+if(NOT refused EQUAL COUNT)
+  message(FATAL_ERROR "${refused} lines, not ${COUNT}")
+endif()
