@@ -304,6 +304,9 @@ def main():
     print(f"{options.count} lines of {'`biss simulate`' if options.simulate else 'the foreign generator'},"
           f" seeds {options.seed} to {options.seed + options.count - 1}\n")
     limits = Limits()
+    if options.simulate:
+        limits.missed += [f"{fault} has no cause in simulated_lines.py"
+                          for fault in simulated_lines.unknown_faults(biss)]
     if options.verb == "explain":
         report_explain(lines, limits, options.simulate)
     elif options.verb == "identify":

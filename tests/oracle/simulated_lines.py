@@ -4,6 +4,7 @@ The truth has the keys of foreign_lines.py that the judge uses.
 """
 import csv
 import random
+import re
 import subprocess
 
 from foreign_format import parse
@@ -30,6 +31,13 @@ FAULTS = {
 }
 COUNTER = ("repeat", "loss", "reorder", "insert", "other_encoder", "lc_restart", "lc_frozen", "masquerade")
 HARMLESS = ("nW", "frozen", "delay", "glitch_slo_idle")
+
+
+def unknown_faults(biss):
+    """Faults of this command that have no cause above."""
+    text = subprocess.run([biss, "simulate", "--help"], text=True, stdout=subprocess.PIPE).stdout
+    listed = re.search(r"place in it:(.*?)\n\n", text, re.DOTALL)[1]
+    return sorted(set(re.findall(r"\w+", listed)) - set(FAULTS))
 
 
 def draw_format(luck, counter):
