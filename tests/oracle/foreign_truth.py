@@ -176,12 +176,15 @@ class Truth:
             moved, rank = kept["moved"][index].count("1"), kept["rank"][index]
             unusual = (channel.polynomial != USUAL.get(channel.width) or channel.start or channel.plain
                        or channel.error)
-            if unusual and rank < 6:
+            if unusual and rank < 6 or channel.error and len(self.format.channels) > 1:
                 return False
             if any(item.gray or item.lsb for item in channel.items) and (moved < 6 or not kept["smooth"]):
                 return False
             kinds = [item.kind for item in channel.items if item.kind in FLAGS]
-            if kinds not in (["nE", "nW"], ["nE"]) or channel.items[0].kind in FLAGS:
+            odd = kinds != ["nE", "nW"] or channel.items[0].kind in FLAGS
+            if odd and (rank < 6 or any(item.kind == "pad" and item.bits > 1 for item in channel.items)):
+                return False
+            if odd and kinds != ["nE"]:
                 for kind, low in kept["low"][index].items():
                     active = low if kind in ("nE", "nW") else 1 - low
                     if not 0 < active < 0.5:

@@ -58,9 +58,9 @@ def candidates(row):
 
 
 def row_of_part(rows, part, last):
-    """The row for this part of the capture; with one row for all, only the first part has one."""
+    """The row for this part of the capture; with one row for all, only the longest part has one."""
     if len(rows) == 1 or "from_cycle" not in rows[0]:
-        return rows[0] if rows and part["from"] == 0 else None
+        return rows[0] if rows and part["to"] - part["from"] >= last / 2 else None
     middle = (part["from"] + part["to"]) / 2 / max(1, last)
     longest = max(row["to_cycle"] for row in rows)
     near = [row for row in rows if row["from_cycle"] <= middle * longest <= row["to_cycle"]]
