@@ -54,8 +54,8 @@ test-long:  ## besides: exhaustive sweeps, campaigns, all tests under sanitizers
 	@scripts/test long
 
 .PHONY: test-release
-test-release:  ## what takes hours: 10^7 executions of each fuzz target, mutants, 10^9 frames
-	@$(MAKE) --no-print-directory fuzz fuzz-compare mutants safety-sequences
+test-release:  ## what takes hours: 10^7 executions of each fuzz target, mutants, 10^9 frames, foreign lines
+	@$(MAKE) --no-print-directory fuzz fuzz-compare mutants safety-sequences foreign-lines
 
 .PHONY: test-viewers
 test-viewers: build python  ## sigrok, Wireshark, GTKWave, Saleae's analyzer: against biss decode
@@ -187,6 +187,14 @@ identify-tables:  ## what is taken for which protocol; renews docs/identify.md
 	@cmake --preset release -DBISS_TESTS=ON >/dev/null
 	@cmake --build --preset release --target biss_protocol_table biss_format_table
 	@scripts/identify-tables
+
+.PHONY: foreign-lines
+foreign-lines: build  ## identify and explain on 4000 lines each of another generator; fails below the limits
+	@scripts/foreign-lines
+
+.PHONY: foreign-tables
+foreign-tables: build  ## the same; renews docs/identify.md and docs/explain.md
+	@scripts/foreign-lines --write
 
 .PHONY: safety-sequences
 safety-sequences: build  ## the safety monitor before 10^9 frames a counter and 10^6 faults a kind

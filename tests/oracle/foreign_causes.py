@@ -2,7 +2,7 @@
 import math
 
 from foreign_format import Channel, Format, Item
-from foreign_line import Flag
+from foreign_encoder import Flag
 
 # ---- what may be wrong: each function changes a line that is whole ----
 
@@ -31,6 +31,7 @@ def as_data_sheet(line):
 
 def noise_on_slo(line):
     luck = line.luck
+    line.wait_longer()
     line.probe_at_encoder = False
     rate = math.exp(luck.uniform(math.log(0.03), math.log(0.7)))
     wide = luck.uniform(0.2, 2.5)
@@ -52,9 +53,11 @@ def noise_on_slo(line):
 
 def noise_on_ma(line):
     luck = line.luck
+    line.wait_longer()
     rate = math.exp(luck.uniform(math.log(0.04), math.log(0.5)))
     seen = luck.choice(("both", "both", "encoder"))
     wide, filtered = luck.uniform(0.1, 0.45), luck.uniform(2, 20)
+    line.least_damage = 3 if seen == "both" else 6
     line.probe_at_encoder = False
 
     def strike(number, time):
@@ -98,7 +101,8 @@ def ack_longer_than_master_waits(line):
     line.ack_most = planned
     line.extra, line.byte_clocks, line.short = 0, False, {}
     line.follow = luck.random() < 0.4
-    line.patience = lambda: planned + 2
+    line.wait_longer()
+    line.patience = lambda: planned + 3 + int(sum(line.delays) / line.period)
     line.about["ack"] = ["vary", high]
     line.everywhere = "ack_longer_than_master_waits"
 
@@ -106,6 +110,7 @@ def ack_longer_than_master_waits(line):
 def master_stops_early(line):
     luck = line.luck
     clocks = max(1, min(line.ack_most, 60))
+    line.wait_longer()
     line.ack = lambda: (clocks, None)
     line.ack_most = clocks
     line.extra, line.byte_clocks = 0, False
@@ -129,6 +134,7 @@ def master_stops_early(line):
 def master_pauses_clock(line):
     luck = line.luck
     line.extra = 0
+    line.wait_longer()
     if line.timeout[0].startswith("cycle"):
         line.timeout = ("fixed", 20000.0)
     kind, value = line.timeout
@@ -140,7 +146,8 @@ def master_pauses_clock(line):
     pause = math.exp(luck.uniform(math.log(least), math.log(longest)))
     need = line.format.bits + line.ack_most + 4
     low = luck.random() < 0.25
-    if luck.random() < 0.5:
+    if luck.random() < 0.5:  # after each byte; if the encoder gave up there, no frame would be left
+        pause = min(pause, 0.8 * timeout)
         step = luck.choice((8, 8, 8, 16))
         line.follow, line.byte_clocks = False, True
 
@@ -187,6 +194,7 @@ def requested_too_soon(line):
 
 def supply_or_intermittent(line):
     luck = line.luck
+    line.wait_longer()
     line.probe_at_encoder = False
     kind = luck.choice(("supply", "supply", "slo", "slo", "ma"))
     rate = luck.choice((0.01, 0.03, 0.08))
@@ -202,7 +210,9 @@ def supply_or_intermittent(line):
         if luck.random() > rate:
             return
         begin = time + luck.random() * (line.format.bits + line.ack_most + 4) * line.period
-        end = begin + line.interval * luck.uniform(0.1, longest)
+        # A contact that opens for a few bits only would look like noise.
+        end = begin + line.interval * (luck.uniform(0.1, longest) if kind == "supply"
+                                       else luck.uniform(0.6, max(1.2, longest)))
         busy[0] = end
         line.touch("supply_or_intermittent", number)
         line.touch("supply_or_intermittent", number + 1)
@@ -222,6 +232,7 @@ def no_encoder(line):
 
 def stuck_low(line):
     luck = line.luck
+    line.wait_longer()
     whole = luck.random() < 0.6
     line.name_lines()
     line.probe_at_encoder = False
@@ -252,6 +263,7 @@ def encoder_error(line):
                                if r.answer and any(v["nE"] == 0 for v in r.answer.notes)])
     if line.flag_kinds["nE"] == "all":
         line.accept["without"] = ["encoder_error", "healthy"]
+        line.unknown = "encoder_error"
 
 
 def frames_lost_or_repeated(line):
@@ -315,7 +327,9 @@ def limits_exceeded(line):
     kind = luck.choice(("clock", "ack", "sheet_clock", "sheet_slow", "sheet_duty", "sheet_ack"))
     if kind.startswith("sheet"):
         as_data_sheet(line)
-        line.accept["without"] = ["healthy", "limits_exceeded"] if kind == "sheet_clock" else ["healthy"]
+        if kind != "sheet_clock":
+            line.accept["without"] = ["healthy"]
+            line.unknown = "limits_exceeded"
     line.about["limit"] = kind
     line.jitter = 0.0
     if kind in ("clock", "sheet_clock"):
@@ -345,7 +359,9 @@ def limits_exceeded(line):
 
 
 def sampling_too_slow(line):
-    line.samples = line.luck.uniform(2.4, 4.8)
+    line.samples = line.luck.choice((line.luck.uniform(2.4, 4.8), line.luck.uniform(2.4, 2.9)))
+    if line.luck.random() < 0.5:  # an unsteady clock, so that edges fall together
+        line.jitter, line.duty = 0.08, line.luck.uniform(0.42, 0.58)
     line.everywhere = "sampling_too_slow"
     if line.luck.random() < 0.5:
         line.resolution = True
@@ -365,6 +381,7 @@ def wrong_checksum(line):
         line.format = Format([Channel(items(), error=kind)])
     if kind in ("start", "plain"):
         line.accept["without"] = ["wrong_checksum", "healthy"]
+        line.unknown = "wrong_checksum"
     if kind == "no-flags":  # with nE = nW = 1 in all frames it is one remainder off
         line.flag_kinds["nW"] = luck.choice(("tenth", "third", "block"))
     line.told = Format([Channel(items())])
@@ -395,21 +412,22 @@ def wrong_format(line):
     line.counts.add("wrong_format")
 
 
+def change_length(line):
+    """From some request on, the encoder and the master have another format; returns that request."""
+    luck, first = line.luck, line.format
+    bits = luck.choice([n for n in range(10, 37) if n + 8 != first.bits])
+    other = Format([Channel([Item("pos", bits), Item("nE", 1), Item("nW", 1)])])
+    when = int(luck.uniform(0.25, 0.75) * line.count)
+    line.format_at = lambda number: first if number < when else other
+    line.about["second"] = other.text()
+    line.follow, line.short = True, {}
+    return when
+
+
 def format_changes(line):
     luck = line.luck
     if luck.random() < 0.6:
-        first = line.format
-        other = Format([Channel([Item("pos", luck.choice(
-            [n for n in range(10, 37) if n != first.channels[0].position_bits])),
-            Item("nE", 1), Item("nW", 1)])])
-        if other.bits == first.bits:
-            other.channels[0].items[0].bits += 3
-            other = Format([Channel(other.channels[0].items)])
-        when = int(luck.uniform(0.25, 0.75) * line.count)
-        line.format_at = lambda number: first if number < when else other
-        line.format_widest = max(first.bits, other.bits)
-        line.about["second"] = other.text()
-        line.follow = True
+        when = change_length(line)
         line.later.append(lambda: [line.touch("format_changes", r.number) for r in line.requests
                                    if r.number >= when])
     else:
@@ -453,7 +471,9 @@ def ma_inverted(line):
         line.invert[0] = True
         line.probe_at_encoder = False
         return
-    line.invert_encoder = True
+    line.invert_encoder = True  # nearly all that shows it is STOP, so that the format must show
+    line.moving()
+    line.wait_longer()
     line.probe_at_encoder = False
     line.follow, line.extra, line.byte_clocks = False, 0, False
     clocks = line.ack_most

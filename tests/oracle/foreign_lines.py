@@ -17,12 +17,14 @@ again. Tune only on seeds below 10000; those from 100000 on are for reports. FOL
     damaged     their numbers (from 0) that the causes damaged; ill: 3 of them or more, or 1 in 100
     marks       the same for each cause
     answered    share of the requests that have ACK and START
-    moved       a string a channel, in line order: 1 for a data bit that changed
-    low         of each flag, the share of frames in which it was 0: [{"nE": 0.0, "nW": 0.3}]
-    counted     whether a sign of life counted
-    rank        independent frames, of each channel
-    smooth      whether the position moves so little that the order of its bits shows
-    frames      up to 400 frames as sent: CDS, a blank, and the bits of data and CRC
+    parts       for each format that the encoder sent, in order of time
+      format    as above
+      from, to  the first and the last of the request cycles
+      moved     a string a channel, in line order: 1 for a data bit that changed
+      low       of each flag, the share of frames in which it was 0: [{"nE": 0.0, "nW": 0.3}]
+      rank      independent frames, of each channel
+      smooth    whether the position moves so little that the order of its bits shows
+      frames    up to 400 frames as sent: CDS, a blank, and the bits of data and CRC
     about       how the line was drawn, for people
 
 Only the standard library of Python is used. The same seed gives the same line.
@@ -33,8 +35,9 @@ import math
 import pathlib
 import random
 
-from foreign_causes import CAUSES, PAIRS, WEIGHTS
-from foreign_line import Flag, Line
+from foreign_causes import CAUSES, PAIRS, WEIGHTS, change_length
+from foreign_encoder import Flag
+from foreign_line import Line
 from foreign_protocols import PROTOCOLS
 
 MODES = ("with", "without")
@@ -71,7 +74,9 @@ def identify_line(luck, causes):
     if damage:
         CAUSES[damage](line)
         line.probe_at_encoder = False
-    if luck.random() < 0.05:  # no clock for STOP
+    if luck.random() < 0.04:
+        change_length(line)
+    elif luck.random() < 0.05:  # no clock for STOP
         line.extra, line.rhythm, line.byte_clocks = -1, "steady", False
         line.control, line.cdm = False, {}
     if line.samples and luck.random() < 0.1:
@@ -109,9 +114,10 @@ class Protocol:
 
     def truth(self):
         told = self.luck.choice(("pos26,nE,nW,crc6", "pos18,nE,nW,crc6", "mt12,st13,nE,nW,crc6"))
+        accept = ["not_biss"] + (["noise_on_ma", "noise_on_slo"] if self.name == "noise" else [])
         return {"causes": self.causes, "format": None, "without": [], "with": ["-f", told],
-                "accept": {mode: ["not_biss"] for mode in MODES}, "requests": 0, "damaged": [],
-                "ill": True, "marks": {}, "answered": 0.0, "about": {"protocol": self.name}}
+                "accept": {mode: accept for mode in MODES}, "requests": 0, "damaged": [],
+                "ill": True, "marks": {}, "answered": 0.0, "parts": [], "about": {"protocol": self.name}}
 
 
 def protocol_line(luck, causes):
@@ -121,9 +127,9 @@ def protocol_line(luck, causes):
 KINDS = {"explain": explain_line, "identify": identify_line, "protocols": protocol_line}
 
 
-def draw(kind, seed):
+def draw(kind, seed, causes=None):
     """The line of this seed; lines on which nothing happened are drawn again."""
-    causes = draw_causes(random.Random(f"{kind} {seed}"))
+    causes = causes or draw_causes(random.Random(f"{kind} {seed}"))
     for attempt in range(100):
         line = KINDS[kind](random.Random(f"{kind} {seed} {attempt}"), causes)
         if line:

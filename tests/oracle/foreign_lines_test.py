@@ -4,7 +4,8 @@
     foreign_lines_test.py BISS [COUNT]
 
 A line on which nothing happened is read as sent: every frame that the capture has whole is `ok`, with
-its bits. Exit with 1 if one is not.
+its bits and its position. Exit with 1 if one is not. Formats, truths and the comparison of formats are
+checked too.
 """
 import csv
 import io
@@ -16,19 +17,52 @@ import tempfile
 
 import foreign_format
 import foreign_lines
-from foreign_causes import CAUSES
+import judge_formats
+from foreign_causes import CAUSES, PAIRS
 from foreign_line import Line
 
 FIRST_SEED = 700000
 
 
-def published_checksums():
-    """Frames whose checksum is published: the control frame of a read of register 0x40, and others."""
-    # x^6 + x + 1 has the period 63, x^16 + ... of BiSS Safety divides no shorter word of one bit pair.
-    assert foreign_format.remainder(1 << 63 | 1, 64, 0x43) == 0
+def formats():
+    """Checksums against facts of the polynomials, and texts that come back as they were."""
+    assert foreign_format.remainder(1 << 63 | 1, 64, 0x43) == 0  # the period of x^6 + x + 1 is 63
     assert all(foreign_format.remainder(1 << n | 1, n + 1, 0x43) for n in range(1, 63))
     text = "mt12,st14:gray,nE,W,lc6,crc16:0x11021:0x5A:plain+pos10:lsb,crc6:reversed;cds0"
     assert foreign_format.parse(text).text() == text, foreign_format.parse(text).text()
+
+
+def differences_of_formats():
+    """What a format of the answer is called, next to the true one."""
+    true = foreign_format.parse("pos12,nE,nW,crc6")
+    frames = [true.frame([{"pos": 100 + 3 * n, "nE": int(n % 9 != 0), "nW": 1}]) for n in range(60)]
+    part = {"moved": ["000111111110" + "10"], "low": [{"nE": 0.11, "nW": 0.0}], "rank": [9], "smooth": True,
+            "frames": ["0 " + "".join(map(str, frame)) for frame in frames]}
+    for text, want in (("pos12,nE,nW,crc6", "right"), ("mt4,st8,nE,nW,crc6", "right"),
+                       ("pad2,pos10,nE,nW,crc6", "right"), ("pos12,nE,pad1,crc6", "hidden"),
+                       ("pos13,nE,crc6", "shown"), ("pos12,E,nW,crc6", "shown"),
+                       ("pos12:gray,nE,nW,crc6", "shown"), ("pos12:lsb,nE,nW,crc6", "shown"),
+                       ("pos15,crc5", "shown"), ("pos12,nE,nW,crc6:0x43:0x1", "shown")):
+        right, shown, hidden = judge_formats.compare(text, true, part)
+        got = "right" if right else "shown" if shown else "hidden"
+        assert got == want and bool(hidden or shown) != right, (text, got, shown, hidden)
+
+
+def truths():
+    """Every cause can be drawn, and damages what it says; sent checksums are those of the format."""
+    for number, causes in enumerate([[name] for name in CAUSES] + [list(pair) for pair in PAIRS]):
+        seed = FIRST_SEED + number
+        line = foreign_lines.draw("explain", seed, causes)
+        truth = line.truth()
+        assert truth["causes"] == causes, seed
+        for cause in causes:
+            few = len(truth["marks"][cause]) < 3
+            assert few == (cause in ("healthy",)) or cause == "sampling_too_slow", (seed, cause)
+    for seed in range(FIRST_SEED, FIRST_SEED + 20):
+        for part in foreign_lines.draw("identify", seed).truth()["parts"]:
+            true = foreign_format.parse(part["format"])
+            right, shown, hidden = judge_formats.compare(part["format"], true, part)
+            assert right, (seed, part["format"], shown, hidden)
 
 
 def healthy_line(seed, wide):
@@ -37,11 +71,8 @@ def healthy_line(seed, wide):
         line = Line(random.Random(f"test {seed} {attempt}"), wide)
         line.causes = ["healthy"]
         CAUSES["healthy"](line)
-        # The command does not read Gray code and LSB first in every field yet.
-        if ":gray" in line.format.text() or ":lsb" in line.format.text():
-            continue
-        if any(channel.error for channel in line.format.channels):
-            continue
+        if any(channel.error == "cds" for channel in line.format.channels):
+            continue  # has the usual checksum while CDS is 0
         line.run()
         if line.judge():
             return line
@@ -86,7 +117,9 @@ def differences(biss, line, path):
 
 def main():
     biss, count = sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 100
-    published_checksums()
+    formats()
+    differences_of_formats()
+    truths()
     wrong = 0
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder) / "line.csv"

@@ -57,18 +57,32 @@ def candidates(row):
     return found
 
 
+def row_of_part(rows, part, last):
+    """The row for this part of the capture; with one row for all, only the longest part has one."""
+    if len(rows) == 1 or "from_cycle" not in rows[0]:
+        return rows[0] if rows and part["to"] - part["from"] >= last / 2 else None
+    middle = (part["from"] + part["to"]) / 2 / max(1, last)
+    longest = max(row["to_cycle"] for row in rows)
+    near = [row for row in rows if row["from_cycle"] <= middle * longest <= row["to_cycle"]]
+    return near[0] if near else None
+
+
 def identify_runs(biss, truth, path):
     rows, message = rows_of(biss, "identify", path, truth["without"])
-    run = {"message": message, "parts": len(rows), "candidates": [], "differences": []}
-    if rows:
-        row = rows[0]
-        run["protocol"] = [row.get("protocol"), row.get("protocol_confidence") or 0.0]
-        run["candidates"] = candidates(row)
-        if truth["format"]:
-            true = foreign_format.parse(truth["format"])
-            run["differences"] = [judge_formats.compare(text, true, truth)
-                                  for text, _ in run["candidates"][:5]]
-    return [run]
+    runs = []
+    parts = truth["parts"] or [{"format": None, "from": 0, "to": 0}]
+    for part in parts:
+        run = {"message": message, "candidates": [], "differences": [], "true": part["format"]}
+        row = row_of_part(rows, part, parts[-1]["to"])
+        if row:
+            run["protocol"] = [row.get("protocol"), row.get("protocol_confidence") or 0.0]
+            run["candidates"] = candidates(row)
+            if part["format"]:
+                true = foreign_format.parse(part["format"])
+                run["differences"] = [judge_formats.compare(text, true, part)
+                                      for text, _ in run["candidates"][:5]]
+        runs.append(run)
+    return runs
 
 
 def judge_line(task):
@@ -85,7 +99,8 @@ def judge_line(task):
         truth["runs"] = run(biss, truth, folder / truth["file"])
     finally:
         shutil.rmtree(folder)
-    truth.pop("frames", None)
+    for part in truth["parts"]:
+        part.pop("frames", None)
     return truth
 
 
@@ -112,7 +127,7 @@ def reliability(answers):
 
 def table(head, rows):
     print("| " + " | ".join(head) + " |")
-    print("|---" + "|---:" * (len(head) - 1) + "|")
+    print("|---" + "".join("|---" if name == "taken for" else "|---:" for name in head[1:]) + "|")
     for row in rows:
         print("| " + " | ".join(map(str, row)) + " |")
     print()
@@ -135,7 +150,7 @@ def report_explain(lines, limits, simulated):
     rows, answers, every = [], [], []
     for mode in foreign_lines.MODES:
         one = [(l, r) for l, r in runs if r["mode"] == mode]
-        double = [(l, r) for l, r in one if len(l["causes"]) == 2]
+        double = [(l, r) for l, r in one if len(l["causes"]) == 2 == len(l["accept"][mode])]
         hit = lambda pairs, n: sum(any(c in l["accept"][mode] for c, _ in r["causes"][:n]) for l, r in pairs)
         both = sum(set(l["causes"]) <= {c for c, _ in r["causes"][:3]} for l, r in double)
         rows.append((mode + " -f", len(one), percent(hit(one, 1), len(one)), percent(hit(one, 2), len(one)),
@@ -174,7 +189,8 @@ def report_explain(lines, limits, simulated):
     limits.check("not_biss with ACK and START", len(refused), most=0)
     for title, group in (("ill called healthy", missed), ("not_biss", refused)):
         if group:
-            print(f"{title}, seeds: " + ", ".join(f"{l['seed']} {r['mode']}" for l, r in group[:60]) + "\n")
+            print(f"{title}: " + ", ".join(f"{l['seed']} {r['mode']}" for l, r in group[:60]),
+                  file=sys.stderr)
 
     rows = []
     for cause in sorted({l["causes"][0] for l, _ in runs if len(l["causes"]) == 1}):
@@ -231,7 +247,7 @@ def report_identify(lines, limits):
     for title, group, which in (("shown", shown, 1), ("hidden", hidden, 2)):
         for line, run in group:
             text, odds = run["candidates"][0]
-            print(f"* {title}, seed {line['seed']}: `{text}` {odds:.4f}, true `{line['format']}`: "
+            print(f"* {title}, seed {line['seed']}: `{text}` {odds:.4f}, true `{run['true']}`: "
                   + "; ".join(run["differences"][0][which][:3]))
     print()
     groups = collections.defaultdict(list)
@@ -288,6 +304,9 @@ def main():
     print(f"{options.count} lines of {'`biss simulate`' if options.simulate else 'the foreign generator'},"
           f" seeds {options.seed} to {options.seed + options.count - 1}\n")
     limits = Limits()
+    if options.simulate:
+        limits.missed += [f"{fault} has no cause in simulated_lines.py"
+                          for fault in simulated_lines.unknown_faults(biss)]
     if options.verb == "explain":
         report_explain(lines, limits, options.simulate)
     elif options.verb == "identify":

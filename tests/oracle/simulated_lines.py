@@ -4,10 +4,11 @@ The truth has the keys of foreign_lines.py that the judge uses.
 """
 import csv
 import random
+import re
 import subprocess
 
 from foreign_format import parse
-from foreign_line import independent
+from foreign_truth import independent
 
 # Each fault, and the causes that describe it; some are seen by what they do only.
 FAULTS = {
@@ -30,6 +31,13 @@ FAULTS = {
 }
 COUNTER = ("repeat", "loss", "reorder", "insert", "other_encoder", "lc_restart", "lc_frozen", "masquerade")
 HARMLESS = ("nW", "frozen", "delay", "glitch_slo_idle")
+
+
+def unknown_faults(biss):
+    """Faults of this command that have no cause above."""
+    text = subprocess.run([biss, "simulate", "--help"], text=True, stdout=subprocess.PIPE).stdout
+    listed = re.search(r"place in it:(.*?)\n\n", text, re.DOTALL)[1]
+    return sorted(set(re.findall(r"\w+", listed)) - set(FAULTS))
 
 
 def draw_format(luck, counter):
@@ -80,7 +88,7 @@ def explain(biss, luck, folder):
     causes = list(FAULTS.get(fault, ("healthy",)))
     return {"causes": causes[:1], "format": text, "without": [], "with": ["-f", text],
             "accept": {"with": causes, "without": causes}, "requests": cycles, "damaged": damaged,
-            "ill": bool(faults) and fault not in HARMLESS, "marks": {}, "answered": 1.0,
+            "ill": bool(faults) and fault not in HARMLESS, "marks": {}, "answered": 1.0, "parts": [],
             "about": {"fault": fault, "share": share, "period": period}}
 
 
@@ -120,6 +128,7 @@ def identify(biss, luck, folder):
         moved.append("".join(str(int(len(set(column)) > 1)) for column in zip(*words)))
         rank.append(independent([int("".join(map(str, word)), 2) for word in words]))
         low.append({flag: sum(v[number][flag] == 0 for v in lows) / len(lows) for flag in ("nE", "nW")})
-    return {"causes": ["healthy"], "format": text, "without": [], "moved": moved, "rank": rank, "low": low,
-            "smooth": True, "frames": ["0 " + "".join(map(str, frame)) for frame in frames],
+    part = {"format": text, "from": 0, "to": cycles - 1, "moved": moved, "rank": rank, "low": low,
+            "smooth": True, "frames": ["0 " + "".join(map(str, frame)) for frame in frames]}
+    return {"causes": ["healthy"], "format": text, "without": [], "parts": [part],
             "about": {"motion": [""], "period": period, "flags": {}, "faults": faults}}
