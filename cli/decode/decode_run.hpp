@@ -74,7 +74,6 @@ class DecodeRun {
  private:
   DecodeTable table_of_capture() const;
   void choose_table();
-  std::string format_name() const;
   std::string choose_monitor();
   std::string choose_motion();
   ExitStatus write_rows(report::TableWriter& writer, RunMessages& messages);

@@ -53,7 +53,9 @@ const std::vector<report::Column>& identify_columns() {
       {.name = "protocol_confidence", .kind = Kind::real, .heading = "sure", .places = 2},
       {.name = "cycles", .kind = Kind::unsigned_integer},
       {.name = "frames", .kind = Kind::unsigned_integer},
-      {.name = "timeout", .kind = Kind::text}};
+      {.name = "timeout", .kind = Kind::text},
+      {.name = "from_cycle", .kind = Kind::unsigned_integer},
+      {.name = "to_cycle", .kind = Kind::unsigned_integer}};
   return all;
 }
 
@@ -80,6 +82,62 @@ struct Line {
     samples.add(number, cycle);
     release.add(cycle);
   }
+};
+
+// A part of the capture whose requests have one number of clocks.
+struct LengthPart {
+  std::uint32_t clocks = 0;
+  std::uint64_t from = 0;
+  std::uint64_t to = 0;
+  Line line{};
+};
+
+// Splits the frames of a capture where the number of clocks changes for good.
+class LengthParts {
+ public:
+  void add(std::uint64_t number, const decode::Cycle& cycle) {
+    const bool frame = cycle.status == decode::CycleStatus::unchecked ||
+                       cycle.status == decode::CycleStatus::ack_range;
+    if (!frame || cycle.raw.size_bits() <= identify::short_frame_bits || parts_.size() > most) {
+      return;
+    }
+    if (!parts_.empty() && parts_.back().clocks == cycle.rising_edges) {
+      next_.clear();
+      return take(number, cycle);
+    }
+    if (!next_.empty() && next_.back().second.rising_edges != cycle.rising_edges) next_.clear();
+    next_.emplace_back(number, cycle);
+    if (next_.size() < least_frames) return;
+    parts_.push_back({.clocks = cycle.rising_edges, .from = next_.front().first});
+    for (const auto& [begun, each] : next_) take(begun, each);
+    next_.clear();
+  }
+
+  // Finds the format of each. Empty: they have one format, or the length changes too often.
+  std::vector<LengthPart> finish() {
+    if (parts_.size() < 2 || parts_.size() > most) return {};
+    bool differs = false;
+    for (LengthPart& part : parts_) {
+      part.line.finding = identify::find_format(part.line.samples.samples());
+      const auto* sure = part.line.finding.sure();
+      const auto* first = parts_.front().line.finding.sure();
+      differs = differs || (sure != nullptr && first != nullptr && sure->format != first->format);
+    }
+    return differs ? std::move(parts_) : std::vector<LengthPart>();
+  }
+
+ private:
+  static constexpr std::size_t least_frames = 8;
+  static constexpr std::size_t most = 8;
+
+  void take(std::uint64_t number, const decode::Cycle& cycle) {
+    parts_.back().to = number;
+    parts_.back().line.add(number, cycle);
+  }
+
+  std::vector<LengthPart> parts_;
+  // Frames of another length: a part, if there are enough.
+  std::vector<std::pair<std::uint64_t, decode::Cycle>> next_;
 };
 
 std::string joined(const std::vector<std::string>& texts) {
@@ -121,18 +179,28 @@ class IdentifyRun {
       return ExitStatus::data_failed;
     }
     Line line;
+    LengthParts lengths;
     const bool read = capture_.read([&](std::uint64_t number, const decode::Cycle& cycle) {
       line.add(number, cycle);
+      lengths.add(number, cycle);
       return true;
     });
-    line.finding = identify::find_format(line.samples.samples());
-    put(writer, guess, line);
-    messages.add_summary(summary(guess, line));
+    const std::vector<LengthPart> parts = lengths.finish();
+    if (parts.empty()) {
+      line.finding = identify::find_format(line.samples.samples());
+      put(writer, guess, line);
+    }
+    for (const LengthPart& part : parts) put(writer, guess, part.line, &part);
+    messages.add_summary(summary(guess, line, parts));
     if (!read) return messages.fail(ExitStatus::io, capture_.input().error());
     if (line.statistics.cycles() == 0) {
       return messages.fail(ExitStatus::data_failed, capture_.no_request());
     }
-    return line.finding.sure() != nullptr ? ExitStatus::done : ExitStatus::data_failed;
+    const bool sure = parts.empty() ? line.finding.sure() != nullptr
+                                    : std::ranges::all_of(parts, [](const LengthPart& part) {
+                                        return part.line.finding.sure() != nullptr;
+                                      });
+    return sure ? ExitStatus::done : ExitStatus::data_failed;
   }
 
   void put_other(report::TableWriter& writer, const ProtocolGuess& guess) {
@@ -144,7 +212,8 @@ class IdentifyRun {
     writer.row(cells);
   }
 
-  void put(report::TableWriter& writer, const ProtocolGuess& guess, const Line& line) {
+  void put(report::TableWriter& writer, const ProtocolGuess& guess, const Line& line,
+           const LengthPart* part = nullptr) {
     const decode::Statistics& statistics = line.statistics;
     std::vector<Cell> cells(identify_columns().size());
     const decode::Lines& lines = capture_.lines().lines;
@@ -192,6 +261,10 @@ class IdentifyRun {
     const auto rule = line.release.rule();
     const std::string timeout = rule ? cli::text_of(*rule) : std::string();
     if (rule) cells[16] = timeout;
+    if (part != nullptr) {
+      cells[17] = part->from;
+      cells[18] = part->to;
+    }
     cells.resize(columns_for(options_.to).size());
     writer.row(cells);
   }
@@ -201,7 +274,8 @@ class IdentifyRun {
                   fmt::format("confidence {:.2f}: {}", guess.confidence, guess.why));
   }
 
-  std::string summary(const ProtocolGuess& guess, const Line& line) const {
+  std::string summary(const ProtocolGuess& guess, const Line& line,
+                      const std::vector<LengthPart>& parts) const {
     report::Summary out;
     out.title(fmt::format("{}: {} request cycles, {} with a frame", capture_.input().name(),
                           line.statistics.cycles(), line.statistics.good()));
@@ -209,14 +283,23 @@ class IdentifyRun {
     out.entry(
         "lines", fmt::format("MA = {}, SLO = {}", capture_.ma_name(), capture_.slo_name()),
         capture_.lines().look_swapped ? "exchanged? the other way round cycles can be read" : "");
-    add_identified(out, line.finding, true);
-    if (!line.finding.candidates.empty()) {
-      const identify::Layout& best = line.finding.candidates.front().layout;
-      out.entry("evidence", fmt::format("{:.0f} bits", best.score),
-                fmt::format("{} independent differences, checksums right in {:.1f} % of the frames",
-                            best.channels.front().rank, 100 * best.right_share));
+    if (parts.empty()) add_finding(out, line.finding);
+    for (const LengthPart& part : parts) {
+      out.entry(
+          "length", fmt::format("{} clocks", part.clocks),
+          fmt::format("cycles {} to {}; read these with --since and --until", part.from, part.to));
+      add_finding(out, part.line.finding);
     }
     return out.text();
+  }
+
+  static void add_finding(report::Summary& out, const FormatFinding& finding) {
+    add_identified(out, finding, true);
+    if (finding.candidates.empty()) return;
+    const identify::Layout& best = finding.candidates.front().layout;
+    out.entry("evidence", fmt::format("{:.0f} bits", best.score),
+              fmt::format("{} independent differences, checksums right in {:.1f} % of the frames",
+                          best.channels.front().rank, 100 * best.right_share));
   }
 
   const IdentifyOptions& options_;
@@ -236,6 +319,7 @@ void add_identify(Command& command) {
                     "biss identify samples.bin --raw-rate 100MHz --ma D0 --slo D3"}},
       [options] { return IdentifyRun(*options).run(); });
   add_capture_options(verb, options->capture, true);
+  add_range_options(verb, options->capture);
   add_output_option(verb, options->output);
   add_to_option(verb, options->to);
 }
