@@ -59,7 +59,14 @@ void CleanCycleFinder::find(const PairRun& run, std::vector<CleanCycle>& found,
     CleanCycle& cycle = found.back();
     // Before the first change of this run, SLO is not known.
     const bool high = slo != 0 && ((slo - 1) % 2 == 0) == run.slo.first_high;
-    if (high && read(cycle, {run.ma.times.subspan(at), run.slo.times.subspan(slo)})) {
+    const CleanLines lines{run.ma.times.subspan(at), run.slo.times.subspan(slo)};
+    // The first change of a run may be none, and does not show when SLO rose.
+    const bool shows_rise = !margin_.signal || slo > 1;
+    if (high && shows_rise && read(cycle, lines)) {
+      if (margin_.signal) {
+        cycle.reading.cycle.signal =
+            signal(lines, Picoseconds{run.slo.times[slo - 1]}, cycle.reading.cycle);
+      }
       cycle.ma_begin = at;
       cycle.ma_end = at + measured_.next_fall;
       cycle.slo_begin = slo;
@@ -100,6 +107,36 @@ bool CleanCycleFinder::read(CleanCycle& cycle, const CleanLines& lines) {
   if (!is_response_delay(delay, reading.cycle.uncertainty)) return false;
   reading.cycle.line_delay = std::max(Picoseconds{}, delay);
   return read_frame(reading);
+}
+
+// By the same functions as CycleReader, from the same changes.
+LineSignal CleanCycleFinder::signal(const CleanLines& lines, Picoseconds ready_since,
+                                    const Cycle& cycle) {
+  ma_changes_.clear();
+  rises_.clear();
+  for (std::size_t i = 0; i < measured_.edges; ++i) {
+    const Picoseconds time{lines.ma[i]};
+    ma_changes_.push_back({time, i % 2 == 0 ? wire::Level::low : wire::Level::high});
+    if (i % 2 != 0) rises_.push_back(time);
+  }
+  slo_.restart(wire::Level::high, ready_since);
+  for (std::size_t i = 0; i < measured_.changes; ++i) {
+    slo_.push({Picoseconds{lines.slo[i]}, i % 2 == 0 ? wire::Level::low : wire::Level::high});
+  }
+  LineSignal signal = measure_signal({.ma = ma_changes_,
+                                      .limit = cycle.time + Picoseconds{measured_.limit},
+                                      .period = *cycle.period,
+                                      .duty_per_mille = *cycle.duty_per_mille,
+                                      .resolution = margin_.resolution},
+                                     slo_);
+  if (!codec_) return signal;
+  const std::size_t stop = find_start() + 2 + codec_->payload_bits();
+  signal.frame_clocks = static_cast<std::uint32_t>(stop + 1);
+  const auto seen = std::span<const Picoseconds>(rises_).first(std::min(stop + 1, rises_.size()));
+  signal.changes =
+      measure_changes(seen, slo_, cycle.time + Picoseconds{measured_.fall}, signal.pulse_max);
+  signal.changes->sampled = Picoseconds{measured_.delay};
+  return signal;
 }
 
 // What MA shows.

@@ -56,13 +56,12 @@ struct CleanCycle {
 /// before, provided that it waits for a request when they begin.
 class CleanCycleFinder {
  public:
-  /// Without a format, as CycleReader. Nothing is clean for a master without compensation, or where
-  /// Cycle::signal is asked for.
+  /// Without a format, as CycleReader. Nothing is clean for a master without compensation.
   CleanCycleFinder(const std::optional<FrameFormat>& format, const DeviceTiming& timing,
                    const MarginSetup& margin);
 
   /// False: nothing will be found.
-  bool may_find() const { return margin_.compensated && !margin_.signal; }
+  bool may_find() const { return margin_.compensated; }
 
   /// The clean cycles in order.
   /// \param found is emptied first; its memory is used again
@@ -74,6 +73,7 @@ class CleanCycleFinder {
  private:
   void fetch_ahead();
   bool read(CleanCycle& cycle, const CleanLines& lines);
+  LineSignal signal(const CleanLines& lines, Picoseconds ready_since, const Cycle& cycle);
   bool read_frame(CycleReading& reading);
   std::size_t find_start() const;
   bool read_payload(std::size_t start_bit, Cycle& cycle) const;
@@ -89,6 +89,10 @@ class CleanCycleFinder {
   CleanSetup setup_;
   CleanMeasure measured_;
   CleanScratch scratch_;
+  // Of signal().
+  std::vector<LevelChange> ma_changes_;
+  std::vector<Picoseconds> rises_;
+  LineHistory slo_;
   std::span<const std::uint8_t> ahead_;
 };
 

@@ -150,6 +150,7 @@ const Evidence& Observer::finish(Picoseconds end_time) {
 
 void Observer::take(const CycleEdges& edges) {
   const Cycle& cycle = edges.cycle;
+  if (wanted_ && !wanted_(cycle)) return;
   ++evidence_.statuses[static_cast<std::size_t>(cycle.status)];
   const Symptom symptom = symptoms_.read(edges);
   if (is_cut(cycle.status)) return;

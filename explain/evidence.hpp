@@ -3,8 +3,10 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "decode/cycle_edges.hpp"
@@ -132,6 +134,9 @@ class Observer {
   Observer(const Observer&) = delete;
   Observer& operator=(const Observer&) = delete;
 
+  /// Only the cycles that this function wants are observed. \pre before push()
+  void set_wanted(std::function<bool(const decode::Cycle&)> wanted) { wanted_ = std::move(wanted); }
+
   void push(std::span<const wire::Edge> edges);
   /// \return valid as long as this object
   const Evidence& finish(Picoseconds end_time);
@@ -149,6 +154,7 @@ class Observer {
   SampleGrid grid_;
   SymptomReader symptoms_;
   decode::CycleEdgeReader cycles_;
+  std::function<bool(const decode::Cycle&)> wanted_;
   std::uint64_t silence_ = 0;
   std::optional<Picoseconds> first_delay_;
   std::optional<bool> bit_before_last_;

@@ -324,5 +324,19 @@ TEST(ExplainVerb, CaptureWithoutARequest_Fails) {
   EXPECT_THAT(outcome.err, HasSubstr("no request cycle"));
 }
 
+TEST(ExplainRange, FaultOutsideOfSince_IsNotExplained) {
+  const Folder folder;
+  const std::string capture = folder.path("line.vcd");
+  ASSERT_EQ(run({"simulate", "-f", "fs-36-28", "--clock", "5MHz", "--cycles", "100", "--fault",
+                 "flip@3,bit=12", "-o", capture})
+                .status,
+            0);
+  const std::vector<std::string> words{"explain", capture, "-f", "fs-36-28", "--since", "1ms"};
+  const Outcome later = run(words);
+  EXPECT_THAT(later.out, testing::HasSubstr("1. healthy")) << later.err;
+  EXPECT_THAT(later.out, testing::HasSubstr("safety")) << later.err;
+  EXPECT_THAT(later.out, testing::Not(testing::HasSubstr("100 request cycles")));
+}
+
 }  // namespace explain_test
 }  // namespace biss::cli
