@@ -1,0 +1,17 @@
+// Printed by tests/explain/fit.py: how bits become likelihoods.
+#pragma once
+
+#include <array>
+
+#include "explain/cause.hpp"
+
+namespace biss::explain::fitted {
+
+/// A cause that is `b` bits behind the shortest account weighs prior * (1 + b / scale)^-power.
+inline constexpr double scale = 4;
+inline constexpr double power = 3;
+/// In the order of Cause.
+inline constexpr std::array<double, cause_count> prior{1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1,
+                                                       1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
+
+}  // namespace biss::explain::fitted
