@@ -54,7 +54,9 @@ typedef enum biss_status BISS_INT {
   BISS_OK = 0,
   BISS_NULL_ARGUMENT,  /* a required pointer is null */
   BISS_NO_MEMORY,      /* open: no memory for the handle */
-  BISS_BAD_FORMAT,     /* neither a catalogue name nor a format; see biss_format_problem() */
+  BISS_BAD_FORMAT,     /* neither a catalogue name nor a format; see biss_format_problem(). Of a
+                          master, a biss_spi and a single frame: also a format with `:previous`,
+                          whose CRC needs the frame before */
   BISS_BAD_TIMING,     /* a biss_timing that no device can have: a duration out of range, an
                           unknown rule or clock count, a minimum above its maximum */
   BISS_BAD_SETUP,      /* another value of the setup is out of its range */

@@ -32,6 +32,12 @@ typedef struct biss_crc {
   uint32_t start;      /* of the register, at most 2^width_bits - 1 */
   uint32_t width_bits; /* 3 to 16; 0 in a biss_channel_format: no checksum */
   bool inverted;       /* sent with every bit inverted, as BiSS does */
+  /* Errors of an encoder's maker, which formats have as suffixes: bits reversed, without nE and nW,
+   * CDS covered too, of the frame before. All false for biss_crc_of(). */
+  bool reversed;
+  bool without_flags;
+  bool with_cds;
+  bool of_previous;
 } biss_crc;
 
 /* One data channel. A width of 0: the channel has no such field. */
@@ -100,8 +106,8 @@ biss_bounds biss_bounds_defaults(void);
 /* Finds and decodes the frame in bits `first_bit` to `first_bit` + `bit_count` - 1 of `bytes`; bits
  * that the buffer does not have are not there, and those after STOP are ignored. `bytes` may be
  * null where `byte_count` is 0. `bounds` may be null: biss_bounds_defaults(). Any cause.
- * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_BAD_SETUP: a bound is out of its range, or a minimum is
- * above its maximum. */
+ * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_BAD_FORMAT, BISS_BAD_SETUP: a bound is out of its
+ * range, or a minimum is above its maximum. */
 biss_status biss_frame_decode(const biss_format* format, const uint8_t* bytes, size_t byte_count,
                               size_t first_bit, size_t bit_count, const biss_bounds* bounds,
                               biss_frame* frame);
@@ -118,7 +124,7 @@ biss_status biss_frame_defaults(const biss_format* format, biss_frame* frame);
 /* SLO once per clock of MA: `lead_clocks` ones, `ack_clocks` zeros, START, CDS, each channel with
  * its checksum, STOP. *bit_count is their number; the last byte is filled with zeros. `cause` and
  * `stop_seen` are ignored.
- * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_CHANNEL_COUNT: not that of the format,
+ * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_BAD_FORMAT, BISS_CHANNEL_COUNT: not that of the format,
  * BISS_VALUE_RANGE: a position or counter is wider than its field, BISS_CLOCK_RANGE: `ack_clocks`
  * is not 1 to 400 or `lead_clocks` is above 402, BISS_NO_ROOM: `byte_count` is too small;
  * *bit_count is set and `bytes` unchanged. */
@@ -185,7 +191,7 @@ biss_crc biss_crc_defaults(uint32_t width_bits);
 
 /* The checksum of the lowest `bits` bits of `data`, 1 to 64, the most significant first, as
  * transmitted.
- * BISS_NULL_ARGUMENT, BISS_BAD_CRC: no such checksum, BISS_BIT_COUNT: `bits` is not 1 to 64,
+ * BISS_NULL_ARGUMENT, BISS_BAD_CRC: no such checksum, or an error of a maker, BISS_BIT_COUNT: `bits` is not 1 to 64,
  * BISS_VALUE_RANGE: `data` has a 1 above them. */
 biss_status biss_crc_of(const biss_crc* crc, uint64_t data, uint32_t bits, uint32_t* value);
 

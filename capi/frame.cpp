@@ -22,12 +22,14 @@ static_assert(BISS_FRAME_BITS_MAX == max_frame_bits);
 static_assert(BISS_FRAME_BYTES_MAX == (max_frame_bits + 7U) / 8U);
 
 biss_crc checksum_of(const CrcSpec& crc) {
-  return {crc.polynomial, crc.start, crc.width_bits, crc.inverted};
+  return {crc.polynomial, crc.start,         crc.width_bits, crc.inverted,
+          crc.reversed,   crc.without_flags, crc.with_cds,   crc.of_previous};
 }
 
 bool is_possible(const biss_crc& crc) {
   return crc.width_bits >= min_crc_bits && crc.width_bits <= max_crc_bits &&
-         is_full_form(crc.polynomial, crc.width_bits) && (crc.start >> crc.width_bits) == 0;
+         is_full_form(crc.polynomial, crc.width_bits) && (crc.start >> crc.width_bits) == 0 &&
+         !crc.reversed && !crc.without_flags && !crc.with_cds && !crc.of_previous;
 }
 
 CrcSpec from_c(const biss_crc& crc) {
@@ -78,6 +80,8 @@ biss_status status_of(EncodeError error) {
     case EncodeError::ack_range:
     case EncodeError::lead_range:
       break;
+    case EncodeError::needs_previous:
+      return BISS_BAD_FORMAT;
   }
   return BISS_CLOCK_RANGE;
 }
@@ -176,6 +180,7 @@ biss_status biss_frame_decode(const biss_format* format, const uint8_t* bytes, s
   }
   if (!biss::capi::is_open(format)) return BISS_BAD_HANDLE;
   if (bounds != nullptr && !biss::capi::is_possible(*bounds)) return BISS_BAD_SETUP;
+  if (format->codec.format().needs_previous()) return BISS_BAD_FORMAT;
   const biss::FrameBounds within =
       bounds == nullptr ? biss::FrameBounds{} : biss::capi::from_c(*bounds);
   const biss::BitView bits(std::span(bytes, byte_count), first_bit, bit_count);
@@ -216,7 +221,7 @@ biss_status biss_frame_encode(const biss_format* format, const biss_frame* frame
 
 biss_crc biss_crc_defaults(uint32_t width_bits) {
   const bool usual = width_bits <= biss::max_crc_bits;
-  return {usual ? biss::default_polynomial(width_bits) : 0, 0, width_bits, true};
+  return {usual ? biss::default_polynomial(width_bits) : 0, 0, width_bits, true, {}, {}, {}, {}};
 }
 
 biss_status biss_crc_of(const biss_crc* crc, uint64_t data, uint32_t bits, uint32_t* value) {

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <memory>
 #include <string>
+#include <tuple>
 #include <vector>
 
 namespace biss::capi {
@@ -379,12 +380,26 @@ TEST(CCrc, KnownChecksums_AreComputed) {
 
 TEST(CCrc, WhatIsNoChecksum_IsRefused) {
   std::uint32_t value = 0;
-  for (const biss_crc& crc :
-       {biss_crc{0x43, 0, 5, true}, biss_crc{0x42, 0, 6, true}, biss_crc{0, 0, 6, true},
-        biss_crc{7, 0, 2, true}, biss_crc{0x20001, 0, 17, true}, biss_crc{0x43, 0x40, 6, true},
-        biss_crc{0x43, 0, 6 + (1U << 8U), true}, biss_crc_defaults(9)}) {
+  const auto refused = [&value](const auto& change) {
+    biss_crc crc = biss_crc_defaults(6);
+    change(crc);
     EXPECT_EQ(biss_crc_of(&crc, 0, 8, &value), BISS_BAD_CRC);
+  };
+  for (const auto& [polynomial, start, width] :
+       {std::tuple{0x43U, 0U, 5U}, std::tuple{0x42U, 0U, 6U}, std::tuple{0U, 0U, 6U},
+        std::tuple{7U, 0U, 2U}, std::tuple{0x20001U, 0U, 17U}, std::tuple{0x43U, 0x40U, 6U},
+        std::tuple{0x43U, 0U, 6U + (1U << 8U)}}) {
+    refused([&](biss_crc& crc) {
+      crc.polynomial = polynomial;
+      crc.start = start;
+      crc.width_bits = width;
+    });
   }
+  refused([](biss_crc& crc) { crc = biss_crc_defaults(9); });
+  refused([](biss_crc& crc) { crc.reversed = true; });
+  refused([](biss_crc& crc) { crc.without_flags = true; });
+  refused([](biss_crc& crc) { crc.with_cds = true; });
+  refused([](biss_crc& crc) { crc.of_previous = true; });
   const biss_crc crc = biss_crc_defaults(6);
   EXPECT_EQ(biss_crc_of(&crc, 0, 0, &value), BISS_BIT_COUNT);
   EXPECT_EQ(biss_crc_of(&crc, 0, 65, &value), BISS_BIT_COUNT);

@@ -120,7 +120,7 @@ biss_status biss_master_open(const biss_master_setup* setup, biss_master** maste
   *master = nullptr;
   if (setup == nullptr || setup->format == nullptr) return BISS_NULL_ARGUMENT;
   auto device = biss::capi::find_device(setup->format);
-  if (!device) return BISS_BAD_FORMAT;
+  if (!device || device->format.needs_previous()) return BISS_BAD_FORMAT;
   if (!biss::capi::override_timing(setup->timing, *device)) return BISS_BAD_TIMING;
   if (!biss::capi::is_possible(*setup)) return BISS_BAD_SETUP;
   if (setup->control != nullptr && !biss::capi::is_control(setup->control)) return BISS_BAD_HANDLE;

@@ -40,6 +40,8 @@ biss_status status_of(SpiSetupError error) {
       return BISS_NO_ERROR_FLAG;
     case SpiSetupError::crc:
       return BISS_NO_CRC;
+    case SpiSetupError::previous:
+      return BISS_BAD_FORMAT;
     case SpiSetupError::period:
     case SpiSetupError::line_delay:
       return BISS_BAD_SETUP;

@@ -287,8 +287,10 @@ Result<bool, CaptureError> DslBlocks::next(PackedBlock& block) {
   block.samples = std::min(most, 8 * block.planes.front().size_bytes);
   if (block_ != blocks_ && block.samples != dsl_block_samples) {
     block.fault = "2 MiB in every block but the last";
-    block.samples = 0;
+  } else if (8 * block.planes.front().size_bytes - block.samples >= plane_word_samples) {
+    block.fault = "no more samples than the header has";
   }
+  if (block.fault != nullptr) block.samples = 0;
   samples_ += block.samples;
   return true;
 }

@@ -122,13 +122,6 @@ TEST(Dsl, SamplesThatWholeBytesDoNotHold_AreNoFault) {
   EXPECT_EQ(read.end_time, nanoseconds(9'590));
 }
 
-TEST(Dsl, MoreSamplesThanTheHeaderHas_AreIgnored) {
-  const std::string samples = some_samples(1'000);
-  Members members = capture_of(samples, ma_and_slo);
-  members[0].second = header_of(100, 1, ma_and_slo);
-  expect_same(read_dsl(zip_of(members)), ma_and_slo, std::string_view(samples).substr(0, 100));
-}
-
 TEST(Dsl, Version1_HasSamplesOfTwoBytes) {
   const std::string samples = some_samples(2'000);
   for (const char* version : {"[version]\nversion = 1\n", ""}) {
@@ -196,6 +189,21 @@ TEST(Dsl, WhatTheHeaderDoesNotCount_IsRefusedByName) {
       "[header]\ncapturefile = data\nsamplerate = 100 MHz\nprobe3 = MA\nprobe15 = SLO\n";
   EXPECT_TRUE(
       read_dsl(zip_of({{"header", version_1}, {"data", samples}, {"data-01", samples}})).error);
+}
+
+// Whole words of 64 samples are stored.
+TEST(Dsl, MoreSamplesThanTheHeaderHas_AreRefused) {
+  Members members = capture_of(some_samples(1'000), ma_and_slo);
+  for (const std::uint64_t said : {1U, 500U, 936U, 937U, 999U}) {
+    members[0].second = header_of(said, 1, ma_and_slo);
+    const Read read = read_dsl(zip_of(members));
+    if (said > 936) {
+      EXPECT_FALSE(read.error) << said;
+    } else {
+      ASSERT_EQ(read.cause(), CaptureCause::damaged) << said;
+      EXPECT_STREQ(read.error->expected, "no more samples than the header has");
+    }
+  }
 }
 
 TEST(Dsl, DamagedArchives_AreNamed) {

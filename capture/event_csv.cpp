@@ -135,7 +135,9 @@ std::optional<CaptureError> EventCsvReader::open() {
 
 bool EventCsvReader::take_header(const char* row, const char* end) {
   const std::string_view text = text_between(row, end);
-  if (text.size() > max_token_bytes) return stop(row, CaptureCause::token_too_long);
+  if (text.size() > max_token_bytes || has_cr_inside(text)) {
+    return stop(row, CaptureCause::token_too_long);
+  }
   auto parsed = parse_event_csv_header(text);
   if (!parsed) {
     const EventCsvHeaderFault& fault = parsed.error();

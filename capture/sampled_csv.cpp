@@ -119,6 +119,11 @@ std::optional<CaptureError> SampledCsvReader::read_beginning() {
     const char* const row = window_.begin();
     const char* const end = find_or_end(row, window_.end(), '\n');
     const std::string_view text = text_between(row, end);
+    if (has_cr_inside(text)) {
+      late_error_ = CaptureError{CaptureCause::malformed, line_ + 1, 1, expected_line_ends};
+      any_text = true;
+      break;
+    }
     if (text.size() > max_token_bytes) {
       if (beginning_.empty()) return CaptureError{CaptureCause::token_too_long, line_ + 1, 1};
       break;
@@ -164,8 +169,10 @@ std::optional<CaptureError> SampledCsvReader::open() {
   std::vector<std::string_view> rows;
   rows.reserve(beginning_.size());
   for (const Row& row : beginning_) rows.push_back(row.text);
+  if (rows.empty()) return late_error_;
   auto layout = parse_sampled_csv_layout(rows);
   if (!layout) {
+    if (late_error_) return late_error_;
     const bool cut = beginning_.back().cut;
     return CaptureError{cut ? CaptureCause::truncated : CaptureCause::malformed,
                         cut ? beginning_.back().line : beginning_.front().line, 1, layout.error()};
@@ -276,6 +283,10 @@ bool SampledCsvReader::check_order(Picoseconds time) {
 }
 
 void SampledCsvReader::read_row(std::string_view row, bool cut, SampleRows& rows) {
+  if (has_cr_inside(row)) {
+    stop(CaptureCause::malformed, 0, expected_line_ends);
+    return;
+  }
   if (row.size() > max_token_bytes) {
     stop(CaptureCause::token_too_long, 0);
     return;

@@ -121,9 +121,7 @@ class ColumnRows {
       rows.low = *numbers_.begin();
       rows.high = *numbers_.rbegin();
     }
-    // One column of a file of changes repeats its level where another line changes.
-    constexpr std::size_t time_and_two_lines = 3;
-    if (last_.size() < time_and_two_lines || judged_ < least_samples || !samples()) return rows;
+    if (judged_ < least_samples || !samples()) return rows;
     const SampleSteps steps = steps_of(times_, digit_);
     rows.sample_period = steps.usual;
     rows.longest_step = steps.longest;
@@ -134,8 +132,44 @@ class ColumnRows {
  private:
   static constexpr std::size_t least_samples = 8;
 
+  // How long the cells of a column stay the same.
+  struct Runs {
+    std::size_t length = 0;  // of the one at hand, in rows
+    std::size_t ended = 0;
+    std::size_t brief = 0;  // of at most two rows
+    std::size_t in_turn = 0;
+    std::size_t most_in_turn = 0;
+  };
+
   // Changes have no constant step, and a change is no row that repeats the one before.
-  bool samples() const { return 8 * repeats_ >= judged_ && steps_of(times_, digit_).constant; }
+  bool samples() const {
+    return 8 * repeats_ >= judged_ && !beside_ma() && steps_of(times_, digit_).constant;
+  }
+
+  // SLO without MA, in the rows of both: a bit is two rows. Samples have more of them for a bit, and
+  // if MA has two for a level, it has many such levels in turn.
+  bool beside_ma() const {
+    const auto is_clock = [](const Runs& runs) { return runs.most_in_turn >= 12; };
+    const auto is_slo = [](const Runs& runs) {
+      return runs.brief >= 4 && 8 * runs.brief >= runs.ended;
+    };
+    return std::none_of(runs_.begin(), runs_.end(), is_clock) &&
+           std::any_of(runs_.begin(), runs_.end(), is_slo);
+  }
+
+  void count_runs(const Cells& cells) {
+    runs_.resize(std::max(runs_.size(), cells.size()));
+    for (std::size_t i = 1; i < std::min(cells.size(), last_.size()); ++i) {
+      Runs& runs = runs_[i];
+      ++runs.length;
+      if (cells[i] == last_[i]) continue;
+      const bool brief = std::exchange(runs.length, 0) <= 2;
+      ++runs.ended;
+      runs.brief += brief ? 1U : 0U;
+      runs.in_turn = brief ? runs.in_turn + 1 : 0;
+      runs.most_in_turn = std::max(runs.most_in_turn, runs.in_turn);
+    }
+  }
 
   void add(Cells cells) {
     const bool comma = decimal_comma(separator_);
@@ -147,6 +181,7 @@ class ColumnRows {
     }
     cells[0].clear();
     if (cells == last_) ++repeats_;
+    count_runs(cells);
     last_ = std::move(cells);
     if (judged_ < rows_of_levels) add_levels(time.ok());
   }
@@ -177,6 +212,7 @@ class ColumnRows {
   std::set<std::int64_t> numbers_;
   std::vector<Picoseconds> times_;
   Picoseconds digit_;
+  std::vector<Runs> runs_;  // of the columns
   Cells last_;
 };
 

@@ -408,13 +408,71 @@ TEST(SampledCsv, LevelsAtAConstantStep_AreUnknownInAHole) {
   }
 }
 
-TEST(SampledCsv, ColumnOfAFileOfChanges_HoldsItsLevel) {
-  std::string text = "time_ns,SLO\n";
-  for (int i = 0; i < 200; ++i) {
-    text += std::to_string(500 * i + i / 50 * 20'000) + (i / 5 % 2 == 0 ? ",1\n" : ",0\n");
+// The levels of SLO in frames: a long ACK, START, CDS, and these bits.
+std::vector<bool> frame_bits(std::uint32_t position) {
+  std::vector<bool> bits(6, false);
+  bits.front() = bits[4] = true;  // the line before ACK, and START
+  for (int i = 17; i >= 0; --i) bits.push_back((position >> i & 1U) != 0);
+  for (const bool bit : {true, true, false, true, false, false, true, false}) bits.push_back(bit);
+  return bits;
+}
+
+// Frames with an idle line between them; `rows` for each bit. Without gaps the idle line has rows.
+std::string frames_text(const char* header, const std::string& low, const std::string& high,
+                        int rows, bool gaps, const std::string& more = "") {
+  std::string text = header;
+  std::int64_t time = 0;
+  const auto put = [&](bool level) {
+    text += std::to_string(time) + ',' + (level ? high : low) + more + '\n';
+    time += 50;
+  };
+  for (std::uint32_t frame = 0; frame < 12; ++frame) {
+    for (const bool bit : frame_bits(0x1'2345U * frame)) {
+      for (int i = 0; i < rows; ++i) put(bit);
+    }
+    put(true);
+    for (int i = 0; !gaps && i < 10 * rows; ++i) put(true);
+    if (gaps) time += 20'000;
   }
-  EXPECT_THAT(unknown_edges(read_as_csv(text, {})), ElementsAre());
-  EXPECT_EQ((*open_capture(memory_bytes(text), "x.csv"))->sample_period(), Picoseconds{});
+  return text;
+}
+
+TEST(SampledCsv, SloInTheRowsOfMaAndSlo_HoldsItsLevel) {
+  const Read plain = read_as_csv(frames_text("time_ns,SLO\n", "0", "1", 2, true), {});
+  EXPECT_GT(plain.edges.size(), 100U);
+  for (const auto& [low, high] : {std::pair{"0", "1"}, {"0.0", "1.0"}, {"0", "3.3"}, {"1", "2"}}) {
+    for (const bool other : {false, true}) {
+      const std::string text =
+          frames_text(other ? "time_ns,SLO,EN\n" : "time_ns,SLO\n", low, high, 2, true,
+                      other ? std::string(",") + high : std::string());
+      const Read read = read_as_csv(text, {});
+      EXPECT_FALSE(read.error);
+      EXPECT_THAT(unknown_edges(read), ElementsAre()) << high << ' ' << other;
+      EXPECT_EQ(read.edges.size(), plain.edges.size() + (other ? 1 : 0)) << high << ' ' << other;
+      EXPECT_EQ((*open_capture(memory_bytes(text), "x.csv"))->sample_period(), Picoseconds{});
+    }
+  }
+}
+
+TEST(SampledCsv, OneColumnOfSamples_IsUnknownInAHole) {
+  const auto check = [](const std::string& text) {
+    const std::size_t first = text.find('\n', text.size() / 3) + 1;
+    const std::size_t last = text.find('\n', first + text.size() / 20) + 1;
+    const Read read = read_as_csv(text.substr(0, first) + text.substr(last), {});
+    EXPECT_FALSE(read.error);
+    EXPECT_EQ(unknown_edges(read).size(), 1U) << text.substr(0, 40);
+    EXPECT_THAT(unknown_edges(read_as_csv(text, {})), ElementsAre());
+  };
+  for (const auto& [low, high] : {std::pair{"0", "1"}, {"0.0", "1.0"}, {"0", "3.3"}}) {
+    for (const int rows : {3, 4, 10, 50}) {
+      check(frames_text("time_ns,SLO\n", low, high, rows, false));
+    }
+    std::string clock = "time_ns,MA\n";
+    for (int i = 0; i < 900; ++i) {
+      clock += std::to_string(50 * i) + ',' + (i % 90 < 60 && i / 2 % 2 != 0 ? low : high) + '\n';
+    }
+    check(clock);
+  }
 }
 
 // An idle line in rows at a constant step, and then a row for each change.
@@ -503,6 +561,41 @@ TEST(SampledCsv, LinesThatEndInCr_AreRead) {
     const Read mixed = read_as_csv("time_ns,MA\r\n0,1\r\n# note\r5,0\r6,1\r\n", {}, block);
     EXPECT_EQ(mixed.cause(), CaptureCause::malformed);
     EXPECT_EQ(mixed.error->line, 3U);
+  }
+}
+
+TEST(SampledCsv, RowsThatEndInCrAfterAHeaderInLf_AreNamed) {
+  std::string changes;
+  std::string samples;
+  for (int i = 0; i < 9'000; ++i) {
+    changes += fmt::format("{},{},1\r", 50 * i + i % 3, i % 2);
+    samples += fmt::format("{}e-6,{},0.2,\r", i, i / 5 % 2 == 0 ? "0.1" : "3.2");
+  }
+  const std::string header = "Time(s),CH1(V),CH2(V)\n";
+  std::string some;
+  for (int i = 0; i < 300; ++i) {
+    some += fmt::format("{}e-6,{},0.2\n", i, i / 5 % 2 == 0 ? "0.1" : "3.2");
+  }
+  for (const char* feed : {"\n", "\r\n"}) {
+    for (const std::size_t rows : {4U, 8'000U}) {
+      const auto begin = [&](const std::string& text) {
+        std::size_t at = 0;
+        for (std::size_t i = 0; i < rows; ++i) at = text.find('\r', at) + 1;
+        return text.substr(0, at);
+      };
+      for (const std::string& text :
+           {"time_ns,MA,SLO" + (feed + begin(changes)),
+            "# a" + (feed + ("time_ns,MA,SLO\r" + begin(changes))),
+            "time_ns,MA,SLO" + (feed + ("0,1,1" + (feed + begin(changes)))),
+            header + begin(samples), header + some + begin(samples).substr(0, 5'000),
+            "# a" + (feed + ("Time(s),CH1(V),CH2(V)\r" + begin(samples)))}) {
+        for (const std::size_t block : {std::size_t{1'000}, one_block}) {
+          const Read read = read_as_csv(text, {}, block);
+          ASSERT_EQ(read.cause(), CaptureCause::malformed) << text.substr(0, 60) << rows;
+          EXPECT_STREQ(read.error->expected, "lines that all end in LF or CR LF, or all in CR");
+        }
+      }
+    }
   }
 }
 

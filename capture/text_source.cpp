@@ -6,6 +6,7 @@
 #include <string_view>
 #include <utility>
 
+#include "capture/csv_cells.hpp"
 #include "capture/text_piece.hpp"
 
 namespace biss::capture {
@@ -63,8 +64,14 @@ CaptureError TextWindow::error_at(const char* place, CaptureCause cause,
     return buffer_offset_ + static_cast<std::uint64_t>(p - buffer_.data());
   };
   const std::uint64_t line_start = start > from ? offset_of(start) : line_offset_;
-  return {cause, line_ + count_line_feeds(from, place), offset_of(place) - line_start + 1,
-          expected};
+  CaptureError error{cause, line_ + count_line_feeds(from, place),
+                     offset_of(place) - line_start + 1, expected};
+  const char* const end = find_or_end(place, buffer_.data() + filled_, '\n');
+  if (!cut_at_words_ && has_cr_inside(text_between(start, end))) {
+    error.cause = CaptureCause::malformed;
+    error.expected = expected_line_ends;
+  }
+  return error;
 }
 
 // Moves the token without an end to the front when less than a block is free after it.

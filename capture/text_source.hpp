@@ -1,6 +1,7 @@
 // What every reader of text shares: a sliding window over the text, and how edges are delivered.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -26,6 +27,14 @@ constexpr bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 inline std::string_view text_between(const char* from, const char* to) {
   return {from, static_cast<std::size_t>(to - from)};
 }
+
+/// Whether a CR that does not end the line is in it: the file has lines that end in CR alone.
+inline bool has_cr_inside(std::string_view line) {
+  return line.find_first_not_of("\r ", std::min(line.find('\r'), line.size())) !=
+         std::string_view::npos;
+}
+/// What is expected instead.
+inline constexpr const char* expected_line_ends = "lines that all end in LF or CR LF, or all in CR";
 
 /// `text` with the letters A to Z in lower case.
 std::string lower_case(std::string_view text);
@@ -75,6 +84,7 @@ class TextWindow {
   void pass(const TextPiece& piece);
 
   /// An error at `place`, which lies in begin()…end() or anywhere the window has been since next().
+  /// If a line of CSV has a CR inside, that is the cause.
   CaptureError error_at(const char* place, CaptureCause cause,
                         const char* expected = nullptr) const;
 

@@ -38,7 +38,8 @@ std::size_t first_after(const LineRun& slo, std::size_t from, std::int64_t time)
 CleanCycleFinder::CleanCycleFinder(const std::optional<FrameFormat>& format,
                                    const DeviceTiming& timing, const MarginSetup& margin)
     : timing_(timing), margin_(margin) {
-  if (format) codec_.emplace(*format);
+  if (format) codec_.emplace(format->without_previous());
+  needs_next_ = format && format->needs_previous();
   setup_ = {.margin_doubt = margin_doubt(margin).count, .clock_change = timing.clock_constant};
 }
 
@@ -181,6 +182,7 @@ bool CleanCycleFinder::read_payload(std::size_t start_bit, Cycle& cycle) const {
       *codec_);
   if (!frame.ok()) return false;
   cycle.frame = *frame;
+  if (needs_next_) cycle.status = CycleStatus::unchecked;
   append_raw(start_bit, codec_->payload_bits() + 3U, cycle.raw);
   const auto channels = codec_->format().channels();
   for (std::size_t k = 0; k < channels.size(); ++k) {

@@ -62,7 +62,7 @@ void ControlRules::judge_stated_crc(std::uint64_t number, const Cycle& cycle) {
   const BitView raw = cycle.raw.view();
   if (!channel.crc.present() || raw.size_bits() < channel.total_bits() + 2U) return;
   const std::uint64_t sent = raw.word(2U + channel.data_bits, channel.crc.width_bits);
-  count(Rule::profile, sent == stated_->crc(0, raw.word(2, channel.data_bits)), number,
+  count(Rule::profile, sent == stated_->crc(0, raw.word(2, channel.data_bits), raw[1]), number,
         "the frame does not fit the profile identifier");
 }
 

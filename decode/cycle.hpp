@@ -98,6 +98,10 @@ struct Cycle {
   /// (MarginSetup). Absent where nothing was sampled, or the capture is too coarse.
   std::optional<bool> marginal;
   std::uint32_t rising_edges = 0;
+  /// Pauses of MA before the last bit, and by how much the longest one is longer than a period. The
+  /// row of a request with pauses is `ma_clock` unless it is certain that no clock is missing.
+  std::uint32_t pauses = 0;
+  Picoseconds longest_pause{};
   /// From `time` to the last edge of MA.
   Picoseconds clocked{};
   /// How much a time between two edges of this cycle may be off: the resolution of the capture and

@@ -32,7 +32,8 @@ CycleReading read_again(const CycleEdges& edges, CycleReader& reader, bool slo_i
   return reader.read({.ma = edges.ma.empty() ? std::span<const LevelChange>(&nothing, 1) : edges.ma,
                       .begins_idle = edges.cycle.status != CycleStatus::cut_start,
                       .limit = std::min(edges.limit, shifted(last, slo_matters)),
-                      .last_of_capture = edges.last_of_capture},
+                      .last_of_capture = edges.last_of_capture,
+                      .usual_clocks = edges.cycle.pauses == 0 ? SIZE_MAX : 0},
                      slo);
 }
 

@@ -43,7 +43,8 @@ std::optional<Picoseconds> rise_before(const LineHistory& slo, std::size_t next)
 CycleReader::CycleReader(std::optional<FrameFormat> format, const DeviceTiming& timing,
                          const MarginSetup& margin)
     : timing_(timing), margin_(margin) {
-  if (format) codec_.emplace(*format);
+  if (format) codec_.emplace(format->without_previous());
+  if (format && format->needs_previous()) checked_by_next_ = format;
 }
 
 CycleReading CycleReader::read(const CycleSpan& span, const LineHistory& slo) {
@@ -120,7 +121,7 @@ CycleReading CycleReader::read_answer(const CycleSpan& span, const LineHistory& 
       answer_ = {response.fall, delay, std::nullopt};
       if (codec_) answer_->stop = start->start_bit + 2 + codec_->payload_bits();
     }
-    judge(span, sampled, start, reading);
+    judge(span, slo, delay, sampled, start, reading);
     const bool known_end = codec_ && start.ok();
     cycle.release = release(
         span, slo, delay,
@@ -142,6 +143,7 @@ void CycleReader::measure_clock(std::span<const LevelChange> ma, Cycle& cycle) {
   clock_.rises.clear();
   clock_.intervals.clear();
   clock_.first_irregular = SIZE_MAX;
+  clock_.first_early = SIZE_MAX;
   for (const LevelChange& change : ma) {
     if (change.level != Level::high) continue;
     if (!clock_.rises.empty()) {
@@ -212,6 +214,7 @@ Picoseconds CycleReader::usual_period() {
     const Picoseconds interval = clock_.intervals[i];
     if (!even && irregular(interval, usual)) {
       clock_.first_irregular = std::min(clock_.first_irregular, i + 1);
+      if (interval < usual) clock_.first_early = std::min(clock_.first_early, i + 1);
       continue;
     }
     sum += interval;
@@ -409,7 +412,8 @@ std::optional<bool> CycleReader::judge_margin(const CycleSpan& span, const LineH
   return sample(span, slo, {}).first_marginal <= last + lead - 1;
 }
 
-void CycleReader::judge(const CycleSpan& span, const Sampled& sampled, const FoundStart& start,
+void CycleReader::judge(const CycleSpan& span, const LineHistory& slo, Picoseconds delay,
+                        const Sampled& sampled, const FoundStart& start,
                         CycleReading& reading) const {
   Cycle& cycle = reading.cycle;
   std::size_t last_bit = clock_.rises.size() - 1;
@@ -422,11 +426,41 @@ void CycleReader::judge(const CycleSpan& span, const Sampled& sampled, const Fou
   } else {
     cycle.status = status_of(start.error().cause);
   }
-  if (const auto fault = fault_of_capture(span, sampled, cycle.status, last_bit)) {
+  if (clock_.first_irregular <= last_bit &&
+      !pauses_are_certain(span, slo, delay, last_bit, cycle)) {
+    cycle.status = CycleStatus::ma_clock;
+    cycle.pauses = 0;
+    cycle.longest_pause = {};
+  } else if (const auto fault = fault_of_capture(span, sampled, cycle.status)) {
     cycle.status = *fault;
   }
   if (cycle.status != CycleStatus::ok) cycle.frame.reset();
-  if (cycle.status == CycleStatus::ok && !codec_) cycle.status = CycleStatus::unchecked;
+  if (cycle.status == CycleStatus::ok && (!codec_ || needs_next())) {
+    cycle.status = CycleStatus::unchecked;
+  }
+}
+
+void CycleReader::judge_by_next(Cycle& cycle, const Cycle* next) const {
+  if (!cycle.frame) return;
+  const BitView raw = cycle.raw.view();
+  const BitView later = next != nullptr ? next->raw.view() : BitView();
+  cycle.status = CycleStatus::ok;
+  std::size_t at = 2;
+  for (std::size_t k = 0; k < checked_by_next_->channel_count; ++k) {
+    const ChannelFormat& channel = checked_by_next_->channel_list[k];
+    const std::size_t crc_at = at + channel.data_bits;
+    at += channel.total_bits();
+    if (!channel.crc.of_previous) continue;
+    if (at > later.size_bits()) {
+      cycle.status = CycleStatus::unchecked;
+      break;
+    }
+    const std::uint16_t crc = frame_detail::deviating_crc(
+        channel, raw.word(crc_at - channel.data_bits, channel.data_bits), raw[1]);
+    cycle.crc_ok[k] = later.word(crc_at, channel.crc.width_bits) == crc;
+    if (!*cycle.crc_ok[k]) cycle.status = CycleStatus::crc;
+  }
+  if (cycle.status != CycleStatus::ok) cycle.frame.reset();
 }
 
 void CycleReader::read_payload(const Sampled& sampled, const FrameStart& start,
@@ -463,17 +497,51 @@ void CycleReader::note_checksums(const std::optional<FrameFault>& fault, Cycle& 
     if (channel.crc.present()) {
       cycle.crc_ok[k] = k < right || (!(wrong && k == right) &&
                                       raw.word(at + channel.data_bits, channel.crc.width_bits) ==
-                                          codec_->crc(k, raw.word(at, channel.data_bits)));
+                                          codec_->crc(k, raw.word(at, channel.data_bits), raw[1]));
     }
     at += channel.total_bits();
   }
 }
 
+// Long intervals of MA are pauses, and not clocks that the capture lost: the frame is right to its
+// STOP, or the encoder has waited. A lost clock would often show as a change of SLO in the pause.
+bool CycleReader::pauses_are_certain(const CycleSpan& span, const LineHistory& slo,
+                                     Picoseconds delay, std::size_t last_bit, Cycle& cycle) const {
+  if (clock_.first_early <= last_bit) return false;
+  if (span.usual_clocks != 0 && clock_.rises.size() != span.usual_clocks) return false;
+  bool waited = knows_timeout();
+  for (std::size_t i = clock_.first_irregular; i <= last_bit; ++i) {
+    const Picoseconds interval = clock_.intervals[i - 1];
+    if (!irregular(interval, clock_.period)) continue;
+    const std::size_t change =
+        slo.after(shifted(clock_.rises[i - 1], delay + clock_.period * 3 / 4));
+    if (change < slo_end_ && slo[change].time < shifted(clock_.rises[i], delay - clock_.period / 4))
+      return false;
+    waited = waited && outlasts(interval - clock_.period / 2);
+    ++cycle.pauses;
+    cycle.longest_pause = std::max(cycle.longest_pause, interval - clock_.period);
+  }
+  const bool right = checked_payload_bits() && cycle.frame && cycle.frame->stop_seen;
+  return right || waited;
+}
+
+// Whether the encoder certainly still takes a clock that comes so long after the edge before.
+bool CycleReader::outlasts(Picoseconds pause) const {
+  if (timing_.timeout.rule == TimeoutRule::adaptive) return 2 * pause < 3 * clock_.period;
+  if (timing_.timeout.rule == TimeoutRule::fixed) return pause < timing_.timeout.time;
+  return elapsed(clock_.rises.front(), clock_.rises.back()) < timing_.timeout.time;
+}
+
+std::optional<std::size_t> CycleReader::checked_payload_bits() const {
+  const auto has_crc = [](const ChannelFormat& channel) { return channel.crc.present(); };
+  if (!codec_ || std::ranges::none_of(codec_->format().channels(), has_crc)) return std::nullopt;
+  return codec_->payload_bits();
+}
+
 // What only a capture can show, and what explains more than the bits do.
 std::optional<CycleStatus> CycleReader::fault_of_capture(const CycleSpan& span,
-                                                         const Sampled& sampled, CycleStatus status,
-                                                         std::size_t last_bit) const {
-  if (clock_.first_irregular <= last_bit) return CycleStatus::ma_clock;
+                                                         const Sampled& sampled,
+                                                         CycleStatus status) const {
   const bool bits_missing = status == CycleStatus::no_start || status == CycleStatus::truncated;
   if (!bits_missing) return std::nullopt;
   if (sampled.reached_unknown) return CycleStatus::unknown_level;

@@ -25,6 +25,9 @@ struct CycleSpan {
   Picoseconds limit{};
   /// `limit` is the end of the capture.
   bool last_of_capture = false;
+  /// The clocks that a request with pauses must have; 0: not known. With another number, a pause may
+  /// be clocks that the capture lost.
+  std::size_t usual_clocks = 0;
 };
 
 /// A cycle, and whether it is complete: all bits of the format were sampled, or more clocks could
@@ -61,6 +64,18 @@ class CycleReader {
   /// \param slo must reach back to the span's first edge
   CycleReading read(const CycleSpan& span, const LineHistory& slo);
 
+  /// With a format whose CRC is that of the frame before, a cycle is `unchecked` and has its frame:
+  /// the cycle after it has the checksum.
+  bool needs_next() const { return checked_by_next_.has_value(); }
+  /// Judges such a cycle; without a next one, or where the next one has no such bits, it stays
+  /// `unchecked` and loses its frame.
+  void judge_by_next(Cycle& cycle, const Cycle* next) const;
+  /// Of the format, if it has a checksum.
+  std::optional<std::size_t> checked_payload_bits() const;
+  const DeviceTiming& timing() const { return timing_; }
+  /// A timeout of just the default is not known.
+  bool knows_timeout() const { return timing_.timeout != Timeout{}; }
+
   /// When the last read() sampled SLO: element k belongs to rising edge k of MA, LAT's included.
   /// Empty where SLO gave no ACK.
   std::vector<Picoseconds> sample_times() const;
@@ -74,8 +89,10 @@ class CycleReader {
     std::vector<Picoseconds> rises;
     std::vector<Picoseconds> even_rises;
     std::vector<Picoseconds> intervals;
-    // Index into `rises` of the first edge whose distance from the one before is not a period.
+    // Index into `rises` of the first edge whose distance from the one before is not a period, and
+    // of the first that is too early.
     std::size_t first_irregular = SIZE_MAX;
+    std::size_t first_early = SIZE_MAX;
   };
   struct Sampled {
     FrameBits bits;
@@ -127,14 +144,19 @@ class CycleReader {
   std::optional<bool> judge_margin(const CycleSpan& span, const LineHistory& slo, Picoseconds fall,
                                    const Sampled& sampled, std::size_t start) const;
   using FoundStart = Result<FrameStart, FrameFault>;
-  void judge(const CycleSpan& span, const Sampled& sampled, const FoundStart& start,
-             CycleReading& reading) const;
+  void judge(const CycleSpan& span, const LineHistory& slo, Picoseconds delay,
+             const Sampled& sampled, const FoundStart& start, CycleReading& reading) const;
+  bool pauses_are_certain(const CycleSpan& span, const LineHistory& slo, Picoseconds delay,
+                          std::size_t last_bit, Cycle& cycle) const;
+  bool outlasts(Picoseconds pause) const;
   void read_payload(const Sampled& sampled, const FrameStart& start, CycleReading& reading) const;
   void note_checksums(const std::optional<FrameFault>& fault, Cycle& cycle) const;
   std::optional<CycleStatus> fault_of_capture(const CycleSpan& span, const Sampled& sampled,
-                                              CycleStatus status, std::size_t last_bit) const;
+                                              CycleStatus status) const;
 
   std::optional<FrameCodec<>> codec_;
+  // The format, where its CRC is that of the frame before; codec_ takes it for padding.
+  std::optional<FrameFormat> checked_by_next_;
   DeviceTiming timing_;
   MarginSetup margin_;
   Clock clock_;

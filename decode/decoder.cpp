@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "decode/cycle_rules.hpp"
+#include "decode/limits.hpp"
 #include "decode/times.hpp"
 
 namespace biss::decode {
@@ -58,7 +59,7 @@ void Decoder::push_ma(LevelChange change) {
 
 void Decoder::push_slo(LevelChange change) {
   // Without a current request only the level counts.
-  if (ma_.empty()) slo_.forget_before(change.time);
+  if (ma_.empty() && held_.empty()) slo_.forget_before(change.time);
   slo_.push(change);
 }
 
@@ -76,6 +77,8 @@ void Decoder::push(const PairRun& run, RunPlace from, RunPlace to,
                    std::span<const CleanCycle> clean) {
   RunPlace at = from;
   for (const CleanCycle& cycle : clean) {
+    // One without a checksum may be a part.
+    if (reader_.knows_timeout() && !reader_.checked_payload_bits()) break;
     if (at != cycle.begin() || !waits()) {
       // The edge that begins the cycle shows whether everything before it is read.
       const RunPlace begun{cycle.ma_begin + 1, cycle.slo_begin};
@@ -122,6 +125,7 @@ bool Decoder::waits_since_this_edge() const {
 void Decoder::emit_clean(const CleanCycle& clean, const PairRun& run) {
   const Cycle& cycle = clean.reading.cycle;
   usual_clocks_ = cycle.clocked.count / cycle.period->count;
+  deliver_held();
   ma_.clear();
   ma_level_ = Level::high;
   const bool high = (clean.slo_end - clean.slo_begin) % 2 == 0;
@@ -133,6 +137,8 @@ void Decoder::emit_clean(const CleanCycle& clean, const PairRun& run) {
 void Decoder::finish(Picoseconds end_time) {
   end_time_ = end_time;
   drain(true);
+  deliver_held();
+  hand_on_unjudged(nullptr);
 }
 
 void Decoder::drain(bool at_end) {
@@ -248,7 +254,8 @@ CycleReading Decoder::read(std::size_t begin, Picoseconds next, bool last_of_cap
   return reader_.read({.ma = edges,
                        .begins_idle = begin != 0 || idle_known_,
                        .limit = std::min(next, shifted(edges.back().time, slo_matters)),
-                       .last_of_capture = last_of_capture},
+                       .last_of_capture = last_of_capture,
+                       .usual_clocks = usual_rises_},
                       slo_);
 }
 
@@ -346,10 +353,17 @@ std::int64_t Decoder::clocks_between(std::size_t first, std::size_t end, Picosec
 // An encoder that takes a pulse of MA for the first clock of a request answers it a clock early. The
 // delay of the cycles before shows whether it did.
 void Decoder::deliver(const Cycle& cycle) {
+  if (is_good(cycle.status)) {
+    usual_rises_ = cycle.rising_edges;
+    if (cycle.release && cycle.line_delay) {
+      const Picoseconds seen = *cycle.release - *cycle.line_delay;
+      seen_timeout_ = std::max(seen_timeout_.value_or(seen), seen);
+    }
+  }
   const bool after_pulse = std::exchange(after_pulse_, cycle.status == CycleStatus::ma_glitch);
   if (!after_pulse || !cycle.line_delay) {
     if (is_good(cycle.status)) usual_delay_ = cycle.line_delay;
-    on_cycle_(cycle);
+    hand_on(cycle);
     return;
   }
   Cycle counted = cycle;
@@ -360,7 +374,21 @@ void Decoder::deliver(const Cycle& cycle) {
     counted.line_delay = one_more;
     counted.ack_edge = 0;
   }
-  on_cycle_(counted);
+  hand_on(counted);
+}
+
+// With a checksum in the cycle after it, a cycle waits for that one.
+void Decoder::hand_on(const Cycle& cycle) {
+  if (!reader_.needs_next()) return on_cycle_(cycle);
+  hand_on_unjudged(&cycle);
+  unjudged_ = cycle;
+}
+
+void Decoder::hand_on_unjudged(const Cycle* next) {
+  if (!unjudged_) return;
+  reader_.judge_by_next(*unjudged_, next);
+  on_cycle_(*unjudged_);
+  unjudged_.reset();
 }
 
 void Decoder::emit_before_doubt() {
@@ -371,15 +399,125 @@ void Decoder::emit_before_doubt() {
 void Decoder::emit(const CycleReading& reading) {
   const Cycle& cycle = reading.cycle;
   if (cycle.period && is_usual(cycle.status)) {
-    usual_clocks_ = clocks_between(0, scanned_, *cycle.period);
+    usual_clocks_ = cycle.pauses != 0 ? std::int64_t{cycle.rising_edges} - 1
+                                      : clocks_between(0, scanned_, *cycle.period);
   }
   const Picoseconds last = ma_[scanned_ - 1].time;
+  // A rise before the next request is MA that goes back to idle, or goes on after a pause.
+  std::size_t next = scanned_;
+  while (next < ma_.size() && ma_[next].level == Level::high) ++next;
+  const bool last_of_capture = next == ma_.size();
+  const Picoseconds limit = last_of_capture ? std::max(end_time_, last) : ma_[next].time;
+  if (is_right(reading)) deliver_held();
+  const bool waits = !last_of_capture && !is_right(reading) && may_wait(cycle, limit - last);
+  if (waits || !held_.empty()) {
+    held_.push_back({reading, held_edges_.size()});
+    held_edges_.insert(held_edges_.end(), ma_.begin(),
+                       ma_.begin() + static_cast<std::ptrdiff_t>(next));
+    const std::size_t end = held_edges_.size() - next + scanned_;
+    if (!emit_joined(end, limit, last_of_capture, waits) && !waits) deliver_held();
+  } else {
+    deliver(cycle);
+  }
   ma_.erase(ma_.begin(), ma_.begin() + static_cast<std::ptrdiff_t>(scanned_));
-  slo_.forget_before(ma_.empty() ? last : ma_.front().time);
+  const Picoseconds now = ma_.empty() ? last : ma_.front().time;
+  slo_.forget_before(held_edges_.empty() ? now : held_edges_.front().time);
   scanned_ = 0;
   idle_known_ = true;
-  deliver(cycle);
   doubt_.reset();
+}
+
+// The encoder may still be in a request for so long after the last edge of MA.
+Picoseconds Decoder::longest_pause(const Cycle& cycle) const {
+  Cycle measured = cycle;
+  measured.period = cycle.period.value_or(period_);
+  const Picoseconds longest = !reader_.knows_timeout() && seen_timeout_
+                                  ? *seen_timeout_
+                                  : release_bounds(reader_.timing(), measured).most;
+  return longest + release_doubt(measured, longest);
+}
+
+// Such a frame is never a part of another one.
+bool Decoder::is_right(const CycleReading& reading) const {
+  return reading.complete && reader_.checked_payload_bits() &&
+         (reading.cycle.status == CycleStatus::ok ||
+          reading.cycle.status == CycleStatus::ack_range);
+}
+
+// More clocks could make it a frame.
+bool Decoder::may_begin(const Cycle& cycle) const {
+  if (usual_rises_ != 0 && cycle.rising_edges >= usual_rises_) return false;
+  switch (cycle.status) {
+    case CycleStatus::truncated:
+    case CycleStatus::no_start:
+    case CycleStatus::no_response:
+    case CycleStatus::ma_glitch:
+    case CycleStatus::ma_clock:
+      return true;
+    case CycleStatus::unchecked:
+      return reader_.knows_timeout();
+    default:
+      return false;
+  }
+}
+
+// Whether the cycle may go on with the next request.
+bool Decoder::may_wait(const Cycle& cycle, Picoseconds pause) const {
+  return (reader_.checked_payload_bits() || reader_.knows_timeout()) &&
+         pause <= longest_pause(cycle) && held_edges_.size() + scanned_ < max_cycle_edges &&
+         (!held_.empty() || may_begin(cycle));
+}
+
+// Delivers the held cycles up to this edge as one, and those before it as they are.
+bool Decoder::emit_joined(std::size_t end, Picoseconds limit, bool last_of_capture, bool waits) {
+  const auto edges = std::span<const LevelChange>(held_edges_).first(end);
+  const Picoseconds after = elapsed(edges.back().time, limit);
+  for (std::size_t k = 0; k + 1 < held_.size(); ++k) {
+    const auto span = edges.subspan(held_[k].begin);
+    const auto rises =
+        static_cast<std::size_t>(std::ranges::count(span, Level::high, &LevelChange::level));
+    const Cycle& first = held_[k].reading.cycle;
+    if (!may_begin(first) || !may_be_request(rises, first)) continue;
+    const CycleReading joined =
+        reader_.read({.ma = span,
+                      .limit = std::min(limit, shifted(edges.back().time, slo_matters)),
+                      .last_of_capture = last_of_capture,
+                      .usual_clocks = usual_rises_},
+                     slo_);
+    if (!is_joined(joined, after, waits)) continue;
+    held_.resize(k);
+    deliver_held();
+    usual_clocks_ = static_cast<std::int64_t>(rises) - 1;
+    deliver(joined.cycle);
+    return true;
+  }
+  return false;
+}
+
+bool Decoder::may_be_request(std::size_t rises, const Cycle& first) const {
+  if (usual_rises_ != 0) return rises == usual_rises_;
+  const auto payload = reader_.checked_payload_bits();
+  if (!payload) return true;
+  // LAT, ACK, START, CDS and STOP; a byte of clocks may come after them.
+  const std::size_t least = *payload + 5;
+  const Picoseconds period = first.period.value_or(period_);
+  return rises <= least + 8 + ack_bounds(reader_.timing(), period).max_clocks &&
+         (rises >= least || reader_.knows_timeout());
+}
+
+bool Decoder::is_joined(const CycleReading& joined, Picoseconds after, bool waits) const {
+  const Cycle& cycle = joined.cycle;
+  if (cycle.pauses == 0) return false;
+  // While no frame shows how many clocks a request has: a pause is shorter than the time between
+  // two requests.
+  if (is_right(joined)) return usual_rises_ != 0 || 3 * cycle.longest_pause < 2 * after;
+  const bool ends = !waits || (reader_.checked_payload_bits() && joined.complete);
+  return reader_.knows_timeout() && ends;
+}
+
+void Decoder::deliver_held() {
+  for (const Held& each : std::exchange(held_, {})) deliver(each.reading.cycle);
+  held_edges_.clear();
 }
 
 void Decoder::give_up() {

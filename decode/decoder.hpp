@@ -35,6 +35,10 @@ struct Lines {
 /// with a correct checksum and is not shorter than that frame. A gap below 1.25 periods ends a
 /// cycle where SLO shows that the encoder went idle in it.
 ///
+/// A master may pause its clock for longer within a request. Cycles that fail wait for those that
+/// follow before the encoder's timeout: they are one cycle if only together they are a right frame,
+/// with a checksum and STOP, or if the timeout is known. Until then their rows are not delivered.
+///
 /// Memory is bounded by the longest cycle, whatever the length of the capture.
 class Decoder {
  public:
@@ -84,6 +88,13 @@ class Decoder {
     CycleReading reading;
   };
 
+  // A cycle that failed, and may be the beginning of one with a pause.
+  struct Held {
+    CycleReading reading;
+    // Its first edge in held_edges_.
+    std::size_t begin = 0;
+  };
+
   void push_mixed(const PairRun& run, RunPlace from, RunPlace to);
   void emit_clean(const CleanCycle& clean, const PairRun& run);
   bool waits() const;
@@ -102,7 +113,17 @@ class Decoder {
   std::optional<CycleReading> read_before_pause(Picoseconds next);
   bool emit_before_frame(const CycleReading& reading, Picoseconds next, bool last_of_capture);
   void emit(const CycleReading& reading);
+  Picoseconds longest_pause(const Cycle& cycle) const;
+  bool is_right(const CycleReading& reading) const;
+  bool may_begin(const Cycle& cycle) const;
+  bool may_wait(const Cycle& cycle, Picoseconds pause) const;
+  bool emit_joined(std::size_t end, Picoseconds limit, bool last_of_capture, bool waits);
+  bool may_be_request(std::size_t rises, const Cycle& first) const;
+  bool is_joined(const CycleReading& joined, Picoseconds after, bool waits) const;
+  void deliver_held();
   void deliver(const Cycle& cycle);
+  void hand_on(const Cycle& cycle);
+  void hand_on_unjudged(const Cycle* next);
   void emit_before_doubt();
   void give_up();
   void skip(Picoseconds time);
@@ -126,11 +147,19 @@ class Decoder {
   Picoseconds period_{};
   // A gap of MA longer than this is between two requests, or comes from jitter.
   Picoseconds pause_{};
+  // Cycles that wait for those that follow, and their edges.
+  std::vector<Held> held_;
+  std::vector<LevelChange> held_edges_;
+  // Of the last good row, and the latest release of SLO in a good row, less the line delay.
+  std::size_t usual_rises_ = 0;
+  std::optional<Picoseconds> seen_timeout_;
   // Length of the last whole cycle, 0 when there was none.
   std::int64_t usual_clocks_ = 0;
   // The line delay of the last good cycle, and whether the last cycle was a pulse of MA.
   std::optional<Picoseconds> usual_delay_;
   bool after_pulse_ = false;
+  // Waits for the cycle that has its checksum.
+  std::optional<Cycle> unjudged_;
   Picoseconds begin_time_{};
   Picoseconds end_time_{};
   wire::Level ma_level_ = wire::Level::unknown;

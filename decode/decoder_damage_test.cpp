@@ -175,8 +175,10 @@ TEST(DecoderDamage, LostLowPulseOfMa_GivesMaClockAndTheNextCycleIsRight) {
         // Two consecutive halves look like two cycles as long as no other cycle was seen.
         const bool tight = shape.timeout < 4 * shape.period;
         if (tight && cycle == 0 && clock + 1 >= clocks / 2 && clock <= clocks / 2 + 2) continue;
-        EXPECT_EQ(count_of(cycles, CycleStatus::ma_clock), 1U);
         EXPECT_EQ(cycles.size(), 3U);
+        // A clock of ACK brings no bit: before any other frame, this is a pause.
+        if (cycle == 0 && clock < 4) continue;
+        EXPECT_EQ(count_of(cycles, CycleStatus::ma_clock), 1U);
       }
     }
   }

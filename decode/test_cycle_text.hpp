@@ -35,6 +35,9 @@ inline std::string text_of(const Cycle& cycle) {
     text += fmt::format(" change {} {}", cycle.clock_change->most.count,
                         cycle.clock_change->doubt.count);
   }
+  if (cycle.pauses != 0) {
+    text += fmt::format(" pauses {} {}", cycle.pauses, cycle.longest_pause.count);
+  }
   text += " raw ";
   for (std::size_t i = 0; i < cycle.raw.size_bits(); ++i) text += cycle.raw.view()[i] ? '1' : '0';
   for (const auto& ok : cycle.crc_ok) text += fmt::format(" {}", text_of_value(ok));

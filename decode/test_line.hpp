@@ -37,6 +37,9 @@ struct Shape {
   Ending ending = Ending::idle_high;
   /// Each edge of MA moves by up to this share of a period either way, in per cent.
   int jitter_percent = 0;
+  /// The master pauses for this long before these clocks, counted from 0.
+  std::vector<std::int64_t> pauses{};
+  Picoseconds pause{};
 };
 
 inline LevelChange high_at(Picoseconds time) { return {time, wire::Level::high}; }
@@ -77,9 +80,11 @@ class TestLine {
     const Picoseconds low = shape.period * (100 - shape.high_percent) / 100;
     Picoseconds rise{};
     bool level = true;
+    Picoseconds paused{};
     for (std::int64_t i = 0; i < clocks; ++i) {
-      const Picoseconds fall = i == 0 ? begin : begin + i * shape.period + jitter(shape);
-      rise = begin + i * shape.period + low + jitter(shape);
+      paused += std::count(shape.pauses.begin(), shape.pauses.end(), i) * shape.pause;
+      const Picoseconds fall = i == 0 ? begin : begin + paused + i * shape.period + jitter(shape);
+      rise = begin + paused + i * shape.period + low + jitter(shape);
       ma.push_back(low_at(fall));
       ma.push_back(high_at(rise));
       const auto index = static_cast<std::size_t>(i);

@@ -67,12 +67,13 @@ std::vector<BitName> payload_names(const FrameFormat& format) {
 }
 
 // How the CRC changes when one bit of the channel is inverted, data first.
-std::vector<std::uint16_t> changes_of(const PlainCodec& codec, std::size_t k) {
+std::vector<std::uint16_t> changes_of(const PlainCodec& codec, std::size_t k, bool cds) {
   const ChannelFormat& channel = codec.format().channel_list[k];
   std::vector<std::uint16_t> changes;
-  const std::uint16_t none = codec.crc(k, 0);
+  const std::uint16_t none = codec.crc(k, 0, cds);
   for (unsigned shift = channel.data_bits; shift-- > 0;) {
-    changes.push_back(static_cast<std::uint16_t>(codec.crc(k, std::uint64_t{1} << shift) ^ none));
+    changes.push_back(
+        static_cast<std::uint16_t>(codec.crc(k, std::uint64_t{1} << shift, cds) ^ none));
   }
   for (unsigned bit = channel.crc.width_bits; bit-- > 0;) {
     changes.push_back(static_cast<std::uint16_t>(1U << bit));
@@ -100,16 +101,17 @@ std::vector<DrawnCheck> checks_of(BitView raw, const FrameFormat& format) {
     const ChannelFormat& channel = format.channel_list[k];
     // START and CDS come before.
     if (at + 2 + channel.total_bits() > raw.size_bits()) break;
-    if (channel.crc.present()) {
+    // The checksum of the frame before says nothing about these bits.
+    if (channel.crc.present() && !channel.crc.of_previous) {
       const std::uint64_t data = raw.word(at + 2, channel.data_bits);
       DrawnCheck check{.channel = k,
                        .received = static_cast<std::uint16_t>(
                            raw.word(at + 2 + channel.data_bits, channel.crc.width_bits)),
-                       .expected = codec.crc(k, data),
+                       .expected = codec.crc(k, data, raw[1]),
                        .singles = {},
                        .pairs = {}};
       if (!check.right()) {
-        find_flips(changes_of(codec, k),
+        find_flips(changes_of(codec, k, raw[1]),
                    static_cast<std::uint16_t>(check.received ^ check.expected), at, check);
       }
       checks.push_back(std::move(check));

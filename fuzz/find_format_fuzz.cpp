@@ -79,7 +79,7 @@ Story frames_of_format(ByteSource& source) {
     const unsigned fate = source.next();
     Sample sample = next_sample(story, fate % 8 == 1 ? fate / 32U : 0);
     sample.bits.append(data & biss::low_mask(channel.data_bits), channel.data_bits);
-    sample.bits.append(codec.crc(0, data & biss::low_mask(channel.data_bits)),
+    sample.bits.append(codec.crc(0, data & biss::low_mask(channel.data_bits), false),
                        channel.crc.width_bits);
     if (fate % 8 == 2) sample.bits.flip(fate / 8U * 7U % sample.bits.size_bits());
     sample.bits.append(0b0011, tail == 0 ? 0 : 4);

@@ -58,6 +58,9 @@ inline decode::test::Shape shape_from(ByteSource& bytes) {
   shape.ack_clocks = static_cast<std::uint16_t>(1 + bytes.next() % 40);
   shape.ending = static_cast<decode::test::Ending>(bytes.next() % 3);
   shape.jitter_percent = bytes.next() % 16;
+  const int pauses = std::max(0, bytes.next() % 8 - 3);
+  for (int i = 0; i < pauses; ++i) shape.pauses.push_back(bytes.next() % 64);
+  shape.pause = shape.period * bytes.next() / 16;
   return shape;
 }
 
@@ -106,6 +109,7 @@ inline RequestLines request_lines(ByteSource& bytes) {
   const unsigned choice = bytes.next();
   if (choice % 8 != 7) input.format = *parse_format(text);
   input.timing.clock_constant = choice % 2 == 0;
+  if (choice % 16 < 4) input.timing.timeout.time = nanoseconds(100 * bytes.next());
   decode::test::TestLine line(bytes.next());
   decode::test::Shape shape = shape_from(bytes);
   const int cycles = 2 + bytes.next() % 5;

@@ -233,7 +233,7 @@ bool checksums_right(const FrameCodec<>& codec, const Sample& sample) {
     const std::uint64_t data = sample.bits.view().word(at, channel.data_bits);
     at += channel.data_bits;
     if (sample.bits.view().word(at, channel.crc.width_bits) !=
-        (channel.crc.present() ? codec.crc(k, data) : 0)) {
+        (channel.crc.present() ? codec.crc(k, data, false) : 0)) {
       return false;
     }
     at += channel.crc.width_bits;

@@ -139,12 +139,13 @@ class PlainReceiver {
     const auto passes = [this](Check check, bool good) { return good || left_out_ == check; };
     const auto& codec = frame_.plan().codec();
     FrameOutcome outcome;
-    outcome.monitor = received != frame_.encode(sent) &&
-                      passes(Check::cpw_crc, codec.crc(0, cpw_data) == (received.cpw & 0x3FU)) &&
-                      passes(Check::spw_crc, codec.crc(1, spw_data) == (received.spw & 0xFFFFU)) &&
-                      passes(Check::cpw_error, cpw.nE) && passes(Check::spw_error, spw.nE) &&
-                      passes(Check::counter, spw.life_counter == sent.life_counter) &&
-                      passes(Check::comparison, apart / 16 <= most && apart / 16 >= -most);
+    outcome.monitor =
+        received != frame_.encode(sent) &&
+        passes(Check::cpw_crc, codec.crc(0, cpw_data, false) == (received.cpw & 0x3FU)) &&
+        passes(Check::spw_crc, codec.crc(1, spw_data, false) == (received.spw & 0xFFFFU)) &&
+        passes(Check::cpw_error, cpw.nE) && passes(Check::spw_error, spw.nE) &&
+        passes(Check::counter, spw.life_counter == sent.life_counter) &&
+        passes(Check::comparison, apart / 16 <= most && apart / 16 >= -most);
     outcome.wrong = outcome.monitor && cpw.position != sent.position;
     return outcome;
   }

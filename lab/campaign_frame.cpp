@@ -99,7 +99,7 @@ WordPair CampaignFrame::encode(const SentFrame& sent) const {
   const auto word = [this](std::size_t k, const Channel& values) {
     const ChannelFormat& format = plan_->format().channel_list[k];
     const std::uint64_t data = pack(format, values);
-    return (data << format.crc.width_bits) | plan_->codec().crc(k, data);
+    return (data << format.crc.width_bits) | plan_->codec().crc(k, data, false);
   };
   Channel cpw{.position = sent.position};
   Channel spw{.position = spw_position(cpw_format(), spw_format(), sent.position),
@@ -144,7 +144,7 @@ FrameOutcome CampaignFrame::judge(const SentFrame& sent, const WordPair& receive
   const WordPair words = encode(sent);
   const auto good = [this](std::size_t k, std::uint64_t word) {
     const CrcSpec& crc = format().channel_list[k].crc;
-    return plan_->codec().crc(k, word >> crc.width_bits) == (word & crc.mask());
+    return plan_->codec().crc(k, word >> crc.width_bits, false) == (word & crc.mask());
   };
   FrameOutcome outcome;
   const auto seen = read(received);

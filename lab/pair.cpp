@@ -238,7 +238,7 @@ std::vector<ComparedBit> compared_bits(const ChannelFormat& control, const Chann
   const auto fine = [](const ChannelFormat& channel) {
     return channel.position.present() ? channel.position : channel.singleturn;
   };
-  if (control.singleturn_gray || safety.singleturn_gray) return {};
+  if (control.coded() || safety.coded()) return {};
   std::vector<ComparedBit> bits;
   const Field a = fine(control);
   const Field b = fine(safety);

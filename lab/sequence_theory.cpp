@@ -52,7 +52,7 @@ long double same_crc_theory(const SequenceFrame& frame, const SequenceFrame::Cod
   const auto apart = [&](std::uint64_t position, std::uint32_t counter) -> std::uint32_t {
     const Channel values{.position = spw_position(cpw, spw, position), .life_counter = counter};
     const std::uint64_t data = pack(spw, values);
-    return frame.codec().crc(1, data) ^ other.crc(1, data);
+    return frame.codec().crc(1, data, false) ^ other.crc(1, data, false);
   };
   using PositionEquations = Equations<64>;
   const std::uint32_t zero = apart(0, 0);
@@ -84,7 +84,7 @@ long double polynomial_theory(const SequenceFrame& frame) {
 // Zeros instead of the safety word.
 std::optional<long double> standard_theory(const SequenceFrame& frame) {
   const ChannelFormat& spw = frame.words().spw_format();
-  const bool refused = frame.codec().crc(1, 0) != 0 || !unpack(spw, 0).nE;
+  const bool refused = frame.codec().crc(1, 0, false) != 0 || !unpack(spw, 0).nE;
   return refused ? std::optional(0.0L) : std::nullopt;
 }
 

@@ -38,6 +38,8 @@ std::string_view encode_text(EncodeError error) {
       return "ack_clocks: from 1 to 400";
     case EncodeError::lead_range:
       return "lead_clocks: from 0 to 402";
+    case EncodeError::needs_previous:
+      return "the CRC is that of the frame before (:previous)";
   }
   return "";
 }
@@ -135,7 +137,7 @@ class FormatObject {
     if ((data & ~low_mask(format.data_bits)) != 0) {
       throw UsageError(fmt::format("the channel has {} data bits", format.data_bits));
     }
-    return codec_.crc(channel, data);
+    return codec_.crc(channel, data, false);
   }
 
  private:

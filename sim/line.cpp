@@ -70,7 +70,8 @@ Line::Line(const LineSetup& setup) : Line(setup, undisturbed(setup)) {}
 Line::Line(const LineSetup& setup, const Undisturbed& nominal)
     : setup_(setup),
       period_(real_period(setup)),
-      master_(Codec(setup.format), master_setup(setup)),
+      // A master reads each frame for itself.
+      master_(Codec(setup.format.without_previous()), master_setup(setup)),
       registers_(setup.registers),
       random_(setup.seed),
       schedule_(setup.faults, setup.seed),

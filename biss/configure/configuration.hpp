@@ -67,8 +67,8 @@ enum class ConfigureError : std::uint8_t {
   eds_unreadable,  ///< as no_profile; there is an EDS, and an access to it failed: `control` is the
                    ///< cause; without it, the maker uses BSEL for something else
   eds_contradiction,  ///< an EDS that describes no frame: `eds` is the cause; or one that contradicts
-  ///< itself or the registers: `problem` and `field` say where; without both, it
-  ///< names slaves that do not exist, or more channels than slaves
+  ///< itself or the registers: `problem` and `field` say where; with `field` alone,
+  ///< it names slaves that do not exist, or more channels than slaves
   no_channel,         ///< no slave has a data channel
   too_many_channels,  ///< more than eight
   channels_stay_off,  ///< they were deactivated and could not be activated again

@@ -458,13 +458,14 @@ constexpr Result<LineDevice, ConfigureFault> eds_device(
     std::uint8_t holder, const EdsDeviceOptions& options, const EdsFindingTaker& taker,
     Hertz unstated_clock_max) {
   const CommonPart common = parse_common_part(*image.common);
-  const auto wrong = [holder](std::optional<EdsDeviceCause> cause) {
+  const auto wrong = [holder](std::optional<EdsDeviceCause> cause, std::string_view field = {}) {
     return failure(ConfigureFault{.cause = ConfigureError::eds_contradiction,
                                   .step = ConfigureStep::read_common,
                                   .slave = holder,
-                                  .eds = cause});
+                                  .eds = cause,
+                                  .field = field});
   };
-  if (common.sl_off > holder) return wrong(std::nullopt);
+  if (common.sl_off > holder) return wrong(std::nullopt, "SL_OFF");
   LineDevice line;
   line.first = static_cast<std::uint8_t>(common.first_slave(holder));
   line.ids = common.sl_num;
@@ -680,7 +681,8 @@ class Configurator {
     if (!builder_.add_device(*device, config_.slave_count)) {
       end_with({.cause = ConfigureError::eds_contradiction,
                 .step = ConfigureStep::read_common,
-                .slave = slave_});
+                .slave = slave_,
+                .field = device->format.channel_count > device->ids ? "DC_NUM" : "SL_NUM"});
     }
   }
 

@@ -15,10 +15,19 @@ struct CrcSpec {
   std::uint16_t start = 0;
   std::uint8_t width_bits = 0;
   /// Sent with every bit inverted, as BiSS does (protocol description D2).
-  bool inverted = true;
+  bool inverted : 1 = true;
+  /// Errors of an encoder's maker: the lowest bit is sent first; nE and nW are left out; CDS is
+  /// covered too, before the data; it is the CRC of the frame before. The engines do not know them:
+  /// FrameCodec::crc() applies all but the last one.
+  bool reversed : 1 = false;
+  bool without_flags : 1 = false;
+  bool with_cds : 1 = false;
+  bool of_previous : 1 = false;
 
   constexpr bool operator==(const CrcSpec&) const = default;
   constexpr bool present() const { return width_bits != 0; }
+  /// The checksum has an error of the encoder's maker.
+  constexpr bool deviates() const { return reversed || without_flags || with_cds || of_previous; }
   constexpr std::uint16_t mask() const {
     return static_cast<std::uint16_t>((std::uint32_t{1} << width_bits) - 1U);
   }

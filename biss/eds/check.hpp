@@ -17,6 +17,7 @@
 #include <string_view>
 #include <type_traits>
 
+#include "biss/base/units.hpp"
 #include "biss/crc/spec.hpp"
 #include "biss/eds/bank.hpp"
 #include "biss/eds/bp3_part.hpp"
@@ -24,6 +25,7 @@
 #include "biss/eds/field.hpp"
 #include "biss/eds/image.hpp"
 #include "biss/eds/profile.hpp"
+#include "biss/timing/device_timing.hpp"
 
 namespace biss {
 
@@ -172,8 +174,13 @@ constexpr bool contradicts(const EdsFinding& finding) {
     case EdsProblem::bank_is_common:
     case EdsProblem::bank_shared:
     case EdsProblem::slave_offset:
+    case EdsProblem::data_length:
     case EdsProblem::data_length_differs:
       return true;
+    case EdsProblem::alignment:
+      return finding.against.ends_with("_FMT");  // no format has zeros between two fields
+    case EdsProblem::out_of_range:
+      return finding.against == "FB2";  // no nE
     case EdsProblem::polynomial_differs:
       return finding.value != 0;  // else it is not given
     case EdsProblem::channel_count:
@@ -269,6 +276,7 @@ constexpr void check_value(const EdsField& field, std::uint32_t value,
       }
       return;
     case EdsKind::identifier:
+    case EdsKind::feedback:
     case EdsKind::polynomial:
     case EdsKind::channel_format:
     case EdsKind::bus_coupler:
@@ -326,6 +334,13 @@ class CommonCheck {
     order("TO_MIN", part_.to_min, "TO_MAX", part_.to_max);
     order("TOS_MIN", part_.tos_min, "TOS_MAX", part_.tos_max);
     order("TCLK_MIN", part_.tclk_min, "TCLK_MAX", part_.tclk_max);
+    check_longest("TO_MAX", part_.to_max, biss_static_timeout_max);
+    check_longest("TOS_MAX", part_.tos_max, biss_static_timeout_max);
+    check_longest("TCLK_MAX", part_.tclk_max, biss_static_timeout_max);
+    check_longest("TBUSY_MAX", part_.tbusy_max, biss_busy_max);
+    if (part_.tma != 0 && rate_of(eds_time("TMA", part_.tma).time) > biss_clock_max) {
+      report_(EdsProblem::out_of_range, "TMA", part_.tma);
+    }
     if (part_.sl_num >= 1 && part_.sl_num <= 8 && part_.sl_off <= 7 &&
         part_.sl_off >= part_.sl_num) {
       report_(EdsProblem::slave_offset, "SL_OFF", part_.sl_off, "SL_NUM", part_.sl_num);
@@ -344,6 +359,13 @@ class CommonCheck {
   constexpr void order(std::string_view low_symbol, std::uint8_t low, std::string_view high_symbol,
                        std::uint8_t high) const {
     check_order(low_symbol, low, high_symbol, high, 0xFF, options_, report_);
+  }
+
+  // describe_device() uses no time that is longer than BiSS C allows.
+  constexpr void check_longest(std::string_view symbol, std::uint8_t raw,
+                               Picoseconds longest) const {
+    if (options_.absent(raw, 0xFF) || eds_time(symbol, raw).time <= longest) return;
+    report_(EdsProblem::out_of_range, symbol, raw);
   }
 
   constexpr void check_channels() const {
@@ -518,6 +540,7 @@ class Bp3Check {
     if (part_.bp_ver != 1) report_(EdsProblem::version, "BP_VER", part_.bp_ver, {}, 1);
     // The version row has the range 1…1 and would be reported twice.
     check_values(bank_, std::span(bp3_fields).subspan(1), options_, report_);
+    check_feedback();
     check_polynomial();
     check_orders();
     if (part_.mt_len != 0 && part_.mt_fmt == 1) {
@@ -560,6 +583,16 @@ class Bp3Check {
     }
     check_crc_bit(id_, context_.safety_encoder, report_);
     return true;
+  }
+
+  // Without nE (1) in either bit, nothing says which positions are good.
+  constexpr void check_feedback() const {
+    if (part_.fb1 != 1 && part_.fb2 != 1) {
+      report_(EdsProblem::out_of_range, "FB1", part_.fb1, "FB2", part_.fb2);
+    } else if (part_.fb1 != 1) {
+      report_(EdsProblem::out_of_range, "FB1", part_.fb1);
+    }
+    if (part_.fb2 != 2) report_(EdsProblem::out_of_range, "FB2", part_.fb2);
   }
 
   // DL computed from the lengths.
@@ -608,17 +641,17 @@ class Bp3Check {
       return;
     }
     if (part_.linear()) {
-      check_pair("MT_CNT", part_.mt_cnt, part_.position_bits(), scale_fits);
+      check_pair("MT_CNT", part_.mt_cnt, part_.position_bits());
       return;
     }
     if (!turns_fit(part_)) {
       const std::uint32_t swapped = bytes_swapped(part_.mt_cnt, 4);
-      const bool order = swapped != 0 && counts_fit(swapped, part_.mt_len);
+      const bool order = looks_swapped(part_.mt_cnt, 1, part_.mt_len);
       report_(order ? EdsProblem::little_endian : EdsProblem::count_above_length, "MT_CNT",
               part_.mt_cnt, "MT_LEN", order ? swapped : part_.mt_len);
     }
     if (!periods_fit(part_)) {
-      check_pair("SIP_CNT", part_.sip_cnt, unsigned{part_.co_len} + part_.fi_len, periods_fit);
+      check_pair("SIP_CNT", part_.sip_cnt, singleturn_bits(part_));
     }
   }
 
@@ -628,8 +661,13 @@ class Bp3Check {
     const bool leading = zeros.leading != 0 && !(part_.linear() && part_.mt_len != 0);
     if (!leading && !zeros.inside) return;
     const bool fine = part_.fi_len != 0 && part_.fi_fmt != 1;
-    report_(EdsProblem::alignment, fine ? "FI_FMT" : "CO_FMT", fine ? part_.fi_fmt : part_.co_fmt,
-            fine ? "SIP_RES" : "SIP_CNT", 1);
+    const std::string_view symbol = fine ? "FI_FMT" : "CO_FMT";
+    const std::string_view upper = part_.linear() && part_.mt_len != 0 ? "MT_FMT" : "CO_FMT";
+    report_(EdsProblem::alignment, symbol, fine ? part_.fi_fmt : part_.co_fmt,
+            zeros.inside ? upper
+            : fine       ? "SIP_RES"
+                         : "SIP_CNT",
+            1);
   }
 
   // With the other type everything fits, including the checksum, and no count with one byte changed
@@ -647,31 +685,27 @@ class Bp3Check {
     return true;
   }
 
+  // Whether a count in the other byte order, times `other`, is what the length was chosen for. A
+  // count that fits alone may be right, unless other fields are in the wrong order.
+  constexpr bool looks_swapped(std::uint32_t given, std::uint64_t other, unsigned bits) const {
+    const bool all_swapped =
+        bytes_swapped(part_.cpoly, 4) == crc6.polynomial >> 1U || is_swapped_bp3(part_.bp_id);
+    return bits != 0 && just_fits(count_or_one(bytes_swapped(given, 4)) * other, bits) &&
+           (all_swapped || !counts_fit(count_or_one(given), bits));
+  }
+
   // A count times SIP_RES is too large for `bits`: finds out whether the byte order is wrong, or
   // which value is.
-  template <class Fits>
-  constexpr void check_pair(std::string_view symbol, std::uint32_t count, unsigned bits,
-                            Fits fits) const {
+  constexpr void check_pair(std::string_view symbol, std::uint32_t count, unsigned bits) const {
     const bool scale = symbol == "MT_CNT";
+    const std::uint32_t res = part_.sip_res;
     const std::uint32_t count_swapped = bytes_swapped(count, 4);
-    const std::uint32_t res_swapped = bytes_swapped(part_.sip_res, 4);
-    const auto with = [&](std::uint32_t new_count, std::uint32_t new_res) {
-      Bp3Part other = part_;
-      (scale ? other.mt_cnt : other.sip_cnt) = new_count;
-      other.sip_res = new_res;
-      return fits(other);
-    };
-    // A value that fits alone is not swapped, unless the other order fills the length.
-    const auto looks_swapped = [&](std::uint32_t given, std::uint32_t swapped,
-                                   std::uint32_t other) {
-      return !counts_fit(given, bits) ||
-             just_fits(count_or_one(swapped) * count_or_one(other), bits);
-    };
-    const bool res_order =
-        with(count, res_swapped) && looks_swapped(part_.sip_res, res_swapped, count);
-    const bool count_order =
-        with(count_swapped, part_.sip_res) && looks_swapped(count, count_swapped, part_.sip_res);
-    const bool both = !res_order && !count_order && with(count_swapped, res_swapped);
+    const std::uint32_t res_swapped = bytes_swapped(res, 4);
+    const bool res_order = looks_swapped(res, count_or_one(count), bits);
+    const bool count_order = looks_swapped(count, count_or_one(res), bits);
+    const bool both = !res_order && !count_order &&
+                      looks_swapped(res, count_or_one(count_swapped), bits) &&
+                      looks_swapped(count, count_or_one(res_swapped), bits);
     if (count_order || both) {
       report_(EdsProblem::little_endian, symbol, count, "SIP_RES", count_swapped);
     }

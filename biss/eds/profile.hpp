@@ -229,7 +229,7 @@ constexpr Field whole_position(const ChannelFormat& channel) {
   const Field& low = channel.singleturn.present() ? channel.singleturn : channel.multiturn;
   const bool joined = !channel.multiturn.present() || !channel.singleturn.present() ||
                       channel.multiturn.shift == low.shift + low.bits;
-  if (!joined || channel.singleturn_gray) return {};
+  if (!joined || channel.coded()) return {};
   return {low.shift, static_cast<std::uint8_t>(channel.position_bits())};
 }
 

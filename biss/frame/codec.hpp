@@ -24,13 +24,60 @@ constexpr std::uint64_t gray_to_binary(std::uint64_t value) {
 
 constexpr std::uint64_t binary_to_gray(std::uint64_t value) { return value ^ (value >> 1U); }
 
+constexpr std::uint64_t bits_reversed(std::uint64_t value, unsigned bits) {
+  std::uint64_t reversed = 0;
+  for (unsigned i = 0; i < bits; ++i) reversed |= ((value >> i) & 1U) << (bits - 1U - i);
+  return reversed;
+}
+
+// A part of a position from its bits on the line, and the inverse.
+constexpr std::uint64_t decoded(const Field& field, bool gray, bool lsb, std::uint64_t data) {
+  std::uint64_t value = field.of(data);
+  if (lsb) value = bits_reversed(value, field.bits);
+  return gray ? gray_to_binary(value) : value;
+}
+
+constexpr std::uint64_t encoded(const Field& field, bool gray, bool lsb, std::uint64_t value) {
+  value &= low_mask(field.bits);
+  if (gray) value = binary_to_gray(value);
+  if (lsb) value = bits_reversed(value, field.bits);
+  return field.placed(value);
+}
+
 constexpr std::uint64_t position_of(const ChannelFormat& format, std::uint64_t data) {
-  if (format.position.present()) return format.position.of(data);
-  std::uint64_t position = format.singleturn.of(data);
-  if (format.singleturn_gray) position = gray_to_binary(position);
+  if (format.position.present()) {
+    return decoded(format.position, format.position_gray, format.position_lsb, data);
+  }
+  std::uint64_t position =
+      decoded(format.singleturn, format.singleturn_gray, format.singleturn_lsb, data);
   // A shift by 64 is undefined; a multiturn value leaves at most 63 bits to the singleturn.
-  if (format.multiturn.present()) position |= format.multiturn.of(data) << format.singleturn.bits;
+  if (format.multiturn.present()) {
+    position |= decoded(format.multiturn, format.multiturn_gray, format.multiturn_lsb, data)
+                << format.singleturn.bits;
+  }
   return position;
+}
+
+// The checksum with the errors of the encoder's maker, bit by bit.
+[[gnu::noinline, gnu::cold]] constexpr std::uint16_t deviating_crc(const ChannelFormat& channel,
+                                                                   std::uint64_t data, bool cds) {
+  const CrcSpec& spec = channel.crc;
+  const std::uint64_t covered = spec.without_flags ? ~channel.flags_mask() : ~std::uint64_t{0};
+  std::uint32_t reg = spec.start;
+  if (spec.with_cds) reg = crc_detail::step(spec, reg, cds);
+  for (unsigned i = channel.data_bits; i-- > 0;) {
+    if (((covered >> i) & 1U) != 0) reg = crc_detail::step(spec, reg, ((data >> i) & 1U) != 0);
+  }
+  const std::uint16_t crc = crc_detail::finish(spec, reg);
+  return spec.reversed ? static_cast<std::uint16_t>(bits_reversed(crc, spec.width_bits)) : crc;
+}
+
+// CRC of a channel's data word by `engine`, or with the errors of the maker.
+template <class Engine>
+[[gnu::always_inline]] constexpr std::uint16_t sent_crc(const ChannelFormat& channel,
+                                                        const Engine& engine, std::uint64_t data,
+                                                        bool cds) {
+  return channel.crc.deviates() ? deviating_crc(channel, data, cds) : engine(data);
 }
 
 // Field by field: a Channel that is copied as a whole waits for its own stores.
@@ -54,7 +101,7 @@ constexpr Field position_field(const ChannelFormat& channel) {
 constexpr bool is_in_pieces(const ChannelFormat& channel) {
   const bool parted = channel.multiturn.present() && channel.singleturn.present() &&
                       channel.multiturn.shift != channel.singleturn.shift + channel.singleturn.bits;
-  return !channel.position.present() && (channel.singleturn_gray || parted);
+  return channel.coded() || (!channel.position.present() && parted);
 }
 
 // Whether the window that begins a bit before the channel has the bit after it, too.
@@ -63,6 +110,8 @@ constexpr bool fits_window(const ChannelFormat& channel) {
 }
 
 constexpr bool fits_windows(const FrameFormat& format) {
+  // The engines check a word, and do not know the errors of a maker.
+  if (format.deviates()) return false;
   for (const ChannelFormat& channel : format.channels()) {
     if (!fits_window(channel)) return false;
   }
@@ -180,13 +229,14 @@ constexpr Channel unpack(const ChannelFormat& format, std::uint64_t data) {
 constexpr std::uint64_t pack(const ChannelFormat& format, const Channel& channel) {
   std::uint64_t data = format.life_counter.placed(channel.life_counter);
   if (format.position.present()) {
-    data |= format.position.placed(channel.position);
+    data |= frame_detail::encoded(format.position, format.position_gray, format.position_lsb,
+                                  channel.position);
   } else {
-    std::uint64_t singleturn = channel.position & low_mask(format.singleturn.bits);
-    if (format.singleturn_gray) singleturn = frame_detail::binary_to_gray(singleturn);
-    data |= format.singleturn.placed(singleturn);
+    data |= frame_detail::encoded(format.singleturn, format.singleturn_gray, format.singleturn_lsb,
+                                  channel.position);
     if (format.multiturn.present()) {
-      data |= format.multiturn.placed(channel.position >> format.singleturn.bits);
+      data |= frame_detail::encoded(format.multiturn, format.multiturn_gray, format.multiturn_lsb,
+                                    channel.position >> format.singleturn.bits);
     }
   }
   return data | format.error.placed(channel.nE) | format.warning.placed(channel.nW);
@@ -223,8 +273,11 @@ class FrameCodec {
   constexpr unsigned payload_bits() const { return payload_bits_; }
   /// What the engine of channel k computes: the CRC of its format.
   constexpr const CrcSpec& engine_spec(std::size_t k) const { return engines_[k].spec(); }
-  /// CRC of channel k's data word, as transmitted. \pre the channel has a CRC
-  constexpr std::uint16_t crc(std::size_t k, std::uint64_t data) const { return engines_[k](data); }
+  /// CRC of channel k's data word, as transmitted in a frame with this CDS; with
+  /// CrcSpec::of_previous, in the frame after it. \pre the channel has a CRC
+  constexpr std::uint16_t crc(std::size_t k, std::uint64_t data, bool cds) const {
+    return frame_detail::sent_crc(format_.channel_list[k], engines_[k], data, cds);
+  }
 
   // For decode_frame(): whether every channel fits BitView::window(), whether there is one only and
   // its position is in one piece, and whether they can be so at all.

@@ -20,7 +20,8 @@ namespace biss::frame_detail {
 
 // ---- The channels after CDS
 
-// Channel k, whose first bit is at `at`; `at` moves to the next channel. False: the CRC is wrong.
+// Channel k, whose first bit is at `at`; `at` moves to the next channel. False: the CRC is wrong, or
+// is that of the frame before.
 template <class Crc, class Frame>
 [[gnu::always_inline]] constexpr bool read_channel(const BitView& bits, std::size_t& at,
                                                    const ChannelFormat& channel, const Crc& crc,
@@ -28,7 +29,9 @@ template <class Crc, class Frame>
   const std::uint64_t data = bits.word(at, channel.data_bits);
   at += channel.data_bits;
   if (channel.crc.present()) {
-    if (bits.word(at, channel.crc.width_bits) != crc(k, data)) return false;
+    if (bits.word(at, channel.crc.width_bits) != crc(k, data) || channel.crc.of_previous) {
+      return false;
+    }
     at += channel.crc.width_bits;
   }
   unpack_into(channel, data, frame.channel_list[k]);
@@ -46,8 +49,8 @@ template <std::size_t K, class Codec>
 [[gnu::always_inline]] constexpr bool read_fixed_channel(const BitView& bits, std::size_t& at,
                                                          const Codec&, typename Codec::Frame& frame,
                                                          std::size_t& read) {
-  const auto crc = [](std::size_t, std::uint64_t channel_data) {
-    return Codec::template crc_of<K>(channel_data);
+  const auto crc = [&frame](std::size_t, std::uint64_t channel_data) {
+    return Codec::template crc_of<K>(channel_data, frame.cds);
   };
   const bool right = read_channel(bits, at, Codec::format().channel_list[K], crc, K, frame);
   read += right ? 1U : 0U;
@@ -76,7 +79,7 @@ template <class Codec>
   } else {
     const std::size_t count = codec.format().channel_count;
     const auto crc = [&](std::size_t channel_index, std::uint64_t channel_data) {
-      return codec.crc(channel_index, channel_data);
+      return codec.crc(channel_index, channel_data, frame.cds);
     };
     for (std::size_t k = 0; k < count; ++k) {
       if (!read_channel(bits, at, codec.format().channel_list[k], crc, k, frame)) return k;

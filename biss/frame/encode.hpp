@@ -16,8 +16,9 @@ enum class EncodeError : std::uint8_t {
   channel_count,       ///< the frame has another number of channels than the format
   position_too_large,  ///< a position does not fit its channel
   life_counter_too_large,
-  ack_range,   ///< ACK of 0 clocks, or more than 40 µs at 10 MHz hold
-  lead_range,  ///< more leading ones than the longest line delay makes
+  ack_range,       ///< ACK of 0 clocks, or more than 40 µs at 10 MHz hold
+  lead_range,      ///< more leading ones than the longest line delay makes
+  needs_previous,  ///< the format's CRC is that of the frame before (CrcSpec::of_previous)
 };
 
 /// The bits from the first clock to STOP at the longest ACK and the longest line delay.
@@ -37,6 +38,7 @@ constexpr Result<FrameBits, EncodeError> encode_frame(const BasicFrame<Channels>
   if (frame.channel_count != format.channel_count || frame.channel_count > Channels) {
     return failure(EncodeError::channel_count);
   }
+  if (format.needs_previous()) return failure(EncodeError::needs_previous);
   if (frame.ack_clocks == 0 || frame.ack_clocks > FrameBounds{}.ack_max_clocks) {
     return failure(EncodeError::ack_range);
   }
@@ -58,7 +60,7 @@ constexpr Result<FrameBits, EncodeError> encode_frame(const BasicFrame<Channels>
     }
     const std::uint64_t data = pack(channel, values);
     bits.append(data, channel.data_bits);
-    if (channel.crc.present()) bits.append(codec.crc(k, data), channel.crc.width_bits);
+    if (channel.crc.present()) bits.append(codec.crc(k, data, frame.cds), channel.crc.width_bits);
   }
   bits.append_run(false, 1);
   return result;

@@ -44,6 +44,7 @@ constexpr auto plans_of(const FrameFormat& format) {
 template <FrameFormat Format, class Crc = CrcFast>
 class FixedCodec {
   static_assert(Format.channel_count >= 1);
+  static_assert(!Format.needs_previous(), "a frame alone cannot be checked");
 
  public:
   using Frame = BasicFrame<Format.channel_count>;
@@ -51,13 +52,13 @@ class FixedCodec {
   static constexpr const FrameFormat& format() { return format_; }
   static constexpr unsigned payload_bits() { return payload_bits_; }
   static constexpr std::size_t fixed_channels = Format.channel_count;
-  static constexpr std::uint16_t crc(std::size_t k, std::uint64_t data) {
-    return engines_[k](data);
+  static constexpr std::uint16_t crc(std::size_t k, std::uint64_t data, bool cds) {
+    return frame_detail::sent_crc(format_.channel_list[k], engines_[k], data, cds);
   }
   /// crc() of a channel that is known while compiling: a function of its own.
   template <std::size_t K>
-  [[gnu::flatten]] static constexpr std::uint16_t crc_of(std::uint64_t data) {
-    return engines_[K](data);
+  [[gnu::flatten]] static constexpr std::uint16_t crc_of(std::uint64_t data, bool cds) {
+    return frame_detail::sent_crc(format_.channel_list[K], engines_[K], data, cds);
   }
 
   // For decode_frame(), as FrameCodec has them.
@@ -89,6 +90,7 @@ template <ChannelFormat Format, class Crc = CrcFast>
 class FixedChannel {
   static_assert(Format.data_bits >= 1 && Format.crc.present(), "data with a CRC");
   static_assert(Format.total_bits() <= 64, "data and CRC have to fit one word");
+  static_assert(!Format.crc.deviates(), "FixedCodec reads the errors of a maker");
 
  public:
   static constexpr const ChannelFormat& format() { return format_; }

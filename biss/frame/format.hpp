@@ -61,7 +61,13 @@ struct ChannelFormat {
   Field position;
   Field multiturn;
   Field singleturn;
-  bool singleturn_gray = false;
+  /// Gray code, and lowest bit first, of each.
+  bool position_gray : 1 = false;
+  bool multiturn_gray : 1 = false;
+  bool singleturn_gray : 1 = false;
+  bool position_lsb : 1 = false;
+  bool multiturn_lsb : 1 = false;
+  bool singleturn_lsb : 1 = false;
   FlagField error;
   FlagField warning;
   Field life_counter;
@@ -70,6 +76,16 @@ struct ChannelFormat {
   constexpr bool operator==(const ChannelFormat&) const = default;
   /// Data and CRC.
   constexpr unsigned total_bits() const { return unsigned{data_bits} + crc.width_bits; }
+  /// A part of the position is no binary number with its highest bit first.
+  constexpr bool coded() const {
+    return position_gray || multiturn_gray || singleturn_gray || position_lsb || multiturn_lsb ||
+           singleturn_lsb;
+  }
+  /// The data bits of the flags.
+  constexpr std::uint64_t flags_mask() const {
+    return std::uint64_t{error.present} << error.shift | std::uint64_t{warning.present}
+                                                             << warning.shift;
+  }
   /// Width of the position, 0 when the channel carries none.
   constexpr unsigned position_bits() const {
     return position.present() ? position.bits : unsigned{multiturn.bits} + singleturn.bits;
@@ -92,6 +108,41 @@ struct FrameFormat {
     unsigned sum = 0;
     for (const ChannelFormat& channel : channels()) sum += channel.total_bits();
     return sum;
+  }
+  /// A checksum has an error of the encoder's maker.
+  constexpr bool deviates() const {
+    for (const ChannelFormat& channel : channels()) {
+      if (channel.crc.deviates()) return true;
+    }
+    return false;
+  }
+  /// A checksum is that of the frame before, so that a frame alone cannot be checked.
+  constexpr bool needs_previous() const {
+    for (const ChannelFormat& channel : channels()) {
+      if (channel.crc.of_previous) return true;
+    }
+    return false;
+  }
+  /// The same bits, with the checksums of the frame before as padding.
+  constexpr FrameFormat without_previous() const {
+    FrameFormat format = *this;
+    for (ChannelFormat& channel : format.channel_list) {
+      if (!channel.crc.of_previous) continue;
+      const std::uint8_t width = channel.crc.width_bits;
+      const auto move = [width](auto& field) {
+        field.shift = static_cast<std::uint8_t>(field.shift + width);
+      };
+      for (Field* field :
+           {&channel.position, &channel.multiturn, &channel.singleturn, &channel.life_counter}) {
+        if (field->present()) move(*field);
+      }
+      for (FlagField* flag : {&channel.error, &channel.warning}) {
+        if (flag->present) move(*flag);
+      }
+      channel.data_bits = static_cast<std::uint8_t>(channel.data_bits + width);
+      channel.crc = {};
+    }
+    return format;
   }
 };
 

@@ -2,11 +2,13 @@
 //
 //   frame   = channel *( "+" channel ) *( ";" option )
 //   channel = item *( "," item )
-//   item    = "pos"N | "mt"N | "st"N [":gray"] | "pad"N | "nE" | "nW" | "E" | "W" | "lc"N
-//           | "crc"N [":" POLY [":" START]] [":plain"]
+//   item    = ("pos"N | "mt"N | "st"N) [":gray"] [":lsb"] | "pad"N | "nE" | "nW" | "E" | "W"
+//           | "lc"N | "crc"N [":" POLY [":" START]] [":plain"] *error
+//   error   = ":reversed" | ":no-flags" | ":cds" | ":previous"
 //   option  = "cds0"
 //
-// N is decimal, POLY and START are 0x… . The items are in the order on the line.
+// N is decimal, POLY and START are 0x… . The items are in the order on the line. An error is one of
+// the encoder's maker (CrcSpec), at most once each. Suffixes are read in any order.
 #pragma once
 
 #include <array>
@@ -35,6 +37,7 @@ enum class FormatMistake : std::uint8_t {
   polarity_twice,
   data_after_crc,
   no_data_before_crc,
+  too_long_for_previous,
   too_many_data_bits,
   crc_width,
   polynomial_missing,
@@ -48,7 +51,7 @@ enum class FormatMistake : std::uint8_t {
   option_twice,
 };
 
-inline constexpr std::size_t format_mistake_count = 22;
+inline constexpr std::size_t format_mistake_count = 23;
 
 /// The mistake, and the index of the character where it is (the text's length when something is
 /// missing at the end).
@@ -73,6 +76,7 @@ constexpr std::string_view text_of(FormatMistake mistake) {
       "a flag has one polarity: nE or E, nW or W",
       "crc must be the last item of its channel",
       "crc has nothing to cover",
+      "with :previous a channel carries at most 64 bits with its CRC",
       "a channel carries at most 64 bits before its CRC",
       "a CRC has 3 to 16 bits",
       "this CRC width has no usual polynomial; write crcN:0x…",
@@ -160,11 +164,22 @@ class FormatParser {
       return fail(FormatMistake::position_twice, begin_);
     }
     const Parsed run = parse_run(&field, max_data_bits);
-    if (!run.ok() || &field != &channel_.singleturn || !take(':')) return run;
-    if (!take_word("gray") || !at_separator()) {
-      return fail(FormatMistake::unexpected_character, at_);
+    if (!run.ok()) return run;
+    bool gray = false;
+    bool lsb = false;
+    while (take_once(":gray", gray) || take_once(":lsb", lsb)) {
     }
-    channel_.singleturn_gray = true;
+    if (take(':') || !at_separator()) return fail(FormatMistake::unexpected_character, at_);
+    if (is_pos) {
+      channel_.position_gray = gray;
+      channel_.position_lsb = lsb;
+    } else if (&field == &channel_.multiturn) {
+      channel_.multiturn_gray = gray;
+      channel_.multiturn_lsb = lsb;
+    } else {
+      channel_.singleturn_gray = gray;
+      channel_.singleturn_lsb = lsb;
+    }
     return true;
   }
 
@@ -203,16 +218,41 @@ class FormatParser {
       return fail(FormatMistake::crc_width, width_at);
     }
     CrcSpec crc{default_polynomial(*width), 0, static_cast<std::uint8_t>(*width), true};
-    bool plain = take_word(":plain");
-    if (!plain && take(':')) {
+    if (take_number_colon()) {
       const Parsed numbers = parse_crc_numbers(crc);
       if (!numbers.ok()) return numbers;
-      plain = take_word(":plain");
     }
+    const Parsed suffixes = parse_crc_suffixes(crc);
+    if (!suffixes.ok()) return suffixes;
     if (crc.polynomial == 0) return fail(FormatMistake::polynomial_missing, width_at);
+    const unsigned flags =
+        (channel_.error.present ? 1U : 0U) + (channel_.warning.present ? 1U : 0U);
+    if (crc.without_flags && flags == channel_.data_bits) {
+      return fail(FormatMistake::no_data_before_crc, begin_);
+    }
+    if (crc.of_previous && channel_.data_bits + *width > max_data_bits) {
+      return fail(FormatMistake::too_long_for_previous, begin_);
+    }
+    channel_.crc = crc;
+    return true;
+  }
+
+  constexpr Parsed parse_crc_suffixes(CrcSpec& crc) {
+    bool plain = false;
+    bool reversed = false;
+    bool without_flags = false;
+    bool with_cds = false;
+    bool of_previous = false;
+    while (take_once(":plain", plain) || take_once(":reversed", reversed) ||
+           take_once(":no-flags", without_flags) || take_once(":cds", with_cds) ||
+           take_once(":previous", of_previous)) {
+    }
     if (!at_separator()) return fail(FormatMistake::unexpected_character, at_);
     crc.inverted = !plain;
-    channel_.crc = crc;
+    crc.reversed = reversed;
+    crc.without_flags = without_flags;
+    crc.with_cds = with_cds;
+    crc.of_previous = of_previous;
     return true;
   }
 
@@ -224,7 +264,7 @@ class FormatParser {
       return fail(FormatMistake::polynomial_form, polynomial_at);
     }
     crc.polynomial = *polynomial;
-    if (rest().starts_with(":plain") || !take(':')) return true;
+    if (!take_number_colon()) return true;
     const std::size_t start_at = at_;
     const auto start = parse_hexadecimal();
     if (!start.ok()) return failure(start.error());
@@ -287,6 +327,21 @@ class FormatParser {
     if (!rest().starts_with(word)) return false;
     at_ += word.size();
     return true;
+  }
+
+  constexpr bool take_once(std::string_view suffix, bool& taken) {
+    if (taken || !take_word(suffix)) return false;
+    taken = true;
+    return true;
+  }
+
+  // The colon before a number, not that of a suffix.
+  constexpr bool take_number_colon() {
+    for (const std::string_view suffix :
+         {":plain", ":reversed", ":no-flags", ":cds", ":previous"}) {
+      if (rest().starts_with(suffix)) return false;
+    }
+    return take(':');
   }
 
   constexpr bool at_separator() const {
@@ -361,9 +416,10 @@ class FormatText {
   }
 
  private:
-  // The longest channel has a 1-bit pad before each of its other items, 84 characters:
-  // "pad1,mt1,pad1,st1:gray,pad1,nE,pad1,nW,pad1,lc32,pad1,crc16:0x190D9:0xFFFF:plain+"
-  std::array<char, 8 * 96> text_{};
+  // The longest channel has a 1-bit pad before each of its other items, 129 characters:
+  // "pad1,mt1:gray:lsb,pad1,st1:gray:lsb,pad1,nE,pad1,nW,pad1,lc32,pad1,
+  // crc16:0x190D9:0xFFFF:plain:reversed:no-flags:cds:previous+"
+  std::array<char, 8 * 129> text_{};
   std::size_t size_ = 0;
 };
 
@@ -374,6 +430,8 @@ struct NamedRun {
   std::string_view name;
   unsigned bits = 0;
   bool is_flag = false;
+  bool gray = false;
+  bool lsb = false;
 };
 
 constexpr NamedRun run_below(const ChannelFormat& channel, unsigned top) {
@@ -381,13 +439,13 @@ constexpr NamedRun run_below(const ChannelFormat& channel, unsigned top) {
     return bits != 0 && shift + bits == top;
   };
   if (ends_at(channel.position.shift, channel.position.bits)) {
-    return {"pos", channel.position.bits};
+    return {"pos", channel.position.bits, false, channel.position_gray, channel.position_lsb};
   }
   if (ends_at(channel.multiturn.shift, channel.multiturn.bits)) {
-    return {"mt", channel.multiturn.bits};
+    return {"mt", channel.multiturn.bits, false, channel.multiturn_gray, channel.multiturn_lsb};
   }
   if (ends_at(channel.singleturn.shift, channel.singleturn.bits)) {
-    return {"st", channel.singleturn.bits};
+    return {"st", channel.singleturn.bits, false, channel.singleturn_gray, channel.singleturn_lsb};
   }
   if (ends_at(channel.life_counter.shift, channel.life_counter.bits)) {
     return {"lc", channel.life_counter.bits};
@@ -413,6 +471,10 @@ constexpr void append_crc(FormatText& text, const CrcSpec& crc) {
     text.append_number(crc.start, 16);
   }
   if (!crc.inverted) text.append(":plain");
+  if (crc.reversed) text.append(":reversed");
+  if (crc.without_flags) text.append(":no-flags");
+  if (crc.with_cds) text.append(":cds");
+  if (crc.of_previous) text.append(":previous");
 }
 
 constexpr void append_channel(FormatText& text, const ChannelFormat& channel) {
@@ -434,7 +496,8 @@ constexpr void append_channel(FormatText& text, const ChannelFormat& channel) {
     if (padding != 0) item("pad", padding, false);
     padding = 0;
     item(run.name, run.bits, run.is_flag);
-    if (run.name == "st" && channel.singleturn_gray) text.append(":gray");
+    if (run.gray) text.append(":gray");
+    if (run.lsb) text.append(":lsb");
     top -= run.bits;
   }
   if (padding != 0) item("pad", padding, false);

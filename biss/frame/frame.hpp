@@ -64,7 +64,7 @@ enum class FrameError : std::uint8_t {
   ack_range,       ///< START came earlier or later than the ACK bounds allow
   truncated,       ///< the clock stopped before the last CRC bit
   cds,             ///< CDS was 1 and the format says it must be 0
-  crc,             ///< a channel's checksum is wrong
+  crc,             ///< a channel's checksum is wrong, or is that of the frame before
   stop_bit,        ///< the bit after the last CRC bit was not 0
 };
 

@@ -98,17 +98,20 @@ enum class SpiSetupError : std::uint8_t {
   clock,       ///< it is above the encoder's clock_max
   error_flag,  ///< a position has no nE, and the setup does not have no_error_flag
   crc,         ///< a channel has no CRC, and the setup does not have unchecked
+  previous,    ///< a channel's CRC is that of the frame before: one frame cannot be checked
 };
 
-inline constexpr std::size_t spi_setup_error_count = 5;
+inline constexpr std::size_t spi_setup_error_count = 6;
 
 /// What is wrong, for users.
 constexpr std::string_view text_of(SpiSetupError error) {
   constexpr std::array<std::string_view, spi_setup_error_count> texts{
-      "the period is not positive", "the line delay is not 0 <= min <= max",
+      "the period is not positive",
+      "the line delay is not 0 <= min <= max",
       "the clock is above the limit of the encoder",
       "a position has no nE: set no_error_flag to read it",
-      "a channel has no CRC: set unchecked to read it"};
+      "a channel has no CRC: set unchecked to read it",
+      "a CRC is that of the frame before (:previous): one frame cannot be checked"};
   return texts[static_cast<std::size_t>(error)];
 }
 
@@ -124,6 +127,7 @@ constexpr std::optional<SpiSetupError> check_spi(const FrameFormat& format, cons
     const bool flagged = channel.position_bits() == 0 || channel.error.present;
     if (!flagged && !setup.no_error_flag) return SpiSetupError::error_flag;
     if (!channel.crc.present() && !setup.unchecked) return SpiSetupError::crc;
+    if (channel.crc.of_previous) return SpiSetupError::previous;
   }
   return std::nullopt;
 }
@@ -136,6 +140,7 @@ inline void the_line_delay_is_negative_or_its_minimum_above_its_maximum() {}
 inline void the_clock_is_above_the_encoders_clock_max() {}
 inline void a_position_has_no_nE_and_the_setup_no_word_no_error_flag() {}
 inline void a_channel_has_no_crc_and_the_setup_no_word_unchecked() {}
+inline void a_crc_is_that_of_the_frame_before() {}
 
 constexpr void stop_the_build(SpiSetupError error) {
   switch (error) {
@@ -149,6 +154,8 @@ constexpr void stop_the_build(SpiSetupError error) {
       return a_position_has_no_nE_and_the_setup_no_word_no_error_flag();
     case SpiSetupError::crc:
       return a_channel_has_no_crc_and_the_setup_no_word_unchecked();
+    case SpiSetupError::previous:
+      return a_crc_is_that_of_the_frame_before();
   }
 }
 

@@ -224,7 +224,7 @@ enum class SafetySetupError : std::uint8_t {
   no_crc,        ///< a word has no CRC
   no_error_bit,  ///< a word has no nE
   no_position,   ///< a word has no position
-  gray,          ///< a word's position is in Gray code: cannot be aligned with the other
+  gray,          ///< a word's position is in Gray code or LSB first: cannot be aligned
   no_counter,    ///< the SPW has no counter of 6 bits
   compare_bits,  ///< more bits to be compared than both words have
   tolerance,     ///< the tolerance takes in every position
@@ -234,7 +234,7 @@ enum class SafetySetupError : std::uint8_t {
   frame_gap,     ///< not 0 <= min < max <= max_frame_gap, no such cycle_min, or may_lose_period()
   clocks,        ///< tolerance not from 0 to below frame_gap_max, or bit_period not from 0 to 1 ms
   bounds,        ///< no frame is within them: a minimum above its maximum, or above what can be
-  checksum,      ///< the CPW's CRC is not 0x43, or the SPW's is not 0x190D9
+  checksum,      ///< the CPW's CRC is not 0x43, or the SPW's is not 0x190D9, or not that of BiSS
   weak_comparison,  ///< fewer than 9 bits compared, or a tolerance above 1
   unrated,          ///< no rating, or one of other words or with a wrong check
   residual,         ///< more undetected errors an hour than residual_max_e15
@@ -293,7 +293,8 @@ constexpr std::optional<SafetySetupError> check_word(const ChannelFormat& word) 
   if (!word.crc.present()) return SafetySetupError::no_crc;
   if (!word.error.present) return SafetySetupError::no_error_bit;
   if (singleturn_bits(word) == 0) return SafetySetupError::no_position;
-  if (word.singleturn_gray) return SafetySetupError::gray;
+  if (word.coded()) return SafetySetupError::gray;
+  if (word.crc.deviates()) return SafetySetupError::checksum;
   return std::nullopt;
 }
 
@@ -349,12 +350,19 @@ class SafetyFingerprint {
     ((word = (word << 8U) | std::bit_cast<std::uint8_t>(bytes)), ...);
     add_word(word);
   }
+  template <class... Bits>
+  static constexpr std::uint8_t bits_of(Bits... bits) {
+    unsigned sum = 0;
+    unsigned next = 1;
+    ((sum |= bits ? next : 0U, next <<= 1U), ...);
+    return static_cast<std::uint8_t>(sum);
+  }
   // The names of all members, here and below, so that a new one does not compile.
   constexpr void add(const ChannelFormat& channel) {
-    const auto& [data_bits, position, multiturn, singleturn, gray, error, warning, counter, crc] =
-        channel;
+    const auto& [data_bits, position, multiturn, singleturn, pos_gray, mt_gray, gray, pos_lsb,
+                 mt_lsb, lsb, error, warning, counter, crc] = channel;
     add(data_bits, position.shift, position.bits, multiturn.shift, multiturn.bits, singleturn.shift,
-        singleturn.bits, gray);
+        singleturn.bits, bits_of(gray, lsb, mt_gray, mt_lsb, pos_gray, pos_lsb));
     add(error.shift, error.present, error.active_high, warning.shift, warning.present,
         warning.active_high, counter.shift, counter.bits);
     add_word(word_of(crc));
@@ -414,9 +422,9 @@ class SafetyFingerprint {
 
   /// All of a checksum's parameters, as they are in memory.
   static constexpr std::uint64_t word_of(const CrcSpec& crc) {
-    const auto& [polynomial, start, width_bits, inverted] = crc;
+    const auto& [polynomial, start, width_bits, inverted, reversed, no_flags, cds, previous] = crc;
     return (std::uint64_t{polynomial} << 32U) | (std::uint64_t{start} << 16U) |
-           (std::uint64_t{width_bits} << 8U) | std::bit_cast<std::uint8_t>(inverted);
+           (std::uint64_t{width_bits} << 8U) | bits_of(inverted, reversed, no_flags, cds, previous);
   }
 };
 

@@ -201,7 +201,28 @@ class PayloadBits {
       const ChannelFormat& channel = format.channel_list[k];
       const std::uint64_t data = pack(channel, frame.channel_list[k]);
       bits_.append(data, channel.data_bits);
-      if (channel.crc.present()) bits_.append(codec.crc(k, data), channel.crc.width_bits);
+      if (!channel.crc.present()) continue;
+      std::uint16_t crc = codec.crc(k, data, false);
+      if (channel.crc.of_previous) std::swap(crc, last_crc_[k]);
+      bits_.append(crc, channel.crc.width_bits);
+    }
+  }
+
+  /// CDS is 1: changes the checksums that cover it. \pre no bit has been loaded since take()
+  constexpr void cover_cds(const Codec& codec) {
+    std::size_t at = 0;
+    for (std::size_t k = 0; k < codec.format().channel_count; ++k) {
+      const ChannelFormat& channel = codec.format().channel_list[k];
+      at += channel.total_bits();
+      if (!channel.crc.with_cds || at > bits_.size_bits()) continue;
+      const unsigned change = codec.crc(k, 0, true) ^ codec.crc(k, 0, false);
+      if (channel.crc.of_previous) {
+        last_crc_[k] = static_cast<std::uint16_t>(last_crc_[k] ^ change);
+        continue;
+      }
+      for (unsigned i = 0; i < channel.crc.width_bits; ++i) {
+        if (((change >> i) & 1U) != 0) bits_.flip(at - 1U - i);
+      }
     }
   }
 
@@ -233,6 +254,8 @@ class PayloadBits {
   static constexpr std::uint64_t empty = std::uint64_t{1} << 63U;
   std::uint64_t word_ = empty;
   std::uint16_t loaded_bits_ = 0;
+  // Of the frame before; 0 before the first one.
+  std::array<std::uint16_t, channels> last_crc_{};
 };
 
 // ---- When a frame ends: the three timeout rules as one, "not before `floor`, and at least `wait`
@@ -368,6 +391,7 @@ class Slave {
         break;
       case SlaveState::start:
         level_ = source_.cds(chain_.pop());
+        if (level_) payload_.cover_cds(codec_);
         state_ = SlaveState::data;
         break;
       case SlaveState::data:

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <climits>
+#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <optional>
@@ -86,6 +87,10 @@ tl::expected<std::vector<std::string>, std::string> read_list(const std::string&
     if (line.find('\0') != std::string_view::npos) {
       return tl::unexpected(fmt::format(
           "{}: line {} has a zero byte; write a text in UTF-8, one path a line", path, number));
+    }
+    if (line.find('\r') != std::string_view::npos && !std::filesystem::exists(line)) {
+      return tl::unexpected(
+          fmt::format("{}: line {} has a CR inside; end each line in LF or CRLF", path, number));
     }
     if (!line.empty()) lines.emplace_back(line);
   }

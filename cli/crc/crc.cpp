@@ -124,7 +124,7 @@ FrameWords frame_words(const FrameFormat& format, const Frame& frame, const Plai
   for (std::size_t k = 0; k < format.channel_count; ++k) {
     FrameWords::Word& word = line.channels[k];
     word.data = pack(format.channel_list[k], frame.channel_list[k]);
-    if (format.channel_list[k].crc.present()) word.crc = codec.crc(k, word.data);
+    if (format.channel_list[k].crc.present()) word.crc = codec.crc(k, word.data, frame.cds);
   }
   return line;
 }
@@ -253,7 +253,7 @@ std::vector<Part> all_parts(const FrameFormat& format, const FrameWords& line,
     }
     if (!channel.crc.present()) continue;
     const std::uint16_t crc = line.channels[k].crc;
-    const std::uint16_t computed = codec.crc(k, line.channels[k].data);
+    const std::uint16_t computed = codec.crc(k, line.channels[k].data, line.cds);
     const unsigned bits = channel.crc.width_bits;
     std::string meaning = crc_meaning(channel);
     if (crc != computed) {
@@ -345,7 +345,7 @@ bool write_object(const FrameFormat& format, const std::optional<FrameWords>& li
     if (received == nullptr) continue;
     const bool checked = line && channel.crc.present();
     add("crc_computed", k, Kind::unsigned_integer,
-        checked ? report::Cell(codec.crc(k, word.data)) : report::Cell());
+        checked ? report::Cell(codec.crc(k, word.data, line->cds)) : report::Cell());
   }
   if (received != nullptr) {
     const auto& start = received->start;

@@ -121,8 +121,10 @@ std::string text_of(const ConfigureFault& fault) {
   if (asks_one(fault.step)) text += fmt::format(" of ID {}", fault.slave);
   if (fault.control) text += fmt::format(": {}", name_of(*fault.control));
   if (fault.profile) text += fmt::format(": {}", biss::text_of(*fault.profile));
-  if (fault.problem) {
-    text += fmt::format(": {}: {}", fault.field, biss::text_of(*fault.problem));
+  if (!fault.field.empty()) {
+    text += fmt::format(
+        ": {}: {}", fault.field,
+        fault.problem ? biss::text_of(*fault.problem) : "does not fit the slaves on the line");
   }
   if (fault.eds) text += fmt::format(": {}", biss::text_of(*fault.eds));
   return text;

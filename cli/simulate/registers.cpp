@@ -127,7 +127,9 @@ tl::expected<LoadedRegisters, ExitStatus> load_registers(
     loaded[id] = {registers_of(source->dump, source->sheet),
                   device_of(source->dump, source->sheet)};
     check_eds(source->sheet.image(), [&](const EdsFinding& found) {
-      if (contradicts(found))
+      // No other registers describe a channel that the data sheet leaves out.
+      if (contradicts(found) ||
+          (found.problem == EdsProblem::channel_count && arguments.size() == 1))
         all.contradiction = argument + ": " + finding_line(finding_row(found));
       all.findings.push_back(argument + ": " + finding_line(finding_row(found)));
     });

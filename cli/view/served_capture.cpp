@@ -12,6 +12,8 @@
 #include <string_view>
 #include <utility>
 
+#include "capture/text_source.hpp"
+
 namespace biss::cli {
 
 namespace {
@@ -123,6 +125,9 @@ std::string ServedCapture::refuse_to_follow(std::string_view why) const {
 std::string ServedCapture::wrong_lines(std::uint64_t available) {
   if (available - std::min(available, size_) > line_bytes_max) {
     return refuse_to_follow("its last line has more than 1 MiB");
+  }
+  if (capture::has_cr_inside(text_at(size_, static_cast<std::size_t>(available - size_)))) {
+    return refuse_to_follow("it has lines that end in CR alone");
   }
   const bool rests =
       size_ == 0 && available != 0 && available == std::exchange(waiting_, available);

@@ -74,6 +74,18 @@ def test_GapWhereTheMaskIsDropped_IsNoPosition(captures):
     assert gaps > 1000
 
 
+def test_AsarrayOfASubclass_AsksNoMethodThatCouldRefuse():
+    # So the documents must say it. If NumPy asks one day, a masked column can refuse.
+    class Refusing(np.ma.MaskedArray):
+        def __array__(self, *args, **options):
+            raise biss.UsageError("the mask would be dropped")
+
+    column = np.arange(3).view(Refusing)
+    column[1] = np.ma.masked
+    assert type(np.asarray(column)) is np.ndarray
+    assert type(np.array(column)) is np.ndarray
+
+
 def test_DifferencesAtGaps_AreNoSteps(captures):
     for text, path in captures.items():
         columns = biss.decode(path, format=text, unwrap=True)

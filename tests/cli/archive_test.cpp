@@ -532,6 +532,22 @@ TEST_F(Archive, ListWithCrlfAndByteOrderMark_IsReadAsTheFolder) {
   }
 }
 
+TEST_F(Archive, ListWhoseLinesEndInCr_IsRefusedAtItsLine) {
+  const std::string a = simulated("a.csv", {"-f", "resolute-26"});
+  const std::string odd = simulated("b\rc.csv", {"-f", "resolute-26"});
+  ASSERT_EQ(run({"archive", "--files-from", folder_.file("list.txt", odd + "\n"), "-o",
+                 path("list.json")})
+                .status,
+            0);
+  fs::remove(path("list.json"));
+  const std::string list = folder_.file("list.txt", odd + "\n" + a + "\r" + a + "\r");
+  const Outcome outcome = run({"archive", "--files-from", list, "-o", path("list.json")});
+  EXPECT_EQ(outcome.status, 3);
+  EXPECT_THAT(outcome.err,
+              HasSubstr(list + ": line 2 has a CR inside; end each line in LF or CRLF"));
+  EXPECT_FALSE(fs::exists(path("list.json")));
+}
+
 TEST_F(Archive, ListThatIsNoTextOfPaths_IsRefusedAtItsLine) {
   const std::string a = simulated("a.csv", {"-f", "resolute-26"});
   const auto refused = [&](const std::string& list, const std::string& cause) {

@@ -1,9 +1,11 @@
 // Control communication together with the positions, as simulated by `biss simulate`.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tests/cli/run_command.hpp"
@@ -305,6 +307,30 @@ TEST(ConfiguringMaster, DataSheetThatContradictsItself_IsRefusedByNameEverywhere
             0);
   EXPECT_THAT(run({"eds", "advise", sheet}).err, HasSubstr(cause));
   EXPECT_THAT(run({"eds", "show", sheet}).err, HasSubstr(cause));
+}
+
+TEST(ConfiguringMaster, DataSheetForMoreThanTheLineHas_IsRefusedByField) {
+  const Folder folder;
+  const std::string capture = folder.path("line.vcd");
+  for (const std::string_view field : {"DC_NUM", "SL_NUM"}) {
+    const std::string description =
+        folder.file("encoder.eds", fmt::format("[registers]\nEDS_BANK = 2\n[common]\nTMA = 100ns\n"
+                                               "{} = 2\n[bp3]\nFI_LEN = 18\n",
+                                               field));
+    const std::string sheet = folder.path("encoder.hex");
+    ASSERT_EQ(run({"eds", "build", "--force", description, "-o", sheet}).status, 0);
+    const Outcome described = run({"simulate", "--registers", sheet, "-o", capture});
+    const Outcome configured = run(
+        {"simulate", "--registers", sheet, "-f", "pos18,nE,nW,crc6", "--configure", "-o", capture});
+    EXPECT_EQ(configured.status, 1);
+    if (field == "DC_NUM") {
+      EXPECT_EQ(described.status, 1);
+      EXPECT_THAT(described.err, HasSubstr("the data sheet contradicts itself; give --format"));
+    } else {
+      EXPECT_THAT(configured.err, HasSubstr("no configuration: eds_contradiction at read_common of "
+                                            "ID 0: SL_NUM: does not fit the slaves on the line"));
+    }
+  }
 }
 
 TEST(ConfiguringMaster, ChainOfTwo_IsFoundAndBelievedAboutItsClock) {

@@ -433,6 +433,19 @@ TEST(ViewVerb, FileWithoutALineFeed_IsNamed) {
                                                      "it has no line feed yet"));
 }
 
+TEST(ViewVerb, RowsThatEndInCrAlone_CannotBeFollowed) {
+  const Folder folder;
+  const std::string path = folder.file("a.csv", std::string("time_ns,MA,SLO\n0,1,1\r5,0,1\r"));
+  const Outcome outcome = run({"view", path, "--follow", "--no-open"});
+  EXPECT_EQ(outcome.status, 3);
+  EXPECT_THAT(outcome.err, HasSubstr("a.csv: cannot be followed while it grows: it has lines that "
+                                     "end in CR alone; leave out --follow"));
+  // CR LF, of which LF is not there yet.
+  const Server server(folder,
+                      {folder.file("b.csv", std::string("time_ns,MA\r\n0,1\r")), "--follow"});
+  EXPECT_EQ(body_of(server.get("size")), "12");
+}
+
 TEST(ViewVerb, FileThatCannotBeFollowed_IsNamed) {
   const Folder folder;
   const auto expect = [&](const std::string& name, const std::string& content, const char* why) {

@@ -4,6 +4,7 @@
 #include "biss/frame/codec.hpp"
 #include "biss/frame/decode.hpp"
 #include "biss/frame/encode.hpp"
+#include "biss/frame/format_text.hpp"
 #include "tests/core/frames.hpp"
 #include "tests/core/test.hpp"
 
@@ -86,6 +87,97 @@ BISS_TEST(Channel, GraySingleturn_StepsByOneBit) {
   BISS_EXPECT_EQ(reading_of(widest, std::uint64_t{1} << 63U).position, ~std::uint64_t{0});
 }
 
+BISS_TEST(Channel, GrayOrLowestBitFirst_ReadsBack) {
+  BISS_EXPECT_EQ(word_of(format_of("pos4:lsb"), {0b0010, 0, true, true}), 0b0100U);
+  BISS_EXPECT_EQ(word_of(format_of("pos4:gray"), {0b0010, 0, true, true}), 0b0011U);
+  BISS_EXPECT_EQ(word_of(format_of("pos4:gray:lsb"), {0b0010, 0, true, true}), 0b1100U);
+  // The turns and the position within a turn are numbers of their own.
+  BISS_EXPECT_EQ(word_of(format_of("mt4:gray,st4:gray"), {0x28, 0, true, true}), 0b0011'1100U);
+  BISS_EXPECT_EQ(word_of(format_of("mt4:lsb,st4"), {0x21, 0, true, true}), 0x41U);
+  for (const char* text : {"pos10:gray", "pos10:lsb,nE", "mt3:gray,st7:lsb", "mt5:lsb,nW,st5:gray",
+                           "st4:gray:lsb,mt6:gray:lsb", "mt10:gray:lsb"}) {
+    const FrameFormat format = format_of(text);
+    for (std::uint64_t position = 0; position < 1024; ++position) {
+      const Channel values{position, 0, true, true};
+      BISS_ASSERT(reading_of(format, word_of(format, values)) == values) << text << position;
+    }
+  }
+}
+
+// As transmitted, bit by bit from what the suffix says; without a suffix, by the usual codec.
+std::uint64_t usual_crc(const char* text, std::uint64_t data) {
+  return PlainCodec(format_of(text)).crc(0, data, false);
+}
+
+BISS_TEST(Channel, ChecksumWithAnErrorOfTheMaker_IsThatOfTheSuffix) {
+  constexpr std::uint64_t data = 0b1100'1010'01;  // pos8, nE = 0, nW = 1
+  const auto crc = [](const char* text, bool cds) {
+    return std::uint64_t{PlainCodec(format_of(text)).crc(0, data, cds)};
+  };
+  const std::uint64_t usual = usual_crc("pos8,nE,nW,crc6", data);
+  BISS_EXPECT_EQ(crc("pos8,nE,nW,crc6:reversed", true), frame_detail::bits_reversed(usual, 6));
+  BISS_EXPECT_EQ(crc("pos8,nE,nW,crc6:no-flags", true), usual_crc("pos8,crc6", data >> 2U));
+  BISS_EXPECT_EQ(crc("nE,pos8,nW,crc6:no-flags", false),
+                 usual_crc("pos8,crc6", (data >> 1U) & 0xFFU));
+  BISS_EXPECT_EQ(crc("pos8,nE,nW,crc6:cds", false), usual_crc("pad1,pos10,crc6", data));
+  BISS_EXPECT_EQ(crc("pos8,nE,nW,crc6:cds", true), usual_crc("pad1,pos10,crc6", data | 0x400U));
+  BISS_EXPECT_EQ(
+      crc("pos8,nE,nW,crc6:0x43:0x15:plain:reversed:no-flags", true),
+      frame_detail::bits_reversed(usual_crc("pos8,crc6:0x43:0x15:plain", data >> 2U), 6));
+  // 65 bits are covered.
+  const PlainCodec widest(format_of("pos64,crc16:cds"));
+  BISS_EXPECT(widest.crc(0, 1, true) != widest.crc(0, 1, false));
+}
+
+BISS_TEST(Decode, ChecksumWithAnErrorOfTheMaker_ReadsItsOwnFramesOnly) {
+  for (const char* text :
+       {"pos18,nE,nW,crc6:reversed", "pos18,nE,nW,crc6:no-flags", "pos18,nE,nW,crc6:cds",
+        "pos18,nE,nW,crc6:reversed:no-flags:cds", "mt8:gray,st24:lsb,nE,nW,crc16:reversed",
+        "pos20,crc6+pos18,nE,nW,crc6:cds"}) {
+    const FrameFormat format = format_of(text);
+    const FrameCodec<> codec(format);
+    Frame frame = frame_of(0x2ABCD);
+    frame.channel_count = format.channel_count;
+    frame.channel_list[1] = frame.channel_list[0];
+    frame.channel_list[0].nE = format.channel_count == 2;
+    frame.cds = true;
+    const auto bits = encode_frame(frame, codec);
+    BISS_ASSERT(bits.ok());
+    const auto read = decode_frame(bits->view(), codec);
+    BISS_ASSERT(read.ok()) << text;
+    BISS_EXPECT(read->channel_list[0] == frame.channel_list[0]) << text;
+    for (std::size_t at = 4; at < 4 + codec.payload_bits(); ++at) {
+      LineBits wrong;
+      wrong.append(bits->view());
+      wrong.flip(at);
+      const auto refused = decode_frame(wrong.view(), codec);
+      // A flag that no CRC covers can change.
+      const bool uncovered = refused.ok() && refused->channel_list[0].position == 0x2ABCD;
+      BISS_EXPECT(!refused.ok() || uncovered) << text << " at " << at;
+    }
+    FrameFormat usual = format;
+    for (ChannelFormat& channel : usual.channel_list) {
+      channel.crc.reversed = channel.crc.without_flags = channel.crc.with_cds = false;
+    }
+    BISS_EXPECT(!decode_frame(bits->view(), FrameCodec<>(usual)).ok()) << text;
+  }
+}
+
+BISS_TEST(Decode, ChecksumOfTheFrameBefore_IsNeverPassed) {
+  const FrameFormat format = format_of("pos18,nE,nW,crc6:previous");
+  const FrameCodec<> codec(format);
+  const auto encoded = encode_frame(frame_of(5), codec);
+  BISS_EXPECT(!encoded.ok() && encoded.error() == EncodeError::needs_previous);
+  for (std::uint64_t crc = 0; crc < 64; ++crc) {
+    LineBits line = line_of("1 0 1 0");
+    line.append(5U << 2U | 3U, 20);
+    line.append(crc << 1U, 7);
+    BISS_EXPECT(decode_frame(line.view(), codec).error() == FrameFault{FrameError::crc});
+  }
+  const FrameFormat padded = format.without_previous();
+  BISS_EXPECT_EQ(format_text(padded).view(), std::string_view("pos18,nE,nW,pad6"));
+}
+
 BISS_TEST(Channel, MultiturnAndSingleturn_MakeOnePositionInAnyOrder) {
   constexpr Channel values{0xA5AFA5, 0, true, true};
   BISS_EXPECT_EQ(word_of(format_of("mt12,st12"), values), 0xA5AFA5);
@@ -103,7 +195,7 @@ BISS_TEST(Channel, PaddingOfAnyLevel_IsCoveredAndNotJudged) {
   for (std::uint64_t data = 0; data < 128; ++data) {
     LineBits line = line_of("1 0 1 0");
     line.append(data, 7);
-    line.append(codec.crc(0, data), 4);
+    line.append(codec.crc(0, data, false), 4);
     const auto frame = decode_frame(line.view(), codec);
     BISS_ASSERT(frame.ok());
     BISS_EXPECT_EQ(frame->channel_list[0].position, (data >> 2U) & 7U);

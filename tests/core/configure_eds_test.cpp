@@ -139,11 +139,13 @@ BISS_TEST(ConfigureEds, MoreChannelsThanSlaves_IsAContradiction) {
     } else {
       common.dc_num = 2;
       common.channels[1] = common.channels[0];
+      common.channels[1].bank = 3;
     }
     bank = RegisterBank(sealed(build_bank(common)), RegisterProtection::read_only);
     Line line(device);
     BISS_ASSERT(line.run());
     BISS_EXPECT(line.cause() == ConfigureError::eds_contradiction);
+    BISS_EXPECT(line.cycle.result().error().field == (offset ? "SL_OFF" : "DC_NUM"));
     BISS_EXPECT(state.channels);
   }
 }
@@ -154,12 +156,13 @@ BISS_TEST(ConfigureEds, MoreSlavesThanOnTheLine_AreAContradiction) {
     Encoders<1> device{{with_eds(state, 0x621E)}};
     CommonPart common{.eds_len = 2, .tma = 125, .dc_num = channels, .sl_num = 2};
     common.channels[0] = {.bank = 2, .dlen = 30, .cpoly = 0x21};
-    common.channels[1] = channels == 2 ? common.channels[0] : CommonChannel{};
+    if (channels == 2) common.channels[1] = {.bank = 3, .dlen = 30, .cpoly = 0x21};
     device.registers().bank(1) =
         RegisterBank(sealed(build_bank(common)), RegisterProtection::read_only);
     Line line(device);
     BISS_ASSERT(line.run());
     BISS_EXPECT(line.cause() == ConfigureError::eds_contradiction);
+    BISS_EXPECT(line.cycle.result().error().field == "SL_NUM");
     BISS_EXPECT(state.channels);
   }
 }

@@ -103,6 +103,106 @@ BISS_TEST(EdsCheck, SecondPeriodOfAResolutionThatFillsItsLength_IsNoByteOrder) {
   }
 }
 
+// 2^16 to 2^23 are powers of two in both byte orders.
+BISS_TEST(EdsCheck, PowersOfTwoThatAreTooLarge_AreNoByteOrderUnlessThatFillsTheLength) {
+  const Bp3Part good{.bp_id = 0x6220,
+                     .mt_len = 12,
+                     .fi_len = 18,
+                     .mt_cnt = 4096,
+                     .sip_cnt = 1,
+                     .sip_res = 262'144};
+  for (const std::string_view symbol : {"MT_CNT", "SIP_CNT", "SIP_RES"}) {
+    for (unsigned bits = symbol == "MT_CNT"    ? 13
+                         : symbol == "SIP_CNT" ? 1
+                                               : 19;
+         bits < 32; ++bits) {
+      const bool fills = (symbol == "MT_CNT" && bits == 20) || (symbol == "SIP_CNT" && bits == 24);
+      const std::uint32_t count = std::uint32_t{1} << bits;
+      const Findings found =
+          check_of(EdsPart::bp3, with(build_bank(good), EdsPart::bp3, symbol, count));
+      BISS_EXPECT(found.only(
+          symbol, fills ? EdsProblem::little_endian : EdsProblem::count_above_length, count))
+          << symbol << " 2^" << bits;
+    }
+  }
+}
+
+// Their sums do not fit alone, and the other order fills the length.
+BISS_TEST(EdsCheck, ScaleWithAllBytesInTheOtherOrder_IsNamedByItsPolynomial) {
+  EdsBank bank = test::linear_36;
+  for (const std::string_view symbol : {"BP_ID", "MT_CNT", "SIP_RES", "CPOLY"}) {
+    const EdsField& field = *find_field(bp3_fields, symbol);
+    BISS_ASSERT(set_field(bank, field, bytes_swapped(field_value(bank, field), field.bytes)));
+  }
+  const Findings found = check_of(EdsPart::bp3, bank);
+  BISS_EXPECT(found.has("MT_CNT", EdsProblem::little_endian));
+  BISS_EXPECT(found.has("SIP_RES", EdsProblem::little_endian));
+}
+
+BISS_TEST(EdsCheck, TimesThatAreNotUsed_AreFound) {
+  struct Time {
+    std::string_view symbol;
+    std::uint32_t last_good;
+    std::uint32_t first_bad;
+  };
+  for (const Time& each : {Time{"TBUSY_MAX", 160, 161}, Time{"TO_MAX", 160, 161},
+                           Time{"TMA", 100, 99}, Time{"TMA", 255, 1}}) {
+    const auto check = [&](std::uint32_t value) {
+      return check_of(EdsPart::common,
+                      with(test::one_channel, EdsPart::common, each.symbol, value));
+    };
+    BISS_EXPECT_EQ(check(each.last_good).count, 0U) << each.symbol;
+    const Findings found = check(each.first_bad);
+    BISS_EXPECT(found.only(each.symbol, EdsProblem::out_of_range, each.first_bad)) << each.symbol;
+    BISS_EXPECT(!contradicts(found.list[0]));
+  }
+  const EdsBank absent = with(test::one_channel, EdsPart::common, "TBUSY_MAX", 255);
+  BISS_EXPECT_EQ(check_of(EdsPart::common, absent).count, 0U);
+}
+
+bool any_contradicts(const Bp3Part& part) {
+  const Findings found = check_of(EdsPart::bp3, sealed(build_bank(part)));
+  bool any = false;
+  for (std::size_t i = 0; i < found.count && i < found.list.size(); ++i) {
+    any = any || contradicts(found.list[i]);
+  }
+  return any;
+}
+
+// A length that the profile does not allow, zeros between the fields, and no error bit: none of
+// them has a format that can be right.
+BISS_TEST(EdsCheck, PartsWithoutARightFormat_Contradict) {
+  const Bp3Part good{.bp_id = 0x6220, .mt_len = 12, .fi_len = 18, .sip_cnt = 1, .sip_res = 262'144};
+  BISS_EXPECT(!any_contradicts(good));
+  for (std::uint8_t bits = 26; bits < 32; ++bits) {
+    Bp3Part part = good;
+    part.co_len = bits;
+    part.bp_id = static_cast<std::uint16_t>(0x6220 + bits);
+    BISS_EXPECT(any_contradicts(part)) << +bits;
+  }
+  Bp3Part zeros = good;
+  zeros.bp_id = 0x6232;
+  zeros.co_len = 18;
+  zeros.co_fmt = 1;
+  BISS_EXPECT(any_contradicts(zeros));
+  zeros.fi_fmt = 1;
+  BISS_EXPECT(!any_contradicts(zeros));
+  zeros.co_fmt = zeros.fi_fmt = 0;
+  BISS_EXPECT(!any_contradicts(zeros));  // leading zeros are padding
+  Bp3Part scale{.bp_id = 0x6220, .en_typ = 1, .mt_len = 14, .mt_fmt = 1, .fi_len = 16};
+  scale.mt_cnt = 1'000;
+  scale.sip_res = 50'000;
+  BISS_EXPECT(any_contradicts(scale));
+  for (std::uint8_t first = 0; first < 4; ++first) {
+    for (std::uint8_t second = 0; second < 4; ++second) {
+      Bp3Part part = good;
+      part.fb1 = first;
+      part.fb2 = second;
+      BISS_EXPECT_EQ(any_contradicts(part), first != 1 && second != 1) << +first << ' ' << +second;
+    }
+  }
+}
+
 // In each case one field is wrong and the checksum is corrected. Only that field and its fault may
 // be reported.
 BISS_TEST(EdsCheck, OneWrongField_IsTheOnlyFinding) {

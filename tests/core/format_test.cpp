@@ -55,6 +55,18 @@ constexpr std::array spellings{
     Spelling{"pos8,crc9:0x211", "pos8,crc9:0x211"},
     Spelling{"pos8,crc16:0x190d9:0xffff", "pos8,crc16:0x190D9:0xFFFF"},
     Spelling{"pos8,crc16:0x11021", "pos8,crc16:0x11021"},
+    Spelling{"pos8:gray", "pos8:gray"},
+    Spelling{"mt4:gray,st8", "mt4:gray,st8"},
+    Spelling{"mt4:lsb,st8:lsb:gray", "mt4:lsb,st8:gray:lsb"},
+    Spelling{"pos8:lsb,nE,crc6", "pos8:lsb,nE,crc6"},
+    Spelling{"pos8,crc6:reversed", "pos8,crc6:reversed"},
+    Spelling{"pos8,nE,crc6:no-flags", "pos8,nE,crc6:no-flags"},
+    Spelling{"pos8,crc6:cds;cds0", "pos8,crc6:cds;cds0"},
+    Spelling{"pos58,crc6:previous", "pos58,crc6:previous"},
+    Spelling{"pos8,crc6:previous:cds:no-flags:reversed:plain",
+             "pos8,crc6:plain:reversed:no-flags:cds:previous"},
+    Spelling{"pos8,crc6:0x43:cds", "pos8,crc6:cds"},
+    Spelling{"pos8,crc6:0x61:0x3:reversed", "pos8,crc6:0x61:0x3:reversed"},
     Spelling{"pos1+pos1+pos1+pos1+pos1+pos1+pos1+pos1", "pos1+pos1+pos1+pos1+pos1+pos1+pos1+pos1"},
 };
 
@@ -79,9 +91,20 @@ constexpr std::array wrongs{
     Wrong{"pos18,n", Mistake::unknown_item, 6},
     Wrong{"Pos18", Mistake::unknown_item, 0},
     Wrong{"pos18 ", Mistake::unexpected_character, 5},
-    Wrong{"pos18:gray", Mistake::unexpected_character, 5},
+    Wrong{"pos18:gray:gray", Mistake::unexpected_character, 11},
+    Wrong{"pos18:lsb:gray:lsb", Mistake::unexpected_character, 15},
+    Wrong{"pos18:plain", Mistake::unexpected_character, 6},
+    Wrong{"lc6:gray", Mistake::unexpected_character, 3},
+    Wrong{"pad6:lsb", Mistake::unexpected_character, 4},
+    Wrong{"nE:gray", Mistake::unexpected_character, 2},
+    Wrong{"pos8,crc6:reversed:reversed", Mistake::unexpected_character, 18},
+    Wrong{"pos8,crc6:cds:0x43", Mistake::unexpected_character, 13},
+    Wrong{"pos8,crc6:no-flag", Mistake::number_needs_0x, 10},
+    Wrong{"pos8,crc9:reversed", Mistake::polynomial_missing, 8},
+    Wrong{"nE,nW,crc6:no-flags", Mistake::no_data_before_crc, 6},
+    Wrong{"pos59,crc6:previous", Mistake::too_long_for_previous, 6},
     Wrong{"pos1x", Mistake::unexpected_character, 4},
-    Wrong{"mt4:gray", Mistake::unexpected_character, 3},
+    Wrong{"mt4:grey", Mistake::unexpected_character, 4},
     Wrong{"lc6:", Mistake::unexpected_character, 3},
     Wrong{"pad6:", Mistake::unexpected_character, 4},
     Wrong{"nE6", Mistake::unexpected_character, 2},
@@ -202,15 +225,20 @@ class TextMaker {
     text.append_number(bits, 10);
   }
 
+  void coded(FormatText& text, std::string_view name, std::uint32_t limit) {
+    sized(text, name, limit);
+    if (random_.flip()) text.append(":gray");
+    if (random_.flip()) text.append(":lsb");
+  }
+
   void channel(FormatText& text) {
     left_ = max_data_bits;
     first_ = true;
     if (random_.flip()) {
-      sized(text, "pos", 40);
+      coded(text, "pos", 40);
     } else {
-      sized(text, "mt", 20);
-      sized(text, "st", 20);
-      if (random_.flip()) text.append(":gray");
+      coded(text, "mt", 20);
+      coded(text, "st", 20);
     }
     if (random_.flip()) item(text, random_.flip() ? "nE" : "E", 1);
     if (random_.flip()) sized(text, "pad", 9);
@@ -232,7 +260,9 @@ class TextMaker {
         text.append_number(static_cast<std::uint32_t>(random_.bits(width)), 16);
       }
     }
-    if (random_.flip()) text.append(":plain");
+    for (const char* suffix : {":plain", ":reversed", ":no-flags", ":cds", ":previous"}) {
+      if (random_.below(4) == 0) text.append(suffix);
+    }
   }
 
   test::Random& random_;
@@ -287,8 +317,8 @@ BISS_TEST(FormatText, LongestText_Fits) {
   FormatText text;
   for (std::size_t k = 0; k < max_channels; ++k) {
     if (k != 0) text.append("+");
-    text.append("pad10,mt10,pad10,st10:gray,pad1,nE,pad1,nW,pad1,lc10,pad1,crc16:0x1FFFF:0xFFFF");
-    text.append(":plain");
+    text.append("pad10,mt10:gray:lsb,pad9,st1:gray:lsb,pad1,nE,pad1,nW,pad1,lc10,pad1");
+    text.append(",crc16:0x1FFFF:0xFFFF:plain:reversed:no-flags:cds:previous");
   }
   text.append(";cds0");
   const auto format = parse_format(text.view());

@@ -41,8 +41,9 @@ BISS_TEST(SafetyWords, PublishedSpwOfAn21_IsTakenAndMade) {
   // iC-Haus AN21: D9 CF E0 C0 DA, CRC 0x5F29. The CPW has the same position and its own CRC.
   const RunPlan plan = plan_of("mt12,st20,nE,nW,crc6+mt12,st20,nE,nW,lc6,crc16");
   const std::uint64_t cpw = 0xD9CFE0C0U * 4ULL + 3U;
-  const test::LineBits line = line_of(std::array{Piece{cpw, 34}, Piece{plan.codec().crc(0, cpw), 6},
-                                                 Piece{0xD9CFE0C0DAU, 40}, Piece{0x5F29, 16}});
+  const test::LineBits line =
+      line_of(std::array{Piece{cpw, 34}, Piece{plan.codec().crc(0, cpw, false), 6},
+                         Piece{0xD9CFE0C0DAU, 40}, Piece{0x5F29, 16}});
   const Findings findings(plan, line.view());
   BISS_EXPECT(findings.are(safe));
   BISS_EXPECT_EQ(findings.first.cpw_position, 0xD9CFE0C0U);
@@ -64,8 +65,8 @@ BISS_TEST(SafetyWords, PublishedCaptureOfTi_IsTakenAndMade) {
   const std::uint64_t place = 65535U * 4096ULL + 2924U;
   const std::uint64_t cpw = place * 4U + 3U;
   const auto line = [&](std::uint64_t life, std::uint64_t crc) {
-    return line_of(std::array{Piece{cpw, 30}, Piece{plan.codec().crc(0, cpw), 6}, Piece{place, 28},
-                              Piece{1, 2}, Piece{life, 6}, Piece{crc, 16}});
+    return line_of(std::array{Piece{cpw, 30}, Piece{plan.codec().crc(0, cpw, false), 6},
+                              Piece{place, 28}, Piece{1, 2}, Piece{life, 6}, Piece{crc, 16}});
   };
   const Findings findings(plan, line(57, 0xD79F).view());
   BISS_EXPECT(findings.are(spw_error));
@@ -81,7 +82,7 @@ BISS_TEST(SafetyWords, PublishedCaptureOfTi_IsTakenAndMade) {
   const auto small_line = [&](std::uint64_t data, std::uint64_t crc) {
     const std::uint64_t spw = (data >> 2U) << 8U | 0xC0U | 5U;
     return line_of(std::array{Piece{data, 14}, Piece{crc, 6}, Piece{spw, 20},
-                              Piece{small.codec().crc(1, spw), 16}});
+                              Piece{small.codec().crc(1, spw, false), 16}});
   };
   BISS_EXPECT(Findings(small, small_line(0xC00U * 4U + 1U, 0x2D).view()).are(cpw_error));
   BISS_EXPECT(Findings(small, small_line(1406U * 4U + 3U, 0x36).view()).are(safe));
@@ -112,7 +113,7 @@ BISS_TEST(SafetyWords, DerivedSpws_AreTakenAndMadeWithBothStartValues) {
     const std::uint64_t spw = each.cpw >> (cpw_bits - spw_bits);
     const std::uint64_t cpw_data = each.cpw * 4U + 3U;
     const test::LineBits line = line_of(std::array{
-        Piece{cpw_data, cpw_bits + 2U}, Piece{plan.codec().crc(0, cpw_data), 6},
+        Piece{cpw_data, cpw_bits + 2U}, Piece{plan.codec().crc(0, cpw_data, false), 6},
         Piece{spw, spw_bits}, Piece{3, 2}, Piece{each.life_counter, 6}, Piece{each.crc, 16}});
     const Findings findings(plan, line.view());
     BISS_EXPECT(findings.are(safe)) << each.name << " " << each.crc;
@@ -126,8 +127,8 @@ BISS_TEST(SafetyWords, DerivedSpws_AreTakenAndMadeWithBothStartValues) {
     BISS_EXPECT(Findings(RunPlan(format, UnratedSafetySetup()), line.view()).are(spw_crc));
   }
   // PROTOCOL 8: CRC6 0x34 of 36 bits, 0x05 of 32 bits.
-  BISS_EXPECT_EQ(test::plan_of("fs-36-28").codec().crc(0, 0x123456789U * 4ULL + 3U), 0x34);
-  BISS_EXPECT_EQ(test::plan_of("fs-32-32").codec().crc(0, 0x12345678U * 4ULL + 3U), 0x05);
+  BISS_EXPECT_EQ(test::plan_of("fs-36-28").codec().crc(0, 0x123456789U * 4ULL + 3U, false), 0x34);
+  BISS_EXPECT_EQ(test::plan_of("fs-32-32").codec().crc(0, 0x12345678U * 4ULL + 3U, false), 0x05);
 }
 
 // The comparison, computed by a search over every offset.
@@ -297,7 +298,8 @@ void expect_one_finding(const Plan& plan, test::Random& random, std::uint64_t ro
         const ChannelFormat& channel = plan.format().channel_list[k];
         const std::uint64_t data = random.bits(channel.data_bits);
         line.append(data, channel.data_bits);
-        if (channel.crc.present()) line.append(plan.codec().crc(k, data), channel.crc.width_bits);
+        if (channel.crc.present())
+          line.append(plan.codec().crc(k, data, false), channel.crc.width_bits);
       }
       line.append_run(random.below(8) == 0, random.below(4));
       if (kind == 2) line.flip(random.below(static_cast<std::uint32_t>(line.size_bits())));

@@ -486,8 +486,19 @@ void each_field(SafetySetup& setup, const auto& visit) {
 }
 void each_field(ChannelFormat& channel, const auto& visit) {
   const auto all = [&](auto&... fields) { (visit(fields), ...); };
-  auto& [data_bits, position, multiturn, singleturn, gray, error, warning, counter, crc] = channel;
-  all(data_bits, gray);
+  auto& [data_bits, position, multiturn, singleturn, pos_gray, mt_gray, st_gray, pos_lsb, mt_lsb,
+         st_lsb, error, warning, counter, crc] = channel;
+  visit(data_bits);
+  // No reference can be bound to one bit.
+  const auto all_flags = [&](auto&... flags) { (visit(flags), ...); };
+  bool flags[6] = {pos_gray, mt_gray, st_gray, pos_lsb, mt_lsb, st_lsb};
+  all_flags(flags[0], flags[1], flags[2], flags[3], flags[4], flags[5]);
+  pos_gray = flags[0];
+  mt_gray = flags[1];
+  st_gray = flags[2];
+  pos_lsb = flags[3];
+  mt_lsb = flags[4];
+  st_lsb = flags[5];
   for (Field* field : {&position, &multiturn, &singleturn, &counter}) {
     auto& [shift, bits] = *field;
     all(shift, bits);
@@ -496,8 +507,15 @@ void each_field(ChannelFormat& channel, const auto& visit) {
     auto& [shift, present, active_high] = *flag;
     all(shift, present, active_high);
   }
-  auto& [polynomial, start, width_bits, inverted] = crc;
-  all(polynomial, start, width_bits, inverted);
+  auto& [polynomial, start, width_bits, inverted, reversed, no_flags, cds, previous] = crc;
+  all(polynomial, start, width_bits);
+  bool of_crc[5] = {inverted, reversed, no_flags, cds, previous};
+  all_flags(of_crc[0], of_crc[1], of_crc[2], of_crc[3], of_crc[4]);
+  inverted = of_crc[0];
+  reversed = of_crc[1];
+  no_flags = of_crc[2];
+  cds = of_crc[3];
+  previous = of_crc[4];
 }
 void each_field(FrameFormat& format, const auto& visit) {
   auto& [channels, channel_count, cds0] = format;
@@ -579,7 +597,7 @@ BISS_TEST(SafetyFingerprint, EveryFieldOfTheFormat_ChangesIt) {
     const unsigned fields = each_change(format, [&](const FrameFormat& changed, unsigned field) {
       BISS_EXPECT(SafetyFingerprint(changed, {}) != SafetyFingerprint(format, {})) << field;
     });
-    BISS_EXPECT_EQ(fields, 2U * 20U + 2U);
+    BISS_EXPECT_EQ(fields, 2U * 29U + 2U);
   }
 }
 

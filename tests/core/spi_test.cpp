@@ -272,6 +272,9 @@ static_assert(!check_text("pos18", with_words(true, true)));
 static_assert(check_text("pos18,nE,crc6+pos18,crc6", with_words(false, false)) ==
               SpiSetupError::error_flag);
 static_assert(!check_text("pos18,nE,crc6+pad8,crc6", with_words(false, false)));
+static_assert(check_text("pos18,nE,crc6:previous", with_words(true, true)) ==
+              SpiSetupError::previous);
+static_assert(!check_text("pos18,nE,crc6:reversed", with_words(false, false)));
 static_assert(check_text("pos18,nE,crc6+pad8", with_words(false, false)) == SpiSetupError::crc);
 
 struct Refused {

@@ -37,7 +37,8 @@ void expect_both_ways(const Vector& vector, const biss::FrameFormat& format) {
                            vector.nE, vector.nW};
   frame.lead_clocks = 1;
   frame.ack_clocks = 1;
-  EXPECT_EQ(codec.crc(0, biss::pack(format.channel_list[0], frame.channel_list[0])), vector.crc);
+  EXPECT_EQ(codec.crc(0, biss::pack(format.channel_list[0], frame.channel_list[0]), false),
+            vector.crc);
 
   const std::string line = "1010" + vector.bits + "0";
   const auto bits = biss::encode_frame(frame, codec);

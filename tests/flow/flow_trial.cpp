@@ -49,6 +49,16 @@ capture::Opened open(const Trial& trial, const Container& container, std::size_t
   return capture::open_capture(capture::memory_bytes(container.bytes), container.name, options);
 }
 
+// The master pauses its clock now and then, mostly within a request.
+void add_pauses(std::vector<wire::Edge>& edges, sim::Random& random) {
+  Picoseconds paused{};
+  for (wire::Edge& edge : edges) {
+    edge.time += paused;
+    const bool rises = edge.line == sim::ma_line && edge.level == wire::Level::high;
+    if (rises && random.next() % 64 == 0) paused += nanoseconds(among(random, 50, 9'000));
+  }
+}
+
 // Decodes what `read` pushes.
 template <class Read>
 std::vector<std::string> rows(const Trial& trial, capture::EdgeSource& source, Read read) {
@@ -93,6 +103,8 @@ Trial::Trial(std::uint64_t number) {
     const auto& cycle = line.next();
     edges.insert(edges.end(), cycle.edges.begin(), cycle.edges.end());
   }
+  if (number % 3 == 0) add_pauses(edges, random);
+  if (number % 5 == 0) setup.timing.timeout = {TimeoutRule::fixed, microseconds(10)};
   end = edges.back().time + microseconds(100);
 }
 

@@ -169,7 +169,7 @@ Checked check(const FrameFormat& format, const FrameCodec<>& codec, const Sample
     at += channel.data_bits;
     if (channel.crc.present()) {
       checked.right = checked.right && sample.bits.view().word(at, channel.crc.width_bits) ==
-                                           codec.crc(k, checked.data[k]);
+                                           codec.crc(k, checked.data[k], false);
     }
     at += channel.crc.width_bits;
   }

@@ -151,7 +151,7 @@ class Bench {
           biss::pack(channel, {.position = position, .life_counter = counter});
       bits_.put(at, data, channel.data_bits);
       at += channel.data_bits;
-      bits_.put(at, codec_.crc(k, data), channel.crc.width_bits);
+      bits_.put(at, codec_.crc(k, data, false), channel.crc.width_bits);
       at += channel.crc.width_bits;
     }
   }

@@ -67,6 +67,7 @@ class BissReader {
   static constexpr auto refused = biss::check_spi(Format, setup_of(1'000'000, {}), {});
   static_assert(refused != biss::SpiSetupError::error_flag, "no nE: see no_error_flag");
   static_assert(refused != biss::SpiSetupError::crc, "no CRC: see unchecked");
+  static_assert(refused != biss::SpiSetupError::previous, "one frame cannot be checked");
 
  public:
   /// \param clock of MA, in hertz. The core may round it down, so choose one that it can make
