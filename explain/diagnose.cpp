@@ -25,10 +25,11 @@ struct Model {
   std::vector<Part> parts;
 };
 
-// In bits: a cause that is named; a request that no part of it predicts; a second cause must save
-// as many.
+// In bits: a cause that is named; a request that no part of it predicts; no request is what it
+// predicts; a second cause must save as many.
 constexpr double cause_price = 6;
 constexpr double not_predicted = 14;
+constexpr double not_seen = 14;
 constexpr double second_saves = 20;
 constexpr double never = 1e6;
 constexpr int rounds = 8;
@@ -52,7 +53,7 @@ const std::vector<Model>& models() {
       {C::ma_slo_swapped, {}},
       {C::slo_inverted, {{K::inverted}}},
       {C::ma_inverted, {{K::half_early}, {K::stop_repeats}}},
-      {C::clock_too_fast_for_cable, {{K::smeared}, {K::delay_part}, {K::delay_clocks, 3}, {K::flip, 2}}},
+      {C::clock_too_fast_for_cable, {{K::smeared}, {K::delay_part}, {K::flip, 2}}},
       {C::ack_longer_than_master_waits, {{K::cut_in_ack}, {K::cut_late}}},
       {C::master_stops_early, {{K::cut_in_data}, {K::cut_in_ack, 3}}},
       {C::master_pauses_clock, {{K::paused}, {K::restart}}},
@@ -176,6 +177,12 @@ class Diagnosis {
   // What the whole capture says for a cause and against it.
   void note() {
     notes_.fill(cause_price);
+    for (const Model& model : models()) {
+      const bool seen = std::any_of(
+          model.parts.begin(), model.parts.end(),
+          [this](const Part& part) { return evidence_.count(part.kind) != 0; });
+      if (!seen) at(notes_, model.cause) += not_seen;
+    }
     at(notes_, Cause::healthy) = 0;
     note_format();
     note_lines();
@@ -185,9 +192,10 @@ class Diagnosis {
       at(notes_, Cause::limits_exceeded) += never;
     } else {
       at(notes_, Cause::healthy) += 20;
+      at(notes_, Cause::limits_exceeded) = 0;
     }
     if (evidence_.life_zeros != 0) {
-      at(notes_, Cause::healthy) += 12;
+      at(notes_, Cause::frames_lost_or_repeated) = 3;
     } else if (evidence_.count(RequestKind::life_jump) == 0) {
       at(notes_, Cause::frames_lost_or_repeated) += never;
     }
@@ -198,8 +206,12 @@ class Diagnosis {
       at(notes_, Cause::noise_on_ma) += 4;
     }
     // Smeared edges are of the cable if there are many.
-    const bool smeared = share(evidence_.count(RequestKind::smeared)) > 0.1;
-    at(notes_, smeared ? Cause::noise_on_slo : Cause::clock_too_fast_for_cable) += 10;
+    const std::uint64_t flips = evidence_.count(RequestKind::flip);
+    const std::uint64_t smears = evidence_.count(RequestKind::smeared);
+    const bool smeared = share(smears) > 0.1 && 2 * smears > flips;
+    if (flips != 0) {
+      at(notes_, smeared ? Cause::noise_on_slo : Cause::clock_too_fast_for_cable) += 15;
+    }
     note_truncation();
     note_other();
   }
@@ -208,12 +220,9 @@ class Diagnosis {
   void note_format() {
     const double passed = static_cast<double>(evidence_.passed) /
                           static_cast<double>(std::max<std::uint64_t>(evidence_.answered, 1));
-    const bool chance = passed < 0.3;
     if (!context_.given || !context_.format) at(notes_, Cause::wrong_format) += never;
-    if (!chance) {
-      at(notes_, Cause::wrong_format) += 30;
-      at(notes_, Cause::wrong_checksum) += 30;
-    }
+    if (passed > 0.08) at(notes_, Cause::wrong_format) += 30;
+    if (passed > 0.3) at(notes_, Cause::wrong_checksum) += 30;
     if (const auto& found = context_.identified; found && context_.given && context_.format) {
       FrameFormat same = found->format;
       for (std::size_t k = 0; k < same.channel_count; ++k) {
@@ -237,7 +246,9 @@ class Diagnosis {
     // What reads hardly better that way says nothing.
     const bool reads = 2 * evidence_.answered > evidence_.cycles || evidence_.cycles == 0;
     const auto judge = [&](Cause cause, bool changed) {
-      if (changed && reads) add_to_others(cause, 30);
+      if (!changed || !reads) return;
+      add_to_others(cause, 30);
+      at(notes_, cause) = 0;
     };
     judge(Cause::ma_slo_swapped, reading.swapped);
     judge(Cause::slo_inverted, reading.slo_inverted);
@@ -269,7 +280,9 @@ class Diagnosis {
     if (too_long) price = 20;
     if (sends_more && margin < 0.15) price = std::max(price, 12.0);
     if (context_.compensated == false && (margin < 0.25 || periods > 0.25)) price = 25;
+    if (price == 0) return;
     add_to_others(Cause::clock_too_fast_for_cable, price);
+    at(notes_, Cause::clock_too_fast_for_cable) -= not_seen;
   }
 
   void note_sampling() {
@@ -294,7 +307,7 @@ class Diagnosis {
   void note_other() {
     const double named = context_.other ? context_.other->confidence : 0;
     const bool answers = evidence_.answered * 10 > evidence_.cycles * 6;
-    double price = 10 - 40 * named;
+    double price = named >= 0.5 ? -200 * named : 10;
     if (answers && named < 0.85) price = 60;
     if (share(evidence_.passed) > 0.2 && evidence_.has_format) price = never;
     at(notes_, Cause::not_biss) += price;

@@ -231,7 +231,8 @@ const Evidence& Observer::finish(Picoseconds end_time) {
   check_.finish();
   for (const Rule rule : limit_rules) {
     const decode::RuleResult result = check_.result(rule);
-    if (result.verdict == decode::Verdict::fail) evidence_.limits.push_back({rule, result});
+    const bool pauses = rule == Rule::clock_change && evidence_.count(RequestKind::paused) != 0;
+    if (result.verdict == decode::Verdict::fail && !pauses) evidence_.limits.push_back({rule, result});
   }
   evidence_.late_turns = plausibility_.longest();
   evidence_.steps = plausibility_.steps();

@@ -8,8 +8,8 @@
 namespace biss::explain::fitted {
 
 /// A cause that is `b` bits behind the shortest account weighs prior * (1 + b / scale)^-power.
-inline constexpr double scale = 4;
-inline constexpr double power = 3;
+inline constexpr double scale = 2;
+inline constexpr double power = 1;
 /// In the order of Cause.
 inline constexpr std::array<double, cause_count> prior{1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1,
                                                        1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};

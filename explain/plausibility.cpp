@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <bit>
+#include <utility>
+
+#include "decode/times.hpp"
 
 namespace biss::explain {
 
@@ -40,13 +43,18 @@ bool Plausibility::push(std::uint64_t number, const decode::Cycle& cycle) {
   const std::uint64_t position = cycle.frame->channel_list[0].position;
   const auto before = last_;
   last_ = position;
+  const Picoseconds since = std::exchange(last_time_, cycle.time);
   if (!before) return false;
   const unsigned turn_bits = channel_.multiturn.bits;
   const unsigned in_turn = bits - turn_bits;
   const std::int64_t moved = turn_bits == 0 ? way(*before, position, bits)
                                             : way(*before & low_mask(in_turn),
                                                   position & low_mask(in_turn), in_turn);
-  judge_step({moved, static_cast<std::uint64_t>(moved < 0 ? -moved : moved), number, cycle.time});
+  const auto length = static_cast<std::uint64_t>(moved < 0 ? -moved : moved);
+  const auto nanoseconds = static_cast<double>(
+      std::max<std::int64_t>(decode::elapsed(since, cycle.time).count / 1000, 1));
+  const double speed = std::min(static_cast<double>(length) * 1e6 / nanoseconds, 1e18);
+  judge_step({moved, length, static_cast<std::uint64_t>(speed), number, cycle.time});
   if (turn_bits == 0 || in_turn == 0 || in_turn > 62) return false;
   // A fast axis may have made more than half a turn.
   if (4 * (moved < 0 ? -moved : moved) > (std::int64_t{1} << in_turn)) {
@@ -70,17 +78,17 @@ bool Plausibility::push(std::uint64_t number, const decode::Cycle& cycle) {
 void Plausibility::judge_step(const Step& step) {
   std::rotate(steps_.begin(), steps_.end() - 1, steps_.end());
   steps_[0] = step;
-  ++all_[static_cast<std::size_t>(std::bit_width(step.length))];
+  ++all_[static_cast<std::size_t>(std::bit_width(step.speed))];
   if (++known_ < steps_.size()) return;
   const Step& judged = steps_[2];
   if (judged.length < few_counts) return;
-  const auto bits = static_cast<std::size_t>(std::bit_width(judged.length));
+  const auto bits = static_cast<std::size_t>(std::bit_width(judged.speed));
   const std::int64_t left = judged.way + steps_[1].way;
   const std::uint64_t taken_back = judged.length - judged.length / times;
   if (static_cast<std::uint64_t>(left < 0 ? -left : left) < judged.length / times &&
       steps_[1].length >= taken_back) {
     spikes_[bits].add(judged.cycle, judged.time);
-  } else if (judged.length / times > std::max(steps_[3].length, steps_[1].length)) {
+  } else if (judged.speed / times > std::max(steps_[3].speed, steps_[1].speed)) {
     apart_[bits].add(judged.cycle, judged.time);
   }
 }

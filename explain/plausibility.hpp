@@ -31,6 +31,8 @@ class Plausibility {
   struct Step {
     std::int64_t way = 0;
     std::uint64_t length = 0;
+    // In counts per millisecond.
+    std::uint64_t speed = 0;
     std::uint64_t cycle = 0;
     Picoseconds time{};
   };
@@ -39,6 +41,7 @@ class Plausibility {
 
   ChannelFormat channel_{};
   std::optional<std::uint64_t> last_;
+  Picoseconds last_time_{};
   // By how many turns the counter is behind the singleturn.
   std::int64_t behind_ = 0;
   std::uint64_t in_a_row_ = 0;
@@ -47,7 +50,7 @@ class Plausibility {
   // The last steps, the newest one first.
   std::array<Step, 4> steps_{};
   std::size_t known_ = 0;
-  // By the number of bits of their length: all steps, those that stand out of their neighbours, and
+  // By the number of bits of their speed: all steps, those that stand out of their neighbours, and
   // those of them that the next step takes back.
   std::array<std::uint64_t, 65> all_{};
   std::array<Sightings, 65> apart_{};

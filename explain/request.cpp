@@ -19,8 +19,10 @@ using wire::Level;
 // A change of SLO belongs to the grid of the bits within this share of a period, and samples.
 constexpr double grid_share = 0.16;
 constexpr double grid_samples = 1.6;
-// A level shorter than a period over this is a pulse, on MA and on SLO.
+// A level of SLO shorter than a period over this is a pulse, and one of MA shorter than this share of
+// its usual length, in per cent.
 constexpr std::int64_t pulse_share = 5;
+constexpr std::int64_t pulse_percent = 60;
 // Clocks further apart than this, in per cent of a period, have a pause between them.
 constexpr std::int64_t pause_percent = 140;
 // Prices in bits; docs/explain.md says what each stands for.
@@ -113,6 +115,7 @@ std::string_view text_of(RequestKind kind) {
 Usual usual_of(std::span<const Cycle> cycles, const std::optional<FrameFormat>& format) {
   Usual usual;
   decode::Distribution periods;
+  decode::Distribution duties;
   decode::Distribution clocks;
   std::array<decode::Distribution, 3> delays;
   std::vector<std::int64_t> ends;
@@ -121,6 +124,7 @@ Usual usual_of(std::span<const Cycle> cycles, const std::optional<FrameFormat>& 
   std::size_t good = 0;
   for (const Cycle& cycle : cycles) {
     if (cycle.period) periods.add(cycle.period->count);
+    if (cycle.duty_per_mille) duties.add(*cycle.duty_per_mille);
     const BitView raw = cycle.raw.view();
     if (cycle.line_delay) {
       delays[is_good(cycle.status) ? 0 : raw.size_bits() != 0 ? 1 : 2].add(cycle.line_delay->count);
@@ -138,6 +142,7 @@ Usual usual_of(std::span<const Cycle> cycles, const std::optional<FrameFormat>& 
     before = cycle.raw;
   }
   if (periods.count() != 0) usual.period = picoseconds(periods.median());
+  usual.high = usual.period * (duties.count() == 0 ? 500 : duties.median()) / 1000;
   if (clocks.count() != 0) usual.clocks = static_cast<std::uint32_t>(clocks.median());
   for (const auto& each : delays) {
     if (each.count() == 0) continue;
@@ -280,6 +285,28 @@ void Pricer::look(const CycleEdges& edges, Picoseconds delay) {
   }
 }
 
+// The shortest level first: what it interrupts is whole again then.
+void Pricer::remove_pulses(std::vector<LevelChange>& ma) {
+  constexpr unsigned most_pulses = 64;
+  while (view_.ma_pulses < most_pulses) {
+    std::size_t shortest = 0;
+    std::int64_t least = pulse_percent;
+    for (std::size_t i = 1; i < ma.size(); ++i) {
+      const bool high = ma[i - 1].level == Level::high;
+      const Picoseconds usual = high ? usual_.high : usual_.period - usual_.high;
+      const Picoseconds length = decode::elapsed(ma[i - 1].time, ma[i].time) + 2 * resolution_;
+      const std::int64_t percent = 100 * length.count / std::max<std::int64_t>(usual.count, 1);
+      if (percent >= least) continue;
+      least = percent;
+      shortest = i;
+    }
+    if (shortest == 0) return;
+    ++view_.ma_pulses;
+    const auto at = ma.begin() + static_cast<std::ptrdiff_t>(shortest);
+    ma.erase(at - 1, at + 1);
+  }
+}
+
 void Pricer::count_pulses(const CycleEdges& edges) {
   view_ = {};
   view_.period = edges.cycle.period.value_or(usual_.period);
@@ -291,16 +318,7 @@ void Pricer::count_pulses(const CycleEdges& edges) {
     return pulse_share * (decode::elapsed(from, to) + resolution_) < view_.period;
   };
   std::vector<LevelChange> ma(edges.ma.begin(), edges.ma.end());
-  for (std::size_t i = 1; i < ma.size();) {
-    if (is_short(ma[i - 1].time, ma[i].time)) {
-      ++view_.ma_pulses;
-      ma.erase(ma.begin() + static_cast<std::ptrdiff_t>(i) - 1,
-               ma.begin() + static_cast<std::ptrdiff_t>(i) + 1);
-      i = std::max<std::size_t>(i - 1, 1);
-    } else {
-      ++i;
-    }
-  }
+  remove_pulses(ma);
   if (!edges.ma_after.empty() && edges.ma_after.size() > 1) ++view_.ma_pulses;
   for (const LevelChange& change : ma) {
     if (change.level == Level::high) view_.rises.push_back(change.time);
@@ -326,8 +344,9 @@ Prices Pricer::read(const CycleEdges& edges) {
   if (!last_.empty()) {
     const auto [value, size] = number_of(view_.bits, 0, view_.clocks());
     const auto [last, last_size] = number_of(last_, 0, last_.size());
-    const float change = size == last_size ? change_price(last, value, size) : clocks + 1;
-    set(prices, RequestKind::foreign, change + 3 + edge_price * static_cast<float>(view_.off_grid));
+    const float change = size == last_size ? change_price(last, value, size) : clocks;
+    set(prices, RequestKind::foreign,
+        change + clocks - static_cast<float>(size) + 3 + edge_price * static_cast<float>(view_.off_grid));
   }
   last_ = view_.bits;
   const bool low = is_low(edges.slo_before);
@@ -341,6 +360,11 @@ Prices Pricer::read(const CycleEdges& edges) {
     price_low(edges, prices);
   } else {
     price_frame(edges, prices);
+    // What the encoder takes for a part of the request before.
+    const auto rest = rest_before(edges.cycle);
+    if (rest && shortest_rest_ && 10 * *rest < 9 * *shortest_rest_) {
+      set(prices, RequestKind::hurried, 8 + clocks / 4);
+    }
   }
   last_edge_ = decode::shifted(edges.cycle.time, edges.cycle.clocked);
   if (!low && view_.start + 2 < view_.clocks()) {
@@ -366,7 +390,7 @@ void Pricer::price_low(const CycleEdges& edges, Prices& prices) const {
     if (soon) set(prices, RequestKind::hurried, 2);
   } else {
     if (edges.slo.size() == 1) set(prices, RequestKind::busy, soon ? 10 : 4);
-    if (hurried) set(prices, RequestKind::hurried, 1 + std::min(10.0F, 2 * (more - 1)));
+    if (hurried) set(prices, RequestKind::hurried, 1 + 2 * (more - 1));
   }
   // ACK is high, and SLO goes back to the level at which it rests.
   const std::size_t ack = find(view_.bits, true, 0);
@@ -547,7 +571,7 @@ void Pricer::price_wrong(FrameError error, float base, Prices& prices) {
     }
   }
   set(prices, RequestKind::refused,
-      std::min(payload + 1, frame_change(refused_, usual_.payload_bits)) + 1 +
+      ack + std::min(payload + 1, frame_change(refused_, usual_.payload_bits)) + 1 +
           edge_price * static_cast<float>(view_.off_grid));
   refused_.assign(view_.bits.begin() + static_cast<std::ptrdiff_t>(start), view_.bits.end());
 }
@@ -592,7 +616,8 @@ void Pricer::price_cut(const CycleEdges& edges, Prices& prices) const {
   const bool late = longest_ack_ != 0 && view_.ack_clocks() > longest_ack_;
   set(prices, RequestKind::cut_late, longest_ack_ == 0 || late ? price : price + 8);
   set(prices, RequestKind::cut_in_data, late ? price + 3 : price);
-  if (codec_) set(prices, RequestKind::refused, data + 1 + off + (view_.bits.back() ? 12.0F : -1.0F));
+  if (codec_) set(prices, RequestKind::refused,
+                 ack_price(view_.ack_clocks()) + data + 1 + off + (view_.bits.back() ? 12.0F : -1.0F));
   const Picoseconds next = decode::elapsed(
       decode::shifted(edges.cycle.time, edges.cycle.clocked), edges.limit);
   const auto rest = rest_before(edges.cycle);

@@ -66,6 +66,8 @@ inline constexpr float impossible = 1e9F;
 /// What the requests of a capture usually look like, from its beginning.
 struct Usual {
   Picoseconds period{};
+  /// Of it, for how long MA is high.
+  Picoseconds high{};
   Picoseconds delay{};
   /// Between CDS and STOP: of the format, else as many as the frames have.
   unsigned payload_bits = 0;
@@ -121,6 +123,7 @@ class Pricer {
 
   void look(const decode::CycleEdges& edges, Picoseconds delay);
   void count_pulses(const decode::CycleEdges& edges);
+  void remove_pulses(std::vector<decode::LevelChange>& ma);
   void price_frame(const decode::CycleEdges& edges, Prices& prices);
   void price_good(const Frame& frame, float base, Prices& prices);
   void price_wrong(FrameError error, float base, Prices& prices);

@@ -301,9 +301,10 @@ std::string remedy_text(Cause cause, const Evidence& evidence, const Context& co
     remedy += fmt::format("; until then decode -f {} reads the positions",
                           evidence.usual.checksum->format);
   }
-  if (cause == Cause::frames_lost_or_repeated && evidence.life_zeros != 0) {
-    remedy = "the encoder counts from 0 to its last value, and not from 1: give decode --counter "
-             "count_0_63, and set the master's monitor to that range";
+  if ((cause == Cause::healthy || cause == Cause::frames_lost_or_repeated) &&
+      evidence.life_zeros != 0) {
+    remedy = "the sign of life counts from 0 to its last value, and not from 1: give decode "
+             "--counter count_0_63, and set the safety monitor to that range";
   }
   if (cause == Cause::sampling_too_slow && evidence.period.count() != 0) {
     const Picoseconds period{std::max<std::int64_t>(evidence.period.median(), 10)};

@@ -407,9 +407,13 @@ TEST(ExplainVerb, SignOfLifeThatCountsFrom0_NamesTheOption) {
   const std::string counted = "pos26,nE,nW,lc6,crc16";
   const auto rows =
       explained(simulate_as(folder, counted, {"--counter", "count_0_63"}), counted);
-  EXPECT_EQ(rows.at(0).at("cause"), "frames_lost_or_repeated") << rows[0];
-  EXPECT_THAT(text_in(rows[0], "remedy"), HasSubstr("--counter count_0_63"));
-  EXPECT_EQ(explained(simulate_as(folder, counted, {}), counted).at(0).at("cause"), "healthy");
+  ASSERT_GE(rows.size(), 2U);
+  EXPECT_EQ(rows[1].at("cause"), "frames_lost_or_repeated") << rows[1];
+  for (const json& row : {rows[0], rows[1]}) {
+    EXPECT_THAT(text_in(row, "remedy"), HasSubstr("--counter count_0_63"));
+  }
+  const auto usual = explained(simulate_as(folder, counted, {}), counted);
+  EXPECT_EQ(text_in(usual.at(0), "remedy"), "nothing to do");
 }
 
 TEST(ExplainVerb, FlagsOfAnEncoderWithoutRegisters_AdviseWhatApplies) {
