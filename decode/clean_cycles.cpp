@@ -61,9 +61,9 @@ void CleanCycleFinder::find(const PairRun& run, std::vector<CleanCycle>& found,
     const bool high = slo != 0 && ((slo - 1) % 2 == 0) == run.slo.first_high;
     const CleanLines lines{run.ma.times.subspan(at), run.slo.times.subspan(slo)};
     // The first change of a run may be none.
-    const bool clean = high && (slo > 1 || !margin_.signal) && read(cycle, lines) &&
-                       (!margin_.signal ||
-                        measure_signal(lines, run.slo.times[slo - 1], cycle.reading.cycle));
+    const bool clean =
+        high && (slo > 1 || !margin_.signal) && read(cycle, lines) &&
+        (!margin_.signal || measure_signal(lines, run.slo.times[slo - 1], cycle.reading.cycle));
     if (clean) {
       cycle.ma_begin = at;
       cycle.ma_end = at + measured_.next_fall;
@@ -236,8 +236,7 @@ LineSignal::Changes CleanCycleFinder::measure_changes(const CleanLines& lines,
   const std::int64_t first = measured_.fall - measured_.second_rise;
   const std::int64_t half = (rise_at(rises - 1) - rise_at(1)) /
                             std::max<std::int64_t>(2, 2 * static_cast<std::int64_t>(rises) - 4);
-  LineSignal::Changes changes{Picoseconds{first}, Picoseconds{first},
-                              Picoseconds{measured_.delay}};
+  LineSignal::Changes changes{Picoseconds{first}, Picoseconds{first}, Picoseconds{measured_.delay}};
   std::size_t rise = 1;
   for (std::size_t i = 1; i < measured_.changes; ++i) {
     const std::int64_t change = lines.slo[i] - lines.ma[0];

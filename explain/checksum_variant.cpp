@@ -68,18 +68,17 @@ bool vary(const ChecksumVariant& rule, std::span<const WrongFrame> frames) {
 }
 
 std::size_t fitting(const ChecksumVariant& rule, std::span<const WrongFrame> frames) {
-  return static_cast<std::size_t>(
-      std::count_if(frames.begin(), frames.end(), [&](const WrongFrame& frame) {
-        return rule.fits(frame.raw.view(), frame.before.view());
-      }));
+  return static_cast<std::size_t>(std::count_if(
+      frames.begin(), frames.end(),
+      [&](const WrongFrame& frame) { return rule.fits(frame.raw.view(), frame.before.view()); }));
 }
 
 std::string format_of(const ChecksumVariant& rule, const std::optional<FrameFormat>& format) {
   const std::string_view suffix = suffix_of(rule.mistake);
   if (suffix.empty()) return {};
-  std::string text = format ? std::string(format_text(*format).view())
-                            : fmt::format("pos{},nE,nW,crc{}", rule.data_bits - flag_bits,
-                                          rule.crc.width_bits);
+  std::string text =
+      format ? std::string(format_text(*format).view())
+             : fmt::format("pos{},nE,nW,crc{}", rule.data_bits - flag_bits, rule.crc.width_bits);
   if (rule.mistake == Mistake::lsb) return text.insert(text.find(','), suffix);
   return text.insert(std::min(text.size(), text.find(';')), suffix);
 }

@@ -29,7 +29,7 @@ struct Model {
 // predicts; a second cause must save as many.
 constexpr double cause_price = 6;
 constexpr double not_predicted = 14;
-constexpr double not_seen = 14;
+constexpr double not_seen = 60;
 constexpr double second_saves = 20;
 constexpr double never = 1e6;
 constexpr int rounds = 8;
@@ -50,17 +50,18 @@ const std::vector<Model>& models() {
        {{K::refused}, {K::stop_high}, {K::cds_high}, {K::other_ack}, {K::ones, 6}, {K::zeros, 6}}},
       {C::wrong_checksum, {{K::other_checksum}}},
       {C::format_changes, {{K::other_length}}},
-      {C::ma_slo_swapped, {}},
+      {C::ma_slo_swapped, {{K::silent}}},
       {C::slo_inverted, {{K::inverted}}},
       {C::ma_inverted, {{K::half_early}, {K::stop_repeats}}},
-      {C::clock_too_fast_for_cable, {{K::smeared}, {K::delay_part}, {K::flip, 2}}},
+      {C::clock_too_fast_for_cable, {{K::smeared}, {K::delay_part}, {K::flip}, {K::slo_pulse}}},
       {C::ack_longer_than_master_waits, {{K::cut_in_ack}, {K::cut_late}}},
       {C::master_stops_early, {{K::cut_in_data}, {K::cut_in_ack, 3}}},
       {C::master_pauses_clock, {{K::paused}, {K::restart}}},
       {C::requested_too_soon, {{K::hurried}}},
       {C::noise_on_slo, {{K::flip}, {K::slo_pulse}, {K::smeared, 3}}},
-      {C::noise_on_ma, {{K::ma_pulse}, {K::slip}, {K::delay_clocks, 2}, {K::literal}}},
-      {C::supply_or_intermittent, {{K::silent}, {K::ones}, {K::delay_clocks}}},
+      {C::noise_on_ma,
+       {{K::ma_pulse}, {K::slip}, {K::delay_clocks, 2}, {K::literal, 2}, {K::ma_held, 2}}},
+      {C::supply_or_intermittent, {{K::silent}, {K::ones}, {K::delay_clocks}, {K::ma_held}}},
       {C::no_encoder, {{K::silent}}},
       {C::stuck_low, {{K::stuck}, {K::zeros}, {K::cut_in_ack, 4}, {K::busy}}},
       {C::encoder_error, {{K::error_flag}}},
@@ -68,9 +69,23 @@ const std::vector<Model>& models() {
       {C::position_implausible, {{K::implausible}}},
       {C::limits_exceeded, {{K::other_ack}}},
       {C::sampling_too_slow,
-       {{K::literal}, {K::flip}, {K::slip}, {K::smeared}, {K::delay_part}, {K::silent}, {K::busy},
-        {K::cut_in_data, 3}}},
-      {C::not_biss, {{K::foreign}, {K::literal, 6}}},
+       {{K::literal},
+        {K::flip},
+        {K::slip},
+        {K::smeared},
+        {K::delay_part},
+        {K::silent},
+        {K::busy},
+        {K::cut_in_data},
+        {K::cut_in_ack},
+        {K::refused},
+        {K::other_length},
+        {K::delay_clocks},
+        {K::hurried},
+        {K::half_early},
+        {K::slo_pulse},
+        {K::ma_pulse}}},
+      {C::not_biss, {{K::foreign}, {K::literal}}},
   };
   return all;
 }
@@ -81,10 +96,18 @@ class Diagnosis {
       : evidence_(evidence), context_(context) {}
 
   std::vector<Finding> run() {
+    if (evidence_.cycles == 0) {
+      return {{context_.reading.swapped ? Cause::ma_slo_swapped : Cause::not_biss, 0.98}};
+    }
+    if (evidence_.rows.empty()) return {};
     note();
     Bits bits{};
     for (const Model& model : models()) {
       at(bits, model.cause) = notes_[static_cast<std::size_t>(model.cause)] + length(model.parts);
+    }
+    if (is_other_protocol()) {
+      at(bits, Cause::not_biss) =
+          *std::min_element(bits.begin(), bits.end()) - 30 * context_.other->confidence;
     }
     const auto best = std::min_element(bits.begin(), bits.end());
     const auto first = static_cast<Cause>(best - bits.begin());
@@ -95,10 +118,10 @@ class Diagnosis {
  private:
   // The bits of all requests under these kinds, whose shares are those that fit best.
   double length(const std::vector<Part>& parts) const {
-    std::vector<std::pair<std::size_t, double>> kinds{{static_cast<std::size_t>(RequestKind::ok), 1},
-                                                      {static_cast<std::size_t>(RequestKind::short_frame), 1},
-                                                      {static_cast<std::size_t>(RequestKind::literal),
-                                                       std::exp2(-not_predicted)}};
+    std::vector<std::pair<std::size_t, double>> kinds{
+        {static_cast<std::size_t>(RequestKind::ok), 1},
+        {static_cast<std::size_t>(RequestKind::short_frame), 1},
+        {static_cast<std::size_t>(RequestKind::literal), std::exp2(-not_predicted)}};
     for (const Part& part : parts) {
       const auto kind = static_cast<std::size_t>(part.kind);
       const auto known = std::find_if(kinds.begin(), kinds.end(),
@@ -116,7 +139,8 @@ class Diagnosis {
         double all = 0;
         std::array<double, kind_count> shares{};
         for (std::size_t i = 0; i < kinds.size(); ++i) {
-          shares[i] = weights[i] * kinds[i].second * static_cast<double>(row.likely[kinds[i].first]);
+          shares[i] =
+              weights[i] * kinds[i].second * static_cast<double>(row.likely[kinds[i].first]);
           all += shares[i];
         }
         constexpr double least = 1e-40;
@@ -134,7 +158,8 @@ class Diagnosis {
 
   // A second cause, if it explains some requests that the first one does not.
   void add_second(Cause first, Bits& bits) const {
-    if (4 * evidence_.good < evidence_.cycles) return;
+    if (first == Cause::not_biss) return;
+    if (4 * evidence_.good < evidence_.cycles && !evidence_.usual.checksum) return;
     const Model& model = models()[static_cast<std::size_t>(first)];
     double best = at(bits, first) - second_saves;
     const Model* second = nullptr;
@@ -152,8 +177,15 @@ class Diagnosis {
       second = &other;
     }
     if (second == nullptr) return;
-    at(bits, first) = best;
-    at(bits, second->cause) = best + 1;
+    // The one that explains more requests comes first.
+    const auto explained = [this](const Model& of) {
+      std::uint64_t sum = 0;
+      for (const Part& part : of.parts) sum += evidence_.count(part.kind);
+      return sum;
+    };
+    const bool more = explained(*second) > explained(model);
+    at(bits, first) = best + (more ? 1 : 0);
+    at(bits, second->cause) = best + (more ? 0 : 1);
   }
 
   double period() const {
@@ -174,13 +206,21 @@ class Diagnosis {
     }
   }
 
+  // The whole capture shows this cause, if no request does.
+  void accept(Cause cause) {
+    if (std::exchange(unseen_[static_cast<std::size_t>(cause)], false)) {
+      at(notes_, cause) -= not_seen;
+    }
+  }
+
   // What the whole capture says for a cause and against it.
   void note() {
     notes_.fill(cause_price);
     for (const Model& model : models()) {
-      const bool seen = std::any_of(
-          model.parts.begin(), model.parts.end(),
-          [this](const Part& part) { return evidence_.count(part.kind) != 0; });
+      const bool seen =
+          std::any_of(model.parts.begin(), model.parts.end(),
+                      [this](const Part& part) { return evidence_.count(part.kind) != 0; });
+      unseen_[static_cast<std::size_t>(model.cause)] = !seen;
       if (!seen) at(notes_, model.cause) += not_seen;
     }
     at(notes_, Cause::healthy) = 0;
@@ -192,28 +232,38 @@ class Diagnosis {
       at(notes_, Cause::limits_exceeded) += never;
     } else {
       at(notes_, Cause::healthy) += 20;
-      at(notes_, Cause::limits_exceeded) = 0;
+      accept(Cause::limits_exceeded);
+      at(notes_, Cause::limits_exceeded) -= cause_price;
     }
     if (evidence_.life_zeros != 0) {
-      at(notes_, Cause::frames_lost_or_repeated) = 3;
+      accept(Cause::frames_lost_or_repeated);
     } else if (evidence_.count(RequestKind::life_jump) == 0) {
       at(notes_, Cause::frames_lost_or_repeated) += never;
     }
     if (share(evidence_.answered) > 0.02) at(notes_, Cause::no_encoder) += 20;
-    if (evidence_.good == 0) {
+    if (share(evidence_.good) < 0.05) {
       at(notes_, Cause::supply_or_intermittent) += 12;
-      at(notes_, Cause::noise_on_slo) += 4;
-      at(notes_, Cause::noise_on_ma) += 4;
+      at(notes_, Cause::noise_on_slo) += 15;
+      at(notes_, Cause::noise_on_ma) += 25;
     }
+    note_slips();
     // Smeared edges are of the cable if there are many.
-    const std::uint64_t flips = evidence_.count(RequestKind::flip);
-    const std::uint64_t smears = evidence_.count(RequestKind::smeared);
-    const bool smeared = share(smears) > 0.1 && 2 * smears > flips;
-    if (flips != 0) {
-      at(notes_, smeared ? Cause::noise_on_slo : Cause::clock_too_fast_for_cable) += 15;
+    const bool smeared = share(evidence_.count(RequestKind::smeared)) > 0.15;
+    if (evidence_.count(RequestKind::flip) + evidence_.count(RequestKind::slo_pulse) != 0) {
+      at(notes_, smeared ? Cause::noise_on_slo : Cause::clock_too_fast_for_cable) += 25;
     }
     note_truncation();
     note_other();
+  }
+
+  // An encoder that counted a clock too many sends STOP where the last bit is expected; one that
+  // missed a clock sends the last bit where STOP is expected.
+  void note_slips() {
+    const std::uint64_t failed = evidence_.failed_checks;
+    if (failed < 5) return;
+    const bool slips =
+        100 * evidence_.last_bit_low >= 85 * failed || 100 * evidence_.stops_high >= 15 * failed;
+    at(notes_, slips ? Cause::noise_on_slo : Cause::noise_on_ma) += 6 * static_cast<double>(failed);
   }
 
   // A wrong format, or a wrong checksum, lets frames pass by chance only.
@@ -222,23 +272,34 @@ class Diagnosis {
                           static_cast<double>(std::max<std::uint64_t>(evidence_.answered, 1));
     if (!context_.given || !context_.format) at(notes_, Cause::wrong_format) += never;
     if (passed > 0.08) at(notes_, Cause::wrong_format) += 30;
-    if (passed > 0.3) at(notes_, Cause::wrong_checksum) += 30;
+    if (passed > 0.3 && evidence_.has_format) at(notes_, Cause::wrong_checksum) += 30;
+    const bool refused = passed <= 0.08;
     if (const auto& found = context_.identified; found && context_.given && context_.format) {
-      FrameFormat same = found->format;
-      for (std::size_t k = 0; k < same.channel_count; ++k) {
-        same.channel_list[k].crc = context_.format->channel_list[k].crc;
-      }
       if (found->format == *context_.format) {
         at(notes_, Cause::wrong_format) += 25;
-      } else if (same == *context_.format) {
+      } else if (differs_in_maker_error(found->format)) {
         at(notes_, Cause::wrong_checksum) -= 25;
-      } else {
+      } else if (refused) {
         at(notes_, Cause::wrong_format) -= 25;
       }
-    } else if (!found && evidence_.usual.no_checksum_fits) {
-      at(notes_, Cause::wrong_format) += 8;
+    } else if (evidence_.usual.no_checksum_fits) {
+      const bool other =
+          !context_.candidates.empty() && context_.candidates.front().channel_list[0].crc.present();
+      at(notes_, Cause::wrong_format) += other ? -12 : 8;
     }
     if (evidence_.count(RequestKind::other_length) == 0) at(notes_, Cause::format_changes) += never;
+    if (refused) at(notes_, Cause::format_changes) += 40;
+  }
+
+  // The fields are those of the format, and the checksum is a usual one done wrong.
+  bool differs_in_maker_error(const FrameFormat& found) const {
+    if (found.channel_count != 1 || context_.format->channel_count != 1) return false;
+    FrameFormat same = found;
+    CrcSpec& crc = same.channel_list[0].crc;
+    const CrcSpec& given = context_.format->channel_list[0].crc;
+    if (crc.width_bits != given.width_bits || !given.inverted || given.start != 0) return false;
+    crc = given;
+    return same == *context_.format;
   }
 
   void note_lines() {
@@ -248,16 +309,19 @@ class Diagnosis {
     const auto judge = [&](Cause cause, bool changed) {
       if (!changed || !reads) return;
       add_to_others(cause, 30);
-      at(notes_, cause) = 0;
+      accept(cause);
     };
     judge(Cause::ma_slo_swapped, reading.swapped);
     judge(Cause::slo_inverted, reading.slo_inverted);
     judge(Cause::ma_inverted, reading.ma_inverted);
-    if (!reading.swapped) at(notes_, Cause::ma_slo_swapped) += 30;
+    // Pairs that are exchanged at the connector: both inputs are open.
+    const bool open = share(evidence_.answered) < 0.02;
+    if (!reading.swapped) at(notes_, Cause::ma_slo_swapped) += open ? 6 : never;
     if (!reading.slo_inverted && evidence_.count(RequestKind::inverted) == 0) {
       at(notes_, Cause::slo_inverted) += 30;
     }
-    const std::uint64_t half = evidence_.count(RequestKind::half_early) + evidence_.count(RequestKind::stop_repeats);
+    const std::uint64_t half =
+        evidence_.count(RequestKind::half_early) + evidence_.count(RequestKind::stop_repeats);
     if (!reading.ma_inverted && half == 0) at(notes_, Cause::ma_inverted) += 30;
   }
 
@@ -282,14 +346,13 @@ class Diagnosis {
     if (context_.compensated == false && (margin < 0.25 || periods > 0.25)) price = 25;
     if (price == 0) return;
     add_to_others(Cause::clock_too_fast_for_cable, price);
-    at(notes_, Cause::clock_too_fast_for_cable) -= not_seen;
+    accept(Cause::clock_too_fast_for_cable);
   }
 
   void note_sampling() {
     const double samples = samples_per_period();
     if (samples < coarse_samples) {
-      const auto requests = static_cast<double>(std::min<std::uint64_t>(evidence_.cycles, 40));
-      add_to_others(Cause::sampling_too_slow, 15 + requests);
+      add_to_others(Cause::sampling_too_slow, 15 + 2 * static_cast<double>(evidence_.cycles));
     } else {
       at(notes_, Cause::sampling_too_slow) += samples < coarse_samples + 1 ? 10 : never;
     }
@@ -300,17 +363,23 @@ class Diagnosis {
     if (evidence_.truncated == 0 || evidence_.ack_clocks.count() != 0) return;
     const auto& ack = evidence_.truncated_ack_clocks;
     const bool varies = ack.count() != 0 && ack.max() > ack.min() + 1;
+    const bool cut = evidence_.count(RequestKind::cut_in_data) != 0;
+    if (varies && cut) accept(Cause::ack_longer_than_master_waits);
     at(notes_, varies ? Cause::master_stops_early : Cause::ack_longer_than_master_waits) += 6;
   }
 
-  // Another protocol: ACK, START and STOP in most requests outweigh it.
+  // Another protocol that is recognised outweighs all causes, unless most requests have ACK and START.
+  bool is_other_protocol() const {
+    if (!context_.other || context_.other->confidence < 0.5) return false;
+    if (50 * evidence_.slo_edges < evidence_.ma_edges) return false;
+    if (share(evidence_.passed) > 0.2 && evidence_.has_format) return false;
+    return evidence_.answered * 10 < evidence_.cycles * 6 || context_.other->confidence > 0.85;
+  }
+
   void note_other() {
-    const double named = context_.other ? context_.other->confidence : 0;
-    const bool answers = evidence_.answered * 10 > evidence_.cycles * 6;
-    double price = named >= 0.5 ? -200 * named : 10;
-    if (answers && named < 0.85) price = 60;
-    if (share(evidence_.passed) > 0.2 && evidence_.has_format) price = never;
-    at(notes_, Cause::not_biss) += price;
+    const bool answers = evidence_.answered * 10 > evidence_.cycles * 4;
+    const bool passes = share(evidence_.passed) > 0.2 && evidence_.has_format;
+    at(notes_, Cause::not_biss) += passes ? never : answers ? 60 : 20;
   }
 
   // Bits become likelihoods by a fitted table.
@@ -319,8 +388,8 @@ class Diagnosis {
     Bits weights{};
     double sum = 0;
     for (std::size_t c = 0; c < cause_count; ++c) {
-      const double behind = bits[c] - least;
-      weights[c] = fitted::prior[c] * std::pow(1 + behind / fitted::scale, -fitted::power);
+      const double more = bits[c] - least;
+      weights[c] = fitted::prior[c] * std::pow(1 + more / fitted::scale, -fitted::power);
       sum += weights[c];
     }
     std::vector<Finding> all;
@@ -342,6 +411,7 @@ class Diagnosis {
   const Evidence& evidence_;
   const Context& context_;
   Bits notes_{};
+  std::array<bool, cause_count> unseen_{};
 };
 
 }  // namespace

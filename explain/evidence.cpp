@@ -48,9 +48,9 @@ Level seen_as(Level level, bool inverted) {
 
 // The limits of the master, the encoder and its times. What else `check` judges has a cause of its
 // own.
-constexpr Rule limit_rules[] = {Rule::ack_shortest, Rule::ack_longest,      Rule::clock_max,
-                                Rule::clock_min,    Rule::clock_change,     Rule::cycle_min,
-                                Rule::duty,         Rule::ma_level,         Rule::timeout_shortest,
+constexpr Rule limit_rules[] = {Rule::ack_shortest,   Rule::ack_longest,  Rule::clock_max,
+                                Rule::clock_min,      Rule::clock_change, Rule::cycle_min,
+                                Rule::duty,           Rule::ma_level,     Rule::timeout_shortest,
                                 Rule::timeout_longest};
 
 std::vector<Cycle> cycles_of(const ObserverSetup& setup, std::span<const wire::Edge> beginning) {
@@ -141,16 +141,18 @@ void Observer::Line::push(const decode::LineRun& run, Picoseconds from, bool inv
 }
 
 void Observer::Line::forget_before(Picoseconds time) {
-  const auto end = std::lower_bound(
-      changes.begin(), changes.end(), time,
-      [](const LevelChange& change, Picoseconds at) { return change.time < at; });
+  const auto end =
+      std::lower_bound(changes.begin(), changes.end(), time,
+                       [](const LevelChange& change, Picoseconds at) { return change.time < at; });
   if (end == changes.begin()) return;
   before = (end - 1)->level;
   changes.erase(changes.begin(), end);
 }
 
 std::span<const LevelChange> Observer::Line::between(Picoseconds from, Picoseconds to) const {
-  const auto is_earlier = [](const LevelChange& change, Picoseconds at) { return change.time < at; };
+  const auto is_earlier = [](const LevelChange& change, Picoseconds at) {
+    return change.time < at;
+  };
   const auto first = std::lower_bound(changes.begin(), changes.end(), from, is_earlier);
   const auto last = std::lower_bound(first, changes.end(), to, is_earlier);
   return {first, last};
@@ -165,7 +167,8 @@ Observer::Observer(const ObserverSetup& setup, std::span<const wire::Edge> begin
               .resolution = setup.margin.resolution}) {
   SampleGrid grid;
   for (const wire::Edge& edge : beginning) {
-    if (edge.line == setup.lines.ma || edge.line == setup.lines.slo) grid.push(edge, setup.lines.ma);
+    if (edge.line == setup.lines.ma || edge.line == setup.lines.slo)
+      grid.push(edge, setup.lines.ma);
   }
   evidence_.resolution = setup.margin.resolution;
   if (evidence_.resolution.count == 0) evidence_.resolution = grid.step().value_or(Picoseconds{});
@@ -214,8 +217,8 @@ void Observer::settle() {
     const Cycle& cycle = waiting_.front().second;
     const bool has_next = waiting_.size() > 1;
     if (!has_next && !is_cut(cycle.status) && !pricer_->is_plain(cycle)) break;
-    process(waiting_.front(),
-            has_next ? std::optional(waiting_[1].second.time) : std::nullopt, false);
+    process(waiting_.front(), has_next ? std::optional(waiting_[1].second.time) : std::nullopt,
+            false);
     waiting_.pop_front();
   }
   ma_.forget_before(needed_from());
@@ -232,7 +235,8 @@ const Evidence& Observer::finish(Picoseconds end_time) {
   for (const Rule rule : limit_rules) {
     const decode::RuleResult result = check_.result(rule);
     const bool pauses = rule == Rule::clock_change && evidence_.count(RequestKind::paused) != 0;
-    if (result.verdict == decode::Verdict::fail && !pauses) evidence_.limits.push_back({rule, result});
+    if (result.verdict == decode::Verdict::fail && !pauses)
+      evidence_.limits.push_back({rule, result});
   }
   evidence_.late_turns = plausibility_.longest();
   evidence_.steps = plausibility_.steps();
@@ -267,7 +271,8 @@ void Observer::process(const Waiting& waiting, std::optional<Picoseconds> next, 
       Prices prices;
       prices.fill(impossible);
       prices[static_cast<std::size_t>(RequestKind::life_jump)] = 0;
-      prices[static_cast<std::size_t>(RequestKind::literal)] = static_cast<float>(cycle.rising_edges);
+      prices[static_cast<std::size_t>(RequestKind::literal)] =
+          static_cast<float>(cycle.rising_edges);
       note_unusual(number, cycle, prices);
     } else {
       ++plain_;
@@ -276,9 +281,10 @@ void Observer::process(const Waiting& waiting, std::optional<Picoseconds> next, 
     return;
   }
   note_times(cycle, false);
+  if (cycle.status == CycleStatus::unknown_level) return;
   const Picoseconds limit = next.value_or(last_end_);
-  const Picoseconds after = decode::shifted(decode::shifted(cycle.time, cycle.clocked),
-                                            picoseconds(1));
+  const Picoseconds after =
+      decode::shifted(decode::shifted(cycle.time, cycle.clocked), picoseconds(1));
   const auto before = slo_.between(Picoseconds{INT64_MIN}, cycle.time);
   const Prices prices =
       pricer_->read({.cycle = cycle,
@@ -288,7 +294,9 @@ void Observer::process(const Waiting& waiting, std::optional<Picoseconds> next, 
                      .slo_before = before.empty() ? slo_.before : before.back().level,
                      .slo = slo_.between(cycle.time, limit),
                      .limit = limit,
-                     .last_of_capture = last});
+                     .last_of_capture = last},
+                    unusual_ % stride_ == 0);
+  if (pricer_->position_is_likely()) ++evidence_.likely_positions;
   evidence_.pulses_on_ma += pricer_->ma_pulses();
   evidence_.pulses_on_slo += pricer_->slo_pulses();
   note_unusual(number, cycle, prices);
@@ -351,6 +359,11 @@ void Observer::note_frame(std::uint64_t number, const Cycle& cycle) {
       evidence_.missing_bits.add(static_cast<std::int64_t>(stop - raw.size_bits()));
     }
     if (raw.size_bits() != 0 && !raw[raw.size_bits() - 1]) ++evidence_.truncated_low;
+  }
+  if (cycle.status == CycleStatus::crc && raw.size_bits() > stop && stop > 3) {
+    ++evidence_.failed_checks;
+    if (!raw[stop - 1]) ++evidence_.last_bit_low;
+    if (raw[stop]) ++evidence_.stops_high;
   }
   if (cycle.frame && warns(*cycle.frame)) evidence_.warnings.add(number, cycle.time);
   note_life(cycle);

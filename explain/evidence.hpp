@@ -80,6 +80,12 @@ struct Evidence {
   /// Cycles with ACK in time and START, and those with a good frame among them.
   std::uint64_t answered = 0;
   std::uint64_t passed = 0;
+  /// Of frames with a wrong checksum: their number, with the last CRC bit 0, and with STOP 1; and
+  /// those whose position is a likely one.
+  std::uint64_t failed_checks = 0;
+  std::uint64_t last_bit_low = 0;
+  std::uint64_t stops_high = 0;
+  std::uint64_t likely_positions = 0;
   /// Of requests that end before the last bit of the format.
   std::uint64_t truncated = 0;
   std::uint64_t truncated_low = 0;
@@ -177,7 +183,7 @@ class Observer {
   Picoseconds last_end_{};
   std::uint64_t plain_ = 0;
   std::uint64_t silence_ = 0;
-  // Of the unusual requests, one in so many has a row.
+  // Of the unusual requests, one in N has a row.
   std::uint64_t stride_ = 1;
   std::uint64_t unusual_ = 0;
   // The sign of life of the cycle before.

@@ -7,9 +7,9 @@
 
 namespace biss::explain::fitted {
 
-/// A cause that is `b` bits behind the shortest account weighs prior * (1 + b / scale)^-power.
-inline constexpr double scale = 2;
-inline constexpr double power = 1;
+/// A cause whose account is `b` bits longer than the shortest one weighs prior * (1 + b / scale)^-power.
+inline constexpr double scale = 1.2;
+inline constexpr double power = 1.5;
 /// In the order of Cause.
 inline constexpr std::array<double, cause_count> prior{1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1,
                                                        1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};

@@ -10,13 +10,13 @@ namespace biss::explain {
 
 namespace {
 
-// A step stands out if it is so many times as long as its neighbours, and longer than a few counts.
+// A step stands out if it is this many times as long as its neighbours, and longer than a few counts.
 constexpr std::uint64_t times = 16;
 constexpr std::uint64_t few_counts = 64;
 // The fastest motion: of the steps, these per mille are faster.
 constexpr std::uint64_t jumps_per_mille = 30;
 constexpr std::uint64_t spikes_per_mille = 350;
-// So many times as fast as that, in powers of two.
+// How much faster than that, in powers of two.
 constexpr std::size_t far_beyond = 3;
 
 // The shorter way from `from` to `to` on a ring of 2^bits.
@@ -37,7 +37,7 @@ bool Plausibility::push(std::uint64_t number, const decode::Cycle& cycle) {
   if (!cycle.frame || bits == 0 || !cycle.frame->channel_list[0].nE) {
     last_.reset();
     known_ = 0;
-    behind_ = 0;
+    late_by_ = 0;
     return false;
   }
   const std::uint64_t position = cycle.frame->channel_list[0].position;
@@ -47,9 +47,9 @@ bool Plausibility::push(std::uint64_t number, const decode::Cycle& cycle) {
   if (!before) return false;
   const unsigned turn_bits = channel_.multiturn.bits;
   const unsigned in_turn = bits - turn_bits;
-  const std::int64_t moved = turn_bits == 0 ? way(*before, position, bits)
-                                            : way(*before & low_mask(in_turn),
-                                                  position & low_mask(in_turn), in_turn);
+  const std::int64_t moved =
+      turn_bits == 0 ? way(*before, position, bits)
+                     : way(*before & low_mask(in_turn), position & low_mask(in_turn), in_turn);
   const auto length = static_cast<std::uint64_t>(moved < 0 ? -moved : moved);
   const auto nanoseconds = static_cast<double>(
       std::max<std::int64_t>(decode::elapsed(since, cycle.time).count / 1000, 1));
@@ -58,17 +58,19 @@ bool Plausibility::push(std::uint64_t number, const decode::Cycle& cycle) {
   if (turn_bits == 0 || in_turn == 0 || in_turn > 62) return false;
   // A fast axis may have made more than half a turn.
   if (4 * (moved < 0 ? -moved : moved) > (std::int64_t{1} << in_turn)) {
-    behind_ = 0;
+    fast_ = true;
+    late_by_ = 0;
     return false;
   }
   const std::int64_t place = static_cast<std::int64_t>(*before & low_mask(in_turn)) + moved;
   const std::int64_t due = place < 0 ? -1 : place >> in_turn;
-  behind_ += due - way(*before >> in_turn, position >> in_turn, turn_bits);
-  in_a_row_ = behind_ == 0 ? 0 : in_a_row_ + 1;
+  late_by_ += due - way(*before >> in_turn, position >> in_turn, turn_bits);
+  fast_ = fast_ || late_by_ > 1 || late_by_ < -1;
+  in_a_row_ = late_by_ == 0 ? 0 : in_a_row_ + 1;
   // The turns were wrong when the capture began, or have come to stay.
   constexpr std::uint64_t most_frames = 1000;
-  if (in_a_row_ > most_frames) behind_ = 0;
-  if (behind_ == 0) return false;
+  if (in_a_row_ > most_frames) late_by_ = 0;
+  if (late_by_ == 0) return false;
   longest_ = std::max(longest_, in_a_row_);
   turns_.add(number, cycle.time);
   return true;

@@ -21,9 +21,9 @@ class Plausibility {
   bool push(std::uint64_t number, const decode::Cycle& cycle);
 
   /// Frames whose turns do not belong to their singleturn.
-  const Sightings& turns() const { return turns_; }
+  Sightings turns() const { return fast_ ? Sightings{} : turns_; }
   /// The longest time in a row for which they do not.
-  std::uint64_t longest() const { return longest_; }
+  std::uint64_t longest() const { return fast_ ? 0 : longest_; }
   /// Steps that are much longer than the fastest motion of the capture. After the last cycle.
   Sightings steps() const;
 
@@ -42,8 +42,10 @@ class Plausibility {
   ChannelFormat channel_{};
   std::optional<std::uint64_t> last_;
   Picoseconds last_time_{};
-  // By how many turns the counter is behind the singleturn.
-  std::int64_t behind_ = 0;
+  // By how many turns the counter is late.
+  std::int64_t late_by_ = 0;
+  // The axis makes more than half a turn between two frames.
+  bool fast_ = false;
   std::uint64_t in_a_row_ = 0;
   std::uint64_t longest_ = 0;
   Sightings turns_;

@@ -38,8 +38,8 @@ float count_price(std::size_t number) { return bits_of(static_cast<double>(numbe
 
 // A number of `bits` bits, by its change.
 float change_price(std::uint64_t before, std::uint64_t now, unsigned bits) {
-  const std::uint64_t change = std::min((now - before) & low_mask(bits),
-                                        (before - now) & low_mask(bits));
+  const std::uint64_t change =
+      std::min((now - before) & low_mask(bits), (before - now) & low_mask(bits));
   return std::min(static_cast<float>(bits) + 1, 2 * bits_of(static_cast<double>(change) + 1) + 2);
 }
 
@@ -60,8 +60,7 @@ void set(Prices& prices, RequestKind kind, float price) {
 }
 
 std::size_t tail_of(const std::vector<bool>& bits, bool level) {
-  return static_cast<std::size_t>(
-      std::find(bits.rbegin(), bits.rend(), !level) - bits.rbegin());
+  return static_cast<std::size_t>(std::find(bits.rbegin(), bits.rend(), !level) - bits.rbegin());
 }
 
 std::size_t find(const std::vector<bool>& bits, bool level, std::size_t from) {
@@ -96,6 +95,7 @@ std::string_view text_of(RequestKind kind) {
       "START comes too late for the clocks of the master",
       "MA stops before the last bit of the frame",
       "MA stops before the last bit of the frame, and goes on soon",
+      "MA stays low from within a request on",
       "SLO stays high from a bit on to STOP",
       "SLO stays low from a bit on to STOP",
       "a pulse on SLO",
@@ -158,12 +158,12 @@ Usual usual_of(std::span<const Cycle> cycles, const std::optional<FrameFormat>& 
     usual.payload_bits = static_cast<unsigned>(std::max<std::int64_t>(*high - 2, 1));
   }
   usual.checksum = find_variant(wrong, format, usual.payload_bits);
-  usual.no_checksum_fits = format && !usual.checksum && wrong.size() >= 8 && good * 6 < wrong.size();
+  usual.no_checksum_fits =
+      format && !usual.checksum && wrong.size() >= 8 && good * 6 < wrong.size();
   return usual;
 }
 
-Pricer::Pricer(const std::optional<FrameFormat>& format, Picoseconds resolution,
-               const Usual& usual)
+Pricer::Pricer(const std::optional<FrameFormat>& format, Picoseconds resolution, const Usual& usual)
     : resolution_(resolution), usual_(usual) {
   if (!format) return;
   codec_.emplace(*format);
@@ -188,13 +188,19 @@ bool Pricer::is_plain(const Cycle& cycle) const {
   const Picoseconds period = usual_.period;
   const Picoseconds doubt = 2 * resolution_;
   const Picoseconds off = *cycle.line_delay - usual_.delay;
-  const auto tolerance = Picoseconds{static_cast<std::int64_t>(
-      grid_share * static_cast<double>(period.count) +
-      grid_samples * static_cast<double>(resolution_.count))};
+  const auto tolerance =
+      Picoseconds{static_cast<std::int64_t>(grid_share * static_cast<double>(period.count) +
+                                            grid_samples * static_cast<double>(resolution_.count))};
   if (std::max(off, -off) > tolerance) return false;
-  const auto clocked = (std::int64_t{cycle.rising_edges} + 1) * *cycle.period;
-  if (cycle.clocked > clocked + doubt || 4 * *cycle.period > 5 * (period + doubt)) return false;
+  // MA may pause for a part of a period. Its last edge rises, or falls where it rests low.
+  const auto clocked = std::int64_t{cycle.rising_edges} * *cycle.period -
+                       (cycle.cdm == true ? Picoseconds{} : *cycle.period / 2);
+  if (cycle.pauses != 0 || cycle.clocked > clocked + 2 * *cycle.period / 5 + resolution_ ||
+      4 * *cycle.period > 5 * (period + doubt)) {
+    return false;
+  }
   if (!cycle.frame) {
+    if (usual_.checksum) return false;
     const BitView raw = cycle.raw.view();
     const std::size_t stop = usual_.payload_bits + std::size_t{2};
     if (raw.size_bits() <= stop || raw.find(true, stop) != raw.size_bits()) return false;
@@ -268,9 +274,9 @@ void Pricer::look(const CycleEdges& edges, Picoseconds delay) {
   if (view_.rises.size() < 2) return;
   const std::size_t end = std::min(view_.clocks() - 1, view_.start + 2 + usual_.payload_bits);
   const Picoseconds last = decode::shifted(view_.rises[end], delay + half);
-  const auto tolerance = Picoseconds{static_cast<std::int64_t>(
-      grid_share * static_cast<double>(view_.period.count) +
-      grid_samples * static_cast<double>(resolution_.count))};
+  const auto tolerance =
+      Picoseconds{static_cast<std::int64_t>(grid_share * static_cast<double>(view_.period.count) +
+                                            grid_samples * static_cast<double>(resolution_.count))};
   for (const LevelChange& change : edges.slo) {
     if (change.time > last) break;
     const Picoseconds moved = decode::shifted(change.time, -delay);
@@ -332,7 +338,8 @@ void Pricer::count_pulses(const CycleEdges& edges) {
   }
 }
 
-Prices Pricer::read(const CycleEdges& edges) {
+Prices Pricer::read(const CycleEdges& edges, bool thorough) {
+  thorough_ = thorough;
   Prices prices;
   prices.fill(impossible);
   count_pulses(edges);
@@ -346,11 +353,14 @@ Prices Pricer::read(const CycleEdges& edges) {
     const auto [last, last_size] = number_of(last_, 0, last_.size());
     const float change = size == last_size ? change_price(last, value, size) : clocks;
     set(prices, RequestKind::foreign,
-        change + clocks - static_cast<float>(size) + 3 + edge_price * static_cast<float>(view_.off_grid));
+        change + clocks - static_cast<float>(size) + 3 +
+            edge_price * static_cast<float>(view_.off_grid));
   }
   last_ = view_.bits;
   const bool low = is_low(edges.slo_before);
-  if (edges.slo.empty()) {
+  if (edges.cycle.status == CycleStatus::ma_glitch) {
+    set(prices, RequestKind::ma_pulse, 6);
+  } else if (edges.slo.empty()) {
     if (low) {
       price_low(edges, prices);
     } else {
@@ -390,13 +400,13 @@ void Pricer::price_low(const CycleEdges& edges, Prices& prices) const {
     if (soon) set(prices, RequestKind::hurried, 2);
   } else {
     if (edges.slo.size() == 1) set(prices, RequestKind::busy, soon ? 10 : 4);
-    if (hurried) set(prices, RequestKind::hurried, 1 + 2 * (more - 1));
+    if (hurried) set(prices, RequestKind::hurried, (soon ? 1.0F : 4.0F) + 2 * (more - 1));
   }
   // ACK is high, and SLO goes back to the level at which it rests.
   const std::size_t ack = find(view_.bits, true, 0);
   const bool back = !edges.slo.empty() && is_low(edges.slo.back().level);
-  if (ack == 1 && rises != 0 && back && view_.off_grid <= 1) {
-    set(prices, RequestKind::inverted, 2 + edge_price * static_cast<float>(view_.off_grid));
+  if (ack == 1 && rises != 0 && back && view_.slo_pulses == 0) {
+    set(prices, RequestKind::inverted, 2 + 2 * (more - static_cast<float>(rises) - 1));
   }
 }
 
@@ -439,7 +449,8 @@ float Pricer::data_price(const Bits& bits, std::size_t start) const {
   std::size_t at = start + 2;
   for (std::size_t k = 0; k < codec_->format().channel_count; ++k) {
     const ChannelFormat& channel = codec_->format().channel_list[k];
-    price += change_price(data_[k], position_of(bits, at, k), std::max(1U, channel.position_bits()));
+    price +=
+        change_price(data_[k], position_of(bits, at, k), std::max(1U, channel.position_bits()));
     at += channel.total_bits();
   }
   return price;
@@ -461,7 +472,15 @@ void Pricer::price_frame(const CycleEdges& edges, Prices& prices) {
   const bool reduced = size == 2 && view_.ack == 1;
   const bool brief = start < size && size - start == 3 && !view_.bits.back() && view_.ack == 1;
   if ((reduced || brief) && view_.off_grid == 0) set(prices, RequestKind::short_frame, 1);
-  if (view_.ack != 1 || edges.cycle.early) return price_moved(edges, prices);
+  if (view_.ack != 1 || edges.cycle.early) {
+    // The encoder answers from some clock on.
+    if (view_.ack > 1 && view_.ack < size) {
+      set(prices, RequestKind::delay_clocks,
+          count_price(size) + 4 + static_cast<float>(size - view_.ack) / 2 +
+              flip_edge_price * static_cast<float>(view_.off_grid));
+    }
+    return price_moved(edges, prices);
+  }
   if (start >= size) {
     set(prices, RequestKind::cut_in_ack, 2 + edge_price * static_cast<float>(view_.off_grid));
     return price_tails(prices);
@@ -478,7 +497,10 @@ void Pricer::price_frame(const CycleEdges& edges, Prices& prices) {
     if (size == stop) price_cut(edges, prices);
     if (find(view_.bits, true, stop) == size) {
       Frame frame;
-      price_good(frame, base, prices);
+      // The bits of the checksum are no longer free.
+      if (usual_.checksum) price_checksum(base - usual_.checksum->crc.width_bits + 2, prices);
+      // A frame whose STOP is not seen may be longer.
+      price_good(frame, size == stop ? base + 4 : base, prices);
     } else {
       price_length(prices);
       set(prices, RequestKind::flip, base + count_price(size));
@@ -505,7 +527,8 @@ void Pricer::price_good(const Frame& frame, float base, Prices& prices) {
   const auto pulses = static_cast<float>(view_.slo_pulses);
   if (view_.slo_pulses != 0) set(prices, RequestKind::slo_pulse, base + 4 + 4 * pulses);
   if (view_.ma_pulses != 0) {
-    set(prices, RequestKind::ma_pulse, base + 4 + 2 * static_cast<float>(view_.ma_pulses) + 2 * off);
+    set(prices, RequestKind::ma_pulse,
+        base + 4 + 2 * static_cast<float>(view_.ma_pulses) + 2 * off);
   }
   if (off > 0) set(prices, RequestKind::smeared, base + 3 + 4 * off + 6 * pulses);
 }
@@ -536,8 +559,7 @@ void Pricer::price_wrong(FrameError error, float base, Prices& prices) {
         const auto [data, n] = number_of(view_.bits, at, at + data_bits);
         std::uint64_t word = data;
         if (n < data_bits) word = word << 1U | (view_.bits[at + data_bits - 1] ? 1U : 0U);
-        const auto seen =
-            number_of(view_.bits, at + data_bits, at + channel.total_bits()).first;
+        const auto seen = number_of(view_.bits, at + data_bits, at + channel.total_bits()).first;
         const std::uint64_t syndrome = seen ^ CrcBitwise(channel.crc)(word, data_bits);
         const auto& all = syndromes_[k];
         const auto flip = std::find(all.begin(), all.end(), syndrome);
@@ -552,17 +574,13 @@ void Pricer::price_wrong(FrameError error, float base, Prices& prices) {
       at += channel.total_bits();
     }
     const float single = ack + flips + data_price(mended, start);
+    constexpr float near = 12;
+    view_.likely = data_price(view_.bits, start) < near;
     set(prices, RequestKind::flip, std::min(single, ack + payload + 2) + edges);
-    set(prices, RequestKind::slip, slip_price() + edges);
+    if (thorough_) set(prices, RequestKind::slip, slip_price() + edges);
     price_tails(prices);
     if (usual_.checksum) {
-      decode::RawBits raw;
-      for (std::size_t i = start; i < view_.bits.size(); ++i) raw.append(view_.bits[i]);
-      if (usual_.checksum->fits(raw.view(), before_.view())) {
-        set(prices, RequestKind::other_checksum,
-            base + 2 + edge_price * static_cast<float>(view_.off_grid));
-        remember(start);
-      }
+      price_checksum(base + 2, prices);
     } else if (usual_.no_checksum_fits) {
       const auto free = static_cast<float>(codec_->format().channel_list[0].crc.width_bits);
       set(prices, RequestKind::other_checksum,
@@ -574,6 +592,15 @@ void Pricer::price_wrong(FrameError error, float base, Prices& prices) {
       ack + std::min(payload + 1, frame_change(refused_, usual_.payload_bits)) + 1 +
           edge_price * static_cast<float>(view_.off_grid));
   refused_.assign(view_.bits.begin() + static_cast<std::ptrdiff_t>(start), view_.bits.end());
+}
+
+// The checksum is right by the rule of the maker.
+void Pricer::price_checksum(float price, Prices& prices) {
+  decode::RawBits raw;
+  for (std::size_t i = view_.start; i < view_.bits.size(); ++i) raw.append(view_.bits[i]);
+  if (!usual_.checksum->fits(raw.view(), before_.view())) return;
+  set(prices, RequestKind::other_checksum, price + edge_price * static_cast<float>(view_.off_grid));
+  remember(view_.start);
 }
 
 // The encoder has taken a clock twice, or missed one: the frame with it mended, and STOP.
@@ -614,16 +641,18 @@ void Pricer::price_cut(const CycleEdges& edges, Prices& prices) const {
   const float data = frame_change(before_bits(), bits);
   const float price = 2 + ack_price(view_.ack_clocks()) / 2 + data + off;
   const bool late = longest_ack_ != 0 && view_.ack_clocks() > longest_ack_;
-  set(prices, RequestKind::cut_late, longest_ack_ == 0 || late ? price : price + 8);
+  set(prices, RequestKind::cut_late, late ? price : price + (longest_ack_ == 0 ? 0.01F : 8.0F));
   set(prices, RequestKind::cut_in_data, late ? price + 3 : price);
-  if (codec_) set(prices, RequestKind::refused,
-                 ack_price(view_.ack_clocks()) + data + 1 + off + (view_.bits.back() ? 12.0F : -1.0F));
-  const Picoseconds next = decode::elapsed(
-      decode::shifted(edges.cycle.time, edges.cycle.clocked), edges.limit);
+  if (codec_)
+    set(prices, RequestKind::refused,
+        ack_price(view_.ack_clocks()) + data + 1 + off + (view_.bits.back() ? 12.0F : -1.0F));
+  const Picoseconds next =
+      decode::elapsed(decode::shifted(edges.cycle.time, edges.cycle.clocked), edges.limit);
   const auto rest = rest_before(edges.cycle);
   const bool soon = !edges.last_of_capture && shortest_rest_ && 2 * next < *shortest_rest_;
   const bool after = rest && shortest_rest_ && 2 * *rest < *shortest_rest_;
   if (soon || after) set(prices, RequestKind::restart, price - 1);
+  if (edges.cycle.cdm == true) set(prices, RequestKind::ma_held, price - 3);
 }
 
 // SLO does not change any more from a bit on.
@@ -651,8 +680,8 @@ void Pricer::price_moved(const CycleEdges& edges, Prices& prices) {
   });
   if (fall == edges.slo.end() || view_.rises.size() < 3 || view_.period.count == 0) return;
   const Picoseconds delay = fall->time - view_.rises[1];
-  const double periods = static_cast<double>((delay - usual_.delay).count) /
-                         static_cast<double>(view_.period.count);
+  const double periods =
+      static_cast<double>((delay - usual_.delay).count) / static_cast<double>(view_.period.count);
   if (std::abs(periods) < 0.15) return;
   const View as_usual = view_;
   look(edges, delay);
@@ -661,9 +690,9 @@ void Pricer::price_moved(const CycleEdges& edges, Prices& prices) {
   if (answered) {
     const float base = ack_price(view_.ack_clocks()) + data_price(view_.bits, view_.start) + off;
     const std::size_t stop = view_.start + 2 + usual_.payload_bits;
-    const bool good = codec_ ? judge(view_.bits, view_.start).ok()
-                             : view_.clocks() > stop &&
-                                   find(view_.bits, true, stop) == view_.clocks();
+    const bool good = codec_
+                          ? judge(view_.bits, view_.start).ok()
+                          : view_.clocks() > stop && find(view_.bits, true, stop) == view_.clocks();
     const double whole = std::abs(periods - std::round(periods));
     const bool half = std::abs(std::abs(periods) - 0.5) < 0.15;
     if (good) {
@@ -691,20 +720,29 @@ void Pricer::price_length(Prices& prices) {
   if (size < start + least_length || view_.bits.back() || view_.off_grid != 0) return;
   if (size == start + 3 + usual_.payload_bits) return;
   const bool again = other_.size() == size - start;
-  // A usual checksum before STOP leaves the bits of the data only.
+  // A usual checksum before STOP leaves the bits of the data only; clocks after STOP read zeros.
   std::size_t bits = size - start - 3;
+  constexpr std::size_t most_after = 8;
+  const std::size_t zeros = std::min(tail_of(view_.bits, false), most_after);
   constexpr std::array<std::uint8_t, 4> widths{6, 16, 5, 8};
-  for (const std::uint8_t width : widths) {
-    if (bits < width + 4U || bits > width + std::size_t{62}) continue;
-    const auto [data, data_bits] = number_of(view_.bits, start + 2, start + 2 + bits - width);
-    const auto seen = number_of(view_.bits, size - 1 - width, size - 1).first;
-    const CrcBitwise crc({.polynomial = default_polynomial(width), .width_bits = width});
-    if (crc(data, data_bits) != seen) continue;
-    bits -= width;
-    break;
+  bool found = false;
+  for (std::size_t after = 0; after < zeros && !found; ++after) {
+    for (const std::uint8_t width : widths) {
+      const std::size_t all = size - start - 3 - std::min(after, size - start - 3);
+      if (all < width + 4U || all > width + std::size_t{62}) continue;
+      const std::size_t end = start + 2 + all;
+      const auto [data, data_bits] = number_of(view_.bits, start + 2, end - width);
+      const auto seen = number_of(view_.bits, end - width, end).first;
+      const CrcBitwise crc({.polynomial = default_polynomial(width), .width_bits = width});
+      found = data != 0 && all != usual_.payload_bits && crc(data, data_bits) == seen;
+      if (!found) continue;
+      bits = all - width;
+      break;
+    }
   }
   const float data = again ? frame_change(other_, bits) : static_cast<float>(bits);
-  set(prices, RequestKind::other_length, ack_price(view_.ack_clocks()) + data + (again ? 0.3F : 10.0F));
+  set(prices, RequestKind::other_length,
+      ack_price(view_.ack_clocks()) + data + (again ? 0.3F : 10.0F));
   other_.assign(view_.bits.begin() + static_cast<std::ptrdiff_t>(start), view_.bits.end());
 }
 

@@ -39,6 +39,7 @@ enum class RequestKind : std::uint8_t {
   cut_late,        ///< START came later than in any good frame, and bits are missing
   cut_in_data,     ///< START came in time, and MA stopped before the last bit
   restart,         ///< as before, and the next clocks come soon
+  ma_held,         ///< MA stopped within the request and stayed low
   ones,            ///< SLO stayed high from a bit on to the end, STOP included
   zeros,           ///< SLO stayed low from a bit on to the end
   slo_pulse,       ///< a pulse on SLO, the frame otherwise good
@@ -54,7 +55,7 @@ enum class RequestKind : std::uint8_t {
   literal,         ///< as it was seen, without a reason
 };
 
-inline constexpr std::size_t kind_count = 34;
+inline constexpr std::size_t kind_count = 35;
 
 /// A few words for the evidence: "N of M cycles: …".
 std::string_view text_of(RequestKind kind);
@@ -89,8 +90,8 @@ class Pricer {
   bool is_plain(const decode::Cycle& cycle) const;
   /// The next request is plain.
   void learn(const decode::Cycle& cycle);
-  /// The next request is not.
-  Prices read(const decode::CycleEdges& edges);
+  /// The next request is not. \param thorough also looks for lost and doubled clocks, which is slow
+  Prices read(const decode::CycleEdges& edges, bool thorough = true);
 
   /// From the last edge of MA before to this request.
   std::optional<Picoseconds> rest_before(const decode::Cycle& cycle) const;
@@ -98,7 +99,8 @@ class Pricer {
   unsigned ma_pulses() const { return view_.ma_pulses; }
   unsigned slo_pulses() const { return view_.slo_pulses; }
   Picoseconds smear() const { return view_.smear; }
-  std::uint16_t longest_ack() const { return longest_ack_; }
+  /// Its checksum is wrong, and its position is near that of the frame before.
+  bool position_is_likely() const { return view_.likely; }
 
  private:
   using Bits = std::vector<bool>;
@@ -112,6 +114,7 @@ class Pricer {
     // Changes of SLO that are not where a bit begins.
     unsigned off_grid = 0;
     Picoseconds smear{};
+    bool likely = false;
     Bits bits;
     // Indexes of ACK and START; past the end where there is none.
     std::size_t ack = 0;
@@ -132,6 +135,7 @@ class Pricer {
   void price_moved(const decode::CycleEdges& edges, Prices& prices);
   void price_low(const decode::CycleEdges& edges, Prices& prices) const;
   void price_length(Prices& prices);
+  void price_checksum(float price, Prices& prices);
   void remember(std::size_t start);
   float slip_price() const;
   float ack_price(std::size_t clocks) const;
@@ -142,6 +146,7 @@ class Pricer {
   Result<Frame, FrameFault> judge(const Bits& bits, std::size_t start) const;
 
   std::optional<FrameCodec<>> codec_;
+  bool thorough_ = true;
   Picoseconds resolution_;
   Usual usual_;
   // What flips of one bit of a channel do to its checksum, data first.

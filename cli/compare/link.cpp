@@ -96,6 +96,7 @@ std::optional<Link> read_link(DecodedCapture& capture, const CaptureArguments& a
                               const MarginArguments& margin) {
   Link link;
   link.context = explain_context(capture, arguments, margin);
+  link.context.given = true;
   const decode::Lines& lines = link.context.reading.lines;
   link.resolution = capture.margin().resolution;
   link.ma = capture.input().lines()[lines.ma];

@@ -17,8 +17,8 @@ using decode::Distribution;
 using explain::Cause;
 using explain::Context;
 using explain::Evidence;
-using explain::Sightings;
 using explain::RequestKind;
+using explain::Sightings;
 
 constexpr std::size_t kinds_shown = 3;
 constexpr std::size_t formats_shown = 3;
@@ -58,8 +58,9 @@ void add_kinds(Cause cause, const Evidence& evidence, Parts& parts) {
   for (const RequestKind kind : explain::kinds_of(cause)) {
     if (evidence.count(kind) != 0) seen.push_back(kind);
   }
-  std::stable_sort(seen.begin(), seen.end(),
-                   [&](RequestKind a, RequestKind b) { return evidence.count(a) > evidence.count(b); });
+  std::stable_sort(seen.begin(), seen.end(), [&](RequestKind a, RequestKind b) {
+    return evidence.count(a) > evidence.count(b);
+  });
   seen.resize(std::min(seen.size(), kinds_shown));
   for (const RequestKind kind : seen) {
     add_sightings(text_of(kind), evidence.seen(kind), evidence, parts);
@@ -132,12 +133,12 @@ void add_limits(const Evidence& evidence, Parts& parts) {
     std::string seen;
     if (const auto& measured = each.result.measured) {
       const auto value = [&](std::int64_t thousandths) {
-        return rule.unit == "ns" ? time_words(thousandths)
-                                 : fmt::format("{:.4g} {}", static_cast<double>(thousandths) / 1000,
-                                               rule.unit);
+        return rule.unit == "ns"
+                   ? time_words(thousandths)
+                   : fmt::format("{:.4g} {}", static_cast<double>(thousandths) / 1000, rule.unit);
       };
-      seen = fmt::format(", {} where the limit is {}", value(measured->worst),
-                         value(measured->limit));
+      seen =
+          fmt::format(", {} where the limit is {}", value(measured->worst), value(measured->limit));
     }
     parts.add("biss check fails {} in {} of {} cases{}", rule.name, each.result.faults,
               each.result.cases, seen);
@@ -146,9 +147,10 @@ void add_limits(const Evidence& evidence, Parts& parts) {
 
 void add_plausibility(const Evidence& evidence, Parts& parts) {
   if (evidence.late_turns != 0) {
-    parts.add("the turns do not follow the zero of the singleturn: at it the position is wrong by "
-              "one turn for up to {} frame{}",
-              evidence.late_turns, evidence.late_turns == 1 ? "" : "s");
+    parts.add(
+        "the turns do not follow the zero of the singleturn: at it the position is wrong by "
+        "one turn for up to {} frame{}",
+        evidence.late_turns, evidence.late_turns == 1 ? "" : "s");
   }
   if (evidence.steps.count != 0) {
     add_sightings("the position jumps far beyond its fastest motion", evidence.steps, evidence,
@@ -226,6 +228,13 @@ void add_figures(Cause cause, const Evidence& evidence, const Context& context, 
       add_range("from the last edge of MA to such a request:", evidence.rest_of_bad, parts);
       return add_range("before good cycles:", evidence.good_rest, parts);
     case Cause::noise_on_slo:
+      if (4 * evidence.likely_positions > 3 * evidence.failed_checks &&
+          evidence.failed_checks != 0) {
+        parts.add(
+            "in {} of {} wrong frames the position is a likely one: the bits after it are "
+            "wrong",
+            evidence.likely_positions, evidence.failed_checks);
+      }
       return add_pulses("SLO", evidence.pulses_on_slo, parts);
     case Cause::noise_on_ma:
       return add_pulses("MA", evidence.pulses_on_ma, parts);
@@ -290,8 +299,9 @@ std::string remedy_text(Cause cause, const Evidence& evidence, const Context& co
   }
   if (cause == Cause::healthy && evidence.warnings.count != 0) {
     remedy =
-        "the link needs nothing and the positions are valid; for nW of a Renishaw encoder clean the "
-        "scale and the reading window; for others the data sheet has the meaning";
+        "the link needs nothing, and the positions are valid; the warning of a Renishaw encoder "
+        "asks to "
+        "clean the scale or the reading window; of others the data sheet has the meaning";
   }
   if (cause == Cause::wrong_format && context.identified) {
     remedy = fmt::format("give -f {}", format_text(context.identified->format).view());
@@ -303,8 +313,9 @@ std::string remedy_text(Cause cause, const Evidence& evidence, const Context& co
   }
   if ((cause == Cause::healthy || cause == Cause::frames_lost_or_repeated) &&
       evidence.life_zeros != 0) {
-    remedy = "the sign of life counts from 0 to its last value, and not from 1: give decode "
-             "--counter count_0_63, and set the safety monitor to that range";
+    remedy =
+        "the sign of life counts from 0 to its last value, and not from 1: give decode "
+        "--counter count_0_63, and set the safety monitor to that range";
   }
   if (cause == Cause::sampling_too_slow && evidence.period.count() != 0) {
     const Picoseconds period{std::max<std::int64_t>(evidence.period.median(), 10)};

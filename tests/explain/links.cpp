@@ -667,11 +667,11 @@ void make_lost_frames(Random& random, Link& link) {
 Link make_link(Cause truth, std::uint64_t seed) {
   using Make = void (*)(Random&, Link&);
   constexpr std::array<Make, cause_count> makers{
-      make_healthy,      make_wrong_format, make_wrong_checksum, make_format_change,
-      make_swapped,      make_slo_inverted, make_ma_inverted,    make_too_fast,
-      make_long_ack,     make_stops_early,  make_pauses,         make_too_soon,
-      make_noise_on_slo, make_noise_on_ma,  make_intermittent,   make_no_encoder,
-      make_stuck_low,    make_encoder_error, make_lost_frames,   make_implausible,
+      make_healthy,      make_wrong_format,  make_wrong_checksum, make_format_change,
+      make_swapped,      make_slo_inverted,  make_ma_inverted,    make_too_fast,
+      make_long_ack,     make_stops_early,   make_pauses,         make_too_soon,
+      make_noise_on_slo, make_noise_on_ma,   make_intermittent,   make_no_encoder,
+      make_stuck_low,    make_encoder_error, make_lost_frames,    make_implausible,
       make_limits,       make_slow_sampling, make_not_biss};
   // A cause that is added leaves the captures of the others as they are.
   constexpr std::uint64_t seeds_apart = 17;
@@ -690,9 +690,8 @@ Evidence observe(const Link& link, const Reading& reading) {
       {.format = link.format, .timing = link.timing, .margin = margin, .lines = reading.lines},
       link.edges);
   std::uint64_t number = 0;
-  decode::Decoder decoder(
-      decode::CycleReader(link.format, link.timing, margin),
-      [&](const decode::Cycle& cycle) { observer.add(number++, cycle); });
+  decode::Decoder decoder(decode::CycleReader(link.format, link.timing, margin),
+                          [&](const decode::Cycle& cycle) { observer.add(number++, cycle); });
   for (std::span<const Edge> rest = link.edges; !rest.empty();) {
     const auto now = rest.first(std::min<std::size_t>(rest.size(), 4096));
     observer.take(now);

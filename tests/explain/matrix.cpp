@@ -37,8 +37,7 @@ void count(const Link& link, std::uint64_t seed, Matrix& matrix) {
     fmt::format_to(std::back_inserter(matrix.misses), " {} {:.2f}", name_of(finding.cause),
                    finding.likelihood);
   }
-  fmt::format_to(std::back_inserter(matrix.misses), "\n    {}\n",
-                 kinds_text(observe_link(link)));
+  fmt::format_to(std::back_inserter(matrix.misses), "\n    {}\n", kinds_text(observe_link(link)));
 }
 
 }  // namespace
