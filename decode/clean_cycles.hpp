@@ -56,7 +56,8 @@ struct CleanCycle {
 /// before, provided that it waits for a request when they begin.
 class CleanCycleFinder {
  public:
-  /// Without a format, as CycleReader. Nothing is clean for a master without compensation.
+  /// Without a format, as CycleReader. Nothing is clean for a master without compensation; where
+  /// Cycle::signal is asked for, no cycle with a pulse is.
   CleanCycleFinder(const std::optional<FrameFormat>& format, const DeviceTiming& timing,
                    const MarginSetup& margin);
 
@@ -73,13 +74,14 @@ class CleanCycleFinder {
  private:
   void fetch_ahead();
   bool read(CleanCycle& cycle, const CleanLines& lines);
-  LineSignal signal(const CleanLines& lines, Picoseconds ready_since, const Cycle& cycle);
   bool read_frame(CycleReading& reading);
   std::size_t find_start() const;
   bool read_payload(std::size_t start_bit, Cycle& cycle) const;
   void append_raw(std::size_t start_bit, std::size_t count, RawBits& raw) const;
   void measure_times(CycleReading& reading) const;
   std::optional<Picoseconds> release(std::size_t last_bit) const;
+  bool measure_signal(const CleanLines& lines, std::int64_t high_since, Cycle& cycle) const;
+  LineSignal::Changes measure_changes(const CleanLines& lines, std::size_t rises) const;
 
   std::optional<FrameCodec<>> codec_;
   // As CycleReader::needs_next().
@@ -89,10 +91,6 @@ class CleanCycleFinder {
   CleanSetup setup_;
   CleanMeasure measured_;
   CleanScratch scratch_;
-  // Of signal().
-  std::vector<LevelChange> ma_changes_;
-  std::vector<Picoseconds> rises_;
-  LineHistory slo_;
   std::span<const std::uint8_t> ahead_;
 };
 

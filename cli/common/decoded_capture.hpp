@@ -126,6 +126,7 @@ class DecodedCapture {
   bool end_steps();
   /// Who sees what step() reads. \pre it lives as long as the reading
   void watch(ChangeWatcher& watcher) { watcher_ = &watcher; }
+  void unwatch() { watcher_ = nullptr; }
   /// Reads the edges alone, in place of read(), until `on_edges` returns false.
   /// \return as read()
   bool read_edges(const std::function<bool(std::span<const wire::Edge>)>& on_edges);
@@ -157,6 +158,8 @@ class DecodedCapture {
   const identify::FormatCandidate* better_format() const;
   /// Does not use the format that was identified.
   void judge_structure() { format_.reset(); }
+  /// Reads these lines, in this polarity. \pre as beginning()
+  void read_as(const decode::Lines& lines) { pairs_[pair_].lines = lines; }
   /// Uses this format for the capture at hand. \pre as beginning()
   void judge_by(const FrameFormat& format) { format_ = format; }
   const DeviceTiming& timing() const { return timing_; }

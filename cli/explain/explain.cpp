@@ -32,7 +32,7 @@ using report::Kind;
 
 struct ExplainOptions {
   CaptureArguments capture;
-  MarginArguments margin;
+  MarginArguments margin{.signal = true};
   SafetyArguments safety;
   std::optional<std::uint64_t> cycle;
   std::string output;
@@ -89,18 +89,18 @@ class ExplainRun {
   // False when reading failed.
   bool find(std::vector<Finding>& findings) {
     context_ = explain_context(capture_, options_.capture, options_.margin);
-    explain::Observer observer(capture_.format(), capture_.timing(), capture_.margin(),
-                               context_.reading.lines);
-    observer.set_wanted([&](const decode::Cycle& cycle) {
-      if (!capture_.is_wanted(cycle)) return false;
+    // Frames are judged by the likeliest format, if none is sure.
+    if (!capture_.format() && !context_.given && !context_.candidates.empty() &&
+        context_.candidates.front().channel_list[0].crc.present()) {
+      capture_.judge_by(context_.candidates.front());
+      context_.format = capture_.format();
+      context_.assumed = true;
+    }
+    CaptureObserver observer(capture_, context_.reading.lines);
+    const bool read = observer.read([this](const decode::Cycle& cycle) {
       if (watch_) watch_->judge(cycle);
-      return true;
     });
-    const bool read = capture_.read_edges([&](std::span<const wire::Edge> edges) {
-      observer.push(edges);
-      return true;
-    });
-    evidence_ = observer.finish(capture_.input().end_time());
+    evidence_ = observer.evidence();
     findings = diagnose(evidence_, context_);
     judged_ = !findings.empty();
     return read;
