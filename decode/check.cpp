@@ -91,7 +91,7 @@ void explain(const CheckSetup& setup, Tallies& tallies) {
   if (setup.format && !setup.has_word_lengths) {
     tallies.explain(Rule::word_length, "no word lengths are known for the encoder");
   }
-  if (setup.format && !setup.safety) tallies.explain(Rule::safety, "no frame of BiSS Safety");
+  if (setup.format && !setup.safety) tallies.explain(Rule::safety, "give --safety");
   if (!setup.unidirectional) {
     tallies.explain(Rule::cds_zero, "the encoder may be bidirectional: CDS may be 1");
   }
@@ -131,7 +131,8 @@ void Check::push(std::uint64_t number, const Cycle& cycle) {
   control_.push(number, cycle);
   if (!safety_) return;
   if (const auto verdict = safety_->judge(cycle)) {
-    tallies_.count(Rule::safety, !is_fault(*verdict), number, name_of(*verdict));
+    const bool good = !is_fault(*verdict) && *verdict != SafetyVerdict::latched;
+    tallies_.count(Rule::safety, good, number, name_of(*verdict));
   }
 }
 

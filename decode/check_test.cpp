@@ -453,6 +453,7 @@ TEST(Check, RightFrameWithoutTheClockOfStop_FailsStopClock) {
     made.frame->channel_count = 1;
     made.frame->stop_seen = stop;
     bench.push(made);
+    bench.push(bench.cycle());
     EXPECT_EQ(bench.failing(), stop ? "" : "stop_clock");
     EXPECT_EQ(bench.verdict(Rule::stop), stop ? "pass" : "not_judged");
   }

@@ -183,8 +183,12 @@ class CheckRun {
  private:
   // The rows of one capture.
   ExitStatus judge(report::TableWriter& writer, RunMessages& messages) {
-    auto monitor = choose_monitor(options_.safety, format_, capture_);
-    if (!monitor) return fail(ExitStatus::usage, monitor.error());
+    std::optional<SafetySetup> safety;
+    if (options_.safety.given()) {
+      const auto monitor = choose_monitor(options_.safety, format_, capture_);
+      if (!monitor) return fail(ExitStatus::usage, monitor.error());
+      if (*monitor) safety = (*monitor)->setup;
+    }
     const auto& format = capture_.format();
     const bool fortis = options_.against.starts_with("fortis") || format_.starts_with("fortis");
     decode::Check check(
@@ -193,7 +197,7 @@ class CheckRun {
          .unidirectional = renishaw_,
          .renishaw_cables = renishaw_,
          .has_word_lengths = format ? has_word_lengths(*format, renishaw_, fortis) : std::nullopt,
-         .safety = *monitor ? std::optional((*monitor)->setup) : std::nullopt,
+         .safety = safety,
          .compensated = capture_.margin().compensated,
          .resolution = capture_.margin().resolution,
          .speed_max = counts_per_second(options_.speed_max, capture_.format())});

@@ -78,6 +78,7 @@ class ExplainRun {
   // What is wrong with the options of the monitor, else empty.
   std::string choose_watch() {
     watch_.reset();
+    if (!options_.safety.given()) return {};
     auto choice = choose_monitor(options_.safety, options_.capture.device.format, capture_);
     if (!choice) return choice.error();
     if (!*choice) return {};

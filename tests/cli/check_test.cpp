@@ -351,9 +351,10 @@ TEST(CheckSafety, FaultOfTheMonitor_FailsSafetyAndStaysWithLatch) {
     }
     return std::string();
   };
-  EXPECT_EQ(faults({}).substr(0, 5), "fail ");
-  EXPECT_NE(faults({}), faults({"--latch"}));
+  EXPECT_EQ(faults({"--counter", "count_1_63"}), "fail 1");
+  EXPECT_EQ(faults({"--latch"}), "fail 50");
   EXPECT_EQ(faults({"--safety", "off"}), "not_judged ");
+  EXPECT_EQ(faults({}), "not_judged ");
 }
 
 }  // namespace check_test

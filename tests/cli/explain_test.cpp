@@ -535,7 +535,8 @@ TEST(ExplainRange, FaultOutsideOfSince_IsNotExplained) {
                  "flip@3,bit=12", "-o", capture})
                 .status,
             0);
-  const std::vector<std::string> words{"explain", capture, "-f", "fs-36-28", "--since", "1ms"};
+  const std::vector<std::string> words{"explain", capture, "-f",     "fs-36-28",
+                                       "--since", "1ms",   "--latch"};
   const Outcome later = run(words);
   EXPECT_THAT(later.out, testing::HasSubstr("1. healthy")) << later.err;
   EXPECT_THAT(later.out, testing::HasSubstr("safety")) << later.err;
